@@ -1,0 +1,183 @@
+// palpate-lab felt: what a real run displayed, beside the 1 kHz full model driven with the same recorded tool path.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "bench/lab/experiments.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/lab/plot.hpp"
+#include "bench/measure/metrics.hpp"
+#include "bench/measure/reference.hpp"
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+struct Flags {
+  std::string scene, report, out, felt_name = "port";
+  double at_least_db = 0;
+};
+
+struct Display {
+  std::string name;
+  std::vector<Vec3> force;
+  std::vector<std::uint8_t> contact;
+};
+
+struct Recording {
+  std::vector<Vec3> positions;
+  std::vector<Display> displays;  ///< the felt one first
+};
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> cells;
+  std::stringstream in(line);
+  for (std::string cell; std::getline(in, cell, ',');) cells.push_back(cell);
+  return cells;
+}
+
+/// The client's report: t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact, then NAME_fx_n,NAME_fy_n,NAME_fz_n,NAME_contact of
+/// every comparison. A tick that was skipped gets its neighbours' values in between: the reference needs one position a
+/// millisecond.
+Recording read_recording(const std::filesystem::path& file, const std::string& felt_name) {
+  std::ifstream in(file);
+  std::string line;
+  if (!std::getline(in, line)) throw InputError(file.string(), "cannot be read", "forces.csv of palpate-client --report");
+  const auto header = split(line);
+  constexpr std::size_t kFirst = 9, kEach = 4;
+  if (header.size() < kFirst || header[0] != "t_s" || (header.size() - kFirst) % kEach != 0)
+    throw InputError(file.string() + ":1", "has another header", "t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact,...");
+  Recording r;
+  r.displays.push_back({felt_name, {}, {}});
+  for (std::size_t c = kFirst; c < header.size(); c += kEach)
+    r.displays.push_back({header[c].substr(0, header[c].rfind("_fx_n")), {}, {}});
+
+  std::vector<double> last;
+  for (std::size_t number = 2; std::getline(in, line); ++number) {
+    std::vector<double> row;
+    for (const std::string& cell : split(line)) {
+      char* end = nullptr;
+      row.push_back(std::strtod(cell.c_str(), &end));
+      if (end == cell.c_str())
+        throw InputError(fmt::format("{}:{}", file.string(), number), "'" + cell + "' is no number", "a number");
+    }
+    if (row.size() != header.size())
+      throw InputError(fmt::format("{}:{}", file.string(), number), "has another number of columns",
+                       std::to_string(header.size()));
+    const auto tick = static_cast<std::size_t>(std::max(0.0, std::round(row[0] * 1e3)));
+    const std::size_t from = r.positions.size();
+    for (std::size_t i = from; i <= tick; ++i) {
+      const double part =
+          last.empty() || tick == i ? 1.0 : static_cast<double>(i + 1 - from) / static_cast<double>(tick + 1 - from);
+      const auto value = [&](std::size_t c) { return last.empty() ? row[c] : last[c] + part * (row[c] - last[c]); };
+      r.positions.emplace_back(value(1), value(2), value(3));
+      for (std::size_t d = 0; d < r.displays.size(); ++d) {
+        const std::size_t c = d == 0 ? 4 : kFirst + (d - 1) * kEach;
+        r.displays[d].force.emplace_back(value(c), value(c + 1), value(c + 2));
+        r.displays[d].contact.push_back(row[d == 0 ? 8 : c + 3] > 0.5);
+      }
+    }
+    last = row;
+  }
+  if (r.positions.size() <= 1000) throw InputError(file.string(), "is too short", "more than a second of ticks");
+  return r;
+}
+
+/// Ticks from the reference's onsets of contact (after at least 100 ms without) to the display's, the worst one [ms]; -1 without
+/// any.
+int worst_onset_ms(const std::vector<std::uint8_t>& contact, const std::vector<std::uint8_t>& reference) {
+  constexpr std::size_t kFree = 100, kSearch = 500;
+  int worst = -1;
+  std::size_t free = 0;
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    if (!reference[i]) {
+      ++free;
+      continue;
+    }
+    if (free >= kFree) {
+      std::size_t k = i > 50 ? i - 50 : 0;
+      while (k < std::min(i + kSearch, contact.size()) && !contact[k]) ++k;
+      worst = std::max(worst, std::abs(static_cast<int>(k) - static_cast<int>(i)));
+    }
+    free = 0;
+  }
+  return worst;
+}
+
+int run_felt(const Flags& flags) {
+  const Scene scene = load_scene(flags.scene);
+  const Recording recording = read_recording(std::filesystem::path(flags.report) / "forces.csv", flags.felt_name);
+  const auto out = make_output_folder(flags.out);
+  const ReferenceForce reference = reference_force(scene, recording.positions);
+
+  std::string csv = "t_s,ref_fx_n,ref_fy_n,ref_fz_n";
+  for (const Display& d : recording.displays) csv += fmt::format(",{0}_fx_n,{0}_fy_n,{0}_fz_n", d.name);
+  csv += '\n';
+  for (std::size_t i = 0; i < recording.positions.size(); ++i) {
+    const Vec3& f = reference.force[i];
+    fmt::format_to(std::back_inserter(csv), "{:.3f},{:.6g},{:.6g},{:.6g}", static_cast<double>(i) * 1e-3, f.x(), f.y(), f.z());
+    for (const Display& d : recording.displays)
+      fmt::format_to(std::back_inserter(csv), ",{:.6g},{:.6g},{:.6g}", d.force[i].x(), d.force[i].y(), d.force[i].z());
+    csv += '\n';
+  }
+  write_text(out / "felt.csv", csv);
+
+  fmt::print("\nForce felt, against the full model at 1 kHz on the same tool path ({:.0f} s, {} nodes):\n\n",
+             static_cast<double>(recording.positions.size()) * 1e-3, scene.body.nodes.size());
+  fmt::print("  {:<10} {:>9} {:>11} {:>11} {:>9} {:>12}\n", "scheme", "SNR [dB]", "error [%]", "p95 [%]", "lag [ms]",
+             "onset [ms]");
+  Json summary;
+  std::vector<Panel> panels{{"normal force z [N]", {{"1:4", "1 kHz full model", 0}}},
+                            {"tangential force x [N]", {{"1:2", "1 kHz full model", 0}}}};
+  double felt_db = 0, hold_db = kSnrCeilingDb;
+  for (std::size_t d = 0; d < recording.displays.size(); ++d) {
+    const Display& display = recording.displays[d];
+    const Fidelity f = compare(display.force, reference.force, 250);
+    const int onset = worst_onset_ms(display.contact, reference.contact);
+    fmt::print("  {:<10} {:>9.1f} {:>11.1f} {:>11.1f} {:>9} {:>12}\n", display.name, f.snr_db, 100 * f.rel_rms,
+               100 * f.p95_rel_error, f.lag_ms, onset);
+    summary[display.name] = {{"snr_db", f.snr_db},
+                             {"rel_rms", f.rel_rms},
+                             {"p95_rel_error", f.p95_rel_error},
+                             {"lag_ms", f.lag_ms},
+                             {"force_step_max_n", f.force_step_max_n},
+                             {"onset_error_ms", onset}};
+    if (d == 0) felt_db = f.snr_db;
+    if (display.name == "hold") hold_db = f.snr_db;
+    const auto style = static_cast<int>(d) + 1;
+    panels[0].curves.push_back({fmt::format("1:{}", 5 + 3 * d + 2), display.name, style});
+    panels[1].curves.push_back({fmt::format("1:{}", 5 + 3 * d), display.name, style});
+  }
+  fmt::print(
+      "\n  SNR: 20 dB is an error of a tenth, about what a hand can just notice. error: rms of the difference over rms of the "
+      "force.\n"
+      "  p95: in 95 % of the ticks under load the error is smaller. onset: worst time between the true contact and the displayed "
+      "one.\n\n");
+  write_json(out / "felt.json", summary);
+  if (plot_csv(out / "felt.csv", out / "felt.svg", fmt::format("{}: what the hand felt", scene.name), "time [s]", panels))
+    fmt::print("  plot      {}\n", (out / "felt.svg").string());
+  fmt::print("  figures   {}\n", (out / "felt.json").string());
+  if (felt_db - hold_db >= flags.at_least_db || recording.displays.size() == 1) return 0;
+  fmt::print(stderr, "palpate-lab: {} is {:.1f} dB better than hold; expected at least {:g} dB\n", recording.displays[0].name,
+             felt_db - hold_db, flags.at_least_db);
+  return 1;
+}
+
+}  // namespace
+
+void add_felt(CLI::App& app, Run& run) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App* c = app.add_subcommand(
+      "felt", "what a real run displayed (palpate-client --report), beside the 1 kHz full model on the same path");
+  c->add_option("--scene", flags->scene, "scene file of the run")->required();
+  c->add_option("--report", flags->report, "folder that palpate-client --report wrote")->required();
+  c->add_option("--name", flags->felt_name, "scheme that was felt, for the table");
+  c->add_option("--at-least-db", flags->at_least_db, "fail unless the felt scheme is this much better than hold");
+  c->add_option("--out", flags->out, "folder for felt.csv, felt.json, felt.svg")->required();
+  c->callback([flags, &run] { run = [flags] { return run_felt(*flags); }; });
+}
+
+}  // namespace palpate

@@ -1,0 +1,24 @@
+#include "bench/lab/output.hpp"
+
+#include <fstream>
+
+#include "common/base/error.hpp"
+
+namespace palpate {
+
+std::filesystem::path make_output_folder(const std::string& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error || !std::filesystem::is_directory(folder))
+    throw InputError("--out " + folder, "cannot be made: " + error.message(), "a folder to write to");
+  return folder;
+}
+
+void write_text(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream out(file, std::ios::binary);
+  out << text;
+  out.flush();
+  if (!out) throw InputError(file.string(), "cannot be written", "room on the disk and the right to write");
+}
+
+}  // namespace palpate

@@ -1,0 +1,72 @@
+#include "bench/measure/metrics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+double squared_error(std::span<const Vec3> felt, std::span<const Vec3> reference, int delay) {
+  const auto n = static_cast<int>(felt.size());
+  double sum = 0;
+  int count = 0;
+  for (int i = std::max(0, delay); i < std::min(n, n + delay); ++i, ++count)
+    sum += (felt[static_cast<std::size_t>(i)] - reference[static_cast<std::size_t>(i - delay)]).squaredNorm();
+  return count > 0 ? sum / count : 0;
+}
+
+int find_lag(std::span<const Vec3> felt, std::span<const Vec3> reference) {
+  constexpr int kLeast = -50, kMost = 1200;
+  const auto n = static_cast<int>(felt.size());
+  int best = 0;
+  double least = squared_error(felt, reference, 0);
+  for (int delay = kLeast; delay <= std::min(kMost, n / 2); ++delay) {
+    const double error = squared_error(felt, reference, delay);
+    if (error < least) {
+      least = error;
+      best = delay;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+double percentile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto k =
+      static_cast<std::ptrdiff_t>(std::min(share * static_cast<double>(values.size()), static_cast<double>(values.size()) - 1));
+  std::nth_element(values.begin(), values.begin() + k, values.end());
+  return values[static_cast<std::size_t>(k)];
+}
+
+Fidelity compare(std::span<const Vec3> felt, std::span<const Vec3> reference, std::size_t skip) {
+  Fidelity result;
+  if (felt.size() <= skip) return result;
+  felt = felt.subspan(skip);
+  reference = reference.subspan(skip);
+  const auto n = static_cast<double>(felt.size());
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& r : reference) mean += r / n;
+  double error = 0, variance = 0, power = 0, peak = 0;
+  for (std::size_t i = 0; i < felt.size(); ++i) {
+    error += (felt[i] - reference[i]).squaredNorm();
+    variance += (reference[i] - mean).squaredNorm();
+    power += reference[i].squaredNorm();
+    peak = std::max(peak, reference[i].norm());
+  }
+  result.snr_db = error > 0 ? std::clamp(10 * std::log10(variance / error), -kSnrCeilingDb, kSnrCeilingDb) : kSnrCeilingDb;
+  result.rel_rms = power > 0 ? std::sqrt(error / power) : 0;
+
+  std::vector<double> relative;
+  for (std::size_t i = 0; i < felt.size(); ++i)
+    if (peak > 0 && reference[i].norm() >= 0.1 * peak) relative.push_back((felt[i] - reference[i]).norm() / reference[i].norm());
+  result.p95_rel_error = percentile(std::move(relative), 0.95);
+  for (std::size_t i = 1; i < felt.size(); ++i)
+    result.force_step_max_n =
+        std::max(result.force_step_max_n, (felt[i] - felt[i - 1]).norm() - (reference[i] - reference[i - 1]).norm());
+  result.lag_ms = find_lag(felt, reference);
+  return result;
+}
+
+}  // namespace palpate

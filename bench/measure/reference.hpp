@@ -1,0 +1,30 @@
+// What the hand should have felt: the full nonlinear model of a scene, stepped at 1 kHz or finer with the tool's own path.
+//
+// The same body, contact law and integrator as the server's, at a step at which the integrator has converged (kFineStepS for
+// bodies up to kFineNodes nodes, one tick above). The body starts as the server's does: settled, the tool taken up beforehand.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "server/scene/scene.hpp"
+
+namespace palpate {
+
+inline constexpr double kFineStepS = 0.0005, kTickStepS = 0.001;
+inline constexpr std::size_t kFineNodes = 600;
+
+struct ReferenceForce {
+  std::vector<Vec3> force;  ///< on the tool, one entry per position [N]
+  std::vector<std::uint8_t> contact;
+};
+
+/// `positions`: the tool at 0, 1, 2, ... ms. Throws std::runtime_error when the model cannot be stepped.
+ReferenceForce reference_force(const Scene& scene, std::span<const Vec3> positions);
+
+/// Whether taking up the tool at `start` disturbs the body (it hangs in gravity, or the grasp begins beside the node): then both
+/// the server and the reference are given kSettle before the motion begins.
+bool needs_settling(const Scene& scene, const Vec3& start);
+inline constexpr Micros kSettle{5'000'000};
+
+}  // namespace palpate

@@ -1,0 +1,170 @@
+#include "client/app/options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <iostream>
+#include <limits>
+
+#include "common/base/error.hpp"
+#include "common/base/limits.hpp"
+
+namespace palpate {
+
+namespace {
+
+/// Flags as they were typed.
+struct Typed {
+  std::string server, device = "sim", motion, station = "hand", scheme = "port", hand = "reference", compare,
+                      passivity = "observe", report, realtime = "auto";
+  int order = 0;
+  std::uint64_t seed = 1;
+  double duration_s = std::numeric_limits<double>::quiet_NaN(), release_s = std::numeric_limits<double>::quiet_NaN();
+};
+
+void declare(CLI::App& app, Typed& typed) {
+  app.set_version_flag("--version", "palpate-client " PALPATE_VERSION);
+  app.add_option("--server", typed.server, "Where the server listens")->required()->type_name("HOST:PORT");
+  app.add_option("--device", typed.device,
+                 "sim: a simulated Phantom 1.5 in a simulated hand; replay: the recorded motion as it is")
+      ->type_name("sim|replay")
+      ->capture_default_str();
+  app.add_option("--motion", typed.motion, "What the hand intends, or the recorded motion; without it the hand holds still")
+      ->type_name("FILE.csv");
+  app.add_option("--station", typed.station, "Name of this station, unique in the room")
+      ->type_name("NAME")
+      ->capture_default_str();
+  app.add_option("--scheme", typed.scheme, "How the server answers touch")->type_name("NAME")->capture_default_str();
+  app.add_option("--order", typed.order, "States of a patch, 0: the server's default")->type_name("N")->capture_default_str();
+  app.add_option("--hand", typed.hand, "The hand of --device sim")->type_name("free|light|reference|firm")->capture_default_str();
+  app.add_option("--seed", typed.seed, "Of the simulated tremor")->type_name("N")->capture_default_str();
+  app.add_option("--release-s", typed.release_s, "Motion time at which the hand of --device sim lets go")->type_name("N");
+  app.add_option("--compare", typed.compare, "Schemes to run beside the felt one on the same hand, separated by commas")
+      ->type_name("LIST");
+  app.add_option("--passivity", typed.passivity, "Passivity limiter")->type_name("off|observe|on")->capture_default_str();
+  app.add_option("--report", typed.report, "Write forces.csv and summary.json there")->type_name("DIR");
+  app.add_option("--duration-s", typed.duration_s, "End after so many seconds; default: at the end of the motion")
+      ->type_name("N");
+  app.add_option("--realtime", typed.realtime, "auto: ask the operating system for real time; off: do not")
+      ->type_name("auto|off")
+      ->capture_default_str();
+}
+
+template <class Value>
+Value choose(const char* flag, const std::string& typed, std::initializer_list<std::pair<const char*, Value>> choices) {
+  std::string expected;
+  for (const auto& [name, value] : choices) {
+    if (typed == name) return value;
+    expected += (expected.empty() ? "" : ", ") + std::string(name);
+  }
+  throw InputError(flag, "'" + typed + "'", "one of " + expected);
+}
+
+DeviceKind device_of(const std::string& typed) {
+  if (typed == "sim") return DeviceKind::sim;
+  if (typed == "replay") return DeviceKind::replay;
+  const bool known = typed == "hid" || typed == "openhaptics" || typed == "forcedimension";
+  throw InputError("--device", "'" + typed + "' is not " + (known ? "in this build" : "a device"), "sim or replay");
+}
+
+Scheme scheme_of(const char* flag, const std::string& typed) {
+  std::string expected;
+  for (const auto name : kSchemeNames) {
+    const Scheme scheme = *scheme_from_name(name);
+    if (!is_available(scheme)) continue;
+    if (name == typed) return scheme;
+    expected += (expected.empty() ? "" : ", ") + std::string(name);
+  }
+  const char* why = scheme_from_name(typed) ? "' is not in this build" : "' is not a scheme";
+  throw InputError(flag, "'" + typed + why, "one of " + expected);
+}
+
+std::vector<Scheme> schemes_of(const char* flag, const std::string& typed) {
+  std::vector<Scheme> schemes;
+  for (std::size_t begin = 0; begin < typed.size();) {
+    const std::size_t comma = std::min(typed.find(',', begin), typed.size());
+    const Scheme scheme = scheme_of(flag, typed.substr(begin, comma - begin));
+    if (std::find(schemes.begin(), schemes.end(), scheme) != schemes.end())
+      throw InputError(flag, "'" + std::string(name_of(scheme)) + "' twice", "every scheme once");
+    schemes.push_back(scheme);
+    begin = comma + 1;
+  }
+  return schemes;
+}
+
+std::optional<double> seconds_of(const char* flag, double typed, bool given, double low) {
+  if (!given) return std::nullopt;
+  constexpr double kDayS = 86400;
+  if (!(typed >= low && typed <= 30 * kDayS)) throw InputError(flag, "is out of range", "more than 0 s, up to 30 days");
+  return typed;
+}
+
+std::string station_of(const std::string& typed, const std::vector<Scheme>& compare) {
+  std::size_t longest = typed.size();
+  for (const Scheme scheme : compare) longest = std::max(longest, typed.size() + 1 + name_of(scheme).size());
+  if (typed.empty() || longest > static_cast<std::size_t>(kMaxNameBytes))
+    throw InputError("--station", "'" + typed + "' with " + std::to_string(longest) + " bytes (with /SCHEME for --compare)",
+                     "1 to " + std::to_string(kMaxNameBytes) + " bytes");
+  return typed;
+}
+
+std::uint16_t order_of(int typed) {
+  if (typed < 0 || typed > 2 * kMaxModes || typed % 2 != 0)
+    throw InputError("--order", std::to_string(typed) + " states", "an even number from 0 to " + std::to_string(2 * kMaxModes));
+  return static_cast<std::uint16_t>(typed);
+}
+
+AppOptions checked(const Typed& typed, const CLI::App& app) {
+  AppOptions options;
+  options.server = typed.server;
+  options.device = device_of(typed.device);
+  options.scheme = scheme_of("--scheme", typed.scheme);
+  options.compare = schemes_of("--compare", typed.compare);
+  options.station = station_of(typed.station, options.compare);
+  options.order = order_of(typed.order);
+  options.hand = choose<Hand>("--hand", typed.hand,
+                              {{"free", *hand_from_name("free")},
+                               {"light", *hand_from_name("light")},
+                               {"reference", *hand_from_name("reference")},
+                               {"firm", *hand_from_name("firm")}});
+  options.seed = typed.seed;
+  options.passivity =
+      choose<PassivityMode>("--passivity", typed.passivity,
+                            {{"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}});
+  options.realtime = choose<bool>("--realtime", typed.realtime, {{"auto", true}, {"off", false}});
+  options.duration_s = seconds_of("--duration-s", typed.duration_s, app.count("--duration-s") > 0, 1e-3);
+  options.release_s = seconds_of("--release-s", typed.release_s, app.count("--release-s") > 0, 0);
+  if (options.release_s && options.device != DeviceKind::sim)
+    throw InputError("--release-s", "with --device " + typed.device, "--device sim: a recording has no hand to let go");
+  if (!typed.motion.empty()) options.motion = read_motion(std::filesystem::path(typed.motion));
+  if (!options.motion && options.device == DeviceKind::replay)
+    throw InputError("--device replay", "nothing to replay", "--motion FILE.csv");
+  options.report = typed.report;
+  std::error_code error;
+  if (!options.report.empty() &&
+      (std::filesystem::create_directories(options.report, error), !std::filesystem::is_directory(options.report)))
+    throw InputError("--report", "'" + typed.report + "' cannot be made", "a folder that can be written to");
+  return options;
+}
+
+}  // namespace
+
+std::optional<AppOptions> parse_options(int argc, char** argv) {
+  CLI::App app{"The station of one hand: reads a haptic device at 1 kHz, plays the server's patches, writes the force.",
+               "palpate-client"};
+  Typed typed;
+  declare(app, typed);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    std::cout << app.help();
+    return std::nullopt;
+  } catch (const CLI::CallForVersion&) {
+    std::cout << app.version() << '\n';
+    return std::nullopt;
+  } catch (const CLI::ParseError& error) {
+    throw InputError("command line", error.what(), "the flags that --help lists");
+  }
+  return checked(typed, app);
+}
+
+}  // namespace palpate

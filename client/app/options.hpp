@@ -1,0 +1,39 @@
+// What palpate-client was asked to do, checked.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/device/hand.hpp"
+#include "client/guard/guard.hpp"
+#include "common/motion/motion.hpp"
+#include "common/port/scheme.hpp"
+
+namespace palpate {
+
+enum class DeviceKind : std::uint8_t { sim, replay };
+
+struct AppOptions {
+  std::string server;  ///< HOST:PORT
+  DeviceKind device = DeviceKind::sim;
+  std::optional<Motion> motion;  ///< none: hold still at the server's home position
+  std::string station = "hand";
+  Scheme scheme = Scheme::port;
+  std::uint16_t order = 0;  ///< 0 = the server's default
+  Hand hand;
+  std::uint64_t seed = 1;
+  std::optional<double> release_s;  ///< motion time at which the hand lets go
+  std::vector<Scheme> compare;
+  PassivityMode passivity = PassivityMode::observe;
+  std::filesystem::path report;  ///< empty: none
+  std::optional<double> duration_s;
+  bool realtime = true;
+};
+
+/// Empty when the program has done what it was asked (--help, --version). Throws InputError for bad usage and bad files.
+std::optional<AppOptions> parse_options(int argc, char** argv);
+
+}  // namespace palpate

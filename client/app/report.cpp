@@ -1,0 +1,152 @@
+#include "client/app/report.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "common/base/error.hpp"
+
+namespace palpate {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void write(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream out(file, std::ios::binary);
+  out << text;
+  out.flush();
+  if (!out) throw InputError(file.string(), "cannot be written", "room on the disk and the right to write");
+}
+
+double milliseconds(Micros t) { return static_cast<double>(t.count()) * 1e-3; }
+
+double mean_bytes(const ClientCounts& counts) {
+  return counts.patches == 0 ? 0.0 : static_cast<double>(counts.patch_bytes) / static_cast<double>(counts.patches);
+}
+
+double loss_percent(const SeqCounts& counts) {
+  const auto sent = counts.received + counts.lost;
+  return sent == 0 ? 0.0 : 100.0 * static_cast<double>(counts.lost) / static_cast<double>(sent);
+}
+
+Json link_json(const ClientCore& core) {
+  const RttStats& rtt = core.clock().rtt();
+  const ClientCounts& counts = core.counts();
+  const std::uint64_t refused = counts.dropped[static_cast<std::size_t>(WireFault::patch_refused)];
+  std::uint64_t dropped = 0;
+  for (const auto count : counts.dropped) dropped += count;
+  return {{"rtt_ms", milliseconds(rtt.mean)},
+          {"rtt_min_ms", milliseconds(rtt.min)},
+          {"jitter_ms", milliseconds(rtt.jitter)},
+          {"loss_pct", loss_percent(core.loss())},
+          {"joins", counts.joins},
+          {"datagrams_sent", counts.sent},
+          {"datagrams_received", counts.received},
+          {"bytes_sent", counts.bytes_sent},
+          {"bytes_received", counts.bytes_received},
+          {"datagrams_dropped", dropped},
+          {"patches_received", counts.patches},
+          {"patches_refused", refused},
+          {"patch_bytes_mean", mean_bytes(counts)},
+          {"patch_states", core.last_patch().states()}};
+}
+
+Json display_json(const DisplayReport& display) {
+  const GuardCounts& guard = display.guard;
+  return {{"patches_used", display.haptic.patches_used},
+          {"faded_ticks", display.haptic.faded_ticks},
+          {"samples_dropped", display.haptic.samples_dropped},
+          {"hand_over_step_max_n", display.haptic.hand_over_step_max_n},
+          {"guard",
+           {{"not_finite", guard.not_finite},
+            {"clamped", guard.clamped},
+            {"slew_limited", guard.slew_limited},
+            {"damped", guard.damped},
+            {"energy_min_j", guard.energy_min_j}}}};
+}
+
+Json loop_json(const HapticLoop& loop, const RealtimeStatus& realtime) {
+  const HapticLoopStats& stats = loop.stats();
+  return {{"realtime", realtime.granted()},
+          {"ticks", stats.ticks},
+          {"late_ticks", stats.late},
+          {"very_late_ticks", stats.very_late},
+          {"skipped_ticks", stats.skipped},
+          {"lateness_us_p50", stats.late_us.percentile(0.5)},
+          {"lateness_us_p99", stats.late_us.percentile(0.99)},
+          {"lateness_us_p999", stats.late_us.percentile(0.999)},
+          {"lateness_us_max", stats.late_us.max()},
+          {"tick_ns_p50", stats.tick_ns.percentile(0.5)},
+          {"tick_ns_p99", stats.tick_ns.percentile(0.99)},
+          {"work_ns_p50", stats.work_ns.percentile(0.5)},
+          {"work_ns_p99", stats.work_ns.percentile(0.99)},
+          {"force_max_n", stats.force_max_n},
+          {"recorded_ticks", loop.recorder().size()},
+          {"unrecorded_ticks", loop.recorder().missed()}};
+}
+
+}  // namespace
+
+void write_forces(const std::filesystem::path& file, const RunReport& run) {
+  std::string text = "t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact";
+  for (std::size_t i = 1; i < run.displays.size(); ++i)
+    fmt::format_to(std::back_inserter(text), ",{0}_fx_n,{0}_fy_n,{0}_fz_n,{0}_contact", run.displays[i].scheme);
+  text += '\n';
+  const std::size_t rows = run.loop ? run.loop->recorder().size() : 0;
+  for (std::size_t row = 0; row < rows; ++row) {
+    const TickRecord& tick = run.loop->recorder().tick(row);
+    const auto displays = run.loop->recorder().row(row);
+    const Vec3 &p = tick.position, &f = displays[0].force;
+    fmt::format_to(std::back_inserter(text), "{:.6f},{:.9f},{:.9f},{:.9f},{:.9g},{:.9g},{:.9g},{:.3f},{:d}", seconds(tick.t),
+                   p.x(), p.y(), p.z(), f.x(), f.y(), f.z(), tick.has_patch ? milliseconds(tick.patch_age) : -1.0,
+                   displays[0].contact);
+    for (const DisplayRecord& display : displays.subspan(1))
+      fmt::format_to(std::back_inserter(text), ",{:.9g},{:.9g},{:.9g},{:d}", display.force.x(), display.force.y(),
+                     display.force.z(), display.contact);
+    text += '\n';
+  }
+  write(file, text);
+}
+
+void write_summary(const std::filesystem::path& file, const RunReport& run) {
+  Json summary;
+  if (run.loop) summary.update(loop_json(*run.loop, run.realtime));
+  summary.update(link_json(*run.displays.front().core));
+  summary.update(display_json(run.displays.front()));
+  for (std::size_t i = 1; i < run.displays.size(); ++i) {
+    Json& compared = summary["compared"][run.displays[i].scheme];
+    compared = display_json(run.displays[i]);
+    compared["patches_received"] = run.displays[i].core->counts().patches;
+    compared["patch_bytes_mean"] = mean_bytes(run.displays[i].core->counts());
+    compared["patch_states"] = run.displays[i].core->last_patch().states();
+  }
+  write(file, summary.dump(2) + '\n');
+}
+
+std::string describe(const RunReport& run) {
+  const DisplayReport& felt = run.displays.front();
+  const ClientCore& core = *felt.core;
+  const RttStats& rtt = core.clock().rtt();
+  std::string text;
+  const auto out = std::back_inserter(text);
+  if (run.loop) {
+    const HapticLoopStats& stats = run.loop->stats();
+    fmt::format_to(out, "loop      {} ticks, {} late by more than 0.2 ms, {} skipped; woken {} us late (median), {} us (99 %)\n",
+                   stats.ticks, stats.late, stats.skipped, stats.late_us.percentile(0.5), stats.late_us.percentile(0.99));
+    fmt::format_to(out, "tick      {} ns (median), {} ns (99 %); largest force {:.3f} N\n", stats.tick_ns.percentile(0.5),
+                   stats.tick_ns.percentile(0.99), stats.force_max_n);
+  }
+  fmt::format_to(out, "link      round trip {:.1f} ms, jitter {:.1f} ms, {:.1f} % lost, joined {} time(s)\n",
+                 milliseconds(rtt.mean), milliseconds(rtt.jitter), loss_percent(core.loss()), core.counts().joins);
+  fmt::format_to(out, "patches   {} used of {} received, {:.0f} bytes each; largest hand-over step {:.4f} N\n",
+                 felt.haptic.patches_used, core.counts().patches, mean_bytes(core.counts()), felt.haptic.hand_over_step_max_n);
+  fmt::format_to(out, "guard     {} not finite, {} clamped, {} slew-limited, {} damped; least energy {:.2f} mJ",
+                 felt.guard.not_finite, felt.guard.clamped, felt.guard.slew_limited, felt.guard.damped,
+                 felt.guard.energy_min_j * 1e3);
+  return text;
+}
+
+}  // namespace palpate

@@ -1,0 +1,206 @@
+#include "client/app/run.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "client/app/report.hpp"
+#include "client/app/station.hpp"
+#include "client/device/replay_device.hpp"
+#include "client/device/sim_phantom.hpp"
+#include "client/io/haptic_loop.hpp"
+#include "common/io/monotonic.hpp"
+
+namespace palpate {
+
+namespace {
+
+constexpr Micros kPoll{20'000};
+constexpr Micros kSilence{1'000'000};         ///< without an answer for so long, the server is said not to be there
+constexpr Micros kSettle{300'000};            ///< after joining, for the clocks to lock before the hand moves
+constexpr Micros kComparisonWait{5'000'000};  ///< for the first patch of a comparison
+constexpr Micros kUntilStart{20'000};         ///< from the decision to start the motion to its start
+constexpr double kRecordedMaxS = 600;         ///< of a run without an end
+constexpr double kStartMaxM = 5e-4;           ///< attach: the motion should start where the node rests
+
+void say(const std::string& line) {
+  fmt::print("{}\n", line);
+  std::fflush(stdout);
+}
+
+/// Refusals that asking again will not change.
+bool is_final(RefuseReason reason) { return reason == RefuseReason::version || reason == RefuseReason::bad_request; }
+
+class Run {
+ public:
+  Run(const AppOptions& options, const std::atomic<bool>& stop) : options_(options), stop_(stop), began_(monotonic_now()) {
+    stations_.push_back(std::make_unique<Station>(options, options.scheme, ""));
+    for (const Scheme scheme : options.compare) stations_.push_back(std::make_unique<Station>(options, scheme, options.station));
+  }
+
+  int go() {
+    say(fmt::format("joining {} as {} ({})", options_.server, options_.station, name_of(options_.scheme)));
+    const bool joined = join();
+    if (joined) feel();
+    for (auto& station : stations_) station->stop();
+    if (refused_for_good_) return 1;
+    report();
+    const bool never_there = !joined && !stop_;
+    if (never_there) fmt::print(stderr, "palpate-client: {}: no answer\n", options_.server);
+    return never_there ? 1 : 0;
+  }
+
+ private:
+  Station& felt() { return *stations_.front(); }
+  bool over() const { return stop_ || (options_.duration_s && monotonic_now() - began_ >= from_seconds(*options_.duration_s)); }
+
+  /// Polls until `done` says so; false when the run is over first.
+  bool wait(const std::function<bool()>& done) {
+    while (!done()) {
+      if (over() || refused_for_good_) return false;
+      std::this_thread::sleep_for(kPoll);
+    }
+    return true;
+  }
+
+  bool join() {
+    felt().start();
+    bool said = false;
+    const bool joined = wait([&] {
+      const LinkState link = felt().status().link;
+      if (link == LinkState::joined) return true;
+      say_refusals();
+      if (!said && link == LinkState::joining && monotonic_now() - began_ > kSilence) {
+        say(fmt::format("no answer from {}: zero force, trying on", options_.server));
+        said = true;
+      }
+      return false;
+    });
+    if (!joined) return false;
+    const Welcome welcome = felt().status().welcome;
+    say(fmt::format("joined scene {}: {}, {:g} frames a second", welcome.scene,
+                    welcome.contact == ContactKind::attach ? "attach" : "touch", welcome.rate_hz));
+    for (std::size_t i = 1; i < stations_.size(); ++i) stations_[i]->start();
+    return true;
+  }
+
+  void feel() {
+    const Welcome welcome = felt().status().welcome;
+    make_device(welcome);
+    std::vector<HapticTick*> displays;
+    for (auto& station : stations_) displays.push_back(&station->core().haptic());
+    loop_ = std::make_unique<HapticLoop>(*device_, displays, HapticLoopOptions{options_.realtime, record_ticks()});
+    realtime_ = loop_->start();
+    if (realtime_.asked) say(describe(realtime_));
+    if (wait_until_felt(welcome)) move();
+    loop_->stop();
+  }
+
+  void make_device(const Welcome& welcome) {
+    const Motion motion = options_.motion ? *options_.motion : Motion::rest(welcome.home, 1.0);
+    const double off_m = (motion.position(0.0) - welcome.home).norm();
+    if (welcome.contact == ContactKind::attach && off_m > kStartMaxM)
+      say(fmt::format("warning: the motion starts {:.1f} mm from where the attached node rests; the node will be pulled there",
+                      off_m * 1e3));
+    if (options_.device == DeviceKind::replay) {
+      device_ = std::make_unique<ReplayDevice>(motion);
+    } else {
+      SimPhantomOptions phantom;
+      phantom.hand = options_.hand;
+      phantom.seed = options_.seed;
+      if (options_.release_s) phantom.release_s = *options_.release_s;
+      device_ = std::make_unique<SimPhantom>(motion, phantom);
+    }
+    device_->wait_for_start();
+  }
+
+  std::size_t record_ticks() const {
+    if (options_.report.empty()) return 0;
+    double length_s = kRecordedMaxS;
+    if (options_.motion) length_s = options_.motion->duration_s() + 1;
+    if (options_.duration_s) length_s = std::min(length_s, *options_.duration_s + 1);
+    return static_cast<std::size_t>(length_s * kHapticRateHz);
+  }
+
+  /// The device rests at the start of its motion until the clocks are locked and, for attach, the displays have a patch.
+  bool wait_until_felt(const Welcome& welcome) {
+    const Micros joined = monotonic_now();
+    const auto displays = static_cast<int>(stations_.size());
+    return wait([&] {
+      say_refusals();
+      const Micros waited = monotonic_now() - joined;
+      if (waited < kSettle || !felt().status().clock_locked || !loop_->running()) return !loop_->running();
+      if (welcome.contact == ContactKind::touch) return true;
+      const int ready = loop_->displays_with_patch();
+      return ready == displays || (ready > 0 && waited > kComparisonWait);
+    });
+  }
+
+  void move() {
+    const Micros start = loop_->due_after(kUntilStart);
+    loop_->record_from(start);
+    device_->start(start);
+    say(options_.motion ? fmt::format("motion of {:g} s starts", options_.motion->duration_s()) : "holding still");
+    bool linked = true;
+    wait([&] {
+      say_refusals();
+      const bool now_linked = felt().status().link == LinkState::joined;
+      if (now_linked != linked) say(now_linked ? "joined again" : "server lost: the force fades to zero, trying on");
+      linked = now_linked;
+      const bool ended = options_.motion && monotonic_now() > start + options_.motion->duration();
+      return ended || !loop_->running();
+    });
+  }
+
+  /// Once per station and reason.
+  void say_refusals() {
+    refusal_said_.resize(stations_.size());
+    for (std::size_t i = 0; i < stations_.size(); ++i) {
+      const ClientStatus status = stations_[i]->status();
+      if (status.link != LinkState::refused || status.refusal == refusal_said_[i]) continue;
+      refusal_said_[i] = status.refusal;
+      const bool felt_one = i == 0, final = felt_one && is_final(status.refuse_reason);
+      fmt::print(stderr, "palpate-client: {} refused {}: {}{}\n", options_.server, stations_[i]->name(), status.refusal,
+                 final ? "" : "; trying on");
+      refused_for_good_ = refused_for_good_ || final;
+    }
+  }
+
+  void report() {
+    RunReport run;
+    for (auto& station : stations_) {
+      ClientCore& core = station->core();
+      run.displays.push_back(
+          {std::string(name_of(station->scheme())), &core, core.haptic().counts(), core.haptic().guard_counts()});
+    }
+    run.loop = loop_.get();
+    run.realtime = realtime_;
+    if (loop_) say(describe(run));
+    if (options_.report.empty()) return;
+    write_forces(options_.report / "forces.csv", run);
+    write_summary(options_.report / "summary.json", run);
+    say(fmt::format("report    {}", (options_.report / "summary.json").string()));
+  }
+
+  const AppOptions& options_;
+  const std::atomic<bool>& stop_;
+  Micros began_;
+  std::vector<std::unique_ptr<Station>> stations_;
+  std::unique_ptr<MotionDevice> device_;
+  std::unique_ptr<HapticLoop> loop_;
+  RealtimeStatus realtime_;
+  std::vector<std::string> refusal_said_;
+  bool refused_for_good_ = false;
+};
+
+}  // namespace
+
+int run(const AppOptions& options, const std::atomic<bool>& stop) { return Run(options, stop).go(); }
+
+}  // namespace palpate

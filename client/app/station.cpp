@@ -1,0 +1,38 @@
+#include "client/app/station.hpp"
+
+#include "client/device/sim_phantom.hpp"
+#include "common/io/monotonic.hpp"
+
+namespace palpate {
+
+namespace {
+
+GuardLimits limits_of(const AppOptions& options) {
+  GuardLimits limits;
+  limits.passivity = options.passivity;
+  if (options.device == DeviceKind::sim) {
+    limits.force_max_n = SimPhantomOptions{}.force_max_n;
+    limits.slew_max_n_s = SimPhantom::kSlewMaxNS;
+  }
+  return limits;
+}
+
+ClientOptions client_options(const AppOptions& options, Scheme scheme, const std::string& shadow_of) {
+  ClientOptions client;
+  client.hello.station = shadow_of.empty() ? options.station : options.station + "/" + std::string(name_of(scheme));
+  client.hello.scheme = scheme;
+  client.hello.order = options.order;
+  client.hello.shadow_of = shadow_of;
+  client.guard = limits_of(options);
+  return client;
+}
+
+}  // namespace
+
+Station::Station(const AppOptions& options, Scheme scheme, const std::string& shadow_of)
+    : name_(client_options(options, scheme, shadow_of).hello.station),
+      scheme_(scheme),
+      core_(client_options(options, scheme, shadow_of), monotonic_now()),
+      udp_(options.server, core_) {}
+
+}  // namespace palpate

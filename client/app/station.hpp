@@ -1,0 +1,34 @@
+// One display on the network: a session with the server and the thread that drives it.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "client/app/options.hpp"
+#include "client/core/client_core.hpp"
+#include "client/io/udp_client.hpp"
+
+namespace palpate {
+
+class Station {
+ public:
+  /// `shadow_of` is empty for the felt display. Throws InputError when the server's name is not HOST:PORT or does not resolve.
+  Station(const AppOptions& options, Scheme scheme, const std::string& shadow_of);
+
+  void start() { udp_.start(); }
+  /// Says goodbye and ends the thread; from then on core() may be read.
+  void stop() { udp_.stop(); }
+  ClientStatus status() const { return udp_.status(); }
+
+  const std::string& name() const { return name_; }
+  Scheme scheme() const { return scheme_; }
+  ClientCore& core() { return core_; }
+
+ private:
+  std::string name_;
+  Scheme scheme_;
+  ClientCore core_;
+  UdpClient udp_;
+};
+
+}  // namespace palpate

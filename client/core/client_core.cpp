@@ -1,0 +1,199 @@
+#include "client/core/client_core.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace palpate {
+
+ClientCore::ClientCore(const ClientOptions& options, Micros now)
+    : options_(options),
+      heard_(now),
+      next_hello_(now),
+      next_send_(now),
+      next_beat_(now),
+      ticked_(now),
+      haptic_(patch_slot_, sample_ring_, options.guard) {}
+
+void ClientCore::tick(Micros now) {
+  ticked_ = now;
+  drain();
+  if (left_) return;
+  if (link_ == LinkState::joined && now - heard_ >= kLostAfter) join_again(now);
+  if (link_ != LinkState::joined) {
+    if (now < next_hello_) return;
+    hello_due_ = true;
+    next_hello_ = now + (link_ == LinkState::refused ? kRetryEvery : kHelloEvery);
+    return;
+  }
+  if (has_unsent() && now >= next_send_) {
+    send_due_ = true;
+    next_send_ = std::max(next_send_ + options_.send_interval, now);  // keeps the cadence when woken late
+    next_beat_ = now + kBeatEvery;
+  } else if (now >= next_beat_) {
+    beat_due_ = true;
+    next_beat_ = now + kBeatEvery;
+  }
+}
+
+Micros ClientCore::deadline() const {
+  const auto drain_at = ticked_ + kDrainEvery;
+  if (left_) return drain_at;
+  if (link_ != LinkState::joined) return std::min(next_hello_, drain_at);
+  const auto alive_at = std::min({next_beat_, heard_ + kLostAfter, drain_at});
+  return has_unsent() ? std::min(next_send_, alive_at) : alive_at;
+}
+
+void ClientCore::leave(Micros) {
+  leave_due_ = link_ == LinkState::joined;
+  left_ = true;
+  hello_due_ = send_due_ = beat_due_ = false;
+}
+
+/// What the haptic thread did since the last time; the intake catches up patches with it.
+void ClientCore::drain() {
+  ToolSample sample;
+  while (sample_ring_.pop(sample)) {
+    if (!sample.position.allFinite() || sample.position.cwiseAbs().maxCoeff() > kWorldExtentM) {
+      ++counts_.samples_outside;
+      continue;
+    }
+    intake_.add_sample(sample);
+    recent_.push_back(sample);
+    ++unsent_;
+  }
+  while (recent_.size() > kKept) recent_.pop_front();
+  // Before joining, what was done is past; the server starts with the newest.
+  const std::size_t most = link_ == LinkState::joined ? recent_.size() : static_cast<std::size_t>(kMaxSamplesPerDatagram);
+  unsent_ = std::min({unsent_, most, recent_.size()});
+}
+
+void ClientCore::take(std::span<const std::byte> bytes, Micros now) {
+  ++counts_.received;
+  counts_.bytes_received += bytes.size();
+  if (left_) return;
+  Message message;
+  const auto fault = decode(bytes, message);
+  if (fault != WireFault::none) {
+    ++counts_.dropped[static_cast<std::size_t>(fault)];
+    if (fault == WireFault::version && link_ != LinkState::joined) {
+      link_ = LinkState::refused;
+      refusal_ = {RefuseReason::version, "the server speaks another wire version than " + std::to_string(kWireVersion)};
+    }
+    return;
+  }
+  if (std::holds_alternative<Welcome>(message.body)) return take_welcome(message, now);
+  if (std::holds_alternative<Refuse>(message.body)) return take_refuse(message, now);
+  if (!is_ours(message)) {
+    ++counts_.stale;
+    return;
+  }
+  heard_ = now;
+  seq_in_.take(message.seq);
+  clock_.take(message.clock, now);
+  if (const auto* patch = std::get_if<PatchMessage>(&message.body)) take_patch(patch->patch, bytes.size());
+  if (const auto* beat = std::get_if<Beat>(&message.body)) contact_in_reach_ = beat->contact_in_reach;
+}
+
+bool ClientCore::is_ours(const Message& message) const {
+  return link_ == LinkState::joined && message.instance == instance_ && message.station == station_;
+}
+
+void ClientCore::take_welcome(const Message& message, Micros now) {
+  if (link_ == LinkState::joined) {
+    // The answer to a Hello that was repeated meanwhile, or one from another life of the server.
+    if (is_ours(message))
+      heard_ = now;
+    else
+      ++counts_.stale;
+    return;
+  }
+  if (message.instance != instance_ || message.station != station_) {
+    intake_.reset();
+    clock_ = ClockSync{};
+    seq_in_.reset();
+    seq_out_ = 0;
+  }
+  drain();
+  instance_ = message.instance;
+  station_ = message.station;
+  welcome_ = std::get<Welcome>(message.body);
+  refusal_ = {};
+  link_ = LinkState::joined;
+  ++counts_.joins;
+  hello_due_ = false;
+  heard_ = next_send_ = next_beat_ = now;
+  seq_in_.take(message.seq);
+  clock_.take(message.clock, now);
+}
+
+void ClientCore::take_refuse(const Message& message, Micros now) {
+  const auto& refusal = std::get<Refuse>(message.body);
+  const bool gone = refusal.reason == RefuseReason::unknown_station || refusal.reason == RefuseReason::shutting_down;
+  if (link_ == LinkState::joined) {
+    // A server that restarted does not know us under its new instance number; anything else must come from ours.
+    if (gone && message.station == station_)
+      join_again(now);
+    else
+      ++counts_.stale;
+    return;
+  }
+  if (gone || message.station != 0) {
+    ++counts_.stale;
+    return;
+  }
+  link_ = LinkState::refused;
+  refusal_ = refusal;
+  next_hello_ = std::max(next_hello_, now + kRetryEvery);
+}
+
+void ClientCore::take_patch(const Patch& patch, std::size_t bytes) {
+  drain();
+  ++counts_.patches;
+  counts_.patch_bytes += bytes;
+  contact_in_reach_ = true;
+  if (intake_.accept(patch)) last_patch_ = patch;
+}
+
+void ClientCore::join_again(Micros now) {
+  link_ = LinkState::joining;
+  next_hello_ = now;
+  send_due_ = beat_due_ = false;
+}
+
+std::size_t ClientCore::emit(std::span<std::byte> out, Micros now) {
+  if (std::exchange(leave_due_, false)) return say(Leave{}, out, now);
+  if (std::exchange(hello_due_, false)) return say(options_.hello, out, now);
+  if (send_due_)
+    if (const auto size = emit_samples(out, now)) return size;
+  if (std::exchange(beat_due_, false)) return say(Beat{}, out, now);
+  return 0;
+}
+
+std::size_t ClientCore::say(Body body, std::span<std::byte> out, Micros now) {
+  const bool stranger = std::holds_alternative<Hello>(body);
+  const Message message{stranger ? 0 : instance_, stranger ? 0 : station_, seq_out_, clock_.stamp(now), std::move(body)};
+  const auto size = encode(message, out);
+  if (size == 0) return 0;
+  ++seq_out_;
+  ++counts_.sent;
+  counts_.bytes_sent += size;
+  return size;
+}
+
+/// The oldest samples not sent yet, as many as fit, after `repeat_samples` that were: a lost datagram costs nothing.
+std::size_t ClientCore::emit_samples(std::span<std::byte> out, Micros now) {
+  constexpr auto most = static_cast<std::size_t>(kMaxSamplesPerDatagram);
+  while (unsent_ > 0) {
+    const auto sent = recent_.size() - unsent_;
+    const auto repeat = std::min(sent, std::min(static_cast<std::size_t>(std::max(options_.repeat_samples, 0)), most / 2));
+    const auto fresh = std::min(unsent_, most - repeat);
+    const auto first = recent_.begin() + static_cast<std::ptrdiff_t>(sent - repeat);
+    unsent_ -= fresh;
+    Samples samples{{first, first + static_cast<std::ptrdiff_t>(repeat + fresh)}};
+    if (const auto size = say(std::move(samples), out, now)) return size;
+  }
+  send_due_ = false;
+  return 0;
+}
+
+}  // namespace palpate

@@ -1,0 +1,111 @@
+// The station's side of a session without sockets, threads or clocks: take a datagram, tick, emit datagrams, say the deadline.
+//
+// Life of a station: joining (Hello every 250 ms until Welcome) -> joined (Samples up, patches down) -> joining again when the
+// server refuses us as unknown or was not heard for kLostAfter (a server that restarted has another instance number).
+// Refused for another reason (name taken, wrong version, ...): it says so and keeps asking, once a second.
+// A shadow sends no samples, only beats: the tool it feels with is another station's.
+// All calls but haptic() come from one thread; haptic() belongs to the haptic thread and shares only wait-free hand-offs.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <deque>
+#include <span>
+#include <string>
+
+#include "client/core/haptic_tick.hpp"
+#include "client/player/intake.hpp"
+#include "common/session/clock_sync.hpp"
+#include "common/session/seq_tracker.hpp"
+#include "common/wire/codec.hpp"
+#include "common/wire/messages.hpp"
+
+namespace palpate {
+
+struct ClientOptions {
+  Hello hello;  ///< name, scheme, order, shadow_of
+  GuardLimits guard;
+  Micros send_interval{2000};  ///< between Samples datagrams (500 a second)
+  int repeat_samples = 32;     ///< older samples that each datagram repeats
+};
+
+inline constexpr Micros kHelloEvery{250'000};
+inline constexpr Micros kRetryEvery{1'000'000};  ///< Hello after a refusal
+inline constexpr Micros kBeatEvery{50'000};      ///< when there are no samples to send
+inline constexpr Micros kLostAfter{3'000'000};   ///< a server silent for so long is gone
+
+enum class LinkState : std::uint8_t { joining, joined, refused };
+
+struct ClientCounts {
+  std::uint64_t sent = 0, received = 0, bytes_sent = 0, bytes_received = 0, joins = 0, stale = 0;
+  std::uint64_t samples_outside = 0;                 ///< not finite or beyond the world: neither sent nor caught up with
+  std::array<std::uint64_t, kWireFaults> dropped{};  ///< patches that did not pass check() among them
+  std::uint64_t patch_bytes = 0, patches = 0;        ///< bytes of the datagrams that carried patches
+};
+
+class ClientCore {
+ public:
+  explicit ClientCore(const ClientOptions& options, Micros now);
+
+  void take(std::span<const std::byte> bytes, Micros now);
+  void tick(Micros now);
+  /// Bytes of the next datagram for the server written into `out`, 0 when there is none. Call until 0.
+  std::size_t emit(std::span<std::byte> out, Micros now);
+  Micros deadline() const;
+  /// Say goodbye: the next emit() is a Leave.
+  void leave(Micros now);
+
+  HapticTick& haptic() { return haptic_; }
+
+  LinkState link() const { return link_; }
+  const Welcome& welcome() const { return welcome_; }              ///< meaningful when joined once
+  const std::string& refusal() const { return refusal_.message; }  ///< why, when refused
+  RefuseReason refuse_reason() const { return refusal_.reason; }
+  const ClockSync& clock() const { return clock_; }
+  Micros last_heard() const { return heard_; }
+  const SeqCounts& loss() const { return seq_in_.counts(); }  ///< of the datagrams from the server
+  const ClientCounts& counts() const { return counts_; }
+  const IntakeCounts& intake_counts() const { return intake_.counts(); }
+  const Patch& last_patch() const { return last_patch_; }  ///< the newest accepted patch, for reports
+  /// From the last server message: a surface is near enough for patches.
+  bool contact_in_reach() const { return contact_in_reach_; }
+
+ private:
+  static constexpr std::size_t kKept = 1024;     ///< samples at hand for sending and repeating
+  static constexpr Micros kDrainEvery{100'000};  ///< at least; the ring between the threads holds a second
+
+  void drain();
+  bool is_ours(const Message& message) const;
+  void take_welcome(const Message& message, Micros now);
+  void take_refuse(const Message& message, Micros now);
+  void take_patch(const Patch& patch, std::size_t bytes);
+  void join_again(Micros now);
+  bool has_unsent() const { return unsent_ > 0 && options_.hello.shadow_of.empty(); }
+  std::size_t say(Body body, std::span<std::byte> out, Micros now);
+  std::size_t emit_samples(std::span<std::byte> out, Micros now);
+
+  ClientOptions options_;
+  LinkState link_ = LinkState::joining;
+  std::uint64_t instance_ = 0;
+  StationId station_ = 0;
+  std::uint32_t seq_out_ = 0;
+  ClockSync clock_;
+  SeqTracker seq_in_;
+  Welcome welcome_;
+  Refuse refusal_;
+  Micros heard_{}, next_hello_{}, next_send_{}, next_beat_{}, ticked_{};
+  bool hello_due_ = false, send_due_ = false, beat_due_ = false, leave_due_ = false, left_ = false;
+  bool contact_in_reach_ = false;
+  std::deque<ToolSample> recent_;  ///< newest last
+  std::size_t unsent_ = 0;         ///< of these, at the end
+  Patch last_patch_;
+  ClientCounts counts_;
+
+  // the hand-offs to and from the haptic thread
+  LatestSlot<PatchPlayer> patch_slot_;
+  SampleRing sample_ring_;
+  PatchIntake intake_{patch_slot_};
+  HapticTick haptic_;
+};
+
+}  // namespace palpate

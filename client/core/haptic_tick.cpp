@@ -1,0 +1,67 @@
+#include "client/core/haptic_tick.hpp"
+
+#include <algorithm>
+
+namespace palpate {
+
+HapticTick::HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, const GuardLimits& limits)
+    : patches_(patches), samples_(samples), guard_(limits) {}
+
+void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
+  // What the network side had not seen yet; recent_ holds the ticks before this one.
+  const std::uint64_t oldest = recent_count_ > kRecent ? recent_count_ - kRecent : 0;
+  for (std::uint64_t k = oldest; k < recent_count_; ++k) {
+    const ToolSample& sample = recent_[k % kRecent];
+    if (sample.t > next.time()) next.advance(sample);
+  }
+  if (has_player_) next.inherit(player_);
+  const Vec3 step = (has_player_ ? Vec3(player_.advance(now).force + fade_offset_) : Vec3::Zero()) - next.advance(now).force;
+  player_ = next;
+  if (has_player_) {
+    fade_offset_ = step;
+    fade_left_ = kCrossFadeTicks;
+    counts_.hand_over_step_max_n = std::max(counts_.hand_over_step_max_n, step.norm());
+  }
+  has_player_ = true;
+  ++counts_.patches_used;
+}
+
+TickOutput HapticTick::tick(const ToolSample& sample) noexcept {
+  ++counts_.ticks;
+  if (!samples_.push(sample)) ++counts_.samples_dropped;
+  TickOutput out;
+  if (PatchPlayer* next = patches_.take()) {
+    hand_over(*next, sample);
+    out.swapped = true;
+    out.hand_over_step_n = fade_offset_.norm();
+  } else if (has_player_) {
+    player_.advance(sample);
+  }
+  const Micros passed = recent_count_ > 0 ? sample.t - recent_[(recent_count_ - 1) % kRecent].t : kTick;
+  recent_[recent_count_++ % kRecent] = sample;
+
+  Vec3 force = Vec3::Zero();
+  if (has_player_) {
+    const Patch& patch = player_.patch();
+    out.has_patch = true;
+    out.contact = player_.output().contact;
+    out.patch_stamp = patch.stamp;
+    out.patch_age = sample.t - patch.stamp;
+    force = player_.output().force;
+    if (fade_left_ > 0) {
+      force += fade_offset_;
+      fade_offset_ *= static_cast<double>(fade_left_ - 1) / fade_left_;
+      --fade_left_;
+    }
+    const bool good = out.patch_age <= patch.valid_for && (sample.position - patch.tool).norm() <= patch.trust_radius_m;
+    const double target = good ? 1.0 : 0.0;
+    // Nothing is felt at zero force, so nothing need be faded: a contact that begins with a fresh patch is felt at once.
+    gain_ = force.squaredNorm() > 0 ? std::clamp(target, gain_ - 1.0 / kFadeTicks, gain_ + 1.0 / kFadeTicks) : target;
+    if (gain_ < 1) ++counts_.faded_ticks;
+    force *= gain_;
+  }
+  out.force = guard_.pass(force, sample.position, seconds(passed));
+  return out;
+}
+
+}  // namespace palpate

@@ -1,0 +1,63 @@
+// The haptic tick: newest patch -> player -> fade -> guard. Called once a millisecond by the one haptic thread.
+//
+// A new patch is replayed over the last few ticks that the network side had not seen, then takes over: the force step at the
+// swap is measured and decays linearly to zero within kCrossFadeTicks. A patch that is too old, or whose trust radius the
+// tool has left, fades to zero over kFadeTicks; a patch that is good again fades in. Does not allocate, lock, log or throw.
+#pragma once
+
+#include <array>
+
+#include "client/guard/guard.hpp"
+#include "client/player/player.hpp"
+#include "common/base/latest_slot.hpp"
+#include "common/base/spsc_ring.hpp"
+
+namespace palpate {
+
+inline constexpr std::size_t kSampleRing = 1024;
+using SampleRing = SpscRing<ToolSample, kSampleRing>;
+
+struct TickOutput {
+  Vec3 force = Vec3::Zero();  ///< what the device shall render, after the guard [N]
+  bool contact = false;
+  bool has_patch = false;
+  Micros patch_age{};  ///< now minus the stamp of the patch in use
+  Micros patch_stamp{};
+  bool swapped = false;         ///< a new patch took over in this tick
+  double hand_over_step_n = 0;  ///< its force step before the cross-fade [N]
+};
+
+struct HapticCounts {
+  std::uint64_t ticks = 0, samples_dropped = 0, patches_used = 0, faded_ticks = 0;
+  double hand_over_step_max_n = 0;
+};
+
+class HapticTick {
+ public:
+  HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, const GuardLimits& limits);
+  /// One tick. `sample.t` is the client's clock and grows by kTick (late ticks are skipped by the caller, never squeezed).
+  TickOutput tick(const ToolSample& sample) noexcept;
+  const HapticCounts& counts() const { return counts_; }
+  const GuardCounts& guard_counts() const { return guard_.counts(); }
+
+ private:
+  static constexpr int kRecent = 64;
+  static constexpr int kCrossFadeTicks = 4;
+  static constexpr int kFadeTicks = 50;
+
+  void hand_over(PatchPlayer& next, const ToolSample& now) noexcept;
+
+  LatestSlot<PatchPlayer>& patches_;
+  SampleRing& samples_;
+  Guard guard_;
+  PatchPlayer player_;
+  bool has_player_ = false;
+  std::array<ToolSample, kRecent> recent_{};
+  std::uint64_t recent_count_ = 0;
+  Vec3 fade_offset_ = Vec3::Zero();
+  int fade_left_ = 0;
+  double gain_ = 0;
+  HapticCounts counts_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,27 @@
+// Device `replay`: the tool is where the recording says, whatever force is written. `ok` is false once the motion has ended.
+#pragma once
+
+#include "client/device/motion_device.hpp"
+#include "common/motion/motion.hpp"
+
+namespace palpate {
+
+class ReplayDevice final : public MotionDevice {
+ public:
+  explicit ReplayDevice(Motion motion);
+
+  const DeviceCaps& caps() const override { return caps_; }
+  DeviceReading read(Micros now) noexcept override;
+  void write(const Vec3& force) noexcept override { force_ = force; }
+  void stop() noexcept override { force_ = Vec3::Zero(); }
+
+  /// Force last written [N].
+  const Vec3& force() const noexcept { return force_; }
+
+ private:
+  Motion motion_;
+  DeviceCaps caps_;
+  Vec3 force_ = Vec3::Zero();
+};
+
+}  // namespace palpate

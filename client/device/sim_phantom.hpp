@@ -1,0 +1,70 @@
+// Device `sim`: a simulated Phantom 1.5 in a simulated hand.
+//
+//     (m_device + m_hand) x'' = F + k_hand (w - x) + b_hand (w' - x'),        w = intention + tremor
+//
+// x is the tool point, F the force written, w where the person wants the tool. The device adds its apparent mass (75 g), clamps
+// the force to 8.5 N, renders it in steps of 0.07 N per axis (held until the next write) and reads its position in steps of
+// 0.03 mm per axis from where it was switched on. It has neither gravity nor friction: the least damped case.
+//
+// The equation is linear; with F constant and w linear inside a sub-step of at most 0.25 ms its Taylor series to 16th order is
+// exact to rounding, so nothing but the stated quantisation and the sampling of w separates it from the closed form.
+// The same seed and the same calls give the same bits.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "client/device/hand.hpp"
+#include "client/device/motion_device.hpp"
+#include "common/motion/motion.hpp"
+
+namespace palpate {
+
+struct SimPhantomOptions {
+  Hand hand{0.5, 6, 135};
+  double tremor_m = 1e-4;         ///< amplitude of the sine that has the tremor's power, 0 = a steady hand
+  std::uint64_t seed = 1;         ///< of the tremor
+  double device_mass_kg = 0.075;  ///< apparent mass at the tool
+  double position_step_m = 3e-5;  ///< 0 = not quantised
+  double force_step_n = 0.07;     ///< 0 = not quantised
+  double force_max_n = 8.5;       ///< Euclidean norm
+  double release_s = std::numeric_limits<double>::infinity();  ///< motion time at which the hand lets go
+};
+
+class SimPhantom final : public MotionDevice {
+ public:
+  /// Throws InputError when a number is negative or not finite, or the mass or a hand is beyond what a sub-step resolves.
+  SimPhantom(Motion intention, const SimPhantomOptions& options);
+
+  const DeviceCaps& caps() const override { return caps_; }
+  /// Advances to `now`; `ok` stays true: after its motion the hand holds still. A `now` that goes back changes nothing; a gap of
+  /// more than kGapMax is not made up for, the hand stood still for the rest of it.
+  DeviceReading read(Micros now) noexcept override;
+  void write(const Vec3& force) noexcept override;
+  void stop() noexcept override { force_ = Vec3::Zero(); }
+
+  /// The state behind the quantised reading, for experiments and tests.
+  const Vec3& position() const noexcept { return position_; }
+  const Vec3& velocity() const noexcept { return velocity_; }
+  /// Force being rendered, clamped and quantised [N].
+  const Vec3& force() const noexcept { return force_; }
+
+  // The vendor states no limit; a step from nothing to the peak force in about four ticks is felt as a knock, not as a blow.
+  static constexpr double kSlewMaxNS = 2000;
+  static constexpr Micros kSubStepMax{250};
+  static constexpr Micros kGapMax{100'000};
+
+ private:
+  Vec3 wanted(Micros t) const noexcept;
+  void step(Micros from, Micros to) noexcept;
+
+  Motion intention_;
+  SimPhantomOptions options_;
+  DeviceCaps caps_;
+  Tremor tremor_;
+  Vec3 origin_, position_, velocity_ = Vec3::Zero(), force_ = Vec3::Zero();
+  Micros time_{};  ///< motion time of the state
+  Micros lost_{};  ///< gaps that were not made up for
+};
+
+}  // namespace palpate

@@ -1,0 +1,128 @@
+#include "client/io/udp_client.hpp"
+
+#include <algorithm>
+#include <asio/post.hpp>
+#include <cstdio>
+
+#include "common/base/error.hpp"
+#include "common/io/monotonic.hpp"
+
+namespace palpate {
+namespace {
+
+UdpEndpoint server_at(const std::string& text) {
+  const auto server = resolve_udp("--server", text);
+  if (server.port() == 0) throw InputError("--server", "port 0", "the server's port, 1 to 65535");
+  return server;
+}
+
+std::string joined_text(const ClientStatus& status) {
+  std::array<char, 96> figures{};
+  std::snprintf(figures.data(), figures.size(), "\" at %g Hz", status.welcome.rate_hz);
+  return "joined scene \"" + status.welcome.scene + figures.data();
+}
+
+}  // namespace
+
+UdpClient::UdpClient(const std::string& server, ClientCore& core, Say say)
+    : core_(core),
+      say_(std::move(say)),
+      server_name_(server),
+      server_(server_at(server)),
+      socket_(open_udp_towards(io_, server_)) {
+  socket_.non_blocking(true);
+}
+
+UdpClient::~UdpClient() { stop(); }
+
+void UdpClient::start() {
+  if (thread_.joinable()) return;
+  receive();
+  asio::post(io_, [this] { step(); });
+  thread_ = std::thread([this] { io_.run(); });
+}
+
+void UdpClient::stop() {
+  if (!thread_.joinable()) return;
+  asio::post(io_, [this] {
+    const auto now = monotonic_now();
+    core_.leave(now);
+    send_all(now);
+    io_.stop();
+  });
+  thread_.join();
+}
+
+ClientStatus UdpClient::status() const {
+  const std::lock_guard lock(mutex_);
+  return status_;
+}
+
+void UdpClient::receive() {
+  socket_.async_wait(UdpSocket::wait_read, [this](const asio::error_code& fault) {
+    if (fault == asio::error::operation_aborted) return;
+    UdpEndpoint from;
+    asio::error_code none;
+    while (true) {
+      const auto size = socket_.receive_from(asio::buffer(in_), from, 0, none);
+      if (none == asio::error::would_block || none == asio::error::try_again) break;
+      if (none) continue;  // an ICMP answer to an earlier datagram: the server is not there yet
+      if (from == server_) core_.take(std::span(in_).first(size), monotonic_now());
+    }
+    step();
+    receive();
+  });
+}
+
+void UdpClient::wake() {
+  auto at = core_.deadline();
+  if (core_.link() == LinkState::joined) at = std::min(at, monotonic_now() + kWake);
+  timer_.expires_at(monotonic_at(at));
+  timer_.async_wait([this](const asio::error_code& fault) {
+    if (!fault) step();
+  });
+}
+
+void UdpClient::step() {
+  const auto now = monotonic_now();
+  core_.tick(now);
+  send_all(now);
+  note();
+  wake();
+}
+
+void UdpClient::send_all(Micros now) {
+  while (const auto size = core_.emit(out_, now)) {
+    asio::error_code fault;
+    socket_.send_to(asio::buffer(out_.data(), size), server_, 0, fault);
+    if (fault) ++send_failed_;
+  }
+}
+
+void UdpClient::note() {
+  ClientStatus status{core_.link(),           core_.welcome(),     core_.refusal(),     core_.refuse_reason(),
+                      core_.clock().locked(), core_.clock().rtt(), core_.counts().joins};
+  LinkState before;
+  bool changed;
+  {
+    const std::lock_guard lock(mutex_);
+    before = status_.link;
+    changed = before != status.link || status.refusal != status_.refusal || (status.joins != status_.joins);
+    status_ = status;
+  }
+  if (say_ && (changed || !waiting_said_)) tell(before, status);
+  waiting_said_ = true;
+}
+
+void UdpClient::tell(LinkState before, const ClientStatus& after) {
+  if (after.link == LinkState::joined)
+    say_(joined_text(after));
+  else if (after.link == LinkState::refused)
+    say_("refused: " + after.refusal);
+  else if (before == LinkState::joined)
+    say_("server silent, trying again");
+  else
+    say_("waiting for server at " + server_name_);
+}
+
+}  // namespace palpate

@@ -1,0 +1,79 @@
+// Drives a ClientCore over a UDP socket in real time, on a thread of its own.
+//
+// The thread sleeps until a datagram comes or the core's deadline, at most kWake while joined, so that samples of the haptic
+// thread go out in time. Every datagram that waits is taken before the core ticks. The clock is steady_clock, the same that the
+// haptic loop reads. From start() to stop() the core belongs to the thread (its haptic() to the haptic thread).
+#pragma once
+
+#include <array>
+#include <asio/io_context.hpp>
+#include <asio/steady_timer.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "client/core/client_core.hpp"
+#include "common/io/endpoint.hpp"
+
+namespace palpate {
+
+/// What other threads may know of the session.
+struct ClientStatus {
+  LinkState link = LinkState::joining;
+  Welcome welcome;      ///< meaningful when joined once
+  std::string refusal;  ///< why, when refused
+  RefuseReason refuse_reason = RefuseReason::bad_request;
+  bool clock_locked = false;
+  RttStats rtt;
+  std::uint64_t joins = 0;
+};
+
+class UdpClient {
+ public:
+  /// Called once with each change of the link, in words. On the network thread.
+  using Say = std::function<void(const std::string&)>;
+
+  /// `server` is HOST:PORT; InputError when it is not, or does not resolve. The core outlives this object.
+  UdpClient(const std::string& server, ClientCore& core, Say say = {});
+  ~UdpClient();
+  UdpClient(const UdpClient&) = delete;
+  UdpClient& operator=(const UdpClient&) = delete;
+
+  void start();
+  /// Says goodbye to the server and ends the thread; from then on the core may be read. Harmless when not started.
+  void stop();
+  /// Any thread.
+  ClientStatus status() const;
+  /// Datagrams that the operating system did not take. After stop().
+  std::uint64_t send_failed() const { return send_failed_; }
+
+ private:
+  static constexpr Micros kWake{1'000};
+
+  void receive();
+  void wake();
+  void step();
+  void send_all(Micros now);
+  void note();
+  void tell(LinkState before, const ClientStatus& after);
+
+  ClientCore& core_;
+  Say say_;
+  std::string server_name_;
+  asio::io_context io_{1};
+  UdpEndpoint server_;
+  UdpSocket socket_;
+  asio::steady_timer timer_{io_};
+  std::array<std::byte, 2048> in_{};
+  std::array<std::byte, kMaxDatagramBytes> out_{};
+  std::uint64_t send_failed_ = 0;
+  bool waiting_said_ = false;
+  mutable std::mutex mutex_;  ///< of status_; the haptic thread never asks
+  ClientStatus status_;
+  std::thread thread_;
+};
+
+}  // namespace palpate

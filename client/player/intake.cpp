@@ -1,0 +1,65 @@
+#include "client/player/intake.hpp"
+
+#include <algorithm>
+
+namespace palpate {
+
+SampleHistory::SampleHistory() : ring_(kSampleHistoryTicks) {}
+
+void SampleHistory::add(const ToolSample& sample) {
+  if (count_ < ring_.size()) {
+    ring_[(first_ + count_++) % ring_.size()] = sample;
+  } else {
+    ring_[first_] = sample;
+    first_ = (first_ + 1) % ring_.size();
+  }
+}
+
+std::size_t SampleHistory::size() const { return count_; }
+const ToolSample& SampleHistory::operator[](std::size_t age_from_oldest) const {
+  return ring_[(first_ + age_from_oldest) % ring_.size()];
+}
+
+std::size_t SampleHistory::first_after(Micros t) const {
+  std::size_t low = 0, high = count_;
+  while (low < high) {
+    const std::size_t middle = (low + high) / 2;
+    if ((*this)[middle].t > t)
+      high = middle;
+    else
+      low = middle + 1;
+  }
+  return low;
+}
+
+void SampleHistory::clear() { first_ = count_ = 0; }
+
+bool PatchIntake::accept(const Patch& patch) {
+  if (counts_.accepted > 0 && static_cast<std::int32_t>(patch.seq - last_seq_) <= 0) {
+    ++counts_.stale;
+    return false;
+  }
+  const std::size_t begin = history_.first_after(patch.stamp);
+  if (history_.size() > 0 && begin == 0) {
+    ++counts_.too_old;
+    return false;
+  }
+  if (history_.size() > 0 && patch.stamp > history_[history_.size() - 1].t + kFutureMax) {
+    ++counts_.from_future;
+    return false;
+  }
+  last_seq_ = patch.seq;
+  ++counts_.accepted;
+  PatchPlayer& player = slot_.back();
+  player = PatchPlayer(patch);
+  for (std::size_t i = begin; i < history_.size(); ++i) player.advance(history_[i]);
+  slot_.publish();
+  return true;
+}
+
+void PatchIntake::reset() {
+  last_seq_ = 0;
+  counts_.accepted = 0;
+}
+
+}  // namespace palpate

@@ -1,0 +1,55 @@
+// The network side of the hand-over: a checked patch comes in, is compiled and caught up with the client's own samples,
+// and leaves through a wait-free slot to the haptic thread. Runs off the haptic thread; one writer.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "client/player/player.hpp"
+#include "common/base/latest_slot.hpp"
+#include "common/base/types.hpp"
+#include "common/port/patch.hpp"
+
+namespace palpate {
+
+/// The client's own tool samples, newest last, bounded; what a patch is caught up with.
+class SampleHistory {
+ public:
+  SampleHistory();
+  void add(const ToolSample& sample);
+  std::size_t size() const;
+  const ToolSample& operator[](std::size_t age_from_oldest) const;
+  /// Index of the first sample later than `t`; size() when there is none.
+  std::size_t first_after(Micros t) const;
+  void clear();
+
+ private:
+  std::vector<ToolSample> ring_;
+  std::size_t first_ = 0, count_ = 0;
+};
+
+struct IntakeCounts {
+  std::uint64_t accepted = 0, stale = 0, too_old = 0, from_future = 0;
+};
+
+class PatchIntake {
+ public:
+  static constexpr Micros kFutureMax{20'000};  ///< a stamp further ahead of our own samples than this is nonsense
+  explicit PatchIntake(LatestSlot<PatchPlayer>& slot) : slot_(slot) {}
+  /// Every sample of the haptic thread, in order.
+  void add_sample(const ToolSample& sample) { history_.add(sample); }
+  const SampleHistory& history() const { return history_; }
+  /// Takes a patch that passed check(): false (and counted) when it is not newer than the last one, or older than the history.
+  bool accept(const Patch& patch);
+  /// A new server process or station: sequence numbers start over.
+  void reset();
+  const IntakeCounts& counts() const { return counts_; }
+
+ private:
+  LatestSlot<PatchPlayer>& slot_;
+  SampleHistory history_;
+  std::uint32_t last_seq_ = 0;
+  IntakeCounts counts_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,153 @@
+#include "client/player/player.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace palpate {
+namespace {
+
+constexpr double kTickS = 1.0 / kHapticRateHz;
+constexpr std::int64_t kTicksMax = 2 * kSampleHistoryTicks;  // of one advance(): a gap longer than any history ends there
+
+}  // namespace
+
+PatchPlayer::PatchPlayer(const Patch& patch) : patch_(patch) {
+  const Propagator p = make_propagator(patch.stiffness, patch.damping, kTickS);
+  const auto r = patch.modes();
+  z_ = StateVector::Zero(2 * r);
+  if (r > 0) {
+    z_.tail(r) = patch.q_rate;
+    phi_ = p.phi;
+    psi0_ = p.psi0;
+    drift_ = p.psi0 * patch.g;
+    if (patch.contact == ContactKind::attach) {
+      from_d_next_ = p.psi1 * patch.b_k;
+      from_d_ = p.psi0 * patch.b_k - from_d_next_;
+      from_rate_ = p.psi0 * patch.b_d;
+    }
+  }
+  if (patch.low_pass_hz > 0) low_pass_gain_ = 1 - std::exp(-2 * std::numbers::pi * patch.low_pass_hz * kTickS);
+  const auto vertices = static_cast<std::size_t>(patch.surface.vertex_count);
+  const auto triangles = static_cast<std::size_t>(patch.surface.triangle_count);
+  connect_surface({patch.surface.triangles.data(), triangles}, vertices, {first_.data(), vertices + 1},
+                  {incident_.data(), 3 * triangles}, {open_.data(), triangles});
+  touching_ = patch.touching;
+  point_ = patch.point;
+  tool_ = {patch.stamp, patch.tool};
+  output_ = {patch.force, patch.touching};
+}
+
+PlayerOutput PatchPlayer::advance(const ToolSample& sample) noexcept {
+  const std::int64_t half = kTick.count() / 2;
+  const std::int64_t ticks = std::min((sample.t.count() - tool_.t.count() + half) / kTick.count(), kTicksMax);
+  if (ticks <= 0) return output_;
+  const Vec3 from = tool_.position;
+  for (std::int64_t k = 1; k <= ticks; ++k) {
+    const double part = static_cast<double>(k) / static_cast<double>(ticks);
+    tick(k == ticks ? sample.position : Vec3(from + part * (sample.position - from)));
+  }
+  tool_.t = sample.t;
+  return output_;
+}
+
+void PatchPlayer::inherit(const PatchPlayer& before) noexcept {
+  if (patch_.low_pass_hz > 0 && before.patch_.low_pass_hz > 0) output_.force = before.output_.force;
+}
+
+void PatchPlayer::tick(const Vec3& tool) noexcept {
+  if (patch_.constant)
+    output_.force += low_pass_gain_ * (patch_.force - output_.force);
+  else if (patch_.contact == ContactKind::attach)
+    tick_attach(tool);
+  else
+    tick_touch(tool);
+  tool_.position = tool;
+}
+
+void PatchPlayer::tick_attach(const Vec3& tool) noexcept {
+  const auto r = patch_.modes();
+  const Vec3 d = tool_.position - patch_.tool, d_next = tool - patch_.tool;
+  const Vec3 rate = (tool - tool_.position) / kTickS - patch_.tool_velocity;
+  Vec3 force = patch_.force - patch_.k_port * d_next - patch_.d_port * rate;
+  if (r > 0) {
+    StateVector next = drift_;
+    next.noalias() += from_d_ * d;
+    next.noalias() += from_d_next_ * d_next;
+    next.noalias() += from_rate_ * rate;
+    next.noalias() += phi_ * z_;
+    z_ = next;
+    force.noalias() += patch_.b_k.transpose() * z_.head(r);
+    force.noalias() += patch_.b_d.transpose() * (z_.tail(r) - patch_.q_rate);
+  }
+  output_ = {force, true};
+}
+
+SurfaceView PatchPlayer::surface() const noexcept {
+  const auto vertices = static_cast<std::size_t>(patch_.surface.vertex_count);
+  const auto triangles = static_cast<std::size_t>(patch_.surface.triangle_count);
+  return {{patch_.surface.triangles.data(), triangles},
+          {first_.data(), vertices + 1},
+          {incident_.data(), 3 * triangles},
+          {open_.data(), triangles}};
+}
+
+Positions PatchPlayer::positions() const noexcept {
+  return {vertices_.data(), 3 * static_cast<std::size_t>(patch_.surface.vertex_count)};
+}
+
+void PatchPlayer::place_vertices() noexcept {
+  const auto r = patch_.modes();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(patch_.surface.vertex_count); ++i) {
+    Eigen::Map<Vec3> x(vertices_.data() + 3 * i);
+    x = patch_.surface.vertices[i].position;
+    if (r > 0) x.noalias() += patch_.surface.vertices[i].rows * z_.head(r);
+  }
+}
+
+void PatchPlayer::tick_touch(const Vec3& tool) noexcept {
+  const auto r = patch_.modes();
+  if (r > 0) {
+    StateVector next = drift_;
+    next.noalias() += phi_ * z_;
+    z_ = next;
+  }
+  place_vertices();
+  const SurfaceView view = surface();
+  output_ = {};
+  if (!touching_) {
+    const NearestPoint nearest = nearest_point(view, positions(), tool);
+    if (nearest.height_m >= 0 || nearest.at_border) return;
+    point_ = nearest.point;
+    touching_ = true;
+  }
+
+  PortRows rows(3, r);
+  rows.setZero();
+  const Triangle& corners = view.triangles[point_.triangle];
+  if (r > 0)
+    for (int k = 0; k < 3; ++k) rows += point_.weight[k] * patch_.surface.vertices[corners[static_cast<std::size_t>(k)]].rows;
+  Mat3 compliance = patch_.c_static;
+  StateInput response;  // Psi0 R^T, 2r x 3
+  if (r > 0) {
+    response.resize(2 * r, 3);
+    response.noalias() = psi0_ * rows.transpose();
+    compliance.noalias() += rows * response.topRows(r);
+  }
+  const Vec3 p_free = position_at(view, positions(), point_);
+  const ContactParameters parameters{patch_.coupling_n_m, patch_.friction};
+  const ContactClosure closure = close_contact(p_free, compliance, normal_at(view, positions(), point_), tool, parameters);
+  touching_ = closure.touching;
+  if (!touching_) return;
+  if (r > 0) z_.noalias() += response * closure.lambda;
+  if (closure.slip.squaredNorm() > 0) point_ = slide(view, positions(), point_, closure.slip);
+  output_ = {-closure.lambda, true};
+}
+
+double PatchPlayer::energy() const {
+  const auto r = patch_.modes();
+  if (r == 0) return 0;
+  return 0.5 * (z_.tail(r).squaredNorm() + z_.head(r).cwiseAbs2().dot(patch_.stiffness));
+}
+
+}  // namespace palpate

@@ -1,0 +1,75 @@
+// The patch player: advances one patch by its exact discrete exponential, a tick at a time, and closes the port.
+//
+// With z = (q, q'), one tick of length dt is z+ = Phi z + Psi0 w0 + Psi1 w1 (propagator.hpp), exact for
+//     attach: the tool moves linearly inside the tick: w0 = g + B_k d + B_d d', w1 = B_k (d+ - d)
+//     touch:  lambda is constant inside the tick: w0 = g + R^T lambda with R = sum_i w_i R_i at the contact point; the
+//     end-of-tick
+//             contact law (contact_law.hpp) gives lambda from p_free and C = R Psi0_q R^T + c_static
+// Contact begins in the tick in which the tool is found below the patch's own deformed surface, and ends in the tick in which it
+// would pull. compile() allocates and belongs off the haptic thread; advance() does not allocate, lock or throw.
+// Copyable, so that a caught-up player can be handed over by value.
+#pragma once
+
+#include <array>
+
+#include "client/player/propagator.hpp"
+#include "common/base/types.hpp"
+#include "common/port/contact_law.hpp"
+#include "common/port/patch.hpp"
+#include "common/port/surface.hpp"
+
+namespace palpate {
+
+inline constexpr Micros kTick{1'000'000 / kHapticRateHz};
+
+struct PlayerOutput {
+  Vec3 force = Vec3::Zero();  ///< on the tool [N]
+  bool contact = false;
+};
+
+class PatchPlayer {
+ public:
+  PatchPlayer() = default;
+  /// `patch` has passed check(). The player stands at the patch's stamp.
+  explicit PatchPlayer(const Patch& patch);
+
+  /// On to `sample.t`, in ticks, the tool moving linearly from its last position. Nothing happens when that is less than half a
+  /// tick.
+  PlayerOutput advance(const ToolSample& sample) noexcept;
+  /// Goes on where `before` stopped with what must not jump at a swap: the state of the low-pass.
+  void inherit(const PatchPlayer& before) noexcept;
+
+  const Patch& patch() const { return patch_; }
+  Micros time() const { return tool_.t; }
+  const PlayerOutput& output() const { return output_; }
+  /// Energy of the model, (q'^T q' + q^T K q) / 2 [J], for tests of passivity.
+  double energy() const;
+
+ private:
+  void tick(const Vec3& tool) noexcept;
+  void tick_attach(const Vec3& tool) noexcept;
+  void tick_touch(const Vec3& tool) noexcept;
+  void place_vertices() noexcept;
+  SurfaceView surface() const noexcept;
+  Positions positions() const noexcept;
+
+  Patch patch_;
+  StateMatrix phi_;
+  StateVector drift_;                                                                                          // Psi0 g
+  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxStates, 3> from_d_, from_d_next_, from_rate_;  // attach
+  StateInput psi0_;                                                                                            // touch
+  double low_pass_gain_ = 1;
+
+  std::array<std::uint32_t, kMaxPortVertices + 1> first_{};
+  std::array<std::uint32_t, 3 * kMaxPortTriangles> incident_{};
+  std::array<std::uint8_t, kMaxPortTriangles> open_{};
+
+  StateVector z_;
+  std::array<double, 3 * kMaxPortVertices> vertices_{};  // at the end of the tick, without this tick's contact force
+  ToolSample tool_;
+  bool touching_ = false;
+  SurfacePoint point_;
+  PlayerOutput output_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,71 @@
+// palpate-view: shows the body that a server simulates, and the tools that touch it.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "client/view/app/offscreen.hpp"
+#include "client/view/app/window.hpp"
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr int kSmallest = 64, kLargest = 8192;
+constexpr double kLongestS = 1e6;
+
+void read_size(const std::string& text, ViewOptions& options) {
+  char rest = 0;
+  const int fields = std::sscanf(text.c_str(), "%5dx%5d%c", &options.width, &options.height, &rest);
+  const auto fits = [](int n) { return n >= kSmallest && n <= kLargest; };
+  if (fields != 2 || !fits(options.width) || !fits(options.height)) {
+    throw InputError("--size " + text, "not a size", fmt::format("WIDTHxHEIGHT, each from {} to {}", kSmallest, kLargest));
+  }
+}
+
+void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& light) {
+  app.set_version_flag("--version", "palpate-view " PALPATE_VERSION);
+  app.add_option("--server", options.server, "HOST:PORT of palpate-server")->required();
+  app.add_option("--station", options.station, "name of this viewer in the room")->capture_default_str();
+  app.add_option("--size", size, "WIDTHxHEIGHT of window or picture, default 1280x800");
+  app.add_option("--screenshot", options.screenshot, "write one picture to FILE.png, without a display, and end");
+  app.add_option("--after-s", options.after_s, "take the first picture after so many seconds")->check(CLI::Range(0.0, kLongestS));
+  app.add_option("--frames", options.frames,
+                 "write pictures DIR/frame_NNNNN.png, without a display, for --duration-s (default 10)");
+  app.add_option("--fps", options.fps, "pictures a second with --frames")->capture_default_str()->check(CLI::Range(0.01, 60.0));
+  app.add_option("--duration-s", options.duration_s, "end after so many seconds")->check(CLI::Range(0.0, kLongestS));
+  auto* dark = app.add_flag("--dark", options.look.dark, "light things on a dark ground");
+  app.add_flag("--light", light, "dark things on a light ground (default)")->excludes(dark);
+}
+
+int run(int argc, char** argv) {
+  ViewOptions options;
+  std::string size;
+  bool light = false;
+  CLI::App app("Shows the body that a server simulates, and the tools that touch it.", "palpate-view");
+  add_flags(app, options, size, light);
+  try {
+    app.parse(argc, argv);
+    if (!size.empty()) read_size(size, options);
+    watch_signals();
+    ViewSession session(options.server, options.station);
+    options.offscreen() ? run_offscreen(options, session) : run_window(options, session);
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    fmt::print(stderr, "palpate-view: {}\n", error.what());
+    return 2;
+  } catch (const InputError& error) {
+    fmt::print(stderr, "palpate-view: {}\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "palpate-view: {}\n", error.what());
+    return 1;
+  }
+}
+
+}  // namespace
+}  // namespace palpate
+
+int main(int argc, char** argv) { return palpate::run(argc, argv); }

@@ -1,0 +1,12 @@
+// Pictures without a display: one after a while (--screenshot) or a sequence (--frames).
+#pragma once
+
+#include "client/view/app/options.hpp"
+#include "client/view/app/session.hpp"
+
+namespace palpate {
+
+/// Runs until the pictures are written. Throws std::runtime_error when no shape came in time or OpenGL is missing.
+void run_offscreen(const ViewOptions& options, ViewSession& session);
+
+}  // namespace palpate

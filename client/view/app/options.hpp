@@ -1,0 +1,21 @@
+// The command line of palpate-view.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "client/view/renderer.hpp"
+
+namespace palpate {
+
+struct ViewOptions {
+  std::string server, station = "viewer";
+  int width = 1280, height = 800;
+  std::string screenshot, frames;  ///< empty: none
+  std::optional<double> after_s, duration_s;
+  double fps = 30;
+  Look look;
+  bool offscreen() const { return !screenshot.empty() || !frames.empty(); }
+};
+
+}  // namespace palpate

@@ -1,0 +1,90 @@
+#include "client/view/app/session.hpp"
+
+#include <poll.h>
+
+#include <algorithm>
+#include <array>
+#include <asio/buffer.hpp>
+#include <chrono>
+#include <csignal>
+
+#include "common/base/error.hpp"
+#include "common/base/limits.hpp"
+
+namespace palpate {
+namespace {
+
+using asio::ip::udp;
+
+volatile std::sig_atomic_t g_end = 0;
+
+constexpr int kReceiveBufferBytes = 1 << 20;  // a drawn frame may take long; shapes wait here meanwhile
+
+udp::endpoint resolve(asio::io_context& io, const std::string& server) {
+  const std::size_t colon = server.rfind(':');
+  const std::string where = "--server " + server, expected = "HOST:PORT with a port from 1 to 65535";
+  if (colon == std::string::npos || colon == 0 || colon + 1 == server.size()) throw InputError(where, "not an address", expected);
+  const std::string port = server.substr(colon + 1);
+  const bool digits = port.size() <= 5 && std::all_of(port.begin(), port.end(), [](char c) { return c >= '0' && c <= '9'; });
+  if (!digits || std::stoi(port) < 1 || std::stoi(port) > 65535) throw InputError(where, "bad port", expected);
+  std::string host = server.substr(0, colon);
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
+  asio::error_code error;
+  const auto found = udp::resolver(io).resolve(host, port, error);
+  if (error || found.empty()) throw InputError(where, "host does not resolve", "a name or address that does");
+  return *found.begin();
+}
+
+}  // namespace
+
+void watch_signals() {
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { g_end = 1; });
+}
+bool told_to_end() { return g_end != 0; }
+
+Micros now_us() { return std::chrono::duration_cast<Micros>(std::chrono::steady_clock::now().time_since_epoch()); }
+
+ViewSession::ViewSession(const std::string& server, const std::string& station) : server_(server), core_(station, now_us()) {
+  const udp::endpoint endpoint = resolve(io_, server);
+  socket_.open(endpoint.protocol());
+  socket_.connect(endpoint);
+  socket_.non_blocking(true);
+  asio::error_code ignored;
+  socket_.set_option(udp::socket::receive_buffer_size(kReceiveBufferBytes), ignored);
+}
+
+ViewSession::~ViewSession() {
+  core_.leave();
+  pump();
+}
+
+void ViewSession::pump() {
+  std::array<std::byte, 2 * kMaxDatagramBytes> datagram;
+  asio::error_code error;
+  // A refused datagram (nobody listens yet) shows up as an error of the next call; the next one may be fine.
+  for (int errors = 0; errors < 8;) {
+    const std::size_t size = socket_.receive(asio::buffer(datagram), 0, error);
+    if (error == asio::error::would_block || error == asio::error::try_again) break;
+    if (error)
+      ++errors;
+    else
+      core_.take(std::span(datagram).first(size), now_us());
+  }
+  core_.tick(now_us());
+  while (const std::size_t size = core_.emit(std::span(datagram).first(kMaxDatagramBytes), now_us())) {
+    socket_.send(asio::buffer(datagram.data(), size), 0, error);
+  }
+}
+
+void ViewSession::pump_until(Micros time) {
+  while (!told_to_end()) {
+    pump();
+    const Micros now = now_us();
+    if (now >= time) return;
+    const Micros wait = std::clamp(std::min(time, core_.deadline()) - now, Micros{0}, Micros{100'000});
+    pollfd readable{socket_.native_handle(), POLLIN, 0};
+    ::poll(&readable, 1, static_cast<int>((wait.count() + 999) / 1000));
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,39 @@
+// A camera on a sphere around what it looks at; z is up. Angles in radians, lengths in metres, frame W.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "client/view/surface.hpp"
+
+namespace palpate {
+
+class Camera {
+ public:
+  enum class Side { three_quarter, top, front, side };
+
+  /// Looks at the surface so that all of it, and room above it for an instrument, fills the picture (aspect = width / height).
+  void fit(std::span<const Triangle> triangles, std::span<const Vec3f> positions, float aspect);
+  void look_from(Side side);
+  /// Turn by a mouse drag: a drag across the whole height turns by half a circle.
+  void orbit(float dx, float dy);
+  /// Move sideways by a drag in fractions of the picture's height.
+  void pan(float dx, float dy);
+  /// Positive: closer.
+  void zoom(float steps);
+
+  Eigen::Matrix4f view() const;
+  Eigen::Matrix4f projection(float aspect) const;
+  Vec3f eye() const;
+  /// Columns right, up and back (towards the eye).
+  Eigen::Matrix3f axes() const;
+
+ private:
+  static constexpr float kAzimuth = -0.95F, kElevation = 0.62F;  ///< three quarters, high enough to look into a dent
+  float azimuth_ = kAzimuth, elevation_ = kElevation, distance_ = 1.0F, size_ = 1.0F;
+  Vec3f target_ = Vec3f::Zero();
+};
+
+/// Where a point appears, in pixels from the top left; z is the depth in [-1, 1], outside it the point is not in sight.
+Vec3f to_pixels(const Eigen::Matrix4f& view_projection, const Vec3f& point, float width, float height);
+
+}  // namespace palpate

@@ -1,0 +1,32 @@
+// Colours of the picture. sRGB values in [0, 1] unless a name says linear.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "client/view/surface.hpp"
+
+namespace palpate {
+
+Vec3f to_linear(const Vec3f& srgb);
+Vec3f to_srgb(const Vec3f& linear);
+
+/// Colour of a displacement, s in [0, 1] of the legend: from the tissue's own dusky red to pale yellow, interpolated in OKLab
+/// with lightness growing evenly, so that equal steps of millimetres look equal, also printed in grey and to colour-blind eyes.
+Vec3f displacement_color(float s);
+
+/// Colour of a station's collar, arrow and label, by its place in the list.
+Vec3f station_color(std::size_t index);
+
+/// Everything that light and dark pictures do not share. Light colours are linear, the others sRGB.
+struct Theme {
+  Vec3f background_top, background_bottom;
+  Vec3f key, fill, rim, sky, floor;  ///< linear
+  Vec3f ink, ink_soft;               ///< text
+  Vec3f grid;
+  float grid_strength, shadow_strength;
+};
+const Theme& theme(bool dark);
+
+}  // namespace palpate

@@ -1,0 +1,39 @@
+// The topology of the body, put together from pieces that come in any order, twice or not at all.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "common/wire/messages.hpp"
+
+namespace palpate {
+
+class MeshAssembly {
+ public:
+  /// Forget everything; expect the mesh that a Welcome announced.
+  void expect(std::uint32_t vertices, std::uint32_t triangles, std::uint64_t hash);
+
+  /// A piece that fits into the expected mesh is kept. When the last one is in and the whole does not have the announced
+  /// hash, all are dropped (counted in `rejected`) and asked for again.
+  void take(const MeshPiece& piece);
+
+  /// The next missing pieces, at most `most`; piece 0 alone until it is known how many there are.
+  std::vector<std::uint32_t> missing(std::size_t most) const;
+  bool complete() const { return complete_; }
+  const std::vector<Triangle>& triangles() const { return triangles_; }
+  std::uint64_t rejected() const { return rejected_; }
+
+ private:
+  bool fits(const MeshPiece& piece) const;
+  void finish();
+
+  std::uint32_t vertices_ = 0;
+  std::uint64_t hash_ = 0, rejected_ = 0;
+  std::vector<Triangle> triangles_;
+  std::vector<bool> has_piece_;  ///< empty until the first piece tells the number
+  std::vector<bool> has_triangle_;
+  bool complete_ = false;
+};
+
+}  // namespace palpate

@@ -1,0 +1,31 @@
+// Words and figures over the picture: title, stations with their forces, labels at the arrows, legend of the colours, scales.
+// Dear ImGui without windows and without a platform backend, so it works in a window and without a display alike.
+#pragma once
+
+#include <string>
+
+#include "client/view/renderer.hpp"
+
+namespace palpate {
+
+struct Caption {
+  std::string title;   ///< the scene
+  std::string status;  ///< one line under it
+  std::string keys;    ///< help at the bottom right, empty in pictures
+};
+
+class Overlay {
+ public:
+  /// Needs a current OpenGL 3.3 context. `scale` 1 is for a picture 1280 pixels wide on an ordinary screen.
+  explicit Overlay(float scale);
+  ~Overlay();
+  Overlay(const Overlay&) = delete;
+  Overlay& operator=(const Overlay&) = delete;
+  /// Draws over what the bound framebuffer holds.
+  void draw(const Sight& sight, const Caption& caption, const Camera& camera, bool dark, int width, int height);
+
+ private:
+  float scale_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,88 @@
+#include "client/view/playback.hpp"
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+/// The two neighbours of a moment in a list ascending in body_time, and how far it is from the first to the second.
+template <class Item>
+struct Between {
+  const Item *from, *to;
+  double s;
+};
+
+template <class Item>
+Between<Item> between(const std::deque<Item>& items, Micros moment) {
+  const auto next = std::find_if(items.begin(), items.end(), [&](const Item& item) { return item.body_time > moment; });
+  if (next == items.begin()) return {&items.front(), &items.front(), 0};
+  if (next == items.end()) return {&items.back(), &items.back(), 0};
+  const Item &from = *std::prev(next), &to = *next;
+  return {&from, &to, seconds(moment - from.body_time) / seconds(to.body_time - from.body_time)};
+}
+
+void blend(const Between<Shape>& pair, std::vector<Eigen::Vector3f>& positions) {
+  positions = pair.from->positions;
+  const auto s = static_cast<float>(pair.s);
+  if (s == 0 || pair.to->positions.size() != positions.size()) return;
+  for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += s * (pair.to->positions[i] - positions[i]);
+}
+
+void blend(const Between<Tools>& pair, std::vector<ToolView>& tools) {
+  tools = pair.s < 0.5 ? pair.from->tools : pair.to->tools;
+  for (ToolView& tool : tools) {
+    const auto same = [&](const ToolView& other) { return other.station == tool.station; };
+    const auto a = std::find_if(pair.from->tools.begin(), pair.from->tools.end(), same);
+    const auto b = std::find_if(pair.to->tools.begin(), pair.to->tools.end(), same);
+    if (a == pair.from->tools.end() || b == pair.to->tools.end()) continue;
+    tool.position = a->position + pair.s * (b->position - a->position);
+    tool.force = a->force + pair.s * (b->force - a->force);
+  }
+}
+
+}  // namespace
+
+void Playback::clear() { *this = Playback{}; }
+
+void Playback::watch_lateness(Micros body_time, Micros now) {
+  const Micros value = now - body_time;
+  while (!latenesses_.empty() && latenesses_.back().value >= value) latenesses_.pop_back();
+  latenesses_.push_back({now, value});
+  while (now - latenesses_.front().at > kForget) latenesses_.pop_front();
+}
+
+void Playback::add(Shape shape, Micros now) {
+  if (!shapes_.empty()) {
+    const Micros step = shape.body_time - shapes_.back().body_time;
+    if (step <= Micros{0} || step > kBreak)
+      clear();
+    else
+      period_ += (std::min(step, Micros{250'000}) - period_) / 8;
+  }
+  watch_lateness(shape.body_time, now);
+  shapes_.push_back(std::move(shape));
+  if (shapes_.size() > kKept) shapes_.pop_front();
+}
+
+void Playback::add(const Tools& tools, Micros) {
+  if (!tools_.empty()) {
+    const Micros step = tools.body_time - tools_.back().body_time;
+    if (step < -kBreak || step > kBreak)
+      tools_.clear();
+    else if (step <= Micros{0})
+      return;
+  }
+  tools_.push_back(tools);
+  if (tools_.size() > kKept) tools_.pop_front();
+}
+
+bool Playback::at(Micros now, std::vector<Eigen::Vector3f>& positions, std::vector<ToolView>& tools) const {
+  if (shapes_.empty()) return false;
+  const Micros moment = now - latenesses_.front().value - delay();
+  blend(between(shapes_, moment), positions);
+  tools.clear();
+  if (!tools_.empty()) blend(between(tools_, moment), tools);
+  return true;
+}
+
+}  // namespace palpate

@@ -1,0 +1,46 @@
+// What to show now: shapes and tools come at the server's frame rate, pictures at the display's.
+//
+// A shape of body time b that arrives at a is late by a - b; the least lateness of the last seconds, L, is a path without
+// queueing. At the time t we show the moment  b(t) = t - L - delay(),  interpolated between the two shapes around it, so
+// motion is smooth while shapes come no later than delay() allows: one frame period for the interpolation plus a margin for
+// jitter. Nothing is extrapolated: when shapes stop, the last one stays. The result needs no common clock, only equal rates.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "client/view/shape_assembly.hpp"
+
+namespace palpate {
+
+class Playback {
+ public:
+  void clear();
+  void add(Shape shape, Micros now);
+  void add(const Tools& tools, Micros now);
+
+  bool empty() const { return shapes_.empty(); }
+  /// Positions and tools of the moment that is due; false while there is no shape.
+  bool at(Micros now, std::vector<Eigen::Vector3f>& positions, std::vector<ToolView>& tools) const;
+  Micros delay() const { return period_ + kJitterMargin; }
+  Micros period() const { return period_; }
+
+ private:
+  static constexpr std::size_t kKept = 16;
+  static constexpr Micros kJitterMargin{15'000};
+  static constexpr Micros kBreak{2'000'000};   ///< a jump of body time after which the past is of no use
+  static constexpr Micros kForget{5'000'000};  ///< how far back the least lateness is looked for
+
+  struct Lateness {
+    Micros at, value;
+  };
+  void watch_lateness(Micros body_time, Micros now);
+
+  std::deque<Shape> shapes_;
+  std::deque<Tools> tools_;
+  std::deque<Lateness> latenesses_;  ///< values ascending: the first is the least of the last kForget
+  Micros period_{50'000};
+};
+
+}  // namespace palpate

@@ -1,0 +1,76 @@
+// Draws one moment of the body and its instruments into a framebuffer, OpenGL 3.3 core.
+//
+// Passes: shadow maps (key light and straight down) -> the floor's shadow, blurred -> background -> floor with a ruler grid
+// -> body -> solids, the last four with 4x multisampling, then resolved into the target. Body triangles are refined on the
+// graphics side into curved point-normal triangles that pass through the received vertices, so contact stays where it is.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "client/view/camera.hpp"
+#include "client/view/color.hpp"
+#include "client/view/gl_objects.hpp"
+#include "client/view/solids.hpp"
+#include "client/view/surface.hpp"
+#include "common/wire/messages.hpp"
+
+namespace palpate {
+
+/// What is to be seen. `rest` is what displacement is measured from; both spans have the same size.
+struct Sight {
+  std::span<const Triangle> triangles;
+  std::span<const Vec3f> positions, rest;
+  std::span<const ToolView> tools;
+  float displacement_max_m = 0.002F;  ///< end of the colour legend
+  float arrow_m_per_n = 0.02F;        ///< length of force arrows
+};
+
+struct Look {
+  bool dark = false, wireframe = false;
+  int shadow_taps = 16;          ///< samples of a penumbra on the body; the floor takes 2.5 times as many
+  int triangle_budget = 20'000;  ///< refined triangles of the body; a coarser refinement when it would take more
+};
+
+class Renderer {
+ public:
+  /// Needs a current OpenGL 3.3 core context. Throws std::runtime_error when the driver refuses a shader or a target.
+  Renderer();
+  void draw(const Sight& sight, const Camera& camera, const Look& look, int width, int height, GlId target);
+
+  /// Spacing of the floor's grid for a body of this size: 1, 2 or 5 times a power of ten [m].
+  static float grid_spacing(const Box& box);
+  /// Radius of an instrument's ball tip and of its arrow, in proportion to the body [m].
+  static float tip_radius(const Box& rest) { return 0.014F * rest.diagonal(); }
+
+ private:
+  struct Lights;
+  void upload_body(const Sight& sight, const Look& look);
+  void upload_solids(const Sight& sight, const Box& rest);
+  void draw_shadow(const GlTarget& map, const Eigen::Matrix4f& matrix);
+  void draw_floor_shadow(const Lights& lights);
+  void draw_background(const Lights& lights) const;
+  void draw_floor(const Lights& lights) const;
+  void draw_body() const;
+  void draw_solids() const;
+  void light(const GlProgram& program, const Lights& lights) const;
+
+  GlProgram body_, solid_, floor_shadow_, floor_, background_, body_depth_, solid_depth_;
+  GlVertexArray body_array_, solid_array_, empty_array_;
+  GlBuffer pattern_buffer_, instance_buffer_, solid_buffer_;
+  GlTexture colors_;
+  GlTarget key_map_, wide_key_map_, sky_map_, floor_map_;  ///< the wide map is coarse, for soft shadows on the floor
+  std::unique_ptr<GlTarget> samples_;
+  Surface surface_;
+  SolidMesh solids_;
+  std::vector<float> instances_;
+  int level_ = 0, pattern_vertices_ = 0, triangles_ = 0;
+};
+
+/// A power of ten times 1, 2 or 5, the smallest that is not below x > 0.
+float round_up_125(float x);
+/// The largest that is not above x > 0.
+float round_down_125(float x);
+
+}  // namespace palpate

@@ -1,0 +1,223 @@
+#include "client/view/shaders.hpp"
+
+namespace palpate::shaders {
+namespace {
+
+// A disc of taps, evenly spread (golden angle); each tap is itself a bilinear comparison of four texels.
+const char* const kShadow = R"GLSL(
+uniform sampler2DShadow u_key_map;
+uniform mat4 u_key_matrix;
+uniform int u_taps;
+float lit_fraction(sampler2DShadow map, mat4 matrix, vec3 p, float radius) {
+  vec3 at = (matrix * vec4(p, 1.0)).xyz * 0.5 + 0.5;
+  float sum = 0.0;
+  for (int i = 0; i < u_taps; ++i) {
+    float r = radius * sqrt((float(i) + 0.5) / float(u_taps)), a = 2.399963 * float(i);
+    sum += texture(map, vec3(at.xy + r * vec2(cos(a), sin(a)), at.z));
+  }
+  return sum / float(u_taps);
+}
+)GLSL";
+
+// Key light with a wrapped terminator (light that wanders under the skin), fill from the eye's right, rim from behind,
+// hemisphere ambient, two glossy lobes. Inputs are centroid samples: at a silhouette they must not be extrapolated.
+// All in linear light; the last line is a filmic shoulder and the sRGB curve.
+const char* const kStudio = R"GLSL(
+uniform vec3 u_eye, u_key_direction, u_fill_direction, u_rim_direction;
+uniform vec3 u_key, u_fill, u_rim, u_sky, u_floor;
+vec3 studio(vec3 albedo, vec3 n, vec3 p, float skin, float gloss, float open, float lit) {
+  vec3 v = normalize(u_eye - p), h = normalize(v + u_key_direction);
+  float nl = dot(n, u_key_direction), nv = max(dot(n, v), 0.0);
+  vec3 wrap = skin * vec3(0.34, 0.16, 0.12);
+  vec3 key = max((vec3(nl) + wrap) / (1.0 + wrap), 0.0) * mix(wrap * 0.5, vec3(1.0), lit);
+  vec3 light = u_key * key + u_fill * max(dot(n, u_fill_direction) * 0.6 + 0.4, 0.0) * open;
+  light += mix(u_floor, u_sky, 0.5 + 0.5 * n.z) * open;
+  float fresnel = pow(1.0 - nv, 4.0);
+  vec3 shine = u_key * lit * (0.55 * gloss * pow(max(dot(n, h), 0.0), 90.0) + 0.10 * gloss * pow(max(dot(n, h), 0.0), 14.0)) * max(nl, 0.0);
+  shine += u_rim * fresnel * (0.25 + 0.75 * max(dot(n, u_rim_direction), 0.0)) * (0.25 + 0.5 * gloss) * open;
+  shine += mix(u_floor, u_sky, smoothstep(-0.2, 0.6, reflect(-v, n).z)) * gloss * (0.05 + 0.6 * fresnel) * open;
+  return albedo * light * 0.42 + shine;
+}
+vec3 develop(vec3 c) {
+  c = c * (1.0 + c * 0.18) / (1.0 + c * 0.42);
+  c = clamp(c, 0.0, 1.0);
+  return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
+}
+)GLSL";
+
+}  // namespace
+
+std::string body_vertex() {
+  return R"GLSL(
+layout(location = 0) in vec3 a_weight;
+layout(location = 1) in vec3 a_p0;
+layout(location = 2) in vec3 a_p1;
+layout(location = 3) in vec3 a_p2;
+layout(location = 4) in vec3 a_n0;
+layout(location = 5) in vec3 a_n1;
+layout(location = 6) in vec3 a_n2;
+layout(location = 7) in vec3 a_moved;
+layout(location = 8) in vec3 a_cavity;
+uniform mat4 u_view_projection;
+out vec3 v_edge;
+centroid out vec3 v_position, v_normal;
+centroid out float v_moved, v_cavity;
+// Curved point-normal triangles: A. Vlachos et al., I3D 2001. They pass through the body's own vertices.
+vec3 inner(vec3 from, vec3 to, vec3 n) { return (2.0 * from + to - dot(to - from, n) * n) / 3.0; }
+vec3 middle(vec3 p, vec3 q, vec3 n, vec3 m) {
+  vec3 e = q - p;
+  return normalize(n + m - 2.0 * dot(e, n + m) / max(dot(e, e), 1e-20) * e);
+}
+void main() {
+  float u = a_weight.x, v = a_weight.y, w = a_weight.z;
+  vec3 b210 = inner(a_p0, a_p1, a_n0), b120 = inner(a_p1, a_p0, a_n1);
+  vec3 b021 = inner(a_p1, a_p2, a_n1), b012 = inner(a_p2, a_p1, a_n2);
+  vec3 b102 = inner(a_p2, a_p0, a_n2), b201 = inner(a_p0, a_p2, a_n0);
+  vec3 e = (b210 + b120 + b021 + b012 + b102 + b201) / 6.0, c = (a_p0 + a_p1 + a_p2) / 3.0;
+  v_position = a_p0 * (u * u * u) + a_p1 * (v * v * v) + a_p2 * (w * w * w) +
+               3.0 * (b210 * (u * u * v) + b120 * (u * v * v) + b021 * (v * v * w) + b012 * (v * w * w) + b102 * (u * w * w) +
+                      b201 * (u * u * w)) + 6.0 * (1.5 * e - 0.5 * c) * (u * v * w);
+  v_normal = a_n0 * (u * u) + a_n1 * (v * v) + a_n2 * (w * w) + middle(a_p0, a_p1, a_n0, a_n1) * (u * v) +
+             middle(a_p1, a_p2, a_n1, a_n2) * (v * w) + middle(a_p2, a_p0, a_n2, a_n0) * (u * w);
+  v_edge = a_weight;
+  v_moved = dot(a_moved, a_weight);
+  v_cavity = dot(a_cavity, a_weight);
+  gl_Position = u_view_projection * vec4(v_position, 1.0);
+}
+)GLSL";
+}
+
+std::string body_fragment() {
+  return std::string(kShadow) + kStudio + R"GLSL(
+in vec3 v_edge;
+centroid in vec3 v_position, v_normal;
+centroid in float v_moved, v_cavity;
+uniform sampler2D u_colors;
+uniform float u_moved_max, u_floor_z, u_size, u_wireframe, u_bias;
+out vec4 color;
+void main() {
+  vec3 n = normalize(v_normal) * (gl_FrontFacing ? 1.0 : -1.0);
+  vec3 albedo = texture(u_colors, vec2(v_moved / u_moved_max * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
+  float open = clamp(1.0 - 1.5 * v_cavity, 0.45, 1.12);
+  open *= mix(0.62 + 0.38 * clamp(n.z, 0.0, 1.0), 1.0, smoothstep(0.0, 0.30, (v_position.z - u_floor_z) / u_size));
+  float lit = lit_fraction(u_key_map, u_key_matrix, v_position + u_bias * (n + 0.6 * u_key_direction), 0.010);
+  vec3 c = studio(albedo, n, v_position, 1.0, 0.42, open, lit);
+  vec3 w = fwidth(v_edge);
+  vec3 near = smoothstep(0.4 * w, 1.3 * w, v_edge);
+  float edge = 1.0 - min(near.x, min(near.y, near.z));
+  c = mix(c, c * 0.25, edge * u_wireframe);
+  color = vec4(develop(c), 1.0);
+}
+)GLSL";
+}
+
+std::string solid_vertex() {
+  return R"GLSL(
+layout(location = 0) in vec3 a_position;
+layout(location = 1) in vec3 a_normal;
+layout(location = 2) in vec3 a_color;
+layout(location = 3) in float a_gloss;
+uniform mat4 u_view_projection;
+centroid out vec3 v_position, v_normal, v_color;
+centroid out float v_gloss;
+void main() {
+  v_position = a_position;
+  v_normal = a_normal;
+  v_color = a_color;
+  v_gloss = a_gloss;
+  gl_Position = u_view_projection * vec4(a_position, 1.0);
+}
+)GLSL";
+}
+
+std::string solid_fragment() {
+  return std::string(kStudio) + R"GLSL(
+centroid in vec3 v_position, v_normal, v_color;
+centroid in float v_gloss;
+out vec4 color;
+void main() { color = vec4(develop(studio(v_color, normalize(v_normal), v_position, 0.0, v_gloss, 1.0, 1.0)), 1.0); }
+)GLSL";
+}
+
+std::string floor_vertex() {
+  return R"GLSL(
+uniform mat4 u_view_projection;
+uniform vec3 u_center;
+uniform float u_reach;
+out vec3 v_position;
+void main() {
+  vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
+  v_position = u_center + vec3(corner * u_reach, 0.0);
+  gl_Position = u_view_projection * vec4(v_position, 1.0);
+}
+)GLSL";
+}
+
+// In floor coordinates and few pixels: wide penumbrae need many taps but little resolution.
+std::string floor_shadow_fragment() {
+  return std::string(kShadow) + R"GLSL(
+in vec2 v_at;
+uniform sampler2DShadow u_sky_map;
+uniform mat4 u_sky_matrix;
+uniform vec3 u_center;
+uniform float u_reach;
+out vec4 color;
+void main() {
+  vec3 p = u_center + vec3((v_at * 2.0 - 1.0) * u_reach, 0.0);
+  float key = 1.0 - lit_fraction(u_key_map, u_key_matrix, p, 0.022);
+  float sky = 1.0 - lit_fraction(u_sky_map, u_sky_matrix, p, 0.070);
+  color = vec4(1.0 - (1.0 - 0.72 * key) * (1.0 - 0.62 * sky));
+}
+)GLSL";
+}
+
+// What the floor does to the background: darken it where light is hidden, and a faint grid as a ruler.
+std::string floor_fragment() {
+  return R"GLSL(
+in vec3 v_position;
+uniform sampler2D u_shadow;
+uniform vec3 u_center, u_grid;
+uniform float u_reach, u_spacing, u_grid_strength, u_shadow_strength;
+out vec4 color;
+void main() {
+  vec2 off = (v_position.xy - u_center.xy) / u_reach;
+  float far = length(off);
+  float shadow = u_shadow_strength * texture(u_shadow, off * 0.5 + 0.5).r * (1.0 - smoothstep(0.7, 1.0, far));
+  vec2 g = v_position.xy / u_spacing, w = fwidth(g);
+  vec2 d = abs(fract(g - 0.5) - 0.5);
+  vec2 on = (1.0 - smoothstep(0.3 * w, 1.3 * w, d)) * clamp(0.25 / w, 0.0, 1.0);
+  float line = u_grid_strength * max(on.x, on.y) * (1.0 - smoothstep(0.25, 0.85, far));
+  color = vec4(u_grid * line * (1.0 - shadow), 1.0 - (1.0 - shadow) * (1.0 - line));
+}
+)GLSL";
+}
+
+std::string background_vertex() {
+  return R"GLSL(
+out vec2 v_at;
+void main() {
+  v_at = vec2(gl_VertexID & 1, gl_VertexID >> 1);
+  gl_Position = vec4(v_at * 2.0 - 1.0, 0.0, 1.0);
+}
+)GLSL";
+}
+
+std::string background_fragment() {
+  return R"GLSL(
+in vec2 v_at;
+uniform vec3 u_top, u_bottom;
+out vec4 color;
+void main() {
+  vec3 c = mix(u_bottom, u_top, smoothstep(0.0, 1.0, v_at.y));
+  vec2 off = v_at - vec2(0.5, 0.45);
+  c *= 1.0 - 0.22 * smoothstep(0.25, 0.85, length(off));
+  // Half a grey level of noise hides the steps of a dark gradient.
+  float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715)))) - 0.5;
+  color = vec4(c + noise / 255.0, 1.0);
+}
+)GLSL";
+}
+
+std::string depth_fragment() { return "void main() {}\n"; }
+
+}  // namespace palpate::shaders

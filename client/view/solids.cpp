@@ -1,0 +1,88 @@
+#include "client/view/solids.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+#include "client/view/color.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr int kSides = 28;
+constexpr float kSharedNormalCosine = 0.7F;
+
+using Vec2f = Eigen::Vector2f;  // (radial, axial)
+
+Vec2f stretch_normal(const Ring& a, const Ring& b) {
+  const Vec2f n(b.height - a.height, a.radius - b.radius);
+  return n.norm() > 0 ? Vec2f(n.normalized()) : Vec2f(0, 1);
+}
+
+Vec2f shared(const Vec2f& own, const Vec2f& neighbour) {
+  return own.dot(neighbour) > kSharedNormalCosine ? Vec2f((own + neighbour).normalized()) : own;
+}
+
+}  // namespace
+
+void append_turned(SolidMesh& mesh, const Vec3f& base, const Vec3f& axis, const std::vector<Ring>& profile) {
+  const Vec3f z = axis.normalized(), x = z.unitOrthogonal(), y = z.cross(x);
+  for (std::size_t i = 0; i + 1 < profile.size(); ++i) {
+    const Ring &a = profile[i], &b = profile[i + 1];
+    const Vec2f own = stretch_normal(a, b);
+    const Vec2f at_a = i > 0 ? shared(own, stretch_normal(profile[i - 1], a)) : own;
+    const Vec2f at_b = i + 2 < profile.size() ? shared(own, stretch_normal(b, profile[i + 2])) : own;
+    const Vec3f color = to_linear(a.color);
+    for (int side = 0; side < kSides; ++side) {
+      const auto vertex = [&](const Ring& ring, const Vec2f& normal, int k) {
+        const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(k) / kSides;
+        const Vec3f out = std::cos(angle) * x + std::sin(angle) * y;
+        return SolidVertex{base + ring.radius * out + ring.height * z, normal.x() * out + normal.y() * z, color, a.gloss};
+      };
+      const SolidVertex a0 = vertex(a, at_a, side), a1 = vertex(a, at_a, side + 1);
+      const SolidVertex b0 = vertex(b, at_b, side), b1 = vertex(b, at_b, side + 1);
+      mesh.insert(mesh.end(), {a0, a1, b1, a0, b1, b0});
+    }
+  }
+}
+
+void append_stylus(SolidMesh& mesh, const Vec3f& tip, float tip_radius, const Vec3f& collar_srgb) {
+  const Vec3f steel(0.72F, 0.74F, 0.77F), grip(0.16F, 0.17F, 0.19F), lean = Vec3f(0.50F, 0.36F, 0.79F);
+  std::vector<Ring> profile;
+  constexpr int kArc = 10;
+  for (int i = 0; i < kArc; ++i) {
+    const float angle = 0.86F * std::numbers::pi_v<float> * static_cast<float>(i) / (kArc - 1);
+    profile.push_back({std::sin(angle), -std::cos(angle), Vec3f(0.93F, 0.93F, 0.92F), 0.9F});
+  }
+  profile.back().color = steel;
+  profile.insert(profile.end(), {{0.40F, 1.3F, steel, 0.9F},
+                                 {0.44F, 7.0F, steel, 0.9F},
+                                 {0.95F, 9.0F, collar_srgb, 0.5F},
+                                 {1.00F, 9.15F, collar_srgb, 0.5F},
+                                 {1.00F, 10.6F, grip, 0.25F},
+                                 {0.90F, 10.75F, grip, 0.25F},
+                                 {1.08F, 12.6F, grip, 0.25F},
+                                 {0.92F, 22.0F, steel, 0.8F},
+                                 {0.92F, 22.6F, grip, 0.25F},
+                                 {0.60F, 23.2F, grip, 0.25F},
+                                 {0.00F, 23.4F, grip, 0.25F}});
+  for (Ring& ring : profile) {
+    ring.radius *= tip_radius;
+    ring.height *= tip_radius;
+  }
+  append_turned(mesh, tip, lean, profile);
+}
+
+void append_arrow(SolidMesh& mesh, const Vec3f& from, const Vec3f& along, float width, const Vec3f& color_srgb) {
+  const float length = along.norm();
+  if (!(length > width)) return;
+  const float head = std::min(2.6F * width, 0.6F * length), gloss = 0.35F;
+  append_turned(mesh, from, along,
+                {{0, 0, color_srgb, gloss},
+                 {0.32F * width, 0, color_srgb, gloss},
+                 {0.32F * width, length - head, color_srgb, gloss},
+                 {0.95F * width, length - head, color_srgb, gloss},
+                 {0, length, color_srgb, gloss}});
+}
+
+}  // namespace palpate

@@ -1,0 +1,33 @@
+// Triangles of the things that are not the body: instruments and force arrows, built anew for each frame (a few hundred each).
+#pragma once
+
+#include <vector>
+
+#include "client/view/surface.hpp"
+
+namespace palpate {
+
+struct SolidVertex {
+  Vec3f position, normal, color;  ///< frame W; color linear
+  float gloss = 0;                ///< 0 matt to 1 polished
+};
+using SolidMesh = std::vector<SolidVertex>;  ///< three vertices a triangle
+
+/// One ring of a turned part: radius and height along the axis [m], and the look of the stretch from here to the next ring.
+struct Ring {
+  float radius = 0, height = 0;
+  Vec3f color = Vec3f::Ones();
+  float gloss = 0;
+};
+
+/// Turns a profile around an axis through `base`. Neighbouring stretches share normals where they bend by less than 45 degrees.
+void append_turned(SolidMesh& mesh, const Vec3f& base, const Vec3f& axis, const std::vector<Ring>& profile);
+
+/// A slender stylus whose ball tip is centred on the tool point. The point has three degrees of freedom, so the
+/// direction of the shaft is a convention: up, leaning to the back right.
+void append_stylus(SolidMesh& mesh, const Vec3f& tip, float tip_radius, const Vec3f& collar_srgb);
+
+/// An arrow of the given length starting at `from`; nothing when it is shorter than its own width.
+void append_arrow(SolidMesh& mesh, const Vec3f& from, const Vec3f& along, float width, const Vec3f& color_srgb);
+
+}  // namespace palpate

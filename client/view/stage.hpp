@@ -1,0 +1,40 @@
+// Renderer and overlay together: a moment of the body becomes a framebuffer or a picture.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "client/view/overlay.hpp"
+#include "client/view/png.hpp"
+
+namespace palpate {
+
+/// Scales that a viewer can read off a legend: rounded, and never shrinking while one watches.
+class Scales {
+ public:
+  void see(std::span<const Triangle> triangles, std::span<const Vec3f> positions, std::span<const Vec3f> rest,
+           std::span<const ToolView> tools);
+  float displacement_max_m() const { return displacement_max_m_; }
+  float arrow_m_per_n() const { return arrow_m_per_n_; }
+
+ private:
+  float displacement_max_m_ = 0.001F, arrow_m_per_n_ = 0.001F, force_peak_n_ = 0.5F;
+};
+
+class Stage {
+ public:
+  /// Needs a current OpenGL 3.3 core context that outlives it. `density` is the display's pixels per point, 1 offscreen.
+  Stage(int width, int height, float density);
+  /// Draws into a framebuffer of this size.
+  void draw(const Sight& sight, const Caption& caption, const Camera& camera, const Look& look, int width, int height,
+            GlId target);
+  /// The same as a picture, through a framebuffer of its own.
+  Picture photograph(const Sight& sight, const Caption& caption, const Camera& camera, const Look& look, int width, int height);
+
+ private:
+  Renderer renderer_;
+  Overlay overlay_;
+  std::optional<GlTarget> picture_;
+};
+
+}  // namespace palpate

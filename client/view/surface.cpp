@@ -1,0 +1,75 @@
+#include "client/view/surface.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+/// Mean over the edges at each vertex of value(i, j); every inner edge is met twice, once from each side.
+template <class T, class Value>
+std::vector<T> edge_mean(std::span<const Triangle> triangles, std::size_t vertices, const T& zero, const Value& value) {
+  std::vector<T> sum(vertices, zero);
+  std::vector<float> count(vertices, 0.0F);
+  for (const Triangle& t : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+      sum[a] += value(a, b);
+      sum[b] += value(b, a);
+      count[a] += 1.0F;
+      count[b] += 1.0F;
+    }
+  }
+  for (std::size_t i = 0; i < vertices; ++i) sum[i] *= count[i] > 0 ? 1.0F / count[i] : 0.0F;
+  return sum;
+}
+
+void update_normals(std::span<const Triangle> triangles, std::span<const Vec3f> x, std::vector<Vec3f>& normals) {
+  normals.assign(x.size(), Vec3f::Zero());
+  for (const Triangle& t : triangles) {
+    const Vec3f n = (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]);
+    const float area2 = n.norm();
+    if (!(area2 > 0)) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3f a = x[t[(k + 1) % 3]] - x[t[k]], b = x[t[(k + 2) % 3]] - x[t[k]];
+      normals[t[k]] += n / area2 * std::atan2(area2, a.dot(b));
+    }
+  }
+  for (Vec3f& n : normals) n = n.squaredNorm() > 0 ? n.normalized() : Vec3f::UnitZ();
+}
+
+}  // namespace
+
+void update_surface(std::span<const Triangle> triangles, std::span<const Vec3f> positions, Surface& surface) {
+  update_normals(triangles, positions, surface.normals);
+  const std::size_t n = positions.size();
+  const auto toward = edge_mean<Vec3f>(triangles, n, Vec3f::Zero(),
+                                       [&](std::uint32_t a, std::uint32_t b) -> Vec3f { return positions[b] - positions[a]; });
+  const auto length = edge_mean<float>(triangles, n, 0.0F,
+                                       [&](std::uint32_t a, std::uint32_t b) { return (positions[b] - positions[a]).norm(); });
+  std::vector<float> raw(n, 0.0F);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (length[i] > 0) raw[i] = surface.normals[i].dot(toward[i]) / length[i];
+  }
+  surface.cavity =
+      edge_mean<float>(triangles, n, 0.0F, [&](std::uint32_t a, std::uint32_t b) { return 0.5F * (raw[a] + raw[b]); });
+}
+
+Box bounds(std::span<const Triangle> triangles, std::span<const Vec3f> positions) {
+  if (positions.empty()) return {Vec3f::Constant(-0.5F), Vec3f::Constant(0.5F)};
+  const Vec3f first = positions[triangles.empty() ? 0 : triangles[0][0]];
+  Box box{first, first};
+  if (triangles.empty()) {
+    for (const Vec3f& p : positions) box = {box.low.cwiseMin(p), box.high.cwiseMax(p)};
+  }
+  for (const Triangle& t : triangles) {
+    for (const std::uint32_t v : t) {
+      box.low = box.low.cwiseMin(positions[v]);
+      box.high = box.high.cwiseMax(positions[v]);
+    }
+  }
+  return box;
+}
+
+}  // namespace palpate

@@ -1,0 +1,36 @@
+// What the renderer needs to know about a deformed surface, recomputed for every frame from positions alone.
+//
+// normal_i   = sum over the triangles around i of angle_at_i * unit normal, normalised (independent of the tessellation)
+// cavity_i   = n_i . (mean of the neighbours - x_i) / mean edge length at i, smoothed once: positive in a dent, negative on a
+//              ridge. It darkens dents as ambient occlusion would, for the price of one sweep over the edges.
+// All in frame W, single precision (display only).
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "common/port/patch.hpp"
+
+namespace palpate {
+
+using Vec3f = Eigen::Vector3f;
+
+struct Surface {
+  std::vector<Vec3f> normals;
+  std::vector<float> cavity;
+};
+
+/// Vertices that no triangle uses get normal z and cavity 0. `triangles` index into `positions`.
+void update_surface(std::span<const Triangle> triangles, std::span<const Vec3f> positions, Surface& surface);
+
+struct Box {
+  Vec3f low = Vec3f::Zero(), high = Vec3f::Zero();
+  Vec3f center() const { return 0.5F * (low + high); }
+  float diagonal() const { return (high - low).norm(); }
+};
+
+/// Box of the vertices that triangles use, of all when there is no triangle; a unit box when there is nothing.
+Box bounds(std::span<const Triangle> triangles, std::span<const Vec3f> positions);
+
+}  // namespace palpate

@@ -1,0 +1,169 @@
+#include "client/view/view_core.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace palpate {
+
+ViewCore::ViewCore(std::string station, Micros now) : heard_(now), next_hello_(now), next_beat_(now), next_mesh_(now) {
+  hello_.station = std::move(station);
+  hello_.role = Role::viewer;
+}
+
+void ViewCore::tick(Micros now) {
+  if (left_) return;
+  if (link_ == ViewLink::joined && now - heard_ >= kLostAfter) join_again(now);
+  if (link_ != ViewLink::joined) {
+    if (now < next_hello_) return;
+    hello_due_ = true;
+    next_hello_ = now + (link_ == ViewLink::refused ? kRetryEvery : kHelloEvery);
+    return;
+  }
+  if (!mesh_.complete() && now >= next_mesh_) ask_for_mesh(now);
+  if (now >= next_beat_) {
+    beat_due_ = true;
+    next_beat_ = now + kBeatEvery;
+  }
+}
+
+Micros ViewCore::deadline() const {
+  if (left_) return Micros::max();
+  if (link_ != ViewLink::joined) return next_hello_;
+  const Micros alive_at = std::min(next_beat_, heard_ + kLostAfter);
+  return mesh_.complete() ? alive_at : std::min(alive_at, next_mesh_);
+}
+
+void ViewCore::leave() {
+  leave_due_ = link_ == ViewLink::joined;
+  left_ = true;
+  hello_due_ = beat_due_ = false;
+  asking_.clear();
+}
+
+void ViewCore::take(std::span<const std::byte> bytes, Micros now) {
+  ++counts_.received;
+  counts_.bytes_received += bytes.size();
+  if (left_) return;
+  Message message;
+  const WireFault fault = decode(bytes, message);
+  if (fault != WireFault::none) {
+    ++counts_.dropped[static_cast<std::size_t>(fault)];
+    if (fault == WireFault::version && link_ != ViewLink::joined) {
+      link_ = ViewLink::refused;
+      refusal_ = "the server speaks another wire version than " + std::to_string(kWireVersion);
+    }
+    return;
+  }
+  if (std::holds_alternative<Welcome>(message.body)) return take_welcome(message, now);
+  if (std::holds_alternative<Refuse>(message.body)) return take_refuse(message, now);
+  if (link_ != ViewLink::joined || message.instance != instance_ || message.station != station_) {
+    ++counts_.stale;
+    return;
+  }
+  heard_ = now;
+  clock_.take(message.clock, now);
+  if (const auto* piece = std::get_if<ShapePiece>(&message.body)) take_shape(*piece, now);
+  if (const auto* tools = std::get_if<Tools>(&message.body)) playback_.add(*tools, now);
+  if (const auto* piece = std::get_if<MeshPiece>(&message.body)) {
+    mesh_.take(*piece);
+    if (asked_ > 0 && --asked_ == 0) next_mesh_ = now;
+  }
+}
+
+void ViewCore::take_welcome(const Message& message, Micros now) {
+  if (link_ == ViewLink::joined) {
+    if (message.instance == instance_ && message.station == station_)
+      heard_ = now;
+    else
+      ++counts_.stale;
+    return;
+  }
+  const auto& welcome = std::get<Welcome>(message.body);
+  const bool same_mesh = counts_.joins > 0 && welcome.mesh_hash == welcome_.mesh_hash && welcome.vertices == welcome_.vertices &&
+                         welcome.triangles == welcome_.triangles;
+  if (message.instance != instance_ || message.station != station_) {
+    clock_ = ClockSync{};
+    seq_out_ = 0;
+  }
+  instance_ = message.instance;
+  station_ = message.station;
+  welcome_ = welcome;
+  if (!same_mesh) {
+    mesh_.expect(welcome.vertices, welcome.triangles, welcome.mesh_hash);
+    rest_.clear();
+    ++mesh_version_;
+  }
+  shapes_.expect(welcome.vertices);
+  playback_.clear();
+  refusal_.clear();
+  link_ = ViewLink::joined;
+  ++counts_.joins;
+  hello_due_ = false;
+  asked_ = 0;
+  heard_ = next_beat_ = next_mesh_ = now;
+  clock_.take(message.clock, now);
+}
+
+void ViewCore::take_refuse(const Message& message, Micros now) {
+  const auto& refusal = std::get<Refuse>(message.body);
+  const bool gone = refusal.reason == RefuseReason::unknown_station || refusal.reason == RefuseReason::shutting_down;
+  if (link_ == ViewLink::joined) {
+    if (gone && message.station == station_)
+      join_again(now);
+    else
+      ++counts_.stale;
+    return;
+  }
+  if (gone || message.station != 0) {
+    ++counts_.stale;
+    return;
+  }
+  link_ = ViewLink::refused;
+  refusal_ = refusal.message;
+  next_hello_ = std::max(next_hello_, now + kRetryEvery);
+}
+
+void ViewCore::take_shape(const ShapePiece& piece, Micros now) {
+  finished_.clear();
+  shapes_.take(piece, finished_);
+  for (Shape& shape : finished_) {
+    if (rest_.empty()) rest_ = shape.positions;
+    playback_.add(std::move(shape), now);
+  }
+}
+
+void ViewCore::join_again(Micros now) {
+  link_ = ViewLink::joining;
+  next_hello_ = now;
+  beat_due_ = false;
+  asking_.clear();
+}
+
+void ViewCore::ask_for_mesh(Micros now) {
+  const auto pieces = mesh_.missing(kMeshWindow);
+  asking_.assign(pieces.begin(), pieces.end());
+  asked_ = pieces.size();
+  next_mesh_ = now + kMeshRetry;
+}
+
+std::size_t ViewCore::emit(std::span<std::byte> out, Micros now) {
+  if (std::exchange(leave_due_, false)) return say(Leave{}, out, now);
+  if (std::exchange(hello_due_, false)) return say(hello_, out, now);
+  if (std::exchange(beat_due_, false)) return say(Beat{}, out, now);
+  if (asking_.empty()) return 0;
+  const MeshRequest request{asking_.front()};
+  asking_.pop_front();
+  return say(request, out, now);
+}
+
+std::size_t ViewCore::say(Body body, std::span<std::byte> out, Micros now) {
+  const bool stranger = std::holds_alternative<Hello>(body);
+  const Message message{stranger ? 0 : instance_, stranger ? 0 : station_, seq_out_, clock_.stamp(now), std::move(body)};
+  const std::size_t size = encode(message, out);
+  if (size == 0) return 0;
+  ++seq_out_;
+  ++counts_.sent;
+  return size;
+}
+
+}  // namespace palpate

@@ -1,0 +1,99 @@
+// A viewer's side of a session without sockets, threads or clocks: take a datagram, tick, emit datagrams, say the deadline.
+//
+// Life of a viewer: joining (Hello every 250 ms until Welcome) -> joined (mesh pieces asked for, each again after 150 ms, until
+// all are in and the hash is right; a Beat every 250 ms) -> joining again when the server does not know us or was not
+// heard for kLostAfter. Refused for another reason: it says so and keeps asking, once a second.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <deque>
+#include <span>
+#include <string>
+
+#include "client/view/mesh_assembly.hpp"
+#include "client/view/playback.hpp"
+#include "client/view/shape_assembly.hpp"
+#include "common/session/clock_sync.hpp"
+#include "common/wire/codec.hpp"
+#include "common/wire/messages.hpp"
+
+namespace palpate {
+
+enum class ViewLink : std::uint8_t { joining, joined, refused };
+
+struct ViewCounts {
+  std::uint64_t sent = 0, received = 0, bytes_received = 0, joins = 0, stale = 0;
+  std::array<std::uint64_t, kWireFaults> dropped{};
+};
+
+/// What a picture shows.
+struct ViewMoment {
+  std::vector<Eigen::Vector3f> positions;
+  std::vector<ToolView> tools;
+};
+
+class ViewCore {
+ public:
+  static constexpr Micros kHelloEvery{250'000}, kRetryEvery{1'000'000}, kBeatEvery{250'000}, kLostAfter{2'000'000};
+  static constexpr Micros kMeshRetry{150'000};
+  static constexpr std::size_t kMeshWindow = 16;  ///< pieces asked for at a time
+
+  ViewCore(std::string station, Micros now);
+
+  void take(std::span<const std::byte> bytes, Micros now);
+  void tick(Micros now);
+  /// Bytes of the next datagram for the server written into `out`, 0 when there is none. Call until 0.
+  std::size_t emit(std::span<std::byte> out, Micros now);
+  Micros deadline() const;
+  /// Say goodbye: the next emit() is a Leave.
+  void leave();
+
+  ViewLink link() const { return link_; }
+  const std::string& refusal() const { return refusal_; }
+  const Welcome& welcome() const { return welcome_; }  ///< meaningful when joined once
+
+  /// Topology and at least one shape are here: there is something to draw.
+  bool ready() const { return mesh_.complete() && !rest_.empty(); }
+  const std::vector<Triangle>& triangles() const { return mesh_.triangles(); }
+  /// The first shape that came: what displacement is measured from.
+  const std::vector<Eigen::Vector3f>& rest() const { return rest_; }
+  /// Grows with every new topology: whoever keeps something about the mesh forgets it then.
+  std::uint64_t mesh_version() const { return mesh_version_; }
+  /// The moment that is due at `now`; false while there is none.
+  bool show(Micros now, ViewMoment& moment) const { return ready() && playback_.at(now, moment.positions, moment.tools); }
+
+  const Playback& playback() const { return playback_; }
+  const ClockSync& clock() const { return clock_; }
+  const ViewCounts& counts() const { return counts_; }
+  const ShapeCounts& shape_counts() const { return shapes_.counts(); }
+
+ private:
+  void take_welcome(const Message& message, Micros now);
+  void take_refuse(const Message& message, Micros now);
+  void take_shape(const ShapePiece& piece, Micros now);
+  void join_again(Micros now);
+  void ask_for_mesh(Micros now);
+  std::size_t say(Body body, std::span<std::byte> out, Micros now);
+
+  Hello hello_;
+  ViewLink link_ = ViewLink::joining;
+  std::string refusal_;
+  Welcome welcome_;
+  std::uint64_t instance_ = 0, mesh_version_ = 0;
+  StationId station_ = 0;
+  std::uint32_t seq_out_ = 0;
+  Micros heard_, next_hello_, next_beat_, next_mesh_;
+  bool hello_due_ = false, beat_due_ = false, leave_due_ = false, left_ = false;
+  std::deque<std::uint32_t> asking_;  ///< mesh pieces to ask for now
+  std::size_t asked_ = 0;             ///< pieces still expected of the last round
+  ClockSync clock_;
+  MeshAssembly mesh_;
+  ShapeAssembly shapes_;
+  Playback playback_;
+  std::vector<Shape> finished_;
+  std::vector<Eigen::Vector3f> rest_;
+  ViewCounts counts_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,128 @@
+# A room is a folder with one job, built as one static library (or interface library when it has only headers).
+#
+#   palpate_room(NAME LAYER n [LOCAL] [DEPENDS targets...] [PRIVATE targets...])
+#
+# LOCAL keeps a room out of the installed package.
+# LAYER states where the room stands in   schema(0) <- common(1) <- server(2), client(3) <- bench, tests(4).
+# palpate_check_links(), called when every room exists, stops the configuration at a link from a room or program to one of a
+# higher layer, or between server and client, whichever of the two was added first.
+
+add_library(palpate_flags INTERFACE)
+add_library(Palpate::flags ALIAS palpate_flags)
+target_compile_options(palpate_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wconversion -Wshadow
+  # GCC 12's own AVX-512 headers, inlined through Eigen, are taken for uses of uninitialised values.
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
+  $<$<BOOL:${PALPATE_WERROR}>:-Werror>)
+
+# AVX-512 is left to kernels that ask for it: GCC 12's headers for it warn through Eigen, and small matrices gain nothing.
+if(PALPATE_NATIVE)
+  set(PALPATE_NATIVE_FLAGS -march=native)
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+    list(APPEND PALPATE_NATIVE_FLAGS -mno-avx512f)
+  endif()
+endif()
+
+# What every translation unit, ours or a user's, must share for the same bits and the same Eigen layout.
+add_library(palpate_abi INTERFACE)
+add_library(Palpate::abi ALIAS palpate_abi)
+target_compile_features(palpate_abi INTERFACE cxx_std_20)
+target_compile_options(palpate_abi INTERFACE -ffp-contract=off ${PALPATE_NATIVE_FLAGS})
+target_include_directories(palpate_abi INTERFACE
+  $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/palpate>)
+target_link_libraries(palpate_abi INTERFACE Eigen3::Eigen)
+if(PALPATE_SANITIZE)
+  target_compile_options(palpate_abi INTERFACE -fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer -g)
+  target_link_options(palpate_abi INTERFACE -fsanitize=${PALPATE_SANITIZE})
+endif()
+if(PALPATE_FUZZ)
+  target_compile_options(palpate_abi INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+
+set_property(GLOBAL PROPERTY PALPATE_ROOMS "")
+set_property(GLOBAL PROPERTY PALPATE_LINKERS "")
+
+# Remembers what TARGET of LAYER wants to link, for palpate_check_links().
+function(palpate_record_links TARGET LAYER)
+  set_property(GLOBAL APPEND PROPERTY PALPATE_LINKERS ${TARGET})
+  set_property(GLOBAL PROPERTY PALPATE_LAYER_${TARGET} ${LAYER})
+  set_property(GLOBAL PROPERTY PALPATE_LINKS_${TARGET} "${ARGN}")
+endfunction()
+
+function(palpate_room NAME)
+  cmake_parse_arguments(ROOM "LOCAL" "LAYER" "DEPENDS;PRIVATE" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  set(target palpate_${NAME})
+  if(sources)
+    add_library(${target} STATIC ${sources})
+    target_link_libraries(${target} PUBLIC palpate_abi ${ROOM_DEPENDS} PRIVATE $<BUILD_INTERFACE:palpate_flags> ${ROOM_PRIVATE})
+  else()
+    add_library(${target} INTERFACE)
+    target_link_libraries(${target} INTERFACE palpate_abi ${ROOM_DEPENDS})
+  endif()
+  add_library(Palpate::${NAME} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${NAME})
+  if(NOT ROOM_LOCAL)
+    set_property(GLOBAL APPEND PROPERTY PALPATE_ROOMS ${target})
+  endif()
+  palpate_record_links(${target} ${ROOM_LAYER} ${ROOM_DEPENDS} ${ROOM_PRIVATE})
+endfunction()
+
+# palpate_program(NAME DEPENDS targets...): a command-line program from the .cpp files of this folder. Its layer is its side's.
+function(palpate_program NAME)
+  cmake_parse_arguments(PROGRAM "" "" "DEPENDS" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  if(NOT sources)
+    message(STATUS "${NAME} has no sources in ${CMAKE_CURRENT_SOURCE_DIR}: left out")
+    return()
+  endif()
+  add_executable(${NAME} ${sources})
+  target_link_libraries(${NAME} PRIVATE palpate_flags palpate_abi ${PROGRAM_DEPENDS})
+  target_compile_definitions(${NAME} PRIVATE PALPATE_VERSION="${PROJECT_VERSION}")
+  install(TARGETS ${NAME} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  if(folder MATCHES "^common/")
+    set(layer 1)
+  elseif(folder MATCHES "^server/")
+    set(layer 2)
+  elseif(folder MATCHES "^client/")
+    set(layer 3)
+  else()
+    set(layer 4)
+  endif()
+  palpate_record_links(${NAME} ${layer} ${PROGRAM_DEPENDS})
+endfunction()
+
+# Call once, after the last room.
+function(palpate_check_links)
+  get_property(linkers GLOBAL PROPERTY PALPATE_LINKERS)
+  foreach(target IN LISTS linkers)
+    get_property(layer GLOBAL PROPERTY PALPATE_LAYER_${target})
+    get_property(links GLOBAL PROPERTY PALPATE_LINKS_${target})
+    foreach(link IN LISTS links)
+      string(REPLACE "Palpate::" "palpate_" dep "${link}")
+      get_property(dep_layer GLOBAL PROPERTY PALPATE_LAYER_${dep})
+      if(NOT dep_layer STREQUAL "" AND (dep_layer GREATER layer OR (layer EQUAL 3 AND dep_layer EQUAL 2)))
+        message(FATAL_ERROR "${target} (layer ${layer}) may not link ${dep} (layer ${dep_layer})")
+      endif()
+    endforeach()
+  endforeach()
+endfunction()
+
+function(palpate_export)
+  get_property(rooms GLOBAL PROPERTY PALPATE_ROOMS)
+  install(TARGETS ${rooms} palpate_abi palpate_asio EXPORT PalpateTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  set_target_properties(palpate_abi PROPERTIES EXPORT_NAME abi)
+  set_target_properties(palpate_asio PROPERTIES EXPORT_NAME asio)
+  install(EXPORT PalpateTargets NAMESPACE Palpate:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/Palpate)
+  foreach(folder common server client bench)
+    install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpate
+      FILES_MATCHING PATTERN "*.hpp" PATTERN "app" EXCLUDE PATTERN "view" EXCLUDE PATTERN "lab" EXCLUDE PATTERN "micro" EXCLUDE)
+  endforeach()
+  include(CMakePackageConfigHelpers)
+  configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/PalpateConfig.cmake.in
+    ${PROJECT_BINARY_DIR}/PalpateConfig.cmake INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/Palpate)
+  write_basic_package_version_file(${PROJECT_BINARY_DIR}/PalpateConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+  install(FILES ${PROJECT_BINARY_DIR}/PalpateConfig.cmake ${PROJECT_BINARY_DIR}/PalpateConfigVersion.cmake
+    DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/Palpate)
+endfunction()

@@ -1,0 +1,27 @@
+// Vectors, time and identifiers that both ends share. SI units everywhere; frame W (world) unless a name says otherwise.
+#pragma once
+
+#include <Eigen/Core>
+#include <chrono>
+#include <cstdint>
+
+namespace palpate {
+
+using Vec3 = Eigen::Vector3d;
+using Mat3 = Eigen::Matrix3d;
+
+/// Both an instant (since the clock's own epoch) and a duration; which clock is said where it is used.
+using Micros = std::chrono::microseconds;
+
+inline double seconds(Micros t) { return static_cast<double>(t.count()) * 1e-6; }
+inline Micros from_seconds(double s) { return Micros{static_cast<std::int64_t>(s * 1e6 + (s < 0 ? -0.5 : 0.5))}; }
+
+using StationId = std::uint32_t;
+
+/// One reading of the tool: where it was, and when, in the clock named by the user of the struct.
+struct ToolSample {
+  Micros t{};
+  Vec3 position = Vec3::Zero();  ///< [m]
+};
+
+}  // namespace palpate

@@ -1,0 +1,34 @@
+// HOST:PORT from a flag to a UDP address and a bound socket. Set-up code: what is wrong is thrown as InputError.
+#pragma once
+
+#include <asio/io_context.hpp>
+#include <asio/ip/udp.hpp>
+#include <string>
+#include <string_view>
+
+namespace palpate {
+
+using UdpEndpoint = asio::ip::udp::endpoint;
+using UdpSocket = asio::ip::udp::socket;
+
+struct HostPort {
+  std::string host;
+  std::uint16_t port = 0;
+};
+
+/// Splits "HOST:PORT" or "[IPV6]:PORT"; `where` names the flag in the error. Port 0 asks the system for a free one.
+HostPort parse_host_port(std::string_view where, std::string_view text);
+
+/// The address that `text` names, IPv4 first when it has both kinds. Asks the resolver, so it may block for seconds.
+UdpEndpoint resolve_udp(std::string_view where, std::string_view text);
+
+/// A socket that receives at `address`; a port in use or an address of another machine is an InputError.
+UdpSocket bind_udp(asio::io_context& io, std::string_view where, const UdpEndpoint& address);
+
+/// A socket for talking to `server` from any free port of this machine.
+UdpSocket open_udp_towards(asio::io_context& io, const UdpEndpoint& server);
+
+/// "127.0.0.1:4711" or "[::1]:4711".
+std::string to_string(const UdpEndpoint& endpoint);
+
+}  // namespace palpate

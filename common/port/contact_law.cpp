@@ -1,0 +1,43 @@
+#include "common/port/contact_law.hpp"
+
+#include <Eigen/LU>
+
+namespace palpate {
+
+ContactClosure close_contact(const Vec3& p_free, const Mat3& compliance, const Vec3& normal, const Vec3& tool,
+                             const ContactParameters& parameters) noexcept {
+  // A rigid tool on a point without compliance has no finite answer; this floor keeps the force below any device's limit times
+  // 1e3.
+  constexpr double kComplianceFloor = 1e-9;
+  Mat3 w = compliance;
+  w.diagonal().array() += parameters.coupling_n_m > 0 ? 1.0 / parameters.coupling_n_m : kComplianceFloor;
+
+  ContactClosure result;
+  const Vec3 gap = tool - p_free;
+  Mat3 inverse;
+  bool invertible = false;
+  w.computeInverseWithCheck(inverse, invertible, 0.0);
+  if (!invertible) return result;
+  Vec3 lambda = inverse * gap;
+  const double push = -lambda.dot(normal);
+  if (!(push > 0)) return result;
+  result.touching = true;
+
+  const Vec3 tangential = lambda + push * normal;
+  const double tangential_norm = tangential.norm();
+  if (tangential_norm > parameters.friction * push) {
+    const Vec3 direction = -normal + (parameters.friction / tangential_norm) * tangential;
+    const double along = normal.dot(w * direction);
+    const double depth = normal.dot(gap);
+    // With strong friction and a skewed compliance the cone's edge may not reach the surface; the frictionless force does.
+    lambda = along < 0 && depth < 0 ? Vec3((depth / along) * direction) : Vec3(depth / normal.dot(w * normal) * normal);
+    if (!(lambda.dot(normal) < 0)) return {};
+    result.slipping = true;
+    result.slip = gap - w * lambda;
+    result.slip -= normal * normal.dot(result.slip);
+  }
+  result.lambda = lambda;
+  return result;
+}
+
+}  // namespace palpate

@@ -1,0 +1,34 @@
+// The contact law, the same code on both ends: how a tool point and a deformable surface push on each other at the end of a tick
+// (client) or of an integration stage (server).
+//
+// The material point under the tool would be at p_free at the end of the tick without contact, and moves by C lambda with a
+// constant force lambda on the body. The tool, at h, is joined to it by the contact stiffness k_c (1/k_c = 0: rigid):
+//
+//     h - lambda / k_c = p_free + C lambda   =>   lambda = W^-1 (h - p_free),   W = C + I / k_c            (stick)
+//     lambda . n >= 0 (n the outward normal): the tool would pull                =>   lambda = 0            (release)
+//     |lambda_t| > mu |lambda_n|: on the friction cone,  lambda = N (-n + mu t),  t the stick force's tangent direction,
+//         N from the normal row of W lambda = h - p_free;  the material point slips by h - p_free - W lambda (tangential)
+//
+// C is symmetric positive semi-definite. All in frame W; lambda is the force on the body [N], lengths in m.
+#pragma once
+
+#include "common/base/types.hpp"
+
+namespace palpate {
+
+struct ContactParameters {
+  double coupling_n_m = 0;  ///< k_c, 0 = rigid
+  double friction = 0;      ///< mu
+};
+
+struct ContactClosure {
+  bool touching = false;
+  bool slipping = false;
+  Vec3 lambda = Vec3::Zero();  ///< force on the body [N]
+  Vec3 slip = Vec3::Zero();    ///< how far the material point slides along the surface [m]
+};
+
+ContactClosure close_contact(const Vec3& p_free, const Mat3& compliance, const Vec3& normal, const Vec3& tool,
+                             const ContactParameters& parameters) noexcept;
+
+}  // namespace palpate

@@ -1,0 +1,105 @@
+// A patch: the small model of what the hand is touching, valid from one stamped moment on.
+//
+// Around the state (x*, v*) of the body at the stamp t*, with x = x* + V q and V orthonormal in the mass matrix M:
+//
+//     q'' + D q' + K q = g + u,        q(t*) = 0,   q'(t*) = q_rate,        K = diag(stiffness)
+//
+// attach (the node is held by the tool at h(t), velocity h'(t); d = h - h*, d' = h' - h'*):
+//     u = B_k d + B_d d'
+//     force on the tool = force - K_p d - D_p d' + B_k^T q + B_d^T (q' - q_rate)
+//
+// touch (the tool pushes with lambda at a barycentric point w of a surface triangle; R_i are the port rows of vertex i):
+//     vertex i is at  x_i = position_i + R_i q,       u = (sum_i w_i R_i)^T lambda
+//     end-of-tick contact point p = p_free + C lambda;  lambda from the contact law (contact_law.hpp)
+//     force on the tool = -lambda
+//
+// A patch without modes is static: `constant` shows `force` (schemes hold, filtered); otherwise K_p alone (attach) or the
+// compliance c_static about the stress-free surface (touch) answers (scheme tangent).
+//
+// Shapes: r modes; K_p, D_p 3x3 [N/m], [N s/m]; B_k, B_d r x 3; R_i 3 x r [kg^-1/2]; q [m kg^1/2].
+// All vectors in frame W. Times in the receiving client's clock.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "common/base/limits.hpp"
+#include "common/base/types.hpp"
+#include "common/port/scheme.hpp"
+
+namespace palpate {
+
+template <int rows_max, int cols_max>
+using BoundedMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, (cols_max == 1 ? 1 : Eigen::Dynamic), Eigen::ColMajor, rows_max, cols_max>;
+
+using ModeVector = BoundedMatrix<kMaxModes, 1>;
+using ModeMatrix = BoundedMatrix<kMaxModes, kMaxModes>;
+using ModePort = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxModes, 3>;  ///< r x 3
+using PortRows = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxModes>;  ///< 3 x r
+
+using Triangle = std::array<std::uint32_t, 3>;  ///< vertex indices, counter-clockwise seen from outside
+
+/// A point of a triangulated surface: p = sum_k weight[k] * x[triangle[k]], weights non-negative with sum 1.
+struct SurfacePoint {
+  std::uint32_t triangle = 0;
+  Vec3 weight = Vec3(1, 0, 0);
+};
+
+struct PortVertex {
+  Vec3 position = Vec3::Zero();  ///< at the stamp [m]
+  PortRows rows;                 ///< how the modes move it
+};
+
+/// The surface near the contact; it travels with the patch so that the tool finds it by itself between frames.
+struct PortSurface {
+  int vertex_count = 0, triangle_count = 0;
+  std::array<PortVertex, kMaxPortVertices> vertices;
+  std::array<Triangle, kMaxPortTriangles> triangles{};
+};
+
+struct Patch {
+  std::uint32_t seq = 0;  ///< grows by one with every patch for this station
+  Micros stamp{};         ///< t*
+  Scheme scheme = Scheme::hold;
+  ContactKind contact = ContactKind::attach;
+  bool constant = false;  ///< show `force`, no model
+
+  // reduced dynamics
+  ModeVector stiffness;  ///< K, r non-negative entries, ascending [1/s^2]
+  ModeMatrix damping;    ///< D, symmetric positive semi-definite [1/s]
+  ModeVector g;          ///< imbalance at the stamp
+  ModeVector q_rate;     ///< free motion at the stamp
+
+  Vec3 force = Vec3::Zero();  ///< on the tool at the stamp [N]
+
+  // attach
+  Vec3 tool = Vec3::Zero(), tool_velocity = Vec3::Zero();  ///< h*, h'*
+  Mat3 k_port = Mat3::Zero(), d_port = Mat3::Zero();       ///< K_p, D_p, symmetric
+  ModePort b_k, b_d;
+
+  // touch
+  double coupling_n_m = 0;       ///< k_c of the contact law, 0 = rigid
+  double friction = 0;           ///< Coulomb mu
+  bool touching = false;         ///< contact state at the stamp
+  SurfacePoint point;            ///< contact point (touching) or nearest point, on `surface`
+  Mat3 c_static = Mat3::Zero();  ///< compliance that no mode carries [m/N]
+  PortSurface surface;
+
+  double low_pass_hz = 0;     ///< first-order low-pass of the shown force (scheme filtered), 0 = none
+  double trust_radius_m = 0;  ///< beyond this distance of the tool from h* the force fades out
+  Micros valid_for{};         ///< beyond this age the force fades out
+
+  int modes() const { return static_cast<int>(stiffness.size()); }
+  int states() const { return 2 * modes(); }
+};
+
+/// Why a patch must not be played; `none` when it may. The receiver's own check, whatever the sender promised:
+/// every number finite and in range, K and D positive semi-definite (with the port block for attach), indices inside, weights
+/// barycentric. Passivity of the linear model follows from the semi-definiteness of K and D.
+enum class PatchFault : std::uint8_t { none, sizes, not_finite, out_of_range, stiffness_indefinite, damping_indefinite, surface };
+PatchFault check(const Patch& patch);
+const char* describe(PatchFault fault);
+
+}  // namespace palpate

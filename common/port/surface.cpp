@@ -1,0 +1,160 @@
+#include "common/port/surface.hpp"
+
+#include <Eigen/Geometry>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <limits>
+
+namespace palpate {
+namespace {
+
+Vec3 area_normal(const SurfaceView& s, Positions x, std::uint32_t t) {
+  const Triangle& tri = s.triangles[t];
+  const Vec3 a = vertex(x, tri[0]);
+  return (vertex(x, tri[1]) - a).cross(vertex(x, tri[2]) - a);
+}
+
+Vec3 vertex_normal(const SurfaceView& s, Positions x, std::uint32_t i) {
+  Vec3 sum = Vec3::Zero();
+  for (std::uint32_t k = s.first[i]; k < s.first[i + 1]; ++k) sum += area_normal(s, x, s.incident[k]);
+  const double norm = sum.norm();
+  return norm > 0 ? Vec3(sum / norm) : sum;
+}
+
+// Barycentric weights of the point of triangle (a, b, c) nearest to p (Ericson, Real-Time Collision Detection, 5.1.5: by Voronoi
+// region).
+Vec3 nearest_weights(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
+  const Vec3 ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
+  const Vec3 bp = p - b;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) {
+    const double v = d1 / (d1 - d3);
+    return {1 - v, v, 0};
+  }
+  const Vec3 cp = p - c;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) {
+    const double w = d2 / (d2 - d6);
+    return {1 - w, 0, w};
+  }
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return {0, 1 - w, w};
+  }
+  const double sum = va + vb + vc;
+  return {va / sum, vb / sum, vc / sum};
+}
+
+struct Best {
+  SurfacePoint point;
+  double distance2 = std::numeric_limits<double>::infinity();
+
+  void offer(const SurfaceView& s, Positions x, std::uint32_t t, const Vec3& query) {
+    const Triangle& tri = s.triangles[t];
+    const Vec3 a = vertex(x, tri[0]), b = vertex(x, tri[1]), c = vertex(x, tri[2]);
+    const Vec3 w = nearest_weights(a, b, c, query);
+    const double d2 = (w[0] * a + w[1] * b + w[2] * c - query).squaredNorm();
+    if (d2 < distance2) {
+      distance2 = d2;
+      point = {t, w};
+    }
+  }
+  void offer_around(const SurfaceView& s, Positions x, std::uint32_t triangle, const Vec3& query) {
+    for (const std::uint32_t i : s.triangles[triangle])
+      for (std::uint32_t k = s.first[i]; k < s.first[i + 1]; ++k) offer(s, x, s.incident[k], query);
+  }
+};
+
+NearestPoint describe_nearest(const SurfaceView& s, Positions x, const SurfacePoint& p, const Vec3& query) {
+  NearestPoint n;
+  n.point = p;
+  n.position = position_at(s, x, p);
+  n.normal = normal_at(s, x, p);
+  const Vec3 away = query - n.position;
+  n.height_m = away.dot(n.normal) < 0 ? -away.norm() : away.norm();
+  for (int k = 0; k < 3; ++k) n.at_border |= p.weight[k] <= 0 && (s.open[p.triangle] >> k & 1);
+  return n;
+}
+
+}  // namespace
+
+void connect_surface(std::span<const Triangle> triangles, std::size_t vertices, std::span<std::uint32_t> first,
+                     std::span<std::uint32_t> incident, std::span<std::uint8_t> open) noexcept {
+  std::fill(first.begin(), first.end(), 0);
+  for (const Triangle& t : triangles)
+    for (const std::uint32_t i : t) ++first[i + 1];
+  for (std::size_t i = 0; i < vertices; ++i) first[i + 1] += first[i];
+  for (std::uint32_t t = 0; t < triangles.size(); ++t)
+    for (const std::uint32_t i : triangles[t]) incident[first[i]++] = t;
+  for (std::size_t i = vertices; i > 0; --i) first[i] = first[i - 1];
+  first[0] = 0;
+
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    open[t] = 0;
+    for (unsigned k = 0; k < 3; ++k) {
+      const std::uint32_t a = triangles[t][(k + 1) % 3], b = triangles[t][(k + 2) % 3];
+      bool shared = false;
+      for (std::uint32_t e = first[a]; e < first[a + 1]; ++e) {
+        const Triangle& other = triangles[incident[e]];
+        shared |= incident[e] != t && std::find(other.begin(), other.end(), b) != other.end();
+      }
+      if (!shared) open[t] = static_cast<std::uint8_t>(open[t] | (1U << k));
+    }
+  }
+}
+
+Surface::Surface(std::vector<Triangle> triangles, std::size_t vertices)
+    : triangles_(std::move(triangles)), first_(vertices + 1), incident_(3 * triangles_.size()), open_(triangles_.size()) {
+  connect_surface(triangles_, vertices, first_, incident_, open_);
+}
+
+Vec3 position_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept {
+  const Triangle& t = s.triangles[p.triangle];
+  return p.weight[0] * vertex(x, t[0]) + p.weight[1] * vertex(x, t[1]) + p.weight[2] * vertex(x, t[2]);
+}
+
+Vec3 normal_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept {
+  const Triangle& t = s.triangles[p.triangle];
+  Vec3 n = Vec3::Zero();
+  for (int k = 0; k < 3; ++k)
+    if (p.weight[k] > 0) n += p.weight[k] * vertex_normal(s, x, t[static_cast<std::size_t>(k)]);
+  const double norm = n.norm();
+  if (norm > 0) return n / norm;
+  n = area_normal(s, x, p.triangle);
+  return n.norm() > 0 ? Vec3(n.normalized()) : Vec3::UnitZ();
+}
+
+NearestPoint nearest_point(const SurfaceView& s, Positions x, const Vec3& query) noexcept {
+  Best best;
+  for (std::uint32_t t = 0; t < s.triangles.size(); ++t) best.offer(s, x, t, query);
+  return describe_nearest(s, x, best.point, query);
+}
+
+NearestPoint nearest_point_around(const SurfaceView& s, Positions x, const SurfacePoint& near, const Vec3& query) noexcept {
+  Best best;
+  best.offer_around(s, x, near.triangle, query);
+  return describe_nearest(s, x, best.point, query);
+}
+
+SurfacePoint slide(const SurfaceView& s, Positions x, const SurfacePoint& p, const Vec3& slip) noexcept {
+  const Vec3 target = position_at(s, x, p) + slip;
+  Best best;
+  best.offer(s, x, p.triangle, target);
+  constexpr int kRings = 4;
+  for (int ring = 0; ring < kRings; ++ring) {
+    const std::uint32_t from = best.point.triangle;
+    best.offer_around(s, x, from, target);
+    if (best.point.triangle == from) break;
+  }
+  return best.point;
+}
+
+}  // namespace palpate

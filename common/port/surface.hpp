@@ -1,0 +1,67 @@
+// A triangulated surface that deforms: nearest points, smooth normals, and points that slide from triangle to triangle.
+//
+// Normals are area-weighted averages of the normals of the triangles around each vertex, interpolated inside a
+// triangle: continuous along the surface, so that a sliding force does not jump at edges.
+// The view does not own memory, so that the server's whole surface and the client's dozen triangles run the same code.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/base/types.hpp"
+#include "common/port/patch.hpp"
+
+namespace palpate {
+
+/// Who is next to whom. Vertex i belongs to triangles incident[first[i]] ... incident[first[i + 1] - 1].
+/// open[t] has bit k set when the edge opposite corner k of triangle t has no other triangle.
+struct SurfaceView {
+  std::span<const Triangle> triangles;
+  std::span<const std::uint32_t> first, incident;
+  std::span<const std::uint8_t> open;
+};
+
+/// Fills adjacency for `vertices` vertices. Sizes: first vertices + 1, incident 3 * triangles, open triangles.
+void connect_surface(std::span<const Triangle> triangles, std::size_t vertices, std::span<std::uint32_t> first,
+                     std::span<std::uint32_t> incident, std::span<std::uint8_t> open) noexcept;
+
+/// A surface that owns its adjacency.
+class Surface {
+ public:
+  Surface() = default;
+  Surface(std::vector<Triangle> triangles, std::size_t vertices);
+  SurfaceView view() const { return {triangles_, first_, incident_, open_}; }
+  bool empty() const { return triangles_.empty(); }
+
+ private:
+  std::vector<Triangle> triangles_;
+  std::vector<std::uint32_t> first_, incident_;
+  std::vector<std::uint8_t> open_;
+};
+
+/// Positions of vertices, whatever they are stored in: 3 doubles a vertex.
+using Positions = std::span<const double>;
+inline Eigen::Map<const Vec3> vertex(Positions x, std::uint32_t i) {
+  return Eigen::Map<const Vec3>(x.data() + 3 * std::size_t{i});
+}
+
+Vec3 position_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept;
+/// Unit outward normal, interpolated.
+Vec3 normal_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept;
+
+struct NearestPoint {
+  SurfacePoint point;
+  Vec3 position = Vec3::Zero();
+  Vec3 normal = Vec3::UnitZ();
+  double height_m = 0;     ///< signed distance of the query, positive outside
+  bool at_border = false;  ///< nearest point lies on an open edge: the query is beside the surface, not above it
+};
+/// Over all triangles.
+NearestPoint nearest_point(const SurfaceView& s, Positions x, const Vec3& query) noexcept;
+/// Over the triangles that share a vertex with `near`'s triangle.
+NearestPoint nearest_point_around(const SurfaceView& s, Positions x, const SurfacePoint& near, const Vec3& query) noexcept;
+/// The point that `p` becomes when it slides by `slip`: the nearest to p + slip, walking outwards ring by ring.
+SurfacePoint slide(const SurfaceView& s, Positions x, const SurfacePoint& p, const Vec3& slip) noexcept;
+
+}  // namespace palpate

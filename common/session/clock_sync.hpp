@@ -1,0 +1,100 @@
+// Offset, drift and round trip between our clock and the peer's, from the stamps that every datagram carries.
+//
+// A datagram sent by the peer at `sent` (its clock) and received at `now` (ours), echoing our datagram of `echo` that it got
+// `echo_hold` before, says about the offset theta = peer clock - our clock:
+//
+//     now - sent                = -theta + delay towards us
+//     (sent - echo_hold) - echo = +theta + delay towards the peer
+//
+// The smallest of each over the last kWindow, corrected for drift, are the two delays without queueing, so
+//
+//     theta = (least second - least first) / 2,     error <= half the difference of the two least delays (path asymmetry).
+//
+// The two minima are found apart: a quiet datagram each way is enough, they need not belong to one round trip. Drift is the
+// least-squares slope of theta over the last minute. The offset that maps times is slewed towards theta with time constant
+// kSlewTime and at most kSlewMax, so after the first lock it never jumps and mapped times stay monotone.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <limits>
+
+#include "common/base/types.hpp"
+#include "common/wire/messages.hpp"
+
+namespace palpate {
+
+struct RttStats {
+  Micros last{};    ///< of the newest exchange
+  Micros min{};     ///< least delay there plus least delay back, over the window
+  Micros mean{};    ///< exponential average
+  Micros jitter{};  ///< exponential average of the change from one exchange to the next
+};
+
+/// The smallest of the values that came within the last kWindow. Values may follow a known slope [us/us].
+class WindowedMinimum {
+ public:
+  static constexpr Micros kBucket{500'000};
+  static constexpr int kBuckets = 16;
+  static constexpr Micros kWindow{kBucket * kBuckets};
+
+  void add(Micros t, double value);
+  bool empty() const { return newest_ == kNone; }
+  /// Every value carried along the slope to `now`. Not for an empty window.
+  double at(Micros now, double slope) const;
+
+ private:
+  static constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::min();
+  struct Bucket {
+    std::int64_t index = kNone;
+    Micros t{};
+    double value = 0;
+  };
+  std::array<Bucket, kBuckets> buckets_{};
+  std::int64_t newest_ = kNone;
+};
+
+class ClockSync {
+ public:
+  static constexpr Micros kSlewTime{1'000'000};
+  static constexpr double kSlewMax = 2e-3;      ///< of elapsed time
+  static constexpr double kDriftMax = 500e-6;   ///< a quartz that is worse is broken
+  static constexpr Micros kRttMax{10'000'000};  ///< exchanges beyond this are nonsense and ignored
+
+  static constexpr Micros kHoldMax{60'000'000};  ///< a datagram held for longer is not echoed any more
+
+  /// What our next datagram says.
+  ClockStamps stamp(Micros now) const;
+  /// What a datagram of the peer said that came at `now` (our clock, ascending). Order and duplicates do not matter.
+  void take(const ClockStamps& peer, Micros now);
+
+  bool locked() const { return locked_; }
+  /// Instants from our clock to the peer's and back; exact inverses between two calls of take(). Need locked().
+  Micros to_peer(Micros own) const { return own + offset(); }
+  Micros from_peer(Micros peer) const { return peer - offset(); }
+
+  Micros offset() const { return from_micros(offset_us_); }
+  double drift_ppm() const { return drift_ * 1e6; }
+  const RttStats& rtt() const { return rtt_; }
+  std::uint64_t exchanges() const { return exchanges_; }
+
+ private:
+  static Micros from_micros(double us) { return from_seconds(us * 1e-6); }
+  void measure(const ClockStamps& peer, Micros now);
+  void slew(Micros now);
+  void watch_drift(Micros now);
+
+  Micros heard_sent_{}, heard_at_{};  ///< newest datagram of the peer
+  bool heard_ = false, locked_ = false;
+  WindowedMinimum towards_us_, towards_peer_;
+  double offset_us_ = 0, drift_ = 0;
+  Micros locked_at_{}, slewed_at_{}, watched_at_{};
+  struct Seen {
+    double t_s, theta_us;
+  };
+  std::deque<Seen> seen_;
+  RttStats rtt_;
+  std::uint64_t exchanges_ = 0;
+};
+
+}  // namespace palpate

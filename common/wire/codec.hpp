@@ -1,0 +1,50 @@
+// Messages to datagrams and back. FlatBuffers (schema/wire.fbs) underneath; nothing of it shows here.
+//
+// The wire rounds: positions to 2^-27 m, forces and the numbers of a model to float32, a patch's local surface to 16 bits
+// (docs/wire.md has the table). What decode() returns is what encode() rounded to: encode(decode(bytes)) == bytes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "common/wire/messages.hpp"
+
+namespace palpate {
+
+/// Why bytes from the wire were dropped. Each is counted by the receiver.
+enum class WireFault : std::uint8_t {
+  none,
+  too_short,
+  too_long,
+  not_palpate,
+  version,
+  malformed,
+  out_of_range,
+  not_finite,
+  patch_refused
+};
+inline constexpr std::size_t kWireFaults = 9;
+const char* describe(WireFault fault);
+
+inline constexpr std::size_t kHelloBytes = 512;      ///< every Hello has at least this size, every Welcome and Refuse at most
+inline constexpr std::size_t kMaxRefuseBytes = 200;  ///< longer refusal texts are cut
+inline constexpr int kMaxPieceTriangles = 116;       ///< of a MeshPiece
+inline constexpr int kMaxPieceVertices = 170;        ///< of a ShapePiece
+inline constexpr std::uint32_t kMaxMeshVertices = 1u << 24;  ///< of a surface
+
+/// Verifies the buffer, then bounds, then finiteness, then sense, and runs check() on a patch. `message` is meaningful only
+/// when `none` is returned, except that after `version` its instance, station and seq are read where they could be.
+/// Never throws, never reads outside `bytes`.
+[[nodiscard]] WireFault decode(std::span<const std::byte> bytes, Message& message);
+
+/// Number of bytes written into `out`; 0 when the message does not fit (the caller sends fewer vertices, samples or modes),
+/// or holds a number that the wire cannot carry (not finite, a position outside of the world).
+[[nodiscard]] std::size_t encode(const Message& message, std::span<std::byte> out);
+
+/// The most vertices of a local surface that surely fit into kMaxDatagramBytes beside `modes` modes and `triangles` triangles,
+/// at most kMaxPortVertices; less than 3 when no surface fits. A disc of n vertices has at most 2 n - 5 triangles.
+/// attach patches fit with up to 14 modes.
+int max_port_vertices(int modes, int triangles = kMaxPortTriangles);
+
+}  // namespace palpate

@@ -1,0 +1,239 @@
+#include <array>
+#include <cstring>
+
+#include "common/wire/codec.hpp"
+#include "common/wire/patch_wire.hpp"
+#include "common/wire/sense.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kLeastBytes = 20;  // root offset, identifier, a table that holds a version
+
+template <class Enum>
+bool to_enum(std::uint8_t value, Enum last, Enum& out) {
+  if (value > static_cast<std::uint8_t>(last)) return false;
+  out = static_cast<Enum>(value);
+  return true;
+}
+
+std::string_view view_of(const flatbuffers::String* s) { return s ? s->string_view() : std::string_view(); }
+Micros time_of(const wire::Wide* w) { return w ? pack::time_from(*w) : Micros{}; }
+
+// One overload a message kind: reads its table, then says what is wrong with the result.
+
+WireFault read(const wire::Hello& table, Hello& m) {
+  Sense sense;
+  sense.name(view_of(table.station()), 1);
+  sense.name(view_of(table.shadow_of()), 0);
+  sense.that(to_enum(table.role(), Role::viewer, m.role));
+  sense.that(to_enum(table.scheme(), Scheme::cubic, m.scheme));
+  if (!sense.ok()) return sense.fault();
+  m.station = view_of(table.station());
+  m.shadow_of = view_of(table.shadow_of());
+  m.order = table.order();
+  return WireFault::none;
+}
+
+WireFault read(const wire::Welcome& table, Welcome& m) {
+  if (!table.home() || !table.mesh_hash()) return WireFault::malformed;
+  Sense sense;
+  sense.name(view_of(table.scene()), 0);
+  sense.that(to_enum(table.contact(), ContactKind::touch, m.contact));
+  sense.number(table.rate_hz(), kMinRateHz, kMaxRateHz);
+  m.home = pack::from(*table.home());
+  sense.position(m.home);
+  sense.that(table.vertices() <= kMaxMeshVertices && table.triangles() <= 4 * kMaxMeshVertices);
+  if (!sense.ok()) return sense.fault();
+  m.scene = view_of(table.scene());
+  m.rate_hz = table.rate_hz();
+  m.vertices = table.vertices();
+  m.triangles = table.triangles();
+  m.mesh_hash = pack::from(*table.mesh_hash());
+  return WireFault::none;
+}
+
+WireFault read(const wire::Refuse& table, Refuse& m) {
+  Sense sense;
+  sense.that(to_enum(table.reason(), RefuseReason::shutting_down, m.reason));
+  sense.text(view_of(table.message()), 0, kMaxRefuseBytes);
+  if (!sense.ok()) return sense.fault();
+  m.message = view_of(table.message());
+  return WireFault::none;
+}
+
+WireFault read(const wire::Samples& table, Samples& m) {
+  if (!table.samples()) return WireFault::none;
+  const auto count = table.samples()->size();
+  if (!table.base() || count < 1 || count > std::size_t{kMaxSamplesPerDatagram}) return WireFault::malformed;
+  Sense sense;
+  const Micros base = time_of(table.base());
+  sense.time(base);
+  if (!sense.ok()) return sense.fault();
+  m.samples.reserve(count);
+  for (const wire::Sample* sample : *table.samples()) {
+    const ToolSample read{base + Micros{sample->offset()}, pack::from(sample->position())};
+    sense.that(m.samples.empty() ? sample->offset() == 0 : read.t > m.samples.back().t);
+    sense.position(read.position);
+    m.samples.push_back(read);
+  }
+  return sense.fault();
+}
+
+WireFault read(const wire::Patch& table, PatchMessage& m) { return read_patch(table, m.patch); }
+
+WireFault read(const wire::Beat& table, Beat& m) {
+  m = {time_of(table.body_time()), table.contact_in_reach()};
+  Sense sense;
+  sense.time(m.body_time);
+  return sense.fault();
+}
+
+WireFault read(const wire::Leave&, Leave&) { return WireFault::none; }
+
+WireFault read(const wire::MeshRequest& table, MeshRequest& m) {
+  m.piece = table.piece();
+  return m.piece < kMaxMeshVertices ? WireFault::none : WireFault::out_of_range;
+}
+
+WireFault read(const wire::MeshPiece& table, MeshPiece& m) {
+  if (!table.mesh_hash() || !table.triangles()) return WireFault::malformed;
+  const auto& bytes = *table.triangles();
+  if (bytes.size() % 9 != 0 || bytes.size() > std::size_t{kMaxPieceTriangles} * 9) return WireFault::malformed;
+  Sense sense;
+  sense.that(table.piece() < table.pieces() && table.pieces() <= kMaxMeshVertices && table.first() <= 4 * kMaxMeshVertices);
+  m.mesh_hash = pack::from(*table.mesh_hash());
+  m.piece = table.piece();
+  m.pieces = table.pieces();
+  m.first = table.first();
+  m.triangles.resize(bytes.size() / 9);
+  flatbuffers::uoffset_t at = 0;
+  for (auto& triangle : m.triangles)
+    for (auto& index : triangle) {
+      index = bytes[at] | std::uint32_t{bytes[at + 1]} << 8 | std::uint32_t{bytes[at + 2]} << 16;
+      at += 3;
+    }
+  return sense.fault();
+}
+
+WireFault read(const wire::ShapePiece& table, ShapePiece& m) {
+  if (!table.body_time() || !table.low() || !table.high() || !table.positions()) return WireFault::malformed;
+  const auto& steps = *table.positions();
+  if (steps.size() % 3 != 0 || steps.size() > std::size_t{kMaxPieceVertices} * 3) return WireFault::malformed;
+  m.body_time = time_of(table.body_time());
+  m.first = table.first();
+  m.low = pack::from(*table.low());
+  m.high = pack::from(*table.high());
+  Sense sense;
+  sense.time(m.body_time);
+  sense.position(m.low);
+  sense.position(m.high);
+  sense.that((m.high.array() >= m.low.array()).all() && m.first <= kMaxMeshVertices);
+  const Vec3 step = (m.high - m.low) / 65535;
+  m.positions.resize(steps.size() / 3);
+  flatbuffers::uoffset_t at = 0;
+  for (Vec3& p : m.positions)
+    for (int k = 0; k < 3; ++k) p[k] = m.low[k] + step[k] * steps[at++];
+  return sense.fault();
+}
+
+WireFault read(const wire::Tools& table, Tools& m) {
+  if (!table.body_time() || !table.tools()) return WireFault::malformed;
+  if (table.tools()->size() > std::size_t{kMaxStations}) return WireFault::malformed;
+  Sense sense;
+  m.body_time = time_of(table.body_time());
+  sense.time(m.body_time);
+  for (const wire::ToolView* tool : *table.tools()) {
+    if (!tool->state()) return WireFault::malformed;
+    sense.name(view_of(tool->station()), 1);
+    sense.that(tool->state()->contact() <= 1);
+    ToolView view{std::string(), pack::from(tool->state()->position()), pack::from(tool->state()->force()),
+                  tool->state()->contact() == 1};
+    sense.position(view.position);
+    sense.force(view.force);
+    if (!sense.ok()) return sense.fault();
+    view.station = view_of(tool->station());
+    m.tools.push_back(std::move(view));
+  }
+  return sense.fault();
+}
+
+template <class Out, class Table>
+WireFault read_into(const Table* table, Message& message) {
+  return read(*table, message.body.emplace<Out>());
+}
+
+WireFault read_body(const wire::Datagram& datagram, Message& message) {
+  if (!datagram.body()) return WireFault::malformed;
+  switch (datagram.body_type()) {
+    case wire::Body::Hello:
+      return read_into<Hello>(datagram.body_as_Hello(), message);
+    case wire::Body::Welcome:
+      return read_into<Welcome>(datagram.body_as_Welcome(), message);
+    case wire::Body::Refuse:
+      return read_into<Refuse>(datagram.body_as_Refuse(), message);
+    case wire::Body::Samples:
+      return read_into<Samples>(datagram.body_as_Samples(), message);
+    case wire::Body::Patch:
+      return read_into<PatchMessage>(datagram.body_as_Patch(), message);
+    case wire::Body::Beat:
+      return read_into<Beat>(datagram.body_as_Beat(), message);
+    case wire::Body::Leave:
+      return read_into<Leave>(datagram.body_as_Leave(), message);
+    case wire::Body::MeshRequest:
+      return read_into<MeshRequest>(datagram.body_as_MeshRequest(), message);
+    case wire::Body::MeshPiece:
+      return read_into<MeshPiece>(datagram.body_as_MeshPiece(), message);
+    case wire::Body::ShapePiece:
+      return read_into<ShapePiece>(datagram.body_as_ShapePiece(), message);
+    case wire::Body::Tools:
+      return read_into<Tools>(datagram.body_as_Tools(), message);
+    default:
+      return WireFault::malformed;
+  }
+}
+
+WireFault read_head(const wire::Head& head, Message& message) {
+  message.instance = pack::from(head.instance());
+  message.station = head.station();
+  message.seq = head.seq();
+  message.clock = {pack::time_from(head.sent()), pack::time_from(head.echo()), Micros{head.echo_hold()}};
+  Sense sense;
+  sense.time(message.clock.sent);
+  sense.time(message.clock.echo);
+  return sense.fault();
+}
+
+}  // namespace
+
+const char* describe(WireFault fault) {
+  static constexpr std::array<const char*, kWireFaults> kText{
+      "none",         "too short",           "too long",     "not a Palpate datagram", "another protocol version", "malformed",
+      "out of range", "not a finite number", "patch refused"};
+  const auto i = static_cast<std::size_t>(fault);
+  return i < kText.size() ? kText[i] : "unknown";
+}
+
+WireFault decode(std::span<const std::byte> bytes, Message& message) {
+  if (bytes.size() < kLeastBytes) return WireFault::too_short;
+  if (bytes.size() > kMaxDatagramBytes) return WireFault::too_long;
+  alignas(8) std::array<std::uint8_t, kMaxDatagramBytes> buffer;  // FlatBuffers reads in place and needs alignment
+  std::memcpy(buffer.data(), bytes.data(), bytes.size());
+  if (!wire::DatagramBufferHasIdentifier(buffer.data())) return WireFault::not_palpate;
+
+  flatbuffers::Verifier outline(buffer.data(), bytes.size());
+  if (!outline.VerifyBuffer<wire::AnyVersion>(wire::DatagramIdentifier())) return WireFault::malformed;
+  const auto* any = flatbuffers::GetRoot<wire::AnyVersion>(buffer.data());
+  message = Message{};
+  const WireFault head_fault = any->head() ? read_head(*any->head(), message) : WireFault::malformed;
+  if (any->version() != kWireVersion) return WireFault::version;
+  if (head_fault != WireFault::none) return head_fault;
+
+  flatbuffers::Verifier verifier(buffer.data(), bytes.size());
+  if (!wire::VerifyDatagramBuffer(verifier)) return WireFault::malformed;
+  const auto& datagram = *wire::GetDatagram(buffer.data());
+  if (datagram.body_type() == wire::Body::Hello && bytes.size() < kHelloBytes) return WireFault::too_short;
+  return read_body(datagram, message);
+}
+
+}  // namespace palpate

@@ -1,0 +1,137 @@
+#include <cstring>
+
+#include "common/wire/codec.hpp"
+#include "common/wire/patch_wire.hpp"
+
+namespace palpate {
+namespace {
+
+using Builder = flatbuffers::FlatBufferBuilder;
+using flatbuffers::Offset;
+
+/// One overload a message kind: writes its table and says which it is.
+class BodyWriter {
+ public:
+  BodyWriter(Builder& builder, pack::Packer& packer) : builder_(builder), packer_(packer) {}
+  wire::Body kind() const { return kind_; }
+
+  Offset<void> operator()(const Hello& m) {
+    const auto station = text(m.station, kMaxNameBytes);
+    const auto shadow_of = m.shadow_of.empty() ? 0 : text(m.shadow_of, kMaxNameBytes);
+    return done(wire::Body::Hello, wire::CreateHello(builder_, station, static_cast<std::uint8_t>(m.role),
+                                                     static_cast<std::uint8_t>(m.scheme), m.order, shadow_of));
+  }
+  Offset<void> operator()(const Welcome& m) {
+    const auto scene = text(m.scene, kMaxNameBytes);
+    const auto home = packer_.point(m.home);
+    const auto hash = pack::Packer::wide(m.mesh_hash);
+    return done(wire::Body::Welcome, wire::CreateWelcome(builder_, scene, static_cast<std::uint8_t>(m.contact),
+                                                         packer_.number(m.rate_hz), &home, m.vertices, m.triangles, &hash));
+  }
+  Offset<void> operator()(const Refuse& m) {
+    // Without a text a refusal is no larger than the shortest question that it may have to answer.
+    const auto message =
+        m.message.empty() ? 0 : builder_.CreateString(m.message.data(), std::min(m.message.size(), kMaxRefuseBytes));
+    return done(wire::Body::Refuse, wire::CreateRefuse(builder_, static_cast<std::uint8_t>(m.reason), message));
+  }
+  Offset<void> operator()(const Samples& m) {
+    packer_.require(m.samples.size() <= std::size_t{kMaxSamplesPerDatagram});
+    if (m.samples.empty() || !packer_.ok()) return done(wire::Body::Samples, wire::CreateSamples(builder_));
+    std::array<wire::Sample, kMaxSamplesPerDatagram> packed;
+    for (std::size_t i = 0; i < m.samples.size(); ++i)
+      packed[i] = {packer_.duration(m.samples[i].t - m.samples[0].t), packer_.point(m.samples[i].position)};
+    const auto base = packer_.time(m.samples[0].t);
+    const auto samples = builder_.CreateVectorOfStructs(packed.data(), m.samples.size());
+    return done(wire::Body::Samples, wire::CreateSamples(builder_, &base, samples));
+  }
+  Offset<void> operator()(const PatchMessage& m) { return done(wire::Body::Patch, write_patch(builder_, packer_, m.patch)); }
+  Offset<void> operator()(const Beat& m) {
+    const auto time = packer_.time(m.body_time);
+    return done(wire::Body::Beat, wire::CreateBeat(builder_, &time, m.contact_in_reach));
+  }
+  Offset<void> operator()(const Leave&) { return done(wire::Body::Leave, wire::CreateLeave(builder_)); }
+  Offset<void> operator()(const MeshRequest& m) {
+    return done(wire::Body::MeshRequest, wire::CreateMeshRequest(builder_, m.piece));
+  }
+  Offset<void> operator()(const MeshPiece& m) {
+    packer_.require(m.triangles.size() <= std::size_t{kMaxPieceTriangles});
+    if (!packer_.ok()) return {};
+    std::array<std::uint8_t, kMaxPieceTriangles * 9> bytes;
+    std::size_t count = 0;
+    for (const auto& triangle : m.triangles)
+      for (const auto index : triangle) {
+        packer_.require(index < kMaxMeshVertices);
+        for (unsigned shift = 0; shift < 24; shift += 8) bytes[count++] = static_cast<std::uint8_t>(index >> shift & 0xff);
+      }
+    const auto triangles = builder_.CreateVector(bytes.data(), count);
+    const auto hash = pack::Packer::wide(m.mesh_hash);
+    return done(wire::Body::MeshPiece, wire::CreateMeshPiece(builder_, &hash, m.piece, m.pieces, m.first, triangles));
+  }
+  Offset<void> operator()(const ShapePiece& m) {
+    packer_.require(m.positions.size() <= std::size_t{kMaxPieceVertices});
+    if (!packer_.ok()) return {};
+    const auto low = packer_.point(m.low), high = packer_.point(m.high);
+    const Vec3 corner = pack::from(low), extent = pack::from(high) - corner;
+    std::array<std::uint16_t, kMaxPieceVertices * 3> steps;
+    std::size_t count = 0;
+    for (const Vec3& p : m.positions)
+      for (int k = 0; k < 3; ++k) {
+        packer_.require(std::isfinite(p[k]));
+        const double part = packer_.ok() && extent[k] > 0 ? std::clamp((p[k] - corner[k]) / extent[k], 0.0, 1.0) : 0;
+        steps[count++] = static_cast<std::uint16_t>(std::lround(part * 65535));
+      }
+    const auto positions = builder_.CreateVector(steps.data(), count);
+    const auto time = packer_.time(m.body_time);
+    return done(wire::Body::ShapePiece, wire::CreateShapePiece(builder_, &time, m.first, &low, &high, positions));
+  }
+  Offset<void> operator()(const Tools& m) {
+    packer_.require(m.tools.size() <= std::size_t{kMaxStations});
+    if (!packer_.ok()) return {};
+    std::array<Offset<wire::ToolView>, kMaxStations> views;
+    for (std::size_t i = 0; i < m.tools.size(); ++i) {
+      const ToolView& tool = m.tools[i];
+      const wire::ToolState state{packer_.point(tool.position), packer_.vec(tool.force), tool.contact};
+      views[i] = wire::CreateToolView(builder_, text(tool.station, kMaxNameBytes), &state);
+    }
+    const auto tools = builder_.CreateVector(views.data(), m.tools.size());
+    const auto time = packer_.time(m.body_time);
+    return done(wire::Body::Tools, wire::CreateTools(builder_, &time, tools));
+  }
+
+ private:
+  Offset<flatbuffers::String> text(const std::string& s, std::size_t most) {
+    packer_.require(s.size() <= most);
+    return builder_.CreateString(s.data(), std::min(s.size(), most));
+  }
+  template <class Table>
+  Offset<void> done(wire::Body kind, Offset<Table> table) {
+    kind_ = kind;
+    return table.Union();
+  }
+
+  Builder& builder_;
+  pack::Packer& packer_;
+  wire::Body kind_ = wire::Body::NONE;
+};
+
+}  // namespace
+
+std::size_t encode(const Message& message, std::span<std::byte> out) {
+  Builder builder(2 * kMaxDatagramBytes);
+  pack::Packer packer;
+  BodyWriter writer(builder, packer);
+  const auto body = std::visit(writer, message.body);
+  const wire::Head head(pack::Packer::wide(message.instance), packer.time(message.clock.sent), packer.time(message.clock.echo),
+                        packer.duration(message.clock.echo_hold), message.station, message.seq);
+  if (!packer.ok()) return 0;
+  wire::FinishDatagramBuffer(builder, wire::CreateDatagram(builder, kWireVersion, &head, writer.kind(), body));
+
+  const std::size_t used = builder.GetSize();
+  const std::size_t size = std::holds_alternative<Hello>(message.body) ? std::max(used, kHelloBytes) : used;
+  if (size > std::min(out.size(), kMaxDatagramBytes)) return 0;
+  std::memcpy(out.data(), builder.GetBufferPointer(), used);
+  std::memset(out.data() + used, 0, size - used);
+  return size;
+}
+
+}  // namespace palpate

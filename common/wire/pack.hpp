@@ -1,0 +1,78 @@
+// Numbers as the wire holds them: fixed-point positions, float32, 64-bit words in halves, 16-bit steps of a shared size.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "common/base/limits.hpp"
+#include "common/base/types.hpp"
+#include "wire_generated.h"
+
+namespace palpate::pack {
+
+inline constexpr double kPositionStepM = 0x1p-27;  ///< a power of two, so that a decoded position is exact
+inline constexpr double kMaxMicros = 1e16;         ///< instants lie within +- this (317 years)
+inline constexpr int kShortMax = 32767;
+inline constexpr int kWeightMax = 65535;
+inline constexpr double kSmallestStep = 1e-9;  ///< of 16-bit numbers; keeps the step exact when the numbers are rounding noise
+
+/// Converts, and remembers whether every number could be carried.
+class Packer {
+ public:
+  bool ok() const { return ok_; }
+  void require(bool condition) { ok_ = ok_ && condition; }
+
+  float number(double value) {
+    require(std::abs(value) <= static_cast<double>(std::numeric_limits<float>::max()));
+    return ok_ ? static_cast<float>(value) : 0.0f;
+  }
+  wire::Vec vec(const Vec3& v) { return {number(v.x()), number(v.y()), number(v.z())}; }
+  /// The symmetric part.
+  wire::Sym sym(const Mat3& m) {
+    return {number(m(0, 0)),
+            number(0.5 * (m(1, 0) + m(0, 1))),
+            number(m(1, 1)),
+            number(0.5 * (m(2, 0) + m(0, 2))),
+            number(0.5 * (m(2, 1) + m(1, 2))),
+            number(m(2, 2))};
+  }
+  wire::Point point(const Vec3& v) { return {coordinate(v.x()), coordinate(v.y()), coordinate(v.z())}; }
+  static wire::Wide wide(std::uint64_t v) { return {static_cast<std::uint32_t>(v), static_cast<std::uint32_t>(v >> 32)}; }
+  wire::Wide time(Micros t) {
+    require(std::abs(static_cast<double>(t.count())) <= kMaxMicros);
+    return wide(static_cast<std::uint64_t>(t.count()));
+  }
+  std::uint32_t duration(Micros t) {
+    require(t.count() >= 0 && t.count() <= std::numeric_limits<std::uint32_t>::max());
+    return ok_ ? static_cast<std::uint32_t>(t.count()) : 0;
+  }
+
+ private:
+  std::int32_t coordinate(double metres) {
+    require(std::abs(metres) <= kWorldExtentM);
+    return ok_ ? static_cast<std::int32_t>(std::lround(metres / kPositionStepM)) : 0;
+  }
+
+  bool ok_ = true;
+};
+
+/// Size of one step when the largest of some numbers is to become +-32767. Encoding decoded numbers gives the same step.
+inline float short_step(double largest) { return static_cast<float>(std::max(largest / kShortMax, kSmallestStep)); }
+inline std::int16_t to_short(double value, float step) {
+  const double steps = std::round(value / static_cast<double>(step));
+  return static_cast<std::int16_t>(std::clamp(steps, -double{kShortMax}, double{kShortMax}));
+}
+
+inline std::uint64_t from(const wire::Wide& w) { return std::uint64_t{w.high()} << 32 | w.low(); }
+inline Micros time_from(const wire::Wide& w) { return Micros{static_cast<std::int64_t>(from(w))}; }
+inline Vec3 from(const wire::Vec& v) { return {v.x(), v.y(), v.z()}; }
+inline Vec3 from(const wire::Point& p) { return Vec3(p.x(), p.y(), p.z()) * kPositionStepM; }
+inline Mat3 from(const wire::Sym& s) {
+  Mat3 m;
+  m << s.xx(), s.yx(), s.zx(), s.yx(), s.yy(), s.zy(), s.zx(), s.zy(), s.zz();
+  return m;
+}
+
+}  // namespace palpate::pack

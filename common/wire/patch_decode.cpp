@@ -1,0 +1,137 @@
+#include "common/wire/patch_wire.hpp"
+#include "common/wire/sense.hpp"
+
+namespace palpate {
+namespace {
+
+/// Walks over numbers whose count was checked before.
+template <class T>
+class Walk {
+ public:
+  explicit Walk(const flatbuffers::Vector<T>* vector) : vector_(vector) {}
+  T next() { return vector_->Get(at_++); }
+  int left() const { return vector_ ? static_cast<int>(vector_->size() - at_) : 0; }
+
+ private:
+  const flatbuffers::Vector<T>* vector_;
+  flatbuffers::uoffset_t at_ = 0;
+};
+
+/// The number of modes whose numbers fill `count` floats, -1 when there is none.
+int modes_of(int count, int (*floats)(int)) {
+  for (int r = 0; r <= kMaxModes; ++r)
+    if (floats(r) == count) return r;
+  return -1;
+}
+
+void read_modes(Walk<float>& floats, int r, Patch& patch) {
+  patch.stiffness.resize(r);
+  patch.damping.resize(r, r);
+  patch.g.resize(r);
+  patch.q_rate.resize(r);
+  for (int i = 0; i < r; ++i) patch.stiffness[i] = floats.next();
+  for (int i = 0; i < r; ++i)
+    for (int j = 0; j <= i; ++j) patch.damping(i, j) = patch.damping(j, i) = floats.next();
+  for (int i = 0; i < r; ++i) patch.g[i] = floats.next();
+}
+
+void read_port(Walk<float>& floats, int r, ModePort& port) {
+  port.resize(r, 3);
+  for (int i = 0; i < r; ++i)
+    for (int k = 0; k < 3; ++k) port(i, k) = floats.next();
+}
+
+WireFault read_attach(const wire::Patch& table, Patch& patch) {
+  Walk<float> floats(table.floats());
+  const int r = modes_of(floats.left(), attach_floats);
+  if (r < 0 || !table.attach() || table.touch() || table.shorts()) return WireFault::malformed;
+  read_modes(floats, r, patch);
+  for (int i = 0; i < r; ++i) patch.q_rate[i] = floats.next();
+  read_port(floats, r, patch.b_k);
+  read_port(floats, r, patch.b_d);
+  patch.tool_velocity = pack::from(table.attach()->tool_velocity());
+  patch.k_port = pack::from(table.attach()->k_port());
+  patch.d_port = pack::from(table.attach()->d_port());
+  return WireFault::none;
+}
+
+Triangle unpack_triangle(std::int16_t packed) {
+  const auto bits = static_cast<std::uint32_t>(static_cast<std::uint16_t>(packed));
+  constexpr std::uint32_t mask = (1u << kIndexBits) - 1;
+  return {bits & mask, bits >> kIndexBits & mask, bits >> 2 * kIndexBits};
+}
+
+void read_surface(Walk<float>& steps, Walk<std::int16_t>& shorts, int r, const wire::TouchPort& touch, Patch& patch) {
+  auto& surface = patch.surface;
+  std::array<double, kMaxModes> row_step{};
+  for (int m = 0; m < r; ++m) row_step[static_cast<std::size_t>(m)] = steps.next();
+  const double rate_step = r > 0 ? steps.next() : 0.0f;
+  for (int m = 0; m < r; ++m) patch.q_rate[m] = shorts.next() * rate_step;
+
+  const Vec3 origin = pack::from(touch.origin());
+  const auto vertices = std::span(surface.vertices).first(static_cast<std::size_t>(surface.vertex_count));
+  vertices[0].position = origin;
+  for (auto& vertex : vertices.subspan(1))
+    for (int k = 0; k < 3; ++k) vertex.position[k] = origin[k] + shorts.next() * static_cast<double>(touch.step());
+  for (auto& vertex : vertices) {
+    vertex.rows.resize(3, r);
+    for (int m = 0; m < r; ++m)
+      for (int k = 0; k < 3; ++k) vertex.rows(k, m) = shorts.next() * row_step[static_cast<std::size_t>(m)];
+  }
+  for (int t = 0; t < surface.triangle_count; ++t)
+    surface.triangles[static_cast<std::size_t>(t)] = unpack_triangle(shorts.next());
+}
+
+WireFault read_touch(const wire::Patch& table, Patch& patch) {
+  Walk<float> floats(table.floats());
+  Walk<std::int16_t> shorts(table.shorts());
+  const int r = modes_of(floats.left(), touch_floats);
+  const int vertices = table.head()->vertices();
+  if (r < 0 || !table.touch() || table.attach() || vertices < 1 || vertices > kMaxPortVertices) return WireFault::malformed;
+  const int triangles = shorts.left() - surface_shorts(r, vertices);
+  if (triangles < 0 || triangles > kMaxPortTriangles) return WireFault::malformed;
+  const wire::TouchPort& touch = *table.touch();
+  if (touch.weight_0() + touch.weight_1() > pack::kWeightMax) return WireFault::out_of_range;
+  patch.surface.vertex_count = vertices;
+  patch.surface.triangle_count = triangles;
+  read_modes(floats, r, patch);
+  read_surface(floats, shorts, r, touch, patch);
+  patch.coupling_n_m = touch.coupling();
+  patch.friction = touch.friction();
+  patch.c_static = pack::from(touch.c_static());
+  const int rest = pack::kWeightMax - touch.weight_0() - touch.weight_1();
+  patch.point = {table.head()->triangle(), Vec3(touch.weight_0(), touch.weight_1(), rest) / pack::kWeightMax};
+  return WireFault::none;
+}
+
+WireFault read_body(const wire::Patch& table, Patch& patch) {
+  if (!patch.constant) return patch.contact == ContactKind::touch ? read_touch(table, patch) : read_attach(table, patch);
+  const bool bare = !table.floats() && !table.shorts() && !table.touch() && !table.attach();
+  return bare ? WireFault::none : WireFault::malformed;
+}
+
+}  // namespace
+
+WireFault read_patch(const wire::Patch& table, Patch& patch) {
+  if (!table.head()) return WireFault::malformed;
+  const wire::PatchHead& head = *table.head();
+  Sense sense;
+  sense.time(pack::time_from(head.stamp()));
+  sense.that(head.scheme() < kSchemeNames.size() && (head.flags() & ~kAllFlags) == 0);
+  if (!sense.ok()) return sense.fault();
+  patch.stamp = pack::time_from(head.stamp());
+  patch.seq = head.seq();
+  patch.valid_for = Micros{head.valid_for()};
+  patch.force = pack::from(head.force());
+  patch.tool = pack::from(head.tool());
+  patch.trust_radius_m = head.trust_radius();
+  patch.scheme = static_cast<Scheme>(head.scheme());
+  patch.contact = (head.flags() & kTouchFlag) ? ContactKind::touch : ContactKind::attach;
+  patch.constant = (head.flags() & kConstantFlag) != 0;
+  patch.touching = (head.flags() & kTouchingFlag) != 0;
+  patch.low_pass_hz = table.low_pass();
+  if (const WireFault fault = read_body(table, patch); fault != WireFault::none) return fault;
+  return check(patch) == PatchFault::none ? WireFault::none : WireFault::patch_refused;
+}
+
+}  // namespace palpate

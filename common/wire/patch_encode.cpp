@@ -1,0 +1,150 @@
+#include <array>
+#include <span>
+
+#include "common/wire/patch_wire.hpp"
+
+namespace palpate {
+namespace {
+
+template <class T, std::size_t n>
+class Bounded {
+ public:
+  void add(T value) { items_[count_++] = value; }
+  std::size_t size() const { return count_; }
+  const T* data() const { return items_.data(); }
+
+ private:
+  std::array<T, n> items_{};
+  std::size_t count_ = 0;
+};
+using Floats = Bounded<float, static_cast<std::size_t>(attach_floats(kMaxModes))>;
+using Shorts = Bounded<std::int16_t, static_cast<std::size_t>(surface_shorts(kMaxModes, kMaxPortVertices) + kMaxPortTriangles)>;
+
+bool has_modes_in_order(const Patch& patch) {
+  const auto r = patch.stiffness.size();
+  if (patch.damping.rows() != r || patch.damping.cols() != r || patch.g.size() != r || patch.q_rate.size() != r) return false;
+  if (patch.contact == ContactKind::attach) return patch.b_k.rows() == r && patch.b_d.rows() == r;
+  const auto& surface = patch.surface;
+  if (surface.vertex_count < 1 || surface.vertex_count > kMaxPortVertices) return false;
+  if (surface.triangle_count < 0 || surface.triangle_count > kMaxPortTriangles) return false;
+  for (int i = 0; i < surface.vertex_count; ++i)
+    if (surface.vertices[static_cast<std::size_t>(i)].rows.cols() != r) return false;
+  return true;
+}
+
+/// Asked before numbers are scaled to 16 bits: the largest of some numbers says nothing when one is not a number.
+bool has_finite_surface(const Patch& patch) {
+  if (!patch.q_rate.allFinite() || !patch.point.weight.allFinite()) return false;
+  for (const auto& vertex : std::span(patch.surface.vertices).first(static_cast<std::size_t>(patch.surface.vertex_count)))
+    if (!vertex.position.allFinite() || !vertex.rows.allFinite()) return false;
+  return true;
+}
+
+void add_modes(Floats& floats, pack::Packer& packer, const Patch& patch) {
+  const int r = patch.modes();
+  for (int i = 0; i < r; ++i) floats.add(packer.number(patch.stiffness[i]));
+  for (int i = 0; i < r; ++i)
+    for (int j = 0; j <= i; ++j) floats.add(packer.number(0.5 * (patch.damping(i, j) + patch.damping(j, i))));
+  for (int i = 0; i < r; ++i) floats.add(packer.number(patch.g[i]));
+}
+
+void add_port(Floats& floats, pack::Packer& packer, const ModePort& port) {
+  for (int i = 0; i < port.rows(); ++i)
+    for (int k = 0; k < 3; ++k) floats.add(packer.number(port(i, k)));
+}
+
+std::int16_t pack_triangle(pack::Packer& packer, const Triangle& triangle) {
+  for (const auto index : triangle) packer.require(index < kMaxPortVertices);
+  return packer.ok() ? static_cast<std::int16_t>(triangle[0] | triangle[1] << kIndexBits | triangle[2] << 2 * kIndexBits)
+                     : std::int16_t{0};
+}
+
+/// The moving surface: steps into `floats`, everything else into `shorts`. Returns the step of positions.
+float add_surface(Floats& floats, Shorts& shorts, pack::Packer& packer, const Patch& patch, const Vec3& origin) {
+  const int r = patch.modes();
+  const auto vertices = std::span(patch.surface.vertices).first(static_cast<std::size_t>(patch.surface.vertex_count));
+  std::array<float, kMaxModes> row_step{};
+  for (int m = 0; m < r; ++m) {
+    double largest = 0;
+    for (const auto& vertex : vertices) largest = std::max(largest, vertex.rows.col(m).cwiseAbs().maxCoeff());
+    floats.add(row_step[static_cast<std::size_t>(m)] = pack::short_step(packer.number(largest)));
+  }
+  const float rate_step = r > 0 ? pack::short_step(packer.number(patch.q_rate.cwiseAbs().maxCoeff())) : 0.0f;
+  if (r > 0) floats.add(rate_step);
+  for (int m = 0; m < r; ++m) shorts.add(pack::to_short(patch.q_rate[m], rate_step));
+
+  double reach = 0;
+  for (const auto& vertex : vertices.subspan(1)) reach = std::max(reach, (vertex.position - origin).cwiseAbs().maxCoeff());
+  const float step = pack::short_step(packer.number(reach));
+  for (const auto& vertex : vertices.subspan(1))
+    for (int k = 0; k < 3; ++k) shorts.add(pack::to_short(vertex.position[k] - origin[k], step));
+  for (const auto& vertex : vertices)
+    for (int m = 0; m < r; ++m)
+      for (int k = 0; k < 3; ++k) shorts.add(pack::to_short(vertex.rows(k, m), row_step[static_cast<std::size_t>(m)]));
+  for (int t = 0; t < patch.surface.triangle_count; ++t)
+    shorts.add(pack_triangle(packer, patch.surface.triangles[static_cast<std::size_t>(t)]));
+  return step;
+}
+
+std::uint16_t to_weight(double weight) {
+  return static_cast<std::uint16_t>(std::lround(std::clamp(weight, 0.0, 1.0) * pack::kWeightMax));
+}
+
+wire::PatchHead head_of(const Patch& patch, pack::Packer& packer) {
+  const bool touch = patch.contact == ContactKind::touch;
+  const int flags =
+      (touch ? kTouchFlag : 0) | (patch.constant ? kConstantFlag : 0) | (touch && patch.touching ? kTouchingFlag : 0);
+  const bool surface = touch && !patch.constant;
+  if (surface) packer.require(patch.point.triangle < kMaxPortTriangles);
+  return {packer.time(patch.stamp),
+          patch.seq,
+          packer.duration(patch.valid_for),
+          packer.vec(patch.force),
+          packer.point(patch.tool),
+          packer.number(patch.trust_radius_m),
+          static_cast<std::uint8_t>(patch.scheme),
+          static_cast<std::uint8_t>(flags),
+          static_cast<std::uint8_t>(surface ? patch.point.triangle : 0),
+          static_cast<std::uint8_t>(surface ? patch.surface.vertex_count : 0)};
+}
+
+}  // namespace
+
+flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& builder, pack::Packer& packer, const Patch& patch) {
+  Floats floats;
+  Shorts shorts;
+  wire::AttachPort attach;
+  wire::TouchPort touch;
+  const bool is_touch = patch.contact == ContactKind::touch;
+  packer.require(patch.constant || has_modes_in_order(patch));
+  if (packer.ok() && is_touch && !patch.constant) packer.require(has_finite_surface(patch));
+  if (!packer.ok()) return {};
+  if (!patch.constant) add_modes(floats, packer, patch);
+  if (!patch.constant && is_touch) {
+    const wire::Point origin = packer.point(patch.surface.vertices[0].position);
+    const float step = add_surface(floats, shorts, packer, patch, pack::from(origin));
+    const std::uint16_t w0 = to_weight(patch.point.weight[0]);
+    const std::uint16_t w1 = std::min(to_weight(patch.point.weight[1]), static_cast<std::uint16_t>(pack::kWeightMax - w0));
+    touch = {packer.number(patch.coupling_n_m), packer.number(patch.friction), packer.sym(patch.c_static), origin, step, w0, w1};
+  } else if (!patch.constant) {
+    for (int i = 0; i < patch.modes(); ++i) floats.add(packer.number(patch.q_rate[i]));
+    add_port(floats, packer, patch.b_k);
+    add_port(floats, packer, patch.b_d);
+    attach = {packer.vec(patch.tool_velocity), packer.sym(patch.k_port), packer.sym(patch.d_port)};
+  }
+  const wire::PatchHead head = head_of(patch, packer);
+  const auto floats_at = floats.size() > 0 ? builder.CreateVector(floats.data(), floats.size()) : 0;
+  const auto shorts_at = shorts.size() > 0 ? builder.CreateVector(shorts.data(), shorts.size()) : 0;
+  return wire::CreatePatch(builder, &head, floats_at, shorts_at, !patch.constant && is_touch ? &touch : nullptr,
+                           !patch.constant && !is_touch ? &attach : nullptr, packer.number(patch.low_pass_hz));
+}
+
+int max_port_vertices(int modes, int triangles) {
+  constexpr int kOverheadBytes = 202;  // of a touch patch without what its vectors hold, with alignment
+  const int free_bytes = static_cast<int>(kMaxDatagramBytes) - kOverheadBytes - 4 * touch_floats(modes) - 2 * triangles;
+  int vertices = 0;
+  while (vertices < kMaxPortVertices && 2 * surface_shorts(modes, vertices + 1) <= free_bytes) ++vertices;
+  return vertices;
+}
+
+}  // namespace palpate

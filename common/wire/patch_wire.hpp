@@ -1,0 +1,22 @@
+// The patch as a FlatBuffers table. What a contact kind or a constant patch does not use does not travel.
+#pragma once
+
+#include "common/wire/codec.hpp"
+#include "common/wire/pack.hpp"
+
+namespace palpate {
+
+flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& builder, pack::Packer& packer, const Patch& patch);
+WireFault read_patch(const wire::Patch& table, Patch& patch);
+
+/// Numbers in `floats` and `shorts` (schema/wire.fbs) of a patch with r modes.
+inline constexpr int attach_floats(int r) { return r + r * (r + 1) / 2 + 2 * r + 6 * r; }
+inline constexpr int touch_floats(int r) { return r + r * (r + 1) / 2 + 2 * r + (r > 0 ? 1 : 0); }
+inline constexpr int surface_shorts(int r, int vertices) { return r + 3 * (vertices - 1) + 3 * vertices * r; }
+
+inline constexpr unsigned kIndexBits = 5;  ///< three vertex indices share one short
+static_assert(kMaxPortVertices <= 1 << kIndexBits);
+
+enum PatchFlag : std::uint8_t { kTouchFlag = 1, kConstantFlag = 2, kTouchingFlag = 4, kAllFlags = 7 };
+
+}  // namespace palpate

@@ -1,0 +1,43 @@
+// The receiver's checks: remembers the first thing that is wrong with a message.
+#pragma once
+
+#include <cmath>
+#include <string_view>
+
+#include "common/wire/codec.hpp"
+#include "common/wire/pack.hpp"
+
+namespace palpate {
+
+inline constexpr double kMaxForceN = 1e4;
+
+class Sense {
+ public:
+  WireFault fault() const { return fault_; }
+  bool ok() const { return fault_ == WireFault::none; }
+
+  void that(bool condition, WireFault otherwise = WireFault::out_of_range) {
+    if (ok() && !condition) fault_ = otherwise;
+  }
+  void number(double v, double low, double high) {
+    that(std::isfinite(v), WireFault::not_finite);
+    that(v >= low && v <= high);
+  }
+  void vec(const Vec3& v, double limit) {
+    for (int i = 0; i < 3; ++i) number(v[i], -limit, limit);
+  }
+  void position(const Vec3& v) { vec(v, kWorldExtentM); }
+  void force(const Vec3& v) { vec(v, kMaxForceN); }
+  void time(Micros t) { number(static_cast<double>(t.count()), -pack::kMaxMicros, pack::kMaxMicros); }
+  /// Text goes into logs and onto screens: bounded, and free of control characters.
+  void text(std::string_view s, std::size_t least, std::size_t most) {
+    that(s.size() >= least && s.size() <= most);
+    for (const char c : s) that(static_cast<unsigned char>(c) >= 0x20 && c != 0x7f);
+  }
+  void name(std::string_view s, std::size_t least) { text(s, least, kMaxNameBytes); }
+
+ private:
+  WireFault fault_ = WireFault::none;
+};
+
+}  // namespace palpate

@@ -1,0 +1,48 @@
+// A sparse symmetric matrix of 3x3 blocks on a pattern that never changes (one block row a node).
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "common/base/types.hpp"
+
+namespace palpate {
+
+using Vector = Eigen::VectorXd;
+using Matrix = Eigen::MatrixXd;
+
+/// Both triangles are stored: a product is then one sweep over contiguous rows.
+class BlockMatrix {
+ public:
+  using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+  BlockMatrix() = default;
+  /// Pattern: the diagonal and both blocks of every pair.
+  BlockMatrix(std::uint32_t rows, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs);
+
+  std::uint32_t rows() const { return static_cast<std::uint32_t>(first_.size()) - 1; }
+  std::uint32_t row_begin(std::uint32_t row) const { return first_[row]; }
+  std::uint32_t row_end(std::uint32_t row) const { return first_[row + 1]; }
+  std::uint32_t column(std::uint32_t entry) const { return columns_[entry]; }
+  std::uint32_t diagonal(std::uint32_t row) const { return diagonal_[row]; }
+  /// Entry of block (row, column), which must be in the pattern.
+  std::uint32_t find(std::uint32_t row, std::uint32_t column) const;
+  std::uint32_t block_count() const { return static_cast<std::uint32_t>(columns_.size()); }
+
+  Eigen::Map<Block> block(std::uint32_t entry) { return Eigen::Map<Block>(values_.data() + 9 * std::size_t{entry}); }
+  Eigen::Map<const Block> block(std::uint32_t entry) const {
+    return Eigen::Map<const Block>(values_.data() + 9 * std::size_t{entry});
+  }
+  void set_zero() { std::fill(values_.begin(), values_.end(), 0.0); }
+
+  /// y = A x
+  void multiply(const Vector& x, Vector& y) const;
+
+ private:
+  std::vector<std::uint32_t> first_, columns_, diagonal_;
+  std::vector<double> values_;
+};
+
+}  // namespace palpate

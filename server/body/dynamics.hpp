@@ -1,0 +1,65 @@
+// The equations of motion of a lumped-element body,
+//
+//     M x'' = F(x, x') + B lambda,       K = -dF/dx,   D = -dF/dx'
+//
+// x, v: 3 N (node 0 x, y, z, node 1 x, ...) [m], [m/s]; F: internal forces and gravity [N]; M: lumped masses [kg].
+// Nodes that are held (fixed for good, or by a tool) have prescribed x and v: their rows of a system matrix become identity
+// rows and columns, and the force on them is what it takes to hold them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "server/body/block_matrix.hpp"
+#include "server/body/element_kernel.hpp"
+#include "server/scene/scene.hpp"
+
+namespace palpate {
+
+struct BodyState {
+  double time_s = 0;
+  Vector x, v;
+};
+
+class Dynamics {
+ public:
+  explicit Dynamics(const LumpedBody& body);
+
+  std::uint32_t nodes() const { return static_cast<std::uint32_t>(body_->nodes.size()); }
+  const LumpedBody& body() const { return *body_; }
+  const Vector& masses() const { return masses_; }  ///< 3 N, each node's mass three times [kg]
+  BodyState rest_state() const;
+
+  /// F(x, v): element forces and gravity.
+  void forces(const Vector& x, const Vector& v, Vector& f) const;
+  /// Force of the elements alone on one node: what a tool feels that holds it (the node's own weight and mass are not felt).
+  Vec3 element_force(const BodyState& state, std::uint32_t node) const;
+
+  /// An empty matrix on the body's pattern.
+  BlockMatrix make_matrix() const;
+  /// A = c_m M + c_d D + c_k K with the symmetric part of K; see ElementKernel for `clamp`. Rows of held nodes become identity.
+  void assemble(const BodyState& state, double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
+                BlockMatrix& a) const;
+  /// Products with the unmasked symmetric tangents at a state: K y and D y, element by element.
+  void multiply_tangents(const BodyState& state, const Vector& y, Vector& k_y, Vector& d_y) const;
+  /// Exact (unsymmetric) K y, for comparison with finite differences.
+  Vector multiply_stiffness_exact(const BodyState& state, const Vector& y) const;
+
+  /// Kinetic plus elastic energy, gravity included [J].
+  double energy(const BodyState& state) const;
+
+ private:
+  ElementState element_state(const Element& e, const Vector& x, const Vector& v) const;
+
+  const LumpedBody* body_;
+  ElementKernel kernel_;
+  Vector masses_;
+  BlockMatrix pattern_;
+  struct Entries {
+    std::uint32_t aa, ab, ba, bb;
+  };
+  std::vector<Entries> entries_;
+  std::vector<std::uint32_t> first_, incident_;  // elements of each node
+};
+
+}  // namespace palpate

@@ -1,0 +1,40 @@
+#include "server/body/element_kernel.hpp"
+
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+// f(x) = x / (p - q x), x in mm and f in N; followed along its tangent beyond 90 % of the pole at p / q.
+SpringResponse thigh_skin(double x_m) {
+  constexpr double p = 5.4398, q = 0.1418, x_end = 0.9 * p / q;
+  const double sign = x_m < 0 ? -1.0 : 1.0;
+  const double x = std::abs(x_m) * 1e3;
+  const double at = std::min(x, x_end);
+  const double slope = p / ((p - q * at) * (p - q * at));
+  const double force = at / (p - q * at) + slope * (x - at);
+  return {sign * force, slope * 1e3};
+}
+
+}  // namespace
+
+SpringResponse spring_response(SpringLaw law, double stiffening, const Element& element, double elongation_m) {
+  const double k = element.stiffness_n_m;
+  switch (law) {
+    case SpringLaw::linear:
+      break;
+    case SpringLaw::stiffening: {
+      const double strain = elongation_m / element.rest_length_m;
+      const double growth = stiffening * strain * strain;
+      return {k * elongation_m * (1 + growth), k * (1 + 3 * growth)};
+    }
+    case SpringLaw::thigh_skin: {
+      const SpringResponse unit = thigh_skin(elongation_m);
+      const double scale = k / thigh_skin(0).slope;
+      return {scale * unit.tension, scale * unit.slope};
+    }
+  }
+  return {k * elongation_m, k};
+}
+
+}  // namespace palpate

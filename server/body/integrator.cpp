@@ -1,0 +1,276 @@
+#include "server/body/integrator.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr int kNewtonMax = 30;
+constexpr double kSolveTolerance = 1e-4;     // of one inexact Newton step
+constexpr double kResponseTolerance = 1e-3;  // of A^-1 B: it steers the iteration, it does not set the answer
+
+auto node_at(Vector& v, std::uint32_t i) { return v.segment<3>(3 * static_cast<Eigen::Index>(i)); }
+auto node_at(const Vector& v, std::uint32_t i) { return v.segment<3>(3 * static_cast<Eigen::Index>(i)); }
+
+Vec3 weighted(const Triangle& t, const Vec3& weight, const Vector& y) {
+  return weight[0] * node_at(y, t[0]) + weight[1] * node_at(y, t[1]) + weight[2] * node_at(y, t[2]);
+}
+
+}  // namespace
+
+Integrator::Integrator(const Dynamics& dynamics, const Surface& surface, const IntegratorOptions& options)
+    : dynamics_(&dynamics),
+      surface_(&surface),
+      options_(options),
+      a_(dynamics.make_matrix()),
+      solver_(dynamics.nodes(), options.solver) {}
+
+std::vector<std::uint8_t> Integrator::held_nodes(const std::vector<ToolPort>& ports) const {
+  auto held = dynamics_->body().fixed;
+  for (const ToolPort& p : ports)
+    if (p.kind == ContactKind::attach) held[p.node] = 1;
+  return held;
+}
+
+AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, const ToolMotion& tools) {
+  AdvanceReport report;
+  held_ = held_nodes(ports);
+  if (held_ != matrix_held_) matrix_a_ = 0;
+  responses_.resize(ports.size());
+  double h_try = options_.step_s;
+  while (until_s - state.time_s > 1e-9) {
+    const double left = until_s - state.time_s;
+    const double h = left / std::ceil(left / h_try - 1e-9);
+    const BodyState before = state;
+    const std::vector<ToolPort> ports_before = ports;
+    const bool ok = step(state, ports, h, tools, report);
+    const bool event = !std::equal(ports.begin(), ports.end(), ports_before.begin(),
+                                   [](const ToolPort& p, const ToolPort& q) { return p.touching == q.touching; });
+    if (ok && !(event && h > 1.01 * kEventStepS)) {
+      state.time_s = before.time_s + h;
+      ++report.steps;
+      h_try = std::min(options_.step_s, 2 * h_try);
+      continue;
+    }
+    state = before;
+    ports = ports_before;
+    h_try = ok ? kEventStepS : h / 2;
+    matrix_a_ = ok ? matrix_a_ : 0;
+    ++report.cut_steps;
+    if (h_try < kMinStepS) {
+      report.converged = false;
+      return report;
+    }
+  }
+  return report;
+}
+
+void Integrator::total_forces(const BodyState& state, const std::vector<ToolPort>& ports, Vector& f) const {
+  dynamics_->forces(state.x, state.v, f);
+  for (const ToolPort& p : ports) {
+    if (p.kind != ContactKind::touch || !p.touching) continue;
+    const Triangle& t = surface_->view().triangles[p.point.triangle];
+    for (int k = 0; k < 3; ++k) node_at(f, t[static_cast<std::size_t>(k)]) += p.point.weight[k] * p.lambda;
+  }
+}
+
+void Integrator::hold_nodes(const std::vector<ToolPort>& ports, const std::vector<ToolAt>& tools, BodyState& state) const {
+  for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
+    if (!dynamics_->body().fixed[i]) continue;
+    node_at(state.x, i) = dynamics_->body().nodes[i];
+    node_at(state.v, i).setZero();
+  }
+  for (std::size_t k = 0; k < ports.size(); ++k) {
+    if (ports[k].kind != ContactKind::attach || dynamics_->body().fixed[ports[k].node]) continue;
+    node_at(state.x, ports[k].node) = tools[k].position;
+    node_at(state.v, ports[k].node) = tools[k].velocity;
+    if (!dynamics_->body().planar) continue;
+    state.x[3 * ports[k].node + 2] = dynamics_->body().nodes[ports[k].node].z();
+    state.v[3 * ports[k].node + 2] = 0;
+  }
+}
+
+bool Integrator::step(BodyState& state, std::vector<ToolPort>& ports, double h, const ToolMotion& tools, AdvanceReport& report) {
+  static const double gamma = 2 - std::sqrt(2.0);
+  static const double c1 = 1 / (gamma * (2 - gamma)), c0 = (1 - gamma) * (1 - gamma) / (gamma * (2 - gamma));
+  const double t0 = state.time_s;
+  const double a = 0.5 * gamma * h;
+  const Vector x0 = state.x, v0 = state.v;
+
+  const auto run = [&](Stage& stage) {
+    std::vector<ToolAt> at(ports.size());
+    std::vector<Vec3> points(ports.size());
+    for (std::size_t k = 0; k < ports.size(); ++k) {
+      at[k] = tools(k, stage.end_s);
+      points[k] = at[k].position;
+    }
+    hold_nodes(ports, at, state);
+    return solve_stage(stage, points, state, ports, report);
+  };
+
+  Stage stage;
+  stage.a = a;
+  stage.end_s = t0 + gamma * h;
+  total_forces(state, ports, f_);
+  stage.x_hat = x0 + a * v0;
+  stage.v_hat = v0 + a * f_.cwiseQuotient(dynamics_->masses());
+  if (!run(stage)) return false;
+  stage.x_hat = c1 * state.x - c0 * x0;
+  stage.v_hat = c1 * state.v - c0 * v0;
+  stage.end_s = t0 + h;
+  if (!run(stage)) return false;
+
+  state.time_s = t0 + h;
+  for (ToolPort& p : ports)
+    if (p.kind == ContactKind::attach) p.lambda = -dynamics_->element_force(state, p.node);
+  return state.x.allFinite() && state.v.allFinite();
+}
+
+bool Integrator::solve_stage(const Stage& stage, const std::vector<Vec3>& tool_points, BodyState& state,
+                             std::vector<ToolPort>& ports, AdvanceReport& report) {
+  if (!newton(stage, tool_points, state, ports, report)) return false;
+  // A tool that ended up inside the surface touched it during this stage: solve again, now with the contact.
+  return !begin_contacts(tool_points, state, ports) || newton(stage, tool_points, state, ports, report);
+}
+
+bool Integrator::begin_contacts(const std::vector<Vec3>& tool_points, const BodyState& state,
+                                std::vector<ToolPort>& ports) const {
+  bool any = false;
+  const Positions x(state.x.data(), static_cast<std::size_t>(state.x.size()));
+  for (std::size_t k = 0; k < ports.size(); ++k) {
+    if (ports[k].kind != ContactKind::touch || ports[k].touching || surface_->empty()) continue;
+    const NearestPoint nearest = nearest_point(surface_->view(), x, tool_points[k]);
+    ports[k].point = nearest.point;
+    ports[k].lambda.setZero();
+    ports[k].touching = nearest.height_m < 0;
+    any |= ports[k].touching;
+  }
+  return any;
+}
+
+bool Integrator::refresh_matrix(const BodyState& state, double a, AdvanceReport& report) {
+  for (PortResponse& r : responses_) r.valid = false;
+  ++report.factorisations;
+  for (const bool clamp : {false, true}) {
+    dynamics_->assemble(state, 1, a, a * a, held_, clamp, a_);
+    if (!solver_.factorise(a_)) continue;
+    matrix_a_ = a;
+    matrix_held_ = held_;
+    return true;
+  }
+  matrix_a_ = 0;
+  return false;
+}
+
+void Integrator::update_response(std::size_t port, const SurfacePoint& point, double a, AdvanceReport& report) {
+  PortResponse& r = responses_[port];
+  if (r.valid && r.point.triangle == point.triangle && r.point.weight == point.weight) return;
+  const Triangle& t = surface_->view().triangles[point.triangle];
+  if (r.w.rows() != a_.rows() * 3) r.w.setZero(static_cast<Eigen::Index>(a_.rows()) * 3, 3);
+  for (int axis = 0; axis < 3; ++axis) {
+    Vector b = Vector::Zero(r.w.rows());
+    for (std::size_t k = 0; k < 3; ++k)
+      if (!held_[t[k]]) b[3 * static_cast<Eigen::Index>(t[k]) + axis] = point.weight[static_cast<int>(k)];
+    Vector column = r.w.col(axis);
+    report.solver_iterations += solver_.solve(b, kResponseTolerance, column).iterations;
+    r.w.col(axis) = column;
+    r.compliance.col(axis) = a * a * weighted(t, point.weight, column);
+  }
+  r.compliance = 0.5 * (r.compliance + r.compliance.transpose()).eval();
+  r.point = point;
+  r.valid = true;
+}
+
+void Integrator::close_ports(const Stage& stage, const std::vector<Vec3>& tool_points, const std::vector<Vec3>& normals,
+                             const BodyState& state, std::vector<ToolPort>& ports, Vector& dv, std::vector<Vec3>& slips,
+                             AdvanceReport& report) {
+  // dv is the free answer. Ports answer one after the other, each seeing the newest forces of the others.
+  constexpr int kSweeps = 4;
+  std::vector<std::size_t> touching;
+  for (std::size_t k = 0; k < ports.size(); ++k) {
+    if (ports[k].kind != ContactKind::touch || !ports[k].touching) continue;
+    touching.push_back(k);
+    update_response(k, ports[k].point, stage.a, report);
+    dv += stage.a * (responses_[k].w * ports[k].lambda);
+  }
+  for (int sweep = 0; sweep < (touching.size() > 1 ? kSweeps : 1); ++sweep)
+    for (const std::size_t k : touching) {
+      ToolPort& port = ports[k];
+      const PortResponse& r = responses_[k];
+      const Triangle& t = surface_->view().triangles[port.point.triangle];
+      const Vec3 p_end = weighted(t, port.point.weight, state.x) + stage.a * weighted(t, port.point.weight, dv);
+      const Vec3 p_free = p_end - r.compliance * port.lambda;
+      const ContactClosure closure = close_contact(p_free, r.compliance, normals[k], tool_points[k], port.parameters);
+      dv += stage.a * (r.w * (closure.lambda - port.lambda));
+      port.lambda = closure.lambda;
+      slips[k] = closure.slip;
+    }
+}
+
+bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points, BodyState& state, std::vector<ToolPort>& ports,
+                        AdvanceReport& report) {
+  const double a = stage.a;
+  const auto place = [&] {
+    for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i)
+      if (!held_[i]) node_at(state.x, i) = node_at(stage.x_hat, i) + a * node_at(state.v, i);
+  };
+  place();
+  std::vector<Vec3> normals(ports.size(), Vec3::UnitZ()), slips(ports.size(), Vec3::Zero());
+  const Positions x(state.x.data(), static_cast<std::size_t>(state.x.size()));
+  bool any_contact = false;
+  for (std::size_t k = 0; k < ports.size(); ++k)
+    if (ports[k].kind == ContactKind::touch && ports[k].touching) {
+      normals[k] = normal_at(surface_->view(), x, ports[k].point);
+      any_contact = true;
+    }
+
+  bool fresh = false;
+  if (!(std::abs(matrix_a_ - a) < 0.01 * a)) {
+    if (!refresh_matrix(state, a, report)) return false;
+    fresh = true;
+  }
+  double last_move = 0;
+  Vector dv;
+  for (int iteration = 0; iteration < kNewtonMax; ++iteration) {
+    ++report.newton_iterations;
+    dynamics_->forces(state.x, state.v, f_);
+    r_ = dynamics_->masses().cwiseProduct(stage.v_hat - state.v) + a * f_;
+    for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i)
+      if (held_[i]) node_at(r_, i).setZero();
+    dv = Vector::Zero(r_.size());
+    const SolveStats solved = solver_.solve(r_, kSolveTolerance, dv);
+    report.solver_iterations += solved.iterations;
+    if (!solved.positive_definite) {
+      if (fresh || !refresh_matrix(state, a, report)) return false;
+      fresh = true;
+      continue;
+    }
+    if (any_contact) close_ports(stage, tool_points, normals, state, ports, dv, slips, report);
+    state.v += dv;
+    place();
+    const double move = a * dv.cwiseAbs().maxCoeff();
+    if (!std::isfinite(move)) return false;
+    if (move < options_.tolerance_m) {
+      for (std::size_t k = 0; k < ports.size(); ++k) {
+        ToolPort& port = ports[k];
+        if (port.kind != ContactKind::touch || !port.touching) continue;
+        port.touching = port.lambda.squaredNorm() > 0;
+        if (slips[k].squaredNorm() > 0) port.point = slide(surface_->view(), x, port.point, slips[k]);
+      }
+      return true;
+    }
+    // An old matrix that no longer contracts well is replaced; a fresh one that does not contract means too long a step.
+    if (iteration > 0 && move > 0.25 * last_move) {
+      if (fresh && iteration > 8 && move > 0.9 * last_move) return false;
+      if (!fresh || iteration % 4 == 0) {
+        if (!refresh_matrix(state, a, report)) return false;
+        fresh = true;
+      }
+    }
+    last_move = move;
+  }
+  return false;
+}
+
+}  // namespace palpate

@@ -1,0 +1,108 @@
+// TR-BDF2 for a body with tools on it: second order, L-stable, one matrix for both stages.
+//
+// A step of length h from t to t + h, gamma = 2 - sqrt(2), a = gamma h / 2, y = (x, v), y' = (v, M^-1 (F + B lambda)):
+//     trapezoid to t + gamma h:   y1 = y0 + a y0' + a y1'
+//     BDF2 to t + h:              y2 = c1 y1 - c0 y0 + a y2',   c1 = 1/(gamma (2 - gamma)),  c0 = (1 - gamma)^2/(gamma (2 -
+//     gamma))
+// so each stage solves, with x^ and v^ known,
+//     x = x^ + a v,   M (v - v^) = a (F(x, v) + B lambda)
+// by Newton's method on v with A = M + a D + a^2 K (symmetric part), kept as long as it converges well.
+//
+// A tool is a port on the body (ToolPort). attach: its node has the tool's position and velocity. touch: lambda comes from the
+// contact law (contact_law.hpp) with p_free the point's end-of-stage position at lambda = 0 and C = a^2 B^T A^-1 B.
+// A step in which a contact begins or ends is redone in pieces of at most kEventStepS; a stage that does not converge is redone
+// with half the step. The tool's own samples drive every stage.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "common/port/contact_law.hpp"
+#include "common/port/surface.hpp"
+#include "server/body/dynamics.hpp"
+#include "server/body/linear_solver.hpp"
+
+namespace palpate {
+
+struct ToolPort {
+  ContactKind kind = ContactKind::touch;
+  std::uint32_t node = 0;        ///< attach
+  ContactParameters parameters;  ///< touch
+  bool touching = false;         ///< touch
+  SurfacePoint point;            ///< touch: material point in contact, or the nearest one seen last
+  Vec3 lambda = Vec3::Zero();    ///< force on the body [N]; for attach what the tool has to push with
+};
+
+struct ToolAt {
+  Vec3 position = Vec3::Zero();  ///< [m]
+  Vec3 velocity = Vec3::Zero();  ///< [m/s]
+};
+/// Where tool `port` is at body time `time_s`.
+using ToolMotion = std::function<ToolAt(std::size_t port, double time_s)>;
+
+struct IntegratorOptions {
+  double step_s = 0.010;      ///< largest step
+  double tolerance_m = 1e-8;  ///< Newton stops when no node would move further
+  LinearSolver::Method solver = LinearSolver::Method::automatic;
+};
+
+struct AdvanceReport {
+  int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0, factorisations = 0;
+  bool converged = true;  ///< false: a step failed even at kMinStepS; the state is the last good one
+};
+
+class Integrator {
+ public:
+  static constexpr double kEventStepS = 0.002;
+  static constexpr double kMinStepS = 1e-5;
+
+  /// `dynamics` and `surface` must outlive the integrator. An empty surface has no touch.
+  Integrator(const Dynamics& dynamics, const Surface& surface, const IntegratorOptions& options);
+
+  /// Moves `state` and `ports` on to body time `until_s`.
+  AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, const ToolMotion& tools);
+
+  /// 1 for every node that is fixed or held by an attached port.
+  std::vector<std::uint8_t> held_nodes(const std::vector<ToolPort>& ports) const;
+  const Surface& surface() const { return *surface_; }
+  const Dynamics& dynamics() const { return *dynamics_; }
+
+ private:
+  struct Stage {
+    double a = 0, end_s = 0;
+    Vector x_hat, v_hat;
+  };
+  struct PortResponse {  // of one touching port under the current matrix
+    bool valid = false;
+    SurfacePoint point;
+    Eigen::Matrix<double, Eigen::Dynamic, 3> w;  // A^-1 B
+    Mat3 compliance = Mat3::Zero();              // a^2 B^T A^-1 B
+  };
+
+  bool step(BodyState& state, std::vector<ToolPort>& ports, double h, const ToolMotion& tools, AdvanceReport& report);
+  bool solve_stage(const Stage& stage, const std::vector<Vec3>& tool_points, BodyState& state, std::vector<ToolPort>& ports,
+                   AdvanceReport& report);
+  bool newton(const Stage& stage, const std::vector<Vec3>& tool_points, BodyState& state, std::vector<ToolPort>& ports,
+              AdvanceReport& report);
+  bool refresh_matrix(const BodyState& state, double a, AdvanceReport& report);
+  void update_response(std::size_t port, const SurfacePoint& point, double a, AdvanceReport& report);
+  void close_ports(const Stage& stage, const std::vector<Vec3>& tool_points, const std::vector<Vec3>& normals,
+                   const BodyState& state, std::vector<ToolPort>& ports, Vector& dv, std::vector<Vec3>& slips,
+                   AdvanceReport& report);
+  bool begin_contacts(const std::vector<Vec3>& tool_points, const BodyState& state, std::vector<ToolPort>& ports) const;
+  void total_forces(const BodyState& state, const std::vector<ToolPort>& ports, Vector& f) const;
+  void hold_nodes(const std::vector<ToolPort>& ports, const std::vector<ToolAt>& tools, BodyState& state) const;
+
+  const Dynamics* dynamics_;
+  const Surface* surface_;
+  IntegratorOptions options_;
+  std::vector<std::uint8_t> held_;
+  BlockMatrix a_;
+  LinearSolver solver_;
+  double matrix_a_ = 0;  // the a of the factorised matrix, 0 = none
+  std::vector<std::uint8_t> matrix_held_;
+  std::vector<PortResponse> responses_;
+  Vector f_, r_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,104 @@
+#include "server/body/linear_solver.hpp"
+
+#include <Eigen/LU>
+
+namespace palpate {
+
+LinearSolver::LinearSolver(std::uint32_t rows, Method method) : method_(method), small_(rows <= kDirectRowsMax) {}
+
+bool LinearSolver::wants_direct(const BlockMatrix& a) const {
+  if (method_ != Method::automatic) return method_ == Method::direct;
+  if (!small_) return false;
+  // Gershgorin: with off-diagonal sums below this share of the diagonal the condition number stays under 4.
+  constexpr double kDominance = 0.6;
+  for (std::uint32_t i = 0; i < a.rows(); ++i) {
+    Vec3 sum = Vec3::Zero();
+    for (std::uint32_t e = a.row_begin(i); e < a.row_end(i); ++e) sum += a.block(e).cwiseAbs().rowwise().sum();
+    const Vec3 diagonal = a.block(a.diagonal(i)).diagonal();
+    if (((sum - diagonal).array() > kDominance * diagonal.array()).any()) return true;
+  }
+  return false;
+}
+
+bool LinearSolver::factorise(const BlockMatrix& a) {
+  direct_ = wants_direct(a);
+  if (direct_) return factorise_direct(a);
+  a_ = &a;
+  inverse_diagonal_.resize(a.rows());
+  for (std::uint32_t i = 0; i < a.rows(); ++i) inverse_diagonal_[i] = Mat3(a.block(a.diagonal(i))).inverse();
+  return true;
+}
+
+bool LinearSolver::factorise_direct(const BlockMatrix& a) {
+  if (!analysed_) {
+    // Column-major lower triangle; row i of the symmetric matrix is read as column i.
+    const auto n = static_cast<Eigen::Index>(3 * a.rows());
+    lower_.resize(n, n);
+    for (std::uint32_t i = 0; i < a.rows(); ++i)
+      for (int c = 0; c < 3; ++c) {
+        const int column = static_cast<int>(3 * i) + c;
+        lower_.startVec(column);
+        for (std::uint32_t e = a.row_begin(i); e < a.row_end(i); ++e)
+          for (int k = 0; k < 3; ++k) {
+            const int row = static_cast<int>(3 * a.column(e)) + k;
+            if (row < column) continue;
+            lower_.insertBack(row, column) = 1;
+            sources_.emplace_back(e, 3 * c + k);
+          }
+      }
+    lower_.finalize();
+  }
+  double* values = lower_.valuePtr();
+  for (const auto& [entry, component] : sources_) *values++ = a.block(entry).data()[component];
+  if (!analysed_) ldlt_.analyzePattern(lower_);
+  analysed_ = true;
+  ldlt_.factorize(lower_);
+  return ldlt_.info() == Eigen::Success && ldlt_.vectorD().minCoeff() > 0;
+}
+
+SolveStats LinearSolver::solve(const Vector& b, double tolerance, Vector& x) {
+  if (!direct_) return conjugate_gradients(b, tolerance, x);
+  x = ldlt_.solve(b);
+  return {};
+}
+
+void LinearSolver::precondition(const Vector& r, Vector& z) const {
+  z.resize(r.size());
+  for (std::size_t i = 0; i < inverse_diagonal_.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(3 * i);
+    z.segment<3>(at).noalias() = inverse_diagonal_[i] * r.segment<3>(at);
+  }
+}
+
+SolveStats LinearSolver::conjugate_gradients(const Vector& b, double tolerance, Vector& x) {
+  SolveStats stats;
+  const double target = tolerance * b.norm();
+  if (x.size() != b.size()) x = Vector::Zero(b.size());
+  a_->multiply(x, r_);
+  r_ = b - r_;
+  if (r_.norm() <= target) return stats;
+  precondition(r_, z_);
+  p_ = z_;
+  double rz = r_.dot(z_);
+  const int limit = static_cast<int>(b.size()) + 50;
+  while (stats.iterations < limit) {
+    ++stats.iterations;
+    a_->multiply(p_, ap_);
+    const double curvature = p_.dot(ap_);
+    if (!(curvature > 0)) {
+      stats.positive_definite = false;
+      return stats;
+    }
+    const double alpha = rz / curvature;
+    x += alpha * p_;
+    r_ -= alpha * ap_;
+    if (r_.norm() <= target) return stats;
+    precondition(r_, z_);
+    const double rz_next = r_.dot(z_);
+    p_ = z_ + (rz_next / rz) * p_;
+    rz = rz_next;
+  }
+  return stats;
+}
+
+}  // namespace palpate

@@ -1,0 +1,55 @@
+// Solves A x = b for the symmetric positive definite block matrices of the integrator and the reduction.
+//
+// Small systems: sparse L D L^T (Eigen, approximate minimum degree), analysed once per pattern. Large systems, and small ones
+// that are dominated by their diagonal (a short time step: the mass rules), where a handful of products is cheaper than one
+// substitution: conjugate gradients with 3x3 block-Jacobi preconditioning, warm-started by the caller's x.
+#pragma once
+
+#include <Eigen/SparseCholesky>
+#include <memory>
+#include <vector>
+
+#include "server/body/block_matrix.hpp"
+
+namespace palpate {
+
+struct SolveStats {
+  int iterations = 0;  ///< of conjugate gradients; 0 for a direct solve
+  bool positive_definite = true;
+};
+
+class LinearSolver {
+ public:
+  enum class Method { automatic, direct, conjugate_gradients };
+  static constexpr std::uint32_t kDirectRowsMax = 600;  ///< nodes up to which `automatic` is direct
+
+  explicit LinearSolver(std::uint32_t rows, Method method = Method::automatic);
+
+  /// Takes the values of A. False when A is not positive definite (direct: found here; iterative: found by solve()).
+  /// The iterative method keeps a reference to A: it must live and stay unchanged until the next factorise().
+  bool factorise(const BlockMatrix& a);
+  /// x holds the first guess (iterative) and the answer. `tolerance` is relative to |b| (iterative).
+  SolveStats solve(const Vector& b, double tolerance, Vector& x);
+  /// Whether the matrix of the last factorise() was factorised, rather than kept for conjugate gradients.
+  bool is_direct() const { return direct_; }
+
+ private:
+  bool wants_direct(const BlockMatrix& a) const;
+  bool factorise_direct(const BlockMatrix& a);
+  SolveStats conjugate_gradients(const Vector& b, double tolerance, Vector& x);
+  void precondition(const Vector& r, Vector& z) const;
+
+  Method method_;
+  bool small_, direct_ = false;
+  // direct
+  Eigen::SparseMatrix<double> lower_;
+  std::vector<std::pair<std::uint32_t, int>> sources_;  // value k of lower_ = component `second` of block `first`
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> ldlt_;
+  bool analysed_ = false;
+  // iterative
+  const BlockMatrix* a_ = nullptr;
+  std::vector<Mat3> inverse_diagonal_;
+  Vector r_, z_, p_, ap_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,143 @@
+// How far a frame goes, what the body is given for it, and what its results become.
+#include <algorithm>
+#include <utility>
+
+#include "server/core/server_core.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr Micros kRemembered{4'000'000};  // of a station's timeline behind the body
+constexpr Micros kOneClock{5'000};        // two offsets that differ by less than this beyond their uncertainty are one clock
+
+}  // namespace
+
+Micros ServerCore::due(std::uint64_t frame) const {
+  return first_tick_ + from_seconds(static_cast<double>(frame) / options_.rate_hz);
+}
+
+Micros ServerCore::playout(Micros now) const {
+  auto known = Micros::max(), least_lag = Micros::max();
+  for (const auto& [id, station] : stations_) {
+    if (!station.pushes() || station.timeline.empty()) continue;
+    if (now - station.sample_heard <= kLateAfter) {
+      known = std::min(known, station.timeline.newest());
+    } else {
+      least_lag = std::min(least_lag, station.sample_lag);
+    }
+  }
+  auto target = now;
+  if (known != Micros::max())
+    target = known;  // exactly a sample, even where it lies ahead of `now` by an error of the clocks
+  else if (least_lag != Micros::max())
+    target = now - least_lag;
+  return std::min(target, body_time_ + kLongestFrame);
+}
+
+FrameJob ServerCore::make_job(Micros target) const {
+  FrameJob job;
+  job.target = target;
+  for (const auto& [id, station] : stations_) {
+    if (station.views()) job.shapes = true;
+    if (station.pushes() && !station.timeline.empty()) job.stations.push_back(make_station_job(station, target));
+  }
+  for (const auto& [id, station] : stations_) {
+    if (station.hello.shadow_of.empty()) continue;
+    const auto* owner = find(station.hello.shadow_of);
+    if (owner && owner->pushes() && !owner->timeline.empty() && station.clock.locked())
+      job.stations.push_back(make_station_job(station, target));
+  }
+  return job;
+}
+
+StationJob ServerCore::make_station_job(const Station& station, Micros target) const {
+  StationJob job;
+  job.id = station.id;
+  job.scheme = station.hello.scheme;
+  job.order = station.hello.order;
+  job.bridge = station.clock.rtt().mean + compute_mean_ + from_seconds(1 / options_.rate_hz);
+  if (station.pushes())
+    job.samples = station.timeline.between(body_time_, target);
+  else
+    job.shadow_of = find(station.hello.shadow_of)->id;
+  return job;
+}
+
+std::optional<FrameJob> ServerCore::next_job(Micros now) {
+  if (!job_ || job_out_) return std::nullopt;
+  job_out_ = true;
+  job_began_ = now;
+  return std::exchange(job_, std::nullopt);
+}
+
+void ServerCore::finish(FrameResult result, Micros now) {
+  const auto took = now - job_began_;
+  compute_mean_ = counts_.frames == 0 ? took : compute_mean_ + (took - compute_mean_) / 8;
+  counts_.frame_time_sum += took;
+  counts_.frame_time_max = std::max(counts_.frame_time_max, took);
+  longest_frame_ = std::max(longest_frame_, took);
+  ++counts_.frames;
+  counts_.simulated += result.stamp - body_time_;
+  counts_.steps += static_cast<std::uint64_t>(result.steps);
+  counts_.cut_steps += static_cast<std::uint64_t>(result.cut_steps);
+  counts_.frames_failed += result.failed;
+  job_out_ = false;
+  body_time_ = result.stamp;
+  if (result.failed) return beat_all();
+
+  for (auto& [id, station] : stations_) {
+    const auto frame = std::find_if(result.stations.begin(), result.stations.end(), [&](const auto& f) { return f.id == id; });
+    if (frame != result.stations.end())
+      give(station, *frame);
+    else
+      beat(station);
+  }
+  if (!result.positions.empty()) {
+    shape_ = std::move(result.positions);
+    shape_time_ = body_time_;
+  }
+  for (auto& [id, station] : stations_) {
+    station.timeline.forget_before(body_time_ - kRemembered);
+    if (!station.views()) continue;
+    station.outbox.tools = true;
+    station.outbox.shape = !shape_.empty();
+    station.outbox.shape_next = 0;
+  }
+}
+
+void ServerCore::give(Station& station, StationFrame& frame) {
+  station.shown = {station.hello.station, frame.tool, frame.force, frame.contact};
+  station.has_shown = true;
+  station.contact_in_reach = frame.patch.has_value();
+  if (!frame.patch) return beat(station);
+  frame.patch->stamp = station_time(station, frame.patch->stamp);
+  frame.patch->seq = ++station.patch_seq;
+  station.outbox.patch = std::move(frame.patch);
+  station.outbox.beat.reset();
+}
+
+void ServerCore::beat_all() {
+  for (auto& [id, station] : stations_) beat(station);
+}
+
+void ServerCore::beat(Station& station) {
+  if (station.outbox.patch) return;  // not sent yet, and it says as much
+  station.outbox.beat = Beat{station_time(station, body_time_), station.contact_in_reach};
+}
+
+/// The station whose timeline relates the server's clock to this one's, if there is one.
+const Station* ServerCore::clock_owner(const Station& station) const {
+  if (!station.timeline.empty()) return &station;
+  if (station.hello.shadow_of.empty() || !station.clock.locked()) return nullptr;
+  const auto* owner = find(station.hello.shadow_of);
+  if (!owner || owner->timeline.empty()) return nullptr;
+  const auto apart = std::chrono::abs(station.clock.offset() - owner->clock.offset());
+  return apart <= (station.clock.rtt().min + owner->clock.rtt().min) / 2 + kOneClock ? owner : nullptr;
+}
+
+Micros ServerCore::station_time(const Station& station, Micros server_time) const {
+  if (const auto* owner = clock_owner(station)) return owner->timeline.to_station(server_time);
+  return station.clock.locked() ? station.clock.to_peer(server_time) : Micros{};
+}
+
+}  // namespace palpate

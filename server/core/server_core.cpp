@@ -1,0 +1,59 @@
+#include "server/core/server_core.hpp"
+
+#include <numeric>
+#include <utility>
+
+namespace palpate {
+
+std::uint64_t ServerCounts::dropped_all() const { return std::accumulate(dropped.begin(), dropped.end(), std::uint64_t{0}); }
+
+ServerCore::ServerCore(RoomFacts facts, const ServerOptions& options) : facts_(std::move(facts)), options_(options) {}
+
+void ServerCore::tick(Micros now) {
+  if (!started_) {
+    started_ = true;
+    first_tick_ = body_time_ = now;
+  }
+  drop_silent(now);
+  if (now < due(next_frame_)) return;
+  while (due(next_frame_) <= now) ++next_frame_;
+  if (job_out_) {
+    ++counts_.frames_busy;
+    return beat_all();
+  }
+  const auto target = playout(now);
+  if (target < body_time_ + kLeastFrame) {
+    ++counts_.frames_waiting;
+    job_.reset();
+    return beat_all();
+  }
+  job_ = make_job(target);
+}
+
+Micros ServerCore::deadline() const {
+  if (!started_) return Micros{};
+  auto earliest = due(next_frame_);
+  for (const auto& [id, station] : stations_) earliest = std::min(earliest, station.heard + kGoneAfter);
+  return earliest;
+}
+
+void ServerCore::shut_down() {
+  for (const auto& [id, station] : stations_) {
+    if (!station.proven) continue;
+    Message question;
+    question.station = id;
+    refuse(question, station.peer, {RefuseReason::shutting_down, "the server is shutting down"}, kMaxDatagramBytes);
+  }
+  stations_.clear();
+  job_.reset();
+}
+
+std::vector<StationReport> ServerCore::stations() const {
+  std::vector<StationReport> reports;
+  for (const auto& [id, s] : stations_)
+    reports.push_back({id, s.hello.station, s.hello.role, s.hello.scheme, s.hello.shadow_of, s.clock.rtt(), s.clock.offset(),
+                       s.clock.drift_ppm(), s.seq.counts(), s.counts});
+  return reports;
+}
+
+}  // namespace palpate

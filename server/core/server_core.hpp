@@ -1,0 +1,156 @@
+// The server's side of the sessions of one room without sockets, threads or clocks.
+//
+// take a datagram, tick, emit datagrams, say the deadline; and, because a frame takes long, the body's work is handed out:
+// when tick() finds a frame due, next_job() gives it; the caller runs Room::run on whatever thread it likes and brings the
+// result back with finish(). At most one job is out at a time; a frame that falls due meanwhile is skipped and counted.
+// Before the first job runs, Room::start(body_time()) is due once.
+//
+// Frames are due at the multiples of 1 / rate_hz from the first tick on. Whoever drives the core hands over all datagrams that
+// came by a moment before it ticks at that moment.
+//
+// Playout: a frame simulates up to the newest moment for which the samples of every punctual station are known (a station is
+// punctual while its newest sample came within kLateAfter); a late station's tool is held; nobody waits for it. When all are
+// late the body goes on at the lag of the least late one. With no haptic station the body runs on the server's clock. Body
+// time is the server's clock; it never goes back, a frame that would advance it by less than kLeastFrame is skipped, one by more
+// than kLongestFrame is cut there.
+//
+// A patch is stamped, on its way out, in the clock of the station it goes to: for a station's own samples that is the exact
+// inverse of the mapping they came by (timeline.hpp). A shadow gets its stamps through the timeline of the station whose tool
+// it shares when their clocks agree within the uncertainty of both (they run in one process), else through its own clock.
+//
+// Trust: an unknown sender is answered with at most as many bytes as it sent; a new station gets nothing but Welcome until it
+// has shown, by using its id, that it receives at its address.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/wire/codec.hpp"
+#include "common/wire/messages.hpp"
+#include "server/core/room_facts.hpp"
+#include "server/core/station.hpp"
+#include "server/room/room.hpp"
+
+namespace palpate {
+
+struct ServerOptions {
+  std::uint64_t instance = 1;  ///< drawn anew by each process
+  double rate_hz = 20;
+};
+
+inline constexpr Micros kSilentAfter{1'000'000};  ///< another peer may take the name of a station silent for so long
+inline constexpr Micros kGoneAfter{3'000'000};    ///< a station silent for so long has left
+inline constexpr Micros kLateAfter{150'000};      ///< no newer sample for so long: the tool is held
+inline constexpr Micros kSampleAhead{250'000};    ///< a sample may lie so far in the future while the clocks settle
+inline constexpr Micros kLeastFrame{1'000};
+inline constexpr Micros kLongestFrame{500'000};
+
+struct ServerCounts {
+  std::uint64_t received = 0, bytes_received = 0, sent = 0, bytes_sent = 0;
+  std::array<std::uint64_t, kWireFaults> dropped{};
+  std::uint64_t unknown_station = 0;  ///< datagrams with an id that nobody here has
+  std::uint64_t unexpected = 0;       ///< messages that a server does not take
+  std::uint64_t joins = 0, refusals = 0, leaves = 0, timeouts = 0;
+  std::uint64_t answers_withheld = 0;  ///< larger than the question, or too many at once
+  std::uint64_t frames = 0, frames_failed = 0;
+  std::uint64_t frames_busy = 0;     ///< skipped: the last one was still being computed
+  std::uint64_t frames_waiting = 0;  ///< skipped: no newer samples
+  std::uint64_t steps = 0, cut_steps = 0;
+  Micros frame_time_sum{}, frame_time_max{};  ///< from next_job() to finish()
+  Micros simulated{};                         ///< by all frames
+
+  std::uint64_t dropped_all() const;
+};
+
+class ServerCore {
+ public:
+  ServerCore(RoomFacts facts, const ServerOptions& options);
+
+  void take(std::span<const std::byte> bytes, PeerId from, Micros now);
+  void tick(Micros now);
+  /// Bytes of the next datagram written into `out` and whom it is for, 0 when there is none. Call until 0.
+  std::size_t emit(std::span<std::byte> out, PeerId& to, Micros now);
+  /// When tick() is due at the latest.
+  Micros deadline() const;
+
+  std::optional<FrameJob> next_job(Micros now);
+  void finish(FrameResult result, Micros now);
+  /// Moment up to which the body was simulated. Meaningful from the first tick on.
+  Micros body_time() const { return body_time_; }
+
+  /// Everyone is told and forgotten.
+  void shut_down();
+
+  const ServerCounts& counts() const { return counts_; }
+  /// Longest frame time since the last reset, for reports at intervals.
+  Micros longest_frame() const { return longest_frame_; }
+  void reset_longest_frame() { longest_frame_ = Micros{}; }
+  std::vector<StationReport> stations() const;
+  std::size_t station_count() const { return stations_.size(); }
+  const ServerOptions& options() const { return options_; }
+  const RoomFacts& facts() const { return facts_; }
+
+ private:
+  struct Reply {
+    PeerId to = 0;
+    Message message;  ///< a Refuse
+    std::size_t limit = 0;
+    Refuse& refusal() { return std::get<Refuse>(message.body); }
+  };
+
+  // sessions.cpp
+  void take_hello(const Message& message, PeerId from, std::size_t size, Micros now);
+  void take_samples(Station& station, const Samples& samples, Micros now);
+  void take_from(Station& station, const Message& message, Micros now);
+  std::optional<Refuse> objection(const Hello& hello, const Station* in_place_of) const;
+  void refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit);
+  void drop_silent(Micros now);
+  Station* find(const std::string& name);
+  const Station* find(const std::string& name) const;
+
+  // frames.cpp
+  Micros due(std::uint64_t frame) const;
+  Micros playout(Micros now) const;
+  FrameJob make_job(Micros target) const;
+  StationJob make_station_job(const Station& station, Micros target) const;
+  void beat_all();
+  void beat(Station& station);
+  void give(Station& station, StationFrame& frame);
+  const Station* clock_owner(const Station& station) const;
+  Micros station_time(const Station& station, Micros server_time) const;
+
+  // emit.cpp
+  std::size_t send(const Message& message, PeerId to, std::span<std::byte> out, PeerId& whom);
+  std::size_t emit_reply(std::span<std::byte> out, PeerId& to, Micros now);
+  std::size_t emit_to(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
+  std::size_t say(Station& station, Body body, std::span<std::byte> out, PeerId& to, Micros now);
+  std::size_t emit_welcome(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
+  std::size_t emit_patch(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
+  std::size_t emit_view(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
+  MeshPiece mesh_piece(std::uint32_t piece) const;
+  std::uint32_t mesh_pieces() const;
+  ShapePiece shape_piece(const Station& viewer, std::size_t first) const;
+  Tools tools(const Station& viewer) const;
+
+  RoomFacts facts_;
+  ServerOptions options_;
+  std::map<StationId, Station> stations_;  ///< ordered, so that every run emits in the same order
+  StationId last_id_ = 0, emit_after_ = 0;
+  std::deque<Reply> replies_;
+  bool started_ = false, job_out_ = false;
+  std::optional<FrameJob> job_;
+  Micros first_tick_{}, body_time_{}, job_began_{}, compute_mean_{}, longest_frame_{};
+  std::uint64_t next_frame_ = 0;
+  Micros shape_time_{};
+  std::vector<Vec3> shape_;
+  ServerCounts counts_;
+};
+
+}  // namespace palpate

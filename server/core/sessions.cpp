@@ -1,0 +1,154 @@
+// Who is in the room: handshake, what stations send, and leaving.
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "server/core/server_core.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kMostReplies = 2 * kMaxStations;
+constexpr std::size_t kMostMeshPieces = 64;  // asked for and not yet sent, a viewer
+
+bool same(const Hello& a, const Hello& b) {
+  return a.station == b.station && a.role == b.role && a.scheme == b.scheme && a.order == b.order && a.shadow_of == b.shadow_of;
+}
+
+}  // namespace
+
+void ServerCore::take(std::span<const std::byte> bytes, PeerId from, Micros now) {
+  ++counts_.received;
+  counts_.bytes_received += bytes.size();
+  Message message;
+  const auto fault = decode(bytes, message);
+  if (fault != WireFault::none) {
+    ++counts_.dropped[static_cast<std::size_t>(fault)];
+    if (fault == WireFault::version)
+      refuse(message, from,
+             {RefuseReason::version, "this server speaks wire version " + std::to_string(kWireVersion) + ", the station another"},
+             bytes.size());
+    return;
+  }
+  if (std::holds_alternative<Hello>(message.body)) return take_hello(message, from, bytes.size(), now);
+  const auto known = stations_.find(message.station);
+  if (known != stations_.end() && known->second.peer == from && message.instance == options_.instance)
+    return take_from(known->second, message, now);
+  ++counts_.unknown_station;
+  if (!std::holds_alternative<Leave>(message.body))
+    refuse(message, from, {RefuseReason::unknown_station, "this station is not in the room"}, bytes.size());
+}
+
+void ServerCore::take_hello(const Message& message, PeerId from, std::size_t size, Micros now) {
+  const auto& hello = std::get<Hello>(message.body);
+  Station* const old = find(hello.station);
+  const bool again = old && old->peer == from && same(old->hello, hello);
+  if (!again) {
+    if (old && old->peer != from && now - old->heard <= kSilentAfter)
+      return refuse(message, from, {RefuseReason::name_taken, "station \"" + hello.station + "\" is in the room already"}, size);
+    if (const auto no = objection(hello, old)) return refuse(message, from, *no, size);
+    if (old) stations_.erase(old->id);
+    ++counts_.joins;
+    Station& fresh = stations_[++last_id_];
+    fresh.id = last_id_;
+    fresh.peer = from;
+    fresh.hello = hello;
+  }
+  Station& station = again ? *old : stations_.at(last_id_);
+  station.heard = now;
+  station.clock.take(message.clock, now);
+  station.outbox.welcome = true;
+  station.outbox.welcome_limit = size;
+}
+
+/// Why this Hello cannot be granted. `in_place_of` leaves the room if it is.
+std::optional<Refuse> ServerCore::objection(const Hello& hello, const Station* in_place_of) const {
+  using enum RefuseReason;
+  if (hello.station.empty()) return Refuse{bad_request, "the station has no name"};
+  if (stations_.size() - (in_place_of ? 1 : 0) >= static_cast<std::size_t>(kMaxStations))
+    return Refuse{room_full, "the room is full (" + std::to_string(kMaxStations) + " stations)"};
+  if (hello.role == Role::viewer) return std::nullopt;
+  if (!is_available(hello.scheme))
+    return Refuse{bad_request, "scheme " + std::string(name_of(hello.scheme)) + " is not available"};
+  if (hello.order > 2 * kMaxModes || hello.order % 2 != 0)
+    return Refuse{bad_request,
+                  "order " + std::to_string(hello.order) + "; expected an even number up to " + std::to_string(2 * kMaxModes)};
+  if (!hello.shadow_of.empty()) {
+    const auto* owner = find(hello.shadow_of);
+    if (!owner || owner == in_place_of || !owner->pushes())
+      return Refuse{bad_request, "no station \"" + hello.shadow_of + "\" to share the tool of"};
+    return std::nullopt;
+  }
+  if (facts_.contact != ContactKind::attach) return std::nullopt;
+  for (const auto& [id, other] : stations_)
+    if (other.pushes() && &other != in_place_of)
+      return Refuse{node_taken, "station \"" + other.hello.station + "\" holds the node of this scene"};
+  return std::nullopt;
+}
+
+void ServerCore::take_from(Station& station, const Message& message, Micros now) {
+  station.heard = now;
+  station.proven = true;
+  station.seq.take(message.seq);
+  station.clock.take(message.clock, now);
+  if (const auto* samples = std::get_if<Samples>(&message.body)) return take_samples(station, *samples, now);
+  if (std::holds_alternative<Beat>(message.body)) return;
+  if (std::holds_alternative<Leave>(message.body)) {
+    ++counts_.leaves;
+    stations_.erase(station.id);
+    return;
+  }
+  const auto* request = std::get_if<MeshRequest>(&message.body);
+  if (!request || !station.views() || request->piece >= mesh_pieces()) {
+    ++counts_.unexpected;
+    return;
+  }
+  auto& pieces = station.outbox.mesh_pieces;
+  if (pieces.size() < kMostMeshPieces && std::find(pieces.begin(), pieces.end(), request->piece) == pieces.end())
+    pieces.push_back(request->piece);
+}
+
+void ServerCore::take_samples(Station& station, const Samples& samples, Micros now) {
+  if (!station.pushes()) return;
+  for (const auto& sample : samples.samples) {
+    const auto t = station.clock.locked() ? station.clock.from_peer(sample.t) : Micros::max();
+    if (t > now + kSampleAhead) {
+      ++station.counts.samples_refused;
+      continue;
+    }
+    if (!station.timeline.add(sample.t, t, sample.position)) continue;
+    ++station.counts.samples;
+    if (t <= body_time_) ++station.counts.samples_late;
+    station.sample_heard = now;
+    station.sample_lag = std::max(Micros{}, now - station.timeline.newest());
+  }
+}
+
+/// Queues an answer to someone who is not, or not any more, in the room.
+void ServerCore::refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit) {
+  ++counts_.refusals;
+  if (replies_.size() >= kMostReplies) {
+    ++counts_.answers_withheld;
+    return;
+  }
+  Message answer;
+  answer.instance = options_.instance;
+  answer.station = question.station;
+  answer.clock.echo = question.clock.sent;
+  answer.body = refusal;
+  replies_.push_back({to, std::move(answer), limit});
+}
+
+void ServerCore::drop_silent(Micros now) {
+  counts_.timeouts += std::erase_if(stations_, [now](const auto& entry) { return now - entry.second.heard >= kGoneAfter; });
+}
+
+const Station* ServerCore::find(const std::string& name) const {
+  for (const auto& [id, station] : stations_)
+    if (station.hello.station == name) return &station;
+  return nullptr;
+}
+
+Station* ServerCore::find(const std::string& name) { return const_cast<Station*>(std::as_const(*this).find(name)); }
+
+}  // namespace palpate

@@ -1,0 +1,73 @@
+// What the server knows of one station, and what it still has to tell it.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "common/session/clock_sync.hpp"
+#include "common/session/seq_tracker.hpp"
+#include "common/wire/messages.hpp"
+#include "server/core/timeline.hpp"
+
+namespace palpate {
+
+/// Whoever sent a datagram; the io side maps it to an address. Compared for equality only.
+using PeerId = std::uint64_t;
+
+struct StationCounts {
+  std::uint64_t samples = 0;          ///< new ones
+  std::uint64_t samples_late = 0;     ///< of these: too late for the body, which had gone past them
+  std::uint64_t samples_refused = 0;  ///< from the future, or before the clocks were known
+  std::uint64_t patches = 0, patch_bytes = 0;
+  std::uint64_t patch_too_big = 0;  ///< did not fit a datagram and were not sent
+};
+
+/// What waits to be sent. Only the newest of each kind: a patch or beat that is overtaken was never needed.
+struct Outbox {
+  bool welcome = false;
+  std::size_t welcome_limit = 0;  ///< bytes of the Hello; its answer is not larger
+  std::optional<Patch> patch;     ///< stamp already in the station's clock
+  std::optional<Beat> beat;
+  std::deque<std::uint32_t> mesh_pieces;
+  std::size_t shape_next = 0;  ///< first vertex of the next ShapePiece
+  bool shape = false, tools = false;
+};
+
+struct Station {
+  StationId id = 0;
+  PeerId peer = 0;
+  Hello hello;
+  Micros heard{};       ///< newest datagram
+  bool proven = false;  ///< it has answered with the id we gave it, so it gets what we send to its address
+  ClockSync clock;      ///< its clock is the peer's
+  SeqTracker seq;
+  std::uint32_t seq_out = 0, patch_seq = 0;
+  Timeline timeline;
+  Micros sample_heard{};  ///< when the newest sample came
+  Micros sample_lag{};    ///< how old it was then
+  bool contact_in_reach = false;
+  ToolView shown;  ///< at the body time, for viewers
+  bool has_shown = false;
+  Outbox outbox;
+  StationCounts counts;
+
+  bool pushes() const { return hello.role == Role::haptic && hello.shadow_of.empty(); }
+  bool views() const { return hello.role == Role::viewer; }
+};
+
+/// For reports.
+struct StationReport {
+  StationId id = 0;
+  std::string name;
+  Role role = Role::haptic;
+  Scheme scheme = Scheme::port;
+  std::string shadow_of;
+  RttStats rtt;
+  Micros offset{};  ///< its clock minus ours
+  double drift_ppm = 0;
+  SeqCounts link;  ///< of the datagrams from it
+  StationCounts counts;
+};
+
+}  // namespace palpate

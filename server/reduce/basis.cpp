@@ -1,0 +1,97 @@
+#include "server/reduce/basis.hpp"
+
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+/// Grows an M-orthonormal basis a vector at a time.
+class Orthonormal {
+ public:
+  Orthonormal(const Vector& masses, int columns) : masses_(masses), v_(masses.size(), columns) {}
+
+  bool full() const { return count_ == v_.cols(); }
+  void add(Vector y) {
+    if (full()) return;
+    const double before = norm(y);
+    if (!(before > 0) || !std::isfinite(before)) return;
+    for (int pass = 0; pass < 2; ++pass)
+      for (Eigen::Index k = 0; k < count_; ++k) y -= v_.col(k).dot(masses_.cwiseProduct(y)) * v_.col(k);
+    const double after = norm(y);
+    constexpr double kDependent = 1e-5;
+    if (after > kDependent * before) v_.col(count_++) = y / after;
+  }
+  Matrix take() const { return v_.leftCols(count_); }
+
+ private:
+  double norm(const Vector& y) const { return std::sqrt(y.dot(masses_.cwiseProduct(y))); }
+  const Vector& masses_;
+  Matrix v_;
+  Eigen::Index count_ = 0;
+};
+
+}  // namespace
+
+void mask(const std::vector<std::uint8_t>& held, Vector& y) {
+  for (std::size_t i = 0; i < held.size(); ++i)
+    if (held[i]) y.segment<3>(3 * static_cast<Eigen::Index>(i)).setZero();
+}
+
+bool ShiftedSolver::prepare(const Linearisation& at, double shift) {
+  iterations_ = 0;
+  for (const bool clamp : {false, true}) {
+    at.dynamics->assemble(*at.state, shift * shift, shift, 1, *at.held, clamp, matrix_);
+    if (!solver_.factorise(matrix_)) continue;
+    if (solver_.is_direct() || clamp) return true;
+    // Conjugate gradients find out only by use: one cheap solve decides.
+    Vector b = at.dynamics->masses(), x = Vector::Zero(b.size());
+    mask(*at.held, b);
+    const SolveStats probe = solver_.solve(b, 0.1, x);
+    iterations_ += probe.iterations;
+    if (probe.positive_definite) return true;
+  }
+  return false;
+}
+
+void ShiftedSolver::solve(const Linearisation& at, Vector b, double tolerance, Vector& x) {
+  mask(*at.held, b);
+  if (x.size() == b.size()) mask(*at.held, x);
+  iterations_ += solver_.solve(b, tolerance, x).iterations;
+}
+
+Matrix krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
+                    const std::vector<Vector>& fine, const Vector& imbalance, const BasisRequest& request, BasisMemory& memory) {
+  const Vector& masses = at.dynamics->masses();
+  Orthonormal basis(masses, request.modes);
+  std::size_t solves = 0;
+  const auto solve = [&](const Vector& b) {
+    if (memory.size() <= solves) memory.emplace_back(Vector::Zero(b.size()));
+    Vector& x = memory[solves++];
+    solver.solve(at, b, request.tolerance, x);
+    return x;
+  };
+  Vector motion = at.state->v;
+  mask(*at.held, motion);
+
+  std::vector<Vector> moment;
+  for (const Vector& b : ports) moment.push_back(solve(b));
+  for (const Vector& x : moment) basis.add(x);
+  basis.add(motion);
+  for (const Vector& x : fine) basis.add(x);
+  if (!basis.full()) moment.push_back(solve(imbalance));
+  if (!basis.full()) moment.push_back(solve(masses.cwiseProduct(motion)));
+  for (std::size_t k = ports.size(); k < moment.size(); ++k) basis.add(moment[k]);
+
+  constexpr int kMomentsMax = 8;
+  for (int m = 1; m < kMomentsMax && !basis.full(); ++m)
+    for (Vector& x : moment) {
+      if (basis.full()) break;
+      Vector k_x, d_x;
+      at.dynamics->multiply_tangents(*at.state, x, k_x, d_x);
+      x = solve(2 * request.shift_1_s * masses.cwiseProduct(x) + d_x);
+      basis.add(x);
+    }
+  return basis.take();
+}
+
+}  // namespace palpate

@@ -1,0 +1,57 @@
+// A basis V for a local model: rational Krylov directions at the port, orthonormal in the mass matrix (V^T M V = I).
+//
+// With P = s^2 M + s D + K at the state (x*, v*), the directions are, in the order in which they are worth having,
+//     P^-1 B,  v*,  P^-1 F*,  P^-1 M v*,   then their next moments  X <- P^-1 (2 s M + D) X
+// which match the response of the whole body to the port, to its own imbalance and to its own motion around the frequency s:
+// the reciprocal of the time that the model has to bridge. Directions that add nothing (nearly dependent) are left out.
+// Source: rational Krylov (moment matching) for second-order systems, Bai and Su, SIAM J. Sci. Comput. 26 (2005).
+#pragma once
+
+#include <vector>
+
+#include "server/body/dynamics.hpp"
+#include "server/body/linear_solver.hpp"
+
+namespace palpate {
+
+/// Where a model is linearised and what it may move.
+struct Linearisation {
+  const Dynamics* dynamics = nullptr;
+  const BodyState* state = nullptr;
+  const std::vector<std::uint8_t>* held = nullptr;  ///< nodes that the model keeps still
+};
+
+class ShiftedSolver {
+ public:
+  explicit ShiftedSolver(const Dynamics& dynamics) : matrix_(dynamics.make_matrix()), solver_(dynamics.nodes()) {}
+  /// P = s^2 M + s D + K. False when it is not positive definite even with compressed elements stiffened.
+  bool prepare(const Linearisation& at, double shift);
+  /// x = P^-1 b, rows of held nodes zero; x holds the first guess. `tolerance` matters to the iterative method only.
+  void solve(const Linearisation& at, Vector b, double tolerance, Vector& x);
+  int iterations() const { return iterations_; }
+
+ private:
+  BlockMatrix matrix_;
+  LinearSolver solver_;
+  int iterations_ = 0;
+};
+
+struct BasisRequest {
+  int modes = 11;
+  double shift_1_s = 20;
+  double tolerance = 1e-3;  ///< of the iterative solves: a Galerkin basis forgives
+};
+
+/// Warm starts: the answers of the last frame, in order of request.
+using BasisMemory = std::vector<Vector>;
+
+/// Columns are M-orthonormal; fewer than asked when the body has no more to give.
+/// `ports` are the input directions B_s (3 N each), `imbalance` is F*. `fine` are directions wanted for fast response (M^-1 B),
+/// may be empty.
+Matrix krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
+                    const std::vector<Vector>& fine, const Vector& imbalance, const BasisRequest& request, BasisMemory& memory);
+
+/// Sets the rows of held nodes to zero.
+void mask(const std::vector<std::uint8_t>& held, Vector& y);
+
+}  // namespace palpate

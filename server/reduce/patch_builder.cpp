@@ -1,0 +1,204 @@
+#include "server/reduce/patch_builder.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+#include "server/reduce/port_surface.hpp"
+
+namespace palpate {
+namespace {
+
+double shift_for(Micros bridge) { return std::clamp(2.0 / std::max(seconds(bridge), 1e-3), 5.0, 60.0); }
+
+Mat3 symmetric(const Mat3& m) { return 0.5 * (m + m.transpose()); }
+
+}  // namespace
+
+PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Surface& surface)
+    : dynamics_(&dynamics), surface_(&surface), neighbours_(dynamics.nodes()), solver_(dynamics) {
+  const LumpedBody& body = dynamics.body();
+  Eigen::AlignedBox3d box;
+  for (const Vec3& x : body.nodes) box.extend(x);
+  extent_m_ = box.diagonal().norm();
+  for (const Element& e : body.elements) {
+    neighbours_[e.a].push_back(e.b);
+    neighbours_[e.b].push_back(e.a);
+    spacing_m_ += e.rest_length_m / static_cast<double>(body.elements.size());
+  }
+}
+
+PatchBuilder::~PatchBuilder() = default;
+
+int PatchBuilder::modes_for(Scheme scheme, ContactKind contact, int order) {
+  if (scheme == Scheme::hold || scheme == Scheme::filtered || scheme == Scheme::tangent) return 0;
+  const int states = order > 0 ? order : (contact == ContactKind::attach ? kAttachOrder : kTouchOrder);
+  return std::clamp(states / 2, 1, kMaxModes);
+}
+
+Vector PatchBuilder::unit(std::uint32_t node, int axis) const {
+  Vector e = Vector::Zero(dynamics_->masses().size());
+  e[3 * static_cast<Eigen::Index>(node) + axis] = 1;
+  return e;
+}
+
+void PatchBuilder::hold_far_nodes(const std::vector<std::uint32_t>& seeds) {
+  std::vector<std::uint8_t> near(dynamics_->nodes(), 0);
+  std::vector<std::uint32_t> front = seeds;
+  for (const std::uint32_t i : front) near[i] = 1;
+  for (int layer = 0; layer < kRingLayers; ++layer) {
+    std::vector<std::uint32_t> next;
+    for (const std::uint32_t i : front)
+      for (const std::uint32_t j : neighbours_[i])
+        if (!near[j]) {
+          near[j] = 1;
+          next.push_back(j);
+        }
+    front = std::move(next);
+  }
+  for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i)
+    if (!near[i]) held_[i] = 1;
+}
+
+bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, Patch& patch, Matrix& rotated) {
+  const auto r = v.cols();
+  Matrix k_v(v.rows(), r), d_v(v.rows(), r);
+  for (Eigen::Index c = 0; c < r; ++c) {
+    Vector k_column, d_column;
+    dynamics_->multiply_tangents(*at.state, v.col(c), k_column, d_column);
+    k_v.col(c) = k_column;
+    d_v.col(c) = d_column;
+  }
+  const Matrix k = v.transpose() * k_v;
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(0.5 * (k + k.transpose()));
+  if (eigen.info() != Eigen::Success) return false;
+  const Matrix& u = eigen.eigenvectors();
+  report_.lifted_1_s2 = r > 0 ? std::max(0.0, -eigen.eigenvalues()[0]) : 0.0;
+  rotated = v * u;
+  const Matrix d = u.transpose() * (v.transpose() * d_v) * u;
+  patch.stiffness = eigen.eigenvalues().cwiseMax(0.0);
+  patch.damping = 0.5 * (d + d.transpose());
+  Vector motion = at.state->v;
+  mask(*at.held, motion);
+  patch.q_rate = rotated.transpose() * dynamics_->masses().cwiseProduct(motion);
+  return true;
+}
+
+std::optional<Patch> PatchBuilder::build(const BodyState& state, const std::vector<ToolPort>& ports, std::size_t which,
+                                         const PatchRequest& request) {
+  const ToolPort& port = ports[which];
+  report_ = {};
+  held_ = dynamics_->body().fixed;
+  for (const ToolPort& p : ports)
+    if (p.kind == ContactKind::attach) held_[p.node] = 1;
+
+  Patch patch;
+  patch.scheme = request.scheme;
+  patch.contact = port.kind;
+  patch.constant = request.scheme == Scheme::hold || request.scheme == Scheme::filtered;
+  patch.low_pass_hz = request.scheme == Scheme::filtered ? kFilteredHz : 0;
+  patch.tool = request.tool.position;
+  patch.tool_velocity = request.tool.velocity;
+  patch.force = port.kind == ContactKind::attach || port.touching ? Vec3(-port.lambda) : Vec3::Zero();
+  patch.touching = port.kind == ContactKind::attach || port.touching;
+  patch.valid_for = 2 * request.bridge + Micros{250'000};
+  patch.trust_radius_m = extent_m_;
+  if (patch.constant) return patch;
+  auto built = port.kind == ContactKind::attach ? build_attach(state, port, request, std::move(patch))
+                                                : build_touch(state, port, request, std::move(patch));
+  report_.solver_iterations = solver_.iterations();
+  return built;
+}
+
+std::optional<Patch> PatchBuilder::build_attach(const BodyState& state, const ToolPort& port, const PatchRequest& request,
+                                                Patch patch) {
+  if (request.scheme == Scheme::ring) hold_far_nodes({port.node});
+  held_[port.node] = 1;
+  const Linearisation at{dynamics_, &state, &held_};
+  // Columns of K and D that belong to the tool's node: what the tool's motion does to the others, and to itself.
+  std::vector<Vector> k_tool(3), d_tool(3);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto column = static_cast<std::size_t>(axis);
+    dynamics_->multiply_tangents(state, unit(port.node, axis), k_tool[column], d_tool[column]);
+    patch.k_port.col(axis) = k_tool[column].segment<3>(3 * static_cast<Eigen::Index>(port.node));
+    patch.d_port.col(axis) = d_tool[column].segment<3>(3 * static_cast<Eigen::Index>(port.node));
+    mask(held_, k_tool[column]);
+    mask(held_, d_tool[column]);
+  }
+  const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
+  if (!solver_.prepare(at, shift)) return std::nullopt;
+
+  if (request.scheme == Scheme::tangent) {
+    for (std::size_t column = 0; column < 3; ++column) {
+      if (memory_.size() <= column) memory_.emplace_back(Vector::Zero(k_tool[column].size()));
+      solver_.solve(at, k_tool[column], 1e-4, memory_[column]);
+      for (int row = 0; row < 3; ++row)
+        patch.k_port(row, static_cast<int>(column)) -= k_tool[static_cast<std::size_t>(row)].dot(memory_[column]);
+    }
+    patch.k_port = symmetric(patch.k_port);
+    patch.d_port.setZero();
+    return patch;
+  }
+
+  Vector imbalance;
+  dynamics_->forces(state.x, state.v, imbalance);
+  mask(held_, imbalance);
+  std::vector<Vector> inputs;
+  for (std::size_t column = 0; column < 3; ++column) inputs.push_back(-k_tool[column] - shift * d_tool[column]);
+  const BasisRequest basis{modes_for(request.scheme, port.kind, request.order), shift, 1e-3};
+  Matrix v;
+  if (!reduce(at, krylov_basis(at, solver_, inputs, {}, imbalance, basis, memory_), patch, v)) return std::nullopt;
+  patch.b_k.resize(v.cols(), 3);
+  patch.b_d.resize(v.cols(), 3);
+  for (int axis = 0; axis < 3; ++axis) {
+    patch.b_k.col(axis) = -v.transpose() * k_tool[static_cast<std::size_t>(axis)];
+    patch.b_d.col(axis) = -v.transpose() * d_tool[static_cast<std::size_t>(axis)];
+  }
+  patch.k_port = symmetric(patch.k_port);
+  patch.d_port = symmetric(patch.d_port);
+  patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
+  return patch;
+}
+
+std::optional<Patch> PatchBuilder::build_touch(const BodyState& state, const ToolPort& port, const PatchRequest& request,
+                                               Patch patch) {
+  const SurfaceView view = surface_->view();
+  const Triangle& corners = view.triangles[port.point.triangle];
+  if (request.scheme == Scheme::ring) hold_far_nodes({corners.begin(), corners.end()});
+  const Linearisation at{dynamics_, &state, &held_};
+  patch.coupling_n_m = port.parameters.coupling_n_m;
+  patch.friction = port.parameters.friction;
+  patch.trust_radius_m = 6 * spacing_m_;
+  std::vector<Vector> inputs(3, Vector::Zero(dynamics_->masses().size())), fine;
+  for (int axis = 0; axis < 3; ++axis)
+    for (std::size_t k = 0; k < 3; ++k)
+      inputs[static_cast<std::size_t>(axis)] += port.point.weight[static_cast<int>(k)] * unit(corners[k], axis);
+  for (Vector& b : inputs) mask(held_, b);
+
+  const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
+  if (!solver_.prepare(at, shift)) return std::nullopt;
+  Matrix v(dynamics_->masses().size(), 0);
+  if (request.scheme == Scheme::tangent) {
+    for (std::size_t column = 0; column < 3; ++column) {
+      if (memory_.size() <= column) memory_.emplace_back(Vector::Zero(inputs[column].size()));
+      solver_.solve(at, inputs[column], 1e-4, memory_[column]);
+      for (int row = 0; row < 3; ++row)
+        patch.c_static(row, static_cast<int>(column)) = inputs[static_cast<std::size_t>(row)].dot(memory_[column]);
+    }
+    patch.c_static = symmetric(patch.c_static);
+  } else {
+    Vector imbalance;
+    dynamics_->forces(state.x, state.v, imbalance);
+    mask(held_, imbalance);
+    for (const Vector& b : inputs) fine.push_back(b.cwiseQuotient(dynamics_->masses()));
+    const BasisRequest basis{modes_for(request.scheme, port.kind, request.order), shift, 1e-3};
+    if (!reduce(at, krylov_basis(at, solver_, inputs, fine, imbalance, basis, memory_), patch, v)) return std::nullopt;
+    patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
+  }
+  cut_port_surface(view, state, v, port.point, request.vertices_max, patch);
+  if (request.scheme == Scheme::tangent && port.touching)
+    for (int i = 0; i < patch.surface.vertex_count; ++i)
+      patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
+  return patch;
+}
+
+}  // namespace palpate

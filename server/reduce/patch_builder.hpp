@@ -1,0 +1,68 @@
+// Patches from a body: linearise at a port, reduce, and write down what patch.hpp defines. One call per scheme and station.
+//
+//   hold, filtered   the force at the stamp
+//   tangent          static stiffness seen at the port, K_s = K_p - K_pf K_ff^-1 K_fp  (touch: compliance C_s = B^T K^-1 B)
+//   ring             the nodes within kRingLayers layers of the contact, all others held still, reduced like `port`
+//   port             the whole body, rational Krylov basis at the port (basis.hpp)
+//
+// K and D are the symmetric tangents, so an orthogonal projection keeps them positive semi-definite where the body's own are.
+// A compressed body may have a negative direction: the reduced stiffness is then lifted to zero there, and by how much is
+// reported.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "common/port/surface.hpp"
+#include "server/body/integrator.hpp"
+#include "server/reduce/basis.hpp"
+
+namespace palpate {
+
+struct PatchRequest {
+  Scheme scheme = Scheme::port;
+  int order = 0;          ///< states wanted, 0 = default of the scheme
+  Micros bridge{50'000};  ///< age that the patch will reach
+  ToolAt tool;            ///< at the stamp
+  int vertices_max = 12;  ///< surface vertices that fit into a datagram, for `modes` of the answer
+};
+
+struct PatchBuildReport {
+  double lifted_1_s2 = 0;  ///< largest shift of a negative reduced stiffness
+  int solver_iterations = 0;
+};
+
+class PatchBuilder {
+ public:
+  static constexpr int kRingLayers = 1;
+  static constexpr int kAttachOrder = 22, kTouchOrder = 16;
+  static constexpr double kFilteredHz = 10;  ///< low-pass of `filtered`: the paper's, its model rate
+
+  PatchBuilder(const Dynamics& dynamics, const Surface& surface);
+  ~PatchBuilder();
+
+  /// A patch for `ports[which]` at `state`; seq and stamp are left to the caller. Nothing when the port's matrix cannot be
+  /// solved.
+  std::optional<Patch> build(const BodyState& state, const std::vector<ToolPort>& ports, std::size_t which,
+                             const PatchRequest& request);
+  const PatchBuildReport& report() const { return report_; }
+  static int modes_for(Scheme scheme, ContactKind contact, int order);
+
+ private:
+  std::optional<Patch> build_attach(const BodyState& state, const ToolPort& port, const PatchRequest& request, Patch patch);
+  std::optional<Patch> build_touch(const BodyState& state, const ToolPort& port, const PatchRequest& request, Patch patch);
+  void hold_far_nodes(const std::vector<std::uint32_t>& seeds);
+  bool reduce(const Linearisation& at, const Matrix& v, Patch& patch, Matrix& rotated);
+  Vector unit(std::uint32_t node, int axis) const;
+
+  const Dynamics* dynamics_;
+  const Surface* surface_;
+  std::vector<std::vector<std::uint32_t>> neighbours_;
+  double extent_m_ = 0, spacing_m_ = 0;
+  std::vector<std::uint8_t> held_;
+  ShiftedSolver solver_;
+  BasisMemory memory_;
+  PatchBuildReport report_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,56 @@
+#include "server/reduce/port_surface.hpp"
+
+#include <algorithm>
+
+namespace palpate {
+
+void cut_port_surface(const SurfaceView& surface, const BodyState& state, const Matrix& v, const SurfacePoint& point,
+                      int vertices_max, Patch& patch) {
+  const Positions x(state.x.data(), static_cast<std::size_t>(state.x.size()));
+  const Vec3 centre = position_at(surface, x, point);
+  std::vector<std::uint32_t> vertices, triangles{point.triangle};
+  const auto corners = surface.triangles[point.triangle];
+  vertices.assign(corners.begin(), corners.end());
+
+  // Grow by the triangle nearest to the contact that shares an edge with the piece.
+  const auto centroid_distance = [&](std::uint32_t t) {
+    return (position_at(surface, x, {t, Vec3::Constant(1.0 / 3)}) - centre).norm();
+  };
+  const auto has = [](const auto& list, std::uint32_t value) { return std::find(list.begin(), list.end(), value) != list.end(); };
+  while (static_cast<int>(triangles.size()) < kMaxPortTriangles) {
+    std::uint32_t best = 0;
+    double best_distance = 1e300;
+    for (const std::uint32_t i : vertices)
+      for (std::uint32_t k = surface.first[i]; k < surface.first[i + 1]; ++k) {
+        const std::uint32_t t = surface.incident[k];
+        if (has(triangles, t)) continue;
+        const auto missing = std::count_if(surface.triangles[t].begin(), surface.triangles[t].end(),
+                                           [&](std::uint32_t corner) { return !has(vertices, corner); });
+        if (missing > 1 || static_cast<int>(vertices.size()) + missing > vertices_max) continue;
+        const double distance = centroid_distance(t);
+        if (distance < best_distance) {
+          best_distance = distance;
+          best = t;
+        }
+      }
+    if (best_distance == 1e300) break;
+    triangles.push_back(best);
+    for (const std::uint32_t corner : surface.triangles[best])
+      if (!has(vertices, corner)) vertices.push_back(corner);
+  }
+
+  PortSurface& piece = patch.surface;
+  piece.vertex_count = static_cast<int>(vertices.size());
+  piece.triangle_count = static_cast<int>(triangles.size());
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    piece.vertices[i].position = vertex(x, vertices[i]);
+    piece.vertices[i].rows = v.middleRows<3>(3 * static_cast<Eigen::Index>(vertices[i]));
+  }
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    for (std::size_t k = 0; k < 3; ++k)
+      piece.triangles[t][k] = static_cast<std::uint32_t>(
+          std::find(vertices.begin(), vertices.end(), surface.triangles[triangles[t]][k]) - vertices.begin());
+  patch.point = {0, point.weight};
+}
+
+}  // namespace palpate

@@ -1,0 +1,32 @@
+// How an attached node gets to the tool. The node follows the tool point exactly; when the grasp begins elsewhere the
+// difference is taken back along a minimum-jerk curve, so that the body is not torn by a jump.
+#pragma once
+
+#include "server/room/tool_track.hpp"
+
+namespace palpate {
+
+class Grasp {
+ public:
+  static constexpr double kReachS = 0.5;
+
+  Grasp() = default;
+  /// `offset` = node minus tool at `begin`.
+  Grasp(Micros begin, const Vec3& offset) : begin_(begin), offset_(offset) {}
+
+  ToolAt at(const ToolTrack& track, Micros t) const {
+    ToolAt tool = track.at(t);
+    const double s = seconds(t - begin_) / kReachS;
+    if (s >= 1) return tool;
+    const double c = s > 0 ? s : 0;
+    tool.position += (1 - c * c * c * (10 - 15 * c + 6 * c * c)) * offset_;
+    tool.velocity -= (30 * c * c * (1 - c) * (1 - c) / kReachS) * offset_;
+    return tool;
+  }
+
+ private:
+  Micros begin_{};
+  Vec3 offset_ = Vec3::Zero();
+};
+
+}  // namespace palpate

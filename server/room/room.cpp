@@ -1,0 +1,197 @@
+#include "server/room/room.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "common/wire/codec.hpp"
+#include "server/body/settle.hpp"
+#include "server/reduce/patch_builder.hpp"
+#include "server/room/grasp.hpp"
+#include "server/room/tool_track.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kHomeHeightM = 0.020;
+
+struct Station {
+  ToolTrack track;
+  Grasp grasp;
+  std::unique_ptr<PatchBuilder> builder;
+  std::uint32_t seq = 0;
+  Scheme scheme = Scheme::hold;
+};
+
+}  // namespace
+
+struct Room::State {
+  explicit State(const Scene& s)
+      : scene(s),
+        surface(scene.body.triangles, scene.body.nodes.size()),
+        dynamics(scene.body),
+        integrator(dynamics, surface, {scene.solver.step_s}) {
+    body = settled_state(dynamics, surface);
+  }
+
+  // The tool of a station in body time: for a grasp the node goes from where it was taken to the tool.
+  ToolAt tool_at(const Station& station, Micros t) const {
+    return scene.tool.contact == ContactKind::attach ? station.grasp.at(station.track, t) : station.track.at(t);
+  }
+  void take_samples(const FrameJob& job);
+  void sync_ports(const FrameJob& job);
+  AdvanceReport advance(Micros target);
+  bool in_reach(const ToolPort& port, const ToolAt& tool, Micros bridge) const;
+  StationFrame frame_of(const StationJob& job, Micros stamp);
+
+  Scene scene;
+  Surface surface;
+  Dynamics dynamics;
+  Integrator integrator;
+  BodyState body;
+  std::map<StationId, Station> stations;
+  std::vector<StationId> port_owner;  // parallel to ports
+  std::vector<ToolPort> ports;
+};
+
+Room::Room(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
+Room::~Room() = default;
+Room::Room(Room&&) noexcept = default;
+Room& Room::operator=(Room&&) noexcept = default;
+
+const Scene& Room::scene() const { return state_->scene; }
+
+Vec3 home_of(const Scene& scene) {
+  const LumpedBody& body = scene.body;
+  if (scene.tool.contact == ContactKind::attach) return body.nodes[scene.tool.node];
+  Vec3 centre = Vec3::Zero();
+  double top = -1e300;
+  for (const Vec3& x : body.nodes) {
+    centre += x / static_cast<double>(body.nodes.size());
+    top = std::max(top, x.z());
+  }
+  return {centre.x(), centre.y(), top + kHomeHeightM};
+}
+
+void Room::start(Micros body_time) { state_->body.time_s = seconds(body_time); }
+
+void Room::State::take_samples(const FrameJob& job) {
+  for (const StationJob& j : job.stations) {
+    Station& station = stations[j.id];
+    station.scheme = j.scheme;
+    if (!station.builder) station.builder = std::make_unique<PatchBuilder>(dynamics, surface);
+    station.track.add(j.samples);
+    station.track.forget_before(from_seconds(body.time_s) - Micros{100'000});
+  }
+  std::erase_if(stations, [&](const auto& entry) {
+    return std::none_of(job.stations.begin(), job.stations.end(), [&](const StationJob& j) { return j.id == entry.first; });
+  });
+}
+
+void Room::State::sync_ports(const FrameJob& job) {
+  for (std::size_t k = 0; k < ports.size();) {
+    if (stations.contains(port_owner[k])) {
+      ++k;
+      continue;
+    }
+    ports.erase(ports.begin() + static_cast<std::ptrdiff_t>(k));
+    port_owner.erase(port_owner.begin() + static_cast<std::ptrdiff_t>(k));
+  }
+  for (const StationJob& j : job.stations) {
+    Station& station = stations[j.id];
+    const bool known = std::find(port_owner.begin(), port_owner.end(), j.id) != port_owner.end();
+    if (known || j.shadow_of != 0 || station.track.empty()) continue;
+    ToolPort port;
+    port.kind = scene.tool.contact;
+    port.node = scene.tool.node;
+    port.parameters = {scene.tool.coupling_n_m, scene.tool.friction};
+    station.grasp = Grasp(from_seconds(body.time_s), body.x.segment<3>(3 * static_cast<Eigen::Index>(port.node)) -
+                                                         station.track.at(from_seconds(body.time_s)).position);
+    ports.push_back(port);
+    port_owner.push_back(j.id);
+  }
+}
+
+AdvanceReport Room::State::advance(Micros target) {
+  return integrator.advance(body, ports, seconds(target),
+                            [&](std::size_t k, double t) { return tool_at(stations.at(port_owner[k]), from_seconds(t)); });
+}
+
+bool Room::State::in_reach(const ToolPort& port, const ToolAt& tool, Micros bridge) const {
+  if (port.kind == ContactKind::attach || port.touching) return true;
+  if (surface.empty()) return false;
+  // How far the tool can get before the next patch: its speed, and a hand's acceleration of 10 m/s^2 on top, each way.
+  constexpr double kHandAccelerationMs2 = 10, kMarginM = 0.005;
+  const double t = seconds(bridge);
+  const double reach = tool.velocity.norm() * t + 0.5 * kHandAccelerationMs2 * t * t + kMarginM;
+  const Positions x(body.x.data(), static_cast<std::size_t>(body.x.size()));
+  return nearest_point(surface.view(), x, tool.position).height_m < reach;
+}
+
+StationFrame Room::State::frame_of(const StationJob& job, Micros stamp) {
+  StationFrame frame;
+  frame.id = job.id;
+  Station& station = stations.at(job.id);
+  const StationId owner = job.shadow_of != 0 ? job.shadow_of : job.id;
+  const auto at = std::find(port_owner.begin(), port_owner.end(), owner);
+  if (at == port_owner.end()) return frame;
+  const auto which = static_cast<std::size_t>(at - port_owner.begin());
+  ToolPort& port = ports[which];
+  const ToolAt tool = tool_at(stations.at(owner), stamp);
+  frame.tool = tool.position;
+  frame.contact = port.kind == ContactKind::attach || port.touching;
+  frame.force = frame.contact ? Vec3(-port.lambda) : Vec3::Zero();
+  if (!in_reach(port, tool, job.bridge)) return frame;
+  if (port.kind == ContactKind::touch && !port.touching) {
+    const Positions x(body.x.data(), static_cast<std::size_t>(body.x.size()));
+    port.point = nearest_point(surface.view(), x, tool.position).point;
+  }
+  PatchRequest request{job.scheme, job.order, job.bridge, tool, 0};
+  request.vertices_max = max_port_vertices(PatchBuilder::modes_for(job.scheme, port.kind, job.order));
+  frame.patch = station.builder->build(body, ports, which, request);
+  if (!frame.patch) return frame;
+  frame.patch->seq = ++station.seq;
+  frame.patch->stamp = stamp;
+  return frame;
+}
+
+FrameResult Room::simulate(const FrameJob& job) {
+  State& s = *state_;
+  FrameResult result;
+  s.take_samples(job);
+  s.sync_ports(job);
+  const AdvanceReport report = s.advance(job.target);
+  result.steps = report.steps;
+  result.cut_steps = report.cut_steps;
+  result.newton_iterations = report.newton_iterations;
+  result.solver_iterations = report.solver_iterations;
+  result.stamp = job.target;
+  if (!report.converged) {
+    // The last good shape, at rest, goes on from here: the room must not stop because one frame was beyond it.
+    result.failed = true;
+    s.body.v.setZero();
+    s.body.time_s = seconds(job.target);
+  }
+  if (job.shapes) {
+    result.positions.resize(s.dynamics.nodes());
+    for (std::size_t i = 0; i < result.positions.size(); ++i)
+      result.positions[i] = s.body.x.segment<3>(3 * static_cast<Eigen::Index>(i));
+  }
+  return result;
+}
+
+void Room::build_patches(const FrameJob& job, FrameResult& result) {
+  for (const StationJob& j : job.stations) {
+    StationFrame frame;
+    frame.id = j.id;
+    if (!result.failed) frame = state_->frame_of(j, job.target);
+    result.stations.push_back(std::move(frame));
+  }
+}
+
+FrameResult Room::run(const FrameJob& job) {
+  FrameResult result = simulate(job);
+  build_patches(job, result);
+  return result;
+}
+
+}  // namespace palpate

@@ -1,0 +1,73 @@
+// A room: one body and the stations that touch it. It turns a frame job into patches; it knows neither network nor clock.
+//
+// Body time is the server's clock. The caller (ServerCore) decides how far a frame goes and which samples it may use.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/base/types.hpp"
+#include "common/port/patch.hpp"
+#include "server/scene/scene.hpp"
+
+namespace palpate {
+
+struct StationJob {
+  StationId id = 0;
+  Scheme scheme = Scheme::port;
+  int order = 0;                    ///< states wanted, 0 = default
+  StationId shadow_of = 0;          ///< not 0: shares that station's tool, gets a patch, does not push
+  Micros bridge{};                  ///< age that a patch will reach before the next one takes over: latency + frame
+  std::vector<ToolSample> samples;  ///< since the last frame, ascending, server clock; the last one may lie beyond the target
+};
+
+struct FrameJob {
+  Micros target{};                   ///< simulate up to here, server clock
+  std::vector<StationJob> stations;  ///< a station that is missing has left: its tool lets go
+  bool shapes = false;               ///< fill FrameResult::positions
+};
+
+struct StationFrame {
+  StationId id = 0;
+  std::optional<Patch> patch;                      ///< stamp in the server's clock; empty: no contact in reach
+  Vec3 tool = Vec3::Zero(), force = Vec3::Zero();  ///< at the stamp; force on the tool [N]
+  bool contact = false;
+};
+
+struct FrameResult {
+  Micros stamp{};  ///< moment up to which the body was simulated, server clock
+  std::vector<StationFrame> stations;
+  std::vector<Vec3> positions;  ///< of the surface vertices (all nodes), when asked for
+  int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0;
+  bool failed = false;  ///< the step did not converge: no patches, the body was put back
+};
+
+/// Where a tool should start: rest position of the attached node, or a point 20 mm above the top of the body.
+Vec3 home_of(const Scene& scene);
+
+class Room {
+ public:
+  explicit Room(const Scene& scene);
+  ~Room();
+  Room(Room&&) noexcept;
+  Room& operator=(Room&&) noexcept;
+
+  /// Body time at which the first frame starts; call once before the first run().
+  void start(Micros body_time);
+  /// One frame: simulate(), then build_patches().
+  FrameResult run(const FrameJob& job);
+  /// Moves the body on; the result has everything but `stations`.
+  FrameResult simulate(const FrameJob& job);
+  /// Fills `result.stations` at the body's present state; none of them has a patch when the step failed.
+  void build_patches(const FrameJob& job, FrameResult& result);
+
+  const Scene& scene() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace palpate

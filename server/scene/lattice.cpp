@@ -1,0 +1,178 @@
+#include "server/scene/lattice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "server/scene/clip.hpp"
+#include "server/scene/mesh_solid.hpp"
+#include "server/scene/scene_text.hpp"
+#include "server/scene/surface.hpp"
+
+namespace palpate {
+
+namespace {
+
+constexpr double kMinCellsAcross = 2;
+constexpr std::size_t kMaxClipNodes = 200'000, kMaxGridNodes = 4'000'000;
+const std::string kClip = "body.lattice.clip";
+
+/// The 13 neighbours of a node that come after it in the order of the index.
+std::vector<Index3> forward_neighbours() {
+  std::vector<Index3> out;
+  for (int k = 0; k <= 1; ++k) {
+    for (int j = -1; j <= 1; ++j) {
+      for (int i = -1; i <= 1; ++i) {
+        if (k > 0 || j > 0 || (j == 0 && i > 0)) out.push_back({i, j, k});
+      }
+    }
+  }
+  return out;
+}
+
+void set_material(Element& element, const Vec3& midpoint, const LatticeSettings& settings) {
+  element.stiffness_n_m = settings.stiffness_n_m;
+  element.damping_n_s_m = settings.damping_n_s_m;
+  // A midpoint on the bound itself is above it, whichever way its coordinates were rounded.
+  const Eigen::Array3d m = midpoint.array() + 1e-9;
+  for (const LayerSettings& layer : settings.layers) {
+    if ((m < layer.below_m.array()).all() && (m >= layer.above_m.array()).all()) {
+      element.stiffness_n_m = layer.stiffness_n_m;
+      element.damping_n_s_m = layer.damping_n_s_m;
+    }
+  }
+}
+
+/// A face of the body's bounding box fixes the nodes within half a spacing of it.
+void fix_nodes(LumpedBody& body, const LatticeSettings& settings, const Vec3& spacing) {
+  body.fixed.assign(body.nodes.size(), 0);
+  Vec3 low = body.nodes[0], high = body.nodes[0];
+  for (const Vec3& x : body.nodes) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  const auto fix_where = [&](auto&& held) {
+    for (std::size_t i = 0; i < body.nodes.size(); ++i) body.fixed[i] |= held(body.nodes[i]);
+  };
+  for (const std::string& face : settings.fixed_faces) {
+    const int axis = face[0] - 'x';
+    const double reach = 0.499 * spacing[axis];  // below one half, so that rounding never takes the next row of a box
+    if (face[1] == '-') {
+      fix_where([&](const Vec3& x) { return x[axis] <= low[axis] + reach; });
+    } else {
+      fix_where([&](const Vec3& x) { return x[axis] >= high[axis] - reach; });
+    }
+  }
+  if (const auto& z = settings.fixed_below_z_m) fix_where([&](const Vec3& x) { return x[2] < *z; });
+  if (const auto& z = settings.fixed_above_z_m) fix_where([&](const Vec3& x) { return x[2] > *z; });
+}
+
+Grid box_grid(const LatticeSettings& settings) {
+  Grid grid{settings.nodes, settings.origin_m, settings.size_m};
+  if (settings.planar) grid.size[2] = 0;
+  return grid;
+}
+
+std::unique_ptr<Solid> make_solid(const ClipSettings& clip, const SceneText& text) {
+  if (!clip.mesh) return make_ellipsoids(clip.ellipsoids, clip.blend_m);
+  const std::string where = text.where(kClip + ".mesh.file") + ": mesh " + clip.mesh->file;
+  return make_mesh_solid(read_closed_mesh(*clip.mesh, where));
+}
+
+std::string millimetres(double metres) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g mm", metres * 1e3);
+  return text;
+}
+
+/// A grid around the solid, if its spacing fits.
+Grid grid_in_reach(const Solid& solid, double spacing, const SceneText& text) {
+  const Vec3 extent = solid.bounds().sizes();
+  const double widest = extent.minCoeff() / kMinCellsAcross, finest = std::cbrt(extent.prod() / kMaxClipNodes);
+  const auto refuse = [&](const std::string& expected) {
+    text.refuse("body.lattice.spacing_m",
+                "body.lattice.spacing_m is " + millimetres(spacing) + " for a clip of " + millimetres(extent[0]) + " x " +
+                    millimetres(extent[1]) + " x " + millimetres(extent[2]),
+                expected);
+  };
+  if (spacing > widest * (1 + 1e-9)) refuse("at most " + millimetres(widest) + " (two cells across)");
+  if (spacing < 0.5 * finest) refuse("at least about " + millimetres(finest) + " (200000 nodes)");
+  return grid_around(solid, spacing);
+}
+
+Clipped clip(const Grid& grid, const Solid& solid, const SceneText& text) {
+  if (grid.count() > kMaxGridNodes) text.refuse(kClip, "the lattice around the clip is too fine", "a larger spacing");
+  Clipped clipped = clip_lattice(grid, solid);
+  if (clipped.cells.count() == 0)
+    text.refuse(kClip, "no cell of the lattice lies inside the clip", "a clip that overlaps it, or a smaller spacing");
+  if (const auto n = clipped.nodes.positions.size(); n > kMaxClipNodes) {
+    text.refuse(kClip, "the clip keeps " + std::to_string(n) + " nodes", "at most 200000; a larger spacing");
+  }
+  return clipped;
+}
+
+/// The elements of a set of cells, in the order of the grid.
+std::vector<Element> join_neighbours(const LatticeBody& lattice, const CellSet& cells, const LatticeSettings& settings) {
+  const auto neighbours = forward_neighbours();
+  const auto& [body, grid, number] = lattice;
+  std::vector<Element> elements;
+  grid.each([&](const Index3& n) {
+    const auto a = number[grid.index(n)];
+    if (a == kNoNode) return;
+    for (const Index3& d : neighbours) {
+      if (grid.nodes[2] == 1 && d[2] != 0) continue;
+      if (!cells.joins(n, d)) continue;
+      Element element;
+      element.a = a;
+      element.b = number[grid.index(n + d)];
+      element.rest_length_m = (body.nodes[element.b] - body.nodes[a]).norm();
+      set_material(element, 0.5 * (body.nodes[a] + body.nodes[element.b]), settings);
+      elements.push_back(element);
+    }
+  });
+  return elements;
+}
+
+/// Nodes, elements and surface of a whole grid; returns its volume.
+double fill_box(LatticeBody& lattice, const LatticeSettings& settings) {
+  lattice.grid = box_grid(settings);
+  const CellSet cells(lattice.grid, true);
+  auto nodes = number_nodes(lattice.grid, cells);
+  lattice.number = std::move(nodes.number);
+  lattice.body.nodes = std::move(nodes.positions);
+  if (!settings.planar) lattice.body.triangles = split_alternately(boundary_faces(cells, lattice.grid, lattice.number));
+  lattice.body.elements = join_neighbours(lattice, cells, settings);
+  return settings.size_m.prod();
+}
+
+/// The same for a clipped grid.
+double fill_clip(LatticeBody& lattice, const LatticeSettings& settings, const SceneText& text) {
+  const auto solid = make_solid(*settings.clip, text);
+  lattice.grid = settings.spacing_m > 0 ? grid_in_reach(*solid, settings.spacing_m, text) : box_grid(settings);
+  Clipped clipped = clip(lattice.grid, *solid, text);
+  lattice.number = std::move(clipped.nodes.number);
+  lattice.body.nodes = std::move(clipped.nodes.positions);
+  lattice.body.triangles = split_shorter(clipped.faces, lattice.body.nodes);
+  lattice.body.elements = join_neighbours(lattice, clipped.cells, settings);
+  return signed_volume(lattice.body.triangles, lattice.body.nodes);
+}
+
+}  // namespace
+
+LatticeBody build_lattice(const LatticeSettings& settings, const SceneText& text) {
+  LatticeBody lattice;
+  LumpedBody& body = lattice.body;
+  body.planar = settings.planar;
+  body.law = settings.law;
+  body.stiffening = settings.law == SpringLaw::stiffening ? settings.stiffening : 0;
+  body.gravity_m_s2 = settings.gravity_m_s2;
+  const double volume = settings.clip ? fill_clip(lattice, settings, text) : fill_box(lattice, settings);
+  body.masses_kg.assign(body.nodes.size(), settings.density_kg_m3 * volume / static_cast<double>(body.nodes.size()));
+  fix_nodes(body, settings, lattice.grid.spacing());
+  if (std::all_of(body.fixed.begin(), body.fixed.end(), [](auto f) { return f != 0; })) {
+    text.refuse("body.lattice", "every node of the body is fixed", "some that can move");
+  }
+  return lattice;
+}
+
+}  // namespace palpate

@@ -1,0 +1,73 @@
+#include "server/scene/scene.hpp"
+
+#include "server/scene/json.hpp"
+#include "server/scene/lattice.hpp"
+#include "server/scene/scene_text.hpp"
+
+namespace palpate {
+
+namespace {
+
+std::string in_words(const Index3& n) {
+  return "[" + std::to_string(n[0]) + ", " + std::to_string(n[1]) + ", " + std::to_string(n[2]) + "]";
+}
+
+/// The free node nearest to the top: highest in z (a sheet: in y), and among those nearest to the middle, lower indices first.
+std::uint32_t middle_of_top(const LumpedBody& body) {
+  const int up = body.planar ? 1 : 2;
+  Vec3 low = body.nodes[0], high = body.nodes[0];
+  for (const Vec3& x : body.nodes) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  const double tie = 1e-9 * (high - low).norm();
+  Vec3 middle = 0.5 * (low + high) - Vec3::Constant(tie);  // leans to lower indices
+  std::uint32_t best = 0;
+  double best_height = -1e9, best_distance = 0;
+  for (std::uint32_t i = 0; i < body.nodes.size(); ++i) {
+    if (body.fixed[i]) continue;
+    const double height = body.nodes[i][up];
+    middle[up] = height;
+    const double distance = (body.nodes[i] - middle).norm();
+    if (height > best_height + tie || (height > best_height - tie && distance < best_distance - 1e-3 * tie)) {
+      best = i;
+      best_height = height;
+      best_distance = distance;
+    }
+  }
+  return best;
+}
+
+void place_tool(const LatticeBody& lattice, const SceneSettings& settings, const SceneText& text, ToolSpec& tool) {
+  if (!settings.tool_node) {
+    tool.node = middle_of_top(lattice.body);
+    return;
+  }
+  tool.node = lattice.number[lattice.grid.index(*settings.tool_node)];
+  if (tool.contact != ContactKind::attach) return;
+  const std::string node = "tool.node " + in_words(*settings.tool_node);
+  if (tool.node == kNoNode) text.refuse("tool.node", node + " is outside the clip", "a node of the body");
+  if (lattice.body.fixed[tool.node]) text.refuse("tool.node", node + " is fixed", "a node that can move");
+}
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& file) {
+  const SceneText text(file);
+  const SceneSettings settings = read_settings(text);
+  LatticeBody lattice = build_lattice(settings.lattice, text);
+  Scene scene;
+  scene.name = settings.name;
+  scene.tool = settings.tool;
+  scene.solver.step_s = settings.step_ms * 1e-3;
+  place_tool(lattice, settings, text, scene.tool);
+  scene.body = std::move(lattice.body);
+  return scene;
+}
+
+std::string print_scene(const std::filesystem::path& file) {
+  const SceneText text(file);
+  return write_json(to_json(read_settings(text)));
+}
+
+}  // namespace palpate

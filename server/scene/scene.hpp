@@ -1,0 +1,65 @@
+// A scene as the server uses it: every default filled in, everything in range.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/base/types.hpp"
+#include "common/port/patch.hpp"
+
+namespace palpate {
+
+/// Tension T(e) of an element against its elongation e [m]; k is the element's stiffness [N/m], L its rest length [m].
+///   linear      T = k e
+///   stiffening  T = k e (1 + c (e / L)^2), c = `stiffening`
+///   thigh_skin  T = k/k0 * f(e), f(x) = x / (5.4398 - 0.1418 x) [x mm, f N], odd in e, k0 = f'(0); beyond 90 % of the pole
+///               (38.4 mm) continued along its tangent. Source: skin of the thigh, eq. 5 of Cavusoglu and Tendick.
+enum class SpringLaw : std::uint8_t { linear, stiffening, thigh_skin };
+
+struct Element {
+  std::uint32_t a = 0, b = 0;
+  double rest_length_m = 0, stiffness_n_m = 0, damping_n_s_m = 0;
+};
+
+/// A lumped-element body before it moves. Surface vertices are nodes, so a surface point is a weighted node position.
+struct LumpedBody {
+  bool planar = false;      ///< 2-D lattice: nothing moves or pushes along z
+  std::vector<Vec3> nodes;  ///< rest positions [m]
+  std::vector<double> masses_kg;
+  std::vector<std::uint8_t> fixed;
+  std::vector<Element> elements;
+  std::vector<Triangle> triangles;  ///< closed outer surface over nodes, outward counter-clockwise; empty for planar bodies
+  SpringLaw law = SpringLaw::linear;
+  double stiffening = 0;
+  Vec3 gravity_m_s2 = Vec3::Zero();
+};
+
+struct ToolSpec {
+  ContactKind contact = ContactKind::touch;
+  std::uint32_t node = 0;      ///< attach: index into LumpedBody::nodes
+  double friction = 0.3;       ///< touch: Coulomb mu
+  double coupling_n_m = 1000;  ///< touch: contact stiffness k_c between tool and surface
+};
+
+struct SolverSpec {
+  double step_s = 0.010;  ///< largest sub-step of a frame
+};
+
+struct Scene {
+  std::string name;
+  LumpedBody body;
+  ToolSpec tool;
+  SolverSpec solver;
+};
+
+/// Reads and checks a scene file. Throws InputError with file, line, field, value and what was expected.
+/// Paths inside a scene (meshes) are relative to the scene file.
+Scene load_scene(const std::filesystem::path& file);
+
+/// The scene with every default filled in, as JSON that load_scene takes.
+std::string print_scene(const std::filesystem::path& file);
+
+}  // namespace palpate

@@ -1,0 +1,44 @@
+// A scene file as typed values, each with the line it came from.
+//
+// The text is scanned as JSON, checked name by name and type by type against schema/scene.fbs, and then read by the FlatBuffers
+// parser. What passes has only known fields of the right type; ranges are checked later, through the members below.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "scene_generated.h"
+#include "server/scene/json.hpp"
+
+namespace palpate {
+
+class SceneText {
+ public:
+  explicit SceneText(const std::filesystem::path& file);
+
+  const schema::SceneT& values() const { return values_; }
+  const std::filesystem::path& file() const { return file_; }
+
+  /// Paths read like "body.lattice.layers[1].below_z_m".
+  bool has(const std::string& path) const;
+
+  /// "FILE:LINE" of a value, or of the innermost enclosing object when the value is absent.
+  std::string where(const std::string& path) const;
+
+  /// Throws: the value at `path` (or its absence) is not what was expected.
+  [[noreturn]] void refuse(const std::string& path, const std::string& expected) const;
+  /// Throws with words of the caller's own instead of the value.
+  [[noreturn]] void refuse(const std::string& path, const std::string& what, const std::string& expected) const;
+
+  /// Refuses values outside [low, high]; `unit` may be empty.
+  void in_range(const std::string& path, double value, double low, double high, const char* unit) const;
+
+ private:
+  const Json* find(const std::string& path, const Json** innermost = nullptr) const;
+
+  std::filesystem::path file_;
+  Json root_;
+  schema::SceneT values_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,245 @@
+#include "server/scene/settings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/scene/scene_text.hpp"
+
+namespace palpate {
+
+namespace {
+
+constexpr double kMaxCoordinateM = 5;  // every node stays well inside kWorldExtentM
+constexpr double kMinSizeM = 1e-3, kMaxSizeM = 5;
+constexpr int kMinNodes = 2, kMaxNodes = 200;
+constexpr double kMaxLatticeNodes = 1e6;
+constexpr double kMaxStiffness = 1e7, kMaxDamping = 1e5;
+
+const std::string kLattice = "body.lattice";
+
+std::string at(const std::string& path, std::size_t i) { return path + "[" + std::to_string(i) + "]"; }
+
+/// A number that the schema leaves without a default.
+double required(const SceneText& text, const std::string& path, const flatbuffers::Optional<double>& value, double low,
+                double high, const char* unit) {
+  if (!value) text.refuse(path, "a number of " + std::string(unit));
+  text.in_range(path, *value, low, high, unit);
+  return *value;
+}
+
+Vec3 vector(const SceneText& text, const std::string& path, const std::vector<double>& values, double low, double high,
+            const char* unit, std::optional<Vec3> fallback = std::nullopt) {
+  if (!text.has(path) && fallback) return *fallback;
+  if (values.size() != 3) text.refuse(path, "a list of 3 numbers [x, y, z]");
+  for (std::size_t i = 0; i < 3; ++i) text.in_range(at(path, i), values[i], low, high, unit);
+  return Vec3(values[0], values[1], values[2]);
+}
+
+/// Index of `value` in `names`, or an error that lists them.
+template <std::size_t n>
+std::size_t choice(const SceneText& text, const std::string& path, const std::string& value,
+                   const std::array<const char*, n>& names, std::size_t fallback) {
+  if (!text.has(path)) return fallback;
+  std::string all;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (value == names[i]) return i;
+    all += std::string(i == 0 ? "" : i + 1 == n ? " or " : ", ") + "\"" + names[i] + "\"";
+  }
+  text.refuse(path, all);
+}
+
+/// A field that may stand in the lattice or in the body around it; the path of the one that is given.
+std::string either_place(const SceneText& text, const std::string& field) {
+  const std::string inner = kLattice + "." + field, outer = "body." + field;
+  if (text.has(inner) && text.has(outer)) text.refuse(inner, inner + " and " + outer + " are both given", "one of them");
+  return text.has(outer) ? outer : inner;
+}
+
+void read_grid(const SceneText& text, const schema::LatticeT& in, LatticeSettings& out) {
+  const std::string nodes = kLattice + ".nodes", size = kLattice + ".size_m", thickness = kLattice + ".thickness_m";
+  const auto n = in.nodes.size();
+  if (n != 2 && n != 3) text.refuse(nodes, "a list of 3 whole numbers [nx, ny, nz], or [nx, ny] for a sheet");
+  out.planar = n == 2 || in.nodes[2] == 1;
+  double total = 1;
+  for (std::size_t i = 0; i < n; ++i) {
+    const bool sheet = i == 2 && out.planar;
+    text.in_range(at(nodes, i), in.nodes[i], sheet ? 1 : kMinNodes, sheet ? 1 : kMaxNodes, "");
+    out.nodes[i] = in.nodes[i];
+    total *= in.nodes[i];
+  }
+  if (n == 2) out.nodes[2] = 1;
+  if (total > kMaxLatticeNodes) text.refuse(nodes, "at most 1000000 nodes in all");
+
+  const auto m = in.size_m.size();
+  if (m != 3 && !(out.planar && m == 2))
+    text.refuse(size, out.planar ? "a list of 2 numbers [sx, sy]" : "a list of 3 numbers [sx, sy, sz]");
+  for (std::size_t i = 0; i < m; ++i) {
+    text.in_range(at(size, i), in.size_m[i], i == 2 && out.planar ? 1e-5 : kMinSizeM, kMaxSizeM, "m");
+    out.size_m[static_cast<int>(i)] = in.size_m[i];
+  }
+  if (in.thickness_m) {
+    if (!out.planar) text.refuse(thickness, thickness + " is given for a 3-D lattice", "it only with nodes [nx, ny]");
+    if (m == 3) text.refuse(thickness, thickness + " and size_m[2] are both given", "one of them");
+    text.in_range(thickness, *in.thickness_m, 1e-5, 1, "m");
+    out.size_m[2] = *in.thickness_m;
+  } else if (m == 2) {
+    out.size_m[2] = 0.01;
+  }
+  if (out.planar && in.origin_m.size() == 2) text.refuse(kLattice + ".origin_m", "a list of 3 numbers [x, y, z]");
+  out.origin_m = vector(text, kLattice + ".origin_m", in.origin_m, -kMaxCoordinateM, kMaxCoordinateM, "m", Vec3(0, 0, 0));
+}
+
+ClipSettings read_clip(const SceneText& text, const schema::ClipT& in) {
+  const std::string path = kLattice + ".clip";
+  ClipSettings out;
+  if (in.ellipsoids.empty() == (in.mesh == nullptr))
+    text.refuse(path, path + " holds " + (in.mesh ? "both" : "neither"), "ellipsoids or a mesh");
+  for (std::size_t i = 0; i < in.ellipsoids.size(); ++i) {
+    const auto& e = *in.ellipsoids[i];
+    const std::string p = at(path + ".ellipsoids", i) + ".";
+    out.ellipsoids.push_back({vector(text, p + "center_m", e.center_m, -kMaxCoordinateM, kMaxCoordinateM, "m"),
+                              vector(text, p + "radii_m", e.radii_m, kMinSizeM, kMaxSizeM / 2, "m"),
+                              vector(text, p + "rotation_deg", e.rotation_deg, -360, 360, "degrees", Vec3(0, 0, 0))});
+  }
+  text.in_range(path + ".blend_m", in.blend_m, 0, 1, "m");
+  out.blend_m = in.blend_m;
+  if (!in.mesh) return out;
+  const std::string p = path + ".mesh.";
+  if (text.has(path + ".blend_m"))
+    text.refuse(path + ".blend_m", path + ".blend_m is given with a mesh", "it only with ellipsoids");
+  if (in.mesh->file.empty()) text.refuse(p + "file", "the name of an OBJ or STL file");
+  text.in_range(p + "scale", in.mesh->scale, 1e-6, 1e3, "m per unit of the file");
+  out.mesh = MeshSettings{in.mesh->file, text.file().parent_path() / in.mesh->file, in.mesh->scale,
+                          vector(text, p + "rotation_deg", in.mesh->rotation_deg, -360, 360, "degrees", Vec3(0, 0, 0)),
+                          vector(text, p + "offset_m", in.mesh->offset_m, -kMaxCoordinateM, kMaxCoordinateM, "m", Vec3(0, 0, 0))};
+  return out;
+}
+
+/// Where the nodes are: nodes and size_m, or spacing_m around a clip.
+void read_place(const SceneText& text, const schema::LatticeT& in, LatticeSettings& out) {
+  if (in.clip) out.clip = read_clip(text, *in.clip);
+  if (!in.spacing_m) {
+    read_grid(text, in, out);
+    if (out.clip && out.planar) text.refuse(kLattice + ".clip", kLattice + ".clip is given for a sheet", "it only in 3-D");
+    return;
+  }
+  const std::string spacing = kLattice + ".spacing_m";
+  if (!out.clip) text.refuse(spacing, spacing + " is given without clip", "nodes and size_m for a box, or a clip");
+  for (const char* other : {".nodes", ".size_m", ".origin_m", ".thickness_m"}) {
+    if (text.has(kLattice + other))
+      text.refuse(kLattice + other, kLattice + other + " and spacing_m are both given", "one of them");
+  }
+  text.in_range(spacing, *in.spacing_m, 2e-4, 1, "m");
+  out.spacing_m = *in.spacing_m;
+}
+
+LayerSettings read_layer(const SceneText& text, const schema::LayerT& in, const std::string& path, const LatticeSettings& base) {
+  LayerSettings out;
+  const std::array below{in.below_x_m, in.below_y_m, in.below_z_m}, above{in.above_x_m, in.above_y_m, in.above_z_m};
+  bool bounded = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    const std::string suffix = std::string("_") + "xyz"[i] + "_m";
+    if (below[i])
+      out.below_m[axis] = required(text, path + ".below" + suffix, below[i], -2 * kMaxCoordinateM, 2 * kMaxCoordinateM, "m");
+    if (above[i])
+      out.above_m[axis] = required(text, path + ".above" + suffix, above[i], -2 * kMaxCoordinateM, 2 * kMaxCoordinateM, "m");
+    bounded = bounded || below[i] || above[i];
+  }
+  if (!bounded) text.refuse(path, path + " has no bound", "below_z_m or another of below_/above_ x, y, z");
+  if (!in.stiffness_n_m && !in.damping_n_s_m) text.refuse(path, path + " changes nothing", "stiffness_n_m or damping_n_s_m");
+  out.stiffness_n_m = base.stiffness_n_m;
+  out.damping_n_s_m = base.damping_n_s_m;
+  if (in.stiffness_n_m) out.stiffness_n_m = required(text, path + ".stiffness_n_m", in.stiffness_n_m, 1e-3, kMaxStiffness, "N/m");
+  if (in.damping_n_s_m) out.damping_n_s_m = required(text, path + ".damping_n_s_m", in.damping_n_s_m, 0, kMaxDamping, "N s/m");
+  return out;
+}
+
+void read_material(const SceneText& text, const schema::BodyT& body, LatticeSettings& out) {
+  const auto& in = *body.lattice;
+  text.in_range(kLattice + ".density_kg_m3", in.density_kg_m3, 1, 30000, "kg/m^3");
+  out.density_kg_m3 = in.density_kg_m3;
+  out.stiffness_n_m = required(text, kLattice + ".stiffness_n_m", in.stiffness_n_m, 1e-3, kMaxStiffness, "N/m");
+  out.damping_n_s_m = required(text, kLattice + ".damping_n_s_m", in.damping_n_s_m, 0, kMaxDamping, "N s/m");
+
+  const std::string law = either_place(text, "spring_law"), stiffening = either_place(text, "stiffening");
+  const std::string& law_name = in.spring_law.empty() ? body.spring_law : in.spring_law;
+  out.law = static_cast<SpringLaw>(choice(text, law, law_name, kSpringLawNames, 0));
+  if (text.has(stiffening)) {
+    if (out.law != SpringLaw::stiffening)
+      text.refuse(stiffening, stiffening + " is given", "it only with spring_law \"stiffening\"");
+    out.stiffening = required(text, stiffening, in.stiffening ? in.stiffening : body.stiffening, 0, 1e4, "");
+  }
+  const std::string gravity = either_place(text, "gravity_m_s2");
+  const auto& g = in.gravity_m_s2.empty() ? body.gravity_m_s2 : in.gravity_m_s2;
+  out.gravity_m_s2 = vector(text, gravity, g, -100, 100, "m/s^2", Vec3(0, 0, 0));
+
+  for (std::size_t i = 0; i < in.layers.size(); ++i) {
+    out.layers.push_back(read_layer(text, *in.layers[i], at(kLattice + ".layers", i), out));
+  }
+}
+
+void read_fixing(const SceneText& text, const schema::LatticeT& in, LatticeSettings& out) {
+  for (std::size_t i = 0; i < in.fixed_faces.size(); ++i) {
+    const std::string path = at(kLattice + ".fixed_faces", i);
+    const auto face = choice(text, path, in.fixed_faces[i], kFaceNames, 0);
+    if (out.planar && face >= 4) text.refuse(path, "\"x-\", \"x+\", \"y-\" or \"y+\" for a sheet");
+    out.fixed_faces.emplace_back(kFaceNames[face]);
+  }
+  const auto plane = [&](const char* field, const flatbuffers::Optional<double>& value) -> std::optional<double> {
+    const std::string path = kLattice + "." + field;
+    if (!value) return std::nullopt;
+    if (out.planar) text.refuse(path, path + " is given for a sheet", "fixed_faces");
+    return required(text, path, value, -2 * kMaxCoordinateM, 2 * kMaxCoordinateM, "m");
+  };
+  out.fixed_below_z_m = plane("fixed_below_z_m", in.fixed_below_z_m);
+  out.fixed_above_z_m = plane("fixed_above_z_m", in.fixed_above_z_m);
+}
+
+void read_tool(const SceneText& text, const schema::ToolT& in, SceneSettings& out) {
+  const std::string node = "tool.node";
+  const auto usual = out.lattice.planar ? ContactKind::attach : ContactKind::touch;
+  out.tool.contact =
+      static_cast<ContactKind>(choice(text, "tool.contact", in.contact, kContactNames, static_cast<std::size_t>(usual)));
+  if (out.lattice.planar && out.tool.contact == ContactKind::touch) {
+    text.refuse("tool.contact", "the tool touches a sheet, which has no surface", "\"attach\"");
+  }
+  text.in_range("tool.mu", in.mu, 0, 2, "");
+  text.in_range("tool.coupling_n_m", in.coupling_n_m, 1, 1e6, "N/m");
+  out.tool.friction = in.mu;
+  out.tool.coupling_n_m = in.coupling_n_m;
+  if (!text.has(node)) return;
+  if (out.lattice.spacing_m > 0) text.refuse(node, node + " is given with spacing_m", "it only with nodes and size_m");
+  if (in.node.size() != 3 && !(out.lattice.planar && in.node.size() == 2))
+    text.refuse(node, "a list of 3 whole numbers [i, j, k]");
+  out.tool_node = std::array{0, 0, 0};
+  for (std::size_t i = 0; i < in.node.size(); ++i) {
+    text.in_range(at(node, i), in.node[i], 0, out.lattice.nodes[i] - 1, "");
+    (*out.tool_node)[i] = in.node[i];
+  }
+}
+
+void read_solver(const SceneText& text, const schema::SolverT& in, SceneSettings& out) {
+  text.in_range("solver.step_ms", in.step_ms, 0.1, 50, "ms");
+  out.step_ms = in.step_ms;
+}
+
+}  // namespace
+
+SceneSettings read_settings(const SceneText& text) {
+  const auto& in = text.values();
+  SceneSettings out;
+  out.name = text.has("name") ? in.name : text.file().stem().string();
+  if (text.has("name") && (in.name.empty() || in.name.size() > kMaxNameBytes)) text.refuse("name", "1 to 64 bytes");
+  out.name.resize(std::min<std::size_t>(out.name.size(), kMaxNameBytes));
+  if (!in.body) text.refuse("body", "an object with a lattice");
+  if (!in.body->lattice) text.refuse(kLattice, "an object with nodes and size_m");
+  read_place(text, *in.body->lattice, out.lattice);
+  read_material(text, *in.body, out.lattice);
+  read_fixing(text, *in.body->lattice, out.lattice);
+  read_tool(text, in.tool ? *in.tool : schema::ToolT(), out);
+  read_solver(text, in.solver ? *in.solver : schema::SolverT(), out);
+  return out;
+}
+
+}  // namespace palpate

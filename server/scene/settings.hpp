@@ -1,0 +1,76 @@
+// What a scene file says, with every default filled in and every value in range: all that a body is built from.
+// docs/scenes.md lists the fields; names here are theirs.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/scene/scene.hpp"
+
+namespace palpate {
+
+class SceneText;
+struct Json;
+
+/// Elements whose midpoint m satisfies above <= m < below on every axis get this stiffness and damping.
+struct LayerSettings {
+  Vec3 below_m = Vec3::Constant(std::numeric_limits<double>::infinity());
+  Vec3 above_m = Vec3::Constant(-std::numeric_limits<double>::infinity());
+  double stiffness_n_m = 0, damping_n_s_m = 0;
+};
+
+struct EllipsoidSettings {
+  Vec3 center_m, radii_m, rotation_deg = Vec3::Zero();
+};
+
+struct MeshSettings {
+  std::string file;  ///< as written
+  std::filesystem::path path;
+  double scale = 1;
+  Vec3 rotation_deg = Vec3::Zero(), offset_m = Vec3::Zero();
+};
+
+struct ClipSettings {
+  std::vector<EllipsoidSettings> ellipsoids;
+  double blend_m = 0;
+  std::optional<MeshSettings> mesh;
+};
+
+struct LatticeSettings {
+  bool planar = false;
+  std::array<int, 3> nodes{};  ///< all 0 when spacing_m is used
+  Vec3 size_m = Vec3::Zero();  ///< a sheet: z is the thickness
+  Vec3 origin_m = Vec3::Zero();
+  double spacing_m = 0;  ///< 0 when nodes are given
+  std::optional<ClipSettings> clip;
+  double density_kg_m3 = 1000, stiffness_n_m = 0, damping_n_s_m = 0;
+  SpringLaw law = SpringLaw::linear;
+  double stiffening = 10;
+  std::vector<LayerSettings> layers;
+  std::vector<std::string> fixed_faces;
+  std::optional<double> fixed_below_z_m, fixed_above_z_m;
+  Vec3 gravity_m_s2 = Vec3::Zero();
+};
+
+struct SceneSettings {
+  std::string name;
+  LatticeSettings lattice;
+  ToolSpec tool;                                ///< tool.node is not set yet
+  std::optional<std::array<int, 3>> tool_node;  ///< lattice indices
+  double step_ms = 10;                          ///< of the solver
+};
+
+/// Checks ranges and fills in defaults. Throws InputError.
+SceneSettings read_settings(const SceneText& text);
+
+/// The settings as a scene file that reads back to the same settings.
+Json to_json(const SceneSettings& settings);
+
+inline constexpr std::array<const char*, 6> kFaceNames = {"x-", "x+", "y-", "y+", "z-", "z+"};
+inline constexpr std::array<const char*, 3> kSpringLawNames = {"linear", "stiffening", "thigh-skin"};
+inline constexpr std::array<const char*, 2> kContactNames = {"attach", "touch"};
+
+}  // namespace palpate

@@ -1,0 +1,175 @@
+#include "client/guard/guard.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <deque>
+#include <limits>
+
+using palpate::Guard;
+using palpate::PassivityMode;
+using palpate::Vec3;
+
+namespace {
+
+constexpr double kDt = 1e-3;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+/// A mass against a spring of the display whose force is `delay` ticks old; returns the largest excursion of the last 200 ticks.
+double bounce(Guard& guard, double stiffness_n_m, int delay, double mass_kg = 0.3, int ticks = 2000) {
+  std::deque<double> late(static_cast<std::size_t>(delay) + 1, 0.0);
+  double x = 0, v = 0.05, largest = 0;
+  for (int i = 0; i < ticks; ++i) {
+    late.push_back(-stiffness_n_m * x);
+    late.pop_front();
+    const Vec3 force = guard.pass(Vec3(late.front(), 0, 0), Vec3(x, 0, 0), kDt);
+    const double a = force.x() / mass_kg;
+    x += v * kDt + 0.5 * a * kDt * kDt;  // exact for a held force
+    v += a * kDt;
+    if (i >= ticks - 200) largest = std::max(largest, std::abs(x));
+  }
+  return largest;
+}
+
+}  // namespace
+
+TEST_CASE("Without limits the guard passes every finite force as it is", "[guard]") {
+  Guard guard;
+  CHECK(guard.pass(Vec3(1, -2, 3), Vec3::Zero(), kDt) == Vec3(1, -2, 3));
+  CHECK(guard.pass(Vec3(-900, 0, 0), Vec3::Ones(), kDt) == Vec3(-900, 0, 0));
+  CHECK(guard.counts().clamped + guard.counts().slew_limited + guard.counts().not_finite == 0);
+}
+
+TEST_CASE("A force that is not finite leaves as zero and is not remembered", "[guard]") {
+  for (const double bad : {kNan, kInf, -kInf}) {
+    Guard guard({8.5, 1000, PassivityMode::on});
+    guard.pass(Vec3(0.5, 0, 0), Vec3(0.01, 0, 0), kDt);
+    for (int axis = 0; axis < 3; ++axis) {
+      Vec3 force(0.5, 0.5, 0.5);
+      force[axis] = bad;
+      CHECK(guard.pass(force, Vec3(0.01, 0, 0), kDt).allFinite());
+    }
+    CHECK(guard.counts().not_finite == 3);
+    const Vec3 after = guard.pass(Vec3(0.3, 0, 0), Vec3(0.01, 0, 0), kDt);
+    CHECK(after == Vec3(0.3, 0, 0));
+    CHECK(std::isfinite(guard.counts().energy_min_j));
+  }
+}
+
+TEST_CASE("Positions that are not finite and huge forces leave no trace in the limiter", "[guard]") {
+  Guard guard({8.5, 0, PassivityMode::on});
+  guard.pass(Vec3(1, 0, 0), Vec3(kNan, 0, 0), kDt);
+  guard.pass(Vec3(1e308, 1e308, -1e308), Vec3(1e308, 0, 0), kDt);
+  guard.pass(Vec3(-1e308, 1e308, -1e308), Vec3(-1e308, 0, 0), kDt);
+  for (int i = 0; i < 100; ++i) guard.pass(Vec3::Zero(), Vec3::Zero(), kDt);  // rest: the account starts again
+  CHECK(guard.pass(Vec3(1, 2, 0), Vec3::Zero(), kDt) == Vec3(1, 2, 0));
+  CHECK(std::isfinite(guard.counts().energy_min_j));
+}
+
+TEST_CASE("A huge change between finite forces cannot make something that is not finite", "[guard]") {
+  Guard guard({0, 1000, PassivityMode::off});
+  for (int i = 0; i < 10; ++i) {
+    CHECK(guard.pass(Vec3(1.7e308, 0, 0), Vec3::Zero(), kDt).allFinite());
+    CHECK(guard.pass(Vec3(-1.7e308, 0, 0), Vec3::Zero(), kDt).allFinite());
+  }
+}
+
+TEST_CASE("The clamp bounds the norm and keeps the direction", "[guard]") {
+  Guard guard({8.5, 0, PassivityMode::off});
+  const Vec3 out = guard.pass(Vec3(30, -40, 0), Vec3::Zero(), kDt);
+  CHECK(out.norm() == Approx(8.5).epsilon(1e-12));
+  CHECK(out.normalized().isApprox(Vec3(0.6, -0.8, 0)));
+  CHECK(guard.counts().clamped == 1);
+}
+
+TEST_CASE("The slew limit bounds the change between ticks, from the first one on, by the tick's length", "[guard]") {
+  Guard guard({0, 500, PassivityMode::off});
+  CHECK(guard.pass(Vec3(3, 0, 0), Vec3::Zero(), kDt).isApprox(Vec3(0.5, 0, 0)));
+  CHECK(guard.pass(Vec3(3, 0, 0), Vec3::Zero(), 2 * kDt).isApprox(Vec3(1.5, 0, 0)));
+  CHECK(guard.pass(Vec3(1.4, 0, 0), Vec3::Zero(), kDt) == Vec3(1.4, 0, 0));
+  CHECK(guard.counts().slew_limited == 2);
+}
+
+TEST_CASE("The clamp comes before the slew limit: a clamped force is reached, not passed", "[guard]") {
+  Guard guard({2, 500, PassivityMode::off});
+  Vec3 out = Vec3::Zero();
+  for (int i = 0; i < 10; ++i) out = guard.pass(Vec3(100, 0, 0), Vec3::Zero(), kDt);
+  CHECK(out.isApprox(Vec3(2, 0, 0)));
+  CHECK(guard.counts().clamped == 10);
+  CHECK(guard.counts().slew_limited == 3);  // 0.5, 1.0, 1.5 N
+}
+
+TEST_CASE("The limiter's damper cannot lead past clamp and slew limit", "[guard]") {
+  Guard guard({4, 400, PassivityMode::on});
+  Vec3 before = Vec3::Zero();
+  for (int i = 0; i < 3000; ++i) {
+    const double x = 0.02 * std::sin(i * 0.05);
+    const Vec3 out = guard.pass(Vec3(500 * 0.02 * std::cos(i * 0.05), 0, 0), Vec3(x, 0, 0), kDt);  // pushes along the motion
+    REQUIRE(out.norm() <= 4 + 1e-12);
+    REQUIRE((out - before).norm() <= 0.4 + 1e-12);
+    before = out;
+  }
+  CHECK(guard.counts().damped > 0);
+}
+
+TEST_CASE("A tick without a length changes nothing", "[guard]") {
+  Guard guard({0, 500, PassivityMode::on});
+  const Vec3 before = guard.pass(Vec3(0.2, 0, 0), Vec3::Zero(), kDt);
+  for (const double dt : {0.0, -1e-3, kNan, kInf}) CHECK(guard.pass(Vec3(3, 0, 0), Vec3::Zero(), dt) == before);
+}
+
+TEST_CASE("After a reset the guard starts from zero force", "[guard]") {
+  Guard guard({0, 500, PassivityMode::on});
+  for (int i = 0; i < 10; ++i) guard.pass(Vec3(3, 0, 0), Vec3(i * 1e-3, 0, 0), kDt);
+  guard.reset();
+  CHECK(guard.pass(Vec3(3, 0, 0), Vec3::Zero(), kDt).isApprox(Vec3(0.5, 0, 0)));
+}
+
+TEST_CASE("A spring without delay counts as lossless and is not touched", "[guard]") {
+  Guard guard({0, 0, PassivityMode::on});
+  double x = 0;
+  for (int i = 0; i < 20000; ++i) {
+    x = 0.01 * std::sin(i * 0.021) + 0.004 * std::sin(i * 0.0517);
+    const Vec3 force(-800 * x, 0, 0);
+    REQUIRE(guard.pass(force, Vec3(x, 0, 0), kDt) == force);
+  }
+  CHECK(guard.counts().damped == 0);
+  CHECK(guard.counts().energy_min_j > -1e-9);
+}
+
+TEST_CASE("A damped spring is passive whatever the hand does", "[guard]") {
+  Guard guard({0, 0, PassivityMode::on});
+  Vec3 before = Vec3::Zero();
+  for (int i = 1; i < 5000; ++i) {
+    const Vec3 x(0.01 * std::sin(i * 0.03), 0.006 * std::cos(i * 0.011) - 0.006, 0.003 * std::sin(i * 0.07));
+    const Vec3 force = -300 * x - 2 * (x - before) / kDt;
+    REQUIRE(guard.pass(force, x, kDt) == force);
+    before = x;
+  }
+}
+
+TEST_CASE("The observed energy of a force along a known path is the work done", "[guard]") {
+  Guard guard({0, 0, PassivityMode::observe});
+  for (int i = 0; i <= 10; ++i) guard.pass(Vec3(0.5, 0, 0), Vec3(i * 1e-3, 0, 0), kDt);
+  // The display pushed the hand over 10 mm with 0.5 N, the first tick from no force: half of it there.
+  CHECK(guard.counts().energy_min_j == Approx(-0.5 * 0.01).epsilon(1e-9));
+  CHECK(guard.counts().damped == 0);
+}
+
+TEST_CASE("An active spring with delay grows by itself, and is calmed by the limiter", "[guard]") {
+  Guard off({0, 0, PassivityMode::off}), observe({0, 0, PassivityMode::observe}), on({0, 0, PassivityMode::on});
+  const double grown = bounce(off, 300, 20), watched = bounce(observe, 300, 20), calmed = bounce(on, 300, 20);
+  CHECK(grown > 1);
+  CHECK(watched == grown);
+  CHECK(observe.counts().energy_min_j < -1e-3);
+  CHECK(calmed < 0.01);
+  CHECK(on.counts().damped > 0);
+}
+
+TEST_CASE("While no force is asked for the energy account starts again", "[guard]") {
+  Guard guard({0, 0, PassivityMode::on});
+  for (int i = 0; i < 20; ++i) guard.pass(Vec3(1, 0, 0), Vec3(i * 1e-4, 0, 0), kDt);
+  REQUIRE(guard.counts().damped > 0);
+  for (int i = 0; i < 60; ++i) guard.pass(Vec3::Zero(), Vec3::Zero(), kDt);
+  CHECK(guard.pass(Vec3(0.1, 0, 0), Vec3(-1e-4, 0, 0), kDt) == Vec3(0.1, 0, 0));
+}

@@ -1,0 +1,12 @@
+# Installs BUILD to an empty PREFIX and says what of the package is missing.
+file(REMOVE_RECURSE ${PREFIX})
+execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${PREFIX} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+foreach(file include/palpate/server/room/room.hpp include/palpate/client/player/player.hpp include/palpate/common/port/patch.hpp)
+  if(NOT EXISTS ${PREFIX}/${file})
+    message(FATAL_ERROR "${file} was not installed")
+  endif()
+endforeach()
+file(GLOB_RECURSE configs ${PREFIX}/*/PalpateConfig.cmake)
+if(NOT configs)
+  message(FATAL_ERROR "PalpateConfig.cmake was not installed")
+endif()

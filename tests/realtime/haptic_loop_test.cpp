@@ -1,0 +1,197 @@
+// The loop itself, in real time. Asserted is what must hold however late the machine is.
+#include "client/io/haptic_loop.hpp"
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "common/io/monotonic.hpp"
+#include "tests/support/patches.hpp"
+#include "tests/support/realtime_guard.hpp"
+
+using palpate::HapticLoop;
+using palpate::HapticTick;
+using palpate::kTick;
+using palpate::Micros;
+using palpate::PatchPlayer;
+using palpate::Vec3;
+
+namespace {
+
+/// Watches its own thread, the loop's, from one reading to another.
+class Watcher final : public palpate::Device {
+ public:
+  static constexpr int kFirst = 20, kLast = 150;
+  const palpate::DeviceCaps& caps() const override { return caps_; }
+  palpate::DeviceReading read(Micros) noexcept override {
+    ++readings_;
+    if (readings_ == kFirst) guard_.emplace();
+    if (readings_ == kLast) seen = guard_->end();
+    return {Vec3(0, 0, -0.005), readings_ <= kLast};
+  }
+  void write(const Vec3&) noexcept override {}
+  void stop() noexcept override {}
+
+  std::optional<palpate::test::RealtimeFaults> seen;
+
+ private:
+  int readings_ = 0;
+  std::optional<palpate::test::RealtimeGuard> guard_;
+  palpate::DeviceCaps caps_;
+};
+
+/// Remembers what it was asked and told; ends after `readings_max` readings.
+class Witness final : public palpate::Device {
+ public:
+  explicit Witness(std::size_t readings_max) : readings_max_(readings_max) {
+    read_at.reserve(100'000);
+    written.reserve(100'000);
+  }
+  const palpate::DeviceCaps& caps() const override { return caps_; }
+  palpate::DeviceReading read(Micros now) noexcept override {
+    read_at.push_back(now);
+    return {Vec3(0, 0, -0.005), read_at.size() <= readings_max_};
+  }
+  void write(const Vec3& force) noexcept override { written.push_back(force); }
+  void stop() noexcept override { ++stops; }
+
+  std::vector<Micros> read_at;
+  std::vector<Vec3> written;
+  int stops = 0;
+
+ private:
+  std::size_t readings_max_;
+  palpate::DeviceCaps caps_;
+};
+
+struct Display {
+  Display() {
+    auto patch = palpate::test::attach_patch(8, 1, palpate::monotonic_now());
+    patch.force = Vec3(0, 0, 2);
+    slot->back() = PatchPlayer(patch);
+    slot->publish();
+  }
+  std::unique_ptr<palpate::LatestSlot<PatchPlayer>> slot = std::make_unique<palpate::LatestSlot<PatchPlayer>>();
+  std::unique_ptr<palpate::SampleRing> samples = std::make_unique<palpate::SampleRing>();
+  HapticTick haptic{*slot, *samples, {}};
+};
+
+constexpr std::size_t kForever = 1'000'000;
+
+}  // namespace
+
+TEST_CASE("The loop ticks on a grid of milliseconds, forward, and accounts for every tick it skipped", "[realtime]") {
+  Witness device(kForever);
+  Display display, shadow;
+  HapticLoop loop(device, {&display.haptic, &shadow.haptic}, {false, 1000});
+  loop.record_from(palpate::monotonic_now());
+  loop.start();
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  CHECK(loop.running());
+  CHECK(loop.displays_with_patch() == 2);
+  loop.stop();
+  CHECK_FALSE(loop.running());
+
+  const auto& stats = loop.stats();
+  REQUIRE(stats.ticks > 10);
+  CHECK(stats.ticks + HapticLoop::kRampTicks == device.read_at.size());
+  Micros covered{};
+  for (std::size_t i = 1; i < stats.ticks; ++i) {
+    const Micros step = device.read_at[i] - device.read_at[i - 1];
+    REQUIRE(step >= kTick);
+    REQUIRE(step.count() % kTick.count() == 0);
+    covered += step;
+  }
+  const auto grid = static_cast<std::uint64_t>(covered / kTick) + 1;
+  CHECK(stats.ticks + stats.skipped >= grid);
+  CHECK(stats.tick_ns.count() == stats.ticks);
+  CHECK(stats.work_ns.count() == stats.ticks);
+  CHECK(stats.late >= stats.very_late);
+  CHECK(display.haptic.counts().ticks == stats.ticks);
+  CHECK(shadow.haptic.counts().ticks == stats.ticks);
+}
+
+TEST_CASE("Every way out ramps the force to zero and stops the device once", "[realtime]") {
+  Witness device(kForever);
+  Display display;
+  {
+    HapticLoop loop(device, {&display.haptic}, {false, 0});
+    loop.start();
+    std::this_thread::sleep_for(std::chrono::milliseconds(150));
+    loop.stop();
+    loop.stop();
+  }
+  CHECK(device.stops == 1);
+  REQUIRE(device.written.size() > HapticLoop::kRampTicks + 1);
+  CHECK(device.written.back().norm() == 0);
+  const std::size_t last = device.written.size() - HapticLoop::kRampTicks - 1;
+  REQUIRE(device.written[last].norm() > 0.1);
+  for (std::size_t i = last + 1; i < device.written.size(); ++i) {
+    const Vec3 expected = device.written[last] * (1 - static_cast<double>(i - last) / HapticLoop::kRampTicks);
+    CHECK((device.written[i] - expected).norm() < 1e-12);
+  }
+}
+
+TEST_CASE("A device that ends or is gone ends the loop and is stopped without being written to", "[realtime]") {
+  Witness device(20);
+  Display display;
+  HapticLoop loop(device, {&display.haptic}, {false, 0});
+  loop.start();
+  while (loop.running()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  CHECK(device.stops == 1);
+  CHECK(device.written.size() == 20);
+  loop.stop();
+  CHECK(loop.stats().device_ended);
+  CHECK(device.stops == 1);
+}
+
+TEST_CASE("The loop's own thread allocates, locks and throws nothing", "[realtime]") {
+  Watcher device;
+  Display display, shadow;
+  HapticLoop loop(device, {&display.haptic, &shadow.haptic}, {false, 1000});
+  loop.record_from(palpate::monotonic_now());
+  loop.start();
+  while (loop.running()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  loop.stop();
+  REQUIRE(device.seen);
+  CHECK(device.seen->none());
+}
+
+TEST_CASE("A loop that was never started stops harmlessly", "[realtime]") {
+  Witness device(kForever);
+  Display display;
+  HapticLoop loop(device, {&display.haptic}, {false, 0});
+  loop.stop();
+  CHECK(device.written.empty());
+}
+
+TEST_CASE("Ticks are recorded from the start of the motion on, main display and comparisons side by side", "[realtime]") {
+  Witness device(kForever);
+  Display display, shadow;
+  HapticLoop loop(device, {&display.haptic, &shadow.haptic}, {false, 60});
+  loop.start();
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  loop.record_from(loop.due_after(Micros{5'000}));
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  loop.stop();
+  const auto& recorder = loop.recorder();
+  REQUIRE(recorder.size() > 5);
+  CHECK(recorder.size() <= 60);
+  CHECK(recorder.tick(0).t >= Micros{0});
+  CHECK(recorder.tick(0).t.count() % kTick.count() == 0);
+  CHECK(recorder.tick(0).has_patch);
+  for (std::size_t i = 1; i < recorder.size(); ++i) REQUIRE(recorder.tick(i).t >= recorder.tick(i - 1).t + kTick);
+  CHECK(recorder.row(recorder.size() - 1).size() == 2);
+}
+
+TEST_CASE("What the operating system granted or denied is said in one line", "[realtime]") {
+  CHECK(palpate::describe(palpate::RealtimeStatus{}) == "real time: off");
+  CHECK(palpate::describe(palpate::RealtimeStatus{true, true, true, true}) == "real time: granted");
+  const std::string denied = palpate::describe(palpate::RealtimeStatus{true, false, true, true});
+  CHECK_THAT(denied, Catch::Contains("denied") && Catch::Contains("priority") && !Catch::Contains("memory"));
+  CHECK(denied.find('\n') == std::string::npos);
+}

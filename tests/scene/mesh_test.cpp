@@ -1,0 +1,136 @@
+// Mesh files, good and bad, all made here.
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "scene_files.hpp"
+#include "server/scene/surface.hpp"
+
+namespace palpate {
+namespace {
+
+using test::Folder;
+using test::icosphere;
+using test::replaced;
+
+const char* const kMeshScene = R"({
+  "body": {
+    "lattice": {
+      "spacing_m": 0.01,
+      "clip": { "mesh": { "file": "ball.obj" } },
+      "density_kg_m3": 1000, "stiffness_n_m": 25, "damping_n_s_m": 0.1, "fixed_faces": ["z-"] } } }
+)";
+
+constexpr double kRadius = 0.05;
+const double kBallVolume = 4 * std::acos(-1.0) / 3 * std::pow(kRadius, 3);
+
+LumpedBody load(const Folder& folder, const std::string& text = kMeshScene) {
+  return load_scene(folder.write("scene.json", text)).body;
+}
+
+TEST_CASE("The icosphere of these tests is a closed sphere", "[scene]") {
+  const auto ball = icosphere(3, kRadius);
+  CHECK(ball.triangles.size() == 20 * 64);
+  CHECK(check_edges(ball.triangles).closed());
+  CHECK(signed_volume(ball.triangles, ball.vertices) == Approx(kBallVolume).epsilon(0.02));
+}
+
+TEST_CASE("A ball from OBJ, ASCII STL and binary STL gives the same body", "[scene]") {
+  const Folder folder;
+  const auto ball = icosphere(3, kRadius);
+  folder.write("ball.obj", test::as_obj(ball));
+  folder.write("text.stl", test::as_ascii_stl(ball));
+  folder.write("binary.STL", test::as_binary_stl(ball));
+  const LumpedBody obj = load(folder);
+  CHECK(check_edges(obj.triangles).closed());
+  CHECK(signed_volume(obj.triangles, obj.nodes) == Approx(kBallVolume).epsilon(0.05));
+  for (const char* name : {"text.stl", "binary.STL"}) {
+    const LumpedBody other = load(folder, replaced(kMeshScene, "ball.obj", name));
+    REQUIRE(other.nodes.size() == obj.nodes.size());
+    for (std::size_t i = 0; i < obj.nodes.size(); ++i) CHECK((obj.nodes[i] - other.nodes[i]).norm() < 1e-5);
+  }
+}
+
+TEST_CASE("Scale, rotation and offset put a mesh in its place", "[scene]") {
+  const Folder folder;
+  auto ball = icosphere(3, 1);
+  for (Vec3& v : ball.vertices) v = v.cwiseProduct(Vec3(1, 1, 2));  // long in z, in metres; the file is in decimetres
+  folder.write("ball.obj", test::as_obj(ball, 10));
+  const auto body =
+      load(folder, replaced(kMeshScene, "\"ball.obj\"",
+                            "\"ball.obj\", \"scale\": 0.005, \"rotation_deg\": [0, 90, 0], \"offset_m\": [0.3, 0, 0]"));
+  Vec3 low = body.nodes[0], high = body.nodes[0];
+  for (const Vec3& x : body.nodes) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  CHECK((low - Vec3(0.2, -0.05, -0.05)).norm() < 0.004);
+  CHECK((high - Vec3(0.4, 0.05, 0.05)).norm() < 0.004);
+}
+
+TEST_CASE("A mesh that is inside out is turned", "[scene]") {
+  const Folder folder;
+  auto ball = icosphere(2, kRadius);
+  for (Triangle& t : ball.triangles) std::swap(t[0], t[1]);
+  folder.write("ball.obj", test::as_obj(ball));
+  const auto body = load(folder);
+  CHECK(signed_volume(body.triangles, body.nodes) == Approx(kBallVolume).epsilon(0.1));
+}
+
+TEST_CASE("Every fault of a mesh is answered with scene line, mesh name and what was expected", "[scene]") {
+  const Folder folder;
+  const auto good = icosphere(2, kRadius);
+  const auto expect = [&](const std::string& mesh, const char* words, const std::string& scene = kMeshScene) {
+    folder.write("ball.obj", mesh);
+    const std::string message = test::error_of(folder, scene);
+    INFO(message);
+    CHECK(message.find("scene.json:5: mesh ") != std::string::npos);
+    CHECK(message.find(words) != std::string::npos);
+    CHECK(message.find("; expected ") != std::string::npos);
+    CHECK(message.find('\n') == std::string::npos);
+  };
+  auto holed = good;
+  holed.triangles.pop_back();
+  expect(test::as_obj(holed), "has 3 edges with a triangle on one side only (a hole), one at (");
+  auto twisted = good;
+  std::swap(twisted.triangles[5][0], twisted.triangles[5][1]);
+  expect(test::as_obj(twisted), "has 3 edges whose two triangles face opposite ways");
+  auto finned = good;
+  finned.vertices.push_back(Vec3(0, 0, 0));
+  const auto fin = static_cast<std::uint32_t>(finned.vertices.size() - 1);
+  const auto [a, b, c] = finned.triangles[0];
+  finned.triangles.insert(finned.triangles.end(), {{a, b, fin}, {b, a, fin}, {c, b, a}});
+  expect(test::as_obj(finned), "with more than two triangles");
+  expect(test::as_obj(good, 1000), "is 100 m across; expected 0.005 to 2 m, for example with scale 0.001");
+  expect(test::as_obj(good, 0.001), "for example with scale 1000");
+  auto flat = good;
+  for (Vec3& v : flat.vertices) v[2] *= 1e-4;
+  expect(test::as_obj(flat), "encloses no volume");
+  expect("v 0 0 0\nv 1 0 0\n", "");
+  expect("", "");
+  expect("this is not a mesh\n", "");
+  folder.write("cut.stl", test::as_binary_stl(good).substr(0, 1000));
+  expect("", "", replaced(kMeshScene, "ball.obj", "cut.stl"));
+  expect("", "cannot be read", replaced(kMeshScene, "ball.obj", "absent.obj"));
+  expect("", "FILE.obj or FILE.stl", replaced(kMeshScene, "ball.obj", "ball.vtk"));
+}
+
+TEST_CASE("Fields of a mesh out of range are refused by name", "[scene]") {
+  const Folder folder;
+  folder.write("ball.obj", test::as_obj(icosphere(2, kRadius)));
+  const auto expect = [&](const char* to, const char* words) {
+    const std::string message = test::error_of(folder, replaced(kMeshScene, "\"file\": \"ball.obj\"", to));
+    INFO(message);
+    CHECK(message.find("scene.json:5: body.lattice.clip.mesh.") != std::string::npos);
+    CHECK(message.find(words) != std::string::npos);
+  };
+  expect(R"("scale": 1)", "file is missing");
+  expect(R"("file": "")", "file is \"\"");
+  expect(R"("file": "ball.obj", "scale": 0)", "scale is 0");
+  expect(R"("file": "ball.obj", "scale": "mm")", "scale is a text");
+  expect(R"("file": "ball.obj", "offset_m": [0, 0])", "offset_m is [0, 0]");
+  expect(R"("file": "ball.obj", "rotate_deg": [0, 0, 0])", "\"rotation_deg\"");
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,43 @@
+// Scene and mesh files that the tests write for themselves, in a folder that goes away with them.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "server/scene/mesh_file.hpp"
+#include "server/scene/scene.hpp"
+
+namespace palpate::test {
+
+class Folder {
+ public:
+  Folder();
+  ~Folder();
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+  std::filesystem::path write(const std::string& name, const std::string& text) const;
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// The message of the InputError that loading this text ends with; empty when it loads.
+std::string error_of(const Folder& folder, const std::string& text);
+
+/// The text with its first `from` replaced; fails the test when there is none.
+std::string replaced(std::string text, const std::string& from, const std::string& to);
+
+/// A sphere of four-fold split icosahedron faces per level.
+TriangleMesh icosphere(int levels, double radius_m);
+
+std::string as_obj(const TriangleMesh& mesh, double scale = 1);
+std::string as_ascii_stl(const TriangleMesh& mesh);
+std::string as_binary_stl(const TriangleMesh& mesh);
+
+/// The first example of docs and contract: six nodes a side, a soft core.
+extern const char* const kSoftCube;
+
+}  // namespace palpate::test

@@ -1,0 +1,51 @@
+// A room without a body: it answers jobs with patches that hold a constant force, and notes what it was asked.
+#pragma once
+
+#include <vector>
+
+#include "server/core/server_core.hpp"
+
+namespace palpate {
+
+inline RoomFacts test_facts(ContactKind contact = ContactKind::touch) {
+  RoomFacts facts;
+  facts.scene = "test";
+  facts.contact = contact;
+  facts.home = Vec3(0.01, 0.02, 0.03);
+  facts.vertices = 400;
+  for (std::uint32_t i = 0; i + 2 < facts.vertices; ++i) facts.triangles.push_back({i, i + 1, i + 2});
+  facts.mesh_hash = 77;
+  return facts;
+}
+
+struct FakeRoom {
+  bool in_reach = true;
+  bool fail = false;
+  std::vector<FrameJob> jobs;
+
+  FrameResult run(const FrameJob& job) {
+    FrameResult result;
+    result.failed = fail;
+    result.steps = 1;
+    result.stamp = job.target;
+    for (const auto& station : job.stations) {
+      StationFrame frame{station.id, std::nullopt, Vec3(1, 2, 3) * 1e-3, Vec3(0, 0, 1), in_reach};
+      if (in_reach && !fail) frame.patch = patch(job.target);
+      result.stations.push_back(frame);
+    }
+    if (job.shapes) result.positions.assign(400, Vec3(0.1, 0, 0));
+    jobs.push_back(job);
+    return result;
+  }
+
+  static Patch patch(Micros stamp) {
+    Patch p;
+    p.stamp = stamp;
+    p.constant = true;
+    p.force = Vec3(0, 0, 1);
+    p.valid_for = Micros{1'000'000};
+    return p;
+  }
+};
+
+}  // namespace palpate

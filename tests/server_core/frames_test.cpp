@@ -1,0 +1,278 @@
+#include "raw_station.hpp"
+
+using namespace palpate;
+using namespace std::chrono_literals;
+
+TEST_CASE("without a station the body runs on the server's clock") {
+  Bench bench;
+  bench.wait(1s);
+  CHECK(bench.room.jobs.size() == 20);
+  CHECK(bench.room.jobs.back().target == 6s);
+  CHECK(bench.room.jobs.front().target == 5s + 50ms);
+  CHECK_FALSE(bench.room.jobs.back().shapes);
+}
+
+TEST_CASE("frames fall due at multiples of the period, without drift") {
+  Bench bench(ContactKind::touch, 30);
+  bench.now = 5s;
+  for (int k = 1; k <= 3000; ++k) {
+    const auto due = 5s + from_seconds(k / 30.0);
+    REQUIRE(bench.core.deadline() == due);
+    bench.core.tick(due - 1us);
+    REQUIRE_FALSE(bench.core.next_job(due - 1us));
+    bench.now = due;
+    bench.tick();
+  }
+  CHECK(bench.room.jobs.size() == 3000);
+}
+
+TEST_CASE("a frame goes up to the newest sample and has all that led there") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.clock_offset = -4s;
+  hand.join().live();
+  // From now on a datagram takes 30 ms: what arrives was read 30 ms ago.
+  for (int i = 0; i < 200; ++i) {
+    bench.now += 1ms;
+    if (i >= 30) hand.say_samples({hand.sample(30ms)});
+    bench.tick();
+  }
+  const auto& job = bench.room.jobs.back();
+  const auto before = bench.room.jobs[bench.room.jobs.size() - 2].target;
+  CHECK(std::abs((bench.now - 30ms - job.target).count()) < 100);
+  REQUIRE(job.stations.size() == 1);
+  CHECK(job.stations[0].samples.front().t <= before);
+  CHECK(job.stations[0].samples.back().t >= job.target);
+  CHECK(job.stations[0].samples.size() == 51);
+  for (std::size_t i = 1; i < job.stations[0].samples.size(); ++i)
+    CHECK(job.stations[0].samples[i].t > job.stations[0].samples[i - 1].t);
+}
+
+TEST_CASE("a patch comes back stamped with the very time of the sample that ended its frame") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.clock_offset = 123456789us;
+  hand.drift = 80e-6;
+  hand.join();
+  std::vector<Micros> times;
+  int patches = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    bench.now += 1ms;
+    hand.hear_all();
+    const auto sample = hand.sample(Micros{i % 13 * 300});
+    if (times.empty() || sample.t > times.back()) {
+      times.push_back(sample.t);
+      hand.say_samples({sample});
+    }
+    bench.sent.clear();
+    bench.tick();
+    for (const auto& [to, message] : bench.sent)
+      if (const auto* patch = std::get_if<PatchMessage>(&message.body)) {
+        ++patches;
+        const auto nearest = std::lower_bound(times.begin(), times.end(), patch->patch.stamp - 1us);
+        REQUIRE(nearest != times.end());
+        REQUIRE(*nearest - patch->patch.stamp <= 1us);
+      }
+  }
+  CHECK(patches > 300);
+}
+
+TEST_CASE("body time never goes back and a frame without newer samples is a beat") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.join().live();
+  const auto frames = bench.room.jobs.size();
+  const auto waiting = bench.core.counts().frames_waiting;
+  bench.sent.clear();
+  bench.wait(100ms);  // less than kLateAfter
+  CHECK(bench.room.jobs.size() == frames);
+  CHECK(bench.core.counts().frames_waiting == waiting + 2);
+  REQUIRE(bench.sent.size() == 2);
+  CHECK(std::get<Beat>(bench.sent[0].second.body).contact_in_reach);
+  auto last = Micros{};
+  for (const auto& job : bench.room.jobs) {
+    CHECK(job.target > last);
+    last = job.target;
+  }
+}
+
+TEST_CASE("nobody waits for a late station, and its samples count again when they come") {
+  Bench bench;
+  RawStation a(bench, 1, "a"), b(bench, 2, "b");
+  a.join();
+  b.join();
+  const auto both = [&](bool b_speaks, int ms) {
+    for (int i = 0; i < ms; ++i) {
+      bench.now += 1ms;
+      a.say_samples({a.sample()});
+      if (b_speaks)
+        b.say_samples({b.sample(20ms)});
+      else if (i % 50 == 0)
+        b.say(Beat{});
+      bench.tick();
+    }
+  };
+  both(true, 500);
+  CHECK(bench.now - bench.room.jobs.back().target >= 19ms);
+  both(false, 300);
+  CHECK(bench.now - bench.room.jobs.back().target <= 1ms);
+  CHECK(bench.room.jobs.back().stations.size() == 2);
+  both(true, 200);
+  CHECK(bench.now - bench.room.jobs.back().target >= 19ms);
+}
+
+TEST_CASE("when the only station falls silent the body goes on at the lag it had") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.join();
+  for (int i = 0; i < 500; ++i) {
+    bench.now += 1ms;
+    hand.say_samples({hand.sample(40ms)});
+    bench.tick();
+  }
+  bench.wait(500ms);
+  CHECK(std::abs((bench.now - 40ms - bench.room.jobs.back().target).count()) < 1000);
+  bench.wait(3s);
+  CHECK(bench.core.station_count() == 0);
+  CHECK(bench.room.jobs.back().stations.empty());
+}
+
+TEST_CASE("duplicates, repeats and samples out of order are taken once") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.join().live(100ms);
+  const auto taken = [&] { return bench.core.stations()[0].counts.samples; };
+  const auto before = taken();
+  bench.now += 10ms;
+  std::vector<ToolSample> samples;
+  for (int i = 9; i >= 0; --i) samples.push_back(hand.sample(i * 1ms));
+  const std::vector<ToolSample> early(samples.begin(), samples.begin() + 6), all = samples;
+  hand.say_samples(all);
+  hand.say_samples(early);
+  hand.say_samples(all);
+  CHECK(taken() == before + 10);
+  CHECK(bench.core.stations()[0].counts.samples_refused == 0);
+}
+
+TEST_CASE("samples from the future are refused") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.join().live(100ms);
+  hand.say_samples({hand.sample(-10s)});
+  CHECK(bench.core.stations()[0].counts.samples_refused == 1);
+  hand.live(100ms);
+  CHECK(bench.room.jobs.back().target <= bench.now);
+}
+
+TEST_CASE("one job is out at a time and what falls due meanwhile is skipped and counted") {
+  Bench bench;
+  bench.wait(49ms);
+  bench.now += 1ms;
+  bench.core.tick(bench.now);
+  const auto job = bench.core.next_job(bench.now);
+  REQUIRE(job);
+  for (int i = 0; i < 120; ++i) {
+    bench.now += 1ms;
+    bench.core.tick(bench.now);
+    CHECK_FALSE(bench.core.next_job(bench.now));
+  }
+  CHECK(bench.core.counts().frames_busy == 2);
+  bench.core.finish(bench.room.run(*job), bench.now);
+  CHECK(bench.core.counts().frame_time_max == 120ms);
+  bench.wait(30ms);
+  CHECK(bench.room.jobs.back().target == bench.now);
+}
+
+TEST_CASE("a long silence of the process is made up for in frames of bounded length") {
+  Bench bench;
+  bench.now += 10s;
+  bench.tick();
+  CHECK(bench.room.jobs.back().target == 5s + kLongestFrame);
+}
+
+TEST_CASE("only the newest patch is sent, once") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.join().live();
+  bench.sent.clear();
+  for (int k = 0; k < 3; ++k) {  // three frames while nothing is emitted
+    bench.now += 50ms;
+    Message samples = hand.as;
+    samples.clock = hand.sync.stamp(hand.clock());
+    samples.body = Samples{{hand.sample()}};
+    std::array<std::byte, kMaxDatagramBytes> bytes;
+    bench.core.take(std::span(bytes).first(encode(samples, bytes)), 1, bench.now);
+    bench.core.tick(bench.now);
+    const auto job = bench.core.next_job(bench.now);
+    REQUIRE(job);
+    bench.core.finish(bench.room.run(*job), bench.now);
+  }
+  bench.collect();
+  REQUIRE(bench.sent.size() == 1);
+  CHECK(std::get<PatchMessage>(bench.sent[0].second.body).patch.stamp == hand.clock());
+  bench.sent.clear();
+  bench.collect();
+  CHECK(bench.sent.empty());
+}
+
+TEST_CASE("without contact in reach a frame is a beat that tells the body time") {
+  Bench bench;
+  bench.room.in_reach = false;
+  RawStation hand(bench, 1, "hand");
+  hand.clock_offset = 7s;
+  hand.join().live();
+  const auto message = bench.last<Beat>(1);
+  REQUIRE(message);
+  const auto& beat = std::get<Beat>(message->body);
+  CHECK_FALSE(beat.contact_in_reach);
+  CHECK(beat.body_time == hand.clock());
+  CHECK(bench.core.stations()[0].counts.patches == 0);
+}
+
+TEST_CASE("a frame that failed brings no patch and is counted") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.join().live();
+  const auto patches = bench.core.stations()[0].counts.patches;
+  bench.room.fail = true;
+  hand.live(100ms);
+  CHECK(bench.core.counts().frames_failed == 2);
+  CHECK(bench.core.stations()[0].counts.patches == patches);
+  bench.room.fail = false;
+  hand.live(100ms);
+  CHECK(bench.core.stations()[0].counts.patches == patches + 2);
+}
+
+TEST_CASE("a patch that fits no datagram is counted and a beat goes instead") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.join().live();
+  bench.sent.clear();
+  bench.now += 50ms;
+  hand.say_samples({hand.sample()});
+  bench.core.tick(bench.now);
+  auto result = bench.room.run(*bench.core.next_job(bench.now));
+  result.stations[0].patch->force = Vec3(1e300, 0, 0);  // more than the wire carries
+  bench.core.finish(result, bench.now);
+  bench.collect();
+  CHECK(bench.core.stations()[0].counts.patch_too_big == 1);
+  REQUIRE(bench.sent.size() == 1);
+  CHECK(std::holds_alternative<Beat>(bench.sent[0].second.body));
+}
+
+TEST_CASE("a patch is asked to bridge round trip, computation and frame") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.join();
+  // Every answer is heard 60 ms after it was sent, every word of the station is heard at once.
+  std::deque<std::pair<Micros, Message>> under_way;
+  for (int i = 0; i < 6000; ++i) {
+    bench.now += 1ms;
+    for (const auto& [to, message] : bench.sent) under_way.emplace_back(bench.now + 59ms, message);
+    bench.sent.clear();
+    for (; !under_way.empty() && under_way.front().first <= bench.now; under_way.pop_front()) hand.hear(under_way.front().second);
+    hand.say_samples({hand.sample()});
+    bench.tick();
+  }
+  CHECK(std::abs((bench.room.jobs.back().stations[0].bridge - 110ms).count()) < 2000);
+}

@@ -1,0 +1,181 @@
+#include "raw_station.hpp"
+
+using namespace palpate;
+using namespace std::chrono_literals;
+
+TEST_CASE("a station joins and learns about the room") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  const auto answer = hand.ask();
+  REQUIRE(std::holds_alternative<Welcome>(answer.body));
+  const auto& welcome = std::get<Welcome>(answer.body);
+  CHECK(answer.instance == 42);
+  CHECK(answer.station != 0);
+  CHECK(welcome.scene == "test");
+  CHECK(welcome.rate_hz == 20);
+  CHECK((welcome.home - Vec3(0.01, 0.02, 0.03)).norm() < 1e-7);
+  CHECK(welcome.vertices == 400);
+  CHECK(welcome.triangles == 398);
+  CHECK(bench.core.station_count() == 1);
+}
+
+TEST_CASE("a Hello whose answer was lost is answered again and changes nothing") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  const auto first = hand.ask();
+  const auto second = hand.ask();
+  CHECK(second.station == first.station);
+  CHECK(bench.core.station_count() == 1);
+  CHECK(bench.core.counts().joins == 1);
+}
+
+TEST_CASE("a name that is in use is refused while its owner is heard, and given on when it is silent") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand"), other(bench, 2, "hand");
+  hand.join();
+  CHECK(reason(other.ask()) == RefuseReason::name_taken);
+  bench.wait(900ms);
+  CHECK(reason(other.ask()) == RefuseReason::name_taken);
+  bench.wait(200ms);
+  CHECK(std::holds_alternative<Welcome>(other.ask().body));
+  CHECK(bench.core.station_count() == 1);
+  hand.say(Beat{});  // the old owner is a stranger now
+  CHECK(reason(bench.sent.back().second) == RefuseReason::unknown_station);
+}
+
+TEST_CASE("a full room refuses") {
+  Bench bench;
+  for (int i = 0; i < kMaxStations; ++i) RawStation(bench, static_cast<PeerId>(100 + i), "s" + std::to_string(i)).join();
+  RawStation late(bench, 1, "late");
+  CHECK(reason(late.ask()) == RefuseReason::room_full);
+  CHECK(bench.core.station_count() == static_cast<std::size_t>(kMaxStations));
+}
+
+TEST_CASE("only one station holds the node of an attach scene, shadows and viewers aside") {
+  Bench bench(ContactKind::attach);
+  RawStation hand(bench, 1, "hand"), second(bench, 2, "second"), shadow(bench, 3, "shadow"), eye(bench, 4, "eye");
+  hand.join();
+  CHECK(reason(second.ask()) == RefuseReason::node_taken);
+  shadow.hello.shadow_of = "hand";
+  shadow.hello.scheme = Scheme::hold;
+  CHECK(std::holds_alternative<Welcome>(shadow.ask().body));
+  eye.hello.role = Role::viewer;
+  CHECK(std::holds_alternative<Welcome>(eye.ask().body));
+  hand.say(Leave{});
+  CHECK(std::holds_alternative<Welcome>(second.ask().body));
+}
+
+TEST_CASE("requests that cannot be met are refused with a reason in words") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.hello.shadow_of = "nobody";
+  CHECK(reason(hand.ask()) == RefuseReason::bad_request);
+  hand.hello.shadow_of = "hand";
+  CHECK(reason(hand.ask()) == RefuseReason::bad_request);
+  hand.hello.shadow_of.clear();
+  hand.hello.order = 2 * kMaxModes + 2;
+  CHECK(reason(hand.ask()) == RefuseReason::bad_request);
+  hand.hello.order = 7;
+  CHECK(reason(hand.ask()) == RefuseReason::bad_request);
+  hand.hello.order = 0;
+  for (std::size_t i = 0; i < kSchemeNames.size(); ++i) {
+    hand.hello.scheme = static_cast<Scheme>(i);
+    if (is_available(hand.hello.scheme)) continue;
+    CHECK(reason(hand.ask()) == RefuseReason::bad_request);
+  }
+  CHECK(bench.core.station_count() == 0);
+}
+
+TEST_CASE("another wire version is refused, and no answer is larger than its question") {
+  Bench bench;
+  Message hello;
+  hello.body = Hello{"hand", Role::haptic, Scheme::port, 0, ""};
+  std::array<std::byte, kMaxDatagramBytes> bytes;
+  const auto size = encode(hello, bytes);
+  int refused = 0;
+  // Where the version stands is the codec's business: change each byte and see which change is answered as a version.
+  for (std::size_t i = 0; i < size; ++i) {
+    auto changed = bytes;
+    changed[i] = static_cast<std::byte>(std::to_integer<int>(changed[i]) ^ 0x40);
+    Message ignored;
+    if (decode(std::span(changed).first(size), ignored) != WireFault::version) continue;
+    bench.core.take(std::span(changed).first(size), 9, bench.now);
+    bench.collect();
+    REQUIRE_FALSE(bench.sent.empty());
+    CHECK(reason(bench.sent.back().second) == RefuseReason::version);
+    CHECK(bench.sizes.back() <= size);
+    ++refused;
+  }
+  CHECK(refused > 0);
+}
+
+TEST_CASE("a stranger's datagram is answered with at most as many bytes, garbage not at all") {
+  Bench bench;
+  for (const Body& body : {Body(Beat{}), Body(Samples{{{1ms, Vec3::Zero()}}}), Body(MeshRequest{7})}) {
+    Message message{42, 5, 1, {}, body};
+    std::array<std::byte, kMaxDatagramBytes> bytes;
+    const auto size = encode(message, bytes);
+    bench.sizes.clear();
+    bench.core.take(std::span(bytes).first(size), 9, bench.now);
+    bench.collect();
+    CAPTURE(size, body.index());
+    REQUIRE(bench.sizes.size() == 1);
+    CHECK(bench.sizes[0] <= size);
+  }
+  bench.sent.clear();
+  const std::array<std::byte, 100> garbage{};
+  bench.core.take(garbage, 9, bench.now);
+  bench.collect();
+  CHECK(bench.sent.empty());
+  CHECK(bench.core.counts().dropped_all() == 1);
+  CHECK(bench.core.station_count() == 0);
+}
+
+TEST_CASE("a station that never answers gets nothing but its Welcome, and goes after three seconds") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.ask();
+  bench.wait(2900ms);
+  CHECK(bench.sent.empty());
+  CHECK(bench.core.station_count() == 1);
+  bench.wait(200ms);
+  CHECK(bench.core.station_count() == 0);
+  CHECK(bench.core.counts().timeouts == 1);
+}
+
+TEST_CASE("an id counts only with the peer and the instance it was given for") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.join();
+  RawStation thief(bench, 2, "thief");
+  thief.as = hand.as;
+  thief.say(Beat{});
+  CHECK(reason(bench.sent.back().second) == RefuseReason::unknown_station);
+  hand.as.instance = 41;
+  hand.say(Beat{});
+  CHECK(std::holds_alternative<Refuse>(bench.sent.back().second.body));
+  CHECK(bench.core.counts().unknown_station == 2);
+}
+
+TEST_CASE("leaving frees the place at once") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand"), other(bench, 2, "hand");
+  hand.join();
+  hand.say(Leave{});
+  CHECK(bench.core.station_count() == 0);
+  CHECK(std::holds_alternative<Welcome>(other.ask().body));
+}
+
+TEST_CASE("when the server shuts down everyone is told") {
+  Bench bench;
+  RawStation a(bench, 1, "a"), b(bench, 2, "b");
+  a.join();
+  b.join();
+  bench.sent.clear();
+  bench.core.shut_down();
+  bench.collect();
+  REQUIRE(bench.sent.size() == 2);
+  CHECK(reason(bench.sent[0].second) == RefuseReason::shutting_down);
+  CHECK(bench.sent[0].second.station == a.as.station);
+  CHECK(bench.sent[1].first == 2);
+}

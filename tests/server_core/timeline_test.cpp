@@ -1,0 +1,51 @@
+#include "server/core/timeline.hpp"
+
+#include <catch2/catch.hpp>
+
+using namespace palpate;
+using namespace std::chrono_literals;
+
+TEST_CASE("instants of samples go back exactly although the offset moved meanwhile") {
+  Timeline line;
+  for (int i = 0; i < 500; ++i) line.add(1s + i * 1ms, 9s + i * 1ms + Micros{i / 7}, Vec3::Zero());
+  for (int i = 0; i < 500; ++i) CHECK(line.to_station(9s + i * 1ms + Micros{i / 7}) == 1s + i * 1ms);
+}
+
+TEST_CASE("between samples the clocks are related linearly, outside by the offset of the end") {
+  Timeline line;
+  line.add(10ms, 1010ms, Vec3::Zero());
+  line.add(20ms, 1030ms, Vec3::Zero());
+  CHECK(line.to_station(1020ms) == 15ms);
+  CHECK(line.to_station(1000ms) == 0ms);
+  CHECK(line.to_station(1050ms) == 40ms);
+}
+
+TEST_CASE("repeats and late samples are not taken, and server times ascend strictly") {
+  Timeline line;
+  CHECK(line.add(10ms, 100ms, Vec3::Zero()));
+  CHECK_FALSE(line.add(10ms, 105ms, Vec3::Zero()));
+  CHECK_FALSE(line.add(9ms, 105ms, Vec3::Zero()));
+  CHECK(line.add(11ms, 99ms, Vec3::Zero()));
+  CHECK(line.newest() == 100ms + 1us);
+  CHECK(line.size() == 2);
+}
+
+TEST_CASE("the samples of a frame enclose it") {
+  Timeline line;
+  for (int i = 0; i < 10; ++i) line.add(i * 1ms, 100ms + i * 1ms, Vec3(i, 0, 0));
+  const auto samples = line.between(103500us, 106500us);
+  REQUIRE(samples.size() == 5);
+  CHECK(samples.front().t == 103ms);
+  CHECK(samples.front().position.x() == 3);
+  CHECK(samples.back().t == 107ms);
+  CHECK(line.between(200ms, 300ms).size() == 1);
+  CHECK(line.between(0ms, 1ms).size() == 1);
+}
+
+TEST_CASE("forgetting keeps the last sample and memory is bounded") {
+  Timeline line;
+  for (int i = 0; i < 3 * static_cast<int>(Timeline::kMost); ++i) line.add(i * 1ms, i * 1ms, Vec3::Zero());
+  CHECK(line.size() == Timeline::kMost);
+  line.forget_before(1h);
+  CHECK(line.size() == 1);
+}

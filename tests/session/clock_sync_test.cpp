@@ -1,0 +1,146 @@
+#include "common/session/clock_sync.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <random>
+
+using namespace palpate;
+using namespace std::chrono_literals;
+
+namespace {
+
+/// Two clocks and a link between them. Our side's datagrams and the peer's alternate; delays are drawn per datagram.
+struct Pair {
+  Micros offset{};      // peer clock - our clock at t = 0
+  double drift = 0;     // of the peer's clock
+  Micros there = 20ms;  // least delays
+  Micros back = 20ms;
+  Micros jitter = 0ms;
+  std::mt19937 random{7};
+  ClockSync ours, peers;
+  Micros now{1'000'000};  // our clock
+
+  Micros peer_clock(Micros own) const { return own + offset + Micros{std::llround(drift * static_cast<double>(own.count()))}; }
+  Micros extra() {
+    return jitter == 0ms ? Micros{} : Micros{std::uniform_int_distribution<std::int64_t>(0, jitter.count())(random)};
+  }
+  /// One datagram each way, then `pause`.
+  void exchange(Micros pause = 50ms) {
+    const auto stamp = ours.stamp(now);
+    now += there + extra();
+    peers.take(stamp, peer_clock(now));
+    now += 3ms;
+    const auto answer = peers.stamp(peer_clock(now));
+    now += back + extra();
+    ours.take(answer, now);
+    now += pause;
+  }
+  double error_us() const { return static_cast<double>((ours.to_peer(now) - peer_clock(now)).count()); }
+};
+
+}  // namespace
+
+TEST_CASE("a symmetric link without jitter gives offset and round trip exactly from the first exchange") {
+  Pair pair;
+  pair.offset = Micros{-123'456'789};
+  pair.exchange();
+  REQUIRE(pair.ours.locked());
+  CHECK(pair.ours.offset() == pair.offset);
+  CHECK(pair.ours.rtt().last == 40ms);
+  CHECK(pair.ours.rtt().min == 40ms);
+  CHECK(pair.ours.rtt().jitter == 0ms);
+}
+
+TEST_CASE("nothing is known before the peer has echoed us") {
+  ClockSync clock;
+  CHECK_FALSE(clock.locked());
+  CHECK(clock.stamp(5ms).echo == 0ms);
+  clock.take({7ms, 0ms, 0ms}, 20ms);
+  CHECK_FALSE(clock.locked());
+  CHECK(clock.stamp(25ms).echo == 7ms);
+  CHECK(clock.stamp(25ms).echo_hold == 5ms);
+}
+
+TEST_CASE("the minimum filter finds a constant offset through jitter") {
+  Pair pair;
+  pair.offset = 3'600s;
+  pair.jitter = 30ms;
+  for (int i = 0; i < 600; ++i) pair.exchange();
+  CHECK(std::abs(pair.error_us()) < 1500);
+  CHECK(pair.ours.rtt().min < 45ms);
+  CHECK(pair.ours.rtt().mean > 55ms);
+  CHECK(pair.ours.rtt().jitter > 3ms);
+}
+
+TEST_CASE("a drift of 50 ppm is measured and followed over minutes") {
+  for (const double drift : {50e-6, -50e-6}) {
+    Pair pair;
+    pair.offset = -42s;
+    pair.drift = drift;
+    pair.jitter = 2ms;
+    double worst_us = 0;
+    while (pair.now < 240s) {
+      pair.exchange(20ms);
+      if (pair.now > 90s) worst_us = std::max(worst_us, std::abs(pair.error_us()));
+    }
+    CHECK(std::abs(pair.ours.drift_ppm() - drift * 1e6) < 5);
+    CHECK(worst_us < 250);
+  }
+}
+
+TEST_CASE("the offset is wrong by at most half the asymmetry of the path") {
+  for (const auto& [there, back] : {std::pair{Micros{10ms}, Micros{70ms}}, std::pair{Micros{80ms}, Micros{5ms}}}) {
+    Pair pair;
+    pair.offset = 17s;
+    pair.there = there;
+    pair.back = back;
+    for (int i = 0; i < 100; ++i) pair.exchange();
+    CHECK(std::abs(pair.error_us()) <= 0.5 * static_cast<double>(std::llabs((there - back).count())) + 1);
+    CHECK(pair.ours.rtt().min == there + back);
+  }
+}
+
+TEST_CASE("mapped times never go back while the offset is slewed") {
+  Pair pair;
+  pair.offset = 5s;
+  pair.jitter = 60ms;
+  pair.drift = 200e-6;
+  Micros last_to{-1'000'000'000}, last_from{-1'000'000'000};
+  while (pair.now < 60s) {
+    pair.exchange(1ms);
+    const auto to = pair.ours.to_peer(pair.now), from = pair.ours.from_peer(pair.peer_clock(pair.now));
+    REQUIRE(to > last_to);
+    REQUIRE(from > last_from);
+    REQUIRE(pair.ours.from_peer(to) == pair.now);
+    last_to = to;
+    last_from = from;
+  }
+}
+
+TEST_CASE("after the first lock the offset changes no faster than the slew limit") {
+  Pair pair;
+  pair.jitter = 40ms;
+  pair.exchange(1ms);
+  auto offset = pair.ours.offset();
+  auto at = pair.now;
+  for (int i = 0; i < 500; ++i) {
+    pair.exchange(1ms);
+    const double most_us = ClockSync::kSlewMax * static_cast<double>((pair.now - at).count()) + 41;  // one delay later
+    REQUIRE(std::abs(static_cast<double>((pair.ours.offset() - offset).count())) <= most_us);
+    offset = pair.ours.offset();
+    at = pair.now;
+  }
+}
+
+TEST_CASE("stamps that claim the impossible are ignored") {
+  Pair pair;
+  for (int i = 0; i < 10; ++i) pair.exchange();
+  const auto offset = pair.ours.offset();
+  const auto count = pair.ours.exchanges();
+  pair.ours.take({pair.peer_clock(pair.now), pair.now + 1s, 0ms}, pair.now);   // echoes a datagram of the future
+  pair.ours.take({pair.peer_clock(pair.now), pair.now - 30s, 0ms}, pair.now);  // round trip of half a minute
+  pair.ours.take({pair.peer_clock(pair.now), pair.now - 30ms, -5ms}, pair.now);
+  CHECK(pair.ours.offset() == offset);
+  CHECK(pair.ours.exchanges() == count);
+}

@@ -1,0 +1,144 @@
+"""The house rules that no compiler checks. Prints FILE:LINE: RULE for every breach.
+
+usage: check_style.py ROOT [COMPILE_COMMANDS]      exit 0 when there is none, 1 when there is
+
+layers     includes point one way: common <- {server, client} <- bench <- tests; server and client never meet
+core       sockets, windows, devices, threads, streams and clocks stay in io/, app/, view/, relay/ and in the programs of bench/
+real time  no allocation, lock, log, throw or string in what runs in the 1 kHz tick
+tests      every tests/**/*.cpp is compiled (COMPILE_COMMANDS is CMake's compile_commands.json)
+words      nothing is left marked as still to be done
+"""
+
+import json
+import pathlib
+import re
+import sys
+
+SIDES = {  # who may include whom
+    "common": {"common"},
+    "server": {"common", "server"},
+    "client": {"common", "client"},
+    "bench": {"common", "server", "client", "bench"},
+    "tests": {"common", "server", "client", "bench", "tests"},
+}
+ALL_SIDES = set(SIDES) | {"schema"}
+
+OUTSIDE_FOLDERS = {"io", "app", "view", "relay"}  # may meet the operating system
+OUTSIDE_PLACES = ("bench/lab/", "bench/micro/", "tests/")
+OUTSIDE_HEADERS = re.compile(
+    r"asio|GLFW/|GL/|EGL/|epoxy/|hidapi|spdlog/|thread$|mutex$|shared_mutex$|condition_variable$|iostream$|csignal$|signal\.h$|unistd\.h$|"
+    r"pthread\.h$|sched\.h$|poll\.h$|netdb\.h$|fcntl\.h$|ctime$|time\.h$|sys/|netinet/|arpa/|linux/")
+FILE_HEADERS = re.compile(r"fstream$|cstdio$|stdio\.h$")
+FILE_PLACES = ("server/scene/", "common/motion/")  # these read files, at set-up
+CLOCKS = re.compile(r"_clock\s*::\s*now\b|\bclock_gettime\b|\bgettimeofday\b|\brandom_device\b|\bstd::time\s*\(")
+CLOCK_PLACES = ("bench/",)  # costs are measured there; nothing else depends on them
+
+REAL_TIME = re.compile(r"client/core/haptic_tick\.|client/player/player\.|client/guard/|common/port/|common/base/(latest_slot|spsc_ring)\.")
+REAL_TIME_BANS = [
+    (re.compile(r"\bnew\s+[A-Za-z_:(]|\b(malloc|calloc|realloc)\s*\(|\bmake_(unique|shared)\b"), "allocates"),
+    (re.compile(r"\bstd::function\b"), "std::function may allocate"),
+    (re.compile(r"\bstd::(mutex|recursive_mutex|shared_mutex|lock_guard|unique_lock|scoped_lock|condition_variable)\b"), "locks"),
+    (re.compile(r"\bstd::(cout|cerr|clog)\b|\bf?printf\s*\(|\bspdlog::|\bfmt::|<iostream>"), "logs"),
+    (re.compile(r"\bthrow\b"), "throws"),
+    (re.compile(r"\bstd::(string(?!_view)|to_string|ostringstream|stringstream)\b"), "builds a string"),
+]
+
+UNFINISHED = re.compile(r"\b(" + "TO" + "DO|FIX" + r"ME)\b")
+TEXT = {".cpp", ".hpp", ".py", ".cmake", ".txt", ".md", ".fbs", ".json", ".yml", ".yaml", ".sh", ".in"}
+
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+TOKENS = re.compile(
+    r'(?P<raw>R"(?P<tag>[^()\s]*)\(.*?\)(?P=tag)")|(?P<comment>//[^\n]*|/\*.*?\*/)|(?P<string>"(?:\\.|[^"\\\n])*")'
+    r"|(?P<char>(?<![0-9A-Za-z_])'(?:\\.|[^'\\\n])+')", re.S)
+
+
+def blank(text, strings):
+    """Comments, and with `strings` also literals, made blank; lines stay where they are."""
+
+    def cover(match):
+        keep = match.group("comment") is None and not strings
+        return match.group(0) if keep else re.sub(r"[^\n]", " ", match.group(0))
+
+    return TOKENS.sub(cover, text)
+
+
+def check_includes(path, text):
+    side = path.split("/")[0]
+    free = path.startswith(OUTSIDE_PLACES) or bool(OUTSIDE_FOLDERS & set(path.split("/")[:-1]))
+    for number, line in enumerate(blank(text, strings=False).split("\n"), 1):
+        match = INCLUDE.match(line)
+        if not match:
+            continue
+        quoted, name = match.group(1) == '"', match.group(2)
+        target = name.split("/")[0]
+        if quoted and ".." in name.split("/"):
+            yield number, f'layers: "{name}" is relative; includes start at the root of the repository'
+        elif target in ALL_SIDES and "/" in name and target not in SIDES[side]:
+            yield number, f"layers: {side} may not include {name}"
+        if free or quoted:
+            continue
+        if OUTSIDE_HEADERS.match(name):
+            yield number, f"core: <{name}> belongs into io/, app/, view/ or relay/"
+        elif FILE_HEADERS.match(name) and not path.startswith(FILE_PLACES):
+            yield number, f"core: <{name}>: files are read by {' and '.join(FILE_PLACES)} only"
+
+
+def check_code(path, text):
+    free = path.startswith(OUTSIDE_PLACES + CLOCK_PLACES) or bool(OUTSIDE_FOLDERS & set(path.split("/")[:-1]))
+    real_time = REAL_TIME.match(path)
+    for number, line in enumerate(blank(text, strings=True).split("\n"), 1):
+        if not free and CLOCKS.search(line):
+            yield number, "core: reads a clock or the system's randomness; time is an argument"
+        if real_time:
+            for ban, what in REAL_TIME_BANS:
+                if ban.search(line):
+                    yield number, f"real time: {what}"
+
+
+def check_words(text):
+    for number, line in enumerate(text.split("\n"), 1):
+        if UNFINISHED.search(line):
+            yield number, "words: " + UNFINISHED.search(line).group(0)
+
+
+def check_registered(root, compile_commands):
+    compiled = {str(pathlib.Path(entry["directory"], entry["file"]).resolve()) for entry in json.loads(compile_commands.read_text())}
+    for file in sorted((root / "tests").rglob("*.cpp")):
+        if str(file.resolve()) not in compiled and "package/consumer" not in file.as_posix():
+            yield file.relative_to(root).as_posix(), "tests: no target compiles this file"
+
+
+def source_files(root):
+    for top in [*sorted(ALL_SIDES), "cmake", "docs", "docker", ".ci"]:
+        yield from sorted(f for f in (root / top).rglob("*") if f.is_file())
+    yield from sorted(f for f in root.glob("*") if f.is_file())
+
+
+def breaches(root, compile_commands=None):
+    root = pathlib.Path(root)
+    found = []
+    for file in source_files(root):
+        path = file.relative_to(root).as_posix()
+        if file.suffix not in TEXT and path not in ("dev", ".ci/run") and file.name != "Dockerfile":
+            continue
+        text = file.read_text(encoding="utf-8")
+        faults = list(check_words(text))
+        if file.suffix in (".cpp", ".hpp") and path.split("/")[0] in SIDES:
+            faults += [*check_includes(path, text), *check_code(path, text)]
+        found += [f"{path}:{number}: {fault}" for number, fault in sorted(faults)]
+    if compile_commands:
+        found += [f"{path}:1: {fault}" for path, fault in check_registered(root, pathlib.Path(compile_commands))]
+    return found
+
+
+def main():
+    if len(sys.argv) not in (2, 3):
+        print(__doc__, file=sys.stderr)
+        return 2
+    found = breaches(*sys.argv[1:])
+    print("\n".join(found) if found else "no breach of the house rules")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

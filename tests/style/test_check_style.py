@@ -1,0 +1,73 @@
+"""Every rule of check_style.py finds a planted breach, with its line, and lets the innocent neighbour pass."""
+
+import json
+import pathlib
+import tempfile
+import unittest
+
+from check_style import breaches
+
+
+class CheckStyle(unittest.TestCase):
+    def found(self, files, compiled=None):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            for name, text in files.items():
+                (root / name).parent.mkdir(parents=True, exist_ok=True)
+                (root / name).write_text(text)
+            commands = None
+            if compiled is not None:
+                commands = root / "compile_commands.json"
+                commands.write_text(json.dumps([{"directory": str(root), "file": f} for f in compiled]))
+            return breaches(root, commands)
+
+    def assert_breach(self, path, line, code, rule):
+        found = self.found({path: "\n" * (line - 1) + code + "\n"})
+        self.assertEqual(len(found), 1, found)
+        self.assertTrue(found[0].startswith(f"{path}:{line}: {rule}"), found[0])
+
+    def assert_clean(self, path, code):
+        self.assertEqual(self.found({path: code}), [])
+
+    def test_includes_against_the_direction(self):
+        self.assert_breach("server/core/a.cpp", 3, '#include "client/core/b.hpp"', "layers")
+        self.assert_breach("client/core/a.hpp", 2, '#include <server/core/b.hpp>', "layers")
+        self.assert_breach("common/port/a.hpp", 1, '#include "server/body/b.hpp"', "layers")
+        self.assert_breach("client/app/a.cpp", 1, '#include "bench/world/b.hpp"', "layers")
+        self.assert_breach("server/core/a.cpp", 1, '#include "../../client/core/b.hpp"', "layers")
+        self.assert_clean("bench/world/a.cpp", '#include "client/core/b.hpp"\n#include "server/core/c.hpp"\n')
+        self.assert_clean("server/core/a.cpp", '#include "common/wire/b.hpp"\n// #include "client/core/b.hpp"\n')
+
+    def test_the_operating_system_in_a_core(self):
+        for header in ("asio.hpp", "asio/ip/udp.hpp", "GLFW/glfw3.h", "hidapi.h", "thread", "mutex", "iostream", "sys/socket.h", "fstream"):
+            self.assert_breach("server/core/a.cpp", 5, f"#include <{header}>", "core")
+            self.assert_clean("server/io/a.cpp", f"#include <{header}>\n")
+        self.assert_clean("server/scene/a.cpp", "#include <fstream>\n")
+        self.assert_clean("client/core/a.cpp", "#include <chrono>\n#include <atomic>\n")
+
+    def test_clocks_in_a_core(self):
+        self.assert_breach("client/core/a.cpp", 4, "auto t = std::chrono::steady_clock::now();", "core")
+        self.assert_breach("common/link/a.cpp", 1, "std::random_device seed;", "core")
+        self.assert_clean("client/io/a.cpp", "auto t = std::chrono::steady_clock::now();\n")
+        self.assert_clean("client/core/a.cpp", '// steady_clock::now()\nconst char* s = "steady_clock::now()"; auto d = 1\'000\'000;\n')
+
+    def test_banned_calls_in_the_tick(self):
+        path = "client/guard/guard.cpp"
+        for code in ("auto* p = new Vec3;", "void* p = malloc(8);", "std::function<void()> f;", "std::lock_guard lock(m);", "throw 1;",
+                     'std::cerr << "x";', 'std::string s = "x";', "auto s = std::to_string(1);", "auto p = std::make_unique<int>(1);"):
+            self.assert_breach(path, 7, code, "real time")
+            self.assert_clean("server/body/a.cpp", code + "\n")
+        self.assert_clean(path, "// a new patch may throw the hand off\nstd::string_view s; int renewed = 0; /* throw */\n")
+
+    def test_a_test_that_nothing_compiles(self):
+        files = {"tests/port/a.cpp": "", "tests/port/b.cpp": ""}
+        found = self.found(files, compiled=["tests/port/a.cpp"])
+        self.assertEqual([f for f in found if f.startswith("tests/")], ["tests/port/b.cpp:1: tests: no target compiles this file"])
+
+    def test_work_left_over(self):
+        self.assert_breach("docs/a.md", 2, "TO" + "DO: write this", "words")
+        self.assert_breach("server/body/a.cpp", 9, "int x;  // FIX" + "ME", "words")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,16 @@
+// Patches of full size that pass check(), without a server: for tests of timing, allocation and hand-over.
+#pragma once
+
+#include <cstdint>
+
+#include "common/port/patch.hpp"
+
+namespace palpate::test {
+
+/// A grasp at the origin: `modes` damped modes from 5 Hz up, coupled to the tool in all directions, at rest.
+Patch attach_patch(int modes, std::uint32_t seq, Micros stamp);
+
+/// A flat surface of 8 triangles, 40 mm square, in the plane z = 0 with its outside up, borne by `modes` modes, at rest.
+Patch touch_patch(int modes, std::uint32_t seq, Micros stamp);
+
+}  // namespace palpate::test

@@ -1,0 +1,168 @@
+// Pictures drawn without a display, compared with what an independent projection says must be there.
+#include <png.h>
+
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "client/view/offscreen_context.hpp"
+#include "client/view/stage.hpp"
+#include "tests/view/demo_body.hpp"
+
+using namespace palpate;
+
+namespace {
+
+constexpr int kWidth = 640, kHeight = 400;
+constexpr float kAspect = static_cast<float>(kWidth) / kHeight;
+
+/// Nothing where EGL or a driver is missing; says so.
+std::unique_ptr<OffscreenContext> context() {
+  try {
+    return std::make_unique<OffscreenContext>();
+  } catch (const std::runtime_error& error) {
+    WARN("skipped: " << error.what());
+    return nullptr;
+  }
+}
+
+Picture photograph(const demo::Body& body, const Look& look) {
+  Stage stage(kWidth, kHeight, 1);
+  Camera camera;
+  camera.fit(body.triangles, body.rest, kAspect);
+  return stage.photograph(demo::sight_of(body), {"demo", "a test", ""}, camera, look, kWidth, kHeight);
+}
+
+template <class Test>
+double share(const Picture& picture, const Test& test) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < picture.rgb.size(); i += 3) {
+    if (test(int{picture.rgb[i]}, int{picture.rgb[i + 1]}, int{picture.rgb[i + 2]})) ++count;
+  }
+  return static_cast<double>(count) / (kWidth * kHeight);
+}
+
+const auto kTissue = [](int r, int g, int b) { return r > g + 22 && r > b + 12; };
+const auto kTeal = [](int r, int g, int b) { return g > r + 30 && b > r + 30; };
+const auto kAmber = [](int r, int g, int b) { return r > 150 && g > b + 50; };
+
+/// Share of the picture that the projected triangles cover: point in triangle at every pixel's centre.
+double covered(const demo::Body& body) {
+  Camera camera;
+  camera.fit(body.triangles, body.rest, kAspect);
+  const Eigen::Matrix4f m = camera.projection(kAspect) * camera.view();
+  std::vector<bool> hit(static_cast<std::size_t>(kWidth) * kHeight, false);
+  for (const Triangle& t : body.triangles) {
+    std::array<Eigen::Vector2f, 3> p;
+    for (std::size_t k = 0; k < 3; ++k) p[k] = to_pixels(m, body.positions[t[k]], kWidth, kHeight).head<2>();
+    const auto side = [](const Eigen::Vector2f& a, const Eigen::Vector2f& b, const Eigen::Vector2f& c) {
+      return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
+    };
+    const Eigen::Vector2f low = p[0].cwiseMin(p[1]).cwiseMin(p[2]), high = p[0].cwiseMax(p[1]).cwiseMax(p[2]);
+    for (int y = std::max(0, static_cast<int>(low.y())); y < kHeight && static_cast<float>(y) < high.y(); ++y) {
+      for (int x = std::max(0, static_cast<int>(low.x())); x < kWidth && static_cast<float>(x) < high.x(); ++x) {
+        const Eigen::Vector2f c(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F);
+        const float a = side(p[0], p[1], c), b = side(p[1], p[2], c), d = side(p[2], p[0], c);
+        if ((a >= 0 && b >= 0 && d >= 0) || (a <= 0 && b <= 0 && d <= 0)) hit[static_cast<std::size_t>(y * kWidth + x)] = true;
+      }
+    }
+  }
+  return static_cast<double>(std::count(hit.begin(), hit.end(), true)) / (kWidth * kHeight);
+}
+
+}  // namespace
+
+TEST_CASE("The body covers the part of the picture that its projection says, light and dark", "[view]") {
+  const auto gl = context();
+  if (!gl) return;
+  demo::Body body = demo::pressed_organ(0.006F, 0);
+  body.tools.clear();
+  const double expected = covered(body);
+  REQUIRE(expected > 0.15);
+  for (const bool dark : {false, true}) {
+    const Picture picture = photograph(body, {.dark = dark});
+    CHECK(share(picture, kTissue) == Approx(expected).epsilon(0.06));
+    CHECK(share(picture, kTeal) < 1e-3);
+  }
+}
+
+TEST_CASE("The force arrow appears with contact and grows with the force", "[view]") {
+  const auto gl = context();
+  if (!gl) return;
+  demo::Body body = demo::pressed_organ(0.006F, 0.4);
+  const double weak = share(photograph(body, {}), kTeal);
+  body.tools[0].force *= 2;
+  const double strong = share(photograph(body, {}), kTeal);
+  body.tools[0].contact = false;
+  const double free = share(photograph(body, {}), kTeal);
+  CHECK(free > 0);  // the collar of the instrument and the mark of the station
+  CHECK(weak > free + 5e-4);
+  CHECK(strong > weak + 5e-4);
+}
+
+TEST_CASE("A dent glows where it is deep and a body at rest does not", "[view]") {
+  const auto gl = context();
+  if (!gl) return;
+  demo::Body rest = demo::pressed_organ(0, 0), deep = demo::pressed_organ(0.010F, 0);
+  rest.tools.clear();
+  deep.tools.clear();
+  const double legend = share(photograph(rest, {.dark = true}), kAmber);
+  CHECK(share(photograph(deep, {.dark = true}), kAmber) > legend + 2e-3);
+}
+
+TEST_CASE("The side that faces the key light is brighter than the side that faces the floor", "[view]") {
+  const auto gl = context();
+  if (!gl) return;
+  demo::Body body = demo::pressed_organ(0, 0);
+  body.tools.clear();
+  const Picture picture = photograph(body, {.dark = true});
+  Camera camera;
+  camera.fit(body.triangles, body.rest, kAspect);
+  const Eigen::Matrix4f m = camera.projection(kAspect) * camera.view();
+  Surface surface;
+  update_surface(body.triangles, body.rest, surface);
+  double up = 0, down = 0;
+  int ups = 0, downs = 0;
+  for (std::size_t i = 0; i < body.rest.size(); ++i) {
+    const Vec3f& n = surface.normals[i];
+    if (n.dot(camera.axes().col(2)) < 0.25F) continue;
+    const Vec3f at = to_pixels(m, body.rest[i], kWidth, kHeight);
+    const auto pixel = 3 * (static_cast<std::size_t>(at.y()) * kWidth + static_cast<std::size_t>(at.x()));
+    const int light = picture.rgb[pixel] + picture.rgb[pixel + 1] + picture.rgb[pixel + 2];
+    if (n.z() > 0.6F) up += light, ++ups;
+    if (n.z() < -0.2F) down += light, ++downs;
+  }
+  REQUIRE(ups > 20);
+  REQUIRE(downs > 20);
+  CHECK(up / ups > 1.4 * down / downs);
+}
+
+TEST_CASE("The wireframe draws dark edges and an empty scene draws a background", "[view]") {
+  const auto gl = context();
+  if (!gl) return;
+  demo::Body body = demo::pressed_organ(0, 0, 3);
+  body.tools.clear();
+  const auto dark_red = [](int r, int g, int b) { return r < 90 && r > g + 15 && r > b + 15; };
+  CHECK(share(photograph(body, {.wireframe = true}), dark_red) > 0.02 + share(photograph(body, {}), dark_red));
+  const Picture empty = photograph(demo::Body{}, {});
+  CHECK(share(empty, kTissue) < 0.02);  // the legend alone
+  CHECK(share(empty, [](int r, int g, int b) { return r > 150 && g > 150 && b > 150; }) > 0.9);
+}
+
+TEST_CASE("A picture is read back from its file as it was, and a folder that is not there is an error", "[view]") {
+  Picture picture{3, 2, {255, 0, 0, 0, 255, 0, 0, 0, 255, 1, 2, 3, 40, 50, 60, 250, 251, 252}};
+  const auto file = std::filesystem::temp_directory_path() / "palpate_test_picture.png";
+  write_png(file, picture);
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  REQUIRE(png_image_begin_read_from_file(&image, file.c_str()));
+  REQUIRE(image.width == 3);
+  REQUIRE(image.height == 2);
+  image.format = PNG_FORMAT_RGB;
+  std::vector<std::uint8_t> rgb(PNG_IMAGE_SIZE(image));
+  REQUIRE(png_image_finish_read(&image, nullptr, rgb.data(), 0, nullptr));
+  std::filesystem::remove(file);
+  REQUIRE(rgb == picture.rgb);
+  REQUIRE_THROWS_AS(write_png("/nonexistent/picture.png", picture), std::runtime_error);
+}

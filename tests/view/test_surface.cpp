@@ -1,0 +1,104 @@
+#include <catch2/catch.hpp>
+
+#include "client/view/camera.hpp"
+#include "client/view/color.hpp"
+#include "client/view/stage.hpp"
+#include "tests/view/demo_body.hpp"
+
+using namespace palpate;
+
+TEST_CASE("On a sphere the normals are the positions and the surface is convex everywhere", "[view]") {
+  const demo::Body body = demo::unit_sphere(4);
+  Surface surface;
+  update_surface(body.triangles, body.rest, surface);
+  for (std::size_t i = 0; i < body.rest.size(); ++i) {
+    REQUIRE((surface.normals[i] - body.rest[i]).norm() < 0.02F);
+    REQUIRE(surface.cavity[i] < 0);
+  }
+}
+
+TEST_CASE("The bottom of a dent is a cavity and its surroundings are not", "[view]") {
+  const demo::Body body = demo::pressed_organ(0.009F, 1);
+  Surface surface;
+  update_surface(body.triangles, body.positions, surface);
+  const Vec3f tip = body.tools[0].position.cast<float>();
+  for (std::size_t i = 0; i < body.positions.size(); ++i) {
+    if ((body.positions[i] - tip).norm() < 0.002F) REQUIRE(surface.cavity[i] > 0.01F);
+    if (body.positions[i].z() < 0.01F) REQUIRE(surface.cavity[i] < 0);
+  }
+}
+
+TEST_CASE("Vertices without a triangle and empty surfaces do no harm", "[view]") {
+  Surface surface;
+  const std::vector<Vec3f> alone{Vec3f(1, 2, 3)};
+  update_surface({}, alone, surface);
+  REQUIRE(surface.normals[0] == Vec3f::UnitZ());
+  REQUIRE(surface.cavity[0] == 0);
+  REQUIRE(bounds({}, alone).center() == alone[0]);
+  REQUIRE(bounds({}, {}).diagonal() > 0);
+}
+
+TEST_CASE("A fitted camera sees every vertex, from every side and in every format", "[view]") {
+  const demo::Body body = demo::pressed_organ(0, 0);
+  for (const float aspect : {0.5F, 1.0F, 1.6F, 3.0F}) {
+    for (const auto side : {Camera::Side::three_quarter, Camera::Side::top, Camera::Side::front, Camera::Side::side}) {
+      Camera camera;
+      camera.look_from(side);
+      camera.fit(body.triangles, body.rest, aspect);
+      const Eigen::Matrix4f m = camera.projection(aspect) * camera.view();
+      float reach = 0;
+      for (const Vec3f& p : body.rest) {
+        const Vec3f at = to_pixels(m, p, 100 * aspect, 100);
+        REQUIRE(at.z() < 1);
+        REQUIRE(at.z() > -1);
+        reach = std::max({reach, std::abs(at.x() / (100 * aspect) - 0.5F), std::abs(at.y() / 100 - 0.5F)});
+      }
+      REQUIRE(reach < 0.5F);
+      REQUIRE(reach > 0.2F);
+    }
+  }
+}
+
+TEST_CASE("From the top, right is x and up is y; dragging right turns the body with the mouse", "[view]") {
+  Camera camera;
+  camera.look_from(Camera::Side::top);
+  REQUIRE((camera.axes().col(0) - Vec3f::UnitX()).norm() < 1e-6F);
+  REQUIRE((camera.axes().col(1) - Vec3f::UnitY()).norm() < 1e-6F);
+  camera.look_from(Camera::Side::front);
+  const Vec3f front = -Vec3f::UnitY();
+  const float before = camera.axes().col(0).dot(front);
+  camera.orbit(0.1F, 0);
+  REQUIRE(camera.axes().col(0).dot(front) > before);
+}
+
+TEST_CASE("Equal steps of displacement are equal steps of lightness in OKLab", "[view]") {
+  const auto lightness = [](const Vec3f& srgb) {
+    const Vec3f c = to_linear(srgb);
+    const float l = 0.4122214708F * c.x() + 0.5363325363F * c.y() + 0.0514459929F * c.z();
+    const float m = 0.2119034982F * c.x() + 0.6806995451F * c.y() + 0.1073969566F * c.z();
+    const float s = 0.0883024619F * c.x() + 0.2817188376F * c.y() + 0.6299787005F * c.z();
+    return 0.2104542553F * std::cbrt(l) + 0.7936177850F * std::cbrt(m) - 0.0040720468F * std::cbrt(s);
+  };
+  const float first = lightness(displacement_color(0)), last = lightness(displacement_color(1));
+  REQUIRE(last - first > 0.4F);
+  for (int i = 1; i < 20; ++i) {
+    const float s = static_cast<float>(i) / 20;
+    REQUIRE(lightness(displacement_color(s)) == Approx(first + s * (last - first)).margin(0.004));
+  }
+}
+
+TEST_CASE("Scales are round numbers that cover what is seen and never shrink", "[view]") {
+  REQUIRE(round_up_125(0.003F) == Approx(0.005F));
+  REQUIRE(round_up_125(0.005F) == Approx(0.005F));
+  REQUIRE(round_up_125(0.0051F) == Approx(0.01F));
+  REQUIRE(round_down_125(0.049F) == Approx(0.02F));
+  REQUIRE(round_down_125(0.011F) == Approx(0.01F));
+  Scales scales;
+  const demo::Body deep = demo::pressed_organ(0.009F, 2), flat = demo::pressed_organ(0.0005F, 0.1);
+  scales.see(deep.triangles, deep.positions, deep.rest, deep.tools);
+  const float displacement = scales.displacement_max_m(), arrow = scales.arrow_m_per_n();
+  REQUIRE(displacement == Approx(0.01F));
+  scales.see(flat.triangles, flat.positions, flat.rest, flat.tools);
+  REQUIRE(scales.displacement_max_m() == displacement);
+  REQUIRE(scales.arrow_m_per_n() == arrow);
+}

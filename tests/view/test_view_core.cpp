@@ -1,0 +1,150 @@
+// A viewer and the real server core, in virtual time over a link that loses what a seed says.
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "client/view/view_core.hpp"
+#include "common/base/limits.hpp"
+#include "common/wire/mesh_hash.hpp"
+#include "server/core/server_core.hpp"
+#include "tests/view/demo_body.hpp"
+
+using namespace palpate;
+
+namespace {
+
+constexpr Micros kDelay{20'000};
+
+struct InFlight {
+  Micros at;
+  std::vector<std::byte> bytes;
+};
+
+RoomFacts facts_of(const demo::Body& body) {
+  RoomFacts facts;
+  facts.scene = "demo";
+  facts.vertices = static_cast<std::uint32_t>(body.rest.size());
+  facts.triangles = body.triangles;
+  facts.mesh_hash = mesh_hash(facts.vertices, facts.triangles);
+  return facts;
+}
+
+/// The body goes up at 10 mm/s from the start of the server's clock.
+std::vector<Vec3> lifted(const demo::Body& body, Micros stamp) {
+  std::vector<Vec3> positions;
+  for (const Vec3f& p : body.rest) positions.push_back(p.cast<double>() + Vec3(0, 0, 0.01 * seconds(stamp)));
+  return positions;
+}
+
+struct World {
+  demo::Body body = demo::pressed_organ(0, 0, 3);
+  ServerCore server{facts_of(body), {.instance = 11, .rate_hz = 20}};
+  ViewCore viewer{"watcher", Micros{0}};
+  double loss = 0;
+  std::mt19937 random{5};
+  std::vector<InFlight> up, down;
+  Micros now{0};
+
+  bool lost() { return std::bernoulli_distribution(loss)(random); }
+
+  template <class Take>
+  void deliver(std::vector<InFlight>& line, const Take& take) {
+    const auto due = std::stable_partition(line.begin(), line.end(), [this](const InFlight& d) { return d.at <= now; });
+    for (auto d = line.begin(); d != due; ++d) take(d->bytes);
+    line.erase(line.begin(), due);
+  }
+
+  void step(bool server_runs = true) {
+    std::array<std::byte, kMaxDatagramBytes> out;
+    deliver(down, [this](const auto& bytes) { viewer.take(bytes, now); });
+    viewer.tick(now);
+    while (const auto size = viewer.emit(out, now)) {
+      if (!lost()) up.push_back({now + kDelay, {out.begin(), out.begin() + static_cast<std::ptrdiff_t>(size)}});
+    }
+    if (!server_runs) return up.clear();
+    deliver(up, [this](const auto& bytes) { server.take(bytes, 1, now); });
+    server.tick(now);
+    if (const auto job = server.next_job(now)) {
+      FrameResult result;
+      result.stamp = job->target;
+      if (job->shapes) result.positions = lifted(body, job->target);
+      server.finish(std::move(result), now);
+    }
+    PeerId to = 0;
+    while (const auto size = server.emit(out, to, now)) {
+      if (!lost()) down.push_back({now + kDelay, {out.begin(), out.begin() + static_cast<std::ptrdiff_t>(size)}});
+    }
+  }
+
+  void run_until(Micros end, bool server_runs = true) {
+    for (; now < end; now += Micros{5'000}) step(server_runs);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("A viewer joins, gets the topology and shows the moving body at the stated delay", "[view]") {
+  World world;
+  world.run_until(Micros{1'500'000});
+  REQUIRE(world.viewer.link() == ViewLink::joined);
+  REQUIRE(world.viewer.welcome().scene == "demo");
+  REQUIRE(world.viewer.ready());
+  REQUIRE(world.viewer.triangles() == world.body.triangles);
+  ViewMoment moment;
+  REQUIRE(world.viewer.show(world.now, moment));
+  const double shown_s = seconds(world.now - kDelay - world.viewer.playback().delay());
+  for (std::size_t i = 0; i < moment.positions.size(); ++i) {
+    REQUIRE((moment.positions[i] - world.body.rest[i]).z() == Approx(0.01 * shown_s).margin(1e-4));
+  }
+  REQUIRE(world.viewer.shape_counts().dropped == 0);
+}
+
+TEST_CASE("With a fifth of all datagrams lost a viewer still gets there and keeps showing", "[view]") {
+  World world;
+  world.loss = 0.2;
+  world.run_until(Micros{4'000'000});
+  REQUIRE(world.viewer.ready());
+  REQUIRE(world.viewer.triangles() == world.body.triangles);
+  ViewMoment moment;
+  REQUIRE(world.viewer.show(world.now, moment));
+  REQUIRE(moment.positions[0].z() - world.viewer.rest()[0].z() > 0.015F);
+  REQUIRE(world.viewer.shape_counts().healed > 0);
+}
+
+TEST_CASE("A viewer waits for a server that is not there, and joins again after it restarted", "[view]") {
+  World world;
+  world.run_until(Micros{2'000'000}, false);
+  REQUIRE(world.viewer.link() == ViewLink::joining);
+  REQUIRE(world.viewer.counts().sent == 8);
+  world.run_until(Micros{3'000'000});
+  REQUIRE(world.viewer.ready());
+  const auto version = world.viewer.mesh_version();
+  world.server = ServerCore(facts_of(world.body), {.instance = 12, .rate_hz = 20});
+  world.run_until(Micros{4'500'000});
+  REQUIRE(world.viewer.link() == ViewLink::joined);
+  REQUIRE(world.viewer.counts().joins == 2);
+  REQUIRE(world.viewer.mesh_version() == version);
+  ViewMoment moment;
+  REQUIRE(world.viewer.show(world.now, moment));
+}
+
+TEST_CASE("A viewer that leaves says so once and then is silent", "[view]") {
+  World world;
+  world.run_until(Micros{500'000});
+  REQUIRE(world.server.station_count() == 1);
+  world.viewer.leave();
+  world.run_until(Micros{700'000});
+  REQUIRE(world.server.station_count() == 0);
+  REQUIRE(world.viewer.deadline() == Micros::max());
+}
+
+TEST_CASE("A viewer whose name is taken says why and keeps asking once a second", "[view]") {
+  World world;
+  std::array<std::byte, kMaxDatagramBytes> out;
+  ViewCore other("watcher", Micros{0});
+  other.tick(Micros{0});
+  const auto size = other.emit(out, Micros{0});
+  world.server.take(std::span(out).first(size), 2, Micros{0});
+  world.run_until(Micros{400'000});
+  REQUIRE(world.viewer.link() == ViewLink::refused);
+  REQUIRE(world.viewer.refusal().find("watcher") != std::string::npos);
+}

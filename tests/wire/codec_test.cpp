@@ -1,0 +1,174 @@
+#include <catch2/catch.hpp>
+#include <cstring>
+
+#include "seeds.hpp"
+
+using namespace palpate;
+
+namespace {
+
+template <class T>
+T round_trip(const T& body) {
+  Message out;
+  REQUIRE(decode(seeds::bytes_of(seeds::message(body)), out) == WireFault::none);
+  return std::get<T>(out.body);
+}
+
+double distance_max(const Vec3& a, const Vec3& b) { return (a - b).cwiseAbs().maxCoeff(); }
+
+}  // namespace
+
+TEST_CASE("every kind of message fits a datagram and encodes to the same bytes again after decoding") {
+  for (const Message& message : seeds::every_kind()) {
+    CAPTURE(message.body.index());
+    const auto bytes = seeds::bytes_of(message);
+    REQUIRE(bytes.size() > 0);
+    REQUIRE(bytes.size() <= kMaxDatagramBytes);
+    Message out;
+    REQUIRE(decode(bytes, out) == WireFault::none);
+    CHECK(out.body.index() == message.body.index());
+    CHECK(out.instance == message.instance);
+    CHECK(out.station == message.station);
+    CHECK(out.seq == message.seq);
+    CHECK(out.clock.sent == message.clock.sent);
+    CHECK(out.clock.echo == message.clock.echo);
+    CHECK(out.clock.echo_hold == message.clock.echo_hold);
+    CHECK(seeds::bytes_of(out) == bytes);
+  }
+}
+
+TEST_CASE("text and whole numbers of the handshake arrive as they were sent") {
+  const Hello hello = round_trip(Hello{"left hand", Role::viewer, Scheme::ring, 22, "right hand"});
+  CHECK(hello.station == "left hand");
+  CHECK(hello.shadow_of == "right hand");
+  CHECK(hello.role == Role::viewer);
+  CHECK(hello.scheme == Scheme::ring);
+  CHECK(hello.order == 22);
+  const Welcome welcome =
+      round_trip(Welcome{"liver", ContactKind::touch, 20, Vec3(0.1, -0.2, 9.99), 1500, 2996, 0x123456789abcdef0ull});
+  CHECK(welcome.scene == "liver");
+  CHECK(welcome.contact == ContactKind::touch);
+  CHECK(welcome.rate_hz == 20);
+  CHECK(welcome.mesh_hash == 0x123456789abcdef0ull);
+  CHECK(distance_max(welcome.home, Vec3(0.1, -0.2, 9.99)) <= 0x1p-28);
+  const Refuse refuse = round_trip(Refuse{RefuseReason::unknown_station, std::string(500, 'x')});
+  CHECK(refuse.reason == RefuseReason::unknown_station);
+  CHECK(refuse.message == std::string(kMaxRefuseBytes, 'x'));
+}
+
+TEST_CASE("a Hello is never smaller than the largest answer to it") {
+  CHECK(seeds::bytes_of(seeds::message(Hello{"h", Role::haptic, Scheme::port, 0, ""})).size() == kHelloBytes);
+  const std::string name(kMaxNameBytes, 'n');
+  CHECK(seeds::bytes_of(seeds::message(Hello{name, Role::haptic, Scheme::port, 22, name})).size() == kHelloBytes);
+  const auto welcome =
+      seeds::bytes_of(seeds::message(Welcome{name, ContactKind::touch, 1000, Vec3::Ones(), 1u << 24, 1u << 25, ~0ull}));
+  const auto refuse = seeds::bytes_of(seeds::message(Refuse{RefuseReason::version, std::string(kMaxRefuseBytes, 'x')}));
+  CHECK(welcome.size() <= kHelloBytes);
+  CHECK(refuse.size() <= kHelloBytes);
+  auto cut = seeds::bytes_of(seeds::message(Hello{"h", Role::haptic, Scheme::port, 0, ""}));
+  cut.resize(kHelloBytes - 1);
+  Message out;
+  CHECK(decode(cut, out) == WireFault::too_short);
+}
+
+TEST_CASE("a tool sample costs 16 bytes and keeps its place to 4 nm and its time to the microsecond") {
+  const Samples sent = seeds::samples(kMaxSamplesPerDatagram);
+  const Samples got = round_trip(sent);
+  REQUIRE(got.samples.size() == sent.samples.size());
+  for (std::size_t i = 0; i < sent.samples.size(); ++i) {
+    CHECK(got.samples[i].t == sent.samples[i].t);
+    CHECK(distance_max(got.samples[i].position, sent.samples[i].position) <= 3.8e-9);
+  }
+  const auto size = [](int n) { return seeds::bytes_of(seeds::message(seeds::samples(n))).size(); };
+  CHECK(size(40) - size(8) == 32 * 16);
+}
+
+TEST_CASE("a patch of 11 modes for a grasp and one of 8 modes with 13 vertices fit into one datagram") {
+  CHECK(seeds::bytes_of(seeds::message(PatchMessage{seeds::attach_patch(11)})).size() > 0);
+  CHECK(seeds::bytes_of(seeds::message(PatchMessage{seeds::attach_patch(14)})).size() > 0);
+  CHECK(seeds::bytes_of(seeds::message(PatchMessage{seeds::touch_patch(8, 13, 16)})).size() > 0);
+  CHECK(max_port_vertices(8, 16) >= 13);
+}
+
+TEST_CASE("the bound on the vertices of a local surface really encodes") {
+  for (const int triangles : {1, 7, 16, kMaxPortTriangles})
+    for (int modes = 0; modes <= kMaxModes; ++modes) {
+      const int vertices = max_port_vertices(modes, triangles);
+      CAPTURE(modes, triangles, vertices);
+      CHECK(vertices <= kMaxPortVertices);
+      if (vertices >= 3)
+        CHECK(seeds::bytes_of(seeds::message(PatchMessage{seeds::touch_patch(modes, vertices, triangles)})).size() > 0);
+    }
+}
+
+TEST_CASE("the largest pieces of a mesh and of a shape fit, and one more does not") {
+  MeshPiece mesh;
+  mesh.pieces = 1;
+  mesh.triangles.assign(kMaxPieceTriangles, Triangle{1, 2, (1u << 24) - 1});
+  CHECK(round_trip(mesh).triangles == mesh.triangles);
+  mesh.triangles.push_back({1, 2, 3});
+  CHECK(seeds::bytes_of(seeds::message(mesh)).empty());
+
+  ShapePiece shape;
+  shape.low = Vec3(-0.1, -0.1, 0);
+  shape.high = Vec3(0.1, 0.1, 0.2);
+  shape.positions.assign(kMaxPieceVertices, Vec3(0.03, -0.07, 0.111));
+  const ShapePiece got = round_trip(shape);
+  for (const Vec3& p : got.positions) CHECK(distance_max(p, shape.positions[0]) <= 0.2 / 65535 / 2 + 0x1p-27);
+  shape.positions.push_back(Vec3::Zero());
+  CHECK(seeds::bytes_of(seeds::message(shape)).empty());
+}
+
+TEST_CASE("numbers that the wire cannot carry are not sent") {
+  Patch patch = seeds::touch_patch(4, 7, 6);
+  patch.surface.vertices[3].rows(1, 2) = std::nan("");
+  CHECK(seeds::bytes_of(seeds::message(PatchMessage{patch})).empty());
+  patch = seeds::attach_patch(3);
+  patch.g[1] = INFINITY;
+  CHECK(seeds::bytes_of(seeds::message(PatchMessage{patch})).empty());
+  CHECK(seeds::bytes_of(seeds::message(Samples{{{Micros{1}, Vec3(0, kWorldExtentM * 1.01, 0)}}})).empty());
+  CHECK(seeds::bytes_of(seeds::message(Samples{{{Micros{1}, Vec3(0, std::nan(""), 0)}}})).empty());
+  CHECK(seeds::bytes_of(seeds::message(Samples{{{Micros{2}, Vec3::Zero()}, {Micros{1}, Vec3::Zero()}}})).empty());
+}
+
+TEST_CASE("nonsense is named: too short, too long, not ours, another version, out of range, not finite") {
+  Message out;
+  auto bytes = seeds::bytes_of(seeds::message(Beat{}));
+  CHECK(decode(std::span(bytes).first(10), out) == WireFault::too_short);
+  CHECK(decode(std::vector<std::byte>(kMaxDatagramBytes + 1), out) == WireFault::too_long);
+  CHECK(decode(std::vector<std::byte>(100), out) == WireFault::not_palpate);
+  bytes.resize(30);
+  CHECK(decode(bytes, out) == WireFault::malformed);
+  CHECK(decode(seeds::bytes_of(seeds::message(Hello{"", Role::haptic, Scheme::port, 0, ""})), out) == WireFault::out_of_range);
+  CHECK(decode(seeds::bytes_of(seeds::message(Hello{"a\nb", Role::haptic, Scheme::port, 0, ""})), out) ==
+        WireFault::out_of_range);
+  CHECK(decode(seeds::bytes_of(seeds::message(Tools{{}, {{"a", Vec3::Zero(), Vec3(0, 2e4, 0), true}}})), out) ==
+        WireFault::out_of_range);
+  CHECK(decode(seeds::bytes_of(seeds::message(Samples{{{Micros{1}, Vec3::Zero()}, {Micros{1}, Vec3::Zero()}}})), out) ==
+        WireFault::out_of_range);
+
+  auto welcome = seeds::bytes_of(seeds::message(Welcome{"s", ContactKind::touch, 17.25, Vec3::Zero(), 0, 0, 0}));
+  const float rate = 17.25f, not_a_number = std::nanf("");
+  const auto* pattern = reinterpret_cast<const std::byte*>(&rate);
+  const auto at = std::search(welcome.begin(), welcome.end(), pattern, pattern + 4);
+  REQUIRE(at != welcome.end());
+  std::memcpy(&*at, &not_a_number, 4);
+  CHECK(decode(welcome, out) == WireFault::not_finite);
+}
+
+TEST_CASE("a datagram of another version says so, and still says which station sent it") {
+  auto bytes = seeds::bytes_of(seeds::message(Hello{"h", Role::haptic, Scheme::port, 0, ""}));
+  // the version stands where the root table's vtable says that field 0 is
+  const auto u16 = [&](std::size_t at) {
+    return std::to_integer<std::size_t>(bytes[at]) | std::to_integer<std::size_t>(bytes[at + 1]) << 8;
+  };
+  const std::size_t table = u16(0), vtable = table - u16(table), version = table + u16(vtable + 4);
+  REQUIRE(u16(version) == kWireVersion);
+  bytes[version] = std::byte{kWireVersion + 1};
+  for (std::size_t i = kHelloBytes / 2; i < bytes.size(); ++i) bytes[i] = std::byte{0xff};  // whatever that version says there
+  Message out;
+  CHECK(decode(bytes, out) == WireFault::version);
+  CHECK(out.station == 7);
+  CHECK(out.seq == 123456);
+  CHECK(out.instance == 0xfeedbeefcafe1234ull);
+}

@@ -1,0 +1,98 @@
+#include <catch2/catch.hpp>
+
+#include "seeds.hpp"
+
+using namespace palpate;
+
+namespace {
+
+constexpr int kMutations = 150'000;
+
+bool sensible(const Vec3& v, double limit) { return v.allFinite() && v.cwiseAbs().maxCoeff() <= limit; }
+bool sensible(const std::string& s) {
+  return s.size() <= 200 &&
+         std::none_of(s.begin(), s.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
+}
+
+/// Whether an accepted message keeps the ranges that docs/wire.md promises.
+struct Sensible {
+  bool operator()(const Hello& m) const {
+    return sensible(m.station) && !m.station.empty() && sensible(m.shadow_of) && m.scheme <= Scheme::cubic &&
+           m.role <= Role::viewer;
+  }
+  bool operator()(const Welcome& m) const {
+    return sensible(m.scene) && sensible(m.home, kWorldExtentM) && m.rate_hz >= kMinRateHz && m.rate_hz <= kMaxRateHz &&
+           m.contact <= ContactKind::touch && m.vertices <= kMaxMeshVertices;
+  }
+  bool operator()(const Refuse& m) const { return sensible(m.message) && m.reason <= RefuseReason::shutting_down; }
+  bool operator()(const Samples& m) const {
+    for (std::size_t i = 0; i < m.samples.size(); ++i)
+      if (!sensible(m.samples[i].position, kWorldExtentM) || (i > 0 && m.samples[i].t <= m.samples[i - 1].t)) return false;
+    return m.samples.size() <= std::size_t{kMaxSamplesPerDatagram};
+  }
+  bool operator()(const PatchMessage& m) const { return check(m.patch) == PatchFault::none; }
+  bool operator()(const Beat& m) const { return std::abs(m.body_time.count()) <= 10'000'000'000'000'000; }
+  bool operator()(const Leave&) const { return true; }
+  bool operator()(const MeshRequest& m) const { return m.piece < kMaxMeshVertices; }
+  bool operator()(const MeshPiece& m) const {
+    return m.piece < m.pieces && m.triangles.size() <= std::size_t{kMaxPieceTriangles};
+  }
+  bool operator()(const ShapePiece& m) const {
+    return std::all_of(m.positions.begin(), m.positions.end(),
+                       [](const Vec3& p) { return sensible(p, kWorldExtentM * 1.000001); });
+  }
+  bool operator()(const Tools& m) const {
+    return std::all_of(m.tools.begin(), m.tools.end(), [](const ToolView& t) {
+      return sensible(t.station) && sensible(t.position, kWorldExtentM) && sensible(t.force, 1e4);
+    });
+  }
+};
+
+void mutate(std::vector<std::byte>& bytes, std::mt19937& random) {
+  const auto pick = [&](std::size_t n) { return n == 0 ? 0 : random() % n; };
+  switch (random() % 10) {
+    case 0:
+      bytes.resize(pick(bytes.size() + 1));
+      return;
+    case 1:
+      bytes.resize(bytes.size() + pick(300), std::byte{static_cast<unsigned char>(random())});
+      return;
+    case 2:
+      for (std::size_t n = pick(64), at = pick(bytes.size()); n > 0 && at < bytes.size(); --n, ++at) bytes[at] = std::byte{0xff};
+      return;
+    default:
+      for (std::size_t n = 1 + pick(4); n > 0 && !bytes.empty(); --n) {
+        auto& byte = bytes[pick(bytes.size())];
+        byte = random() % 2 ? byte ^ std::byte{static_cast<unsigned char>(1u << random() % 8)}
+                            : std::byte{static_cast<unsigned char>(random())};
+      }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("mutated datagrams never crash the decoder and never bring a value out of range") {
+  std::vector<std::vector<std::byte>> seed_bytes;
+  for (const Message& message : seeds::every_kind()) seed_bytes.push_back(seeds::bytes_of(message));
+  std::mt19937 random(20240607);
+  int accepted = 0;
+  std::array<int, kWireFaults> faults{};
+  Message message;
+  for (int i = 0; i < kMutations; ++i) {
+    auto bytes = seed_bytes[static_cast<std::size_t>(i) % seed_bytes.size()];
+    mutate(bytes, random);
+    const WireFault fault = decode(bytes, message);
+    ++faults[static_cast<std::size_t>(fault)];
+    if (fault != WireFault::none) continue;
+    ++accepted;
+    if (!std::visit(Sensible{}, message.body)) FAIL("mutation " << i << " was accepted with a value out of range");
+    const auto ours = seeds::bytes_of(message);  // empty when the mutated layout held more than ours can
+    if (!ours.empty() && decode(ours, message) == WireFault::none && seeds::bytes_of(message) != ours)
+      FAIL("mutation " << i << " does not keep its bytes once we encoded it");
+  }
+  CHECK(accepted > kMutations / 100);
+  for (std::size_t f = 0; f < kWireFaults; ++f) {
+    INFO(describe(static_cast<WireFault>(f)));
+    CHECK(faults[f] > 0);
+  }
+}

@@ -1,0 +1,123 @@
+#include <catch2/catch.hpp>
+
+#include "seeds.hpp"
+
+using namespace palpate;
+
+namespace {
+
+Patch round_trip(const Patch& patch) {
+  Message out;
+  REQUIRE(decode(seeds::bytes_of(seeds::message(PatchMessage{patch})), out) == WireFault::none);
+  return std::get<PatchMessage>(out.body).patch;
+}
+
+template <class A, class B>
+void check_float32(const A& got, const B& sent) {
+  REQUIRE(got.rows() == sent.rows());
+  REQUIRE(got.cols() == sent.cols());
+  for (Eigen::Index j = 0; j < sent.cols(); ++j)
+    for (Eigen::Index i = 0; i < sent.rows(); ++i) CHECK(std::abs(got(i, j) - sent(i, j)) <= 6e-8 * std::abs(sent(i, j)));
+}
+
+void check_common(const Patch& got, const Patch& sent) {
+  CHECK(got.seq == sent.seq);
+  CHECK(got.stamp == sent.stamp);
+  CHECK(got.scheme == sent.scheme);
+  CHECK(got.contact == sent.contact);
+  CHECK(got.constant == sent.constant);
+  CHECK(got.valid_for == sent.valid_for);
+  CHECK(got.trust_radius_m == Approx(sent.trust_radius_m).epsilon(1e-7));
+  CHECK((got.tool - sent.tool).cwiseAbs().maxCoeff() <= 3.8e-9);
+  check_float32(got.force, sent.force);
+}
+
+}  // namespace
+
+TEST_CASE("a grasp's patch arrives with its model in float32") {
+  for (const int modes : {0, 1, 7, 14}) {
+    const Patch sent = seeds::attach_patch(modes);
+    const Patch got = round_trip(sent);
+    check_common(got, sent);
+    check_float32(got.stiffness, sent.stiffness);
+    check_float32(got.damping, sent.damping);
+    check_float32(got.g, sent.g);
+    check_float32(got.q_rate, sent.q_rate);
+    check_float32(got.b_k, sent.b_k);
+    check_float32(got.b_d, sent.b_d);
+    check_float32(got.k_port, sent.k_port);
+    check_float32(got.d_port, sent.d_port);
+    check_float32(got.tool_velocity, sent.tool_velocity);
+  }
+}
+
+TEST_CASE("a touch patch arrives with its surface to 16 bits of what is largest") {
+  const Patch sent = seeds::touch_patch(8, 13, 16);
+  const Patch got = round_trip(sent);
+  check_common(got, sent);
+  check_float32(got.stiffness, sent.stiffness);
+  check_float32(got.damping, sent.damping);
+  check_float32(got.g, sent.g);
+  check_float32(got.c_static, sent.c_static);
+  constexpr double kHalfStep = 0.5 / 32767 * 1.0001;
+  CHECK((got.q_rate - sent.q_rate).cwiseAbs().maxCoeff() <= kHalfStep * sent.q_rate.cwiseAbs().maxCoeff());
+  CHECK(got.touching);
+  CHECK(got.friction == Approx(0.3).epsilon(1e-7));
+  CHECK(got.coupling_n_m == Approx(987.6).epsilon(1e-7));
+  CHECK(got.point.triangle == 1);
+  CHECK(got.point.weight.sum() == Approx(1).epsilon(1e-15));
+  CHECK((got.point.weight - sent.point.weight).cwiseAbs().maxCoeff() <= 1.0 / 65535);
+  REQUIRE(got.surface.vertex_count == 13);
+  REQUIRE(got.surface.triangle_count == 16);
+  for (std::size_t t = 0; t < 16; ++t) CHECK(got.surface.triangles[t] == sent.surface.triangles[t]);
+  for (int m = 0; m < 8; ++m) {
+    double largest = 0, error = 0;
+    for (std::size_t i = 0; i < 13; ++i) {
+      const Vec3 a = got.surface.vertices[i].rows.col(m), b = sent.surface.vertices[i].rows.col(m);
+      largest = std::max(largest, b.cwiseAbs().maxCoeff());
+      error = std::max(error, (a - b).cwiseAbs().maxCoeff());
+    }
+    CHECK(error <= kHalfStep * largest);
+  }
+  for (std::size_t i = 0; i < 13; ++i) {
+    const Vec3 off = got.surface.vertices[i].position - sent.surface.vertices[i].position;
+    CHECK(off.cwiseAbs().maxCoeff() <= kHalfStep * 0.02 + 4e-9);  // the surface reaches 20 mm from vertex 0
+  }
+}
+
+TEST_CASE("a constant patch carries its force and nothing of a model") {
+  Patch sent = seeds::common_patch(ContactKind::attach);
+  sent.constant = true;
+  sent.scheme = Scheme::filtered;
+  sent.low_pass_hz = 5;
+  const Patch got = round_trip(sent);
+  check_common(got, sent);
+  CHECK(got.low_pass_hz == 5);
+  CHECK(got.modes() == 0);
+}
+
+TEST_CASE("rounding to float32 leaves singular damping acceptable") {
+  // rank one: every rounding error may push an eigenvalue below zero
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    std::mt19937 random(seed);
+    Patch patch = seeds::attach_patch(11);
+    Eigen::VectorXd direction(14);
+    for (int i = 0; i < 14; ++i) direction[i] = seeds::noise(random) * std::pow(10.0, i % 5);
+    const Eigen::MatrixXd d = direction * direction.transpose();
+    patch.d_port = d.topLeftCorner(3, 3);
+    patch.b_d = -d.bottomLeftCorner(11, 3);
+    patch.damping = d.bottomRightCorner(11, 11);
+    REQUIRE(check(patch) == PatchFault::none);
+    REQUIRE(check(round_trip(patch)) == PatchFault::none);
+  }
+}
+
+TEST_CASE("a patch that its own sender should have refused is refused on receipt") {
+  Patch patch = seeds::attach_patch(5);
+  patch.damping(2, 2) = -1;
+  Message out;
+  CHECK(decode(seeds::bytes_of(seeds::message(PatchMessage{patch})), out) == WireFault::patch_refused);
+  patch = seeds::touch_patch(5, 9, 8);
+  patch.surface.triangles[3] = {1, 2, 15};
+  CHECK(decode(seeds::bytes_of(seeds::message(PatchMessage{patch})), out) == WireFault::patch_refused);
+}

@@ -1,0 +1,149 @@
+// One plausible message of every kind, with numbers that no rounding step divides.
+#pragma once
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "common/wire/codec.hpp"
+
+namespace palpate::seeds {
+
+inline double noise(std::mt19937& random) { return static_cast<double>(random()) / 4294967296.0 * 2 - 1; }
+
+inline Message message(Body body) {
+  Message m;
+  m.instance = 0xfeedbeefcafe1234ull;
+  m.station = 7;
+  m.seq = 123456;
+  m.clock = {Micros{9'876'543'210}, Micros{1'234'567'890'123}, Micros{1500}};
+  m.body = std::move(body);
+  return m;
+}
+
+/// G^T G of random vectors, so semi-definite: rows 0..2 the port, the rest the modes.
+inline Eigen::MatrixXd semi_definite(std::mt19937& random, int n, double scale) {
+  Eigen::MatrixXd g(n, n);
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) g(i, j) = noise(random);
+  return scale * g.transpose() * g;
+}
+
+inline void fill_modes(std::mt19937& random, int r, Patch& patch) {
+  patch.stiffness.resize(r);
+  patch.g.resize(r);
+  patch.q_rate.resize(r);
+  for (int i = 0; i < r; ++i) {
+    patch.stiffness[i] = 37.7 * std::pow(3.1, i);
+    patch.g[i] = 11.3 * noise(random);
+    patch.q_rate[i] = 0.21 * noise(random);
+  }
+  patch.damping = semi_definite(random, r, 9.7);
+}
+
+inline Patch common_patch(ContactKind contact) {
+  Patch patch;
+  patch.seq = 42;
+  patch.stamp = Micros{9'870'000'001};
+  patch.scheme = Scheme::port;
+  patch.contact = contact;
+  patch.force = Vec3(0.123, -1.77, 3.14159);
+  patch.tool = Vec3(0.0512345678, -0.0312345678, 0.1010101010);
+  patch.trust_radius_m = 0.03;
+  patch.valid_for = Micros{400'000};
+  return patch;
+}
+
+/// The mode stiffnesses K_i are such that [[K_p, -B_k^T], [-B_k, K]] is semi-definite: K_p = B_k^T K^-1 B_k + something.
+inline Patch attach_patch(int r) {
+  std::mt19937 random(100u + static_cast<unsigned>(r));
+  Patch patch = common_patch(ContactKind::attach);
+  fill_modes(random, r, patch);
+  patch.tool_velocity = Vec3(0.01, -0.2, 0.33);
+  patch.b_k.resize(r, 3);
+  for (int i = 0; i < r; ++i)
+    for (int k = 0; k < 3; ++k) patch.b_k(i, k) = 3 * std::sqrt(patch.stiffness[i]) * noise(random);
+  patch.k_port = semi_definite(random, 3, 55.5);
+  if (r > 0) patch.k_port += patch.b_k.transpose() * patch.stiffness.cwiseInverse().asDiagonal() * patch.b_k;
+  const Eigen::MatrixXd d = semi_definite(random, r + 3, 2.3);
+  patch.d_port = d.topLeftCorner(3, 3);
+  patch.damping = d.bottomRightCorner(r, r);
+  patch.b_d = -d.bottomLeftCorner(r, 3);
+  return patch;
+}
+
+/// A fan of triangles around vertex 0 on a bumpy disc of 20 mm radius; `triangles` may exceed the fan, then it repeats.
+inline Patch touch_patch(int r, int vertices, int triangles) {
+  std::mt19937 random(200u + static_cast<unsigned>(r));
+  Patch patch = common_patch(ContactKind::touch);
+  fill_modes(random, r, patch);
+  patch.coupling_n_m = 987.6;
+  patch.friction = 0.3;
+  patch.touching = true;
+  patch.point = {1, Vec3(0.2, 0.3, 0.5)};
+  patch.c_static = semi_definite(random, 3, 1e-4);
+  patch.surface.vertex_count = vertices;
+  patch.surface.triangle_count = triangles;
+  for (int i = 0; i < vertices; ++i) {
+    auto& vertex = patch.surface.vertices[static_cast<std::size_t>(i)];
+    const double angle = 2 * M_PI * i / (vertices - 1);
+    vertex.position = Vec3(0.05, -0.03, 0.1);
+    if (i > 0) vertex.position += Vec3(0.02 * std::cos(angle), 0.02 * std::sin(angle), 0.003 * noise(random));
+    vertex.rows.resize(3, r);
+    for (int m = 0; m < r; ++m)
+      for (int k = 0; k < 3; ++k) vertex.rows(k, m) = 4.4 * noise(random) / (1 + m);
+  }
+  const auto ring = static_cast<std::uint32_t>(vertices - 1);
+  for (std::uint32_t t = 0; t < static_cast<std::uint32_t>(triangles); ++t)
+    patch.surface.triangles[t] = {0, 1 + t % ring, 1 + (t + 1) % ring};
+  return patch;
+}
+
+inline Samples samples(int count) {
+  std::mt19937 random(3);
+  Samples m;
+  for (int i = 0; i < count; ++i)
+    m.samples.push_back({Micros{9'000'000'000 + 1000 * i + (i % 3)}, Vec3(noise(random), noise(random), 9.9 * noise(random))});
+  return m;
+}
+
+inline std::vector<Message> every_kind() {
+  std::mt19937 random(5);
+  std::vector<Message> all;
+  all.push_back(message(Hello{"left hand", Role::haptic, Scheme::port, 22, "right hand"}));
+  all.push_back(message(Hello{"v", Role::viewer, Scheme::hold, 0, ""}));
+  all.push_back(message(Welcome{"cube6", ContactKind::touch, 20, Vec3(0.1, 0.2, 0.30000001), 1500, 2996, 0x123456789abcdef0ull}));
+  all.push_back(message(Refuse{RefuseReason::name_taken, "the name \"left hand\" is taken"}));
+  all.push_back(message(samples(0)));
+  all.push_back(message(samples(34)));
+  all.push_back(message(PatchMessage{attach_patch(11)}));
+  all.push_back(message(PatchMessage{attach_patch(0)}));
+  all.push_back(message(PatchMessage{touch_patch(8, 13, 16)}));
+  all.push_back(message(PatchMessage{touch_patch(0, 7, 6)}));
+  Patch filtered = common_patch(ContactKind::touch);
+  filtered.scheme = Scheme::filtered;
+  filtered.constant = true;
+  filtered.low_pass_hz = 4.5;
+  all.push_back(message(PatchMessage{filtered}));
+  all.push_back(message(Beat{Micros{-17}, true}));
+  all.push_back(message(Leave{}));
+  all.push_back(message(MeshRequest{3}));
+  MeshPiece mesh{0xabcdef, 1, 4, 116, {}};
+  for (std::uint32_t i = 0; i < kMaxPieceTriangles; ++i) mesh.triangles.push_back({i, i + 1, 70000 + i});
+  all.push_back(message(mesh));
+  ShapePiece shape{Micros{123456}, 170, Vec3(-0.1, -0.2, 0), Vec3(0.1, 0.2, 0.300000001), {}};
+  for (int i = 0; i < kMaxPieceVertices; ++i)
+    shape.positions.push_back(Vec3(0.1 * noise(random), 0.2 * noise(random), 0.15 + 0.15 * noise(random)));
+  all.push_back(message(shape));
+  all.push_back(message(Tools{
+      Micros{99}, {{"left hand", Vec3(0.01, 0.02, 0.03), Vec3(1, 2, 3.3), true}, {"r", Vec3(1, 1, 1), Vec3::Zero(), false}}}));
+  return all;
+}
+
+inline std::vector<std::byte> bytes_of(const Message& message) {
+  std::vector<std::byte> bytes(kMaxDatagramBytes);
+  bytes.resize(encode(message, bytes));
+  return bytes;
+}
+
+}  // namespace palpate::seeds
