@@ -6,6 +6,11 @@
 #include "server/room/grasp.hpp"
 
 namespace palpate {
+namespace {
+
+constexpr double kToleranceM = 1e-8;
+
+}  // namespace
 
 bool needs_settling(const Scene& scene, const Vec3& start) {
   constexpr double kSamePlaceM = 1e-6;
@@ -19,7 +24,7 @@ ReferenceForce reference_force(const Scene& scene, std::span<const Vec3> positio
   if (positions.empty()) return result;
   const Surface surface(scene.body.triangles, scene.body.nodes.size());
   const Dynamics dynamics(scene.body);
-  Integrator integrator(dynamics, surface, {scene.body.nodes.size() <= kFineNodes ? kFineStepS : kTickStepS});
+  Integrator integrator(dynamics, surface, {scene.body.nodes.size() <= kFineNodes ? kFineStepS : kTickStepS, kToleranceM});
   BodyState state = settled_state(dynamics, surface);
 
   std::vector<ToolSample> samples;

@@ -18,13 +18,18 @@ PatchPlayer::PatchPlayer(const Patch& patch) : patch_(patch) {
   z_ = StateVector::Zero(2 * r);
   if (r > 0) {
     z_.tail(r) = patch.q_rate;
-    phi_ = p.phi;
     psi0_ = p.psi0;
     drift_ = p.psi0 * patch.g;
     if (patch.contact == ContactKind::attach) {
-      from_d_next_ = p.psi1 * patch.b_k;
-      from_d_ = p.psi0 * patch.b_k - from_d_next_;
-      from_rate_ = p.psi0 * patch.b_d;
+      step_.resize(2 * r, 2 * r + 9);
+      step_.leftCols(2 * r) = p.phi;
+      step_.middleCols(2 * r, 3) = (p.psi0 - p.psi1) * patch.b_k;
+      step_.middleCols(2 * r + 3, 3) = p.psi1 * patch.b_k;
+      step_.rightCols(3) = p.psi0 * patch.b_d;
+      felt_.resize(3, 2 * r);
+      felt_ << patch.b_k.transpose(), patch.b_d.transpose();
+    } else {
+      step_ = p.phi;
     }
   }
   if (patch.low_pass_hz > 0) low_pass_gain_ = 1 - std::exp(-2 * std::numbers::pi * patch.low_pass_hz * kTickS);
@@ -32,6 +37,14 @@ PatchPlayer::PatchPlayer(const Patch& patch) : patch_(patch) {
   const auto triangles = static_cast<std::size_t>(patch.surface.triangle_count);
   connect_surface({patch.surface.triangles.data(), triangles}, vertices, {first_.data(), vertices + 1},
                   {incident_.data(), 3 * triangles}, {open_.data(), triangles});
+  rest_.resize(static_cast<Eigen::Index>(3 * vertices));
+  rows_.resize(rest_.size(), r);
+  for (std::size_t i = 0; i < vertices; ++i) {
+    const auto at = static_cast<Eigen::Index>(3 * i);
+    rest_.segment<3>(at) = patch.surface.vertices[i].position;
+    if (r > 0) rows_.middleRows<3>(at) = patch.surface.vertices[i].rows;
+  }
+  vertices_ = rest_;
   touching_ = patch.touching;
   point_ = patch.point;
   tool_ = {patch.stamp, patch.tool};
@@ -71,14 +84,15 @@ void PatchPlayer::tick_attach(const Vec3& tool) noexcept {
   const Vec3 rate = (tool - tool_.position) / kTickS - patch_.tool_velocity;
   Vec3 force = patch_.force - patch_.k_port * d_next - patch_.d_port * rate;
   if (r > 0) {
-    StateVector next = drift_;
-    next.noalias() += from_d_ * d;
-    next.noalias() += from_d_next_ * d_next;
-    next.noalias() += from_rate_ * rate;
-    next.noalias() += phi_ * z_;
-    z_ = next;
-    force.noalias() += patch_.b_k.transpose() * z_.head(r);
-    force.noalias() += patch_.b_d.transpose() * (z_.tail(r) - patch_.q_rate);
+    StepVector u(2 * r + 9);
+    u.head(2 * r) = z_;
+    u.segment<3>(2 * r) = d;
+    u.segment<3>(2 * r + 3) = d_next;
+    u.tail<3>() = rate;
+    z_ = drift_;
+    z_.noalias() += step_ * u;
+    force.noalias() += felt_ * z_;
+    force.noalias() -= patch_.b_d.transpose() * patch_.q_rate;
   }
   output_ = {force, true};
 }
@@ -92,24 +106,31 @@ SurfaceView PatchPlayer::surface() const noexcept {
           {open_.data(), triangles}};
 }
 
-Positions PatchPlayer::positions() const noexcept {
-  return {vertices_.data(), 3 * static_cast<std::size_t>(patch_.surface.vertex_count)};
-}
+Positions PatchPlayer::positions() const noexcept { return {vertices_.data(), static_cast<std::size_t>(vertices_.size())}; }
 
 void PatchPlayer::place_vertices() noexcept {
+  vertices_ = rest_;
+  if (patch_.modes() > 0) vertices_.noalias() += rows_ * z_.head(patch_.modes());
+}
+
+void PatchPlayer::update_response() noexcept {
+  has_response_ = true;
+  compliance_ = patch_.c_static;
   const auto r = patch_.modes();
-  for (std::size_t i = 0; i < static_cast<std::size_t>(patch_.surface.vertex_count); ++i) {
-    Eigen::Map<Vec3> x(vertices_.data() + 3 * i);
-    x = patch_.surface.vertices[i].position;
-    if (r > 0) x.noalias() += patch_.surface.vertices[i].rows * z_.head(r);
-  }
+  if (r == 0) return;
+  const Triangle& corners = patch_.surface.triangles[point_.triangle];
+  PortRows rows = point_.weight[0] * rows_.middleRows<3>(3 * corners[0]);
+  for (std::size_t k = 1; k < 3; ++k) rows += point_.weight[static_cast<int>(k)] * rows_.middleRows<3>(3 * corners[k]);
+  response_.resize(2 * r, 3);
+  response_.noalias() = psi0_ * rows.transpose();
+  compliance_.noalias() += rows * response_.topRows(r);
 }
 
 void PatchPlayer::tick_touch(const Vec3& tool) noexcept {
   const auto r = patch_.modes();
   if (r > 0) {
     StateVector next = drift_;
-    next.noalias() += phi_ * z_;
+    next.noalias() += step_ * z_;
     z_ = next;
   }
   place_vertices();
@@ -120,27 +141,19 @@ void PatchPlayer::tick_touch(const Vec3& tool) noexcept {
     if (nearest.height_m >= 0 || nearest.at_border) return;
     point_ = nearest.point;
     touching_ = true;
+    has_response_ = false;
   }
-
-  PortRows rows(3, r);
-  rows.setZero();
-  const Triangle& corners = view.triangles[point_.triangle];
-  if (r > 0)
-    for (int k = 0; k < 3; ++k) rows += point_.weight[k] * patch_.surface.vertices[corners[static_cast<std::size_t>(k)]].rows;
-  Mat3 compliance = patch_.c_static;
-  StateInput response;  // Psi0 R^T, 2r x 3
-  if (r > 0) {
-    response.resize(2 * r, 3);
-    response.noalias() = psi0_ * rows.transpose();
-    compliance.noalias() += rows * response.topRows(r);
-  }
+  if (!has_response_) update_response();
   const Vec3 p_free = position_at(view, positions(), point_);
   const ContactParameters parameters{patch_.coupling_n_m, patch_.friction};
-  const ContactClosure closure = close_contact(p_free, compliance, normal_at(view, positions(), point_), tool, parameters);
+  const ContactClosure closure = close_contact(p_free, compliance_, normal_at(view, positions(), point_), tool, parameters);
   touching_ = closure.touching;
   if (!touching_) return;
-  if (r > 0) z_.noalias() += response * closure.lambda;
-  if (closure.slip.squaredNorm() > 0) point_ = slide(view, positions(), point_, closure.slip);
+  if (r > 0) z_.noalias() += response_ * closure.lambda;
+  if (closure.slip.squaredNorm() > 0) {
+    point_ = slide(view, positions(), point_, closure.slip);
+    has_response_ = false;
+  }
   output_ = {-closure.lambda, true};
 }
 

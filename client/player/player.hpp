@@ -50,14 +50,18 @@ class PatchPlayer {
   void tick_attach(const Vec3& tool) noexcept;
   void tick_touch(const Vec3& tool) noexcept;
   void place_vertices() noexcept;
+  void update_response() noexcept;
   SurfaceView surface() const noexcept;
   Positions positions() const noexcept;
 
   Patch patch_;
-  StateMatrix phi_;
-  StateVector drift_;                                                                                          // Psi0 g
-  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxStates, 3> from_d_, from_d_next_, from_rate_;  // attach
-  StateInput psi0_;                                                                                            // touch
+  static constexpr int kMaxInputs = kMaxStates + 9;
+  using StepVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxInputs, 1>;
+  // z+ = drift + step u with u = z (touch) or (z, d, d+, d') (attach): one product, whatever the order
+  StateVector drift_;  // Psi0 g
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxStates, kMaxInputs> step_;
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor, 3, kMaxStates> felt_;  // attach: (B_k^T, B_d^T)
+  StateInput psi0_;                                                                // touch
   double low_pass_gain_ = 1;
 
   std::array<std::uint32_t, kMaxPortVertices + 1> first_{};
@@ -65,7 +69,13 @@ class PatchPlayer {
   std::array<std::uint8_t, kMaxPortTriangles> open_{};
 
   StateVector z_;
-  std::array<double, 3 * kMaxPortVertices> vertices_{};  // at the end of the tick, without this tick's contact force
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxPortVertices, 1> rest_, vertices_;  // at the stamp; at the end of the
+                                                                                          // tick, without its contact force
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kMaxPortVertices, kMaxModes> rows_;  // all R_i
+  // Answer of the body to lambda at point_; a point that sticks keeps it.
+  bool has_response_ = false;
+  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxStates, 3> response_;  // Psi0 R^T
+  Mat3 compliance_ = Mat3::Zero();                                                     // C
   ToolSample tool_;
   bool touching_ = false;
   SurfacePoint point_;

@@ -3,6 +3,9 @@
 // Small systems: sparse L D L^T (Eigen, approximate minimum degree), analysed once per pattern. Large systems, and small ones
 // that are dominated by their diagonal (a short time step: the mass rules), where a handful of products is cheaper than one
 // substitution: conjugate gradients with 3x3 block-Jacobi preconditioning, warm-started by the caller's x.
+//
+// The iterations run in single precision on a packed copy of A (half the memory traffic, which is what limits them); residuals
+// are taken in double precision, and the answer is refined until they meet the tolerance. A tolerance down to about 1e-12 can be met.
 #pragma once
 
 #include <Eigen/SparseCholesky>
@@ -10,6 +13,7 @@
 #include <vector>
 
 #include "server/body/block_matrix.hpp"
+#include "server/body/packed_cg.hpp"
 
 namespace palpate {
 
@@ -36,8 +40,7 @@ class LinearSolver {
  private:
   bool wants_direct(const BlockMatrix& a) const;
   bool factorise_direct(const BlockMatrix& a);
-  SolveStats conjugate_gradients(const Vector& b, double tolerance, Vector& x);
-  void precondition(const Vector& r, Vector& z) const;
+  SolveStats refine(const Vector& b, double tolerance, Vector& x);
 
   Method method_;
   bool small_, direct_ = false;
@@ -48,8 +51,8 @@ class LinearSolver {
   bool analysed_ = false;
   // iterative
   const BlockMatrix* a_ = nullptr;
-  std::vector<Mat3> inverse_diagonal_;
-  Vector r_, z_, p_, ap_;
+  PackedConjugateGradients packed_;
+  Vector r_;
 };
 
 }  // namespace palpate

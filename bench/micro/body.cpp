@@ -1,0 +1,145 @@
+// The parts of a server's step over body size: cubes of n^3 nodes and the organ, deformed a little so that no term is zero.
+//
+// Per element: forces 40 operations (a square root and a division among them), and 32 bytes of element beside the nodes' numbers,
+// which stay in the second-level cache; assemble 70 operations and four 3x3 blocks read and written (576 bytes).
+// step: the integrator's matrix at 10 ms steps, A = M + a D + a^2 K, a = 2.93 ms, to 1e-2; shift: the reduction's,
+// P = s^2 M + s D + K, s = 13 / s, to 1e-3. CG starts from zero; factorise is Eigen's sparse L D L^T.
+#include <cmath>
+#include <memory>
+
+#include "bench/micro/benchmarks.hpp"
+#include "bench/micro/fixtures.hpp"
+#include "bench/micro/machine.hpp"
+#include "bench/micro/timer.hpp"
+#include "server/body/dynamics.hpp"
+#include "server/body/linear_solver.hpp"
+
+namespace palpate {
+namespace {
+
+struct BodyCase {
+  explicit BodyCase(const std::string& name)
+      : scene(name == "organ" ? scene_of(name) : cube_of(std::stoi(name.substr(4)))),
+        dynamics(scene.body),
+        state(dynamics.rest_state()),
+        y(state.x.size()) {
+    constexpr double kDeformation = 2e-4;
+    for (Eigen::Index i = 0; i < state.x.size(); ++i) {
+      y[i] = std::sin(12.9898 * static_cast<double>(i));
+      state.x[i] += kDeformation * y[i];
+      state.v[i] = 0.01 * std::cos(78.233 * static_cast<double>(i));
+    }
+    for (std::size_t i = 0; i < scene.body.fixed.size(); ++i)
+      if (scene.body.fixed[i]) y.segment<3>(3 * static_cast<Eigen::Index>(i)).setZero();
+  }
+  BlockMatrix matrix(bool step) const {
+    constexpr double kA = 0.5 * (2 - M_SQRT2) * 0.010, kShift = 2.0 / 0.150;
+    BlockMatrix m = dynamics.make_matrix();
+    const double c_m = step ? 1 : kShift * kShift, c_d = step ? kA : kShift, c_k = step ? kA * kA : 1;
+    dynamics.assemble(state, c_m, c_d, c_k, scene.body.fixed, true, m);
+    return m;
+  }
+  std::size_t elements() const { return scene.body.elements.size(); }
+
+  Scene scene;
+  Dynamics dynamics;
+  BodyState state;
+  Vector y;
+};
+
+/// `flops` an element, 0 where they are not counted: `of_peak` is the share of the peak multiply-add rate that they reach.
+void report(benchmark::State& state, const BodyCase& body, const ProcessorTimer& timer, double flops = 0) {
+  const double elements = static_cast<double>(state.iterations()) * static_cast<double>(body.elements());
+  const double ns = timer.seconds() * 1e9 / elements;
+  state.counters["nodes"] = static_cast<double>(body.scene.body.nodes.size());
+  state.counters["ns_per_element"] = ns;
+  if (flops > 0) state.counters["of_peak"] = flops / ns / machine().peak_gflops;
+}
+
+void body_forces(benchmark::State& state, const std::string& name) {
+  const BodyCase body(name);
+  Vector f;
+  const ProcessorTimer timer;
+  for (auto _ : state) {
+    body.dynamics.forces(body.state.x, body.state.v, f);
+    benchmark::DoNotOptimize(f.data());
+  }
+  report(state, body, timer, 40);
+}
+
+void body_assemble(benchmark::State& state, const std::string& name) {
+  const BodyCase body(name);
+  BlockMatrix m = body.matrix(true);
+  const ProcessorTimer timer;
+  for (auto _ : state) body.dynamics.assemble(body.state, 1, 0.003, 1e-5, body.scene.body.fixed, true, m);
+  report(state, body, timer, 70);
+}
+
+void body_tangents(benchmark::State& state, const std::string& name) {
+  const BodyCase body(name);
+  Vector k, d;
+  const ProcessorTimer timer;
+  for (auto _ : state) {
+    body.dynamics.multiply_tangents(body.state, body.y, k, d);
+    benchmark::DoNotOptimize(k.data());
+  }
+  report(state, body, timer);
+}
+
+void body_cg(benchmark::State& state, const std::string& name, bool step) {
+  const BodyCase body(name);
+  const BlockMatrix a = body.matrix(step);
+  LinearSolver solver(a.rows(), LinearSolver::Method::conjugate_gradients);
+  Vector x;
+  SolveStats stats;
+  const ProcessorTimer timer;
+  for (auto _ : state) {
+    solver.factorise(a);
+    x = Vector::Zero(body.y.size());
+    stats = solver.solve(body.y, step ? 1e-2 : 1e-3, x);
+  }
+  report(state, body, timer);
+  state.counters["iterations_cg"] = stats.iterations;
+}
+
+void body_factorise(benchmark::State& state, const std::string& name) {
+  const BodyCase body(name);
+  const BlockMatrix a = body.matrix(false);
+  LinearSolver solver(a.rows(), LinearSolver::Method::direct);
+  bool good = solver.factorise(a);  // the pattern is analysed once in a body's life
+  const ProcessorTimer timer;
+  for (auto _ : state) good = solver.factorise(a);
+  report(state, body, timer);
+  if (!good) state.SkipWithError("the matrix is not positive definite");
+}
+
+void body_substitute(benchmark::State& state, const std::string& name) {
+  const BodyCase body(name);
+  const BlockMatrix a = body.matrix(false);
+  LinearSolver solver(a.rows(), LinearSolver::Method::direct);
+  solver.factorise(a);
+  Vector x;
+  const ProcessorTimer timer;
+  for (auto _ : state) solver.solve(body.y, 0, x);
+  report(state, body, timer);
+}
+
+}  // namespace
+
+void add_body_benchmarks() {
+  const std::string bodies[] = {"cube6", "cube10", "cube15", "organ"};
+  const auto add = [&](const char* what, auto function, auto... arguments) {
+    for (const std::string& body : bodies)
+      benchmark::RegisterBenchmark((std::string("body/") + what + "/" + body).c_str(), function, body, arguments...)
+          ->MinTime(0.1);
+  };
+  add("forces", body_forces);
+  add("assemble", body_assemble);
+  add("multiply_tangents", body_tangents);
+  add("cg_step", body_cg, true);
+  add("cg_shift", body_cg, false);
+  add("factorise", body_factorise);
+  add("substitute", body_substitute);
+}
+
+}  // namespace palpate

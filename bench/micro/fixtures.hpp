@@ -1,0 +1,48 @@
+// Bodies, motions and patches that the benchmarks share. Patches are the server's own, not made up.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "common/motion/motion.hpp"
+#include "server/room/room.hpp"
+
+namespace palpate {
+
+/// Where scenes and motions are; set by main() before anything is loaded.
+void set_scene_folder(const std::filesystem::path& folder);
+
+Scene scene_of(const std::string& name);
+Motion motion_of(const std::string& name);
+/// The cube of cube6.json with n^3 nodes: the same size and density, element stiffness and damping in proportion to spacing.
+Scene cube_of(int n);
+/// The motion moved so that it starts `height_m` above the middle of the top of the body.
+Motion above(const Scene& scene, const Motion& motion, double height_m);
+
+/// One body and one hand on a motion, frame by frame as a server runs them at 20 Hz, without the network.
+class FrameDriver {
+ public:
+  static constexpr Micros kFrame{50'000};
+  static constexpr Micros kBridge{150'000};  ///< 100 ms of latency and a frame
+
+  FrameDriver(const Scene& scene, const Motion& motion, Scheme scheme);
+  /// Simulates one more frame and builds its patch.
+  FrameResult next();
+  double simulate_ms() const { return simulate_ms_; }  ///< of the last frame
+  double build_ms() const { return build_ms_; }
+
+ private:
+  Room room_;
+  Motion motion_;
+  FrameJob job_;
+  double simulate_ms_ = 0, build_ms_ = 0;
+};
+
+/// The newest patch of `scene` after `seconds` of `motion`. Throws std::runtime_error when there is none.
+Patch patch_after(const Scene& scene, const Motion& motion, double seconds);
+
+/// 22 states: cube6 under base-excursion. 16 states: touch-cube, pressed.
+Patch grasp_patch();
+Patch touch_patch();
+
+}  // namespace palpate

@@ -1,0 +1,128 @@
+// Unilateral contact in the integrator against series compliance, the friction cone and the moment of contact.
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "server/body/integrator.hpp"
+#include "tests/support/bodies.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+namespace {
+
+/// A square plate of two triangles at z = 0, each corner hung on a spring from a fixed node above: stable under a push from above.
+LumpedBody hung_plate(double stiffness_n_m, double damping_n_s_m) {
+  LumpedBody body;
+  for (const double z : {0.0, 0.1})
+    for (const Vec3& corner : {Vec3(0, 0, 0), Vec3(0.1, 0, 0), Vec3(0.1, 0.1, 0), Vec3(0, 0.1, 0)}) {
+      body.nodes.push_back(corner + Vec3(0, 0, z));
+      body.masses_kg.push_back(0.01);
+      body.fixed.push_back(z > 0);
+    }
+  for (std::uint32_t i = 0; i < 4; ++i) body.elements.push_back({i, i + 4, 0.1, stiffness_n_m, damping_n_s_m});
+  body.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return body;
+}
+
+struct Bench {
+  LumpedBody body;
+  Dynamics dynamics{body};
+  Surface surface{body.triangles, body.nodes.size()};
+  Integrator integrator;
+  BodyState state = dynamics.rest_state();
+  std::vector<ToolPort> ports{1};
+
+  Bench(LumpedBody b, ContactParameters parameters, double step_s = 0.010, std::uint8_t all_fixed = 0)
+      : body(std::move(b)), integrator(dynamics, surface, {step_s, 1e-11}) {
+    if (all_fixed) body.fixed.assign(body.nodes.size(), 1);
+    ports[0].parameters = parameters;
+  }
+  AdvanceReport advance(double until_s, const std::function<Vec3(double)>& tool) {
+    return integrator.advance(state, ports, until_s, [&](std::size_t, double t) { return ToolAt{tool(t), Vec3::Zero()}; });
+  }
+  Vec3 normal() const { return normal_at(surface.view(), {state.x.data(), static_cast<std::size_t>(state.x.size())}, ports[0].point); }
+};
+
+}  // namespace
+
+TEST_CASE("A resting push on a hung plate is the plate's springs in series with the contact") {
+  const double coupling = GENERATE(500.0, 5000.0, 0.0);
+  Bench bench(hung_plate(100, 5), {coupling, 0.0});
+  // Above the middle: all four corners would share were the plate stiff; this one bends along its diagonal 0-2, which carries alone.
+  const Vec3 tool(0.05, 0.05, -0.006);
+  REQUIRE(bench.advance(5, [&](double) { return tool; }).converged);
+  const double contact_softness = coupling > 0 ? 1 / coupling : 0;
+  CHECK(bench.ports[0].touching);
+  CHECK(-bench.ports[0].lambda.z() == Approx(0.006 / (1.0 / 200 + contact_softness)).epsilon(1e-4));
+  CHECK(bench.ports[0].lambda.head<2>().norm() < 1e-6);
+}
+
+TEST_CASE("On rigid ground the force is the contact's own stiffness, and a stroke slides on the friction cone") {
+  Bench bench(hung_plate(100, 5), {800, 0.4}, 0.010, 1);
+  REQUIRE(bench.advance(0.1, [](double) { return Vec3(0.03, 0.02, -0.005); }).converged);
+  CHECK((bench.ports[0].lambda - Vec3(0, 0, -4)).norm() < 1e-9);
+  int slipped = 0;
+  for (int ms = 1; ms <= 300; ++ms) {
+    const double before_x = bench.ports[0].point.weight[0];
+    REQUIRE(bench.advance(0.1 + 1e-3 * ms, [](double t) { return Vec3(0.03 + 0.1 * (t - 0.1), 0.02, -0.005); }).converged);
+    const Vec3 lambda = bench.ports[0].lambda;
+    CHECK(-lambda.z() == Approx(4));
+    CHECK(lambda.head<2>().norm() <= 0.4 * 4 * (1 + 1e-9));
+    slipped += bench.ports[0].point.weight[0] != before_x;
+  }
+  // Stuck until k_c times the way is mu times the force (2 mm, 20 ms), then sliding, dragged along by the full cone.
+  CHECK(slipped == Approx(280).margin(2));
+  CHECK(bench.ports[0].lambda.x() == Approx(0.4 * 4));
+}
+
+TEST_CASE("The friction cone holds while a tool strokes a soft cube") {
+  const double friction = GENERATE(0.0, 0.3);
+  Bench bench(box_body(4, 4, 4), {1000, friction});
+  double worst = 0;
+  for (int ms = 1; ms <= 600; ++ms) {
+    const Vec3 before = bench.normal();
+    const auto tool = [](double t) { return Vec3(0.015 + 0.05 * t, 0.031, 0.06 - 0.006 * std::min(1.0, t / 0.1)); };
+    REQUIRE(bench.advance(1e-3 * ms, tool).converged);
+    const Vec3 lambda = bench.ports[0].lambda;
+    if (!bench.ports[0].touching) continue;
+    const auto beyond = [&](const Vec3& n) { return (lambda - n * n.dot(lambda)).norm() + friction * n.dot(lambda); };
+    // The law's normal is that of the stage's beginning: between those of the ends.
+    worst = std::max(worst, std::min(beyond(before), beyond(bench.normal())) / lambda.norm());
+    CHECK(lambda.dot(bench.normal()) < 0);
+  }
+  CHECK(bench.ports[0].touching);
+  CHECK(worst < 0.01);
+}
+
+TEST_CASE("A tool that leaves lets go: no force, and the body swings back to rest") {
+  Bench bench(box_body(4, 4, 4), {1000, 0.3});
+  REQUIRE(bench.advance(0.3, [](double) { return Vec3(0.031, 0.031, 0.054); }).converged);
+  CHECK(bench.ports[0].touching);
+  CHECK(bench.ports[0].lambda.norm() > 0.1);
+  REQUIRE(bench.advance(0.4, [](double) { return Vec3(0.031, 0.031, 0.1); }).converged);
+  CHECK_FALSE(bench.ports[0].touching);
+  CHECK(bench.ports[0].lambda.norm() == 0);
+  REQUIRE(bench.advance(6, [](double) { return Vec3(0.031, 0.031, 0.1); }).converged);
+  CHECK((bench.state.x - bench.dynamics.rest_state().x).cwiseAbs().maxCoeff() < 1e-6);
+}
+
+TEST_CASE("A step in which contact begins or ends is redone in short pieces") {
+  Bench bench(box_body(4, 4, 4), {1000, 0.3});
+  const auto tool = [](double t) { return Vec3(0.031, 0.031, t < 0.1 ? 0.062 - 0.2 * t : 0.062 - 0.02 + 0.2 * (t - 0.1)); };
+  // The tool is at the surface after 10 ms.
+  CHECK(bench.advance(0.005, tool).cut_steps == 0);
+  CHECK_FALSE(bench.ports[0].touching);
+  const AdvanceReport onset = bench.advance(0.015, tool);
+  CHECK(onset.cut_steps >= 1);
+  CHECK(onset.steps >= 3);
+  CHECK(bench.ports[0].touching);
+  bool released = false;
+  int cuts = 0;
+  for (int k = 1; k <= 30 && !released; ++k) {
+    cuts = bench.advance(0.1 + 0.01 * k, tool).cut_steps;
+    released = !bench.ports[0].touching;
+  }
+  CHECK(released);
+  CHECK(cuts >= 1);
+}
