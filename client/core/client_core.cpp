@@ -53,7 +53,7 @@ void ClientCore::leave(Micros) {
 void ClientCore::drain() {
   ToolSample sample;
   while (sample_ring_.pop(sample)) {
-    if (!sample.position.allFinite() || sample.position.cwiseAbs().maxCoeff() > kWorldExtentM) {
+    if (!in_world(sample.position)) {
       ++counts_.samples_outside;
       continue;
     }

@@ -26,9 +26,15 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
   ++counts_.patches_used;
 }
 
-TickOutput HapticTick::tick(const ToolSample& sample) noexcept {
+TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
   ++counts_.ticks;
-  if (!samples_.push(sample)) ++counts_.samples_dropped;
+  if (!samples_.push(reading)) ++counts_.samples_dropped;
+  ToolSample sample = reading;
+  if (!in_world(sample.position)) {
+    // Once in a model it would stay there: the tool counts as standing still.
+    if (recent_count_ == 0) return {};
+    sample.position = recent_[(recent_count_ - 1) % kRecent].position;
+  }
   TickOutput out;
   if (PatchPlayer* next = patches_.take()) {
     hand_over(*next, sample);

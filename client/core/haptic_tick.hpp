@@ -17,6 +17,11 @@ namespace palpate {
 inline constexpr std::size_t kSampleRing = 1024;
 using SampleRing = SpscRing<ToolSample, kSampleRing>;
 
+/// Whether a tool can be there at all.
+inline bool in_world(const Vec3& position) noexcept {
+  return position.allFinite() && position.cwiseAbs().maxCoeff() <= kWorldExtentM;
+}
+
 struct TickOutput {
   Vec3 force = Vec3::Zero();  ///< what the device shall render, after the guard [N]
   bool contact = false;
@@ -36,7 +41,8 @@ class HapticTick {
  public:
   HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, const GuardLimits& limits);
   /// One tick. `sample.t` is the client's clock and grows by kTick (late ticks are skipped by the caller, never squeezed).
-  TickOutput tick(const ToolSample& sample) noexcept;
+  /// A reading outside of the world is not played: the tool counts as standing still.
+  TickOutput tick(const ToolSample& reading) noexcept;
   const HapticCounts& counts() const { return counts_; }
   const GuardCounts& guard_counts() const { return guard_.counts(); }
 

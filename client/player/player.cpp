@@ -89,8 +89,9 @@ void PatchPlayer::tick_attach(const Vec3& tool) noexcept {
     u.segment<3>(2 * r) = d;
     u.segment<3>(2 * r + 3) = d_next;
     u.tail<3>() = rate;
-    z_ = drift_;
-    z_.noalias() += step_ * u;
+    StateVector next = drift_;
+    next.noalias() += step_ * u;
+    z_ = next;
     force.noalias() += felt_ * z_;
     force.noalias() -= patch_.b_d.transpose() * patch_.q_rate;
   }

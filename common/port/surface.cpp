@@ -60,6 +60,10 @@ struct Best {
   void offer(const SurfaceView& s, Positions x, std::uint32_t t, const Vec3& query) {
     const Triangle& tri = s.triangles[t];
     const Vec3 a = vertex(x, tri[0]), b = vertex(x, tri[1]), c = vertex(x, tri[2]);
+    // Most triangles are too far away already by the box around them.
+    const Vec3 low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
+    const Vec3 outside = (low - query).cwiseMax(query - high).cwiseMax(Vec3::Zero());
+    if (outside.squaredNorm() >= distance2) return;
     const Vec3 w = nearest_weights(a, b, c, query);
     const double d2 = (w[0] * a + w[1] * b + w[2] * c - query).squaredNorm();
     if (d2 < distance2) {
@@ -68,8 +72,14 @@ struct Best {
     }
   }
   void offer_around(const SurfaceView& s, Positions x, std::uint32_t triangle, const Vec3& query) {
-    for (const std::uint32_t i : s.triangles[triangle])
-      for (std::uint32_t k = s.first[i]; k < s.first[i + 1]; ++k) offer(s, x, s.incident[k], query);
+    const Triangle& corners = s.triangles[triangle];
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::uint32_t k = s.first[corners[c]]; k < s.first[corners[c] + 1]; ++k) {
+        const Triangle& t = s.triangles[s.incident[k]];
+        bool offered = false;  // as a neighbour of an earlier corner
+        for (std::size_t e = 0; e < c; ++e) offered |= t[0] == corners[e] || t[1] == corners[e] || t[2] == corners[e];
+        if (!offered) offer(s, x, s.incident[k], query);
+      }
   }
 };
 

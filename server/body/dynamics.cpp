@@ -15,6 +15,10 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs_of(const LumpedBody& 
 
 }  // namespace
 
+[[gnu::always_inline]] inline ElementState Dynamics::element_state(const Element& e, const Vector& x, const Vector& v) const {
+  return kernel_.evaluate(e, at(x, e.b) - at(x, e.a), at(v, e.b) - at(v, e.a));
+}
+
 Dynamics::Dynamics(const LumpedBody& body)
     : body_(&body),
       kernel_(body.law, body.stiffening),
@@ -42,10 +46,6 @@ BodyState Dynamics::rest_state() const {
   s.v = Vector::Zero(masses_.size());
   for (std::uint32_t i = 0; i < nodes(); ++i) at(s.x, i) = body_->nodes[i];
   return s;
-}
-
-ElementState Dynamics::element_state(const Element& e, const Vector& x, const Vector& v) const {
-  return kernel_.evaluate(e, at(x, e.b) - at(x, e.a), at(v, e.b) - at(v, e.a));
 }
 
 void Dynamics::forces(const Vector& x, const Vector& v, Vector& f) const {

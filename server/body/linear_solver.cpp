@@ -68,8 +68,12 @@ SolveStats LinearSolver::refine(const Vector& b, double tolerance, Vector& x) {
   const double target = tolerance * b.norm();
   if (x.size() != b.size()) x = Vector::Zero(b.size());
   for (int k = 0; k < kRefinementsMax; ++k) {
-    a_->multiply(x, r_);
-    r_ = b - r_;
+    if (x.cwiseAbs().maxCoeff() > 0) {
+      a_->multiply(x, r_);
+      r_ = b - r_;
+    } else {
+      r_ = b;
+    }
     const double norm = r_.norm();
     if (!(norm > target)) return stats;
     const double inner = std::max(kInnerTolerance, 0.9 * target / norm);

@@ -14,52 +14,42 @@ double dot(const Nodes& a, const Nodes& b) {
   return sum.sum();
 }
 
+using FloatBlock = Eigen::Map<Eigen::Matrix3f>;
+Eigen::Map<const Eigen::Vector4f> column(const float* at) { return Eigen::Map<const Eigen::Vector4f>(at); }
+
 }  // namespace
 
 void PackedConjugateGradients::pack(const BlockMatrix& a) {
   a_ = &a;
-  blocks_.resize(a.block_count());
-  for (std::uint32_t e = 0; e < a.block_count(); ++e) {
-    blocks_[e].topRows<3>() = a.block(e).cast<float>();
-    blocks_[e].row(3).setZero();
-  }
-  inverse_diagonal_.resize(a.rows());
-  for (std::uint32_t i = 0; i < a.rows(); ++i) {
-    inverse_diagonal_[i].topRows<3>() = Mat3(a.block(a.diagonal(i))).inverse().cast<float>();
-    inverse_diagonal_[i].row(3).setZero();
-  }
+  blocks_.resize(9 * std::size_t{a.block_count()} + 1);
+  for (std::uint32_t e = 0; e < a.block_count(); ++e) FloatBlock(blocks_.data() + 9 * std::size_t{e}) = a.block(e).cast<float>();
+  inverse_diagonal_.resize(9 * std::size_t{a.rows()} + 1);
+  for (std::uint32_t i = 0; i < a.rows(); ++i)
+    FloatBlock(inverse_diagonal_.data() + 9 * std::size_t{i}) = Mat3(a.block(a.diagonal(i))).inverse().cast<float>();
 }
 
 void PackedConjugateGradients::multiply(const Nodes& x, Nodes& y) const {
-  // Six sums that do not wait for each other: with one, each addition's latency would set the pace.
+  // Three sums that do not wait for each other.
+  const float* b = blocks_.data();
   for (std::uint32_t i = 0; i < a_->rows(); ++i) {
-    Node s0 = Node::Zero(), s1 = s0, s2 = s0, s3 = s0, s4 = s0, s5 = s0;
-    std::uint32_t e = a_->row_begin(i);
-    const std::uint32_t end = a_->row_end(i);
-    for (; e + 1 < end; e += 2) {
-      const Block &b = blocks_[e], &c = blocks_[e + 1];
-      const Node &p = x[a_->column(e)], &q = x[a_->column(e + 1)];
-      s0 += b.col(0) * p[0];
-      s1 += b.col(1) * p[1];
-      s2 += b.col(2) * p[2];
-      s3 += c.col(0) * q[0];
-      s4 += c.col(1) * q[1];
-      s5 += c.col(2) * q[2];
-    }
-    if (e < end) {
-      const Block& b = blocks_[e];
+    Node s0 = Node::Zero(), s1 = s0, s2 = s0;
+    for (std::uint32_t e = a_->row_begin(i); e < a_->row_end(i); ++e, b += 9) {
       const Node& p = x[a_->column(e)];
-      s0 += b.col(0) * p[0];
-      s1 += b.col(1) * p[1];
-      s2 += b.col(2) * p[2];
+      s0 += column(b) * p[0];
+      s1 += column(b + 3) * p[1];
+      s2 += column(b + 6) * p[2];
     }
-    y[i] = ((s0 + s3) + (s1 + s4)) + (s2 + s5);
+    y[i] = s0 + s1 + s2;
+    y[i][3] = 0;
   }
 }
 
 void PackedConjugateGradients::precondition(const Nodes& r, Nodes& z) const {
-  for (std::size_t i = 0; i < r.size(); ++i)
-    z[i] = inverse_diagonal_[i].col(0) * r[i][0] + inverse_diagonal_[i].col(1) * r[i][1] + inverse_diagonal_[i].col(2) * r[i][2];
+  const float* b = inverse_diagonal_.data();
+  for (std::size_t i = 0; i < r.size(); ++i, b += 9) {
+    z[i] = column(b) * r[i][0] + column(b + 3) * r[i][1] + column(b + 6) * r[i][2];
+    z[i][3] = 0;
+  }
 }
 
 int PackedConjugateGradients::solve(const Vector& r, double tolerance, Vector& x, bool& positive_definite) {

@@ -37,37 +37,30 @@ void mask(const std::vector<std::uint8_t>& held, Vector& y) {
     if (held[i]) y.segment<3>(3 * static_cast<Eigen::Index>(i)).setZero();
 }
 
-bool ShiftedSolver::prepare(const Linearisation& at, double shift) {
+bool ShiftedSolver::prepare(const Linearisation& at, double shift, bool clamp) {
   iterations_ = 0;
-  for (const bool clamp : {false, true}) {
-    at.dynamics->assemble(*at.state, shift * shift, shift, 1, *at.held, clamp, matrix_);
-    if (!solver_.factorise(matrix_)) continue;
-    if (solver_.is_direct() || clamp) return true;
-    // Conjugate gradients find out only by use: one cheap solve decides.
-    Vector b = at.dynamics->masses(), x = Vector::Zero(b.size());
-    mask(*at.held, b);
-    const SolveStats probe = solver_.solve(b, 0.1, x);
-    iterations_ += probe.iterations;
-    if (probe.positive_definite) return true;
-  }
-  return false;
+  at.dynamics->assemble(*at.state, shift * shift, shift, 1, *at.held, clamp, matrix_);
+  return solver_.factorise(matrix_);
 }
 
-void ShiftedSolver::solve(const Linearisation& at, Vector b, double tolerance, Vector& x) {
+bool ShiftedSolver::solve(const Linearisation& at, Vector b, double tolerance, Vector& x) {
   mask(*at.held, b);
   if (x.size() == b.size()) mask(*at.held, x);
-  iterations_ += solver_.solve(b, tolerance, x).iterations;
+  const SolveStats stats = solver_.solve(b, tolerance, x);
+  iterations_ += stats.iterations;
+  return stats.positive_definite;
 }
 
-Matrix krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
+std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
                     const std::vector<Vector>& fine, const Vector& imbalance, const BasisRequest& request, BasisMemory& memory) {
   const Vector& masses = at.dynamics->masses();
   Orthonormal basis(masses, request.modes);
   std::size_t solves = 0;
+  bool definite = true;
   const auto solve = [&](const Vector& b) {
     if (memory.size() <= solves) memory.emplace_back(Vector::Zero(b.size()));
     Vector& x = memory[solves++];
-    solver.solve(at, b, request.tolerance, x);
+    definite = definite && solver.solve(at, b, request.tolerance, x);
     return x;
   };
   Vector motion = at.state->v;
@@ -91,6 +84,7 @@ Matrix krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::v
       x = solve(2 * request.shift_1_s * masses.cwiseProduct(x) + d_x);
       basis.add(x);
     }
+  if (!definite) return std::nullopt;
   return basis.take();
 }
 

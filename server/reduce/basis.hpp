@@ -7,6 +7,7 @@
 // Source: rational Krylov (moment matching) for second-order systems, Bai and Su, SIAM J. Sci. Comput. 26 (2005).
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "server/body/dynamics.hpp"
@@ -24,10 +25,11 @@ struct Linearisation {
 class ShiftedSolver {
  public:
   explicit ShiftedSolver(const Dynamics& dynamics) : matrix_(dynamics.make_matrix()), solver_(dynamics.nodes()) {}
-  /// P = s^2 M + s D + K. False when it is not positive definite even with compressed elements stiffened.
-  bool prepare(const Linearisation& at, double shift);
+  /// P = s^2 M + s D + K; with `clamp` compressed elements do not soften K. False when P turns out not to be positive definite.
+  bool prepare(const Linearisation& at, double shift, bool clamp);
   /// x = P^-1 b, rows of held nodes zero; x holds the first guess. `tolerance` matters to the iterative method only.
-  void solve(const Linearisation& at, Vector b, double tolerance, Vector& x);
+  /// False when P turns out not to be positive definite: conjugate gradients find that out only by use.
+  [[nodiscard]] bool solve(const Linearisation& at, Vector b, double tolerance, Vector& x);
   int iterations() const { return iterations_; }
 
  private:
@@ -39,16 +41,16 @@ class ShiftedSolver {
 struct BasisRequest {
   int modes = 11;
   double shift_1_s = 20;
-  double tolerance = 1e-3;  ///< of the iterative solves: a Galerkin basis forgives
+  double tolerance = 1e-2;  ///< of the iterative solves: a Galerkin basis forgives
 };
 
 /// Warm starts: the answers of the last frame, in order of request.
 using BasisMemory = std::vector<Vector>;
 
-/// Columns are M-orthonormal; fewer than asked when the body has no more to give.
+/// Columns are M-orthonormal; fewer than asked when the body has no more to give; nothing when P is not positive definite.
 /// `ports` are the input directions B_s (3 N each), `imbalance` is F*. `fine` are directions wanted for fast response (M^-1 B),
 /// may be empty.
-Matrix krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
+std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
                     const std::vector<Vector>& fine, const Vector& imbalance, const BasisRequest& request, BasisMemory& memory);
 
 /// Sets the rows of held nodes to zero.

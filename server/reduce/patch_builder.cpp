@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include "server/reduce/lift.hpp"
 #include "server/reduce/port_surface.hpp"
 
 namespace palpate {
@@ -87,10 +88,6 @@ std::optional<Patch> PatchBuilder::build(const BodyState& state, const std::vect
                                          const PatchRequest& request) {
   const ToolPort& port = ports[which];
   report_ = {};
-  held_ = dynamics_->body().fixed;
-  for (const ToolPort& p : ports)
-    if (p.kind == ContactKind::attach) held_[p.node] = 1;
-
   Patch patch;
   patch.scheme = request.scheme;
   patch.contact = port.kind;
@@ -103,14 +100,35 @@ std::optional<Patch> PatchBuilder::build(const BodyState& state, const std::vect
   patch.valid_for = 2 * request.bridge + Micros{250'000};
   patch.trust_radius_m = extent_m_;
   if (patch.constant) return patch;
-  auto built = port.kind == ContactKind::attach ? build_attach(state, port, request, std::move(patch))
-                                                : build_touch(state, port, request, std::move(patch));
-  report_.solver_iterations = solver_.iterations();
+  std::optional<Patch> built;
+  for (const bool clamp : {false, true}) {
+    hold_nodes(ports);
+    built = port.kind == ContactKind::attach ? build_attach(state, port, request, patch, clamp) : build_touch(state, port, request, patch, clamp);
+    report_.solver_iterations += solver_.iterations();
+    if (built) break;
+  }
   return built;
 }
 
+void PatchBuilder::hold_nodes(const std::vector<ToolPort>& ports) {
+  held_ = dynamics_->body().fixed;
+  for (const ToolPort& p : ports)
+    if (p.kind == ContactKind::attach) held_[p.node] = 1;
+}
+
+std::optional<Mat3> PatchBuilder::static_response(const Linearisation& at, const std::vector<Vector>& inputs) {
+  constexpr double kTolerance = 1e-3;
+  Mat3 response;
+  for (std::size_t column = 0; column < 3; ++column) {
+    if (memory_.size() <= column) memory_.emplace_back(Vector::Zero(inputs[column].size()));
+    if (!solver_.solve(at, inputs[column], kTolerance, memory_[column])) return std::nullopt;
+    for (int row = 0; row < 3; ++row) response(row, static_cast<int>(column)) = inputs[static_cast<std::size_t>(row)].dot(memory_[column]);
+  }
+  return symmetric(response);
+}
+
 std::optional<Patch> PatchBuilder::build_attach(const BodyState& state, const ToolPort& port, const PatchRequest& request,
-                                                Patch patch) {
+                                                Patch patch, bool clamp) {
   if (request.scheme == Scheme::ring) hold_far_nodes({port.node});
   held_[port.node] = 1;
   const Linearisation at{dynamics_, &state, &held_};
@@ -124,18 +142,16 @@ std::optional<Patch> PatchBuilder::build_attach(const BodyState& state, const To
     mask(held_, k_tool[column]);
     mask(held_, d_tool[column]);
   }
+  const double node_mass_kg = dynamics_->masses()[3 * static_cast<Eigen::Index>(port.node)];
   const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
-  if (!solver_.prepare(at, shift)) return std::nullopt;
+  if (!solver_.prepare(at, shift, clamp)) return std::nullopt;
 
   if (request.scheme == Scheme::tangent) {
-    for (std::size_t column = 0; column < 3; ++column) {
-      if (memory_.size() <= column) memory_.emplace_back(Vector::Zero(k_tool[column].size()));
-      solver_.solve(at, k_tool[column], 1e-4, memory_[column]);
-      for (int row = 0; row < 3; ++row)
-        patch.k_port(row, static_cast<int>(column)) -= k_tool[static_cast<std::size_t>(row)].dot(memory_[column]);
-    }
-    patch.k_port = symmetric(patch.k_port);
+    const auto released = static_response(at, k_tool);
+    if (!released) return std::nullopt;
+    patch.k_port = symmetric(patch.k_port) - *released;
     patch.d_port.setZero();
+    report_.lifted_1_s2 = lift_grasp(patch, node_mass_kg);
     return patch;
   }
 
@@ -144,9 +160,9 @@ std::optional<Patch> PatchBuilder::build_attach(const BodyState& state, const To
   mask(held_, imbalance);
   std::vector<Vector> inputs;
   for (std::size_t column = 0; column < 3; ++column) inputs.push_back(-k_tool[column] - shift * d_tool[column]);
-  const BasisRequest basis{modes_for(request.scheme, port.kind, request.order), shift, 1e-3};
+  const auto basis = krylov_basis(at, solver_, inputs, {}, imbalance, {modes_for(request.scheme, port.kind, request.order), shift}, memory_);
   Matrix v;
-  if (!reduce(at, krylov_basis(at, solver_, inputs, {}, imbalance, basis, memory_), patch, v)) return std::nullopt;
+  if (!basis || !reduce(at, *basis, patch, v)) return std::nullopt;
   patch.b_k.resize(v.cols(), 3);
   patch.b_d.resize(v.cols(), 3);
   for (int axis = 0; axis < 3; ++axis) {
@@ -156,11 +172,12 @@ std::optional<Patch> PatchBuilder::build_attach(const BodyState& state, const To
   patch.k_port = symmetric(patch.k_port);
   patch.d_port = symmetric(patch.d_port);
   patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
+  report_.lifted_1_s2 = std::max(report_.lifted_1_s2, lift_grasp(patch, node_mass_kg));
   return patch;
 }
 
 std::optional<Patch> PatchBuilder::build_touch(const BodyState& state, const ToolPort& port, const PatchRequest& request,
-                                               Patch patch) {
+                                               Patch patch, bool clamp) {
   const SurfaceView view = surface_->view();
   const Triangle& corners = view.triangles[port.point.triangle];
   if (request.scheme == Scheme::ring) hold_far_nodes({corners.begin(), corners.end()});
@@ -175,23 +192,19 @@ std::optional<Patch> PatchBuilder::build_touch(const BodyState& state, const Too
   for (Vector& b : inputs) mask(held_, b);
 
   const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
-  if (!solver_.prepare(at, shift)) return std::nullopt;
+  if (!solver_.prepare(at, shift, clamp)) return std::nullopt;
   Matrix v(dynamics_->masses().size(), 0);
   if (request.scheme == Scheme::tangent) {
-    for (std::size_t column = 0; column < 3; ++column) {
-      if (memory_.size() <= column) memory_.emplace_back(Vector::Zero(inputs[column].size()));
-      solver_.solve(at, inputs[column], 1e-4, memory_[column]);
-      for (int row = 0; row < 3; ++row)
-        patch.c_static(row, static_cast<int>(column)) = inputs[static_cast<std::size_t>(row)].dot(memory_[column]);
-    }
-    patch.c_static = symmetric(patch.c_static);
+    const auto compliance = static_response(at, inputs);
+    if (!compliance) return std::nullopt;
+    patch.c_static = *compliance;
   } else {
     Vector imbalance;
     dynamics_->forces(state.x, state.v, imbalance);
     mask(held_, imbalance);
     for (const Vector& b : inputs) fine.push_back(b.cwiseQuotient(dynamics_->masses()));
-    const BasisRequest basis{modes_for(request.scheme, port.kind, request.order), shift, 1e-3};
-    if (!reduce(at, krylov_basis(at, solver_, inputs, fine, imbalance, basis, memory_), patch, v)) return std::nullopt;
+    const auto basis = krylov_basis(at, solver_, inputs, fine, imbalance, {modes_for(request.scheme, port.kind, request.order), shift}, memory_);
+    if (!basis || !reduce(at, *basis, patch, v)) return std::nullopt;
     patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
   }
   cut_port_surface(view, state, v, port.point, request.vertices_max, patch);

@@ -49,8 +49,11 @@ class PatchBuilder {
   static int modes_for(Scheme scheme, ContactKind contact, int order);
 
  private:
-  std::optional<Patch> build_attach(const BodyState& state, const ToolPort& port, const PatchRequest& request, Patch patch);
-  std::optional<Patch> build_touch(const BodyState& state, const ToolPort& port, const PatchRequest& request, Patch patch);
+  // With `clamp` compressed elements do not soften the matrix that is solved with: the second try, when the first was not definite.
+  std::optional<Patch> build_attach(const BodyState& state, const ToolPort& port, const PatchRequest& request, Patch patch, bool clamp);
+  std::optional<Patch> build_touch(const BodyState& state, const ToolPort& port, const PatchRequest& request, Patch patch, bool clamp);
+  std::optional<Mat3> static_response(const Linearisation& at, const std::vector<Vector>& inputs);
+  void hold_nodes(const std::vector<ToolPort>& ports);
   void hold_far_nodes(const std::vector<std::uint32_t>& seeds);
   bool reduce(const Linearisation& at, const Matrix& v, Patch& patch, Matrix& rotated);
   Vector unit(std::uint32_t node, int axis) const;

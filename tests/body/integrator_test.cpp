@@ -114,7 +114,8 @@ TEST_CASE("A body with a held node comes to rest where a dense Newton iteration 
   auto ports = grasp(kNode);
   const auto at_tool = [&](std::size_t, double t) {
     const double part = std::min(t / 0.2, 1.0);
-    return ToolAt{body.nodes[kNode] + part * (tool - body.nodes[kNode]), t < 0.2 ? Vec3((tool - body.nodes[kNode]) / 0.2) : Vec3(0, 0, 0)};
+    return ToolAt{body.nodes[kNode] + part * (tool - body.nodes[kNode]),
+                  t < 0.2 ? Vec3((tool - body.nodes[kNode]) / 0.2) : Vec3(0, 0, 0)};
   };
   REQUIRE(integrator.advance(s, ports, 6, at_tool).converged);
 
@@ -204,7 +205,9 @@ TEST_CASE("After an absurd jump of the tool the state is finite, and the body fi
   const Vec3 home = body.nodes[54];
   const double jump_m = GENERATE(0.05, 1.0, 9.0);
   for (double t = 0.05; t < 12; t += 0.05) {
-    const auto tool = [&](std::size_t, double at) { return ToolAt{at > 0.1 && at < 0.2 ? Vec3(home + Vec3(jump_m, 0, -jump_m)) : home, Vec3::Zero()}; };
+    const auto tool = [&](std::size_t, double at) {
+      return ToolAt{at > 0.1 && at < 0.2 ? Vec3(home + Vec3(jump_m, 0, -jump_m)) : home, Vec3::Zero()};
+    };
     const AdvanceReport report = integrator.advance(s, ports, t, tool);
     if (!report.converged) {
       s.time_s = t;
@@ -221,6 +224,28 @@ TEST_CASE("After an absurd jump of the tool the state is finite, and the body fi
   CHECK(imbalance < 1e-3);
 }
 
+TEST_CASE("Springs that stiffen without bound do not throw a torn body out of the world") {
+  LumpedBody body = box_body(4, 4, 4);
+  body.law = SpringLaw::stiffening;
+  body.stiffening = 5;
+  const Dynamics dynamics(body);
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Integrator integrator(dynamics, kNoSurface, {0.010});
+    BodyState s = dynamics.rest_state();
+    auto ports = grasp(54);
+    Random random(seed);
+    for (int frame = 1; frame <= 20; ++frame) {
+      const Vec3 at = body.nodes[54] + random_vector(random, 0.35);
+      if (!integrator.advance(s, ports, 0.05 * frame, [&](std::size_t, double) { return ToolAt{at, Vec3::Zero()}; }).converged) {
+        s.time_s = 0.05 * frame;
+        s.v.setZero();
+      }
+      REQUIRE(s.x.allFinite());
+      CHECK(s.x.cwiseAbs().maxCoeff() < 10);
+    }
+  }
+}
+
 TEST_CASE("The same motion twice is the same bits") {
   const LumpedBody body = box_body(4, 3, 3);
   const auto once = [&] {
@@ -229,7 +254,8 @@ TEST_CASE("The same motion twice is the same bits") {
     BodyState s = plucked(body, 0.2);
     auto ports = grasp(30);
     const auto tool = [&](std::size_t, double t) {
-      return ToolAt{body.nodes[30] + 0.004 * Vec3(std::sin(20 * t), 0, std::sin(9 * t)), 0.004 * Vec3(20 * std::cos(20 * t), 0, 9 * std::cos(9 * t))};
+      return ToolAt{body.nodes[30] + 0.004 * Vec3(std::sin(20 * t), 0, std::sin(9 * t)),
+                    0.004 * Vec3(20 * std::cos(20 * t), 0, 9 * std::cos(9 * t))};
     };
     for (int frame = 1; frame <= 20; ++frame) integrator.advance(s, ports, 0.05 * frame, tool);
     return s;

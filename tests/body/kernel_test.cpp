@@ -56,7 +56,8 @@ TEST_CASE("The symmetric stiffness is symmetric, is the exact one without motion
     const ElementState moving = kernel.evaluate(e, d, random_vector(random, 0.5)), still = kernel.evaluate(e, d, Vec3::Zero());
     const Mat3 k = ElementKernel::stiffness_symmetric(moving, false);
     CHECK((k - k.transpose()).norm() < 1e-15 * k.norm());
-    CHECK((ElementKernel::stiffness_symmetric(still, false) - ElementKernel::stiffness_exact(e, still)).norm() < 1e-12 * k.norm());
+    CHECK((ElementKernel::stiffness_symmetric(still, false) - ElementKernel::stiffness_exact(e, still)).norm() <
+          1e-12 * k.norm());
     const Mat3 clamped = ElementKernel::stiffness_symmetric(moving, true);
     CHECK(Eigen::SelfAdjointEigenSolver<Mat3>(clamped).eigenvalues()[0] > -1e-9 * clamped.norm());
   }

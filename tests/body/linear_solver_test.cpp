@@ -16,7 +16,9 @@ struct System {
   Dynamics dynamics{body};
   BlockMatrix a = dynamics.make_matrix();
 
-  System(double c_m, double c_d, double c_k) { dynamics.assemble(random_state(dynamics, 1, 0.003, 0.1), c_m, c_d, c_k, body.fixed, false, a); }
+  System(double c_m, double c_d, double c_k) {
+    dynamics.assemble(random_state(dynamics, 1, 0.003, 0.1), c_m, c_d, c_k, body.fixed, false, a);
+  }
   Matrix dense_a() const {
     Vector y;
     return dense(3 * static_cast<Eigen::Index>(a.rows()), [&](const Vector& x) { return a.multiply(x, y), y; });
@@ -32,7 +34,8 @@ struct System {
 }  // namespace
 
 TEST_CASE("Direct, iterative and chosen by itself, the solver gives the dense answer") {
-  const auto method = GENERATE(LinearSolver::Method::direct, LinearSolver::Method::conjugate_gradients, LinearSolver::Method::automatic);
+  const auto method =
+      GENERATE(LinearSolver::Method::direct, LinearSolver::Method::conjugate_gradients, LinearSolver::Method::automatic);
   const double a = GENERATE(1e-4, 3e-3, 0.05);
   const System system(1, a, a * a);
   const Vector b = system.right_side(), exact = system.dense_a().llt().solve(b);

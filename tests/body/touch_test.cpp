@@ -11,7 +11,8 @@ using namespace palpate::test;
 
 namespace {
 
-/// A square plate of two triangles at z = 0, each corner hung on a spring from a fixed node above: stable under a push from above.
+/// A square plate of two triangles at z = 0, each corner hung on a spring from a fixed node above: stable under a push from
+/// above.
 LumpedBody hung_plate(double stiffness_n_m, double damping_n_s_m) {
   LumpedBody body;
   for (const double z : {0.0, 0.1})
@@ -41,7 +42,9 @@ struct Bench {
   AdvanceReport advance(double until_s, const std::function<Vec3(double)>& tool) {
     return integrator.advance(state, ports, until_s, [&](std::size_t, double t) { return ToolAt{tool(t), Vec3::Zero()}; });
   }
-  Vec3 normal() const { return normal_at(surface.view(), {state.x.data(), static_cast<std::size_t>(state.x.size())}, ports[0].point); }
+  Vec3 normal() const {
+    return normal_at(surface.view(), {state.x.data(), static_cast<std::size_t>(state.x.size())}, ports[0].point);
+  }
 };
 
 }  // namespace
@@ -49,7 +52,8 @@ struct Bench {
 TEST_CASE("A resting push on a hung plate is the plate's springs in series with the contact") {
   const double coupling = GENERATE(500.0, 5000.0, 0.0);
   Bench bench(hung_plate(100, 5), {coupling, 0.0});
-  // Above the middle: all four corners would share were the plate stiff; this one bends along its diagonal 0-2, which carries alone.
+  // Above the middle: all four corners would share were the plate stiff; this one bends along its diagonal 0-2, which carries
+  // alone.
   const Vec3 tool(0.05, 0.05, -0.006);
   REQUIRE(bench.advance(5, [&](double) { return tool; }).converged);
   const double contact_softness = coupling > 0 ? 1 / coupling : 0;

@@ -11,8 +11,8 @@ namespace palpate::test {
 
 inline constexpr double kSpacingM = 0.02;
 
-/// A box of nx x ny x nz nodes 20 mm apart, every node joined to its neighbours of a cell, the bottom fixed, with its outer surface:
-/// the material of scenes/cube6.json.
+/// A box of nx x ny x nz nodes 20 mm apart, every node joined to its neighbours of a cell, the bottom fixed, with its outer
+/// surface: the material of scenes/cube6.json.
 inline LumpedBody box_body(int nx, int ny, int nz, double stiffness_n_m = 60, double damping_n_s_m = 0.24) {
   LumpedBody body;
   const auto id = [=](int i, int j, int k) { return static_cast<std::uint32_t>(i + nx * (j + ny * k)); };
@@ -60,7 +60,8 @@ inline Vec3 random_vector(Random& random, double size) {
   return {x, y, z};
 }
 
-/// Every node that is not fixed moved by up to `shift_m` and moving at up to `speed_m_s`, in every axis (a planar body: in its plane).
+/// Every node that is not fixed moved by up to `shift_m` and moving at up to `speed_m_s`, in every axis (a planar body: in its
+/// plane).
 inline BodyState random_state(const Dynamics& dynamics, std::uint64_t seed, double shift_m, double speed_m_s) {
   Random random(seed);
   BodyState s = dynamics.rest_state();

@@ -1,0 +1,55 @@
+#include "server/reduce/lift.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+using Joint = Eigen::MatrixXd;
+
+Joint joint_stiffness(const Patch& p, double scale) {
+  const auto r = p.modes();
+  Joint joint = Joint::Zero(r + 3, r + 3);
+  joint.topLeftCorner<3, 3>() = p.k_port / (scale * scale);
+  if (r == 0) return joint;
+  joint.bottomRightCorner(r, r).diagonal() = p.stiffness;
+  joint.bottomLeftCorner(r, 3) = -p.b_k / scale;
+  joint.topRightCorner(3, r) = joint.bottomLeftCorner(r, 3).transpose();
+  return joint;
+}
+
+/// New modes q = U q~ that make `k` diagonal; the port's b_k is already that of `k`.
+void turn_modes(Patch& p, const Joint& k) {
+  const Eigen::SelfAdjointEigenSolver<Joint> eigen(k);
+  const Joint& u = eigen.eigenvectors();
+  p.stiffness = eigen.eigenvalues().cwiseMax(0.0);
+  const Joint d = u.transpose() * p.damping * u;
+  p.damping = 0.5 * (d + d.transpose());
+  p.b_k = (u.transpose() * p.b_k).eval();
+  p.b_d = (u.transpose() * p.b_d).eval();
+  p.g = (u.transpose() * p.g).eval();
+  p.q_rate = (u.transpose() * p.q_rate).eval();
+}
+
+}  // namespace
+
+double lift_grasp(Patch& patch, double node_mass_kg) {
+  const double scale = std::sqrt(node_mass_kg);
+  const auto r = patch.modes();
+  const Joint joint = joint_stiffness(patch, scale);
+  if (!joint.allFinite()) return 0;
+  const Eigen::SelfAdjointEigenSolver<Joint> eigen(joint);
+  constexpr double kRounding = 1e-12;
+  if (eigen.info() != Eigen::Success || eigen.eigenvalues()[0] >= -kRounding * eigen.eigenvalues()[r + 2]) return 0;
+  const Joint lifted = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * eigen.eigenvectors().transpose();
+  const Mat3 k_port = scale * scale * lifted.topLeftCorner<3, 3>();
+  patch.k_port = 0.5 * (k_port + k_port.transpose());
+  if (r > 0) {
+    patch.b_k = -scale * lifted.bottomLeftCorner(r, 3);
+    turn_modes(patch, lifted.bottomRightCorner(r, r));
+  }
+  return -eigen.eigenvalues()[0];
+}
+
+}  // namespace palpate

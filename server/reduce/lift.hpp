@@ -1,0 +1,14 @@
+// Makes a grasp's patch passive where the body is not: a compressed body may push the tool the way it already goes.
+#pragma once
+
+#include "common/port/patch.hpp"
+
+namespace palpate {
+
+/// The stiffness of modes and tool together, [[K_p, -B_k^T], [-B_k, K]] with the tool's axes scaled by the square root of its
+/// node's mass, loses its negative eigenvalues; the modes are turned so that K is diagonal again. A patch that has none is left
+/// as it is. Returns minus the lowest eigenvalue [1/s^2], 0 when none was negative. Numbers that are not finite are left to
+/// check().
+double lift_grasp(Patch& patch, double node_mass_kg);
+
+}  // namespace palpate

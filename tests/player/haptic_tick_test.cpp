@@ -1,0 +1,162 @@
+// The haptic tick: hand-over without jumps, fading of what cannot be trusted, and no number that is none.
+#include "client/core/haptic_tick.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <memory>
+
+#include "client/player/intake.hpp"
+#include "tests/support/patches.hpp"
+
+using namespace palpate;
+
+namespace {
+
+constexpr Micros kEpoch{1'000'000};
+
+struct Hand {
+  std::unique_ptr<LatestSlot<PatchPlayer>> slot = std::make_unique<LatestSlot<PatchPlayer>>();
+  std::unique_ptr<SampleRing> ring = std::make_unique<SampleRing>();
+  HapticTick haptic{*slot, *ring, GuardLimits{}};
+  int ms = 0;
+
+  Micros now() const { return kEpoch + ms * kTick; }
+  void give(const Patch& patch) {
+    slot->back() = PatchPlayer(patch);
+    slot->publish();
+  }
+  TickOutput tick(const Vec3& tool = Vec3::Zero()) {
+    ++ms;
+    return haptic.tick({now(), tool});
+  }
+  TickOutput ticks(int count, const Vec3& tool = Vec3::Zero()) {
+    TickOutput out;
+    for (int k = 0; k < count; ++k) out = tick(tool);
+    return out;
+  }
+};
+
+Patch constant(const Vec3& force, std::uint32_t seq, Micros stamp, Micros valid_for = Micros{10'000'000}) {
+  Patch p;
+  p.constant = true;
+  p.seq = seq;
+  p.stamp = stamp;
+  p.force = force;
+  p.valid_for = valid_for;
+  p.trust_radius_m = 0.05;
+  return p;
+}
+
+}  // namespace
+
+TEST_CASE("Without a patch there is no force") {
+  Hand hand;
+  const TickOutput out = hand.ticks(10, Vec3::Ones());
+  CHECK(out.force.norm() == 0);
+  CHECK_FALSE(out.has_patch);
+}
+
+TEST_CASE("The step at a swap is measured and decays linearly to nothing in four ticks") {
+  Hand hand;
+  hand.give(constant(Vec3(1, 0, 0), 1, hand.now()));
+  CHECK(hand.ticks(100).force == Vec3(1, 0, 0));
+  hand.give(constant(Vec3(3, 0, 0), 2, hand.now()));
+  const TickOutput swap = hand.tick();
+  CHECK(swap.swapped);
+  CHECK(swap.hand_over_step_n == Approx(2));
+  CHECK(hand.haptic.counts().hand_over_step_max_n == Approx(2));
+  CHECK(swap.force.x() == Approx(1));
+  for (const double expected : {1.5, 2.0, 2.5, 3.0, 3.0}) {
+    const TickOutput out = hand.tick();
+    CHECK_FALSE(out.swapped);
+    CHECK(out.force.x() == Approx(expected));
+  }
+}
+
+TEST_CASE("Swaps in the middle of a cross-fade do not jump either") {
+  Hand hand;
+  hand.give(constant(Vec3(1, 0, 0), 1, hand.now()));
+  double last = hand.ticks(100).force.x();
+  for (std::uint32_t k = 0; k < 200; ++k) {
+    if (k % 3 != 1) hand.give(constant(Vec3(k % 2 ? 2 : 0.5, 0, 0), 2 + k, hand.now()));
+    const TickOutput out = hand.tick();
+    CHECK(std::abs(out.force.x() - last) <= 1.5);
+    if (out.swapped) CHECK(out.force.x() == Approx(last).margin(1.5 / 4 + 1e-12));
+    last = out.force.x();
+  }
+}
+
+TEST_CASE("A patch older than it may be fades to nothing in 50 ticks, and a fresh one fades in") {
+  Hand hand;
+  hand.give(constant(Vec3(0, 0, 2), 1, hand.now(), Micros{200'000}));
+  for (int k = 1; k <= 50; ++k) CHECK(hand.tick().force.z() == Approx(2.0 * k / 50));
+  hand.ticks(150);
+  for (int k = 1; k <= 50; ++k) CHECK(hand.tick().force.z() == Approx(2.0 * (50 - k) / 50).margin(1e-12));
+  CHECK(hand.ticks(100).force.norm() == 0);
+  hand.give(constant(Vec3(0, 0, 2), 2, hand.now()));
+  double last = 0;
+  for (int k = 1; k <= 60; ++k) {
+    const double now = hand.tick().force.z();
+    CHECK(now >= last);
+    CHECK(now - last < 0.2);
+    last = now;
+  }
+  CHECK(last == Approx(2));
+}
+
+TEST_CASE("A tool beyond the trust radius feels the patch fade, and feels it again when it returns") {
+  Hand hand;
+  hand.give(constant(Vec3(0, 0, 2), 1, hand.now()));
+  CHECK(hand.ticks(100).force.z() == Approx(2));
+  CHECK(hand.tick(Vec3(0.051, 0, 0)).force.z() == Approx(2 * 0.98));
+  CHECK(hand.ticks(60, Vec3(0.051, 0, 0)).force.norm() == 0);
+  CHECK(hand.ticks(60, Vec3(0.049, 0, 0)).force.z() == Approx(2));
+}
+
+TEST_CASE("The first contact of an anticipating patch is felt at once") {
+  Hand hand;
+  Patch p = test::touch_patch(8, 1, hand.now());
+  p.tool = Vec3(0, 0, 0.003);
+  hand.give(p);
+  CHECK(hand.ticks(5, Vec3(0.001, 0.002, 0.003)).force.norm() == 0);
+  PatchPlayer alone(p);
+  for (int k = 1; k <= 5; ++k) alone.advance({kEpoch + k * kTick, Vec3(0.001, 0.002, 0.003)});
+  const TickOutput out = hand.tick(Vec3(0.001, 0.002, -0.002));
+  CHECK(out.contact);
+  CHECK(out.force == alone.advance({hand.now(), Vec3(0.001, 0.002, -0.002)}).force);
+  CHECK(out.force.norm() > 0);
+}
+
+TEST_CASE("A player is replayed over the ticks that the network side had not seen") {
+  Hand hand;
+  const auto tool = [](int ms) { return Vec3(0.002 * std::sin(0.05 * ms), 0, 0.001 * std::cos(0.04 * ms)); };
+  const Patch p = test::attach_patch(6, 1, hand.now());
+  PatchPlayer alone(p);
+  for (int k = 1; k <= 30; ++k) hand.tick(tool(k));
+  hand.give(p);
+  for (int k = 1; k <= 90; ++k) alone.advance({kEpoch + k * kTick, tool(k)});
+  TickOutput out;
+  for (int k = 31; k <= 90; ++k) out = hand.tick(tool(k));
+  CHECK(out.force == alone.output().force);
+}
+
+TEST_CASE(
+    "A tool position that is no number or out of the world never reaches the force, and its patch goes on as if the tool had "
+    "stood still") {
+  const bool touch = GENERATE(false, true);
+  Hand hand, other;
+  const double bad = GENERATE(std::nan(""), INFINITY, 1e6);
+  for (int k = 0; k < 600; ++k) {
+    if (k % 50 == 0)
+      for (Hand* h : {&hand, &other})
+        h->give(touch ? test::touch_patch(6, static_cast<std::uint32_t>(k + 1), h->now())
+                      : test::attach_patch(6, static_cast<std::uint32_t>(k + 1), h->now()));
+    const auto tool = [](int at) { return Vec3(0.002 * std::sin(0.05 * at), 0, 0.001 * std::cos(0.04 * at)); };
+    const bool spoilt = k == 120 || k == 149 || k == 150;
+    const TickOutput out = hand.tick(spoilt ? Vec3(bad, 0, bad) : tool(k));
+    const TickOutput good = other.tick(spoilt ? tool(k == 120 ? 119 : 148) : tool(k));
+    REQUIRE(out.force.allFinite());
+    CHECK(out.force == good.force);
+    if (!touch && k > 200) CHECK(out.force.norm() > 0);
+  }
+}

@@ -1,0 +1,88 @@
+// The network side of the hand-over: catching up, order, age.
+#include "client/player/intake.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <memory>
+
+#include "tests/support/patches.hpp"
+
+using namespace palpate;
+
+namespace {
+
+constexpr Micros kEpoch{1'000'000};
+
+ToolSample sample_at(int ms) {
+  return {kEpoch + ms * kTick,
+          Vec3(0.003 * std::sin(0.02 * ms), 0.002 * std::cos(0.03 * ms), 0.004 * std::cos(0.015 * ms) - 0.001)};
+}
+
+struct Side {
+  std::unique_ptr<LatestSlot<PatchPlayer>> slot = std::make_unique<LatestSlot<PatchPlayer>>();
+  PatchIntake intake{*slot};
+};
+
+}  // namespace
+
+TEST_CASE("A patch that comes late is caught up to the same bits as one played from its stamp on") {
+  const bool touch = GENERATE(false, true);
+  Side side;
+  for (int ms = 0; ms <= 300; ++ms) side.intake.add_sample(sample_at(ms));
+  const Micros stamp = kEpoch + 100 * kTick + Micros{GENERATE(0, 300, 700)};
+  const Patch patch = touch ? test::touch_patch(8, 1, stamp) : test::attach_patch(11, 1, stamp);
+  REQUIRE(side.intake.accept(patch));
+  PatchPlayer* caught_up = side.slot->take();
+  REQUIRE(caught_up != nullptr);
+  PatchPlayer played(patch);
+  for (int ms = 101; ms <= 300; ++ms) played.advance(sample_at(ms));
+  for (int ms = 300; ms <= 400; ++ms) {
+    if (ms > 300) {
+      caught_up->advance(sample_at(ms));
+      played.advance(sample_at(ms));
+    }
+    CHECK(caught_up->output().force == played.output().force);
+    CHECK(caught_up->output().contact == played.output().contact);
+    CHECK(caught_up->energy() == played.energy());
+    CHECK(caught_up->time() == played.time());
+  }
+}
+
+TEST_CASE("Patches that are old news, older than memory or from the future are counted and left") {
+  Side side;
+  for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
+  CHECK(side.intake.accept(test::attach_patch(3, 7, kEpoch + 50 * kTick)));
+  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 7, kEpoch + 60 * kTick)));
+  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 6, kEpoch + 60 * kTick)));
+  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 8, kEpoch - 5 * kTick)));
+  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 9, kEpoch + 230 * kTick)));
+  CHECK(side.intake.counts().accepted == 1);
+  CHECK(side.intake.counts().stale == 2);
+  CHECK(side.intake.counts().too_old == 1);
+  CHECK(side.intake.counts().from_future == 1);
+  side.intake.reset();
+  CHECK(side.intake.accept(test::attach_patch(3, 1, kEpoch + 60 * kTick)));
+}
+
+TEST_CASE("Sequence numbers go on past their wrap") {
+  Side side;
+  for (int ms = 0; ms <= 20; ++ms) side.intake.add_sample(sample_at(ms));
+  CHECK(side.intake.accept(test::attach_patch(3, 0xffffffffu, kEpoch + 5 * kTick)));
+  CHECK(side.intake.accept(test::attach_patch(3, 0, kEpoch + 6 * kTick)));
+  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 0xffffffffu, kEpoch + 6 * kTick)));
+}
+
+TEST_CASE("The history keeps the newest samples and finds them by time") {
+  SampleHistory history;
+  CHECK(history.first_after(kEpoch) == 0);
+  for (int ms = 0; ms < kSampleHistoryTicks + 500; ++ms) history.add(sample_at(ms));
+  CHECK(history.size() == kSampleHistoryTicks);
+  CHECK(history[0].t == sample_at(500).t);
+  CHECK(history[history.size() - 1].t == sample_at(kSampleHistoryTicks + 499).t);
+  CHECK(history.first_after(sample_at(700).t) == 201);
+  CHECK(history.first_after(sample_at(700).t - Micros{1}) == 200);
+  CHECK(history.first_after(Micros{0}) == 0);
+  CHECK(history.first_after(sample_at(1'000'000).t) == history.size());
+  history.clear();
+  CHECK(history.size() == 0);
+}

@@ -1,0 +1,233 @@
+// The patch player against dense exponentials, energy balances and the contact law's own statements.
+#include "client/player/player.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <unsupported/Eigen/MatrixFunctions>
+
+#include "common/base/random.hpp"
+#include "tests/support/patches.hpp"
+
+using namespace palpate;
+
+namespace {
+
+constexpr Micros kStamp{5'000'000};
+
+Vec3 random_vector(Random& random, double size) {
+  const double x = random.uniform(-size, size), y = random.uniform(-size, size), z = random.uniform(-size, size);
+  return {x, y, z};
+}
+ModeVector random_modes(Random& random, int r, double size) {
+  ModeVector q(r);
+  for (double& value : q) value = random.uniform(-size, size);
+  return q;
+}
+ModeMatrix random_damping(Random& random, int r, double size) {
+  ModeMatrix a(r, r);
+  for (int c = 0; c < r; ++c) a.col(c) = random_modes(random, r, 1);
+  return size * a * a.transpose();
+}
+
+/// A grasp in motion with full, random damping and an imbalance.
+Patch moving_grasp(Random& random, int r) {
+  Patch p = test::attach_patch(r, 1, kStamp);
+  p.damping = random_damping(random, r, 3);
+  p.g = random_modes(random, r, 5);
+  p.q_rate = random_modes(random, r, 0.02);
+  p.force = random_vector(random, 1);
+  p.tool = random_vector(random, 0.05);
+  p.tool_velocity = random_vector(random, 0.1);
+  return p;
+}
+
+/// A flat surface whose vertices move alike, without friction: its force is normal and its contact point may slide freely.
+Patch floor_patch(int r) {
+  Patch p = test::touch_patch(r, 1, kStamp);
+  p.friction = 0;
+  for (int i = 1; i < p.surface.vertex_count; ++i)
+    p.surface.vertices[static_cast<std::size_t>(i)].rows = p.surface.vertices[0].rows;
+  return p;
+}
+
+}  // namespace
+
+TEST_CASE("A tick of a grasp is the dense exponential of the patch with the tool moving linearly") {
+  Random random(1);
+  const int r = GENERATE(1, 5, 16);
+  const Patch p = moving_grasp(random, r);
+  // State (q, q', d, tool velocity, 1).
+  const Eigen::Index n = r;
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(2 * n + 7, 2 * n + 7);
+  a.block(0, n, n, n).setIdentity();
+  a.block(n, 0, n, n).diagonal() = -p.stiffness;
+  a.block(n, n, n, n) = -p.damping;
+  a.block(n, 2 * n, n, 3) = p.b_k;
+  a.block(n, 2 * n + 3, n, 3) = p.b_d;
+  a.block(n, 2 * n + 6, n, 1) = p.g - p.b_d * p.tool_velocity;
+  a.block(2 * n, 2 * n + 3, 3, 3).setIdentity();
+  const Eigen::MatrixXd tick = (1e-3 * a).exp();
+  Eigen::VectorXd z = Eigen::VectorXd::Zero(2 * n + 7);
+  z.segment(n, n) = p.q_rate;
+  z[2 * n + 6] = 1;
+  PatchPlayer player(p);
+  Vec3 tool = p.tool;
+  for (int ms = 1; ms <= 500; ++ms) {
+    const Vec3 next = tool + random_vector(random, 2e-4);
+    z.segment<3>(2 * n + 3) = (next - tool) / 1e-3;
+    z = tick * z;
+    const Vec3 rate = (next - tool) / 1e-3 - p.tool_velocity;
+    const Vec3 force = p.force - p.k_port * (next - p.tool) - p.d_port * rate + p.b_k.transpose() * z.head(n) +
+                       p.b_d.transpose() * (z.segment(n, n) - p.q_rate);
+    const Vec3 played = player.advance({kStamp + ms * kTick, next}).force;
+    CHECK((played - force).norm() < 1e-9 * (1 + force.norm()));
+    tool = next;
+  }
+}
+
+TEST_CASE("Several ticks at once are the tool moving linearly through them") {
+  Random random(2);
+  const Patch p = moving_grasp(random, 8);
+  PatchPlayer at_once(p), one_by_one(p);
+  const Vec3 end = p.tool + Vec3(0.01, -0.004, 0.002);
+  for (int k = 1; k <= 7; ++k) one_by_one.advance({kStamp + k * kTick, p.tool + (k / 7.0) * (end - p.tool)});
+  at_once.advance({kStamp + 7 * kTick, end});
+  CHECK((at_once.output().force - one_by_one.output().force).norm() < 1e-9);
+  CHECK(at_once.energy() == Approx(one_by_one.energy()));
+  // Less than half a tick is nothing.
+  const Vec3 before = at_once.output().force;
+  CHECK(at_once.advance({kStamp + 7 * kTick + Micros{499}, Vec3::Zero()}).force == before);
+}
+
+TEST_CASE("The energy of a patch that nothing drives never grows") {
+  Random random(3);
+  for (int trial = 0; trial < 6; ++trial) {
+    const int r = 1 + 3 * trial;
+    Patch p = moving_grasp(random, r);
+    p.g.setZero();
+    p.tool_velocity.setZero();
+    if (trial == 2) p.damping.setZero();
+    if (trial == 3) p.stiffness.head(2).setZero();
+    PatchPlayer player(p);
+    double last = player.energy();
+    REQUIRE(last > 0);
+    double worst = 0;
+    for (int ms = 1; ms <= 10'000; ++ms) {
+      player.advance({kStamp + ms * kTick, p.tool});
+      worst = std::max(worst, player.energy() / last - 1);
+      last = player.energy();
+    }
+    CHECK(worst < 1e-12);
+  }
+}
+
+TEST_CASE("A grasp at rest answers a slow tool with the static stiffness of the patch") {
+  Patch p = test::attach_patch(6, 1, kStamp);
+  PatchPlayer player(p);
+  const Vec3 d(0.003, -0.002, 0.001);
+  for (int ms = 1; ms <= 5000; ++ms) player.advance({kStamp + ms * kTick, std::min(1.0, ms / 500.0) * d});
+  const Mat3 stiffness = p.k_port - p.b_k.transpose() * p.stiffness.cwiseInverse().asDiagonal() * p.b_k;
+  CHECK((player.output().force + stiffness * d).norm() < 1e-6 * (stiffness * d).norm());
+}
+
+TEST_CASE("Touch begins in the very tick in which the tool crosses the surface, and ends when it would pull") {
+  const Patch p = test::touch_patch(8, 1, kStamp);
+  PatchPlayer player(p);
+  const auto height = [](int ms) { return ms <= 60 ? 0.0103 - 0.0005 * ms : -0.0197 + 0.0005 * (ms - 60); };
+  int onset = 0, release = 0;
+  for (int ms = 1; ms <= 130; ++ms) {
+    const PlayerOutput out = player.advance({kStamp + ms * kTick, Vec3(0.003, 0.004, height(ms))});
+    CHECK(out.contact == (out.force.norm() > 0));
+    if (out.contact) CHECK(out.force.z() > 0);
+    if (out.contact && onset == 0) onset = ms;
+    if (!out.contact && onset > 0 && release == 0) release = ms;
+  }
+  CHECK(onset == 21);
+  CHECK(release > 60);
+  CHECK(release <= 101);
+}
+
+TEST_CASE("A tool beside the local surface does not touch it") {
+  PatchPlayer player(test::touch_patch(8, 1, kStamp));
+  for (int ms = 1; ms <= 20; ++ms) CHECK_FALSE(player.advance({kStamp + ms * kTick, Vec3(0.03, 0, -0.001 * ms)}).contact);
+}
+
+TEST_CASE("A resting push is the compliance of the modes in series with the contact") {
+  const Patch p = floor_patch(8);
+  PatchPlayer player(p);
+  const double depth = 0.004;
+  for (int ms = 1; ms <= 6000; ++ms)
+    player.advance({kStamp + ms * kTick, Vec3(0.003, 0.002, -depth * std::min(1.0, ms / 300.0))});
+  const PortRows& rows = p.surface.vertices[0].rows;
+  const Mat3 compliance = p.c_static + Mat3(rows * p.stiffness.cwiseInverse().asDiagonal() * rows.transpose());
+  CHECK(player.output().force.z() == Approx(depth / (compliance(2, 2) + 1 / p.coupling_n_m)).epsilon(1e-4));
+}
+
+// With f = -lambda at the end of tick n and h the tool, sum_n lambda_n . (h_n - h_n-1) is what the tool puts in. h = p + lambda /
+// k_c in contact, so that it is the work on the modes (exact, lambda being constant inside a tick), which is their energy and
+// what D took, plus sum lambda_n . (lambda_n - lambda_n-1) / k_c >= (lambda_end^2 - lambda_begin^2) / (2 k_c), plus, at an onset
+// from outside, a push through a gap, which is positive too. From rest and no contact back to no contact it cannot be negative.
+TEST_CASE("Over any cycle from no contact to no contact, without friction, a tool puts energy in and gets none out") {
+  Random random(4);
+  for (int trial = 0; trial < 20; ++trial) {
+    Patch p = floor_patch(8);
+    p.damping = random_damping(random, 8, trial % 2 ? 0.0 : 5.0);
+    p.c_static *= trial % 3;
+    PatchPlayer player(p);
+    const double fast = random.uniform(0.01, 0.4), wide = random.uniform(0, 0.01), deep = random.uniform(0.004, 0.01);
+    Vec3 last(0, 0, 0.003);
+    double work = 0, through = 0;
+    bool out_of_contact = true;
+    for (int ms = 1; ms <= 4000 || !out_of_contact; ++ms) {
+      const double t = ms < 4000 ? ms : 4000;
+      Vec3 tool(wide * std::sin(0.3 * fast * t), wide * std::cos(0.21 * fast * t), 0.002 - deep * std::sin(fast * t));
+      if (ms > 4000) tool.z() = 0.0005 * (ms - 4000);
+      const PlayerOutput out = player.advance({kStamp + ms * kTick, tool});
+      const double now = -out.force.dot(tool - last);
+      work += now;
+      through += std::abs(now);
+      last = tool;
+      out_of_contact = !out.contact;
+      if (out_of_contact) CHECK(work >= -1e-9 * through);
+      // What is in the modes came from the tool.
+      CHECK(player.energy() <= work + 1e-9 * through);
+    }
+    CHECK(through > 0);
+  }
+}
+
+TEST_CASE("Friction in a stroke stays on the cone and takes energy") {
+  Patch p = floor_patch(8);
+  p.friction = 0.4;
+  PatchPlayer player(p);
+  double work = 0;
+  Vec3 last(-0.015, 0, 0.001);
+  for (int ms = 1; ms <= 2000; ++ms) {
+    const Vec3 tool(0.015 * std::sin(0.01 * ms), 0, -0.004 * std::min(1.0, ms / 200.0));
+    const Vec3 force = player.advance({kStamp + ms * kTick, tool}).force;
+    CHECK(force.head<2>().norm() <= 0.4 * force.z() * (1 + 1e-9) + 1e-12);
+    work -= force.dot(tool - last);
+    last = tool;
+  }
+  CHECK(work > 0);
+}
+
+TEST_CASE("A constant patch shows its force, filtered when it says so, and a successor goes on from there") {
+  Patch p;
+  p.constant = true;
+  p.stamp = kStamp;
+  p.force = Vec3(1, 2, 3);
+  PatchPlayer hold(p);
+  CHECK(hold.advance({kStamp + kTick, Vec3::Ones()}).force == p.force);
+  p.low_pass_hz = 10;
+  PatchPlayer first(p);
+  Patch q = p;
+  q.force = Vec3(2, 2, 3);
+  PatchPlayer second(q);
+  second.inherit(first);
+  for (int ms = 1; ms <= 30; ++ms) {
+    const Vec3 force = second.advance({kStamp + ms * kTick, Vec3::Zero()}).force;
+    CHECK(force.x() == Approx(2 - std::exp(-2 * M_PI * 10 * 1e-3 * ms)));
+    CHECK(force.y() == Approx(2));
+  }
+}

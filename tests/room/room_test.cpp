@@ -1,0 +1,201 @@
+// A room: stations come, hold, touch, share, tear and leave; the tool's path and the way into a grasp.
+#include "server/room/room.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "server/room/grasp.hpp"
+#include "tests/support/bodies.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+namespace {
+
+constexpr Micros kFrame{50'000};
+constexpr StationId kHand = 3, kOther = 4;
+
+Scene scene_of(ContactKind contact) {
+  Scene scene;
+  scene.name = "box";
+  scene.body = box_body(4, 4, 4);
+  scene.tool.contact = contact;
+  scene.tool.node = 54;
+  return scene;
+}
+
+struct Stage {
+  Room room;
+  Micros now{7'000'000};
+
+  explicit Stage(ContactKind contact) : room(scene_of(contact)) { room.start(now); }
+
+  /// One frame with the tool of every station on its path.
+  FrameResult frame(const std::vector<StationId>& ids, const std::function<Vec3(Micros)>& tool, Scheme scheme = Scheme::port) {
+    FrameJob job;
+    job.target = now + kFrame;
+    job.shapes = true;
+    for (const StationId id : ids) {
+      StationJob station;
+      station.id = id;
+      station.scheme = scheme;
+      station.bridge = Micros{100'000};
+      for (Micros t = now + Micros{1000}; t <= job.target + Micros{1000}; t += Micros{1000})
+        station.samples.push_back({t, tool(t)});
+      job.stations.push_back(station);
+    }
+    now = job.target;
+    return room.run(job);
+  }
+};
+
+Vec3 home() { return box_body(4, 4, 4).nodes[54]; }
+
+}  // namespace
+
+TEST_CASE("A grasp at home is felt as nothing, and its patches are stamped, numbered and pass the receiver's check") {
+  Stage stage(ContactKind::attach);
+  for (std::uint32_t seq = 1; seq <= 5; ++seq) {
+    const FrameResult result = stage.frame({kHand}, [](Micros) { return home(); });
+    CHECK(result.stamp == stage.now);
+    CHECK(result.positions.size() == 64);
+    REQUIRE(result.stations.size() == 1);
+    const StationFrame& frame = result.stations[0];
+    CHECK(frame.id == kHand);
+    CHECK(frame.contact);
+    CHECK(frame.force.norm() < 1e-9);
+    REQUIRE(frame.patch);
+    CHECK(frame.patch->seq == seq);
+    CHECK(frame.patch->stamp == stage.now);
+    CHECK(check(*frame.patch) == PatchFault::none);
+  }
+}
+
+TEST_CASE("A grasp that begins beside its node takes the node to the tool without a jolt") {
+  Stage stage(ContactKind::attach);
+  const Vec3 beside = home() + Vec3(0.004, 0, 0.003);
+  FrameResult result = stage.frame({kHand}, [&](Micros) { return beside; });
+  CHECK((result.stations[0].tool - home()).norm() < 0.001);
+  for (int k = 0; k < 100; ++k) result = stage.frame({kHand}, [&](Micros) { return beside; });
+  CHECK((result.stations[0].tool - beside).norm() < 1e-12);
+  CHECK((result.positions[54] - beside).norm() < 1e-12);
+  CHECK(result.stations[0].force.norm() > 0.05);
+  CHECK(result.stations[0].force.dot(beside - home()) < 0);
+}
+
+TEST_CASE("A station that leaves lets go: the body returns to rest and nobody is answered") {
+  Stage stage(ContactKind::attach);
+  for (int k = 0; k < 20; ++k) stage.frame({kHand}, [](Micros) { return Vec3(home() + Vec3(0, 0, -0.005)); });
+  FrameResult result;
+  for (int k = 0; k < 100; ++k) result = stage.frame({}, {});
+  CHECK(result.stations.empty());
+  CHECK((result.positions[54] - home()).norm() < 1e-6);
+}
+
+TEST_CASE("A tool out of reach gets no patch, one near the surface an anticipating one, one inside is in contact") {
+  Stage stage(ContactKind::touch);
+  const auto at = [](double height) { return [height](Micros) { return Vec3(0.031, 0.032, 0.06 + height); }; };
+  CHECK_FALSE(stage.frame({kHand}, at(0.5)).stations[0].patch);
+  stage.frame({kHand}, at(0.01));
+  const FrameResult near = stage.frame({kHand}, at(0.01));
+  REQUIRE(near.stations[0].patch);
+  CHECK_FALSE(near.stations[0].patch->touching);
+  CHECK(near.stations[0].force.norm() == 0);
+  CHECK(check(*near.stations[0].patch) == PatchFault::none);
+  FrameResult inside;
+  for (int k = 0; k < 10; ++k) inside = stage.frame({kHand}, at(-0.004));
+  REQUIRE(inside.stations[0].patch);
+  CHECK(inside.stations[0].contact);
+  CHECK(inside.stations[0].patch->touching);
+  CHECK(inside.stations[0].force.z() > 0.05);
+  CHECK((inside.stations[0].patch->force - inside.stations[0].force).norm() == 0);
+}
+
+TEST_CASE("A shadow gets patches of the tool that it shares, and does not push") {
+  Stage stage(ContactKind::attach);
+  FrameResult result;
+  for (int k = 0; k < 5; ++k) {
+    FrameJob job;
+    job.target = stage.now + kFrame;
+    StationJob hand{kHand, Scheme::port, 0, 0, Micros{100'000}, {}}, shadow{kOther, Scheme::hold, 0, kHand, Micros{100'000}, {}};
+    hand.samples.push_back({job.target, home() + Vec3(0, 0, -0.001 * k)});
+    job.stations = {hand, shadow};
+    stage.now = job.target;
+    result = stage.room.run(job);
+  }
+  REQUIRE(result.stations.size() == 2);
+  REQUIRE(result.stations[0].patch);
+  REQUIRE(result.stations[1].patch);
+  CHECK(result.stations[1].patch->constant);
+  CHECK(result.stations[1].patch->force == result.stations[0].patch->force);
+}
+
+TEST_CASE("A tool that tears at the body beyond sense does not stop the room, and the body finds its rest again") {
+  const double far_m = GENERATE(0.3, 9.0);
+  Stage stage(ContactKind::attach);
+  stage.frame({kHand}, [](Micros) { return home(); });
+  for (int k = 0; k < 5; ++k)
+    stage.frame({kHand}, [&](Micros t) { return t.count() / 7000 % 2 ? Vec3(home() + Vec3(far_m, -far_m, far_m)) : home(); });
+  FrameResult result;
+  for (int k = 0; k < 240; ++k) {
+    result = stage.frame({kHand}, [](Micros) { return home(); });
+    for (const Vec3& x : result.positions) REQUIRE(x.allFinite());
+  }
+  CHECK_FALSE(result.failed);
+  REQUIRE(result.stations[0].patch);
+  CHECK(check(*result.stations[0].patch) == PatchFault::none);
+  CHECK(result.stations[0].force.allFinite());
+}
+
+TEST_CASE("The same frames twice are the same bits") {
+  const auto once = [](ContactKind contact) {
+    Stage stage(contact);
+    FrameResult result;
+    for (int k = 0; k < 20; ++k)
+      result = stage.frame({kHand}, [](Micros t) {
+        return Vec3(home() + Vec3(0.002 * std::sin(9e-6 * static_cast<double>(t.count())), 0.001, -0.003));
+      });
+    return result;
+  };
+  const auto contact = GENERATE(ContactKind::attach, ContactKind::touch);
+  const FrameResult a = once(contact), b = once(contact);
+  CHECK(a.positions == b.positions);
+  CHECK(a.stations[0].force == b.stations[0].force);
+  CHECK(a.stations[0].patch->stiffness == b.stations[0].patch->stiffness);
+}
+
+TEST_CASE("A tool's path is linear between its samples and still outside of them") {
+  ToolTrack track;
+  CHECK(track.empty());
+  const std::vector<ToolSample> samples{
+      {Micros{1000}, Vec3(0, 0, 0)}, {Micros{2000}, Vec3(1, 0, 0)}, {Micros{4000}, Vec3(1, 4, 0)}};
+  track.add(samples);
+  track.add(samples);
+  CHECK(track.at(Micros{500}).position == Vec3(0, 0, 0));
+  CHECK(track.at(Micros{500}).velocity == Vec3(0, 0, 0));
+  CHECK((track.at(Micros{1250}).position - Vec3(0.25, 0, 0)).norm() < 1e-12);
+  CHECK((track.at(Micros{1250}).velocity - Vec3(1000, 0, 0)).norm() < 1e-9);
+  CHECK((track.at(Micros{2000}).velocity - Vec3(1000, 0, 0)).norm() < 1e-9);
+  CHECK((track.at(Micros{3000}).position - Vec3(1, 2, 0)).norm() < 1e-12);
+  CHECK((track.at(Micros{4000}).velocity - Vec3(0, 2000, 0)).norm() < 1e-9);
+  CHECK(track.at(Micros{9000}).position == Vec3(1, 4, 0));
+  CHECK(track.at(Micros{9000}).velocity == Vec3(0, 0, 0));
+  track.forget_before(Micros{3000});
+  CHECK((track.at(Micros{3000}).position - Vec3(1, 2, 0)).norm() < 1e-12);
+}
+
+TEST_CASE("The way into a grasp starts and ends at the tool's own speed, and its velocity is its derivative") {
+  ToolTrack track;
+  track.add(std::vector<ToolSample>{{Micros{0}, Vec3(0, 0, 0)}, {Micros{2'000'000}, Vec3(0.2, 0, 0)}});
+  const Vec3 offset(0, 0.01, -0.02);
+  const Grasp grasp(Micros{200'000}, offset);
+  CHECK((grasp.at(track, Micros{200'000}).position - track.at(Micros{200'000}).position - offset).norm() < 1e-15);
+  CHECK((grasp.at(track, Micros{200'000}).velocity - Vec3(0.1, 0, 0)).norm() < 1e-12);
+  CHECK(grasp.at(track, Micros{700'000}).position == track.at(Micros{700'000}).position);
+  for (const int ms : {250, 400, 500, 690}) {
+    constexpr Micros kStep{100};
+    const Micros t{1000 * ms};
+    const Vec3 difference = (grasp.at(track, t + kStep).position - grasp.at(track, t - kStep).position) / (2 * seconds(kStep));
+    CHECK((grasp.at(track, t).velocity - difference).norm() < 1e-5);
+  }
+}
