@@ -22,10 +22,10 @@ bool needs_settling(const Scene& scene, const Vec3& start) {
 ReferenceForce reference_force(const Scene& scene, std::span<const Vec3> positions) {
   ReferenceForce result;
   if (positions.empty()) return result;
-  const Surface surface(scene.body.triangles, scene.body.nodes.size());
+  const Skin skin(scene.body, scene.tool.radius_m);
   const Dynamics dynamics(scene.body);
-  Integrator integrator(dynamics, surface, {scene.body.nodes.size() <= kFineNodes ? kFineStepS : kTickStepS, kToleranceM});
-  BodyState state = settled_state(dynamics, surface);
+  Integrator integrator(dynamics, skin, {scene.body.nodes.size() <= kFineNodes ? kFineStepS : kTickStepS, kToleranceM});
+  BodyState state = settled_state(dynamics, skin);
 
   std::vector<ToolSample> samples;
   if (needs_settling(scene, positions[0])) samples.push_back({-kSettle, positions[0]});

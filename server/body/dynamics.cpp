@@ -145,4 +145,9 @@ double Dynamics::energy(const BodyState& state) const {
   return energy;
 }
 
+void mask(const std::vector<std::uint8_t>& held, Vector& y) {
+  for (std::size_t i = 0; i < held.size(); ++i)
+    if (held[i]) y.segment<3>(3 * static_cast<Eigen::Index>(i)).setZero();
+}
+
 }  // namespace palpate

@@ -62,4 +62,7 @@ class Dynamics {
   std::vector<std::uint32_t> first_, incident_;  // elements of each node
 };
 
+/// Sets the rows of held nodes to zero.
+void mask(const std::vector<std::uint8_t>& held, Vector& y);
+
 }  // namespace palpate

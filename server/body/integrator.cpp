@@ -15,15 +15,12 @@ constexpr double kResponseTolerance = 3e-3;  // of A^-1 B: it steers the iterati
 auto node_at(Vector& v, std::uint32_t i) { return v.segment<3>(3 * static_cast<Eigen::Index>(i)); }
 auto node_at(const Vector& v, std::uint32_t i) { return v.segment<3>(3 * static_cast<Eigen::Index>(i)); }
 
-Vec3 weighted(const Triangle& t, const Vec3& weight, const Vector& y) {
-  return weight[0] * node_at(y, t[0]) + weight[1] * node_at(y, t[1]) + weight[2] * node_at(y, t[2]);
-}
 
 }  // namespace
 
-Integrator::Integrator(const Dynamics& dynamics, const Surface& surface, const IntegratorOptions& options)
+Integrator::Integrator(const Dynamics& dynamics, const Skin& skin, const IntegratorOptions& options)
     : dynamics_(&dynamics),
-      surface_(&surface),
+      skin_(&skin),
       options_(options),
       a_(dynamics.make_matrix()),
       solver_(dynamics.nodes(), options.solver) {}
@@ -76,8 +73,7 @@ void Integrator::total_forces(const BodyState& state, const std::vector<ToolPort
   dynamics_->forces(state.x, state.v, f);
   for (const ToolPort& p : ports) {
     if (p.kind != ContactKind::touch || !p.touching) continue;
-    const Triangle& t = surface_->view().triangles[p.point.triangle];
-    for (int k = 0; k < 3; ++k) node_at(f, t[static_cast<std::size_t>(k)]) += p.point.weight[k] * p.lambda;
+    scatter(skin_->weights(p.point), p.lambda, f);
   }
 }
 
@@ -149,10 +145,11 @@ bool Integrator::solve_stage(const Stage& stage, const std::vector<Vec3>& tool_p
 bool Integrator::begin_contacts(const std::vector<Vec3>& tool_points, const BodyState& state,
                                 std::vector<ToolPort>& ports) const {
   bool any = false;
-  const Positions x(state.x.data(), static_cast<std::size_t>(state.x.size()));
+  std::vector<double> x;
   for (std::size_t k = 0; k < ports.size(); ++k) {
-    if (ports[k].kind != ContactKind::touch || ports[k].touching || surface_->empty()) continue;
-    const NearestPoint nearest = nearest_point(surface_->view(), x, tool_points[k]);
+    if (ports[k].kind != ContactKind::touch || ports[k].touching || skin_->empty()) continue;
+    if (x.empty()) skin_->place(state.x, x);
+    const NearestPoint nearest = nearest_point(skin_->view(), x, tool_points[k]);
     ports[k].point = nearest.point;
     ports[k].lambda.setZero();
     ports[k].touching = nearest.height_m < 0;
@@ -178,16 +175,16 @@ bool Integrator::refresh_matrix(const BodyState& state, double a, AdvanceReport&
 void Integrator::update_response(std::size_t port, const SurfacePoint& point, double a, AdvanceReport& report) {
   PortResponse& r = responses_[port];
   if (r.valid && r.point.triangle == point.triangle && r.point.weight == point.weight) return;
-  const Triangle& t = surface_->view().triangles[point.triangle];
+  r.b = skin_->weights(point);
   if (r.w.rows() != a_.rows() * 3) r.w.setZero(static_cast<Eigen::Index>(a_.rows()) * 3, 3);
   for (int axis = 0; axis < 3; ++axis) {
     Vector b = Vector::Zero(r.w.rows());
-    for (std::size_t k = 0; k < 3; ++k)
-      if (!held_[t[k]]) b[3 * static_cast<Eigen::Index>(t[k]) + axis] = point.weight[static_cast<int>(k)];
+    scatter(r.b, Vec3::Unit(axis), b);
+    mask(held_, b);
     Vector column = r.w.col(axis);
     report.solver_iterations += solver_.solve(b, kResponseTolerance, column).iterations;
     r.w.col(axis) = column;
-    r.compliance.col(axis) = a * a * weighted(t, point.weight, column);
+    r.compliance.col(axis) = a * a * gather(r.b, column);
   }
   r.compliance = 0.5 * (r.compliance + r.compliance.transpose()).eval();
   r.point = point;
@@ -210,8 +207,7 @@ void Integrator::close_ports(const Stage& stage, const std::vector<Vec3>& tool_p
     for (const std::size_t k : touching) {
       ToolPort& port = ports[k];
       const PortResponse& r = responses_[k];
-      const Triangle& t = surface_->view().triangles[port.point.triangle];
-      const Vec3 p_end = weighted(t, port.point.weight, state.x) + stage.a * weighted(t, port.point.weight, dv);
+      const Vec3 p_end = skin_->position(port.point, r.b, state.x) + stage.a * gather(r.b, dv);
       const Vec3 p_free = p_end - r.compliance * port.lambda;
       const ContactClosure closure = close_contact(p_free, r.compliance, normals[k], tool_points[k], port.parameters);
       dv += stage.a * (r.w * (closure.lambda - port.lambda));
@@ -229,11 +225,11 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
   };
   place();
   std::vector<Vec3> normals(ports.size(), Vec3::UnitZ()), slips(ports.size(), Vec3::Zero());
-  const Positions x(state.x.data(), static_cast<std::size_t>(state.x.size()));
   bool any_contact = false;
   for (std::size_t k = 0; k < ports.size(); ++k)
     if (ports[k].kind == ContactKind::touch && ports[k].touching) {
-      normals[k] = normal_at(surface_->view(), x, ports[k].point);
+      if (!any_contact) skin_->place(state.x, skin_positions_);
+      normals[k] = normal_at(skin_->view(), skin_positions_, ports[k].point);
       any_contact = true;
     }
 
@@ -248,8 +244,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
     ++report.newton_iterations;
     dynamics_->forces(state.x, state.v, f_);
     r_ = dynamics_->masses().cwiseProduct(stage.v_hat - state.v) + a * f_;
-    for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i)
-      if (held_[i]) node_at(r_, i).setZero();
+    mask(held_, r_);
     dv = Vector::Zero(r_.size());
     const SolveStats solved = solver_.solve(r_, kSolveTolerance, dv);
     report.solver_iterations += solved.iterations;
@@ -271,7 +266,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
         ToolPort& port = ports[k];
         if (port.kind != ContactKind::touch || !port.touching) continue;
         port.touching = port.lambda.squaredNorm() > 0;
-        if (slips[k].squaredNorm() > 0) port.point = slide(surface_->view(), x, port.point, slips[k]);
+        if (slips[k].squaredNorm() > 0) port.point = slide(skin_->view(), skin_positions_, port.point, slips[k]);
       }
       return true;
     }

@@ -18,9 +18,9 @@
 #include <vector>
 
 #include "common/port/contact_law.hpp"
-#include "common/port/surface.hpp"
 #include "server/body/dynamics.hpp"
 #include "server/body/linear_solver.hpp"
+#include "server/body/skin.hpp"
 
 namespace palpate {
 
@@ -56,15 +56,14 @@ class Integrator {
   static constexpr double kEventStepS = 0.002;
   static constexpr double kMinStepS = 1e-5;
 
-  /// `dynamics` and `surface` must outlive the integrator. An empty surface has no touch.
-  Integrator(const Dynamics& dynamics, const Surface& surface, const IntegratorOptions& options);
+  /// `dynamics` and `skin` must outlive the integrator. An empty skin has no touch.
+  Integrator(const Dynamics& dynamics, const Skin& skin, const IntegratorOptions& options);
 
   /// Moves `state` and `ports` on to body time `until_s`.
   AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, const ToolMotion& tools);
 
   /// 1 for every node that is fixed or held by an attached port.
   std::vector<std::uint8_t> held_nodes(const std::vector<ToolPort>& ports) const;
-  const Surface& surface() const { return *surface_; }
   const Dynamics& dynamics() const { return *dynamics_; }
 
  private:
@@ -75,6 +74,7 @@ class Integrator {
   struct PortResponse {  // of one touching port under the current matrix
     bool valid = false;
     SurfacePoint point;
+    Skin::Weights b;
     Eigen::Matrix<double, Eigen::Dynamic, 3> w;  // A^-1 B
     Mat3 compliance = Mat3::Zero();              // a^2 B^T A^-1 B
   };
@@ -94,7 +94,7 @@ class Integrator {
   void hold_nodes(const std::vector<ToolPort>& ports, const std::vector<ToolAt>& tools, BodyState& state) const;
 
   const Dynamics* dynamics_;
-  const Surface* surface_;
+  const Skin* skin_;
   IntegratorOptions options_;
   std::vector<std::uint8_t> held_;
   BlockMatrix a_;
@@ -103,6 +103,7 @@ class Integrator {
   std::vector<std::uint8_t> matrix_held_;
   std::vector<PortResponse> responses_;
   Vector trend_;                 // acceleration over the last stage [m/s^2], empty after a jump
+  std::vector<double> skin_positions_;
   Vector f_, r_;
 };
 

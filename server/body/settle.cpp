@@ -4,12 +4,12 @@
 
 namespace palpate {
 
-BodyState settled_state(const Dynamics& dynamics, const Surface& surface) {
+BodyState settled_state(const Dynamics& dynamics, const Skin& skin) {
   BodyState state = dynamics.rest_state();
   if (dynamics.body().gravity_m_s2.squaredNorm() == 0) return state;
   constexpr double kStepS = 0.05, kStillM = 1e-9;
   constexpr int kStepsMax = 2000;
-  Integrator integrator(dynamics, surface, {kStepS});
+  Integrator integrator(dynamics, skin, {kStepS});
   std::vector<ToolPort> none;
   for (int k = 0; k < kStepsMax; ++k) {
     const Vector before = state.x;

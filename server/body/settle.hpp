@@ -8,6 +8,6 @@ namespace palpate {
 
 /// At time 0. The rest shape itself when nothing pulls (no gravity); otherwise throws std::runtime_error when no equilibrium is
 /// found.
-BodyState settled_state(const Dynamics& dynamics, const Surface& surface);
+BodyState settled_state(const Dynamics& dynamics, const Skin& skin);
 
 }  // namespace palpate

@@ -32,11 +32,6 @@ class Orthonormal {
 
 }  // namespace
 
-void mask(const std::vector<std::uint8_t>& held, Vector& y) {
-  for (std::size_t i = 0; i < held.size(); ++i)
-    if (held[i]) y.segment<3>(3 * static_cast<Eigen::Index>(i)).setZero();
-}
-
 bool ShiftedSolver::prepare(const Linearisation& at, double shift, bool clamp) {
   iterations_ = 0;
   at.dynamics->assemble(*at.state, shift * shift, shift, 1, *at.held, clamp, matrix_);

@@ -53,7 +53,4 @@ using BasisMemory = std::vector<Vector>;
 std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
                     const std::vector<Vector>& fine, const Vector& imbalance, const BasisRequest& request, BasisMemory& memory);
 
-/// Sets the rows of held nodes to zero.
-void mask(const std::vector<std::uint8_t>& held, Vector& y);
-
 }  // namespace palpate

@@ -15,8 +15,8 @@ Mat3 symmetric(const Mat3& m) { return 0.5 * (m + m.transpose()); }
 
 }  // namespace
 
-PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Surface& surface)
-    : dynamics_(&dynamics), surface_(&surface), neighbours_(dynamics.nodes()), solver_(dynamics) {
+PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin)
+    : dynamics_(&dynamics), skin_(&skin), neighbours_(dynamics.nodes()), solver_(dynamics) {
   const LumpedBody& body = dynamics.body();
   Eigen::AlignedBox3d box;
   for (const Vec3& x : body.nodes) box.extend(x);
@@ -178,17 +178,15 @@ std::optional<Patch> PatchBuilder::build_attach(const BodyState& state, const To
 
 std::optional<Patch> PatchBuilder::build_touch(const BodyState& state, const ToolPort& port, const PatchRequest& request,
                                                Patch patch, bool clamp) {
-  const SurfaceView view = surface_->view();
-  const Triangle& corners = view.triangles[port.point.triangle];
+  const Triangle& corners = skin_->view().triangles[port.point.triangle];
   if (request.scheme == Scheme::ring) hold_far_nodes({corners.begin(), corners.end()});
   const Linearisation at{dynamics_, &state, &held_};
   patch.coupling_n_m = port.parameters.coupling_n_m;
   patch.friction = port.parameters.friction;
   patch.trust_radius_m = 6 * spacing_m_;
   std::vector<Vector> inputs(3, Vector::Zero(dynamics_->masses().size())), fine;
-  for (int axis = 0; axis < 3; ++axis)
-    for (std::size_t k = 0; k < 3; ++k)
-      inputs[static_cast<std::size_t>(axis)] += port.point.weight[static_cast<int>(k)] * unit(corners[k], axis);
+  const Skin::Weights weights = skin_->weights(port.point);
+  for (int axis = 0; axis < 3; ++axis) scatter(weights, Vec3::Unit(axis), inputs[static_cast<std::size_t>(axis)]);
   for (Vector& b : inputs) mask(held_, b);
 
   const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
@@ -207,7 +205,7 @@ std::optional<Patch> PatchBuilder::build_touch(const BodyState& state, const Too
     if (!basis || !reduce(at, *basis, patch, v)) return std::nullopt;
     patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
   }
-  cut_port_surface(view, state, v, port.point, request.vertices_max, patch);
+  cut_port_surface(*skin_, state, v, port.point, request.vertices_max, patch);
   if (request.scheme == Scheme::tangent && port.touching)
     for (int i = 0; i < patch.surface.vertex_count; ++i)
       patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;

@@ -13,7 +13,6 @@
 #include <memory>
 #include <optional>
 
-#include "common/port/surface.hpp"
 #include "server/body/integrator.hpp"
 #include "server/reduce/basis.hpp"
 
@@ -38,7 +37,7 @@ class PatchBuilder {
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
   static constexpr double kFilteredHz = 10;  ///< low-pass of `filtered`: the paper's, its model rate
 
-  PatchBuilder(const Dynamics& dynamics, const Surface& surface);
+  PatchBuilder(const Dynamics& dynamics, const Skin& skin);
   ~PatchBuilder();
 
   /// A patch for `ports[which]` at `state`; seq and stamp are left to the caller. Nothing when the port's matrix cannot be
@@ -59,7 +58,7 @@ class PatchBuilder {
   Vector unit(std::uint32_t node, int axis) const;
 
   const Dynamics* dynamics_;
-  const Surface* surface_;
+  const Skin* skin_;
   std::vector<std::vector<std::uint32_t>> neighbours_;
   double extent_m_ = 0, spacing_m_ = 0;
   std::vector<std::uint8_t> held_;

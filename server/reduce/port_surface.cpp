@@ -4,9 +4,10 @@
 
 namespace palpate {
 
-void cut_port_surface(const SurfaceView& surface, const BodyState& state, const Matrix& v, const SurfacePoint& point,
+void cut_port_surface(const Skin& skin, const BodyState& state, const Matrix& v, const SurfacePoint& point,
                       int vertices_max, Patch& patch) {
-  const Positions x(state.x.data(), static_cast<std::size_t>(state.x.size()));
+  const SurfaceView surface = skin.view();
+  const std::vector<double> x = skin.place(state.x);
   const Vec3 centre = position_at(surface, x, point);
   std::vector<std::uint32_t> vertices, triangles{point.triangle};
   const auto corners = surface.triangles[point.triangle];
@@ -44,7 +45,9 @@ void cut_port_surface(const SurfaceView& surface, const BodyState& state, const 
   piece.triangle_count = static_cast<int>(triangles.size());
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     piece.vertices[i].position = vertex(x, vertices[i]);
-    piece.vertices[i].rows = v.middleRows<3>(3 * static_cast<Eigen::Index>(vertices[i]));
+    piece.vertices[i].rows = PortRows::Zero(3, v.cols());
+    for (const auto& [node, weight] : skin.vertex_weights(vertices[i]))
+      piece.vertices[i].rows += weight * v.middleRows<3>(3 * static_cast<Eigen::Index>(node));
   }
   for (std::size_t t = 0; t < triangles.size(); ++t)
     for (std::size_t k = 0; k < 3; ++k)

@@ -27,10 +27,10 @@ struct Station {
 struct Room::State {
   explicit State(const Scene& s)
       : scene(s),
-        surface(scene.body.triangles, scene.body.nodes.size()),
+        skin(scene.body, scene.tool.radius_m),
         dynamics(scene.body),
-        integrator(dynamics, surface, {scene.solver.step_s}) {
-    body = settled_state(dynamics, surface);
+        integrator(dynamics, skin, {scene.solver.step_s}) {
+    body = settled_state(dynamics, skin);
   }
 
   // The tool of a station in body time: for a grasp the node goes from where it was taken to the tool.
@@ -44,7 +44,7 @@ struct Room::State {
   StationFrame frame_of(const StationJob& job, Micros stamp);
 
   Scene scene;
-  Surface surface;
+  Skin skin;
   Dynamics dynamics;
   Integrator integrator;
   BodyState body;
@@ -78,7 +78,7 @@ void Room::State::take_samples(const FrameJob& job) {
   for (const StationJob& j : job.stations) {
     Station& station = stations[j.id];
     station.scheme = j.scheme;
-    if (!station.builder) station.builder = std::make_unique<PatchBuilder>(dynamics, surface);
+    if (!station.builder) station.builder = std::make_unique<PatchBuilder>(dynamics, skin);
     station.track.add(j.samples);
     station.track.forget_before(from_seconds(body.time_s) - Micros{100'000});
   }
@@ -118,13 +118,12 @@ AdvanceReport Room::State::advance(Micros target) {
 
 bool Room::State::in_reach(const ToolPort& port, const ToolAt& tool, Micros bridge) const {
   if (port.kind == ContactKind::attach || port.touching) return true;
-  if (surface.empty()) return false;
+  if (skin.empty()) return false;
   // How far the tool can get before the next patch: its speed, and a hand's acceleration of 10 m/s^2 on top, each way.
   constexpr double kHandAccelerationMs2 = 10, kMarginM = 0.005;
   const double t = seconds(bridge);
   const double reach = tool.velocity.norm() * t + 0.5 * kHandAccelerationMs2 * t * t + kMarginM;
-  const Positions x(body.x.data(), static_cast<std::size_t>(body.x.size()));
-  return nearest_point(surface.view(), x, tool.position).height_m < reach;
+  return nearest_point(skin.view(), skin.place(body.x), tool.position).height_m < reach;
 }
 
 StationFrame Room::State::frame_of(const StationJob& job, Micros stamp) {
@@ -142,8 +141,7 @@ StationFrame Room::State::frame_of(const StationJob& job, Micros stamp) {
   frame.force = frame.contact ? Vec3(-port.lambda) : Vec3::Zero();
   if (!in_reach(port, tool, job.bridge)) return frame;
   if (port.kind == ContactKind::touch && !port.touching) {
-    const Positions x(body.x.data(), static_cast<std::size_t>(body.x.size()));
-    port.point = nearest_point(surface.view(), x, tool.position).point;
+    port.point = nearest_point(skin.view(), skin.place(body.x), tool.position).point;
   }
   PatchRequest request{job.scheme, job.order, job.bridge, tool, 0};
   request.vertices_max = max_port_vertices(PatchBuilder::modes_for(job.scheme, port.kind, job.order));
@@ -172,9 +170,8 @@ FrameResult Room::simulate(const FrameJob& job) {
     s.body.time_s = seconds(job.target);
   }
   if (job.shapes) {
-    result.positions.resize(s.dynamics.nodes());
-    for (std::size_t i = 0; i < result.positions.size(); ++i)
-      result.positions[i] = s.body.x.segment<3>(3 * static_cast<Eigen::Index>(i));
+    const std::vector<double> x = s.skin.place(s.body.x);
+    for (std::uint32_t i = 0; i < s.dynamics.nodes(); ++i) result.positions.emplace_back(vertex(x, i));
   }
   return result;
 }

@@ -206,8 +206,10 @@ void read_tool(const SceneText& text, const schema::ToolT& in, SceneSettings& ou
   }
   text.in_range("tool.mu", in.mu, 0, 2, "");
   text.in_range("tool.coupling_n_m", in.coupling_n_m, 1, 1e6, "N/m");
+  text.in_range("tool.radius_m", in.radius_m, 0, 0.5, "m");
   out.tool.friction = in.mu;
   out.tool.coupling_n_m = in.coupling_n_m;
+  out.tool.radius_m = in.radius_m;
   if (!text.has(node)) return;
   if (out.lattice.spacing_m > 0) text.refuse(node, node + " is given with spacing_m", "it only with nodes and size_m");
   if (in.node.size() != 3 && !(out.lattice.planar && in.node.size() == 2))

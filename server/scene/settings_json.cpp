@@ -93,6 +93,7 @@ Json to_json(const SceneSettings& settings) {
   if (settings.tool_node) tool.add("node", list(*settings.tool_node, 3));
   tool.add("mu", Json::number(settings.tool.friction));
   tool.add("coupling_n_m", Json::number(settings.tool.coupling_n_m));
+  tool.add("radius_m", Json::number(settings.tool.radius_m));
   Json& solver = out.add("solver", Json::object());
   solver.add("step_ms", Json::number(settings.step_ms));
   return out;

@@ -14,11 +14,11 @@ using namespace palpate::test;
 
 namespace {
 
-const Surface kNoSurface;
+const Skin kNoSkin;
 
 BodyState run(const LumpedBody& body, BodyState state, double step_s, double until_s, double tolerance_m = 1e-13) {
   const Dynamics dynamics(body);
-  Integrator integrator(dynamics, kNoSurface, {step_s, tolerance_m});
+  Integrator integrator(dynamics, kNoSkin, {step_s, tolerance_m});
   std::vector<ToolPort> none;
   REQUIRE(integrator.advance(state, none, until_s, {}).converged);
   return state;
@@ -90,7 +90,7 @@ TEST_CASE("A mode far too stiff for the step dies instead of ringing") {
 TEST_CASE("Without damping and load the energy stays for 10 s at a small step, and never grows") {
   const LumpedBody body = box_body(2, 2, 4, 60, 0);
   const Dynamics dynamics(body);
-  Integrator integrator(dynamics, kNoSurface, {0.0005, 1e-9});
+  Integrator integrator(dynamics, kNoSkin, {0.0005, 1e-9});
   BodyState s = plucked(body, 0.05);
   std::vector<ToolPort> none;
   const double begin = dynamics.energy(s);
@@ -109,7 +109,7 @@ TEST_CASE("A body with a held node comes to rest where a dense Newton iteration 
   const Dynamics dynamics(body);
   constexpr std::uint32_t kNode = 22;
   const Vec3 tool = body.nodes[kNode] + Vec3(0.003, -0.002, -0.008);
-  Integrator integrator(dynamics, kNoSurface, {0.010, 1e-12});
+  Integrator integrator(dynamics, kNoSkin, {0.010, 1e-12});
   BodyState s = dynamics.rest_state();
   auto ports = grasp(kNode);
   const auto at_tool = [&](std::size_t, double t) {
@@ -156,7 +156,7 @@ TEST_CASE("A body with a held node comes to rest where a dense Newton iteration 
 TEST_CASE("The force of a grasp on one spring is its stiffness and its damping") {
   const LumpedBody body = chain(2, 200, 3, 0.01);
   const Dynamics dynamics(body);
-  Integrator integrator(dynamics, kNoSurface, {0.010});
+  Integrator integrator(dynamics, kNoSkin, {0.010});
   BodyState s = dynamics.rest_state();
   auto ports = grasp(1);
   const double speed = 0.02;
@@ -172,7 +172,7 @@ TEST_CASE("The force of a grasp on one spring is its stiffness and its damping")
 TEST_CASE("A chain that is pulled and left to rest is its springs in series") {
   const LumpedBody body = chain(5, 200, 2, 0.005);
   const Dynamics dynamics(body);
-  Integrator integrator(dynamics, kNoSurface, {0.010});
+  Integrator integrator(dynamics, kNoSkin, {0.010});
   BodyState s = dynamics.rest_state();
   auto ports = grasp(4);
   const auto tool = [&](std::size_t, double) { return ToolAt{Vec3(0.046, 0, 0), Vec3::Zero()}; };
@@ -184,7 +184,7 @@ TEST_CASE("In gravity a hanging chain settles to the length that its weight asks
   LumpedBody body = chain(4, 200, 1, 0.02);
   body.gravity_m_s2 = {9.81, 0, 0};
   const Dynamics dynamics(body);
-  const BodyState s = settled_state(dynamics, kNoSurface);
+  const BodyState s = settled_state(dynamics, kNoSkin);
   CHECK(s.time_s == 0);
   double x = 0;
   for (std::uint32_t i = 1; i < 4; ++i) {
@@ -193,13 +193,13 @@ TEST_CASE("In gravity a hanging chain settles to the length that its weight asks
   }
   body.fixed[0] = 0;
   const Dynamics falling(body);
-  CHECK_THROWS_AS(settled_state(falling, kNoSurface), std::runtime_error);
+  CHECK_THROWS_AS(settled_state(falling, kNoSkin), std::runtime_error);
 }
 
 TEST_CASE("After an absurd jump of the tool the state is finite, and the body finds its rest again") {
   const LumpedBody body = box_body(4, 4, 4);
   const Dynamics dynamics(body);
-  Integrator integrator(dynamics, kNoSurface, {0.010});
+  Integrator integrator(dynamics, kNoSkin, {0.010});
   BodyState s = dynamics.rest_state();
   auto ports = grasp(54);
   const Vec3 home = body.nodes[54];
@@ -230,7 +230,7 @@ TEST_CASE("Springs that stiffen without bound do not throw a torn body out of th
   body.stiffening = 5;
   const Dynamics dynamics(body);
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-    Integrator integrator(dynamics, kNoSurface, {0.010});
+    Integrator integrator(dynamics, kNoSkin, {0.010});
     BodyState s = dynamics.rest_state();
     auto ports = grasp(54);
     Random random(seed);
@@ -250,7 +250,7 @@ TEST_CASE("The same motion twice is the same bits") {
   const LumpedBody body = box_body(4, 3, 3);
   const auto once = [&] {
     const Dynamics dynamics(body);
-    Integrator integrator(dynamics, kNoSurface, {0.010});
+    Integrator integrator(dynamics, kNoSkin, {0.010});
     BodyState s = plucked(body, 0.2);
     auto ports = grasp(30);
     const auto tool = [&](std::size_t, double t) {
@@ -270,7 +270,7 @@ TEST_CASE("Fixed nodes and the planes of planar bodies stay where they are") {
   for (Vec3& x : body.nodes) x = {x.x(), x.z(), 0};
   body.planar = true;
   const Dynamics dynamics(body);
-  Integrator integrator(dynamics, kNoSurface, {0.010});
+  Integrator integrator(dynamics, kNoSkin, {0.010});
   BodyState s = random_state(dynamics, 2, 0.001, 0.1);
   auto ports = grasp(9);
   const auto tool = [&](std::size_t, double t) { return ToolAt{body.nodes[9] + Vec3(0.01 * t, 0, 0.5), Vec3(0.01, 0, 0)}; };

@@ -29,13 +29,13 @@ LumpedBody hung_plate(double stiffness_n_m, double damping_n_s_m) {
 struct Bench {
   LumpedBody body;
   Dynamics dynamics{body};
-  Surface surface{body.triangles, body.nodes.size()};
+  Skin skin{body};
   Integrator integrator;
   BodyState state = dynamics.rest_state();
   std::vector<ToolPort> ports{1};
 
   Bench(LumpedBody b, ContactParameters parameters, double step_s = 0.010, std::uint8_t all_fixed = 0)
-      : body(std::move(b)), integrator(dynamics, surface, {step_s, 1e-11}) {
+      : body(std::move(b)), integrator(dynamics, skin, {step_s, 1e-11}) {
     if (all_fixed) body.fixed.assign(body.nodes.size(), 1);
     ports[0].parameters = parameters;
   }
@@ -43,7 +43,7 @@ struct Bench {
     return integrator.advance(state, ports, until_s, [&](std::size_t, double t) { return ToolAt{tool(t), Vec3::Zero()}; });
   }
   Vec3 normal() const {
-    return normal_at(surface.view(), {state.x.data(), static_cast<std::size_t>(state.x.size())}, ports[0].point);
+    return normal_at(skin.view(), {state.x.data(), static_cast<std::size_t>(state.x.size())}, ports[0].point);
   }
 };
 

@@ -22,9 +22,9 @@ constexpr double kShift = 20;  // 2 / bridge
 struct Bench {
   LumpedBody body;
   Dynamics dynamics{body};
-  Surface surface{body.triangles, body.nodes.size()};
+  Skin skin{body};
   BodyState state;
-  PatchBuilder builder{dynamics, surface};
+  PatchBuilder builder{dynamics, skin};
   std::vector<ToolPort> ports{1};
   PatchRequest request;
 
@@ -44,7 +44,7 @@ struct Bench {
   Bench& touch(std::uint32_t triangle, const Vec3& weight) {
     ports[0].point = {triangle, weight};
     const Positions x(state.x.data(), static_cast<std::size_t>(state.x.size()));
-    request.tool.position = position_at(surface.view(), x, ports[0].point) + 0.001 * normal_at(surface.view(), x, ports[0].point);
+    request.tool.position = position_at(skin.view(), x, ports[0].point) + 0.001 * normal_at(skin.view(), x, ports[0].point);
     return *this;
   }
   Patch build(Scheme scheme, int order = 0) {
@@ -71,7 +71,7 @@ struct Bench {
   /// Columns of B on the free degrees of freedom.
   Matrix contact_input() const {
     Matrix b = Matrix::Zero(state.x.size(), 3);
-    const Triangle& t = surface.view().triangles[ports[0].point.triangle];
+    const Triangle& t = skin.view().triangles[ports[0].point.triangle];
     for (int k = 0; k < 3; ++k)
       b.middleRows<3>(3 * static_cast<Eigen::Index>(t[static_cast<std::size_t>(k)])) +=
           ports[0].point.weight[k] * Mat3::Identity();

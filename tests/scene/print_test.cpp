@@ -15,6 +15,7 @@ void check_same(const Scene& a, const Scene& b) {
   CHECK(a.tool.node == b.tool.node);
   CHECK(a.tool.friction == b.tool.friction);
   CHECK(a.tool.coupling_n_m == b.tool.coupling_n_m);
+  CHECK(a.tool.radius_m == b.tool.radius_m);
   CHECK(a.solver.step_s == b.solver.step_s);
   CHECK(a.body.planar == b.body.planar);
   CHECK(a.body.nodes == b.body.nodes);
