@@ -105,26 +105,31 @@ def base_excursion(t):
 
 
 def organ_tour(t):
-    """Approach from 20 mm above, touch, press 11 mm, stroke 40 mm at 25 mm/s and back, release, touch a second place."""
+    """Approach from 20 mm above, palpate (6 to 10 mm deep, 1.2 Hz), stroke 40 mm at 25 mm/s, there and back twice, release;
+    tap a second place, circle on it, release."""
     top, second = ORGAN_TOP, ORGAN_SECOND
     start = at(top, x=-0.020)
     points = [
-        (0.0, 0.5, at(start, z=0.020)),       # above
-        (2.0, 2.3, at(start, z=0.001)),       # approach
-        (2.9, 4.0, at(start, z=-0.006)),      # touch, press
-        (4.4, 5.4, at(start, z=-0.011)),      # press deeper
-        (5.8, 6.0, at(start, z=-0.007)),
-        (7.6, 7.9, at(start, x=0.040, z=-0.007)),   # stroke there
-        (9.5, 9.8, at(start, z=-0.007)),      # and back
-        (10.3, 11.3, at(start, z=0.020)),     # release
-        (12.6, 12.9, at(second, z=0.004)),    # second place
-        (13.3, 14.3, at(second, z=-0.008)),
-        (14.5, 14.9, at(second, z=0.004)),    # let go quickly
-        (15.3, 16.3, at(second, z=-0.009)),   # and again
-        (17.6, 18.2, at(second, x=-0.010, y=-0.005, z=-0.004)),
-        (19.0, 20.0, at(second, z=0.025)),
+        (0.0, 0.3, at(start, z=0.020)),       # above
+        (1.5, 1.6, at(start, z=0.001)),       # approach
+        (2.1, 5.1, at(start, z=-0.006)),      # touch, palpate
+        (6.7, 6.8, at(start, x=0.040, z=-0.007)),   # stroke there
+        (8.4, 8.5, at(start, z=-0.007)),      # and back
+        (10.1, 10.2, at(start, x=0.040, z=-0.007)),  # and again
+        (10.6, 10.9, at(start, x=0.040, z=0.020)),   # release
+        (12.0, 12.1, at(second, z=0.004)),    # second place
+        (12.4, 12.5, at(second, z=-0.007)),   # tap
+        (12.8, 12.9, at(second, z=0.004)),
+        (13.2, 13.3, at(second, z=-0.008)),
+        (13.6, 13.7, at(second, z=0.004)),
+        (14.1, 17.8, at(second, z=-0.007)),   # circle
+        (18.3, 18.4, at(second, z=0.004)),
+        (19.4, 20.0, at(second, z=0.025)),
     ]
-    return add(way(t, points), tremor(t, seed=2))
+    palpate = -0.002 * (1 - math.cos(2 * math.pi * 1.2 * (t - 2.1))) if 2.1 <= t <= 2.1 + 3 / 1.2 else 0.0
+    turn = 2 * math.pi * 0.8 * (t - 14.2)
+    circle = (0.005 * (math.cos(turn) - 1), 0.005 * math.sin(turn), 0.0) if 14.2 <= t <= 14.2 + 2 / 0.8 else (0.0, 0.0, 0.0)
+    return add(way(t, points), (0.0, 0.0, palpate), circle, tremor(t, seed=2))
 
 
 MOTIONS = {

@@ -15,7 +15,6 @@ constexpr double kResponseTolerance = 3e-3;  // of A^-1 B: it steers the iterati
 auto node_at(Vector& v, std::uint32_t i) { return v.segment<3>(3 * static_cast<Eigen::Index>(i)); }
 auto node_at(const Vector& v, std::uint32_t i) { return v.segment<3>(3 * static_cast<Eigen::Index>(i)); }
 
-
 }  // namespace
 
 Integrator::Integrator(const Dynamics& dynamics, const Skin& skin, const IntegratorOptions& options)

@@ -102,7 +102,7 @@ class Integrator {
   double matrix_a_ = 0;  // the a of the factorised matrix, 0 = none
   std::vector<std::uint8_t> matrix_held_;
   std::vector<PortResponse> responses_;
-  Vector trend_;                 // acceleration over the last stage [m/s^2], empty after a jump
+  Vector trend_;  // acceleration over the last stage [m/s^2], empty after a jump
   std::vector<double> skin_positions_;
   Vector f_, r_;
 };

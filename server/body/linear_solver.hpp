@@ -5,7 +5,8 @@
 // substitution: conjugate gradients with 3x3 block-Jacobi preconditioning, warm-started by the caller's x.
 //
 // The iterations run in single precision on a packed copy of A (half the memory traffic, which is what limits them); residuals
-// are taken in double precision, and the answer is refined until they meet the tolerance. A tolerance down to about 1e-12 can be met.
+// are taken in double precision, and the answer is refined until they meet the tolerance. A tolerance down to about 1e-12 can be
+// met.
 #pragma once
 
 #include <Eigen/SparseCholesky>

@@ -86,8 +86,7 @@ int PackedConjugateGradients::solve(const Vector& r, double tolerance, Vector& x
     for (std::size_t i = 0; i < n; ++i) p_[i] = z_[i] + beta * p_[i];
     rz = rz_next;
   }
-  for (std::size_t i = 0; i < n; ++i)
-    x.segment<3>(3 * static_cast<Eigen::Index>(i)) += scale * d_[i].head<3>().cast<double>();
+  for (std::size_t i = 0; i < n; ++i) x.segment<3>(3 * static_cast<Eigen::Index>(i)) += scale * d_[i].head<3>().cast<double>();
   return iterations;
 }
 

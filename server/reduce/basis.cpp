@@ -1,5 +1,6 @@
 #include "server/reduce/basis.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace palpate {
@@ -47,7 +48,8 @@ bool ShiftedSolver::solve(const Linearisation& at, Vector b, double tolerance, V
 }
 
 std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
-                    const std::vector<Vector>& fine, const Vector& imbalance, const BasisRequest& request, BasisMemory& memory) {
+                                   const std::vector<Vector>& fine, const Vector& imbalance, const BasisRequest& request,
+                                   BasisMemory& memory) {
   const Vector& masses = at.dynamics->masses();
   Orthonormal basis(masses, request.modes);
   std::size_t solves = 0;
@@ -81,6 +83,28 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solve
     }
   if (!definite) return std::nullopt;
   return basis.take();
+}
+
+double softest_stiffness(const Dynamics& dynamics) {
+  const auto& fixed = dynamics.body().fixed;
+  if (std::find(fixed.begin(), fixed.end(), 1) == fixed.end()) return 0;
+  const BodyState rest = dynamics.rest_state();
+  const Linearisation at{&dynamics, &rest, &fixed};
+  ShiftedSolver solver(dynamics);
+  if (!solver.prepare(at, 0, false)) return 0;
+  constexpr int kIterations = 12;
+  constexpr double kTolerance = 1e-3;
+  // Any start that is not orthogonal to the lowest mode: how far a node is from the origin, along all axes.
+  Vector y = rest.x.array() + 1.0, x = Vector::Zero(y.size());
+  for (int k = 0; k < kIterations; ++k) {
+    const Vector b = dynamics.masses().cwiseProduct(y);
+    if (!solver.solve(at, b, kTolerance, x)) return 0;
+    y = x / x.norm();
+    x.setZero();
+  }
+  Vector k_y, d_y;
+  dynamics.multiply_tangents(rest, y, k_y, d_y);
+  return std::max(0.0, y.dot(k_y) / y.dot(dynamics.masses().cwiseProduct(y)));
 }
 
 }  // namespace palpate

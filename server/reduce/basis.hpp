@@ -51,6 +51,12 @@ using BasisMemory = std::vector<Vector>;
 /// `ports` are the input directions B_s (3 N each), `imbalance` is F*. `fine` are directions wanted for fast response (M^-1 B),
 /// may be empty.
 std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
-                    const std::vector<Vector>& fine, const Vector& imbalance, const BasisRequest& request, BasisMemory& memory);
+                                   const std::vector<Vector>& fine, const Vector& imbalance, const BasisRequest& request,
+                                   BasisMemory& memory);
+
+/// Lowest eigenvalue of K y = mu M y at rest with the fixed nodes held [1/s^2]: the square of the body's lowest frequency, by
+/// inverse iteration (a Rayleigh quotient, never below the true value; within a few per cent). 0 for a body that is not fixed
+/// anywhere.
+double softest_stiffness(const Dynamics& dynamics);
 
 }  // namespace palpate

@@ -15,8 +15,8 @@ Mat3 symmetric(const Mat3& m) { return 0.5 * (m + m.transpose()); }
 
 }  // namespace
 
-PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin)
-    : dynamics_(&dynamics), skin_(&skin), neighbours_(dynamics.nodes()), solver_(dynamics) {
+PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2)
+    : dynamics_(&dynamics), skin_(&skin), neighbours_(dynamics.nodes()), softest_1_s2_(softest_1_s2), solver_(dynamics) {
   const LumpedBody& body = dynamics.body();
   Eigen::AlignedBox3d box;
   for (const Vec3& x : body.nodes) box.extend(x);
@@ -73,10 +73,10 @@ bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, Patch& patch
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(0.5 * (k + k.transpose()));
   if (eigen.info() != Eigen::Success) return false;
   const Matrix& u = eigen.eigenvectors();
-  report_.lifted_1_s2 = r > 0 ? std::max(0.0, -eigen.eigenvalues()[0]) : 0.0;
   rotated = v * u;
   const Matrix d = u.transpose() * (v.transpose() * d_v) * u;
-  patch.stiffness = eigen.eigenvalues().cwiseMax(0.0);
+  patch.stiffness = eigen.eigenvalues().cwiseAbs().cwiseMax(softest_1_s2_);
+  report_.lifted_1_s2 = r > 0 ? (patch.stiffness - eigen.eigenvalues()).maxCoeff() : 0.0;
   patch.damping = 0.5 * (d + d.transpose());
   Vector motion = at.state->v;
   mask(*at.held, motion);
@@ -103,7 +103,8 @@ std::optional<Patch> PatchBuilder::build(const BodyState& state, const std::vect
   std::optional<Patch> built;
   for (const bool clamp : {false, true}) {
     hold_nodes(ports);
-    built = port.kind == ContactKind::attach ? build_attach(state, port, request, patch, clamp) : build_touch(state, port, request, patch, clamp);
+    built = port.kind == ContactKind::attach ? build_attach(state, port, request, patch, clamp)
+                                             : build_touch(state, port, request, patch, clamp);
     report_.solver_iterations += solver_.iterations();
     if (built) break;
   }
@@ -122,7 +123,8 @@ std::optional<Mat3> PatchBuilder::static_response(const Linearisation& at, const
   for (std::size_t column = 0; column < 3; ++column) {
     if (memory_.size() <= column) memory_.emplace_back(Vector::Zero(inputs[column].size()));
     if (!solver_.solve(at, inputs[column], kTolerance, memory_[column])) return std::nullopt;
-    for (int row = 0; row < 3; ++row) response(row, static_cast<int>(column)) = inputs[static_cast<std::size_t>(row)].dot(memory_[column]);
+    for (int row = 0; row < 3; ++row)
+      response(row, static_cast<int>(column)) = inputs[static_cast<std::size_t>(row)].dot(memory_[column]);
   }
   return symmetric(response);
 }
@@ -160,7 +162,8 @@ std::optional<Patch> PatchBuilder::build_attach(const BodyState& state, const To
   mask(held_, imbalance);
   std::vector<Vector> inputs;
   for (std::size_t column = 0; column < 3; ++column) inputs.push_back(-k_tool[column] - shift * d_tool[column]);
-  const auto basis = krylov_basis(at, solver_, inputs, {}, imbalance, {modes_for(request.scheme, port.kind, request.order), shift}, memory_);
+  const auto basis =
+      krylov_basis(at, solver_, inputs, {}, imbalance, {modes_for(request.scheme, port.kind, request.order), shift}, memory_);
   Matrix v;
   if (!basis || !reduce(at, *basis, patch, v)) return std::nullopt;
   patch.b_k.resize(v.cols(), 3);
@@ -201,11 +204,12 @@ std::optional<Patch> PatchBuilder::build_touch(const BodyState& state, const Too
     dynamics_->forces(state.x, state.v, imbalance);
     mask(held_, imbalance);
     for (const Vector& b : inputs) fine.push_back(b.cwiseQuotient(dynamics_->masses()));
-    const auto basis = krylov_basis(at, solver_, inputs, fine, imbalance, {modes_for(request.scheme, port.kind, request.order), shift}, memory_);
+    const auto basis =
+        krylov_basis(at, solver_, inputs, fine, imbalance, {modes_for(request.scheme, port.kind, request.order), shift}, memory_);
     if (!basis || !reduce(at, *basis, patch, v)) return std::nullopt;
     patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
   }
-  cut_port_surface(*skin_, state, v, port.point, request.vertices_max, patch);
+  cut_port_surface(*skin_, state, v, port.point, seconds(request.bridge) * request.tool.velocity, request.vertices_max, patch);
   if (request.scheme == Scheme::tangent && port.touching)
     for (int i = 0; i < patch.surface.vertex_count; ++i)
       patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;

@@ -6,8 +6,10 @@
 //   port             the whole body, rational Krylov basis at the port (basis.hpp)
 //
 // K and D are the symmetric tangents, so an orthogonal projection keeps them positive semi-definite where the body's own are.
-// A compressed body may have a negative direction: the reduced stiffness is then lifted to zero there, and by how much is
-// reported.
+// A compressed body may have a direction without stiffness, or with a negative one along which it snaps. There a linear model
+// would carry the surface away for as long as the patch lasts, while the body itself is soon caught by its own stiffness. So no
+// mode is taken for softer than the softest of the body at rest: its stiffness is max(|k|, softest), and by how much that differs
+// is reported. For a grasp the joint stiffness of modes and tool is then lifted to zero where it is still negative (lift.hpp).
 #pragma once
 
 #include <memory>
@@ -27,7 +29,7 @@ struct PatchRequest {
 };
 
 struct PatchBuildReport {
-  double lifted_1_s2 = 0;  ///< largest shift of a negative reduced stiffness
+  double lifted_1_s2 = 0;  ///< most that the stiffness of a mode was changed by
   int solver_iterations = 0;
 };
 
@@ -37,7 +39,8 @@ class PatchBuilder {
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
   static constexpr double kFilteredHz = 10;  ///< low-pass of `filtered`: the paper's, its model rate
 
-  PatchBuilder(const Dynamics& dynamics, const Skin& skin);
+  /// `softest_1_s2`: lowest stiffness that a mode may have, softest_stiffness() of the body.
+  PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2);
   ~PatchBuilder();
 
   /// A patch for `ports[which]` at `state`; seq and stamp are left to the caller. Nothing when the port's matrix cannot be
@@ -48,9 +51,12 @@ class PatchBuilder {
   static int modes_for(Scheme scheme, ContactKind contact, int order);
 
  private:
-  // With `clamp` compressed elements do not soften the matrix that is solved with: the second try, when the first was not definite.
-  std::optional<Patch> build_attach(const BodyState& state, const ToolPort& port, const PatchRequest& request, Patch patch, bool clamp);
-  std::optional<Patch> build_touch(const BodyState& state, const ToolPort& port, const PatchRequest& request, Patch patch, bool clamp);
+  // With `clamp` compressed elements do not soften the matrix that is solved with: the second try, when the first was not
+  // definite.
+  std::optional<Patch> build_attach(const BodyState& state, const ToolPort& port, const PatchRequest& request, Patch patch,
+                                    bool clamp);
+  std::optional<Patch> build_touch(const BodyState& state, const ToolPort& port, const PatchRequest& request, Patch patch,
+                                   bool clamp);
   std::optional<Mat3> static_response(const Linearisation& at, const std::vector<Vector>& inputs);
   void hold_nodes(const std::vector<ToolPort>& ports);
   void hold_far_nodes(const std::vector<std::uint32_t>& seeds);
@@ -60,7 +66,7 @@ class PatchBuilder {
   const Dynamics* dynamics_;
   const Skin* skin_;
   std::vector<std::vector<std::uint32_t>> neighbours_;
-  double extent_m_ = 0, spacing_m_ = 0;
+  double softest_1_s2_ = 0, extent_m_ = 0, spacing_m_ = 0;
   std::vector<std::uint8_t> held_;
   ShiftedSolver solver_;
   BasisMemory memory_;

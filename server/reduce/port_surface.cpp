@@ -4,7 +4,7 @@
 
 namespace palpate {
 
-void cut_port_surface(const Skin& skin, const BodyState& state, const Matrix& v, const SurfacePoint& point,
+void cut_port_surface(const Skin& skin, const BodyState& state, const Matrix& v, const SurfacePoint& point, const Vec3& ahead,
                       int vertices_max, Patch& patch) {
   const SurfaceView surface = skin.view();
   const std::vector<double> x = skin.place(state.x);
@@ -13,9 +13,12 @@ void cut_port_surface(const Skin& skin, const BodyState& state, const Matrix& v,
   const auto corners = surface.triangles[point.triangle];
   vertices.assign(corners.begin(), corners.end());
 
-  // Grow by the triangle nearest to the contact that shares an edge with the piece.
+  // Grow by the triangle nearest to the way of the tool that shares an edge with the piece.
+  const double length2 = ahead.squaredNorm();
   const auto centroid_distance = [&](std::uint32_t t) {
-    return (position_at(surface, x, {t, Vec3::Constant(1.0 / 3)}) - centre).norm();
+    const Vec3 d = position_at(surface, x, {t, Vec3::Constant(1.0 / 3)}) - centre;
+    const double along = length2 > 0 ? std::clamp(d.dot(ahead) / length2, 0.0, 1.0) : 0.0;
+    return (d - along * ahead).norm();
   };
   const auto has = [](const auto& list, std::uint32_t value) { return std::find(list.begin(), list.end(), value) != list.end(); };
   while (static_cast<int>(triangles.size()) < kMaxPortTriangles) {

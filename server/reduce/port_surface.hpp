@@ -1,4 +1,4 @@
-// The piece of surface that travels with a touch patch: triangles around the contact point, ring by ring, as many as fit.
+// The piece of surface that travels with a touch patch: triangles around the way that the tool will go, as many as fit.
 #pragma once
 
 #include "server/body/dynamics.hpp"
@@ -6,9 +6,10 @@
 
 namespace palpate {
 
-/// Fills patch.surface and patch.point. `v` is the patch's basis (3 N x r); vertex i of the piece gets its position and its rows
-/// of v.
-void cut_port_surface(const Skin& skin, const BodyState& state, const Matrix& v, const SurfacePoint& point,
+/// Fills patch.surface and patch.point. `ahead` is how far the tool gets before the next patch at its present velocity [m]: the
+/// piece grows around the line from the contact point to there. `v` is the patch's basis (3 N x r); vertex i of the piece gets
+/// its position and its rows of v.
+void cut_port_surface(const Skin& skin, const BodyState& state, const Matrix& v, const SurfacePoint& point, const Vec3& ahead,
                       int vertices_max, Patch& patch);
 
 }  // namespace palpate

@@ -26,11 +26,9 @@ struct Station {
 
 struct Room::State {
   explicit State(const Scene& s)
-      : scene(s),
-        skin(scene.body, scene.tool.radius_m),
-        dynamics(scene.body),
-        integrator(dynamics, skin, {scene.solver.step_s}) {
+      : scene(s), skin(scene.body, scene.tool.radius_m), dynamics(scene.body), integrator(dynamics, skin, {scene.solver.step_s}) {
     body = settled_state(dynamics, skin);
+    softest_1_s2 = softest_stiffness(dynamics);
   }
 
   // The tool of a station in body time: for a grasp the node goes from where it was taken to the tool.
@@ -48,6 +46,7 @@ struct Room::State {
   Dynamics dynamics;
   Integrator integrator;
   BodyState body;
+  double softest_1_s2 = 0;
   std::map<StationId, Station> stations;
   std::vector<StationId> port_owner;  // parallel to ports
   std::vector<ToolPort> ports;
@@ -78,7 +77,7 @@ void Room::State::take_samples(const FrameJob& job) {
   for (const StationJob& j : job.stations) {
     Station& station = stations[j.id];
     station.scheme = j.scheme;
-    if (!station.builder) station.builder = std::make_unique<PatchBuilder>(dynamics, skin);
+    if (!station.builder) station.builder = std::make_unique<PatchBuilder>(dynamics, skin, softest_1_s2);
     station.track.add(j.samples);
     station.track.forget_before(from_seconds(body.time_s) - Micros{100'000});
   }

@@ -42,7 +42,7 @@ struct ToolSpec {
   std::uint32_t node = 0;      ///< attach: index into LumpedBody::nodes
   double friction = 0.3;       ///< touch: Coulomb mu
   double coupling_n_m = 1000;  ///< touch: contact stiffness k_c between tool and surface
-  double radius_m = 0;               ///< touch: contact radius of the tip (skin.hpp), 0 = a point
+  double radius_m = 0;         ///< touch: contact radius of the tip (skin.hpp), 0 = a point
 };
 
 struct SolverSpec {

@@ -24,7 +24,7 @@ struct Bench {
   Dynamics dynamics{body};
   Skin skin{body};
   BodyState state;
-  PatchBuilder builder{dynamics, skin};
+  PatchBuilder builder{dynamics, skin, 0};
   std::vector<ToolPort> ports{1};
   PatchRequest request;
 
