@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 
 namespace palpate {
 namespace {
 
+constexpr std::size_t kRowsDrawn = 2500;
 constexpr int kWidth = 960, kPanelHeight = 260, kHeaderHeight = 70;
 // Okabe and Ito's palette: told apart with any colour vision.
 constexpr const char* kColours[] = {"#222222", "#0072b2", "#e69f00", "#009e73", "#cc79a7", "#d55e00"};
@@ -19,8 +21,9 @@ std::string quoted(const std::string& text) {
 }
 
 std::string script(const std::filesystem::path& csv, const std::filesystem::path& svg, const std::string& title,
-                   const std::string& x_label, const std::vector<Panel>& panels) {
+                   const std::string& x_label, const std::vector<Panel>& panels, std::size_t rows) {
   const auto count = static_cast<int>(panels.size());
+  const std::size_t every = std::max<std::size_t>(1, rows / kRowsDrawn);
   std::string s = fmt::format("set terminal svg size {},{} font 'DejaVu Sans,13' background '#ffffff'\n", kWidth,
                               kHeaderHeight + count * kPanelHeight);
   s += fmt::format("set output {}\nset datafile separator ','\nset datafile missing 'nan'\n", quoted(svg.string()));
@@ -32,7 +35,7 @@ std::string script(const std::filesystem::path& csv, const std::filesystem::path
     s += fmt::format("set ylabel {}\nset xlabel {}\nplot ", quoted(panel.y_label), p + 1 == count ? quoted(x_label) : "''");
     bool first = true;
     for (const Curve& c : panel.curves) {
-      s += fmt::format("{}{} using {} skip 1 with lines lc rgb '{}' lw {} title {}", first ? "" : ", ", quoted(csv.string()),
+      s += fmt::format("{}{} using {} skip 1 every {} with lines lc rgb '{}' lw {} title {}", first ? "" : ", ", quoted(csv.string()),
                        c.column, kColours[static_cast<std::size_t>(c.style) % std::size(kColours)], c.style == 0 ? 3.0 : 1.6,
                        quoted(c.title));
       first = false;
@@ -45,8 +48,8 @@ std::string script(const std::filesystem::path& csv, const std::filesystem::path
 }  // namespace
 
 bool plot_csv(const std::filesystem::path& csv, const std::filesystem::path& svg, const std::string& title,
-              const std::string& x_label, const std::vector<Panel>& panels) {
-  const std::string text = script(csv, svg, title, x_label, panels);
+              const std::string& x_label, const std::vector<Panel>& panels, std::size_t rows) {
+  const std::string text = script(csv, svg, title, x_label, panels, rows);
   FILE* pipe = popen("gnuplot 2>/dev/null", "w");
   bool ok = pipe && std::fwrite(text.data(), 1, text.size(), pipe) == text.size();
   ok = pipe && pclose(pipe) == 0 && ok;
