@@ -35,9 +35,9 @@ std::string script(const std::filesystem::path& csv, const std::filesystem::path
     s += fmt::format("set ylabel {}\nset xlabel {}\nplot ", quoted(panel.y_label), p + 1 == count ? quoted(x_label) : "''");
     bool first = true;
     for (const Curve& c : panel.curves) {
-      s += fmt::format("{}{} using {} skip 1 every {} with lines lc rgb '{}' lw {} title {}", first ? "" : ", ", quoted(csv.string()),
-                       c.column, kColours[static_cast<std::size_t>(c.style) % std::size(kColours)], c.style == 0 ? 3.0 : 1.6,
-                       quoted(c.title));
+      s += fmt::format("{}{} using {} skip 1 every {} with lines lc rgb '{}' lw {} title {}", first ? "" : ", ",
+                       quoted(csv.string()), c.column, kColours[static_cast<std::size_t>(c.style) % std::size(kColours)],
+                       c.style == 0 ? 3.0 : 1.6, quoted(c.title));
       first = false;
     }
     s += "\n";

@@ -18,8 +18,8 @@ struct Panel {
   std::vector<Curve> curves;
 };
 
-/// Panels one below the other over a common x axis. Of `rows` rows so many are drawn that the file stays small (0: all). False (with a line on stderr) when gnuplot is missing or fails: plots are an
-/// extra, the CSV is the result.
+/// Panels one below the other over a common x axis. Of `rows` rows so many are drawn that the file stays small (0: all). False
+/// (with a line on stderr) when gnuplot is missing or fails: plots are an extra, the CSV is the result.
 bool plot_csv(const std::filesystem::path& csv, const std::filesystem::path& svg, const std::string& title,
               const std::string& x_label, const std::vector<Panel>& panels, std::size_t rows = 0);
 

@@ -302,3 +302,40 @@ TEST_CASE("hold and filtered show the force at the stamp and nothing else") {
   CHECK(hold.valid_for > kBridge);
   CHECK(hold.trust_radius_m > 0);
 }
+
+TEST_CASE("The softest stiffness is the lowest eigenvalue of the body at rest, and 0 for one that hangs on nothing", "[reduce]") {
+  LumpedBody body = box_body(4, 4, 5);
+  const Dynamics dynamics(body);
+  const BodyState rest = dynamics.rest_state();
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = 0; i < rest.x.size(); ++i)
+    if (!body.fixed[static_cast<std::size_t>(i / 3)]) rows.push_back(i);
+  Matrix k(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows.size()));
+  for (Eigen::Index c = 0; c < k.cols(); ++c) {
+    Vector y = Vector::Zero(rest.x.size()), k_y, d_y;
+    y[rows[static_cast<std::size_t>(c)]] = 1;
+    dynamics.multiply_tangents(rest, y, k_y, d_y);
+    for (Eigen::Index r = 0; r < k.rows(); ++r) k(r, c) = k_y[rows[static_cast<std::size_t>(r)]] / body.masses_kg[0];
+  }
+  const double lowest = Eigen::SelfAdjointEigenSolver<Matrix>(k).eigenvalues()[0];
+  const double softest = softest_stiffness(dynamics);
+  CHECK(softest >= lowest * (1 - 1e-9));
+  CHECK(softest <= lowest * 1.05);
+
+  std::fill(body.fixed.begin(), body.fixed.end(), std::uint8_t{0});
+  CHECK(softest_stiffness(dynamics) == 0);
+}
+
+TEST_CASE("No mode of a touch patch is softer than it is told, however the body is compressed", "[reduce]") {
+  for (const double floor_1_s2 : {0.0, 400.0, 2000.0}) {
+    Bench bench(box_body(4, 4, 4), ContactKind::touch, 0.009, 0.1);
+    bench.touch(40, Vec3(0.3, 0.3, 0.4));
+    bench.request.scheme = Scheme::port;
+    PatchBuilder builder(bench.dynamics, bench.skin, floor_1_s2);
+    const auto patch = builder.build(bench.state, bench.ports, 0, bench.request);
+    REQUIRE(patch);
+    REQUIRE(patch->modes() > 0);
+    CHECK(patch->stiffness.minCoeff() >= floor_1_s2);
+    CHECK(check(*patch) == PatchFault::none);
+  }
+}
