@@ -36,7 +36,7 @@ std::string script(const std::filesystem::path& csv, const std::filesystem::path
     bool first = true;
     for (const Curve& c : panel.curves) {
       s += fmt::format("{}{} using {} skip 1 every {} with lines lc rgb '{}' lw {} title {}", first ? "" : ", ",
-                       quoted(csv.string()), c.column, kColours[static_cast<std::size_t>(c.style) % std::size(kColours)],
+                       quoted(csv.string()), c.column, every, kColours[static_cast<std::size_t>(c.style) % std::size(kColours)],
                        c.style == 0 ? 3.0 : 1.6, quoted(c.title));
       first = false;
     }
