@@ -108,6 +108,7 @@ int worst_onset_ms(const std::vector<std::uint8_t>& contact, const std::vector<s
 }
 
 int run_felt(const Flags& flags) {
+  if (std::isnan(flags.at_least_db)) throw InputError("--at-least-db", "is nan", "a number of decibels");
   const Scene scene = load_scene(flags.scene);
   const Recording recording = read_recording(std::filesystem::path(flags.report) / "forces.csv", flags.felt_name);
   const auto out = make_output_folder(flags.out);

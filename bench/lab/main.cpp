@@ -1,12 +1,40 @@
 // palpate-lab: experiments on touch under latency. `palpate-lab list` names them.
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <csignal>
+#include <cstdlib>
 #include <exception>
+#include <string_view>
 
 #include "bench/lab/experiments.hpp"
 #include "common/base/error.hpp"
 
+namespace {
+
+/// Results are written when everything is done: before that there is nothing to end in order.
+void end_on_signals() {
+  for (const int signal : {SIGINT, SIGTERM})
+    std::signal(signal, [](int) {
+      constexpr std::string_view kLine = "palpate-lab: ended by a signal before it was done\n";
+      [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kLine.data(), kLine.size());
+      std::_Exit(0);
+    });
+}
+
+void refuse_unknown(const CLI::App& app, const char* name) {
+  std::string known;
+  for (const CLI::App* experiment : app.get_subcommands({})) {
+    if (experiment->get_name() == name) return;
+    known += (known.empty() ? "" : ", ") + experiment->get_name();
+  }
+  throw palpate::InputError(name, "is not an experiment of this build", "one of " + known);
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
+  end_on_signals();
   CLI::App app{"Experiments on touch under latency", "palpate-lab"};
   app.set_version_flag("--version", "palpate-lab " PALPATE_VERSION);
   app.require_subcommand(1);
@@ -21,6 +49,7 @@ int main(int argc, char** argv) {
     };
   });
   try {
+    if (argc > 1 && *argv[1] != '-') refuse_unknown(app, argv[1]);
     app.parse(argc, argv);
     return run();
   } catch (const CLI::CallForHelp& e) {

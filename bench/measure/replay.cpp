@@ -72,8 +72,8 @@ ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOption
   const bool wants_patch = scene.tool.contact == ContactKind::attach;
   while (station.core().link() != LinkState::joined || (wants_patch && !has_patch)) {
     if (station.core().link() == LinkState::refused)
-      throw InputError("--scheme " + std::string(name_of(options.scheme)), "refused: " + station.core().refusal(),
-                       "a station that the server takes");
+      throw InputError("--scheme " + std::string(name_of(options.scheme)), "refused by the server: " + station.core().refusal(),
+                       "a scheme and order that it takes");
     if (world.now() > kJoinWithin) throw std::runtime_error("no answer over this link within 10 s of virtual time");
     world.run_until(world.now() + Micros{1000});
   }

@@ -36,7 +36,10 @@ void declare(CLI::App& app, Typed& typed) {
   app.add_option("--scheme", typed.scheme, "How the server answers touch")->type_name("NAME")->capture_default_str();
   app.add_option("--order", typed.order, "States of a patch, 0: the server's default")->type_name("N")->capture_default_str();
   app.add_option("--hand", typed.hand, "The hand of --device sim")->type_name("free|light|reference|firm")->capture_default_str();
-  app.add_option("--seed", typed.seed, "Of the simulated tremor")->type_name("N")->capture_default_str();
+  app.add_option("--seed", typed.seed, "Of the simulated tremor")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber.description(""));
   app.add_option("--release-s", typed.release_s, "Motion time at which the hand of --device sim lets go")->type_name("N");
   app.add_option("--compare", typed.compare, "Schemes to run beside the felt one on the same hand, separated by commas")
       ->type_name("LIST");
@@ -104,6 +107,8 @@ std::string station_of(const std::string& typed, const std::vector<Scheme>& comp
   if (typed.empty() || longest > static_cast<std::size_t>(kMaxNameBytes))
     throw InputError("--station", "'" + typed + "' with " + std::to_string(longest) + " bytes (with /SCHEME for --compare)",
                      "1 to " + std::to_string(kMaxNameBytes) + " bytes");
+  if (std::any_of(typed.begin(), typed.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }))
+    throw InputError("--station", "a control character is in the name", "printable text");
   return typed;
 }
 
@@ -113,7 +118,14 @@ std::uint16_t order_of(int typed) {
   return static_cast<std::uint16_t>(typed);
 }
 
+/// An empty value is what an unset shell variable leaves.
+void refuse_empty(const CLI::App& app, std::initializer_list<std::pair<const char*, const std::string*>> flags) {
+  for (const auto& [flag, typed] : flags)
+    if (app.count(flag) > 0 && typed->empty()) throw InputError(flag, "is empty", "a value, or no such flag");
+}
+
 AppOptions checked(const Typed& typed, const CLI::App& app) {
+  refuse_empty(app, {{"--motion", &typed.motion}, {"--compare", &typed.compare}, {"--report", &typed.report}});
   AppOptions options;
   options.server = typed.server;
   options.device = device_of(typed.device);

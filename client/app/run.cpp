@@ -52,7 +52,8 @@ class Run {
     if (refused_for_good_) return 1;
     report();
     const bool never_there = !joined && !stop_;
-    if (never_there) fmt::print(stderr, "palpate-client: {}: no answer\n", options_.server);
+    const bool refused = felt().status().link == LinkState::refused;
+    if (never_there) fmt::print(stderr, "palpate-client: {}: {}\n", options_.server, refused ? "never let in" : "no answer");
     return never_there ? 1 : 0;
   }
 

@@ -16,7 +16,7 @@ void check_points(const std::vector<MotionPoint>& points, const std::string& nam
   for (std::size_t i = 0; i < points.size(); ++i) {
     const MotionPoint& point = points[i];
     const auto where = [&] { return name + ": point " + std::to_string(i); };
-    if (!std::isfinite(point.t_s) || point.t_s < 0) throw InputError(where(), "bad time", "seconds from 0 on");
+    if (!(point.t_s >= 0 && point.t_s <= kMaxMotionS)) throw InputError(where(), "bad time", "0 to 8000 s");
     if (point.t_s <= before) throw InputError(where(), "time does not grow", "ascending times");
     if (!(point.position.cwiseAbs().maxCoeff() <= kWorldExtentM) || !point.position.allFinite())
       throw InputError(where(), "position out of range", "coordinates within 10 m of the origin");

@@ -16,6 +16,7 @@
 namespace palpate {
 
 inline constexpr std::size_t kMaxMotionRows = 8'000'000;  ///< more than two hours at 1 kHz
+inline constexpr double kMaxMotionS = 8'000;              ///< times in milliseconds are noticed, and replay fits into memory
 
 struct MotionPoint {
   double t_s = 0;                ///< since the start of the motion
@@ -24,7 +25,7 @@ struct MotionPoint {
 
 class Motion {
  public:
-  /// Throws InputError, with `name` as the place, unless there are at least two points, times are finite, not negative and
+  /// Throws InputError, with `name` as the place, unless there are at least two points, times are from 0 to kMaxMotionS and
   /// strictly ascending, and every coordinate lies within kWorldExtentM.
   explicit Motion(std::vector<MotionPoint> points, const std::string& name = "motion");
 

@@ -51,7 +51,7 @@ Row parse_row(std::string_view line, const std::string& where) {
 }
 
 MotionPoint check_row(const Row& row, const std::vector<MotionPoint>& before, const std::string& where) {
-  if (row[0] < 0) throw InputError(where, "t_s is " + std::to_string(row[0]), "times from 0 on");
+  if (!(row[0] >= 0 && row[0] <= kMaxMotionS)) throw InputError(where, "t_s is " + std::to_string(row[0]), "0 to 8000 s");
   if (!before.empty() && row[0] <= before.back().t_s)
     throw InputError(where, row[0] == before.back().t_s ? "t_s is repeated" : "t_s goes back", "ascending times");
   for (std::size_t k = 1; k < row.size(); ++k)

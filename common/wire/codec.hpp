@@ -44,7 +44,11 @@ inline constexpr std::uint32_t kMaxMeshVertices = 1u << 24;  ///< of a surface
 
 /// The most vertices of a local surface that surely fit into kMaxDatagramBytes beside `modes` modes and `triangles` triangles,
 /// at most kMaxPortVertices; less than 3 when no surface fits. A disc of n vertices has at most 2 n - 5 triangles.
-/// attach patches fit with up to 14 modes.
 int max_port_vertices(int modes, int triangles = kMaxPortTriangles);
+
+/// The most modes of a patch that fit into kMaxDatagramBytes: 14 for attach; for touch as many as leave room for
+/// kMinUsefulVertices vertices, enough for the tool to move about between frames.
+inline constexpr int kMinUsefulVertices = 6;
+int max_port_modes(ContactKind contact);
 
 }  // namespace palpate

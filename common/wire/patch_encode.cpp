@@ -147,4 +147,12 @@ int max_port_vertices(int modes, int triangles) {
   return vertices;
 }
 
+int max_port_modes(ContactKind contact) {
+  constexpr int kMaxAttachModes = 14;
+  if (contact == ContactKind::attach) return kMaxAttachModes;
+  int modes = kMaxModes;
+  while (modes > 0 && max_port_vertices(modes) < kMinUsefulVertices) --modes;
+  return modes;
+}
+
 }  // namespace palpate

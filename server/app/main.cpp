@@ -6,6 +6,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
@@ -43,12 +44,18 @@ void check(const Options& o) {
     throw InputError("--duration-s", fmt::format("is {}", o.duration_s), "more than 0 s, up to 30 days");
 }
 
+/// A scene that is being built holds nothing that must be ended in order, and may take long.
+void end_while_loading() {
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { std::_Exit(0); });
+}
+
 void say(const std::string& line) {
   fmt::print("palpate-server: {}\n", line);
   std::fflush(stdout);
 }
 
 void serve(const Options& o) {
+  end_while_loading();
   const auto scene = load_scene(o.scene);
   ServerShell shell(scene, o.listen, o.rate_hz, say);
   asio::signal_set signals(shell.context(), SIGINT, SIGTERM);

@@ -31,7 +31,8 @@ std::vector<std::uint8_t> Integrator::held_nodes(const std::vector<ToolPort>& po
   return held;
 }
 
-AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, const ToolMotion& tools) {
+AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
+                                  const ToolMotion& tools) {
   AdvanceReport report;
   held_ = held_nodes(ports);
   if (held_ != matrix_held_) {
@@ -39,7 +40,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
     trend_.resize(0);
   }
   responses_.resize(ports.size());
-  double h_try = options_.step_s;
+  double h_try = step_s;
   while (until_s - state.time_s > 1e-9) {
     const double left = until_s - state.time_s;
     const double h = left / std::ceil(left / h_try - 1e-9);
@@ -51,7 +52,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
     if (ok && !(event && h > 1.01 * kEventStepS)) {
       state.time_s = before.time_s + h;
       ++report.steps;
-      h_try = std::min(options_.step_s, 2 * h_try);
+      h_try = std::min(step_s, 2 * h_try);
       continue;
     }
     state = before;

@@ -60,7 +60,11 @@ class Integrator {
   Integrator(const Dynamics& dynamics, const Skin& skin, const IntegratorOptions& options);
 
   /// Moves `state` and `ports` on to body time `until_s`.
-  AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, const ToolMotion& tools);
+  AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, const ToolMotion& tools) {
+    return advance(state, ports, until_s, options_.step_s, tools);
+  }
+  /// The same with another largest step, for once.
+  AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s, const ToolMotion& tools);
 
   /// 1 for every node that is fixed or held by an attached port.
   std::vector<std::uint8_t> held_nodes(const std::vector<ToolPort>& ports) const;

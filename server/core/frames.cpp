@@ -37,6 +37,7 @@ Micros ServerCore::playout(Micros now) const {
 FrameJob ServerCore::make_job(Micros target) const {
   FrameJob job;
   job.target = target;
+  job.frame = from_seconds(1 / options_.rate_hz);
   for (const auto& [id, station] : stations_) {
     if (station.views()) job.shapes = true;
     if (station.pushes() && !station.timeline.empty()) job.stations.push_back(make_station_job(station, target));

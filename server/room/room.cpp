@@ -37,7 +37,7 @@ struct Room::State {
   }
   void take_samples(const FrameJob& job);
   void sync_ports(const FrameJob& job);
-  AdvanceReport advance(Micros target);
+  AdvanceReport advance(const FrameJob& job);
   bool in_reach(const ToolPort& port, const ToolAt& tool, Micros bridge) const;
   StationFrame frame_of(const StationJob& job, Micros stamp);
 
@@ -110,8 +110,14 @@ void Room::State::sync_ports(const FrameJob& job) {
   }
 }
 
-AdvanceReport Room::State::advance(Micros target) {
-  return integrator.advance(body, ports, seconds(target),
+// A frame that has to make up for lost time (the machine was busy) costs no more than kFramesMax frames: its steps grow instead.
+// A room that fell behind by more steps of the same length would fall behind further.
+AdvanceReport Room::State::advance(const FrameJob& job) {
+  constexpr int kFramesMax = 2;
+  double step_s = scene.solver.step_s;
+  const double behind = (seconds(job.target) - body.time_s) / std::max(kFramesMax * seconds(job.frame), 1e-9);
+  if (job.frame > Micros{} && behind > 1) step_s *= behind;
+  return integrator.advance(body, ports, seconds(job.target), step_s,
                             [&](std::size_t k, double t) { return tool_at(stations.at(port_owner[k]), from_seconds(t)); });
 }
 
@@ -156,7 +162,7 @@ FrameResult Room::simulate(const FrameJob& job) {
   FrameResult result;
   s.take_samples(job);
   s.sync_ports(job);
-  const AdvanceReport report = s.advance(job.target);
+  const AdvanceReport report = s.advance(job);
   result.steps = report.steps;
   result.cut_steps = report.cut_steps;
   result.newton_iterations = report.newton_iterations;

@@ -25,6 +25,7 @@ struct StationJob {
 
 struct FrameJob {
   Micros target{};                   ///< simulate up to here, server clock
+  Micros frame{};                    ///< nominal length of a frame; one that has fallen far behind takes longer steps, 0 = never
   std::vector<StationJob> stations;  ///< a station that is missing has left: its tool lets go
   bool shapes = false;               ///< fill FrameResult::positions
 };

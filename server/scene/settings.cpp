@@ -228,11 +228,17 @@ void read_solver(const SceneText& text, const schema::SolverT& in, SceneSettings
 
 }  // namespace
 
+/// As the wire has it: names go into logs and onto screens.
+bool is_name(const std::string& name) {
+  const bool printable = std::all_of(name.begin(), name.end(), [](unsigned char c) { return c >= 0x20 && c != 0x7f; });
+  return !name.empty() && name.size() <= kMaxNameBytes && printable;
+}
+
 SceneSettings read_settings(const SceneText& text) {
   const auto& in = text.values();
   SceneSettings out;
   out.name = text.has("name") ? in.name : text.file().stem().string();
-  if (text.has("name") && (in.name.empty() || in.name.size() > kMaxNameBytes)) text.refuse("name", "1 to 64 bytes");
+  if (text.has("name") && !is_name(in.name)) text.refuse("name", "1 to 64 bytes without control characters");
   out.name.resize(std::min<std::size_t>(out.name.size(), kMaxNameBytes));
   if (!in.body) text.refuse("body", "an object with a lattice");
   if (!in.body->lattice) text.refuse(kLattice, "an object with nodes and size_m");

@@ -147,6 +147,18 @@ TEST_CASE("A tool that tears at the body beyond sense does not stop the room, an
   CHECK(result.stations[0].force.allFinite());
 }
 
+TEST_CASE("A frame that fell far behind costs no more steps than two, and a frame on time takes the scene's own step") {
+  for (const int frames : {1, 2, 8}) {
+    Stage stage(ContactKind::touch);
+    FrameJob job;
+    job.frame = kFrame;
+    job.target = stage.now + frames * kFrame;
+    const FrameResult result = stage.room.run(job);
+    CHECK(result.stamp == job.target);
+    CHECK(result.steps == (frames == 1 ? 5 : 10));
+  }
+}
+
 TEST_CASE("The same frames twice are the same bits") {
   const auto once = [](ContactKind contact) {
     Stage stage(contact);

@@ -90,6 +90,14 @@ TEST_CASE("a patch of 11 modes for a grasp and one of 8 modes with 13 vertices f
   CHECK(max_port_vertices(8, 16) >= 13);
 }
 
+TEST_CASE("the most modes that a station may ask for fit, and for a grasp one more does not") {
+  const int attach = max_port_modes(ContactKind::attach), touch = max_port_modes(ContactKind::touch);
+  CHECK(seeds::bytes_of(seeds::message(PatchMessage{seeds::attach_patch(attach)})).size() > 0);
+  CHECK(seeds::bytes_of(seeds::message(PatchMessage{seeds::attach_patch(attach + 1)})).empty());
+  CHECK(max_port_vertices(touch) >= kMinUsefulVertices);
+  CHECK(max_port_vertices(touch + 1) < kMinUsefulVertices);
+}
+
 TEST_CASE("the bound on the vertices of a local surface really encodes") {
   for (const int triangles : {1, 7, 16, kMaxPortTriangles})
     for (int modes = 0; modes <= kMaxModes; ++modes) {

@@ -2,12 +2,16 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 
 #include "client/view/app/offscreen.hpp"
 #include "client/view/app/window.hpp"
 #include "common/base/error.hpp"
+#include "common/base/limits.hpp"
 
 namespace palpate {
 namespace {
@@ -22,6 +26,26 @@ void read_size(const std::string& text, ViewOptions& options) {
   if (fields != 2 || !fits(options.width) || !fits(options.height)) {
     throw InputError("--size " + text, "not a size", fmt::format("WIDTHxHEIGHT, each from {} to {}", kSmallest, kLargest));
   }
+}
+
+/// What the flags' own ranges let through: "nan" lies in every range, and an unset shell variable is an empty text.
+void check(const CLI::App& app, const ViewOptions& options) {
+  for (const auto& [flag, value] : {std::pair{"--after-s", options.after_s.value_or(0)},
+                                    {"--duration-s", options.duration_s.value_or(0)},
+                                    {"--fps", options.fps}})
+    if (std::isnan(value)) throw InputError(flag, "is nan", "a number");
+  for (const auto& [flag, value] : {std::pair{"--screenshot", &options.screenshot}, {"--frames", &options.frames}})
+    if (app.count(flag) > 0 && value->empty()) throw InputError(flag, "is empty", "where pictures go");
+  const auto printable = [](unsigned char c) { return c >= 0x20 && c != 0x7f; };
+  const std::string& name = options.station;
+  const bool fits = !name.empty() && name.size() <= static_cast<std::size_t>(kMaxNameBytes);
+  if (!fits || !std::all_of(name.begin(), name.end(), printable))
+    throw InputError("--station", fmt::format("has {} bytes", name.size()),
+                     fmt::format("1 to {} bytes without control characters", kMaxNameBytes));
+  if (options.screenshot.empty()) return;
+  const auto folder = std::filesystem::path(options.screenshot).parent_path();
+  if (!folder.empty() && !std::filesystem::is_directory(folder))
+    throw InputError("--screenshot " + options.screenshot, "has no such folder", "a file in a folder that is there");
 }
 
 void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& light) {
@@ -47,7 +71,8 @@ int run(int argc, char** argv) {
   add_flags(app, options, size, light);
   try {
     app.parse(argc, argv);
-    if (!size.empty()) read_size(size, options);
+    if (app.count("--size") > 0) read_size(size, options);
+    check(app, options);
     watch_signals();
     ViewSession session(options.server, options.station);
     options.offscreen() ? run_offscreen(options, session) : run_window(options, session);

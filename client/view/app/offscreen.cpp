@@ -18,8 +18,9 @@ void wait_for_shape(ViewSession& session, Micros since) {
   const Micros until = now_us() + kPatience;
   while (!session.core().ready() && now_us() < until && !told_to_end()) session.pump_until(now_us() + Micros{20'000});
   if (session.core().ready() || told_to_end()) return;
-  const std::string why = session.core().link() == ViewLink::refused ? session.core().refusal() : "no shape to draw";
-  throw std::runtime_error(fmt::format("{}: {} within {:.0f} s", session.server(), why, seconds(now_us() - since)));
+  if (session.core().link() == ViewLink::refused)
+    throw std::runtime_error(fmt::format("{}: refused: {}", session.server(), session.core().refusal()));
+  throw std::runtime_error(fmt::format("{}: no shape to draw within {:.0f} s", session.server(), seconds(now_us() - since)));
 }
 
 Picture take_picture(const ViewOptions& options, ViewSession& session, SceneView& view, Stage& stage) {
