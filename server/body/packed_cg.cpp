@@ -14,49 +14,64 @@ double dot(const Nodes& a, const Nodes& b) {
   return sum.sum();
 }
 
-using FloatBlock = Eigen::Map<Eigen::Matrix3f>;
-Eigen::Map<const Eigen::Vector4f> column(const float* at) { return Eigen::Map<const Eigen::Vector4f>(at); }
+// Eight floats as one value; where the processor is narrower the compiler makes two of it. Never passed to or from a function:
+// how that is done depends on the processor that is compiled for.
+using Wide = float __attribute__((vector_size(32), may_alias));
+using Half = float __attribute__((vector_size(16), may_alias));
 
 }  // namespace
 
+void PackedConjugateGradients::take_pattern(const BlockMatrix& a) {
+  first_.assign(1, 0);
+  for (std::uint32_t i = 0; i < a.rows(); ++i) {
+    for (std::uint32_t e = a.row_begin(i); e < a.row_end(i); e += 2)
+      neighbours_.push_back({a.column(e), a.column(e + 1 < a.row_end(i) ? e + 1 : e)});
+    first_.push_back(static_cast<std::uint32_t>(neighbours_.size()));
+  }
+  pairs_.assign(neighbours_.size(), Pair{});
+  inverse_diagonal_.resize(a.rows());
+}
+
 void PackedConjugateGradients::pack(const BlockMatrix& a) {
-  a_ = &a;
-  blocks_.resize(9 * std::size_t{a.block_count()} + 1);
-  for (std::uint32_t e = 0; e < a.block_count(); ++e) FloatBlock(blocks_.data() + 9 * std::size_t{e}) = a.block(e).cast<float>();
-  inverse_diagonal_.resize(9 * std::size_t{a.rows()} + 1);
-  for (std::uint32_t i = 0; i < a.rows(); ++i)
-    FloatBlock(inverse_diagonal_.data() + 9 * std::size_t{i}) = Mat3(a.block(a.diagonal(i))).inverse().cast<float>();
+  if (first_.empty()) take_pattern(a);
+  for (std::uint32_t i = 0; i < a.rows(); ++i) {
+    for (std::uint32_t e = a.row_begin(i); e < a.row_end(i); ++e) {
+      const std::uint32_t at = e - a.row_begin(i);
+      Pair& pair = pairs_[first_[i] + at / 2];
+      const auto block = a.block(e);
+      for (int c = 0; c < 3; ++c)
+        for (int r = 0; r < 3; ++r) pair.columns[c][4 * (at % 2) + static_cast<unsigned>(r)] = static_cast<float>(block(r, c));
+    }
+    inverse_diagonal_[i] = Mat3(a.block(a.diagonal(i))).inverse().cast<float>();
+  }
 }
 
 void PackedConjugateGradients::multiply(const Nodes& x, Nodes& y) const {
-  // Three sums that do not wait for each other.
-  const float* b = blocks_.data();
-  for (std::uint32_t i = 0; i < a_->rows(); ++i) {
-    Node s0 = Node::Zero(), s1 = s0, s2 = s0;
-    for (std::uint32_t e = a_->row_begin(i); e < a_->row_end(i); ++e, b += 9) {
-      const Node& p = x[a_->column(e)];
-      s0 += column(b) * p[0];
-      s1 += column(b + 3) * p[1];
-      s2 += column(b + 6) * p[2];
+  for (std::size_t i = 0; i + 1 < first_.size(); ++i) {
+    Wide s0{}, s1{}, s2{};  // three sums that do not wait for each other
+    for (std::uint32_t k = first_[i]; k < first_[i + 1]; ++k) {
+      const auto& a = *reinterpret_cast<const Half*>(x[neighbours_[k].a].data());
+      const auto& b = *reinterpret_cast<const Half*>(x[neighbours_[k].b].data());
+      const auto* columns = reinterpret_cast<const Wide*>(pairs_[k].columns);
+      const Wide p = __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
+      s0 += columns[0] * __builtin_shufflevector(p, p, 0, 0, 0, 0, 4, 4, 4, 4);
+      s1 += columns[1] * __builtin_shufflevector(p, p, 1, 1, 1, 1, 5, 5, 5, 5);
+      s2 += columns[2] * __builtin_shufflevector(p, p, 2, 2, 2, 2, 6, 6, 6, 6);
     }
-    y[i] = s0 + s1 + s2;
-    y[i][3] = 0;
+    const Wide sum = s0 + s1 + s2;
+    y[i] << sum[0] + sum[4], sum[1] + sum[5], sum[2] + sum[6], 0.0F;
   }
 }
 
 void PackedConjugateGradients::precondition(const Nodes& r, Nodes& z) const {
-  const float* b = inverse_diagonal_.data();
-  for (std::size_t i = 0; i < r.size(); ++i, b += 9) {
-    z[i] = column(b) * r[i][0] + column(b + 3) * r[i][1] + column(b + 6) * r[i][2];
-    z[i][3] = 0;
-  }
+  for (std::size_t i = 0; i < r.size(); ++i) z[i].head<3>() = inverse_diagonal_[i] * r[i].head<3>();
 }
 
 int PackedConjugateGradients::solve(const Vector& r, double tolerance, Vector& x, bool& positive_definite) {
-  const std::size_t n = a_->rows();
+  const std::size_t n = inverse_diagonal_.size();
   // Scaled to unit length, so that nothing small is lost below the smallest float.
   const double scale = r.norm();
-  for (Nodes* nodes : {&d_, &r_, &z_, &p_, &ap_}) nodes->resize(n);
+  for (Nodes* nodes : {&d_, &r_, &z_, &p_, &ap_}) nodes->resize(n, Node::Zero());
   for (std::size_t i = 0; i < n; ++i) {
     d_[i].setZero();
     r_[i] << (r.segment<3>(3 * static_cast<Eigen::Index>(i)) / scale).cast<float>(), 0.0F;

@@ -1,6 +1,6 @@
-// Conjugate gradients in single precision, 3x3 block-Jacobi preconditioned. Nodes are padded to 4 floats; blocks are 9 floats,
-// column after column, read 4 at a time (what the fourth lane picks up of the next column is never used): one block is three
-// 4-wide multiply-adds on 36 bytes.
+// Conjugate gradients in single precision, 3x3 block-Jacobi preconditioned. Nodes are padded to 4 floats. The blocks of a row go
+// in pairs, column beside column: (a_0c a_1c a_2c 0 | b_0c b_1c b_2c 0) for c = 0, 1, 2, so that one pair is three 8-wide
+// multiply-adds; a row with an odd number of blocks ends with a zero block.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +13,7 @@ namespace palpate {
 
 class PackedConjugateGradients {
  public:
-  /// Takes a copy of A's values; the pattern is read from `a` again at each solve, so `a` must live.
+  /// Takes a copy of A; the pattern is taken the first time, later ones must have the same.
   void pack(const BlockMatrix& a);
   /// x += d with |A d - r| <= tolerance |r| as far as single precision can tell; returns the number of iterations.
   /// `positive_definite` becomes false, and x keeps what was found so far, when a direction of non-positive curvature shows.
@@ -26,8 +26,18 @@ class PackedConjugateGradients {
   void multiply(const Nodes& x, Nodes& y) const;
   void precondition(const Nodes& r, Nodes& z) const;
 
-  const BlockMatrix* a_ = nullptr;
-  std::vector<float> blocks_, inverse_diagonal_;  // 9 a block, and one to read over at the end
+  struct alignas(32) Pair {
+    float columns[3][8];
+  };
+  struct Neighbours {
+    std::uint32_t a = 0, b = 0;
+  };
+  void take_pattern(const BlockMatrix& a);
+
+  std::vector<std::uint32_t> first_;  // pairs of row i: first_[i] ... first_[i + 1] - 1
+  std::vector<Neighbours> neighbours_;
+  std::vector<Pair> pairs_;
+  std::vector<Eigen::Matrix3f> inverse_diagonal_;
   Nodes d_, r_, z_, p_, ap_;
 };
 
