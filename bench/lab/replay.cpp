@@ -21,11 +21,19 @@ struct Flags {
   std::uint64_t seed = 1;
 };
 
+/// The command line takes "-1" for 2^64 - 1.
+std::string refuse_sign(const std::string& number) {
+  return number.starts_with('-') ? "is negative; expected a number from 0 on" : "";
+}
+
 /// "nan" is a number to the command line, and lies in every range.
 void refuse_nan(const Flags& f) {
-  for (const auto& [flag, value] :
-       {std::pair{"--rate-hz", f.rate_hz}, {"--rtt-ms", f.rtt_ms}, {"--jitter-ms", f.jitter_ms}, {"--loss-pct", f.loss_pct},
-        {"--burst", f.burst}, {"--compute-ms", f.compute_ms}})
+  for (const auto& [flag, value] : {std::pair{"--rate-hz", f.rate_hz},
+                                    {"--rtt-ms", f.rtt_ms},
+                                    {"--jitter-ms", f.jitter_ms},
+                                    {"--loss-pct", f.loss_pct},
+                                    {"--burst", f.burst},
+                                    {"--compute-ms", f.compute_ms}})
     if (std::isnan(value)) throw InputError(flag, "is nan", "a number");
 }
 
@@ -119,7 +127,7 @@ void add_replay(CLI::App& app, Run& run) {
       ->check(CLI::Range(0.0, 1'000.0));
   c->add_option("--loss-pct", flags->loss_pct, "datagrams lost, each way")->check(CLI::Range(0.0, 100.0));
   c->add_option("--burst", flags->burst, "mean run of lost datagrams, 0: independent losses")->check(CLI::Range(0.0, 1'000.0));
-  c->add_option("--seed", flags->seed, "of everything that is drawn")->check(CLI::NonNegativeNumber.description(""));
+  c->add_option("--seed", flags->seed, "of everything that is drawn")->check(refuse_sign, "");
   c->add_option("--compute-ms", flags->compute_ms, "the server's time from frame to patch")->check(CLI::Range(0.0, 10'000.0));
   c->add_option("--device", flags->device, "none: the motion as given; sim: a Phantom in a hand that follows it")
       ->check(CLI::IsMember({"none", "sim"}));

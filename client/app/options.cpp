@@ -21,6 +21,11 @@ struct Typed {
   double duration_s = std::numeric_limits<double>::quiet_NaN(), release_s = std::numeric_limits<double>::quiet_NaN();
 };
 
+/// The command line takes "-1" for 2^64 - 1.
+std::string refuse_sign(const std::string& number) {
+  return number.starts_with('-') ? "is negative; expected a number from 0 on" : "";
+}
+
 void declare(CLI::App& app, Typed& typed) {
   app.set_version_flag("--version", "palpate-client " PALPATE_VERSION);
   app.add_option("--server", typed.server, "Where the server listens")->required()->type_name("HOST:PORT");
@@ -36,10 +41,7 @@ void declare(CLI::App& app, Typed& typed) {
   app.add_option("--scheme", typed.scheme, "How the server answers touch")->type_name("NAME")->capture_default_str();
   app.add_option("--order", typed.order, "States of a patch, 0: the server's default")->type_name("N")->capture_default_str();
   app.add_option("--hand", typed.hand, "The hand of --device sim")->type_name("free|light|reference|firm")->capture_default_str();
-  app.add_option("--seed", typed.seed, "Of the simulated tremor")
-      ->type_name("N")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber.description(""));
+  app.add_option("--seed", typed.seed, "Of the simulated tremor")->type_name("N")->capture_default_str()->check(refuse_sign, "");
   app.add_option("--release-s", typed.release_s, "Motion time at which the hand of --device sim lets go")->type_name("N");
   app.add_option("--compare", typed.compare, "Schemes to run beside the felt one on the same hand, separated by commas")
       ->type_name("LIST");

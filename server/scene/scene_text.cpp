@@ -88,7 +88,13 @@ void SceneText::refuse(const std::string& path, const std::string& expected) con
   const bool list = json->kind == Json::Kind::array || json->kind == Json::Kind::object;
   std::string value = list ? write_json(*json) : json->kind == Json::Kind::string ? "\"" + json->text + "\"" : json->text;
   if (list) value.pop_back();
-  if (value.size() > 60 || value.find('\n') != std::string::npos) value = std::to_string(json->items.size()) + " values";
+  if (json->kind == Json::Kind::string) {
+    if (value.size() > 60) value = value.substr(0, 60) + "...\"";
+    for (char& c : value)
+      if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+  }
+  if (list && (value.size() > 60 || value.find('\n') != std::string::npos))
+    value = std::to_string(json->items.size()) + " values";
   refuse(path, path + " is " + value, expected);
 }
 

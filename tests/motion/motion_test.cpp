@@ -69,6 +69,7 @@ TEST_CASE("What is wrong with a motion is said with file, line and what was expe
       {kHead + "0,0,0,0\n1,0,0,1e999\n", "m.csv:3: ", "z_m"},
       {kHead + "0,0,0,0\ninf,0,0,0\n", "m.csv:3: ", "t_s"},
       {kHead + "0,0,0,0\n2,0,0,0\n1,0,0,0\n", "m.csv:4: ", "goes back"},
+      {kHead + "0,0,0,0\n20000,0,0,0\n", "m.csv:3: ", "8000 s"},
       {kHead + "0,0,0,0\n1,0,0,0\n1,0,0,0\n", "m.csv:4: ", "repeated"},
       {kHead + "-1,0,0,0\n1,0,0,0\n", "m.csv:2: ", "t_s is -1"},
       {kHead + "0,0,0,0\n1,0,0,10.5\n", "m.csv:3: ", "z_m is 10.5"},

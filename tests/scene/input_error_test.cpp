@@ -23,6 +23,7 @@ struct Mistake {
 const Mistake kMistakes[] = {
     // out of range
     {"\"cube6\"", "\"\"", 2, "name", "1 to 64 bytes"},
+    {"\"cube6\"", "\"a\\nb\"", 2, "name is \"a?b\"", "without control characters"},
     {"[6, 6, 6]", "[1, 6, 6]", 5, "body.lattice.nodes[0] is 1", "2 to 200"},
     {"[6, 6, 6]", "[6, 6, 201]", 5, "body.lattice.nodes[2] is 201", "2 to 200"},
     {"[6, 6, 6]", "[6, 0, 6]", 5, "body.lattice.nodes[1] is 0", "2 to 200"},
