@@ -148,9 +148,12 @@ int run_felt(const Flags& flags) {
                              {"onset_error_ms", onset}};
     if (d == 0) felt_db = f.snr_db;
     if (display.name == "hold") hold_db = f.snr_db;
+  }
+  // Drawn last is drawn on top: the felt one.
+  for (std::size_t d = recording.displays.size(); d-- > 0;) {
     const auto style = static_cast<int>(d) + 1;
-    panels[0].curves.push_back({fmt::format("1:{}", 5 + 3 * d + 2), display.name, style});
-    panels[1].curves.push_back({fmt::format("1:{}", 5 + 3 * d), display.name, style});
+    panels[0].curves.push_back({fmt::format("1:{}", 5 + 3 * d + 2), recording.displays[d].name, style});
+    panels[1].curves.push_back({fmt::format("1:{}", 5 + 3 * d), recording.displays[d].name, style});
   }
   fmt::print(
       "\n  SNR: 20 dB is an error of a tenth, about what a hand can just notice. error: rms of the difference over rms of the "

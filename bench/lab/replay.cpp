@@ -9,6 +9,7 @@
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
+#include "bench/measure/reference.hpp"
 #include "common/base/error.hpp"
 
 namespace palpate {
@@ -94,6 +95,11 @@ int run_replay(const Flags& flags) {
   const Scene scene = load_scene(flags.scene);
   const Motion motion = read_motion(flags.motion);
   const auto out = make_output_folder(flags.out);
+  if (scene.tool.contact == ContactKind::attach && needs_settling(scene, motion.position(0.0)))
+    fmt::print(
+        stderr,
+        "the body is given {:g} s to settle before the motion: it hangs in gravity, or the motion starts beside the node\n",
+        seconds(kSettle));
   const ReplayResult result = replay(scene, motion, options, stopwatch_ns);
   write_forces(out / "forces.csv", result);
   write_json(out / "summary.json", summary(result));
