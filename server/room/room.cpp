@@ -19,7 +19,6 @@ struct Station {
   Grasp grasp;
   std::unique_ptr<PatchBuilder> builder;
   std::uint32_t seq = 0;
-  Scheme scheme = Scheme::hold;
 };
 
 }  // namespace
@@ -76,7 +75,6 @@ void Room::start(Micros body_time) { state_->body.time_s = seconds(body_time); }
 void Room::State::take_samples(const FrameJob& job) {
   for (const StationJob& j : job.stations) {
     Station& station = stations[j.id];
-    station.scheme = j.scheme;
     if (!station.builder) station.builder = std::make_unique<PatchBuilder>(dynamics, skin, softest_1_s2);
     station.track.add(j.samples);
     station.track.forget_before(from_seconds(body.time_s) - Micros{100'000});
@@ -145,9 +143,8 @@ StationFrame Room::State::frame_of(const StationJob& job, Micros stamp) {
   frame.contact = port.kind == ContactKind::attach || port.touching;
   frame.force = frame.contact ? Vec3(-port.lambda) : Vec3::Zero();
   if (!in_reach(port, tool, job.bridge)) return frame;
-  if (port.kind == ContactKind::touch && !port.touching) {
+  if (port.kind == ContactKind::touch && !port.touching)
     port.point = nearest_point(skin.view(), skin.place(body.x), tool.position).point;
-  }
   PatchRequest request{job.scheme, job.order, job.bridge, tool, 0};
   request.vertices_max = max_port_vertices(PatchBuilder::modes_for(job.scheme, port.kind, job.order));
   frame.patch = station.builder->build(body, ports, which, request);
