@@ -13,7 +13,8 @@ target_compile_options(palpate_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow
   # GCC 12's own AVX-512 headers, inlined through Eigen, are taken for uses of uninitialised values.
   # At -O3 it also takes a std::string put together with + for an overlapping copy (GCC bug 105651).
-  $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized;-Wno-restrict>
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   $<$<BOOL:${PALPATE_WERROR}>:-Werror>)
 
 # AVX-512 is left to kernels that ask for it: GCC 12's headers for it warn through Eigen, and small matrices gain nothing.
