@@ -148,12 +148,6 @@ NearestPoint nearest_point(const SurfaceView& s, Positions x, const Vec3& query)
   return describe_nearest(s, x, best.point, query);
 }
 
-NearestPoint nearest_point_around(const SurfaceView& s, Positions x, const SurfacePoint& near, const Vec3& query) noexcept {
-  Best best;
-  best.offer_around(s, x, near.triangle, query);
-  return describe_nearest(s, x, best.point, query);
-}
-
 SurfacePoint slide(const SurfaceView& s, Positions x, const SurfacePoint& p, const Vec3& slip) noexcept {
   const Vec3 target = position_at(s, x, p) + slip;
   Best best;

@@ -59,8 +59,6 @@ struct NearestPoint {
 };
 /// Over all triangles.
 NearestPoint nearest_point(const SurfaceView& s, Positions x, const Vec3& query) noexcept;
-/// Over the triangles that share a vertex with `near`'s triangle.
-NearestPoint nearest_point_around(const SurfaceView& s, Positions x, const SurfacePoint& near, const Vec3& query) noexcept;
 /// The point that `p` becomes when it slides by `slip`: the nearest to p + slip, walking outwards ring by ring.
 SurfacePoint slide(const SurfaceView& s, Positions x, const SurfacePoint& p, const Vec3& slip) noexcept;
 

@@ -17,6 +17,13 @@ auto node_at(const Vector& v, std::uint32_t i) { return v.segment<3>(3 * static_
 
 }  // namespace
 
+std::vector<std::uint8_t> held_nodes(const LumpedBody& body, const std::vector<ToolPort>& ports) {
+  auto held = body.fixed;
+  for (const ToolPort& p : ports)
+    if (p.kind == ContactKind::attach) held[p.node] = 1;
+  return held;
+}
+
 Integrator::Integrator(const Dynamics& dynamics, const Skin& skin, const IntegratorOptions& options)
     : dynamics_(&dynamics),
       skin_(&skin),
@@ -24,17 +31,10 @@ Integrator::Integrator(const Dynamics& dynamics, const Skin& skin, const Integra
       a_(dynamics.make_matrix()),
       solver_(dynamics.nodes(), options.solver) {}
 
-std::vector<std::uint8_t> Integrator::held_nodes(const std::vector<ToolPort>& ports) const {
-  auto held = dynamics_->body().fixed;
-  for (const ToolPort& p : ports)
-    if (p.kind == ContactKind::attach) held[p.node] = 1;
-  return held;
-}
-
 AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
                                   const ToolMotion& tools) {
   AdvanceReport report;
-  held_ = held_nodes(ports);
+  held_ = held_nodes(dynamics_->body(), ports);
   if (held_ != matrix_held_) {
     matrix_a_ = 0;
     trend_.resize(0);

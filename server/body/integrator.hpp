@@ -51,6 +51,9 @@ struct AdvanceReport {
   bool converged = true;  ///< false: a step failed even at kMinStepS; the state is the last good one
 };
 
+/// 1 for every node that is fixed or held by an attached port.
+std::vector<std::uint8_t> held_nodes(const LumpedBody& body, const std::vector<ToolPort>& ports);
+
 class Integrator {
  public:
   static constexpr double kEventStepS = 0.002;
@@ -65,10 +68,6 @@ class Integrator {
   }
   /// The same with another largest step, for once.
   AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s, const ToolMotion& tools);
-
-  /// 1 for every node that is fixed or held by an attached port.
-  std::vector<std::uint8_t> held_nodes(const std::vector<ToolPort>& ports) const;
-  const Dynamics& dynamics() const { return *dynamics_; }
 
  private:
   struct Stage {

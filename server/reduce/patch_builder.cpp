@@ -28,8 +28,6 @@ PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double so
   }
 }
 
-PatchBuilder::~PatchBuilder() = default;
-
 int PatchBuilder::modes_for(Scheme scheme, ContactKind contact, int order) {
   if (scheme == Scheme::hold || scheme == Scheme::filtered || scheme == Scheme::tangent) return 0;
   const int states = order > 0 ? order : (contact == ContactKind::attach ? kAttachOrder : kTouchOrder);
@@ -102,19 +100,13 @@ std::optional<Patch> PatchBuilder::build(const BodyState& state, const std::vect
   if (patch.constant) return patch;
   std::optional<Patch> built;
   for (const bool clamp : {false, true}) {
-    hold_nodes(ports);
+    held_ = held_nodes(dynamics_->body(), ports);
     built = port.kind == ContactKind::attach ? build_attach(state, port, request, patch, clamp)
                                              : build_touch(state, port, request, patch, clamp);
     report_.solver_iterations += solver_.iterations();
     if (built) break;
   }
   return built;
-}
-
-void PatchBuilder::hold_nodes(const std::vector<ToolPort>& ports) {
-  held_ = dynamics_->body().fixed;
-  for (const ToolPort& p : ports)
-    if (p.kind == ContactKind::attach) held_[p.node] = 1;
 }
 
 std::optional<Mat3> PatchBuilder::static_response(const Linearisation& at, const std::vector<Vector>& inputs) {

@@ -41,7 +41,6 @@ class PatchBuilder {
 
   /// `softest_1_s2`: lowest stiffness that a mode may have, softest_stiffness() of the body.
   PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2);
-  ~PatchBuilder();
 
   /// A patch for `ports[which]` at `state`; seq and stamp are left to the caller. Nothing when the port's matrix cannot be
   /// solved.
@@ -58,7 +57,6 @@ class PatchBuilder {
   std::optional<Patch> build_touch(const BodyState& state, const ToolPort& port, const PatchRequest& request, Patch patch,
                                    bool clamp);
   std::optional<Mat3> static_response(const Linearisation& at, const std::vector<Vector>& inputs);
-  void hold_nodes(const std::vector<ToolPort>& ports);
   void hold_far_nodes(const std::vector<std::uint32_t>& seeds);
   bool reduce(const Linearisation& at, const Matrix& v, Patch& patch, Matrix& rotated);
   Vector unit(std::uint32_t node, int axis) const;

@@ -56,8 +56,6 @@ Room::~Room() = default;
 Room::Room(Room&&) noexcept = default;
 Room& Room::operator=(Room&&) noexcept = default;
 
-const Scene& Room::scene() const { return state_->scene; }
-
 Vec3 home_of(const Scene& scene) {
   const LumpedBody& body = scene.body;
   if (scene.tool.contact == ContactKind::attach) return body.nodes[scene.tool.node];

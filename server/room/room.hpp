@@ -64,8 +64,6 @@ class Room {
   /// Fills `result.stations` at the body's present state; none of them has a patch when the step failed.
   void build_patches(const FrameJob& job, FrameResult& result);
 
-  const Scene& scene() const;
-
  private:
   struct State;
   std::unique_ptr<State> state_;

@@ -100,9 +100,6 @@ TEST_CASE("The nearest point is at least as near as any sampled one, and no near
     CHECK(nearest.point.weight.sum() == Approx(1));
     CHECK((position_at(mesh.view(), mesh.x, nearest.point) - nearest.position).norm() == 0);
     CHECK_FALSE(nearest.at_border);
-    // The search around a point of the same triangle finds the same.
-    const NearestPoint around = nearest_point_around(mesh.view(), mesh.x, nearest.point, query);
-    CHECK((around.position - query).norm() == Approx(distance));
   }
 }
 
