@@ -1,9 +1,12 @@
-// The experiments of palpate-lab. Each adds its own sub-command with its own flags.
+// The experiments of palpate-lab. Each adds its own sub-command with its own flags; those of the paper can also be run by
+// `palpate-lab paper`, which sets what they find beside what is printed there.
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace palpate {
 
@@ -12,5 +15,56 @@ using Run = std::function<int()>;
 
 void add_replay(CLI::App& app, Run& run);
 void add_felt(CLI::App& app, Run& run);
+void add_spring1d(CLI::App& app, Run& run);
+void add_chain(CLI::App& app, Run& run);
+void add_bode(CLI::App& app, Run& run);
+void add_modes(CLI::App& app, Run& run);
+void add_scaling(CLI::App& app, Run& run);
+void add_haptic(CLI::App& app, Run& run);
+void add_release(CLI::App& app, Run& run);
+void add_limits(CLI::App& app, Run& run);
+void add_dominance(CLI::App& app, Run& run);
+void add_couplings(CLI::App& app, Run& run);
+void add_paper(CLI::App& app, Run& run);
+
+/// agrees: the paper's statement or number holds here. differs: it does not, and `reason` says why. beyond: the paper has no
+/// number; ours is stated.
+enum class Verdict { agrees, differs, beyond };
+
+/// One line of the report: what the paper says, what we get.
+struct Finding {
+  std::string what;   ///< "SNR of the held force", with the unit
+  std::string paper;  ///< as printed there, or what it shows; empty when it is silent
+  std::string ours;
+  Verdict verdict = Verdict::agrees;
+  std::string reason;  ///< needed for `differs`; elsewhere a remark, may be empty
+};
+
+/// A picture with its caption; CSV files beside it hold the figures.
+struct Picture {
+  std::filesystem::path svg;
+  std::string caption;
+};
+
+/// A section of the report.
+struct PaperSection {
+  std::string title;    ///< "Section 2, figure 2: a nonlinear spring"
+  std::string command;  ///< that makes this section alone: "palpate-lab spring1d --out DIR"
+  std::string text;     ///< one to four sentences: what was computed and how, what to see
+  std::vector<Finding> findings;
+  std::vector<Picture> pictures;
+};
+
+// Each writes what its command writes into `out` (made when missing) and returns the section. `quick`: coarser grids and shorter
+// runs, the same code.
+PaperSection paper_spring1d(const std::filesystem::path& out, bool quick);
+PaperSection paper_chain(const std::filesystem::path& out, bool quick);
+PaperSection paper_bode(const std::filesystem::path& out, bool quick);
+PaperSection paper_modes(const std::filesystem::path& out, bool quick);
+PaperSection paper_scaling(const std::filesystem::path& out, bool quick);
+PaperSection paper_haptic(const std::filesystem::path& out, bool quick);
+PaperSection paper_release(const std::filesystem::path& out, bool quick);
+PaperSection paper_limits(const std::filesystem::path& out, bool quick);
+PaperSection paper_couplings(const std::filesystem::path& out, bool quick);
 
 }  // namespace palpate

@@ -162,7 +162,7 @@ int run_felt(const Flags& flags) {
       "one.\n\n");
   write_json(out / "felt.json", summary);
   if (plot_csv(out / "felt.csv", out / "felt.svg", fmt::format("{}: what the hand felt", scene.name), "time [s]", panels,
-               recording.positions.size()))
+               {.rows = recording.positions.size()}))
     fmt::print("  plot      {}\n", (out / "felt.svg").string());
   fmt::print("  figures   {}\n", (out / "felt.json").string());
   if (felt_db - hold_db >= flags.at_least_db || recording.displays.size() == 1) return 0;

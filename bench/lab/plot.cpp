@@ -11,8 +11,27 @@ namespace {
 
 constexpr std::size_t kRowsDrawn = 2500;
 constexpr int kWidth = 960, kPanelHeight = 260, kHeaderHeight = 70;
-// Okabe and Ito's palette: told apart with any colour vision.
-constexpr const char* kColours[] = {"#222222", "#0072b2", "#e69f00", "#009e73", "#cc79a7", "#d55e00"};
+constexpr int kReferenceType = 8;
+
+std::string house_style(const std::filesystem::path& svg, int width, int height) {
+  constexpr const char* kColours[] = {"#0072b2", "#e69f00", "#009e73", "#cc79a7", "#d55e00", "#56b4e9", "#b8a900", "#222222"};
+  std::string s = fmt::format("set terminal svg size {},{} font 'DejaVu Sans,13' background '#ffffff'\nset output {}\n", width,
+                              height, quoted(svg.string()));
+  s += "set encoding utf8\nset datafile separator ','\nset datafile missing 'nan'\n";
+  for (std::size_t k = 0; k < std::size(kColours); ++k)
+    s += fmt::format("set linetype {} lc rgb '{}' lw {} pt {} ps 0.6\n", k + 1, kColours[k], k + 1 == kReferenceType ? 3.0 : 1.6,
+                     5 + 2 * (k % 5));
+  s += "set grid lc rgb '#dddddd' lw 0.6\nset border 3 lc rgb '#888888'\nset tics nomirror textcolor rgb '#333333'\n";
+  return s;
+}
+
+std::string curve(const Curve& c, const std::filesystem::path& csv, std::size_t every) {
+  const int type = c.style == 0 ? kReferenceType : c.style;
+  return fmt::format("{} using {} skip 1 every {} with {} lt {} title {}", quoted((c.csv.empty() ? csv : c.csv).string()),
+                     c.column, every, c.with, type, quoted(c.title));
+}
+
+}  // namespace
 
 std::string quoted(const std::string& text) {
   std::string out = "'";
@@ -20,43 +39,39 @@ std::string quoted(const std::string& text) {
   return out + "'";
 }
 
-std::string script(const std::filesystem::path& csv, const std::filesystem::path& svg, const std::string& title,
-                   const std::string& x_label, const std::vector<Panel>& panels, std::size_t rows) {
-  const auto count = static_cast<int>(panels.size());
-  const std::size_t every = std::max<std::size_t>(1, rows / kRowsDrawn);
-  std::string s = fmt::format("set terminal svg size {},{} font 'DejaVu Sans,13' background '#ffffff'\n", kWidth,
-                              kHeaderHeight + count * kPanelHeight);
-  s += fmt::format("set output {}\nset datafile separator ','\nset datafile missing 'nan'\n", quoted(svg.string()));
-  s += fmt::format("set multiplot layout {},1 title {} font ',15'\n", count, quoted(title));
-  s += "set grid lc rgb '#dddddd' lw 0.6\nset border 3 lc rgb '#888888'\nset tics nomirror textcolor rgb '#333333'\n";
-  s += "set lmargin 11\nset rmargin 3\nset key outside top right horizontal samplen 2\n";
-  for (int p = 0; p < count; ++p) {
-    const Panel& panel = panels[static_cast<std::size_t>(p)];
-    s += fmt::format("set ylabel {}\nset xlabel {}\nplot ", quoted(panel.y_label), p + 1 == count ? quoted(x_label) : "''");
-    bool first = true;
-    for (const Curve& c : panel.curves) {
-      s += fmt::format("{}{} using {} skip 1 every {} with lines lc rgb '{}' lw {} title {}", first ? "" : ", ",
-                       quoted(csv.string()), c.column, every, kColours[static_cast<std::size_t>(c.style) % std::size(kColours)],
-                       c.style == 0 ? 3.0 : 1.6, quoted(c.title));
-      first = false;
-    }
-    s += "\n";
-  }
-  return s + "unset multiplot\n";
+std::string map_palette() {
+  return "set palette defined (0 '#fcfdbf', 0.25 '#fc8961', 0.5 '#b73779', 0.75 '#51127c', 1 '#000004')\n";
 }
 
-}  // namespace
-
-bool plot_csv(const std::filesystem::path& csv, const std::filesystem::path& svg, const std::string& title,
-              const std::string& x_label, const std::vector<Panel>& panels, std::size_t rows) {
-  const std::string text = script(csv, svg, title, x_label, panels, rows);
+bool plot_script(const std::filesystem::path& svg, int width, int height, const std::string& body) {
+  const std::string text = house_style(svg, width, height) + body;
   FILE* pipe = popen("gnuplot 2>/dev/null", "w");
   bool ok = pipe && std::fwrite(text.data(), 1, text.size(), pipe) == text.size();
   ok = pipe && pclose(pipe) == 0 && ok;
   if (!ok)
-    fmt::print(stderr, "no plot {}: gnuplot (package gnuplot-nox) is missing or failed; the figures are in {}\n", svg.string(),
-               csv.string());
+    fmt::print(stderr,
+               "no plot {}: gnuplot (package gnuplot-nox) is missing or failed; the figures are in the CSV files beside it\n",
+               svg.string());
   return ok;
+}
+
+bool plot_csv(const std::filesystem::path& csv, const std::filesystem::path& svg, const std::string& title,
+              const std::string& x_label, const std::vector<Panel>& panels, const PlotOptions& options) {
+  const auto count = static_cast<int>(panels.size());
+  const std::size_t every = std::max<std::size_t>(1, options.rows / kRowsDrawn);
+  std::string s = fmt::format("set multiplot layout {},1 title {} font ',15'\n", count, quoted(title));
+  s += "set lmargin 11\nset rmargin 3\nset key outside top right horizontal samplen 2\n";
+  if (options.log_x) s += "set logscale x\nset format x '10^{%T}'\n";
+  s += options.setup + "\n";
+  for (int p = 0; p < count; ++p) {
+    const Panel& panel = panels[static_cast<std::size_t>(p)];
+    s += panel.log_y ? "set logscale y\nset format y '10^{%T}'\n" : "unset logscale y\nset format y '% h'\n";
+    s += fmt::format("{}\nset ylabel {}\nset xlabel {}\nplot ", panel.setup, quoted(panel.y_label),
+                     p + 1 == count ? quoted(x_label) : "''");
+    for (std::size_t k = 0; k < panel.curves.size(); ++k) s += (k > 0 ? ", " : "") + curve(panel.curves[k], csv, every);
+    s += "\n";
+  }
+  return plot_script(svg, kWidth, kHeaderHeight + count * kPanelHeight, s + "unset multiplot\n");
 }
 
 }  // namespace palpate

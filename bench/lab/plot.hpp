@@ -1,4 +1,8 @@
-// Plots by gnuplot: a script over a CSV file becomes an SVG beside it.
+// Plots by gnuplot: scripts over CSV files become SVG pictures in the house style.
+//
+// House style: white ground, DejaVu Sans, light grid, and the palette of Okabe and Ito, which is told apart with any colour
+// vision: line types 1 blue, 2 orange, 3 green, 4 pink, 5 red, 6 sky blue, 7 yellow; 8 is near-black, for references. All of them
+// say on stderr when gnuplot is missing or fails, and return false: plots are an extra, the CSV is the result.
 #pragma once
 
 #include <filesystem>
@@ -10,17 +14,34 @@ namespace palpate {
 struct Curve {
   std::string column;  ///< gnuplot `using` expression over the CSV, for example "1:4"
   std::string title;
-  int style = 1;  ///< line type of the palette; 0 = the reference (black, behind the others)
+  int style = 1;  ///< line type of the palette; 0 = the reference (black, thick, drawn where it stands in the list)
+  std::filesystem::path csv = {};  ///< another file than the plot's own
+  std::string with = "lines";      ///< gnuplot style: lines, points, linespoints, "lines dt 2" (dashed), ...
 };
 
 struct Panel {
   std::string y_label;
   std::vector<Curve> curves;
+  bool log_y = false;
+  std::string setup = {};  ///< gnuplot commands before this panel, for example "set yrange [0:5]"
 };
 
-/// Panels one below the other over a common x axis. Of `rows` rows so many are drawn that the file stays small (0: all). False
-/// (with a line on stderr) when gnuplot is missing or fails: plots are an extra, the CSV is the result.
+struct PlotOptions {
+  std::size_t rows = 0;  ///< of the CSV: above 2500, so many are skipped that the file stays small (0: all are drawn)
+  bool log_x = false;
+  std::string setup = {};  ///< gnuplot commands for all panels, for example "set xrange [10:1000]"
+};
+
+/// Panels one below the other over a common x axis.
 bool plot_csv(const std::filesystem::path& csv, const std::filesystem::path& svg, const std::string& title,
-              const std::string& x_label, const std::vector<Panel>& panels, std::size_t rows = 0);
+              const std::string& x_label, const std::vector<Panel>& panels, const PlotOptions& options = {});
+
+/// A picture of its own kind: `body` is gnuplot, run after the house style is set. Paths and texts go through quoted().
+bool plot_script(const std::filesystem::path& svg, int width, int height, const std::string& body);
+
+/// As a gnuplot string.
+std::string quoted(const std::string& text);
+/// Single-hue and perceptually even: for maps. A gnuplot command.
+std::string map_palette();
 
 }  // namespace palpate

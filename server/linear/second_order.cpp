@@ -1,0 +1,128 @@
+#include "server/linear/second_order.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SparseLU>
+#include <stdexcept>
+
+namespace palpate {
+namespace {
+
+using Triplets = std::vector<Eigen::Triplet<double>>;
+
+constexpr std::int64_t kNone = -1;
+
+/// Products with the unit vectors of the node's three axes: columns of K and D.
+void columns(const Dynamics& dynamics, const BodyState& state, std::uint32_t node, Matrix& k, Matrix& d) {
+  const auto n = dynamics.masses().size();
+  k.resize(n, 3);
+  d.resize(n, 3);
+  for (int axis = 0; axis < 3; ++axis) {
+    Vector e = Vector::Zero(n), k_column, d_column;
+    e[3 * static_cast<Eigen::Index>(node) + axis] = 1;
+    dynamics.multiply_tangents(state, e, k_column, d_column);
+    k.col(axis) = k_column;
+    d.col(axis) = d_column;
+  }
+}
+
+/// The free part of one of the body's matrices.
+SparseMatrix restricted(const BlockMatrix& a, const std::vector<std::int64_t>& row_of, Eigen::Index n) {
+  Triplets entries;
+  for (std::uint32_t i = 0; i < a.rows(); ++i)
+    for (std::uint32_t e = a.row_begin(i); e < a.row_end(i); ++e)
+      for (std::uint32_t r = 0; r < 3; ++r)
+        for (std::uint32_t c = 0; c < 3; ++c) {
+          const std::int64_t row = row_of[3 * i + r], column = row_of[3 * a.column(e) + c];
+          const double value = a.block(e)(r, c);
+          if (row != kNone && column != kNone && value != 0)
+            entries.emplace_back(static_cast<int>(row), static_cast<int>(column), value);
+        }
+  SparseMatrix m(n, n);
+  m.setFromTriplets(entries.begin(), entries.end());
+  return m;
+}
+
+}  // namespace
+
+SecondOrderSystem second_order_system(const Dynamics& dynamics, const BodyState& state, std::uint32_t port_node,
+                                      std::vector<std::uint8_t> held) {
+  held.resize(dynamics.nodes(), 0);
+  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
+    if (dynamics.body().fixed[i]) held[i] = 1;
+  held[port_node] = 1;
+  BlockMatrix k = dynamics.make_matrix(), d = dynamics.make_matrix();
+  const std::vector<std::uint8_t> none(dynamics.nodes(), 0);
+  dynamics.assemble(state, 0, 0, 1, none, false, k);
+  dynamics.assemble(state, 0, 1, 0, none, false, d);
+
+  // A coordinate belongs to the system when something pulls at it.
+  SecondOrderSystem s;
+  std::vector<std::int64_t> row_of(3 * std::size_t{dynamics.nodes()}, kNone);
+  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      const auto at = static_cast<Eigen::Index>(axis);
+      const bool pulled = k.block(k.diagonal(i))(at, at) != 0 || d.block(d.diagonal(i))(at, at) != 0;
+      if (!pulled) continue;
+      if (i == port_node) s.port_axes.push_back(axis);
+      if (held[i]) continue;
+      row_of[3 * i + axis] = static_cast<std::int64_t>(s.coordinates.size());
+      s.coordinates.push_back(3 * i + axis);
+    }
+  const auto n = static_cast<Eigen::Index>(s.coordinates.size()), p = static_cast<Eigen::Index>(s.port_axes.size());
+  s.mass.resize(n);
+  for (Eigen::Index row = 0; row < n; ++row) s.mass[row] = dynamics.masses()[s.coordinates[static_cast<std::size_t>(row)]];
+  s.stiffness = restricted(k, row_of, n);
+  s.damping = restricted(d, row_of, n);
+
+  Matrix k_columns, d_columns;
+  columns(dynamics, state, port_node, k_columns, d_columns);
+  s.b_k.resize(n, p);
+  s.b_d.resize(n, p);
+  s.k_port.resize(p, p);
+  s.d_port.resize(p, p);
+  for (Eigen::Index j = 0; j < p; ++j) {
+    const auto axis = static_cast<Eigen::Index>(s.port_axes[static_cast<std::size_t>(j)]);
+    for (Eigen::Index row = 0; row < n; ++row) {
+      s.b_k(row, j) = -k_columns(s.coordinates[static_cast<std::size_t>(row)], axis);
+      s.b_d(row, j) = -d_columns(s.coordinates[static_cast<std::size_t>(row)], axis);
+    }
+    for (Eigen::Index i = 0; i < p; ++i) {
+      const Eigen::Index row = 3 * static_cast<Eigen::Index>(port_node) + s.port_axes[static_cast<std::size_t>(i)];
+      s.k_port(i, j) = k_columns(row, axis);
+      s.d_port(i, j) = d_columns(row, axis);
+    }
+  }
+  return s;
+}
+
+SecondOrderSystem project(const SecondOrderSystem& system, const Matrix& v) {
+  // V^T M V = L L^T; W = V L^-T is orthonormal in M.
+  const Matrix gram = v.transpose() * system.mass.asDiagonal() * v;
+  const Eigen::LLT<Matrix> cholesky(0.5 * (gram + gram.transpose()));
+  if (cholesky.info() != Eigen::Success) throw std::runtime_error("project: the columns of the basis are not independent");
+  const Matrix w = cholesky.matrixL().solve(v.transpose()).transpose();
+  SecondOrderSystem r;
+  r.mass = Vector::Ones(w.cols());
+  r.stiffness = Matrix(w.transpose() * (system.stiffness * w)).sparseView();
+  r.damping = Matrix(w.transpose() * (system.damping * w)).sparseView();
+  r.b_k = w.transpose() * system.b_k;
+  r.b_d = w.transpose() * system.b_d;
+  r.k_port = system.k_port;
+  r.d_port = system.d_port;
+  r.port_axes = system.port_axes;
+  return r;
+}
+
+TransferFunction::TransferFunction(const SecondOrderSystem& system) : system_(&system) {}
+
+ComplexMatrix TransferFunction::operator()(Complex s) const {
+  const SecondOrderSystem& y = *system_;
+  Eigen::SparseMatrix<Complex> p = s * y.damping.cast<Complex>() + y.stiffness.cast<Complex>();
+  for (Eigen::Index i = 0; i < y.size(); ++i) p.coeffRef(i, i) += s * s * y.mass[i];
+  p.makeCompressed();
+  const Eigen::SparseLU<Eigen::SparseMatrix<Complex>> lu(p);
+  const ComplexMatrix b = y.b_k.cast<Complex>() + s * y.b_d.cast<Complex>();
+  return y.k_port.cast<Complex>() + s * y.d_port.cast<Complex>() - b.transpose() * ComplexMatrix(lu.solve(b));
+}
+
+}  // namespace palpate

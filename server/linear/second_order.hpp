@@ -1,0 +1,57 @@
+// A body linearised around a state and held at one node (the port), as a linear second-order system:
+//
+//     M q'' + D q' + K q = B_k d + B_d d'
+//     f = K_p d + D_p d' - B_k^T q - B_d^T q'
+//     G(s) = F(s)/X(s) = K_p + s D_p - (B_k + s B_d)^T (s^2 M + s D + K)^-1 (B_k + s B_d)
+//
+// d displacement of the port [m], f the force that the holder has to push with [N] (the port node's own mass is not felt),
+// q displacements of the n free coordinates [m]. Symmetric parts of the tangents, so M, D, K, K_p, D_p are symmetric.
+//
+// Coordinates that nothing pulls at (the third axis of a planar body, across a straight chain) are left out, of the body and of
+// the port: p is 1 for a chain, 2 for a sheet, 3 for a solid. The transfer function has feed-through: G -> K_p + s D_p -
+// B_d^T M^-1 B_d for s -> infinity; what reductions work on is the rest, which is strictly proper.
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <complex>
+#include <cstdint>
+#include <vector>
+
+#include "server/body/dynamics.hpp"
+
+namespace palpate {
+
+using SparseMatrix = Eigen::SparseMatrix<double>;
+using Complex = std::complex<double>;
+using ComplexMatrix = Eigen::MatrixXcd;
+
+struct SecondOrderSystem {
+  Vector mass;                             ///< M, n entries [kg]
+  SparseMatrix damping, stiffness;         ///< D, K, n x n, both triangles stored [N s/m], [N/m]
+  Matrix b_k, b_d;                         ///< n x p [N/m], [N s/m]
+  Matrix k_port, d_port;                   ///< p x p [N/m], [N s/m]
+  std::vector<std::uint32_t> coordinates;  ///< of the body, 3 node + axis, for each of the n rows
+  std::vector<std::uint32_t> port_axes;    ///< 0 x, 1 y, 2 z, for each of the p ports
+
+  Eigen::Index size() const { return mass.size(); }
+  Eigen::Index ports() const { return b_k.cols(); }
+};
+
+/// `held`: nodes that stay still besides the fixed ones (1 = held; the port's own entry does not matter).
+SecondOrderSystem second_order_system(const Dynamics& dynamics, const BodyState& state, std::uint32_t port_node,
+                                      std::vector<std::uint8_t> held);
+
+/// Galerkin projection: q = V y with the columns of V (n x r) in any scaling; the result has M = I and dense D, K.
+SecondOrderSystem project(const SecondOrderSystem& system, const Matrix& v);
+
+/// G(s), one sparse factorisation a value. s must not be a pole. `system` must outlive it.
+class TransferFunction {
+ public:
+  explicit TransferFunction(const SecondOrderSystem& system);
+  ComplexMatrix operator()(Complex s) const;
+
+ private:
+  const SecondOrderSystem* system_;
+};
+
+}  // namespace palpate
