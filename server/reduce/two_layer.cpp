@@ -35,6 +35,13 @@ Vector LocalBody::restricted(const Vector& whole) const {
   return y;
 }
 
+Matrix LocalBody::expanded(const Matrix& local, Eigen::Index rows) const {
+  Matrix y = Matrix::Zero(rows, local.cols());
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    y.middleRows<3>(3 * static_cast<Eigen::Index>(nodes[i])) = local.middleRows<3>(3 * static_cast<Eigen::Index>(i));
+  return y;
+}
+
 TwoLayer::TwoLayer(const LumpedBody& body) : body_(&body), dimension_(dimension_of(body)), neighbours_(body.nodes.size()) {
   for (const Element& e : body.elements) {
     neighbours_[e.a].push_back(e.b);

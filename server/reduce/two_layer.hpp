@@ -34,6 +34,8 @@ struct LocalBody {
   std::uint32_t index(std::uint32_t node) const;
   /// The rows of a vector of the whole body (3 N).
   Vector restricted(const Vector& whole) const;
+  /// Rows of the whole body (`rows` of them) for those of the local one, zero elsewhere.
+  Matrix expanded(const Matrix& local, Eigen::Index rows) const;
   BodyState restricted(const BodyState& whole) const { return {whole.time_s, restricted(whole.x), restricted(whole.v)}; }
 };
 
