@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "server/reduce/block_scaling.hpp"
 
@@ -9,6 +10,7 @@ namespace palpate {
 namespace {
 
 constexpr int kRing = 1;  // layer of neighbours that is kept
+constexpr int kNone = std::numeric_limits<int>::max();
 
 struct Mean {
   double sum = 0;
@@ -20,6 +22,16 @@ struct Mean {
   }
   double mean() const { return sum / count; }
 };
+
+std::vector<int> nodes_per_layer(const std::vector<int>& layer) {
+  std::vector<int> nodes;
+  for (const int l : layer) {
+    if (l == kNone) continue;
+    if (nodes.size() <= static_cast<std::size_t>(l)) nodes.resize(static_cast<std::size_t>(l) + 1);
+    ++nodes[static_cast<std::size_t>(l)];
+  }
+  return nodes;
+}
 
 }  // namespace
 
@@ -58,11 +70,11 @@ TwoLayer::TwoLayer(const LumpedBody& body) : body_(&body), dimension_(dimension_
 }
 
 std::vector<int> TwoLayer::layers_from(std::vector<std::uint32_t> front) const {
-  std::vector<int> layer(body_->nodes.size(), kNoEnd);
+  std::vector<int> layer(body_->nodes.size(), kNone);
   for (const std::uint32_t i : front) layer[i] = 0;
   for (std::size_t next = 0; next < front.size(); ++next)
     for (const std::uint32_t j : neighbours_[front[next]]) {
-      if (layer[j] != kNoEnd) continue;
+      if (layer[j] != kNone) continue;
       layer[j] = layer[front[next]] + 1;
       front.push_back(j);
     }
@@ -83,19 +95,20 @@ LocalBody TwoLayer::around(const std::vector<std::uint32_t>& contact, const std:
     body.masses_kg.push_back(body_->masses_kg[i]);
     body.fixed.push_back(body_->fixed[i] || held[i] || layer[i] > kRing);
   }
+  const ShellCompliance compliance(dimension_, nodes_per_layer(layer));
   std::vector<Mean> lengths(local.nodes.size());
   for (Element e : body_->elements) {
-    if (std::min(layer[e.a], layer[e.b]) > kRing) continue;
-    const bool leaves_a = layer[e.a] > kRing, leaves = leaves_a || layer[e.b] > kRing;
-    const int beyond = to_end_[leaves_a ? e.a : e.b];
+    const bool leaves_a = layer[e.a] > kRing, leaves_b = layer[e.b] > kRing;
+    if (leaves_a && leaves_b) continue;
     const bool surface = surface_[e.a] && surface_[e.b];
+    const int beyond = to_end_[leaves_a ? e.a : e.b];
     e.a = local.index(e.a);
     e.b = local.index(e.b);
-    if (leaves) {
-      if (beyond == kNoEnd) continue;
-      const double scale = block_scale(dimension_, 1 + beyond);
-      e.stiffness_n_m *= surface ? std::sqrt(scale) : scale;
-      e.damping_n_s_m *= surface ? std::sqrt(scale) : scale;
+    if (leaves_a || leaves_b) {
+      if (beyond == kNone) continue;
+      const double scale = surface ? std::sqrt(1 / compliance(1 + beyond)) : 1 / compliance(1 + beyond);
+      e.stiffness_n_m *= scale;
+      e.damping_n_s_m *= scale;
       lengths[leaves_a ? e.b : e.a].add(1 + beyond);
     }
     body.elements.push_back(e);

@@ -5,7 +5,7 @@
 // reaches from the ring to the end of the specimen, m elements away (block_scaling.hpp); elements along the surface by its square
 // root:
 //
-//     k' = s k,  b' = s b,      s = s_d(m), or s_d(m)^1/2 on the surface
+//     k' = s k,  b' = s b,      s = 1 / W(m), or W(m)^-1/2 on the surface
 //
 // m: elements on the shortest way over the outer element to a fixed node. A ring node whose outer elements have m on average gets
 // half of the masses that lie on such a way, the other half goes to the held end:

@@ -113,16 +113,31 @@ TEST_CASE("A body that is held nowhere has a two-layer model without a static st
   CHECK(released.norm() < 1e-9 * system.k_port.norm());
 }
 
-TEST_CASE("The scale of a block is that of springs in series in one dimension, and falls with length in all", "[two-layer]") {
-  for (int m = 1; m < 30; ++m) {
-    CHECK(block_scale(1, m) == Approx(1.0 / m).epsilon(1e-14));
-    for (const int d : {2, 3}) {
-      CHECK(block_scale(d, m + 1) < block_scale(d, m));
-      CHECK(block_scale(d, m + 1) > block_scale(d - 1, m + 1));
+TEST_CASE("A block's compliance is that of springs in series in one dimension, and grows ever slower beyond", "[two-layer]") {
+  const ShellCompliance row(1), plane(2), space(3);
+  for (int m = 2; m < 30; ++m) {
+    CHECK(row(m) == m);
+    for (const ShellCompliance* w : {&plane, &space}) {
+      CHECK((*w)(m) > (*w)(m - 1));
+      CHECK((*w)(m + 1) - (*w)(m) < (*w)(m) - (*w)(m - 1));
     }
+    CHECK(space(m) < plane(m));
   }
-  CHECK(block_scale(2, 1) == 1);
-  CHECK(block_scale(3, kNoEnd) == 0);
+  CHECK(plane(1) == 1);
+  CHECK(space(1) == 1);
+}
+
+TEST_CASE("Free sides that cut a shell make it as much more compliant as it lacks nodes", "[two-layer]") {
+  const std::vector<int> half_plane{1, 5, 9, 13, 17, 21};
+  CHECK(ShellCompliance(2, half_plane)(4) == Approx(ShellCompliance(2)(4)).epsilon(1e-14));
+  // Layers that stop growing: shell j has 18 nodes where a half plane has 8 j + 6.
+  const std::vector<int> strip{1, 9, 9, 9, 9, 9};
+  double expected = 1;
+  for (int j = 2; j <= 4; ++j) expected += shell_compliance(2, j) * (8 * j + 6) / 14.0;
+  CHECK(ShellCompliance(2, strip)(4) == Approx(expected).epsilon(1e-14));
+}
+
+TEST_CASE("The dimension of a body is that of its elements' directions", "[two-layer]") {
   CHECK(dimension_of(row_body(3)) == 1);
   CHECK(dimension_of(sheet_body(4)) == 2);
   CHECK(dimension_of(box_body(3, 3, 3)) == 3);
