@@ -10,7 +10,7 @@ namespace {
 struct Shells {
   double first = 0, growth = 0;  ///< c_d, a_d
 };
-constexpr Shells kShells[] = {{1, 0}, {0.55, 0.345}, {0.45, 0.397}};
+constexpr Shells kShells[] = {{1, 0}, {0.529, 0.3475}, {0.4506, 0.3964}};
 
 /// Nodes in layer j around a node of a half space's face (a half plane's edge, a row's end).
 double half_space_nodes(int dimension, int j) { return dimension == 1 ? 1 : dimension == 2 ? 4 * j + 1 : 12 * j * j + 4 * j + 1; }
