@@ -108,22 +108,23 @@ void write_chain(const std::filesystem::path& out, const ChainRun& run) {
   write_curves(out / "chain.csv", run);
   write_json(out / "summary.json", summary(run));
   const int masses = run.parameters.masses;
-  plot_csv(out / "chain.csv", out / "chain.svg",
-           fmt::format("Chain of {} {} and its local models: k = {:g} N/m, b = {:g} N s/m, m = {:g} g", masses,
-                       masses == 1 ? "mass" : "masses", run.parameters.stiffness_n_m, run.parameters.damping_n_s_m,
-                       1e3 * run.parameters.mass_kg),
-           "frequency [Hz]",
-           {{"|F/X| [N/m]",
-             {{"1:2", "full (eq. 6)", 0},
-              {"1:4", "first mass (eq. 10)", 1, {}, "lines dt 2"},
-              {"1:6", "two-level (eq. 12)", 5, {}, "lines dt 4 lw 2.4"},
-              {"1:8", "k + b s", 3, {}, "lines dt 3"}},
-             true},
-            {"phase [degrees]",
-             {{"1:3", "", 0}, {"1:5", "", 1, {}, "lines dt 2"}, {"1:7", "", 5, {}, "lines dt 4 lw 2.4"}},
-             false,
-             "set ytics 45"}},
-           {.log_x = true});
+  plot_csv(
+      out / "chain.csv", out / "chain.svg",
+      fmt::format("Chain of {} {} and its local models: k = {:g} N/m, b = {:g} N s/m, m = {:g} g", masses,
+                  masses == 1 ? "mass" : "masses", run.parameters.stiffness_n_m, run.parameters.damping_n_s_m,
+                  1e3 * run.parameters.mass_kg),
+      "frequency [Hz]",
+      {{"|F/X| [N/m]",
+        {{"1:2", masses == 3 ? "full (eq. 6)" : "full", 0},
+         {"1:4", "first mass (eq. 10)", 1, {}, "lines dt 2"},
+         {"1:6", masses == 3 ? "two-level (eq. 12)" : "two-level", 5, {}, "lines dt 4 lw 2.4"},
+         {"1:8", "k + b s", 3, {}, "lines dt 3"}},
+        true},
+       {"phase [degrees]",
+        {{"1:3", "", 0}, {"1:5", "", 1, {}, "lines dt 2"}, {"1:7", "", 5, {}, "lines dt 4 lw 2.4"}},
+        false,
+        "set ytics 45"}},
+      {.log_x = true, .setup = fmt::format("set xrange [{}:{}]", run.frequency_hz.front() * 10, run.frequency_hz.back() / 3)});
 }
 
 int run_chain(const ChainParameters& parameters, const std::string& folder) {
