@@ -45,7 +45,7 @@ ScalingRun compute(const Flags& flags) {
   return run;
 }
 
-/// What theory says of the shape of a curve, through its last point.
+/// What theory says of the shape of a curve, through its last point (1 / ln m: through its second, too).
 double theory(const BlockCurve& c, int m) {
   const int last = c.elements.back();
   if (c.loading == BlockLoading::contact) {
@@ -54,6 +54,10 @@ double theory(const BlockCurve& c, int m) {
   }
   if (c.dimension == 1) return 1.0 / m;
   if (c.loading == BlockLoading::plate) return c.stiffness.back() * std::pow(static_cast<double>(m) / last, c.dimension - 2);
+  if (c.loading == BlockLoading::node && c.dimension == 2) {
+    const double second = 1 / c.stiffness[1], slope = (1 / c.stiffness.back() - second) / std::log(0.5 * last);
+    return 1 / (second + slope * std::log(0.5 * m));
+  }
   return c.stiffness.back();
 }
 
@@ -199,10 +203,10 @@ PaperSection paper_scaling(const std::filesystem::path& out, bool quick) {
                         "falls as 1/ln n: a force spreads in a half plane"});
   s.findings.push_back({"outer elements' stiffness around a contact, 3-D", "scaled by fig. 16", ratio(3), Verdict::beyond,
                         "tends to a constant: a force spreads in a half space"});
-  s.pictures = {
-      {out / "scaling.svg",
-       "Figure 16 for four loadings, in units of an element's stiffness k. Thin lines: n^(d-2) for the plate, a constant for "
-       "nodes, the law of the two-layer model for the contact."}};
+  s.pictures = {{out / "scaling.svg",
+                 "Figure 16 for four loadings, in units of an element's stiffness k. Thin lines: n^(d-2) under the plate; 1/n, "
+                 "1/ln n and a "
+                 "constant for the middle node; a constant for all nodes; the law of the two-layer model around a contact."}};
   return s;
 }
 
