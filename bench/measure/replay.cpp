@@ -1,17 +1,14 @@
 #include "bench/measure/replay.hpp"
 
 #include <algorithm>
-#include <stdexcept>
 
+#include "bench/measure/join.hpp"
 #include "bench/measure/reference.hpp"
 #include "client/device/replay_device.hpp"
 #include "client/device/sim_phantom.hpp"
-#include "common/base/error.hpp"
 
 namespace palpate {
 namespace {
-
-constexpr Micros kJoinWithin{10'000'000};
 
 std::unique_ptr<MotionDevice> make_device(const Motion& motion, const ReplayOptions& options) {
   if (!options.simulated_device) return std::make_unique<ReplayDevice>(motion);
@@ -66,23 +63,7 @@ ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOption
     return out;
   };
 
-  // Join and, for a grasp, wait for the first patch; then let what the grasp disturbed die out.
-  bool has_patch = false;
-  station.on_tick = [&](Micros, const Vec3&, const TickOutput& out) { has_patch = out.has_patch; };
-  const bool wants_patch = scene.tool.contact == ContactKind::attach;
-  while (station.core().link() != LinkState::joined || (wants_patch && !has_patch)) {
-    if (station.core().link() == LinkState::refused)
-      throw InputError("--scheme " + std::string(name_of(options.scheme)), "refused by the server: " + station.core().refusal(),
-                       "a scheme and order that it takes");
-    if (world.now() > kJoinWithin) throw std::runtime_error("no answer over this link within 10 s of virtual time");
-    world.run_until(world.now() + Micros{1000});
-  }
-  const Vec3 start = motion.position(0.0);
-  if (needs_settling(scene, start)) world.run_until(world.now() + kSettle);
-
-  // Time 0 of the motion lies on a frame, so that equal runs at other rates and delays compare the same phases.
-  const Micros frame_length = from_seconds(1 / options.rate_hz);
-  const Micros begin = (world.now() / frame_length + 1) * frame_length;
+  const Micros begin = join(world, station, scene, motion.position(0.0), client, options.rate_hz);
   station.device().start(station.clock(begin));
   const auto ticks = static_cast<std::size_t>(motion.duration() / kTick) + 1;
   std::vector<Vec3> positions;

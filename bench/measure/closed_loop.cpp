@@ -1,0 +1,81 @@
+#include "bench/measure/closed_loop.hpp"
+
+#include <algorithm>
+
+#include "bench/measure/join.hpp"
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+ClientOptions client_options(const ClosedLoopOptions& options, const DeviceCaps& caps) {
+  ClientOptions client;
+  client.hello.station = "loop";
+  client.hello.scheme = options.scheme;
+  client.hello.order = static_cast<std::uint16_t>(options.order);
+  client.guard = {caps.force_max_n, caps.slew_max_n_s, options.passivity};
+  return client;
+}
+
+}  // namespace
+
+ClosedLoopResult closed_loop(const Scene& scene, const Motion& intention, const ClosedLoopOptions& options) {
+  validate(options.link, "link");
+  ClosedLoopResult result;
+  World world(scene, {options.rate_hz, options.compute, options.seed});
+  auto owned = std::make_unique<SimPhantom>(intention, options.device);
+  const SimPhantom& device = *owned;
+  const ClientOptions client = client_options(options, device.caps());
+  owned->wait_for_start();
+  WorldStation& station = world.add_station(client, std::move(owned), options.link);
+  const Micros begin = join(world, station, scene, intention.position(0.0), client, options.rate_hz);
+  station.device().start(station.clock(begin));
+
+  result.ticks.reserve(static_cast<std::size_t>(options.duration / kTick) + 1);
+  const Vec3 home = intention.position(0.0);
+  station.on_tick = [&](Micros t, const Vec3&, const TickOutput& out) {
+    if (t < begin || result.lost) return;
+    LoopTick tick{device.position(), device.velocity(), device.force(), out.has_patch ? out.patch_age : Micros{-1}};
+    tick.kinetic_j = 0.5 * options.device.device_mass_kg * tick.velocity.squaredNorm();
+    if (!result.ticks.empty()) {
+      const LoopTick& before = result.ticks.back();
+      tick.display_j = before.display_j - before.force.dot(tick.position - before.position);
+    }
+    result.ticks.push_back(tick);
+    result.lost = (tick.position - home).norm() > kLostM;
+  };
+  const Micros end = begin + options.duration;
+  while (world.now() < end && !result.lost) world.run_until(std::min(end, world.now() + Micros{10'000}));
+  result.patches_used = station.core().haptic().counts().patches_used;
+  result.hand_over_step_max_n = station.core().haptic().counts().hand_over_step_max_n;
+  result.guard = station.core().haptic().guard_counts();
+  return result;
+}
+
+Motion press_and_hold(const Scene& scene, double depth_m) {
+  if (scene.tool.contact != ContactKind::attach)
+    throw InputError("scene " + scene.name, "is touched, and a tool that is let go of would fly off",
+                     "a scene with tool.contact attach");
+  constexpr double kPressS = 0.3;
+  constexpr int kPoints = 300;
+  const Vec3 home = home_of(scene), into = scene.body.planar ? Vec3(0, -1, 0) : Vec3(0, 0, -1);
+  std::vector<MotionPoint> points;
+  for (int i = 0; i <= kPoints; ++i) {
+    const double u = static_cast<double>(i) / kPoints;
+    points.push_back({kPressS * u, home + depth_m * (u * u * u * (10 - 15 * u + 6 * u * u)) * into});
+  }
+  return Motion(std::move(points), "press");
+}
+
+StabilityVerdict judge_release(const ClosedLoopResult& result, double release_s) {
+  const auto from = std::min(static_cast<std::size_t>(release_s * 1e3 + 0.5), result.ticks.size() - 1);
+  std::vector<Vec3> position;
+  std::vector<double> kinetic;
+  for (std::size_t i = from; i < result.ticks.size(); ++i) {
+    position.push_back(result.ticks[i].position);
+    kinetic.push_back(result.ticks[i].kinetic_j);
+  }
+  return judge_motion(position, kinetic, result.lost);
+}
+
+}  // namespace palpate
