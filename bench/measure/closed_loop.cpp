@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "bench/measure/join.hpp"
-#include "common/base/error.hpp"
 
 namespace palpate {
 namespace {
@@ -50,32 +49,6 @@ ClosedLoopResult closed_loop(const Scene& scene, const Motion& intention, const 
   result.hand_over_step_max_n = station.core().haptic().counts().hand_over_step_max_n;
   result.guard = station.core().haptic().guard_counts();
   return result;
-}
-
-Motion press_and_hold(const Scene& scene, double depth_m) {
-  if (scene.tool.contact != ContactKind::attach)
-    throw InputError("scene " + scene.name, "is touched, and a tool that is let go of would fly off",
-                     "a scene with tool.contact attach");
-  constexpr double kPressS = 0.3;
-  constexpr int kPoints = 300;
-  const Vec3 home = home_of(scene), into = scene.body.planar ? Vec3(0, -1, 0) : Vec3(0, 0, -1);
-  std::vector<MotionPoint> points;
-  for (int i = 0; i <= kPoints; ++i) {
-    const double u = static_cast<double>(i) / kPoints;
-    points.push_back({kPressS * u, home + depth_m * (u * u * u * (10 - 15 * u + 6 * u * u)) * into});
-  }
-  return Motion(std::move(points), "press");
-}
-
-StabilityVerdict judge_release(const ClosedLoopResult& result, double release_s) {
-  const auto from = std::min(static_cast<std::size_t>(release_s * 1e3 + 0.5), result.ticks.size() - 1);
-  std::vector<Vec3> position;
-  std::vector<double> kinetic;
-  for (std::size_t i = from; i < result.ticks.size(); ++i) {
-    position.push_back(result.ticks[i].position);
-    kinetic.push_back(result.ticks[i].kinetic_j);
-  }
-  return judge_motion(position, kinetic, result.lost);
 }
 
 }  // namespace palpate

@@ -14,7 +14,6 @@
 
 #include <vector>
 
-#include "bench/measure/stability.hpp"
 #include "bench/world/world.hpp"
 #include "client/device/sim_phantom.hpp"
 #include "common/motion/motion.hpp"
@@ -52,12 +51,5 @@ inline constexpr double kLostM = 0.2;
 
 /// Throws InputError when the station cannot join or an option is out of range, std::runtime_error when nobody answers.
 ClosedLoopResult closed_loop(const Scene& scene, const Motion& intention, const ClosedLoopOptions& options);
-
-/// The hand of the release experiment: pushes `depth_m` into the body from the grasped node in 0.3 s (minimum jerk) and stays:
-/// along -z, a sheet along -y. Throws InputError when the scene's tool is not a grasp.
-Motion press_and_hold(const Scene& scene, double depth_m);
-
-/// Stability of what follows the release; `release_s` in motion time.
-StabilityVerdict judge_release(const ClosedLoopResult& result, double release_s);
 
 }  // namespace palpate
