@@ -3,8 +3,7 @@
 //
 // The hand (0.5 kg, 6 N s/m, 135 N/m) wants the grasped node `depth_m` deeper, 0.3 s long (minimum jerk), stays, and lets go at
 // 0.5 s. The device has 75 g and, unless asked for, no friction: what calms it is the display alone. Its position is read in
-// steps of 0.03 mm; its force is rendered exactly unless `force_step_n` is given, because a force in steps of 0.07 N leaves a
-// 75 g mass drifting in the dead band around zero, whatever the scheme.
+// steps of 0.03 mm; its force is rendered exactly unless `force_step_n` is given (a Phantom has steps of 0.07 N).
 // Source: Cavusoglu and Tendick, "Stability Implications".
 #pragma once
 
