@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <iterator>
 #include <map>
 
 #include "bench/lab/experiments.hpp"
@@ -54,22 +53,6 @@ std::string in_mm(const std::vector<double>& windows_m) {
   return s;
 }
 
-/// t_s from the release on; depth along the push.
-void write_trace(const std::filesystem::path& file, const Scene& scene, const ReleaseResult& r) {
-  const Vec3 into = into_body(scene), home = r.loop.ticks[0].position;
-  std::string csv = "t_s,depth_mm,x_mm,y_mm,z_mm,speed_m_s,push_n,fx_n,fy_n,fz_n,patch_age_ms,kinetic_mj,display_mj\n";
-  for (std::size_t i = 0; i < r.loop.ticks.size(); ++i) {
-    const LoopTick& t = r.loop.ticks[i];
-    const Vec3 moved = 1e3 * (t.position - home);
-    fmt::format_to(std::back_inserter(csv),
-                   "{:.3f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:g},{:.6g},{:.6g}\n",
-                   static_cast<double>(i) * 1e-3 - kReleaseS, moved.dot(into), moved.x(), moved.y(), moved.z(), t.velocity.norm(),
-                   -t.force.dot(into), t.force.x(), t.force.y(), t.force.z(), seconds(t.patch_age) * 1e3, 1e3 * t.kinetic_j,
-                   1e3 * t.display_j);
-  }
-  write_text(file, csv);
-}
-
 Json summary(const ReleaseResult& r) {
   Json windows_mm = Json::array(), kinetic_mj = Json::array();
   for (const double p : r.verdict.peak_to_peak_m) windows_mm.push_back(p * 1e3);
@@ -92,7 +75,7 @@ Json summary(const ReleaseResult& r) {
 int run_one(const Flags& flags, const Scene& scene) {
   const ReleaseResult r = release(scene, options_of(flags));
   const auto out = make_output_folder(flags.out);
-  write_trace(out / "release.csv", scene, r);
+  write_release(out / "release.csv", scene, r);
   write_json(out / "summary.json", summary(r));
   plot_csv(out / "release.csv", out / "release.svg",
            fmt::format("{}, {} at {:g} Hz, RTT {:g} ms: the hand lets go at 0 s", scene.name, flags.scheme, flags.link.rate_hz,
@@ -100,7 +83,7 @@ int run_one(const Flags& flags, const Scene& scene) {
            "time since the release [s]",
            {{"depth [mm]", {{"1:2", "tool", 1}}},
             {"push on the hand [N]", {{"1:7", "rendered force", 1}}},
-            {"energy [mJ]", {{"1:13", "held by the display", 1}, {"1:12", "kinetic", 2}, {"1:($12+$13)", "sum", 0}}}},
+            {"energy [mJ]", {{"1:($12+$13)", "sum", 0}, {"1:13", "put into the display", 1}, {"1:12", "kinetic", 2}}}},
            {.rows = r.loop.ticks.size()});
   fmt::print("{} at {:g} Hz, RTT {:g} ms: {}; {:.1f} mm deep when let go\n", flags.scheme, flags.link.rate_hz, flags.link.rtt_ms,
              r.verdict.stable ? "comes to rest" : (r.loop.lost ? "NOT stable, the tool was lost" : "NOT stable"),
@@ -111,85 +94,10 @@ int run_one(const Flags& flags, const Scene& scene) {
   return 0;
 }
 
-struct Sweep {
-  std::vector<SweepGrid> grids;
-  std::vector<double> decays_ms;  ///< round trips of the first grid whose windows are drawn
-  bool damping = true;
-};
-
-Sweep sweep_of(bool quick) {
-  if (quick) return {{{20, {0, 100, 400}}, {10, {1000}}}, {0, 100}, false};
-  return {{{20, {0, 20, 50, 100, 150, 200, 300, 400, 500, 600, 800, 1000}}, {10, {0, 100, 200, 400, 700, 1000}}},
-          {0, 100, 400},
-          true};
-}
-
-struct SweepResult {
-  std::vector<std::vector<SweepPoint>> sweeps;
-  std::vector<double> damping_n_s_m;  ///< needed at no delay and the first grid's rate, by scheme; empty when not asked for
-};
-
-SweepResult run_sweeps(const Scene& scene, const ReleaseOptions& base, const Sweep& sweep, const std::filesystem::path& out) {
-  SweepResult result;
-  for (const SweepGrid& grid : sweep.grids) {
-    result.sweeps.push_back(sweep_release(scene, base, grid));
-    const bool first = result.sweeps.size() == 1;
-    write_sweep(out, result.sweeps.back(), first ? sweep.decays_ms : std::vector<double>{});
-  }
-  plot_sweep(out, out / "release_map.svg", result.sweeps);
-  plot_decays(out, out / "release_decay.svg", sweep.decays_ms);
-  if (!sweep.damping) return result;
-  std::string csv = "scheme,damping_n_s_m\n";
-  for (const Scheme scheme : available_schemes()) {
-    ReleaseOptions options = base;
-    options.scheme = scheme;
-    options.rate_hz = sweep.grids[0].rate_hz;
-    result.damping_n_s_m.push_back(damping_needed(scene, options));
-    csv += fmt::format("{},{:g}\n", name_of(scheme), result.damping_n_s_m.back());
-  }
-  write_text(out / "damping.csv", csv);
-  return result;
-}
-
-Json sweep_summary(const SweepResult& result) {
-  Json json;
-  for (const auto& points : result.sweeps)
-    for (const SweepPoint& p : points) {
-      Json windows_mm = Json::array();
-      for (const double w : p.verdict.peak_to_peak_m) windows_mm.push_back(w * 1e3);
-      json["schemes"][std::string(name_of(p.scheme))].push_back({{"rtt_ms", p.rtt_ms},
-                                                                 {"rate_hz", p.rate_hz},
-                                                                 {"stable", p.verdict.stable ? 1 : 0},
-                                                                 {"lost", p.lost ? 1 : 0},
-                                                                 {"growth_1_s", p.verdict.growth_1_s},
-                                                                 {"peak_to_peak_mm", windows_mm}});
-    }
-  return json;
-}
-
-void print_sweep(const SweepResult& result) {
-  fmt::print("\nMotion left in the last 0.6 s of the run [mm, peak to peak]; ! = not stable\n");
-  for (const auto& points : result.sweeps) {
-    fmt::print("\n  {:>4g} Hz, RTT [ms]", points[0].rate_hz);
-    for (const SweepPoint& p : points)
-      if (p.scheme == points[0].scheme) fmt::print("{:>8g}", p.rtt_ms);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const SweepPoint& p = points[i];
-      if (i == 0 || points[i - 1].scheme != p.scheme) fmt::print("\n  {:<16}", name_of(p.scheme));
-      fmt::print("{:>8}",
-                 p.lost ? "lost !"
-                        : fmt::format("{:.{}f}{}", p.last_m() * 1e3, p.last_m() < 0.01 ? 2 : 0, p.verdict.stable ? "  " : " !"));
-    }
-    fmt::print("\n");
-  }
-  fmt::print("\n");
-}
-
 int run_sweep(const Flags& flags, const Scene& scene) {
   const auto out = make_output_folder(flags.out);
-  const SweepResult result = run_sweeps(scene, options_of(flags), sweep_of(false), out);
+  const ReleaseSweep result = sweep_release(scene, options_of(flags), false, out);
   print_sweep(result);
-  write_json(out / "summary.json", sweep_summary(result));
   fmt::print("{}\n", (out / "summary.json").string());
   return 0;
 }

@@ -1,4 +1,4 @@
-// The release experiment over round trips, frame rates and schemes.
+// The release experiment over round trips, frame rates and schemes: what its command and the report of the paper share.
 #pragma once
 
 #include <filesystem>
@@ -15,26 +15,26 @@ struct SweepPoint {
   bool lost = false;
   double display_min_j = 0;
 
-  /// The highest of the last two windows [m].
+  /// The higher of the last two windows [m].
   double last_m() const;
 };
 
-struct SweepGrid {
-  double rate_hz = 20;
-  std::vector<double> rtt_ms;
+/// All available schemes over round trips at one rate; in the order of schemes, then round trips.
+using RateSweep = std::vector<SweepPoint>;
+
+struct ReleaseSweep {
+  std::vector<RateSweep> rates;
+  /// By scheme, at no delay and the first rate: the least viscous friction of the device, of 0, 0.1, 0.2, 0.5, ... 20 N s/m, with
+  /// which it comes to rest; infinity for none. Empty in a quick sweep.
+  std::vector<double> damping_n_s_m;
 };
 
-/// All available schemes over a grid; everything else as in `base`. In the order of schemes, then round trips.
-std::vector<SweepPoint> sweep_release(const Scene& scene, const ReleaseOptions& base, const SweepGrid& grid);
+/// Everything that the grid does not set is as in `base`. Leaves sweep_RATEhz.csv, decay_RTTms.csv, damping.csv, summary.json,
+/// release_map.svg and release_decay.svg in `out`.
+ReleaseSweep sweep_release(const Scene& scene, const ReleaseOptions& base, bool quick, const std::filesystem::path& out);
+void print_sweep(const ReleaseSweep& sweep);
 
-/// The least viscous friction of the device among 0, 0.1, 0.2, 0.5, ... 20 N s/m with which it comes to rest; infinity for none.
-double damping_needed(const Scene& scene, ReleaseOptions options);
-
-/// sweep_RATEhz.csv, and decay_RTTms.csv for each of `decays_ms`, in `out`.
-void write_sweep(const std::filesystem::path& out, const std::vector<SweepPoint>& points, const std::vector<double>& decays_ms);
-/// A map of what is left of the motion, for each rate; false without gnuplot.
-bool plot_sweep(const std::filesystem::path& out, const std::filesystem::path& svg,
-                const std::vector<std::vector<SweepPoint>>& sweeps);
-bool plot_decays(const std::filesystem::path& out, const std::filesystem::path& svg, const std::vector<double>& decays_ms);
+/// One run as CSV: t_s from the release on; depth and push along the way into the body.
+void write_release(const std::filesystem::path& file, const Scene& scene, const ReleaseResult& result);
 
 }  // namespace palpate

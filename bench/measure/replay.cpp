@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "bench/measure/join.hpp"
-#include "bench/measure/reference.hpp"
 #include "client/device/replay_device.hpp"
 #include "client/device/sim_phantom.hpp"
 
@@ -29,7 +28,7 @@ struct Times {
 
 }  // namespace
 
-ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch) {
+ReplayResult play(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch) {
   ReplayResult result;
   World world(scene, {options.rate_hz, options.compute, options.seed});
   ClientOptions client;
@@ -45,6 +44,7 @@ ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOption
   WorldStation& station = world.add_station(client, std::move(device), options.link);
 
   Times build, frame;
+  Micros begin = Micros::max();
   world.run_frame = [&](Room& room, const FrameJob& job) {
     const auto t0 = stopwatch();
     FrameResult r = room.simulate(job);
@@ -53,6 +53,8 @@ ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOption
     const auto t2 = stopwatch();
     frame.add(t2 - t0);
     if (!r.stations.empty() && r.stations[0].patch) build.add(t2 - t1);
+    if (world.now() >= begin && !r.stations.empty())
+      result.frames.push_back({world.now() + options.compute - begin, r.stations[0].force});
     return r;
   };
   std::vector<double> tick_ns;
@@ -63,26 +65,17 @@ ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOption
     return out;
   };
 
-  const Micros begin = join(world, station, scene, motion.position(0.0), client, options.rate_hz);
+  begin = join(world, station, scene, motion.position(0.0), client, options.rate_hz);
   station.device().start(station.clock(begin));
   const auto ticks = static_cast<std::size_t>(motion.duration() / kTick) + 1;
-  std::vector<Vec3> positions;
   station.on_tick = [&](Micros t, const Vec3& position, const TickOutput& out) {
     if (t < begin || result.ticks.size() >= ticks) return;
     result.ticks.push_back({position, out.force, Vec3::Zero(), out.has_patch ? out.patch_age : Micros{-1}, out.contact});
-    positions.push_back(position);
   };
   tick_ns.clear();
   const std::uint64_t used_before = station.core().haptic().counts().patches_used;
   world.run_until(begin + motion.duration());
 
-  const ReferenceForce reference = reference_force(scene, positions);
-  std::vector<Vec3> felt;
-  for (std::size_t i = 0; i < result.ticks.size(); ++i) {
-    result.ticks[i].reference = reference.force[i];
-    felt.push_back(result.ticks[i].felt);
-  }
-  result.fidelity = compare(felt, reference.force, kSkipTicks);
   const ClientCounts& counts = station.core().counts();
   result.patches_used = station.core().haptic().counts().patches_used - used_before;
   result.patch_bytes_mean =
@@ -93,6 +86,27 @@ ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOption
   result.tick_ns_p99 = percentile(std::move(tick_ns), 0.99);
   result.patch_build_ms_mean = build.mean();
   result.frame_ms_mean = frame.mean();
+  return result;
+}
+
+std::vector<Vec3> positions_of(const ReplayResult& result) {
+  std::vector<Vec3> positions;
+  for (const ReplayTick& tick : result.ticks) positions.push_back(tick.position);
+  return positions;
+}
+
+void set_reference(ReplayResult& result, const ReferenceForce& reference) {
+  std::vector<Vec3> felt;
+  for (std::size_t i = 0; i < result.ticks.size(); ++i) {
+    result.ticks[i].reference = reference.force[i];
+    felt.push_back(result.ticks[i].felt);
+  }
+  result.fidelity = compare(felt, reference.force, kSkipTicks);
+}
+
+ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch) {
+  ReplayResult result = play(scene, motion, options, stopwatch);
+  set_reference(result, reference_force(scene, positions_of(result)));
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bench/measure/metrics.hpp"
+#include "bench/measure/reference.hpp"
 #include "bench/world/world.hpp"
 #include "common/motion/motion.hpp"
 
@@ -26,8 +27,15 @@ struct ReplayTick {
   bool contact = false;
 };
 
+/// What the full model said at the server, frame by frame: the force of the low-rate model.
+struct ReplayFrame {
+  Micros t{};                 ///< into the motion, when the frame was ready there
+  Vec3 force = Vec3::Zero();  ///< on the tool [N]
+};
+
 struct ReplayResult {
   std::vector<ReplayTick> ticks;  ///< 0, 1, 2, ... ms into the motion
+  std::vector<ReplayFrame> frames;
   Fidelity fidelity;
   std::uint64_t patches_used = 0;
   double patch_bytes_mean = 0;
@@ -42,7 +50,12 @@ using Stopwatch = std::function<std::int64_t()>;
 
 inline constexpr std::size_t kSkipTicks = 250;  ///< fidelity is measured from 0.25 s on
 
-/// Throws InputError when the station cannot join, std::runtime_error when the model fails.
+/// The run alone: ticks without a reference, fidelity left at zero. Throws InputError when the station cannot join.
+ReplayResult play(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch);
+/// The run, its reference and how true it was. Throws std::runtime_error when the model fails.
 ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch);
+/// Sets a reference of the same motion, which runs without a simulated device can share, beside the ticks and compares.
+void set_reference(ReplayResult& result, const ReferenceForce& reference);
+std::vector<Vec3> positions_of(const ReplayResult& result);
 
 }  // namespace palpate
