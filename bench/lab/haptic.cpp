@@ -54,13 +54,6 @@ Motion touch_motion(const Vec3& home) {
   return Motion(std::move(points), "touch");
 }
 
-Motion first_part(const Motion& motion, double until_s) {
-  std::vector<MotionPoint> points;
-  for (const MotionPoint& p : motion.points())
-    if (p.t_s <= until_s) points.push_back(p);
-  return Motion(std::move(points), "touch");
-}
-
 struct Display {
   Scheme scheme = Scheme::port;
   ReplayResult run;
@@ -209,13 +202,11 @@ void add_haptic(CLI::App& app, Run& run) {
   c->callback([flags, &run] { run = [flags] { return run_haptic(*flags); }; });
 }
 
-PaperSection paper_haptic(const std::filesystem::path& folder, bool quick) {
+PaperSection paper_haptic(const std::filesystem::path& folder, bool /*quick: it is short*/) {
   const auto out = make_output_folder(folder.string());
   const Scene scene = paper_cube(ContactKind::touch);
-  Motion motion = touch_motion(home_of(scene));
-  if (quick) motion = first_part(motion, 1.0);
   const LinkFlags link;
-  const auto displays = run_experiment(scene, motion, link, out);
+  const auto displays = run_experiment(scene, touch_motion(home_of(scene)), link, out);
   plot(out, displays, link);
   PaperSection s;
   s.title = "Section 6, figure 17: touching the 6x6x6 model";
