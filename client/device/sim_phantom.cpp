@@ -43,6 +43,7 @@ SimPhantom::SimPhantom(Motion intention, const SimPhantomOptions& options)
     : intention_(std::move(intention)), options_(options), tremor_(options.tremor_m, options.seed) {
   check(options_);
   origin_ = position_ = intention_.position(0.0);
+  if (options_.release_s < kMaxMotionS) release_ = from_seconds(options_.release_s);
   caps_ = {"sim", options_.force_max_n, kSlewMaxNS, kRenderedStiffnessMaxNM};
 }
 
@@ -71,7 +72,7 @@ Vec3 SimPhantom::wanted(Micros t) const noexcept { return intention_.position(t)
 
 void SimPhantom::step(Micros from, Micros to) noexcept {
   const double h = seconds(to - from);
-  const Hand& hand = seconds(from) < options_.release_s ? options_.hand : options_.hand_after_release;
+  const Hand& hand = from < release_ ? options_.hand : options_.hand_after_release;
   const double mass = options_.device_mass_kg + hand.mass_kg;
   const double k = hand.stiffness_n_m / mass, b = (hand.damping_n_s_m + options_.device_damping_n_s_m) / mass;
   const Vec3 begin = wanted(from), drift = (wanted(to) - begin) / h;

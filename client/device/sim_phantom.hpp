@@ -66,8 +66,9 @@ class SimPhantom final : public MotionDevice {
   DeviceCaps caps_;
   Tremor tremor_;
   Vec3 origin_, position_, velocity_ = Vec3::Zero(), force_ = Vec3::Zero();
-  Micros time_{};  ///< motion time of the state
-  Micros lost_{};  ///< gaps that were not made up for
+  Micros release_ = Micros::max();  ///< motion time
+  Micros time_{};                   ///< motion time of the state
+  Micros lost_{};                   ///< gaps that were not made up for
 };
 
 }  // namespace palpate
