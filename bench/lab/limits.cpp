@@ -165,7 +165,7 @@ void print(const Limits& limits) {
 }  // namespace
 
 LimitsPlan limits_plan(bool quick) {
-  if (quick) return {{1, 100}, {2, 10}, {0, 150}, 0.6};
+  if (quick) return {{1, 100}, {2, 10}, {0, 150}, 0.5};
   return {{1, 3, 10, 30, 100}, {2, 4, 6, 8, 10, 12, 15}, {0, 50, 150}, 1.6};
 }
 

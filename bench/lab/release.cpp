@@ -69,7 +69,7 @@ Json summary(const ReleaseResult& r) {
           {"observer_min_mj", r.loop.guard.energy_min_j * 1e3},
           {"damped_ticks", r.loop.guard.damped},
           {"patches_used", r.loop.patches_used},
-          {"hand_over_step_max_n", r.loop.hand_over_step_max_n}};
+          {"hand_over_step_max_n", r.hand_over_step_max_n}};
 }
 
 int run_one(const Flags& flags, const Scene& scene) {

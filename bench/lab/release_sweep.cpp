@@ -51,11 +51,13 @@ void write_points(const std::filesystem::path& file, const RateSweep& points) {
     const SweepPoint& p = points[i];
     const double last_mm = p.last_m() * 1e3, shown_mm = p.lost ? kLostMm : std::clamp(last_mm, 0.01, kLostMm);
     constexpr double kDarkAboveMm = 4;
-    fmt::format_to(std::back_inserter(csv), "{},{:g},{},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{},{}\n", name_of(p.scheme),
-                   p.rtt_ms, i / rtt_ms.size(), i % rtt_ms.size(), p.verdict.stable ? 1 : 0, p.lost ? 1 : 0, p.verdict.growth_1_s,
-                   p.display_min_j, last_mm, shown_mm,
-                   p.lost ? "lost" : fmt::format("{:.{}f}{}", last_mm, last_mm < 9.95 ? 1 : 0, p.verdict.stable ? "" : " !"),
-                   shown_mm > kDarkAboveMm ? 0xffffff : 0x000000);
+    fmt::format_to(
+        std::back_inserter(csv), "{},{:g},{},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{},{}\n", name_of(p.scheme), p.rtt_ms,
+        i / rtt_ms.size(), i % rtt_ms.size(), p.verdict.stable ? 1 : 0, p.lost ? 1 : 0, p.verdict.growth_1_s, p.display_min_j,
+        last_mm, shown_mm,
+        p.lost ? "lost"
+               : fmt::format("{:.{}f}{}", last_mm, last_mm < 9.95 ? (last_mm < 0.995 ? 2 : 1) : 0, p.verdict.stable ? "" : " !"),
+        shown_mm > kDarkAboveMm ? 0xffffff : 0x000000);
   }
   write_text(file, csv);
 }

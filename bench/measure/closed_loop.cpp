@@ -35,6 +35,7 @@ ClosedLoopResult closed_loop(const Scene& scene, const Motion& intention, const 
   station.on_tick = [&](Micros t, const Vec3&, const TickOutput& out) {
     if (t < begin || result.lost) return;
     LoopTick tick{device.position(), device.velocity(), device.force(), out.has_patch ? out.patch_age : Micros{-1}};
+    tick.hand_over_step_n = out.swapped ? out.hand_over_step_n : 0;
     tick.kinetic_j = 0.5 * options.device.device_mass_kg * tick.velocity.squaredNorm();
     if (!result.ticks.empty()) {
       const LoopTick& before = result.ticks.back();
@@ -46,7 +47,6 @@ ClosedLoopResult closed_loop(const Scene& scene, const Motion& intention, const 
   const Micros end = begin + options.duration;
   while (world.now() < end && !result.lost) world.run_until(std::min(end, world.now() + Micros{10'000}));
   result.patches_used = station.core().haptic().counts().patches_used;
-  result.hand_over_step_max_n = station.core().haptic().counts().hand_over_step_max_n;
   result.guard = station.core().haptic().guard_counts();
   return result;
 }

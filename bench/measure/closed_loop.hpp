@@ -36,6 +36,7 @@ struct LoopTick {
   Vec3 position = Vec3::Zero(), velocity = Vec3::Zero();  ///< of the tool, behind the quantised reading [m], [m/s]
   Vec3 force = Vec3::Zero();                              ///< on the tool, rendered from this tick to the next [N]
   Micros patch_age{-1};                                   ///< -1: no patch yet
+  double hand_over_step_n = 0;  ///< force step of the patch that took over in this tick, before the cross-fade
   double kinetic_j = 0, display_j = 0;
 };
 
@@ -43,7 +44,6 @@ struct ClosedLoopResult {
   std::vector<LoopTick> ticks;  ///< 0, 1, 2, ... ms into the motion; fewer than asked when the tool was lost
   bool lost = false;            ///< the tool went further than kLostM from where it began: the run ends there
   std::uint64_t patches_used = 0;
-  double hand_over_step_max_n = 0;
   GuardCounts guard;
 };
 

@@ -64,7 +64,10 @@ ReleaseResult release(const Scene& scene, const ReleaseOptions& options) {
   result.verdict = judge_motion(position, kinetic_j, result.loop.lost);
   result.depth_m = (ticks[let_go].position - home_of(scene)).dot(into_body(scene));
   result.released_j = ticks[let_go].kinetic_j + ticks[let_go].display_j;
-  for (const LoopTick& tick : ticks) result.display_min_j = std::min(result.display_min_j, tick.display_j);
+  for (const LoopTick& tick : ticks) {
+    result.display_min_j = std::min(result.display_min_j, tick.display_j);
+    result.hand_over_step_max_n = std::max(result.hand_over_step_max_n, tick.hand_over_step_n);
+  }
   return result;
 }
 

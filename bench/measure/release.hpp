@@ -33,7 +33,8 @@ struct ReleaseResult {
   StabilityVerdict verdict;
   double depth_m = 0;        ///< how deep the tool was when it was let go of
   double display_min_j = 0;  ///< lowest energy of the display: below zero, it generates
-  double released_j = 0;     ///< what the display and the device held at the release
+  double hand_over_step_max_n = 0;
+  double released_j = 0;  ///< what the display and the device held at the release
 };
 
 /// Throws InputError when the scene's tool is not a grasp or an option is out of range.
