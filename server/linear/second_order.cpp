@@ -60,7 +60,7 @@ SecondOrderSystem second_order_system(const Dynamics& dynamics, const BodyState&
   dynamics.assemble(state, 0, 0, 1, none, false, k);
   dynamics.assemble(state, 0, 1, 0, none, false, d);
 
-  // A coordinate belongs to the system when something pulls at it.
+  // A coordinate belongs to the system when something pulls at it. (Across the plane of a planar body assemble() puts ones.)
   SecondOrderSystem s;
   std::vector<std::int64_t> row_of(3 * std::size_t{dynamics.nodes()}, kNone);
   for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
