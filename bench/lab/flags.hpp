@@ -1,33 +1,22 @@
-// Flags that several experiments share: the scheme, and the link over which it works.
+// Checks of command-line numbers that several experiments share.
 #pragma once
 
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
-#include <cstdint>
-#include <string>
-#include <vector>
 
-#include "common/link/link_model.hpp"
-#include "common/port/scheme.hpp"
+#include <cmath>
+#include <string>
 
 namespace palpate {
 
-/// Check of a flag: a number from `low` to `high`. "nan" is a number to the command line, and is refused here.
-CLI::Validator number_in(double low, double high);
-/// Check of a flag that the command line would take "-1" for as 2^64 - 1.
-CLI::Validator no_sign();
-
-/// What this build serves, in the order of the names.
-std::vector<Scheme> available_schemes();
-/// InputError, which names them, for another name.
-Scheme available_scheme(const std::string& name);
-
-struct LinkFlags {
-  double rate_hz = 20, rtt_ms = 0, jitter_ms = 0, loss_pct = 0, burst = 0, compute_ms = 0;
-  std::uint64_t seed = 1;
-
-  void add_to(CLI::App& command);
-  /// One way. InputError when the numbers do not go together.
-  LinkSpec one_way() const;
-};
+/// A number from `low` to `high`; unlike CLI::Range it does not take "nan" for one.
+inline CLI::Validator between(double low, double high) {
+  return {[low, high](std::string& text) -> std::string {
+            double value = 0;
+            if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high) return {};
+            return fmt::format("'{}' is out of range; expected a number from {:g} to {:g}", text, low, high);
+          },
+          fmt::format("FLOAT in [{:g} - {:g}]", low, high)};
+}
 
 }  // namespace palpate

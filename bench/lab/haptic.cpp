@@ -7,7 +7,7 @@
 #include <iterator>
 
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/flags.hpp"
+#include "bench/lab/link_flags.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
 #include "bench/measure/replay.hpp"

@@ -10,9 +10,11 @@
 
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/flags.hpp"
+#include "bench/lab/link_flags.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/parallel.hpp"
 #include "bench/lab/plot.hpp"
+#include "bench/measure/reference.hpp"
 #include "bench/measure/replay.hpp"
 
 namespace palpate {
@@ -47,16 +49,17 @@ struct Case {
 std::vector<LimitCurve> run_case(const Case& c, const LimitsPlan& plan, double rate_hz) {
   const Motion motion = excursion(home_of(c.scene), c.depth_mm * 1e-3, plan.motion_s);
   std::vector<LimitCurve> points;
-  ReferenceForce reference;
+  std::vector<Vec3> path;
+  for (Micros t{}; t <= motion.duration(); t += kTick) path.push_back(motion.position(t));
+  const ReferenceForce reference = reference_force(c.scene, path);
   for (const Scheme scheme : c.schemes)
     for (const double rtt_ms : plan.rtt_ms) {
       ReplayOptions options;
       options.scheme = scheme;
       options.rate_hz = rate_hz;
       options.link.latency = from_seconds(rtt_ms * 0.5e-3);
-      ReplayResult run = play(c.scene, motion, options, [] { return std::int64_t{0}; });
-      if (reference.force.empty()) reference = reference_force(c.scene, positions_of(run));
-      set_reference(run, reference);
+      options.reference = &reference;
+      const ReplayResult run = replay(c.scene, motion, options, [] { return std::int64_t{0}; });
       points.push_back({c.body, scheme, rtt_ms, {c.at}, {run.fidelity.snr_db}});
     }
   return points;
@@ -202,7 +205,7 @@ void add_limits(CLI::App& app, Run& run) {
   auto flags = std::make_shared<Flags>();
   CLI::App* c =
       app.add_subcommand("limits", "bodies on which local models fail, and how deep a linear patch is true (section 7)");
-  c->add_option("--rate-hz", flags->rate_hz, "frames of the server a second")->check(number_in(kMinRateHz, kMaxRateHz));
+  c->add_option("--rate-hz", flags->rate_hz, "frames of the server a second")->check(between(kMinRateHz, kMaxRateHz));
   c->add_option("--out", flags->out, "folder for CSV, summary.json and plots")->required();
   c->callback([flags, &run] {
     run = [flags] {

@@ -8,6 +8,7 @@
 
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/flags.hpp"
+#include "bench/lab/link_flags.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
 #include "bench/lab/release_sweep.hpp"
@@ -120,14 +121,14 @@ void add_release(CLI::App& app, Run& run) {
   c->add_option("--hand", flags->hand, "grip that presses")->check(CLI::IsMember({"light", "reference", "firm"}));
   c->add_option("--hand-after", flags->hand_after, "what is left of the grip at 0.5 s; free: nothing")
       ->check(CLI::IsMember({"free", "light", "reference", "firm"}));
-  c->add_option("--depth-mm", flags->depth_mm, "how deep the hand wants to press")->check(number_in(0.1, 50));
-  c->add_option("--tremor-mm", flags->tremor_mm, "of the hand, as the sine of the same power")->check(number_in(0, 1));
+  c->add_option("--depth-mm", flags->depth_mm, "how deep the hand wants to press")->check(between(0.1, 50));
+  c->add_option("--tremor-mm", flags->tremor_mm, "of the hand, as the sine of the same power")->check(between(0, 1));
   c->add_option("--force-step-n", flags->force_step_n, "in which the device renders force (a Phantom: 0.07)")
-      ->check(number_in(0, 1));
-  c->add_option("--device-damping-n-s-m", flags->device_damping_n_s_m, "friction of the device itself")->check(number_in(0, 100));
+      ->check(between(0, 1));
+  c->add_option("--device-damping-n-s-m", flags->device_damping_n_s_m, "friction of the device itself")->check(between(0, 100));
   c->add_option("--passivity", flags->passivity, "of the guard: off shows the scheme alone")
       ->check(CLI::IsMember({"off", "observe", "on"}));
-  c->add_option("--observe-s", flags->observe_s, "time after the release, 0: 2.1 s and two round trips")->check(number_in(0, 60));
+  c->add_option("--observe-s", flags->observe_s, "time after the release, 0: 2.1 s and two round trips")->check(between(0, 60));
   c->add_flag("--sweep", flags->sweep, "all schemes over round trips of 0 to 1000 ms, at 20 and 10 Hz");
   c->add_option("--out", flags->out, "folder for CSV, summary.json and plots")->required();
   c->callback([flags, &run] { run = [flags] { return run_release(*flags); }; });

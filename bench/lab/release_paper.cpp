@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/flags.hpp"
+#include "bench/lab/link_flags.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
 #include "bench/lab/release_sweep.hpp"

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <limits>
 
-#include "bench/lab/flags.hpp"
+#include "bench/lab/link_flags.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/parallel.hpp"
 #include "bench/lab/plot.hpp"

@@ -1,13 +1,17 @@
 #include "bench/measure/replay.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 
-#include "bench/measure/join.hpp"
+#include "bench/measure/reference.hpp"
 #include "client/device/replay_device.hpp"
 #include "client/device/sim_phantom.hpp"
+#include "common/base/error.hpp"
 
 namespace palpate {
 namespace {
+
+constexpr Micros kJoinWithin{10'000'000};
 
 std::unique_ptr<MotionDevice> make_device(const Motion& motion, const ReplayOptions& options) {
   if (!options.simulated_device) return std::make_unique<ReplayDevice>(motion);
@@ -28,7 +32,7 @@ struct Times {
 
 }  // namespace
 
-ReplayResult play(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch) {
+ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch) {
   ReplayResult result;
   World world(scene, {options.rate_hz, options.compute, options.seed});
   ClientOptions client;
@@ -44,7 +48,7 @@ ReplayResult play(const Scene& scene, const Motion& motion, const ReplayOptions&
   WorldStation& station = world.add_station(client, std::move(device), options.link);
 
   Times build, frame;
-  Micros begin = Micros::max();
+  std::vector<ReplayFrame> frames;  // in world time
   world.run_frame = [&](Room& room, const FrameJob& job) {
     const auto t0 = stopwatch();
     FrameResult r = room.simulate(job);
@@ -53,8 +57,7 @@ ReplayResult play(const Scene& scene, const Motion& motion, const ReplayOptions&
     const auto t2 = stopwatch();
     frame.add(t2 - t0);
     if (!r.stations.empty() && r.stations[0].patch) build.add(t2 - t1);
-    if (world.now() >= begin && !r.stations.empty())
-      result.frames.push_back({world.now() + options.compute - begin, r.stations[0].force});
+    if (!r.stations.empty()) frames.push_back({world.now() + options.compute, r.stations[0].force});
     return r;
   };
   std::vector<double> tick_ns;
@@ -65,17 +68,44 @@ ReplayResult play(const Scene& scene, const Motion& motion, const ReplayOptions&
     return out;
   };
 
-  begin = join(world, station, scene, motion.position(0.0), client, options.rate_hz);
+  // Join and, for a grasp, wait for the first patch; then let what the grasp disturbed die out.
+  bool has_patch = false;
+  station.on_tick = [&](Micros, const Vec3&, const TickOutput& out) { has_patch = out.has_patch; };
+  const bool wants_patch = scene.tool.contact == ContactKind::attach;
+  while (station.core().link() != LinkState::joined || (wants_patch && !has_patch)) {
+    if (station.core().link() == LinkState::refused)
+      throw InputError("--scheme " + std::string(name_of(options.scheme)), "refused by the server: " + station.core().refusal(),
+                       "a scheme and order that it takes");
+    if (world.now() > kJoinWithin) throw std::runtime_error("no answer over this link within 10 s of virtual time");
+    world.run_until(world.now() + Micros{1000});
+  }
+  const Vec3 start = motion.position(0.0);
+  if (needs_settling(scene, start)) world.run_until(world.now() + kSettle);
+
+  // Time 0 of the motion lies on a frame, so that equal runs at other rates and delays compare the same phases.
+  const Micros frame_length = from_seconds(1 / options.rate_hz);
+  const Micros begin = (world.now() / frame_length + 1) * frame_length;
   station.device().start(station.clock(begin));
   const auto ticks = static_cast<std::size_t>(motion.duration() / kTick) + 1;
+  std::vector<Vec3> positions;
   station.on_tick = [&](Micros t, const Vec3& position, const TickOutput& out) {
     if (t < begin || result.ticks.size() >= ticks) return;
     result.ticks.push_back({position, out.force, Vec3::Zero(), out.has_patch ? out.patch_age : Micros{-1}, out.contact});
+    positions.push_back(position);
   };
   tick_ns.clear();
   const std::uint64_t used_before = station.core().haptic().counts().patches_used;
   world.run_until(begin + motion.duration());
+  for (const ReplayFrame& f : frames)
+    if (f.t >= begin) result.frames.push_back({f.t - begin, f.force});
 
+  const ReferenceForce reference = options.reference ? *options.reference : reference_force(scene, positions);
+  std::vector<Vec3> felt;
+  for (std::size_t i = 0; i < result.ticks.size(); ++i) {
+    result.ticks[i].reference = reference.force[i];
+    felt.push_back(result.ticks[i].felt);
+  }
+  result.fidelity = compare(felt, reference.force, kSkipTicks);
   const ClientCounts& counts = station.core().counts();
   result.patches_used = station.core().haptic().counts().patches_used - used_before;
   result.patch_bytes_mean =
@@ -86,27 +116,6 @@ ReplayResult play(const Scene& scene, const Motion& motion, const ReplayOptions&
   result.tick_ns_p99 = percentile(std::move(tick_ns), 0.99);
   result.patch_build_ms_mean = build.mean();
   result.frame_ms_mean = frame.mean();
-  return result;
-}
-
-std::vector<Vec3> positions_of(const ReplayResult& result) {
-  std::vector<Vec3> positions;
-  for (const ReplayTick& tick : result.ticks) positions.push_back(tick.position);
-  return positions;
-}
-
-void set_reference(ReplayResult& result, const ReferenceForce& reference) {
-  std::vector<Vec3> felt;
-  for (std::size_t i = 0; i < result.ticks.size(); ++i) {
-    result.ticks[i].reference = reference.force[i];
-    felt.push_back(result.ticks[i].felt);
-  }
-  result.fidelity = compare(felt, reference.force, kSkipTicks);
-}
-
-ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch) {
-  ReplayResult result = play(scene, motion, options, stopwatch);
-  set_reference(result, reference_force(scene, positions_of(result)));
   return result;
 }
 

@@ -5,11 +5,12 @@
 #include <vector>
 
 #include "bench/measure/metrics.hpp"
-#include "bench/measure/reference.hpp"
 #include "bench/world/world.hpp"
 #include "common/motion/motion.hpp"
 
 namespace palpate {
+
+struct ReferenceForce;
 
 struct ReplayOptions {
   Scheme scheme = Scheme::port;
@@ -18,7 +19,8 @@ struct ReplayOptions {
   LinkSpec link;  ///< one way
   std::uint64_t seed = 1;
   Micros compute{};
-  bool simulated_device = false;  ///< a Phantom in a hand that follows the motion, instead of the motion itself
+  bool simulated_device = false;              ///< a Phantom in a hand that follows the motion, instead of the motion itself
+  const ReferenceForce* reference = nullptr;  ///< of the same path, when known: without a simulated device runs share it
 };
 
 struct ReplayTick {
@@ -50,12 +52,7 @@ using Stopwatch = std::function<std::int64_t()>;
 
 inline constexpr std::size_t kSkipTicks = 250;  ///< fidelity is measured from 0.25 s on
 
-/// The run alone: ticks without a reference, fidelity left at zero. Throws InputError when the station cannot join.
-ReplayResult play(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch);
-/// The run, its reference and how true it was. Throws std::runtime_error when the model fails.
+/// Throws InputError when the station cannot join, std::runtime_error when the model fails.
 ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch);
-/// Sets a reference of the same motion, which runs without a simulated device can share, beside the ticks and compares.
-void set_reference(ReplayResult& result, const ReferenceForce& reference);
-std::vector<Vec3> positions_of(const ReplayResult& result);
 
 }  // namespace palpate

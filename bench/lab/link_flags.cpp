@@ -1,22 +1,13 @@
-#include "bench/lab/flags.hpp"
+#include "bench/lab/link_flags.hpp"
 
 #include <fmt/format.h>
 
+#include "bench/lab/flags.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/base/types.hpp"
 
 namespace palpate {
-
-CLI::Validator number_in(double low, double high) {
-  const auto check = [low, high](const std::string& text) {
-    double value = 0;
-    const bool number = CLI::detail::lexical_cast(text, value);
-    return number && value >= low && value <= high ? std::string()
-                                                   : fmt::format("{} is out of range; expected {:g} to {:g}", text, low, high);
-  };
-  return {check, fmt::format("[{:g} - {:g}]", low, high)};
-}
 
 CLI::Validator no_sign() {
   return {[](const std::string& number) {
@@ -41,14 +32,13 @@ Scheme available_scheme(const std::string& name) {
 }
 
 void LinkFlags::add_to(CLI::App& command) {
-  command.add_option("--rate-hz", rate_hz, "frames of the server a second")->check(number_in(kMinRateHz, kMaxRateHz));
-  command.add_option("--rtt-ms", rtt_ms, "round trip; each way takes half")->check(number_in(0, 10'000));
-  command.add_option("--jitter-ms", jitter_ms, "each way's latency varies by up to this, either side")
-      ->check(number_in(0, 1'000));
-  command.add_option("--loss-pct", loss_pct, "datagrams lost, each way")->check(number_in(0, 100));
-  command.add_option("--burst", burst, "mean run of lost datagrams, 0: independent losses")->check(number_in(0, 1'000));
+  command.add_option("--rate-hz", rate_hz, "frames of the server a second")->check(between(kMinRateHz, kMaxRateHz));
+  command.add_option("--rtt-ms", rtt_ms, "round trip; each way takes half")->check(between(0, 10'000));
+  command.add_option("--jitter-ms", jitter_ms, "each way's latency varies by up to this, either side")->check(between(0, 1'000));
+  command.add_option("--loss-pct", loss_pct, "datagrams lost, each way")->check(between(0, 100));
+  command.add_option("--burst", burst, "mean run of lost datagrams, 0: independent losses")->check(between(0, 1'000));
   command.add_option("--seed", seed, "of everything that is drawn")->check(no_sign());
-  command.add_option("--compute-ms", compute_ms, "the server's time from frame to patch")->check(number_in(0, 10'000));
+  command.add_option("--compute-ms", compute_ms, "the server's time from frame to patch")->check(between(0, 10'000));
 }
 
 LinkSpec LinkFlags::one_way() const {
