@@ -48,6 +48,7 @@ ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOption
   WorldStation& station = world.add_station(client, std::move(device), options.link);
 
   Times build, frame;
+  std::vector<ReplayFrame> frames;  // in world time
   world.run_frame = [&](Room& room, const FrameJob& job) {
     const auto t0 = stopwatch();
     FrameResult r = room.simulate(job);
@@ -56,6 +57,7 @@ ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOption
     const auto t2 = stopwatch();
     frame.add(t2 - t0);
     if (!r.stations.empty() && r.stations[0].patch) build.add(t2 - t1);
+    if (!r.stations.empty()) frames.push_back({world.now() + options.compute, r.stations[0].force});
     return r;
   };
   std::vector<double> tick_ns;
@@ -94,8 +96,10 @@ ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOption
   tick_ns.clear();
   const std::uint64_t used_before = station.core().haptic().counts().patches_used;
   world.run_until(begin + motion.duration());
+  for (const ReplayFrame& f : frames)
+    if (f.t >= begin) result.frames.push_back({f.t - begin, f.force});
 
-  const ReferenceForce reference = reference_force(scene, positions);
+  const ReferenceForce reference = options.reference ? *options.reference : reference_force(scene, positions);
   std::vector<Vec3> felt;
   for (std::size_t i = 0; i < result.ticks.size(); ++i) {
     result.ticks[i].reference = reference.force[i];
