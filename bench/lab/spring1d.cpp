@@ -296,7 +296,7 @@ void add_spring1d(CLI::App& app, Run& run) {
   c->add_option("--contact-frequency-hz", flags->contact_hz, "of the stroke in and out of contact")
       ->check(between(0.1, 50))
       ->capture_default_str();
-  c->add_option("--duration-s", o.duration_s, "of each stroke")->check(between(3, 600))->capture_default_str();
+  c->add_option("--duration-s", o.duration_s, "of each stroke")->check(between(3, 120))->capture_default_str();
   c->add_option("--position-step-mm", o.position_step_mm, "resolution of the position; the paper prints 0.3")
       ->check(between(0, 5))
       ->capture_default_str();
