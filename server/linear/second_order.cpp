@@ -55,14 +55,14 @@ SecondOrderSystem second_order_system(const Dynamics& dynamics, const BodyState&
   dynamics.assemble(state, 0, 0, 1, none, false, k);
   dynamics.assemble(state, 0, 1, 0, none, false, d);
 
-  // A coordinate belongs to the system when something pulls at it.
+  // A coordinate belongs to the system when something pulls at it. (Across the plane of a planar body assemble() puts ones.)
   SecondOrderSystem s;
   std::vector<std::int64_t> row_of(3 * std::size_t{dynamics.nodes()}, kNone);
   for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
       const auto at = static_cast<Eigen::Index>(axis);
       const bool pulled = k.block(k.diagonal(i))(at, at) != 0 || d.block(d.diagonal(i))(at, at) != 0;
-      if (!pulled) continue;
+      if (!pulled || (axis == 2 && dynamics.body().planar)) continue;
       if (i == port_node) s.port_axes.push_back(axis);
       if (held[i]) continue;
       row_of[3 * i + axis] = static_cast<std::int64_t>(s.coordinates.size());
