@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "client/guard/virtual_coupling.hpp"
+#include "server/body/block_matrix.hpp"
 
 namespace palpate {
 
