@@ -103,7 +103,7 @@ CouplingPart show_proxy(const std::filesystem::path& out, const CouplingFlags& f
        "tool beyond the edge [mm]",
        "force [N]",
        {{"1:4", "penalty", 5, edge_csv}, {"1:5", "god-object", 1, edge_csv}},
-       fmt::format("set yrange [0:{:g}]\nset key bottom left", 0.004 * flags.wall_n_m)},
+       fmt::format("set yrange [0:{:g}]", 0.004 * flags.wall_n_m)},
       {"Where the proxy goes",
        "x [mm], edge at 0",
        "z [mm], top at 0",

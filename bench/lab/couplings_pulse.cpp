@@ -9,6 +9,8 @@
 namespace palpate {
 namespace {
 
+constexpr double kWatchedMs = 480;  ///< of the 0.5 s simulated
+
 struct Way {
   const char* name;
   ImpactResult result;
@@ -22,14 +24,18 @@ std::vector<Way> hit_all_ways(const CouplingFlags& flags, double speed_m_s) {
   spring.push_n = flags.push_n;
   spring.force_max_n = flags.force_max_n;
   spring.period_s = flags.period_s;
-  Impact damped = spring, pulsed = spring;
+  Impact damped = spring;
   damped.wall_n_s_m = 4 * flags.device.damping_n_s_m;
-  pulsed.pulse = true;
-  return {{"spring", hit(spring)}, {"spring_damper", hit(damped)}, {"spring_pulse", hit(pulsed)}};
+  Impact spring_pulse = spring, damped_pulse = damped;
+  spring_pulse.pulse = damped_pulse.pulse = true;
+  return {
+      {"spring", hit(spring)}, {"damped", hit(damped)}, {"spring_pulse", hit(spring_pulse)}, {"damped_pulse", hit(damped_pulse)}};
 }
 
 std::string history_csv(const std::vector<Way>& ways, double period_s) {
-  std::string csv = "t_ms,spring_mm,spring_n,spring_damper_mm,spring_damper_n,spring_pulse_mm,spring_pulse_n\n";
+  std::string csv = "t_ms";
+  for (const Way& w : ways) csv += fmt::format(",{0}_mm,{0}_n", w.name);
+  csv += '\n';
   const auto shown = std::min<std::size_t>(ways[0].result.position_m.size(), static_cast<std::size_t>(0.2 / period_s));
   for (std::size_t n = 0; n < shown; ++n) {
     csv += fmt::format("{:.3f}", static_cast<double>(n) * period_s * 1e3);
@@ -62,15 +68,16 @@ CouplingPart show_braking_pulse(const std::filesystem::path& out, const Coupling
   const auto curves = [](int first, int stride, const std::filesystem::path& file) {
     return std::vector<Curve>{{fmt::format("1:{}", first), "spring", 5, file},
                               {fmt::format("1:{}", first + stride), "spring and damper", 2, file},
-                              {fmt::format("1:{}", first + 2 * stride), "spring and braking pulse", 1, file}};
+                              {fmt::format("1:{}", first + 2 * stride), "spring, pulse", 1, file},
+                              {fmt::format("1:{}", first + 3 * stride), "spring and damper, pulse", 3, file}};
   };
   const std::vector<GridPanel> panels{
       {fmt::format("A wall of {:g} N/m hit at {:g} m/s", flags.wall_n_m, flags.speed_m_s), "time [ms]",
-       "position, wall above 0 [mm]", curves(2, 2, history), "set xrange [0:120]\nset key top right"},
-      {"The force shown", "time [ms]", "force [N]", curves(3, 2, history), "set xrange [0:40]\nset key top right"},
+       "position, wall above 0 [mm]", curves(2, 2, history), "set xrange [0:120]"},
+      {"The force shown", "time [ms]", "force [N]", curves(3, 2, history), "set xrange [0:40]"},
       {"Deepest penetration over the speed", "speed at contact [m/s]", "depth [mm]", curves(2, 3, sweep)},
       {"How hard it feels: rate-hardness", "speed at contact [m/s]", "rise of force over speed [N/m]", curves(4, 3, sweep),
-       "set logscale y\nset format y '10^{%T}'\nset key bottom right"}};
+       "set logscale y\nset format y '10^{%T}'"}};
   CouplingPart part;
   part.picture = {out / "braking_pulse.svg",
                   "A braking pulse takes the device's momentum in the first ticks inside: it neither sinks in nor bounces."};
@@ -85,10 +92,11 @@ CouplingPart show_braking_pulse(const std::filesystem::path& out, const Coupling
                             {"rate_hardness_n_m", r.rate_hardness_n_m},
                             {"pulse_ticks", r.pulse_periods},
                             {"pulse_impulse_n_s", r.pulse_impulse_n_s}};
-    part.table += fmt::format(
-        "{:<18} {:<14} depth {:5.2f} mm, bounce {:5.2f} mm, {} contacts, at rest after {:3.0f} ms, rate-hardness {:6.0f} N/m{}\n",
-        part.table.empty() ? "braking-pulse" : "", w.name, r.depth_max_m * 1e3, r.bounce_max_m * 1e3, r.contacts, r.rest_ms,
-        r.rate_hardness_n_m, r.pulse_periods > 0 ? fmt::format(", pulse of {} ticks", r.pulse_periods) : "");
+    part.table +=
+        fmt::format("{:<18} {:<14} depth {:5.2f} mm, bounce {:5.2f} mm, {} contacts, {}, rate-hardness {:6.0f} N/m{}\n",
+                    part.table.empty() ? "braking-pulse" : "", w.name, r.depth_max_m * 1e3, r.bounce_max_m * 1e3, r.contacts,
+                    r.rest_ms < kWatchedMs ? fmt::format("at rest after {:.0f} ms", r.rest_ms) : "not at rest in 0.5 s",
+                    r.rate_hardness_n_m, r.pulse_periods > 0 ? fmt::format(", pulse of {} ticks", r.pulse_periods) : "");
   }
   const ImpactResult &spring = ways[0].result, &pulse = ways[2].result;
   part.findings = {

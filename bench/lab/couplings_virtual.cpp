@@ -15,32 +15,32 @@ bool stable(const WallLoop& loop) { return spectral_radius(loop) < 1; }
 
 double logarithmic(double from, double to, int k, int points) { return from * std::pow(to / from, k / (points - 1.0)); }
 
-/// K against B: eigenvalues, simulation, every lossless operator, passivity.
+/// K against B: eigenvalues, simulation, the worst spring as operator, passivity.
 struct DampingMap {
-  std::string csv = "wall_damping_n_s_m,passive_n_m,alone_n_m,alone_simulated_n_m,any_operator_n_m\n";
-  double simulation_error = 0;   ///< largest relative difference of the simulated boundary
-  double operator_margin = 1e9;  ///< least of any_operator over passive
-  double at_zero_alone = 0, at_zero_passive = 0, at_zero_any = 0;
+  std::string csv = "wall_damping_n_s_m,passive_n_m,alone_n_m,alone_simulated_n_m,worst_spring_n_m\n";
+  double simulation_error = 0;  ///< largest relative difference of the simulated boundary
+  double held_margin = 1e9;     ///< least of worst_spring over passive
+  double at_zero_alone = 0, at_zero_passive = 0, at_zero_held = 0;
 };
 
 DampingMap map_damping(const WallLoop& base, bool quick) {
   DampingMap map;
-  const int points = quick ? 9 : 25, operators = quick ? 40 : 200;
+  const int points = quick ? 9 : 25, operators = quick ? 16 : 40;
   const std::size_t periods = quick ? 4000 : 20000;
   for (int k = 0; k < points; ++k) {
     WallLoop loop = base;
     loop.damping_n_s_m = 2 * base.device.damping_n_s_m * k / (points - 1.0);
     const double passive = passive_wall_n_m(loop), alone = stiffest(loop, kStiffestN, stable),
                  simulated = stiffest(loop, kStiffestN, [&](const WallLoop&l) { return settles(l, periods); }),
-                 any = stiffest_for_any_operator(loop, kStiffestN, operators);
+                 any = stiffest_for_any_spring(loop, kStiffestN, operators);
     fmt::format_to(std::back_inserter(map.csv), "{:.4g},{:.6g},{:.6g},{:.6g},{:.6g}\n", loop.damping_n_s_m, passive, alone,
                    simulated, any);
     if (alone > 0) map.simulation_error = std::max(map.simulation_error, std::abs(simulated / alone - 1));
-    if (passive > 1) map.operator_margin = std::min(map.operator_margin, any / passive);
+    if (passive > 1) map.held_margin = std::min(map.held_margin, any / passive);
     if (k == 0) {
       map.at_zero_alone = alone;
       map.at_zero_passive = passive;
-      map.at_zero_any = any;
+      map.at_zero_held = any;
     }
   }
   return map;
@@ -61,14 +61,16 @@ std::string map_period(const WallLoop& base, int points) {
   return csv;
 }
 
+constexpr double kWallDampings[] = {0, 2, 8};  ///< of the device's own
+
 std::string map_mass(const WallLoop& base, int points) {
-  std::string csv = "mass_kg,low_n_m,device_n_m,high_n_m\n";
+  std::string csv = "mass_kg,no_damper_n_m,damper_n_m,strong_damper_n_m\n";
   for (int k = 0; k < points; ++k) {
     WallLoop loop = base;
-    loop.device.mass_kg = logarithmic(0.005, 2, k, points);
+    loop.device.mass_kg = logarithmic(0.001, 2, k, points);
     csv += fmt::format("{:.6g}", loop.device.mass_kg);
-    for (const double damping : {0.2, 1.0, 5.0}) {
-      loop.device.damping_n_s_m = damping * base.device.damping_n_s_m;
+    for (const double damping : kWallDampings) {
+      loop.damping_n_s_m = damping * base.device.damping_n_s_m;
       csv += fmt::format(",{:.6g}", stiffest(loop, kStiffestN, stable));
     }
     csv += '\n';
@@ -125,28 +127,28 @@ CouplingPart show_virtual_coupling(const std::filesystem::path& out, const Coupl
        "wall stiffness K [N/m]",
        {{"1:3", "device alone, eigenvalues", 1, file("wall_damping")},
         {"1:4", "device alone, simulated", 1, file("wall_damping"), "points"},
-        {"1:5", "with any lossless operator", 2, file("wall_damping"), "linespoints"},
+        {"1:5", "held by the worst spring", 2, file("wall_damping"), "linespoints"},
         {"1:2", "passive: b = K T/2 + B", 0, file("wall_damping")}}},
-      {"over the sampling period",
+      {"over the sampling period, B = 0",
        "period T [ms]",
        "wall stiffness K [N/m]",
        {{"1:2", "passive, any mass", 0, file("period")},
         {"1:3", fmt::format("alone, {:.3g} kg", 0.3 * m), 2, file("period")},
         {"1:4", fmt::format("alone, {:.3g} kg", m), 1, file("period")},
         {"1:5", fmt::format("alone, {:.3g} kg", 10 * m), 3, file("period")}},
-       "set logscale xy\nset format y '10^{%T}'\nset key bottom left"},
-      {"over the device's mass",
+       "set logscale xy\nset format y '10^{%T}'"},
+      {"Device alone, over its mass, by the wall's damping B",
        "device mass m [kg]",
        "wall stiffness K [N/m]",
-       {{"1:2", fmt::format("alone, b = {:g} N s/m", 0.2 * b), 2, file("mass")},
-        {"1:3", fmt::format("alone, b = {:g} N s/m", b), 1, file("mass")},
-        {"1:4", fmt::format("alone, b = {:g} N s/m", 5 * b), 3, file("mass")}},
+       {{"1:2", fmt::format("B = {:g} N s/m", kWallDampings[0] * b), 2, file("mass")},
+        {"1:3", fmt::format("B = {:g} N s/m", kWallDampings[1] * b), 1, file("mass")},
+        {"1:4", fmt::format("B = {:g} N s/m", kWallDampings[2] * b), 3, file("mass")}},
        "set logscale xy\nset format y '10^{%T}'"},
       {"With a virtual coupling",
        "environment stiffness [N/m]",
        "growth of the slowest motion [1/s]",
        {{"1:2", "no coupling", 5, file("environment")},
-        {"1:4", fmt::format("coupling {:.3g} N/m: too stiff", stiff.stiffness_n_m), 2, file("environment")},
+        {"1:4", fmt::format("coupling {:.0f} N/m: too stiff", stiff.stiffness_n_m), 2, file("environment")},
         {"1:3", fmt::format("coupling {:g} N/m, {:g} N s/m", flags.coupling.stiffness_n_m, flags.coupling.damping_n_s_m), 1,
          file("environment")}},
        "set logscale x\nset format x '10^{%T}'\nset yrange [-20:120]\nset arrow from graph 0, first 0 to graph 1, first 0 nohead "
@@ -161,9 +163,9 @@ CouplingPart show_virtual_coupling(const std::filesystem::path& out, const Coupl
   part.key_panel = panels[3];
   part.summary = {{"alone_n_m", damping.at_zero_alone},
                   {"passive_n_m", damping.at_zero_passive},
-                  {"any_operator_n_m", damping.at_zero_any},
+                  {"worst_spring_n_m", damping.at_zero_held},
                   {"simulated_boundary_max_rel_error", damping.simulation_error},
-                  {"any_operator_over_passive_min", damping.operator_margin},
+                  {"worst_spring_over_passive_min", damping.held_margin},
                   {"alone_unstable_from_n_m", growth.alone_from_n_m},
                   {"coupled_growth_max_1_s", growth.coupled_most_1_s},
                   {"too_stiff_growth_max_1_s", growth.too_stiff_most_1_s},
@@ -171,26 +173,27 @@ CouplingPart show_virtual_coupling(const std::filesystem::path& out, const Coupl
   part.table = fmt::format(
       "virtual-coupling   device {:g} kg, {:g} N s/m, {:g} ms: stiffest wall {:.0f} N/m alone (simulated within {:.2g} %), "
       "{:.0f} N/m "
-      "with any lossless operator; passive up to {:.0f} N/m\n"
+      "held by the worst spring; passive up to {:.0f} N/m\n"
       "                   through {:g} N/m, {:g} N s/m ({}): growth at most {:.2f} 1/s on 10 to 1e6 N/m; alone it grows from "
       "{:.0f} "
       "N/m on\n",
-      m, b, flags.period_s * 1e3, damping.at_zero_alone, 100 * damping.simulation_error, damping.at_zero_any,
+      m, b, flags.period_s * 1e3, damping.at_zero_alone, 100 * damping.simulation_error, damping.at_zero_held,
       damping.at_zero_passive, flags.coupling.stiffness_n_m, flags.coupling.damping_n_s_m,
       flags.coupling.stiffness_n_m < passive ? "passive" : "not passive", growth.coupled_most_1_s, growth.alone_from_n_m);
-  part.findings = {{"Virtual coupling [4]: stiffest stable wall, device alone [N/m]", "sampling limits it",
-                    fmt::format("{:.0f}; simulated within {:.2g} %", damping.at_zero_alone, 100 * damping.simulation_error),
-                    Verdict::agrees, "eigenvalues of the sampled-data loop against a time-stepped release"},
-                   {"Passivity b > K T/2 + B against the stiffest wall stable with any lossless operator, ratio of K",
-                    "sufficient", fmt::format("{:.3f} at least", damping.operator_margin),
-                    damping.operator_margin >= 0.999 ? Verdict::agrees : Verdict::differs,
-                    "the condition is met by no stiffer wall than some operator makes oscillate"},
-                   {"A device on any environment through a virtual coupling", "stable",
-                    fmt::format("growth at most {:.2f} 1/s up to 1e6 N/m; without from {:.0f} N/m on it grows",
-                                growth.coupled_most_1_s, growth.alone_from_n_m),
-                    growth.coupled_most_1_s < 0 ? Verdict::agrees : Verdict::differs,
-                    fmt::format("a coupling of {:.0f} N/m, beyond the condition, grows at {:.0f} 1/s", stiff.stiffness_n_m,
-                                growth.too_stiff_most_1_s)}};
+  part.findings = {
+      {"Virtual coupling [4]: stiffest stable wall, device alone [N/m]", "sampling limits it",
+       fmt::format("{:.0f}; simulated within {:.2g} %", damping.at_zero_alone, 100 * damping.simulation_error), Verdict::agrees,
+       "eigenvalues of the sampled-data loop against a time-stepped release"},
+      {"Passivity b > K T/2 + B: stiffest wall with the worst spring as operator, over the condition's", "sufficient",
+       fmt::format("{:.3f} at least", damping.held_margin), damping.held_margin >= 0.999 ? Verdict::agrees : Verdict::differs,
+       "no passive wall oscillates; with wall damping a single spring leaves a gap (pi^2/8 b for b), which operators with more "
+       "resonances close"},
+      {"A device on any environment through a virtual coupling", "stable",
+       fmt::format("growth at most {:.2f} 1/s up to 1e6 N/m; without from {:.0f} N/m on it grows", growth.coupled_most_1_s,
+                   growth.alone_from_n_m),
+       growth.coupled_most_1_s < 0 ? Verdict::agrees : Verdict::differs,
+       fmt::format("a coupling of {:.0f} N/m, beyond the condition, grows at {:.0f} 1/s", stiff.stiffness_n_m,
+                   growth.too_stiff_most_1_s)}};
   return part;
 }
 

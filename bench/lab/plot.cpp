@@ -80,7 +80,7 @@ bool plot_grid(const std::filesystem::path& svg, const std::string& title, int c
   std::string s = fmt::format("set multiplot layout {},{} title {} font ',15'\n", rows, columns, quoted(title));
   for (const GridPanel& p : panels) {
     s += "unset logscale\nunset label\nunset arrow\nset xrange [*:*]\nset yrange [*:*]\nset format '% h'\n";
-    s += "set key top left reverse Left samplen 2 font ',11'\n";
+    s += "set key tmargin left horizontal reverse Left samplen 1.5 font ',11' maxrows 2\n";
     s += fmt::format("set title {} font ',13'\nset xlabel {}\nset ylabel {}\n{}\nplot ", quoted(p.title), quoted(p.x_label),
                      quoted(p.y_label), p.setup);
     for (std::size_t k = 0; k < p.curves.size(); ++k) s += (k > 0 ? ", " : "") + curve(p.curves[k], {}, 1);

@@ -92,13 +92,22 @@ bool settles(const WallLoop& loop, std::size_t periods) {
   return x.size() == periods && sum_of_squares(x, periods / 2, periods) < sum_of_squares(x, 0, periods / 2);
 }
 
-double stiffest_for_any_operator(const WallLoop& loop, double most, int operators) {
-  double least = most;
+double stiffest_for_any_spring(const WallLoop& loop, double most, int operators) {
+  // The resonance is narrow, so the least is looked for again, ever closer around the best that was found.
+  constexpr int kZooms = 5;
+  double least = most, low = 0, high = 2 * std::numbers::pi / loop.period_s, best = 0;
   WallLoop held = loop;
-  for (int k = 0; k < operators; ++k) {
-    const double omega = 2 * std::numbers::pi / loop.period_s * k / operators;
-    held.device.operator_n_m = held.device.mass_kg * omega * omega;
-    least = stiffest(held, least, [](const WallLoop& l) { return spectral_radius(l) < 1; });
+  for (int zoom = 0; zoom <= kZooms; ++zoom) {
+    const double spacing = (high - low) / operators;
+    for (int k = 0; k <= operators; ++k) {
+      const double omega = low + k * spacing;
+      held.device.operator_n_m = held.device.mass_kg * omega * omega;
+      const double stiffness = stiffest(held, least, [](const WallLoop& l) { return spectral_radius(l) < 1; });
+      if (stiffness < least) best = omega;
+      least = std::min(least, stiffness);
+    }
+    low = std::max(0.0, best - 2 * spacing);
+    high = best + 2 * spacing;
   }
   return least;
 }

@@ -68,8 +68,11 @@ double stiffest(WallLoop loop, double most, const Stable& stable) {
   return low;
 }
 
-/// The smallest such K over lossless operators: springs with which the held device resonates at up to the sampling frequency.
-double stiffest_for_any_operator(const WallLoop& loop, double most, int operators);
+/// The smallest such K over operators that are lossless springs, with which the held device resonates at up to the sampling
+/// frequency. The worst resonates at half of it, where the held force is a square wave: of its power 8 / pi^2 is at that
+/// frequency, so that K comes to  2 (pi^2/8 b - B) / T,  or to the free device's 2 (b + B) / T where that is less. The rest, down
+/// to the passivity condition, takes an operator that resonates at every odd multiple.
+double stiffest_for_any_spring(const WallLoop& loop, double most, int operators);
 
 /// K of the passivity condition, 2 (b - B) / T, 0 when there is none [N/m].
 inline double passive_wall_n_m(const WallLoop& loop) {
