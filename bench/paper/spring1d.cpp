@@ -5,6 +5,7 @@
 #include <complex>
 #include <numbers>
 #include <span>
+#include <unsupported/Eigen/FFT>
 
 #include "bench/measure/metrics.hpp"
 #include "server/body/element_kernel.hpp"
@@ -72,17 +73,14 @@ std::vector<Vec3> along_z(const std::vector<double>& values) {
 /// What is faster than half the frame rate: everything but the Fourier terms up to there. Exact when the stroke repeats itself
 /// in the time given.
 std::vector<double> fast_part(const std::vector<double>& values, double rate_hz) {
-  const auto n = static_cast<double>(values.size());
-  const auto terms = static_cast<int>(rate_hz / 2 * n * kTickS);
-  std::vector<double> fast = values;
-  for (int k = 0; k <= terms; ++k) {
-    const std::complex<double> turn = std::polar(1.0, -2 * std::numbers::pi * k / n);
-    std::complex<double> sum = 0, phase = 1;
-    for (std::size_t i = 0; i < values.size(); ++i, phase *= turn) sum += values[i] * phase;
-    sum *= (k > 0 ? 2 : 1) / n;
-    phase = 1;
-    for (std::size_t i = 0; i < values.size(); ++i, phase *= turn) fast[i] -= (sum * std::conj(phase)).real();
-  }
+  Eigen::FFT<double> fft;
+  std::vector<std::complex<double>> terms;
+  fft.fwd(terms, values);
+  const std::size_t n = values.size(), slow = static_cast<std::size_t>(rate_hz / 2 * static_cast<double>(n) * kTickS);
+  for (std::size_t k = 0; k < n; ++k)
+    if (std::min(k, n - k) <= slow) terms[k] = 0;
+  std::vector<double> fast;
+  fft.inv(fast, terms);
   return fast;
 }
 
