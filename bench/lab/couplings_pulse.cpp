@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "bench/lab/coupling_parts.hpp"
+#include "common/base/error.hpp"
 
 namespace palpate {
 namespace {
@@ -49,6 +50,9 @@ std::string history_csv(const std::vector<Way>& ways, double period_s) {
 
 CouplingPart show_braking_pulse(const std::filesystem::path& out, const CouplingFlags& flags) {
   const std::vector<Way> ways = hit_all_ways(flags, flags.speed_m_s);
+  if (ways[0].result.contacts == 0)
+    throw InputError("--speed-m-s, --push-n", "do not carry the device to the wall",
+                     "more of them, or less damping of the device");
   const auto history = out / "braking_pulse_history.csv", sweep = out / "braking_pulse_speed.csv";
   write_text(history, history_csv(ways, flags.period_s));
   std::string csv = "speed_m_s";
@@ -80,7 +84,8 @@ CouplingPart show_braking_pulse(const std::filesystem::path& out, const Coupling
        "set logscale y\nset format y '10^{%T}'"}};
   CouplingPart part;
   part.picture = {out / "braking_pulse.svg",
-                  "A braking pulse takes the device's momentum in the first ticks inside: it neither sinks in nor bounces."};
+                  "A braking pulse takes the device's momentum in the first ticks inside: it neither sinks in nor bounces. The "
+                  "wall's damper has four times the device's damping."};
   plot_grid(part.picture.svg, "Braking pulse", 2, panels);
   part.key_panel = panels[0];
   for (const Way& w : ways) {
