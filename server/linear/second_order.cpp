@@ -1,7 +1,6 @@
 #include "server/linear/second_order.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SparseLU>
+#include <Eigen/Cholesky>
 #include <stdexcept>
 
 namespace palpate {
@@ -23,6 +22,12 @@ void columns(const Dynamics& dynamics, const BodyState& state, std::uint32_t nod
     k.col(axis) = k_column;
     d.col(axis) = d_column;
   }
+}
+
+/// Whether an axis of a node has stiffness (or damping), rounding aside.
+bool pulled(const BlockMatrix::Block& diagonal, Eigen::Index axis) {
+  constexpr double kRounding = 1e-10;
+  return std::abs(diagonal(axis, axis)) > kRounding * diagonal.diagonal().cwiseAbs().maxCoeff();
 }
 
 /// The free part of one of the body's matrices.
@@ -61,8 +66,8 @@ SecondOrderSystem second_order_system(const Dynamics& dynamics, const BodyState&
   for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
       const auto at = static_cast<Eigen::Index>(axis);
-      const bool pulled = k.block(k.diagonal(i))(at, at) != 0 || d.block(d.diagonal(i))(at, at) != 0;
-      if (!pulled || (axis == 2 && dynamics.body().planar)) continue;
+      if (dynamics.body().planar && axis == 2) continue;
+      if (!pulled(k.block(k.diagonal(i)), at) && !pulled(d.block(d.diagonal(i)), at)) continue;
       if (i == port_node) s.port_axes.push_back(axis);
       if (held[i]) continue;
       row_of[3 * i + axis] = static_cast<std::int64_t>(s.coordinates.size());
@@ -113,16 +118,13 @@ SecondOrderSystem project(const SecondOrderSystem& system, const Matrix& v) {
   return r;
 }
 
-TransferFunction::TransferFunction(const SecondOrderSystem& system) : system_(&system) {}
+TransferFunction::TransferFunction(const SecondOrderSystem& system)
+    : system_(&system), p_(system.mass, system.damping, system.stiffness) {}
 
 ComplexMatrix TransferFunction::operator()(Complex s) const {
   const SecondOrderSystem& y = *system_;
-  Eigen::SparseMatrix<Complex> p = s * y.damping.cast<Complex>() + y.stiffness.cast<Complex>();
-  for (Eigen::Index i = 0; i < y.size(); ++i) p.coeffRef(i, i) += s * s * y.mass[i];
-  p.makeCompressed();
-  const Eigen::SparseLU<Eigen::SparseMatrix<Complex>> lu(p);
   const ComplexMatrix b = y.b_k.cast<Complex>() + s * y.b_d.cast<Complex>();
-  return y.k_port.cast<Complex>() + s * y.d_port.cast<Complex>() - b.transpose() * ComplexMatrix(lu.solve(b));
+  return y.k_port.cast<Complex>() + s * y.d_port.cast<Complex>() - b.transpose() * p_.at(s).solve(b);
 }
 
 }  // namespace palpate

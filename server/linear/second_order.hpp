@@ -12,18 +12,13 @@
 // B_d^T M^-1 B_d for s -> infinity; what reductions work on is the rest, which is strictly proper.
 #pragma once
 
-#include <Eigen/SparseCore>
-#include <complex>
 #include <cstdint>
 #include <vector>
 
 #include "server/body/dynamics.hpp"
+#include "server/linear/dynamic_stiffness.hpp"
 
 namespace palpate {
-
-using SparseMatrix = Eigen::SparseMatrix<double>;
-using Complex = std::complex<double>;
-using ComplexMatrix = Eigen::MatrixXcd;
 
 struct SecondOrderSystem {
   Vector mass;                             ///< M, n entries [kg]
@@ -44,7 +39,7 @@ SecondOrderSystem second_order_system(const Dynamics& dynamics, const BodyState&
 /// Galerkin projection: q = V y with the columns of V (n x r) in any scaling; the result has M = I and dense D, K.
 SecondOrderSystem project(const SecondOrderSystem& system, const Matrix& v);
 
-/// G(s), one sparse factorisation a value. s must not be a pole. `system` must outlive it.
+/// G(s), one sparse factorisation a value; the pattern is analysed once. s must not be a pole. `system` must outlive it.
 class TransferFunction {
  public:
   explicit TransferFunction(const SecondOrderSystem& system);
@@ -52,6 +47,7 @@ class TransferFunction {
 
  private:
   const SecondOrderSystem* system_;
+  DynamicStiffness p_;
 };
 
 }  // namespace palpate
