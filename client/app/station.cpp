@@ -24,6 +24,7 @@ ClientOptions client_options(const AppOptions& options, Scheme scheme, const std
   client.hello.order = options.order;
   client.hello.shadow_of = shadow_of;
   client.guard = limits_of(options);
+  client.coupling = options.coupling;
   return client;
 }
 
