@@ -14,9 +14,9 @@ bool is_available(Scheme scheme) {
     case Scheme::filtered:
     case Scheme::tangent:
     case Scheme::ring:
+    case Scheme::two_layer:
     case Scheme::port:
       return true;
-    case Scheme::two_layer:
     case Scheme::balanced:
     case Scheme::cubic:
       return false;
