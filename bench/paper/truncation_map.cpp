@@ -10,7 +10,7 @@ PeakGain proper_norm(const BalancedReduction& balanced) {
   constexpr double kShare = 1e-6;
   int order = 1;
   while (order < balanced.states() && balanced.error_bound(order) > kShare * balanced.hankel()[0]) ++order;
-  return hinf_norm(proper(balanced.truncated(order)));
+  return hinf_norm(proper(balanced.truncated(balanced.stable_order(order))));
 }
 
 std::vector<MapPoint> truncation_map(int sheet_nodes, const Material& material, std::span<const double> dampings_n_s_m,
@@ -22,7 +22,7 @@ std::vector<MapPoint> truncation_map(int sheet_nodes, const Material& material, 
     const BalancedReduction balanced(Specimen::sheet(sheet_nodes, damped).system());
     const double norm = proper_norm(balanced).norm;
     for (const int order : orders) {
-      if (order > balanced.states()) break;
+      if (order > balanced.states() || balanced.stable_order(order) != order) continue;
       map.push_back({b, damped.damping_ratio(), order, reduction_error(balanced, balanced.truncated(order)).peak.norm / norm,
                      balanced.error_bound(order) / norm});
     }

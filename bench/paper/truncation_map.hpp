@@ -24,7 +24,8 @@ struct MapPoint {
   double error = 0, bound = 0;
 };
 
-/// A block of `orders` (ascending) for each damping; orders beyond the states that stand above rounding are left out.
+/// A block of `orders` (ascending) for each damping; orders beyond the states that stand above rounding, and those that part
+/// two equal Hankel values (BalancedReduction::stable_order), are left out.
 std::vector<MapPoint> truncation_map(int sheet_nodes, const Material& material, std::span<const double> dampings_n_s_m,
                                      std::span<const int> orders);
 

@@ -65,6 +65,12 @@ StateSpace BalancedReduction::truncated(int order) const {
   return r;
 }
 
+int BalancedReduction::stable_order(int from) const {
+  int order = from;
+  while (order > 0 && order < states() && !(truncated(order).poles().real().maxCoeff() < 0)) ++order;
+  return order;
+}
+
 double BalancedReduction::error_bound(int order) const {
   assert(order >= 0 && order <= states());
   const auto lost = std::max<Eigen::Index>(0, directions_.rows() - states());

@@ -29,6 +29,9 @@ class BalancedReduction {
   int states() const { return static_cast<int>(hankel_.size()); }
   /// G_r with `order` states, 0 <= order <= states(), feed-through included.
   StateSpace truncated(int order) const;
+  /// The first order from `from` on whose truncation is stable: one that parts two equal Hankel values, or lies among those that
+  /// the Gramian's residual has reached, need not be.
+  int stable_order(int from) const;
   /// Bound of the H-infinity error of truncated(order) [N/m]: twice the sum of the values left out, those below that floor taken
   /// as large as it.
   double error_bound(int order) const;
