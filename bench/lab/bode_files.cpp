@@ -157,7 +157,7 @@ void plot_map(const std::filesystem::path& out, const std::vector<MapPoint>& map
   const double half_order = 0.5 * (*std::next(orders.begin()) - *orders.begin());
   const double half_ratio = 0.5 * std::log10(*std::next(ratios.begin()) / *ratios.begin());
   const std::string csv = quoted((out / "map.csv").string()), line = quoted((out / "map-one-per-cent.csv").string());
-  std::string s = "set title 'Relative H-infinity error of balanced truncation, 13 x 13 sheet' font ',15'\n" + map_palette();
+  std::string s = "set title 'Relative H-infinity error of balanced truncation of the sheet' font ',15'\n" + map_palette();
   s += fmt::format(
       "set xlabel 'states'\nset ylabel 'damping b / sqrt(k m) [-]'\nset cblabel 'relative error [-]'\nset logscale y\n"
       "set logscale cb\nset cbrange [1e-6:1]\nset format cb '10^{{%T}}'\nset xrange [{}:{}]\nset yrange [{}:{}]\nunset grid\n"
@@ -168,9 +168,8 @@ void plot_map(const std::filesystem::path& out, const std::vector<MapPoint>& map
       "plot {0} using 3:2:($3-{1}):($3+{1}):($2*10**-{2}):($2*10**{2}):($4<1e-6?1e-6:$4) skip 1 with boxxyerror fc palette "
       "notitle, "
       "{3} using 3:2 skip 1 with linespoints lc rgb '#009e73' lw 3 pt 7 title 'fewest states with 1 % or less', "
-      "'+' using (10):(1.5811) every ::0::0 with points pt 4 ps 1.6 lw 3 lc rgb '#0072b2' title '10 states at the parameters of "
-      "this "
-      "report'\n",
+      "'+' using (10):(1.5811) every ::0::0 with points pt 4 ps 1.6 lw 3 lc rgb '#0072b2' title '10 states at k = 100 N/m, "
+      "b = 0.5 N s/m, m = 1 g'\n",
       csv, half_order, half_ratio, line);
   constexpr int kWidth = 960, kHeight = 560;
   plot_script(out / "map.svg", kWidth, kHeight, s);
