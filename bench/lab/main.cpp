@@ -43,6 +43,8 @@ int main(int argc, char** argv) {
   palpate::add_felt(app, run);
   palpate::add_spring1d(app, run);
   palpate::add_chain(app, run);
+  palpate::add_bode(app, run);
+  palpate::add_modes(app, run);
   palpate::add_scaling(app, run);
   palpate::add_haptic(app, run);
   palpate::add_release(app, run);

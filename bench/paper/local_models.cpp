@@ -2,7 +2,6 @@
 
 #include <Eigen/QR>
 #include <Eigen/SparseCholesky>
-#include <Eigen/SparseLU>
 #include <stdexcept>
 
 #include "server/reduce/patch_builder.hpp"
@@ -71,12 +70,9 @@ SecondOrderSystem krylov(const SecondOrderSystem& system, const std::vector<Comp
     columns.conservativeResize(Eigen::NoChange, columns.cols() + more.cols());
     columns.rightCols(more.cols()) = more;
   };
+  const DynamicStiffness stiffness(system.mass, system.damping, system.stiffness);
   for (const Complex s : shifts_1_s) {
-    Eigen::SparseMatrix<Complex> p = s * system.damping.cast<Complex>() + system.stiffness.cast<Complex>();
-    for (Eigen::Index i = 0; i < system.size(); ++i) p.coeffRef(i, i) += s * s * system.mass[i];
-    p.makeCompressed();
-    const Eigen::SparseLU<Eigen::SparseMatrix<Complex>> lu(p);
-    const ComplexMatrix x = lu.solve(ComplexMatrix(system.b_k.cast<Complex>() + s * system.b_d.cast<Complex>()));
+    const ComplexMatrix x = stiffness.at(s).solve(ComplexMatrix(system.b_k.cast<Complex>() + s * system.b_d.cast<Complex>()));
     append(x.real());
     if (s.imag() != 0) append(x.imag());
   }

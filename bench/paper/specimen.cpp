@@ -2,14 +2,17 @@
 
 #include <cmath>
 
+#include "server/scene/lattice.hpp"
+
 namespace palpate {
 namespace {
 
 LatticeSettings box(int nodes, bool planar, const Material& material) {
   LatticeSettings s;
   s.planar = planar;
-  s.nodes = {nodes, nodes, planar ? 1 : nodes};
+  s.nodes = {nodes, nodes, planar ? 1 : nodes + 1};
   s.size_m = Vec3::Constant(kSpecimenSizeM);
+  if (!planar) s.size_m.z() *= nodes / (nodes - 1.0);
   s.stiffness_n_m = material.stiffness_n_m;
   s.damping_n_s_m = material.damping_n_s_m;
   if (planar)
@@ -25,19 +28,19 @@ LatticeSettings box(int nodes, bool planar, const Material& material) {
 
 double Material::damping_ratio() const { return damping_n_s_m / std::sqrt(stiffness_n_m * node_mass_kg); }
 
-Specimen::Specimen(LatticeBody lattice, std::uint32_t port_node)
-    : lattice_(std::move(lattice)), dynamics_(lattice_.body), rest_(dynamics_.rest_state()), port_node_(port_node) {}
+Specimen::Specimen(LumpedBody body, std::uint32_t port_node)
+    : body_(std::move(body)), dynamics_(body_), rest_(dynamics_.rest_state()), port_node_(port_node) {}
 
 Specimen Specimen::sheet(int nodes, const Material& material) {
   LatticeBody lattice = build_box(box(nodes, true, material));
   const auto port = lattice.number[lattice.grid.index({(nodes - 1) / 2, nodes - 1, 0})];
-  return Specimen(std::move(lattice), port);
+  return Specimen(std::move(lattice.body), port);
 }
 
 Specimen Specimen::cube(int nodes, const Material& material) {
   LatticeBody lattice = build_box(box(nodes, false, material));
-  const auto port = lattice.number[lattice.grid.index({(nodes - 1) / 2, (nodes - 1) / 2, nodes - 1})];
-  return Specimen(std::move(lattice), port);
+  const auto port = lattice.number[lattice.grid.index({(nodes - 1) / 2, (nodes - 1) / 2, nodes})];
+  return Specimen(std::move(lattice.body), port);
 }
 
 SecondOrderSystem Specimen::system() const { return second_order_system(dynamics_, rest_, port_node_, body().fixed); }

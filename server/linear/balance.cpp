@@ -34,12 +34,12 @@ BalancedReduction::BalancedReduction(const SecondOrderSystem& system, const Bala
   const Matrix cross = z.displacement.transpose() * z.velocity;
   const Matrix s = z.displacement.transpose() * (y.damping * z.displacement) + cross + cross.transpose();
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(s);
-  rounding_ = rounding_of(z, y.damping);
+  floor_ = std::max(rounding_of(z, y.damping), residual_ * eigen.eigenvalues().cwiseAbs().maxCoeff());
   std::vector<Eigen::Index> order(static_cast<std::size_t>(s.rows()));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
   const Vector size = eigen.eigenvalues().cwiseAbs();
   std::stable_sort(order.begin(), order.end(), [&](auto i, auto j) { return size[i] > size[j]; });
-  std::erase_if(order, [&](auto i) { return size[i] <= rounding_; });
+  std::erase_if(order, [&](auto i) { return size[i] <= floor_; });
 
   hankel_ = size(order);
   const Vector sign = eigen.eigenvalues()(order).cwiseSign();
@@ -65,10 +65,16 @@ StateSpace BalancedReduction::truncated(int order) const {
   return r;
 }
 
+int BalancedReduction::stable_order(int from) const {
+  int order = from;
+  while (order > 0 && order < states() && !(truncated(order).poles().real().maxCoeff() < 0)) ++order;
+  return order;
+}
+
 double BalancedReduction::error_bound(int order) const {
   assert(order >= 0 && order <= states());
   const auto lost = std::max<Eigen::Index>(0, directions_.rows() - states());
-  return 2 * (hankel_.tail(states() - order).sum() + static_cast<double>(lost) * rounding_);
+  return 2 * (hankel_.tail(states() - order).sum() + static_cast<double>(lost) * floor_);
 }
 
 }  // namespace palpate

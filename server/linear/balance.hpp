@@ -9,9 +9,9 @@
 //     T = Z U diag(hankel)^-1/2,          T^-1 = diag(sigma) T^T S,
 // and the balanced system is again symmetric, now in the signature diag(sigma). Truncated to `order` states
 //     || G - G_r ||_inf <= 2 sum of the Hankel values left out.
-// Values that rounding has reached (n eps times what is summed for them) are left out of the balanced system: their states are
-// noise, and 1 / hankel would blow it up. Sources: Moore, IEEE TAC 26 (1981); Tombs and Postlethwaite, Int. J. Control 46 (1987);
-// for symmetric systems Fernando and Nicholson, IEEE TAC 28 (1983).
+// Values below what rounding (n eps times what is summed for them) or the Gramian's residual (times the largest) make of them
+// are left out of the balanced system: their states are noise, and 1 / hankel would blow it up. Sources: Moore, IEEE TAC 26
+// (1981); Tombs and Postlethwaite, Int. J. Control 46 (1987); for symmetric systems Fernando and Nicholson, IEEE TAC 28 (1983).
 #pragma once
 
 #include "server/linear/low_rank_gramian.hpp"
@@ -29,8 +29,11 @@ class BalancedReduction {
   int states() const { return static_cast<int>(hankel_.size()); }
   /// G_r with `order` states, 0 <= order <= states(), feed-through included.
   StateSpace truncated(int order) const;
-  /// Bound of the H-infinity error of truncated(order) [N/m]: twice the sum of the values left out, those below rounding taken as
-  /// as large as rounding is.
+  /// The first order from `from` on whose truncation is stable: one that parts two equal Hankel values, or lies among those that
+  /// the Gramian's residual has reached, need not be.
+  int stable_order(int from) const;
+  /// Bound of the H-infinity error of truncated(order) [N/m]: twice the sum of the values left out, those below that floor taken
+  /// as large as it.
   double error_bound(int order) const;
   /// The first `order` columns of T, what each balanced state stands for in the body: 2 n x order, displacements [m] of the free
   /// coordinates above velocities [m/s] (while the port stands at 0).
@@ -45,7 +48,7 @@ class BalancedReduction {
   Vector hankel_;
   Matrix directions_;
   StateSpace balanced_;
-  double residual_ = 0, rounding_ = 0;
+  double residual_ = 0, floor_ = 0;
   int columns_ = 0, factorisations_ = 0;
 };
 

@@ -147,12 +147,13 @@ PeakGain sampled_peak(const std::function<ComplexMatrix(Complex)>& transfer, dou
 ReductionError reduction_error(const BalancedReduction& balanced, const StateSpace& reduced) {
   constexpr double kShare = 1e-3;
   ReductionError error;
-  int order = std::min(balanced.states(), static_cast<int>(reduced.states()) + 20);
+  int order = balanced.stable_order(std::min(balanced.states(), static_cast<int>(reduced.states()) + 20));
   for (;;) {
     error.peak = hinf_norm(difference(balanced.truncated(order), reduced));
     error.uncertainty = balanced.error_bound(order);
     if (order == balanced.states() || error.uncertainty <= kShare * error.peak.norm) break;
     while (order < balanced.states() && balanced.error_bound(order) > kShare * error.peak.norm) ++order;
+    order = balanced.stable_order(order);
   }
   error.relative = error.peak.norm / hinf_norm(proper(balanced.truncated(order))).norm;
   return error;

@@ -44,6 +44,10 @@ SparseMatrix restricted(const BlockMatrix& a, const std::vector<std::int64_t>& r
         }
   SparseMatrix m(n, n);
   m.setFromTriplets(entries.begin(), entries.end());
+  // To the last bit symmetric, and what cancels in the sum over the elements is no entry.
+  constexpr double kRounding = 1e-14;
+  m = 0.5 * (m + SparseMatrix(m.transpose()));
+  if (n > 0) m.prune(m.coeffs().abs().maxCoeff(), kRounding);
   return m;
 }
 
@@ -60,7 +64,7 @@ SecondOrderSystem second_order_system(const Dynamics& dynamics, const BodyState&
   dynamics.assemble(state, 0, 0, 1, none, false, k);
   dynamics.assemble(state, 0, 1, 0, none, false, d);
 
-  // A coordinate belongs to the system when something pulls at it. (Across the plane of a planar body assemble() puts ones.)
+  // A coordinate belongs to the system when something pulls at it.
   SecondOrderSystem s;
   std::vector<std::int64_t> row_of(3 * std::size_t{dynamics.nodes()}, kNone);
   for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
