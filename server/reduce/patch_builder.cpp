@@ -15,8 +15,13 @@ Mat3 symmetric(const Mat3& m) { return 0.5 * (m + m.transpose()); }
 
 }  // namespace
 
-PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2)
-    : dynamics_(&dynamics), skin_(&skin), neighbours_(dynamics.nodes()), softest_1_s2_(softest_1_s2), solver_(dynamics) {
+PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2, BalancedBases* balanced)
+    : dynamics_(&dynamics),
+      skin_(&skin),
+      balanced_(balanced),
+      neighbours_(dynamics.nodes()),
+      softest_1_s2_(softest_1_s2),
+      solver_(dynamics) {
   const LumpedBody& body = dynamics.body();
   Eigen::AlignedBox3d box;
   for (const Vec3& x : body.nodes) box.extend(x);
@@ -98,6 +103,7 @@ std::optional<Patch> PatchBuilder::build(const BodyState& state, const std::vect
   patch.valid_for = 2 * request.bridge + Micros{250'000};
   patch.trust_radius_m = extent_m_;
   if (patch.constant) return patch;
+  if (request.scheme == Scheme::balanced && !balanced_) return std::nullopt;
   std::optional<Patch> built;
   for (const bool clamp : {false, true}) {
     held_ = held_nodes(dynamics_->body(), ports);
@@ -138,7 +144,8 @@ std::optional<Patch> PatchBuilder::build_attach(const BodyState& state, const To
   }
   const double node_mass_kg = dynamics_->masses()[3 * static_cast<Eigen::Index>(port.node)];
   const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
-  if (!solver_.prepare(at, shift, clamp)) return std::nullopt;
+  const bool balanced = request.scheme == Scheme::balanced;
+  if (!balanced && !solver_.prepare(at, shift, clamp)) return std::nullopt;
 
   if (request.scheme == Scheme::tangent) {
     const auto released = static_response(at, k_tool);
@@ -154,8 +161,9 @@ std::optional<Patch> PatchBuilder::build_attach(const BodyState& state, const To
   mask(held_, imbalance);
   std::vector<Vector> inputs;
   for (std::size_t column = 0; column < 3; ++column) inputs.push_back(-k_tool[column] - shift * d_tool[column]);
-  const auto basis =
-      krylov_basis(at, solver_, inputs, {}, imbalance, {modes_for(request.scheme, port.kind, request.order), shift}, memory_);
+  const int modes = modes_for(request.scheme, port.kind, request.order);
+  const auto basis = balanced ? restricted_basis(balanced_->grasped(port.node), modes, dynamics_->masses(), held_)
+                              : krylov_basis(at, solver_, inputs, {}, imbalance, {modes, shift}, memory_);
   Matrix v;
   if (!basis || !reduce(at, *basis, patch, v)) return std::nullopt;
   patch.b_k.resize(v.cols(), 3);
@@ -185,7 +193,8 @@ std::optional<Patch> PatchBuilder::build_touch(const BodyState& state, const Too
   for (Vector& b : inputs) mask(held_, b);
 
   const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
-  if (!solver_.prepare(at, shift, clamp)) return std::nullopt;
+  const bool balanced = request.scheme == Scheme::balanced;
+  if (!balanced && !solver_.prepare(at, shift, clamp)) return std::nullopt;
   Matrix v(dynamics_->masses().size(), 0);
   if (request.scheme == Scheme::tangent) {
     const auto compliance = static_response(at, inputs);
@@ -196,8 +205,9 @@ std::optional<Patch> PatchBuilder::build_touch(const BodyState& state, const Too
     dynamics_->forces(state.x, state.v, imbalance);
     mask(held_, imbalance);
     for (const Vector& b : inputs) fine.push_back(b.cwiseQuotient(dynamics_->masses()));
-    const auto basis =
-        krylov_basis(at, solver_, inputs, fine, imbalance, {modes_for(request.scheme, port.kind, request.order), shift}, memory_);
+    const int modes = modes_for(request.scheme, port.kind, request.order);
+    const auto basis = balanced ? restricted_basis(balanced_->touched(port.point), modes, dynamics_->masses(), held_)
+                                : krylov_basis(at, solver_, inputs, fine, imbalance, {modes, shift}, memory_);
     if (!basis || !reduce(at, *basis, patch, v)) return std::nullopt;
     patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
   }
