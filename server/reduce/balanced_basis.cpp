@@ -14,7 +14,7 @@ constexpr double kGraspResidual = 1e-8;
 /// A contact moves on before more matters, and every step costs a solve a vertex.
 constexpr double kTouchResidual = 1e-6;
 constexpr double kDiscount = 5;  ///< [1/s]
-constexpr std::size_t kFactorsMax = 96;
+constexpr std::size_t kVerticesMax = 96;
 
 /// Responses times exp(-a t): s -> s + a.
 void discount(SecondOrderSystem& y, double a) {
@@ -24,58 +24,96 @@ void discount(SecondOrderSystem& y, double a) {
   y.b_k += a * y.b_d;
 }
 
-/// Leading eigenvectors of Y Y^T, divided by M^1/2.
-Matrix leading(const Matrix& y, const Vector& masses) {
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(y.transpose() * y);
-  constexpr double kRounding = 1e-14;
-  const Eigen::Index usable = (eigen.eigenvalues().array() > kRounding * eigen.eigenvalues().maxCoeff()).count();
-  const Eigen::Index columns = std::min<Eigen::Index>(usable, BalancedBases::kColumns);
-  Matrix v = y * eigen.eigenvectors().rightCols(columns).rowwise().reverse();
-  for (Eigen::Index c = 0; c < columns; ++c) {
-    for (int pass = 0; pass < 2; ++pass) v.col(c) -= v.leftCols(c) * (v.leftCols(c).transpose() * v.col(c));
-    v.col(c).normalize();
+/// Adds to the orthonormal columns `v` those of `y`, in order.
+void add_columns(const Matrix& y, Matrix& v) {
+  for (Eigen::Index c = 0; c < y.cols() && v.cols() < BalancedBases::kColumns; ++c) {
+    Vector next = y.col(c);
+    const double before = next.norm();
+    for (int pass = 0; pass < 2; ++pass) next -= v * (v.transpose() * next);
+    constexpr double kDependent = 1e-6;
+    if (!(next.norm() > kDependent * before)) continue;
+    v.conservativeResize(Eigen::NoChange, v.cols() + 1);
+    v.rightCols(1) = next.normalized();
   }
-  return masses.cwiseSqrt().cwiseInverse().asDiagonal() * v;
+}
+
+/// Y U with the eigenvectors U of Y^T Y, the largest first: the directions of the leading eigenvectors of Y Y^T.
+Matrix leading(const Matrix& y) {
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(y.transpose() * y);
+  constexpr double kRounding = 1e-13;
+  const Eigen::Index usable = (eigen.eigenvalues().array() > kRounding * eigen.eigenvalues().maxCoeff()).count();
+  return y * eigen.eigenvectors().rightCols(std::min<Eigen::Index>(usable, BalancedBases::kColumns)).rowwise().reverse();
 }
 
 }  // namespace
 
-Matrix BalancedBases::displacement_factor(SecondOrderSystem system, ShiftMemory* memory) {
-  const BalanceOptions options{.residual = memory ? kTouchResidual : kGraspResidual};
-  LowRankGramian z;
-  try {
-    z = low_rank_gramian(mass_scaled(system), options, memory);
-  } catch (const std::runtime_error&) {
-    discount(system, kDiscount);
-    z = low_rank_gramian(mass_scaled(system), options, memory);
-  }
-  Matrix y = Matrix::Zero(dynamics_->masses().size(), z.displacement.cols());
-  y(system.coordinates, Eigen::all) = z.displacement;
-  return y;
+BalancedBases::Response BalancedBases::respond(SecondOrderSystem system, double residual, Kept& kept) const {
+  SecondOrderSystem y = mass_scaled(system);
+  if (!kept.still) kept.still = DynamicStiffness(y.mass, y.damping, y.stiffness).at(0);
+  const Matrix q_s = kept.still->solve(y.b_k.cast<Complex>()).real();
+  y.b_k = y.b_d - y.damping * q_s;
+  y.b_d = -q_s;
+  const LowRankGramian z = low_rank_gramian(y, {.residual = residual}, &kept.shifts);
+  const Eigen::Index rows = dynamics_->masses().size();
+  Response r{Matrix::Zero(rows, q_s.cols()), Matrix::Zero(rows, z.displacement.cols())};
+  r.statics(system.coordinates, Eigen::all) = q_s;
+  r.factor(system.coordinates, Eigen::all) = z.displacement;
+  return r;
+}
+
+Matrix BalancedBases::basis(const Response& response) const {
+  Matrix v(response.statics.rows(), 0);
+  add_columns(leading(response.statics), v);
+  add_columns(leading(response.factor - v * (v.transpose() * response.factor)), v);
+  return dynamics_->masses().cwiseSqrt().cwiseInverse().asDiagonal() * v;
 }
 
 const Matrix& BalancedBases::grasped(std::uint32_t node) {
   const auto known = grasped_.find(node);
   if (known != grasped_.end()) return known->second;
-  const Matrix y = displacement_factor(second_order_system(*dynamics_, *rest_, node, {}), nullptr);
-  return grasped_[node] = leading(y, dynamics_->masses());
+  SecondOrderSystem system = second_order_system(*dynamics_, *rest_, node, {});
+  Matrix v;
+  try {
+    Kept once;
+    v = basis(respond(system, kGraspResidual, once));
+  } catch (const std::runtime_error&) {
+    discount(system, kDiscount);
+    Kept once;
+    v = basis(respond(system, kGraspResidual, once));
+  }
+  return grasped_[node] = std::move(v);
 }
 
-const Matrix& BalancedBases::vertex_factor(std::uint32_t vertex) {
-  const auto known = factors_.find(vertex);
-  if (known != factors_.end()) return known->second;
-  if (factors_.size() >= kFactorsMax) factors_.clear();
+const BalancedBases::Response& BalancedBases::vertex_response(std::uint32_t vertex) {
+  const auto known = vertices_.find(vertex);
+  if (known != vertices_.end()) return known->second;
+  if (vertices_.size() >= kVerticesMax) vertices_.clear();
   Matrix b = Matrix::Zero(dynamics_->masses().size(), 3);
   for (const auto& [node, weight] : skin_->vertex_weights(vertex))
     b.middleRows<3>(3 * static_cast<Eigen::Index>(node)) += weight * Mat3::Identity();
-  return factors_[vertex] = displacement_factor(pushed_system(*dynamics_, *rest_, b, {}), &shifts_);
+  SecondOrderSystem system = pushed_system(*dynamics_, *rest_, b, {});
+  if (discounted_) discount(system, kDiscount);
+  try {
+    return vertices_[vertex] = respond(system, kTouchResidual, kept_);
+  } catch (const std::runtime_error&) {
+    if (discounted_) throw;
+    discounted_ = true;
+    kept_ = {};
+    return vertex_response(vertex);
+  }
 }
 
 Matrix BalancedBases::touched(const SurfacePoint& point) {
   const Triangle& corners = skin_->view().triangles[point.triangle];
-  Matrix y = point.weight[0] * vertex_factor(corners[0]);
-  for (std::size_t k = 1; k < 3; ++k) y += point.weight[static_cast<Eigen::Index>(k)] * vertex_factor(corners[k]);
-  return leading(y, dynamics_->masses());
+  for (const std::uint32_t corner : corners) vertex_response(corner);
+  Response sum;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Response& r = vertex_response(corners[k]);
+    const double weight = point.weight[static_cast<Eigen::Index>(k)];
+    sum.statics = k == 0 ? Matrix(weight * r.statics) : Matrix(sum.statics + weight * r.statics);
+    sum.factor = k == 0 ? Matrix(weight * r.factor) : Matrix(sum.factor + weight * r.factor);
+  }
+  return basis(sum);
 }
 
 Matrix restricted_basis(const Matrix& basis, Eigen::Index columns, const Vector& masses, const std::vector<std::uint8_t>& held) {

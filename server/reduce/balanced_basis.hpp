@@ -8,12 +8,18 @@
 // in M: it keeps K and D symmetric and positive semi-definite, and the patch passive. The columns come in the order of their
 // eigenvalues, so the best r of them are the first r.
 //
-// Grasp: the input is the displacement of the held node. Touch: the input is a force at the contact point; every vertex of the
-// surface gets its factor Z when it is first touched, all with the same ADI shifts, so that the factor of a point inside a
-// triangle is the weighted mean of its corners' and the basis moves smoothly with the contact.
+// The input is the rate of what the tool does, its velocity u = d' (grasp) or the rate of its force (touch): a hand's motion has
+// no power at high frequencies that white displacement would have. With q_s = K^-1 B_k the static response and q = q_s d + y
+//     M y'' + D y' + K y = (B_d - D q_s) u - M q_s u',
+// a system of the same form. q_s opens the basis, so statics at rest are exact; the leading eigenvectors of y's P_q follow.
+// (Balanced from the displacement itself, a dozen states lose 8 dB; docs/decisions/0008-balanced.md.)
+//
+// Touch: every vertex of the surface gets q_s and its factor Z when it is first touched, all with the same ADI shifts, so that
+// those of a point inside a triangle are the weighted means of its corners' and the basis moves smoothly with the contact.
 #pragma once
 
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "server/body/skin.hpp"
@@ -30,20 +36,33 @@ class BalancedBases {
   BalancedBases(const Dynamics& dynamics, const Skin& skin, const BodyState& rest)
       : dynamics_(&dynamics), skin_(&skin), rest_(&rest) {}
 
-  /// 3 N x kColumns (fewer on a tiny body). A body that is not stable at rest (fixed nowhere) is balanced for responses that fade
-  /// at kDiscount.
+  /// 3 N x kColumns (fewer on a tiny body), M-orthonormal. A body that is not stable at rest (fixed nowhere) is balanced for
+  /// responses that fade 5/s.
   const Matrix& grasped(std::uint32_t node);
   Matrix touched(const SurfacePoint& point);
 
  private:
-  const Matrix& vertex_factor(std::uint32_t vertex);
-  Matrix displacement_factor(SecondOrderSystem system, ShiftMemory* memory);
+  /// Times M^1/2.
+  struct Response {
+    Matrix statics, factor;  ///< q_s, 3 N x 3; displacement part of Z, 3 N x columns
+  };
+  /// Factorisations for the next vertex.
+  struct Kept {
+    std::optional<DynamicStiffness::At> still;
+    ShiftMemory shifts;
+  };
+
+  Response respond(SecondOrderSystem system, double residual, Kept& kept) const;
+  const Response& vertex_response(std::uint32_t vertex);
+  Matrix basis(const Response& response) const;
 
   const Dynamics* dynamics_;
   const Skin* skin_;
   const BodyState* rest_;
-  std::map<std::uint32_t, Matrix> grasped_, factors_;  // factors: displacement part of Z, 3 N x columns, times M^1/2
-  ShiftMemory shifts_;
+  std::map<std::uint32_t, Matrix> grasped_;
+  std::map<std::uint32_t, Response> vertices_;
+  Kept kept_;
+  bool discounted_ = false;  ///< of touch: the body is not stable at rest
 };
 
 /// The first `columns` of a basis without the held nodes, orthonormal in the masses again.

@@ -13,6 +13,10 @@ double shift_for(Micros bridge) { return std::clamp(2.0 / std::max(seconds(bridg
 
 Mat3 symmetric(const Mat3& m) { return 0.5 * (m + m.transpose()); }
 
+Vector unit(const Dynamics& dynamics, std::uint32_t node, int axis) {
+  return Vector::Unit(dynamics.masses().size(), 3 * static_cast<Eigen::Index>(node) + axis);
+}
+
 }  // namespace
 
 PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2, BalancedBases* balanced)
@@ -39,12 +43,6 @@ int PatchBuilder::modes_for(Scheme scheme, ContactKind contact, int order) {
   return std::clamp(states / 2, 1, kMaxModes);
 }
 
-Vector PatchBuilder::unit(std::uint32_t node, int axis) const {
-  Vector e = Vector::Zero(dynamics_->masses().size());
-  e[3 * static_cast<Eigen::Index>(node) + axis] = 1;
-  return e;
-}
-
 void PatchBuilder::hold_far_nodes(const std::vector<std::uint32_t>& seeds) {
   std::vector<std::uint8_t> near(dynamics_->nodes(), 0);
   std::vector<std::uint32_t> front = seeds;
@@ -68,7 +66,7 @@ bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, Patch& patch
   Matrix k_v(v.rows(), r), d_v(v.rows(), r);
   for (Eigen::Index c = 0; c < r; ++c) {
     Vector k_column, d_column;
-    dynamics_->multiply_tangents(*at.state, v.col(c), k_column, d_column);
+    at.dynamics->multiply_tangents(*at.state, v.col(c), k_column, d_column);
     k_v.col(c) = k_column;
     d_v.col(c) = d_column;
   }
@@ -83,7 +81,7 @@ bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, Patch& patch
   patch.damping = 0.5 * (d + d.transpose());
   Vector motion = at.state->v;
   mask(*at.held, motion);
-  patch.q_rate = rotated.transpose() * dynamics_->masses().cwiseProduct(motion);
+  patch.q_rate = rotated.transpose() * at.dynamics->masses().cwiseProduct(motion);
   return true;
 }
 
@@ -107,48 +105,83 @@ std::optional<Patch> PatchBuilder::build(const BodyState& state, const std::vect
   std::optional<Patch> built;
   for (const bool clamp : {false, true}) {
     held_ = held_nodes(dynamics_->body(), ports);
-    built = port.kind == ContactKind::attach ? build_attach(state, port, request, patch, clamp)
-                                             : build_touch(state, port, request, patch, clamp);
-    report_.solver_iterations += solver_.iterations();
+    built = request.scheme == Scheme::two_layer ? build_two_layer(state, port, request, patch, clamp)
+                                                : build_whole(state, port, request, patch, clamp);
     if (built) break;
   }
   return built;
 }
 
-std::optional<Mat3> PatchBuilder::static_response(const Linearisation& at, const std::vector<Vector>& inputs) {
+std::vector<std::uint32_t> PatchBuilder::contact_nodes(const ToolPort& port) const {
+  if (port.kind == ContactKind::attach) return {port.node};
+  const Triangle& corners = skin_->view().triangles[port.point.triangle];
+  return {corners.begin(), corners.end()};
+}
+
+std::optional<Patch> PatchBuilder::build_whole(const BodyState& state, const ToolPort& port, const PatchRequest& request,
+                                               const Patch& patch, bool clamp) {
+  if (request.scheme == Scheme::ring) hold_far_nodes(contact_nodes(port));
+  if (port.kind == ContactKind::attach) held_[port.node] = 1;
+  Model model{{dynamics_, &state, &held_}, {}, &solver_, &memory_};
+  dynamics_->forces(state.x, state.v, model.imbalance);
+  mask(held_, model.imbalance);
+  const auto built = port.kind == ContactKind::attach ? build_attach(model, port, request, patch, clamp)
+                                                      : build_touch(model, state, port, request, patch, clamp);
+  report_.solver_iterations += solver_.iterations();
+  return built;
+}
+
+std::optional<Patch> PatchBuilder::build_two_layer(const BodyState& state, const ToolPort& port, const PatchRequest& request,
+                                                   const Patch& patch, bool clamp) {
+  if (!two_layer_) two_layer_ = std::make_unique<TwoLayer>(dynamics_->body());
+  LocalBody local = two_layer_->around(contact_nodes(port), held_);
+  const Dynamics dynamics(local.body);
+  const BodyState at_stamp = local.restricted(state);
+  ShiftedSolver solver(dynamics);
+  BasisMemory memory;
+  if (port.kind == ContactKind::attach) local.body.fixed[local.index(port.node)] = 1;
+  Vector forces;
+  dynamics_->forces(state.x, state.v, forces);
+  Model model{{&dynamics, &at_stamp, &local.body.fixed}, local.restricted(forces), &solver, &memory, &local};
+  mask(local.body.fixed, model.imbalance);
+  return port.kind == ContactKind::attach ? build_attach(model, port, request, patch, clamp)
+                                          : build_touch(model, state, port, request, patch, clamp);
+}
+
+std::optional<Mat3> PatchBuilder::static_response(const Model& model, const std::vector<Vector>& inputs) {
   constexpr double kTolerance = 1e-3;
+  BasisMemory& memory = *model.memory;
   Mat3 response;
   for (std::size_t column = 0; column < 3; ++column) {
-    if (memory_.size() <= column) memory_.emplace_back(Vector::Zero(inputs[column].size()));
-    if (!solver_.solve(at, inputs[column], kTolerance, memory_[column])) return std::nullopt;
+    if (memory.size() <= column) memory.emplace_back(Vector::Zero(inputs[column].size()));
+    if (!model.solver->solve(model.at, inputs[column], kTolerance, memory[column])) return std::nullopt;
     for (int row = 0; row < 3; ++row)
-      response(row, static_cast<int>(column)) = inputs[static_cast<std::size_t>(row)].dot(memory_[column]);
+      response(row, static_cast<int>(column)) = inputs[static_cast<std::size_t>(row)].dot(memory[column]);
   }
   return symmetric(response);
 }
 
-std::optional<Patch> PatchBuilder::build_attach(const BodyState& state, const ToolPort& port, const PatchRequest& request,
+std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPort& port, const PatchRequest& request,
                                                 Patch patch, bool clamp) {
-  if (request.scheme == Scheme::ring) hold_far_nodes({port.node});
-  held_[port.node] = 1;
-  const Linearisation at{dynamics_, &state, &held_};
+  const Linearisation& at = model.at;
+  const std::uint32_t node = model.local ? model.local->index(port.node) : port.node;
   // Columns of K and D that belong to the tool's node: what the tool's motion does to the others, and to itself.
   std::vector<Vector> k_tool(3), d_tool(3);
   for (int axis = 0; axis < 3; ++axis) {
     const auto column = static_cast<std::size_t>(axis);
-    dynamics_->multiply_tangents(state, unit(port.node, axis), k_tool[column], d_tool[column]);
-    patch.k_port.col(axis) = k_tool[column].segment<3>(3 * static_cast<Eigen::Index>(port.node));
-    patch.d_port.col(axis) = d_tool[column].segment<3>(3 * static_cast<Eigen::Index>(port.node));
-    mask(held_, k_tool[column]);
-    mask(held_, d_tool[column]);
+    at.dynamics->multiply_tangents(*at.state, unit(*at.dynamics, node, axis), k_tool[column], d_tool[column]);
+    patch.k_port.col(axis) = k_tool[column].segment<3>(3 * static_cast<Eigen::Index>(node));
+    patch.d_port.col(axis) = d_tool[column].segment<3>(3 * static_cast<Eigen::Index>(node));
+    mask(*at.held, k_tool[column]);
+    mask(*at.held, d_tool[column]);
   }
-  const double node_mass_kg = dynamics_->masses()[3 * static_cast<Eigen::Index>(port.node)];
+  const double node_mass_kg = at.dynamics->masses()[3 * static_cast<Eigen::Index>(node)];
   const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
   const bool balanced = request.scheme == Scheme::balanced;
-  if (!balanced && !solver_.prepare(at, shift, clamp)) return std::nullopt;
+  if (!balanced && !model.solver->prepare(at, shift, clamp)) return std::nullopt;
 
   if (request.scheme == Scheme::tangent) {
-    const auto released = static_response(at, k_tool);
+    const auto released = static_response(model, k_tool);
     if (!released) return std::nullopt;
     patch.k_port = symmetric(patch.k_port) - *released;
     patch.d_port.setZero();
@@ -156,14 +189,11 @@ std::optional<Patch> PatchBuilder::build_attach(const BodyState& state, const To
     return patch;
   }
 
-  Vector imbalance;
-  dynamics_->forces(state.x, state.v, imbalance);
-  mask(held_, imbalance);
   std::vector<Vector> inputs;
   for (std::size_t column = 0; column < 3; ++column) inputs.push_back(-k_tool[column] - shift * d_tool[column]);
   const int modes = modes_for(request.scheme, port.kind, request.order);
   const auto basis = balanced ? restricted_basis(balanced_->grasped(port.node), modes, dynamics_->masses(), held_)
-                              : krylov_basis(at, solver_, inputs, {}, imbalance, {modes, shift}, memory_);
+                              : krylov_basis(at, *model.solver, inputs, {}, model.imbalance, {modes, shift}, *model.memory);
   Matrix v;
   if (!basis || !reduce(at, *basis, patch, v)) return std::nullopt;
   patch.b_k.resize(v.cols(), 3);
@@ -174,43 +204,42 @@ std::optional<Patch> PatchBuilder::build_attach(const BodyState& state, const To
   }
   patch.k_port = symmetric(patch.k_port);
   patch.d_port = symmetric(patch.d_port);
-  patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
+  patch.g = v.transpose() * model.imbalance + patch.damping * patch.q_rate;
   report_.lifted_1_s2 = std::max(report_.lifted_1_s2, lift_grasp(patch, node_mass_kg));
   return patch;
 }
 
-std::optional<Patch> PatchBuilder::build_touch(const BodyState& state, const ToolPort& port, const PatchRequest& request,
-                                               Patch patch, bool clamp) {
-  const Triangle& corners = skin_->view().triangles[port.point.triangle];
-  if (request.scheme == Scheme::ring) hold_far_nodes({corners.begin(), corners.end()});
-  const Linearisation at{dynamics_, &state, &held_};
+std::optional<Patch> PatchBuilder::build_touch(const Model& model, const BodyState& state, const ToolPort& port,
+                                               const PatchRequest& request, Patch patch, bool clamp) {
+  const Linearisation& at = model.at;
   patch.coupling_n_m = port.parameters.coupling_n_m;
   patch.friction = port.parameters.friction;
   patch.trust_radius_m = 6 * spacing_m_;
   std::vector<Vector> inputs(3, Vector::Zero(dynamics_->masses().size())), fine;
   const Skin::Weights weights = skin_->weights(port.point);
   for (int axis = 0; axis < 3; ++axis) scatter(weights, Vec3::Unit(axis), inputs[static_cast<std::size_t>(axis)]);
-  for (Vector& b : inputs) mask(held_, b);
+  for (Vector& b : inputs) {
+    if (model.local) b = model.local->restricted(b);
+    mask(*at.held, b);
+  }
 
   const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
   const bool balanced = request.scheme == Scheme::balanced;
-  if (!balanced && !solver_.prepare(at, shift, clamp)) return std::nullopt;
-  Matrix v(dynamics_->masses().size(), 0);
+  if (!balanced && !model.solver->prepare(at, shift, clamp)) return std::nullopt;
+  Matrix v(at.dynamics->masses().size(), 0);
   if (request.scheme == Scheme::tangent) {
-    const auto compliance = static_response(at, inputs);
+    const auto compliance = static_response(model, inputs);
     if (!compliance) return std::nullopt;
     patch.c_static = *compliance;
   } else {
-    Vector imbalance;
-    dynamics_->forces(state.x, state.v, imbalance);
-    mask(held_, imbalance);
-    for (const Vector& b : inputs) fine.push_back(b.cwiseQuotient(dynamics_->masses()));
+    for (const Vector& b : inputs) fine.push_back(b.cwiseQuotient(at.dynamics->masses()));
     const int modes = modes_for(request.scheme, port.kind, request.order);
     const auto basis = balanced ? restricted_basis(balanced_->touched(port.point), modes, dynamics_->masses(), held_)
-                                : krylov_basis(at, solver_, inputs, fine, imbalance, {modes, shift}, memory_);
+                                : krylov_basis(at, *model.solver, inputs, fine, model.imbalance, {modes, shift}, *model.memory);
     if (!basis || !reduce(at, *basis, patch, v)) return std::nullopt;
-    patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
+    patch.g = v.transpose() * model.imbalance + patch.damping * patch.q_rate;
   }
+  if (model.local) v = model.local->expanded(v, state.x.size());
   cut_port_surface(*skin_, state, v, port.point, seconds(request.bridge) * request.tool.velocity, request.vertices_max, patch);
   if (request.scheme == Scheme::tangent && port.touching)
     for (int i = 0; i < patch.surface.vertex_count; ++i)

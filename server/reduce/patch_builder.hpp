@@ -3,6 +3,8 @@
 //   hold, filtered   the force at the stamp
 //   tangent          static stiffness seen at the port, K_s = K_p - K_pf K_ff^-1 K_fp  (touch: compliance C_s = B^T K^-1 B)
 //   ring             the nodes within kRingLayers layers of the contact, all others held still, reduced like `port`
+//   two-layer        those nodes, with outer elements and masses that stand for the rest of the body (two_layer.hpp), reduced
+//                    like `port`; forces and velocities at the stamp are the body's own
 //   balanced         the whole body, balanced off-line at its rest state for this contact (balanced_basis.hpp)
 //   port             the whole body, rational Krylov basis at the port (basis.hpp)
 //
@@ -19,6 +21,7 @@
 #include "server/body/integrator.hpp"
 #include "server/reduce/balanced_basis.hpp"
 #include "server/reduce/basis.hpp"
+#include "server/reduce/two_layer.hpp"
 
 namespace palpate {
 
@@ -53,16 +56,29 @@ class PatchBuilder {
   static int modes_for(Scheme scheme, ContactKind contact, int order);
 
  private:
+  /// What is reduced, and with what.
+  struct Model {
+    Linearisation at;
+    Vector imbalance;  ///< F* of its nodes, zero where they are held
+    ShiftedSolver* solver = nullptr;
+    BasisMemory* memory = nullptr;
+    const LocalBody* local = nullptr;  ///< null: all of the body
+  };
+
   // With `clamp` compressed elements do not soften the matrix that is solved with: the second try, when the first was not
   // definite.
-  std::optional<Patch> build_attach(const BodyState& state, const ToolPort& port, const PatchRequest& request, Patch patch,
-                                    bool clamp);
-  std::optional<Patch> build_touch(const BodyState& state, const ToolPort& port, const PatchRequest& request, Patch patch,
+  std::optional<Patch> build_whole(const BodyState& state, const ToolPort& port, const PatchRequest& request, const Patch& patch,
                                    bool clamp);
-  std::optional<Mat3> static_response(const Linearisation& at, const std::vector<Vector>& inputs);
+  std::optional<Patch> build_two_layer(const BodyState& state, const ToolPort& port, const PatchRequest& request,
+                                       const Patch& patch, bool clamp);
+  std::optional<Patch> build_attach(const Model& model, const ToolPort& port, const PatchRequest& request, Patch patch,
+                                    bool clamp);
+  std::optional<Patch> build_touch(const Model& model, const BodyState& state, const ToolPort& port, const PatchRequest& request,
+                                   Patch patch, bool clamp);
+  std::optional<Mat3> static_response(const Model& model, const std::vector<Vector>& inputs);
+  std::vector<std::uint32_t> contact_nodes(const ToolPort& port) const;
   void hold_far_nodes(const std::vector<std::uint32_t>& seeds);
   bool reduce(const Linearisation& at, const Matrix& v, Patch& patch, Matrix& rotated);
-  Vector unit(std::uint32_t node, int axis) const;
 
   const Dynamics* dynamics_;
   const Skin* skin_;
@@ -72,6 +88,7 @@ class PatchBuilder {
   std::vector<std::uint8_t> held_;
   ShiftedSolver solver_;
   BasisMemory memory_;
+  std::unique_ptr<TwoLayer> two_layer_;  // made when it is first asked for
   PatchBuildReport report_;
 };
 

@@ -206,7 +206,7 @@ TEST_CASE("A grasp patch of full order plays what the dense linear model of the 
 }
 
 TEST_CASE("A grasp patch is passive even where the compressed body is not") {
-  const auto scheme = GENERATE(Scheme::port, Scheme::ring, Scheme::tangent);
+  const auto scheme = GENERATE(Scheme::port, Scheme::ring, Scheme::two_layer, Scheme::tangent);
   int lifted = 0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     Bench bench(box_body(4, 4, 4), ContactKind::attach, 0, 0);
@@ -220,7 +220,7 @@ TEST_CASE("A grasp patch is passive even where the compressed body is not") {
 }
 
 TEST_CASE("K is diagonal, ascending and not negative, D is symmetric and not negative, for every scheme with modes") {
-  const auto scheme = GENERATE(Scheme::port, Scheme::ring);
+  const auto scheme = GENERATE(Scheme::port, Scheme::ring, Scheme::two_layer);
   const auto kind = GENERATE(ContactKind::attach, ContactKind::touch);
   const double shift_m = GENERATE(0.0, 0.001, 0.004);
   Bench bench(box_body(4, 4, 4), kind, shift_m, 0.1);
