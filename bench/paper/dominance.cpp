@@ -1,7 +1,5 @@
 #include "bench/paper/dominance.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -61,7 +59,22 @@ std::vector<double> dominant_energy(const Specimen& specimen, const SecondOrderS
   return mean;
 }
 
-void fill_layers(const Specimen& specimen, const std::vector<double>& by_node, Dominance& d) {
+/// Of a slow push along each axis of the port, mean.
+std::vector<double> slow_energy(const Specimen& specimen, const SecondOrderSystem& system) {
+  const auto still = DynamicStiffness(system.mass, system.damping, system.stiffness).at(0);
+  const Matrix q_s = still.solve(system.b_k.cast<Complex>()).real();
+  std::vector<double> mean(specimen.body().nodes.size(), 0.0);
+  for (Eigen::Index axis = 0; axis < q_s.cols(); ++axis) {
+    Vector q = Vector::Zero(3 * static_cast<Eigen::Index>(mean.size()));
+    q(system.coordinates) = q_s.col(axis);
+    q[3 * static_cast<Eigen::Index>(specimen.port_node()) + system.port_axes[static_cast<std::size_t>(axis)]] = 1;
+    const std::vector<double> shares = energy(specimen, q, Vector::Zero(q.size()));
+    for (std::size_t k = 0; k < mean.size(); ++k) mean[k] += shares[k] / static_cast<double>(q_s.cols());
+  }
+  return mean;
+}
+
+void fill_layers(const Specimen& specimen, const std::vector<double>& by_node, const std::vector<double>& slow, Dominance& d) {
   const LumpedBody& body = specimen.body();
   const std::vector<int> layer = layers_of(specimen);
   const Vec3 port = body.nodes[specimen.port_node()];
@@ -73,6 +86,7 @@ void fill_layers(const Specimen& specimen, const std::vector<double>& by_node, D
     if (layer[i] < 0 || body.fixed[i] || i == specimen.port_node()) continue;
     const auto k = static_cast<std::size_t>(layer[i]);
     d.layers[k].within += by_node[i];
+    d.layers[k].slow_within += slow[i];
     d.layers[k].distance_m += distance;
     count[k] += 1;
     by_distance.emplace_back(distance, by_node[i]);
@@ -85,6 +99,7 @@ void fill_layers(const Specimen& specimen, const std::vector<double>& by_node, D
     l.even_within = count[k] / all;
     if (k == 0) continue;
     l.within += d.layers[k - 1].within;
+    l.slow_within += d.layers[k - 1].slow_within;
     l.even_within += d.layers[k - 1].even_within;
   }
   while (d.layers.size() > 1 && count.back() == 0) {  // only fixed nodes there
@@ -111,7 +126,7 @@ Dominance dominance(const Specimen& specimen, int layers_max) {
   d.hankel_n_m.assign(balanced.hankel().begin(), balanced.hankel().end());
   double sum = 0;
   while (sum < Dominance::kShare * balanced.hankel().sum()) sum += balanced.hankel()[d.states_dominant++];
-  fill_layers(specimen, dominant_energy(specimen, system, balanced, d.states_dominant), d);
+  fill_layers(specimen, dominant_energy(specimen, system, balanced, d.states_dominant), slow_energy(specimen, system), d);
 
   std::vector<double> frequencies = log_frequencies(10, 1000, kPerDecade);
   frequencies.insert(frequencies.begin(), 0.0);
@@ -132,26 +147,6 @@ Dominance dominance(const Specimen& specimen, int layers_max) {
   for (auto r = d.rings.rbegin(); r != d.rings.rend() && std::max(r->band_10_100, r->band_100_1000) <= Dominance::kRingError; ++r)
     d.ring_layers_all = r->layers;
   return d;
-}
-
-std::string verdict(const Dominance& d) {
-  const double within_2 = d.layers[std::min<std::size_t>(2, d.layers.size() - 1)].within;
-  std::string text = fmt::format(
-      "{} of {} states are dominant; {:.0f} % of their energy lies within two layers of the contact, half within {:.0f} mm and "
-      "nine tenths within {:.0f} mm of a body that reaches {:.0f} mm. ",
-      d.states_dominant, d.states_full, 100 * within_2, 1e3 * d.distance_50_m, 1e3 * d.distance_90_m, 1e3 * d.extent_m);
-  const bool local = within_2 >= 0.5;
-  text += local ? "The dominant modes are local to the contact. "
-                : "The dominant modes are not local: most of what answers the "
-                  "hand lies far from it. ";
-  if (d.ring_layers_all > 0)
-    text += fmt::format("ring serves with {} or more layers: its error stays below {:.0f} % from 10 to 1000 Hz.",
-                        d.ring_layers_all, 100 * Dominance::kRingError);
-  else if (d.ring_layers_fast > 0)
-    text += fmt::format("ring with {} or more layers serves above 100 Hz only; below, use port or balanced.", d.ring_layers_fast);
-  else
-    text += fmt::format("ring does not serve with up to {} layers: use port or balanced.", d.rings.back().layers);
-  return text;
 }
 
 }  // namespace palpate

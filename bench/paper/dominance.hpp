@@ -6,11 +6,13 @@
 // and the dominant energy is the sum over i of hankel_i / sum hankel times the shares of state i. A layer is the nodes that are
 // as many elements away from the contact as its number.
 //
+// Those states answer all frequencies alike, and fast ones are local in any body. Where a slow push deforms the body is the
+// elastic energy of the static response q_s = K^-1 B_k, mean over the axes: deep in a body that is softer below.
+//
 // Whether `ring`, which holds all nodes beyond a layer, will serve is not left to that distribution: the ring models themselves
 // are compared with the body. error(omega) = |G_ring - G| / |G|, largest singular values. Source: Cavusoglu and Tendick, 4 and 7.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "bench/paper/response.hpp"
@@ -26,6 +28,7 @@ struct RingError {
 struct LayerShare {
   int layer = 0;
   double within = 0;       ///< of the dominant energy, in this layer and those nearer
+  double slow_within = 0;  ///< of the elastic energy of a slow push: how much of the deformation happens there
   double even_within = 0;  ///< what energy spread evenly over the free nodes would have there
   double distance_m = 0;   ///< mean distance of its nodes from the contact
 };
@@ -46,8 +49,5 @@ struct Dominance {
 
 /// `layers_max`: rings to try, at least 1. Throws std::runtime_error when the body is not stable at rest.
 Dominance dominance(const Specimen& specimen, int layers_max);
-
-/// In words, two or three sentences.
-std::string verdict(const Dominance& d);
 
 }  // namespace palpate

@@ -56,7 +56,7 @@ TEST_CASE("The basis of a contact inside a triangle keeps the compliance of that
     b.middleRows<3>(3 * static_cast<Eigen::Index>(node)) += weight * Mat3::Identity();
   const SecondOrderSystem y = pushed_system(block.dynamics, block.rest, b, {});
   CHECK(error_at(y, v.leftCols(3), 0) < 1e-9);
-  CHECK(error_at(y, v.leftCols(8), 60) < 0.01);
+  CHECK(error_at(y, v.leftCols(8), 60) < 0.02);
 }
 
 TEST_CASE("A force between two vertices has the mean of their low-rank factors when they share the shifts") {
