@@ -49,6 +49,7 @@ int main(int argc, char** argv) {
   palpate::add_haptic(app, run);
   palpate::add_release(app, run);
   palpate::add_limits(app, run);
+  palpate::add_dominance(app, run);
   palpate::add_couplings(app, run);
   app.add_subcommand("list", "name the experiments, a line each")->callback([&] {
     run = [&] {

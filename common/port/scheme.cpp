@@ -15,9 +15,9 @@ bool is_available(Scheme scheme) {
     case Scheme::tangent:
     case Scheme::ring:
     case Scheme::two_layer:
+    case Scheme::balanced:
     case Scheme::port:
       return true;
-    case Scheme::balanced:
     case Scheme::cubic:
       return false;
   }

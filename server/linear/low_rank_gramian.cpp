@@ -84,65 +84,93 @@ SecondOrderSystem mass_scaled(const SecondOrderSystem& system) {
   return s;
 }
 
-LowRankGramian low_rank_gramian(const SecondOrderSystem& y, const BalanceOptions& options) {
+namespace {
+
+/// The state of the iteration: what the equation still lacks, and Z so far, a block of columns a step.
+struct Iteration {
+  const SecondOrderSystem& y;
+  Block w;
+  std::vector<Block> z, recent;
+
+  explicit Iteration(const SecondOrderSystem& system) : y(system), w{y.b_d, y.b_k - y.damping * y.b_d} {}
+  double lack() const { return energy_product(y, w, w).norm(); }
+  void step(Complex s, const DynamicStiffness::At& at);
+};
+
+void Iteration::step(Complex s, const DynamicStiffness::At& at) {
+  const ComplexMatrix x = at.solve(-(s * w.q + y.damping * w.q + w.v).cast<Complex>());
+  const ComplexMatrix x_v = w.q + s * x;
   const Eigen::Index n = y.size(), p = y.ports();
-  const DynamicStiffness dynamic(y.mass, y.damping, y.stiffness);
-  LowRankGramian z;
-  Block w{y.b_d, y.b_k - y.damping * y.b_d};
-  const double start = energy_product(y, w, w).norm();
-  std::vector<Block> recent;
-  {
-    // A^-1 B opens the first projection: slow parts of the response.
-    const auto at = dynamic.at(0);
-    ++z.factorisations;
-    if (!(at.pivots().real().minCoeff() > 0))
-      throw std::runtime_error("balance: the stiffness is not positive definite, so the system is not stable");
-    recent.push_back({at.solve((-(y.damping * w.q) - w.v).cast<Complex>()).real(), w.q});
+  if (is_real(s)) {
+    const double gamma = std::sqrt(2 * s.real());
+    z.push_back({gamma * x.real(), gamma * x_v.real()});
+    w.q += gamma * z.back().q;
+    w.v += gamma * z.back().v;
+  } else {
+    const double gamma = 2 * std::sqrt(s.real()), delta = s.real() / s.imag(), beta = gamma * std::sqrt(delta * delta + 1);
+    const Matrix sum_q = x.real() + delta * x.imag(), sum_v = x_v.real() + delta * x_v.imag();
+    z.push_back({Matrix(n, 2 * p), Matrix(n, 2 * p)});
+    z.back().q << gamma * sum_q, beta * x.imag();
+    z.back().v << gamma * sum_v, beta * x_v.imag();
+    w.q += gamma * gamma * sum_q;
+    w.v += gamma * gamma * sum_v;
   }
-  std::vector<Matrix> q, v;
+  constexpr std::size_t kRecent = 3;
+  if (recent.size() == kRecent) recent.erase(recent.begin());
+  recent.push_back(z.back());
+}
+
+LowRankGramian joined(const SecondOrderSystem& y, const std::vector<Block>& z) {
   Eigen::Index columns = 0;
-  z.residual = 1;
-  while (z.residual > options.residual && columns + 2 * p <= options.columns_max) {
-    const Complex s = next_shift(y, w, recent);
-    if (!(s.real() > 0)) throw std::runtime_error("balance: no stable shift is left; the system is not damped");
-    const ComplexMatrix x = dynamic.at(s).solve(-(s * w.q + y.damping * w.q + w.v).cast<Complex>());
-    const ComplexMatrix x_v = w.q + s * x;
-    ++z.factorisations;
-    if (is_real(s)) {
-      const double gamma = std::sqrt(2 * s.real());
-      q.push_back(gamma * x.real());
-      v.push_back(gamma * x_v.real());
-      w.q += gamma * q.back();
-      w.v += gamma * v.back();
-    } else {
-      const double gamma = 2 * std::sqrt(s.real()), delta = s.real() / s.imag();
-      Matrix sum_q = x.real() + delta * x.imag(), sum_v = x_v.real() + delta * x_v.imag();
-      q.resize(q.size() + 1);
-      v.resize(v.size() + 1);
-      const double beta = std::sqrt(delta * delta + 1);
-      q.back().resize(n, 2 * p);
-      v.back().resize(n, 2 * p);
-      q.back() << gamma * sum_q, gamma * beta * x.imag();
-      v.back() << gamma * sum_v, gamma * beta * x_v.imag();
-      w.q += gamma * gamma * sum_q;
-      w.v += gamma * gamma * sum_v;
-    }
-    columns += q.back().cols();
-    constexpr std::size_t kRecent = 3;
-    if (recent.size() == kRecent) recent.erase(recent.begin());
-    recent.push_back({q.back(), v.back()});
-    const double now = energy_product(y, w, w).norm() / start;
-    if (!(now < 1.5 * z.residual + 1e-300)) throw std::runtime_error("balance: the system is not stable");
-    z.residual = now;
-  }
-  z.displacement.resize(n, columns);
-  z.velocity.resize(n, columns);
+  for (const Block& b : z) columns += b.q.cols();
+  LowRankGramian all;
+  all.displacement.resize(y.size(), columns);
+  all.velocity.resize(y.size(), columns);
   columns = 0;
-  for (std::size_t k = 0; k < q.size(); ++k) {
-    z.displacement.middleCols(columns, q[k].cols()) = q[k];
-    z.velocity.middleCols(columns, q[k].cols()) = v[k];
-    columns += q[k].cols();
+  for (const Block& b : z) {
+    all.displacement.middleCols(columns, b.q.cols()) = b.q;
+    all.velocity.middleCols(columns, b.q.cols()) = b.v;
+    columns += b.q.cols();
   }
+  return all;
+}
+
+}  // namespace
+
+LowRankGramian low_rank_gramian(const SecondOrderSystem& y, const BalanceOptions& options, ShiftMemory* memory) {
+  Iteration adi(y);
+  const double start = adi.lack();
+  double residual = 1;
+  int factorisations = 0;
+  if (memory && !memory->empty()) {
+    for (const auto& [s, at] : *memory) adi.step(s, at);
+    residual = adi.lack() / start;
+  } else {
+    const DynamicStiffness dynamic(y.mass, y.damping, y.stiffness);
+    const auto still = dynamic.at(0);
+    ++factorisations;
+    if (!(still.pivots().real().minCoeff() > 0))
+      throw std::runtime_error("balance: the stiffness is not positive definite, so the system is not stable");
+    // A^-1 B opens the first projection: the slow part of the response.
+    adi.recent.push_back({still.solve((-(y.damping * adi.w.q) - adi.w.v).cast<Complex>()).real(), adi.w.q});
+    Eigen::Index columns = 0;
+    while (residual > options.residual && columns + 2 * y.ports() <= options.columns_max) {
+      const Complex s = next_shift(y, adi.w, adi.recent);
+      if (!(s.real() > 0)) throw std::runtime_error("balance: no stable shift is left; the system is not damped");
+      const auto at = dynamic.at(s);
+      ++factorisations;
+      adi.step(s, at);
+      if (memory) memory->emplace_back(s, at);
+      columns += adi.z.back().q.cols();
+      const double now = adi.lack() / start;
+      constexpr double kRounding = 1e-3;
+      if (!(now < (1 + kRounding) * residual)) throw std::runtime_error("balance: energy grows; the system is not stable");
+      residual = now;
+    }
+  }
+  LowRankGramian z = joined(y, adi.z);
+  z.residual = residual;
+  z.factorisations = factorisations;
   return z;
 }
 

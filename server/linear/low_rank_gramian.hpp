@@ -13,6 +13,9 @@
 // Numer. Algorithms 62 (2013) and ETNA 43 (2014).
 #pragma once
 
+#include <utility>
+#include <vector>
+
 #include "server/linear/second_order.hpp"
 
 namespace palpate {
@@ -28,11 +31,17 @@ struct LowRankGramian {
   int factorisations = 0;
 };
 
+/// Shifts and their factorisations, for many ports of one body: the ADI of the first port fills it, the others go the same way,
+/// solves only. With the same shifts Z is linear in B: the factor of a port between two others is the mean of theirs.
+using ShiftMemory = std::vector<std::pair<Complex, DynamicStiffness::At>>;
+
 /// The same system in coordinates M^1/2 q: mass 1.
 SecondOrderSystem mass_scaled(const SecondOrderSystem& system);
 
 /// `system` must be mass-scaled. Throws std::runtime_error when the system is not stable (K not positive definite, or energy that
-/// grows); stops at columns_max, and `residual` says how far it got.
-LowRankGramian low_rank_gramian(const SecondOrderSystem& system, const BalanceOptions& options = {});
+/// grows); stops at columns_max, and `residual` says how far it got. With a `memory` that is not empty its shifts are taken, and
+/// no others.
+LowRankGramian low_rank_gramian(const SecondOrderSystem& system, const BalanceOptions& options = {},
+                                ShiftMemory* memory = nullptr);
 
 }  // namespace palpate

@@ -53,36 +53,60 @@ SparseMatrix restricted(const BlockMatrix& a, const std::vector<std::int64_t>& r
 
 }  // namespace
 
-SecondOrderSystem second_order_system(const Dynamics& dynamics, const BodyState& state, std::uint32_t port_node,
-                                      std::vector<std::uint8_t> held) {
-  held.resize(dynamics.nodes(), 0);
-  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
-    if (dynamics.body().fixed[i]) held[i] = 1;
-  held[port_node] = 1;
+namespace {
+
+/// What both kinds of port share: the free coordinates with their M, D and K.
+struct FreeBody {
+  SecondOrderSystem system;
+  std::vector<std::int64_t> row_of;
+  std::vector<std::uint8_t> moves;  ///< per coordinate: something pulls at it, held or not
+};
+
+FreeBody free_body(const Dynamics& dynamics, const BodyState& state, const std::vector<std::uint8_t>& held) {
   BlockMatrix k = dynamics.make_matrix(), d = dynamics.make_matrix();
   const std::vector<std::uint8_t> none(dynamics.nodes(), 0);
   dynamics.assemble(state, 0, 0, 1, none, false, k);
   dynamics.assemble(state, 0, 1, 0, none, false, d);
-
-  // A coordinate belongs to the system when something pulls at it.
-  SecondOrderSystem s;
-  std::vector<std::int64_t> row_of(3 * std::size_t{dynamics.nodes()}, kNone);
+  FreeBody free;
+  SecondOrderSystem& s = free.system;
+  free.row_of.assign(3 * std::size_t{dynamics.nodes()}, kNone);
+  free.moves.assign(free.row_of.size(), 0);
   for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
       const auto at = static_cast<Eigen::Index>(axis);
       if (dynamics.body().planar && axis == 2) continue;
       if (!pulled(k.block(k.diagonal(i)), at) && !pulled(d.block(d.diagonal(i)), at)) continue;
-      if (i == port_node) s.port_axes.push_back(axis);
+      free.moves[3 * i + axis] = 1;
       if (held[i]) continue;
-      row_of[3 * i + axis] = static_cast<std::int64_t>(s.coordinates.size());
+      free.row_of[3 * i + axis] = static_cast<std::int64_t>(s.coordinates.size());
       s.coordinates.push_back(3 * i + axis);
     }
-  const auto n = static_cast<Eigen::Index>(s.coordinates.size()), p = static_cast<Eigen::Index>(s.port_axes.size());
+  const auto n = static_cast<Eigen::Index>(s.coordinates.size());
   s.mass.resize(n);
   for (Eigen::Index row = 0; row < n; ++row) s.mass[row] = dynamics.masses()[s.coordinates[static_cast<std::size_t>(row)]];
-  s.stiffness = restricted(k, row_of, n);
-  s.damping = restricted(d, row_of, n);
+  s.stiffness = restricted(k, free.row_of, n);
+  s.damping = restricted(d, free.row_of, n);
+  return free;
+}
 
+std::vector<std::uint8_t> with_fixed(const Dynamics& dynamics, std::vector<std::uint8_t> held) {
+  held.resize(dynamics.nodes(), 0);
+  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
+    if (dynamics.body().fixed[i]) held[i] = 1;
+  return held;
+}
+
+}  // namespace
+
+SecondOrderSystem second_order_system(const Dynamics& dynamics, const BodyState& state, std::uint32_t port_node,
+                                      std::vector<std::uint8_t> held) {
+  held = with_fixed(dynamics, std::move(held));
+  held[port_node] = 1;
+  FreeBody free = free_body(dynamics, state, held);
+  SecondOrderSystem& s = free.system;
+  for (std::uint32_t axis = 0; axis < 3; ++axis)
+    if (free.moves[3 * port_node + axis]) s.port_axes.push_back(axis);
+  const Eigen::Index n = s.size(), p = static_cast<Eigen::Index>(s.port_axes.size());
   Matrix k_columns, d_columns;
   columns(dynamics, state, port_node, k_columns, d_columns);
   s.b_k.resize(n, p);
@@ -101,7 +125,20 @@ SecondOrderSystem second_order_system(const Dynamics& dynamics, const BodyState&
       s.d_port(i, j) = d_columns(row, axis);
     }
   }
-  return s;
+  return std::move(free.system);
+}
+
+SecondOrderSystem pushed_system(const Dynamics& dynamics, const BodyState& state, const Matrix& b,
+                                std::vector<std::uint8_t> held) {
+  FreeBody free = free_body(dynamics, state, with_fixed(dynamics, std::move(held)));
+  SecondOrderSystem& s = free.system;
+  s.port_axes = {0, 1, 2};
+  if (dynamics.body().planar) s.port_axes.pop_back();
+  const auto p = static_cast<Eigen::Index>(s.port_axes.size());
+  s.b_k = b(s.coordinates, s.port_axes);
+  s.b_d = Matrix::Zero(s.size(), p);
+  s.k_port = s.d_port = Matrix::Zero(p, p);
+  return std::move(free.system);
 }
 
 SecondOrderSystem project(const SecondOrderSystem& system, const Matrix& v) {

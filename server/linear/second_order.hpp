@@ -36,6 +36,13 @@ struct SecondOrderSystem {
 SecondOrderSystem second_order_system(const Dynamics& dynamics, const BodyState& state, std::uint32_t port_node,
                                       std::vector<std::uint8_t> held);
 
+/// The body held nowhere but at its fixed nodes (and `held`) and pushed by a force lambda at a point p = B^T x of it, B 3 N x 3:
+/// M q''
+/// + D q' + K q = B lambda. Written as above with B_k = B, the rest of the port 0, so that its G(s) is minus the compliance at
+/// the point [m/N].
+SecondOrderSystem pushed_system(const Dynamics& dynamics, const BodyState& state, const Matrix& b,
+                                std::vector<std::uint8_t> held);
+
 /// Galerkin projection: q = V y with the columns of V (n x r) in any scaling; the result has M = I and dense D, K.
 SecondOrderSystem project(const SecondOrderSystem& system, const Matrix& v);
 

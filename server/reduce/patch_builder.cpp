@@ -19,8 +19,13 @@ Vector unit(const Dynamics& dynamics, std::uint32_t node, int axis) {
 
 }  // namespace
 
-PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2)
-    : dynamics_(&dynamics), skin_(&skin), neighbours_(dynamics.nodes()), softest_1_s2_(softest_1_s2), solver_(dynamics) {
+PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2, BalancedBases* balanced)
+    : dynamics_(&dynamics),
+      skin_(&skin),
+      balanced_(balanced),
+      neighbours_(dynamics.nodes()),
+      softest_1_s2_(softest_1_s2),
+      solver_(dynamics) {
   const LumpedBody& body = dynamics.body();
   Eigen::AlignedBox3d box;
   for (const Vec3& x : body.nodes) box.extend(x);
@@ -96,6 +101,7 @@ std::optional<Patch> PatchBuilder::build(const BodyState& state, const std::vect
   patch.valid_for = 2 * request.bridge + Micros{250'000};
   patch.trust_radius_m = extent_m_;
   if (patch.constant) return patch;
+  if (request.scheme == Scheme::balanced && !balanced_) return std::nullopt;
   std::optional<Patch> built;
   for (const bool clamp : {false, true}) {
     held_ = held_nodes(dynamics_->body(), ports);
@@ -171,7 +177,8 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
   }
   const double node_mass_kg = at.dynamics->masses()[3 * static_cast<Eigen::Index>(node)];
   const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
-  if (!model.solver->prepare(at, shift, clamp)) return std::nullopt;
+  const bool balanced = request.scheme == Scheme::balanced;
+  if (!balanced && !model.solver->prepare(at, shift, clamp)) return std::nullopt;
 
   if (request.scheme == Scheme::tangent) {
     const auto released = static_response(model, k_tool);
@@ -184,8 +191,9 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
 
   std::vector<Vector> inputs;
   for (std::size_t column = 0; column < 3; ++column) inputs.push_back(-k_tool[column] - shift * d_tool[column]);
-  const auto basis = krylov_basis(at, *model.solver, inputs, {}, model.imbalance,
-                                  {modes_for(request.scheme, port.kind, request.order), shift}, *model.memory);
+  const int modes = modes_for(request.scheme, port.kind, request.order);
+  const auto basis = balanced ? restricted_basis(balanced_->grasped(port.node), modes, dynamics_->masses(), held_)
+                              : krylov_basis(at, *model.solver, inputs, {}, model.imbalance, {modes, shift}, *model.memory);
   Matrix v;
   if (!basis || !reduce(at, *basis, patch, v)) return std::nullopt;
   patch.b_k.resize(v.cols(), 3);
@@ -216,7 +224,8 @@ std::optional<Patch> PatchBuilder::build_touch(const Model& model, const BodySta
   }
 
   const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
-  if (!model.solver->prepare(at, shift, clamp)) return std::nullopt;
+  const bool balanced = request.scheme == Scheme::balanced;
+  if (!balanced && !model.solver->prepare(at, shift, clamp)) return std::nullopt;
   Matrix v(at.dynamics->masses().size(), 0);
   if (request.scheme == Scheme::tangent) {
     const auto compliance = static_response(model, inputs);
@@ -224,8 +233,9 @@ std::optional<Patch> PatchBuilder::build_touch(const Model& model, const BodySta
     patch.c_static = *compliance;
   } else {
     for (const Vector& b : inputs) fine.push_back(b.cwiseQuotient(at.dynamics->masses()));
-    const auto basis = krylov_basis(at, *model.solver, inputs, fine, model.imbalance,
-                                    {modes_for(request.scheme, port.kind, request.order), shift}, *model.memory);
+    const int modes = modes_for(request.scheme, port.kind, request.order);
+    const auto basis = balanced ? restricted_basis(balanced_->touched(port.point), modes, dynamics_->masses(), held_)
+                                : krylov_basis(at, *model.solver, inputs, fine, model.imbalance, {modes, shift}, *model.memory);
     if (!basis || !reduce(at, *basis, patch, v)) return std::nullopt;
     patch.g = v.transpose() * model.imbalance + patch.damping * patch.q_rate;
   }

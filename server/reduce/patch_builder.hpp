@@ -4,8 +4,8 @@
 //   tangent          static stiffness seen at the port, K_s = K_p - K_pf K_ff^-1 K_fp  (touch: compliance C_s = B^T K^-1 B)
 //   ring             the nodes within kRingLayers layers of the contact, all others held still, reduced like `port`
 //   two-layer        those nodes, with outer elements and masses that stand for the rest of the body (two_layer.hpp), reduced
-//   like
-//                    `port`; forces and velocities at the stamp are the body's own
+//                    like `port`; forces and velocities at the stamp are the body's own
+//   balanced         the whole body, balanced off-line at its rest state for this contact (balanced_basis.hpp)
 //   port             the whole body, rational Krylov basis at the port (basis.hpp)
 //
 // K and D are the symmetric tangents, so an orthogonal projection keeps them positive semi-definite where the body's own are.
@@ -19,6 +19,7 @@
 #include <optional>
 
 #include "server/body/integrator.hpp"
+#include "server/reduce/balanced_basis.hpp"
 #include "server/reduce/basis.hpp"
 #include "server/reduce/two_layer.hpp"
 
@@ -43,8 +44,9 @@ class PatchBuilder {
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
   static constexpr double kFilteredHz = 10;  ///< low-pass of `filtered`: the paper's, its model rate
 
-  /// `softest_1_s2`: lowest stiffness that a mode may have, softest_stiffness() of the body.
-  PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2);
+  /// `softest_1_s2`: lowest stiffness that a mode may have, softest_stiffness() of the body. `balanced`: off-line bases, shared
+  /// by the builders of a body; without them there is no patch of scheme balanced.
+  PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2, BalancedBases* balanced = nullptr);
 
   /// A patch for `ports[which]` at `state`; seq and stamp are left to the caller. Nothing when the port's matrix cannot be
   /// solved.
@@ -80,6 +82,7 @@ class PatchBuilder {
 
   const Dynamics* dynamics_;
   const Skin* skin_;
+  BalancedBases* balanced_;
   std::vector<std::vector<std::uint32_t>> neighbours_;
   double softest_1_s2_ = 0, extent_m_ = 0, spacing_m_ = 0;
   std::vector<std::uint8_t> held_;
