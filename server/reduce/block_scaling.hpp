@@ -14,7 +14,7 @@
 //
 // Where the body's own layers have fewer nodes than those of such a half space, free sides cut the shells, and their compliance
 // grows in proportion: ShellCompliance.
-// Why this block and not one loaded by a plate, whose law is m^(d-2): docs/decisions/0010-two-layer.md.
+// Why this block and not one loaded by a plate, whose law is m^(d-2): docs/decisions/0009-two-layer.md.
 // Source: Cavusoglu and Tendick, section 5.2 and fig. 16, which prints neither the block's loading nor figures.
 #pragma once
 

@@ -16,7 +16,7 @@
 // (k/3, b/3) - wall. Where no way leads to a fixed node (a body held nowhere) outer elements are left out: s = 0.
 //
 // The paper gives the rules in one dimension and beyond it in words; what they were taken to mean, and what the other readings
-// give, is in docs/decisions/0010-two-layer.md. They suit a body of one material whose ends are held. Towards a free side the
+// give, is in docs/decisions/0009-two-layer.md. They suit a body of one material whose ends are held. Towards a free side the
 // model is too stiff for slow motion, though less than `ring`; below a stiff skin of soft tissue it fails as `ring` does. Source:
 // Cavusoglu and Tendick, sections 5, 5.1 and 5.2, figs 10, 14 and 16.
 #pragma once
