@@ -47,7 +47,7 @@ SparseMatrix restricted(const BlockMatrix& a, const std::vector<std::int64_t>& r
   // To the last bit symmetric, and what cancels in the sum over the elements is no entry.
   constexpr double kRounding = 1e-14;
   m = 0.5 * (m + SparseMatrix(m.transpose()));
-  if (n > 0) m.prune(m.coeffs().abs().maxCoeff(), kRounding);
+  if (m.nonZeros() > 0) m.prune(m.coeffs().abs().maxCoeff(), kRounding);
   return m;
 }
 
