@@ -141,6 +141,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
     result.patch_bytes_mean =
         counts.patches > 0 ? static_cast<double>(counts.patch_bytes) / static_cast<double>(counts.patches) : 0;
     result.patch_states = core.last_patch().states();
+    result.last_patch = core.last_patch();
     result.hand_over_step_max_n = haptic.hand_over_step_max_n;
     result.tick_ns_p50 = percentile(tick_ns[k], 0.5);
     result.tick_ns_p99 = percentile(std::move(tick_ns[k]), 0.99);

@@ -34,6 +34,7 @@ struct ReplayResult {
   double patch_bytes_mean = 0;
   int patch_states = 0;
   double hand_over_step_max_n = 0;
+  Patch last_patch;
   // wall clock of this machine
   double tick_ns_p50 = 0, tick_ns_p99 = 0, patch_build_ms_mean = 0, frame_ms_mean = 0;
 };

@@ -25,20 +25,31 @@ void ServerCore::note_due(bool skipped) {
 }
 
 Micros ServerCore::playout(Micros now) const {
-  auto known = Micros::max(), least_lag = Micros::max();
+  const auto punctual = [&](const Station& s) { return now - s.sample_heard <= kLateAfter; };
+  auto least_lag = Micros::max(), least_late = Micros::max();
   for (const auto& [id, station] : stations_) {
     if (!station.pushes() || station.timeline.empty()) continue;
-    if (now - station.sample_heard <= kLateAfter) {
-      known = std::min(known, station.timeline.newest());
-    } else {
-      least_lag = std::min(least_lag, station.sample_lag);
-    }
+    if (punctual(station))
+      least_lag = std::min(least_lag, station.usual_lag);
+    else
+      least_late = std::min(least_late, station.sample_lag);
+  }
+  auto known = Micros::max(), wait = Micros{};
+  int waited_for = 0;
+  for (const auto& [id, station] : stations_) {
+    if (!station.pushes() || station.timeline.empty() || !punctual(station)) continue;
+    if (station.usual_lag > least_lag + kMostWait) continue;
+    known = std::min(known, station.timeline.newest());
+    wait = std::max(wait, station.usual_lag);
+    ++waited_for;
   }
   auto target = now;
-  if (known != Micros::max())
+  if (known != Micros::max()) {
     target = known;  // exactly a sample, even where it lies ahead of `now` by an error of the clocks
-  else if (least_lag != Micros::max())
-    target = now - least_lag;
+    if (waited_for > 1) target = std::max(target, now - wait - kPlayoutSlack);
+  } else if (least_late != Micros::max()) {
+    target = now - least_late;
+  }
   return std::min(target, body_time_ + kLongestFrame);
 }
 

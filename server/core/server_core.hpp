@@ -9,8 +9,11 @@
 // came by a moment before it ticks at that moment.
 //
 // Playout: a frame simulates up to the newest moment for which the samples of every punctual station are known (a station is
-// punctual while its newest sample came within kLateAfter); a late station's tool is held; nobody waits for it. When all are
-// late the body goes on at the lag of the least late one. With no haptic station the body runs on the server's clock. Body
+// punctual while its newest sample came within kLateAfter). Nobody waits for more than kMostWait: a station whose samples are
+// usually so much older than those of the quickest is not waited for, and of several stations one whose samples stay out is not
+// waited for beyond its usual lag and kPlayoutSlack. A tool whose samples are not there yet goes on as it went for a while, and
+// is led back to where it truly was when they come (tool_track.hpp). When all are late the body goes on at the lag of the least
+// late one. With no haptic station the body runs on the server's clock. Body
 // time is the server's clock; it never goes back, a frame that would advance it by less than kLeastFrame is skipped, one by more
 // than kLongestFrame is cut there.
 //
@@ -46,13 +49,15 @@ namespace palpate {
 struct ServerOptions {
   std::uint64_t instance = 1;  ///< drawn anew by each process, for each room
   double rate_hz = 20;
-  std::string room = {};     ///< its name, for stations that ask for one; empty: it has none
+  std::string room = {};   ///< its name, for stations that ask for one; empty: it has none
   std::string rooms = {};  ///< names of all rooms of the process, for a station that asks for another
 };
 
 inline constexpr Micros kSilentAfter{1'000'000};  ///< another peer may take the name of a station silent for so long
 inline constexpr Micros kGoneAfter{3'000'000};    ///< a station silent for so long has left
-inline constexpr Micros kLateAfter{150'000};      ///< no newer sample for so long: the tool is held
+inline constexpr Micros kLateAfter{150'000};      ///< no newer sample for so long: the tool stands still
+inline constexpr Micros kMostWait{100'000};       ///< that a station's patches are older for the sake of another's samples
+inline constexpr Micros kPlayoutSlack{20'000};    ///< beyond its usual lag, that the others wait for a station's samples
 inline constexpr Micros kSampleAhead{250'000};    ///< a sample may lie so far in the future while the clocks settle
 inline constexpr Micros kLeastFrame{1'000};
 inline constexpr Micros kLongestFrame{500'000};

@@ -119,6 +119,7 @@ void ServerCore::take_from(Station& station, const Message& message, Micros now)
 
 void ServerCore::take_samples(Station& station, const Samples& samples, Micros now) {
   if (!station.pushes()) return;
+  const auto before = station.sample_heard;
   for (const auto& sample : samples.samples) {
     const auto t = station.clock.locked() ? station.clock.from_peer(sample.t) : Micros::max();
     if (t > now + kSampleAhead) {
@@ -131,6 +132,9 @@ void ServerCore::take_samples(Station& station, const Samples& samples, Micros n
     station.sample_heard = now;
     station.sample_lag = std::max(Micros{}, now - station.timeline.newest());
   }
+  if (station.sample_heard == before) return;
+  constexpr int kForget = 64;
+  station.usual_lag = std::max(station.sample_lag, station.usual_lag - (station.usual_lag - station.sample_lag) / kForget);
 }
 
 /// Queues an answer to someone who is not, or not any more, in the room.

@@ -16,8 +16,11 @@ class Orthonormal {
     if (full()) return;
     const double before = norm(y);
     if (!(before > 0) || !std::isfinite(before)) return;
-    for (int pass = 0; pass < 2; ++pass)
-      for (Eigen::Index k = 0; k < count_; ++k) y -= v_.col(k).dot(masses_.cwiseProduct(y)) * v_.col(k);
+    for (int pass = 0; pass < 2; ++pass) {
+      weighted_ = masses_.cwiseProduct(y);
+      along_.noalias() = v_.leftCols(count_).transpose() * weighted_;
+      y.noalias() -= v_.leftCols(count_) * along_;
+    }
     const double after = norm(y);
     constexpr double kDependent = 1e-5;
     if (after > kDependent * before) v_.col(count_++) = y / after;
@@ -28,6 +31,7 @@ class Orthonormal {
   double norm(const Vector& y) const { return std::sqrt(y.dot(masses_.cwiseProduct(y))); }
   const Vector& masses_;
   Matrix v_;
+  Vector weighted_, along_;
   Eigen::Index count_ = 0;
 };
 
@@ -35,8 +39,9 @@ class Orthonormal {
 
 bool ShiftedSolver::prepare(const Linearisation& at, double shift, bool clamp) {
   iterations_ = 0;
-  at.dynamics->assemble(*at.state, shift * shift, shift, 1, *at.held, clamp, matrix_);
-  return solver_.factorise(matrix_);
+  if (!matrix_) matrix_ = at.dynamics->make_matrix();
+  at.dynamics->assemble(*at.state, shift * shift, shift, 1, *at.held, clamp, *matrix_);
+  return solver_.factorise(*matrix_);
 }
 
 bool ShiftedSolver::solve(const Linearisation& at, Vector b, double tolerance, Vector& x) {
@@ -56,13 +61,13 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& s
   for (const Vector& x : start.ports) basis.add(x);
   basis.add(free_motion);
   for (const Vector& x : start.fine) basis.add(x);
-  for (const Vector& x : start.loads) basis.add(x);
   basis.add(start.imbalance);
-  basis.add(start.motion);
-
   std::vector<Vector> moment = start.ports;
   moment.push_back(start.imbalance);
-  moment.push_back(start.motion);
+  if (start.motion.size() > 0) {
+    basis.add(start.motion);
+    moment.push_back(start.motion);
+  }
   constexpr int kMomentsMax = 8;
   for (int m = 1; m < kMomentsMax && !basis.full(); ++m)
     for (Vector& x : moment) {
@@ -89,7 +94,7 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solve
   };
   Vector motion = at.state->v;
   mask(*at.held, motion);
-  KrylovStart start{{}, fine, {}, {}, {}};
+  KrylovStart start{{}, fine, {}, {}};
   start.ports.resize(ports.size());
   for (std::size_t k = 0; k < ports.size(); ++k)
     if (!solve(ports[k], start.ports[k])) return std::nullopt;

@@ -25,7 +25,7 @@ struct Linearisation {
 
 class ShiftedSolver {
  public:
-  explicit ShiftedSolver(const Dynamics& dynamics) : matrix_(dynamics.make_matrix()), solver_(dynamics.nodes()) {}
+  explicit ShiftedSolver(const Dynamics& dynamics) : solver_(dynamics.nodes()) {}
   /// P = s^2 M + s D + K; with `clamp` compressed elements do not soften K. False when P turns out not to be positive definite.
   bool prepare(const Linearisation& at, double shift, bool clamp);
   /// x = P^-1 b, rows of held nodes zero; x holds the first guess. `tolerance` matters to the iterative method only.
@@ -34,7 +34,7 @@ class ShiftedSolver {
   int iterations() const { return iterations_; }
 
  private:
-  BlockMatrix matrix_;
+  std::optional<BlockMatrix> matrix_;  // made when first needed: not every station has every kind of solver
   LinearSolver solver_;
   int iterations_ = 0;
 };
@@ -52,8 +52,7 @@ using BasisMemory = std::vector<Vector>;
 struct KrylovStart {
   std::vector<Vector> ports;  ///< P^-1 B
   std::vector<Vector> fine;   ///< M^-1 B, for fast response; may be empty
-  std::vector<Vector> loads;  ///< P^-1 of loads to come; may be empty
-  Vector imbalance, motion;   ///< P^-1 F*, P^-1 M v*
+  Vector imbalance, motion;   ///< P^-1 F*, P^-1 M v*; the latter may be empty where no more modes are wanted than come before it
 };
 /// x = P^-1 b. False when P turns out not to be positive definite.
 using KrylovSolve = std::function<bool(const Vector& b, Vector& x)>;

@@ -191,9 +191,11 @@ void SpringCorrection::apply(Vector& x) const {
   for (std::size_t i = 0; i < coupled_.size(); ++i)
     at_ports.segment<3>(3 * static_cast<Eigen::Index>(i)) = gather(coupled_[i]->port->b, x);
   const Vector forces = gain_ * at_ports;
-  for (std::size_t i = 0; i < coupled_.size(); ++i)
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      x -= forces[static_cast<Eigen::Index>(3 * i + axis)] * coupled_[i]->port->answer[axis];
+  for (std::size_t i = 0; i < coupled_.size(); ++i) {
+    const auto& answer = coupled_[i]->port->answer;
+    const Vec3 force = forces.segment<3>(static_cast<Eigen::Index>(3 * i));
+    x -= force.x() * answer[0] + force.y() * answer[1] + force.z() * answer[2];
+  }
 }
 
 }  // namespace palpate

@@ -81,7 +81,7 @@ class SharedSystem {
 
 class FrameModel {
  public:
-  static constexpr double kCoupled = 0.02;  ///< of B_a^T X_o to the geometric mean of the two compliances
+  static constexpr double kCoupled = 0.3;  ///< of B_a^T X_o to the geometric mean of the two compliances
   static constexpr double kRigid = 100;
 
   FrameModel(const Dynamics& dynamics, const Skin& skin) : dynamics_(&dynamics), skin_(&skin) {}

@@ -65,13 +65,8 @@ void PatchBuilder::hold_far_nodes(const std::vector<std::uint32_t>& seeds) {
 
 bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Matrix& rotated) {
   const auto r = v.cols();
-  Matrix k_v(v.rows(), r), d_v(v.rows(), r);
-  for (Eigen::Index c = 0; c < r; ++c) {
-    Vector k_column, d_column;
-    dynamics_->multiply_tangents(*at.state, v.col(c), k_column, d_column);
-    k_v.col(c) = k_column;
-    d_v.col(c) = d_column;
-  }
+  Matrix k_v, d_v;
+  dynamics_->multiply_tangents(*at.state, v, k_v, d_v);
   Matrix k = v.transpose() * k_v;
   for (const OtherTools::Spring& spring : others.springs) {
     Matrix rows = Matrix::Zero(3, r);
@@ -234,29 +229,20 @@ std::optional<Matrix> PatchBuilder::touch_basis(FrameModel& frame, SharedSystem&
                                                 const Linearisation& at, const PatchRequest& request) {
   const SpringCorrection correct(others);
   const PortAnswer& own = *p.port(which, frame.ports()[which].point);
+  constexpr int kWithoutMotion = 8;  // three answers of the port, v*, three of M^-1 B, the imbalance
+  const int modes = modes_for(request.scheme, ContactKind::touch, request.order);
   const Vector* const imbalance = p.imbalance(frame.total());
-  const Vector* const motion = p.motion();
-  if (!imbalance || !motion) return std::nullopt;
-  KrylovStart start{{own.answer.begin(), own.answer.end()}, {}, {}, *imbalance, *motion};
+  if (!imbalance) return std::nullopt;
+  KrylovStart start{{own.answer.begin(), own.answer.end()}, {}, *imbalance, {}};
+  if (modes > kWithoutMotion) {
+    const Vector* const motion = p.motion();
+    if (!motion) return std::nullopt;
+    start.motion = *motion;
+    correct.apply(start.motion);
+  }
   for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(dynamics_->masses()));
-  int modes = modes_for(request.scheme, ContactKind::touch, request.order);
-  Vector load;
-  for (std::size_t k = 0, o = 0; k < frame.ports().size(); ++k) {
-    if (k == which || frame.ports()[k].kind != ContactKind::touch || !frame.ports()[k].touching) continue;
-    const OtherTools::Spring& spring = others.springs[o++];
-    const Vec3 rate = spring.stiffness * frame.tool(k).velocity;
-    if (!spring.coupled || rate.isZero(0)) continue;
-    if (load.size() == 0) load = Vector::Zero(at.state->x.size());
-    for (std::size_t axis = 0; axis < 3; ++axis) load += rate[static_cast<int>(axis)] * spring.port->answer[axis];
-  }
-  if (load.size() > 0 && !getenv("NOLOAD")) {
-    start.loads.push_back(load);
-    if (request.order == 0) ++modes;
-  }
-  for (auto* directions : {&start.ports, &start.loads})
-    for (Vector& x : *directions) correct.apply(x);
+  for (Vector& x : start.ports) correct.apply(x);
   correct.apply(start.imbalance);
-  correct.apply(start.motion);
   const KrylovSolve solve = [&](const Vector& b, Vector& x) {
     if (!p.solve(b, x)) return false;
     correct.apply(x);

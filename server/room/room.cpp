@@ -76,7 +76,7 @@ void Room::State::take_samples(const FrameJob& job) {
   for (const StationJob& j : job.stations) {
     Station& station = stations[j.id];
     if (!station.builder) station.builder = std::make_unique<PatchBuilder>(dynamics, skin, softest_1_s2);
-    station.track.add(j.samples);
+    station.track.add(j.samples, from_seconds(body.time_s));
     station.track.forget_before(from_seconds(body.time_s) - Micros{100'000});
   }
   std::erase_if(stations, [&](const auto& entry) {

@@ -78,7 +78,9 @@ TEST_CASE("Four tools flung about at random leave a body that comes to rest agai
   std::array<Vec3, 4> from, to;
   for (std::size_t k = 0; k < 4; ++k) from[k] = to[k] = Vec3(0.03, 0.03, 0.1);
   double begin_s = 0;
-  const auto tool = [&](std::size_t k, double t) { return Vec3(from[k] + std::min(1.0, (t - begin_s) / 0.1) * (to[k] - from[k])); };
+  const auto tool = [&](std::size_t k, double t) {
+    return Vec3(from[k] + std::min(1.0, (t - begin_s) / 0.1) * (to[k] - from[k]));
+  };
   for (int leg = 0; leg < 30; ++leg) {
     for (std::size_t k = 0; k < 4; ++k) {
       from[k] = to[k];
@@ -87,6 +89,7 @@ TEST_CASE("Four tools flung about at random leave a body that comes to rest agai
     begin_s = 0.1 * leg;
     bench.advance(begin_s + 0.1, tool);
     bench.state.time_s = begin_s + 0.1;
+    INFO("coupling " << coupling << ", leg " << leg);
     REQUIRE(bench.state.x.allFinite());
     REQUIRE(bench.strain() < 0.3);
   }
