@@ -29,7 +29,7 @@ struct Hello {
   Scheme scheme = Scheme::port;
   std::uint16_t order = 0;  ///< states wanted, 0 = the server's default
   std::string shadow_of;    ///< name of a station whose tool this one shares: it gets patches, it does not push
-  std::string room;         ///< of the server's rooms; empty: its first
+  std::string room = {};    ///< of the server's rooms; empty: its first
 };
 
 /// Server -> client: joined.
