@@ -49,7 +49,7 @@ struct Bench {
   Matrix input(std::size_t k) const {
     Matrix b = Matrix::Zero(state.x.size(), 3);
     for (const auto& [node, weight] : skin.weights(ports[k].point))
-      b.middleRows<3>(3 * static_cast<Eigen::Index>(node)) += weight * Mat3::Identity();
+      if (!body.fixed[node]) b.middleRows<3>(3 * static_cast<Eigen::Index>(node)) += weight * Mat3::Identity();
     return b;
   }
   /// Of all that is not fixed, with springs of the other tools.
@@ -81,14 +81,19 @@ Matrix dynamic_of(const Patch& p, double s) {
 
 }  // namespace
 
-TEST_CASE("A touch beside other tools answers as the body that they press on, to the tool and to the way that they go") {
+TEST_CASE(
+    "A touch beside tools that it is coupled to answers as the body that they press on, to the tool and to the way that they "
+    "go") {
   const double friction = GENERATE(10.0, 0.0);  // the others stick, or slip along the surface
   Bench bench;
   bench.touch(40, Vec3(0, 0, -0.4), Vec3::Zero());
-  bench.touch(44, Vec3(0.1, 0, -0.5), Vec3(0.02, -0.01, -0.05), friction);
-  bench.touch(48, Vec3(0, 0.05, -0.3), Vec3(0, 0, 0.03), friction);
-  const Patch patch = bench.build(0);
+  bench.touch(40, Vec3(0.1, 0, -0.5), Vec3(0.02, -0.01, -0.05), friction);
+  bench.touch(40, Vec3(0, 0.05, -0.3), Vec3(0, 0, 0.03), friction);
+  bench.ports[1].point.weight = Vec3(0.3, 0.5, 0.2);
+  bench.ports[2].point.weight = Vec3(0.3, 0.3, 0.4);
   const Positions x(bench.state.x.data(), static_cast<std::size_t>(bench.state.x.size()));
+  for (ToolPort& port : bench.ports) port.lambda = -0.4 * normal_at(bench.skin.view(), x, port.point);
+  const Patch patch = bench.build(0);
   std::vector<Mat3> springs{Mat3::Zero()};
   for (const std::size_t k : {1u, 2u}) {
     const Vec3 n = normal_at(bench.skin.view(), x, bench.ports[k].point);
