@@ -1,2 +1,3 @@
+# A text file as a C++ constant: -DIN=file -DOUT=header -DNAMESPACE=namespace -DNAME=constant
 file(READ ${IN} text)
-file(WRITE ${OUT} "#pragma once\nnamespace palpate::schema {\ninline constexpr char kSceneFbs[] = R\"FBS(${text})FBS\";\n}\n")
+file(WRITE ${OUT} "#pragma once\nnamespace ${NAMESPACE} {\ninline constexpr char ${NAME}[] = R\"EMBED(${text})EMBED\";\n}\n")

@@ -42,6 +42,17 @@ int main(int argc, char** argv) {
   palpate::add_replay(app, run);
   palpate::add_felt(app, run);
   palpate::add_stations(app, run);
+  palpate::add_spring1d(app, run);
+  palpate::add_chain(app, run);
+  palpate::add_bode(app, run);
+  palpate::add_modes(app, run);
+  palpate::add_scaling(app, run);
+  palpate::add_haptic(app, run);
+  palpate::add_release(app, run);
+  palpate::add_limits(app, run);
+  palpate::add_dominance(app, run);
+  palpate::add_couplings(app, run);
+  palpate::add_paper(app, run);
   app.add_subcommand("list", "name the experiments, a line each")->callback([&] {
     run = [&] {
       for (const CLI::App* experiment : app.get_subcommands({}))

@@ -36,6 +36,16 @@ struct PlotOptions {
 bool plot_csv(const std::filesystem::path& csv, const std::filesystem::path& svg, const std::string& title,
               const std::string& x_label, const std::vector<Panel>& panels, const PlotOptions& options = {});
 
+/// A panel with an x axis of its own; every curve names its CSV.
+struct GridPanel {
+  std::string title, x_label, y_label;
+  std::vector<Curve> curves;
+  std::string setup = {};  ///< gnuplot commands, for example "set logscale x"; they end with the panel
+};
+
+/// Panels in rows of `columns`.
+bool plot_grid(const std::filesystem::path& svg, const std::string& title, int columns, const std::vector<GridPanel>& panels);
+
 /// A picture of its own kind: `body` is gnuplot, run after the house style is set. Paths and texts go through quoted().
 bool plot_script(const std::filesystem::path& svg, int width, int height, const std::string& body);
 

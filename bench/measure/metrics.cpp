@@ -15,12 +15,12 @@ double squared_error(std::span<const Vec3> felt, std::span<const Vec3> reference
   return count > 0 ? sum / count : 0;
 }
 
-int find_lag(std::span<const Vec3> felt, std::span<const Vec3> reference) {
-  constexpr int kLeast = -50, kMost = 1200;
+int find_lag(std::span<const Vec3> felt, std::span<const Vec3> reference, int most) {
+  constexpr int kLeast = -50;
   const auto n = static_cast<int>(felt.size());
   int best = 0;
   double least = squared_error(felt, reference, 0);
-  for (int delay = kLeast; delay <= std::min(kMost, n / 2); ++delay) {
+  for (int delay = kLeast; delay <= std::min(most, n / 2); ++delay) {
     const double error = squared_error(felt, reference, delay);
     if (error < least) {
       least = error;
@@ -40,7 +40,7 @@ double percentile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(k)];
 }
 
-Fidelity compare(std::span<const Vec3> felt, std::span<const Vec3> reference, std::size_t skip) {
+Fidelity compare(std::span<const Vec3> felt, std::span<const Vec3> reference, std::size_t skip, int lag_max_ms) {
   Fidelity result;
   if (felt.size() <= skip) return result;
   felt = felt.subspan(skip);
@@ -65,7 +65,7 @@ Fidelity compare(std::span<const Vec3> felt, std::span<const Vec3> reference, st
   for (std::size_t i = 1; i < felt.size(); ++i)
     result.force_step_max_n =
         std::max(result.force_step_max_n, (felt[i] - felt[i - 1]).norm() - (reference[i] - reference[i - 1]).norm());
-  result.lag_ms = find_lag(felt, reference);
+  result.lag_ms = find_lag(felt, reference, lag_max_ms);
   return result;
 }
 

@@ -63,6 +63,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
   for (std::size_t k = 0; k < n; ++k) stations.push_back(&add_station(world, motions[k], options, k));
 
   Times build, frame;
+  std::vector<ReplayFrame> frames;  // in world time
   world.run_frame = [&](Room& room, const FrameJob& job) {
     const auto t0 = stopwatch();
     FrameResult r = room.simulate(job);
@@ -71,6 +72,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
     const auto t2 = stopwatch();
     frame.add(t2 - t0);
     if (!r.stations.empty() && r.stations[0].patch) build.add(t2 - t1);
+    if (!r.stations.empty()) frames.push_back({world.now() + options.compute, r.stations[0].force});
     return r;
   };
   std::vector<std::vector<double>> tick_ns(n);
@@ -125,7 +127,11 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
   }
   world.run_until(begin + length);
 
-  const std::vector<ReferenceForce> references = reference_forces(scene, paths);
+  for (const ReplayFrame& f : frames)
+    if (f.t >= begin) results[0].frames.push_back({f.t - begin, f.force});
+
+  const std::vector<ReferenceForce> references =
+      options.reference ? std::vector<ReferenceForce>{*options.reference} : reference_forces(scene, paths);
   for (std::size_t k = 0; k < n; ++k) {
     ReplayResult& result = results[k];
     const ClientCore& core = stations[k]->core();

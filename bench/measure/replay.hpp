@@ -11,6 +11,8 @@
 
 namespace palpate {
 
+struct ReferenceForce;
+
 struct ReplayOptions {
   Scheme scheme = Scheme::port;
   int order = 0;  ///< states, 0 = the scheme's default
@@ -18,7 +20,8 @@ struct ReplayOptions {
   LinkSpec link;  ///< one way
   std::uint64_t seed = 1;
   Micros compute{};
-  bool simulated_device = false;  ///< a Phantom in a hand that follows the motion, instead of the motion itself
+  bool simulated_device = false;              ///< a Phantom in a hand that follows the motion, instead of the motion itself
+  const ReferenceForce* reference = nullptr;  ///< of the same path, when known: without a simulated device runs share it
 };
 
 struct ReplayTick {
@@ -27,8 +30,15 @@ struct ReplayTick {
   bool contact = false;
 };
 
+/// What the full model said at the server, frame by frame: the force of the low-rate model.
+struct ReplayFrame {
+  Micros t{};                 ///< into the motion, when the frame was ready there
+  Vec3 force = Vec3::Zero();  ///< on the tool [N]
+};
+
 struct ReplayResult {
   std::vector<ReplayTick> ticks;  ///< 0, 1, 2, ... ms into the motion
+  std::vector<ReplayFrame> frames;
   Fidelity fidelity;
   std::uint64_t patches_used = 0;
   double patch_bytes_mean = 0;

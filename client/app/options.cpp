@@ -18,6 +18,7 @@ struct Typed {
                       passivity = "observe", report, realtime = "auto";
   int order = 0;
   std::uint64_t seed = 1;
+  double coupling_n_m = 0, coupling_n_s_m = 0;
   double duration_s = std::numeric_limits<double>::quiet_NaN(), release_s = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -47,6 +48,10 @@ void declare(CLI::App& app, Typed& typed) {
   app.add_option("--compare", typed.compare, "Schemes to run beside the felt one on the same hand, separated by commas")
       ->type_name("LIST");
   app.add_option("--passivity", typed.passivity, "Passivity limiter")->type_name("off|observe|on")->capture_default_str();
+  app.add_option("--coupling-n-m", typed.coupling_n_m, "Virtual coupling between device and model: its stiffness, 0: none")
+      ->type_name("N")
+      ->capture_default_str();
+  app.add_option("--coupling-n-s-m", typed.coupling_n_s_m, "Its damping")->type_name("N")->capture_default_str();
   app.add_option("--report", typed.report, "Write forces.csv and summary.json there")->type_name("DIR");
   app.add_option("--duration-s", typed.duration_s, "End after so many seconds; default: at the end of the motion")
       ->type_name("N");
@@ -130,6 +135,17 @@ std::uint16_t order_of(int typed) {
   return static_cast<std::uint16_t>(typed);
 }
 
+CouplingParameters coupling_of(const Typed& typed) {
+  constexpr double kMostNM = 1e6, kMostNSM = 1e3;
+  if (!(typed.coupling_n_m >= 0 && typed.coupling_n_m <= kMostNM))
+    throw InputError("--coupling-n-m", "is out of range", "0 to 1000000 N/m");
+  if (!(typed.coupling_n_s_m >= 0 && typed.coupling_n_s_m <= kMostNSM))
+    throw InputError("--coupling-n-s-m", "is out of range", "0 to 1000 N s/m");
+  if (typed.coupling_n_s_m > 0 && typed.coupling_n_m <= 0)
+    throw InputError("--coupling-n-s-m", "without a stiffness", "--coupling-n-m above 0");
+  return {typed.coupling_n_m, typed.coupling_n_s_m, 0};
+}
+
 /// An empty value is what an unset shell variable leaves.
 void refuse_empty(const CLI::App& app, std::initializer_list<std::pair<const char*, const std::string*>> flags) {
   for (const auto& [flag, typed] : flags)
@@ -155,6 +171,7 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
   options.passivity =
       choose<PassivityMode>("--passivity", typed.passivity,
                             {{"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}});
+  options.coupling = coupling_of(typed);
   options.realtime = choose<bool>("--realtime", typed.realtime, {{"auto", true}, {"off", false}});
   options.duration_s = seconds_of("--duration-s", typed.duration_s, app.count("--duration-s") > 0, 1e-3);
   options.release_s = seconds_of("--release-s", typed.release_s, app.count("--release-s") > 0, 0);

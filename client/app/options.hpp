@@ -9,6 +9,7 @@
 
 #include "client/device/hand.hpp"
 #include "client/guard/guard.hpp"
+#include "client/guard/virtual_coupling.hpp"
 #include "common/motion/motion.hpp"
 #include "common/port/scheme.hpp"
 
@@ -29,6 +30,7 @@ struct AppOptions {
   std::optional<double> release_s;  ///< motion time at which the hand lets go
   std::vector<Scheme> compare;
   PassivityMode passivity = PassivityMode::observe;
+  CouplingParameters coupling;   ///< no stiffness: none
   std::filesystem::path report;  ///< empty: none
   std::optional<double> duration_s;
   bool realtime = true;

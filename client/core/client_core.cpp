@@ -12,7 +12,7 @@ ClientCore::ClientCore(const ClientOptions& options, Micros now)
       next_send_(now),
       next_beat_(now),
       ticked_(now),
-      haptic_(patch_slot_, sample_ring_, options.guard) {}
+      haptic_(patch_slot_, sample_ring_, options.guard, options.coupling) {}
 
 void ClientCore::tick(Micros now) {
   ticked_ = now;

@@ -3,9 +3,20 @@
 #include <algorithm>
 
 namespace palpate {
+namespace {
 
-HapticTick::HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, const GuardLimits& limits)
-    : patches_(patches), samples_(samples), guard_(limits) {}
+/// How fast a patch's force grows against a tool that moves on in the next tick, at most [N/m].
+double stiffness_of(const Patch& patch, double dt_s) {
+  if (patch.constant) return 0;
+  if (patch.contact == ContactKind::touch) return patch.coupling_n_m;
+  return (patch.k_port + patch.d_port / dt_s).norm();
+}
+
+}  // namespace
+
+HapticTick::HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, const GuardLimits& limits,
+                       const CouplingParameters& coupling)
+    : patches_(patches), samples_(samples), guard_(limits), coupling_(coupling) {}
 
 void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
   // What the network side had not seen yet; recent_ holds the ticks before this one.
@@ -26,15 +37,49 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
   ++counts_.patches_used;
 }
 
+/// Moves the virtual tool, puts it in the device's place and returns the force on the device.
+Vec3 HapticTick::couple_to_tool(ToolSample& sample, double dt_s) noexcept {
+  if (recent_count_ == 0) tool_ = {sample.position, Vec3::Zero(), sample.position};
+  const double stiffness = environment_.squaredNorm() > 0 ? stiffness_of(player_.patch(), dt_s) : 0;
+  const Vec3 force = couple(coupling_, tool_, sample.position, {environment_, stiffness}, dt_s);
+  sample.position = tool_.position;
+  return force;
+}
+
+/// Cross-fade and fade of the player's force.
+Vec3 HapticTick::patch_force(const ToolSample& sample, TickOutput& out) noexcept {
+  const Patch& patch = player_.patch();
+  out.has_patch = true;
+  out.contact = player_.output().contact;
+  out.patch_stamp = patch.stamp;
+  out.patch_age = sample.t - patch.stamp;
+  Vec3 force = player_.output().force;
+  if (fade_left_ > 0) {
+    force += fade_offset_;
+    fade_offset_ *= static_cast<double>(fade_left_ - 1) / fade_left_;
+    --fade_left_;
+  }
+  const bool good = out.patch_age <= patch.valid_for && (sample.position - patch.tool).norm() <= patch.trust_radius_m;
+  const double target = good ? 1.0 : 0.0;
+  // Nothing is felt at zero force, so nothing need be faded: a contact that begins with a fresh patch is felt at once.
+  gain_ = force.squaredNorm() > 0 ? std::clamp(target, gain_ - 1.0 / kFadeTicks, gain_ + 1.0 / kFadeTicks) : target;
+  if (gain_ < 1) ++counts_.faded_ticks;
+  return gain_ * force;
+}
+
 TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
   ++counts_.ticks;
-  if (!samples_.push(reading)) ++counts_.samples_dropped;
-  ToolSample sample = reading;
-  if (!in_world(sample.position)) {
-    // Once in a model it would stay there: the tool counts as standing still.
-    if (recent_count_ == 0) return {};
-    sample.position = recent_[(recent_count_ - 1) % kRecent].position;
-  }
+  const bool usable = in_world(reading.position), first = recent_count_ == 0;
+  // A reading outside, once in a model, would stay there: the tool counts as standing still.
+  if (usable) device_ = reading.position;
+  ToolSample sample{reading.t, device_};
+  const Micros passed = first ? kTick : sample.t - recent_[(recent_count_ - 1) % kRecent].t;
+  const bool coupled = coupling_.stiffness_n_m > 0;
+  Vec3 coupling_force = Vec3::Zero();
+  if (coupled && (usable || !first)) coupling_force = couple_to_tool(sample, seconds(std::max(passed, Micros{1})));
+  if (!samples_.push(usable ? sample : reading)) ++counts_.samples_dropped;
+  if (first && !usable) return {};
+
   TickOutput out;
   if (PatchPlayer* next = patches_.take()) {
     hand_over(*next, sample);
@@ -43,30 +88,9 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
   } else if (has_player_) {
     player_.advance(sample);
   }
-  const Micros passed = recent_count_ > 0 ? sample.t - recent_[(recent_count_ - 1) % kRecent].t : kTick;
   recent_[recent_count_++ % kRecent] = sample;
-
-  Vec3 force = Vec3::Zero();
-  if (has_player_) {
-    const Patch& patch = player_.patch();
-    out.has_patch = true;
-    out.contact = player_.output().contact;
-    out.patch_stamp = patch.stamp;
-    out.patch_age = sample.t - patch.stamp;
-    force = player_.output().force;
-    if (fade_left_ > 0) {
-      force += fade_offset_;
-      fade_offset_ *= static_cast<double>(fade_left_ - 1) / fade_left_;
-      --fade_left_;
-    }
-    const bool good = out.patch_age <= patch.valid_for && (sample.position - patch.tool).norm() <= patch.trust_radius_m;
-    const double target = good ? 1.0 : 0.0;
-    // Nothing is felt at zero force, so nothing need be faded: a contact that begins with a fresh patch is felt at once.
-    gain_ = force.squaredNorm() > 0 ? std::clamp(target, gain_ - 1.0 / kFadeTicks, gain_ + 1.0 / kFadeTicks) : target;
-    if (gain_ < 1) ++counts_.faded_ticks;
-    force *= gain_;
-  }
-  out.force = guard_.pass(force, sample.position, seconds(passed));
+  if (has_player_) environment_ = patch_force(sample, out);
+  out.force = guard_.pass(coupled ? coupling_force : environment_, device_, seconds(passed));
   return out;
 }
 

@@ -3,11 +3,15 @@
 // A new patch is replayed over the last few ticks that the network side had not seen, then takes over: the force step at the
 // swap is measured and decays linearly to zero within kCrossFadeTicks. A patch that is too old, or whose trust radius the
 // tool has left, fades to zero over kFadeTicks; a patch that is good again fades in. Does not allocate, lock, log or throw.
+//
+// With a virtual coupling (virtual_coupling.hpp; for devices with little damping) the patch, and the server through the samples,
+// meets the virtual tool in place of the device, and the device feels the coupling: one tick later, and never stiffer than k_c.
 #pragma once
 
 #include <array>
 
 #include "client/guard/guard.hpp"
+#include "client/guard/virtual_coupling.hpp"
 #include "client/player/player.hpp"
 #include "common/base/latest_slot.hpp"
 #include "common/base/spsc_ring.hpp"
@@ -39,7 +43,9 @@ struct HapticCounts {
 
 class HapticTick {
  public:
-  HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, const GuardLimits& limits);
+  /// `coupling` without stiffness: none.
+  HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, const GuardLimits& limits,
+             const CouplingParameters& coupling = {});
   /// One tick. `sample.t` is the client's clock and grows by kTick (late ticks are skipped by the caller, never squeezed).
   /// A reading outside of the world is not played: the tool counts as standing still.
   TickOutput tick(const ToolSample& reading) noexcept;
@@ -52,10 +58,16 @@ class HapticTick {
   static constexpr int kFadeTicks = 50;
 
   void hand_over(PatchPlayer& next, const ToolSample& now) noexcept;
+  Vec3 couple_to_tool(ToolSample& sample, double dt_s) noexcept;
+  Vec3 patch_force(const ToolSample& sample, TickOutput& out) noexcept;
 
   LatestSlot<PatchPlayer>& patches_;
   SampleRing& samples_;
   Guard guard_;
+  CouplingParameters coupling_;
+  VirtualTool tool_;
+  Vec3 device_ = Vec3::Zero();       ///< last usable reading [m]
+  Vec3 environment_ = Vec3::Zero();  ///< the patch's force on the virtual tool [N]
   PatchPlayer player_;
   bool has_player_ = false;
   std::array<ToolSample, kRecent> recent_{};

@@ -21,10 +21,13 @@ void check(bool holds, const char* field, const char* expected) {
 
 void check(const SimPhantomOptions& o) {
   const auto between = [](double value, double low, double high) { return value >= low && value <= high; };
-  check(between(o.hand.mass_kg, 0, 100), "hand mass", "0 to 100 kg");
-  check(between(o.hand.damping_n_s_m, 0, kDampingMaxNSM), "hand damping", "0 to 100 N s/m");
-  check(between(o.hand.stiffness_n_m, 0, kStiffnessMaxNM), "hand stiffness", "0 to 100000 N/m");
+  for (const Hand& hand : {o.hand, o.hand_after_release}) {
+    check(between(hand.mass_kg, 0, 100), "hand mass", "0 to 100 kg");
+    check(between(hand.damping_n_s_m, 0, kDampingMaxNSM), "hand damping", "0 to 100 N s/m");
+    check(between(hand.stiffness_n_m, 0, kStiffnessMaxNM), "hand stiffness", "0 to 100000 N/m");
+  }
   check(between(o.device_mass_kg, kMassMinKg, 100), "device mass", "0.02 to 100 kg");
+  check(between(o.device_damping_n_s_m, 0, kDampingMaxNSM), "device damping", "0 to 100 N s/m");
   check(between(o.tremor_m, 0, 0.01), "tremor", "0 to 0.01 m");
   check(between(o.position_step_m, 0, 0.01), "position step", "0 to 0.01 m");
   check(between(o.force_step_n, 0, 10), "force step", "0 to 10 N");
@@ -40,6 +43,7 @@ SimPhantom::SimPhantom(Motion intention, const SimPhantomOptions& options)
     : intention_(std::move(intention)), options_(options), tremor_(options.tremor_m, options.seed) {
   check(options_);
   origin_ = position_ = intention_.position(0.0);
+  if (options_.release_s < kMaxMotionS) release_ = from_seconds(options_.release_s);
   caps_ = {"sim", options_.force_max_n, kSlewMaxNS, kRenderedStiffnessMaxNM};
 }
 
@@ -68,16 +72,17 @@ Vec3 SimPhantom::wanted(Micros t) const noexcept { return intention_.position(t)
 
 void SimPhantom::step(Micros from, Micros to) noexcept {
   const double h = seconds(to - from);
-  const Hand hand = seconds(from) < options_.release_s ? options_.hand : Hand{};
+  const Hand& hand = from < release_ ? options_.hand : options_.hand_after_release;
   const double mass = options_.device_mass_kg + hand.mass_kg;
-  const double k = hand.stiffness_n_m / mass, b = hand.damping_n_s_m / mass;
+  const double k = hand.stiffness_n_m / mass, b = (hand.damping_n_s_m + options_.device_damping_n_s_m) / mass;
   const Vec3 begin = wanted(from), drift = (wanted(to) - begin) / h;
 
-  // Relative to the wanted position, y = x - w: y'' = F/m - k y - b y'. `low`, `high` are its n-th and (n+1)-th derivatives.
+  // Relative to the wanted position, y = x - w: y'' = (F - b_device w')/m - k y - b y'. `low`, `high` are its n-th and (n+1)-th
+  // derivatives.
   Vec3 low = position_ - begin, high = velocity_ - drift;
   Vec3 y = low, rate = Vec3::Zero();
   double power = 1;  // h^n / n!
-  Vec3 source = force_ / mass;
+  Vec3 source = (force_ - options_.device_damping_n_s_m * drift) / mass;
   for (int n = 0; n < kTaylorOrder; ++n) {
     rate += power * high;
     power *= h / (n + 1);

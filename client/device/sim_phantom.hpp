@@ -1,10 +1,11 @@
 // Device `sim`: a simulated Phantom 1.5 in a simulated hand.
 //
-//     (m_device + m_hand) x'' = F + k_hand (w - x) + b_hand (w' - x'),        w = intention + tremor
+//     (m_device + m_hand) x'' = F - b_device x' + k_hand (w - x) + b_hand (w' - x'),        w = intention + tremor
 //
 // x is the tool point, F the force written, w where the person wants the tool. The device adds its apparent mass (75 g), clamps
 // the force to 8.5 N, renders it in steps of 0.07 N per axis (held until the next write) and reads its position in steps of
-// 0.03 mm per axis from where it was switched on. It has neither gravity nor friction: the least damped case.
+// 0.03 mm per axis from where it was switched on. It has no gravity, and no friction unless b_device is given: the least damped
+// case.
 //
 // The equation is linear; with F constant and w linear inside a sub-step of at most 0.25 ms its Taylor series to 16th order is
 // exact to rounding, so nothing but the stated quantisation and the sampling of w separates it from the closed form.
@@ -22,13 +23,15 @@ namespace palpate {
 
 struct SimPhantomOptions {
   Hand hand{0.5, 6, 135};
-  double tremor_m = 1e-4;         ///< amplitude of the sine that has the tremor's power, 0 = a steady hand
-  std::uint64_t seed = 1;         ///< of the tremor
-  double device_mass_kg = 0.075;  ///< apparent mass at the tool
-  double position_step_m = 3e-5;  ///< 0 = not quantised
-  double force_step_n = 0.07;     ///< 0 = not quantised
-  double force_max_n = 8.5;       ///< Euclidean norm
+  double tremor_m = 1e-4;           ///< amplitude of the sine that has the tremor's power, 0 = a steady hand
+  std::uint64_t seed = 1;           ///< of the tremor
+  double device_mass_kg = 0.075;    ///< apparent mass at the tool
+  double device_damping_n_s_m = 0;  ///< b_device: viscous friction of the device itself
+  double position_step_m = 3e-5;    ///< 0 = not quantised
+  double force_step_n = 0.07;       ///< 0 = not quantised
+  double force_max_n = 8.5;         ///< Euclidean norm
   double release_s = std::numeric_limits<double>::infinity();  ///< motion time at which the hand lets go
+  Hand hand_after_release = {};                                ///< the grip from then on, nothing unless it only loosens
 };
 
 class SimPhantom final : public MotionDevice {
@@ -63,8 +66,9 @@ class SimPhantom final : public MotionDevice {
   DeviceCaps caps_;
   Tremor tremor_;
   Vec3 origin_, position_, velocity_ = Vec3::Zero(), force_ = Vec3::Zero();
-  Micros time_{};  ///< motion time of the state
-  Micros lost_{};  ///< gaps that were not made up for
+  Micros release_ = Micros::max();  ///< motion time
+  Micros time_{};                   ///< motion time of the state
+  Micros lost_{};                   ///< gaps that were not made up for
 };
 
 }  // namespace palpate

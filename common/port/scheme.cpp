@@ -14,10 +14,10 @@ bool is_available(Scheme scheme) {
     case Scheme::filtered:
     case Scheme::tangent:
     case Scheme::ring:
-    case Scheme::port:
-      return true;
     case Scheme::two_layer:
     case Scheme::balanced:
+    case Scheme::port:
+      return true;
     case Scheme::cubic:
       return false;
   }

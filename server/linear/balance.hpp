@@ -1,43 +1,55 @@
-// Balanced truncation of a second-order system at its port, by the square-root method on low-rank Gramians.
+// Balanced truncation of a second-order system at its port, by the square-root method on a low-rank Gramian.
 //
-// With the states of state_space.hpp the strictly proper part (A, B, C) is state-space symmetric: with the signature
-// S = [[D, I], [I, 0]] (in mass-scaled coordinates) S A = A^T S and S B = -C^T (up to sign), so the observability Gramian is S P
-// S and one Lyapunov equation A P + P A^T + B B^T = 0 is enough. P = Z Z^T with Z thin, from low-rank ADI with complex shifts:
-// one sparse factorisation of s^2 M + s D + K a shift, so a solid of thousands of states works like a sheet of hundreds. The
-// Hankel singular values are the absolute eigenvalues of Z^T S Z; truncated to `order` states
-//     || G - G_r ||_inf <= 2 sum of the values left out                                (error_bound)
-// Sources: Moore, IEEE TAC 26 (1981); Penzl, SIAM J. Sci. Comput. 21 (2000); Benner, Kuerschner and Saak, ETNA 43 (2014).
+// With the states of state_space.hpp the strictly proper part (A, B, C) is symmetric in the signature (mass-scaled: M = I)
+//     S = [[D, I], [I, 0]]:     S A = [[-K, 0], [0, I]] = A^T S,     S B = [B_k; B_d] = -C^T,
+// because M, D and K are symmetric and the port is collocated. So the observability Gramian is Q = S P S and one Lyapunov
+// equation, A P + P A^T + B B^T = 0, is enough. With P = Z Z^T (low_rank_gramian.hpp) and the eigenvalues
+//     Z^T S Z = U diag(lambda) U^T,       hankel_i = |lambda_i|,  sigma_i = sign(lambda_i),
+// the balancing transformation and its inverse are
+//     T = Z U diag(hankel)^-1/2,          T^-1 = diag(sigma) T^T S,
+// and the balanced system is again symmetric, now in the signature diag(sigma). Truncated to `order` states
+//     || G - G_r ||_inf <= 2 sum of the Hankel values left out.
+// Values below what rounding (n eps times what is summed for them) or the Gramian's residual (times the largest) make of them
+// are left out of the balanced system: their states are noise, and 1 / hankel would blow it up. Sources: Moore, IEEE TAC 26
+// (1981); Tombs and Postlethwaite, Int. J. Control 46 (1987); for symmetric systems Fernando and Nicholson, IEEE TAC 28 (1983).
 #pragma once
 
+#include "server/linear/low_rank_gramian.hpp"
 #include "server/linear/state_space.hpp"
 
 namespace palpate {
-
-struct BalanceOptions {
-  double residual = 1e-10;  ///< of the Lyapunov equation, relative to |B B^T|: where the ADI stops
-  int columns_max = 800;    ///< of Z
-};
 
 class BalancedReduction {
  public:
   /// Throws std::runtime_error when the system is not stable or the Gramian does not converge; says how far it got.
   explicit BalancedReduction(const SecondOrderSystem& system, const BalanceOptions& options = {});
 
-  /// Descending [N/m]; as many as the Gramian carries.
+  /// Descending [N/m]; as many as stand above rounding.
   const Vector& hankel() const { return hankel_; }
-  /// G_r with `order` states (at most hankel().size()), feed-through included.
+  int states() const { return static_cast<int>(hankel_.size()); }
+  /// G_r with `order` states, 0 <= order <= states(), feed-through included.
   StateSpace truncated(int order) const;
-  /// Bound of the H-infinity error of truncated(order) [N/m].
+  /// The first order from `from` on whose truncation is stable: one that parts two equal Hankel values, or lies among those that
+  /// the Gramian's residual has reached, need not be.
+  int stable_order(int from) const;
+  /// Bound of the H-infinity error of truncated(order) [N/m]: twice the sum of the values left out, those below that floor taken
+  /// as large as it.
   double error_bound(int order) const;
-  /// What each reduced state stands for in the body: 2 n x order, displacements [m] above velocities [m/s].
-  Matrix directions(int order) const;
+  /// The first `order` columns of T, what each balanced state stands for in the body: 2 n x order, displacements [m] of the free
+  /// coordinates above velocities [m/s] (while the port stands at 0).
+  Matrix directions(int order) const { return directions_.leftCols(order); }
+  /// Of the Lyapunov equation, |W^T H W| / |B^T H B|.
   double residual() const { return residual_; }
+  /// Columns of Z.
+  int columns() const { return columns_; }
+  int factorisations() const { return factorisations_; }
 
  private:
   Vector hankel_;
-  Matrix left_, right_;
-  StateSpace parts_;
-  double residual_ = 0;
+  Matrix directions_;
+  StateSpace balanced_;
+  double residual_ = 0, floor_ = 0;
+  int columns_ = 0, factorisations_ = 0;
 };
 
 }  // namespace palpate

@@ -1,7 +1,6 @@
 #include "server/linear/second_order.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SparseLU>
+#include <Eigen/Cholesky>
 #include <stdexcept>
 
 namespace palpate {
@@ -25,6 +24,12 @@ void columns(const Dynamics& dynamics, const BodyState& state, std::uint32_t nod
   }
 }
 
+/// Whether an axis of a node has stiffness (or damping), rounding aside.
+bool pulled(const BlockMatrix::Block& diagonal, Eigen::Index axis) {
+  constexpr double kRounding = 1e-10;
+  return std::abs(diagonal(axis, axis)) > kRounding * diagonal.diagonal().cwiseAbs().maxCoeff();
+}
+
 /// The free part of one of the body's matrices.
 SparseMatrix restricted(const BlockMatrix& a, const std::vector<std::int64_t>& row_of, Eigen::Index n) {
   Triplets entries;
@@ -39,41 +44,69 @@ SparseMatrix restricted(const BlockMatrix& a, const std::vector<std::int64_t>& r
         }
   SparseMatrix m(n, n);
   m.setFromTriplets(entries.begin(), entries.end());
+  // To the last bit symmetric, and what cancels in the sum over the elements is no entry.
+  constexpr double kRounding = 1e-14;
+  m = 0.5 * (m + SparseMatrix(m.transpose()));
+  if (n > 0) m.prune(m.coeffs().abs().maxCoeff(), kRounding);
   return m;
+}
+
+}  // namespace
+
+namespace {
+
+/// What both kinds of port share: the free coordinates with their M, D and K.
+struct FreeBody {
+  SecondOrderSystem system;
+  std::vector<std::int64_t> row_of;
+  std::vector<std::uint8_t> moves;  ///< per coordinate: something pulls at it, held or not
+};
+
+FreeBody free_body(const Dynamics& dynamics, const BodyState& state, const std::vector<std::uint8_t>& held) {
+  BlockMatrix k = dynamics.make_matrix(), d = dynamics.make_matrix();
+  const std::vector<std::uint8_t> none(dynamics.nodes(), 0);
+  dynamics.assemble(state, 0, 0, 1, none, false, k);
+  dynamics.assemble(state, 0, 1, 0, none, false, d);
+  FreeBody free;
+  SecondOrderSystem& s = free.system;
+  free.row_of.assign(3 * std::size_t{dynamics.nodes()}, kNone);
+  free.moves.assign(free.row_of.size(), 0);
+  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      const auto at = static_cast<Eigen::Index>(axis);
+      if (dynamics.body().planar && axis == 2) continue;
+      if (!pulled(k.block(k.diagonal(i)), at) && !pulled(d.block(d.diagonal(i)), at)) continue;
+      free.moves[3 * i + axis] = 1;
+      if (held[i]) continue;
+      free.row_of[3 * i + axis] = static_cast<std::int64_t>(s.coordinates.size());
+      s.coordinates.push_back(3 * i + axis);
+    }
+  const auto n = static_cast<Eigen::Index>(s.coordinates.size());
+  s.mass.resize(n);
+  for (Eigen::Index row = 0; row < n; ++row) s.mass[row] = dynamics.masses()[s.coordinates[static_cast<std::size_t>(row)]];
+  s.stiffness = restricted(k, free.row_of, n);
+  s.damping = restricted(d, free.row_of, n);
+  return free;
+}
+
+std::vector<std::uint8_t> with_fixed(const Dynamics& dynamics, std::vector<std::uint8_t> held) {
+  held.resize(dynamics.nodes(), 0);
+  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
+    if (dynamics.body().fixed[i]) held[i] = 1;
+  return held;
 }
 
 }  // namespace
 
 SecondOrderSystem second_order_system(const Dynamics& dynamics, const BodyState& state, std::uint32_t port_node,
                                       std::vector<std::uint8_t> held) {
-  held.resize(dynamics.nodes(), 0);
-  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
-    if (dynamics.body().fixed[i]) held[i] = 1;
+  held = with_fixed(dynamics, std::move(held));
   held[port_node] = 1;
-  BlockMatrix k = dynamics.make_matrix(), d = dynamics.make_matrix();
-  const std::vector<std::uint8_t> none(dynamics.nodes(), 0);
-  dynamics.assemble(state, 0, 0, 1, none, false, k);
-  dynamics.assemble(state, 0, 1, 0, none, false, d);
-
-  // A coordinate belongs to the system when something pulls at it.
-  SecondOrderSystem s;
-  std::vector<std::int64_t> row_of(3 * std::size_t{dynamics.nodes()}, kNone);
-  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
-    for (std::uint32_t axis = 0; axis < 3; ++axis) {
-      const auto at = static_cast<Eigen::Index>(axis);
-      const bool pulled = k.block(k.diagonal(i))(at, at) != 0 || d.block(d.diagonal(i))(at, at) != 0;
-      if (!pulled) continue;
-      if (i == port_node) s.port_axes.push_back(axis);
-      if (held[i]) continue;
-      row_of[3 * i + axis] = static_cast<std::int64_t>(s.coordinates.size());
-      s.coordinates.push_back(3 * i + axis);
-    }
-  const auto n = static_cast<Eigen::Index>(s.coordinates.size()), p = static_cast<Eigen::Index>(s.port_axes.size());
-  s.mass.resize(n);
-  for (Eigen::Index row = 0; row < n; ++row) s.mass[row] = dynamics.masses()[s.coordinates[static_cast<std::size_t>(row)]];
-  s.stiffness = restricted(k, row_of, n);
-  s.damping = restricted(d, row_of, n);
-
+  FreeBody free = free_body(dynamics, state, held);
+  SecondOrderSystem& s = free.system;
+  for (std::uint32_t axis = 0; axis < 3; ++axis)
+    if (free.moves[3 * port_node + axis]) s.port_axes.push_back(axis);
+  const Eigen::Index n = s.size(), p = static_cast<Eigen::Index>(s.port_axes.size());
   Matrix k_columns, d_columns;
   columns(dynamics, state, port_node, k_columns, d_columns);
   s.b_k.resize(n, p);
@@ -92,7 +125,20 @@ SecondOrderSystem second_order_system(const Dynamics& dynamics, const BodyState&
       s.d_port(i, j) = d_columns(row, axis);
     }
   }
-  return s;
+  return std::move(free.system);
+}
+
+SecondOrderSystem pushed_system(const Dynamics& dynamics, const BodyState& state, const Matrix& b,
+                                std::vector<std::uint8_t> held) {
+  FreeBody free = free_body(dynamics, state, with_fixed(dynamics, std::move(held)));
+  SecondOrderSystem& s = free.system;
+  s.port_axes = {0, 1, 2};
+  if (dynamics.body().planar) s.port_axes.pop_back();
+  const auto p = static_cast<Eigen::Index>(s.port_axes.size());
+  s.b_k = b(s.coordinates, s.port_axes);
+  s.b_d = Matrix::Zero(s.size(), p);
+  s.k_port = s.d_port = Matrix::Zero(p, p);
+  return std::move(free.system);
 }
 
 SecondOrderSystem project(const SecondOrderSystem& system, const Matrix& v) {
@@ -113,16 +159,13 @@ SecondOrderSystem project(const SecondOrderSystem& system, const Matrix& v) {
   return r;
 }
 
-TransferFunction::TransferFunction(const SecondOrderSystem& system) : system_(&system) {}
+TransferFunction::TransferFunction(const SecondOrderSystem& system)
+    : system_(&system), p_(system.mass, system.damping, system.stiffness) {}
 
 ComplexMatrix TransferFunction::operator()(Complex s) const {
   const SecondOrderSystem& y = *system_;
-  Eigen::SparseMatrix<Complex> p = s * y.damping.cast<Complex>() + y.stiffness.cast<Complex>();
-  for (Eigen::Index i = 0; i < y.size(); ++i) p.coeffRef(i, i) += s * s * y.mass[i];
-  p.makeCompressed();
-  const Eigen::SparseLU<Eigen::SparseMatrix<Complex>> lu(p);
   const ComplexMatrix b = y.b_k.cast<Complex>() + s * y.b_d.cast<Complex>();
-  return y.k_port.cast<Complex>() + s * y.d_port.cast<Complex>() - b.transpose() * ComplexMatrix(lu.solve(b));
+  return y.k_port.cast<Complex>() + s * y.d_port.cast<Complex>() - b.transpose() * p_.at(s).solve(b);
 }
 
 }  // namespace palpate

@@ -12,18 +12,13 @@
 // B_d^T M^-1 B_d for s -> infinity; what reductions work on is the rest, which is strictly proper.
 #pragma once
 
-#include <Eigen/SparseCore>
-#include <complex>
 #include <cstdint>
 #include <vector>
 
 #include "server/body/dynamics.hpp"
+#include "server/linear/dynamic_stiffness.hpp"
 
 namespace palpate {
-
-using SparseMatrix = Eigen::SparseMatrix<double>;
-using Complex = std::complex<double>;
-using ComplexMatrix = Eigen::MatrixXcd;
 
 struct SecondOrderSystem {
   Vector mass;                             ///< M, n entries [kg]
@@ -41,10 +36,17 @@ struct SecondOrderSystem {
 SecondOrderSystem second_order_system(const Dynamics& dynamics, const BodyState& state, std::uint32_t port_node,
                                       std::vector<std::uint8_t> held);
 
+/// The body held nowhere but at its fixed nodes (and `held`) and pushed by a force lambda at a point p = B^T x of it, B 3 N x 3:
+/// M q''
+/// + D q' + K q = B lambda. Written as above with B_k = B, the rest of the port 0, so that its G(s) is minus the compliance at
+/// the point [m/N].
+SecondOrderSystem pushed_system(const Dynamics& dynamics, const BodyState& state, const Matrix& b,
+                                std::vector<std::uint8_t> held);
+
 /// Galerkin projection: q = V y with the columns of V (n x r) in any scaling; the result has M = I and dense D, K.
 SecondOrderSystem project(const SecondOrderSystem& system, const Matrix& v);
 
-/// G(s), one sparse factorisation a value. s must not be a pole. `system` must outlive it.
+/// G(s), one sparse factorisation a value; the pattern is analysed once. s must not be a pole. `system` must outlive it.
 class TransferFunction {
  public:
   explicit TransferFunction(const SecondOrderSystem& system);
@@ -52,6 +54,7 @@ class TransferFunction {
 
  private:
   const SecondOrderSystem* system_;
+  DynamicStiffness p_;
 };
 
 }  // namespace palpate

@@ -83,6 +83,16 @@ const Vector& FrameModel::total() {
   return total_;
 }
 
+Vector FrameModel::forces_beside(std::size_t which) {
+  Vector f = forces();
+  for (std::size_t k = 0; k < ports_->size(); ++k) {
+    const ToolPort& p = (*ports_)[k];
+    if (k != which && p.kind == ContactKind::touch && p.touching) scatter(skin_->weights(p.point), p.lambda, f);
+  }
+  mask(held_, f);
+  return f;
+}
+
 const std::vector<double>& FrameModel::positions() {
   if (positions_.empty()) skin_->place(state_->x, positions_);
   return positions_;

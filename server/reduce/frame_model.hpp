@@ -107,8 +107,9 @@ class FrameModel {
   std::optional<OtherTools> others(SharedSystem& p, std::size_t which);
   /// The same for a node that is held.
   OtherTools other_nodes(std::size_t which) const;
-  /// F with the forces of all tools that touch.
+  /// F with the forces of all tools that touch, and of all but one.
   const Vector& total();
+  Vector forces_beside(std::size_t which);
 
  private:
   struct Slot {

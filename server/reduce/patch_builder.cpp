@@ -13,11 +13,16 @@ constexpr double kBasisTolerance = 1e-2, kStaticTolerance = 1e-3;
 
 Mat3 symmetric(const Mat3& m) { return 0.5 * (m + m.transpose()); }
 
+Vector unit(const Dynamics& dynamics, std::uint32_t node, int axis) {
+  return Vector::Unit(dynamics.masses().size(), 3 * static_cast<Eigen::Index>(node) + axis);
+}
+
 }  // namespace
 
-PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2)
+PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2, BalancedBases* balanced)
     : dynamics_(&dynamics),
       skin_(&skin),
+      balanced_(balanced),
       neighbours_(dynamics.nodes()),
       softest_1_s2_(softest_1_s2),
       solver_(dynamics),
@@ -37,12 +42,6 @@ int PatchBuilder::modes_for(Scheme scheme, ContactKind contact, int order) {
   if (scheme == Scheme::hold || scheme == Scheme::filtered || scheme == Scheme::tangent) return 0;
   const int states = order > 0 ? order : (contact == ContactKind::attach ? kAttachOrder : kTouchOrder);
   return std::clamp(states / 2, 1, kMaxModes);
-}
-
-Vector PatchBuilder::unit(std::uint32_t node, int axis) const {
-  Vector e = Vector::Zero(dynamics_->masses().size());
-  e[3 * static_cast<Eigen::Index>(node) + axis] = 1;
-  return e;
 }
 
 void PatchBuilder::hold_far_nodes(const std::vector<std::uint32_t>& seeds) {
@@ -66,7 +65,7 @@ void PatchBuilder::hold_far_nodes(const std::vector<std::uint32_t>& seeds) {
 bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Matrix& rotated) {
   const auto r = v.cols();
   Matrix k_v, d_v;
-  dynamics_->multiply_tangents(*at.state, v, k_v, d_v);
+  at.dynamics->multiply_tangents(*at.state, v, k_v, d_v);
   Matrix k = v.transpose() * k_v;
   for (const OtherTools::Spring& spring : others.springs) {
     Matrix rows = Matrix::Zero(3, r);
@@ -83,7 +82,7 @@ bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherT
   patch.damping = 0.5 * (d + d.transpose());
   Vector motion = at.state->v;
   mask(*at.held, motion);
-  patch.q_rate = rotated.transpose() * dynamics_->masses().cwiseProduct(motion);
+  patch.q_rate = rotated.transpose() * at.dynamics->masses().cwiseProduct(motion);
   if (others.load_rate.size() > 0) patch.load_rate = rotated.transpose() * others.load_rate;
   return true;
 }
@@ -103,50 +102,89 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
   patch.valid_for = 2 * request.bridge + Micros{250'000};
   patch.trust_radius_m = extent_m_;
   if (patch.constant) return patch;
+  if (request.scheme == Scheme::balanced && !balanced_) return std::nullopt;
   std::optional<Patch> built;
   for (const bool clamp : {false, true}) {
     held_ = frame.held();
-    built = port.kind == ContactKind::attach ? build_attach(frame, which, request, patch, clamp)
-                                             : build_touch(frame, which, request, patch, clamp);
+    built = request.scheme == Scheme::two_layer ? build_two_layer(frame, which, request, patch, clamp)
+                                                : build_whole(frame, which, request, patch, clamp);
     if (built) break;
   }
   return built;
 }
 
-std::optional<Mat3> PatchBuilder::static_response(const Linearisation& at, const std::vector<Vector>& inputs) {
+std::vector<std::uint32_t> PatchBuilder::contact_nodes(const ToolPort& port) const {
+  if (port.kind == ContactKind::attach) return {port.node};
+  const Triangle& corners = skin_->view().triangles[port.point.triangle];
+  return {corners.begin(), corners.end()};
+}
+
+std::optional<Patch> PatchBuilder::build_whole(FrameModel& frame, std::size_t which, const PatchRequest& request,
+                                               const Patch& patch, bool clamp) {
+  const ToolPort& port = frame.ports()[which];
+  if (request.scheme == Scheme::ring) hold_far_nodes(contact_nodes(port));
+  if (port.kind == ContactKind::touch && request.scheme != Scheme::balanced)
+    return build_shared_touch(frame, which, request, patch, clamp);
+  if (port.kind == ContactKind::attach) held_[port.node] = 1;
+  Model model{
+      {dynamics_, &frame.state(), &held_}, frame.forces_beside(which), &solver_, &memory_, nullptr, frame.other_nodes(which)};
+  mask(held_, model.imbalance);
+  const auto built = port.kind == ContactKind::attach ? build_attach(model, port, request, patch, clamp)
+                                                      : build_touch(model, frame, which, request, patch, clamp);
+  report_.solver_iterations += solver_.iterations();
+  return built;
+}
+
+std::optional<Patch> PatchBuilder::build_two_layer(FrameModel& frame, std::size_t which, const PatchRequest& request,
+                                                   const Patch& patch, bool clamp) {
+  if (!two_layer_) two_layer_ = std::make_unique<TwoLayer>(dynamics_->body());
+  const ToolPort& port = frame.ports()[which];
+  LocalBody local = two_layer_->around(contact_nodes(port), held_);
+  const Dynamics dynamics(local.body);
+  const BodyState at_stamp = local.restricted(frame.state());
+  ShiftedSolver solver(dynamics);
+  BasisMemory memory;
+  if (port.kind == ContactKind::attach) local.body.fixed[local.index(port.node)] = 1;
+  Model model{
+      {&dynamics, &at_stamp, &local.body.fixed}, local.restricted(frame.forces_beside(which)), &solver, &memory, &local, {}};
+  mask(local.body.fixed, model.imbalance);
+  return port.kind == ContactKind::attach ? build_attach(model, port, request, patch, clamp)
+                                          : build_touch(model, frame, which, request, patch, clamp);
+}
+
+std::optional<Mat3> PatchBuilder::static_response(const Model& model, const std::vector<Vector>& inputs) {
+  BasisMemory& memory = *model.memory;
   Mat3 response;
   for (std::size_t column = 0; column < 3; ++column) {
-    if (memory_.size() <= column) memory_.emplace_back(Vector::Zero(inputs[column].size()));
-    if (!solver_.solve(at, inputs[column], kStaticTolerance, memory_[column])) return std::nullopt;
+    if (memory.size() <= column) memory.emplace_back(Vector::Zero(inputs[column].size()));
+    if (!model.solver->solve(model.at, inputs[column], kStaticTolerance, memory[column])) return std::nullopt;
     for (int row = 0; row < 3; ++row)
-      response(row, static_cast<int>(column)) = inputs[static_cast<std::size_t>(row)].dot(memory_[column]);
+      response(row, static_cast<int>(column)) = inputs[static_cast<std::size_t>(row)].dot(memory[column]);
   }
   return symmetric(response);
 }
 
-std::optional<Patch> PatchBuilder::build_attach(const FrameModel& frame, std::size_t which, const PatchRequest& request,
+std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPort& port, const PatchRequest& request,
                                                 Patch patch, bool clamp) {
-  const ToolPort& port = frame.ports()[which];
-  const BodyState& state = frame.state();
-  if (request.scheme == Scheme::ring) hold_far_nodes({port.node});
-  held_[port.node] = 1;
-  const Linearisation at{dynamics_, &state, &held_};
+  const Linearisation& at = model.at;
+  const std::uint32_t node = model.local ? model.local->index(port.node) : port.node;
   // Columns of K and D that belong to the tool's node: what the tool's motion does to the others, and to itself.
   std::vector<Vector> k_tool(3), d_tool(3);
   for (int axis = 0; axis < 3; ++axis) {
     const auto column = static_cast<std::size_t>(axis);
-    dynamics_->multiply_tangents(state, unit(port.node, axis), k_tool[column], d_tool[column]);
-    patch.k_port.col(axis) = k_tool[column].segment<3>(3 * static_cast<Eigen::Index>(port.node));
-    patch.d_port.col(axis) = d_tool[column].segment<3>(3 * static_cast<Eigen::Index>(port.node));
-    mask(held_, k_tool[column]);
-    mask(held_, d_tool[column]);
+    at.dynamics->multiply_tangents(*at.state, unit(*at.dynamics, node, axis), k_tool[column], d_tool[column]);
+    patch.k_port.col(axis) = k_tool[column].segment<3>(3 * static_cast<Eigen::Index>(node));
+    patch.d_port.col(axis) = d_tool[column].segment<3>(3 * static_cast<Eigen::Index>(node));
+    mask(*at.held, k_tool[column]);
+    mask(*at.held, d_tool[column]);
   }
-  const double node_mass_kg = dynamics_->masses()[3 * static_cast<Eigen::Index>(port.node)];
+  const double node_mass_kg = at.dynamics->masses()[3 * static_cast<Eigen::Index>(node)];
   const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
-  if (!solver_.prepare(at, shift, clamp)) return std::nullopt;
+  const bool balanced = request.scheme == Scheme::balanced;
+  if (!balanced && !model.solver->prepare(at, shift, clamp)) return std::nullopt;
 
   if (request.scheme == Scheme::tangent) {
-    const auto released = static_response(at, k_tool);
+    const auto released = static_response(model, k_tool);
     if (!released) return std::nullopt;
     patch.k_port = symmetric(patch.k_port) - *released;
     patch.d_port.setZero();
@@ -154,16 +192,13 @@ std::optional<Patch> PatchBuilder::build_attach(const FrameModel& frame, std::si
     return patch;
   }
 
-  Vector imbalance;
-  dynamics_->forces(state.x, state.v, imbalance);
-  mask(held_, imbalance);
   std::vector<Vector> inputs;
   for (std::size_t column = 0; column < 3; ++column) inputs.push_back(-k_tool[column] - shift * d_tool[column]);
-  const auto basis =
-      krylov_basis(at, solver_, inputs, {}, imbalance, {modes_for(request.scheme, port.kind, request.order), shift}, memory_);
-  report_.solver_iterations += solver_.iterations();
+  const int modes = modes_for(request.scheme, port.kind, request.order);
+  const auto basis = balanced ? restricted_basis(balanced_->grasped(port.node), modes, dynamics_->masses(), held_)
+                              : krylov_basis(at, *model.solver, inputs, {}, model.imbalance, {modes, shift}, *model.memory);
   Matrix v;
-  if (!basis || !reduce(at, *basis, frame.other_nodes(which), patch, v)) return std::nullopt;
+  if (!basis || !reduce(at, *basis, model.others, patch, v)) return std::nullopt;
   if (patch.load_rate.size() > 0) patch.load_for = request.bridge;
   patch.b_k.resize(v.cols(), 3);
   patch.b_d.resize(v.cols(), 3);
@@ -173,21 +208,61 @@ std::optional<Patch> PatchBuilder::build_attach(const FrameModel& frame, std::si
   }
   patch.k_port = symmetric(patch.k_port);
   patch.d_port = symmetric(patch.d_port);
-  patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
+  patch.g = v.transpose() * model.imbalance + patch.damping * patch.q_rate;
   report_.lifted_1_s2 = std::max(report_.lifted_1_s2, lift_grasp(patch, node_mass_kg));
   return patch;
 }
 
-std::optional<Patch> PatchBuilder::build_touch(FrameModel& frame, std::size_t which, const PatchRequest& request, Patch patch,
-                                               bool clamp) {
-  const ToolPort& port = frame.ports()[which];
-  const Triangle& corners = skin_->view().triangles[port.point.triangle];
-  const bool ring = request.scheme == Scheme::ring, tangent = request.scheme == Scheme::tangent;
-  if (ring) hold_far_nodes({corners.begin(), corners.end()});
-  const Linearisation at{dynamics_, &frame.state(), &held_};
+void PatchBuilder::begin_touch(const ToolPort& port, Patch& patch) const {
   patch.coupling_n_m = port.parameters.coupling_n_m;
   patch.friction = port.parameters.friction;
   patch.trust_radius_m = 6 * spacing_m_;
+}
+
+std::optional<Patch> PatchBuilder::build_touch(const Model& model, FrameModel& frame, std::size_t which,
+                                               const PatchRequest& request, Patch patch, bool clamp) {
+  const ToolPort& port = frame.ports()[which];
+  const Linearisation& at = model.at;
+  begin_touch(port, patch);
+  std::vector<Vector> inputs(3, Vector::Zero(dynamics_->masses().size())), fine;
+  const Skin::Weights weights = skin_->weights(port.point);
+  for (int axis = 0; axis < 3; ++axis) scatter(weights, Vec3::Unit(axis), inputs[static_cast<std::size_t>(axis)]);
+  for (Vector& b : inputs) {
+    if (model.local) b = model.local->restricted(b);
+    mask(*at.held, b);
+  }
+
+  const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
+  const bool balanced = request.scheme == Scheme::balanced;
+  if (!balanced && !model.solver->prepare(at, shift, clamp)) return std::nullopt;
+  Matrix v(at.dynamics->masses().size(), 0);
+  if (request.scheme == Scheme::tangent) {
+    const auto compliance = static_response(model, inputs);
+    if (!compliance) return std::nullopt;
+    patch.c_static = *compliance;
+  } else {
+    for (const Vector& b : inputs) fine.push_back(b.cwiseQuotient(at.dynamics->masses()));
+    const int modes = modes_for(request.scheme, port.kind, request.order);
+    const auto basis = balanced ? restricted_basis(balanced_->touched(port.point), modes, dynamics_->masses(), held_)
+                                : krylov_basis(at, *model.solver, inputs, fine, model.imbalance, {modes, shift}, *model.memory);
+    if (!basis || !reduce(at, *basis, model.others, patch, v)) return std::nullopt;
+    patch.g = v.transpose() * model.imbalance + patch.damping * patch.q_rate;
+  }
+  if (model.local) v = model.local->expanded(v, frame.state().x.size());
+  cut_port_surface(*skin_, frame.positions(), v, port.point, seconds(request.bridge) * frame.tool(which).velocity,
+                   request.vertices_max(patch.modes(), false), patch);
+  if (request.scheme == Scheme::tangent && port.touching)
+    for (int i = 0; i < patch.surface.vertex_count; ++i)
+      patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
+  return patch;
+}
+
+std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::size_t which, const PatchRequest& request,
+                                                      Patch patch, bool clamp) {
+  const ToolPort& port = frame.ports()[which];
+  const bool ring = request.scheme == Scheme::ring, tangent = request.scheme == Scheme::tangent;
+  const Linearisation at{dynamics_, &frame.state(), &held_};
+  begin_touch(port, patch);
 
   const double shift = tangent ? 0 : frame.shift(request.bridge);
   const double tolerance = tangent ? kStaticTolerance : kBasisTolerance;

@@ -3,6 +3,9 @@
 //   hold, filtered   the force at the stamp
 //   tangent          static stiffness seen at the port, K_s = K_p - K_pf K_ff^-1 K_fp  (touch: compliance C_s = B^T K^-1 B)
 //   ring             the nodes within kRingLayers layers of the contact, all others held still, reduced like `port`
+//   two-layer        those nodes, with outer elements and masses that stand for the rest of the body (two_layer.hpp), reduced
+//                    like `port`; forces and velocities at the stamp are the body's own
+//   balanced         the whole body, balanced off-line at its rest state for this contact (balanced_basis.hpp)
 //   port             the whole body, rational Krylov basis at the port (basis.hpp)
 //
 // K and D are the symmetric tangents, so an orthogonal projection keeps them positive semi-definite where the body's own are.
@@ -19,7 +22,9 @@
 #include <optional>
 
 #include "server/body/integrator.hpp"
+#include "server/reduce/balanced_basis.hpp"
 #include "server/reduce/frame_model.hpp"
+#include "server/reduce/two_layer.hpp"
 
 namespace palpate {
 
@@ -42,8 +47,9 @@ class PatchBuilder {
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
   static constexpr double kFilteredHz = 10;  ///< low-pass of `filtered`: the paper's, its model rate
 
-  /// `softest_1_s2`: lowest stiffness that a mode may have, softest_stiffness() of the body.
-  PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2);
+  /// `softest_1_s2`: lowest stiffness that a mode may have, softest_stiffness() of the body. `balanced`: off-line bases, shared
+  /// by the builders of a body; without them there is no patch of scheme balanced.
+  PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2, BalancedBases* balanced = nullptr);
 
   /// A patch for port `which` of the frame; seq and stamp are left to the caller. Nothing when the port's matrix cannot be
   /// solved.
@@ -52,26 +58,46 @@ class PatchBuilder {
   static int modes_for(Scheme scheme, ContactKind contact, int order);
 
  private:
+  /// What is reduced, and with what.
+  struct Model {
+    Linearisation at;
+    Vector imbalance;  ///< F* of its nodes, zero where they are held
+    ShiftedSolver* solver = nullptr;
+    BasisMemory* memory = nullptr;
+    const LocalBody* local = nullptr;  ///< null: all of the body
+    OtherTools others;                 ///< those whose growing load or springs are in it
+  };
+
   // With `clamp` compressed elements do not soften the matrix that is solved with: the second try, when the first was not
   // definite.
-  std::optional<Patch> build_attach(const FrameModel& frame, std::size_t which, const PatchRequest& request, Patch patch,
+  std::optional<Patch> build_whole(FrameModel& frame, std::size_t which, const PatchRequest& request, const Patch& patch,
+                                   bool clamp);
+  std::optional<Patch> build_two_layer(FrameModel& frame, std::size_t which, const PatchRequest& request, const Patch& patch,
+                                       bool clamp);
+  std::optional<Patch> build_attach(const Model& model, const ToolPort& port, const PatchRequest& request, Patch patch,
                                     bool clamp);
-  std::optional<Patch> build_touch(FrameModel& frame, std::size_t which, const PatchRequest& request, Patch patch, bool clamp);
-  std::optional<Mat3> static_response(const Linearisation& at, const std::vector<Vector>& inputs);
+  std::optional<Patch> build_touch(const Model& model, FrameModel& frame, std::size_t which, const PatchRequest& request,
+                                   Patch patch, bool clamp);
+  std::optional<Patch> build_shared_touch(FrameModel& frame, std::size_t which, const PatchRequest& request, Patch patch,
+                                          bool clamp);
+  std::optional<Mat3> static_response(const Model& model, const std::vector<Vector>& inputs);
   std::optional<Matrix> touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which, const OtherTools& others,
                                     const Linearisation& at, const PatchRequest& request);
+  std::vector<std::uint32_t> contact_nodes(const ToolPort& port) const;
   void hold_far_nodes(const std::vector<std::uint32_t>& seeds);
+  void begin_touch(const ToolPort& port, Patch& patch) const;
   bool reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Matrix& rotated);
-  Vector unit(std::uint32_t node, int axis) const;
 
   const Dynamics* dynamics_;
   const Skin* skin_;
+  BalancedBases* balanced_;
   std::vector<std::vector<std::uint32_t>> neighbours_;
   double softest_1_s2_ = 0, extent_m_ = 0, spacing_m_ = 0;
   std::vector<std::uint8_t> held_;
   ShiftedSolver solver_;  // of a grasp: its own node is held
   SharedSystem ring_;     // of a ring: its far nodes are held
   BasisMemory memory_;
+  std::unique_ptr<TwoLayer> two_layer_;  // made when it is first asked for
   PatchBuildReport report_;
 };
 

@@ -26,7 +26,7 @@ struct Station {
 struct Room::State {
   explicit State(const Scene& s)
       : scene(s), skin(scene.body, scene.tool.radius_m), dynamics(scene.body), integrator(dynamics, skin, {scene.solver.step_s}) {
-    body = settled_state(dynamics, skin);
+    body = rest = settled_state(dynamics, skin);
     softest_1_s2 = softest_stiffness(dynamics);
   }
 
@@ -45,7 +45,8 @@ struct Room::State {
   Skin skin;
   Dynamics dynamics;
   Integrator integrator;
-  BodyState body;
+  BodyState body, rest;
+  BalancedBases balanced{dynamics, skin, rest};
   double softest_1_s2 = 0;
   std::map<StationId, Station> stations;
   std::vector<StationId> port_owner;  // parallel to ports
@@ -75,7 +76,7 @@ void Room::start(Micros body_time) { state_->body.time_s = seconds(body_time); }
 void Room::State::take_samples(const FrameJob& job) {
   for (const StationJob& j : job.stations) {
     Station& station = stations[j.id];
-    if (!station.builder) station.builder = std::make_unique<PatchBuilder>(dynamics, skin, softest_1_s2);
+    if (!station.builder) station.builder = std::make_unique<PatchBuilder>(dynamics, skin, softest_1_s2, &balanced);
     station.track.add(j.samples, from_seconds(body.time_s));
     station.track.forget_before(from_seconds(body.time_s) - Micros{100'000});
   }

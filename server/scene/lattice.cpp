@@ -157,19 +157,33 @@ double fill_clip(LatticeBody& lattice, const LatticeSettings& settings, const Sc
   return signed_volume(lattice.body.triangles, lattice.body.nodes);
 }
 
-}  // namespace
-
-LatticeBody build_lattice(const LatticeSettings& settings, const SceneText& text) {
-  LatticeBody lattice;
+/// What does not depend on the shape: `volume` in m^3 makes the masses.
+void finish(LatticeBody& lattice, const LatticeSettings& settings, double volume) {
   LumpedBody& body = lattice.body;
   body.planar = settings.planar;
   body.law = settings.law;
   body.stiffening = settings.law == SpringLaw::stiffening ? settings.stiffening : 0;
   body.gravity_m_s2 = settings.gravity_m_s2;
-  const double volume = settings.clip ? fill_clip(lattice, settings, text) : fill_box(lattice, settings);
   body.masses_kg.assign(body.nodes.size(), settings.density_kg_m3 * volume / static_cast<double>(body.nodes.size()));
   fix_nodes(body, settings, lattice.grid.spacing());
-  if (std::all_of(body.fixed.begin(), body.fixed.end(), [](auto f) { return f != 0; })) {
+}
+
+}  // namespace
+
+LatticeBody build_box(const LatticeSettings& settings) {
+  LatticeBody lattice;
+  finish(lattice, settings, fill_box(lattice, settings));
+  return lattice;
+}
+
+LatticeBody build_lattice(const LatticeSettings& settings, const SceneText& text) {
+  LatticeBody lattice;
+  if (settings.clip) {
+    finish(lattice, settings, fill_clip(lattice, settings, text));
+  } else {
+    lattice = build_box(settings);
+  }
+  if (std::all_of(lattice.body.fixed.begin(), lattice.body.fixed.end(), [](auto f) { return f != 0; })) {
     text.refuse("body.lattice", "every node of the body is fixed", "some that can move");
   }
   return lattice;

@@ -18,6 +18,9 @@ struct LatticeBody {
   std::vector<std::uint32_t> number;  ///< body node of every grid node, kNoNode where the clip took it away
 };
 
+/// A lattice that is not clipped, of settings that need no file: what experiments build by the dozen.
+LatticeBody build_box(const LatticeSettings& settings);
+
 /// Throws InputError when the lattice cannot carry what the scene asks for; `text` supplies the lines.
 LatticeBody build_lattice(const LatticeSettings& settings, const SceneText& text);
 

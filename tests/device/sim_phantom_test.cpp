@@ -154,6 +154,32 @@ TEST_CASE("A hand that lets go leaves the device to the force with the speed it 
   CHECK((device.position() - at).y() == Approx(0.5 * 2 * 0.01).epsilon(1e-9));
 }
 
+TEST_CASE("A grip that loosens goes on holding, as the looser hand that it is", "[device]") {
+  SimPhantomOptions options = exact(*palpate::hand_from_name("firm"));
+  options.release_s = 0.5;
+  options.hand_after_release = *palpate::hand_from_name("light");
+  SimPhantom device(still(), options);
+  for (int ms = 0; ms <= 500; ++ms) device.read(Micros{ms * 1000});
+  device.write(Vec3(0.5, 0, 0));
+  device.read(Micros{580'000});
+  device.read(Micros{660'000});
+  CHECK(device.position().x() - 0.1 == Approx(step_response(0.175, 2, 100, 0.5, 0.160)).epsilon(1e-9));
+}
+
+TEST_CASE("A free device with friction of its own slows down exponentially, wherever the hand goes", "[device]") {
+  SimPhantomOptions options = exact(*palpate::hand_from_name("free"));
+  options.device_damping_n_s_m = 0.3;
+  SimPhantom device(Motion({{0.0, Vec3::Zero()}, {10.0, Vec3(1, 0, 0)}}), options);
+  device.read(Micros{0});
+  device.write(Vec3(0, 0, 0.6));
+  for (int ms = 1; ms <= 500; ++ms) device.read(Micros{ms * 1000});
+  // m v' = F - b v from rest: v = F/b (1 - e^(-t/T)), x = F/b (t - T (1 - e^(-t/T))), T = m/b
+  const double lag = 0.075 / 0.3, part = 1 - std::exp(-0.5 / lag);
+  CHECK(device.velocity().z() == Approx(2 * part).epsilon(1e-12));
+  CHECK(device.position().z() == Approx(2 * (0.5 - lag * part)).epsilon(1e-12));
+  CHECK(std::abs(device.position().x()) < 1e-15);
+}
+
 TEST_CASE("A clock that goes back or leaps is survived", "[device]") {
   SimPhantom device(still(), exact(*palpate::hand_from_name("reference")));
   device.read(Micros{1'000'000});
@@ -174,6 +200,7 @@ TEST_CASE("Options out of range and unknown hands are refused", "[device]") {
     CHECK_THROWS_AS(SimPhantom(still(), options), palpate::InputError);
   };
   refused([](auto& o) { o.device_mass_kg = 0; });
+  refused([](auto& o) { o.device_damping_n_s_m = -1; });
   refused([](auto& o) { o.hand.stiffness_n_m = -1; });
   refused([](auto& o) { o.hand.damping_n_s_m = std::numeric_limits<double>::quiet_NaN(); });
   refused([](auto& o) { o.tremor_m = std::numeric_limits<double>::infinity(); });

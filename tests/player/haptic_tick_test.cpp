@@ -160,3 +160,60 @@ TEST_CASE(
     if (!touch && k > 200) CHECK(out.force.norm() > 0);
   }
 }
+
+TEST_CASE("Through a virtual coupling the hand meets coupling and patch in series, and the server the virtual tool") {
+  LatestSlot<PatchPlayer> slot;
+  SampleRing ring;
+  HapticTick haptic(slot, ring, GuardLimits{}, {600, 0.5, 0});
+  Patch patch = constant(Vec3::Zero(), 1, kEpoch);
+  patch.constant = false;
+  patch.scheme = Scheme::tangent;
+  patch.contact = ContactKind::attach;
+  patch.k_port = 300 * Mat3::Identity();
+  slot.back() = PatchPlayer(patch);
+  slot.publish();
+  const Vec3 tool(0.004, 0, -0.002);
+  TickOutput out = haptic.tick({kEpoch + kTick, Vec3::Zero()});
+  for (int ms = 2; ms < 500; ++ms) out = haptic.tick({kEpoch + ms * kTick, tool});
+  const double series = 1 / (1 / 600.0 + 1 / 300.0);
+  CHECK((out.force + series * tool).norm() < 1e-9);
+  ToolSample last;
+  while (ring.pop(last)) {
+  }
+  CHECK((last.position - series / 300 * tool).norm() < 1e-12);
+}
+
+namespace {
+
+/// A device of 75 g and 0.5 N s/m joined to a patch of 5000 N/m, let go 1 mm off: its largest excursion in the last of `seconds`.
+double excursion_m(const CouplingParameters& coupling, int seconds) {
+  LatestSlot<PatchPlayer> slot;
+  SampleRing ring;
+  HapticTick haptic(slot, ring, GuardLimits{100, 0, PassivityMode::off}, coupling);
+  Patch patch = constant(Vec3::Zero(), 1, kEpoch);
+  patch.constant = false;
+  patch.scheme = Scheme::tangent;
+  patch.contact = ContactKind::attach;
+  patch.k_port = 5000 * Mat3::Identity();
+  slot.back() = PatchPlayer(patch);
+  slot.publish();
+  constexpr int kSubSteps = 100;
+  double x = 1e-3, v = 0, most = 0;
+  for (int ms = 1; ms <= 1000 * seconds; ++ms) {
+    const double force = haptic.tick({kEpoch + ms * kTick, Vec3(x, 0, 0)}).force.x();
+    for (int k = 0; k < kSubSteps; ++k) {
+      v += 1e-3 / kSubSteps * (force - 0.5 * v) / 0.075;
+      x += 1e-3 / kSubSteps * v;
+    }
+    if (ms > 1000 * (seconds - 1)) most = std::max(most, std::abs(x));
+  }
+  return most;
+}
+
+}  // namespace
+
+TEST_CASE("A device with little damping oscillates on a stiff patch, and comes to rest through a passive coupling") {
+  CHECK(excursion_m({}, 3) > 3e-3);
+  REQUIRE(passive_stiffness_n_m(0.5, 0.1, 1e-3) > 600);
+  CHECK(excursion_m({600, 0.1, 0}, 6) < 1e-5);
+}

@@ -9,6 +9,7 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "client/player/player.hpp"
+#include "server/reduce/two_layer.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -208,7 +209,7 @@ TEST_CASE("A grasp patch of full order plays what the dense linear model of the 
 }
 
 TEST_CASE("A grasp patch is passive even where the compressed body is not") {
-  const auto scheme = GENERATE(Scheme::port, Scheme::ring, Scheme::tangent);
+  const auto scheme = GENERATE(Scheme::port, Scheme::ring, Scheme::two_layer, Scheme::tangent);
   int lifted = 0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     Bench bench(box_body(4, 4, 4), ContactKind::attach, 0, 0);
@@ -222,7 +223,7 @@ TEST_CASE("A grasp patch is passive even where the compressed body is not") {
 }
 
 TEST_CASE("K is diagonal, ascending and not negative, D is symmetric and not negative, for every scheme with modes") {
-  const auto scheme = GENERATE(Scheme::port, Scheme::ring);
+  const auto scheme = GENERATE(Scheme::port, Scheme::ring, Scheme::two_layer);
   const auto kind = GENERATE(ContactKind::attach, ContactKind::touch);
   const double shift_m = GENERATE(0.0, 0.001, 0.004);
   Bench bench(box_body(4, 4, 4), kind, shift_m, 0.1);
@@ -259,6 +260,32 @@ TEST_CASE("ring holds the far nodes and is therefore stiffer than the body in ev
   CHECK(Eigen::SelfAdjointEigenSolver<Mat3>(ring - body).eigenvalues()[0] > 0.1 * body.norm());
   const Mat3 port = stiffness_at(bench.build(Scheme::port, 32), 0);
   CHECK((port - body).norm() < 0.01 * body.norm());
+}
+
+TEST_CASE("A two-layer patch answers as the unreduced local model at the matched frequency, and starts as the body does") {
+  Bench bench(box_body(6, 6, 6), ContactKind::attach, 0.0005, 0.05);
+  const std::uint32_t node = 2 + 6 * (2 + 6 * 5);
+  bench.attach(node);
+  const Patch patch = bench.build(Scheme::two_layer);
+  const SecondOrderSystem local = two_layer_system(bench.dynamics, bench.state, node);
+  CHECK(patch.modes() < local.size());
+  const Matrix exact = TransferFunction(local)(kShift).real();
+  CHECK((stiffness_at(patch, kShift) - exact).norm() < 1e-8 * exact.norm());
+  CHECK((patch.force - bench.dynamics.element_force(bench.state, node)).norm() < 1e-12);
+
+  // The body's velocity lies in the basis, so that its kinetic energy there is that of the rescaled masses.
+  double energy = 0;
+  for (Eigen::Index i = 0; i < local.size(); ++i)
+    energy += local.mass[i] * std::pow(bench.state.v[local.coordinates[static_cast<std::size_t>(i)]], 2);
+  CHECK(patch.q_rate.squaredNorm() == Approx(energy).epsilon(1e-9));
+}
+
+TEST_CASE("A two-layer patch is pushed by the body's own imbalance, not by that of rescaled springs") {
+  // Stretched evenly: inside, every node is in balance though every spring is in tension.
+  Bench bench(box_body(6, 6, 6), ContactKind::attach, 0, 0);
+  for (Eigen::Index i = 2; i < bench.state.x.size(); i += 3) bench.state.x[i] *= 1.05;
+  bench.attach(2 + 6 * (2 + 6 * 3));
+  CHECK(bench.build(Scheme::two_layer).g.norm() < 1e-9);
 }
 
 TEST_CASE(

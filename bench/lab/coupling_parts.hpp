@@ -1,0 +1,35 @@
+// The parts of palpate-lab couplings: what the paper's introduction cites, each shown at work.
+#pragma once
+
+#include "bench/lab/experiments.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/lab/plot.hpp"
+#include "bench/paper/braking_pulse.hpp"
+#include "bench/paper/norton_study.hpp"
+
+namespace palpate {
+
+struct CouplingFlags {
+  Device1d device;  ///< all parts but `norton` and `proxy`
+  double period_s = 1e-3;
+  CouplingParameters coupling{600, 0.1, 0};                 ///< virtual-coupling
+  double wall_n_m = 800;                                    ///< proxy, braking-pulse
+  double speed_m_s = 0.2, push_n = 0.5, force_max_n = 8.5;  ///< braking-pulse
+  NortonStudyOptions sheet;                                 ///< norton
+  bool quick = false;
+};
+
+struct CouplingPart {
+  Json summary;
+  std::string table;  ///< for the terminal
+  std::vector<Finding> findings;
+  Picture picture;
+  GridPanel key_panel;  ///< for the overview
+};
+
+CouplingPart show_virtual_coupling(const std::filesystem::path& out, const CouplingFlags& flags);
+CouplingPart show_proxy(const std::filesystem::path& out, const CouplingFlags& flags);
+CouplingPart show_braking_pulse(const std::filesystem::path& out, const CouplingFlags& flags);
+CouplingPart show_norton(const std::filesystem::path& out, const CouplingFlags& flags);
+
+}  // namespace palpate

@@ -1,0 +1,220 @@
+// palpate-lab limits: fidelity against stiffness ratio and depth, by the real cores in virtual time.
+#include "bench/lab/limits.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+
+#include "bench/lab/experiments.hpp"
+#include "bench/lab/flags.hpp"
+#include "bench/lab/link_flags.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/lab/parallel.hpp"
+#include "bench/lab/plot.hpp"
+#include "bench/measure/reference.hpp"
+#include "bench/measure/replay.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr Flaw kFlaws[] = {Flaw::soft_below, Flaw::stiff_inside, Flaw::stiff_at_top, Flaw::torn};
+constexpr double kPaperDepthMm = 10;
+
+/// The base excursion of scenes/motions, as large as wanted: mean depth, +-40 % of it at 1.5 Hz, 3 % at 9 Hz, and to the sides 40
+/// and 30 % at 1.1 and 0.7 Hz, ramped in over 0.25 s.
+Motion excursion(const Vec3& home, double depth_m, double duration_s) {
+  std::vector<MotionPoint> points;
+  const int ticks = static_cast<int>(duration_s * kHapticRateHz);
+  for (int i = 0; i <= ticks; ++i) {
+    const double t = static_cast<double>(i) / kHapticRateHz, u = std::min(t / 0.25, 1.0);
+    const double ramp = depth_m * u * u * u * (10 - 15 * u + 6 * u * u);
+    const auto wave = [&](double share, double hz) { return share * std::sin(2 * std::numbers::pi * hz * t); };
+    points.push_back({t, home + ramp * Vec3(wave(0.4, 1.1), wave(0.3, 0.7), -(1 + wave(0.4, 1.5) + wave(0.03, 9)))});
+  }
+  return Motion(std::move(points), "excursion");
+}
+
+/// A body and a motion, and the curves to which its runs add a point each.
+struct Case {
+  Scene scene;
+  double depth_mm = 0, at = 0;
+  std::string body;
+  std::vector<Scheme> schemes;
+};
+
+/// One reference serves all schemes and delays: without a simulated device the tool's path is the motion's.
+std::vector<LimitCurve> run_case(const Case& c, const LimitsPlan& plan, double rate_hz) {
+  const Motion motion = excursion(home_of(c.scene), c.depth_mm * 1e-3, plan.motion_s);
+  std::vector<LimitCurve> points;
+  std::vector<Vec3> path;
+  for (Micros t{}; t <= motion.duration(); t += kTick) path.push_back(motion.position(t));
+  const ReferenceForce reference = reference_force(c.scene, path);
+  for (const Scheme scheme : c.schemes)
+    for (const double rtt_ms : plan.rtt_ms) {
+      ReplayOptions options;
+      options.scheme = scheme;
+      options.rate_hz = rate_hz;
+      options.link.latency = from_seconds(rtt_ms * 0.5e-3);
+      options.reference = &reference;
+      const ReplayResult run = replay(c.scene, motion, options, [] { return std::int64_t{0}; });
+      points.push_back({c.body, scheme, rtt_ms, {c.at}, {run.fidelity.snr_db}});
+    }
+  return points;
+}
+
+std::vector<LimitCurve> run_cases(const std::vector<Case>& cases, const LimitsPlan& plan, double rate_hz) {
+  std::vector<std::vector<LimitCurve>> points(cases.size());
+  run_all(cases.size(), [&](std::size_t i) { points[i] = run_case(cases[i], plan, rate_hz); });
+  std::vector<LimitCurve> curves;
+  for (const auto& group : points)
+    for (const LimitCurve& p : group) {
+      const auto same = [&](const LimitCurve& c) { return c.body == p.body && c.scheme == p.scheme && c.rtt_ms == p.rtt_ms; };
+      const auto curve = std::find_if(curves.begin(), curves.end(), same);
+      if (curve == curves.end()) {
+        curves.push_back(p);
+      } else {
+        curve->at.push_back(p.at[0]);
+        curve->snr_db.push_back(p.snr_db[0]);
+      }
+    }
+  return curves;
+}
+
+std::vector<Scheme> shown_schemes() {
+  std::vector<Scheme> schemes;
+  for (const Scheme s : available_schemes())
+    if (s != Scheme::hold && s != Scheme::filtered) schemes.push_back(s);
+  return schemes;
+}
+
+std::string column(const LimitCurve& c) { return fmt::format("{}, {}, RTT {:g} ms", c.body, name_of(c.scheme), c.rtt_ms); }
+
+void write_curves(const std::filesystem::path& file, const std::string& axis, const std::vector<LimitCurve>& curves) {
+  std::string csv = axis;
+  for (const LimitCurve& c : curves) csv += fmt::format(",{} {} {:g}ms snr_db", c.body, name_of(c.scheme), c.rtt_ms);
+  csv += '\n';
+  for (std::size_t i = 0; i < curves[0].at.size(); ++i) {
+    csv += fmt::format("{:g}", curves[0].at[i]);
+    for (const LimitCurve& c : curves) csv += fmt::format(",{:.3f}", c.snr_db[i]);
+    csv += '\n';
+  }
+  write_text(file, csv);
+}
+
+/// One panel a body: colour says the scheme, dashes the longest round trip.
+void plot_flaws(const std::filesystem::path& out, const std::vector<LimitCurve>& curves, const LimitsPlan& plan) {
+  const std::vector<Scheme> schemes = shown_schemes();
+  std::vector<Panel> panels;
+  for (const Flaw flaw : kFlaws) {
+    Panel panel{fmt::format("{} [dB]", name_of(flaw)), {}, false, "set yrange [-35:55]"};
+    for (std::size_t k = 0; k < curves.size(); ++k) {
+      const LimitCurve& c = curves[k];
+      if (c.body != name_of(flaw) || (c.rtt_ms != plan.rtt_ms.front() && c.rtt_ms != plan.rtt_ms.back())) continue;
+      const auto colour = std::find(schemes.begin(), schemes.end(), c.scheme) - schemes.begin();
+      const bool delayed = c.rtt_ms != plan.rtt_ms.front();
+      panel.curves.push_back({fmt::format("1:{}", k + 2),
+                              fmt::format("{}, {:g} ms", name_of(c.scheme), c.rtt_ms),
+                              static_cast<int>(colour) + 1,
+                              {},
+                              delayed ? "linespoints dt 2" : "linespoints"});
+    }
+    panels.push_back(panel);
+  }
+  plot_csv(out / "flaws.csv", out / "flaws.svg", "Fidelity where the body is not of one piece (SNR; 20 dB: an error of a tenth)",
+           "ratio of stiff to soft springs", panels,
+           {.setup = "set logscale x\nset xtics (1, 3, 10, 30, 100)\nset xrange [0.95:105]"});
+}
+
+void plot_depths(const std::filesystem::path& out, const std::vector<LimitCurve>& curves) {
+  std::vector<Panel> panels;
+  for (std::size_t k = 0; k < curves.size(); ++k) {
+    const bool begins = k == 0 || curves[k].body != curves[k - 1].body;
+    if (begins) panels.push_back({fmt::format("{}: SNR [dB]", curves[k].body), {}, false, "set yrange [0:80]"});
+    panels.back().curves.push_back({fmt::format("1:{}", k + 2),
+                                    fmt::format("RTT {:g} ms", curves[k].rtt_ms),
+                                    static_cast<int>(panels.back().curves.size()) + 1,
+                                    {},
+                                    "linespoints"});
+  }
+  plot_csv(out / "depths.csv", out / "depths.svg", "What is left to scheme port: the body's own nonlinearity",
+           "mean depth of the excursion [mm]", panels);
+}
+
+Json curves_json(const std::string& axis, const std::vector<LimitCurve>& curves) {
+  Json json;
+  for (const LimitCurve& c : curves)
+    json[c.body][std::string(name_of(c.scheme))][fmt::format("rtt_{:g}_ms", c.rtt_ms)] = {{axis, c.at}, {"snr_db", c.snr_db}};
+  return json;
+}
+
+void print(const Limits& limits) {
+  const auto table = [](const std::string& axis, const std::vector<LimitCurve>& curves) {
+    fmt::print("\n  SNR [dB] against {}\n  {:<42}", axis, "");
+    for (const double at : curves[0].at) fmt::print("{:>7g}", at);
+    for (const LimitCurve& c : curves) {
+      fmt::print("\n  {:<42}", column(c));
+      for (const double db : c.snr_db) fmt::print("{:>7.1f}", db);
+    }
+    fmt::print("\n");
+  };
+  table("the ratio of stiff to soft springs", limits.flaws);
+  table("the mean depth of the excursion [mm]", limits.depths);
+  fmt::print("\n");
+}
+
+}  // namespace
+
+LimitsPlan limits_plan(bool quick) {
+  if (quick) return {{1, 100}, {2, 10}, {0, 150}, 0.5};
+  return {{1, 3, 10, 30, 100}, {2, 4, 6, 8, 10, 12, 15}, {0, 50, 150}, 1.6};
+}
+
+Limits find_limits(const LimitsPlan& plan, double rate_hz, const std::filesystem::path& out) {
+  std::vector<Case> flaws, depths;
+  for (const Flaw flaw : kFlaws)
+    for (const double ratio : plan.ratios)
+      flaws.push_back({flawed_cube(flaw, ratio), kPaperDepthMm, ratio, std::string(name_of(flaw)), shown_schemes()});
+  for (const bool stiffening : {false, true})
+    for (const double depth_mm : plan.depths_mm) {
+      Scene scene = paper_cube(ContactKind::attach);
+      if (stiffening) {
+        scene.body.law = SpringLaw::stiffening;
+        scene.body.stiffening = 10;
+      }
+      depths.push_back(
+          {std::move(scene), depth_mm, depth_mm, stiffening ? "stiffening springs" : "linear springs", {Scheme::port}});
+    }
+  Limits limits{run_cases(flaws, plan, rate_hz), run_cases(depths, plan, rate_hz)};
+  write_curves(out / "flaws.csv", "stiffness_ratio", limits.flaws);
+  write_curves(out / "depths.csv", "depth_mm", limits.depths);
+  plot_flaws(out, limits.flaws, plan);
+  plot_depths(out, limits.depths);
+  write_json(out / "summary.json",
+             {{"flaws", curves_json("stiffness_ratio", limits.flaws)}, {"depths", curves_json("depth_mm", limits.depths)}});
+  return limits;
+}
+
+void add_limits(CLI::App& app, Run& run) {
+  struct Flags {
+    std::string out;
+    double rate_hz = 20;
+  };
+  auto flags = std::make_shared<Flags>();
+  CLI::App* c =
+      app.add_subcommand("limits", "bodies on which local models fail, and how deep a linear patch is true (section 7)");
+  c->add_option("--rate-hz", flags->rate_hz, "frames of the server a second")->check(between(kMinRateHz, kMaxRateHz));
+  c->add_option("--out", flags->out, "folder for CSV, summary.json and plots")->required();
+  c->callback([flags, &run] {
+    run = [flags] {
+      const auto out = make_output_folder(flags->out);
+      print(find_limits(limits_plan(false), flags->rate_hz, out));
+      fmt::print("{}\n", (out / "summary.json").string());
+      return 0;
+    };
+  });
+}
+
+}  // namespace palpate

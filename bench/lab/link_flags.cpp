@@ -1,0 +1,55 @@
+#include "bench/lab/link_flags.hpp"
+
+#include <fmt/format.h>
+
+#include "bench/lab/flags.hpp"
+#include "common/base/error.hpp"
+#include "common/base/limits.hpp"
+#include "common/base/types.hpp"
+
+namespace palpate {
+
+CLI::Validator no_sign() {
+  return {[](const std::string& number) {
+            return number.starts_with('-') ? std::string("is negative; expected a number from 0 on") : std::string();
+          },
+          ""};
+}
+
+std::vector<Scheme> available_schemes() {
+  std::vector<Scheme> schemes;
+  for (std::size_t k = 0; k < kSchemeNames.size(); ++k)
+    if (is_available(static_cast<Scheme>(k))) schemes.push_back(static_cast<Scheme>(k));
+  return schemes;
+}
+
+Scheme available_scheme(const std::string& name) {
+  const auto scheme = scheme_from_name(name);
+  if (scheme && is_available(*scheme)) return *scheme;
+  std::string names;
+  for (const Scheme s : available_schemes()) names += fmt::format("{}{}", names.empty() ? "" : ", ", name_of(s));
+  throw InputError("--scheme " + name, scheme ? "is not in this build" : "is no scheme", "one of " + names);
+}
+
+void LinkFlags::add_to(CLI::App& command) {
+  command.add_option("--rate-hz", rate_hz, "frames of the server a second")->check(between(kMinRateHz, kMaxRateHz));
+  command.add_option("--rtt-ms", rtt_ms, "round trip; each way takes half")->check(between(0, 10'000));
+  command.add_option("--jitter-ms", jitter_ms, "each way's latency varies by up to this, either side")->check(between(0, 1'000));
+  command.add_option("--loss-pct", loss_pct, "datagrams lost, each way")->check(between(0, 100));
+  command.add_option("--burst", burst, "mean run of lost datagrams, 0: independent losses")->check(between(0, 1'000));
+  command.add_option("--seed", seed, "of everything that is drawn")->check(no_sign());
+  command.add_option("--compute-ms", compute_ms, "the server's time from frame to patch")->check(between(0, 10'000));
+}
+
+LinkSpec LinkFlags::one_way() const {
+  LinkSpec link;
+  link.latency = from_seconds(rtt_ms * 0.5e-3);
+  link.jitter = from_seconds(jitter_ms * 1e-3);
+  link.loss = loss_pct / 100;
+  link.burst_mean = burst;
+  link.seed = seed;
+  validate(link, "link");
+  return link;
+}
+
+}  // namespace palpate

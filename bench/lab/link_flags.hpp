@@ -1,0 +1,31 @@
+// Flags that several experiments share: the scheme, and the link over which it works.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/link/link_model.hpp"
+#include "common/port/scheme.hpp"
+
+namespace palpate {
+
+/// Check of a flag that the command line would take "-1" for as 2^64 - 1.
+CLI::Validator no_sign();
+
+/// What this build serves, in the order of the names.
+std::vector<Scheme> available_schemes();
+/// InputError, which names them, for another name.
+Scheme available_scheme(const std::string& name);
+
+struct LinkFlags {
+  double rate_hz = 20, rtt_ms = 0, jitter_ms = 0, loss_pct = 0, burst = 0, compute_ms = 0;
+  std::uint64_t seed = 1;
+
+  void add_to(CLI::App& command);
+  /// One way. InputError when the numbers do not go together.
+  LinkSpec one_way() const;
+};
+
+}  // namespace palpate

@@ -1,0 +1,164 @@
+// palpate-lab paper: every experiment of Cavusoglu and Tendick, and one page that sets their figures beside ours.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <thread>
+
+#include "bench/lab/experiments.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/lab/page.hpp"
+#include "common/base/error.hpp"
+#include "paper_page.hpp"
+
+namespace palpate {
+namespace {
+
+struct Experiment {
+  const char* name;
+  PaperSection (*run)(const std::filesystem::path& out, bool quick);
+};
+
+/// In the paper's order.
+constexpr Experiment kExperiments[] = {
+    {"spring1d", paper_spring1d}, {"bode", paper_bode},       {"modes", paper_modes},
+    {"chain", paper_chain},       {"scaling", paper_scaling}, {"haptic", paper_haptic},
+    {"release", paper_release},   {"limits", paper_limits},   {"couplings", paper_couplings},
+};
+
+struct Flags {
+  std::string out;
+  std::vector<std::string> only;
+  bool quick = false;
+  unsigned jobs = std::max(1U, std::thread::hardware_concurrency());
+};
+
+struct Outcome {
+  const Experiment* experiment = nullptr;
+  PaperSection section;
+  std::string error;
+  double wall_s = 0;
+};
+
+void run_one(Outcome& outcome, const std::filesystem::path& out, bool quick) {
+  const std::int64_t begin = stopwatch_ns();
+  try {
+    outcome.section = outcome.experiment->run(make_output_folder((out / outcome.experiment->name).string()), quick);
+  } catch (const std::exception& e) {
+    outcome.section.title = outcome.experiment->name;
+    outcome.section.command = fmt::format("palpate-lab {} --out DIR", outcome.experiment->name);
+    outcome.error = e.what();
+  }
+  outcome.wall_s = static_cast<double>(stopwatch_ns() - begin) * 1e-9;
+}
+
+/// The sections share nothing, so `jobs` of them run at a time; what they compute does not depend on it.
+void run_all(std::vector<Outcome>& outcomes, const std::filesystem::path& out, const Flags& flags) {
+  std::atomic<std::size_t> next{0};
+  std::vector<std::jthread> workers;
+  for (unsigned k = 0; k < std::min<std::size_t>(flags.jobs, outcomes.size()); ++k)
+    workers.emplace_back([&] {
+      for (std::size_t i = next++; i < outcomes.size(); i = next++) run_one(outcomes[i], out, flags.quick);
+    });
+}
+
+const char* name_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::agrees:
+      return "agrees";
+    case Verdict::differs:
+      return "differs";
+    case Verdict::beyond:
+      return "beyond";
+  }
+  return "";
+}
+
+std::size_t count(const Outcome& outcome, Verdict verdict) {
+  return static_cast<std::size_t>(std::count_if(outcome.section.findings.begin(), outcome.section.findings.end(),
+                                                [&](const Finding& f) { return f.verdict == verdict; }));
+}
+
+Json section_json(const Outcome& outcome, const std::filesystem::path& out) {
+  const PaperSection& s = outcome.section;
+  Json json{
+      {"name", outcome.experiment->name}, {"title", s.title}, {"command", s.command}, {"text", s.text}, {"error", outcome.error}};
+  for (const Verdict v : {Verdict::agrees, Verdict::differs, Verdict::beyond}) json[name_of(v)] = count(outcome, v);
+  json["findings"] = Json::array();
+  for (const Finding& f : s.findings)
+    json["findings"].push_back(
+        {{"what", f.what}, {"paper", f.paper}, {"ours", f.ours}, {"verdict", name_of(f.verdict)}, {"reason", f.reason}});
+  json["pictures"] = Json::array();
+  for (const Picture& p : s.pictures)
+    json["pictures"].push_back({{"file", std::filesystem::relative(p.svg, out).string()}, {"caption", p.caption}});
+  return json;
+}
+
+Json summary(const std::vector<Outcome>& outcomes, const std::filesystem::path& out, const Flags& flags) {
+  Json json{{"title", flags.quick ? "The paper, quick run: coarser grids" : "The paper, whole"},
+            {"version", PALPATE_VERSION},
+            {"command", fmt::format("palpate-lab paper{} --out DIR", flags.quick ? " --quick" : "")}};
+  for (const Verdict v : {Verdict::agrees, Verdict::differs, Verdict::beyond}) {
+    std::size_t sum = 0;
+    for (const Outcome& o : outcomes) sum += count(o, v);
+    json[name_of(v)] = sum;
+  }
+  json["sections"] = Json::array();
+  for (const Outcome& o : outcomes) json["sections"].push_back(section_json(o, out));
+  return json;
+}
+
+void write_report(Json json, const std::filesystem::path& out) {
+  for (Json& section : json["sections"])
+    for (Json& picture : section["pictures"]) picture["uri"] = picture_uri(out / picture["file"].get<std::string>());
+  write_text(out / "report.html", render_page(kPaperPage, json));
+}
+
+std::vector<Outcome> chosen(const Flags& flags) {
+  std::vector<Outcome> outcomes;
+  for (const Experiment& e : kExperiments)
+    if (flags.only.empty() || std::find(flags.only.begin(), flags.only.end(), e.name) != flags.only.end())
+      outcomes.push_back({&e, {}, {}, 0});
+  return outcomes;
+}
+
+int run_paper(const Flags& flags) {
+  const auto out = make_output_folder(flags.out);
+  std::vector<Outcome> outcomes = chosen(flags);
+  run_all(outcomes, out, flags);
+  const Json json = summary(outcomes, out, flags);
+  write_json(out / "summary.json", json);
+  write_report(json, out);
+
+  fmt::print("{:<10} {:>6} {:>6} {:>6} {:>8}\n", "section", "agree", "differ", "beyond", "time [s]");
+  bool whole = true;
+  for (const Outcome& o : outcomes) {
+    fmt::print("{:<10} {:>6} {:>6} {:>6} {:>8.1f}\n", o.experiment->name, count(o, Verdict::agrees), count(o, Verdict::differs),
+               count(o, Verdict::beyond), o.wall_s);
+    whole = whole && o.error.empty();
+  }
+  for (const Outcome& o : outcomes)
+    for (const Finding& f : o.section.findings)
+      if (f.verdict == Verdict::differs) fmt::print("differs: {}: {} (paper: {}): {}\n", f.what, f.ours, f.paper, f.reason);
+  fmt::print("{}\n", (out / "report.html").string());
+  for (const Outcome& o : outcomes)
+    if (!o.error.empty()) fmt::print(stderr, "palpate-lab: {} could not be computed: {}\n", o.experiment->name, o.error);
+  return whole ? 0 : 1;
+}
+
+}  // namespace
+
+void add_paper(CLI::App& app, Run& run) {
+  auto flags = std::make_shared<Flags>();
+  std::vector<std::string> names;
+  for (const Experiment& e : kExperiments) names.emplace_back(e.name);
+  CLI::App* c = app.add_subcommand("paper", "all of the paper's experiments, and report.html with its figures beside ours");
+  c->add_flag("--quick", flags->quick, "coarser grids and shorter runs, the same code");
+  c->add_option("--only", flags->only, "these sections alone")->check(CLI::IsMember(names));
+  c->add_option("--jobs", flags->jobs, "sections computed at a time; default: one a core")->check(CLI::Range(1U, 64U));
+  c->add_option("--out", flags->out, "folder for report.html, summary.json and one folder a section")->required();
+  c->callback([flags, &run] { run = [flags] { return run_paper(*flags); }; });
+}
+
+}  // namespace palpate

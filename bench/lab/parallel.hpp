@@ -1,0 +1,13 @@
+// Independent runs of an experiment on all cores of the machine. Results do not depend on how many there are: run i writes to
+// place i of the caller's own vector.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+namespace palpate {
+
+/// Calls run(0) ... run(count - 1), each once, from several threads. The first exception is thrown again once all have ended.
+void run_all(std::size_t count, const std::function<void(std::size_t)>& run);
+
+}  // namespace palpate

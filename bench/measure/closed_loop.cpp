@@ -1,0 +1,54 @@
+#include "bench/measure/closed_loop.hpp"
+
+#include <algorithm>
+
+#include "bench/measure/join.hpp"
+
+namespace palpate {
+namespace {
+
+ClientOptions client_options(const ClosedLoopOptions& options, const DeviceCaps& caps) {
+  ClientOptions client;
+  client.hello.station = "loop";
+  client.hello.scheme = options.scheme;
+  client.hello.order = static_cast<std::uint16_t>(options.order);
+  client.guard = {caps.force_max_n, caps.slew_max_n_s, options.passivity};
+  return client;
+}
+
+}  // namespace
+
+ClosedLoopResult closed_loop(const Scene& scene, const Motion& intention, const ClosedLoopOptions& options) {
+  validate(options.link, "link");
+  ClosedLoopResult result;
+  World world(scene, {options.rate_hz, options.compute, options.seed});
+  auto owned = std::make_unique<SimPhantom>(intention, options.device);
+  const SimPhantom& device = *owned;
+  const ClientOptions client = client_options(options, device.caps());
+  owned->wait_for_start();
+  WorldStation& station = world.add_station(client, std::move(owned), options.link);
+  const Micros begin = join(world, station, scene, intention.position(0.0), client, options.rate_hz);
+  station.device().start(station.clock(begin));
+
+  result.ticks.reserve(static_cast<std::size_t>(options.duration / kTick) + 1);
+  const Vec3 home = intention.position(0.0);
+  station.on_tick = [&](Micros t, const Vec3&, const TickOutput& out) {
+    if (t < begin || result.lost) return;
+    LoopTick tick{device.position(), device.velocity(), device.force(), out.has_patch ? out.patch_age : Micros{-1}};
+    tick.hand_over_step_n = out.swapped ? out.hand_over_step_n : 0;
+    tick.kinetic_j = 0.5 * options.device.device_mass_kg * tick.velocity.squaredNorm();
+    if (!result.ticks.empty()) {
+      const LoopTick& before = result.ticks.back();
+      tick.display_j = before.display_j - before.force.dot(tick.position - before.position);
+    }
+    result.ticks.push_back(tick);
+    result.lost = (tick.position - home).norm() > kLostM;
+  };
+  const Micros end = begin + options.duration;
+  while (world.now() < end && !result.lost) world.run_until(std::min(end, world.now() + Micros{10'000}));
+  result.patches_used = station.core().haptic().counts().patches_used;
+  result.guard = station.core().haptic().guard_counts();
+  return result;
+}
+
+}  // namespace palpate

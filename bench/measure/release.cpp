@@ -1,0 +1,74 @@
+#include "bench/measure/release.hpp"
+
+#include <algorithm>
+
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kPressS = 0.3;
+
+Motion press(const Scene& scene, double depth_m) {
+  constexpr int kPoints = 300;
+  std::vector<MotionPoint> points;
+  for (int i = 0; i <= kPoints; ++i) {
+    const double u = static_cast<double>(i) / kPoints;
+    points.push_back({kPressS * u, home_of(scene) + depth_m * (u * u * u * (10 - 15 * u + 6 * u * u)) * into_body(scene)});
+  }
+  return Motion(std::move(points), "press");
+}
+
+ClosedLoopOptions loop_options(const ReleaseOptions& o) {
+  constexpr double kWindows = 7;
+  ClosedLoopOptions loop;
+  loop.scheme = o.scheme;
+  loop.order = o.order;
+  loop.rate_hz = o.rate_hz;
+  loop.link = o.link;
+  loop.seed = o.seed;
+  loop.compute = o.compute;
+  loop.passivity = o.passivity;
+  loop.device.hand = o.hand;
+  loop.device.hand_after_release = o.hand_after;
+  loop.device.release_s = kReleaseS;
+  loop.device.tremor_m = o.tremor_m;
+  loop.device.seed = o.seed;
+  loop.device.force_step_n = o.force_step_n;
+  loop.device.device_damping_n_s_m = o.device_damping_n_s_m;
+  const double observe_s = o.observe_s > 0 ? o.observe_s : kWindows * kWindowS + 4 * seconds(o.link.latency);
+  loop.duration = from_seconds(kReleaseS + observe_s);
+  return loop;
+}
+
+}  // namespace
+
+Vec3 into_body(const Scene& scene) { return scene.body.planar ? Vec3(0, -1, 0) : Vec3(0, 0, -1); }
+
+ReleaseResult release(const Scene& scene, const ReleaseOptions& options) {
+  if (scene.tool.contact != ContactKind::attach)
+    throw InputError("scene " + scene.name, "is touched: a tool that is let go of would fly off",
+                     "a scene with tool.contact \"attach\"");
+  ReleaseResult result;
+  result.loop = closed_loop(scene, press(scene, options.depth_m), loop_options(options));
+  const std::vector<LoopTick>& ticks = result.loop.ticks;
+  // A tool that was lost while it was held is judged by all that it did.
+  constexpr auto kReleaseTick = static_cast<std::size_t>(kReleaseS * 1e3);
+  const std::size_t let_go = kReleaseTick < ticks.size() ? kReleaseTick : 0;
+  std::vector<Vec3> position;
+  std::vector<double> kinetic_j;
+  for (std::size_t i = let_go; i < ticks.size(); ++i) {
+    position.push_back(ticks[i].position);
+    kinetic_j.push_back(ticks[i].kinetic_j);
+  }
+  result.verdict = judge_motion(position, kinetic_j, result.loop.lost);
+  result.depth_m = (ticks[let_go].position - home_of(scene)).dot(into_body(scene));
+  result.released_j = ticks[let_go].kinetic_j + ticks[let_go].display_j;
+  for (const LoopTick& tick : ticks) {
+    result.display_min_j = std::min(result.display_min_j, tick.display_j);
+    result.hand_over_step_max_n = std::max(result.hand_over_step_max_n, tick.hand_over_step_n);
+  }
+  return result;
+}
+
+}  // namespace palpate

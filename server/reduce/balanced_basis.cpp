@@ -1,0 +1,127 @@
+#include "server/reduce/balanced_basis.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <stdexcept>
+
+#include "server/body/dynamics.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kGraspResidual = 1e-8;
+/// A contact moves on before more matters, and every step costs a solve a vertex.
+constexpr double kTouchResidual = 1e-6;
+constexpr double kDiscount = 5;  ///< [1/s]
+constexpr std::size_t kVerticesMax = 96;
+
+/// Responses times exp(-a t): s -> s + a.
+void discount(SecondOrderSystem& y, double a) {
+  const SparseMatrix mass = SparseMatrix(Matrix(y.mass.asDiagonal()).sparseView());
+  y.stiffness = y.stiffness + a * y.damping + a * a * mass;
+  y.damping = y.damping + 2 * a * mass;
+  y.b_k += a * y.b_d;
+}
+
+/// Adds to the orthonormal columns `v` those of `y`, in order.
+void add_columns(const Matrix& y, Matrix& v) {
+  for (Eigen::Index c = 0; c < y.cols() && v.cols() < BalancedBases::kColumns; ++c) {
+    Vector next = y.col(c);
+    const double before = next.norm();
+    for (int pass = 0; pass < 2; ++pass) next -= v * (v.transpose() * next);
+    constexpr double kDependent = 1e-6;
+    if (!(next.norm() > kDependent * before)) continue;
+    v.conservativeResize(Eigen::NoChange, v.cols() + 1);
+    v.rightCols(1) = next.normalized();
+  }
+}
+
+/// Y U with the eigenvectors U of Y^T Y, the largest first: the directions of the leading eigenvectors of Y Y^T.
+Matrix leading(const Matrix& y) {
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(y.transpose() * y);
+  constexpr double kRounding = 1e-13;
+  const Eigen::Index usable = (eigen.eigenvalues().array() > kRounding * eigen.eigenvalues().maxCoeff()).count();
+  return y * eigen.eigenvectors().rightCols(std::min<Eigen::Index>(usable, BalancedBases::kColumns)).rowwise().reverse();
+}
+
+}  // namespace
+
+BalancedBases::Response BalancedBases::respond(SecondOrderSystem system, double residual, Kept& kept) const {
+  SecondOrderSystem y = mass_scaled(system);
+  if (!kept.still) kept.still = DynamicStiffness(y.mass, y.damping, y.stiffness).at(0);
+  const Matrix q_s = kept.still->solve(y.b_k.cast<Complex>()).real();
+  y.b_k = y.b_d - y.damping * q_s;
+  y.b_d = -q_s;
+  const LowRankGramian z = low_rank_gramian(y, {.residual = residual}, &kept.shifts);
+  const Eigen::Index rows = dynamics_->masses().size();
+  Response r{Matrix::Zero(rows, q_s.cols()), Matrix::Zero(rows, z.displacement.cols())};
+  r.statics(system.coordinates, Eigen::all) = q_s;
+  r.factor(system.coordinates, Eigen::all) = z.displacement;
+  return r;
+}
+
+Matrix BalancedBases::basis(const Response& response) const {
+  Matrix v(response.statics.rows(), 0);
+  add_columns(leading(response.statics), v);
+  add_columns(leading(response.factor - v * (v.transpose() * response.factor)), v);
+  return dynamics_->masses().cwiseSqrt().cwiseInverse().asDiagonal() * v;
+}
+
+const Matrix& BalancedBases::grasped(std::uint32_t node) {
+  const auto known = grasped_.find(node);
+  if (known != grasped_.end()) return known->second;
+  SecondOrderSystem system = second_order_system(*dynamics_, *rest_, node, {});
+  Matrix v;
+  try {
+    Kept once;
+    v = basis(respond(system, kGraspResidual, once));
+  } catch (const std::runtime_error&) {
+    discount(system, kDiscount);
+    Kept once;
+    v = basis(respond(system, kGraspResidual, once));
+  }
+  return grasped_[node] = std::move(v);
+}
+
+const BalancedBases::Response& BalancedBases::vertex_response(std::uint32_t vertex) {
+  const auto known = vertices_.find(vertex);
+  if (known != vertices_.end()) return known->second;
+  if (vertices_.size() >= kVerticesMax) vertices_.clear();
+  Matrix b = Matrix::Zero(dynamics_->masses().size(), 3);
+  for (const auto& [node, weight] : skin_->vertex_weights(vertex))
+    b.middleRows<3>(3 * static_cast<Eigen::Index>(node)) += weight * Mat3::Identity();
+  SecondOrderSystem system = pushed_system(*dynamics_, *rest_, b, {});
+  if (discounted_) discount(system, kDiscount);
+  try {
+    return vertices_[vertex] = respond(system, kTouchResidual, kept_);
+  } catch (const std::runtime_error&) {
+    if (discounted_) throw;
+    discounted_ = true;
+    kept_ = {};
+    return vertex_response(vertex);
+  }
+}
+
+Matrix BalancedBases::touched(const SurfacePoint& point) {
+  const Triangle& corners = skin_->view().triangles[point.triangle];
+  for (const std::uint32_t corner : corners) vertex_response(corner);
+  Response sum;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Response& r = vertex_response(corners[k]);
+    const double weight = point.weight[static_cast<Eigen::Index>(k)];
+    sum.statics = k == 0 ? Matrix(weight * r.statics) : Matrix(sum.statics + weight * r.statics);
+    sum.factor = k == 0 ? Matrix(weight * r.factor) : Matrix(sum.factor + weight * r.factor);
+  }
+  return basis(sum);
+}
+
+Matrix restricted_basis(const Matrix& basis, Eigen::Index columns, const Vector& masses, const std::vector<std::uint8_t>& held) {
+  Matrix v = basis.leftCols(std::min(columns, basis.cols()));
+  for (std::size_t i = 0; i < held.size(); ++i)
+    if (held[i]) v.middleRows<3>(3 * static_cast<Eigen::Index>(i)).setZero();
+  const Eigen::LLT<Matrix> cholesky(v.transpose() * masses.asDiagonal() * v);
+  return cholesky.matrixL().solve(v.transpose()).transpose();
+}
+
+}  // namespace palpate
