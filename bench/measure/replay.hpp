@@ -1,6 +1,7 @@
 // Any motion through any scheme over any link, in virtual time, by the real cores (world.hpp), beside the reference.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,7 @@ struct ReplayResult {
   double patch_bytes_mean = 0;
   int patch_states = 0;
   double hand_over_step_max_n = 0;
+  Patch last_patch;
   // wall clock of this machine
   double tick_ns_p50 = 0, tick_ns_p99 = 0, patch_build_ms_mean = 0, frame_ms_mean = 0;
 };
@@ -54,5 +56,9 @@ inline constexpr std::size_t kSkipTicks = 250;  ///< fidelity is measured from 0
 
 /// Throws InputError when the station cannot join, std::runtime_error when the model fails.
 ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch);
+/// Several stations on one body, a motion each, all starting at the same moment; the shortest motion ends the run. Links draw
+/// from seeds of their own. `patch_build_ms_mean` is that of all patches of a frame.
+std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Motion> motions, const ReplayOptions& options,
+                                          const Stopwatch& stopwatch);
 
 }  // namespace palpate

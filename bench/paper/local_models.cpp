@@ -109,8 +109,12 @@ SecondOrderSystem patch_model(const Specimen& specimen, const SecondOrderSystem&
   port.node = specimen.port_node();
   PatchRequest request;
   request.order = states;
-  request.tool.position = specimen.body().nodes[port.node];
-  const auto patch = builder.build(specimen.rest(), {port}, 0, request);
+  const BodyState rest = specimen.rest();
+  const std::vector<ToolPort> ports{port};
+  const ToolAt tool{specimen.body().nodes[port.node], Vec3::Zero()};
+  FrameModel frame(specimen.dynamics(), skin);
+  frame.begin(rest, ports, std::span(&tool, 1), request.bridge);
+  const auto patch = builder.build(frame, 0, request);
   if (!patch) throw std::runtime_error("patch_model: no patch at rest");
 
   SecondOrderSystem s;

@@ -184,9 +184,11 @@ std::vector<Vector> play_patches(const Specimen& specimen, const SecondOrderSyst
       PatchRequest request;
       request.scheme = scheme;
       request.bridge = kTick * ticks_per_frame;
-      request.tool = {state.x.segment<3>(port_row), state.v.segment<3>(port_row)};
+      const ToolAt tool{state.x.segment<3>(port_row), state.v.segment<3>(port_row)};
       ports[0].lambda = -specimen.dynamics().element_force(state, specimen.port_node());
-      auto patch = builder.build(state, ports, 0, request);
+      FrameModel frame(specimen.dynamics(), skin);
+      frame.begin(state, ports, std::span(&tool, 1), request.bridge);
+      auto patch = builder.build(frame, 0, request);
       if (!patch) throw std::runtime_error("play_patches: the body gives no patch");
       patch->stamp = now;
       player = PatchPlayer(*patch);

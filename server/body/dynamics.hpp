@@ -42,6 +42,8 @@ class Dynamics {
                 BlockMatrix& a) const;
   /// Products with the unmasked symmetric tangents at a state: K y and D y, element by element.
   void multiply_tangents(const BodyState& state, const Vector& y, Vector& k_y, Vector& d_y) const;
+  /// The same for the columns of y, in one pass over the elements.
+  void multiply_tangents(const BodyState& state, const Matrix& y, Matrix& k_y, Matrix& d_y) const;
   /// Exact (unsymmetric) K y, for comparison with finite differences.
   Vector multiply_stiffness_exact(const BodyState& state, const Vector& y) const;
 

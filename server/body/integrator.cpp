@@ -29,7 +29,10 @@ Integrator::Integrator(const Dynamics& dynamics, const Skin& skin, const Integra
       skin_(&skin),
       options_(options),
       a_(dynamics.make_matrix()),
-      solver_(dynamics.nodes(), options.solver) {}
+      solver_(dynamics.nodes(), options.solver) {
+  const auto& elements = dynamics.body().elements;
+  for (const Element& e : elements) spacing_m_ += e.rest_length_m / static_cast<double>(elements.size());
+}
 
 AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
                                   const ToolMotion& tools) {
@@ -140,6 +143,14 @@ bool Integrator::solve_stage(const Stage& stage, const std::vector<Vec3>& tool_p
   if (!newton(stage, tool_points, state, ports, report)) return false;
   // A tool that ended up inside the surface touched it during this stage: solve again, now with the contact.
   return !begin_contacts(tool_points, state, ports) || newton(stage, tool_points, state, ports, report);
+}
+
+bool Integrator::is_lost(const ToolPort& port, const Vec3& tool, const BodyState& state) const {
+  const double force_n = port.lambda.norm();
+  if (force_n > kMostN) return true;
+  if (force_n <= kFarN) return false;
+  const Vec3 gap = tool - skin_->position(port.point, skin_->weights(port.point), state.x);
+  return gap.norm() > kFarSpacings * spacing_m_;
 }
 
 bool Integrator::begin_contacts(const std::vector<Vec3>& tool_points, const BodyState& state,
@@ -265,6 +276,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
       for (std::size_t k = 0; k < ports.size(); ++k) {
         ToolPort& port = ports[k];
         if (port.kind != ContactKind::touch || !port.touching) continue;
+        if (is_lost(port, tool_points[k], state)) port.lambda.setZero();
         port.touching = port.lambda.squaredNorm() > 0;
         if (slips[k].squaredNorm() > 0) port.point = slide(skin_->view(), skin_positions_, port.point, slips[k]);
       }

@@ -10,8 +10,11 @@
 //
 // A tool is a port on the body (ToolPort). attach: its node has the tool's position and velocity. touch: lambda comes from the
 // contact law (contact_law.hpp) with p_free the point's end-of-stage position at lambda = 0 and C = a^2 B^T A^-1 B.
-// A step in which a contact begins or ends is redone in pieces of at most kEventStepS; a stage that does not converge is redone
-// with half the step. The tool's own samples drive every stage.
+// A contact that no hand could hold has gone wrong (a tool that was thrown through the body hangs on its far side, or two rigid
+// ones ask for the impossible) and ends: its tool is kFarSpacings from its point with more than kFarN between them, or pushes
+// with more than kMostN. A tool that is still inside touches again where it now is. A step in which a contact begins or ends is
+// redone in pieces of at most kEventStepS; a stage that does not converge is redone with half the step. The tool's own samples
+// drive every stage.
 #pragma once
 
 #include <functional>
@@ -58,6 +61,7 @@ class Integrator {
  public:
   static constexpr double kEventStepS = 0.002;
   static constexpr double kMinStepS = 1e-5;
+  static constexpr double kFarSpacings = 3, kFarN = 20, kMostN = 200;
 
   /// `dynamics` and `skin` must outlive the integrator. An empty skin has no touch.
   Integrator(const Dynamics& dynamics, const Skin& skin, const IntegratorOptions& options);
@@ -92,6 +96,7 @@ class Integrator {
   void close_ports(const Stage& stage, const std::vector<Vec3>& tool_points, const std::vector<Vec3>& normals,
                    const BodyState& state, std::vector<ToolPort>& ports, Vector& dv, std::vector<Vec3>& slips,
                    AdvanceReport& report);
+  bool is_lost(const ToolPort& port, const Vec3& tool, const BodyState& state) const;
   bool begin_contacts(const std::vector<Vec3>& tool_points, const BodyState& state, std::vector<ToolPort>& ports) const;
   void total_forces(const BodyState& state, const std::vector<ToolPort>& ports, Vector& f) const;
   void hold_nodes(const std::vector<ToolPort>& ports, const std::vector<ToolAt>& tools, BodyState& state) const;
@@ -99,6 +104,7 @@ class Integrator {
   const Dynamics* dynamics_;
   const Skin* skin_;
   IntegratorOptions options_;
+  double spacing_m_ = 0;  // mean length of an element
   std::vector<std::uint8_t> held_;
   BlockMatrix a_;
   LinearSolver solver_;

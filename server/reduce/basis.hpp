@@ -7,6 +7,7 @@
 // Source: rational Krylov (moment matching) for second-order systems, Bai and Su, SIAM J. Sci. Comput. 26 (2005).
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -24,7 +25,7 @@ struct Linearisation {
 
 class ShiftedSolver {
  public:
-  explicit ShiftedSolver(const Dynamics& dynamics) : matrix_(dynamics.make_matrix()), solver_(dynamics.nodes()) {}
+  explicit ShiftedSolver(const Dynamics& dynamics) : solver_(dynamics.nodes()) {}
   /// P = s^2 M + s D + K; with `clamp` compressed elements do not soften K. False when P turns out not to be positive definite.
   bool prepare(const Linearisation& at, double shift, bool clamp);
   /// x = P^-1 b, rows of held nodes zero; x holds the first guess. `tolerance` matters to the iterative method only.
@@ -33,7 +34,7 @@ class ShiftedSolver {
   int iterations() const { return iterations_; }
 
  private:
-  BlockMatrix matrix_;
+  std::optional<BlockMatrix> matrix_;  // made when first needed: not every station has every kind of solver
   LinearSolver solver_;
   int iterations_ = 0;
 };
@@ -47,9 +48,19 @@ struct BasisRequest {
 /// Warm starts: the answers of the last frame, in order of request.
 using BasisMemory = std::vector<Vector>;
 
+/// First directions, already solved for.
+struct KrylovStart {
+  std::vector<Vector> ports;  ///< P^-1 B
+  std::vector<Vector> fine;   ///< M^-1 B, for fast response; may be empty
+  Vector imbalance, motion;   ///< P^-1 F*, P^-1 M v*; the latter may be empty where no more modes are wanted than come before it
+};
+/// x = P^-1 b. False when P turns out not to be positive definite.
+using KrylovSolve = std::function<bool(const Vector& b, Vector& x)>;
+
 /// Columns are M-orthonormal; fewer than asked when the body has no more to give; nothing when P is not positive definite.
-/// `ports` are the input directions B_s (3 N each), `imbalance` is F*. `fine` are directions wanted for fast response (M^-1 B),
-/// may be empty.
+std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
+                                   const BasisRequest& request);
+/// The same from the input directions B_s (3 N each) and the imbalance F*.
 std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
                                    const std::vector<Vector>& fine, const Vector& imbalance, const BasisRequest& request,
                                    BasisMemory& memory);

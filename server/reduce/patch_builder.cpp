@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-double shift_for(Micros bridge) { return std::clamp(2.0 / std::max(seconds(bridge), 1e-3), 5.0, 60.0); }
+constexpr double kBasisTolerance = 1e-2, kStaticTolerance = 1e-3;
 
 Mat3 symmetric(const Mat3& m) { return 0.5 * (m + m.transpose()); }
 
@@ -25,7 +25,8 @@ PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double so
       balanced_(balanced),
       neighbours_(dynamics.nodes()),
       softest_1_s2_(softest_1_s2),
-      solver_(dynamics) {
+      solver_(dynamics),
+      ring_(dynamics, skin) {
   const LumpedBody& body = dynamics.body();
   Eigen::AlignedBox3d box;
   for (const Vec3& x : body.nodes) box.extend(x);
@@ -61,16 +62,16 @@ void PatchBuilder::hold_far_nodes(const std::vector<std::uint32_t>& seeds) {
     if (!near[i]) held_[i] = 1;
 }
 
-bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, Patch& patch, Matrix& rotated) {
+bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Matrix& rotated) {
   const auto r = v.cols();
-  Matrix k_v(v.rows(), r), d_v(v.rows(), r);
-  for (Eigen::Index c = 0; c < r; ++c) {
-    Vector k_column, d_column;
-    at.dynamics->multiply_tangents(*at.state, v.col(c), k_column, d_column);
-    k_v.col(c) = k_column;
-    d_v.col(c) = d_column;
+  Matrix k_v, d_v;
+  at.dynamics->multiply_tangents(*at.state, v, k_v, d_v);
+  Matrix k = v.transpose() * k_v;
+  for (const OtherTools::Spring& spring : others.springs) {
+    Matrix rows = Matrix::Zero(3, r);
+    for (const auto& [node, weight] : spring.port->b) rows += weight * v.middleRows<3>(3 * static_cast<Eigen::Index>(node));
+    k += rows.transpose() * spring.stiffness * rows;
   }
-  const Matrix k = v.transpose() * k_v;
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(0.5 * (k + k.transpose()));
   if (eigen.info() != Eigen::Success) return false;
   const Matrix& u = eigen.eigenvectors();
@@ -82,20 +83,20 @@ bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, Patch& patch
   Vector motion = at.state->v;
   mask(*at.held, motion);
   patch.q_rate = rotated.transpose() * at.dynamics->masses().cwiseProduct(motion);
+  if (others.load_rate.size() > 0) patch.load_rate = rotated.transpose() * others.load_rate;
   return true;
 }
 
-std::optional<Patch> PatchBuilder::build(const BodyState& state, const std::vector<ToolPort>& ports, std::size_t which,
-                                         const PatchRequest& request) {
-  const ToolPort& port = ports[which];
+std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, const PatchRequest& request) {
+  const ToolPort& port = frame.ports()[which];
   report_ = {};
   Patch patch;
   patch.scheme = request.scheme;
   patch.contact = port.kind;
   patch.constant = request.scheme == Scheme::hold || request.scheme == Scheme::filtered;
   patch.low_pass_hz = request.scheme == Scheme::filtered ? kFilteredHz : 0;
-  patch.tool = request.tool.position;
-  patch.tool_velocity = request.tool.velocity;
+  patch.tool = frame.tool(which).position;
+  patch.tool_velocity = frame.tool(which).velocity;
   patch.force = port.kind == ContactKind::attach || port.touching ? Vec3(-port.lambda) : Vec3::Zero();
   patch.touching = port.kind == ContactKind::attach || port.touching;
   patch.valid_for = 2 * request.bridge + Micros{250'000};
@@ -104,9 +105,9 @@ std::optional<Patch> PatchBuilder::build(const BodyState& state, const std::vect
   if (request.scheme == Scheme::balanced && !balanced_) return std::nullopt;
   std::optional<Patch> built;
   for (const bool clamp : {false, true}) {
-    held_ = held_nodes(dynamics_->body(), ports);
-    built = request.scheme == Scheme::two_layer ? build_two_layer(state, port, request, patch, clamp)
-                                                : build_whole(state, port, request, patch, clamp);
+    held_ = frame.held();
+    built = request.scheme == Scheme::two_layer ? build_two_layer(frame, which, request, patch, clamp)
+                                                : build_whole(frame, which, request, patch, clamp);
     if (built) break;
   }
   return built;
@@ -118,43 +119,45 @@ std::vector<std::uint32_t> PatchBuilder::contact_nodes(const ToolPort& port) con
   return {corners.begin(), corners.end()};
 }
 
-std::optional<Patch> PatchBuilder::build_whole(const BodyState& state, const ToolPort& port, const PatchRequest& request,
+std::optional<Patch> PatchBuilder::build_whole(FrameModel& frame, std::size_t which, const PatchRequest& request,
                                                const Patch& patch, bool clamp) {
+  const ToolPort& port = frame.ports()[which];
   if (request.scheme == Scheme::ring) hold_far_nodes(contact_nodes(port));
+  if (port.kind == ContactKind::touch && request.scheme != Scheme::balanced)
+    return build_shared_touch(frame, which, request, patch, clamp);
   if (port.kind == ContactKind::attach) held_[port.node] = 1;
-  Model model{{dynamics_, &state, &held_}, {}, &solver_, &memory_};
-  dynamics_->forces(state.x, state.v, model.imbalance);
+  Model model{
+      {dynamics_, &frame.state(), &held_}, frame.forces_beside(which), &solver_, &memory_, nullptr, frame.other_nodes(which)};
   mask(held_, model.imbalance);
   const auto built = port.kind == ContactKind::attach ? build_attach(model, port, request, patch, clamp)
-                                                      : build_touch(model, state, port, request, patch, clamp);
+                                                      : build_touch(model, frame, which, request, patch, clamp);
   report_.solver_iterations += solver_.iterations();
   return built;
 }
 
-std::optional<Patch> PatchBuilder::build_two_layer(const BodyState& state, const ToolPort& port, const PatchRequest& request,
+std::optional<Patch> PatchBuilder::build_two_layer(FrameModel& frame, std::size_t which, const PatchRequest& request,
                                                    const Patch& patch, bool clamp) {
   if (!two_layer_) two_layer_ = std::make_unique<TwoLayer>(dynamics_->body());
+  const ToolPort& port = frame.ports()[which];
   LocalBody local = two_layer_->around(contact_nodes(port), held_);
   const Dynamics dynamics(local.body);
-  const BodyState at_stamp = local.restricted(state);
+  const BodyState at_stamp = local.restricted(frame.state());
   ShiftedSolver solver(dynamics);
   BasisMemory memory;
   if (port.kind == ContactKind::attach) local.body.fixed[local.index(port.node)] = 1;
-  Vector forces;
-  dynamics_->forces(state.x, state.v, forces);
-  Model model{{&dynamics, &at_stamp, &local.body.fixed}, local.restricted(forces), &solver, &memory, &local};
+  Model model{
+      {&dynamics, &at_stamp, &local.body.fixed}, local.restricted(frame.forces_beside(which)), &solver, &memory, &local, {}};
   mask(local.body.fixed, model.imbalance);
   return port.kind == ContactKind::attach ? build_attach(model, port, request, patch, clamp)
-                                          : build_touch(model, state, port, request, patch, clamp);
+                                          : build_touch(model, frame, which, request, patch, clamp);
 }
 
 std::optional<Mat3> PatchBuilder::static_response(const Model& model, const std::vector<Vector>& inputs) {
-  constexpr double kTolerance = 1e-3;
   BasisMemory& memory = *model.memory;
   Mat3 response;
   for (std::size_t column = 0; column < 3; ++column) {
     if (memory.size() <= column) memory.emplace_back(Vector::Zero(inputs[column].size()));
-    if (!model.solver->solve(model.at, inputs[column], kTolerance, memory[column])) return std::nullopt;
+    if (!model.solver->solve(model.at, inputs[column], kStaticTolerance, memory[column])) return std::nullopt;
     for (int row = 0; row < 3; ++row)
       response(row, static_cast<int>(column)) = inputs[static_cast<std::size_t>(row)].dot(memory[column]);
   }
@@ -195,7 +198,8 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
   const auto basis = balanced ? restricted_basis(balanced_->grasped(port.node), modes, dynamics_->masses(), held_)
                               : krylov_basis(at, *model.solver, inputs, {}, model.imbalance, {modes, shift}, *model.memory);
   Matrix v;
-  if (!basis || !reduce(at, *basis, patch, v)) return std::nullopt;
+  if (!basis || !reduce(at, *basis, model.others, patch, v)) return std::nullopt;
+  if (patch.load_rate.size() > 0) patch.load_for = request.bridge;
   patch.b_k.resize(v.cols(), 3);
   patch.b_d.resize(v.cols(), 3);
   for (int axis = 0; axis < 3; ++axis) {
@@ -209,12 +213,17 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
   return patch;
 }
 
-std::optional<Patch> PatchBuilder::build_touch(const Model& model, const BodyState& state, const ToolPort& port,
-                                               const PatchRequest& request, Patch patch, bool clamp) {
-  const Linearisation& at = model.at;
+void PatchBuilder::begin_touch(const ToolPort& port, Patch& patch) const {
   patch.coupling_n_m = port.parameters.coupling_n_m;
   patch.friction = port.parameters.friction;
   patch.trust_radius_m = 6 * spacing_m_;
+}
+
+std::optional<Patch> PatchBuilder::build_touch(const Model& model, FrameModel& frame, std::size_t which,
+                                               const PatchRequest& request, Patch patch, bool clamp) {
+  const ToolPort& port = frame.ports()[which];
+  const Linearisation& at = model.at;
+  begin_touch(port, patch);
   std::vector<Vector> inputs(3, Vector::Zero(dynamics_->masses().size())), fine;
   const Skin::Weights weights = skin_->weights(port.point);
   for (int axis = 0; axis < 3; ++axis) scatter(weights, Vec3::Unit(axis), inputs[static_cast<std::size_t>(axis)]);
@@ -236,15 +245,85 @@ std::optional<Patch> PatchBuilder::build_touch(const Model& model, const BodySta
     const int modes = modes_for(request.scheme, port.kind, request.order);
     const auto basis = balanced ? restricted_basis(balanced_->touched(port.point), modes, dynamics_->masses(), held_)
                                 : krylov_basis(at, *model.solver, inputs, fine, model.imbalance, {modes, shift}, *model.memory);
-    if (!basis || !reduce(at, *basis, patch, v)) return std::nullopt;
+    if (!basis || !reduce(at, *basis, model.others, patch, v)) return std::nullopt;
     patch.g = v.transpose() * model.imbalance + patch.damping * patch.q_rate;
   }
-  if (model.local) v = model.local->expanded(v, state.x.size());
-  cut_port_surface(*skin_, state, v, port.point, seconds(request.bridge) * request.tool.velocity, request.vertices_max, patch);
+  if (model.local) v = model.local->expanded(v, frame.state().x.size());
+  cut_port_surface(*skin_, frame.positions(), v, port.point, seconds(request.bridge) * frame.tool(which).velocity,
+                   request.vertices_max(patch.modes(), false), patch);
   if (request.scheme == Scheme::tangent && port.touching)
     for (int i = 0; i < patch.surface.vertex_count; ++i)
       patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
   return patch;
+}
+
+std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::size_t which, const PatchRequest& request,
+                                                      Patch patch, bool clamp) {
+  const ToolPort& port = frame.ports()[which];
+  const bool ring = request.scheme == Scheme::ring, tangent = request.scheme == Scheme::tangent;
+  const Linearisation at{dynamics_, &frame.state(), &held_};
+  begin_touch(port, patch);
+
+  const double shift = tangent ? 0 : frame.shift(request.bridge);
+  const double tolerance = tangent ? kStaticTolerance : kBasisTolerance;
+  SharedSystem* const p =
+      ring ? (ring_.prepare(at, shift, clamp, tolerance) ? &ring_ : nullptr) : frame.system(shift, clamp, tolerance);
+  if (!p) return std::nullopt;
+  const int before = p->iterations();
+  const auto others = frame.others(*p, which);
+  if (!others) return std::nullopt;
+  Matrix v(dynamics_->masses().size(), 0);
+  if (tangent) {
+    const SpringCorrection correct(*others);
+    const PortAnswer& own = *p->port(which, port.point);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      Vector x = own.answer[axis];
+      correct.apply(x);
+      patch.c_static.col(static_cast<int>(axis)) = gather(own.b, x);
+    }
+    patch.c_static = symmetric(patch.c_static);
+  } else {
+    const auto basis = touch_basis(frame, *p, which, *others, at, request);
+    if (!basis || !reduce(at, *basis, *others, patch, v)) return std::nullopt;
+    Vector imbalance = frame.forces();
+    if (others->load.size() > 0) imbalance += others->load;
+    patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
+    if (patch.load_rate.size() > 0) patch.load_for = request.bridge;
+  }
+  report_.solver_iterations += p->iterations() - before;
+  cut_port_surface(*skin_, frame.positions(), v, port.point, seconds(request.bridge) * frame.tool(which).velocity,
+                   request.vertices_max(patch.modes(), patch.load_rate.size() > 0), patch);
+  if (tangent && port.touching)
+    for (int i = 0; i < patch.surface.vertex_count; ++i)
+      patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
+  return patch;
+}
+
+/// Directions for a touch, the springs of coupled tools in P.
+std::optional<Matrix> PatchBuilder::touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which, const OtherTools& others,
+                                                const Linearisation& at, const PatchRequest& request) {
+  const SpringCorrection correct(others);
+  const PortAnswer& own = *p.port(which, frame.ports()[which].point);
+  constexpr int kWithoutMotion = 8;  // three answers of the port, v*, three of M^-1 B, the imbalance
+  const int modes = modes_for(request.scheme, ContactKind::touch, request.order);
+  const Vector* const imbalance = p.imbalance(frame.total());
+  if (!imbalance) return std::nullopt;
+  KrylovStart start{{own.answer.begin(), own.answer.end()}, {}, *imbalance, {}};
+  if (modes > kWithoutMotion) {
+    const Vector* const motion = p.motion();
+    if (!motion) return std::nullopt;
+    start.motion = *motion;
+    correct.apply(start.motion);
+  }
+  for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(dynamics_->masses()));
+  for (Vector& x : start.ports) correct.apply(x);
+  correct.apply(start.imbalance);
+  const KrylovSolve solve = [&](const Vector& b, Vector& x) {
+    if (!p.solve(b, x)) return false;
+    correct.apply(x);
+    return true;
+  };
+  return krylov_basis(at, start, solve, {modes, p.shift(), kBasisTolerance});
 }
 
 }  // namespace palpate

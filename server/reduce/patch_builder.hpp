@@ -12,7 +12,10 @@
 // A compressed body may have a direction without stiffness, or with a negative one along which it snaps. There a linear model
 // would carry the surface away for as long as the patch lasts, while the body itself is soon caught by its own stiffness. So no
 // mode is taken for softer than the softest of the body at rest: its stiffness is max(|k|, softest), and by how much that differs
-// is reported. For a grasp the joint stiffness of modes and tool is then lifted to zero where it is still negative (lift.hpp).
+// is reported. What several stations of a room have in common is solved once a frame, and the tools of the others stay on the
+// body while a patch lasts (frame_model.hpp); the basis has the direction in which their growing load moves the body where they
+// are coupled to the port. For a grasp the joint stiffness of modes and tool is then lifted to zero where it is still negative
+// (lift.hpp).
 #pragma once
 
 #include <memory>
@@ -20,7 +23,7 @@
 
 #include "server/body/integrator.hpp"
 #include "server/reduce/balanced_basis.hpp"
-#include "server/reduce/basis.hpp"
+#include "server/reduce/frame_model.hpp"
 #include "server/reduce/two_layer.hpp"
 
 namespace palpate {
@@ -29,8 +32,8 @@ struct PatchRequest {
   Scheme scheme = Scheme::port;
   int order = 0;          ///< states wanted, 0 = default of the scheme
   Micros bridge{50'000};  ///< age that the patch will reach
-  ToolAt tool;            ///< at the stamp
-  int vertices_max = 12;  ///< surface vertices that fit into a datagram, for `modes` of the answer
+  /// Surface vertices that fit into a datagram beside so many modes, without and with a load_rate.
+  int (*vertices_max)(int modes, bool loaded) = [](int, bool) { return 12; };
 };
 
 struct PatchBuildReport {
@@ -48,10 +51,9 @@ class PatchBuilder {
   /// by the builders of a body; without them there is no patch of scheme balanced.
   PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2, BalancedBases* balanced = nullptr);
 
-  /// A patch for `ports[which]` at `state`; seq and stamp are left to the caller. Nothing when the port's matrix cannot be
+  /// A patch for port `which` of the frame; seq and stamp are left to the caller. Nothing when the port's matrix cannot be
   /// solved.
-  std::optional<Patch> build(const BodyState& state, const std::vector<ToolPort>& ports, std::size_t which,
-                             const PatchRequest& request);
+  std::optional<Patch> build(FrameModel& frame, std::size_t which, const PatchRequest& request);
   const PatchBuildReport& report() const { return report_; }
   static int modes_for(Scheme scheme, ContactKind contact, int order);
 
@@ -63,22 +65,28 @@ class PatchBuilder {
     ShiftedSolver* solver = nullptr;
     BasisMemory* memory = nullptr;
     const LocalBody* local = nullptr;  ///< null: all of the body
+    OtherTools others;                 ///< those whose growing load or springs are in it
   };
 
   // With `clamp` compressed elements do not soften the matrix that is solved with: the second try, when the first was not
   // definite.
-  std::optional<Patch> build_whole(const BodyState& state, const ToolPort& port, const PatchRequest& request, const Patch& patch,
+  std::optional<Patch> build_whole(FrameModel& frame, std::size_t which, const PatchRequest& request, const Patch& patch,
                                    bool clamp);
-  std::optional<Patch> build_two_layer(const BodyState& state, const ToolPort& port, const PatchRequest& request,
-                                       const Patch& patch, bool clamp);
+  std::optional<Patch> build_two_layer(FrameModel& frame, std::size_t which, const PatchRequest& request, const Patch& patch,
+                                       bool clamp);
   std::optional<Patch> build_attach(const Model& model, const ToolPort& port, const PatchRequest& request, Patch patch,
                                     bool clamp);
-  std::optional<Patch> build_touch(const Model& model, const BodyState& state, const ToolPort& port, const PatchRequest& request,
+  std::optional<Patch> build_touch(const Model& model, FrameModel& frame, std::size_t which, const PatchRequest& request,
                                    Patch patch, bool clamp);
+  std::optional<Patch> build_shared_touch(FrameModel& frame, std::size_t which, const PatchRequest& request, Patch patch,
+                                          bool clamp);
   std::optional<Mat3> static_response(const Model& model, const std::vector<Vector>& inputs);
+  std::optional<Matrix> touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which, const OtherTools& others,
+                                    const Linearisation& at, const PatchRequest& request);
   std::vector<std::uint32_t> contact_nodes(const ToolPort& port) const;
   void hold_far_nodes(const std::vector<std::uint32_t>& seeds);
-  bool reduce(const Linearisation& at, const Matrix& v, Patch& patch, Matrix& rotated);
+  void begin_touch(const ToolPort& port, Patch& patch) const;
+  bool reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Matrix& rotated);
 
   const Dynamics* dynamics_;
   const Skin* skin_;
@@ -86,7 +94,8 @@ class PatchBuilder {
   std::vector<std::vector<std::uint32_t>> neighbours_;
   double softest_1_s2_ = 0, extent_m_ = 0, spacing_m_ = 0;
   std::vector<std::uint8_t> held_;
-  ShiftedSolver solver_;
+  ShiftedSolver solver_;  // of a grasp: its own node is held
+  SharedSystem ring_;     // of a ring: its far nodes are held
   BasisMemory memory_;
   std::unique_ptr<TwoLayer> two_layer_;  // made when it is first asked for
   PatchBuildReport report_;

@@ -4,14 +4,38 @@
 
 namespace palpate {
 
-void ToolTrack::add(std::span<const ToolSample> samples) {
+void ToolTrack::add(std::span<const ToolSample> samples, Micros body_time) {
+  const bool gone_past = !empty() && body_time > samples_.back().t;
+  const ToolAt before = gone_past ? at(body_time) : ToolAt{};
   for (const ToolSample& s : samples)
     if (samples_.empty() || s.t > samples_.back().t) samples_.push_back(s);
+  if (!gone_past) return;
+  offset_ = before.position - on_path(body_time).position;
+  led_from_ = body_time;
 }
 
 ToolAt ToolTrack::at(Micros t) const {
+  ToolAt tool = on_path(t);
+  if (offset_.isZero(0) || t >= led_from_ + kLeadBack) return tool;
+  // Minimum jerk: neither a step of the position nor of the velocity.
+  const double length_s = seconds(kLeadBack);
+  const double c = std::clamp(seconds(t - led_from_) / length_s, 0.0, 1.0);
+  tool.position += (1 - c * c * c * (10 - 15 * c + 6 * c * c)) * offset_;
+  tool.velocity -= (30 * c * c * (1 - c) * (1 - c) / length_s) * offset_;
+  return tool;
+}
+
+ToolAt ToolTrack::on_path(Micros t) const {
   if (t <= samples_.front().t) return {samples_.front().position, Vec3::Zero()};
-  if (t > samples_.back().t) return {samples_.back().position, Vec3::Zero()};
+  if (t > samples_.back().t) {
+    const ToolSample& end = samples_.back();
+    const auto from = std::lower_bound(samples_.begin(), samples_.end() - 1, end.t - kSpeedOver,
+                                       [](const ToolSample& s, Micros x) { return s.t < x; });
+    if (from->t == end.t) return {end.position, Vec3::Zero()};
+    const Vec3 velocity = (end.position - from->position) / seconds(end.t - from->t);
+    const double over_s = seconds(kGoOn), s = std::min(seconds(t - end.t), over_s);
+    return {end.position + (s - s * s / (2 * over_s)) * velocity, (1 - s / over_s) * velocity};
+  }
   const auto after = std::lower_bound(samples_.begin(), samples_.end(), t, [](const ToolSample& s, Micros x) { return s.t < x; });
   const auto before = after - 1;
   const double length_s = seconds(after->t - before->t);

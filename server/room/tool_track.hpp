@@ -1,4 +1,8 @@
-// The path of one tool in body time, from the samples that came so far: linear between samples, still after the last.
+// The path of one tool in body time, from the samples that came so far: linear between samples.
+//
+// After the last sample a tool goes on as it went (its mean velocity over the last kSpeedOver), slower and slower, and stands
+// still after kGoOn: x + v (t - t^2 / (2 kGoOn)). Samples that come when the body has already gone past them take it back to
+// where it truly was: what the path jumps by at the body's time is given back over kLeadBack, so that no body is torn.
 #pragma once
 
 #include <deque>
@@ -10,18 +14,26 @@ namespace palpate {
 
 class ToolTrack {
  public:
+  static constexpr Micros kGoOn{100'000}, kSpeedOver{8'000}, kLeadBack{100'000};
+
   bool empty() const { return samples_.empty(); }
   Micros begin() const { return samples_.front().t; }
   const Vec3& last() const { return samples_.back().position; }
-  /// Ascending; a sample that is not newer than the last one is left out.
-  void add(std::span<const ToolSample> samples);
-  /// Position, and velocity of the segment that ends at or contains `t`; zero before the first and after the last sample.
+  /// Ascending; a sample that is not newer than the last one is left out. `body_time`: how far the body has gone along the path.
+  void add(std::span<const ToolSample> samples, Micros body_time);
+  /// All of a path, before any of it was gone along.
+  void add(std::span<const ToolSample> samples) { add(samples, Micros::min()); }
+  /// Position, and velocity of the segment that ends at or contains `t`.
   ToolAt at(Micros t) const;
   /// Forgets what no call of at() from `t` on needs.
   void forget_before(Micros t);
 
  private:
+  ToolAt on_path(Micros t) const;
+
   std::deque<ToolSample> samples_;
+  Micros led_from_{};
+  Vec3 offset_ = Vec3::Zero();  // of at() from the path at led_from_
 };
 
 }  // namespace palpate

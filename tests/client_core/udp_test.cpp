@@ -15,7 +15,7 @@ namespace {
 
 /// A server on a free port, on its own thread.
 struct RunningServer {
-  ServerShell shell{load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json"), "127.0.0.1:0", 20, {}};
+  ServerShell shell{{{"cube", load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json")}}, {"127.0.0.1:0", 20, 1}, {}};
   std::string address = to_string(shell.address());
   std::thread thread{[this] { shell.run(); }};
   ~RunningServer() {
@@ -74,10 +74,41 @@ TEST_CASE("a second hand on the node is refused by name of the reason") {
   CHECK(eventually([&] { return b.status().link == LinkState::joined; }));
 }
 
+TEST_CASE(
+    "two rooms of one process serve a hand each on a pool of threads, and a room that is not there is refused with the list") {
+  const auto scene = [](const char* name) { return load_scene(std::string(PALPATE_SOURCE_DIR "/scenes/") + name + ".json"); };
+  ServerShell shell({{"grasped", scene("cube6")}, {"touched", scene("touch-cube")}}, {"127.0.0.1:0", 60, 2}, {});
+  std::thread thread([&] { shell.run(); });
+  const std::string address = to_string(shell.address());
+  std::vector<std::unique_ptr<ClientCore>> cores;
+  std::vector<std::unique_ptr<UdpClient>> clients;
+  for (const char* room : {"grasped", "touched", "nowhere"}) {
+    ClientOptions options = named("hand");  // the same name in each: rooms share nothing
+    options.hello.room = room;
+    cores.push_back(std::make_unique<ClientCore>(options, monotonic_now()));
+    clients.push_back(std::make_unique<UdpClient>(address, *cores.back()));
+    clients.back()->start();
+  }
+  for (std::size_t k = 0; k < 2; ++k) {
+    REQUIRE(eventually([&] { return clients[k]->status().link == LinkState::joined; }));
+    const Vec3 tool = clients[k]->status().welcome.home - Vec3(0, 0, k == 0 ? 0.0 : 0.022);
+    REQUIRE(eventually([&] { return cores[k]->haptic().tick({monotonic_now(), tool}).has_patch; }));
+  }
+  CHECK(clients[0]->status().welcome.contact == ContactKind::attach);
+  CHECK(clients[1]->status().welcome.contact == ContactKind::touch);
+  REQUIRE(eventually([&] { return clients[2]->status().link == LinkState::refused; }));
+  CHECK(clients[2]->status().refusal == "no room \"nowhere\" here; there is grasped, touched");
+  for (auto& client : clients) client->stop();
+  asio::post(shell.context(), [&] { shell.stop(); });
+  thread.join();
+  REQUIRE(shell.summary().size() == 2);
+  CHECK(shell.summary()[1].starts_with("room \"touched\": in all 1 joins"));
+}
+
 TEST_CASE("a port in use and a host that does not parse are bad input") {
   RunningServer server;
   const auto scene = load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json");
-  CHECK_THROWS_AS(ServerShell(scene, server.address, 20, {}), InputError);
+  CHECK_THROWS_AS(ServerShell({{"cube", scene}}, {server.address, 20, 1}, {}), InputError);
   ClientCore core(named("hand"), monotonic_now());
   CHECK_THROWS_AS(UdpClient("127.0.0.1", core), InputError);
   CHECK_THROWS_AS(UdpClient("127.0.0.1:0", core), InputError);

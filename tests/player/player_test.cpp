@@ -85,6 +85,40 @@ TEST_CASE("A tick of a grasp is the dense exponential of the patch with the tool
   }
 }
 
+TEST_CASE("A load of other tools grows with time until its end and then stays, exactly") {
+  Random random(8);
+  const int r = GENERATE(1, 5, 8);
+  const auto kind = GENERATE(ContactKind::attach, ContactKind::touch);
+  Patch p = kind == ContactKind::attach ? moving_grasp(random, r) : floor_patch(r);
+  p.touching = kind == ContactKind::attach;
+  p.load_rate = random_modes(random, r, 40);
+  p.load_for = Micros{60'000};
+  // State (q, q', growth of the load per second, load); the tool rests where it was (attach) or far above (touch).
+  const Eigen::Index n = r;
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(4 * n, 4 * n);
+  a.block(0, n, n, n).setIdentity();
+  a.block(n, 0, n, n).diagonal() = -p.stiffness;
+  a.block(n, n, n, n) = -p.damping;
+  a.block(n, 3 * n, n, n).setIdentity();
+  a.block(3 * n, 2 * n, n, n).setIdentity();
+  const Eigen::MatrixXd tick = (1e-3 * a).exp();
+  Eigen::VectorXd z = Eigen::VectorXd::Zero(4 * n);
+  z.segment(n, n) = p.q_rate;
+  z.segment(2 * n, n) = p.load_rate;
+  z.tail(n) = p.g;
+  if (kind == ContactKind::attach) z.tail(n) -= p.b_d * p.tool_velocity;
+  PatchPlayer player(p);
+  const Vec3 tool = kind == ContactKind::attach ? p.tool : Vec3(0, 0, 0.5);
+  if (kind == ContactKind::touch) player.advance({kStamp + kTick, tool});
+  for (int ms = 1; ms <= 200; ++ms) {
+    z = tick * z;
+    if (ms == 60) z.segment(2 * n, n).setZero();
+    player.advance({kStamp + ms * kTick, tool});
+    const double energy = 0.5 * (z.segment(n, n).squaredNorm() + z.head(n).cwiseAbs2().dot(Eigen::VectorXd(p.stiffness)));
+    CHECK(player.energy() == Approx(energy).epsilon(1e-8));
+  }
+}
+
 TEST_CASE("Several ticks at once are the tool moving linearly through them") {
   Random random(2);
   const Patch p = moving_grasp(random, 8);

@@ -98,8 +98,10 @@ TEST_CASE("A patch of the scheme balanced passes the receiver's check, at rest a
     ports[0].parameters = {1000, 0.3};
     PatchRequest request;
     request.scheme = Scheme::balanced;
-    request.tool.position = node_of(state.x, 54);
-    const auto patch = builder.build(state, ports, 0, request);
+    const ToolAt tool{node_of(state.x, 54), Vec3::Zero()};
+    FrameModel frame(block.dynamics, block.skin);
+    frame.begin(state, ports, std::span(&tool, 1), request.bridge);
+    const auto patch = builder.build(frame, 0, request);
     REQUIRE(patch);
     CHECK(check(*patch) == PatchFault::none);
     CHECK(patch->modes() == (kind == ContactKind::attach ? 11 : 8));

@@ -176,7 +176,7 @@ TEST_CASE("The same frames twice are the same bits") {
   CHECK(a.stations[0].patch->stiffness == b.stations[0].patch->stiffness);
 }
 
-TEST_CASE("A tool's path is linear between its samples and still outside of them") {
+TEST_CASE("A tool's path is linear between its samples, still before them and slowing down after them") {
   ToolTrack track;
   CHECK(track.empty());
   const std::vector<ToolSample> samples{
@@ -190,10 +190,32 @@ TEST_CASE("A tool's path is linear between its samples and still outside of them
   CHECK((track.at(Micros{2000}).velocity - Vec3(1000, 0, 0)).norm() < 1e-9);
   CHECK((track.at(Micros{3000}).position - Vec3(1, 2, 0)).norm() < 1e-12);
   CHECK((track.at(Micros{4000}).velocity - Vec3(0, 2000, 0)).norm() < 1e-9);
-  CHECK(track.at(Micros{9000}).position == Vec3(1, 4, 0));
-  CHECK(track.at(Micros{9000}).velocity == Vec3(0, 0, 0));
+  // On at the mean velocity over the whole of this short path, (333, 1333) m/s, and still when kGoOn has passed.
+  const double on_s = 0.005, over_s = seconds(ToolTrack::kGoOn), velocity = 4 / 0.003;
+  CHECK(track.at(Micros{9000}).position.y() == Approx(4 + velocity * (on_s - on_s * on_s / (2 * over_s))));
+  CHECK(track.at(Micros{9000}).velocity.y() == Approx(velocity * (1 - on_s / over_s)));
+  CHECK(track.at(Micros{4000} + ToolTrack::kGoOn).velocity == Vec3(0, 0, 0));
+  CHECK(track.at(Micros{900'000}).position == track.at(Micros{4000} + ToolTrack::kGoOn).position);
   track.forget_before(Micros{3000});
   CHECK((track.at(Micros{3000}).position - Vec3(1, 2, 0)).norm() < 1e-12);
+}
+
+TEST_CASE("Samples that come late lead the tool back to where it truly was, without a step of position or velocity") {
+  ToolTrack track;
+  track.add(std::vector<ToolSample>{{Micros{0}, Vec3(0, 0, 0)}, {Micros{10'000}, Vec3(0.002, 0, 0)}}, Micros{0});
+  const Micros body{50'000};
+  const ToolAt before = track.at(body);
+  CHECK(before.position.x() > 0.002);
+  // In truth it turned round.
+  track.add(std::vector<ToolSample>{{Micros{20'000}, Vec3(0.001, 0, 0)}, {Micros{400'000}, Vec3(0.001, 0.038, 0)}}, body);
+  CHECK((track.at(body).position - before.position).norm() < 1e-15);
+  CHECK((track.at(body).velocity - Vec3(0, 0.1, 0)).norm() < 1e-9);
+  const Micros led = body + ToolTrack::kLeadBack;
+  CHECK((track.at(led).position - Vec3(0.001, 0.013, 0)).norm() < 1e-12);
+  for (Micros t = body + Micros{1000}; t < led; t += Micros{1000}) {
+    const Vec3 difference = (track.at(t + Micros{100}).position - track.at(t - Micros{100}).position) / 0.0002;
+    CHECK((track.at(t).velocity - difference).norm() < 1e-4);
+  }
 }
 
 TEST_CASE("The way into a grasp starts and ends at the tool's own speed, and its velocity is its derivative") {

@@ -85,6 +85,25 @@ TEST_CASE("a touch patch arrives with its surface to 16 bits of what is largest"
   }
 }
 
+TEST_CASE("the growing load of other tools arrives with the patch, and one that is not there costs nothing") {
+  for (Patch sent : {seeds::attach_patch(7), seeds::touch_patch(8, 12, 16)}) {
+    const auto bare = seeds::bytes_of(seeds::message(PatchMessage{sent})).size();
+    CHECK(round_trip(sent).load_rate.size() == 0);
+    sent.load_rate = ModeVector::LinSpaced(sent.modes(), -3, 5);
+    sent.load_for = Micros{180'000};
+    const Patch got = round_trip(sent);
+    check_float32(got.load_rate, sent.load_rate);
+    CHECK(got.load_for == sent.load_for);
+    CHECK(seeds::bytes_of(seeds::message(PatchMessage{sent})).size() <= bare + 16 + 4 * static_cast<std::size_t>(sent.modes()));
+  }
+  for (int modes = 1; modes <= max_port_modes(ContactKind::touch); ++modes) {
+    Patch sent = seeds::touch_patch(modes, max_port_vertices(modes, kMaxPortTriangles, true), 16);
+    sent.load_rate = ModeVector::Ones(modes);
+    sent.load_for = Micros{1};
+    CHECK_FALSE(seeds::bytes_of(seeds::message(PatchMessage{sent})).empty());
+  }
+}
+
 TEST_CASE("a constant patch carries its force and nothing of a model") {
   Patch sent = seeds::common_patch(ContactKind::attach);
   sent.constant = true;

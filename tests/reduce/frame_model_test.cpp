@@ -1,0 +1,176 @@
+// The patch of one tool while others are on the body, against dense linear algebra on the whole body with springs at their
+// points.
+#include "server/reduce/frame_model.hpp"
+
+#include <Eigen/LU>
+#include <catch2/catch.hpp>
+
+#include "server/reduce/patch_builder.hpp"
+#include "tests/support/bodies.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+namespace {
+
+constexpr Micros kBridge{100'000};
+constexpr double kShift = 20;  // 2 / bridge
+
+struct Bench {
+  LumpedBody body = box_body(4, 4, 4);
+  Dynamics dynamics{body};
+  Skin skin{body};
+  BodyState state = random_state(dynamics, 5, 0.001, 0.05);
+  PatchBuilder builder{dynamics, skin, 0};
+  std::vector<ToolPort> ports;
+  std::vector<ToolAt> tools;
+  FrameModel frame{dynamics, skin};
+
+  void touch(std::uint32_t triangle, const Vec3& lambda, const Vec3& velocity, double friction = 10) {
+    ToolPort port;
+    port.parameters = {800, friction};
+    port.point = {triangle, Vec3(0.5, 0.3, 0.2)};
+    port.lambda = lambda;
+    port.touching = true;
+    ports.push_back(port);
+    const Positions x(state.x.data(), static_cast<std::size_t>(state.x.size()));
+    tools.push_back({position_at(skin.view(), x, port.point), velocity});
+  }
+  Patch build(std::size_t which, Scheme scheme = Scheme::port) {
+    frame.begin(state, ports, tools, kBridge);
+    PatchRequest request;
+    request.scheme = scheme;
+    request.bridge = kBridge;
+    const auto patch = builder.build(frame, which, request);
+    REQUIRE(patch);
+    REQUIRE(check(*patch) == PatchFault::none);
+    return *patch;
+  }
+  Matrix input(std::size_t k) const {
+    Matrix b = Matrix::Zero(state.x.size(), 3);
+    for (const auto& [node, weight] : skin.weights(ports[k].point))
+      if (!body.fixed[node]) b.middleRows<3>(3 * static_cast<Eigen::Index>(node)) += weight * Mat3::Identity();
+    return b;
+  }
+  /// Of all that is not fixed, with springs of the other tools.
+  Matrix dynamic(double s, const std::vector<Mat3>& springs) const {
+    Matrix p = dense_stiffness(dynamics, state) + s * dense_damping(dynamics, state);
+    p.diagonal() += s * s * dynamics.masses();
+    for (std::size_t k = 0; k < springs.size(); ++k) p += input(k) * springs[k] * input(k).transpose();
+    for (Eigen::Index i = 0; i < p.rows(); ++i)
+      if (body.fixed[static_cast<std::size_t>(i / 3)]) {
+        p.row(i).setZero();
+        p.col(i).setZero();
+        p(i, i) = 1;
+      }
+    return p;
+  }
+};
+
+PortRows rows_of(const Patch& p) {
+  PortRows rows = PortRows::Zero(3, p.modes());
+  for (int k = 0; k < 3; ++k)
+    rows += p.point.weight[k] * p.surface.vertices[p.surface.triangles[0][static_cast<std::size_t>(k)]].rows;
+  return rows;
+}
+Matrix dynamic_of(const Patch& p, double s) {
+  Matrix dynamic = s * Matrix(p.damping);
+  dynamic.diagonal() += p.stiffness + s * s * ModeVector::Ones(p.modes());
+  return dynamic;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "A touch beside tools that it is coupled to answers as the body that they press on, to the tool and to the way that they "
+    "go") {
+  const double friction = GENERATE(10.0, 0.0);  // the others stick, or slip along the surface
+  Bench bench;
+  bench.touch(40, Vec3(0, 0, -0.4), Vec3::Zero());
+  bench.touch(40, Vec3(0.1, 0, -0.5), Vec3(0.02, -0.01, -0.05), friction);
+  bench.touch(40, Vec3(0, 0.05, -0.3), Vec3(0, 0, 0.03), friction);
+  bench.ports[1].point.weight = Vec3(0.3, 0.5, 0.2);
+  bench.ports[2].point.weight = Vec3(0.3, 0.3, 0.4);
+  const Positions x(bench.state.x.data(), static_cast<std::size_t>(bench.state.x.size()));
+  for (ToolPort& port : bench.ports) port.lambda = -0.4 * normal_at(bench.skin.view(), x, port.point);
+  const Patch patch = bench.build(0);
+  std::vector<Mat3> springs{Mat3::Zero()};
+  for (const std::size_t k : {1u, 2u}) {
+    const Vec3 n = normal_at(bench.skin.view(), x, bench.ports[k].point);
+    springs.push_back(friction > 0 ? Mat3(800 * Mat3::Identity()) : Mat3(800 * n * n.transpose()));
+  }
+  const auto whole = bench.dynamic(kShift, springs).lu();
+  const Matrix b = bench.input(0);
+  const Mat3 exact = b.transpose() * whole.solve(b);
+  const PortRows rows = rows_of(patch);
+  const auto reduced = dynamic_of(patch, kShift).lu();
+  CHECK((Matrix(rows) * reduced.solve(Matrix(rows).transpose()) - exact).norm() < 1e-8 * exact.norm());
+
+  Vector pushed = Vector::Zero(bench.state.x.size()), imbalance;
+  bench.dynamics.forces(bench.state.x, bench.state.v, imbalance);
+  for (const std::size_t k : {1u, 2u}) {
+    pushed += bench.input(k) * springs[k] * bench.tools[k].velocity;
+    imbalance += bench.input(k) * bench.ports[k].lambda;
+  }
+  mask(bench.body.fixed, pushed);
+  mask(bench.body.fixed, imbalance);
+  const Vec3 way = b.transpose() * whole.solve(pushed);
+  REQUIRE(patch.load_rate.size() == patch.modes());
+  CHECK((Matrix(rows) * reduced.solve(Vector(patch.load_rate)) - way).norm() < 1e-8 * way.norm());
+  const Vec3 sag = b.transpose() * whole.solve(imbalance);
+  const Vector reduced_imbalance = patch.g - patch.damping * patch.q_rate;
+  CHECK((Matrix(rows) * reduced.solve(reduced_imbalance) - sag).norm() < 1e-8 * sag.norm());
+  CHECK(patch.load_for == kBridge);
+}
+
+TEST_CASE("Others that touch nothing, or stand still, add no load that grows") {
+  Bench bench;
+  bench.touch(40, Vec3(0, 0, -0.4), Vec3(0, 0, -0.1));
+  CHECK(bench.build(0).load_rate.size() == 0);
+  bench.touch(44, Vec3(0, 0, -0.5), Vec3::Zero());
+  CHECK(bench.build(0).load_rate.size() == 0);
+  bench.touch(48, Vec3(0, 0, -0.5), Vec3(0, 0, -0.1));
+  CHECK(bench.build(0).load_rate.size() > 0);
+  bench.ports[2].touching = false;
+  CHECK(bench.build(0).load_rate.size() == 0);
+}
+
+TEST_CASE("Every scheme serves a touch beside others with a patch that passes the receiver's check") {
+  Bench bench;
+  bench.touch(40, Vec3(0, 0, -0.4), Vec3::Zero());
+  bench.touch(40, Vec3(0, 0, -0.4), Vec3(0, 0, -0.1));
+  bench.touch(44, Vec3(0.2, 0, -0.5), Vec3(0, 0.3, -0.1));
+  bench.ports[2].parameters.coupling_n_m = 0;  // rigid
+  for (const Scheme scheme : {Scheme::hold, Scheme::tangent, Scheme::ring, Scheme::port})
+    for (std::size_t which = 0; which < 3; ++which) bench.build(which, scheme);
+}
+
+TEST_CASE("A grasp beside a node that another tool moves gets the force that its elements pass on") {
+  Bench bench;
+  for (const std::uint32_t node : {54u, 58u}) {
+    ToolPort port;
+    port.kind = ContactKind::attach;
+    port.node = node;
+    bench.ports.push_back(port);
+    bench.tools.push_back({node_of(bench.state.x, node), Vec3(0.01, 0, -0.04)});
+  }
+  const Patch patch = bench.build(0);
+  REQUIRE(patch.load_rate.size() == patch.modes());
+  CHECK(patch.load_rate.norm() > 0);
+  CHECK(patch.load_for == kBridge);
+  bench.tools[1].velocity.setZero();
+  CHECK(bench.build(0).load_rate.size() == 0);
+}
+
+TEST_CASE("Stations of one frame share its solves") {
+  Bench bench;
+  for (const std::uint32_t triangle : {40u, 44u, 48u}) bench.touch(triangle, Vec3(0, 0, -0.4), Vec3::Zero());
+  bench.build(0);
+  SharedSystem* const p = bench.frame.system(bench.frame.shift(kBridge), false, 1e-2);
+  REQUIRE(p);
+  CHECK(bench.frame.system(bench.frame.shift(Micros{30'000}), false, 1e-2) == p);  // of all at their mean bridge
+  const PortAnswer* const kept = p->port(1, bench.ports[1].point);
+  const Vector before = kept->answer[2];
+  CHECK(p->port(1, bench.ports[1].point) == kept);
+  CHECK(kept->answer[2] == before);
+}
