@@ -11,6 +11,8 @@ namespace {
 
 using Features = Eigen::MatrixXf;
 
+constexpr double kLengthMin = 1e-9;  // below, an element has no direction [m]
+
 /// One element's geometry at the state, and how the shapes stretch and turn it.
 struct Axes {
   Vec3 n, t1, t2;
@@ -47,7 +49,7 @@ std::vector<std::uint32_t> elements_that_matter(const Dynamics& dynamics, const 
     const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
     const double motion = (shapes.middleRows<3>(b) - shapes.middleRows<3>(a)).norm();
     const double rho = (state.x.segment<3>(b) - state.x.segment<3>(a)).norm();
-    weight[k] = e.stiffness_n_m * motion * motion * motion / std::max(rho, 1e-9);
+    weight[k] = e.stiffness_n_m * motion * motion * motion / std::max(rho, kLengthMin);
   }
   std::vector<std::uint32_t> order(elements.size());
   std::iota(order.begin(), order.end(), 0U);
@@ -157,7 +159,7 @@ std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state
       const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
       const Vec3 d = state.x.segment<3>(b) - state.x.segment<3>(a);
       const double rho = d.norm();
-      if (!(rho > 1e-9)) return std::nullopt;
+      if (!(rho > kLengthMin)) return std::nullopt;
       batch.coefficient[static_cast<std::size_t>(c)] =
           coefficients(e, spring_series(body.law, body.stiffening, e, rho - e.rest_length_m), rho);
       fill(batch, c, axes_along(d / rho), shapes.middleRows<3>(b) - shapes.middleRows<3>(a));
@@ -167,6 +169,34 @@ std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state
   Expansion x = collect(sums, n, leading);
   x.elements = static_cast<int>(chosen.size());
   return x;
+}
+
+std::vector<Vector> second_order_forces(const Dynamics& dynamics, const BodyState& state, const Matrix& directions) {
+  const LumpedBody& body = dynamics.body();
+  const auto n = static_cast<int>(directions.cols());
+  std::vector<Vector> forces(static_cast<std::size_t>(pairs_of(n)), Vector::Zero(directions.rows()));
+  for (const Element& e : body.elements) {
+    const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
+    const Vec3 d = state.x.segment<3>(b) - state.x.segment<3>(a);
+    const double rho = d.norm();
+    if (!(rho > kLengthMin)) continue;
+    const Vec3 axis = d / rho;
+    const Coefficients c = coefficients(e, spring_series(body.law, body.stiffening, e, rho - e.rest_length_m), rho);
+    const Eigen::Matrix<double, 3, Eigen::Dynamic> delta = directions.middleRows<3>(b) - directions.middleRows<3>(a);
+    const Eigen::RowVectorXd along = axis.transpose() * delta;
+    const Eigen::Matrix<double, 3, Eigen::Dynamic> across = delta - axis * along;
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i <= j; ++i) {
+        // minus the gradient of a (alpha b + beta a^2), the bilinear form of it
+        const Vec3 f =
+            (i == j ? 1.0 : 2.0) * ((c.alpha * across.col(i).dot(across.col(j)) + 3 * c.beta * along[i] * along[j]) * axis +
+                                    c.alpha * (along[i] * across.col(j) + along[j] * across.col(i)));
+        Vector& sum = forces[static_cast<std::size_t>(pair_at(i, j))];
+        sum.segment<3>(a) += f;
+        sum.segment<3>(b) -= f;
+      }
+  }
+  return forces;
 }
 
 }  // namespace palpate

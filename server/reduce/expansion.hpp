@@ -28,4 +28,8 @@ struct Expansion {
 std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state, const Matrix& shapes, int leading,
                                 double negligible = 1e-3);
 
+/// Second-order forces on the nodes: with delta = sum_i y_i directions_i, F(x* + delta) = F - K delta + sum_{i<=j} y_i y_j F2_ij
+/// + ...; F2_ij at pair_at(i, j). For a law that has_series().
+std::vector<Vector> second_order_forces(const Dynamics& dynamics, const BodyState& state, const Matrix& directions);
+
 }  // namespace palpate

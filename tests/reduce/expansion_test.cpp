@@ -176,3 +176,20 @@ TEST_CASE("the elastic force of the terms is minus the gradient of their energy,
     CHECK(f[i] == Approx(-(4 * slope(h) - slope(2 * h)) / 3).margin(2e-3 * f.norm()));
   }
 }
+
+TEST_CASE("second-order forces are the second differences of the forces") {
+  const Case c(GENERATE(box_body(3, 3, 3), stiffening_box()));
+  const std::vector<Vector> second = second_order_forces(c.dynamics, c.state, c.shapes);
+  const Vector y = random_variables(8);
+  Vector sum = Vector::Zero(c.state.x.size());
+  for (int j = 0; j < kVariables; ++j)
+    for (int i = 0; i <= j; ++i) sum += y[i] * y[j] * second[static_cast<std::size_t>(pair_at(i, j))];
+  Vector at, plus, minus;
+  constexpr double h = 0.02;
+  const Vector still = Vector::Zero(c.state.x.size());
+  c.dynamics.forces(c.state.x, still, at);
+  c.dynamics.forces(c.state.x + h * c.shapes * y, still, plus);
+  c.dynamics.forces(c.state.x - h * c.shapes * y, still, minus);
+  const Vector difference = (plus + minus - 2 * at) / (2 * h * h);
+  CHECK((sum - difference).norm() < 1e-3 * difference.norm());
+}
