@@ -38,7 +38,7 @@ struct Loopback {
       FrameResult result;
       result.stamp = job->target;
       for (const StationJob& station : job->stations) {
-        StationFrame frame{station.id, patch, patch.tool, patch.force, true};
+        StationFrame frame{station.id, patch, {}, patch.tool, patch.force, true};
         frame.patch->stamp = job->target;
         result.stations.push_back(frame);
       }

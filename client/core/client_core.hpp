@@ -41,7 +41,7 @@ struct ClientCounts {
   std::uint64_t sent = 0, received = 0, bytes_sent = 0, bytes_received = 0, joins = 0, stale = 0;
   std::uint64_t samples_outside = 0;                 ///< not finite or beyond the world: neither sent nor caught up with
   std::array<std::uint64_t, kWireFaults> dropped{};  ///< patches that did not pass check() among them
-  std::uint64_t patch_bytes = 0, patches = 0;        ///< bytes of the datagrams that carried patches
+  std::uint64_t patch_bytes = 0, patches = 0;        ///< bytes of the datagrams that carried patches, with their terms
 };
 
 /// Frames a second that the room has time for (0: not said yet), and how old its newest state was when it was computed.
@@ -89,6 +89,7 @@ class ClientCore {
   void take_welcome(const Message& message, Micros now);
   void take_refuse(const Message& message, Micros now);
   void take_patch(const Patch& patch, std::size_t bytes);
+  void take_terms(const PatchTerms& piece, std::size_t bytes);
   void take_beat(const Beat& beat);
   void join_again(Micros now);
   bool has_unsent() const { return unsent_ > 0 && options_.hello.shadow_of.empty(); }

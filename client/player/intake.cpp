@@ -50,16 +50,34 @@ bool PatchIntake::accept(const Patch& patch) {
   }
   last_seq_ = patch.seq;
   ++counts_.accepted;
-  PatchPlayer& player = slot_.back();
-  player = PatchPlayer(patch);
-  for (std::size_t i = begin; i < history_.size(); ++i) player.advance(history_[i]);
-  slot_.publish();
+  patch_ = patch;
+  const auto terms = terms_.terms_for(patch_);
+  hand_over(terms ? *terms : CubicTerms{});
   return true;
+}
+
+bool PatchIntake::accept(const PatchTerms& piece) {
+  if (!terms_.take(piece)) {
+    ++counts_.stale_terms;
+    return false;
+  }
+  if (counts_.accepted == 0 || (history_.size() > 0 && history_.first_after(patch_.stamp) == 0)) return true;
+  if (const auto terms = terms_.terms_for(patch_)) hand_over(*terms);
+  return true;
+}
+
+void PatchIntake::hand_over(const CubicTerms& terms) {
+  PatchPlayer& player = slot_.back();
+  player = PatchPlayer(patch_, terms);
+  for (std::size_t i = history_.first_after(patch_.stamp); i < history_.size(); ++i) player.advance(history_[i]);
+  slot_.publish();
+  if (terms.variables > 0) ++counts_.bent;
 }
 
 void PatchIntake::reset() {
   last_seq_ = 0;
   counts_.accepted = 0;
+  terms_.reset();
 }
 
 }  // namespace palpate

@@ -1,5 +1,6 @@
 // The network side of the hand-over: a checked patch comes in, is compiled and caught up with the client's own samples,
-// and leaves through a wait-free slot to the haptic thread. Runs off the haptic thread; one writer.
+// and leaves through a wait-free slot to the haptic thread; once more when the terms that go with it have come (scheme cubic).
+// Runs off the haptic thread; one writer.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +10,7 @@
 #include "common/base/latest_slot.hpp"
 #include "common/base/types.hpp"
 #include "common/port/patch.hpp"
+#include "common/port/terms_pieces.hpp"
 
 namespace palpate {
 
@@ -30,6 +32,8 @@ class SampleHistory {
 
 struct IntakeCounts {
   std::uint64_t accepted = 0, stale = 0, too_old = 0, from_future = 0;
+  std::uint64_t bent = 0;         ///< patches that were played with their terms
+  std::uint64_t stale_terms = 0;  ///< pieces of terms that were old, known, or of another whole
 };
 
 class PatchIntake {
@@ -41,13 +45,20 @@ class PatchIntake {
   const SampleHistory& history() const { return history_; }
   /// Takes a patch that passed check(): false (and counted) when it is not newer than the last one, or older than the history.
   bool accept(const Patch& patch);
+  /// Takes a piece of the terms of a patch, before or after the patch itself. When the last one is there the patch is compiled
+  /// anew with them, caught up and handed over like a new one; until then, and for ever when one is lost, it plays without.
+  bool accept(const PatchTerms& piece);
   /// A new server process or station: sequence numbers start over.
   void reset();
   const IntakeCounts& counts() const { return counts_; }
 
  private:
+  void hand_over(const CubicTerms& terms);
+
   LatestSlot<PatchPlayer>& slot_;
   SampleHistory history_;
+  Patch patch_;  ///< the last one that was accepted
+  TermsAssembly terms_;
   std::uint32_t last_seq_ = 0;
   IntakeCounts counts_;
 };

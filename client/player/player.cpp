@@ -12,7 +12,7 @@ constexpr std::int64_t kTicksMax = 2 * kSampleHistoryTicks;  // of one advance()
 
 }  // namespace
 
-PatchPlayer::PatchPlayer(const Patch& patch) : patch_(patch) {
+PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(patch), cubic_(terms) {
   const Propagator p = make_propagator(patch.stiffness, patch.damping, kTickS);
   const auto r = patch.modes();
   z_ = StateVector::Zero(2 * r);
@@ -57,6 +57,7 @@ PatchPlayer::PatchPlayer(const Patch& patch) : patch_(patch) {
   point_ = patch.point;
   tool_ = {patch.stamp, patch.tool};
   output_ = {patch.force, patch.touching};
+  bend(Vec3::Zero(), patch.tool_velocity);
 }
 
 PlayerOutput PatchPlayer::advance(const ToolSample& sample) noexcept {
@@ -98,6 +99,7 @@ void PatchPlayer::tick_attach(const Vec3& tool) noexcept {
   const Vec3 rate = (tool - tool_.position) / kTickS - patch_.tool_velocity;
   Vec3 force = patch_.force - patch_.k_port * d_next - patch_.d_port * rate;
   if (r > 0) {
+    kick();
     StepVector u(2 * r + 9);
     u.head(2 * r) = z_;
     u.segment<3>(2 * r) = d;
@@ -106,10 +108,35 @@ void PatchPlayer::tick_attach(const Vec3& tool) noexcept {
     StateVector next = drift_;
     next.noalias() += step_ * u;
     z_ = next;
+    bend(d_next, (tool - tool_.position) / kTickS);
+    kick();
     force.noalias() += felt_ * z_;
     force.noalias() -= patch_.b_d.transpose() * patch_.q_rate;
+    if (!cubic_.empty()) force += bent_.head<3>();
   }
   output_ = {force, true};
+}
+
+void PatchPlayer::kick() noexcept {
+  if (!cubic_.empty()) z_.tail(patch_.modes()) += (kTickS / 2) * bent_.tail(patch_.modes());
+}
+
+void PatchPlayer::bend(const Vec3& displacement, const Vec3& velocity) noexcept {
+  if (cubic_.empty()) return;
+  const auto r = patch_.modes();
+  CubicForce::Variables u(r), rate(r);
+  if (patch_.contact == ContactKind::attach) {
+    u.resize(r + 3);
+    rate.resize(r + 3);
+    u.head<3>() = displacement;
+    rate.head<3>() = velocity;
+  }
+  u.tail(r) = z_.head(r);
+  rate.tail(r) = z_.tail(r);
+  cubic_.evaluate(u, rate, bent_);
+  if (bent_.allFinite()) return;
+  cubic_ = {};  // whatever was sent: the linear patch goes on
+  bent_.setZero();
 }
 
 SurfaceView PatchPlayer::surface() const noexcept {

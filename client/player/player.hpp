@@ -16,6 +16,7 @@
 #include "client/player/propagator.hpp"
 #include "common/base/types.hpp"
 #include "common/port/contact_law.hpp"
+#include "common/port/cubic_terms.hpp"
 #include "common/port/patch.hpp"
 #include "common/port/surface.hpp"
 
@@ -32,7 +33,10 @@ class PatchPlayer {
  public:
   PatchPlayer() = default;
   /// `patch` has passed check(). The player stands at the patch's stamp.
-  explicit PatchPlayer(const Patch& patch);
+  explicit PatchPlayer(const Patch& patch) : PatchPlayer(patch, CubicTerms{}) {}
+  /// The same with forces beyond the tangent; `terms` have passed check() for this patch. Each tick takes half their impulse, the
+  /// exact linear flow, and the other half at the new place (the impulse method: second order, time-reversible).
+  PatchPlayer(const Patch& patch, const CubicTerms& terms);
 
   /// On to `sample.t`, in ticks, the tool moving linearly from its last position. Nothing happens when that is less than half a
   /// tick.
@@ -51,6 +55,8 @@ class PatchPlayer {
   void tick_attach(const Vec3& tool) noexcept;
   void tick_touch(const Vec3& tool) noexcept;
   void grow_load() noexcept;
+  void kick() noexcept;
+  void bend(const Vec3& displacement, const Vec3& velocity) noexcept;
   void place_vertices() noexcept;
   void update_response() noexcept;
   SurfaceView surface() const noexcept;
@@ -68,6 +74,8 @@ class PatchPlayer {
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor, 3, kMaxStates> felt_;  // attach: (B_k^T, B_d^T)
   StateInput psi0_;                                                                // touch
   double low_pass_gain_ = 1;
+  CubicForce cubic_;
+  CubicForce::Variables bent_;  // force on (d, q) or q at the end of the tick
 
   std::array<std::uint32_t, kMaxPortVertices + 1> first_{};
   std::array<std::uint32_t, 3 * kMaxPortTriangles> incident_{};

@@ -17,9 +17,8 @@ bool is_available(Scheme scheme) {
     case Scheme::two_layer:
     case Scheme::balanced:
     case Scheme::port:
-      return true;
     case Scheme::cubic:
-      return false;
+      return true;
   }
   return false;
 }

@@ -161,6 +161,34 @@ WireFault read(const wire::Tools& table, Tools& m) {
   return sense.fault();
 }
 
+WireFault read(const wire::PatchTerms& table, PatchTerms& m) {
+  if (!table.head() || !table.numbers()) return WireFault::malformed;
+  const wire::TermsHead& head = *table.head();
+  if (table.numbers()->size() > std::size_t{kPieceNumbers} || (head.flags() & ~kAllTermsFlags) != 0) return WireFault::malformed;
+  m.patch_seq = head.patch_seq();
+  m.radius = head.radius();
+  m.unit = {head.unit_scale(), head.unit_2(), head.unit_3(), head.unit_4(), head.unit_q()};
+  m.port_scale = {head.port_scale().x(), head.port_scale().y(), head.port_scale().z()};
+  m.piece = head.piece();
+  m.pieces = head.pieces();
+  m.variables = head.variables();
+  m.leading = head.leading();
+  m.grasp = (head.flags() & kGraspFlag) != 0;
+  m.repaired = (head.flags() & kRepairedFlag) != 0;
+  m.numbers.assign(table.numbers()->begin(), table.numbers()->end());
+  switch (check(m)) {
+    case TermsFault::none:
+      return WireFault::none;
+    case TermsFault::sizes:
+      return WireFault::malformed;
+    case TermsFault::not_finite:
+      return WireFault::not_finite;
+    case TermsFault::out_of_range:
+      return WireFault::out_of_range;
+  }
+  return WireFault::malformed;
+}
+
 template <class Out, class Table>
 WireFault read_into(const Table* table, Message& message) {
   return read(*table, message.body.emplace<Out>());
@@ -191,6 +219,8 @@ WireFault read_body(const wire::Datagram& datagram, Message& message) {
       return read_into<ShapePiece>(datagram.body_as_ShapePiece(), message);
     case wire::Body::Tools:
       return read_into<Tools>(datagram.body_as_Tools(), message);
+    case wire::Body::PatchTerms:
+      return read_into<PatchTerms>(datagram.body_as_PatchTerms(), message);
     default:
       return WireFault::malformed;
   }

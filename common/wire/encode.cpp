@@ -99,6 +99,16 @@ class BodyWriter {
     const auto time = packer_.time(m.body_time);
     return done(wire::Body::Tools, wire::CreateTools(builder_, &time, tools));
   }
+  Offset<void> operator()(const PatchTerms& m) {
+    packer_.require(check(m) == TermsFault::none);
+    if (!packer_.ok()) return {};
+    const auto flags = static_cast<std::uint8_t>((m.grasp ? kGraspFlag : 0) | (m.repaired ? kRepairedFlag : 0));
+    const wire::TermsHead head(m.patch_seq, m.radius, m.unit[0], m.unit[1], m.unit[2], m.unit[3], m.unit[4],
+                               wire::Vec(m.port_scale[0], m.port_scale[1], m.port_scale[2]), m.piece, m.pieces, m.variables,
+                               m.leading, flags);
+    const auto numbers = builder_.CreateVector(m.numbers.data(), m.numbers.size());
+    return done(wire::Body::PatchTerms, wire::CreatePatchTerms(builder_, &head, numbers));
+  }
 
  private:
   Offset<flatbuffers::String> text(const std::string& s, std::size_t most) {

@@ -8,6 +8,7 @@
 
 #include "common/base/types.hpp"
 #include "common/port/patch.hpp"
+#include "common/port/terms_pieces.hpp"
 
 namespace palpate {
 
@@ -110,7 +111,8 @@ struct Tools {
   std::vector<ToolView> tools;
 };
 
-using Body = std::variant<Hello, Welcome, Refuse, Samples, PatchMessage, Beat, Leave, MeshRequest, MeshPiece, ShapePiece, Tools>;
+using Body = std::variant<Hello, Welcome, Refuse, Samples, PatchMessage, Beat, Leave, MeshRequest, MeshPiece, ShapePiece, Tools,
+                          PatchTerms>;
 
 struct Message {
   std::uint64_t instance = 0;  ///< the server process, drawn when it starts; 0 in a Hello

@@ -37,4 +37,16 @@ SpringResponse spring_response(SpringLaw law, double stiffening, const Element& 
   return {k * elongation_m, k};
 }
 
+bool has_series(SpringLaw law) { return law != SpringLaw::thigh_skin; }
+
+SpringSeries spring_series(SpringLaw law, double stiffening, const Element& element, double elongation_m) {
+  const SpringResponse r = spring_response(law, stiffening, element, elongation_m);
+  SpringSeries s{r.tension, r.slope, 0, 0};
+  if (law == SpringLaw::stiffening) {
+    s.third = 6 * element.stiffness_n_m * stiffening / (element.rest_length_m * element.rest_length_m);
+    s.second = s.third * elongation_m;
+  }
+  return s;
+}
+
 }  // namespace palpate

@@ -59,6 +59,8 @@ std::size_t ServerCore::emit_to(Station& station, std::span<std::byte> out, Peer
   if (!station.proven) return 0;
   if (station.outbox.patch)
     if (const auto size = emit_patch(station, out, to, now)) return size;
+  while (!station.outbox.terms.empty())
+    if (const auto size = emit_terms(station, out, to, now)) return size;
   if (station.outbox.beat)
     if (const auto size = say(station, *std::exchange(station.outbox.beat, std::nullopt), out, to, now)) return size;
   return station.views() ? emit_view(station, out, to, now) : 0;
@@ -82,6 +84,14 @@ std::size_t ServerCore::emit_patch(Station& station, std::span<std::byte> out, P
     ++station.counts.patch_too_big;
     beat(station);
   }
+  return size;
+}
+
+std::size_t ServerCore::emit_terms(Station& station, std::span<std::byte> out, PeerId& to, Micros now) {
+  const PatchTerms piece = std::move(station.outbox.terms.front());
+  station.outbox.terms.pop_front();
+  const auto size = say(station, piece, out, to, now);
+  station.counts.patch_bytes += size;
   return size;
 }
 

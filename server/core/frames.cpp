@@ -133,6 +133,8 @@ void ServerCore::give(Station& station, StationFrame& frame, Micros now) {
   if (!frame.patch) return beat(station);
   frame.patch->stamp = station_time(station, frame.patch->stamp);
   frame.patch->seq = ++station.patch_seq;
+  const auto pieces = frame.terms.variables > 0 ? to_pieces(frame.terms, frame.patch->seq) : std::vector<PatchTerms>{};
+  station.outbox.terms.assign(pieces.begin(), pieces.end());
   station.outbox.patch = std::move(frame.patch);
   station.outbox.beat.reset();
   // Patches are all that a station in contact gets; while the room is slow it is told so beside them, and once when it is not.

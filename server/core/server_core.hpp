@@ -155,6 +155,7 @@ class ServerCore {
   std::size_t emit_to(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
   std::size_t say(Station& station, Body body, std::span<std::byte> out, PeerId& to, Micros now);
   std::size_t emit_welcome(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
+  std::size_t emit_terms(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
   std::size_t emit_patch(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
   std::size_t emit_view(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
   MeshPiece mesh_piece(std::uint32_t piece) const;

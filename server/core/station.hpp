@@ -28,6 +28,7 @@ struct Outbox {
   bool welcome = false;
   std::size_t welcome_limit = 0;  ///< bytes of the Hello; its answer is not larger
   std::optional<Patch> patch;     ///< stamp already in the station's clock
+  std::deque<PatchTerms> terms;   ///< pieces that go with the newest patch; after it
   std::optional<Beat> beat;
   std::deque<std::uint32_t> mesh_pieces;
   std::size_t shape_next = 0;  ///< first vertex of the next ShapePiece

@@ -31,6 +31,8 @@ class ShiftedSolver {
   /// x = P^-1 b, rows of held nodes zero; x holds the first guess. `tolerance` matters to the iterative method only.
   /// False when P turns out not to be positive definite: conjugate gradients find that out only by use.
   [[nodiscard]] bool solve(const Linearisation& at, Vector b, double tolerance, Vector& x);
+  /// P y, column by column.
+  Matrix multiply(const Matrix& y) const;
   int iterations() const { return iterations_; }
 
  private:

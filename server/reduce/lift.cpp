@@ -20,7 +20,7 @@ Joint joint_stiffness(const Patch& p, double scale) {
 }
 
 /// New modes q = U q~ that make `k` diagonal; the port's b_k is already that of `k`.
-void turn_modes(Patch& p, const Joint& k) {
+Joint turn_modes(Patch& p, const Joint& k) {
   const Eigen::SelfAdjointEigenSolver<Joint> eigen(k);
   const Joint& u = eigen.eigenvectors();
   p.stiffness = eigen.eigenvalues().cwiseMax(0.0);
@@ -30,13 +30,15 @@ void turn_modes(Patch& p, const Joint& k) {
   p.b_d = (u.transpose() * p.b_d).eval();
   p.g = (u.transpose() * p.g).eval();
   p.q_rate = (u.transpose() * p.q_rate).eval();
+  return u;
 }
 
 }  // namespace
 
-double lift_grasp(Patch& patch, double node_mass_kg) {
+double lift_grasp(Patch& patch, double node_mass_kg, Eigen::MatrixXd* turned) {
   const double scale = std::sqrt(node_mass_kg);
   const auto r = patch.modes();
+  if (turned) turned->setIdentity(r, r);
   const Joint joint = joint_stiffness(patch, scale);
   if (!joint.allFinite()) return 0;
   const Eigen::SelfAdjointEigenSolver<Joint> eigen(joint);
@@ -47,7 +49,8 @@ double lift_grasp(Patch& patch, double node_mass_kg) {
   patch.k_port = 0.5 * (k_port + k_port.transpose());
   if (r > 0) {
     patch.b_k = -scale * lifted.bottomLeftCorner(r, 3);
-    turn_modes(patch, lifted.bottomRightCorner(r, r));
+    const Joint u = turn_modes(patch, lifted.bottomRightCorner(r, r));
+    if (turned) *turned = u;
   }
   return -eigen.eigenvalues()[0];
 }

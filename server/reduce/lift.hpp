@@ -8,7 +8,7 @@ namespace palpate {
 /// The stiffness of modes and tool together, [[K_p, -B_k^T], [-B_k, K]] with the tool's axes scaled by the square root of its
 /// node's mass, loses its negative eigenvalues; the modes are turned so that K is diagonal again. A patch that has none is left
 /// as it is. Returns minus the lowest eigenvalue [1/s^2], 0 when none was negative. Numbers that are not finite are left to
-/// check().
-double lift_grasp(Patch& patch, double node_mass_kg);
+/// check(). `turned`, when wanted, is U of the new modes q = U q~: the identity when nothing was negative.
+double lift_grasp(Patch& patch, double node_mass_kg, Eigen::MatrixXd* turned = nullptr);
 
 }  // namespace palpate

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 #include "server/reduce/lift.hpp"
 #include "server/reduce/port_surface.hpp"
@@ -12,6 +13,14 @@ namespace {
 constexpr double kBasisTolerance = 1e-2, kStaticTolerance = 1e-3;
 
 Mat3 symmetric(const Mat3& m) { return 0.5 * (m + m.transpose()); }
+
+/// How far the tool is likely to move along each axis while a patch lasts [m].
+Vec3 expected_motion(const ToolAt& tool, double bridge_s) {
+  constexpr double kLeastM = 0.002;
+  Vec3 far;
+  for (int axis = 0; axis < 3; ++axis) far[axis] = std::hypot(tool.velocity[axis] * bridge_s, kLeastM);
+  return far;
+}
 
 Vector unit(const Dynamics& dynamics, std::uint32_t node, int axis) {
   return Vector::Unit(dynamics.masses().size(), 3 * static_cast<Eigen::Index>(node) + axis);
@@ -40,7 +49,9 @@ PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double so
 
 int PatchBuilder::modes_for(Scheme scheme, ContactKind contact, int order) {
   if (scheme == Scheme::hold || scheme == Scheme::filtered || scheme == Scheme::tangent) return 0;
-  const int states = order > 0 ? order : (contact == ContactKind::attach ? kAttachOrder : kTouchOrder);
+  const bool grasp = contact == ContactKind::attach;
+  const int usual = scheme == Scheme::cubic ? (grasp ? kCubicAttachOrder : kCubicTouchOrder) : (grasp ? kAttachOrder : kTouchOrder);
+  const int states = order > 0 ? order : usual;
   return std::clamp(states / 2, 1, kMaxModes);
 }
 
@@ -62,7 +73,8 @@ void PatchBuilder::hold_far_nodes(const std::vector<std::uint32_t>& seeds) {
     if (!near[i]) held_[i] = 1;
 }
 
-bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Matrix& rotated) {
+bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch,
+                          Reduced& reduced) {
   const auto r = v.cols();
   Matrix k_v, d_v;
   at.dynamics->multiply_tangents(*at.state, v, k_v, d_v);
@@ -75,21 +87,23 @@ bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherT
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(0.5 * (k + k.transpose()));
   if (eigen.info() != Eigen::Success) return false;
   const Matrix& u = eigen.eigenvectors();
-  rotated = v * u;
+  reduced.v = v * u;
+  reduced.stiffness = eigen.eigenvalues();
   const Matrix d = u.transpose() * (v.transpose() * d_v) * u;
   patch.stiffness = eigen.eigenvalues().cwiseAbs().cwiseMax(softest_1_s2_);
   report_.lifted_1_s2 = r > 0 ? (patch.stiffness - eigen.eigenvalues()).maxCoeff() : 0.0;
   patch.damping = 0.5 * (d + d.transpose());
   Vector motion = at.state->v;
   mask(*at.held, motion);
-  patch.q_rate = rotated.transpose() * at.dynamics->masses().cwiseProduct(motion);
-  if (others.load_rate.size() > 0) patch.load_rate = rotated.transpose() * others.load_rate;
+  patch.q_rate = reduced.v.transpose() * at.dynamics->masses().cwiseProduct(motion);
+  if (others.load_rate.size() > 0) patch.load_rate = reduced.v.transpose() * others.load_rate;
   return true;
 }
 
 std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, const PatchRequest& request) {
   const ToolPort& port = frame.ports()[which];
   report_ = {};
+  terms_ = {};
   Patch patch;
   patch.scheme = request.scheme;
   patch.contact = port.kind;
@@ -104,6 +118,15 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
   if (patch.constant) return patch;
   if (request.scheme == Scheme::balanced && !balanced_) return std::nullopt;
   std::optional<Patch> built;
+  if (request.scheme == Scheme::cubic) {
+    held_ = frame.held();
+    if ((built = build_cubic(frame, which, request, patch))) return built;
+    PatchRequest linear = request;
+    linear.scheme = Scheme::port;
+    built = build(frame, which, linear);
+    report_.fell_back = true;
+    return built;
+  }
   for (const bool clamp : {false, true}) {
     held_ = frame.held();
     built = request.scheme == Scheme::two_layer ? build_two_layer(frame, which, request, patch, clamp)
@@ -129,7 +152,7 @@ std::optional<Patch> PatchBuilder::build_whole(FrameModel& frame, std::size_t wh
   Model model{
       {dynamics_, &frame.state(), &held_}, frame.forces_beside(which), &solver_, &memory_, nullptr, frame.other_nodes(which)};
   mask(held_, model.imbalance);
-  const auto built = port.kind == ContactKind::attach ? build_attach(model, port, request, patch, clamp)
+  const auto built = port.kind == ContactKind::attach ? build_attach(model, port, request, patch, clamp, frame.tool(which))
                                                       : build_touch(model, frame, which, request, patch, clamp);
   report_.solver_iterations += solver_.iterations();
   return built;
@@ -148,7 +171,7 @@ std::optional<Patch> PatchBuilder::build_two_layer(FrameModel& frame, std::size_
   Model model{
       {&dynamics, &at_stamp, &local.body.fixed}, local.restricted(frame.forces_beside(which)), &solver, &memory, &local, {}};
   mask(local.body.fixed, model.imbalance);
-  return port.kind == ContactKind::attach ? build_attach(model, port, request, patch, clamp)
+  return port.kind == ContactKind::attach ? build_attach(model, port, request, patch, clamp, frame.tool(which))
                                           : build_touch(model, frame, which, request, patch, clamp);
 }
 
@@ -165,7 +188,7 @@ std::optional<Mat3> PatchBuilder::static_response(const Model& model, const std:
 }
 
 std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPort& port, const PatchRequest& request,
-                                                Patch patch, bool clamp) {
+                                                Patch patch, bool clamp, const ToolAt& tool) {
   const Linearisation& at = model.at;
   const std::uint32_t node = model.local ? model.local->index(port.node) : port.node;
   // Columns of K and D that belong to the tool's node: what the tool's motion does to the others, and to itself.
@@ -195,10 +218,17 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
   std::vector<Vector> inputs;
   for (std::size_t column = 0; column < 3; ++column) inputs.push_back(-k_tool[column] - shift * d_tool[column]);
   const int modes = modes_for(request.scheme, port.kind, request.order);
-  const auto basis = balanced ? restricted_basis(balanced_->grasped(port.node), modes, dynamics_->masses(), held_)
-                              : krylov_basis(at, *model.solver, inputs, {}, model.imbalance, {modes, shift}, *model.memory);
-  Matrix v;
-  if (!basis || !reduce(at, *basis, model.others, patch, v)) return std::nullopt;
+  const bool cubic = request.scheme == Scheme::cubic;
+  CubicShapes shapes;
+  std::optional<CubicBasis> candidates;
+  if (cubic) candidates = grasp_shapes(model, node, inputs, request, modes, tool, shapes);
+  if (cubic && !candidates) return std::nullopt;
+  const auto basis = cubic      ? std::optional(candidates->shapes)
+                     : balanced ? restricted_basis(balanced_->grasped(port.node), modes, dynamics_->masses(), held_)
+                                : krylov_basis(at, *model.solver, inputs, {}, model.imbalance, {modes, shift}, *model.memory);
+  Reduced reduced;
+  if (!basis || !reduce(at, *basis, model.others, patch, reduced)) return std::nullopt;
+  Matrix& v = reduced.v;
   if (patch.load_rate.size() > 0) patch.load_for = request.bridge;
   patch.b_k.resize(v.cols(), 3);
   patch.b_d.resize(v.cols(), 3);
@@ -209,8 +239,55 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
   patch.k_port = symmetric(patch.k_port);
   patch.d_port = symmetric(patch.d_port);
   patch.g = v.transpose() * model.imbalance + patch.damping * patch.q_rate;
-  report_.lifted_1_s2 = std::max(report_.lifted_1_s2, lift_grasp(patch, node_mass_kg));
+  Matrix turned;
+  const Matrix true_stiffness = cubic ? joint_stiffness(patch, reduced.stiffness) : Matrix();
+  report_.lifted_1_s2 = std::max(report_.lifted_1_s2, lift_grasp(patch, node_mass_kg, cubic ? &turned : nullptr));
+  if (cubic) {
+    shapes.modes = v * turned;
+    shapes.coordinates = shapes.modes.transpose() * dynamics_->masses().asDiagonal() * basis.value() * candidates->coordinates;
+    Matrix turn = Matrix::Identity(v.cols() + 3, v.cols() + 3);
+    turn.bottomRightCorner(v.cols(), v.cols()) = turned;
+    add_terms(model, patch, turn.transpose() * true_stiffness * turn, shapes);
+  }
   return patch;
+}
+
+std::optional<Patch> PatchBuilder::build_cubic(FrameModel& frame, std::size_t which, const PatchRequest& request,
+                                               const Patch& patch) {
+  if (!has_series(dynamics_->body().law) || frame.ports()[which].kind == ContactKind::touch) return std::nullopt;
+  std::optional<Patch> built;
+  for (const bool clamp : {false, true}) {
+    held_ = frame.held();
+    built = build_whole(frame, which, request, patch, clamp);
+    if (built) break;
+  }
+  history_.add(frame.state());
+  return built && terms_.variables > 0 ? built : std::nullopt;
+}
+
+/// Directions for a grasp, and how far the tool is likely to move.
+std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::uint32_t node, const std::vector<Vector>& inputs,
+                                                     const PatchRequest& request, int modes, const ToolAt& tool,
+                                                     CubicShapes& shapes) {
+  const double bridge_s = seconds(request.bridge);
+  shapes.amplitude = expected_motion(tool, bridge_s);
+  shapes.port = Matrix::Zero(inputs[0].size(), 3);
+  std::vector<Vector> ports;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto column = static_cast<Eigen::Index>(axis);
+    shapes.port(3 * static_cast<Eigen::Index>(node) + column, column) = shapes.amplitude[column];
+    if (memory_.size() <= axis) memory_.emplace_back(Vector::Zero(inputs[axis].size()));
+    if (!model.solver->solve(model.at, inputs[axis], kBasisTolerance, memory_[axis])) return std::nullopt;
+    ports.push_back(shapes.amplitude[column] * memory_[axis]);
+  }
+  return cubic_basis(model.at, *model.solver, ports, shapes.port, model.imbalance, history_,
+                     {modes, shift_for(request.bridge), bridge_s, kBasisTolerance}, cubic_memory_);
+}
+
+/// `true_stiffness`: of modes and tool before anything was lifted, in the modes of the patch.
+void PatchBuilder::add_terms(const Model& model, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes) {
+  shapes.lifted = true_stiffness - joint_stiffness(patch, patch.stiffness);
+  if (auto terms = cubic_terms(*dynamics_, *model.at.state, patch, shapes, kLeading)) terms_ = std::move(*terms);
 }
 
 void PatchBuilder::begin_touch(const ToolPort& port, Patch& patch) const {
@@ -235,7 +312,9 @@ std::optional<Patch> PatchBuilder::build_touch(const Model& model, FrameModel& f
   const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
   const bool balanced = request.scheme == Scheme::balanced;
   if (!balanced && !model.solver->prepare(at, shift, clamp)) return std::nullopt;
-  Matrix v(at.dynamics->masses().size(), 0);
+  Reduced reduced;
+  Matrix& v = reduced.v;
+  v.resize(at.dynamics->masses().size(), 0);
   if (request.scheme == Scheme::tangent) {
     const auto compliance = static_response(model, inputs);
     if (!compliance) return std::nullopt;
@@ -245,7 +324,7 @@ std::optional<Patch> PatchBuilder::build_touch(const Model& model, FrameModel& f
     const int modes = modes_for(request.scheme, port.kind, request.order);
     const auto basis = balanced ? restricted_basis(balanced_->touched(port.point), modes, dynamics_->masses(), held_)
                                 : krylov_basis(at, *model.solver, inputs, fine, model.imbalance, {modes, shift}, *model.memory);
-    if (!basis || !reduce(at, *basis, model.others, patch, v)) return std::nullopt;
+    if (!basis || !reduce(at, *basis, model.others, patch, reduced)) return std::nullopt;
     patch.g = v.transpose() * model.imbalance + patch.damping * patch.q_rate;
   }
   if (model.local) v = model.local->expanded(v, frame.state().x.size());
@@ -272,7 +351,9 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   const int before = p->iterations();
   const auto others = frame.others(*p, which);
   if (!others) return std::nullopt;
-  Matrix v(dynamics_->masses().size(), 0);
+  Reduced reduced;
+  Matrix& v = reduced.v;
+  v.resize(dynamics_->masses().size(), 0);
   if (tangent) {
     const SpringCorrection correct(*others);
     const PortAnswer& own = *p->port(which, port.point);
@@ -284,7 +365,7 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
     patch.c_static = symmetric(patch.c_static);
   } else {
     const auto basis = touch_basis(frame, *p, which, *others, at, request);
-    if (!basis || !reduce(at, *basis, *others, patch, v)) return std::nullopt;
+    if (!basis || !reduce(at, *basis, *others, patch, reduced)) return std::nullopt;
     Vector imbalance = frame.forces();
     if (others->load.size() > 0) imbalance += others->load;
     patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;

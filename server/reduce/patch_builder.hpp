@@ -7,6 +7,8 @@
 //                    like `port`; forces and velocities at the stamp are the body's own
 //   balanced         the whole body, balanced off-line at its rest state for this contact (balanced_basis.hpp)
 //   port             the whole body, rational Krylov basis at the port (basis.hpp)
+//   cubic            the whole body, a basis for what it is likely to do (cubic_basis.hpp), and beside the linear patch the terms of
+//                    higher order (cubic_patch.hpp); `port` where they cannot be had, and then the patch says so
 //
 // K and D are the symmetric tangents, so an orthogonal projection keeps them positive semi-definite where the body's own are.
 // A compressed body may have a direction without stiffness, or with a negative one along which it snaps. There a linear model
@@ -23,6 +25,8 @@
 
 #include "server/body/integrator.hpp"
 #include "server/reduce/balanced_basis.hpp"
+#include "server/reduce/cubic_basis.hpp"
+#include "server/reduce/cubic_patch.hpp"
 #include "server/reduce/frame_model.hpp"
 #include "server/reduce/two_layer.hpp"
 
@@ -37,6 +41,7 @@ struct PatchRequest {
 };
 
 struct PatchBuildReport {
+  bool fell_back = false;  ///< `cubic` was asked for, `port` was built: the law has no series, or other tools touch as well
   double lifted_1_s2 = 0;  ///< most that the stiffness of a mode was changed by
   int solver_iterations = 0;
 };
@@ -45,6 +50,8 @@ class PatchBuilder {
  public:
   static constexpr int kRingLayers = 1;
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
+  static constexpr int kCubicAttachOrder = 26, kCubicTouchOrder = 20;
+  static constexpr int kLeading = 10;  ///< variables of a cubic patch that have terms of fourth order
   static constexpr double kFilteredHz = 10;  ///< low-pass of `filtered`: the paper's, its model rate
 
   /// `softest_1_s2`: lowest stiffness that a mode may have, softest_stiffness() of the body. `balanced`: off-line bases, shared
@@ -54,6 +61,8 @@ class PatchBuilder {
   /// A patch for port `which` of the frame; seq and stamp are left to the caller. Nothing when the port's matrix cannot be
   /// solved.
   std::optional<Patch> build(FrameModel& frame, std::size_t which, const PatchRequest& request);
+  /// Those that go with the patch that was built last; no variables: none.
+  const CubicTerms& terms() const { return terms_; }
   const PatchBuildReport& report() const { return report_; }
   static int modes_for(Scheme scheme, ContactKind contact, int order);
 
@@ -68,6 +77,11 @@ class PatchBuilder {
     OtherTools others;                 ///< those whose growing load or springs are in it
   };
 
+  struct Reduced {
+    Matrix v;          ///< modes, 3 N x r
+    Vector stiffness;  ///< before it was lifted
+  };
+
   // With `clamp` compressed elements do not soften the matrix that is solved with: the second try, when the first was not
   // definite.
   std::optional<Patch> build_whole(FrameModel& frame, std::size_t which, const PatchRequest& request, const Patch& patch,
@@ -75,7 +89,7 @@ class PatchBuilder {
   std::optional<Patch> build_two_layer(FrameModel& frame, std::size_t which, const PatchRequest& request, const Patch& patch,
                                        bool clamp);
   std::optional<Patch> build_attach(const Model& model, const ToolPort& port, const PatchRequest& request, Patch patch,
-                                    bool clamp);
+                                    bool clamp, const ToolAt& tool);
   std::optional<Patch> build_touch(const Model& model, FrameModel& frame, std::size_t which, const PatchRequest& request,
                                    Patch patch, bool clamp);
   std::optional<Patch> build_shared_touch(FrameModel& frame, std::size_t which, const PatchRequest& request, Patch patch,
@@ -86,7 +100,11 @@ class PatchBuilder {
   std::vector<std::uint32_t> contact_nodes(const ToolPort& port) const;
   void hold_far_nodes(const std::vector<std::uint32_t>& seeds);
   void begin_touch(const ToolPort& port, Patch& patch) const;
-  bool reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Matrix& rotated);
+  std::optional<CubicBasis> grasp_shapes(const Model& model, std::uint32_t node, const std::vector<Vector>& inputs,
+                                         const PatchRequest& request, int modes, const ToolAt& tool, CubicShapes& shapes);
+  std::optional<Patch> build_cubic(FrameModel& frame, std::size_t which, const PatchRequest& request, const Patch& patch);
+  void add_terms(const Model& model, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes);
+  bool reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Reduced& reduced);
 
   const Dynamics* dynamics_;
   const Skin* skin_;
@@ -98,6 +116,9 @@ class PatchBuilder {
   SharedSystem ring_;     // of a ring: its far nodes are held
   BasisMemory memory_;
   std::unique_ptr<TwoLayer> two_layer_;  // made when it is first asked for
+  BasisMemory cubic_memory_;
+  ShapeHistory history_;
+  CubicTerms terms_;
   PatchBuildReport report_;
 };
 

@@ -158,6 +158,7 @@ StationFrame Room::State::frame_of(const StationJob& job, Micros stamp) {
                              [](int modes, bool loaded) { return max_port_vertices(modes, kMaxPortTriangles, loaded); }};
   frame.patch = station.builder->build(frame_model, which, request);
   if (!frame.patch) return frame;
+  frame.terms = station.builder->terms();
   frame.patch->seq = ++station.seq;
   frame.patch->stamp = stamp;
   return frame;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/types.hpp"
+#include "common/port/cubic_terms.hpp"
 #include "common/port/patch.hpp"
 #include "server/scene/scene.hpp"
 
@@ -33,6 +34,7 @@ struct FrameJob {
 struct StationFrame {
   StationId id = 0;
   std::optional<Patch> patch;                      ///< stamp in the server's clock; empty: no contact in reach
+  CubicTerms terms;                                ///< that go with it; without variables: none
   Vec3 tool = Vec3::Zero(), force = Vec3::Zero();  ///< at the stamp; force on the tool [N]
   bool contact = false;
 };

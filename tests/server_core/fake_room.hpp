@@ -29,7 +29,7 @@ struct FakeRoom {
     result.steps = 1;
     result.stamp = job.target;
     for (const auto& station : job.stations) {
-      StationFrame frame{station.id, std::nullopt, Vec3(1, 2, 3) * 1e-3, Vec3(0, 0, 1), in_reach};
+      StationFrame frame{station.id, std::nullopt, {}, Vec3(1, 2, 3) * 1e-3, Vec3(0, 0, 1), in_reach};
       if (in_reach && !fail) frame.patch = patch(job.target);
       result.stations.push_back(frame);
     }

@@ -41,6 +41,7 @@ struct Sensible {
     return std::all_of(m.positions.begin(), m.positions.end(),
                        [](const Vec3& p) { return sensible(p, kWorldExtentM * 1.000001); });
   }
+  bool operator()(const PatchTerms& m) const { return check(m) == TermsFault::none; }
   bool operator()(const Tools& m) const {
     return std::all_of(m.tools.begin(), m.tools.end(), [](const ToolView& t) {
       return sensible(t.station) && sensible(t.position, kWorldExtentM) && sensible(t.force, 1e4);

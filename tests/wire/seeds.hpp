@@ -99,6 +99,28 @@ inline Patch touch_patch(int r, int vertices, int triangles) {
   return patch;
 }
 
+/// Terms for a patch of r modes, every number of another size.
+inline CubicTerms cubic_terms(int r, bool grasp, int leading, bool repaired) {
+  std::mt19937 random(300u + static_cast<unsigned>(r));
+  const auto some = [&](Eigen::Index rows, Eigen::Index cols, double scale) {
+    return Eigen::MatrixXd(Eigen::MatrixXd::NullaryExpr(rows, cols, [&] { return scale * noise(random); }));
+  };
+  CubicTerms terms;
+  const int n = r + (grasp ? 3 : 0);
+  terms.variables = n;
+  terms.leading = leading;
+  terms.grasp = grasp;
+  terms.radius = 12.5;
+  terms.scale.setZero(n, n);
+  if (grasp) terms.scale.diagonal().head<3>() = Vec3(123.4, 200, 499.9);
+  terms.scale.bottomRightCorner(r, r) = some(r, r, 3e3) + Eigen::MatrixXd(3e3 * Eigen::MatrixXd::Identity(r, r));
+  if (repaired) terms.e2 = some(pairs_of(n), 1, 1e-3).cast<float>();
+  terms.e3 = some(triples_of(n), 1, 1e-2).cast<float>();
+  terms.e4 = some(quadruples_of(leading), 1, 1e-3).cast<float>();
+  terms.q = some(leading, pairs_of(leading), 1e-4).cast<float>();
+  return terms;
+}
+
 inline Samples samples(int count) {
   std::mt19937 random(3);
   Samples m;
@@ -125,6 +147,7 @@ inline std::vector<Message> every_kind() {
   filtered.constant = true;
   filtered.low_pass_hz = 4.5;
   all.push_back(message(PatchMessage{filtered}));
+  for (const PatchTerms& piece : to_pieces(cubic_terms(6, true, 7, true), 42)) all.push_back(message(piece));
   all.push_back(message(Beat{Micros{-17}, true}));
   all.push_back(message(Leave{}));
   all.push_back(message(MeshRequest{3}));

@@ -1,0 +1,126 @@
+#include "common/port/cubic_terms.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+using Pairs = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, pairs_of(kMaxVariables)>;
+using Triples = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, triples_of(kMaxLeading)>;
+
+// In colexicographic order the monomials of a degree that end with y_k are those of the degree below up to y_k, times y_k.
+
+template <typename Values, typename Out>
+void fill_pairs(const Values& y, int n, Out& pairs) {
+  pairs.resize(pairs_of(n));
+  for (int k = 0; k < n; ++k) pairs.segment(pairs_of(k), k + 1) = y[k] * y.head(k + 1);
+}
+
+template <typename Values, typename In, typename Out>
+void fill_triples(const Values& y, const In& pairs, int n, Out& triples) {
+  triples.resize(triples_of(n));
+  for (int k = 0; k < n; ++k) triples.segment(triples_of(k), pairs_of(k + 1)) = y[k] * pairs.head(pairs_of(k + 1));
+}
+
+/// How often p stands among the sorted indices, with p itself put in: the factor of the derivative.
+template <std::size_t size>
+float multiplicity(const std::array<int, size>& indices, int p) {
+  return static_cast<float>(std::count(indices.begin(), indices.end(), p));
+}
+
+}  // namespace
+
+CubicForce::CubicForce(const CubicTerms& terms)
+    : variables_(terms.variables),
+      leading_(terms.leading),
+      has_e2_(terms.e2.size() > 0),
+      has_damping_(terms.q.size() > 0),
+      radius_(static_cast<float>(terms.radius)),
+      scale_(terms.scale),
+      q_(terms.q),
+      rate_(terms.rate.cast<float>()) {
+  const int n = variables_, l = leading_;
+  if (has_e2_) {
+    g2_.resize(n, n);
+    for (int p = 0; p < n; ++p)
+      for (int i = 0; i < n; ++i) g2_(p, i) = (p == i ? 2.0F : 1.0F) * terms.e2[pair_at(std::min(p, i), std::max(p, i))];
+  }
+  g3_.resize(n, pairs_of(n));
+  for (int p = 0; p < n; ++p)
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i <= j; ++i) {
+        std::array<int, 3> m{i, j, p};
+        std::sort(m.begin(), m.end());
+        g3_(p, pair_at(i, j)) = multiplicity(m, p) * terms.e3[triple_at(m[0], m[1], m[2])];
+      }
+  g4_.resize(l, triples_of(l));
+  for (int p = 0; p < l; ++p)
+    for (int k = 0; k < l; ++k)
+      for (int j = 0; j <= k; ++j)
+        for (int i = 0; i <= j; ++i) {
+          std::array<int, 4> m{i, j, k, p};
+          std::sort(m.begin(), m.end());
+          g4_(p, triple_at(i, j, k)) = multiplicity(m, p) * terms.e4[quadruple_at(m[0], m[1], m[2], m[3])];
+        }
+}
+
+void CubicForce::gradient(const Values& y, Values& g) const noexcept {
+  Pairs pairs;
+  fill_pairs(y, variables_, pairs);
+  g.noalias() = g3_ * pairs;
+  if (has_e2_) g.noalias() += g2_ * y;
+  Triples triples;
+  fill_triples(y, pairs, leading_, triples);
+  g.head(leading_).noalias() += g4_ * triples;
+}
+
+void CubicForce::evaluate(const Variables& u, const Variables& u_rate, Variables& force) const noexcept {
+  Values y = (scale_ * u).cast<float>();
+  const float norm = y.norm();
+  const bool outside = norm > radius_;
+  if (outside) y *= radius_ / norm;
+  Values g(variables_);
+  gradient(y, g);
+  if (outside) {
+    // Along the ray the energy does not change.
+    const float along = y.dot(g) / (radius_ * radius_);
+    g = (radius_ / norm) * (g - along * y);
+  }
+  if (has_damping_) {
+    const int l = leading_;
+    const Values rate = (scale_ * u_rate).cast<float>();
+    const Values excess = rate - rate_;
+    Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kLeadingPairs> mixed(pairs_of(l)), turned(pairs_of(l));
+    for (int k = 0; k < l; ++k) {
+      for (int j = 0; j < k; ++j) mixed[pair_at(j, k)] = y[j] * rate[k] + y[k] * rate[j];
+      mixed[pair_at(k, k)] = y[k] * rate[k];
+    }
+    g.head(l).noalias() += q_ * mixed;
+    turned.noalias() = q_.transpose() * excess.head(l);
+    for (int k = 0; k < l; ++k) {
+      for (int j = 0; j < k; ++j) {
+        g[j] += turned[pair_at(j, k)] * y[k];
+        g[k] += turned[pair_at(j, k)] * y[j];
+      }
+      g[k] += turned[pair_at(k, k)] * y[k];
+    }
+  }
+  force.noalias() = -(scale_.transpose() * g.cast<double>());
+}
+
+double CubicForce::energy(const Variables& u) const noexcept {
+  // Each energy is homogeneous: E_m = y . grad E_m / m.
+  Values y = (scale_ * u).cast<float>();
+  if (y.norm() > radius_) y *= radius_ / y.norm();
+  Pairs pairs;
+  fill_pairs(y, variables_, pairs);
+  Triples triples;
+  fill_triples(y, pairs, leading_, triples);
+  double sum = y.dot(g3_ * pairs) / 3 + y.head(leading_).dot(g4_ * triples) / 4;
+  if (has_e2_) sum += y.dot(g2_ * y) / 2;
+  return sum;
+}
+
+}  // namespace palpate

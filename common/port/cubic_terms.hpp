@@ -1,0 +1,88 @@
+// What the forces of a patch have beyond the linear model, as a polynomial in the reduced displacement: scheme `cubic`.
+//
+// The n variables y = S u are scaled so that |y_i| is about 1 over the time that the patch bridges. u = (d, q) for a grasp
+// (d the tool's displacement from the stamp), u = q for touch; n <= rows(u). With `leading` = l of them, the first, carrying the
+// highest terms:
+//
+//     E(y) = sum_{i<=j} e2_ij y_i y_j + sum_{i<=j<=k} e3_ijk y_i y_j y_k + sum_{i<=j<=k<=m; m < l} e4_ijkm y_i y_j y_k y_m [J]
+//     elastic:  f = - dE/dy
+//     dampers turn with their elements:  f_i -= sum_jk Q_i,jk y_j y'_k + sum_jk Q_k,ij y_j (y'_k - y'*_k)     (i, j, k < l)
+//
+// y'* the rate at the stamp; Q_i,jk = sum over elements of (c/rho) a_i B_jk with a_i the stretch of the element by y_i along its
+// axis and B_jk the product of its motions across it: the first-order change of the dampers' directions. The force on u is
+// S^T f. E2 repairs what the linear patch was changed by to be passive; it is zero elsewhere.
+// The elastic part is conservative whatever its coefficients are. Outside of |y| = radius the energy is continued along rays as a
+// constant: E(y radius / |y|), so that its force falls off as 1/|y| instead of growing with the cube.
+//
+// Source: reduced internal forces as polynomials in the modal coordinates, Barbic and James, SIGGRAPH (2005), for
+// springs and with ports.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+
+#include "common/base/limits.hpp"
+
+namespace palpate {
+
+inline constexpr int kMaxVariables = kMaxModes + 3;
+inline constexpr int kMaxLeading = 12;
+
+/// Numbers of monomials of n variables.
+constexpr int pairs_of(int n) { return n * (n + 1) / 2; }
+constexpr int triples_of(int n) { return n * (n + 1) * (n + 2) / 6; }
+constexpr int quadruples_of(int n) { return n * (n + 1) * (n + 2) * (n + 3) / 24; }
+
+/// Where y_i y_j, y_i y_j y_k, y_i y_j y_k y_m stand, i <= j <= k <= m: colexicographic order, so that the monomials of the first
+/// variables come first whatever n is.
+constexpr int pair_at(int i, int j) { return i + j * (j + 1) / 2; }
+constexpr int triple_at(int i, int j, int k) { return pair_at(i, j) + k * (k + 1) * (k + 2) / 6; }
+constexpr int quadruple_at(int i, int j, int k, int m) { return triple_at(i, j, k) + m * (m + 1) * (m + 2) * (m + 3) / 24; }
+
+struct CubicTerms {
+  int variables = 0, leading = 0;
+  bool grasp = false;          ///< u starts with the tool's displacement
+  Eigen::MatrixXd scale;       ///< S, n x rows(u) [1/m for d, 1/(m kg^1/2) for q]
+  Eigen::VectorXf e2, e3, e4;  ///< [J]
+  Eigen::MatrixXf q;           ///< Q, l x pairs(l) [J s]
+  Eigen::VectorXd rate;        ///< y'* [1/s]
+  double radius = 0;           ///< of trust, in y; 0: nothing is trusted
+};
+
+/// Compiled for the haptic thread: a gradient is two products of a matrix with the monomials of lower degree.
+class CubicForce {
+ public:
+  using Variables = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxVariables, 1>;
+
+  CubicForce() = default;
+  /// Allocates nothing that outlives it, but takes some microseconds.
+  explicit CubicForce(const CubicTerms& terms);
+
+  bool empty() const { return variables_ == 0; }
+  /// Force on u for displacement u and rate u'. No allocation.
+  void evaluate(const Variables& u, const Variables& u_rate, Variables& force) const noexcept;
+  /// E [J], for tests of energy.
+  double energy(const Variables& u) const noexcept;
+
+ private:
+  static constexpr int kPairs = pairs_of(kMaxVariables), kTriples = triples_of(kMaxLeading),
+                       kLeadingPairs = pairs_of(kMaxLeading);
+  // Room for whole vector registers: GCC 12 warns of reads past the end of an odd one.
+  static constexpr int kRoom = (kMaxVariables + 7) / 8 * 8;
+  using Values = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kRoom, 1>;
+
+  void gradient(const Values& y, Values& g) const noexcept;
+
+  int variables_ = 0, leading_ = 0;
+  bool has_e2_ = false, has_damping_ = false;
+  float radius_ = 0;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables> scale_;
+  // Gradients of the three energies: rows of coefficients against y, pairs and triples.
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables> g2_;
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kPairs> g3_;
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxLeading, kTriples> g4_;
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxLeading, kLeadingPairs> q_;
+  Values rate_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,151 @@
+#include "common/port/terms_pieces.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr float kLargest = 8192;  // of the numbers in their unit
+constexpr float kUnitMax = 1e6F, kPortScaleMax = 1e6F, kRadiusMax = 1e4F;
+
+/// How many numbers of each kind there are.
+struct Layout {
+  int modes, turning;
+  std::array<int, 5> count;
+  int total() const { return count[0] + count[1] + count[2] + count[3] + count[4]; }
+  int pieces() const { return (total() + kPieceNumbers - 1) / kPieceNumbers; }
+};
+
+Layout layout(int variables, int leading, bool grasp, bool repaired) {
+  const int r = variables - (grasp ? 3 : 0), t = std::min(leading, kTurning);
+  return {r,
+          t,
+          {r * r, repaired ? pairs_of(variables) : 0, triples_of(variables), quadruples_of(leading), t * pairs_of(t)}};
+}
+Layout layout(const PatchTerms& p) { return layout(p.variables, p.leading, p.grasp, p.repaired); }
+
+std::uint16_t to_half(float v) { return Eigen::numext::bit_cast<std::uint16_t>(Eigen::half(v)); }
+float from_half(std::uint16_t v) { return static_cast<float>(Eigen::numext::bit_cast<Eigen::half>(v)); }
+bool finite_half(std::uint16_t v) { return (v & 0x7c00U) != 0x7c00U; }
+
+/// Appends numbers in a unit that suits their largest.
+template <class Values>
+float append(const Values& values, std::vector<std::uint16_t>& out) {
+  const float largest = values.size() > 0 ? values.cwiseAbs().maxCoeff() : 0;
+  const float unit = largest > 0 ? largest / kLargest : 1;
+  for (Eigen::Index i = 0; i < values.size(); ++i) out.push_back(to_half(values[i] / unit));
+  return unit;
+}
+
+/// The next numbers, in their unit.
+Eigen::VectorXf take(const std::vector<std::uint16_t>& numbers, int& at, int count, float unit) {
+  Eigen::VectorXf values(count);
+  for (int i = 0; i < count; ++i) values[i] = unit * from_half(numbers[static_cast<std::size_t>(at++)]);
+  return values;
+}
+
+bool same_whole(const PatchTerms& a, const PatchTerms& b) {
+  return a.patch_seq == b.patch_seq && a.pieces == b.pieces && a.variables == b.variables && a.leading == b.leading &&
+         a.grasp == b.grasp && a.repaired == b.repaired && a.radius == b.radius && a.port_scale == b.port_scale &&
+         a.unit == b.unit;
+}
+
+}  // namespace
+
+TermsFault check(const PatchTerms& p) {
+  if (p.variables > kMaxVariables || p.leading < 1 || p.leading > std::min<int>(kMaxLeading, p.variables)) return TermsFault::sizes;
+  const Layout l = layout(p);
+  if (l.modes < 1 || l.modes > kMaxModes || p.pieces != l.pieces() || p.piece >= p.pieces) return TermsFault::sizes;
+  if (static_cast<int>(p.numbers.size()) != std::min(kPieceNumbers, l.total() - p.piece * kPieceNumbers)) return TermsFault::sizes;
+  std::array<float, 9> reals{p.radius};
+  std::copy(p.port_scale.begin(), p.port_scale.end(), reals.begin() + 1);
+  std::copy(p.unit.begin(), p.unit.end(), reals.begin() + 4);
+  for (const float v : reals)
+    if (!std::isfinite(v)) return TermsFault::not_finite;
+  if (!std::all_of(p.numbers.begin(), p.numbers.end(), finite_half)) return TermsFault::not_finite;
+  const auto within = [](float v, float high) { return v >= 0 && v <= high; };
+  const bool fine = within(p.radius, kRadiusMax) &&
+                    std::all_of(p.port_scale.begin(), p.port_scale.end(), [&](float v) { return within(v, kPortScaleMax); }) &&
+                    std::all_of(p.unit.begin(), p.unit.end(), [&](float v) { return within(v, kUnitMax); });
+  return fine ? TermsFault::none : TermsFault::out_of_range;
+}
+
+std::vector<PatchTerms> to_pieces(const CubicTerms& terms, std::uint32_t patch_seq) {
+  PatchTerms whole;
+  whole.patch_seq = patch_seq;
+  whole.variables = static_cast<std::uint8_t>(terms.variables);
+  whole.leading = static_cast<std::uint8_t>(terms.leading);
+  whole.grasp = terms.grasp;
+  whole.repaired = terms.e2.size() > 0;
+  whole.radius = static_cast<float>(terms.radius);
+  const Layout l = layout(whole);
+  if (terms.grasp)
+    for (int i = 0; i < 3; ++i) whole.port_scale[static_cast<std::size_t>(i)] = static_cast<float>(terms.scale(i, i));
+  std::vector<std::uint16_t> numbers;
+  const Eigen::MatrixXf rows = terms.scale.bottomRightCorner(l.modes, l.modes).transpose().cast<float>();
+  const Eigen::MatrixXf q = terms.q.topLeftCorner(l.turning, pairs_of(l.turning));
+  whole.unit = {append(rows.reshaped(), numbers), append(terms.e2, numbers), append(terms.e3, numbers), append(terms.e4, numbers),
+                append(q.reshaped(), numbers)};
+  whole.pieces = static_cast<std::uint8_t>(l.pieces());
+  std::vector<PatchTerms> pieces;
+  for (int k = 0; k < l.pieces(); ++k) {
+    PatchTerms& piece = pieces.emplace_back(whole);
+    piece.piece = static_cast<std::uint8_t>(k);
+    const auto begin = numbers.begin() + k * kPieceNumbers;
+    piece.numbers.assign(begin, begin + std::min<std::ptrdiff_t>(kPieceNumbers, numbers.end() - begin));
+    if (check(piece) != TermsFault::none) return {};
+  }
+  return pieces;
+}
+
+Eigen::VectorXd stamp_rate(const CubicTerms& terms, const Patch& patch) {
+  Eigen::VectorXd rate(terms.scale.cols());
+  if (terms.grasp) rate.head<3>() = patch.tool_velocity;
+  rate.tail(patch.modes()) = patch.q_rate;
+  return terms.scale * rate;
+}
+
+bool TermsAssembly::take(const PatchTerms& piece) {
+  if (!any_ || static_cast<std::int32_t>(piece.patch_seq - head_.patch_seq) > 0) {
+    any_ = true;
+    head_ = piece;
+    missing_ = piece.pieces;
+    there_.assign(piece.pieces, 0);
+    numbers_.assign(static_cast<std::size_t>(layout(piece).total()), 0);
+  }
+  if (!same_whole(piece, head_) || there_[piece.piece]) return false;
+  there_[piece.piece] = 1;
+  --missing_;
+  std::copy(piece.numbers.begin(), piece.numbers.end(), numbers_.begin() + piece.piece * kPieceNumbers);
+  return true;
+}
+
+std::optional<CubicTerms> TermsAssembly::terms_for(const Patch& patch) const {
+  const Layout l = layout(head_);
+  const bool fits = patch.seq == head_.patch_seq && !patch.constant && patch.modes() == l.modes &&
+                    (patch.contact == ContactKind::attach) == head_.grasp;
+  if (!any_ || missing_ > 0 || !fits) return std::nullopt;
+  CubicTerms terms;
+  terms.variables = head_.variables;
+  terms.leading = head_.leading;
+  terms.grasp = head_.grasp;
+  terms.radius = static_cast<double>(head_.radius);
+  const int n = head_.variables;
+  terms.scale.setZero(n, n);
+  if (terms.grasp)
+    for (int i = 0; i < 3; ++i) terms.scale(i, i) = static_cast<double>(head_.port_scale[static_cast<std::size_t>(i)]);
+  int at = 0;
+  terms.scale.bottomRightCorner(l.modes, l.modes) =
+      palpate::take(numbers_, at, l.count[0], head_.unit[0]).reshaped(l.modes, l.modes).transpose().cast<double>();
+  terms.e2 = palpate::take(numbers_, at, l.count[1], head_.unit[1]);
+  terms.e3 = palpate::take(numbers_, at, l.count[2], head_.unit[2]);
+  terms.e4 = palpate::take(numbers_, at, l.count[3], head_.unit[3]);
+  terms.q.setZero(terms.leading, pairs_of(terms.leading));
+  terms.q.topLeftCorner(l.turning, pairs_of(l.turning)) =
+      palpate::take(numbers_, at, l.count[4], head_.unit[4]).reshaped(l.turning, pairs_of(l.turning));
+  terms.rate = stamp_rate(terms, patch);
+  return terms;
+}
+
+}  // namespace palpate

@@ -1,0 +1,51 @@
+// A basis for a nonlinear patch: what the body is likely to do until the next patch takes over, to second order.
+//
+// Candidate shapes w_c (3 N), each as large as the time tau that is bridged is likely to make it, at P = s^2 M + s D + K:
+//     P^-1 B a_i and their next moments  X <- s P^-1 (2 s M + D) X        the port's motion, a_i how far or hard it moves
+//     tau v*,   P^-1 F*,   s P^-1 M v*                                    the body's own motion
+//     P^-1 F2(b_i, b_j)                                                   what bends when shapes b_i and b_j act together:
+//                                                                         F2 the second-order forces, b of {port shapes, tau v*}
+//     x(t_k) - x*                                                         where the body was in the last frames: it often comes
+//     back
+// and of all of them the directions that carry most energy: leading eigenvectors of W^T P W. The last kind is worth 8 dB at
+// 150 ms with 13 modes on scenes/cube6.json (docs/decisions).
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include "server/reduce/basis.hpp"
+
+namespace palpate {
+
+/// Where a body was in the last frames, some 50 ms apart.
+class ShapeHistory {
+ public:
+  static constexpr std::size_t kShapes = 4;
+  static constexpr double kApartS = 0.04;
+  void add(const BodyState& state);
+  const std::deque<BodyState>& states() const { return states_; }
+
+ private:
+  std::deque<BodyState> states_;
+};
+
+struct CubicBasisRequest {
+  int modes = 13;
+  double shift_1_s = 20;    ///< s
+  double bridge_s = 0.1;    ///< tau
+  double tolerance = 1e-2;  ///< of the iterative solves
+};
+
+struct CubicBasis {
+  Matrix shapes;       ///< V, 3 N x r, orthonormal in M
+  Matrix coordinates;  ///< V^T M W, r x candidates: what is expected of the modes
+};
+
+/// `ports`: P^-1 B a_i, the answers to the port's three input directions, scaled; `prescribed`: how the port itself moves for them
+/// (3 N x 3, zero for touch). Nothing when P is not positive definite.
+std::optional<CubicBasis> cubic_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
+                                      const Matrix& prescribed, const Vector& imbalance, const ShapeHistory& history,
+                                      const CubicBasisRequest& request, BasisMemory& memory);
+
+}  // namespace palpate

@@ -1,0 +1,78 @@
+#include "server/reduce/cubic_patch.hpp"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "common/port/terms_pieces.hpp"
+#include "server/reduce/expansion.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kFloor = 0.02;      // of the scaled variables' singular values
+constexpr double kSoftest = 1e-8;    // of the largest stiffness, where a mode has lost its own
+constexpr double kNotLifted = 1e-9;  // of the largest stiffness: rounding
+constexpr double kRadius = 1e3;
+
+/// S of the modes, rows by falling energy.
+Matrix mode_scale(const Patch& patch, const Matrix& coordinates) {
+  const Vector root = patch.stiffness.cwiseMax(kSoftest * patch.stiffness.maxCoeff()).cwiseSqrt();
+  const Eigen::JacobiSVD<Matrix> svd(root.asDiagonal() * coordinates, Eigen::ComputeFullU);
+  const Vector& found = svd.singularValues();
+  Vector sigma = Vector::Constant(root.size(), kFloor * found[0]);
+  sigma.head(found.size()) = found.cwiseMax(kFloor * found[0]);
+  return sigma.cwiseInverse().asDiagonal() * svd.matrixU().transpose() * root.asDiagonal();
+}
+
+/// Coefficients of E2 in y, u = T y.
+Eigen::VectorXf repair(const Matrix& lifted, const Matrix& t) {
+  const Matrix form = t.transpose() * lifted * t;
+  Eigen::VectorXf e2(pairs_of(static_cast<int>(t.cols())));
+  for (int j = 0; j < t.cols(); ++j)
+    for (int i = 0; i <= j; ++i) e2[pair_at(i, j)] = static_cast<float>((i == j ? 0.5 : 1.0) * form(i, j));
+  return e2;
+}
+
+}  // namespace
+
+Matrix joint_stiffness(const Patch& patch, const Vector& stiffness) {
+  const auto r = stiffness.size();
+  if (patch.contact == ContactKind::touch) return stiffness.asDiagonal();
+  Matrix joint = Matrix::Zero(r + 3, r + 3);
+  joint.topLeftCorner<3, 3>() = patch.k_port;
+  joint.bottomRightCorner(r, r).diagonal() = stiffness;
+  joint.bottomLeftCorner(r, 3) = -patch.b_k;
+  joint.topRightCorner(3, r) = -patch.b_k.transpose();
+  return joint;
+}
+
+std::optional<CubicTerms> cubic_terms(const Dynamics& dynamics, const BodyState& state, const Patch& patch,
+                                      const CubicShapes& shapes, int leading) {
+  const auto r = patch.stiffness.size(), first = shapes.port.cols(), n = r + first;
+  if (r == 0 || !(patch.stiffness.maxCoeff() > 0)) return std::nullopt;
+  CubicTerms terms;
+  terms.variables = static_cast<int>(n);
+  terms.leading = std::min({leading, terms.variables, kMaxLeading});
+  terms.grasp = first > 0;
+  terms.scale = Matrix::Zero(n, n);
+  for (Eigen::Index i = 0; i < first; ++i) terms.scale(i, i) = 1 / shapes.amplitude[i];
+  terms.scale.bottomRightCorner(r, r) = mode_scale(patch, shapes.coordinates);
+  const Matrix t = terms.scale.inverse();
+  if (!t.allFinite()) return std::nullopt;
+  Matrix moved(shapes.modes.rows(), n);
+  moved.leftCols(first) = shapes.port;
+  moved.rightCols(r) = shapes.modes * t.bottomRightCorner(r, r);
+  auto expansion = expand(dynamics, state, moved, terms.leading);
+  if (!expansion) return std::nullopt;
+  terms.e3 = std::move(expansion->e3);
+  terms.e4 = std::move(expansion->e4);
+  terms.q = std::move(expansion->q);
+  if (shapes.lifted.cwiseAbs().maxCoeff() > kNotLifted * patch.stiffness.maxCoeff()) terms.e2 = repair(shapes.lifted, t);
+  terms.rate = stamp_rate(terms, patch);
+  terms.radius = kRadius;
+  return terms;
+}
+
+}  // namespace palpate

@@ -1,0 +1,36 @@
+// The terms that go with a linear patch: scaled variables, the energy's higher orders, and the repair of a stiffness that was
+// lifted.
+//
+// In the modes q of the patch the candidates of the basis (cubic_basis.hpp) have coordinates C, each as large as it is likely to
+// become. With the singular value decomposition sqrt(K) C = U diag(sigma) ..., sigma no smaller than kFloor of the largest,
+//     q = T y,   T = K^-1/2 U diag(sigma),   S = T^-1 = diag(sigma)^-1 U^T K^1/2
+// so that |y_i| is about 1, and the first y_i carry most energy. For a grasp y starts with d_i / a_i, a_i how far the tool is
+// likely to move along axis i.
+// A patch is lifted to be passive (lift.hpp); with u = (d, q) and H, H~ the joint stiffness before and after,
+//     E2 = 1/2 u^T (H - H~) u.
+#pragma once
+
+#include <optional>
+
+#include "common/port/cubic_terms.hpp"
+#include "common/port/patch.hpp"
+#include "server/body/dynamics.hpp"
+
+namespace palpate {
+
+struct CubicShapes {
+  Matrix port;         ///< how the body moves for d_i = a_i with all modes at zero, 3 N x 3; no columns for touch
+  Vec3 amplitude;      ///< a_i [m]; of a grasp
+  Matrix modes;        ///< V, of the patch
+  Matrix coordinates;  ///< C
+  Matrix lifted;       ///< H - H~
+};
+
+/// Nothing for a body whose forces have no expansion.
+std::optional<CubicTerms> cubic_terms(const Dynamics& dynamics, const BodyState& state, const Patch& patch,
+                                      const CubicShapes& shapes, int leading);
+
+/// [[K_p, -B_k^T], [-B_k, diag(stiffness)]]; diag(stiffness) alone for touch.
+Matrix joint_stiffness(const Patch& patch, const Vector& stiffness);
+
+}  // namespace palpate
