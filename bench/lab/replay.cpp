@@ -113,6 +113,8 @@ int run_replay(const Flags& flags) {
   fmt::print("{} over {:g} ms RTT: {:.1f} dB, p95 error {:.1f} %, lag {} ms, {} patches of {:.0f} B with {} states\n{}\n",
              flags.scheme, flags.rtt_ms, result.fidelity.snr_db, 100 * result.fidelity.p95_rel_error, result.fidelity.lag_ms,
              result.patches_used, result.patch_bytes_mean, result.patch_states, (out / "summary.json").string());
+  if (result.last_patch.scheme != options.scheme)
+    fmt::print(stderr, "the server could not serve {} here and sent {} patches\n", flags.scheme, name_of(result.last_patch.scheme));
   return 0;
 }
 

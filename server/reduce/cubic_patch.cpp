@@ -14,7 +14,8 @@ namespace {
 constexpr double kFloor = 0.02;      // of the scaled variables' singular values
 constexpr double kSoftest = 1e-8;    // of the largest stiffness, where a mode has lost its own
 constexpr double kNotLifted = 1e-9;  // of the largest stiffness: rounding
-constexpr double kRadius = 1e3;
+constexpr double kTrust = 1;         // of the last terms' force to the linear one, where trust ends
+constexpr double kFarthest = 1e3;    // of a variable that no term bends
 
 /// S of the modes, rows by falling energy.
 Matrix mode_scale(const Patch& patch, const Matrix& coordinates) {
@@ -33,6 +34,37 @@ Eigen::VectorXf repair(const Matrix& lifted, const Matrix& t) {
   for (int j = 0; j < t.cols(); ++j)
     for (int i = 0; i <= j; ++i) e2[pair_at(i, j)] = static_cast<float>((i == j ? 0.5 : 1.0) * form(i, j));
   return e2;
+}
+
+/// How far each variable may go before the last term that it has is kTrust of the linear force.
+Vector trusted(const CubicTerms& terms, const Matrix& form) {
+  Vector far(terms.variables);
+  for (int i = 0; i < terms.variables; ++i) {
+    const double linear = kTrust * std::abs(form(i, i));
+    const double last = i < terms.leading ? 4.0 * std::abs(static_cast<double>(terms.e4[quadruple_at(i, i, i, i)]))
+                                          : 3.0 * std::abs(static_cast<double>(terms.e3[triple_at(i, i, i)]));
+    const double part = linear < kFarthest * kFarthest * last ? linear / last : kFarthest * kFarthest;
+    far[i] = i < terms.leading ? std::sqrt(part) : std::min(part, kFarthest);
+  }
+  return far;
+}
+
+/// The same terms in variables y_i / far_i.
+void rescale(CubicTerms& terms, const Vector& far) {
+  const Eigen::VectorXf f = far.cast<float>();
+  terms.scale = far.cwiseInverse().asDiagonal() * terms.scale;
+  const int n = terms.variables, l = terms.leading;
+  for (int k = 0; k < n; ++k)
+    for (int j = 0; j <= k; ++j) {
+      if (terms.e2.size() > 0) terms.e2[pair_at(j, k)] *= f[j] * f[k];
+      for (int i = 0; i <= j; ++i) terms.e3[triple_at(i, j, k)] *= f[i] * f[j] * f[k];
+    }
+  for (int m = 0; m < l; ++m)
+    for (int k = 0; k <= m; ++k)
+      for (int j = 0; j <= k; ++j)
+        for (int i = 0; i <= j; ++i) terms.e4[quadruple_at(i, j, k, m)] *= f[i] * f[j] * f[k] * f[m];
+  for (int k = 0; k < l; ++k)
+    for (int j = 0; j <= k; ++j) terms.q.col(pair_at(j, k)).array() *= f.head(l).array() * (f[j] * f[k]);
 }
 
 }  // namespace
@@ -70,8 +102,10 @@ std::optional<CubicTerms> cubic_terms(const Dynamics& dynamics, const BodyState&
   terms.e4 = std::move(expansion->e4);
   terms.q = std::move(expansion->q);
   if (shapes.lifted.cwiseAbs().maxCoeff() > kNotLifted * patch.stiffness.maxCoeff()) terms.e2 = repair(shapes.lifted, t);
+  const Vector far = trusted(terms, t.transpose() * (joint_stiffness(patch, patch.stiffness) + shapes.lifted) * t);
+  rescale(terms, far);
   terms.rate = stamp_rate(terms, patch);
-  terms.radius = kRadius;
+  terms.radius = 1;
   return terms;
 }
 

@@ -5,7 +5,10 @@
 // become. With the singular value decomposition sqrt(K) C = U diag(sigma) ..., sigma no smaller than kFloor of the largest,
 //     q = T y,   T = K^-1/2 U diag(sigma),   S = T^-1 = diag(sigma)^-1 U^T K^1/2
 // so that |y_i| is about 1, and the first y_i carry most energy. For a grasp y starts with d_i / a_i, a_i how far the tool is
-// likely to move along axis i.
+// likely to move along axis i. That decides which variables get the highest terms.
+// Then every variable is measured in how far it may go: to where, alone, the force of the last terms that it has (fourth order
+// for the leading ones, third for the others) is as large as the linear one. The radius of trust is 1 in these units: an
+// ellipsoid of displacements that the expansion knows something about, whatever the body's size and the hand's speed.
 // A patch is lifted to be passive (lift.hpp); with u = (d, q) and H, H~ the joint stiffness before and after,
 //     E2 = 1/2 u^T (H - H~) u.
 #pragma once
