@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <iterator>
+#include <map>
 
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/output.hpp"
@@ -17,6 +18,7 @@ namespace {
 
 struct Flags {
   std::string scene, motion, scheme, device = "none", out;
+  PassivityMode passivity = PassivityMode::off;
   int order = 0;
   double rate_hz = 20, rtt_ms = 0, jitter_ms = 0, loss_pct = 0, burst = 0, compute_ms = 0;
   std::uint64_t seed = 1;
@@ -60,6 +62,7 @@ ReplayOptions options_of(const Flags& flags) {
   o.seed = flags.seed;
   o.compute = from_seconds(flags.compute_ms * 1e-3);
   o.simulated_device = flags.device == "sim";
+  o.passivity = flags.passivity;
   return o;
 }
 
@@ -87,7 +90,22 @@ Json summary(const ReplayResult& r) {
           {"tick_ns_p99", r.tick_ns_p99},
           {"patch_build_ms_mean", r.patch_build_ms_mean},
           {"frame_ms_mean", r.frame_ms_mean},
-          {"hand_over_step_max_n", r.hand_over_step_max_n}};
+          {"hand_over_step_max_n", r.hand_over.max_n},
+          {"hand_over_step_p999_n", r.hand_over.p999_n},
+          {"hand_over_share_within", r.hand_over.share_within},
+          {"felt_step_p999_n", r.felt_step.p999_n},
+          {"felt_step_share_within", r.felt_step.share_within},
+          {"contact_onsets", r.onset.onsets},
+          {"contact_onsets_missed", r.onset.missed},
+          {"contact_onset_worst_ms", r.onset.worst_ms},
+          {"contact_onset_median_ms", r.onset.median_ms},
+          {"patch_age_p95_ms", 1e3 * seconds(r.age_p95)},
+          {"uplink_bytes_s", r.uplink_bytes_s},
+          {"energy_min_j", r.guard.energy_min_j},
+          {"damped_ticks", r.guard.damped},
+          {"dissipated_j", r.guard.dissipated_j},
+          {"damper_max_n", r.guard.damper_max_n},
+          {"damper_rms_n", r.guard.damper_rms_n()}};
 }
 
 int run_replay(const Flags& flags) {
@@ -137,6 +155,9 @@ void add_replay(CLI::App& app, Run& run) {
   c->add_option("--compute-ms", flags->compute_ms, "the server's time from frame to patch")->check(CLI::Range(0.0, 10'000.0));
   c->add_option("--device", flags->device, "none: the motion as given; sim: a Phantom in a hand that follows it")
       ->check(CLI::IsMember({"none", "sim"}));
+  c->add_option("--passivity", flags->passivity, "passivity limiter of the guard; observe: energies alone")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, PassivityMode>{
+          {"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}}));
   c->add_option("--out", flags->out, "folder for forces.csv, summary.json, forces.svg")->required();
   c->callback([flags, &run] { run = [flags] { return run_replay(*flags); }; });
 }

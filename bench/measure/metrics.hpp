@@ -8,6 +8,7 @@
 // f felt force, r reference force. All over the same ticks, the first `skip` left out.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -24,6 +25,32 @@ inline constexpr double kSnrCeilingDb = 300;  ///< what identical signals get: r
 
 /// `felt` and `reference` have one entry a millisecond and the same length.
 Fidelity compare(std::span<const Vec3> felt, std::span<const Vec3> reference, std::size_t skip);
+
+/// When contact begins, felt against true. An onset is the first tick of contact in the reference after kFreeTicks without; its
+/// error is the display's own onset nearest to it minus it: negative is early, positive late. Missed: none within kOnsetWithin.
+struct OnsetErrors {
+  int onsets = 0, missed = 0;
+  int worst_ms = 0, median_ms = 0;  ///< of those not missed: the one largest in size; the upper median, signed
+};
+inline constexpr int kFreeTicks = 100, kOnsetWithinMs = 700;
+OnsetErrors onset_errors(std::span<const std::uint8_t> contact, std::span<const std::uint8_t> reference);
+
+/// One swap of patches: how far the new patch's force lies from the one shown before, and the force shown then.
+struct HandOver {
+  double step_n = 0, force_n = 0;
+};
+
+/// What a hand is not to notice at a swap: 0.05 N, or 5 % of the force, half of what it can just tell.
+inline constexpr double kStepLimitN = 0.05, kStepLimitShare = 0.05;
+/// The just-noticeable difference of force, as a share of it.
+inline constexpr double kForceJnd = 0.1;
+
+struct HandOverSteps {
+  std::size_t swaps = 0;
+  double p50_n = 0, p999_n = 0, max_n = 0;
+  double share_within = 1;  ///< of the swaps, those of at most max(kStepLimitN, kStepLimitShare |f|)
+};
+HandOverSteps hand_over_steps(std::span<const HandOver> swaps);
 
 /// The value below which `share` (0 to 1) of the values lie; 0 for none.
 double percentile(std::vector<double> values, double share);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bench/measure/metrics.hpp"
+#include "bench/measure/reference.hpp"
 #include "bench/world/world.hpp"
 #include "common/motion/motion.hpp"
 
@@ -18,21 +19,27 @@ struct ReplayOptions {
   std::uint64_t seed = 1;
   Micros compute{};
   bool simulated_device = false;  ///< a Phantom in a hand that follows the motion, instead of the motion itself
+  PassivityMode passivity = PassivityMode::off;
 };
 
 struct ReplayTick {
   Vec3 position = Vec3::Zero(), felt = Vec3::Zero(), reference = Vec3::Zero();
   Micros patch_age{};
-  bool contact = false;
+  bool contact = false, true_contact = false;
 };
 
 struct ReplayResult {
   std::vector<ReplayTick> ticks;  ///< 0, 1, 2, ... ms into the motion
   Fidelity fidelity;
+  OnsetErrors onset;
+  HandOverSteps hand_over;  ///< between the patches: what the cross-fade takes over
+  HandOverSteps felt_step;  ///< what a swap adds to the force's change from one tick to the next, beyond the reference's own
+  Micros age_p95{};         ///< of the patches in use
+  GuardCounts guard;
   std::uint64_t patches_used = 0;
   double patch_bytes_mean = 0;
   int patch_states = 0;
-  double hand_over_step_max_n = 0;
+  double uplink_bytes_s = 0;
   // wall clock of this machine
   double tick_ns_p50 = 0, tick_ns_p99 = 0, patch_build_ms_mean = 0, frame_ms_mean = 0;
 };
@@ -42,7 +49,12 @@ using Stopwatch = std::function<std::int64_t()>;
 
 inline constexpr std::size_t kSkipTicks = 250;  ///< fidelity is measured from 0.25 s on
 
-/// Throws InputError when the station cannot join, std::runtime_error when the model fails.
-ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch);
+/// The reference for a motion that is used as given: the same for every scheme and link.
+ReferenceForce reference_of(const Scene& scene, const Motion& motion);
+
+/// Throws InputError when the station cannot join, std::runtime_error when the model fails. `reference`: reference_of(scene,
+/// motion) where it is known already; not looked at for a simulated device, which goes its own way.
+ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch,
+                    const ReferenceForce* reference = nullptr);
 
 }  // namespace palpate
