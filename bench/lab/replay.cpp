@@ -11,13 +11,14 @@
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
 #include "bench/measure/reference.hpp"
+#include "bench/measure/routes.hpp"
 #include "common/base/error.hpp"
 
 namespace palpate {
 namespace {
 
 struct Flags {
-  std::string scene, motion, scheme, device = "none", out;
+  std::string scene, motion, scheme, device = "none", route, out;
   PassivityMode passivity = PassivityMode::off;
   int order = 0;
   double rate_hz = 20, rtt_ms = 0, jitter_ms = 0, loss_pct = 0, burst = 0, compute_ms = 0;
@@ -53,7 +54,8 @@ ReplayOptions options_of(const Flags& flags) {
   o.scheme = *scheme;
   o.order = flags.order;
   o.rate_hz = flags.rate_hz;
-  o.link = {.latency = from_seconds(flags.rtt_ms * 0.5e-3),
+  const double rtt_ms = flags.route.empty() ? flags.rtt_ms : route_from_name(flags.route).rtt_ms;
+  o.link = {.latency = from_seconds(rtt_ms * 0.5e-3),
             .jitter = from_seconds(flags.jitter_ms * 1e-3),
             .loss = flags.loss_pct / 100,
             .burst_mean = flags.burst,
@@ -119,17 +121,18 @@ int run_replay(const Flags& flags) {
         "the body is given {:g} s to settle before the motion: it hangs in gravity, or the motion starts beside the node\n",
         seconds(kSettle));
   const ReplayResult result = replay(scene, motion, options, stopwatch_ns);
+  const double rtt_ms = 2e3 * seconds(options.link.latency);
   write_forces(out / "forces.csv", result);
   write_json(out / "summary.json", summary(result));
   plot_csv(out / "forces.csv", out / "forces.svg",
-           fmt::format("{}, {} at {:g} Hz, RTT {:g} ms: {:.1f} dB", scene.name, flags.scheme, flags.rate_hz, flags.rtt_ms,
+           fmt::format("{}, {} at {:g} Hz, RTT {:g} ms: {:.1f} dB", scene.name, flags.scheme, flags.rate_hz, rtt_ms,
                        result.fidelity.snr_db),
            "time [s]",
            {{"force x [N]", {{"1:5", "1 kHz full model", 0}, {"1:2", flags.scheme, 1}}},
             {"force y [N]", {{"1:6", "1 kHz full model", 0}, {"1:3", flags.scheme, 1}}},
             {"force z [N]", {{"1:7", "1 kHz full model", 0}, {"1:4", flags.scheme, 1}}}});
   fmt::print("{} over {:g} ms RTT: {:.1f} dB, p95 error {:.1f} %, lag {} ms, {} patches of {:.0f} B with {} states\n{}\n",
-             flags.scheme, flags.rtt_ms, result.fidelity.snr_db, 100 * result.fidelity.p95_rel_error, result.fidelity.lag_ms,
+             flags.scheme, rtt_ms, result.fidelity.snr_db, 100 * result.fidelity.p95_rel_error, result.fidelity.lag_ms,
              result.patches_used, result.patch_bytes_mean, result.patch_states, (out / "summary.json").string());
   return 0;
 }
@@ -146,7 +149,9 @@ void add_replay(CLI::App& app, Run& run) {
   c->add_option("--order", flags->order, "states of a patch (twice its modes), 0: the scheme's default")
       ->check(CLI::Range(0, 2 * kMaxModes));
   c->add_option("--rate-hz", flags->rate_hz, "frames of the server a second")->check(CLI::Range(kMinRateHz, kMaxRateHz));
-  c->add_option("--rtt-ms", flags->rtt_ms, "round trip; each way takes half")->check(CLI::Range(0.0, 10'000.0));
+  auto* rtt = c->add_option("--rtt-ms", flags->rtt_ms, "round trip; each way takes half")->check(CLI::Range(0.0, 10'000.0));
+  c->add_option("--route", flags->route, "round trip of a measured route: san-francisco, bangalore, buenos-aires, shanghai")
+      ->excludes(rtt);
   c->add_option("--jitter-ms", flags->jitter_ms, "each way's latency varies by up to this, either side")
       ->check(CLI::Range(0.0, 1'000.0));
   c->add_option("--loss-pct", flags->loss_pct, "datagrams lost, each way")->check(CLI::Range(0.0, 100.0));

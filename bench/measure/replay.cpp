@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr Micros kJoinWithin{10'000'000};
+constexpr Micros kJoinWithin{10'000'000}, kClocksLock{300'000};
 
 std::unique_ptr<MotionDevice> make_device(const Motion& motion, const ReplayOptions& options) {
   if (!options.simulated_device) return std::make_unique<ReplayDevice>(motion);
@@ -45,8 +45,8 @@ std::vector<HandOver> felt_steps(const std::vector<ReplayTick>& ticks, const std
     if (k + 1 < swaps.size()) end = std::min(end, swaps[k + 1].tick);
     HandOver step{0, swaps[k].between.force_n};
     for (std::size_t i = std::max<std::size_t>(swaps[k].tick, 1); i < end; ++i)
-      step.step_n = std::max(step.step_n, (ticks[i].felt - ticks[i - 1].felt).norm() -
-                                              (ticks[i].reference - ticks[i - 1].reference).norm());
+      step.step_n = std::max(step.step_n,
+                             (ticks[i].felt - ticks[i - 1].felt).norm() - (ticks[i].reference - ticks[i - 1].reference).norm());
     steps.push_back(step);
   }
   return steps;
@@ -128,6 +128,8 @@ ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOption
     if (world.now() > kJoinWithin) throw std::runtime_error("no answer over this link within 10 s of virtual time");
     world.run_until(world.now() + Micros{1000});
   }
+  // A tool that only may touch gets its first patch, if it is in reach, when the clocks have locked.
+  if (!wants_patch) world.run_until(world.now() + kClocksLock + 4 * options.link.latency);
   const Vec3 start = motion.position(0.0);
   if (needs_settling(scene, start)) world.run_until(world.now() + kSettle);
 

@@ -1,11 +1,18 @@
 #include "client/core/haptic_tick.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace palpate {
 
 HapticTick::HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, const GuardLimits& limits)
     : patches_(patches), samples_(samples), guard_(limits) {}
+
+int HapticTick::cross_fade_ticks(double step_n, double force_n) noexcept {
+  constexpr double kUnnoticedN = 0.05, kUnnoticedShare = 0.05, kWithinTicks = 5;
+  const double ticks = std::ceil(kWithinTicks * step_n / std::max(kUnnoticedN, kUnnoticedShare * force_n));
+  return ticks < kCrossFadeMost ? std::max(kCrossFadeLeast, static_cast<int>(ticks)) : kCrossFadeMost;
+}
 
 void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
   // What the network side had not seen yet; recent_ holds the ticks before this one.
@@ -19,7 +26,7 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
   player_ = next;
   if (has_player_) {
     fade_offset_ = step;
-    fade_left_ = kCrossFadeTicks;
+    fade_left_ = cross_fade_ticks(step.norm(), next.output().force.norm());
     counts_.hand_over_step_max_n = std::max(counts_.hand_over_step_max_n, step.norm());
   }
   has_player_ = true;

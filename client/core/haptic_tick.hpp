@@ -1,8 +1,10 @@
 // The haptic tick: newest patch -> player -> fade -> guard. Called once a millisecond by the one haptic thread.
 //
 // A new patch is replayed over the last few ticks that the network side had not seen, then takes over: the force step at the
-// swap is measured and decays linearly to zero within kCrossFadeTicks. A patch that is too old, or whose trust radius the
-// tool has left, fades to zero over kFadeTicks; a patch that is good again fades in. Does not allocate, lock, log or throw.
+// swap is measured and decays linearly to zero over 4 to 10 ticks, the more the larger it is beside what a hand does not notice,
+// so that it changes the force by at most max(0.05 N, 5 % of the force) in 5 ms where 10 ticks are enough for that. A patch that
+// is too old, or whose trust radius the tool has left, fades to zero over kFadeTicks; a patch that is good again fades in. Does
+// not allocate, lock, log or throw.
 #pragma once
 
 #include <array>
@@ -48,9 +50,10 @@ class HapticTick {
 
  private:
   static constexpr int kRecent = 64;
-  static constexpr int kCrossFadeTicks = 4;
+  static constexpr int kCrossFadeLeast = 4, kCrossFadeMost = 10;
   static constexpr int kFadeTicks = 50;
 
+  static int cross_fade_ticks(double step_n, double force_n) noexcept;
   void hand_over(PatchPlayer& next, const ToolSample& now) noexcept;
 
   LatestSlot<PatchPlayer>& patches_;

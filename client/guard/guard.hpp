@@ -25,8 +25,8 @@ struct GuardCounts {
   std::uint64_t not_finite = 0, clamped = 0, slew_limited = 0, damped = 0;
   double energy_min_j = 0;  ///< lowest energy that the passivity observer saw; negative: the display was active
   // what the passivity controller did to the force
-  double dissipated_j = 0;                      ///< energy that its damper took out of the hand's motion
-  double damper_max_n = 0, damper_sum_n2 = 0;   ///< of the force it added: largest; squares summed over the damped ticks
+  double dissipated_j = 0;                     ///< energy that its damper took out of the hand's motion
+  double damper_max_n = 0, damper_sum_n2 = 0;  ///< of the force it added: largest; squares summed over the damped ticks
   /// Root mean square of the force it added, over the ticks that it damped [N].
   double damper_rms_n() const { return damped > 0 ? std::sqrt(damper_sum_n2 / static_cast<double>(damped)) : 0; }
 };

@@ -56,7 +56,7 @@ TEST_CASE("Without a patch there is no force") {
   CHECK_FALSE(out.has_patch);
 }
 
-TEST_CASE("The step at a swap is measured and decays linearly to nothing in four ticks") {
+TEST_CASE("The step at a swap is measured and decays linearly to nothing, a large one in ten ticks") {
   Hand hand;
   hand.give(constant(Vec3(1, 0, 0), 1, hand.now()));
   CHECK(hand.ticks(100).force == Vec3(1, 0, 0));
@@ -66,11 +66,27 @@ TEST_CASE("The step at a swap is measured and decays linearly to nothing in four
   CHECK(swap.hand_over_step_n == Approx(2));
   CHECK(hand.haptic.counts().hand_over_step_max_n == Approx(2));
   CHECK(swap.force.x() == Approx(1));
-  for (const double expected : {1.5, 2.0, 2.5, 3.0, 3.0}) {
+  for (int k = 1; k <= 12; ++k) {
     const TickOutput out = hand.tick();
     CHECK_FALSE(out.swapped);
-    CHECK(out.force.x() == Approx(expected));
+    CHECK(out.force.x() == Approx(std::min(1 + 0.2 * k, 3.0)));
   }
+}
+
+TEST_CASE("A step that a hand does not notice is gone in four ticks, a larger one moves the force no faster in 5 ms") {
+  struct Row {
+    double step_n, force_n;
+    int ticks;
+  };
+  const auto row =
+      GENERATE(Row{0.02, 0.5, 4}, Row{0.04, 0.5, 4}, Row{0.07, 0.5, 7}, Row{0.07, 2, 4}, Row{0.2, 4, 5}, Row{5, 1, 10});
+  Hand hand;
+  hand.give(constant(Vec3(row.force_n - row.step_n, 0, 0), 1, hand.now()));
+  hand.ticks(100);
+  hand.give(constant(Vec3(row.force_n, 0, 0), 2, hand.now()));
+  for (int k = 0; k < row.ticks; ++k)
+    CHECK(hand.tick().force.x() == Approx(row.force_n - row.step_n * (row.ticks - k) / row.ticks));
+  CHECK(hand.tick().force.x() == Approx(row.force_n));
 }
 
 TEST_CASE("Swaps in the middle of a cross-fade do not jump either") {
