@@ -21,6 +21,7 @@ namespace {
 
 struct Flags {
   std::string out, route, scenes = "scenes", shard = "1/1";
+  std::vector<std::string> schemes;
   bool quick = false, merge = false;
   unsigned jobs = std::max(1U, std::thread::hardware_concurrency());
 };
@@ -278,6 +279,12 @@ int run_masking(const Flags& flags) {
   MaskingGrid grid;
   grid.quick = flags.quick;
   grid.scenes = flags.scenes;
+  for (const std::string& name : flags.schemes) {
+    const auto scheme = scheme_from_name(name);
+    if (!scheme || !is_available(*scheme))
+      throw InputError("--schemes", "'" + name + "' is no scheme of this build", "for example port");
+    grid.schemes.push_back(*scheme);
+  }
   if (!flags.route.empty()) {
     grid.rtt_ms = route_from_name(flags.route).rtt_ms;
     grid.sweep_rtt = false;
@@ -312,6 +319,7 @@ void add_masking(CLI::App& app, Run& run) {
       "masking", "what the hand notices of the network: force error, onset of contact, steps at swaps, for every scheme");
   c->add_option("--route", flags->route,
                 "around the round trip of a measured route instead of 150 ms: san-francisco, bangalore, buenos-aires, shanghai");
+  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->delimiter(',');
   c->add_flag("--quick", flags->quick, "one body, two short motions, the ends of the axes");
   c->add_option("--shard", flags->shard, "i/n: every n-th run from the i-th on, into cells-i-of-n.csv; then --merge");
   c->add_flag("--merge", flags->merge, "no runs: gather what the shards left in --out");

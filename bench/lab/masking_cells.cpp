@@ -20,7 +20,8 @@ namespace {
 
 constexpr double kHomeAboveM = 0.020, kStartAboveM = 0.001;  // Room::home(), and where the motions begin
 
-std::vector<Scheme> schemes() {
+std::vector<Scheme> schemes_of(const MaskingGrid& grid) {
+  if (!grid.schemes.empty()) return grid.schemes;
   std::vector<Scheme> all;
   for (const auto name : kSchemeNames)
     if (const Scheme scheme = *scheme_from_name(name); is_available(scheme)) all.push_back(scheme);
@@ -133,7 +134,7 @@ std::vector<MaskingCell> masking_cells(const MaskingGrid& grid) {
   for (const std::string& body : bodies)
     for (const std::string& motion : motions)
       for (const MaskingLink& link : links_of(grid))
-        for (const Scheme scheme : schemes()) {
+        for (const Scheme scheme : schemes_of(grid)) {
           MaskingCell cell;
           cell.body = body;
           cell.motion = motion;

@@ -30,9 +30,10 @@ struct MaskingCell {
 };
 
 struct MaskingGrid {
-  double rtt_ms = 150;    ///< around which jitter and loss are swept
-  bool sweep_rtt = true;  ///< 0 to 500 ms as well
-  bool quick = false;     ///< one body, two motions, the ends of the axes
+  double rtt_ms = 150;               ///< around which jitter and loss are swept
+  bool sweep_rtt = true;             ///< 0 to 500 ms as well
+  bool quick = false;                ///< one body, two motions, the ends of the axes
+  std::vector<Scheme> schemes = {};  ///< none: all that this build has
   std::filesystem::path scenes = "scenes";
 };
 

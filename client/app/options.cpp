@@ -18,6 +18,7 @@ struct Typed {
                       passivity = "observe", report, realtime = "auto";
   int order = 0;
   std::uint64_t seed = 1;
+  bool check_link = false;
   double duration_s = std::numeric_limits<double>::quiet_NaN(), release_s = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -49,6 +50,10 @@ void declare(CLI::App& app, Typed& typed) {
   app.add_option("--report", typed.report, "Write forces.csv and summary.json there")->type_name("DIR");
   app.add_option("--duration-s", typed.duration_s, "End after so many seconds; default: at the end of the motion")
       ->type_name("N");
+  app.add_flag(
+      "--check-link", typed.check_link,
+      "Measure the link and this machine for --duration-s (default 10) and say whether they serve and what to set; exit 0: "
+      "they do, 1: they do not");
   app.add_option("--realtime", typed.realtime, "auto: ask the operating system for real time; off: do not")
       ->type_name("auto|off")
       ->capture_default_str();
@@ -144,6 +149,7 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
   options.passivity =
       choose<PassivityMode>("--passivity", typed.passivity,
                             {{"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}});
+  options.check_link = typed.check_link;
   options.realtime = choose<bool>("--realtime", typed.realtime, {{"auto", true}, {"off", false}});
   options.duration_s = seconds_of("--duration-s", typed.duration_s, app.count("--duration-s") > 0, 1e-3);
   options.release_s = seconds_of("--release-s", typed.release_s, app.count("--release-s") > 0, 0);

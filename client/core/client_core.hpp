@@ -14,8 +14,10 @@
 #include <string>
 
 #include "client/core/haptic_tick.hpp"
+#include "client/core/uplink_pace.hpp"
 #include "client/player/intake.hpp"
 #include "common/session/clock_sync.hpp"
+#include "common/session/loss_meter.hpp"
 #include "common/session/seq_tracker.hpp"
 #include "common/wire/codec.hpp"
 #include "common/wire/messages.hpp"
@@ -25,13 +27,12 @@ namespace palpate {
 struct ClientOptions {
   Hello hello;  ///< name, scheme, order, shadow_of
   GuardLimits guard;
-  Micros send_interval{2000};  ///< between Samples datagrams (500 a second)
-  int repeat_samples = 32;     ///< older samples that each datagram repeats
 };
 
 inline constexpr Micros kHelloEvery{250'000};
 inline constexpr Micros kRetryEvery{1'000'000};  ///< Hello after a refusal
 inline constexpr Micros kBeatEvery{50'000};      ///< when there are no samples to send
+inline constexpr Micros kReportEvery{250'000};   ///< Beat beside the samples, that tells how the link does
 inline constexpr Micros kLostAfter{3'000'000};   ///< a server silent for so long is gone
 
 enum class LinkState : std::uint8_t { joining, joined, refused };
@@ -63,6 +64,11 @@ class ClientCore {
   RefuseReason refuse_reason() const { return refusal_.reason; }
   const ClockSync& clock() const { return clock_; }
   Micros last_heard() const { return heard_; }
+  const UplinkPace& uplink_pace() const { return pace_; }
+  /// What the server hears of the link.
+  LinkReport link_report() const;
+  /// What the server said last of the datagrams to it.
+  const LinkReport& server_report() const { return server_report_; }
   const SeqCounts& loss() const { return seq_in_.counts(); }  ///< of the datagrams from the server
   const ClientCounts& counts() const { return counts_; }
   const IntakeCounts& intake_counts() const { return intake_.counts(); }
@@ -91,11 +97,14 @@ class ClientCore {
   std::uint32_t seq_out_ = 0;
   ClockSync clock_;
   SeqTracker seq_in_;
+  LossMeter loss_in_;
+  UplinkPace pace_;
   Welcome welcome_;
   Refuse refusal_;
-  Micros heard_{}, next_hello_{}, next_send_{}, next_beat_{}, ticked_{};
+  Micros heard_{}, next_hello_{}, next_send_{}, next_beat_{}, next_report_{}, ticked_{};
   bool hello_due_ = false, send_due_ = false, beat_due_ = false, leave_due_ = false, left_ = false;
   bool contact_in_reach_ = false;
+  LinkReport server_report_;
   std::deque<ToolSample> recent_;  ///< newest last
   std::size_t unsent_ = 0;         ///< of these, at the end
   Patch last_patch_;

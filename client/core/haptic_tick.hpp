@@ -8,6 +8,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 
 #include "client/guard/guard.hpp"
 #include "client/player/player.hpp"
@@ -45,6 +46,9 @@ class HapticTick {
   /// One tick. `sample.t` is the client's clock and grows by kTick (late ticks are skipped by the caller, never squeezed).
   /// A reading outside of the world is not played: the tool counts as standing still.
   TickOutput tick(const ToolSample& reading) noexcept;
+  /// Age that patches reach before the next one takes over: smoothed mean and twice the mean deviation (as TCP does with round
+  /// trips); 0 before the second patch. Any thread.
+  Micros bridged() const noexcept { return Micros{bridged_us_.load(std::memory_order_relaxed)}; }
   const HapticCounts& counts() const { return counts_; }
   const GuardCounts& guard_counts() const { return guard_.counts(); }
 
@@ -53,6 +57,7 @@ class HapticTick {
   static constexpr int kCrossFadeLeast = 4, kCrossFadeMost = 10;
   static constexpr int kFadeTicks = 50;
 
+  void note_age(Micros age) noexcept;
   static int cross_fade_ticks(double step_n, double force_n) noexcept;
   void hand_over(PatchPlayer& next, const ToolSample& now) noexcept;
 
@@ -66,6 +71,8 @@ class HapticTick {
   Vec3 fade_offset_ = Vec3::Zero();
   int fade_left_ = 0;
   double gain_ = 0;
+  double age_mean_us_ = 0, age_deviation_us_ = 0;
+  std::atomic<std::int64_t> bridged_us_{0};
   HapticCounts counts_;
 };
 

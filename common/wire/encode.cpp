@@ -47,7 +47,8 @@ class BodyWriter {
   Offset<void> operator()(const PatchMessage& m) { return done(wire::Body::Patch, write_patch(builder_, packer_, m.patch)); }
   Offset<void> operator()(const Beat& m) {
     const auto time = packer_.time(m.body_time);
-    return done(wire::Body::Beat, wire::CreateBeat(builder_, &time, m.contact_in_reach));
+    return done(wire::Body::Beat, wire::CreateBeat(builder_, &time, m.contact_in_reach, m.link.judged, m.link.lost,
+                                                   m.link.longest_run, packer_.duration(m.link.patch_age)));
   }
   Offset<void> operator()(const Leave&) { return done(wire::Body::Leave, wire::CreateLeave(builder_)); }
   Offset<void> operator()(const MeshRequest& m) {

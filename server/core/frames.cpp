@@ -56,12 +56,18 @@ StationJob ServerCore::make_station_job(const Station& station, Micros target) c
   job.id = station.id;
   job.scheme = station.hello.scheme;
   job.order = station.hello.order;
-  job.bridge = station.clock.rtt().mean + compute_mean_ + from_seconds(1 / options_.rate_hz);
+  job.bridge = bridge(station);
   if (station.pushes())
     job.samples = station.timeline.between(body_time_, target);
   else
     job.shadow_of = find(station.hello.shadow_of)->id;
   return job;
+}
+
+/// How old its patches get before the next: as the station measures it, else what the round trip lets expect.
+Micros ServerCore::bridge(const Station& station) const {
+  if (station.patch_age > Micros{}) return std::min(station.patch_age, kBridgeMost);
+  return station.clock.rtt().mean + compute_mean_ + from_seconds(1 / options_.rate_hz);
 }
 
 std::optional<FrameJob> ServerCore::next_job(Micros now) {
@@ -89,7 +95,7 @@ void ServerCore::finish(FrameResult result, Micros now) {
   for (auto& [id, station] : stations_) {
     const auto frame = std::find_if(result.stations.begin(), result.stations.end(), [&](const auto& f) { return f.id == id; });
     if (frame != result.stations.end())
-      give(station, *frame);
+      give(station, *frame, now);
     else
       beat(station);
   }
@@ -106,7 +112,7 @@ void ServerCore::finish(FrameResult result, Micros now) {
   }
 }
 
-void ServerCore::give(Station& station, StationFrame& frame) {
+void ServerCore::give(Station& station, StationFrame& frame, Micros now) {
   station.shown = {station.hello.station, frame.tool, frame.force, frame.contact};
   station.has_shown = true;
   station.contact_in_reach = frame.patch.has_value();
@@ -115,6 +121,9 @@ void ServerCore::give(Station& station, StationFrame& frame) {
   frame.patch->seq = ++station.patch_seq;
   station.outbox.patch = std::move(frame.patch);
   station.outbox.beat.reset();
+  if (now < station.next_report) return;
+  station.next_report = now + kLinkReportEvery;
+  station.outbox.beat = beat_for(station);
 }
 
 void ServerCore::beat_all() {
@@ -123,7 +132,13 @@ void ServerCore::beat_all() {
 
 void ServerCore::beat(Station& station) {
   if (station.outbox.patch) return;  // not sent yet, and it says as much
-  station.outbox.beat = Beat{station_time(station, body_time_), station.contact_in_reach};
+  station.outbox.beat = beat_for(station);
+}
+
+Beat ServerCore::beat_for(const Station& station) const {
+  Beat beat{station_time(station, body_time_), station.contact_in_reach, {}};
+  station.loss.fill(beat.link);
+  return beat;
 }
 
 /// The station whose timeline relates the server's clock to this one's, if there is one.

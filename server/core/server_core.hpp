@@ -50,6 +50,8 @@ inline constexpr Micros kGoneAfter{3'000'000};    ///< a station silent for so l
 inline constexpr Micros kLateAfter{150'000};      ///< no newer sample for so long: the tool is held
 inline constexpr Micros kSampleAhead{250'000};    ///< a sample may lie so far in the future while the clocks settle
 inline constexpr Micros kLeastFrame{1'000};
+inline constexpr Micros kBridgeMost{2'000'000};     ///< a station that says more is not believed
+inline constexpr Micros kLinkReportEvery{250'000};  ///< Beat beside the patches, that tells how the station's datagrams fare
 inline constexpr Micros kLongestFrame{500'000};
 
 struct ServerCounts {
@@ -120,9 +122,11 @@ class ServerCore {
   Micros playout(Micros now) const;
   FrameJob make_job(Micros target) const;
   StationJob make_station_job(const Station& station, Micros target) const;
+  Micros bridge(const Station& station) const;
+  Beat beat_for(const Station& station) const;
   void beat_all();
   void beat(Station& station);
-  void give(Station& station, StationFrame& frame);
+  void give(Station& station, StationFrame& frame, Micros now);
   const Station* clock_owner(const Station& station) const;
   Micros station_time(const Station& station, Micros server_time) const;
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/session/clock_sync.hpp"
+#include "common/session/loss_meter.hpp"
 #include "common/session/seq_tracker.hpp"
 #include "common/wire/messages.hpp"
 #include "server/core/timeline.hpp"
@@ -42,6 +43,9 @@ struct Station {
   bool proven = false;  ///< it has answered with the id we gave it, so it gets what we send to its address
   ClockSync clock;      ///< its clock is the peer's
   SeqTracker seq;
+  LossMeter loss;
+  Micros patch_age{};    ///< that its patches in use reach, as it says; 0 = it has not said
+  Micros next_report{};  ///< when it is told how its datagrams fare, beside a patch
   std::uint32_t seq_out = 0, patch_seq = 0;
   Timeline timeline;
   Micros sample_heard{};  ///< when the newest sample came
@@ -66,7 +70,8 @@ struct StationReport {
   RttStats rtt;
   Micros offset{};  ///< its clock minus ours
   double drift_ppm = 0;
-  SeqCounts link;  ///< of the datagrams from it
+  SeqCounts link;   ///< of the datagrams from it
+  Micros bridge{};  ///< what its patches are made to bridge
   StationCounts counts;
 };
 
