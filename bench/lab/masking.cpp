@@ -21,7 +21,7 @@ namespace {
 
 struct Flags {
   std::string out, route, scenes = "scenes", shard = "1/1";
-  std::vector<std::string> schemes;
+  std::vector<std::string> schemes, axes;
   bool quick = false, merge = false;
   unsigned jobs = std::max(1U, std::thread::hardware_concurrency());
 };
@@ -287,8 +287,9 @@ int run_masking(const Flags& flags) {
   }
   if (!flags.route.empty()) {
     grid.rtt_ms = route_from_name(flags.route).rtt_ms;
-    grid.sweep_rtt = false;
+    grid.axes = {"jitter", "loss", "burst"};
   }
+  if (!flags.axes.empty()) grid.axes = flags.axes;
   const Shard shard = shard_of(flags.shard);
   const auto out = make_output_folder(flags.out);
   if (flags.merge) return merge(flags, out, grid.rtt_ms);
@@ -320,6 +321,9 @@ void add_masking(CLI::App& app, Run& run) {
   c->add_option("--route", flags->route,
                 "around the round trip of a measured route instead of 150 ms: san-francisco, bangalore, buenos-aires, shanghai");
   c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->delimiter(',');
+  c->add_option("--axes", flags->axes, "these sweeps beside the link of the promise (20 ms jitter, 5 % loss), or none of them")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"rtt", "jitter", "loss", "burst", "none"}));
   c->add_flag("--quick", flags->quick, "one body, two short motions, the ends of the axes");
   c->add_option("--shard", flags->shard, "i/n: every n-th run from the i-th on, into cells-i-of-n.csv; then --merge");
   c->add_flag("--merge", flags->merge, "no runs: gather what the shards left in --out");

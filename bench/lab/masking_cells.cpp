@@ -37,13 +37,17 @@ std::vector<MaskingLink> links_of(const MaskingGrid& grid) {
   std::vector<MaskingLink> links{{r, 0, 0, 0, 1}};
   for (const std::uint64_t seed : grid.quick ? std::vector<std::uint64_t>{1} : std::vector<std::uint64_t>{1, 2, 3})
     for (const double loss : {0.0, kPromisedLossPct}) add_once(links, {r, kPromisedJitterMs, loss, 0, seed});
-  if (grid.sweep_rtt)
+  const auto wanted = [&](const char* axis) { return std::find(grid.axes.begin(), grid.axes.end(), axis) != grid.axes.end(); };
+  if (wanted("rtt"))
     for (const double rtt : grid.quick ? std::vector{0.0, 500.0} : std::vector{0.0, 50.0, 100.0, 200.0, 300.0, 400.0, 500.0})
       add_once(links, {rtt, 0, 0, 0, 1});
   if (grid.quick) return links;
-  for (const double jitter : {10.0, 35.0, 50.0}) add_once(links, {r, jitter, 0, 0, 1});
-  for (const double loss : {1.0, 5.0, 10.0, 20.0, 30.0}) add_once(links, {r, 0, loss, 0, 1});
-  for (const double loss : {5.0, 15.0, 30.0}) add_once(links, {r, 0, loss, kBurstMean, 1});
+  if (wanted("jitter"))
+    for (const double jitter : {10.0, 35.0, 50.0}) add_once(links, {r, jitter, 0, 0, 1});
+  if (wanted("loss"))
+    for (const double loss : {1.0, 5.0, 10.0, 20.0, 30.0}) add_once(links, {r, 0, loss, 0, 1});
+  if (wanted("burst"))
+    for (const double loss : {5.0, 15.0, 30.0}) add_once(links, {r, 0, loss, kBurstMean, 1});
   return links;
 }
 

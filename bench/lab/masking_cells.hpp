@@ -30,10 +30,10 @@ struct MaskingCell {
 };
 
 struct MaskingGrid {
-  double rtt_ms = 150;               ///< around which jitter and loss are swept
-  bool sweep_rtt = true;             ///< 0 to 500 ms as well
-  bool quick = false;                ///< one body, two motions, the ends of the axes
-  std::vector<Scheme> schemes = {};  ///< none: all that this build has
+  double rtt_ms = 150;                                              ///< around which jitter and loss are swept
+  std::vector<std::string> axes{"rtt", "jitter", "loss", "burst"};  ///< beside the link of the promise, which is always there
+  bool quick = false;                                               ///< one body, two motions, the ends of the axes
+  std::vector<Scheme> schemes = {};                                 ///< none: all that this build has
   std::filesystem::path scenes = "scenes";
 };
 

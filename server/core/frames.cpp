@@ -8,7 +8,9 @@ namespace palpate {
 namespace {
 
 constexpr Micros kRemembered{4'000'000};  // of a station's timeline behind the body
-constexpr Micros kOneClock{5'000};        // two offsets that differ by less than this beyond their uncertainty are one clock
+constexpr Micros kLongBridge{120'000};
+constexpr int kLongBridgeOrder = 16;  // as exact as 22 there, within 0.1 dB
+constexpr Micros kOneClock{5'000};    // two offsets that differ by less than this beyond their uncertainty are one clock
 
 }  // namespace
 
@@ -55,13 +57,21 @@ StationJob ServerCore::make_station_job(const Station& station, Micros target) c
   StationJob job;
   job.id = station.id;
   job.scheme = station.hello.scheme;
-  job.order = station.hello.order;
   job.bridge = bridge(station);
+  job.order = order(station, job.bridge);
   if (station.pushes())
     job.samples = station.timeline.between(body_time_, target);
   else
     job.shadow_of = find(station.hello.shadow_of)->id;
   return job;
+}
+
+/// What it asked for. Who left it to us gets fewer moments where a patch has long to last: from there on a linear patch is wrong
+/// by what it leaves out of the body's bending, and more moments buy nothing but bytes.
+int ServerCore::order(const Station& station, Micros bridged) const {
+  if (station.hello.order > 0 || station.hello.scheme != Scheme::port || facts_.contact != ContactKind::attach)
+    return station.hello.order;
+  return bridged >= kLongBridge ? kLongBridgeOrder : 0;
 }
 
 /// How old its patches get before the next: as the station measures it, else what the round trip lets expect.

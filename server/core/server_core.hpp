@@ -123,6 +123,7 @@ class ServerCore {
   FrameJob make_job(Micros target) const;
   StationJob make_station_job(const Station& station, Micros target) const;
   Micros bridge(const Station& station) const;
+  int order(const Station& station, Micros bridged) const;
   Beat beat_for(const Station& station) const;
   void beat_all();
   void beat(Station& station);

@@ -276,3 +276,62 @@ TEST_CASE("a patch is asked to bridge round trip, computation and frame") {
   }
   CHECK(std::abs((bench.room.jobs.back().stations[0].bridge - 110ms).count()) < 2000);
 }
+
+TEST_CASE(
+    "what a station's patches bridge is the age that it measures, within reason, and before that what the round trip says") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.join().live();
+  CHECK(bench.room.jobs.back().stations.at(0).bridge >= Micros{50'000});
+  CHECK(bench.room.jobs.back().stations.at(0).bridge < Micros{60'000});
+  hand.say(Beat{{}, false, {0, 0, 0, Micros{187'000}}});
+  hand.live(Micros{100'000});
+  CHECK(bench.room.jobs.back().stations.at(0).bridge == Micros{187'000});
+  hand.say(Beat{{}, false, {0, 0, 0, Micros{4'000'000'000}}});
+  hand.live(Micros{100'000});
+  CHECK(bench.room.jobs.back().stations.at(0).bridge == kBridgeMost);
+}
+
+TEST_CASE(
+    "a grasp that leaves the order to the server gets fewer moments where patches must last long, and what it asked for else") {
+  Bench bench(ContactKind::attach);
+  RawStation hand(bench, 1, "hand");
+  hand.join().live();
+  CHECK(bench.room.jobs.back().stations.at(0).order == 0);
+  hand.say(Beat{{}, false, {0, 0, 0, Micros{187'000}}});
+  hand.live(Micros{100'000});
+  CHECK(bench.room.jobs.back().stations.at(0).order == 16);
+
+  Bench other(ContactKind::attach);
+  RawStation choosy(other, 1, "choosy");
+  choosy.hello.order = 22;
+  choosy.join().live();
+  choosy.say(Beat{{}, false, {0, 0, 0, Micros{187'000}}});
+  choosy.live(Micros{100'000});
+  CHECK(other.room.jobs.back().stations.at(0).order == 22);
+}
+
+TEST_CASE("a station that gets patches is told four times a second how its datagrams fare") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.join().live();
+  bench.sent.clear();
+  for (int ms = 0; ms < 2000; ++ms) {
+    bench.now += Micros{1'000};
+    if (ms % 20 == 7) ++hand.as.seq;  // lost on the way
+    hand.say_samples({hand.sample()});
+    bench.tick();
+  }
+  int beats = 0;
+  LinkReport report;
+  for (const auto& [to, message] : bench.sent)
+    if (const auto* beat = std::get_if<Beat>(&message.body)) {
+      ++beats;
+      report = beat->link;
+    }
+  CHECK(beats >= 6);
+  CHECK(beats <= 9);
+  CHECK(report.judged > 900);
+  CHECK(report.longest_run == 1);
+  CHECK(static_cast<double>(report.lost) / report.judged == Approx(1.0 / 21).epsilon(0.1));
+}
