@@ -120,10 +120,10 @@ void plot_axis(const std::filesystem::path& out, const Axis& axis, const Cells& 
   }
   const auto file = out / fmt::format("masking-{}.csv", axis.name);
   write_text(file, csv);
-  std::vector<Panel> panels{{"force SNR [dB],\\nmedian", {}},
-                            {"p95 error / JND,\\nmedian", {}, true},
-                            {"onset of contact\\noff by [ms], worst", {}, false, "set yrange [0:*]"},
-                            {"felt step at swaps\\n[N], p99.9, worst", {}, true, "set yrange [*:*]"}};
+  std::vector<Panel> panels{{"force SNR [dB], median", {}},
+                            {"p95 error / JND, median", {}, true},
+                            {"onset error [ms], worst", {}, false, "set yrange [0:*]"},
+                            {"step at swaps [N], p99.9", {}, false, "set yrange [0:*]"}};
   for (std::size_t k = 0; k < schemes.size(); ++k)
     for (std::size_t p = 0; p < panels.size(); ++p)
       panels[p].curves.push_back(
