@@ -88,8 +88,8 @@ void measure_cell(MaskingCell& cell, const Task& task) {
                   .burst_mean = cell.link.burst,
                   .seed = cell.link.seed};
   options.seed = cell.link.seed;
-  const ReplayResult result = replay(
-      task.scene, task.motion, options, [] { return std::int64_t{0}; }, &task.reference);
+  options.reference = &task.reference;
+  const ReplayResult result = replay(task.scene, task.motion, options, [] { return std::int64_t{0}; });
   cell.snr_db = result.fidelity.snr_db;
   cell.p95_over_jnd = result.fidelity.p95_rel_error / kForceJnd;
   cell.onset = result.onset;

@@ -81,8 +81,7 @@ ReferenceForce reference_of(const Scene& scene, const Motion& motion) {
   return reference_force(scene, positions);
 }
 
-ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch,
-                    const ReferenceForce* known) {
+ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch) {
   ReplayResult result;
   World world(scene, {options.rate_hz, options.compute, options.seed});
   ClientOptions client;
@@ -151,8 +150,8 @@ ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOption
   const std::uint64_t sent_before = station.core().counts().bytes_sent;
   world.run_until(begin + motion.duration());
 
-  const bool reuse = known && !options.simulated_device && known->force.size() == positions.size();
-  measure(result, reuse ? *known : reference_force(scene, positions), swaps);
+  const bool known = options.reference && !options.simulated_device && options.reference->force.size() == positions.size();
+  measure(result, known ? *options.reference : reference_force(scene, positions), swaps);
   const ClientCounts& counts = station.core().counts();
   result.patches_used = station.core().haptic().counts().patches_used - used_before;
   result.patch_bytes_mean =

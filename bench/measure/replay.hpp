@@ -18,7 +18,8 @@ struct ReplayOptions {
   LinkSpec link;  ///< one way
   std::uint64_t seed = 1;
   Micros compute{};
-  bool simulated_device = false;  ///< a Phantom in a hand that follows the motion, instead of the motion itself
+  bool simulated_device = false;              ///< a Phantom in a hand that follows the motion, instead of the motion itself
+  const ReferenceForce* reference = nullptr;  ///< of the same path, when known: without a simulated device runs share it
   PassivityMode passivity = PassivityMode::off;
 };
 
@@ -52,9 +53,7 @@ inline constexpr std::size_t kSkipTicks = 250;  ///< fidelity is measured from 0
 /// The reference for a motion that is used as given: the same for every scheme and link.
 ReferenceForce reference_of(const Scene& scene, const Motion& motion);
 
-/// Throws InputError when the station cannot join, std::runtime_error when the model fails. `reference`: reference_of(scene,
-/// motion) where it is known already; not looked at for a simulated device, which goes its own way.
-ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch,
-                    const ReferenceForce* reference = nullptr);
+/// Throws InputError when the station cannot join, std::runtime_error when the model fails.
+ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch);
 
 }  // namespace palpate
