@@ -130,6 +130,7 @@ void ServerCore::give(Station& station, StationFrame& frame, Micros now) {
   frame.patch->stamp = station_time(station, frame.patch->stamp);
   frame.patch->seq = ++station.patch_seq;
   station.outbox.patch = std::move(frame.patch);
+  station.outbox.patch_copies = station.loses ? 2 : 1;
   station.outbox.beat.reset();
   if (now < station.next_report) return;
   station.next_report = now + kLinkReportEvery;

@@ -51,6 +51,8 @@ inline constexpr Micros kLateAfter{150'000};      ///< no newer sample for so lo
 inline constexpr Micros kSampleAhead{250'000};    ///< a sample may lie so far in the future while the clocks settle
 inline constexpr Micros kLeastFrame{1'000};
 inline constexpr Micros kBridgeMost{2'000'000};     ///< a station that says more is not believed
+inline constexpr double kLossyShare = 0.002;        ///< a station that loses more of our datagrams gets every patch twice
+inline constexpr int kLossyJudged = 20;             ///< of so many at least
 inline constexpr Micros kLinkReportEvery{250'000};  ///< Beat beside the patches, that tells how the station's datagrams fare
 inline constexpr Micros kLongestFrame{500'000};
 

@@ -96,7 +96,9 @@ void ServerCore::take_from(Station& station, const Message& message, Micros now)
   station.clock.take(message.clock, now);
   if (const auto* samples = std::get_if<Samples>(&message.body)) return take_samples(station, *samples, now);
   if (const auto* beat = std::get_if<Beat>(&message.body)) {
-    station.patch_age = beat->link.patch_age;
+    const LinkReport& link = beat->link;
+    station.patch_age = link.patch_age;
+    station.loses = link.judged >= kLossyJudged && link.lost > kLossyShare * link.judged;
     return;
   }
   if (std::holds_alternative<Leave>(message.body)) {

@@ -29,6 +29,7 @@ struct Outbox {
   bool welcome = false;
   std::size_t welcome_limit = 0;  ///< bytes of the Hello; its answer is not larger
   std::optional<Patch> patch;     ///< stamp already in the station's clock
+  int patch_copies = 1;           ///< datagrams that carry it
   std::optional<Beat> beat;
   std::deque<std::uint32_t> mesh_pieces;
   std::size_t shape_next = 0;  ///< first vertex of the next ShapePiece
@@ -45,6 +46,7 @@ struct Station {
   SeqTracker seq;
   LossMeter loss;
   Micros patch_age{};    ///< that its patches in use reach, as it says; 0 = it has not said
+  bool loses = false;    ///< more than kLossyShare of our datagrams, as it says
   Micros next_report{};  ///< when it is told how its datagrams fare, beside a patch
   std::uint32_t seq_out = 0, patch_seq = 0;
   Timeline timeline;

@@ -1,3 +1,5 @@
+#include <map>
+
 #include "raw_station.hpp"
 
 using namespace palpate;
@@ -334,4 +336,25 @@ TEST_CASE("a station that gets patches is told four times a second how its datag
   CHECK(report.judged > 900);
   CHECK(report.longest_run == 1);
   CHECK(static_cast<double>(report.lost) / report.judged == Approx(1.0 / 21).epsilon(0.1));
+}
+
+TEST_CASE("a station that loses what we send gets every patch twice, until it loses nothing any more") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.join().live();
+  const auto copies = [&](const LinkReport& report) {
+    hand.say(Beat{{}, false, report});
+    hand.live(Micros{50'000});
+    bench.sent.clear();
+    hand.live(Micros{1'000'000});
+    std::map<std::uint32_t, int> count;
+    for (const auto& [to, message] : bench.sent)
+      if (const auto* patch = std::get_if<PatchMessage>(&message.body)) ++count[patch->patch.seq];
+    REQUIRE(count.size() >= 19);
+    return count.begin()->second + count.rbegin()->second;
+  };
+  CHECK(copies({0, 0, 0, {}}) == 2);
+  CHECK(copies({10, 5, 1, {}}) == 2);  // too few to judge by
+  CHECK(copies({1000, 30, 2, {}}) == 4);
+  CHECK(copies({1000, 2, 1, {}}) == 2);
 }
