@@ -126,6 +126,7 @@ inline std::vector<Message> every_kind() {
   filtered.low_pass_hz = 4.5;
   all.push_back(message(PatchMessage{filtered}));
   all.push_back(message(Beat{Micros{-17}, true}));
+  all.push_back(message(Beat{Micros{17}, false, 18.5, Micros{31'000}, {1008, 50, 4, Micros{212'345}}}));
   all.push_back(message(Leave{}));
   all.push_back(message(MeshRequest{3}));
   MeshPiece mesh{0xabcdef, 1, 4, 116, {}};
