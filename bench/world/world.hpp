@@ -123,6 +123,7 @@ class World {
   Micros server_clock(Micros t) const { return clock_.at(t); }
   bool server_up() const { return server_up_; }
   WorldStation& station(std::size_t k) { return *stations_[k]; }
+  const WorldStation& station(std::size_t k) const { return *stations_[k]; }
   std::size_t stations() const { return stations_.size(); }
 
   // What can happen to the server.
