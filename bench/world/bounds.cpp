@@ -33,7 +33,7 @@ Micros sent_age_max(const Scenario& s) {
 
 std::vector<std::pair<Micros, Micros>> disturbances(const Scenario& s, std::size_t station) {
   const Micros recovery = recovery_time(s, station);
-  std::vector<std::pair<Micros, Micros>> times{{Micros{}, recovery}};  // it joins
+  std::vector<std::pair<Micros, Micros>> times;
   const StationPlan& plan = s.stations[station];
   for (const Fault& f : s.faults)
     if (f.station < 0 || f.station == static_cast<int>(station) || f.station == plan.owner)

@@ -25,6 +25,9 @@ struct SeenTick {
   TickOutput out;
 };
 
+inline constexpr Micros kSettle{
+    1'000'000};  ///< a station that just joined: its clock, and for a grasp the way of the node to the tool
+
 /// What a station may do and when it is disturbed; the run works it out from the scenario.
 struct StationBounds {
   std::string name;
@@ -39,7 +42,11 @@ struct StationBounds {
   Micros healed{}, recovered{}, at_rest{};  ///< nothing is lost any more; it must feel the body again; its hand stands still
   std::vector<std::pair<Micros, Micros>> disturbed;  ///< from a fault's begin until it must have recovered
 
+  Micros joined = Micros::max();  ///< when it joined last; the run keeps it up to date
+
+  /// Joined and undisturbed for long enough: what is promised to a station in order holds.
   bool calm(Micros t) const {
+    if (joined == Micros::max() || t < joined + kSettle) return false;
     for (const auto& [begin, end] : disturbed)
       if (t >= begin && t <= end) return false;
     return true;

@@ -219,6 +219,11 @@ void Run::see(Micros now, const DatagramEvent& event) {
 }
 
 void Run::see(Micros now, std::size_t station, const Vec3& position, const TickOutput& out) {
+  const ClientCore& core = world_.station(station).core();
+  if (core.link() != LinkState::joined)
+    bounds_[station].joined = Micros::max();
+  else if (bounds_[station].joined == Micros::max())
+    bounds_[station].joined = now;
   const SeenTick seen{now, world_.station(station).clock(now), station, position, out};
   for (const auto& check : checks_) check->tick(seen);
   hash_.add(static_cast<std::uint64_t>(now.count()));

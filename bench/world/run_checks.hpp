@@ -2,9 +2,10 @@
 //
 //   counters    what only ever counts up does so, in every station's process and in the server's
 //   recovery    `recovered` after everything was healed, a station is joined and has a patch (or is told that no contact is in
-//              reach); from the moment when its hand stands still, the force that it felt within kNearTicks of the stamp of each
-//              patch (one quantum of a device's position is a speed, which damping answers for one tick) is the force that the
-//              full model has there, to kForceN + kForceShare: the force is true again
+//              reach); from the moment when its hand stands still, the force is true again: for kShare of the patches, the force
+//              that was felt within kNearTicks of the stamp (one quantum of a device's position is a speed, which damping answers
+//              for one tick) is the force that the full model has there, to kForceN + kForceShare. Not for all, because friction
+//              remembers by which way a trembling hand came.
 #pragma once
 
 #include <array>
@@ -36,6 +37,7 @@ class CountersCheck final : public Check {
 class RecoveryCheck final : public Check {
  public:
   static constexpr double kForceN = 0.05, kForceShare = 0.05;
+  static constexpr double kShare = 0.75;
   static constexpr int kNearTicks = 2;
   RecoveryCheck(const std::vector<StationBounds>& bounds, const World& world)
       : Check("recovery"), bounds_(bounds), world_(world), seen_(bounds.size()) {}
@@ -53,7 +55,9 @@ class RecoveryCheck final : public Check {
   struct Station {
     std::deque<Felt> felt;
     bool asked = false, in_reach = true;
-    int compared = 0;
+    int compared = 0, apart = 0;
+    std::string worst;  ///< in words
+    double worst_n = 0;
   };
   const std::vector<StationBounds>& bounds_;
   const World& world_;

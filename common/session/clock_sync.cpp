@@ -46,8 +46,14 @@ void ClockSync::take(const ClockStamps& peer, Micros now) {
     heard_at_ = now;
     heard_ = true;
   }
+  if (peer.sent < ignored_before_) return;
   measure(peer, now);
   if (towards_us_.empty() || towards_peer_.empty()) return;
+  if (has_stepped(now)) {
+    forget(peer);
+    measure(peer, now);
+    if (towards_peer_.empty()) return;  // no echo in this one: the next will have it
+  }
   slew(now);
   watch_drift(now);
 }
@@ -64,6 +70,18 @@ void ClockSync::measure(const ClockStamps& peer, Micros now) {
   rtt_.mean = towards(rtt_.mean, rtt);
   rtt_.last = rtt;
   rtt_.min = from_micros(towards_us_.at(now, -drift_) + towards_peer_.at(now, drift_));
+}
+
+bool ClockSync::has_stepped(Micros now) const {
+  return locked_ && towards_us_.at(now, -drift_) + towards_peer_.at(now, drift_) < -micros(kStepLeast);
+}
+
+void ClockSync::forget(const ClockStamps& peer) {
+  ++steps_;
+  ignored_before_ = peer.sent;
+  towards_us_ = towards_peer_ = WindowedMinimum{};
+  seen_.clear();
+  locked_ = false;
 }
 
 void ClockSync::slew(Micros now) {

@@ -144,3 +144,50 @@ TEST_CASE("stamps that claim the impossible are ignored") {
   CHECK(pair.ours.offset() == offset);
   CHECK(pair.ours.exchanges() == count);
 }
+
+TEST_CASE("a clock that steps ahead by more than the round trip is found again with the next exchange") {
+  for (const auto step : {300ms, 5000ms})
+    for (const bool ours_steps : {true, false}) {
+      Pair pair;
+      pair.offset = 77s;
+      for (int k = 0; k < 100; ++k) pair.exchange();
+      CHECK(pair.ours.steps() == 0);
+      if (ours_steps) {
+        pair.now += step;
+        pair.offset -= step;
+      } else {
+        pair.offset += step;
+      }
+      pair.exchange();
+      pair.exchange();
+      INFO((ours_steps ? "our clock" : "the peer's clock"));
+      CHECK(std::abs(pair.error_us()) <= 1);
+      CHECK(pair.ours.steps() == 1);
+      CHECK(pair.peers.steps() == 1);
+    }
+}
+
+TEST_CASE("a datagram from before a clock's step that comes late does not bring the old offset back") {
+  Pair pair;
+  for (int k = 0; k < 20; ++k) pair.exchange();
+  const auto late = pair.peers.stamp(pair.peer_clock(pair.now));
+  pair.offset += 2s;
+  pair.exchange();
+  pair.exchange();
+  pair.ours.take(late, pair.now);
+  CHECK(std::abs(pair.error_us()) <= 1);
+  CHECK(pair.ours.steps() == 1);
+}
+
+TEST_CASE("jitter, drift and a path that changes are not taken for a step of a clock") {
+  Pair pair;
+  pair.jitter = 15ms;
+  pair.drift = 200e-6;
+  for (int k = 0; k < 400; ++k) pair.exchange();
+  pair.there = pair.back = 90ms;
+  for (int k = 0; k < 200; ++k) pair.exchange();
+  pair.there = pair.back = 3ms;
+  for (int k = 0; k < 400; ++k) pair.exchange();
+  CHECK(pair.ours.steps() == 0);
+  CHECK(pair.peers.steps() == 0);
+}
