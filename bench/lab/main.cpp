@@ -42,6 +42,7 @@ int main(int argc, char** argv) {
   palpate::add_replay(app, run);
   palpate::add_felt(app, run);
   palpate::add_world(app, run);
+  palpate::add_stations(app, run);
   app.add_subcommand("list", "name the experiments, a line each")->callback([&] {
     run = [&] {
       for (const CLI::App* experiment : app.get_subcommands({}))

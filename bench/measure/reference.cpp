@@ -19,35 +19,46 @@ bool needs_settling(const Scene& scene, const Vec3& start) {
   return beside || scene.body.gravity_m_s2.squaredNorm() > 0;
 }
 
-ReferenceForce reference_force(const Scene& scene, std::span<const Vec3> positions) {
-  ReferenceForce result;
-  if (positions.empty()) return result;
+ReferenceForce reference_force(const Scene& scene, const ToolPath& path) {
+  return reference_forces(scene, std::span(&path, 1)).front();
+}
+
+std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths) {
+  std::vector<ReferenceForce> result(paths.size());
+  if (paths.empty() || paths[0].empty()) return result;
   const Skin skin(scene.body, scene.tool.radius_m);
   const Dynamics dynamics(scene.body);
   Integrator integrator(dynamics, skin, {scene.body.nodes.size() <= kFineNodes ? kFineStepS : kTickStepS, kToleranceM});
   BodyState state = settled_state(dynamics, skin);
-
-  std::vector<ToolSample> samples;
-  if (needs_settling(scene, positions[0])) samples.push_back({-kSettle, positions[0]});
-  for (std::size_t i = 0; i < positions.size(); ++i)
-    samples.push_back({Micros{1000 * static_cast<std::int64_t>(i)}, positions[i]});
-  ToolTrack track;
-  track.add(samples);
-  state.time_s = seconds(track.begin());
+  const bool attach = scene.tool.contact == ContactKind::attach;
   const Vec3 node = state.x.segment<3>(3 * static_cast<Eigen::Index>(scene.tool.node));
-  const Grasp grasp(track.begin(), scene.tool.contact == ContactKind::attach ? Vec3(node - positions[0]) : Vec3::Zero());
-  const auto tool = [&](std::size_t, double t) { return grasp.at(track, from_seconds(t)); };
 
-  std::vector<ToolPort> ports(1);
-  ports[0].kind = scene.tool.contact;
-  ports[0].node = scene.tool.node;
-  ports[0].parameters = {scene.tool.coupling_n_m, scene.tool.friction};
-  for (std::size_t i = 0; i < positions.size(); ++i) {
+  bool settle = false;
+  for (const ToolPath& path : paths) settle |= needs_settling(scene, path[0]);
+  std::vector<ToolTrack> tracks(paths.size());
+  std::vector<Grasp> grasps;
+  std::vector<ToolPort> ports(paths.size());
+  for (std::size_t k = 0; k < paths.size(); ++k) {
+    std::vector<ToolSample> samples;
+    if (settle) samples.push_back({-kSettle, paths[k][0]});
+    for (std::size_t i = 0; i < paths[k].size(); ++i)
+      samples.push_back({Micros{1000 * static_cast<std::int64_t>(i)}, paths[k][i]});
+    tracks[k].add(samples);
+    grasps.emplace_back(tracks[k].begin(), attach ? Vec3(node - paths[k][0]) : Vec3::Zero());
+    ports[k].kind = scene.tool.contact;
+    ports[k].node = scene.tool.node;
+    ports[k].parameters = {scene.tool.coupling_n_m, scene.tool.friction};
+  }
+  state.time_s = seconds(tracks[0].begin());
+  const auto tool = [&](std::size_t k, double t) { return grasps[k].at(tracks[k], from_seconds(t)); };
+  for (std::size_t i = 0; i < paths[0].size(); ++i) {
     if (!integrator.advance(state, ports, static_cast<double>(i) * 1e-3, tool).converged)
       throw std::runtime_error("the reference did not converge " + std::to_string(i) + " ms into the motion");
-    const bool contact = scene.tool.contact == ContactKind::attach || ports[0].touching;
-    result.force.push_back(contact ? Vec3(-ports[0].lambda) : Vec3::Zero());
-    result.contact.push_back(contact);
+    for (std::size_t k = 0; k < ports.size(); ++k) {
+      const bool contact = attach || ports[k].touching;
+      result[k].force.push_back(contact ? Vec3(-ports[k].lambda) : Vec3::Zero());
+      result[k].contact.push_back(contact);
+    }
   }
   return result;
 }

@@ -19,8 +19,13 @@ struct ReferenceForce {
   std::vector<std::uint8_t> contact;
 };
 
-/// `positions`: the tool at 0, 1, 2, ... ms. Throws std::runtime_error when the model cannot be stepped.
-ReferenceForce reference_force(const Scene& scene, std::span<const Vec3> positions);
+/// The path of a tool: where it is at 0, 1, 2, ... ms.
+using ToolPath = std::vector<Vec3>;
+
+/// Throws std::runtime_error when the model cannot be stepped.
+ReferenceForce reference_force(const Scene& scene, const ToolPath& path);
+/// Several tools on one body, in the order of `paths`, which are equally long. `attach` knows one node, so one tool.
+std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths);
 
 /// Whether taking up the tool at `start` disturbs the body (it hangs in gravity, or the grasp begins beside the node): then both
 /// the server and the reference are given kSettle before the motion begins.

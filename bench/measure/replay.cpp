@@ -20,6 +20,24 @@ std::unique_ptr<MotionDevice> make_device(const Motion& motion, const ReplayOpti
   return std::make_unique<SimPhantom>(motion, phantom);
 }
 
+/// The k-th station of a replay: the first is what a replay alone would be.
+WorldStation& add_station(World& world, const Motion& motion, const ReplayOptions& options, std::size_t k) {
+  constexpr std::uint64_t kSeedsEach = 2;  // of a link: up and down
+  ClientOptions client;
+  client.hello.station = k == 0 ? "replay" : "replay " + std::to_string(k + 1);
+  client.hello.scheme = options.scheme;
+  client.hello.order = static_cast<std::uint16_t>(options.order);
+  auto device = make_device(motion, options);
+  if (options.simulated_device) {
+    client.guard.force_max_n = device->caps().force_max_n;
+    client.guard.slew_max_n_s = device->caps().slew_max_n_s;
+  }
+  device->wait_for_start();
+  LinkSpec link = options.link;
+  link.seed += kSeedsEach * k;
+  return world.add_station(client, std::move(device), link);
+}
+
 struct Times {
   double sum_ms = 0;
   std::uint64_t count = 0;
@@ -33,19 +51,16 @@ struct Times {
 }  // namespace
 
 ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch) {
-  ReplayResult result;
+  return replay_together(scene, std::span(&motion, 1), options, stopwatch).front();
+}
+
+std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Motion> motions, const ReplayOptions& options,
+                                          const Stopwatch& stopwatch) {
+  const auto n = motions.size();
+  std::vector<ReplayResult> results(n);
   World world(scene, {options.rate_hz, options.compute, options.seed});
-  ClientOptions client;
-  client.hello.station = "replay";
-  client.hello.scheme = options.scheme;
-  client.hello.order = static_cast<std::uint16_t>(options.order);
-  auto device = make_device(motion, options);
-  if (options.simulated_device) {
-    client.guard.force_max_n = device->caps().force_max_n;
-    client.guard.slew_max_n_s = device->caps().slew_max_n_s;
-  }
-  device->wait_for_start();
-  WorldStation& station = world.add_station(client, std::move(device), options.link);
+  std::vector<WorldStation*> stations;
+  for (std::size_t k = 0; k < n; ++k) stations.push_back(&add_station(world, motions[k], options, k));
 
   Times build, frame;
   world.run_frame = [&](Room& room, const FrameJob& job) {
@@ -58,61 +73,81 @@ ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOption
     if (!r.stations.empty() && r.stations[0].patch) build.add(t2 - t1);
     return r;
   };
-  std::vector<double> tick_ns;
-  station.run_tick = [&](HapticTick& haptic, const ToolSample& sample) {
-    const auto t0 = stopwatch();
-    const TickOutput out = haptic.tick(sample);
-    tick_ns.push_back(static_cast<double>(stopwatch() - t0));
-    return out;
-  };
+  std::vector<std::vector<double>> tick_ns(n);
+  std::vector<std::uint8_t> has_patch(n, 0);
+  for (std::size_t k = 0; k < n; ++k) {
+    stations[k]->run_tick = [&, k](HapticTick& haptic, const ToolSample& sample) {
+      const auto t0 = stopwatch();
+      const TickOutput out = haptic.tick(sample);
+      tick_ns[k].push_back(static_cast<double>(stopwatch() - t0));
+      return out;
+    };
+    stations[k]->on_tick = [&, k](Micros, const Vec3&, const TickOutput& out) { has_patch[k] = out.has_patch; };
+  }
 
   // Join and, for a grasp, wait for the first patch; then let what the grasp disturbed die out.
-  bool has_patch = false;
-  station.on_tick = [&](Micros, const Vec3&, const TickOutput& out) { has_patch = out.has_patch; };
   const bool wants_patch = scene.tool.contact == ContactKind::attach;
-  while (station.core().link() != LinkState::joined || (wants_patch && !has_patch)) {
-    if (station.core().link() == LinkState::refused)
-      throw InputError("--scheme " + std::string(name_of(options.scheme)), "refused by the server: " + station.core().refusal(),
+  const auto waits = [&](std::size_t k) {
+    const ClientCore& core = stations[k]->core();
+    if (core.link() == LinkState::refused)
+      throw InputError("--scheme " + std::string(name_of(options.scheme)), "refused by the server: " + core.refusal(),
                        "a scheme and order that it takes");
-    if (world.now() > kJoinWithin) throw std::runtime_error("no answer over this link within 10 s of virtual time");
-    world.run_until(world.now() + Micros{1000});
+    return core.link() != LinkState::joined || (wants_patch && !has_patch[k]);
+  };
+  for (std::size_t k = 0; k < n; ++k)
+    while (waits(k)) {
+      if (world.now() > kJoinWithin) throw std::runtime_error("no answer over this link within 10 s of virtual time");
+      world.run_until(world.now() + Micros{1000});
+    }
+  bool settle = false;
+  Micros length = Micros::max();
+  for (const Motion& motion : motions) {
+    settle |= needs_settling(scene, motion.position(0.0));
+    length = std::min(length, motion.duration());
   }
-  const Vec3 start = motion.position(0.0);
-  if (needs_settling(scene, start)) world.run_until(world.now() + kSettle);
+  if (settle) world.run_until(world.now() + kSettle);
 
   // Time 0 of the motion lies on a frame, so that equal runs at other rates and delays compare the same phases.
   const Micros frame_length = from_seconds(1 / options.rate_hz);
   const Micros begin = (world.now() / frame_length + 1) * frame_length;
-  station.device().start(station.clock(begin));
-  const auto ticks = static_cast<std::size_t>(motion.duration() / kTick) + 1;
-  std::vector<Vec3> positions;
-  station.on_tick = [&](Micros t, const Vec3& position, const TickOutput& out) {
-    if (t < begin || result.ticks.size() >= ticks) return;
-    result.ticks.push_back({position, out.force, Vec3::Zero(), out.has_patch ? out.patch_age : Micros{-1}, out.contact});
-    positions.push_back(position);
-  };
-  tick_ns.clear();
-  const std::uint64_t used_before = station.core().haptic().counts().patches_used;
-  world.run_until(begin + motion.duration());
-
-  const ReferenceForce reference = reference_force(scene, positions);
-  std::vector<Vec3> felt;
-  for (std::size_t i = 0; i < result.ticks.size(); ++i) {
-    result.ticks[i].reference = reference.force[i];
-    felt.push_back(result.ticks[i].felt);
+  const auto ticks = static_cast<std::size_t>(length / kTick) + 1;
+  std::vector<ToolPath> paths(n);
+  std::vector<std::uint64_t> used_before(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    stations[k]->device().start(stations[k]->clock(begin));
+    stations[k]->on_tick = [&, k](Micros t, const Vec3& position, const TickOutput& out) {
+      if (t < begin || results[k].ticks.size() >= ticks) return;
+      results[k].ticks.push_back({position, out.force, Vec3::Zero(), out.has_patch ? out.patch_age : Micros{-1}, out.contact});
+      paths[k].push_back(position);
+    };
+    tick_ns[k].clear();
+    used_before[k] = stations[k]->core().haptic().counts().patches_used;
   }
-  result.fidelity = compare(felt, reference.force, kSkipTicks);
-  const ClientCounts& counts = station.core().counts();
-  result.patches_used = station.core().haptic().counts().patches_used - used_before;
-  result.patch_bytes_mean =
-      counts.patches > 0 ? static_cast<double>(counts.patch_bytes) / static_cast<double>(counts.patches) : 0;
-  result.patch_states = station.core().last_patch().states();
-  result.hand_over_step_max_n = station.core().haptic().counts().hand_over_step_max_n;
-  result.tick_ns_p50 = percentile(tick_ns, 0.5);
-  result.tick_ns_p99 = percentile(std::move(tick_ns), 0.99);
-  result.patch_build_ms_mean = build.mean();
-  result.frame_ms_mean = frame.mean();
-  return result;
+  world.run_until(begin + length);
+
+  const std::vector<ReferenceForce> references = reference_forces(scene, paths);
+  for (std::size_t k = 0; k < n; ++k) {
+    ReplayResult& result = results[k];
+    const ClientCore& core = stations[k]->core();
+    std::vector<Vec3> felt;
+    for (std::size_t i = 0; i < result.ticks.size(); ++i) {
+      result.ticks[i].reference = references[k].force[i];
+      felt.push_back(result.ticks[i].felt);
+    }
+    result.fidelity = compare(felt, references[k].force, kSkipTicks);
+    const ClientCounts& counts = core.counts();
+    const HapticCounts& haptic = stations[k]->core().haptic().counts();
+    result.patches_used = haptic.patches_used - used_before[k];
+    result.patch_bytes_mean =
+        counts.patches > 0 ? static_cast<double>(counts.patch_bytes) / static_cast<double>(counts.patches) : 0;
+    result.patch_states = core.last_patch().states();
+    result.hand_over_step_max_n = haptic.hand_over_step_max_n;
+    result.tick_ns_p50 = percentile(tick_ns[k], 0.5);
+    result.tick_ns_p99 = percentile(std::move(tick_ns[k]), 0.99);
+    result.patch_build_ms_mean = build.mean();
+    result.frame_ms_mean = frame.mean();
+  }
+  return results;
 }
 
 }  // namespace palpate

@@ -1,6 +1,7 @@
 // Any motion through any scheme over any link, in virtual time, by the real cores (world.hpp), beside the reference.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -44,5 +45,9 @@ inline constexpr std::size_t kSkipTicks = 250;  ///< fidelity is measured from 0
 
 /// Throws InputError when the station cannot join, std::runtime_error when the model fails.
 ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch);
+/// Several stations on one body, a motion each, all starting at the same moment; the shortest motion ends the run. Links draw
+/// from seeds of their own. `patch_build_ms_mean` is that of all patches of a frame.
+std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Motion> motions, const ReplayOptions& options,
+                                          const Stopwatch& stopwatch);
 
 }  // namespace palpate

@@ -14,7 +14,7 @@ namespace {
 
 /// Flags as they were typed.
 struct Typed {
-  std::string server, device = "sim", motion, station = "hand", scheme = "port", hand = "reference", compare,
+  std::string server, device = "sim", motion, station = "hand", room, scheme = "port", hand = "reference", compare,
                       passivity = "observe", report, realtime = "auto";
   int order = 0;
   std::uint64_t seed = 1;
@@ -38,6 +38,7 @@ void declare(CLI::App& app, Typed& typed) {
   app.add_option("--station", typed.station, "Name of this station, unique in the room")
       ->type_name("NAME")
       ->capture_default_str();
+  app.add_option("--room", typed.room, "Name of the room on the server; default: its first")->type_name("NAME");
   app.add_option("--scheme", typed.scheme, "How the server answers touch")->type_name("NAME")->capture_default_str();
   app.add_option("--order", typed.order, "States of a patch, 0: the server's default")->type_name("N")->capture_default_str();
   app.add_option("--hand", typed.hand, "The hand of --device sim")->type_name("free|light|reference|firm")->capture_default_str();
@@ -103,6 +104,15 @@ std::optional<double> seconds_of(const char* flag, double typed, bool given, dou
   return typed;
 }
 
+std::string room_of(const std::string& typed) {
+  if (typed.size() > static_cast<std::size_t>(kMaxNameBytes))
+    throw InputError("--room", "'" + typed + "' is too long", "at most " + std::to_string(kMaxNameBytes) + " bytes");
+  for (const char c : typed)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
+      throw InputError("--room", "a control character is in the name", "printable text");
+  return typed;
+}
+
 std::string station_of(const std::string& typed, const std::vector<Scheme>& compare) {
   std::size_t longest = typed.size();
   for (const Scheme scheme : compare) longest = std::max(longest, typed.size() + 1 + name_of(scheme).size());
@@ -134,6 +144,7 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
   options.scheme = scheme_of("--scheme", typed.scheme);
   options.compare = schemes_of("--compare", typed.compare);
   options.station = station_of(typed.station, options.compare);
+  options.room = room_of(typed.room);
   options.order = order_of(typed.order);
   options.hand = choose<Hand>("--hand", typed.hand,
                               {{"free", *hand_from_name("free")},

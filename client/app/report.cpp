@@ -51,7 +51,10 @@ Json link_json(const ClientCore& core) {
           {"patches_received", counts.patches},
           {"patches_refused", refused},
           {"patch_bytes_mean", mean_bytes(counts)},
-          {"patch_states", core.last_patch().states()}};
+          {"patch_states", core.last_patch().states()},
+          {"server_rate_hz", core.server_pace().rate_hz},
+          {"server_rate_min_hz", core.server_pace().rate_min_hz},
+          {"server_behind_ms_max", milliseconds(core.server_pace().behind_max)}};
 }
 
 Json display_json(const DisplayReport& display) {
@@ -141,6 +144,9 @@ std::string describe(const RunReport& run) {
   }
   fmt::format_to(out, "link      round trip {:.1f} ms, jitter {:.1f} ms, {:.1f} % lost, joined {} time(s)\n",
                  milliseconds(rtt.mean), milliseconds(rtt.jitter), loss_percent(core.loss()), core.counts().joins);
+  if (core.server_pace().rate_min_hz > 0 && core.server_pace().rate_min_hz < 0.95 * core.welcome().rate_hz)
+    fmt::format_to(out, "server    had time for only {:.1f} of {:g} frames a second at its slowest, up to {:.0f} ms behind\n",
+                   core.server_pace().rate_min_hz, core.welcome().rate_hz, milliseconds(core.server_pace().behind_max));
   fmt::format_to(out, "patches   {} used of {} received, {:.0f} bytes each; largest hand-over step {:.4f} N\n",
                  felt.haptic.patches_used, core.counts().patches, mean_bytes(core.counts()), felt.haptic.hand_over_step_max_n);
   fmt::format_to(out, "guard     {} not finite, {} clamped, {} slew-limited, {} damped; least energy {:.2f} mJ",

@@ -148,12 +148,19 @@ class Run {
     loop_->record_from(start);
     device_->start(start);
     say(options_.motion ? fmt::format("motion of {:g} s starts", options_.motion->duration_s()) : "holding still");
-    bool linked = true;
+    bool linked = true, slow = false;
     wait([&] {
       say_refusals();
       const bool now_linked = felt().status().link == LinkState::joined;
       if (now_linked != linked) say(now_linked ? "joined again" : "server lost: the force fades to zero, trying on");
       linked = now_linked;
+      const ClientStatus status = felt().status();
+      const bool now_slow = status.pace.slow(status.welcome.rate_hz);
+      if (now_slow != slow)
+        say(now_slow ? fmt::format("the server overruns: {:.1f} of {:g} frames a second, {:.0f} ms behind", status.pace.rate_hz,
+                                   status.welcome.rate_hz, seconds(status.pace.behind) * 1e3)
+                     : "the server keeps up again");
+      slow = now_slow;
       const bool ended = options_.motion && monotonic_now() > start + options_.motion->duration();
       return ended || !loop_->running();
     });

@@ -23,6 +23,7 @@ ClientOptions client_options(const AppOptions& options, Scheme scheme, const std
   client.hello.scheme = scheme;
   client.hello.order = options.order;
   client.hello.shadow_of = shadow_of;
+  client.hello.room = options.room;
   client.guard = limits_of(options);
   return client;
 }

@@ -91,7 +91,7 @@ void ClientCore::take(std::span<const std::byte> bytes, Micros now) {
   seq_in_.take(message.seq);
   clock_.take(message.clock, now);
   if (const auto* patch = std::get_if<PatchMessage>(&message.body)) take_patch(patch->patch, bytes.size());
-  if (const auto* beat = std::get_if<Beat>(&message.body)) contact_in_reach_ = beat->contact_in_reach;
+  if (const auto* beat = std::get_if<Beat>(&message.body)) take_beat(*beat);
 }
 
 bool ClientCore::is_ours(const Message& message) const {
@@ -117,6 +117,7 @@ void ClientCore::take_welcome(const Message& message, Micros now) {
   instance_ = message.instance;
   station_ = message.station;
   welcome_ = std::get<Welcome>(message.body);
+  pace_ = {};
   refusal_ = {};
   link_ = LinkState::joined;
   ++counts_.joins;
@@ -152,6 +153,15 @@ void ClientCore::take_patch(const Patch& patch, std::size_t bytes) {
   counts_.patch_bytes += bytes;
   contact_in_reach_ = true;
   if (intake_.accept(patch)) last_patch_ = patch;
+}
+
+void ClientCore::take_beat(const Beat& beat) {
+  contact_in_reach_ = beat.contact_in_reach;
+  if (!(beat.rate_hz > 0)) return;
+  pace_.rate_min_hz = pace_.rate_hz > 0 ? std::min(pace_.rate_min_hz, beat.rate_hz) : beat.rate_hz;
+  pace_.rate_hz = beat.rate_hz;
+  pace_.behind = beat.behind;
+  pace_.behind_max = std::max(pace_.behind_max, beat.behind);
 }
 
 void ClientCore::join_again(Micros now) {

@@ -43,6 +43,13 @@ struct ClientCounts {
   std::uint64_t patch_bytes = 0, patches = 0;        ///< bytes of the datagrams that carried patches
 };
 
+/// Frames a second that the room has time for (0: not said yet), and how old its newest state was when it was computed.
+struct ServerPace {
+  double rate_hz = 0, rate_min_hz = 0;  ///< the last one; the least since the last joining
+  Micros behind{}, behind_max{};
+  bool slow(double nominal_hz) const { return rate_hz > 0 && rate_hz < 0.95 * nominal_hz; }
+};
+
 class ClientCore {
  public:
   explicit ClientCore(const ClientOptions& options, Micros now);
@@ -70,6 +77,8 @@ class ClientCore {
   const Patch& last_patch() const { return last_patch_; }  ///< the newest accepted patch, for reports
   /// From the last server message: a surface is near enough for patches.
   bool contact_in_reach() const { return contact_in_reach_; }
+  /// What the server last said of its own pace.
+  const ServerPace& server_pace() const { return pace_; }
 
  private:
   static constexpr std::size_t kKept = 1024;     ///< samples at hand for sending and repeating
@@ -80,6 +89,7 @@ class ClientCore {
   void take_welcome(const Message& message, Micros now);
   void take_refuse(const Message& message, Micros now);
   void take_patch(const Patch& patch, std::size_t bytes);
+  void take_beat(const Beat& beat);
   void join_again(Micros now);
   bool has_unsent() const { return unsent_ > 0 && options_.hello.shadow_of.empty(); }
   std::size_t say(Body body, std::span<std::byte> out, Micros now);
@@ -97,6 +107,7 @@ class ClientCore {
   Micros heard_{}, next_hello_{}, next_send_{}, next_beat_{}, ticked_{};
   bool hello_due_ = false, send_due_ = false, beat_due_ = false, leave_due_ = false, left_ = false;
   bool contact_in_reach_ = false;
+  ServerPace pace_;
   std::deque<ToolSample> recent_;  ///< newest last
   std::size_t unsent_ = 0;         ///< of these, at the end
   Patch last_patch_;

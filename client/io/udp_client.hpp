@@ -29,6 +29,7 @@ struct ClientStatus {
   bool clock_locked = false;
   RttStats rtt;
   std::uint64_t joins = 0;
+  ServerPace pace;
 };
 
 class UdpClient {

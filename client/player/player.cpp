@@ -20,6 +20,14 @@ PatchPlayer::PatchPlayer(const Patch& patch) : patch_(patch) {
     z_.tail(r) = patch.q_rate;
     psi0_ = p.psi0;
     drift_ = p.psi0 * patch.g;
+    if (patch.load_rate.size() > 0) {
+      // A tick in which the load ends counts whole: half a tick of a load that lasted tens of them.
+      const ModeVector growth = kTickS * patch.load_rate;
+      drift_growth_ = p.psi0 * growth;
+      load_ticks_ = (patch.load_for + kTick / 2) / kTick;
+      ramp_ = p.psi1 * growth;
+      if (load_ticks_ > 0) drift_ += ramp_;
+    }
     if (patch.contact == ContactKind::attach) {
       step_.resize(2 * r, 2 * r + 9);
       step_.leftCols(2 * r) = p.phi;
@@ -68,6 +76,11 @@ void PatchPlayer::inherit(const PatchPlayer& before) noexcept {
   if (patch_.low_pass_hz > 0 && before.patch_.low_pass_hz > 0) output_.force = before.output_.force;
 }
 
+void PatchPlayer::grow_load() noexcept {
+  drift_ += drift_growth_;
+  if (--load_ticks_ == 0) drift_ -= ramp_;
+}
+
 void PatchPlayer::tick(const Vec3& tool) noexcept {
   if (patch_.constant)
     output_.force += low_pass_gain_ * (patch_.force - output_.force);
@@ -75,6 +88,7 @@ void PatchPlayer::tick(const Vec3& tool) noexcept {
     tick_attach(tool);
   else
     tick_touch(tool);
+  if (load_ticks_ > 0) grow_load();
   tool_.position = tool;
 }
 

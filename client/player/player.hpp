@@ -5,6 +5,7 @@
 //     touch:  lambda is constant inside the tick: w0 = g + R^T lambda with R = sum_i w_i R_i at the contact point; the
 //     end-of-tick
 //             contact law (contact_law.hpp) gives lambda from p_free and C = R Psi0_q R^T + c_static
+// A load that changes (patch.load_rate) adds psi0 l t + psi1 l dt to the drift, a sum that grows by one step a tick.
 // Contact begins in the tick in which the tool is found below the patch's own deformed surface, and ends in the tick in which it
 // would pull. compile() allocates and belongs off the haptic thread; advance() does not allocate, lock or throw.
 // Copyable, so that a caught-up player can be handed over by value.
@@ -49,6 +50,7 @@ class PatchPlayer {
   void tick(const Vec3& tool) noexcept;
   void tick_attach(const Vec3& tool) noexcept;
   void tick_touch(const Vec3& tool) noexcept;
+  void grow_load() noexcept;
   void place_vertices() noexcept;
   void update_response() noexcept;
   SurfaceView surface() const noexcept;
@@ -58,7 +60,10 @@ class PatchPlayer {
   static constexpr int kMaxInputs = kMaxStates + 9;
   using StepVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxInputs, 1>;
   // z+ = drift + step u with u = z (touch) or (z, d, d+, d') (attach): one product, whatever the order
-  StateVector drift_;  // Psi0 g
+  StateVector drift_;         // Psi0 w, with the load of other tools as it is at the tick
+  StateVector ramp_;          // Psi1 l dt, what the load's growth inside a tick adds
+  StateVector drift_growth_;  // Psi0 l dt, from tick to tick; both while load_ticks_ are left
+  std::int64_t load_ticks_ = 0;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxStates, kMaxInputs> step_;
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor, 3, kMaxStates> felt_;  // attach: (B_k^T, B_d^T)
   StateInput psi0_;                                                                // touch

@@ -5,8 +5,10 @@
 
 namespace palpate {
 
-ViewCore::ViewCore(std::string station, Micros now) : heard_(now), next_hello_(now), next_beat_(now), next_mesh_(now) {
+ViewCore::ViewCore(std::string station, Micros now, std::string room)
+    : heard_(now), next_hello_(now), next_beat_(now), next_mesh_(now) {
   hello_.station = std::move(station);
+  hello_.room = std::move(room);
   hello_.role = Role::viewer;
 }
 

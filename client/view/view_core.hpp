@@ -39,7 +39,7 @@ class ViewCore {
   static constexpr Micros kMeshRetry{150'000};
   static constexpr std::size_t kMeshWindow = 16;  ///< pieces asked for at a time
 
-  ViewCore(std::string station, Micros now);
+  ViewCore(std::string station, Micros now, std::string room = {});
 
   void take(std::span<const std::byte> bytes, Micros now);
   void tick(Micros now);

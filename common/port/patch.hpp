@@ -8,6 +8,9 @@
 //     u = B_k d + B_d d'
 //     force on the tool = force - K_p d - D_p d' + B_k^T q + B_d^T (q' - q_rate)
 //
+// Other tools on the body push the modes with a force that is g at the stamp and changes with time, w = g + load_rate (t - t*),
+// until load_for after it; then it stays. What their contacts add to the stiffness is in K.
+//
 // touch (the tool pushes with lambda at a barycentric point w of a surface triangle; R_i are the port rows of vertex i):
 //     vertex i is at  x_i = position_i + R_i q,       u = (sum_i w_i R_i)^T lambda
 //     end-of-tick contact point p = p_free + C lambda;  lambda from the contact law (contact_law.hpp)
@@ -71,6 +74,8 @@ struct Patch {
   ModeMatrix damping;    ///< D, symmetric positive semi-definite [1/s]
   ModeVector g;          ///< imbalance at the stamp
   ModeVector q_rate;     ///< free motion at the stamp
+  ModeVector load_rate;  ///< how the forces of other tools change [1/s]; r entries, or none: nothing changes
+  Micros load_for{};     ///< for so long after the stamp
 
   Vec3 force = Vec3::Zero();  ///< on the tool at the stamp [N]
 

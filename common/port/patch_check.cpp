@@ -50,6 +50,7 @@ bool uses_surface(const Patch& p) { return !p.constant && p.contact == ContactKi
 bool sizes_agree(const Patch& p) {
   const auto r = p.stiffness.size();
   if (p.damping.rows() != r || p.damping.cols() != r || p.g.size() != r || p.q_rate.size() != r) return false;
+  if (p.load_rate.size() != 0 && p.load_rate.size() != r) return false;
   if (uses_attach(p)) return p.b_k.rows() == r && p.b_d.rows() == r;
   if (!uses_surface(p)) return true;
   const auto& s = p.surface;
@@ -77,11 +78,13 @@ PatchFault check_numbers(const Patch& p) {
   numbers.all(p.damping, kMaxModel);
   numbers.all(p.g, kMaxModel);
   numbers.all(p.q_rate, kMaxModel);
+  numbers.all(p.load_rate, kMaxModel);
   numbers.all(p.force, kMaxForceN);
   numbers.all(p.tool, kWorldExtentM);
   numbers.within(p.low_pass_hz, 0, kMaxLowPassHz);
   numbers.within(p.trust_radius_m, 0, kWorldExtentM);
-  numbers.within(static_cast<double>(p.valid_for.count()), 0, static_cast<double>(kMaxValid.count()));
+  for (const Micros t : {p.valid_for, p.load_for})
+    numbers.within(static_cast<double>(t.count()), 0, static_cast<double>(kMaxValid.count()));
   if (uses_attach(p)) {
     numbers.all(p.tool_velocity, kMaxSpeedMS);
     numbers.all(p.k_port, kMaxModel);

@@ -44,7 +44,8 @@ inline constexpr std::uint32_t kMaxMeshVertices = 1u << 24;  ///< of a surface
 
 /// The most vertices of a local surface that surely fit into kMaxDatagramBytes beside `modes` modes and `triangles` triangles,
 /// at most kMaxPortVertices; less than 3 when no surface fits. A disc of n vertices has at most 2 n - 5 triangles.
-int max_port_vertices(int modes, int triangles = kMaxPortTriangles);
+/// `loaded`: the patch has a load_rate.
+int max_port_vertices(int modes, int triangles = kMaxPortTriangles, bool loaded = false);
 
 /// The most modes of a patch that fit into kMaxDatagramBytes: 14 for attach; for touch as many as leave room for
 /// kMinUsefulVertices vertices, enough for the tool to move about between frames.

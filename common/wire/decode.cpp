@@ -26,11 +26,13 @@ WireFault read(const wire::Hello& table, Hello& m) {
   Sense sense;
   sense.name(view_of(table.station()), 1);
   sense.name(view_of(table.shadow_of()), 0);
+  sense.name(view_of(table.room()), 0);
   sense.that(to_enum(table.role(), Role::viewer, m.role));
   sense.that(to_enum(table.scheme(), Scheme::cubic, m.scheme));
   if (!sense.ok()) return sense.fault();
   m.station = view_of(table.station());
   m.shadow_of = view_of(table.shadow_of());
+  m.room = view_of(table.room());
   m.order = table.order();
   return WireFault::none;
 }
@@ -83,9 +85,10 @@ WireFault read(const wire::Samples& table, Samples& m) {
 WireFault read(const wire::Patch& table, PatchMessage& m) { return read_patch(table, m.patch); }
 
 WireFault read(const wire::Beat& table, Beat& m) {
-  m = {time_of(table.body_time()), table.contact_in_reach()};
+  m = {time_of(table.body_time()), table.contact_in_reach(), table.rate_hz(), Micros{table.behind()}};
   Sense sense;
   sense.time(m.body_time);
+  sense.number(m.rate_hz, 0, kMaxRateHz);
   return sense.fault();
 }
 

@@ -18,8 +18,9 @@ class BodyWriter {
   Offset<void> operator()(const Hello& m) {
     const auto station = text(m.station, kMaxNameBytes);
     const auto shadow_of = m.shadow_of.empty() ? 0 : text(m.shadow_of, kMaxNameBytes);
+    const auto room = m.room.empty() ? 0 : text(m.room, kMaxNameBytes);
     return done(wire::Body::Hello, wire::CreateHello(builder_, station, static_cast<std::uint8_t>(m.role),
-                                                     static_cast<std::uint8_t>(m.scheme), m.order, shadow_of));
+                                                     static_cast<std::uint8_t>(m.scheme), m.order, shadow_of, room));
   }
   Offset<void> operator()(const Welcome& m) {
     const auto scene = text(m.scene, kMaxNameBytes);
@@ -47,7 +48,8 @@ class BodyWriter {
   Offset<void> operator()(const PatchMessage& m) { return done(wire::Body::Patch, write_patch(builder_, packer_, m.patch)); }
   Offset<void> operator()(const Beat& m) {
     const auto time = packer_.time(m.body_time);
-    return done(wire::Body::Beat, wire::CreateBeat(builder_, &time, m.contact_in_reach));
+    return done(wire::Body::Beat,
+                wire::CreateBeat(builder_, &time, m.contact_in_reach, packer_.number(m.rate_hz), packer_.duration(m.behind)));
   }
   Offset<void> operator()(const Leave&) { return done(wire::Body::Leave, wire::CreateLeave(builder_)); }
   Offset<void> operator()(const MeshRequest& m) {

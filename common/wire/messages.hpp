@@ -29,6 +29,7 @@ struct Hello {
   Scheme scheme = Scheme::port;
   std::uint16_t order = 0;  ///< states wanted, 0 = the server's default
   std::string shadow_of;    ///< name of a station whose tool this one shares: it gets patches, it does not push
+  std::string room;         ///< of the server's rooms; empty: its first
 };
 
 /// Server -> client: joined.
@@ -67,10 +68,13 @@ struct PatchMessage {
   Patch patch;
 };
 
-/// Either way: alive. Server -> client also when there is no patch to send (no contact in reach).
+/// Either way: alive. Server -> client also when there is no patch to send (no contact in reach), and beside patches while the
+/// room does not reach its frame rate.
 struct Beat {
   Micros body_time{};  ///< moment up to which the body is simulated, in the client's clock (server -> client)
   bool contact_in_reach = false;
+  double rate_hz = 0;  ///< frames a second that the room has time for (server -> client), 0 = not said
+  Micros behind{};     ///< how old the body's newest state was when it was computed (server -> client)
 };
 
 struct Leave {};

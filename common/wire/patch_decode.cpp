@@ -104,9 +104,22 @@ WireFault read_touch(const wire::Patch& table, Patch& patch) {
   return WireFault::none;
 }
 
+WireFault read_load(const wire::Patch& table, Patch& patch) {
+  patch.load_for = Micros{table.load_for()};
+  if (!table.load_rate()) return table.load_for() == 0 ? WireFault::none : WireFault::malformed;
+  Walk<float> load(table.load_rate());
+  if (load.left() != patch.modes() || load.left() == 0) return WireFault::malformed;
+  patch.load_rate.resize(patch.modes());
+  for (int i = 0; i < patch.modes(); ++i) patch.load_rate[i] = load.next();
+  return WireFault::none;
+}
+
 WireFault read_body(const wire::Patch& table, Patch& patch) {
-  if (!patch.constant) return patch.contact == ContactKind::touch ? read_touch(table, patch) : read_attach(table, patch);
-  const bool bare = !table.floats() && !table.shorts() && !table.touch() && !table.attach();
+  if (!patch.constant) {
+    const WireFault fault = patch.contact == ContactKind::touch ? read_touch(table, patch) : read_attach(table, patch);
+    return fault == WireFault::none ? read_load(table, patch) : fault;
+  }
+  const bool bare = !table.floats() && !table.shorts() && !table.touch() && !table.attach() && !table.load_rate();
   return bare ? WireFault::none : WireFault::malformed;
 }
 

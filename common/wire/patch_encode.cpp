@@ -23,6 +23,7 @@ using Shorts = Bounded<std::int16_t, static_cast<std::size_t>(surface_shorts(kMa
 bool has_modes_in_order(const Patch& patch) {
   const auto r = patch.stiffness.size();
   if (patch.damping.rows() != r || patch.damping.cols() != r || patch.g.size() != r || patch.q_rate.size() != r) return false;
+  if (patch.load_rate.size() != 0 && patch.load_rate.size() != r) return false;
   if (patch.contact == ContactKind::attach) return patch.b_k.rows() == r && patch.b_d.rows() == r;
   const auto& surface = patch.surface;
   if (surface.vertex_count < 1 || surface.vertex_count > kMaxPortVertices) return false;
@@ -132,16 +133,25 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
     add_port(floats, packer, patch.b_d);
     attach = {packer.vec(patch.tool_velocity), packer.sym(patch.k_port), packer.sym(patch.d_port)};
   }
+  Floats load;
+  if (!patch.constant)
+    for (int i = 0; i < patch.load_rate.size(); ++i) load.add(packer.number(patch.load_rate[i]));
+  const bool loaded = load.size() > 0;
   const wire::PatchHead head = head_of(patch, packer);
+  const auto load_at = loaded ? builder.CreateVector(load.data(), load.size()) : 0;
   const auto floats_at = floats.size() > 0 ? builder.CreateVector(floats.data(), floats.size()) : 0;
   const auto shorts_at = shorts.size() > 0 ? builder.CreateVector(shorts.data(), shorts.size()) : 0;
   return wire::CreatePatch(builder, &head, floats_at, shorts_at, !patch.constant && is_touch ? &touch : nullptr,
-                           !patch.constant && !is_touch ? &attach : nullptr, packer.number(patch.low_pass_hz));
+                           !patch.constant && !is_touch ? &attach : nullptr, packer.number(patch.low_pass_hz), load_at,
+                           loaded ? packer.duration(patch.load_for) : 0);
 }
 
-int max_port_vertices(int modes, int triangles) {
+int max_port_vertices(int modes, int triangles, bool loaded) {
   constexpr int kOverheadBytes = 202;  // of a touch patch without what its vectors hold, with alignment
-  const int free_bytes = static_cast<int>(kMaxDatagramBytes) - kOverheadBytes - 4 * touch_floats(modes) - 2 * triangles;
+  constexpr int kLoadOverheadBytes = 16;
+  const int load_bytes = loaded ? kLoadOverheadBytes + 4 * modes : 0;
+  const int free_bytes =
+      static_cast<int>(kMaxDatagramBytes) - kOverheadBytes - load_bytes - 4 * touch_floats(modes) - 2 * triangles;
   int vertices = 0;
   while (vertices < kMaxPortVertices && 2 * surface_shorts(modes, vertices + 1) <= free_bytes) ++vertices;
   return vertices;

@@ -1,4 +1,4 @@
-// palpate-server: one room. See --help.
+// palpate-server: rooms, each with a body and its stations. See --help.
 #include <spdlog/fmt/fmt.h>
 
 #include <CLI/CLI.hpp>
@@ -7,6 +7,8 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
+#include <thread>
 
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
@@ -18,18 +20,26 @@ namespace {
 using namespace palpate;
 
 struct Options {
-  std::string scene, listen = "127.0.0.1:47800";
+  std::vector<std::string> scenes;
+  std::string listen = "127.0.0.1:47800";
   double rate_hz = 20, duration_s = 0;
+  std::size_t threads = 0;
   bool print_scene = false, has_duration = false;
 };
 
 void describe_flags(CLI::App& app, Options& o) {
   app.set_version_flag("--version", "palpate-server " PALPATE_VERSION);
-  app.add_option("--scene", o.scene, "required: the body and the tool")->type_name("FILE");
+  app.add_option("--scene", o.scenes,
+                 "required: the body and the tool; again for each further room, whose name is the scene's where none is given")
+      ->type_name("[NAME=]FILE")
+      ->allow_extra_args(false);
   app.add_option("--listen", o.listen, "where clients reach the server, port 0 for any")
       ->type_name("HOST:PORT")
       ->capture_default_str();
   app.add_option("--rate-hz", o.rate_hz, "frames a second")->type_name("N")->capture_default_str();
+  app.add_option("--threads", o.threads, "that step bodies; default: one a room, at most one a processor")
+      ->type_name("N")
+      ->check(CLI::Range(1, 256));
   app.add_option("--duration-s", o.duration_s, "end after so many seconds; default: never")->type_name("N");
   app.add_flag("--print-scene", o.print_scene, "write the scene with all defaults filled in, and end");
 }
@@ -37,7 +47,8 @@ void describe_flags(CLI::App& app, Options& o) {
 /// CLI11's own "required" would hide an unknown flag behind a missing one.
 void check(const Options& o) {
   constexpr double kMostS = 30 * 86400.0;
-  if (o.scene.empty()) throw InputError("--scene", "it is missing", "a scene file");
+  if (o.scenes.empty()) throw InputError("--scene", "it is missing", "a scene file");
+  if (o.print_scene && o.scenes.size() > 1) throw InputError("--print-scene", "comes with several scenes", "one --scene");
   if (!(o.rate_hz >= kMinRateHz && o.rate_hz <= kMaxRateHz))
     throw InputError("--rate-hz", fmt::format("is {}", o.rate_hz), fmt::format("{} to {}", kMinRateHz, kMaxRateHz));
   if (o.has_duration && !(o.duration_s > 0 && o.duration_s <= kMostS))
@@ -54,10 +65,35 @@ void say(const std::string& line) {
   std::fflush(stdout);
 }
 
+/// NAME=FILE, or FILE; a file whose name has a = is the latter when it is there.
+std::pair<std::string, std::string> split_name(const std::string& given) {
+  const std::size_t equals = given.find('=');
+  if (equals == std::string::npos || std::filesystem::exists(given)) return {"", given};
+  return {given.substr(0, equals), given.substr(equals + 1)};
+}
+
+std::vector<NamedScene> load_scenes(const Options& o) {
+  std::vector<NamedScene> scenes;
+  for (const std::string& given : o.scenes) {
+    auto [name, file] = split_name(given);
+    Scene scene = load_scene(file);
+    if (name.empty()) name = scene.name;
+    if (name.empty() && o.scenes.size() > 1) throw InputError("--scene " + given, "the room has no name", "NAME=FILE");
+    if (name.size() > static_cast<std::size_t>(kMaxNameBytes))
+      throw InputError("--scene " + given, "the room's name is too long", fmt::format("up to {} bytes", kMaxNameBytes));
+    for (const NamedScene& other : scenes)
+      if (other.name == name)
+        throw InputError("--scene " + given, "there is a room \"" + name + "\" already", "another name: NAME=" + file);
+    scenes.push_back({name, std::move(scene)});
+  }
+  return scenes;
+}
+
 void serve(const Options& o) {
   end_while_loading();
-  const auto scene = load_scene(o.scene);
-  ServerShell shell(scene, o.listen, o.rate_hz, say);
+  const std::vector<NamedScene> scenes = load_scenes(o);
+  const std::size_t processors = std::max(1u, std::thread::hardware_concurrency());
+  ServerShell shell(scenes, {o.listen, o.rate_hz, o.threads > 0 ? o.threads : std::min(scenes.size(), processors)}, say);
   asio::signal_set signals(shell.context(), SIGINT, SIGTERM);
   signals.async_wait([&shell](const asio::error_code& fault, int) {
     if (!fault) shell.stop();
@@ -69,10 +105,13 @@ void serve(const Options& o) {
       if (!fault) shell.stop();
     });
   }
-  say(fmt::format("scene \"{}\" ({} nodes, {} elements) at {}, {} Hz", scene.name, scene.body.nodes.size(),
-                  scene.body.elements.size(), to_string(shell.address()), o.rate_hz));
+  for (const NamedScene& room : scenes) {
+    const std::string as = scenes.size() > 1 ? fmt::format("room \"{}\": ", room.name) : "";
+    say(fmt::format("{}scene \"{}\" ({} nodes, {} elements) at {}, {} Hz", as, room.scene.name, room.scene.body.nodes.size(),
+                    room.scene.body.elements.size(), to_string(shell.address()), o.rate_hz));
+  }
   shell.run();
-  say(shell.summary());
+  for (const std::string& line : shell.summary()) say(line);
 }
 
 }  // namespace
@@ -86,7 +125,7 @@ int main(int argc, char** argv) {
     options.has_duration = app.count("--duration-s") > 0;
     check(options);
     if (options.print_scene)
-      fmt::print("{}\n", print_scene(options.scene));
+      fmt::print("{}\n", print_scene(split_name(options.scenes.front()).second));
     else
       serve(options);
     return 0;

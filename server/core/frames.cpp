@@ -7,13 +7,21 @@
 namespace palpate {
 namespace {
 
-constexpr Micros kRemembered{4'000'000};  // of a station's timeline behind the body
-constexpr Micros kOneClock{5'000};        // two offsets that differ by less than this beyond their uncertainty are one clock
+constexpr Micros kRemembered{4'000'000};    // of a station's timeline behind the body
+constexpr Micros kLongestSaid{60'000'000};  // of what a beat says of how far the room is behind
+constexpr Micros kOneClock{5'000};          // two offsets that differ by less than this beyond their uncertainty are one clock
 
 }  // namespace
 
 Micros ServerCore::due(std::uint64_t frame) const {
   return first_tick_ + from_seconds(static_cast<double>(frame) / options_.rate_hz);
+}
+
+void ServerCore::note_due(bool skipped) {
+  lately_.push_back(skipped ? 1 : 0);
+  while (static_cast<double>(lately_.size()) > std::max(1.0, options_.rate_hz)) lately_.pop_front();
+  const auto busy = static_cast<double>(std::count(lately_.begin(), lately_.end(), std::uint8_t{1}));
+  pace_.rate_hz = options_.rate_hz * (1 - busy / static_cast<double>(lately_.size()));
 }
 
 Micros ServerCore::playout(Micros now) const {
@@ -84,12 +92,13 @@ void ServerCore::finish(FrameResult result, Micros now) {
   counts_.frames_failed += result.failed;
   job_out_ = false;
   body_time_ = result.stamp;
+  pace_.behind = std::max(Micros{}, now - body_time_);
   if (result.failed) return beat_all();
 
   for (auto& [id, station] : stations_) {
     const auto frame = std::find_if(result.stations.begin(), result.stations.end(), [&](const auto& f) { return f.id == id; });
     if (frame != result.stations.end())
-      give(station, *frame);
+      give(station, *frame, now);
     else
       beat(station);
   }
@@ -106,7 +115,7 @@ void ServerCore::finish(FrameResult result, Micros now) {
   }
 }
 
-void ServerCore::give(Station& station, StationFrame& frame) {
+void ServerCore::give(Station& station, StationFrame& frame, Micros now) {
   station.shown = {station.hello.station, frame.tool, frame.force, frame.contact};
   station.has_shown = true;
   station.contact_in_reach = frame.patch.has_value();
@@ -115,6 +124,13 @@ void ServerCore::give(Station& station, StationFrame& frame) {
   frame.patch->seq = ++station.patch_seq;
   station.outbox.patch = std::move(frame.patch);
   station.outbox.beat.reset();
+  // Patches are all that a station in contact gets; while the room is slow it is told so beside them, and once when it is not.
+  const bool slow = pace_.rate_hz < kSlowBelow * options_.rate_hz;
+  if (!slow && !station.slow_known) return;
+  if (slow && station.slow_known && now - station.slow_said < kSaySlowEvery) return;
+  station.slow_known = slow;
+  station.slow_said = now;
+  station.outbox.beat = beat_for(station);
 }
 
 void ServerCore::beat_all() {
@@ -123,7 +139,11 @@ void ServerCore::beat_all() {
 
 void ServerCore::beat(Station& station) {
   if (station.outbox.patch) return;  // not sent yet, and it says as much
-  station.outbox.beat = Beat{station_time(station, body_time_), station.contact_in_reach};
+  station.outbox.beat = beat_for(station);
+}
+
+Beat ServerCore::beat_for(const Station& station) const {
+  return {station_time(station, body_time_), station.contact_in_reach, pace_.rate_hz, std::min(pace_.behind, kLongestSaid)};
 }
 
 /// The station whose timeline relates the server's clock to this one's, if there is one.

@@ -7,7 +7,9 @@ namespace palpate {
 
 std::uint64_t ServerCounts::dropped_all() const { return std::accumulate(dropped.begin(), dropped.end(), std::uint64_t{0}); }
 
-ServerCore::ServerCore(RoomFacts facts, const ServerOptions& options) : facts_(std::move(facts)), options_(options) {}
+ServerCore::ServerCore(RoomFacts facts, const ServerOptions& options) : facts_(std::move(facts)), options_(options) {
+  pace_.rate_hz = options.rate_hz;
+}
 
 void ServerCore::tick(Micros now) {
   if (!started_) {
@@ -16,7 +18,7 @@ void ServerCore::tick(Micros now) {
   }
   drop_silent(now);
   if (now < due(next_frame_)) return;
-  while (due(next_frame_) <= now) ++next_frame_;
+  for (; due(next_frame_) <= now; ++next_frame_) note_due(job_out_);
   if (job_out_) {
     ++counts_.frames_busy;
     return beat_all();

@@ -18,6 +18,9 @@
 // inverse of the mapping they came by (timeline.hpp). A shadow gets its stamps through the timeline of the station whose tool
 // it shares when their clocks agree within the uncertainty of both (they run in one process), else through its own clock.
 //
+// A room that takes longer over a frame than there is time for skips the frames that fall due meanwhile: it slows down. It says
+// so in its beats (rate_hz, behind), and to stations that get patches in a beat beside them. Stamps stay those of the body.
+//
 // Trust: an unknown sender is answered with at most as many bytes as it sent; a new station gets nothing but Welcome until it
 // has shown, by using its id, that it receives at its address.
 #pragma once
@@ -41,8 +44,10 @@
 namespace palpate {
 
 struct ServerOptions {
-  std::uint64_t instance = 1;  ///< drawn anew by each process
+  std::uint64_t instance = 1;  ///< drawn anew by each process, for each room
   double rate_hz = 20;
+  std::string room = {};     ///< its name, for stations that ask for one; empty: it has none
+  std::string rooms = {};  ///< names of all rooms of the process, for a station that asks for another
 };
 
 inline constexpr Micros kSilentAfter{1'000'000};  ///< another peer may take the name of a station silent for so long
@@ -51,6 +56,8 @@ inline constexpr Micros kLateAfter{150'000};      ///< no newer sample for so lo
 inline constexpr Micros kSampleAhead{250'000};    ///< a sample may lie so far in the future while the clocks settle
 inline constexpr Micros kLeastFrame{1'000};
 inline constexpr Micros kLongestFrame{500'000};
+inline constexpr double kSlowBelow = 0.95;       ///< of the frame rate: a room that has time for less says so to its stations
+inline constexpr Micros kSaySlowEvery{500'000};  ///< beside patches; a beat without a patch always says it
 
 struct ServerCounts {
   std::uint64_t received = 0, bytes_received = 0, sent = 0, bytes_sent = 0;
@@ -69,11 +76,19 @@ struct ServerCounts {
   std::uint64_t dropped_all() const;
 };
 
+/// What a room has time for.
+struct Pace {
+  double rate_hz = 0;  ///< frames a second, of the last second; the options' rate when none was skipped for lack of time
+  Micros behind{};     ///< age of the body's newest state when it was computed
+};
+
 class ServerCore {
  public:
   ServerCore(RoomFacts facts, const ServerOptions& options);
 
   void take(std::span<const std::byte> bytes, PeerId from, Micros now);
+  /// What decode() made of `size` bytes.
+  void take(WireFault fault, const Message& message, std::size_t size, PeerId from, Micros now);
   void tick(Micros now);
   /// Bytes of the next datagram written into `out` and whom it is for, 0 when there is none. Call until 0.
   std::size_t emit(std::span<std::byte> out, PeerId& to, Micros now);
@@ -93,6 +108,7 @@ class ServerCore {
   Micros longest_frame() const { return longest_frame_; }
   void reset_longest_frame() { longest_frame_ = Micros{}; }
   std::vector<StationReport> stations() const;
+  const Pace& pace() const { return pace_; }
   std::size_t station_count() const { return stations_.size(); }
   const ServerOptions& options() const { return options_; }
   const RoomFacts& facts() const { return facts_; }
@@ -116,13 +132,15 @@ class ServerCore {
   const Station* find(const std::string& name) const;
 
   // frames.cpp
+  void note_due(bool skipped);
   Micros due(std::uint64_t frame) const;
   Micros playout(Micros now) const;
   FrameJob make_job(Micros target) const;
   StationJob make_station_job(const Station& station, Micros target) const;
   void beat_all();
   void beat(Station& station);
-  void give(Station& station, StationFrame& frame);
+  Beat beat_for(const Station& station) const;
+  void give(Station& station, StationFrame& frame, Micros now);
   const Station* clock_owner(const Station& station) const;
   Micros station_time(const Station& station, Micros server_time) const;
 
@@ -148,6 +166,9 @@ class ServerCore {
   std::optional<FrameJob> job_;
   Micros first_tick_{}, body_time_{}, job_began_{}, compute_mean_{}, longest_frame_{};
   std::uint64_t next_frame_ = 0;
+  std::deque<std::uint8_t>
+      lately_;  ///< of the frames that fell due in the last second: 1 skipped because the last one took too long
+  Pace pace_;
   Micros shape_time_{};
   std::vector<Vec3> shape_;
   ServerCounts counts_;

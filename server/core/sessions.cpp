@@ -12,31 +12,36 @@ constexpr std::size_t kMostReplies = 2 * kMaxStations;
 constexpr std::size_t kMostMeshPieces = 64;  // asked for and not yet sent, a viewer
 
 bool same(const Hello& a, const Hello& b) {
-  return a.station == b.station && a.role == b.role && a.scheme == b.scheme && a.order == b.order && a.shadow_of == b.shadow_of;
+  return a.station == b.station && a.role == b.role && a.scheme == b.scheme && a.order == b.order && a.shadow_of == b.shadow_of &&
+         a.room == b.room;
 }
 
 }  // namespace
 
 void ServerCore::take(std::span<const std::byte> bytes, PeerId from, Micros now) {
-  ++counts_.received;
-  counts_.bytes_received += bytes.size();
   Message message;
   const auto fault = decode(bytes, message);
+  take(fault, message, bytes.size(), from, now);
+}
+
+void ServerCore::take(WireFault fault, const Message& message, std::size_t size, PeerId from, Micros now) {
+  ++counts_.received;
+  counts_.bytes_received += size;
   if (fault != WireFault::none) {
     ++counts_.dropped[static_cast<std::size_t>(fault)];
     if (fault == WireFault::version)
       refuse(message, from,
              {RefuseReason::version, "this server speaks wire version " + std::to_string(kWireVersion) + ", the station another"},
-             bytes.size());
+             size);
     return;
   }
-  if (std::holds_alternative<Hello>(message.body)) return take_hello(message, from, bytes.size(), now);
+  if (std::holds_alternative<Hello>(message.body)) return take_hello(message, from, size, now);
   const auto known = stations_.find(message.station);
   if (known != stations_.end() && known->second.peer == from && message.instance == options_.instance)
     return take_from(known->second, message, now);
   ++counts_.unknown_station;
   if (!std::holds_alternative<Leave>(message.body))
-    refuse(message, from, {RefuseReason::unknown_station, "this station is not in the room"}, bytes.size());
+    refuse(message, from, {RefuseReason::unknown_station, "this station is not in the room"}, size);
 }
 
 void ServerCore::take_hello(const Message& message, PeerId from, std::size_t size, Micros now) {
@@ -65,6 +70,9 @@ void ServerCore::take_hello(const Message& message, PeerId from, std::size_t siz
 std::optional<Refuse> ServerCore::objection(const Hello& hello, const Station* in_place_of) const {
   using enum RefuseReason;
   if (hello.station.empty()) return Refuse{bad_request, "the station has no name"};
+  if (!hello.room.empty() && hello.room != options_.room)
+    return Refuse{bad_request, "no room \"" + hello.room + "\" here; " +
+                                   (options_.rooms.empty() ? "the rooms have no names" : "there is " + options_.rooms)};
   if (stations_.size() - (in_place_of ? 1 : 0) >= static_cast<std::size_t>(kMaxStations))
     return Refuse{room_full, "the room is full (" + std::to_string(kMaxStations) + " stations)"};
   if (hello.role == Role::viewer) return std::nullopt;

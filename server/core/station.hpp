@@ -47,6 +47,8 @@ struct Station {
   Micros sample_heard{};  ///< when the newest sample came
   Micros sample_lag{};    ///< how old it was then
   bool contact_in_reach = false;
+  Micros slow_said{};  ///< when it was last told, beside a patch, how fast the room is
+  bool slow_known = false;
   ToolView shown;  ///< at the body time, for viewers
   bool has_shown = false;
   Outbox outbox;

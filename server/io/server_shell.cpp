@@ -2,9 +2,9 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <asio/post.hpp>
 #include <random>
-#include <thread>
 #include <utility>
 
 #include "common/io/monotonic.hpp"
@@ -30,19 +30,25 @@ std::string frame_figures(const ServerCounts& before, const ServerCounts& after,
       after.frames_failed - before.frames_failed, after.cut_steps - before.cut_steps, after.dropped_all() - before.dropped_all());
 }
 
+std::vector<ServerRooms::RoomSpec> specs_of(const std::vector<NamedScene>& scenes) {
+  std::vector<ServerRooms::RoomSpec> specs;
+  for (const NamedScene& named : scenes) specs.push_back({named.name, facts_of(named.scene, home_of(named.scene))});
+  return specs;
+}
+
 }  // namespace
 
-ServerShell::ServerShell(const Scene& scene, const std::string& listen, double rate_hz, Say say)
+ServerShell::ServerShell(const std::vector<NamedScene>& scenes, const ShellOptions& options, Say say)
     : say_(std::move(say)),
-      room_(scene),
-      core_(facts_of(scene, home_of(scene)), {draw_instance(), rate_hz}),
-      socket_(bind_udp(io_, "--listen", resolve_udp("--listen", listen))) {
+      cores_(specs_of(scenes), draw_instance(), options.rate_hz),
+      socket_(bind_udp(io_, "--listen", resolve_udp("--listen", options.listen))),
+      threads_(std::max<std::size_t>(options.threads, 1)) {
+  for (const NamedScene& named : scenes) bodies_.push_back(std::make_unique<Body>(named.scene));
   socket_.non_blocking(true);
 }
 
 void ServerShell::run() {
-  const auto busy = asio::make_work_guard(step_io_);
-  std::thread stepper([this] { step_io_.run(); });
+  pool_ = std::make_unique<asio::thread_pool>(threads_);
   try {
     receive();
     report();
@@ -51,13 +57,13 @@ void ServerShell::run() {
   } catch (...) {
     failure_ = std::current_exception();
   }
-  step_io_.stop();
-  stepper.join();
+  pool_->stop();
+  pool_->join();
   if (failure_) std::rethrow_exception(failure_);
 }
 
 void ServerShell::stop() {
-  core_.shut_down();
+  cores_.shut_down();
   send_all(monotonic_now());
   io_.stop();
 }
@@ -73,7 +79,7 @@ void ServerShell::receive() {
       if (none) continue;  // an ICMP answer: a station's port is closed; it will time out
       const auto now = monotonic_now();
       if (const auto peer = peers_.id_of(from, now))
-        core_.take(std::span(in_).first(size), *peer, now);
+        cores_.take(std::span(in_).first(size), *peer, now);
       else
         ++strangers_dropped_;
     }
@@ -84,23 +90,25 @@ void ServerShell::receive() {
 
 void ServerShell::step() {
   const auto now = monotonic_now();
-  core_.tick(now);
-  if (auto job = core_.next_job(now)) hand_out(std::move(*job));
+  cores_.tick(now);
+  for (std::size_t k = 0; k < cores_.size(); ++k)
+    if (auto job = cores_[k].next_job(now)) hand_out(k, std::move(*job));
   send_all(now);
-  timer_.expires_at(monotonic_at(core_.deadline()));
+  timer_.expires_at(monotonic_at(cores_.deadline()));
   timer_.async_wait([this](const asio::error_code& fault) {
     if (!fault) step();
   });
 }
 
-void ServerShell::hand_out(FrameJob job) {
-  if (!std::exchange(room_started_, true)) room_.start(core_.body_time());
-  asio::post(step_io_, [this, job = std::move(job)] {
+void ServerShell::hand_out(std::size_t k, FrameJob job) {
+  Body& body = *bodies_[k];
+  if (!std::exchange(body.started, true)) body.room.start(cores_[k].body_time());
+  asio::post(*pool_, [this, k, &body, job = std::move(job)] {
     try {
-      auto result = room_.run(job);
-      asio::post(io_, [this, result = std::move(result)]() mutable {
+      auto result = body.room.run(job);
+      asio::post(io_, [this, k, result = std::move(result)]() mutable {
         const auto now = monotonic_now();
-        core_.finish(std::move(result), now);
+        cores_[k].finish(std::move(result), now);
         send_all(now);
       });
     } catch (...) {
@@ -114,7 +122,7 @@ void ServerShell::hand_out(FrameJob job) {
 
 void ServerShell::send_all(Micros now) {
   PeerId to = 0;
-  while (const auto size = core_.emit(out_, to, now)) {
+  while (const auto size = cores_.emit(out_, to, now)) {
     const auto* address = peers_.address_of(to);
     asio::error_code fault;
     if (address) socket_.send_to(asio::buffer(out_.data(), size), *address, 0, fault);
@@ -122,23 +130,40 @@ void ServerShell::send_all(Micros now) {
   }
 }
 
+std::string ServerShell::label(std::size_t k) const {
+  return cores_.size() > 1 ? fmt::format("room \"{}\": ", cores_.name(k)) : "";
+}
+
 void ServerShell::report() {
   report_timer_.expires_after(kReportEvery);
   report_timer_.async_wait([this](const asio::error_code& fault) {
     if (fault) return;
-    const auto& counts = core_.counts();
-    if (core_.station_count() > 0 && say_)
-      say_(fmt::format("{} stations: {}", core_.station_count(), frame_figures(reported_, counts, core_.longest_frame())));
-    reported_ = counts;
-    core_.reset_longest_frame();
+    for (std::size_t k = 0; k < cores_.size(); ++k) {
+      ServerCore& core = cores_[k];
+      const auto& counts = core.counts();
+      const Pace& pace = core.pace();
+      const bool slow = pace.rate_hz < kSlowBelow * core.options().rate_hz;
+      if (core.station_count() > 0 && say_)
+        say_(fmt::format("{}{} stations: {}{}", label(k), core.station_count(),
+                         frame_figures(bodies_[k]->reported, counts, core.longest_frame()),
+                         slow ? fmt::format(", overrunning: {:.1f} of {:g} frames a second, {:.0f} ms behind", pace.rate_hz,
+                                            core.options().rate_hz, ms(pace.behind))
+                              : ""));
+      bodies_[k]->reported = counts;
+      core.reset_longest_frame();
+    }
     report();
   });
 }
 
-std::string ServerShell::summary() const {
-  const auto& c = core_.counts();
-  return fmt::format("in all {} joins, {} refusals, {} timeouts, {} datagrams in, {} out, {}", c.joins, c.refusals, c.timeouts,
-                     c.received, c.sent, frame_figures({}, c, c.frame_time_max));
+std::vector<std::string> ServerShell::summary() const {
+  std::vector<std::string> lines;
+  for (std::size_t k = 0; k < cores_.size(); ++k) {
+    const auto& c = cores_[k].counts();
+    lines.push_back(fmt::format("{}in all {} joins, {} refusals, {} timeouts, {} datagrams in, {} out, {}", label(k), c.joins,
+                                c.refusals, c.timeouts, c.received, c.sent, frame_figures({}, c, c.frame_time_max)));
+  }
+  return lines;
 }
 
 }  // namespace palpate

@@ -1,65 +1,90 @@
-// Drives a room in real time: a UDP socket and a ServerCore on the thread that calls run(), the body on a second one.
+// Drives rooms in real time: a UDP socket and a ServerCore a room on the thread that calls run(), the bodies on a pool of
+// threads.
 //
-// The network thread sleeps until a datagram comes or the core's deadline, takes everything that waits, ticks, sends. A frame job
-// goes to the step thread, its result comes back as a task of the network thread; the two share nothing else. The clock is
-// steady_clock, read when a datagram is taken from the socket.
+// The network thread sleeps until a datagram comes or the first core's deadline, takes everything that waits, ticks, sends. The
+// frame job of a room goes to the pool, its result comes back as a task of the network thread; the two share nothing else. A room
+// has one job out at most, and jobs are taken up in the order in which they were handed out: a room that overruns keeps one
+// thread busy and skips its own frames, not those of others while there are as many threads as rooms that overrun, and one more.
+// The clock is steady_clock, read when a datagram is taken from the socket.
 #pragma once
 
 #include <array>
-#include <asio/executor_work_guard.hpp>
 #include <asio/io_context.hpp>
 #include <asio/steady_timer.hpp>
+#include <asio/thread_pool.hpp>
 #include <exception>
 #include <functional>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "common/io/endpoint.hpp"
-#include "server/core/server_core.hpp"
+#include "server/core/server_rooms.hpp"
 #include "server/io/peers.hpp"
 #include "server/room/room.hpp"
 
 namespace palpate {
 
+/// A scene and the name by which stations ask for its room.
+struct NamedScene {
+  std::string name;
+  Scene scene;
+};
+
+struct ShellOptions {
+  std::string listen;  ///< HOST:PORT
+  double rate_hz = 20;
+  std::size_t threads = 1;  ///< of the pool
+};
+
 class ServerShell {
  public:
   using Say = std::function<void(const std::string&)>;
 
-  /// `listen` is HOST:PORT; InputError when it is not, or the port is in use. `say` gets lines for a person.
-  ServerShell(const Scene& scene, const std::string& listen, double rate_hz, Say say);
+  /// InputError when `listen` is no address, or the port is in use. `say` gets lines for a person.
+  ServerShell(const std::vector<NamedScene>& scenes, const ShellOptions& options, Say say);
 
   UdpEndpoint address() const { return socket_.local_endpoint(); }
-  /// Until stop(). Throws what the body threw.
+  /// Until stop(). Throws what a body threw.
   void run();
-  /// Stations are told; run() returns once the frame in hand is done. From a task of context().
+  /// Stations are told; run() returns once the frames in hand are done. From a task of context().
   void stop();
   /// For signals and timers beside ours.
   asio::io_context& context() { return io_; }
-  const ServerCore& core() const { return core_; }
-  /// A line about everything since the start.
-  std::string summary() const;
+  const ServerRooms& rooms() const { return cores_; }
+  /// A line a room about everything since the start.
+  std::vector<std::string> summary() const;
 
  private:
   static constexpr Micros kReportEvery{5'000'000};
 
+  struct Body {
+    explicit Body(const Scene& scene) : room(scene) {}
+    Room room;  ///< used by the job that is out, by none other
+    bool started = false;
+    ServerCounts reported;  ///< counts at the last report
+  };
+
   void receive();
   void step();
   void send_all(Micros now);
-  void hand_out(FrameJob job);
+  void hand_out(std::size_t k, FrameJob job);
   void report();
+  std::string label(std::size_t k) const;
 
   Say say_;
-  Room room_;
-  ServerCore core_;
-  asio::io_context io_{1}, step_io_{1};
+  std::vector<std::unique_ptr<Body>> bodies_;  // parallel to the rooms of cores_
+  ServerRooms cores_;
+  asio::io_context io_{1};
   UdpSocket socket_;
   asio::steady_timer timer_{io_}, report_timer_{io_};
   Peers peers_;
   std::array<std::byte, 2048> in_{};
   std::array<std::byte, kMaxDatagramBytes> out_{};
   std::uint64_t send_failed_ = 0, strangers_dropped_ = 0;
-  bool room_started_ = false;
-  ServerCounts reported_;  ///< counts at the last report
   std::exception_ptr failure_;
+  std::size_t threads_;
+  std::unique_ptr<asio::thread_pool> pool_;
 };
 
 }  // namespace palpate

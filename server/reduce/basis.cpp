@@ -47,42 +47,54 @@ bool ShiftedSolver::solve(const Linearisation& at, Vector b, double tolerance, V
   return stats.positive_definite;
 }
 
-std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
-                                   const std::vector<Vector>& fine, const Vector& imbalance, const BasisRequest& request,
-                                   BasisMemory& memory) {
+std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
+                                   const BasisRequest& request) {
   const Vector& masses = at.dynamics->masses();
   Orthonormal basis(masses, request.modes);
-  std::size_t solves = 0;
-  bool definite = true;
-  const auto solve = [&](const Vector& b) {
-    if (memory.size() <= solves) memory.emplace_back(Vector::Zero(b.size()));
-    Vector& x = memory[solves++];
-    definite = definite && solver.solve(at, b, request.tolerance, x);
-    return x;
-  };
-  Vector motion = at.state->v;
-  mask(*at.held, motion);
+  Vector free_motion = at.state->v;
+  mask(*at.held, free_motion);
+  for (const Vector& x : start.ports) basis.add(x);
+  basis.add(free_motion);
+  for (const Vector& x : start.fine) basis.add(x);
+  for (const Vector& x : start.loads) basis.add(x);
+  basis.add(start.imbalance);
+  basis.add(start.motion);
 
-  std::vector<Vector> moment;
-  for (const Vector& b : ports) moment.push_back(solve(b));
-  for (const Vector& x : moment) basis.add(x);
-  basis.add(motion);
-  for (const Vector& x : fine) basis.add(x);
-  if (!basis.full()) moment.push_back(solve(imbalance));
-  if (!basis.full()) moment.push_back(solve(masses.cwiseProduct(motion)));
-  for (std::size_t k = ports.size(); k < moment.size(); ++k) basis.add(moment[k]);
-
+  std::vector<Vector> moment = start.ports;
+  moment.push_back(start.imbalance);
+  moment.push_back(start.motion);
   constexpr int kMomentsMax = 8;
   for (int m = 1; m < kMomentsMax && !basis.full(); ++m)
     for (Vector& x : moment) {
       if (basis.full()) break;
       Vector k_x, d_x;
       at.dynamics->multiply_tangents(*at.state, x, k_x, d_x);
-      x = solve(2 * request.shift_1_s * masses.cwiseProduct(x) + d_x);
+      const Vector b = 2 * request.shift_1_s * masses.cwiseProduct(x) + d_x;
+      if (!solve(b, x)) return std::nullopt;
       basis.add(x);
     }
-  if (!definite) return std::nullopt;
   return basis.take();
+}
+
+std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
+                                   const std::vector<Vector>& fine, const Vector& imbalance, const BasisRequest& request,
+                                   BasisMemory& memory) {
+  std::size_t solves = 0;
+  const KrylovSolve solve = [&](const Vector& b, Vector& x) {
+    if (memory.size() <= solves) memory.emplace_back(Vector::Zero(b.size()));
+    Vector& kept = memory[solves++];
+    if (!solver.solve(at, b, request.tolerance, kept)) return false;
+    x = kept;
+    return true;
+  };
+  Vector motion = at.state->v;
+  mask(*at.held, motion);
+  KrylovStart start{{}, fine, {}, {}, {}};
+  start.ports.resize(ports.size());
+  for (std::size_t k = 0; k < ports.size(); ++k)
+    if (!solve(ports[k], start.ports[k])) return std::nullopt;
+  if (!solve(imbalance, start.imbalance) || !solve(at.dynamics->masses().cwiseProduct(motion), start.motion)) return std::nullopt;
+  return krylov_basis(at, start, solve, request);
 }
 
 double softest_stiffness(const Dynamics& dynamics) {

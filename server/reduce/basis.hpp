@@ -7,6 +7,7 @@
 // Source: rational Krylov (moment matching) for second-order systems, Bai and Su, SIAM J. Sci. Comput. 26 (2005).
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -47,9 +48,20 @@ struct BasisRequest {
 /// Warm starts: the answers of the last frame, in order of request.
 using BasisMemory = std::vector<Vector>;
 
+/// First directions, already solved for.
+struct KrylovStart {
+  std::vector<Vector> ports;  ///< P^-1 B
+  std::vector<Vector> fine;   ///< M^-1 B, for fast response; may be empty
+  std::vector<Vector> loads;  ///< P^-1 of loads to come; may be empty
+  Vector imbalance, motion;   ///< P^-1 F*, P^-1 M v*
+};
+/// x = P^-1 b. False when P turns out not to be positive definite.
+using KrylovSolve = std::function<bool(const Vector& b, Vector& x)>;
+
 /// Columns are M-orthonormal; fewer than asked when the body has no more to give; nothing when P is not positive definite.
-/// `ports` are the input directions B_s (3 N each), `imbalance` is F*. `fine` are directions wanted for fast response (M^-1 B),
-/// may be empty.
+std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
+                                   const BasisRequest& request);
+/// The same from the input directions B_s (3 N each) and the imbalance F*.
 std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
                                    const std::vector<Vector>& fine, const Vector& imbalance, const BasisRequest& request,
                                    BasisMemory& memory);

@@ -9,14 +9,19 @@
 namespace palpate {
 namespace {
 
-double shift_for(Micros bridge) { return std::clamp(2.0 / std::max(seconds(bridge), 1e-3), 5.0, 60.0); }
+constexpr double kBasisTolerance = 1e-2, kStaticTolerance = 1e-3;
 
 Mat3 symmetric(const Mat3& m) { return 0.5 * (m + m.transpose()); }
 
 }  // namespace
 
 PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2)
-    : dynamics_(&dynamics), skin_(&skin), neighbours_(dynamics.nodes()), softest_1_s2_(softest_1_s2), solver_(dynamics) {
+    : dynamics_(&dynamics),
+      skin_(&skin),
+      neighbours_(dynamics.nodes()),
+      softest_1_s2_(softest_1_s2),
+      solver_(dynamics),
+      ring_(dynamics, skin) {
   const LumpedBody& body = dynamics.body();
   Eigen::AlignedBox3d box;
   for (const Vec3& x : body.nodes) box.extend(x);
@@ -58,7 +63,7 @@ void PatchBuilder::hold_far_nodes(const std::vector<std::uint32_t>& seeds) {
     if (!near[i]) held_[i] = 1;
 }
 
-bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, Patch& patch, Matrix& rotated) {
+bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Matrix& rotated) {
   const auto r = v.cols();
   Matrix k_v(v.rows(), r), d_v(v.rows(), r);
   for (Eigen::Index c = 0; c < r; ++c) {
@@ -67,7 +72,12 @@ bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, Patch& patch
     k_v.col(c) = k_column;
     d_v.col(c) = d_column;
   }
-  const Matrix k = v.transpose() * k_v;
+  Matrix k = v.transpose() * k_v;
+  for (const OtherTools::Spring& spring : others.springs) {
+    Matrix rows = Matrix::Zero(3, r);
+    for (const auto& [node, weight] : spring.port->b) rows += weight * v.middleRows<3>(3 * static_cast<Eigen::Index>(node));
+    k += rows.transpose() * spring.stiffness * rows;
+  }
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(0.5 * (k + k.transpose()));
   if (eigen.info() != Eigen::Success) return false;
   const Matrix& u = eigen.eigenvectors();
@@ -79,20 +89,20 @@ bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, Patch& patch
   Vector motion = at.state->v;
   mask(*at.held, motion);
   patch.q_rate = rotated.transpose() * dynamics_->masses().cwiseProduct(motion);
+  if (others.load_rate.size() > 0) patch.load_rate = rotated.transpose() * others.load_rate;
   return true;
 }
 
-std::optional<Patch> PatchBuilder::build(const BodyState& state, const std::vector<ToolPort>& ports, std::size_t which,
-                                         const PatchRequest& request) {
-  const ToolPort& port = ports[which];
+std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, const PatchRequest& request) {
+  const ToolPort& port = frame.ports()[which];
   report_ = {};
   Patch patch;
   patch.scheme = request.scheme;
   patch.contact = port.kind;
   patch.constant = request.scheme == Scheme::hold || request.scheme == Scheme::filtered;
   patch.low_pass_hz = request.scheme == Scheme::filtered ? kFilteredHz : 0;
-  patch.tool = request.tool.position;
-  patch.tool_velocity = request.tool.velocity;
+  patch.tool = frame.tool(which).position;
+  patch.tool_velocity = frame.tool(which).velocity;
   patch.force = port.kind == ContactKind::attach || port.touching ? Vec3(-port.lambda) : Vec3::Zero();
   patch.touching = port.kind == ContactKind::attach || port.touching;
   patch.valid_for = 2 * request.bridge + Micros{250'000};
@@ -100,29 +110,29 @@ std::optional<Patch> PatchBuilder::build(const BodyState& state, const std::vect
   if (patch.constant) return patch;
   std::optional<Patch> built;
   for (const bool clamp : {false, true}) {
-    held_ = held_nodes(dynamics_->body(), ports);
-    built = port.kind == ContactKind::attach ? build_attach(state, port, request, patch, clamp)
-                                             : build_touch(state, port, request, patch, clamp);
-    report_.solver_iterations += solver_.iterations();
+    held_ = frame.held();
+    built = port.kind == ContactKind::attach ? build_attach(frame, which, request, patch, clamp)
+                                             : build_touch(frame, which, request, patch, clamp);
     if (built) break;
   }
   return built;
 }
 
 std::optional<Mat3> PatchBuilder::static_response(const Linearisation& at, const std::vector<Vector>& inputs) {
-  constexpr double kTolerance = 1e-3;
   Mat3 response;
   for (std::size_t column = 0; column < 3; ++column) {
     if (memory_.size() <= column) memory_.emplace_back(Vector::Zero(inputs[column].size()));
-    if (!solver_.solve(at, inputs[column], kTolerance, memory_[column])) return std::nullopt;
+    if (!solver_.solve(at, inputs[column], kStaticTolerance, memory_[column])) return std::nullopt;
     for (int row = 0; row < 3; ++row)
       response(row, static_cast<int>(column)) = inputs[static_cast<std::size_t>(row)].dot(memory_[column]);
   }
   return symmetric(response);
 }
 
-std::optional<Patch> PatchBuilder::build_attach(const BodyState& state, const ToolPort& port, const PatchRequest& request,
+std::optional<Patch> PatchBuilder::build_attach(const FrameModel& frame, std::size_t which, const PatchRequest& request,
                                                 Patch patch, bool clamp) {
+  const ToolPort& port = frame.ports()[which];
+  const BodyState& state = frame.state();
   if (request.scheme == Scheme::ring) hold_far_nodes({port.node});
   held_[port.node] = 1;
   const Linearisation at{dynamics_, &state, &held_};
@@ -156,8 +166,10 @@ std::optional<Patch> PatchBuilder::build_attach(const BodyState& state, const To
   for (std::size_t column = 0; column < 3; ++column) inputs.push_back(-k_tool[column] - shift * d_tool[column]);
   const auto basis =
       krylov_basis(at, solver_, inputs, {}, imbalance, {modes_for(request.scheme, port.kind, request.order), shift}, memory_);
+  report_.solver_iterations += solver_.iterations();
   Matrix v;
-  if (!basis || !reduce(at, *basis, patch, v)) return std::nullopt;
+  if (!basis || !reduce(at, *basis, frame.other_nodes(which), patch, v)) return std::nullopt;
+  if (patch.load_rate.size() > 0) patch.load_for = request.bridge;
   patch.b_k.resize(v.cols(), 3);
   patch.b_d.resize(v.cols(), 3);
   for (int axis = 0; axis < 3; ++axis) {
@@ -171,41 +183,86 @@ std::optional<Patch> PatchBuilder::build_attach(const BodyState& state, const To
   return patch;
 }
 
-std::optional<Patch> PatchBuilder::build_touch(const BodyState& state, const ToolPort& port, const PatchRequest& request,
-                                               Patch patch, bool clamp) {
+std::optional<Patch> PatchBuilder::build_touch(FrameModel& frame, std::size_t which, const PatchRequest& request, Patch patch,
+                                               bool clamp) {
+  const ToolPort& port = frame.ports()[which];
   const Triangle& corners = skin_->view().triangles[port.point.triangle];
-  if (request.scheme == Scheme::ring) hold_far_nodes({corners.begin(), corners.end()});
-  const Linearisation at{dynamics_, &state, &held_};
+  const bool ring = request.scheme == Scheme::ring, tangent = request.scheme == Scheme::tangent;
+  if (ring) hold_far_nodes({corners.begin(), corners.end()});
+  const Linearisation at{dynamics_, &frame.state(), &held_};
   patch.coupling_n_m = port.parameters.coupling_n_m;
   patch.friction = port.parameters.friction;
   patch.trust_radius_m = 6 * spacing_m_;
-  std::vector<Vector> inputs(3, Vector::Zero(dynamics_->masses().size())), fine;
-  const Skin::Weights weights = skin_->weights(port.point);
-  for (int axis = 0; axis < 3; ++axis) scatter(weights, Vec3::Unit(axis), inputs[static_cast<std::size_t>(axis)]);
-  for (Vector& b : inputs) mask(held_, b);
 
-  const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
-  if (!solver_.prepare(at, shift, clamp)) return std::nullopt;
+  const double shift = tangent ? 0 : frame.shift(request.bridge);
+  const double tolerance = tangent ? kStaticTolerance : kBasisTolerance;
+  SharedSystem* const p =
+      ring ? (ring_.prepare(at, shift, clamp, tolerance) ? &ring_ : nullptr) : frame.system(shift, clamp, tolerance);
+  if (!p) return std::nullopt;
+  const int before = p->iterations();
+  const auto others = frame.others(*p, which);
+  if (!others) return std::nullopt;
   Matrix v(dynamics_->masses().size(), 0);
-  if (request.scheme == Scheme::tangent) {
-    const auto compliance = static_response(at, inputs);
-    if (!compliance) return std::nullopt;
-    patch.c_static = *compliance;
+  if (tangent) {
+    const SpringCorrection correct(*others);
+    const PortAnswer& own = *p->port(which, port.point);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      Vector x = own.answer[axis];
+      correct.apply(x);
+      patch.c_static.col(static_cast<int>(axis)) = gather(own.b, x);
+    }
+    patch.c_static = symmetric(patch.c_static);
   } else {
-    Vector imbalance;
-    dynamics_->forces(state.x, state.v, imbalance);
-    mask(held_, imbalance);
-    for (const Vector& b : inputs) fine.push_back(b.cwiseQuotient(dynamics_->masses()));
-    const auto basis =
-        krylov_basis(at, solver_, inputs, fine, imbalance, {modes_for(request.scheme, port.kind, request.order), shift}, memory_);
-    if (!basis || !reduce(at, *basis, patch, v)) return std::nullopt;
+    const auto basis = touch_basis(frame, *p, which, *others, at, request);
+    if (!basis || !reduce(at, *basis, *others, patch, v)) return std::nullopt;
+    Vector imbalance = frame.forces();
+    if (others->load.size() > 0) imbalance += others->load;
     patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
+    if (patch.load_rate.size() > 0) patch.load_for = request.bridge;
   }
-  cut_port_surface(*skin_, state, v, port.point, seconds(request.bridge) * request.tool.velocity, request.vertices_max, patch);
-  if (request.scheme == Scheme::tangent && port.touching)
+  report_.solver_iterations += p->iterations() - before;
+  cut_port_surface(*skin_, frame.positions(), v, port.point, seconds(request.bridge) * frame.tool(which).velocity,
+                   request.vertices_max(patch.modes(), patch.load_rate.size() > 0), patch);
+  if (tangent && port.touching)
     for (int i = 0; i < patch.surface.vertex_count; ++i)
       patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
   return patch;
+}
+
+/// Directions for a touch, the springs of coupled tools in P.
+std::optional<Matrix> PatchBuilder::touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which, const OtherTools& others,
+                                                const Linearisation& at, const PatchRequest& request) {
+  const SpringCorrection correct(others);
+  const PortAnswer& own = *p.port(which, frame.ports()[which].point);
+  const Vector* const imbalance = p.imbalance(frame.total());
+  const Vector* const motion = p.motion();
+  if (!imbalance || !motion) return std::nullopt;
+  KrylovStart start{{own.answer.begin(), own.answer.end()}, {}, {}, *imbalance, *motion};
+  for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(dynamics_->masses()));
+  int modes = modes_for(request.scheme, ContactKind::touch, request.order);
+  Vector load;
+  for (std::size_t k = 0, o = 0; k < frame.ports().size(); ++k) {
+    if (k == which || frame.ports()[k].kind != ContactKind::touch || !frame.ports()[k].touching) continue;
+    const OtherTools::Spring& spring = others.springs[o++];
+    const Vec3 rate = spring.stiffness * frame.tool(k).velocity;
+    if (!spring.coupled || rate.isZero(0)) continue;
+    if (load.size() == 0) load = Vector::Zero(at.state->x.size());
+    for (std::size_t axis = 0; axis < 3; ++axis) load += rate[static_cast<int>(axis)] * spring.port->answer[axis];
+  }
+  if (load.size() > 0 && !getenv("NOLOAD")) {
+    start.loads.push_back(load);
+    if (request.order == 0) ++modes;
+  }
+  for (auto* directions : {&start.ports, &start.loads})
+    for (Vector& x : *directions) correct.apply(x);
+  correct.apply(start.imbalance);
+  correct.apply(start.motion);
+  const KrylovSolve solve = [&](const Vector& b, Vector& x) {
+    if (!p.solve(b, x)) return false;
+    correct.apply(x);
+    return true;
+  };
+  return krylov_basis(at, start, solve, {modes, p.shift(), kBasisTolerance});
 }
 
 }  // namespace palpate

@@ -4,10 +4,9 @@
 
 namespace palpate {
 
-void cut_port_surface(const Skin& skin, const BodyState& state, const Matrix& v, const SurfacePoint& point, const Vec3& ahead,
-                      int vertices_max, Patch& patch) {
+void cut_port_surface(const Skin& skin, const std::vector<double>& x, const Matrix& v, const SurfacePoint& point,
+                      const Vec3& ahead, int vertices_max, Patch& patch) {
   const SurfaceView surface = skin.view();
-  const std::vector<double> x = skin.place(state.x);
   const Vec3 centre = position_at(surface, x, point);
   std::vector<std::uint32_t> vertices, triangles{point.triangle};
   const auto corners = surface.triangles[point.triangle];

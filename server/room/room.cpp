@@ -37,7 +37,8 @@ struct Room::State {
   void take_samples(const FrameJob& job);
   void sync_ports(const FrameJob& job);
   AdvanceReport advance(const FrameJob& job);
-  bool in_reach(const ToolPort& port, const ToolAt& tool, Micros bridge) const;
+  void begin_patches(const FrameJob& job);
+  bool in_reach(const ToolPort& port, const ToolAt& tool, Micros bridge);
   StationFrame frame_of(const StationJob& job, Micros stamp);
 
   Scene scene;
@@ -49,6 +50,7 @@ struct Room::State {
   std::map<StationId, Station> stations;
   std::vector<StationId> port_owner;  // parallel to ports
   std::vector<ToolPort> ports;
+  FrameModel frame_model{dynamics, skin};
 };
 
 Room::Room(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
@@ -122,14 +124,22 @@ AdvanceReport Room::State::advance(const FrameJob& job) {
                             [&](std::size_t k, double t) { return tool_at(stations.at(port_owner[k]), from_seconds(t)); });
 }
 
-bool Room::State::in_reach(const ToolPort& port, const ToolAt& tool, Micros bridge) const {
+void Room::State::begin_patches(const FrameJob& job) {
+  std::vector<ToolAt> tools;
+  for (const StationId owner : port_owner) tools.push_back(tool_at(stations.at(owner), job.target));
+  Micros bridges{};
+  for (const StationJob& j : job.stations) bridges += j.bridge / static_cast<std::int64_t>(job.stations.size());
+  frame_model.begin(body, ports, tools, bridges);
+}
+
+bool Room::State::in_reach(const ToolPort& port, const ToolAt& tool, Micros bridge) {
   if (port.kind == ContactKind::attach || port.touching) return true;
   if (skin.empty()) return false;
   // How far the tool can get before the next patch: its speed, and a hand's acceleration of 10 m/s^2 on top, each way.
   constexpr double kHandAccelerationMs2 = 10, kMarginM = 0.005;
   const double t = seconds(bridge);
   const double reach = tool.velocity.norm() * t + 0.5 * kHandAccelerationMs2 * t * t + kMarginM;
-  return nearest_point(skin.view(), skin.place(body.x), tool.position).height_m < reach;
+  return nearest_point(skin.view(), frame_model.positions(), tool.position).height_m < reach;
 }
 
 StationFrame Room::State::frame_of(const StationJob& job, Micros stamp) {
@@ -141,16 +151,16 @@ StationFrame Room::State::frame_of(const StationJob& job, Micros stamp) {
   if (at == port_owner.end()) return frame;
   const auto which = static_cast<std::size_t>(at - port_owner.begin());
   ToolPort& port = ports[which];
-  const ToolAt tool = tool_at(stations.at(owner), stamp);
+  const ToolAt& tool = frame_model.tool(which);
   frame.tool = tool.position;
   frame.contact = port.kind == ContactKind::attach || port.touching;
   frame.force = frame.contact ? Vec3(-port.lambda) : Vec3::Zero();
   if (!in_reach(port, tool, job.bridge)) return frame;
   if (port.kind == ContactKind::touch && !port.touching)
-    port.point = nearest_point(skin.view(), skin.place(body.x), tool.position).point;
-  PatchRequest request{job.scheme, job.order, job.bridge, tool, 0};
-  request.vertices_max = max_port_vertices(PatchBuilder::modes_for(job.scheme, port.kind, job.order));
-  frame.patch = station.builder->build(body, ports, which, request);
+    port.point = nearest_point(skin.view(), frame_model.positions(), tool.position).point;
+  const PatchRequest request{job.scheme, job.order, job.bridge,
+                             [](int modes, bool loaded) { return max_port_vertices(modes, kMaxPortTriangles, loaded); }};
+  frame.patch = station.builder->build(frame_model, which, request);
   if (!frame.patch) return frame;
   frame.patch->seq = ++station.seq;
   frame.patch->stamp = stamp;
@@ -182,6 +192,7 @@ FrameResult Room::simulate(const FrameJob& job) {
 }
 
 void Room::build_patches(const FrameJob& job, FrameResult& result) {
+  state_->begin_patches(job);
   for (const StationJob& j : job.stations) {
     StationFrame frame;
     frame.id = j.id;

@@ -15,7 +15,7 @@ namespace {
 
 /// A server on a free port, on its own thread.
 struct RunningServer {
-  ServerShell shell{load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json"), "127.0.0.1:0", 20, {}};
+  ServerShell shell{{{"cube", load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json")}}, {"127.0.0.1:0", 20, 1}, {}};
   std::string address = to_string(shell.address());
   std::thread thread{[this] { shell.run(); }};
   ~RunningServer() {
@@ -77,7 +77,7 @@ TEST_CASE("a second hand on the node is refused by name of the reason") {
 TEST_CASE("a port in use and a host that does not parse are bad input") {
   RunningServer server;
   const auto scene = load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json");
-  CHECK_THROWS_AS(ServerShell(scene, server.address, 20, {}), InputError);
+  CHECK_THROWS_AS(ServerShell({{"cube", scene}}, {server.address, 20, 1}, {}), InputError);
   ClientCore core(named("hand"), monotonic_now());
   CHECK_THROWS_AS(UdpClient("127.0.0.1", core), InputError);
   CHECK_THROWS_AS(UdpClient("127.0.0.1:0", core), InputError);

@@ -27,30 +27,32 @@ struct Bench {
   PatchBuilder builder{dynamics, skin, 0};
   std::vector<ToolPort> ports{1};
   PatchRequest request;
+  ToolAt tool;
 
   Bench(LumpedBody b, ContactKind kind, double shift_m, double speed_m_s)
       : body(std::move(b)), state(random_state(dynamics, 5, shift_m, speed_m_s)) {
     ports[0].kind = kind;
     ports[0].parameters = {1000, 0.3};
     request.bridge = kBridge;
-    request.vertices_max = 12;
   }
   Bench& attach(std::uint32_t node) {
     ports[0].node = node;
     ports[0].lambda = -dynamics.element_force(state, node);
-    request.tool = {node_of(state.x, node), node_of(state.v, node)};
+    tool = {node_of(state.x, node), node_of(state.v, node)};
     return *this;
   }
   Bench& touch(std::uint32_t triangle, const Vec3& weight) {
     ports[0].point = {triangle, weight};
     const Positions x(state.x.data(), static_cast<std::size_t>(state.x.size()));
-    request.tool.position = position_at(skin.view(), x, ports[0].point) + 0.001 * normal_at(skin.view(), x, ports[0].point);
+    tool.position = position_at(skin.view(), x, ports[0].point) + 0.001 * normal_at(skin.view(), x, ports[0].point);
     return *this;
   }
   Patch build(Scheme scheme, int order = 0) {
     request.scheme = scheme;
     request.order = order;
-    auto patch = builder.build(state, ports, 0, request);
+    FrameModel frame(dynamics, skin);
+    frame.begin(state, ports, std::span(&tool, 1), request.bridge);
+    auto patch = builder.build(frame, 0, request);
     REQUIRE(patch);
     REQUIRE(check(*patch) == PatchFault::none);
     return *patch;
@@ -164,7 +166,7 @@ TEST_CASE("A grasp patch of full order plays what the dense linear model of the 
   Vector f_star;
   bench.dynamics.forces(bench.state.x, bench.state.v, f_star);
   const Vector v_star = bench.state.v(whole.f);
-  const Vec3 tool_velocity = bench.request.tool.velocity;
+  const Vec3 tool_velocity = bench.tool.velocity;
 
   // State (y, y', d, u, 1): u is the tool's velocity, constant inside a tick; M y'' = F* + D v* - K y - D y' - K_ft d - D_ft (u -
   // h'*).
@@ -186,10 +188,10 @@ TEST_CASE("A grasp patch of full order plays what the dense linear model of the 
   z[size - 1] = 1;
   PatchPlayer player(patch);
   Random random(11);
-  Vec3 tool = bench.request.tool.position;
+  Vec3 tool = bench.tool.position;
   double worst = 0, largest = 0;
   for (int ms = 1; ms <= 300; ++ms) {
-    const Vec3 next = bench.request.tool.position + 0.004 * Vec3(std::sin(0.02 * ms), std::sin(0.03 * ms), -std::sin(0.05 * ms)) +
+    const Vec3 next = bench.tool.position + 0.004 * Vec3(std::sin(0.02 * ms), std::sin(0.03 * ms), -std::sin(0.05 * ms)) +
                       random_vector(random, 1e-5);
     z.segment<3>(2 * n + 3) = (next - tool) / 1e-3;
     z = tick * z;
@@ -332,7 +334,9 @@ TEST_CASE("No mode of a touch patch is softer than it is told, however the body 
     bench.touch(40, Vec3(0.3, 0.3, 0.4));
     bench.request.scheme = Scheme::port;
     PatchBuilder builder(bench.dynamics, bench.skin, floor_1_s2);
-    const auto patch = builder.build(bench.state, bench.ports, 0, bench.request);
+    FrameModel frame(bench.dynamics, bench.skin);
+    frame.begin(bench.state, bench.ports, std::span(&bench.tool, 1), bench.request.bridge);
+    const auto patch = builder.build(frame, 0, bench.request);
     REQUIRE(patch);
     REQUIRE(patch->modes() > 0);
     CHECK(patch->stiffness.minCoeff() >= floor_1_s2);

@@ -42,6 +42,10 @@ void check(const CLI::App& app, const ViewOptions& options) {
   if (!fits || !std::all_of(name.begin(), name.end(), printable))
     throw InputError("--station", fmt::format("has {} bytes", name.size()),
                      fmt::format("1 to {} bytes without control characters", kMaxNameBytes));
+  if (options.room.size() > static_cast<std::size_t>(kMaxNameBytes) ||
+      !std::all_of(options.room.begin(), options.room.end(), printable))
+    throw InputError("--room", fmt::format("has {} bytes", options.room.size()),
+                     fmt::format("up to {} bytes without control characters", kMaxNameBytes));
   if (options.screenshot.empty()) return;
   const auto folder = std::filesystem::path(options.screenshot).parent_path();
   if (!folder.empty() && !std::filesystem::is_directory(folder))
@@ -52,6 +56,7 @@ void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& lig
   app.set_version_flag("--version", "palpate-view " PALPATE_VERSION);
   app.add_option("--server", options.server, "HOST:PORT of palpate-server")->required();
   app.add_option("--station", options.station, "name of this viewer in the room")->capture_default_str();
+  app.add_option("--room", options.room, "name of the room on the server; default: its first")->type_name("NAME");
   app.add_option("--size", size, "WIDTHxHEIGHT of window or picture, default 1280x800");
   app.add_option("--screenshot", options.screenshot, "write one picture to FILE.png, without a display, and end");
   app.add_option("--after-s", options.after_s, "take the first picture after so many seconds")->check(CLI::Range(0.0, kLongestS));
@@ -74,7 +79,7 @@ int run(int argc, char** argv) {
     if (app.count("--size") > 0) read_size(size, options);
     check(app, options);
     watch_signals();
-    ViewSession session(options.server, options.station);
+    ViewSession session(options.server, options.station, options.room);
     options.offscreen() ? run_offscreen(options, session) : run_window(options, session);
     return 0;
   } catch (const CLI::ParseError& error) {

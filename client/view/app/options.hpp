@@ -9,7 +9,7 @@
 namespace palpate {
 
 struct ViewOptions {
-  std::string server, station = "viewer";
+  std::string server, station = "viewer", room;
   int width = 1280, height = 800;
   std::string screenshot, frames;  ///< empty: none
   std::optional<double> after_s, duration_s;

@@ -44,7 +44,8 @@ bool told_to_end() { return g_end != 0; }
 
 Micros now_us() { return std::chrono::duration_cast<Micros>(std::chrono::steady_clock::now().time_since_epoch()); }
 
-ViewSession::ViewSession(const std::string& server, const std::string& station) : server_(server), core_(station, now_us()) {
+ViewSession::ViewSession(const std::string& server, const std::string& station, const std::string& room)
+    : server_(server), core_(station, now_us(), room) {
   const udp::endpoint endpoint = resolve(io_, server);
   socket_.open(endpoint.protocol());
   socket_.connect(endpoint);

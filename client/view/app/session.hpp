@@ -15,7 +15,7 @@ Micros now_us();
 class ViewSession {
  public:
   /// `server` is HOST:PORT. Throws InputError when it does not parse or the host does not resolve.
-  ViewSession(const std::string& server, const std::string& station);
+  ViewSession(const std::string& server, const std::string& station, const std::string& room);
   ~ViewSession();
 
   /// Everything that is due: datagrams in, the core's clock, datagrams out. Never blocks.

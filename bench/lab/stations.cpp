@@ -1,0 +1,112 @@
+// palpate-lab stations: several hands on one body, each over a link of its own, beside the 1 kHz full model with all tools on it.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iterator>
+
+#include "bench/lab/experiments.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/lab/plot.hpp"
+#include "bench/measure/replay.hpp"
+#include "bench/measure/tools_apart.hpp"
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+struct Flags {
+  std::string scene, scheme = "port", out;
+  int stations = 2, order = 0;
+  double apart_mm = 20, duration_s = 4, rate_hz = 20, rtt_ms = 0, jitter_ms = 0, loss_pct = 0;
+  std::uint64_t seed = 1;
+};
+
+ReplayOptions options_of(const Flags& flags) {
+  ReplayOptions o;
+  const auto scheme = scheme_from_name(flags.scheme);
+  if (!scheme || !is_available(*scheme)) throw InputError("--scheme " + flags.scheme, "is not in this build", "a scheme that is");
+  o.scheme = *scheme;
+  o.order = flags.order;
+  o.rate_hz = flags.rate_hz;
+  o.link = {.latency = from_seconds(flags.rtt_ms * 0.5e-3),
+            .jitter = from_seconds(flags.jitter_ms * 1e-3),
+            .loss = flags.loss_pct / 100,
+            .seed = flags.seed};
+  validate(o.link, "link");
+  o.seed = flags.seed;
+  return o;
+}
+
+void write_forces(const std::filesystem::path& file, const std::vector<ReplayResult>& results) {
+  std::string csv = "t_s";
+  for (std::size_t k = 1; k <= results.size(); ++k) fmt::format_to(std::back_inserter(csv), ",f{0}_n,f{0}_ref_n", k);
+  csv += '\n';
+  for (std::size_t i = 0; i < results[0].ticks.size(); ++i) {
+    fmt::format_to(std::back_inserter(csv), "{:.3f}", static_cast<double>(i) * 1e-3);
+    for (const ReplayResult& r : results)
+      fmt::format_to(std::back_inserter(csv), ",{:.6g},{:.6g}", r.ticks[i].felt.norm(), r.ticks[i].reference.norm());
+    csv += '\n';
+  }
+  write_text(file, csv);
+}
+
+int run_stations(const Flags& flags) {
+  const ReplayOptions options = options_of(flags);
+  const Scene scene = load_scene(flags.scene);
+  if (scene.tool.contact != ContactKind::touch)
+    throw InputError(flags.scene, "has tools that attach to one node", "a scene with \"contact\": \"touch\"");
+  const std::vector<Motion> motions = tools_apart(scene, flags.stations, flags.apart_mm * 1e-3, flags.duration_s);
+  const auto out = make_output_folder(flags.out);
+  const std::vector<ReplayResult> results = replay_together(scene, motions, options, stopwatch_ns);
+  write_forces(out / "forces.csv", results);
+  Json summary;
+  fmt::print("{:<9} {:>8} {:>9} {:>12} {:>12}\n", "station", "dB", "rms [%]", "p95 [%]", "bytes/patch");
+  for (std::size_t k = 0; k < results.size(); ++k) {
+    const ReplayResult& r = results[k];
+    fmt::print("{:<9} {:>8.1f} {:>9.2f} {:>12.1f} {:>12.0f}\n", k + 1, r.fidelity.snr_db, 100 * r.fidelity.rel_rms,
+               100 * r.fidelity.p95_rel_error, r.patch_bytes_mean);
+    summary["stations"].push_back({{"snr_db", r.fidelity.snr_db},
+                                   {"rel_rms", r.fidelity.rel_rms},
+                                   {"p95_rel_error", r.fidelity.p95_rel_error},
+                                   {"force_step_max_n", r.fidelity.force_step_max_n},
+                                   {"hand_over_step_max_n", r.hand_over_step_max_n},
+                                   {"patch_bytes_mean", r.patch_bytes_mean},
+                                   {"patch_states", r.patch_states}});
+  }
+  write_json(out / "summary.json", summary);
+  std::vector<Panel> panels;
+  for (std::size_t k = 0; k < std::min<std::size_t>(results.size(), 4); ++k)
+    panels.push_back(
+        {fmt::format("tool {} [N]", k + 1),
+         {{fmt::format("1:{}", 2 * k + 3), "1 kHz full model", 0}, {fmt::format("1:{}", 2 * k + 2), flags.scheme, 1}}});
+  plot_csv(out / "forces.csv", out / "forces.svg",
+           fmt::format("{} tools on {}, {:g} mm apart, RTT {:g} ms", results.size(), scene.name, flags.apart_mm, flags.rtt_ms),
+           "time [s]", panels, {.rows = results[0].ticks.size()});
+  fmt::print("{}\n", (out / "summary.json").string());
+  return 0;
+}
+
+}  // namespace
+
+void add_stations(CLI::App& app, Run& run) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App* c = app.add_subcommand("stations", "several hands on one body: what each feels of the others, and what it costs");
+  c->add_option("--scene", flags->scene, "scene file (JSON) with touch contact")->required();
+  c->add_option("--stations", flags->stations, "hands on the body")->check(CLI::Range(1, kMaxStations))->capture_default_str();
+  c->add_option("--apart-mm", flags->apart_mm, "distance between neighbours")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
+  c->add_option("--duration-s", flags->duration_s, "length of the motions")->check(CLI::Range(0.5, 600.0))->capture_default_str();
+  c->add_option("--scheme", flags->scheme, "how patches are made")->capture_default_str();
+  c->add_option("--order", flags->order, "states of a patch, 0: the scheme's default")->check(CLI::Range(0, 2 * kMaxModes));
+  c->add_option("--rate-hz", flags->rate_hz, "frames of the server a second")->check(CLI::Range(kMinRateHz, kMaxRateHz));
+  c->add_option("--rtt-ms", flags->rtt_ms, "round trip; each way takes half")->check(CLI::Range(0.0, 10'000.0));
+  c->add_option("--jitter-ms", flags->jitter_ms, "each way's latency varies by up to this, either side")
+      ->check(CLI::Range(0.0, 1'000.0));
+  c->add_option("--loss-pct", flags->loss_pct, "datagrams lost, each way")->check(CLI::Range(0.0, 100.0));
+  c->add_option("--seed", flags->seed, "of everything that is drawn");
+  c->add_option("--out", flags->out, "folder for forces.csv, summary.json, forces.svg")->required();
+  c->callback([flags, &run] { run = [flags] { return run_stations(*flags); }; });
+}
+
+}  // namespace palpate

@@ -1,0 +1,73 @@
+#include "bench/measure/tools_apart.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kAboveM = 0.003, kDeepM = 0.008, kSwingM = 0.004;
+constexpr double kDownS = 0.4, kStaggerS = 0.1, kStaggerMostS = 0.5;
+
+/// Height of the surface over (x, y), seen from above.
+std::optional<double> top_at(const LumpedBody& body, double x, double y) {
+  std::optional<double> top;
+  for (const Triangle& t : body.triangles) {
+    const Vec3 &a = body.nodes[t[0]], &b = body.nodes[t[1]], &c = body.nodes[t[2]];
+    Eigen::Matrix2d edges;
+    edges << b.x() - a.x(), c.x() - a.x(), b.y() - a.y(), c.y() - a.y();
+    if (!(std::abs(edges.determinant()) > 1e-12)) continue;
+    const Eigen::Vector2d w = edges.inverse() * Eigen::Vector2d(x - a.x(), y - a.y());
+    constexpr double kOnEdge = 1e-9;
+    if (w.minCoeff() < -kOnEdge || w.sum() > 1 + kOnEdge) continue;
+    const double z = a.z() + w[0] * (b.z() - a.z()) + w[1] * (c.z() - a.z());
+    top = std::max(top.value_or(z), z);
+  }
+  return top;
+}
+
+Eigen::Vector2d place_of(int k, int count, double apart_m) {
+  if (count <= 2) return {count == 1 ? 0.0 : (k - 0.5) * apart_m, 0.0};
+  constexpr double kGoldenAngle = 2.399963229728653;
+  constexpr double kDensity = 0.55;  // neighbours on the spiral are at least so much of 1 / kDensity apart, about
+  const double radius = kDensity * apart_m * std::sqrt(k + 0.5);
+  return radius * Eigen::Vector2d(std::cos(k * kGoldenAngle), std::sin(k * kGoldenAngle));
+}
+
+double minimum_jerk(double u) {
+  u = std::clamp(u, 0.0, 1.0);
+  return u * u * u * (10 + u * (6 * u - 15));
+}
+
+}  // namespace
+
+std::vector<Motion> tools_apart(const Scene& scene, int count, double apart_m, double duration_s) {
+  const Vec3 middle = home_of(scene);
+  std::vector<Motion> motions;
+  for (int k = 0; k < count; ++k) {
+    const Eigen::Vector2d place = middle.head<2>() + place_of(k, count, apart_m);
+    const auto top = top_at(scene.body, place.x(), place.y());
+    if (!top)
+      throw InputError("tool " + std::to_string(k + 1) + " of " + std::to_string(count), "would be beside the body",
+                       "fewer tools, or a smaller distance between them");
+    const double begin_s = std::min(kStaggerS * k, kStaggerMostS);
+    const double hz = 0.7 + 0.8 * std::fmod(0.618 * k, 1.0);
+    std::vector<MotionPoint> points;
+    const int ms = static_cast<int>(std::lround(duration_s * 1e3));
+    for (int i = 0; i <= ms; ++i) {
+      const double t = i * 1e-3, down_s = t - begin_s;
+      const double swing = std::sin(2 * std::numbers::pi * hz * std::max(0.0, down_s - kDownS));
+      const double depth = (kAboveM + kDeepM) * minimum_jerk(down_s / kDownS) + kSwingM * swing;
+      points.push_back({t, Vec3(place.x(), place.y(), *top + kAboveM - depth)});
+    }
+    motions.emplace_back(std::move(points));
+  }
+  return motions;
+}
+
+}  // namespace palpate

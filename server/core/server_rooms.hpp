@@ -1,0 +1,44 @@
+// The rooms of one server process: which of them a datagram is for.
+//
+// A Hello names its room (the first when it names none, and an unknown name is refused with the list of those there are); every
+// other datagram carries the instance number that its room's Welcome gave, and every room has one of its own. So rooms share
+// nothing but the socket: a station in one is a stranger to the others. What nobody knows is answered by the first room.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/core/server_core.hpp"
+
+namespace palpate {
+
+class ServerRooms {
+ public:
+  struct RoomSpec {
+    std::string name;
+    RoomFacts facts;
+  };
+  /// Room k has instance `instance` + k. At least one room; names differ.
+  ServerRooms(std::vector<RoomSpec> rooms, std::uint64_t instance, double rate_hz);
+
+  std::size_t size() const { return cores_.size(); }
+  ServerCore& operator[](std::size_t k) { return *cores_[k]; }
+  const ServerCore& operator[](std::size_t k) const { return *cores_[k]; }
+  const std::string& name(std::size_t k) const { return cores_[k]->options().room; }
+
+  void take(std::span<const std::byte> bytes, PeerId from, Micros now);
+  /// Of all rooms.
+  void tick(Micros now);
+  std::size_t emit(std::span<std::byte> out, PeerId& to, Micros now);
+  Micros deadline() const;
+  void shut_down();
+
+ private:
+  ServerCore& room_of(WireFault fault, const Message& message);
+
+  std::vector<std::unique_ptr<ServerCore>> cores_;
+  std::uint64_t first_instance_ = 0;
+};
+
+}  // namespace palpate

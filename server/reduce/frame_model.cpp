@@ -1,0 +1,199 @@
+#include "server/reduce/frame_model.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+namespace palpate {
+
+double shift_for(Micros bridge) { return std::clamp(2.0 / std::max(seconds(bridge), 1e-3), 5.0, 60.0); }
+
+bool SharedSystem::prepare(const Linearisation& at, double shift, bool clamp, double tolerance) {
+  at_ = at;
+  shift_ = shift;
+  tolerance_ = tolerance;
+  fresh_.clear();
+  imbalance_.fresh = motion_.fresh = false;
+  return solver_.prepare(at, shift, clamp);
+}
+
+const PortAnswer* SharedSystem::port(std::size_t k, const SurfacePoint& point) {
+  PortAnswer& answer = ports_[k];
+  const auto known = fresh_.find(k);
+  if (known != fresh_.end() && known->second.triangle == point.triangle && known->second.weight == point.weight) return &answer;
+  answer.b = skin_->weights(point);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    Vector& input = answer.input[axis];
+    input = Vector::Zero(at_.state->x.size());
+    scatter(answer.b, Vec3::Unit(static_cast<int>(axis)), input);
+    mask(*at_.held, input);
+    if (input.isZero(0))
+      answer.answer[axis] = input;
+    else if (!solve(input, answer.answer[axis]))
+      return nullptr;
+  }
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
+      answer.compliance(row, column) =
+          answer.input[static_cast<std::size_t>(row)].dot(answer.answer[static_cast<std::size_t>(column)]);
+  fresh_[k] = point;
+  return &answer;
+}
+
+const Vector* SharedSystem::keep(Kept& kept, const Vector& b) {
+  if (!kept.fresh && !solve(b, kept.x)) return nullptr;
+  kept.fresh = true;
+  return &kept.x;
+}
+
+const Vector* SharedSystem::imbalance(const Vector& total) { return keep(imbalance_, total); }
+
+const Vector* SharedSystem::motion() {
+  Vector motion = at_.state->v;
+  mask(*at_.held, motion);
+  return keep(motion_, at_.dynamics->masses().cwiseProduct(motion));
+}
+
+void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& ports, std::span<const ToolAt> tools, Micros bridge) {
+  state_ = &state;
+  ports_ = &ports;
+  tools_.assign(tools.begin(), tools.end());
+  bridge_ = bridge;
+  held_ = held_nodes(dynamics_->body(), ports);
+  forces_.resize(0);
+  total_.resize(0);
+  positions_.clear();
+  for (Slot& slot : slots_) slot.in_use = false;
+}
+
+const Vector& FrameModel::forces() {
+  if (forces_.size() == 0) {
+    dynamics_->forces(state_->x, state_->v, forces_);
+    mask(held_, forces_);
+  }
+  return forces_;
+}
+
+const Vector& FrameModel::total() {
+  if (total_.size() == 0) {
+    total_ = forces();
+    for (const ToolPort& p : *ports_)
+      if (p.kind == ContactKind::touch && p.touching) scatter(skin_->weights(p.point), p.lambda, total_);
+    mask(held_, total_);
+  }
+  return total_;
+}
+
+const std::vector<double>& FrameModel::positions() {
+  if (positions_.empty()) skin_->place(state_->x, positions_);
+  return positions_;
+}
+
+double FrameModel::shift(Micros bridge) const { return shift_for(ports_->size() > 1 ? bridge_ : bridge); }
+
+SharedSystem* FrameModel::system(double shift, bool clamp, double tolerance) {
+  const auto known =
+      std::find_if(slots_.begin(), slots_.end(), [&](const Slot& s) { return s.in_use && s.shift == shift && s.clamp == clamp; });
+  if (known != slots_.end()) return known->definite ? known->system.get() : nullptr;
+  // Any slot of an earlier frame will do; one with a shift near this one has better first guesses.
+  Slot* best = nullptr;
+  for (Slot& slot : slots_)
+    if (!slot.in_use && (!best || std::abs(slot.shift - shift) < std::abs(best->shift - shift))) best = &slot;
+  if (!best) {
+    best = &slots_.emplace_back();
+    best->system = std::make_unique<SharedSystem>(*dynamics_, *skin_);
+  }
+  best->shift = shift;
+  best->clamp = clamp;
+  best->in_use = true;
+  best->definite = best->system->prepare(linearisation(), shift, clamp, tolerance);
+  return best->definite ? best->system.get() : nullptr;
+}
+
+Mat3 FrameModel::contact_stiffness(std::size_t k, const PortAnswer& answer) {
+  const ToolPort& port = (*ports_)[k];
+  const double tissue_n_m = 3 / std::max(answer.compliance.trace(), 1e-12);
+  const double coupling_n_m = port.parameters.coupling_n_m;
+  const double k_o = coupling_n_m > 0 ? std::min(coupling_n_m, kRigid * tissue_n_m) : kRigid * tissue_n_m;
+  const Vec3 n = normal_at(skin_->view(), positions(), port.point);
+  const double push = -port.lambda.dot(n);
+  const double across = (port.lambda + push * n).norm();
+  constexpr double kOnTheCone = 0.99;
+  const bool slips = across >= kOnTheCone * port.parameters.friction * push;
+  return slips ? Mat3(k_o * n * n.transpose()) : Mat3(k_o * Mat3::Identity());
+}
+
+void FrameModel::add_held_nodes(std::size_t which, Vector& load_rate) const {
+  Vector motion;
+  for (std::size_t k = 0; k < ports_->size(); ++k) {
+    if (k == which || (*ports_)[k].kind != ContactKind::attach || tools_[k].velocity.isZero(0)) continue;
+    if (motion.size() == 0) motion = Vector::Zero(state_->x.size());
+    motion.segment<3>(3 * static_cast<Eigen::Index>((*ports_)[k].node)) = tools_[k].velocity;
+  }
+  if (motion.size() == 0) return;
+  Vector k_motion, d_motion;
+  dynamics_->multiply_tangents(*state_, motion, k_motion, d_motion);
+  mask(held_, k_motion);
+  if (load_rate.size() == 0) load_rate = Vector::Zero(k_motion.size());
+  load_rate -= k_motion;
+}
+
+OtherTools FrameModel::other_nodes(std::size_t which) const {
+  OtherTools others;
+  add_held_nodes(which, others.load_rate);
+  return others;
+}
+
+std::optional<OtherTools> FrameModel::others(SharedSystem& p, std::size_t which) {
+  OtherTools others = other_nodes(which);
+  const PortAnswer* const own = p.port(which, (*ports_)[which].point);
+  if (!own) return std::nullopt;
+  for (std::size_t k = 0; k < ports_->size(); ++k) {
+    const ToolPort& port = (*ports_)[k];
+    if (k == which || port.kind != ContactKind::touch || !port.touching) continue;
+    const PortAnswer* const answer = p.port(k, port.point);
+    if (!answer) return std::nullopt;
+    const Mat3 stiffness = contact_stiffness(k, *answer);
+    Mat3 across;
+    for (int axis = 0; axis < 3; ++axis) across.col(axis) = gather(own->b, answer->answer[static_cast<std::size_t>(axis)]);
+    const double mean = std::sqrt(own->compliance.norm() * answer->compliance.norm());
+    others.springs.push_back({answer, stiffness, across.norm() > kCoupled * mean});
+    if (others.load.size() == 0) others.load = Vector::Zero(state_->x.size());
+    scatter(answer->b, port.lambda, others.load);
+    const Vec3 rate = stiffness * tools_[k].velocity;
+    if (rate.isZero(0)) continue;
+    if (others.load_rate.size() == 0) others.load_rate = Vector::Zero(state_->x.size());
+    scatter(answer->b, rate, others.load_rate);
+  }
+  if (others.load.size() > 0) mask(held_, others.load);
+  if (others.load_rate.size() > 0) mask(held_, others.load_rate);
+  return others;
+}
+
+SpringCorrection::SpringCorrection(const OtherTools& others) {
+  for (const OtherTools::Spring& spring : others.springs)
+    if (spring.coupled) coupled_.push_back(&spring);
+  const auto n = static_cast<Eigen::Index>(3 * coupled_.size());
+  Matrix system = Matrix::Identity(n, n), stiffness = Matrix::Zero(n, n);
+  for (Eigen::Index i = 0; i < n / 3; ++i) {
+    const OtherTools::Spring& row = *coupled_[static_cast<std::size_t>(i)];
+    stiffness.block<3, 3>(3 * i, 3 * i) = row.stiffness;
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const PortAnswer& column = *coupled_[static_cast<std::size_t>(j / 3)]->port;
+      system.block<3, 1>(3 * i, j) += row.stiffness * gather(row.port->b, column.answer[static_cast<std::size_t>(j % 3)]);
+    }
+  }
+  if (n > 0) gain_ = system.partialPivLu().solve(stiffness);
+}
+
+void SpringCorrection::apply(Vector& x) const {
+  if (coupled_.empty()) return;
+  Vector at_ports(3 * static_cast<Eigen::Index>(coupled_.size()));
+  for (std::size_t i = 0; i < coupled_.size(); ++i)
+    at_ports.segment<3>(3 * static_cast<Eigen::Index>(i)) = gather(coupled_[i]->port->b, x);
+  const Vector forces = gain_ * at_ports;
+  for (std::size_t i = 0; i < coupled_.size(); ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      x -= forces[static_cast<Eigen::Index>(3 * i + axis)] * coupled_[i]->port->answer[axis];
+}
+
+}  // namespace palpate

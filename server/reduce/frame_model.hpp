@@ -1,0 +1,148 @@
+// What the patches of one frame have in common, computed once: the linearised body under all tools, and its answers at their
+// ports.
+//
+// With P = s^2 M + s D + K at the state (x*, v*) and B_k the port of tool k, the patches of all touching stations are made of
+//     X_k = P^-1 B_k,   P^-1 F,   P^-1 M v*,      F = F(x*, v*) + sum_k B_k lambda_k
+// so a frame takes three solves a tool and two for all, at one shift s. A model is hardly the worse for an s that is not quite
+// its own: with one tool s is that of its patch, with several that of their mean bridge.
+//
+// The other tools stay on the body while a patch lasts. Tool o moves on at its velocity v_o, and its contact is a spring between
+// it and the tissue,
+//     lambda_o(t) = lambda_o* + S_o (v_o (t - t*) - B_o^T (x - x*)),    S_o = k_o I (it sticks) or k_o n n^T (it slips)
+// so for the patch of station a the body is pushed by lambda_o*, stiffer by B_o S_o B_o^T, and pushed more as time goes by:
+//     imbalance  F(x*, v*) + sum B_o lambda_o*,   stiffness K + sum B_o S_o B_o^T,   growing load  sum B_o S_o v_o
+// and its P_a = P + sum B_o S_o B_o^T is inverted by the matrix inversion lemma, x -> x - X_O (I + S_O B_O^T X_O)^-1 S_O B_O^T x,
+// where O are the tools that are coupled to it (kCoupled); those of others hardly change the answer at a's port.
+// A node held by another tool (attach) moves on at its velocity: a growing load -K_o v_o. A scene has one kind of contact, so a
+// grasp's patch meets held nodes only.
+// k_o is the contact stiffness of the tool, but at most kRigid times the tissue's own at that point (which also stands for
+// rigid).
+#pragma once
+
+#include <array>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "server/body/integrator.hpp"
+#include "server/reduce/basis.hpp"
+
+namespace palpate {
+
+/// A port under P: three columns each.
+struct PortAnswer {
+  Skin::Weights b;
+  std::array<Vector, 3> input, answer;  ///< B, masked; P^-1 B
+  Mat3 compliance = Mat3::Zero();       ///< B^T P^-1 B
+};
+
+/// What other tools do to the body while the patch of one lasts.
+struct OtherTools {
+  struct Spring {
+    const PortAnswer* port = nullptr;
+    Mat3 stiffness = Mat3::Zero();  ///< S_o
+    bool coupled = false;
+  };
+  std::vector<Spring> springs;
+  Vector load;       ///< sum B_o lambda_o*; empty when no other touches
+  Vector load_rate;  ///< growing load [N/s]; empty when nothing grows
+};
+
+/// P at one shift, ready to solve with, and what was solved in this frame.
+class SharedSystem {
+ public:
+  SharedSystem(const Dynamics& dynamics, const Skin& skin) : skin_(&skin), solver_(dynamics) {}
+  /// For a new frame. False when P turns out not to be positive definite.
+  bool prepare(const Linearisation& at, double shift, bool clamp, double tolerance);
+  /// Answers are kept; nullptr when P turns out not to be positive definite. The first guess of port k is its last answer.
+  const PortAnswer* port(std::size_t k, const SurfacePoint& point);
+  const Vector* imbalance(const Vector& total);
+  const Vector* motion();
+  bool solve(const Vector& b, Vector& x) { return solver_.solve(at_, b, tolerance_, x); }
+  double shift() const { return shift_; }
+  int iterations() const { return solver_.iterations(); }
+
+ private:
+  struct Kept {
+    bool fresh = false;
+    Vector x;
+  };
+  const Vector* keep(Kept& kept, const Vector& b);
+
+  const Skin* skin_;
+  ShiftedSolver solver_;
+  Linearisation at_;
+  double shift_ = 0, tolerance_ = 0;
+  std::map<std::size_t, PortAnswer> ports_;
+  std::map<std::size_t, SurfacePoint> fresh_;
+  Kept imbalance_, motion_;
+};
+
+class FrameModel {
+ public:
+  static constexpr double kCoupled = 0.02;  ///< of B_a^T X_o to the geometric mean of the two compliances
+  static constexpr double kRigid = 100;
+
+  FrameModel(const Dynamics& dynamics, const Skin& skin) : dynamics_(&dynamics), skin_(&skin) {}
+
+  /// A new frame: the arguments must outlive it. `tools` are parallel to `ports`; `bridge` is the mean of the patches to come.
+  void begin(const BodyState& state, const std::vector<ToolPort>& ports, std::span<const ToolAt> tools, Micros bridge);
+
+  const BodyState& state() const { return *state_; }
+  const std::vector<ToolPort>& ports() const { return *ports_; }
+  const ToolAt& tool(std::size_t k) const { return tools_[k]; }
+  const std::vector<std::uint8_t>& held() const { return held_; }
+  Linearisation linearisation() const { return {dynamics_, state_, &held_}; }
+  /// F(x*, v*), rows of held nodes zero.
+  const Vector& forces();
+  /// The skin's vertices.
+  const std::vector<double>& positions();
+  /// The shift for a patch with this bridge in this frame.
+  double shift(Micros bridge) const;
+
+  /// P at a shift; nullptr when it is not positive definite. `tolerance` of its solves.
+  SharedSystem* system(double shift, bool clamp, double tolerance);
+  /// The tools besides `which`, a port that touches; nullopt when P turns out not to be positive definite.
+  std::optional<OtherTools> others(SharedSystem& p, std::size_t which);
+  /// The same for a node that is held.
+  OtherTools other_nodes(std::size_t which) const;
+  /// F with the forces of all tools that touch.
+  const Vector& total();
+
+ private:
+  struct Slot {
+    std::unique_ptr<SharedSystem> system;
+    double shift = 0;
+    bool clamp = false, in_use = false, definite = false;
+  };
+  Mat3 contact_stiffness(std::size_t k, const PortAnswer& answer);
+  void add_held_nodes(std::size_t which, Vector& load_rate) const;
+
+  const Dynamics* dynamics_;
+  const Skin* skin_;
+  const BodyState* state_ = nullptr;
+  const std::vector<ToolPort>* ports_ = nullptr;
+  std::vector<ToolAt> tools_;
+  std::vector<std::uint8_t> held_;
+  Micros bridge_{};
+  Vector forces_, total_;
+  std::vector<double> positions_;
+  std::vector<Slot> slots_;
+};
+
+/// x of P + sum B_o S_o B_o^T from x of P, over the coupled ones; several right-hand sides at once.
+class SpringCorrection {
+ public:
+  explicit SpringCorrection(const OtherTools& others);
+  void apply(Vector& x) const;
+
+ private:
+  std::vector<const OtherTools::Spring*> coupled_;
+  Matrix gain_;  // (I + S_O B_O^T X_O)^-1 S_O
+};
+
+/// 2 / bridge within bounds [1/s].
+double shift_for(Micros bridge);
+
+}  // namespace palpate
