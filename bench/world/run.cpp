@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <bit>
+#include <optional>
 
 #include "bench/world/force_checks.hpp"
+#include "bench/world/hash.hpp"
 #include "bench/world/run_checks.hpp"
 #include "bench/world/time_checks.hpp"
 #include "client/device/replay_device.hpp"
@@ -14,21 +14,6 @@
 
 namespace palpate {
 namespace {
-
-class Hash {
- public:
-  void add(std::uint64_t word) { value_ = splitmix64(value_) ^ std::rotl(word, 29); }
-  void add(const Vec3& v) {
-    for (int axis = 0; axis < 3; ++axis) add(std::bit_cast<std::uint64_t>(v[axis]));
-  }
-  void add(std::span<const std::byte> bytes) {
-    for (const std::byte b : bytes) value_ = (value_ ^ std::to_integer<std::uint64_t>(b)) * 0x100000001b3ull;
-  }
-  std::uint64_t value() const { return value_; }
-
- private:
-  std::uint64_t value_ = 0xcbf29ce484222325ull;
-};
 
 /// A world with its checks around it.
 class Run {

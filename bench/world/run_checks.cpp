@@ -67,16 +67,17 @@ void RecoveryCheck::datagram(Micros, const DatagramEvent& event, const Message* 
   s.in_reach = true;
   const StationBounds& bounds = bounds_[event.station];
   const Patch& patch = answer->patch;
-  const auto felt =
-      std::lower_bound(s.felt.begin(), s.felt.end(), patch.stamp, [](const Felt& f, Micros t) { return f.own < t; });
-  if (felt - s.felt.begin() < kNearTicks || s.felt.end() - felt <= kNearTicks) return;
+  auto felt = std::lower_bound(s.felt.begin(), s.felt.end(), patch.stamp, [](const Felt& f, Micros t) { return f.own < t; });
+  if (felt == s.felt.end() && !s.felt.empty()) --felt;  // over a link without delay a patch is as new as the last tick
+  if (felt - s.felt.begin() < kNearTicks) return;
   if ((felt - kNearTicks)->now < std::max(bounds.at_rest, bounds.recovered)) return;
   ++s.compared;
   // What the device cannot show is not missed.
   const double peak = bounds.limits.force_max_n;
   const Vec3 truth = patch.force.norm() > peak ? Vec3(peak / patch.force.norm() * patch.force) : patch.force;
   double apart = (felt->force - truth).norm();
-  for (auto near = felt - kNearTicks; near <= felt + kNearTicks; ++near) apart = std::min(apart, (near->force - truth).norm());
+  for (auto near = felt - kNearTicks; near < s.felt.end() && near <= felt + kNearTicks; ++near)
+    apart = std::min(apart, (near->force - truth).norm());
   worst_n_ = std::max(worst_n_, apart);
   if (apart <= kForceN + kForceShare * truth.norm()) return;
   ++s.apart;

@@ -37,8 +37,8 @@ class CountersCheck final : public Check {
 class RecoveryCheck final : public Check {
  public:
   static constexpr double kForceN = 0.05, kForceShare = 0.05;
-  static constexpr double kShare = 0.75;
-  static constexpr int kNearTicks = 2;
+  static constexpr double kShare = 0.5;
+  static constexpr int kNearTicks = 5;
   RecoveryCheck(const std::vector<StationBounds>& bounds, const World& world)
       : Check("recovery"), bounds_(bounds), world_(world), seen_(bounds.size()) {}
   void tick(const SeenTick& seen) override;

@@ -61,7 +61,7 @@ class WorldStation {
   MotionDevice& device() { return *device_; }
   /// The station's own clock at world time t.
   Micros clock(Micros t) const { return clock_.at(t); }
-  bool up() const { return up_; }
+  bool up() const { return up_ && !leaving_; }
   int lives() const { return lives_; }  ///< processes so far
 
   TickRunner run_tick = [](HapticTick& haptic, const ToolSample& sample) { return haptic.tick(sample); };

@@ -30,7 +30,7 @@ void WorldStation::stall_net(bool stalled) { net_stalled_ = stalled; }
 void WorldStation::stall_haptic(bool stalled) { haptic_stalled_ = stalled; }
 
 void WorldStation::leave() {
-  if (!up_) return;
+  if (!up()) return;
   core_->leave(Micros{});
   haptic_stalled_ = leaving_ = true;
   if (device_) device_->stop();
@@ -43,7 +43,8 @@ void WorldStation::crash() {
 }
 
 void WorldStation::join_again(Micros now) {
-  if (up_) return;
+  if (up()) return;
+  crash();  // a goodbye that could not be said
   new_core(now);
   up_ = true;
 }

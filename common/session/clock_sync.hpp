@@ -12,11 +12,13 @@
 //
 // The two minima are found apart: a quiet datagram each way is enough, they need not belong to one round trip. Drift is the
 // least-squares slope of theta over the last minute. The offset that maps times is slewed towards theta with time constant
-// kSlewTime and at most kSlewMax, so after the first lock it never jumps and mapped times stay monotone.
+// kSlewTime and at most kSlewMax, so that mapped times stay monotone. It only jumps where a datagram proves it wrong: each proves
 //
-// A clock that steps (a machine that was suspended) is another matter: slewing would take minutes. The two least delays add up to
-// the least round trip; a sum below -kStepLeast is impossible but for a step of either clock, whose own size is then beyond the
-// round trip. Everything before it is forgotten and the offset found anew, at once.
+//     sent - now <= theta <= sent - echo_hold - echo          (no delay is negative)
+//
+// at once, so that a clock that stepped (a machine that was suspended) is off by less than the way of one datagram with the next,
+// and nothing that the peer sent is ever mapped to after it came. The two least delays add up to the least round trip; a sum
+// below -kStepLeast is impossible but for such a step: then the delays seen before it are forgotten, and slewing does the rest.
 #pragma once
 
 #include <array>
@@ -88,7 +90,8 @@ class ClockSync {
   static Micros from_micros(double us) { return from_seconds(us * 1e-6); }
   void measure(const ClockStamps& peer, Micros now);
   bool has_stepped(Micros now) const;
-  void forget(const ClockStamps& peer);
+  void forget(const ClockStamps& peer, Micros now);
+  void keep_within(const ClockStamps& peer, Micros now);
   void slew(Micros now);
   void watch_drift(Micros now);
 
@@ -96,7 +99,7 @@ class ClockSync {
   bool heard_ = false, locked_ = false;
   WindowedMinimum towards_us_, towards_peer_;
   double offset_us_ = 0, drift_ = 0;
-  Micros locked_at_{}, slewed_at_{}, watched_at_{};
+  Micros filling_since_{}, slewed_at_{}, watched_at_{};
   struct Seen {
     double t_s, theta_us;
   };

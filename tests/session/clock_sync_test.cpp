@@ -145,7 +145,7 @@ TEST_CASE("stamps that claim the impossible are ignored") {
   CHECK(pair.ours.exchanges() == count);
 }
 
-TEST_CASE("a clock that steps ahead by more than the round trip is found again with the next exchange") {
+TEST_CASE("a clock that steps ahead is off by less than one way with the next exchange, and found again by slewing") {
   for (const auto step : {300ms, 5000ms})
     for (const bool ours_steps : {true, false}) {
       Pair pair;
@@ -161,7 +161,9 @@ TEST_CASE("a clock that steps ahead by more than the round trip is found again w
       pair.exchange();
       pair.exchange();
       INFO((ours_steps ? "our clock" : "the peer's clock"));
-      CHECK(std::abs(pair.error_us()) <= 1);
+      CHECK(std::abs(pair.error_us()) <= 20'000);
+      for (int k = 0; k < 300; ++k) pair.exchange();
+      CHECK(std::abs(pair.error_us()) <= 100);
       CHECK(pair.ours.steps() == 1);
       CHECK(pair.peers.steps() == 1);
     }
@@ -175,7 +177,7 @@ TEST_CASE("a datagram from before a clock's step that comes late does not bring 
   pair.exchange();
   pair.exchange();
   pair.ours.take(late, pair.now);
-  CHECK(std::abs(pair.error_us()) <= 1);
+  CHECK(std::abs(pair.error_us()) <= 20'000);
   CHECK(pair.ours.steps() == 1);
 }
 
@@ -190,4 +192,18 @@ TEST_CASE("jitter, drift and a path that changes are not taken for a step of a c
   for (int k = 0; k < 400; ++k) pair.exchange();
   CHECK(pair.ours.steps() == 0);
   CHECK(pair.peers.steps() == 0);
+}
+
+TEST_CASE("nothing is mapped to after it came, whatever the clocks do") {
+  Pair pair;
+  pair.jitter = 10ms;
+  for (int k = 0; k < 60; ++k) {
+    if (k % 20 == 10) pair.offset += 170ms;  // the peer's clock
+    if (k % 20 == 19) pair.now += 90ms;      // and ours
+    const auto sent = pair.peers.stamp(pair.peer_clock(pair.now));
+    pair.now += pair.back + pair.extra();
+    pair.ours.take(sent, pair.now);
+    if (pair.ours.locked()) CHECK(pair.ours.from_peer(sent.sent) <= pair.now);
+    pair.exchange();
+  }
 }
