@@ -47,6 +47,7 @@ std::vector<std::pair<Micros, Micros>> disturbances(const Scenario& s, std::size
 std::vector<StationBounds> bounds_of(const Scenario& s) {
   std::vector<StationBounds> all;
   const SimPhantomOptions device;
+  const auto hands = std::count_if(s.stations.begin(), s.stations.end(), [](const StationPlan& plan) { return plan.pushes(); });
   for (std::size_t k = 0; k < s.stations.size(); ++k) {
     const StationPlan& plan = s.stations[k];
     StationBounds b;
@@ -54,6 +55,7 @@ std::vector<StationBounds> bounds_of(const Scenario& s) {
     b.feels = plan.client.hello.role == Role::haptic;
     b.pushes = plan.pushes();
     b.port = plan.client.hello.scheme == Scheme::port;
+    b.alone = hands <= 1 && b.pushes;
     b.owner = plan.owner >= 0 ? static_cast<std::size_t>(plan.owner) : k;
     b.limits = {device.force_max_n, SimPhantom::kSlewMaxNS, PassivityMode::on};
     b.sent_age_max = sent_age_max(s);

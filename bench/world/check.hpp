@@ -34,6 +34,7 @@ struct StationBounds {
   bool feels = true;                        ///< ticks at all (not a viewer)
   bool pushes = true;                       ///< its tool is its own
   bool port = true;                         ///< it feels the scheme `port`
+  bool alone = true;                        ///< its own tool is the only one on the body
   std::size_t owner = 0;                    ///< whose tool it feels with: itself, but for a shadow
   GuardLimits limits;                       ///< of the device, whatever the station was told
   Micros sent_age_max{};                    ///< age of a patch when it leaves the server, at most

@@ -77,7 +77,7 @@ void PassivityCheck::tick(const SeenTick& seen) {
     all_port &= !bounds_[k].pushes || bounds_[k].port;
   }
   if (all_rest) energy_j_ = 0;
-  if (!all_port) return;
+  if (!all_port || !bounds_[seen.station].alone) return;
   lowest_j_ = std::min(lowest_j_, energy_j_);
   if (energy_j_ < -kBudgetJ)
     fail(seen.now, fmt::format("the hands have got {:.3g} mJ more than they put in, {} the last; the budget is {:g} mJ",

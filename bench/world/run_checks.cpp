@@ -79,7 +79,7 @@ void RecoveryCheck::datagram(Micros, const DatagramEvent& event, const Message* 
   for (auto near = felt - kNearTicks; near < s.felt.end() && near <= felt + kNearTicks; ++near)
     apart = std::min(apart, (near->force - truth).norm());
   worst_n_ = std::max(worst_n_, apart);
-  if (apart <= kForceN + kForceShare * truth.norm()) return;
+  if (!bounds.alone || apart <= kForceN + kForceShare * truth.norm()) return;
   ++s.apart;
   if (apart <= s.worst_n) return;
   s.worst_n = apart;
