@@ -6,7 +6,8 @@
 //   passivity  E = sum -1/2 (F_before + F_now) . dx over all hands on the body, the energy that they put in and have not got back
 //              since none of them felt anything for 50 ms, stays above -kBudgetJ. One sum, because what one hand puts into the
 //              body another may take out. Ticks that were skipped do not count: there the device holds its force. Only where
-//              one hand touches the body and feels `port`: the schemes that it replaced promise nothing; docs/world.md on several.
+//              one hand touches the body and feels `port`: the schemes that it replaced promise nothing; docs/world.md on
+//              several.
 #pragma once
 
 #include <map>
