@@ -65,6 +65,7 @@ class ClientCore {
   void leave(Micros now);
 
   HapticTick& haptic() { return haptic_; }
+  const HapticTick& haptic() const { return haptic_; }
 
   LinkState link() const { return link_; }
   const Welcome& welcome() const { return welcome_; }              ///< meaningful when joined once
