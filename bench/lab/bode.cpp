@@ -68,10 +68,10 @@ BodeRun compute(const Flags& flags, bool quick) {
 }
 
 void print_table(const BodeRun& run) {
-  fmt::print("{:<44} {:>6}  {:>12} {:>10} {:>10} {:>12}\n", "relative error", "states", "H-infinity", "DC", "10-100 Hz",
+  fmt::print("{:<64} {:>6}  {:>12} {:>10} {:>10} {:>12}\n", "relative error", "states", "H-infinity", "DC", "10-100 Hz",
              "100-1000 Hz");
   for (const PortModel& m : run.study.models)
-    fmt::print("{:<44} {:>6}  {:>12.2g} {:>10.2g} {:>10.2g} {:>12.2g}\n", m.name + ": " + m.title, m.states, m.hinf.relative,
+    fmt::print("{:<64} {:>6}  {:>12.2g} {:>10.2g} {:>10.2g} {:>12.2g}\n", m.name + ": " + m.title, m.states, m.hinf.relative,
                m.dc_rel_error, m.band_10_100_rel_error, m.band_100_1000_rel_error);
   fmt::print("H-infinity norm of the whole body less its damper at the port: {:.4g} N/m\n", run.study.proper_norm.norm);
 }

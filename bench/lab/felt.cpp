@@ -86,27 +86,6 @@ Recording read_recording(const std::filesystem::path& file, const std::string& f
   return r;
 }
 
-/// Ticks from the reference's onsets of contact (after at least 100 ms without) to the display's, the worst one [ms]; -1 without
-/// any.
-int worst_onset_ms(const std::vector<std::uint8_t>& contact, const std::vector<std::uint8_t>& reference) {
-  constexpr std::size_t kFree = 100, kSearch = 500;
-  int worst = -1;
-  std::size_t free = 0;
-  for (std::size_t i = 0; i < reference.size(); ++i) {
-    if (!reference[i]) {
-      ++free;
-      continue;
-    }
-    if (free >= kFree) {
-      std::size_t k = i > 50 ? i - 50 : 0;
-      while (k < std::min(i + kSearch, contact.size()) && !contact[k]) ++k;
-      worst = std::max(worst, std::abs(static_cast<int>(k) - static_cast<int>(i)));
-    }
-    free = 0;
-  }
-  return worst;
-}
-
 int run_felt(const Flags& flags) {
   if (std::isnan(flags.at_least_db)) throw InputError("--at-least-db", "is nan", "a number of decibels");
   const Scene scene = load_scene(flags.scene);
@@ -137,15 +116,17 @@ int run_felt(const Flags& flags) {
   for (std::size_t d = 0; d < recording.displays.size(); ++d) {
     const Display& display = recording.displays[d];
     const Fidelity f = compare(display.force, reference.force, 250);
-    const int onset = worst_onset_ms(display.contact, reference.contact);
+    const OnsetErrors onset = onset_errors(display.contact, reference.contact);
     fmt::print("  {:<10} {:>9.1f} {:>11.1f} {:>11.1f} {:>9} {:>12}\n", display.name, f.snr_db, 100 * f.rel_rms,
-               100 * f.p95_rel_error, f.lag_ms, onset);
+               100 * f.p95_rel_error, f.lag_ms, onset.missed > 0 ? "missed" : fmt::format("{:+}", onset.worst_ms));
     summary[display.name] = {{"snr_db", f.snr_db},
                              {"rel_rms", f.rel_rms},
                              {"p95_rel_error", f.p95_rel_error},
                              {"lag_ms", f.lag_ms},
                              {"force_step_max_n", f.force_step_max_n},
-                             {"onset_error_ms", onset}};
+                             {"onset_error_ms", onset.worst_ms},
+                             {"onsets", onset.onsets},
+                             {"onsets_missed", onset.missed}};
     if (d == 0) felt_db = f.snr_db;
     if (display.name == "hold") hold_db = f.snr_db;
   }

@@ -109,7 +109,8 @@ void plot_flaws(const std::filesystem::path& out, const std::vector<LimitCurve>&
   const std::vector<Scheme> schemes = shown_schemes();
   std::vector<Panel> panels;
   for (const Flaw flaw : kFlaws) {
-    Panel panel{fmt::format("{} [dB]", name_of(flaw)), {}, false, "set yrange [-35:55]"};
+    // One legend for all panels.
+    Panel panel{fmt::format("{} [dB]", name_of(flaw)), {}, false, panels.empty() ? "set yrange [-35:55]" : "unset key"};
     for (std::size_t k = 0; k < curves.size(); ++k) {
       const LimitCurve& c = curves[k];
       if (c.body != name_of(flaw) || (c.rtt_ms != plan.rtt_ms.front() && c.rtt_ms != plan.rtt_ms.back())) continue;

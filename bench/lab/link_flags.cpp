@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "bench/lab/flags.hpp"
+#include "bench/measure/routes.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/base/types.hpp"
@@ -33,7 +34,12 @@ Scheme available_scheme(const std::string& name) {
 
 void LinkFlags::add_to(CLI::App& command) {
   command.add_option("--rate-hz", rate_hz, "frames of the server a second")->check(between(kMinRateHz, kMaxRateHz));
-  command.add_option("--rtt-ms", rtt_ms, "round trip; each way takes half")->check(between(0, 10'000));
+  auto* rtt = command.add_option("--rtt-ms", rtt_ms, "round trip; each way takes half")->check(between(0, 10'000));
+  command
+      .add_option_function<std::string>(
+          "--route", [this](const std::string& name) { rtt_ms = route_from_name(name).rtt_ms; },
+          "round trip of a measured route: san-francisco, bangalore, buenos-aires, shanghai")
+      ->excludes(rtt);
   command.add_option("--jitter-ms", jitter_ms, "each way's latency varies by up to this, either side")->check(between(0, 1'000));
   command.add_option("--loss-pct", loss_pct, "datagrams lost, each way")->check(between(0, 100));
   command.add_option("--burst", burst, "mean run of lost datagrams, 0: independent losses")->check(between(0, 1'000));

@@ -23,6 +23,7 @@ struct LinkFlags {
   double rate_hz = 20, rtt_ms = 0, jitter_ms = 0, loss_pct = 0, burst = 0, compute_ms = 0;
   std::uint64_t seed = 1;
 
+  /// Also --route, which sets rtt_ms to that of a measured route. The flags must stay where they are until the line is parsed.
   void add_to(CLI::App& command);
   /// One way. InputError when the numbers do not go together.
   LinkSpec one_way() const;

@@ -41,7 +41,9 @@ int main(int argc, char** argv) {
   palpate::Run run;
   palpate::add_replay(app, run);
   palpate::add_felt(app, run);
+  palpate::add_masking(app, run);
   palpate::add_stations(app, run);
+  palpate::add_world(app, run);
   palpate::add_spring1d(app, run);
   palpate::add_chain(app, run);
   palpate::add_bode(app, run);

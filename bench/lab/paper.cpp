@@ -2,13 +2,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <exception>
-#include <thread>
 
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/page.hpp"
+#include "bench/lab/parallel.hpp"
 #include "common/base/error.hpp"
 #include "paper_page.hpp"
 
@@ -31,7 +30,6 @@ struct Flags {
   std::string out;
   std::vector<std::string> only;
   bool quick = false;
-  unsigned jobs = std::max(1U, std::thread::hardware_concurrency());
 };
 
 struct Outcome {
@@ -53,16 +51,6 @@ void run_one(Outcome& outcome, const std::filesystem::path& out, bool quick) {
   outcome.wall_s = static_cast<double>(stopwatch_ns() - begin) * 1e-9;
 }
 
-/// The sections share nothing, so `jobs` of them run at a time; what they compute does not depend on it.
-void run_all(std::vector<Outcome>& outcomes, const std::filesystem::path& out, const Flags& flags) {
-  std::atomic<std::size_t> next{0};
-  std::vector<std::jthread> workers;
-  for (unsigned k = 0; k < std::min<std::size_t>(flags.jobs, outcomes.size()); ++k)
-    workers.emplace_back([&] {
-      for (std::size_t i = next++; i < outcomes.size(); i = next++) run_one(outcomes[i], out, flags.quick);
-    });
-}
-
 const char* name_of(Verdict verdict) {
   switch (verdict) {
     case Verdict::agrees:
@@ -80,6 +68,12 @@ std::size_t count(const Outcome& outcome, Verdict verdict) {
                                                 [&](const Finding& f) { return f.verdict == verdict; }));
 }
 
+/// Names are set in backquotes for the terminal; a page has none.
+std::string plain(std::string text) {
+  std::erase(text, '`');
+  return text;
+}
+
 Json section_json(const Outcome& outcome, const std::filesystem::path& out) {
   const PaperSection& s = outcome.section;
   Json json{
@@ -87,8 +81,11 @@ Json section_json(const Outcome& outcome, const std::filesystem::path& out) {
   for (const Verdict v : {Verdict::agrees, Verdict::differs, Verdict::beyond}) json[name_of(v)] = count(outcome, v);
   json["findings"] = Json::array();
   for (const Finding& f : s.findings)
-    json["findings"].push_back(
-        {{"what", f.what}, {"paper", f.paper}, {"ours", f.ours}, {"verdict", name_of(f.verdict)}, {"reason", f.reason}});
+    json["findings"].push_back({{"what", plain(f.what)},
+                                {"paper", plain(f.paper)},
+                                {"ours", plain(f.ours)},
+                                {"verdict", name_of(f.verdict)},
+                                {"reason", plain(f.reason)}});
   json["pictures"] = Json::array();
   for (const Picture& p : s.pictures)
     json["pictures"].push_back({{"file", std::filesystem::relative(p.svg, out).string()}, {"caption", p.caption}});
@@ -126,7 +123,7 @@ std::vector<Outcome> chosen(const Flags& flags) {
 int run_paper(const Flags& flags) {
   const auto out = make_output_folder(flags.out);
   std::vector<Outcome> outcomes = chosen(flags);
-  run_all(outcomes, out, flags);
+  run_all(outcomes.size(), [&](std::size_t i) { run_one(outcomes[i], out, flags.quick); });
   const Json json = summary(outcomes, out, flags);
   write_json(out / "summary.json", json);
   write_report(json, out);
@@ -156,7 +153,6 @@ void add_paper(CLI::App& app, Run& run) {
   CLI::App* c = app.add_subcommand("paper", "all of the paper's experiments, and report.html with its figures beside ours");
   c->add_flag("--quick", flags->quick, "coarser grids and shorter runs, the same code");
   c->add_option("--only", flags->only, "these sections alone")->check(CLI::IsMember(names));
-  c->add_option("--jobs", flags->jobs, "sections computed at a time; default: one a core")->check(CLI::Range(1U, 64U));
   c->add_option("--out", flags->out, "folder for report.html, summary.json and one folder a section")->required();
   c->callback([flags, &run] { run = [flags] { return run_paper(*flags); }; });
 }

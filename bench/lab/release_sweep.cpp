@@ -125,7 +125,7 @@ void plot_map(const std::filesystem::path& out, const std::vector<RateSweep>& sw
       fmt::format("set multiplot layout {},1 title {} font ',15'\n", sweeps.size(),
                   quoted("After the grip is let go: motion left in the last 0.6 s [mm, peak to peak]; ! = not stable"));
   s += map_palette() + "set logscale cb\nset cbrange [0.03:300]\nset cblabel 'motion left [mm]'\nunset grid\nunset key\n";
-  s += "set lmargin 12\nset rmargin 14\n";
+  s += "set lmargin 15\nset rmargin 14\n";
   for (const auto& points : sweeps) {
     const std::vector<double> rtt_ms = round_trips(points);
     std::string x, y;
@@ -150,7 +150,8 @@ void plot_decays(const std::filesystem::path& out, const std::vector<double>& de
   const std::vector<Scheme> schemes = available_schemes();
   std::vector<Panel> panels;
   for (const double rtt_ms : decays_ms) {
-    Panel panel{fmt::format("RTT {:g} ms: p-p [mm]", rtt_ms), {}, true, "set yrange [0.02:500]"};
+    // One legend for all panels.
+    Panel panel{fmt::format("RTT {:g} ms: p-p [mm]", rtt_ms), {}, true, panels.empty() ? "set yrange [0.02:500]" : "unset key"};
     for (std::size_t k = 0; k < schemes.size(); ++k)
       panel.curves.push_back({fmt::format("1:{}", k + 2), std::string(name_of(schemes[k])), static_cast<int>(k) + 1,
                               out / decay_file(rtt_ms), "linespoints"});

@@ -1,11 +1,12 @@
 // palpate-lab stations: several hands on one body, each over a link of its own, beside the 1 kHz full model with all tools on it.
 #include <fmt/format.h>
 
-#include <cmath>
 #include <ctime>
 #include <iterator>
 
 #include "bench/lab/experiments.hpp"
+#include "bench/lab/flags.hpp"
+#include "bench/lab/link_flags.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
 #include "bench/measure/replay.hpp"
@@ -19,38 +20,21 @@ namespace {
 struct Flags {
   std::string scene, scheme = "port", out;
   int stations = 2, order = 0;
-  double apart_mm = 20, duration_s = 4, rate_hz = 20, rtt_ms = 0, jitter_ms = 0, loss_pct = 0;
-  std::uint64_t seed = 1;
+  double apart_mm = 20, duration_s = 4;
+  LinkFlags link;
 };
 
 /// Of the processor, not of the wall: what else the machine does is no cost of the server.
 std::int64_t processor_ns() { return static_cast<std::int64_t>(std::clock()) * (1'000'000'000 / CLOCKS_PER_SEC); }
 
-/// "nan" is a number to the command line, and lies in every range.
-void refuse_nan(const Flags& f) {
-  for (const auto& [flag, value] : {std::pair{"--apart-mm", f.apart_mm},
-                                    {"--duration-s", f.duration_s},
-                                    {"--rate-hz", f.rate_hz},
-                                    {"--rtt-ms", f.rtt_ms},
-                                    {"--jitter-ms", f.jitter_ms},
-                                    {"--loss-pct", f.loss_pct}})
-    if (std::isnan(value)) throw InputError(flag, "is nan", "a number");
-}
-
 ReplayOptions options_of(const Flags& flags) {
-  refuse_nan(flags);
   ReplayOptions o;
-  const auto scheme = scheme_from_name(flags.scheme);
-  if (!scheme || !is_available(*scheme)) throw InputError("--scheme " + flags.scheme, "is not in this build", "a scheme that is");
-  o.scheme = *scheme;
+  o.scheme = available_scheme(flags.scheme);
   o.order = flags.order;
-  o.rate_hz = flags.rate_hz;
-  o.link = {.latency = from_seconds(flags.rtt_ms * 0.5e-3),
-            .jitter = from_seconds(flags.jitter_ms * 1e-3),
-            .loss = flags.loss_pct / 100,
-            .seed = flags.seed};
-  validate(o.link, "link");
-  o.seed = flags.seed;
+  o.rate_hz = flags.link.rate_hz;
+  o.link = flags.link.one_way();
+  o.seed = flags.link.seed;
+  o.compute = from_seconds(flags.link.compute_ms * 1e-3);
   return o;
 }
 
@@ -86,13 +70,13 @@ int run_stations(const Flags& flags) {
                                    {"rel_rms", r.fidelity.rel_rms},
                                    {"p95_rel_error", r.fidelity.p95_rel_error},
                                    {"force_step_max_n", r.fidelity.force_step_max_n},
-                                   {"hand_over_step_max_n", r.hand_over_step_max_n},
+                                   {"hand_over_step_max_n", r.hand_over.max_n},
                                    {"patch_bytes_mean", r.patch_bytes_mean},
                                    {"patch_states", r.patch_states}});
   }
   const double build_ms = results[0].patch_build_ms_mean, step_ms = results[0].frame_ms_mean - build_ms;
-  const SessionCost session = session_cost(scene, results[0].last_patch, flags.stations, flags.rate_hz, processor_ns);
-  const double build_share = build_ms * flags.rate_hz * 1e-3, session_share = session.cpu_ms_per_s * 1e-3;
+  const SessionCost session = session_cost(scene, results[0].last_patch, flags.stations, flags.link.rate_hz, processor_ns);
+  const double build_share = build_ms * flags.link.rate_hz * 1e-3, session_share = session.cpu_ms_per_s * 1e-3;
   fmt::print(
       "server    body's step {:.2f} ms a frame; patches {:.2f} ms a frame, {:.3f} ms a station: {:.1f} % of a core\n"
       "          sessions (datagrams, encoding) {:.2f} ms a second, {:.1f} % of a core; a station {:.1f} kB/s up, {:.1f} kB/s "
@@ -112,9 +96,10 @@ int run_stations(const Flags& flags) {
     panels.push_back(
         {fmt::format("tool {} [N]", k + 1),
          {{fmt::format("1:{}", 2 * k + 3), "1 kHz full model", 0}, {fmt::format("1:{}", 2 * k + 2), flags.scheme, 1}}});
-  plot_csv(out / "forces.csv", out / "forces.svg",
-           fmt::format("{} tools on {}, {:g} mm apart, RTT {:g} ms", results.size(), scene.name, flags.apart_mm, flags.rtt_ms),
-           "time [s]", panels, {.rows = results[0].ticks.size()});
+  plot_csv(
+      out / "forces.csv", out / "forces.svg",
+      fmt::format("{} tools on {}, {:g} mm apart, RTT {:g} ms", results.size(), scene.name, flags.apart_mm, flags.link.rtt_ms),
+      "time [s]", panels, {.rows = results[0].ticks.size()});
   fmt::print("{}\n", (out / "summary.json").string());
   return 0;
 }
@@ -126,18 +111,11 @@ void add_stations(CLI::App& app, Run& run) {
   CLI::App* c = app.add_subcommand("stations", "several hands on one body: what each feels of the others, and what it costs");
   c->add_option("--scene", flags->scene, "scene file (JSON) with touch contact")->required();
   c->add_option("--stations", flags->stations, "hands on the body")->check(CLI::Range(1, kMaxStations))->capture_default_str();
-  c->add_option("--apart-mm", flags->apart_mm, "distance between neighbours")
-      ->check(CLI::Range(0.0, 1000.0))
-      ->capture_default_str();
-  c->add_option("--duration-s", flags->duration_s, "length of the motions")->check(CLI::Range(0.5, 600.0))->capture_default_str();
+  c->add_option("--apart-mm", flags->apart_mm, "distance between neighbours")->check(between(0, 1000))->capture_default_str();
+  c->add_option("--duration-s", flags->duration_s, "length of the motions")->check(between(0.5, 600))->capture_default_str();
   c->add_option("--scheme", flags->scheme, "how patches are made")->capture_default_str();
   c->add_option("--order", flags->order, "states of a patch, 0: the scheme's default")->check(CLI::Range(0, 2 * kMaxModes));
-  c->add_option("--rate-hz", flags->rate_hz, "frames of the server a second")->check(CLI::Range(kMinRateHz, kMaxRateHz));
-  c->add_option("--rtt-ms", flags->rtt_ms, "round trip; each way takes half")->check(CLI::Range(0.0, 10'000.0));
-  c->add_option("--jitter-ms", flags->jitter_ms, "each way's latency varies by up to this, either side")
-      ->check(CLI::Range(0.0, 1'000.0));
-  c->add_option("--loss-pct", flags->loss_pct, "datagrams lost, each way")->check(CLI::Range(0.0, 100.0));
-  c->add_option("--seed", flags->seed, "of everything that is drawn");
+  flags->link.add_to(*c);
   c->add_option("--out", flags->out, "folder for forces.csv, summary.json, forces.svg")->required();
   c->callback([flags, &run] { run = [flags] { return run_stations(*flags); }; });
 }

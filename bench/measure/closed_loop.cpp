@@ -27,7 +27,8 @@ ClosedLoopResult closed_loop(const Scene& scene, const Motion& intention, const 
   const ClientOptions client = client_options(options, device.caps());
   owned->wait_for_start();
   WorldStation& station = world.add_station(client, std::move(owned), options.link);
-  const Micros begin = join(world, station, scene, intention.position(0.0), client, options.rate_hz);
+  WorldStation* const stations[] = {&station};
+  const Micros begin = join(world, stations, scene, std::span(&intention, 1), options.scheme, options.link, options.rate_hz);
   station.device().start(station.clock(begin));
 
   result.ticks.reserve(static_cast<std::size_t>(options.duration / kTick) + 1);

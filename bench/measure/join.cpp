@@ -1,5 +1,6 @@
 #include "bench/measure/join.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "bench/measure/reference.hpp"
@@ -8,21 +9,30 @@
 namespace palpate {
 namespace {
 
-constexpr Micros kJoinWithin{10'000'000};
+constexpr Micros kJoinWithin{10'000'000}, kClocksLock{300'000};
+
+bool waits(WorldStation& station, Scheme scheme, bool wants_patch) {
+  const ClientCore& core = station.core();
+  if (core.link() == LinkState::refused)
+    throw InputError("--scheme " + std::string(name_of(scheme)), "refused by the server: " + core.refusal(),
+                     "a scheme and order that it takes");
+  return core.link() != LinkState::joined || (wants_patch && station.core().haptic().counts().patches_used == 0);
+}
 
 }  // namespace
 
-Micros join(World& world, WorldStation& station, const Scene& scene, const Vec3& start, const ClientOptions& options,
-            double rate_hz) {
+Micros join(World& world, std::span<WorldStation* const> stations, const Scene& scene, std::span<const Motion> motions,
+            Scheme scheme, const LinkSpec& link, double rate_hz) {
   const bool wants_patch = scene.tool.contact == ContactKind::attach;
-  while (station.core().link() != LinkState::joined || (wants_patch && station.core().haptic().counts().patches_used == 0)) {
-    if (station.core().link() == LinkState::refused)
-      throw InputError("--scheme " + std::string(name_of(options.hello.scheme)),
-                       "refused by the server: " + station.core().refusal(), "a scheme and order that it takes");
-    if (world.now() > kJoinWithin) throw std::runtime_error("no answer over this link within 10 s of virtual time");
-    world.run_until(world.now() + Micros{1000});
-  }
-  if (needs_settling(scene, start)) world.run_until(world.now() + kSettle);
+  for (WorldStation* station : stations)
+    while (waits(*station, scheme, wants_patch)) {
+      if (world.now() > kJoinWithin) throw std::runtime_error("no answer over this link within 10 s of virtual time");
+      world.run_until(world.now() + Micros{1000});
+    }
+  if (!wants_patch) world.run_until(world.now() + kClocksLock + 4 * link.latency);
+  const bool settle = std::any_of(motions.begin(), motions.end(),
+                                  [&](const Motion& motion) { return needs_settling(scene, motion.position(0.0)); });
+  if (settle) world.run_until(world.now() + kSettle);
   const Micros frame = from_seconds(1 / rate_hz);
   return (world.now() / frame + 1) * frame;
 }

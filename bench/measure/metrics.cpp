@@ -30,7 +30,55 @@ int find_lag(std::span<const Vec3> felt, std::span<const Vec3> reference, int mo
   return best;
 }
 
+/// First ticks of contact after `free_ticks` without.
+std::vector<int> onsets_of(std::span<const std::uint8_t> contact, int free_ticks) {
+  std::vector<int> onsets;
+  int free = 0;
+  for (std::size_t i = 0; i < contact.size(); ++i) {
+    if (contact[i] && free >= free_ticks) onsets.push_back(static_cast<int>(i));
+    free = contact[i] ? 0 : free + 1;
+  }
+  return onsets;
+}
+
 }  // namespace
+
+OnsetErrors onset_errors(std::span<const std::uint8_t> contact, std::span<const std::uint8_t> reference) {
+  OnsetErrors result;
+  const std::vector<int> shown = onsets_of(contact, 1);
+  std::vector<int> errors;
+  for (const int onset : onsets_of(reference, kFreeTicks)) {
+    ++result.onsets;
+    const auto nearest =
+        std::min_element(shown.begin(), shown.end(), [&](int a, int b) { return std::abs(a - onset) < std::abs(b - onset); });
+    if (nearest == shown.end() || std::abs(*nearest - onset) > kOnsetWithinMs)
+      ++result.missed;
+    else
+      errors.push_back(*nearest - onset);
+  }
+  if (errors.empty()) return result;
+  std::sort(errors.begin(), errors.end());
+  result.median_ms = errors[errors.size() / 2];
+  result.worst_ms = std::abs(errors.front()) > std::abs(errors.back()) ? errors.front() : errors.back();
+  return result;
+}
+
+HandOverSteps hand_over_steps(std::span<const HandOver> swaps) {
+  HandOverSteps result;
+  result.swaps = swaps.size();
+  if (swaps.empty()) return result;
+  std::vector<double> steps;
+  std::size_t within = 0;
+  for (const HandOver& swap : swaps) {
+    steps.push_back(swap.step_n);
+    within += swap.step_n <= std::max(kStepLimitN, kStepLimitShare * swap.force_n);
+  }
+  result.share_within = static_cast<double>(within) / static_cast<double>(swaps.size());
+  result.max_n = *std::max_element(steps.begin(), steps.end());
+  result.p50_n = percentile(steps, 0.5);
+  result.p999_n = percentile(std::move(steps), 0.999);
+  return result;
+}
 
 double percentile(std::vector<double> values, double share) {
   if (values.empty()) return 0;

@@ -6,12 +6,11 @@
 #include <vector>
 
 #include "bench/measure/metrics.hpp"
+#include "bench/measure/reference.hpp"
 #include "bench/world/world.hpp"
 #include "common/motion/motion.hpp"
 
 namespace palpate {
-
-struct ReferenceForce;
 
 struct ReplayOptions {
   Scheme scheme = Scheme::port;
@@ -22,12 +21,13 @@ struct ReplayOptions {
   Micros compute{};
   bool simulated_device = false;              ///< a Phantom in a hand that follows the motion, instead of the motion itself
   const ReferenceForce* reference = nullptr;  ///< of the same path, when known: without a simulated device runs share it
+  PassivityMode passivity = PassivityMode::off;
 };
 
 struct ReplayTick {
   Vec3 position = Vec3::Zero(), felt = Vec3::Zero(), reference = Vec3::Zero();
   Micros patch_age{};
-  bool contact = false;
+  bool contact = false, true_contact = false;
 };
 
 /// What the full model said at the server, frame by frame: the force of the low-rate model.
@@ -40,11 +40,16 @@ struct ReplayResult {
   std::vector<ReplayTick> ticks;  ///< 0, 1, 2, ... ms into the motion
   std::vector<ReplayFrame> frames;
   Fidelity fidelity;
+  OnsetErrors onset;
+  HandOverSteps hand_over;  ///< between the patches: what the cross-fade takes over
+  HandOverSteps felt_step;  ///< what a swap adds to the force's change from one tick to the next, beyond the reference's own
+  Micros age_p95{};         ///< of the patches in use
+  GuardCounts guard;
   std::uint64_t patches_used = 0;
   double patch_bytes_mean = 0;
   int patch_states = 0;
-  double hand_over_step_max_n = 0;
   Patch last_patch;
+  double uplink_bytes_s = 0;
   // wall clock of this machine
   double tick_ns_p50 = 0, tick_ns_p99 = 0, patch_build_ms_mean = 0, frame_ms_mean = 0;
 };
@@ -53,6 +58,9 @@ struct ReplayResult {
 using Stopwatch = std::function<std::int64_t()>;
 
 inline constexpr std::size_t kSkipTicks = 250;  ///< fidelity is measured from 0.25 s on
+
+/// The reference for a motion that is used as given: the same for every scheme and link.
+ReferenceForce reference_of(const Scene& scene, const Motion& motion);
 
 /// Throws InputError when the station cannot join, std::runtime_error when the model fails.
 ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch);

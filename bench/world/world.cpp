@@ -9,41 +9,59 @@ namespace {
 
 constexpr Micros kClientWake{1'000};  // the net side of a client looks at its sample ring as often as its haptic side ticks
 
-// A clock that reads up to 1000 s, on whole milliseconds: the haptic tick of a station stays on the world's.
+// A clock that reads up to 1000 s, on whole milliseconds: without drift the haptic tick of a station stays on the world's.
 Micros draw_offset(std::uint64_t seed) { return Micros{1000 * static_cast<std::int64_t>(Random(seed).uniform(1, 1e6))}; }
 
 }  // namespace
 
-WorldStation::WorldStation(const ClientOptions& options, std::unique_ptr<MotionDevice> device, const LinkSpec& link,
-                           Micros offset)
-    : device_(std::move(device)),
-      offset_(offset),
-      up_(link),
-      down_([&] {
-        LinkSpec back = link;
-        ++back.seed;
-        return back;
-      }()),
-      core_(options, offset) {}
-
 World::World(const Scene& scene, const WorldOptions& options)
     : options_(options),
-      server_offset_(draw_offset(options.seed)),
+      scene_(scene),
+      clock_(draw_offset(options.seed), options.server_drift_ppm),
       room_(scene),
-      server_(facts_of(scene, home_of(scene)), {options.seed, options.rate_hz}) {}
+      server_(std::make_unique<ServerCore>(facts_of(scene, home_of(scene)), ServerOptions{options.seed, options.rate_hz})),
+      instance_(options.seed) {}
 
 WorldStation& World::add_station(const ClientOptions& options, std::unique_ptr<MotionDevice> device, const LinkSpec& link) {
-  const Micros drawn = draw_offset(options_.seed + 1 + stations_.size());
-  stations_.push_back(std::unique_ptr<WorldStation>(new WorldStation(options, std::move(device), link, drawn)));
+  LinkSpec back = link;
+  ++back.seed;
+  return add_station(options, std::move(device), link, back, 0);
+}
+
+WorldStation& World::add_station(const ClientOptions& options, std::unique_ptr<MotionDevice> device, const LinkSpec& up,
+                                 const LinkSpec& down, double drift_ppm) {
+  const WorldClock clock(draw_offset(options_.seed + 1 + stations_.size()), drift_ppm);
+  return add(std::unique_ptr<WorldStation>(new WorldStation(options, std::move(device), up, down, clock, now_)));
+}
+
+WorldStation& World::add_shadow(const ClientOptions& options, const WorldStation& owner, const LinkSpec& up,
+                                const LinkSpec& down) {
+  auto shadow = std::unique_ptr<WorldStation>(new WorldStation(options, nullptr, up, down, owner.clock_, now_));
+  shadow->owner_ = &owner;
+  return add(std::move(shadow));
+}
+
+WorldStation& World::add(std::unique_ptr<WorldStation> station) {
+  // This moment's tick is over once the world has begun.
+  if (begun_) station->next_tick_ += Micros{1};
+  station->next_tick_ = (station->next_tick_ + kTick - Micros{1}) / kTick * kTick;
+  stations_.push_back(std::move(station));
   return *stations_.back();
 }
 
 Micros World::next_moment() const {
   Micros next = now_ + kClientWake - Micros{now_.count() % kClientWake.count()};
+  if (!events_.empty()) next = std::min(next, events_.next_due());
   if (!in_flight_.empty()) next = std::min(next, in_flight_.next_due());
-  if (!computing_.empty()) next = std::min(next, computing_.next_due());
-  next = std::min(next, server_.deadline() - server_offset_);
-  for (const auto& s : stations_) next = std::min(next, s->core_.deadline() - s->offset_);
+  if (server_up_ && !server_stalled_) {
+    if (!computing_.empty()) next = std::min(next, computing_.next_due());
+    next = std::min(next, clock_.world(server_->deadline()));
+  }
+  for (const auto& s : stations_) {
+    if (!s->up_) continue;
+    if (!s->net_stalled_) next = std::min(next, s->clock_.world(s->core_->deadline()));
+    if (!s->haptic_stalled_) next = std::min(next, s->clock_.world(s->next_tick_));
+  }
   return std::max(next, now_ + Micros{1});
 }
 
@@ -57,8 +75,9 @@ void World::run_until(Micros until) {
 }
 
 void World::at_moment() {
+  while (auto event = events_.pop(now_)) (*event)();
   deliver();
-  if (now_.count() % kTick.count() == 0) haptic_ticks();
+  haptic_ticks();
   do {
     client_net();
     server_net();
@@ -67,58 +86,129 @@ void World::at_moment() {
 
 bool World::deliver() {
   bool any = false;
-  while (auto datagram = in_flight_.pop(now_)) {
-    any = true;
-    if (datagram->to_server)
-      server_.take(datagram->bytes, datagram->station + 1, server_clock());
-    else
-      stations_[datagram->station]->core_.take(datagram->bytes, stations_[datagram->station]->clock(now_));
+  while (server_up_ && !server_stalled_ && !waiting_.empty()) {
+    Datagram datagram = std::move(waiting_.front());
+    waiting_.pop_front();
+    any |= hand_to_server(datagram);
   }
+  for (const auto& s : stations_)
+    while (s->up_ && !s->net_stalled_ && !s->waiting_.empty()) {
+      Datagram datagram{s->waiting_.front().number, s->peer_, false, std::move(s->waiting_.front().bytes)};
+      s->waiting_.pop_front();
+      any |= hand_to_station(datagram);
+    }
+  while (auto datagram = in_flight_.pop(now_))
+    any |= datagram->to_server ? hand_to_server(*datagram) : hand_to_station(*datagram);
   return any;
+}
+
+/// True when the server took it.
+bool World::hand_to_server(Datagram& datagram) {
+  if (server_up_ && !server_stalled_) {
+    tell(DatagramEvent::Kind::delivered, datagram);
+    server_->take(datagram.bytes, datagram.peer, server_clock());
+    return true;
+  }
+  if (server_up_ && waiting_.size() < kSocketBuffer)
+    waiting_.push_back(std::move(datagram));
+  else
+    tell(DatagramEvent::Kind::lost, datagram);
+  return false;
+}
+
+/// True when the station took it.
+bool World::hand_to_station(Datagram& datagram) {
+  WorldStation& s = station_of(datagram.peer);
+  const bool listens = s.up_ && s.peer_ == datagram.peer;
+  if (listens && !s.net_stalled_) {
+    tell(DatagramEvent::Kind::delivered, datagram);
+    s.core_->take(datagram.bytes, s.clock(now_));
+    return true;
+  }
+  if (listens && s.waiting_.size() < kSocketBuffer)
+    s.waiting_.push_back({datagram.number, std::move(datagram.bytes)});
+  else
+    tell(DatagramEvent::Kind::lost, datagram);
+  return false;
+}
+
+void World::tell(DatagramEvent::Kind kind, const Datagram& datagram) const {
+  if (on_datagram) on_datagram(now_, {kind, datagram.number, peers_[datagram.peer - 1], datagram.to_server, datagram.bytes});
 }
 
 void World::haptic_ticks() {
   for (const auto& s : stations_) {
+    if (!s->up_ || s->haptic_stalled_) continue;
     const Micros t = s->clock(now_);
-    const DeviceReading reading = s->device_->read(t);
-    if (!reading.ok) continue;
-    const TickOutput out = s->run_tick(s->core_.haptic(), {t, reading.position});
-    s->device_->write(out.force);
-    if (s->on_tick) s->on_tick(now_, reading.position, out);
+    if (t < s->next_tick_) continue;
+    s->next_tick_ = t / kTick * kTick + kTick;  // late ticks are skipped, never squeezed
+    s->reading_ = s->owner_ ? s->owner_->reading_ : s->device_->read(t);
+    if (!s->reading_.ok) continue;
+    const TickOutput out = s->run_tick(s->core_->haptic(), {t, s->reading_.position});
+    if (s->device_) s->device_->write(out.force);
+    if (s->on_tick) s->on_tick(now_, s->reading_.position, out);
   }
 }
 
-void World::send(std::size_t station, bool to_server, std::span<const std::byte> bytes) {
-  WorldStation& s = *stations_[station];
-  for (const Micros at : (to_server ? s.up_ : s.down_).schedule(now_, bytes.size()))
-    in_flight_.push(at, {station, to_server, {bytes.begin(), bytes.end()}});
+void World::send(PeerId peer, bool to_server, std::span<const std::byte> bytes) {
+  WorldStation& s = station_of(peer);
+  const Datagram datagram{datagrams_++, peer, to_server, {bytes.begin(), bytes.end()}};
+  tell(DatagramEvent::Kind::sent, datagram);
+  if (to_server ? s.cut_up_ : s.cut_down_) return tell(DatagramEvent::Kind::lost, datagram);
+  const Deliveries deliveries = (to_server ? s.up_link_ : s.down_link_).schedule(now_, bytes.size());
+  if (deliveries.count == 0) tell(DatagramEvent::Kind::lost, datagram);
+  for (const Micros at : deliveries) in_flight_.push(at, datagram);
+}
+
+PeerId World::peer_of(std::size_t station) {
+  PeerId& peer = stations_[station]->peer_;
+  if (peer != 0) return peer;
+  peers_.push_back(station);
+  return peer = peers_.size();
 }
 
 void World::client_net() {
   std::array<std::byte, kMaxDatagramBytes> out;
   for (std::size_t k = 0; k < stations_.size(); ++k) {
-    const Micros t = stations_[k]->clock(now_);
-    stations_[k]->core_.tick(t);
-    while (const std::size_t size = stations_[k]->core_.emit(out, t)) send(k, true, {out.data(), size});
+    WorldStation& s = *stations_[k];
+    if (!s.up_ || s.net_stalled_) continue;
+    const Micros t = s.clock(now_);
+    s.core_->tick(t);
+    while (const std::size_t size = s.core_->emit(out, t)) send(peer_of(k), true, {out.data(), size});
+    if (s.leaving_) s.crash();
   }
 }
 
 void World::server_net() {
+  if (!server_up_ || server_stalled_) return;
   const Micros t = server_clock();
-  if (auto done = computing_.pop(now_)) server_.finish(std::move(done->result), t);
-  server_.tick(t);
-  if (!room_started_) room_.start(server_.body_time());
+  if (auto done = computing_.pop(now_)) server_->finish(std::move(done->result), t);
+  server_->tick(t);
+  if (!room_started_) room_.start(server_->body_time());
   room_started_ = true;
-  if (auto job = server_.next_job(t)) {
+  if (auto job = server_->next_job(t)) {
     FrameResult result = run_frame(room_, *job);
     if (options_.compute > Micros{})
       computing_.push(now_ + options_.compute, {std::move(result)});
     else
-      server_.finish(std::move(result), t);
+      server_->finish(std::move(result), t);
   }
   std::array<std::byte, kMaxDatagramBytes> out;
   PeerId to = 0;
-  while (const std::size_t size = server_.emit(out, to, t)) send(to - 1, false, {out.data(), size});
+  while (const std::size_t size = server_->emit(out, to, t)) send(to, false, {out.data(), size});
+}
+
+void World::kill_server() {
+  server_up_ = server_stalled_ = false;
+  waiting_.clear();
+  computing_ = {};
+}
+
+void World::start_server(bool keep_body) {
+  server_ = std::make_unique<ServerCore>(facts_of(scene_, home_of(scene_)), ServerOptions{++instance_, options_.rate_hz});
+  if (!keep_body) room_ = Room(scene_);
+  room_started_ = false;
+  server_up_ = true;
 }
 
 }  // namespace palpate

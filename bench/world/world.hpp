@@ -1,20 +1,25 @@
 // The simulated world: the real server and client cores, a body, devices and bad links, in virtual time on one thread.
 //
 // Nothing here computes a force or interprets a datagram: the cores do, the same objects that the programs run. The world only
-// decides when things happen. Order at one moment t: datagrams that are due; the haptic tick of every station (on its
-// millisecond); the clients' net side; the server; then again whatever these sent over links without delay, until nothing is
-// left. One seed, one binary: the same bits.
+// decides when things happen. Order at one moment t: what at() planned; datagrams that are due; the haptic tick of every
+// station (on the milliseconds of its own clock); the clients' net side; the server; then again whatever these sent over links
+// without delay, until nothing is left. One seed, one binary: the same bits.
 //
-// Clocks: world time starts at 0; every participant's own clock is world time plus an offset, so that no code can mistake one
+// Clocks: world time starts at 0; every participant has a clock of its own (world_clock.hpp), so that no code can mistake one
 // for another.
+//
+// What can happen to a participant is a call that takes effect at the present moment; World::at() plans one for later.
+// A participant that is stalled takes and emits nothing until it goes on; datagrams wait for it in a socket buffer of
+// kSocketBuffer datagrams, and what comes beyond is lost, as on a real machine. What is sent to one that is down is lost.
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "bench/world/world_clock.hpp"
 #include "client/core/client_core.hpp"
 #include "client/device/motion_device.hpp"
 #include "common/link/delay_queue.hpp"
@@ -27,6 +32,7 @@ struct WorldOptions {
   double rate_hz = 20;
   Micros compute{};        ///< from frame to patch: what a frame costs the server in virtual time
   std::uint64_t seed = 1;  ///< of clock offsets; links have their own
+  double server_drift_ppm = 0;
 };
 
 /// What a station does in its haptic tick; the default calls tick(). Experiments wrap it with a stopwatch.
@@ -34,24 +40,66 @@ using TickRunner = std::function<TickOutput(HapticTick&, const ToolSample&)>;
 /// Hears of every tick: world time, tool position, what was felt.
 using TickListener = std::function<void(Micros, const Vec3&, const TickOutput&)>;
 
+/// One datagram on its way between a station and the server. A copy that the link makes has the same number.
+struct DatagramEvent {
+  enum class Kind : std::uint8_t { sent, lost, delivered };
+  Kind kind = Kind::sent;
+  std::uint64_t number = 0;
+  std::size_t station = 0;
+  bool to_server = false;
+  std::span<const std::byte> bytes;
+};
+using DatagramListener = std::function<void(Micros, const DatagramEvent&)>;
+
+inline constexpr std::size_t kSocketBuffer = 256;  ///< datagrams; the usual 208 KiB with the kernel's overhead for each
+
 class WorldStation {
  public:
-  ClientCore& core() { return core_; }
+  ClientCore& core() { return *core_; }
+  const ClientCore& core() const { return *core_; }
+  /// Not for a shadow.
   MotionDevice& device() { return *device_; }
   /// The station's own clock at world time t.
-  Micros clock(Micros t) const { return t + offset_; }
+  Micros clock(Micros t) const { return clock_.at(t); }
+  bool up() const { return up_ && !leaving_; }
+  int lives() const { return lives_; }  ///< processes so far
 
   TickRunner run_tick = [](HapticTick& haptic, const ToolSample& sample) { return haptic.tick(sample); };
   TickListener on_tick;
 
+  // What can happen to it.
+  void change_link(const LinkSpec& up, const LinkSpec& down);
+  void cut(bool up, bool down);     ///< what is under way still arrives
+  void stall_net(bool stalled);     ///< its net side stands still, its haptic thread goes on
+  void stall_haptic(bool stalled);  ///< and the other way round
+  void step_clock(Micros by) { clock_.step(by); }
+  void leave();  ///< says goodbye; its haptic thread ends
+  void crash();  ///< without a word
+  /// A new process of the same name, with another address.
+  void join_again(Micros now);
+
  private:
   friend class World;
-  WorldStation(const ClientOptions& options, std::unique_ptr<MotionDevice> device, const LinkSpec& link, Micros offset);
+  struct Waiting {
+    std::uint64_t number;
+    std::vector<std::byte> bytes;
+  };
+  WorldStation(const ClientOptions& options, std::unique_ptr<MotionDevice> device, const LinkSpec& up, const LinkSpec& down,
+               const WorldClock& clock, Micros now);
+  void new_core(Micros now);
 
+  ClientOptions options_;
   std::unique_ptr<MotionDevice> device_;
-  Micros offset_;
-  LinkModel up_, down_;
-  ClientCore core_;
+  const WorldStation* owner_ = nullptr;  ///< of the tool, for a shadow
+  WorldClock clock_;
+  LinkModel up_link_, down_link_;
+  bool cut_up_ = false, cut_down_ = false, net_stalled_ = false, haptic_stalled_ = false, up_ = true, leaving_ = false;
+  std::unique_ptr<ClientCore> core_;
+  int lives_ = 0;
+  PeerId peer_ = 0;  ///< of this process; 0: it has none yet
+  Micros next_tick_{};
+  DeviceReading reading_;
+  std::deque<Waiting> waiting_;
 };
 
 class World {
@@ -60,42 +108,75 @@ class World {
 
   /// `link` is one way; the way back is drawn from its seed plus one.
   WorldStation& add_station(const ClientOptions& options, std::unique_ptr<MotionDevice> device, const LinkSpec& link);
+  WorldStation& add_station(const ClientOptions& options, std::unique_ptr<MotionDevice> device, const LinkSpec& up,
+                            const LinkSpec& down, double drift_ppm);
+  /// Feels with the tool of `owner`, in the same process: one clock.
+  WorldStation& add_shadow(const ClientOptions& options, const WorldStation& owner, const LinkSpec& up, const LinkSpec& down);
   /// Runs up to and including world time `until`.
   void run_until(Micros until);
   Micros now() const { return now_; }
+  /// `event` happens at world time t (not in the past), before anything else there; events of one moment in the order of entry.
+  void at(Micros t, std::function<void()> event) { events_.push(t, std::move(event)); }
 
   Room& room() { return room_; }
-  const ServerCore& server() const { return server_; }
+  const ServerCore& server() const { return *server_; }
+  Micros server_clock(Micros t) const { return clock_.at(t); }
+  bool server_up() const { return server_up_; }
+  WorldStation& station(std::size_t k) { return *stations_[k]; }
+  const WorldStation& station(std::size_t k) const { return *stations_[k]; }
+  std::size_t stations() const { return stations_.size(); }
+
+  // What can happen to the server.
+  void stall_server(bool stalled) { server_stalled_ = stalled; }
+  void step_server_clock(Micros by) { clock_.step(by); }
+  void kill_server();
+  /// A new process that knows nobody: the body as it was (a snapshot) or at rest.
+  void start_server(bool keep_body);
 
   /// What the server does with a frame; the default calls Room::run.
   std::function<FrameResult(Room&, const FrameJob&)> run_frame = [](Room& room, const FrameJob& job) { return room.run(job); };
+  DatagramListener on_datagram;
 
  private:
   struct Datagram {
-    std::size_t station;
-    bool to_server;
+    std::uint64_t number = 0;
+    PeerId peer = 0;  ///< the station's end
+    bool to_server = false;
     std::vector<std::byte> bytes;
   };
   struct Finished {
     FrameResult result;
   };
 
+  WorldStation& add(std::unique_ptr<WorldStation> station);
   void at_moment();
   bool deliver();
+  bool hand_to_server(Datagram& datagram);
+  bool hand_to_station(Datagram& datagram);
+  void tell(DatagramEvent::Kind kind, const Datagram& datagram) const;
   void haptic_ticks();
   void client_net();
   void server_net();
-  void send(std::size_t station, bool to_server, std::span<const std::byte> bytes);
+  void send(PeerId peer, bool to_server, std::span<const std::byte> bytes);
+  PeerId peer_of(std::size_t station);
+  WorldStation& station_of(PeerId peer) { return *stations_[peers_[peer - 1]]; }
   Micros next_moment() const;
-  Micros server_clock() const { return now_ + server_offset_; }
+  Micros server_clock() const { return clock_.at(now_); }
 
   WorldOptions options_;
-  Micros server_offset_;
+  Scene scene_;
+  WorldClock clock_;  ///< the server's
   Room room_;
-  ServerCore server_;
+  std::unique_ptr<ServerCore> server_;
+  std::uint64_t instance_;
+  bool server_up_ = true, server_stalled_ = false;
+  std::deque<Datagram> waiting_;  ///< for a server that is stalled
   std::vector<std::unique_ptr<WorldStation>> stations_;
+  std::vector<std::size_t> peers_;  ///< station of peer k + 1
+  DelayQueue<std::function<void()>> events_;
   DelayQueue<Datagram> in_flight_;
   DelayQueue<Finished> computing_;
+  std::uint64_t datagrams_ = 0;
   Micros now_{};
   bool begun_ = false, room_started_ = false;
 };

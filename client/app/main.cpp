@@ -22,7 +22,8 @@ int main(int argc, char** argv) {
   std::signal(SIGTERM, ask_to_stop);
   try {
     const auto options = palpate::parse_options(argc, argv);
-    return options ? palpate::run(*options, stop_asked) : 0;
+    if (!options) return 0;
+    return options->check_link ? palpate::check_link(*options, stop_asked) : palpate::run(*options, stop_asked);
   } catch (const palpate::InputError& error) {
     std::cerr << "palpate-client: " << error.what() << '\n';
     return 2;

@@ -19,6 +19,7 @@ struct Typed {
   int order = 0;
   std::uint64_t seed = 1;
   double coupling_n_m = 0, coupling_n_s_m = 0;
+  bool check_link = false;
   double duration_s = std::numeric_limits<double>::quiet_NaN(), release_s = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -55,6 +56,10 @@ void declare(CLI::App& app, Typed& typed) {
   app.add_option("--report", typed.report, "Write forces.csv and summary.json there")->type_name("DIR");
   app.add_option("--duration-s", typed.duration_s, "End after so many seconds; default: at the end of the motion")
       ->type_name("N");
+  app.add_flag(
+      "--check-link", typed.check_link,
+      "Measure the link and this machine for --duration-s (default 10) and say whether they serve and what to set; exit 0: "
+      "they do, 1: they do not");
   app.add_option("--realtime", typed.realtime, "auto: ask the operating system for real time; off: do not")
       ->type_name("auto|off")
       ->capture_default_str();
@@ -172,6 +177,7 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
       choose<PassivityMode>("--passivity", typed.passivity,
                             {{"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}});
   options.coupling = coupling_of(typed);
+  options.check_link = typed.check_link;
   options.realtime = choose<bool>("--realtime", typed.realtime, {{"auto", true}, {"off", false}});
   options.duration_s = seconds_of("--duration-s", typed.duration_s, app.count("--duration-s") > 0, 1e-3);
   options.release_s = seconds_of("--release-s", typed.release_s, app.count("--release-s") > 0, 0);

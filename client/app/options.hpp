@@ -34,6 +34,7 @@ struct AppOptions {
   std::filesystem::path report;  ///< empty: none
   std::optional<double> duration_s;
   bool realtime = true;
+  bool check_link = false;  ///< measure the link and the machine, feel nothing
 };
 
 /// Empty when the program has done what it was asked (--help, --version). Throws InputError for bad usage and bad files.

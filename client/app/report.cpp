@@ -68,7 +68,10 @@ Json display_json(const DisplayReport& display) {
             {"clamped", guard.clamped},
             {"slew_limited", guard.slew_limited},
             {"damped", guard.damped},
-            {"energy_min_j", guard.energy_min_j}}}};
+            {"energy_min_j", guard.energy_min_j},
+            {"dissipated_j", guard.dissipated_j},
+            {"damper_max_n", guard.damper_max_n},
+            {"damper_rms_n", guard.damper_rms_n()}}}};
 }
 
 Json loop_json(const HapticLoop& loop, const RealtimeStatus& realtime) {
@@ -149,9 +152,10 @@ std::string describe(const RunReport& run) {
                    core.server_pace().rate_min_hz, core.welcome().rate_hz, milliseconds(core.server_pace().behind_max));
   fmt::format_to(out, "patches   {} used of {} received, {:.0f} bytes each; largest hand-over step {:.4f} N\n",
                  felt.haptic.patches_used, core.counts().patches, mean_bytes(core.counts()), felt.haptic.hand_over_step_max_n);
-  fmt::format_to(out, "guard     {} not finite, {} clamped, {} slew-limited, {} damped; least energy {:.2f} mJ",
-                 felt.guard.not_finite, felt.guard.clamped, felt.guard.slew_limited, felt.guard.damped,
-                 felt.guard.energy_min_j * 1e3);
+  fmt::format_to(out, "guard     {} not finite, {} clamped, {} slew-limited; least energy {:.2f} mJ\n", felt.guard.not_finite,
+                 felt.guard.clamped, felt.guard.slew_limited, felt.guard.energy_min_j * 1e3);
+  fmt::format_to(out, "passivity {} ticks damped, by {:.3f} N (rms), {:.3f} N (largest): {:.2f} mJ taken out", felt.guard.damped,
+                 felt.guard.damper_rms_n(), felt.guard.damper_max_n, felt.guard.dissipated_j * 1e3);
   return text;
 }
 

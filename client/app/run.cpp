@@ -15,6 +15,7 @@
 #include "client/device/replay_device.hpp"
 #include "client/device/sim_phantom.hpp"
 #include "client/io/haptic_loop.hpp"
+#include "client/io/link_check.hpp"
 #include "common/io/monotonic.hpp"
 
 namespace palpate {
@@ -208,6 +209,21 @@ class Run {
 };
 
 }  // namespace
+
+int check_link(const AppOptions& options, const std::atomic<bool>& stop) {
+  constexpr double kTrialS = 10;
+  const Micros duration = from_seconds(options.duration_s.value_or(kTrialS));
+  say(fmt::format("checking the link to {} for {:g} s", options.server, seconds(duration)));
+  const LinkFigures figures = measure_link(options.server, options.station, duration, options.realtime, stop);
+  if (figures.joined) say(describe(figures));
+  const LinkVerdict verdict = judge(figures);
+  for (const std::string& word : verdict.words) say("  " + word);
+  say(verdict.serves()         ? "serves"
+      : verdict.link_serves    ? "the link serves, this machine does not"
+      : verdict.machine_serves ? "the link does not serve"
+                               : "neither the link nor this machine serves");
+  return verdict.serves() ? 0 : 1;
+}
 
 int run(const AppOptions& options, const std::atomic<bool>& stop) { return Run(options, stop).go(); }
 

@@ -27,11 +27,13 @@ void ClientCore::tick(Micros now) {
   }
   if (has_unsent() && now >= next_send_) {
     send_due_ = true;
-    next_send_ = std::max(next_send_ + options_.send_interval, now);  // keeps the cadence when woken late
+    next_send_ = std::max(next_send_ + pace_.interval(), now);  // keeps the cadence when woken late
     next_beat_ = now + kBeatEvery;
-  } else if (now >= next_beat_) {
+  }
+  if (now >= next_beat_ || now >= next_report_) {
     beat_due_ = true;
     next_beat_ = now + kBeatEvery;
+    next_report_ = now + kReportEvery;
   }
 }
 
@@ -39,7 +41,7 @@ Micros ClientCore::deadline() const {
   const auto drain_at = ticked_ + kDrainEvery;
   if (left_) return drain_at;
   if (link_ != LinkState::joined) return std::min(next_hello_, drain_at);
-  const auto alive_at = std::min({next_beat_, heard_ + kLostAfter, drain_at});
+  const auto alive_at = std::min({next_beat_, next_report_, heard_ + kLostAfter, drain_at});
   return has_unsent() ? std::min(next_send_, alive_at) : alive_at;
 }
 
@@ -89,10 +91,18 @@ void ClientCore::take(std::span<const std::byte> bytes, Micros now) {
   }
   heard_ = now;
   seq_in_.take(message.seq);
+  loss_in_.take(message.seq);
   clock_.take(message.clock, now);
   if (const auto* patch = std::get_if<PatchMessage>(&message.body)) take_patch(patch->patch, bytes.size());
   if (const auto* piece = std::get_if<PatchTerms>(&message.body)) take_terms(*piece, bytes.size());
-  if (const auto* beat = std::get_if<Beat>(&message.body)) take_beat(*beat);
+  if (const auto* beat = std::get_if<Beat>(&message.body)) take_beat(*beat, now);
+}
+
+LinkReport ClientCore::link_report() const {
+  LinkReport report;
+  loss_in_.fill(report);
+  report.patch_age = haptic_.bridged();
+  return report;
 }
 
 bool ClientCore::is_ours(const Message& message) const {
@@ -112,18 +122,22 @@ void ClientCore::take_welcome(const Message& message, Micros now) {
     intake_.reset();
     clock_ = ClockSync{};
     seq_in_.reset();
+    loss_in_.reset();
+    pace_.reset();
+    server_report_ = {};
     seq_out_ = 0;
   }
   drain();
   instance_ = message.instance;
   station_ = message.station;
   welcome_ = std::get<Welcome>(message.body);
-  pace_ = {};
+  server_pace_ = {};
   refusal_ = {};
   link_ = LinkState::joined;
   ++counts_.joins;
   hello_due_ = false;
   heard_ = next_send_ = next_beat_ = now;
+  next_report_ = now + kReportEvery;
   seq_in_.take(message.seq);
   clock_.take(message.clock, now);
 }
@@ -162,13 +176,15 @@ void ClientCore::take_terms(const PatchTerms& piece, std::size_t bytes) {
   intake_.accept(piece);
 }
 
-void ClientCore::take_beat(const Beat& beat) {
+void ClientCore::take_beat(const Beat& beat, Micros now) {
   contact_in_reach_ = beat.contact_in_reach;
+  server_report_ = beat.link;
+  pace_.take(beat.link, now);
   if (!(beat.rate_hz > 0)) return;
-  pace_.rate_min_hz = pace_.rate_hz > 0 ? std::min(pace_.rate_min_hz, beat.rate_hz) : beat.rate_hz;
-  pace_.rate_hz = beat.rate_hz;
-  pace_.behind = beat.behind;
-  pace_.behind_max = std::max(pace_.behind_max, beat.behind);
+  server_pace_.rate_min_hz = server_pace_.rate_hz > 0 ? std::min(server_pace_.rate_min_hz, beat.rate_hz) : beat.rate_hz;
+  server_pace_.rate_hz = beat.rate_hz;
+  server_pace_.behind = beat.behind;
+  server_pace_.behind_max = std::max(server_pace_.behind_max, beat.behind);
 }
 
 void ClientCore::join_again(Micros now) {
@@ -182,7 +198,7 @@ std::size_t ClientCore::emit(std::span<std::byte> out, Micros now) {
   if (std::exchange(hello_due_, false)) return say(options_.hello, out, now);
   if (send_due_)
     if (const auto size = emit_samples(out, now)) return size;
-  if (std::exchange(beat_due_, false)) return say(Beat{}, out, now);
+  if (std::exchange(beat_due_, false)) return say(Beat{.link = link_report()}, out, now);
   return 0;
 }
 
@@ -197,12 +213,12 @@ std::size_t ClientCore::say(Body body, std::span<std::byte> out, Micros now) {
   return size;
 }
 
-/// The oldest samples not sent yet, as many as fit, after `repeat_samples` that were: a lost datagram costs nothing.
+/// The oldest samples not sent yet, as many as fit, after some that were: a lost datagram costs nothing.
 std::size_t ClientCore::emit_samples(std::span<std::byte> out, Micros now) {
   constexpr auto most = static_cast<std::size_t>(kMaxSamplesPerDatagram);
   while (unsent_ > 0) {
     const auto sent = recent_.size() - unsent_;
-    const auto repeat = std::min(sent, std::min(static_cast<std::size_t>(std::max(options_.repeat_samples, 0)), most / 2));
+    const auto repeat = std::min(sent, static_cast<std::size_t>(pace_.repeat()));
     const auto fresh = std::min(unsent_, most - repeat);
     const auto first = recent_.begin() + static_cast<std::ptrdiff_t>(sent - repeat);
     unsent_ -= fresh;

@@ -14,8 +14,10 @@
 #include <string>
 
 #include "client/core/haptic_tick.hpp"
+#include "client/core/uplink_pace.hpp"
 #include "client/player/intake.hpp"
 #include "common/session/clock_sync.hpp"
+#include "common/session/loss_meter.hpp"
 #include "common/session/seq_tracker.hpp"
 #include "common/wire/codec.hpp"
 #include "common/wire/messages.hpp"
@@ -26,13 +28,12 @@ struct ClientOptions {
   Hello hello;  ///< name, scheme, order, shadow_of
   GuardLimits guard;
   CouplingParameters coupling;  ///< between device and virtual tool; no stiffness: none
-  Micros send_interval{2000};  ///< between Samples datagrams (500 a second)
-  int repeat_samples = 32;     ///< older samples that each datagram repeats
 };
 
 inline constexpr Micros kHelloEvery{250'000};
 inline constexpr Micros kRetryEvery{1'000'000};  ///< Hello after a refusal
 inline constexpr Micros kBeatEvery{50'000};      ///< when there are no samples to send
+inline constexpr Micros kReportEvery{250'000};   ///< Beat beside the samples, that tells how the link does
 inline constexpr Micros kLostAfter{3'000'000};   ///< a server silent for so long is gone
 
 enum class LinkState : std::uint8_t { joining, joined, refused };
@@ -64,6 +65,7 @@ class ClientCore {
   void leave(Micros now);
 
   HapticTick& haptic() { return haptic_; }
+  const HapticTick& haptic() const { return haptic_; }
 
   LinkState link() const { return link_; }
   const Welcome& welcome() const { return welcome_; }              ///< meaningful when joined once
@@ -71,6 +73,11 @@ class ClientCore {
   RefuseReason refuse_reason() const { return refusal_.reason; }
   const ClockSync& clock() const { return clock_; }
   Micros last_heard() const { return heard_; }
+  const UplinkPace& uplink_pace() const { return pace_; }
+  /// What the server hears of the link.
+  LinkReport link_report() const;
+  /// What the server said last of the datagrams to it.
+  const LinkReport& server_report() const { return server_report_; }
   const SeqCounts& loss() const { return seq_in_.counts(); }  ///< of the datagrams from the server
   const ClientCounts& counts() const { return counts_; }
   const IntakeCounts& intake_counts() const { return intake_.counts(); }
@@ -78,7 +85,7 @@ class ClientCore {
   /// From the last server message: a surface is near enough for patches.
   bool contact_in_reach() const { return contact_in_reach_; }
   /// What the server last said of its own pace.
-  const ServerPace& server_pace() const { return pace_; }
+  const ServerPace& server_pace() const { return server_pace_; }
 
  private:
   static constexpr std::size_t kKept = 1024;     ///< samples at hand for sending and repeating
@@ -90,7 +97,7 @@ class ClientCore {
   void take_refuse(const Message& message, Micros now);
   void take_patch(const Patch& patch, std::size_t bytes);
   void take_terms(const PatchTerms& piece, std::size_t bytes);
-  void take_beat(const Beat& beat);
+  void take_beat(const Beat& beat, Micros now);
   void join_again(Micros now);
   bool has_unsent() const { return unsent_ > 0 && options_.hello.shadow_of.empty(); }
   std::size_t say(Body body, std::span<std::byte> out, Micros now);
@@ -103,12 +110,15 @@ class ClientCore {
   std::uint32_t seq_out_ = 0;
   ClockSync clock_;
   SeqTracker seq_in_;
+  LossMeter loss_in_;
+  UplinkPace pace_;
   Welcome welcome_;
   Refuse refusal_;
-  Micros heard_{}, next_hello_{}, next_send_{}, next_beat_{}, ticked_{};
+  Micros heard_{}, next_hello_{}, next_send_{}, next_beat_{}, next_report_{}, ticked_{};
   bool hello_due_ = false, send_due_ = false, beat_due_ = false, leave_due_ = false, left_ = false;
   bool contact_in_reach_ = false;
-  ServerPace pace_;
+  ServerPace server_pace_;
+  LinkReport server_report_;
   std::deque<ToolSample> recent_;  ///< newest last
   std::size_t unsent_ = 0;         ///< of these, at the end
   Patch last_patch_;

@@ -1,6 +1,7 @@
 #include "client/core/haptic_tick.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace palpate {
 namespace {
@@ -18,6 +19,25 @@ HapticTick::HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, co
                        const CouplingParameters& coupling)
     : patches_(patches), samples_(samples), guard_(limits), coupling_(coupling) {}
 
+/// A patch that outlived what it may tells of a pause (no contact in reach, no link), not of the ages in use.
+void HapticTick::note_age(Micros age) noexcept {
+  const auto us = static_cast<double>(age.count());
+  if (age_mean_us_ <= 0) {
+    age_mean_us_ = us;
+    age_deviation_us_ = us / 8;
+  } else {
+    age_deviation_us_ += (std::abs(us - age_mean_us_) - age_deviation_us_) / 8;
+    age_mean_us_ += (us - age_mean_us_) / 16;
+  }
+  bridged_us_.store(static_cast<std::int64_t>(age_mean_us_ + 2 * age_deviation_us_), std::memory_order_relaxed);
+}
+
+int HapticTick::cross_fade_ticks(double step_n, double force_n) noexcept {
+  constexpr double kUnnoticedN = 0.05, kUnnoticedShare = 0.05, kWithinTicks = 5;
+  const double ticks = std::ceil(kWithinTicks * step_n / std::max(kUnnoticedN, kUnnoticedShare * force_n));
+  return ticks < kCrossFadeMost ? std::max(kCrossFadeLeast, static_cast<int>(ticks)) : kCrossFadeMost;
+}
+
 void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
   // What the network side had not seen yet; recent_ holds the ticks before this one.
   const std::uint64_t oldest = recent_count_ > kRecent ? recent_count_ - kRecent : 0;
@@ -26,11 +46,12 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
     if (sample.t > next.time()) next.advance(sample);
   }
   if (has_player_) next.inherit(player_);
+  if (has_player_ && now.t - player_.patch().stamp <= player_.patch().valid_for) note_age(now.t - player_.patch().stamp);
   const Vec3 step = (has_player_ ? Vec3(player_.advance(now).force + fade_offset_) : Vec3::Zero()) - next.advance(now).force;
   player_ = next;
   if (has_player_) {
     fade_offset_ = step;
-    fade_left_ = kCrossFadeTicks;
+    fade_left_ = cross_fade_ticks(step.norm(), next.output().force.norm());
     counts_.hand_over_step_max_n = std::max(counts_.hand_over_step_max_n, step.norm());
   }
   has_player_ = true;

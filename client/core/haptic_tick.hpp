@@ -1,14 +1,17 @@
 // The haptic tick: newest patch -> player -> fade -> guard. Called once a millisecond by the one haptic thread.
 //
 // A new patch is replayed over the last few ticks that the network side had not seen, then takes over: the force step at the
-// swap is measured and decays linearly to zero within kCrossFadeTicks. A patch that is too old, or whose trust radius the
-// tool has left, fades to zero over kFadeTicks; a patch that is good again fades in. Does not allocate, lock, log or throw.
+// swap is measured and decays linearly to zero over 4 to 10 ticks, the more the larger it is beside what a hand does not notice,
+// so that it changes the force by at most max(0.05 N, 5 % of the force) in 5 ms where 10 ticks are enough for that. A patch that
+// is too old, or whose trust radius the tool has left, fades to zero over kFadeTicks; a patch that is good again fades in. Does
+// not allocate, lock, log or throw.
 //
 // With a virtual coupling (virtual_coupling.hpp; for devices with little damping) the patch, and the server through the samples,
 // meets the virtual tool in place of the device, and the device feels the coupling: one tick later, and never stiffer than k_c.
 #pragma once
 
 #include <array>
+#include <atomic>
 
 #include "client/guard/guard.hpp"
 #include "client/guard/virtual_coupling.hpp"
@@ -49,14 +52,19 @@ class HapticTick {
   /// One tick. `sample.t` is the client's clock and grows by kTick (late ticks are skipped by the caller, never squeezed).
   /// A reading outside of the world is not played: the tool counts as standing still.
   TickOutput tick(const ToolSample& reading) noexcept;
+  /// Age that patches reach before the next one takes over: smoothed mean and twice the mean deviation (as TCP does with round
+  /// trips); 0 before the second patch. Any thread.
+  Micros bridged() const noexcept { return Micros{bridged_us_.load(std::memory_order_relaxed)}; }
   const HapticCounts& counts() const { return counts_; }
   const GuardCounts& guard_counts() const { return guard_.counts(); }
 
  private:
   static constexpr int kRecent = 64;
-  static constexpr int kCrossFadeTicks = 4;
+  static constexpr int kCrossFadeLeast = 4, kCrossFadeMost = 10;
   static constexpr int kFadeTicks = 50;
 
+  void note_age(Micros age) noexcept;
+  static int cross_fade_ticks(double step_n, double force_n) noexcept;
   void hand_over(PatchPlayer& next, const ToolSample& now) noexcept;
   Vec3 couple_to_tool(ToolSample& sample, double dt_s) noexcept;
   Vec3 patch_force(const ToolSample& sample, TickOutput& out) noexcept;
@@ -75,6 +83,8 @@ class HapticTick {
   Vec3 fade_offset_ = Vec3::Zero();
   int fade_left_ = 0;
   double gain_ = 0;
+  double age_mean_us_ = 0, age_deviation_us_ = 0;
+  std::atomic<std::int64_t> bridged_us_{0};
   HapticCounts counts_;
 };
 

@@ -39,7 +39,11 @@ Vec3 Guard::passive(const Vec3& force, const Vec3& tool_position, double dt_s) n
   counts_.energy_min_j = std::min(counts_.energy_min_j, passivity_.observe(force, dx));
   if (limits_.passivity != PassivityMode::on) return Vec3::Zero();
   const Vec3 damper = passivity_.damper(dx, dt_s);
-  if (!damper.isZero(0)) ++counts_.damped;
+  counts_.dissipated_j = passivity_.dissipated_j();
+  if (damper.isZero(0)) return damper;
+  ++counts_.damped;
+  counts_.damper_max_n = std::max(counts_.damper_max_n, damper.norm());
+  counts_.damper_sum_n2 += damper.squaredNorm();
   return damper;
 }
 

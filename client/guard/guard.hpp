@@ -4,6 +4,7 @@
 // finite makes the limiter skip the tick. A tick whose length is not a positive number leaves the force as it was.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "client/guard/passivity.hpp"
@@ -23,6 +24,11 @@ struct GuardLimits {
 struct GuardCounts {
   std::uint64_t not_finite = 0, clamped = 0, slew_limited = 0, damped = 0;
   double energy_min_j = 0;  ///< lowest energy that the passivity observer saw; negative: the display was active
+  // what the passivity controller did to the force
+  double dissipated_j = 0;                     ///< energy that its damper took out of the hand's motion
+  double damper_max_n = 0, damper_sum_n2 = 0;  ///< of the force it added: largest; squares summed over the damped ticks
+  /// Root mean square of the force it added, over the ticks that it damped [N].
+  double damper_rms_n() const { return damped > 0 ? std::sqrt(damper_sum_n2 / static_cast<double>(damped)) : 0; }
 };
 
 class Guard {

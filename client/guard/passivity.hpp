@@ -26,6 +26,8 @@ class Passivity {
   /// What was rendered in the end: the display's own force and the damper's.
   void rendered(const Vec3& force, const Vec3& damper) noexcept;
   void reset() noexcept;
+  /// What the damper took out of the hand's motion so far [J]; a reset does not change it.
+  double dissipated_j() const noexcept { return dissipated_j_; }
 
   static constexpr double kToleranceJ = 1e-5;  ///< 0.01 N over 1 mm: below what a hand feels
   static constexpr double kAlphaMaxNSM = 20;   ///< a 75 g device stays stable up to m / dt = 75 N s/m
@@ -34,7 +36,7 @@ class Passivity {
 
  private:
   Vec3 force_ = Vec3::Zero(), damper_ = Vec3::Zero();
-  double energy_j_ = 0;
+  double energy_j_ = 0, dissipated_j_ = 0;
   int rest_ticks_ = 0;
 };
 

@@ -24,9 +24,10 @@ std::string joined_text(const ClientStatus& status) {
 
 }  // namespace
 
-UdpClient::UdpClient(const std::string& server, ClientCore& core, Say say)
+UdpClient::UdpClient(const std::string& server, ClientCore& core, Say say, Watch watch)
     : core_(core),
       say_(std::move(say)),
+      watch_(std::move(watch)),
       server_name_(server),
       server_(server_at(server)),
       socket_(open_udp_towards(io_, server_)) {
@@ -67,7 +68,9 @@ void UdpClient::receive() {
       const auto size = socket_.receive_from(asio::buffer(in_), from, 0, none);
       if (none == asio::error::would_block || none == asio::error::try_again) break;
       if (none) continue;  // an ICMP answer to an earlier datagram: the server is not there yet
-      if (from == server_) core_.take(std::span(in_).first(size), monotonic_now());
+      if (from != server_) continue;
+      core_.take(std::span(in_).first(size), monotonic_now());
+      if (watch_) watch_(core_);
     }
     step();
     receive();

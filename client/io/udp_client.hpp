@@ -36,9 +36,11 @@ class UdpClient {
  public:
   /// Called once with each change of the link, in words. On the network thread.
   using Say = std::function<void(const std::string&)>;
+  /// Called after each datagram that the core has taken. On the network thread.
+  using Watch = std::function<void(const ClientCore&)>;
 
   /// `server` is HOST:PORT; InputError when it is not, or does not resolve. The core outlives this object.
-  UdpClient(const std::string& server, ClientCore& core, Say say = {});
+  UdpClient(const std::string& server, ClientCore& core, Say say = {}, Watch watch = {});
   ~UdpClient();
   UdpClient(const UdpClient&) = delete;
   UdpClient& operator=(const UdpClient&) = delete;
@@ -63,6 +65,7 @@ class UdpClient {
 
   ClientCore& core_;
   Say say_;
+  Watch watch_;
   std::string server_name_;
   asio::io_context io_{1};
   UdpEndpoint server_;

@@ -40,6 +40,7 @@ LinkModel::LinkModel(const LinkSpec& spec) : random_(spec.seed) {
 void LinkModel::change(const LinkSpec& spec) {
   validate(spec, "link");
   spec_ = spec;
+  if (spec.loss <= 0) bad_ = false;  // a link that was mended does not finish its burst
   if (spec.loss >= 1) {
     into_bad_ = 1;
     out_of_bad_ = 0;

@@ -46,10 +46,17 @@ void ClockSync::take(const ClockStamps& peer, Micros now) {
     heard_at_ = now;
     heard_ = true;
   }
+  if (peer.sent < ignored_before_) return;
   measure(peer, now);
-  if (towards_us_.empty() || towards_peer_.empty()) return;
-  slew(now);
-  watch_drift(now);
+  if (has_stepped(now)) {
+    forget(peer, now);
+    measure(peer, now);
+  }
+  if (!towards_us_.empty() && !towards_peer_.empty()) {
+    slew(now);
+    watch_drift(now);
+  }
+  if (locked_) keep_within(peer, now);
 }
 
 void ClockSync::measure(const ClockStamps& peer, Micros now) {
@@ -66,11 +73,32 @@ void ClockSync::measure(const ClockStamps& peer, Micros now) {
   rtt_.min = from_micros(towards_us_.at(now, -drift_) + towards_peer_.at(now, drift_));
 }
 
+bool ClockSync::has_stepped(Micros now) const {
+  if (towards_us_.empty() || towards_peer_.empty()) return false;
+  return towards_us_.at(now, -drift_) + towards_peer_.at(now, drift_) < -micros(kStepLeast);
+}
+
+void ClockSync::forget(const ClockStamps& peer, Micros now) {
+  ++steps_;
+  filling_since_ = now;
+  ignored_before_ = peer.sent;
+  towards_us_ = towards_peer_ = WindowedMinimum{};
+  seen_.clear();
+}
+
+void ClockSync::keep_within(const ClockStamps& peer, Micros now) {
+  offset_us_ = std::max(offset_us_, micros(peer.sent - now));
+  const bool echoes = peer.echo != Micros{} || peer.echo_hold != Micros{};
+  const auto rtt = now - peer.echo - peer.echo_hold;
+  if (echoes && peer.echo_hold >= Micros{} && rtt >= Micros{})
+    offset_us_ = std::min(offset_us_, micros(peer.sent - peer.echo_hold - peer.echo));
+}
+
 void ClockSync::slew(Micros now) {
   const double theta = (towards_peer_.at(now, drift_) - towards_us_.at(now, -drift_)) / 2;
   if (!locked_) {
     locked_ = true;
-    locked_at_ = slewed_at_ = watched_at_ = now;
+    filling_since_ = slewed_at_ = watched_at_ = now;
     offset_us_ = theta;
     return;
   }
@@ -84,7 +112,7 @@ void ClockSync::slew(Micros now) {
 
 void ClockSync::watch_drift(Micros now) {
   // While the window fills, theta lags behind by a growing share of it, which would look like drift.
-  if (now - locked_at_ < WindowedMinimum::kWindow || now - watched_at_ < kWatchEvery) return;
+  if (now - filling_since_ < WindowedMinimum::kWindow || now - watched_at_ < kWatchEvery) return;
   watched_at_ = now;
   seen_.push_back({seconds(now), (towards_peer_.at(now, 0) - towards_us_.at(now, 0)) / 2});
   if (seen_.size() > kWatched) seen_.pop_front();

@@ -12,7 +12,13 @@
 //
 // The two minima are found apart: a quiet datagram each way is enough, they need not belong to one round trip. Drift is the
 // least-squares slope of theta over the last minute. The offset that maps times is slewed towards theta with time constant
-// kSlewTime and at most kSlewMax, so after the first lock it never jumps and mapped times stay monotone.
+// kSlewTime and at most kSlewMax, so that mapped times stay monotone. It only jumps where a datagram proves it wrong: each proves
+//
+//     sent - now <= theta <= sent - echo_hold - echo          (no delay is negative)
+//
+// at once, so that a clock that stepped (a machine that was suspended) is off by less than the way of one datagram with the next,
+// and nothing that the peer sent is ever mapped to after it came. The two least delays add up to the least round trip; a sum
+// below -kStepLeast is impossible but for such a step: then the delays seen before it are forgotten, and slewing does the rest.
 #pragma once
 
 #include <array>
@@ -61,6 +67,7 @@ class ClockSync {
   static constexpr double kDriftMax = 500e-6;   ///< a quartz that is worse is broken
   static constexpr Micros kRttMax{10'000'000};  ///< exchanges beyond this are nonsense and ignored
 
+  static constexpr Micros kStepLeast{5'000};     ///< more than drift makes of a window
   static constexpr Micros kHoldMax{60'000'000};  ///< a datagram held for longer is not echoed any more
 
   /// What our next datagram says.
@@ -77,10 +84,14 @@ class ClockSync {
   double drift_ppm() const { return drift_ * 1e6; }
   const RttStats& rtt() const { return rtt_; }
   std::uint64_t exchanges() const { return exchanges_; }
+  std::uint64_t steps() const { return steps_; }  ///< of one of the two clocks, since the first lock
 
  private:
   static Micros from_micros(double us) { return from_seconds(us * 1e-6); }
   void measure(const ClockStamps& peer, Micros now);
+  bool has_stepped(Micros now) const;
+  void forget(const ClockStamps& peer, Micros now);
+  void keep_within(const ClockStamps& peer, Micros now);
   void slew(Micros now);
   void watch_drift(Micros now);
 
@@ -88,13 +99,14 @@ class ClockSync {
   bool heard_ = false, locked_ = false;
   WindowedMinimum towards_us_, towards_peer_;
   double offset_us_ = 0, drift_ = 0;
-  Micros locked_at_{}, slewed_at_{}, watched_at_{};
+  Micros filling_since_{}, slewed_at_{}, watched_at_{};
   struct Seen {
     double t_s, theta_us;
   };
   std::deque<Seen> seen_;
   RttStats rtt_;
-  std::uint64_t exchanges_ = 0;
+  std::uint64_t exchanges_ = 0, steps_ = 0;
+  Micros ignored_before_{Micros::min()};  ///< datagrams that the peer sent before a step
 };
 
 }  // namespace palpate

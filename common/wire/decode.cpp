@@ -85,10 +85,15 @@ WireFault read(const wire::Samples& table, Samples& m) {
 WireFault read(const wire::Patch& table, PatchMessage& m) { return read_patch(table, m.patch); }
 
 WireFault read(const wire::Beat& table, Beat& m) {
-  m = {time_of(table.body_time()), table.contact_in_reach(), table.rate_hz(), Micros{table.behind()}};
+  m = {time_of(table.body_time()),
+       table.contact_in_reach(),
+       table.rate_hz(),
+       Micros{table.behind()},
+       {table.judged(), table.lost(), table.longest_run(), Micros{table.patch_age()}}};
   Sense sense;
   sense.time(m.body_time);
   sense.number(m.rate_hz, 0, kMaxRateHz);
+  sense.that(m.link.lost <= m.link.judged && m.link.longest_run <= m.link.lost);
   return sense.fault();
 }
 

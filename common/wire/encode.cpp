@@ -49,7 +49,8 @@ class BodyWriter {
   Offset<void> operator()(const Beat& m) {
     const auto time = packer_.time(m.body_time);
     return done(wire::Body::Beat,
-                wire::CreateBeat(builder_, &time, m.contact_in_reach, packer_.number(m.rate_hz), packer_.duration(m.behind)));
+                wire::CreateBeat(builder_, &time, m.contact_in_reach, packer_.number(m.rate_hz), packer_.duration(m.behind),
+                                 m.link.judged, m.link.lost, m.link.longest_run, packer_.duration(m.link.patch_age)));
   }
   Offset<void> operator()(const Leave&) { return done(wire::Body::Leave, wire::CreateLeave(builder_)); }
   Offset<void> operator()(const MeshRequest& m) {

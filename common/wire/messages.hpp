@@ -69,13 +69,21 @@ struct PatchMessage {
   Patch patch;
 };
 
-/// Either way: alive. Server -> client also when there is no patch to send (no contact in reach), and beside patches while the
-/// room does not reach its frame rate.
+/// What one side says of the link: of the newest datagrams that it judged, how many did not come, and the longest run of those.
+/// judged = 0: nothing known yet.
+struct LinkReport {
+  std::uint16_t judged = 0, lost = 0, longest_run = 0;
+  Micros patch_age{};  ///< client -> server: age that patches in use reach before the next takes over, 0 = not known
+};
+
+/// Either way: alive, and how the link does. Server -> client also when there is no patch to send (no contact in reach), and
+/// beside patches now and then.
 struct Beat {
   Micros body_time{};  ///< moment up to which the body is simulated, in the client's clock (server -> client)
   bool contact_in_reach = false;
   double rate_hz = 0;  ///< frames a second that the room has time for (server -> client), 0 = not said
   Micros behind{};     ///< how old the body's newest state was when it was computed (server -> client)
+  LinkReport link = {};
 };
 
 struct Leave {};

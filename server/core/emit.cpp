@@ -76,7 +76,9 @@ std::size_t ServerCore::emit_welcome(Station& station, std::span<std::byte> out,
 }
 
 std::size_t ServerCore::emit_patch(Station& station, std::span<std::byte> out, PeerId& to, Micros now) {
-  const auto size = say(station, PatchMessage{*std::exchange(station.outbox.patch, std::nullopt)}, out, to, now);
+  auto& box = station.outbox;
+  const auto size = say(station, PatchMessage{*box.patch}, out, to, now);
+  if (size == 0 || --box.patch_copies <= 0) box.patch.reset();
   if (size > 0) {
     ++station.counts.patches;
     station.counts.patch_bytes += size;

@@ -9,7 +9,9 @@ namespace {
 
 constexpr Micros kRemembered{4'000'000};    // of a station's timeline behind the body
 constexpr Micros kLongestSaid{60'000'000};  // of what a beat says of how far the room is behind
-constexpr Micros kOneClock{5'000};          // two offsets that differ by less than this beyond their uncertainty are one clock
+constexpr Micros kLongBridge{120'000};
+constexpr int kLongBridgeOrder = 16;  // as exact as 22 there, within 0.1 dB
+constexpr Micros kOneClock{5'000};    // two offsets that differ by less than this beyond their uncertainty are one clock
 
 }  // namespace
 
@@ -74,13 +76,27 @@ StationJob ServerCore::make_station_job(const Station& station, Micros target) c
   StationJob job;
   job.id = station.id;
   job.scheme = station.hello.scheme;
-  job.order = station.hello.order;
-  job.bridge = station.clock.rtt().mean + compute_mean_ + from_seconds(1 / options_.rate_hz);
+  job.bridge = bridge(station);
+  job.order = order(station, job.bridge);
   if (station.pushes())
     job.samples = station.timeline.between(body_time_, target);
   else
     job.shadow_of = find(station.hello.shadow_of)->id;
   return job;
+}
+
+/// What it asked for. Who left it to us gets fewer moments where a patch has long to last: from there on a linear patch is wrong
+/// by what it leaves out of the body's bending, and more moments buy nothing but bytes.
+int ServerCore::order(const Station& station, Micros bridged) const {
+  if (station.hello.order > 0 || station.hello.scheme != Scheme::port || facts_.contact != ContactKind::attach)
+    return station.hello.order;
+  return bridged >= kLongBridge ? kLongBridgeOrder : 0;
+}
+
+/// How old its patches get before the next: as the station measures it, else what the round trip lets expect.
+Micros ServerCore::bridge(const Station& station) const {
+  if (station.patch_age > Micros{}) return std::min(station.patch_age, kBridgeMost);
+  return station.clock.rtt().mean + compute_mean_ + from_seconds(1 / options_.rate_hz);
 }
 
 std::optional<FrameJob> ServerCore::next_job(Micros now) {
@@ -136,13 +152,14 @@ void ServerCore::give(Station& station, StationFrame& frame, Micros now) {
   const auto pieces = frame.terms.variables > 0 ? to_pieces(frame.terms, frame.patch->seq) : std::vector<PatchTerms>{};
   station.outbox.terms.assign(pieces.begin(), pieces.end());
   station.outbox.patch = std::move(frame.patch);
+  station.outbox.patch_copies = station.loses ? 2 : 1;
   station.outbox.beat.reset();
-  // Patches are all that a station in contact gets; while the room is slow it is told so beside them, and once when it is not.
+  // Patches are all that a station in contact gets. Beside them it hears now and then how the link and the room do, and at once
+  // when the room falls behind or keeps up again.
   const bool slow = pace_.rate_hz < kSlowBelow * options_.rate_hz;
-  if (!slow && !station.slow_known) return;
-  if (slow && station.slow_known && now - station.slow_said < kSaySlowEvery) return;
+  if (slow == station.slow_known && now < station.next_report) return;
   station.slow_known = slow;
-  station.slow_said = now;
+  station.next_report = now + kLinkReportEvery;
   station.outbox.beat = beat_for(station);
 }
 
@@ -156,7 +173,9 @@ void ServerCore::beat(Station& station) {
 }
 
 Beat ServerCore::beat_for(const Station& station) const {
-  return {station_time(station, body_time_), station.contact_in_reach, pace_.rate_hz, std::min(pace_.behind, kLongestSaid)};
+  Beat beat{station_time(station, body_time_), station.contact_in_reach, pace_.rate_hz, std::min(pace_.behind, kLongestSaid), {}};
+  station.loss.fill(beat.link);
+  return beat;
 }
 
 /// The station whose timeline relates the server's clock to this one's, if there is one.

@@ -60,9 +60,12 @@ inline constexpr Micros kMostWait{100'000};       ///< that a station's patches 
 inline constexpr Micros kPlayoutSlack{20'000};    ///< beyond its usual lag, that the others wait for a station's samples
 inline constexpr Micros kSampleAhead{250'000};    ///< a sample may lie so far in the future while the clocks settle
 inline constexpr Micros kLeastFrame{1'000};
+inline constexpr Micros kBridgeMost{2'000'000};     ///< a station that says more is not believed
+inline constexpr double kLossyShare = 0.002;        ///< a station that loses more of our datagrams gets every patch twice
+inline constexpr int kLossyJudged = 20;             ///< of so many at least
+inline constexpr Micros kLinkReportEvery{250'000};  ///< Beat beside the patches, that tells how link and room do
 inline constexpr Micros kLongestFrame{500'000};
-inline constexpr double kSlowBelow = 0.95;       ///< of the frame rate: a room that has time for less says so to its stations
-inline constexpr Micros kSaySlowEvery{500'000};  ///< beside patches; a beat without a patch always says it
+inline constexpr double kSlowBelow = 0.95;  ///< of the frame rate: a room that has time for less says so to its stations
 
 struct ServerCounts {
   std::uint64_t received = 0, bytes_received = 0, sent = 0, bytes_sent = 0;
@@ -142,9 +145,11 @@ class ServerCore {
   Micros playout(Micros now) const;
   FrameJob make_job(Micros target) const;
   StationJob make_station_job(const Station& station, Micros target) const;
+  Micros bridge(const Station& station) const;
+  int order(const Station& station, Micros bridged) const;
+  Beat beat_for(const Station& station) const;
   void beat_all();
   void beat(Station& station);
-  Beat beat_for(const Station& station) const;
   void give(Station& station, StationFrame& frame, Micros now);
   const Station* clock_owner(const Station& station) const;
   Micros station_time(const Station& station, Micros server_time) const;

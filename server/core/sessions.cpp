@@ -58,6 +58,7 @@ void ServerCore::take_hello(const Message& message, PeerId from, std::size_t siz
     fresh.id = last_id_;
     fresh.peer = from;
     fresh.hello = hello;
+    fresh.next_report = now + kLinkReportEvery;
   }
   Station& station = again ? *old : stations_.at(last_id_);
   station.heard = now;
@@ -99,9 +100,15 @@ void ServerCore::take_from(Station& station, const Message& message, Micros now)
   station.heard = now;
   station.proven = true;
   station.seq.take(message.seq);
+  station.loss.take(message.seq);
   station.clock.take(message.clock, now);
   if (const auto* samples = std::get_if<Samples>(&message.body)) return take_samples(station, *samples, now);
-  if (std::holds_alternative<Beat>(message.body)) return;
+  if (const auto* beat = std::get_if<Beat>(&message.body)) {
+    const LinkReport& link = beat->link;
+    station.patch_age = link.patch_age;
+    station.loses = link.judged >= kLossyJudged && link.lost > kLossyShare * link.judged;
+    return;
+  }
   if (std::holds_alternative<Leave>(message.body)) {
     ++counts_.leaves;
     stations_.erase(station.id);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/session/clock_sync.hpp"
+#include "common/session/loss_meter.hpp"
 #include "common/session/seq_tracker.hpp"
 #include "common/wire/messages.hpp"
 #include "server/core/timeline.hpp"
@@ -29,6 +30,7 @@ struct Outbox {
   std::size_t welcome_limit = 0;  ///< bytes of the Hello; its answer is not larger
   std::optional<Patch> patch;     ///< stamp already in the station's clock
   std::deque<PatchTerms> terms;   ///< pieces that go with the newest patch; after it
+  int patch_copies = 1;           ///< datagrams that carry it
   std::optional<Beat> beat;
   std::deque<std::uint32_t> mesh_pieces;
   std::size_t shape_next = 0;  ///< first vertex of the next ShapePiece
@@ -43,15 +45,18 @@ struct Station {
   bool proven = false;  ///< it has answered with the id we gave it, so it gets what we send to its address
   ClockSync clock;      ///< its clock is the peer's
   SeqTracker seq;
+  LossMeter loss;
+  Micros patch_age{};    ///< that its patches in use reach, as it says; 0 = it has not said
+  bool loses = false;    ///< more than kLossyShare of our datagrams, as it says
+  Micros next_report{};  ///< when it gets a Beat beside a patch
   std::uint32_t seq_out = 0, patch_seq = 0;
   Timeline timeline;
   Micros sample_heard{};  ///< when the newest sample came
   Micros sample_lag{};    ///< how old it was then
   Micros usual_lag{};     ///< the largest of late, forgotten over some 64 datagrams
   bool contact_in_reach = false;
-  Micros slow_said{};  ///< when it was last told, beside a patch, how fast the room is
-  bool slow_known = false;
-  ToolView shown;  ///< at the body time, for viewers
+  bool slow_known = false;  ///< it was told that the room falls behind
+  ToolView shown;           ///< at the body time, for viewers
   bool has_shown = false;
   Outbox outbox;
   StationCounts counts;
@@ -70,7 +75,8 @@ struct StationReport {
   RttStats rtt;
   Micros offset{};  ///< its clock minus ours
   double drift_ppm = 0;
-  SeqCounts link;  ///< of the datagrams from it
+  SeqCounts link;   ///< of the datagrams from it
+  Micros bridge{};  ///< what its patches are made to bridge
   StationCounts counts;
 };
 

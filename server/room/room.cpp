@@ -71,7 +71,12 @@ Vec3 home_of(const Scene& scene) {
   return {centre.x(), centre.y(), top + kHomeHeightM};
 }
 
-void Room::start(Micros body_time) { state_->body.time_s = seconds(body_time); }
+void Room::start(Micros body_time) {
+  state_->body.time_s = seconds(body_time);
+  state_->stations.clear();
+  state_->ports.clear();
+  state_->port_owner.clear();
+}
 
 void Room::State::take_samples(const FrameJob& job) {
   for (const StationJob& j : job.stations) {

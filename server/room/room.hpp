@@ -57,7 +57,8 @@ class Room {
   Room(Room&&) noexcept;
   Room& operator=(Room&&) noexcept;
 
-  /// Body time at which the first frame starts; call once before the first run().
+  /// Body time at which the next frame starts; call before the first run(), and when another server takes the body over: nobody
+  /// touches it then.
   void start(Micros body_time);
   /// One frame: simulate(), then build_patches().
   FrameResult run(const FrameJob& job);

@@ -50,10 +50,7 @@ void place_tool(const LatticeBody& lattice, const SceneSettings& settings, const
   if (lattice.body.fixed[tool.node]) text.refuse("tool.node", node + " is fixed", "a node that can move");
 }
 
-}  // namespace
-
-Scene load_scene(const std::filesystem::path& file) {
-  const SceneText text(file);
+Scene build(const SceneText& text) {
   const SceneSettings settings = read_settings(text);
   LatticeBody lattice = build_lattice(settings.lattice, text);
   Scene scene;
@@ -64,6 +61,12 @@ Scene load_scene(const std::filesystem::path& file) {
   scene.body = std::move(lattice.body);
   return scene;
 }
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& file) { return build(SceneText(file)); }
+
+Scene read_scene(const std::string& json, const std::string& name) { return build(SceneText(json, name)); }
 
 std::string print_scene(const std::filesystem::path& file) {
   const SceneText text(file);

@@ -59,6 +59,8 @@ struct Scene {
 /// Reads and checks a scene file. Throws InputError with file, line, field, value and what was expected.
 /// Paths inside a scene (meshes) are relative to the scene file.
 Scene load_scene(const std::filesystem::path& file);
+/// The same from memory; `name` stands for the file in errors.
+Scene read_scene(const std::string& json, const std::string& name);
 
 /// The scene with every default filled in, as JSON that load_scene takes.
 std::string print_scene(const std::filesystem::path& file);

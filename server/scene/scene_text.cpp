@@ -42,8 +42,9 @@ flatbuffers::IDLOptions strict() {
 
 }  // namespace
 
-SceneText::SceneText(const std::filesystem::path& file) : file_(file) {
-  const std::string text = read_text(file);
+SceneText::SceneText(const std::filesystem::path& file) : SceneText(read_text(file), file) {}
+
+SceneText::SceneText(const std::string& text, const std::filesystem::path& file) : file_(file) {
   root_ = parse_json(text, file.string());
   flatbuffers::Parser parser(strict());
   if (!parser.Parse(schema::kSceneFbs)) throw std::logic_error("schema/scene.fbs: " + parser.error_);

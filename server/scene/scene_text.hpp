@@ -15,6 +15,8 @@ namespace palpate {
 class SceneText {
  public:
   explicit SceneText(const std::filesystem::path& file);
+  /// From memory; `file` stands in errors, and paths inside the scene are relative to it.
+  SceneText(const std::string& json, const std::filesystem::path& file);
 
   const schema::SceneT& values() const { return values_; }
   const std::filesystem::path& file() const { return file_; }

@@ -173,3 +173,26 @@ TEST_CASE("While no force is asked for the energy account starts again", "[guard
   for (int i = 0; i < 60; ++i) guard.pass(Vec3::Zero(), Vec3::Zero(), kDt);
   CHECK(guard.pass(Vec3(0.1, 0, 0), Vec3(-1e-4, 0, 0), kDt) == Vec3(0.1, 0, 0));
 }
+
+TEST_CASE("What the limiter did to the force is counted: ticks, largest, root mean square, energy taken out") {
+  Guard guard({0, 0, PassivityMode::on});
+  double taken = 0, largest = 0, squares = 0;
+  int ticks = 0;
+  Vec3 added = Vec3::Zero();
+  for (int i = 0; i <= 200; ++i) {
+    taken -= added.x() * 1e-4;  // the tool moves on by 0.1 mm under what was added before
+    added = guard.pass(Vec3(0.5, 0, 0), Vec3(i * 1e-4, 0, 0), kDt) - Vec3(0.5, 0, 0);
+    if (added.norm() == 0) continue;
+    ++ticks;
+    largest = std::max(largest, added.norm());
+    squares += added.squaredNorm();
+  }
+  REQUIRE(ticks > 100);
+  CHECK(guard.counts().damped == static_cast<std::uint64_t>(ticks));
+  CHECK(guard.counts().damper_max_n == Approx(largest));
+  CHECK(guard.counts().damper_rms_n() == Approx(std::sqrt(squares / ticks)));
+  CHECK(guard.counts().dissipated_j == Approx(taken - 0).epsilon(1e-9));
+  CHECK(guard.counts().dissipated_j == Approx(0.5 * 0.02).epsilon(0.02));  // all that the display would have given
+  guard.reset();
+  CHECK(guard.counts().dissipated_j > 0);
+}

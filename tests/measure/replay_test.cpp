@@ -103,3 +103,32 @@ TEST_CASE("Contact is felt in the tick in which it happens with port, and late b
   INFO("hold " << late << " ms");
   CHECK((late < 0 || late - reference > kRoundTripMs));
 }
+
+TEST_CASE("At 150 ms round trip and 20 ms jitter, 5 % loss takes less than 1.5 dB from port, and no swap is felt") {
+  ReplayOptions options = options_for(Scheme::port, 150);
+  options.link.jitter = Micros{20'000};
+  const Motion motion = excursion(5);
+  const ReferenceForce reference = reference_of(cube6(), motion);
+  const auto run = [&](double loss) {
+    options.link.loss = loss;
+    options.reference = &reference;
+    return play(cube6(), motion, options);
+  };
+  const ReplayResult clean = run(0), lossy = run(0.05);
+  INFO(clean.fidelity.snr_db << " dB without loss, " << lossy.fidelity.snr_db << " dB with");
+  CHECK(lossy.patches_used < clean.patches_used);
+  CHECK(lossy.fidelity.snr_db > clean.fidelity.snr_db - 1.5);
+  CHECK(lossy.felt_step.swaps > 80);
+  CHECK(lossy.felt_step.share_within == 1);
+  CHECK(lossy.felt_step.max_n < 0.05);
+}
+
+TEST_CASE("A reference that is handed over gives the same figures as one that replay computes") {
+  const Motion motion = excursion(0.8);
+  const ReferenceForce reference = reference_of(cube6(), motion);
+  const ReplayOptions options = options_for(Scheme::tangent, 50);
+  ReplayOptions known = options;
+  known.reference = &reference;
+  const ReplayResult reused = play(cube6(), motion, known);
+  CHECK(reused.fidelity.snr_db == play(cube6(), motion, options).fidelity.snr_db);
+}

@@ -17,7 +17,8 @@ constexpr Micros kEpoch{1'000'000};
 struct Hand {
   std::unique_ptr<LatestSlot<PatchPlayer>> slot = std::make_unique<LatestSlot<PatchPlayer>>();
   std::unique_ptr<SampleRing> ring = std::make_unique<SampleRing>();
-  HapticTick haptic{*slot, *ring, GuardLimits{}};
+  explicit Hand(PassivityMode passivity = PassivityMode::off) : haptic(*slot, *ring, GuardLimits{0, 0, passivity}) {}
+  HapticTick haptic;
   int ms = 0;
 
   Micros now() const { return kEpoch + ms * kTick; }
@@ -56,7 +57,7 @@ TEST_CASE("Without a patch there is no force") {
   CHECK_FALSE(out.has_patch);
 }
 
-TEST_CASE("The step at a swap is measured and decays linearly to nothing in four ticks") {
+TEST_CASE("The step at a swap is measured and decays linearly to nothing, a large one in ten ticks") {
   Hand hand;
   hand.give(constant(Vec3(1, 0, 0), 1, hand.now()));
   CHECK(hand.ticks(100).force == Vec3(1, 0, 0));
@@ -66,11 +67,27 @@ TEST_CASE("The step at a swap is measured and decays linearly to nothing in four
   CHECK(swap.hand_over_step_n == Approx(2));
   CHECK(hand.haptic.counts().hand_over_step_max_n == Approx(2));
   CHECK(swap.force.x() == Approx(1));
-  for (const double expected : {1.5, 2.0, 2.5, 3.0, 3.0}) {
+  for (int k = 1; k <= 12; ++k) {
     const TickOutput out = hand.tick();
     CHECK_FALSE(out.swapped);
-    CHECK(out.force.x() == Approx(expected));
+    CHECK(out.force.x() == Approx(std::min(1 + 0.2 * k, 3.0)));
   }
+}
+
+TEST_CASE("A step that a hand does not notice is gone in four ticks, a larger one moves the force no faster in 5 ms") {
+  struct Row {
+    double step_n, force_n;
+    int ticks;
+  };
+  const auto row =
+      GENERATE(Row{0.02, 0.5, 4}, Row{0.04, 0.5, 4}, Row{0.07, 0.5, 7}, Row{0.07, 2, 4}, Row{0.19, 4, 5}, Row{5, 1, 10});
+  Hand hand;
+  hand.give(constant(Vec3(row.force_n - row.step_n, 0, 0), 1, hand.now()));
+  hand.ticks(100);
+  hand.give(constant(Vec3(row.force_n, 0, 0), 2, hand.now()));
+  for (int k = 0; k < row.ticks; ++k)
+    CHECK(hand.tick().force.x() == Approx(row.force_n - row.step_n * (row.ticks - k) / row.ticks));
+  CHECK(hand.tick().force.x() == Approx(row.force_n));
 }
 
 TEST_CASE("Swaps in the middle of a cross-fade do not jump either") {
@@ -216,4 +233,60 @@ TEST_CASE("A device with little damping oscillates on a stiff patch, and comes t
   CHECK(excursion_m({}, 3) > 3e-3);
   REQUIRE(passive_stiffness_n_m(0.5, 0.1, 1e-3) > 600);
   CHECK(excursion_m({600, 0.1, 0}, 6) < 1e-5);
+}
+
+TEST_CASE("Energy that a swap of patches injects is observed, and taken out again where the limiter is on") {
+  // In by 10 mm against 1 N; a swap makes it 2 N; out by 10 mm: the display gives back 10 mJ more than it was given.
+  constexpr double kDepthM = 0.010, kBeforeN = 1, kAfterN = 2;
+  constexpr int kTicks = 80;  // at 0.125 m/s the damper may take up to 2.5 N
+  const double injected_j = (kAfterN - kBeforeN) * kDepthM;
+  const auto given = [&](PassivityMode mode, GuardCounts& counts) {
+    Hand hand(mode);
+    hand.give(constant(Vec3(0, 0, kBeforeN), 1, hand.now()));
+    hand.ticks(100);
+    double work_j = 0, z = 0;
+    Vec3 force = hand.tick().force;
+    const auto move = [&](double to) {
+      work_j += force.z() * (to - z);  // held over the tick, as a device does
+      z = to;
+      force = hand.tick(Vec3(0, 0, z)).force;
+    };
+    for (int k = 1; k <= kTicks; ++k) move(-kDepthM * k / kTicks);
+    hand.give(constant(Vec3(0, 0, kAfterN), 2, hand.now()));
+    for (int k = 0; k < 20; ++k) move(z);
+    for (int k = 1; k <= kTicks; ++k) move(-kDepthM * (kTicks - k) / kTicks);
+    counts = hand.haptic.guard_counts();
+    return work_j;
+  };
+  GuardCounts off, observed, on;
+  CHECK(given(PassivityMode::off, off) == Approx(injected_j).epsilon(0.01));
+  CHECK(off.energy_min_j == 0);
+  CHECK(given(PassivityMode::observe, observed) == Approx(injected_j).epsilon(0.01));
+  CHECK(observed.energy_min_j == Approx(-injected_j).epsilon(0.01));
+  CHECK(observed.damped == 0);
+  CHECK(observed.dissipated_j == 0);
+  const double left_j = given(PassivityMode::on, on);
+  INFO("left " << left_j << " J, dissipated " << on.dissipated_j << " J");
+  CHECK(std::abs(left_j) < 0.03 * injected_j);
+  CHECK(on.dissipated_j == Approx(injected_j).epsilon(0.03));
+  CHECK(on.damped > 35);
+  CHECK(on.damper_rms_n() > 0.5 * (kAfterN - kBeforeN));
+}
+
+TEST_CASE("The age that patches reach before the next takes over is known, and a pause does not count") {
+  Hand hand;
+  CHECK(hand.haptic.bridged() == Micros{0});
+  std::uint32_t seq = 0;
+  const auto swap = [&] { hand.give(constant(Vec3(1, 0, 0), ++seq, hand.now() - Micros{30'000}, Micros{500'000})); };
+  for (int k = 0; k < 100; ++k) {
+    swap();
+    hand.ticks(50);
+  }
+  const auto bridged = hand.haptic.bridged();
+  CHECK(bridged >= Micros{80'000});
+  CHECK(bridged <= Micros{83'000});
+  hand.ticks(3000);
+  swap();
+  hand.tick();
+  CHECK(hand.haptic.bridged() == bridged);
 }

@@ -44,6 +44,7 @@ struct FakeRoom {
     p.constant = true;
     p.force = Vec3(0, 0, 1);
     p.valid_for = Micros{1'000'000};
+    p.trust_radius_m = 1;
     return p;
   }
 };

@@ -1,3 +1,5 @@
+#include <map>
+
 #include "raw_station.hpp"
 
 using namespace palpate;
@@ -275,4 +277,84 @@ TEST_CASE("a patch is asked to bridge round trip, computation and frame") {
     bench.tick();
   }
   CHECK(std::abs((bench.room.jobs.back().stations[0].bridge - 110ms).count()) < 2000);
+}
+
+TEST_CASE(
+    "what a station's patches bridge is the age that it measures, within reason, and before that what the round trip says") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.join().live();
+  CHECK(bench.room.jobs.back().stations.at(0).bridge >= Micros{50'000});
+  CHECK(bench.room.jobs.back().stations.at(0).bridge < Micros{60'000});
+  hand.say(Beat{.link = {0, 0, 0, Micros{187'000}}});
+  hand.live(Micros{100'000});
+  CHECK(bench.room.jobs.back().stations.at(0).bridge == Micros{187'000});
+  hand.say(Beat{.link = {0, 0, 0, Micros{4'000'000'000}}});
+  hand.live(Micros{100'000});
+  CHECK(bench.room.jobs.back().stations.at(0).bridge == kBridgeMost);
+}
+
+TEST_CASE(
+    "a grasp that leaves the order to the server gets fewer moments where patches must last long, and what it asked for else") {
+  Bench bench(ContactKind::attach);
+  RawStation hand(bench, 1, "hand");
+  hand.join().live();
+  CHECK(bench.room.jobs.back().stations.at(0).order == 0);
+  hand.say(Beat{.link = {0, 0, 0, Micros{187'000}}});
+  hand.live(Micros{100'000});
+  CHECK(bench.room.jobs.back().stations.at(0).order == 16);
+
+  Bench other(ContactKind::attach);
+  RawStation choosy(other, 1, "choosy");
+  choosy.hello.order = 22;
+  choosy.join().live();
+  choosy.say(Beat{.link = {0, 0, 0, Micros{187'000}}});
+  choosy.live(Micros{100'000});
+  CHECK(other.room.jobs.back().stations.at(0).order == 22);
+}
+
+TEST_CASE("a station that gets patches is told four times a second how its datagrams fare") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.join().live();
+  bench.sent.clear();
+  for (int ms = 0; ms < 2000; ++ms) {
+    bench.now += Micros{1'000};
+    if (ms % 20 == 7) ++hand.as.seq;  // lost on the way
+    hand.say_samples({hand.sample()});
+    bench.tick();
+  }
+  int beats = 0;
+  LinkReport report;
+  for (const auto& [to, message] : bench.sent)
+    if (const auto* beat = std::get_if<Beat>(&message.body)) {
+      ++beats;
+      report = beat->link;
+    }
+  CHECK(beats >= 6);
+  CHECK(beats <= 9);
+  CHECK(report.judged > 900);
+  CHECK(report.longest_run == 1);
+  CHECK(static_cast<double>(report.lost) / report.judged == Approx(1.0 / 21).epsilon(0.1));
+}
+
+TEST_CASE("a station that loses what we send gets every patch twice, until it loses nothing any more") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand");
+  hand.join().live();
+  const auto copies = [&](const LinkReport& report) {
+    hand.say(Beat{.link = report});
+    hand.live(Micros{50'000});
+    bench.sent.clear();
+    hand.live(Micros{1'000'000});
+    std::map<std::uint32_t, int> count;
+    for (const auto& [to, message] : bench.sent)
+      if (const auto* patch = std::get_if<PatchMessage>(&message.body)) ++count[patch->patch.seq];
+    REQUIRE(count.size() >= 19);
+    return count.begin()->second + count.rbegin()->second;
+  };
+  CHECK(copies({0, 0, 0, {}}) == 2);
+  CHECK(copies({10, 5, 1, {}}) == 2);  // too few to judge by
+  CHECK(copies({1000, 30, 2, {}}) == 4);
+  CHECK(copies({1000, 2, 1, {}}) == 2);
 }

@@ -144,3 +144,66 @@ TEST_CASE("stamps that claim the impossible are ignored") {
   CHECK(pair.ours.offset() == offset);
   CHECK(pair.ours.exchanges() == count);
 }
+
+TEST_CASE("a clock that steps ahead is off by less than one way with the next exchange, and found again by slewing") {
+  for (const auto step : {300ms, 5000ms})
+    for (const bool ours_steps : {true, false}) {
+      Pair pair;
+      pair.offset = 77s;
+      for (int k = 0; k < 100; ++k) pair.exchange();
+      CHECK(pair.ours.steps() == 0);
+      if (ours_steps) {
+        pair.now += step;
+        pair.offset -= step;
+      } else {
+        pair.offset += step;
+      }
+      pair.exchange();
+      pair.exchange();
+      INFO((ours_steps ? "our clock" : "the peer's clock"));
+      CHECK(std::abs(pair.error_us()) <= 20'000);
+      for (int k = 0; k < 300; ++k) pair.exchange();
+      CHECK(std::abs(pair.error_us()) <= 100);
+      CHECK(pair.ours.steps() == 1);
+      CHECK(pair.peers.steps() == 1);
+    }
+}
+
+TEST_CASE("a datagram from before a clock's step that comes late does not bring the old offset back") {
+  Pair pair;
+  for (int k = 0; k < 20; ++k) pair.exchange();
+  const auto late = pair.peers.stamp(pair.peer_clock(pair.now));
+  pair.offset += 2s;
+  pair.exchange();
+  pair.exchange();
+  pair.ours.take(late, pair.now);
+  CHECK(std::abs(pair.error_us()) <= 20'000);
+  CHECK(pair.ours.steps() == 1);
+}
+
+TEST_CASE("jitter, drift and a path that changes are not taken for a step of a clock") {
+  Pair pair;
+  pair.jitter = 15ms;
+  pair.drift = 200e-6;
+  for (int k = 0; k < 400; ++k) pair.exchange();
+  pair.there = pair.back = 90ms;
+  for (int k = 0; k < 200; ++k) pair.exchange();
+  pair.there = pair.back = 3ms;
+  for (int k = 0; k < 400; ++k) pair.exchange();
+  CHECK(pair.ours.steps() == 0);
+  CHECK(pair.peers.steps() == 0);
+}
+
+TEST_CASE("nothing is mapped to after it came, whatever the clocks do") {
+  Pair pair;
+  pair.jitter = 10ms;
+  for (int k = 0; k < 60; ++k) {
+    if (k % 20 == 10) pair.offset += 170ms;  // the peer's clock
+    if (k % 20 == 19) pair.now += 90ms;      // and ours
+    const auto sent = pair.peers.stamp(pair.peer_clock(pair.now));
+    pair.now += pair.back + pair.extra();
+    pair.ours.take(sent, pair.now);
+    if (pair.ours.locked()) CHECK(pair.ours.from_peer(sent.sent) <= pair.now);
+    pair.exchange();
+  }
+}

@@ -155,6 +155,9 @@ TEST_CASE("nonsense is named: too short, too long, not ours, another version, ou
   CHECK(decode(seeds::bytes_of(seeds::message(Samples{{{Micros{1}, Vec3::Zero()}, {Micros{1}, Vec3::Zero()}}})), out) ==
         WireFault::out_of_range);
 
+  CHECK(decode(seeds::bytes_of(seeds::message(Beat{.link = {10, 11, 1, {}}})), out) == WireFault::out_of_range);
+  CHECK(decode(seeds::bytes_of(seeds::message(Beat{.link = {10, 2, 3, {}}})), out) == WireFault::out_of_range);
+
   auto welcome = seeds::bytes_of(seeds::message(Welcome{"s", ContactKind::touch, 17.25, Vec3::Zero(), 0, 0, 0}));
   const float rate = 17.25f, not_a_number = std::nanf("");
   const auto* pattern = reinterpret_cast<const std::byte*>(&rate);

@@ -31,7 +31,10 @@ struct Sensible {
     return m.samples.size() <= std::size_t{kMaxSamplesPerDatagram};
   }
   bool operator()(const PatchMessage& m) const { return check(m.patch) == PatchFault::none; }
-  bool operator()(const Beat& m) const { return std::abs(m.body_time.count()) <= 10'000'000'000'000'000; }
+  bool operator()(const Beat& m) const {
+    return std::abs(m.body_time.count()) <= 10'000'000'000'000'000 && m.rate_hz >= 0 && m.rate_hz <= kMaxRateHz &&
+           m.link.lost <= m.link.judged && m.link.longest_run <= m.link.lost;
+  }
   bool operator()(const Leave&) const { return true; }
   bool operator()(const MeshRequest& m) const { return m.piece < kMaxMeshVertices; }
   bool operator()(const MeshPiece& m) const {

@@ -149,6 +149,7 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(PatchMessage{filtered}));
   for (const PatchTerms& piece : to_pieces(cubic_terms(6, true, 7, true), 42)) all.push_back(message(piece));
   all.push_back(message(Beat{Micros{-17}, true}));
+  all.push_back(message(Beat{Micros{17}, false, 18.5, Micros{31'000}, {1008, 50, 4, Micros{212'345}}}));
   all.push_back(message(Leave{}));
   all.push_back(message(MeshRequest{3}));
   MeshPiece mesh{0xabcdef, 1, 4, 116, {}};

@@ -1,0 +1,336 @@
+// palpate-lab masking: what the hand notices of the network, for every scheme, over round trip, jitter and loss.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iterator>
+#include <limits>
+#include <set>
+#include <thread>
+
+#include "bench/lab/experiments.hpp"
+#include "bench/lab/masking_cells.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/lab/plot.hpp"
+#include "bench/measure/routes.hpp"
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+struct Flags {
+  std::string out, route, scenes = "scenes", shard = "1/1";
+  std::vector<std::string> schemes, axes;
+  bool quick = false, merge = false;
+  unsigned jobs = std::max(1U, std::thread::hardware_concurrency());
+};
+
+using Cells = std::vector<MaskingCell>;
+
+Cells those(const Cells& cells, const std::function<bool(const MaskingCell&)>& wanted) {
+  Cells chosen;
+  std::copy_if(cells.begin(), cells.end(), std::back_inserter(chosen), wanted);
+  return chosen;
+}
+
+double median(const Cells& cells, const std::function<double(const MaskingCell&)>& value) {
+  std::vector<double> values;
+  for (const MaskingCell& c : cells) values.push_back(value(c));
+  return percentile(std::move(values), 0.5);
+}
+
+/// Many cells in one line: the middle of what is alike in all, the worst of what must never be bad.
+struct Digest {
+  std::size_t swaps = 0;
+  double snr_db = 0, p95_over_jnd = 0;
+  int onsets = 0, onsets_missed = 0, onset_worst_ms = 0;
+  double onset_median_ms = 0, step_worst_n = 0, step_within = 1, felt_worst_n = 0, felt_within = 1, uplink_bytes_s = 0;
+};
+
+Digest digest(const Cells& cells) {
+  Digest d;
+  d.snr_db = median(cells, [](const MaskingCell& c) { return c.snr_db; });
+  d.p95_over_jnd = median(cells, [](const MaskingCell& c) { return c.p95_over_jnd; });
+  double step_within = 0, felt_within = 0;
+  Cells met;
+  for (const MaskingCell& c : cells) {
+    d.swaps += c.hand_over.swaps;
+    step_within += c.hand_over.share_within * static_cast<double>(c.hand_over.swaps);
+    felt_within += c.felt_step.share_within * static_cast<double>(c.hand_over.swaps);
+    d.step_worst_n = std::max(d.step_worst_n, c.hand_over.p999_n);
+    d.felt_worst_n = std::max(d.felt_worst_n, c.felt_step.p999_n);
+    d.onsets += c.onset.onsets;
+    d.onsets_missed += c.onset.missed;
+    if (std::abs(c.onset.worst_ms) > std::abs(d.onset_worst_ms)) d.onset_worst_ms = c.onset.worst_ms;
+    d.uplink_bytes_s = std::max(d.uplink_bytes_s, c.uplink_bytes_s);
+    if (c.onset.onsets > c.onset.missed) met.push_back(c);
+  }
+  d.onset_median_ms = median(met, [](const MaskingCell& c) { return c.onset.median_ms; });
+  if (d.swaps > 0) {
+    d.step_within = step_within / static_cast<double>(d.swaps);
+    d.felt_within = felt_within / static_cast<double>(d.swaps);
+  }
+  return d;
+}
+
+struct Axis {
+  const char* name;
+  const char* label;
+  double MaskingLink::*value;
+  double burst;  ///< mean run of losses; the point without loss belongs to both
+};
+constexpr Axis kAxes[] = {{"rtt", "round trip [ms]", &MaskingLink::rtt_ms, 0},
+                          {"jitter", "jitter, each way +- [ms]", &MaskingLink::jitter_ms, 0},
+                          {"loss", "datagrams lost, each way [%]", &MaskingLink::loss_pct, 0},
+                          {"burst", "datagrams lost in runs of 4 (mean), each way [%]", &MaskingLink::loss_pct, kBurstMean}};
+
+/// The cells along one axis through (rtt, no jitter, no loss).
+Cells along(const Cells& cells, const Axis& axis, double rtt_ms) {
+  return those(cells, [&](const MaskingCell& c) {
+    MaskingLink l = c.link;
+    if (l.loss_pct > 0 && l.burst != axis.burst) return false;
+    l.*axis.value = axis.value == &MaskingLink::rtt_ms ? rtt_ms : 0;
+    return l.rtt_ms == rtt_ms && l.jitter_ms == 0 && l.loss_pct == 0;
+  });
+}
+
+void plot_axis(const std::filesystem::path& out, const Axis& axis, const Cells& cells, double rtt_ms) {
+  std::set<double> xs;
+  std::vector<Scheme> schemes;
+  for (const MaskingCell& c : cells) {
+    xs.insert(c.link.*axis.value);
+    if (std::find(schemes.begin(), schemes.end(), c.scheme) == schemes.end()) schemes.push_back(c.scheme);
+  }
+  if (xs.size() < 2) return;
+  std::string csv = axis.value == &MaskingLink::rtt_ms      ? "rtt_ms"
+                    : axis.value == &MaskingLink::jitter_ms ? "jitter_ms"
+                                                            : "loss_pct";
+  for (const Scheme s : schemes)
+    csv += fmt::format(",{0}_snr_db,{0}_p95_over_jnd,{0}_onset_worst_ms,{0}_felt_step_n", name_of(s));
+  csv += '\n';
+  for (const double x : xs) {
+    fmt::format_to(std::back_inserter(csv), "{:g}", x);
+    for (const Scheme s : schemes) {
+      const Digest d = digest(those(cells, [&](const MaskingCell& c) { return c.scheme == s && c.link.*axis.value == x; }));
+      fmt::format_to(std::back_inserter(csv), ",{:.3f},{:.4g},{},{:.4g}", d.snr_db, d.p95_over_jnd, std::abs(d.onset_worst_ms),
+                     d.felt_worst_n);
+    }
+    csv += '\n';
+  }
+  const auto file = out / fmt::format("masking-{}.csv", axis.name);
+  write_text(file, csv);
+  std::vector<Panel> panels{{"force SNR [dB], median", {}},
+                            {"p95 error / JND, median", {}, true},
+                            {"onset error [ms], worst", {}, false, "set yrange [0:*]"},
+                            {"step at swaps [N], p99.9", {}, false, "set yrange [0:*]"}};
+  for (std::size_t k = 0; k < schemes.size(); ++k)
+    for (std::size_t p = 0; p < panels.size(); ++p)
+      panels[p].curves.push_back(
+          {fmt::format("1:{}", 2 + 4 * k + p), std::string(name_of(schemes[k])), static_cast<int>(k) + 1, {}, "linespoints"});
+  const bool over_rtt = axis.value == &MaskingLink::rtt_ms;
+  plot_csv(
+      file, out / fmt::format("masking-{}.svg", axis.name),
+      over_rtt ? "What the hand notices, without jitter or loss" : fmt::format("What the hand notices at {:g} ms RTT", rtt_ms),
+      axis.label, panels);
+}
+
+Json to_json(const Digest& d) {
+  return {{"snr_db", d.snr_db},
+          {"p95_over_jnd", d.p95_over_jnd},
+          {"onsets", d.onsets},
+          {"onsets_missed", d.onsets_missed},
+          {"onset_median_ms", d.onset_median_ms},
+          {"onset_worst_ms", d.onset_worst_ms},
+          {"swaps", d.swaps},
+          {"step_p999_worst_n", d.step_worst_n},
+          {"step_share_within", d.step_within},
+          {"felt_step_p999_worst_n", d.felt_worst_n},
+          {"felt_step_share_within", d.felt_within},
+          {"uplink_bytes_s", d.uplink_bytes_s}};
+}
+
+/// How much loss takes from the SNR: each cell under the promised loss against its twin without any, the same jitter and draws.
+struct Drops {
+  double mean_db = 0, worst_db = -std::numeric_limits<double>::infinity();
+  std::string worst_where;
+  std::size_t count = 0;
+};
+
+Drops drops_of(const Cells& lossy, const Cells& clean) {
+  Drops drops;
+  for (const MaskingCell& c : lossy)
+    for (const MaskingCell& twin : clean) {
+      if (twin.scheme != c.scheme || twin.body != c.body || twin.motion != c.motion || twin.link.seed != c.link.seed) continue;
+      const double drop_db = twin.snr_db - c.snr_db;
+      drops.mean_db += drop_db;
+      ++drops.count;
+      if (drop_db <= drops.worst_db) continue;
+      drops.worst_db = drop_db;
+      drops.worst_where = fmt::format("{} on {}, seed {}", c.motion, c.body, c.link.seed);
+    }
+  if (drops.count > 0) drops.mean_db /= static_cast<double>(drops.count);
+  return drops;
+}
+
+Json promise(const Cells& cells, double rtt_ms) {
+  const auto at = [&](Scheme scheme, double jitter_ms, double loss_pct) {
+    return those(cells, [&](const MaskingCell& c) {
+      return c.scheme == scheme && c.link.rtt_ms == rtt_ms && c.link.jitter_ms == jitter_ms && c.link.loss_pct == loss_pct &&
+             c.link.burst == 0;
+    });
+  };
+  fmt::print("\nRTT {:g} ms, {:g} ms jitter, {:g} % loss, over all bodies and motions:\n\n", rtt_ms, kPromisedJitterMs,
+             kPromisedLossPct);
+  fmt::print("  {:<9} {:>7} {:>7} {:>7} {:>11} {:>7} {:>14} {:>7} {:>17} {:>17}\n", "scheme", "calm", "no loss", "loss",
+             "drop [dB]", "p95/JND", "onset [ms]", "missed", "between patches", "felt in 1 ms");
+  fmt::print("  {:<9} {:>7} {:>7} {:>7} {:>11} {:>7} {:>14} {:>7} {:>17} {:>17}\n", "", "[dB]", "[dB]", "[dB]", "mean, worst", "",
+             "median, worst", "", "p99.9 [N], within", "p99.9 [N], within");
+  Json json;
+  for (std::size_t k = 0; k < kSchemeNames.size(); ++k) {
+    const auto scheme = static_cast<Scheme>(k);
+    const Cells lossy = at(scheme, kPromisedJitterMs, kPromisedLossPct), clean = at(scheme, kPromisedJitterMs, 0);
+    if (lossy.empty() || clean.empty()) continue;
+    const Digest d = digest(lossy);
+    const double calm_db = digest(at(scheme, 0, 0)).snr_db, clean_db = digest(clean).snr_db;
+    const Drops drops = drops_of(lossy, clean);
+    fmt::print(
+        "  {:<9} {:>7.1f} {:>7.1f} {:>7.1f} {:>5.2f} {:>5.2f} {:>7.2f} {:>7g} {:>6} {:>7} {:>8.3f} {:>6.1f} % {:>8.3f} {:>6.1f} "
+        "%\n",
+        kSchemeNames[k], calm_db, clean_db, d.snr_db, drops.mean_db, drops.worst_db, d.p95_over_jnd, d.onset_median_ms,
+        d.onset_worst_ms, d.onsets_missed, d.step_worst_n, 100 * d.step_within, d.felt_worst_n, 100 * d.felt_within);
+    Json& j = json[std::string(kSchemeNames[k])] = to_json(d);
+    j["calm_snr_db"] = calm_db;
+    j["loss_free_snr_db"] = clean_db;
+    j["drop_mean_db"] = drops.mean_db;
+    j["drop_worst_db"] = drops.worst_db;
+    if (scheme == Scheme::port) {
+      fmt::print("  {:<9} most taken by loss: {:.2f} dB, {}\n", "", drops.worst_db, drops.worst_where);
+      j["drop_within_promise"] = drops.worst_db <= kPromisedDropDb ? 1 : 0;
+      j["steps_within_promise"] = d.felt_within >= 0.999 ? 1 : 0;
+    }
+  }
+  fmt::print(
+      "\n  SNR in dB against the full model at 1 kHz (median); calm: no jitter, no loss. p95/JND: 1 is just noticed (10 % of the "
+      "force).\n"
+      "  within: share of the swaps whose step is at most 0.05 N or 5 % of the force, whichever is larger: between the old patch "
+      "and\n"
+      "  the new one, and of what is felt from one tick to the next after the cross-fade.\n\n");
+  return json;
+}
+
+void port_by_body(const Cells& cells, double rtt_ms) {
+  const Cells port = those(cells, [&](const MaskingCell& c) {
+    return c.scheme == Scheme::port && c.link.rtt_ms == rtt_ms && c.link.jitter_ms == kPromisedJitterMs;
+  });
+  fmt::print("  port on {:<12} {:<13} {:>13} {:>10} {:>8} {:>11} {:>10}\n", "body", "motion", "no loss [dB]", "loss [dB]",
+             "p95/JND", "onset [ms]", "felt [N]");
+  std::set<std::pair<std::string, std::string>> kinds;
+  for (const MaskingCell& c : port) kinds.insert({c.body, c.motion});
+  for (const auto& [body, motion] : kinds) {
+    const auto at = [&](double loss_pct) {
+      return digest(
+          those(port, [&](const MaskingCell& c) { return c.body == body && c.motion == motion && c.link.loss_pct == loss_pct; }));
+    };
+    const Digest clean = at(0), lossy = at(kPromisedLossPct);
+    fmt::print("          {:<12} {:<13} {:>13.1f} {:>10.1f} {:>8.2f} {:>11} {:>10.3f}\n", body, motion, clean.snr_db,
+               lossy.snr_db, lossy.p95_over_jnd, lossy.onset_worst_ms, lossy.felt_worst_n);
+  }
+}
+
+void report(const Cells& cells, const std::filesystem::path& out, double rtt_ms) {
+  for (const Axis& axis : kAxes) plot_axis(out, axis, along(cells, axis, rtt_ms), rtt_ms);
+  Json summary{{"cells", cells.size()}, {"rtt_ms", rtt_ms}, {"jitter_ms", kPromisedJitterMs}, {"loss_pct", kPromisedLossPct}};
+  summary["schemes"] = promise(cells, rtt_ms);
+  port_by_body(cells, rtt_ms);
+  write_json(out / "summary.json", summary);
+  fmt::print("\n{}\n", (out / "summary.json").string());
+}
+
+struct Shard {
+  std::size_t index = 1, of = 1;
+};
+
+Shard shard_of(const std::string& text) {
+  Shard s;
+  char slash = 0, rest = 0;
+  if (std::sscanf(text.c_str(), "%zu%c%zu%c", &s.index, &slash, &s.of, &rest) != 3 || slash != '/' || s.index < 1 ||
+      s.index > s.of || s.of > 100'000)
+    throw InputError("--shard", "'" + text + "'", "i/n with 1 <= i <= n");
+  return s;
+}
+
+int merge(const Flags& flags, const std::filesystem::path& out, double rtt_ms) {
+  Cells cells;
+  std::set<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(out))
+    if (entry.path().filename().string().starts_with("cells-")) files.insert(entry.path());
+  if (files.empty()) throw InputError(flags.out, "holds no cells-*.csv", "the folder that the shards wrote to");
+  for (const auto& file : files) {
+    Cells more = read_cells(file);
+    cells.insert(cells.end(), more.begin(), more.end());
+  }
+  write_text(out / "cells.csv", cells_csv(cells));
+  report(cells, out, rtt_ms);
+  return 0;
+}
+
+int run_masking(const Flags& flags) {
+  MaskingGrid grid;
+  grid.quick = flags.quick;
+  grid.scenes = flags.scenes;
+  for (const std::string& name : flags.schemes) {
+    const auto scheme = scheme_from_name(name);
+    if (!scheme || !is_available(*scheme))
+      throw InputError("--schemes", "'" + name + "' is no scheme of this build", "for example port");
+    grid.schemes.push_back(*scheme);
+  }
+  if (!flags.route.empty()) {
+    grid.rtt_ms = route_from_name(flags.route).rtt_ms;
+    grid.axes = {"jitter", "loss", "burst"};
+  }
+  if (!flags.axes.empty()) grid.axes = flags.axes;
+  const Shard shard = shard_of(flags.shard);
+  const auto out = make_output_folder(flags.out);
+  if (flags.merge) return merge(flags, out, grid.rtt_ms);
+  Cells cells;
+  const Cells all = masking_cells(grid);
+  for (std::size_t i = shard.index - 1; i < all.size(); i += shard.of) cells.push_back(all[i]);
+  fmt::print("{} runs of {}, {} at a time\n", cells.size(), all.size(), flags.jobs);
+  measure_cells(grid, cells, flags.jobs, [&](std::size_t done) {
+    if (done % 100 == 0) fmt::print("{} of {}\n", done, cells.size());
+    std::fflush(stdout);
+  });
+  if (shard.of > 1) {
+    const auto file = out / fmt::format("cells-{}-of-{}.csv", shard.index, shard.of);
+    write_text(file, cells_csv(cells));
+    fmt::print("{}\n", file.string());
+    return 0;
+  }
+  write_text(out / "cells.csv", cells_csv(cells));
+  report(cells, out, grid.rtt_ms);
+  return 0;
+}
+
+}  // namespace
+
+void add_masking(CLI::App& app, Run& run) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App* c = app.add_subcommand(
+      "masking", "what the hand notices of the network: force error, onset of contact, steps at swaps, for every scheme");
+  c->add_option("--route", flags->route,
+                "around the round trip of a measured route instead of 150 ms: san-francisco, bangalore, buenos-aires, shanghai");
+  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->delimiter(',');
+  c->add_option("--axes", flags->axes, "these sweeps beside the link of the promise (20 ms jitter, 5 % loss), or none of them")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"rtt", "jitter", "loss", "burst", "none"}));
+  c->add_flag("--quick", flags->quick, "one body, two short motions, the ends of the axes");
+  c->add_option("--shard", flags->shard, "i/n: every n-th run from the i-th on, into cells-i-of-n.csv; then --merge");
+  c->add_flag("--merge", flags->merge, "no runs: gather what the shards left in --out");
+  c->add_option("--scenes", flags->scenes, "folder of the scenes and motions")->capture_default_str();
+  c->add_option("--jobs", flags->jobs, "runs at a time; default: one a core")->check(CLI::Range(1U, 256U));
+  c->add_option("--out", flags->out, "folder for summary.json, cells.csv, masking-*.csv and .svg")->required();
+  c->callback([flags, &run] { run = [flags] { return run_masking(*flags); }; });
+}
+
+}  // namespace palpate

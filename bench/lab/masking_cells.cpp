@@ -1,0 +1,206 @@
+#include "bench/lab/masking_cells.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <mutex>
+#include <sstream>
+#include <thread>
+
+#include "common/base/error.hpp"
+#include "server/room/room.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kHomeAboveM = 0.020, kStartAboveM = 0.001;  // Room::home(), and where the motions begin
+
+std::vector<Scheme> schemes_of(const MaskingGrid& grid) {
+  if (!grid.schemes.empty()) return grid.schemes;
+  std::vector<Scheme> all;
+  for (const auto name : kSchemeNames)
+    if (const Scheme scheme = *scheme_from_name(name); is_available(scheme)) all.push_back(scheme);
+  return all;
+}
+
+void add_once(std::vector<MaskingLink>& links, const MaskingLink& link) {
+  if (std::find(links.begin(), links.end(), link) == links.end()) links.push_back(link);
+}
+
+std::vector<MaskingLink> links_of(const MaskingGrid& grid) {
+  const double r = grid.rtt_ms;
+  std::vector<MaskingLink> links{{r, 0, 0, 0, 1}};
+  for (const std::uint64_t seed : grid.quick ? std::vector<std::uint64_t>{1} : std::vector<std::uint64_t>{1, 2, 3})
+    for (const double loss : {0.0, kPromisedLossPct}) add_once(links, {r, kPromisedJitterMs, loss, 0, seed});
+  const auto wanted = [&](const char* axis) { return std::find(grid.axes.begin(), grid.axes.end(), axis) != grid.axes.end(); };
+  if (wanted("rtt"))
+    for (const double rtt : grid.quick ? std::vector{0.0, 500.0} : std::vector{0.0, 50.0, 100.0, 200.0, 300.0, 400.0, 500.0})
+      add_once(links, {rtt, 0, 0, 0, 1});
+  if (grid.quick) return links;
+  if (wanted("jitter"))
+    for (const double jitter : {10.0, 35.0, 50.0}) add_once(links, {r, jitter, 0, 0, 1});
+  if (wanted("loss"))
+    for (const double loss : {1.0, 5.0, 10.0, 20.0, 30.0}) add_once(links, {r, 0, loss, 0, 1});
+  if (wanted("burst"))
+    for (const double loss : {5.0, 15.0, 30.0}) add_once(links, {r, 0, loss, kBurstMean, 1});
+  return links;
+}
+
+struct Task {
+  Scene scene;
+  Motion motion;
+  ReferenceForce reference;
+};
+
+Motion lifted_above(const Scene& scene, const Motion& motion, double until_s) {
+  const Vec3 shift = home_of(scene) - Vec3(0, 0, kHomeAboveM - kStartAboveM) - motion.position(0.0);
+  std::vector<MotionPoint> points;
+  for (const MotionPoint& p : motion.points())
+    if (p.t_s <= until_s) points.push_back({p.t_s, p.position + shift});
+  return Motion(std::move(points));
+}
+
+using Tasks = std::map<std::pair<std::string, std::string>, Task>;
+
+Tasks load_tasks(const MaskingGrid& grid, const std::vector<MaskingCell>& cells) {
+  constexpr double kQuickS = 1.2, kWhole = 1e9;
+  Tasks tasks;
+  for (const MaskingCell& cell : cells) {
+    if (tasks.contains({cell.body, cell.motion})) continue;
+    const Scene scene = load_scene((grid.scenes / ("touch-" + cell.body + ".json")).string());
+    const Motion motion = read_motion(grid.scenes / "motions" / (cell.motion + ".csv"));
+    tasks.emplace(std::pair(cell.body, cell.motion), Task{scene, lifted_above(scene, motion, grid.quick ? kQuickS : kWhole), {}});
+  }
+  return tasks;
+}
+
+void measure_cell(MaskingCell& cell, const Task& task) {
+  ReplayOptions options;
+  options.scheme = cell.scheme;
+  options.link = {.latency = from_seconds(cell.link.rtt_ms * 0.5e-3),
+                  .jitter = from_seconds(cell.link.jitter_ms * 1e-3),
+                  .loss = cell.link.loss_pct / 100,
+                  .burst_mean = cell.link.burst,
+                  .seed = cell.link.seed};
+  options.seed = cell.link.seed;
+  options.reference = &task.reference;
+  const ReplayResult result = replay(task.scene, task.motion, options, [] { return std::int64_t{0}; });
+  cell.snr_db = result.fidelity.snr_db;
+  cell.p95_over_jnd = result.fidelity.p95_rel_error / kForceJnd;
+  cell.onset = result.onset;
+  cell.hand_over = result.hand_over;
+  cell.felt_step = result.felt_step;
+  cell.age_p95_ms = 1e3 * seconds(result.age_p95);
+  cell.uplink_bytes_s = result.uplink_bytes_s;
+}
+
+/// Calls work(0) to work(count - 1), `jobs` at a time, and throws the first thing that one of them threw.
+void in_parallel(std::size_t count, unsigned jobs, const std::function<void(std::size_t)>& work) {
+  std::atomic<std::size_t> next{0};
+  std::exception_ptr fault;
+  std::mutex mutex;
+  {
+    std::vector<std::jthread> workers;
+    for (unsigned k = 0; k < std::min<std::size_t>(jobs, count); ++k)
+      workers.emplace_back([&] {
+        for (std::size_t i = next++; i < count; i = next++) {
+          try {
+            work(i);
+          } catch (...) {
+            const std::lock_guard lock(mutex);
+            if (!fault) fault = std::current_exception();
+            next = count;
+          }
+        }
+      });
+  }
+  if (fault) std::rethrow_exception(fault);
+}
+
+constexpr const char* kHeader =
+    "body,motion,scheme,rtt_ms,jitter_ms,loss_pct,burst,seed,snr_db,p95_over_jnd,onsets,onsets_missed,onset_worst_ms,"
+    "onset_median_ms,swaps,step_p50_n,step_p999_n,step_max_n,step_share_within,felt_p50_n,felt_p999_n,felt_max_n,"
+    "felt_share_within,age_p95_ms,uplink_bytes_s";
+
+}  // namespace
+
+std::vector<MaskingCell> masking_cells(const MaskingGrid& grid) {
+  const std::vector<std::string> bodies =
+      grid.quick ? std::vector<std::string>{"softcore"} : std::vector<std::string>{"softcore", "stiff", "stiffening"};
+  const std::vector<std::string> motions =
+      grid.quick ? std::vector<std::string>{"press", "tap"} : std::vector<std::string>{"press", "stroke", "tap", "grip-release"};
+  std::vector<MaskingCell> cells;
+  for (const std::string& body : bodies)
+    for (const std::string& motion : motions)
+      for (const MaskingLink& link : links_of(grid))
+        for (const Scheme scheme : schemes_of(grid)) {
+          MaskingCell cell;
+          cell.body = body;
+          cell.motion = motion;
+          cell.scheme = scheme;
+          cell.link = link;
+          cells.push_back(std::move(cell));
+        }
+  return cells;
+}
+
+void measure_cells(const MaskingGrid& grid, std::vector<MaskingCell>& cells, unsigned jobs,
+                   const std::function<void(std::size_t)>& done) {
+  Tasks tasks = load_tasks(grid, cells);
+  std::vector<Task*> list;
+  for (auto& [key, task] : tasks) list.push_back(&task);
+  in_parallel(list.size(), jobs, [&](std::size_t i) { list[i]->reference = reference_of(list[i]->scene, list[i]->motion); });
+  std::mutex mutex;
+  std::size_t count = 0;
+  in_parallel(cells.size(), jobs, [&](std::size_t i) {
+    measure_cell(cells[i], tasks.at({cells[i].body, cells[i].motion}));
+    const std::lock_guard lock(mutex);
+    done(++count);
+  });
+}
+
+std::string cells_csv(const std::vector<MaskingCell>& cells) {
+  std::string csv = std::string(kHeader) + '\n';
+  for (const MaskingCell& c : cells) {
+    const MaskingLink& l = c.link;
+    const HandOverSteps &h = c.hand_over, &f = c.felt_step;
+    fmt::format_to(std::back_inserter(csv), "{},{},{},{:g},{:g},{:g},{:g},{},{:.4f},{:.5g},{},{},{},{},{},", c.body, c.motion,
+                   name_of(c.scheme), l.rtt_ms, l.jitter_ms, l.loss_pct, l.burst, l.seed, c.snr_db, c.p95_over_jnd,
+                   c.onset.onsets, c.onset.missed, c.onset.worst_ms, c.onset.median_ms, h.swaps);
+    fmt::format_to(std::back_inserter(csv), "{:.5g},{:.5g},{:.5g},{:.5g},{:.5g},{:.5g},{:.5g},{:.5g},{:.3f},{:.0f}\n", h.p50_n,
+                   h.p999_n, h.max_n, h.share_within, f.p50_n, f.p999_n, f.max_n, f.share_within, c.age_p95_ms, c.uplink_bytes_s);
+  }
+  return csv;
+}
+
+std::vector<MaskingCell> read_cells(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::string line;
+  if (!std::getline(in, line) || line != kHeader) throw InputError(file.string() + ":1", "has another header", kHeader);
+  std::vector<MaskingCell> cells;
+  for (std::size_t number = 2; std::getline(in, line); ++number) {
+    std::replace(line.begin(), line.end(), ',', ' ');
+    std::istringstream row(line);
+    MaskingCell c;
+    std::string scheme;
+    MaskingLink& l = c.link;
+    HandOverSteps &h = c.hand_over, &f = c.felt_step;
+    row >> c.body >> c.motion >> scheme >> l.rtt_ms >> l.jitter_ms >> l.loss_pct >> l.burst >> l.seed >> c.snr_db >>
+        c.p95_over_jnd >> c.onset.onsets >> c.onset.missed >> c.onset.worst_ms >> c.onset.median_ms >> h.swaps >> h.p50_n >>
+        h.p999_n >> h.max_n >> h.share_within >> f.p50_n >> f.p999_n >> f.max_n >> f.share_within >> c.age_p95_ms >>
+        c.uplink_bytes_s;
+    const auto known = scheme_from_name(scheme);
+    if (!row || !known) throw InputError(fmt::format("{}:{}", file.string(), number), "is no cell", "what masking wrote");
+    f.swaps = h.swaps;
+    c.scheme = *known;
+    cells.push_back(std::move(c));
+  }
+  return cells;
+}
+
+}  // namespace palpate

@@ -1,0 +1,193 @@
+// palpate-lab world: simulated worlds drawn from seeds, run under checks.
+#include <fmt/format.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <iterator>
+#include <mutex>
+#include <thread>
+
+#include "bench/lab/experiments.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/lab/plot.hpp"
+#include "bench/world/run.hpp"
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+struct Flags {
+  DrawOptions draw;
+  std::uint64_t seeds = 1;
+  double for_s = 0;
+  int jobs = 0;
+  bool no_faults = false, no_drift = false, no_losses = false, quiet = false;
+  std::string out;
+};
+
+/// What repeats one seed of this call.
+std::string command(const Flags& f, std::uint64_t seed) {
+  std::string line = fmt::format("palpate-lab world --seed {}", seed);
+  if (f.draw.duration_s != DrawOptions{}.duration_s) line += fmt::format(" --duration-s {:g}", f.draw.duration_s);
+  if (f.draw.stations_max != DrawOptions{}.stations_max) line += fmt::format(" --stations {}", f.draw.stations_max);
+  for (const auto& [off, flag] :
+       {std::pair{f.no_faults, " --no-faults"}, {f.no_drift, " --no-drift"}, {f.no_losses, " --no-losses"}})
+    if (off) line += flag;
+  return line;
+}
+
+std::string say(const Flags& flags, std::uint64_t seed, const WorldReport& r) {
+  std::string text = fmt::format(
+      "seed {}: {} ticks, {} patches used, oldest {} ms, energy at least {:.2f} mJ, hash {:016x}: {}\n", seed, r.ticks,
+      r.patches_used, r.oldest_calm / Micros{1000}, 1e3 * r.energy_lowest_j, r.hash, r.violations.empty() ? "good" : "FAILED");
+  for (const Violation& v : r.violations) text += fmt::format("  {:.6f} s  {}: {}\n", seconds(v.at), v.check, v.what);
+  if (!r.violations.empty()) text += "  again: " + command(flags, seed) + "\n";
+  return text;
+}
+
+/// Seeds to be run, handed out to threads until there are no more or the time is up.
+class Work {
+ public:
+  explicit Work(const Flags& flags) : flags_(flags), next_(flags.draw.seed) {
+    if (flags.for_s > 0)
+      until_ = std::chrono::steady_clock::now() +
+               std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(flags.for_s));
+  }
+  void run() {
+    const auto jobs = flags_.jobs > 0 ? static_cast<unsigned>(flags_.jobs) : std::max(1u, std::thread::hardware_concurrency());
+    std::vector<std::jthread> threads;
+    for (unsigned k = 1; k < std::min<std::uint64_t>(jobs, flags_.for_s > 0 ? jobs : flags_.seeds); ++k)
+      threads.emplace_back([this] { work(); });
+    work();
+  }
+  std::uint64_t done() const { return done_; }
+  const std::vector<std::uint64_t>& failed() const { return failed_; }
+  double energy_lowest_j() const { return energy_lowest_j_; }
+  double virtual_s() const { return virtual_s_; }
+  void check_error() const {
+    if (error_) std::rethrow_exception(error_);
+  }
+
+ private:
+  bool more(std::uint64_t seed) const {
+    if (error_seen_) return false;
+    if (flags_.for_s > 0) return std::chrono::steady_clock::now() < until_;
+    return seed - flags_.draw.seed < flags_.seeds;
+  }
+  void work() try {
+    for (std::uint64_t seed = next_++; more(seed); seed = next_++) {
+      DrawOptions draw = flags_.draw;
+      draw.seed = seed;
+      const Scenario scenario = draw_scenario(draw);
+      const WorldReport report = run_twice(scenario);
+      const std::lock_guard lock(mutex_);
+      ++done_;
+      virtual_s_ += seconds(scenario.end);
+      energy_lowest_j_ = std::min(energy_lowest_j_, report.energy_lowest_j);
+      if (!report.violations.empty()) failed_.push_back(seed);
+      if (!report.violations.empty() || !flags_.quiet) fmt::print("{}", say(flags_, seed, report));
+      std::fflush(stdout);
+    }
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    error_ = std::current_exception();
+    error_seen_ = true;
+  }
+
+  const Flags& flags_;
+  std::atomic<std::uint64_t> next_;
+  std::atomic<bool> error_seen_ = false;
+  std::chrono::steady_clock::time_point until_{};
+  std::mutex mutex_;
+  std::exception_ptr error_;
+  std::uint64_t done_ = 0;
+  double energy_lowest_j_ = 0, virtual_s_ = 0;
+  std::vector<std::uint64_t> failed_;
+};
+
+void write_rows(const std::filesystem::path& out, const Scenario& s, const WorldReport& r) {
+  std::vector<Panel> panels;
+  for (std::size_t k = 0; k < s.stations.size(); ++k) {
+    const std::string& name = s.stations[k].client.hello.station;
+    std::string csv = "t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact\n";
+    bool any = false;
+    for (const FeltRow& row : r.rows) {
+      if (row.station != k) continue;
+      any = true;
+      fmt::format_to(std::back_inserter(csv), "{:.6f},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.3f},{}\n", seconds(row.now),
+                     row.position.x(), row.position.y(), row.position.z(), row.force.x(), row.force.y(), row.force.z(),
+                     1e3 * seconds(row.patch_age), row.contact ? 1 : 0);
+    }
+    if (!any) continue;
+    const auto file = out / (name + ".csv");
+    write_text(file, csv);
+    plot_csv(
+        file, out / (name + ".svg"), fmt::format("{} in the world of seed {}", name, s.drawn_with.seed), "time [s]",
+        {{"force [N]", {{"1:5", "x", 1}, {"1:6", "y", 2}, {"1:7", "z", 3}}}, {"age of the patch [ms]", {{"1:8", "in use", 1}}}});
+  }
+}
+
+int run_one(const Flags& flags) {
+  const Scenario scenario = draw_scenario(flags.draw);
+  fmt::print("{}", describe(scenario));
+  RunOptions options;
+  options.keep_rows = !flags.out.empty();
+  const WorldReport report = run_twice(scenario, options);
+  fmt::print("{}", say(flags, flags.draw.seed, report));
+  if (flags.out.empty()) return report.violations.empty() ? 0 : 1;
+  const auto out = make_output_folder(flags.out);
+  write_text(out / "scene.json", scenario.scene_json);
+  write_text(out / "scenario.txt", describe(scenario) + say(flags, flags.draw.seed, report));
+  write_rows(out, scenario, report);
+  write_json(out / "summary.json", {{"seed", flags.draw.seed},
+                                    {"good", report.violations.empty() ? 1 : 0},
+                                    {"violations", report.violations.size()},
+                                    {"ticks", report.ticks},
+                                    {"datagrams", report.datagrams},
+                                    {"patches_used", report.patches_used},
+                                    {"patch_age_calm_max_ms", 1e3 * seconds(report.oldest_calm)},
+                                    {"energy_lowest_j", report.energy_lowest_j},
+                                    {"rest_error_max_n", report.apart_worst_n}});
+  return report.violations.empty() ? 0 : 1;
+}
+
+int run_world(Flags flags) {
+  for (const auto& [flag, value] : {std::pair{"--duration-s", flags.draw.duration_s}, {"--for-s", flags.for_s}})
+    if (std::isnan(value)) throw InputError(flag, "is nan", "a number of seconds");
+  flags.draw.faults = !flags.no_faults;
+  flags.draw.drift = !flags.no_drift;
+  flags.draw.losses = !flags.no_losses;
+  if (flags.seeds == 1 && flags.for_s <= 0) return run_one(flags);
+  Work work(flags);
+  work.run();
+  work.check_error();
+  fmt::print("{} worlds, {:.0f} s of their time, energy at least {:.2f} mJ, {} failed\n", work.done(), work.virtual_s(),
+             1e3 * work.energy_lowest_j(), work.failed().size());
+  for (const std::uint64_t seed : work.failed()) fmt::print("  {}\n", command(flags, seed));
+  return work.failed().empty() ? 0 : 1;
+}
+
+}  // namespace
+
+void add_world(CLI::App& app, Run& run) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App* c =
+      app.add_subcommand("world", "simulated worlds drawn from a seed, with everything that goes wrong, run under checks");
+  c->add_option("--seed", flags->draw.seed, "of everything that is drawn; the first of several");
+  c->add_option("--seeds", flags->seeds, "how many, from --seed on")->check(CLI::Range(1, 1'000'000'000));
+  c->add_option("--for-s", flags->for_s, "instead of --seeds: as many as fit into this time")->check(CLI::Range(0.0, 1e7));
+  c->add_option("--duration-s", flags->draw.duration_s, "world time until everything is healed")
+      ->check(CLI::Range(1.5, 600.0))
+      ->capture_default_str();
+  c->add_option("--stations", flags->draw.stations_max, "at most so many")->check(CLI::Range(1, 16))->capture_default_str();
+  c->add_option("--jobs", flags->jobs, "threads, 0: one a core")->check(CLI::Range(0, 1024));
+  c->add_flag("--no-faults", flags->no_faults, "leave the faults out");
+  c->add_flag("--no-drift", flags->no_drift, "clocks that do not drift");
+  c->add_flag("--no-losses", flags->no_losses, "links that lose, double and reorder nothing by themselves");
+  c->add_flag("--quiet", flags->quiet, "of several seeds only those that fail");
+  c->add_option("--out", flags->out, "folder for what one seed drew and felt");
+  c->callback([flags, &run] { run = [flags] { return run_world(*flags); }; });
+}
+
+}  // namespace palpate

@@ -1,0 +1,74 @@
+// From what was drawn to what may be expected.
+#include <algorithm>
+
+#include "bench/world/run.hpp"
+#include "client/core/uplink_pace.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kDriftSlack = 1e-3;  // no clock is that far off
+
+/// How long a datagram may take over this link, whatever happens to it in this scenario.
+Micros slowest_ever(const Scenario& s, std::size_t station, bool up) {
+  const StationPlan& plan = s.stations[station];
+  const Links healed = healed_links(s, station);
+  return std::max(slowest(up ? plan.up : plan.down), slowest(up ? healed.up : healed.down)) + LinkModel::kReorderHold;
+}
+
+/// From one patch to the next: frames that fall due while one is computed are skipped.
+Micros frame_spacing(const Scenario& s) {
+  const Micros frame = from_seconds(1 / s.rate_hz);
+  return (1 + s.compute / frame) * frame;
+}
+
+/// A patch knows the samples of the slowest punctual station, is computed after a frame at most one spacing later, and may then
+/// wait for the next one when no newer sample came.
+Micros sent_age_max(const Scenario& s) {
+  Micros slowest_up{};
+  for (std::size_t k = 0; k < s.stations.size(); ++k)
+    if (s.stations[k].pushes()) slowest_up = std::max(slowest_up, slowest_ever(s, k, true) + UplinkPace::kCalm);
+  const Micros age = slowest_up + kLateAfter + 2 * frame_spacing(s) + s.compute + 2 * kTick;
+  return age + from_seconds(kDriftSlack * seconds(age));
+}
+
+std::vector<std::pair<Micros, Micros>> disturbances(const Scenario& s, std::size_t station) {
+  const Micros recovery = recovery_time(s, station);
+  std::vector<std::pair<Micros, Micros>> times;
+  const StationPlan& plan = s.stations[station];
+  for (const Fault& f : s.faults)
+    if (f.station < 0 || f.station == static_cast<int>(station) || f.station == plan.owner)
+      times.emplace_back(f.begin, f.end + recovery);
+  times.emplace_back(s.healed, s.healed + recovery);  // what a fault left behind may end here
+  return times;
+}
+
+}  // namespace
+
+std::vector<StationBounds> bounds_of(const Scenario& s) {
+  std::vector<StationBounds> all;
+  const SimPhantomOptions device;
+  const auto hands = std::count_if(s.stations.begin(), s.stations.end(), [](const StationPlan& plan) { return plan.pushes(); });
+  for (std::size_t k = 0; k < s.stations.size(); ++k) {
+    const StationPlan& plan = s.stations[k];
+    StationBounds b;
+    b.name = plan.client.hello.station;
+    b.feels = plan.client.hello.role == Role::haptic;
+    b.pushes = plan.pushes();
+    b.port = plan.client.hello.scheme == Scheme::port;
+    b.alone = hands <= 1 && b.pushes;
+    b.owner = plan.owner >= 0 ? static_cast<std::size_t>(plan.owner) : k;
+    b.limits = {device.force_max_n, SimPhantom::kSlewMaxNS, PassivityMode::on};
+    b.sent_age_max = sent_age_max(s);
+    b.down_max = slowest_ever(s, k, false);
+    b.frames = frame_spacing(s);
+    b.healed = s.healed;
+    b.recovered = s.healed + recovery_time(s, k);
+    b.at_rest = s.rest + Micros{400'000};
+    b.disturbed = disturbances(s, k);
+    all.push_back(std::move(b));
+  }
+  return all;
+}
+
+}  // namespace palpate

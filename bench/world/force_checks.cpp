@@ -1,0 +1,87 @@
+#include "bench/world/force_checks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+constexpr double kRounding = 1e-9;   // relative
+constexpr Micros kSkipped{1'500};    // two ticks further apart than this: one was skipped
+constexpr double kNothingN = 1e-12;  // zero, but for the rounding of a clamp
+
+}  // namespace
+
+void LimitsCheck::tick(const SeenTick& seen) {
+  const StationBounds& bounds = bounds_[seen.station];
+  const Vec3& f = seen.out.force;
+  const auto& last = last_[seen.station];
+  if (!f.allFinite())
+    fail(seen.now, fmt::format("{} feels ({}, {}, {}) N; expected finite numbers", bounds.name, f.x(), f.y(), f.z()));
+  else if (f.norm() > bounds.limits.force_max_n * (1 + kRounding))
+    fail(seen.now,
+         fmt::format("{} feels {:.6g} N; the device's peak is {:g} N", bounds.name, f.norm(), bounds.limits.force_max_n));
+  else if (last && seen.own > last->own) {
+    const double most = bounds.limits.slew_max_n_s * seconds(seen.own - last->own);
+    const double change = (f - last->out.force).norm();
+    if (change > most * (1 + kRounding))
+      fail(seen.now, fmt::format("the force of {} changes by {:.6g} N in {} us; its device takes {:.6g} N", bounds.name, change,
+                                 (seen.own - last->own).count(), most));
+  }
+  last_[seen.station] = seen;
+}
+
+void FadeCheck::datagram(Micros, const DatagramEvent& event, const Message* message) {
+  if (event.kind != DatagramEvent::Kind::delivered || event.to_server || !message) return;
+  if (const auto* patch = std::get_if<PatchMessage>(&message->body))
+    seen_[event.station].valid_for[patch->patch.stamp] = patch->patch.valid_for;
+}
+
+void FadeCheck::tick(const SeenTick& seen) {
+  Station& s = seen_[seen.station];
+  const std::string& name = bounds_[seen.station].name;
+  const Vec3 dx = s.position ? Vec3(seen.position - *s.position) : Vec3::Zero();
+  s.position = seen.position;
+  const Vec3& f = seen.out.force;
+  if (!seen.out.has_patch) {
+    if (f.norm() > kNothingN) fail(seen.now, fmt::format("{} feels {:.6g} N without a patch; expected none", name, f.norm()));
+    return;
+  }
+  const auto patch = s.valid_for.find(seen.out.patch_stamp);
+  if (patch == s.valid_for.end())
+    return fail(seen.now, fmt::format("{} uses a patch stamped {} us that never came", name, seen.out.patch_stamp.count()));
+  s.valid_for.erase(s.valid_for.begin(), patch);
+  s.expired_ticks = seen.out.patch_age > patch->second ? s.expired_ticks + kTick : Micros{};
+  if (s.expired_ticks <= kFade) return;
+  // What the damper of the guard takes out is against the motion, and dies with it.
+  const double damper_n = Passivity::kAlphaMaxNSM * dx.norm() * kHapticRateHz;
+  const bool against = f.dot(dx) <= 0 && f.norm() <= damper_n * (1 + kRounding) + kNothingN;
+  if (f.norm() > kNothingN && (s.expired_ticks > kFade + kDamped || !against))
+    fail(seen.now, fmt::format("{} feels {:.6g} N {} ms after the validity of its patch ended; expected none", name, f.norm(),
+                               s.expired_ticks / kTick));
+}
+
+void PassivityCheck::tick(const SeenTick& seen) {
+  constexpr double kRestN = 1e-6;
+  if (!bounds_[seen.station].pushes) return;
+  Station& s = seen_[seen.station];
+  s.rest_ticks = seen.out.force.norm() < kRestN ? s.rest_ticks + 1 : 0;
+  if (s.last && seen.own - s.last->own < kSkipped)
+    energy_j_ -= 0.5 * (s.last->out.force + seen.out.force).dot(seen.position - s.last->position);
+  s.last = seen;
+  const auto rests = [&](std::size_t k) { return !bounds_[k].pushes || seen_[k].rest_ticks >= kRestTicks; };
+  bool all_rest = true, all_port = true;
+  for (std::size_t k = 0; k < bounds_.size(); ++k) {
+    all_rest &= rests(k);
+    all_port &= !bounds_[k].pushes || bounds_[k].port;
+  }
+  if (all_rest) energy_j_ = 0;
+  if (!all_port || !bounds_[seen.station].alone) return;
+  lowest_j_ = std::min(lowest_j_, energy_j_);
+  if (energy_j_ < -kBudgetJ)
+    fail(seen.now, fmt::format("the hands have got {:.3g} mJ more than they put in, {} the last; the budget is {:g} mJ",
+                               -1e3 * energy_j_, bounds_[seen.station].name, 1e3 * kBudgetJ));
+}
+
+}  // namespace palpate

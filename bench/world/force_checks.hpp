@@ -1,0 +1,69 @@
+// Checks of what the hand feels.
+//
+//   limits     every force is finite, at most the device's peak, and changes by at most its slew limit times the tick
+//   fade       without a patch the force is zero; 50 ms after the validity of a patch ended, and for as long as it is in use, the
+//              force is at most what the guard's damper may add, against the motion; 100 ms after, exactly zero
+//   passivity  E = sum -1/2 (F_before + F_now) . dx over all hands on the body, the energy that they put in and have not got back
+//              since none of them felt anything for 50 ms, stays above -kBudgetJ. One sum, because what one hand puts into the
+//              body another may take out. Ticks that were skipped do not count: there the device holds its force. Only where
+//              one hand touches the body and feels `port`: the schemes that it replaced promise nothing; docs/world.md on
+//              several.
+#pragma once
+
+#include <map>
+#include <optional>
+
+#include "bench/world/check.hpp"
+
+namespace palpate {
+
+class LimitsCheck final : public Check {
+ public:
+  explicit LimitsCheck(const std::vector<StationBounds>& bounds) : Check("limits"), bounds_(bounds), last_(bounds.size()) {}
+  void tick(const SeenTick& seen) override;
+  void new_life(Micros, std::size_t station) override { last_[station].reset(); }
+
+ private:
+  const std::vector<StationBounds>& bounds_;
+  std::vector<std::optional<SeenTick>> last_;
+};
+
+class FadeCheck final : public Check {
+ public:
+  static constexpr Micros kFade{50'000}, kDamped{50'000};
+  explicit FadeCheck(const std::vector<StationBounds>& bounds) : Check("fade"), bounds_(bounds), seen_(bounds.size()) {}
+  void tick(const SeenTick& seen) override;
+  void datagram(Micros now, const DatagramEvent& event, const Message* message) override;
+  void new_life(Micros, std::size_t station) override { seen_[station] = {}; }
+
+ private:
+  struct Station {
+    std::map<Micros, Micros> valid_for;  ///< of the patches that came, by their stamps
+    Micros expired_ticks{};              ///< how long the patch in use has been invalid, in ticks
+    std::optional<Vec3> position;
+  };
+  const std::vector<StationBounds>& bounds_;
+  std::vector<Station> seen_;
+};
+
+class PassivityCheck final : public Check {
+ public:
+  /// 20 mJ throw a hand of 0.5 kg at 0.28 m/s, or are 1 N over 20 mm. docs/world.md says where it comes from.
+  static constexpr double kBudgetJ = 0.02;
+  static constexpr int kRestTicks = 50;
+  explicit PassivityCheck(const std::vector<StationBounds>& bounds) : Check("passivity"), bounds_(bounds), seen_(bounds.size()) {}
+  void tick(const SeenTick& seen) override;
+  void new_life(Micros, std::size_t station) override { seen_[station] = {}; }
+  double lowest_j() const { return lowest_j_; }
+
+ private:
+  struct Station {
+    std::optional<SeenTick> last;
+    int rest_ticks = kRestTicks;
+  };
+  const std::vector<StationBounds>& bounds_;
+  std::vector<Station> seen_;
+  double energy_j_ = 0, lowest_j_ = 0;
+};
+
+}  // namespace palpate

@@ -1,0 +1,106 @@
+#include "bench/world/run_checks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+std::vector<std::uint64_t> counters_of(const ClientCore& core) {
+  const ClientCounts& c = core.counts();
+  const IntakeCounts& i = core.intake_counts();
+  const HapticCounts& h = core.haptic().counts();
+  const GuardCounts& g = core.haptic().guard_counts();
+  return {c.sent,         c.received,        c.bytes_sent, c.bytes_received, c.joins,       c.stale,          c.patches,
+          c.patch_bytes,  c.samples_outside, h.ticks,      h.patches_used,   h.faded_ticks, g.clamped,        g.not_finite,
+          g.slew_limited, g.damped,          i.stale,      i.too_old,        i.from_future, h.samples_dropped};
+}
+
+std::vector<std::uint64_t> counters_of(const ServerCore& server) {
+  const ServerCounts& c = server.counts();
+  std::vector<std::uint64_t> all{c.received, c.bytes_received, c.sent,           c.bytes_sent, c.unknown_station, c.unexpected,
+                                 c.joins,    c.refusals,       c.leaves,         c.timeouts,   c.frames,          c.frames_failed,
+                                 c.steps,    c.frames_busy,    c.frames_waiting, c.cut_steps,  c.dropped_all()};
+  for (const Micros time : {c.frame_time_sum, c.frame_time_max, c.simulated})
+    all.push_back(static_cast<std::uint64_t>(time.count()));
+  return all;
+}
+
+}  // namespace
+
+void CountersCheck::compare(Micros at, const std::string& name, std::vector<std::uint64_t>& before,
+                            std::vector<std::uint64_t> now) {
+  for (std::size_t k = 0; k < std::min(before.size(), now.size()); ++k)
+    if (now[k] < before[k]) fail(at, fmt::format("counter {} of {} went from {} back to {}", k, name, before[k], now[k]));
+  before = std::move(now);
+}
+
+void CountersCheck::tick(const SeenTick& seen) {
+  if (++ticks_ % kEvery != 0) return;
+  compare(seen.now, bounds_[seen.station].name, last_[seen.station], counters_of(world_.station(seen.station).core()));
+  if (world_.server_up()) compare(seen.now, "the server", server_, counters_of(world_.server()));
+}
+
+void RecoveryCheck::tick(const SeenTick& seen) {
+  Station& s = seen_[seen.station];
+  const StationBounds& bounds = bounds_[seen.station];
+  constexpr std::size_t kKept = 4096;
+  s.felt.push_back({seen.now, seen.own, seen.out.force});
+  if (s.felt.size() > kKept) s.felt.pop_front();
+  if (s.asked || seen.now < bounds.recovered) return;
+  s.asked = true;
+  if (world_.station(seen.station).core().link() != LinkState::joined)
+    fail(seen.now, fmt::format("{} is not joined {} ms after everything was healed", bounds.name,
+                               (seen.now - bounds.healed) / Micros{1000}));
+  else if (s.in_reach && (!seen.out.has_patch || seen.now - seen.out.patch_age < bounds.healed - bounds.down_max))
+    fail(seen.now, fmt::format("{} has no fresh patch {} ms after everything was healed", bounds.name,
+                               (seen.now - bounds.healed) / Micros{1000}));
+}
+
+void RecoveryCheck::datagram(Micros, const DatagramEvent& event, const Message* message) {
+  if (event.kind != DatagramEvent::Kind::delivered || event.to_server || !message) return;
+  Station& s = seen_[event.station];
+  if (const auto* beat = std::get_if<Beat>(&message->body)) s.in_reach = beat->contact_in_reach;
+  const auto* answer = std::get_if<PatchMessage>(&message->body);
+  if (!answer) return;
+  s.in_reach = true;
+  const StationBounds& bounds = bounds_[event.station];
+  const Patch& patch = answer->patch;
+  auto felt = std::lower_bound(s.felt.begin(), s.felt.end(), patch.stamp, [](const Felt& f, Micros t) { return f.own < t; });
+  if (felt == s.felt.end() && !s.felt.empty()) --felt;  // over a link without delay a patch is as new as the last tick
+  if (felt - s.felt.begin() < kNearTicks) return;
+  if ((felt - kNearTicks)->now < std::max(bounds.at_rest, bounds.recovered)) return;
+  ++s.compared;
+  // What the device cannot show is not missed.
+  const double peak = bounds.limits.force_max_n;
+  const Vec3 truth = patch.force.norm() > peak ? Vec3(peak / patch.force.norm() * patch.force) : patch.force;
+  double apart = (felt->force - truth).norm();
+  for (auto near = felt - kNearTicks; near < s.felt.end() && near <= felt + kNearTicks; ++near)
+    apart = std::min(apart, (near->force - truth).norm());
+  worst_n_ = std::max(worst_n_, apart);
+  if (!bounds.alone || apart <= kForceN + kForceShare * truth.norm()) return;
+  ++s.apart;
+  if (apart <= s.worst_n) return;
+  s.worst_n = apart;
+  s.worst = fmt::format("({:.3f}, {:.3f}, {:.3f}) N at {:.3f} s where the full model has ({:.3f}, {:.3f}, {:.3f}) N",
+                        felt->force.x(), felt->force.y(), felt->force.z(), seconds(felt->now), truth.x(), truth.y(), truth.z());
+}
+
+void RecoveryCheck::end(Micros now) {
+  for (std::size_t k = 0; k < bounds_.size(); ++k) {
+    if (!bounds_[k].feels) continue;
+    const Station& s = seen_[k];
+    if (!s.asked) fail(now, fmt::format("{} does not tick any more", bounds_[k].name));
+    if (s.apart > (1 - kShare) * s.compared)
+      fail(now,
+           fmt::format(
+               "{} feels another force at rest than the full model has for {} of {} patches, such as {}; expected {:g} N and "
+               "{:g} % at most between them for {:g} %",
+               bounds_[k].name, s.apart, s.compared, s.worst, kForceN, 100 * kForceShare, 100 * kShare));
+    if (seen_[k].in_reach && seen_[k].compared == 0)
+      fail(now, fmt::format("no patch came for {} while its hand rested", bounds_[k].name));
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,68 @@
+// Checks of the whole run.
+//
+//   counters    what only ever counts up does so, in every station's process and in the server's
+//   recovery    `recovered` after everything was healed, a station is joined and has a patch (or is told that no contact is in
+//              reach); from the moment when its hand stands still, the force is true again: for kShare of the patches, the force
+//              that was felt within kNearTicks of the stamp (one quantum of a device's position is a speed, which damping answers
+//              for one tick) is the force that the full model has there, to kForceN + kForceShare. Not for all, because friction
+//              remembers by which way a trembling hand came.
+#pragma once
+
+#include <array>
+#include <deque>
+
+#include "bench/world/check.hpp"
+
+namespace palpate {
+
+class CountersCheck final : public Check {
+ public:
+  CountersCheck(const std::vector<StationBounds>& bounds, const World& world)
+      : Check("counters"), bounds_(bounds), world_(world), last_(bounds.size()) {}
+  void tick(const SeenTick& seen) override;
+  void new_life(Micros, std::size_t station) override { last_[station].clear(); }
+  void new_server(Micros) override { server_.clear(); }
+  /// `name` had counted `before` and now counts `now`.
+  void compare(Micros at, const std::string& name, std::vector<std::uint64_t>& before, std::vector<std::uint64_t> now);
+
+ private:
+  static constexpr int kEvery = 16;  // ticks
+  const std::vector<StationBounds>& bounds_;
+  const World& world_;
+  std::vector<std::vector<std::uint64_t>> last_;
+  std::vector<std::uint64_t> server_;
+  int ticks_ = 0;
+};
+
+class RecoveryCheck final : public Check {
+ public:
+  static constexpr double kForceN = 0.05, kForceShare = 0.05;
+  static constexpr double kShare = 0.5;
+  static constexpr int kNearTicks = 5;
+  RecoveryCheck(const std::vector<StationBounds>& bounds, const World& world)
+      : Check("recovery"), bounds_(bounds), world_(world), seen_(bounds.size()) {}
+  void tick(const SeenTick& seen) override;
+  void datagram(Micros now, const DatagramEvent& event, const Message* message) override;
+  void new_life(Micros, std::size_t station) override { seen_[station] = {}; }
+  void end(Micros now) override;
+  double worst_n() const { return worst_n_; }  ///< force felt and true, apart at the most
+
+ private:
+  struct Felt {
+    Micros now{}, own{};
+    Vec3 force = Vec3::Zero();
+  };
+  struct Station {
+    std::deque<Felt> felt;
+    bool asked = false, in_reach = true;
+    int compared = 0, apart = 0;
+    std::string worst;  ///< in words
+    double worst_n = 0;
+  };
+  const std::vector<StationBounds>& bounds_;
+  const World& world_;
+  std::vector<Station> seen_;
+  double worst_n_ = 0;
+};
+
+}  // namespace palpate

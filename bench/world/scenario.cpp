@@ -1,0 +1,142 @@
+#include "bench/world/scenario.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/world/draw.hpp"
+#include "server/core/server_core.hpp"
+
+namespace palpate {
+
+const char* describe(FaultKind kind) {
+  constexpr std::array<const char*, 13> kNames{"link cut towards the server",
+                                               "link cut towards the station",
+                                               "link cut",
+                                               "storm on the link",
+                                               "path changes",
+                                               "network thread stalls",
+                                               "haptic thread stalls",
+                                               "crashes",
+                                               "leaves",
+                                               "clock steps ahead",
+                                               "server stalls",
+                                               "server dies",
+                                               "server's clock steps ahead"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+bool is_of_server(FaultKind kind) { return kind >= FaultKind::server_stall; }
+
+Micros slowest(const LinkSpec& link) {
+  return link.latency + link.jitter + (link.reorder > 0 ? LinkModel::kReorderHold : Micros{});
+}
+
+Links healed_links(const Scenario& scenario, std::size_t station) {
+  Links links{scenario.stations[station].up, scenario.stations[station].down};
+  for (const Fault& f : scenario.faults)
+    if (f.kind == FaultKind::path_change && f.station == static_cast<int>(station))
+      links.up.latency = links.down.latency = from_seconds(f.amount);
+  for (LinkSpec* link : {&links.up, &links.down}) {
+    link->loss = link->duplicate = link->reorder = 0;
+    link->jitter = std::min(link->jitter, link->latency);
+  }
+  return links;
+}
+
+Micros recovery_time(const Scenario& scenario, std::size_t station) {
+  // A process that died is silent for kSilentAfter before its name is free; whoever was refused asks again after kRetryEvery. A
+  // shadow first waits for the station whose tool it shares. Then three exchanges (refused as unknown, Hello, samples) and, at
+  // the worst, a frame that is a stall long.
+  const auto slow = [&](std::size_t k) {
+    const Links links = healed_links(scenario, k);
+    return slowest(links.up) + slowest(links.down);
+  };
+  const StationPlan& plan = scenario.stations[station];
+  const Micros frame = from_seconds(1 / scenario.rate_hz) + scenario.compute;
+  Micros joins = kHelloEvery + 4 * slow(station);
+  if (plan.owner >= 0) joins += kRetryEvery + 4 * slow(static_cast<std::size_t>(plan.owner));
+  const int self = plan.owner >= 0 ? plan.owner : static_cast<int>(station);
+  for (const Fault& f : scenario.faults)
+    if (f.station == self && (f.kind == FaultKind::crash || f.kind == FaultKind::leave)) {
+      joins += kSilentAfter + kRetryEvery;
+      break;
+    }
+  return Micros{500'000} + joins + 6 * frame;
+}
+
+namespace {
+
+void draw_server(Scenario& s) {
+  Random random = part_of(s.drawn_with.seed, Part::server);
+  s.rate_hz = pick(random, {10.0, 15.0, 20.0, 30.0, 50.0, 60.0});
+  const double compute_max_s = random.chance(0.05) ? 1.3 / s.rate_hz : 0.5 / s.rate_hz;
+  s.compute = random.chance(0.4) ? Micros{} : from_seconds(random.uniform(0, compute_max_s));
+  const double drift = random.uniform(-100, 100);
+  s.server_drift_ppm = s.drawn_with.drift ? drift : 0;
+}
+
+FaultKind draw_kind(Random& random) { return static_cast<FaultKind>(random.bits() % 13); }
+
+double draw_amount(FaultKind kind, Random& random) {
+  const double share = random.uniform();
+  switch (kind) {
+    case FaultKind::storm:
+      return 0.3 + 0.5 * share;
+    case FaultKind::path_change:
+      return std::pow(10, -3 + 2.4 * share);
+    case FaultKind::clock_step:
+    case FaultKind::server_clock_step:
+      return std::pow(10, -3 + 3.3 * share);
+    case FaultKind::server_restart:
+      return share < 0.5 ? 1 : 0;
+    default:
+      return 0;
+  }
+}
+
+/// Drawn always, so that what is drawn later does not depend on whether there are faults.
+std::vector<Fault> draw_faults(const Scenario& s) {
+  Random random = part_of(s.drawn_with.seed, Part::faults);
+  std::vector<Fault> faults;
+  const auto count = 1 + random.bits() % 4;
+  for (std::uint64_t k = 0; k < count; ++k) {
+    Fault f;
+    f.kind = draw_kind(random);
+    const auto station = static_cast<int>(random.bits() % s.stations.size());
+    f.station = is_of_server(f.kind) ? -1 : station;
+    const double first = seconds(kFirstFaultAt), last = seconds(s.healed);
+    f.begin = from_seconds(random.uniform(first, std::max(first, last - 0.05)));
+    // Many are short, some last until everything is healed.
+    f.end = std::min(s.healed, f.begin + from_seconds(std::pow(10, random.uniform(-2, 0.55))));
+    f.amount = draw_amount(f.kind, random);
+    faults.push_back(f);
+  }
+  std::stable_sort(faults.begin(), faults.end(), [](const Fault& a, const Fault& b) { return a.begin < b.begin; });
+  return faults;
+}
+
+}  // namespace
+
+Scenario draw_scenario(const DrawOptions& options) {
+  Scenario s;
+  s.drawn_with = options;
+  s.healed = from_seconds(options.duration_s);
+  s.rest = s.healed + Micros{400'000};
+  s.scene_json = draw_scene(options.seed);
+  s.scene = read_scene(s.scene_json, "the scene of seed " + std::to_string(options.seed));
+  draw_server(s);
+  s.stations = draw_stations(s);
+  if (options.faults) s.faults = draw_faults(s);
+  s.end = s.rest;
+  for (std::size_t k = 0; k < s.stations.size(); ++k) s.end = std::max(s.end, s.healed + recovery_time(s, k));
+  // Time enough for patches stamped after that to come.
+  Micros way{};
+  for (std::size_t k = 0; k < s.stations.size(); ++k) {
+    const Links links = healed_links(s, k);
+    way = std::max(way, slowest(links.up) + slowest(links.down));
+  }
+  s.end += 2 * way + s.compute + from_seconds(4 / s.rate_hz) + Micros{200'000};
+  return s;
+}
+
+}  // namespace palpate

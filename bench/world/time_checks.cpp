@@ -1,0 +1,120 @@
+#include "bench/world/time_checks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace palpate {
+
+using Kind = DatagramEvent::Kind;
+
+void CausalityCheck::new_server(Micros) {
+  for (auto& known : known_) known.clear();
+  frames_.clear();
+}
+
+void CausalityCheck::frame(Micros now) {
+  constexpr std::size_t kKept = 256;
+  frames_.push_back({now, {}});
+  for (const auto& known : known_) frames_.back().known.push_back(known.size());
+  if (frames_.size() > kKept) frames_.pop_front();
+}
+
+/// Of the frame whose patches leave at t.
+std::size_t CausalityCheck::known_at(Micros t, std::size_t station) const {
+  for (auto frame = frames_.rbegin(); frame != frames_.rend(); ++frame)
+    if (frame->at + compute_ <= t) return frame->known[station];
+  return 0;
+}
+
+void CausalityCheck::tick(const SeenTick& seen) {
+  if (seen.out.has_patch && seen.out.patch_stamp > seen.own + PatchIntake::kFutureMax)
+    fail(seen.now,
+         fmt::format("{} uses a patch of the future, stamped {} us ahead of its clock; at most {} are allowed",
+                     bounds_[seen.station].name, (seen.out.patch_stamp - seen.own).count(), PatchIntake::kFutureMax.count()));
+}
+
+void CausalityCheck::datagram(Micros now, const DatagramEvent& event, const Message* message) {
+  const StationBounds& bounds = bounds_[event.station];
+  if (event.kind == Kind::sent) {
+    const Micros stamp = event.to_server ? world_.station(event.station).clock(now) : world_.server_clock(now);
+    sent_[event.number] = {now, stamp, known_at(now, bounds.owner), bounds.calm(now)};
+    return;
+  }
+  if (event.kind != Kind::delivered) return;
+  const auto sent = sent_.find(event.number);
+  if (sent == sent_.end() || sent->second.at > now)
+    return fail(now, fmt::format("a datagram of {} is delivered before it was sent", bounds.name));
+  if (!message) return fail(now, fmt::format("a datagram of {} cannot be read", bounds.name));
+  // A frame may be computed at one moment and leave in the same: sender's clock and stamp agree to the microsecond.
+  if (message->clock.sent != sent->second.stamp)
+    fail(now, fmt::format("a datagram of {} says that it was sent at {} us; its sender's clock was at {} us", bounds.name,
+                          message->clock.sent.count(), sent->second.stamp.count()));
+  if (const auto* samples = std::get_if<Samples>(&message->body)) {
+    for (const ToolSample& s : samples->samples) {
+      if (s.t > sent->second.stamp) fail(now, fmt::format("{} sent a sample of its own future", bounds.name));
+      auto& known = known_[event.station];
+      if (known.empty() || s.t > known.back().t) known.push_back(s);
+    }
+  }
+  if (const auto* patch = std::get_if<PatchMessage>(&message->body)) check_place(now, event.station, patch->patch, sent->second);
+}
+
+void CausalityCheck::check_place(Micros now, std::size_t station, const Patch& patch, const Sent& sent) {
+  const StationBounds& bounds = bounds_[station];
+  const auto& samples = known_[bounds.owner];
+  if (!sent.calm || !bounds.calm(now) || !bounds_[bounds.owner].calm(now) || sent.known == 0 || sent.known > samples.size())
+    return;
+  const auto end = samples.begin() + static_cast<std::ptrdiff_t>(sent.known);
+  const auto after = std::lower_bound(samples.begin(), end, patch.stamp, [](const ToolSample& s, Micros t) { return s.t < t; });
+  if (after == end || after == samples.begin()) return;  // the server held the tool, or began
+  const auto before = after - 1;
+  const double share = seconds(patch.stamp - before->t) / seconds(after->t - before->t);
+  const Vec3 place = before->position + share * (after->position - before->position);
+  const double off_m = (patch.tool - place).norm();
+  if (off_m > kPlaceM)
+    fail(now,
+         fmt::format("a patch for {} stamped {} us has the tool {:.3g} mm from where it was then; at most {:g} mm are rounding",
+                     bounds.name, patch.stamp.count(), 1e3 * off_m, 1e3 * kPlaceM));
+}
+
+void FreshnessCheck::datagram(Micros now, const DatagramEvent& event, const Message* message) {
+  if (event.to_server) return;
+  if (event.kind == Kind::sent) {
+    sent_own_[event.number] = world_.station(event.station).clock(now);
+    return;
+  }
+  if (event.kind != Kind::delivered || !message) return;
+  Station& s = seen_[event.station];
+  if (const auto* beat = std::get_if<Beat>(&message->body)) s.in_reach = beat->contact_in_reach;
+  const auto* patch = std::get_if<PatchMessage>(&message->body);
+  if (!patch) return;
+  s.in_reach = true;
+  s.arrived.push_back({now, patch->patch.stamp});
+  const StationBounds& bounds = bounds_[event.station];
+  const Micros age = sent_own_[event.number] - patch->patch.stamp;
+  if (bounds.calm(now) && age > bounds.sent_age_max)
+    fail(now, fmt::format("a patch for {} left the server {} us old; expected at most {} us", bounds.name, age.count(),
+                          bounds.sent_age_max.count()));
+}
+
+void FreshnessCheck::tick(const SeenTick& seen) {
+  Station& s = seen_[seen.station];
+  const StationBounds& bounds = bounds_[seen.station];
+  while (!s.arrived.empty() && s.arrived.front().at + kNetWake <= seen.now) {
+    s.newest = s.newest ? std::max(*s.newest, s.arrived.front().stamp) : s.arrived.front().stamp;
+    s.arrived.pop_front();
+  }
+  if (!bounds.calm(seen.now) || !s.newest) return;
+  if (!seen.out.has_patch || seen.out.patch_stamp < *s.newest)
+    fail(seen.now, fmt::format("{} does not use the newest patch, stamped {} us, that came {} ms ago or earlier", bounds.name,
+                               s.newest->count(), kNetWake.count() / 1000));
+  if (!s.in_reach) return;
+  oldest_ = std::max(oldest_, seen.out.patch_age);
+  const Micros most = bounds.sent_age_max + bounds.frames + bounds.down_max + kNetWake;
+  if (seen.now >= bounds.healed && seen.out.patch_age > most)
+    fail(seen.now, fmt::format("the patch in use at {} is {} us old, over a link that loses nothing; expected at most {} us",
+                               bounds.name, seen.out.patch_age.count(), most.count()));
+}
+
+}  // namespace palpate

@@ -1,0 +1,80 @@
+// Checks of when things are known.
+//
+//   causality   what is delivered was sent before, and carries as its stamp the sender's clock at that moment; no sample in it is
+//               later than that; no patch in use is stamped later than the station's clock (PatchIntake::kFutureMax allowed, the
+//               client's own bound); and a patch knows the tool where it was at the stamp: patch.tool is the tool's path at the
+//               stamp, interpolated between the samples that had been delivered to the server when it began the frame
+//   freshness   while a station is calm: a patch leaves the server at most sent_age_max old; the one in use is not older than the
+//              newest that was delivered kNetWake ago; and once nothing is lost any more, the one in use is at most
+//              sent_age_max + frames + down_max + kNetWake old, unless the server says that no contact is in reach
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <unordered_map>
+
+#include "bench/world/check.hpp"
+
+namespace palpate {
+
+class CausalityCheck final : public Check {
+ public:
+  /// Rounding of the wire, and of a microsecond at 1 m/s twice over.
+  static constexpr double kPlaceM = 2e-5;
+  /// `compute`: from the beginning of a frame until its patches leave.
+  CausalityCheck(const std::vector<StationBounds>& bounds, const World& world, Micros compute)
+      : Check("causality"), bounds_(bounds), world_(world), compute_(compute), known_(bounds.size()) {}
+  void tick(const SeenTick& seen) override;
+  void datagram(Micros now, const DatagramEvent& event, const Message* message) override;
+  void frame(Micros now) override;
+  void new_life(Micros, std::size_t station) override { known_[station].clear(); }
+  void new_server(Micros) override;
+
+ private:
+  struct Sent {
+    Micros at{}, stamp{};   ///< world time, the sender's clock
+    std::size_t known = 0;  ///< samples of the tool that the server had when it began the frame
+    bool calm = false;
+  };
+  struct Frame {
+    Micros at{};
+    std::vector<std::size_t> known;  ///< samples of each tool
+  };
+  std::size_t known_at(Micros t, std::size_t station) const;
+  void check_place(Micros now, std::size_t station, const Patch& patch, const Sent& sent);
+
+  const std::vector<StationBounds>& bounds_;
+  const World& world_;
+  Micros compute_;
+  std::vector<std::vector<ToolSample>> known_;  ///< as the server takes them: only ever newer ones
+  std::deque<Frame> frames_;
+  std::unordered_map<std::uint64_t, Sent> sent_;
+};
+
+class FreshnessCheck final : public Check {
+ public:
+  static constexpr Micros kNetWake{3'000};
+  FreshnessCheck(const std::vector<StationBounds>& bounds, const World& world)
+      : Check("freshness"), bounds_(bounds), world_(world), seen_(bounds.size()) {}
+  void tick(const SeenTick& seen) override;
+  void datagram(Micros now, const DatagramEvent& event, const Message* message) override;
+  void new_life(Micros, std::size_t station) override { seen_[station] = {}; }
+  Micros oldest_calm() const { return oldest_; }  ///< age of a patch in use, of any calm station in reach of the body
+
+ private:
+  struct Arrived {
+    Micros at{}, stamp{};
+  };
+  struct Station {
+    std::deque<Arrived> arrived;
+    std::optional<Micros> newest;  ///< stamp that must be in use
+    bool in_reach = true;
+  };
+  const std::vector<StationBounds>& bounds_;
+  const World& world_;
+  std::vector<Station> seen_;
+  std::unordered_map<std::uint64_t, Micros> sent_own_;  ///< the receiver's clock when it was sent
+  Micros oldest_{};
+};
+
+}  // namespace palpate

@@ -1,0 +1,52 @@
+// What can happen to one station of the simulated world.
+#include "bench/world/world.hpp"
+
+namespace palpate {
+
+WorldStation::WorldStation(const ClientOptions& options, std::unique_ptr<MotionDevice> device, const LinkSpec& up,
+                           const LinkSpec& down, const WorldClock& clock, Micros now)
+    : options_(options), device_(std::move(device)), clock_(clock), up_link_(up), down_link_(down) {
+  new_core(now);
+  next_tick_ = clock_.at(now);
+}
+
+void WorldStation::new_core(Micros now) {
+  core_ = std::make_unique<ClientCore>(options_, clock_.at(now));
+  ++lives_;
+  peer_ = 0;
+}
+
+void WorldStation::change_link(const LinkSpec& up, const LinkSpec& down) {
+  up_link_.change(up);
+  down_link_.change(down);
+}
+
+void WorldStation::cut(bool up, bool down) {
+  cut_up_ = up;
+  cut_down_ = down;
+}
+
+void WorldStation::stall_net(bool stalled) { net_stalled_ = stalled; }
+void WorldStation::stall_haptic(bool stalled) { haptic_stalled_ = stalled; }
+
+void WorldStation::leave() {
+  if (!up()) return;
+  core_->leave(Micros{});
+  haptic_stalled_ = leaving_ = true;
+  if (device_) device_->stop();
+}
+
+void WorldStation::crash() {
+  up_ = leaving_ = net_stalled_ = haptic_stalled_ = false;
+  waiting_.clear();
+  if (device_) device_->stop();
+}
+
+void WorldStation::join_again(Micros now) {
+  if (up()) return;
+  crash();  // a goodbye that could not be said
+  new_core(now);
+  up_ = true;
+}
+
+}  // namespace palpate

@@ -1,0 +1,45 @@
+// Hundreds of worlds, each drawn from its seed, under every check. A failure says which command repeats it.
+#include <catch2/catch.hpp>
+
+#include "bench/world/run.hpp"
+
+using namespace palpate;
+
+namespace {
+
+void run_seeds(std::uint64_t first, std::uint64_t count) {
+  DrawOptions draw;
+  draw.duration_s = 1.6;
+  for (draw.seed = first; draw.seed < first + count; ++draw.seed) {
+    const WorldReport report = run_twice(draw_scenario(draw));
+    for (const Violation& v : report.violations)
+      FAIL_CHECK("palpate-lab world --seed " << draw.seed << " --duration-s 1.6\n  " << seconds(v.at) << " s  " << v.check << ": "
+                                             << v.what);
+  }
+}
+
+}  // namespace
+
+// In parts, so that they share the cores.
+TEST_CASE("Worlds 1 to 60 hold every check", "[seeds]") { run_seeds(1, 60); }
+TEST_CASE("Worlds 61 to 120 hold every check", "[seeds]") { run_seeds(61, 60); }
+TEST_CASE("Worlds 121 to 180 hold every check", "[seeds]") { run_seeds(121, 60); }
+TEST_CASE("Worlds 181 to 240 hold every check", "[seeds]") { run_seeds(181, 60); }
+
+TEST_CASE("The same seed draws the same world, and leaving the faults out leaves the rest as it was") {
+  for (std::uint64_t seed = 1; seed < 20; ++seed) {
+    DrawOptions draw;
+    draw.seed = seed;
+    const Scenario whole = draw_scenario(draw);
+    CHECK(describe(whole) == describe(draw_scenario(draw)));
+    draw.faults = false;
+    const Scenario quiet = draw_scenario(draw);
+    CHECK(quiet.faults.empty());
+    CHECK(quiet.scene_json == whole.scene_json);
+    REQUIRE(quiet.stations.size() == whole.stations.size());
+    for (std::size_t k = 0; k < quiet.stations.size(); ++k) {
+      CHECK(quiet.stations[k].up.seed == whole.stations[k].up.seed);
+      CHECK(quiet.stations[k].path.size() == whole.stations[k].path.size());
+    }
+  }
+}
