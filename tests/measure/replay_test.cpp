@@ -74,6 +74,21 @@ TEST_CASE("port feels as true as the design says over 0, 50 and 150 ms, and far 
   CHECK(hold.lag_ms >= row.round_trip_ms / 2);
 }
 
+TEST_CASE("cubic feels ten times as true as port over 50 and 150 ms, for at most 6 kB a frame") {
+  struct Row {
+    int round_trip_ms;
+    double least_db, until_s;
+  };
+  const auto row = GENERATE(Row{50, 46, 1.2}, Row{150, 38, 5});
+  const Motion motion = excursion(row.until_s);
+  const ReplayResult cubic = play(cube6(), motion, options_for(Scheme::cubic, row.round_trip_ms));
+  const Fidelity port = play(cube6(), motion, options_for(Scheme::port, row.round_trip_ms)).fidelity;
+  INFO("round trip " << row.round_trip_ms << " ms: cubic " << cubic.fidelity.snr_db << " dB, port " << port.snr_db << " dB");
+  CHECK(cubic.fidelity.snr_db >= row.least_db);
+  CHECK(cubic.fidelity.snr_db >= port.snr_db + 20);
+  CHECK(cubic.patch_bytes_mean < 6000);
+}
+
 TEST_CASE("Jitter and loss cost port little") {
   ReplayOptions options = options_for(Scheme::port, 50);
   options.link.jitter = Micros{20'000};

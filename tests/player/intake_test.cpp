@@ -86,3 +86,65 @@ TEST_CASE("The history keeps the newest samples and finds them by time") {
   history.clear();
   CHECK(history.size() == 0);
 }
+
+namespace {
+
+/// Bent as by `order` of the pieces of its terms, -1 the patch itself; then the same motion on.
+std::vector<Vec3> felt(Side& side, const Patch& patch, const std::vector<PatchTerms>& pieces, const std::vector<int>& order) {
+  for (const int k : order) {
+    if (k < 0)
+      REQUIRE(side.intake.accept(patch));
+    else
+      CHECK(side.intake.accept(pieces[static_cast<std::size_t>(k)]));
+  }
+  PatchPlayer* const player = side.slot->take();
+  REQUIRE(player != nullptr);
+  std::vector<Vec3> forces;
+  for (int ms = 201; ms <= 260; ++ms) forces.push_back(player->advance(sample_at(ms)).force);
+  return forces;
+}
+
+}  // namespace
+
+TEST_CASE("The pieces of a patch's terms bend it in any order, before or after the patch; without one of them it plays straight") {
+  const Patch patch = test::attach_patch(11, 5, kEpoch + 100 * kTick);
+  const CubicTerms terms = test::cubic_terms(patch);
+  const std::vector<PatchTerms> pieces = to_pieces(terms, patch.seq);
+  REQUIRE(pieces.size() == 4);
+  TermsAssembly assembly;
+  for (const PatchTerms& piece : pieces) CHECK(assembly.take(piece));
+  const auto received = assembly.terms_for(patch);
+  REQUIRE(received);
+  PatchPlayer bent(patch, *received), straight(patch);
+  for (int ms = 101; ms <= 200; ++ms) {
+    bent.advance(sample_at(ms));
+    straight.advance(sample_at(ms));
+  }
+  for (const std::vector<int>& order : {std::vector<int>{-1, 0, 1, 2, 3}, {3, 1, -1, 0, 2}, {2, 3, 0, 1, -1}, {-1, 0, 3, 1}}) {
+    Side side;
+    for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
+    const bool whole = order.size() == 5;
+    const auto forces = felt(side, patch, pieces, order);
+    CHECK(side.intake.counts().bent == (whole ? 1 : 0));
+    PatchPlayer expected = whole ? bent : straight;
+    for (int ms = 201; ms <= 260; ++ms) CHECK(forces[static_cast<std::size_t>(ms - 201)] == expected.advance(sample_at(ms)).force);
+    CHECK(side.intake.accept(test::attach_patch(11, 6, kEpoch + 150 * kTick)));
+    CHECK_FALSE(side.intake.accept(pieces[3]) && whole);
+  }
+  CHECK(bent.output().force != straight.output().force);
+}
+
+TEST_CASE("Terms that do not fit their patch, or of another whole, do not bend it") {
+  Side side;
+  for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
+  const Patch patch = test::attach_patch(11, 5, kEpoch + 100 * kTick);
+  REQUIRE(side.intake.accept(patch));
+  for (const PatchTerms& piece : to_pieces(test::cubic_terms(test::attach_patch(9, 5, patch.stamp)), 5)) side.intake.accept(piece);
+  CHECK(side.intake.counts().bent == 0);
+  auto pieces = to_pieces(test::cubic_terms(patch), 6);
+  CHECK(side.intake.accept(pieces[0]));
+  CHECK_FALSE(side.intake.accept(pieces[0]));
+  pieces[1].radius = 2;
+  CHECK_FALSE(side.intake.accept(pieces[1]));
+  CHECK(side.intake.counts().stale_terms == 2);
+}

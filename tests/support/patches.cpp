@@ -1,6 +1,9 @@
 #include "tests/support/patches.hpp"
 
+#include <algorithm>
 #include <cmath>
+
+#include "common/port/terms_pieces.hpp"
 
 namespace palpate::test {
 
@@ -68,6 +71,31 @@ Patch touch_patch(int modes, std::uint32_t seq, Micros stamp) {
     surface.triangles[2 * cell + 1] = {corner, corner + 4, corner + 3};
   }
   return patch;
+}
+
+CubicTerms cubic_terms(const Patch& patch) {
+  constexpr double kEnergyJ = 0.01;  // of a mode at the end of its trust
+  const int first = patch.contact == ContactKind::attach ? 3 : 0, n = patch.modes() + first;
+  CubicTerms terms;
+  terms.variables = n;
+  terms.leading = std::min(n, 10);
+  terms.grasp = first > 0;
+  terms.radius = 1;
+  terms.scale.setZero(n, n);
+  for (int i = 0; i < first; ++i) terms.scale(i, i) = 1 / 0.02;
+  for (int i = first; i < n; ++i) terms.scale(i, i) = std::sqrt(patch.stiffness[i - first] / (2 * kEnergyJ));
+  const auto some = [&](int count, double size) {
+    Eigen::VectorXf v(count);
+    for (int i = 0; i < count; ++i) v[i] = static_cast<float>(size * spread(i, count));
+    return v;
+  };
+  terms.e3 = some(triples_of(n), 0.02 * kEnergyJ);
+  terms.e4 = some(quadruples_of(terms.leading), 0.005 * kEnergyJ);
+  for (int i = 0; i < terms.leading; ++i) terms.e4[quadruple_at(i, i, i, i)] = static_cast<float>(0.2 * kEnergyJ);
+  terms.q.setZero(terms.leading, pairs_of(terms.leading));
+  terms.q.topLeftCorner(4, pairs_of(4)) = some(4 * pairs_of(4), 1e-5).reshaped(4, pairs_of(4));
+  terms.rate = stamp_rate(terms, patch);
+  return terms;
 }
 
 }  // namespace palpate::test

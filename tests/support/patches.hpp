@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "common/port/cubic_terms.hpp"
 #include "common/port/patch.hpp"
 
 namespace palpate::test {
@@ -12,5 +13,8 @@ Patch attach_patch(int modes, std::uint32_t seq, Micros stamp);
 
 /// A flat surface of 8 triangles, 40 mm square, in the plane z = 0 with its outside up, borne by `modes` modes, at rest.
 Patch touch_patch(int modes, std::uint32_t seq, Micros stamp);
+
+/// Terms that go with it: third order a tenth, fourth order a fifth of the linear energy at the end of their trust.
+CubicTerms cubic_terms(const Patch& patch);
 
 }  // namespace palpate::test

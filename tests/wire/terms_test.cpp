@@ -1,0 +1,97 @@
+// The terms of a patch in datagrams: what arrives is what was sent, to half precision, and nothing that is not sane gets through.
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "seeds.hpp"
+
+using namespace palpate;
+
+namespace {
+
+PatchTerms round_trip(const PatchTerms& piece) {
+  const auto bytes = seeds::bytes_of(seeds::message(piece));
+  REQUIRE(bytes.size() > 0);
+  CHECK(bytes.size() <= kMaxDatagramBytes);
+  Message out;
+  REQUIRE(decode(bytes, out) == WireFault::none);
+  return std::get<PatchTerms>(out.body);
+}
+
+template <class A, class B>
+void check_half(const A& got, const B& sent) {
+  REQUIRE(got.rows() == sent.rows());
+  REQUIRE(got.cols() == sent.cols());
+  if (sent.size() > 0) CHECK((got - sent).cwiseAbs().maxCoeff() <= 5e-4 * sent.cwiseAbs().maxCoeff());
+}
+
+}  // namespace
+
+TEST_CASE("a patch's terms arrive in half precision, whatever their size") {
+  for (const int r : {1, 6, 13, kMaxModes})
+    for (const bool grasp : {true, false})
+      for (const bool repaired : {true, false}) {
+        const int leading = std::min(kMaxLeading, r + (grasp ? 3 : 0));
+        CubicTerms sent = seeds::cubic_terms(r, grasp, leading, repaired);
+        const Patch patch = grasp ? seeds::attach_patch(r) : seeds::touch_patch(r, 4, 3);
+        sent.rate = stamp_rate(sent, patch);
+        TermsAssembly assembly;
+        const auto pieces = to_pieces(sent, patch.seq);
+        REQUIRE(!pieces.empty());
+        for (const PatchTerms& piece : pieces) {
+          CHECK_FALSE(assembly.terms_for(patch));
+          CHECK(assembly.take(round_trip(piece)));
+        }
+        const auto got = assembly.terms_for(patch);
+        REQUIRE(got);
+        CHECK(got->variables == sent.variables);
+        CHECK(got->leading == sent.leading);
+        CHECK(got->grasp == grasp);
+        CHECK(got->radius == sent.radius);
+        check_half(got->scale, sent.scale);
+        check_half(got->e2, sent.e2);
+        check_half(got->e3, sent.e3);
+        check_half(got->e4, sent.e4);
+        const int turning = std::min(leading, kTurning);
+        check_half(got->q.topLeftCorner(turning, pairs_of(turning)), sent.q.topLeftCorner(turning, pairs_of(turning)));
+        check_half(got->rate, sent.rate);
+      }
+}
+
+TEST_CASE("the terms of a grasp with 13 modes and 10 leading variables and its patch take less than 6000 bytes") {
+  std::size_t bytes = seeds::bytes_of(seeds::message(PatchMessage{seeds::attach_patch(13)})).size();
+  for (const PatchTerms& piece : to_pieces(seeds::cubic_terms(13, true, 10, true), 1))
+    bytes += seeds::bytes_of(seeds::message(piece)).size();
+  CHECK(bytes < 6000);
+}
+
+TEST_CASE("pieces that are not sane are not sent, and are dropped and counted when they come") {
+  const PatchTerms good = to_pieces(seeds::cubic_terms(6, true, 7, true), 42).front();
+  CHECK(check(good) == TermsFault::none);
+  PatchTerms bad = good;
+  bad.numbers[7] = 0x7c00;  // infinity
+  CHECK(check(bad) == TermsFault::not_finite);
+  CHECK(seeds::bytes_of(seeds::message(bad)).empty());
+  bad = good;
+  bad.radius = std::numeric_limits<float>::quiet_NaN();
+  CHECK(check(bad) == TermsFault::not_finite);
+  bad = good;
+  bad.unit[2] = -1;
+  CHECK(check(bad) == TermsFault::out_of_range);
+  bad = good;
+  bad.piece = bad.pieces;
+  CHECK(check(bad) == TermsFault::sizes);
+  bad = good;
+  bad.numbers.pop_back();
+  CHECK(check(bad) == TermsFault::sizes);
+  for (const int variables : {0, 2, 3, kMaxVariables + 1, 255}) {
+    bad = good;
+    bad.variables = static_cast<std::uint8_t>(variables);
+    CHECK(check(bad) == TermsFault::sizes);
+  }
+  bad = good;
+  bad.leading = 0;
+  CHECK(check(bad) == TermsFault::sizes);
+  CubicTerms wild = seeds::cubic_terms(6, true, 7, true);
+  wild.e3[3] = std::numeric_limits<float>::infinity();
+  CHECK(to_pieces(wild, 1).empty());
+}
