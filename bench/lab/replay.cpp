@@ -101,7 +101,8 @@ int run_replay(const Flags& flags) {
              flags.scheme, flags.link.rtt_ms, result.fidelity.snr_db, 100 * result.fidelity.p95_rel_error, result.fidelity.lag_ms,
              result.patches_used, result.patch_bytes_mean, result.patch_states, (out / "summary.json").string());
   if (result.last_patch.scheme != options.scheme)
-    fmt::print(stderr, "the server could not serve {} here and sent {} patches\n", flags.scheme, name_of(result.last_patch.scheme));
+    fmt::print(stderr, "the server could not serve {} here and sent {} patches\n", flags.scheme,
+               name_of(result.last_patch.scheme));
   return 0;
 }
 

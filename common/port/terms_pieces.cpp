@@ -19,9 +19,7 @@ struct Layout {
 
 Layout layout(int variables, int leading, bool grasp, bool repaired) {
   const int r = variables - (grasp ? 3 : 0), t = std::min(leading, kTurning);
-  return {r,
-          t,
-          {r * r, repaired ? pairs_of(variables) : 0, triples_of(variables), quadruples_of(leading), t * pairs_of(t)}};
+  return {r, t, {r * r, repaired ? pairs_of(variables) : 0, triples_of(variables), quadruples_of(leading), t * pairs_of(t)}};
 }
 Layout layout(const PatchTerms& p) { return layout(p.variables, p.leading, p.grasp, p.repaired); }
 
@@ -54,10 +52,12 @@ bool same_whole(const PatchTerms& a, const PatchTerms& b) {
 }  // namespace
 
 TermsFault check(const PatchTerms& p) {
-  if (p.variables > kMaxVariables || p.leading < 1 || p.leading > std::min<int>(kMaxLeading, p.variables)) return TermsFault::sizes;
+  if (p.variables > kMaxVariables || p.leading < 1 || p.leading > std::min<int>(kMaxLeading, p.variables))
+    return TermsFault::sizes;
   const Layout l = layout(p);
   if (l.modes < 1 || l.modes > kMaxModes || p.pieces != l.pieces() || p.piece >= p.pieces) return TermsFault::sizes;
-  if (static_cast<int>(p.numbers.size()) != std::min(kPieceNumbers, l.total() - p.piece * kPieceNumbers)) return TermsFault::sizes;
+  if (static_cast<int>(p.numbers.size()) != std::min(kPieceNumbers, l.total() - p.piece * kPieceNumbers))
+    return TermsFault::sizes;
   std::array<float, 9> reals{p.radius};
   std::copy(p.port_scale.begin(), p.port_scale.end(), reals.begin() + 1);
   std::copy(p.unit.begin(), p.unit.end(), reals.begin() + 4);

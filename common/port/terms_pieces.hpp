@@ -3,8 +3,8 @@
 //
 //     the modes' part of S by rows, E2 where there is a repair, E3, E4, Q of the first kTurning variables
 //
-// each in a unit of its own, the largest number some thousands. Half precision is right to 5e-4 of each number: S and the energies
-// stay what they are for sender and receiver alike, so forces from them stay conservative.
+// each in a unit of its own, the largest number some thousands. Half precision is right to 5e-4 of each number: S and the
+// energies stay what they are for sender and receiver alike, so forces from them stay conservative.
 #pragma once
 
 #include <array>

@@ -42,8 +42,8 @@ struct CubicBasis {
   Matrix coordinates;  ///< V^T M W, r x candidates: what is expected of the modes
 };
 
-/// `ports`: P^-1 B a_i, the answers to the port's three input directions, scaled; `prescribed`: how the port itself moves for them
-/// (3 N x 3, zero for touch). Nothing when P is not positive definite.
+/// `ports`: P^-1 B a_i, the answers to the port's three input directions, scaled; `prescribed`: how the port itself moves for
+/// them (3 N x 3, zero for touch). Nothing when P is not positive definite.
 std::optional<CubicBasis> cubic_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
                                       const Matrix& prescribed, const Vector& imbalance, const ShapeHistory& history,
                                       const CubicBasisRequest& request, BasisMemory& memory);

@@ -49,9 +49,8 @@ PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double so
 
 int PatchBuilder::modes_for(Scheme scheme, ContactKind contact, int order) {
   if (scheme == Scheme::hold || scheme == Scheme::filtered || scheme == Scheme::tangent) return 0;
-  const bool grasp = contact == ContactKind::attach;
-  const int usual = scheme == Scheme::cubic ? (grasp ? kCubicAttachOrder : kCubicTouchOrder) : (grasp ? kAttachOrder : kTouchOrder);
-  const int states = order > 0 ? order : usual;
+  const int grasp_order = scheme == Scheme::cubic ? kCubicAttachOrder : kAttachOrder;
+  const int states = order > 0 ? order : (contact == ContactKind::attach ? grasp_order : kTouchOrder);
   return std::clamp(states / 2, 1, kMaxModes);
 }
 
@@ -73,8 +72,7 @@ void PatchBuilder::hold_far_nodes(const std::vector<std::uint32_t>& seeds) {
     if (!near[i]) held_[i] = 1;
 }
 
-bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch,
-                          Reduced& reduced) {
+bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Reduced& reduced) {
   const auto r = v.cols();
   Matrix k_v, d_v;
   at.dynamics->multiply_tangents(*at.state, v, k_v, d_v);

@@ -7,8 +7,11 @@
 //                    like `port`; forces and velocities at the stamp are the body's own
 //   balanced         the whole body, balanced off-line at its rest state for this contact (balanced_basis.hpp)
 //   port             the whole body, rational Krylov basis at the port (basis.hpp)
-//   cubic            the whole body, a basis for what it is likely to do (cubic_basis.hpp), and beside the linear patch the terms of
+//   cubic            the whole body, a basis for what it is likely to do (cubic_basis.hpp), and beside the linear patch the terms
+//   of
 //                    higher order (cubic_patch.hpp); `port` where they cannot be had, and then the patch says so
+//
+// `cubic` is for grasps only; a touch gets `port`.
 //
 // K and D are the symmetric tangents, so an orthogonal projection keeps them positive semi-definite where the body's own are.
 // A compressed body may have a direction without stiffness, or with a negative one along which it snaps. There a linear model
@@ -41,7 +44,7 @@ struct PatchRequest {
 };
 
 struct PatchBuildReport {
-  bool fell_back = false;  ///< `cubic` was asked for, `port` was built: the law has no series, or other tools touch as well
+  bool fell_back = false;  ///< `cubic` was asked for, `port` was built: a touch, or a law without a series
   double lifted_1_s2 = 0;  ///< most that the stiffness of a mode was changed by
   int solver_iterations = 0;
 };
@@ -50,8 +53,8 @@ class PatchBuilder {
  public:
   static constexpr int kRingLayers = 1;
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
-  static constexpr int kCubicAttachOrder = 26, kCubicTouchOrder = 20;
-  static constexpr int kLeading = 10;  ///< variables of a cubic patch that have terms of fourth order
+  static constexpr int kCubicAttachOrder = 26;
+  static constexpr int kLeading = 10;        ///< variables of a cubic patch that have terms of fourth order
   static constexpr double kFilteredHz = 10;  ///< low-pass of `filtered`: the paper's, its model rate
 
   /// `softest_1_s2`: lowest stiffness that a mode may have, softest_stiffness() of the body. `balanced`: off-line bases, shared

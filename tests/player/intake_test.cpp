@@ -106,7 +106,8 @@ std::vector<Vec3> felt(Side& side, const Patch& patch, const std::vector<PatchTe
 
 }  // namespace
 
-TEST_CASE("The pieces of a patch's terms bend it in any order, before or after the patch; without one of them it plays straight") {
+TEST_CASE(
+    "The pieces of a patch's terms bend it in any order, before or after the patch; without one of them it plays straight") {
   const Patch patch = test::attach_patch(11, 5, kEpoch + 100 * kTick);
   const CubicTerms terms = test::cubic_terms(patch);
   const std::vector<PatchTerms> pieces = to_pieces(terms, patch.seq);
@@ -127,7 +128,8 @@ TEST_CASE("The pieces of a patch's terms bend it in any order, before or after t
     const auto forces = felt(side, patch, pieces, order);
     CHECK(side.intake.counts().bent == (whole ? 1 : 0));
     PatchPlayer expected = whole ? bent : straight;
-    for (int ms = 201; ms <= 260; ++ms) CHECK(forces[static_cast<std::size_t>(ms - 201)] == expected.advance(sample_at(ms)).force);
+    for (int ms = 201; ms <= 260; ++ms)
+      CHECK(forces[static_cast<std::size_t>(ms - 201)] == expected.advance(sample_at(ms)).force);
     CHECK(side.intake.accept(test::attach_patch(11, 6, kEpoch + 150 * kTick)));
     CHECK_FALSE(side.intake.accept(pieces[3]) && whole);
   }
@@ -139,7 +141,8 @@ TEST_CASE("Terms that do not fit their patch, or of another whole, do not bend i
   for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
   const Patch patch = test::attach_patch(11, 5, kEpoch + 100 * kTick);
   REQUIRE(side.intake.accept(patch));
-  for (const PatchTerms& piece : to_pieces(test::cubic_terms(test::attach_patch(9, 5, patch.stamp)), 5)) side.intake.accept(piece);
+  for (const PatchTerms& piece : to_pieces(test::cubic_terms(test::attach_patch(9, 5, patch.stamp)), 5))
+    side.intake.accept(piece);
   CHECK(side.intake.counts().bent == 0);
   auto pieces = to_pieces(test::cubic_terms(patch), 6);
   CHECK(side.intake.accept(pieces[0]));

@@ -53,7 +53,7 @@ TEST_CASE("With the modes still, the force of a displaced tool is the body's to 
   const CubicTerms& terms = grasp.builder.terms();
   REQUIRE(terms.variables == patch.modes() + 3);
   const CubicForce bend(terms);
-  for (const Vec3& d : {Vec3(0.002, 0, 0), Vec3(0.001, -0.001, 0.0015), Vec3(0, 0.0005, -0.002)}) {
+  for (const Vec3& d : {Vec3(0.0005, 0, 0), Vec3(0.0003, -0.0003, 0.0004), Vec3(0, 0.0001, -0.0005)}) {
     CubicForce::Variables u = CubicForce::Variables::Zero(patch.modes() + 3), rate = u, force;
     u.head<3>() = d;
     BodyState moved = grasp.state;
@@ -63,7 +63,7 @@ TEST_CASE("With the modes still, the force of a displaced tool is the body's to 
     INFO("exact " << (exact - patch.force).transpose() << ", linear " << (linear - patch.force).transpose());
     const double least = (exact - linear).norm();
     CHECK((exact - linear - Vec3(force.head<3>())).norm() < 0.02 * least);
-    CHECK(least > 0.003 * (exact - patch.force).norm());
+    CHECK(least > 1e-3 * (exact - patch.force).norm());
   }
 }
 
