@@ -131,7 +131,7 @@ TEST_CASE(
     for (int ms = 201; ms <= 260; ++ms)
       CHECK(forces[static_cast<std::size_t>(ms - 201)] == expected.advance(sample_at(ms)).force);
     CHECK(side.intake.accept(test::attach_patch(11, 6, kEpoch + 150 * kTick)));
-    CHECK_FALSE(side.intake.accept(pieces[3]) && whole);
+    CHECK_FALSE(side.intake.accept(pieces[3]));
   }
   CHECK(bent.output().force != straight.output().force);
 }
