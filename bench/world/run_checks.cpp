@@ -42,11 +42,21 @@ void CountersCheck::tick(const SeenTick& seen) {
   if (world_.server_up()) compare(seen.now, "the server", server_, counters_of(world_.server()));
 }
 
+/// The damper adds a share of damper_most, from none to all of it.
+double RecoveryCheck::Felt::apart_from(const Vec3& truth) const {
+  const Vec3 off = force - truth;
+  const double most_n2 = damper_most.squaredNorm();
+  const double share = most_n2 > 0 ? std::clamp(off.dot(damper_most) / most_n2, 0.0, 1.0) : 0;
+  return (off - share * damper_most).norm();
+}
+
 void RecoveryCheck::tick(const SeenTick& seen) {
   Station& s = seen_[seen.station];
   const StationBounds& bounds = bounds_[seen.station];
   constexpr std::size_t kKept = 4096;
-  s.felt.push_back({seen.now, seen.own, seen.out.force});
+  const Vec3 dx = s.position ? Vec3(seen.position - *s.position) : Vec3::Zero();
+  s.position = seen.position;
+  s.felt.push_back({seen.now, seen.own, seen.out.force, -Passivity::kAlphaMaxNSM * kHapticRateHz * dx});
   if (s.felt.size() > kKept) s.felt.pop_front();
   if (s.asked || seen.now < bounds.recovered) return;
   s.asked = true;
@@ -75,9 +85,9 @@ void RecoveryCheck::datagram(Micros, const DatagramEvent& event, const Message* 
   // What the device cannot show is not missed.
   const double peak = bounds.limits.force_max_n;
   const Vec3 truth = patch.force.norm() > peak ? Vec3(peak / patch.force.norm() * patch.force) : patch.force;
-  double apart = (felt->force - truth).norm();
+  double apart = felt->apart_from(truth);
   for (auto near = felt - kNearTicks; near < s.felt.end() && near <= felt + kNearTicks; ++near)
-    apart = std::min(apart, (near->force - truth).norm());
+    apart = std::min(apart, near->apart_from(truth));
   worst_n_ = std::max(worst_n_, apart);
   if (!bounds.alone || apart <= kForceN + kForceShare * truth.norm()) return;
   ++s.apart;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "server/room/tool_track.hpp"
+
 namespace palpate {
 
 using Kind = DatagramEvent::Kind;
@@ -63,11 +65,14 @@ void CausalityCheck::datagram(Micros now, const DatagramEvent& event, const Mess
 void CausalityCheck::check_place(Micros now, std::size_t station, const Patch& patch, const Sent& sent) {
   const StationBounds& bounds = bounds_[station];
   const auto& samples = known_[bounds.owner];
-  if (!sent.calm || !bounds.calm(now) || !bounds_[bounds.owner].calm(now) || sent.known == 0 || sent.known > samples.size())
-    return;
+  if (sent.known == 0 || sent.known > samples.size()) return;
+  // The server did not wait for samples that were late: the tool went on, and is led back when they come.
+  if (patch.stamp > samples[sent.known - 1].t) led_until_[bounds.owner] = patch.stamp + ToolTrack::kLeadBack;
+  if (patch.stamp <= led_until_[bounds.owner]) return;
+  if (!sent.calm || !bounds.calm(now) || !bounds_[bounds.owner].calm(now)) return;
   const auto end = samples.begin() + static_cast<std::ptrdiff_t>(sent.known);
   const auto after = std::lower_bound(samples.begin(), end, patch.stamp, [](const ToolSample& s, Micros t) { return s.t < t; });
-  if (after == end || after == samples.begin()) return;  // the server held the tool, or began
+  if (after == end || after == samples.begin()) return;  // the server began
   const auto before = after - 1;
   const double share = seconds(patch.stamp - before->t) / seconds(after->t - before->t);
   const Vec3 place = before->position + share * (after->position - before->position);

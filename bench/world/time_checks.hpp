@@ -23,11 +23,14 @@ class CausalityCheck final : public Check {
   static constexpr double kPlaceM = 2e-5;
   /// `compute`: from the beginning of a frame until its patches leave.
   CausalityCheck(const std::vector<StationBounds>& bounds, const World& world, Micros compute)
-      : Check("causality"), bounds_(bounds), world_(world), compute_(compute), known_(bounds.size()) {}
+      : Check("causality"), bounds_(bounds), world_(world), compute_(compute), known_(bounds.size()), led_until_(bounds.size()) {}
   void tick(const SeenTick& seen) override;
   void datagram(Micros now, const DatagramEvent& event, const Message* message) override;
   void frame(Micros now) override;
-  void new_life(Micros, std::size_t station) override { known_[station].clear(); }
+  void new_life(Micros, std::size_t station) override {
+    known_[station].clear();
+    led_until_[station] = Micros{};
+  }
   void new_server(Micros) override;
 
  private:
@@ -47,6 +50,7 @@ class CausalityCheck final : public Check {
   const World& world_;
   Micros compute_;
   std::vector<std::vector<ToolSample>> known_;  ///< as the server takes them: only ever newer ones
+  std::vector<Micros> led_until_;               ///< in the clock of the tool's station
   std::deque<Frame> frames_;
   std::unordered_map<std::uint64_t, Sent> sent_;
 };

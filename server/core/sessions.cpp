@@ -49,7 +49,8 @@ void ServerCore::take_hello(const Message& message, PeerId from, std::size_t siz
   Station* const old = find(hello.station);
   const bool again = old && old->peer == from && same(old->hello, hello);
   if (!again) {
-    if (old && old->peer != from && now - old->heard <= kSilentAfter)
+    const bool for_us = hello.room.empty() || hello.room == options_.room;
+    if (for_us && old && old->peer != from && now - old->heard <= kSilentAfter)
       return refuse(message, from, {RefuseReason::name_taken, "station \"" + hello.station + "\" is in the room already"}, size);
     if (const auto no = objection(hello, old)) return refuse(message, from, *no, size);
     if (old) stations_.erase(old->id);

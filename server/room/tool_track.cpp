@@ -29,9 +29,10 @@ ToolAt ToolTrack::on_path(Micros t) const {
   if (t <= samples_.front().t) return {samples_.front().position, Vec3::Zero()};
   if (t > samples_.back().t) {
     const ToolSample& end = samples_.back();
-    const auto from = std::lower_bound(samples_.begin(), samples_.end() - 1, end.t - kSpeedOver,
+    if (samples_.size() == 1) return {end.position, Vec3::Zero()};
+    // Where samples lie further apart the last two tell.
+    const auto from = std::lower_bound(samples_.begin(), samples_.end() - 2, end.t - kSpeedOver,
                                        [](const ToolSample& s, Micros x) { return s.t < x; });
-    if (from->t == end.t) return {end.position, Vec3::Zero()};
     const Vec3 velocity = (end.position - from->position) / seconds(end.t - from->t);
     const double over_s = seconds(kGoOn), s = std::min(seconds(t - end.t), over_s);
     return {end.position + (s - s * s / (2 * over_s)) * velocity, (1 - s / over_s) * velocity};
