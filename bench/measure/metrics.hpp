@@ -3,7 +3,8 @@
 //   snr_db          10 log10( sum |r - mean r|^2 / sum |f - r|^2 )
 //   rel_rms         sqrt( sum |f - r|^2 / sum |r|^2 )
 //   p95_rel_error   95th percentile of |f - r| / |r| over the ticks with |r| of at least a tenth of its peak
-//   lag_ms          the delay that brings r closest to f: argmin_d sum |f(t) - r(t - d)|^2, d from -50 to lag_max_ms (below half a
+//   lag_ms          the delay that brings r closest to f: argmin_d sum |f(t) - r(t - d)|^2, d from -50 to lag_max_ms (below half
+//   a
 //                   period of a motion that repeats itself)
 //   force_step_max  largest change of f between ticks beyond the reference's own, max(|f_n - f_n-1| - |r_n - r_n-1|, 0)
 // f felt force, r reference force. All over the same ticks, the first `skip` left out.

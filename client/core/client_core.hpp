@@ -26,8 +26,8 @@ struct ClientOptions {
   Hello hello;  ///< name, scheme, order, shadow_of
   GuardLimits guard;
   CouplingParameters coupling;  ///< between device and virtual tool; no stiffness: none
-  Micros send_interval{2000};  ///< between Samples datagrams (500 a second)
-  int repeat_samples = 32;     ///< older samples that each datagram repeats
+  Micros send_interval{2000};   ///< between Samples datagrams (500 a second)
+  int repeat_samples = 32;      ///< older samples that each datagram repeats
 };
 
 inline constexpr Micros kHelloEvery{250'000};

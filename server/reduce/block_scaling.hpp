@@ -10,7 +10,8 @@
 // constant: the force spreads, and far shells hardly yield (Flamant's half plane, Boussinesq's half space). c_d and a_d are
 // fitted to lattices that were measured (bench/paper/block_stiffness.hpp, palpate-lab scaling; a test repeats it): largest
 // singular value of the stiffness of a rigid box of one layer of cells around a node in the middle of a free face, with all nodes
-// m elements further out held. The fit is within 2.5 % of the lattices for m up to 16 (two dimensions), 0.2 % for m up to 8 (three).
+// m elements further out held. The fit is within 2.5 % of the lattices for m up to 16 (two dimensions), 0.2 % for m up to 8
+// (three).
 //
 // Where the body's own layers have fewer nodes than those of such a half space, free sides cut the shells, and their compliance
 // grows in proportion: ShellCompliance.
