@@ -1,6 +1,5 @@
 #include "bench/paper/response.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -21,10 +20,6 @@ Response sample(const Transfer& transfer, std::span<const double> frequencies_hz
   r.value.reserve(frequencies_hz.size());
   for (const double f : frequencies_hz) r.value.push_back(transfer(Complex(0, 2 * std::numbers::pi * f)));
   return r;
-}
-
-double largest_singular_value(const ComplexMatrix& m) {
-  return m.size() == 0 ? 0.0 : Eigen::JacobiSVD<ComplexMatrix>(m).singularValues()[0];
 }
 
 std::vector<double> relative_error(const Response& small, const Response& full) {

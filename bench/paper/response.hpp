@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "server/linear/second_order.hpp"
+#include "server/linear/hinf.hpp"
 
 namespace palpate {
 
@@ -27,7 +27,6 @@ struct Response {
 std::vector<double> log_frequencies(double from_hz, double to_hz, int per_decade);
 Response sample(const Transfer& transfer, std::span<const double> frequencies_hz);
 
-double largest_singular_value(const ComplexMatrix& m);
 /// error(omega) of `small` against `full`, on the same frequencies.
 std::vector<double> relative_error(const Response& small, const Response& full);
 /// The largest entry of `error` between two frequencies, both included.

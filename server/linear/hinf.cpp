@@ -12,15 +12,6 @@
 namespace palpate {
 namespace {
 
-double largest_singular_value(const ComplexMatrix& g) {
-  return g.size() == 0
-             ? 0.0
-             : std::sqrt(std::max(0.0, Eigen::SelfAdjointEigenSolver<ComplexMatrix>(
-                                           g.rows() < g.cols() ? ComplexMatrix(g * g.adjoint()) : ComplexMatrix(g.adjoint() * g))
-                                           .eigenvalues()
-                                           .maxCoeff()));
-}
-
 /// The gain at a frequency, quick after one Schur form: A = U T U^H.
 class Gain {
  public:
@@ -70,6 +61,10 @@ std::vector<double> crossings(const StateSpace& y, double gamma) {
 }
 
 }  // namespace
+
+double largest_singular_value(const ComplexMatrix& m) {
+  return m.size() == 0 ? 0.0 : Eigen::JacobiSVD<ComplexMatrix>(m).singularValues()[0];
+}
 
 PeakGain hinf_norm(const StateSpace& system, double tolerance) {
   if (system.d1.size() > 0 && system.d1.norm() > 0)

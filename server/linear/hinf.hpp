@@ -16,6 +16,9 @@
 
 namespace palpate {
 
+/// 0 for an empty matrix.
+double largest_singular_value(const ComplexMatrix& m);
+
 struct PeakGain {
   double norm = 0;         ///< largest singular value
   double omega_rad_s = 0;  ///< where; 0 for DC, infinity for the feed-through
