@@ -58,4 +58,15 @@ LinkSpec LinkFlags::one_way() const {
   return link;
 }
 
+ReplayOptions replay_options(const std::string& scheme, int order, const LinkFlags& link) {
+  ReplayOptions o;
+  o.scheme = available_scheme(scheme);
+  o.order = order;
+  o.rate_hz = link.rate_hz;
+  o.link = link.one_way();
+  o.seed = link.seed;
+  o.compute = from_seconds(link.compute_ms * 1e-3);
+  return o;
+}
+
 }  // namespace palpate

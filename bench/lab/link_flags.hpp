@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/measure/replay.hpp"
 #include "common/link/link_model.hpp"
 #include "common/port/scheme.hpp"
 
@@ -28,5 +29,8 @@ struct LinkFlags {
   /// One way. InputError when the numbers do not go together.
   LinkSpec one_way() const;
 };
+
+/// What every replay is told: scheme, states, link. InputError for a scheme that is not there.
+ReplayOptions replay_options(const std::string& scheme, int order, const LinkFlags& link);
 
 }  // namespace palpate

@@ -23,13 +23,7 @@ struct Flags {
 };
 
 ReplayOptions options_of(const Flags& flags) {
-  ReplayOptions o;
-  o.scheme = available_scheme(flags.scheme);
-  o.order = flags.order;
-  o.rate_hz = flags.link.rate_hz;
-  o.link = flags.link.one_way();
-  o.seed = flags.link.seed;
-  o.compute = from_seconds(flags.link.compute_ms * 1e-3);
+  ReplayOptions o = replay_options(flags.scheme, flags.order, flags.link);
   o.simulated_device = flags.device == "sim";
   o.passivity = flags.passivity;
   return o;

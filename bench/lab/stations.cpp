@@ -27,17 +27,6 @@ struct Flags {
 /// Of the processor, not of the wall: what else the machine does is no cost of the server.
 std::int64_t processor_ns() { return static_cast<std::int64_t>(std::clock()) * (1'000'000'000 / CLOCKS_PER_SEC); }
 
-ReplayOptions options_of(const Flags& flags) {
-  ReplayOptions o;
-  o.scheme = available_scheme(flags.scheme);
-  o.order = flags.order;
-  o.rate_hz = flags.link.rate_hz;
-  o.link = flags.link.one_way();
-  o.seed = flags.link.seed;
-  o.compute = from_seconds(flags.link.compute_ms * 1e-3);
-  return o;
-}
-
 void write_forces(const std::filesystem::path& file, const std::vector<ReplayResult>& results) {
   std::string csv = "t_s";
   for (std::size_t k = 1; k <= results.size(); ++k) fmt::format_to(std::back_inserter(csv), ",f{0}_n,f{0}_ref_n", k);
@@ -52,7 +41,7 @@ void write_forces(const std::filesystem::path& file, const std::vector<ReplayRes
 }
 
 int run_stations(const Flags& flags) {
-  const ReplayOptions options = options_of(flags);
+  const ReplayOptions options = replay_options(flags.scheme, flags.order, flags.link);
   const Scene scene = load_scene(flags.scene);
   if (scene.tool.contact != ContactKind::touch)
     throw InputError(flags.scene, "has tools that attach to one node", "a scene with \"contact\": \"touch\"");

@@ -7,6 +7,7 @@
 
 #include "common/port/terms_pieces.hpp"
 #include "server/reduce/expansion.hpp"
+#include "server/reduce/lift.hpp"
 
 namespace palpate {
 namespace {
@@ -68,17 +69,6 @@ void rescale(CubicTerms& terms, const Vector& far) {
 }
 
 }  // namespace
-
-Matrix joint_stiffness(const Patch& patch, const Vector& stiffness) {
-  const auto r = stiffness.size();
-  if (patch.contact == ContactKind::touch) return stiffness.asDiagonal();
-  Matrix joint = Matrix::Zero(r + 3, r + 3);
-  joint.topLeftCorner<3, 3>() = patch.k_port;
-  joint.bottomRightCorner(r, r).diagonal() = stiffness;
-  joint.bottomLeftCorner(r, 3) = -patch.b_k;
-  joint.topRightCorner(3, r) = -patch.b_k.transpose();
-  return joint;
-}
 
 std::optional<CubicTerms> cubic_terms(const Dynamics& dynamics, const BodyState& state, const Patch& patch,
                                       const CubicShapes& shapes, int leading) {

@@ -33,7 +33,4 @@ struct CubicShapes {
 std::optional<CubicTerms> cubic_terms(const Dynamics& dynamics, const BodyState& state, const Patch& patch,
                                       const CubicShapes& shapes, int leading);
 
-/// [[K_p, -B_k^T], [-B_k, diag(stiffness)]]; diag(stiffness) alone for touch.
-Matrix joint_stiffness(const Patch& patch, const Vector& stiffness);
-
 }  // namespace palpate

@@ -8,17 +8,6 @@ namespace {
 
 using Joint = Eigen::MatrixXd;
 
-Joint joint_stiffness(const Patch& p, double scale) {
-  const auto r = p.modes();
-  Joint joint = Joint::Zero(r + 3, r + 3);
-  joint.topLeftCorner<3, 3>() = p.k_port / (scale * scale);
-  if (r == 0) return joint;
-  joint.bottomRightCorner(r, r).diagonal() = p.stiffness;
-  joint.bottomLeftCorner(r, 3) = -p.b_k / scale;
-  joint.topRightCorner(3, r) = joint.bottomLeftCorner(r, 3).transpose();
-  return joint;
-}
-
 /// New modes q = U q~ that make `k` diagonal; the port's b_k is already that of `k`.
 Joint turn_modes(Patch& p, const Joint& k) {
   const Eigen::SelfAdjointEigenSolver<Joint> eigen(k);
@@ -35,11 +24,25 @@ Joint turn_modes(Patch& p, const Joint& k) {
 
 }  // namespace
 
+Matrix joint_stiffness(const Patch& patch, const Vector& stiffness) {
+  if (patch.contact == ContactKind::touch) return stiffness.asDiagonal();
+  const auto r = stiffness.size();
+  Matrix joint = Matrix::Zero(r + 3, r + 3);
+  joint.topLeftCorner<3, 3>() = patch.k_port;
+  if (r == 0) return joint;
+  joint.bottomRightCorner(r, r).diagonal() = stiffness;
+  joint.bottomLeftCorner(r, 3) = -patch.b_k;
+  joint.topRightCorner(3, r) = -patch.b_k.transpose();
+  return joint;
+}
+
 double lift_grasp(Patch& patch, double node_mass_kg, Eigen::MatrixXd* turned) {
   const double scale = std::sqrt(node_mass_kg);
   const auto r = patch.modes();
   if (turned) turned->setIdentity(r, r);
-  const Joint joint = joint_stiffness(patch, scale);
+  Joint joint = joint_stiffness(patch, patch.stiffness);
+  joint.topRows<3>() /= scale;
+  joint.leftCols<3>() /= scale;
   if (!joint.allFinite()) return 0;
   const Eigen::SelfAdjointEigenSolver<Joint> eigen(joint);
   constexpr double kRounding = 1e-12;
