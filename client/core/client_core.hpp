@@ -95,7 +95,7 @@ class ClientCore {
   bool is_ours(const Message& message) const;
   void take_welcome(const Message& message, Micros now);
   void take_refuse(const Message& message, Micros now);
-  void take_patch(const Patch& patch, std::size_t bytes);
+  void take_patch(const Patch& patch, std::size_t bytes, Micros now);
   void take_terms(const PatchTerms& piece, std::size_t bytes);
   void take_beat(const Beat& beat, Micros now);
   void join_again(Micros now);
