@@ -11,7 +11,6 @@ constexpr Micros kRemembered{4'000'000};    // of a station's timeline behind th
 constexpr Micros kLongestSaid{60'000'000};  // of what a beat says of how far the room is behind
 constexpr Micros kLongBridge{120'000};
 constexpr int kLongBridgeOrder = 16;  // as exact as 22 there, within 0.1 dB
-constexpr Micros kOneClock{5'000};    // two offsets that differ by less than this beyond their uncertainty are one clock
 
 }  // namespace
 
@@ -146,7 +145,7 @@ void ServerCore::give(Station& station, StationFrame& frame, Micros now) {
   station.shown = {station.hello.station, frame.tool, frame.force, frame.contact};
   station.has_shown = true;
   station.contact_in_reach = frame.patch.has_value();
-  if (!frame.patch) return beat(station);
+  if (!frame.patch || is_lost(station, *frame.patch)) return beat(station);
   frame.patch->stamp = station_time(station, frame.patch->stamp);
   frame.patch->seq = ++station.patch_seq;
   const auto pieces = frame.terms.variables > 0 ? to_pieces(frame.terms, frame.patch->seq) : std::vector<PatchTerms>{};
@@ -161,6 +160,12 @@ void ServerCore::give(Station& station, StationFrame& frame, Micros now) {
   station.slow_known = slow;
   station.next_report = now + kLinkReportEvery;
   station.outbox.beat = beat_for(station);
+}
+
+/// Whether nothing is known of the tool for longer than the patch lasts: it would be played from where the tool is not any more.
+bool ServerCore::is_lost(const Station& station, const Patch& patch) const {
+  const Station* const owner = tool_of(station);
+  return owner && !owner->timeline.empty() && patch.stamp - owner->timeline.newest() > patch.valid_for;
 }
 
 void ServerCore::beat_all() {
@@ -178,18 +183,15 @@ Beat ServerCore::beat_for(const Station& station) const {
   return beat;
 }
 
-/// The station whose timeline relates the server's clock to this one's, if there is one.
-const Station* ServerCore::clock_owner(const Station& station) const {
-  if (!station.timeline.empty()) return &station;
-  if (station.hello.shadow_of.empty() || !station.clock.locked()) return nullptr;
-  const auto* owner = find(station.hello.shadow_of);
-  if (!owner || owner->timeline.empty()) return nullptr;
-  const auto apart = std::chrono::abs(station.clock.offset() - owner->clock.offset());
-  return apart <= (station.clock.rtt().min + owner->clock.rtt().min) / 2 + kOneClock ? owner : nullptr;
+/// The station whose samples say where the tool of this one is; none where that one has left.
+const Station* ServerCore::tool_of(const Station& station) const {
+  return station.hello.shadow_of.empty() ? &station : find(station.hello.shadow_of);
 }
 
+/// By the samples of its tool where there are any.
 Micros ServerCore::station_time(const Station& station, Micros server_time) const {
-  if (const auto* owner = clock_owner(station)) return owner->timeline.to_station(server_time);
+  const Station* const owner = tool_of(station);
+  if (owner && !owner->timeline.empty()) return owner->timeline.to_station(server_time);
   return station.clock.locked() ? station.clock.to_peer(server_time) : Micros{};
 }
 

@@ -18,8 +18,11 @@
 // than kLongestFrame is cut there.
 //
 // A patch is stamped, on its way out, in the clock of the station it goes to: for a station's own samples that is the exact
-// inverse of the mapping they came by (timeline.hpp). A shadow gets its stamps through the timeline of the station whose tool
-// it shares when their clocks agree within the uncertainty of both (they run in one process), else through its own clock.
+// inverse of the mapping they came by (timeline.hpp). A shadow lives in the process of the station whose tool it shares and gets
+// its stamps through the timeline of that station.
+//
+// A station whose newest sample is older at the stamp than its patch is valid for gets a beat in place of the patch: its force
+// fades as if nothing came from here either, and comes back with its samples.
 //
 // A room that takes longer over a frame than there is time for skips the frames that fall due meanwhile: it slows down. It says
 // so in its beats (rate_hz, behind), and to stations that get patches in a beat beside them. Stamps stay those of the body.
@@ -151,7 +154,8 @@ class ServerCore {
   void beat_all();
   void beat(Station& station);
   void give(Station& station, StationFrame& frame, Micros now);
-  const Station* clock_owner(const Station& station) const;
+  bool is_lost(const Station& station, const Patch& patch) const;
+  const Station* tool_of(const Station& station) const;
   Micros station_time(const Station& station, Micros server_time) const;
 
   // emit.cpp

@@ -358,3 +358,30 @@ TEST_CASE("a station that loses what we send gets every patch twice, until it lo
   CHECK(copies({1000, 30, 2, {}}) == 4);
   CHECK(copies({1000, 2, 1, {}}) == 2);
 }
+
+TEST_CASE("a station whose samples stay out for longer than a patch is valid gets beats, and patches again with its samples") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand"), shadow(bench, 2, "shadow");
+  hand.join();
+  shadow.hello.shadow_of = "hand";
+  shadow.join();
+  hand.live();
+  const auto valid_for = FakeRoom::patch({}).valid_for;
+  const auto patches = [&](Micros time) {
+    bench.sent.clear();
+    for (const auto end = bench.now + time; bench.now < end;) {
+      bench.wait(50ms);
+      hand.say(Beat{});  // it lives, and so does its way
+      shadow.say(Beat{});
+    }
+    return std::count_if(bench.sent.begin(), bench.sent.end(),
+                         [](const auto& sent) { return std::holds_alternative<PatchMessage>(sent.second.body); });
+  };
+  CHECK(patches(valid_for - 60ms) > 0);
+  patches(150ms);
+  CHECK(patches(1s) == 0);
+  CHECK(std::get<Beat>(bench.last<Beat>(1)->body).contact_in_reach);
+  hand.live(200ms);
+  CHECK(bench.last<PatchMessage>(1));
+  CHECK(bench.core.station_count() == 2);
+}
