@@ -22,6 +22,29 @@ Vec3 expected_motion(const ToolAt& tool, double bridge_s) {
   return far;
 }
 
+/// Of port `which` under P, with the springs of other tools: B^T P^-1 B.
+Mat3 port_compliance(SharedSystem& p, std::size_t which, const SurfacePoint& point, const OtherTools& others) {
+  const SpringCorrection correct(others);
+  const PortAnswer& own = *p.port(which, point);
+  Mat3 compliance;
+  for (int axis = 0; axis < 3; ++axis) {
+    Vector x = own.answer[static_cast<std::size_t>(axis)];
+    correct.apply(x);
+    compliance.col(axis) = gather(own.b, x);
+  }
+  return symmetric(compliance);
+}
+
+/// The part of a port's compliance that the modes of the patch lack, C(s) - R (s^2 + s D + K)^-1 R^T at the shift s, where `rows`
+/// is R: what is too fast to be a mode yields at once. Nothing where the modes have a direction for each axis of the port.
+Mat3 residual_compliance(const Patch& patch, const Mat3& compliance, const PortRows& rows, double shift) {
+  Matrix dynamic = shift * Matrix(patch.damping);
+  dynamic.diagonal() += Vector(patch.stiffness) + Vector::Constant(rows.cols(), shift * shift);
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(symmetric(compliance - rows * dynamic.ldlt().solve(Matrix(rows.transpose()))));
+  const Mat3& axes = eigen.eigenvectors();
+  return axes * eigen.eigenvalues().cwiseMax(0).asDiagonal() * axes.transpose();
+}
+
 Vector unit(const Dynamics& dynamics, std::uint32_t node, int axis) {
   return Vector::Unit(dynamics.masses().size(), 3 * static_cast<Eigen::Index>(node) + axis);
 }
@@ -353,14 +376,7 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   Matrix& v = reduced.v;
   v.resize(dynamics_->masses().size(), 0);
   if (tangent) {
-    const SpringCorrection correct(*others);
-    const PortAnswer& own = *p->port(which, port.point);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      Vector x = own.answer[axis];
-      correct.apply(x);
-      patch.c_static.col(static_cast<int>(axis)) = gather(own.b, x);
-    }
-    patch.c_static = symmetric(patch.c_static);
+    patch.c_static = port_compliance(*p, which, port.point, *others);
   } else {
     const auto basis = touch_basis(frame, *p, which, *others, at, request);
     if (!basis || !reduce(at, *basis, *others, patch, reduced)) return std::nullopt;
@@ -368,11 +384,16 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
     if (others->load.size() > 0) imbalance += others->load;
     patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
     if (patch.load_rate.size() > 0) patch.load_for = request.bridge;
+    if (v.cols() < 3) {
+      PortRows rows(3, v.cols());
+      for (Eigen::Index m = 0; m < v.cols(); ++m) rows.col(m) = gather(p->port(which, port.point)->b, v.col(m));
+      patch.c_static = residual_compliance(patch, port_compliance(*p, which, port.point, *others), rows, shift);
+    }
   }
   report_.solver_iterations += p->iterations() - before;
   cut_port_surface(*skin_, frame.positions(), v, port.point, seconds(request.bridge) * frame.tool(which).velocity,
                    request.vertices_max(patch.modes(), patch.load_rate.size() > 0), patch);
-  if (tangent && port.touching)
+  if (port.touching)  // what yields at once has done so at the stamp
     for (int i = 0; i < patch.surface.vertex_count; ++i)
       patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
   return patch;
