@@ -22,12 +22,22 @@ Micros frame_spacing(const Scenario& s) {
   return (1 + s.compute / frame) * frame;
 }
 
+/// By how much the server may misjudge a station's clock. A step that is shorter than a round trip looks like ways that became
+/// shorter and longer: no exchange of datagrams can tell the two apart. Then half the round trip is all that is certain.
+Micros clock_error(const Scenario& s, std::size_t station) {
+  const bool stepped = std::any_of(s.faults.begin(), s.faults.end(), [](const Fault& f) {
+    return f.kind == FaultKind::clock_step || f.kind == FaultKind::sleep || f.kind == FaultKind::server_clock_step;
+  });
+  return stepped ? (slowest_ever(s, station, true) + slowest_ever(s, station, false)) / 2 : Micros{};
+}
+
 /// A patch knows the samples of the slowest punctual station, is computed after a frame at most one spacing later, and may then
 /// wait for the next one when no newer sample came.
 Micros sent_age_max(const Scenario& s) {
   Micros slowest_up{};
   for (std::size_t k = 0; k < s.stations.size(); ++k)
-    if (s.stations[k].pushes()) slowest_up = std::max(slowest_up, slowest_ever(s, k, true) + UplinkPace::kCalm);
+    if (s.stations[k].pushes())
+      slowest_up = std::max(slowest_up, slowest_ever(s, k, true) + clock_error(s, k) + UplinkPace::kCalm);
   const Micros age = slowest_up + kLateAfter + 2 * frame_spacing(s) + s.compute + 2 * kTick;
   return age + from_seconds(kDriftSlack * seconds(age));
 }
@@ -36,8 +46,11 @@ std::vector<std::pair<Micros, Micros>> disturbances(const Scenario& s, std::size
   const Micros recovery = recovery_time(s, station);
   std::vector<std::pair<Micros, Micros>> times;
   const StationPlan& plan = s.stations[station];
+  const auto shares_clock = [&](const Fault& f) {
+    return f.kind == FaultKind::clock_step && s.stations[static_cast<std::size_t>(f.station)].owner == static_cast<int>(station);
+  };
   for (const Fault& f : s.faults)
-    if (f.station < 0 || f.station == static_cast<int>(station) || f.station == plan.owner)
+    if (f.station < 0 || f.station == static_cast<int>(station) || f.station == plan.owner || shares_clock(f))
       times.emplace_back(f.begin, f.end + recovery);
   times.emplace_back(s.healed, s.healed + recovery);  // what a fault left behind may end here
   return times;
@@ -48,7 +61,9 @@ std::vector<std::pair<Micros, Micros>> disturbances(const Scenario& s, std::size
 std::vector<StationBounds> bounds_of(const Scenario& s) {
   std::vector<StationBounds> all;
   const SimPhantomOptions device;
-  const auto hands = std::count_if(s.stations.begin(), s.stations.end(), [](const StationPlan& plan) { return plan.pushes(); });
+  const auto count = [&](auto what) { return std::count_if(s.stations.begin(), s.stations.end(), what); };
+  const bool one = count([](const StationPlan& plan) { return plan.pushes(); }) <= 1;
+  const bool rigid = count([](const StationPlan& plan) { return plan.pushes() && plan.simulated; }) == 0;
   for (std::size_t k = 0; k < s.stations.size(); ++k) {
     const StationPlan& plan = s.stations[k];
     StationBounds b;
@@ -56,7 +71,7 @@ std::vector<StationBounds> bounds_of(const Scenario& s) {
     b.feels = plan.client.hello.role == Role::haptic;
     b.pushes = plan.pushes();
     b.port = plan.client.hello.scheme == Scheme::port;
-    b.alone = hands <= 1 && b.pushes;
+    b.unmoved = one || rigid;
     b.owner = plan.owner >= 0 ? static_cast<std::size_t>(plan.owner) : k;
     b.limits = {device.force_max_n, SimPhantom::kSlewMaxNS, PassivityMode::on};
     b.sent_age_max = sent_age_max(s);

@@ -34,7 +34,7 @@ struct StationBounds {
   bool feels = true;                        ///< ticks at all (not a viewer)
   bool pushes = true;                       ///< its tool is its own
   bool port = true;                         ///< it feels the scheme `port`
-  bool alone = true;                        ///< its own tool is the only one on the body
+  bool unmoved = true;                      ///< by another hand: alone on the body, or no hand there gives way to what it feels
   std::size_t owner = 0;                    ///< whose tool it feels with: itself, but for a shadow
   GuardLimits limits;                       ///< of the device, whatever the station was told
   Micros sent_age_max{};                    ///< age of a patch when it leaves the server, at most
@@ -68,6 +68,9 @@ class Check {
   virtual void new_server(Micros) {}
   virtual void end(Micros) {}
 
+  const std::string& name() const { return name_; }
+  /// How often there was something to judge: a check that never judges proves nothing.
+  std::uint64_t judged() const { return judged_; }
   /// The first violation, if there was one.
   const std::vector<Violation>& violations() const { return violations_; }
 
@@ -76,8 +79,11 @@ class Check {
     if (violations_.empty()) violations_.push_back({at, name_, std::move(what)});
   }
 
+  void judge() { ++judged_; }
+
  private:
   std::string name_;
+  std::uint64_t judged_ = 0;
   std::vector<Violation> violations_;
 };
 

@@ -28,6 +28,7 @@ struct WorldReport {
   Micros oldest_calm{};        ///< patch in use at a calm station in reach of the body
   double energy_lowest_j = 0;  ///< PassivityCheck
   double apart_worst_n = 0;    ///< RecoveryCheck: felt and true force at rest
+  std::vector<std::pair<std::string, std::uint64_t>> judged;  ///< how often each check had something to judge
   std::vector<FeltRow> rows;   ///< when asked for
 };
 
