@@ -39,15 +39,14 @@ Micros ServerCore::playout(Micros now) const {
   int waited_for = 0;
   for (const auto& [id, station] : stations_) {
     if (!station.pushes() || station.timeline.empty() || !punctual(station)) continue;
-    if (station.usual_lag > least_lag + kMostWait) continue;
     known = std::min(known, station.timeline.newest());
-    wait = std::max(wait, station.usual_lag);
+    wait = std::max(wait, std::min(station.usual_lag, least_lag + kMostWait));
     ++waited_for;
   }
   auto target = now;
   if (known != Micros::max()) {
     target = known;  // exactly a sample, even where it lies ahead of `now` by an error of the clocks
-    if (waited_for > 1) target = std::max(target, now - wait - kPlayoutSlack);
+    if (waited_for > 1) target = std::max(target, now - wait);
   } else if (least_late != Micros::max()) {
     target = now - least_late;
   }
@@ -92,10 +91,12 @@ int ServerCore::order(const Station& station, Micros bridged) const {
   return bridged >= kLongBridge ? kLongBridgeOrder : 0;
 }
 
-/// How old its patches get before the next: as the station measures it, else what the round trip lets expect.
+/// How old its patches get before the next: as the station measures it, and no less than the body's age in this frame lets
+/// expect. That is known before the station has said anything, and at once when the body lags behind for another's samples.
 Micros ServerCore::bridge(const Station& station) const {
-  if (station.patch_age > Micros{}) return std::min(station.patch_age, kBridgeMost);
-  return station.clock.rtt().mean + compute_mean_ + from_seconds(1 / options_.rate_hz);
+  const auto rtt = station.clock.rtt().mean;
+  const auto expected = std::max(rtt, lag_ + rtt / 2) + compute_mean_ + from_seconds(1 / options_.rate_hz);
+  return std::min(std::max(station.patch_age, expected), kBridgeMost);
 }
 
 std::optional<FrameJob> ServerCore::next_job(Micros now) {
@@ -151,7 +152,7 @@ void ServerCore::give(Station& station, StationFrame& frame, Micros now) {
   const auto pieces = frame.terms.variables > 0 ? to_pieces(frame.terms, frame.patch->seq) : std::vector<PatchTerms>{};
   station.outbox.terms.assign(pieces.begin(), pieces.end());
   station.outbox.patch = std::move(frame.patch);
-  station.outbox.patch_copies = station.loses ? 2 : 1;
+  station.outbox.patch_copies = station.patch_copies;
   station.outbox.beat.reset();
   // Patches are all that a station in contact gets. Beside them it hears now and then how the link and the room do, and at once
   // when the room falls behind or keeps up again.

@@ -29,6 +29,7 @@ void ServerCore::tick(Micros now) {
     job_.reset();
     return beat_all();
   }
+  lag_ = now - target;
   job_ = make_job(target);
 }
 

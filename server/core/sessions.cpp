@@ -9,11 +9,19 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t kMostReplies = 2 * kMaxStations;
-constexpr std::size_t kMostMeshPieces = 64;  // asked for and not yet sent, a viewer
+constexpr std::size_t kMostMeshPieces = 64;     // asked for and not yet sent, a viewer
+constexpr Micros kLagUp{4'900}, kLagDown{100};  // a jitter buffer in balance is exceeded in 100 of 5000 datagrams, 2 %
 
 bool same(const Hello& a, const Hello& b) {
   return a.station == b.station && a.role == b.role && a.scheme == b.scheme && a.order == b.order && a.shadow_of == b.shadow_of &&
          a.room == b.room;
+}
+
+/// As few datagrams for each patch as lose no more than kPatchesLost of the patches where each loses `share` of the datagrams.
+int copies_for(double share) {
+  int copies = 1;
+  for (double lost = share; lost > kPatchesLost && copies < kPatchCopiesMost; lost *= share) ++copies;
+  return copies;
 }
 
 }  // namespace
@@ -107,7 +115,7 @@ void ServerCore::take_from(Station& station, const Message& message, Micros now)
   if (const auto* beat = std::get_if<Beat>(&message.body)) {
     const LinkReport& link = beat->link;
     station.patch_age = link.patch_age;
-    station.loses = link.judged >= kLossyJudged && link.lost > kLossyShare * link.judged;
+    if (link.judged >= kLossJudged) station.patch_copies = copies_for(static_cast<double>(link.lost) / link.judged);
     return;
   }
   if (std::holds_alternative<Leave>(message.body)) {
@@ -128,6 +136,8 @@ void ServerCore::take_from(Station& station, const Message& message, Micros now)
 void ServerCore::take_samples(Station& station, const Samples& samples, Micros now) {
   if (!station.pushes()) return;
   const auto before = station.sample_heard;
+  const bool first = station.timeline.empty();
+  const auto age = first ? Micros{} : std::max(Micros{}, now - station.timeline.newest());
   for (const auto& sample : samples.samples) {
     const auto t = station.clock.locked() ? station.clock.from_peer(sample.t) : Micros::max();
     if (t > now + kSampleAhead) {
@@ -141,8 +151,10 @@ void ServerCore::take_samples(Station& station, const Samples& samples, Micros n
     station.sample_lag = std::max(Micros{}, now - station.timeline.newest());
   }
   if (station.sample_heard == before) return;
-  constexpr int kForget = 64;
-  station.usual_lag = std::max(station.sample_lag, station.usual_lag - (station.usual_lag - station.sample_lag) / kForget);
+  if (first)
+    station.usual_lag = station.sample_lag;
+  else
+    station.usual_lag += age > station.usual_lag ? kLagUp : -kLagDown;
 }
 
 /// Queues an answer to someone who is not, or not any more, in the room.
