@@ -18,10 +18,12 @@ void check_preamble(std::span<const std::byte> bytes, const std::string& name) {
   using namespace layout;
   if (bytes.size() < kPreambleBytes || std::memcmp(bytes.data(), kMagic, kMagicBytes) != 0)
     throw InputError(name, "is no recording", kExpected);
-  std::uint32_t version = 0;
+  std::uint32_t version = 0, reserved = 0;
   std::memcpy(&version, bytes.data() + kMagicBytes, sizeof version);
+  std::memcpy(&reserved, bytes.data() + kMagicBytes + sizeof version, sizeof reserved);
   if (version != kVersion)
     throw InputError(name, "is a recording of version " + std::to_string(version), "version " + std::to_string(kVersion));
+  if (reserved != 0) throw InputError(name, "its first bytes are damaged", kExpected);
 }
 
 /// The last item that happened at or before t; nullptr when none did.

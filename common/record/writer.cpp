@@ -94,6 +94,10 @@ std::unique_ptr<record::ShapeT> shape_of(const std::vector<std::uint32_t>& nodes
   return table;
 }
 
+bool same(const record::ShapeT& a, const record::ShapeT& b) {
+  return pack::from(*a.low) == pack::from(*b.low) && pack::from(*a.high) == pack::from(*b.high) && a.positions == b.positions;
+}
+
 }  // namespace
 
 struct RecordingWriter::State {
@@ -105,7 +109,7 @@ struct RecordingWriter::State {
   bool empty = true, opened = false;
   Micros base{}, first{}, last{}, opened_at{};
   std::size_t gathered = 0;  ///< bytes in the block, about
-  std::vector<std::uint16_t> last_shape;
+  const record::ShapeT* last_shape = nullptr;  ///< of the block
 
   std::size_t size() const { return taken + waiting.size(); }
 
@@ -143,7 +147,7 @@ struct RecordingWriter::State {
       return record::CreateBlock(b, &t).Union();
     });
     block = record::BlockT{};
-    last_shape.clear();
+    last_shape = nullptr;
     gathered = 0;
     empty = true;
     opened = false;
@@ -188,10 +192,9 @@ void RecordingWriter::add_shape(Micros t, const std::vector<Vec3>& positions) {
   const auto finite = [](const Vec3& x) { return x.allFinite(); };
   if (state_->nodes.empty() || !std::all_of(positions.begin(), positions.end(), finite)) return;
   auto table = shape_of(state_->nodes, positions);
-  const bool news = table->positions != state_->last_shape || state_->empty;
-  if (!news) return;
-  state_->last_shape = table->positions;
+  if (state_->last_shape && same(*table, *state_->last_shape)) return;
   table->at = state_->at(t, 6 * state_->nodes.size());
+  state_->last_shape = table.get();
   state_->block.shapes.push_back(std::move(table));
 }
 
