@@ -83,11 +83,10 @@ RecordedEvent event_of(const record::Event& table, Micros base, Sense& sense) {
   event.t = base + Micros{table.at()};
   event.kind = kind_of<RecordedEventKind>(table.kind(), kRecordedEventKinds, sense);
   event.station = table.station();
-  event.role = table.role();
+  event.role = kind_of<RecordedRole>(table.role(), 3, sense);
   event.scheme = scheme_of(table.scheme(), sense);
   event.name = text_of(table.name());
   event.text = text_of(table.text());
-  sense.that(event.role <= 2);
   sense.text(event.name, 0, kMaxNameBytes);
   sense.text(event.text, 0, kMaxText);
   return event;

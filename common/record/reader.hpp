@@ -30,7 +30,7 @@ struct BlockPlace {
 struct RecordedStation {
   StationId id = 0;
   std::string name;
-  std::uint8_t role = 0;  ///< as in RecordedEvent
+  RecordedRole role = RecordedRole::hand;
   Scheme scheme = Scheme::port;
 };
 

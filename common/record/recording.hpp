@@ -81,11 +81,13 @@ enum class RecordedEventKind : std::uint8_t {
 inline constexpr std::size_t kRecordedEventKinds = 8;
 const char* name_of(RecordedEventKind kind);
 
+enum class RecordedRole : std::uint8_t { hand, viewer, shadow };  ///< a shadow feels with the tool of another hand
+
 struct RecordedEvent {
   Micros t{};
   RecordedEventKind kind = RecordedEventKind::joined;
   StationId station = 0;  ///< 0: nobody's
-  std::uint8_t role = 0;  ///< of who joined: 0 a hand, 1 a viewer, 2 a shadow of another hand
+  RecordedRole role = RecordedRole::hand;
   Scheme scheme = Scheme::port;
   std::string name, text;  ///< the station's name
 };

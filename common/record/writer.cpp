@@ -68,7 +68,7 @@ std::unique_ptr<record::EventT> table_of(const RecordedEvent& event, std::int32_
   table->at = at;
   table->kind = static_cast<std::uint8_t>(event.kind);
   table->station = event.station;
-  table->role = event.role;
+  table->role = static_cast<std::uint8_t>(event.role);
   table->scheme = static_cast<std::uint8_t>(event.scheme);
   table->name = event.name;
   table->text = event.text;
@@ -108,7 +108,7 @@ struct RecordingWriter::State {
   record::IndexT index;
   bool empty = true, opened = false;
   Micros base{}, first{}, last{}, opened_at{};
-  std::size_t gathered = 0;  ///< bytes in the block, about
+  std::size_t gathered = 0;                    ///< bytes in the block, about
   const record::ShapeT* last_shape = nullptr;  ///< of the block
 
   std::size_t size() const { return taken + waiting.size(); }
@@ -157,9 +157,9 @@ struct RecordingWriter::State {
 RecordingWriter::RecordingWriter(const RecordingHead& head) : state_(std::make_unique<State>()) {
   state_->nodes = head.surface.nodes;
   layout::append_preamble(state_->waiting);
-  state_->append<record::HeadT>(table_of(head), record::Content::Head, [](flatbuffers::FlatBufferBuilder& b, const record::HeadT& t) {
-    return record::CreateHead(b, &t).Union();
-  });
+  state_->append<record::HeadT>(
+      table_of(head), record::Content::Head,
+      [](flatbuffers::FlatBufferBuilder& b, const record::HeadT& t) { return record::CreateHead(b, &t).Union(); });
 }
 RecordingWriter::~RecordingWriter() = default;
 RecordingWriter::RecordingWriter(RecordingWriter&&) noexcept = default;

@@ -75,7 +75,7 @@ inline void add_small_frame(RecordingWriter& writer, int k) {
 /// `frames` of 50 ms.
 inline std::vector<std::byte> small_recording(int frames, bool ended) {
   RecordingWriter writer(small_head());
-  RecordedEvent joined{kSmallBegin, RecordedEventKind::joined, 3, 0, Scheme::port, "hand", ""};
+  RecordedEvent joined{kSmallBegin, RecordedEventKind::joined, 3, RecordedRole::hand, Scheme::port, "hand", ""};
   writer.add(joined);
   for (int k = 0; k < frames; ++k) add_small_frame(writer, k);
   if (ended) writer.finish();
