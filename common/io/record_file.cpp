@@ -4,7 +4,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cctype>
 #include <cerrno>
 #include <chrono>
@@ -121,13 +120,18 @@ void RecordFile::run() {
   }
 }
 
+std::string plain_name(const std::string& name) {
+  std::string plain;
+  for (const char c : name) {
+    const bool kept = std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_' || (c == '.' && !plain.empty());
+    plain += kept ? c : '_';
+  }
+  return plain;
+}
+
 std::filesystem::path named_after(const std::filesystem::path& file, const std::string& room) {
-  std::string name = room;
-  const auto plain = [](unsigned char c) { return std::isalnum(c) || c == '.' || c == '-' || c == '_'; };
-  std::replace_if(
-      name.begin(), name.end(), [&](char c) { return !plain(static_cast<unsigned char>(c)); }, '_');
   std::filesystem::path named = file;
-  named.replace_filename(file.stem().string() + "-" + name + file.extension().string());
+  named.replace_filename(file.stem().string() + "-" + plain_name(room) + file.extension().string());
   return named;
 }
 

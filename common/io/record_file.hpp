@@ -47,8 +47,11 @@ class RecordFile {
   std::thread thread_;
 };
 
-/// FILE with the room's name in it: "session.rec" and "liver" make "session-liver.rec". What is no letter, digit, dot, dash or
-/// underscore in the name becomes an underscore.
+/// A name of a room or station as part of a file's name: what is no letter, digit, dash, underscore or inner dot becomes an
+/// underscore.
+std::string plain_name(const std::string& name);
+
+/// FILE with the room's plain name in it: "session.rec" and "liver" make "session-liver.rec".
 std::filesystem::path named_after(const std::filesystem::path& file, const std::string& room);
 
 }  // namespace palpate

@@ -20,7 +20,7 @@ enum class RecordingKind : std::uint8_t { room, station };
 /// Which of a body's vertices are recorded: those of its triangles; all of a body without triangles.
 struct RecordedSurface {
   std::uint32_t body_vertices = 0;
-  std::uint64_t mesh_hash = 0;       ///< of the body's own topology (common/wire/mesh_hash.hpp)
+  std::uint64_t mesh_hash = 0;       ///< as in Welcome
   std::vector<std::uint32_t> nodes;  ///< indices of the recorded vertices in the body, ascending
   std::vector<Vec3> rest;            ///< of these, settled under gravity or not: as the scene makes them
   std::vector<Triangle> triangles;   ///< indices into `nodes`

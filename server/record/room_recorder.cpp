@@ -5,8 +5,6 @@
 #include <array>
 #include <utility>
 
-#include "common/wire/mesh_hash.hpp"
-
 namespace palpate {
 namespace {
 
@@ -99,7 +97,7 @@ void RoomRecorder::tick(const ServerCore& core, Micros now) {
 
 RecordedSurface recorded_surface(const Scene& scene) {
   const LumpedBody& body = scene.body;
-  return recorded_surface(body.nodes, body.triangles, mesh_hash(body.nodes.size(), body.triangles));
+  return recorded_surface(body.nodes, body.triangles, facts_of(scene, Vec3::Zero()).mesh_hash);
 }
 
 }  // namespace palpate

@@ -106,5 +106,6 @@ TEST_CASE("a file that cannot grow any more is said to, once, and keeps what it 
 
 TEST_CASE("a room's file is named after it", "[record]") {
   CHECK(named_after("out/session.rec", "liver") == "out/session-liver.rec");
+  CHECK(plain_name("../x") == "_._x");
   CHECK(named_after("session", "left/../lobe 2") == "session-left_.._lobe_2");
 }
