@@ -120,7 +120,8 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
   }
   recent_[recent_count_++ % kRecent] = sample;
   if (has_player_) environment_ = patch_force(sample, out);
-  out.force = guard_.pass(coupled ? coupling_force : environment_, device_, seconds(passed));
+  out.model_force = coupled ? coupling_force : environment_;
+  out.force = guard_.pass(out.model_force, device_, seconds(passed));
   return out;
 }
 

@@ -30,7 +30,8 @@ inline bool in_world(const Vec3& position) noexcept {
 }
 
 struct TickOutput {
-  Vec3 force = Vec3::Zero();  ///< what the device shall render, after the guard [N]
+  Vec3 force = Vec3::Zero();        ///< what the device shall render, after the guard [N]
+  Vec3 model_force = Vec3::Zero();  ///< before it
   bool contact = false;
   bool has_patch = false;
   Micros patch_age{};  ///< now minus the stamp of the patch in use

@@ -74,7 +74,7 @@ LinkFigures measure_link(const std::string& server, const std::string& station, 
   options.hello.role = Role::viewer;
   ClientCore core(options, monotonic_now());
   Seen seen;
-  UdpClient client(server, core, {}, [&seen](const ClientCore& c) { seen.look(c); });
+  UdpClient client(server, core, {}, [&seen](const ClientCore& c, auto, auto) { seen.look(c); });
   client.start();
   Micros begin = monotonic_now();
   const auto wait_until = [&](const auto& done) {

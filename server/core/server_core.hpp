@@ -37,12 +37,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "common/record/recording.hpp"
 #include "common/wire/codec.hpp"
 #include "common/wire/messages.hpp"
 #include "server/core/room_facts.hpp"
@@ -113,6 +115,9 @@ class ServerCore {
   /// Moment up to which the body was simulated. Meaningful from the first tick on.
   Micros body_time() const { return body_time_; }
 
+  /// Hears who comes, goes and is refused, and why.
+  std::function<void(const RecordedEvent&)> on_event;
+
   /// Everyone is told and forgotten.
   void shut_down();
 
@@ -141,6 +146,7 @@ class ServerCore {
   std::optional<Refuse> objection(const Hello& hello, const Station* in_place_of) const;
   void refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit);
   void drop_silent(Micros now);
+  void tell(RecordedEventKind kind, StationId id, const Hello& hello, const std::string& text, Micros now) const;
   Station* find(const std::string& name);
   const Station* find(const std::string& name) const;
 

@@ -58,16 +58,24 @@ void ServerCore::take_hello(const Message& message, PeerId from, std::size_t siz
   const bool again = old && old->peer == from && same(old->hello, hello);
   if (!again) {
     const bool for_us = hello.room.empty() || hello.room == options_.room;
-    if (for_us && old && old->peer != from && now - old->heard <= kSilentAfter)
-      return refuse(message, from, {RefuseReason::name_taken, "station \"" + hello.station + "\" is in the room already"}, size);
-    if (const auto no = objection(hello, old)) return refuse(message, from, *no, size);
-    if (old) stations_.erase(old->id);
+    const bool taken = for_us && old && old->peer != from && now - old->heard <= kSilentAfter;
+    const auto no = taken ? Refuse{RefuseReason::name_taken, "station \"" + hello.station + "\" is in the room already"}
+                          : objection(hello, old);
+    if (no) {
+      tell(RecordedEventKind::refused, 0, hello, no->message, now);
+      return refuse(message, from, *no, size);
+    }
+    if (old) {
+      tell(RecordedEventKind::silent, old->id, old->hello, "another takes its name", now);
+      stations_.erase(old->id);
+    }
     ++counts_.joins;
     Station& fresh = stations_[++last_id_];
     fresh.id = last_id_;
     fresh.peer = from;
     fresh.hello = hello;
     fresh.next_report = now + kLinkReportEvery;
+    tell(RecordedEventKind::joined, fresh.id, hello, "", now);
   }
   Station& station = again ? *old : stations_.at(last_id_);
   station.heard = now;
@@ -120,6 +128,7 @@ void ServerCore::take_from(Station& station, const Message& message, Micros now)
   }
   if (std::holds_alternative<Leave>(message.body)) {
     ++counts_.leaves;
+    tell(RecordedEventKind::left, station.id, station.hello, "", now);
     stations_.erase(station.id);
     return;
   }
@@ -173,7 +182,19 @@ void ServerCore::refuse(const Message& question, PeerId to, const Refuse& refusa
 }
 
 void ServerCore::drop_silent(Micros now) {
-  counts_.timeouts += std::erase_if(stations_, [now](const auto& entry) { return now - entry.second.heard >= kGoneAfter; });
+  counts_.timeouts += std::erase_if(stations_, [&](const auto& entry) {
+    const bool gone = now - entry.second.heard >= kGoneAfter;
+    if (gone) tell(RecordedEventKind::silent, entry.first, entry.second.hello, "", now);
+    return gone;
+  });
+}
+
+void ServerCore::tell(RecordedEventKind kind, StationId id, const Hello& hello, const std::string& text, Micros now) const {
+  if (!on_event) return;
+  const auto role = hello.role == Role::viewer ? RecordedRole::viewer
+                    : hello.shadow_of.empty()  ? RecordedRole::hand
+                                               : RecordedRole::shadow;
+  on_event({now, kind, id, role, hello.scheme, hello.station, text});
 }
 
 const Station* ServerCore::find(const std::string& name) const {

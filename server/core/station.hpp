@@ -75,8 +75,9 @@ struct StationReport {
   RttStats rtt;
   Micros offset{};  ///< its clock minus ours
   double drift_ppm = 0;
-  SeqCounts link;   ///< of the datagrams from it
-  Micros bridge{};  ///< what its patches are made to bridge
+  SeqCounts link;      ///< of the datagrams from it
+  Micros bridge{};     ///< what its patches are made to bridge
+  Micros patch_age{};  ///< that its patches reach, as it says; 0 = it has not said
   StationCounts counts;
 };
 
