@@ -107,14 +107,14 @@ void plot_axis(const std::filesystem::path& out, const Axis& axis, const Cells& 
                     : axis.value == &MaskingLink::jitter_ms ? "jitter_ms"
                                                             : "loss_pct";
   for (const Scheme s : schemes)
-    csv += fmt::format(",{0}_snr_db,{0}_p95_over_jnd,{0}_onset_worst_ms,{0}_felt_step_n", name_of(s));
+    csv += fmt::format(",{0}_snr_db,{0}_p95_over_jnd,{0}_onset_worst_ms,{0}_felt_step_n,{0}_uplink_kb_s", name_of(s));
   csv += '\n';
   for (const double x : xs) {
     fmt::format_to(std::back_inserter(csv), "{:g}", x);
     for (const Scheme s : schemes) {
       const Digest d = digest(those(cells, [&](const MaskingCell& c) { return c.scheme == s && c.link.*axis.value == x; }));
-      fmt::format_to(std::back_inserter(csv), ",{:.3f},{:.4g},{},{:.4g}", d.snr_db, d.p95_over_jnd, std::abs(d.onset_worst_ms),
-                     d.felt_worst_n);
+      fmt::format_to(std::back_inserter(csv), ",{:.3f},{:.4g},{},{:.4g},{:.4g}", d.snr_db, d.p95_over_jnd,
+                     std::abs(d.onset_worst_ms), d.felt_worst_n, 1e-3 * d.uplink_bytes_s);
     }
     csv += '\n';
   }
@@ -123,11 +123,15 @@ void plot_axis(const std::filesystem::path& out, const Axis& axis, const Cells& 
   std::vector<Panel> panels{{"force SNR [dB], median", {}},
                             {"p95 error / JND, median", {}, true},
                             {"onset error [ms], worst", {}, false, "set yrange [0:*]"},
-                            {"step at swaps [N], p99.9", {}, false, "set yrange [0:*]"}};
+                            {"felt step at swaps [N], p99.9", {}, false, "set yrange [0:*]"},
+                            {"sent to the server [kB/s], most", {}, false, "set yrange [0:*]"}};
   for (std::size_t k = 0; k < schemes.size(); ++k)
     for (std::size_t p = 0; p < panels.size(); ++p)
-      panels[p].curves.push_back(
-          {fmt::format("1:{}", 2 + 4 * k + p), std::string(name_of(schemes[k])), static_cast<int>(k) + 1, {}, "linespoints"});
+      panels[p].curves.push_back({fmt::format("1:{}", 2 + panels.size() * k + p),
+                                  std::string(name_of(schemes[k])),
+                                  static_cast<int>(k) + 1,
+                                  {},
+                                  "linespoints"});
   const bool over_rtt = axis.value == &MaskingLink::rtt_ms;
   plot_csv(
       file, out / fmt::format("masking-{}.svg", axis.name),

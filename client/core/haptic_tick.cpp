@@ -43,7 +43,8 @@ void HapticTick::note_age(Micros age) noexcept {
 
 int HapticTick::cross_fade_ticks(double step_n, double force_n) noexcept {
   constexpr double kUnnoticedN = 0.05, kUnnoticedShare = 0.05, kWithinTicks = 5;
-  const double ticks = std::ceil(kWithinTicks * step_n / std::max(kUnnoticedN, kUnnoticedShare * force_n));
+  const double steps = step_n / std::max(kUnnoticedN, kUnnoticedShare * force_n);  // each of which goes unnoticed
+  const double ticks = std::ceil(std::max(steps, std::min<double>(kWithinTicks * steps, kCrossFadeUsual)));
   return ticks < kCrossFadeMost ? std::max(kCrossFadeLeast, static_cast<int>(ticks)) : kCrossFadeMost;
 }
 

@@ -122,6 +122,9 @@ class Judge {
     }
     age();
     loss("to the server", f_.up, 0);
+    if (f_.up.share > kLossMost)
+      say(fmt::format("about {:.0f} of {:.0f} kbit/s get through to the server", (1 - f_.up.share) * f_.uplink_kbit_s,
+                      f_.uplink_kbit_s));
     // About as many datagrams come a frame as the server sends; a run of losses lasts so many frames.
     loss("from the server", f_.down, f_.datagrams_down_s > 0 ? 1e3 * f_.down.longest_run / f_.datagrams_down_s : 0);
     machine();

@@ -58,7 +58,7 @@ TEST_CASE("Without a patch there is no force") {
   CHECK_FALSE(out.has_patch);
 }
 
-TEST_CASE("The step at a swap is measured and decays linearly to nothing, a large one in ten ticks") {
+TEST_CASE("The step at a swap is measured and decays linearly to nothing") {
   Hand hand;
   hand.give(constant(Vec3(1, 0, 0), 1, hand.now()));
   CHECK(hand.ticks(100).force == Vec3(1, 0, 0));
@@ -68,20 +68,22 @@ TEST_CASE("The step at a swap is measured and decays linearly to nothing, a larg
   CHECK(swap.hand_over_step_n == Approx(2));
   CHECK(hand.haptic.counts().hand_over_step_max_n == Approx(2));
   CHECK(swap.force.x() == Approx(1));
-  for (int k = 1; k <= 12; ++k) {
+  for (int k = 1; k <= 16; ++k) {  // 2 N in 14 steps of less than 5 % of 3 N
     const TickOutput out = hand.tick();
     CHECK_FALSE(out.swapped);
-    CHECK(out.force.x() == Approx(std::min(1 + 0.2 * k, 3.0)));
+    CHECK(out.force.x() == Approx(std::min(1 + 2.0 / 14 * k, 3.0)));
   }
 }
 
-TEST_CASE("A step that a hand does not notice is gone in four ticks, a larger one moves the force no faster in 5 ms") {
+TEST_CASE(
+    "A step that a hand does not notice is gone in four ticks, a larger one moves the force no faster in 5 ms, a large one in "
+    "1") {
   struct Row {
     double step_n, force_n;
     int ticks;
   };
-  const auto row =
-      GENERATE(Row{0.02, 0.5, 4}, Row{0.04, 0.5, 4}, Row{0.07, 0.5, 7}, Row{0.07, 2, 4}, Row{0.19, 4, 5}, Row{5, 1, 10});
+  const auto row = GENERATE(Row{0.02, 0.5, 4}, Row{0.04, 0.5, 4}, Row{0.07, 0.5, 7}, Row{0.07, 2, 4}, Row{0.19, 4, 5},
+                            Row{0.4, 1, 10}, Row{0.61, 1, 13}, Row{5, 1, 25});
   Hand hand;
   hand.give(constant(Vec3(row.force_n - row.step_n, 0, 0), 1, hand.now()));
   hand.ticks(100);
