@@ -30,6 +30,8 @@ void add_limits(CLI::App& app, Run& run);
 void add_dominance(CLI::App& app, Run& run);
 void add_couplings(CLI::App& app, Run& run);
 void add_paper(CLI::App& app, Run& run);
+void add_export(CLI::App& app, Run& run);
+void add_summary(CLI::App& app, Run& run);
 
 /// agrees: the paper's statement or number holds here. differs: it does not, and `reason` says why. beyond: the paper has no
 /// number; ours is stated.

@@ -56,6 +56,8 @@ int main(int argc, char** argv) {
   palpate::add_dominance(app, run);
   palpate::add_couplings(app, run);
   palpate::add_paper(app, run);
+  palpate::add_export(app, run);
+  palpate::add_summary(app, run);
   app.add_subcommand("list", "name the experiments, a line each")->callback([&] {
     run = [&] {
       for (const CLI::App* experiment : app.get_subcommands({}))
