@@ -8,8 +8,8 @@
 //   corotational   Psi = mu |F - R|^2 + lambda/2 tr(R^T F - I)^2,  R the rotation of the polar decomposition, det R = 1 always
 //                  (mu = mu_L, lambda = lambda_L); linear elasticity in the turned frame of each element
 //   neo_hookean    Psi = mu/2 (I - 3) - mu/2 ln((I + 1) / 4) + lambda/2 ((J - alpha)^2 - (1 - alpha)^2),  I = |F|^2,
-//                  mu = 4/3 mu_L, lambda = lambda_L + 5/6 mu_L, alpha = 1 + 3 mu / (4 lambda): smooth for every F, flat and inside
-//                  out included, and without stress at rest
+//                  mu = 4/3 mu_L, lambda = lambda_L + 5/6 mu_L, alpha = 1 + 3 mu / (4 lambda): smooth for every F, flat and
+//                  inside out included, and without stress at rest
 // Source: Smith, De Goes and Kim, Stable neo-Hookean flesh simulation, ACM Trans. Graph. 37 (2018); for the eigenvectors of the
 // tangents also Smith et al., Analytic eigensystems for isotropic distortion energies, ACM Trans. Graph. 38 (2019).
 //
@@ -18,8 +18,8 @@
 // Rayleigh damping); it never resists a rigid motion and never gives energy: P_viscous : F' >= 0.
 //
 // Tangents: dP = a dF + sum_k c_k (Q_k : dF) Q_k + kappa dG[dF]. Exact for the elastic part; `clamp` drops the negative
-// eigenvalues, so that the element's stiffness is positive semi-definite. The dependence of P_viscous on F at fixed F' is left out,
-// as it is for springs (element_kernel.hpp).
+// eigenvalues, so that the element's stiffness is positive semi-definite. The dependence of P_viscous on F at fixed F' is left
+// out, as it is for springs (element_kernel.hpp).
 #pragma once
 
 #include <array>

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/base/types.hpp"
@@ -56,6 +57,11 @@ struct LumpedBody {
   double stiffening = 0;
   Vec3 gravity_m_s2 = Vec3::Zero();
 };
+
+/// Every pair of nodes that an element joins, once: the springs' in their order, then those of tetrahedra, ascending.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_of(const LumpedBody& body);
+/// Mean length of them at rest [m], 0 for none.
+double mean_edge_m(const LumpedBody& body);
 
 struct ToolSpec {
   ContactKind contact = ContactKind::touch;

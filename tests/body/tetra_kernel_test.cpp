@@ -14,7 +14,9 @@ const Mat34 kRest = (Mat34() << 0.1, 1.2, 0.2, 0.3, 0.0, 0.1, 1.1, 0.2, 0.0, 0.2
 class Draw {
  public:
   explicit Draw(unsigned seed) : random_(seed) {}
-  Mat3 matrix(double size) { return Mat3::NullaryExpr([&] { return size * normal_(random_); }); }
+  Mat3 matrix(double size) {
+    return Mat3::NullaryExpr([&] { return size * normal_(random_); });
+  }
   Mat3 rotation() { return Eigen::Quaterniond(matrix(1).col(0).homogeneous()).normalized().toRotationMatrix(); }
 
  private:
@@ -57,7 +59,8 @@ TEST_CASE("a tetrahedron's stress is the gradient of its energy", "[body][tetra]
     for (const Mat3& f : deformations()) {
       const Mat3 direction = draw.matrix(1), p = elastic_stress(m, f);
       const double h = 1e-6;
-      const double slope = (elastic_energy_density(m, f + h * direction) - elastic_energy_density(m, f - h * direction)) / (2 * h);
+      const double slope =
+          (elastic_energy_density(m, f + h * direction) - elastic_energy_density(m, f - h * direction)) / (2 * h);
       CHECK(slope == Approx(p.cwiseProduct(direction).sum()).epsilon(1e-6).margin(1e-3));
     }
 }
@@ -109,7 +112,8 @@ TEST_CASE("a clamped tetrahedron never softens and is exact where it does not", 
   int softening = 0, exact = 0;
   for (const TetraMaterial& m : materials())
     for (const Mat3& f : deformations()) {
-      const Mat12 k = element_stiffness(TetraTangent(m, f, false), rest), clamped = element_stiffness(TetraTangent(m, f, true), rest);
+      const Mat12 k = element_stiffness(TetraTangent(m, f, false), rest),
+                  clamped = element_stiffness(TetraTangent(m, f, true), rest);
       const Eigen::SelfAdjointEigenSolver<Mat12> eigen(k), eigen_clamped(clamped);
       CHECK((clamped - clamped.transpose()).norm() < 1e-9 * clamped.norm());
       CHECK(eigen_clamped.eigenvalues().minCoeff() > -1e-9 * clamped.norm());
