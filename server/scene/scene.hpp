@@ -28,8 +28,8 @@ struct Element {
 /// How a solid of finite elements resists (tetra_kernel.hpp).
 enum class SolidLaw : std::uint8_t { corotational, neo_hookean };
 
-/// An isotropic solid: Young's modulus and Poisson's ratio of small strains, and the time t by which its viscous stress is that of
-/// the rate of strain (stiffness-proportional Rayleigh damping, D = t K at rest).
+/// An isotropic solid: Young's modulus and Poisson's ratio of small strains, and the time t by which its viscous stress is that
+/// of the rate of strain (stiffness-proportional Rayleigh damping, D = t K at rest).
 struct SolidMaterial {
   SolidLaw law = SolidLaw::neo_hookean;
   double young_pa = 10e3, poisson = 0.45, damping_s = 0.01;
