@@ -252,7 +252,7 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
 
 std::optional<Patch> PatchBuilder::build_cubic(FrameModel& frame, std::size_t which, const PatchRequest& request,
                                                const Patch& patch) {
-  if (!has_series(dynamics_->body().law) || frame.ports()[which].kind == ContactKind::touch) return std::nullopt;
+  if (!can_expand(dynamics_->body()) || frame.ports()[which].kind == ContactKind::touch) return std::nullopt;
   std::optional<Patch> built;
   for (const bool clamp : {false, true}) {
     held_ = frame.held();
