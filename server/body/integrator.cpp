@@ -30,8 +30,7 @@ Integrator::Integrator(const Dynamics& dynamics, const Skin& skin, const Integra
       options_(options),
       a_(dynamics.make_matrix()),
       solver_(dynamics.nodes(), options.solver) {
-  const auto& elements = dynamics.body().elements;
-  for (const Element& e : elements) spacing_m_ += e.rest_length_m / static_cast<double>(elements.size());
+  spacing_m_ = mean_edge_m(dynamics.body());
 }
 
 AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,

@@ -63,10 +63,10 @@ PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double so
   Eigen::AlignedBox3d box;
   for (const Vec3& x : body.nodes) box.extend(x);
   extent_m_ = box.diagonal().norm();
-  for (const Element& e : body.elements) {
-    neighbours_[e.a].push_back(e.b);
-    neighbours_[e.b].push_back(e.a);
-    spacing_m_ += e.rest_length_m / static_cast<double>(body.elements.size());
+  spacing_m_ = mean_edge_m(body);
+  for (const auto& [a, b] : edges_of(body)) {
+    neighbours_[a].push_back(b);
+    neighbours_[b].push_back(a);
   }
 }
 
@@ -275,7 +275,7 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
 
 std::optional<Patch> PatchBuilder::build_cubic(FrameModel& frame, std::size_t which, const PatchRequest& request,
                                                const Patch& patch) {
-  if (!has_series(dynamics_->body().law) || frame.ports()[which].kind == ContactKind::touch) return std::nullopt;
+  if (!can_expand(dynamics_->body()) || frame.ports()[which].kind == ContactKind::touch) return std::nullopt;
   std::optional<Patch> built;
   for (const bool clamp : {false, true}) {
     held_ = frame.held();

@@ -1,0 +1,20 @@
+// Where the nodes of a body are and how they move.
+#pragma once
+
+#include "server/body/block_matrix.hpp"
+
+namespace palpate {
+
+/// x, v: 3 N (node 0 x, y, z, node 1 x, ...) [m], [m/s].
+struct BodyState {
+  double time_s = 0;
+  Vector x, v;
+};
+
+inline auto at_node(const Vector& y, std::uint32_t node) { return y.segment<3>(3 * static_cast<Eigen::Index>(node)); }
+inline auto at_node(Vector& y, std::uint32_t node) { return y.segment<3>(3 * static_cast<Eigen::Index>(node)); }
+
+/// With node vectors of several columns row by row: what a node does in all of them lies together.
+using NodeRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+}  // namespace palpate
