@@ -1,3 +1,4 @@
+#include "server/reduce/expansion.hpp"
 #include "server/reduce/patch_builder.hpp"
 
 #include <Eigen/Eigenvalues>

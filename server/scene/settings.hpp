@@ -26,7 +26,7 @@ struct LayerSettings {
   Vec3 below_m = Vec3::Constant(std::numeric_limits<double>::infinity());
   Vec3 above_m = Vec3::Constant(-std::numeric_limits<double>::infinity());
   double stiffness_n_m = 0, damping_n_s_m = 0;
-  SolidMaterial material;
+  SolidMaterial material = {};
 };
 
 /// Nodes that never move.
