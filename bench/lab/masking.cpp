@@ -112,7 +112,12 @@ void plot_axis(const std::filesystem::path& out, const Axis& axis, const Cells& 
   for (const double x : xs) {
     fmt::format_to(std::back_inserter(csv), "{:g}", x);
     for (const Scheme s : schemes) {
-      const Digest d = digest(those(cells, [&](const MaskingCell& c) { return c.scheme == s && c.link.*axis.value == x; }));
+      const Cells here = those(cells, [&](const MaskingCell& c) { return c.scheme == s && c.link.*axis.value == x; });
+      if (here.empty()) {
+        csv += ",nan,nan,nan,nan,nan";
+        continue;
+      }
+      const Digest d = digest(here);
       fmt::format_to(std::back_inserter(csv), ",{:.3f},{:.4g},{},{:.4g},{:.4g}", d.snr_db, d.p95_over_jnd,
                      std::abs(d.onset_worst_ms), d.felt_worst_n, 1e-3 * d.uplink_bytes_s);
     }
@@ -125,13 +130,17 @@ void plot_axis(const std::filesystem::path& out, const Axis& axis, const Cells& 
                             {"onset error [ms], worst", {}, false, "set yrange [0:*]"},
                             {"felt step at swaps [N], p99.9", {}, false, "set yrange [0:*]"},
                             {"sent to the server [kB/s], most", {}, false, "set yrange [0:*]"}};
+  const auto columns = panels.size();
   for (std::size_t k = 0; k < schemes.size(); ++k)
-    for (std::size_t p = 0; p < panels.size(); ++p)
-      panels[p].curves.push_back({fmt::format("1:{}", 2 + panels.size() * k + p),
+    for (std::size_t p = 0; p < columns; ++p)
+      panels[p].curves.push_back({fmt::format("1:{}", 2 + columns * k + p),
                                   std::string(name_of(schemes[k])),
                                   static_cast<int>(k) + 1,
                                   {},
                                   "linespoints"});
+  constexpr const char* kDashed = "lines dt 2";
+  panels[1].curves.push_back({"1:(1)", "just noticed", 8, {}, kDashed});
+  panels[3].curves.push_back({fmt::format("1:({})", kStepLimitN), "least limit", 8, {}, kDashed});
   const bool over_rtt = axis.value == &MaskingLink::rtt_ms;
   plot_csv(
       file, out / fmt::format("masking-{}.svg", axis.name),
@@ -217,9 +226,11 @@ Json promise(const Cells& cells, double rtt_ms) {
   fmt::print(
       "\n  SNR in dB against the full model at 1 kHz (median); calm: no jitter, no loss. p95/JND: 1 is just noticed (10 % of the "
       "force).\n"
-      "  within: share of the swaps whose step is at most 0.05 N or 5 % of the force, whichever is larger: between the old patch "
-      "and\n"
-      "  the new one, and of what is felt from one tick to the next after the cross-fade.\n\n");
+      "  within: share of the swaps whose step is at most 0.05 N or 5 % of the force, whichever is larger: raw, between the old "
+      "patch\n"
+      "  and the new one (nobody feels it), and felt, from one tick to the next in the cross-fade. The promise of 99.9 % is "
+      "about "
+      "felt.\n\n");
   return json;
 }
 
@@ -227,6 +238,7 @@ void port_by_body(const Cells& cells, double rtt_ms) {
   const Cells port = those(cells, [&](const MaskingCell& c) {
     return c.scheme == Scheme::port && c.link.rtt_ms == rtt_ms && c.link.jitter_ms == kPromisedJitterMs;
   });
+  if (port.empty()) return;
   fmt::print("  port on {:<12} {:<13} {:>13} {:>10} {:>8} {:>11} {:>10}\n", "body", "motion", "no loss [dB]", "loss [dB]",
              "p95/JND", "onset [ms]", "felt [N]");
   std::set<std::pair<std::string, std::string>> kinds;
