@@ -22,13 +22,16 @@ Micros frame_spacing(const Scenario& s) {
   return (1 + s.compute / frame) * frame;
 }
 
-/// By how much the server may misjudge a station's clock. A step that is shorter than a round trip looks like ways that became
-/// shorter and longer: no exchange of datagrams can tell the two apart. Then half the round trip is all that is certain.
-Micros clock_error(const Scenario& s, std::size_t station) {
-  const bool stepped = std::any_of(s.faults.begin(), s.faults.end(), [](const Fault& f) {
-    return f.kind == FaultKind::clock_step || f.kind == FaultKind::sleep || f.kind == FaultKind::server_clock_step;
-  });
-  return stepped ? (slowest_ever(s, station, true) + slowest_ever(s, station, false)) / 2 : Micros{};
+/// For how long the server may misjudge a clock after it stepped. A step that is shorter than a round trip looks like one way
+/// that became shorter and another that became longer: no exchange of datagrams can tell the two apart, so it stays until what
+/// was seen before is forgotten.
+Micros misjudged_for(const Scenario& s, const Fault& f) {
+  if (f.kind != FaultKind::clock_step && f.kind != FaultKind::sleep && f.kind != FaultKind::server_clock_step) return {};
+  const Micros step = f.kind == FaultKind::sleep ? f.end - f.begin : from_seconds(f.amount);
+  Micros round_trip{};
+  for (std::size_t k = 0; k < s.stations.size(); ++k)
+    round_trip = std::max(round_trip, slowest_ever(s, k, true) + slowest_ever(s, k, false));
+  return step <= round_trip + ClockSync::kStepLeast ? WindowedMinimum::kWindow : Micros{};
 }
 
 /// A patch knows the samples of the slowest punctual station, is computed after a frame at most one spacing later, and may then
@@ -36,8 +39,7 @@ Micros clock_error(const Scenario& s, std::size_t station) {
 Micros sent_age_max(const Scenario& s) {
   Micros slowest_up{};
   for (std::size_t k = 0; k < s.stations.size(); ++k)
-    if (s.stations[k].pushes())
-      slowest_up = std::max(slowest_up, slowest_ever(s, k, true) + clock_error(s, k) + UplinkPace::kCalm);
+    if (s.stations[k].pushes()) slowest_up = std::max(slowest_up, slowest_ever(s, k, true) + UplinkPace::kCalm);
   const Micros age = slowest_up + kLateAfter + 2 * frame_spacing(s) + s.compute + 2 * kTick;
   return age + from_seconds(kDriftSlack * seconds(age));
 }
@@ -49,9 +51,11 @@ std::vector<std::pair<Micros, Micros>> disturbances(const Scenario& s, std::size
   const auto shares_clock = [&](const Fault& f) {
     return f.kind == FaultKind::clock_step && s.stations[static_cast<std::size_t>(f.station)].owner == static_cast<int>(station);
   };
-  for (const Fault& f : s.faults)
+  for (const Fault& f : s.faults) {
+    if (misjudged_for(s, f) > Micros{}) times.emplace_back(f.begin, f.end + misjudged_for(s, f) + recovery);
     if (f.station < 0 || f.station == static_cast<int>(station) || f.station == plan.owner || shares_clock(f))
       times.emplace_back(f.begin, f.end + recovery);
+  }
   times.emplace_back(s.healed, s.healed + recovery);  // what a fault left behind may end here
   return times;
 }
@@ -74,6 +78,7 @@ std::vector<StationBounds> bounds_of(const Scenario& s) {
     b.unmoved = one || rigid;
     b.owner = plan.owner >= 0 ? static_cast<std::size_t>(plan.owner) : k;
     b.limits = {device.force_max_n, SimPhantom::kSlewMaxNS, PassivityMode::on};
+    b.future_max = plan.owner >= 0 ? PatchIntake::kShadowFutureMax : PatchIntake::kFutureMax;
     b.sent_age_max = sent_age_max(s);
     b.down_max = slowest_ever(s, k, false);
     b.frames = frame_spacing(s);

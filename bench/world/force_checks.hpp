@@ -1,7 +1,8 @@
 // Checks of what the hand feels.
 //
 //   limits     every force is finite, at most the device's peak, and changes by at most its slew limit times the tick
-//   fade       without a patch the force is zero; 50 ms after the validity of a patch ended, and for as long as it is in use, it is
+//   fade       without a patch the force is zero; 50 ms after the validity of a patch ended, and for as long as it is in use, it
+//   is
 //              zero; and in the k-th tick after a fresh one took over from there it is at most k / 50 of twice the device's peak
 //              (the guard may add as much again as is displayed), where the fresh one finds the tool in contact. Once nothing
 //              is lost any more nothing fades, whoever else is on the body
@@ -44,9 +45,9 @@ class FadeCheck final : public Check {
   struct Station {
     std::map<Micros, Micros> valid_for;  ///< of the patches that came, by their stamps
     bool in_reach = true;
-    Micros expired_ticks{};              ///< how long the patch in use has been invalid, in ticks
-    int needless_ticks = 0;              ///< of these, with the body in reach
-    int since_return = kReturnTicks;     ///< ticks since a force that had faded came back
+    Micros expired_ticks{};           ///< how long the patch in use has been invalid, in ticks
+    int needless_ticks = 0;           ///< of these, with the body in reach
+    int since_return = kReturnTicks;  ///< ticks since a force that had faded came back
   };
   void check_return(const SeenTick& seen, Station& s, bool was_faded);
 

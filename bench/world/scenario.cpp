@@ -10,19 +10,19 @@ namespace palpate {
 
 const char* describe(FaultKind kind) {
   constexpr std::array<const char*, kFaultKinds> kNames{"link cut towards the server",
-                                               "link cut towards the station",
-                                               "link cut",
-                                               "storm on the link",
-                                               "path changes",
-                                               "network thread stalls",
-                                               "haptic thread stalls",
-                                               "crashes",
-                                               "leaves",
-                                               "clock steps ahead",
-                                               "machine sleeps",
-                                               "server stalls",
-                                               "server dies",
-                                               "server's clock steps ahead"};
+                                                        "link cut towards the station",
+                                                        "link cut",
+                                                        "storm on the link",
+                                                        "path changes",
+                                                        "network thread stalls",
+                                                        "haptic thread stalls",
+                                                        "crashes",
+                                                        "leaves",
+                                                        "clock steps ahead",
+                                                        "machine sleeps",
+                                                        "server stalls",
+                                                        "server dies",
+                                                        "server's clock steps ahead"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 

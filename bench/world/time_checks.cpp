@@ -30,10 +30,10 @@ std::size_t CausalityCheck::known_at(Micros t, std::size_t station) const {
 }
 
 void CausalityCheck::tick(const SeenTick& seen) {
-  if (seen.out.has_patch && seen.out.patch_stamp > seen.own + PatchIntake::kFutureMax)
-    fail(seen.now,
-         fmt::format("{} uses a patch of the future, stamped {} us ahead of its clock; at most {} are allowed",
-                     bounds_[seen.station].name, (seen.out.patch_stamp - seen.own).count(), PatchIntake::kFutureMax.count()));
+  const Micros most = bounds_[seen.station].future_max;
+  if (seen.out.has_patch && seen.out.patch_stamp > seen.own + most)
+    fail(seen.now, fmt::format("{} uses a patch of the future, stamped {} us ahead of its clock; at most {} are allowed",
+                               bounds_[seen.station].name, (seen.out.patch_stamp - seen.own).count(), most.count()));
 }
 
 void CausalityCheck::datagram(Micros now, const DatagramEvent& event, const Message* message) {
@@ -68,9 +68,10 @@ void CausalityCheck::datagram(Micros now, const DatagramEvent& event, const Mess
 }
 
 void CausalityCheck::check_tool(Micros now, std::size_t station, const Patch& patch, const Sent& sent) {
-  if (sent.newest == Micros::min() || patch.stamp - sent.newest <= patch.valid_for) return;
-  fail(now, fmt::format("a patch for {} is stamped {} ms after the newest sample that the server had of its tool; it is valid for {} ms",
-                        bounds_[station].name, (patch.stamp - sent.newest) / Micros{1000}, patch.valid_for / Micros{1000}));
+  if (!bounds_[station].pushes || sent.newest == Micros::min() || patch.stamp - sent.newest <= patch.valid_for) return;
+  fail(now, fmt::format(
+                "a patch for {} is stamped {} ms after the newest sample that the server had of its tool; it is valid for {} ms",
+                bounds_[station].name, (patch.stamp - sent.newest) / Micros{1000}, patch.valid_for / Micros{1000}));
 }
 
 void CausalityCheck::check_place(Micros now, std::size_t station, const Patch& patch, const Sent& sent) {
@@ -108,7 +109,7 @@ void FreshnessCheck::datagram(Micros now, const DatagramEvent& event, const Mess
   if (!patch) return;
   s.in_reach = true;
   const StationBounds& bounds = bounds_[event.station];
-  if (patch->patch.stamp <= world_.station(event.station).clock(now) + PatchIntake::kFutureMax)
+  if (patch->patch.stamp <= world_.station(event.station).clock(now) + bounds.future_max)
     s.arrived.push_back({now, patch->patch.stamp});
   const Micros age = sent_own_[event.number] - patch->patch.stamp;
   if (bounds.calm(now) && age > bounds.sent_age_max)

@@ -30,7 +30,7 @@ void WorldStation::stall_net(bool stalled) { net_stalled_ = stalled; }
 void WorldStation::stall_haptic(bool stalled) { haptic_stalled_ = stalled; }
 
 void WorldStation::sleep(Micros now) {
-  if (up_ && !asleep()) asleep_since_ = now;
+  if (!asleep()) asleep_since_ = now;
 }
 
 void WorldStation::wake(Micros now) {

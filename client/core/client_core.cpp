@@ -12,6 +12,7 @@ ClientCore::ClientCore(const ClientOptions& options, Micros now)
       next_send_(now),
       next_beat_(now),
       ticked_(now),
+      intake_(patch_slot_, options.hello.shadow_of.empty() ? PatchIntake::kFutureMax : PatchIntake::kShadowFutureMax),
       haptic_(patch_slot_, sample_ring_, options.guard, options.coupling) {}
 
 void ClientCore::tick(Micros now) {

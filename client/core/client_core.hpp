@@ -127,7 +127,7 @@ class ClientCore {
   // the hand-offs to and from the haptic thread
   LatestSlot<PatchPlayer> patch_slot_;
   SampleRing sample_ring_;
-  PatchIntake intake_{patch_slot_};
+  PatchIntake intake_;
   HapticTick haptic_;
 };
 

@@ -1,7 +1,8 @@
 // The last metre of force. Whatever a patch says, what reaches the device is
 //     finite check -> clamp -> passivity limiter -> clamp -> slew limit -> finite check
 // in this order: the limiter weighs what the device would show, not what was asked for. A force that is not finite counts as
-// zero and never enters the limiter's memory; a tool position that is not finite makes the limiter skip the tick. A tick whose length is not a positive number leaves the force as it was.
+// zero and never enters the limiter's memory; a tool position that is not finite makes the limiter skip the tick. A tick whose
+// length is not a positive number leaves the force as it was.
 #pragma once
 
 #include <cmath>

@@ -44,7 +44,7 @@ bool PatchIntake::accept(const Patch& patch, Micros now) {
     ++counts_.too_old;
     return false;
   }
-  if (patch.stamp > now + kFutureMax) {
+  if (patch.stamp > now + future_max_) {
     ++counts_.from_future;
     return false;
   }

@@ -39,7 +39,9 @@ struct IntakeCounts {
 class PatchIntake {
  public:
   static constexpr Micros kFutureMax{20'000};  ///< a stamp further ahead of our own clock than this is nonsense
-  explicit PatchIntake(LatestSlot<PatchPlayer>& slot) : slot_(slot) {}
+  /// A shadow's stamps come by way of its hand's link, whose two ways may differ by much more than its own way takes.
+  static constexpr Micros kShadowFutureMax{250'000};
+  explicit PatchIntake(LatestSlot<PatchPlayer>& slot, Micros future_max = kFutureMax) : slot_(slot), future_max_(future_max) {}
   /// Every sample of the haptic thread, in order.
   void add_sample(const ToolSample& sample) { history_.add(sample); }
   const SampleHistory& history() const { return history_; }
@@ -57,6 +59,7 @@ class PatchIntake {
   void hand_over(const CubicTerms& terms);
 
   LatestSlot<PatchPlayer>& slot_;
+  Micros future_max_;
   SampleHistory history_;
   Patch patch_;  ///< the last one that was accepted
   TermsAssembly terms_;

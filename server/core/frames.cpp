@@ -164,9 +164,11 @@ void ServerCore::give(Station& station, StationFrame& frame, Micros now) {
 }
 
 /// Whether nothing is known of the tool for longer than the patch lasts: it would be played from where the tool is not any more.
+/// The samples of a shadow's tool come over the way of another station, and may take as long as that one's patches bridge.
 bool ServerCore::is_lost(const Station& station, const Patch& patch) const {
   const Station* const owner = tool_of(station);
-  return owner && !owner->timeline.empty() && patch.stamp - owner->timeline.newest() > patch.valid_for;
+  if (!owner || owner->timeline.empty()) return false;
+  return patch.stamp - owner->timeline.newest() > std::max(patch.valid_for, 2 * bridge(*owner));
 }
 
 void ServerCore::beat_all() {

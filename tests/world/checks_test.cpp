@@ -163,7 +163,8 @@ TEST_CASE("The check of causality sees a patch with a wrong stamp, and one from 
   CHECK(check.violations().size() == 1);
 }
 
-TEST_CASE("The check of causality sees a patch of a tool that has not been heard of for longer than the patch lasts", "[checks]") {
+TEST_CASE("The check of causality sees a patch of a tool that has not been heard of for longer than the patch lasts",
+          "[checks]") {
   const Scenario s = quiet();
   World world(s.scene, {});
   world.add_station({}, std::make_unique<ReplayDevice>(Motion::rest(Vec3::Zero(), 1)), {});
