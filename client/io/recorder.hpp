@@ -63,7 +63,6 @@ class Recorder {
   }
 
   std::size_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
-  std::size_t displays() const noexcept { return width_; }
 
  private:
   std::vector<TickRecord> ticks_;

@@ -62,16 +62,19 @@ Micros time_of(std::int64_t t, Sense& sense) {
   return sense.ok() ? Micros{t} : Micros{};
 }
 
+/// A sheet has no triangles, a station's recording no surface at all; FlatBuffers leave out what is empty.
 bool decode(const record::Surface& table, RecordedSurface& surface, Sense& sense) {
-  if (!table.nodes() || !table.rest() || !table.triangles()) return true;
-  const auto vertices = table.nodes()->size();
-  if (table.rest()->size() != vertices || table.triangles()->size() % 3 != 0) return false;
+  const std::size_t vertices = table.nodes() ? table.nodes()->size() : 0;
+  const std::size_t corners = table.triangles() ? table.triangles()->size() : 0;
+  if ((table.rest() ? table.rest()->size() : 0) != vertices || corners % 3 != 0) return false;
   surface.body_vertices = table.body_vertices();
   surface.mesh_hash = table.mesh_hash();
-  surface.nodes.assign(table.nodes()->begin(), table.nodes()->end());
-  for (const std::uint32_t node : surface.nodes) sense.that(node < surface.body_vertices);
-  each(table.rest(), [&](const wire::Point& x) { surface.rest.push_back(position_of(x, sense)); });
-  for (flatbuffers::uoffset_t i = 0; i < table.triangles()->size(); i += 3) {
+  for (flatbuffers::uoffset_t i = 0; i < vertices; ++i) {
+    surface.nodes.push_back(table.nodes()->Get(i));
+    surface.rest.push_back(position_of(*table.rest()->Get(i), sense));
+    sense.that(surface.nodes.back() < surface.body_vertices);
+  }
+  for (flatbuffers::uoffset_t i = 0; i < corners; i += 3) {
     surface.triangles.push_back({table.triangles()->Get(i), table.triangles()->Get(i + 1), table.triangles()->Get(i + 2)});
     for (const std::uint32_t corner : surface.triangles.back()) sense.that(corner < vertices);
   }

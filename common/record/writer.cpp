@@ -162,7 +162,6 @@ RecordingWriter::RecordingWriter(const RecordingHead& head) : state_(std::make_u
       [](flatbuffers::FlatBufferBuilder& b, const record::HeadT& t) { return record::CreateHead(b, &t).Union(); });
 }
 RecordingWriter::~RecordingWriter() = default;
-RecordingWriter::RecordingWriter(RecordingWriter&&) noexcept = default;
 
 void RecordingWriter::add(const RecordedPath& path) {
   if (path.samples.empty()) return;

@@ -21,7 +21,6 @@ class RecordingWriter {
   /// The head's bytes can be taken at once.
   explicit RecordingWriter(const RecordingHead& head);
   ~RecordingWriter();
-  RecordingWriter(RecordingWriter&&) noexcept;
 
   void add(const RecordedPath& path);
   void add(const RecordedFrame& frame);

@@ -95,6 +95,30 @@ TEST_CASE("shapes are right to a step of the box that they lie in, and found by 
   }
 }
 
+TEST_CASE("of a body without triangles every vertex is recorded, of a station's recording none", "[record]") {
+  RecordingHead head = small_head();
+  head.surface = recorded_surface(small_shape(0), {}, 5);
+  RecordingWriter sheet(head);
+  sheet.add_shape(Micros{1}, small_shape(4));
+  sheet.finish();
+  const auto bytes = sheet.take();
+  RecordingReader recording(bytes, "sheet");
+  CHECK(recording.head().surface.nodes == std::vector<std::uint32_t>{0, 1, 2, 3, 4});
+  const auto shape = recording.shape_at(Micros{1});
+  REQUIRE(shape);
+  CHECK((shape->positions[4] - small_shape(4)[4]).norm() < 2e-6);
+
+  head.surface = {};
+  RecordingWriter station(head);
+  station.add_shape(Micros{1}, small_shape(4));
+  station.add(RecordedTick{});
+  station.finish();
+  const auto no_shapes = station.take();
+  RecordingReader without(no_shapes, "station");
+  CHECK_FALSE(without.shape_at(Micros{1}));
+  CHECK(without.tools_at(Micros{1}).size() == 1);
+}
+
 TEST_CASE("a shape that did not change is written once a block", "[record]") {
   RecordingWriter writer(small_head());
   for (int k = 0; k < 100; ++k) {
