@@ -1,26 +1,10 @@
-// A part of the sweep of the full model alone.
+// Trials of the full model alone.
 #include "bench/measure/body_trial.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "bench/measure/stability_plan.hpp"
-
 using namespace palpate;
-
-TEST_CASE("A block that is ill-treated stays finite, gains no energy, tells of its cut steps and comes back") {
-  int cut = 0;
-  for (const BodyTrial& trial : body_trials(12, 5)) {
-    if (trial.step_ms < 1) continue;  // those take their time; the sweep has them
-    CAPTURE(name_of(trial.treatment), trial.law, trial.amount, trial.ratio, trial.zeta, trial.mass_min_kg, trial.mass_max_kg,
-            trial.step_ms, trial.seed);
-    const BodyTrialResult r = try_body(trial);
-    CAPTURE(r.steps, r.cut_steps, r.failed, r.growth, r.left, r.off_spacings, name_of(r.end));
-    CHECK(r.holds(trial));
-    cut += r.cut_steps > 0;
-  }
-  CHECK(cut > 0);
-}
 
 TEST_CASE("A block of ordinary tissue is back at rest within two seconds of a deep press, and one without dampers on its way") {
   BodyTrial trial;

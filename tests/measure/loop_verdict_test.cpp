@@ -110,13 +110,13 @@ TEST_CASE("A device with friction on a sampled wall is judged by the bound b > K
 }
 
 TEST_CASE("A limit cycle that is small beside the blow that began it is not stable") {
-  // Around where the hand wants to be the wall is stiff, beyond the boundary; 0.1 mm further out it yields.
+  // Around where the hand wants to be the wall is stiff, beyond the boundary; 0.04 mm further out it yields.
   const SimPhantomOptions options = held_by(*hand_from_name("light"));
   constexpr int kDelay = 60;
   const double limit = boundary_n_m(0.175, options.hand, (kDelay + 0.5) * kTickS);
   const auto law = [=](double, const std::deque<double>& z) {
     const double x = z[static_cast<std::size_t>(std::max(0, static_cast<int>(z.size()) - 1 - kDelay))] + 0.004;
-    return -1.3 * limit * std::clamp(x, -1e-4, 1e-4);
+    return -1.3 * limit * std::clamp(x, -4e-5, 4e-5);
   };
   const ClosedLoopResult reference = loop_on(wall(limit, 0), kPush, options, 6);
   const LoopVerdict verdict = judge_loop(loop_on(law, kPush, options, 6), reference, kRestTick);
