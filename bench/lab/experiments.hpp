@@ -26,6 +26,7 @@ void add_modes(CLI::App& app, Run& run);
 void add_scaling(CLI::App& app, Run& run);
 void add_haptic(CLI::App& app, Run& run);
 void add_release(CLI::App& app, Run& run);
+void add_stability(CLI::App& app, Run& run);
 void add_limits(CLI::App& app, Run& run);
 void add_dominance(CLI::App& app, Run& run);
 void add_couplings(CLI::App& app, Run& run);

@@ -52,6 +52,7 @@ int main(int argc, char** argv) {
   palpate::add_scaling(app, run);
   palpate::add_haptic(app, run);
   palpate::add_release(app, run);
+  palpate::add_stability(app, run);
   palpate::add_limits(app, run);
   palpate::add_dominance(app, run);
   palpate::add_couplings(app, run);

@@ -7,12 +7,12 @@
 #include <iterator>
 #include <limits>
 #include <set>
-#include <thread>
 
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/masking_cells.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
+#include "bench/lab/shards.hpp"
 #include "bench/measure/routes.hpp"
 #include "common/base/error.hpp"
 
@@ -20,10 +20,10 @@ namespace palpate {
 namespace {
 
 struct Flags {
-  std::string out, route, scenes = "scenes", shard = "1/1";
+  std::string out, route, scenes = "scenes";
   std::vector<std::string> schemes, axes;
-  bool quick = false, merge = false;
-  unsigned jobs = std::max(1U, std::thread::hardware_concurrency());
+  bool quick = false;
+  ShardFlags shards;
 };
 
 using Cells = std::vector<MaskingCell>;
@@ -263,26 +263,9 @@ void report(const Cells& cells, const std::filesystem::path& out, double rtt_ms)
   fmt::print("\n{}\n", (out / "summary.json").string());
 }
 
-struct Shard {
-  std::size_t index = 1, of = 1;
-};
-
-Shard shard_of(const std::string& text) {
-  Shard s;
-  char slash = 0, rest = 0;
-  if (std::sscanf(text.c_str(), "%zu%c%zu%c", &s.index, &slash, &s.of, &rest) != 3 || slash != '/' || s.index < 1 ||
-      s.index > s.of || s.of > 100'000)
-    throw InputError("--shard", "'" + text + "'", "i/n with 1 <= i <= n");
-  return s;
-}
-
-int merge(const Flags& flags, const std::filesystem::path& out, double rtt_ms) {
+int merge(const std::filesystem::path& out, double rtt_ms) {
   Cells cells;
-  std::set<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(out))
-    if (entry.path().filename().string().starts_with("cells-")) files.insert(entry.path());
-  if (files.empty()) throw InputError(flags.out, "holds no cells-*.csv", "the folder that the shards wrote to");
-  for (const auto& file : files) {
+  for (const auto& file : shard_files(out)) {
     Cells more = read_cells(file);
     cells.insert(cells.end(), more.begin(), more.end());
   }
@@ -306,25 +289,22 @@ int run_masking(const Flags& flags) {
     grid.axes = {"jitter", "loss", "burst"};
   }
   if (!flags.axes.empty()) grid.axes = flags.axes;
-  const Shard shard = shard_of(flags.shard);
+  const Shard shard = Shard::from(flags.shards.shard);
   const auto out = make_output_folder(flags.out);
-  if (flags.merge) return merge(flags, out, grid.rtt_ms);
-  Cells cells;
+  if (flags.shards.merge) return merge(out, grid.rtt_ms);
   const Cells all = masking_cells(grid);
-  for (std::size_t i = shard.index - 1; i < all.size(); i += shard.of) cells.push_back(all[i]);
-  fmt::print("{} runs of {}, {} at a time\n", cells.size(), all.size(), flags.jobs);
-  measure_cells(grid, cells, flags.jobs, [&](std::size_t done) {
+  Cells cells = shard.part_of(all);
+  fmt::print("{} runs of {}\n", cells.size(), all.size());
+  measure_cells(grid, cells, flags.shards.jobs, [&](std::size_t done) {
     if (done % 100 == 0) fmt::print("{} of {}\n", done, cells.size());
     std::fflush(stdout);
   });
-  if (shard.of > 1) {
-    const auto file = out / fmt::format("cells-{}-of-{}.csv", shard.index, shard.of);
-    write_text(file, cells_csv(cells));
+  const auto file = shard.file(out);
+  write_text(file, cells_csv(cells));
+  if (shard.of > 1)
     fmt::print("{}\n", file.string());
-    return 0;
-  }
-  write_text(out / "cells.csv", cells_csv(cells));
-  report(cells, out, grid.rtt_ms);
+  else
+    report(cells, out, grid.rtt_ms);
   return 0;
 }
 
@@ -341,10 +321,8 @@ void add_masking(CLI::App& app, Run& run) {
       ->delimiter(',')
       ->check(CLI::IsMember({"rtt", "jitter", "loss", "burst", "none"}));
   c->add_flag("--quick", flags->quick, "one body, two short motions, the ends of the axes");
-  c->add_option("--shard", flags->shard, "i/n: every n-th run from the i-th on, into cells-i-of-n.csv; then --merge");
-  c->add_flag("--merge", flags->merge, "no runs: gather what the shards left in --out");
   c->add_option("--scenes", flags->scenes, "folder of the scenes and motions")->capture_default_str();
-  c->add_option("--jobs", flags->jobs, "runs at a time; default: one a core")->check(CLI::Range(1U, 256U));
+  flags->shards.add_to(*c);
   c->add_option("--out", flags->out, "folder for summary.json, cells.csv, masking-*.csv and .svg")->required();
   c->callback([flags, &run] { run = [flags] { return run_masking(*flags); }; });
 }
