@@ -146,7 +146,7 @@ LumpedBody trial_body(const BodyTrial& trial) {
   s.nodes = {kNodes, kNodes, kNodes};
   s.size_m = Vec3::Constant(kHeightM);
   s.stiffness_n_m = kSoftestNM;
-  s.fixed_faces = {"z-"};
+  s.fixed.faces = {"z-"};
   s.law = trial.law;
   LumpedBody body = build_box(s).body;
   Random random(trial.seed);
