@@ -168,7 +168,8 @@ void ServerCore::give(Station& station, StationFrame& frame, Micros now) {
 bool ServerCore::is_lost(const Station& station, const Patch& patch) const {
   const Station* const owner = tool_of(station);
   if (!owner || owner->timeline.empty()) return false;
-  return patch.stamp - owner->timeline.newest() > std::max(patch.valid_for, 2 * bridge(*owner));
+  const Micros allowed = owner == &station ? patch.valid_for : std::max(patch.valid_for, 2 * bridge(*owner));
+  return patch.stamp - owner->timeline.newest() > allowed;
 }
 
 void ServerCore::beat_all() {

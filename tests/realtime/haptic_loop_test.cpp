@@ -70,8 +70,8 @@ class Witness final : public palpate::Device {
 };
 
 struct Display {
-  Display() {
-    auto patch = palpate::test::attach_patch(8, 1, palpate::monotonic_now());
+  explicit Display(Micros stamp = palpate::monotonic_now()) {
+    auto patch = palpate::test::attach_patch(8, 1, stamp);
     patch.force = Vec3(0, 0, 2);
     slot->back() = PatchPlayer(patch);
     slot->publish();
@@ -170,7 +170,8 @@ TEST_CASE("A loop that was never started stops harmlessly", "[realtime]") {
 
 TEST_CASE("Every tick can be read while the loop runs, main display and comparisons side by side", "[realtime]") {
   Witness device(kForever);
-  Display display, shadow;
+  const Micros stamp = palpate::monotonic_now();
+  Display display(stamp), shadow(stamp);
   HapticLoop loop(device, {&display.haptic, &shadow.haptic}, {false, 4096});
   loop.start();
   palpate::TickRecord tick;
