@@ -199,7 +199,7 @@ std::size_t ClientCore::emit(std::span<std::byte> out, Micros now) {
   if (std::exchange(hello_due_, false)) return say(options_.hello, out, now);
   if (send_due_)
     if (const auto size = emit_samples(out, now)) return size;
-  if (std::exchange(beat_due_, false)) return say(Beat{.link = link_report()}, out, now);
+  if (std::exchange(beat_due_, false)) return say(Beat{.link = link_report(), .ticks_late = haptic_.late_ticks()}, out, now);
   return 0;
 }
 

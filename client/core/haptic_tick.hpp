@@ -56,6 +56,10 @@ class HapticTick {
   /// Age that patches reach before the next one takes over: smoothed mean and twice the mean deviation (as TCP does with round
   /// trips); 0 before the second patch. Any thread.
   Micros bridged() const noexcept { return Micros{bridged_us_.load(std::memory_order_relaxed)}; }
+  /// The haptic thread woke late for this tick.
+  void note_late() noexcept { late_ticks_.store(late_ticks() + 1, std::memory_order_relaxed); }
+  /// How often it did. Any thread.
+  std::uint32_t late_ticks() const noexcept { return late_ticks_.load(std::memory_order_relaxed); }
   const HapticCounts& counts() const { return counts_; }
   const GuardCounts& guard_counts() const { return guard_.counts(); }
 
@@ -87,6 +91,7 @@ class HapticTick {
   double gain_ = 0;
   double age_mean_us_ = 0, age_deviation_us_ = 0;
   std::atomic<std::int64_t> bridged_us_{0};
+  std::atomic<std::uint32_t> late_ticks_{0};
   HapticCounts counts_;
 };
 

@@ -63,7 +63,10 @@ void HapticLoop::run() noexcept {
     sleep_until(due);
     const Micros lateness = monotonic_now() - due;
     stats_.late_us.add(lateness.count());
-    if (lateness > kLate) ++stats_.late;
+    if (lateness > kLate) {
+      ++stats_.late;
+      displays_.front()->note_late();
+    }
     if (lateness > kVeryLate) ++stats_.very_late;
     // A tick slept through is gone: the device is read for the newest moment that is due.
     const auto slept_through = lateness / kTick;

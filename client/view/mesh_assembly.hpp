@@ -1,8 +1,7 @@
-// The topology of the body, put together from pieces that come in any order, twice or not at all.
+// The mesh of the body, put together from pieces that come in any order, twice or not at all.
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "common/wire/messages.hpp"
@@ -21,18 +20,17 @@ class MeshAssembly {
   /// The next missing pieces, at most `most`; piece 0 alone until it is known how many there are.
   std::vector<std::uint32_t> missing(std::size_t most) const;
   bool complete() const { return complete_; }
-  const std::vector<Triangle>& triangles() const { return triangles_; }
+  const BodyMesh& mesh() const { return mesh_; }
   std::uint64_t rejected() const { return rejected_; }
 
  private:
   bool fits(const MeshPiece& piece) const;
   void finish();
 
-  std::uint32_t vertices_ = 0;
   std::uint64_t hash_ = 0, rejected_ = 0;
-  std::vector<Triangle> triangles_;
+  BodyMesh mesh_;
   std::vector<bool> has_piece_;  ///< empty until the first piece tells the number
-  std::vector<bool> has_triangle_;
+  std::vector<bool> has_vertex_, has_triangle_;
   bool complete_ = false;
 };
 

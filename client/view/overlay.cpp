@@ -8,27 +8,10 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "client/view/pen.hpp"
+
 namespace palpate {
 namespace {
-
-ImU32 packed(const Vec3f& srgb, float alpha = 1.0F) {
-  return ImGui::ColorConvertFloat4ToU32({srgb.x(), srgb.y(), srgb.z(), alpha});
-}
-
-/// The pen of one picture: sizes in units of the interface scale, colours of the theme.
-struct Pen {
-  ImDrawList& list;
-  const Theme& theme;
-  float scale, width, height;
-
-  float text(float x, float y, float size, const Vec3f& color, const std::string& words) const {
-    list.AddText(ImGui::GetFont(), size * scale, {x, y}, packed(color), words.c_str());
-    return measure(size, words);
-  }
-  float measure(float size, const std::string& words) const {
-    return ImGui::GetFont()->CalcTextSizeA(size * scale, 1e9F, 0, words.c_str()).x;
-  }
-};
 
 void draw_head(const Pen& pen, const Sight& sight, const Caption& caption) {
   const float left = 28 * pen.scale;
@@ -82,34 +65,68 @@ void draw_contacts(const Pen& pen, const Sight& sight, const Camera& camera) {
   }
 }
 
-void draw_legend(const Pen& pen, const Sight& sight) {
+struct Legend {
+  const char* title;
+  float per_unit;  ///< numbers on the legend for one in the sight
+  const char* unit;
+};
+Legend legend_of(ShapeChannel color) {
+  switch (color) {
+    case ShapeChannel::tension:
+      return {"largest force in an element", 1, "N"};
+    case ShapeChannel::support:
+      return {"reach of the local patches", 100, "%"};
+    case ShapeChannel::position:
+      break;
+  }
+  return {"displacement", 1000, "mm"};
+}
+
+void draw_legend(const Pen& pen, const Sight& sight, const Look& look) {
   constexpr int kParts = 64;
+  const Legend legend = legend_of(look.color);
   const float x = 28 * pen.scale, bar = 210 * pen.scale, thick = 11 * pen.scale, y = pen.height - 52 * pen.scale;
-  pen.text(x, y - 24 * pen.scale, 14, pen.theme.ink, "displacement since joining");
+  pen.text(x, y - 24 * pen.scale, 14, pen.theme.ink, legend.title);
   for (int i = 0; i < kParts; ++i) {
     const auto at = [&](int k) { return x + bar * static_cast<float>(k) / kParts; };
     pen.list.AddRectFilled({at(i), y}, {at(i + 1), y + thick},
                            packed(displacement_color((static_cast<float>(i) + 0.5F) / kParts)));
   }
-  const float max_mm = 1000 * sight.displacement_max_m;
+  const float most = legend.per_unit * sight.color_max;
   for (int i = 0; i <= 2; ++i) {
-    const std::string words = fmt::format("{:g}{}", 0.5F * static_cast<float>(i) * max_mm, i == 2 ? " mm" : "");
+    const std::string number = fmt::format("{:g}", 0.5F * static_cast<float>(i) * most);
     const float centre = x + bar * 0.5F * static_cast<float>(i);
-    const float w = pen.measure(13, fmt::format("{:g}", 0.5F * static_cast<float>(i) * max_mm));
     pen.list.AddLine({centre, y + thick}, {centre, y + thick + 4 * pen.scale}, packed(pen.theme.ink_soft), pen.scale);
-    pen.text(i == 0 ? x : centre - 0.5F * w, y + thick + 6 * pen.scale, 13, pen.theme.ink_soft, words);
+    pen.text(i == 0 ? x : centre - 0.5F * pen.measure(13, number), y + thick + 6 * pen.scale, 13, pen.theme.ink_soft,
+             i == 2 ? number + " " + legend.unit : number);
   }
 }
 
-void draw_scales(const Pen& pen, const Sight& sight, const Caption& caption) {
+/// A bar of the force, and of the floor's grid, as long as an arrow or a field is at the body's middle.
+void draw_scales(const Pen& pen, const Sight& sight, const Camera& camera, const Caption& caption) {
+  if (sight.triangles.empty()) return;
+  const Eigen::Matrix4f view_projection = camera.projection(pen.width / pen.height) * camera.view();
   const Box rest = bounds(sight.triangles, sight.rest);
-  const std::string words =
-      fmt::format("grid {:g} mm    force {:g} mm per N", 1000 * Renderer::grid_spacing(rest), 1000 * sight.arrow_m_per_n);
-  const float right = pen.width - 28 * pen.scale;
-  pen.text(right - pen.measure(13, words), pen.height - 35 * pen.scale, 13, pen.theme.ink_soft, words);
-  if (!caption.keys.empty()) {
-    pen.text(right - pen.measure(13, caption.keys), pen.height - 57 * pen.scale, 13, pen.theme.ink_soft, caption.keys);
-  }
+  const auto pixels = [&](float metres) {
+    const Vec3f beside = rest.center() + metres * camera.axes().col(0);
+    return to_pixels(view_projection, beside, pen.width, pen.height).x() -
+           to_pixels(view_projection, rest.center(), pen.width, pen.height).x();
+  };
+  const float grid_m = Renderer::grid_spacing(rest), force_n = round_down_125(0.3F * rest.diagonal() / sight.arrow_m_per_n);
+  float right = pen.width - 28 * pen.scale;
+  const auto bar = [&](float length, const std::string& words) {
+    const float y = pen.height - 40 * pen.scale, left = right - std::max(length, pen.measure(13, words));
+    const float thick = 1.6F * pen.scale, tick = 4 * pen.scale;
+    const ImU32 ink = packed(pen.theme.ink);
+    pen.list.AddLine({right - length, y}, {right, y}, ink, thick);
+    for (const float x : {right - length, right}) pen.list.AddLine({x, y - tick}, {x, y + tick}, ink, thick);
+    pen.text_left_of(right, y + 7 * pen.scale, 13, pen.theme.ink_soft, words);
+    right = left - 26 * pen.scale;
+  };
+  bar(pixels(grid_m), fmt::format("{:g} mm", 1000 * grid_m));
+  bar(pixels(force_n * sight.arrow_m_per_n), fmt::format("{:g} N", force_n));
+  if (caption.keys.empty()) return;
+  pen.text_left_of(pen.width - 28 * pen.scale, pen.height - 70 * pen.scale, 12, pen.theme.ink_soft, caption.keys);
 }
 
 }  // namespace
@@ -136,17 +153,18 @@ Overlay::~Overlay() {
   ImGui::DestroyContext();
 }
 
-void Overlay::draw(const Sight& sight, const Caption& caption, const Camera& camera, bool dark, int width, int height) {
+void Overlay::draw(const Sight& sight, const Caption& caption, const Camera& camera, const Look& look, int width, int height) {
   ImGuiIO& io = ImGui::GetIO();
   io.DisplaySize = {static_cast<float>(width), static_cast<float>(height)};
   io.DeltaTime = 1.0F / 60;
   ImGui_ImplOpenGL3_NewFrame();
   ImGui::NewFrame();
-  const Pen pen{*ImGui::GetForegroundDrawList(), theme(dark), scale_, io.DisplaySize.x, io.DisplaySize.y};
+  const Pen pen{*ImGui::GetForegroundDrawList(), theme(look.dark), scale_, io.DisplaySize.x, io.DisplaySize.y};
   draw_head(pen, sight, caption);
   draw_contacts(pen, sight, camera);
-  draw_legend(pen, sight);
-  draw_scales(pen, sight, caption);
+  draw_legend(pen, sight, look);
+  draw_scales(pen, sight, camera, caption);
+  if (look.panels) draw_panels(pen, caption.panels);
   ImGui::Render();
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }

@@ -1,9 +1,11 @@
-// Words and figures over the picture: title, stations with their forces, labels at the arrows, legend of the colours, scales.
+// Words and figures over the picture: title, stations with their forces, labels at the arrows, legend of the colours, scale bars,
+// panels.
 // Dear ImGui without windows and without a platform backend, so it works in a window and without a display alike.
 #pragma once
 
 #include <string>
 
+#include "client/view/panels.hpp"
 #include "client/view/renderer.hpp"
 
 namespace palpate {
@@ -12,6 +14,7 @@ struct Caption {
   std::string title;   ///< the scene
   std::string status;  ///< one line under it
   std::string keys;    ///< help at the bottom right, empty in pictures
+  PanelFigures panels = {};
 };
 
 class Overlay {
@@ -22,7 +25,7 @@ class Overlay {
   Overlay(const Overlay&) = delete;
   Overlay& operator=(const Overlay&) = delete;
   /// Draws over what the bound framebuffer holds.
-  void draw(const Sight& sight, const Caption& caption, const Camera& camera, bool dark, int width, int height);
+  void draw(const Sight& sight, const Caption& caption, const Camera& camera, const Look& look, int width, int height);
 
  private:
   float scale_;

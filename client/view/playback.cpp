@@ -21,11 +21,17 @@ Between<Item> between(const std::deque<Item>& items, Micros moment) {
   return {&from, &to, seconds(moment - from.body_time) / seconds(to.body_time - from.body_time)};
 }
 
-void blend(const Between<Shape>& pair, std::vector<Eigen::Vector3f>& positions) {
-  positions = pair.from->positions;
+template <class Value>
+void blend(const std::vector<Value>& from, const std::vector<Value>& to, float s, std::vector<Value>& between) {
+  between = from;
+  if (s == 0 || to.size() != from.size()) return;
+  for (std::size_t i = 0; i < between.size(); ++i) between[i] += s * (to[i] - between[i]);
+}
+
+void blend(const Between<Shape>& pair, Shape& shape) {
   const auto s = static_cast<float>(pair.s);
-  if (s == 0 || pair.to->positions.size() != positions.size()) return;
-  for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += s * (pair.to->positions[i] - positions[i]);
+  blend(pair.from->positions, pair.to->positions, s, shape.positions);
+  blend(pair.from->shade, pair.to->shade, s, shape.shade);
 }
 
 void blend(const Between<Tools>& pair, std::vector<ToolView>& tools) {
@@ -76,10 +82,11 @@ void Playback::add(const Tools& tools, Micros) {
   if (tools_.size() > kKept) tools_.pop_front();
 }
 
-bool Playback::at(Micros now, std::vector<Eigen::Vector3f>& positions, std::vector<ToolView>& tools) const {
+bool Playback::at(Micros now, Shape& shape, std::vector<ToolView>& tools) const {
   if (shapes_.empty()) return false;
   const Micros moment = now - latenesses_.front().value - delay();
-  blend(between(shapes_, moment), positions);
+  shape.body_time = moment;
+  blend(between(shapes_, moment), shape);
   tools.clear();
   if (!tools_.empty()) blend(between(tools_, moment), tools);
   return true;

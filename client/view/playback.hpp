@@ -21,8 +21,8 @@ class Playback {
   void add(const Tools& tools, Micros now);
 
   bool empty() const { return shapes_.empty(); }
-  /// Positions and tools of the moment that is due; false while there is no shape.
-  bool at(Micros now, std::vector<Eigen::Vector3f>& positions, std::vector<ToolView>& tools) const;
+  /// Shape and tools of the moment that is due; false while there is no shape.
+  bool at(Micros now, Shape& shape, std::vector<ToolView>& tools) const;
   Micros delay() const { return period_ + kJitterMargin; }
   Micros period() const { return period_; }
 

@@ -22,7 +22,7 @@ struct Renderer::Lights {
 namespace {
 
 constexpr int kMapSize = 1024, kWideMapSize = 256, kSkyMapSize = 128, kFloorMapSize = 192;
-constexpr int kFloatsPerTriangle = 24, kMaxLevel = 4;
+constexpr int kFloatsPerTriangle = 30, kMaxLevel = 4;
 const Vec3f kKeyDirection = Vec3f(-0.36F, -0.50F, 0.79F).normalized();
 
 /// Orthographic light around a sphere, looking along -direction.
@@ -111,7 +111,7 @@ Renderer::Renderer()
   glBindBuffer(GL_ARRAY_BUFFER, pattern_buffer_.id());
   attribute(0, 3, 3, 0);
   glBindBuffer(GL_ARRAY_BUFFER, instance_buffer_.id());
-  for (GLuint i = 0; i < 8; ++i) {
+  for (GLuint i = 0; i < 10; ++i) {
     attribute(i + 1, 3, kFloatsPerTriangle, 3 * static_cast<int>(i));
     glVertexAttribDivisor(i + 1, 1);
   }
@@ -123,30 +123,42 @@ Renderer::Renderer()
   attribute(3, 1, kSolidFloats, 9);
 }
 
+void Renderer::refine(const Look& look) {
+  const double affordable = std::sqrt(static_cast<double>(look.triangle_budget) / std::max(1, triangles_));
+  const int level = std::clamp(static_cast<int>(affordable), 1, kMaxLevel);
+  if (level == level_) return;
+  const std::vector<Vec3f> pattern = refinement(level);
+  upload(pattern_buffer_, std::as_bytes(std::span(pattern)));
+  pattern_vertices_ = static_cast<int>(pattern.size());
+  level_ = level;
+}
+
 void Renderer::upload_body(const Sight& sight, const Look& look) {
   update_surface(sight.triangles, sight.positions, surface_);
   triangles_ = static_cast<int>(sight.triangles.size());
-  const double affordable = std::sqrt(static_cast<double>(look.triangle_budget) / std::max(1, triangles_));
-  const int level = std::clamp(static_cast<int>(affordable), 1, kMaxLevel);
-  if (level != level_) {
-    const std::vector<Vec3f> pattern = refinement(level);
-    upload(pattern_buffer_, std::as_bytes(std::span(pattern)));
-    pattern_vertices_ = static_cast<int>(pattern.size());
-    level_ = level;
-  }
+  refine(look);
   instances_.clear();
   const auto add = [this](const Vec3f& v) { instances_.insert(instances_.end(), v.data(), v.data() + 3); };
+  const auto color = [&](std::uint32_t i) {
+    return sight.shade.empty() ? (sight.positions[i] - sight.rest[i]).norm() : sight.shade[i];
+  };
   for (const Triangle& t : sight.triangles) {
-    Vec3f moved, cavity;
+    Vec3f colors, cavity, fixed, strain;
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t i = t[static_cast<std::size_t>(k)];
-      moved[k] = (sight.positions[i] - sight.rest[i]).norm();
+      const std::uint32_t from = t[static_cast<std::size_t>((k + 1) % 3)], to = t[static_cast<std::size_t>((k + 2) % 3)];
+      colors[k] = color(i);
       cavity[k] = surface_.cavity[i];
+      fixed[k] = !sight.vertices.empty() && sight.vertices[i].fixed ? 1.0F : 0.0F;
+      const float length = (sight.rest[to] - sight.rest[from]).norm();
+      strain[k] = length > 0 ? (sight.positions[to] - sight.positions[from]).norm() / length - 1 : 0;
     }
     for (const std::uint32_t i : t) add(sight.positions[i]);
     for (const std::uint32_t i : t) add(surface_.normals[i]);
-    add(moved);
+    add(colors);
     add(cavity);
+    add(fixed);
+    add(strain);
   }
   upload(instance_buffer_, std::as_bytes(std::span(instances_)));
 }
@@ -283,10 +295,11 @@ void Renderer::draw(const Sight& sight, const Camera& camera, const Look& look, 
   bind_texture(1, colors_.id());
   light(body_, lights);
   body_.set("u_colors", 1);
-  body_.set("u_moved_max", sight.displacement_max_m);
+  body_.set("u_color_max", sight.color_max);
   body_.set("u_floor_z", lights.floor_center.z());
   body_.set("u_size", size);
-  body_.set("u_wireframe", look.wireframe ? 1.0F : 0.0F);
+  body_.set("u_lines", static_cast<int>(look.lines));
+  body_.set("u_strain_max", kStrainMax);
   body_.set("u_bias", 0.007F * size);
   draw_body();
   light(solid_, lights);

@@ -18,19 +18,27 @@
 
 namespace palpate {
 
-/// What is to be seen. `rest` is what displacement is measured from; both spans have the same size.
+/// What is to be seen. `rest` is what displacement is measured from; the spans over vertices have the same size.
 struct Sight {
   std::span<const Triangle> triangles;
   std::span<const Vec3f> positions, rest;
+  std::span<const float> shade;          ///< what colours show in its place; empty: displacement
+  std::span<const MeshVertex> vertices;  ///< whose fixed ones are marked; empty: none
   std::span<const ToolView> tools;
-  float displacement_max_m = 0.002F;  ///< end of the colour legend
-  float arrow_m_per_n = 0.02F;        ///< length of force arrows
+  float color_max = 0.002F;     ///< end of the colour legend, [m] or the unit of the shade
+  float arrow_m_per_n = 0.02F;  ///< length of force arrows
 };
 
+/// Lines over the body: none, the edges of its triangles, or these in the colour of their strain.
+enum class Lines : std::uint8_t { none, edges, strain };
+inline constexpr float kStrainMax = 0.06F;  ///< at which their colour is full
+
 struct Look {
-  bool dark = false, wireframe = false;
-  int shadow_taps = 16;          ///< samples of a penumbra on the body; the floor takes 2.5 times as many
-  int triangle_budget = 20'000;  ///< refined triangles of the body; a coarser refinement when it would take more
+  bool dark = false, panels = true;
+  Lines lines = Lines::none;
+  ShapeChannel color = ShapeChannel::position;  ///< what the legend names
+  int shadow_taps = 16;                         ///< samples of a penumbra on the body; the floor takes 2.5 times as many
+  int triangle_budget = 20'000;                 ///< refined triangles of the body; a coarser refinement when it would take more
 };
 
 class Renderer {
@@ -46,6 +54,7 @@ class Renderer {
 
  private:
   struct Lights;
+  void refine(const Look& look);
   void upload_body(const Sight& sight, const Look& look);
   void upload_solids(const Sight& sight, const Box& rest);
   void draw_shadow(const GlTarget& map, const Eigen::Matrix4f& matrix);
@@ -62,7 +71,7 @@ class Renderer {
   GlTexture colors_;
   GlTarget key_map_, wide_key_map_, sky_map_, floor_map_;  ///< the wide map is coarse, for soft shadows on the floor
   std::unique_ptr<GlTarget> samples_;
-  Surface surface_;
+  SurfaceShade surface_;
   SolidMesh solids_;
   std::vector<float> instances_;
   int level_ = 0, pattern_vertices_ = 0, triangles_ = 0;

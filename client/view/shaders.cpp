@@ -56,12 +56,15 @@ layout(location = 3) in vec3 a_p2;
 layout(location = 4) in vec3 a_n0;
 layout(location = 5) in vec3 a_n1;
 layout(location = 6) in vec3 a_n2;
-layout(location = 7) in vec3 a_moved;
+layout(location = 7) in vec3 a_shade;
 layout(location = 8) in vec3 a_cavity;
+layout(location = 9) in vec3 a_fixed;
+layout(location = 10) in vec3 a_strain;  // of the edge across from each corner
 uniform mat4 u_view_projection;
 out vec3 v_edge;
 centroid out vec3 v_position, v_normal;
-centroid out float v_moved, v_cavity;
+centroid out float v_shade, v_cavity, v_fixed;
+flat out vec3 v_strain;
 // Curved point-normal triangles: A. Vlachos et al., I3D 2001. They pass through the body's own vertices.
 vec3 inner(vec3 from, vec3 to, vec3 n) { return (2.0 * from + to - dot(to - from, n) * n) / 3.0; }
 vec3 middle(vec3 p, vec3 q, vec3 n, vec3 m) {
@@ -80,7 +83,9 @@ void main() {
   v_normal = a_n0 * (u * u) + a_n1 * (v * v) + a_n2 * (w * w) + middle(a_p0, a_p1, a_n0, a_n1) * (u * v) +
              middle(a_p1, a_p2, a_n1, a_n2) * (v * w) + middle(a_p2, a_p0, a_n2, a_n0) * (u * w);
   v_edge = a_weight;
-  v_moved = dot(a_moved, a_weight);
+  v_shade = dot(a_shade, a_weight);
+  v_fixed = dot(a_fixed, a_weight);
+  v_strain = a_strain;
   v_cavity = dot(a_cavity, a_weight);
   gl_Position = u_view_projection * vec4(v_position, 1.0);
 }
@@ -91,21 +96,31 @@ std::string body_fragment() {
   return std::string(kShadow) + kStudio + R"GLSL(
 in vec3 v_edge;
 centroid in vec3 v_position, v_normal;
-centroid in float v_moved, v_cavity;
+centroid in float v_shade, v_cavity, v_fixed;
+flat in vec3 v_strain;
 uniform sampler2D u_colors;
-uniform float u_moved_max, u_floor_z, u_size, u_wireframe, u_bias;
+uniform float u_color_max, u_floor_z, u_size, u_bias, u_strain_max;
+uniform int u_lines;  // Lines
 out vec4 color;
 void main() {
   vec3 n = normalize(v_normal) * (gl_FrontFacing ? 1.0 : -1.0);
-  vec3 albedo = texture(u_colors, vec2(v_moved / u_moved_max * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
+  vec3 albedo = texture(u_colors, vec2(v_shade / u_color_max * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
+  // What is held fast: slate, with a crisp border halfway to the first free vertex.
+  float held = smoothstep(0.5 - fwidth(v_fixed), 0.5 + fwidth(v_fixed), v_fixed);
+  albedo = mix(albedo, vec3(0.10, 0.115, 0.14), 0.82 * held);
   float open = clamp(1.0 - 1.5 * v_cavity, 0.45, 1.12);
   open *= mix(0.62 + 0.38 * clamp(n.z, 0.0, 1.0), 1.0, smoothstep(0.0, 0.30, (v_position.z - u_floor_z) / u_size));
   float lit = lit_fraction(u_key_map, u_key_matrix, v_position + u_bias * (n + 0.6 * u_key_direction), 0.010);
   vec3 c = studio(albedo, n, v_position, 1.0, 0.42, open, lit);
-  vec3 w = fwidth(v_edge);
-  vec3 near = smoothstep(0.4 * w, 1.3 * w, v_edge);
+  vec3 w = fwidth(v_edge), near = smoothstep((u_lines == 2 ? 0.7 : 0.4) * w, (u_lines == 2 ? 1.7 : 1.3) * w, v_edge);
   float edge = 1.0 - min(near.x, min(near.y, near.z));
-  c = mix(c, c * 0.25, edge * u_wireframe);
+  if (u_lines == 1) c = mix(c, c * 0.25, edge);
+  if (u_lines == 2) {
+    float strain = near.x < min(near.y, near.z) ? v_strain.x : near.y < near.z ? v_strain.y : v_strain.z;
+    float s = clamp(strain / u_strain_max, -1.0, 1.0);
+    vec3 pushed = vec3(0.05, 0.28, 0.85), slack = vec3(0.60, 0.59, 0.57), pulled = vec3(0.90, 0.16, 0.04);
+    c = mix(c * 0.55, mix(slack, s < 0.0 ? pushed : pulled, sqrt(abs(s))), edge);
+  }
   color = vec4(develop(c), 1.0);
 }
 )GLSL";

@@ -1,57 +1,77 @@
 #include "client/view/shape_assembly.hpp"
 
+#include <algorithm>
+
 namespace palpate {
+namespace {
 
-void ShapeAssembly::expect(std::uint32_t vertices) {
-  positions_.assign(vertices, Eigen::Vector3f::Zero());
-  shape_of_.assign(vertices, 0);
-  number_ = 0;
-  unknown_ = missing_ = vertices;
-  body_time_ = {};
+bool is_newer(std::uint32_t frame, std::uint32_t than) { return static_cast<std::int32_t>(frame - than) > 0; }
+
+}  // namespace
+
+void ShapeAssembly::rest(const std::vector<MeshVertex>& vertices) {
+  rest_.clear();
+  for (const MeshVertex& vertex : vertices) rest_.push_back(vertex.rest.cast<float>());
+  positions_ = rest_;
+  for (auto& shade : shades_) shade.assign(rest_.size(), 0.0F);
+  for (auto& frames : block_frames_) frames.assign((rest_.size() + kBlockVertices - 1) / kBlockVertices, 0);
+  frame_ = 0;
   open_ = false;
-}
-
-void ShapeAssembly::begin(Micros body_time) {
-  ++number_;
-  body_time_ = body_time;
-  missing_ = positions_.size();
-  open_ = true;
 }
 
 void ShapeAssembly::emit(std::vector<Shape>& finished) {
   open_ = false;
-  if (unknown_ > 0) {
-    ++counts_.dropped;
-    return;
-  }
-  ++(missing_ == 0 ? counts_.complete : counts_.healed);
-  finished.push_back({body_time_, positions_});
+  ++(came_ + 1 == expected_ ? counts_.complete : counts_.healed);
+  finished.push_back({body_time_, positions_,
+                      shown_ == ShapeChannel::position ? std::vector<float>{} : shades_[static_cast<std::size_t>(shown_)]});
+}
+
+/// Opens the frame when it is a newer one. False when it is over.
+bool ShapeAssembly::reach(std::uint32_t frame, Micros body_time, std::vector<Shape>& finished) {
+  if (frame_ != 0 && !is_newer(frame, frame_)) return open_ && frame == frame_;
+  if (open_) emit(finished);
+  frame_ = frame;
+  body_time_ = body_time;
+  came_ = expected_ = 0;
+  open_ = true;
+  return true;
 }
 
 void ShapeAssembly::take(const ShapePiece& piece, std::vector<Shape>& finished) {
-  const std::size_t n = piece.positions.size();
-  if (n == 0 || piece.first > positions_.size() || n > positions_.size() - piece.first) {
+  if (reach(piece.frame, piece.body_time, finished))
+    ++came_;
+  else
+    ++counts_.late_pieces;
+  counts_.bytes += piece.blocks.size();
+  BlockReader reader(piece.blocks, components_of(piece.channel));
+  for (ShapeBlock block; reader.next(block);) apply(block, piece);
+  if (open_ && came_ + 1 == expected_) emit(finished);
+}
+
+void ShapeAssembly::take(const Tools& tools, std::vector<Shape>& finished) {
+  if (!reach(tools.frame, tools.body_time, finished)) return;
+  expected_ = tools.pieces + 1u;
+  if (came_ + 1 == expected_) emit(finished);
+}
+
+void ShapeAssembly::apply(const ShapeBlock& block, const ShapePiece& piece) {
+  const auto channel = static_cast<std::size_t>(piece.channel);
+  const std::size_t first = std::size_t{block.index} * kBlockVertices;
+  if (block.index >= block_frames_[channel].size() || block.vertices > rest_.size() - first) {
     ++counts_.misfits;
     return;
   }
-  const bool newer = number_ == 0 || piece.body_time > body_time_ + kSameShape;
-  if (!newer && (!open_ || piece.body_time < body_time_ - kSameShape)) {
-    ++counts_.late_pieces;
-    return;
+  auto& heard = block_frames_[channel][block.index];
+  if (heard != 0 && is_newer(heard, piece.frame)) return;
+  heard = piece.frame;
+  const auto unit = static_cast<float>(piece.unit);
+  for (std::size_t i = 0; i < block.vertices; ++i) {
+    const auto number = [&](std::size_t k) { return unit * static_cast<float>(block.numbers[k]); };
+    if (piece.channel == ShapeChannel::position)
+      positions_[first + i] = rest_[first + i] + Eigen::Vector3f(number(3 * i), number(3 * i + 1), number(3 * i + 2));
+    else
+      shades_[channel][first + i] = number(i);
   }
-  if (newer) {
-    if (open_) emit(finished);
-    begin(piece.body_time);
-  }
-  for (std::size_t i = 0; i < n; ++i) {
-    std::uint32_t& last = shape_of_[piece.first + i];
-    if (last == number_) continue;
-    if (last == 0) --unknown_;
-    --missing_;
-    last = number_;
-    positions_[piece.first + i] = piece.positions[i].cast<float>();
-  }
-  if (missing_ == 0) emit(finished);
 }
 
 }  // namespace palpate

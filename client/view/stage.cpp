@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr float kArrowShare = 0.34F;  // of the body's diagonal, for the strongest force seen
+constexpr float kArrowShare = 0.24F;  // of the body's diagonal, for the strongest force seen
 
 float interface_scale(int width, int height, float density) {
   const float fit = std::min(static_cast<float>(width) / 1280.0F, static_cast<float>(height) / 800.0F) / density;
@@ -18,12 +18,13 @@ float interface_scale(int width, int height, float density) {
 }  // namespace
 
 void Scales::see(std::span<const Triangle> triangles, std::span<const Vec3f> positions, std::span<const Vec3f> rest,
-                 std::span<const ToolView> tools) {
+                 std::span<const float> shade, std::span<const ToolView> tools) {
   float moved = 0;
   for (const Triangle& t : triangles) {
     for (const std::uint32_t i : t) moved = std::max(moved, (positions[i] - rest[i]).norm());
   }
   displacement_max_m_ = std::max(displacement_max_m_, round_up_125(std::max(moved, 1e-4F)));
+  for (const float s : shade) shade_max_ = std::max(shade_max_, round_up_125(std::max(s, 1e-4F)));
   for (const ToolView& tool : tools) force_peak_n_ = std::max(force_peak_n_, static_cast<float>(tool.force.norm()));
   const float wanted = kArrowShare * bounds(triangles, rest).diagonal() / force_peak_n_;
   arrow_m_per_n_ = round_down_125(wanted);
@@ -35,7 +36,7 @@ void Stage::draw(const Sight& sight, const Caption& caption, const Camera& camer
                  GlId target) {
   renderer_.draw(sight, camera, look, width, height, target);
   glViewport(0, 0, width, height);
-  overlay_.draw(sight, caption, camera, look.dark, width, height);
+  overlay_.draw(sight, caption, camera, look, width, height);
 }
 
 Picture Stage::photograph(const Sight& sight, const Caption& caption, const Camera& camera, const Look& look, int width,

@@ -12,13 +12,15 @@ namespace palpate {
 /// Scales that a viewer can read off a legend: rounded, and never shrinking while one watches.
 class Scales {
  public:
+  /// Without a shade the colours are those of displacement.
   void see(std::span<const Triangle> triangles, std::span<const Vec3f> positions, std::span<const Vec3f> rest,
-           std::span<const ToolView> tools);
-  float displacement_max_m() const { return displacement_max_m_; }
+           std::span<const float> shade, std::span<const ToolView> tools);
+  /// End of the legend: [m] of displacement, or in the unit of the shade.
+  float color_max(bool shaded) const { return shaded ? shade_max_ : displacement_max_m_; }
   float arrow_m_per_n() const { return arrow_m_per_n_; }
 
  private:
-  float displacement_max_m_ = 0.001F, arrow_m_per_n_ = 0.001F, force_peak_n_ = 0.5F;
+  float displacement_max_m_ = 0.001F, shade_max_ = 0.01F, arrow_m_per_n_ = 0.001F, force_peak_n_ = 0.5F;
 };
 
 class Stage {

@@ -41,7 +41,7 @@ void update_normals(std::span<const Triangle> triangles, std::span<const Vec3f> 
 
 }  // namespace
 
-void update_surface(std::span<const Triangle> triangles, std::span<const Vec3f> positions, Surface& surface) {
+void update_surface(std::span<const Triangle> triangles, std::span<const Vec3f> positions, SurfaceShade& surface) {
   update_normals(triangles, positions, surface.normals);
   const std::size_t n = positions.size();
   const auto toward = edge_mean<Vec3f>(triangles, n, Vec3f::Zero(),

@@ -16,13 +16,13 @@ namespace palpate {
 
 using Vec3f = Eigen::Vector3f;
 
-struct Surface {
+struct SurfaceShade {
   std::vector<Vec3f> normals;
   std::vector<float> cavity;
 };
 
 /// Vertices that no triangle uses get normal z and cavity 0. `triangles` index into `positions`.
-void update_surface(std::span<const Triangle> triangles, std::span<const Vec3f> positions, Surface& surface);
+void update_surface(std::span<const Triangle> triangles, std::span<const Vec3f> positions, SurfaceShade& surface);
 
 struct Box {
   Vec3f low = Vec3f::Zero(), high = Vec3f::Zero();

@@ -22,6 +22,10 @@ void ViewCore::tick(Micros now) {
     return;
   }
   if (!mesh_.complete() && now >= next_mesh_) ask_for_mesh(now);
+  if (now >= next_state_) {
+    state_due_ = true;
+    next_state_ = Micros::max();
+  }
   if (now >= next_beat_) {
     beat_due_ = true;
     next_beat_ = now + kBeatEvery;
@@ -31,15 +35,22 @@ void ViewCore::tick(Micros now) {
 Micros ViewCore::deadline() const {
   if (left_) return Micros::max();
   if (link_ != ViewLink::joined) return next_hello_;
-  const Micros alive_at = std::min(next_beat_, heard_ + kLostAfter);
+  const Micros alive_at = std::min({next_beat_, next_state_, heard_ + kLostAfter});
   return mesh_.complete() ? alive_at : std::min(alive_at, next_mesh_);
 }
 
 void ViewCore::leave() {
   leave_due_ = link_ == ViewLink::joined;
   left_ = true;
-  hello_due_ = beat_due_ = false;
+  hello_due_ = beat_due_ = state_due_ = false;
   asking_.clear();
+}
+
+void ViewCore::show_channel(ShapeChannel channel) {
+  if (channel == channel_) return;
+  channel_ = channel;
+  shapes_.show(channel);
+  if (link_ == ViewLink::joined) state_due_ = true;
 }
 
 void ViewCore::take(std::span<const std::byte> bytes, Micros now) {
@@ -64,12 +75,40 @@ void ViewCore::take(std::span<const std::byte> bytes, Micros now) {
   }
   heard_ = now;
   clock_.take(message.clock, now);
-  if (const auto* piece = std::get_if<ShapePiece>(&message.body)) take_shape(*piece, now);
-  if (const auto* tools = std::get_if<Tools>(&message.body)) playback_.add(*tools, now);
-  if (const auto* piece = std::get_if<MeshPiece>(&message.body)) {
-    mesh_.take(*piece);
-    if (asked_ > 0 && --asked_ == 0) next_mesh_ = now;
+  if (const auto* piece = std::get_if<MeshPiece>(&message.body)) take_mesh(*piece, now);
+  if (const auto* room = std::get_if<RoomView>(&message.body)) room_ = *room;
+  const auto* const piece = std::get_if<ShapePiece>(&message.body);
+  // Without the mesh a shape means nothing: it counts as lost, and what it held comes again.
+  if (piece && !mesh_.complete()) return;
+  note(message.seq, now);
+  if (piece) take_shape(*piece, now);
+  const auto* const tools = std::get_if<Tools>(&message.body);
+  if (!tools || !mesh_.complete()) return;
+  take_shape(*tools, now);
+  playback_.add(*tools, now);
+}
+
+/// Remembers that a datagram came, to tell the server.
+void ViewCore::note(std::uint32_t seq, Micros now) {
+  const auto ahead = static_cast<std::int32_t>(seq - state_.newest);
+  if (!heard_any_ || ahead > 0) {
+    state_.have = heard_any_ && ahead < 64 ? state_.have << ahead | 1 : 1;
+    state_.newest = seq;
+    heard_any_ = true;
+  } else if (ahead > -64) {
+    state_.have |= std::uint64_t{1} << -ahead;
   }
+  if (next_state_ == Micros::max()) next_state_ = now + kStateEvery;
+}
+
+void ViewCore::take_mesh(const MeshPiece& piece, Micros now) {
+  const bool had = mesh_.complete();
+  mesh_.take(piece);
+  if (asked_ > 0 && --asked_ == 0) next_mesh_ = now;
+  if (had || !mesh_.complete()) return;
+  shapes_.rest(mesh_.mesh().vertices);
+  rest_.clear();
+  for (const MeshVertex& vertex : mesh_.mesh().vertices) rest_.push_back(vertex.rest.cast<float>());
 }
 
 void ViewCore::take_welcome(const Message& message, Micros now) {
@@ -83,9 +122,11 @@ void ViewCore::take_welcome(const Message& message, Micros now) {
   const auto& welcome = std::get<Welcome>(message.body);
   const bool same_mesh = counts_.joins > 0 && welcome.mesh_hash == welcome_.mesh_hash && welcome.vertices == welcome_.vertices &&
                          welcome.triangles == welcome_.triangles;
-  if (message.instance != instance_ || message.station != station_) {
+  const bool same_session = message.instance == instance_ && message.station == station_;
+  if (!same_session) {
     clock_ = ClockSync{};
     seq_out_ = 0;
+    heard_any_ = false;
   }
   instance_ = message.instance;
   station_ = message.station;
@@ -93,10 +134,10 @@ void ViewCore::take_welcome(const Message& message, Micros now) {
   if (!same_mesh) {
     mesh_.expect(welcome.vertices, welcome.triangles, welcome.mesh_hash);
     rest_.clear();
+    playback_.clear();
     ++mesh_version_;
   }
-  shapes_.expect(welcome.vertices);
-  playback_.clear();
+  if (!same_mesh || !same_session) shapes_.rest(mesh_.complete() ? mesh_.mesh().vertices : std::vector<MeshVertex>{});
   refusal_.clear();
   link_ = ViewLink::joined;
   ++counts_.joins;
@@ -125,19 +166,18 @@ void ViewCore::take_refuse(const Message& message, Micros now) {
   next_hello_ = std::max(next_hello_, now + kRetryEvery);
 }
 
-void ViewCore::take_shape(const ShapePiece& piece, Micros now) {
+template <class Part>
+void ViewCore::take_shape(const Part& part, Micros now) {
   finished_.clear();
-  shapes_.take(piece, finished_);
-  for (Shape& shape : finished_) {
-    if (rest_.empty()) rest_ = shape.positions;
-    playback_.add(std::move(shape), now);
-  }
+  shapes_.take(part, finished_);
+  for (Shape& shape : finished_) playback_.add(std::move(shape), now);
 }
 
 void ViewCore::join_again(Micros now) {
   link_ = ViewLink::joining;
   next_hello_ = now;
-  beat_due_ = false;
+  beat_due_ = state_due_ = false;
+  next_state_ = Micros::max();
   asking_.clear();
 }
 
@@ -152,10 +192,17 @@ std::size_t ViewCore::emit(std::span<std::byte> out, Micros now) {
   if (std::exchange(leave_due_, false)) return say(Leave{}, out, now);
   if (std::exchange(hello_due_, false)) return say(hello_, out, now);
   if (std::exchange(beat_due_, false)) return say(Beat{}, out, now);
+  if (std::exchange(state_due_, false)) return say_state(out, now);
   if (asking_.empty()) return 0;
   const MeshRequest request{asking_.front()};
   asking_.pop_front();
   return say(request, out, now);
+}
+
+std::size_t ViewCore::say_state(std::span<std::byte> out, Micros now) {
+  state_.channels = channel_ == ShapeChannel::position ? 0 : static_cast<std::uint8_t>(1u << static_cast<unsigned>(channel_));
+  state_.kbit_s = kbit_s_;
+  return say(state_, out, now);
 }
 
 std::size_t ViewCore::say(Body body, std::span<std::byte> out, Micros now) {

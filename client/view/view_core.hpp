@@ -1,7 +1,8 @@
 // A viewer's side of a session without sockets, threads or clocks: take a datagram, tick, emit datagrams, say the deadline.
 //
 // Life of a viewer: joining (Hello every 250 ms until Welcome) -> joined (mesh pieces asked for, each again after 150 ms, until
-// all are in and the hash is right; a Beat every 250 ms) -> joining again when the server does not know us or was not
+// all are in and the hash is right; then shapes count; a Beat every 250 ms; a ViewState, which says what came, 50 ms after
+// something did) -> joining again when the server does not know us or was not
 // heard for kLostAfter. Refused for another reason: it says so and keeps asking, once a second.
 #pragma once
 
@@ -29,14 +30,14 @@ struct ViewCounts {
 
 /// What a picture shows.
 struct ViewMoment {
-  std::vector<Eigen::Vector3f> positions;
+  Shape shape;
   std::vector<ToolView> tools;
 };
 
 class ViewCore {
  public:
   static constexpr Micros kHelloEvery{250'000}, kRetryEvery{1'000'000}, kBeatEvery{250'000}, kLostAfter{2'000'000};
-  static constexpr Micros kMeshRetry{150'000};
+  static constexpr Micros kMeshRetry{150'000}, kStateEvery{50'000};
   static constexpr std::size_t kMeshWindow = 16;  ///< pieces asked for at a time
 
   ViewCore(std::string station, Micros now, std::string room = {});
@@ -48,20 +49,26 @@ class ViewCore {
   Micros deadline() const;
   /// Say goodbye: the next emit() is a Leave.
   void leave();
+  /// Show this channel beside the positions; position: none.
+  void show_channel(ShapeChannel channel);
+  /// Most that shapes may take, 0 = the server's default.
+  void limit(std::uint16_t kbit_s) { kbit_s_ = kbit_s; }
 
   ViewLink link() const { return link_; }
   const std::string& refusal() const { return refusal_; }
   const Welcome& welcome() const { return welcome_; }  ///< meaningful when joined once
 
-  /// Topology and at least one shape are here: there is something to draw.
-  bool ready() const { return mesh_.complete() && !rest_.empty(); }
-  const std::vector<Triangle>& triangles() const { return mesh_.triangles(); }
-  /// The first shape that came: what displacement is measured from.
+  /// Mesh and at least one shape are here: there is something to draw.
+  bool ready() const { return mesh_.complete() && !playback_.empty(); }
+  const BodyMesh& mesh() const { return mesh_.mesh(); }
+  /// The body at rest, what displacement is measured from.
   const std::vector<Eigen::Vector3f>& rest() const { return rest_; }
   /// Grows with every new topology: whoever keeps something about the mesh forgets it then.
   std::uint64_t mesh_version() const { return mesh_version_; }
   /// The moment that is due at `now`; false while there is none.
-  bool show(Micros now, ViewMoment& moment) const { return ready() && playback_.at(now, moment.positions, moment.tools); }
+  bool show(Micros now, ViewMoment& moment) const { return ready() && playback_.at(now, moment.shape, moment.tools); }
+  /// How the room does, as the server last said; empty before.
+  const RoomView& room() const { return room_; }
 
   const Playback& playback() const { return playback_; }
   const ClockSync& clock() const { return clock_; }
@@ -71,9 +78,13 @@ class ViewCore {
  private:
   void take_welcome(const Message& message, Micros now);
   void take_refuse(const Message& message, Micros now);
-  void take_shape(const ShapePiece& piece, Micros now);
+  template <class Part>
+  void take_shape(const Part& part, Micros now);
+  void take_mesh(const MeshPiece& piece, Micros now);
+  void note(std::uint32_t seq, Micros now);
   void join_again(Micros now);
   void ask_for_mesh(Micros now);
+  std::size_t say_state(std::span<std::byte> out, Micros now);
   std::size_t say(Body body, std::span<std::byte> out, Micros now);
 
   Hello hello_;
@@ -84,7 +95,7 @@ class ViewCore {
   StationId station_ = 0;
   std::uint32_t seq_out_ = 0;
   Micros heard_, next_hello_, next_beat_, next_mesh_;
-  bool hello_due_ = false, beat_due_ = false, leave_due_ = false, left_ = false;
+  bool hello_due_ = false, beat_due_ = false, state_due_ = false, leave_due_ = false, left_ = false;
   std::deque<std::uint32_t> asking_;  ///< mesh pieces to ask for now
   std::size_t asked_ = 0;             ///< pieces still expected of the last round
   ClockSync clock_;
@@ -93,6 +104,12 @@ class ViewCore {
   Playback playback_;
   std::vector<Shape> finished_;
   std::vector<Eigen::Vector3f> rest_;
+  RoomView room_;
+  ViewState state_;         ///< of the datagrams of this session
+  bool heard_any_ = false;  ///< `state_` holds something
+  Micros next_state_ = Micros::max();
+  ShapeChannel channel_ = ShapeChannel::position;
+  std::uint16_t kbit_s_ = 0;
   ViewCounts counts_;
 };
 

@@ -1,7 +1,8 @@
 // Messages to datagrams and back. FlatBuffers (schema/wire.fbs) underneath; nothing of it shows here.
 //
-// The wire rounds: positions to 2^-27 m, forces and the numbers of a model to float32, a patch's local surface to 16 bits
-// (docs/wire.md has the table). What decode() returns is what encode() rounded to: encode(decode(bytes)) == bytes.
+// The wire rounds: positions to 2^-27 m, those of a mesh to 2^-19 m, forces and the numbers of a model to float32, a patch's
+// local surface to 16 bits (docs/wire.md has the table). What decode() returns is what encode() rounded to: encode(decode(bytes))
+// == bytes.
 #pragma once
 
 #include <cstddef>
@@ -29,9 +30,10 @@ const char* describe(WireFault fault);
 
 inline constexpr std::size_t kHelloBytes = 512;      ///< every Hello has at least this size, every Welcome and Refuse at most
 inline constexpr std::size_t kMaxRefuseBytes = 200;  ///< longer refusal texts are cut
-inline constexpr int kMaxPieceTriangles = 116;       ///< of a MeshPiece
-inline constexpr int kMaxPieceVertices = 170;        ///< of a ShapePiece
-inline constexpr std::uint32_t kMaxMeshVertices = 1u << 24;  ///< of a surface
+inline constexpr std::size_t kMaxPieceTriangles = 116, kMaxPieceVertices = 104;  ///< of a MeshPiece
+inline constexpr std::size_t kTriangleBytes = 9, kVertexBytes = 10;              ///< there
+inline constexpr std::size_t kMaxPieceBytes = 1060;                              ///< of the blocks of a ShapePiece
+inline constexpr std::uint32_t kMaxMeshVertices = 1u << 24;                      ///< of a surface
 
 /// Verifies the buffer, then bounds, then finiteness, then sense, and runs check() on a patch. `message` is meaningful only
 /// when `none` is returned, except that after `version` its instance, station and seq are read where they could be.

@@ -89,7 +89,8 @@ WireFault read(const wire::Beat& table, Beat& m) {
        table.contact_in_reach(),
        table.rate_hz(),
        Micros{table.behind()},
-       {table.judged(), table.lost(), table.longest_run(), Micros{table.patch_age()}}};
+       {table.judged(), table.lost(), table.longest_run(), Micros{table.patch_age()}},
+       table.ticks_late()};
   Sense sense;
   sense.time(m.body_time);
   sense.number(m.rate_hz, 0, kMaxRateHz);
@@ -104,44 +105,107 @@ WireFault read(const wire::MeshRequest& table, MeshRequest& m) {
   return m.piece < kMaxMeshVertices ? WireFault::none : WireFault::out_of_range;
 }
 
+std::uint32_t read_24(const flatbuffers::Vector<std::uint8_t>& bytes, std::size_t at) {
+  const auto byte = [&](std::size_t k) { return std::uint32_t{bytes[static_cast<flatbuffers::uoffset_t>(at + k)]}; };
+  return byte(0) | byte(1) << 8 | byte(2) << 16;
+}
+
+WireFault read_vertices(const flatbuffers::Vector<std::uint8_t>& bytes, std::vector<MeshVertex>& vertices) {
+  if (bytes.size() % kVertexBytes != 0 || bytes.size() > kMaxPieceVertices * kVertexBytes) return WireFault::malformed;
+  Sense sense;
+  vertices.resize(bytes.size() / kVertexBytes);
+  for (std::size_t i = 0, at = 0; i < vertices.size(); ++i, at += kVertexBytes) {
+    for (int k = 0; k < 3; ++k) {
+      const auto bits = read_24(bytes, at + 3 * static_cast<std::size_t>(k));
+      vertices[i].rest[k] = (static_cast<std::int32_t>(bits << 8) >> 8) * kRestStepM;
+    }
+    const auto mark = bytes[static_cast<flatbuffers::uoffset_t>(at + 9)];
+    vertices[i].fixed = mark == 1;
+    sense.position(vertices[i].rest);
+    sense.that(mark <= 1);
+  }
+  return sense.fault();
+}
+
+WireFault read_triangles(const flatbuffers::Vector<std::uint8_t>& bytes, std::vector<Triangle>& triangles) {
+  if (bytes.size() % kTriangleBytes != 0 || bytes.size() > kMaxPieceTriangles * kTriangleBytes) return WireFault::malformed;
+  triangles.resize(bytes.size() / kTriangleBytes);
+  std::size_t at = 0;
+  for (auto& triangle : triangles)
+    for (auto& index : triangle) {
+      index = read_24(bytes, at);
+      at += 3;
+    }
+  return WireFault::none;
+}
+
 WireFault read(const wire::MeshPiece& table, MeshPiece& m) {
-  if (!table.mesh_hash() || !table.triangles()) return WireFault::malformed;
-  const auto& bytes = *table.triangles();
-  if (bytes.size() % 9 != 0 || bytes.size() > std::size_t{kMaxPieceTriangles} * 9) return WireFault::malformed;
+  if (!table.mesh_hash() || (table.vertices() && table.triangles())) return WireFault::malformed;
   Sense sense;
   sense.that(table.piece() < table.pieces() && table.pieces() <= kMaxMeshVertices && table.first() <= 4 * kMaxMeshVertices);
+  if (!sense.ok()) return sense.fault();
   m.mesh_hash = pack::from(*table.mesh_hash());
   m.piece = table.piece();
   m.pieces = table.pieces();
   m.first = table.first();
-  m.triangles.resize(bytes.size() / 9);
-  flatbuffers::uoffset_t at = 0;
-  for (auto& triangle : m.triangles)
-    for (auto& index : triangle) {
-      index = bytes[at] | std::uint32_t{bytes[at + 1]} << 8 | std::uint32_t{bytes[at + 2]} << 16;
-      at += 3;
-    }
-  return sense.fault();
+  if (table.vertices()) return read_vertices(*table.vertices(), m.vertices);
+  return table.triangles() ? read_triangles(*table.triangles(), m.triangles) : WireFault::none;
 }
 
 WireFault read(const wire::ShapePiece& table, ShapePiece& m) {
-  if (!table.body_time() || !table.low() || !table.high() || !table.positions()) return WireFault::malformed;
-  const auto& steps = *table.positions();
-  if (steps.size() % 3 != 0 || steps.size() > std::size_t{kMaxPieceVertices} * 3) return WireFault::malformed;
-  m.body_time = time_of(table.body_time());
-  m.first = table.first();
-  m.low = pack::from(*table.low());
-  m.high = pack::from(*table.high());
+  if (!table.body_time() || !table.blocks() || table.blocks()->size() > kMaxPieceBytes) return WireFault::malformed;
   Sense sense;
+  m.frame = table.frame();
+  m.body_time = time_of(table.body_time());
+  m.unit = table.unit();
   sense.time(m.body_time);
-  sense.position(m.low);
-  sense.position(m.high);
-  sense.that((m.high.array() >= m.low.array()).all() && m.first <= kMaxMeshVertices);
-  const Vec3 step = (m.high - m.low) / 65535;
-  m.positions.resize(steps.size() / 3);
-  flatbuffers::uoffset_t at = 0;
-  for (Vec3& p : m.positions)
-    for (int k = 0; k < 3; ++k) p[k] = m.low[k] + step[k] * steps[at++];
+  sense.number(m.unit, 0, kMaxForceN);
+  sense.that(to_enum(table.channel(), ShapeChannel::support, m.channel));
+  if (!sense.ok()) return sense.fault();
+  m.blocks.assign(table.blocks()->begin(), table.blocks()->end());
+  BlockReader reader(m.blocks, components_of(m.channel));
+  for (ShapeBlock block; reader.next(block);) {
+  }
+  return reader.ok() ? WireFault::none : WireFault::malformed;
+}
+
+WireFault read(const wire::ViewState& table, ViewState& m) {
+  if (!table.have()) return WireFault::malformed;
+  m = {table.newest(), pack::from(*table.have()), table.channels(), table.kbit_s()};
+  return m.channels < 1u << kShapeChannels ? WireFault::none : WireFault::out_of_range;
+}
+
+WireFault read(const wire::StationFigures& f, StationView& view) {
+  Sense sense;
+  sense.that(f.lost() <= f.judged() && f.states() <= 2 * kMaxModes && to_enum(f.scheme(), Scheme::cubic, view.scheme));
+  view.rtt = Micros{f.rtt()};
+  view.jitter = Micros{f.jitter()};
+  view.patch_age = Micros{f.patch_age()};
+  view.judged = f.judged();
+  view.lost = f.lost();
+  view.ticks_late = f.ticks_late();
+  view.states = f.states();
+  return sense.fault();
+}
+
+WireFault read(const wire::RoomView& table, RoomView& m) {
+  if (!table.stations() || table.stations()->size() > std::size_t{kMaxStations}) return WireFault::malformed;
+  m.nodes = table.nodes();
+  m.frame_time = Micros{table.frame_time()};
+  m.rate_hz = table.rate_hz();
+  m.real_time_factor = table.real_time_factor();
+  Sense sense;
+  sense.number(m.rate_hz, 0, kMaxRateHz);
+  sense.number(m.real_time_factor, 0, 1e9);
+  for (const wire::StationView* station : *table.stations()) {
+    if (!station->figures()) return WireFault::malformed;
+    sense.name(view_of(station->station()), 1);
+    if (!sense.ok()) return sense.fault();
+    StationView view;
+    if (const auto fault = read(*station->figures(), view); fault != WireFault::none) return fault;
+    view.station = view_of(station->station());
+    m.stations.push_back(std::move(view));
+  }
   return sense.fault();
 }
 
@@ -149,7 +213,9 @@ WireFault read(const wire::Tools& table, Tools& m) {
   if (!table.body_time() || !table.tools()) return WireFault::malformed;
   if (table.tools()->size() > std::size_t{kMaxStations}) return WireFault::malformed;
   Sense sense;
+  m.frame = table.frame();
   m.body_time = time_of(table.body_time());
+  m.pieces = table.pieces();
   sense.time(m.body_time);
   for (const wire::ToolView* tool : *table.tools()) {
     if (!tool->state()) return WireFault::malformed;
@@ -224,6 +290,10 @@ WireFault read_body(const wire::Datagram& datagram, Message& message) {
       return read_into<ShapePiece>(datagram.body_as_ShapePiece(), message);
     case wire::Body::Tools:
       return read_into<Tools>(datagram.body_as_Tools(), message);
+    case wire::Body::ViewState:
+      return read_into<ViewState>(datagram.body_as_ViewState(), message);
+    case wire::Body::RoomView:
+      return read_into<RoomView>(datagram.body_as_RoomView(), message);
     case wire::Body::PatchTerms:
       return read_into<PatchTerms>(datagram.body_as_PatchTerms(), message);
     default:

@@ -9,6 +9,21 @@ namespace {
 using Builder = flatbuffers::FlatBufferBuilder;
 using flatbuffers::Offset;
 
+/// Items of a MeshPiece, little end first.
+class LittleBytes {
+ public:
+  void add(std::uint32_t value) { bytes_[size_++] = static_cast<std::uint8_t>(value & 0xff); }
+  void add_24(std::uint32_t value) {
+    for (unsigned shift = 0; shift < 24; shift += 8) add(value >> shift);
+  }
+  const std::uint8_t* data() const { return bytes_.data(); }
+  std::size_t size() const { return size_; }
+
+ private:
+  std::array<std::uint8_t, std::max(kMaxPieceVertices* kVertexBytes, kMaxPieceTriangles* kTriangleBytes)> bytes_;
+  std::size_t size_ = 0;
+};
+
 /// One overload a message kind: writes its table and says which it is.
 class BodyWriter {
  public:
@@ -48,44 +63,46 @@ class BodyWriter {
   Offset<void> operator()(const PatchMessage& m) { return done(wire::Body::Patch, write_patch(builder_, packer_, m.patch)); }
   Offset<void> operator()(const Beat& m) {
     const auto time = packer_.time(m.body_time);
-    return done(wire::Body::Beat,
-                wire::CreateBeat(builder_, &time, m.contact_in_reach, packer_.number(m.rate_hz), packer_.duration(m.behind),
-                                 m.link.judged, m.link.lost, m.link.longest_run, packer_.duration(m.link.patch_age)));
+    return done(wire::Body::Beat, wire::CreateBeat(builder_, &time, m.contact_in_reach, packer_.number(m.rate_hz),
+                                                   packer_.duration(m.behind), m.link.judged, m.link.lost, m.link.longest_run,
+                                                   packer_.duration(m.link.patch_age), m.ticks_late));
   }
   Offset<void> operator()(const Leave&) { return done(wire::Body::Leave, wire::CreateLeave(builder_)); }
   Offset<void> operator()(const MeshRequest& m) {
     return done(wire::Body::MeshRequest, wire::CreateMeshRequest(builder_, m.piece));
   }
   Offset<void> operator()(const MeshPiece& m) {
-    packer_.require(m.triangles.size() <= std::size_t{kMaxPieceTriangles});
+    packer_.require(m.vertices.size() <= kMaxPieceVertices && m.triangles.size() <= kMaxPieceTriangles);
+    packer_.require(m.vertices.empty() || m.triangles.empty());
     if (!packer_.ok()) return {};
-    std::array<std::uint8_t, kMaxPieceTriangles * 9> bytes;
-    std::size_t count = 0;
+    LittleBytes bytes;
+    for (const auto& vertex : m.vertices) {
+      for (const double x : vertex.rest) bytes.add_24(packer_.rest(x));
+      bytes.add(vertex.fixed ? 1 : 0);
+    }
     for (const auto& triangle : m.triangles)
       for (const auto index : triangle) {
         packer_.require(index < kMaxMeshVertices);
-        for (unsigned shift = 0; shift < 24; shift += 8) bytes[count++] = static_cast<std::uint8_t>(index >> shift & 0xff);
+        bytes.add_24(index);
       }
-    const auto triangles = builder_.CreateVector(bytes.data(), count);
+    const auto items = builder_.CreateVector(bytes.data(), bytes.size());
     const auto hash = pack::Packer::wide(m.mesh_hash);
-    return done(wire::Body::MeshPiece, wire::CreateMeshPiece(builder_, &hash, m.piece, m.pieces, m.first, triangles));
+    const Offset<flatbuffers::Vector<std::uint8_t>> none;
+    return done(wire::Body::MeshPiece,
+                wire::CreateMeshPiece(builder_, &hash, m.piece, m.pieces, m.first, m.vertices.empty() ? none : items,
+                                      m.vertices.empty() ? items : none));
   }
   Offset<void> operator()(const ShapePiece& m) {
-    packer_.require(m.positions.size() <= std::size_t{kMaxPieceVertices});
+    packer_.require(m.blocks.size() <= kMaxPieceBytes);
     if (!packer_.ok()) return {};
-    const auto low = packer_.point(m.low), high = packer_.point(m.high);
-    const Vec3 corner = pack::from(low), extent = pack::from(high) - corner;
-    std::array<std::uint16_t, kMaxPieceVertices * 3> steps;
-    std::size_t count = 0;
-    for (const Vec3& p : m.positions)
-      for (int k = 0; k < 3; ++k) {
-        packer_.require(std::isfinite(p[k]));
-        const double part = packer_.ok() && extent[k] > 0 ? std::clamp((p[k] - corner[k]) / extent[k], 0.0, 1.0) : 0;
-        steps[count++] = static_cast<std::uint16_t>(std::lround(part * 65535));
-      }
-    const auto positions = builder_.CreateVector(steps.data(), count);
     const auto time = packer_.time(m.body_time);
-    return done(wire::Body::ShapePiece, wire::CreateShapePiece(builder_, &time, m.first, &low, &high, positions));
+    const auto blocks = builder_.CreateVector(m.blocks.data(), m.blocks.size());
+    return done(wire::Body::ShapePiece, wire::CreateShapePiece(builder_, m.frame, &time, static_cast<std::uint8_t>(m.channel),
+                                                               packer_.number(m.unit), blocks));
+  }
+  Offset<void> operator()(const ViewState& m) {
+    const auto have = pack::Packer::wide(m.have);
+    return done(wire::Body::ViewState, wire::CreateViewState(builder_, m.newest, &have, m.channels, m.kbit_s));
   }
   Offset<void> operator()(const Tools& m) {
     packer_.require(m.tools.size() <= std::size_t{kMaxStations});
@@ -98,7 +115,22 @@ class BodyWriter {
     }
     const auto tools = builder_.CreateVector(views.data(), m.tools.size());
     const auto time = packer_.time(m.body_time);
-    return done(wire::Body::Tools, wire::CreateTools(builder_, &time, tools));
+    return done(wire::Body::Tools, wire::CreateTools(builder_, m.frame, &time, m.pieces, tools));
+  }
+  Offset<void> operator()(const RoomView& m) {
+    packer_.require(m.stations.size() <= std::size_t{kMaxStations});
+    if (!packer_.ok()) return {};
+    std::array<Offset<wire::StationView>, kMaxStations> views;
+    for (std::size_t i = 0; i < m.stations.size(); ++i) {
+      const StationView& s = m.stations[i];
+      const wire::StationFigures figures(packer_.duration(s.rtt), packer_.duration(s.jitter), packer_.duration(s.patch_age),
+                                         s.judged, s.lost, s.ticks_late, s.states, static_cast<std::uint8_t>(s.scheme));
+      views[i] = wire::CreateStationView(builder_, text(s.station, kMaxNameBytes), &figures);
+    }
+    const auto stations = builder_.CreateVector(views.data(), m.stations.size());
+    return done(wire::Body::RoomView,
+                wire::CreateRoomView(builder_, m.nodes, packer_.duration(m.frame_time), packer_.number(m.rate_hz),
+                                     packer_.number(m.real_time_factor), stations));
   }
   Offset<void> operator()(const PatchTerms& m) {
     packer_.require(check(m) == TermsFault::none);

@@ -9,10 +9,12 @@
 #include "common/base/types.hpp"
 #include "common/port/patch.hpp"
 #include "common/port/terms_pieces.hpp"
+#include "common/wire/body_mesh.hpp"
+#include "common/wire/shape_blocks.hpp"
 
 namespace palpate {
 
-inline constexpr std::uint16_t kWireVersion = 1;
+inline constexpr std::uint16_t kWireVersion = 2;
 
 enum class Role : std::uint8_t { haptic, viewer };
 
@@ -84,6 +86,7 @@ struct Beat {
   double rate_hz = 0;  ///< frames a second that the room has time for (server -> client), 0 = not said
   Micros behind{};     ///< how old the body's newest state was when it was computed (server -> client)
   LinkReport link = {};
+  std::uint32_t ticks_late = 0;  ///< of the client's haptic loop since it began (client -> server)
 };
 
 struct Leave {};
@@ -93,34 +96,64 @@ struct MeshRequest {
   std::uint32_t piece = 0;
 };
 
-/// Server -> viewer: one piece of the topology (triangles [first, first + size)).
+/// Server -> viewer: one piece of the mesh, vertices or triangles [first, first + size).
 struct MeshPiece {
   std::uint64_t mesh_hash = 0;
   std::uint32_t piece = 0, pieces = 0, first = 0;
+  std::vector<MeshVertex> vertices;
   std::vector<Triangle> triangles;
 };
 
-/// Server -> viewer: positions of vertices [first, first + size) at one moment, quantised to int16 in the box [low, high].
+/// Server -> viewer: blocks of vertices (shape_blocks.hpp) of one channel that changed up to one moment.
 struct ShapePiece {
-  Micros body_time{};
-  std::uint32_t first = 0;
-  Vec3 low = Vec3::Zero(), high = Vec3::Zero();
-  std::vector<Vec3> positions;
+  std::uint32_t frame = 0;  ///< grows by one a frame
+  Micros body_time{};       ///< server's clock: only differences mean something to a viewer
+  ShapeChannel channel = ShapeChannel::position;
+  double unit = 0;                   ///< value = unit * whole number
+  std::vector<std::uint8_t> blocks;  ///< as append_block() wrote them
 };
 
-/// Server -> viewer: the tools in the room.
+/// Viewer -> server: which datagrams came, so that what was lost is sent again, and what it wants to see.
+struct ViewState {
+  std::uint32_t newest = 0;   ///< head.seq of the newest datagram from the server
+  std::uint64_t have = 0;     ///< bit k: the datagram of seq newest - k came
+  std::uint8_t channels = 0;  ///< bit of each ShapeChannel that is wanted beside the positions
+  std::uint16_t kbit_s = 0;   ///< most that shapes may take, 0 = the server's default
+};
+
+/// Server -> viewer, the last datagram of a frame: the tools in the room, and how many pieces of shape went before.
 struct ToolView {
   std::string station;
   Vec3 position = Vec3::Zero(), force = Vec3::Zero();  ///< [m], force on the tool [N]
   bool contact = false;
 };
 struct Tools {
-  Micros body_time{};
+  std::uint32_t frame = 0;
+  Micros body_time{};  ///< server's clock
+  std::uint16_t pieces = 0;
   std::vector<ToolView> tools;
 };
 
+/// Server -> viewer, now and then: how room and stations do.
+struct StationView {
+  std::string station;
+  Micros rtt{}, jitter{};
+  Micros patch_age{};                  ///< that patches in use reach, as the station says
+  std::uint16_t judged = 0, lost = 0;  ///< of the newest datagrams from it
+  std::uint32_t ticks_late = 0;        ///< of its haptic loop, as it says
+  std::uint16_t states = 0;            ///< of its newest patch
+  Scheme scheme = Scheme::port;
+};
+struct RoomView {
+  std::uint32_t nodes = 0;
+  Micros frame_time{};          ///< mean time that a frame takes to compute
+  double rate_hz = 0;           ///< frames a second that the room has time for
+  double real_time_factor = 0;  ///< body time simulated per time spent on it
+  std::vector<StationView> stations;
+};
+
 using Body = std::variant<Hello, Welcome, Refuse, Samples, PatchMessage, Beat, Leave, MeshRequest, MeshPiece, ShapePiece, Tools,
-                          PatchTerms>;
+                          PatchTerms, ViewState, RoomView>;
 
 struct Message {
   std::uint64_t instance = 0;  ///< the server process, drawn when it starts; 0 in a Hello

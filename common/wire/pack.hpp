@@ -8,6 +8,7 @@
 
 #include "common/base/limits.hpp"
 #include "common/base/types.hpp"
+#include "common/wire/body_mesh.hpp"
 #include "wire_generated.h"
 
 namespace palpate::pack {
@@ -39,6 +40,11 @@ class Packer {
             number(m(2, 2))};
   }
   wire::Point point(const Vec3& v) { return {coordinate(v.x()), coordinate(v.y()), coordinate(v.z())}; }
+  /// Steps of a mesh's rest position, as 24 bits hold them.
+  std::uint32_t rest(double metres) {
+    require(std::abs(metres) <= kWorldExtentM);
+    return ok_ ? static_cast<std::uint32_t>(rest_steps(metres)) & 0xffffff : 0;
+  }
   static wire::Wide wide(std::uint64_t v) { return {static_cast<std::uint32_t>(v), static_cast<std::uint32_t>(v >> 32)}; }
   wire::Wide time(Micros t) {
     require(std::abs(static_cast<double>(t.count())) <= kMaxMicros);

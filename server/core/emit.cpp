@@ -2,14 +2,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/core/mesh_pieces.hpp"
 #include "server/core/server_core.hpp"
 
 namespace palpate {
-namespace {
-
-constexpr std::uint32_t kTrianglesPerPiece = 112, kVerticesPerPiece = 168;  // about 1 kB each
-
-}  // namespace
 
 std::size_t ServerCore::emit(std::span<std::byte> out, PeerId& to, Micros now) {
   if (const auto size = emit_reply(out, to, now)) return size;
@@ -67,8 +63,12 @@ std::size_t ServerCore::emit_to(Station& station, std::span<std::byte> out, Peer
 }
 
 std::size_t ServerCore::emit_welcome(Station& station, std::span<std::byte> out, PeerId& to, Micros now) {
-  const Welcome welcome{facts_.scene,    facts_.contact,  options_.rate_hz,
-                        facts_.home,     facts_.vertices, static_cast<std::uint32_t>(facts_.triangles.size()),
+  const Welcome welcome{facts_.scene,
+                        facts_.contact,
+                        options_.rate_hz,
+                        facts_.home,
+                        static_cast<std::uint32_t>(facts_.mesh.vertices.size()),
+                        static_cast<std::uint32_t>(facts_.mesh.triangles.size()),
                         facts_.mesh_hash};
   const auto size = say(station, welcome, out.first(std::min(out.size(), station.outbox.welcome_limit)), to, now);
   if (size == 0) ++counts_.answers_withheld;
@@ -99,51 +99,32 @@ std::size_t ServerCore::emit_terms(Station& station, std::span<std::byte> out, P
 
 std::size_t ServerCore::emit_view(Station& station, std::span<std::byte> out, PeerId& to, Micros now) {
   auto& box = station.outbox;
-  if (std::exchange(box.tools, false))
-    if (const auto size = say(station, tools(station), out, to, now)) return size;
-  if (box.shape) {
-    const auto first = box.shape_next;
-    box.shape_next += kVerticesPerPiece;
-    box.shape = box.shape_next < shape_.size();
-    if (const auto size = say(station, shape_piece(station, first), out, to, now)) return size;
-  }
+  if (station.shape.due)
+    if (const auto size = emit_shape(station, out, to, now)) return size;
+  if (std::exchange(box.room, false))
+    if (const auto size = say(station, room_view(), out, to, now)) return size;
   if (box.mesh_pieces.empty()) return 0;
   const auto piece = box.mesh_pieces.front();
   box.mesh_pieces.pop_front();
-  return say(station, mesh_piece(piece), out, to, now);
+  return say(station, mesh_piece(facts_, piece), out, to, now);
 }
 
-std::uint32_t ServerCore::mesh_pieces() const {
-  return (static_cast<std::uint32_t>(facts_.triangles.size()) + kTrianglesPerPiece - 1) / kTrianglesPerPiece;
-}
-
-MeshPiece ServerCore::mesh_piece(std::uint32_t piece) const {
-  const auto first = piece * kTrianglesPerPiece;
-  const auto end = std::min<std::size_t>(first + kTrianglesPerPiece, facts_.triangles.size());
-  return {facts_.mesh_hash,
-          piece,
-          mesh_pieces(),
-          first,
-          {facts_.triangles.begin() + first, facts_.triangles.begin() + static_cast<std::ptrdiff_t>(end)}};
-}
-
-ShapePiece ServerCore::shape_piece(const Station& viewer, std::size_t first) const {
+/// The pieces of the newest frame, then the tools, which say how many there were.
+std::size_t ServerCore::emit_shape(Station& station, std::span<std::byte> out, PeerId& to, Micros now) {
   ShapePiece piece;
-  piece.body_time = station_time(viewer, shape_time_);
-  piece.first = static_cast<std::uint32_t>(first);
-  const auto end = std::min(first + kVerticesPerPiece, shape_.size());
-  piece.positions.assign(shape_.begin() + static_cast<std::ptrdiff_t>(first), shape_.begin() + static_cast<std::ptrdiff_t>(end));
-  piece.low = piece.high = piece.positions.front();
-  for (const auto& x : piece.positions) {
-    piece.low = piece.low.cwiseMin(x);
-    piece.high = piece.high.cwiseMax(x);
+  while (shapes_.next(station.shape, piece)) {
+    const auto size = say(station, std::move(piece), out, to, now);
+    if (size == 0) continue;
+    shapes_.sent(station.shape, station.seq_out - 1, now);
+    return size;
   }
-  return piece;
+  station.shape.due = false;
+  return say(station, tools(station), out, to, now);
 }
 
 Tools ServerCore::tools(const Station& viewer) const {
   constexpr std::size_t kMostBytes = 900;  // of names and states; a room with more tools shows the first
-  Tools list{station_time(viewer, body_time_), {}};
+  Tools list{shapes_.frame(), shapes_.body_time(), viewer.shape.pieces, {}};
   std::size_t bytes = 0;
   for (const auto& [id, station] : stations_) {
     if (!station.pushes() || !station.has_shown) continue;
@@ -152,6 +133,24 @@ Tools ServerCore::tools(const Station& viewer) const {
     list.tools.push_back(station.shown);
   }
   return list;
+}
+
+RoomView ServerCore::room_view() const {
+  constexpr std::size_t kMostBytes = 900;
+  const double computing_s = seconds(counts_.frame_time_sum), simulated_s = seconds(counts_.simulated);
+  RoomView view{facts_.nodes, compute_mean_, pace_.rate_hz, computing_s > 0 ? simulated_s / computing_s : 0, {}};
+  std::size_t bytes = 0;
+  for (const auto& [id, station] : stations_) {
+    if (station.views()) continue;
+    bytes += station.hello.station.size() + 64;
+    if (bytes > kMostBytes) break;
+    LinkReport link;
+    station.loss.fill(link);
+    const RttStats rtt = station.clock.rtt();
+    view.stations.push_back({station.hello.station, rtt.mean, rtt.jitter, station.patch_age, link.judged, link.lost,
+                             station.ticks_late, station.states, station.hello.scheme});
+  }
+  return view;
 }
 
 }  // namespace palpate

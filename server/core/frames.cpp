@@ -12,6 +12,13 @@ constexpr Micros kLongestSaid{60'000'000};  // of what a beat says of how far th
 constexpr Micros kLongBridge{120'000};
 constexpr int kLongBridgeOrder = 16;  // as exact as 22 there, within 0.1 dB
 
+void ask_for_shapes(const ShapeViewer& viewer, FrameJob& job) {
+  job.shapes = true;
+  const auto wants = [&](ShapeChannel channel) { return (viewer.channels >> static_cast<unsigned>(channel) & 1) != 0; };
+  job.tension = job.tension || wants(ShapeChannel::tension);
+  job.support = job.support || wants(ShapeChannel::support);
+}
+
 }  // namespace
 
 Micros ServerCore::due(std::uint64_t frame) const {
@@ -58,7 +65,7 @@ FrameJob ServerCore::make_job(Micros target) const {
   job.target = target;
   job.frame = from_seconds(1 / options_.rate_hz);
   for (const auto& [id, station] : stations_) {
-    if (station.views()) job.shapes = true;
+    if (station.views()) ask_for_shapes(station.shape, job);
     if (station.pushes() && !station.timeline.empty()) job.stations.push_back(make_station_job(station, target));
   }
   for (const auto& [id, station] : stations_) {
@@ -126,19 +133,24 @@ void ServerCore::finish(FrameResult result, Micros now) {
     const auto frame = std::find_if(result.stations.begin(), result.stations.end(), [&](const auto& f) { return f.id == id; });
     if (frame != result.stations.end())
       give(station, *frame, now);
-    else
+    else if (!station.views())
       beat(station);
-  }
-  if (!result.positions.empty()) {
-    shape_ = std::move(result.positions);
-    shape_time_ = body_time_;
-  }
-  for (auto& [id, station] : stations_) {
     station.timeline.forget_before(body_time_ - kRemembered);
+  }
+  if (!result.positions.empty()) show(result, now);
+}
+
+void ServerCore::show(const FrameResult& result, Micros now) {
+  ShapeFrame frame{body_time_, result.positions, {{{}, result.tension, result.support}}, {}};
+  for (const StationFrame& station : result.stations)
+    if (station.contact) frame.tools.push_back(station.tool);
+  shapes_.take(frame);
+  for (auto& [id, station] : stations_) {
     if (!station.views()) continue;
-    station.outbox.tools = true;
-    station.outbox.shape = !shape_.empty();
-    station.outbox.shape_next = 0;
+    shapes_.begin(station.shape, now);
+    if (now < station.next_report) continue;
+    station.next_report = now + kLinkReportEvery;
+    station.outbox.room = true;
   }
 }
 
@@ -149,6 +161,7 @@ void ServerCore::give(Station& station, StationFrame& frame, Micros now) {
   if (!frame.patch || is_lost(station, *frame.patch)) return beat(station);
   frame.patch->stamp = station_time(station, frame.patch->stamp);
   frame.patch->seq = ++station.patch_seq;
+  station.states = static_cast<std::uint16_t>(2 * frame.patch->modes());
   const auto pieces = frame.terms.variables > 0 ? to_pieces(frame.terms, frame.patch->seq) : std::vector<PatchTerms>{};
   station.outbox.terms.assign(pieces.begin(), pieces.end());
   station.outbox.patch = std::move(frame.patch);

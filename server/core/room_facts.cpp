@@ -1,15 +1,58 @@
 #include "server/core/room_facts.hpp"
 
-#include "common/wire/mesh_hash.hpp"
+#include <algorithm>
 
 namespace palpate {
+namespace {
+
+constexpr std::uint32_t kNone = ~0u;
+
+/// Every third bit of the result, from the lowest.
+std::uint32_t spread(std::uint32_t ten_bits) {
+  std::uint32_t bits = 0;
+  for (unsigned k = 0; k < 10; ++k) bits |= (ten_bits >> k & 1u) << 3 * k;
+  return bits;
+}
+
+std::uint32_t place_on_curve(const Vec3& x, const Vec3& low, double extent) {
+  std::uint32_t place = 0;
+  for (int k = 0; k < 3; ++k) place |= spread(static_cast<std::uint32_t>(1023 * (x[k] - low[k]) / extent)) << k;
+  return place;
+}
+
+std::vector<std::uint32_t> surface_nodes(const LumpedBody& body) {
+  std::vector<std::uint32_t> nodes;
+  for (const Triangle& t : body.triangles) nodes.insert(nodes.end(), t.begin(), t.end());
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  Vec3 low = Vec3::Constant(1e300), high = -low;
+  for (const std::uint32_t node : nodes) {
+    low = low.cwiseMin(body.nodes[node]);
+    high = high.cwiseMax(body.nodes[node]);
+  }
+  const double extent = std::max((high - low).maxCoeff(), 1e-9);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> order;
+  for (const std::uint32_t node : nodes) order.emplace_back(place_on_curve(body.nodes[node], low, extent), node);
+  std::sort(order.begin(), order.end());
+  std::transform(order.begin(), order.end(), nodes.begin(), [](const auto& entry) { return entry.second; });
+  return nodes;
+}
+
+}  // namespace
+
 RoomFacts facts_of(const Scene& scene, const Vec3& home) {
-  return {scene.name,
-          scene.tool.contact,
-          home,
-          static_cast<std::uint32_t>(scene.body.nodes.size()),
-          scene.body.triangles,
-          mesh_hash(scene.body.nodes.size(), scene.body.triangles)};
+  const LumpedBody& body = scene.body;
+  RoomFacts facts{scene.name, scene.tool.contact,  home, static_cast<std::uint32_t>(body.nodes.size()),
+                  {},         surface_nodes(body), 0};
+  std::vector<std::uint32_t> vertex_of(body.nodes.size(), kNone);
+  for (const std::uint32_t node : facts.node_of) {
+    vertex_of[node] = static_cast<std::uint32_t>(facts.mesh.vertices.size());
+    const bool fixed = node < body.fixed.size() && body.fixed[node] != 0;
+    facts.mesh.vertices.push_back({body.nodes[node].unaryExpr(&to_rest_step), fixed});
+  }
+  for (const Triangle& t : body.triangles) facts.mesh.triangles.push_back({vertex_of[t[0]], vertex_of[t[1]], vertex_of[t[2]]});
+  facts.mesh_hash = mesh_hash(facts.mesh);
+  return facts;
 }
 
 }  // namespace palpate

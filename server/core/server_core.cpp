@@ -7,7 +7,8 @@ namespace palpate {
 
 std::uint64_t ServerCounts::dropped_all() const { return std::accumulate(dropped.begin(), dropped.end(), std::uint64_t{0}); }
 
-ServerCore::ServerCore(RoomFacts facts, const ServerOptions& options) : facts_(std::move(facts)), options_(options) {
+ServerCore::ServerCore(RoomFacts facts, const ServerOptions& options)
+    : facts_(std::move(facts)), options_(options), shapes_(facts_, options.rate_hz) {
   pace_.rate_hz = options.rate_hz;
 }
 

@@ -164,6 +164,7 @@ class ServerCore {
   void give(Station& station, StationFrame& frame, Micros now);
   bool is_lost(const Station& station, const Patch& patch) const;
   const Station* tool_of(const Station& station) const;
+  void show(const FrameResult& result, Micros now);
   Micros station_time(const Station& station, Micros server_time) const;
 
   // emit.cpp
@@ -175,10 +176,9 @@ class ServerCore {
   std::size_t emit_terms(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
   std::size_t emit_patch(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
   std::size_t emit_view(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
-  MeshPiece mesh_piece(std::uint32_t piece) const;
-  std::uint32_t mesh_pieces() const;
-  ShapePiece shape_piece(const Station& viewer, std::size_t first) const;
+  std::size_t emit_shape(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
   Tools tools(const Station& viewer) const;
+  RoomView room_view() const;
 
   RoomFacts facts_;
   ServerOptions options_;
@@ -193,8 +193,7 @@ class ServerCore {
   std::deque<std::uint8_t>
       lately_;  ///< of the frames that fell due in the last second: 1 skipped because the last one took too long
   Pace pace_;
-  Micros shape_time_{};
-  std::vector<Vec3> shape_;
+  ShapeStream shapes_;
   ServerCounts counts_;
 };
 

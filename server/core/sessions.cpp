@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "server/core/mesh_pieces.hpp"
 #include "server/core/server_core.hpp"
 
 namespace palpate {
@@ -124,6 +125,7 @@ void ServerCore::take_from(Station& station, const Message& message, Micros now)
     const LinkReport& link = beat->link;
     station.patch_age = link.patch_age;
     if (link.judged >= kLossJudged) station.patch_copies = copies_for(static_cast<double>(link.lost) / link.judged);
+    station.ticks_late = beat->ticks_late;
     return;
   }
   if (std::holds_alternative<Leave>(message.body)) {
@@ -132,8 +134,10 @@ void ServerCore::take_from(Station& station, const Message& message, Micros now)
     stations_.erase(station.id);
     return;
   }
+  if (const auto* state = std::get_if<ViewState>(&message.body); state && station.views())
+    return shapes_.heard(station.shape, *state);
   const auto* request = std::get_if<MeshRequest>(&message.body);
-  if (!request || !station.views() || request->piece >= mesh_pieces()) {
+  if (!request || !station.views() || request->piece >= mesh_pieces(facts_.mesh)) {
     ++counts_.unexpected;
     return;
   }

@@ -9,6 +9,7 @@
 #include "common/session/loss_meter.hpp"
 #include "common/session/seq_tracker.hpp"
 #include "common/wire/messages.hpp"
+#include "server/core/shape_stream.hpp"
 #include "server/core/timeline.hpp"
 
 namespace palpate {
@@ -33,8 +34,7 @@ struct Outbox {
   int patch_copies = 1;           ///< datagrams that carry it
   std::optional<Beat> beat;
   std::deque<std::uint32_t> mesh_pieces;
-  std::size_t shape_next = 0;  ///< first vertex of the next ShapePiece
-  bool shape = false, tools = false;
+  bool room = false;  ///< a RoomView is due
 };
 
 struct Station {
@@ -48,17 +48,20 @@ struct Station {
   LossMeter loss;
   Micros patch_age{};    ///< that its patches in use reach, as it says; 0 = it has not said
   int patch_copies = 2;  ///< datagrams that carry each patch to it: what it loses decides, once it has said
-  Micros next_report{};  ///< when it gets a Beat beside a patch
+  Micros next_report{};  ///< when it gets a Beat beside a patch, a viewer a RoomView
   std::uint32_t seq_out = 0, patch_seq = 0;
   Timeline timeline;
   Micros sample_heard{};  ///< when the newest sample came
   Micros sample_lag{};    ///< how old it was then
   Micros usual_lag{};     ///< the jitter buffer: what the age of its newest sample rarely exceeds before the next comes
   bool contact_in_reach = false;
-  bool slow_known = false;  ///< it was told that the room falls behind
-  ToolView shown;           ///< at the body time, for viewers
+  std::uint32_t ticks_late = 0;  ///< of its haptic loop, as it says
+  std::uint16_t states = 0;      ///< of its newest patch
+  bool slow_known = false;       ///< it was told that the room falls behind
+  ToolView shown;                ///< at the body time, for viewers
   bool has_shown = false;
   Outbox outbox;
+  ShapeViewer shape;  ///< what a viewer was sent
   StationCounts counts;
 
   bool pushes() const { return hello.role == Role::haptic && hello.shadow_of.empty(); }

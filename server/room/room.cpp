@@ -7,6 +7,7 @@
 #include "server/body/settle.hpp"
 #include "server/reduce/patch_builder.hpp"
 #include "server/room/grasp.hpp"
+#include "server/room/shades.hpp"
 #include "server/room/tool_track.hpp"
 
 namespace palpate {
@@ -190,6 +191,7 @@ FrameResult Room::simulate(const FrameJob& job) {
     const std::vector<double> x = s.skin.place(s.body.x);
     for (std::uint32_t i = 0; i < s.dynamics.nodes(); ++i) result.positions.emplace_back(vertex(x, i));
   }
+  if (job.tension) result.tension = element_tension(s.scene.body, s.body.x);
   return result;
 }
 
@@ -201,6 +203,10 @@ void Room::build_patches(const FrameJob& job, FrameResult& result) {
     if (!result.failed) frame = state_->frame_of(j, job.target);
     result.stations.push_back(std::move(frame));
   }
+  if (!job.support || result.positions.empty()) return;
+  result.support.assign(result.positions.size(), 0.0F);
+  for (const StationFrame& frame : result.stations)
+    if (frame.patch) add_support(*frame.patch, result.positions, result.support);
 }
 
 FrameResult Room::run(const FrameJob& job) {

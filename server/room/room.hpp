@@ -29,6 +29,8 @@ struct FrameJob {
   Micros frame{};                    ///< nominal length of a frame; one that has fallen far behind takes longer steps, 0 = never
   std::vector<StationJob> stations;  ///< a station that is missing has left: its tool lets go
   bool shapes = false;               ///< fill FrameResult::positions
+  bool tension = false;              ///< and FrameResult::tension
+  bool support = false;              ///< and FrameResult::support
 };
 
 struct StationFrame {
@@ -42,7 +44,8 @@ struct StationFrame {
 struct FrameResult {
   Micros stamp{};  ///< moment up to which the body was simulated, server clock
   std::vector<StationFrame> stations;
-  std::vector<Vec3> positions;  ///< of the surface vertices (all nodes), when asked for
+  std::vector<Vec3> positions;          ///< of the surface vertices (all nodes), when asked for
+  std::vector<float> tension, support;  ///< of all nodes (shades.hpp), when asked for
   int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0;
   bool failed = false;  ///< the step did not converge: no patches, the body was put back
 };

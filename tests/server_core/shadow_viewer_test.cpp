@@ -71,13 +71,20 @@ TEST_CASE("a viewer can fetch the whole mesh and sees every vertex and tool of a
   CHECK(bench.room.jobs.back().stations.size() == 1);
 
   std::set<std::uint32_t> vertices;
+  std::uint16_t pieces_sent = 0;
   for (const auto& [to, message] : bench.sent)
     if (const auto* shape = std::get_if<ShapePiece>(&message.body)) {
       CHECK(to == 1);
-      for (std::uint32_t i = 0; i < shape->positions.size(); ++i) vertices.insert(shape->first + i);
-      CHECK((shape->positions[0] - Vec3(0.1, 0, 0)).norm() < 1e-6);
+      ++pieces_sent;
+      BlockReader reader(shape->blocks, 3);
+      for (ShapeBlock block; reader.next(block);)
+        for (std::uint32_t i = 0; i < block.vertices; ++i) {
+          vertices.insert(64 * block.index + i);
+          CHECK(std::abs(shape->unit * block.numbers[3 * i] - 0.1) < 5e-5);
+        }
     }
   CHECK(vertices.size() == 400);
+  CHECK(pieces_sent == 1);  // nothing moves after the first frame
   const auto tools = bench.last<Tools>(1);
   REQUIRE(tools);
   REQUIRE(std::get<Tools>(tools->body).tools.size() == 1);
@@ -85,29 +92,65 @@ TEST_CASE("a viewer can fetch the whole mesh and sees every vertex and tool of a
   CHECK(std::get<Tools>(tools->body).tools[0].force.z() == 1);
 
   bench.sent.clear();
-  std::uint32_t pieces = 1, got = 0;
+  std::uint32_t pieces = 1;
+  std::size_t got_vertices = 0, got_triangles = 0;
   for (std::uint32_t piece = 0; piece < pieces; ++piece) {
     eye.say(MeshRequest{piece});
     const auto answer = bench.last<MeshPiece>(1);
     REQUIRE(answer);
     const auto& mesh = std::get<MeshPiece>(answer->body);
-    CHECK(mesh.first == got);
+    CHECK(mesh.first == (mesh.vertices.empty() ? got_triangles : got_vertices));
     CHECK(mesh.mesh_hash == 77);
     pieces = mesh.pieces;
-    got += static_cast<std::uint32_t>(mesh.triangles.size());
+    got_vertices += mesh.vertices.size();
+    got_triangles += mesh.triangles.size();
   }
-  CHECK(got == 398);
+  CHECK(got_vertices == 400);
+  CHECK(got_triangles == 398);
   eye.say(MeshRequest{pieces});
   CHECK(bench.core.counts().unexpected == 1);
 }
 
-TEST_CASE("a mesh hash tells one topology from another") {
+TEST_CASE("a viewer hears four times a second how the room and its stations do") {
+  Bench bench;
+  RawStation eye(bench, 1, "eye"), hand(bench, 2, "hand");
+  eye.hello.role = Role::viewer;
+  eye.join();
+  hand.join();
+  hand.say(Beat{.link = {.patch_age = Micros{123'000}}, .ticks_late = 17});
+  bench.sent.clear();
+  hand.live(1s);
+  const auto count = std::count_if(bench.sent.begin(), bench.sent.end(), [](const auto& entry) {
+    return entry.first == 1 && std::holds_alternative<RoomView>(entry.second.body);
+  });
+  CHECK(count >= 3);
+  CHECK(count <= 5);
+  const auto said = bench.last<RoomView>(1);
+  REQUIRE(said);
+  const auto& room = std::get<RoomView>(said->body);
+  CHECK(room.nodes == 400);
+  CHECK(room.rate_hz == 20);
+  REQUIRE(room.stations.size() == 1);  // viewers are not listed
+  CHECK(room.stations[0].station == "hand");
+  CHECK(room.stations[0].patch_age == Micros{123'000});
+  CHECK(room.stations[0].ticks_late == 17);
+  CHECK(room.stations[0].lost == 0);
+  CHECK(room.stations[0].scheme == Scheme::port);
+}
+
+TEST_CASE("a mesh hash tells one topology, one rest position and one fixed node from another") {
   Scene a;
-  a.body.nodes.resize(4);
+  a.body.nodes = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 1, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)};
+  a.body.fixed.assign(5, 0);
   a.body.triangles = {{0, 1, 2}, {0, 2, 3}};
-  auto b = a;
-  b.body.triangles[1] = {0, 3, 2};
-  CHECK(facts_of(a, Vec3::Zero()).mesh_hash == facts_of(a, Vec3::Ones()).mesh_hash);
-  CHECK(facts_of(a, Vec3::Zero()).mesh_hash != facts_of(b, Vec3::Zero()).mesh_hash);
-  CHECK(facts_of(a, Vec3::Zero()).vertices == 4);
+  auto turned = a, moved = a, fixed = a;
+  turned.body.triangles[1] = {0, 3, 2};
+  moved.body.nodes[1].z() += 1e-5;
+  fixed.body.fixed[3] = 1;
+  const auto facts = facts_of(a, Vec3::Zero());
+  CHECK(facts.mesh_hash == facts_of(a, Vec3::Ones()).mesh_hash);
+  for (const auto& other : {turned, moved, fixed}) CHECK(facts.mesh_hash != facts_of(other, Vec3::Zero()).mesh_hash);
+  CHECK(facts.nodes == 5);
+  REQUIRE(facts.mesh.vertices.size() == 4);  // what no triangle uses is not shown
+  for (std::size_t v = 0; v < 4; ++v) CHECK(facts.mesh.vertices[v].rest == a.body.nodes[facts.node_of[v]]);
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client/view/renderer.hpp"
+#include "server/core/room_facts.hpp"
 
 namespace palpate::demo {
 
@@ -63,12 +64,28 @@ inline Body pressed_organ(float depth_m, double force_n, int levels = 4) {
   return body;
 }
 
+/// A room around it, vertex i being node i; the lowest vertices are fixed.
+inline RoomFacts facts_of(const Body& body) {
+  RoomFacts facts;
+  facts.scene = "demo";
+  facts.nodes = static_cast<std::uint32_t>(body.rest.size());
+  for (std::uint32_t i = 0; i < facts.nodes; ++i) {
+    facts.node_of.push_back(i);
+    facts.mesh.vertices.push_back({body.rest[i].cast<double>().unaryExpr(&to_rest_step), body.rest[i].z() < 0.022F});
+  }
+  facts.mesh.triangles = body.triangles;
+  facts.mesh_hash = mesh_hash(facts.mesh);
+  return facts;
+}
+
 inline Sight sight_of(const Body& body) {
   return {.triangles = body.triangles,
           .positions = body.positions,
           .rest = body.rest,
+          .shade = {},
+          .vertices = {},
           .tools = body.tools,
-          .displacement_max_m = 0.01F,
+          .color_max = 0.01F,
           .arrow_m_per_n = 0.05F};
 }
 

@@ -120,7 +120,7 @@ TEST_CASE("The side that faces the key light is brighter than the side that face
   Camera camera;
   camera.fit(body.triangles, body.rest, kAspect);
   const Eigen::Matrix4f m = camera.projection(kAspect) * camera.view();
-  Surface surface;
+  SurfaceShade surface;
   update_surface(body.triangles, body.rest, surface);
   double up = 0, down = 0;
   int ups = 0, downs = 0;
@@ -144,7 +144,7 @@ TEST_CASE("The wireframe draws dark edges and an empty scene draws a background"
   demo::Body body = demo::pressed_organ(0, 0, 3);
   body.tools.clear();
   const auto dark_red = [](int r, int g, int b) { return r < 90 && r > g + 15 && r > b + 15; };
-  CHECK(share(photograph(body, {.wireframe = true}), dark_red) > 0.02 + share(photograph(body, {}), dark_red));
+  CHECK(share(photograph(body, {.lines = Lines::edges}), dark_red) > 0.02 + share(photograph(body, {}), dark_red));
   const Picture empty = photograph(demo::Body{}, {});
   CHECK(share(empty, kTissue) < 0.02);  // the legend alone
   CHECK(share(empty, [](int r, int g, int b) { return r > 150 && g > 150 && b > 150; }) > 0.9);

@@ -10,7 +10,7 @@ namespace {
 constexpr Micros kPeriod{50'000}, kPath{30'000}, kOtherClock{987'654'321};
 
 Shape moving(Micros body_time) {
-  return {body_time, {Eigen::Vector3f(static_cast<float>(seconds(body_time - kOtherClock)), 0, 0)}};
+  return {body_time, {Eigen::Vector3f(static_cast<float>(seconds(body_time - kOtherClock)), 0, 0)}, {}};
 }
 
 }  // namespace
@@ -19,7 +19,7 @@ TEST_CASE("Steady motion is shown steadily at the stated delay, whatever the jit
   Playback playback;
   std::mt19937 random(3);
   std::uniform_int_distribution<int> jitter_us(0, 14'000);
-  std::vector<Eigen::Vector3f> positions;
+  Shape shape;
   std::vector<ToolView> tools;
   Micros frame{0}, arrival = kPath;
   int shown = 0;
@@ -29,8 +29,8 @@ TEST_CASE("Steady motion is shown steadily at the stated delay, whatever the jit
       frame += kPeriod;
     }
     if (now < Micros{300'000}) continue;
-    REQUIRE(playback.at(now, positions, tools));
-    REQUIRE(positions[0].x() == Approx(seconds(now - kPath - playback.delay())).margin(1e-5));
+    REQUIRE(playback.at(now, shape, tools));
+    REQUIRE(shape.positions[0].x() == Approx(seconds(now - kPath - playback.delay())).margin(1e-5));
     ++shown;
   }
   REQUIRE(shown > 600);
@@ -40,15 +40,15 @@ TEST_CASE("Steady motion is shown steadily at the stated delay, whatever the jit
 
 TEST_CASE("When shapes stop the last one stays, and a body time that starts over starts the playback over", "[view]") {
   Playback playback;
-  std::vector<Eigen::Vector3f> positions;
+  Shape shape;
   std::vector<ToolView> tools;
-  REQUIRE_FALSE(playback.at(Micros{0}, positions, tools));
+  REQUIRE_FALSE(playback.at(Micros{0}, shape, tools));
   for (int i = 0; i < 5; ++i) playback.add(moving(kOtherClock + i * kPeriod), kPath + i * kPeriod);
-  REQUIRE(playback.at(Micros{9'000'000}, positions, tools));
-  REQUIRE(positions[0].x() == Approx(seconds(4 * kPeriod)));
-  playback.add({Micros{77}, {Eigen::Vector3f(-1, 0, 0)}}, Micros{9'100'000});
-  REQUIRE(playback.at(Micros{9'100'000}, positions, tools));
-  REQUIRE(positions[0].x() == -1);
+  REQUIRE(playback.at(Micros{9'000'000}, shape, tools));
+  REQUIRE(shape.positions[0].x() == Approx(seconds(4 * kPeriod)));
+  playback.add({Micros{77}, {Eigen::Vector3f(-1, 0, 0)}, {}}, Micros{9'100'000});
+  REQUIRE(playback.at(Micros{9'100'000}, shape, tools));
+  REQUIRE(shape.positions[0].x() == -1);
 }
 
 TEST_CASE("A tool moves between its two reported places and new tools appear", "[view]") {
@@ -57,16 +57,16 @@ TEST_CASE("A tool moves between its two reported places and new tools appear", "
   for (int i = 0; i < 4; ++i) {
     const Micros t = kOtherClock + i * kPeriod;
     playback.add(moving(t), kPath + i * kPeriod);
-    Tools tools{t, {hand(i, 2 * i)}};
+    Tools tools{0, t, 0, {hand(i, 2 * i)}};
     if (i == 3) tools.tools.push_back({"second", Vec3(9, 9, 9), Vec3::Zero(), false});
     playback.add(tools, kPath + i * kPeriod);
   }
-  std::vector<Eigen::Vector3f> positions;
+  Shape shape;
   std::vector<ToolView> tools;
-  REQUIRE(playback.at(kPath + playback.delay() + kPeriod + kPeriod / 4, positions, tools));
+  REQUIRE(playback.at(kPath + playback.delay() + kPeriod + kPeriod / 4, shape, tools));
   REQUIRE(tools.size() == 1);
   REQUIRE(tools[0].position.x() == Approx(1.25));
   REQUIRE(tools[0].force.z() == Approx(2.5));
-  REQUIRE(playback.at(Micros{1'000'000}, positions, tools));
+  REQUIRE(playback.at(Micros{1'000'000}, shape, tools));
   REQUIRE(tools.size() == 2);
 }

@@ -9,7 +9,7 @@ using namespace palpate;
 
 TEST_CASE("On a sphere the normals are the positions and the surface is convex everywhere", "[view]") {
   const demo::Body body = demo::unit_sphere(4);
-  Surface surface;
+  SurfaceShade surface;
   update_surface(body.triangles, body.rest, surface);
   for (std::size_t i = 0; i < body.rest.size(); ++i) {
     REQUIRE((surface.normals[i] - body.rest[i]).norm() < 0.02F);
@@ -19,7 +19,7 @@ TEST_CASE("On a sphere the normals are the positions and the surface is convex e
 
 TEST_CASE("The bottom of a dent is a cavity and its surroundings are not", "[view]") {
   const demo::Body body = demo::pressed_organ(0.009F, 1);
-  Surface surface;
+  SurfaceShade surface;
   update_surface(body.triangles, body.positions, surface);
   const Vec3f tip = body.tools[0].position.cast<float>();
   for (std::size_t i = 0; i < body.positions.size(); ++i) {
@@ -29,7 +29,7 @@ TEST_CASE("The bottom of a dent is a cavity and its surroundings are not", "[vie
 }
 
 TEST_CASE("Vertices without a triangle and empty surfaces do no harm", "[view]") {
-  Surface surface;
+  SurfaceShade surface;
   const std::vector<Vec3f> alone{Vec3f(1, 2, 3)};
   update_surface({}, alone, surface);
   REQUIRE(surface.normals[0] == Vec3f::UnitZ());
@@ -95,10 +95,10 @@ TEST_CASE("Scales are round numbers that cover what is seen and never shrink", "
   REQUIRE(round_down_125(0.011F) == Approx(0.01F));
   Scales scales;
   const demo::Body deep = demo::pressed_organ(0.009F, 2), flat = demo::pressed_organ(0.0005F, 0.1);
-  scales.see(deep.triangles, deep.positions, deep.rest, deep.tools);
-  const float displacement = scales.displacement_max_m(), arrow = scales.arrow_m_per_n();
+  scales.see(deep.triangles, deep.positions, deep.rest, {}, deep.tools);
+  const float displacement = scales.color_max(false), arrow = scales.arrow_m_per_n();
   REQUIRE(displacement == Approx(0.01F));
-  scales.see(flat.triangles, flat.positions, flat.rest, flat.tools);
-  REQUIRE(scales.displacement_max_m() == displacement);
+  scales.see(flat.triangles, flat.positions, flat.rest, {}, flat.tools);
+  REQUIRE(scales.color_max(false) == displacement);
   REQUIRE(scales.arrow_m_per_n() == arrow);
 }

@@ -4,7 +4,6 @@
 
 #include "client/view/view_core.hpp"
 #include "common/base/limits.hpp"
-#include "common/wire/mesh_hash.hpp"
 #include "server/core/server_core.hpp"
 #include "tests/view/demo_body.hpp"
 
@@ -19,15 +18,6 @@ struct InFlight {
   std::vector<std::byte> bytes;
 };
 
-RoomFacts facts_of(const demo::Body& body) {
-  RoomFacts facts;
-  facts.scene = "demo";
-  facts.vertices = static_cast<std::uint32_t>(body.rest.size());
-  facts.triangles = body.triangles;
-  facts.mesh_hash = mesh_hash(facts.vertices, facts.triangles);
-  return facts;
-}
-
 /// The body goes up at 10 mm/s from the start of the server's clock.
 std::vector<Vec3> lifted(const demo::Body& body, Micros stamp) {
   std::vector<Vec3> positions;
@@ -37,7 +27,7 @@ std::vector<Vec3> lifted(const demo::Body& body, Micros stamp) {
 
 struct World {
   demo::Body body = demo::pressed_organ(0, 0, 3);
-  ServerCore server{facts_of(body), {.instance = 11, .rate_hz = 20}};
+  ServerCore server{demo::facts_of(body), {.instance = 11, .rate_hz = 20}};
   ViewCore viewer{"watcher", Micros{0}};
   double loss = 0;
   std::mt19937 random{5};
@@ -88,14 +78,13 @@ TEST_CASE("A viewer joins, gets the topology and shows the moving body at the st
   REQUIRE(world.viewer.link() == ViewLink::joined);
   REQUIRE(world.viewer.welcome().scene == "demo");
   REQUIRE(world.viewer.ready());
-  REQUIRE(world.viewer.triangles() == world.body.triangles);
+  REQUIRE(world.viewer.mesh().triangles == world.body.triangles);
   ViewMoment moment;
   REQUIRE(world.viewer.show(world.now, moment));
   const double shown_s = seconds(world.now - kDelay - world.viewer.playback().delay());
-  for (std::size_t i = 0; i < moment.positions.size(); ++i) {
-    REQUIRE((moment.positions[i] - world.body.rest[i]).z() == Approx(0.01 * shown_s).margin(1e-4));
+  for (std::size_t i = 0; i < moment.shape.positions.size(); ++i) {
+    REQUIRE((moment.shape.positions[i] - world.body.rest[i]).z() == Approx(0.01 * shown_s).margin(1e-4));
   }
-  REQUIRE(world.viewer.shape_counts().dropped == 0);
 }
 
 TEST_CASE("With a fifth of all datagrams lost a viewer still gets there and keeps showing", "[view]") {
@@ -103,10 +92,10 @@ TEST_CASE("With a fifth of all datagrams lost a viewer still gets there and keep
   world.loss = 0.2;
   world.run_until(Micros{4'000'000});
   REQUIRE(world.viewer.ready());
-  REQUIRE(world.viewer.triangles() == world.body.triangles);
+  REQUIRE(world.viewer.mesh().triangles == world.body.triangles);
   ViewMoment moment;
   REQUIRE(world.viewer.show(world.now, moment));
-  REQUIRE(moment.positions[0].z() - world.viewer.rest()[0].z() > 0.015F);
+  REQUIRE(moment.shape.positions[0].z() - world.viewer.rest()[0].z() > 0.015F);
   REQUIRE(world.viewer.shape_counts().healed > 0);
 }
 
@@ -118,7 +107,7 @@ TEST_CASE("A viewer waits for a server that is not there, and joins again after 
   world.run_until(Micros{3'000'000});
   REQUIRE(world.viewer.ready());
   const auto version = world.viewer.mesh_version();
-  world.server = ServerCore(facts_of(world.body), {.instance = 12, .rate_hz = 20});
+  world.server = ServerCore(demo::facts_of(world.body), {.instance = 12, .rate_hz = 20});
   world.run_until(Micros{4'500'000});
   REQUIRE(world.viewer.link() == ViewLink::joined);
   REQUIRE(world.viewer.counts().joins == 2);

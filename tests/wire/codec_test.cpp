@@ -117,13 +117,25 @@ TEST_CASE("the largest pieces of a mesh and of a shape fit, and one more does no
   mesh.triangles.push_back({1, 2, 3});
   CHECK(seeds::bytes_of(seeds::message(mesh)).empty());
 
+  mesh.triangles.clear();
+  mesh.vertices.assign(kMaxPieceVertices, {Vec3(9.9, -9.9, 0.123456).unaryExpr(&to_rest_step), true});
+  const auto vertices = round_trip(mesh).vertices;
+  REQUIRE(vertices.size() == kMaxPieceVertices);
+  CHECK(vertices.back().rest == mesh.vertices.back().rest);
+  CHECK(vertices.back().fixed);
+  mesh.vertices.push_back({});
+  CHECK(seeds::bytes_of(seeds::message(mesh)).empty());
+
   ShapePiece shape;
-  shape.low = Vec3(-0.1, -0.1, 0);
-  shape.high = Vec3(0.1, 0.1, 0.2);
-  shape.positions.assign(kMaxPieceVertices, Vec3(0.03, -0.07, 0.111));
-  const ShapePiece got = round_trip(shape);
-  for (const Vec3& p : got.positions) CHECK(distance_max(p, shape.positions[0]) <= 0.2 / 65535 / 2 + 0x1p-27);
-  shape.positions.push_back(Vec3::Zero());
+  std::mt19937 random(1);
+  while (shape.blocks.size() <= kMaxPieceBytes) {
+    const auto one = seeds::shape_piece(random, ShapeChannel::position, 3);
+    const auto before = shape.blocks.size();
+    shape.blocks.insert(shape.blocks.end(), one.blocks.begin(), one.blocks.end());
+    if (shape.blocks.size() > kMaxPieceBytes) break;
+    CHECK(round_trip(shape).blocks == shape.blocks);
+    REQUIRE(shape.blocks.size() > before);
+  }
   CHECK(seeds::bytes_of(seeds::message(shape)).empty());
 }
 
@@ -150,7 +162,7 @@ TEST_CASE("nonsense is named: too short, too long, not ours, another version, ou
   CHECK(decode(seeds::bytes_of(seeds::message(Hello{"", Role::haptic, Scheme::port, 0, ""})), out) == WireFault::out_of_range);
   CHECK(decode(seeds::bytes_of(seeds::message(Hello{"a\nb", Role::haptic, Scheme::port, 0, ""})), out) ==
         WireFault::out_of_range);
-  CHECK(decode(seeds::bytes_of(seeds::message(Tools{{}, {{"a", Vec3::Zero(), Vec3(0, 2e4, 0), true}}})), out) ==
+  CHECK(decode(seeds::bytes_of(seeds::message(Tools{0, {}, 0, {{"a", Vec3::Zero(), Vec3(0, 2e4, 0), true}}})), out) ==
         WireFault::out_of_range);
   CHECK(decode(seeds::bytes_of(seeds::message(Samples{{{Micros{1}, Vec3::Zero()}, {Micros{1}, Vec3::Zero()}}})), out) ==
         WireFault::out_of_range);

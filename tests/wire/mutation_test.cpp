@@ -38,11 +38,21 @@ struct Sensible {
   bool operator()(const Leave&) const { return true; }
   bool operator()(const MeshRequest& m) const { return m.piece < kMaxMeshVertices; }
   bool operator()(const MeshPiece& m) const {
-    return m.piece < m.pieces && m.triangles.size() <= std::size_t{kMaxPieceTriangles};
+    return m.piece < m.pieces && m.triangles.size() <= kMaxPieceTriangles && m.vertices.size() <= kMaxPieceVertices &&
+           std::all_of(m.vertices.begin(), m.vertices.end(), [](const auto& v) { return sensible(v.rest, kWorldExtentM); });
   }
   bool operator()(const ShapePiece& m) const {
-    return std::all_of(m.positions.begin(), m.positions.end(),
-                       [](const Vec3& p) { return sensible(p, kWorldExtentM * 1.000001); });
+    BlockReader reader(m.blocks, components_of(m.channel));
+    for (ShapeBlock block; reader.next(block);)
+      for (std::size_t i = 0; i < block.vertices * static_cast<std::size_t>(components_of(m.channel)); ++i)
+        if (std::abs(block.numbers[i]) > kMaxBlockNumber) return false;
+    return reader.ok() && m.channel <= ShapeChannel::support && m.unit >= 0 && m.unit <= 1e4;
+  }
+  bool operator()(const ViewState& m) const { return m.channels < 1u << kShapeChannels; }
+  bool operator()(const RoomView& m) const {
+    return m.rate_hz >= 0 && m.real_time_factor >= 0 && std::all_of(m.stations.begin(), m.stations.end(), [](const auto& s) {
+             return sensible(s.station) && s.lost <= s.judged && s.states <= 2 * kMaxModes;
+           });
   }
   bool operator()(const PatchTerms& m) const { return check(m) == TermsFault::none; }
   bool operator()(const Tools& m) const {

@@ -121,6 +121,18 @@ inline CubicTerms cubic_terms(int r, bool grasp, int leading, bool repaired) {
   return terms;
 }
 
+/// Two whole blocks and a short one, with numbers up to `most`.
+inline ShapePiece shape_piece(std::mt19937& random, ShapeChannel channel, int most) {
+  ShapePiece piece{4711, Micros{123456}, channel, 0x1p-15, {}};
+  const auto n = static_cast<std::size_t>(components_of(channel));
+  for (const auto& [index, vertices] : {std::pair{0u, 64u}, {70'000u, 64u}, {70'001u, 5u}}) {
+    std::vector<std::int32_t> numbers;
+    for (std::size_t i = 0; i < n * vertices; ++i) numbers.push_back(static_cast<std::int32_t>(most * noise(random)));
+    append_block(index, numbers, components_of(channel), piece.blocks);
+  }
+  return piece;
+}
+
 inline Samples samples(int count) {
   std::mt19937 random(3);
   Samples m;
@@ -149,18 +161,28 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(PatchMessage{filtered}));
   for (const PatchTerms& piece : to_pieces(cubic_terms(6, true, 7, true), 42)) all.push_back(message(piece));
   all.push_back(message(Beat{Micros{-17}, true}));
-  all.push_back(message(Beat{Micros{17}, false, 18.5, Micros{31'000}, {1008, 50, 4, Micros{212'345}}}));
+  all.push_back(message(Beat{Micros{17}, false, 18.5, Micros{31'000}, {1008, 50, 4, Micros{212'345}}, 12}));
   all.push_back(message(Leave{}));
   all.push_back(message(MeshRequest{3}));
-  MeshPiece mesh{0xabcdef, 1, 4, 116, {}};
+  MeshPiece mesh{0xabcdef, 1, 4, 116, {}, {}};
   for (std::uint32_t i = 0; i < kMaxPieceTriangles; ++i) mesh.triangles.push_back({i, i + 1, 70000 + i});
   all.push_back(message(mesh));
-  ShapePiece shape{Micros{123456}, 170, Vec3(-0.1, -0.2, 0), Vec3(0.1, 0.2, 0.300000001), {}};
-  for (int i = 0; i < kMaxPieceVertices; ++i)
-    shape.positions.push_back(Vec3(0.1 * noise(random), 0.2 * noise(random), 0.15 + 0.15 * noise(random)));
-  all.push_back(message(shape));
-  all.push_back(message(Tools{
-      Micros{99}, {{"left hand", Vec3(0.01, 0.02, 0.03), Vec3(1, 2, 3.3), true}, {"r", Vec3(1, 1, 1), Vec3::Zero(), false}}}));
+  mesh.triangles.clear();
+  for (std::size_t i = 0; i < kMaxPieceVertices; ++i)
+    mesh.vertices.push_back({Vec3(noise(random), 9.9 * noise(random), -0.1).unaryExpr(&to_rest_step), i % 3 == 0});
+  all.push_back(message(mesh));
+  all.push_back(message(shape_piece(random, ShapeChannel::position, 200)));
+  all.push_back(message(shape_piece(random, ShapeChannel::tension, 3)));
+  all.push_back(message(ViewState{123456, 0xfedcba9876543210ull, 2, 1500}));
+  RoomView room{
+      1515, Micros{12'345}, 19.5, 3.25, {{"left hand", Micros{120'000}, Micros{4'000}, Micros{190'000}, 1008, 30, 7, 22}}};
+  room.stations.push_back({"r", {}, {}, {}, 0, 0, 0, 0, Scheme::cubic});
+  all.push_back(message(room));
+  all.push_back(
+      message(Tools{17,
+                    Micros{99},
+                    3,
+                    {{"left hand", Vec3(0.01, 0.02, 0.03), Vec3(1, 2, 3.3), true}, {"r", Vec3(1, 1, 1), Vec3::Zero(), false}}}));
   return all;
 }
 

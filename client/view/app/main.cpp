@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <map>
 
 #include "client/view/app/offscreen.hpp"
 #include "client/view/app/window.hpp"
@@ -46,6 +47,8 @@ void check(const CLI::App& app, const ViewOptions& options) {
       !std::all_of(options.room.begin(), options.room.end(), printable))
     throw InputError("--room", fmt::format("has {} bytes", options.room.size()),
                      fmt::format("up to {} bytes without control characters", kMaxNameBytes));
+  if (!options.touch.empty() && options.offscreen())
+    throw InputError("--touch", "together with --screenshot or --frames", "a window: there is no mouse without one");
   if (options.screenshot.empty()) return;
   const auto folder = std::filesystem::path(options.screenshot).parent_path();
   if (!folder.empty() && !std::filesystem::is_directory(folder))
@@ -57,6 +60,7 @@ void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& lig
   app.add_option("--server", options.server, "HOST:PORT of palpate-server")->required();
   app.add_option("--station", options.station, "name of this viewer in the room")->capture_default_str();
   app.add_option("--room", options.room, "name of the room on the server; default: its first")->type_name("NAME");
+  app.add_flag("--touch{mouse}", options.touch, "the mouse touches the body, as a station; --touch=NAME names it");
   app.add_option("--size", size, "WIDTHxHEIGHT of window or picture, default 1280x800");
   app.add_option("--screenshot", options.screenshot, "write one picture to FILE.png, without a display, and end");
   app.add_option("--after-s", options.after_s, "take the first picture after so many seconds")->check(CLI::Range(0.0, kLongestS));
@@ -64,6 +68,15 @@ void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& lig
                  "write pictures DIR/frame_NNNNN.png, without a display, for --duration-s (default 10)");
   app.add_option("--fps", options.fps, "pictures a second with --frames")->capture_default_str()->check(CLI::Range(0.01, 60.0));
   app.add_option("--duration-s", options.duration_s, "end after so many seconds")->check(CLI::Range(0.0, kLongestS));
+  app.add_option("--color", options.look.color, "what colours show: displacement, tension or support")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, ShapeChannel>{
+          {"displacement", ShapeChannel::position}, {"tension", ShapeChannel::tension}, {"support", ShapeChannel::support}}));
+  app.add_option("--lines", options.look.lines, "over the body: none, edges or strain")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, Lines>{{"none", Lines::none}, {"edges", Lines::edges}, {"strain", Lines::strain}}));
+  app.add_flag("--panels,!--no-panels", options.look.panels, "stations, plots and body beside the picture (default on)");
+  app.add_option("--kbit-s", options.kbit_s, "most that shapes may take; 0: what the server thinks right")
+      ->check(CLI::Range(0, 65535));
   auto* dark = app.add_flag("--dark", options.look.dark, "light things on a dark ground");
   app.add_flag("--light", light, "dark things on a light ground (default)")->excludes(dark);
 }
@@ -80,7 +93,12 @@ int run(int argc, char** argv) {
     check(app, options);
     watch_signals();
     ViewSession session(options.server, options.station, options.room);
-    options.offscreen() ? run_offscreen(options, session) : run_window(options, session);
+    session.core().show_channel(options.look.color);
+    session.core().limit(options.kbit_s);
+    if (options.offscreen())
+      run_offscreen(options, session);
+    else
+      run_window(options, session);
     return 0;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <stdexcept>
 
@@ -23,9 +24,19 @@ void wait_for_shape(ViewSession& session, Micros since) {
   throw std::runtime_error(fmt::format("{}: no shape to draw within {:.0f} s", session.server(), seconds(now_us() - since)));
 }
 
+float aspect_of(const ViewOptions& options) { return static_cast<float>(options.width) / static_cast<float>(options.height); }
+
+/// Watches on until then, so that the plots and scales of a first picture are those of someone who has looked for a while.
+void watch_until(Micros time, const ViewOptions& options, ViewSession& session, SceneView& view) {
+  while (now_us() < time && !told_to_end()) {
+    session.pump_until(std::min(time, now_us() + History::kStep));
+    view.update(session, aspect_of(options));
+  }
+}
+
 Picture take_picture(const ViewOptions& options, ViewSession& session, SceneView& view, Stage& stage) {
   session.pump();
-  view.update(session, static_cast<float>(options.width) / static_cast<float>(options.height));
+  view.update(session, aspect_of(options));
   return stage.photograph(view.sight(session), view.caption(session, ""), view.camera(), options.look, options.width,
                           options.height);
 }
@@ -53,12 +64,12 @@ void run_offscreen(const ViewOptions& options, ViewSession& session) {
   setpriority(PRIO_PROCESS, 0, 10);
   const double first_s =
       options.frames.empty() ? options.after_s.value_or(options.duration_s.value_or(2)) : options.after_s.value_or(0);
-  session.pump_until(start + from_seconds(first_s));
+  SceneView view;
+  watch_until(start + from_seconds(first_s), options, session, view);
   wait_for_shape(session, start);
   if (told_to_end()) return;
   const OffscreenContext context;
   Stage stage(options.width, options.height, 1.0F);
-  SceneView view;
   if (!options.screenshot.empty()) write_png(options.screenshot, take_picture(options, session, view, stage));
   if (!options.frames.empty()) take_frames(options, session, view, stage, start);
 }

@@ -11,9 +11,11 @@ namespace palpate {
 struct ViewOptions {
   std::string server, station = "viewer", room;
   int width = 1280, height = 800;
+  std::string touch;               ///< name of the mouse's station; empty: look only
   std::string screenshot, frames;  ///< empty: none
   std::optional<double> after_s, duration_s;
   double fps = 30;
+  std::uint16_t kbit_s = 0;
   Look look;
   bool offscreen() const { return !screenshot.empty() || !frames.empty(); }
 };

@@ -5,19 +5,28 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 
 #include "client/view/app/scene_view.hpp"
+#include "client/view/app/touch.hpp"
+#include "client/view/pointer_tool.hpp"
 
 namespace palpate {
 namespace {
 
 constexpr Micros kFramePeriod{16'667}, kSoftwareFramePeriod{50'000};
 constexpr const char* kKeys =
-    "drag: turn   right drag: move   wheel: zoom   F fit   T 1 3: top front side   L light   W mesh   Q quit";
+    "drag turn   right drag move   wheel zoom   F fit   T 1 3 2 sides   L light   W lines   C colours   P panels   Q quit";
+
+constexpr const char* kTouchKeys =
+    "left button touch   wheel deeper   right drag turn   middle drag move   F fit   L light   W lines   C colours   P panels   "
+    "Q quit";
 
 std::string glfw_failure(const std::string& what) {
   const char* why = nullptr;
@@ -33,23 +42,52 @@ struct Glfw {
 };
 using Window = std::unique_ptr<GLFWwindow, decltype(&glfwDestroyWindow)>;
 
+Window make_window(const ViewOptions& options) {
+  return {glfwCreateWindow(options.width, options.height, "Palpate", nullptr, nullptr), &glfwDestroyWindow};
+}
+
+/// What this machine has in place of OpenGL 3.3, in words.
+std::string found_opengl(const ViewOptions& options) {
+  glfwDefaultWindowHints();
+  glfwWindowHint(GLFW_VISIBLE, GLFW_FALSE);
+  const Window any = make_window(options);
+  if (!any) return "no OpenGL at all";
+  glfwMakeContextCurrent(any.get());
+  const auto text = [](GLenum name) {
+    const auto* words = reinterpret_cast<const char*>(glGetString(name));
+    return std::string(words != nullptr ? words : "unknown");
+  };
+  return "OpenGL " + text(GL_VERSION) + " of " + text(GL_RENDERER);
+}
+
 Window open_window(const ViewOptions& options) {
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
   glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
-  Window window(glfwCreateWindow(options.width, options.height, "Palpate", nullptr, nullptr), &glfwDestroyWindow);
-  if (!window) throw std::runtime_error(glfw_failure("no window with OpenGL 3.3"));
+  Window window = make_window(options);
+  if (!window) {
+    const std::string why = glfw_failure("no window with OpenGL 3.3 core");
+    throw std::runtime_error(why + "; found " + found_opengl(options));
+  }
   glfwMakeContextCurrent(window.get());
   glfwSwapInterval(1);
   return window;
 }
 
+template <class Choice>
+Choice next_of(Choice choice, int count) {
+  return static_cast<Choice>((static_cast<int>(choice) + 1) % count);
+}
+
 /// What mouse and keys act on. Reached from the window's callbacks through its user pointer.
 struct Controls {
   ViewSession& session;
+  TouchStation* touch;  ///< nullptr: look only
   SceneView view;
   Look look;
+  std::optional<PointerTool> pointer;
+  std::uint64_t pointer_mesh = 0;  ///< version of the mesh that it knows
   double last_x = 0, last_y = 0;
 
   static Controls& of(GLFWwindow* window) { return *static_cast<Controls*>(glfwGetWindowUserPointer(window)); }
@@ -65,8 +103,15 @@ struct Controls {
     view.fit(session, aspect(window));
   }
 
-  static void on_key(GLFWwindow* window, int key, int, int action, int) {
-    if (action != GLFW_PRESS) return;
+  void turn_or_move(int key, bool move) {
+    constexpr float kStep = 0.04F;
+    const float dx = key == GLFW_KEY_LEFT ? -kStep : key == GLFW_KEY_RIGHT ? kStep : 0;
+    const float dy = key == GLFW_KEY_UP ? -kStep : key == GLFW_KEY_DOWN ? kStep : 0;
+    move ? view.camera().pan(dx, dy) : view.camera().orbit(dx, dy);
+  }
+
+  static void on_key(GLFWwindow* window, int key, int, int action, int mods) {
+    if (action == GLFW_RELEASE) return;
     Controls& self = of(window);
     switch (key) {
       case GLFW_KEY_Q:
@@ -92,7 +137,28 @@ struct Controls {
         self.look.dark = !self.look.dark;
         break;
       case GLFW_KEY_W:
-        self.look.wireframe = !self.look.wireframe;
+        self.look.lines = next_of(self.look.lines, 3);
+        break;
+      case GLFW_KEY_C:
+        self.look.color = next_of(self.look.color, static_cast<int>(kShapeChannels));
+        self.session.core().show_channel(self.look.color);
+        break;
+      case GLFW_KEY_P:
+        self.look.panels = !self.look.panels;
+        break;
+      case GLFW_KEY_EQUAL:
+      case GLFW_KEY_KP_ADD:
+        self.view.camera().zoom(1);
+        break;
+      case GLFW_KEY_MINUS:
+      case GLFW_KEY_KP_SUBTRACT:
+        self.view.camera().zoom(-1);
+        break;
+      case GLFW_KEY_LEFT:
+      case GLFW_KEY_RIGHT:
+      case GLFW_KEY_UP:
+      case GLFW_KEY_DOWN:
+        self.turn_or_move(key, (mods & GLFW_MOD_SHIFT) != 0);
         break;
       default:
         break;
@@ -109,14 +175,42 @@ struct Controls {
     self.last_y = y;
     const auto held = [window](int button) { return glfwGetMouseButton(window, button) == GLFW_PRESS; };
     const bool shift = glfwGetKey(window, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS;
-    if (held(GLFW_MOUSE_BUTTON_RIGHT) || held(GLFW_MOUSE_BUTTON_MIDDLE) || (shift && held(GLFW_MOUSE_BUTTON_LEFT))) {
+    // While the left button touches, the right one turns and the middle one moves.
+    const int turns = self.touch != nullptr ? GLFW_MOUSE_BUTTON_RIGHT : GLFW_MOUSE_BUTTON_LEFT;
+    const bool moves =
+        held(GLFW_MOUSE_BUTTON_MIDDLE) || (shift && held(turns)) || (self.touch == nullptr && held(GLFW_MOUSE_BUTTON_RIGHT));
+    if (moves) {
       self.view.camera().pan(dx, dy);
-    } else if (held(GLFW_MOUSE_BUTTON_LEFT)) {
+    } else if (held(turns)) {
       self.view.camera().orbit(dx, dy);
     }
   }
 
-  static void on_scroll(GLFWwindow* window, double, double steps) { of(window).view.camera().zoom(static_cast<float>(steps)); }
+  static void on_scroll(GLFWwindow* window, double, double steps) {
+    Controls& self = of(window);
+    const bool pressing = self.pointer && glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
+    if (pressing)
+      self.pointer->deepen(static_cast<float>(steps));
+    else
+      self.view.camera().zoom(static_cast<float>(steps));
+  }
+
+  /// Tells the mouse's station where the pointer is.
+  void aim(GLFWwindow* window) {
+    ViewCore& core = session.core();
+    touch->poll();
+    if (!touch->touching() || !core.ready()) return;
+    if (!pointer || pointer_mesh != core.mesh_version()) {
+      pointer.emplace(core.mesh().triangles, core.rest(), core.welcome().contact, core.welcome().home);
+      pointer_mesh = core.mesh_version();
+    }
+    int width = 1, height = 1;
+    glfwGetWindowSize(window, &width, &height);
+    const bool held = glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
+    touch->aim(
+        pointer->target(view.camera(), {static_cast<float>(last_x), static_cast<float>(last_y),
+                                        static_cast<float>(std::max(1, width)), static_cast<float>(std::max(1, height)), held}));
+  }
 };
 
 bool draws_in_software() {
@@ -129,9 +223,11 @@ void draw(GLFWwindow* window, Controls& controls, Stage& stage) {
   int width = 0, height = 0;
   glfwGetFramebufferSize(window, &width, &height);
   if (width == 0 || height == 0) return;
-  controls.view.update(controls.session, Controls::aspect(window));
-  stage.draw(controls.view.sight(controls.session), controls.view.caption(controls.session, kKeys), controls.view.camera(),
-             controls.look, width, height, 0);
+  const bool own = controls.touch != nullptr && controls.touch->touching();
+  controls.view.update(controls.session, Controls::aspect(window), own ? &controls.touch->tool() : nullptr);
+  Caption caption = controls.view.caption(controls.session, controls.touch != nullptr ? kTouchKeys : kKeys);
+  if (controls.touch != nullptr && !own) caption.status = "the mouse cannot touch yet  " + controls.touch->refusal();
+  stage.draw(controls.view.sight(controls.session), caption, controls.view.camera(), controls.look, width, height, 0);
   glfwSwapBuffers(window);
 }
 
@@ -141,7 +237,9 @@ void run_window(const ViewOptions& options, ViewSession& session) {
   const Glfw glfw;
   const Window window = open_window(options);
   const bool software = draws_in_software();
-  Controls controls{.session = session, .view = {}, .look = options.look};
+  std::optional<TouchStation> touch;
+  if (!options.touch.empty()) touch.emplace(options.server, options.touch, options.room);
+  Controls controls{.session = session, .touch = touch ? &*touch : nullptr, .view = {}, .look = options.look, .pointer = {}};
   if (software) {
     controls.look.shadow_taps = 4;
     controls.look.triangle_budget = 8'000;
@@ -161,9 +259,11 @@ void run_window(const ViewOptions& options, ViewSession& session) {
     const Micros next = now_us() + (software ? kSoftwareFramePeriod : kFramePeriod);
     glfwPollEvents();
     session.pump();
+    if (touch) controls.aim(window.get());
     draw(window.get(), controls, stage);
     session.pump_until(next);
   }
+  if (touch) fmt::print("palpate-view: {}\n", touch->summary());
 }
 
 }  // namespace palpate

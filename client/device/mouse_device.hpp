@@ -1,0 +1,47 @@
+// Device `mouse`: the tool follows a place that a window sets some sixty times a second, smoothly at 1 kHz.
+//
+// The tool is a critically damped mass on a spring to that place, advanced exactly over each tick (w = kPace):
+//     x(t + dt) = target + (e + (v + w e) dt) exp(-w dt),   e = x - target;   v likewise
+// so its velocity never jumps, whatever the window does, it never overshoots a resting target, and it trails a moving one by 2 /
+// w. A mouse renders no force: what is written is handed back, with the place, for the window to draw.
+#pragma once
+
+#include "client/device/device.hpp"
+#include "common/base/latest_slot.hpp"
+
+namespace palpate {
+
+/// What the hand at the mouse would feel.
+struct MouseFeel {
+  Vec3 position = Vec3::Zero();  ///< tool point [m]
+  Vec3 force = Vec3::Zero();     ///< on the tool [N]
+};
+
+class MouseDevice final : public Device {
+ public:
+  static constexpr double kPace = 60;  ///< [1/s]
+  static constexpr double kSpeedMaxMS = 1.0;
+  static constexpr double kForceMaxN = 8.5;  ///< as strong as a Phantom 1.5: what one sees is what a hand could feel
+
+  explicit MouseDevice(const Vec3& at);
+
+  const DeviceCaps& caps() const override { return caps_; }
+  DeviceReading read(Micros now) noexcept override;
+  void write(const Vec3& force) noexcept override;
+  void stop() noexcept override { write(Vec3::Zero()); }
+
+  /// Where the tool is to go. One thread, not that of the haptic loop.
+  void aim(const Vec3& target);
+  /// The newest feel since the last call, or nullptr. The thread of aim().
+  const MouseFeel* feel() { return feels_.take(); }
+
+ private:
+  DeviceCaps caps_;
+  LatestSlot<Vec3> targets_;
+  LatestSlot<MouseFeel> feels_;
+  Vec3 target_, position_, velocity_ = Vec3::Zero();
+  Micros read_{};
+  bool started_ = false;
+};
+
+}  // namespace palpate

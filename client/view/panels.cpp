@@ -1,0 +1,135 @@
+#include "client/view/panels.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "client/view/pen.hpp"
+#include "client/view/renderer.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr float kWidth = 404, kMargin = 24, kPad = 14, kRow = 19, kPlot = 74, kLeastPicture = 860;
+constexpr std::size_t kMostRows = 8;
+
+/// Writes downwards inside the column.
+struct Column {
+  const Pen& pen;
+  const PanelFigures& figures;
+  float left, right, y;
+
+  float at(float units) const { return units * pen.scale; }
+  Vec3f color(const std::string& station) const {
+    const auto place = std::find(figures.stations.begin(), figures.stations.end(), station);
+    return station_color(static_cast<std::size_t>(place - figures.stations.begin()));
+  }
+  void box(float height) const {
+    pen.list.AddRectFilled({left, y}, {right, y + at(height)}, packed(pen.theme.background_bottom, 0.72F), at(7));
+    pen.list.AddRect({left, y}, {right, y + at(height)}, packed(pen.theme.ink_soft, 0.18F), at(7), 0, at(1));
+  }
+};
+
+struct Field {
+  const char* head;
+  float right;  ///< edge of the text, from the column's left
+};
+constexpr std::array<Field, 7> kFields{
+    {{"RTT", 148}, {"jitter", 192}, {"loss", 240}, {"age", 284}, {"scheme", 340}, {"states", 0}, {"late", 390}}};
+
+std::string scheme_and_states(const StationView& s) {
+  return s.states > 0 ? fmt::format("{} {}", name_of(s.scheme), s.states) : std::string(name_of(s.scheme));
+}
+
+std::array<std::string, 7> values(const StationView& s) {
+  const double loss_pct = s.judged > 0 ? 100.0 * s.lost / s.judged : 0;
+  const auto ms = [](Micros t) {
+    const double value = 1e3 * seconds(t);
+    return t.count() <= 0 ? std::string("-") : value < 9.95 ? fmt::format("{:.1f}", value) : fmt::format("{:.0f}", value);
+  };
+  return {ms(s.rtt),
+          ms(s.jitter),
+          fmt::format("{:.1f} %", loss_pct),
+          ms(s.patch_age),
+          scheme_and_states(s),
+          "",
+          fmt::format("{}", s.ticks_late)};
+}
+
+void draw_stations(Column& c) {
+  const auto& stations = c.figures.room->stations;
+  const std::size_t rows = std::min(stations.size(), kMostRows);
+  const float height = kPad + kRow * static_cast<float>(1 + std::max<std::size_t>(rows, 1)) + 6;
+  c.box(height);
+  float y = c.y + c.at(9);
+  c.pen.text(c.left + c.at(kPad), y, 12, c.pen.theme.ink_soft, "station");
+  for (const Field& field : kFields)
+    if (field.right > 0) c.pen.text_left_of(c.left + c.at(field.right), y, 12, c.pen.theme.ink_soft, field.head);
+  y += c.at(kRow);
+  if (rows == 0) c.pen.text(c.left + c.at(kPad), y, 13, c.pen.theme.ink_soft, "nobody touches the body");
+  for (std::size_t i = 0; i < rows; ++i, y += c.at(kRow)) {
+    const StationView& s = stations[i];
+    c.pen.list.AddCircleFilled({c.left + c.at(kPad + 4), y + c.at(8)}, c.at(4), packed(c.color(s.station)), 20);
+    std::string name = s.station;
+    while (name.size() > 3 && c.pen.measure(13, name) > c.at(76)) name = name.substr(0, name.size() - 2) + ".";
+    c.pen.text(c.left + c.at(kPad + 14), y, 13, c.pen.theme.ink, name);
+    const auto words = values(s);
+    for (std::size_t k = 0; k < kFields.size(); ++k)
+      if (kFields[k].right > 0) c.pen.text_left_of(c.left + c.at(kFields[k].right), y, 13, c.pen.theme.ink, words[k]);
+  }
+  c.y += c.at(height + 10);
+}
+
+void draw_plot(Column& c, const History& history, const char* title, float least, const char* unit) {
+  const float height = kPlot + 34;
+  c.box(height);
+  const float most = round_up_125(history.largest(least) * 1.02F);
+  const float x0 = c.left + c.at(kPad), x1 = c.right - c.at(kPad), y0 = c.y + c.at(27), y1 = y0 + c.at(kPlot - 4);
+  c.pen.text(x0, c.y + c.at(7), 12, c.pen.theme.ink, title);
+  c.pen.text_left_of(x1, c.y + c.at(7), 12, c.pen.theme.ink_soft,
+                     fmt::format("{:g} {}, {} s", most, unit, History::kSpan / Micros{1'000'000}));
+  for (int k = 0; k <= 2; ++k) {
+    const float y = y1 + (y0 - y1) * 0.5F * static_cast<float>(k);
+    c.pen.list.AddLine({x0, y}, {x1, y}, packed(c.pen.theme.ink_soft, k == 0 ? 0.5F : 0.16F), c.at(1));
+  }
+  for (const History::Series& series : history.series()) {
+    std::vector<ImVec2> line;
+    for (const History::Point& p : series.points) {
+      const double age = seconds(c.figures.now - p.at) / seconds(History::kSpan);
+      line.push_back({x1 - static_cast<float>(age) * (x1 - x0), y1 + (y0 - y1) * std::clamp(p.value / most, 0.0F, 1.0F)});
+    }
+    c.pen.list.AddPolyline(line.data(), static_cast<int>(line.size()), packed(c.color(series.station)), 0, c.at(1.7F));
+  }
+  c.y += c.at(height + 10);
+}
+
+void draw_body(Column& c) {
+  const RoomView& room = *c.figures.room;
+  c.box(50);
+  const std::array<std::pair<const char*, std::string>, 4> facts{
+      {{"nodes", fmt::format("{}", room.nodes)},
+       {"step", fmt::format("{:.1f} ms", 1e3 * seconds(room.frame_time))},
+       {"frames", fmt::format("{:.1f} a second", room.rate_hz)},
+       {"real time", fmt::format("{:.1f} x", room.real_time_factor)}}};
+  constexpr std::array<float, 4> kAt{kPad, 92, 186, 306};
+  for (std::size_t k = 0; k < facts.size(); ++k) {
+    c.pen.text(c.left + c.at(kAt[k]), c.y + c.at(8), 12, c.pen.theme.ink_soft, facts[k].first);
+    c.pen.text(c.left + c.at(kAt[k]), c.y + c.at(25), 14, c.pen.theme.ink, facts[k].second);
+  }
+  c.y += c.at(60);
+}
+
+}  // namespace
+
+void draw_panels(const Pen& pen, const PanelFigures& figures) {
+  if (figures.room == nullptr || figures.room->nodes == 0 || pen.width < kLeastPicture * pen.scale) return;
+  const float right = pen.width - kMargin * pen.scale;
+  Column column{pen, figures, right - kWidth * pen.scale, right, kMargin * pen.scale};
+  draw_stations(column);
+  draw_plot(column, *figures.forces, "force", 0.5F, "N");
+  draw_plot(column, *figures.patch_ages, "patch age", 20, "ms");
+  draw_body(column);
+}
+
+}  // namespace palpate

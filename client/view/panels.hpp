@@ -1,0 +1,24 @@
+// The column at the right: stations and their links, force and patch age over time, what the body costs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "client/view/history.hpp"
+
+namespace palpate {
+
+struct Pen;
+
+struct PanelFigures {
+  const RoomView* room = nullptr;
+  const History* forces = nullptr;      ///< [N]
+  const History* patch_ages = nullptr;  ///< [ms]
+  std::vector<std::string> stations;    ///< in the order of their colours
+  Micros now{};                         ///< the plots' right end
+};
+
+/// Does nothing where the picture is too narrow for body and panels.
+void draw_panels(const Pen& pen, const PanelFigures& figures);
+
+}  // namespace palpate

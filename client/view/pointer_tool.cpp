@@ -1,0 +1,106 @@
+#include "client/view/pointer_tool.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+// Shares of the body's diagonal.
+constexpr float kHover = 0.05F, kDepth = 0.045F, kLeastDepth = 0.005F, kMostDepth = 0.15F, kDepthStep = 0.006F;
+
+struct Ray {
+  Vec3f from, direction;
+};
+
+Ray ray_of(const Camera& camera, const Pointer& pointer) {
+  const Eigen::Matrix4f back = (camera.projection(pointer.width / pointer.height) * camera.view()).inverse();
+  const float x = 2 * pointer.x / pointer.width - 1, y = 1 - 2 * pointer.y / pointer.height;
+  const auto at = [&](float depth) -> Vec3f { return (back * Eigen::Vector4f(x, y, depth, 1)).hnormalized(); };
+  const Vec3f near = at(-1);
+  return {near, (at(1) - near).normalized()};
+}
+
+/// Where a ray meets the plane through a point across the camera's line of sight.
+Vec3f on_plane(const Ray& ray, const Camera& camera, const Vec3f& through) {
+  const Vec3f back = camera.axes().col(2);
+  return ray.from + ray.direction * ((through - ray.from).dot(back) / ray.direction.dot(back));
+}
+
+}  // namespace
+
+// T. Moeller and B. Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
+std::optional<RayHit> first_hit(std::span<const Triangle> triangles, std::span<const Vec3f> positions, const Vec3f& from,
+                                const Vec3f& direction) {
+  std::optional<RayHit> hit;
+  float nearest = 0;
+  for (const Triangle& t : triangles) {
+    const Vec3f a = positions[t[1]] - positions[t[0]], b = positions[t[2]] - positions[t[0]], p = direction.cross(b);
+    const float determinant = a.dot(p);
+    if (!(std::abs(determinant) > 1e-12F)) continue;
+    const Vec3f s = (from - positions[t[0]]) / determinant, q = s.cross(a);
+    const float u = s.dot(p), v = direction.dot(q), far = b.dot(q);
+    if (u < 0 || v < 0 || u + v > 1 || far < 0 || (hit && far >= nearest)) continue;
+    nearest = far;
+    hit = {from + far * direction, a.cross(b).normalized()};
+  }
+  return hit;
+}
+
+PointerTool::PointerTool(std::span<const Triangle> triangles, std::span<const Vec3f> rest, ContactKind contact, const Vec3& home)
+    : triangles_(triangles),
+      rest_(rest),
+      contact_(contact),
+      home_(home.cast<float>()),
+      point_(home_),
+      normal_(Vec3f::UnitZ()),
+      size_(bounds(triangles, rest).diagonal()),
+      depth_m_(kDepth * size_) {
+  SurfaceShade surface;
+  update_surface(triangles, rest, surface);
+  normals_ = surface.normals;
+  point_ -= kHover * size_ * normal_;  // until the pointer meets the body the tool waits at home
+}
+
+void PointerTool::deepen(float steps) {
+  depth_m_ = std::clamp(depth_m_ + steps * kDepthStep * size_, kLeastDepth * size_, kMostDepth * size_);
+}
+
+Vec3 PointerTool::target(const Camera& camera, const Pointer& pointer) {
+  return (contact_ == ContactKind::attach ? pull(camera, pointer) : press(camera, pointer)).cast<double>();
+}
+
+/// Mean normal of the vertices within reach: a stroke over the edges of a coarse mesh must not jerk the tool.
+Vec3f PointerTool::smooth_normal(const Vec3f& point, const Vec3f& flat) const {
+  const float reach = 0.08F * size_;
+  Vec3f sum = 1e-3F * flat;
+  for (const Triangle& t : triangles_)
+    for (const std::uint32_t v : t) {
+      const float d = (rest_[v] - point).norm() / reach;
+      if (d < 1) sum += (1 - d * d) * (1 - d * d) * normals_[v];
+    }
+  return sum.normalized();
+}
+
+Vec3f PointerTool::press(const Camera& camera, const Pointer& pointer) {
+  const Ray ray = ray_of(camera, pointer);
+  if (const auto hit = first_hit(triangles_, rest_, ray.from, ray.direction)) {
+    point_ = hit->point;
+    normal_ = smooth_normal(hit->point, hit->normal);
+  }
+  return point_ + (pointer.held ? -depth_m_ : kHover * size_) * normal_;
+}
+
+Vec3f PointerTool::pull(const Camera& camera, const Pointer& pointer) {
+  if (!pointer.held) {
+    taken_.reset();
+    return home_;
+  }
+  const Vec3f at = on_plane(ray_of(camera, pointer), camera, home_);
+  if (!taken_) taken_ = at;
+  const Vec3f moved = at - *taken_;
+  const float most = 0.4F * size_, far = moved.norm();
+  return home_ + (far > most ? Vec3f(moved * (most / far)) : moved);
+}
+
+}  // namespace palpate

@@ -1,0 +1,57 @@
+// Blocks of whole numbers, as ShapePiece carries them: what one block of neighbouring vertices shows in one channel.
+//
+// Vertices 64 b .. 64 b + 63 are block b (the last one may be short). A number is  low_k + r,  low_k the least of component k in
+// the block and r of as many bits as the largest needs, so that a block in which all move alike costs little:
+//
+//     index (24 bits), vertices (8), bits of each component (8 each), low of each component (24 each, signed),
+//     then component after component the r's, bit after bit from the lowest, filled up to a byte at the end of each component
+//
+// Little end first. A block stands for itself: it needs no earlier one, so a lost one costs nothing but itself.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace palpate {
+
+/// What the numbers of a ShapePiece are.
+enum class ShapeChannel : std::uint8_t {
+  position,  ///< three components: displacement from rest [m]
+  tension,   ///< the largest force in an element at the vertex [N]
+  support    ///< how far the patches in use can move the vertex, beside the one that they move most, 0 to 1
+};
+inline constexpr std::size_t kShapeChannels = 3;
+constexpr int components_of(ShapeChannel channel) { return channel == ShapeChannel::position ? 3 : 1; }
+
+inline constexpr std::uint32_t kBlockVertices = 64;
+inline constexpr int kMaxBlockBits = 24;
+inline constexpr std::int32_t kMaxBlockNumber = (1 << 23) - 1;  ///< numbers lie within +- this
+inline constexpr std::size_t kMaxBlockBytes = 4 + 3 * 4 + 3 * kBlockVertices * kMaxBlockBits / 8;
+
+struct ShapeBlock {
+  std::uint32_t index = 0, vertices = 0;
+  std::array<std::int32_t, 3 * kBlockVertices> numbers{};  ///< vertex after vertex, `components` each
+};
+
+/// Appends the block that holds `numbers` (vertex after vertex; 1 to 64 vertices, numbers within +-kMaxBlockNumber).
+void append_block(std::uint32_t index, std::span<const std::int32_t> numbers, int components, std::vector<std::uint8_t>& out);
+
+/// Takes block after block from bytes of whatever origin.
+class BlockReader {
+ public:
+  BlockReader(std::span<const std::uint8_t> bytes, int components) : rest_(bytes), components_(components) {}
+  /// False at the end, or where the bytes make no sense.
+  bool next(ShapeBlock& block);
+  /// All bytes so far were blocks.
+  bool ok() const { return ok_; }
+
+ private:
+  std::span<const std::uint8_t> rest_;
+  int components_;
+  bool ok_ = true;
+};
+
+}  // namespace palpate

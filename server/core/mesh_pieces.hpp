@@ -1,0 +1,13 @@
+// The mesh of a room cut into datagrams: first its vertices, then its triangles.
+#pragma once
+
+#include "common/wire/messages.hpp"
+#include "server/core/room_facts.hpp"
+
+namespace palpate {
+
+std::uint32_t mesh_pieces(const BodyMesh& mesh);
+/// piece < mesh_pieces(facts.mesh)
+MeshPiece mesh_piece(const RoomFacts& facts, std::uint32_t piece);
+
+}  // namespace palpate

@@ -1,0 +1,200 @@
+#include "server/core/shape_stream.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/wire/codec.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kHeadBytes = 28 + 140;  // UDP and IP; what encode() puts around the blocks of a piece
+constexpr double kBurstFrames = 2;       // what a viewer may save up of its budget
+constexpr double kNearTool = 64;         // times as visible as elsewhere
+constexpr double kNearShare = 0.08;      // of the body's diagonal
+constexpr double kShadeSteps = 255, kHoldShade = 1.5;
+
+std::size_t at(ShapeChannel channel) { return static_cast<std::size_t>(channel); }
+bool wants(const ShapeViewer& viewer, ShapeChannel channel) {
+  return channel == ShapeChannel::position || (viewer.channels >> at(channel) & 1) != 0;
+}
+
+void take_back(ShapeViewer& viewer, const ShapeViewer::Flight& flight) {
+  for (const auto& entry : flight.entries) {
+    auto& block = viewer.blocks[at(entry.channel)][entry.block];
+    if (block.seq == flight.seq) block.sent = block.has;
+  }
+}
+
+void confirm(ShapeViewer& viewer, const ShapeViewer::Flight& flight) {
+  for (const auto& entry : flight.entries) {
+    auto& block = viewer.blocks[at(entry.channel)][entry.block];
+    block.has = std::max(block.has, entry.path);
+  }
+}
+
+}  // namespace
+
+ShapeStream::ShapeStream(const RoomFacts& facts, double rate_hz) : node_of_(facts.node_of), rate_hz_(rate_hz) {
+  Vec3 low = Vec3::Constant(1e300), high = -low;
+  for (const MeshVertex& vertex : facts.mesh.vertices) {
+    rest_.push_back(vertex.rest);
+    low = low.cwiseMin(vertex.rest);
+    high = high.cwiseMax(vertex.rest);
+  }
+  reach_m_ = kNearShare * std::max((high - low).norm(), 1e-9);
+  const std::size_t blocks = (rest_.size() + kBlockVertices - 1) / kBlockVertices;
+  for (std::size_t k = 0; k < kShapeChannels; ++k) {
+    channels_[k].numbers.assign(
+        rest_.size() * static_cast<std::size_t>(components_of(ShapeChannel{static_cast<std::uint8_t>(k)})), 0);
+    channels_[k].blocks.resize(blocks);
+  }
+  channels_[at(ShapeChannel::position)].unit = kShapeStepM;
+  channels_[at(ShapeChannel::tension)].unit = 0x1p-20;
+  channels_[at(ShapeChannel::support)].unit = 1 / kShadeSteps;
+}
+
+/// Moves the numbers of a channel to `value(vertex, component)`, in units of it, where they are further than `hold` away.
+template <class Value>
+void ShapeStream::renew(ShapeChannel which, double hold, const Value& value) {
+  Channel& channel = channels_[at(which)];
+  const int n = components_of(which);
+  for (std::size_t b = 0; b < channel.blocks.size(); ++b) {
+    std::int32_t largest = 0;
+    const std::size_t end = std::min((b + 1) * kBlockVertices, rest_.size());
+    for (std::size_t v = b * kBlockVertices; v < end; ++v)
+      for (int k = 0; k < n; ++k) {
+        std::int32_t& number = channel.numbers[v * static_cast<std::size_t>(n) + static_cast<std::size_t>(k)];
+        const double wanted = value(v, k);
+        if (!(std::abs(wanted - number) > hold)) continue;  // also what is not a number
+        const auto moved =
+            static_cast<std::int32_t>(std::lround(std::clamp(wanted, -double{kMaxBlockNumber}, double{kMaxBlockNumber})));
+        largest = std::max(largest, std::abs(moved - number));
+        number = moved;
+      }
+    if (largest == 0) continue;
+    channel.blocks[b].path += static_cast<std::uint64_t>(largest);
+    channel.blocks[b].bytes.clear();
+  }
+}
+
+void ShapeStream::take(const ShapeFrame& frame) {
+  ++frame_;
+  body_time_ = frame.body_time;
+  renew(ShapeChannel::position, kHoldSteps,
+        [&](std::size_t v, int k) { return (frame.positions[node_of_[v]][k] - rest_[v][k]) * (1 / kShapeStepM); });
+  for (const ShapeChannel which : {ShapeChannel::tension, ShapeChannel::support})
+    if (!frame.shades[at(which)].empty()) take_shade(which, frame.shades[at(which)]);
+  weigh(frame.tools);
+}
+
+/// A tension has no limit known beforehand: its unit doubles until the largest fits into 8 bits.
+void ShapeStream::take_shade(ShapeChannel which, std::span<const float> shade) {
+  Channel& channel = channels_[at(which)];
+  float largest = 0;
+  for (const std::uint32_t node : node_of_) largest = std::max(largest, shade[node]);
+  if (which == ShapeChannel::tension && std::isfinite(largest))
+    while (largest > kShadeSteps * channel.unit) channel.unit *= 2;
+  renew(which, kHoldShade, [&](std::size_t v, int) { return std::clamp(shade[node_of_[v]] / channel.unit, 0.0, kShadeSteps); });
+}
+
+Vec3 ShapeStream::vertex(std::size_t v) const {
+  const auto& numbers = channels_[at(ShapeChannel::position)].numbers;
+  return rest_[v] + kShapeStepM * Vec3(numbers[3 * v], numbers[3 * v + 1], numbers[3 * v + 2]);
+}
+
+/// By the vertex of a block that is nearest to a tool: what the eye follows comes first by a wide margin.
+void ShapeStream::weigh(const std::vector<Vec3>& tools) {
+  auto& blocks = channels_[at(ShapeChannel::position)].blocks;
+  for (Block& block : blocks) block.weight = 1;
+  for (std::size_t v = 0; v < rest_.size() && !tools.empty(); ++v) {
+    const Vec3 x = vertex(v);
+    for (const Vec3& tool : tools) {
+      const double far = (x - tool).squaredNorm() / (reach_m_ * reach_m_);
+      float& weight = blocks[v / kBlockVertices].weight;
+      weight = std::max(weight, static_cast<float>(kNearTool / (1 + far * far)));
+    }
+  }
+}
+
+void ShapeStream::begin(ShapeViewer& viewer, Micros now) const {
+  while (!viewer.flights.empty() && now - viewer.flights.front().at > kSilent) {
+    take_back(viewer, viewer.flights.front());
+    viewer.flights.pop_front();
+  }
+  const double frame_bytes = viewer.kbit_s * 125 / rate_hz_;
+  const double most = std::max(kBurstFrames * frame_bytes, viewer.tokens_bytes);
+  viewer.tokens_bytes = std::min(viewer.tokens_bytes + frame_bytes, most);
+  viewer.wanted.clear();
+  for (std::size_t k = 0; k < kShapeChannels; ++k) {
+    const ShapeChannel which{static_cast<std::uint8_t>(k)};
+    if (!wants(viewer, which)) continue;
+    viewer.blocks[k].resize(channels_[k].blocks.size());
+    for (std::uint32_t b = 0; b < channels_[k].blocks.size(); ++b) {
+      const auto behind = channels_[k].blocks[b].path - viewer.blocks[k][b].sent;
+      if (behind > 0) viewer.wanted.push_back({static_cast<float>(behind) * channels_[k].blocks[b].weight, which, b});
+    }
+  }
+  std::sort(viewer.wanted.begin(), viewer.wanted.end(), [](const auto& x, const auto& y) {
+    if (x.channel != y.channel) return x.channel > y.channel;
+    return x.priority != y.priority ? x.priority < y.priority : x.block > y.block;
+  });
+  viewer.pieces = 0;
+  viewer.due = true;
+}
+
+const std::vector<std::uint8_t>& ShapeStream::packed(ShapeChannel which, std::uint32_t block) {
+  Channel& channel = channels_[at(which)];
+  auto& bytes = channel.blocks[block].bytes;
+  if (!bytes.empty()) return bytes;
+  const auto n = static_cast<std::size_t>(components_of(which));
+  const std::size_t first = block * kBlockVertices, end = std::min<std::size_t>(first + kBlockVertices, rest_.size());
+  append_block(block, std::span(channel.numbers).subspan(n * first, n * (end - first)), components_of(which), bytes);
+  return bytes;
+}
+
+bool ShapeStream::next(ShapeViewer& viewer, ShapePiece& piece) {
+  viewer.filling.clear();
+  if (viewer.wanted.empty() || viewer.tokens_bytes <= 0) return false;
+  piece.frame = frame_;
+  piece.body_time = body_time_;
+  piece.channel = viewer.wanted.back().channel;
+  piece.unit = channels_[at(piece.channel)].unit;
+  piece.blocks.clear();
+  while (!viewer.wanted.empty() && viewer.wanted.back().channel == piece.channel) {
+    const std::uint32_t block = viewer.wanted.back().block;
+    const auto& bytes = packed(piece.channel, block);
+    if (piece.blocks.size() + bytes.size() > kMaxPieceBytes) break;
+    piece.blocks.insert(piece.blocks.end(), bytes.begin(), bytes.end());
+    viewer.filling.push_back({piece.channel, block, channels_[at(piece.channel)].blocks[block].path});
+    viewer.wanted.pop_back();
+  }
+  viewer.tokens_bytes -= static_cast<double>(piece.blocks.size()) + kHeadBytes;
+  ++viewer.pieces;
+  return true;
+}
+
+void ShapeStream::sent(ShapeViewer& viewer, std::uint32_t seq, Micros now) const {
+  for (const auto& entry : viewer.filling) {
+    auto& block = viewer.blocks[at(entry.channel)][entry.block];
+    block.sent = entry.path;
+    block.seq = seq;
+  }
+  viewer.flights.push_back({seq, now, viewer.filling});
+}
+
+void ShapeStream::heard(ShapeViewer& viewer, const ViewState& state) const {
+  viewer.channels = state.channels;
+  viewer.kbit_s = state.kbit_s > 0 ? state.kbit_s : kShapeKbitS;
+  std::erase_if(viewer.flights, [&](const ShapeViewer::Flight& flight) {
+    const auto age = static_cast<std::int32_t>(state.newest - flight.seq);
+    if (age < 0) return false;
+    const bool came = age < 64 && (state.have >> age & 1) != 0;
+    if (came) confirm(viewer, flight);
+    const bool lost = !came && age >= kReordered;
+    if (lost) take_back(viewer, flight);
+    return came || lost;
+  });
+}
+
+}  // namespace palpate

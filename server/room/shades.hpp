@@ -1,0 +1,20 @@
+// Scalars over the nodes of a body, for viewers who ask to see them.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "common/port/patch.hpp"
+#include "server/body/dynamics.hpp"
+#include "server/scene/scene.hpp"
+
+namespace palpate {
+
+/// At each node the largest |T(e)| of the elements that it joins [N], dampers left out. x: node positions.
+std::vector<float> element_tension(const LumpedBody& body, const Vector& x);
+
+/// Raises `support` where a patch with a local surface carries a vertex of the body: to 1 at the vertex that its modes move most,
+/// elsewhere in proportion to the length of the port rows. `positions` of all vertices are those of the frame of the patch.
+void add_support(const Patch& patch, std::span<const Vec3> positions, std::vector<float>& support);
+
+}  // namespace palpate
