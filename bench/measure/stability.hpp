@@ -30,8 +30,10 @@
 namespace palpate {
 
 inline constexpr double kWindowS = 0.3;
-inline constexpr double kStillM = 1e-4;  ///< three steps of the device's position reading
-inline constexpr double kStillJ = 1e-7;  ///< of 75 g in an oscillation of kStillM, peak to peak, at 5 Hz
+/// Each frame answers a reading that is a step of q = 0.03 mm off on any axis, whichever way it was rounded: a tool at rest stays
+/// within a box of two steps a side, whose diagonal is 2 sqrt(3) q = 0.104 mm.
+inline constexpr double kStillM = 1.2e-4;
+inline constexpr double kStillJ = 1.4e-7;  ///< of 75 g in an oscillation of kStillM, peak to peak, at 5 Hz
 
 struct StabilityVerdict {
   bool stable = false;

@@ -133,11 +133,21 @@ void ServerCore::finish(FrameResult result, Micros now) {
     const auto frame = std::find_if(result.stations.begin(), result.stations.end(), [&](const auto& f) { return f.id == id; });
     if (frame != result.stations.end())
       give(station, *frame, now);
-    else if (!station.views())
+    else if (station.views())
+      report(station, now);
+    else
       beat(station);
     station.timeline.forget_before(body_time_ - kRemembered);
   }
   if (!result.positions.empty()) show(result, now);
+}
+
+/// A viewer hears now and then how its link, the stations and the room do.
+void ServerCore::report(Station& viewer, Micros now) {
+  if (now < viewer.next_report) return;
+  viewer.next_report = now + kLinkReportEvery;
+  viewer.outbox.room = true;
+  viewer.outbox.beat = beat_for(viewer);
 }
 
 void ServerCore::show(const FrameResult& result, Micros now) {
@@ -146,11 +156,7 @@ void ServerCore::show(const FrameResult& result, Micros now) {
     if (station.contact) frame.tools.push_back(station.tool);
   shapes_.take(frame);
   for (auto& [id, station] : stations_) {
-    if (!station.views()) continue;
-    shapes_.begin(station.shape, now);
-    if (now < station.next_report) continue;
-    station.next_report = now + kLinkReportEvery;
-    station.outbox.room = true;
+    if (station.views()) shapes_.begin(station.shape, now);
   }
 }
 

@@ -164,6 +164,7 @@ class ServerCore {
   void give(Station& station, StationFrame& frame, Micros now);
   bool is_lost(const Station& station, const Patch& patch) const;
   const Station* tool_of(const Station& station) const;
+  void report(Station& viewer, Micros now);
   void show(const FrameResult& result, Micros now);
   Micros station_time(const Station& station, Micros server_time) const;
 
