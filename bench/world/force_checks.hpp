@@ -58,8 +58,8 @@ class FadeCheck final : public Check {
 
 class PassivityCheck final : public Check {
  public:
-  /// 12 mJ throw a hand of 0.5 kg at 0.22 m/s, or are 1 N over 12 mm. docs/world.md says where it comes from.
-  static constexpr double kBudgetJ = 0.012;
+  /// 10 mJ throw a hand of 0.5 kg at 0.2 m/s, or are 1 N over 10 mm. docs/world.md says where it comes from.
+  static constexpr double kBudgetJ = 0.01;
   static constexpr int kRestTicks = 50;
   explicit PassivityCheck(const std::vector<StationBounds>& bounds) : Check("passivity"), bounds_(bounds), seen_(bounds.size()) {}
   void tick(const SeenTick& seen) override;

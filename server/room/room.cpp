@@ -108,8 +108,12 @@ void Room::State::sync_ports(const FrameJob& job) {
     port.kind = scene.tool.contact;
     port.node = scene.tool.node;
     port.parameters = {scene.tool.coupling_n_m, scene.tool.friction};
-    station.grasp = Grasp(from_seconds(body.time_s), body.x.segment<3>(3 * static_cast<Eigen::Index>(port.node)) -
-                                                         station.track.at(from_seconds(body.time_s)).position);
+    if (port.kind == ContactKind::attach) {
+      const Micros now = from_seconds(body.time_s);
+      const Vec3 offset = body.x.segment<3>(3 * static_cast<Eigen::Index>(port.node)) - station.track.at(now).position;
+      if (offset.norm() > Grasp::kReachM) continue;
+      station.grasp = Grasp(now, offset);
+    }
     ports.push_back(port);
     port_owner.push_back(j.id);
   }

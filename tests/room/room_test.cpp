@@ -71,6 +71,21 @@ TEST_CASE("A grasp at home is felt as nothing, and its patches are stamped, numb
   }
 }
 
+TEST_CASE("A tool that comes from far away grasps nothing, and moves nothing, until it is within reach of its node") {
+  Stage stage(ContactKind::attach);
+  const auto at = [](double metres) { return [metres](Micros) { return Vec3(home() + Vec3(0, 0, metres)); }; };
+  FrameResult result;
+  for (int k = 0; k < 10; ++k) result = stage.frame({kHand}, at(0.14));
+  CHECK_FALSE(result.stations.at(0).patch);
+  CHECK_FALSE(result.stations.at(0).contact);
+  CHECK((result.positions[54] - home()).norm() < 1e-12);
+  for (int k = 0; k < 30; ++k) result = stage.frame({kHand}, at(0.9 * Grasp::kReachM));
+  REQUIRE(result.stations.at(0).patch);
+  CHECK((result.positions[54] - home()).norm() == Approx(0.9 * Grasp::kReachM));
+  for (int k = 0; k < 10; ++k) result = stage.frame({kHand}, at(0.9 * Grasp::kReachM + 0.02));  // held, it follows further
+  CHECK((result.positions[54] - home()).norm() == Approx(0.9 * Grasp::kReachM + 0.02));
+}
+
 TEST_CASE("A grasp that begins beside its node takes the node to the tool without a jolt") {
   Stage stage(ContactKind::attach);
   const Vec3 beside = home() + Vec3(0.004, 0, 0.003);
