@@ -16,6 +16,7 @@ constexpr float kWidth = 1280, kHeight = 800;
 constexpr Micros kPicture{16'667};
 
 struct Hand {
+  Micros now{1'000'000}, next_picture{now};
   Scene scene;
   Room room;
   ServerCore server;
@@ -25,7 +26,6 @@ struct Hand {
   Camera camera;
   PointerTool tool;
   Pointer pointer{kWidth / 2, kHeight / 2, kWidth, kHeight, false};
-  Micros now{1'000'000}, next_picture{now};
   TickOutput felt;
   Vec3 place = Vec3::Zero();
   double step_max_m = 0;
