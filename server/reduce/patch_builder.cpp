@@ -1,5 +1,5 @@
-#include "server/reduce/expansion.hpp"
 #include "server/reduce/patch_builder.hpp"
+#include "server/reduce/expansion.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
