@@ -116,34 +116,6 @@ void Dynamics::multiply_tangents(const BodyState& state, const Vector& y, Vector
   }
 }
 
-void Dynamics::multiply_tangents(const BodyState& state, const Matrix& y, Matrix& k_y, Matrix& d_y) const {
-  using Rows =
-      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;  // what a node does in all columns lies together
-  using Row = Eigen::Map<Eigen::Array<double, 1, Eigen::Dynamic>>;
-  const Rows in = y;
-  Rows k = Rows::Zero(y.rows(), y.cols()), d = k;
-  Eigen::Array<double, 3, Eigen::Dynamic, Eigen::RowMajor> difference(3, y.cols());
-  Eigen::Array<double, 1, Eigen::Dynamic> along(y.cols()), term(y.cols());
-  for (const Element& e : body_->elements) {
-    const ElementState s = element_state(e, state.x, state.v);
-    const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
-    difference = in.middleRows<3>(a).array() - in.middleRows<3>(b).array();
-    if (body_->planar) difference.row(2).setZero();
-    along = s.direction.x() * difference.row(0) + s.direction.y() * difference.row(1) + s.direction.z() * difference.row(2);
-    const double geometric = s.axial * s.inv_length, axial = s.slope - geometric;
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      term = (axial * s.direction[axis]) * along + geometric * difference.row(axis);
-      Row(k.data() + (a + axis) * y.cols(), y.cols()) += term;
-      Row(k.data() + (b + axis) * y.cols(), y.cols()) -= term;
-      term = (e.damping_n_s_m * s.direction[axis]) * along;
-      Row(d.data() + (a + axis) * y.cols(), y.cols()) += term;
-      Row(d.data() + (b + axis) * y.cols(), y.cols()) -= term;
-    }
-  }
-  k_y = k;
-  d_y = d;
-}
-
 Vector Dynamics::multiply_stiffness_exact(const BodyState& state, const Vector& y) const {
   Vector result = Vector::Zero(y.size());
   for (const Element& e : body_->elements) {

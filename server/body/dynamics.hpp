@@ -40,10 +40,9 @@ class Dynamics {
   /// A = c_m M + c_d D + c_k K with the symmetric part of K; see ElementKernel for `clamp`. Rows of held nodes become identity.
   void assemble(const BodyState& state, double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                 BlockMatrix& a) const;
-  /// Products with the unmasked symmetric tangents at a state: K y and D y, element by element.
+  /// Products with the unmasked symmetric tangents at a state: K y and D y, element by element. For many products see
+  /// tangents.hpp.
   void multiply_tangents(const BodyState& state, const Vector& y, Vector& k_y, Vector& d_y) const;
-  /// The same for the columns of y, in one pass over the elements.
-  void multiply_tangents(const BodyState& state, const Matrix& y, Matrix& k_y, Matrix& d_y) const;
   /// Exact (unsymmetric) K y, for comparison with finite differences.
   Vector multiply_stiffness_exact(const BodyState& state, const Vector& y) const;
 

@@ -97,6 +97,7 @@ class PatchBuilder {
                                    Patch patch, bool clamp);
   std::optional<Patch> build_shared_touch(FrameModel& frame, std::size_t which, const PatchRequest& request, Patch patch,
                                           bool clamp);
+  bool solve_ports(const Model& model, const std::vector<Vector>& inputs, double tolerance);
   std::optional<Mat3> static_response(const Model& model, const std::vector<Vector>& inputs);
   std::optional<Matrix> touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which, const OtherTools& others,
                                     const Linearisation& at, const PatchRequest& request);

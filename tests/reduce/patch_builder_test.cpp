@@ -119,7 +119,9 @@ TEST_CASE("A Krylov basis is orthonormal in the mass matrix and leaves held node
   const Bench bench(box_body(4, 4, 4), ContactKind::attach, 0.001, 0.05);
   auto held = bench.body.fixed;
   held[54] = 1;
-  const Linearisation at{&bench.dynamics, &bench.state, &held};
+  Tangents tangents(bench.dynamics);
+  tangents.take(bench.state);
+  const Linearisation at{&bench.dynamics, &bench.state, &held, &tangents};
   ShiftedSolver solver(bench.dynamics);
   REQUIRE(solver.prepare(at, kShift, false));
   std::vector<Vector> inputs;
