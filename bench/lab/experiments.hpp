@@ -18,6 +18,7 @@ void add_felt(CLI::App& app, Run& run);
 void add_masking(CLI::App& app, Run& run);
 void add_stations(CLI::App& app, Run& run);
 void add_load(CLI::App& app, Run& run);
+void add_beside(CLI::App& app, Run& run);
 void add_world(CLI::App& app, Run& run);
 void add_spring1d(CLI::App& app, Run& run);
 void add_chain(CLI::App& app, Run& run);
@@ -26,10 +27,13 @@ void add_modes(CLI::App& app, Run& run);
 void add_scaling(CLI::App& app, Run& run);
 void add_haptic(CLI::App& app, Run& run);
 void add_release(CLI::App& app, Run& run);
+void add_stability(CLI::App& app, Run& run);
 void add_limits(CLI::App& app, Run& run);
 void add_dominance(CLI::App& app, Run& run);
 void add_couplings(CLI::App& app, Run& run);
 void add_paper(CLI::App& app, Run& run);
+void add_export(CLI::App& app, Run& run);
+void add_summary(CLI::App& app, Run& run);
 
 /// agrees: the paper's statement or number holds here. differs: it does not, and `reason` says why. beyond: the paper has no
 /// number; ours is stated.

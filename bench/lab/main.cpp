@@ -44,6 +44,7 @@ int main(int argc, char** argv) {
   palpate::add_masking(app, run);
   palpate::add_stations(app, run);
   palpate::add_load(app, run);
+  palpate::add_beside(app, run);
   palpate::add_world(app, run);
   palpate::add_spring1d(app, run);
   palpate::add_chain(app, run);
@@ -52,10 +53,13 @@ int main(int argc, char** argv) {
   palpate::add_scaling(app, run);
   palpate::add_haptic(app, run);
   palpate::add_release(app, run);
+  palpate::add_stability(app, run);
   palpate::add_limits(app, run);
   palpate::add_dominance(app, run);
   palpate::add_couplings(app, run);
   palpate::add_paper(app, run);
+  palpate::add_export(app, run);
+  palpate::add_summary(app, run);
   app.add_subcommand("list", "name the experiments, a line each")->callback([&] {
     run = [&] {
       for (const CLI::App* experiment : app.get_subcommands({}))

@@ -7,12 +7,12 @@
 #include <iterator>
 #include <limits>
 #include <set>
-#include <thread>
 
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/masking_cells.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
+#include "bench/lab/shards.hpp"
 #include "bench/measure/routes.hpp"
 #include "common/base/error.hpp"
 
@@ -20,10 +20,10 @@ namespace palpate {
 namespace {
 
 struct Flags {
-  std::string out, route, scenes = "scenes", shard = "1/1";
+  std::string out, route, scenes = "scenes";
   std::vector<std::string> schemes, axes;
-  bool quick = false, merge = false;
-  unsigned jobs = std::max(1U, std::thread::hardware_concurrency());
+  bool quick = false;
+  ShardFlags shards;
 };
 
 using Cells = std::vector<MaskingCell>;
@@ -107,14 +107,19 @@ void plot_axis(const std::filesystem::path& out, const Axis& axis, const Cells& 
                     : axis.value == &MaskingLink::jitter_ms ? "jitter_ms"
                                                             : "loss_pct";
   for (const Scheme s : schemes)
-    csv += fmt::format(",{0}_snr_db,{0}_p95_over_jnd,{0}_onset_worst_ms,{0}_felt_step_n", name_of(s));
+    csv += fmt::format(",{0}_snr_db,{0}_p95_over_jnd,{0}_onset_worst_ms,{0}_felt_step_n,{0}_uplink_kb_s", name_of(s));
   csv += '\n';
   for (const double x : xs) {
     fmt::format_to(std::back_inserter(csv), "{:g}", x);
     for (const Scheme s : schemes) {
-      const Digest d = digest(those(cells, [&](const MaskingCell& c) { return c.scheme == s && c.link.*axis.value == x; }));
-      fmt::format_to(std::back_inserter(csv), ",{:.3f},{:.4g},{},{:.4g}", d.snr_db, d.p95_over_jnd, std::abs(d.onset_worst_ms),
-                     d.felt_worst_n);
+      const Cells here = those(cells, [&](const MaskingCell& c) { return c.scheme == s && c.link.*axis.value == x; });
+      if (here.empty()) {
+        csv += ",nan,nan,nan,nan,nan";
+        continue;
+      }
+      const Digest d = digest(here);
+      fmt::format_to(std::back_inserter(csv), ",{:.3f},{:.4g},{},{:.4g},{:.4g}", d.snr_db, d.p95_over_jnd,
+                     std::abs(d.onset_worst_ms), d.felt_worst_n, 1e-3 * d.uplink_bytes_s);
     }
     csv += '\n';
   }
@@ -123,11 +128,19 @@ void plot_axis(const std::filesystem::path& out, const Axis& axis, const Cells& 
   std::vector<Panel> panels{{"force SNR [dB], median", {}},
                             {"p95 error / JND, median", {}, true},
                             {"onset error [ms], worst", {}, false, "set yrange [0:*]"},
-                            {"step at swaps [N], p99.9", {}, false, "set yrange [0:*]"}};
+                            {"felt step at swaps [N], p99.9", {}, false, "set yrange [0:*]"},
+                            {"sent to the server [kB/s], most", {}, false, "set yrange [0:*]"}};
+  const auto columns = panels.size();
   for (std::size_t k = 0; k < schemes.size(); ++k)
-    for (std::size_t p = 0; p < panels.size(); ++p)
-      panels[p].curves.push_back(
-          {fmt::format("1:{}", 2 + 4 * k + p), std::string(name_of(schemes[k])), static_cast<int>(k) + 1, {}, "linespoints"});
+    for (std::size_t p = 0; p < columns; ++p)
+      panels[p].curves.push_back({fmt::format("1:{}", 2 + columns * k + p),
+                                  std::string(name_of(schemes[k])),
+                                  static_cast<int>(k) + 1,
+                                  {},
+                                  "linespoints"});
+  constexpr const char* kDashed = "lines dt 2";
+  panels[1].curves.push_back({"1:(1)", "just noticed", 8, {}, kDashed});
+  panels[3].curves.push_back({fmt::format("1:({})", kStepLimitN), "least limit", 8, {}, kDashed});
   const bool over_rtt = axis.value == &MaskingLink::rtt_ms;
   plot_csv(
       file, out / fmt::format("masking-{}.svg", axis.name),
@@ -213,9 +226,11 @@ Json promise(const Cells& cells, double rtt_ms) {
   fmt::print(
       "\n  SNR in dB against the full model at 1 kHz (median); calm: no jitter, no loss. p95/JND: 1 is just noticed (10 % of the "
       "force).\n"
-      "  within: share of the swaps whose step is at most 0.05 N or 5 % of the force, whichever is larger: between the old patch "
-      "and\n"
-      "  the new one, and of what is felt from one tick to the next after the cross-fade.\n\n");
+      "  within: share of the swaps whose step is at most 0.05 N or 5 % of the force, whichever is larger: raw, between the old "
+      "patch\n"
+      "  and the new one (nobody feels it), and felt, from one tick to the next in the cross-fade. The promise of 99.9 % is "
+      "about "
+      "felt.\n\n");
   return json;
 }
 
@@ -223,6 +238,7 @@ void port_by_body(const Cells& cells, double rtt_ms) {
   const Cells port = those(cells, [&](const MaskingCell& c) {
     return c.scheme == Scheme::port && c.link.rtt_ms == rtt_ms && c.link.jitter_ms == kPromisedJitterMs;
   });
+  if (port.empty()) return;
   fmt::print("  port on {:<12} {:<13} {:>13} {:>10} {:>8} {:>11} {:>10}\n", "body", "motion", "no loss [dB]", "loss [dB]",
              "p95/JND", "onset [ms]", "felt [N]");
   std::set<std::pair<std::string, std::string>> kinds;
@@ -247,26 +263,9 @@ void report(const Cells& cells, const std::filesystem::path& out, double rtt_ms)
   fmt::print("\n{}\n", (out / "summary.json").string());
 }
 
-struct Shard {
-  std::size_t index = 1, of = 1;
-};
-
-Shard shard_of(const std::string& text) {
-  Shard s;
-  char slash = 0, rest = 0;
-  if (std::sscanf(text.c_str(), "%zu%c%zu%c", &s.index, &slash, &s.of, &rest) != 3 || slash != '/' || s.index < 1 ||
-      s.index > s.of || s.of > 100'000)
-    throw InputError("--shard", "'" + text + "'", "i/n with 1 <= i <= n");
-  return s;
-}
-
-int merge(const Flags& flags, const std::filesystem::path& out, double rtt_ms) {
+int merge(const std::filesystem::path& out, double rtt_ms) {
   Cells cells;
-  std::set<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(out))
-    if (entry.path().filename().string().starts_with("cells-")) files.insert(entry.path());
-  if (files.empty()) throw InputError(flags.out, "holds no cells-*.csv", "the folder that the shards wrote to");
-  for (const auto& file : files) {
+  for (const auto& file : shard_files(out)) {
     Cells more = read_cells(file);
     cells.insert(cells.end(), more.begin(), more.end());
   }
@@ -290,25 +289,22 @@ int run_masking(const Flags& flags) {
     grid.axes = {"jitter", "loss", "burst"};
   }
   if (!flags.axes.empty()) grid.axes = flags.axes;
-  const Shard shard = shard_of(flags.shard);
+  const Shard shard = Shard::from(flags.shards.shard);
   const auto out = make_output_folder(flags.out);
-  if (flags.merge) return merge(flags, out, grid.rtt_ms);
-  Cells cells;
+  if (flags.shards.merge) return merge(out, grid.rtt_ms);
   const Cells all = masking_cells(grid);
-  for (std::size_t i = shard.index - 1; i < all.size(); i += shard.of) cells.push_back(all[i]);
-  fmt::print("{} runs of {}, {} at a time\n", cells.size(), all.size(), flags.jobs);
-  measure_cells(grid, cells, flags.jobs, [&](std::size_t done) {
+  Cells cells = shard.part_of(all);
+  fmt::print("{} runs of {}\n", cells.size(), all.size());
+  measure_cells(grid, cells, flags.shards.jobs, [&](std::size_t done) {
     if (done % 100 == 0) fmt::print("{} of {}\n", done, cells.size());
     std::fflush(stdout);
   });
-  if (shard.of > 1) {
-    const auto file = out / fmt::format("cells-{}-of-{}.csv", shard.index, shard.of);
-    write_text(file, cells_csv(cells));
+  const auto file = shard.file(out);
+  write_text(file, cells_csv(cells));
+  if (shard.of > 1)
     fmt::print("{}\n", file.string());
-    return 0;
-  }
-  write_text(out / "cells.csv", cells_csv(cells));
-  report(cells, out, grid.rtt_ms);
+  else
+    report(cells, out, grid.rtt_ms);
   return 0;
 }
 
@@ -325,10 +321,8 @@ void add_masking(CLI::App& app, Run& run) {
       ->delimiter(',')
       ->check(CLI::IsMember({"rtt", "jitter", "loss", "burst", "none"}));
   c->add_flag("--quick", flags->quick, "one body, two short motions, the ends of the axes");
-  c->add_option("--shard", flags->shard, "i/n: every n-th run from the i-th on, into cells-i-of-n.csv; then --merge");
-  c->add_flag("--merge", flags->merge, "no runs: gather what the shards left in --out");
   c->add_option("--scenes", flags->scenes, "folder of the scenes and motions")->capture_default_str();
-  c->add_option("--jobs", flags->jobs, "runs at a time; default: one a core")->check(CLI::Range(1U, 256U));
+  flags->shards.add_to(*c);
   c->add_option("--out", flags->out, "folder for summary.json, cells.csv, masking-*.csv and .svg")->required();
   c->callback([flags, &run] { run = [flags] { return run_masking(*flags); }; });
 }

@@ -3,15 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
-#include <exception>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <mutex>
 #include <sstream>
-#include <thread>
 
+#include "bench/lab/link_flags.hpp"
+#include "bench/lab/parallel.hpp"
+#include "bench/lab/shards.hpp"
 #include "common/base/error.hpp"
 #include "server/room/room.hpp"
 
@@ -19,14 +18,6 @@ namespace palpate {
 namespace {
 
 constexpr double kHomeAboveM = 0.020, kStartAboveM = 0.001;  // Room::home(), and where the motions begin
-
-std::vector<Scheme> schemes_of(const MaskingGrid& grid) {
-  if (!grid.schemes.empty()) return grid.schemes;
-  std::vector<Scheme> all;
-  for (const auto name : kSchemeNames)
-    if (const Scheme scheme = *scheme_from_name(name); is_available(scheme)) all.push_back(scheme);
-  return all;
-}
 
 void add_once(std::vector<MaskingLink>& links, const MaskingLink& link) {
   if (std::find(links.begin(), links.end(), link) == links.end()) links.push_back(link);
@@ -99,29 +90,6 @@ void measure_cell(MaskingCell& cell, const Task& task) {
   cell.uplink_bytes_s = result.uplink_bytes_s;
 }
 
-/// Calls work(0) to work(count - 1), `jobs` at a time, and throws the first thing that one of them threw.
-void in_parallel(std::size_t count, unsigned jobs, const std::function<void(std::size_t)>& work) {
-  std::atomic<std::size_t> next{0};
-  std::exception_ptr fault;
-  std::mutex mutex;
-  {
-    std::vector<std::jthread> workers;
-    for (unsigned k = 0; k < std::min<std::size_t>(jobs, count); ++k)
-      workers.emplace_back([&] {
-        for (std::size_t i = next++; i < count; i = next++) {
-          try {
-            work(i);
-          } catch (...) {
-            const std::lock_guard lock(mutex);
-            if (!fault) fault = std::current_exception();
-            next = count;
-          }
-        }
-      });
-  }
-  if (fault) std::rethrow_exception(fault);
-}
-
 constexpr const char* kHeader =
     "body,motion,scheme,rtt_ms,jitter_ms,loss_pct,burst,seed,snr_db,p95_over_jnd,onsets,onsets_missed,onset_worst_ms,"
     "onset_median_ms,swaps,step_p50_n,step_p999_n,step_max_n,step_share_within,felt_p50_n,felt_p999_n,felt_max_n,"
@@ -138,7 +106,7 @@ std::vector<MaskingCell> masking_cells(const MaskingGrid& grid) {
   for (const std::string& body : bodies)
     for (const std::string& motion : motions)
       for (const MaskingLink& link : links_of(grid))
-        for (const Scheme scheme : schemes_of(grid)) {
+        for (const Scheme scheme : grid.schemes.empty() ? available_schemes() : grid.schemes) {
           MaskingCell cell;
           cell.body = body;
           cell.motion = motion;
@@ -154,14 +122,16 @@ void measure_cells(const MaskingGrid& grid, std::vector<MaskingCell>& cells, uns
   Tasks tasks = load_tasks(grid, cells);
   std::vector<Task*> list;
   for (auto& [key, task] : tasks) list.push_back(&task);
-  in_parallel(list.size(), jobs, [&](std::size_t i) { list[i]->reference = reference_of(list[i]->scene, list[i]->motion); });
+  run_all(
+      list.size(), [&](std::size_t i) { list[i]->reference = reference_of(list[i]->scene, list[i]->motion); }, jobs);
   std::mutex mutex;
   std::size_t count = 0;
-  in_parallel(cells.size(), jobs, [&](std::size_t i) {
+  const auto run = [&](std::size_t i) {
     measure_cell(cells[i], tasks.at({cells[i].body, cells[i].motion}));
     const std::lock_guard lock(mutex);
     done(++count);
-  });
+  };
+  run_all(cells.size(), run, jobs);
 }
 
 std::string cells_csv(const std::vector<MaskingCell>& cells) {
@@ -179,12 +149,10 @@ std::string cells_csv(const std::vector<MaskingCell>& cells) {
 }
 
 std::vector<MaskingCell> read_cells(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  std::string line;
-  if (!std::getline(in, line) || line != kHeader) throw InputError(file.string() + ":1", "has another header", kHeader);
   std::vector<MaskingCell> cells;
-  for (std::size_t number = 2; std::getline(in, line); ++number) {
-    std::replace(line.begin(), line.end(), ',', ' ');
+  for (const std::vector<std::string>& fields : read_rows(file, kHeader)) {
+    std::string line;
+    for (const std::string& field : fields) line += field + ' ';
     std::istringstream row(line);
     MaskingCell c;
     std::string scheme;
@@ -195,7 +163,8 @@ std::vector<MaskingCell> read_cells(const std::filesystem::path& file) {
         h.p999_n >> h.max_n >> h.share_within >> f.p50_n >> f.p999_n >> f.max_n >> f.share_within >> c.age_p95_ms >>
         c.uplink_bytes_s;
     const auto known = scheme_from_name(scheme);
-    if (!row || !known) throw InputError(fmt::format("{}:{}", file.string(), number), "is no cell", "what masking wrote");
+    if (!row || !known)
+      throw InputError(fmt::format("{}:{}", file.string(), cells.size() + 2), "is no cell", "what masking wrote");
     f.swaps = h.swaps;
     c.scheme = *known;
     cells.push_back(std::move(c));

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-void run_all(std::size_t count, const std::function<void(std::size_t)>& run) {
+void run_all(std::size_t count, const std::function<void(std::size_t)>& run, unsigned jobs) {
   std::atomic<std::size_t> next{0};
   std::mutex mutex;
   std::exception_ptr failure;
@@ -25,8 +25,8 @@ void run_all(std::size_t count, const std::function<void(std::size_t)>& run) {
     }
   };
   std::vector<std::jthread> threads;
-  const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
-  for (std::size_t k = 1; k < std::min(cores, count); ++k) threads.emplace_back(work);
+  const std::size_t at_once = jobs > 0 ? jobs : std::max(1u, std::thread::hardware_concurrency());
+  for (std::size_t k = 1; k < std::min(at_once, count); ++k) threads.emplace_back(work);
   work();
   threads.clear();
   if (failure) std::rethrow_exception(failure);

@@ -1,4 +1,4 @@
-// Independent runs of an experiment on all cores of the machine. Results do not depend on how many there are: run i writes to
+// Independent runs of an experiment on the cores of the machine. Results do not depend on how many there are: run i writes to
 // place i of the caller's own vector.
 #pragma once
 
@@ -7,7 +7,8 @@
 
 namespace palpate {
 
-/// Calls run(0) ... run(count - 1), each once, from several threads. The first exception is thrown again once all have ended.
-void run_all(std::size_t count, const std::function<void(std::size_t)>& run);
+/// Calls run(0) ... run(count - 1), each once, `jobs` at a time (0: one a core). The first exception is thrown again once all
+/// have ended.
+void run_all(std::size_t count, const std::function<void(std::size_t)>& run, unsigned jobs = 0);
 
 }  // namespace palpate

@@ -11,12 +11,15 @@
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
 #include "bench/measure/reference.hpp"
+#include "bench/measure/session.hpp"
+#include "common/base/error.hpp"
+#include "common/io/mapped_file.hpp"
 
 namespace palpate {
 namespace {
 
 struct Flags {
-  std::string scene, motion, scheme, device = "none", out;
+  std::string scene, motion, recording, station, scheme, device = "none", out;
   PassivityMode passivity = PassivityMode::off;
   int order = 0;
   LinkFlags link;
@@ -71,17 +74,62 @@ Json summary(const ReplayResult& r) {
           {"damper_rms_n", r.guard.damper_rms_n()}};
 }
 
+/// What is replayed: a body, and the motions of the hands on it. The first is the one that is reported.
+struct Given {
+  Scene scene;
+  std::vector<Motion> motions;
+};
+
+std::size_t hand_named(const Session& session, const std::string& name, const std::string& where) {
+  std::string names;
+  for (std::size_t k = 0; k < session.hands.size(); ++k) {
+    if (name.empty() || session.hands[k].name == name) return k;
+    names += (names.empty() ? "" : ", ") + session.hands[k].name;
+  }
+  if (names.empty()) throw InputError(where, "holds no hand's motion", "a session in which somebody moved a tool");
+  throw InputError("--station " + name, "is no hand in " + where, "one of " + names);
+}
+
+Given given_by_recording(const Flags& flags) {
+  const std::string where = "--recording " + flags.recording;
+  const MappedFile file(flags.recording);
+  const RecordingReader recording(file.bytes(), where);
+  if (!recording.complete()) fmt::print(stderr, "{}: {}; what came before is replayed\n", where, recording.damage());
+  const RecordingHead& head = recording.head();
+  if (flags.scene.empty() && head.scene.empty())
+    throw InputError(where, "was made by a client, which does not know the scene", "--scene FILE beside it");
+  const Session session = read_session(recording);
+  const std::size_t which = hand_named(session, flags.station, where);
+  if (session.blocks_lost > 0)
+    fmt::print(stderr, "{}: {} blocks are damaged; hands move straight through\n", where, session.blocks_lost);
+  if (session.hands.size() > 1)
+    fmt::print("station \"{}\", with the {} other{} on the body\n", session.hands[which].name, session.hands.size() - 1,
+               session.hands.size() > 2 ? "s" : "");
+  return {flags.scene.empty() ? read_scene(head.scene, head.scene_file) : load_scene(flags.scene),
+          motions_of(session, which, where)};
+}
+
+Given given_by(const Flags& flags) {
+  if (!flags.recording.empty()) {
+    if (!flags.motion.empty()) throw InputError("--motion", "beside --recording", "one of the two");
+    return given_by_recording(flags);
+  }
+  if (!flags.station.empty()) throw InputError("--station", "without a recording", "--recording FILE");
+  if (flags.scene.empty() || flags.motion.empty())
+    throw InputError(flags.scene.empty() ? "--scene" : "--motion", "is missing", "--scene and --motion, or --recording");
+  return {load_scene(flags.scene), {read_motion(flags.motion)}};
+}
+
 int run_replay(const Flags& flags) {
   const ReplayOptions options = options_of(flags);
-  const Scene scene = load_scene(flags.scene);
-  const Motion motion = read_motion(flags.motion);
+  const auto [scene, motions] = given_by(flags);
   const auto out = make_output_folder(flags.out);
-  if (scene.tool.contact == ContactKind::attach && needs_settling(scene, motion.position(0.0)))
+  if (scene.tool.contact == ContactKind::attach && needs_settling(scene, motions.front().position(0.0)))
     fmt::print(
         stderr,
         "the body is given {:g} s to settle before the motion: it hangs in gravity, or the motion starts beside the node\n",
         seconds(kSettle));
-  const ReplayResult result = replay(scene, motion, options, stopwatch_ns);
+  const ReplayResult result = replay_together(scene, motions, options, stopwatch_ns).front();
   write_forces(out / "forces.csv", result);
   write_json(out / "summary.json", summary(result));
   plot_csv(out / "forces.csv", out / "forces.svg",
@@ -106,8 +154,10 @@ void add_replay(CLI::App& app, Run& run) {
   auto flags = std::make_shared<Flags>();
   CLI::App* c =
       app.add_subcommand("replay", "any motion through any scheme over any link, in virtual time, beside the 1 kHz full model");
-  c->add_option("--scene", flags->scene, "scene file (JSON)")->required();
-  c->add_option("--motion", flags->motion, "motion file (CSV t_s,x_m,y_m,z_m)")->required();
+  c->add_option("--scene", flags->scene, "scene file (JSON); with --recording: instead of the recorded one");
+  c->add_option("--motion", flags->motion, "motion file (CSV t_s,x_m,y_m,z_m)");
+  c->add_option("--recording", flags->recording, "in place of a motion: the hands of a recorded session, and its scene");
+  c->add_option("--station", flags->station, "of the recording: whose force is reported; default: the first that moved");
   c->add_option("--scheme", flags->scheme, "how patches are made")->required();
   c->add_option("--order", flags->order, "states of a patch (twice its modes), 0: the scheme's default")
       ->check(CLI::Range(0, 2 * kMaxModes));

@@ -1,11 +1,14 @@
 // palpate-lab world: simulated worlds drawn from seeds, run under checks.
 #include <fmt/format.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <mutex>
+#include <set>
 #include <thread>
 
 #include "bench/lab/experiments.hpp"
@@ -64,6 +67,19 @@ class Work {
   std::uint64_t done() const { return done_; }
   const std::vector<std::uint64_t>& failed() const { return failed_; }
   double energy_lowest_j() const { return energy_lowest_j_; }
+  /// What happened in how many worlds, and what there was to judge.
+  std::string exercised() const {
+    std::string text = "  worlds with";
+    for (std::size_t k = 0; k < kFaultKinds; ++k)
+      text += fmt::format("{} {}: {}", k > 0 ? "," : "", describe(static_cast<FaultKind>(k)), faults_[k]);
+    text += "\n  judged";
+    const char* comma = "";
+    for (const auto& [check, times] : judged_) {
+      text += fmt::format("{} {} {} times in {} worlds", comma, check, times.first, times.second);
+      comma = ",";
+    }
+    return text + "\n";
+  }
   double virtual_s() const { return virtual_s_; }
   void check_error() const {
     if (error_) std::rethrow_exception(error_);
@@ -85,6 +101,7 @@ class Work {
       ++done_;
       virtual_s_ += seconds(scenario.end);
       energy_lowest_j_ = std::min(energy_lowest_j_, report.energy_lowest_j);
+      count(scenario, report);
       if (!report.violations.empty()) failed_.push_back(seed);
       if (!report.violations.empty() || !flags_.quiet) fmt::print("{}", say(flags_, seed, report));
       std::fflush(stdout);
@@ -93,6 +110,16 @@ class Work {
     const std::lock_guard lock(mutex_);
     error_ = std::current_exception();
     error_seen_ = true;
+  }
+
+  void count(const Scenario& scenario, const WorldReport& report) {
+    std::set<FaultKind> kinds;
+    for (const Fault& fault : scenario.faults) kinds.insert(fault.kind);
+    for (const FaultKind kind : kinds) ++faults_[static_cast<std::size_t>(kind)];
+    for (const auto& [check, times] : report.judged) {
+      judged_[check].first += times;
+      judged_[check].second += times > 0 ? 1 : 0;
+    }
   }
 
   const Flags& flags_;
@@ -104,6 +131,8 @@ class Work {
   std::uint64_t done_ = 0;
   double energy_lowest_j_ = 0, virtual_s_ = 0;
   std::vector<std::uint64_t> failed_;
+  std::array<std::uint64_t, kFaultKinds> faults_{};
+  std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> judged_;  ///< times, worlds
 };
 
 void write_rows(const std::filesystem::path& out, const Scenario& s, const WorldReport& r) {
@@ -164,6 +193,7 @@ int run_world(Flags flags) {
   work.check_error();
   fmt::print("{} worlds, {:.0f} s of their time, energy at least {:.2f} mJ, {} failed\n", work.done(), work.virtual_s(),
              1e3 * work.energy_lowest_j(), work.failed().size());
+  fmt::print("{}", work.exercised());
   for (const std::uint64_t seed : work.failed()) fmt::print("  {}\n", command(flags, seed));
   return work.failed().empty() ? 0 : 1;
 }

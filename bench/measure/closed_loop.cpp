@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bench/measure/join.hpp"
+#include "bench/measure/reference.hpp"
 
 namespace palpate {
 namespace {
@@ -14,6 +15,20 @@ ClientOptions client_options(const ClosedLoopOptions& options, const DeviceCaps&
   client.hello.order = static_cast<std::uint16_t>(options.order);
   client.guard = {caps.force_max_n, caps.slew_max_n_s, options.passivity};
   return client;
+}
+
+/// The device as it is now, with its energies, behind the ticks before.
+void note(const SimPhantom& device, double device_mass_kg, const Vec3& home, LoopTick tick, ClosedLoopResult& result) {
+  tick.position = device.position();
+  tick.velocity = device.velocity();
+  tick.force = device.force();
+  tick.kinetic_j = 0.5 * device_mass_kg * tick.velocity.squaredNorm();
+  if (!result.ticks.empty()) {
+    const LoopTick& before = result.ticks.back();
+    tick.display_j = before.display_j - before.force.dot(tick.position - before.position);
+  }
+  result.ticks.push_back(tick);
+  result.lost = (tick.position - home).norm() > kLostM;
 }
 
 }  // namespace
@@ -35,20 +50,31 @@ ClosedLoopResult closed_loop(const Scene& scene, const Motion& intention, const 
   const Vec3 home = intention.position(0.0);
   station.on_tick = [&](Micros t, const Vec3&, const TickOutput& out) {
     if (t < begin || result.lost) return;
-    LoopTick tick{device.position(), device.velocity(), device.force(), out.has_patch ? out.patch_age : Micros{-1}};
+    LoopTick tick;
+    tick.patch_age = out.has_patch ? out.patch_age : Micros{-1};
     tick.hand_over_step_n = out.swapped ? out.hand_over_step_n : 0;
-    tick.kinetic_j = 0.5 * options.device.device_mass_kg * tick.velocity.squaredNorm();
-    if (!result.ticks.empty()) {
-      const LoopTick& before = result.ticks.back();
-      tick.display_j = before.display_j - before.force.dot(tick.position - before.position);
-    }
-    result.ticks.push_back(tick);
-    result.lost = (tick.position - home).norm() > kLostM;
+    note(device, options.device.device_mass_kg, home, tick, result);
   };
   const Micros end = begin + options.duration;
-  while (world.now() < end && !result.lost) world.run_until(std::min(end, world.now() + Micros{10'000}));
+  constexpr Micros kLook{10'000};
+  // Not world.now(), which stays at the last thing that happened.
+  for (Micros until = world.now(); until < end && !result.lost;) world.run_until(until = std::min(end, until + kLook));
   result.patches_used = station.core().haptic().counts().patches_used;
   result.guard = station.core().haptic().guard_counts();
+  return result;
+}
+
+ClosedLoopResult reference_loop(const Scene& scene, const Motion& intention, const SimPhantomOptions& hand, Micros duration) {
+  ClosedLoopResult result;
+  SimPhantom device(intention, hand);
+  const Vec3 home = intention.position(0.0);
+  ReferenceModel model(scene, std::span(&home, 1));
+  for (Micros t{}; t <= duration && !result.lost; t += kTick) {
+    const Vec3 tool = device.read(t).position;
+    model.tick(std::span(&tool, 1));
+    device.write(model.force(0));
+    note(device, hand.device_mass_kg, home, {}, result);
+  }
   return result;
 }
 

@@ -52,4 +52,8 @@ inline constexpr double kLostM = 0.2;
 /// Throws InputError when the station cannot join or an option is out of range, std::runtime_error when nobody answers.
 ClosedLoopResult closed_loop(const Scene& scene, const Motion& intention, const ClosedLoopOptions& options);
 
+/// The same hand on the full model itself, stepped and felt at 1 kHz: no frames, no network (reference.hpp). Throws what the
+/// model throws.
+ClosedLoopResult reference_loop(const Scene& scene, const Motion& intention, const SimPhantomOptions& hand, Micros duration);
+
 }  // namespace palpate

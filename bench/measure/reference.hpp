@@ -14,6 +14,23 @@ namespace palpate {
 inline constexpr double kFineStepS = 0.0005, kTickStepS = 0.001;
 inline constexpr std::size_t kFineNodes = 600;
 
+/// The model, a millisecond at a time: for a tool whose path depends on what it feels.
+class ReferenceModel {
+ public:
+  /// Tools begin at `tools`, one per station. Throws what settled_state() throws.
+  ReferenceModel(const Scene& scene, std::span<const Vec3> tools);
+  ~ReferenceModel();
+  /// Tools are at `tools` now: 0 ms at the first call, 1 ms at the second, ... Throws std::runtime_error when the model cannot be
+  /// stepped.
+  void tick(std::span<const Vec3> tools);
+  bool contact(std::size_t tool) const;
+  Vec3 force(std::size_t tool) const;  ///< on the tool [N]
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
 struct ReferenceForce {
   std::vector<Vec3> force;  ///< on the tool, one entry per position [N]
   std::vector<std::uint8_t> contact;

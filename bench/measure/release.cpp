@@ -7,18 +7,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kPressS = 0.3;
-
-Motion press(const Scene& scene, double depth_m) {
-  constexpr int kPoints = 300;
-  std::vector<MotionPoint> points;
-  for (int i = 0; i <= kPoints; ++i) {
-    const double u = static_cast<double>(i) / kPoints;
-    points.push_back({kPressS * u, home_of(scene) + depth_m * (u * u * u * (10 - 15 * u + 6 * u * u)) * into_body(scene)});
-  }
-  return Motion(std::move(points), "press");
-}
-
 ClosedLoopOptions loop_options(const ReleaseOptions& o) {
   constexpr double kWindows = 7;
   ClosedLoopOptions loop;
@@ -43,14 +31,12 @@ ClosedLoopOptions loop_options(const ReleaseOptions& o) {
 
 }  // namespace
 
-Vec3 into_body(const Scene& scene) { return scene.body.planar ? Vec3(0, -1, 0) : Vec3(0, 0, -1); }
-
 ReleaseResult release(const Scene& scene, const ReleaseOptions& options) {
   if (scene.tool.contact != ContactKind::attach)
     throw InputError("scene " + scene.name, "is touched: a tool that is let go of would fly off",
                      "a scene with tool.contact \"attach\"");
   ReleaseResult result;
-  result.loop = closed_loop(scene, press(scene, options.depth_m), loop_options(options));
+  result.loop = closed_loop(scene, plan_gesture(scene, Gesture::release, options.depth_m).intention, loop_options(options));
   const std::vector<LoopTick>& ticks = result.loop.ticks;
   // A tool that was lost while it was held is judged by all that it did.
   constexpr auto kReleaseTick = static_cast<std::size_t>(kReleaseS * 1e3);

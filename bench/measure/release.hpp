@@ -8,6 +8,7 @@
 #pragma once
 
 #include "bench/measure/closed_loop.hpp"
+#include "bench/measure/gestures.hpp"
 #include "bench/measure/stability.hpp"
 
 namespace palpate {
@@ -39,8 +40,5 @@ struct ReleaseResult {
 
 /// Throws InputError when the scene's tool is not a grasp or an option is out of range.
 ReleaseResult release(const Scene& scene, const ReleaseOptions& options);
-
-/// Where the tool is pushed: down; a sheet's is up in y.
-Vec3 into_body(const Scene& scene);
 
 }  // namespace palpate

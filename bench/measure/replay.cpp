@@ -17,11 +17,13 @@ std::unique_ptr<MotionDevice> make_device(const Motion& motion, const ReplayOpti
   return std::make_unique<SimPhantom>(motion, phantom);
 }
 
+std::string station_name(std::size_t k) { return k == 0 ? "replay" : "replay " + std::to_string(k + 1); }
+
 /// The k-th station of a replay: the first is what a replay alone would be.
 WorldStation& add_station(World& world, const Motion& motion, const ReplayOptions& options, std::size_t k) {
   constexpr std::uint64_t kSeedsEach = 2;  // of a link: up and down
   ClientOptions client;
-  client.hello.station = k == 0 ? "replay" : "replay " + std::to_string(k + 1);
+  client.hello.station = station_name(k);
   client.hello.scheme = options.scheme;
   client.hello.order = static_cast<std::uint16_t>(options.order);
   client.guard.passivity = options.passivity;
@@ -31,7 +33,7 @@ WorldStation& add_station(World& world, const Motion& motion, const ReplayOption
     client.guard.slew_max_n_s = device->caps().slew_max_n_s;
   }
   device->wait_for_start();
-  LinkSpec link = options.link;
+  LinkSpec link = options.links.empty() ? options.link : options.links.at(k);
   link.seed += kSeedsEach * k;
   return world.add_station(client, std::move(device), link);
 }
@@ -46,14 +48,8 @@ struct Times {
   double mean() const { return count > 0 ? sum_ms / static_cast<double>(count) : 0; }
 };
 
-/// The swaps of a run, with the tick of each.
-struct Swap {
-  std::size_t tick = 0;
-  HandOver between;
-};
-
 /// For each swap the largest change from tick to tick that follows within its cross-fade, beyond the reference's own.
-std::vector<HandOver> felt_steps(const std::vector<ReplayTick>& ticks, const std::vector<Swap>& swaps) {
+std::vector<HandOver> felt_steps(const std::vector<ReplayTick>& ticks, const std::vector<ReplaySwap>& swaps) {
   constexpr std::size_t kFadedWithin = 25;
   std::vector<HandOver> steps;
   for (std::size_t k = 0; k < swaps.size(); ++k) {
@@ -68,7 +64,7 @@ std::vector<HandOver> felt_steps(const std::vector<ReplayTick>& ticks, const std
   return steps;
 }
 
-void measure(ReplayResult& result, const ReferenceForce& reference, const std::vector<Swap>& swaps) {
+void measure(ReplayResult& result, const ReferenceForce& reference) {
   std::vector<Vec3> felt;
   std::vector<std::uint8_t> contact;
   std::vector<double> ages_us;
@@ -83,23 +79,49 @@ void measure(ReplayResult& result, const ReferenceForce& reference, const std::v
   result.fidelity = compare(felt, reference.force, kSkipTicks);
   result.onset = onset_errors(contact, reference.contact);
   std::vector<HandOver> between;
-  for (const Swap& swap : swaps) between.push_back(swap.between);
+  for (const ReplaySwap& swap : result.swaps) between.push_back(swap.between);
   result.hand_over = hand_over_steps(between);
-  result.felt_step = hand_over_steps(felt_steps(result.ticks, swaps));
+  result.felt_step = hand_over_steps(felt_steps(result.ticks, result.swaps));
   result.age_p95 = from_seconds(1e-6 * percentile(std::move(ages_us), 0.95));
 }
 
-/// What the station's own counts say of its run, since those at the beginning.
-void count(ReplayResult& result, WorldStation& station, std::uint64_t used_before, std::uint64_t sent_before, Micros length) {
-  const ClientCore& core = station.core();
+LinkSpec slowest_link(const ReplayOptions& options) {
+  LinkSpec slowest = options.links.empty() ? options.link : options.links.front();
+  for (const LinkSpec& link : options.links)
+    if (link.latency > slowest.latency) slowest = link;
+  return slowest;
+}
+
+/// What is counted up as a run goes on.
+struct Tally {
+  std::uint64_t patches_used = 0, faded_ticks = 0, bytes_sent = 0, samples = 0, samples_late = 0;
+};
+
+Tally tally_of(const World& world, std::size_t k) {
+  const ClientCore& core = world.station(k).core();
+  const HapticCounts& haptic = core.haptic().counts();
+  Tally tally{haptic.patches_used, haptic.faded_ticks, core.counts().bytes_sent};
+  for (const StationReport& station : world.server().stations())
+    if (station.name == station_name(k)) tally.samples = station.counts.samples, tally.samples_late = station.counts.samples_late;
+  return tally;
+}
+
+/// What the station's own counts and the server's say of its run, since those at the beginning.
+void count(ReplayResult& result, const World& world, std::size_t k, const Tally& before, Micros length) {
+  const Tally after = tally_of(world, k);
+  const ClientCore& core = world.station(k).core();
   const ClientCounts& counts = core.counts();
-  result.patches_used = station.core().haptic().counts().patches_used - used_before;
+  result.patches_used = after.patches_used - before.patches_used;
+  result.faded_ticks = after.faded_ticks - before.faded_ticks;
   result.patch_bytes_mean =
       counts.patches > 0 ? static_cast<double>(counts.patch_bytes) / static_cast<double>(counts.patches) : 0;
   result.patch_states = core.last_patch().states();
   result.last_patch = core.last_patch();
-  result.guard = station.core().haptic().guard_counts();
-  result.uplink_bytes_s = static_cast<double>(counts.bytes_sent - sent_before) / seconds(length);
+  result.guard = core.haptic().guard_counts();
+  result.uplink_bytes_s = static_cast<double>(after.bytes_sent - before.bytes_sent) / seconds(length);
+  if (after.samples > before.samples)
+    result.late_share =
+        static_cast<double>(after.samples_late - before.samples_late) / static_cast<double>(after.samples - before.samples);
 }
 
 }  // namespace
@@ -144,25 +166,23 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
       return out;
     };
 
-  const Micros begin = join(world, stations, scene, motions, options.scheme, options.link, options.rate_hz);
+  const Micros begin = join(world, stations, scene, motions, options.scheme, slowest_link(options), options.rate_hz);
   Micros length = Micros::max();
   for (const Motion& motion : motions) length = std::min(length, motion.duration());
   const auto ticks = static_cast<std::size_t>(length / kTick) + 1;
   std::vector<ToolPath> paths(n);
-  std::vector<std::vector<Swap>> swaps(n);
-  std::vector<std::uint64_t> used_before(n), sent_before(n);
+  std::vector<Tally> before(n);
   for (std::size_t k = 0; k < n; ++k) {
     stations[k]->device().start(stations[k]->clock(begin));
     stations[k]->on_tick = [&, k](Micros t, const Vec3& position, const TickOutput& out) {
       auto& done = results[k].ticks;
       if (t < begin || done.size() >= ticks) return;
-      if (out.swapped) swaps[k].push_back({done.size(), {out.hand_over_step_n, out.force.norm()}});
+      if (out.swapped) results[k].swaps.push_back({done.size(), {out.hand_over_step_n, out.force.norm()}});
       done.push_back({position, out.force, Vec3::Zero(), out.has_patch ? out.patch_age : Micros{-1}, out.contact, false});
       paths[k].push_back(position);
     };
     tick_ns[k].clear();
-    used_before[k] = stations[k]->core().haptic().counts().patches_used;
-    sent_before[k] = stations[k]->core().counts().bytes_sent;
+    before[k] = tally_of(world, k);
   }
   world.run_until(begin + length);
 
@@ -173,8 +193,8 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
   const std::vector<ReferenceForce> references =
       known ? std::vector<ReferenceForce>{*options.reference} : reference_forces(scene, paths);
   for (std::size_t k = 0; k < n; ++k) {
-    measure(results[k], references[k], swaps[k]);
-    count(results[k], *stations[k], used_before[k], sent_before[k], length);
+    measure(results[k], references[k]);
+    count(results[k], world, k, before[k], length);
     results[k].tick_ns_p50 = percentile(tick_ns[k], 0.5);
     results[k].tick_ns_p99 = percentile(std::move(tick_ns[k]), 0.99);
     results[k].patch_build_ms_mean = build.mean();

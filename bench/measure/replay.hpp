@@ -16,7 +16,8 @@ struct ReplayOptions {
   Scheme scheme = Scheme::port;
   int order = 0;  ///< states, 0 = the scheme's default
   double rate_hz = 20;
-  LinkSpec link;  ///< one way
+  LinkSpec link;                     ///< one way
+  std::vector<LinkSpec> links = {};  ///< of several stations, one each; none: `link` for all
   std::uint64_t seed = 1;
   Micros compute{};
   bool simulated_device = false;              ///< a Phantom in a hand that follows the motion, instead of the motion itself
@@ -36,14 +37,23 @@ struct ReplayFrame {
   Vec3 force = Vec3::Zero();  ///< on the tool [N]
 };
 
+/// A new patch took over.
+struct ReplaySwap {
+  std::size_t tick = 0;  ///< in which it did
+  HandOver between;      ///< the patches
+};
+
 struct ReplayResult {
   std::vector<ReplayTick> ticks;  ///< 0, 1, 2, ... ms into the motion
+  std::vector<ReplaySwap> swaps;
   std::vector<ReplayFrame> frames;
   Fidelity fidelity;
   OnsetErrors onset;
   HandOverSteps hand_over;  ///< between the patches: what the cross-fade takes over
   HandOverSteps felt_step;  ///< what a swap adds to the force's change from one tick to the next, beyond the reference's own
   Micros age_p95{};         ///< of the patches in use
+  double late_share = 0;    ///< of the samples, those that came when the body had gone past them
+  std::uint64_t faded_ticks = 0;
   GuardCounts guard;
   std::uint64_t patches_used = 0;
   double patch_bytes_mean = 0;
@@ -65,7 +75,8 @@ ReferenceForce reference_of(const Scene& scene, const Motion& motion);
 /// Throws InputError when the station cannot join, std::runtime_error when the model fails.
 ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch);
 /// Several stations on one body, a motion each, all starting at the same moment; the shortest motion ends the run. Links draw
-/// from seeds of their own. `patch_build_ms_mean` is that of all patches of a frame.
+/// from seeds of their own. `patch_build_ms_mean` is that of all patches of a frame. `options.links`, where given, has as many
+/// entries as there are motions.
 std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Motion> motions, const ReplayOptions& options,
                                           const Stopwatch& stopwatch);
 

@@ -7,6 +7,7 @@ namespace palpate {
 namespace {
 
 constexpr auto kWindowTicks = static_cast<std::size_t>(kWindowS * 1e3);
+constexpr std::size_t kEnds = 2;  // windows of the head, and of the tail
 
 double peak_to_peak(std::span<const Vec3> position) {
   Vec3 low = position[0], high = position[0];
@@ -33,16 +34,26 @@ double growth(const std::vector<double>& p) {
 }
 
 double highest(std::span<const double> values) { return *std::max_element(values.begin(), values.end()); }
+double tail_of(std::span<const double> windows) { return highest(windows.last(std::min(kEnds, windows.size()))); }
 
-bool dies_out(std::span<const double> windows, double share, double floor) {
-  constexpr std::size_t kEnds = 2;
-  const std::size_t ends = std::min(kEnds, windows.size() / 2);
-  return ends > 0 && highest(windows.last(ends)) <= std::max(share * highest(windows.first(ends)), floor);
+/// `power`: 1 for motion, 2 for energy, which goes with its square.
+bool dies_out(std::span<const double> windows, int power, double allowed) {
+  const std::size_t n = windows.size(), ends = std::min(kEnds, n / 2);
+  if (ends == 0) return false;
+  const double tail = highest(windows.last(ends));
+  if (tail <= allowed) return true;
+  const std::size_t third = n / 3;
+  const bool goes_on = third < kEnds || tail <= std::pow(0.75, power) * highest(windows.subspan(third, n - ends - third));
+  return goes_on && tail <= std::pow(0.25, power) * highest(windows.first(ends));
 }
 
 }  // namespace
 
-StabilityVerdict judge_motion(std::span<const Vec3> position, std::span<const double> kinetic_j, bool lost) {
+double StabilityVerdict::tail_m() const { return tail_of(peak_to_peak_m); }
+double StabilityVerdict::tail_j() const { return tail_of(kinetic_max_j); }
+
+StabilityVerdict judge_motion(std::span<const Vec3> position, std::span<const double> kinetic_j, bool lost,
+                              const Stillness& still) {
   StabilityVerdict v;
   for (std::size_t at = 0; at < position.size(); at += kWindowTicks) {
     const std::size_t count = std::min(kWindowTicks, position.size() - at);
@@ -51,7 +62,70 @@ StabilityVerdict judge_motion(std::span<const Vec3> position, std::span<const do
     v.kinetic_max_j.push_back(highest(kinetic_j.subspan(at, count)));
   }
   v.growth_1_s = growth(v.peak_to_peak_m);
-  v.stable = !lost && dies_out(v.peak_to_peak_m, 1.0 / 4, kStillM) && dies_out(v.kinetic_max_j, 1.0 / 16, kStillJ);
+  v.stable = !lost && dies_out(v.peak_to_peak_m, 1, still.motion_m) && dies_out(v.kinetic_max_j, 2, still.kinetic_j);
+  return v;
+}
+
+Shake shake_of(std::span<const LoopTick> driven) {
+  constexpr std::size_t kHalf = 50, kWhole = 2 * kHalf + 1;
+  Shake shake;
+  std::vector<Vec3> position, slow;
+  for (const LoopTick& tick : driven) {
+    position.push_back(tick.position);
+    shake.fastest_m_s = std::max(shake.fastest_m_s, tick.velocity.norm());
+  }
+  if (position.size() < 2 * kWhole) return shake;
+  shake.travel_m = peak_to_peak(position);
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t i = 0; i < position.size(); ++i) {
+    sum += position[i];
+    if (i >= kWhole) sum -= position[i - kWhole];
+    if (i + 1 >= kWhole) slow.push_back(sum / static_cast<double>(kWhole));
+  }
+  std::vector<Vec3> fast(slow.size());
+  for (std::size_t i = 0; i < slow.size(); ++i) fast[i] = position[i + kHalf] - slow[i];
+  for (std::size_t i = 0; i + kWhole <= fast.size(); ++i)
+    shake.motion_m = std::max(shake.motion_m, peak_to_peak(std::span(fast).subspan(i, kWhole)));
+  for (std::size_t i = 1; i < fast.size(); ++i)
+    shake.speed_m_s = std::max(shake.speed_m_s, (fast[i] - fast[i - 1]).norm() / 1e-3);
+  return shake;
+}
+
+namespace {
+
+StabilityVerdict judge_rest(const ClosedLoopResult& loop, std::size_t rest_tick, const Stillness& still) {
+  // A tool that was lost while it was driven is judged by all that it did.
+  const std::size_t from = rest_tick < loop.ticks.size() ? rest_tick : 0;
+  std::vector<Vec3> position;
+  std::vector<double> kinetic_j;
+  for (std::size_t i = from; i < loop.ticks.size(); ++i) {
+    position.push_back(loop.ticks[i].position);
+    kinetic_j.push_back(loop.ticks[i].kinetic_j);
+  }
+  return judge_motion(position, kinetic_j, loop.lost, still);
+}
+
+bool shakes(const Shake& shake, const Shake& reference) {
+  return shake.motion_m > std::max({2 * reference.motion_m, reference.travel_m / 4, kStillM}) ||
+         shake.speed_m_s > std::max(2 * reference.speed_m_s, reference.fastest_m_s / 4);
+}
+
+}  // namespace
+
+LoopVerdict judge_loop(const ClosedLoopResult& loop, const ClosedLoopResult& reference, std::size_t rest_tick, Stillness still) {
+  const StabilityVerdict calm = judge_rest(reference, rest_tick, still);
+  still = {std::max(still.motion_m, 2 * calm.tail_m()), std::max(still.kinetic_j, 4 * calm.tail_j())};
+  LoopVerdict v;
+  v.rest = judge_rest(loop, rest_tick, still);
+  const auto driven = [&](const ClosedLoopResult& r) { return std::span(r.ticks).first(std::min(rest_tick, r.ticks.size())); };
+  v.shake = shake_of(driven(loop));
+  for (const LoopTick& tick : loop.ticks) v.generated_j = std::max(v.generated_j, -tick.display_j);
+  if (loop.lost)
+    v.fault = LoopFault::lost;
+  else if (!v.rest.stable)
+    v.fault = LoopFault::unrest;
+  else if (shakes(v.shake, shake_of(driven(reference))))
+    v.fault = LoopFault::shakes;
   return v;
 }
 

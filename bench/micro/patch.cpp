@@ -65,7 +65,7 @@ void take_patch(benchmark::State& state, ContactKind kind) {
     intake.add_sample({patch.stamp + tick * kTick, patch.tool + Vec3(0, 0, 1e-6 * tick)});
   for (auto _ : state) {
     ++patch.seq;
-    if (!intake.accept(patch)) state.SkipWithError("the patch was not taken");
+    if (!intake.accept(patch, patch.stamp + kCatchUpTicks * kTick)) state.SkipWithError("the patch was not taken");
   }
   state.counters["ticks"] = kCatchUpTicks;
 }

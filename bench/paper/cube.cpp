@@ -15,7 +15,7 @@ LatticeSettings cube_settings(double stiffness_n_m) {
   s.size_m = Vec3::Constant(0.1);
   s.stiffness_n_m = stiffness_n_m;
   s.damping_n_s_m = kDampingPerStiffnessS * stiffness_n_m;
-  s.fixed_faces = {"z-"};
+  s.fixed.faces = {"z-"};
   return s;
 }
 

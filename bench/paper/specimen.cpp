@@ -16,9 +16,9 @@ LatticeSettings box(int nodes, bool planar, const Material& material) {
   s.stiffness_n_m = material.stiffness_n_m;
   s.damping_n_s_m = material.damping_n_s_m;
   if (planar)
-    s.fixed_faces = {"x-", "x+", "y-"};
+    s.fixed.faces = {"x-", "x+", "y-"};
   else
-    s.fixed_faces = {"z-"};
+    s.fixed.faces = {"z-"};
   const double count = nodes * nodes * s.nodes[2];
   s.density_kg_m3 = material.node_mass_kg * count / s.size_m.prod();
   return s;

@@ -22,6 +22,18 @@ Micros frame_spacing(const Scenario& s) {
   return (1 + s.compute / frame) * frame;
 }
 
+/// For how long the server may misjudge a clock after it stepped. A step that is shorter than a round trip looks like one way
+/// that became shorter and another that became longer: no exchange of datagrams can tell the two apart, so it stays until what
+/// was seen before is forgotten.
+Micros misjudged_for(const Scenario& s, const Fault& f) {
+  if (f.kind != FaultKind::clock_step && f.kind != FaultKind::sleep && f.kind != FaultKind::server_clock_step) return {};
+  const Micros step = f.kind == FaultKind::sleep ? f.end - f.begin : from_seconds(f.amount);
+  Micros round_trip{};
+  for (std::size_t k = 0; k < s.stations.size(); ++k)
+    round_trip = std::max(round_trip, slowest_ever(s, k, true) + slowest_ever(s, k, false));
+  return step <= round_trip + ClockSync::kStepLeast ? WindowedMinimum::kWindow : Micros{};
+}
+
 /// A patch knows the samples of the slowest punctual station, is computed after a frame at most one spacing later, and may then
 /// wait for the next one when no newer sample came.
 Micros sent_age_max(const Scenario& s) {
@@ -36,9 +48,14 @@ std::vector<std::pair<Micros, Micros>> disturbances(const Scenario& s, std::size
   const Micros recovery = recovery_time(s, station);
   std::vector<std::pair<Micros, Micros>> times;
   const StationPlan& plan = s.stations[station];
-  for (const Fault& f : s.faults)
-    if (f.station < 0 || f.station == static_cast<int>(station) || f.station == plan.owner)
+  const auto shares_clock = [&](const Fault& f) {
+    return f.kind == FaultKind::clock_step && s.stations[static_cast<std::size_t>(f.station)].owner == static_cast<int>(station);
+  };
+  for (const Fault& f : s.faults) {
+    if (misjudged_for(s, f) > Micros{}) times.emplace_back(f.begin, f.end + misjudged_for(s, f) + recovery);
+    if (f.station < 0 || f.station == static_cast<int>(station) || f.station == plan.owner || shares_clock(f))
       times.emplace_back(f.begin, f.end + recovery);
+  }
   times.emplace_back(s.healed, s.healed + recovery);  // what a fault left behind may end here
   return times;
 }
@@ -48,7 +65,9 @@ std::vector<std::pair<Micros, Micros>> disturbances(const Scenario& s, std::size
 std::vector<StationBounds> bounds_of(const Scenario& s) {
   std::vector<StationBounds> all;
   const SimPhantomOptions device;
-  const auto hands = std::count_if(s.stations.begin(), s.stations.end(), [](const StationPlan& plan) { return plan.pushes(); });
+  const auto count = [&](auto what) { return std::count_if(s.stations.begin(), s.stations.end(), what); };
+  const bool one = count([](const StationPlan& plan) { return plan.pushes(); }) <= 1;
+  const bool rigid = count([](const StationPlan& plan) { return plan.pushes() && plan.simulated; }) == 0;
   for (std::size_t k = 0; k < s.stations.size(); ++k) {
     const StationPlan& plan = s.stations[k];
     StationBounds b;
@@ -56,9 +75,10 @@ std::vector<StationBounds> bounds_of(const Scenario& s) {
     b.feels = plan.client.hello.role == Role::haptic;
     b.pushes = plan.pushes();
     b.port = plan.client.hello.scheme == Scheme::port;
-    b.alone = hands <= 1 && b.pushes;
+    b.unmoved = one || rigid;
     b.owner = plan.owner >= 0 ? static_cast<std::size_t>(plan.owner) : k;
     b.limits = {device.force_max_n, SimPhantom::kSlewMaxNS, PassivityMode::on};
+    b.future_max = plan.owner >= 0 ? PatchIntake::kShadowFutureMax : PatchIntake::kFutureMax;
     b.sent_age_max = sent_age_max(s);
     b.down_max = slowest_ever(s, k, false);
     b.frames = frame_spacing(s);

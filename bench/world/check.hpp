@@ -31,16 +31,17 @@ inline constexpr Micros kSettle{1'000'000};
 /// What a station may do and when it is disturbed; the run works it out from the scenario.
 struct StationBounds {
   std::string name;
-  bool feels = true;                        ///< ticks at all (not a viewer)
-  bool pushes = true;                       ///< its tool is its own
-  bool port = true;                         ///< it feels the scheme `port`
-  bool alone = true;                        ///< its own tool is the only one on the body
-  std::size_t owner = 0;                    ///< whose tool it feels with: itself, but for a shadow
-  GuardLimits limits;                       ///< of the device, whatever the station was told
-  Micros sent_age_max{};                    ///< age of a patch when it leaves the server, at most
-  Micros down_max{};                        ///< slowest way of a datagram towards the station
-  Micros frames{};                          ///< from one patch to the next, at most
-  Micros healed{}, recovered{}, at_rest{};  ///< nothing is lost any more; it must feel the body again; its hand stands still
+  bool feels = true;      ///< ticks at all (not a viewer)
+  bool pushes = true;     ///< its tool is its own
+  bool port = true;       ///< it feels the scheme `port`
+  bool unmoved = true;    ///< by another hand: alone on the body, or no hand there gives way to what it feels
+  std::size_t owner = 0;  ///< whose tool it feels with: itself, but for a shadow
+  GuardLimits limits;     ///< of the device, whatever the station was told
+  Micros future_max = PatchIntake::kFutureMax;  ///< that a patch in use may be ahead of the station's clock
+  Micros sent_age_max{};                        ///< age of a patch when it leaves the server, at most
+  Micros down_max{};                            ///< slowest way of a datagram towards the station
+  Micros frames{};                              ///< from one patch to the next, at most
+  Micros healed{}, recovered{}, at_rest{};      ///< nothing is lost any more; it must feel the body again; its hand stands still
   std::vector<std::pair<Micros, Micros>> disturbed;  ///< from a fault's begin until it must have recovered
 
   Micros joined = Micros::max();  ///< when it joined last; the run keeps it up to date
@@ -68,6 +69,9 @@ class Check {
   virtual void new_server(Micros) {}
   virtual void end(Micros) {}
 
+  const std::string& name() const { return name_; }
+  /// How often there was something to judge: a check that never judges proves nothing.
+  std::uint64_t judged() const { return judged_; }
   /// The first violation, if there was one.
   const std::vector<Violation>& violations() const { return violations_; }
 
@@ -76,8 +80,11 @@ class Check {
     if (violations_.empty()) violations_.push_back({at, name_, std::move(what)});
   }
 
+  void judge() { ++judged_; }
+
  private:
   std::string name_;
+  std::uint64_t judged_ = 0;
   std::vector<Violation> violations_;
 };
 

@@ -23,6 +23,7 @@ void LimitsCheck::tick(const SeenTick& seen) {
     fail(seen.now,
          fmt::format("{} feels {:.6g} N; the device's peak is {:g} N", bounds.name, f.norm(), bounds.limits.force_max_n));
   else if (last && seen.own > last->own) {
+    judge();
     const double most = bounds.limits.slew_max_n_s * seconds(seen.own - last->own);
     const double change = (f - last->out.force).norm();
     if (change > most * (1 + kRounding))
@@ -34,32 +35,59 @@ void LimitsCheck::tick(const SeenTick& seen) {
 
 void FadeCheck::datagram(Micros, const DatagramEvent& event, const Message* message) {
   if (event.kind != DatagramEvent::Kind::delivered || event.to_server || !message) return;
-  if (const auto* patch = std::get_if<PatchMessage>(&message->body))
-    seen_[event.station].valid_for[patch->patch.stamp] = patch->patch.valid_for;
+  Station& s = seen_[event.station];
+  if (const auto* beat = std::get_if<Beat>(&message->body)) s.in_reach = beat->contact_in_reach;
+  const auto* patch = std::get_if<PatchMessage>(&message->body);
+  if (!patch) return;
+  s.in_reach = true;
+  s.valid_for[patch->patch.stamp] = patch->patch.valid_for;
 }
 
 void FadeCheck::tick(const SeenTick& seen) {
   Station& s = seen_[seen.station];
   const std::string& name = bounds_[seen.station].name;
-  const Vec3 dx = s.position ? Vec3(seen.position - *s.position) : Vec3::Zero();
-  s.position = seen.position;
-  const Vec3& f = seen.out.force;
+  const double force_n = seen.out.force.norm();
   if (!seen.out.has_patch) {
-    if (f.norm() > kNothingN) fail(seen.now, fmt::format("{} feels {:.6g} N without a patch; expected none", name, f.norm()));
+    if (force_n > kNothingN) fail(seen.now, fmt::format("{} feels {:.6g} N without a patch; expected none", name, force_n));
     return;
   }
   const auto patch = s.valid_for.find(seen.out.patch_stamp);
   if (patch == s.valid_for.end())
     return fail(seen.now, fmt::format("{} uses a patch stamped {} us that never came", name, seen.out.patch_stamp.count()));
   s.valid_for.erase(s.valid_for.begin(), patch);
+  const bool was_faded = s.expired_ticks > kFade;
   s.expired_ticks = seen.out.patch_age > patch->second ? s.expired_ticks + kTick : Micros{};
-  if (s.expired_ticks <= kFade) return;
-  // What the damper of the guard takes out is against the motion, and dies with it.
-  const double damper_n = Passivity::kAlphaMaxNSM * dx.norm() * kHapticRateHz;
-  const bool against = f.dot(dx) <= 0 && f.norm() <= damper_n * (1 + kRounding) + kNothingN;
-  if (f.norm() > kNothingN && (s.expired_ticks > kFade + kDamped || !against))
-    fail(seen.now, fmt::format("{} feels {:.6g} N {} ms after the validity of its patch ended; expected none", name, f.norm(),
-                               s.expired_ticks / kTick));
+  if (s.expired_ticks > kFade) {
+    judge();
+    if (force_n > kNothingN)
+      fail(seen.now, fmt::format("{} feels {:.6g} N {} ms after the validity of its patch ended; expected none", name, force_n,
+                                 s.expired_ticks / kTick));
+  }
+  const StationBounds& bounds = bounds_[seen.station];
+  s.needless_ticks = s.in_reach && s.expired_ticks > Micros{} ? s.needless_ticks + 1 : 0;
+  if (s.needless_ticks > kWakeTicks && seen.now >= bounds.healed && bounds.calm(seen.now))
+    fail(seen.now, fmt::format("the force of {} fades over a link that loses nothing: its patch is {} us old and valid for {} us",
+                               name, seen.out.patch_age.count(), patch->second.count()));
+  check_return(seen, s, was_faded);
+}
+
+/// A tool that a fresh patch finds free meets the body when it gets there, and feels that at once.
+void FadeCheck::check_return(const SeenTick& seen, Station& s, bool was_faded) {
+  const double force_n = seen.out.force.norm();
+  if (s.expired_ticks > Micros{}) {
+    s.since_return = kReturnTicks;
+    return;
+  }
+  if (was_faded && force_n > kNothingN) {
+    s.since_return = 0;
+    ++returns_;
+  }
+  if (s.since_return >= kReturnTicks) return;
+  ++s.since_return;
+  const double most_n = 2 * bounds_[seen.station].limits.force_max_n * s.since_return / kReturnTicks;
+  if (force_n > most_n * (1 + kRounding))
+    fail(seen.now, fmt::format("the force of {} comes back with {:.6g} N in its tick {}; expected at most {:.6g} N",
+                               bounds_[seen.station].name, force_n, s.since_return, most_n));
 }
 
 void PassivityCheck::tick(const SeenTick& seen) {
@@ -77,7 +105,8 @@ void PassivityCheck::tick(const SeenTick& seen) {
     all_port &= !bounds_[k].pushes || bounds_[k].port;
   }
   if (all_rest) energy_j_ = 0;
-  if (!all_port || !bounds_[seen.station].alone) return;
+  if (!all_port || !bounds_[seen.station].unmoved) return;
+  judge();
   lowest_j_ = std::min(lowest_j_, energy_j_);
   if (energy_j_ < -kBudgetJ)
     fail(seen.now, fmt::format("the hands have got {:.3g} mJ more than they put in, {} the last; the budget is {:g} mJ",

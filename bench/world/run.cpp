@@ -27,6 +27,7 @@ class Run {
   void plan(const Fault& fault);
   void heal();
   void die(std::size_t station, bool says_goodbye);
+  void wake(std::size_t station);
   void rejoin(std::size_t station);
   void start_server(bool keep_body);
   template <class Do>
@@ -39,6 +40,7 @@ class Run {
   std::vector<StationBounds> bounds_;
   World world_;
   Checks checks_;
+  FadeCheck* fade_ = nullptr;
   PassivityCheck* passivity_ = nullptr;
   RecoveryCheck* recovery_ = nullptr;
   FreshnessCheck* freshness_ = nullptr;
@@ -89,7 +91,7 @@ void Run::add_checks() {
     return raw;
   };
   add(std::make_unique<LimitsCheck>(bounds_));
-  add(std::make_unique<FadeCheck>(bounds_));
+  fade_ = add(std::make_unique<FadeCheck>(bounds_));
   passivity_ = add(std::make_unique<PassivityCheck>(bounds_));
   add(std::make_unique<CausalityCheck>(bounds_, world_, scenario_.compute));
   freshness_ = add(std::make_unique<FreshnessCheck>(bounds_, world_));
@@ -107,6 +109,10 @@ void Run::with_shadows(std::size_t station, const Do& act) {
 
 void Run::die(std::size_t station, bool says_goodbye) {
   with_shadows(station, [&](std::size_t k) { says_goodbye ? world_.station(k).leave() : world_.station(k).crash(); });
+}
+
+void Run::wake(std::size_t station) {
+  with_shadows(station, [&](std::size_t k) { world_.station(k).wake(world_.now()); });
 }
 
 void Run::rejoin(std::size_t station) {
@@ -163,8 +169,11 @@ void Run::plan(const Fault& f) {
       return between([this, k, &f] { die(k, f.kind == FaultKind::leave); }, [this, k] { rejoin(k); });
     case FaultKind::clock_step:
       return world_.at(f.begin, [this, k, &f] {
-        with_shadows(k, [&](std::size_t j) { world_.station(j).step_clock(from_seconds(f.amount)); });
+        with_shadows(bounds_[k].owner, [&](std::size_t j) { world_.station(j).step_clock(from_seconds(f.amount)); });
       });
+    case FaultKind::sleep:
+      return between([this, k] { with_shadows(k, [&](std::size_t j) { world_.station(j).sleep(world_.now()); }); },
+                     [this, k] { wake(k); });
     case FaultKind::server_stall:
       return between([this] { world_.stall_server(true); }, [this] { world_.stall_server(false); });
     case FaultKind::server_restart:
@@ -179,6 +188,7 @@ void Run::heal() {
   start_server(true);
   for (std::size_t k = 0; k < world_.stations(); ++k) {
     WorldStation& station = world_.station(k);
+    station.wake(world_.now());
     const Links links = healed_links(scenario_, k);
     station.change_link(links.up, links.down);
     station.cut(false, false);
@@ -225,9 +235,11 @@ WorldReport Run::go() {
   for (const auto& check : checks_) {
     check->end(world_.now());
     for (const Violation& v : check->violations()) report_.violations.push_back(v);
+    report_.judged.emplace_back(check->name(), check->judged());
   }
   std::stable_sort(report_.violations.begin(), report_.violations.end(),
                    [](const Violation& a, const Violation& b) { return a.at < b.at; });
+  report_.judged.emplace_back("return", fade_->returns());
   report_.hash = hash_.value();
   report_.frames = world_.server().counts().frames;
   report_.frames_failed = world_.server().counts().frames_failed;

@@ -25,10 +25,11 @@ struct WorldReport {
   std::vector<std::uint64_t> trail;   ///< the hash after every tick
   std::vector<Violation> violations;  ///< the first of each check, in the order of time
   std::uint64_t ticks = 0, datagrams = 0, frames = 0, frames_failed = 0, patches_used = 0, joins = 0;
-  Micros oldest_calm{};        ///< patch in use at a calm station in reach of the body
-  double energy_lowest_j = 0;  ///< PassivityCheck
-  double apart_worst_n = 0;    ///< RecoveryCheck: felt and true force at rest
-  std::vector<FeltRow> rows;   ///< when asked for
+  Micros oldest_calm{};                                       ///< patch in use at a calm station in reach of the body
+  double energy_lowest_j = 0;                                 ///< PassivityCheck
+  double apart_worst_n = 0;                                   ///< RecoveryCheck: felt and true force at rest
+  std::vector<std::pair<std::string, std::uint64_t>> judged;  ///< how often each check had something to judge
+  std::vector<FeltRow> rows;                                  ///< when asked for
 };
 
 struct RunOptions {

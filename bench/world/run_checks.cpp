@@ -38,25 +38,16 @@ void CountersCheck::compare(Micros at, const std::string& name, std::vector<std:
 
 void CountersCheck::tick(const SeenTick& seen) {
   if (++ticks_ % kEvery != 0) return;
+  judge();
   compare(seen.now, bounds_[seen.station].name, last_[seen.station], counters_of(world_.station(seen.station).core()));
   if (world_.server_up()) compare(seen.now, "the server", server_, counters_of(world_.server()));
-}
-
-/// The damper adds a share of damper_most, from none to all of it.
-double RecoveryCheck::Felt::apart_from(const Vec3& truth) const {
-  const Vec3 off = force - truth;
-  const double most_n2 = damper_most.squaredNorm();
-  const double share = most_n2 > 0 ? std::clamp(off.dot(damper_most) / most_n2, 0.0, 1.0) : 0;
-  return (off - share * damper_most).norm();
 }
 
 void RecoveryCheck::tick(const SeenTick& seen) {
   Station& s = seen_[seen.station];
   const StationBounds& bounds = bounds_[seen.station];
   constexpr std::size_t kKept = 4096;
-  const Vec3 dx = s.position ? Vec3(seen.position - *s.position) : Vec3::Zero();
-  s.position = seen.position;
-  s.felt.push_back({seen.now, seen.own, seen.out.force, -Passivity::kAlphaMaxNSM * kHapticRateHz * dx});
+  s.felt.push_back({seen.now, seen.own, seen.out.force});
   if (s.felt.size() > kKept) s.felt.pop_front();
   if (s.asked || seen.now < bounds.recovered) return;
   s.asked = true;
@@ -82,14 +73,17 @@ void RecoveryCheck::datagram(Micros, const DatagramEvent& event, const Message* 
   if (felt - s.felt.begin() < kNearTicks) return;
   if ((felt - kNearTicks)->now < std::max(bounds.at_rest, bounds.recovered)) return;
   ++s.compared;
+  judge();
   // What the device cannot show is not missed.
   const double peak = bounds.limits.force_max_n;
   const Vec3 truth = patch.force.norm() > peak ? Vec3(peak / patch.force.norm() * patch.force) : patch.force;
-  double apart = felt->apart_from(truth);
+  double apart = (felt->force - truth).norm();
   for (auto near = felt - kNearTicks; near < s.felt.end() && near <= felt + kNearTicks; ++near)
-    apart = std::min(apart, near->apart_from(truth));
+    apart = std::min(apart, (near->force - truth).norm());
   worst_n_ = std::max(worst_n_, apart);
-  if (!bounds.alone || apart <= kForceN + kForceShare * truth.norm()) return;
+  // A shadow of another scheme shows an old force while the hand trembles.
+  const bool promised = bounds.unmoved && (bounds.port || bounds.pushes);
+  if (!promised || apart <= kForceN + kForceShare * truth.norm()) return;
   ++s.apart;
   if (apart <= s.worst_n) return;
   s.worst_n = apart;

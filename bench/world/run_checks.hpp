@@ -3,9 +3,8 @@
 //   counters    what only ever counts up does so, in every station's process and in the server's
 //   recovery    `recovered` after everything was healed, a station is joined and has a patch (or is told that no contact is in
 //              reach); from the moment when its hand stands still, the force is true again: for kShare of the patches, the force
-//              that was felt within kNearTicks of the stamp is the force that the full model has there, to kForceN + kForceShare,
-//              but for what the guard's damper may take out: one quantum of a device's position is a speed, which it answers for
-//              one tick. Not for all, because friction remembers by which way a trembling hand came.
+//              that was felt within kNearTicks of the stamp is the force that the full model has there, to kForceN + kForceShare.
+//              Not for all, because friction remembers by which way a trembling hand came.
 #pragma once
 
 #include <array>
@@ -51,12 +50,10 @@ class RecoveryCheck final : public Check {
  private:
   struct Felt {
     Micros now{}, own{};
-    Vec3 force = Vec3::Zero(), damper_most = Vec3::Zero();  ///< what the guard's damper may add at most
-    double apart_from(const Vec3& truth) const;
+    Vec3 force = Vec3::Zero();
   };
   struct Station {
     std::deque<Felt> felt;
-    std::optional<Vec3> position;
     bool asked = false, in_reach = true;
     int compared = 0, apart = 0;
     std::string worst;  ///< in words

@@ -9,19 +9,20 @@
 namespace palpate {
 
 const char* describe(FaultKind kind) {
-  constexpr std::array<const char*, 13> kNames{"link cut towards the server",
-                                               "link cut towards the station",
-                                               "link cut",
-                                               "storm on the link",
-                                               "path changes",
-                                               "network thread stalls",
-                                               "haptic thread stalls",
-                                               "crashes",
-                                               "leaves",
-                                               "clock steps ahead",
-                                               "server stalls",
-                                               "server dies",
-                                               "server's clock steps ahead"};
+  constexpr std::array<const char*, kFaultKinds> kNames{"link cut towards the server",
+                                                        "link cut towards the station",
+                                                        "link cut",
+                                                        "storm on the link",
+                                                        "path changes",
+                                                        "network thread stalls",
+                                                        "haptic thread stalls",
+                                                        "crashes",
+                                                        "leaves",
+                                                        "clock steps ahead",
+                                                        "machine sleeps",
+                                                        "server stalls",
+                                                        "server dies",
+                                                        "server's clock steps ahead"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 
@@ -75,7 +76,11 @@ void draw_server(Scenario& s) {
   s.server_drift_ppm = s.drawn_with.drift ? drift : 0;
 }
 
-FaultKind draw_kind(Random& random) { return static_cast<FaultKind>(random.bits() % 13); }
+/// Any but a machine that sleeps.
+FaultKind draw_kind(Random& random) {
+  const auto kind = random.bits() % (kFaultKinds - 1);
+  return static_cast<FaultKind>(kind < static_cast<std::uint64_t>(FaultKind::sleep) ? kind : kind + 1);
+}
 
 double draw_amount(FaultKind kind, Random& random) {
   const double share = random.uniform();
@@ -110,6 +115,13 @@ std::vector<Fault> draw_faults(const Scenario& s) {
     f.end = std::min(s.healed, f.begin + from_seconds(std::pow(10, random.uniform(-2, 0.55))));
     f.amount = draw_amount(f.kind, random);
     faults.push_back(f);
+  }
+  Random sleep = part_of(s.drawn_with.seed, Part::sleep);
+  if (sleep.chance(0.1)) {
+    const Micros begin = from_seconds(sleep.uniform(seconds(kFirstFaultAt), seconds(s.healed) - 0.05));
+    const auto station = static_cast<int>(sleep.bits() % s.stations.size());
+    faults.push_back({FaultKind::sleep, s.stations[static_cast<std::size_t>(station)].owner < 0 ? station : 0, begin,
+                      std::min(s.healed, begin + from_seconds(std::pow(10, sleep.uniform(-2, 0.55)))), 0});
   }
   std::stable_sort(faults.begin(), faults.end(), [](const Fault& a, const Fault& b) { return a.begin < b.begin; });
   return faults;

@@ -52,10 +52,12 @@ enum class FaultKind : std::uint8_t {
   crash,
   leave,
   clock_step,  ///< amount [s], ahead
+  sleep,       ///< its machine is suspended
   server_stall,
   server_restart,  ///< amount: 1 keeps the body
   server_clock_step
 };
+inline constexpr std::size_t kFaultKinds = static_cast<std::size_t>(FaultKind::server_clock_step) + 1;
 const char* describe(FaultKind kind);
 bool is_of_server(FaultKind kind);
 

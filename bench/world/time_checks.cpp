@@ -30,17 +30,19 @@ std::size_t CausalityCheck::known_at(Micros t, std::size_t station) const {
 }
 
 void CausalityCheck::tick(const SeenTick& seen) {
-  if (seen.out.has_patch && seen.out.patch_stamp > seen.own + PatchIntake::kFutureMax)
-    fail(seen.now,
-         fmt::format("{} uses a patch of the future, stamped {} us ahead of its clock; at most {} are allowed",
-                     bounds_[seen.station].name, (seen.out.patch_stamp - seen.own).count(), PatchIntake::kFutureMax.count()));
+  const Micros most = bounds_[seen.station].future_max;
+  if (seen.out.has_patch && seen.out.patch_stamp > seen.own + most)
+    fail(seen.now, fmt::format("{} uses a patch of the future, stamped {} us ahead of its clock; at most {} are allowed",
+                               bounds_[seen.station].name, (seen.out.patch_stamp - seen.own).count(), most.count()));
 }
 
 void CausalityCheck::datagram(Micros now, const DatagramEvent& event, const Message* message) {
   const StationBounds& bounds = bounds_[event.station];
   if (event.kind == Kind::sent) {
     const Micros stamp = event.to_server ? world_.station(event.station).clock(now) : world_.server_clock(now);
-    sent_[event.number] = {now, stamp, known_at(now, bounds.owner), bounds.calm(now)};
+    const auto& known = known_[bounds.owner];
+    sent_[event.number] = {now, stamp, known.empty() ? Micros::min() : known.back().t, known_at(now, bounds.owner),
+                           bounds.calm(now)};
     return;
   }
   if (event.kind != Kind::delivered) return;
@@ -59,7 +61,17 @@ void CausalityCheck::datagram(Micros now, const DatagramEvent& event, const Mess
       if (known.empty() || s.t > known.back().t) known.push_back(s);
     }
   }
-  if (const auto* patch = std::get_if<PatchMessage>(&message->body)) check_place(now, event.station, patch->patch, sent->second);
+  if (const auto* patch = std::get_if<PatchMessage>(&message->body)) {
+    check_tool(now, event.station, patch->patch, sent->second);
+    check_place(now, event.station, patch->patch, sent->second);
+  }
+}
+
+void CausalityCheck::check_tool(Micros now, std::size_t station, const Patch& patch, const Sent& sent) {
+  if (!bounds_[station].pushes || sent.newest == Micros::min() || patch.stamp - sent.newest <= patch.valid_for) return;
+  fail(now, fmt::format(
+                "a patch for {} is stamped {} ms after the newest sample that the server had of its tool; it is valid for {} ms",
+                bounds_[station].name, (patch.stamp - sent.newest) / Micros{1000}, patch.valid_for / Micros{1000}));
 }
 
 void CausalityCheck::check_place(Micros now, std::size_t station, const Patch& patch, const Sent& sent) {
@@ -70,6 +82,7 @@ void CausalityCheck::check_place(Micros now, std::size_t station, const Patch& p
   if (patch.stamp > samples[sent.known - 1].t) led_until_[bounds.owner] = patch.stamp + ToolTrack::kLeadBack;
   if (patch.stamp <= led_until_[bounds.owner]) return;
   if (!sent.calm || !bounds.calm(now) || !bounds_[bounds.owner].calm(now)) return;
+  judge();
   const auto end = samples.begin() + static_cast<std::ptrdiff_t>(sent.known);
   const auto after = std::lower_bound(samples.begin(), end, patch.stamp, [](const ToolSample& s, Micros t) { return s.t < t; });
   if (after == end || after == samples.begin()) return;  // the server began
@@ -95,8 +108,9 @@ void FreshnessCheck::datagram(Micros now, const DatagramEvent& event, const Mess
   const auto* patch = std::get_if<PatchMessage>(&message->body);
   if (!patch) return;
   s.in_reach = true;
-  s.arrived.push_back({now, patch->patch.stamp});
   const StationBounds& bounds = bounds_[event.station];
+  if (patch->patch.stamp <= world_.station(event.station).clock(now) + bounds.future_max)
+    s.arrived.push_back({now, patch->patch.stamp});
   const Micros age = sent_own_[event.number] - patch->patch.stamp;
   if (bounds.calm(now) && age > bounds.sent_age_max)
     fail(now, fmt::format("a patch for {} left the server {} us old; expected at most {} us", bounds.name, age.count(),
@@ -111,6 +125,7 @@ void FreshnessCheck::tick(const SeenTick& seen) {
     s.arrived.pop_front();
   }
   if (!bounds.calm(seen.now) || !s.newest) return;
+  judge();
   if (!seen.out.has_patch || seen.out.patch_stamp < *s.newest)
     fail(seen.now, fmt::format("{} does not use the newest patch, stamped {} us, that came {} ms ago or earlier", bounds.name,
                                s.newest->count(), kNetWake.count() / 1000));

@@ -2,10 +2,12 @@
 //
 //   causality   what is delivered was sent before, and carries as its stamp the sender's clock at that moment; no sample in it is
 //               later than that; no patch in use is stamped later than the station's clock (PatchIntake::kFutureMax allowed, the
-//               client's own bound); and a patch knows the tool where it was at the stamp: patch.tool is the tool's path at the
-//               stamp, interpolated between the samples that had been delivered to the server when it began the frame
+//               client's own bound), and none is sent that is stamped later than the newest sample of its tool by more than it is
+//               valid for; and a patch knows the tool where it was at the stamp: patch.tool is the tool's path at the stamp,
+//               interpolated between the samples that had been delivered to the server when it began the frame
 //   freshness   while a station is calm: a patch leaves the server at most sent_age_max old; the one in use is not older than the
-//              newest that was delivered kNetWake ago; and once nothing is lost any more, the one in use is at most
+//              newest that was delivered kNetWake ago (one of the future, from a server whose clock stepped, is not to be used);
+//              and once nothing is lost any more, the one in use is at most
 //              sent_age_max + frames + down_max + kNetWake old, unless the server says that no contact is in reach
 #pragma once
 
@@ -36,6 +38,7 @@ class CausalityCheck final : public Check {
  private:
   struct Sent {
     Micros at{}, stamp{};   ///< world time, the sender's clock
+    Micros newest{};        ///< time of the newest sample of the tool that had come to the server; min(): none
     std::size_t known = 0;  ///< samples of the tool that the server had when it began the frame
     bool calm = false;
   };
@@ -44,6 +47,7 @@ class CausalityCheck final : public Check {
     std::vector<std::size_t> known;  ///< samples of each tool
   };
   std::size_t known_at(Micros t, std::size_t station) const;
+  void check_tool(Micros now, std::size_t station, const Patch& patch, const Sent& sent);
   void check_place(Micros now, std::size_t station, const Patch& patch, const Sent& sent);
 
   const std::vector<StationBounds>& bounds_;

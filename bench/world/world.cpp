@@ -58,9 +58,8 @@ Micros World::next_moment() const {
     next = std::min(next, clock_.world(server_->deadline()));
   }
   for (const auto& s : stations_) {
-    if (!s->up_) continue;
-    if (!s->net_stalled_) next = std::min(next, s->clock_.world(s->core_->deadline()));
-    if (!s->haptic_stalled_) next = std::min(next, s->clock_.world(s->next_tick_));
+    if (s->net_runs()) next = std::min(next, s->clock_.world(s->core_->deadline()));
+    if (s->haptic_runs()) next = std::min(next, s->clock_.world(s->next_tick_));
   }
   return std::max(next, now_ + Micros{1});
 }
@@ -92,7 +91,7 @@ bool World::deliver() {
     any |= hand_to_server(datagram);
   }
   for (const auto& s : stations_)
-    while (s->up_ && !s->net_stalled_ && !s->waiting_.empty()) {
+    while (s->net_runs() && !s->waiting_.empty()) {
       Datagram datagram{s->waiting_.front().number, s->peer_, false, std::move(s->waiting_.front().bytes)};
       s->waiting_.pop_front();
       any |= hand_to_station(datagram);
@@ -119,8 +118,8 @@ bool World::hand_to_server(Datagram& datagram) {
 /// True when the station took it.
 bool World::hand_to_station(Datagram& datagram) {
   WorldStation& s = station_of(datagram.peer);
-  const bool listens = s.up_ && s.peer_ == datagram.peer;
-  if (listens && !s.net_stalled_) {
+  const bool listens = s.up_ && !s.asleep() && s.peer_ == datagram.peer;
+  if (listens && s.net_runs()) {
     tell(DatagramEvent::Kind::delivered, datagram);
     s.core_->take(datagram.bytes, s.clock(now_));
     return true;
@@ -138,7 +137,7 @@ void World::tell(DatagramEvent::Kind kind, const Datagram& datagram) const {
 
 void World::haptic_ticks() {
   for (const auto& s : stations_) {
-    if (!s->up_ || s->haptic_stalled_) continue;
+    if (!s->haptic_runs()) continue;
     const Micros t = s->clock(now_);
     if (t < s->next_tick_) continue;
     s->next_tick_ = t / kTick * kTick + kTick;  // late ticks are skipped, never squeezed
@@ -171,7 +170,7 @@ void World::client_net() {
   std::array<std::byte, kMaxDatagramBytes> out;
   for (std::size_t k = 0; k < stations_.size(); ++k) {
     WorldStation& s = *stations_[k];
-    if (!s.up_ || s.net_stalled_) continue;
+    if (!s.net_runs()) continue;
     const Micros t = s.clock(now_);
     s.core_->tick(t);
     while (const std::size_t size = s.core_->emit(out, t)) send(peer_of(k), true, {out.data(), size});

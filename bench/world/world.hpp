@@ -16,6 +16,7 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -62,6 +63,7 @@ class WorldStation {
   /// The station's own clock at world time t.
   Micros clock(Micros t) const { return clock_.at(t); }
   bool up() const { return up_ && !leaving_; }
+  bool asleep() const { return asleep_since_.has_value(); }
   int lives() const { return lives_; }  ///< processes so far
 
   TickRunner run_tick = [](HapticTick& haptic, const ToolSample& sample) { return haptic.tick(sample); };
@@ -73,6 +75,8 @@ class WorldStation {
   void stall_net(bool stalled);     ///< its net side stands still, its haptic thread goes on
   void stall_haptic(bool stalled);  ///< and the other way round
   void step_clock(Micros by) { clock_.step(by); }
+  void sleep(Micros now);  ///< its machine is suspended: nothing runs, nothing is taken from the wire, its clock stands
+  void wake(Micros now);
   void leave();  ///< says goodbye; its haptic thread ends
   void crash();  ///< without a word
   /// A new process of the same name, with another address.
@@ -87,6 +91,8 @@ class WorldStation {
   WorldStation(const ClientOptions& options, std::unique_ptr<MotionDevice> device, const LinkSpec& up, const LinkSpec& down,
                const WorldClock& clock, Micros now);
   void new_core(Micros now);
+  bool net_runs() const { return up_ && !net_stalled_ && !asleep(); }
+  bool haptic_runs() const { return up_ && !haptic_stalled_ && !asleep(); }
 
   ClientOptions options_;
   std::unique_ptr<MotionDevice> device_;
@@ -94,6 +100,7 @@ class WorldStation {
   WorldClock clock_;
   LinkModel up_link_, down_link_;
   bool cut_up_ = false, cut_down_ = false, net_stalled_ = false, haptic_stalled_ = false, up_ = true, leaving_ = false;
+  std::optional<Micros> asleep_since_;
   std::unique_ptr<ClientCore> core_;
   int lives_ = 0;
   PeerId peer_ = 0;  ///< of this process; 0: it has none yet

@@ -1,8 +1,9 @@
 // One participant's clock against world time t:
 //
-//     c(t) = t + offset + drift t + the steps so far,      in whole microseconds, never going back (steps are not negative)
+//     c(t) = t + offset + drift t + the steps so far,      in whole microseconds
 //
-// A quartz drifts by tens of ppm; a clock steps ahead when its machine was suspended or its virtual machine moved.
+// A quartz drifts by tens of ppm; a clock steps ahead when its virtual machine was moved. One that stood still while its machine
+// slept is stepped back by as much when it wakes: nobody read it meanwhile, so whoever reads it sees it go on.
 #pragma once
 
 #include <cmath>

@@ -29,21 +29,31 @@ void WorldStation::cut(bool up, bool down) {
 void WorldStation::stall_net(bool stalled) { net_stalled_ = stalled; }
 void WorldStation::stall_haptic(bool stalled) { haptic_stalled_ = stalled; }
 
+void WorldStation::sleep(Micros now) {
+  if (!asleep()) asleep_since_ = now;
+}
+
+void WorldStation::wake(Micros now) {
+  if (asleep()) clock_.step(*asleep_since_ - now);
+  asleep_since_.reset();
+}
+
 void WorldStation::leave() {
-  if (!up()) return;
+  if (!up() || asleep()) return;
   core_->leave(Micros{});
   haptic_stalled_ = leaving_ = true;
   if (device_) device_->stop();
 }
 
 void WorldStation::crash() {
+  if (asleep()) return;
   up_ = leaving_ = net_stalled_ = haptic_stalled_ = false;
   waiting_.clear();
   if (device_) device_->stop();
 }
 
 void WorldStation::join_again(Micros now) {
-  if (up()) return;
+  if (up() || asleep()) return;
   crash();  // a goodbye that could not be said
   new_core(now);
   up_ = true;

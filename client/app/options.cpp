@@ -15,7 +15,7 @@ namespace {
 /// Flags as they were typed.
 struct Typed {
   std::string server, device = "sim", motion, station = "hand", room, scheme = "port", hand = "reference", compare,
-                      passivity = "observe", report, realtime = "auto";
+                      passivity = "observe", report, record, realtime = "auto";
   int order = 0;
   std::uint64_t seed = 1;
   double coupling_n_m = 0, coupling_n_s_m = 0;
@@ -54,6 +54,8 @@ void declare(CLI::App& app, Typed& typed) {
       ->capture_default_str();
   app.add_option("--coupling-n-s-m", typed.coupling_n_s_m, "Its damping")->type_name("N")->capture_default_str();
   app.add_option("--report", typed.report, "Write forces.csv and summary.json there")->type_name("DIR");
+  app.add_option("--record", typed.record, "Write every tick, patch and event to a new file (docs/recording.md)")
+      ->type_name("FILE");
   app.add_option("--duration-s", typed.duration_s, "End after so many seconds; default: at the end of the motion")
       ->type_name("N");
   app.add_flag(
@@ -158,7 +160,9 @@ void refuse_empty(const CLI::App& app, std::initializer_list<std::pair<const cha
 }
 
 AppOptions checked(const Typed& typed, const CLI::App& app) {
-  refuse_empty(app, {{"--motion", &typed.motion}, {"--compare", &typed.compare}, {"--report", &typed.report}});
+  refuse_empty(
+      app,
+      {{"--motion", &typed.motion}, {"--compare", &typed.compare}, {"--report", &typed.report}, {"--record", &typed.record}});
   AppOptions options;
   options.server = typed.server;
   options.device = device_of(typed.device);
@@ -178,6 +182,9 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
                             {{"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}});
   options.coupling = coupling_of(typed);
   options.check_link = typed.check_link;
+  if (typed.check_link && !typed.record.empty())
+    throw InputError("--record", "with --check-link", "a run with a hand: --check-link feels nothing");
+  options.record = typed.record;
   options.realtime = choose<bool>("--realtime", typed.realtime, {{"auto", true}, {"off", false}});
   options.duration_s = seconds_of("--duration-s", typed.duration_s, app.count("--duration-s") > 0, 1e-3);
   options.release_s = seconds_of("--release-s", typed.release_s, app.count("--release-s") > 0, 0);

@@ -32,6 +32,7 @@ struct AppOptions {
   PassivityMode passivity = PassivityMode::observe;
   CouplingParameters coupling;   ///< no stiffness: none
   std::filesystem::path report;  ///< empty: none
+  std::filesystem::path record;  ///< empty: none
   std::optional<double> duration_s;
   bool realtime = true;
   bool check_link = false;  ///< measure the link and the machine, feel nothing

@@ -74,7 +74,7 @@ Json display_json(const DisplayReport& display) {
             {"damper_rms_n", guard.damper_rms_n()}}}};
 }
 
-Json loop_json(const HapticLoop& loop, const RealtimeStatus& realtime) {
+Json loop_json(HapticLoop& loop, const TickLog* ticks, const RealtimeStatus& realtime) {
   const HapticLoopStats& stats = loop.stats();
   return {{"realtime", realtime.granted()},
           {"ticks", stats.ticks},
@@ -90,8 +90,8 @@ Json loop_json(const HapticLoop& loop, const RealtimeStatus& realtime) {
           {"work_ns_p50", stats.work_ns.percentile(0.5)},
           {"work_ns_p99", stats.work_ns.percentile(0.99)},
           {"force_max_n", stats.force_max_n},
-          {"recorded_ticks", loop.recorder().size()},
-          {"unrecorded_ticks", loop.recorder().missed()}};
+          {"recorded_ticks", ticks ? ticks->size() : 0},
+          {"unrecorded_ticks", (ticks ? ticks->missed() : 0) + loop.recorder().missed()}};
 }
 
 }  // namespace
@@ -101,10 +101,10 @@ void write_forces(const std::filesystem::path& file, const RunReport& run) {
   for (std::size_t i = 1; i < run.displays.size(); ++i)
     fmt::format_to(std::back_inserter(text), ",{0}_fx_n,{0}_fy_n,{0}_fz_n,{0}_contact", run.displays[i].scheme);
   text += '\n';
-  const std::size_t rows = run.loop ? run.loop->recorder().size() : 0;
+  const std::size_t rows = run.ticks ? run.ticks->size() : 0;
   for (std::size_t row = 0; row < rows; ++row) {
-    const TickRecord& tick = run.loop->recorder().tick(row);
-    const auto displays = run.loop->recorder().row(row);
+    const TickRecord& tick = run.ticks->tick(row);
+    const auto displays = run.ticks->row(row);
     const Vec3 &p = tick.position, &f = displays[0].force;
     fmt::format_to(std::back_inserter(text), "{:.6f},{:.9f},{:.9f},{:.9f},{:.9g},{:.9g},{:.9g},{:.3f},{:d}", seconds(tick.t),
                    p.x(), p.y(), p.z(), f.x(), f.y(), f.z(), tick.has_patch ? milliseconds(tick.patch_age) : -1.0,
@@ -119,7 +119,7 @@ void write_forces(const std::filesystem::path& file, const RunReport& run) {
 
 void write_summary(const std::filesystem::path& file, const RunReport& run) {
   Json summary;
-  if (run.loop) summary.update(loop_json(*run.loop, run.realtime));
+  if (run.loop) summary.update(loop_json(*run.loop, run.ticks, run.realtime));
   summary.update(link_json(*run.displays.front().core));
   summary.update(display_json(run.displays.front()));
   for (std::size_t i = 1; i < run.displays.size(); ++i) {

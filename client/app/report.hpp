@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "client/app/tick_log.hpp"
 #include "client/core/client_core.hpp"
 #include "client/io/haptic_loop.hpp"
 
@@ -20,7 +21,8 @@ struct DisplayReport {
 
 struct RunReport {
   std::vector<DisplayReport> displays;  ///< the felt one first
-  const HapticLoop* loop = nullptr;     ///< ended; none when the run ended before it began
+  HapticLoop* loop = nullptr;           ///< ended; none when the run ended before it began
+  const TickLog* ticks = nullptr;       ///< none when no report was asked for, or no motion began
   RealtimeStatus realtime;
 };
 

@@ -16,6 +16,7 @@
 #include "client/device/sim_phantom.hpp"
 #include "client/io/haptic_loop.hpp"
 #include "client/io/link_check.hpp"
+#include "client/io/session_recording.hpp"
 #include "common/io/monotonic.hpp"
 
 namespace palpate {
@@ -27,7 +28,8 @@ constexpr Micros kSilence{1'000'000};         ///< without an answer for so long
 constexpr Micros kSettle{300'000};            ///< after joining, for the clocks to lock before the hand moves
 constexpr Micros kComparisonWait{5'000'000};  ///< for the first patch of a comparison
 constexpr Micros kUntilStart{20'000};         ///< from the decision to start the motion to its start
-constexpr double kRecordedMaxS = 600;         ///< of a run without an end
+constexpr double kReportedMaxS = 600;         ///< of a run without an end
+constexpr std::size_t kRingTicks = 4096;      ///< that may wait between two polls
 constexpr double kStartMaxM = 5e-4;           ///< attach: the motion should start where the node rests
 
 void say(const std::string& line) {
@@ -41,7 +43,12 @@ bool is_final(RefuseReason reason) { return reason == RefuseReason::version || r
 class Run {
  public:
   Run(const AppOptions& options, const std::atomic<bool>& stop) : options_(options), stop_(stop), began_(monotonic_now()) {
-    stations_.push_back(std::make_unique<Station>(options, options.scheme, ""));
+    UdpClient::Watch watch;
+    if (!options.record.empty()) {
+      recording_ = std::make_unique<SessionRecording>(options.record, "palpate-client " PALPATE_VERSION, options.station);
+      watch = [this](const ClientCore& core, auto bytes, Micros now) { recording_->datagram(core, bytes, now); };
+    }
+    stations_.push_back(std::make_unique<Station>(options, options.scheme, "", std::move(watch)));
     for (const Scheme scheme : options.compare) stations_.push_back(std::make_unique<Station>(options, scheme, options.station));
   }
 
@@ -50,6 +57,7 @@ class Run {
     const bool joined = join();
     if (joined) feel();
     for (auto& station : stations_) station->stop();
+    end_recording();
     if (refused_for_good_) return 1;
     report();
     const bool never_there = !joined && !stop_;
@@ -66,9 +74,31 @@ class Run {
   bool wait(const std::function<bool()>& done) {
     while (!done()) {
       if (over() || refused_for_good_) return false;
+      look_around();
       std::this_thread::sleep_for(kPoll);
     }
     return true;
+  }
+
+  /// Moves the ticks on to where they are kept, and lets the recording go on.
+  void look_around() {
+    TickRecord tick;
+    while (loop_ && loop_->recorder().take(tick, row_)) {
+      if (recording_) recording_->tick(tick, row_.front());
+      if (!log_ || tick.t < motion_start_) continue;
+      tick.t -= motion_start_;
+      log_->add(tick, row_);
+    }
+    if (!recording_) return;
+    if (const auto fault = recording_->look(felt().status(), monotonic_now())) say("warning: " + *fault);
+  }
+
+  void end_recording() {
+    look_around();
+    if (!recording_) return;
+    if (loop_ && loop_->recorder().missed() > 0)
+      recording_->event(monotonic_now(), RecordedEventKind::left_out, fmt::format("{} ticks", loop_->recorder().missed()));
+    recording_->finish();
   }
 
   bool join() {
@@ -97,7 +127,9 @@ class Run {
     make_device(welcome);
     std::vector<HapticTick*> displays;
     for (auto& station : stations_) displays.push_back(&station->core().haptic());
-    loop_ = std::make_unique<HapticLoop>(*device_, displays, HapticLoopOptions{options_.realtime, record_ticks()});
+    row_.resize(displays.size());
+    if (!options_.report.empty()) log_ = std::make_unique<TickLog>(reported_ticks(), displays.size());
+    loop_ = std::make_unique<HapticLoop>(*device_, displays, HapticLoopOptions{options_.realtime, ring_ticks()});
     realtime_ = loop_->start();
     if (realtime_.asked) say(describe(realtime_));
     if (wait_until_felt(welcome)) move();
@@ -122,9 +154,10 @@ class Run {
     device_->wait_for_start();
   }
 
-  std::size_t record_ticks() const {
-    if (options_.report.empty()) return 0;
-    double length_s = kRecordedMaxS;
+  std::size_t ring_ticks() const { return options_.report.empty() && !recording_ ? 0 : kRingTicks; }
+
+  std::size_t reported_ticks() const {
+    double length_s = kReportedMaxS;
     if (options_.motion) length_s = options_.motion->duration_s() + 1;
     if (options_.duration_s) length_s = std::min(length_s, *options_.duration_s + 1);
     return static_cast<std::size_t>(length_s * kHapticRateHz);
@@ -146,7 +179,8 @@ class Run {
 
   void move() {
     const Micros start = loop_->due_after(kUntilStart);
-    loop_->record_from(start);
+    motion_start_ = start;
+    if (recording_) recording_->event(start, RecordedEventKind::motion);
     device_->start(start);
     say(options_.motion ? fmt::format("motion of {:g} s starts", options_.motion->duration_s()) : "holding still");
     bool linked = true, slow = false;
@@ -189,8 +223,10 @@ class Run {
           {std::string(name_of(station->scheme())), &core, core.haptic().counts(), core.haptic().guard_counts()});
     }
     run.loop = loop_.get();
+    run.ticks = log_.get();
     run.realtime = realtime_;
     if (loop_) say(describe(run));
+    if (recording_) say(fmt::format("recording {}", options_.record.string()));
     if (options_.report.empty()) return;
     write_forces(options_.report / "forces.csv", run);
     write_summary(options_.report / "summary.json", run);
@@ -199,7 +235,10 @@ class Run {
 
   const AppOptions& options_;
   const std::atomic<bool>& stop_;
-  Micros began_;
+  Micros began_, motion_start_ = Micros::max();
+  std::unique_ptr<SessionRecording> recording_;
+  std::unique_ptr<TickLog> log_;
+  std::vector<DisplayRecord> row_;
   std::vector<std::unique_ptr<Station>> stations_;
   std::unique_ptr<MotionDevice> device_;
   std::unique_ptr<HapticLoop> loop_;

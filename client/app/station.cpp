@@ -1,5 +1,7 @@
 #include "client/app/station.hpp"
 
+#include <utility>
+
 #include "client/device/sim_phantom.hpp"
 #include "common/io/monotonic.hpp"
 
@@ -31,10 +33,10 @@ ClientOptions client_options(const AppOptions& options, Scheme scheme, const std
 
 }  // namespace
 
-Station::Station(const AppOptions& options, Scheme scheme, const std::string& shadow_of)
+Station::Station(const AppOptions& options, Scheme scheme, const std::string& shadow_of, UdpClient::Watch watch)
     : name_(client_options(options, scheme, shadow_of).hello.station),
       scheme_(scheme),
       core_(client_options(options, scheme, shadow_of), monotonic_now()),
-      udp_(options.server, core_) {}
+      udp_(options.server, core_, {}, std::move(watch)) {}
 
 }  // namespace palpate

@@ -12,6 +12,7 @@ ClientCore::ClientCore(const ClientOptions& options, Micros now)
       next_send_(now),
       next_beat_(now),
       ticked_(now),
+      intake_(patch_slot_, options.hello.shadow_of.empty() ? PatchIntake::kFutureMax : PatchIntake::kShadowFutureMax),
       haptic_(patch_slot_, sample_ring_, options.guard, options.coupling) {}
 
 void ClientCore::tick(Micros now) {
@@ -93,7 +94,7 @@ void ClientCore::take(std::span<const std::byte> bytes, Micros now) {
   seq_in_.take(message.seq);
   loss_in_.take(message.seq);
   clock_.take(message.clock, now);
-  if (const auto* patch = std::get_if<PatchMessage>(&message.body)) take_patch(patch->patch, bytes.size());
+  if (const auto* patch = std::get_if<PatchMessage>(&message.body)) take_patch(patch->patch, bytes.size(), now);
   if (const auto* piece = std::get_if<PatchTerms>(&message.body)) take_terms(*piece, bytes.size());
   if (const auto* beat = std::get_if<Beat>(&message.body)) take_beat(*beat, now);
 }
@@ -162,12 +163,12 @@ void ClientCore::take_refuse(const Message& message, Micros now) {
   next_hello_ = std::max(next_hello_, now + kRetryEvery);
 }
 
-void ClientCore::take_patch(const Patch& patch, std::size_t bytes) {
+void ClientCore::take_patch(const Patch& patch, std::size_t bytes, Micros now) {
   drain();
   ++counts_.patches;
   counts_.patch_bytes += bytes;
   contact_in_reach_ = true;
-  if (intake_.accept(patch)) last_patch_ = patch;
+  if (intake_.accept(patch, now)) last_patch_ = patch;
 }
 
 void ClientCore::take_terms(const PatchTerms& piece, std::size_t bytes) {

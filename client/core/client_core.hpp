@@ -95,7 +95,7 @@ class ClientCore {
   bool is_ours(const Message& message) const;
   void take_welcome(const Message& message, Micros now);
   void take_refuse(const Message& message, Micros now);
-  void take_patch(const Patch& patch, std::size_t bytes);
+  void take_patch(const Patch& patch, std::size_t bytes, Micros now);
   void take_terms(const PatchTerms& piece, std::size_t bytes);
   void take_beat(const Beat& beat, Micros now);
   void join_again(Micros now);
@@ -127,7 +127,7 @@ class ClientCore {
   // the hand-offs to and from the haptic thread
   LatestSlot<PatchPlayer> patch_slot_;
   SampleRing sample_ring_;
-  PatchIntake intake_{patch_slot_};
+  PatchIntake intake_;
   HapticTick haptic_;
 };
 

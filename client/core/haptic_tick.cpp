@@ -19,7 +19,16 @@ HapticTick::HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, co
                        const CouplingParameters& coupling)
     : patches_(patches), samples_(samples), guard_(limits), coupling_(coupling) {}
 
-/// A patch that outlived what it may tells of a pause (no contact in reach, no link), not of the ages in use.
+/// How old the patch in use got when `next` takes over at `now`. One that outlived what it may tells of a pause (no contact in
+/// reach, no link), not of the ages in use; but one that comes older than patches used to get tells that its way became longer.
+void HapticTick::note_ages(const Patch& next, Micros now) noexcept {
+  const Micros reached = now - player_.patch().stamp, came = now - next.stamp;
+  if (reached <= player_.patch().valid_for)
+    note_age(reached);
+  else if (came > bridged())
+    note_age(came);
+}
+
 void HapticTick::note_age(Micros age) noexcept {
   const auto us = static_cast<double>(age.count());
   if (age_mean_us_ <= 0) {
@@ -34,7 +43,8 @@ void HapticTick::note_age(Micros age) noexcept {
 
 int HapticTick::cross_fade_ticks(double step_n, double force_n) noexcept {
   constexpr double kUnnoticedN = 0.05, kUnnoticedShare = 0.05, kWithinTicks = 5;
-  const double ticks = std::ceil(kWithinTicks * step_n / std::max(kUnnoticedN, kUnnoticedShare * force_n));
+  const double steps = step_n / std::max(kUnnoticedN, kUnnoticedShare * force_n);  // each of which goes unnoticed
+  const double ticks = std::ceil(std::max(steps, std::min<double>(kWithinTicks * steps, kCrossFadeUsual)));
   return ticks < kCrossFadeMost ? std::max(kCrossFadeLeast, static_cast<int>(ticks)) : kCrossFadeMost;
 }
 
@@ -46,7 +56,7 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
     if (sample.t > next.time()) next.advance(sample);
   }
   if (has_player_) next.inherit(player_);
-  if (has_player_ && now.t - player_.patch().stamp <= player_.patch().valid_for) note_age(now.t - player_.patch().stamp);
+  if (has_player_) note_ages(next.patch(), now.t);
   const Vec3 step = (has_player_ ? Vec3(player_.advance(now).force + fade_offset_) : Vec3::Zero()) - next.advance(now).force;
   player_ = next;
   if (has_player_) {
@@ -85,7 +95,7 @@ Vec3 HapticTick::patch_force(const ToolSample& sample, TickOutput& out) noexcept
   // Nothing is felt at zero force, so nothing need be faded: a contact that begins with a fresh patch is felt at once.
   gain_ = force.squaredNorm() > 0 ? std::clamp(target, gain_ - 1.0 / kFadeTicks, gain_ + 1.0 / kFadeTicks) : target;
   if (gain_ < 1) ++counts_.faded_ticks;
-  return gain_ * force;
+  return gain_ * guard_.clamped(force);
 }
 
 TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
@@ -111,7 +121,8 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
   }
   recent_[recent_count_++ % kRecent] = sample;
   if (has_player_) environment_ = patch_force(sample, out);
-  out.force = guard_.pass(coupled ? coupling_force : environment_, device_, seconds(passed));
+  out.model_force = coupled ? coupling_force : environment_;
+  out.force = guard_.pass(out.model_force, device_, seconds(passed));
   return out;
 }
 

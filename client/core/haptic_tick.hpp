@@ -2,9 +2,9 @@
 //
 // A new patch is replayed over the last few ticks that the network side had not seen, then takes over: the force step at the
 // swap is measured and decays linearly to zero over 4 to 10 ticks, the more the larger it is beside what a hand does not notice,
-// so that it changes the force by at most max(0.05 N, 5 % of the force) in 5 ms where 10 ticks are enough for that. A patch that
-// is too old, or whose trust radius the tool has left, fades to zero over kFadeTicks; a patch that is good again fades in. Does
-// not allocate, lock, log or throw.
+// so that it changes the force by at most max(0.05 N, 5 % of the force) in 5 ms where 10 ticks are enough for that, and in any
+// one tick where 25 are. A patch that is too old, or whose trust radius the tool has left, fades to zero over kFadeTicks; a patch
+// that is good again fades in: what fades is the force that the device can show. Does not allocate, lock, log or throw.
 //
 // With a virtual coupling (virtual_coupling.hpp; for devices with little damping) the patch, and the server through the samples,
 // meets the virtual tool in place of the device, and the device feels the coupling: one tick later, and never stiffer than k_c.
@@ -30,7 +30,8 @@ inline bool in_world(const Vec3& position) noexcept {
 }
 
 struct TickOutput {
-  Vec3 force = Vec3::Zero();  ///< what the device shall render, after the guard [N]
+  Vec3 force = Vec3::Zero();        ///< what the device shall render, after the guard [N]
+  Vec3 model_force = Vec3::Zero();  ///< before it
   bool contact = false;
   bool has_patch = false;
   Micros patch_age{};  ///< now minus the stamp of the patch in use
@@ -60,9 +61,10 @@ class HapticTick {
 
  private:
   static constexpr int kRecent = 64;
-  static constexpr int kCrossFadeLeast = 4, kCrossFadeMost = 10;
+  static constexpr int kCrossFadeLeast = 4, kCrossFadeUsual = 10, kCrossFadeMost = 25;
   static constexpr int kFadeTicks = 50;
 
+  void note_ages(const Patch& next, Micros now) noexcept;
   void note_age(Micros age) noexcept;
   static int cross_fade_ticks(double step_n, double force_n) noexcept;
   void hand_over(PatchPlayer& next, const ToolSample& now) noexcept;

@@ -2,7 +2,8 @@
 //
 // A sample is lost for good when every datagram that carries it is: a run of losses longer than what is repeated. So repeated is
 // what covers the longest run seen, half as long again, and one datagram more. A link that loses nothing is sent half as many
-// datagrams, and little is repeated. Until the server has said anything the link counts as bad.
+// datagrams, and little is repeated. Until the server has said anything the link counts as bad. A link that loses more than
+// kFlooded is one too narrow for what it is sent: it gets as little as a calm one, since more would only drown more.
 // Loss is believed at once and forgotten after kRemember.
 #pragma once
 
@@ -16,6 +17,7 @@ class UplinkPace {
  public:
   static constexpr Micros kBusy{2'000}, kCalm{4'000};  ///< between datagrams, with losses and without
   static constexpr double kCalmShare = 0.002;          ///< of the datagrams lost: a link that loses no more is calm
+  static constexpr double kFlooded = 0.5;              ///< of the datagrams lost: fewer of them would get through better
   static constexpr int kRepeatLeast = 8, kRepeatUnknown = 32, kRepeatMost = 56;
   static constexpr Micros kRemember{10'000'000};
 
@@ -29,10 +31,11 @@ class UplinkPace {
   }
   void reset() { *this = UplinkPace{}; }
 
-  Micros interval() const { return known_ && share_ <= kCalmShare ? kCalm : kBusy; }
+  Micros interval() const { return calm() || flooded() ? kCalm : kBusy; }
   /// Older samples that each datagram repeats; one sample is a millisecond.
   int repeat() const {
     if (!known_) return kRepeatUnknown;
+    if (flooded()) return kRepeatLeast;
     const auto samples_each = static_cast<int>(interval() / kSample);
     const int datagrams = run_ + (run_ + 1) / 2 + 1;
     return std::clamp(datagrams * samples_each, kRepeatLeast, kRepeatMost);
@@ -41,6 +44,9 @@ class UplinkPace {
  private:
   static constexpr int kJudgedLeast = 100;
   static constexpr Micros kSample{1'000};
+
+  bool calm() const { return known_ && share_ <= kCalmShare; }
+  bool flooded() const { return known_ && share_ > kFlooded; }
 
   bool known_ = false;
   double share_ = 0;

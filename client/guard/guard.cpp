@@ -9,9 +9,9 @@ Guard::Guard(const GuardLimits& limits) : limits_(limits) {}
 
 Vec3 Guard::pass(const Vec3& force, const Vec3& tool_position, double dt_s) noexcept {
   if (!(dt_s > 0) || !std::isfinite(dt_s)) return last_force_;
-  const Vec3 asked = finite(force);
-  const Vec3 damper = passive(asked, tool_position, dt_s);
-  const Vec3 out = finite(slewed(clamped(asked + damper), dt_s));
+  const Vec3 shown = clamped(force);
+  const Vec3 damper = passive(shown, tool_position, dt_s);
+  const Vec3 out = finite(slewed(limited(shown + damper), dt_s));
   passivity_.rendered(out - damper, damper);
   last_force_ = out;
   return out;
@@ -36,9 +36,9 @@ Vec3 Guard::passive(const Vec3& force, const Vec3& tool_position, double dt_s) n
   const Vec3 dx = moved ? Vec3(tool_position - last_position_) : Vec3::Zero();
   if (seen) last_position_ = tool_position;
   has_position_ = seen;
-  counts_.energy_min_j = std::min(counts_.energy_min_j, passivity_.observe(force, dx));
+  counts_.energy_min_j = std::min(counts_.energy_min_j, passivity_.observe(force, dx, dt_s));
   if (limits_.passivity != PassivityMode::on) return Vec3::Zero();
-  const Vec3 damper = passivity_.damper(dx, dt_s);
+  const Vec3 damper = passivity_.damper(force);
   counts_.dissipated_j = passivity_.dissipated_j();
   if (damper.isZero(0)) return damper;
   ++counts_.damped;
@@ -48,10 +48,15 @@ Vec3 Guard::passive(const Vec3& force, const Vec3& tool_position, double dt_s) n
 }
 
 Vec3 Guard::clamped(const Vec3& force) noexcept {
+  constexpr double kRounding = 1e-12;  // of a force that was clamped before
+  const Vec3 asked = finite(force);
+  if (limits_.force_max_n > 0 && asked.stableNorm() > limits_.force_max_n * (1 + kRounding)) ++counts_.clamped;
+  return limited(asked);
+}
+
+Vec3 Guard::limited(const Vec3& force) const noexcept {
   const double norm = force.stableNorm();
-  if (limits_.force_max_n <= 0 || norm <= limits_.force_max_n) return force;
-  ++counts_.clamped;
-  return (limits_.force_max_n / norm) * force;
+  return limits_.force_max_n <= 0 || norm <= limits_.force_max_n ? force : Vec3((limits_.force_max_n / norm) * force);
 }
 
 Vec3 Guard::slewed(const Vec3& force, double dt_s) noexcept {

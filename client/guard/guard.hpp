@@ -1,7 +1,8 @@
 // The last metre of force. Whatever a patch says, what reaches the device is
-//     finite check -> passivity limiter -> clamp -> slew limit -> finite check
-// in this order. A force that is not finite counts as zero and never enters the limiter's memory; a tool position that is not
-// finite makes the limiter skip the tick. A tick whose length is not a positive number leaves the force as it was.
+//     finite check -> clamp -> passivity limiter -> clamp -> slew limit -> finite check
+// in this order: the limiter weighs what the device would show, not what was asked for. A force that is not finite counts as
+// zero and never enters the limiter's memory; a tool position that is not finite makes the limiter skip the tick. A tick whose
+// length is not a positive number leaves the force as it was.
 #pragma once
 
 #include <cmath>
@@ -36,6 +37,8 @@ class Guard {
   explicit Guard(const GuardLimits& limits = {});
   /// One tick: force on the tool asked for [N], where the tool is [m], length of the tick [s]. Returns the force to write.
   Vec3 pass(const Vec3& force, const Vec3& tool_position, double dt_s) noexcept;
+  /// The clamp alone, counted like that of pass(), for what is faded before it is passed. Zero for what is not finite.
+  Vec3 clamped(const Vec3& force) noexcept;
   /// Forget the past (after a stop).
   void reset() noexcept;
   const GuardCounts& counts() const { return counts_; }
@@ -43,7 +46,7 @@ class Guard {
  private:
   Vec3 finite(const Vec3& force) noexcept;
   Vec3 passive(const Vec3& force, const Vec3& tool_position, double dt_s) noexcept;
-  Vec3 clamped(const Vec3& force) noexcept;
+  Vec3 limited(const Vec3& force) const noexcept;
   Vec3 slewed(const Vec3& force, double dt_s) noexcept;
 
   GuardLimits limits_;

@@ -9,7 +9,9 @@ namespace {
 constexpr double kRestForceN = 1e-6;
 }
 
-double Passivity::observe(const Vec3& force, const Vec3& dx) noexcept {
+double Passivity::observe(const Vec3& force, const Vec3& dx, double dt_s) noexcept {
+  newest_ = (newest_ + 1) % kWindow;
+  steps_[newest_] = {dx, dt_s};
   const double gained = -(0.5 * force_ + 0.5 * force + damper_).dot(dx), damped = -damper_.dot(dx);
   if (std::isfinite(damped)) dissipated_j_ += damped;
   if (std::isfinite(gained)) energy_j_ = std::clamp(energy_j_ + gained, -kEnergyMaxJ, kEnergyMaxJ);
@@ -18,11 +20,20 @@ double Passivity::observe(const Vec3& force, const Vec3& dx) noexcept {
   return energy_j_;
 }
 
-Vec3 Passivity::damper(const Vec3& dx, double dt_s) const noexcept {
-  const double travelled_m2 = dx.squaredNorm();
-  if (energy_j_ >= -kToleranceJ || !(travelled_m2 > 0)) return Vec3::Zero();
-  const double alpha = std::min(kAlphaMaxNSM, -energy_j_ * dt_s / travelled_m2);
-  return -alpha / dt_s * dx;
+Vec3 Passivity::damper(const Vec3& force) const noexcept {
+  const double deficit_j = -energy_j_ - kToleranceJ, force_n = force.stableNorm();
+  if (!(deficit_j > 0) || !(force_n > 0) || !std::isfinite(force_n)) return Vec3::Zero();
+  Vec3 way = Vec3::Zero();
+  double time_s = 0;
+  for (std::size_t n = 0; n < kWindow && way.squaredNorm() < kWayM * kWayM; ++n) {
+    const Step& step = steps_[(newest_ + kWindow - n) % kWindow];
+    way += step.dx;
+    time_s += step.dt_s;
+  }
+  const Vec3 along = force / force_n;
+  const double alpha = std::min(kAlphaMaxNSM, kDeviceKg / (time_s + steps_[newest_].dt_s));
+  const double wanted_n = alpha * way.dot(along) / time_s, most_n = std::min(1.0, deficit_j / kFullJ) * force_n;
+  return -std::clamp(wanted_n, -most_n, most_n) * along;
 }
 
 void Passivity::rendered(const Vec3& force, const Vec3& damper) noexcept {

@@ -1,4 +1,4 @@
-// Passivity observer and controller at the tool (time domain; Hannaford and Ryu, 2002).
+// Passivity observer and controller at the tool (time domain; after Hannaford and Ryu, 2002).
 //
 // The observer counts the energy E that the hand has put into the display and that the display has not given back yet:
 //
@@ -8,10 +8,24 @@
 // and dampers that starts unloaded keeps E >= 0. The mean of both ends makes a spring sampled at 1 kHz count as lossless; what
 // holding its force for a tick leaks (k |dx|^2 / 2) is left to the device's friction, or else every spring would be damped.
 //
-// The controller answers E < -kToleranceJ with a damper -alpha v that takes the deficit back within one tick at the present
-// speed, alpha <= kAlphaMaxNSM. Resting: after kRestTicks without force the display stores nothing that it could return, and E
-// starts again from 0. E is bounded by kEnergyMaxJ both ways, so that a long stroke does not pay for later instability.
+// The controller answers a deficit D = -E - kToleranceJ > 0 with a damper along the force, f = F / |F|:
+//
+//     F_damper = -clamp(alpha v . f, +-s |F|) f,      s = min(1, D / kFullJ)
+//
+// It weakens a force that pushes the hand along and strengthens one that resists, never by more than the force itself, so that
+// it comes and goes with the deficit, adds no drag across the force, and dies with the force. Where alpha |v . f| >= |F| it can
+// stop whatever the display gives, and D stays at kFullJ; a slower motion than that takes (|F| - alpha v) along its way.
+//
+// v is the way of the last n ticks over their time: n the least that covers kWayM, at most kWindow, because a device reads its
+// position in steps (0.03 mm for a Phantom), and a step in one tick is a speed of 0.03 m/s that was not there. The estimate is
+// (n + 1) / 2 ticks late, so alpha = m / ((n + 1) dt), m = kDeviceKg: a quarter of what makes that much mass overshoot. One step
+// moves F_damper by at most alpha step / (n dt): 0.03 N in a slow motion, 8 % of F_damper in one that covers kWayM.
+//
+// Resting: after kRestTicks without force the display stores nothing that it could return, and E starts again from 0. E is
+// bounded by kEnergyMaxJ both ways, so that a long stroke does not pay for later instability.
 #pragma once
+
+#include <array>
 
 #include "common/base/types.hpp"
 
@@ -19,22 +33,32 @@ namespace palpate {
 
 class Passivity {
  public:
-  /// Observer. `force` and `dx` are finite. Returns E [J].
-  double observe(const Vec3& force, const Vec3& dx) noexcept;
-  /// Controller: the damper's force for a tool that moved by `dx` in the last `dt_s` > 0; zero while E is in order.
-  Vec3 damper(const Vec3& dx, double dt_s) const noexcept;
+  /// Observer. `force` and `dx` are finite; the tick took `dt_s` > 0. Returns E [J].
+  double observe(const Vec3& force, const Vec3& dx, double dt_s) noexcept;
+  /// Controller: the damper's force beside `force`, the one that was observed last; zero while E is in order.
+  Vec3 damper(const Vec3& force) const noexcept;
   /// What was rendered in the end: the display's own force and the damper's.
   void rendered(const Vec3& force, const Vec3& damper) noexcept;
   void reset() noexcept;
   /// What the damper took out of the hand's motion so far [J]; a reset does not change it.
   double dissipated_j() const noexcept { return dissipated_j_; }
 
-  static constexpr double kToleranceJ = 1e-5;  ///< 0.01 N over 1 mm: below what a hand feels
-  static constexpr double kAlphaMaxNSM = 20;   ///< a 75 g device stays stable up to m / dt = 75 N s/m
-  static constexpr double kEnergyMaxJ = 0.2;   ///< 8.5 N reached over 47 mm
+  static constexpr double kToleranceJ = 1e-5;  ///< 0.01 N over 1 mm
+  static constexpr double kFullJ = 1e-3;       ///< 0.1 N over 10 mm: hardly what a hand feels
+  static constexpr double kAlphaMaxNSM = 20;
+  static constexpr double kDeviceKg = 0.075;  ///< apparent mass of a Phantom 1.5 that nobody holds
+  static constexpr double kWayM = 4e-4;
+  static constexpr std::size_t kWindow = 8;
+  static constexpr double kEnergyMaxJ = 0.2;  ///< 8.5 N reached over 47 mm
   static constexpr int kRestTicks = 50;
 
  private:
+  struct Step {
+    Vec3 dx = Vec3::Zero();
+    double dt_s = 0;
+  };
+  std::array<Step, kWindow> steps_{};
+  std::size_t newest_ = 0;
   Vec3 force_ = Vec3::Zero(), damper_ = Vec3::Zero();
   double energy_j_ = 0, dissipated_j_ = 0;
   int rest_ticks_ = 0;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <limits>
 
 #include "common/io/monotonic.hpp"
 
@@ -33,8 +32,7 @@ HapticLoop::HapticLoop(Device& device, std::vector<HapticTick*> displays, const 
       displays_(std::move(displays)),
       outputs_(displays_.size()),
       options_(options),
-      recorder_(options.record_ticks, displays_.size()),
-      record_from_us_(std::numeric_limits<std::int64_t>::max()) {}
+      recorder_(options.record_ticks, displays_.size()) {}
 
 HapticLoop::~HapticLoop() { stop(); }
 
@@ -110,9 +108,10 @@ bool HapticLoop::tick(Micros due) noexcept {
 }
 
 void HapticLoop::record(Micros due, const Vec3& position, const TickOutput& main) noexcept {
-  const Micros from{record_from_us_.load(std::memory_order_acquire)};
-  if (due < from || !recorder_.begin({due - from, position, main.patch_age, main.has_patch})) return;
+  if (!recorder_.begin({due, position, main.model_force, main.patch_age, main.has_patch, main.swapped, main.hand_over_step_n}))
+    return;
   for (std::size_t i = 0; i < outputs_.size(); ++i) recorder_.set(i, {outputs_[i].force, outputs_[i].contact});
+  recorder_.end();
 }
 
 void HapticLoop::make_safe(Micros due) noexcept {

@@ -26,7 +26,7 @@ namespace palpate {
 
 struct HapticLoopOptions {
   bool realtime = true;          ///< ask the operating system for it
-  std::size_t record_ticks = 0;  ///< rows of the recorder
+  std::size_t record_ticks = 0;  ///< rows of the recorder's ring: how far its reader may fall behind; 0: nobody reads it
 };
 
 /// Written by the loop, to be read after it has ended.
@@ -59,15 +59,13 @@ class HapticLoop {
   /// A moment at which a tick is due, the first one at least `after` from now: where to start a motion. While the loop runs. Any
   /// thread.
   Micros due_after(Micros after) const noexcept;
-  /// From this moment on (client's clock) ticks are recorded, as time since it. Any thread.
-  void record_from(Micros at) noexcept { record_from_us_.store(at.count(), std::memory_order_release); }
-
   bool running() const noexcept { return running_.load(std::memory_order_acquire); }
   /// How many displays have a patch, 0 while the felt one has none. Any thread.
   int displays_with_patch() const noexcept { return with_patch_.load(std::memory_order_acquire); }
   /// After stop().
   const HapticLoopStats& stats() const { return stats_; }
-  const Recorder& recorder() const { return recorder_; }
+  /// Every tick, for one reader; any time.
+  Recorder& recorder() { return recorder_; }
 
  private:
   void run() noexcept;
@@ -83,7 +81,7 @@ class HapticLoop {
   HapticLoopStats stats_;
   RealtimeStatus realtime_;
   Vec3 force_ = Vec3::Zero();
-  std::atomic<std::int64_t> record_from_us_, first_due_us_{0};
+  std::atomic<std::int64_t> first_due_us_{0};
   std::atomic<int> with_patch_{0};
   std::atomic<bool> stop_{false}, running_{false}, ready_{false};
   std::thread thread_;

@@ -74,7 +74,7 @@ LinkFigures measure_link(const std::string& server, const std::string& station, 
   options.hello.role = Role::viewer;
   ClientCore core(options, monotonic_now());
   Seen seen;
-  UdpClient client(server, core, {}, [&seen](const ClientCore& c) { seen.look(c); });
+  UdpClient client(server, core, {}, [&seen](const ClientCore& c, auto, auto) { seen.look(c); });
   client.start();
   Micros begin = monotonic_now();
   const auto wait_until = [&](const auto& done) {
@@ -122,6 +122,9 @@ class Judge {
     }
     age();
     loss("to the server", f_.up, 0);
+    if (f_.up.share > kLossMost)
+      say(fmt::format("about {:.0f} of {:.0f} kbit/s get through to the server", (1 - f_.up.share) * f_.uplink_kbit_s,
+                      f_.uplink_kbit_s));
     // About as many datagrams come a frame as the server sends; a run of losses lasts so many frames.
     loss("from the server", f_.down, f_.datagrams_down_s > 0 ? 1e3 * f_.down.longest_run / f_.datagrams_down_s : 0);
     machine();

@@ -1,6 +1,9 @@
-// Keeps what the hand felt in every tick, in memory taken at the start: one main display and any number of comparison displays.
+// Carries what the hand felt in every tick from the haptic thread to whoever keeps it: one main display and any number of
+// comparison displays. A wait-free ring of rows in memory taken at the start; one writer, one reader.
 #pragma once
 
+#include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -15,10 +18,13 @@ struct DisplayRecord {
 };
 
 struct TickRecord {
-  Micros t{};  ///< since the start of the motion
+  Micros t{};  ///< client's clock
   Vec3 position = Vec3::Zero();
+  Vec3 model_force = Vec3::Zero();  ///< of the main display, before its guard [N]
   Micros patch_age{};
   bool has_patch = false;
+  bool swapped = false;  ///< a new patch took over, with this step before the cross-fade
+  double step_n = 0;
 };
 
 class Recorder {
@@ -26,25 +32,46 @@ class Recorder {
   /// Room for `ticks` ticks of `displays` displays, touched now so that no page is fetched later.
   Recorder(std::size_t ticks, std::size_t displays) : ticks_(ticks), displays_(ticks * displays), width_(displays) {}
 
-  /// Starts a row; false (and counted) when there is no room.
+  // The haptic thread.
+  /// Starts a row; false (and counted) when the reader is behind by the whole ring. Without room for any: nobody wants rows.
   bool begin(const TickRecord& tick) noexcept {
-    if (size_ == ticks_.size()) return ++missed_, false;
-    ticks_[size_++] = tick;
+    if (ticks_.empty()) return false;
+    if (begun_ - taken_.load(std::memory_order_acquire) == ticks_.size()) {
+      missed_.store(missed_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+      return false;
+    }
+    ticks_[begun_ % ticks_.size()] = tick;
     return true;
   }
   /// Display `index` of the row begun last.
-  void set(std::size_t index, const DisplayRecord& record) noexcept { displays_[(size_ - 1) * width_ + index] = record; }
+  void set(std::size_t index, const DisplayRecord& record) noexcept {
+    displays_[begun_ % ticks_.size() * width_ + index] = record;
+  }
+  /// The row is whole.
+  void end() noexcept { written_.store(++begun_, std::memory_order_release); }
 
-  std::size_t size() const noexcept { return size_; }
-  std::size_t missed() const noexcept { return missed_; }
-  std::size_t displays() const noexcept { return width_; }
-  const TickRecord& tick(std::size_t row) const { return ticks_[row]; }
-  std::span<const DisplayRecord> row(std::size_t row) const { return {displays_.data() + row * width_, width_}; }
+  // The reader.
+  /// The oldest row; false when there is none. `displays` has room for all of them.
+  bool take(TickRecord& tick, std::span<DisplayRecord> displays) {
+    const std::size_t at = taken_.load(std::memory_order_relaxed);
+    if (at == written_.load(std::memory_order_acquire)) return false;
+    const std::size_t row = at % ticks_.size();
+    tick = ticks_[row];
+    std::copy_n(displays_.begin() + static_cast<std::ptrdiff_t>(row * width_), width_, displays.begin());
+    taken_.store(at + 1, std::memory_order_release);
+    return true;
+  }
+
+  std::size_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
 
  private:
   std::vector<TickRecord> ticks_;
   std::vector<DisplayRecord> displays_;
-  std::size_t width_, size_ = 0, missed_ = 0;
+  std::size_t width_;
+  std::size_t begun_ = 0;
+  alignas(64) std::atomic<std::size_t> written_{0};
+  alignas(64) std::atomic<std::size_t> taken_{0};
+  alignas(64) std::atomic<std::size_t> missed_{0};
 };
 
 }  // namespace palpate

@@ -69,8 +69,10 @@ void UdpClient::receive() {
       if (none == asio::error::would_block || none == asio::error::try_again) break;
       if (none) continue;  // an ICMP answer to an earlier datagram: the server is not there yet
       if (from != server_) continue;
-      core_.take(std::span(in_).first(size), monotonic_now());
-      if (watch_) watch_(core_);
+      const auto datagram = std::span(in_).first(size);
+      const auto now = monotonic_now();
+      core_.take(datagram, now);
+      if (watch_) watch_(core_, datagram, now);
     }
     step();
     receive();

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <span>
 #include <string>
 #include <thread>
 
@@ -36,8 +37,8 @@ class UdpClient {
  public:
   /// Called once with each change of the link, in words. On the network thread.
   using Say = std::function<void(const std::string&)>;
-  /// Called after each datagram that the core has taken. On the network thread.
-  using Watch = std::function<void(const ClientCore&)>;
+  /// Called with each datagram that the core has just taken, and when. On the network thread.
+  using Watch = std::function<void(const ClientCore&, std::span<const std::byte>, Micros)>;
 
   /// `server` is HOST:PORT; InputError when it is not, or does not resolve. The core outlives this object.
   UdpClient(const std::string& server, ClientCore& core, Say say = {}, Watch watch = {});

@@ -34,7 +34,7 @@ std::size_t SampleHistory::first_after(Micros t) const {
 
 void SampleHistory::clear() { first_ = count_ = 0; }
 
-bool PatchIntake::accept(const Patch& patch) {
+bool PatchIntake::accept(const Patch& patch, Micros now) {
   if (counts_.accepted > 0 && static_cast<std::int32_t>(patch.seq - last_seq_) <= 0) {
     ++counts_.stale;
     return false;
@@ -44,7 +44,7 @@ bool PatchIntake::accept(const Patch& patch) {
     ++counts_.too_old;
     return false;
   }
-  if (history_.size() > 0 && patch.stamp > history_[history_.size() - 1].t + kFutureMax) {
+  if (patch.stamp > now + future_max_) {
     ++counts_.from_future;
     return false;
   }

@@ -38,13 +38,16 @@ struct IntakeCounts {
 
 class PatchIntake {
  public:
-  static constexpr Micros kFutureMax{20'000};  ///< a stamp further ahead of our own samples than this is nonsense
-  explicit PatchIntake(LatestSlot<PatchPlayer>& slot) : slot_(slot) {}
+  static constexpr Micros kFutureMax{20'000};  ///< a stamp further ahead of our own clock than this is nonsense
+  /// A shadow's stamps come by way of its hand's link, whose two ways may differ by much more than its own way takes.
+  static constexpr Micros kShadowFutureMax{250'000};
+  explicit PatchIntake(LatestSlot<PatchPlayer>& slot, Micros future_max = kFutureMax) : slot_(slot), future_max_(future_max) {}
   /// Every sample of the haptic thread, in order.
   void add_sample(const ToolSample& sample) { history_.add(sample); }
   const SampleHistory& history() const { return history_; }
-  /// Takes a patch that passed check(): false (and counted) when it is not newer than the last one, or older than the history.
-  bool accept(const Patch& patch);
+  /// Takes a patch that passed check(): false (and counted) when it is not newer than the last one, older than the history, or
+  /// from the future. `now` is the clock of the samples; the newest of them may be older, after this side stood still.
+  bool accept(const Patch& patch, Micros now);
   /// Takes a piece of the terms of a patch, before or after the patch itself. When the last one is there the patch is compiled
   /// anew with them, caught up and handed over like a new one; until then, and for ever when one is lost, it plays without.
   bool accept(const PatchTerms& piece);
@@ -56,6 +59,7 @@ class PatchIntake {
   void hand_over(const CubicTerms& terms);
 
   LatestSlot<PatchPlayer>& slot_;
+  Micros future_max_;
   SampleHistory history_;
   Patch patch_;  ///< the last one that was accepted
   TermsAssembly terms_;

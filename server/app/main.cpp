@@ -21,10 +21,10 @@ using namespace palpate;
 
 struct Options {
   std::vector<std::string> scenes;
-  std::string listen = "127.0.0.1:47800";
-  double rate_hz = 20, duration_s = 0;
+  std::string listen = "127.0.0.1:47800", record;
+  double rate_hz = 20, duration_s = 0, shapes_hz = RecordOptions{}.shapes_hz;
   std::size_t threads = 0;
-  bool print_scene = false, has_duration = false;
+  bool print_scene = false, has_duration = false, has_record = false, has_shapes = false;
 };
 
 void describe_flags(CLI::App& app, Options& o) {
@@ -41,6 +41,14 @@ void describe_flags(CLI::App& app, Options& o) {
       ->type_name("N")
       ->check(CLI::Range(1, 256));
   app.add_option("--duration-s", o.duration_s, "end after so many seconds; default: never")->type_name("N");
+  app.add_option(
+         "--record", o.record,
+         "write everything that happens to a new file (docs/recording.md); of several rooms each to its own, FILE with -NAME "
+         "before the extension")
+      ->type_name("FILE");
+  app.add_option("--record-shapes-hz", o.shapes_hz, "shapes of the body a second in the recording, at most one a frame, 0: none")
+      ->type_name("N")
+      ->capture_default_str();
   app.add_flag("--print-scene", o.print_scene, "write the scene with all defaults filled in, and end");
 }
 
@@ -53,6 +61,10 @@ void check(const Options& o) {
     throw InputError("--rate-hz", fmt::format("is {}", o.rate_hz), fmt::format("{} to {}", kMinRateHz, kMaxRateHz));
   if (o.has_duration && !(o.duration_s > 0 && o.duration_s <= kMostS))
     throw InputError("--duration-s", fmt::format("is {}", o.duration_s), "more than 0 s, up to 30 days");
+  if (o.has_record && o.record.empty()) throw InputError("--record", "is empty", "a file, or no such flag");
+  if (o.has_shapes && !o.has_record) throw InputError("--record-shapes-hz", "without a recording", "--record FILE");
+  if (!(o.shapes_hz >= 0 && o.shapes_hz <= kMaxRateHz))
+    throw InputError("--record-shapes-hz", fmt::format("is {}", o.shapes_hz), fmt::format("0 to {}", kMaxRateHz));
 }
 
 /// A scene that is being built holds nothing that must be ended in order, and may take long.
@@ -85,6 +97,9 @@ std::vector<NamedScene> load_scenes(const Options& o) {
       if (other.name == name)
         throw InputError("--scene " + given, "there is a room \"" + name + "\" already", "another name: NAME=" + file);
     scenes.push_back({name, std::move(scene)});
+    if (!o.has_record) continue;
+    scenes.back().file = std::filesystem::absolute(file).lexically_normal().string();
+    scenes.back().text = print_scene(file);
   }
   return scenes;
 }
@@ -93,7 +108,12 @@ void serve(const Options& o) {
   end_while_loading();
   const std::vector<NamedScene> scenes = load_scenes(o);
   const std::size_t processors = std::max(1u, std::thread::hardware_concurrency());
-  ServerShell shell(scenes, {o.listen, o.rate_hz, o.threads > 0 ? o.threads : std::min(scenes.size(), processors)}, say);
+  ServerShell shell(scenes,
+                    {o.listen,
+                     o.rate_hz,
+                     o.threads > 0 ? o.threads : std::min(scenes.size(), processors),
+                     {o.record, o.shapes_hz, "palpate-server " PALPATE_VERSION}},
+                    say);
   asio::signal_set signals(shell.context(), SIGINT, SIGTERM);
   signals.async_wait([&shell](const asio::error_code& fault, int) {
     if (!fault) shell.stop();
@@ -123,6 +143,8 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     options.has_duration = app.count("--duration-s") > 0;
+    options.has_record = app.count("--record") > 0;
+    options.has_shapes = app.count("--record-shapes-hz") > 0;
     check(options);
     if (options.print_scene)
       fmt::print("{}\n", print_scene(split_name(options.scenes.front()).second));

@@ -43,58 +43,59 @@ class Sum {
 
 }  // namespace
 
-void BatchConjugateGradients::prepare(const Tangents& tangents, double c_m, double c_d, double c_k,
-                                      const std::vector<std::uint8_t>& held, bool clamp) {
-  const Dynamics& dynamics = tangents.dynamics();
-  const std::uint32_t nodes = dynamics.nodes();
-  const bool planar = dynamics.body().planar;
-  spatial_ = planar ? 0.0F : 1.0F;
-  first_.resize(nodes + 1);
-  for (std::uint32_t i = 0; i <= nodes; ++i) first_[i] = tangents.first(i);
-  elements_.resize(tangents.elements().size());
-  std::vector<Mat3> diagonal(nodes, Mat3::Zero());
-  for (std::size_t k = 0; k < elements_.size(); ++k) {
-    const ElementTangent& e = tangents.elements()[k];
-    const double t = c_k * across(e, clamp), axial = c_k * e.slope_n_m - t + c_d * e.damping_n_s_m;
-    const Eigen::Vector3f n = e.direction.cast<float>();
-    elements_[k] = {{n[0], n[1], n[2]}, static_cast<float>(axial), static_cast<float>(t), e.b};
-    Mat3 block = axial * e.direction * e.direction.transpose();
-    block.diagonal() += Vec3(t, t, planar ? 0 : t);
-    diagonal[e.a] += block;
-    diagonal[e.b] += block;
-  }
-  mass_.resize(nodes);
-  free_.resize(nodes);
+BatchConjugateGradients::Symmetric::Symmetric(const Mat3& m)
+    : xx(static_cast<float>(m(0, 0))),
+      xy(static_cast<float>(m(0, 1))),
+      xz(static_cast<float>(m(0, 2))),
+      yy(static_cast<float>(m(1, 1))),
+      yz(static_cast<float>(m(1, 2))),
+      zz(static_cast<float>(m(2, 2))) {}
+
+void BatchConjugateGradients::prepare(const BlockMatrix& a, const std::vector<std::uint8_t>& held) {
+  const std::uint32_t nodes = a.rows();
+  first_.assign(1, 0);
+  pairs_.clear();
+  diagonal_.resize(nodes);
   inverse_.resize(nodes);
+  free_.resize(nodes);
   for (std::uint32_t i = 0; i < nodes; ++i) {
-    const double mass = c_m * dynamics.masses()[3 * static_cast<Eigen::Index>(i)];
-    mass_[i] = static_cast<float>(mass);
+    for (std::uint32_t e = a.row_begin(i); e < a.row_end(i); ++e) {
+      if (a.column(e) <= i) continue;
+      Pair& pair = pairs_.emplace_back();
+      pair.column = a.column(e);
+      Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(pair.block) = a.block(e).cast<float>();
+    }
+    first_.push_back(static_cast<std::uint32_t>(pairs_.size()));
+    const Mat3 block = a.block(a.diagonal(i));
+    diagonal_[i] = Symmetric(block);
+    inverse_[i] = Symmetric(held[i] ? Mat3(Mat3::Zero()) : Mat3(block.inverse()));
     free_[i] = held[i] ? 0.0F : 1.0F;
-    diagonal[i].diagonal().array() += mass;
-    if (planar && !(diagonal[i](2, 2) > 0)) diagonal[i](2, 2) = 1;
-    const Eigen::Matrix3f inverse = held[i] ? Eigen::Matrix3f::Zero().eval() : Mat3(diagonal[i].inverse()).cast<float>().eval();
-    inverse_[i] = {inverse(0, 0), inverse(0, 1), inverse(0, 2), inverse(1, 1), inverse(1, 2), inverse(2, 2)};
   }
   for (auto* rows : {&x_, &r_, &z_, &p_, &ap_}) rows->resize(nodes);
 }
 
 void BatchConjugateGradients::multiply(const std::vector<Rows>& p, std::vector<Rows>& y) const {
   for (std::size_t i = 0; i < p.size(); ++i) {
-    wide(y[i].x) = mass_[i] * wide(p[i].x);
-    wide(y[i].y) = mass_[i] * wide(p[i].y);
-    wide(y[i].z) = mass_[i] * wide(p[i].z);
+    const Symmetric& d = diagonal_[i];
+    const Wide px = wide(p[i].x), py = wide(p[i].y), pz = wide(p[i].z);
+    wide(y[i].x) = d.xx * px + d.xy * py + d.xz * pz;
+    wide(y[i].y) = d.xy * px + d.yy * py + d.yz * pz;
+    wide(y[i].z) = d.xz * px + d.yz * py + d.zz * pz;
   }
   for (std::size_t i = 0; i < p.size(); ++i) {
     const Wide px = wide(p[i].x), py = wide(p[i].y), pz = wide(p[i].z);
     Wide sx{}, sy{}, sz{};
     for (std::uint32_t at = first_[i]; at < first_[i + 1]; ++at) {
-      const Element& e = elements_[at];
-      const Rows& other = p[e.b];
-      const Wide ux = px - wide(other.x), uy = py - wide(other.y), uz = spatial_ * (pz - wide(other.z));
-      const Wide pull = e.axial * (e.n[0] * ux + e.n[1] * uy + e.n[2] * uz);
-      const Wide fx = e.n[0] * pull + e.across * ux, fy = e.n[1] * pull + e.across * uy, fz = e.n[2] * pull + e.across * uz;
-      sx += fx, sy += fy, sz += fz;
-      wide(y[e.b].x) -= fx, wide(y[e.b].y) -= fy, wide(y[e.b].z) -= fz;
+      const float(&b)[9] = pairs_[at].block;
+      const Rows& q = p[pairs_[at].column];
+      Rows& to = y[pairs_[at].column];
+      const Wide qx = wide(q.x), qy = wide(q.y), qz = wide(q.z);
+      sx += b[0] * qx + b[1] * qy + b[2] * qz;
+      sy += b[3] * qx + b[4] * qy + b[5] * qz;
+      sz += b[6] * qx + b[7] * qy + b[8] * qz;
+      wide(to.x) += b[0] * px + b[3] * py + b[6] * pz;
+      wide(to.y) += b[1] * px + b[4] * py + b[7] * pz;
+      wide(to.z) += b[2] * px + b[5] * py + b[8] * pz;
     }
     wide(y[i].x) += sx, wide(y[i].y) += sy, wide(y[i].z) += sz;
   }
@@ -122,7 +123,7 @@ void BatchConjugateGradients::advance(const Lanes& alpha, Lanes& rr, Lanes& rz) 
     const Wide rx = wide(r_[i].x) - here * wide(ap_[i].x), ry = wide(r_[i].y) - here * wide(ap_[i].y),
                rz_i = wide(r_[i].z) - here * wide(ap_[i].z);
     wide(r_[i].x) = rx, wide(r_[i].y) = ry, wide(r_[i].z) = rz_i;
-    const Block& b = inverse_[i];
+    const Symmetric& b = inverse_[i];
     const Wide zx = b.xx * rx + b.xy * ry + b.xz * rz_i, zy = b.xy * rx + b.yy * ry + b.yz * rz_i,
                zz = b.xz * rx + b.yz * ry + b.zz * rz_i;
     wide(z_[i].x) = zx, wide(z_[i].y) = zy, wide(z_[i].z) = zz;

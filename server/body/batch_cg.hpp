@@ -1,19 +1,17 @@
 // Conjugate gradients for several right-hand sides side by side, in single precision, 3x3 block-Jacobi preconditioned:
 //
-//     A X = B,     A = c_m M + c_d D + c_k K at one state, rows and columns of held nodes those of the identity
+//     A X = B,     A symmetric, rows and columns of held nodes those of the identity (Dynamics::assemble)
 //
 // Each column has its own coefficients, and another takes its place as soon as it is done; what the columns share is the way
-// through the matrix, which is what a product costs. A is not put together: a product goes over the elements (tangents.hpp), each
-// of which reads two nodes and has five numbers of its own. Eight columns cost what one costs, to within the width of the
-// processor's registers, and on a body that does not fit into the caches to within a tenth. Sums over nodes are in double
-// precision and in a fixed order.
+// through the matrix, which is what a product costs. Of A the upper half is kept, a block for each pair of nodes that share an
+// element, whatever the element is. Sums over nodes are in double precision and in a fixed order.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "server/body/tangents.hpp"
+#include "server/body/block_matrix.hpp"
 
 namespace palpate {
 
@@ -28,8 +26,8 @@ class BatchConjugateGradients {
   static constexpr int kColumns = 8;
   static constexpr double kTightest = 1e-5;  ///< of |b|: single precision gets no further
 
-  /// The matrix, at the state of `tangents`; nothing of the arguments is kept.
-  void prepare(const Tangents& tangents, double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp);
+  /// Takes a copy of A.
+  void prepare(const BlockMatrix& a, const std::vector<std::uint8_t>& held);
   /// |A x - b| <= max(tolerance, kTightest) |b| for each of any number of columns, as far as the recursion can tell. Rows of held
   /// nodes are taken for zero in b and are zero in x. Returns the iterations of all columns together. `positive_definite` becomes
   /// false, and the columns keep what was found so far, when a direction of non-positive curvature shows.
@@ -39,12 +37,14 @@ class BatchConjugateGradients {
   struct alignas(32) Rows {  // what one node does in all columns
     float x[kColumns], y[kColumns], z[kColumns];
   };
-  struct Element {
-    float n[3], axial, across;
-    std::uint32_t b;
+  struct Pair {  // block (i, column) of the row i that it belongs to, i < column
+    float block[9];
+    std::uint32_t column;
   };
-  struct Block {
-    float xx, xy, xz, yy, yz, zz;
+  struct Symmetric {
+    Symmetric() = default;
+    explicit Symmetric(const Mat3& m);
+    float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
   };
   struct Lanes {  // one number a column
     double v[kColumns] = {};
@@ -57,11 +57,10 @@ class BatchConjugateGradients {
   void turn(const Lanes& beta);
   static Lanes dot(const std::vector<Rows>& a, const std::vector<Rows>& b);
 
-  float spatial_ = 1;  // 0 for a planar body: nothing couples its nodes across the plane
-  std::vector<std::uint32_t> first_;
-  std::vector<Element> elements_;
-  std::vector<float> mass_, free_;  // c_m m; 0 for a held node, 1 for others
-  std::vector<Block> inverse_;      // of the diagonal
+  std::vector<std::uint32_t> first_;  // pairs of row i: first_[i] ... first_[i + 1] - 1
+  std::vector<Pair> pairs_;
+  std::vector<Symmetric> diagonal_, inverse_;  // and its inverse
+  std::vector<float> free_;                    // 0 for a held node, 1 for others
   std::vector<Rows> x_, r_, z_, p_, ap_;
 };
 

@@ -1,4 +1,4 @@
-// The equations of motion of a lumped-element body,
+// The equations of motion of a body of lumped masses, joined by springs or filled with finite elements,
 //
 //     M x'' = F(x, x') + B lambda,       K = -dF/dx,   D = -dF/dx'
 //
@@ -10,16 +10,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "server/body/block_matrix.hpp"
-#include "server/body/element_kernel.hpp"
-#include "server/scene/scene.hpp"
+#include "server/body/springs.hpp"
+#include "server/body/tetrahedra.hpp"
 
 namespace palpate {
-
-struct BodyState {
-  double time_s = 0;
-  Vector x, v;
-};
 
 class Dynamics {
  public:
@@ -29,6 +23,7 @@ class Dynamics {
   const LumpedBody& body() const { return *body_; }
   const Vector& masses() const { return masses_; }  ///< 3 N, each node's mass three times [kg]
   BodyState rest_state() const;
+  const Tetrahedra& tetrahedra() const { return tetrahedra_; }
 
   /// F(x, v): element forces and gravity.
   void forces(const Vector& x, const Vector& v, Vector& f) const;
@@ -37,30 +32,22 @@ class Dynamics {
 
   /// An empty matrix on the body's pattern.
   BlockMatrix make_matrix() const;
-  /// A = c_m M + c_d D + c_k K with the symmetric part of K; see ElementKernel for `clamp`. Rows of held nodes become identity.
+  /// A = c_m M + c_d D + c_k K with the symmetric part of K; see ElementKernel and TetraTangent for `clamp`. Rows of held nodes
+  /// become identity.
   void assemble(const BodyState& state, double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                 BlockMatrix& a) const;
   /// Products with the unmasked symmetric tangents at a state: K y and D y, element by element. For many products see
   /// tangents.hpp.
   void multiply_tangents(const BodyState& state, const Vector& y, Vector& k_y, Vector& d_y) const;
-  /// Exact (unsymmetric) K y, for comparison with finite differences.
-  Vector multiply_stiffness_exact(const BodyState& state, const Vector& y) const;
-
   /// Kinetic plus elastic energy, gravity included [J].
   double energy(const BodyState& state) const;
 
  private:
-  ElementState element_state(const Element& e, const Vector& x, const Vector& v) const;
-
   const LumpedBody* body_;
-  ElementKernel kernel_;
   Vector masses_;
   BlockMatrix pattern_;
-  struct Entries {
-    std::uint32_t aa, ab, ba, bb;
-  };
-  std::vector<Entries> entries_;
-  std::vector<std::uint32_t> first_, incident_;  // elements of each node
+  Springs springs_;
+  Tetrahedra tetrahedra_;
 };
 
 /// Sets the rows of held nodes to zero.

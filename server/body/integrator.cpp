@@ -10,24 +10,10 @@ namespace {
 
 constexpr int kNewtonMax = 30;
 constexpr double kSolveTolerance = 1e-2;     // of one inexact Newton step
-constexpr double kResponseTolerance = 1e-2;  // of A^-1 B
-constexpr double kSlidFar = 0.1;             // of the weights of a point: A^-1 B is solved for anew
+constexpr double kResponseTolerance = 3e-3;  // of A^-1 B: it steers the iteration, it does not set the answer
 
 auto node_at(Vector& v, std::uint32_t i) { return v.segment<3>(3 * static_cast<Eigen::Index>(i)); }
 auto node_at(const Vector& v, std::uint32_t i) { return v.segment<3>(3 * static_cast<Eigen::Index>(i)); }
-
-/// Sum of |p_i - q_i|, both sorted by node: 0 for one point, 2 for points with nothing in common.
-double distance(const Skin::Weights& p, const Skin::Weights& q) {
-  double sum = 0;
-  for (auto i = p.begin(), j = q.begin(); i != p.end() || j != q.end();) {
-    const bool of_p = j == q.end() || (i != p.end() && i->first <= j->first);
-    const bool of_q = i == p.end() || (j != q.end() && j->first <= i->first);
-    sum += std::abs((of_p ? i->second : 0.0) - (of_q ? j->second : 0.0));
-    if (of_p) ++i;
-    if (of_q) ++j;
-  }
-  return sum;
-}
 
 }  // namespace
 
@@ -43,10 +29,8 @@ Integrator::Integrator(const Dynamics& dynamics, const Skin& skin, const Integra
       skin_(&skin),
       options_(options),
       a_(dynamics.make_matrix()),
-      solver_(dynamics.nodes(), options.solver),
-      tangents_(dynamics) {
-  const auto& elements = dynamics.body().elements;
-  for (const Element& e : elements) spacing_m_ += e.rest_length_m / static_cast<double>(elements.size());
+      solver_(dynamics.nodes(), options.solver) {
+  spacing_m_ = mean_edge_m(dynamics.body());
 }
 
 AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
@@ -184,20 +168,13 @@ bool Integrator::begin_contacts(const std::vector<Vec3>& tool_points, const Body
   return any;
 }
 
-void Integrator::forget_responses() {
-  for (PortResponse& r : responses_) r.valid = false;
-}
-
 bool Integrator::refresh_matrix(const BodyState& state, double a, AdvanceReport& report) {
-  // A^-1 B stays while the step does: it only steers.
-  if (!(std::abs(responses_a_ - a) < 0.01 * a) || matrix_held_ != held_) forget_responses();
+  for (PortResponse& r : responses_) r.valid = false;
   ++report.factorisations;
-  batch_ready_ = false;
   for (const bool clamp : {false, true}) {
     dynamics_->assemble(state, 1, a, a * a, held_, clamp, a_);
     if (!solver_.factorise(a_)) continue;
     matrix_a_ = a;
-    matrix_clamp_ = clamp;
     matrix_held_ = held_;
     return true;
   }
@@ -205,87 +182,48 @@ bool Integrator::refresh_matrix(const BodyState& state, double a, AdvanceReport&
   return false;
 }
 
-void Integrator::solve_responses(const BodyState& state, const std::vector<std::size_t>& which, double a, AdvanceReport& report) {
-  std::vector<Vector> inputs;
-  for (const std::size_t k : which)
-    for (int axis = 0; axis < 3; ++axis) {
-      inputs.emplace_back(Vector::Zero(dynamics_->masses().size()));
-      scatter(responses_[k].b, Vec3::Unit(axis), inputs.back());
-      mask(held_, inputs.back());
-    }
-  std::vector<SolveColumn> columns;
-  for (std::size_t c = 0; c < inputs.size(); ++c) columns.push_back({&inputs[c], &responses_[which[c / 3]].w[c % 3]});
-  if (solver_.is_direct()) {
-    for (const SolveColumn& column : columns) solver_.solve(*column.b, kResponseTolerance, *column.x);
-    return;
+void Integrator::update_response(std::size_t port, const SurfacePoint& point, double a, AdvanceReport& report) {
+  PortResponse& r = responses_[port];
+  if (r.valid && r.point.triangle == point.triangle && r.point.weight == point.weight) return;
+  r.b = skin_->weights(point);
+  if (r.w.rows() != a_.rows() * 3) r.w.setZero(static_cast<Eigen::Index>(a_.rows()) * 3, 3);
+  for (int axis = 0; axis < 3; ++axis) {
+    Vector b = Vector::Zero(r.w.rows());
+    scatter(r.b, Vec3::Unit(axis), b);
+    mask(held_, b);
+    Vector column = r.w.col(axis);
+    report.solver_iterations += solver_.solve(b, kResponseTolerance, column).iterations;
+    r.w.col(axis) = column;
+    r.compliance.col(axis) = a * a * gather(r.b, column);
   }
-  if (!batch_ready_) {
-    tangents_.take(state);
-    batch_.prepare(tangents_, 1, a, a * a, held_, matrix_clamp_);
-    batch_ready_ = true;
-  }
-  bool definite = true;  // what is found until it is not serves as well
-  report.solver_iterations += batch_.solve(columns, kResponseTolerance, definite);
+  r.compliance = 0.5 * (r.compliance + r.compliance.transpose()).eval();
+  r.point = point;
+  r.valid = true;
 }
 
-/// A^-1 B of the touching ports, and answers_.
-void Integrator::update_responses(const BodyState& state, const std::vector<ToolPort>& ports,
-                                  const std::vector<std::size_t>& touching, double a, AdvanceReport& report) {
-  std::vector<std::size_t> stale;
-  for (const std::size_t k : touching) {
-    PortResponse& r = responses_[k];
-    r.b = skin_->weights(ports[k].point);
-    if (r.valid && distance(r.b, r.of_w) <= kSlidFar) continue;
-    stale.push_back(k);
-    r.of_w = r.b;
-    r.valid = true;
-  }
-  if (!stale.empty()) solve_responses(state, stale, a, report);
-  responses_a_ = a;
-  const auto n = static_cast<Eigen::Index>(touching.size());
-  answers_.resize(3 * n, 3 * n);
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < 3 * n; ++j)
-      answers_.block<3, 1>(3 * i, j) =
-          a * a *
-          gather(responses_[touching[static_cast<std::size_t>(i)]].b,
-                 responses_[touching[static_cast<std::size_t>(j / 3)]].w[static_cast<std::size_t>(j % 3)]);
-  answers_ = 0.5 * (answers_ + answers_.transpose()).eval();
-}
-
-/// dv is the answer to the forces of before. Ports answer one after the other, each seeing the newest forces of the others.
 void Integrator::close_ports(const Stage& stage, const std::vector<Vec3>& tool_points, const std::vector<Vec3>& normals,
-                             const std::vector<std::size_t>& touching, const BodyState& state, std::vector<ToolPort>& ports,
-                             Vector& dv, std::vector<Vec3>& slips) {
-  constexpr int kSweepsMax = 40;
-  constexpr double kSettled = 1e-4;  // of the largest force: what a sweep changes it by
-  const auto n = static_cast<Eigen::Index>(touching.size());
-  Vector p_end(3 * n), change = Vector::Zero(3 * n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const std::size_t k = touching[static_cast<std::size_t>(i)];
-    const Skin::Weights& b = responses_[k].b;
-    p_end.segment<3>(3 * i) = skin_->position(ports[k].point, b, state.x) + stage.a * gather(b, dv);
+                             const BodyState& state, std::vector<ToolPort>& ports, Vector& dv, std::vector<Vec3>& slips,
+                             AdvanceReport& report) {
+  // dv is the free answer. Ports answer one after the other, each seeing the newest forces of the others.
+  constexpr int kSweeps = 4;
+  std::vector<std::size_t> touching;
+  for (std::size_t k = 0; k < ports.size(); ++k) {
+    if (ports[k].kind != ContactKind::touch || !ports[k].touching) continue;
+    touching.push_back(k);
+    update_response(k, ports[k].point, stage.a, report);
+    dv += stage.a * (responses_[k].w * ports[k].lambda);
   }
-  for (int sweep = 0; sweep < kSweepsMax; ++sweep) {
-    double largest_n = 0, changed_n = 0;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const std::size_t k = touching[static_cast<std::size_t>(i)];
+  for (int sweep = 0; sweep < (touching.size() > 1 ? kSweeps : 1); ++sweep)
+    for (const std::size_t k : touching) {
       ToolPort& port = ports[k];
-      const Mat3 compliance = answers_.block<3, 3>(3 * i, 3 * i);
-      const Vec3 p = p_end.segment<3>(3 * i) + answers_.middleRows<3>(3 * i) * change;
-      const ContactClosure closure =
-          close_contact(p - compliance * port.lambda, compliance, normals[k], tool_points[k], port.parameters);
-      const Vec3 step = closure.lambda - port.lambda;
-      change.segment<3>(3 * i) += step;
+      const PortResponse& r = responses_[k];
+      const Vec3 p_end = skin_->position(port.point, r.b, state.x) + stage.a * gather(r.b, dv);
+      const Vec3 p_free = p_end - r.compliance * port.lambda;
+      const ContactClosure closure = close_contact(p_free, r.compliance, normals[k], tool_points[k], port.parameters);
+      dv += stage.a * (r.w * (closure.lambda - port.lambda));
       port.lambda = closure.lambda;
       slips[k] = closure.slip;
-      largest_n = std::max(largest_n, port.lambda.norm());
-      changed_n = std::max(changed_n, step.norm());
     }
-    if (n == 1 || changed_n <= kSettled * largest_n) break;
-  }
-  for (Eigen::Index j = 0; j < 3 * n; ++j)
-    dv += stage.a * change[j] * responses_[touching[static_cast<std::size_t>(j / 3)]].w[static_cast<std::size_t>(j % 3)];
 }
 
 bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points, BodyState& state, std::vector<ToolPort>& ports,
@@ -297,12 +235,12 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
   };
   place();
   std::vector<Vec3> normals(ports.size(), Vec3::UnitZ()), slips(ports.size(), Vec3::Zero());
-  std::vector<std::size_t> touching;
+  bool any_contact = false;
   for (std::size_t k = 0; k < ports.size(); ++k)
     if (ports[k].kind == ContactKind::touch && ports[k].touching) {
-      if (touching.empty()) skin_->place(state.x, skin_positions_);
+      if (!any_contact) skin_->place(state.x, skin_positions_);
       normals[k] = normal_at(skin_->view(), skin_positions_, ports[k].point);
-      touching.push_back(k);
+      any_contact = true;
     }
 
   bool fresh = false;
@@ -314,10 +252,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
   Vector dv;
   for (int iteration = 0; iteration < kNewtonMax; ++iteration) {
     ++report.newton_iterations;
-    if (!touching.empty() && (iteration == 0 || !responses_[touching.front()].valid))
-      update_responses(state, ports, touching, a, report);
     dynamics_->forces(state.x, state.v, f_);
-    for (const std::size_t k : touching) scatter(responses_[k].b, ports[k].lambda, f_);
     r_ = dynamics_->masses().cwiseProduct(stage.v_hat - state.v) + a * f_;
     mask(held_, r_);
     dv = Vector::Zero(r_.size());
@@ -328,7 +263,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
       fresh = true;
       continue;
     }
-    if (!touching.empty()) close_ports(stage, tool_points, normals, touching, state, ports, dv, slips);
+    if (any_contact) close_ports(stage, tool_points, normals, state, ports, dv, slips, report);
     state.v += dv;
     place();
     const double move = a * dv.cwiseAbs().maxCoeff();
@@ -350,7 +285,6 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
     if (iteration > 0 && move > 0.25 * last_move) {
       if (fresh && iteration > 8 && move > 0.9 * last_move) return false;
       if (!fresh || iteration % 4 == 0) {
-        if (fresh) forget_responses();
         if (!refresh_matrix(state, a, report)) return false;
         fresh = true;
       }

@@ -6,13 +6,10 @@
 //     gamma))
 // so each stage solves, with x^ and v^ known,
 //     x = x^ + a v,   M (v - v^) = a (F(x, v) + B lambda)
-// by Newton's method on v with A = M + a D + a^2 K (symmetric part), kept as long as it converges well. A^-1 B, by which the
-// forces of the tools answer one another within an iteration, steers it and does not set the answer: it is solved for roughly,
-// for all tools side by side, and kept while a tool slides a little.
+// by Newton's method on v with A = M + a D + a^2 K (symmetric part), kept as long as it converges well.
 //
 // A tool is a port on the body (ToolPort). attach: its node has the tool's position and velocity. touch: lambda comes from the
-// contact law (contact_law.hpp) with p_free the point's end-of-stage position at lambda = 0 and C = a^2 B^T A^-1 B; those of
-// several tools by sweeps over them.
+// contact law (contact_law.hpp) with p_free the point's end-of-stage position at lambda = 0 and C = a^2 B^T A^-1 B.
 // A contact that no hand could hold has gone wrong (a tool that was thrown through the body hangs on its far side, or two rigid
 // ones ask for the impossible) and ends: its tool is kFarSpacings from its point with more than kFarN between them, or pushes
 // with more than kMostN. A tool that is still inside touches again where it now is. A step in which a contact begins or ends is
@@ -20,12 +17,10 @@
 // drive every stage.
 #pragma once
 
-#include <array>
 #include <functional>
 #include <vector>
 
 #include "common/port/contact_law.hpp"
-#include "server/body/batch_cg.hpp"
 #include "server/body/dynamics.hpp"
 #include "server/body/linear_solver.hpp"
 #include "server/body/skin.hpp"
@@ -83,10 +78,12 @@ class Integrator {
     double a = 0, end_s = 0;
     Vector x_hat, v_hat;
   };
-  struct PortResponse {  // of one touching port
+  struct PortResponse {  // of one touching port under the current matrix
     bool valid = false;
-    Skin::Weights b, of_w;    // of its point; of the point that w was solved for
-    std::array<Vector, 3> w;  // A^-1 B
+    SurfacePoint point;
+    Skin::Weights b;
+    Eigen::Matrix<double, Eigen::Dynamic, 3> w;  // A^-1 B
+    Mat3 compliance = Mat3::Zero();              // a^2 B^T A^-1 B
   };
 
   bool step(BodyState& state, std::vector<ToolPort>& ports, double h, const ToolMotion& tools, AdvanceReport& report);
@@ -94,14 +91,11 @@ class Integrator {
                    AdvanceReport& report);
   bool newton(const Stage& stage, const std::vector<Vec3>& tool_points, BodyState& state, std::vector<ToolPort>& ports,
               AdvanceReport& report);
-  void forget_responses();
   bool refresh_matrix(const BodyState& state, double a, AdvanceReport& report);
-  void update_responses(const BodyState& state, const std::vector<ToolPort>& ports, const std::vector<std::size_t>& touching,
-                        double a, AdvanceReport& report);
-  void solve_responses(const BodyState& state, const std::vector<std::size_t>& which, double a, AdvanceReport& report);
+  void update_response(std::size_t port, const SurfacePoint& point, double a, AdvanceReport& report);
   void close_ports(const Stage& stage, const std::vector<Vec3>& tool_points, const std::vector<Vec3>& normals,
-                   const std::vector<std::size_t>& touching, const BodyState& state, std::vector<ToolPort>& ports, Vector& dv,
-                   std::vector<Vec3>& slips);
+                   const BodyState& state, std::vector<ToolPort>& ports, Vector& dv, std::vector<Vec3>& slips,
+                   AdvanceReport& report);
   bool is_lost(const ToolPort& port, const Vec3& tool, const BodyState& state) const;
   bool begin_contacts(const std::vector<Vec3>& tool_points, const BodyState& state, std::vector<ToolPort>& ports) const;
   void total_forces(const BodyState& state, const std::vector<ToolPort>& ports, Vector& f) const;
@@ -115,14 +109,8 @@ class Integrator {
   BlockMatrix a_;
   LinearSolver solver_;
   double matrix_a_ = 0;  // the a of the factorised matrix, 0 = none
-  bool matrix_clamp_ = false;
   std::vector<std::uint8_t> matrix_held_;
-  double responses_a_ = 0;  // the a that they were solved for
   std::vector<PortResponse> responses_;
-  Matrix answers_;  // of touching ports to one another: a^2 B_k^T A^-1 B_l
-  Tangents tangents_;
-  BatchConjugateGradients batch_;  // with A, where that is not factorised
-  bool batch_ready_ = false;
   Vector trend_;  // acceleration over the last stage [m/s^2], empty after a jump
   std::vector<double> skin_positions_;
   Vector f_, r_;

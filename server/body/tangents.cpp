@@ -53,13 +53,12 @@ Tangents::Tangents(const Dynamics& dynamics) : dynamics_(&dynamics), order_(dyna
     const auto p = ends(i), q = ends(j);
     return p != q ? p < q : i < j;
   });
-  elements_.resize(order_.size());
+  springs_.resize(order_.size());
   first_.assign(dynamics.nodes() + 1, 0);
   for (std::size_t k = 0; k < order_.size(); ++k) {
     const auto [a, b] = ends(order_[k]);
-    elements_[k].a = a;
-    elements_[k].b = b;
-    elements_[k].damping_n_s_m = elements[order_[k]].damping_n_s_m;
+    springs_[k].b = b;
+    springs_[k].damping_n_s_m = elements[order_[k]].damping_n_s_m;
     ++first_[a + 1];
   }
   std::partial_sum(first_.begin(), first_.end(), first_.begin());
@@ -69,17 +68,23 @@ void Tangents::take(const BodyState& state) {
   const LumpedBody& body = dynamics_->body();
   const ElementKernel kernel(body.law, body.stiffening);
   for (std::size_t k = 0; k < order_.size(); ++k) {
-    ElementTangent& e = elements_[k];
-    const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
-    const ElementState s = kernel.evaluate(body.elements[order_[k]], state.x.segment<3>(b) - state.x.segment<3>(a),
-                                           state.v.segment<3>(b) - state.v.segment<3>(a));
+    Spring& e = springs_[k];
+    const Element& element = body.elements[order_[k]];
+    const ElementState s = kernel.evaluate(element, at_node(state.x, element.b) - at_node(state.x, element.a),
+                                           at_node(state.v, element.b) - at_node(state.v, element.a));
     e.direction = s.direction;
     e.slope_n_m = s.slope;
     e.across_n_m = s.axial * s.inv_length;
   }
+  tetrahedra_ = dynamics_->tetrahedra().tangents(state);
 }
 
-void Tangents::multiply(const Matrix& y, bool clamp, Matrix& k_y, Matrix& d_y) const {
+void Tangents::multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
+  multiply_springs(y, k_y, d_y);
+  dynamics_->tetrahedra().add_products(tetrahedra_, y, k_y, d_y);
+}
+
+void Tangents::multiply_springs(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
   const std::size_t nodes = dynamics_->nodes();
   const double spatial = dynamics_->body().planar ? 0.0 : 1.0;  // a planar body knows nothing of motion across its plane
   k_y.resize(y.rows(), y.cols());
@@ -93,9 +98,9 @@ void Tangents::multiply(const Matrix& y, bool clamp, Matrix& k_y, Matrix& d_y) c
       const Wide x = wide(in[i].x), y_i = wide(in[i].y), z = wide(in[i].z);
       Wide kx{}, ky{}, kz{}, dx{}, dy{}, dz{};
       for (std::uint32_t at = first_[i]; at < first_[i + 1]; ++at) {
-        const ElementTangent& e = elements_[at];
+        const Spring& e = springs_[at];
         const double nx = e.direction[0], ny = e.direction[1], nz = e.direction[2];
-        const double t = across(e, clamp), axial = e.slope_n_m - t;
+        const double t = e.across_n_m, axial = e.slope_n_m - t;
         const Rows& other = in[e.b];
         const Wide ux = x - wide(other.x), uy = y_i - wide(other.y), uz = spatial * (z - wide(other.z));
         const Wide along = nx * ux + ny * uy + nz * uz;

@@ -11,7 +11,6 @@ constexpr Micros kRemembered{4'000'000};    // of a station's timeline behind th
 constexpr Micros kLongestSaid{60'000'000};  // of what a beat says of how far the room is behind
 constexpr Micros kLongBridge{120'000};
 constexpr int kLongBridgeOrder = 16;  // as exact as 22 there, within 0.1 dB
-constexpr Micros kOneClock{5'000};    // two offsets that differ by less than this beyond their uncertainty are one clock
 
 }  // namespace
 
@@ -40,15 +39,14 @@ Micros ServerCore::playout(Micros now) const {
   int waited_for = 0;
   for (const auto& [id, station] : stations_) {
     if (!station.pushes() || station.timeline.empty() || !punctual(station)) continue;
-    if (station.usual_lag > least_lag + kMostWait) continue;
     known = std::min(known, station.timeline.newest());
-    wait = std::max(wait, station.usual_lag);
+    wait = std::max(wait, std::min(station.usual_lag, least_lag + kMostWait));
     ++waited_for;
   }
   auto target = now;
   if (known != Micros::max()) {
     target = known;  // exactly a sample, even where it lies ahead of `now` by an error of the clocks
-    if (waited_for > 1) target = std::max(target, now - wait - kPlayoutSlack);
+    if (waited_for > 1) target = std::max(target, now - wait);
   } else if (least_late != Micros::max()) {
     target = now - least_late;
   }
@@ -93,10 +91,12 @@ int ServerCore::order(const Station& station, Micros bridged) const {
   return bridged >= kLongBridge ? kLongBridgeOrder : 0;
 }
 
-/// How old its patches get before the next: as the station measures it, else what the round trip lets expect.
+/// How old its patches get before the next: as the station measures it, and no less than the body's age in this frame lets
+/// expect. That is known before the station has said anything, and at once when the body lags behind for another's samples.
 Micros ServerCore::bridge(const Station& station) const {
-  if (station.patch_age > Micros{}) return std::min(station.patch_age, kBridgeMost);
-  return station.clock.rtt().mean + compute_mean_ + from_seconds(1 / options_.rate_hz);
+  const auto rtt = station.clock.rtt().mean;
+  const auto expected = std::max(rtt, lag_ + rtt / 2) + compute_mean_ + from_seconds(1 / options_.rate_hz);
+  return std::min(std::max(station.patch_age, expected), kBridgeMost);
 }
 
 std::optional<FrameJob> ServerCore::next_job(Micros now) {
@@ -146,13 +146,13 @@ void ServerCore::give(Station& station, StationFrame& frame, Micros now) {
   station.shown = {station.hello.station, frame.tool, frame.force, frame.contact};
   station.has_shown = true;
   station.contact_in_reach = frame.patch.has_value();
-  if (!frame.patch) return beat(station);
+  if (!frame.patch || is_lost(station, *frame.patch)) return beat(station);
   frame.patch->stamp = station_time(station, frame.patch->stamp);
   frame.patch->seq = ++station.patch_seq;
   const auto pieces = frame.terms.variables > 0 ? to_pieces(frame.terms, frame.patch->seq) : std::vector<PatchTerms>{};
   station.outbox.terms.assign(pieces.begin(), pieces.end());
   station.outbox.patch = std::move(frame.patch);
-  station.outbox.patch_copies = station.loses ? 2 : 1;
+  station.outbox.patch_copies = station.patch_copies;
   station.outbox.beat.reset();
   // Patches are all that a station in contact gets. Beside them it hears now and then how the link and the room do, and at once
   // when the room falls behind or keeps up again.
@@ -161,6 +161,14 @@ void ServerCore::give(Station& station, StationFrame& frame, Micros now) {
   station.slow_known = slow;
   station.next_report = now + kLinkReportEvery;
   station.outbox.beat = beat_for(station);
+}
+
+/// Whether nothing is known of the tool for longer than the patch lasts: it would be played from where the tool is not any more.
+/// The samples of a shadow's tool come over the way of another station, and may take as long as that one's patches bridge.
+bool ServerCore::is_lost(const Station& station, const Patch& patch) const {
+  const Station* const owner = tool_of(station);
+  if (!owner || owner->timeline.empty()) return false;
+  return patch.stamp - owner->timeline.newest() > std::max(patch.valid_for, 2 * bridge(*owner));
 }
 
 void ServerCore::beat_all() {
@@ -178,18 +186,15 @@ Beat ServerCore::beat_for(const Station& station) const {
   return beat;
 }
 
-/// The station whose timeline relates the server's clock to this one's, if there is one.
-const Station* ServerCore::clock_owner(const Station& station) const {
-  if (!station.timeline.empty()) return &station;
-  if (station.hello.shadow_of.empty() || !station.clock.locked()) return nullptr;
-  const auto* owner = find(station.hello.shadow_of);
-  if (!owner || owner->timeline.empty()) return nullptr;
-  const auto apart = std::chrono::abs(station.clock.offset() - owner->clock.offset());
-  return apart <= (station.clock.rtt().min + owner->clock.rtt().min) / 2 + kOneClock ? owner : nullptr;
+/// The station whose samples say where the tool of this one is; none where that one has left.
+const Station* ServerCore::tool_of(const Station& station) const {
+  return station.hello.shadow_of.empty() ? &station : find(station.hello.shadow_of);
 }
 
+/// By the samples of its tool where there are any.
 Micros ServerCore::station_time(const Station& station, Micros server_time) const {
-  if (const auto* owner = clock_owner(station)) return owner->timeline.to_station(server_time);
+  const Station* const owner = tool_of(station);
+  if (owner && !owner->timeline.empty()) return owner->timeline.to_station(server_time);
   return station.clock.locked() ? station.clock.to_peer(server_time) : Micros{};
 }
 

@@ -29,6 +29,7 @@ void ServerCore::tick(Micros now) {
     job_.reset();
     return beat_all();
   }
+  lag_ = now - target;
   job_ = make_job(target);
 }
 
@@ -54,7 +55,7 @@ std::vector<StationReport> ServerCore::stations() const {
   std::vector<StationReport> reports;
   for (const auto& [id, s] : stations_)
     reports.push_back({id, s.hello.station, s.hello.role, s.hello.scheme, s.hello.shadow_of, s.clock.rtt(), s.clock.offset(),
-                       s.clock.drift_ppm(), s.seq.counts(), bridge(s), s.counts});
+                       s.clock.drift_ppm(), s.seq.counts(), bridge(s), s.patch_age, s.counts});
   return reports;
 }
 

@@ -8,18 +8,23 @@
 // Frames are due at the multiples of 1 / rate_hz from the first tick on. Whoever drives the core hands over all datagrams that
 // came by a moment before it ticks at that moment.
 //
-// Playout: a frame simulates up to the newest moment for which the samples of every punctual station are known (a station is
-// punctual while its newest sample came within kLateAfter). Nobody waits for more than kMostWait: a station whose samples are
-// usually so much older than those of the quickest is not waited for, and of several stations one whose samples stay out is not
-// waited for beyond its usual lag and kPlayoutSlack. A tool whose samples are not there yet goes on as it went for a while, and
-// is led back to where it truly was when they come (tool_track.hpp). When all are late the body goes on at the lag of the least
-// late one. With no haptic station the body runs on the server's clock. Body
-// time is the server's clock; it never goes back, a frame that would advance it by less than kLeastFrame is skipped, one by more
-// than kLongestFrame is cut there.
+// Playout: every station has a jitter buffer, the age that the newest known of its samples rarely exceeds before the next one
+// comes: it grows at once when samples come later, and shrinks slowly. With one punctual station (its newest sample came within
+// kLateAfter) a frame goes up to that sample: nothing is gained by waiting, and nothing is known beyond. With several it goes as
+// far as all are known, but waits for nobody longer than that station's jitter buffer, nor longer than kMostWait beyond the
+// quickest station's: a slow hand costs a quick one that much age and no more. A tool whose samples are not there yet goes on as
+// it went for a while, and is led back to where it truly was when they come (tool_track.hpp); its patches are newer for it, which
+// is worth more to the slow hand than what its tool is off by (`palpate-lab beside`). When all are late the body goes on at the
+// lag of the least late one. With no haptic station the body runs on the server's clock. Body time is the server's clock; it
+// never goes back, a frame that would advance it by less than kLeastFrame is skipped, one by more than kLongestFrame is cut
+// there.
 //
 // A patch is stamped, on its way out, in the clock of the station it goes to: for a station's own samples that is the exact
-// inverse of the mapping they came by (timeline.hpp). A shadow gets its stamps through the timeline of the station whose tool
-// it shares when their clocks agree within the uncertainty of both (they run in one process), else through its own clock.
+// inverse of the mapping they came by (timeline.hpp). A shadow lives in the process of the station whose tool it shares and gets
+// its stamps through the timeline of that station.
+//
+// A station whose newest sample is older at the stamp than its patch is valid for gets a beat in place of the patch: its force
+// fades as if nothing came from here either, and comes back with its samples.
 //
 // A room that takes longer over a frame than there is time for skips the frames that fall due meanwhile: it slows down. It says
 // so in its beats (rate_hz, behind), and to stations that get patches in a beat beside them. Stamps stay those of the body.
@@ -32,12 +37,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "common/record/recording.hpp"
 #include "common/wire/codec.hpp"
 #include "common/wire/messages.hpp"
 #include "server/core/room_facts.hpp"
@@ -56,13 +63,13 @@ struct ServerOptions {
 inline constexpr Micros kSilentAfter{1'000'000};  ///< another peer may take the name of a station silent for so long
 inline constexpr Micros kGoneAfter{3'000'000};    ///< a station silent for so long has left
 inline constexpr Micros kLateAfter{150'000};      ///< no newer sample for so long: the tool stands still
-inline constexpr Micros kMostWait{100'000};       ///< that a station's patches are older for the sake of another's samples
-inline constexpr Micros kPlayoutSlack{20'000};    ///< beyond its usual lag, that the others wait for a station's samples
+inline constexpr Micros kMostWait{20'000};        ///< that patches are older for the sake of a slower station's samples
 inline constexpr Micros kSampleAhead{250'000};    ///< a sample may lie so far in the future while the clocks settle
 inline constexpr Micros kLeastFrame{1'000};
 inline constexpr Micros kBridgeMost{2'000'000};     ///< a station that says more is not believed
-inline constexpr double kLossyShare = 0.002;        ///< a station that loses more of our datagrams gets every patch twice
-inline constexpr int kLossyJudged = 20;             ///< of so many at least
+inline constexpr double kPatchesLost = 0.002;       ///< share of the patches that may get lost: else they go more than once
+inline constexpr int kPatchCopiesMost = 3;          ///< datagrams that carry the same patch
+inline constexpr int kLossJudged = 20;              ///< datagrams at least, before a station's word on what it loses counts
 inline constexpr Micros kLinkReportEvery{250'000};  ///< Beat beside the patches, that tells how link and room do
 inline constexpr Micros kLongestFrame{500'000};
 inline constexpr double kSlowBelow = 0.95;  ///< of the frame rate: a room that has time for less says so to its stations
@@ -108,6 +115,9 @@ class ServerCore {
   /// Moment up to which the body was simulated. Meaningful from the first tick on.
   Micros body_time() const { return body_time_; }
 
+  /// Hears who comes, goes and is refused, and why.
+  std::function<void(const RecordedEvent&)> on_event;
+
   /// Everyone is told and forgotten.
   void shut_down();
 
@@ -136,6 +146,7 @@ class ServerCore {
   std::optional<Refuse> objection(const Hello& hello, const Station* in_place_of) const;
   void refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit);
   void drop_silent(Micros now);
+  void tell(RecordedEventKind kind, StationId id, const Hello& hello, const std::string& text, Micros now) const;
   Station* find(const std::string& name);
   const Station* find(const std::string& name) const;
 
@@ -151,7 +162,8 @@ class ServerCore {
   void beat_all();
   void beat(Station& station);
   void give(Station& station, StationFrame& frame, Micros now);
-  const Station* clock_owner(const Station& station) const;
+  bool is_lost(const Station& station, const Patch& patch) const;
+  const Station* tool_of(const Station& station) const;
   Micros station_time(const Station& station, Micros server_time) const;
 
   // emit.cpp
@@ -176,6 +188,7 @@ class ServerCore {
   bool started_ = false, job_out_ = false;
   std::optional<FrameJob> job_;
   Micros first_tick_{}, body_time_{}, job_began_{}, compute_mean_{}, longest_frame_{};
+  Micros lag_{};  ///< how old the body's state is already when its frame falls due
   std::uint64_t next_frame_ = 0;
   std::deque<std::uint8_t>
       lately_;  ///< of the frames that fell due in the last second: 1 skipped because the last one took too long

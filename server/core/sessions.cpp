@@ -9,11 +9,19 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t kMostReplies = 2 * kMaxStations;
-constexpr std::size_t kMostMeshPieces = 64;  // asked for and not yet sent, a viewer
+constexpr std::size_t kMostMeshPieces = 64;     // asked for and not yet sent, a viewer
+constexpr Micros kLagUp{4'900}, kLagDown{100};  // a jitter buffer in balance is exceeded in 100 of 5000 datagrams, 2 %
 
 bool same(const Hello& a, const Hello& b) {
   return a.station == b.station && a.role == b.role && a.scheme == b.scheme && a.order == b.order && a.shadow_of == b.shadow_of &&
          a.room == b.room;
+}
+
+/// As few datagrams for each patch as lose no more than kPatchesLost of the patches where each loses `share` of the datagrams.
+int copies_for(double share) {
+  int copies = 1;
+  for (double lost = share; lost > kPatchesLost && copies < kPatchCopiesMost; lost *= share) ++copies;
+  return copies;
 }
 
 }  // namespace
@@ -50,16 +58,24 @@ void ServerCore::take_hello(const Message& message, PeerId from, std::size_t siz
   const bool again = old && old->peer == from && same(old->hello, hello);
   if (!again) {
     const bool for_us = hello.room.empty() || hello.room == options_.room;
-    if (for_us && old && old->peer != from && now - old->heard <= kSilentAfter)
-      return refuse(message, from, {RefuseReason::name_taken, "station \"" + hello.station + "\" is in the room already"}, size);
-    if (const auto no = objection(hello, old)) return refuse(message, from, *no, size);
-    if (old) stations_.erase(old->id);
+    const bool taken = for_us && old && old->peer != from && now - old->heard <= kSilentAfter;
+    const auto no = taken ? Refuse{RefuseReason::name_taken, "station \"" + hello.station + "\" is in the room already"}
+                          : objection(hello, old);
+    if (no) {
+      tell(RecordedEventKind::refused, 0, hello, no->message, now);
+      return refuse(message, from, *no, size);
+    }
+    if (old) {
+      tell(RecordedEventKind::silent, old->id, old->hello, "another takes its name", now);
+      stations_.erase(old->id);
+    }
     ++counts_.joins;
     Station& fresh = stations_[++last_id_];
     fresh.id = last_id_;
     fresh.peer = from;
     fresh.hello = hello;
     fresh.next_report = now + kLinkReportEvery;
+    tell(RecordedEventKind::joined, fresh.id, hello, "", now);
   }
   Station& station = again ? *old : stations_.at(last_id_);
   station.heard = now;
@@ -107,11 +123,12 @@ void ServerCore::take_from(Station& station, const Message& message, Micros now)
   if (const auto* beat = std::get_if<Beat>(&message.body)) {
     const LinkReport& link = beat->link;
     station.patch_age = link.patch_age;
-    station.loses = link.judged >= kLossyJudged && link.lost > kLossyShare * link.judged;
+    if (link.judged >= kLossJudged) station.patch_copies = copies_for(static_cast<double>(link.lost) / link.judged);
     return;
   }
   if (std::holds_alternative<Leave>(message.body)) {
     ++counts_.leaves;
+    tell(RecordedEventKind::left, station.id, station.hello, "", now);
     stations_.erase(station.id);
     return;
   }
@@ -128,6 +145,8 @@ void ServerCore::take_from(Station& station, const Message& message, Micros now)
 void ServerCore::take_samples(Station& station, const Samples& samples, Micros now) {
   if (!station.pushes()) return;
   const auto before = station.sample_heard;
+  const bool first = station.timeline.empty();
+  const auto age = first ? Micros{} : std::max(Micros{}, now - station.timeline.newest());
   for (const auto& sample : samples.samples) {
     const auto t = station.clock.locked() ? station.clock.from_peer(sample.t) : Micros::max();
     if (t > now + kSampleAhead) {
@@ -141,8 +160,10 @@ void ServerCore::take_samples(Station& station, const Samples& samples, Micros n
     station.sample_lag = std::max(Micros{}, now - station.timeline.newest());
   }
   if (station.sample_heard == before) return;
-  constexpr int kForget = 64;
-  station.usual_lag = std::max(station.sample_lag, station.usual_lag - (station.usual_lag - station.sample_lag) / kForget);
+  if (first)
+    station.usual_lag = station.sample_lag;
+  else
+    station.usual_lag += age > station.usual_lag ? kLagUp : -kLagDown;
 }
 
 /// Queues an answer to someone who is not, or not any more, in the room.
@@ -161,7 +182,19 @@ void ServerCore::refuse(const Message& question, PeerId to, const Refuse& refusa
 }
 
 void ServerCore::drop_silent(Micros now) {
-  counts_.timeouts += std::erase_if(stations_, [now](const auto& entry) { return now - entry.second.heard >= kGoneAfter; });
+  counts_.timeouts += std::erase_if(stations_, [&](const auto& entry) {
+    const bool gone = now - entry.second.heard >= kGoneAfter;
+    if (gone) tell(RecordedEventKind::silent, entry.first, entry.second.hello, "", now);
+    return gone;
+  });
+}
+
+void ServerCore::tell(RecordedEventKind kind, StationId id, const Hello& hello, const std::string& text, Micros now) const {
+  if (!on_event) return;
+  const auto role = hello.role == Role::viewer ? RecordedRole::viewer
+                    : hello.shadow_of.empty()  ? RecordedRole::hand
+                                               : RecordedRole::shadow;
+  on_event({now, kind, id, role, hello.scheme, hello.station, text});
 }
 
 const Station* ServerCore::find(const std::string& name) const {

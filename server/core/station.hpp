@@ -47,13 +47,13 @@ struct Station {
   SeqTracker seq;
   LossMeter loss;
   Micros patch_age{};    ///< that its patches in use reach, as it says; 0 = it has not said
-  bool loses = false;    ///< more than kLossyShare of our datagrams, as it says
+  int patch_copies = 2;  ///< datagrams that carry each patch to it: what it loses decides, once it has said
   Micros next_report{};  ///< when it gets a Beat beside a patch
   std::uint32_t seq_out = 0, patch_seq = 0;
   Timeline timeline;
   Micros sample_heard{};  ///< when the newest sample came
   Micros sample_lag{};    ///< how old it was then
-  Micros usual_lag{};     ///< the largest of late, forgotten over some 64 datagrams
+  Micros usual_lag{};     ///< the jitter buffer: what the age of its newest sample rarely exceeds before the next comes
   bool contact_in_reach = false;
   bool slow_known = false;  ///< it was told that the room falls behind
   ToolView shown;           ///< at the body time, for viewers
@@ -75,8 +75,9 @@ struct StationReport {
   RttStats rtt;
   Micros offset{};  ///< its clock minus ours
   double drift_ppm = 0;
-  SeqCounts link;   ///< of the datagrams from it
-  Micros bridge{};  ///< what its patches are made to bridge
+  SeqCounts link;      ///< of the datagrams from it
+  Micros bridge{};     ///< what its patches are made to bridge
+  Micros patch_age{};  ///< that its patches reach, as it says; 0 = it has not said
   StationCounts counts;
 };
 

@@ -45,6 +45,7 @@ ServerShell::ServerShell(const std::vector<NamedScene>& scenes, const ShellOptio
       threads_(std::max<std::size_t>(options.threads, 1)) {
   for (const NamedScene& named : scenes) bodies_.push_back(std::make_unique<Body>(named.scene));
   socket_.non_blocking(true);
+  if (!options.record.file.empty()) begin_recording(scenes, options);
 }
 
 void ServerShell::run() {
@@ -53,12 +54,14 @@ void ServerShell::run() {
     receive();
     report();
     step();
+    record();
     io_.run();
   } catch (...) {
     failure_ = std::current_exception();
   }
   pool_->stop();
   pool_->join();
+  end_recording();
   if (failure_) std::rethrow_exception(failure_);
 }
 
@@ -103,11 +106,13 @@ void ServerShell::step() {
 void ServerShell::hand_out(std::size_t k, FrameJob job) {
   Body& body = *bodies_[k];
   if (!std::exchange(body.started, true)) body.room.start(cores_[k].body_time());
+  if (body.recorder) body.recorder->begin_frame(job, monotonic_now());
   asio::post(*pool_, [this, k, &body, job = std::move(job)] {
     try {
       auto result = body.room.run(job);
       asio::post(io_, [this, k, result = std::move(result)]() mutable {
         const auto now = monotonic_now();
+        if (bodies_[k]->recorder) bodies_[k]->recorder->end_frame(result, cores_[k], now);
         cores_[k].finish(std::move(result), now);
         send_all(now);
       });

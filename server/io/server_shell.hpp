@@ -19,8 +19,10 @@
 #include <vector>
 
 #include "common/io/endpoint.hpp"
+#include "common/io/record_file.hpp"
 #include "server/core/server_rooms.hpp"
 #include "server/io/peers.hpp"
+#include "server/record/room_recorder.hpp"
 #include "server/room/room.hpp"
 
 namespace palpate {
@@ -29,19 +31,27 @@ namespace palpate {
 struct NamedScene {
   std::string name;
   Scene scene;
+  std::string file = {}, text = {};  ///< for a recording: where it comes from, and itself with all defaults
+};
+
+struct RecordOptions {
+  std::string file;       ///< empty: none; of several rooms each gets its own, named_after() the room
+  double shapes_hz = 10;  ///< 0: none
+  std::string program;    ///< and its version
 };
 
 struct ShellOptions {
   std::string listen;  ///< HOST:PORT
   double rate_hz = 20;
   std::size_t threads = 1;  ///< of the pool
+  RecordOptions record = {};
 };
 
 class ServerShell {
  public:
   using Say = std::function<void(const std::string&)>;
 
-  /// InputError when `listen` is no address, or the port is in use. `say` gets lines for a person.
+  /// InputError when `listen` is no address, the port is in use, or a recording cannot be begun. `say` gets lines for a person.
   ServerShell(const std::vector<NamedScene>& scenes, const ShellOptions& options, Say say);
 
   UdpEndpoint address() const { return socket_.local_endpoint(); }
@@ -56,13 +66,15 @@ class ServerShell {
   std::vector<std::string> summary() const;
 
  private:
-  static constexpr Micros kReportEvery{5'000'000};
+  static constexpr Micros kReportEvery{5'000'000}, kRecordEvery{200'000};
 
   struct Body {
     explicit Body(const Scene& scene) : room(scene) {}
     Room room;  ///< used by the job that is out, by none other
     bool started = false;
     ServerCounts reported;  ///< counts at the last report
+    std::unique_ptr<RoomRecorder> recorder;
+    std::unique_ptr<RecordFile> file;
   };
 
   void receive();
@@ -70,6 +82,9 @@ class ServerShell {
   void send_all(Micros now);
   void hand_out(std::size_t k, FrameJob job);
   void report();
+  void begin_recording(const std::vector<NamedScene>& scenes, const ShellOptions& options);
+  void record();
+  void end_recording();
   std::string label(std::size_t k) const;
 
   Say say_;
@@ -77,7 +92,7 @@ class ServerShell {
   ServerRooms cores_;
   asio::io_context io_{1};
   UdpSocket socket_;
-  asio::steady_timer timer_{io_}, report_timer_{io_};
+  asio::steady_timer timer_{io_}, report_timer_{io_}, record_timer_{io_};
   Peers peers_;
   std::array<std::byte, 2048> in_{};
   std::array<std::byte, kMaxDatagramBytes> out_{};

@@ -41,7 +41,7 @@ class Orthonormal {
 std::vector<Vector> moment_inputs(const Linearisation& at, double shift_1_s, std::span<const Vector> x) {
   Matrix columns(at.dynamics->masses().size(), static_cast<Eigen::Index>(x.size())), k_x, d_x;
   for (std::size_t k = 0; k < x.size(); ++k) columns.col(static_cast<Eigen::Index>(k)) = x[k];
-  at.tangents->multiply(columns, false, k_x, d_x);
+  at.tangents->multiply(columns, k_x, d_x);
   std::vector<Vector> inputs;
   for (std::size_t k = 0; k < x.size(); ++k)
     inputs.emplace_back(2 * shift_1_s * at.dynamics->masses().cwiseProduct(x[k]) + d_x.col(static_cast<Eigen::Index>(k)));
@@ -50,15 +50,11 @@ std::vector<Vector> moment_inputs(const Linearisation& at, double shift_1_s, std
 
 bool ShiftedSolver::prepare(const Linearisation& at, double shift, bool clamp) {
   iterations_ = 0;
-  shift_ = shift;
-  clamp_ = clamp;
-  if (!small_) {
-    batch_.prepare(*at.tangents, shift * shift, shift, 1, *at.held, clamp);
-    return true;
-  }
   if (!matrix_) matrix_ = at.dynamics->make_matrix();
   at.dynamics->assemble(*at.state, shift * shift, shift, 1, *at.held, clamp, *matrix_);
-  return factor_.factorise(*matrix_);
+  if (small_) return factor_.factorise(*matrix_);
+  batch_.prepare(*matrix_, *at.held);
+  return true;
 }
 
 bool ShiftedSolver::solve(const Linearisation& at, std::span<const SolveColumn> columns, double tolerance) {
@@ -78,10 +74,14 @@ bool ShiftedSolver::solve(const Linearisation& at, std::span<const SolveColumn> 
   return definite;
 }
 
-Matrix ShiftedSolver::multiply(const Linearisation& at, const Matrix& y) const {
-  Matrix k_y, d_y;
-  at.tangents->multiply(y, clamp_, k_y, d_y);
-  return shift_ * shift_ * (at.dynamics->masses().asDiagonal() * y) + shift_ * d_y + k_y;
+Matrix ShiftedSolver::multiply(const Matrix& y) const {
+  Matrix p_y(y.rows(), y.cols());
+  Vector column;
+  for (Eigen::Index c = 0; c < y.cols(); ++c) {
+    matrix_->multiply(y.col(c), column);
+    p_y.col(c) = column;
+  }
+  return p_y;
 }
 
 std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,

@@ -14,6 +14,7 @@
 
 #include "server/body/batch_cg.hpp"
 #include "server/body/linear_solver.hpp"
+#include "server/body/tangents.hpp"
 
 namespace palpate {
 
@@ -40,14 +41,13 @@ class ShiftedSolver {
     const SolveColumn column{&b, &x};
     return solve(at, std::span(&column, 1), tolerance);
   }
-  /// P y for vectors y that leave held nodes alone.
-  Matrix multiply(const Linearisation& at, const Matrix& y) const;
+  /// P y, column by column.
+  Matrix multiply(const Matrix& y) const;
   /// Of all columns together; 0 for a body that is factorised.
   int iterations() const { return iterations_; }
 
  private:
-  bool small_, clamp_ = false;
-  double shift_ = 0;
+  bool small_;
   std::optional<BlockMatrix> matrix_;  // made when first needed: not every station has every kind of solver
   LinearSolver factor_;
   BatchConjugateGradients batch_;

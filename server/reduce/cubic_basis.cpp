@@ -41,7 +41,7 @@ class Candidates {
 
 /// The leading directions of W in the energy of P, orthonormal in M.
 CubicBasis compress(const Linearisation& at, const ShiftedSolver& solver, const Matrix& w, int modes) {
-  const Matrix energy = w.transpose() * solver.multiply(at, w);
+  const Matrix energy = w.transpose() * solver.multiply(w);
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(0.5 * (energy + energy.transpose()));
   const Vector root = at.dynamics->masses().cwiseSqrt();
   const double smallest = 1e-10 * eigen.eigenvalues().tail<1>()[0];

@@ -142,11 +142,13 @@ Expansion collect(const Sums& sums, int n, int leading) {
 
 }  // namespace
 
+bool can_expand(const LumpedBody& body) { return body.tetrahedra.empty() && has_series(body.law); }
+
 std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state, const Matrix& shapes, int leading,
                                 double negligible) {
   constexpr int kBatch = 256;
   const LumpedBody& body = dynamics.body();
-  if (!has_series(body.law)) return std::nullopt;
+  if (!can_expand(body)) return std::nullopt;
   const auto n = static_cast<int>(shapes.cols());
   const std::vector<std::uint32_t> chosen = elements_that_matter(dynamics, state, shapes, negligible);
   Sums sums{Features::Zero(n, pairs_of(n)), Features::Zero(pairs_of(leading), pairs_of(leading)),

@@ -23,13 +23,16 @@ struct Expansion {
   int elements = 0;        ///< that were not left out
 };
 
-/// Nothing for a law that has no Taylor series at every elongation (thigh_skin: its second derivative jumps at rest), and when an
-/// element has no length.
+/// Whether a body's forces have a Taylor series at every state that is known here: springs of a law that has_series(); not
+/// thigh_skin, whose second derivative jumps at rest, and not finite elements.
+bool can_expand(const LumpedBody& body);
+
+/// Nothing for a body that cannot be expanded, and when an element has no length.
 std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state, const Matrix& shapes, int leading,
                                 double negligible = 1e-3);
 
 /// Second-order forces on the nodes: with delta = sum_i y_i directions_i, F(x* + delta) = F - K delta + sum_{i<=j} y_i y_j F2_ij
-/// + ...; F2_ij at pair_at(i, j). For a law that has_series().
+/// + ...; F2_ij at pair_at(i, j). For a body that can_expand().
 std::vector<Vector> second_order_forces(const Dynamics& dynamics, const BodyState& state, const Matrix& directions);
 
 }  // namespace palpate

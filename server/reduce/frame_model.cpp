@@ -147,7 +147,7 @@ Mat3 FrameModel::contact_stiffness(std::size_t k, const PortAnswer& answer) {
   return slips ? Mat3(k_o * n * n.transpose()) : Mat3(k_o * Mat3::Identity());
 }
 
-void FrameModel::add_held_nodes(std::size_t which, Vector& load_rate) const {
+void FrameModel::add_held_nodes(std::size_t which, Vector& load_rate) {
   Vector motion;
   for (std::size_t k = 0; k < ports_->size(); ++k) {
     if (k == which || (*ports_)[k].kind != ContactKind::attach || tools_[k].velocity.isZero(0)) continue;
@@ -155,14 +155,14 @@ void FrameModel::add_held_nodes(std::size_t which, Vector& load_rate) const {
     motion.segment<3>(3 * static_cast<Eigen::Index>((*ports_)[k].node)) = tools_[k].velocity;
   }
   if (motion.size() == 0) return;
-  Vector k_motion, d_motion;
-  dynamics_->multiply_tangents(*state_, motion, k_motion, d_motion);
-  mask(held_, k_motion);
-  if (load_rate.size() == 0) load_rate = Vector::Zero(k_motion.size());
+  Matrix k_motion, d_motion;
+  tangents().multiply(motion, k_motion, d_motion);
+  if (load_rate.size() == 0) load_rate = Vector::Zero(motion.size());
   load_rate -= k_motion;
+  mask(held_, load_rate);
 }
 
-OtherTools FrameModel::other_nodes(std::size_t which) const {
+OtherTools FrameModel::other_nodes(std::size_t which) {
   OtherTools others;
   add_held_nodes(which, others.load_rate);
   return others;

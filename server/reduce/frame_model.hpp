@@ -130,7 +130,7 @@ class FrameModel {
   /// The tools besides `which`, a port that touches, once P has answered.
   OtherTools others(const SharedSystem& p, std::size_t which);
   /// The same for a node that is held.
-  OtherTools other_nodes(std::size_t which) const;
+  OtherTools other_nodes(std::size_t which);
   /// F with the forces of all tools that touch, and of all but one.
   const Vector& total();
   Vector forces_beside(std::size_t which);
@@ -143,7 +143,7 @@ class FrameModel {
   };
   const Tangents& tangents();
   Mat3 contact_stiffness(std::size_t k, const PortAnswer& answer);
-  void add_held_nodes(std::size_t which, Vector& load_rate) const;
+  void add_held_nodes(std::size_t which, Vector& load_rate);
 
   const Dynamics* dynamics_;
   const Skin* skin_;

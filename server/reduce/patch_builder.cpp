@@ -1,4 +1,5 @@
 #include "server/reduce/patch_builder.hpp"
+#include "server/reduce/expansion.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -22,6 +23,29 @@ Vec3 expected_motion(const ToolAt& tool, double bridge_s) {
   return far;
 }
 
+/// Of port `which` under P, with the springs of other tools: B^T P^-1 B.
+Mat3 port_compliance(const SharedSystem& p, std::size_t which, const OtherTools& others) {
+  const SpringCorrection correct(others);
+  const PortAnswer& own = p.port(which);
+  Mat3 compliance;
+  for (int axis = 0; axis < 3; ++axis) {
+    Vector x = own.answer[static_cast<std::size_t>(axis)];
+    correct.apply(x);
+    compliance.col(axis) = gather(own.b, x);
+  }
+  return symmetric(compliance);
+}
+
+/// The part of a port's compliance that the modes of the patch lack, C(s) - R (s^2 + s D + K)^-1 R^T at the shift s, where `rows`
+/// is R: what is too fast to be a mode yields at once. Nothing where the modes have a direction for each axis of the port.
+Mat3 residual_compliance(const Patch& patch, const Mat3& compliance, const PortRows& rows, double shift) {
+  Matrix dynamic = shift * Matrix(patch.damping);
+  dynamic.diagonal() += Vector(patch.stiffness) + Vector::Constant(rows.cols(), shift * shift);
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(symmetric(compliance - rows * dynamic.ldlt().solve(Matrix(rows.transpose()))));
+  const Mat3& axes = eigen.eigenvectors();
+  return axes * eigen.eigenvalues().cwiseMax(0).asDiagonal() * axes.transpose();
+}
+
 Vector unit(const Dynamics& dynamics, std::uint32_t node, int axis) {
   return Vector::Unit(dynamics.masses().size(), 3 * static_cast<Eigen::Index>(node) + axis);
 }
@@ -40,10 +64,10 @@ PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double so
   Eigen::AlignedBox3d box;
   for (const Vec3& x : body.nodes) box.extend(x);
   extent_m_ = box.diagonal().norm();
-  for (const Element& e : body.elements) {
-    neighbours_[e.a].push_back(e.b);
-    neighbours_[e.b].push_back(e.a);
-    spacing_m_ += e.rest_length_m / static_cast<double>(body.elements.size());
+  spacing_m_ = mean_edge_m(body);
+  for (const auto& [a, b] : edges_of(body)) {
+    neighbours_[a].push_back(b);
+    neighbours_[b].push_back(a);
   }
 }
 
@@ -75,7 +99,7 @@ void PatchBuilder::hold_far_nodes(const std::vector<std::uint32_t>& seeds) {
 bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Reduced& reduced) {
   const auto r = v.cols();
   Matrix k_v, d_v;
-  at.tangents->multiply(v, false, k_v, d_v);
+  at.tangents->multiply(v, k_v, d_v);
   Matrix k = v.transpose() * k_v;
   for (const OtherTools::Spring& spring : others.springs) {
     Matrix rows = Matrix::Zero(3, r);
@@ -119,18 +143,24 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
   if (request.scheme == Scheme::cubic) {
     held_ = frame.held();
     if ((built = build_cubic(frame, which, request, patch))) return built;
-    PatchRequest linear = request;
-    linear.scheme = Scheme::port;
-    built = build(frame, which, linear);
-    report_.fell_back = true;
-    return built;
+    return fall_back(frame, which, request, Scheme::port);
   }
+  if (request.scheme == Scheme::two_layer && !dynamics_->tetrahedra().empty())
+    return fall_back(frame, which, request, Scheme::ring);
   for (const bool clamp : {false, true}) {
     held_ = frame.held();
     built = request.scheme == Scheme::two_layer ? build_two_layer(frame, which, request, patch, clamp)
                                                 : build_whole(frame, which, request, patch, clamp);
     if (built) break;
   }
+  return built;
+}
+
+std::optional<Patch> PatchBuilder::fall_back(FrameModel& frame, std::size_t which, const PatchRequest& request, Scheme scheme) {
+  PatchRequest other = request;
+  other.scheme = scheme;
+  auto built = build(frame, which, other);
+  report_.fell_back = true;
   return built;
 }
 
@@ -202,9 +232,13 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
   const std::uint32_t node = model.local ? model.local->index(port.node) : port.node;
   // Columns of K and D that belong to the tool's node: what the tool's motion does to the others, and to itself.
   std::vector<Vector> k_tool(3), d_tool(3);
+  Matrix units(at.dynamics->masses().size(), 3), k_units, d_units;
+  for (int axis = 0; axis < 3; ++axis) units.col(axis) = unit(*at.dynamics, node, axis);
+  at.tangents->multiply(units, k_units, d_units);
   for (int axis = 0; axis < 3; ++axis) {
     const auto column = static_cast<std::size_t>(axis);
-    at.dynamics->multiply_tangents(*at.state, unit(*at.dynamics, node, axis), k_tool[column], d_tool[column]);
+    k_tool[column] = k_units.col(axis);
+    d_tool[column] = d_units.col(axis);
     patch.k_port.col(axis) = k_tool[column].segment<3>(3 * static_cast<Eigen::Index>(node));
     patch.d_port.col(axis) = d_tool[column].segment<3>(3 * static_cast<Eigen::Index>(node));
     mask(*at.held, k_tool[column]);
@@ -263,7 +297,7 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
 
 std::optional<Patch> PatchBuilder::build_cubic(FrameModel& frame, std::size_t which, const PatchRequest& request,
                                                const Patch& patch) {
-  if (!has_series(dynamics_->body().law) || frame.ports()[which].kind == ContactKind::touch) return std::nullopt;
+  if (!can_expand(dynamics_->body()) || frame.ports()[which].kind == ContactKind::touch) return std::nullopt;
   std::optional<Patch> built;
   for (const bool clamp : {false, true}) {
     held_ = frame.held();
@@ -363,14 +397,7 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   Matrix& v = reduced.v;
   v.resize(dynamics_->masses().size(), 0);
   if (tangent) {
-    const SpringCorrection correct(others);
-    const PortAnswer& own = p->port(which);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      Vector x = own.answer[axis];
-      correct.apply(x);
-      patch.c_static.col(static_cast<int>(axis)) = gather(own.b, x);
-    }
-    patch.c_static = symmetric(patch.c_static);
+    patch.c_static = port_compliance(*p, which, others);
   } else {
     const auto basis = touch_basis(frame, *p, which, others, at, request);
     frame.enter(PatchPart::project);
@@ -379,12 +406,17 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
     if (others.load.size() > 0) imbalance += others.load;
     patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
     if (patch.load_rate.size() > 0) patch.load_for = request.bridge;
+    if (v.cols() < 3) {
+      PortRows rows(3, v.cols());
+      for (Eigen::Index m = 0; m < v.cols(); ++m) rows.col(m) = gather(p->port(which).b, v.col(m));
+      patch.c_static = residual_compliance(patch, port_compliance(*p, which, others), rows, shift);
+    }
   }
   frame.enter(PatchPart::other);
   report_.solver_iterations += p->iterations() - before;
   cut_port_surface(*skin_, frame.positions(), v, port.point, seconds(request.bridge) * frame.tool(which).velocity,
                    request.vertices_max(patch.modes(), patch.load_rate.size() > 0), patch);
-  if (tangent && port.touching)
+  if (port.touching)  // what yields at once has done so at the stamp
     for (int i = 0; i < patch.surface.vertex_count; ++i)
       patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
   return patch;

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "server/scene/clip.hpp"
+#include "server/scene/tetra_mesh.hpp"
 
 namespace palpate {
 
@@ -38,11 +39,12 @@ double volume_of(const Corners& v, std::span<const Vec3> x) {
 
 class Shortener {
  public:
-  Shortener(Clipped& body, const Grid& grid)
+  Shortener(Clipped& body, const Grid& grid, std::vector<Tetrahedron> tetrahedra)
       : body_(body),
         grid_(grid),
         x_(body.nodes.positions),
         start_(number_nodes(grid, body.cells).positions),
+        tetrahedra_(std::move(tetrahedra)),
         moved_(x_.size(), 0) {}
 
   std::size_t run() {
@@ -50,6 +52,7 @@ class Shortener {
       bad_.assign(x_.size(), 0);
       mark_cells();
       mark_folds();
+      mark_tetrahedra();
       if (std::none_of(bad_.begin(), bad_.end(), [](auto b) { return b != 0; })) break;
       for (std::size_t i = 0; i < x_.size(); ++i) {
         if (!bad_[i]) continue;
@@ -86,10 +89,17 @@ class Shortener {
     }
   }
 
+  void mark_tetrahedra() {
+    for (const Tetrahedron& t : tetrahedra_)
+      if (quality_of(t, x_) < kGoodQuality)
+        for (const auto i : t.nodes) bad_[i] = 1;
+  }
+
   const Clipped& body_;
   const Grid& grid_;
   std::vector<Vec3>& x_;
   const std::vector<Vec3> start_;
+  const std::vector<Tetrahedron> tetrahedra_;
   std::vector<std::uint8_t> bad_, moved_;
 };
 
@@ -104,6 +114,10 @@ std::vector<Index3> flat_cells(const Clipped& body, const Grid& grid) {
   return flat;
 }
 
-void shorten_moves(Clipped& body, const Grid& grid) { body.held_back = Shortener(body, grid).run(); }
+void shorten_moves(Clipped& body, const Grid& grid) { body.held_back = Shortener(body, grid, {}).run(); }
+
+void shorten_moves_of_tetrahedra(Clipped& body, const Grid& grid) {
+  body.held_back += Shortener(body, grid, split_cells(body.cells, grid, body.nodes.number)).run();
+}
 
 }  // namespace palpate

@@ -50,4 +50,9 @@ std::vector<Index3> flat_cells(const Clipped& body, const Grid& grid);
 /// The last resort of step 4.
 void shorten_moves(Clipped& body, const Grid& grid);
 
+inline constexpr double kGoodQuality = 0.15;  ///< of the tetrahedra of a clipped solid (quality_of)
+
+/// Shortens moves until none of the tetrahedra that the cells split into is flatter than kGoodQuality.
+void shorten_moves_of_tetrahedra(Clipped& body, const Grid& grid);
+
 }  // namespace palpate

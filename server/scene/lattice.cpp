@@ -5,9 +5,11 @@
 #include <cstdio>
 
 #include "server/scene/clip.hpp"
+#include "server/scene/fixing.hpp"
 #include "server/scene/mesh_solid.hpp"
 #include "server/scene/scene_text.hpp"
 #include "server/scene/surface.hpp"
+#include "server/scene/tetra_mesh.hpp"
 
 namespace palpate {
 
@@ -30,41 +32,21 @@ std::vector<Index3> forward_neighbours() {
   return out;
 }
 
-void set_material(Element& element, const Vec3& midpoint, const LatticeSettings& settings) {
-  element.stiffness_n_m = settings.stiffness_n_m;
-  element.damping_n_s_m = settings.damping_n_s_m;
+/// Number of the layer that holds a midpoint, counted from 1; 0 for none. The last of the list wins.
+std::uint32_t layer_at(const Vec3& midpoint, const LatticeSettings& settings) {
   // A midpoint on the bound itself is above it, whichever way its coordinates were rounded.
   const Eigen::Array3d m = midpoint.array() + 1e-9;
-  for (const LayerSettings& layer : settings.layers) {
-    if ((m < layer.below_m.array()).all() && (m >= layer.above_m.array()).all()) {
-      element.stiffness_n_m = layer.stiffness_n_m;
-      element.damping_n_s_m = layer.damping_n_s_m;
-    }
+  for (auto i = static_cast<std::uint32_t>(settings.layers.size()); i > 0; --i) {
+    const LayerSettings& layer = settings.layers[i - 1];
+    if ((m < layer.below_m.array()).all() && (m >= layer.above_m.array()).all()) return i;
   }
+  return 0;
 }
 
-/// A face of the body's bounding box fixes the nodes within half a spacing of it.
-void fix_nodes(LumpedBody& body, const LatticeSettings& settings, const Vec3& spacing) {
-  body.fixed.assign(body.nodes.size(), 0);
-  Vec3 low = body.nodes[0], high = body.nodes[0];
-  for (const Vec3& x : body.nodes) {
-    low = low.cwiseMin(x);
-    high = high.cwiseMax(x);
-  }
-  const auto fix_where = [&](auto&& held) {
-    for (std::size_t i = 0; i < body.nodes.size(); ++i) body.fixed[i] |= held(body.nodes[i]);
-  };
-  for (const std::string& face : settings.fixed_faces) {
-    const int axis = face[0] - 'x';
-    const double reach = 0.499 * spacing[axis];  // below one half, so that rounding never takes the next row of a box
-    if (face[1] == '-') {
-      fix_where([&](const Vec3& x) { return x[axis] <= low[axis] + reach; });
-    } else {
-      fix_where([&](const Vec3& x) { return x[axis] >= high[axis] - reach; });
-    }
-  }
-  if (const auto& z = settings.fixed_below_z_m) fix_where([&](const Vec3& x) { return x[2] < *z; });
-  if (const auto& z = settings.fixed_above_z_m) fix_where([&](const Vec3& x) { return x[2] > *z; });
+void set_material(Element& element, const Vec3& midpoint, const LatticeSettings& settings) {
+  const std::uint32_t layer = layer_at(midpoint, settings);
+  element.stiffness_n_m = layer > 0 ? settings.layers[layer - 1].stiffness_n_m : settings.stiffness_n_m;
+  element.damping_n_s_m = layer > 0 ? settings.layers[layer - 1].damping_n_s_m : settings.damping_n_s_m;
 }
 
 Grid box_grid(const LatticeSettings& settings) {
@@ -133,6 +115,17 @@ std::vector<Element> join_neighbours(const LatticeBody& lattice, const CellSet& 
   return elements;
 }
 
+/// Finite elements in the cells, and the surface that they have.
+void fill_cells(LatticeBody& lattice, const CellSet& cells, const LatticeSettings& settings) {
+  LumpedBody& body = lattice.body;
+  body.mass_damping_1_s = settings.solid->mass_damping_1_s;
+  body.materials = {settings.solid->material};
+  for (const LayerSettings& layer : settings.layers) body.materials.push_back(layer.material);
+  body.tetrahedra = split_cells(cells, lattice.grid, lattice.number);
+  for (Tetrahedron& t : body.tetrahedra) t.material = layer_at(centre_of(t, body.nodes), settings);
+  body.triangles = outer_faces(body.tetrahedra);
+}
+
 /// Nodes, elements and surface of a whole grid; returns its volume.
 double fill_box(LatticeBody& lattice, const LatticeSettings& settings) {
   lattice.grid = box_grid(settings);
@@ -140,8 +133,12 @@ double fill_box(LatticeBody& lattice, const LatticeSettings& settings) {
   auto nodes = number_nodes(lattice.grid, cells);
   lattice.number = std::move(nodes.number);
   lattice.body.nodes = std::move(nodes.positions);
-  if (!settings.planar) lattice.body.triangles = split_alternately(boundary_faces(cells, lattice.grid, lattice.number));
-  lattice.body.elements = join_neighbours(lattice, cells, settings);
+  if (settings.solid) {
+    fill_cells(lattice, cells, settings);
+  } else {
+    if (!settings.planar) lattice.body.triangles = split_alternately(boundary_faces(cells, lattice.grid, lattice.number));
+    lattice.body.elements = join_neighbours(lattice, cells, settings);
+  }
   return settings.size_m.prod();
 }
 
@@ -150,10 +147,15 @@ double fill_clip(LatticeBody& lattice, const LatticeSettings& settings, const Sc
   const auto solid = make_solid(*settings.clip, text);
   lattice.grid = settings.spacing_m > 0 ? grid_in_reach(*solid, settings.spacing_m, text) : box_grid(settings);
   Clipped clipped = clip(lattice.grid, *solid, text);
+  if (settings.solid) shorten_moves_of_tetrahedra(clipped, lattice.grid);
   lattice.number = std::move(clipped.nodes.number);
   lattice.body.nodes = std::move(clipped.nodes.positions);
-  lattice.body.triangles = split_shorter(clipped.faces, lattice.body.nodes);
-  lattice.body.elements = join_neighbours(lattice, clipped.cells, settings);
+  if (settings.solid) {
+    fill_cells(lattice, clipped.cells, settings);
+  } else {
+    lattice.body.triangles = split_shorter(clipped.faces, lattice.body.nodes);
+    lattice.body.elements = join_neighbours(lattice, clipped.cells, settings);
+  }
   return signed_volume(lattice.body.triangles, lattice.body.nodes);
 }
 
@@ -164,8 +166,11 @@ void finish(LatticeBody& lattice, const LatticeSettings& settings, double volume
   body.law = settings.law;
   body.stiffening = settings.law == SpringLaw::stiffening ? settings.stiffening : 0;
   body.gravity_m_s2 = settings.gravity_m_s2;
-  body.masses_kg.assign(body.nodes.size(), settings.density_kg_m3 * volume / static_cast<double>(body.nodes.size()));
-  fix_nodes(body, settings, lattice.grid.spacing());
+  if (settings.solid)
+    body.masses_kg = lumped_masses(body.tetrahedra, body.nodes, settings.density_kg_m3);
+  else
+    body.masses_kg.assign(body.nodes.size(), settings.density_kg_m3 * volume / static_cast<double>(body.nodes.size()));
+  fix_nodes(body, settings.fixed, lattice.grid.spacing());
 }
 
 }  // namespace
@@ -183,9 +188,7 @@ LatticeBody build_lattice(const LatticeSettings& settings, const SceneText& text
   } else {
     lattice = build_box(settings);
   }
-  if (std::all_of(lattice.body.fixed.begin(), lattice.body.fixed.end(), [](auto f) { return f != 0; })) {
-    text.refuse("body.lattice", "every node of the body is fixed", "some that can move");
-  }
+  refuse_all_fixed(lattice.body, text, "body.lattice");
   return lattice;
 }
 

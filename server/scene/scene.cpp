@@ -2,6 +2,7 @@
 
 #include "server/scene/json.hpp"
 #include "server/scene/lattice.hpp"
+#include "server/scene/mesh_body.hpp"
 #include "server/scene/scene_text.hpp"
 
 namespace palpate {
@@ -52,11 +53,16 @@ void place_tool(const LatticeBody& lattice, const SceneSettings& settings, const
 
 Scene build(const SceneText& text) {
   const SceneSettings settings = read_settings(text);
-  LatticeBody lattice = build_lattice(settings.lattice, text);
   Scene scene;
   scene.name = settings.name;
   scene.tool = settings.tool;
   scene.solver.step_s = settings.step_ms * 1e-3;
+  if (settings.mesh) {
+    scene.body = build_mesh_body(*settings.mesh, text);
+    scene.tool.node = middle_of_top(scene.body);
+    return scene;
+  }
+  LatticeBody lattice = build_lattice(settings.lattice, text);
   place_tool(lattice, settings, text, scene.tool);
   scene.body = std::move(lattice.body);
   return scene;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/base/types.hpp"
@@ -24,18 +25,43 @@ struct Element {
   double rest_length_m = 0, stiffness_n_m = 0, damping_n_s_m = 0;
 };
 
-/// A lumped-element body before it moves. Surface vertices are nodes, so a surface point is a weighted node position.
+/// How a solid of finite elements resists (tetra_kernel.hpp).
+enum class SolidLaw : std::uint8_t { corotational, neo_hookean };
+
+/// An isotropic solid: Young's modulus and Poisson's ratio of small strains, and the time t by which its viscous stress is that
+/// of the rate of strain (stiffness-proportional Rayleigh damping, D = t K at rest).
+struct SolidMaterial {
+  SolidLaw law = SolidLaw::neo_hookean;
+  double young_pa = 10e3, poisson = 0.45, damping_s = 0.01;
+};
+
+/// A linear tetrahedron: nodes 1, 2, 3 counter-clockwise seen from outside, opposite node 0 (positive volume).
+struct Tetrahedron {
+  std::array<std::uint32_t, 4> nodes{};
+  std::uint32_t material = 0;  ///< index into LumpedBody::materials
+};
+
+/// A body of lumped masses before it moves, joined by springs or filled with tetrahedra. Surface vertices are nodes, so a surface
+/// point is a weighted node position.
 struct LumpedBody {
   bool planar = false;      ///< 2-D lattice: nothing moves or pushes along z
   std::vector<Vec3> nodes;  ///< rest positions [m]
   std::vector<double> masses_kg;
   std::vector<std::uint8_t> fixed;
   std::vector<Element> elements;
+  std::vector<Tetrahedron> tetrahedra;
+  std::vector<SolidMaterial> materials;
+  double mass_damping_1_s = 0;      ///< of tetrahedra: a force -c m v on every node (mass-proportional Rayleigh damping)
   std::vector<Triangle> triangles;  ///< closed outer surface over nodes, outward counter-clockwise; empty for planar bodies
   SpringLaw law = SpringLaw::linear;
   double stiffening = 0;
   Vec3 gravity_m_s2 = Vec3::Zero();
 };
+
+/// Every pair of nodes that an element joins, once: the springs' in their order, then those of tetrahedra, ascending.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_of(const LumpedBody& body);
+/// Mean length of them at rest [m], 0 for none.
+double mean_edge_m(const LumpedBody& body);
 
 struct ToolSpec {
   ContactKind contact = ContactKind::touch;

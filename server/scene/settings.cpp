@@ -1,52 +1,18 @@
-#include "server/scene/settings.hpp"
-
 #include <algorithm>
 #include <cmath>
 
-#include "server/scene/scene_text.hpp"
+#include "server/scene/settings_fields.hpp"
 
 namespace palpate {
 
 namespace {
 
-constexpr double kMaxCoordinateM = 5;  // every node stays well inside kWorldExtentM
 constexpr double kMinSizeM = 1e-3, kMaxSizeM = 5;
 constexpr int kMinNodes = 2, kMaxNodes = 200;
 constexpr double kMaxLatticeNodes = 1e6;
 constexpr double kMaxStiffness = 1e7, kMaxDamping = 1e5;
 
 const std::string kLattice = "body.lattice";
-
-std::string at(const std::string& path, std::size_t i) { return path + "[" + std::to_string(i) + "]"; }
-
-/// A number that the schema leaves without a default.
-double required(const SceneText& text, const std::string& path, const flatbuffers::Optional<double>& value, double low,
-                double high, const char* unit) {
-  if (!value) text.refuse(path, "a number of " + std::string(unit));
-  text.in_range(path, *value, low, high, unit);
-  return *value;
-}
-
-Vec3 vector(const SceneText& text, const std::string& path, const std::vector<double>& values, double low, double high,
-            const char* unit, std::optional<Vec3> fallback = std::nullopt) {
-  if (!text.has(path) && fallback) return *fallback;
-  if (values.size() != 3) text.refuse(path, "a list of 3 numbers [x, y, z]");
-  for (std::size_t i = 0; i < 3; ++i) text.in_range(at(path, i), values[i], low, high, unit);
-  return Vec3(values[0], values[1], values[2]);
-}
-
-/// Index of `value` in `names`, or an error that lists them.
-template <std::size_t n>
-std::size_t choice(const SceneText& text, const std::string& path, const std::string& value,
-                   const std::array<const char*, n>& names, std::size_t fallback) {
-  if (!text.has(path)) return fallback;
-  std::string all;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (value == names[i]) return i;
-    all += std::string(i == 0 ? "" : i + 1 == n ? " or " : ", ") + "\"" + names[i] + "\"";
-  }
-  text.refuse(path, all);
-}
 
 /// A field that may stand in the lattice or in the body around it; the path of the one that is given.
 std::string either_place(const SceneText& text, const std::string& field) {
@@ -147,6 +113,14 @@ LayerSettings read_layer(const SceneText& text, const schema::LayerT& in, const 
     bounded = bounded || below[i] || above[i];
   }
   if (!bounded) text.refuse(path, path + " has no bound", "below_z_m or another of below_/above_ x, y, z");
+  if (base.solid) {
+    if (in.stiffness_n_m || in.damping_n_s_m)
+      text.refuse(path, path + " has springs in a solid", "young_pa, poisson or damping_s");
+    out.material = read_part(text, path, base.solid->material, in.young_pa, in.poisson, in.damping_s);
+    return out;
+  }
+  if (in.young_pa || in.poisson || in.damping_s)
+    text.refuse(path, path + " has a solid among springs", "stiffness_n_m or damping_n_s_m");
   if (!in.stiffness_n_m && !in.damping_n_s_m) text.refuse(path, path + " changes nothing", "stiffness_n_m or damping_n_s_m");
   out.stiffness_n_m = base.stiffness_n_m;
   out.damping_n_s_m = base.damping_n_s_m;
@@ -155,13 +129,10 @@ LayerSettings read_layer(const SceneText& text, const schema::LayerT& in, const 
   return out;
 }
 
-void read_material(const SceneText& text, const schema::BodyT& body, LatticeSettings& out) {
+void read_springs(const SceneText& text, const schema::BodyT& body, LatticeSettings& out) {
   const auto& in = *body.lattice;
-  text.in_range(kLattice + ".density_kg_m3", in.density_kg_m3, 1, 30000, "kg/m^3");
-  out.density_kg_m3 = in.density_kg_m3;
   out.stiffness_n_m = required(text, kLattice + ".stiffness_n_m", in.stiffness_n_m, 1e-3, kMaxStiffness, "N/m");
   out.damping_n_s_m = required(text, kLattice + ".damping_n_s_m", in.damping_n_s_m, 0, kMaxDamping, "N s/m");
-
   const std::string law = either_place(text, "spring_law"), stiffening = either_place(text, "stiffening");
   const std::string& law_name = in.spring_law.empty() ? body.spring_law : in.spring_law;
   out.law = static_cast<SpringLaw>(choice(text, law, law_name, kSpringLawNames, 0));
@@ -170,30 +141,31 @@ void read_material(const SceneText& text, const schema::BodyT& body, LatticeSett
       text.refuse(stiffening, stiffening + " is given", "it only with spring_law \"stiffening\"");
     out.stiffening = required(text, stiffening, in.stiffening ? in.stiffening : body.stiffening, 0, 1e4, "");
   }
+}
+
+void read_finite_elements(const SceneText& text, const schema::BodyT& body, LatticeSettings& out) {
+  const std::string path = kLattice + ".solid";
+  if (out.planar) text.refuse(path, path + " is given for a sheet", "it only in 3-D");
+  for (const char* field : {"stiffness_n_m", "damping_n_s_m"})
+    if (text.has(kLattice + "." + field))
+      text.refuse(kLattice + "." + field, kLattice + "." + field + " is given with solid", "one of them");
+  for (const char* field : {"spring_law", "stiffening"})
+    if (const auto place = either_place(text, field); text.has(place))
+      text.refuse(place, place + " is given with solid", "springs for it");
+  out.solid = read_solid(text, path, *body.lattice->solid);
+}
+
+void read_material(const SceneText& text, const schema::BodyT& body, LatticeSettings& out) {
+  const auto& in = *body.lattice;
+  text.in_range(kLattice + ".density_kg_m3", in.density_kg_m3, 1, 30000, "kg/m^3");
+  out.density_kg_m3 = in.density_kg_m3;
   const std::string gravity = either_place(text, "gravity_m_s2");
   const auto& g = in.gravity_m_s2.empty() ? body.gravity_m_s2 : in.gravity_m_s2;
   out.gravity_m_s2 = vector(text, gravity, g, -100, 100, "m/s^2", Vec3(0, 0, 0));
-
+  in.solid ? read_finite_elements(text, body, out) : read_springs(text, body, out);
   for (std::size_t i = 0; i < in.layers.size(); ++i) {
     out.layers.push_back(read_layer(text, *in.layers[i], at(kLattice + ".layers", i), out));
   }
-}
-
-void read_fixing(const SceneText& text, const schema::LatticeT& in, LatticeSettings& out) {
-  for (std::size_t i = 0; i < in.fixed_faces.size(); ++i) {
-    const std::string path = at(kLattice + ".fixed_faces", i);
-    const auto face = choice(text, path, in.fixed_faces[i], kFaceNames, 0);
-    if (out.planar && face >= 4) text.refuse(path, "\"x-\", \"x+\", \"y-\" or \"y+\" for a sheet");
-    out.fixed_faces.emplace_back(kFaceNames[face]);
-  }
-  const auto plane = [&](const char* field, const flatbuffers::Optional<double>& value) -> std::optional<double> {
-    const std::string path = kLattice + "." + field;
-    if (!value) return std::nullopt;
-    if (out.planar) text.refuse(path, path + " is given for a sheet", "fixed_faces");
-    return required(text, path, value, -2 * kMaxCoordinateM, 2 * kMaxCoordinateM, "m");
-  };
-  out.fixed_below_z_m = plane("fixed_below_z_m", in.fixed_below_z_m);
-  out.fixed_above_z_m = plane("fixed_above_z_m", in.fixed_above_z_m);
 }
 
 void read_tool(const SceneText& text, const schema::ToolT& in, SceneSettings& out) {
@@ -211,6 +183,7 @@ void read_tool(const SceneText& text, const schema::ToolT& in, SceneSettings& ou
   out.tool.coupling_n_m = in.coupling_n_m;
   out.tool.radius_m = in.radius_m;
   if (!text.has(node)) return;
+  if (out.mesh) text.refuse(node, node + " is given with a mesh", "it only with a lattice of nodes and size_m");
   if (out.lattice.spacing_m > 0) text.refuse(node, node + " is given with spacing_m", "it only with nodes and size_m");
   if (in.node.size() != 3 && !(out.lattice.planar && in.node.size() == 2))
     text.refuse(node, "a list of 3 whole numbers [i, j, k]");
@@ -224,6 +197,14 @@ void read_tool(const SceneText& text, const schema::ToolT& in, SceneSettings& ou
 void read_solver(const SceneText& text, const schema::SolverT& in, SceneSettings& out) {
   text.in_range("solver.step_ms", in.step_ms, 0.1, 50, "ms");
   out.step_ms = in.step_ms;
+}
+
+void read_lattice(const SceneText& text, const schema::BodyT& body, LatticeSettings& out) {
+  if (!body.lattice) text.refuse(kLattice, "an object with nodes and size_m");
+  const auto& in = *body.lattice;
+  read_place(text, in, out);
+  read_material(text, body, out);
+  out.fixed = read_fixing(text, kLattice, in.fixed_faces, in.fixed_below_z_m, in.fixed_above_z_m, out.planar);
 }
 
 }  // namespace
@@ -240,11 +221,11 @@ SceneSettings read_settings(const SceneText& text) {
   out.name = text.has("name") ? in.name : text.file().stem().string();
   if (text.has("name") && !is_name(in.name)) text.refuse("name", "1 to 64 bytes without control characters");
   out.name.resize(std::min<std::size_t>(out.name.size(), kMaxNameBytes));
-  if (!in.body) text.refuse("body", "an object with a lattice");
-  if (!in.body->lattice) text.refuse(kLattice, "an object with nodes and size_m");
-  read_place(text, *in.body->lattice, out.lattice);
-  read_material(text, *in.body, out.lattice);
-  read_fixing(text, *in.body->lattice, out.lattice);
+  if (!in.body) text.refuse("body", "an object with a lattice or a mesh");
+  if (in.body->mesh)
+    out.mesh = read_mesh_body(text, *in.body);
+  else
+    read_lattice(text, *in.body, out.lattice);
   read_tool(text, in.tool ? *in.tool : schema::ToolT(), out);
   read_solver(text, in.solver ? *in.solver : schema::SolverT(), out);
   return out;

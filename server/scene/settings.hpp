@@ -15,11 +15,24 @@ namespace palpate {
 class SceneText;
 struct Json;
 
-/// Elements whose midpoint m satisfies above <= m < below on every axis get this stiffness and damping.
+/// What a body of finite elements is made of.
+struct SolidSettings {
+  SolidMaterial material;
+  double mass_damping_1_s = 0;
+};
+
+/// Elements whose midpoint m satisfies above <= m < below on every axis get this stiffness and damping, or this material.
 struct LayerSettings {
   Vec3 below_m = Vec3::Constant(std::numeric_limits<double>::infinity());
   Vec3 above_m = Vec3::Constant(-std::numeric_limits<double>::infinity());
   double stiffness_n_m = 0, damping_n_s_m = 0;
+  SolidMaterial material = {};
+};
+
+/// Nodes that never move.
+struct FixedSettings {
+  std::vector<std::string> faces;
+  std::optional<double> below_z_m, above_z_m;
 };
 
 struct EllipsoidSettings {
@@ -49,15 +62,31 @@ struct LatticeSettings {
   double density_kg_m3 = 1000, stiffness_n_m = 0, damping_n_s_m = 0;
   SpringLaw law = SpringLaw::linear;
   double stiffening = 10;
+  std::optional<SolidSettings> solid;  ///< finite elements in place of springs
   std::vector<LayerSettings> layers;
-  std::vector<std::string> fixed_faces;
-  std::optional<double> fixed_below_z_m, fixed_above_z_m;
+  FixedSettings fixed;
+  Vec3 gravity_m_s2 = Vec3::Zero();
+};
+
+/// Cells with this number in the mesh get this material.
+struct RegionSettings {
+  int id = 0;
+  SolidMaterial material;
+};
+
+struct MeshBodySettings {
+  MeshSettings mesh;
+  double density_kg_m3 = 1000;
+  SolidSettings solid;
+  std::vector<RegionSettings> regions;
+  FixedSettings fixed;
   Vec3 gravity_m_s2 = Vec3::Zero();
 };
 
 struct SceneSettings {
   std::string name;
   LatticeSettings lattice;
+  std::optional<MeshBodySettings> mesh;         ///< in place of the lattice
   ToolSpec tool;                                ///< tool.node is not set yet
   std::optional<std::array<int, 3>> tool_node;  ///< lattice indices
   double step_ms = 10;                          ///< of the solver
@@ -71,6 +100,7 @@ Json to_json(const SceneSettings& settings);
 
 inline constexpr std::array<const char*, 6> kFaceNames = {"x-", "x+", "y-", "y+", "z-", "z+"};
 inline constexpr std::array<const char*, 3> kSpringLawNames = {"linear", "stiffening", "thigh-skin"};
+inline constexpr std::array<const char*, 2> kSolidLawNames = {"corotational", "neo-hookean"};
 inline constexpr std::array<const char*, 2> kContactNames = {"attach", "touch"};
 
 }  // namespace palpate

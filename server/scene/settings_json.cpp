@@ -17,14 +17,17 @@ Json list(const Values& values, std::ptrdiff_t n) {
 
 Json list(const Vec3& v) { return list(v, 3); }
 
+void add_mesh_file(Json& out, const MeshSettings& mesh) {
+  out.add("file", Json::string(mesh.file));
+  out.add("scale", Json::number(mesh.scale));
+  out.add("rotation_deg", list(mesh.rotation_deg));
+  out.add("offset_m", list(mesh.offset_m));
+}
+
 Json to_json(const ClipSettings& clip) {
   Json out = Json::object();
   if (const auto& mesh = clip.mesh) {
-    Json& m = out.add("mesh", Json::object());
-    m.add("file", Json::string(mesh->file));
-    m.add("scale", Json::number(mesh->scale));
-    m.add("rotation_deg", list(mesh->rotation_deg));
-    m.add("offset_m", list(mesh->offset_m));
+    add_mesh_file(out.add("mesh", Json::object()), *mesh);
     return out;
   }
   Json& ellipsoids = out.add("ellipsoids", Json::array());
@@ -39,12 +42,37 @@ Json to_json(const ClipSettings& clip) {
   return out;
 }
 
-Json to_json(const LayerSettings& layer) {
+void add_material(Json& out, const SolidMaterial& material) {
+  out.add("young_pa", Json::number(material.young_pa));
+  out.add("poisson", Json::number(material.poisson));
+  out.add("damping_s", Json::number(material.damping_s));
+}
+
+Json to_json(const SolidSettings& solid) {
+  Json out = Json::object();
+  out.add("law", Json::string(kSolidLawNames[static_cast<std::size_t>(solid.material.law)]));
+  add_material(out, solid.material);
+  out.add("mass_damping_1_s", Json::number(solid.mass_damping_1_s));
+  return out;
+}
+
+void add_fixing(Json& out, const FixedSettings& fixed) {
+  Json& faces = out.add("fixed_faces", Json::array());
+  for (const auto& face : fixed.faces) faces.items.push_back(Json::string(face));
+  if (fixed.below_z_m) out.add("fixed_below_z_m", Json::number(*fixed.below_z_m));
+  if (fixed.above_z_m) out.add("fixed_above_z_m", Json::number(*fixed.above_z_m));
+}
+
+Json to_json(const LayerSettings& layer, bool solid) {
   Json out = Json::object();
   for (int axis = 0; axis < 3; ++axis) {
     const std::string suffix = std::string("_") + "xyz"[axis] + "_m";
     if (std::isfinite(layer.below_m[axis])) out.add("below" + suffix, Json::number(layer.below_m[axis]));
     if (std::isfinite(layer.above_m[axis])) out.add("above" + suffix, Json::number(layer.above_m[axis]));
+  }
+  if (solid) {
+    add_material(out, layer.material);
+    return out;
   }
   out.add("stiffness_n_m", Json::number(layer.stiffness_n_m));
   out.add("damping_n_s_m", Json::number(layer.damping_n_s_m));
@@ -68,17 +96,35 @@ Json to_json(const LatticeSettings& lattice) {
   Json out = Json::object();
   add_place(out, lattice);
   out.add("density_kg_m3", Json::number(lattice.density_kg_m3));
-  out.add("stiffness_n_m", Json::number(lattice.stiffness_n_m));
-  out.add("damping_n_s_m", Json::number(lattice.damping_n_s_m));
-  out.add("spring_law", Json::string(kSpringLawNames[static_cast<std::size_t>(lattice.law)]));
-  if (lattice.law == SpringLaw::stiffening) out.add("stiffening", Json::number(lattice.stiffening));
+  if (lattice.solid) {
+    out.add("solid", to_json(*lattice.solid));
+  } else {
+    out.add("stiffness_n_m", Json::number(lattice.stiffness_n_m));
+    out.add("damping_n_s_m", Json::number(lattice.damping_n_s_m));
+    out.add("spring_law", Json::string(kSpringLawNames[static_cast<std::size_t>(lattice.law)]));
+    if (lattice.law == SpringLaw::stiffening) out.add("stiffening", Json::number(lattice.stiffening));
+  }
   Json& layers = out.add("layers", Json::array());
-  for (const auto& layer : lattice.layers) layers.items.push_back(to_json(layer));
-  Json& faces = out.add("fixed_faces", Json::array());
-  for (const auto& face : lattice.fixed_faces) faces.items.push_back(Json::string(face));
-  if (lattice.fixed_below_z_m) out.add("fixed_below_z_m", Json::number(*lattice.fixed_below_z_m));
-  if (lattice.fixed_above_z_m) out.add("fixed_above_z_m", Json::number(*lattice.fixed_above_z_m));
+  for (const auto& layer : lattice.layers) layers.items.push_back(to_json(layer, lattice.solid.has_value()));
+  add_fixing(out, lattice.fixed);
   out.add("gravity_m_s2", list(lattice.gravity_m_s2));
+  return out;
+}
+
+Json to_json(const MeshBodySettings& body) {
+  Json out = Json::object();
+  add_mesh_file(out, body.mesh);
+  out.add("density_kg_m3", Json::number(body.density_kg_m3));
+  out.add("solid", to_json(body.solid));
+  Json& regions = out.add("regions", Json::array());
+  for (const RegionSettings& region : body.regions) {
+    Json item = Json::object();
+    item.add("id", Json::number(region.id));
+    add_material(item, region.material);
+    regions.items.push_back(std::move(item));
+  }
+  add_fixing(out, body.fixed);
+  out.add("gravity_m_s2", list(body.gravity_m_s2));
   return out;
 }
 
@@ -87,7 +133,8 @@ Json to_json(const LatticeSettings& lattice) {
 Json to_json(const SceneSettings& settings) {
   Json out = Json::object();
   out.add("name", Json::string(settings.name));
-  out.add("body", Json::object()).add("lattice", to_json(settings.lattice));
+  Json& body = out.add("body", Json::object());
+  settings.mesh ? body.add("mesh", to_json(*settings.mesh)) : body.add("lattice", to_json(settings.lattice));
   Json& tool = out.add("tool", Json::object());
   tool.add("contact", Json::string(kContactNames[static_cast<std::size_t>(settings.tool.contact)]));
   if (settings.tool_node) tool.add("node", list(*settings.tool_node, 3));

@@ -12,18 +12,17 @@ using namespace palpate::test;
 namespace {
 
 struct System {
-  LumpedBody body = box_body(4, 4, 4);
+  LumpedBody body;
   Dynamics dynamics{body};
   BodyState state = random_state(dynamics, 1, 0.002, 0.1);
-  Tangents tangents{dynamics};
   BlockMatrix a = dynamics.make_matrix();
   BatchConjugateGradients solver;
   std::vector<Vector> b, x;
 
-  explicit System(std::size_t columns, double c_m = 400, double c_d = 20, double c_k = 1) : x(columns) {
-    tangents.take(state);
-    solver.prepare(tangents, c_m, c_d, c_k, body.fixed, true);
+  explicit System(std::size_t columns, double c_m = 400, double c_d = 20, double c_k = 1, LumpedBody of = box_body(4, 4, 4))
+      : body(std::move(of)), x(columns) {
     dynamics.assemble(state, c_m, c_d, c_k, body.fixed, true, a);
+    solver.prepare(a, body.fixed);
     Random random(2);
     for (std::size_t k = 0; k < columns; ++k) {
       b.emplace_back(Vector(3 * static_cast<Eigen::Index>(a.rows())));
@@ -46,7 +45,8 @@ struct System {
 
 TEST_CASE("More columns than go side by side, of very different size, are each solved to their tolerance") {
   const double tolerance = GENERATE(1e-1, 1e-3, 1e-5);
-  System system(19);
+  const bool solid = GENERATE(false, true);
+  System system(19, 400, 20, 1, solid ? solid_box(4, 4, 4, {SolidLaw::corotational, 4000, 0.4, 0.05}) : box_body(4, 4, 4));
   bool definite = true;
   CHECK(system.solve(tolerance, definite) > 19);
   CHECK(definite);

@@ -20,10 +20,19 @@ TEST_CASE("a calm link is sent half as many datagrams, and what is repeated cove
   CHECK(pace.interval() == UplinkPace::kCalm);
   CHECK(pace.repeat() == UplinkPace::kRepeatLeast);
   for (const int run : {1, 4, 10, 500}) {
-    pace.take({1000, 600, static_cast<std::uint16_t>(run), {}}, 2s);
+    pace.take({1000, 400, static_cast<std::uint16_t>(run), {}}, 2s);
     CHECK(pace.interval() == UplinkPace::kBusy);
     CHECK((pace.repeat() >= 2 * (run + 1) || pace.repeat() == UplinkPace::kRepeatMost));
   }
+}
+
+TEST_CASE("A link that drowns in what it is sent is sent as little as a calm one, and what gets through decides afterwards") {
+  UplinkPace pace;
+  pace.take({1000, 700, 40, {}}, 1s);
+  CHECK(pace.interval() == UplinkPace::kCalm);
+  CHECK(pace.repeat() == UplinkPace::kRepeatLeast);
+  pace.take({1000, 50, 2, {}}, 12s);
+  CHECK(pace.interval() == UplinkPace::kBusy);
 }
 
 TEST_CASE("losses are believed at once and forgotten after ten seconds without") {

@@ -120,6 +120,13 @@ TEST_CASE("Port comes to rest over a second of delay at 10 Hz") {
   CHECK(r.verdict.growth_1_s < -1);
 }
 
+TEST_CASE("A run ends at its time also where frames do not fall on whole milliseconds") {
+  ReleaseOptions options = options_for(Scheme::tangent, 0);
+  options.rate_hz = 60;
+  options.observe_s = 0.3;
+  CHECK(release(cube6(), options).loop.ticks.size() == Approx(801).margin(1));
+}
+
 TEST_CASE("The guard that only observes changes nothing, and sees that held forces generate energy") {
   ReleaseOptions options = options_for(Scheme::hold, 100);
   const ReleaseResult off = release(cube6(), options);

@@ -131,7 +131,8 @@ TEST_CASE("At 150 ms round trip and 20 ms jitter, 5 % loss takes less than 1.5 d
   };
   const ReplayResult clean = run(0), lossy = run(0.05);
   INFO(clean.fidelity.snr_db << " dB without loss, " << lossy.fidelity.snr_db << " dB with");
-  CHECK(lossy.patches_used < clean.patches_used);
+  CHECK(lossy.uplink_bytes_s > 1.5 * clean.uplink_bytes_s);  // something got lost, and was answered
+  CHECK(lossy.patches_used + 2 >= clean.patches_used);
   CHECK(lossy.fidelity.snr_db > clean.fidelity.snr_db - 1.5);
   CHECK(lossy.felt_step.swaps > 80);
   CHECK(lossy.felt_step.share_within == 1);

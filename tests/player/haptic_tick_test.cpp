@@ -17,7 +17,8 @@ constexpr Micros kEpoch{1'000'000};
 struct Hand {
   std::unique_ptr<LatestSlot<PatchPlayer>> slot = std::make_unique<LatestSlot<PatchPlayer>>();
   std::unique_ptr<SampleRing> ring = std::make_unique<SampleRing>();
-  explicit Hand(PassivityMode passivity = PassivityMode::off) : haptic(*slot, *ring, GuardLimits{0, 0, passivity}) {}
+  explicit Hand(PassivityMode passivity = PassivityMode::off, double force_max_n = 0)
+      : haptic(*slot, *ring, GuardLimits{force_max_n, 0, passivity}) {}
   HapticTick haptic;
   int ms = 0;
 
@@ -57,7 +58,7 @@ TEST_CASE("Without a patch there is no force") {
   CHECK_FALSE(out.has_patch);
 }
 
-TEST_CASE("The step at a swap is measured and decays linearly to nothing, a large one in ten ticks") {
+TEST_CASE("The step at a swap is measured and decays linearly to nothing") {
   Hand hand;
   hand.give(constant(Vec3(1, 0, 0), 1, hand.now()));
   CHECK(hand.ticks(100).force == Vec3(1, 0, 0));
@@ -67,20 +68,22 @@ TEST_CASE("The step at a swap is measured and decays linearly to nothing, a larg
   CHECK(swap.hand_over_step_n == Approx(2));
   CHECK(hand.haptic.counts().hand_over_step_max_n == Approx(2));
   CHECK(swap.force.x() == Approx(1));
-  for (int k = 1; k <= 12; ++k) {
+  for (int k = 1; k <= 16; ++k) {  // 2 N in 14 steps of less than 5 % of 3 N
     const TickOutput out = hand.tick();
     CHECK_FALSE(out.swapped);
-    CHECK(out.force.x() == Approx(std::min(1 + 0.2 * k, 3.0)));
+    CHECK(out.force.x() == Approx(std::min(1 + 2.0 / 14 * k, 3.0)));
   }
 }
 
-TEST_CASE("A step that a hand does not notice is gone in four ticks, a larger one moves the force no faster in 5 ms") {
+TEST_CASE(
+    "A step that a hand does not notice is gone in four ticks, a larger one moves the force no faster in 5 ms, a large one in "
+    "1") {
   struct Row {
     double step_n, force_n;
     int ticks;
   };
-  const auto row =
-      GENERATE(Row{0.02, 0.5, 4}, Row{0.04, 0.5, 4}, Row{0.07, 0.5, 7}, Row{0.07, 2, 4}, Row{0.19, 4, 5}, Row{5, 1, 10});
+  const auto row = GENERATE(Row{0.02, 0.5, 4}, Row{0.04, 0.5, 4}, Row{0.07, 0.5, 7}, Row{0.07, 2, 4}, Row{0.19, 4, 5},
+                            Row{0.4, 1, 10}, Row{0.61, 1, 13}, Row{5, 1, 25});
   Hand hand;
   hand.give(constant(Vec3(row.force_n - row.step_n, 0, 0), 1, hand.now()));
   hand.ticks(100);
@@ -119,6 +122,14 @@ TEST_CASE("A patch older than it may be fades to nothing in 50 ticks, and a fres
     last = now;
   }
   CHECK(last == Approx(2));
+}
+
+TEST_CASE("A force that the device cannot show fades from and to what it can") {
+  Hand hand(PassivityMode::off, 8.5);
+  hand.give(constant(Vec3(0, 0, 80), 1, hand.now(), Micros{200'000}));
+  for (int k = 1; k <= 50; ++k) CHECK(hand.tick().force.z() == Approx(8.5 * k / 50));
+  hand.ticks(150);
+  for (int k = 1; k <= 50; ++k) CHECK(hand.tick().force.z() == Approx(8.5 * (50 - k) / 50).margin(1e-12));
 }
 
 TEST_CASE("A tool beyond the trust radius feels the patch fade, and feels it again when it returns") {
@@ -238,7 +249,7 @@ TEST_CASE("A device with little damping oscillates on a stiff patch, and comes t
 TEST_CASE("Energy that a swap of patches injects is observed, and taken out again where the limiter is on") {
   // In by 10 mm against 1 N; a swap makes it 2 N; out by 10 mm: the display gives back 10 mJ more than it was given.
   constexpr double kDepthM = 0.010, kBeforeN = 1, kAfterN = 2;
-  constexpr int kTicks = 80;  // at 0.125 m/s the damper may take up to 2.5 N
+  constexpr int kTicks = 50;  // at 0.2 m/s the damper may take more than the 2 N
   const double injected_j = (kAfterN - kBeforeN) * kDepthM;
   const auto given = [&](PassivityMode mode, GuardCounts& counts) {
     Hand hand(mode);
@@ -267,9 +278,9 @@ TEST_CASE("Energy that a swap of patches injects is observed, and taken out agai
   CHECK(observed.dissipated_j == 0);
   const double left_j = given(PassivityMode::on, on);
   INFO("left " << left_j << " J, dissipated " << on.dissipated_j << " J");
-  CHECK(std::abs(left_j) < 0.03 * injected_j);
-  CHECK(on.dissipated_j == Approx(injected_j).epsilon(0.03));
-  CHECK(on.damped > 35);
+  CHECK(std::abs(left_j) < 1.2 * Passivity::kFullJ);  // the deficit that it takes to stop the display
+  CHECK(on.dissipated_j == Approx(injected_j - left_j).epsilon(0.01));
+  CHECK(on.damped > 20);
   CHECK(on.damper_rms_n() > 0.5 * (kAfterN - kBeforeN));
 }
 
@@ -289,4 +300,23 @@ TEST_CASE("The age that patches reach before the next takes over is known, and a
   swap();
   hand.tick();
   CHECK(hand.haptic.bridged() == bridged);
+}
+
+TEST_CASE("Patches whose way became longer than they are valid for are known to be older before long") {
+  Hand hand;
+  std::uint32_t seq = 0;
+  const auto swaps = [&](int count, Micros way) {
+    for (int k = 0; k < count; ++k) {
+      hand.give(constant(Vec3(1, 0, 0), ++seq, hand.now() - way, 2 * hand.haptic.bridged() + Micros{250'000}));
+      hand.ticks(20);
+    }
+  };
+  swaps(100, Micros{5'000});
+  REQUIRE(hand.haptic.bridged() < Micros{30'000});
+  swaps(10, Micros{340'000});
+  CHECK(hand.haptic.bridged() > Micros{150'000});
+  swaps(200, Micros{340'000});
+  CHECK(hand.haptic.bridged() >= Micros{360'000});
+  CHECK(hand.haptic.bridged() < Micros{370'000});
+  CHECK(hand.ticks(1).force.x() == Approx(1));
 }

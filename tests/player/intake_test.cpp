@@ -11,7 +11,7 @@ using namespace palpate;
 
 namespace {
 
-constexpr Micros kEpoch{1'000'000};
+constexpr Micros kEpoch{1'000'000}, kNow = kEpoch + 200 * kTick;
 
 ToolSample sample_at(int ms) {
   return {kEpoch + ms * kTick,
@@ -31,7 +31,7 @@ TEST_CASE("A patch that comes late is caught up to the same bits as one played f
   for (int ms = 0; ms <= 300; ++ms) side.intake.add_sample(sample_at(ms));
   const Micros stamp = kEpoch + 100 * kTick + Micros{GENERATE(0, 300, 700)};
   const Patch patch = touch ? test::touch_patch(8, 1, stamp) : test::attach_patch(11, 1, stamp);
-  REQUIRE(side.intake.accept(patch));
+  REQUIRE(side.intake.accept(patch, kNow));
   PatchPlayer* caught_up = side.slot->take();
   REQUIRE(caught_up != nullptr);
   PatchPlayer played(patch);
@@ -51,25 +51,37 @@ TEST_CASE("A patch that comes late is caught up to the same bits as one played f
 TEST_CASE("Patches that are old news, older than memory or from the future are counted and left") {
   Side side;
   for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
-  CHECK(side.intake.accept(test::attach_patch(3, 7, kEpoch + 50 * kTick)));
-  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 7, kEpoch + 60 * kTick)));
-  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 6, kEpoch + 60 * kTick)));
-  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 8, kEpoch - 5 * kTick)));
-  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 9, kEpoch + 230 * kTick)));
+  CHECK(side.intake.accept(test::attach_patch(3, 7, kEpoch + 50 * kTick), kNow));
+  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 7, kEpoch + 60 * kTick), kNow));
+  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 6, kEpoch + 60 * kTick), kNow));
+  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 8, kEpoch - 5 * kTick), kNow));
+  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 9, kEpoch + 230 * kTick), kNow));
   CHECK(side.intake.counts().accepted == 1);
   CHECK(side.intake.counts().stale == 2);
   CHECK(side.intake.counts().too_old == 1);
   CHECK(side.intake.counts().from_future == 1);
   side.intake.reset();
-  CHECK(side.intake.accept(test::attach_patch(3, 1, kEpoch + 60 * kTick)));
+  CHECK(side.intake.accept(test::attach_patch(3, 1, kEpoch + 60 * kTick), kNow));
+}
+
+TEST_CASE("A patch that waited while the network side stood still is played, although the samples of that time were lost") {
+  Side side;
+  for (int ms = 0; ms <= 1000; ++ms) side.intake.add_sample(sample_at(ms));  // as many as the ring holds
+  const Micros now = kEpoch + 2200 * kTick;
+  CHECK(side.intake.accept(test::attach_patch(3, 1, kEpoch + 1900 * kTick), now));
+  PatchPlayer* const player = side.slot->take();
+  REQUIRE(player != nullptr);
+  CHECK(player->advance({now, Vec3::Zero()}).force.allFinite());
+  CHECK(player->time() == now);
+  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 2, now + PatchIntake::kFutureMax + kTick), now));
 }
 
 TEST_CASE("Sequence numbers go on past their wrap") {
   Side side;
   for (int ms = 0; ms <= 20; ++ms) side.intake.add_sample(sample_at(ms));
-  CHECK(side.intake.accept(test::attach_patch(3, 0xffffffffu, kEpoch + 5 * kTick)));
-  CHECK(side.intake.accept(test::attach_patch(3, 0, kEpoch + 6 * kTick)));
-  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 0xffffffffu, kEpoch + 6 * kTick)));
+  CHECK(side.intake.accept(test::attach_patch(3, 0xffffffffu, kEpoch + 5 * kTick), kNow));
+  CHECK(side.intake.accept(test::attach_patch(3, 0, kEpoch + 6 * kTick), kNow));
+  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 0xffffffffu, kEpoch + 6 * kTick), kNow));
 }
 
 TEST_CASE("The history keeps the newest samples and finds them by time") {
@@ -93,7 +105,7 @@ namespace {
 std::vector<Vec3> felt(Side& side, const Patch& patch, const std::vector<PatchTerms>& pieces, const std::vector<int>& order) {
   for (const int k : order) {
     if (k < 0)
-      REQUIRE(side.intake.accept(patch));
+      REQUIRE(side.intake.accept(patch, kNow));
     else
       CHECK(side.intake.accept(pieces[static_cast<std::size_t>(k)]));
   }
@@ -130,7 +142,7 @@ TEST_CASE(
     PatchPlayer expected = whole ? bent : straight;
     for (int ms = 201; ms <= 260; ++ms)
       CHECK(forces[static_cast<std::size_t>(ms - 201)] == expected.advance(sample_at(ms)).force);
-    CHECK(side.intake.accept(test::attach_patch(11, 6, kEpoch + 150 * kTick)));
+    CHECK(side.intake.accept(test::attach_patch(11, 6, kEpoch + 150 * kTick), kNow));
     CHECK_FALSE(side.intake.accept(pieces[3]));
   }
   CHECK(bent.output().force != straight.output().force);
@@ -140,7 +152,7 @@ TEST_CASE("Terms that do not fit their patch, or of another whole, do not bend i
   Side side;
   for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
   const Patch patch = test::attach_patch(11, 5, kEpoch + 100 * kTick);
-  REQUIRE(side.intake.accept(patch));
+  REQUIRE(side.intake.accept(patch, kNow));
   for (const PatchTerms& piece : to_pieces(test::cubic_terms(test::attach_patch(9, 5, patch.stamp)), 5))
     side.intake.accept(piece);
   CHECK(side.intake.counts().bent == 0);

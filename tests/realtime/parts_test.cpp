@@ -1,6 +1,8 @@
 // The parts of the 1 kHz loop, each in its steady state, allocate, lock and throw nothing.
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <thread>
 
 #include "client/device/replay_device.hpp"
 #include "client/device/sim_phantom.hpp"
@@ -58,20 +60,55 @@ TEST_CASE("The guard passes good, bad, large and active forces without allocatio
   CHECK(limiter.counts().not_finite > 0);
 }
 
-TEST_CASE("The recorder and the histograms take a full run and more without allocation, lock or exception", "[realtime]") {
-  palpate::Recorder recorder(1000, 3);
+TEST_CASE("The recorder and the histograms take more than they have room for without allocation, lock or exception",
+          "[realtime]") {
+  palpate::Recorder recorder(1000, 3), unread(0, 3);
   palpate::Histogram<1000> histogram(10);
   RealtimeGuard guard;
   for (int i = 0; i < 1500; ++i) {
-    if (recorder.begin({Micros{i}, Vec3::Zero(), Micros{i}, true}))
+    const palpate::TickRecord tick{Micros{i}, Vec3::Zero(), Vec3::Zero(), Micros{i}, true, false, 0};
+    if (unread.begin(tick)) unread.end();
+    if (recorder.begin(tick)) {
       for (std::size_t d = 0; d < 3; ++d) recorder.set(d, {Vec3(i, static_cast<double>(d), 0), d == 1});
+      recorder.end();
+    }
     histogram.add(i * 10);
   }
   CHECK(guard.end().none());
-  CHECK(recorder.size() == 1000);
   CHECK(recorder.missed() == 500);
-  CHECK(recorder.row(999)[2].force == Vec3(999, 2, 0));
-  CHECK(recorder.row(500)[1].contact);
+  CHECK(unread.missed() == 0);
+  palpate::TickRecord tick;
+  std::array<palpate::DisplayRecord, 3> row;
+  for (int i = 0; i < 1000; ++i) {
+    REQUIRE(recorder.take(tick, row));
+    REQUIRE(tick.t == Micros{i});
+    REQUIRE(row[2].force == Vec3(i, 2, 0));
+    REQUIRE(row[1].contact);
+  }
+  CHECK_FALSE(recorder.take(tick, row));
+  CHECK_FALSE(unread.take(tick, row));
+}
+
+TEST_CASE("Rows cross from one thread to the other whole, in order, round the ring many times", "[realtime]") {
+  constexpr int kRows = 50'000;
+  palpate::Recorder recorder(64, 2);
+  std::thread writer([&recorder] {
+    for (int i = 0; i < kRows; ++i) {
+      while (!recorder.begin({Micros{i}, Vec3::Zero(), Vec3::Zero(), Micros{}, true, false, 0})) std::this_thread::yield();
+      recorder.set(0, {Vec3::Constant(i), false});
+      recorder.set(1, {Vec3::Constant(-i), true});
+      recorder.end();
+    }
+  });
+  palpate::TickRecord tick;
+  std::array<palpate::DisplayRecord, 2> row;
+  int wrong = 0;
+  for (int i = 0; i < kRows; ++i) {
+    while (!recorder.take(tick, row)) std::this_thread::yield();
+    wrong += tick.t != Micros{i} || row[0].force != Vec3::Constant(i) || row[1].force != Vec3::Constant(-i);
+  }
+  writer.join();
+  CHECK(wrong == 0);
 }
 
 TEST_CASE("A histogram's percentiles bound the share of values below them", "[realtime]") {

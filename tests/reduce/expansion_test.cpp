@@ -44,7 +44,10 @@ struct Case {
   /// Force beyond the tangent.
   Vector beyond(const Vector& y) const {
     const Vector zero = Vector::Zero(kVariables);
-    return force(y, zero) - force(zero, zero) + shapes.transpose() * dynamics.multiply_stiffness_exact(state, shapes * y);
+    const Vector motion = shapes * y;
+    Vector k_y, d_y;
+    dynamics.multiply_tangents({0, state.x, Vector::Zero(state.x.size())}, motion, k_y, d_y);
+    return force(y, zero) - force(zero, zero) + shapes.transpose() * k_y;
   }
   CubicTerms terms(int leading, double negligible = 0) const {
     const auto x = expand(dynamics, state, shapes, leading, negligible);

@@ -183,3 +183,29 @@ TEST_CASE("Stations of one frame share its solves, which are made together") {
   CHECK(p->port(2).compliance.trace() > 0);
   CHECK(kept.answer[2] == before);
 }
+
+TEST_CASE("A touch patch of fewer modes than a tool has directions yields statically in all of them, none twice") {
+  for (const int states : {2, 4, 6}) {
+    Bench bench;
+    bench.touch(40, Vec3(0.05, 0, -0.4), Vec3::Zero());
+    bench.frame.begin(bench.state, bench.ports, bench.tools, kBridge);
+    PatchRequest request;
+    request.order = states;
+    request.bridge = kBridge;
+    const auto patch = bench.builder.build(bench.frame, 0, request);
+    REQUIRE(patch);
+    REQUIRE(check(*patch) == PatchFault::none);
+    REQUIRE(patch->modes() == states / 2);
+    const Matrix b = bench.input(0);
+    const Mat3 exact = b.transpose() * bench.dynamic(kShift, {Mat3::Zero()}).lu().solve(b);
+    const PortRows rows = rows_of(*patch);
+    const Mat3 reduced = Matrix(rows) * dynamic_of(*patch, kShift).lu().solve(Matrix(rows).transpose()) + patch->c_static;
+    INFO(states << " states");
+    CHECK((reduced - exact).norm() < 0.02 * exact.norm());
+    // What yields at once has done so at the stamp: the surface is where the body has it.
+    const Positions x(bench.state.x.data(), static_cast<std::size_t>(bench.state.x.size()));
+    const Vec3 corner =
+        patch->surface.vertices[patch->surface.triangles[0][0]].position + patch->c_static * bench.ports[0].lambda;
+    CHECK((corner - vertex(x, bench.skin.view().triangles[40][0])).norm() < 1e-12);
+  }
+}

@@ -123,6 +123,36 @@ TEST_CASE("nobody waits for a late station, and its samples count again when the
   CHECK(bench.now - bench.room.jobs.back().target >= 19ms);
 }
 
+TEST_CASE("Samples that stay out are waited for as long as they are late now and then: that grows soon and shrinks slowly") {
+  Bench bench;
+  RawStation quick(bench, 1, "quick"), shaky(bench, 2, "shaky");
+  quick.join();
+  shaky.join();
+  // Its samples are 4 ms old when they come; in `held` of every 50 ms none does.
+  const auto run = [&](int ms, int held) {
+    for (int i = 0; i < ms; ++i) {
+      bench.now += 1ms;
+      quick.say_samples({quick.sample()});
+      if (i % 50 >= held) shaky.say_samples({shaky.sample(4ms)});
+      bench.tick();
+    }
+  };
+  const auto waits = [&] {
+    run(100, 50);
+    return bench.now - bench.room.jobs.back().target;
+  };
+  run(2000, 0);
+  CHECK(waits() <= 10ms);
+  run(1000, 12);
+  const auto grown = waits();
+  CHECK(grown >= 14ms);
+  CHECK(grown <= kMostWait + 6ms);
+  run(50, 0);
+  CHECK(waits() >= 10ms);
+  run(2000, 0);
+  CHECK(waits() <= 10ms);
+}
+
 TEST_CASE("when the only station falls silent the body goes on at the lag it had") {
   Bench bench;
   RawStation hand(bench, 1, "hand");
@@ -195,7 +225,7 @@ TEST_CASE("a long silence of the process is made up for in frames of bounded len
 TEST_CASE("only the newest patch is sent, once") {
   Bench bench;
   RawStation hand(bench, 1, "hand");
-  hand.join().live();
+  hand.join().lossless().live();
   bench.sent.clear();
   for (int k = 0; k < 3; ++k) {  // three frames while nothing is emitted
     bench.now += 50ms;
@@ -234,7 +264,7 @@ TEST_CASE("without contact in reach a frame is a beat that tells the body time")
 TEST_CASE("a frame that failed brings no patch and is counted") {
   Bench bench;
   RawStation hand(bench, 1, "hand");
-  hand.join().live();
+  hand.join().lossless().live();
   const auto patches = bench.core.stations()[0].counts.patches;
   bench.room.fail = true;
   hand.live(100ms);
@@ -294,6 +324,39 @@ TEST_CASE(
   CHECK(bench.room.jobs.back().stations.at(0).bridge == kBridgeMost);
 }
 
+TEST_CASE("A patch for a quick station beside a slow one, or for its shadow, is made for the age that the slow one gives it") {
+  Bench bench;
+  RawStation quick(bench, 1, "quick"), slow(bench, 2, "slow"), shadow(bench, 3, "shadow");
+  quick.join();
+  slow.join();
+  shadow.hello.shadow_of = "slow";
+  shadow.join();
+  for (int i = 0; i < 1500; ++i) {
+    bench.now += 1ms;
+    quick.say_samples({quick.sample()});
+    slow.say_samples({slow.sample(80ms)});
+    if (i % 50 == 0) shadow.say(Beat{});
+    bench.tick();
+  }
+  const auto& job = bench.room.jobs.back();
+  const auto behind = bench.now - job.target;
+  REQUIRE(job.stations.size() == 3);
+  for (const StationJob& station : job.stations) CHECK(station.bridge >= behind + 50ms);
+
+  Bench late;
+  RawStation far(late, 1, "far"), beside(late, 2, "beside");
+  far.join();
+  beside.hello.shadow_of = "far";
+  beside.join();
+  for (int i = 0; i < 1500; ++i) {
+    late.now += 1ms;
+    far.say_samples({far.sample(400ms)});
+    if (i % 50 == 0) beside.say(Beat{});
+    late.tick();
+  }
+  for (const StationJob& station : late.room.jobs.back().stations) CHECK(station.bridge >= 450ms);
+}
+
 TEST_CASE(
     "a grasp that leaves the order to the server gets fewer moments where patches must last long, and what it asked for else") {
   Bench bench(ContactKind::attach);
@@ -338,7 +401,7 @@ TEST_CASE("a station that gets patches is told four times a second how its datag
   CHECK(static_cast<double>(report.lost) / report.judged == Approx(1.0 / 21).epsilon(0.1));
 }
 
-TEST_CASE("a station that loses what we send gets every patch twice, until it loses nothing any more") {
+TEST_CASE("patches go as many times as keeps them from getting lost, twice until the station has said what it loses") {
   Bench bench;
   RawStation hand(bench, 1, "hand");
   hand.join().live();
@@ -353,8 +416,38 @@ TEST_CASE("a station that loses what we send gets every patch twice, until it lo
     REQUIRE(count.size() >= 19);
     return count.begin()->second + count.rbegin()->second;
   };
-  CHECK(copies({0, 0, 0, {}}) == 2);
-  CHECK(copies({10, 5, 1, {}}) == 2);  // too few to judge by
-  CHECK(copies({1000, 30, 2, {}}) == 4);
+  CHECK(copies({0, 0, 0, {}}) == 4);
+  CHECK(copies({10, 0, 0, {}}) == 4);  // too few to judge by
+  CHECK(copies({1000, 0, 0, {}}) == 2);
+  CHECK(copies({1000, 40, 2, {}}) == 4);    // 0.04^2 = 0.16 %
+  CHECK(copies({1000, 50, 2, {}}) == 6);    // 0.05^2 = 0.25 %
+  CHECK(copies({1000, 500, 20, {}}) == 6);  // no more
   CHECK(copies({1000, 2, 1, {}}) == 2);
+}
+
+TEST_CASE("a station whose samples stay out for longer than a patch is valid gets beats, and patches again with its samples") {
+  Bench bench;
+  RawStation hand(bench, 1, "hand"), shadow(bench, 2, "shadow");
+  hand.join();
+  shadow.hello.shadow_of = "hand";
+  shadow.join();
+  hand.live();
+  const auto valid_for = FakeRoom::patch({}).valid_for;
+  const auto patches = [&](Micros time) {
+    bench.sent.clear();
+    for (const auto end = bench.now + time; bench.now < end;) {
+      bench.wait(50ms);
+      hand.say(Beat{});  // it lives, and so does its way
+      shadow.say(Beat{});
+    }
+    return std::count_if(bench.sent.begin(), bench.sent.end(),
+                         [](const auto& sent) { return std::holds_alternative<PatchMessage>(sent.second.body); });
+  };
+  CHECK(patches(valid_for - 60ms) > 0);
+  patches(150ms);
+  CHECK(patches(1s) == 0);
+  CHECK(std::get<Beat>(bench.last<Beat>(1)->body).contact_in_reach);
+  hand.live(200ms);
+  CHECK(bench.last<PatchMessage>(1));
+  CHECK(bench.core.station_count() == 2);
 }

@@ -39,7 +39,7 @@ struct Full {
   Full() {
     for (int k = 0; k < kHands; ++k) {
       hands.push_back(std::make_unique<Hand>(bench, k));
-      hands.back()->join();
+      hands.back()->join().lossless();
     }
     for (int k = 0; k < kViewers; ++k) {
       viewers.push_back(std::make_unique<RawStation>(bench, static_cast<PeerId>(100 + k), "viewer " + std::to_string(k)));
@@ -80,28 +80,30 @@ TEST_CASE("Sixteen hands with delays of their own and four viewers share a room:
     }
     if (!patch) continue;
     ++patches[to - 1];
-    // The slowest is 45 ms late: all wait for it, and a frame comes within a period.
+    // The slowest is 45 ms late: nobody waits that long for it, and a frame comes within a period.
     const Hand& hand = *full.hands[to - 1];
     const Micros age = hand.clock() - patch->patch.stamp;
     CHECK(age > -2ms);
     CHECK(age < 1100ms);
   }
   for (const int count : patches) CHECK(count == 20);
-  CHECK(full.behind() >= 44ms);
-  CHECK(full.behind() <= 67ms);
+  CHECK(full.behind() >= kMostWait - 1ms);
+  CHECK(full.behind() <= kMostWait + 6ms);
 }
 
-TEST_CASE("A hand that is much slower than the others is not waited for") {
+TEST_CASE("Quick hands wait a little for slower ones, and no longer for one that is much slower") {
   Full full;
   full.hands[5]->lag = 300ms;
   full.run(1500);
-  CHECK(full.behind() <= 67ms);
-  const auto& jobs = full.bench.room.jobs;
-  const auto& job = jobs.back();
+  CHECK(full.behind() <= kMostWait + 6ms);
+  const auto& job = full.bench.room.jobs.back();
   REQUIRE(job.stations.size() == kHands);
   for (std::size_t k = 0; k < job.stations.size(); ++k) {
+    const Hand& hand = *full.hands[k];
     REQUIRE_FALSE(job.stations[k].samples.empty());
-    CHECK((job.stations[k].samples.back().t >= job.target) == (k != 5));
+    const bool known = job.stations[k].samples.back().t >= job.target;
+    if (hand.loss == 0 && hand.lag < kMostWait) CHECK(known);
+    if (hand.lag > kMostWait + 6ms) CHECK_FALSE(known);
   }
 }
 

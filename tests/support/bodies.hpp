@@ -55,6 +55,31 @@ inline LumpedBody box_body(int nx, int ny, int nz, double stiffness_n_m = 60, do
   return body;
 }
 
+/// The same box filled with tetrahedra, six a cell around its diagonal (Kuhn), masses lumped.
+inline LumpedBody solid_box(int nx, int ny, int nz, const SolidMaterial& material, double density_kg_m3 = 1000) {
+  LumpedBody body = box_body(nx, ny, nz);
+  body.elements.clear();
+  body.materials = {material};
+  body.masses_kg.assign(body.nodes.size(), 0);
+  constexpr std::array<std::array<int, 3>, 6> kOrders{{{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
+  const double share_kg = density_kg_m3 * kSpacingM * kSpacingM * kSpacingM / 24;
+  for (int k = 0; k + 1 < nz; ++k)
+    for (int j = 0; j + 1 < ny; ++j)
+      for (int i = 0; i + 1 < nx; ++i)
+        for (std::size_t o = 0; o < 6; ++o) {
+          std::array<int, 3> at{i, j, k};
+          Tetrahedron t;
+          for (std::size_t n = 0; n < 4; ++n) {
+            if (n > 0) ++at[static_cast<std::size_t>(kOrders[o][n - 1])];
+            t.nodes[n] = static_cast<std::uint32_t>(at[0] + nx * (at[1] + ny * at[2]));
+            body.masses_kg[t.nodes[n]] += share_kg;
+          }
+          if (o == 1 || o == 2 || o == 5) std::swap(t.nodes[2], t.nodes[3]);  // odd orders are left-handed
+          body.tetrahedra.push_back(t);
+        }
+  return body;
+}
+
 inline Vec3 random_vector(Random& random, double size) {
   const double x = random.uniform(-size, size), y = random.uniform(-size, size), z = random.uniform(-size, size);
   return {x, y, z};

@@ -8,6 +8,7 @@
 #include "bench/world/run.hpp"
 #include "bench/world/run_checks.hpp"
 #include "bench/world/time_checks.hpp"
+#include "client/device/replay_device.hpp"
 
 using namespace palpate;
 
@@ -43,6 +44,12 @@ WorldReport with_output(const Scenario& s, const std::function<void(const ToolSa
     };
   };
   return run_scenario(s, options);
+}
+
+std::uint64_t judged(const WorldReport& report, const std::string& check) {
+  for (const auto& [name, times] : report.judged)
+    if (name == check) return times;
+  return 0;
 }
 
 const std::vector<StationBounds> kOne(1);
@@ -87,6 +94,33 @@ TEST_CASE("The check of the fade sees a force that is held after its patch's val
   CHECK(found(with_output(s, [&](const ToolSample&, TickOutput& out) { out.force = held; }), "fade"));
 }
 
+TEST_CASE("The check of the fade sees a force that comes back at once, and one that fades for no reason", "[checks]") {
+  Scenario s = quiet();
+  s.healed = Micros{2'000'000};
+  s.end += Micros{2'000'000};
+  s.faults.push_back({FaultKind::cut, 0, Micros{1'000'000}, s.healed, 0});
+  const auto whole = run_scenario(s);
+  CHECK_FALSE(found(whole, "fade"));
+  CHECK(judged(whole, "return") > 0);
+  bool faded = false;
+  CHECK(found(with_output(s,
+                          [&](const ToolSample&, TickOutput& out) {
+                            faded |= out.has_patch && out.patch_age > Micros{700'000} && out.force.norm() == 0;
+                            if (faded && out.force.norm() > 0) out.force = Vec3(0, 0, 1.9);
+                          }),
+              "fade"));
+  RunOptions brief;
+  brief.prepare = [](World& world) {
+    world.run_frame = [run = world.run_frame](Room& room, const FrameJob& job) {
+      FrameResult result = run(room, job);
+      for (StationFrame& frame : result.stations)
+        if (frame.patch) frame.patch->valid_for = kTick;
+      return result;
+    };
+  };
+  CHECK(found(run_scenario(s, brief), "fade"));
+}
+
 TEST_CASE("The check of passivity sees a hand that is pushed along", "[checks]") {
   const Scenario s = quiet();
   Vec3 before = Vec3::Zero();
@@ -126,6 +160,32 @@ TEST_CASE("The check of causality sees a patch with a wrong stamp, and one from 
   World world(s.scene, {});
   CausalityCheck check(kOne, world, {});
   check.datagram(Micros{1000}, {DatagramEvent::Kind::delivered, 7, 0, true, {}}, nullptr);
+  CHECK(check.violations().size() == 1);
+}
+
+TEST_CASE("The check of causality sees a patch of a tool that has not been heard of for longer than the patch lasts",
+          "[checks]") {
+  const Scenario s = quiet();
+  World world(s.scene, {});
+  world.add_station({}, std::make_unique<ReplayDevice>(Motion::rest(Vec3::Zero(), 1)), {});
+  CausalityCheck check(kOne, world, {});
+  const Micros sampled{1'000'000}, sent{1'400'000};
+  const auto pass = [&](Micros now, bool to_server, std::uint64_t number, Body body) {
+    Message message;
+    message.clock.sent = to_server ? world.station(0).clock(now) : world.server_clock(now);
+    message.body = std::move(body);
+    check.datagram(now, {DatagramEvent::Kind::sent, number, 0, to_server, {}}, nullptr);
+    check.datagram(now, {DatagramEvent::Kind::delivered, number, 0, to_server, {}}, &message);
+  };
+  const Micros own = world.station(0).clock(sampled);
+  pass(sampled, true, 1, Samples{{{own, Vec3::Zero()}}});
+  Patch patch;
+  patch.valid_for = Micros{250'000};
+  patch.stamp = own + patch.valid_for;
+  pass(sent, false, 2, PatchMessage{patch});
+  CHECK(check.violations().empty());
+  patch.stamp += Micros{1};
+  pass(sent, false, 3, PatchMessage{patch});
   CHECK(check.violations().size() == 1);
 }
 

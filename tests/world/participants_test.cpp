@@ -155,3 +155,24 @@ TEST_CASE("A station whose clock steps ahead feels the body again within half a 
     CHECK(w.last.force.norm() > 0.05);
   }
 }
+
+TEST_CASE("A station whose machine was asleep goes on by itself when it wakes, however long that was") {
+  for (const int asleep_ms : {20, 400, 2'000, 10'000}) {
+    SmallWorld w;
+    w.until_ms(1000);
+    const Micros before = w.station->clock(w.world.now());
+    const int ticks = w.ticks;
+    w.station->sleep(w.world.now());
+    w.until_ms(1000 + asleep_ms);
+    CHECK(w.ticks == ticks);
+    w.station->wake(w.world.now());
+    CHECK(w.station->clock(w.world.now()) == before);
+    w.until_ms(1000 + asleep_ms + 1500);
+    INFO(asleep_ms << " ms");
+    CHECK(w.ticks == ticks + 1500);
+    CHECK(w.station->core().link() == LinkState::joined);
+    CHECK(w.station->core().counts().joins == (asleep_ms < 3000 ? 1 : 2));
+    CHECK(w.last.patch_age < Micros{150'000});
+    CHECK(w.last.force.norm() > 0.05);
+  }
+}

@@ -1,0 +1,54 @@
+// palpate-lab export: a recording as files for other programs.
+#include <fmt/format.h>
+
+#include <map>
+
+#include "bench/lab/experiments.hpp"
+#include "bench/lab/flags.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/lab/session_csv.hpp"
+#include "bench/lab/session_shapes.hpp"
+#include "common/base/limits.hpp"
+#include "common/io/mapped_file.hpp"
+
+namespace palpate {
+namespace {
+
+struct Flags {
+  std::string recording, out;
+  double frames_hz = 0;
+  ShapeFormat format = ShapeFormat::vtk;
+};
+
+int run_export(const Flags& flags) {
+  const std::string where = "--recording " + flags.recording;
+  const MappedFile file(flags.recording);
+  RecordingReader recording(file.bytes(), where);
+  const auto out = make_output_folder(flags.out);
+  if (!recording.complete()) fmt::print(stderr, "{}: {}; what came before is exported\n", where, recording.damage());
+  const CsvExport csv = export_csv(recording, out);
+  if (csv.blocks_lost > 0) fmt::print(stderr, "{}: {} blocks are damaged and left out\n", where, csv.blocks_lost);
+  const RecordingHead& head = recording.head();
+  const double hz = flags.frames_hz > 0 ? flags.frames_hz : head.shapes_hz;
+  const std::size_t shapes = hz > 0 && !head.surface.nodes.empty() ? export_shapes(recording, out, flags.format, hz) : 0;
+  fmt::print("{} \"{}\", {:.1f} s, ends at {:.6f} s of the clock: {} rows, {} shapes in {}\n",
+             head.kind == RecordingKind::room ? "room" : "station", head.name, seconds(recording.end() - recording.begin()),
+             seconds(recording.end()), csv.rows, shapes, out.string());
+  return 0;
+}
+
+}  // namespace
+
+void add_export(CLI::App& app, Run& run) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App* c = app.add_subcommand("export", "a recorded session as CSV, and its shapes as PLY or VTK");
+  c->add_option("--recording", flags->recording, "made by palpate-server or palpate-client with --record")->required();
+  c->add_option("--frames-hz", flags->frames_hz, "shapes a second; default: as recorded")->check(between(0.001, kMaxRateHz));
+  c->add_option("--format", flags->format, "of the shapes: vtk (for ParaView) or ply")
+      ->transform(
+          CLI::CheckedTransformer(std::map<std::string, ShapeFormat>{{"ply", ShapeFormat::ply}, {"vtk", ShapeFormat::vtk}}));
+  c->add_option("--out", flags->out, "folder for the files")->required();
+  c->callback([flags, &run] { run = [flags] { return run_export(*flags); }; });
+}
+
+}  // namespace palpate

@@ -1,0 +1,152 @@
+#include "bench/lab/session_csv.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <fstream>
+#include <map>
+
+#include "common/base/error.hpp"
+#include "common/io/record_file.hpp"
+#include "common/wire/codec.hpp"
+
+namespace palpate {
+namespace {
+
+/// CSV files by path, each begun with its header when its first row comes.
+class Tables {
+ public:
+  explicit Tables(const std::filesystem::path& out) : out_(out) {}
+
+  template <class... Values>
+  void row(const std::filesystem::path& file, const char* header, const char* format, const Values&... values) {
+    auto found = files_.find(file);
+    if (found == files_.end()) found = files_.emplace(file, begin(file, header)).first;
+    found->second << fmt::format(fmt::runtime(format), values...) << '\n';
+    ++rows_;
+  }
+  std::size_t close() {
+    for (auto& [path, file] : files_) {
+      file.close();
+      if (!file) throw InputError((out_ / path).string(), "cannot be written", "room on the disk and the right to write");
+    }
+    return rows_;
+  }
+
+ private:
+  std::ofstream begin(const std::filesystem::path& file, const char* header) {
+    std::error_code ignored;
+    std::filesystem::create_directories((out_ / file).parent_path(), ignored);
+    std::ofstream stream(out_ / file, std::ios::binary);
+    stream << header << '\n';
+    return stream;
+  }
+
+  std::filesystem::path out_;
+  std::map<std::filesystem::path, std::ofstream> files_;
+  std::size_t rows_ = 0;
+};
+
+class Exporter {
+ public:
+  Exporter(const RecordingReader& recording, const std::filesystem::path& out) : recording_(recording), tables_(out) {}
+
+  void add(const RecordedBlock& block) {
+    for (const RecordedEvent& event : block.events) add(event);
+    for (const RecordedFrame& frame : block.frames) add(frame);
+    for (const RecordedPath& path : block.paths)
+      for (const ToolSample& sample : path.samples) add_sample(name_of(path.station), sample.t, sample.position);
+    for (const RecordedTouch& touch : block.touches) add(touch);
+    for (const RecordedTick& tick : block.ticks) add(tick);
+    for (const RecordedHandOver& swap : block.hand_overs)
+      tables_.row(folder(recording_.head().name) / "hand_overs.csv", "t_s,stamp_s,step_n", "{:.6f},{:.6f},{:.9g}", t_s(swap.t),
+                  t_s(swap.stamp), swap.step_n);
+    for (const RecordedPacket& packet : block.packets) add(packet);
+    for (const RecordedLink& link : block.links) add(link);
+  }
+  std::size_t close() { return tables_.close(); }
+
+ private:
+  double t_s(Micros t) const { return seconds(t - recording_.begin()); }
+  /// A station's recording has nobody else in it.
+  std::string name_of(StationId id) const {
+    return recording_.head().kind == RecordingKind::station ? recording_.head().name : recording_.name_of(id);
+  }
+  static std::filesystem::path folder(const std::string& name) { return station_folder({}, name); }
+  static double ms(Micros t) { return 1e3 * seconds(t); }
+
+  void add(const RecordedEvent& e) {
+    std::string text = e.text;
+    for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2) text.insert(at, 1, '"');
+    const std::string name =
+        e.station == 0 && e.name.empty() && recording_.head().kind == RecordingKind::station ? name_of(0) : e.name;
+    tables_.row("events.csv", "t_s,event,station,scheme,text", "{:.6f},{},\"{}\",{},\"{}\"", t_s(e.t), palpate::name_of(e.kind),
+                name, e.kind == RecordedEventKind::joined && e.station != 0 ? palpate::name_of(e.scheme) : "", text);
+  }
+  void add(const RecordedFrame& f) {
+    tables_.row("frames.csv", "t_s,took_ms,behind_ms,steps,cut_steps,newton_iterations,skipped,failed",
+                "{:.6f},{:.3f},{:.3f},{},{},{},{},{:d}", t_s(f.t), ms(f.took), ms(f.behind), f.steps, f.cut_steps,
+                f.newton_iterations, f.skipped, f.failed);
+  }
+  void add_sample(const std::string& station, Micros t, const Vec3& x) {
+    tables_.row(folder(station) / "samples.csv", "t_s,x_m,y_m,z_m", "{:.6f},{:.9f},{:.9f},{:.9f}", t_s(t), x.x(), x.y(), x.z());
+  }
+  void add(const RecordedTouch& t) {
+    const auto to = folder(name_of(t.station));
+    tables_.row(to / "forces.csv", "t_s,fx_n,fy_n,fz_n,contact,x_m,y_m,z_m",
+                "{:.6f},{:.9g},{:.9g},{:.9g},{:d},{:.9f},{:.9f},{:.9f}", t_s(t.t), t.force.x(), t.force.y(), t.force.z(),
+                t.contact, t.tool.x(), t.tool.y(), t.tool.z());
+    if (t.has_patch)
+      tables_.row(to / "patches.csv", "stamp_s,scheme,states,bytes,bridge_ms", "{:.6f},{},{},{},{:.3f}", t_s(t.t),
+                  palpate::name_of(t.scheme), t.states, t.bytes, ms(t.bridge));
+  }
+  void add(const RecordedTick& t) {
+    const std::string& name = recording_.head().name;
+    add_sample(name, t.t, t.position);
+    tables_.row(folder(name) / "forces.csv", "t_s,fx_n,fy_n,fz_n,contact,fx_model_n,fy_model_n,fz_model_n,patch_age_ms",
+                "{:.6f},{:.9g},{:.9g},{:.9g},{:d},{:.9g},{:.9g},{:.9g},{:.3f}", t_s(t.t), t.force.x(), t.force.y(), t.force.z(),
+                t.contact, t.model_force.x(), t.model_force.y(), t.model_force.z(), t.has_patch ? ms(t.patch_age) : -1.0);
+  }
+  void add(const RecordedPacket& packet) {
+    Message message;
+    const auto fault = decode(packet.bytes, message);
+    const auto* patch = fault == WireFault::none ? std::get_if<PatchMessage>(&message.body) : nullptr;
+    const bool terms = fault == WireFault::none && std::holds_alternative<PatchTerms>(message.body);
+    tables_.row(folder(recording_.head().name) / "patches.csv", "t_s,stamp_s,scheme,states,bytes,what",
+                "{:.6f},{:.6f},{},{},{},{}", t_s(packet.t), patch ? t_s(patch->patch.stamp) : 0.0,
+                patch ? palpate::name_of(patch->patch.scheme) : "", patch ? patch->patch.states() : 0, packet.bytes.size(),
+                patch   ? "patch"
+                : terms ? "terms"
+                        : describe(fault));
+  }
+  void add(const RecordedLink& l) {
+    tables_.row(folder(name_of(l.station)) / "links.csv", "t_s,rtt_ms,rtt_min_ms,jitter_ms,patch_age_ms,offset_ms,received,lost",
+                "{:.6f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{},{}", t_s(l.t), ms(l.rtt), ms(l.rtt_min), ms(l.jitter),
+                ms(l.patch_age), ms(l.offset), l.received, l.lost);
+  }
+
+  const RecordingReader& recording_;
+  Tables tables_;
+};
+
+}  // namespace
+
+std::filesystem::path station_folder(const std::filesystem::path& out, const std::string& station) {
+  return out / plain_name(station);
+}
+
+CsvExport export_csv(const RecordingReader& recording, const std::filesystem::path& out) {
+  CsvExport done;
+  Exporter exporter(recording, out);
+  for (std::size_t k = 0; k < recording.blocks().size(); ++k) {
+    const auto block = recording.read(k);
+    if (block)
+      exporter.add(*block);
+    else
+      ++done.blocks_lost;
+  }
+  done.rows = exporter.close();
+  return done;
+}
+
+}  // namespace palpate

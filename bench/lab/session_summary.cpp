@@ -1,0 +1,149 @@
+// palpate-lab summary: what each hand did in a recorded session, as figures and as a page.
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <iterator>
+
+#include "bench/lab/experiments.hpp"
+#include "bench/lab/flags.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/lab/page.hpp"
+#include "bench/lab/plot.hpp"
+#include "bench/lab/session_csv.hpp"
+#include "bench/measure/session_metrics.hpp"
+#include "common/io/mapped_file.hpp"
+#include "session_page.hpp"
+
+namespace palpate {
+namespace {
+
+struct Flags {
+  std::string recording, out;
+  double over_n = 2;
+};
+
+Json figures_of(const SessionMetrics& m) {
+  return {{"duration_s", m.duration_s},
+          {"contact_s", m.contact_s},
+          {"contacts", m.contacts},
+          {"force_peak_n", m.force_peak_n},
+          {"force_mean_n", m.force_mean_n},
+          {"over_s", m.over_s},
+          {"overs", m.overs},
+          {"path_m", m.path_m},
+          {"speed_mean_m_s", m.speed_mean_m_s},
+          {"smoothness_sparc", m.sparc}};
+}
+
+void write_path(const std::filesystem::path& file, const SessionHand& hand) {
+  std::string csv = "t_s,x_m,y_m,z_m\n";
+  double t = hand.path.front().t_s;
+  for (const Vec3& x : resampled(hand.path)) {
+    fmt::format_to(std::back_inserter(csv), "{:.3f},{:.9f},{:.9f},{:.9f}\n", t, x.x(), x.y(), x.z());
+    t += 1 / kResampleHz;
+  }
+  write_text(file, csv);
+}
+
+/// Both views of the path in squares of one scale.
+std::string square(const std::vector<Vec3>& path, int across, int up) {
+  Vec3 low = path.front(), high = low;
+  for (const Vec3& x : path) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  constexpr double kMargin = 0.55, kLeastM = 1e-3;
+  const double half = std::max(kMargin * (high - low).maxCoeff(), kLeastM);
+  const Vec3 middle = 0.5 * (low + high);
+  return fmt::format("set size square\nset xrange [{}:{}]\nset yrange [{}:{}]", 1e3 * (middle[across] - half),
+                     1e3 * (middle[across] + half), 1e3 * (middle[up] - half), 1e3 * (middle[up] + half));
+}
+
+void plot(const std::filesystem::path& folder, const SessionHand& hand, double over_n) {
+  PlotOptions options;
+  options.rows = hand.forces.size();
+  plot_csv(
+      folder / "forces.csv", folder / "force.svg", hand.name, "time [s]",
+      {{"force [N]", {{"1:(sqrt($2**2+$3**2+$4**2))", "size of the force", 1}, {fmt::format("1:({})", over_n), "threshold", 5}}}},
+      options);
+  const std::vector<Vec3> path = resampled(hand.path);
+  const auto csv = folder / "path.csv";
+  plot_grid(folder / "path.svg", hand.name, 2,
+            {{"from above", "x [mm]", "y [mm]", {{"(1e3*$2):(1e3*$3)", "", 1, csv}}, square(path, 0, 1)},
+             {"from the side", "x [mm]", "z [mm]", {{"(1e3*$2):(1e3*$4)", "", 1, csv}}, square(path, 0, 2)}});
+}
+
+Json row_of(const SessionHand& hand, const SessionMetrics& m, const std::filesystem::path& folder) {
+  const auto number = [](double value, int digits) { return fmt::format("{:.{}f}", value, digits); };
+  return {{"name", hand.name},
+          {"folder", folder.filename().string()},
+          {"contact", number(m.contact_s, 1)},
+          {"contacts", m.contacts},
+          {"peak", number(m.force_peak_n, 2)},
+          {"mean", number(m.force_mean_n, 2)},
+          {"over", number(m.over_s, 1)},
+          {"overs", m.overs},
+          {"path", number(m.path_m, 2)},
+          {"speed", number(1e3 * m.speed_mean_m_s, 1)},
+          {"sparc", number(m.sparc, 2)},
+          {"force_uri", picture_uri(folder / "force.svg")},
+          {"path_uri", picture_uri(folder / "path.svg")}};
+}
+
+Json page_of(const RecordingReader& recording, const Session& session, double over_n) {
+  const RecordingHead& head = recording.head();
+  const bool room = head.kind == RecordingKind::room;
+  return {{"title", fmt::format("Session of {} \"{}\"", room ? "room" : "station", head.name)},
+          {"what", room ? "A room, as its server saw it" : "A station, as its client felt it"},
+          {"program", head.program},
+          {"begun", fmt::format("{:%Y-%m-%d %H:%M}", fmt::gmtime(static_cast<std::time_t>(seconds(head.unix_time))))},
+          {"duration", fmt::format("{:.1f}", seconds(recording.end() - recording.begin()))},
+          {"scene", head.scene_file},
+          {"damage", recording.damage()},
+          {"lost", session.blocks_lost > 0 ? fmt::format("{}", session.blocks_lost) : ""},
+          {"threshold", fmt::format("{:g}", over_n)},
+          {"force_source",
+           room ? fmt::format("Known at the frames of the server, {:g} a second: short peaks between them are missed; "
+                              "a recording of the client has every millisecond.",
+                              head.rate_hz)
+                : "As it was rendered, every millisecond."}};
+}
+
+int run_summary(const Flags& flags) {
+  const std::string where = "--recording " + flags.recording;
+  const MappedFile file(flags.recording);
+  const RecordingReader recording(file.bytes(), where);
+  const auto out = make_output_folder(flags.out);
+  export_csv(recording, out);
+  const Session session = read_session(recording);
+  Json page = page_of(recording, session, flags.over_n), summary = {{"threshold_n", flags.over_n}};
+  summary["complete"] = recording.complete() && session.blocks_lost == 0 ? 1 : 0;
+  summary["stations"] = Json::object();
+  for (const SessionHand& hand : session.hands) {
+    const auto folder = station_folder(out, hand.name);
+    const SessionMetrics m = session_metrics(hand, flags.over_n);
+    write_path(folder / "path.csv", hand);
+    plot(folder, hand, flags.over_n);
+    summary["stations"][hand.name] = figures_of(m);
+    page["hands"].push_back(row_of(hand, m, folder));
+    fmt::print("{}: {:.1f} s in contact, {:.2f} N peak, {:.2f} N mean, {:.1f} s over {:g} N, path {:.2f} m, smoothness {:.2f}\n",
+               hand.name, m.contact_s, m.force_peak_n, m.force_mean_n, m.over_s, flags.over_n, m.path_m, m.sparc);
+  }
+  write_json(out / "summary.json", summary);
+  write_text(out / "report.html", render_page(kSessionPage, page));
+  fmt::print("{}\n", (out / "report.html").string());
+  return 0;
+}
+
+}  // namespace
+
+void add_summary(CLI::App& app, Run& run) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App* c = app.add_subcommand("summary", "what each hand did in a recorded session: contact, force, path, smoothness");
+  c->add_option("--recording", flags->recording, "made by palpate-server or palpate-client with --record")->required();
+  c->add_option("--over-n", flags->over_n, "force whose exceeding is counted")->check(between(0, 1e4));
+  c->add_option("--out", flags->out, "folder for summary.json, report.html and the CSV files")->required();
+  c->callback([flags, &run] { run = [flags] { return run_summary(*flags); }; });
+}
+
+}  // namespace palpate

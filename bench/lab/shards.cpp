@@ -1,0 +1,77 @@
+#include "bench/lab/shards.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <set>
+
+#include "common/base/error.hpp"
+
+namespace palpate {
+std::vector<std::string> fields_of(const std::string& line) {
+  std::vector<std::string> fields;
+  for (std::size_t at = 0, end = 0; end != std::string::npos; at = end + 1) {
+    end = line.find(',', at);
+    fields.push_back(line.substr(at, end == std::string::npos ? end : end - at));
+  }
+  return fields;
+}
+
+Shard Shard::from(const std::string& text) {
+  Shard s;
+  char slash = 0, rest = 0;
+  if (std::sscanf(text.c_str(), "%zu%c%zu%c", &s.index, &slash, &s.of, &rest) != 3 || slash != '/' || s.index < 1 ||
+      s.index > s.of || s.of > 100'000)
+    throw InputError("--shard", "'" + text + "'", "i/n with 1 <= i <= n");
+  return s;
+}
+
+std::filesystem::path Shard::file(const std::filesystem::path& folder) const {
+  return folder / (of > 1 ? fmt::format("cells-{}-of-{}.csv", index, of) : "cells.csv");
+}
+
+void ShardFlags::add_to(CLI::App& command) {
+  command.add_option("--shard", shard, "i/n: every n-th run from the i-th on, into cells-i-of-n.csv; then --merge");
+  command.add_flag("--merge", merge, "no runs: gather what the shards left in --out");
+  command.add_option("--jobs", jobs, "runs at a time; default: one a core")->check(CLI::Range(1U, 256U));
+}
+
+std::vector<std::filesystem::path> shard_files(const std::filesystem::path& folder) {
+  std::set<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (entry.path().filename().string().starts_with("cells-")) files.insert(entry.path());
+  if (files.empty()) throw InputError(folder.string(), "holds no cells-*.csv", "the folder that the shards wrote to");
+  return {files.begin(), files.end()};
+}
+
+std::vector<std::vector<std::string>> read_rows(const std::filesystem::path& file, const std::string& header) {
+  std::ifstream in(file);
+  std::string line;
+  if (!std::getline(in, line) || line != header) throw InputError(file.string() + ":1", "has another header", header);
+  const std::size_t columns = fields_of(header).size();
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t number = 2; std::getline(in, line); ++number) {
+    rows.push_back(fields_of(line));
+    if (rows.back().size() != columns)
+      throw InputError(fmt::format("{}:{}", file.string(), number), fmt::format("has {} fields", rows.back().size()),
+                       fmt::format("{}", columns));
+  }
+  return rows;
+}
+
+double number_from(const std::string& text, const std::string& where) {
+  double value = 0;
+  if (!CLI::detail::lexical_cast(text, value) || !std::isfinite(value)) throw InputError(where, "'" + text + "'", "a number");
+  return value;
+}
+
+std::size_t index_from(const std::string& text, std::span<const std::string_view> names, const std::string& where) {
+  const auto at = std::find(names.begin(), names.end(), text);
+  if (at == names.end()) throw InputError(where, "'" + text + "' is none", fmt::format("one of {}", fmt::join(names, ", ")));
+  return static_cast<std::size_t>(at - names.begin());
+}
+
+}  // namespace palpate

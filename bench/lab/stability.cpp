@@ -1,0 +1,169 @@
+// palpate-lab stability: where is the loop of hand, device and display stable? Maps for every scheme.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iterator>
+
+#include "bench/lab/experiments.hpp"
+#include "bench/lab/link_flags.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/lab/plot.hpp"
+#include "bench/lab/shards.hpp"
+#include "bench/lab/stability_body.hpp"
+#include "bench/lab/stability_maps.hpp"
+
+namespace palpate {
+namespace {
+
+struct Flags {
+  std::string out, only;
+  std::vector<std::string> schemes;
+  bool quick = false, body = false;
+  std::uint64_t seed = 1;
+  ShardFlags shards;
+};
+
+using Cells = std::vector<StabilityCell>;
+
+bool is_ours(Scheme scheme) { return scheme == Scheme::port || scheme == Scheme::cubic; }
+
+Json to_json(const StabilityPoint& p, const StabilityCell& c) {
+  return {{"point", key_of(p)},
+          {"stable", c.fault == LoopFault::none ? 1 : 0},
+          {"tail_mm", c.tail_mm},
+          {"growth_1_s", c.growth_1_s},
+          {"shake_mm", c.shake_mm},
+          {"shake_mm_s", c.shake_mm_s},
+          {"generated_mj", c.generated_mj}};
+}
+
+void report(const Cells& cells, const std::filesystem::path& out) {
+  draw_stability_maps(out, cells);
+  Json summary{{"points", cells.size()}};
+  fmt::print("\n  {:<10} {:>7} {:>8} {:>7} {:>7} {:>7}   {:>20}   {:>14}\n", "scheme", "points", "stable", "lost", "unrest",
+             "shakes", "largest tail [mm]", "generated [mJ]");
+  for (const Scheme scheme : available_schemes()) {
+    std::array<std::size_t, kLoopFaultNames.size()> count{};
+    double tail_mm = 0, generated_mj = 0;
+    Json failures = Json::array();
+    for (const StabilityCell& c : cells) {
+      if (c.point.scheme != scheme) continue;
+      ++count[static_cast<std::size_t>(c.fault)];
+      generated_mj = std::max(generated_mj, c.generated_mj);
+      if (c.fault == LoopFault::none)
+        tail_mm = std::max(tail_mm, c.tail_mm);
+      else if (is_ours(scheme))
+        failures.push_back(to_json(c.point, c));
+    }
+    const std::size_t stable = count[0], all = stable + count[1] + count[2] + count[3];
+    if (all == 0) continue;
+    fmt::print("  {:<10} {:>7} {:>6.1f} % {:>7} {:>7} {:>7}   {:>20.2f}   {:>14.3g}\n", name_of(scheme), all,
+               100.0 * static_cast<double>(stable) / static_cast<double>(all), count[1], count[2], count[3], tail_mm,
+               generated_mj);
+    Json& j = summary["schemes"][std::string(name_of(scheme))];
+    j = {{"points", all},
+         {"stable", stable},
+         {"lost", count[1]},
+         {"unrest", count[2]},
+         {"shakes", count[3]},
+         {"tail_mm", tail_mm},
+         {"generated_mj", generated_mj}};
+    if (is_ours(scheme)) j["unstable"] = failures;
+  }
+  fmt::print(
+      "\n  unrest: the motion does not die out when nothing drives it; shakes: a driven hand is shaken; tail: what is left of "
+      "the\n"
+      "  motion after 1.5 s or more, of stable points; generated: energy from the display beyond what the hand had put in.\n");
+  for (const StabilityCell& c : cells)
+    if (c.fault != LoopFault::none && is_ours(c.point.scheme))
+      fmt::print("  {}: palpate-lab stability --only {} --out DIR\n", name_of(c.fault), key_of(c.point));
+  write_json(out / "summary.json", summary);
+  fmt::print("\n{}\n", (out / "summary.json").string());
+}
+
+std::string trace_csv(const StabilityResult& result, const StabilityReference& reference) {
+  std::string csv = "t_s,x_mm,y_mm,z_mm,fx_n,fy_n,fz_n,patch_age_ms,kinetic_mj,display_mj,ref_x_mm,ref_y_mm,ref_z_mm\n";
+  const std::vector<LoopTick>&ticks = result.loop.ticks, &ref = reference.loop.ticks;
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    const LoopTick& t = ticks[i];
+    const Vec3 moved = 1e3 * (t.position - ticks[0].position);
+    const Vec3 there = 1e3 * (ref[std::min(i, ref.size() - 1)].position - ref[0].position);
+    fmt::format_to(std::back_inserter(csv),
+                   "{:.3f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n",
+                   static_cast<double>(i) * 1e-3, moved.x(), moved.y(), moved.z(), t.force.x(), t.force.y(), t.force.z(),
+                   seconds(t.patch_age) * 1e3, 1e3 * t.kinetic_j, 1e3 * t.display_j, there.x(), there.y(), there.z());
+  }
+  return csv;
+}
+
+int run_one(const Flags& flags) {
+  const StabilityPoint point = point_from(flags.only, "--only");
+  const auto out = make_output_folder(flags.out);
+  const StabilityReference reference = reference_of(point);
+  const StabilityResult result = measure_stability(point, reference);
+  const LoopVerdict& v = result.verdict;
+  write_text(out / "trace.csv", trace_csv(result, reference));
+  plot_csv(out / "trace.csv", out / "trace.svg", key_of(point), "time [s]",
+           {{"depth [mm]", {{"1:(-$13)", "full model at 1 kHz", 0}, {"1:(-$4)", "tool", 1}}},
+            {"sideways [mm]", {{"1:11", "full model at 1 kHz", 0}, {"1:2", "tool", 1}}},
+            {"force [N]", {{"1:7", "up", 1}, {"1:5", "sideways", 2}}},
+            {"energy [mJ]", {{"1:10", "put into the display", 1}, {"1:9", "kinetic", 2}}}},
+           {.rows = result.loop.ticks.size()});
+  fmt::print("{}: {}\n  nothing drives from {:g} s on; peak to peak in windows of {:g} s [mm]:", key_of(point), name_of(v.fault),
+             static_cast<double>(result.rest_tick) * 1e-3, kWindowS);
+  for (const double p : v.rest.peak_to_peak_m) fmt::print(" {:.2f}", 1e3 * p);
+  fmt::print("\n  growth {:+.2f} /s; shake while driven {:.2f} mm, {:.0f} mm/s; generated {:.3g} mJ\n", v.rest.growth_1_s,
+             1e3 * v.shake.motion_m, 1e3 * v.shake.speed_m_s, 1e3 * v.generated_j);
+  write_json(out / "summary.json", {{"stable", v.fault == LoopFault::none ? 1 : 0}});
+  fmt::print("{}\n", (out / "trace.svg").string());
+  return 0;
+}
+
+int run_stability(const Flags& flags) {
+  if (flags.body) return run_body_sweep({flags.quick, flags.seed, flags.only, flags.out, flags.shards});
+  if (!flags.only.empty()) return run_one(flags);
+  StabilityPlan plan{{}, cube_stiffness_n_m(), flags.quick, flags.seed};
+  for (const std::string& name : flags.schemes) plan.schemes.push_back(available_scheme(name));
+  if (plan.schemes.empty()) plan.schemes = available_schemes();
+  const Shard shard = Shard::from(flags.shards.shard);
+  const auto out = make_output_folder(flags.out);
+  Cells cells;
+  if (flags.shards.merge) {
+    for (const auto& file : shard_files(out)) {
+      Cells more = read_stability_cells(file);
+      cells.insert(cells.end(), more.begin(), more.end());
+    }
+    write_text(out / "cells.csv", cells_csv(cells));
+    report(cells, out);
+    return 0;
+  }
+  const std::vector<StabilityPoint> all = stability_points(plan);
+  for (const StabilityPoint& p : shard.part_of(all)) cells.push_back({p});
+  fmt::print("{} points of {}\n", cells.size(), all.size());
+  measure_cells(cells, flags.shards.jobs, [&](std::size_t done) {
+    if (done % 100 == 0) fmt::print("{} of {}\n", done, cells.size());
+    std::fflush(stdout);
+  });
+  write_text(shard.file(out), cells_csv(cells));
+  if (shard.of == 1) report(cells, out);
+  return 0;
+}
+
+}  // namespace
+
+void add_stability(CLI::App& app, Run& run) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App* c = app.add_subcommand(
+      "stability", "maps of where hand, device and display are stable together, for every scheme; --body: of the full model");
+  c->add_flag("--body", flags->body, "the full model alone: bodies, steps and pulls at their extremes");
+  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->delimiter(',');
+  c->add_flag("--quick", flags->quick, "a look: few points of each kind");
+  c->add_option("--only", flags->only, "one point, as cells.csv begins: SCHEME,CONTACT,HAND,... with its trace");
+  c->add_option("--seed", flags->seed, "of the scattered points and the links")->check(no_sign());
+  flags->shards.add_to(*c);
+  c->add_option("--out", flags->out, "folder for cells.csv, summary.json and maps")->required();
+  c->callback([flags, &run] { run = [flags] { return run_stability(*flags); }; });
+}
+
+}  // namespace palpate

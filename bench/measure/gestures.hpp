@@ -1,0 +1,42 @@
+// What a hand wants to do in the closed loop, as a motion that ends at rest.
+//
+//     press    into the body along a minimum-jerk path, and stay there
+//     tap      three times in and out at 3 Hz, and then rest lightly on the body
+//     stroke   in, then 20 mm sideways and back along it, and stay there
+//     release  as press; then the grip changes while the hand stands still (figure 18 of the paper)
+// A tool that only touches begins kGapM above the surface.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "common/motion/motion.hpp"
+#include "server/scene/scene.hpp"
+
+namespace palpate {
+
+enum class Gesture : std::uint8_t { press, tap, stroke, release };
+inline constexpr std::array<std::string_view, 4> kGestureNames{"press", "tap", "stroke", "release"};
+inline std::string_view name_of(Gesture g) { return kGestureNames[static_cast<std::size_t>(g)]; }
+std::optional<Gesture> gesture_from_name(std::string_view name);
+
+inline constexpr double kGapM = 0.001;
+
+/// From 0 to 1 while u goes from 0 to 1, with no speed or acceleration at the ends.
+double minimum_jerk(double u);
+
+struct GesturePlan {
+  Motion intention;
+  double still_s = 0;   ///< from here on the intention stands still
+  double let_go_s = 0;  ///< where a hand that opens does so: in the middle of a tap or a stroke, at the end of the others
+};
+
+/// `depth_m`: how deep the hand wants to press (a stroke 6/10, a tap 6/10 and in the end 2/10 of it).
+GesturePlan plan_gesture(const Scene& scene, Gesture gesture, double depth_m);
+
+/// Where the tool is pushed: down; a sheet's is up in y.
+Vec3 into_body(const Scene& scene);
+
+}  // namespace palpate

@@ -1,0 +1,37 @@
+// How a hand did in a session, in the figures that training assessments use.
+//
+//   contact_s       time in contact; a force holds until the next one, for kHoldMostS at most
+//   force_peak_n    largest |f|;  force_mean_n: mean |f| over the time in contact
+//   over_s          time with |f| above the threshold; overs: how often it was exceeded, anew after it fell below kOverEnds of it
+//   path_m          length of the path, resampled to kResampleHz
+//   sparc           spectral arc length of the speed v, also at kResampleHz:
+//                     - integral over [0, w_c] of sqrt( (1/w_c)^2 + (dV/dw)^2 ) dw,     V(w) = |F v|(w) / max |F v|
+//                   with w_c the highest frequency up to kBandHz at which V is at least kLeastShare (Balasubramanian, Melendez-
+//                   Calderon, Roby-Brami, Burdet: On the analysis of movement smoothness, J NeuroEng Rehabil 12:112, 2015). 0 is
+//                   the ceiling, one smooth stroke has about -1.4; it does not depend on amplitude or duration, but on how many
+//                   movements there are: compare sessions of one task.
+#pragma once
+
+#include "bench/measure/session.hpp"
+
+namespace palpate {
+
+inline constexpr double kResampleHz = 100, kBandHz = 10, kLeastShare = 0.05, kHoldMostS = 0.25, kOverEnds = 0.9;
+
+struct SessionMetrics {
+  double duration_s = 0, contact_s = 0, force_peak_n = 0, force_mean_n = 0, over_s = 0, path_m = 0, speed_mean_m_s = 0;
+  int contacts = 0, overs = 0;
+  double sparc = 0;
+};
+
+/// A hand whose path has at least one point.
+SessionMetrics session_metrics(const SessionHand& hand, double threshold_n);
+
+/// Positions every 1 / kResampleHz from the first point to the last.
+std::vector<Vec3> resampled(const std::vector<MotionPoint>& path);
+/// Speeds between those [m/s].
+std::vector<double> speeds(const std::vector<Vec3>& positions);
+/// 0 for a hand that never moved.
+double spectral_arc_length(const std::vector<double>& speed, double sample_hz);
+
+}  // namespace palpate

@@ -1,0 +1,179 @@
+#include "bench/measure/stability_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/measure/even_spread.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kBurstMean = 4;
+
+std::vector<double> round_trips(bool quick, std::vector<double> of_a_look) {
+  return quick ? std::move(of_a_look) : std::vector<double>(kStabilityRttMs.begin(), kStabilityRttMs.end());
+}
+
+/// Hands and gestures that exist with a contact.
+std::vector<StabilityPoint> cases_of(Scheme scheme, const StabilityPlan& plan) {
+  std::vector<StabilityPoint> cases;
+  for (const ContactKind contact : {ContactKind::attach, ContactKind::touch})
+    for (const char* hand : {"free", "light", "firm"})
+      for (const Gesture gesture : {Gesture::press, Gesture::tap, Gesture::stroke, Gesture::release}) {
+        StabilityPoint p;
+        p.scheme = scheme;
+        p.contact = contact;
+        p.hand = hand;
+        p.gesture = gesture;
+        p.stiffness_n_m = plan.body_n_m;
+        p.seed = plan.seed;
+        if (is_possible(p)) cases.push_back(p);
+      }
+  return cases;
+}
+
+/// Points, each once.
+class Points {
+ public:
+  explicit Points(const StabilityPlan& plan) : plan_(plan) {}
+  void add(const StabilityPoint& p) {
+    if (is_possible(p) && std::find(points_.begin(), points_.end(), p) == points_.end()) points_.push_back(p);
+  }
+  const StabilityPlan& plan() const { return plan_; }
+  std::vector<StabilityPoint> take() { return std::move(points_); }
+
+ private:
+  StabilityPlan plan_;
+  std::vector<StabilityPoint> points_;
+};
+
+/// Every axis against the round trip, through the base.
+void add_maps(Points& points, const StabilityPoint& base) {
+  const bool quick = points.plan().quick;
+  for (const double rtt_ms : round_trips(quick, {0, 100, 1000})) {
+    const auto add = [&](double StabilityPoint::*axis, const std::vector<double>& values, double burst = 0) {
+      for (const double value : values) {
+        StabilityPoint p = base;
+        p.rtt_ms = rtt_ms;
+        p.*axis = value;
+        p.burst = value > 0 ? burst : 0;
+        points.add(p);
+      }
+    };
+    add(&StabilityPoint::rate_hz, quick ? std::vector{10.0, 20.0} : std::vector{10.0, 20.0, 30.0, 60.0});
+    if (quick) continue;
+    add(&StabilityPoint::stiffness_n_m, stability_stiffnesses(points.plan().body_n_m));
+    add(&StabilityPoint::jitter_ms, {0, 10, 25, 50});
+    add(&StabilityPoint::loss_pct, {0, 5, 15, 30});
+    add(&StabilityPoint::loss_pct, {5, 15, 30}, kBurstMean);
+  }
+}
+
+/// All hands and gestures against the round trip.
+void add_cases(Points& points, Scheme scheme) {
+  for (StabilityPoint p : cases_of(scheme, points.plan()))
+    for (const double rtt_ms : round_trips(points.plan().quick, {100})) {
+      p.rtt_ms = rtt_ms;
+      points.add(p);
+    }
+}
+
+/// All hands and gestures at the corners of what interacts most: delay, rate, stiffness.
+void add_corners(Points& points, Scheme scheme) {
+  const std::vector<double> stiffnesses = stability_stiffnesses(points.plan().body_n_m);
+  for (StabilityPoint p : cases_of(scheme, points.plan()))
+    for (const double stiffness : {stiffnesses.front(), stiffnesses.back()})
+      for (const double rate_hz : {10.0, 60.0})
+        for (const double rtt_ms : {0.0, 100.0, 1000.0}) {
+          p.stiffness_n_m = stiffness;
+          p.rate_hz = rate_hz;
+          p.rtt_ms = rtt_ms;
+          points.add(p);
+        }
+}
+
+/// Spread evenly over everything at once.
+void add_scattered(Points& points, Scheme scheme, std::size_t count) {
+  EvenSpread<7> spread(points.plan().seed);
+  const std::vector<double> stiffnesses = stability_stiffnesses(points.plan().body_n_m);
+  const std::vector<StabilityPoint> cases = cases_of(scheme, points.plan());
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto& u = spread.next();
+    StabilityPoint p = pick(u[0], cases);
+    p.stiffness_n_m = pick(u[1], stiffnesses);
+    p.rate_hz = std::round(10 * std::pow(6, u[2]));
+    p.rtt_ms = std::round(1000 * u[3] * u[3]);  // half of them below 250 ms, where hands are used
+    p.jitter_ms = std::round(50 * u[4]);
+    p.loss_pct = std::round(30 * u[5]);
+    p.burst = p.loss_pct > 0 && u[6] > 0.5 ? std::round(2 + 12 * (u[6] - 0.5)) : 0;
+    p.seed = points.plan().seed + i;
+    points.add(p);
+  }
+}
+
+}  // namespace
+
+std::vector<double> stability_stiffnesses(double body_n_m) {
+  std::vector<double> levels{50, 200, 400, 800};
+  levels.insert(std::upper_bound(levels.begin(), levels.end(), body_n_m), body_n_m);
+  return levels;
+}
+
+StabilityPoint map_base(ContactKind contact, double body_n_m) {
+  StabilityPoint p;
+  p.contact = contact;
+  p.stiffness_n_m = body_n_m;
+  if (contact == ContactKind::attach) return p;
+  p.hand = "light";
+  p.gesture = Gesture::tap;
+  return p;
+}
+
+std::vector<StabilityPoint> stability_points(const StabilityPlan& plan) {
+  constexpr std::size_t kScattered = 300, kScatteredBeside = 40, kScatteredQuick = 10;
+  Points points(plan);
+  for (const Scheme scheme : plan.schemes) {
+    const bool ours = scheme == Scheme::port || scheme == Scheme::cubic;
+    for (const ContactKind contact : {ContactKind::attach, ContactKind::touch}) {
+      StabilityPoint base = map_base(contact, plan.body_n_m);
+      base.scheme = scheme;
+      base.seed = plan.seed;
+      add_maps(points, base);
+    }
+    add_cases(points, scheme);
+    if (ours && !plan.quick) add_corners(points, scheme);
+    add_scattered(points, scheme, plan.quick ? kScatteredQuick : ours ? kScattered : kScatteredBeside);
+  }
+  return points.take();
+}
+
+std::vector<BodyTrial> body_trials(std::size_t scattered, std::uint64_t seed) {
+  std::vector<BodyTrial> trials;
+  for (const Treatment treatment : {Treatment::compress, Treatment::invert, Treatment::pull})
+    for (const double ratio : {1.0, 1e4})
+      for (const double zeta : {0.0, 10.0})
+        for (const double mass_kg : {1e-6, 10.0})
+          for (const double step_ms : {0.1, 50.0}) {
+            const double amount = treatment == Treatment::compress ? 0.9 : 2;
+            trials.push_back({treatment, SpringLaw::linear, amount, ratio, zeta, mass_kg, mass_kg, step_ms, seed});
+          }
+  EvenSpread<9> spread(seed);
+  const auto decades = [](double share, double low, double high) { return low * std::pow(high / low, share); };
+  for (std::size_t i = 0; i < scattered; ++i) {
+    const auto& u = spread.next();
+    BodyTrial t;
+    t.treatment = static_cast<Treatment>(3 * u[0]);
+    t.law = static_cast<SpringLaw>(3 * u[1]);
+    t.amount = t.treatment == Treatment::compress ? 0.9 * u[2] : t.treatment == Treatment::invert ? 1 + u[2] : 3 * u[2];
+    t.ratio = decades(u[3], 1, 1e4);
+    t.zeta = u[4] < 0.2 ? 0 : decades((u[4] - 0.2) / 0.8, 1e-3, 10);
+    t.mass_min_kg = decades(u[5], 1e-6, 10);
+    t.mass_max_kg = u[6] < 0.5 ? t.mass_min_kg : decades(2 * u[6] - 1, t.mass_min_kg, 10);
+    t.step_ms = decades(u[7], 0.1, 50);
+    t.seed = seed + i;
+    trials.push_back(t);
+  }
+  return trials;
+}
+
+}  // namespace palpate

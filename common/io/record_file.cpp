@@ -1,0 +1,138 @@
+#include "common/io/record_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cctype>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <span>
+#include <utility>
+
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr std::chrono::seconds kSyncEvery{1};
+
+/// The error, 0 for none.
+int write_all(int descriptor, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ::ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno != EINTR) return errno;
+    if (written > 0) bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  return 0;
+}
+
+int open_new(const std::filesystem::path& file) {
+  constexpr int kFlags = O_WRONLY | O_CREAT | O_CLOEXEC;
+  constexpr ::mode_t kMode = 0644;
+  const int descriptor = ::open(file.c_str(), kFlags | O_EXCL, kMode);
+  struct stat about {};
+  if (descriptor >= 0 || errno != EEXIST || ::stat(file.c_str(), &about) != 0 || S_ISREG(about.st_mode)) return descriptor;
+  return ::open(file.c_str(), kFlags, kMode);
+}
+
+}  // namespace
+
+RecordFile::RecordFile(const std::string& flag, const std::filesystem::path& file, std::vector<std::byte> first) : file_(file) {
+  const std::string where = flag + " " + file.string();
+  descriptor_ = open_new(file);
+  if (descriptor_ < 0 && errno == EEXIST) throw InputError(where, "is there already", "a file that is not there yet");
+  if (descriptor_ < 0)
+    throw InputError(where, std::string("cannot be made: ") + std::strerror(errno), "a path that can be written");
+  if (const int fault = write_all(descriptor_, first)) {
+    ::close(descriptor_);
+    throw InputError(where, std::string("cannot be written: ") + std::strerror(fault), "room on the disk");
+  }
+  thread_ = std::thread([this] { run(); });
+}
+
+RecordFile::~RecordFile() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  more_.notify_one();
+  thread_.join();
+  ::close(descriptor_);
+}
+
+void RecordFile::write(std::vector<std::byte> bytes) {
+  if (bytes.empty()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    if (failed_) return;
+    if (waiting_bytes_ + bytes.size() > kMostWaiting) return fail("the disk is too slow");
+    waiting_bytes_ += bytes.size();
+    waiting_.push_back(std::move(bytes));
+  }
+  more_.notify_one();
+}
+
+std::optional<std::string> RecordFile::fault() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(fault_, std::nullopt);
+}
+
+/// With the lock held. A block that is missing would leave a hole: nothing is written after it.
+void RecordFile::fail(const std::string& why) {
+  failed_ = true;
+  fault_ = file_.string() + ": the recording ends here, the session goes on: " + why;
+  waiting_.clear();
+  waiting_bytes_ = 0;
+}
+
+void RecordFile::run() {
+  // A limit on the size of files comes as an error of write(), not as a signal that would end the program.
+  ::sigset_t all;
+  ::sigfillset(&all);
+  ::pthread_sigmask(SIG_BLOCK, &all, nullptr);
+  auto synced = Clock::now();
+  bool unsynced = false;
+  std::unique_lock lock(mutex_);
+  while (true) {
+    more_.wait_for(lock, kSyncEvery, [this] { return ending_ || !waiting_.empty(); });
+    while (!waiting_.empty()) {
+      const std::vector<std::byte> bytes = std::move(waiting_.front());
+      waiting_.pop_front();
+      waiting_bytes_ -= bytes.size();
+      lock.unlock();
+      const int fault = write_all(descriptor_, bytes);
+      lock.lock();
+      unsynced = true;
+      if (fault) fail(std::strerror(fault));
+    }
+    if (unsynced && (ending_ || Clock::now() - synced >= kSyncEvery)) {
+      lock.unlock();
+      ::fdatasync(descriptor_);  // pipes and devices cannot, and need not
+      lock.lock();
+      synced = Clock::now();
+      unsynced = false;
+    }
+    if (ending_ && waiting_.empty()) return;
+  }
+}
+
+std::string plain_name(const std::string& name) {
+  std::string plain;
+  for (const char c : name) {
+    const bool kept = std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_' || (c == '.' && !plain.empty());
+    plain += kept ? c : '_';
+  }
+  return plain;
+}
+
+std::filesystem::path named_after(const std::filesystem::path& file, const std::string& room) {
+  std::filesystem::path named = file;
+  named.replace_filename(file.stem().string() + "-" + plain_name(room) + file.extension().string());
+  return named;
+}
+
+}  // namespace palpate

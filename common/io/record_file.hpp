@@ -1,0 +1,57 @@
+// A file that is written behind by a thread of its own: whoever has bytes for it never waits for a disk.
+//
+// At the start it must be a new file, so that no recording is overwritten (devices and pipes are taken as they are), and the
+// first bytes must reach it. Later failures end the writing: fault() says why, once, and the bytes that come then are dropped.
+// What was handed over survives the end of the program within moments, and a power cut after at most a second (fdatasync).
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace palpate {
+
+class RecordFile {
+ public:
+  static constexpr std::size_t kMostWaiting = 64u << 20;  ///< bytes; a disk slower than that for long has failed
+
+  /// Writes `first` before it returns. InputError, with `flag` and the file, when it exists or cannot be written.
+  RecordFile(const std::string& flag, const std::filesystem::path& file, std::vector<std::byte> first);
+  /// Writes what is left.
+  ~RecordFile();
+  RecordFile(const RecordFile&) = delete;
+  RecordFile& operator=(const RecordFile&) = delete;
+
+  void write(std::vector<std::byte> bytes);
+  /// Why nothing is written any more, in a line for a person; told once.
+  std::optional<std::string> fault();
+
+ private:
+  void run();
+  void fail(const std::string& why);
+
+  std::filesystem::path file_;
+  int descriptor_ = -1;
+  std::mutex mutex_;  ///< of all below
+  std::condition_variable more_;
+  std::deque<std::vector<std::byte>> waiting_;
+  std::size_t waiting_bytes_ = 0;
+  bool ending_ = false, failed_ = false;
+  std::optional<std::string> fault_;
+  std::thread thread_;
+};
+
+/// A name of a room or station as part of a file's name: what is no letter, digit, dash, underscore or inner dot becomes an
+/// underscore.
+std::string plain_name(const std::string& name);
+
+/// FILE with the room's plain name in it: "session.rec" and "liver" make "session-liver.rec".
+std::filesystem::path named_after(const std::filesystem::path& file, const std::string& room);
+
+}  // namespace palpate

@@ -1,0 +1,225 @@
+#include "common/record/block_decode.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "common/wire/sense.hpp"
+#include "recording_generated.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kMaxText = 1u << 24;
+
+/// A part, verified. The verifier and the accessors want its numbers aligned, so it is copied.
+class Verified {
+ public:
+  explicit Verified(std::span<const std::byte> part) : bytes_(part.begin(), part.end()) {
+    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes_.data());
+    constexpr unsigned kDepth = 16, kTables = 4'000'000;
+    flatbuffers::Verifier verifier(data, bytes_.size(), kDepth, kTables);
+    if (record::VerifySizePrefixedPartBuffer(verifier)) part_ = record::GetSizePrefixedPart(data);
+  }
+  const record::Part* operator->() const { return part_; }
+  explicit operator bool() const { return part_ != nullptr; }
+
+ private:
+  std::vector<std::byte> bytes_;
+  const record::Part* part_ = nullptr;
+};
+
+/// Every item of a vector that may be missing.
+template <class Vector, class Take>
+void each(const Vector* vector, Take take) {
+  if (!vector) return;
+  for (const auto* item : *vector) take(*item);
+}
+
+std::string text_of(const flatbuffers::String* text) { return text ? text->str() : std::string(); }
+
+template <class Kind>
+Kind kind_of(std::uint8_t value, std::size_t kinds, Sense& sense) {
+  sense.that(value < kinds);
+  return sense.ok() ? static_cast<Kind>(value) : Kind{};
+}
+
+Scheme scheme_of(std::uint8_t value, Sense& sense) { return kind_of<Scheme>(value, kSchemeNames.size(), sense); }
+
+Vec3 position_of(const wire::Point& point, Sense& sense) {
+  const Vec3 position = pack::from(point);
+  sense.position(position);
+  return position;
+}
+
+Vec3 force_of(const wire::Vec& vec, Sense& sense) {
+  const Vec3 force = pack::from(vec);
+  sense.that(force.allFinite(), WireFault::not_finite);
+  return force;
+}
+
+Micros time_of(std::int64_t t, Sense& sense) {
+  sense.time(Micros{t});
+  return sense.ok() ? Micros{t} : Micros{};
+}
+
+/// A sheet has no triangles, a station's recording no surface at all; FlatBuffers leave out what is empty.
+bool decode(const record::Surface& table, RecordedSurface& surface, Sense& sense) {
+  const std::size_t vertices = table.nodes() ? table.nodes()->size() : 0;
+  const std::size_t corners = table.triangles() ? table.triangles()->size() : 0;
+  if ((table.rest() ? table.rest()->size() : 0) != vertices || corners % 3 != 0) return false;
+  surface.body_vertices = table.body_vertices();
+  surface.mesh_hash = table.mesh_hash();
+  for (flatbuffers::uoffset_t i = 0; i < vertices; ++i) {
+    surface.nodes.push_back(table.nodes()->Get(i));
+    surface.rest.push_back(position_of(*table.rest()->Get(i), sense));
+    sense.that(surface.nodes.back() < surface.body_vertices);
+  }
+  for (flatbuffers::uoffset_t i = 0; i < corners; i += 3) {
+    surface.triangles.push_back({table.triangles()->Get(i), table.triangles()->Get(i + 1), table.triangles()->Get(i + 2)});
+    for (const std::uint32_t corner : surface.triangles.back()) sense.that(corner < vertices);
+  }
+  return sense.ok();
+}
+
+RecordedEvent event_of(const record::Event& table, Micros base, Sense& sense) {
+  RecordedEvent event;
+  event.t = base + Micros{table.at()};
+  event.kind = kind_of<RecordedEventKind>(table.kind(), kRecordedEventKinds, sense);
+  event.station = table.station();
+  event.role = kind_of<RecordedRole>(table.role(), 3, sense);
+  event.scheme = scheme_of(table.scheme(), sense);
+  event.name = text_of(table.name());
+  event.text = text_of(table.text());
+  sense.text(event.name, 0, kMaxNameBytes);
+  sense.text(event.text, 0, kMaxText);
+  return event;
+}
+
+std::optional<RecordedShape> shape_of(const record::Shape& table, Micros base, std::size_t vertices, Sense& sense) {
+  if (!table.low() || !table.high() || !table.positions() || table.positions()->size() != 3 * vertices) return std::nullopt;
+  RecordedShape shape{base + Micros{table.at()}, {}};
+  const Vec3 low = position_of(*table.low(), sense), step = (position_of(*table.high(), sense) - low) / 65535;
+  sense.that((step.array() >= 0).all());
+  shape.positions.resize(vertices);
+  flatbuffers::uoffset_t at = 0;
+  for (Vec3& x : shape.positions)
+    for (int k = 0; k < 3; ++k) x[k] = low[k] + step[k] * table.positions()->Get(at++);
+  return shape;
+}
+
+RecordedTouch touch_of(const record::Touch& t, Micros base, Sense& sense) {
+  return {base + Micros{t.at()},
+          t.station(),
+          position_of(t.tool(), sense),
+          force_of(t.force(), sense),
+          (t.flags() & 1) != 0,
+          (t.flags() & 2) != 0,
+          scheme_of(t.scheme(), sense),
+          t.states(),
+          t.bytes(),
+          Micros{t.bridge()}};
+}
+
+RecordedTick tick_of(const record::Tick& t, Micros base, Sense& sense) {
+  return {base + Micros{t.at()},
+          position_of(t.position(), sense),
+          force_of(t.model_force(), sense),
+          force_of(t.force(), sense),
+          Micros{t.patch_age()},
+          (t.flags() & 1) != 0,
+          (t.flags() & 2) != 0,
+          (t.flags() & 4) != 0};
+}
+
+/// What happened at the server.
+bool decode_room(const record::Block& table, Micros base, std::size_t vertices, RecordedBlock& block, Sense& sense) {
+  each(table.paths(), [&](const record::Path& path) {
+    RecordedPath& ours = block.paths.emplace_back();
+    ours.station = path.station();
+    each(path.samples(), [&](const record::Sample& s) {
+      ours.samples.push_back({base + Micros{s.at()}, position_of(s.position(), sense)});
+    });
+  });
+  each(table.frames(), [&](const record::Frame& f) {
+    block.frames.push_back({base + Micros{f.at()}, Micros{f.took()}, Micros{f.behind()}, f.skipped(), f.steps(), f.cut_steps(),
+                            static_cast<int>(f.newton() & 0x7fffffff), (f.flags() & 1) != 0});
+  });
+  each(table.touches(), [&](const record::Touch& t) { block.touches.push_back(touch_of(t, base, sense)); });
+  bool whole = true;
+  each(table.shapes(), [&](const record::Shape& s) {
+    auto shape = shape_of(s, base, vertices, sense);
+    whole = whole && shape;
+    if (whole) block.shapes.push_back(std::move(*shape));
+  });
+  return whole;
+}
+
+/// What happened at the client.
+void decode_station(const record::Block& table, Micros base, RecordedBlock& block, Sense& sense) {
+  each(table.ticks(), [&](const record::Tick& t) { block.ticks.push_back(tick_of(t, base, sense)); });
+  each(table.hand_overs(), [&](const record::HandOver& h) {
+    sense.that(std::isfinite(h.step()), WireFault::not_finite);
+    block.hand_overs.push_back({base + Micros{h.at()}, time_of(h.stamp(), sense), h.step()});
+  });
+  each(table.packets(), [&](const record::Packet& p) {
+    if (!p.bytes()) return;
+    sense.that(p.bytes()->size() <= kMaxDatagramBytes);
+    const auto bytes = std::as_bytes(std::span(p.bytes()->data(), p.bytes()->size()));
+    block.packets.push_back({base + Micros{p.at()}, {bytes.begin(), bytes.end()}});
+  });
+}
+
+}  // namespace
+
+std::optional<RecordingHead> decode_head(std::span<const std::byte> part) {
+  const Verified verified(part);
+  const record::Head* table = verified ? verified->content_as_Head() : nullptr;
+  if (!table) return std::nullopt;
+  Sense sense;
+  RecordingHead head;
+  head.kind = kind_of<RecordingKind>(table->kind(), 2, sense);
+  head.program = text_of(table->program());
+  head.name = text_of(table->name());
+  head.unix_time = time_of(table->unix_time(), sense);
+  head.clock_time = time_of(table->clock_time(), sense);
+  head.rate_hz = table->rate_hz();
+  head.shapes_hz = table->shapes_hz();
+  head.scene = text_of(table->scene());
+  head.scene_file = text_of(table->scene_file());
+  sense.number(head.rate_hz, 0, kMaxRateHz);
+  sense.number(head.shapes_hz, 0, kMaxRateHz);
+  if (table->surface() && !decode(*table->surface(), head.surface, sense)) return std::nullopt;
+  return sense.ok() ? std::optional(std::move(head)) : std::nullopt;
+}
+
+std::optional<RecordedBlock> decode_block(std::span<const std::byte> part, std::size_t vertices) {
+  const Verified verified(part);
+  const record::Block* table = verified ? verified->content_as_Block() : nullptr;
+  if (!table) return std::nullopt;
+  Sense sense;
+  const Micros base = time_of(table->base(), sense);
+  RecordedBlock block;
+  if (!decode_room(*table, base, vertices, block, sense)) return std::nullopt;
+  decode_station(*table, base, block, sense);
+  each(table->events(), [&](const record::Event& event) { block.events.push_back(event_of(event, base, sense)); });
+  each(table->links(), [&](const record::Link& l) {
+    block.links.push_back({base + Micros{l.at()}, l.station(), Micros{l.rtt()}, Micros{l.rtt_min()}, Micros{l.jitter()},
+                           Micros{l.patch_age()}, time_of(l.offset(), sense), l.received(), l.lost()});
+  });
+  return sense.ok() ? std::optional(std::move(block)) : std::nullopt;
+}
+
+std::optional<RecordingIndex> decode_index(std::span<const std::byte> part) {
+  const Verified verified(part);
+  const record::Index* table = verified ? verified->content_as_Index() : nullptr;
+  if (!table) return std::nullopt;
+  Sense sense;
+  RecordingIndex index;
+  each(table->entries(), [&](const record::Entry& e) {
+    index.blocks.push_back({e.offset(), time_of(e.first(), sense), time_of(e.last(), sense)});
+  });
+  each(table->joins(), [&](const record::Event& event) { index.joins.push_back(event_of(event, Micros{}, sense)); });
+  return sense.ok() ? std::optional(std::move(index)) : std::nullopt;
+}
+
+}  // namespace palpate

@@ -1,0 +1,274 @@
+#include "common/record/writer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "common/record/layout.hpp"
+#include "common/wire/pack.hpp"
+#include "recording_generated.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kSteps = 65535;
+
+/// A number that cannot be carried counts as 0.
+wire::Point point_of(const Vec3& position, bool* broken = nullptr) {
+  pack::Packer packer;
+  const wire::Point point = packer.point(position);
+  if (packer.ok()) return point;
+  if (broken) *broken = true;
+  return {};
+}
+wire::Vec vec_of(const Vec3& force, bool* broken = nullptr) {
+  pack::Packer packer;
+  const wire::Vec vec = packer.vec(force);
+  if (packer.ok()) return vec;
+  if (broken) *broken = true;
+  return {};
+}
+
+template <class Whole>
+Whole clamped(std::int64_t value) {
+  return static_cast<Whole>(
+      std::clamp<std::int64_t>(value, std::numeric_limits<Whole>::min(), std::numeric_limits<Whole>::max()));
+}
+std::uint32_t micros_of(Micros t) { return clamped<std::uint32_t>(t.count()); }
+
+std::unique_ptr<record::SurfaceT> table_of(const RecordedSurface& surface) {
+  auto table = std::make_unique<record::SurfaceT>();
+  table->body_vertices = surface.body_vertices;
+  table->mesh_hash = surface.mesh_hash;
+  table->nodes = surface.nodes;
+  for (const Vec3& x : surface.rest) table->rest.push_back(point_of(x));
+  for (const Triangle& triangle : surface.triangles)
+    table->triangles.insert(table->triangles.end(), triangle.begin(), triangle.end());
+  return table;
+}
+
+record::HeadT table_of(const RecordingHead& head) {
+  record::HeadT table;
+  table.kind = static_cast<std::uint8_t>(head.kind);
+  table.program = head.program;
+  table.name = head.name;
+  table.unix_time = head.unix_time.count();
+  table.clock_time = head.clock_time.count();
+  table.rate_hz = head.rate_hz;
+  table.shapes_hz = head.shapes_hz;
+  table.scene = head.scene;
+  table.scene_file = head.scene_file;
+  table.surface = table_of(head.surface);
+  return table;
+}
+
+std::unique_ptr<record::EventT> table_of(const RecordedEvent& event, std::int32_t at) {
+  auto table = std::make_unique<record::EventT>();
+  table->at = at;
+  table->kind = static_cast<std::uint8_t>(event.kind);
+  table->station = event.station;
+  table->role = static_cast<std::uint8_t>(event.role);
+  table->scheme = static_cast<std::uint8_t>(event.scheme);
+  table->name = event.name;
+  table->text = event.text;
+  return table;
+}
+
+std::unique_ptr<record::ShapeT> shape_of(const std::vector<std::uint32_t>& nodes, const std::vector<Vec3>& positions) {
+  Vec3 low = positions[nodes.front()], high = low;
+  for (const std::uint32_t node : nodes) {
+    low = low.cwiseMin(positions[node]);
+    high = high.cwiseMax(positions[node]);
+  }
+  auto table = std::make_unique<record::ShapeT>();
+  table->low = std::make_unique<wire::Point>(point_of(low));
+  table->high = std::make_unique<wire::Point>(point_of(high));
+  const Vec3 corner = pack::from(*table->low), extent = pack::from(*table->high) - corner;
+  table->positions.reserve(3 * nodes.size());
+  for (const std::uint32_t node : nodes)
+    for (int k = 0; k < 3; ++k) {
+      const double share = extent[k] > 0 ? std::clamp((positions[node][k] - corner[k]) / extent[k], 0.0, 1.0) : 0;
+      table->positions.push_back(static_cast<std::uint16_t>(std::lround(share * kSteps)));
+    }
+  return table;
+}
+
+bool same(const record::ShapeT& a, const record::ShapeT& b) {
+  return pack::from(*a.low) == pack::from(*b.low) && pack::from(*a.high) == pack::from(*b.high) && a.positions == b.positions;
+}
+
+}  // namespace
+
+struct RecordingWriter::State {
+  std::vector<std::byte> waiting;  ///< bytes not taken yet
+  std::size_t taken = 0;
+  std::vector<std::uint32_t> nodes;
+  record::BlockT block;
+  record::IndexT index;
+  bool empty = true, opened = false;
+  Micros base{}, first{}, last{}, opened_at{};
+  std::size_t gathered = 0;                    ///< bytes in the block, about
+  const record::ShapeT* last_shape = nullptr;  ///< of the block
+
+  std::size_t size() const { return taken + waiting.size(); }
+
+  template <class Table>
+  void append(const Table& table, record::Content kind,
+              flatbuffers::Offset<void> (*create)(flatbuffers::FlatBufferBuilder&, const Table&)) {
+    flatbuffers::FlatBufferBuilder builder(gathered + 1024);
+    const auto content = create(builder, table);
+    builder.FinishSizePrefixed(record::CreatePart(builder, kind, content), record::PartIdentifier());
+    layout::append_part(waiting, first, last, std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize())));
+  }
+
+  /// Microseconds of t after the block's base.
+  std::int32_t since_base(Micros t) {
+    first = std::min(first, t);
+    last = std::max(last, t);
+    return clamped<std::int32_t>((t - base).count());
+  }
+
+  /// The same of the next item, of so many bytes about, which may begin a new block.
+  std::int32_t at(Micros t, std::size_t bytes) {
+    constexpr Micros kFar{1'000'000'000};
+    if (!empty && (std::chrono::abs(t - base) > kFar || gathered >= kBlockBytes)) close();
+    if (empty) base = first = last = t;
+    empty = false;
+    gathered += bytes;
+    return since_base(t);
+  }
+
+  void close() {
+    if (empty) return;
+    block.base = base.count();
+    index.entries.emplace_back(size(), first.count(), last.count());
+    append<record::BlockT>(block, record::Content::Block, [](flatbuffers::FlatBufferBuilder& b, const record::BlockT& t) {
+      return record::CreateBlock(b, &t).Union();
+    });
+    block = record::BlockT{};
+    last_shape = nullptr;
+    gathered = 0;
+    empty = true;
+    opened = false;
+  }
+};
+
+RecordingWriter::RecordingWriter(const RecordingHead& head) : state_(std::make_unique<State>()) {
+  state_->nodes = head.surface.nodes;
+  layout::append_preamble(state_->waiting);
+  state_->append<record::HeadT>(
+      table_of(head), record::Content::Head,
+      [](flatbuffers::FlatBufferBuilder& b, const record::HeadT& t) { return record::CreateHead(b, &t).Union(); });
+}
+RecordingWriter::~RecordingWriter() = default;
+
+void RecordingWriter::add(const RecordedPath& path) {
+  if (path.samples.empty()) return;
+  auto table = std::make_unique<record::PathT>();
+  table->station = path.station;
+  state_->at(path.samples.front().t, path.samples.size() * sizeof(record::Sample));
+  for (const ToolSample& sample : path.samples)
+    table->samples.emplace_back(state_->since_base(sample.t), point_of(sample.position));
+  state_->block.paths.push_back(std::move(table));
+}
+
+void RecordingWriter::add(const RecordedFrame& f) {
+  const std::int32_t at = state_->at(f.t, sizeof(record::Frame));
+  state_->block.frames.emplace_back(at, micros_of(f.took), micros_of(f.behind), f.skipped,
+                                    clamped<std::uint32_t>(f.newton_iterations), clamped<std::uint16_t>(f.steps),
+                                    clamped<std::uint16_t>(f.cut_steps), f.failed ? 1u : 0u);
+}
+
+void RecordingWriter::add(const RecordedTouch& t) {
+  const std::int32_t at = state_->at(t.t, sizeof(record::Touch));
+  const auto flags = static_cast<std::uint8_t>((t.contact ? 1 : 0) | (t.has_patch ? 2 : 0));
+  state_->block.touches.emplace_back(at, t.station, point_of(t.tool), vec_of(t.force), micros_of(t.bridge), t.bytes,
+                                     clamped<std::uint16_t>(t.states), static_cast<std::uint8_t>(t.scheme), flags);
+}
+
+void RecordingWriter::add_shape(Micros t, const std::vector<Vec3>& positions) {
+  const auto finite = [](const Vec3& x) { return x.allFinite(); };
+  if (state_->nodes.empty() || !std::all_of(positions.begin(), positions.end(), finite)) return;
+  auto table = shape_of(state_->nodes, positions);
+  if (state_->last_shape && same(*table, *state_->last_shape)) return;
+  table->at = state_->at(t, 6 * state_->nodes.size());
+  state_->last_shape = table.get();
+  state_->block.shapes.push_back(std::move(table));
+}
+
+void RecordingWriter::add(const RecordedEvent& event) {
+  const std::int32_t at = state_->at(event.t, event.name.size() + event.text.size() + 64);
+  state_->block.events.push_back(table_of(event, at));
+  if (event.kind != RecordedEventKind::joined) return;
+  state_->index.joins.push_back(table_of(event, 0));
+}
+
+void RecordingWriter::add(const RecordedLink& l) {
+  const std::int32_t at = state_->at(l.t, sizeof(record::Link));
+  state_->block.links.emplace_back(l.offset.count(), l.received, l.lost, at, l.station, micros_of(l.rtt), micros_of(l.rtt_min),
+                                   micros_of(l.jitter), micros_of(l.patch_age));
+}
+
+void RecordingWriter::add(const RecordedTick& t) {
+  const std::int32_t at = state_->at(t.t, sizeof(record::Tick));
+  bool broken = t.broken;
+  const auto position = point_of(t.position, &broken);
+  const auto model = vec_of(t.model_force, &broken), force = vec_of(t.force, &broken);
+  const std::uint32_t flags = (t.has_patch ? 1u : 0u) | (t.contact ? 2u : 0u) | (broken ? 4u : 0u);
+  state_->block.ticks.emplace_back(at, position, model, force, clamped<std::int32_t>(t.patch_age.count()), flags);
+}
+
+void RecordingWriter::add(const RecordedHandOver& h) {
+  const std::int32_t at = state_->at(h.t, sizeof(record::HandOver));
+  state_->block.hand_overs.emplace_back(h.stamp.count(), at, pack::Packer().number(h.step_n));
+}
+
+void RecordingWriter::add(const RecordedPacket& packet) {
+  auto table = std::make_unique<record::PacketT>();
+  table->at = state_->at(packet.t, packet.bytes.size());
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(packet.bytes.data());
+  table->bytes.assign(bytes, bytes + packet.bytes.size());
+  state_->block.packets.push_back(std::move(table));
+}
+
+void RecordingWriter::tick(Micros now) {
+  if (state_->empty) return;
+  if (!std::exchange(state_->opened, true)) state_->opened_at = now;
+  if (now - state_->opened_at >= kBlock) state_->close();
+}
+
+void RecordingWriter::finish() {
+  state_->close();
+  const std::uint64_t offset = state_->size();
+  state_->append<record::IndexT>(
+      state_->index, record::Content::Index,
+      [](flatbuffers::FlatBufferBuilder& b, const record::IndexT& t) { return record::CreateIndex(b, &t).Union(); });
+  layout::append_trailer(state_->waiting, offset);
+}
+
+std::vector<std::byte> RecordingWriter::take() {
+  state_->taken += state_->waiting.size();
+  return std::exchange(state_->waiting, {});
+}
+
+std::size_t RecordingWriter::bytes() const { return state_->size(); }
+
+RecordedSurface recorded_surface(const std::vector<Vec3>& rest, const std::vector<Triangle>& triangles, std::uint64_t mesh_hash) {
+  RecordedSurface surface;
+  surface.body_vertices = static_cast<std::uint32_t>(rest.size());
+  surface.mesh_hash = mesh_hash;
+  std::vector<std::uint32_t> place(rest.size(), triangles.empty() ? 1 : 0);
+  for (const Triangle& triangle : triangles)
+    for (const std::uint32_t vertex : triangle) place[vertex] = 1;
+  for (std::uint32_t vertex = 0; vertex < place.size(); ++vertex) {
+    if (place[vertex] == 0) continue;
+    place[vertex] = static_cast<std::uint32_t>(surface.nodes.size());
+    surface.nodes.push_back(vertex);
+    surface.rest.push_back(rest[vertex]);
+  }
+  for (const Triangle& t : triangles) surface.triangles.push_back({place[t[0]], place[t[1]], place[t[2]]});
+  return surface;
+}
+
+}  // namespace palpate

@@ -1,0 +1,17 @@
+// Where the nodes of a body are and how they move.
+#pragma once
+
+#include "server/body/block_matrix.hpp"
+
+namespace palpate {
+
+/// x, v: 3 N (node 0 x, y, z, node 1 x, ...) [m], [m/s].
+struct BodyState {
+  double time_s = 0;
+  Vector x, v;
+};
+
+inline auto at_node(const Vector& y, std::uint32_t node) { return y.segment<3>(3 * static_cast<Eigen::Index>(node)); }
+inline auto at_node(Vector& y, std::uint32_t node) { return y.segment<3>(3 * static_cast<Eigen::Index>(node)); }
+
+}  // namespace palpate

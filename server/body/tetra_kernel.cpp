@@ -1,0 +1,195 @@
+#include "server/body/tetra_kernel.hpp"
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <numbers>
+
+namespace palpate {
+namespace {
+
+constexpr int kPolarIterations = 8;       // of Newton's method; it converges quadratically
+constexpr double kPolarWellFormed = 0.1;  // J / |F|^3 3^1.5 above which it is used
+constexpr double kLeastPairSum =
+    0.05;  // of two principal stretches: R turns over where it vanishes, and the tangent is cut there
+
+Mat3 cofactors(const Mat3& f) {
+  Mat3 g;
+  g << f.col(1).cross(f.col(2)), f.col(2).cross(f.col(0)), f.col(0).cross(f.col(1));
+  return g;
+}
+
+Mat3 cross_matrix(const Vec3& w) {
+  Mat3 m;
+  m << 0, -w.z(), w.y(), w.z(), 0, -w.x(), -w.y(), w.x(), 0;
+  return m;
+}
+
+struct Svd {  // F = u diag(s) v^T with rotations u, v; s.z() carries the sign of det F
+  Mat3 u, v;
+  Vec3 s;
+};
+
+Svd signed_svd(const Mat3& f) {
+  const Eigen::JacobiSVD<Mat3> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Svd result{svd.matrixU(), svd.matrixV(), svd.singularValues()};
+  for (Mat3* m : {&result.u, &result.v}) {
+    if (m->determinant() > 0) continue;
+    m->col(2) = -m->col(2);
+    result.s.z() = -result.s.z();
+  }
+  return result;
+}
+
+/// Unit matrix of a turn about principal axis k.
+Mat3 twist(int k) { return cross_matrix(Vec3::Unit(k)) / std::numbers::sqrt2; }
+Mat3 flip(int k) { return twist(k).cwiseAbs(); }
+
+}  // namespace
+
+TetraMaterial::TetraMaterial(const SolidMaterial& material) : law(material.law) {
+  const double e = material.young_pa, nu = material.poisson;
+  mu = e / (2 * (1 + nu));
+  lambda = e * nu / ((1 + nu) * (1 - 2 * nu));
+  viscous_mu = material.damping_s * mu;
+  viscous_lambda = material.damping_s * lambda;
+  if (law != SolidLaw::neo_hookean) return;
+  lambda += 5.0 / 6 * mu;
+  mu *= 4.0 / 3;
+  alpha = 1 + 0.75 * mu / lambda;
+}
+
+TetraRest::TetraRest(const Mat34& rest) {
+  const Mat3 edges = rest.rightCols<3>().colwise() - rest.col(0);
+  b.rightCols<3>() = edges.inverse().transpose();
+  b.col(0) = -b.rightCols<3>().rowwise().sum();
+  volume_m3 = edges.determinant() / 6;
+}
+
+Mat3 polar_rotation(const Mat3& f) {
+  const double size = f.norm();
+  if (f.determinant() * 5.196 <= kPolarWellFormed * size * size * size) {
+    const Svd svd = signed_svd(f);
+    return svd.u * svd.v.transpose();
+  }
+  Mat3 r = f;
+  for (int i = 0; i < kPolarIterations; ++i) {
+    const Mat3 inverse_transpose = cofactors(r) / r.determinant();
+    const double scale = std::sqrt(inverse_transpose.norm() / r.norm());
+    const Mat3 next = 0.5 * (scale * r + inverse_transpose / scale);
+    const double change = (next - r).squaredNorm();
+    r = next;
+    if (change < 1e-24) break;
+  }
+  return r;
+}
+
+double elastic_energy_density(const TetraMaterial& m, const Mat3& f) {
+  if (m.law == SolidLaw::corotational) {
+    const Mat3 r = polar_rotation(f);
+    const double trace = r.cwiseProduct(f).sum() - 3;
+    return m.mu * (f - r).squaredNorm() + 0.5 * m.lambda * trace * trace;
+  }
+  const double i = f.squaredNorm(), j = f.determinant() - m.alpha;
+  return 0.5 * m.mu * (i - 3 - std::log((i + 1) / 4)) + 0.5 * m.lambda * (j * j - (1 - m.alpha) * (1 - m.alpha));
+}
+
+Mat3 elastic_stress(const TetraMaterial& m, const Mat3& f) {
+  if (m.law == SolidLaw::corotational) {
+    const Mat3 r = polar_rotation(f);
+    return 2 * m.mu * (f - r) + m.lambda * (r.cwiseProduct(f).sum() - 3) * r;
+  }
+  const Mat3 g = cofactors(f);
+  const double j = f.col(0).dot(g.col(0));
+  return m.mu * (1 - 1 / (f.squaredNorm() + 1)) * f + m.lambda * (j - m.alpha) * g;
+}
+
+Mat3 viscous_stress(const TetraMaterial& m, const Mat3& f, const Mat3& f_rate) {
+  const Mat3 product = f.transpose() * f_rate;
+  Mat3 s = m.viscous_mu * (product + product.transpose());
+  s.diagonal().array() += m.viscous_lambda * product.trace();
+  return f * s;
+}
+
+TetraTangent::TetraTangent(const TetraMaterial& material, const Mat3& f, bool clamp) : f_(f) {
+  if (material.law == SolidLaw::corotational)
+    corotational(material, clamp);
+  else if (clamp)
+    neo_hookean_clamped(material);
+  else
+    neo_hookean(material);
+}
+
+/// R turns by R [w / (s_i + s_j)]x where F turns by R [w]x: three modes, along the eigenvectors of S.
+void TetraTangent::corotational(const TetraMaterial& m, bool clamp) {
+  const Mat3 r = polar_rotation(f_);
+  Mat3 s = r.transpose() * f_;
+  s = 0.5 * (s + s.transpose()).eval();
+  Eigen::SelfAdjointEigenSolver<Mat3> eigen;
+  eigen.computeDirect(s);
+  a_ = 2 * m.mu;
+  add(m.lambda, r);
+  for (int k = 0; k < 3; ++k) {
+    const double pair_sum = std::max(s.trace() - eigen.eigenvalues()[k], kLeastPairSum);
+    const double c = 2 * (m.lambda * (s.trace() - 3) - 2 * m.mu) / pair_sum;
+    add(clamp ? std::max(c, -a_) : c, r * cross_matrix(eigen.eigenvectors().col(k)) / std::numbers::sqrt2);
+  }
+}
+
+void TetraTangent::neo_hookean(const TetraMaterial& m) {
+  const Mat3 g = cofactors(f_);
+  const double i = f_.squaredNorm() + 1;
+  a_ = m.mu * (1 - 1 / i);
+  kappa_ = m.lambda * (f_.col(0).dot(g.col(0)) - m.alpha);
+  add(2 * m.mu / (i * i), f_);
+  add(m.lambda, g);
+}
+
+void TetraTangent::neo_hookean_clamped(const TetraMaterial& m) {
+  const Svd svd = signed_svd(f_);
+  const Vec3& s = svd.s;
+  const Vec3 g(s.y() * s.z(), s.x() * s.z(), s.x() * s.y());
+  const double i = s.squaredNorm() + 1, a = m.mu * (1 - 1 / i), kappa = m.lambda * (s.x() * g.x() - m.alpha);
+  Mat3 scaling = 2 * m.mu / (i * i) * s * s.transpose() + m.lambda * g * g.transpose() + kappa * cross_matrix(s).cwiseAbs();
+  for (int k = 0; k < 3; ++k) {  // signs that cwiseAbs lost
+    const int p = (k + 1) % 3, q = (k + 2) % 3;
+    scaling(p, q) += kappa * (s[k] - std::abs(s[k]));
+    scaling(q, p) += kappa * (s[k] - std::abs(s[k]));
+  }
+  scaling.diagonal().array() += a;
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(scaling);
+  const auto in_place = [&](const Mat3& q) -> Mat3 { return svd.u * q * svd.v.transpose(); };
+  for (int k = 0; k < 3; ++k) {
+    add(std::max(0.0, a + kappa * s[k]), in_place(twist(k)));
+    add(std::max(0.0, a - kappa * s[k]), in_place(flip(k)));
+    add(std::max(0.0, eigen.eigenvalues()[k]), in_place(eigen.eigenvectors().col(k).asDiagonal()));
+  }
+}
+
+Mat3 TetraTangent::apply(const Mat3& df) const {
+  Mat3 dp = a_ * df;
+  for (std::size_t k = 0; k < terms_; ++k) dp += (c_[k] * q_[k].cwiseProduct(df).sum()) * q_[k];
+  if (kappa_ == 0) return dp;
+  for (int k = 0; k < 3; ++k) {
+    const int p = (k + 1) % 3, q = (k + 2) % 3;
+    dp.col(k) += kappa_ * (df.col(p).cross(f_.col(q)) + f_.col(p).cross(df.col(q)));
+  }
+  return dp;
+}
+
+Mat3 TetraTangent::block(const TetraRest& rest, int i, int j) const {
+  const Vec3 bi = rest.b.col(i), bj = rest.b.col(j);
+  Mat3 k = Mat3::Zero();
+  k.diagonal().setConstant(a_ * bi.dot(bj));
+  for (std::size_t t = 0; t < terms_; ++t) k += c_[t] * (q_[t] * bi) * (q_[t] * bj).transpose();
+  // The mixed second derivative of det F for rank-one changes: (di x dj) . F (bi x bj).
+  if (kappa_ != 0 && i != j) k -= kappa_ * cross_matrix(f_ * bi.cross(bj));
+  return rest.volume_m3 * k;
+}
+
+Mat3 viscous_block(const TetraMaterial& m, const TetraRest& rest, const Mat3& f, int i, int j) {
+  const Vec3 fi = f * rest.b.col(i), fj = f * rest.b.col(j);
+  return rest.volume_m3 * (m.viscous_mu * (rest.b.col(i).dot(rest.b.col(j)) * f * f.transpose() + fj * fi.transpose()) +
+                           m.viscous_lambda * fi * fj.transpose());
+}
+
+}  // namespace palpate

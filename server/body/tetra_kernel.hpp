@@ -1,0 +1,87 @@
+// The kernel of a linear tetrahedron of a hyperelastic, viscous solid: its energy, nodal forces and tangents.
+//
+// Nodes x_0..x_3, rest positions X_i, rest volume V. b_i is the gradient of node i's shape function at rest [1/m], sum b_i = 0:
+//     deformation gradient  F = sum x_i b_i^T,   its rate  F' = sum v_i b_i^T,   J = det F,   G = dJ/dF (cofactors)
+//     force on node i       f_i = -V P b_i,      P = P_elastic(F) + P_viscous(F, F')    first Piola-Kirchhoff stress [Pa]
+//
+// Elastic laws, energy density Psi [J/m^3], Lame parameters mu_L, lambda_L of small strains in both:
+//   corotational   Psi = mu |F - R|^2 + lambda/2 tr(R^T F - I)^2,  R the rotation of the polar decomposition, det R = 1 always
+//                  (mu = mu_L, lambda = lambda_L); linear elasticity in the turned frame of each element
+//   neo_hookean    Psi = mu/2 (I - 3) - mu/2 ln((I + 1) / 4) + lambda/2 ((J - alpha)^2 - (1 - alpha)^2),  I = |F|^2,
+//                  mu = 4/3 mu_L, lambda = lambda_L + 5/6 mu_L, alpha = 1 + 3 mu / (4 lambda): smooth for every F, flat and
+//                  inside out included, and without stress at rest
+// Source: Smith, De Goes and Kim, Stable neo-Hookean flesh simulation, ACM Trans. Graph. 37 (2018); for the eigenvectors of the
+// tangents also Smith et al., Analytic eigensystems for isotropic distortion energies, ACM Trans. Graph. 38 (2019).
+//
+// Viscous law (Kelvin-Voigt): P_viscous = F (2 mu_v E' + lambda_v tr(E') I), E' = sym(F^T F') the rate of Green's strain, mu_v =
+// t mu_L, lambda_v = t lambda_L, t the damping time [s]. At rest it is t times the elastic tangent (stiffness-proportional
+// Rayleigh damping); it never resists a rigid motion and never gives energy: P_viscous : F' >= 0.
+//
+// Tangents: dP = a dF + sum_k c_k (Q_k : dF) Q_k + kappa dG[dF]. Exact for the elastic part; `clamp` drops the negative
+// eigenvalues, so that the element's stiffness is positive semi-definite. The dependence of P_viscous on F at fixed F' is left
+// out, as it is for springs (element_kernel.hpp).
+#pragma once
+
+#include <array>
+
+#include "common/base/types.hpp"
+#include "server/scene/scene.hpp"
+
+namespace palpate {
+
+using Mat34 = Eigen::Matrix<double, 3, 4>;
+
+/// A material with the parameters of its law worked out.
+struct TetraMaterial {
+  explicit TetraMaterial(const SolidMaterial& material);
+  SolidLaw law;
+  double mu, lambda;                  ///< of the law [Pa]
+  double alpha = 1;                   ///< neo_hookean
+  double viscous_mu, viscous_lambda;  ///< mu_v, lambda_v [Pa s]
+};
+
+/// What does not change about an element.
+struct TetraRest {
+  /// The nodes' rest positions as columns; they must span a positive volume.
+  explicit TetraRest(const Mat34& rest);
+  Mat34 b;           ///< columns b_i [1/m]
+  double volume_m3;  ///< V
+};
+
+/// The rotation next to F: F = R S with S symmetric, det R = 1. Where F is inside out S has its smallest eigenvalue negative.
+Mat3 polar_rotation(const Mat3& f);
+
+double elastic_energy_density(const TetraMaterial& material, const Mat3& f);
+Mat3 elastic_stress(const TetraMaterial& material, const Mat3& f);
+Mat3 viscous_stress(const TetraMaterial& material, const Mat3& f, const Mat3& f_rate);
+
+/// dP_elastic / dF at one F.
+class TetraTangent {
+ public:
+  TetraTangent(const TetraMaterial& material, const Mat3& f, bool clamp);
+  /// dP for a change of F.
+  Mat3 apply(const Mat3& df) const;
+  /// V d(P b_i)/dx_j, the block of K for nodes i and j.
+  Mat3 block(const TetraRest& rest, int i, int j) const;
+
+ private:
+  void corotational(const TetraMaterial& material, bool clamp);
+  void neo_hookean(const TetraMaterial& material);
+  void neo_hookean_clamped(const TetraMaterial& material);
+  void add(double c, const Mat3& q) {
+    if (c == 0) return;
+    c_[terms_] = c;
+    q_[terms_++] = q;
+  }
+
+  Mat3 f_;
+  double a_ = 0, kappa_ = 0;
+  std::size_t terms_ = 0;
+  std::array<double, 9> c_{};
+  std::array<Mat3, 9> q_;
+};
+
+/// V d(P_viscous b_i)/dv_j, the block of D for nodes i and j.
+Mat3 viscous_block(const TetraMaterial& material, const TetraRest& rest, const Mat3& f, int i, int j);
+
+}  // namespace palpate

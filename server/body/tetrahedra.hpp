@@ -1,0 +1,56 @@
+// All tetrahedra of a body: tetra_kernel.hpp summed over its finite elements. Signs and symbols as in dynamics.hpp.
+//
+// Masses are lumped: a tetrahedron gives a quarter of its own to each of its nodes. Mass-proportional damping is a force
+// -c m_i v_i on each of them, c = LumpedBody::mass_damping_1_s, m_i the node's mass.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "server/body/body_state.hpp"
+#include "server/body/tetra_kernel.hpp"
+
+namespace palpate {
+
+class Tetrahedra {
+ public:
+  /// `body` must outlive it. `pattern` has a block for every pair of nodes that share an element.
+  Tetrahedra(const LumpedBody& body, const BlockMatrix& pattern);
+
+  bool empty() const { return cells_.empty(); }
+  /// f += forces of the elements.
+  void add_forces(const Vector& x, const Vector& v, Vector& f) const;
+  Vec3 force_on(const BodyState& state, std::uint32_t node) const;
+  /// A += c_d D + c_k K (symmetric part) but for rows and columns of held nodes; see TetraTangent for `clamp`.
+  void add_tangents(const BodyState& state, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
+                    BlockMatrix& a) const;
+  /// What the products with K and D at one state are made of, for each tetrahedron.
+  struct CellTangent {
+    Mat3 f;
+    TetraTangent elastic;
+  };
+  std::vector<CellTangent> tangents(const BodyState& state) const;
+  /// K Y and D Y are added for the columns of Y.
+  void add_products(const std::vector<CellTangent>& at, const Eigen::Ref<const Matrix>& y, Eigen::Ref<Matrix> k_y,
+                    Eigen::Ref<Matrix> d_y) const;
+  /// Elastic energy [J].
+  double energy(const Vector& x) const;
+
+ private:
+  struct Cell {
+    std::array<std::uint32_t, 4> nodes;
+    std::uint32_t material;
+    TetraRest rest;
+    std::array<std::array<std::uint32_t, 4>, 4> entries;  // of the pattern
+  };
+  Mat34 nodes_of(const Cell& cell, const Vector& y) const;
+  /// V P: its product with b_i is minus the force on node i.
+  Mat3 stress(const Cell& cell, const Vector& x, const Vector& v) const;
+
+  const LumpedBody* body_;
+  std::vector<TetraMaterial> materials_;
+  std::vector<Cell> cells_;
+  std::vector<std::uint32_t> first_, incident_;  // cells of each node
+};
+
+}  // namespace palpate

@@ -1,0 +1,103 @@
+#include "server/record/room_recorder.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <utility>
+
+namespace palpate {
+namespace {
+
+/// What a patch costs on the wire, its terms included.
+std::uint32_t bytes_of(const StationFrame& frame) {
+  std::array<std::byte, kMaxDatagramBytes> scratch;
+  Message message;
+  message.body = PatchMessage{*frame.patch};
+  std::size_t bytes = encode(message, scratch);
+  if (frame.terms.variables > 0)
+    for (PatchTerms& piece : to_pieces(frame.terms, 0)) {
+      message.body = std::move(piece);
+      bytes += encode(message, scratch);
+    }
+  return static_cast<std::uint32_t>(bytes);
+}
+
+}  // namespace
+
+RoomRecorder::RoomRecorder(const RecordingHead& head) : writer_(head) {
+  if (head.shapes_hz > 0) shape_every_ = from_seconds(1 / head.shapes_hz);
+}
+
+void RoomRecorder::begin_frame(FrameJob& job, Micros now) {
+  began_ = now;
+  wants_shape_ = shape_every_ > Micros{} && job.target >= next_shape_;
+  if (wants_shape_) {
+    job.shapes = true;
+    next_shape_ = std::max(next_shape_ + shape_every_, job.target + shape_every_ / 2);
+  }
+  jobs_.clear();
+  for (const StationJob& station : job.stations) {
+    RecordedPath path{station.id, {}};
+    Micros& newest = newest_.try_emplace(station.id, Micros::min()).first->second;
+    for (const ToolSample& sample : station.samples) {
+      if (sample.t <= newest) continue;
+      path.samples.push_back(sample);
+      newest = sample.t;
+    }
+    writer_.add(path);
+    jobs_[station.id] = {station.id, station.scheme, station.order, station.shadow_of, station.bridge, {}};
+  }
+  std::erase_if(newest_, [this](const auto& entry) { return !jobs_.contains(entry.first); });
+}
+
+RecordedTouch RoomRecorder::touch_of(const StationFrame& frame, Micros stamp) const {
+  RecordedTouch touch;
+  touch.t = stamp;
+  touch.station = frame.id;
+  touch.tool = frame.tool;
+  touch.force = frame.force;
+  touch.contact = frame.contact;
+  touch.has_patch = frame.patch.has_value();
+  if (const auto job = jobs_.find(frame.id); job != jobs_.end()) touch.bridge = job->second.bridge;
+  if (!frame.patch) return touch;
+  touch.scheme = frame.patch->scheme;
+  touch.states = frame.patch->states();
+  touch.bytes = bytes_of(frame);
+  return touch;
+}
+
+void RoomRecorder::end_frame(const FrameResult& result, const ServerCore& core, Micros now) {
+  const std::uint64_t skipped = core.counts().frames_busy;
+  writer_.add(RecordedFrame{result.stamp, now - began_, now - result.stamp,
+                            static_cast<std::uint32_t>(skipped - std::exchange(skipped_before_, skipped)), result.steps,
+                            result.cut_steps, result.newton_iterations, result.failed});
+  for (const StationFrame& frame : result.stations) writer_.add(touch_of(frame, result.stamp));
+  if (wants_shape_ && !result.positions.empty()) writer_.add_shape(result.stamp, result.positions);
+}
+
+void RoomRecorder::tick(const ServerCore& core, Micros now) {
+  const bool slow = core.pace().rate_hz < kSlowBelow * core.options().rate_hz;
+  if (slow != std::exchange(slow_, slow)) {
+    RecordedEvent event;
+    event.t = now;
+    event.kind = slow ? RecordedEventKind::overrun : RecordedEventKind::kept_up;
+    if (slow)
+      event.text = fmt::format("{:.1f} of {:g} frames a second, {:.0f} ms behind", core.pace().rate_hz, core.options().rate_hz,
+                               1e3 * seconds(core.pace().behind));
+    writer_.add(event);
+  }
+  if (now >= next_links_) {
+    next_links_ = now + kLinksEvery;
+    for (const StationReport& s : core.stations())
+      writer_.add(
+          RecordedLink{now, s.id, s.rtt.mean, s.rtt.min, s.rtt.jitter, s.patch_age, s.offset, s.link.received, s.link.lost});
+  }
+  writer_.tick(now);
+}
+
+RecordedSurface recorded_surface(const Scene& scene) {
+  const LumpedBody& body = scene.body;
+  return recorded_surface(body.nodes, body.triangles, facts_of(scene, Vec3::Zero()).mesh_hash);
+}
+
+}  // namespace palpate

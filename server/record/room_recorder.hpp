@@ -1,0 +1,41 @@
+// What a room's recording gets from its ServerCore and its body's frames. No file, thread or clock: bytes come out of take().
+#pragma once
+
+#include <map>
+
+#include "common/record/writer.hpp"
+#include "server/core/server_core.hpp"
+
+namespace palpate {
+
+class RoomRecorder {
+ public:
+  static constexpr Micros kLinksEvery{250'000};
+
+  explicit RoomRecorder(const RecordingHead& head);
+
+  /// A frame is handed out. Asks for the body's shape when one is due.
+  void begin_frame(FrameJob& job, Micros now);
+  /// It is done; the core has not taken it yet.
+  void end_frame(const FrameResult& result, const ServerCore& core, Micros now);
+  void event(const RecordedEvent& event) { writer_.add(event); }
+  /// Several times a second: links, the room's pace, blocks that are due.
+  void tick(const ServerCore& core, Micros now);
+  void finish() { writer_.finish(); }
+  std::vector<std::byte> take() { return writer_.take(); }
+
+ private:
+  RecordedTouch touch_of(const StationFrame& frame, Micros stamp) const;
+
+  RecordingWriter writer_;
+  Micros shape_every_{}, next_shape_{}, began_{}, next_links_{};
+  bool wants_shape_ = false, slow_ = false;
+  std::map<StationId, Micros> newest_;    ///< sample recorded
+  std::map<StationId, StationJob> jobs_;  ///< of the frame that is out, without samples
+  std::uint64_t skipped_before_ = 0;
+};
+
+/// What the head says of a room's body.
+RecordedSurface recorded_surface(const Scene& scene);
+
+}  // namespace palpate

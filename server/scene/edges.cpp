@@ -1,0 +1,29 @@
+#include <algorithm>
+#include <set>
+
+#include "server/scene/scene.hpp"
+
+namespace palpate {
+
+std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_of(const LumpedBody& body) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+  edges.reserve(body.elements.size());
+  for (const Element& e : body.elements) edges.emplace_back(e.a, e.b);
+  if (body.tetrahedra.empty()) return edges;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> of_springs, of_cells;
+  for (const auto& [a, b] : edges) of_springs.insert(std::minmax(a, b));
+  for (const Tetrahedron& t : body.tetrahedra)
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t j = 0; j < i; ++j) of_cells.insert(std::minmax(t.nodes[i], t.nodes[j]));
+  std::set_difference(of_cells.begin(), of_cells.end(), of_springs.begin(), of_springs.end(), std::back_inserter(edges));
+  return edges;
+}
+
+double mean_edge_m(const LumpedBody& body) {
+  const auto edges = edges_of(body);
+  double sum = 0;
+  for (const auto& [a, b] : edges) sum += (body.nodes[b] - body.nodes[a]).norm() / static_cast<double>(edges.size());
+  return sum;
+}
+
+}  // namespace palpate

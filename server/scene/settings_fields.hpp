@@ -1,0 +1,57 @@
+// What the readers of settings have in common: fields of a scene by their path, each in its range.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/scene/scene_text.hpp"
+#include "server/scene/settings.hpp"
+
+namespace palpate {
+
+inline constexpr double kMaxCoordinateM = 5;  ///< every node stays well inside kWorldExtentM
+
+inline std::string at(const std::string& path, std::size_t i) { return path + "[" + std::to_string(i) + "]"; }
+
+/// A number that the schema leaves without a default.
+inline double required(const SceneText& text, const std::string& path, const flatbuffers::Optional<double>& value, double low,
+                       double high, const char* unit) {
+  if (!value) text.refuse(path, "a number of " + std::string(unit));
+  text.in_range(path, *value, low, high, unit);
+  return *value;
+}
+
+inline Vec3 vector(const SceneText& text, const std::string& path, const std::vector<double>& values, double low, double high,
+                   const char* unit, std::optional<Vec3> fallback = std::nullopt) {
+  if (!text.has(path) && fallback) return *fallback;
+  if (values.size() != 3) text.refuse(path, "a list of 3 numbers [x, y, z]");
+  for (std::size_t i = 0; i < 3; ++i) text.in_range(at(path, i), values[i], low, high, unit);
+  return Vec3(values[0], values[1], values[2]);
+}
+
+/// Index of `value` in `names`, or an error that lists them.
+template <std::size_t n>
+std::size_t choice(const SceneText& text, const std::string& path, const std::string& value,
+                   const std::array<const char*, n>& names, std::size_t fallback) {
+  if (!text.has(path)) return fallback;
+  std::string all;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (value == names[i]) return i;
+    all += std::string(i == 0 ? "" : i + 1 == n ? " or " : ", ") + "\"" + names[i] + "\"";
+  }
+  text.refuse(path, all);
+}
+
+/// settings_mesh.cpp
+SolidSettings read_solid(const SceneText& text, const std::string& path, const schema::SolidT& in);
+/// A part of another stiffness; `path` is of the part, what it leaves out is the whole's.
+SolidMaterial read_part(const SceneText& text, const std::string& path, SolidMaterial whole,
+                        const flatbuffers::Optional<double>& young_pa, const flatbuffers::Optional<double>& poisson,
+                        const flatbuffers::Optional<double>& damping_s);
+MeshBodySettings read_mesh_body(const SceneText& text, const schema::BodyT& body);
+FixedSettings read_fixing(const SceneText& text, const std::string& path, const std::vector<std::string>& faces,
+                          const flatbuffers::Optional<double>& below, const flatbuffers::Optional<double>& above, bool planar);
+
+}  // namespace palpate

@@ -1,0 +1,82 @@
+// Finite elements: what they are made of, and bodies that come as a mesh of them.
+#include "server/scene/settings_fields.hpp"
+
+namespace palpate {
+namespace {
+
+const std::string kMesh = "body.mesh";
+constexpr double kMinYoungPa = 1, kMaxYoungPa = 1e9, kMaxPoisson = 0.499, kMaxDampingS = 10, kMaxMassDamping = 1e4;
+
+}  // namespace
+
+SolidMaterial read_part(const SceneText& text, const std::string& path, SolidMaterial whole,
+                        const flatbuffers::Optional<double>& young_pa, const flatbuffers::Optional<double>& poisson,
+                        const flatbuffers::Optional<double>& damping_s) {
+  if (!young_pa && !poisson && !damping_s) text.refuse(path, path + " changes nothing", "young_pa, poisson or damping_s");
+  if (young_pa) whole.young_pa = required(text, path + ".young_pa", young_pa, kMinYoungPa, kMaxYoungPa, "Pa");
+  if (poisson) whole.poisson = required(text, path + ".poisson", poisson, 0, kMaxPoisson, "");
+  if (damping_s) whole.damping_s = required(text, path + ".damping_s", damping_s, 0, kMaxDampingS, "s");
+  return whole;
+}
+
+SolidSettings read_solid(const SceneText& text, const std::string& path, const schema::SolidT& in) {
+  SolidSettings out;
+  out.material.law =
+      static_cast<SolidLaw>(choice(text, path + ".law", in.law, kSolidLawNames, static_cast<std::size_t>(SolidLaw::neo_hookean)));
+  if (!in.young_pa) text.refuse(path + ".young_pa", "a number of Pa");
+  out.material = read_part(text, path, out.material, in.young_pa, in.poisson, in.damping_s);
+  text.in_range(path + ".mass_damping_1_s", in.mass_damping_1_s, 0, kMaxMassDamping, "1/s");
+  out.mass_damping_1_s = in.mass_damping_1_s;
+  return out;
+}
+
+FixedSettings read_fixing(const SceneText& text, const std::string& where, const std::vector<std::string>& faces,
+                          const flatbuffers::Optional<double>& below, const flatbuffers::Optional<double>& above, bool planar) {
+  FixedSettings out;
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    const std::string path = at(where + ".fixed_faces", i);
+    const auto face = choice(text, path, faces[i], kFaceNames, 0);
+    if (planar && face >= 4) text.refuse(path, "\"x-\", \"x+\", \"y-\" or \"y+\" for a sheet");
+    out.faces.emplace_back(kFaceNames[face]);
+  }
+  const auto plane = [&](const char* field, const flatbuffers::Optional<double>& value) -> std::optional<double> {
+    const std::string path = where + "." + field;
+    if (!value) return std::nullopt;
+    if (planar) text.refuse(path, path + " is given for a sheet", "fixed_faces");
+    return required(text, path, value, -2 * kMaxCoordinateM, 2 * kMaxCoordinateM, "m");
+  };
+  out.below_z_m = plane("fixed_below_z_m", below);
+  out.above_z_m = plane("fixed_above_z_m", above);
+  return out;
+}
+
+MeshBodySettings read_mesh_body(const SceneText& text, const schema::BodyT& body) {
+  if (body.lattice) text.refuse("body", "body holds both", "a lattice or a mesh");
+  for (const char* field : {"body.spring_law", "body.stiffening"})
+    if (text.has(field)) text.refuse(field, std::string(field) + " is given with a mesh", "a lattice for it");
+  if (text.has("body.gravity_m_s2"))
+    text.refuse("body.gravity_m_s2", "body.gravity_m_s2 is given with a mesh", "it in body.mesh");
+  const auto& in = *body.mesh;
+  MeshBodySettings out;
+  if (in.file.empty()) text.refuse(kMesh + ".file", "the name of a .msh or .vtk file");
+  text.in_range(kMesh + ".scale", in.scale, 1e-6, 1e3, "m per unit of the file");
+  out.mesh = MeshSettings{in.file, text.file().parent_path() / in.file, in.scale,
+                          vector(text, kMesh + ".rotation_deg", in.rotation_deg, -360, 360, "degrees", Vec3(0, 0, 0)),
+                          vector(text, kMesh + ".offset_m", in.offset_m, -kMaxCoordinateM, kMaxCoordinateM, "m", Vec3(0, 0, 0))};
+  text.in_range(kMesh + ".density_kg_m3", in.density_kg_m3, 1, 30000, "kg/m^3");
+  out.density_kg_m3 = in.density_kg_m3;
+  if (!in.solid) text.refuse(kMesh + ".solid", "an object with young_pa");
+  out.solid = read_solid(text, kMesh + ".solid", *in.solid);
+  for (std::size_t i = 0; i < in.regions.size(); ++i) {
+    const auto& region = *in.regions[i];
+    const std::string path = at(kMesh + ".regions", i);
+    if (!region.id) text.refuse(path + ".id", "the number of a region of the mesh");
+    out.regions.push_back(
+        {*region.id, read_part(text, path, out.solid.material, region.young_pa, region.poisson, region.damping_s)});
+  }
+  out.fixed = read_fixing(text, kMesh, in.fixed_faces, in.fixed_below_z_m, in.fixed_above_z_m, false);
+  out.gravity_m_s2 = vector(text, kMesh + ".gravity_m_s2", in.gravity_m_s2, -100, 100, "m/s^2", Vec3(0, 0, 0));
+  return out;
+}
+
+}  // namespace palpate

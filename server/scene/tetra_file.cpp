@@ -1,0 +1,299 @@
+#include "server/scene/tetra_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <unordered_map>
+
+#include "common/base/error.hpp"
+#include "server/scene/solid.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kMaxVertices = 1'000'000, kMaxCells = 4'000'000;
+constexpr int kGmshTetrahedron = 4, kVtkTetrahedron = 10;
+
+/// Words of a text file, with the number of the line in errors.
+class Words {
+ public:
+  Words(const std::filesystem::path& file, std::string where) : in_(file), where_(std::move(where)) {
+    if (!in_) fail("cannot be read", "a .msh or .vtk file");
+  }
+
+  /// False at the end of the file.
+  bool next(std::string& word) {
+    word.clear();
+    for (int c = in_.peek(); c != EOF && std::isspace(c); c = in_.peek()) line_ += in_.get() == '\n';
+    for (int c = in_.peek(); c != EOF && !std::isspace(c); c = in_.peek()) word += static_cast<char>(in_.get());
+    return !word.empty();
+  }
+  std::string word() {
+    std::string w;
+    if (!next(w)) fail("ends too early", "the rest of the mesh");
+    return w;
+  }
+  double number() {
+    const std::string w = word();
+    char* end = nullptr;
+    const double value = std::strtod(w.c_str(), &end);
+    if (end != w.c_str() + w.size() || !std::isfinite(value)) fail("\"" + w + "\"", "a number");
+    return value;
+  }
+  std::size_t count(std::size_t most = kMaxCells) {
+    const double value = number();
+    if (value < 0 || value != std::floor(value) || value > static_cast<double>(most))
+      fail("a count of " + std::to_string(value), "a whole number up to " + std::to_string(most));
+    return static_cast<std::size_t>(value);
+  }
+  int whole() {
+    const double value = number();
+    if (value != std::floor(value) || std::abs(value) > 2e9) fail(std::to_string(value), "a whole number");
+    return static_cast<int>(value);
+  }
+  void skip(std::size_t words) {
+    for (; words > 0; --words) word();
+  }
+  void skip_line() {
+    for (int c = in_.get(); c != EOF && c != '\n'; c = in_.get()) {
+    }
+    ++line_;
+  }
+  [[noreturn]] void fail(const std::string& what, const std::string& expected) const {
+    throw InputError(where_ + ":" + std::to_string(line_), what, expected);
+  }
+
+ private:
+  std::ifstream in_;
+  std::string where_;
+  std::size_t line_ = 1;
+};
+
+Vec3 point(Words& in) {
+  const double x = in.number(), y = in.number(), z = in.number();
+  return {x, y, z};
+}
+
+/// Nodes of a .msh have tags; cells name them.
+class GmshReader {
+ public:
+  explicit GmshReader(Words& in) : in_(in) {}
+
+  TetraMesh read() {
+    std::string word;
+    while (in_.next(word)) {
+      if (word == "$MeshFormat") read_format();
+      if (word == "$Entities") read_entities();
+      if (word == "$Nodes") version_ < 4 ? read_nodes_2() : read_nodes_4();
+      if (word == "$Elements") version_ < 4 ? read_elements_2() : read_elements_4();
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  void read_format() {
+    version_ = in_.number();
+    if (version_ != 2.2 && version_ != 4.1) in_.fail("version " + std::to_string(version_), "2.2 or 4.1 of the Gmsh format");
+    if (in_.whole() != 0) in_.fail("a binary file", "a text file (Gmsh: Mesh.Binary = 0)");
+  }
+  void add_node(std::size_t tag, const Vec3& x) {
+    number_[tag] = static_cast<std::uint32_t>(mesh_.vertices.size());
+    mesh_.vertices.push_back(x);
+  }
+  void add_cell(int region) {
+    Tetrahedron t;
+    for (std::uint32_t& node : t.nodes) {
+      const auto found = number_.find(in_.count(std::size_t{1} << 40));
+      if (found == number_.end()) in_.fail("an element names a node that is not there", "a tag of $Nodes");
+      node = found->second;
+    }
+    if (region < 0) in_.fail("a region " + std::to_string(region), "a number from 0 on");
+    t.material = static_cast<std::uint32_t>(region);
+    mesh_.cells.push_back(t);
+  }
+
+  void read_nodes_2() {
+    for (auto n = in_.count(kMaxVertices); n > 0; --n) {
+      const auto tag = in_.count(std::size_t{1} << 40);
+      add_node(tag, point(in_));
+    }
+  }
+  void read_elements_2() {
+    for (auto n = in_.count(); n > 0; --n) {
+      in_.word();
+      const int type = in_.whole();
+      int region = 0;
+      const auto tags = in_.count(64);
+      for (std::size_t i = 0; i < tags; ++i) {
+        const int tag = in_.whole();
+        if (i == 0) region = tag;
+      }
+      if (type == kGmshTetrahedron)
+        add_cell(region);
+      else
+        in_.skip_line();
+    }
+  }
+
+  /// Physical groups of volumes: the first of each.
+  void read_entities() {
+    const auto points = in_.count(), curves = in_.count(), surfaces = in_.count(), volumes = in_.count();
+    for (std::size_t i = 0; i < points; ++i) {
+      in_.skip(4);
+      in_.skip(in_.count(64));
+    }
+    for (std::size_t i = 0; i < curves + surfaces + volumes; ++i) {
+      const int tag = in_.whole();
+      in_.skip(6);
+      const auto groups = in_.count(64);
+      for (std::size_t g = 0; g < groups; ++g) {
+        const int group = in_.whole();
+        if (g == 0 && i >= curves + surfaces) region_of_volume_[tag] = group;
+      }
+      in_.skip(in_.count());  // what bounds it
+    }
+  }
+  void read_nodes_4() {
+    const auto blocks = in_.count();
+    in_.skip(3);
+    for (std::size_t b = 0; b < blocks; ++b) {
+      in_.skip(2);
+      if (in_.whole() != 0) in_.fail("parametric nodes", "plain ones (Gmsh: Mesh.SaveParametric = 0)");
+      std::vector<std::size_t> tags(in_.count(kMaxVertices));
+      for (auto& tag : tags) tag = in_.count(std::size_t{1} << 40);
+      for (const auto tag : tags) add_node(tag, point(in_));
+      if (mesh_.vertices.size() > kMaxVertices) in_.fail("too many nodes", "at most 1000000");
+    }
+  }
+  void read_elements_4() {
+    const auto blocks = in_.count();
+    in_.skip(3);
+    for (std::size_t b = 0; b < blocks; ++b) {
+      in_.skip(1);
+      const int entity = in_.whole();
+      const bool wanted = in_.whole() == kGmshTetrahedron;
+      const auto n = in_.count();
+      const auto region = region_of_volume_.find(entity);
+      in_.skip_line();
+      for (std::size_t i = 0; i < n; ++i) {
+        if (!wanted) {
+          in_.skip_line();
+          continue;
+        }
+        in_.word();
+        add_cell(region == region_of_volume_.end() ? 0 : region->second);
+      }
+    }
+  }
+
+  Words& in_;
+  double version_ = 0;
+  TetraMesh mesh_;
+  std::unordered_map<std::size_t, std::uint32_t> number_;
+  std::unordered_map<int, int> region_of_volume_;
+};
+
+class VtkReader {
+ public:
+  explicit VtkReader(Words& in) : in_(in) {}
+
+  TetraMesh read() {
+    in_.skip(4);  // "# vtk DataFile Version"
+    version_ = in_.number();
+    in_.skip_line();
+    in_.skip_line();  // a title
+    if (const auto kind = in_.word(); kind != "ASCII") in_.fail("a " + kind + " file", "ASCII (a text file)");
+    std::string word;
+    while (in_.next(word)) {
+      if (word == "DATASET" && in_.word() != "UNSTRUCTURED_GRID") in_.fail("another data set", "UNSTRUCTURED_GRID");
+      if (word == "POINTS") read_points();
+      if (word == "CELLS") read_cells();
+      if (word == "CELL_TYPES") read_types();
+      if (word == "CELL_DATA") cell_data_ = true;
+      if (word == "POINT_DATA") cell_data_ = false;
+      if (word == "SCALARS") read_scalars();
+    }
+    return tetrahedra();
+  }
+
+ private:
+  void read_points() {
+    const auto n = in_.count(kMaxVertices);
+    in_.word();  // float or double
+    for (std::size_t i = 0; i < n; ++i) mesh_.vertices.push_back(point(in_));
+  }
+  /// "COUNT n0 n1 ..." a cell; from version 5 on two lists, OFFSETS and CONNECTIVITY.
+  void read_cells() {
+    if (version_ >= 5) return read_cells_5();
+    const auto n = in_.count();
+    in_.word();
+    for (std::size_t i = 0; i < n; ++i) cells_.push_back(numbers(in_.count(1000)));
+  }
+  void read_cells_5() {
+    const auto offsets = in_.count(), nodes = in_.count(16 * kMaxCells);
+    in_.skip(2);
+    const auto begin = numbers(offsets);
+    in_.skip(2);
+    const auto all = numbers(nodes);
+    for (std::size_t i = 0; i + 1 < begin.size(); ++i) {
+      if (begin[i] > begin[i + 1] || begin[i + 1] > all.size()) in_.fail("OFFSETS that do not grow", "a list into CONNECTIVITY");
+      cells_.emplace_back(all.begin() + static_cast<std::ptrdiff_t>(begin[i]),
+                          all.begin() + static_cast<std::ptrdiff_t>(begin[i + 1]));
+    }
+  }
+  std::vector<std::size_t> numbers(std::size_t n) {
+    std::vector<std::size_t> list(n);
+    for (auto& value : list) value = in_.count(16 * kMaxCells);
+    return list;
+  }
+  void read_types() {
+    types_.resize(in_.count());
+    for (int& type : types_) type = in_.whole();
+  }
+  void read_scalars() {
+    const auto name = in_.word();
+    in_.skip_line();
+    if (!cell_data_ || name != "region") return;
+    in_.skip(2);  // LOOKUP_TABLE default
+    for (std::size_t i = 0; i < cells_.size(); ++i) regions_.push_back(in_.whole());
+  }
+  TetraMesh tetrahedra() {
+    if (types_.size() != cells_.size()) in_.fail("CELL_TYPES of another number than CELLS", "one a cell");
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      if (types_[i] != kVtkTetrahedron) continue;
+      if (cells_[i].size() != 4) in_.fail("a tetrahedron of " + std::to_string(cells_[i].size()) + " nodes", "4");
+      Tetrahedron t;
+      for (std::size_t n = 0; n < 4; ++n) {
+        if (cells_[i][n] >= mesh_.vertices.size()) in_.fail("a cell names a point that is not there", "one of POINTS");
+        t.nodes[n] = static_cast<std::uint32_t>(cells_[i][n]);
+      }
+      t.material = regions_.empty() ? 0 : static_cast<std::uint32_t>(std::max(0, regions_[i]));
+      mesh_.cells.push_back(t);
+    }
+    return std::move(mesh_);
+  }
+
+  Words& in_;
+  TetraMesh mesh_;
+  std::vector<std::vector<std::size_t>> cells_;
+  std::vector<int> types_, regions_;
+  bool cell_data_ = false;
+  double version_ = 0;
+};
+
+}  // namespace
+
+TetraMesh read_tetra_mesh(const MeshSettings& settings, const std::string& where) {
+  const auto ending = settings.path.extension();
+  if (ending != ".msh" && ending != ".vtk")
+    throw InputError(where, "is not a mesh of tetrahedra by its name", "FILE.msh or FILE.vtk");
+  Words in(settings.path, where);
+  TetraMesh mesh = ending == ".msh" ? GmshReader(in).read() : VtkReader(in).read();
+  if (mesh.cells.empty()) throw InputError(where, "holds no tetrahedra", "cells of four nodes");
+  const Mat3 turn = settings.scale * rotation_xyz(settings.rotation_deg);
+  for (Vec3& v : mesh.vertices) v = turn * v + settings.offset_m;
+  check_mesh(mesh, where);
+  return mesh;
+}
+
+}  // namespace palpate

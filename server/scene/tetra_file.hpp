@@ -1,0 +1,15 @@
+// Tetrahedral meshes from files: Gmsh (.msh, versions 2.2 and 4.1, text) and VTK (.vtk, legacy UNSTRUCTURED_GRID, text).
+//
+// Tetrahedra of four nodes are read; points, lines, triangles and other cells are passed over. Regions: the physical group of an
+// element in .msh (0 without one), the integer cell data "region" in .vtk. Whatever else a file holds is skipped.
+#pragma once
+
+#include "server/scene/settings.hpp"
+#include "server/scene/tetra_mesh.hpp"
+
+namespace palpate {
+
+/// The mesh in its place: scaled, rotated, moved, and checked (check_mesh). Throws InputError that begins with `where`.
+TetraMesh read_tetra_mesh(const MeshSettings& settings, const std::string& where);
+
+}  // namespace palpate

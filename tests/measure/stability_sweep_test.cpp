@@ -1,0 +1,101 @@
+// A part of the stability sweep, and the scenes and points that it is made of.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "bench/measure/reference.hpp"
+#include "bench/measure/stability_plan.hpp"
+#include "common/base/error.hpp"
+
+using namespace palpate;
+
+namespace {
+
+Scene cube(ContactKind contact) {
+  Scene scene = load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/cube6.json");
+  scene.tool.contact = contact;
+  if (contact == ContactKind::touch) scene.tool.radius_m = 0.02;
+  return scene;
+}
+
+StabilityResult measure(const StabilityPoint& point) {
+  return measure_stability(point, stability_reference(cube(point.contact), point));
+}
+
+bool contains(const std::vector<StabilityPoint>& points, const StabilityPoint& p) {
+  return std::find(points.begin(), points.end(), p) != points.end();
+}
+
+}  // namespace
+
+TEST_CASE("A released device comes to rest with port over round trips up to 400 ms at 20 Hz and a second at 10 Hz") {
+  StabilityPlan plan{{Scheme::port}, port_stiffness_n_m(cube(ContactKind::attach)), false, 1};
+  const std::vector<StabilityPoint> points = stability_points(plan);
+  StabilityPoint p = map_base(ContactKind::attach, plan.body_n_m);
+  const StabilityReference reference = stability_reference(cube(ContactKind::attach), p);
+  for (const auto& [rtt_ms, rate_hz] : {std::pair(0, 20), {50, 20}, {100, 20}, {200, 20}, {400, 20}, {1000, 10}}) {
+    p.rtt_ms = rtt_ms;
+    p.rate_hz = rate_hz;
+    CAPTURE(rtt_ms, rate_hz);
+    CHECK(contains(points, p));
+    const LoopVerdict v = measure_stability(p, reference).verdict;
+    CHECK(v.fault == LoopFault::none);
+    CHECK(v.rest.growth_1_s < -1);
+  }
+}
+
+TEST_CASE("Points drawn from the sweep are stable with port and with cubic") {
+  StabilityPlan plan{{Scheme::port, Scheme::cubic}, 100, true, 7};
+  std::vector<StabilityPoint> points = stability_points(plan);
+  // The scattered ones of a look, whose seeds go on from the plan's.
+  std::erase_if(points, [&](const StabilityPoint& p) { return p.seed == plan.seed; });
+  REQUIRE(points.size() >= 12);
+  for (const StabilityPoint& p : points) {
+    if (p.rtt_ms > 500) continue;
+    CAPTURE(name_of(p.scheme), p.contact, p.hand, name_of(p.gesture), p.stiffness_n_m, p.rate_hz, p.rtt_ms, p.jitter_ms,
+            p.loss_pct, p.burst, p.seed);
+    CHECK(measure(p).verdict.fault == LoopFault::none);
+  }
+}
+
+TEST_CASE("Held forces are unstable where their delay says so, and stable on a body soft enough for it") {
+  StabilityPoint p = map_base(ContactKind::attach, 400);
+  p.scheme = Scheme::hold;
+  p.hand = "light";
+  p.rtt_ms = 100;
+  CHECK(measure(p).verdict.fault != LoopFault::none);
+  p.stiffness_n_m = 20;
+  p.rtt_ms = 0;
+  CHECK(measure(p).verdict.fault == LoopFault::none);
+}
+
+TEST_CASE("A body scaled to a stiffness has it, pressed by 0.1 mm, and a touch has its contact in series") {
+  const double wanted = GENERATE(50.0, 400.0);
+  const ContactKind contact = GENERATE(ContactKind::attach, ContactKind::touch);
+  const Scene scene = with_port_stiffness(cube(contact), wanted);
+  CHECK(port_stiffness_n_m(scene) == Approx(wanted).epsilon(1e-6));
+  const Vec3 home = contact == ContactKind::attach ? home_of(scene) : Vec3(home_of(scene) - Vec3(0, 0, 0.020));
+  const ReferenceForce force = reference_force(scene, ToolPath(3000, home - Vec3(0, 0, 1e-4)));
+  CHECK(force.force.back().z() == Approx(wanted * 1e-4).epsilon(0.02));
+}
+
+TEST_CASE("What is stiffer than the contact itself is refused") {
+  CHECK_THROWS_AS(with_port_stiffness(cube(ContactKind::touch), 1500), InputError);
+}
+
+TEST_CASE("The plan has every point once and only possible ones") {
+  const std::vector<StabilityPoint> points = stability_points({{Scheme::hold, Scheme::port, Scheme::cubic}, 120, false, 1});
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    CHECK(is_possible(points[i]));
+    CHECK(std::find(points.begin() + static_cast<std::ptrdiff_t>(i) + 1, points.end(), points[i]) == points.end());
+  }
+  for (const char* hand : {"free", "light", "firm"})
+    for (const Gesture g : {Gesture::press, Gesture::tap, Gesture::stroke, Gesture::release})
+      for (const ContactKind contact : {ContactKind::attach, ContactKind::touch}) {
+        StabilityPoint p = map_base(contact, 120);
+        p.hand = hand;
+        p.gesture = g;
+        p.rtt_ms = 1000;
+        CHECK(contains(points, p) == is_possible(p));
+      }
+}

@@ -1,0 +1,111 @@
+// The files around recordings, on a real file system.
+#include <sys/resource.h>
+
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "common/base/error.hpp"
+#include "common/io/mapped_file.hpp"
+#include "common/io/record_file.hpp"
+#include "tests/record/small_recording.hpp"
+
+using namespace palpate;
+
+namespace {
+
+/// An empty folder that is gone at the end.
+struct Folder {
+  Folder() {
+    std::string name = (std::filesystem::temp_directory_path() / "palpate-record-XXXXXX").string();
+    REQUIRE(::mkdtemp(name.data()));
+    path = name;
+  }
+  ~Folder() { std::filesystem::remove_all(path); }
+  std::filesystem::path path;
+};
+
+std::string error_of(const std::filesystem::path& file) {
+  try {
+    RecordFile(std::string("--record"), file, std::vector<std::byte>(10));
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("a recording that was written behind is there when its file is closed", "[record]") {
+  const Folder folder;
+  const auto file = folder.path / "a.rec";
+  RecordingWriter writer(test::small_head());
+  {
+    RecordFile out("--record", file, writer.take());
+    for (int k = 0; k < 200; ++k) {
+      test::add_small_frame(writer, k);
+      out.write(writer.take());
+    }
+    writer.finish();
+    out.write(writer.take());
+    CHECK_FALSE(out.fault());
+  }
+  const MappedFile mapped(file);
+  CHECK(mapped.bytes().size() == writer.bytes());
+  const RecordingReader recording(mapped.bytes(), "a.rec");
+  CHECK(recording.complete());
+  CHECK(recording.end() == test::small_touch(199).t);
+}
+
+TEST_CASE("a file that is there, a folder that is not and a full disk are bad input at the start", "[record]") {
+  const Folder folder;
+  const auto there = folder.path / "there.rec";
+  std::ofstream(there) << "precious";
+  CHECK(error_of(there) == "--record " + there.string() + ": is there already; expected a file that is not there yet");
+  CHECK(std::filesystem::file_size(there) == 8);
+  CHECK_THAT(error_of(folder.path / "no" / "folder.rec"), Catch::Contains("cannot be made: No such file or directory"));
+  CHECK_THAT(error_of(folder.path), Catch::Contains("cannot be made: Is a directory"));
+  CHECK_THAT(error_of("/dev/full"), Catch::Contains("cannot be written: No space left on device; expected room on the disk"));
+  CHECK_THROWS_AS(MappedFile(folder.path / "nothing.rec"), InputError);
+  CHECK_THROWS_AS(MappedFile(folder.path), InputError);
+}
+
+TEST_CASE("a file that cannot grow any more is said to, once, and keeps what it has", "[record]") {
+  const Folder folder;
+  const auto file = folder.path / "full.rec";
+  const rlim_t most = 40'000;
+  rlimit before{};
+  REQUIRE(::getrlimit(RLIMIT_FSIZE, &before) == 0);
+  const rlimit tight{most, before.rlim_max};
+  REQUIRE(::setrlimit(RLIMIT_FSIZE, &tight) == 0);
+  RecordingWriter writer(test::small_head());
+  std::string fault;
+  {
+    RecordFile out("--record", file, writer.take());
+    for (int k = 0; k < 400; ++k) {
+      test::add_small_frame(writer, k);
+      out.write(writer.take());
+    }
+    while (fault.empty()) {
+      if (auto said = out.fault()) fault = *said;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    out.write(std::vector<std::byte>(100));
+    CHECK_FALSE(out.fault());
+  }
+  REQUIRE(::setrlimit(RLIMIT_FSIZE, &before) == 0);
+  CHECK(fault == file.string() + ": the recording ends here, the session goes on: File too large");
+  const MappedFile mapped(file);
+  CHECK(mapped.bytes().size() <= most);
+  const RecordingReader recording(mapped.bytes(), "full.rec");
+  CHECK_FALSE(recording.complete());
+  CHECK(recording.blocks().size() > 1);
+}
+
+TEST_CASE("a room's file is named after it", "[record]") {
+  CHECK(named_after("out/session.rec", "liver") == "out/session-liver.rec");
+  CHECK(plain_name("../x") == "_._x");
+  CHECK(named_after("session", "left/../lobe 2") == "session-left_.._lobe_2");
+}

@@ -1,0 +1,208 @@
+// What is written is what is read.
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "common/base/error.hpp"
+#include "tests/record/small_recording.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+namespace {
+
+constexpr double kStepM = 0x1p-27;
+
+}  // namespace
+
+TEST_CASE("a recording says what it is of, and keeps the surface's vertices alone", "[record]") {
+  const auto bytes = small_recording(30, true);
+  const RecordingReader recording(bytes, "small");
+  CHECK(recording.complete());
+  CHECK(recording.damage().empty());
+  CHECK(recording.head().program == "test 1");
+  CHECK(recording.head().name == "room");
+  CHECK(recording.head().unix_time == Micros{1'800'000'000'000'000});
+  CHECK(recording.head().clock_time == Micros{5'000'000});
+  CHECK(recording.head().rate_hz == 20);
+  CHECK(recording.head().shapes_hz == 10);
+  CHECK(recording.head().scene == "{\"name\": \"pyramid\"}");
+  const RecordedSurface& surface = recording.head().surface;
+  CHECK(surface.body_vertices == 5);
+  CHECK(surface.mesh_hash == 77);
+  CHECK(surface.nodes == std::vector<std::uint32_t>{0, 2, 3, 4});
+  CHECK(surface.triangles.back() == Triangle{1, 2, 3});
+  REQUIRE(recording.stations().size() == 1);
+  CHECK(recording.name_of(3) == "hand");
+  CHECK(recording.name_of(9) == "station 9");
+}
+
+TEST_CASE("every item comes back in order, in its numbers' resolution", "[record]") {
+  constexpr int kFrames = 30;
+  const auto bytes = small_recording(kFrames, true);
+  const RecordingReader recording(bytes, "small");
+  CHECK(recording.begin() == kSmallBegin - Micros{49'000});
+  CHECK(recording.end() == kSmallBegin + (kFrames - 1) * kSmallFrame);
+  int frame = 0;
+  std::size_t samples = 0;
+  for (std::size_t k = 0; k < recording.blocks().size(); ++k) {
+    const auto block = recording.read(k);
+    REQUIRE(block);
+    REQUIRE(block->frames.size() == block->touches.size());
+    for (std::size_t i = 0; i < block->frames.size(); ++i, ++frame) {
+      const RecordedTouch expected = small_touch(frame), &touch = block->touches[i];
+      CHECK(block->frames[i].t == expected.t);
+      CHECK(block->frames[i].took == Micros{4000});
+      CHECK(block->frames[i].newton_iterations == 12);
+      CHECK((touch.tool - expected.tool).cwiseAbs().maxCoeff() <= kStepM / 2);
+      CHECK(touch.force == expected.force);
+      CHECK(touch.contact == expected.contact);
+      CHECK(touch.scheme == Scheme::port);
+      CHECK(touch.states == 16);
+      CHECK(touch.bridge == Micros{120'000});
+      CHECK(block->ticks[i].force == Vec3(0, 0, 1.5));
+      CHECK(block->ticks[i].patch_age == Micros{70'000});
+      CHECK(block->hand_overs[i].stamp == expected.t - Micros{70'000});
+      CHECK(block->hand_overs[i].step_n == 0.125);
+      CHECK(block->packets[i].bytes.size() == 10 + static_cast<std::size_t>(frame));
+      CHECK(block->links[i].offset == Micros{-1234});
+      CHECK(block->links[i].received == 100u + static_cast<unsigned>(frame));
+    }
+    for (const RecordedPath& path : block->paths) {
+      samples += path.samples.size();
+      for (const ToolSample& s : path.samples) CHECK(std::abs(s.position.x() - 0.2 * seconds(s.t - kSmallBegin)) <= kStepM / 2);
+    }
+  }
+  CHECK(frame == kFrames);
+  CHECK(samples == 50 * kFrames);
+}
+
+TEST_CASE("shapes are right to a step of the box that they lie in, and found by time", "[record]") {
+  const auto bytes = small_recording(30, true);
+  RecordingReader recording(bytes, "small");
+  CHECK_FALSE(recording.shape_at(kSmallBegin - Micros{1}));
+  for (const int k : {0, 7, 29, 8, 8}) {
+    const Micros t = kSmallBegin + k * kSmallFrame;
+    for (const Micros later : {Micros{0}, Micros{49'999}}) {
+      const auto shape = recording.shape_at(t + later);
+      REQUIRE(shape);
+      CHECK(shape->t == t);
+      const auto expected = small_shape(k);
+      for (std::size_t i = 0; i < shape->positions.size(); ++i) {
+        const std::uint32_t node = recording.head().surface.nodes[i];
+        CHECK((shape->positions[i] - expected[node]).cwiseAbs().maxCoeff() <= 0.5 * 0.1 / 65535 + kStepM);
+      }
+    }
+  }
+}
+
+TEST_CASE("of a body without triangles every vertex is recorded, of a station's recording none", "[record]") {
+  RecordingHead head = small_head();
+  head.surface = recorded_surface(small_shape(0), {}, 5);
+  RecordingWriter sheet(head);
+  sheet.add_shape(Micros{1}, small_shape(4));
+  sheet.finish();
+  const auto bytes = sheet.take();
+  RecordingReader recording(bytes, "sheet");
+  CHECK(recording.head().surface.nodes == std::vector<std::uint32_t>{0, 1, 2, 3, 4});
+  const auto shape = recording.shape_at(Micros{1});
+  REQUIRE(shape);
+  CHECK((shape->positions[4] - small_shape(4)[4]).norm() < 2e-6);
+
+  head.surface = {};
+  RecordingWriter station(head);
+  station.add_shape(Micros{1}, small_shape(4));
+  station.add(RecordedTick{});
+  station.finish();
+  const auto no_shapes = station.take();
+  RecordingReader without(no_shapes, "station");
+  CHECK_FALSE(without.shape_at(Micros{1}));
+  CHECK(without.tools_at(Micros{1}).size() == 1);
+}
+
+TEST_CASE("a shape that did not change is written once a block", "[record]") {
+  RecordingWriter writer(small_head());
+  for (int k = 0; k < 100; ++k) {
+    const Micros t = k * Micros{20'000};
+    writer.add(RecordedFrame{t, {}, {}, 0, 1, 0, 1, false});
+    writer.add_shape(t, small_shape(0));
+    writer.tick(t);
+  }
+  writer.finish();
+  const auto bytes = writer.take();
+  const RecordingReader recording(bytes, "still");
+  REQUIRE(recording.blocks().size() == 5);
+  for (std::size_t k = 0; k < 5; ++k) CHECK(recording.read(k)->shapes.size() == 1);
+}
+
+TEST_CASE("tools are found by time, and are gone with their station", "[record]") {
+  RecordingWriter writer(small_head());
+  for (int k = 0; k < 20; ++k) {
+    add_small_frame(writer, k);
+    writer.tick(small_touch(k).t);
+  }
+  const Micros alone = small_touch(20).t;
+  writer.add(RecordedFrame{alone, {}, {}, 0, 1, 0, 1, false});
+  writer.finish();
+  const auto bytes = writer.take();
+  RecordingReader recording(bytes, "tools");
+  const auto tools = recording.tools_at(small_touch(11).t + Micros{20'000});
+  REQUIRE_FALSE(tools.empty());
+  const auto& touch = tools.back();
+  CHECK(touch.station == 3);
+  CHECK((touch.position - small_touch(11).tool).norm() < 1e-7);
+  CHECK(touch.force == small_touch(11).force);
+  CHECK(touch.contact);
+  for (const RecordedTool& tool : recording.tools_at(alone)) CHECK(tool.station != 3);
+}
+
+TEST_CASE("a number that no recording can hold is recorded as 0 and said to be", "[record]") {
+  RecordingWriter writer(small_head());
+  RecordedTick tick;
+  tick.position = Vec3(0, std::numeric_limits<double>::quiet_NaN(), 0);
+  tick.force = Vec3(1, 2, 3);
+  writer.add(tick);
+  tick.position = Vec3(0, 11, 0);
+  writer.add(tick);
+  tick.position = Vec3(0, 1, 0);
+  writer.add(tick);
+  writer.add_shape(Micros{}, std::vector<Vec3>(5, Vec3::Constant(std::numeric_limits<double>::infinity())));
+  writer.finish();
+  const auto bytes = writer.take();
+  const auto block = RecordingReader(bytes, "broken").read(0);
+  REQUIRE(block);
+  REQUIRE(block->ticks.size() == 3);
+  CHECK(block->ticks[0].broken);
+  CHECK(block->ticks[0].position == Vec3::Zero());
+  CHECK(block->ticks[0].force == Vec3(1, 2, 3));
+  CHECK(block->ticks[1].broken);
+  CHECK_FALSE(block->ticks[2].broken);
+  CHECK(block->shapes.empty());
+}
+
+TEST_CASE("a writer gives its bytes block by block, at least twice a second", "[record]") {
+  RecordingWriter writer(small_head());
+  std::size_t length = writer.take().size();
+  CHECK(length > 0);
+  Micros waited{};
+  for (int k = 0; k < 100; ++k) {
+    add_small_frame(writer, k);
+    const auto bytes = writer.take();
+    length += bytes.size();
+    waited = bytes.empty() ? waited + kSmallFrame : Micros{};
+    CHECK(waited <= Micros{500'000});
+    CHECK(writer.bytes() == length);
+  }
+}
+
+TEST_CASE("times far apart do not share a block", "[record]") {
+  RecordingWriter writer(small_head());
+  writer.add(RecordedFrame{Micros{0}, {}, {}, 0, 1, 0, 1, false});
+  writer.add(RecordedFrame{Micros{5'000'000'000'000}, {}, {}, 0, 1, 0, 1, false});
+  writer.finish();
+  const auto bytes = writer.take();
+  const RecordingReader recording(bytes, "far");
+  REQUIRE(recording.blocks().size() == 2);
+  CHECK(recording.read(1)->frames.front().t == Micros{5'000'000'000'000});
+  CHECK(recording.block_at(Micros{4'999'999'999'999}) == 0);
+  CHECK(recording.block_at(Micros{5'000'000'000'000}) == 1);
+}

@@ -1,0 +1,85 @@
+// A short recording with a little of everything, for tests and the fuzz harness.
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "common/record/reader.hpp"
+#include "common/record/writer.hpp"
+
+namespace palpate::test {
+
+/// A pyramid, and a vertex inside that no triangle uses.
+inline RecordingHead small_head() {
+  RecordingHead head;
+  head.program = "test 1";
+  head.name = "room";
+  head.unix_time = Micros{1'800'000'000'000'000};
+  head.clock_time = Micros{5'000'000};
+  head.rate_hz = 20;
+  head.shapes_hz = 10;
+  head.scene = "{\"name\": \"pyramid\"}";
+  head.scene_file = "pyramid.json";
+  const std::vector<Vec3> rest{{0, 0, 0}, {0.05, 0.05, 0.02}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}};
+  head.surface = recorded_surface(rest, {{0, 3, 2}, {0, 2, 4}, {0, 4, 3}, {2, 3, 4}}, 77);
+  return head;
+}
+
+inline constexpr Micros kSmallBegin{5'000'000}, kSmallFrame{50'000};
+
+/// Frame k of the small recording.
+inline RecordedTouch small_touch(int k) {
+  RecordedTouch touch;
+  touch.t = kSmallBegin + k * kSmallFrame;
+  touch.station = 3;
+  touch.tool = Vec3(0.01 * k, 0, 0.1);
+  touch.force = Vec3(0, 0, 0.25 * k);
+  touch.contact = k > 2;
+  touch.has_patch = true;
+  touch.scheme = Scheme::port;
+  touch.states = 16;
+  touch.bytes = 1000;
+  touch.bridge = Micros{120'000};
+  return touch;
+}
+
+inline std::vector<Vec3> small_shape(int k) {
+  std::vector<Vec3> shape{{0, 0, 0}, {0.05, 0.05, 0.02}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1 - 0.001 * k}};
+  return shape;
+}
+
+inline void add_small_frame(RecordingWriter& writer, int k) {
+  const Micros t = kSmallBegin + k * kSmallFrame;
+  RecordedPath path{3, {}};
+  for (Micros s = t - kSmallFrame + Micros{1000}; s <= t; s += Micros{1000})
+    path.samples.push_back({s, Vec3(0.2 * seconds(s - kSmallBegin), 0, 0.1)});
+  writer.add(path);
+  writer.add(RecordedFrame{t, Micros{4000}, Micros{60'000}, 0, 5, 1, 12, false});
+  writer.add(small_touch(k));
+  writer.add_shape(t, small_shape(k));
+  writer.add(RecordedLink{t, 3, Micros{40'000}, Micros{38'000}, Micros{900}, Micros{90'000}, Micros{-1234},
+                          100u + static_cast<unsigned>(k), 2});
+  RecordedTick tick;
+  tick.t = t;
+  tick.position = Vec3(0, 0, 0.001 * k);
+  tick.model_force = Vec3(0, 0, 2);
+  tick.force = Vec3(0, 0, 1.5);
+  tick.patch_age = Micros{70'000};
+  tick.has_patch = tick.contact = true;
+  writer.add(tick);
+  writer.add(RecordedHandOver{t, t - Micros{70'000}, 0.125});
+  writer.add(RecordedPacket{t, std::vector<std::byte>(10 + static_cast<std::size_t>(k), std::byte{7})});
+  writer.tick(t);
+}
+
+/// `frames` of 50 ms.
+inline std::vector<std::byte> small_recording(int frames, bool ended) {
+  RecordingWriter writer(small_head());
+  RecordedEvent joined{kSmallBegin, RecordedEventKind::joined, 3, RecordedRole::hand, Scheme::port, "hand", ""};
+  writer.add(joined);
+  for (int k = 0; k < frames; ++k) add_small_frame(writer, k);
+  if (ended) writer.finish();
+  return writer.take();
+}
+
+}  // namespace palpate::test

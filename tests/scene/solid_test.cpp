@@ -1,0 +1,247 @@
+// Bodies of finite elements: lattices filled with tetrahedra, and meshes from files.
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+#include <numeric>
+
+#include "scene_files.hpp"
+#include "server/scene/surface.hpp"
+#include "server/scene/tetra_mesh.hpp"
+
+namespace palpate {
+namespace {
+
+using test::error_of;
+using test::Folder;
+using test::replaced;
+
+const std::string kBlock = R"({"body": {"lattice": {
+  "nodes": [4, 3, 5], "size_m": [0.06, 0.04, 0.08], "density_kg_m3": 1100, "fixed_faces": ["z-"],
+  "solid": {"law": "corotational", "young_pa": 5000, "poisson": 0.4, "damping_s": 0.02, "mass_damping_1_s": 1.5},
+  "layers": [{"below_z_m": 0.04, "young_pa": 1000}]
+}}})";
+
+double volume(const LumpedBody& body) {
+  double sum = 0;
+  for (const Tetrahedron& t : body.tetrahedra) sum += volume_of(t, body.nodes);
+  return sum;
+}
+
+/// A cube of 20 mm as six tetrahedra around its diagonal, in the two formats.
+const std::string kMsh2 = R"($MeshFormat
+2.2 0 8
+$EndMeshFormat
+$Nodes
+8
+11 0 0 0
+12 20 0 0
+13 0 20 0
+14 20 20 0
+15 0 0 20
+16 20 0 20
+17 0 20 20
+18 20 20 20
+$EndNodes
+$Elements
+8
+1 15 2 7 1 11
+2 2 2 7 1 11 12 14
+3 4 2 3 1 11 12 14 18
+4 4 2 3 1 11 12 18 16
+5 4 2 3 1 11 13 18 14
+6 4 2 3 1 11 13 17 18
+7 4 2 5 1 11 15 16 18
+8 4 2 5 1 11 15 18 17
+$EndElements
+)";
+
+const std::string kMsh4 = R"($MeshFormat
+4.1 0 8
+$EndMeshFormat
+$Entities
+1 0 1 2
+1 0 0 0 0
+5 0 0 0 20 20 0 0 0
+1 0 0 0 20 20 20 1 3 1 5
+2 0 0 0 20 20 20 1 5 0
+$EndEntities
+$Nodes
+2 8 11 18
+2 5 0 3
+11
+12
+13
+0 0 0
+20 0 0
+0 20 0
+3 1 0 5
+14
+15
+16
+17
+18
+20 20 0
+0 0 20
+20 0 20
+0 20 20
+20 20 20
+$EndNodes
+$Elements
+3 7 1 7
+2 5 2 1
+1 11 12 14
+3 1 4 4
+2 11 12 14 18
+3 11 12 18 16
+4 11 13 18 14
+5 11 13 17 18
+3 2 4 2
+6 11 15 16 18
+7 11 15 18 17
+$EndElements
+)";
+
+const std::string kVtk = R"(# vtk DataFile Version 3.0
+a cube
+ASCII
+DATASET UNSTRUCTURED_GRID
+POINTS 9 double
+0 0 0 20 0 0 0 20 0 20 20 0 0 0 20 20 0 20 0 20 20 20 20 20 5 5 5
+CELLS 7 34
+3 0 1 3
+4 0 1 3 7
+4 0 1 7 5
+4 0 2 7 3
+4 0 2 6 7
+4 0 4 5 7
+4 0 4 7 6
+CELL_TYPES 7
+5 10 10 10 10 10 10
+CELL_DATA 7
+SCALARS region int 1
+LOOKUP_TABLE default
+9 3 3 3 3 5 5
+)";
+
+const std::string kVtk5 = R"(# vtk DataFile Version 5.1
+a cube
+ASCII
+DATASET UNSTRUCTURED_GRID
+POINTS 8 float
+0 0 0 20 0 0 0 20 0 20 20 0 0 0 20 20 0 20 0 20 20 20 20 20
+CELLS 7 24
+OFFSETS vtktypeint64
+0 4 8 12 16 20 24
+CONNECTIVITY vtktypeint64
+0 1 3 7 0 1 7 5 0 2 7 3 0 2 6 7 0 4 5 7 0 4 7 6
+CELL_TYPES 6
+10 10 10 10 10 10
+CELL_DATA 6
+SCALARS region int
+LOOKUP_TABLE default
+3 3 3 3 5 5
+)";
+
+std::string mesh_scene(const std::string& file) {
+  return R"({"body": {"mesh": {"file": ")" + file +
+         R"(", "scale": 0.001, "density_kg_m3": 1000, "fixed_faces": ["z-"],
+  "solid": {"young_pa": 5000}, "regions": [{"id": 5, "young_pa": 900, "poisson": 0.3}]}}})";
+}
+
+TEST_CASE("A box of finite elements has six tetrahedra a cell, a closed surface and its own volume and mass", "[scene][solid]") {
+  const auto body = load_scene(Folder().write("block.json", kBlock)).body;
+  CHECK(body.nodes.size() == 60);
+  CHECK(body.elements.empty());
+  CHECK(body.tetrahedra.size() == 6 * 3 * 2 * 4);
+  for (const Tetrahedron& t : body.tetrahedra) CHECK(volume_of(t, body.nodes) == Approx(0.02 * 0.02 * 0.02 / 6));
+  CHECK(check_edges(body.triangles).closed());
+  CHECK(body.triangles.size() == 2 * 2 * (3 * 2 + 2 * 4 + 3 * 4));
+  CHECK(signed_volume(body.triangles, body.nodes) == Approx(0.06 * 0.04 * 0.08));
+  CHECK(std::accumulate(body.masses_kg.begin(), body.masses_kg.end(), 0.0) == Approx(1100 * 0.06 * 0.04 * 0.08));
+  CHECK(body.mass_damping_1_s == 1.5);
+}
+
+TEST_CASE("A layer of a solid changes what it names and keeps the rest", "[scene][solid]") {
+  const auto body = load_scene(Folder().write("block.json", kBlock)).body;
+  std::size_t soft = 0;
+  for (const Tetrahedron& t : body.tetrahedra) {
+    const bool below = centre_of(t, body.nodes).z() < 0.04;
+    const SolidMaterial& m = body.materials[t.material];
+    CHECK(m.young_pa == (below ? 1000 : 5000));
+    CHECK(m.poisson == 0.4);
+    CHECK(m.damping_s == 0.02);
+    CHECK(m.law == SolidLaw::corotational);
+    soft += below;
+  }
+  CHECK(soft == body.tetrahedra.size() / 2);
+}
+
+TEST_CASE("The organ can be of finite elements, and keeps its shape", "[scene][solid]") {
+  const std::filesystem::path scenes = PALPATE_SOURCE_DIR "/scenes";
+  const auto springs = load_scene(scenes / "organ.json").body, solid = load_scene(scenes / "organ-solid.json").body;
+  REQUIRE(solid.nodes.size() == springs.nodes.size());
+  double apart = 0;  // nodes that are held back for the sake of the tetrahedra
+  for (std::size_t i = 0; i < solid.nodes.size(); ++i) apart = std::max(apart, (solid.nodes[i] - springs.nodes[i]).norm());
+  CHECK(apart < 0.0051);  // half a spacing
+  CHECK(check_edges(solid.triangles).closed());
+  CHECK(volume(solid) == Approx(signed_volume(springs.triangles, springs.nodes)).epsilon(0.02));
+  for (const Tetrahedron& t : solid.tetrahedra) CHECK(quality_of(t, solid.nodes) >= 0.15);
+}
+
+TEST_CASE("Meshes of tetrahedra are read from Gmsh and VTK files of either version, with their regions", "[scene][solid]") {
+  const Folder folder;
+  for (const auto& [name, text] : {std::pair{"a.msh", kMsh2}, {"b.msh", kMsh4}, {"c.vtk", kVtk}, {"d.vtk", kVtk5}}) {
+    INFO(name);
+    folder.write(name, text);
+    const auto body = load_scene(folder.write("scene.json", mesh_scene(name))).body;
+    CHECK(body.nodes.size() == 8);
+    REQUIRE(body.tetrahedra.size() == 6);
+    CHECK(volume(body) == Approx(8e-6));
+    for (const Tetrahedron& t : body.tetrahedra) CHECK(volume_of(t, body.nodes) > 0);
+    CHECK(body.materials[body.tetrahedra[0].material].young_pa == 5000);
+    CHECK(body.materials[body.tetrahedra[5].material].young_pa == 900);
+    CHECK(check_edges(body.triangles).closed());
+    CHECK(signed_volume(body.triangles, body.nodes) == Approx(8e-6));
+    CHECK(std::accumulate(body.fixed.begin(), body.fixed.end(), 0) == 4);
+    CHECK(std::accumulate(body.masses_kg.begin(), body.masses_kg.end(), 0.0) == Approx(8e-3));
+  }
+}
+
+TEST_CASE("What is wrong with a solid or its mesh is said with its place and what was expected", "[scene][solid]") {
+  const Folder folder;
+  const auto mesh_error = [&](const std::string& name, const std::string& text) {
+    folder.write(name, text);
+    return error_of(folder, mesh_scene(name));
+  };
+  using Catch::Contains;
+  CHECK_THAT(error_of(folder, replaced(kBlock, "0.4,", "0.5,")),
+             Contains("body.lattice.solid.poisson is 0.5") && Contains("0.499"));
+  CHECK_THAT(error_of(folder, replaced(kBlock, "\"young_pa\": 5000, ", "")), Contains("body.lattice.solid.young_pa"));
+  CHECK_THAT(error_of(folder, replaced(kBlock, "\"solid\"", "\"stiffness_n_m\": 3, \"solid\"")), Contains("given with solid"));
+  CHECK_THAT(error_of(folder, replaced(kBlock, "\"young_pa\": 1000", "\"stiffness_n_m\": 1")), Contains("springs in a solid"));
+  CHECK_THAT(error_of(folder, mesh_scene("none.msh")), Contains("none.msh") && Contains("cannot be read"));
+  CHECK_THAT(error_of(folder, mesh_scene("none.stl")), Contains("FILE.msh or FILE.vtk"));
+  CHECK_THAT(mesh_error("a.msh", replaced(kMsh2, "2.2 0 8", "2.2 1 8")), Contains("a.msh:2") && Contains("binary"));
+  CHECK_THAT(mesh_error("a.msh", replaced(kMsh2, "2.2 0", "3.0 0")), Contains("2.2 or 4.1"));
+  CHECK_THAT(mesh_error("a.msh", replaced(kMsh2, "12 20 0 0", "12 20 x 0")), Contains("a.msh:7") && Contains("a number"));
+  CHECK_THAT(mesh_error("a.msh", replaced(kMsh2, "12 14 18", "12 14 19")), Contains("node that is not there"));
+  CHECK_THAT(mesh_error("a.msh", kMsh2.substr(0, kMsh2.size() - 20)), Contains("ends too early"));
+  CHECK_THAT(mesh_error("a.msh", replaced(kMsh2, "14 20 20 0", "14 10 0 0")), Contains("flat tetrahedron"));
+  CHECK_THAT(mesh_error("a.vtk", replaced(kVtk, "ASCII", "BINARY")), Contains("text file"));
+  CHECK_THAT(mesh_error("a.vtk", replaced(kVtk, "UNSTRUCTURED_GRID", "POLYDATA")), Contains("UNSTRUCTURED_GRID"));
+  CHECK_THAT(mesh_error("a.vtk", replaced(kVtk, "5 10 10 10 10 10 10", "5 5 5 5 5 5 5")), Contains("no tetrahedra"));
+  CHECK_THAT(mesh_error("a.vtk", replaced(kVtk, "9 3 3 3 3 5 5", "9 3 3 3 3 3 3")), Contains("regions[0].id is 5"));
+  CHECK_THAT(error_of(folder, replaced(mesh_scene("c.vtk"), "{\"mesh\"", "{\"lattice\": {}, \"mesh\"")),
+             Contains("lattice or a mesh"));
+}
+
+TEST_CASE("A scene of finite elements is printed so that it reads back to the same", "[scene][solid]") {
+  const Folder folder;
+  const std::string once = print_scene(folder.write("block.json", kBlock));
+  CHECK(print_scene(folder.write("again.json", once)) == once);
+  folder.write("c.vtk", kVtk);
+  const std::string mesh = print_scene(folder.write("mesh.json", mesh_scene("c.vtk")));
+  CHECK(print_scene(folder.write("again.json", mesh)) == mesh);
+}
+
+}  // namespace
+}  // namespace palpate
