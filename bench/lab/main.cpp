@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
   palpate::add_felt(app, run);
   palpate::add_masking(app, run);
   palpate::add_stations(app, run);
+  palpate::add_load(app, run);
   palpate::add_beside(app, run);
   palpate::add_world(app, run);
   palpate::add_spring1d(app, run);

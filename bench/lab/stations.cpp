@@ -10,7 +10,6 @@
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
 #include "bench/measure/replay.hpp"
-#include "bench/measure/session_cost.hpp"
 #include "bench/measure/tools_apart.hpp"
 #include "common/base/error.hpp"
 
@@ -64,21 +63,10 @@ int run_stations(const Flags& flags) {
                                    {"patch_states", r.patch_states}});
   }
   const double build_ms = results[0].patch_build_ms_mean, step_ms = results[0].frame_ms_mean - build_ms;
-  const SessionCost session = session_cost(scene, results[0].last_patch, flags.stations, flags.link.rate_hz, processor_ns);
-  const double build_share = build_ms * flags.link.rate_hz * 1e-3, session_share = session.cpu_ms_per_s * 1e-3;
-  fmt::print(
-      "server    body's step {:.2f} ms a frame; patches {:.2f} ms a frame, {:.3f} ms a station: {:.1f} % of a core\n"
-      "          sessions (datagrams, encoding) {:.2f} ms a second, {:.1f} % of a core; a station {:.1f} kB/s up, {:.1f} kB/s "
-      "down\n",
-      step_ms, build_ms, build_ms / flags.stations, 100 * build_share, session.cpu_ms_per_s, 100 * session_share,
-      session.up_bytes_per_s * 1e-3, session.down_bytes_per_s * 1e-3);
-  summary["server"] = {{"step_ms_mean", step_ms},
-                       {"patches_ms_mean", build_ms},
-                       {"patch_ms_per_station", build_ms / flags.stations},
-                       {"session_ms_per_s", session.cpu_ms_per_s},
-                       {"core_share_but_step", build_share + session_share},
-                       {"up_bytes_per_s", session.up_bytes_per_s},
-                       {"down_bytes_per_s", session.down_bytes_per_s}};
+  fmt::print("server    body's step {:.2f} ms a frame; patches {:.2f} ms a frame, {:.3f} ms a station (more: palpate-lab load)\n",
+             step_ms, build_ms, build_ms / flags.stations);
+  summary["server"] = {
+      {"step_ms_mean", step_ms}, {"patches_ms_mean", build_ms}, {"patch_ms_per_station", build_ms / flags.stations}};
   write_json(out / "summary.json", summary);
   std::vector<Panel> panels;
   for (std::size_t k = 0; k < std::min<std::size_t>(results.size(), 4); ++k)

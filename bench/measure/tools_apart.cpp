@@ -46,7 +46,7 @@ double minimum_jerk(double u) {
 
 }  // namespace
 
-std::vector<Motion> tools_apart(const Scene& scene, int count, double apart_m, double duration_s) {
+std::vector<Motion> tools_apart(const Scene& scene, int count, double apart_m, double duration_s, double slide_m) {
   const Vec3 middle = home_of(scene);
   std::vector<Motion> motions;
   for (int k = 0; k < count; ++k) {
@@ -63,7 +63,8 @@ std::vector<Motion> tools_apart(const Scene& scene, int count, double apart_m, d
       const double t = i * 1e-3, down_s = t - begin_s;
       const double swing = std::sin(2 * std::numbers::pi * hz * std::max(0.0, down_s - kDownS));
       const double depth = (kAboveM + kDeepM) * minimum_jerk(down_s / kDownS) + kSwingM * swing;
-      points.push_back({t, Vec3(place.x(), place.y(), *top + kAboveM - depth)});
+      const double slid_m = k % 2 == 0 ? slide_m * swing : 0.0;
+      points.push_back({t, Vec3(place.x(), place.y() + slid_m, *top + kAboveM - depth)});
     }
     motions.emplace_back(std::move(points));
   }

@@ -14,7 +14,4 @@ struct BodyState {
 inline auto at_node(const Vector& y, std::uint32_t node) { return y.segment<3>(3 * static_cast<Eigen::Index>(node)); }
 inline auto at_node(Vector& y, std::uint32_t node) { return y.segment<3>(3 * static_cast<Eigen::Index>(node)); }
 
-/// With node vectors of several columns row by row: what a node does in all of them lies together.
-using NodeRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
 }  // namespace palpate

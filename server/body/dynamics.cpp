@@ -46,19 +46,10 @@ void Dynamics::assemble(const BodyState& state, double c_m, double c_d, double c
 }
 
 void Dynamics::multiply_tangents(const BodyState& state, const Vector& y, Vector& k_y, Vector& d_y) const {
-  Matrix k, d;
-  multiply_tangents(state, Matrix(y), k, d);
-  k_y = k;
-  d_y = d;
-}
-
-void Dynamics::multiply_tangents(const BodyState& state, const Matrix& y, Matrix& k_y, Matrix& d_y) const {
-  const NodeRows in = y;
-  NodeRows k = NodeRows::Zero(y.rows(), y.cols()), d = k;
-  springs_.add_products(state, in, k, d);
-  tetrahedra_.add_products(state, in, k, d);
-  k_y = k;
-  d_y = d;
+  k_y = Vector::Zero(y.size());
+  d_y = Vector::Zero(y.size());
+  springs_.add_products(state, y, k_y, d_y);
+  tetrahedra_.add_products(tetrahedra_.tangents(state), y, k_y, d_y);
 }
 
 double Dynamics::energy(const BodyState& state) const {

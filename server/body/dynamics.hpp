@@ -23,6 +23,7 @@ class Dynamics {
   const LumpedBody& body() const { return *body_; }
   const Vector& masses() const { return masses_; }  ///< 3 N, each node's mass three times [kg]
   BodyState rest_state() const;
+  const Tetrahedra& tetrahedra() const { return tetrahedra_; }
 
   /// F(x, v): element forces and gravity.
   void forces(const Vector& x, const Vector& v, Vector& f) const;
@@ -35,10 +36,9 @@ class Dynamics {
   /// become identity.
   void assemble(const BodyState& state, double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                 BlockMatrix& a) const;
-  /// Products with the unmasked symmetric tangents at a state: K y and D y, element by element.
+  /// Products with the unmasked symmetric tangents at a state: K y and D y, element by element. For many products see
+  /// tangents.hpp.
   void multiply_tangents(const BodyState& state, const Vector& y, Vector& k_y, Vector& d_y) const;
-  /// The same for the columns of y, in one pass over the elements.
-  void multiply_tangents(const BodyState& state, const Matrix& y, Matrix& k_y, Matrix& d_y) const;
   /// Kinetic plus elastic energy, gravity included [J].
   double energy(const BodyState& state) const;
 

@@ -61,26 +61,18 @@ void Springs::add_tangents(const BodyState& state, double c_d, double c_k, const
   }
 }
 
-void Springs::add_products(const BodyState& state, const NodeRows& y, NodeRows& k_y, NodeRows& d_y) const {
-  using Row = Eigen::Map<Eigen::Array<double, 1, Eigen::Dynamic>>;
-  const auto columns = y.cols();
-  Eigen::Array<double, 3, Eigen::Dynamic, Eigen::RowMajor> difference(3, columns);
-  Eigen::Array<double, 1, Eigen::Dynamic> along(columns), term(columns);
+void Springs::add_products(const BodyState& state, const Vector& y, Vector& k_y, Vector& d_y) const {
   for (const Element& e : body_->elements) {
     const ElementState s = element_state(e, state.x, state.v);
-    const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
-    difference = y.middleRows<3>(a).array() - y.middleRows<3>(b).array();
-    if (body_->planar) difference.row(2).setZero();
-    along = s.direction.x() * difference.row(0) + s.direction.y() * difference.row(1) + s.direction.z() * difference.row(2);
-    const double geometric = s.axial * s.inv_length, axial = s.slope - geometric;
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      term = (axial * s.direction[axis]) * along + geometric * difference.row(axis);
-      Row(k_y.data() + (a + axis) * columns, columns) += term;
-      Row(k_y.data() + (b + axis) * columns, columns) -= term;
-      term = (e.damping_n_s_m * s.direction[axis]) * along;
-      Row(d_y.data() + (a + axis) * columns, columns) += term;
-      Row(d_y.data() + (b + axis) * columns, columns) -= term;
-    }
+    Vec3 difference = at_node(y, e.a) - at_node(y, e.b);
+    if (body_->planar) difference.z() = 0;
+    const double along = s.direction.dot(difference), across = s.axial * s.inv_length;
+    const Vec3 k = (s.slope - across) * along * s.direction + across * difference;
+    const Vec3 d = e.damping_n_s_m * along * s.direction;
+    at_node(k_y, e.a) += k;
+    at_node(k_y, e.b) -= k;
+    at_node(d_y, e.a) += d;
+    at_node(d_y, e.b) -= d;
   }
 }
 

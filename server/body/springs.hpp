@@ -21,7 +21,7 @@ class Springs {
   void add_tangents(const BodyState& state, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                     BlockMatrix& a) const;
   /// k_y += K y, d_y += D y.
-  void add_products(const BodyState& state, const NodeRows& y, NodeRows& k_y, NodeRows& d_y) const;
+  void add_products(const BodyState& state, const Vector& y, Vector& k_y, Vector& d_y) const;
   /// Elastic energy [J].
   double energy(const Vector& x) const;
 

@@ -80,18 +80,27 @@ void Tetrahedra::add_tangents(const BodyState& state, double c_d, double c_k, co
     if (!held[i]) a.block(a.diagonal(i)).diagonal().array() += c_d * body_->mass_damping_1_s * body_->masses_kg[i];
 }
 
-void Tetrahedra::add_products(const BodyState& state, const NodeRows& y, NodeRows& k_y, NodeRows& d_y) const {
-  Mat34 nodes;
+std::vector<Tetrahedra::CellTangent> Tetrahedra::tangents(const BodyState& state) const {
+  std::vector<CellTangent> tangents;
+  tangents.reserve(cells_.size());
   for (const Cell& cell : cells_) {
-    const TetraMaterial& m = materials_[cell.material];
     const Mat3 f = nodes_of(cell, state.x) * cell.rest.b.transpose();
-    const TetraTangent tangent(m, f, false);
+    tangents.push_back({f, TetraTangent(materials_[cell.material], f, false)});
+  }
+  return tangents;
+}
+
+void Tetrahedra::add_products(const std::vector<CellTangent>& at, const Eigen::Ref<const Matrix>& y, Eigen::Ref<Matrix> k_y,
+                              Eigen::Ref<Matrix> d_y) const {
+  Mat34 nodes;
+  for (std::size_t k = 0; k < cells_.size(); ++k) {
+    const Cell& cell = cells_[k];
+    const auto row = [&](int i) { return 3 * static_cast<Eigen::Index>(cell.nodes[static_cast<std::size_t>(i)]); };
     for (Eigen::Index column = 0; column < y.cols(); ++column) {
-      const auto row = [&](int i) { return 3 * static_cast<Eigen::Index>(cell.nodes[static_cast<std::size_t>(i)]); };
       for (int i = 0; i < 4; ++i) nodes.col(i) = y.col(column).segment<3>(row(i));
       const Mat3 change = nodes * cell.rest.b.transpose();
-      const Mat34 elastic = cell.rest.volume_m3 * tangent.apply(change) * cell.rest.b;
-      const Mat34 viscous = cell.rest.volume_m3 * viscous_stress(m, f, change) * cell.rest.b;
+      const Mat34 elastic = cell.rest.volume_m3 * at[k].elastic.apply(change) * cell.rest.b;
+      const Mat34 viscous = cell.rest.volume_m3 * viscous_stress(materials_[cell.material], at[k].f, change) * cell.rest.b;
       for (int i = 0; i < 4; ++i) {
         k_y.col(column).segment<3>(row(i)) += elastic.col(i);
         d_y.col(column).segment<3>(row(i)) += viscous.col(i);

@@ -24,8 +24,15 @@ class Tetrahedra {
   /// A += c_d D + c_k K (symmetric part) but for rows and columns of held nodes; see TetraTangent for `clamp`.
   void add_tangents(const BodyState& state, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                     BlockMatrix& a) const;
-  /// k_y += K y, d_y += D y.
-  void add_products(const BodyState& state, const NodeRows& y, NodeRows& k_y, NodeRows& d_y) const;
+  /// What the products with K and D at one state are made of, for each tetrahedron.
+  struct CellTangent {
+    Mat3 f;
+    TetraTangent elastic;
+  };
+  std::vector<CellTangent> tangents(const BodyState& state) const;
+  /// K Y and D Y are added for the columns of Y.
+  void add_products(const std::vector<CellTangent>& at, const Eigen::Ref<const Matrix>& y, Eigen::Ref<Matrix> k_y,
+                    Eigen::Ref<Matrix> d_y) const;
   /// Elastic energy [J].
   double energy(const Vector& x) const;
 

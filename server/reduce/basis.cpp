@@ -12,6 +12,7 @@ class Orthonormal {
   Orthonormal(const Vector& masses, int columns) : masses_(masses), v_(masses.size(), columns) {}
 
   bool full() const { return count_ == v_.cols(); }
+  Eigen::Index room() const { return v_.cols() - count_; }
   void add(Vector y) {
     if (full()) return;
     const double before = norm(y);
@@ -37,19 +38,40 @@ class Orthonormal {
 
 }  // namespace
 
+std::vector<Vector> moment_inputs(const Linearisation& at, double shift_1_s, std::span<const Vector> x) {
+  Matrix columns(at.dynamics->masses().size(), static_cast<Eigen::Index>(x.size())), k_x, d_x;
+  for (std::size_t k = 0; k < x.size(); ++k) columns.col(static_cast<Eigen::Index>(k)) = x[k];
+  at.tangents->multiply(columns, k_x, d_x);
+  std::vector<Vector> inputs;
+  for (std::size_t k = 0; k < x.size(); ++k)
+    inputs.emplace_back(2 * shift_1_s * at.dynamics->masses().cwiseProduct(x[k]) + d_x.col(static_cast<Eigen::Index>(k)));
+  return inputs;
+}
+
 bool ShiftedSolver::prepare(const Linearisation& at, double shift, bool clamp) {
   iterations_ = 0;
   if (!matrix_) matrix_ = at.dynamics->make_matrix();
   at.dynamics->assemble(*at.state, shift * shift, shift, 1, *at.held, clamp, *matrix_);
-  return solver_.factorise(*matrix_);
+  if (small_) return factor_.factorise(*matrix_);
+  batch_.prepare(*matrix_, *at.held);
+  return true;
 }
 
-bool ShiftedSolver::solve(const Linearisation& at, Vector b, double tolerance, Vector& x) {
-  mask(*at.held, b);
-  if (x.size() == b.size()) mask(*at.held, x);
-  const SolveStats stats = solver_.solve(b, tolerance, x);
-  iterations_ += stats.iterations;
-  return stats.positive_definite;
+bool ShiftedSolver::solve(const Linearisation& at, std::span<const SolveColumn> columns, double tolerance) {
+  bool definite = true;
+  if (!small_) {
+    iterations_ += batch_.solve(columns, tolerance, definite);
+    return definite;
+  }
+  for (const SolveColumn& column : columns) {
+    Vector b = *column.b;
+    mask(*at.held, b);
+    if (column.x->size() == b.size()) mask(*at.held, *column.x);
+    const SolveStats stats = factor_.solve(b, tolerance, *column.x);
+    iterations_ += stats.iterations;
+    definite = definite && stats.positive_definite;
+  }
+  return definite;
 }
 
 Matrix ShiftedSolver::multiply(const Matrix& y) const {
@@ -80,13 +102,17 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& s
   }
   constexpr int kMomentsMax = 8;
   for (int m = 1; m < kMomentsMax && !basis.full(); ++m)
-    for (Vector& x : moment) {
-      if (basis.full()) break;
-      Vector k_x, d_x;
-      at.dynamics->multiply_tangents(*at.state, x, k_x, d_x);
-      const Vector b = 2 * request.shift_1_s * masses.cwiseProduct(x) + d_x;
-      if (!solve(b, x)) return std::nullopt;
-      basis.add(x);
+    for (std::size_t begin = 0; begin < moment.size() && !basis.full();) {
+      // No more at once than there is room for.
+      const std::size_t end = std::min(moment.size(), begin + static_cast<std::size_t>(basis.room()));
+      const std::span<Vector> x(moment.begin() + static_cast<std::ptrdiff_t>(begin),
+                                moment.begin() + static_cast<std::ptrdiff_t>(end));
+      const std::vector<Vector> b = moment_inputs(at, request.shift_1_s, x);
+      std::vector<SolveColumn> columns;
+      for (std::size_t k = 0; k < x.size(); ++k) columns.push_back({&b[k], &x[k]});
+      if (!solve(columns)) return std::nullopt;
+      for (const Vector& y : x) basis.add(y);
+      begin = end;
     }
   return basis.take();
 }
@@ -95,20 +121,25 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solve
                                    const std::vector<Vector>& fine, const Vector& imbalance, const BasisRequest& request,
                                    BasisMemory& memory) {
   std::size_t solves = 0;
-  const KrylovSolve solve = [&](const Vector& b, Vector& x) {
-    if (memory.size() <= solves) memory.emplace_back(Vector::Zero(b.size()));
-    Vector& kept = memory[solves++];
-    if (!solver.solve(at, b, request.tolerance, kept)) return false;
-    x = kept;
+  const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
+    if (memory.size() < solves + columns.size()) memory.resize(solves + columns.size());
+    std::vector<SolveColumn> kept;
+    for (std::size_t k = 0; k < columns.size(); ++k) kept.push_back({columns[k].b, &memory[solves + k]});
+    solves += columns.size();
+    if (!solver.solve(at, kept, request.tolerance)) return false;
+    for (std::size_t k = 0; k < columns.size(); ++k) *columns[k].x = *kept[k].x;
     return true;
   };
   Vector motion = at.state->v;
   mask(*at.held, motion);
+  motion = at.dynamics->masses().cwiseProduct(motion);
   KrylovStart start{{}, fine, {}, {}};
   start.ports.resize(ports.size());
-  for (std::size_t k = 0; k < ports.size(); ++k)
-    if (!solve(ports[k], start.ports[k])) return std::nullopt;
-  if (!solve(imbalance, start.imbalance) || !solve(at.dynamics->masses().cwiseProduct(motion), start.motion)) return std::nullopt;
+  std::vector<SolveColumn> columns;
+  for (std::size_t k = 0; k < ports.size(); ++k) columns.push_back({&ports[k], &start.ports[k]});
+  columns.push_back({&imbalance, &start.imbalance});
+  columns.push_back({&motion, &start.motion});
+  if (!solve(columns)) return std::nullopt;
   return krylov_basis(at, start, solve, request);
 }
 
@@ -116,7 +147,9 @@ double softest_stiffness(const Dynamics& dynamics) {
   const auto& fixed = dynamics.body().fixed;
   if (std::find(fixed.begin(), fixed.end(), 1) == fixed.end()) return 0;
   const BodyState rest = dynamics.rest_state();
-  const Linearisation at{&dynamics, &rest, &fixed};
+  Tangents tangents(dynamics);
+  tangents.take(rest);
+  const Linearisation at{&dynamics, &rest, &fixed, &tangents};
   ShiftedSolver solver(dynamics);
   if (!solver.prepare(at, 0, false)) return 0;
   constexpr int kIterations = 12;

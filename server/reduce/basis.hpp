@@ -9,10 +9,12 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
-#include "server/body/dynamics.hpp"
+#include "server/body/batch_cg.hpp"
 #include "server/body/linear_solver.hpp"
+#include "server/body/tangents.hpp"
 
 namespace palpate {
 
@@ -21,23 +23,34 @@ struct Linearisation {
   const Dynamics* dynamics = nullptr;
   const BodyState* state = nullptr;
   const std::vector<std::uint8_t>* held = nullptr;  ///< nodes that the model keeps still
+  const Tangents* tangents = nullptr;               ///< of `dynamics` at `state`
 };
 
+/// Solves with P. Small bodies are factorised (linear_solver.hpp); on others all right-hand sides go through the matrix side by
+/// side (batch_cg.hpp).
 class ShiftedSolver {
  public:
-  explicit ShiftedSolver(const Dynamics& dynamics) : solver_(dynamics.nodes()) {}
+  explicit ShiftedSolver(const Dynamics& dynamics)
+      : small_(dynamics.nodes() <= LinearSolver::kDirectRowsMax), factor_(dynamics.nodes()) {}
   /// P = s^2 M + s D + K; with `clamp` compressed elements do not soften K. False when P turns out not to be positive definite.
   bool prepare(const Linearisation& at, double shift, bool clamp);
   /// x = P^-1 b, rows of held nodes zero; x holds the first guess. `tolerance` matters to the iterative method only.
   /// False when P turns out not to be positive definite: conjugate gradients find that out only by use.
-  [[nodiscard]] bool solve(const Linearisation& at, Vector b, double tolerance, Vector& x);
+  [[nodiscard]] bool solve(const Linearisation& at, std::span<const SolveColumn> columns, double tolerance);
+  [[nodiscard]] bool solve(const Linearisation& at, const Vector& b, double tolerance, Vector& x) {
+    const SolveColumn column{&b, &x};
+    return solve(at, std::span(&column, 1), tolerance);
+  }
   /// P y, column by column.
   Matrix multiply(const Matrix& y) const;
+  /// Of all columns together; 0 for a body that is factorised.
   int iterations() const { return iterations_; }
 
  private:
+  bool small_;
   std::optional<BlockMatrix> matrix_;  // made when first needed: not every station has every kind of solver
-  LinearSolver solver_;
+  LinearSolver factor_;
+  BatchConjugateGradients batch_;
   int iterations_ = 0;
 };
 
@@ -56,8 +69,11 @@ struct KrylovStart {
   std::vector<Vector> fine;   ///< M^-1 B, for fast response; may be empty
   Vector imbalance, motion;   ///< P^-1 F*, P^-1 M v*; the latter may be empty where no more modes are wanted than come before it
 };
-/// x = P^-1 b. False when P turns out not to be positive definite.
-using KrylovSolve = std::function<bool(const Vector& b, Vector& x)>;
+/// x = P^-1 b for every column. False when P turns out not to be positive definite.
+using KrylovSolve = std::function<bool(std::span<const SolveColumn> columns)>;
+
+/// What the next moments answer: (2 s M + D) x.
+std::vector<Vector> moment_inputs(const Linearisation& at, double shift_1_s, std::span<const Vector> x);
 
 /// Columns are M-orthonormal; fewer than asked when the body has no more to give; nothing when P is not positive definite.
 std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,

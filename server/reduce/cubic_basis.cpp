@@ -14,11 +14,13 @@ class Candidates {
   Candidates(const Linearisation& at, ShiftedSolver& solver, double tolerance, BasisMemory& memory)
       : at_(at), solver_(solver), tolerance_(tolerance), memory_(memory) {}
 
-  Vector solve(const Vector& b) {
-    if (memory_.size() <= solves_) memory_.emplace_back(Vector::Zero(b.size()));
-    Vector& x = memory_[solves_++];
-    definite_ = definite_ && solver_.solve(at_, b, tolerance_, x);
-    return x;
+  /// The answers to these, side by side.
+  void solve(const std::vector<Vector>& inputs) {
+    memory_.resize(inputs.size());
+    std::vector<SolveColumn> columns;
+    for (std::size_t k = 0; k < inputs.size(); ++k) columns.push_back({&inputs[k], &memory_[k]});
+    definite_ = definite_ && solver_.solve(at_, columns, tolerance_);
+    for (const Vector& x : memory_) add(x);
   }
   void add(const Vector& w) { columns_.push_back(w); }
   bool definite() const { return definite_; }
@@ -34,7 +36,6 @@ class Candidates {
   double tolerance_;
   BasisMemory& memory_;
   std::vector<Vector> columns_;
-  std::size_t solves_ = 0;
   bool definite_ = true;
 };
 
@@ -79,14 +80,10 @@ std::optional<CubicBasis> cubic_basis(const Linearisation& at, ShiftedSolver& so
 
   for (const Vector& x : ports) candidates.add(x);
   candidates.add(request.bridge_s * motion);
-  candidates.add(candidates.solve(imbalance));
-  candidates.add(candidates.solve(s * masses.cwiseProduct(motion)));
-  for (const Vector& x : ports) {
-    Vector k_x, d_x;
-    at.dynamics->multiply_tangents(*at.state, x, k_x, d_x);
-    candidates.add(candidates.solve(s * (2 * s * masses.cwiseProduct(x) + d_x)));
-  }
-  for (const Vector& f : second_order_forces(*at.dynamics, *at.state, acting)) candidates.add(candidates.solve(f));
+  std::vector<Vector> inputs{imbalance, s * masses.cwiseProduct(motion)};
+  for (const Vector& b : moment_inputs(at, s, ports)) inputs.push_back(s * b);
+  for (Vector& f : second_order_forces(*at.dynamics, *at.state, acting)) inputs.push_back(std::move(f));
+  candidates.solve(inputs);
   for (const BodyState& before : history.states()) {
     Vector shape = before.x - at.state->x;
     mask(*at.held, shape);

@@ -13,44 +13,50 @@ bool SharedSystem::prepare(const Linearisation& at, double shift, bool clamp, do
   tolerance_ = tolerance;
   fresh_.clear();
   imbalance_.fresh = motion_.fresh = false;
-  return solver_.prepare(at, shift, clamp);
+  return definite_ = solver_.prepare(at, shift, clamp);
 }
 
-const PortAnswer* SharedSystem::port(std::size_t k, const SurfacePoint& point) {
-  PortAnswer& answer = ports_[k];
-  const auto known = fresh_.find(k);
-  if (known != fresh_.end() && known->second.triangle == point.triangle && known->second.weight == point.weight) return &answer;
-  answer.b = skin_->weights(point);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    Vector& input = answer.input[axis];
-    input = Vector::Zero(at_.state->x.size());
-    scatter(answer.b, Vec3::Unit(static_cast<int>(axis)), input);
-    mask(*at_.held, input);
-    if (input.isZero(0))
-      answer.answer[axis] = input;
-    else if (!solve(input, answer.answer[axis]))
-      return nullptr;
+bool SharedSystem::answer(std::span<const PortPlace> places, const Vector* total) {
+  std::vector<SolveColumn> columns;
+  std::vector<std::size_t> asked;
+  for (const auto& [k, point] : places) {
+    const auto known = fresh_.find(k);
+    if (known != fresh_.end() && known->second.triangle == point.triangle && known->second.weight == point.weight) continue;
+    PortAnswer& port = ports_[k];
+    port.b = skin_->weights(point);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      port.input[axis] = Vector::Zero(at_.state->x.size());
+      scatter(port.b, Vec3::Unit(static_cast<int>(axis)), port.input[axis]);
+      mask(*at_.held, port.input[axis]);
+      columns.push_back({&port.input[axis], &port.answer[axis]});
+    }
+    asked.push_back(k);
+    fresh_[k] = point;
   }
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column)
-      answer.compliance(row, column) =
-          answer.input[static_cast<std::size_t>(row)].dot(answer.answer[static_cast<std::size_t>(column)]);
-  fresh_[k] = point;
-  return &answer;
+  if (total && !imbalance_.fresh) {
+    columns.push_back({total, &imbalance_.x});
+    imbalance_.fresh = true;
+  }
+  if (columns.empty()) return definite_;
+  definite_ = definite_ && solve(columns);
+  for (const std::size_t k : asked) {
+    PortAnswer& port = ports_[k];
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < 3; ++column)
+        port.compliance(row, column) =
+            port.input[static_cast<std::size_t>(row)].dot(port.answer[static_cast<std::size_t>(column)]);
+  }
+  return definite_;
 }
-
-const Vector* SharedSystem::keep(Kept& kept, const Vector& b) {
-  if (!kept.fresh && !solve(b, kept.x)) return nullptr;
-  kept.fresh = true;
-  return &kept.x;
-}
-
-const Vector* SharedSystem::imbalance(const Vector& total) { return keep(imbalance_, total); }
 
 const Vector* SharedSystem::motion() {
+  if (motion_.fresh) return &motion_.x;
   Vector motion = at_.state->v;
   mask(*at_.held, motion);
-  return keep(motion_, at_.dynamics->masses().cwiseProduct(motion));
+  motion = at_.dynamics->masses().cwiseProduct(motion);
+  const SolveColumn column{&motion, &motion_.x};
+  motion_.fresh = solve(std::span(&column, 1));
+  return motion_.fresh ? &motion_.x : nullptr;
 }
 
 void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& ports, std::span<const ToolAt> tools, Micros bridge) {
@@ -59,10 +65,18 @@ void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& port
   tools_.assign(tools.begin(), tools.end());
   bridge_ = bridge;
   held_ = held_nodes(dynamics_->body(), ports);
+  wanted_.assign(ports.size(), 0);
+  linearised_ = false;
   forces_.resize(0);
   total_.resize(0);
   positions_.clear();
   for (Slot& slot : slots_) slot.in_use = false;
+}
+
+const Tangents& FrameModel::tangents() {
+  if (!linearised_) tangents_.take(*state_);
+  linearised_ = true;
+  return tangents_;
 }
 
 const Vector& FrameModel::forces() {
@@ -112,6 +126,7 @@ SharedSystem* FrameModel::system(double shift, bool clamp, double tolerance) {
     best = &slots_.emplace_back();
     best->system = std::make_unique<SharedSystem>(*dynamics_, *skin_);
   }
+  enter(PatchPart::linearise);
   best->shift = shift;
   best->clamp = clamp;
   best->in_use = true;
@@ -132,7 +147,7 @@ Mat3 FrameModel::contact_stiffness(std::size_t k, const PortAnswer& answer) {
   return slips ? Mat3(k_o * n * n.transpose()) : Mat3(k_o * Mat3::Identity());
 }
 
-void FrameModel::add_held_nodes(std::size_t which, Vector& load_rate) const {
+void FrameModel::add_held_nodes(std::size_t which, Vector& load_rate) {
   Vector motion;
   for (std::size_t k = 0; k < ports_->size(); ++k) {
     if (k == which || (*ports_)[k].kind != ContactKind::attach || tools_[k].velocity.isZero(0)) continue;
@@ -140,39 +155,49 @@ void FrameModel::add_held_nodes(std::size_t which, Vector& load_rate) const {
     motion.segment<3>(3 * static_cast<Eigen::Index>((*ports_)[k].node)) = tools_[k].velocity;
   }
   if (motion.size() == 0) return;
-  Vector k_motion, d_motion;
-  dynamics_->multiply_tangents(*state_, motion, k_motion, d_motion);
-  mask(held_, k_motion);
-  if (load_rate.size() == 0) load_rate = Vector::Zero(k_motion.size());
+  Matrix k_motion, d_motion;
+  tangents().multiply(motion, k_motion, d_motion);
+  if (load_rate.size() == 0) load_rate = Vector::Zero(motion.size());
   load_rate -= k_motion;
+  mask(held_, load_rate);
 }
 
-OtherTools FrameModel::other_nodes(std::size_t which) const {
+OtherTools FrameModel::other_nodes(std::size_t which) {
   OtherTools others;
   add_held_nodes(which, others.load_rate);
   return others;
 }
 
-std::optional<OtherTools> FrameModel::others(SharedSystem& p, std::size_t which) {
+bool FrameModel::answer(SharedSystem& p, std::size_t which, bool imbalance) {
+  std::vector<SharedSystem::PortPlace> places;
+  for (std::size_t k = 0; k < ports_->size(); ++k) {
+    const ToolPort& port = (*ports_)[k];
+    if (port.kind == ContactKind::touch && (port.touching || wanted_[k] || k == which)) places.push_back({k, port.point});
+  }
+  enter(PatchPart::solve);
+  const bool definite = p.answer(places, imbalance ? &total() : nullptr);
+  enter(PatchPart::other);
+  return definite;
+}
+
+OtherTools FrameModel::others(const SharedSystem& p, std::size_t which) {
   OtherTools others = other_nodes(which);
-  const PortAnswer* const own = p.port(which, (*ports_)[which].point);
-  if (!own) return std::nullopt;
+  const PortAnswer& own = p.port(which);
   for (std::size_t k = 0; k < ports_->size(); ++k) {
     const ToolPort& port = (*ports_)[k];
     if (k == which || port.kind != ContactKind::touch || !port.touching) continue;
-    const PortAnswer* const answer = p.port(k, port.point);
-    if (!answer) return std::nullopt;
-    const Mat3 stiffness = contact_stiffness(k, *answer);
+    const PortAnswer& answer = p.port(k);
+    const Mat3 stiffness = contact_stiffness(k, answer);
     Mat3 across;
-    for (int axis = 0; axis < 3; ++axis) across.col(axis) = gather(own->b, answer->answer[static_cast<std::size_t>(axis)]);
-    const double mean = std::sqrt(own->compliance.norm() * answer->compliance.norm());
-    others.springs.push_back({answer, stiffness, across.norm() > kCoupled * mean});
+    for (int axis = 0; axis < 3; ++axis) across.col(axis) = gather(own.b, answer.answer[static_cast<std::size_t>(axis)]);
+    const double mean = std::sqrt(own.compliance.norm() * answer.compliance.norm());
+    others.springs.push_back({&answer, stiffness, across.norm() > kCoupled * mean});
     if (others.load.size() == 0) others.load = Vector::Zero(state_->x.size());
-    scatter(answer->b, port.lambda, others.load);
+    scatter(answer.b, port.lambda, others.load);
     const Vec3 rate = stiffness * tools_[k].velocity;
     if (rate.isZero(0)) continue;
     if (others.load_rate.size() == 0) others.load_rate = Vector::Zero(state_->x.size());
-    scatter(answer->b, rate, others.load_rate);
+    scatter(answer.b, rate, others.load_rate);
   }
   if (others.load.size() > 0) mask(held_, others.load);
   if (others.load_rate.size() > 0) mask(held_, others.load_rate);

@@ -3,8 +3,8 @@
 //
 // With P = s^2 M + s D + K at the state (x*, v*) and B_k the port of tool k, the patches of all touching stations are made of
 //     X_k = P^-1 B_k,   P^-1 F,   P^-1 M v*,      F = F(x*, v*) + sum_k B_k lambda_k
-// so a frame takes three solves a tool and two for all, at one shift s. A model is hardly the worse for an s that is not quite
-// its own: with one tool s is that of its patch, with several that of their mean bridge.
+// so a frame takes three solves a tool and two for all, at one shift s, and all of them go through P together. A model is hardly
+// the worse for an s that is not quite its own: with one tool s is that of its patch, with several that of their mean bridge.
 //
 // The other tools stay on the body while a patch lasts. Tool o moves on at its velocity v_o, and its contact is a spring between
 // it and the tissue,
@@ -20,6 +20,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -27,6 +28,7 @@
 
 #include "server/body/integrator.hpp"
 #include "server/reduce/basis.hpp"
+#include "server/reduce/patch_part.hpp"
 
 namespace palpate {
 
@@ -55,11 +57,20 @@ class SharedSystem {
   SharedSystem(const Dynamics& dynamics, const Skin& skin) : skin_(&skin), solver_(dynamics) {}
   /// For a new frame. False when P turns out not to be positive definite.
   bool prepare(const Linearisation& at, double shift, bool clamp, double tolerance);
-  /// Answers are kept; nullptr when P turns out not to be positive definite. The first guess of port k is its last answer.
-  const PortAnswer* port(std::size_t k, const SurfacePoint& point);
-  const Vector* imbalance(const Vector& total);
+  /// Which port, and where on the skin.
+  struct PortPlace {
+    std::size_t port;
+    SurfacePoint point;
+  };
+  /// Answers at these ports and, where `total` is given, to it, as far as they are not known in this frame. The first guess of a
+  /// port is its last answer. False when P turns out not to be positive definite.
+  bool answer(std::span<const PortPlace> places, const Vector* total);
+  /// What answer() found.
+  const PortAnswer& port(std::size_t k) const { return ports_.at(k); }
+  const Vector& imbalance() const { return imbalance_.x; }
+  /// nullptr when P turns out not to be positive definite.
   const Vector* motion();
-  bool solve(const Vector& b, Vector& x) { return solver_.solve(at_, b, tolerance_, x); }
+  bool solve(std::span<const SolveColumn> columns) { return solver_.solve(at_, columns, tolerance_); }
   double shift() const { return shift_; }
   int iterations() const { return solver_.iterations(); }
 
@@ -68,12 +79,11 @@ class SharedSystem {
     bool fresh = false;
     Vector x;
   };
-  const Vector* keep(Kept& kept, const Vector& b);
-
   const Skin* skin_;
   ShiftedSolver solver_;
   Linearisation at_;
   double shift_ = 0, tolerance_ = 0;
+  bool definite_ = false;
   std::map<std::size_t, PortAnswer> ports_;
   std::map<std::size_t, SurfacePoint> fresh_;
   Kept imbalance_, motion_;
@@ -84,16 +94,27 @@ class FrameModel {
   static constexpr double kCoupled = 0.3;  ///< of B_a^T X_o to the geometric mean of the two compliances
   static constexpr double kRigid = 100;
 
-  FrameModel(const Dynamics& dynamics, const Skin& skin) : dynamics_(&dynamics), skin_(&skin) {}
+  FrameModel(const Dynamics& dynamics, const Skin& skin) : dynamics_(&dynamics), skin_(&skin), tangents_(dynamics) {}
 
-  /// A new frame: the arguments must outlive it. `tools` are parallel to `ports`; `bridge` is the mean of the patches to come.
+  /// A new frame: the arguments must outlive it, and a port's point is settled before the first patch is built. `tools` are
+  /// parallel to `ports`; `bridge` is the mean of the patches to come.
   void begin(const BodyState& state, const std::vector<ToolPort>& ports, std::span<const ToolAt> tools, Micros bridge);
+
+  /// A patch will be built for this port, although it may not touch: its answers are found together with those of the others.
+  void want(std::size_t k) { wanted_[k] = 1; }
+  /// Hears of each part when it begins. The model itself knows no clock.
+  void listen(std::function<void(PatchPart)> listener) { listener_ = std::move(listener); }
+  void enter(PatchPart part) const {
+    if (listener_) listener_(part);
+  }
 
   const BodyState& state() const { return *state_; }
   const std::vector<ToolPort>& ports() const { return *ports_; }
   const ToolAt& tool(std::size_t k) const { return tools_[k]; }
   const std::vector<std::uint8_t>& held() const { return held_; }
-  Linearisation linearisation() const { return {dynamics_, state_, &held_}; }
+  /// With other nodes held.
+  Linearisation linearisation(const std::vector<std::uint8_t>& held) { return {dynamics_, state_, &held, &tangents()}; }
+  Linearisation linearisation() { return linearisation(held_); }
   /// F(x*, v*), rows of held nodes zero.
   const Vector& forces();
   /// The skin's vertices.
@@ -103,10 +124,13 @@ class FrameModel {
 
   /// P at a shift; nullptr when it is not positive definite. `tolerance` of its solves.
   SharedSystem* system(double shift, bool clamp, double tolerance);
-  /// The tools besides `which`, a port that touches; nullopt when P turns out not to be positive definite.
-  std::optional<OtherTools> others(SharedSystem& p, std::size_t which);
+  /// Has P answer at all ports that touch or are wanted, at `which` and, with `imbalance`, to total(). False when P turns out not
+  /// to be positive definite.
+  bool answer(SharedSystem& p, std::size_t which, bool imbalance);
+  /// The tools besides `which`, a port that touches, once P has answered.
+  OtherTools others(const SharedSystem& p, std::size_t which);
   /// The same for a node that is held.
-  OtherTools other_nodes(std::size_t which) const;
+  OtherTools other_nodes(std::size_t which);
   /// F with the forces of all tools that touch, and of all but one.
   const Vector& total();
   Vector forces_beside(std::size_t which);
@@ -117,16 +141,20 @@ class FrameModel {
     double shift = 0;
     bool clamp = false, in_use = false, definite = false;
   };
+  const Tangents& tangents();
   Mat3 contact_stiffness(std::size_t k, const PortAnswer& answer);
-  void add_held_nodes(std::size_t which, Vector& load_rate) const;
+  void add_held_nodes(std::size_t which, Vector& load_rate);
 
   const Dynamics* dynamics_;
   const Skin* skin_;
   const BodyState* state_ = nullptr;
   const std::vector<ToolPort>* ports_ = nullptr;
   std::vector<ToolAt> tools_;
-  std::vector<std::uint8_t> held_;
+  std::vector<std::uint8_t> held_, wanted_;
   Micros bridge_{};
+  Tangents tangents_;
+  bool linearised_ = false;
+  std::function<void(PatchPart)> listener_;
   Vector forces_, total_;
   std::vector<double> positions_;
   std::vector<Slot> slots_;

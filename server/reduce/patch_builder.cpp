@@ -24,9 +24,9 @@ Vec3 expected_motion(const ToolAt& tool, double bridge_s) {
 }
 
 /// Of port `which` under P, with the springs of other tools: B^T P^-1 B.
-Mat3 port_compliance(SharedSystem& p, std::size_t which, const SurfacePoint& point, const OtherTools& others) {
+Mat3 port_compliance(const SharedSystem& p, std::size_t which, const OtherTools& others) {
   const SpringCorrection correct(others);
-  const PortAnswer& own = *p.port(which, point);
+  const PortAnswer& own = p.port(which);
   Mat3 compliance;
   for (int axis = 0; axis < 3; ++axis) {
     Vector x = own.answer[static_cast<std::size_t>(axis)];
@@ -99,7 +99,7 @@ void PatchBuilder::hold_far_nodes(const std::vector<std::uint32_t>& seeds) {
 bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Reduced& reduced) {
   const auto r = v.cols();
   Matrix k_v, d_v;
-  at.dynamics->multiply_tangents(*at.state, v, k_v, d_v);
+  at.tangents->multiply(v, k_v, d_v);
   Matrix k = v.transpose() * k_v;
   for (const OtherTools::Spring& spring : others.springs) {
     Matrix rows = Matrix::Zero(3, r);
@@ -143,18 +143,24 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
   if (request.scheme == Scheme::cubic) {
     held_ = frame.held();
     if ((built = build_cubic(frame, which, request, patch))) return built;
-    PatchRequest linear = request;
-    linear.scheme = Scheme::port;
-    built = build(frame, which, linear);
-    report_.fell_back = true;
-    return built;
+    return fall_back(frame, which, request, Scheme::port);
   }
+  if (request.scheme == Scheme::two_layer && !dynamics_->tetrahedra().empty())
+    return fall_back(frame, which, request, Scheme::ring);
   for (const bool clamp : {false, true}) {
     held_ = frame.held();
     built = request.scheme == Scheme::two_layer ? build_two_layer(frame, which, request, patch, clamp)
                                                 : build_whole(frame, which, request, patch, clamp);
     if (built) break;
   }
+  return built;
+}
+
+std::optional<Patch> PatchBuilder::fall_back(FrameModel& frame, std::size_t which, const PatchRequest& request, Scheme scheme) {
+  PatchRequest other = request;
+  other.scheme = scheme;
+  auto built = build(frame, which, other);
+  report_.fell_back = true;
   return built;
 }
 
@@ -171,8 +177,7 @@ std::optional<Patch> PatchBuilder::build_whole(FrameModel& frame, std::size_t wh
   if (port.kind == ContactKind::touch && request.scheme != Scheme::balanced)
     return build_shared_touch(frame, which, request, patch, clamp);
   if (port.kind == ContactKind::attach) held_[port.node] = 1;
-  Model model{
-      {dynamics_, &frame.state(), &held_}, frame.forces_beside(which), &solver_, &memory_, nullptr, frame.other_nodes(which)};
+  Model model{frame.linearisation(held_), frame.forces_beside(which), &solver_, &memory_, nullptr, frame.other_nodes(which)};
   mask(held_, model.imbalance);
   const auto built = port.kind == ContactKind::attach ? build_attach(model, port, request, patch, clamp, frame.tool(which))
                                                       : build_touch(model, frame, which, request, patch, clamp);
@@ -187,25 +192,37 @@ std::optional<Patch> PatchBuilder::build_two_layer(FrameModel& frame, std::size_
   LocalBody local = two_layer_->around(contact_nodes(port), held_);
   const Dynamics dynamics(local.body);
   const BodyState at_stamp = local.restricted(frame.state());
+  Tangents tangents(dynamics);
+  tangents.take(at_stamp);
   ShiftedSolver solver(dynamics);
   BasisMemory memory;
   if (port.kind == ContactKind::attach) local.body.fixed[local.index(port.node)] = 1;
-  Model model{
-      {&dynamics, &at_stamp, &local.body.fixed}, local.restricted(frame.forces_beside(which)), &solver, &memory, &local, {}};
+  Model model{{&dynamics, &at_stamp, &local.body.fixed, &tangents},
+              local.restricted(frame.forces_beside(which)),
+              &solver,
+              &memory,
+              &local,
+              {}};
   mask(local.body.fixed, model.imbalance);
   return port.kind == ContactKind::attach ? build_attach(model, port, request, patch, clamp, frame.tool(which))
                                           : build_touch(model, frame, which, request, patch, clamp);
 }
 
-std::optional<Mat3> PatchBuilder::static_response(const Model& model, const std::vector<Vector>& inputs) {
+/// Into the first of the memory.
+bool PatchBuilder::solve_ports(const Model& model, const std::vector<Vector>& inputs, double tolerance) {
   BasisMemory& memory = *model.memory;
+  if (memory.size() < inputs.size()) memory.resize(inputs.size());
+  std::vector<SolveColumn> columns;
+  for (std::size_t k = 0; k < inputs.size(); ++k) columns.push_back({&inputs[k], &memory[k]});
+  return model.solver->solve(model.at, columns, tolerance);
+}
+
+std::optional<Mat3> PatchBuilder::static_response(const Model& model, const std::vector<Vector>& inputs) {
+  if (!solve_ports(model, inputs, kStaticTolerance)) return std::nullopt;
   Mat3 response;
-  for (std::size_t column = 0; column < 3; ++column) {
-    if (memory.size() <= column) memory.emplace_back(Vector::Zero(inputs[column].size()));
-    if (!model.solver->solve(model.at, inputs[column], kStaticTolerance, memory[column])) return std::nullopt;
+  for (std::size_t column = 0; column < 3; ++column)
     for (int row = 0; row < 3; ++row)
-      response(row, static_cast<int>(column)) = inputs[static_cast<std::size_t>(row)].dot(memory[column]);
-  }
+      response(row, static_cast<int>(column)) = inputs[static_cast<std::size_t>(row)].dot((*model.memory)[column]);
   return symmetric(response);
 }
 
@@ -215,9 +232,13 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
   const std::uint32_t node = model.local ? model.local->index(port.node) : port.node;
   // Columns of K and D that belong to the tool's node: what the tool's motion does to the others, and to itself.
   std::vector<Vector> k_tool(3), d_tool(3);
+  Matrix units(at.dynamics->masses().size(), 3), k_units, d_units;
+  for (int axis = 0; axis < 3; ++axis) units.col(axis) = unit(*at.dynamics, node, axis);
+  at.tangents->multiply(units, k_units, d_units);
   for (int axis = 0; axis < 3; ++axis) {
     const auto column = static_cast<std::size_t>(axis);
-    at.dynamics->multiply_tangents(*at.state, unit(*at.dynamics, node, axis), k_tool[column], d_tool[column]);
+    k_tool[column] = k_units.col(axis);
+    d_tool[column] = d_units.col(axis);
     patch.k_port.col(axis) = k_tool[column].segment<3>(3 * static_cast<Eigen::Index>(node));
     patch.d_port.col(axis) = d_tool[column].segment<3>(3 * static_cast<Eigen::Index>(node));
     mask(*at.held, k_tool[column]);
@@ -294,13 +315,12 @@ std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::ui
   const double bridge_s = seconds(request.bridge);
   shapes.amplitude = expected_motion(tool, bridge_s);
   shapes.port = Matrix::Zero(inputs[0].size(), 3);
+  if (!solve_ports(model, inputs, kBasisTolerance)) return std::nullopt;
   std::vector<Vector> ports;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto column = static_cast<Eigen::Index>(axis);
     shapes.port(3 * static_cast<Eigen::Index>(node) + column, column) = shapes.amplitude[column];
-    if (memory_.size() <= axis) memory_.emplace_back(Vector::Zero(inputs[axis].size()));
-    if (!model.solver->solve(model.at, inputs[axis], kBasisTolerance, memory_[axis])) return std::nullopt;
-    ports.push_back(shapes.amplitude[column] * memory_[axis]);
+    ports.push_back(shapes.amplitude[column] * (*model.memory)[axis]);
   }
   return cubic_basis(model.at, *model.solver, ports, shapes.port, model.imbalance, history_,
                      {modes, shift_for(request.bridge), bridge_s, kBasisTolerance}, cubic_memory_);
@@ -362,7 +382,7 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
                                                       Patch patch, bool clamp) {
   const ToolPort& port = frame.ports()[which];
   const bool ring = request.scheme == Scheme::ring, tangent = request.scheme == Scheme::tangent;
-  const Linearisation at{dynamics_, &frame.state(), &held_};
+  const Linearisation at = frame.linearisation(held_);
   begin_touch(port, patch);
 
   const double shift = tangent ? 0 : frame.shift(request.bridge);
@@ -371,26 +391,28 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
       ring ? (ring_.prepare(at, shift, clamp, tolerance) ? &ring_ : nullptr) : frame.system(shift, clamp, tolerance);
   if (!p) return std::nullopt;
   const int before = p->iterations();
-  const auto others = frame.others(*p, which);
-  if (!others) return std::nullopt;
+  if (!frame.answer(*p, which, !tangent)) return std::nullopt;
+  const OtherTools others = frame.others(*p, which);
   Reduced reduced;
   Matrix& v = reduced.v;
   v.resize(dynamics_->masses().size(), 0);
   if (tangent) {
-    patch.c_static = port_compliance(*p, which, port.point, *others);
+    patch.c_static = port_compliance(*p, which, others);
   } else {
-    const auto basis = touch_basis(frame, *p, which, *others, at, request);
-    if (!basis || !reduce(at, *basis, *others, patch, reduced)) return std::nullopt;
+    const auto basis = touch_basis(frame, *p, which, others, at, request);
+    frame.enter(PatchPart::project);
+    if (!basis || !reduce(at, *basis, others, patch, reduced)) return std::nullopt;
     Vector imbalance = frame.forces();
-    if (others->load.size() > 0) imbalance += others->load;
+    if (others.load.size() > 0) imbalance += others.load;
     patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
     if (patch.load_rate.size() > 0) patch.load_for = request.bridge;
     if (v.cols() < 3) {
       PortRows rows(3, v.cols());
-      for (Eigen::Index m = 0; m < v.cols(); ++m) rows.col(m) = gather(p->port(which, port.point)->b, v.col(m));
-      patch.c_static = residual_compliance(patch, port_compliance(*p, which, port.point, *others), rows, shift);
+      for (Eigen::Index m = 0; m < v.cols(); ++m) rows.col(m) = gather(p->port(which).b, v.col(m));
+      patch.c_static = residual_compliance(patch, port_compliance(*p, which, others), rows, shift);
     }
   }
+  frame.enter(PatchPart::other);
   report_.solver_iterations += p->iterations() - before;
   cut_port_surface(*skin_, frame.positions(), v, port.point, seconds(request.bridge) * frame.tool(which).velocity,
                    request.vertices_max(patch.modes(), patch.load_rate.size() > 0), patch);
@@ -403,13 +425,12 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
 /// Directions for a touch, the springs of coupled tools in P.
 std::optional<Matrix> PatchBuilder::touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which, const OtherTools& others,
                                                 const Linearisation& at, const PatchRequest& request) {
+  frame.enter(PatchPart::basis);
   const SpringCorrection correct(others);
-  const PortAnswer& own = *p.port(which, frame.ports()[which].point);
+  const PortAnswer& own = p.port(which);
   constexpr int kWithoutMotion = 8;  // three answers of the port, v*, three of M^-1 B, the imbalance
   const int modes = modes_for(request.scheme, ContactKind::touch, request.order);
-  const Vector* const imbalance = p.imbalance(frame.total());
-  if (!imbalance) return std::nullopt;
-  KrylovStart start{{own.answer.begin(), own.answer.end()}, {}, *imbalance, {}};
+  KrylovStart start{{own.answer.begin(), own.answer.end()}, {}, p.imbalance(), {}};
   if (modes > kWithoutMotion) {
     const Vector* const motion = p.motion();
     if (!motion) return std::nullopt;
@@ -419,9 +440,12 @@ std::optional<Matrix> PatchBuilder::touch_basis(FrameModel& frame, SharedSystem&
   for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(dynamics_->masses()));
   for (Vector& x : start.ports) correct.apply(x);
   correct.apply(start.imbalance);
-  const KrylovSolve solve = [&](const Vector& b, Vector& x) {
-    if (!p.solve(b, x)) return false;
-    correct.apply(x);
+  const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
+    frame.enter(PatchPart::solve);
+    const bool definite = p.solve(columns);
+    frame.enter(PatchPart::basis);
+    if (!definite) return false;
+    for (const SolveColumn& column : columns) correct.apply(*column.x);
     return true;
   };
   return krylov_basis(at, start, solve, {modes, p.shift(), kBasisTolerance});

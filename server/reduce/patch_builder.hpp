@@ -4,12 +4,12 @@
 //   tangent          static stiffness seen at the port, K_s = K_p - K_pf K_ff^-1 K_fp  (touch: compliance C_s = B^T K^-1 B)
 //   ring             the nodes within kRingLayers layers of the contact, all others held still, reduced like `port`
 //   two-layer        those nodes, with outer elements and masses that stand for the rest of the body (two_layer.hpp), reduced
-//                    like `port`; forces and velocities at the stamp are the body's own
+//                    like `port`; forces and velocities at the stamp are the body's own; `ring` for a body of tetrahedra, and
+//                    then the patch says so
 //   balanced         the whole body, balanced off-line at its rest state for this contact (balanced_basis.hpp)
 //   port             the whole body, rational Krylov basis at the port (basis.hpp)
 //   cubic            the whole body, a basis for what it is likely to do (cubic_basis.hpp), and beside the linear patch the terms
-//   of
-//                    higher order (cubic_patch.hpp); `port` where they cannot be had, and then the patch says so
+//                    of higher order (cubic_patch.hpp); `port` where they cannot be had, and then the patch says so
 //
 // `cubic` is for grasps only; a touch gets `port`.
 //
@@ -44,7 +44,9 @@ struct PatchRequest {
 };
 
 struct PatchBuildReport {
-  bool fell_back = false;  ///< `cubic` was asked for, `port` was built: a touch, or a law without a series
+  /// `cubic` was asked for, `port` was built: a touch, or a law without a series; or `two-layer` was, and `ring` was built: the
+  /// body has tetrahedra.
+  bool fell_back = false;
   double lifted_1_s2 = 0;  ///< most that the stiffness of a mode was changed by
   int solver_iterations = 0;
 };
@@ -89,6 +91,7 @@ class PatchBuilder {
   // definite.
   std::optional<Patch> build_whole(FrameModel& frame, std::size_t which, const PatchRequest& request, const Patch& patch,
                                    bool clamp);
+  std::optional<Patch> fall_back(FrameModel& frame, std::size_t which, const PatchRequest& request, Scheme scheme);
   std::optional<Patch> build_two_layer(FrameModel& frame, std::size_t which, const PatchRequest& request, const Patch& patch,
                                        bool clamp);
   std::optional<Patch> build_attach(const Model& model, const ToolPort& port, const PatchRequest& request, Patch patch,
@@ -97,6 +100,7 @@ class PatchBuilder {
                                    Patch patch, bool clamp);
   std::optional<Patch> build_shared_touch(FrameModel& frame, std::size_t which, const PatchRequest& request, Patch patch,
                                           bool clamp);
+  bool solve_ports(const Model& model, const std::vector<Vector>& inputs, double tolerance);
   std::optional<Mat3> static_response(const Model& model, const std::vector<Vector>& inputs);
   std::optional<Matrix> touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which, const OtherTools& others,
                                     const Linearisation& at, const PatchRequest& request);

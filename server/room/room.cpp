@@ -38,9 +38,12 @@ struct Room::State {
   void take_samples(const FrameJob& job);
   void sync_ports(const FrameJob& job);
   AdvanceReport advance(const FrameJob& job);
-  void begin_patches(const FrameJob& job);
-  bool in_reach(const ToolPort& port, const ToolAt& tool, Micros bridge);
-  StationFrame frame_of(const StationJob& job, Micros stamp);
+  /// The port of the tool that a station feels with.
+  std::optional<std::size_t> port_of(const StationJob& job) const;
+  /// For each station whether it gets a patch.
+  std::vector<std::uint8_t> begin_patches(const FrameJob& job);
+  bool in_reach(std::size_t which, Micros bridge);
+  StationFrame frame_of(const StationJob& job, Micros stamp, bool gets_patch);
 
   Scene scene;
   Skin skin;
@@ -130,43 +133,57 @@ AdvanceReport Room::State::advance(const FrameJob& job) {
                             [&](std::size_t k, double t) { return tool_at(stations.at(port_owner[k]), from_seconds(t)); });
 }
 
-void Room::State::begin_patches(const FrameJob& job) {
+std::optional<std::size_t> Room::State::port_of(const StationJob& job) const {
+  const auto at = std::find(port_owner.begin(), port_owner.end(), job.shadow_of != 0 ? job.shadow_of : job.id);
+  if (at == port_owner.end()) return std::nullopt;
+  return static_cast<std::size_t>(at - port_owner.begin());
+}
+
+std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
   std::vector<ToolAt> tools;
   for (const StationId owner : port_owner) tools.push_back(tool_at(stations.at(owner), job.target));
   Micros bridges{};
   for (const StationJob& j : job.stations) bridges += j.bridge / static_cast<std::int64_t>(job.stations.size());
   frame_model.begin(body, ports, tools, bridges);
+  // Known for all before the first patch is built: what the patches of a frame have in common is computed together.
+  std::vector<std::uint8_t> gets_patch;
+  for (const StationJob& j : job.stations) {
+    const auto which = port_of(j);
+    gets_patch.push_back(which && in_reach(*which, j.bridge));
+    if (gets_patch.back()) frame_model.want(*which);
+  }
+  return gets_patch;
 }
 
-bool Room::State::in_reach(const ToolPort& port, const ToolAt& tool, Micros bridge) {
+/// Moves the point of a tool that does not touch to where it is nearest.
+bool Room::State::in_reach(std::size_t which, Micros bridge) {
+  ToolPort& port = ports[which];
   if (port.kind == ContactKind::attach || port.touching) return true;
   if (skin.empty()) return false;
   // How far the tool can get before the next patch: its speed, and a hand's acceleration of 10 m/s^2 on top, each way.
   constexpr double kHandAccelerationMs2 = 10, kMarginM = 0.005;
+  const ToolAt& tool = frame_model.tool(which);
   const double t = seconds(bridge);
   const double reach = tool.velocity.norm() * t + 0.5 * kHandAccelerationMs2 * t * t + kMarginM;
-  return nearest_point(skin.view(), frame_model.positions(), tool.position).height_m < reach;
+  const NearestPoint nearest = nearest_point(skin.view(), frame_model.positions(), tool.position);
+  port.point = nearest.point;
+  return nearest.height_m < reach;
 }
 
-StationFrame Room::State::frame_of(const StationJob& job, Micros stamp) {
+StationFrame Room::State::frame_of(const StationJob& job, Micros stamp, bool gets_patch) {
   StationFrame frame;
   frame.id = job.id;
-  Station& station = stations.at(job.id);
-  const StationId owner = job.shadow_of != 0 ? job.shadow_of : job.id;
-  const auto at = std::find(port_owner.begin(), port_owner.end(), owner);
-  if (at == port_owner.end()) return frame;
-  const auto which = static_cast<std::size_t>(at - port_owner.begin());
-  ToolPort& port = ports[which];
-  const ToolAt& tool = frame_model.tool(which);
-  frame.tool = tool.position;
+  const auto which = port_of(job);
+  if (!which) return frame;
+  const ToolPort& port = ports[*which];
+  frame.tool = frame_model.tool(*which).position;
   frame.contact = port.kind == ContactKind::attach || port.touching;
   frame.force = frame.contact ? Vec3(-port.lambda) : Vec3::Zero();
-  if (!in_reach(port, tool, job.bridge)) return frame;
-  if (port.kind == ContactKind::touch && !port.touching)
-    port.point = nearest_point(skin.view(), frame_model.positions(), tool.position).point;
+  if (!gets_patch) return frame;
+  Station& station = stations.at(job.id);
   const PatchRequest request{job.scheme, job.order, job.bridge,
                              [](int modes, bool loaded) { return max_port_vertices(modes, kMaxPortTriangles, loaded); }};
-  frame.patch = station.builder->build(frame_model, which, request);
+  frame.patch = station.builder->build(frame_model, *which, request);
   if (!frame.patch) return frame;
   frame.terms = station.builder->terms();
   frame.patch->seq = ++station.seq;
@@ -200,11 +217,11 @@ FrameResult Room::simulate(const FrameJob& job) {
 }
 
 void Room::build_patches(const FrameJob& job, FrameResult& result) {
-  state_->begin_patches(job);
-  for (const StationJob& j : job.stations) {
+  const std::vector<std::uint8_t> gets_patch = state_->begin_patches(job);
+  for (std::size_t k = 0; k < job.stations.size(); ++k) {
     StationFrame frame;
-    frame.id = j.id;
-    if (!result.failed) frame = state_->frame_of(j, job.target);
+    frame.id = job.stations[k].id;
+    if (!result.failed) frame = state_->frame_of(job.stations[k], job.target, gets_patch[k] != 0);
     result.stations.push_back(std::move(frame));
   }
   if (!job.support || result.positions.empty()) return;
@@ -212,6 +229,8 @@ void Room::build_patches(const FrameJob& job, FrameResult& result) {
   for (const StationFrame& frame : result.stations)
     if (frame.patch) add_support(*frame.patch, result.positions, result.support);
 }
+
+void Room::listen(std::function<void(PatchPart)> listener) { state_->frame_model.listen(std::move(listener)); }
 
 FrameResult Room::run(const FrameJob& job) {
   FrameResult result = simulate(job);

@@ -3,6 +3,7 @@
 // Body time is the server's clock. The caller (ServerCore) decides how far a frame goes and which samples it may use.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -11,6 +12,7 @@
 #include "common/base/types.hpp"
 #include "common/port/cubic_terms.hpp"
 #include "common/port/patch.hpp"
+#include "server/reduce/patch_part.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {
@@ -69,6 +71,8 @@ class Room {
   FrameResult simulate(const FrameJob& job);
   /// Fills `result.stations` at the body's present state; none of them has a patch when the step failed.
   void build_patches(const FrameJob& job, FrameResult& result);
+  /// Hears of each part of build_patches() when it begins, for touches.
+  void listen(std::function<void(PatchPart)> listener);
 
  private:
   struct State;

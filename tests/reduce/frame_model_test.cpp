@@ -162,17 +162,26 @@ TEST_CASE("A grasp beside a node that another tool moves gets the force that its
   CHECK(bench.build(0).load_rate.size() == 0);
 }
 
-TEST_CASE("Stations of one frame share its solves") {
+TEST_CASE("Stations of one frame share its solves, which are made together") {
   Bench bench;
   for (const std::uint32_t triangle : {40u, 44u, 48u}) bench.touch(triangle, Vec3(0, 0, -0.4), Vec3::Zero());
+  bench.ports[2].touching = false;
   bench.build(0);
   SharedSystem* const p = bench.frame.system(bench.frame.shift(kBridge), false, 1e-2);
   REQUIRE(p);
   CHECK(bench.frame.system(bench.frame.shift(Micros{30'000}), false, 1e-2) == p);  // of all at their mean bridge
-  const PortAnswer* const kept = p->port(1, bench.ports[1].point);
-  const Vector before = kept->answer[2];
-  CHECK(p->port(1, bench.ports[1].point) == kept);
-  CHECK(kept->answer[2] == before);
+  const PortAnswer& kept = p->port(1);
+  const Mat3 exact = bench.input(1).transpose() * bench.dynamic(kShift, {}).lu().solve(bench.input(1));
+  CHECK((kept.compliance - exact).norm() < 1e-8 * exact.norm());
+  const Vector before = kept.answer[2];
+  REQUIRE(bench.frame.answer(*p, 1, true));
+  CHECK(&p->port(1) == &kept);
+  CHECK(kept.answer[2] == before);
+  CHECK_THROWS(p->port(2));  // neither touches nor is wanted
+  bench.frame.want(2);
+  REQUIRE(bench.frame.answer(*p, 1, true));
+  CHECK(p->port(2).compliance.trace() > 0);
+  CHECK(kept.answer[2] == before);
 }
 
 TEST_CASE("A touch patch of fewer modes than a tool has directions yields statically in all of them, none twice") {

@@ -119,7 +119,9 @@ TEST_CASE("A Krylov basis is orthonormal in the mass matrix and leaves held node
   const Bench bench(box_body(4, 4, 4), ContactKind::attach, 0.001, 0.05);
   auto held = bench.body.fixed;
   held[54] = 1;
-  const Linearisation at{&bench.dynamics, &bench.state, &held};
+  Tangents tangents(bench.dynamics);
+  tangents.take(bench.state);
+  const Linearisation at{&bench.dynamics, &bench.state, &held, &tangents};
   ShiftedSolver solver(bench.dynamics);
   REQUIRE(solver.prepare(at, kShift, false));
   std::vector<Vector> inputs;
@@ -278,6 +280,26 @@ TEST_CASE("A two-layer patch answers as the unreduced local model at the matched
   for (Eigen::Index i = 0; i < local.size(); ++i)
     energy += local.mass[i] * std::pow(bench.state.v[local.coordinates[static_cast<std::size_t>(i)]], 2);
   CHECK(patch.q_rate.squaredNorm() == Approx(energy).epsilon(1e-9));
+}
+
+TEST_CASE("Asked for two-layer on a body of tetrahedra, the builder makes the ring patch and says so") {
+  const auto kind = GENERATE(ContactKind::attach, ContactKind::touch);
+  const auto build = [&](Scheme scheme, bool& fell_back) {
+    Bench bench(solid_box(5, 5, 5, {}), kind, 0.0005, 0.05);
+    bench.attach(112).touch(20, Vec3(0.3, 0.3, 0.4));
+    const Patch patch = bench.build(scheme);
+    fell_back = bench.builder.report().fell_back;
+    return patch;
+  };
+  bool fell_back = false;
+  const Patch ring = build(Scheme::ring, fell_back);
+  CHECK_FALSE(fell_back);
+  const Patch patch = build(Scheme::two_layer, fell_back);
+  CHECK(fell_back);
+  CHECK(patch.scheme == Scheme::ring);
+  CHECK(patch.stiffness == ring.stiffness);
+  CHECK(patch.k_port == ring.k_port);
+  CHECK(patch.g == ring.g);
 }
 
 TEST_CASE("A two-layer patch is pushed by the body's own imbalance, not by that of rescaled springs") {

@@ -1,0 +1,107 @@
+// palpate-lab load: what a room full of stations costs its server, part by part, and what one more costs.
+#include <fmt/format.h>
+
+#include <ctime>
+
+#include "bench/lab/experiments.hpp"
+#include "bench/lab/flags.hpp"
+#include "bench/lab/link_flags.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/measure/server_load.hpp"
+#include "bench/measure/tools_apart.hpp"
+#include "common/base/error.hpp"
+#include "common/base/limits.hpp"
+
+namespace palpate {
+namespace {
+
+struct Flags {
+  std::string scene, scheme = "port", out;
+  int stations = 16, order = 0;
+  double apart_mm = 20, slide_mm = 10, duration_s = 4, rate_hz = 30;
+};
+
+/// Of this thread, not of the wall: what else the machine does is no cost of the server.
+std::int64_t thread_ns() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
+}
+
+struct Row {
+  const char* name;
+  double (*ms)(const ServerLoad&);
+};
+
+constexpr Row kRows[] = {
+    {"linearise", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(PatchPart::linearise)]; }},
+    {"solve", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(PatchPart::solve)]; }},
+    {"basis", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(PatchPart::basis)]; }},
+    {"project", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(PatchPart::project)]; }},
+    {"rest_of_patches", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(PatchPart::other)]; }},
+    {"take", [](const ServerLoad& l) { return l.take_ms; }},
+    {"emit", [](const ServerLoad& l) { return l.emit_ms; }},
+    {"all_but_step", [](const ServerLoad& l) { return l.beside_step_ms(); }},
+    {"step", [](const ServerLoad& l) { return l.step_ms; }}};
+
+ServerLoad measure(const Flags& flags, const Scene& scene, int stations) {
+  ReplayOptions options;
+  options.scheme = available_scheme(flags.scheme);
+  options.order = flags.order;
+  options.rate_hz = flags.rate_hz;
+  return server_load(scene, tools_apart(scene, stations, flags.apart_mm * 1e-3, flags.duration_s, flags.slide_mm * 1e-3), options,
+                     thread_ns);
+}
+
+int run_load(const Flags& flags) {
+  const Scene scene = load_scene(flags.scene);
+  if (scene.tool.contact != ContactKind::touch)
+    throw InputError(flags.scene, "has tools that attach to one node", "a scene with \"contact\": \"touch\"");
+  const auto out = make_output_folder(flags.out);
+  const int fewer = (flags.stations + 1) / 2;
+  const ServerLoad all = measure(flags, scene, flags.stations), half = measure(flags, scene, fewer);
+  const double share = flags.rate_hz * 1e-3, more = std::max(1, flags.stations - fewer);
+  Json summary{{"nodes", scene.body.nodes.size()},
+               {"elements", scene.body.elements.size()},
+               {"stations", flags.stations},
+               {"rate_hz", flags.rate_hz},
+               {"patches_a_frame", all.patches},
+               {"up_bytes_per_s", all.up_bytes_per_s},
+               {"down_bytes_per_s", all.down_bytes_per_s}};
+  fmt::print("{} stations on {} ({} nodes) at {:g} Hz, {:.1f} patches a frame; processor time\n{:<16} {:>10} {:>11} {:>26}\n",
+             flags.stations, scene.name, scene.body.nodes.size(), flags.rate_hz, all.patches, "", "ms a frame", "% of a core",
+             "a further station, % more");
+  for (const Row& row : kRows) {
+    const double ms = row.ms(all), further_ms = (ms - row.ms(half)) / more;
+    fmt::print("{:<16} {:>10.3f} {:>11.2f} {:>26.2f}\n", row.name, ms, 100 * ms * share, 100 * further_ms * share);
+    summary["parts"][row.name] = {
+        {"ms_a_frame", ms}, {"core_share", ms * share}, {"core_share_of_a_further_station", further_ms * share}};
+  }
+  fmt::print("a station sends {:.1f} kB/s and gets {:.1f} kB/s\n{}\n", all.up_bytes_per_s * 1e-3, all.down_bytes_per_s * 1e-3,
+             (out / "summary.json").string());
+  write_json(out / "summary.json", summary);
+  return 0;
+}
+
+}  // namespace
+
+void add_load(CLI::App& app, Run& run) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App* c = app.add_subcommand("load", "what a room full of stations costs its server, part by part");
+  c->add_option("--scene", flags->scene, "scene file (JSON) with touch contact")->required();
+  c->add_option("--stations", flags->stations, "hands on the body; half as many are measured beside them")
+      ->check(CLI::Range(2, kMaxStations))
+      ->capture_default_str();
+  c->add_option("--apart-mm", flags->apart_mm, "distance between neighbours")->check(between(0, 1000))->capture_default_str();
+  c->add_option("--slide-mm", flags->slide_mm, "how far every other tool slides to and fro")
+      ->check(between(0, 100))
+      ->capture_default_str();
+  c->add_option("--duration-s", flags->duration_s, "length of the motions")->check(between(1.5, 600))->capture_default_str();
+  c->add_option("--rate-hz", flags->rate_hz, "frames a second")->check(between(kMinRateHz, kMaxRateHz))->capture_default_str();
+  c->add_option("--scheme", flags->scheme, "how patches are made")->capture_default_str();
+  c->add_option("--order", flags->order, "states of a patch, 0: the scheme's default")->check(CLI::Range(0, 2 * kMaxModes));
+  c->add_option("--out", flags->out, "folder for summary.json")->required();
+  c->callback([flags, &run] { run = [flags] { return run_load(*flags); }; });
+}
+
+}  // namespace palpate

@@ -1,0 +1,67 @@
+// Conjugate gradients for several right-hand sides side by side, in single precision, 3x3 block-Jacobi preconditioned:
+//
+//     A X = B,     A symmetric, rows and columns of held nodes those of the identity (Dynamics::assemble)
+//
+// Each column has its own coefficients, and another takes its place as soon as it is done; what the columns share is the way
+// through the matrix, which is what a product costs. Of A the upper half is kept, a block for each pair of nodes that share an
+// element, whatever the element is. Sums over nodes are in double precision and in a fixed order.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/body/block_matrix.hpp"
+
+namespace palpate {
+
+/// A column: x holds the first guess and the answer.
+struct SolveColumn {
+  const Vector* b = nullptr;
+  Vector* x = nullptr;
+};
+
+class BatchConjugateGradients {
+ public:
+  static constexpr int kColumns = 8;
+  static constexpr double kTightest = 1e-5;  ///< of |b|: single precision gets no further
+
+  /// Takes a copy of A.
+  void prepare(const BlockMatrix& a, const std::vector<std::uint8_t>& held);
+  /// |A x - b| <= max(tolerance, kTightest) |b| for each of any number of columns, as far as the recursion can tell. Rows of held
+  /// nodes are taken for zero in b and are zero in x. Returns the iterations of all columns together. `positive_definite` becomes
+  /// false, and the columns keep what was found so far, when a direction of non-positive curvature shows.
+  int solve(std::span<const SolveColumn> columns, double tolerance, bool& positive_definite);
+
+ private:
+  struct alignas(32) Rows {  // what one node does in all columns
+    float x[kColumns], y[kColumns], z[kColumns];
+  };
+  struct Pair {  // block (i, column) of the row i that it belongs to, i < column
+    float block[9];
+    std::uint32_t column;
+  };
+  struct Symmetric {
+    Symmetric() = default;
+    explicit Symmetric(const Mat3& m);
+    float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+  };
+  struct Lanes {  // one number a column
+    double v[kColumns] = {};
+  };
+
+  bool load(const SolveColumn& column, int lane, double& scale);
+  void unload(const SolveColumn& column, int lane, double scale) const;
+  void multiply(const std::vector<Rows>& p, std::vector<Rows>& y) const;
+  void advance(const Lanes& alpha, Lanes& rr, Lanes& rz);
+  void turn(const Lanes& beta);
+  static Lanes dot(const std::vector<Rows>& a, const std::vector<Rows>& b);
+
+  std::vector<std::uint32_t> first_;  // pairs of row i: first_[i] ... first_[i + 1] - 1
+  std::vector<Pair> pairs_;
+  std::vector<Symmetric> diagonal_, inverse_;  // and its inverse
+  std::vector<float> free_;                    // 0 for a held node, 1 for others
+  std::vector<Rows> x_, r_, z_, p_, ap_;
+};
+
+}  // namespace palpate

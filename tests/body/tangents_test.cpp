@@ -1,0 +1,68 @@
+// K and D kept element by element against Dynamics' own products.
+#include "server/body/tangents.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "tests/support/bodies.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+namespace {
+
+Matrix random_columns(Eigen::Index rows, Eigen::Index columns) {
+  Random random(3);
+  Matrix y(rows, columns);
+  for (double& value : y.reshaped()) value = random.uniform(-1, 1);
+  return y;
+}
+
+}  // namespace
+
+TEST_CASE("Products of many columns with the tangents are those of one after the other, at the newest state") {
+  const bool planar = GENERATE(false, true);
+  LumpedBody body = box_body(4, 3, 3);
+  body.planar = planar;
+  std::swap(body.elements[7].a, body.elements[7].b);
+  const Dynamics dynamics(body);
+  Tangents tangents(dynamics);
+  const Matrix y = random_columns(dynamics.masses().size(), 7);
+  for (const std::uint64_t seed : {1, 2}) {
+    const BodyState state = random_state(dynamics, seed, 0.003, 0.1);
+    tangents.take(state);
+    Matrix k_y, d_y;
+    tangents.multiply(y, k_y, d_y);
+    for (Eigen::Index c = 0; c < y.cols(); ++c) {
+      Vector k, d;
+      dynamics.multiply_tangents(state, y.col(c), k, d);
+      CHECK((k_y.col(c) - k).norm() < 1e-13 * k.norm());
+      CHECK((d_y.col(c) - d).norm() < 1e-13 * d.norm());
+    }
+  }
+}
+
+TEST_CASE("Products of many columns with the tangents of tetrahedra are those of the matrix that is put together") {
+  const auto law = GENERATE(SolidLaw::corotational, SolidLaw::neo_hookean);
+  LumpedBody body = solid_box(4, 3, 3, {law, 4000, 0.4, 0.05});
+  body.mass_damping_1_s = 2;
+  const Dynamics dynamics(body);
+  Tangents tangents(dynamics);
+  const Matrix y = random_columns(dynamics.masses().size(), 7);
+  for (const std::uint64_t seed : {1, 2}) {
+    const BodyState state = random_state(dynamics, seed, 0.003, 0.1);
+    tangents.take(state);
+    Matrix k_y, d_y;
+    tangents.multiply(y, k_y, d_y);
+    BlockMatrix k = dynamics.make_matrix(), d = k;
+    const std::vector<std::uint8_t> none(dynamics.nodes(), 0);
+    dynamics.assemble(state, 0, 0, 1, none, false, k);
+    dynamics.assemble(state, 0, 1, 0, none, false, d);
+    for (Eigen::Index c = 0; c < y.cols(); ++c) {
+      Vector expected;
+      k.multiply(y.col(c), expected);
+      CHECK((k_y.col(c) - expected).norm() < 1e-12 * expected.norm());
+      d.multiply(y.col(c), expected);
+      CHECK((d_y.col(c) - expected).norm() < 1e-12 * expected.norm());
+    }
+  }
+}
