@@ -12,9 +12,6 @@ constexpr int kNewtonMax = 30;
 constexpr double kSolveTolerance = 1e-2;     // of one inexact Newton step
 constexpr double kResponseTolerance = 3e-3;  // of A^-1 B: it steers the iteration, it does not set the answer
 
-auto node_at(Vector& v, std::uint32_t i) { return v.segment<3>(3 * static_cast<Eigen::Index>(i)); }
-auto node_at(const Vector& v, std::uint32_t i) { return v.segment<3>(3 * static_cast<Eigen::Index>(i)); }
-
 }  // namespace
 
 std::vector<std::uint8_t> held_nodes(const LumpedBody& body, const std::vector<ToolPort>& ports) {
@@ -82,13 +79,13 @@ void Integrator::total_forces(const BodyState& state, const std::vector<ToolPort
 void Integrator::hold_nodes(const std::vector<ToolPort>& ports, const std::vector<ToolAt>& tools, BodyState& state) const {
   for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
     if (!dynamics_->body().fixed[i]) continue;
-    node_at(state.x, i) = dynamics_->body().nodes[i];
-    node_at(state.v, i).setZero();
+    at_node(state.x, i) = dynamics_->body().nodes[i];
+    at_node(state.v, i).setZero();
   }
   for (std::size_t k = 0; k < ports.size(); ++k) {
     if (ports[k].kind != ContactKind::attach || dynamics_->body().fixed[ports[k].node]) continue;
-    node_at(state.x, ports[k].node) = tools[k].position;
-    node_at(state.v, ports[k].node) = tools[k].velocity;
+    at_node(state.x, ports[k].node) = tools[k].position;
+    at_node(state.v, ports[k].node) = tools[k].velocity;
     if (!dynamics_->body().planar) continue;
     state.x[3 * ports[k].node + 2] = dynamics_->body().nodes[ports[k].node].z();
     state.v[3 * ports[k].node + 2] = 0;
@@ -231,7 +228,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
   const double a = stage.a;
   const auto place = [&] {
     for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i)
-      if (!held_[i]) node_at(state.x, i) = node_at(stage.x_hat, i) + a * node_at(state.v, i);
+      if (!held_[i]) at_node(state.x, i) = at_node(stage.x_hat, i) + a * at_node(state.v, i);
   };
   place();
   std::vector<Vec3> normals(ports.size(), Vec3::UnitZ()), slips(ports.size(), Vec3::Zero());

@@ -29,12 +29,6 @@ std::string extension(const std::filesystem::path& file) {
   return ext;
 }
 
-std::string in_words(const Vec3& p) {
-  char text[96];
-  std::snprintf(text, sizeof text, "(%.4g, %.4g, %.4g) m", p[0], p[1], p[2]);
-  return text;
-}
-
 /// All triangles of the file, vertices as the file has them.
 TriangleMesh import(const MeshSettings& settings, const std::string& where) {
   const std::string ext = extension(settings.path);
@@ -134,6 +128,12 @@ void check_closed(const TriangleMesh& mesh, const std::string& where) {
 }
 
 }  // namespace
+
+std::string in_words(const Vec3& p) {
+  char text[96];
+  std::snprintf(text, sizeof text, "(%.4g, %.4g, %.4g) m", p[0], p[1], p[2]);
+  return text;
+}
 
 TriangleMesh read_closed_mesh(const MeshSettings& settings, const std::string& where) {
   TriangleMesh mesh = welded(import(settings, where));

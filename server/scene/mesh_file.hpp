@@ -18,6 +18,9 @@ struct TriangleMesh {
   std::vector<Triangle> triangles;  ///< counter-clockwise seen from outside
 };
 
+/// A place of a mesh, for people.
+std::string in_words(const Vec3& point);
+
 /// The mesh of a scene in its place: scaled, rotated, moved. A mesh that is inside out is turned, with a line on stderr.
 /// Throws InputError that begins with `where`.
 TriangleMesh read_closed_mesh(const MeshSettings& settings, const std::string& where);

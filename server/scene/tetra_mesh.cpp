@@ -6,18 +6,13 @@
 #include <map>
 
 #include "common/base/error.hpp"
+#include "server/scene/mesh_file.hpp"
 
 namespace palpate {
 namespace {
 
 /// Corners of the faces opposite to nodes 0..3, counter-clockwise seen from outside.
 constexpr std::array<std::array<std::size_t, 3>, 4> kFaces = {{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
-
-std::string in_words(const Vec3& p) {
-  char text[96];
-  std::snprintf(text, sizeof text, "(%.4g, %.4g, %.4g) m", p[0], p[1], p[2]);
-  return text;
-}
 
 struct FaceUse {
   int count = 0;

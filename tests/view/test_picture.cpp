@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <memory>
 
-#include "client/view/offscreen_context.hpp"
 #include "client/view/stage.hpp"
 #include "tests/view/demo_body.hpp"
+#include "tests/view/offscreen.hpp"
 
 using namespace palpate;
 
@@ -16,16 +16,6 @@ namespace {
 
 constexpr int kWidth = 640, kHeight = 400;
 constexpr float kAspect = static_cast<float>(kWidth) / kHeight;
-
-/// Nothing where EGL or a driver is missing; says so.
-std::unique_ptr<OffscreenContext> context() {
-  try {
-    return std::make_unique<OffscreenContext>();
-  } catch (const std::runtime_error& error) {
-    WARN("skipped: " << error.what());
-    return nullptr;
-  }
-}
 
 Picture photograph(const demo::Body& body, const Look& look) {
   Stage stage(kWidth, kHeight, 1);

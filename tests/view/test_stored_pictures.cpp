@@ -8,9 +8,9 @@
 #include <functional>
 #include <memory>
 
-#include "client/view/offscreen_context.hpp"
 #include "client/view/stage.hpp"
 #include "tests/view/demo_body.hpp"
+#include "tests/view/offscreen.hpp"
 
 using namespace palpate;
 
@@ -83,15 +83,6 @@ double difference(const Picture& a, const Picture& b) {
       differ += worst > kLevels;
     }
   return static_cast<double>(differ) / all;
-}
-
-std::unique_ptr<OffscreenContext> context() {
-  try {
-    return std::make_unique<OffscreenContext>();
-  } catch (const std::runtime_error& error) {
-    WARN("skipped: " << error.what());
-    return nullptr;
-  }
 }
 
 }  // namespace
