@@ -17,6 +17,7 @@
 // drive every stage.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <vector>
 
@@ -80,10 +81,9 @@ class Integrator {
   };
   struct PortResponse {  // of one touching port under the current matrix
     bool valid = false;
-    SurfacePoint point;
-    Skin::Weights b;
-    Eigen::Matrix<double, Eigen::Dynamic, 3> w;  // A^-1 B
-    Mat3 compliance = Mat3::Zero();              // a^2 B^T A^-1 B
+    SurfacePoint point;       // where w was computed
+    std::array<Vector, 3> w;  // columns of A^-1 B there
+    Skin::Weights b;          // of where the port is
   };
 
   bool step(BodyState& state, std::vector<ToolPort>& ports, double h, const ToolMotion& tools, AdvanceReport& report);
@@ -92,7 +92,9 @@ class Integrator {
   bool newton(const Stage& stage, const std::vector<Vec3>& tool_points, BodyState& state, std::vector<ToolPort>& ports,
               AdvanceReport& report);
   bool refresh_matrix(const BodyState& state, double a, AdvanceReport& report);
-  void update_response(std::size_t port, const SurfacePoint& point, double a, AdvanceReport& report);
+  void update_responses(const std::vector<ToolPort>& ports, const std::vector<std::size_t>& touching, const Vector& x,
+                        AdvanceReport& report);
+  void couple(const std::vector<std::size_t>& touching, double a);
   void close_ports(const Stage& stage, const std::vector<Vec3>& tool_points, const std::vector<Vec3>& normals,
                    const BodyState& state, std::vector<ToolPort>& ports, Vector& dv, std::vector<Vec3>& slips,
                    AdvanceReport& report);
@@ -111,7 +113,8 @@ class Integrator {
   double matrix_a_ = 0;  // the a of the factorised matrix, 0 = none
   std::vector<std::uint8_t> matrix_held_;
   std::vector<PortResponse> responses_;
-  Vector trend_;  // acceleration over the last stage [m/s^2], empty after a jump
+  std::vector<std::vector<Mat3>> coupling_;  // of touching ports j and k: a^2 B_j^T A^-1 B_k; for j = k its symmetric part
+  Vector trend_;                             // acceleration over the last stage [m/s^2], empty after a jump
   std::vector<double> skin_positions_;
   Vector f_, r_;
 };

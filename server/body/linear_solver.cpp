@@ -25,6 +25,7 @@ bool LinearSolver::factorise(const BlockMatrix& a) {
   if (direct_) return factorise_direct(a);
   a_ = &a;
   packed_.pack(a);
+  batched_ = false;
   return true;
 }
 
@@ -59,6 +60,18 @@ SolveStats LinearSolver::solve(const Vector& b, double tolerance, Vector& x) {
   if (!direct_) return refine(b, tolerance, x);
   x = ldlt_.solve(b);
   return {};
+}
+
+SolveStats LinearSolver::solve(std::span<const SolveColumn> columns, double tolerance, const std::vector<std::uint8_t>& held) {
+  SolveStats stats;
+  if (direct_) {
+    for (const SolveColumn& column : columns) *column.x = ldlt_.solve(*column.b);
+    return stats;
+  }
+  if (!batched_) batch_.prepare(*a_, held);
+  batched_ = true;
+  stats.iterations = batch_.solve(columns, tolerance, stats.positive_definite);
+  return stats;
 }
 
 SolveStats LinearSolver::refine(const Vector& b, double tolerance, Vector& x) {

@@ -11,8 +11,10 @@
 
 #include <Eigen/SparseCholesky>
 #include <memory>
+#include <span>
 #include <vector>
 
+#include "server/body/batch_cg.hpp"
 #include "server/body/block_matrix.hpp"
 #include "server/body/packed_cg.hpp"
 
@@ -35,6 +37,9 @@ class LinearSolver {
   bool factorise(const BlockMatrix& a);
   /// x holds the first guess (iterative) and the answer. `tolerance` is relative to |b| (iterative).
   SolveStats solve(const Vector& b, double tolerance, Vector& x);
+  /// The same for several, side by side; a tolerance below BatchConjugateGradients::kTightest is not met. `held` are the nodes
+  /// whose rows and columns are those of the identity.
+  SolveStats solve(std::span<const SolveColumn> columns, double tolerance, const std::vector<std::uint8_t>& held);
   /// Whether the matrix of the last factorise() was factorised, rather than kept for conjugate gradients.
   bool is_direct() const { return direct_; }
 
@@ -53,6 +58,8 @@ class LinearSolver {
   // iterative
   const BlockMatrix* a_ = nullptr;
   PackedConjugateGradients packed_;
+  BatchConjugateGradients batch_;
+  bool batched_ = false;  // batch_ has the matrix of the last factorise()
   Vector r_;
 };
 

@@ -15,11 +15,12 @@ struct Bench {
   LumpedBody body = box_body(4, 4, 4);
   Dynamics dynamics{body};
   Skin skin{body};
-  Integrator integrator{dynamics, skin, {0.010, 1e-8}};
+  Integrator integrator;
   BodyState state = dynamics.rest_state();
   std::vector<ToolPort> ports;
 
-  Bench(std::size_t tools, ContactParameters parameters) : ports(tools) {
+  Bench(std::size_t tools, ContactParameters parameters, LinearSolver::Method solver = LinearSolver::Method::automatic)
+      : integrator(dynamics, skin, {0.010, 1e-8, solver}), ports(tools) {
     for (ToolPort& p : ports) p.parameters = parameters;
   }
   AdvanceReport advance(double until_s, const std::function<Vec3(std::size_t, double)>& tool) {
@@ -43,6 +44,26 @@ TEST_CASE("A tool that is thrown through the body and out on its far side does n
   CHECK_FALSE(bench.ports[0].touching);
   CHECK(bench.ports[0].lambda.norm() == 0);
   CHECK(bench.ports[1].touching);
+}
+
+TEST_CASE("Solved for by iteration, tools that press and slide feel what they feel when it is solved for directly") {
+  Bench direct(2, {1000, 0.3}, LinearSolver::Method::direct),
+      iterative(2, {1000, 0.3}, LinearSolver::Method::conjugate_gradients);
+  const auto tool = [](std::size_t k, double t) {
+    const double in_m = 0.004 * std::min(1.0, t / 0.1), along_m = k == 0 ? 0.012 * std::sin(9 * t) : 0;
+    return Vec3(0.015 + 0.03 * static_cast<double>(k), 0.031 + along_m, kTopM + 0.001 - in_m);
+  };
+  double worst_n = 0, most_n = 0;
+  for (int k = 1; k <= 50; ++k) {
+    REQUIRE(direct.advance(0.020 * k, tool).converged);
+    REQUIRE(iterative.advance(0.020 * k, tool).converged);
+    for (std::size_t port = 0; port < 2; ++port) {
+      worst_n = std::max(worst_n, (direct.ports[port].lambda - iterative.ports[port].lambda).norm());
+      most_n = std::max(most_n, direct.ports[port].lambda.norm());
+    }
+  }
+  REQUIRE(most_n > 0.5);
+  CHECK(worst_n < 1e-4 * most_n);
 }
 
 TEST_CASE("A deep press ends no contact") {
