@@ -10,6 +10,11 @@ namespace palpate {
 
 using Kind = DatagramEvent::Kind;
 
+void CausalityCheck::new_life(Micros, std::size_t station) {
+  known_[station].clear();
+  led_until_[station] = Micros{};
+}
+
 void CausalityCheck::new_server(Micros) {
   for (auto& known : known_) known.clear();
   frames_.clear();
@@ -17,16 +22,16 @@ void CausalityCheck::new_server(Micros) {
 
 void CausalityCheck::frame(Micros now) {
   constexpr std::size_t kKept = 256;
-  frames_.push_back({now, {}});
+  frames_.push_back({now, frame_count_++, {}});
   for (const auto& known : known_) frames_.back().known.push_back(known.size());
   if (frames_.size() > kKept) frames_.pop_front();
 }
 
-/// Of the frame whose patches leave at t.
-std::size_t CausalityCheck::known_at(Micros t, std::size_t station) const {
+/// The frame whose patches leave at t.
+const CausalityCheck::Frame* CausalityCheck::frame_at(Micros t) const {
   for (auto frame = frames_.rbegin(); frame != frames_.rend(); ++frame)
-    if (frame->at + compute_ <= t) return frame->known[station];
-  return 0;
+    if (frame->at + compute_ <= t) return &*frame;
+  return nullptr;
 }
 
 void CausalityCheck::tick(const SeenTick& seen) {
@@ -41,11 +46,10 @@ void CausalityCheck::datagram(Micros now, const DatagramEvent& event, const Mess
   if (event.kind == Kind::sent) {
     const Micros stamp = event.to_server ? world_.station(event.station).clock(now) : world_.server_clock(now);
     const auto& known = known_[bounds.owner];
-    const Sent& sent =
-        sent_[event.number] = {now, stamp, known.empty() ? Micros::min() : known.back().t, known_at(now, bounds.owner)};
+    const Sent& sent = sent_[event.number] = {now, stamp, known.empty() ? Micros::min() : known.back().t};
     if (const auto* patch = message ? std::get_if<PatchMessage>(&message->body) : nullptr) {
       check_tool(now, event.station, patch->patch, sent);
-      check_place(now, event.station, patch->patch, sent);
+      check_place(now, event.station, patch->patch);
     }
     return;
   }
@@ -74,16 +78,21 @@ void CausalityCheck::check_tool(Micros now, std::size_t station, const Patch& pa
                 bounds_[station].name, (patch.stamp - sent.newest) / Micros{1000}, patch.valid_for / Micros{1000}));
 }
 
-void CausalityCheck::check_place(Micros now, std::size_t station, const Patch& patch, const Sent& sent) {
+void CausalityCheck::check_place(Micros now, std::size_t station, const Patch& patch) {
   const StationBounds& bounds = bounds_[station];
   const auto& samples = known_[bounds.owner];
-  if (sent.known == 0 || sent.known > samples.size()) return;
-  // The server did not wait for samples that were late: the tool went on, and is led back when they come.
-  if (patch.stamp > samples[sent.known - 1].t) led_until_[bounds.owner] = patch.stamp + ToolTrack::kLeadBack;
+  const Frame* frame = frame_at(now);
+  const std::size_t known = frame ? frame->known[bounds.owner] : 0;
+  if (known == 0 || known > samples.size()) return;
+  // The server did not wait for samples that were late: the tool went on, and is led back when they come. So it may have in a
+  // frame of which no patch tells.
+  const bool followed = frame->number <= told_[bounds.owner] + 1;
+  told_[bounds.owner] = frame->number;
+  if (!followed || patch.stamp > samples[known - 1].t) led_until_[bounds.owner] = patch.stamp + ToolTrack::kLeadBack;
   if (patch.stamp <= led_until_[bounds.owner]) return;
   if (!bounds.calm(now) || !bounds_[bounds.owner].calm(now)) return;
   judge();
-  const auto end = samples.begin() + static_cast<std::ptrdiff_t>(sent.known);
+  const auto end = samples.begin() + static_cast<std::ptrdiff_t>(known);
   const auto after = std::lower_bound(samples.begin(), end, patch.stamp, [](const ToolSample& s, Micros t) { return s.t < t; });
   if (after == end || after == samples.begin()) return;  // the server began
   const auto before = after - 1;

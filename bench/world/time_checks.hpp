@@ -25,29 +25,32 @@ class CausalityCheck final : public Check {
   static constexpr double kPlaceM = 2e-5;
   /// `compute`: from the beginning of a frame until its patches leave.
   CausalityCheck(const std::vector<StationBounds>& bounds, const World& world, Micros compute)
-      : Check("causality"), bounds_(bounds), world_(world), compute_(compute), known_(bounds.size()), led_until_(bounds.size()) {}
+      : Check("causality"),
+        bounds_(bounds),
+        world_(world),
+        compute_(compute),
+        known_(bounds.size()),
+        led_until_(bounds.size()),
+        told_(bounds.size()) {}
   void tick(const SeenTick& seen) override;
   void datagram(Micros now, const DatagramEvent& event, const Message* message) override;
   void frame(Micros now) override;
-  void new_life(Micros, std::size_t station) override {
-    known_[station].clear();
-    led_until_[station] = Micros{};
-  }
+  void new_life(Micros, std::size_t station) override;
   void new_server(Micros) override;
 
  private:
   struct Sent {
-    Micros at{}, stamp{};   ///< world time, the sender's clock
-    Micros newest{};        ///< time of the newest sample of the tool that had come to the server; min(): none
-    std::size_t known = 0;  ///< samples of the tool that the server had when it began the frame
+    Micros at{}, stamp{};  ///< world time, the sender's clock
+    Micros newest{};       ///< time of the newest sample of the tool that had come to the server; min(): none
   };
   struct Frame {
     Micros at{};
-    std::vector<std::size_t> known;  ///< samples of each tool
+    std::uint64_t number = 0;
+    std::vector<std::size_t> known;  ///< samples of each tool that the server had
   };
-  std::size_t known_at(Micros t, std::size_t station) const;
+  const Frame* frame_at(Micros t) const;
   void check_tool(Micros now, std::size_t station, const Patch& patch, const Sent& sent);
-  void check_place(Micros now, std::size_t station, const Patch& patch, const Sent& sent);
+  void check_place(Micros now, std::size_t station, const Patch& patch);
 
   const std::vector<StationBounds>& bounds_;
   const World& world_;
@@ -55,6 +58,8 @@ class CausalityCheck final : public Check {
   std::vector<std::vector<ToolSample>> known_;  ///< as the server takes them: only ever newer ones
   std::vector<Micros> led_until_;               ///< in the clock of the tool's station
   std::deque<Frame> frames_;
+  std::uint64_t frame_count_ = 1;
+  std::vector<std::uint64_t> told_;  ///< number of the last frame that a patch for the tool told of
   std::unordered_map<std::uint64_t, Sent> sent_;
 };
 

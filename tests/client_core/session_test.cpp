@@ -157,6 +157,16 @@ TEST_CASE("a shadow sends no samples and gets the stamps of the hand") {
   CHECK((shadow.last_patch().stamp - world.clock(2)) % 1ms == 0ms);
 }
 
+TEST_CASE("a shadow whose patches are ahead of its clock stays joined") {
+  SmallWorld world;
+  world.add(1, "hand", 3s);
+  auto& shadow = world.add(2, "hand/hold", 3s - 100ms, "hand");
+  world.run(8s);
+  REQUIRE(world.places[2].ticks.back().patch_age < 0ms);
+  CHECK(shadow.counts().joins == 1);
+  CHECK(world.server->counts().timeouts == 0);
+}
+
 TEST_CASE("a client without samples stays joined by beats") {
   SmallWorld world;
   auto& hand = world.add(1, "hand");
