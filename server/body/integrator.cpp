@@ -15,13 +15,6 @@ constexpr double kNearSpacings = 0.3;        // from where A^-1 B was computed t
 
 }  // namespace
 
-std::vector<std::uint8_t> held_nodes(const LumpedBody& body, const std::vector<ToolPort>& ports) {
-  auto held = body.fixed;
-  for (const ToolPort& p : ports)
-    if (p.kind == ContactKind::attach) held[p.node] = 1;
-  return held;
-}
-
 Integrator::Integrator(const Dynamics& dynamics, const Skin& skin, const IntegratorOptions& options)
     : dynamics_(&dynamics),
       skin_(&skin),
@@ -77,22 +70,6 @@ void Integrator::total_forces(const BodyState& state, const std::vector<ToolPort
   }
 }
 
-void Integrator::hold_nodes(const std::vector<ToolPort>& ports, const std::vector<ToolAt>& tools, BodyState& state) const {
-  for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
-    if (!dynamics_->body().fixed[i]) continue;
-    at_node(state.x, i) = dynamics_->body().nodes[i];
-    at_node(state.v, i).setZero();
-  }
-  for (std::size_t k = 0; k < ports.size(); ++k) {
-    if (ports[k].kind != ContactKind::attach || dynamics_->body().fixed[ports[k].node]) continue;
-    at_node(state.x, ports[k].node) = tools[k].position;
-    at_node(state.v, ports[k].node) = tools[k].velocity;
-    if (!dynamics_->body().planar) continue;
-    state.x[3 * ports[k].node + 2] = dynamics_->body().nodes[ports[k].node].z();
-    state.v[3 * ports[k].node + 2] = 0;
-  }
-}
-
 bool Integrator::step(BodyState& state, std::vector<ToolPort>& ports, double h, const ToolMotion& tools, AdvanceReport& report) {
   static const double gamma = 2 - std::sqrt(2.0);
   static const double c1 = 1 / (gamma * (2 - gamma)), c0 = (1 - gamma) * (1 - gamma) / (gamma * (2 - gamma));
@@ -101,13 +78,9 @@ bool Integrator::step(BodyState& state, std::vector<ToolPort>& ports, double h, 
   const Vector x0 = state.x, v0 = state.v;
 
   const auto run = [&](Stage& stage) {
-    std::vector<ToolAt> at(ports.size());
     std::vector<Vec3> points(ports.size());
-    for (std::size_t k = 0; k < ports.size(); ++k) {
-      at[k] = tools(k, stage.end_s);
-      points[k] = at[k].position;
-    }
-    hold_nodes(ports, at, state);
+    for (std::size_t k = 0; k < ports.size(); ++k) points[k] = tools(k, stage.end_s).position;
+    hold_nodes(dynamics_->body(), ports, stage.end_s, tools, state);
     return solve_stage(stage, points, state, ports, report);
   };
 
@@ -129,8 +102,7 @@ bool Integrator::step(BodyState& state, std::vector<ToolPort>& ports, double h, 
   trend_ = (state.v - v1) / ((1 - gamma) * h);
 
   state.time_s = t0 + h;
-  for (ToolPort& p : ports)
-    if (p.kind == ContactKind::attach) p.lambda = -dynamics_->element_force(state, p.node);
+  find_holding_forces(*dynamics_, state, ports);
   // Springs that stiffen without bound can throw a body so far that rounding passes for convergence.
   return state.x.allFinite() && state.v.allFinite() && state.x.cwiseAbs().maxCoeff() <= kWorldExtentM;
 }
@@ -140,14 +112,6 @@ bool Integrator::solve_stage(const Stage& stage, const std::vector<Vec3>& tool_p
   if (!newton(stage, tool_points, state, ports, report)) return false;
   // A tool that ended up inside the surface touched it during this stage: solve again, now with the contact.
   return !begin_contacts(tool_points, state, ports) || newton(stage, tool_points, state, ports, report);
-}
-
-bool Integrator::is_lost(const ToolPort& port, const Vec3& tool, const BodyState& state) const {
-  const double force_n = port.lambda.norm();
-  if (force_n > kMostN) return true;
-  if (force_n <= kFarN) return false;
-  const Vec3 gap = tool - skin_->position(port.point, skin_->weights(port.point), state.x);
-  return gap.norm() > kFarSpacings * spacing_m_;
 }
 
 bool Integrator::begin_contacts(const std::vector<Vec3>& tool_points, const BodyState& state,
@@ -296,7 +260,8 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
       for (std::size_t k = 0; k < ports.size(); ++k) {
         ToolPort& port = ports[k];
         if (port.kind != ContactKind::touch || !port.touching) continue;
-        if (is_lost(port, tool_points[k], state)) port.lambda.setZero();
+        const Vec3 gap = tool_points[k] - skin_->position(port.point, responses_[k].b, state.x);
+        if (is_lost(port, gap.norm(), spacing_m_)) port.lambda.setZero();
         port.touching = port.lambda.squaredNorm() > 0;
         if (slips[k].squaredNorm() > 0) port.point = slide(skin_->view(), skin_positions_, port.point, slips[k]);
       }

@@ -11,38 +11,20 @@
 // A tool is a port on the body (ToolPort). attach: its node has the tool's position and velocity. touch: lambda comes from the
 // contact law (contact_law.hpp) with p_free the point's end-of-stage position at lambda = 0 and C = a^2 B^T A^-1 B.
 // A contact that no hand could hold has gone wrong (a tool that was thrown through the body hangs on its far side, or two rigid
-// ones ask for the impossible) and ends: its tool is kFarSpacings from its point with more than kFarN between them, or pushes
-// with more than kMostN. A tool that is still inside touches again where it now is. A step in which a contact begins or ends is
-// redone in pieces of at most kEventStepS; a stage that does not converge is redone with half the step. The tool's own samples
-// drive every stage.
+// ones ask for the impossible: is_lost()) and ends. A tool that is still inside touches again where it now is. A step in which a
+// contact begins or ends is redone in pieces of at most kEventStepS; a stage that does not converge is redone with half the step.
+// The tool's own samples drive every stage.
 #pragma once
 
 #include <array>
-#include <functional>
 #include <vector>
 
-#include "common/port/contact_law.hpp"
 #include "server/body/dynamics.hpp"
 #include "server/body/linear_solver.hpp"
 #include "server/body/skin.hpp"
+#include "server/body/stepper.hpp"
 
 namespace palpate {
-
-struct ToolPort {
-  ContactKind kind = ContactKind::touch;
-  std::uint32_t node = 0;        ///< attach
-  ContactParameters parameters;  ///< touch
-  bool touching = false;         ///< touch
-  SurfacePoint point;            ///< touch: material point in contact, or the nearest one seen last
-  Vec3 lambda = Vec3::Zero();    ///< force on the body [N]; for attach what the tool has to push with
-};
-
-struct ToolAt {
-  Vec3 position = Vec3::Zero();  ///< [m]
-  Vec3 velocity = Vec3::Zero();  ///< [m/s]
-};
-/// Where tool `port` is at body time `time_s`.
-using ToolMotion = std::function<ToolAt(std::size_t port, double time_s)>;
 
 struct IntegratorOptions {
   double step_s = 0.010;      ///< largest step
@@ -50,29 +32,20 @@ struct IntegratorOptions {
   LinearSolver::Method solver = LinearSolver::Method::automatic;
 };
 
-struct AdvanceReport {
-  int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0, factorisations = 0;
-  bool converged = true;  ///< false: a step failed even at kMinStepS; the state is the last good one
-};
-
-/// 1 for every node that is fixed or held by an attached port.
-std::vector<std::uint8_t> held_nodes(const LumpedBody& body, const std::vector<ToolPort>& ports);
-
-class Integrator {
+class Integrator final : public Stepper {
  public:
   static constexpr double kEventStepS = 0.002;
   static constexpr double kMinStepS = 1e-5;
-  static constexpr double kFarSpacings = 3, kFarN = 20, kMostN = 200;
 
   /// `dynamics` and `skin` must outlive the integrator. An empty skin has no touch.
   Integrator(const Dynamics& dynamics, const Skin& skin, const IntegratorOptions& options);
 
-  /// Moves `state` and `ports` on to body time `until_s`.
+  /// In steps of the options' length.
   AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, const ToolMotion& tools) {
     return advance(state, ports, until_s, options_.step_s, tools);
   }
-  /// The same with another largest step, for once.
-  AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s, const ToolMotion& tools);
+  AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
+                        const ToolMotion& tools) override;
 
  private:
   struct Stage {
@@ -98,10 +71,8 @@ class Integrator {
   void close_ports(const Stage& stage, const std::vector<Vec3>& tool_points, const std::vector<Vec3>& normals,
                    const BodyState& state, std::vector<ToolPort>& ports, Vector& dv, std::vector<Vec3>& slips,
                    AdvanceReport& report);
-  bool is_lost(const ToolPort& port, const Vec3& tool, const BodyState& state) const;
   bool begin_contacts(const std::vector<Vec3>& tool_points, const BodyState& state, std::vector<ToolPort>& ports) const;
   void total_forces(const BodyState& state, const std::vector<ToolPort>& ports, Vector& f) const;
-  void hold_nodes(const std::vector<ToolPort>& ports, const std::vector<ToolAt>& tools, BodyState& state) const;
 
   const Dynamics* dynamics_;
   const Skin* skin_;

@@ -35,6 +35,8 @@ class Skin {
   Weights weights(const SurfacePoint& point) const;
   /// The point itself, with `b` = weights(point).
   Vec3 position(const SurfacePoint& point, const Weights& b, const Vector& x) const;
+  /// Vertex positions where nothing has moved.
+  Positions rest() const { return {body_->nodes.front().data(), 3 * body_->nodes.size()}; }
   /// S of one vertex.
   const Weights& vertex_weights(std::uint32_t vertex) const { return smooth_[vertex]; }
 

@@ -1,0 +1,58 @@
+// What every integrator of the ladder does: it moves a body, with tools on it, on in time.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "common/port/contact_law.hpp"
+#include "common/port/surface.hpp"
+#include "server/body/dynamics.hpp"
+
+namespace palpate {
+
+struct ToolPort {
+  ContactKind kind = ContactKind::touch;
+  std::uint32_t node = 0;        ///< attach
+  ContactParameters parameters;  ///< touch
+  bool touching = false;         ///< touch
+  SurfacePoint point;            ///< touch: material point in contact, or the nearest one seen last
+  Vec3 lambda = Vec3::Zero();    ///< force on the body [N]; for attach what the tool has to push with
+};
+
+struct ToolAt {
+  Vec3 position = Vec3::Zero();  ///< [m]
+  Vec3 velocity = Vec3::Zero();  ///< [m/s]
+};
+/// Where tool `port` is at body time `time_s`.
+using ToolMotion = std::function<ToolAt(std::size_t port, double time_s)>;
+
+struct AdvanceReport {
+  int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0, factorisations = 0;
+  bool converged = true;  ///< false: a step failed even at kMinStepS; the state is the last good one
+};
+
+/// A contact that no hand could hold has gone wrong: more than kMostN, or more than kFarN with `gap_m`, from the tool to its
+/// point, beyond kFarSpacings times `spacing_m`, the mean length of an element.
+inline bool is_lost(const ToolPort& port, double gap_m, double spacing_m) {
+  constexpr double kFarSpacings = 3, kFarN = 20, kMostN = 200;
+  const double force_n = port.lambda.norm();
+  return force_n > kMostN || (force_n > kFarN && gap_m > kFarSpacings * spacing_m);
+}
+
+/// Puts fixed nodes to rest and held ones where their tools are at `at_s`.
+void hold_nodes(const LumpedBody& body, const std::vector<ToolPort>& ports, double at_s, const ToolMotion& tools,
+                BodyState& state);
+/// Sets lambda of every port that holds a node: what its tool has to push with.
+void find_holding_forces(const Dynamics& dynamics, const BodyState& state, std::vector<ToolPort>& ports);
+/// 1 for every node that is fixed or held by an attached port.
+std::vector<std::uint8_t> held_nodes(const LumpedBody& body, const std::vector<ToolPort>& ports);
+
+class Stepper {
+ public:
+  virtual ~Stepper() = default;
+  /// Moves `state` and `ports` on to body time `until_s`, in steps of `step_s` at most.
+  virtual AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
+                                const ToolMotion& tools) = 0;
+};
+
+}  // namespace palpate

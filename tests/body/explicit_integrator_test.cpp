@@ -1,0 +1,118 @@
+// Leapfrog against closed forms of one mode, against TR-BDF2 at a step at which that has converged, and against itself.
+#include "server/body/explicit_integrator.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/support/bodies.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+namespace {
+
+constexpr double kTopM = 3 * kSpacingM;
+
+struct Bench {
+  LumpedBody body;
+  Dynamics dynamics{body};
+  Skin skin{body};
+  ExplicitIntegrator leapfrog{dynamics, skin};
+  Integrator fine{dynamics, skin, {0.0005, 1e-11}};
+  ToolPort port;
+
+  explicit Bench(LumpedBody b, ContactKind kind = ContactKind::attach) : body(std::move(b)) {
+    port.kind = kind;
+    port.node = static_cast<std::uint32_t>(body.nodes.size()) - 1;
+    port.parameters = {800, 0.3};
+  }
+  /// The force on the body every 10 ms while the tool goes along its way.
+  std::vector<Vec3> felt(Stepper& stepper, double step_s, double until_s, const std::function<Vec3(double)>& way) const {
+    BodyState state = dynamics.rest_state();
+    std::vector<ToolPort> ports{port};
+    const auto tool = [&](std::size_t, double t) { return ToolAt{way(t), (way(t + 1e-6) - way(t - 1e-6)) / 2e-6}; };
+    std::vector<Vec3> forces;
+    for (int k = 1; k * 0.010 <= until_s + 1e-9; ++k) {
+      REQUIRE(stepper.advance(state, ports, k * 0.010, step_s, tool).converged);
+      forces.push_back(ports[0].lambda);
+    }
+    return forces;
+  }
+  /// Root mean square of what they differ by, relative to `b`.
+  static double apart(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+    double off = 0, all = 0;
+    for (std::size_t k = 0; k < a.size(); ++k) {
+      off += (a[k] - b[k]).squaredNorm();
+      all += b[k].squaredNorm();
+    }
+    return std::sqrt(off / all);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("The stable step is 2 / w without dampers, and 1 / g where they rule") {
+  CHECK(leapfrog_step_s(400.0 * 400.0, 0) == Approx(2.0 / 400).epsilon(1e-6));
+  CHECK(leapfrog_step_s(1e-6, 500) == Approx(1.0 / 500).epsilon(1e-4));
+  CHECK(leapfrog_step_s(400.0 * 400.0, 300) < leapfrog_step_s(400.0 * 400.0, 100));
+}
+
+TEST_CASE("A body held by a tool is moved as by an implicit integrator that has converged, to second order") {
+  Bench bench(box_body(4, 4, 4));
+  const Vec3 home = bench.body.nodes[bench.port.node];
+  const auto way = [&](double t) { return Vec3(home + Vec3(0.004 * std::sin(12 * t), 0.003 * (1 - std::cos(9 * t)), 0)); };
+  const auto truth = bench.felt(bench.fine, 0.0005, 0.5, way);
+  const double h = bench.leapfrog.step_s();
+  REQUIRE(h > 2e-4);
+  const double whole = Bench::apart(bench.felt(bench.leapfrog, h, 0.5, way), truth);
+  CHECK(whole < 0.01);
+  const double coarse = Bench::apart(bench.felt(bench.leapfrog, h, 0.5, way), bench.felt(bench.leapfrog, h / 8, 0.5, way));
+  const double halved = Bench::apart(bench.felt(bench.leapfrog, h / 2, 0.5, way), bench.felt(bench.leapfrog, h / 8, 0.5, way));
+  CHECK(coarse / halved > 3);  // 63 / 15 for second order
+}
+
+TEST_CASE("A tool that presses, strokes and lets go feels what it feels with an implicit integrator that has converged") {
+  Bench bench(box_body(4, 4, 4), ContactKind::touch);
+  const auto way = [](double t) {
+    const double in_m = 0.005 * std::min({1.0, t / 0.1, std::max(0.0, (0.45 - t) / 0.05)});
+    return Vec3(0.02 + 0.05 * std::max(0.0, t - 0.15), 0.031, kTopM + 0.001 - in_m);
+  };
+  const auto truth = bench.felt(bench.fine, 0.0005, 0.6, way);
+  const auto felt = bench.felt(bench.leapfrog, 0.010, 0.6, way);
+  REQUIRE(truth[30].norm() > 0.3);
+  CHECK(Bench::apart(felt, truth) < 0.02);
+  CHECK(felt.back() == Vec3::Zero());
+}
+
+TEST_CASE("A body without dampers swings on at its energy") {
+  LumpedBody body = box_body(4, 4, 4);
+  for (Element& e : body.elements) e.damping_n_s_m = 0;
+  const Dynamics dynamics(body);
+  ExplicitIntegrator leapfrog(dynamics, Skin());
+  BodyState state = random_state(dynamics, 3, 0.001, 0);
+  std::vector<ToolPort> ports;
+  const double begin_j = dynamics.energy(state);
+  double least_j = begin_j, most_j = begin_j;
+  for (int k = 1; k <= 300; ++k) {
+    REQUIRE(leapfrog.advance(state, ports, 0.010 * k, 0.010, {}).cut_steps == 0);
+    least_j = std::min(least_j, dynamics.energy(state));
+    most_j = std::max(most_j, dynamics.energy(state));
+  }
+  CHECK(most_j < 1.3 * begin_j);
+  CHECK(least_j > 0.7 * begin_j);
+}
+
+TEST_CASE("Where its steps would be too short, a frame is left to the implicit integrator and told") {
+  LumpedBody body = box_body(4, 4, 4);
+  body.law = SpringLaw::stiffening;
+  body.stiffening = 4000;
+  const Dynamics dynamics(body);
+  ExplicitIntegrator leapfrog(dynamics, Skin());
+  BodyState state = dynamics.rest_state();
+  state.x *= 1.2;  // strains of 20 %: springs 480 times stiffer
+  std::vector<ToolPort> ports;
+  const AdvanceReport report = leapfrog.advance(state, ports, 0.020, 0.010, {});
+  CHECK(report.cut_steps > 0);
+  CHECK(report.newton_iterations > 0);
+  CHECK(state.x.allFinite());
+}

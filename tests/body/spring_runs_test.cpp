@@ -1,0 +1,75 @@
+// Springs side by side in single precision against the one kernel, spring by spring in double.
+#include "server/body/spring_runs.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "server/body/dynamics.hpp"
+#include "tests/support/bodies.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+namespace {
+
+struct Bench {
+  LumpedBody body;
+  Dynamics dynamics{body};
+  SpringRuns runs{body};
+
+  explicit Bench(LumpedBody b) : body(std::move(b)) {}
+  /// Largest difference of a node's force, relative to the largest force.
+  double worst(const BodyState& state) const {
+    NodeArrays u(body.nodes.size()), v(body.nodes.size()), f(body.nodes.size());
+    for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
+      u.set(i, at_node(state.x, i) - body.nodes[i]);
+      v.set(i, at_node(state.v, i));
+    }
+    runs.add_forces(u, v, f);
+    Vector expected;
+    dynamics.forces(state.x, state.v, expected);
+    double most = 0, off = 0;
+    for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
+      const Vec3 exact = at_node(expected, i) - body.masses_kg[i] * body.gravity_m_s2;
+      most = std::max(most, exact.norm());
+      off = std::max(off, (f.at(i) - exact).norm());
+    }
+    return off / most;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("Springs side by side push as they do one by one") {
+  LumpedBody body = box_body(7, 5, 6);
+  SECTION("linear") {}
+  SECTION("stiffening") {
+    body.law = SpringLaw::stiffening;
+    body.stiffening = 40;
+  }
+  SECTION("each its own stiffness, with a pull at rest, and some missing") {
+    std::vector<Element> kept;
+    for (std::size_t k = 0; k < body.elements.size(); ++k) {
+      Element e = body.elements[k];
+      e.stiffness_n_m *= 1 + 0.1 * static_cast<double>(k % 7);
+      e.damping_n_s_m *= 1 + 0.2 * static_cast<double>(k % 5);
+      if (k % 3 == 0) e.rest_length_m *= 0.98;
+      if (k % 4 == 0) std::swap(e.a, e.b);
+      if (k % 11 != 0) kept.push_back(e);
+    }
+    body.elements = kept;
+  }
+  const Bench bench(std::move(body));
+  CHECK(bench.worst(random_state(bench.dynamics, 3, 0.004, 0.1)) < 3e-6);
+  CHECK(bench.worst(random_state(bench.dynamics, 4, 1e-6, 0)) < 3e-5);  // a micrometre in a body of 0.1 m
+}
+
+TEST_CASE("The stiffest spring is the one with the largest strain") {
+  LumpedBody body = box_body(3, 3, 3);
+  body.law = SpringLaw::stiffening;
+  body.stiffening = 12;
+  const Bench bench(body);
+  NodeArrays u(body.nodes.size());
+  CHECK(bench.runs.stiffest(u) == Approx(1));
+  for (std::uint32_t i = 0; i < body.nodes.size(); ++i) u.set(i, 0.1 * body.nodes[i]);  // everything 10 % longer
+  CHECK(bench.runs.stiffest(u) == Approx(1 + 3 * 12 * 0.01).epsilon(1e-4));
+}
