@@ -4,6 +4,7 @@
 #include <map>
 
 #include "common/wire/codec.hpp"
+#include "server/body/ladder.hpp"
 #include "server/body/settle.hpp"
 #include "server/reduce/patch_builder.hpp"
 #include "server/room/grasp.hpp"
@@ -26,7 +27,10 @@ struct Station {
 
 struct Room::State {
   explicit State(const Scene& s)
-      : scene(s), skin(scene.body, scene.tool.radius_m), dynamics(scene.body), integrator(dynamics, skin, {scene.solver.step_s}) {
+      : scene(s),
+        skin(scene.body, scene.tool.radius_m),
+        dynamics(scene.body),
+        integrator(choose_stepper(scene.solver, dynamics, skin)) {
     body = rest = settled_state(dynamics, skin);
     softest_1_s2 = softest_stiffness(dynamics);
   }
@@ -48,7 +52,7 @@ struct Room::State {
   Scene scene;
   Skin skin;
   Dynamics dynamics;
-  Integrator integrator;
+  ChosenStepper integrator;
   BodyState body, rest;
   BalancedBases balanced{dynamics, skin, rest};
   double softest_1_s2 = 0;
@@ -74,6 +78,8 @@ Vec3 home_of(const Scene& scene) {
   }
   return {centre.x(), centre.y(), top + kHomeHeightM};
 }
+
+const std::string& Room::integrator() const { return state_->integrator.reason; }
 
 void Room::start(Micros body_time) {
   state_->body.time_s = seconds(body_time);
@@ -129,8 +135,9 @@ AdvanceReport Room::State::advance(const FrameJob& job) {
   double step_s = scene.solver.step_s;
   const double behind = (seconds(job.target) - body.time_s) / std::max(kFramesMax * seconds(job.frame), 1e-9);
   if (job.frame > Micros{} && behind > 1) step_s *= behind;
-  return integrator.advance(body, ports, seconds(job.target), step_s,
-                            [&](std::size_t k, double t) { return tool_at(stations.at(port_owner[k]), from_seconds(t)); });
+  return integrator.stepper->advance(body, ports, seconds(job.target), step_s, [&](std::size_t k, double t) {
+    return tool_at(stations.at(port_owner[k]), from_seconds(t));
+  });
 }
 
 std::optional<std::size_t> Room::State::port_of(const StationJob& job) const {

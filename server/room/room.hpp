@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "common/base/types.hpp"
@@ -71,6 +72,8 @@ class Room {
   FrameResult simulate(const FrameJob& job);
   /// Fills `result.stations` at the body's present state; none of them has a patch when the step failed.
   void build_patches(const FrameJob& job, FrameResult& result);
+  /// Which integrator moves the body, and why, in one line.
+  const std::string& integrator() const;
   /// Hears of each part of build_patches() when it begins, for touches.
   void listen(std::function<void(PatchPart)> listener);
 

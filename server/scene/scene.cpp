@@ -57,6 +57,7 @@ Scene build(const SceneText& text) {
   scene.name = settings.name;
   scene.tool = settings.tool;
   scene.solver.step_s = settings.step_ms * 1e-3;
+  scene.solver.integrator = settings.integrator;
   if (settings.mesh) {
     scene.body = build_mesh_body(*settings.mesh, text);
     scene.tool.node = middle_of_top(scene.body);

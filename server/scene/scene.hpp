@@ -71,8 +71,12 @@ struct ToolSpec {
   double radius_m = 0;         ///< touch: contact radius of the tip (skin.hpp), 0 = a point
 };
 
+/// What moves the body on (server/body/ladder.hpp).
+enum class IntegratorKind : std::uint8_t { automatic, tr_bdf2, leapfrog };
+
 struct SolverSpec {
   double step_s = 0.010;  ///< largest sub-step of a frame
+  IntegratorKind integrator = IntegratorKind::automatic;
 };
 
 struct Scene {

@@ -197,6 +197,7 @@ void read_tool(const SceneText& text, const schema::ToolT& in, SceneSettings& ou
 void read_solver(const SceneText& text, const schema::SolverT& in, SceneSettings& out) {
   text.in_range("solver.step_ms", in.step_ms, 0.1, 50, "ms");
   out.step_ms = in.step_ms;
+  out.integrator = static_cast<IntegratorKind>(choice(text, "solver.integrator", in.integrator, kIntegratorNames, 0));
 }
 
 void read_lattice(const SceneText& text, const schema::BodyT& body, LatticeSettings& out) {

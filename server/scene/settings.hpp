@@ -90,6 +90,7 @@ struct SceneSettings {
   ToolSpec tool;                                ///< tool.node is not set yet
   std::optional<std::array<int, 3>> tool_node;  ///< lattice indices
   double step_ms = 10;                          ///< of the solver
+  IntegratorKind integrator = IntegratorKind::automatic;
 };
 
 /// Checks ranges and fills in defaults. Throws InputError.
@@ -100,6 +101,7 @@ Json to_json(const SceneSettings& settings);
 
 inline constexpr std::array<const char*, 6> kFaceNames = {"x-", "x+", "y-", "y+", "z-", "z+"};
 inline constexpr std::array<const char*, 3> kSpringLawNames = {"linear", "stiffening", "thigh-skin"};
+inline constexpr std::array<const char*, 3> kIntegratorNames = {"automatic", "tr-bdf2", "explicit"};
 inline constexpr std::array<const char*, 2> kSolidLawNames = {"corotational", "neo-hookean"};
 inline constexpr std::array<const char*, 2> kContactNames = {"attach", "touch"};
 

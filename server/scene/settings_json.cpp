@@ -143,6 +143,7 @@ Json to_json(const SceneSettings& settings) {
   tool.add("radius_m", Json::number(settings.tool.radius_m));
   Json& solver = out.add("solver", Json::object());
   solver.add("step_ms", Json::number(settings.step_ms));
+  solver.add("integrator", Json::string(kIntegratorNames[static_cast<std::size_t>(settings.integrator)]));
   return out;
 }
 

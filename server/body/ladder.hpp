@@ -1,0 +1,26 @@
+// Which integrator a body gets: the cheapest that is stable, by how long its steps may be and what one costs.
+//
+//     explicit   springs (with gaps) * kExplicitNs / its stable step
+//     tr-bdf2    springs and edges of elements * kImplicitNs * kNewton / its longest step
+//
+// are the estimated costs of a second of body time; leapfrog has to be kWorth times cheaper. The constants were measured
+// (bench/README.md); no clock is read, so that a scene has the same integrator in every run.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "server/body/skin.hpp"
+#include "server/body/stepper.hpp"
+
+namespace palpate {
+
+struct ChosenStepper {
+  std::unique_ptr<Stepper> stepper;
+  std::string reason;  ///< one line for people: which one and why
+};
+
+/// `dynamics` and `skin` must outlive it. Throws InputError where the scene asks for one that its body does not suit.
+ChosenStepper choose_stepper(const SolverSpec& solver, const Dynamics& dynamics, const Skin& skin);
+
+}  // namespace palpate
