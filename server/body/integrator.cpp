@@ -102,6 +102,14 @@ bool Integrator::gains_energy(const BodyState& before, const BodyState& after, d
   return !(energy_j <= most_j + kGain * in_motion_j);
 }
 
+/// The trapezoid asks for an opposite force at its end. Where the force is far from balance for so long a stage, the shape that
+/// has it may lie beyond a fold: the body would be thrown over instead of coming back.
+bool Integrator::throws_over(const Vector& forces, double a) const {
+  for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i)
+    if (!held_[i] && a * a * at_node(forces, i).norm() > dynamics_->body().masses_kg[i] * spacing_m_) return true;
+  return false;
+}
+
 bool Integrator::damped_step(BodyState& state, std::vector<ToolPort>& ports, double h, const ToolMotion& tools,
                              AdvanceReport& report) {
   Stage stage;
@@ -170,6 +178,11 @@ bool Integrator::step(BodyState& state, std::vector<ToolPort>& ports, double h, 
   };
 
   total_forces(state, ports, f_);
+  if (throws_over(f_, a) && !touches(ports)) {
+    trend_.resize(0);
+    ++report.cut_steps;
+    return damped_step(state, ports, h, tools, report);
+  }
   // Newton starts from velocities that go on changing as they did; what is wrong with that it takes back.
   if (trend_.size() == state.v.size()) state.v += gamma * h * trend_;
   Stage stage;

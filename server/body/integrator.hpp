@@ -12,9 +12,10 @@
 // no such potential; their moves are taken whole.
 //
 // A stage that does not converge, and a step in which a body that no tool touches gains energy (the trapezoid can, where forces
-// change fast), is redone with half the step; what even the shortest does not get through takes a damped step: backward Euler,
-// down the same potential from standstill, so that it can only calm the body. Contacts that contradict each other have no such
-// way out: there the step is given up. All that is counted in cut_steps.
+// change fast), is redone with half the step. What even the shortest does not get through takes a damped step: backward Euler,
+// down the same potential from standstill, so that it can only calm the body. So does a step so long that the trapezoid would
+// throw a node further than elements are long (far from balance, many periods at once: an abrupt release of a light stiff body).
+// Contacts that contradict each other have no such way out: there the step is given up. All that is counted in cut_steps.
 //
 // A tool is a port on the body (ToolPort). attach: its node is where the tool is at the end of each stage, and its velocity is
 // the one with which the scheme takes it there (the mean over the first stage, then y2' of the BDF2): the impulse of its dampers
@@ -101,6 +102,7 @@ class Integrator {
   };
 
   bool step(BodyState& state, std::vector<ToolPort>& ports, double h, const ToolMotion& tools, AdvanceReport& report);
+  bool throws_over(const Vector& forces, double a) const;
   /// A free body may lose energy; one that has more than `most_j`, beyond rounding, was stepped too far.
   bool gains_energy(const BodyState& before, const BodyState& after, double most_j) const;
   /// One step of backward Euler, for a body that no tool touches: goes down a potential, however far Newton's method gets.

@@ -39,6 +39,13 @@ TEST_CASE("The hardest trials of the sweep hold, and none is given up") {
   }
 }
 
+TEST_CASE("A light block that is let go of in steps of many of its periods comes back, and is not thrown through its base") {
+  const BodyTrial t{Treatment::compress, SpringLaw::linear, 0.4, 2.2, 0.77, 2.7e-6, 2.7e-6, 32, 392};
+  const BodyTrialResult r = try_body(t);
+  CHECK(r.holds(t));
+  CHECK(r.end == BodyEnd::back);
+}
+
 TEST_CASE("The draws of a trial stay within what it names, and its dampers have the wanted ratio") {
   BodyTrial trial;
   trial.ratio = 1e4;
