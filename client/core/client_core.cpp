@@ -165,10 +165,11 @@ void ClientCore::take_refuse(const Message& message, Micros now) {
 
 void ClientCore::take_patch(const Patch& patch, std::size_t bytes, Micros now) {
   drain();
-  ++counts_.patches;
   counts_.patch_bytes += bytes;
   contact_in_reach_ = true;
-  if (intake_.accept(patch, now)) last_patch_ = patch;
+  if (!intake_.accept(patch, now)) return;
+  ++counts_.patches;
+  last_patch_ = patch;
 }
 
 void ClientCore::take_terms(const PatchTerms& piece, std::size_t bytes) {
