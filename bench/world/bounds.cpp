@@ -84,7 +84,7 @@ std::vector<StationBounds> bounds_of(const Scenario& s) {
     b.frames = frame_spacing(s);
     b.healed = s.healed;
     b.recovered = s.healed + recovery_time(s, k);
-    b.at_rest = s.rest + Micros{400'000};
+    b.at_rest = s.rest + kComesToRest;
     b.disturbed = disturbances(s, k);
     all.push_back(std::move(b));
   }

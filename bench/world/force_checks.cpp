@@ -97,6 +97,7 @@ void PassivityCheck::tick(const SeenTick& seen) {
   s.rest_ticks = seen.out.force.norm() < kRestN ? s.rest_ticks + 1 : 0;
   if (s.last && seen.own - s.last->own < kSkipped)
     energy_j_ -= 0.5 * (s.last->out.force + seen.out.force).dot(seen.position - s.last->position);
+  if (s.last && energy_j_ < 0) energy_j_ = std::min(energy_j_ + kBudgetW * seconds(seen.own - s.last->own), 0.0);
   s.last = seen;
   const auto rests = [&](std::size_t k) { return !bounds_[k].pushes || seen_[k].rest_ticks >= kRestTicks; };
   bool all_rest = true, all_port = true;

@@ -7,10 +7,10 @@
 //              (the guard may add as much again as is displayed), where the fresh one finds the tool in contact. Once nothing
 //              is lost any more nothing fades, whoever else is on the body
 //   passivity  E = sum -1/2 (F_before + F_now) . dx over all hands on the body, the energy that they put in and have not got back
-//              since none of them felt anything for 50 ms, stays above -kBudgetJ. One sum, because what one hand puts into the
-//              body another may take out. Ticks that were skipped do not count: there the device holds its force. Only where
-//              every hand feels `port`: the schemes that it replaced promise nothing; and where no
-//              hand gives way to another (docs/world.md).
+//              since none of them felt anything for 50 ms, stays above -kBudgetJ, where kBudgetW a hand are forgiven. One sum,
+//              because what one hand puts into the body another may take out. Ticks that were skipped do not count: there the
+//              device holds its force. Only where every hand feels `port`: the schemes that it replaced promise nothing; and
+//              where no hand gives way to another (docs/world.md).
 #pragma once
 
 #include <map>
@@ -60,6 +60,8 @@ class PassivityCheck final : public Check {
  public:
   /// 10 mJ throw a hand of 0.5 kg at 0.2 m/s, or are 1 N over 10 mm. docs/world.md says where it comes from.
   static constexpr double kBudgetJ = 0.01;
+  /// What the guard gives back to a hand that was cut off (Passivity::kReturnW): 1 N that moves at 5 mm/s.
+  static constexpr double kBudgetW = 0.005;
   static constexpr int kRestTicks = 50;
   explicit PassivityCheck(const std::vector<StationBounds>& bounds) : Check("passivity"), bounds_(bounds), seen_(bounds.size()) {}
   void tick(const SeenTick& seen) override;

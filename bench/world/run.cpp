@@ -200,17 +200,15 @@ void Run::heal() {
 }
 
 void Run::see(Micros now, const DatagramEvent& event) {
-  std::optional<Message> message;
   if (event.kind == DatagramEvent::Kind::sent) {
     ++report_.datagrams;
     hash_.add(static_cast<std::uint64_t>(now.count()));
     hash_.add(event.station * 2 + (event.to_server ? 1 : 0));
     hash_.add(event.bytes);
-  } else if (event.kind == DatagramEvent::Kind::delivered) {
-    message.emplace();
-    if (decode(event.bytes, *message) != WireFault::none) message.reset();
   }
-  for (const auto& check : checks_) check->datagram(now, event, message ? &*message : nullptr);
+  Message message;
+  const bool read = event.kind != DatagramEvent::Kind::lost && decode(event.bytes, message) == WireFault::none;
+  for (const auto& check : checks_) check->datagram(now, event, read ? &message : nullptr);
 }
 
 void Run::see(Micros now, std::size_t station, const Vec3& position, const TickOutput& out) {

@@ -139,7 +139,10 @@ Scenario draw_scenario(const DrawOptions& options) {
   draw_server(s);
   s.stations = draw_stations(s);
   if (options.faults) s.faults = draw_faults(s);
-  s.end = s.rest;
+  // A hand goes by the clock of its machine, which stands while that sleeps.
+  for (const Fault& f : s.faults)
+    if (f.kind == FaultKind::sleep) s.rest += f.end - f.begin;
+  s.end = s.rest + kComesToRest;
   for (std::size_t k = 0; k < s.stations.size(); ++k) s.end = std::max(s.end, s.healed + recovery_time(s, k));
   // Time enough for patches stamped after that to come.
   Micros way{};

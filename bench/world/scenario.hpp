@@ -27,6 +27,7 @@ struct DrawOptions {
 };
 
 inline constexpr Micros kFirstFaultAt{700'000};
+inline constexpr Micros kComesToRest{400'000};  ///< for a hand, and the body under it
 
 struct StationPlan {
   ClientOptions client;   ///< name, role, scheme, order, shadow_of, limits of the guard

@@ -41,8 +41,12 @@ void CausalityCheck::datagram(Micros now, const DatagramEvent& event, const Mess
   if (event.kind == Kind::sent) {
     const Micros stamp = event.to_server ? world_.station(event.station).clock(now) : world_.server_clock(now);
     const auto& known = known_[bounds.owner];
-    sent_[event.number] = {now, stamp, known.empty() ? Micros::min() : known.back().t, known_at(now, bounds.owner),
-                           bounds.calm(now)};
+    const Sent& sent =
+        sent_[event.number] = {now, stamp, known.empty() ? Micros::min() : known.back().t, known_at(now, bounds.owner)};
+    if (const auto* patch = message ? std::get_if<PatchMessage>(&message->body) : nullptr) {
+      check_tool(now, event.station, patch->patch, sent);
+      check_place(now, event.station, patch->patch, sent);
+    }
     return;
   }
   if (event.kind != Kind::delivered) return;
@@ -61,10 +65,6 @@ void CausalityCheck::datagram(Micros now, const DatagramEvent& event, const Mess
       if (known.empty() || s.t > known.back().t) known.push_back(s);
     }
   }
-  if (const auto* patch = std::get_if<PatchMessage>(&message->body)) {
-    check_tool(now, event.station, patch->patch, sent->second);
-    check_place(now, event.station, patch->patch, sent->second);
-  }
 }
 
 void CausalityCheck::check_tool(Micros now, std::size_t station, const Patch& patch, const Sent& sent) {
@@ -81,7 +81,7 @@ void CausalityCheck::check_place(Micros now, std::size_t station, const Patch& p
   // The server did not wait for samples that were late: the tool went on, and is led back when they come.
   if (patch.stamp > samples[sent.known - 1].t) led_until_[bounds.owner] = patch.stamp + ToolTrack::kLeadBack;
   if (patch.stamp <= led_until_[bounds.owner]) return;
-  if (!sent.calm || !bounds.calm(now) || !bounds_[bounds.owner].calm(now)) return;
+  if (!bounds.calm(now) || !bounds_[bounds.owner].calm(now)) return;
   judge();
   const auto end = samples.begin() + static_cast<std::ptrdiff_t>(sent.known);
   const auto after = std::lower_bound(samples.begin(), end, patch.stamp, [](const ToolSample& s, Micros t) { return s.t < t; });

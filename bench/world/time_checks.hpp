@@ -40,7 +40,6 @@ class CausalityCheck final : public Check {
     Micros at{}, stamp{};   ///< world time, the sender's clock
     Micros newest{};        ///< time of the newest sample of the tool that had come to the server; min(): none
     std::size_t known = 0;  ///< samples of the tool that the server had when it began the frame
-    bool calm = false;
   };
   struct Frame {
     Micros at{};

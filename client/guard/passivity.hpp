@@ -7,6 +7,7 @@
 // F is the force on the tool without the controller's own, F_damper what the controller added. A display of springs, masses
 // and dampers that starts unloaded keeps E >= 0. The mean of both ends makes a spring sampled at 1 kHz count as lossless; what
 // holding its force for a tick leaks (k |dx|^2 / 2) is left to the device's friction, or else every spring would be damped.
+// Over ticks that were skipped the device held F_before, and that alone counts.
 //
 // The controller answers a deficit D = -E - kToleranceJ > 0 with a damper along the force, f = F / |F|:
 //
@@ -20,6 +21,16 @@
 // position in steps (0.03 mm for a Phantom), and a step in one tick is a speed of 0.03 m/s that was not there. The estimate is
 // (n + 1) / 2 ticks late, so alpha = m / ((n + 1) dt), m = kDeviceKg: a quarter of what makes that much mass overshoot. One step
 // moves F_damper by at most alpha step / (n dt): 0.03 N in a slow motion, 8 % of F_damper in one that covers kWayM.
+//
+// A force that comes back, or comes for the first time, has nothing stored that it could give: the tool of a station that was cut
+// off may have gone into the body for nothing. For kReturnTicks from there, and on until the deficit is below kFullJ, the
+// whole force is weakened as well, to
+//
+//     F (1 - w),      w = (-E - kFullJ) / (kReturnFullJ - kFullJ) within [0, 1],
+//
+// and E regains kReturnW up to -kFullJ: the hand gets kReturnFullJ at once and kReturnW from then on, and no more; one that
+// stands still feels the whole force again after (kReturnFullJ - kFullJ) / kReturnW. Not later: what another hand does to
+// this one through the body is energy that this hand did not put in, and it shall feel that.
 //
 // Resting: after kRestTicks without force the display stores nothing that it could return, and E starts again from 0. E is
 // bounded by kEnergyMaxJ both ways, so that a long stroke does not pay for later instability.
@@ -35,8 +46,8 @@ class Passivity {
  public:
   /// Observer. `force` and `dx` are finite; the tick took `dt_s` > 0. Returns E [J].
   double observe(const Vec3& force, const Vec3& dx, double dt_s) noexcept;
-  /// Controller: the damper's force beside `force`, the one that was observed last; zero while E is in order.
-  Vec3 damper(const Vec3& force) const noexcept;
+  /// Controller: what to add to `force`, the one that was observed last; zero while E is in order. Once a tick.
+  Vec3 damper(const Vec3& force) noexcept;
   /// What was rendered in the end: the display's own force and the damper's.
   void rendered(const Vec3& force, const Vec3& damper) noexcept;
   void reset() noexcept;
@@ -51,8 +62,14 @@ class Passivity {
   static constexpr std::size_t kWindow = 8;
   static constexpr double kEnergyMaxJ = 0.2;  ///< 8.5 N reached over 47 mm
   static constexpr int kRestTicks = 50;
+  static constexpr double kReturnFullJ = 8e-3;
+  static constexpr double kReturnW = 5e-3;  ///< 1 N that moves at 5 mm/s
+  static constexpr int kReturnTicks = 1000;
 
  private:
+  Vec3 damped(const Vec3& force) const noexcept;
+  double weakened() const noexcept;
+
   struct Step {
     Vec3 dx = Vec3::Zero();
     double dt_s = 0;
@@ -61,7 +78,8 @@ class Passivity {
   std::size_t newest_ = 0;
   Vec3 force_ = Vec3::Zero(), damper_ = Vec3::Zero();
   double energy_j_ = 0, dissipated_j_ = 0;
-  int rest_ticks_ = 0;
+  int rest_ticks_ = 0, return_ticks_ = 0;
+  bool returns_ = true;
 };
 
 }  // namespace palpate

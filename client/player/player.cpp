@@ -53,6 +53,11 @@ PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(p
     if (r > 0) rows_.middleRows<3>(at) = patch.surface.vertices[i].rows;
   }
   vertices_ = rest_;
+  lean_.fill(Vec3::Zero());
+  for (std::uint32_t i = 0; i < vertices; ++i) {
+    const Vec3& normal = patch.surface.vertices[i].normal;
+    if (normal.squaredNorm() > 0) lean_[i] = normal - vertex_normal(surface(), positions(), i);
+  }
   touching_ = patch.touching;
   point_ = patch.point;
   tool_ = {patch.stamp, patch.tool};
@@ -145,7 +150,8 @@ SurfaceView PatchPlayer::surface() const noexcept {
   return {{patch_.surface.triangles.data(), triangles},
           {first_.data(), vertices + 1},
           {incident_.data(), 3 * triangles},
-          {open_.data(), triangles}};
+          {open_.data(), triangles},
+          {lean_.data(), vertices}};
 }
 
 Positions PatchPlayer::positions() const noexcept { return {vertices_.data(), static_cast<std::size_t>(vertices_.size())}; }

@@ -81,6 +81,7 @@ class PatchPlayer {
   std::array<std::uint32_t, kMaxPortVertices + 1> first_{};
   std::array<std::uint32_t, 3 * kMaxPortTriangles> incident_{};
   std::array<std::uint8_t, kMaxPortTriangles> open_{};
+  std::array<Vec3, kMaxPortVertices> lean_;
 
   StateVector z_;
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxPortVertices, 1> rest_, vertices_;  // at the stamp; at the end of the

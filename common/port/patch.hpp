@@ -53,6 +53,8 @@ struct SurfacePoint {
 struct PortVertex {
   Vec3 position = Vec3::Zero();  ///< at the stamp [m]
   PortRows rows;                 ///< how the modes move it
+  /// Outward unit normal at the stamp where triangles that do not travel have a share in it; zero: that of its triangles here.
+  Vec3 normal = Vec3::Zero();
 };
 
 /// The surface near the contact; it travels with the patch so that the tool finds it by itself between frames.

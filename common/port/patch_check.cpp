@@ -69,6 +69,7 @@ void check_surface_numbers(const Patch& p, Numbers& numbers) {
   for (int i = 0; i < p.surface.vertex_count; ++i) {
     numbers.all(p.surface.vertices[static_cast<std::size_t>(i)].position, kWorldExtentM);
     numbers.all(p.surface.vertices[static_cast<std::size_t>(i)].rows, kMaxModel);
+    numbers.all(p.surface.vertices[static_cast<std::size_t>(i)].normal, 1.001);
   }
 }
 

@@ -1,8 +1,6 @@
 #include "common/port/surface.hpp"
 
 #include <Eigen/Geometry>
-
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 
@@ -13,13 +11,6 @@ Vec3 area_normal(const SurfaceView& s, Positions x, std::uint32_t t) {
   const Triangle& tri = s.triangles[t];
   const Vec3 a = vertex(x, tri[0]);
   return (vertex(x, tri[1]) - a).cross(vertex(x, tri[2]) - a);
-}
-
-Vec3 vertex_normal(const SurfaceView& s, Positions x, std::uint32_t i) {
-  Vec3 sum = Vec3::Zero();
-  for (std::uint32_t k = s.first[i]; k < s.first[i + 1]; ++k) sum += area_normal(s, x, s.incident[k]);
-  const double norm = sum.norm();
-  return norm > 0 ? Vec3(sum / norm) : sum;
 }
 
 // Barycentric weights of the point of triangle (a, b, c) nearest to p (Ericson, Real-Time Collision Detection, 5.1.5: by Voronoi
@@ -129,6 +120,14 @@ Surface::Surface(std::vector<Triangle> triangles, std::size_t vertices)
 Vec3 position_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept {
   const Triangle& t = s.triangles[p.triangle];
   return p.weight[0] * vertex(x, t[0]) + p.weight[1] * vertex(x, t[1]) + p.weight[2] * vertex(x, t[2]);
+}
+
+Vec3 vertex_normal(const SurfaceView& s, Positions x, std::uint32_t i) noexcept {
+  Vec3 sum = Vec3::Zero();
+  for (std::uint32_t k = s.first[i]; k < s.first[i + 1]; ++k) sum += area_normal(s, x, s.incident[k]);
+  const double norm = sum.norm();
+  if (norm > 0) sum /= norm;
+  return s.lean.empty() ? sum : Vec3(sum + s.lean[i]);
 }
 
 Vec3 normal_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept {

@@ -1,7 +1,8 @@
 // A triangulated surface that deforms: nearest points, smooth normals, and points that slide from triangle to triangle.
 //
 // Normals are area-weighted averages of the normals of the triangles around each vertex, interpolated inside a
-// triangle: continuous along the surface, so that a sliding force does not jump at edges.
+// triangle: continuous along the surface, so that a sliding force does not jump at edges. At the rim of a piece of a surface the
+// triangles that are missing would turn them; `lean` is what those add to each vertex's unit normal.
 // The view does not own memory, so that the server's whole surface and the client's dozen triangles run the same code.
 #pragma once
 
@@ -20,6 +21,7 @@ struct SurfaceView {
   std::span<const Triangle> triangles;
   std::span<const std::uint32_t> first, incident;
   std::span<const std::uint8_t> open;
+  std::span<const Vec3> lean = {};  ///< a vertex each, or none
 };
 
 /// Fills adjacency for `vertices` vertices. Sizes: first vertices + 1, incident 3 * triangles, open triangles.
@@ -31,7 +33,7 @@ class Surface {
  public:
   Surface() = default;
   Surface(std::vector<Triangle> triangles, std::size_t vertices);
-  SurfaceView view() const { return {triangles_, first_, incident_, open_}; }
+  SurfaceView view() const { return {triangles_, first_, incident_, open_, {}}; }
   bool empty() const { return triangles_.empty(); }
 
  private:
@@ -47,6 +49,8 @@ inline Eigen::Map<const Vec3> vertex(Positions x, std::uint32_t i) {
 }
 
 Vec3 position_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept;
+/// Area-weighted mean normal of the triangles around vertex i, a unit vector; and its lean.
+Vec3 vertex_normal(const SurfaceView& s, Positions x, std::uint32_t i) noexcept;
 /// Unit outward normal, interpolated.
 Vec3 normal_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept;
 

@@ -44,7 +44,7 @@ void read_port(Walk<float>& floats, int r, ModePort& port) {
 WireFault read_attach(const wire::Patch& table, Patch& patch) {
   Walk<float> floats(table.floats());
   const int r = modes_of(floats.left(), attach_floats);
-  if (r < 0 || !table.attach() || table.touch() || table.shorts()) return WireFault::malformed;
+  if (r < 0 || !table.attach() || table.touch() || table.shorts() || table.normals()) return WireFault::malformed;
   read_modes(floats, r, patch);
   for (int i = 0; i < r; ++i) patch.q_rate[i] = floats.next();
   read_port(floats, r, patch.b_k);
@@ -82,6 +82,12 @@ void read_surface(Walk<float>& steps, Walk<std::int16_t>& shorts, int r, const w
     surface.triangles[static_cast<std::size_t>(t)] = unpack_triangle(shorts.next());
 }
 
+void read_normals(const flatbuffers::Vector<std::uint8_t>* normals, PortSurface& surface) {
+  if (!normals) return;
+  for (flatbuffers::uoffset_t i = 0; i < normals->size(); i += 2)
+    surface.vertices[i / 2].normal = unpack_normal(normals->Get(i), normals->Get(i + 1));
+}
+
 WireFault read_touch(const wire::Patch& table, Patch& patch) {
   Walk<float> floats(table.floats());
   Walk<std::int16_t> shorts(table.shorts());
@@ -91,11 +97,13 @@ WireFault read_touch(const wire::Patch& table, Patch& patch) {
   const int triangles = shorts.left() - surface_shorts(r, vertices);
   if (triangles < 0 || triangles > kMaxPortTriangles) return WireFault::malformed;
   const wire::TouchPort& touch = *table.touch();
+  if (table.normals() && static_cast<int>(table.normals()->size()) != 2 * vertices) return WireFault::malformed;
   if (touch.weight_0() + touch.weight_1() > pack::kWeightMax) return WireFault::out_of_range;
   patch.surface.vertex_count = vertices;
   patch.surface.triangle_count = triangles;
   read_modes(floats, r, patch);
   read_surface(floats, shorts, r, touch, patch);
+  read_normals(table.normals(), patch.surface);
   patch.coupling_n_m = touch.coupling();
   patch.friction = touch.friction();
   patch.c_static = pack::from(touch.c_static());
@@ -119,7 +127,8 @@ WireFault read_body(const wire::Patch& table, Patch& patch) {
     const WireFault fault = patch.contact == ContactKind::touch ? read_touch(table, patch) : read_attach(table, patch);
     return fault == WireFault::none ? read_load(table, patch) : fault;
   }
-  const bool bare = !table.floats() && !table.shorts() && !table.touch() && !table.attach() && !table.load_rate();
+  const bool bare =
+      !table.floats() && !table.shorts() && !table.normals() && !table.touch() && !table.attach() && !table.load_rate();
   return bare ? WireFault::none : WireFault::malformed;
 }
 

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 
 #include "common/wire/patch_wire.hpp"
@@ -18,6 +20,7 @@ class Bounded {
   std::size_t count_ = 0;
 };
 using Floats = Bounded<float, static_cast<std::size_t>(attach_floats(kMaxModes))>;
+using Normals = Bounded<std::uint8_t, 2 * static_cast<std::size_t>(kMaxPortVertices)>;
 using Shorts = Bounded<std::int16_t, static_cast<std::size_t>(surface_shorts(kMaxModes, kMaxPortVertices) + kMaxPortTriangles)>;
 
 bool has_modes_in_order(const Patch& patch) {
@@ -37,7 +40,7 @@ bool has_modes_in_order(const Patch& patch) {
 bool has_finite_surface(const Patch& patch) {
   if (!patch.q_rate.allFinite() || !patch.point.weight.allFinite()) return false;
   for (const auto& vertex : std::span(patch.surface.vertices).first(static_cast<std::size_t>(patch.surface.vertex_count)))
-    if (!vertex.position.allFinite() || !vertex.rows.allFinite()) return false;
+    if (!vertex.position.allFinite() || !vertex.rows.allFinite() || !vertex.normal.allFinite()) return false;
   return true;
 }
 
@@ -58,6 +61,17 @@ std::int16_t pack_triangle(pack::Packer& packer, const Triangle& triangle) {
   for (const auto index : triangle) packer.require(index < kMaxPortVertices);
   return packer.ok() ? static_cast<std::int16_t>(triangle[0] | triangle[1] << kIndexBits | triangle[2] << 2 * kIndexBits)
                      : std::int16_t{0};
+}
+
+/// None at all where every vertex has the normal of its triangles.
+Normals normals_of(const PortSurface& surface) {
+  const auto vertices = std::span(surface.vertices).first(static_cast<std::size_t>(surface.vertex_count));
+  Normals normals;
+  if (std::all_of(vertices.begin(), vertices.end(), [](const PortVertex& vertex) { return vertex.normal.isZero(0); }))
+    return normals;
+  for (const PortVertex& vertex : vertices)
+    for (const std::uint8_t part : pack_normal(vertex.normal)) normals.add(part);
+  return normals;
 }
 
 /// The moving surface: steps into `floats`, everything else into `shorts`. Returns the step of positions.
@@ -109,7 +123,29 @@ wire::PatchHead head_of(const Patch& patch, pack::Packer& packer) {
           static_cast<std::uint8_t>(surface ? patch.surface.vertex_count : 0)};
 }
 
+/// Outwards from the octahedron's upper half; its own inverse.
+std::array<double, 2> folded(double x, double y) {
+  return {(1 - std::abs(y)) * (x < 0 ? -1 : 1), (1 - std::abs(x)) * (y < 0 ? -1 : 1)};
+}
+
 }  // namespace
+
+std::array<std::uint8_t, 2> pack_normal(const Vec3& normal) {
+  const double sum = normal.cwiseAbs().sum();
+  if (!(sum > 0)) return {kNoNormal, kNoNormal};
+  std::array<double, 2> at{normal.x() / sum, normal.y() / sum};
+  if (normal.z() < 0) at = folded(at[0], at[1]);
+  const auto part = [](double a) { return static_cast<std::uint8_t>(std::lround(127 * (std::clamp(a, -1.0, 1.0) + 1))); };
+  return {part(at[0]), part(at[1])};
+}
+
+Vec3 unpack_normal(std::uint8_t u, std::uint8_t v) {
+  if (u == kNoNormal || v == kNoNormal) return Vec3::Zero();
+  std::array<double, 2> at{u / 127.0 - 1, v / 127.0 - 1};
+  const double z = 1 - std::abs(at[0]) - std::abs(at[1]);
+  if (z < 0) at = folded(at[0], at[1]);
+  return Vec3(at[0], at[1], z).normalized();
+}
 
 flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& builder, pack::Packer& packer, const Patch& patch) {
   Floats floats;
@@ -140,20 +176,25 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   const wire::PatchHead head = head_of(patch, packer);
   const auto load_at = loaded ? builder.CreateVector(load.data(), load.size()) : 0;
   const auto floats_at = floats.size() > 0 ? builder.CreateVector(floats.data(), floats.size()) : 0;
+  const bool surface = !patch.constant && is_touch;
+  const Normals normals = surface ? normals_of(patch.surface) : Normals{};
+  const auto normals_at = normals.size() > 0 ? builder.CreateVector(normals.data(), normals.size()) : 0;
   const auto shorts_at = shorts.size() > 0 ? builder.CreateVector(shorts.data(), shorts.size()) : 0;
-  return wire::CreatePatch(builder, &head, floats_at, shorts_at, !patch.constant && is_touch ? &touch : nullptr,
+  return wire::CreatePatch(builder, &head, floats_at, shorts_at, surface ? &touch : nullptr,
                            !patch.constant && !is_touch ? &attach : nullptr, packer.number(patch.low_pass_hz), load_at,
-                           loaded ? packer.duration(patch.load_for) : 0);
+                           loaded ? packer.duration(patch.load_for) : 0, normals_at);
 }
 
 int max_port_vertices(int modes, int triangles, bool loaded) {
-  constexpr int kOverheadBytes = 202;  // of a touch patch without what its vectors hold, with alignment
+  constexpr int kOverheadBytes = 220;  // of a touch patch without what its vectors hold, with alignment
+  constexpr int kNormalBytes = 2;
   constexpr int kLoadOverheadBytes = 16;
   const int load_bytes = loaded ? kLoadOverheadBytes + 4 * modes : 0;
   const int free_bytes =
       static_cast<int>(kMaxDatagramBytes) - kOverheadBytes - load_bytes - 4 * touch_floats(modes) - 2 * triangles;
   int vertices = 0;
-  while (vertices < kMaxPortVertices && 2 * surface_shorts(modes, vertices + 1) <= free_bytes) ++vertices;
+  while (vertices < kMaxPortVertices && 2 * surface_shorts(modes, vertices + 1) + kNormalBytes * (vertices + 1) <= free_bytes)
+    ++vertices;
   return vertices;
 }
 

@@ -1,6 +1,8 @@
 // The patch as a FlatBuffers table. What a contact kind or a constant patch does not use does not travel.
 #pragma once
 
+#include <array>
+
 #include "common/wire/codec.hpp"
 #include "common/wire/pack.hpp"
 
@@ -13,6 +15,12 @@ WireFault read_patch(const wire::Patch& table, Patch& patch);
 inline constexpr int attach_floats(int r) { return r + r * (r + 1) / 2 + 2 * r + 6 * r; }
 inline constexpr int touch_floats(int r) { return r + r * (r + 1) / 2 + 2 * r + (r > 0 ? 1 : 0); }
 inline constexpr int surface_shorts(int r, int vertices) { return r + 3 * (vertices - 1) + 3 * vertices * r; }
+
+/// A unit vector in two bytes: projected onto the octahedron |x| + |y| + |z| = 1, whose lower half is folded outwards; 0 to 254
+/// for -1 to 1. Right to one degree. kNoNormal twice: none.
+inline constexpr std::uint8_t kNoNormal = 255;
+std::array<std::uint8_t, 2> pack_normal(const Vec3& normal);
+Vec3 unpack_normal(std::uint8_t u, std::uint8_t v);
 
 inline constexpr unsigned kIndexBits = 5;  ///< three vertex indices share one short
 static_assert(kMaxPortVertices <= 1 << kIndexBits);

@@ -42,12 +42,17 @@ void cut_port_surface(const Skin& skin, const std::vector<double>& x, const Matr
       if (!has(vertices, corner)) vertices.push_back(corner);
   }
 
+  const auto is_whole = [&](std::uint32_t i) {
+    const auto around = surface.incident.subspan(surface.first[i], surface.first[i + 1] - surface.first[i]);
+    return std::all_of(around.begin(), around.end(), [&](std::uint32_t t) { return has(triangles, t); });
+  };
   PortSurface& piece = patch.surface;
   piece.vertex_count = static_cast<int>(vertices.size());
   piece.triangle_count = static_cast<int>(triangles.size());
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     piece.vertices[i].position = vertex(x, vertices[i]);
     piece.vertices[i].rows = PortRows::Zero(3, v.cols());
+    piece.vertices[i].normal = is_whole(vertices[i]) ? Vec3(Vec3::Zero()) : vertex_normal(surface, x, vertices[i]);
     for (const auto& [node, weight] : skin.vertex_weights(vertices[i]))
       piece.vertices[i].rows += weight * v.middleRows<3>(3 * static_cast<Eigen::Index>(node));
   }

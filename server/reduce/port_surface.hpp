@@ -8,7 +8,7 @@ namespace palpate {
 
 /// Fills patch.surface and patch.point. `ahead` is how far the tool gets before the next patch at its present velocity [m]: the
 /// piece grows around the line from the contact point to there. `x` are the skin's vertices; `v` is the patch's basis (3 N x r);
-/// vertex i of the piece gets its position and its rows of v.
+/// vertex i of the piece gets its position, its rows of v and, at the rim, the normal that it has on the whole surface.
 void cut_port_surface(const Skin& skin, const std::vector<double>& x, const Matrix& v, const SurfacePoint& point,
                       const Vec3& ahead, int vertices_max, Patch& patch);
 

@@ -256,3 +256,56 @@ TEST_CASE("What the limiter did to the force is counted: ticks, largest, root me
   guard.reset();
   CHECK(guard.counts().dissipated_j > 0);
 }
+
+namespace {
+
+/// A hand of 0.5 kg on a spring of its own that was 20 mm into a body of 500 N/m before the display came back.
+struct CutOff {
+  double x = -0.02, v = 0, given_j = 0, force_n = 0;
+
+  /// One tick; force_n and given_j are the display's.
+  void tick(Guard& guard) {
+    const double before_x = x, before_n = force_n;
+    force_n = guard.pass(Vec3(std::max(0.0, -500 * x), 0, 0), Vec3(x, 0, 0), kDt).x();
+    const double a = (force_n - 300 * (x + 0.02) - 6 * v) / 0.5;
+    x += v * kDt + 0.5 * a * kDt * kDt;
+    v += a * kDt;
+    given_j += 0.5 * (before_n + force_n) * (x - before_x);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("A force that comes back to a hand inside a body does not throw it, and is whole once the hand has given way") {
+  Guard observe({8.5, 2000, PassivityMode::observe}), on({8.5, 2000, PassivityMode::on});
+  CutOff thrown, held;
+  double most_j = 0;
+  for (int i = 1; i <= 400; ++i) {
+    thrown.tick(observe);
+    most_j = std::max(most_j, thrown.given_j);
+  }
+  REQUIRE(most_j > 0.03);
+  for (int i = 1; i <= 20'000; ++i) {
+    held.tick(on);
+    const double one_tick_j = 8.5 * std::abs(held.v) * kDt;
+    REQUIRE(held.given_j <= Passivity::kReturnFullJ + Passivity::kReturnW * i * kDt + one_tick_j);
+  }
+  CHECK(held.x == Approx(-0.02 * 300 / 800).epsilon(1e-3));  // 300 (x + 0.02) = -500 x
+  CHECK(held.force_n == Approx(-500 * held.x).epsilon(1e-3));
+}
+
+TEST_CASE("What a hand went into a body in a tick that was skipped did not cost it anything") {
+  Guard guard({8.5, 0, PassivityMode::on});
+  for (int i = 0; i < 5; ++i) guard.pass(Vec3::Zero(), Vec3::Zero(), kDt);
+  guard.pass(Vec3(3, 0, 0), Vec3(-0.03, 0, 0), 0.3);
+  guard.pass(Vec3(3, 0, 0), Vec3(-0.0295, 0, 0), kDt);
+  CHECK(guard.counts().energy_min_j == Approx(-3 * 0.0005));  // nothing was stored that could be given back
+}
+
+TEST_CASE("Once a hand has felt its force for a second, what others do to it through the body is not taken for a return") {
+  Guard guard({8.5, 0, PassivityMode::on});
+  for (int i = 0; i <= Passivity::kReturnTicks; ++i) guard.pass(Vec3(1, 0, 0), Vec3::Zero(), kDt);
+  Vec3 out;
+  for (int i = 0; i < 4000; ++i) out = guard.pass(Vec3(1, 0, 0), Vec3(i * 5e-6, 0, 0), kDt);  // 20 mJ at 5 mm/s
+  CHECK(out.x() == Approx(1 - Passivity::kDeviceKg / ((Passivity::kWindow + 1) * kDt) * 0.005));
+}

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <catch2/catch.hpp>
 
+#include "client/player/player.hpp"
 #include "server/reduce/patch_builder.hpp"
 #include "tests/support/bodies.hpp"
 
@@ -207,5 +208,37 @@ TEST_CASE("A touch patch of fewer modes than a tool has directions yields static
     const Vec3 corner =
         patch->surface.vertices[patch->surface.triangles[0][0]].position + patch->c_static * bench.ports[0].lambda;
     CHECK((corner - vertex(x, bench.skin.view().triangles[40][0])).norm() < 1e-12);
+  }
+}
+
+TEST_CASE("Everywhere on its piece of the surface a frictionless touch is pushed along the normal of the whole surface") {
+  Bench bench;
+  bench.state = random_state(bench.dynamics, 5, 0.004, 0);
+  const std::uint32_t triangle = GENERATE(0u, 40u, 90u);
+  bench.touch(triangle, Vec3::Zero(), Vec3::Zero(), 0);
+  bench.ports[0].touching = false;
+  bench.frame.begin(bench.state, bench.ports, bench.tools, kBridge);
+  PatchRequest request;
+  request.bridge = kBridge;
+  request.vertices_max = [](int, bool) { return 6; };  // so few that all are at the rim
+  auto patch = bench.builder.build(bench.frame, 0, request);
+  REQUIRE(patch);
+  const Positions x(bench.state.x.data(), static_cast<std::size_t>(bench.state.x.size()));
+  patch->coupling_n_m = 800;
+  patch->friction = 0;
+  for (int t = 0; t < patch->surface.triangle_count; ++t) {
+    const Triangle& corners = patch->surface.triangles[static_cast<std::size_t>(t)];
+    const auto corner = [&](std::size_t k) { return patch->surface.vertices[corners[k]].position; };
+    const Vec3 middle = (corner(0) + corner(1) + corner(2)) / 3;
+    const Vec3 normal = nearest_point(bench.skin.view(), x, middle).normal;
+    Patch still = *patch;
+    still.g.setZero();
+    still.q_rate.setZero();
+    still.point = {static_cast<std::uint32_t>(t), Vec3::Constant(1.0 / 3)};
+    still.tool = middle + 1e-3 * normal;
+    PatchPlayer player(still);
+    const Vec3 force = player.advance({still.stamp + kTick, middle - 1e-4 * normal}).force;
+    REQUIRE(force.norm() > 0);
+    CHECK(force.normalized().dot(normal) > 1 - 1e-4);  // 0.8 degrees: the surface gives way to the force
   }
 }

@@ -83,11 +83,11 @@ TEST_CASE("a tool sample costs 16 bytes and keeps its place to 4 nm and its time
   CHECK(size(40) - size(8) == 32 * 16);
 }
 
-TEST_CASE("a patch of 11 modes for a grasp and one of 8 modes with 13 vertices fit into one datagram") {
+TEST_CASE("a patch of 11 modes for a grasp and one of 8 modes with 12 vertices fit into one datagram") {
   CHECK(seeds::bytes_of(seeds::message(PatchMessage{seeds::attach_patch(11)})).size() > 0);
   CHECK(seeds::bytes_of(seeds::message(PatchMessage{seeds::attach_patch(14)})).size() > 0);
-  CHECK(seeds::bytes_of(seeds::message(PatchMessage{seeds::touch_patch(8, 13, 16)})).size() > 0);
-  CHECK(max_port_vertices(8, 16) >= 13);
+  CHECK(seeds::bytes_of(seeds::message(PatchMessage{seeds::touch_patch(8, 12, 16)})).size() > 0);
+  CHECK(max_port_vertices(8, 16) >= 12);
 }
 
 TEST_CASE("the most modes that a station may ask for fit, and for a grasp one more does not") {

@@ -89,6 +89,7 @@ inline Patch touch_patch(int r, int vertices, int triangles) {
     const double angle = 2 * M_PI * i / (vertices - 1);
     vertex.position = Vec3(0.05, -0.03, 0.1);
     if (i > 0) vertex.position += Vec3(0.02 * std::cos(angle), 0.02 * std::sin(angle), 0.003 * noise(random));
+    if (i != 2) vertex.normal = Vec3(0.4 * noise(random), 0.4 * noise(random), i % 5 == 4 ? -1 : 1).normalized();
     vertex.rows.resize(3, r);
     for (int m = 0; m < r; ++m)
       for (int k = 0; k < 3; ++k) vertex.rows(k, m) = 4.4 * noise(random) / (1 + m);
@@ -152,7 +153,7 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(samples(34)));
   all.push_back(message(PatchMessage{attach_patch(11)}));
   all.push_back(message(PatchMessage{attach_patch(0)}));
-  all.push_back(message(PatchMessage{touch_patch(8, 13, 16)}));
+  all.push_back(message(PatchMessage{touch_patch(8, 12, 16)}));
   all.push_back(message(PatchMessage{touch_patch(0, 7, 6)}));
   Patch filtered = common_patch(ContactKind::touch);
   filtered.scheme = Scheme::filtered;

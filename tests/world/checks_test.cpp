@@ -174,7 +174,7 @@ TEST_CASE("The check of causality sees a patch of a tool that has not been heard
     Message message;
     message.clock.sent = to_server ? world.station(0).clock(now) : world.server_clock(now);
     message.body = std::move(body);
-    check.datagram(now, {DatagramEvent::Kind::sent, number, 0, to_server, {}}, nullptr);
+    check.datagram(now, {DatagramEvent::Kind::sent, number, 0, to_server, {}}, &message);
     check.datagram(now, {DatagramEvent::Kind::delivered, number, 0, to_server, {}}, &message);
   };
   const Micros own = world.station(0).clock(sampled);
