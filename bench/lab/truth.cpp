@@ -12,6 +12,7 @@
 #include "bench/lab/shards.hpp"
 #include "bench/lab/truth_cells.hpp"
 #include "bench/measure/metrics.hpp"
+#include "bench/measure/reach.hpp"
 
 namespace palpate {
 namespace {
@@ -93,6 +94,13 @@ void draw(const std::filesystem::path& out, const std::vector<Cells>& curves) {
                               "set arrow from graph 0, first 0.1 to graph 1, first 0.1 nohead lc rgb '#888888' dt 2"));
   }
   plot_grid(out / "truth.svg", "Force error against the round trip: press, stroke, tap, release", 2, panels);
+}
+
+/// Round trip up to which the p95 error stays below `limit` [ms].
+double holds_until_ms(const Cells& curve, double limit) {
+  std::vector<SweepPoint> sweep;
+  for (const TruthCell& c : curve) sweep.push_back({c.rtt_ms, c.p95_error});
+  return reach(std::move(sweep), limit);
 }
 
 Json to_json(const Cells& curve) {

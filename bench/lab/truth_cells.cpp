@@ -133,14 +133,4 @@ std::vector<TruthCell> read_truth_cells(const std::filesystem::path& file) {
   return cells;
 }
 
-double holds_until_ms(std::vector<TruthCell> cells, double limit) {
-  std::sort(cells.begin(), cells.end(), [](const TruthCell& a, const TruthCell& b) { return a.rtt_ms < b.rtt_ms; });
-  double until_ms = -1;
-  for (const TruthCell& c : cells) {
-    if (!(c.p95_error < limit)) break;
-    until_ms = c.rtt_ms;
-  }
-  return until_ms;
-}
-
 }  // namespace palpate

@@ -51,8 +51,4 @@ std::string cells_csv(const std::vector<TruthCell>& cells);
 /// The other way; InputError with file and line.
 std::vector<TruthCell> read_truth_cells(const std::filesystem::path& file);
 
-/// Largest round trip of the cells [ms] up to which all have a p95 error below `limit`; negative: none. `cells` are those of one
-/// curve.
-double holds_until_ms(std::vector<TruthCell> cells, double limit);
-
 }  // namespace palpate

@@ -14,9 +14,17 @@ Matrix side_by_side(const std::vector<Vector>& columns) {
   return w;
 }
 
+/// W^T P W.
+Matrix energy_of(const Linearisation& at, const Matrix& w, double s) {
+  Matrix p_w, d_w;
+  at.tangents->multiply(w, p_w, d_w);
+  p_w += s * d_w + s * s * at.dynamics->masses().asDiagonal() * w;
+  return w.transpose() * p_w;
+}
+
 /// The leading directions of W in the energy of P, orthonormal in M.
-CubicBasis compress(const Linearisation& at, const CubicSystem& system, const Matrix& w, int modes) {
-  const Matrix energy = w.transpose() * system.multiply(w);
+CubicBasis compress(const Linearisation& at, const Matrix& w, double s, int modes) {
+  const Matrix energy = energy_of(at, w, s);
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(0.5 * (energy + energy.transpose()));
   const Vector root = at.dynamics->masses().cwiseSqrt();
   const double smallest = 1e-10 * eigen.eigenvalues().tail<1>()[0];
@@ -38,7 +46,7 @@ void ShapeHistory::add(const BodyState& state) {
   states_.push_back(state);
 }
 
-std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const CubicSystem& system,
+std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
                                       const Matrix& prescribed, const ShapeHistory& history, const CubicBasisRequest& request,
                                       BasisMemory& memory) {
   const double s = request.shift_1_s;
@@ -53,7 +61,7 @@ std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart
   memory.resize(inputs.size());
   std::vector<SolveColumn> solves;
   for (std::size_t k = 0; k < inputs.size(); ++k) solves.push_back({&inputs[k], &memory[k]});
-  if (!system.solve(solves)) return std::nullopt;
+  if (!solve(solves)) return std::nullopt;
 
   std::vector<Vector> candidates = start.ports;
   Vector motion = request.bridge_s * at.state->v;
@@ -64,7 +72,7 @@ std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart
     candidates.push_back(before.x - at.state->x);
     mask(*at.held, candidates.back());
   }
-  return compress(at, system, side_by_side(candidates), request.modes);
+  return compress(at, side_by_side(candidates), s, request.modes);
 }
 
 }  // namespace palpate

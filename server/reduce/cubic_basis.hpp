@@ -41,15 +41,9 @@ struct CubicBasis {
   Matrix coordinates;  ///< V^T M W, r x candidates: what is expected of the modes
 };
 
-/// P, as its owner solves and multiplies with it.
-struct CubicSystem {
-  KrylovSolve solve;
-  std::function<Matrix(const Matrix&)> multiply;  ///< P Y
-};
-
 /// `start.ports`: P^-1 B a_i, the answers to the port's three input directions, scaled; `prescribed`: how the port itself moves
 /// for them (3 N x 3; no columns for touch). `memory`: warm starts. Nothing when P is not positive definite.
-std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const CubicSystem& system,
+std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
                                       const Matrix& prescribed, const ShapeHistory& history, const CubicBasisRequest& request,
                                       BasisMemory& memory);
 

@@ -71,8 +71,6 @@ class SharedSystem {
   /// nullptr when P turns out not to be positive definite.
   const Vector* motion();
   bool solve(std::span<const SolveColumn> columns) { return solver_.solve(at_, columns, tolerance_); }
-  /// P y, column by column.
-  Matrix multiply(const Matrix& y) const { return solver_.multiply(y); }
   double shift() const { return shift_; }
   int iterations() const { return solver_.iterations(); }
 

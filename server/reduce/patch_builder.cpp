@@ -336,10 +336,10 @@ std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::ui
     shapes.port(3 * static_cast<Eigen::Index>(node) + column, column) = shapes.amplitude[column];
     start.ports.push_back(shapes.amplitude[column] * answers[axis]);
   }
-  const CubicSystem system{
-      [&](std::span<const SolveColumn> columns) { return model.solver->solve(model.at, columns, kBasisTolerance); },
-      [&](const Matrix& y) { return model.solver->multiply(y); }};
-  return cubic_basis(model.at, start, system, shapes.port, history_, {modes, shift_for(request.bridge), bridge_s}, cubic_memory_);
+  const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
+    return model.solver->solve(model.at, columns, kBasisTolerance);
+  };
+  return cubic_basis(model.at, start, solve, shapes.port, history_, {modes, shift_for(request.bridge), bridge_s}, cubic_memory_);
 }
 
 /// `true_stiffness`: of modes and tool before anything was lifted, in the modes of the patch.
@@ -485,8 +485,7 @@ std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
   if (cubic) {
     const double bridge_s = seconds(request.bridge);
     scale_to(expected_motion(frame.tool(which), bridge_s), own.b, start->ports);
-    const CubicSystem system{solve, [&](const Matrix& y) { return p.multiply(y); }};
-    return cubic_basis(at, *start, system, Matrix(), history_, {modes, p.shift(), bridge_s}, cubic_memory_);
+    return cubic_basis(at, *start, solve, Matrix(), history_, {modes, p.shift(), bridge_s}, cubic_memory_);
   }
   for (const Vector& b : own.input) start->fine.push_back(b.cwiseQuotient(dynamics_->masses()));
   auto directions = krylov_basis(at, *start, solve, {modes, p.shift(), kBasisTolerance});
