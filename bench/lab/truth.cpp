@@ -85,13 +85,14 @@ void draw(const std::filesystem::path& out, const std::vector<Cells>& curves) {
   }
   std::vector<GridPanel> panels;
   for (const std::string& scene : scenes) {
-    // One legend for all panels.
-    const std::string key = panels.empty() ? "set key maxrows 4\n" : "unset key\n";
+    // One legend for all panels, and room for it.
+    const std::string title = "set tmargin 7.5\nset title offset 0,4\n";
+    const std::string key = title + (panels.empty() ? "set key maxrows 4\n" : "unset key\n");
     panels.push_back(panel_of(out, curves, scene, "truth of the force [dB]", "1:2", key + "set yrange [-10:60]"));
-    panels.push_back(panel_of(out, curves, scene, "p95 error [just-noticeable differences]", "1:4",
-                              "unset key\nset logscale y\nset format y '%g'\nset yrange [0.01:30]\n"
-                              "set arrow from graph 0, first 1 to graph 1, first 1 nohead lc rgb '#888888' dt 2\n"
-                              "set arrow from graph 0, first 0.1 to graph 1, first 0.1 nohead lc rgb '#888888' dt 2"));
+    panels.push_back(panel_of(out, curves, scene, "p95 error [noticeable differences]", "1:4",
+                              title + "unset key\nset logscale y\nset format y '%g'\nset yrange [0.01:30]\n"
+                                      "set arrow from graph 0, first 1 to graph 1, first 1 nohead lc rgb '#888888' dt 2\n"
+                                      "set arrow from graph 0, first 0.1 to graph 1, first 0.1 nohead lc rgb '#888888' dt 2"));
   }
   plot_grid(out / "truth.svg", "Force error against the round trip: press, stroke, tap, release", 2, panels);
 }
