@@ -102,7 +102,7 @@ void ClientCore::take(std::span<const std::byte> bytes, Micros now) {
 LinkReport ClientCore::link_report() const {
   LinkReport report;
   loss_in_.fill(report);
-  report.patch_age = haptic_.bridged();
+  report.patch_age = std::max(Micros{}, haptic_.bridged());  // a shadow's patches may be ahead of its clock
   return report;
 }
 
@@ -165,11 +165,10 @@ void ClientCore::take_refuse(const Message& message, Micros now) {
 
 void ClientCore::take_patch(const Patch& patch, std::size_t bytes, Micros now) {
   drain();
+  ++counts_.patches;
   counts_.patch_bytes += bytes;
   contact_in_reach_ = true;
-  if (!intake_.accept(patch, now)) return;
-  ++counts_.patches;
-  last_patch_ = patch;
+  if (intake_.accept(patch, now)) last_patch_ = patch;
 }
 
 void ClientCore::take_terms(const PatchTerms& piece, std::size_t bytes) {

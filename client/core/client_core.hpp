@@ -42,7 +42,7 @@ struct ClientCounts {
   std::uint64_t sent = 0, received = 0, bytes_sent = 0, bytes_received = 0, joins = 0, stale = 0;
   std::uint64_t samples_outside = 0;                 ///< not finite or beyond the world: neither sent nor caught up with
   std::array<std::uint64_t, kWireFaults> dropped{};  ///< patches that did not pass check() among them
-  std::uint64_t patch_bytes = 0, patches = 0;        ///< bytes of all datagrams with patches and terms; patches, each once
+  std::uint64_t patch_bytes = 0, patches = 0;        ///< bytes of the datagrams that carried patches, with their terms
 };
 
 /// Frames a second that the room has time for (0: not said yet), and how old its newest state was when it was computed.
