@@ -58,6 +58,7 @@ const Theme& theme(bool dark) {
                             .floor = Vec3f(0.38F, 0.35F, 0.33F),
                             .ink = Vec3f(0.11F, 0.13F, 0.16F),
                             .ink_soft = Vec3f(0.36F, 0.40F, 0.45F),
+                            .accent = Vec3f(0.06F, 0.52F, 0.60F),
                             .grid = Vec3f(0.30F, 0.36F, 0.42F),
                             .grid_strength = 0.20F,
                             .shadow_strength = 0.50F};
@@ -70,6 +71,7 @@ const Theme& theme(bool dark) {
                            .floor = Vec3f(0.15F, 0.13F, 0.13F),
                            .ink = Vec3f(0.93F, 0.94F, 0.96F),
                            .ink_soft = Vec3f(0.62F, 0.66F, 0.72F),
+                           .accent = Vec3f(0.20F, 0.72F, 0.78F),
                            .grid = Vec3f(0.60F, 0.68F, 0.78F),
                            .grid_strength = 0.16F,
                            .shadow_strength = 0.72F};

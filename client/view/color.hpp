@@ -23,7 +23,7 @@ Vec3f station_color(std::size_t index);
 struct Theme {
   Vec3f background_top, background_bottom;
   Vec3f key, fill, rim, sky, floor;  ///< linear
-  Vec3f ink, ink_soft;               ///< text
+  Vec3f ink, ink_soft, accent;       ///< text; what is set off from it
   Vec3f grid;
   float grid_strength, shadow_strength;
 };

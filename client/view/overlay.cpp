@@ -85,7 +85,7 @@ Legend legend_of(ShapeChannel color) {
 void draw_legend(const Pen& pen, const Sight& sight, const Look& look) {
   constexpr int kParts = 64;
   const Legend legend = legend_of(look.color);
-  const float x = 28 * pen.scale, bar = 210 * pen.scale, thick = 11 * pen.scale, y = pen.height - 52 * pen.scale;
+  const float x = 28 * pen.scale, bar = 210 * pen.scale, thick = 11 * pen.scale, y = pen.bottom - 52 * pen.scale;
   pen.text(x, y - 24 * pen.scale, 14, pen.theme.ink, legend.title);
   for (int i = 0; i < kParts; ++i) {
     const auto at = [&](int k) { return x + bar * static_cast<float>(k) / kParts; };
@@ -115,7 +115,7 @@ void draw_scales(const Pen& pen, const Sight& sight, const Camera& camera, const
   const float grid_m = Renderer::grid_spacing(rest), force_n = round_down_125(0.3F * rest.diagonal() / sight.arrow_m_per_n);
   float right = pen.width - 28 * pen.scale;
   const auto bar = [&](float length, const std::string& words) {
-    const float y = pen.height - 40 * pen.scale, left = right - std::max(length, pen.measure(13, words));
+    const float y = pen.bottom - 40 * pen.scale, left = right - std::max(length, pen.measure(13, words));
     const float thick = 1.6F * pen.scale, tick = 4 * pen.scale;
     const ImU32 ink = packed(pen.theme.ink);
     pen.list.AddLine({right - length, y}, {right, y}, ink, thick);
@@ -126,7 +126,7 @@ void draw_scales(const Pen& pen, const Sight& sight, const Camera& camera, const
   bar(pixels(grid_m), fmt::format("{:g} mm", 1000 * grid_m));
   bar(pixels(force_n * sight.arrow_m_per_n), fmt::format("{:g} N", force_n));
   if (caption.keys.empty()) return;
-  pen.text_left_of(pen.width - 28 * pen.scale, pen.height - 70 * pen.scale, 12, pen.theme.ink_soft, caption.keys);
+  pen.text_left_of(pen.width - 28 * pen.scale, pen.bottom - 70 * pen.scale, 12, pen.theme.ink_soft, caption.keys);
 }
 
 }  // namespace
@@ -159,12 +159,15 @@ void Overlay::draw(const Sight& sight, const Caption& caption, const Camera& cam
   io.DeltaTime = 1.0F / 60;
   ImGui_ImplOpenGL3_NewFrame();
   ImGui::NewFrame();
-  const Pen pen{*ImGui::GetForegroundDrawList(), theme(look.dark), scale_, io.DisplaySize.x, io.DisplaySize.y};
+  const float below = caption.replay ? ReplayBar::kHeight * scale_ : 0;
+  const Pen pen{*ImGui::GetForegroundDrawList(), theme(look.dark), scale_, io.DisplaySize.x, io.DisplaySize.y,
+                io.DisplaySize.y - below};
   draw_head(pen, sight, caption);
   draw_contacts(pen, sight, camera);
   draw_legend(pen, sight, look);
   draw_scales(pen, sight, camera, caption);
   if (look.panels) draw_panels(pen, caption.panels);
+  if (caption.replay) draw_replay_bar(pen, *caption.replay);
   ImGui::Render();
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }

@@ -3,16 +3,17 @@
 namespace palpate::shaders {
 namespace {
 
-// A disc of taps, evenly spread (golden angle); each tap is itself a bilinear comparison of four texels.
+// A disc of taps, evenly spread (golden angle); each tap is itself a bilinear comparison of four texels. The disc is turned from
+// pixel to pixel (interleaved gradient noise: J. Jimenez, SIGGRAPH 2014 courses), so that few taps give grain in place of bands.
 const char* const kShadow = R"GLSL(
 uniform sampler2DShadow u_key_map;
 uniform mat4 u_key_matrix;
 uniform int u_taps;
 float lit_fraction(sampler2DShadow map, mat4 matrix, vec3 p, float radius) {
   vec3 at = (matrix * vec4(p, 1.0)).xyz * 0.5 + 0.5;
-  float sum = 0.0;
+  float sum = 0.0, turn = 6.283185 * fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
   for (int i = 0; i < u_taps; ++i) {
-    float r = radius * sqrt((float(i) + 0.5) / float(u_taps)), a = 2.399963 * float(i);
+    float r = radius * sqrt((float(i) + 0.5) / float(u_taps)), a = 2.399963 * float(i) + turn;
     sum += texture(map, vec3(at.xy + r * vec2(cos(a), sin(a)), at.z));
   }
   return sum / float(u_taps);

@@ -59,6 +59,25 @@ TEST_CASE("A fitted camera sees every vertex, from every side and in every forma
   }
 }
 
+TEST_CASE("A fitted camera keeps the body out from under the panels", "[view]") {
+  const demo::Body body = demo::pressed_organ(0, 0);
+  constexpr float kWidth = 1280, kHeight = 800, kCovered = 0.33F;
+  Camera camera;
+  camera.fit(body.triangles, body.rest, kWidth / kHeight, kCovered);
+  const Eigen::Matrix4f m = camera.projection(kWidth / kHeight) * camera.view();
+  float left = kWidth, right = 0;
+  for (const Vec3f& p : body.rest) {
+    const float x = to_pixels(m, p, kWidth, kHeight).x();
+    left = std::min(left, x);
+    right = std::max(right, x);
+  }
+  const float free = (1 - kCovered) * kWidth;
+  CHECK(left > 0);
+  CHECK(right < free);
+  CHECK(right - left > 0.5F * free);
+  CHECK(0.5F * (left + right) == Approx(0.5F * free).margin(0.05 * free));
+}
+
 TEST_CASE("From the top, right is x and up is y; dragging right turns the body with the mouse", "[view]") {
   Camera camera;
   camera.look_from(Camera::Side::top);
