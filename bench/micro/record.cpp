@@ -44,7 +44,8 @@ void add_room_second(RecordingWriter& writer, Micros t, int shape_every) {
   for (int k = 0; k < kFrameHz; ++k, t += kFrame) {
     const FrameResult& frame = frames[static_cast<std::size_t>(t / kFrame) % frames.size()];
     RecordedPath path{1, {}};
-    for (Micros s{0}; s < kFrame; s += kTick) path.samples.push_back({t + s, Vec3(0.1, 0.1, 1e-9 * static_cast<double>(s.count()))});
+    for (Micros s{0}; s < kFrame; s += kTick)
+      path.samples.push_back({t + s, Vec3(0.1, 0.1, 1e-9 * static_cast<double>(s.count()))});
     writer.add(path);
     writer.add(RecordedFrame{t, Micros{8'000}, Micros{60'000}, 0, 5, 0, 9, false});
     RecordedTouch touch;

@@ -11,8 +11,8 @@ class Camera {
  public:
   enum class Side { three_quarter, top, front, side };
 
-  /// Looks at the surface so that all of it, and room above it for an instrument, fills the picture (aspect = width / height), but
-  /// for the share of its width at the right that panels cover.
+  /// Looks at the surface so that all of it, and room above it for an instrument, fills the picture (aspect = width / height),
+  /// but for the share of its width at the right that panels cover.
   void fit(std::span<const Triangle> triangles, std::span<const Vec3f> positions, float aspect, float covered = 0);
   /// The middle of the picture moves to the middle of what panels leave.
   void cover(float share) { covered_ = share; }

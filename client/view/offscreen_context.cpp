@@ -63,7 +63,8 @@ OffscreenContext::OffscreenContext() : state_(std::make_unique<State>()) {
       EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
   state_->context = eglCreateContext(state_->display, found > 0 ? config : EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, core33.data());
   if (state_->context == EGL_NO_CONTEXT)
-    throw std::runtime_error("no offscreen OpenGL 3.3 core; found " + found_opengl(state_->display, found > 0 ? config : EGL_NO_CONFIG_KHR));
+    throw std::runtime_error("no offscreen OpenGL 3.3 core; found " +
+                             found_opengl(state_->display, found > 0 ? config : EGL_NO_CONFIG_KHR));
   if (!eglMakeCurrent(state_->display, EGL_NO_SURFACE, EGL_NO_SURFACE, state_->context)) fail("eglMakeCurrent");
 }
 

@@ -82,24 +82,34 @@ Legend legend_of(ShapeChannel color) {
   return {"displacement", 1000, "mm"};
 }
 
-void draw_legend(const Pen& pen, const Sight& sight, const Look& look) {
+/// A bar of colours, left and end of which are `from` and `to`; returns its right edge.
+template <class Color>
+float draw_color_bar(const Pen& pen, float x, float bar, const char* title, float from, float to, const char* unit,
+                     const Color& color) {
   constexpr int kParts = 64;
-  const Legend legend = legend_of(look.color);
-  const float x = 28 * pen.scale, bar = 210 * pen.scale, thick = 11 * pen.scale, y = pen.bottom - 52 * pen.scale;
-  pen.text(x, y - 24 * pen.scale, 14, pen.theme.ink, legend.title);
+  const float thick = 11 * pen.scale, y = pen.bottom - 52 * pen.scale;
+  pen.text(x, y - 24 * pen.scale, 14, pen.theme.ink, title);
   for (int i = 0; i < kParts; ++i) {
     const auto at = [&](int k) { return x + bar * static_cast<float>(k) / kParts; };
-    pen.list.AddRectFilled({at(i), y}, {at(i + 1), y + thick},
-                           packed(displacement_color((static_cast<float>(i) + 0.5F) / kParts)));
+    pen.list.AddRectFilled({at(i), y}, {at(i + 1), y + thick}, packed(color((static_cast<float>(i) + 0.5F) / kParts)));
   }
-  const float most = legend.per_unit * sight.color_max;
   for (int i = 0; i <= 2; ++i) {
-    const std::string number = fmt::format("{:g}", 0.5F * static_cast<float>(i) * most);
+    const std::string number = fmt::format("{:g}", from + 0.5F * static_cast<float>(i) * (to - from));
     const float centre = x + bar * 0.5F * static_cast<float>(i);
     pen.list.AddLine({centre, y + thick}, {centre, y + thick + 4 * pen.scale}, packed(pen.theme.ink_soft), pen.scale);
     pen.text(i == 0 ? x : centre - 0.5F * pen.measure(13, number), y + thick + 6 * pen.scale, 13, pen.theme.ink_soft,
-             i == 2 ? number + " " + legend.unit : number);
+             i == 2 ? number + " " + unit : number);
   }
+  return x + bar;
+}
+
+void draw_legends(const Pen& pen, const Sight& sight, const Look& look) {
+  const Legend legend = legend_of(look.color);
+  const float right = draw_color_bar(pen, 28 * pen.scale, 210 * pen.scale, legend.title, 0, legend.per_unit * sight.color_max,
+                                     legend.unit, &displacement_color);
+  if (look.lines != Lines::strain) return;
+  draw_color_bar(pen, right + 70 * pen.scale, 150 * pen.scale, "strain of the edges", -100 * kStrainMax, 100 * kStrainMax, "%",
+                 [](float share) { return strain_color(2 * share - 1); });
 }
 
 /// A bar of the force, and of the floor's grid, as long as an arrow or a field is at the body's middle.
@@ -164,7 +174,7 @@ void Overlay::draw(const Sight& sight, const Caption& caption, const Camera& cam
                 io.DisplaySize.y - below};
   draw_head(pen, sight, caption);
   draw_contacts(pen, sight, camera);
-  draw_legend(pen, sight, look);
+  draw_legends(pen, sight, look);
   draw_scales(pen, sight, camera, caption);
   if (look.panels) draw_panels(pen, caption.panels);
   if (caption.replay) draw_replay_bar(pen, *caption.replay);

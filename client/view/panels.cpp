@@ -126,9 +126,7 @@ void draw_body(Column& c) {
 
 }  // namespace
 
-float panels_cover(float width, float scale) {
-  return width < kLeastPicture * scale ? 0 : (kWidth + kMargin) * scale / width;
-}
+float panels_cover(float width, float scale) { return width < kLeastPicture * scale ? 0 : (kWidth + kMargin) * scale / width; }
 
 void draw_panels(const Pen& pen, const PanelFigures& figures) {
   if (figures.room == nullptr || figures.room->nodes == 0 || panels_cover(pen.width, pen.scale) == 0) return;

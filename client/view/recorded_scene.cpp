@@ -9,10 +9,10 @@
 namespace palpate {
 namespace {
 
-constexpr Micros kLinkHolds{1'000'000};   // after which a link that nobody reports is not known
-constexpr Micros kLossOver{10'000'000};   // over which losses are counted
-constexpr Micros kCostOver{1'000'000};    // over which frames are averaged
-constexpr Micros kFarFrames{250'000};     // frames farther apart are not joined by a motion
+constexpr Micros kLinkHolds{1'000'000};  // after which a link that nobody reports is not known
+constexpr Micros kLossOver{10'000'000};  // over which losses are counted
+constexpr Micros kCostOver{1'000'000};   // over which frames are averaged
+constexpr Micros kFarFrames{250'000};    // frames farther apart are not joined by a motion
 constexpr const char* kExpected = "a room's recording, made by palpate-server with --record";
 
 /// The last item at or before t; end() when there is none.

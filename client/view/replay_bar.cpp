@@ -39,8 +39,12 @@ std::string clock_words(Micros t) {
 }  // namespace
 
 ReplayBar::ReplayBar(float width, float height, float scale)
-    : left(190 * scale), right(width - 76 * scale), top(height - 40 * scale), bottom(height - 16 * scale),
-      button_left(24 * scale), button_right(52 * scale) {}
+    : left(190 * scale),
+      right(width - 76 * scale),
+      top(height - 40 * scale),
+      bottom(height - 16 * scale),
+      button_left(24 * scale),
+      button_right(52 * scale) {}
 
 bool ReplayBar::on_button(float x, float y) const { return x >= button_left && x <= button_right && y >= top && y <= bottom; }
 

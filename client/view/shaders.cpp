@@ -101,7 +101,8 @@ centroid in float v_shade, v_cavity, v_fixed;
 flat in vec3 v_strain;
 uniform sampler2D u_colors;
 uniform float u_color_max, u_floor_z, u_size, u_bias, u_strain_max;
-uniform int u_lines;  // Lines
+uniform vec3 u_pushed, u_slack, u_pulled;  // StrainColors
+uniform int u_lines;                       // Lines
 out vec4 color;
 void main() {
   vec3 n = normalize(v_normal) * (gl_FrontFacing ? 1.0 : -1.0);
@@ -119,8 +120,7 @@ void main() {
   if (u_lines == 2) {
     float strain = near.x < min(near.y, near.z) ? v_strain.x : near.y < near.z ? v_strain.y : v_strain.z;
     float s = clamp(strain / u_strain_max, -1.0, 1.0);
-    vec3 pushed = vec3(0.05, 0.28, 0.85), slack = vec3(0.60, 0.59, 0.57), pulled = vec3(0.90, 0.16, 0.04);
-    c = mix(c * 0.55, mix(slack, s < 0.0 ? pushed : pulled, sqrt(abs(s))), edge);
+    c = mix(c * 0.55, mix(u_slack, s < 0.0 ? u_pushed : u_pulled, sqrt(abs(s))), edge);
   }
   color = vec4(develop(c), 1.0);
 }

@@ -97,7 +97,8 @@ void ViewRecorder::take_tools(const Tools& tools, const RoomView& room) {
   std::erase_if(stations_, [&](const auto& entry) {
     const auto here = [&](const ToolView& tool) { return tool.station == entry.first; };
     if (std::any_of(tools.tools.begin(), tools.tools.end(), here)) return false;
-    writer_.add(RecordedEvent{tools.body_time, RecordedEventKind::left, entry.second, RecordedRole::hand, Scheme::port, entry.first, ""});
+    writer_.add(
+        RecordedEvent{tools.body_time, RecordedEventKind::left, entry.second, RecordedRole::hand, Scheme::port, entry.first, ""});
     return true;
   });
 }

@@ -1,5 +1,5 @@
-// A recording of a body of 20,000 triangles that is stroked at 30 Hz, in closed form: what `bench/view/reach.py --recording` and a
-// person who wants to know their frame rate play. `test_view "[.reach]"` writes out/reach.rec.
+// A recording of a body of 20,000 triangles that is stroked at 30 Hz, in closed form: what `bench/view/reach.py --recording` and
+// a person who wants to know their frame rate play. `test_view "[.reach]"` writes out/reach.rec.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -78,5 +78,6 @@ TEST_CASE("A recording of 20,000 triangles to measure drawing with", "[.reach]")
   writer.finish();
   const auto bytes = writer.take();
   std::filesystem::create_directories("out");
-  std::ofstream("out/reach.rec", std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  std::ofstream("out/reach.rec", std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }

@@ -9,7 +9,8 @@ namespace palpate {
 namespace {
 
 constexpr const char* kLookKeys =
-    "drag turn   right drag move   wheel zoom   F fit   T 1 3 2 sides   L light   W lines   C colours   P panels   R record   Q quit";
+    "drag turn   right drag move   wheel zoom   F fit   T 1 3 2 sides   L light   W lines   C colours   P panels   R record   Q "
+    "quit";
 constexpr const char* kTouchKeys =
     "left button touch   wheel deeper   right drag turn   middle drag move   F fit   L light   W lines   C colours   P panels   "
     "R record   Q quit";
@@ -56,8 +57,9 @@ Pointer Controls::pointer() const {
   int width = 1, height = 1, pixels_x = 1, pixels_y = 1;
   glfwGetWindowSize(window_, &width, &height);
   glfwGetFramebufferSize(window_, &pixels_x, &pixels_y);
-  return {static_cast<float>(last_x_ * pixels_x / std::max(1, width)), static_cast<float>(last_y_ * pixels_y / std::max(1, height)),
-          static_cast<float>(std::max(1, pixels_x)), static_cast<float>(std::max(1, pixels_y)), held(GLFW_MOUSE_BUTTON_LEFT)};
+  return {static_cast<float>(last_x_ * pixels_x / std::max(1, width)),
+          static_cast<float>(last_y_ * pixels_y / std::max(1, height)), static_cast<float>(std::max(1, pixels_x)),
+          static_cast<float>(std::max(1, pixels_y)), held(GLFW_MOUSE_BUTTON_LEFT)};
 }
 
 ReplayBar Controls::bar() const {
@@ -197,7 +199,9 @@ void Controls::aim() {
     hand_.emplace(core.mesh().triangles, core.rest(), core.welcome().contact, core.welcome().home);
     hand_mesh_ = core.mesh_version();
   }
-  touch_->aim(hand_->target(view_.camera(), pointer()));
+  const Micros now = now_us();
+  touch_->aim(hand_->target(view_.camera(), pointer(), now - aimed_at_));
+  aimed_at_ = now;
 }
 
 }  // namespace palpate

@@ -54,6 +54,7 @@ class Controls {
   float density_ = 1;
   std::optional<PointerTool> hand_;
   std::uint64_t hand_mesh_ = 0;  ///< version of the mesh that it knows
+  Micros aimed_at_{};
   double last_x_ = 0, last_y_ = 0;
   bool scrubbing_ = false;
 };

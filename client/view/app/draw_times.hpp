@@ -12,8 +12,8 @@ namespace palpate {
 class DrawTimes {
  public:
   void add(Micros begun, Micros drawn);
-  /// In a line: pictures a second, median and 99th percentile of the time of one, and the processor time of this program for each,
-  /// of all its threads: what drawing in software takes from others.
+  /// In a line: pictures a second, median and 99th percentile of the time of one, and the processor time of this program for
+  /// each, of all its threads: what drawing in software takes from others.
   std::string summary() const;
 
  private:

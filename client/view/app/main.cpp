@@ -48,7 +48,8 @@ void check(const CLI::App& app, const ViewOptions& options) {
                                     {"--at", options.at_s},
                                     {"--fps", options.fps}})
     if (std::isnan(value)) throw InputError(flag, "is nan", "a number");
-  for (const auto& [flag, value] : {std::pair{"--screenshot", &options.screenshot}, {"--frames", &options.frames}, {"--record", &options.record}})
+  for (const auto& [flag, value] :
+       {std::pair{"--screenshot", &options.screenshot}, {"--frames", &options.frames}, {"--record", &options.record}})
     if (app.count(flag) > 0 && value->empty()) throw InputError(flag, "is empty", "a path");
   const auto printable = [](unsigned char c) { return c >= 0x20 && c != 0x7f; };
   const std::string& name = options.station;
@@ -71,7 +72,8 @@ void check(const CLI::App& app, const ViewOptions& options) {
 void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& light) {
   app.set_version_flag("--version", "palpate-view " PALPATE_VERSION);
   app.add_option("--server", options.server, "HOST:PORT of palpate-server");
-  app.add_option("--recording", options.recording, "play this recording of palpate-server in place of a server")->type_name("FILE");
+  app.add_option("--recording", options.recording, "play this recording of palpate-server in place of a server")
+      ->type_name("FILE");
   app.add_option("--at", options.at_s, "moment of the recording to begin at, in seconds")
       ->capture_default_str()
       ->check(CLI::Range(0.0, kLongestS));

@@ -40,15 +40,11 @@ Caption RecordedSource::caption(Micros now, const std::vector<ToolView>& tools) 
   Caption caption{head.name, "", ""};
   const std::chrono::sys_seconds made{std::chrono::duration_cast<std::chrono::seconds>(head.unix_time)};
   caption.status = channel_ == ShapeChannel::position
-                       ? fmt::format("recorded {:%Y-%m-%d %H:%M} UTC    {:g} shapes a second    {} triangles", made, head.shapes_hz,
-                                     scene_.mesh().triangles.size())
+                       ? fmt::format("recorded {:%Y-%m-%d %H:%M} UTC    {:g} shapes a second    {} triangles", made,
+                                     head.shapes_hz, scene_.mesh().triangles.size())
                        : "neither tensions nor the reach of patches are recorded: colours show displacement";
-  caption.panels = {.room = &room_,
-                    .late_known = false,
-                    .forces = &forces_,
-                    .patch_ages = &patch_ages_,
-                    .stations = {},
-                    .now = clock_.at(now)};
+  caption.panels = {
+      .room = &room_, .late_known = false, .forces = &forces_, .patch_ages = &patch_ages_, .stations = {}, .now = clock_.at(now)};
   for (const ToolView& tool : tools) caption.panels.stations.push_back(tool.station);
   caption.replay = state(now);
   return caption;

@@ -99,7 +99,11 @@ Look window_look(const ViewOptions& options, bool software) {
 class Screen {
  public:
   explicit Screen(const ViewOptions& options)
-      : options_(options), window_(open_window(options)), software_(draws_in_software()), density_(find_density()), stage_(make_stage()) {}
+      : options_(options),
+        window_(open_window(options)),
+        software_(draws_in_software()),
+        density_(find_density()),
+        stage_(make_stage()) {}
   Look look() const { return window_look(options_, software_); }
   void run(Controls& controls, const TouchStation* touch);
 
