@@ -18,7 +18,7 @@ namespace palpate {
 namespace {
 
 constexpr int kFrameHz = 20, kTickHz = 1000;
-constexpr Micros kSecond{1'000'000}, kFrame = kSecond / kFrameHz;
+constexpr Micros kSecond{1'000'000}, kFrame = kSecond / kFrameHz, kEachTick = kSecond / kTickHz;
 
 /// Two seconds of a hand on the organ.
 const std::vector<FrameResult>& organ_frames() {
@@ -44,7 +44,7 @@ void add_room_second(RecordingWriter& writer, Micros t, int shape_every) {
   for (int k = 0; k < kFrameHz; ++k, t += kFrame) {
     const FrameResult& frame = frames[static_cast<std::size_t>(t / kFrame) % frames.size()];
     RecordedPath path{1, {}};
-    for (Micros s{0}; s < kFrame; s += kTick)
+    for (Micros s{0}; s < kFrame; s += kEachTick)
       path.samples.push_back({t + s, Vec3(0.1, 0.1, 1e-9 * static_cast<double>(s.count()))});
     writer.add(path);
     writer.add(RecordedFrame{t, Micros{8'000}, Micros{60'000}, 0, 5, 0, 9, false});
@@ -61,7 +61,7 @@ void add_room_second(RecordingWriter& writer, Micros t, int shape_every) {
 
 /// A second of a station: its ticks, a patch a frame.
 void add_station_second(RecordingWriter& writer, Micros t, const std::vector<std::byte>& patch) {
-  for (int k = 0; k < kTickHz; ++k, t += kTick) {
+  for (int k = 0; k < kTickHz; ++k, t += kEachTick) {
     RecordedTick tick;
     tick.t = t;
     tick.position = Vec3(0.1, 0.1, 1e-6 * k);

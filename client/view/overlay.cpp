@@ -82,12 +82,12 @@ Legend legend_of(ShapeChannel color) {
   return {"displacement", 1000, "mm"};
 }
 
-/// A bar of colours, left and end of which are `from` and `to`; returns its right edge.
+/// A bar of colours whose ends stand for `from` and `to`; `row` 0 is the lowest.
 template <class Color>
-float draw_color_bar(const Pen& pen, float x, float bar, const char* title, float from, float to, const char* unit,
-                     const Color& color) {
+void draw_color_bar(const Pen& pen, int row, const char* title, float from, float to, const char* unit, const Color& color) {
   constexpr int kParts = 64;
-  const float thick = 11 * pen.scale, y = pen.bottom - 52 * pen.scale;
+  const float x = 28 * pen.scale, bar = 210 * pen.scale, thick = 11 * pen.scale;
+  const float y = pen.bottom - (52 + 64 * static_cast<float>(row)) * pen.scale;
   pen.text(x, y - 24 * pen.scale, 14, pen.theme.ink, title);
   for (int i = 0; i < kParts; ++i) {
     const auto at = [&](int k) { return x + bar * static_cast<float>(k) / kParts; };
@@ -100,15 +100,13 @@ float draw_color_bar(const Pen& pen, float x, float bar, const char* title, floa
     pen.text(i == 0 ? x : centre - 0.5F * pen.measure(13, number), y + thick + 6 * pen.scale, 13, pen.theme.ink_soft,
              i == 2 ? number + " " + unit : number);
   }
-  return x + bar;
 }
 
 void draw_legends(const Pen& pen, const Sight& sight, const Look& look) {
   const Legend legend = legend_of(look.color);
-  const float right = draw_color_bar(pen, 28 * pen.scale, 210 * pen.scale, legend.title, 0, legend.per_unit * sight.color_max,
-                                     legend.unit, &displacement_color);
+  draw_color_bar(pen, 0, legend.title, 0, legend.per_unit * sight.color_max, legend.unit, &displacement_color);
   if (look.lines != Lines::strain) return;
-  draw_color_bar(pen, right + 70 * pen.scale, 150 * pen.scale, "strain of the edges", -100 * kStrainMax, 100 * kStrainMax, "%",
+  draw_color_bar(pen, 1, "strain of the edges", -100 * kStrainMax, 100 * kStrainMax, "%",
                  [](float share) { return strain_color(2 * share - 1); });
 }
 

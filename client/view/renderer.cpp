@@ -304,7 +304,9 @@ void Renderer::draw(const Sight& sight, const Camera& camera, const Look& look, 
   body_.set("u_slack", strain_colors().slack);
   body_.set("u_pulled", strain_colors().pulled);
   body_.set("u_bias", 0.007F * size);
+  if (sight.closed) glEnable(GL_CULL_FACE);
   draw_body();
+  glDisable(GL_CULL_FACE);
   light(solid_, lights);
   draw_solids();
 

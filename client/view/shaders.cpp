@@ -12,9 +12,11 @@ uniform int u_taps;
 float lit_fraction(sampler2DShadow map, mat4 matrix, vec3 p, float radius) {
   vec3 at = (matrix * vec4(p, 1.0)).xyz * 0.5 + 0.5;
   float sum = 0.0, turn = 6.283185 * fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
+  const mat2 golden = mat2(-0.7373688, 0.6754903, -0.6754903, -0.7373688);
+  vec2 to = radius * inversesqrt(float(u_taps)) * vec2(cos(turn), sin(turn));
   for (int i = 0; i < u_taps; ++i) {
-    float r = radius * sqrt((float(i) + 0.5) / float(u_taps)), a = 2.399963 * float(i) + turn;
-    sum += texture(map, vec3(at.xy + r * vec2(cos(a), sin(a)), at.z));
+    sum += texture(map, vec3(at.xy + sqrt(float(i) + 0.5) * to, at.z));
+    to = golden * to;
   }
   return sum / float(u_taps);
 }

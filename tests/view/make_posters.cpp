@@ -52,8 +52,15 @@ void draw(const Moment& moment, const RoomFacts& facts, const FrameResult& frame
   const std::vector<ToolView> tools{{"hand", hand.tool, hand.force, hand.contact}};
   const std::vector<float> shade = shade_of(facts, frame, moment.color);
   scales.see(facts.mesh.triangles, positions, rest, shade, tools);
-  const Sight sight{facts.mesh.triangles,  positions, rest, shade, facts.mesh.vertices, tools, scales.color_max(!shade.empty()),
-                    scales.arrow_m_per_n()};
+  const Sight sight{.triangles = facts.mesh.triangles,
+                    .positions = positions,
+                    .rest = rest,
+                    .shade = shade,
+                    .vertices = facts.mesh.vertices,
+                    .tools = tools,
+                    .closed = is_closed(facts.mesh.triangles),
+                    .color_max = scales.color_max(!shade.empty()),
+                    .arrow_m_per_n = scales.arrow_m_per_n()};
   for (const bool dark : {false, true})
     for (const auto& [width, height] : {std::pair{1280, 800}, {640, 400}}) {
       Camera camera;

@@ -28,6 +28,16 @@ TEST_CASE("The bottom of a dent is a cavity and its surroundings are not", "[vie
   }
 }
 
+TEST_CASE("A surface is closed when every edge has two sides", "[view]") {
+  demo::Body body = demo::unit_sphere(2);
+  CHECK(is_closed(body.triangles));
+  std::swap(body.triangles[3][0], body.triangles[3][1]);
+  CHECK_FALSE(is_closed(body.triangles));
+  body.triangles.erase(body.triangles.begin() + 3);
+  CHECK_FALSE(is_closed(body.triangles));
+  CHECK_FALSE(is_closed({}));
+}
+
 TEST_CASE("Vertices without a triangle and empty surfaces do no harm", "[view]") {
   SurfaceShade surface;
   const std::vector<Vec3f> alone{Vec3f(1, 2, 3)};

@@ -11,6 +11,7 @@ bool SceneView::update(Micros now, const Frame& frame, const ToolView* own) {
   if (source_.mesh_version() != mesh_version_) {
     mesh_version_ = source_.mesh_version();
     scales_ = source_.scales();
+    closed_ = is_closed(source_.mesh().triangles);
     fit(frame);
   }
   scales_.see(source_.mesh().triangles, moment_.shape.positions, source_.rest(), moment_.shape.shade, moment_.tools);
@@ -29,6 +30,7 @@ Sight SceneView::sight() const {
           .shade = moment_.shape.shade,
           .vertices = source_.mesh().vertices,
           .tools = moment_.tools,
+          .closed = closed_,
           .color_max = scales_.color_max(!moment_.shape.shade.empty()),
           .arrow_m_per_n = scales_.arrow_m_per_n()};
 }

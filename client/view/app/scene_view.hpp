@@ -28,6 +28,7 @@ class SceneView {
   Scales scales_;
   Camera camera_;
   std::uint64_t mesh_version_ = 0;
+  bool closed_ = false;
 };
 
 }  // namespace palpate
