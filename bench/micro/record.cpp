@@ -1,5 +1,5 @@
 // What recording costs: processor time and bytes for each second of a session, at the server and at the client, and to read it.
-// Shapes and patches are the server's own, computed beforehand. Timed is the recording alone, up to the bytes that go to the
+// The patch is the server's own, computed beforehand. Timed is the recording alone, up to the bytes that go to the
 // file; the file's own thread only hands them to the system.
 #include <array>
 
@@ -20,29 +20,29 @@ namespace {
 constexpr int kFrameHz = 20, kTickHz = 1000;
 constexpr Micros kSecond{1'000'000}, kFrame = kSecond / kFrameHz, kEachTick = kSecond / kTickHz;
 
-/// Two seconds of a hand on the organ.
-const std::vector<FrameResult>& organ_frames() {
-  static const auto frames = [] {
-    FrameDriver driver(scene_of("organ.json"), motion_of("organ-tour.csv"), Scheme::port);
-    std::vector<FrameResult> results;
-    for (int k = 0; k < 2 * kFrameHz; ++k) results.push_back(driver.next());
-    return results;
+/// Two seconds of the organ, every vertex moving.
+const std::vector<std::vector<Vec3>>& organ_shapes() {
+  static const auto shapes = [] {
+    std::vector<std::vector<Vec3>> moved(2 * kFrameHz, scene_of("organ").body.nodes);
+    for (std::size_t k = 0; k < moved.size(); ++k)
+      for (Vec3& x : moved[k]) x *= 1 + 1e-3 * static_cast<double>(k);
+    return moved;
   }();
-  return frames;
+  return shapes;
 }
 
 RecordingHead room_head() {
   RecordingHead head;
   head.rate_hz = kFrameHz;
-  head.surface = recorded_surface(scene_of("organ.json"));
+  head.surface = recorded_surface(scene_of("organ"));
   return head;
 }
 
 /// A second of a room with one hand from `t` on: what RoomRecorder writes, shapes every `shape_every` frames (0: none).
 void add_room_second(RecordingWriter& writer, Micros t, int shape_every) {
-  const auto& frames = organ_frames();
+  const auto& shapes = organ_shapes();
   for (int k = 0; k < kFrameHz; ++k, t += kFrame) {
-    const FrameResult& frame = frames[static_cast<std::size_t>(t / kFrame) % frames.size()];
+    const auto& positions = shapes[static_cast<std::size_t>(t / kFrame) % shapes.size()];
     RecordedPath path{1, {}};
     for (Micros s{0}; s < kFrame; s += kEachTick)
       path.samples.push_back({t + s, Vec3(0.1, 0.1, 1e-9 * static_cast<double>(s.count()))});
@@ -53,7 +53,7 @@ void add_room_second(RecordingWriter& writer, Micros t, int shape_every) {
     touch.station = 1;
     touch.contact = touch.has_patch = true;
     writer.add(touch);
-    if (shape_every > 0 && k % shape_every == 0 && !frame.positions.empty()) writer.add_shape(t, frame.positions);
+    if (shape_every > 0 && k % shape_every == 0) writer.add_shape(t, positions);
     if (k % 5 == 0) writer.add(RecordedLink{t, 1, {}, {}, {}, {}, {}, 1, 0});
     writer.tick(t);
   }
@@ -90,7 +90,7 @@ void report(benchmark::State& state, double computing_s, std::size_t bytes) {
 }
 
 void record_room(benchmark::State& state, int shape_every) {
-  organ_frames();
+  organ_shapes();
   RecordingWriter writer(room_head());
   std::size_t bytes = 0;
   Micros t{0};
