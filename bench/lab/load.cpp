@@ -1,8 +1,6 @@
 // palpate-lab load: what a room full of stations costs its server, part by part, and what one more costs.
 #include <fmt/format.h>
 
-#include <ctime>
-
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/flags.hpp"
 #include "bench/lab/link_flags.hpp"
@@ -20,13 +18,6 @@ struct Flags {
   int stations = 16, order = 0;
   double apart_mm = 20, slide_mm = 10, duration_s = 4, rate_hz = 30;
 };
-
-/// Of this thread, not of the wall: what else the machine does is no cost of the server.
-std::int64_t thread_ns() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
-}
 
 struct Row {
   const char* name;
@@ -50,7 +41,7 @@ ServerLoad measure(const Flags& flags, const Scene& scene, int stations) {
   options.order = flags.order;
   options.rate_hz = flags.rate_hz;
   return server_load(scene, tools_apart(scene, stations, flags.apart_mm * 1e-3, flags.duration_s, flags.slide_mm * 1e-3), options,
-                     thread_ns);
+                     processor_ns);
 }
 
 int run_load(const Flags& flags) {

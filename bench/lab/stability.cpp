@@ -38,7 +38,8 @@ Json to_json(const StabilityPoint& p, const StabilityCell& c) {
           {"generated_mj", c.generated_mj}};
 }
 
-void report(const Cells& cells, const std::filesystem::path& out) {
+/// False when a point of ours is not stable.
+bool report(const Cells& cells, const std::filesystem::path& out) {
   draw_stability_maps(out, cells);
   Json summary{{"points", cells.size()}};
   fmt::print("\n  {:<10} {:>7} {:>8} {:>7} {:>7} {:>7}   {:>20}   {:>14}\n", "scheme", "points", "stable", "lost", "unrest",
@@ -75,11 +76,15 @@ void report(const Cells& cells, const std::filesystem::path& out) {
       "\n  unrest: the motion does not die out when nothing drives it; shakes: a driven hand is shaken; tail: what is left of "
       "the\n"
       "  motion after 1.5 s or more, of stable points; generated: energy from the display beyond what the hand had put in.\n");
-  for (const StabilityCell& c : cells)
-    if (c.fault != LoopFault::none && is_ours(c.point.scheme))
-      fmt::print("  {}: palpate-lab stability --only {} --out DIR\n", name_of(c.fault), key_of(c.point));
+  bool all_stable = true;
+  for (const StabilityCell& c : cells) {
+    if (c.fault == LoopFault::none || !is_ours(c.point.scheme)) continue;
+    all_stable = false;
+    fmt::print("  {}: palpate-lab stability --only {} --out DIR\n", name_of(c.fault), key_of(c.point));
+  }
   write_json(out / "summary.json", summary);
   fmt::print("\n{}\n", (out / "summary.json").string());
+  return all_stable;
 }
 
 std::string trace_csv(const StabilityResult& result, const StabilityReference& reference) {
@@ -135,8 +140,7 @@ int run_stability(const Flags& flags) {
       cells.insert(cells.end(), more.begin(), more.end());
     }
     write_text(out / "cells.csv", cells_csv(cells));
-    report(cells, out);
-    return 0;
+    return report(cells, out) ? 0 : 1;
   }
   const std::vector<StabilityPoint> all = stability_points(plan);
   for (const StabilityPoint& p : shard.part_of(all)) cells.push_back({p});
@@ -146,8 +150,7 @@ int run_stability(const Flags& flags) {
     std::fflush(stdout);
   });
   write_text(shard.file(out), cells_csv(cells));
-  if (shard.of == 1) report(cells, out);
-  return 0;
+  return shard.of > 1 || report(cells, out) ? 0 : 1;
 }
 
 }  // namespace

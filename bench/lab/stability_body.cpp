@@ -100,7 +100,8 @@ void draw(const std::filesystem::path& out, const Cells& cells) {
   plot_script(out / "body-map.svg", 960, 420, s + "unset multiplot\n");
 }
 
-void report(const Cells& cells, const std::filesystem::path& out) {
+/// False when a trial does not hold.
+bool report(const Cells& cells, const std::filesystem::path& out) {
   draw(out, cells);
   Json summary{{"trials", cells.size()}};
   fmt::print("\n  {:<10} {:>7} {:>7} {:>7} {:>7} {:>11} {:>10} {:>6} {:>10} {:>12} {:>8}\n", "treatment", "trials", "hold", "NaN",
@@ -131,11 +132,15 @@ void report(const Cells& cells, const std::filesystem::path& out) {
       "  cut steps: trials whose statistics report any; halted: those in which a piece of 50 ms was given up and the body "
       "halted;\n"
       "  growth: most that the energy rose after the release, as a share.\n");
-  for (const BodyCell& c : cells)
-    if (!c.result.holds(c.trial))
-      fmt::print("  does not hold: palpate-lab stability --body --only {} --out DIR\n", key_of(c.trial));
+  bool all_hold = true;
+  for (const BodyCell& c : cells) {
+    if (c.result.holds(c.trial)) continue;
+    all_hold = false;
+    fmt::print("  does not hold: palpate-lab stability --body --only {} --out DIR\n", key_of(c.trial));
+  }
   write_json(out / "summary.json", summary);
   fmt::print("\n{}\n", (out / "summary.json").string());
+  return all_hold;
 }
 
 }  // namespace
@@ -168,8 +173,7 @@ int run_body_sweep(const BodySweep& sweep) {
   }
   const bool part = shard.of > 1 && !sweep.shards.merge;
   write_text(part ? shard.file(out) : out / "cells.csv", cells_csv(cells));
-  if (!part) report(cells, out);
-  return 0;
+  return part || report(cells, out) ? 0 : 1;
 }
 
 }  // namespace palpate

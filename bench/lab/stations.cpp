@@ -23,9 +23,6 @@ struct Flags {
   LinkFlags link;
 };
 
-/// Of the processor, not of the wall: what else the machine does is no cost of the server.
-std::int64_t processor_ns() { return static_cast<std::int64_t>(std::clock()) * (1'000'000'000 / CLOCKS_PER_SEC); }
-
 void write_forces(const std::filesystem::path& file, const std::vector<ReplayResult>& results) {
   std::string csv = "t_s";
   for (std::size_t k = 1; k <= results.size(); ++k) fmt::format_to(std::back_inserter(csv), ",f{0}_n,f{0}_ref_n", k);

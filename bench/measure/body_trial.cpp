@@ -16,6 +16,7 @@ constexpr double kSpacingM = 0.02, kHeightM = (kNodes - 1) * kSpacingM, kSoftest
 constexpr double kGestureS = 0.2, kPieceS = 0.05, kWatchedS = 2.0, kWatchedSteps = 4000;
 constexpr double kBackSpacings = 0.01;  // a node this far from its place is at it
 constexpr double kFolds = 0.5;          // a block compressed further may come to rest in folds
+constexpr double kSwings = 0.5;         // of the energy: a block that still has so much is where its swings take it
 constexpr double kGrowth = 1e-3;        // of the energy: what the tolerance of Newton's method can put in
 
 double log_uniform(Random& random, double low, double high) { return low * std::pow(high / low, random.uniform()); }
@@ -118,16 +119,17 @@ double Trial::softest_period_s() const {
 
 void Trial::relax() {
   constexpr int kPiecesMax = 400;
-  constexpr double kStillSpacings = 1e-7;
+  constexpr double kStillSpacings = 1e-7, kLonger = 1.3;
   const bool was_back = off_spacings() < kBackSpacings;
-  const double piece_s = 10 * softest_period_s();
-  Integrator integrator(dynamics_, skin_, {piece_s});
+  const double longest_s = 10 * softest_period_s();
+  double piece_s = std::min(1e-3 * trial_.step_ms, longest_s);
+  Integrator integrator(dynamics_, skin_, {longest_s});
   std::vector<ToolPort> none;
-  for (int k = 0; k < kPiecesMax; ++k) {
+  for (int k = 0; k < kPiecesMax; ++k, piece_s = std::min(kLonger * piece_s, longest_s)) {
     const Vector before = state_.x;
     state_.v.setZero();
     const bool converged = integrator.advance(state_, none, state_.time_s + piece_s, {}).converged;
-    if (!converged || (state_.x - before).cwiseAbs().maxCoeff() > kStillSpacings * kSpacingM) continue;
+    if (!converged || piece_s < longest_s || (state_.x - before).cwiseAbs().maxCoeff() > kStillSpacings * kSpacingM) continue;
     const bool at_rest = off_spacings() < kBackSpacings;
     result_.end = !at_rest ? BodyEnd::elsewhere : was_back ? BodyEnd::back : BodyEnd::on_its_way;
     return;
@@ -137,8 +139,8 @@ void Trial::relax() {
 }  // namespace
 
 bool BodyTrialResult::holds(const BodyTrial& trial) const {
-  const bool folds = trial.treatment != Treatment::compress || trial.amount > kFolds;
-  return finite && !hidden_cut && growth < kGrowth && end != BodyEnd::none && (folds || end != BodyEnd::elsewhere);
+  const bool folds = trial.treatment != Treatment::compress || trial.amount > kFolds || left > kSwings;
+  return finite && failed == 0 && !hidden_cut && growth < kGrowth && end != BodyEnd::none && (folds || end != BodyEnd::elsewhere);
 }
 
 LumpedBody trial_body(const BodyTrial& trial) {

@@ -7,13 +7,15 @@
 //     pull      one corner of the top sideways and up within 0.2 s, by `amount` times the height
 // and then everything lets go.
 //
-// What must hold: nothing is ever NaN; after the release the energy never grows (a body without dampers has only the integrator's
-// own damping, so that is all it can promise); every step that was shorter than asked for is told; and the body comes back. One
-// that is slow, or swings on, has not after the watched time. It is then relaxed: long L-stable steps whose velocity is thrown
-// away (as settle.hpp does) take it down to the equilibrium in whose basin it is, without climbing out. Springs see lengths
-// alone, so the rest shape is not the only equilibrium: the block mirrored in its fixed face is as relaxed as before, and folded
-// ones can be stable. A block that was torn through itself, or compressed to less than half its height, may end in such a one,
-// which is told from the rest shape; one that was compressed less may not.
+// What must hold: nothing is ever NaN; no step is given up; after the release the energy never grows (a body without dampers has
+// only the integrator's own damping, so that is all it can promise); every step that was shorter than asked for is told; and the
+// body comes back. One that is slow, or swings on, has not after the watched time. It is then relaxed: L-stable steps whose
+// velocity is thrown away (as settle.hpp does), longer and longer, so that what is stiff is at rest before the steps are long
+// enough to throw it over, take it down to the equilibrium in whose basin it is. Springs see lengths alone, so the rest shape is
+// not the only equilibrium: the block mirrored in its fixed face is as relaxed as before, and folded ones can be stable. A block
+// that was torn through itself, or compressed to less than half its height, may end in such a one, which is told from the rest
+// shape. One that was compressed less may only when it still swings with most of its energy, which takes it over the folds of its
+// softest springs: so it does at any step length.
 #pragma once
 
 #include <array>
@@ -54,7 +56,8 @@ struct BodyTrialResult {
   double off_spacings = 0;  ///< largest distance of a node from its rest place then
   BodyEnd end = BodyEnd::none;
 
-  /// No NaN, no growth, all cuts told, and an equilibrium at the end: the rest shape, or where the block may fold another.
+  /// No NaN, no piece given up, no growth, all cuts told, and an equilibrium at the end: the rest shape, or where the block may
+  /// fold another.
   bool holds(const BodyTrial& trial) const;
 };
 

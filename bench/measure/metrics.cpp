@@ -88,6 +88,17 @@ double percentile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(k)];
 }
 
+std::vector<double> relative_errors(std::span<const Vec3> felt, std::span<const Vec3> reference) {
+  constexpr double kLeastShare = 0.1;
+  double peak = 0;
+  for (const Vec3& r : reference) peak = std::max(peak, r.norm());
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < felt.size(); ++i)
+    if (peak > 0 && reference[i].norm() >= kLeastShare * peak)
+      errors.push_back((felt[i] - reference[i]).norm() / reference[i].norm());
+  return errors;
+}
+
 Fidelity compare(std::span<const Vec3> felt, std::span<const Vec3> reference, std::size_t skip, int lag_max_ms) {
   Fidelity result;
   if (felt.size() <= skip) return result;
@@ -96,20 +107,15 @@ Fidelity compare(std::span<const Vec3> felt, std::span<const Vec3> reference, st
   const auto n = static_cast<double>(felt.size());
   Vec3 mean = Vec3::Zero();
   for (const Vec3& r : reference) mean += r / n;
-  double error = 0, variance = 0, power = 0, peak = 0;
+  double error = 0, variance = 0, power = 0;
   for (std::size_t i = 0; i < felt.size(); ++i) {
     error += (felt[i] - reference[i]).squaredNorm();
     variance += (reference[i] - mean).squaredNorm();
     power += reference[i].squaredNorm();
-    peak = std::max(peak, reference[i].norm());
   }
   result.snr_db = error > 0 ? std::clamp(10 * std::log10(variance / error), -kSnrCeilingDb, kSnrCeilingDb) : kSnrCeilingDb;
   result.rel_rms = power > 0 ? std::sqrt(error / power) : 0;
-
-  std::vector<double> relative;
-  for (std::size_t i = 0; i < felt.size(); ++i)
-    if (peak > 0 && reference[i].norm() >= 0.1 * peak) relative.push_back((felt[i] - reference[i]).norm() / reference[i].norm());
-  result.p95_rel_error = percentile(std::move(relative), 0.95);
+  result.p95_rel_error = percentile(relative_errors(felt, reference), 0.95);
   for (std::size_t i = 1; i < felt.size(); ++i)
     result.force_step_max_n =
         std::max(result.force_step_max_n, (felt[i] - felt[i - 1]).norm() - (reference[i] - reference[i - 1]).norm());

@@ -29,6 +29,9 @@ inline constexpr double kSnrCeilingDb = 300;  ///< what identical signals get: r
 /// `felt` and `reference` have one entry a millisecond and the same length.
 Fidelity compare(std::span<const Vec3> felt, std::span<const Vec3> reference, std::size_t skip, int lag_max_ms = kLagMaxMs);
 
+/// |f - r| / |r| of the ticks with |r| of at least a tenth of its peak.
+std::vector<double> relative_errors(std::span<const Vec3> felt, std::span<const Vec3> reference);
+
 /// When contact begins, felt against true. An onset is the first tick of contact in the reference after kFreeTicks without; its
 /// error is the display's own onset nearest to it minus it: negative is early, positive late. Missed: none within kOnsetWithin.
 struct OnsetErrors {

@@ -113,8 +113,8 @@ void count(ReplayResult& result, const World& world, std::size_t k, const Tally&
   const ClientCounts& counts = core.counts();
   result.patches_used = after.patches_used - before.patches_used;
   result.faded_ticks = after.faded_ticks - before.faded_ticks;
-  result.patch_bytes_mean =
-      counts.patches > 0 ? static_cast<double>(counts.patch_bytes) / static_cast<double>(counts.patches) : 0;
+  const std::uint64_t patches = core.intake_counts().accepted;  // not the second copies
+  result.patch_bytes_mean = patches > 0 ? static_cast<double>(counts.patch_bytes) / static_cast<double>(patches) : 0;
   result.patch_states = core.last_patch().states();
   result.last_patch = core.last_patch();
   result.guard = core.haptic().guard_counts();

@@ -51,8 +51,12 @@ bool PatchIntake::accept(const Patch& patch, Micros now) {
   last_seq_ = patch.seq;
   ++counts_.accepted;
   patch_ = patch;
-  const auto terms = terms_.terms_for(patch_);
-  hand_over(terms ? *terms : CubicTerms{});
+  if (const auto terms = terms_.terms_for(patch_))
+    hand_over(*terms);
+  else if (before_is_truer(now))
+    ++counts_.held_back;
+  else
+    hand_over({});
   return true;
 }
 
@@ -66,18 +70,48 @@ bool PatchIntake::accept(const PatchTerms& piece) {
   return true;
 }
 
+void PatchIntake::catch_up(PatchPlayer& player) const {
+  for (std::size_t i = history_.first_after(player.time()); i < history_.size(); ++i) player.advance(history_[i]);
+}
+
 void PatchIntake::hand_over(const CubicTerms& terms) {
   PatchPlayer& player = slot_.back();
   player = PatchPlayer(patch_, terms);
-  for (std::size_t i = history_.first_after(patch_.stamp); i < history_.size(); ++i) player.advance(history_[i]);
+  catch_up(player);
+  if (terms.variables > 0) {
+    ++counts_.bent;
+    compare(player);
+    bent_ = player;
+  } else {
+    bent_.reset();
+  }
   slot_.publish();
-  if (terms.variables > 0) ++counts_.bent;
+}
+
+bool PatchIntake::before_is_truer(Micros now) const {
+  if (!bent_ || patch_.scheme != Scheme::cubic) return false;
+  const auto behind = static_cast<std::int32_t>(patch_.seq - bent_->patch().seq);
+  if (behind > kBehindMost || now - bent_->patch().stamp > bent_->patch().valid_for) return false;
+  return before_error_n_ * behind <= straight_error_n_;
+}
+
+void PatchIntake::compare(const PatchPlayer& bent) {
+  if (!bent_) return;
+  constexpr double kShare = 0.125;
+  PatchPlayer straight(patch_);
+  catch_up(straight);
+  catch_up(*bent_);
+  const Vec3 force = bent.output().force;
+  const double behind = std::max(1, static_cast<std::int32_t>(patch_.seq - bent_->patch().seq));
+  before_error_n_ += kShare * ((bent_->output().force - force).norm() / behind - before_error_n_);
+  straight_error_n_ += kShare * ((straight.output().force - force).norm() - straight_error_n_);
 }
 
 void PatchIntake::reset() {
   last_seq_ = 0;
   counts_.accepted = 0;
   terms_.reset();
+  bent_.reset();
 }
 
 }  // namespace palpate

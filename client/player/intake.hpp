@@ -1,9 +1,16 @@
 // The network side of the hand-over: a checked patch comes in, is compiled and caught up with the client's own samples,
 // and leaves through a wait-free slot to the haptic thread; once more when the terms that go with it have come (scheme cubic).
+//
+// Until they have, a patch of scheme cubic is its linear part, and the one before it, bent, may be truer although it is older.
+// Whenever terms come, both are set beside the bent new patch at the newest sample,
+//     e_before = |f_before - f| / (patches it is behind),   e_straight = |f_straight - f|,   running means,
+// and the next patch is held back while e_before times the patches that the bent one is then behind is no more than e_straight,
+// for at most kBehindMost patches and no longer than the bent one is valid.
 // Runs off the haptic thread; one writer.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "client/player/player.hpp"
@@ -33,6 +40,7 @@ class SampleHistory {
 struct IntakeCounts {
   std::uint64_t accepted = 0, stale = 0, too_old = 0, from_future = 0;
   std::uint64_t bent = 0;         ///< patches that were played with their terms
+  std::uint64_t held_back = 0;    ///< patches that waited for their terms while the one before, bent, went on
   std::uint64_t stale_terms = 0;  ///< pieces of terms that were old, known, or of another whole
 };
 
@@ -49,14 +57,20 @@ class PatchIntake {
   /// from the future. `now` is the clock of the samples; the newest of them may be older, after this side stood still.
   bool accept(const Patch& patch, Micros now);
   /// Takes a piece of the terms of a patch, before or after the patch itself. When the last one is there the patch is compiled
-  /// anew with them, caught up and handed over like a new one; until then, and for ever when one is lost, it plays without.
+  /// anew with them, caught up and handed over like a new one; until then, and for ever when one is lost, it plays without, or
+  /// the one before goes on.
   bool accept(const PatchTerms& piece);
   /// A new server process or station: sequence numbers start over.
   void reset();
   const IntakeCounts& counts() const { return counts_; }
 
  private:
+  static constexpr int kBehindMost = 4;
+
+  void catch_up(PatchPlayer& player) const;
   void hand_over(const CubicTerms& terms);
+  bool before_is_truer(Micros now) const;
+  void compare(const PatchPlayer& bent);
 
   LatestSlot<PatchPlayer>& slot_;
   Micros future_max_;
@@ -64,6 +78,8 @@ class PatchIntake {
   Patch patch_;  ///< the last one that was accepted
   TermsAssembly terms_;
   std::uint32_t last_seq_ = 0;
+  std::optional<PatchPlayer> bent_;  ///< the patch that was handed over last, when it was with its terms
+  double before_error_n_ = 0, straight_error_n_ = 0;
   IntakeCounts counts_;
 };
 

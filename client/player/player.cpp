@@ -177,10 +177,17 @@ void PatchPlayer::update_response() noexcept {
 void PatchPlayer::tick_touch(const Vec3& tool) noexcept {
   const auto r = patch_.modes();
   if (r > 0) {
+    kick();
     StateVector next = drift_;
     next.noalias() += step_ * z_;
     z_ = next;
   }
+  close_touch(tool);
+  bend(Vec3::Zero(), Vec3::Zero());
+  kick();
+}
+
+void PatchPlayer::close_touch(const Vec3& tool) noexcept {
   place_vertices();
   const SurfaceView view = surface();
   output_ = {};
@@ -197,7 +204,7 @@ void PatchPlayer::tick_touch(const Vec3& tool) noexcept {
   const ContactClosure closure = close_contact(p_free, compliance_, normal_at(view, positions(), point_), tool, parameters);
   touching_ = closure.touching;
   if (!touching_) return;
-  if (r > 0) z_.noalias() += response_ * closure.lambda;
+  if (patch_.modes() > 0) z_.noalias() += response_ * closure.lambda;
   if (closure.slip.squaredNorm() > 0) {
     point_ = slide(view, positions(), point_, closure.slip);
     has_response_ = false;

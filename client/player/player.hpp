@@ -54,6 +54,7 @@ class PatchPlayer {
   void tick(const Vec3& tool) noexcept;
   void tick_attach(const Vec3& tool) noexcept;
   void tick_touch(const Vec3& tool) noexcept;
+  void close_touch(const Vec3& tool) noexcept;
   void grow_load() noexcept;
   void kick() noexcept;
   void bend(const Vec3& displacement, const Vec3& velocity) noexcept;

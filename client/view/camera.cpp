@@ -23,7 +23,8 @@ Eigen::Matrix3f Camera::axes() const {
   return m;
 }
 
-void Camera::fit(std::span<const Triangle> triangles, std::span<const Vec3f> positions, float aspect) {
+void Camera::fit(std::span<const Triangle> triangles, std::span<const Vec3f> positions, float aspect, float covered) {
+  covered_ = covered;
   const Box box = bounds(triangles, positions);
   size_ = box.diagonal();
   const Vec3f instrument(box.center().x(), box.center().y(), box.high.z() + kInstrumentRoom * size_);
@@ -32,7 +33,7 @@ void Camera::fit(std::span<const Triangle> triangles, std::span<const Vec3f> pos
   distance_ = 0;
   const auto include = [&](const Vec3f& p) {
     const Vec3f q = axis.transpose() * (p - target_);
-    const float half = std::max(std::abs(q.x()) / aspect, std::abs(q.y()));
+    const float half = std::max(std::abs(q.x()) / (aspect * (1 - covered)), std::abs(q.y()));
     distance_ = std::max(distance_, half / (kFill * kTanHalfView) + q.z());
   };
   include(instrument);
@@ -73,6 +74,7 @@ Eigen::Matrix4f Camera::projection(float aspect) const {
   const float near = std::max(0.02F * size_, distance_ - 3 * size_), far = distance_ + 8 * size_;
   Eigen::Matrix4f m = Eigen::Matrix4f::Zero();
   m(0, 0) = 1 / (kTanHalfView * aspect);
+  m(0, 2) = covered_;  // the middle of what is not covered
   m(1, 1) = 1 / kTanHalfView;
   m(2, 2) = -(far + near) / (far - near);
   m(2, 3) = -2 * far * near / (far - near);

@@ -11,8 +11,11 @@ class Camera {
  public:
   enum class Side { three_quarter, top, front, side };
 
-  /// Looks at the surface so that all of it, and room above it for an instrument, fills the picture (aspect = width / height).
-  void fit(std::span<const Triangle> triangles, std::span<const Vec3f> positions, float aspect);
+  /// Looks at the surface so that all of it, and room above it for an instrument, fills the picture (aspect = width / height),
+  /// but for the share of its width at the right that panels cover.
+  void fit(std::span<const Triangle> triangles, std::span<const Vec3f> positions, float aspect, float covered = 0);
+  /// The middle of the picture moves to the middle of what panels leave.
+  void cover(float share) { covered_ = share; }
   void look_from(Side side);
   /// Turn by a mouse drag: a drag across the whole height turns by half a circle.
   void orbit(float dx, float dy);
@@ -29,7 +32,7 @@ class Camera {
 
  private:
   static constexpr float kAzimuth = -0.95F, kElevation = 0.62F;  ///< three quarters, high enough to look into a dent
-  float azimuth_ = kAzimuth, elevation_ = kElevation, distance_ = 1.0F, size_ = 1.0F;
+  float azimuth_ = kAzimuth, elevation_ = kElevation, distance_ = 1.0F, size_ = 1.0F, covered_ = 0;
   Vec3f target_ = Vec3f::Zero();
 };
 

@@ -42,6 +42,17 @@ Vec3f displacement_color(float s) {
   return to_srgb(oklab_to_linear({lch[0], lch[1] * std::cos(lch[2] * kDegree), lch[1] * std::sin(lch[2] * kDegree)}));
 }
 
+const StrainColors& strain_colors() {
+  static const StrainColors kColors{Vec3f(0.05F, 0.28F, 0.85F), Vec3f(0.60F, 0.59F, 0.57F), Vec3f(0.90F, 0.16F, 0.04F)};
+  return kColors;
+}
+
+Vec3f strain_color(float s) {
+  const StrainColors& colors = strain_colors();
+  const Vec3f& end = s < 0 ? colors.pushed : colors.pulled;
+  return to_srgb(colors.slack + std::sqrt(std::abs(s)) * (end - colors.slack));
+}
+
 Vec3f station_color(std::size_t index) {
   static const std::array<Vec3f, 6> kPalette{Vec3f(0.06F, 0.60F, 0.66F), Vec3f(0.38F, 0.42F, 0.88F), Vec3f(0.36F, 0.62F, 0.22F),
                                              Vec3f(0.74F, 0.30F, 0.66F), Vec3f(0.20F, 0.52F, 0.86F), Vec3f(0.50F, 0.50F, 0.54F)};
@@ -58,6 +69,7 @@ const Theme& theme(bool dark) {
                             .floor = Vec3f(0.38F, 0.35F, 0.33F),
                             .ink = Vec3f(0.11F, 0.13F, 0.16F),
                             .ink_soft = Vec3f(0.36F, 0.40F, 0.45F),
+                            .accent = Vec3f(0.06F, 0.52F, 0.60F),
                             .grid = Vec3f(0.30F, 0.36F, 0.42F),
                             .grid_strength = 0.20F,
                             .shadow_strength = 0.50F};
@@ -70,6 +82,7 @@ const Theme& theme(bool dark) {
                            .floor = Vec3f(0.15F, 0.13F, 0.13F),
                            .ink = Vec3f(0.93F, 0.94F, 0.96F),
                            .ink_soft = Vec3f(0.62F, 0.66F, 0.72F),
+                           .accent = Vec3f(0.20F, 0.72F, 0.78F),
                            .grid = Vec3f(0.60F, 0.68F, 0.78F),
                            .grid_strength = 0.16F,
                            .shadow_strength = 0.72F};

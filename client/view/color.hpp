@@ -16,6 +16,14 @@ Vec3f to_srgb(const Vec3f& linear);
 /// with lightness growing evenly, so that equal steps of millimetres look equal, also printed in grey and to colour-blind eyes.
 Vec3f displacement_color(float s);
 
+/// Linear colours of an edge that is pushed, slack, pulled.
+struct StrainColors {
+  Vec3f pushed, slack, pulled;
+};
+const StrainColors& strain_colors();
+/// Colour of a strain, s in [-1, 1] of the legend, as the body's shader mixes it.
+Vec3f strain_color(float s);
+
 /// Colour of a station's collar, arrow and label, by its place in the list.
 Vec3f station_color(std::size_t index);
 
@@ -23,7 +31,7 @@ Vec3f station_color(std::size_t index);
 struct Theme {
   Vec3f background_top, background_bottom;
   Vec3f key, fill, rim, sky, floor;  ///< linear
-  Vec3f ink, ink_soft;               ///< text
+  Vec3f ink, ink_soft, accent;       ///< text; what is set off from it
   Vec3f grid;
   float grid_strength, shadow_strength;
 };

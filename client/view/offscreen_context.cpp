@@ -1,6 +1,7 @@
 #include "client/view/offscreen_context.hpp"
 
 #include <epoxy/egl.h>
+#include <epoxy/gl.h>
 
 #include <array>
 #include <cstdio>
@@ -29,6 +30,21 @@ namespace {
   throw std::runtime_error("no offscreen OpenGL: " + step + " failed (EGL error " + code.data() + ")");
 }
 
+/// What this machine has in place of OpenGL 3.3, in words.
+std::string found_opengl(EGLDisplay display, EGLConfig config) {
+  const std::array<EGLint, 1> any{EGL_NONE};
+  const EGLContext context = eglCreateContext(display, config, EGL_NO_CONTEXT, any.data());
+  if (context == EGL_NO_CONTEXT || !eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) return "no OpenGL at all";
+  const auto text = [](GLenum name) {
+    const auto* words = reinterpret_cast<const char*>(glGetString(name));
+    return std::string(words != nullptr ? words : "unknown");
+  };
+  std::string found = "OpenGL " + text(GL_VERSION) + " of " + text(GL_RENDERER);
+  eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  eglDestroyContext(display, context);
+  return found;
+}
+
 }  // namespace
 
 OffscreenContext::OffscreenContext() : state_(std::make_unique<State>()) {
@@ -46,7 +62,9 @@ OffscreenContext::OffscreenContext() : state_(std::make_unique<State>()) {
       EGL_CONTEXT_MAJOR_VERSION,           3,       EGL_CONTEXT_MINOR_VERSION, 3, EGL_CONTEXT_OPENGL_PROFILE_MASK,
       EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
   state_->context = eglCreateContext(state_->display, found > 0 ? config : EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, core33.data());
-  if (state_->context == EGL_NO_CONTEXT) fail("eglCreateContext(OpenGL 3.3 core)");
+  if (state_->context == EGL_NO_CONTEXT)
+    throw std::runtime_error("no offscreen OpenGL 3.3 core; found " +
+                             found_opengl(state_->display, found > 0 ? config : EGL_NO_CONFIG_KHR));
   if (!eglMakeCurrent(state_->display, EGL_NO_SURFACE, EGL_NO_SURFACE, state_->context)) fail("eglMakeCurrent");
 }
 

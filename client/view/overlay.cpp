@@ -82,24 +82,32 @@ Legend legend_of(ShapeChannel color) {
   return {"displacement", 1000, "mm"};
 }
 
-void draw_legend(const Pen& pen, const Sight& sight, const Look& look) {
+/// A bar of colours whose ends stand for `from` and `to`; `row` 0 is the lowest.
+template <class Color>
+void draw_color_bar(const Pen& pen, int row, const char* title, float from, float to, const char* unit, const Color& color) {
   constexpr int kParts = 64;
-  const Legend legend = legend_of(look.color);
-  const float x = 28 * pen.scale, bar = 210 * pen.scale, thick = 11 * pen.scale, y = pen.height - 52 * pen.scale;
-  pen.text(x, y - 24 * pen.scale, 14, pen.theme.ink, legend.title);
+  const float x = 28 * pen.scale, bar = 210 * pen.scale, thick = 11 * pen.scale;
+  const float y = pen.bottom - (52 + 64 * static_cast<float>(row)) * pen.scale;
+  pen.text(x, y - 24 * pen.scale, 14, pen.theme.ink, title);
   for (int i = 0; i < kParts; ++i) {
     const auto at = [&](int k) { return x + bar * static_cast<float>(k) / kParts; };
-    pen.list.AddRectFilled({at(i), y}, {at(i + 1), y + thick},
-                           packed(displacement_color((static_cast<float>(i) + 0.5F) / kParts)));
+    pen.list.AddRectFilled({at(i), y}, {at(i + 1), y + thick}, packed(color((static_cast<float>(i) + 0.5F) / kParts)));
   }
-  const float most = legend.per_unit * sight.color_max;
   for (int i = 0; i <= 2; ++i) {
-    const std::string number = fmt::format("{:g}", 0.5F * static_cast<float>(i) * most);
+    const std::string number = fmt::format("{:g}", from + 0.5F * static_cast<float>(i) * (to - from));
     const float centre = x + bar * 0.5F * static_cast<float>(i);
     pen.list.AddLine({centre, y + thick}, {centre, y + thick + 4 * pen.scale}, packed(pen.theme.ink_soft), pen.scale);
     pen.text(i == 0 ? x : centre - 0.5F * pen.measure(13, number), y + thick + 6 * pen.scale, 13, pen.theme.ink_soft,
-             i == 2 ? number + " " + legend.unit : number);
+             i == 2 ? number + " " + unit : number);
   }
+}
+
+void draw_legends(const Pen& pen, const Sight& sight, const Look& look) {
+  const Legend legend = legend_of(look.color);
+  draw_color_bar(pen, 0, legend.title, 0, legend.per_unit * sight.color_max, legend.unit, &displacement_color);
+  if (look.lines != Lines::strain) return;
+  draw_color_bar(pen, 1, "strain of the edges", -100 * kStrainMax, 100 * kStrainMax, "%",
+                 [](float share) { return strain_color(2 * share - 1); });
 }
 
 /// A bar of the force, and of the floor's grid, as long as an arrow or a field is at the body's middle.
@@ -115,7 +123,7 @@ void draw_scales(const Pen& pen, const Sight& sight, const Camera& camera, const
   const float grid_m = Renderer::grid_spacing(rest), force_n = round_down_125(0.3F * rest.diagonal() / sight.arrow_m_per_n);
   float right = pen.width - 28 * pen.scale;
   const auto bar = [&](float length, const std::string& words) {
-    const float y = pen.height - 40 * pen.scale, left = right - std::max(length, pen.measure(13, words));
+    const float y = pen.bottom - 40 * pen.scale, left = right - std::max(length, pen.measure(13, words));
     const float thick = 1.6F * pen.scale, tick = 4 * pen.scale;
     const ImU32 ink = packed(pen.theme.ink);
     pen.list.AddLine({right - length, y}, {right, y}, ink, thick);
@@ -126,7 +134,7 @@ void draw_scales(const Pen& pen, const Sight& sight, const Camera& camera, const
   bar(pixels(grid_m), fmt::format("{:g} mm", 1000 * grid_m));
   bar(pixels(force_n * sight.arrow_m_per_n), fmt::format("{:g} N", force_n));
   if (caption.keys.empty()) return;
-  pen.text_left_of(pen.width - 28 * pen.scale, pen.height - 70 * pen.scale, 12, pen.theme.ink_soft, caption.keys);
+  pen.text_left_of(pen.width - 28 * pen.scale, pen.bottom - 70 * pen.scale, 12, pen.theme.ink_soft, caption.keys);
 }
 
 }  // namespace
@@ -159,12 +167,15 @@ void Overlay::draw(const Sight& sight, const Caption& caption, const Camera& cam
   io.DeltaTime = 1.0F / 60;
   ImGui_ImplOpenGL3_NewFrame();
   ImGui::NewFrame();
-  const Pen pen{*ImGui::GetForegroundDrawList(), theme(look.dark), scale_, io.DisplaySize.x, io.DisplaySize.y};
+  const float below = caption.replay ? ReplayBar::kHeight * scale_ : 0;
+  const Pen pen{*ImGui::GetForegroundDrawList(), theme(look.dark), scale_, io.DisplaySize.x, io.DisplaySize.y,
+                io.DisplaySize.y - below};
   draw_head(pen, sight, caption);
   draw_contacts(pen, sight, camera);
-  draw_legend(pen, sight, look);
+  draw_legends(pen, sight, look);
   draw_scales(pen, sight, camera, caption);
   if (look.panels) draw_panels(pen, caption.panels);
+  if (caption.replay) draw_replay_bar(pen, *caption.replay);
   ImGui::Render();
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }

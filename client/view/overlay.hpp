@@ -1,12 +1,14 @@
 // Words and figures over the picture: title, stations with their forces, labels at the arrows, legend of the colours, scale bars,
-// panels.
+// panels, replay bar.
 // Dear ImGui without windows and without a platform backend, so it works in a window and without a display alike.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "client/view/panels.hpp"
 #include "client/view/renderer.hpp"
+#include "client/view/replay_bar.hpp"
 
 namespace palpate {
 
@@ -15,6 +17,7 @@ struct Caption {
   std::string status;  ///< one line under it
   std::string keys;    ///< help at the bottom right, empty in pictures
   PanelFigures panels = {};
+  std::optional<ReplayState> replay = {};  ///< of a recording
 };
 
 class Overlay {
@@ -26,6 +29,7 @@ class Overlay {
   Overlay& operator=(const Overlay&) = delete;
   /// Draws over what the bound framebuffer holds.
   void draw(const Sight& sight, const Caption& caption, const Camera& camera, const Look& look, int width, int height);
+  float scale() const { return scale_; }
 
  private:
   float scale_;

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr float kWidth = 404, kMargin = 24, kPad = 14, kRow = 19, kPlot = 74, kLeastPicture = 860;
+constexpr float kWidth = 404, kMargin = 24, kPad = 14, kRow = 19, kUnits = 14, kPlot = 74, kLeastPicture = 860;
 constexpr std::size_t kMostRows = 8;
 
 /// Writes downwards inside the column.
@@ -32,17 +32,19 @@ struct Column {
 };
 
 struct Field {
-  const char* head;
+  const char *head, *unit;
   float right;  ///< edge of the text, from the column's left
 };
-constexpr std::array<Field, 7> kFields{
-    {{"RTT", 148}, {"jitter", 192}, {"loss", 240}, {"age", 284}, {"scheme", 340}, {"states", 0}, {"late", 390}}};
+constexpr std::size_t kFieldCount = 7;
+constexpr std::array<Field, kFieldCount> kFields{{{"RTT", "ms", 140},
+                                                  {"jitter", "ms", 184},
+                                                  {"loss", "%", 224},
+                                                  {"age", "ms", 262},
+                                                  {"scheme", "", 314},
+                                                  {"states", "", 356},
+                                                  {"late", "ticks", 390}}};
 
-std::string scheme_and_states(const StationView& s) {
-  return s.states > 0 ? fmt::format("{} {}", name_of(s.scheme), s.states) : std::string(name_of(s.scheme));
-}
-
-std::array<std::string, 7> values(const StationView& s) {
+std::array<std::string, kFieldCount> values(const StationView& s, bool late_known) {
   const double loss_pct = s.judged > 0 ? 100.0 * s.lost / s.judged : 0;
   const auto ms = [](Micros t) {
     const double value = 1e3 * seconds(t);
@@ -50,33 +52,35 @@ std::array<std::string, 7> values(const StationView& s) {
   };
   return {ms(s.rtt),
           ms(s.jitter),
-          fmt::format("{:.1f} %", loss_pct),
+          s.judged > 0 ? fmt::format("{:.1f}", loss_pct) : "-",
           ms(s.patch_age),
-          scheme_and_states(s),
-          "",
-          fmt::format("{}", s.ticks_late)};
+          std::string(name_of(s.scheme)),
+          s.states > 0 ? fmt::format("{}", s.states) : "-",
+          late_known ? fmt::format("{}", s.ticks_late) : "-"};
 }
 
 void draw_stations(Column& c) {
   const auto& stations = c.figures.room->stations;
   const std::size_t rows = std::min(stations.size(), kMostRows);
-  const float height = kPad + kRow * static_cast<float>(1 + std::max<std::size_t>(rows, 1)) + 6;
+  const float height = kPad + kUnits + kRow * static_cast<float>(1 + std::max<std::size_t>(rows, 1)) + 6;
   c.box(height);
   float y = c.y + c.at(9);
   c.pen.text(c.left + c.at(kPad), y, 12, c.pen.theme.ink_soft, "station");
-  for (const Field& field : kFields)
-    if (field.right > 0) c.pen.text_left_of(c.left + c.at(field.right), y, 12, c.pen.theme.ink_soft, field.head);
-  y += c.at(kRow);
+  for (const Field& field : kFields) {
+    c.pen.text_left_of(c.left + c.at(field.right), y, 12, c.pen.theme.ink_soft, field.head);
+    c.pen.text_left_of(c.left + c.at(field.right), y + c.at(kUnits), 11, c.pen.theme.ink_soft, field.unit);
+  }
+  y += c.at(kRow + kUnits);
   if (rows == 0) c.pen.text(c.left + c.at(kPad), y, 13, c.pen.theme.ink_soft, "nobody touches the body");
   for (std::size_t i = 0; i < rows; ++i, y += c.at(kRow)) {
     const StationView& s = stations[i];
     c.pen.list.AddCircleFilled({c.left + c.at(kPad + 4), y + c.at(8)}, c.at(4), packed(c.color(s.station)), 20);
     std::string name = s.station;
-    while (name.size() > 3 && c.pen.measure(13, name) > c.at(76)) name = name.substr(0, name.size() - 2) + ".";
+    while (name.size() > 3 && c.pen.measure(13, name) > c.at(72)) name = name.substr(0, name.size() - 2) + ".";
     c.pen.text(c.left + c.at(kPad + 14), y, 13, c.pen.theme.ink, name);
-    const auto words = values(s);
+    const auto words = values(s, c.figures.late_known);
     for (std::size_t k = 0; k < kFields.size(); ++k)
-      if (kFields[k].right > 0) c.pen.text_left_of(c.left + c.at(kFields[k].right), y, 13, c.pen.theme.ink, words[k]);
+      c.pen.text_left_of(c.left + c.at(kFields[k].right), y, 13, c.pen.theme.ink, words[k]);
   }
   c.y += c.at(height + 10);
 }
@@ -109,10 +113,10 @@ void draw_body(Column& c) {
   c.box(50);
   const std::array<std::pair<const char*, std::string>, 4> facts{
       {{"nodes", fmt::format("{}", room.nodes)},
-       {"step", fmt::format("{:.1f} ms", 1e3 * seconds(room.frame_time))},
+       {"step takes", fmt::format("{:.1f} ms", 1e3 * seconds(room.frame_time))},
        {"frames", fmt::format("{:.1f} a second", room.rate_hz)},
-       {"real time", fmt::format("{:.1f} x", room.real_time_factor)}}};
-  constexpr std::array<float, 4> kAt{kPad, 92, 186, 306};
+       {"real-time factor", fmt::format("{:.1f}", room.real_time_factor)}}};
+  constexpr std::array<float, 4> kAt{kPad, 84, 172, 290};
   for (std::size_t k = 0; k < facts.size(); ++k) {
     c.pen.text(c.left + c.at(kAt[k]), c.y + c.at(8), 12, c.pen.theme.ink_soft, facts[k].first);
     c.pen.text(c.left + c.at(kAt[k]), c.y + c.at(25), 14, c.pen.theme.ink, facts[k].second);
@@ -122,8 +126,10 @@ void draw_body(Column& c) {
 
 }  // namespace
 
+float panels_cover(float width, float scale) { return width < kLeastPicture * scale ? 0 : (kWidth + kMargin) * scale / width; }
+
 void draw_panels(const Pen& pen, const PanelFigures& figures) {
-  if (figures.room == nullptr || figures.room->nodes == 0 || pen.width < kLeastPicture * pen.scale) return;
+  if (figures.room == nullptr || figures.room->nodes == 0 || panels_cover(pen.width, pen.scale) == 0) return;
   const float right = pen.width - kMargin * pen.scale;
   Column column{pen, figures, right - kWidth * pen.scale, right, kMargin * pen.scale};
   draw_stations(column);

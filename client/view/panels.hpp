@@ -12,12 +12,15 @@ struct Pen;
 
 struct PanelFigures {
   const RoomView* room = nullptr;
+  bool late_known = true;               ///< whether the ticks that came late are
   const History* forces = nullptr;      ///< [N]
   const History* patch_ages = nullptr;  ///< [ms]
   std::vector<std::string> stations;    ///< in the order of their colours
   Micros now{};                         ///< the plots' right end
 };
 
+/// Share of the picture's width that they cover, with their margin; 0 where the picture is too narrow for body and panels.
+float panels_cover(float width, float scale);
 /// Does nothing where the picture is too narrow for body and panels.
 void draw_panels(const Pen& pen, const PanelFigures& figures);
 

@@ -17,6 +17,7 @@ struct Pen {
   ImDrawList& list;
   const Theme& theme;
   float scale, width, height;
+  float bottom;  ///< above it words and scales stand: the picture's lower edge, or the replay bar's upper one
 
   /// Both return the width of the words.
   float text(float x, float y, float size, const Vec3f& color, const std::string& words) const {

@@ -25,6 +25,9 @@ class Playback {
   bool at(Micros now, Shape& shape, std::vector<ToolView>& tools) const;
   Micros delay() const { return period_ + kJitterMargin; }
   Micros period() const { return period_; }
+  /// The newest of what came, in order of body time.
+  const std::deque<Shape>& shapes() const { return shapes_; }
+  const std::deque<Tools>& tools() const { return tools_; }
 
  private:
   static constexpr std::size_t kKept = 16;

@@ -8,6 +8,7 @@ namespace {
 
 // Shares of the body's diagonal.
 constexpr float kHover = 0.05F, kDepth = 0.045F, kLeastDepth = 0.005F, kMostDepth = 0.15F, kDepthStep = 0.006F;
+constexpr float kMostLift = 0.12F, kLiftAWay = 0.6F;  // the second for a way as long as the picture is high
 
 struct Ray {
   Vec3f from, direction;
@@ -59,15 +60,15 @@ PointerTool::PointerTool(std::span<const Triangle> triangles, std::span<const Ve
   SurfaceShade surface;
   update_surface(triangles, rest, surface);
   normals_ = surface.normals;
-  point_ -= kHover * size_ * normal_;  // until the pointer meets the body the tool waits at home
+  point_ -= kHover * size_ * normal_;  // so that it begins at home
 }
 
 void PointerTool::deepen(float steps) {
   depth_m_ = std::clamp(depth_m_ + steps * kDepthStep * size_, kLeastDepth * size_, kMostDepth * size_);
 }
 
-Vec3 PointerTool::target(const Camera& camera, const Pointer& pointer) {
-  return (contact_ == ContactKind::attach ? pull(camera, pointer) : press(camera, pointer)).cast<double>();
+Vec3 PointerTool::target(const Camera& camera, const Pointer& pointer, Micros elapsed) {
+  return (contact_ == ContactKind::attach ? pull(camera, pointer) : press(camera, pointer, elapsed)).cast<double>();
 }
 
 /// Mean normal of the vertices within reach: a stroke over the edges of a coarse mesh must not jerk the tool.
@@ -82,13 +83,30 @@ Vec3f PointerTool::smooth_normal(const Vec3f& point, const Vec3f& flat) const {
   return sum.normalized();
 }
 
-Vec3f PointerTool::press(const Camera& camera, const Pointer& pointer) {
-  const Ray ray = ray_of(camera, pointer);
+/// The pointer, or how far towards it from where the tool's point appears the tool may go now. `held` once it is there.
+Pointer PointerTool::walk(const Camera& camera, const Pointer& pointer, Micros elapsed) {
+  constexpr Micros kMost{50'000};  // after a pause it does not leap
+  const Eigen::Matrix4f view_projection = camera.projection(pointer.width / pointer.height) * camera.view();
+  const Vec3f now = to_pixels(view_projection, point_, pointer.width, pointer.height);
+  const Eigen::Vector2f way = Eigen::Vector2f(pointer.x, pointer.y) - now.head<2>();
+  const float most = kWalk * static_cast<float>(seconds(std::min(elapsed, kMost))) * pointer.height;
+  lift_ = std::min(kMostLift, kLiftAWay * way.norm() / pointer.height);
+  if (now.z() > 1 || way.norm() <= most) return pointer;
+  const Eigen::Vector2f at = now.head<2>() + way * (most / way.norm());
+  return {at.x(), at.y(), pointer.width, pointer.height, false};
+}
+
+Vec3f PointerTool::press(const Camera& camera, const Pointer& pointer, Micros elapsed) {
+  const Pointer walked = walk(camera, pointer, elapsed);
+  const Ray ray = ray_of(camera, walked);
   if (const auto hit = first_hit(triangles_, rest_, ray.from, ray.direction)) {
     point_ = hit->point;
     normal_ = smooth_normal(hit->point, hit->normal);
+  } else {
+    point_ = on_plane(ray, camera, point_);
   }
-  return point_ + (pointer.held ? -depth_m_ : kHover * size_) * normal_;
+  pressing_ = pointer.held && (pressing_ || walked.held);
+  return point_ + (pressing_ ? -depth_m_ : (kHover + lift_) * size_) * normal_;
 }
 
 Vec3f PointerTool::pull(const Camera& camera, const Pointer& pointer) {

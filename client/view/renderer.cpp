@@ -300,8 +300,13 @@ void Renderer::draw(const Sight& sight, const Camera& camera, const Look& look, 
   body_.set("u_size", size);
   body_.set("u_lines", static_cast<int>(look.lines));
   body_.set("u_strain_max", kStrainMax);
+  body_.set("u_pushed", strain_colors().pushed);
+  body_.set("u_slack", strain_colors().slack);
+  body_.set("u_pulled", strain_colors().pulled);
   body_.set("u_bias", 0.007F * size);
+  if (sight.closed) glEnable(GL_CULL_FACE);
   draw_body();
+  glDisable(GL_CULL_FACE);
   light(solid_, lights);
   draw_solids();
 

@@ -25,6 +25,7 @@ struct Sight {
   std::span<const float> shade;          ///< what colours show in its place; empty: displacement
   std::span<const MeshVertex> vertices;  ///< whose fixed ones are marked; empty: none
   std::span<const ToolView> tools;
+  bool closed = false;          ///< is_closed(triangles): back faces need no drawing
   float color_max = 0.002F;     ///< end of the colour legend, [m] or the unit of the shade
   float arrow_m_per_n = 0.02F;  ///< length of force arrows
 };

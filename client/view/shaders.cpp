@@ -3,17 +3,22 @@
 namespace palpate::shaders {
 namespace {
 
-// A disc of taps, evenly spread (golden angle); each tap is itself a bilinear comparison of four texels.
+// A disc of taps, evenly spread (golden angle); each tap is itself a bilinear comparison of four texels. On the body the
+// disc is turned from pixel to pixel (interleaved gradient noise: J. Jimenez, SIGGRAPH 2014 courses), so that few taps give grain in
+// place of bands; on the floor, whose pixels are large, grain would be spots.
 const char* const kShadow = R"GLSL(
 uniform sampler2DShadow u_key_map;
 uniform mat4 u_key_matrix;
 uniform int u_taps;
-float lit_fraction(sampler2DShadow map, mat4 matrix, vec3 p, float radius) {
+float grain() { return 6.283185 * fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715)))); }
+float lit_fraction(sampler2DShadow map, mat4 matrix, vec3 p, float radius, float turn) {
   vec3 at = (matrix * vec4(p, 1.0)).xyz * 0.5 + 0.5;
   float sum = 0.0;
+  const mat2 golden = mat2(-0.7373688, 0.6754903, -0.6754903, -0.7373688);
+  vec2 to = radius * inversesqrt(float(u_taps)) * vec2(cos(turn), sin(turn));
   for (int i = 0; i < u_taps; ++i) {
-    float r = radius * sqrt((float(i) + 0.5) / float(u_taps)), a = 2.399963 * float(i);
-    sum += texture(map, vec3(at.xy + r * vec2(cos(a), sin(a)), at.z));
+    sum += texture(map, vec3(at.xy + sqrt(float(i) + 0.5) * to, at.z));
+    to = golden * to;
   }
   return sum / float(u_taps);
 }
@@ -100,7 +105,8 @@ centroid in float v_shade, v_cavity, v_fixed;
 flat in vec3 v_strain;
 uniform sampler2D u_colors;
 uniform float u_color_max, u_floor_z, u_size, u_bias, u_strain_max;
-uniform int u_lines;  // Lines
+uniform vec3 u_pushed, u_slack, u_pulled;  // StrainColors
+uniform int u_lines;                       // Lines
 out vec4 color;
 void main() {
   vec3 n = normalize(v_normal) * (gl_FrontFacing ? 1.0 : -1.0);
@@ -110,7 +116,7 @@ void main() {
   albedo = mix(albedo, vec3(0.10, 0.115, 0.14), 0.82 * held);
   float open = clamp(1.0 - 1.5 * v_cavity, 0.45, 1.12);
   open *= mix(0.62 + 0.38 * clamp(n.z, 0.0, 1.0), 1.0, smoothstep(0.0, 0.30, (v_position.z - u_floor_z) / u_size));
-  float lit = lit_fraction(u_key_map, u_key_matrix, v_position + u_bias * (n + 0.6 * u_key_direction), 0.010);
+  float lit = lit_fraction(u_key_map, u_key_matrix, v_position + u_bias * (n + 0.6 * u_key_direction), 0.010, grain());
   vec3 c = studio(albedo, n, v_position, 1.0, 0.42, open, lit);
   vec3 w = fwidth(v_edge), near = smoothstep((u_lines == 2 ? 0.7 : 0.4) * w, (u_lines == 2 ? 1.7 : 1.3) * w, v_edge);
   float edge = 1.0 - min(near.x, min(near.y, near.z));
@@ -118,8 +124,7 @@ void main() {
   if (u_lines == 2) {
     float strain = near.x < min(near.y, near.z) ? v_strain.x : near.y < near.z ? v_strain.y : v_strain.z;
     float s = clamp(strain / u_strain_max, -1.0, 1.0);
-    vec3 pushed = vec3(0.05, 0.28, 0.85), slack = vec3(0.60, 0.59, 0.57), pulled = vec3(0.90, 0.16, 0.04);
-    c = mix(c * 0.55, mix(slack, s < 0.0 ? pushed : pulled, sqrt(abs(s))), edge);
+    c = mix(c * 0.55, mix(u_slack, s < 0.0 ? u_pushed : u_pulled, sqrt(abs(s))), edge);
   }
   color = vec4(develop(c), 1.0);
 }
@@ -179,8 +184,8 @@ uniform float u_reach;
 out vec4 color;
 void main() {
   vec3 p = u_center + vec3((v_at * 2.0 - 1.0) * u_reach, 0.0);
-  float key = 1.0 - lit_fraction(u_key_map, u_key_matrix, p, 0.022);
-  float sky = 1.0 - lit_fraction(u_sky_map, u_sky_matrix, p, 0.070);
+  float key = 1.0 - lit_fraction(u_key_map, u_key_matrix, p, 0.022, 0.0);
+  float sky = 1.0 - lit_fraction(u_sky_map, u_sky_matrix, p, 0.070, 0.0);
   color = vec4(1.0 - (1.0 - 0.72 * key) * (1.0 - 0.62 * sky));
 }
 )GLSL";

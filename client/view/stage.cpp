@@ -12,10 +12,14 @@ constexpr float kArrowShare = 0.24F;  // of the body's diagonal, for the stronge
 
 float interface_scale(int width, int height, float density) {
   const float fit = std::min(static_cast<float>(width) / 1280.0F, static_cast<float>(height) / 800.0F) / density;
-  return density * std::clamp(fit, 0.72F, 3.0F);
+  return density * std::clamp(fit, 0.82F, 3.0F);
 }
 
 }  // namespace
+
+float covered_by_panels(const Look& look, int width, int height, float density) {
+  return look.panels ? panels_cover(static_cast<float>(width), interface_scale(width, height, density)) : 0;
+}
 
 void Scales::see(std::span<const Triangle> triangles, std::span<const Vec3f> positions, std::span<const Vec3f> rest,
                  std::span<const float> shade, std::span<const ToolView> tools) {
@@ -23,11 +27,17 @@ void Scales::see(std::span<const Triangle> triangles, std::span<const Vec3f> pos
   for (const Triangle& t : triangles) {
     for (const std::uint32_t i : t) moved = std::max(moved, (positions[i] - rest[i]).norm());
   }
-  displacement_max_m_ = std::max(displacement_max_m_, round_up_125(std::max(moved, 1e-4F)));
+  float strongest = 0;
+  for (const ToolView& tool : tools) strongest = std::max(strongest, static_cast<float>(tool.force.norm()));
+  expect(moved, strongest);
   for (const float s : shade) shade_max_ = std::max(shade_max_, round_up_125(std::max(s, 1e-4F)));
-  for (const ToolView& tool : tools) force_peak_n_ = std::max(force_peak_n_, static_cast<float>(tool.force.norm()));
   const float wanted = kArrowShare * bounds(triangles, rest).diagonal() / force_peak_n_;
   arrow_m_per_n_ = round_down_125(wanted);
+}
+
+void Scales::expect(float displacement_m, float force_n) {
+  displacement_max_m_ = std::max(displacement_max_m_, round_up_125(std::max(displacement_m, 1e-4F)));
+  force_peak_n_ = std::max(force_peak_n_, force_n);
 }
 
 Stage::Stage(int width, int height, float density) : overlay_(interface_scale(width, height, density)) {}

@@ -15,6 +15,8 @@ class Scales {
   /// Without a shade the colours are those of displacement.
   void see(std::span<const Triangle> triangles, std::span<const Vec3f> positions, std::span<const Vec3f> rest,
            std::span<const float> shade, std::span<const ToolView> tools);
+  /// The same of what is known to come: the most that vertices move, the largest force.
+  void expect(float displacement_m, float force_n);
   /// End of the legend: [m] of displacement, or in the unit of the shade.
   float color_max(bool shaded) const { return shaded ? shade_max_ : displacement_max_m_; }
   float arrow_m_per_n() const { return arrow_m_per_n_; }
@@ -22,6 +24,9 @@ class Scales {
  private:
   float displacement_max_m_ = 0.001F, shade_max_ = 0.01F, arrow_m_per_n_ = 0.001F, force_peak_n_ = 0.5F;
 };
+
+/// Share of a picture's width that its panels cover.
+float covered_by_panels(const Look& look, int width, int height, float density);
 
 class Stage {
  public:
@@ -32,6 +37,9 @@ class Stage {
             GlId target);
   /// The same as a picture, through a framebuffer of its own.
   Picture photograph(const Sight& sight, const Caption& caption, const Camera& camera, const Look& look, int width, int height);
+
+  /// Where the replay bar of a picture of this size is.
+  ReplayBar replay_bar(float width, float height) const { return {width, height, overlay_.scale()}; }
 
  private:
   Renderer renderer_;

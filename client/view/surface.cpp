@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -54,6 +55,18 @@ void update_surface(std::span<const Triangle> triangles, std::span<const Vec3f> 
   }
   surface.cavity =
       edge_mean<float>(triangles, n, 0.0F, [&](std::uint32_t a, std::uint32_t b) { return 0.5F * (raw[a] + raw[b]); });
+}
+
+bool is_closed(std::span<const Triangle> triangles) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> there, back;
+  for (const Triangle& t : triangles)
+    for (std::size_t k = 0; k < 3; ++k) {
+      there.emplace_back(t[k], t[(k + 1) % 3]);
+      back.emplace_back(t[(k + 1) % 3], t[k]);
+    }
+  std::sort(there.begin(), there.end());
+  std::sort(back.begin(), back.end());
+  return !there.empty() && there == back && std::adjacent_find(there.begin(), there.end()) == there.end();
 }
 
 Box bounds(std::span<const Triangle> triangles, std::span<const Vec3f> positions) {

@@ -24,6 +24,9 @@ struct SurfaceShade {
 /// Vertices that no triangle uses get normal z and cavity 0. `triangles` index into `positions`.
 void update_surface(std::span<const Triangle> triangles, std::span<const Vec3f> positions, SurfaceShade& surface);
 
+/// Every edge lies between two triangles that turn the same way: what is inside cannot be seen.
+bool is_closed(std::span<const Triangle> triangles);
+
 struct Box {
   Vec3f low = Vec3f::Zero(), high = Vec3f::Zero();
   Vec3f center() const { return 0.5F * (low + high); }

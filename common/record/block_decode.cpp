@@ -78,6 +78,8 @@ bool decode(const record::Surface& table, RecordedSurface& surface, Sense& sense
     surface.triangles.push_back({table.triangles()->Get(i), table.triangles()->Get(i + 1), table.triangles()->Get(i + 2)});
     for (const std::uint32_t corner : surface.triangles.back()) sense.that(corner < vertices);
   }
+  if (table.fixed()) surface.fixed.assign(table.fixed()->begin(), table.fixed()->end());
+  for (const std::uint32_t vertex : surface.fixed) sense.that(vertex < vertices);
   return sense.ok();
 }
 

@@ -24,6 +24,7 @@ struct RecordedSurface {
   std::vector<std::uint32_t> nodes;  ///< indices of the recorded vertices in the body, ascending
   std::vector<Vec3> rest;            ///< of these, settled under gravity or not: as the scene makes them
   std::vector<Triangle> triangles;   ///< indices into `nodes`
+  std::vector<std::uint32_t> fixed;  ///< which of `nodes` are held fast, ascending
 };
 
 struct RecordingHead {

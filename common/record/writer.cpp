@@ -45,6 +45,7 @@ std::unique_ptr<record::SurfaceT> table_of(const RecordedSurface& surface) {
   for (const Vec3& x : surface.rest) table->rest.push_back(point_of(x));
   for (const Triangle& triangle : surface.triangles)
     table->triangles.insert(table->triangles.end(), triangle.begin(), triangle.end());
+  table->fixed = surface.fixed;
   return table;
 }
 

@@ -6,14 +6,25 @@ namespace palpate {
 namespace {
 
 // f(x) = x / (p - q x), x in mm and f in N; followed along its tangent beyond 90 % of the pole at p / q.
+constexpr double p = 5.4398, q = 0.1418, x_end = 0.9 * p / q;
+
 SpringResponse thigh_skin(double x_m) {
-  constexpr double p = 5.4398, q = 0.1418, x_end = 0.9 * p / q;
   const double sign = x_m < 0 ? -1.0 : 1.0;
   const double x = std::abs(x_m) * 1e3;
   const double at = std::min(x, x_end);
   const double slope = p / ((p - q * at) * (p - q * at));
   const double force = at / (p - q * at) + slope * (x - at);
   return {sign * force, slope * 1e3};
+}
+
+/// Integral of f from 0 [J].
+double thigh_skin_energy(double x_m) {
+  const double x = std::abs(x_m) * 1e3, at = std::min(x, x_end), beyond = x - at;
+  const double u = q * at / p;
+  // -u - ln(1 - u), whose terms cancel where u is small
+  const double curve = u < 1e-3 ? u * u * (1.0 / 2 + u * (1.0 / 3 + u / 4)) : -u - std::log1p(-u);
+  const double slope = p / ((p - q * at) * (p - q * at));
+  return 1e-3 * (p / (q * q) * curve + beyond * (at / (p - q * at) + slope * beyond / 2));
 }
 
 }  // namespace
@@ -35,6 +46,21 @@ SpringResponse spring_response(SpringLaw law, double stiffening, const Element& 
     }
   }
   return {k * elongation_m, k};
+}
+
+double spring_energy(SpringLaw law, double stiffening, const Element& element, double elongation_m) {
+  const double linear = 0.5 * element.stiffness_n_m * elongation_m * elongation_m;
+  switch (law) {
+    case SpringLaw::linear:
+      break;
+    case SpringLaw::stiffening: {
+      const double strain = elongation_m / element.rest_length_m;
+      return linear * (1 + 0.5 * stiffening * strain * strain);
+    }
+    case SpringLaw::thigh_skin:
+      return element.stiffness_n_m / thigh_skin(0).slope * thigh_skin_energy(elongation_m);
+  }
+  return linear;
 }
 
 bool has_series(SpringLaw law) { return law != SpringLaw::thigh_skin; }

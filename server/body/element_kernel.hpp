@@ -25,6 +25,9 @@ struct SpringResponse {
 };
 SpringResponse spring_response(SpringLaw law, double stiffening, const Element& element, double elongation_m);
 
+/// Integral of T from 0 to e [J].
+double spring_energy(SpringLaw law, double stiffening, const Element& element, double elongation_m);
+
 /// T and its first three derivatives.
 struct SpringSeries {
   double tension = 0, slope = 0;  ///< [N], [N/m]

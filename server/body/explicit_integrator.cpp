@@ -10,6 +10,7 @@
 namespace palpate {
 namespace {
 
+constexpr double kHeldOverS = 0.006;
 constexpr double kShortestShare = 0.2;  // of the step at rest: below that TR-BDF2 is cheaper
 
 /// Largest eigenvalue of M^-1 K (or D): power iteration, from a start that has some of everything.
@@ -120,15 +121,25 @@ void ExplicitIntegrator::take(const BodyState& state, const std::vector<ToolPort
   if (any_touch && !skin_->empty()) skin_->place(state.x, skin_positions_);
 }
 
+/// The velocity of a held node is that of its way over the last kHeldOverS: one reading of a device may jump.
 void ExplicitIntegrator::give(BodyState& state, const std::vector<ToolPort>& ports, const ToolMotion& tools,
                               double until_s) const {
   const LumpedBody& body = dynamics_->body();
+  const double over_s = std::min(kHeldOverS, until_s - state.time_s);
   for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
+    if (body.fixed[i]) continue;
     at_node(state.x, i) = body.nodes[i] + u_.at(i);
     at_node(state.v, i) = v_.at(i);
   }
+  for (std::size_t k = 0; k < ports.size(); ++k) {
+    const std::uint32_t node = ports[k].node;
+    if (ports[k].kind != ContactKind::attach || body.fixed[node]) continue;
+    Vec3 to = tools(k, until_s).position, velocity = (to - tools(k, until_s - over_s).position) / over_s;
+    if (body.planar) to.z() = body.nodes[node].z(), velocity.z() = 0;
+    at_node(state.x, node) = to;
+    at_node(state.v, node) = velocity;
+  }
   state.time_s = until_s;
-  hold_nodes(body, ports, until_s, tools, state);
 }
 
 void ExplicitIntegrator::accelerate(const NodeArrays& velocity) {

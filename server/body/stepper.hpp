@@ -28,7 +28,8 @@ using ToolMotion = std::function<ToolAt(std::size_t port, double time_s)>;
 
 struct AdvanceReport {
   int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0, factorisations = 0;
-  bool converged = true;  ///< false: a step failed even at kMinStepS; the state is the last good one
+  bool converged = true;  ///< false: contacts that contradict each other, or not even a damped step stayed in the world;
+                          ///< the state is the last good one
 };
 
 /// A contact that no hand could hold has gone wrong: more than kMostN, or more than kFarN with `gap_m`, from the tool to its
@@ -39,9 +40,6 @@ inline bool is_lost(const ToolPort& port, double gap_m, double spacing_m) {
   return force_n > kMostN || (force_n > kFarN && gap_m > kFarSpacings * spacing_m);
 }
 
-/// Puts fixed nodes to rest and held ones where their tools are at `at_s`.
-void hold_nodes(const LumpedBody& body, const std::vector<ToolPort>& ports, double at_s, const ToolMotion& tools,
-                BodyState& state);
 /// Sets lambda of every port that holds a node: what its tool has to push with.
 void find_holding_forces(const Dynamics& dynamics, const BodyState& state, std::vector<ToolPort>& ports);
 /// 1 for every node that is fixed or held by an attached port.

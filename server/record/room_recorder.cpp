@@ -97,7 +97,10 @@ void RoomRecorder::tick(const ServerCore& core, Micros now) {
 
 RecordedSurface recorded_surface(const Scene& scene) {
   const LumpedBody& body = scene.body;
-  return recorded_surface(body.nodes, body.triangles, facts_of(scene, Vec3::Zero()).mesh_hash);
+  RecordedSurface surface = recorded_surface(body.nodes, body.triangles, facts_of(scene, Vec3::Zero()).mesh_hash);
+  for (std::uint32_t k = 0; k < surface.nodes.size(); ++k)
+    if (surface.nodes[k] < body.fixed.size() && body.fixed[surface.nodes[k]] != 0) surface.fixed.push_back(k);
+  return surface;
 }
 
 }  // namespace palpate

@@ -74,16 +74,6 @@ bool ShiftedSolver::solve(const Linearisation& at, std::span<const SolveColumn> 
   return definite;
 }
 
-Matrix ShiftedSolver::multiply(const Matrix& y) const {
-  Matrix p_y(y.rows(), y.cols());
-  Vector column;
-  for (Eigen::Index c = 0; c < y.cols(); ++c) {
-    matrix_->multiply(y.col(c), column);
-    p_y.col(c) = column;
-  }
-  return p_y;
-}
-
 std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
                                    const BasisRequest& request) {
   const Vector& masses = at.dynamics->masses();

@@ -41,8 +41,6 @@ class ShiftedSolver {
     const SolveColumn column{&b, &x};
     return solve(at, std::span(&column, 1), tolerance);
   }
-  /// P y, column by column.
-  Matrix multiply(const Matrix& y) const;
   /// Of all columns together; 0 for a body that is factorised.
   int iterations() const { return iterations_; }
 

@@ -8,40 +8,23 @@
 namespace palpate {
 namespace {
 
-/// Grows the list of candidates; remembers whether every solve went well.
-class Candidates {
- public:
-  Candidates(const Linearisation& at, ShiftedSolver& solver, double tolerance, BasisMemory& memory)
-      : at_(at), solver_(solver), tolerance_(tolerance), memory_(memory) {}
+Matrix side_by_side(const std::vector<Vector>& columns) {
+  Matrix w(columns.front().size(), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t c = 0; c < columns.size(); ++c) w.col(static_cast<Eigen::Index>(c)) = columns[c];
+  return w;
+}
 
-  /// The answers to these, side by side.
-  void solve(const std::vector<Vector>& inputs) {
-    memory_.resize(inputs.size());
-    std::vector<SolveColumn> columns;
-    for (std::size_t k = 0; k < inputs.size(); ++k) columns.push_back({&inputs[k], &memory_[k]});
-    definite_ = definite_ && solver_.solve(at_, columns, tolerance_);
-    for (const Vector& x : memory_) add(x);
-  }
-  void add(const Vector& w) { columns_.push_back(w); }
-  bool definite() const { return definite_; }
-  Matrix take() const {
-    Matrix w(columns_.front().size(), static_cast<Eigen::Index>(columns_.size()));
-    for (std::size_t c = 0; c < columns_.size(); ++c) w.col(static_cast<Eigen::Index>(c)) = columns_[c];
-    return w;
-  }
-
- private:
-  const Linearisation& at_;
-  ShiftedSolver& solver_;
-  double tolerance_;
-  BasisMemory& memory_;
-  std::vector<Vector> columns_;
-  bool definite_ = true;
-};
+/// W^T P W.
+Matrix energy_of(const Linearisation& at, const Matrix& w, double s) {
+  Matrix p_w, d_w;
+  at.tangents->multiply(w, p_w, d_w);
+  p_w += s * d_w + s * s * at.dynamics->masses().asDiagonal() * w;
+  return w.transpose() * p_w;
+}
 
 /// The leading directions of W in the energy of P, orthonormal in M.
-CubicBasis compress(const Linearisation& at, const ShiftedSolver& solver, const Matrix& w, int modes) {
-  const Matrix energy = w.transpose() * solver.multiply(w);
+CubicBasis compress(const Linearisation& at, const Matrix& w, double s, int modes) {
+  const Matrix energy = energy_of(at, w, s);
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(0.5 * (energy + energy.transpose()));
   const Vector root = at.dynamics->masses().cwiseSqrt();
   const double smallest = 1e-10 * eigen.eigenvalues().tail<1>()[0];
@@ -63,34 +46,33 @@ void ShapeHistory::add(const BodyState& state) {
   states_.push_back(state);
 }
 
-std::optional<CubicBasis> cubic_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
-                                      const Matrix& prescribed, const Vector& imbalance, const ShapeHistory& history,
-                                      const CubicBasisRequest& request, BasisMemory& memory) {
-  const Vector& masses = at.dynamics->masses();
+std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
+                                      const Matrix& prescribed, const ShapeHistory& history, const CubicBasisRequest& request,
+                                      BasisMemory& memory) {
   const double s = request.shift_1_s;
-  Candidates candidates(at, solver, request.tolerance, memory);
-  Vector motion = at.state->v;
-  mask(*at.held, motion);
-
   // What acts together, to second order: the port's three shapes and the body's own motion.
-  Matrix acting(masses.size(), static_cast<Eigen::Index>(ports.size()) + 1);
-  for (std::size_t i = 0; i < ports.size(); ++i)
-    acting.col(static_cast<Eigen::Index>(i)) = ports[i] + prescribed.col(static_cast<Eigen::Index>(i));
-  acting.rightCols<1>() = request.bridge_s * at.state->v;
+  std::vector<Vector> acting = start.ports;
+  for (Eigen::Index i = 0; i < prescribed.cols(); ++i) acting[static_cast<std::size_t>(i)] += prescribed.col(i);
+  acting.push_back(request.bridge_s * at.state->v);
 
-  for (const Vector& x : ports) candidates.add(x);
-  candidates.add(request.bridge_s * motion);
-  std::vector<Vector> inputs{imbalance, s * masses.cwiseProduct(motion)};
-  for (const Vector& b : moment_inputs(at, s, ports)) inputs.push_back(s * b);
-  for (Vector& f : second_order_forces(*at.dynamics, *at.state, acting)) inputs.push_back(std::move(f));
-  candidates.solve(inputs);
+  std::vector<Vector> inputs;
+  for (const Vector& b : moment_inputs(at, s, start.ports)) inputs.push_back(s * b);
+  for (Vector& f : second_order_forces(*at.dynamics, *at.state, side_by_side(acting))) inputs.push_back(std::move(f));
+  memory.resize(inputs.size());
+  std::vector<SolveColumn> solves;
+  for (std::size_t k = 0; k < inputs.size(); ++k) solves.push_back({&inputs[k], &memory[k]});
+  if (!solve(solves)) return std::nullopt;
+
+  std::vector<Vector> candidates = start.ports;
+  Vector motion = request.bridge_s * at.state->v;
+  mask(*at.held, motion);
+  candidates.insert(candidates.end(), {motion, start.imbalance, s * start.motion});
+  candidates.insert(candidates.end(), memory.begin(), memory.end());
   for (const BodyState& before : history.states()) {
-    Vector shape = before.x - at.state->x;
-    mask(*at.held, shape);
-    candidates.add(shape);
+    candidates.push_back(before.x - at.state->x);
+    mask(*at.held, candidates.back());
   }
-  if (!candidates.definite()) return std::nullopt;
-  return compress(at, solver, candidates.take(), request.modes);
+  return compress(at, side_by_side(candidates), s, request.modes);
 }
 
 }  // namespace palpate

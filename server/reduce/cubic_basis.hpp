@@ -32,9 +32,8 @@ class ShapeHistory {
 
 struct CubicBasisRequest {
   int modes = 13;
-  double shift_1_s = 20;    ///< s
-  double bridge_s = 0.1;    ///< tau
-  double tolerance = 1e-2;  ///< of the iterative solves
+  double shift_1_s = 20;  ///< s
+  double bridge_s = 0.1;  ///< tau
 };
 
 struct CubicBasis {
@@ -42,10 +41,10 @@ struct CubicBasis {
   Matrix coordinates;  ///< V^T M W, r x candidates: what is expected of the modes
 };
 
-/// `ports`: P^-1 B a_i, the answers to the port's three input directions, scaled; `prescribed`: how the port itself moves for
-/// them (3 N x 3, zero for touch). Nothing when P is not positive definite.
-std::optional<CubicBasis> cubic_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
-                                      const Matrix& prescribed, const Vector& imbalance, const ShapeHistory& history,
-                                      const CubicBasisRequest& request, BasisMemory& memory);
+/// `start.ports`: P^-1 B a_i, the answers to the port's three input directions, scaled; `prescribed`: how the port itself moves
+/// for them (3 N x 3; no columns for touch). `memory`: warm starts. Nothing when P is not positive definite.
+std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
+                                      const Matrix& prescribed, const ShapeHistory& history, const CubicBasisRequest& request,
+                                      BasisMemory& memory);
 
 }  // namespace palpate

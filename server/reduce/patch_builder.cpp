@@ -46,6 +46,15 @@ Mat3 residual_compliance(const Patch& patch, const Mat3& compliance, const PortR
   return axes * eigen.eigenvalues().cwiseMax(0).asDiagonal() * axes.transpose();
 }
 
+/// The port's answers, as large as the tool's motion along each axis [m] would make them.
+void scale_to(const Vec3& motion, const Skin::Weights& b, std::vector<Vector>& answers) {
+  for (int axis = 0; axis < 3; ++axis) {
+    Vector& x = answers[static_cast<std::size_t>(axis)];
+    const double moved = gather(b, x)[axis];
+    if (moved > 0) x *= motion[axis] / moved;  // not where the body is fixed
+  }
+}
+
 Vector unit(const Dynamics& dynamics, std::uint32_t node, int axis) {
   return Vector::Unit(dynamics.masses().size(), 3 * static_cast<Eigen::Index>(node) + axis);
 }
@@ -290,14 +299,14 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
     shapes.coordinates = shapes.modes.transpose() * dynamics_->masses().asDiagonal() * basis.value() * candidates->coordinates;
     Matrix turn = Matrix::Identity(v.cols() + 3, v.cols() + 3);
     turn.bottomRightCorner(v.cols(), v.cols()) = turned;
-    add_terms(model, patch, turn.transpose() * true_stiffness * turn, shapes);
+    add_terms(*model.at.state, patch, turn.transpose() * true_stiffness * turn, shapes);
   }
   return patch;
 }
 
 std::optional<Patch> PatchBuilder::build_cubic(FrameModel& frame, std::size_t which, const PatchRequest& request,
                                                const Patch& patch) {
-  if (!can_expand(dynamics_->body()) || frame.ports()[which].kind == ContactKind::touch) return std::nullopt;
+  if (!can_expand(dynamics_->body())) return std::nullopt;
   std::optional<Patch> built;
   for (const bool clamp : {false, true}) {
     held_ = frame.held();
@@ -309,27 +318,34 @@ std::optional<Patch> PatchBuilder::build_cubic(FrameModel& frame, std::size_t wh
 }
 
 /// Directions for a grasp, and how far the tool is likely to move.
-std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::uint32_t node, const std::vector<Vector>& inputs,
+std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs,
                                                      const PatchRequest& request, int modes, const ToolAt& tool,
                                                      CubicShapes& shapes) {
   const double bridge_s = seconds(request.bridge);
   shapes.amplitude = expected_motion(tool, bridge_s);
   shapes.port = Matrix::Zero(inputs[0].size(), 3);
+  Vector motion = model.at.state->v;
+  mask(*model.at.held, motion);
+  inputs.push_back(model.imbalance);
+  inputs.push_back(model.at.dynamics->masses().cwiseProduct(motion));
   if (!solve_ports(model, inputs, kBasisTolerance)) return std::nullopt;
-  std::vector<Vector> ports;
+  const BasisMemory& answers = *model.memory;
+  KrylovStart start{{}, {}, answers[3], answers[4]};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto column = static_cast<Eigen::Index>(axis);
     shapes.port(3 * static_cast<Eigen::Index>(node) + column, column) = shapes.amplitude[column];
-    ports.push_back(shapes.amplitude[column] * (*model.memory)[axis]);
+    start.ports.push_back(shapes.amplitude[column] * answers[axis]);
   }
-  return cubic_basis(model.at, *model.solver, ports, shapes.port, model.imbalance, history_,
-                     {modes, shift_for(request.bridge), bridge_s, kBasisTolerance}, cubic_memory_);
+  const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
+    return model.solver->solve(model.at, columns, kBasisTolerance);
+  };
+  return cubic_basis(model.at, start, solve, shapes.port, history_, {modes, shift_for(request.bridge), bridge_s}, cubic_memory_);
 }
 
 /// `true_stiffness`: of modes and tool before anything was lifted, in the modes of the patch.
-void PatchBuilder::add_terms(const Model& model, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes) {
+void PatchBuilder::add_terms(const BodyState& state, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes) {
   shapes.lifted = true_stiffness - joint_stiffness(patch, patch.stiffness);
-  if (auto terms = cubic_terms(*dynamics_, *model.at.state, patch, shapes, kLeading)) terms_ = std::move(*terms);
+  if (auto terms = cubic_terms(*dynamics_, state, patch, shapes, kLeading)) terms_ = std::move(*terms);
 }
 
 void PatchBuilder::begin_touch(const ToolPort& port, Patch& patch) const {
@@ -399,14 +415,22 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   if (tangent) {
     patch.c_static = port_compliance(*p, which, others);
   } else {
+    const bool cubic = request.scheme == Scheme::cubic;
     const auto basis = touch_basis(frame, *p, which, others, at, request);
     frame.enter(PatchPart::project);
-    if (!basis || !reduce(at, *basis, others, patch, reduced)) return std::nullopt;
+    if (!basis || !reduce(at, basis->shapes, others, patch, reduced)) return std::nullopt;
+    if (cubic) {
+      CubicShapes shapes;
+      shapes.port.resize(v.rows(), 0);
+      shapes.modes = v;
+      shapes.coordinates = v.transpose() * dynamics_->masses().asDiagonal() * basis->shapes * basis->coordinates;
+      add_terms(frame.state(), patch, reduced.stiffness.asDiagonal(), shapes);
+    }
     Vector imbalance = frame.forces();
     if (others.load.size() > 0) imbalance += others.load;
     patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
     if (patch.load_rate.size() > 0) patch.load_for = request.bridge;
-    if (v.cols() < 3) {
+    if (v.cols() < 3 || cubic) {  // no M^-1 B among the directions
       PortRows rows(3, v.cols());
       for (Eigen::Index m = 0; m < v.cols(); ++m) rows.col(m) = gather(p->port(which).b, v.col(m));
       patch.c_static = residual_compliance(patch, port_compliance(*p, which, others), rows, shift);
@@ -422,24 +446,33 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   return patch;
 }
 
-/// Directions for a touch, the springs of coupled tools in P.
-std::optional<Matrix> PatchBuilder::touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which, const OtherTools& others,
-                                                const Linearisation& at, const PatchRequest& request) {
-  frame.enter(PatchPart::basis);
-  const SpringCorrection correct(others);
+/// What the directions for a touch start from, the springs of coupled tools in P.
+std::optional<KrylovStart> PatchBuilder::touch_start(SharedSystem& p, std::size_t which, const SpringCorrection& correct,
+                                                     bool with_motion) const {
   const PortAnswer& own = p.port(which);
-  constexpr int kWithoutMotion = 8;  // three answers of the port, v*, three of M^-1 B, the imbalance
-  const int modes = modes_for(request.scheme, ContactKind::touch, request.order);
   KrylovStart start{{own.answer.begin(), own.answer.end()}, {}, p.imbalance(), {}};
-  if (modes > kWithoutMotion) {
+  if (with_motion) {
     const Vector* const motion = p.motion();
     if (!motion) return std::nullopt;
     start.motion = *motion;
     correct.apply(start.motion);
   }
-  for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(dynamics_->masses()));
   for (Vector& x : start.ports) correct.apply(x);
   correct.apply(start.imbalance);
+  return start;
+}
+
+/// Directions for a touch; coordinates for scheme cubic only.
+std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which,
+                                                    const OtherTools& others, const Linearisation& at,
+                                                    const PatchRequest& request) {
+  frame.enter(PatchPart::basis);
+  const SpringCorrection correct(others);
+  constexpr int kWithoutMotion = 8;  // three answers of the port, v*, three of M^-1 B, the imbalance
+  const bool cubic = request.scheme == Scheme::cubic;
+  const int modes = modes_for(request.scheme, ContactKind::touch, request.order);
+  auto start = touch_start(p, which, correct, modes > kWithoutMotion || cubic);
+  if (!start) return std::nullopt;
   const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
     frame.enter(PatchPart::solve);
     const bool definite = p.solve(columns);
@@ -448,7 +481,15 @@ std::optional<Matrix> PatchBuilder::touch_basis(FrameModel& frame, SharedSystem&
     for (const SolveColumn& column : columns) correct.apply(*column.x);
     return true;
   };
-  return krylov_basis(at, start, solve, {modes, p.shift(), kBasisTolerance});
+  const PortAnswer& own = p.port(which);
+  if (cubic) {
+    const double bridge_s = seconds(request.bridge);
+    scale_to(expected_motion(frame.tool(which), bridge_s), own.b, start->ports);
+    return cubic_basis(at, *start, solve, Matrix(), history_, {modes, p.shift(), bridge_s}, cubic_memory_);
+  }
+  for (const Vector& b : own.input) start->fine.push_back(b.cwiseQuotient(dynamics_->masses()));
+  auto directions = krylov_basis(at, *start, solve, {modes, p.shift(), kBasisTolerance});
+  return directions ? std::optional(CubicBasis{std::move(*directions), {}}) : std::nullopt;
 }
 
 }  // namespace palpate

@@ -11,8 +11,6 @@
 //   cubic            the whole body, a basis for what it is likely to do (cubic_basis.hpp), and beside the linear patch the terms
 //                    of higher order (cubic_patch.hpp); `port` where they cannot be had, and then the patch says so
 //
-// `cubic` is for grasps only; a touch gets `port`.
-//
 // K and D are the symmetric tangents, so an orthogonal projection keeps them positive semi-definite where the body's own are.
 // A compressed body may have a direction without stiffness, or with a negative one along which it snaps. There a linear model
 // would carry the surface away for as long as the patch lasts, while the body itself is soon caught by its own stiffness. So no
@@ -44,8 +42,8 @@ struct PatchRequest {
 };
 
 struct PatchBuildReport {
-  /// `cubic` was asked for, `port` was built: a touch, or a law without a series; or `two-layer` was, and `ring` was built: the
-  /// body has tetrahedra.
+  /// `cubic` was asked for, `port` was built: a law without a series, or finite elements; or `two-layer` was, and `ring` was
+  /// built: the body has tetrahedra.
   bool fell_back = false;
   double lifted_1_s2 = 0;  ///< most that the stiffness of a mode was changed by
   int solver_iterations = 0;
@@ -102,15 +100,17 @@ class PatchBuilder {
                                           bool clamp);
   bool solve_ports(const Model& model, const std::vector<Vector>& inputs, double tolerance);
   std::optional<Mat3> static_response(const Model& model, const std::vector<Vector>& inputs);
-  std::optional<Matrix> touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which, const OtherTools& others,
-                                    const Linearisation& at, const PatchRequest& request);
+  std::optional<KrylovStart> touch_start(SharedSystem& p, std::size_t which, const SpringCorrection& correct,
+                                         bool with_motion) const;
+  std::optional<CubicBasis> touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which, const OtherTools& others,
+                                        const Linearisation& at, const PatchRequest& request);
   std::vector<std::uint32_t> contact_nodes(const ToolPort& port) const;
   void hold_far_nodes(const std::vector<std::uint32_t>& seeds);
   void begin_touch(const ToolPort& port, Patch& patch) const;
-  std::optional<CubicBasis> grasp_shapes(const Model& model, std::uint32_t node, const std::vector<Vector>& inputs,
+  std::optional<CubicBasis> grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs,
                                          const PatchRequest& request, int modes, const ToolAt& tool, CubicShapes& shapes);
   std::optional<Patch> build_cubic(FrameModel& frame, std::size_t which, const PatchRequest& request, const Patch& patch);
-  void add_terms(const Model& model, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes);
+  void add_terms(const BodyState& state, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes);
   bool reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Reduced& reduced);
 
   const Dynamics* dynamics_;

@@ -148,7 +148,11 @@ std::optional<std::size_t> Room::State::port_of(const StationJob& job) const {
 
 std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
   std::vector<ToolAt> tools;
-  for (const StationId owner : port_owner) tools.push_back(tool_at(stations.at(owner), job.target));
+  for (std::size_t k = 0; k < ports.size(); ++k) {
+    tools.push_back(tool_at(stations.at(port_owner[k]), job.target));
+    // The velocity that the body felt: a patch's forces hold for it.
+    if (ports[k].kind == ContactKind::attach) tools[k].velocity = body.v.segment<3>(3 * static_cast<Eigen::Index>(ports[k].node));
+  }
   Micros bridges{};
   for (const StationJob& j : job.stations) bridges += j.bridge / static_cast<std::int64_t>(job.stations.size());
   frame_model.begin(body, ports, tools, bridges);

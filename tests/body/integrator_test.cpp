@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -166,6 +167,27 @@ TEST_CASE("The force of a grasp on one spring is its stiffness and its damping")
     CHECK(ports[0].lambda.x() == Approx(200 * speed * t + 3 * speed));
     CHECK(ports[0].lambda.tail<2>().norm() < 1e-12);
     CHECK(node_of(s.x, 1).x() == Approx(0.01 + speed * t));
+  }
+}
+
+TEST_CASE("What a jump of a held node does to its neighbour does not depend on where in a long step it falls") {
+  const LumpedBody body = chain(3, 50, 3, 0.01);
+  const Dynamics dynamics(body);
+  constexpr double kJumpM = 3e-5;  // one step of a device's reading, within one of its ticks
+  const auto neighbour_m = [&](double jump_s, double step_s) {
+    Integrator integrator(dynamics, kNoSkin, {step_s, 1e-12});
+    BodyState s = dynamics.rest_state();
+    auto ports = grasp(2);
+    const auto tool = [&](std::size_t, double t) {
+      const bool jumps = t > jump_s && t <= jump_s + 1e-3;
+      return ToolAt{Vec3(0.02 + kJumpM * std::clamp((t - jump_s) / 1e-3, 0.0, 1.0), 0, 0), Vec3(jumps ? kJumpM / 1e-3 : 0, 0, 0)};
+    };
+    REQUIRE(integrator.advance(s, ports, 0.030, tool).converged);
+    return s.x[3] - 0.01;
+  };
+  for (int ms = 10; ms < 20; ++ms) {
+    CAPTURE(ms);
+    CHECK(neighbour_m(1e-3 * ms, 0.010) == Approx(neighbour_m(1e-3 * ms, 1e-4)).margin(0.1 * kJumpM));
   }
 }
 

@@ -46,6 +46,20 @@ TEST_CASE("Both tangents of an element are the derivatives of its force for ever
   }
 }
 
+TEST_CASE("The energy of a spring is the integral of its tension for every law") {
+  const auto law = GENERATE(SpringLaw::linear, SpringLaw::stiffening, SpringLaw::thigh_skin);
+  const Element e{0, 1, 0.05, 60, 0};
+  CHECK(spring_energy(law, kStiffening, e, 0) == 0);
+  // Down to a tenth of a micrometre, and beyond the end of thigh_skin's curve.
+  for (const double elongation_m : {1e-7, 2e-5, 4e-5, 0.003, 0.03, 0.04, -2e-5, -0.01, -0.04}) {
+    constexpr int kPieces = 20000;
+    double sum = 0;
+    for (int k = 0; k < kPieces; ++k)
+      sum += spring_response(law, kStiffening, e, (k + 0.5) / kPieces * elongation_m).tension * elongation_m / kPieces;
+    CHECK(spring_energy(law, kStiffening, e, elongation_m) == Approx(sum).epsilon(1e-6));
+  }
+}
+
 TEST_CASE("The symmetric stiffness is symmetric, is the exact one without motion, and is positive when clamped") {
   const auto law = GENERATE(SpringLaw::linear, SpringLaw::stiffening, SpringLaw::thigh_skin);
   const ElementKernel kernel(law, kStiffening);

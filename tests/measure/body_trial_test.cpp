@@ -22,6 +22,30 @@ TEST_CASE("A block of ordinary tissue is back at rest within two seconds of a de
   CHECK(free.end == BodyEnd::on_its_way);
 }
 
+TEST_CASE("The hardest trials of the sweep hold, and none is given up") {
+  using enum Treatment;
+  constexpr double kMilligram = 1e-6;
+  const auto trial = [](Treatment treatment, double ratio, double zeta, double mass_kg, double step_ms) {
+    const double amount = treatment == compress ? 0.9 : 2;
+    return BodyTrial{treatment, SpringLaw::linear, amount, ratio, zeta, mass_kg, mass_kg, step_ms, 1};
+  };
+  for (const BodyTrial& t : {trial(compress, 1, 10, 10, 50), trial(invert, 1, 0, 10, 50), trial(pull, 1e4, 0, 10, 50),
+                             trial(pull, 1e4, 0, kMilligram, 50), trial(compress, 1e4, 0, kMilligram, 50),
+                             trial(invert, 1e4, 0, kMilligram, 50), trial(compress, 1e4, 0, kMilligram, 0.1)}) {
+    CAPTURE(name_of(t.treatment), t.ratio, t.zeta, t.mass_min_kg, t.step_ms);
+    const BodyTrialResult r = try_body(t);
+    CHECK(r.holds(t));
+    CHECK(r.failed == 0);
+  }
+}
+
+TEST_CASE("A light block that is let go of in steps of many of its periods comes back, and is not thrown through its base") {
+  const BodyTrial t{Treatment::compress, SpringLaw::linear, 0.4, 2.2, 0.77, 2.7e-6, 2.7e-6, 32, 392};
+  const BodyTrialResult r = try_body(t);
+  CHECK(r.holds(t));
+  CHECK(r.end == BodyEnd::back);
+}
+
 TEST_CASE("The draws of a trial stay within what it names, and its dampers have the wanted ratio") {
   BodyTrial trial;
   trial.ratio = 1e4;

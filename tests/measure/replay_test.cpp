@@ -99,7 +99,9 @@ TEST_CASE("Jitter and loss cost port little") {
   CHECK(result.patches_used > 15);
 }
 
-TEST_CASE("Contact is felt in the tick in which it happens with port, and late by more than the round trip with hold") {
+TEST_CASE(
+    "Contact is felt in the tick in which it happens with port and cubic, late by more than the round trip with hold; cubic is "
+    "twice as true") {
   const Scene scene = load_scene(kSource + "/scenes/touch-cube.json");
   const Motion tap = cut(read_motion(kSource + "/scenes/motions/tap.csv"), 0, 0.6);
   std::vector<MotionPoint> points(tap.points().begin(), tap.points().end());
@@ -113,6 +115,11 @@ TEST_CASE("Contact is felt in the tick in which it happens with port, and late b
   const int felt = onset(port, &ReplayTick::felt, 0);
   INFO("reference " << reference << " ms, port " << felt << " ms");
   CHECK(std::abs(felt - reference) <= 1);
+  const ReplayResult cubic = play(scene, motion, options_for(Scheme::cubic, kRoundTripMs));
+  CHECK(std::abs(onset(cubic, &ReplayTick::felt, 0) - reference) <= 1);
+  INFO("port " << port.fidelity.snr_db << " dB, cubic " << cubic.fidelity.snr_db << " dB");
+  CHECK(cubic.fidelity.snr_db > port.fidelity.snr_db + 6);
+  CHECK(cubic.last_patch.scheme == Scheme::cubic);
   const ReplayResult hold = play(scene, motion, options_for(Scheme::hold, kRoundTripMs));
   const int late = onset(hold, &ReplayTick::felt, 0);
   INFO("hold " << late << " ms");

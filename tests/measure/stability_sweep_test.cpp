@@ -58,6 +58,25 @@ TEST_CASE("Points drawn from the sweep are stable with port and with cubic") {
   }
 }
 
+TEST_CASE(
+    "The stiffest grasps at 10 Hz come to rest: their dampers feel the steps of the reading as they were, not how they fall") {
+  StabilityPoint p = map_base(ContactKind::attach, 800);
+  p.rate_hz = 10;
+  p.gesture = Gesture::tap;
+  const StabilityReference opened = stability_reference(cube(p.contact), p);
+  CHECK(measure_stability(p, opened).verdict.fault == LoopFault::none);
+  StabilityPoint lossy = p;
+  lossy.rate_hz = 21;
+  lossy.rtt_ms = 10;
+  lossy.jitter_ms = 26;
+  lossy.loss_pct = 7;
+  lossy.seed = 211;
+  CHECK(measure_stability(lossy, opened).verdict.fault == LoopFault::none);
+  p.hand = "light";
+  p.gesture = Gesture::press;
+  CHECK(measure(p).verdict.fault == LoopFault::none);
+}
+
 TEST_CASE("Held forces are unstable where their delay says so, and stable on a body soft enough for it") {
   StabilityPoint p = map_base(ContactKind::attach, 400);
   p.scheme = Scheme::hold;

@@ -163,3 +163,67 @@ TEST_CASE("Terms that do not fit their patch, or of another whole, do not bend i
   CHECK_FALSE(side.intake.accept(pieces[1]));
   CHECK(side.intake.counts().stale_terms == 2);
 }
+
+namespace {
+
+/// A patch of scheme cubic and the pieces of its terms, `size` times as strong as usual.
+struct Bent {
+  Patch patch;
+  std::vector<PatchTerms> pieces;
+  Bent(std::uint32_t seq, int stamp_ms, float size) : patch(test::attach_patch(11, seq, kEpoch + stamp_ms * kTick)) {
+    patch.scheme = Scheme::cubic;
+    CubicTerms terms = test::cubic_terms(patch);
+    terms.e3 *= size;
+    terms.e4 *= size;
+    terms.q *= size;
+    pieces = to_pieces(terms, seq);
+  }
+};
+
+void give(Side& side, const Bent& bent) {
+  REQUIRE(side.intake.accept(bent.patch, kNow));
+  for (const PatchTerms& piece : bent.pieces) CHECK(side.intake.accept(piece));
+}
+
+}  // namespace
+
+TEST_CASE("While its terms are on their way a patch waits when the one before, bent, is the truer") {
+  Side side;
+  for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
+  // The same patch at the same stamp: what the terms bend is all the difference.
+  for (std::uint32_t seq = 1; seq <= 3; ++seq) give(side, Bent(seq, 100, 1));
+  CHECK(side.intake.counts().held_back == 2);
+  CHECK(side.intake.counts().bent == 3);
+  REQUIRE(side.slot->take() != nullptr);
+  const Bent next(4, 100, 1);
+  CHECK(side.intake.accept(next.patch, kNow));
+  CHECK(side.slot->take() == nullptr);
+  // One of another scheme is the server's answer to what cannot be expanded: its terms will not come.
+  CHECK(side.intake.accept(test::attach_patch(11, 5, next.patch.stamp), kNow));
+  REQUIRE(side.slot->take() != nullptr);
+  CHECK(side.intake.accept(Bent(6, 100, 1).patch, kNow));
+  CHECK(side.slot->take() != nullptr);
+}
+
+TEST_CASE("A patch does not wait for terms that bend it less than the one before is off, nor for a lost one for ever") {
+  Side side;
+  for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
+  give(side, Bent(1, 60, 0));
+  Bent off(2, 100, 0);
+  off.patch.force += Vec3(0, 0, 0.5);
+  give(side, off);
+  const std::uint64_t held = side.intake.counts().held_back;
+  REQUIRE(side.slot->take() != nullptr);
+  CHECK(side.intake.accept(Bent(3, 100, 0).patch, kNow));
+  CHECK(side.slot->take() != nullptr);
+  CHECK(side.intake.counts().held_back == held);
+
+  Side lossy;
+  for (int ms = 0; ms <= 200; ++ms) lossy.intake.add_sample(sample_at(ms));
+  give(lossy, Bent(1, 100, 1));
+  REQUIRE(lossy.slot->take() != nullptr);
+  std::uint32_t seq = 1;
+  while (seq < 20 && lossy.slot->take() == nullptr) lossy.intake.accept(Bent(++seq, 100, 1).patch, kNow);
+  CHECK(seq > 2);
+  CHECK(seq < 10);
+}

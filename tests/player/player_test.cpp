@@ -265,3 +265,23 @@ TEST_CASE("A constant patch shows its force, filtered when it says so, and a suc
     CHECK(force.y() == Approx(2));
   }
 }
+
+TEST_CASE("A touched body that bends gives back no more than the hand has given it") {
+  const Patch patch = test::touch_patch(8, 1, kStamp);
+  PatchPlayer bent(patch, test::cubic_terms(patch)), straight(patch);
+  Vec3 from = patch.tool, force = Vec3::Zero();
+  double given_j = 0, most_j = 0, apart_n = 0;
+  for (int ms = 1; ms <= 3000; ++ms) {
+    const double t = 1e-3 * ms;
+    const Vec3 tool(0.004 * std::sin(7 * t), 0.003 * std::sin(5 * t), 0.002 - 0.02 * std::pow(std::sin(9 * t), 2));
+    const Vec3 next = bent.advance({kStamp + ms * kTick, tool}).force;
+    apart_n = std::max(apart_n, (next - straight.advance({kStamp + ms * kTick, tool}).force).norm());
+    given_j -= 0.5 * (force + next).dot(tool - from);
+    most_j = std::max(most_j, given_j);
+    CHECK(given_j >= -1e-3 * most_j);
+    from = tool;
+    force = next;
+  }
+  CHECK(most_j > 1e-3);
+  CHECK(apart_n > 0.1);
+}

@@ -2,8 +2,10 @@
 #include "server/reduce/cubic_patch.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "client/player/player.hpp"
+#include "server/body/integrator.hpp"
 #include "server/reduce/patch_builder.hpp"
 #include "tests/support/bodies.hpp"
 
@@ -44,7 +46,69 @@ struct Grasp {
   }
 };
 
+/// A tool that presses 4 mm into the top of a block in 0.1 s, and there is a patch; it then goes on, deeper and to the side.
+struct Touch {
+  static constexpr double kPressS = 0.1, kOnS = 0.15;
+
+  LumpedBody body = box_body(6, 6, 4);
+  Dynamics dynamics{body};
+  Skin skin{body};
+  Integrator integrator{dynamics, skin, {0.001, 1e-10}};
+  BodyState state = dynamics.rest_state();
+  std::vector<ToolPort> ports{1};
+  PatchBuilder builder{dynamics, skin, 0};
+
+  Touch() {
+    ports[0].parameters = {1000, 2};
+    to(kPressS);
+  }
+  static Vec3 tool(double t) {
+    const double in = std::min(t / kPressS, 1.0), on = std::clamp((t - kPressS) / kOnS, 0.0, 1.0);
+    return Vec3(0.048, 0.053, 0.06) +
+           Vec3(0.003 * on * on, -0.002 * on * on, 0.0005 - 0.0045 * in * in * (3 - 2 * in) - 0.008 * on * on);
+  }
+  ToolAt tool_at(double t) const {
+    constexpr double kSmallS = 1e-4;
+    return {tool(t), (tool(t + kSmallS) - tool(t)) / kSmallS};
+  }
+  void to(double t) {
+    REQUIRE(integrator.advance(state, ports, t, [&](std::size_t, double at) { return tool_at(at); }).converged);
+  }
+  PatchPlayer player(Scheme scheme) {
+    PatchRequest request;
+    request.scheme = scheme;
+    request.bridge = Micros{200'000};
+    const ToolAt at = tool_at(kPressS);
+    FrameModel frame(dynamics, skin);
+    frame.begin(state, ports, std::span(&at, 1), request.bridge);
+    auto patch = builder.build(frame, 0, request);
+    REQUIRE(patch);
+    CHECK(patch->scheme == scheme);
+    CHECK(check(*patch) == PatchFault::none);
+    return PatchPlayer(*patch, builder.terms());
+  }
+};
+
 }  // namespace
+
+TEST_CASE("Pressed on deep, a touched patch with its terms stays with the body where the linear one leaves it") {
+  Touch touch;
+  REQUIRE(touch.ports[0].touching);
+  PatchPlayer linear = touch.player(Scheme::port), bent = touch.player(Scheme::cubic);
+  CHECK(linear.patch().states() == bent.patch().states());
+  double linear_error = 0, bent_error = 0, force = 0;
+  for (int ms = 1; ms <= 150; ++ms) {
+    const ToolSample sample{ms * kTick, Touch::tool(Touch::kPressS + 1e-3 * ms)};
+    touch.to(Touch::kPressS + 1e-3 * ms);
+    const Vec3 truth = -touch.ports[0].lambda;
+    linear_error += (linear.advance(sample).force - truth).squaredNorm();
+    bent_error += (bent.advance(sample).force - truth).squaredNorm();
+    force += truth.squaredNorm();
+  }
+  INFO("of the force: linear " << std::sqrt(linear_error / force) << ", with terms " << std::sqrt(bent_error / force));
+  CHECK(bent_error < 0.1 * linear_error);
+  CHECK(bent_error < 1e-4 * force);
+}
 
 TEST_CASE("With the modes still, the force of a displaced tool is the body's to fourth order") {
   Grasp grasp(0.002);

@@ -85,6 +85,7 @@ inline Sight sight_of(const Body& body) {
           .shade = {},
           .vertices = {},
           .tools = body.tools,
+          .closed = is_closed(body.triangles),
           .color_max = 0.01F,
           .arrow_m_per_n = 0.05F};
 }

@@ -2,6 +2,7 @@
 // by the view. `test_view "[.posters]"` writes them into out/posters, light and dark, 1280x800 and 640x400: look at them.
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <map>
 
 #include "client/view/offscreen_context.hpp"
 #include "client/view/stage.hpp"
@@ -15,17 +16,33 @@ namespace {
 /// Down onto the body, along it, and up again; the surface of the resting body is met at about `home - 20 mm`.
 Vec3 hand_at(const Vec3& home, double t_s) {
   const double press = std::clamp((t_s - 0.2) / 0.6, 0.0, 1.0), stroke = std::clamp((t_s - 1.0) / 0.8, 0.0, 1.0);
-  const double up = std::clamp((t_s - 2.0) / 0.15, 0.0, 1.0);
-  return home + Vec3(0.03 * stroke, -0.012 * stroke, -0.031 * press - 0.004 * stroke + 0.04 * up);
+  const double up = std::clamp((t_s - 2.0) / 0.1, 0.0, 1.0);
+  return home + Vec3(0.03 * stroke, -0.012 * stroke, -0.031 * press - 0.004 * stroke + 0.027 * up);
 }
 
 struct Moment {
   const char* name;
   double t_s;
+  ShapeChannel color = ShapeChannel::position;
+  Lines lines = Lines::none;
 };
-constexpr Moment kMoments[] = {{"press", 0.95}, {"stroke", 1.55}, {"release", 2.25}};
+/// At the release the tool left the body 10 ms ago: a third of the dent is still there.
+constexpr Moment kMoments[] = {{"press", 0.95},
+                               {"tension", 0.95, ShapeChannel::tension},
+                               {"support", 0.95, ShapeChannel::support},
+                               {"strain", 0.95, ShapeChannel::position, Lines::strain},
+                               {"stroke", 1.55},
+                               {"release", 2.02}};
 
-void draw(const char* name, const RoomFacts& facts, const FrameResult& frame) {
+std::vector<float> shade_of(const RoomFacts& facts, const FrameResult& frame, ShapeChannel color) {
+  std::vector<float> shade;
+  if (color == ShapeChannel::position) return shade;
+  for (const std::uint32_t node : facts.node_of)
+    shade.push_back(color == ShapeChannel::tension ? frame.tension[node] : frame.support[node]);
+  return shade;
+}
+
+void draw(const Moment& moment, const RoomFacts& facts, const FrameResult& frame, Scales& scales) {
   std::vector<Vec3f> rest, positions;
   for (std::size_t v = 0; v < facts.node_of.size(); ++v) {
     rest.push_back(facts.mesh.vertices[v].rest.cast<float>());
@@ -33,19 +50,27 @@ void draw(const char* name, const RoomFacts& facts, const FrameResult& frame) {
   }
   const StationFrame& hand = frame.stations[0];
   const std::vector<ToolView> tools{{"hand", hand.tool, hand.force, hand.contact}};
-  Scales scales;
-  scales.see(facts.mesh.triangles, positions, rest, {}, tools);
-  Sight sight{facts.mesh.triangles,  positions, rest, {}, facts.mesh.vertices, tools, scales.color_max(false),
-              scales.arrow_m_per_n()};
+  const std::vector<float> shade = shade_of(facts, frame, moment.color);
+  scales.see(facts.mesh.triangles, positions, rest, shade, tools);
+  const Sight sight{.triangles = facts.mesh.triangles,
+                    .positions = positions,
+                    .rest = rest,
+                    .shade = shade,
+                    .vertices = facts.mesh.vertices,
+                    .tools = tools,
+                    .closed = is_closed(facts.mesh.triangles),
+                    .color_max = scales.color_max(!shade.empty()),
+                    .arrow_m_per_n = scales.arrow_m_per_n()};
   for (const bool dark : {false, true})
     for (const auto& [width, height] : {std::pair{1280, 800}, {640, 400}}) {
       Camera camera;
       camera.fit(facts.mesh.triangles, rest, static_cast<float>(width) / static_cast<float>(height));
       Stage stage(width, height, 1);
       const auto status = std::to_string(facts.nodes) + " nodes    " + std::to_string(facts.mesh.triangles.size()) + " triangles";
-      const auto file = std::string(name) + (dark ? "_dark_" : "_light_") + std::to_string(width) + ".png";
+      const auto file = std::string(moment.name) + (dark ? "_dark_" : "_light_") + std::to_string(width) + ".png";
+      const Look look{.dark = dark, .lines = moment.lines, .color = moment.color};
       write_png(std::filesystem::path("out/posters") / file,
-                stage.photograph(sight, {facts.scene, status, "", {}}, camera, {.dark = dark}, width, height));
+                stage.photograph(sight, {facts.scene, status, "", {}}, camera, look, width, height));
     }
 }
 
@@ -59,11 +84,13 @@ TEST_CASE("The pictures of the documents", "[.posters]") {
   Room room(scene);
   room.start(Micros{0});
   FrameJob job;
-  job.shapes = true;
+  job.shapes = job.tension = job.support = true;
   Micros sampled{0};
-  for (const Moment& moment : kMoments)
-    for (FrameResult frame; job.target < from_seconds(moment.t_s);) {
-      job.target += Micros{50'000};
+  FrameResult frame;
+  std::map<ShapeChannel, Scales> scales;  // a legend never shrinks while one watches; each channel has its own
+  for (const Moment& moment : kMoments) {
+    while (job.target < from_seconds(moment.t_s)) {
+      job.target += Micros{10'000};
       StationJob hand;
       hand.id = 1;
       hand.bridge = Micros{100'000};
@@ -71,6 +98,7 @@ TEST_CASE("The pictures of the documents", "[.posters]") {
         hand.samples.push_back({sampled, hand_at(facts.home, seconds(sampled))});
       job.stations = {hand};
       frame = room.run(job);
-      if (job.target >= from_seconds(moment.t_s)) draw(moment.name, facts, frame);
     }
+    draw(moment, facts, frame, scales[moment.color]);
+  }
 }

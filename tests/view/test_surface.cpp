@@ -28,6 +28,16 @@ TEST_CASE("The bottom of a dent is a cavity and its surroundings are not", "[vie
   }
 }
 
+TEST_CASE("A surface is closed when every edge has two sides", "[view]") {
+  demo::Body body = demo::unit_sphere(2);
+  CHECK(is_closed(body.triangles));
+  std::swap(body.triangles[3][0], body.triangles[3][1]);
+  CHECK_FALSE(is_closed(body.triangles));
+  body.triangles.erase(body.triangles.begin() + 3);
+  CHECK_FALSE(is_closed(body.triangles));
+  CHECK_FALSE(is_closed({}));
+}
+
 TEST_CASE("Vertices without a triangle and empty surfaces do no harm", "[view]") {
   SurfaceShade surface;
   const std::vector<Vec3f> alone{Vec3f(1, 2, 3)};
@@ -57,6 +67,25 @@ TEST_CASE("A fitted camera sees every vertex, from every side and in every forma
       REQUIRE(reach > 0.2F);
     }
   }
+}
+
+TEST_CASE("A fitted camera keeps the body out from under the panels", "[view]") {
+  const demo::Body body = demo::pressed_organ(0, 0);
+  constexpr float kWidth = 1280, kHeight = 800, kCovered = 0.33F;
+  Camera camera;
+  camera.fit(body.triangles, body.rest, kWidth / kHeight, kCovered);
+  const Eigen::Matrix4f m = camera.projection(kWidth / kHeight) * camera.view();
+  float left = kWidth, right = 0;
+  for (const Vec3f& p : body.rest) {
+    const float x = to_pixels(m, p, kWidth, kHeight).x();
+    left = std::min(left, x);
+    right = std::max(right, x);
+  }
+  const float free = (1 - kCovered) * kWidth;
+  CHECK(left > 0);
+  CHECK(right < free);
+  CHECK(right - left > 0.5F * free);
+  CHECK(0.5F * (left + right) == Approx(0.5F * free).margin(0.05 * free));
 }
 
 TEST_CASE("From the top, right is x and up is y; dragging right turns the body with the mouse", "[view]") {

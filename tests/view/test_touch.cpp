@@ -1,5 +1,6 @@
 // A mouse that touches a body, without a window: a scripted pointer, the mouse's device, the real client and server cores and a
 // real body, in virtual time.
+#include <array>
 #include <catch2/catch.hpp>
 
 #include "client/core/client_core.hpp"
@@ -57,7 +58,7 @@ struct Hand {
 
   void step() {
     if (now >= next_picture) {
-      mouse.aim(tool.target(camera, pointer));
+      mouse.aim(tool.target(camera, pointer, kPicture));
       next_picture += kPicture;
     }
     const Vec3 next = mouse.read(now).position;
@@ -101,6 +102,31 @@ TEST_CASE("A mouse over a body hovers, pressed it pushes in and is pushed back, 
   hand.run(Micros{500'000});
   CHECK(hand.felt.force.norm() == 0);
   CHECK(hand.step_max_m <= 1e-3 * MouseDevice::kSpeedMaxMS);
+}
+
+TEST_CASE("A pointer that jumps to another side of the body leads the tool around it", "[view][touch]") {
+  Hand hand("touch-cube.json");
+  const Box box = bounds(hand.server.facts().mesh.triangles, hand.rest);
+  const auto show = [&](const Vec3f& point) {
+    const Eigen::Matrix4f m = hand.camera.projection(kWidth / kHeight) * hand.camera.view();
+    const Vec3f at = to_pixels(m, point, kWidth, kHeight);
+    hand.pointer.x = at.x();
+    hand.pointer.y = at.y();
+  };
+  const Vec3f center = box.center(), half = 0.5F * (box.high - box.low);
+  const std::array<Vec3f, 3> sides{center + Vec3f(0, 0, half.z()), center + Vec3f(half.x(), 0, 0),
+                                   center - Vec3f(0, half.y(), 0)};
+  for (const auto& [from, to] : {std::pair{0, 1}, {1, 2}, {2, 0}, {0, 2}}) {
+    show(sides[static_cast<std::size_t>(from)]);
+    hand.run(Micros{1'000'000});
+    show(sides[static_cast<std::size_t>(to)]);
+    for (int k = 0; k < 1000; ++k) {
+      hand.step();
+      CHECK(hand.felt.force.norm() == 0);
+      const Vec3f inside = half - (hand.place.cast<float>() - center).cwiseAbs();
+      CHECK(inside.minCoeff() < 0);
+    }
+  }
 }
 
 TEST_CASE("A mouse takes the node of a grasp, pulls it and lets it go home", "[view][touch]") {

@@ -2,7 +2,9 @@
 #include <catch2/catch.hpp>
 #include <random>
 
+#include "client/view/recorded_scene.hpp"
 #include "client/view/view_core.hpp"
+#include "client/view/view_recorder.hpp"
 #include "common/base/limits.hpp"
 #include "server/core/server_core.hpp"
 #include "tests/view/demo_body.hpp"
@@ -136,4 +138,31 @@ TEST_CASE("A viewer whose name is taken says why and keeps asking once a second"
   world.run_until(Micros{400'000});
   REQUIRE(world.viewer.link() == ViewLink::refused);
   REQUIRE(world.viewer.refusal().find("watcher") != std::string::npos);
+}
+
+TEST_CASE("What a viewer receives is recorded as it was shown, and plays", "[view][replay]") {
+  World world;
+  world.run_until(Micros{1'000'000});
+  REQUIRE(world.viewer.ready());
+  ViewRecorder recorder(world.viewer, "test 1", Micros{0});
+  for (Micros end{1'020'000}; end <= Micros{3'000'000}; end += Micros{20'000}) {
+    world.run_until(end);
+    recorder.take(world.viewer, world.now);
+  }
+  recorder.finish();
+  const auto bytes = recorder.bytes();
+  const RecordingReader recording(bytes, "watched");
+  REQUIRE(recording.complete());
+  CHECK(recording.head().name == "demo");
+  RecordedScene scene(recording, "watched");
+  CHECK(scene.mesh().triangles == world.body.triangles);
+  for (std::size_t v = 0; v < world.body.rest.size(); ++v)
+    REQUIRE(scene.mesh().vertices[v].fixed == (world.body.rest[v].z() < 0.022F));
+  CHECK(seconds(scene.end() - scene.begin()) > 1.9);
+  for (const double share : {0.1, 0.5, 0.9}) {
+    const Micros t = scene.begin() + from_seconds(share * seconds(scene.end() - scene.begin()));
+    const ViewMoment moment = scene.at(t);
+    for (std::size_t v = 0; v < world.body.rest.size(); ++v)
+      REQUIRE((moment.shape.positions[v] - world.body.rest[v]).z() == Approx(0.01 * seconds(t)).margin(1e-4));
+  }
 }

@@ -1,4 +1,4 @@
-// palpate-view: shows the body that a server simulates, and the tools that touch it.
+// palpate-view: shows the body that a server simulates or a recording holds, and the tools that touch it.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -29,14 +29,28 @@ void read_size(const std::string& text, ViewOptions& options) {
   }
 }
 
+/// Flags that mean something only with a server, or only with a recording.
+void check_source(const CLI::App& app, const ViewOptions& options) {
+  if (app.count("--server") + app.count("--recording") != 1)
+    throw InputError("--server and --recording", app.count("--server") > 0 ? "are both given" : "are both missing",
+                     "a server to watch or a recording to play");
+  const bool played = app.count("--recording") > 0;
+  if (played && options.recording.empty()) throw InputError("--recording", "is empty", "a file");
+  for (const char* flag : {"--station", "--room", "--touch", "--after-s", "--kbit-s", "--record"})
+    if (played && app.count(flag) > 0) throw InputError(flag, "together with --recording", "--server with it");
+  if (!played && app.count("--at") > 0) throw InputError("--at", "together with --server", "--recording with it");
+}
+
 /// What the flags' own ranges let through: "nan" lies in every range, and an unset shell variable is an empty text.
 void check(const CLI::App& app, const ViewOptions& options) {
   for (const auto& [flag, value] : {std::pair{"--after-s", options.after_s.value_or(0)},
                                     {"--duration-s", options.duration_s.value_or(0)},
+                                    {"--at", options.at_s},
                                     {"--fps", options.fps}})
     if (std::isnan(value)) throw InputError(flag, "is nan", "a number");
-  for (const auto& [flag, value] : {std::pair{"--screenshot", &options.screenshot}, {"--frames", &options.frames}})
-    if (app.count(flag) > 0 && value->empty()) throw InputError(flag, "is empty", "where pictures go");
+  for (const auto& [flag, value] :
+       {std::pair{"--screenshot", &options.screenshot}, {"--frames", &options.frames}, {"--record", &options.record}})
+    if (app.count(flag) > 0 && value->empty()) throw InputError(flag, "is empty", "a path");
   const auto printable = [](unsigned char c) { return c >= 0x20 && c != 0x7f; };
   const std::string& name = options.station;
   const bool fits = !name.empty() && name.size() <= static_cast<std::size_t>(kMaxNameBytes);
@@ -57,10 +71,16 @@ void check(const CLI::App& app, const ViewOptions& options) {
 
 void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& light) {
   app.set_version_flag("--version", "palpate-view " PALPATE_VERSION);
-  app.add_option("--server", options.server, "HOST:PORT of palpate-server")->required();
+  app.add_option("--server", options.server, "HOST:PORT of palpate-server");
+  app.add_option("--recording", options.recording, "play this recording of palpate-server in place of a server")
+      ->type_name("FILE");
+  app.add_option("--at", options.at_s, "moment of the recording to begin at, in seconds")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, kLongestS));
   app.add_option("--station", options.station, "name of this viewer in the room")->capture_default_str();
   app.add_option("--room", options.room, "name of the room on the server; default: its first")->type_name("NAME");
   app.add_flag("--touch{mouse}", options.touch, "the mouse touches the body, as a station; --touch=NAME names it");
+  app.add_option("--record", options.record, "record what is received, to a new FILE")->type_name("FILE");
   app.add_option("--size", size, "WIDTHxHEIGHT of window or picture, default 1280x800");
   app.add_option("--screenshot", options.screenshot, "write one picture to FILE.png, without a display, and end");
   app.add_option("--after-s", options.after_s, "take the first picture after so many seconds")->check(CLI::Range(0.0, kLongestS));
@@ -81,6 +101,23 @@ void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& lig
   app.add_flag("--light", light, "dark things on a light ground (default)")->excludes(dark);
 }
 
+void watch(const ViewOptions& options) {
+  ViewSession session(options.server, options.station, options.room);
+  session.show_channel(options.look.color);
+  session.core().limit(options.kbit_s);
+  if (!options.record.empty()) session.record(options.record);
+  options.offscreen() ? run_offscreen(options, session) : run_window(options, session);
+}
+
+void play(const ViewOptions& options) {
+  RecordedSource recording(options.recording);
+  const std::string damage = recording.damage();
+  if (!damage.empty()) fmt::print(stderr, "palpate-view: {}: {}\n", options.recording, damage);
+  recording.show_channel(options.look.color);
+  recording.begin_at(options.at_s);
+  options.offscreen() ? run_offscreen(options, recording) : run_window(options, recording);
+}
+
 int run(int argc, char** argv) {
   ViewOptions options;
   std::string size;
@@ -90,15 +127,10 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     if (app.count("--size") > 0) read_size(size, options);
+    check_source(app, options);
     check(app, options);
     watch_signals();
-    ViewSession session(options.server, options.station, options.room);
-    session.core().show_channel(options.look.color);
-    session.core().limit(options.kbit_s);
-    if (options.offscreen())
-      run_offscreen(options, session);
-    else
-      run_window(options, session);
+    options.recording.empty() ? watch(options) : play(options);
     return 0;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);

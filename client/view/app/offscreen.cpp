@@ -24,21 +24,27 @@ void wait_for_shape(ViewSession& session, Micros since) {
   throw std::runtime_error(fmt::format("{}: no shape to draw within {:.0f} s", session.server(), seconds(now_us() - since)));
 }
 
-float aspect_of(const ViewOptions& options) { return static_cast<float>(options.width) / static_cast<float>(options.height); }
+SceneView::Frame frame_of(const ViewOptions& options) {
+  return {static_cast<float>(options.width) / static_cast<float>(options.height),
+          covered_by_panels(options.look, options.width, options.height, 1)};
+}
 
 /// Watches on until then, so that the plots and scales of a first picture are those of someone who has looked for a while.
 void watch_until(Micros time, const ViewOptions& options, ViewSession& session, SceneView& view) {
-  while (now_us() < time && !told_to_end()) {
-    session.pump_until(std::min(time, now_us() + History::kStep));
-    view.update(session, aspect_of(options));
+  for (Micros now = now_us(); now < time && !told_to_end(); now = now_us()) {
+    session.pump_until(std::min(time, now + History::kStep));
+    view.update(now_us(), frame_of(options));
+    view.caption(now_us());
   }
 }
 
-Picture take_picture(const ViewOptions& options, ViewSession& session, SceneView& view, Stage& stage) {
-  session.pump();
-  view.update(session, aspect_of(options));
-  return stage.photograph(view.sight(session), view.caption(session, ""), view.camera(), options.look, options.width,
-                          options.height);
+Picture take_picture(const ViewOptions& options, Micros now, SceneView& view, Stage& stage) {
+  view.update(now, frame_of(options));
+  return stage.photograph(view.sight(), view.caption(now), view.camera(), options.look, options.width, options.height);
+}
+
+std::filesystem::path frame_file(const ViewOptions& options, int number) {
+  return std::filesystem::path(options.frames) / fmt::format("frame_{:05d}.png", number);
 }
 
 void take_frames(const ViewOptions& options, ViewSession& session, SceneView& view, Stage& stage, Micros start) {
@@ -48,8 +54,7 @@ void take_frames(const ViewOptions& options, ViewSession& session, SceneView& vi
   for (Micros due = now_us(); due < end && !told_to_end();) {
     session.pump_until(due);
     if (told_to_end()) return;
-    write_png(std::filesystem::path(options.frames) / fmt::format("frame_{:05d}.png", number++),
-              take_picture(options, session, view, stage));
+    write_png(frame_file(options, number++), take_picture(options, now_us(), view, stage));
     // The number of a frame is its time: frames that there was no time for are left out of both.
     due += period;
     if (due < now_us()) due = now_us();
@@ -64,14 +69,35 @@ void run_offscreen(const ViewOptions& options, ViewSession& session) {
   setpriority(PRIO_PROCESS, 0, 10);
   const double first_s =
       options.frames.empty() ? options.after_s.value_or(options.duration_s.value_or(2)) : options.after_s.value_or(0);
-  SceneView view;
+  SceneView view(session);
   watch_until(start + from_seconds(first_s), options, session, view);
   wait_for_shape(session, start);
   if (told_to_end()) return;
   const OffscreenContext context;
   Stage stage(options.width, options.height, 1.0F);
-  if (!options.screenshot.empty()) write_png(options.screenshot, take_picture(options, session, view, stage));
+  session.pump();
+  if (!options.screenshot.empty()) write_png(options.screenshot, take_picture(options, now_us(), view, stage));
   if (!options.frames.empty()) take_frames(options, session, view, stage, start);
+}
+
+void run_offscreen(const ViewOptions& options, RecordedSource& recording) {
+  setpriority(PRIO_PROCESS, 0, 10);
+  SceneView view(recording);
+  const OffscreenContext context;
+  Stage stage(options.width, options.height, 1.0F);
+  // The clock stands still: a picture depends on its moment alone.
+  ReplayClock& clock = recording.clock();
+  const Micros now = now_us(), begin = clock.at(now);
+  if (!options.screenshot.empty()) write_png(options.screenshot, take_picture(options, now, view, stage));
+  if (options.frames.empty()) return;
+  std::filesystem::create_directories(options.frames);
+  const Micros asked = options.duration_s ? begin + from_seconds(*options.duration_s) : clock.end();
+  for (int number = 0; !told_to_end(); ++number) {
+    const Micros moment = begin + from_seconds(number / options.fps);
+    if (moment > std::min(asked, clock.end())) return;
+    clock.seek(moment, now);
+    write_png(frame_file(options, number), take_picture(options, now, view, stage));
+  }
 }
 
 }  // namespace palpate

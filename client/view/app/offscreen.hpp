@@ -2,11 +2,14 @@
 #pragma once
 
 #include "client/view/app/options.hpp"
+#include "client/view/app/recorded_source.hpp"
 #include "client/view/app/session.hpp"
 
 namespace palpate {
 
 /// Runs until the pictures are written. Throws std::runtime_error when no shape came in time or OpenGL is missing.
 void run_offscreen(const ViewOptions& options, ViewSession& session);
+/// The same of a recording, as fast as it goes: the same recording and flags make the same pictures.
+void run_offscreen(const ViewOptions& options, RecordedSource& recording);
 
 }  // namespace palpate

@@ -10,10 +10,12 @@ namespace palpate {
 
 struct ViewOptions {
   std::string server, station = "viewer", room;
+  std::string recording;  ///< in place of a server; empty: none
   int width = 1280, height = 800;
-  std::string touch;               ///< name of the mouse's station; empty: look only
-  std::string screenshot, frames;  ///< empty: none
+  std::string touch;                       ///< name of the mouse's station; empty: look only
+  std::string screenshot, frames, record;  ///< empty: none
   std::optional<double> after_s, duration_s;
+  double at_s = 0;  ///< of the recording
   double fps = 30;
   std::uint16_t kbit_s = 0;
   Look look;

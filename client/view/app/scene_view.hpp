@@ -1,30 +1,34 @@
-// From the session to what the stage draws: moment, scales, camera, caption.
+// From what is looked at to what the stage draws: moment, scales, camera, caption.
 #pragma once
 
-#include "client/view/app/session.hpp"
-#include "client/view/stage.hpp"
+#include "client/view/app/view_source.hpp"
 
 namespace palpate {
 
 class SceneView {
  public:
+  explicit SceneView(ViewSource& source) : source_(source) {}
+  /// Width over height of the picture, and the share of it that panels cover.
+  struct Frame {
+    float aspect = 1, covered = 0;
+  };
+
   /// Takes the moment that is due. The camera is fitted when a mesh is new. False while there is nothing to draw. `own` is the
   /// tool of this viewer's own station, as it is now: shown without the delay of shapes.
-  bool update(ViewSession& session, float aspect, const ToolView* own = nullptr);
-  Sight sight(ViewSession& session) const;
-  Caption caption(ViewSession& session, const std::string& keys) const;
-  void fit(ViewSession& session, float aspect);
+  bool update(Micros now, const Frame& frame, const ToolView* own = nullptr);
+  Sight sight() const;
+  Caption caption(Micros now) { return source_.caption(now, moment_.tools); }
+  void fit(const Frame& frame);
   Camera& camera() { return camera_; }
-  const Scales& scales() const { return scales_; }
+  ViewSource& source() { return source_; }
 
  private:
-  void remember(const RoomView& room);
-
+  ViewSource& source_;
   ViewMoment moment_;
   Scales scales_;
   Camera camera_;
-  History forces_, patch_ages_;
   std::uint64_t mesh_version_ = 0;
+  bool closed_ = false;
 };
 
 }  // namespace palpate

@@ -1,5 +1,6 @@
 #include "client/view/app/session.hpp"
 
+#include <fmt/format.h>
 #include <poll.h>
 
 #include <algorithm>
@@ -7,6 +8,8 @@
 #include <asio/buffer.hpp>
 #include <chrono>
 #include <csignal>
+#include <filesystem>
+#include <utility>
 
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
@@ -55,6 +58,7 @@ ViewSession::ViewSession(const std::string& server, const std::string& station, 
 }
 
 ViewSession::~ViewSession() {
+  recording_.reset();
   core_.leave();
   pump();
 }
@@ -72,8 +76,42 @@ void ViewSession::pump() {
       core_.take(std::span(datagram).first(size), now_us());
   }
   core_.tick(now_us());
+  pump_recording();
   while (const std::size_t size = core_.emit(std::span(datagram).first(kMaxDatagramBytes), now_us())) {
     socket_.send(asio::buffer(datagram.data(), size), 0, error);
+  }
+}
+
+void ViewSession::record(const std::string& file) {
+  if (std::filesystem::exists(file)) throw InputError("--record " + file, "is there already", "a file that is not there yet");
+  record_asked_ = file;
+}
+
+void ViewSession::toggle_recording() {
+  if (recording_) {
+    record_note_ = "recorded to " + recording_->file();
+    recording_.reset();
+  } else if (record_asked_.empty()) {
+    record_asked_ = file_for_now(core_.welcome().scene);
+  }
+}
+
+void ViewSession::pump_recording() {
+  if (!recording_) {
+    if (record_asked_.empty() || !core_.ready()) return;
+    const std::string file = std::exchange(record_asked_, {});
+    try {
+      recording_ = std::make_unique<ViewerRecording>(core_, file);
+      record_note_ = "recording to " + file;
+    } catch (const InputError& error) {
+      record_note_ = error.what();
+      fmt::print(stderr, "palpate-view: {}\n", record_note_);
+    }
+    return;
+  }
+  if (const auto ended = recording_->pump(core_, now_us())) {
+    record_note_ = *ended;
+    recording_.reset();
   }
 }
 
@@ -86,6 +124,29 @@ void ViewSession::pump_until(Micros time) {
     pollfd readable{socket_.native_handle(), POLLIN, 0};
     ::poll(&readable, 1, static_cast<int>((wait.count() + 999) / 1000));
   }
+}
+
+void ViewSession::remember(Micros now, const std::vector<ToolView>& tools) {
+  for (const ToolView& tool : tools) forces_.add(now, tool.station, static_cast<float>(tool.force.norm()));
+  for (const StationView& station : core_.room().stations)
+    patch_ages_.add(now, station.station, static_cast<float>(1e3 * seconds(station.patch_age)));
+  forces_.forget(now);
+  patch_ages_.forget(now);
+}
+
+Caption ViewSession::caption(Micros now, const std::vector<ToolView>& tools) {
+  if (core_.link() == ViewLink::refused) return {"refused", core_.refusal(), ""};
+  if (!core_.ready()) return {"palpate", "waiting for " + server_, ""};
+  remember(now, tools);
+  Caption caption{core_.welcome().scene, "server lost, showing its last shape", ""};
+  caption.panels = {.room = &core_.room(), .forces = &forces_, .patch_ages = &patch_ages_, .stations = {}, .now = now};
+  for (const ToolView& tool : tools) caption.panels.stations.push_back(tool.station);
+  if (core_.link() != ViewLink::joined) return caption;
+  caption.status =
+      fmt::format("{:.0f} shapes a second, shown {:.0f} ms late    {} triangles", 1 / seconds(core_.playback().period()),
+                  1e3 * seconds(core_.playback().delay()), core_.mesh().triangles.size());
+  if (!record_note_.empty()) caption.status += "    " + record_note_;
+  return caption;
 }
 
 }  // namespace palpate

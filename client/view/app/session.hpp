@@ -1,36 +1,58 @@
-// ViewCore on a real UDP socket and the real clock. One thread; the caller pumps it.
+// A server's room to look at: ViewCore on a real UDP socket and the real clock. One thread; the caller pumps it.
 #pragma once
 
 #include <asio/io_context.hpp>
 #include <asio/ip/udp.hpp>
+#include <memory>
 #include <string>
 
-#include "client/view/view_core.hpp"
+#include "client/view/app/view_source.hpp"
+#include "client/view/app/viewer_recording.hpp"
 
 namespace palpate {
 
 /// Monotonic time of this process's clock.
 Micros now_us();
 
-class ViewSession {
+class ViewSession : public ViewSource {
  public:
   /// `server` is HOST:PORT. Throws InputError when it does not parse or the host does not resolve.
   ViewSession(const std::string& server, const std::string& station, const std::string& room);
-  ~ViewSession();
+  ~ViewSession() override;
 
   /// Everything that is due: datagrams in, the core's clock, datagrams out. Never blocks.
   void pump();
-  /// Pumps until the given time, sleeping in between; returns at once when the process was told to end.
-  void pump_until(Micros time);
+  void pump_until(Micros time) override;
+
+  bool ready() const override { return core_.ready(); }
+  const BodyMesh& mesh() const override { return core_.mesh(); }
+  const std::vector<Vec3f>& rest() const override { return core_.rest(); }
+  std::uint64_t mesh_version() const override { return core_.mesh_version(); }
+  bool show(Micros now, ViewMoment& moment) override { return core_.show(now, moment); }
+  void show_channel(ShapeChannel channel) override { core_.show_channel(channel); }
+  Scales scales() const override { return {}; }
+  Caption caption(Micros now, const std::vector<ToolView>& tools) override;
+
+  /// Record what comes, to this file, as soon as there is a body. Throws InputError when the file is there already.
+  void record(const std::string& file);
+  /// Begins a recording in the current folder, or ends the one that goes on. What came of it stands in the status line.
+  void toggle_recording();
 
   ViewCore& core() { return core_; }
   const std::string& server() const { return server_; }
 
  private:
+  void pump_recording();
+  void remember(Micros now, const std::vector<ToolView>& tools);
+
   std::string server_;
   asio::io_context io_;
   asio::ip::udp::socket socket_{io_};
   ViewCore core_;
+  History forces_, patch_ages_;
+  std::unique_ptr<ViewerRecording> recording_;
+  std::string record_asked_;  ///< file that is waiting for a body
+  std::string record_note_;   ///< what to say of the recording
 };
 
 /// SIGINT and SIGTERM ask for the end from now on.

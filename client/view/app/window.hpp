@@ -1,7 +1,8 @@
-// The live view in a window, with mouse and keys.
+// What is looked at, in a window, with mouse and keys.
 #pragma once
 
 #include "client/view/app/options.hpp"
+#include "client/view/app/recorded_source.hpp"
 #include "client/view/app/session.hpp"
 
 namespace palpate {
@@ -9,5 +10,7 @@ namespace palpate {
 /// Runs until the window is closed, --duration-s is over or the process is told to end. Throws std::runtime_error when there is
 /// no display or no OpenGL 3.3.
 void run_window(const ViewOptions& options, ViewSession& session);
+/// Plays the recording from its beginning or --at.
+void run_window(const ViewOptions& options, RecordedSource& recording);
 
 }  // namespace palpate

@@ -1,0 +1,210 @@
+// palpate-lab truth: how true every scheme's force is over the round trip, on every scene, and what it costs.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iterator>
+
+#include "bench/lab/experiments.hpp"
+#include "bench/lab/link_flags.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/lab/plot.hpp"
+#include "bench/lab/shards.hpp"
+#include "bench/lab/truth_cells.hpp"
+#include "bench/measure/metrics.hpp"
+#include "bench/measure/reach.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kJndLimit = kForceJnd, kHundredth = 0.01;
+constexpr double kFirmRttMs = 150;  // of the costs that are printed
+
+struct Flags {
+  std::string out, scenes = "scenes";
+  std::vector<std::string> only, schemes;
+  bool quick = false;
+  ShardFlags shards;
+};
+
+using Cells = std::vector<TruthCell>;
+
+bool same_curve(const TruthCell& a, const TruthCell& b) { return a.scene == b.scene && a.scheme == b.scheme && a.row == b.row; }
+
+/// Cells by curve, in the order in which the curves first appear.
+std::vector<Cells> curves_of(const Cells& cells) {
+  std::vector<Cells> curves;
+  for (const TruthCell& c : cells) {
+    const auto known = std::find_if(curves.begin(), curves.end(), [&](const Cells& k) { return same_curve(k.front(), c); });
+    (known == curves.end() ? curves.emplace_back() : *known).push_back(c);
+  }
+  for (Cells& curve : curves)
+    std::sort(curve.begin(), curve.end(), [](const TruthCell& a, const TruthCell& b) { return a.rtt_ms < b.rtt_ms; });
+  return curves;
+}
+
+std::string title_of(const TruthCell& c) {
+  std::string title(name_of(c.scheme));
+  if (c.row == TruthRow::exact_states) title += ", exact states";
+  return title;
+}
+
+std::filesystem::path curve_file(const std::filesystem::path& out, const TruthCell& c) {
+  return out / fmt::format("truth-{}-{}-{}.csv", c.scene, name_of(c.scheme), name_of(c.row));
+}
+
+void write_curve(const std::filesystem::path& out, const Cells& curve) {
+  std::string csv = "rtt_ms,snr_db,median_jnd,p95_jnd\n";
+  for (const TruthCell& c : curve)
+    fmt::format_to(std::back_inserter(csv), "{:g},{:.3f},{:.5g},{:.5g}\n", c.rtt_ms, c.snr_db, c.median_error / kForceJnd,
+                   c.p95_error / kForceJnd);
+  write_text(curve_file(out, curve.front()), csv);
+}
+
+/// A panel of all curves of a scene over the round trip.
+GridPanel panel_of(const std::filesystem::path& out, const std::vector<Cells>& curves, const std::string& scene,
+                   const std::string& what, const std::string& column, const std::string& setup) {
+  const std::vector<Scheme> schemes = available_schemes();
+  GridPanel panel{scene, "round trip [ms]", what, {}, setup};
+  for (const Cells& curve : curves) {
+    const TruthCell& c = curve.front();
+    if (c.scene != scene) continue;
+    const bool exact = c.row == TruthRow::exact_states;
+    const auto style = static_cast<int>(std::find(schemes.begin(), schemes.end(), c.scheme) - schemes.begin()) + 1;
+    panel.curves.push_back({column, title_of(c), style, curve_file(out, c), exact ? "lines dt 3" : "linespoints"});
+  }
+  return panel;
+}
+
+void draw(const std::filesystem::path& out, const std::vector<Cells>& curves) {
+  std::vector<std::string> scenes;
+  for (const Cells& curve : curves) {
+    write_curve(out, curve);
+    const std::string& scene = curve.front().scene;
+    if (std::find(scenes.begin(), scenes.end(), scene) == scenes.end()) scenes.push_back(scene);
+  }
+  std::vector<GridPanel> panels;
+  for (const std::string& scene : scenes) {
+    // One legend for all panels, and room for it.
+    const std::string title = "set tmargin 7.5\nset title offset 0,4\n";
+    const std::string key = title + (panels.empty() ? "set key maxrows 4\n" : "unset key\n");
+    panels.push_back(panel_of(out, curves, scene, "truth of the force [dB]", "1:2", key + "set yrange [-10:60]"));
+    panels.push_back(panel_of(out, curves, scene, "p95 error [noticeable differences]", "1:4",
+                              title + "unset key\nset logscale y\nset format y '%g'\nset yrange [0.01:30]\n"
+                                      "set arrow from graph 0, first 1 to graph 1, first 1 nohead lc rgb '#888888' dt 2\n"
+                                      "set arrow from graph 0, first 0.1 to graph 1, first 0.1 nohead lc rgb '#888888' dt 2"));
+  }
+  plot_grid(out / "truth.svg", "Force error against the round trip: press, stroke, tap, release", 2, panels);
+}
+
+/// Round trip up to which the p95 error stays below `limit` [ms].
+double holds_until_ms(const Cells& curve, double limit) {
+  std::vector<SweepPoint> sweep;
+  for (const TruthCell& c : curve) sweep.push_back({c.rtt_ms, c.p95_error});
+  return reach(std::move(sweep), limit);
+}
+
+Json to_json(const Cells& curve) {
+  Json rows = Json::array();
+  for (const TruthCell& c : curve)
+    rows.push_back({{"rtt_ms", c.rtt_ms},
+                    {"snr_db", c.snr_db},
+                    {"median_jnd", c.median_error / kForceJnd},
+                    {"p95_jnd", c.p95_error / kForceJnd},
+                    {"frame_bytes", c.frame_bytes},
+                    {"build_ms", c.build_ms},
+                    {"tick_us", c.tick_us}});
+  const TruthCell& c = curve.front();
+  return {{"scene", c.scene},
+          {"scheme", name_of(c.scheme)},
+          {"row", name_of(c.row)},
+          {"served", name_of(c.served)},
+          {"within_10_pct_until_ms", holds_until_ms(curve, kJndLimit)},
+          {"within_1_pct_until_ms", holds_until_ms(curve, kHundredth)},
+          {"round_trips", rows}};
+}
+
+std::string until(const Cells& curve, double limit) {
+  const double ms = holds_until_ms(curve, limit);
+  return ms < 0 ? "never" : fmt::format("{:g} ms", ms);
+}
+
+void print(const std::vector<Cells>& curves) {
+  std::string scene;
+  for (const Cells& curve : curves) {
+    const TruthCell& c = curve.front();
+    if (c.scene != scene) {
+      scene = c.scene;
+      fmt::print("\n{:<24} dB at RTT", scene);
+      for (const TruthCell& at : curve) fmt::print(" {:>5g}", at.rtt_ms);
+      fmt::print("   p95 < 10 %   < 1 %    bytes  server ms  tick us\n");
+    }
+    fmt::print("  {:<32}", title_of(c) + (c.served == c.scheme ? "" : fmt::format(" ({})", name_of(c.served))));
+    for (const TruthCell& at : curve) fmt::print(" {:>5.1f}", at.snr_db);
+    const auto firm = std::find_if(curve.begin(), curve.end(), [](const TruthCell& at) { return at.rtt_ms >= kFirmRttMs; });
+    const TruthCell& cost = firm == curve.end() ? curve.back() : *firm;
+    fmt::print("   {:>10} {:>7} {:>8.0f} {:>10.2f} {:>8.2f}\n", until(curve, kJndLimit), until(curve, kHundredth),
+               cost.frame_bytes, cost.build_ms, cost.tick_us);
+  }
+}
+
+void report(const Cells& cells, const std::filesystem::path& out) {
+  const std::vector<Cells> curves = curves_of(cells);
+  draw(out, curves);
+  print(curves);
+  Json summary{{"jnd_share", kForceJnd}, {"curves", Json::array()}};
+  for (const Cells& curve : curves) summary["curves"].push_back(to_json(curve));
+  write_json(out / "summary.json", summary);
+  fmt::print("\n{}\n{}\n", (out / "truth.svg").string(), (out / "summary.json").string());
+}
+
+TruthGrid grid_of(const Flags& flags) {
+  TruthGrid grid{flags.scenes, flags.only, {}, {}};
+  for (const std::string& name : flags.schemes) grid.schemes.push_back(available_scheme(name));
+  grid.rtt_ms = flags.quick ? std::vector<double>{0, 50, 150, 300, 500}
+                            : std::vector<double>{0, 25, 50, 75, 100, 150, 200, 250, 300, 400, 500};
+  return grid;
+}
+
+int run_truth(const Flags& flags) {
+  const Shard shard = Shard::from(flags.shards.shard);
+  const TruthGrid grid = grid_of(flags);
+  const auto out = make_output_folder(flags.out);
+  Cells cells;
+  if (flags.shards.merge) {
+    for (const auto& file : shard_files(out)) {
+      Cells more = read_truth_cells(file);
+      cells.insert(cells.end(), more.begin(), more.end());
+    }
+    write_text(out / "cells.csv", cells_csv(cells));
+    report(cells, out);
+    return 0;
+  }
+  const Cells all = truth_cells(grid);
+  cells = shard.part_of(all);
+  fmt::print("{} runs of {}\n", cells.size(), all.size());
+  measure_cells(grid, cells, flags.shards.jobs, [&](std::size_t done) {
+    if (done % 10 == 0) fmt::print("{} of {}\n", done, cells.size());
+    std::fflush(stdout);
+  });
+  write_text(shard.file(out), cells_csv(cells));
+  if (shard.of == 1) report(cells, out);
+  return 0;
+}
+
+}  // namespace
+
+void add_truth(CLI::App& app, Run& run) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App* c = app.add_subcommand(
+      "truth", "force error against the round trip for every scheme on every scene, what limits it, and what it costs");
+  c->add_option("--scenes", flags->scenes, "folder of the scenes")->capture_default_str();
+  c->add_option("--only", flags->only, "these scenes alone, by file name without .json, separated by commas")->delimiter(',');
+  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->delimiter(',');
+  c->add_flag("--quick", flags->quick, "five round trips instead of eleven");
+  flags->shards.add_to(*c);
+  c->add_option("--out", flags->out, "folder for cells.csv, summary.json and truth.svg")->required();
+  c->callback([flags, &run] { run = [flags] { return run_truth(*flags); }; });
+}
+
+}  // namespace palpate

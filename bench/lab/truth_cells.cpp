@@ -1,0 +1,136 @@
+#include "bench/lab/truth_cells.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <map>
+#include <mutex>
+
+#include "bench/lab/link_flags.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/lab/parallel.hpp"
+#include "bench/lab/shards.hpp"
+#include "bench/measure/examination.hpp"
+#include "bench/measure/replay.hpp"
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr const char* kHeader = "scene,scheme,row,rtt_ms,served,snr_db,median_error,p95_error,frame_bytes,build_ms,tick_us";
+
+std::filesystem::path file_of(const TruthGrid& grid, const std::string& scene) { return grid.scenes / (scene + ".json"); }
+
+std::vector<std::string> scenes_of(const TruthGrid& grid) {
+  for (const std::string& name : grid.only)
+    if (!std::filesystem::exists(file_of(grid, name)))
+      throw InputError("--only " + name, "is no scene of " + grid.scenes.string(), "the name of a file there without .json");
+  if (!grid.only.empty()) return grid.only;
+  std::vector<std::string> names;
+  if (std::filesystem::is_directory(grid.scenes))
+    for (const auto& entry : std::filesystem::directory_iterator(grid.scenes))
+      if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+  if (names.empty()) throw InputError("--scenes " + grid.scenes.string(), "holds no scene", "a folder of *.json");
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+struct Task {
+  Scene scene;
+  Motion motion;
+  ReferenceForce reference;
+};
+
+void measure_cell(TruthCell& cell, const Task& task) {
+  Scene scene = task.scene;
+  if (cell.row == TruthRow::exact_states) scene.solver.step_s = scene.body.nodes.size() > kFineNodes ? kTickStepS : kFineStepS;
+  ReplayOptions options;
+  options.scheme = cell.scheme;
+  options.link.latency = from_seconds(cell.rtt_ms * 0.5e-3);
+  options.reference = &task.reference;
+  const ReplayResult result = replay(scene, task.motion, options, processor_ns);
+  std::vector<Vec3> felt, reference;
+  for (const ReplayTick& tick : result.ticks) {
+    felt.push_back(tick.felt);
+    reference.push_back(tick.reference);
+  }
+  const std::vector<double> errors = relative_errors(felt, reference);
+  cell.served = result.last_patch.scheme;
+  cell.snr_db = result.fidelity.snr_db;
+  cell.median_error = percentile(errors, 0.5);
+  cell.p95_error = percentile(errors, 0.95);
+  cell.frame_bytes = result.patch_bytes_mean;
+  cell.build_ms = result.patch_build_ms_mean;
+  cell.tick_us = 1e-3 * result.tick_ns_p50;
+}
+
+Scheme scheme_from(const std::string& text, const std::string& where) {
+  const auto scheme = scheme_from_name(text);
+  if (!scheme) throw InputError(where, "'" + text + "' is no scheme", "for example port");
+  return *scheme;
+}
+
+}  // namespace
+
+std::vector<TruthCell> truth_cells(const TruthGrid& grid) {
+  std::vector<TruthCell> cells;
+  for (const std::string& scene : scenes_of(grid))
+    for (const Scheme scheme : grid.schemes.empty() ? available_schemes() : grid.schemes)
+      for (const TruthRow row : {TruthRow::as_sent, TruthRow::exact_states}) {
+        if (row == TruthRow::exact_states && scheme != Scheme::port && scheme != Scheme::cubic) continue;
+        for (const double rtt_ms : grid.rtt_ms) {
+          TruthCell& cell = cells.emplace_back();
+          cell.scene = scene;
+          cell.scheme = scheme;
+          cell.row = row;
+          cell.rtt_ms = rtt_ms;
+        }
+      }
+  return cells;
+}
+
+void measure_cells(const TruthGrid& grid, std::vector<TruthCell>& cells, unsigned jobs,
+                   const std::function<void(std::size_t)>& done) {
+  std::map<std::string, Task> tasks;
+  for (const TruthCell& cell : cells) {
+    if (tasks.contains(cell.scene)) continue;
+    Scene scene = load_scene(file_of(grid, cell.scene).string());
+    Motion motion = examination(scene);
+    tasks.emplace(cell.scene, Task{std::move(scene), std::move(motion), {}});
+  }
+  std::vector<Task*> list;
+  for (auto& [name, task] : tasks) list.push_back(&task);
+  run_all(
+      list.size(), [&](std::size_t i) { list[i]->reference = reference_of(list[i]->scene, list[i]->motion); }, jobs);
+  std::mutex mutex;
+  std::size_t count = 0;
+  const auto run = [&](std::size_t i) {
+    measure_cell(cells[i], tasks.at(cells[i].scene));
+    const std::lock_guard lock(mutex);
+    done(++count);
+  };
+  run_all(cells.size(), run, jobs);
+}
+
+std::string cells_csv(const std::vector<TruthCell>& cells) {
+  std::string csv = std::string(kHeader) + '\n';
+  for (const TruthCell& c : cells)
+    fmt::format_to(std::back_inserter(csv), "{},{},{},{:g},{},{:.3f},{:.5g},{:.5g},{:.0f},{:.4g},{:.4g}\n", c.scene,
+                   name_of(c.scheme), name_of(c.row), c.rtt_ms, name_of(c.served), c.snr_db, c.median_error, c.p95_error,
+                   c.frame_bytes, c.build_ms, c.tick_us);
+  return csv;
+}
+
+std::vector<TruthCell> read_truth_cells(const std::filesystem::path& file) {
+  std::vector<TruthCell> cells;
+  for (const std::vector<std::string>& f : read_rows(file, kHeader)) {
+    const std::string where = fmt::format("{}:{}", file.string(), cells.size() + 2);
+    const auto number = [&](std::size_t k) { return number_from(f[k], where); };
+    cells.push_back({f[0], scheme_from(f[1], where), static_cast<TruthRow>(index_from(f[2], kTruthRowNames, where)), number(3),
+                     scheme_from(f[4], where), number(5), number(6), number(7), number(8), number(9), number(10)});
+  }
+  return cells;
+}
+
+}  // namespace palpate

@@ -1,0 +1,54 @@
+// What `palpate-lab truth` computes: one cell is the examination (examination.hpp) of one scene through one scheme at one round
+// trip, by the real cores in virtual time.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/port/scheme.hpp"
+
+namespace palpate {
+
+/// Where the error is sought: as_sent, the program as it is; exact_states, the server's body stepped as finely as the reference,
+/// so that nothing but the patch is wrong.
+enum class TruthRow : std::uint8_t { as_sent, exact_states };
+inline constexpr std::array<std::string_view, 2> kTruthRowNames{"as_sent", "exact_states"};
+inline std::string_view name_of(TruthRow r) { return kTruthRowNames[static_cast<std::size_t>(r)]; }
+
+struct TruthCell {
+  std::string scene;
+  Scheme scheme = Scheme::port;
+  TruthRow row = TruthRow::as_sent;
+  double rtt_ms = 0;
+  // measured
+  Scheme served = Scheme::port;            ///< what the server made of it
+  double snr_db = 0;                       ///< as in metrics.hpp
+  double median_error = 0, p95_error = 0;  ///< of the force, where it is at least a tenth of its peak
+  double frame_bytes = 0;                  ///< of the patch and its upgrades
+  double build_ms = 0, tick_us = 0;        ///< processor time: server a patch, client a tick (median)
+};
+
+struct TruthGrid {
+  std::filesystem::path scenes = "scenes";
+  std::vector<std::string> only = {};  ///< scenes, by the names of their files; none: all of the folder
+  std::vector<Scheme> schemes = {};    ///< none: all that this build has
+  std::vector<double> rtt_ms;
+};
+
+/// Cells without their measures, in an order that depends on the grid alone. InputError where there is no such scene.
+std::vector<TruthCell> truth_cells(const TruthGrid& grid);
+/// Fills in the measures of all cells, `jobs` at a time; references are computed once a scene. `done` hears how many are done,
+/// from any thread, one at a time. Throws what replay() throws.
+void measure_cells(const TruthGrid& grid, std::vector<TruthCell>& cells, unsigned jobs,
+                   const std::function<void(std::size_t)>& done);
+
+std::string cells_csv(const std::vector<TruthCell>& cells);
+/// The other way; InputError with file and line.
+std::vector<TruthCell> read_truth_cells(const std::filesystem::path& file);
+
+}  // namespace palpate

@@ -1,0 +1,75 @@
+#include "client/view/app/recorded_source.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "client/view/app/session.hpp"
+#include "common/base/error.hpp"
+
+namespace palpate {
+
+RecordedSource::RecordedSource(const std::string& file)
+    : bytes_(file), recording_(bytes_.bytes(), file), scene_(recording_, file), clock_(scene_.begin(), scene_.end()) {}
+
+void RecordedSource::pump_until(Micros time) {
+  constexpr Micros kMost{20'000};  // told to end, nobody waits longer
+  for (Micros now = now_us(); now < time && !told_to_end(); now = now_us())
+    std::this_thread::sleep_for(std::min(kMost, time - now));
+}
+
+bool RecordedSource::show(Micros now, ViewMoment& moment) {
+  const Micros t = clock_.at(now);
+  moment = scene_.at(t);
+  room_ = scene_.room_at(t);
+  scene_.plot(t, forces_, patch_ages_);
+  return true;
+}
+
+Scales RecordedSource::scales() const {
+  Scales scales;
+  scales.expect(scene_.displacement_max_m(), scene_.force_max_n());
+  return scales;
+}
+
+Caption RecordedSource::caption(Micros now, const std::vector<ToolView>& tools) {
+  const RecordingHead& head = recording_.head();
+  Caption caption{head.name, "", ""};
+  const std::chrono::sys_seconds made{std::chrono::duration_cast<std::chrono::seconds>(head.unix_time)};
+  caption.status = channel_ == ShapeChannel::position
+                       ? fmt::format("recorded {:%Y-%m-%d %H:%M} UTC    {:g} shapes a second    {} triangles", made,
+                                     head.shapes_hz, scene_.mesh().triangles.size())
+                       : "neither tensions nor the reach of patches are recorded: colours show displacement";
+  caption.panels = {
+      .room = &room_, .late_known = false, .forces = &forces_, .patch_ages = &patch_ages_, .stations = {}, .now = clock_.at(now)};
+  for (const ToolView& tool : tools) caption.panels.stations.push_back(tool.station);
+  caption.replay = state(now);
+  return caption;
+}
+
+void RecordedSource::begin_at(double at_s) {
+  const double length_s = seconds(clock_.end() - clock_.begin());
+  if (at_s > length_s)
+    throw InputError(fmt::format("--at {:g}", at_s), "is after the end of the recording", fmt::format("0 to {:.3f} s", length_s));
+  clock_.seek(clock_.begin() + from_seconds(at_s), now_us());
+}
+
+ReplayState RecordedSource::state(Micros now) const {
+  return {clock_.begin(), clock_.end(), clock_.at(now), clock_.speed(), clock_.playing(now), scene_.course()};
+}
+
+void RecordedSource::step(int frames, Micros now) {
+  clock_.pause(now);
+  clock_.seek(clock_.at(now) + frames * scene_.period(), now);
+}
+
+std::string RecordedSource::damage() const {
+  if (scene_.damaged_blocks() > 0)
+    return fmt::format("{} of {} blocks are damaged and left out", scene_.damaged_blocks(), recording_.blocks().size());
+  return recording_.complete() ? "" : recording_.damage() + "; what came before is shown";
+}
+
+}  // namespace palpate

@@ -1,0 +1,48 @@
+// A recording to look at: its scene, the clock that plays it and its bar.
+#pragma once
+
+#include <string>
+
+#include "client/view/app/view_source.hpp"
+#include "client/view/recorded_scene.hpp"
+#include "client/view/replay_clock.hpp"
+#include "common/io/mapped_file.hpp"
+
+namespace palpate {
+
+class RecordedSource : public ViewSource {
+ public:
+  /// Paused at the beginning. Throws InputError when the file is no recording of a room with a body to draw.
+  explicit RecordedSource(const std::string& file);
+
+  void pump_until(Micros time) override;
+  bool ready() const override { return true; }
+  const BodyMesh& mesh() const override { return scene_.mesh(); }
+  const std::vector<Vec3f>& rest() const override { return scene_.rest(); }
+  std::uint64_t mesh_version() const override { return 1; }
+  bool show(Micros now, ViewMoment& moment) override;
+  /// Only displacement is recorded: another channel is answered in the status line.
+  void show_channel(ShapeChannel channel) override { channel_ = channel; }
+  Scales scales() const override;
+  Caption caption(Micros now, const std::vector<ToolView>& tools) override;
+
+  ReplayClock& clock() { return clock_; }
+  /// Begins so many seconds after the recording does. Throws InputError when it has ended by then.
+  void begin_at(double at_s);
+  ReplayState state(Micros now) const;
+  /// To the frame after or before the moment shown, and pauses.
+  void step(int frames, Micros now);
+  /// What is missing, in a line for a person; empty when nothing is.
+  std::string damage() const;
+
+ private:
+  MappedFile bytes_;
+  RecordingReader recording_;
+  RecordedScene scene_;
+  ReplayClock clock_;
+  ShapeChannel channel_ = ShapeChannel::position;
+  RoomView room_;
+  History forces_, patch_ages_;
+};
+
+}  // namespace palpate

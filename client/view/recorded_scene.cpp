@@ -1,0 +1,226 @@
+#include "client/view/recorded_scene.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr Micros kLinkHolds{1'000'000};  // after which a link that nobody reports is not known
+constexpr Micros kLossOver{10'000'000};  // over which losses are counted
+constexpr Micros kCostOver{1'000'000};   // over which frames are averaged
+constexpr Micros kFarFrames{250'000};    // frames farther apart are not joined by a motion
+constexpr const char* kExpected = "a room's recording, made by palpate-server with --record";
+
+/// The last item at or before t; end() when there is none.
+template <class Item>
+auto last_until(const std::vector<Item>& items, Micros t) {
+  const auto after = std::upper_bound(items.begin(), items.end(), t, [](Micros at, const Item& item) { return at < item.t; });
+  return after == items.begin() ? items.end() : std::prev(after);
+}
+
+/// Items after `since`, up to t.
+template <class Item>
+std::span<const Item> within(const std::vector<Item>& items, Micros since, Micros t) {
+  const auto later = [](Micros at, const Item& item) { return at < item.t; };
+  const auto first = std::upper_bound(items.begin(), items.end(), since, later);
+  return {first, std::upper_bound(first, items.end(), t, later)};
+}
+
+template <class Items>
+void sort_by_time(Items& items) {
+  std::stable_sort(items.begin(), items.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
+}
+
+BodyMesh mesh_of(const RecordedSurface& surface) {
+  BodyMesh mesh;
+  for (const Vec3& x : surface.rest) mesh.vertices.push_back({x, false});
+  for (const std::uint32_t vertex : surface.fixed) mesh.vertices[vertex].fixed = true;
+  mesh.triangles = surface.triangles;
+  return mesh;
+}
+
+}  // namespace
+
+RecordedScene::RecordedScene(const RecordingReader& recording, const std::string& name)
+    : recording_(recording), mesh_(mesh_of(recording.head().surface)) {
+  const RecordingHead& head = recording.head();
+  if (head.kind == RecordingKind::station) throw InputError(name, "is the recording of a station, which has no body", kExpected);
+  if (mesh_.triangles.empty()) throw InputError(name, "its body has no triangles to draw", kExpected);
+  for (const MeshVertex& vertex : mesh_.vertices) rest_.push_back(vertex.rest.cast<float>());
+  if (head.rate_hz > 0) period_ = from_seconds(1 / head.rate_hz);
+  if (head.shapes_hz > 0) shape_period_ = std::max(period_, from_seconds(1 / head.shapes_hz));
+  for (std::size_t k = 0; k < recording.blocks().size(); ++k) {
+    if (const auto block = recording.read(k))
+      take(*block, k);
+    else
+      ++damaged_;
+  }
+  if (shapes_.empty())
+    throw InputError(name, "holds no shape of the body", std::string(kExpected) + " and --record-shapes-hz above 0");
+  sort_by_time(shapes_);
+  sort_by_time(frames_);
+  for (auto& [id, hand] : hands_) {
+    sort_by_time(hand.touches);
+    sort_by_time(hand.links);
+  }
+  make_course();
+}
+
+void RecordedScene::take(const RecordedBlock& block, std::size_t k) {
+  for (std::size_t i = 0; i < block.shapes.size(); ++i) {
+    shapes_.push_back({block.shapes[i].t, k, i});
+    note_displacement(block.shapes[i]);
+  }
+  for (const RecordedFrame& frame : block.frames) frames_.push_back({frame.t, frame.took});
+  take_events(block);
+  for (const RecordedTouch& touch : block.touches) {
+    hands_[touch.station].touches.push_back(touch);
+    force_max_n_ = std::max(force_max_n_, static_cast<float>(touch.force.norm()));
+  }
+  for (const RecordedLink& link : block.links) hands_[link.station].links.push_back(link);
+}
+
+void RecordedScene::take_events(const RecordedBlock& block) {
+  for (const RecordedEvent& event : block.events) {
+    const bool goes = event.kind == RecordedEventKind::left || event.kind == RecordedEventKind::silent;
+    if (event.station == 0 || (!goes && event.kind != RecordedEventKind::joined)) continue;
+    Hand& hand = hands_[event.station];
+    if (goes) {
+      hand.gone = event.t;
+      continue;
+    }
+    hand.name = event.name;
+    hand.role = event.role;
+    hand.scheme = event.scheme;
+    hand.joined = event.t;
+  }
+}
+
+void RecordedScene::note_displacement(const RecordedShape& shape) {
+  for (std::size_t v = 0; v < rest_.size(); ++v) {
+    const float moved = (shape.positions[v].cast<float>() - rest_[v]).norm();
+    displacement_max_m_ = std::max(displacement_max_m_, moved);
+  }
+}
+
+void RecordedScene::make_course() {
+  course_.assign(kCourseParts, 0.0F);
+  const double span_us = static_cast<double>(std::max(Micros{1}, end() - begin()).count());
+  for (const auto& [id, hand] : hands_)
+    for (const RecordedTouch& touch : hand.touches) {
+      if (touch.t < begin() || !touch.contact) continue;
+      const auto part = static_cast<std::size_t>(static_cast<double>((touch.t - begin()).count()) / span_us * kCourseParts);
+      float& most = course_[std::min(part, kCourseParts - 1)];
+      most = std::max(most, static_cast<float>(touch.force.norm()) / force_max_n_);
+    }
+}
+
+const std::vector<Vec3>& RecordedScene::positions(std::size_t shape) {
+  const ShapePlace& place = shapes_[shape];
+  auto at = read_.find(place.block);
+  if (at == read_.end()) {
+    if (read_.size() >= 2) read_.erase(place.block > read_.rbegin()->first ? read_.begin() : std::prev(read_.end()));
+    // It was read when the recording was opened; should the file have changed since, the body stays at rest.
+    at = read_.emplace(place.block, recording_.read(place.block).value_or(RecordedBlock{})).first;
+  }
+  const auto& shapes = at->second.shapes;
+  return place.place < shapes.size() ? shapes[place.place].positions : recording_.head().surface.rest;
+}
+
+void RecordedScene::shape_at(Micros t, Shape& shape) {
+  const auto from = last_until(shapes_, t);
+  const auto i = static_cast<std::size_t>(from == shapes_.end() ? 0 : from - shapes_.begin());
+  const std::vector<Vec3>& a = positions(i);
+  shape.body_time = t;
+  shape.positions.clear();
+  for (const Vec3& x : a) shape.positions.push_back(x.cast<float>());
+  if (i + 1 == shapes_.size()) return;
+  const Micros begins = std::max(shapes_[i].t, shapes_[i + 1].t - shape_period_);
+  if (t <= begins) return;
+  const auto s = static_cast<float>(seconds(t - begins) / seconds(shapes_[i + 1].t - begins));
+  const std::vector<Vec3>& b = positions(i + 1);
+  for (std::size_t v = 0; v < b.size(); ++v) shape.positions[v] += s * (b[v].cast<float>() - shape.positions[v]);
+}
+
+/// A tool is there when the last frame had it.
+std::vector<ToolView> RecordedScene::tools_at(Micros t) const {
+  std::vector<ToolView> tools;
+  const auto frame = last_until(frames_, t);
+  if (frame == frames_.end()) return tools;
+  for (const auto& [id, hand] : hands_) {
+    const auto a = last_until(hand.touches, t);
+    if (a == hand.touches.end() || a->t != frame->t || hand.role == RecordedRole::shadow) continue;
+    ToolView tool{hand.name.empty() ? recording_.name_of(id) : hand.name, a->tool, a->force, a->contact};
+    const auto b = std::next(a);
+    if (b != hand.touches.end() && b->t - a->t <= kFarFrames) {
+      const double s = seconds(t - a->t) / seconds(b->t - a->t);
+      tool.position += s * (b->tool - a->tool);
+      tool.force += s * (b->force - a->force);
+      tool.contact = s < 0.5 ? a->contact : b->contact;
+    }
+    tools.push_back(std::move(tool));
+  }
+  return tools;
+}
+
+ViewMoment RecordedScene::at(Micros t) {
+  ViewMoment moment;
+  shape_at(t, moment.shape);
+  moment.tools = tools_at(t);
+  return moment;
+}
+
+StationView RecordedScene::station_at(const Hand& hand, Micros t) const {
+  StationView view;
+  view.station = hand.name;
+  view.scheme = hand.scheme;
+  if (const auto touch = last_until(hand.touches, t); touch != hand.touches.end() && touch->has_patch) {
+    view.scheme = touch->scheme;
+    view.states = static_cast<std::uint16_t>(touch->states);
+  }
+  const auto link = last_until(hand.links, t);
+  if (link == hand.links.end() || t - link->t > kLinkHolds) return view;
+  view.rtt = link->rtt;
+  view.jitter = link->jitter;
+  view.patch_age = link->patch_age;
+  const RecordedLink& before = within(hand.links, t - kLossOver, t).front();
+  const auto lost = link->lost - std::min(link->lost, before.lost);
+  const auto judged = lost + link->received - std::min(link->received, before.received);
+  view.lost = static_cast<std::uint16_t>(std::min<std::uint64_t>(lost, UINT16_MAX));
+  view.judged = static_cast<std::uint16_t>(std::min<std::uint64_t>(judged, UINT16_MAX));
+  return view;
+}
+
+RoomView RecordedScene::room_at(Micros t) const {
+  RoomView room;
+  room.nodes = recording_.head().surface.body_vertices;
+  Micros took{};
+  const auto frames = within(frames_, t - kCostOver, t);
+  for (const Frame& frame : frames) took += frame.took;
+  if (frames.size() > 1 && took > Micros{0}) {
+    const double n = static_cast<double>(frames.size()), simulated_s = seconds(frames.back().t - frames.front().t);
+    room.frame_time = took / static_cast<std::int64_t>(frames.size());
+    room.rate_hz = (n - 1) / simulated_s;
+    room.real_time_factor = simulated_s * n / (n - 1) / seconds(took);
+  }
+  for (const auto& [id, hand] : hands_)
+    if (hand.role != RecordedRole::viewer && !hand.name.empty() && hand.joined <= t && t < hand.gone)
+      room.stations.push_back(station_at(hand, t));
+  return room;
+}
+
+void RecordedScene::plot(Micros t, History& forces, History& patch_ages) const {
+  forces = patch_ages = {};
+  for (const auto& [id, hand] : hands_) {
+    for (const RecordedTouch& touch : within(hand.touches, t - History::kSpan, t))
+      forces.add(touch.t, hand.name, static_cast<float>(touch.force.norm()));
+    for (const RecordedLink& link : within(hand.links, t - History::kSpan, t))
+      if (hand.role != RecordedRole::viewer) patch_ages.add(link.t, hand.name, static_cast<float>(1e3 * seconds(link.patch_age)));
+  }
+}
+
+}  // namespace palpate

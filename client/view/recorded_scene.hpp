@@ -1,0 +1,88 @@
+// A room's recording as something to look at: shapes and tools of any moment, and what the panels say of it.
+//
+// Opening goes through the recording once and keeps all of it but the shapes, which stay in the file and are read as they are
+// shown. Between two recorded shapes the vertices move straight; the writer leaves out a shape that is as the last one, so the
+// motion towards a shape begins one period of the shapes before it. Tools move straight between two frames. Both depend on the
+// moment alone: a moment looks the same however it was reached.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "client/view/history.hpp"
+#include "client/view/view_core.hpp"
+#include "common/record/reader.hpp"
+
+namespace palpate {
+
+class RecordedScene {
+ public:
+  static constexpr std::size_t kCourseParts = 400;
+
+  /// `recording` outlives it; `name` stands for the file in errors. Throws InputError when there is no body to draw: a station's
+  /// recording, a body without triangles, a recording without shapes.
+  RecordedScene(const RecordingReader& recording, const std::string& name);
+
+  const BodyMesh& mesh() const { return mesh_; }
+  const std::vector<Eigen::Vector3f>& rest() const { return rest_; }
+  /// Of the recording; before its first shape the first one is shown.
+  Micros begin() const { return recording_.begin(); }
+  Micros end() const { return recording_.end(); }
+  /// Between two frames.
+  Micros period() const { return period_; }
+  /// Blocks that could not be read; what they held is missing.
+  std::size_t damaged_blocks() const { return damaged_; }
+
+  /// Shape and tools at t, in [begin, end].
+  ViewMoment at(Micros t);
+  /// Links, schemes and costs as of t: of the last second of frames; losses of the last ten.
+  RoomView room_at(Micros t) const;
+  /// The plots as somebody would see them who had watched up to t.
+  void plot(Micros t, History& forces, History& patch_ages) const;
+
+  float displacement_max_m() const { return displacement_max_m_; }
+  float force_max_n() const { return force_max_n_; }
+  /// The largest force on any tool in each of kCourseParts equal parts of the time, as shares of the largest of all.
+  const std::vector<float>& course() const { return course_; }
+
+ private:
+  struct ShapePlace {
+    Micros t;
+    std::size_t block, place;
+  };
+  struct Frame {
+    Micros t, took;
+  };
+  struct Hand {
+    std::string name;
+    RecordedRole role = RecordedRole::hand;
+    Scheme scheme = Scheme::port;
+    Micros joined{}, gone = Micros::max();
+    std::vector<RecordedTouch> touches;
+    std::vector<RecordedLink> links;
+  };
+
+  void take(const RecordedBlock& block, std::size_t k);
+  void take_events(const RecordedBlock& block);
+  void note_displacement(const RecordedShape& shape);
+  void make_course();
+  const std::vector<Vec3>& positions(std::size_t shape);
+  void shape_at(Micros t, Shape& shape);
+  std::vector<ToolView> tools_at(Micros t) const;
+  StationView station_at(const Hand& hand, Micros t) const;
+
+  const RecordingReader& recording_;
+  BodyMesh mesh_;
+  std::vector<Eigen::Vector3f> rest_;
+  std::vector<ShapePlace> shapes_;
+  std::vector<Frame> frames_;
+  std::map<StationId, Hand> hands_;
+  std::vector<float> course_;
+  std::map<std::size_t, RecordedBlock> read_;  ///< blocks of the shapes around the moment last shown
+  Micros period_{50'000}, shape_period_{100'000};
+  std::size_t damaged_ = 0;
+  float displacement_max_m_ = 0, force_max_n_ = 0;
+};
+
+}  // namespace palpate

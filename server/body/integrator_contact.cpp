@@ -1,0 +1,94 @@
+#include "server/body/integrator.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kResponseTolerance = 1e-2;  // of A^-1 B: it steers the iteration, it does not set the answer
+constexpr double kNearSpacings = 0.3;        // from where A^-1 B was computed to where it still steers
+
+}  // namespace
+
+bool Integrator::begin_contacts(const std::vector<Vec3>& tool_points, const BodyState& state,
+                                std::vector<ToolPort>& ports) const {
+  bool any = false;
+  std::vector<double> x;
+  for (std::size_t k = 0; k < ports.size(); ++k) {
+    if (ports[k].kind != ContactKind::touch || ports[k].touching || skin_->empty()) continue;
+    if (x.empty()) skin_->place(state.x, x);
+    const NearestPoint nearest = nearest_point(skin_->view(), x, tool_points[k]);
+    ports[k].point = nearest.point;
+    ports[k].lambda.setZero();
+    ports[k].touching = nearest.height_m < 0;
+    any |= ports[k].touching;
+  }
+  return any;
+}
+
+void Integrator::update_responses(const std::vector<ToolPort>& ports, const std::vector<std::size_t>& touching, const Vector& x,
+                                  AdvanceReport& report) {
+  std::vector<std::size_t> stale;
+  for (const std::size_t k : touching) {
+    PortResponse& r = responses_[k];
+    r.b = skin_->weights(ports[k].point);
+    const auto way_m = [&] {
+      return (skin_->position(ports[k].point, r.b, x) - skin_->position(r.point, skin_->weights(r.point), x)).norm();
+    };
+    if (!r.valid || way_m() > kNearSpacings * spacing_m_) stale.push_back(k);
+  }
+  std::vector<Vector> b(3 * stale.size(), Vector::Zero(x.size()));
+  std::vector<SolveColumn> columns;
+  for (std::size_t i = 0; i < stale.size(); ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      scatter(responses_[stale[i]].b, Vec3::Unit(static_cast<Eigen::Index>(axis)), b[3 * i + axis]);
+      mask(held_, b[3 * i + axis]);
+      columns.push_back({&b[3 * i + axis], &responses_[stale[i]].w[axis]});
+    }
+  if (!columns.empty()) report.solver_iterations += solver_.solve(columns, kResponseTolerance, held_).iterations;
+  for (const std::size_t k : stale) {
+    responses_[k].point = ports[k].point;
+    responses_[k].valid = true;
+  }
+}
+
+void Integrator::couple(const std::vector<std::size_t>& touching, double a) {
+  coupling_.resize(touching.size(), std::vector<Mat3>(touching.size()));
+  for (std::size_t j = 0; j < touching.size(); ++j) {
+    coupling_[j].resize(touching.size());
+    for (std::size_t k = 0; k < touching.size(); ++k)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        coupling_[j][k].col(static_cast<Eigen::Index>(axis)) =
+            a * a * gather(responses_[touching[j]].b, responses_[touching[k]].w[axis]);
+    coupling_[j][j] = 0.5 * (coupling_[j][j] + coupling_[j][j].transpose()).eval();
+  }
+}
+
+void Integrator::close_ports(const Stage& stage, const std::vector<Vec3>& tool_points, const std::vector<Vec3>& normals,
+                             const BodyState& state, std::vector<ToolPort>& ports, Vector& dv, std::vector<Vec3>& slips,
+                             AdvanceReport& report) {
+  // dv is the answer to the forces so far. Ports answer one after the other, each seeing the newest forces of the others.
+  constexpr int kSweeps = 4;
+  std::vector<std::size_t> touching;
+  for (std::size_t k = 0; k < ports.size(); ++k)
+    if (ports[k].kind == ContactKind::touch && ports[k].touching) touching.push_back(k);
+  update_responses(ports, touching, state.x, report);
+  couple(touching, stage.a);
+  std::vector<Vec3> ends, steps(touching.size(), Vec3::Zero());
+  for (const std::size_t k : touching)
+    ends.push_back(skin_->position(ports[k].point, responses_[k].b, state.x) + stage.a * gather(responses_[k].b, dv));
+  for (int sweep = 0; sweep < (touching.size() > 1 ? kSweeps : 1); ++sweep)
+    for (std::size_t i = 0; i < touching.size(); ++i) {
+      const std::size_t k = touching[i];
+      const Vec3 free = ends[i] - coupling_[i][i] * ports[k].lambda;
+      const ContactClosure closure = close_contact(free, coupling_[i][i], normals[k], tool_points[k], ports[k].parameters);
+      const Vec3 step = closure.lambda - ports[k].lambda;
+      for (std::size_t j = 0; j < touching.size(); ++j) ends[j] += coupling_[j][i] * step;
+      steps[i] += step;
+      ports[k].lambda = closure.lambda;
+      slips[k] = closure.slip;
+    }
+  for (std::size_t i = 0; i < touching.size(); ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      dv += stage.a * steps[i][static_cast<Eigen::Index>(axis)] * responses_[touching[i]].w[axis];
+}
+
+}  // namespace palpate

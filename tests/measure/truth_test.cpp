@@ -1,0 +1,49 @@
+// What `palpate-lab truth` is made of: its motion, and how far an error stays small.
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "bench/measure/examination.hpp"
+#include "bench/measure/gestures.hpp"
+#include "bench/measure/reach.hpp"
+
+using namespace palpate;
+
+namespace {
+
+const std::string kScenes = std::string(PALPATE_SOURCE_DIR) + "/scenes/";
+
+/// How deep the tool is below where it began, in the direction in which it is pushed [mm].
+double depth_mm(const Scene& scene, const Motion& motion, double t_s) {
+  return 1e3 * (motion.position(t_s) - motion.position(0.0)).dot(into_body(scene));
+}
+
+}  // namespace
+
+TEST_CASE("The examination presses, strokes, taps and lets go: as deep in a grasp as under a touch, without a jump") {
+  const auto* const file = GENERATE("cube6.json", "sheet13.json", "touch-cube.json");
+  const Scene scene = load_scene(kScenes + file);
+  const Motion motion = examination(scene);
+  const double gap_mm = scene.tool.contact == ContactKind::touch ? 1e3 * kGapM : 0;
+  CHECK(depth_mm(scene, motion, 0.5) == Approx(10 + gap_mm));
+  CHECK(depth_mm(scene, motion, 2.0) == Approx(6 + 0.6 * gap_mm));
+  CHECK(1e3 * (motion.position(2.0) - motion.position(0.0)).x() == Approx(15));
+  for (const double between_s : {1.2, 3.0, 4.0}) CHECK(depth_mm(scene, motion, between_s) == Approx(0).margin(1e-6));
+  int taps = 0;
+  for (int ms = 3001; ms < 4000; ++ms) {
+    const double before = depth_mm(scene, motion, 1e-3 * (ms - 1)), at = depth_mm(scene, motion, 1e-3 * ms),
+                 after = depth_mm(scene, motion, 1e-3 * (ms + 1));
+    taps += at > before && at >= after && at > 5;
+  }
+  CHECK(taps == 3);
+  CHECK(depth_mm(scene, motion, 4.6) < -3);  // it swings past where it began
+  for (Micros t{}; t < motion.duration(); t += Micros{1000})
+    CHECK((motion.position(t + Micros{1000}) - motion.position(t)).norm() < 0.5e-3);
+}
+
+TEST_CASE("An error's reach ends before the first point that is too large, whatever comes after it") {
+  CHECK(reach({{0, 0.01}, {50, 0.02}, {100, 0.2}, {150, 0.03}}, 0.1) == 50);
+  CHECK(reach({{150, 0.03}, {0, 0.01}, {50, 0.02}}, 0.1) == 150);
+  CHECK(reach({{0, 0.1}, {50, 0.01}}, 0.1) == -1);
+  CHECK(reach({{0, 0.01}, {50, std::numeric_limits<double>::quiet_NaN()}}, 0.1) == 0);
+  CHECK(reach({}, 0.1) == -1);
+}
