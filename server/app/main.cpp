@@ -125,10 +125,12 @@ void serve(const Options& o) {
       if (!fault) shell.stop();
     });
   }
-  for (const NamedScene& room : scenes) {
+  for (std::size_t k = 0; k < scenes.size(); ++k) {
+    const NamedScene& room = scenes[k];
     const std::string as = scenes.size() > 1 ? fmt::format("room \"{}\": ", room.name) : "";
     say(fmt::format("{}scene \"{}\" ({} nodes, {} elements) at {}, {} Hz", as, room.scene.name, room.scene.body.nodes.size(),
                     room.scene.body.elements.size(), to_string(shell.address()), o.rate_hz));
+    say(fmt::format("{}integrator {}", as, shell.integrator(k)));
   }
   shell.run();
   for (const std::string& line : shell.summary()) say(line);

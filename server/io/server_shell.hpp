@@ -62,6 +62,8 @@ class ServerShell {
   /// For signals and timers beside ours.
   asio::io_context& context() { return io_; }
   const ServerRooms& rooms() const { return cores_; }
+  /// What moves the body of a room, and why.
+  const std::string& integrator(std::size_t room) const { return bodies_[room]->room.integrator(); }
   /// A line a room about everything since the start.
   std::vector<std::string> summary() const;
 
