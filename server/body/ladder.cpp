@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kExplicitNs = 1.0, kImplicitNs = 32, kNewton = 6.6, kWorth = 2;
+constexpr double kExplicitNs = 1.0, kImplicitNs = 32, kNewton = 6.6, kWorth = 2, kMatters = 0.1;
 
 std::string figures(double step_s, double cost) {
   return fmt::format("steps of {:.2g} ms, about {:.2g} % of a core", 1e3 * step_s, 100 * cost);
@@ -34,7 +34,7 @@ ChosenStepper choose_stepper(const SolverSpec& solver, const Dynamics& dynamics,
   const std::string explicit_figures = figures(step_s, cost);
   if (solver.integrator == IntegratorKind::leapfrog)
     return {std::move(leapfrog), "explicit, as the scene says: " + explicit_figures};
-  if (kWorth * cost <= implicit_cost)
+  if (implicit_cost > kMatters && kWorth * cost <= implicit_cost)
     return {std::move(leapfrog), fmt::format("explicit: {} (tr-bdf2: {})", explicit_figures, implicit_figures)};
   return {implicit(), fmt::format("tr-bdf2: {} (explicit: {})", implicit_figures, explicit_figures)};
 }
