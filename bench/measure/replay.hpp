@@ -56,7 +56,7 @@ struct ReplayResult {
   std::uint64_t faded_ticks = 0;
   GuardCounts guard;
   std::uint64_t patches_used = 0;
-  double patch_bytes_mean = 0;
+  double patch_bytes_mean = 0;  ///< sent for a patch, with its copies and terms
   int patch_states = 0;
   Patch last_patch;
   double uplink_bytes_s = 0;
