@@ -4,8 +4,8 @@ namespace palpate::shaders {
 namespace {
 
 // A disc of taps, evenly spread (golden angle); each tap is itself a bilinear comparison of four texels. On the body the
-// disc is turned from pixel to pixel (interleaved gradient noise: J. Jimenez, SIGGRAPH 2014 courses), so that few taps give grain in
-// place of bands; on the floor, whose pixels are large, grain would be spots.
+// disc is turned from pixel to pixel (interleaved gradient noise: J. Jimenez, SIGGRAPH 2014 courses), so that few taps give grain
+// in place of bands; on the floor, whose pixels are large, grain would be spots.
 const char* const kShadow = R"GLSL(
 uniform sampler2DShadow u_key_map;
 uniform mat4 u_key_matrix;

@@ -3,8 +3,8 @@
 //     explicit   springs (with gaps) * kExplicitNs / its stable step
 //     tr-bdf2    springs and edges of elements * kImplicitNs * kNewton / its longest step
 //
-// are the estimated costs of a second of body time; leapfrog has to be kWorth times cheaper, and TR-BDF2 to take more than kMatters
-// of a core. The constants were measured; no clock is read, so that a scene has the same integrator in every run.
+// are the estimated costs of a second of body time; leapfrog has to be kWorth times cheaper, and TR-BDF2 to take more than
+// kMatters of a core. The constants were measured; no clock is read, so that a scene has the same integrator in every run.
 #pragma once
 
 #include <memory>

@@ -21,7 +21,7 @@ TEST_CASE("Two hands 20 mm apart feel each other through the tissue: the error i
   REQUIRE(results.size() == 2);
   for (const ReplayResult& r : results) {
     CHECK(r.ticks.size() == 1501);
-    CHECK(r.fidelity.snr_db > 25);  // about 0 dB when the other tool lets go at the stamp
+    CHECK(r.fidelity.snr_db > 25);                       // about 0 dB when the other tool lets go at the stamp
     CHECK(r.patch_bytes_mean <= 2 * kMaxDatagramBytes);  // one datagram a patch, twice while the link is not known
   }
 }
