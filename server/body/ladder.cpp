@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kExplicitNs = 1.0, kImplicitNs = 32, kNewton = 6.6, kWorth = 2, kMatters = 0.1;
+constexpr double kExplicitNs = 1.0, kImplicitNs = 32, kNewton = 6.6, kWorth = 8, kMatters = 0.1;
 
 std::string figures(double step_s, double cost) {
   return fmt::format("steps of {:.2g} ms, about {:.2g} % of a core", 1e3 * step_s, 100 * cost);
