@@ -7,6 +7,7 @@
 #include <iterator>
 #include <map>
 #include <mutex>
+#include <stdexcept>
 
 #include "bench/lab/link_flags.hpp"
 #include "bench/lab/parallel.hpp"
@@ -34,8 +35,16 @@ Scene cube(ContactKind contact) {
 using ReferenceKey = std::tuple<ContactKind, std::string, Gesture, double>;
 ReferenceKey reference_key(const StabilityPoint& p) { return {p.contact, p.hand, p.gesture, p.stiffness_n_m}; }
 
+LoopVerdict verdict_of(const StabilityPoint& point, const StabilityReference& reference) {
+  try {
+    return measure_stability(point, reference).verdict;
+  } catch (const std::runtime_error& failure) {
+    throw std::runtime_error(fmt::format("{}: {}", key_of(point), failure.what()));
+  }
+}
+
 void measure_cell(StabilityCell& cell, const StabilityReference& reference) {
-  const LoopVerdict v = measure_stability(cell.point, reference).verdict;
+  const LoopVerdict v = verdict_of(cell.point, reference);
   cell.fault = v.fault;
   cell.tail_mm = 1e3 * v.rest.tail_m();
   cell.growth_1_s = v.rest.growth_1_s;
