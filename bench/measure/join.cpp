@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr Micros kJoinWithin{10'000'000}, kClocksLock{300'000};
+constexpr Micros kJoinWithin{60'000'000}, kClocksLock{300'000};
 
 bool waits(WorldStation& station, Scheme scheme, bool wants_patch) {
   const ClientCore& core = station.core();
@@ -26,7 +26,7 @@ Micros join(World& world, std::span<WorldStation* const> stations, const Scene& 
   const bool wants_patch = scene.tool.contact == ContactKind::attach;
   for (WorldStation* station : stations)
     while (waits(*station, scheme, wants_patch)) {
-      if (world.now() > kJoinWithin) throw std::runtime_error("no answer over this link within 10 s of virtual time");
+      if (world.now() > kJoinWithin) throw std::runtime_error("no answer over this link within 60 s of virtual time");
       world.run_until(world.now() + Micros{1000});
     }
   if (!wants_patch) world.run_until(world.now() + kClocksLock + 4 * link.latency);
