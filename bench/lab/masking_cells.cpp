@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
-#include <mutex>
 #include <sstream>
 
 #include "bench/lab/link_flags.hpp"
@@ -124,14 +123,12 @@ void measure_cells(const MaskingGrid& grid, std::vector<MaskingCell>& cells, uns
   for (auto& [key, task] : tasks) list.push_back(&task);
   run_all(
       list.size(), [&](std::size_t i) { list[i]->reference = reference_of(list[i]->scene, list[i]->motion); }, jobs);
-  std::mutex mutex;
-  std::size_t count = 0;
-  const auto run = [&](std::size_t i) {
-    measure_cell(cells[i], tasks.at({cells[i].body, cells[i].motion}));
-    const std::lock_guard lock(mutex);
-    done(++count);
-  };
-  run_all(cells.size(), run, jobs);
+  run_counted(
+      cells.size(),
+      [&](std::size_t i) {
+        measure_cell(cells[i], tasks.at({cells[i].body, cells[i].motion}));
+      },
+      jobs, done);
 }
 
 std::string cells_csv(const std::vector<MaskingCell>& cells) {

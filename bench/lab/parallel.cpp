@@ -32,4 +32,16 @@ void run_all(std::size_t count, const std::function<void(std::size_t)>& run, uns
   if (failure) std::rethrow_exception(failure);
 }
 
+void run_counted(std::size_t count, const std::function<void(std::size_t)>& run, unsigned jobs,
+                 const std::function<void(std::size_t)>& done) {
+  std::mutex mutex;
+  std::size_t ended = 0;
+  const auto run_and_count = [&](std::size_t i) {
+    run(i);
+    const std::lock_guard lock(mutex);
+    done(++ended);
+  };
+  run_all(count, run_and_count, jobs);
+}
+
 }  // namespace palpate

@@ -11,4 +11,8 @@ namespace palpate {
 /// have ended.
 void run_all(std::size_t count, const std::function<void(std::size_t)>& run, unsigned jobs = 0);
 
+/// The same; `done` is told after each how many have ended, from one thread at a time.
+void run_counted(std::size_t count, const std::function<void(std::size_t)>& run, unsigned jobs,
+                 const std::function<void(std::size_t)>& done);
+
 }  // namespace palpate

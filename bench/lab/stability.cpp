@@ -35,22 +35,25 @@ Json to_json(const StabilityPoint& p, const StabilityCell& c) {
           {"growth_1_s", c.growth_1_s},
           {"shake_mm", c.shake_mm},
           {"shake_mm_s", c.shake_mm_s},
-          {"generated_mj", c.generated_mj}};
+          {"generated_mj", c.generated_mj},
+          {"cut_ms", c.cut_ms}};
 }
 
 /// False when a point of ours is not stable.
 bool report(const Cells& cells, const std::filesystem::path& out) {
   draw_stability_maps(out, cells);
   Json summary{{"points", cells.size()}};
-  fmt::print("\n  {:<10} {:>7} {:>8} {:>7} {:>7} {:>7}   {:>20}   {:>14}\n", "scheme", "points", "stable", "lost", "unrest",
-             "shakes", "largest tail [mm]", "generated [mJ]");
+  fmt::print("\n  {:<10} {:>7} {:>8} {:>7} {:>7} {:>7} {:>7}   {:>20}   {:>14}\n", "scheme", "points", "stable", "lost", "unrest",
+             "shakes", "cut", "largest tail [mm]", "generated [mJ]");
   for (const Scheme scheme : available_schemes()) {
     std::array<std::size_t, kLoopFaultNames.size()> count{};
     double tail_mm = 0, generated_mj = 0;
+    std::size_t cut = 0;
     Json failures = Json::array();
     for (const StabilityCell& c : cells) {
       if (c.point.scheme != scheme) continue;
       ++count[static_cast<std::size_t>(c.fault)];
+      cut += c.cut_ms > 0 ? 1 : 0;
       generated_mj = std::max(generated_mj, c.generated_mj);
       if (c.fault == LoopFault::none)
         tail_mm = std::max(tail_mm, c.tail_mm);
@@ -59,23 +62,20 @@ bool report(const Cells& cells, const std::filesystem::path& out) {
     }
     const std::size_t stable = count[0], all = stable + count[1] + count[2] + count[3];
     if (all == 0) continue;
-    fmt::print("  {:<10} {:>7} {:>6.1f} % {:>7} {:>7} {:>7}   {:>20.2f}   {:>14.3g}\n", name_of(scheme), all,
-               100.0 * static_cast<double>(stable) / static_cast<double>(all), count[1], count[2], count[3], tail_mm,
+    fmt::print("  {:<10} {:>7} {:>6.1f} % {:>7} {:>7} {:>7} {:>7}   {:>20.2f}   {:>14.3g}\n", name_of(scheme), all,
+               100.0 * static_cast<double>(stable) / static_cast<double>(all), count[1], count[2], count[3], cut, tail_mm,
                generated_mj);
     Json& j = summary["schemes"][std::string(name_of(scheme))];
-    j = {{"points", all},
-         {"stable", stable},
-         {"lost", count[1]},
-         {"unrest", count[2]},
-         {"shakes", count[3]},
-         {"tail_mm", tail_mm},
-         {"generated_mj", generated_mj}};
+    j = {{"points", all},      {"stable", stable},   {"lost", count[1]}, {"unrest", count[2]},
+         {"shakes", count[3]}, {"tail_mm", tail_mm}, {"cut", cut},       {"generated_mj", generated_mj}};
     if (is_ours(scheme)) j["unstable"] = failures;
   }
   fmt::print(
-      "\n  unrest: the motion does not die out when nothing drives it; shakes: a driven hand is shaken; tail: what is left of "
+      "\n  unrest: the motion does not die out when nothing drives it; shakes: a driven hand is shaken; cut: no patch came in "
+      "time,\n"
+      "  and the force faded; tail: what is left of the motion after 1.5 s or more, of stable points; generated: energy from "
       "the\n"
-      "  motion after 1.5 s or more, of stable points; generated: energy from the display beyond what the hand had put in.\n");
+      "  display beyond what the hand had put in.\n");
   bool all_stable = true;
   for (const StabilityCell& c : cells) {
     if (c.fault == LoopFault::none || !is_ours(c.point.scheme)) continue;
@@ -87,9 +87,9 @@ bool report(const Cells& cells, const std::filesystem::path& out) {
   return all_stable;
 }
 
-std::string trace_csv(const StabilityResult& result, const StabilityReference& reference) {
+std::string trace_csv(const StabilityResult& result) {
   std::string csv = "t_s,x_mm,y_mm,z_mm,fx_n,fy_n,fz_n,patch_age_ms,kinetic_mj,display_mj,ref_x_mm,ref_y_mm,ref_z_mm\n";
-  const std::vector<LoopTick>&ticks = result.loop.ticks, &ref = reference.loop.ticks;
+  const std::vector<LoopTick>&ticks = result.loop.ticks, &ref = result.reference.ticks;
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const LoopTick& t = ticks[i];
     const Vec3 moved = 1e3 * (t.position - ticks[0].position);
@@ -105,10 +105,9 @@ std::string trace_csv(const StabilityResult& result, const StabilityReference& r
 int run_one(const Flags& flags) {
   const StabilityPoint point = point_from(flags.only, "--only");
   const auto out = make_output_folder(flags.out);
-  const StabilityReference reference = reference_of(point);
-  const StabilityResult result = measure_stability(point, reference);
+  const StabilityResult result = measure_stability(point, reference_of(point));
   const LoopVerdict& v = result.verdict;
-  write_text(out / "trace.csv", trace_csv(result, reference));
+  write_text(out / "trace.csv", trace_csv(result));
   plot_csv(out / "trace.csv", out / "trace.svg", key_of(point), "time [s]",
            {{"depth [mm]", {{"1:(-$13)", "full model at 1 kHz", 0}, {"1:(-$4)", "tool", 1}}},
             {"sideways [mm]", {{"1:11", "full model at 1 kHz", 0}, {"1:2", "tool", 1}}},
@@ -120,6 +119,8 @@ int run_one(const Flags& flags) {
   for (const double p : v.rest.peak_to_peak_m) fmt::print(" {:.2f}", 1e3 * p);
   fmt::print("\n  growth {:+.2f} /s; shake while driven {:.2f} mm, {:.0f} mm/s; generated {:.3g} mJ\n", v.rest.growth_1_s,
              1e3 * v.shake.motion_m, 1e3 * v.shake.speed_m_s, 1e3 * v.generated_j);
+  if (result.cut_s > 0)
+    fmt::print("  for {:.0f} ms the force was cut, and that of the reference with it: no patch came\n", 1e3 * result.cut_s);
   write_json(out / "summary.json", {{"stable", v.fault == LoopFault::none ? 1 : 0}});
   fmt::print("{}\n", (out / "trace.svg").string());
   return 0;

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <iterator>
-#include <mutex>
 
 #include "bench/lab/output.hpp"
 #include "bench/lab/parallel.hpp"
@@ -161,15 +160,12 @@ int run_body_sweep(const BodySweep& sweep) {
                                               : std::vector{trial_from(fields_of(sweep.only), "--only")};
     for (const BodyTrial& t : trials) cells.push_back({t, {}});
     fmt::print("{} trials\n", cells.size());
-    std::mutex mutex;
-    std::size_t done = 0;
-    const auto run = [&](std::size_t i) {
-      cells[i].result = try_body(cells[i].trial);
-      const std::lock_guard lock(mutex);
-      if (++done % 100 == 0) fmt::print("{} of {}\n", done, cells.size());
+    const auto done = [&](std::size_t ended) {
+      if (ended % 100 == 0) fmt::print("{} of {}\n", ended, cells.size());
       std::fflush(stdout);
     };
-    run_all(cells.size(), run, sweep.shards.jobs);
+    run_counted(
+        cells.size(), [&](std::size_t i) { cells[i].result = try_body(cells[i].trial); }, sweep.shards.jobs, done);
   }
   const bool part = shard.of > 1 && !sweep.shards.merge;
   write_text(part ? shard.file(out) : out / "cells.csv", cells_csv(cells));

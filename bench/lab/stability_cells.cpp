@@ -6,7 +6,6 @@
 #include <cmath>
 #include <iterator>
 #include <map>
-#include <mutex>
 #include <stdexcept>
 
 #include "bench/lab/link_flags.hpp"
@@ -20,7 +19,7 @@ namespace palpate {
 namespace {
 
 constexpr const char* kKeys = "scheme,contact,hand,gesture,stiffness_n_m,rate_hz,rtt_ms,jitter_ms,loss_pct,burst,seed";
-constexpr const char* kMeasures = "fault,tail_mm,growth_1_s,shake_mm,shake_mm_s,generated_mj";
+constexpr const char* kMeasures = "fault,tail_mm,growth_1_s,shake_mm,shake_mm_s,generated_mj,cut_ms";
 constexpr std::size_t kKeyFields = 11;
 constexpr double kTipRadiusM = 0.020;
 
@@ -35,22 +34,24 @@ Scene cube(ContactKind contact) {
 using ReferenceKey = std::tuple<ContactKind, std::string, Gesture, double>;
 ReferenceKey reference_key(const StabilityPoint& p) { return {p.contact, p.hand, p.gesture, p.stiffness_n_m}; }
 
-LoopVerdict verdict_of(const StabilityPoint& point, const StabilityReference& reference) {
+StabilityResult result_of(const StabilityPoint& point, const StabilityReference& reference) {
   try {
-    return measure_stability(point, reference).verdict;
+    return measure_stability(point, reference);
   } catch (const std::runtime_error& failure) {
     throw std::runtime_error(fmt::format("{}: {}", key_of(point), failure.what()));
   }
 }
 
 void measure_cell(StabilityCell& cell, const StabilityReference& reference) {
-  const LoopVerdict v = verdict_of(cell.point, reference);
+  const StabilityResult result = result_of(cell.point, reference);
+  const LoopVerdict& v = result.verdict;
   cell.fault = v.fault;
   cell.tail_mm = 1e3 * v.rest.tail_m();
   cell.growth_1_s = v.rest.growth_1_s;
   cell.shake_mm = 1e3 * v.shake.motion_m;
   cell.shake_mm_s = 1e3 * v.shake.speed_m_s;
   cell.generated_mj = 1e3 * v.generated_j;
+  cell.cut_ms = 1e3 * result.cut_s;
 }
 
 StabilityPoint point_of(const std::vector<std::string>& f, const std::string& where) {
@@ -89,14 +90,8 @@ void measure_cells(std::vector<StabilityCell>& cells, unsigned jobs, const std::
   for (const auto& [key, point] : wanted) list.emplace_back(point, &references[key]);
   run_all(
       list.size(), [&](std::size_t i) { *list[i].second = reference_of(*list[i].first); }, jobs);
-  std::mutex mutex;
-  std::size_t count = 0;
-  const auto run = [&](std::size_t i) {
-    measure_cell(cells[i], references.at(reference_key(cells[i].point)));
-    const std::lock_guard lock(mutex);
-    done(++count);
-  };
-  run_all(cells.size(), run, jobs);
+  run_counted(
+      cells.size(), [&](std::size_t i) { measure_cell(cells[i], references.at(reference_key(cells[i].point))); }, jobs, done);
 }
 
 std::string key_of(const StabilityPoint& p) {
@@ -126,7 +121,7 @@ std::vector<StabilityCell> read_stability_cells(const std::filesystem::path& fil
     StabilityCell c;
     c.point = point_of(row, where);
     c.fault = static_cast<LoopFault>(index_from(row[kKeyFields], kLoopFaultNames, where));
-    double* const numbers[] = {&c.tail_mm, &c.growth_1_s, &c.shake_mm, &c.shake_mm_s, &c.generated_mj};
+    double* const numbers[] = {&c.tail_mm, &c.growth_1_s, &c.shake_mm, &c.shake_mm_s, &c.generated_mj, &c.cut_ms};
     for (std::size_t k = 0; k < std::size(numbers); ++k) *numbers[k] = number_from(row[kKeyFields + 1 + k], where);
     cells.push_back(std::move(c));
   }

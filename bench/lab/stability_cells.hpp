@@ -16,6 +16,7 @@ struct StabilityCell {
   LoopFault fault = LoopFault::none;
   double tail_mm = 0, growth_1_s = 0;  ///< motion left in the last 0.6 s, and its rate
   double shake_mm = 0, shake_mm_s = 0, generated_mj = 0;
+  double cut_ms = 0;  ///< for which the force was cut (StabilityResult)
 };
 
 /// Static stiffness of the paper's cube as it is, grasped; to a tenth.

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
-#include <mutex>
 
 #include "bench/lab/link_flags.hpp"
 #include "bench/lab/output.hpp"
@@ -103,14 +102,8 @@ void measure_cells(const TruthGrid& grid, std::vector<TruthCell>& cells, unsigne
   for (auto& [name, task] : tasks) list.push_back(&task);
   run_all(
       list.size(), [&](std::size_t i) { list[i]->reference = reference_of(list[i]->scene, list[i]->motion); }, jobs);
-  std::mutex mutex;
-  std::size_t count = 0;
-  const auto run = [&](std::size_t i) {
-    measure_cell(cells[i], tasks.at(cells[i].scene));
-    const std::lock_guard lock(mutex);
-    done(++count);
-  };
-  run_all(cells.size(), run, jobs);
+  run_counted(
+      cells.size(), [&](std::size_t i) { measure_cell(cells[i], tasks.at(cells[i].scene)); }, jobs, done);
 }
 
 std::string cells_csv(const std::vector<TruthCell>& cells) {

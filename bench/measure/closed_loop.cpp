@@ -48,11 +48,14 @@ ClosedLoopResult closed_loop(const Scene& scene, const Motion& intention, const 
 
   result.ticks.reserve(static_cast<std::size_t>(options.duration / kTick) + 1);
   const Vec3 home = intention.position(0.0);
+  bool silent = false;  // fading because no patch came, until whole again
   station.on_tick = [&](Micros t, const Vec3&, const TickOutput& out) {
     if (t < begin || result.lost) return;
     LoopTick tick;
     tick.patch_age = out.has_patch ? out.patch_age : Micros{-1};
     tick.hand_over_step_n = out.swapped ? out.hand_over_step_n : 0;
+    silent = out.gain < 1 && (silent || out.outlived);
+    if (silent) tick.gain = out.gain;
     note(device, options.device.device_mass_kg, home, tick, result);
   };
   const Micros end = begin + options.duration;
@@ -64,7 +67,8 @@ ClosedLoopResult closed_loop(const Scene& scene, const Motion& intention, const 
   return result;
 }
 
-ClosedLoopResult reference_loop(const Scene& scene, const Motion& intention, const SimPhantomOptions& hand, Micros duration) {
+ClosedLoopResult reference_loop(const Scene& scene, const Motion& intention, const SimPhantomOptions& hand, Micros duration,
+                                std::span<const LoopTick> cuts) {
   ClosedLoopResult result;
   SimPhantom device(intention, hand);
   const Vec3 home = intention.position(0.0);
@@ -72,8 +76,10 @@ ClosedLoopResult reference_loop(const Scene& scene, const Motion& intention, con
   for (Micros t{}; t <= duration && !result.lost; t += kTick) {
     const Vec3 tool = device.read(t).position;
     model.tick(std::span(&tool, 1));
-    device.write(model.force(0));
-    note(device, hand.device_mass_kg, home, {}, result);
+    LoopTick tick;
+    if (result.ticks.size() < cuts.size()) tick.gain = cuts[result.ticks.size()].gain;
+    device.write(tick.gain * model.force(0));
+    note(device, hand.device_mass_kg, home, tick, result);
   }
   return result;
 }

@@ -37,6 +37,7 @@ struct LoopTick {
   Vec3 force = Vec3::Zero();                              ///< on the tool, rendered from this tick to the next [N]
   Micros patch_age{-1};                                   ///< -1: no patch yet
   double hand_over_step_n = 0;  ///< force step of the patch that took over in this tick, before the cross-fade
+  double gain = 1;              ///< share of the patch's force that was displayed; 1 but for patches that outlived their time
   double kinetic_j = 0, display_j = 0;
 };
 
@@ -52,8 +53,9 @@ inline constexpr double kLostM = 0.2;
 /// Throws InputError when the station cannot join or an option is out of range, std::runtime_error when nobody answers.
 ClosedLoopResult closed_loop(const Scene& scene, const Motion& intention, const ClosedLoopOptions& options);
 
-/// The same hand on the full model itself, stepped and felt at 1 kHz: no frames, no network (reference.hpp). Throws what the
-/// model throws.
-ClosedLoopResult reference_loop(const Scene& scene, const Motion& intention, const SimPhantomOptions& hand, Micros duration);
+/// The same hand on the full model itself, stepped and felt at 1 kHz: no frames, no network (reference.hpp); but its force is cut
+/// as that of the n-th tick of `cuts` was (by its gain; whole behind their end). Throws what the model throws.
+ClosedLoopResult reference_loop(const Scene& scene, const Motion& intention, const SimPhantomOptions& hand, Micros duration,
+                                std::span<const LoopTick> cuts = {});
 
 }  // namespace palpate

@@ -66,7 +66,7 @@ double port_compliance_m_n(const Scene& scene) {
 
 bool is_possible(const StabilityPoint& p) {
   if (p.contact == ContactKind::attach) return !(p.hand == "free" && p.gesture == Gesture::press);  // that is the release
-  return p.hand != "free" && p.scheme != Scheme::cubic;
+  return p.hand != "free";
 }
 
 double port_stiffness_n_m(const Scene& scene) {
@@ -109,7 +109,12 @@ StabilityResult measure_stability(const StabilityPoint& point, const StabilityRe
   StabilityResult result;
   result.loop = closed_loop(reference.scene, s.plan.intention, options);
   result.rest_tick = static_cast<std::size_t>(std::lround(s.rest_s * 1e3));
-  result.verdict = judge_loop(result.loop, reference.loop, result.rest_tick, still_on(point, s.device.device_mass_kg));
+  const auto& ticks = result.loop.ticks;
+  const auto cut = std::count_if(ticks.begin(), ticks.end(), [](const LoopTick& tick) { return tick.gain < 1; });
+  result.cut_s = 1e-3 * static_cast<double>(cut);
+  result.reference =
+      cut > 0 ? reference_loop(reference.scene, s.plan.intention, s.device, options.duration, ticks) : reference.loop;
+  result.verdict = judge_loop(result.loop, result.reference, result.rest_tick, still_on(point, s.device.device_mass_kg));
   return result;
 }
 

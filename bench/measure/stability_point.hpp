@@ -28,8 +28,7 @@ struct StabilityPoint {
   bool operator==(const StabilityPoint&) const = default;
 };
 
-/// Whether the combination exists: a tool that is let go of on a surface flies off, and there is no loop left; `cubic` is for
-/// grasps.
+/// Whether the combination exists: a tool that is let go of on a surface flies off, and there is no loop left.
 bool is_possible(const StabilityPoint& point);
 
 /// Static stiffness of the port at rest, along the way into the body [N/m]; of a touch with its contact stiffness in series.
@@ -37,7 +36,7 @@ double port_stiffness_n_m(const Scene& scene);
 /// The scene with springs and dampers so scaled. InputError when the contact stiffness alone is less than `stiffness_n_m`.
 Scene with_port_stiffness(Scene scene, double stiffness_n_m);
 
-/// The reference of a point: depends on contact, hand, gesture and stiffness alone.
+/// The reference of a point whose force is never cut: depends on contact, hand, gesture and stiffness alone.
 struct StabilityReference {
   Scene scene;
   ClosedLoopResult loop;
@@ -46,10 +45,12 @@ StabilityReference stability_reference(const Scene& body, const StabilityPoint& 
 
 struct StabilityResult {
   LoopVerdict verdict;
-  ClosedLoopResult loop;
+  ClosedLoopResult loop, reference;  ///< reference: what it was judged against
   std::size_t rest_tick = 0;
+  double cut_s = 0;  ///< for which the force faded, or was gone: no patch came for longer than the last was valid
 };
-/// Throws what closed_loop() throws.
+/// A force that is cut drives the hand, whatever displays it: where it was, the reference is the hand on the full model whose
+/// force is cut at the same times. Throws what closed_loop() throws.
 StabilityResult measure_stability(const StabilityPoint& point, const StabilityReference& reference);
 
 }  // namespace palpate

@@ -9,29 +9,10 @@ namespace {
 
 constexpr double kDriftSlack = 1e-3;  // no clock is that far off
 
-/// How long a datagram may take over this link, whatever happens to it in this scenario.
-Micros slowest_ever(const Scenario& s, std::size_t station, bool up) {
-  const StationPlan& plan = s.stations[station];
-  const Links healed = healed_links(s, station);
-  return std::max(slowest(up ? plan.up : plan.down), slowest(up ? healed.up : healed.down)) + LinkModel::kReorderHold;
-}
-
 /// From one patch to the next: frames that fall due while one is computed are skipped.
 Micros frame_spacing(const Scenario& s) {
   const Micros frame = from_seconds(1 / s.rate_hz);
   return (1 + s.compute / frame) * frame;
-}
-
-/// For how long the server may misjudge a clock after it stepped. A step that is shorter than a round trip looks like one way
-/// that became shorter and another that became longer: no exchange of datagrams can tell the two apart, so it stays until what
-/// was seen before is forgotten.
-Micros misjudged_for(const Scenario& s, const Fault& f) {
-  if (f.kind != FaultKind::clock_step && f.kind != FaultKind::sleep && f.kind != FaultKind::server_clock_step) return {};
-  const Micros step = f.kind == FaultKind::sleep ? f.end - f.begin : from_seconds(f.amount);
-  Micros round_trip{};
-  for (std::size_t k = 0; k < s.stations.size(); ++k)
-    round_trip = std::max(round_trip, slowest_ever(s, k, true) + slowest_ever(s, k, false));
-  return step <= round_trip + ClockSync::kStepLeast ? WindowedMinimum::kWindow : Micros{};
 }
 
 /// A patch knows the samples of the slowest punctual station, is computed after a frame at most one spacing later, and may then
@@ -83,7 +64,7 @@ std::vector<StationBounds> bounds_of(const Scenario& s) {
     b.down_max = slowest_ever(s, k, false);
     b.frames = frame_spacing(s);
     b.healed = s.healed;
-    b.recovered = s.healed + recovery_time(s, k);
+    b.recovered = recovered_by(s, k);
     b.at_rest = s.rest + kComesToRest;
     b.disturbed = disturbances(s, k);
     all.push_back(std::move(b));

@@ -60,7 +60,7 @@ class Check {
   explicit Check(std::string name) : name_(std::move(name)) {}
   virtual ~Check() = default;
   virtual void tick(const SeenTick&) {}
-  /// `message` is what the datagram says, decoded; none with those that were lost or cannot be read.
+  /// `message` is what the datagram says, decoded: as delivered, and as sent by the server; none where it cannot be read.
   virtual void datagram(Micros, const DatagramEvent&, const Message*) {}
   /// The server begins a frame, with what it knows now.
   virtual void frame(Micros) {}

@@ -206,8 +206,10 @@ void Run::see(Micros now, const DatagramEvent& event) {
     hash_.add(event.station * 2 + (event.to_server ? 1 : 0));
     hash_.add(event.bytes);
   }
+  using Kind = DatagramEvent::Kind;
+  const bool looked_into = event.kind == Kind::delivered || (event.kind == Kind::sent && !event.to_server);
   Message message;
-  const bool read = event.kind != DatagramEvent::Kind::lost && decode(event.bytes, message) == WireFault::none;
+  const bool read = looked_into && decode(event.bytes, message) == WireFault::none;
   for (const auto& check : checks_) check->datagram(now, event, read ? &message : nullptr);
 }
 

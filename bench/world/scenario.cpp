@@ -44,6 +44,21 @@ Links healed_links(const Scenario& scenario, std::size_t station) {
   return links;
 }
 
+Micros slowest_ever(const Scenario& s, std::size_t station, bool up) {
+  const StationPlan& plan = s.stations[station];
+  const Links healed = healed_links(s, station);
+  return std::max(slowest(up ? plan.up : plan.down), slowest(up ? healed.up : healed.down)) + LinkModel::kReorderHold;
+}
+
+Micros misjudged_for(const Scenario& s, const Fault& f) {
+  if (f.kind != FaultKind::clock_step && f.kind != FaultKind::sleep && f.kind != FaultKind::server_clock_step) return {};
+  const Micros step = f.kind == FaultKind::sleep ? f.end - f.begin : from_seconds(f.amount);
+  Micros round_trip{};
+  for (std::size_t k = 0; k < s.stations.size(); ++k)
+    round_trip = std::max(round_trip, slowest_ever(s, k, true) + slowest_ever(s, k, false));
+  return step <= round_trip + ClockSync::kStepLeast ? WindowedMinimum::kWindow : Micros{};
+}
+
 Micros recovery_time(const Scenario& scenario, std::size_t station) {
   // A process that died is silent for kSilentAfter before its name is free; whoever was refused asks again after kRetryEvery. A
   // shadow first waits for the station whose tool it shares. Then three exchanges (refused as unknown, Hello, samples) and, at
@@ -63,6 +78,15 @@ Micros recovery_time(const Scenario& scenario, std::size_t station) {
       break;
     }
   return Micros{500'000} + joins + 6 * frame;
+}
+
+Micros recovered_by(const Scenario& scenario, std::size_t station) {
+  const Micros recovery = recovery_time(scenario, station);
+  Micros by = scenario.healed + recovery;
+  for (const Fault& f : scenario.faults)
+    if (const Micros misjudged = misjudged_for(scenario, f); misjudged > Micros{})
+      by = std::max(by, f.end + misjudged + recovery);
+  return by;
 }
 
 namespace {
@@ -143,7 +167,7 @@ Scenario draw_scenario(const DrawOptions& options) {
   for (const Fault& f : s.faults)
     if (f.kind == FaultKind::sleep) s.rest += f.end - f.begin;
   s.end = s.rest + kComesToRest;
-  for (std::size_t k = 0; k < s.stations.size(); ++k) s.end = std::max(s.end, s.healed + recovery_time(s, k));
+  for (std::size_t k = 0; k < s.stations.size(); ++k) s.end = std::max(s.end, recovered_by(s, k));
   // Time enough for patches stamped after that to come.
   Micros way{};
   for (std::size_t k = 0; k < s.stations.size(); ++k) {

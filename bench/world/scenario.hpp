@@ -93,7 +93,15 @@ struct Links {
   LinkSpec up, down;
 };
 Links healed_links(const Scenario& scenario, std::size_t station);
+/// How long a datagram may take over this link, whatever happens to it in this scenario.
+Micros slowest_ever(const Scenario& scenario, std::size_t station, bool up);
+/// For how long the server may misjudge a clock after it stepped. A step that is shorter than a round trip looks like one way
+/// that became shorter and another that became longer: no exchange of datagrams can tell the two apart, so it stays until what
+/// was seen before is forgotten.
+Micros misjudged_for(const Scenario& scenario, const Fault& fault);
 /// From the end of a fault until a fresh patch is in use at the latest; see docs/world.md for the sum.
 Micros recovery_time(const Scenario& scenario, std::size_t station);
+/// When a station must feel the body again, everything being healed and every clock judged right.
+Micros recovered_by(const Scenario& scenario, std::size_t station);
 
 }  // namespace palpate

@@ -38,6 +38,8 @@ struct TickOutput {
   Micros patch_stamp{};
   bool swapped = false;         ///< a new patch took over in this tick
   double hand_over_step_n = 0;  ///< its force step before the cross-fade [N]
+  double gain = 1;              ///< share of the patch's force that is displayed: less while it fades
+  bool outlived = false;        ///< the patch in use is older than it is valid for
 };
 
 struct HapticCounts {

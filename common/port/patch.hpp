@@ -64,6 +64,9 @@ struct PortSurface {
   std::array<Triangle, kMaxPortTriangles> triangles{};
 };
 
+/// How long a link may always be silent: what a patch is valid for, at least, beyond the age that it is expected to reach.
+inline constexpr Micros kSilenceLeast{250'000};
+
 struct Patch {
   std::uint32_t seq = 0;  ///< grows by one with every patch for this station
   Micros stamp{};         ///< t*

@@ -72,21 +72,14 @@ AdvanceReport ExplicitIntegrator::advance(BodyState& state, std::vector<ToolPort
   const std::vector<ToolPort> ports_before = ports;
   take(state, ports);
   AdvanceReport report;
-  double h = 0;
-  if (fits(step_s, h)) {
+  double h = longest_step_s(step_s);
+  if (h >= kShortestShare * std::min(step_s, step_s_)) {
     report.steps = static_cast<int>(std::ceil(whole_s / h - 1e-9));
     h = whole_s / report.steps;
-    accelerate(v_);
-    add_contact_forces(ports);
-    for (auto axis : {&NodeArrays::x, &NodeArrays::y, &NodeArrays::z})
-      leapfrog::combine(v_.*axis, static_cast<float>(-h / 2), a_.*axis, v_.*axis);
+    accelerate(v_, ports);
+    kick(-h / 2, v_);
     for (int k = 0; k < report.steps; ++k) step(ports, begin_s + k * h, h, tools);
-    for (auto axis : {&NodeArrays::x, &NodeArrays::y, &NodeArrays::z})
-      leapfrog::combine(v_.*axis, static_cast<float>(h / 2), a_.*axis, predicted_.*axis);
-    accelerate(predicted_);
-    add_contact_forces(ports);
-    for (auto axis : {&NodeArrays::x, &NodeArrays::y, &NodeArrays::z})
-      leapfrog::combine(v_.*axis, static_cast<float>(h / 2), a_.*axis, v_.*axis);
+    kick(h / 2, v_);
     if (is_sound(h)) {
       give(state, ports, tools, until_s);
       find_holding_forces(*dynamics_, state, ports);
@@ -100,10 +93,9 @@ AdvanceReport ExplicitIntegrator::advance(BodyState& state, std::vector<ToolPort
   return report;
 }
 
-bool ExplicitIntegrator::fits(double step_s, double& h) const {
+double ExplicitIntegrator::longest_step_s(double step_s) const {
   const double stiffest = runs_.stiffest(u_);
-  h = std::min(step_s, stiffest > 1 ? kShare * leapfrog_step_s(w2_ * stiffest, g_) : step_s_);
-  return h >= kShortestShare * std::min(step_s, step_s_);
+  return std::min(step_s, stiffest > 1 ? kShare * leapfrog_step_s(w2_ * stiffest, g_) : step_s_);
 }
 
 void ExplicitIntegrator::take(const BodyState& state, const std::vector<ToolPort>& ports) {
@@ -142,7 +134,8 @@ void ExplicitIntegrator::give(BodyState& state, const std::vector<ToolPort>& por
   state.time_s = until_s;
 }
 
-void ExplicitIntegrator::accelerate(const NodeArrays& velocity) {
+/// Of the springs, gravity, and the contact forces as they are.
+void ExplicitIntegrator::accelerate(const NodeArrays& velocity, const std::vector<ToolPort>& ports) {
   const LumpedBody& body = dynamics_->body();
   for (auto axis : {&NodeArrays::x, &NodeArrays::y, &NodeArrays::z}) std::fill((f_.*axis).begin(), (f_.*axis).end(), 0.0F);
   runs_.add_forces(u_, velocity, f_);
@@ -152,9 +145,6 @@ void ExplicitIntegrator::accelerate(const NodeArrays& velocity) {
     std::fill(a_.z.begin(), a_.z.end(), 0.0F);
   else
     leapfrog::accelerate(inverse_mass_, f_.z, static_cast<float>(body.gravity_m_s2.z()), a_.z);
-}
-
-void ExplicitIntegrator::add_contact_forces(const std::vector<ToolPort>& ports) {
   for (std::size_t k = 0; k < ports.size(); ++k) {
     if (ports[k].kind != ContactKind::touch || !ports[k].touching) continue;
     refresh(contacts_[k], ports[k].point);
@@ -162,11 +152,14 @@ void ExplicitIntegrator::add_contact_forces(const std::vector<ToolPort>& ports) 
   }
 }
 
-void ExplicitIntegrator::step(std::vector<ToolPort>& ports, double begin_s, double h, const ToolMotion& tools) {
-  const auto length = static_cast<float>(h);
+/// to = v + over_s a.
+void ExplicitIntegrator::kick(double over_s, NodeArrays& to) {
   for (auto axis : {&NodeArrays::x, &NodeArrays::y, &NodeArrays::z})
-    leapfrog::combine(v_.*axis, 0.5F * length, a_.*axis, predicted_.*axis);
-  accelerate(predicted_);
+    leapfrog::combine(v_.*axis, static_cast<float>(over_s), a_.*axis, to.*axis);
+}
+
+/// a_ is that at the step's begin on entry, with the contact forces of before, and that at its end on return.
+void ExplicitIntegrator::step(std::vector<ToolPort>& ports, double begin_s, double h, const ToolMotion& tools) {
   look(ports, begin_s, tools);
   close_contacts(ports, begin_s + h, h, tools);
   for (const ToolPort& p : ports) {
@@ -178,17 +171,18 @@ void ExplicitIntegrator::step(std::vector<ToolPort>& ports, double begin_s, doub
     a_.set(p.node, (velocity - v_.at(p.node)) / h);
   }
   for (auto axis : {&NodeArrays::x, &NodeArrays::y, &NodeArrays::z})
-    leapfrog::kick_and_drift(length, a_.*axis, v_.*axis, u_.*axis);
+    leapfrog::kick_and_drift(static_cast<float>(h), a_.*axis, v_.*axis, u_.*axis);
+  kick(h / 2, predicted_);
+  accelerate(predicted_, ports);
 }
 
-/// Ports answer one after the other, each seeing the newest forces of the others.
+/// Ports answer one after the other, each seeing the newest forces of the others: those of before are in a_ on entry.
 void ExplicitIntegrator::close_contacts(std::vector<ToolPort>& ports, double end_s, double h, const ToolMotion& tools) {
   std::vector<std::size_t> touching;
   for (std::size_t k = 0; k < ports.size(); ++k) {
     if (ports[k].kind != ContactKind::touch || !ports[k].touching) continue;
     touching.push_back(k);
     refresh(contacts_[k], ports[k].point);
-    push(contacts_[k], ports[k].lambda);
   }
   const int sweeps = touching.size() > 1 ? 4 : 1;
   for (int sweep = 0; sweep < sweeps; ++sweep)

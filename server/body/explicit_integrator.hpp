@@ -51,11 +51,11 @@ class ExplicitIntegrator final : public Stepper {
     double softness_1_kg = 0;     // B^T M^-1 B
   };
 
-  bool fits(double step_s, double& h) const;
+  double longest_step_s(double step_s) const;
   void take(const BodyState& state, const std::vector<ToolPort>& ports);
   void give(BodyState& state, const std::vector<ToolPort>& ports, const ToolMotion& tools, double until_s) const;
-  void accelerate(const NodeArrays& velocity);
-  void add_contact_forces(const std::vector<ToolPort>& ports);
+  void accelerate(const NodeArrays& velocity, const std::vector<ToolPort>& ports);
+  void kick(double over_s, NodeArrays& to);
   void step(std::vector<ToolPort>& ports, double begin_s, double h, const ToolMotion& tools);
   void close_contacts(std::vector<ToolPort>& ports, double end_s, double h, const ToolMotion& tools);
   void look(std::vector<ToolPort>& ports, double at_s, const ToolMotion& tools);

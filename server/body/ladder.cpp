@@ -22,19 +22,19 @@ ChosenStepper choose_stepper(const SolverSpec& solver, const Dynamics& dynamics,
   const double implicit_cost = 1e-9 * edges * kImplicitNs * kNewton / solver.step_s;
   const std::string implicit_figures = figures(solver.step_s, implicit_cost);
   if (solver.integrator == IntegratorKind::tr_bdf2) return {implicit(), "tr-bdf2, as the scene says: " + implicit_figures};
+  const bool asked_for = solver.integrator == IntegratorKind::leapfrog;
   if (!SpringRuns::covers(dynamics.body())) {
     const char* why = "explicit steps are for bodies of linear or stiffening springs";
-    if (solver.integrator == IntegratorKind::leapfrog)
-      throw InputError("solver.integrator", "is \"explicit\"", fmt::format("\"tr-bdf2\" or \"automatic\": {}", why));
+    if (asked_for) throw InputError("solver.integrator", "is \"explicit\"", fmt::format("\"tr-bdf2\" or \"automatic\": {}", why));
     return {implicit(), fmt::format("tr-bdf2, {}: {}", implicit_figures, why)};
   }
+  if (!asked_for && implicit_cost <= kMatters) return {implicit(), fmt::format("tr-bdf2: {}", implicit_figures)};
   auto leapfrog = std::make_unique<ExplicitIntegrator>(dynamics, skin);
   const double step_s = std::min(leapfrog->step_s(), solver.step_s);
   const double cost = 1e-9 * static_cast<double>(leapfrog->springs()) * kExplicitNs / step_s;
   const std::string explicit_figures = figures(step_s, cost);
-  if (solver.integrator == IntegratorKind::leapfrog)
-    return {std::move(leapfrog), "explicit, as the scene says: " + explicit_figures};
-  if (implicit_cost > kMatters && kWorth * cost <= implicit_cost)
+  if (asked_for) return {std::move(leapfrog), "explicit, as the scene says: " + explicit_figures};
+  if (kWorth * cost <= implicit_cost)
     return {std::move(leapfrog), fmt::format("explicit: {} (tr-bdf2: {})", explicit_figures, implicit_figures)};
   return {implicit(), fmt::format("tr-bdf2: {} (explicit: {})", implicit_figures, explicit_figures)};
 }

@@ -83,6 +83,7 @@ StationJob ServerCore::make_station_job(const Station& station, Micros target) c
   job.scheme = station.hello.scheme;
   job.bridge = bridge(station);
   job.order = order(station, job.bridge);
+  job.silence = silence(station);
   if (station.pushes())
     job.samples = station.timeline.between(body_time_, target);
   else
@@ -104,6 +105,15 @@ Micros ServerCore::bridge(const Station& station) const {
   const auto rtt = station.clock.rtt().mean;
   const auto expected = std::max(rtt, lag_ + rtt / 2) + compute_mean_ + from_seconds(1 / options_.rate_hz);
   return std::min(std::max(station.patch_age, expected), kBridgeMost);
+}
+
+/// From the last patch before the longest run of losses that the station has seen to the first behind it, and half as long again:
+/// a link that loses datagrams in runs is silent for longer than its patches' usual age, and a force that is cut and comes back
+/// is worse to feel than one of an old patch.
+Micros ServerCore::silence(const Station& station) const {
+  const double frames_lost = static_cast<double>(station.longest_run) / station.patch_copies;
+  const double pause_s = station.longest_run > 0 ? (frames_lost + 1) / pace_.rate_hz : 0;
+  return std::clamp(from_seconds(1.5 * pause_s), kSilenceLeast, kSilenceMost);
 }
 
 std::optional<FrameJob> ServerCore::next_job(Micros now) {

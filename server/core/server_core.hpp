@@ -67,6 +67,7 @@ inline constexpr Micros kMostWait{20'000};        ///< that patches are older fo
 inline constexpr Micros kSampleAhead{250'000};    ///< a sample may lie so far in the future while the clocks settle
 inline constexpr Micros kLeastFrame{1'000};
 inline constexpr Micros kBridgeMost{2'000'000};     ///< a station that says more is not believed
+inline constexpr Micros kSilenceMost{1'000'000};    ///< patches are not valid for longer for the sake of a link that loses them
 inline constexpr double kPatchesLost = 0.002;       ///< share of the patches that may get lost: else they go more than once
 inline constexpr int kPatchCopiesMost = 3;          ///< datagrams that carry the same patch
 inline constexpr int kLossJudged = 20;              ///< datagrams at least, before a station's word on what it loses counts
@@ -157,6 +158,7 @@ class ServerCore {
   FrameJob make_job(Micros target) const;
   StationJob make_station_job(const Station& station, Micros target) const;
   Micros bridge(const Station& station) const;
+  Micros silence(const Station& station) const;
   int order(const Station& station, Micros bridged) const;
   Beat beat_for(const Station& station) const;
   void beat_all();

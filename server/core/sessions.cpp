@@ -125,6 +125,7 @@ void ServerCore::take_from(Station& station, const Message& message, Micros now)
     const LinkReport& link = beat->link;
     station.patch_age = link.patch_age;
     if (link.judged >= kLossJudged) station.patch_copies = copies_for(static_cast<double>(link.lost) / link.judged);
+    station.longest_run = link.longest_run;
     station.ticks_late = beat->ticks_late;
     return;
   }

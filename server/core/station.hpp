@@ -48,6 +48,7 @@ struct Station {
   LossMeter loss;
   Micros patch_age{};    ///< that its patches in use reach, as it says; 0 = it has not said
   int patch_copies = 2;  ///< datagrams that carry each patch to it: what it loses decides, once it has said
+  int longest_run = 0;   ///< of datagrams to it that got lost one after the other, as it says
   Micros next_report{};  ///< when it gets a Beat beside a patch, a viewer a RoomView
   std::uint32_t seq_out = 0, patch_seq = 0;
   Timeline timeline;

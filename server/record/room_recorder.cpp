@@ -45,7 +45,7 @@ void RoomRecorder::begin_frame(FrameJob& job, Micros now) {
       newest = sample.t;
     }
     writer_.add(path);
-    jobs_[station.id] = {station.id, station.scheme, station.order, station.shadow_of, station.bridge, {}};
+    jobs_[station.id] = {station.id, station.scheme, station.order, station.shadow_of, station.bridge, {}, station.silence};
   }
   std::erase_if(newest_, [this](const auto& entry) { return !jobs_.contains(entry.first); });
 }

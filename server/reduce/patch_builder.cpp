@@ -144,7 +144,7 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
   patch.tool_velocity = frame.tool(which).velocity;
   patch.force = port.kind == ContactKind::attach || port.touching ? Vec3(-port.lambda) : Vec3::Zero();
   patch.touching = port.kind == ContactKind::attach || port.touching;
-  patch.valid_for = 2 * request.bridge + Micros{250'000};
+  patch.valid_for = 2 * request.bridge + request.silence;
   patch.trust_radius_m = extent_m_;
   if (patch.constant) return patch;
   if (request.scheme == Scheme::balanced && !balanced_) return std::nullopt;

@@ -37,6 +37,8 @@ struct PatchRequest {
   Scheme scheme = Scheme::port;
   int order = 0;          ///< states wanted, 0 = default of the scheme
   Micros bridge{50'000};  ///< age that the patch will reach
+  /// That the link may make between two patches: valid for twice `bridge` and this.
+  Micros silence = kSilenceLeast;
   /// Surface vertices that fit into a datagram beside so many modes, without and with a load_rate.
   int (*vertices_max)(int modes, bool loaded) = [](int, bool) { return 12; };
 };

@@ -192,7 +192,7 @@ StationFrame Room::State::frame_of(const StationJob& job, Micros stamp, bool get
   frame.force = frame.contact ? Vec3(-port.lambda) : Vec3::Zero();
   if (!gets_patch) return frame;
   Station& station = stations.at(job.id);
-  const PatchRequest request{job.scheme, job.order, job.bridge,
+  const PatchRequest request{job.scheme, job.order, job.bridge, job.silence,
                              [](int modes, bool loaded) { return max_port_vertices(modes, kMaxPortTriangles, loaded); }};
   frame.patch = station.builder->build(frame_model, *which, request);
   if (!frame.patch) return frame;

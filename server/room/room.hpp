@@ -25,6 +25,7 @@ struct StationJob {
   StationId shadow_of = 0;          ///< not 0: shares that station's tool, gets a patch, does not push
   Micros bridge{};                  ///< age that a patch will reach before the next one takes over: latency + frame
   std::vector<ToolSample> samples;  ///< since the last frame, ascending, server clock; the last one may lie beyond the target
+  Micros silence = kSilenceLeast;   ///< that its link may make between two patches
 };
 
 struct FrameJob {

@@ -77,6 +77,22 @@ TEST_CASE(
   CHECK(measure(p).verdict.fault == LoopFault::none);
 }
 
+TEST_CASE("A force that is cut because no patch came is a blow to the hand, not a fault of the scheme") {
+  StabilityPoint p{Scheme::port, ContactKind::attach, "firm", Gesture::tap, 800, 23, 171, 17, 23, 7, 252};
+  const StabilityReference uncut = stability_reference(cube(p.contact), p);
+  const StabilityResult result = measure_stability(p, uncut);
+  CHECK(result.cut_s > 0.1);
+  CHECK(result.verdict.fault == LoopFault::none);
+  CHECK(judge_loop(result.loop, uncut.loop, result.rest_tick).fault == LoopFault::shakes);
+  const auto felt = [&](const ClosedLoopResult& loop, std::size_t k) { return loop.ticks[k].force.norm(); };
+  for (std::size_t k = 0; k < result.loop.ticks.size(); ++k)
+    if (result.loop.ticks[k].gain == 0) CHECK(felt(result.reference, k) == 0);
+  // A scheme that shakes on its own is not excused by it.
+  p.scheme = Scheme::hold;
+  p.gesture = Gesture::release;
+  CHECK(measure(p).verdict.fault != LoopFault::none);
+}
+
 TEST_CASE("Held forces are unstable where their delay says so, and stable on a body soft enough for it") {
   StabilityPoint p = map_base(ContactKind::attach, 400);
   p.scheme = Scheme::hold;

@@ -110,8 +110,15 @@ TEST_CASE("A patch older than it may be fades to nothing in 50 ticks, and a fres
   Hand hand;
   hand.give(constant(Vec3(0, 0, 2), 1, hand.now(), Micros{200'000}));
   for (int k = 1; k <= 50; ++k) CHECK(hand.tick().force.z() == Approx(2.0 * k / 50));
-  hand.ticks(150);
-  for (int k = 1; k <= 50; ++k) CHECK(hand.tick().force.z() == Approx(2.0 * (50 - k) / 50).margin(1e-12));
+  const TickOutput whole = hand.ticks(150);
+  CHECK(whole.gain == 1);
+  CHECK_FALSE(whole.outlived);
+  for (int k = 1; k <= 50; ++k) {
+    const TickOutput out = hand.tick();
+    CHECK(out.force.z() == Approx(2.0 * (50 - k) / 50).margin(1e-12));
+    CHECK(out.gain == Approx((50 - k) / 50.0).margin(1e-12));
+    CHECK(out.outlived);
+  }
   CHECK(hand.ticks(100).force.norm() == 0);
   hand.give(constant(Vec3(0, 0, 2), 2, hand.now()));
   double last = 0;
@@ -137,7 +144,10 @@ TEST_CASE("A tool beyond the trust radius feels the patch fade, and feels it aga
   hand.give(constant(Vec3(0, 0, 2), 1, hand.now()));
   CHECK(hand.ticks(100).force.z() == Approx(2));
   CHECK(hand.tick(Vec3(0.051, 0, 0)).force.z() == Approx(2 * 0.98));
-  CHECK(hand.ticks(60, Vec3(0.051, 0, 0)).force.norm() == 0);
+  const TickOutput away = hand.ticks(60, Vec3(0.051, 0, 0));
+  CHECK(away.force.norm() == 0);
+  CHECK(away.gain == 0);
+  CHECK_FALSE(away.outlived);
   CHECK(hand.ticks(60, Vec3(0.049, 0, 0)).force.z() == Approx(2));
 }
 
