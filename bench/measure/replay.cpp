@@ -110,11 +110,9 @@ Tally tally_of(const World& world, std::size_t k) {
 void count(ReplayResult& result, const World& world, std::size_t k, const Tally& before, Micros length) {
   const Tally after = tally_of(world, k);
   const ClientCore& core = world.station(k).core();
-  const ClientCounts& counts = core.counts();
   result.patches_used = after.patches_used - before.patches_used;
   result.faded_ticks = after.faded_ticks - before.faded_ticks;
-  const std::uint64_t patches = core.intake_counts().accepted;  // not the second copies
-  result.patch_bytes_mean = patches > 0 ? static_cast<double>(counts.patch_bytes) / static_cast<double>(patches) : 0;
+  result.patch_bytes_mean = core.patch_bytes_mean();
   result.patch_states = core.last_patch().states();
   result.last_patch = core.last_patch();
   result.guard = core.haptic().guard_counts();

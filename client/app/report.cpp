@@ -23,10 +23,6 @@ void write(const std::filesystem::path& file, const std::string& text) {
 
 double milliseconds(Micros t) { return static_cast<double>(t.count()) * 1e-3; }
 
-double mean_bytes(const ClientCounts& counts) {
-  return counts.patches == 0 ? 0.0 : static_cast<double>(counts.patch_bytes) / static_cast<double>(counts.patches);
-}
-
 double loss_percent(const SeqCounts& counts) {
   const auto sent = counts.received + counts.lost;
   return sent == 0 ? 0.0 : 100.0 * static_cast<double>(counts.lost) / static_cast<double>(sent);
@@ -50,7 +46,7 @@ Json link_json(const ClientCore& core) {
           {"datagrams_dropped", dropped},
           {"patches_received", counts.patches},
           {"patches_refused", refused},
-          {"patch_bytes_mean", mean_bytes(counts)},
+          {"patch_bytes_mean", core.patch_bytes_mean()},
           {"patch_states", core.last_patch().states()},
           {"server_rate_hz", core.server_pace().rate_hz},
           {"server_rate_min_hz", core.server_pace().rate_min_hz},
@@ -126,7 +122,7 @@ void write_summary(const std::filesystem::path& file, const RunReport& run) {
     Json& compared = summary["compared"][run.displays[i].scheme];
     compared = display_json(run.displays[i]);
     compared["patches_received"] = run.displays[i].core->counts().patches;
-    compared["patch_bytes_mean"] = mean_bytes(run.displays[i].core->counts());
+    compared["patch_bytes_mean"] = run.displays[i].core->patch_bytes_mean();
     compared["patch_states"] = run.displays[i].core->last_patch().states();
   }
   write(file, summary.dump(2) + '\n');
@@ -151,7 +147,7 @@ std::string describe(const RunReport& run) {
     fmt::format_to(out, "server    had time for only {:.1f} of {:g} frames a second at its slowest, up to {:.0f} ms behind\n",
                    core.server_pace().rate_min_hz, core.welcome().rate_hz, milliseconds(core.server_pace().behind_max));
   fmt::format_to(out, "patches   {} used of {} received, {:.0f} bytes each; largest hand-over step {:.4f} N\n",
-                 felt.haptic.patches_used, core.counts().patches, mean_bytes(core.counts()), felt.haptic.hand_over_step_max_n);
+                 felt.haptic.patches_used, core.counts().patches, core.patch_bytes_mean(), felt.haptic.hand_over_step_max_n);
   fmt::format_to(out, "guard     {} not finite, {} clamped, {} slew-limited; least energy {:.2f} mJ\n", felt.guard.not_finite,
                  felt.guard.clamped, felt.guard.slew_limited, felt.guard.energy_min_j * 1e3);
   fmt::format_to(out, "passivity {} ticks damped, by {:.3f} N (rms), {:.3f} N (largest): {:.2f} mJ taken out", felt.guard.damped,

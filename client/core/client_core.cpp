@@ -99,6 +99,11 @@ void ClientCore::take(std::span<const std::byte> bytes, Micros now) {
   if (const auto* beat = std::get_if<Beat>(&message.body)) take_beat(*beat, now);
 }
 
+double ClientCore::patch_bytes_mean() const {
+  const std::uint64_t patches = intake_.counts().accepted;
+  return patches > 0 ? static_cast<double>(counts_.patch_bytes) / static_cast<double>(patches) : 0;
+}
+
 LinkReport ClientCore::link_report() const {
   LinkReport report;
   loss_in_.fill(report);

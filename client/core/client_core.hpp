@@ -81,6 +81,8 @@ class ClientCore {
   const SeqCounts& loss() const { return seq_in_.counts(); }  ///< of the datagrams from the server
   const ClientCounts& counts() const { return counts_; }
   const IntakeCounts& intake_counts() const { return intake_.counts(); }
+  /// Bytes that were received for a patch that was new: its copies and its terms count with it. 0 before the first.
+  double patch_bytes_mean() const;
   const Patch& last_patch() const { return last_patch_; }  ///< the newest accepted patch, for reports
   /// From the last server message: a surface is near enough for patches.
   bool contact_in_reach() const { return contact_in_reach_; }

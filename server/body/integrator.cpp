@@ -69,6 +69,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
     state = before;
     ports = ports_before;
     trend_.resize(0);
+    if (!ok) std::fill(responses_.begin(), responses_.end(), PortResponse{});  // they may be of a shape that flew apart
     h_try = ok ? kEventStepS : h / 2;
     matrix_a_ = ok ? matrix_a_ : 0;
     ++report.cut_steps;

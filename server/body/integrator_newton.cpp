@@ -82,6 +82,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
     total_forces(state, ports, f_);
     r_ = dynamics_->masses().cwiseProduct(stage.v_hat - state.v) + a * f_;
     mask(held_, r_);
+    if (!r_.allFinite()) return false;
     const double pull = iteration > 0 && !contact ? r_.dot(dv) : 0;
     if (!(pull >= -kOvershoot * pull_before)) {
       const double share = std::isfinite(pull) ? std::max(pull_before / (pull_before - pull), kLeastShare) : kLeastShare;

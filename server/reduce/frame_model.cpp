@@ -39,6 +39,7 @@ bool SharedSystem::answer(std::span<const PortPlace> places, const Vector* total
   }
   if (columns.empty()) return definite_;
   definite_ = definite_ && solve(columns);
+  if (!definite_) return false;  // there may be no answers
   for (const std::size_t k : asked) {
     PortAnswer& port = ports_[k];
     for (int row = 0; row < 3; ++row)

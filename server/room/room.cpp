@@ -214,9 +214,10 @@ FrameResult Room::simulate(const FrameJob& job) {
   result.solver_iterations = report.solver_iterations;
   result.stamp = job.target;
   if (!report.converged) {
-    // The last good shape, at rest, goes on from here: the room must not stop because one frame was beyond it.
+    // The last good shape, at rest and let go of, goes on from here: the room must not stop because one frame was beyond it.
     result.failed = true;
     s.body.v.setZero();
+    for (ToolPort& port : s.ports) port.touching = false, port.lambda.setZero();
     s.body.time_s = seconds(job.target);
   }
   if (job.shapes) {
