@@ -3,8 +3,9 @@
 //   counters    what only ever counts up does so, in every station's process and in the server's
 //   recovery    `recovered` after everything was healed, a station is joined and has a patch (or is told that no contact is in
 //              reach); from the moment when its hand stands still, the force is true again: for kShare of the patches, the force
-//              that was felt within kNearTicks of the stamp is the force that the full model has there, to kForceN + kForceShare.
-//              Not for all, because friction remembers by which way a trembling hand came.
+//              that was felt within kNearTicks of the stamp, in a tick or in their mean, is the force that the full model has
+//              there, to kForceN + kForceShare, and what the dampers at the port make of one step of a reading. Not for all,
+//              because friction remembers by which way a trembling hand came.
 #pragma once
 
 #include <array>
@@ -37,6 +38,7 @@ class CountersCheck final : public Check {
 class RecoveryCheck final : public Check {
  public:
   static constexpr double kForceN = 0.05, kForceShare = 0.05;
+  static constexpr double kFlickerMS = 0.006;  ///< velocity that one step of a reading, 0.03 mm, is within a stage of the body
   static constexpr double kShare = 0.5;
   static constexpr int kNearTicks = 5;
   RecoveryCheck(const std::vector<StationBounds>& bounds, const World& world)
