@@ -17,6 +17,7 @@ void add_replay(CLI::App& app, Run& run);
 void add_felt(CLI::App& app, Run& run);
 void add_masking(CLI::App& app, Run& run);
 void add_truth(CLI::App& app, Run& run);
+void add_pareto(CLI::App& app, Run& run);
 void add_stations(CLI::App& app, Run& run);
 void add_load(CLI::App& app, Run& run);
 void add_beside(CLI::App& app, Run& run);

@@ -1,0 +1,185 @@
+// palpate-lab pareto: error against run time, of bodies and of patches; what no other point beats in both is the front.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iterator>
+
+#include "bench/lab/experiments.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/lab/pareto_cells.hpp"
+#include "bench/lab/plot.hpp"
+#include "bench/lab/shards.hpp"
+
+namespace palpate {
+namespace {
+
+struct Flags {
+  std::string out, scenes = "scenes", only;
+  bool quick = false;
+  ShardFlags shards;
+};
+
+using Cells = std::vector<ParetoCell>;
+
+struct Cost {
+  const char *name, *label;
+  double ParetoCell::*value;
+};
+constexpr Cost kBodyCost{"server_ms_s", "processor time of a second [ms]", &ParetoCell::server_ms_s};
+constexpr Cost kPatchCosts[] = {{"bytes", "bytes a frame", &ParetoCell::bytes},
+                                {"build_ms", "server, a patch [ms]", &ParetoCell::build_ms},
+                                {"tick_us", "client, a tick [us]", &ParetoCell::tick_us}};
+
+struct Group {
+  std::string name;
+  Cells cells;
+};
+
+/// Cells of one picture, in the order in which they first appear.
+std::vector<Group> groups_of(const Cells& cells) {
+  std::vector<Group> groups;
+  for (const ParetoCell& c : cells) {
+    const auto known = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.name == group_of(c); });
+    (known == groups.end() ? groups.emplace_back(Group{group_of(c), {}}) : *known).cells.push_back(c);
+  }
+  return groups;
+}
+
+std::string method_of(const ParetoCell& c) {
+  return c.is_patch ? std::string(name_of(c.scheme)) : c.cube.integrator == IntegratorKind::leapfrog ? "explicit" : "tr-bdf2";
+}
+
+/// cost against error [%]: a file for each method, and one for the front.
+std::filesystem::path write_points(const std::filesystem::path& out, const std::string& name, const Cells& cells,
+                                   const std::vector<std::size_t>& which, double ParetoCell::*cost) {
+  std::string csv = "cost,error_pct\n";
+  for (const std::size_t i : which)
+    fmt::format_to(std::back_inserter(csv), "{:.5g},{:.5g}\n", cells[i].*cost, 100 * cells[i].error);
+  std::string file = "pareto-" + name + ".csv";
+  std::replace_if(
+      file.begin(), file.end(), [](char c) { return c == ' ' || c == '/' || c == ',' || c == '='; }, '-');
+  write_text(out / file, csv);
+  return out / file;
+}
+
+GridPanel panel_of(const std::filesystem::path& out, const Group& group, const Cost& cost) {
+  GridPanel panel{
+      group.name, cost.label, "error of the force [%]", {}, "set logscale xy\nset format xy '%g'\nset key maxrows 3\n"};
+  panel.curves.push_back(
+      {"1:2", "front", 0,
+       write_points(out, group.name + "-front-" + cost.name, group.cells, pareto_front(group.cells, cost.value), cost.value),
+       "lines dt 3"});
+  std::vector<std::string> methods;
+  for (const ParetoCell& c : group.cells)
+    if (std::find(methods.begin(), methods.end(), method_of(c)) == methods.end()) methods.push_back(method_of(c));
+  for (std::size_t m = 0; m < methods.size(); ++m) {
+    std::vector<std::size_t> which;
+    for (std::size_t i = 0; i < group.cells.size(); ++i)
+      if (method_of(group.cells[i]) == methods[m]) which.push_back(i);
+    panel.curves.push_back(
+        {"1:2", methods[m], static_cast<int>(m) + 1,
+         write_points(out, fmt::format("{}-{}-{}", group.name, methods[m], cost.name), group.cells, which, cost.value),
+         "points pt 7 ps 0.7"});
+  }
+  return panel;
+}
+
+void draw(const std::filesystem::path& out, const std::vector<Group>& groups) {
+  std::vector<GridPanel> bodies, patches;
+  for (const Group& group : groups) {
+    if (!group.cells.front().is_patch)
+      bodies.push_back(panel_of(out, group, kBodyCost));
+    else
+      for (const Cost& cost : kPatchCosts) patches.push_back(panel_of(out, group, cost));
+  }
+  constexpr int kColumns = 3;
+  if (!bodies.empty()) plot_grid(out / "pareto-bodies.svg", "A cube pushed by 10 mm: error against run time", kColumns, bodies);
+  if (!patches.empty()) plot_grid(out / "pareto-patches.svg", "Patches: error against what they cost", kColumns, patches);
+}
+
+bool on_front(const Cells& cells, std::size_t i, double ParetoCell::*cost) {
+  const std::vector<std::size_t> front = pareto_front(cells, cost);
+  return std::find(front.begin(), front.end(), i) != front.end();
+}
+
+Json print(const Group& group) {
+  const Cells& cells = group.cells;
+  const bool patch = cells.front().is_patch;
+  fmt::print("\n{}\n", group.name);
+  if (patch)
+    fmt::print("  {:<36} {:>9} {:>8} {:>11} {:>9}\n", "palpate-lab pareto --only ...", "error %", "bytes", "server ms",
+               "tick us");
+  else
+    fmt::print("  {:<36} {:>9} {:>10} {:>11}\n", "palpate-lab pareto --only ...", "error %", "ms a s", "x real time");
+  Json points = Json::array();
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const ParetoCell& c = cells[i];
+    const auto mark = [&](double ParetoCell::*cost) { return on_front(cells, i, cost) ? '*' : ' '; };
+    Json j{{"point", key_of(c)}, {"error", c.error}, {"server_ms_s", c.server_ms_s}};
+    if (patch) {
+      fmt::print("  {:<36} {:>9.3g} {:>7.0f}{} {:>10.3f}{} {:>8.3f}{}\n", key_of(c), 100 * c.error, c.bytes,
+                 mark(&ParetoCell::bytes), c.build_ms, mark(&ParetoCell::build_ms), c.tick_us, mark(&ParetoCell::tick_us));
+      j.update({{"bytes", c.bytes}, {"build_ms", c.build_ms}, {"tick_us", c.tick_us}});
+      for (const Cost& cost : kPatchCosts) j["on_front"][cost.name] = on_front(cells, i, cost.value) ? 1 : 0;
+    } else {
+      fmt::print("  {:<36} {:>9.3g} {:>9.1f}{} {:>11.2f}\n", key_of(c), 100 * c.error, c.server_ms_s,
+                 mark(&ParetoCell::server_ms_s), 1e3 / c.server_ms_s);
+      j["on_front"][kBodyCost.name] = on_front(cells, i, kBodyCost.value) ? 1 : 0;
+    }
+    points.push_back(std::move(j));
+  }
+  return points;
+}
+
+void report(const Cells& cells, const std::filesystem::path& out) {
+  const std::vector<Group> groups = groups_of(cells);
+  draw(out, groups);
+  Json summary;
+  for (const Group& group : groups) summary[group.name] = print(group);
+  write_json(out / "summary.json", summary);
+  fmt::print(
+      "\n  *: no other of these is both cheaper and truer. Times are processor time, of a machine that others may use.\n{}\n",
+      (out / "summary.json").string());
+}
+
+int run_pareto(const Flags& flags) {
+  const Shard shard = Shard::from(flags.shards.shard);
+  const ParetoGrid grid{flags.scenes, flags.quick};
+  const auto out = make_output_folder(flags.out);
+  Cells cells;
+  if (flags.shards.merge) {
+    for (const auto& file : shard_files(out)) {
+      const Cells more = read_pareto_cells(file);
+      cells.insert(cells.end(), more.begin(), more.end());
+    }
+    write_text(out / "cells.csv", cells_csv(cells));
+    report(cells, out);
+    return 0;
+  }
+  cells = flags.only.empty() ? shard.part_of(pareto_cells(grid)) : Cells{pareto_cell_from(flags.only, "--only")};
+  fmt::print("{} points\n", cells.size());
+  measure_cells(grid, cells, flags.shards.jobs, [&](std::size_t done) {
+    if (done % 10 == 0) fmt::print("{} of {}\n", done, cells.size());
+    std::fflush(stdout);
+  });
+  write_text(shard.file(out), cells_csv(cells));
+  if (shard.of == 1) report(cells, out);
+  return 0;
+}
+
+}  // namespace
+
+void add_pareto(CLI::App& app, Run& run) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App* c = app.add_subcommand(
+      "pareto", "error against run time: bodies and integrators, schemes and states, and which no other beats");
+  c->add_option("--scenes", flags->scenes, "folder of the scenes")->capture_default_str();
+  c->add_option("--only", flags->only, "one point, as the table prints it");
+  c->add_flag("--quick", flags->quick, "small bodies, one scene and one round trip");
+  flags->shards.add_to(*c);
+  c->add_option("--out", flags->out, "folder for cells.csv, summary.json and plots")->required();
+  c->callback([flags, &run] { run = [flags] { return run_pareto(*flags); }; });
+}
+
+}  // namespace palpate

@@ -1,0 +1,211 @@
+#include "bench/lab/pareto_cells.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <map>
+
+#include "bench/lab/link_flags.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/lab/parallel.hpp"
+#include "bench/lab/shards.hpp"
+#include "bench/measure/examination.hpp"
+#include "bench/measure/pareto.hpp"
+#include "bench/measure/replay.hpp"
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr const char* kHeader = "kind,what,variant,method,setting,error,server_ms_s,build_ms,tick_us,bytes";
+constexpr std::size_t kKeyFields = 5;
+const std::array<std::string_view, 2> kKinds{"body", "patch"}, kIntegrators{"tr-bdf2", "explicit"};
+
+struct Exam {
+  Scene scene;
+  Motion motion;
+  ReferenceForce reference;
+};
+
+struct References {
+  std::map<std::string, std::vector<Vec3>> bodies;  // by group
+  std::map<std::string, Exam> exams;                // by scene
+};
+
+/// Fine enough that second order leaves 0.002 % of what 10 ms steps are wrong by at most.
+PushedCube reference_cube(PushedCube cube) {
+  constexpr int kSmall = 10;
+  cube.integrator = IntegratorKind::tr_bdf2;
+  cube.step_s = cube.n <= kSmall ? 0.0005 : 0.002;
+  return cube;
+}
+
+void add_bodies(bool quick, std::vector<ParetoCell>& cells) {
+  struct Size {
+    int n;
+    double damping_s;
+  };
+  std::vector<Size> sizes{{6, 0.004}, {10, 0.004}, {10, 0.0002}};
+  if (!quick) sizes.insert(sizes.end(), {{20, 0.0002}, {30, 0.0002}});
+  for (const auto& [n, damping_s] : sizes) {
+    const auto add = [&](IntegratorKind integrator, double step_s) {
+      ParetoCell& cell = cells.emplace_back();
+      cell.cube = {n, damping_s, integrator, step_s};
+    };
+    for (const double step_s : {0.050, 0.025, 0.010, 0.005}) add(IntegratorKind::tr_bdf2, step_s);
+    add(IntegratorKind::leapfrog, 0.010);
+  }
+}
+
+void add_patches(bool quick, std::vector<ParetoCell>& cells) {
+  const std::vector<std::string> scenes =
+      quick ? std::vector<std::string>{"cube6"} : std::vector<std::string>{"cube6", "touch-cube", "organ"};
+  const std::vector<double> round_trips = quick ? std::vector<double>{150} : std::vector<double>{50, 150, 300};
+  struct Made {
+    Scheme scheme;
+    int order;
+  };
+  static constexpr Made kMade[] = {{Scheme::hold, 0},  {Scheme::tangent, 0}, {Scheme::ring, 0},  {Scheme::port, 10},
+                                   {Scheme::port, 14}, {Scheme::port, 18},   {Scheme::port, 22}, {Scheme::cubic, 0}};
+  for (const std::string& scene : scenes)
+    for (const double rtt_ms : round_trips)
+      for (const auto& [scheme, order] : kMade) {
+        ParetoCell& cell = cells.emplace_back();
+        cell.is_patch = true;
+        cell.scene = scene;
+        cell.scheme = scheme;
+        cell.order = order;
+        cell.rtt_ms = rtt_ms;
+      }
+}
+
+void measure_body(ParetoCell& cell, const std::vector<Vec3>& reference) {
+  const PushedCubeRun run = push_cube(cell.cube, processor_ns);
+  cell.error = relative_rms(run.force, reference);
+  cell.server_ms_s = 1e3 * run.cost_s;
+}
+
+void measure_patch(ParetoCell& cell, const Exam& exam) {
+  ReplayOptions options;
+  options.scheme = cell.scheme;
+  options.order = cell.order;
+  options.link.latency = from_seconds(cell.rtt_ms * 0.5e-3);
+  options.reference = &exam.reference;
+  const ReplayResult result = replay(exam.scene, exam.motion, options, processor_ns);
+  std::vector<Vec3> felt, reference;
+  for (const ReplayTick& tick : result.ticks) {
+    felt.push_back(tick.felt);
+    reference.push_back(tick.reference);
+  }
+  cell.error = percentile(relative_errors(felt, reference), 0.95);
+  cell.server_ms_s = result.frame_ms_mean * options.rate_hz;
+  cell.build_ms = result.patch_build_ms_mean;
+  cell.tick_us = 1e-3 * result.tick_ns_p50;
+  cell.bytes = result.patch_bytes_mean;
+}
+
+References references_of(const ParetoGrid& grid, const std::vector<ParetoCell>& cells, unsigned jobs) {
+  References references;
+  std::vector<std::function<void()>> tasks;
+  for (const ParetoCell& cell : cells) {
+    if (!cell.is_patch) {
+      const auto [entry, fresh] = references.bodies.try_emplace(group_of(cell));
+      if (!fresh) continue;
+      std::vector<Vec3>& force = entry->second;
+      tasks.push_back([&force, cube = reference_cube(cell.cube)] { force = push_cube(cube, processor_ns).force; });
+    } else if (!references.exams.contains(cell.scene)) {
+      Scene scene = load_scene(grid.scenes / (cell.scene + ".json"));
+      Motion motion = examination(scene);
+      Exam& exam = references.exams.emplace(cell.scene, Exam{std::move(scene), std::move(motion), {}}).first->second;
+      tasks.push_back([&exam] { exam.reference = reference_of(exam.scene, exam.motion); });
+    }
+  }
+  run_all(
+      tasks.size(), [&](std::size_t i) { tasks[i](); }, jobs);
+  return references;
+}
+
+ParetoCell cell_of(const std::vector<std::string>& f, const std::string& where) {
+  ParetoCell cell;
+  cell.is_patch = index_from(f[0], kKinds, where) == 1;
+  if (!cell.is_patch) {
+    const double n = number_from(f[1], where);
+    if (!(n >= 3 && n <= 40 && n == std::floor(n))) throw InputError(where, "a cube of " + f[1] + " nodes an edge", "3 to 40");
+    const auto integrator = index_from(f[3], kIntegrators, where) == 0 ? IntegratorKind::tr_bdf2 : IntegratorKind::leapfrog;
+    cell.cube = {static_cast<int>(n), 1e-3 * number_from(f[2], where), integrator, 1e-3 * number_from(f[4], where)};
+    return cell;
+  }
+  cell.scene = f[1];
+  cell.scheme = available_scheme(f[2]);
+  cell.order = static_cast<int>(number_from(f[3], where));
+  cell.rtt_ms = number_from(f[4], where);
+  return cell;
+}
+
+}  // namespace
+
+std::vector<ParetoCell> pareto_cells(const ParetoGrid& grid) {
+  std::vector<ParetoCell> cells;
+  add_bodies(grid.quick, cells);
+  add_patches(grid.quick, cells);
+  return cells;
+}
+
+void measure_cells(const ParetoGrid& grid, std::vector<ParetoCell>& cells, unsigned jobs,
+                   const std::function<void(std::size_t)>& done) {
+  const References references = references_of(grid, cells, jobs);
+  const auto measure = [&](std::size_t i) {
+    if (cells[i].is_patch)
+      measure_patch(cells[i], references.exams.at(cells[i].scene));
+    else
+      measure_body(cells[i], references.bodies.at(group_of(cells[i])));
+  };
+  run_counted(cells.size(), measure, jobs, done);
+}
+
+std::string key_of(const ParetoCell& c) {
+  if (c.is_patch) return fmt::format("patch,{},{},{},{:g}", c.scene, name_of(c.scheme), c.order, c.rtt_ms);
+  return fmt::format("body,{},{:g},{},{:g}", c.cube.n, 1e3 * c.cube.damping_s,
+                     kIntegrators[c.cube.integrator == IntegratorKind::leapfrog ? 1 : 0], 1e3 * c.cube.step_s);
+}
+
+std::string group_of(const ParetoCell& c) {
+  if (c.is_patch) return fmt::format("{}, RTT {:g} ms", c.scene, c.rtt_ms);
+  return fmt::format("{} nodes, b / k = {:g} ms", c.cube.n * c.cube.n * c.cube.n, 1e3 * c.cube.damping_s);
+}
+
+ParetoCell pareto_cell_from(const std::string& key, const std::string& where) {
+  const std::vector<std::string> fields = fields_of(key);
+  if (fields.size() != kKeyFields)
+    throw InputError(where, fmt::format("'{}' has {} fields", key, fields.size()), "five, as the table prints them");
+  return cell_of(fields, where);
+}
+
+std::vector<std::size_t> pareto_front(const std::vector<ParetoCell>& cells, double ParetoCell::*cost) {
+  std::vector<CostAndError> points;
+  for (const ParetoCell& c : cells) points.push_back({c.*cost, c.error});
+  return pareto_front(points);
+}
+
+std::string cells_csv(const std::vector<ParetoCell>& cells) {
+  std::string csv = std::string(kHeader) + '\n';
+  for (const ParetoCell& c : cells)
+    fmt::format_to(std::back_inserter(csv), "{},{:.5g},{:.5g},{:.4g},{:.4g},{:.0f}\n", key_of(c), c.error, c.server_ms_s,
+                   c.build_ms, c.tick_us, c.bytes);
+  return csv;
+}
+
+std::vector<ParetoCell> read_pareto_cells(const std::filesystem::path& file) {
+  std::vector<ParetoCell> cells;
+  for (const std::vector<std::string>& row : read_rows(file, kHeader)) {
+    const std::string where = fmt::format("{}:{}", file.string(), cells.size() + 2);
+    ParetoCell c = cell_of(row, where);
+    double* const numbers[] = {&c.error, &c.server_ms_s, &c.build_ms, &c.tick_us, &c.bytes};
+    for (std::size_t k = 0; k < std::size(numbers); ++k) *numbers[k] = number_from(row[kKeyFields + k], where);
+    cells.push_back(std::move(c));
+  }
+  return cells;
+}
+
+}  // namespace palpate

@@ -1,0 +1,55 @@
+// What `palpate-lab pareto` computes. A point is either the body alone (a pushed cube: size, damping, integrator, step; its error
+// is that of the holding force) or a patch (scene, scheme, states, round trip; its error is that of the felt force in the
+// examination, as in `truth`).
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bench/measure/pushed_cube.hpp"
+#include "common/port/scheme.hpp"
+
+namespace palpate {
+
+struct ParetoCell {
+  bool is_patch = false;
+  PushedCube cube;    ///< of a body
+  std::string scene;  ///< of a patch, and what follows
+  Scheme scheme = Scheme::port;
+  int order = 0;
+  double rtt_ms = 0;
+  // measured
+  double error = 0;        ///< share: of a body relative_rms(), of a patch the 95th percentile
+  double server_ms_s = 0;  ///< processor time of the body a second, of a patch all of its frames
+  double build_ms = 0;     ///< of a patch: server a patch,
+  double tick_us = 0;      ///< client a tick (median),
+  double bytes = 0;        ///< a frame
+};
+
+struct ParetoGrid {
+  std::filesystem::path scenes = "scenes";
+  bool quick = false;
+};
+
+std::vector<ParetoCell> pareto_cells(const ParetoGrid& grid);
+/// Fills in the measures, `jobs` at a time; references are computed once. `done` hears how many have ended.
+void measure_cells(const ParetoGrid& grid, std::vector<ParetoCell>& cells, unsigned jobs,
+                   const std::function<void(std::size_t)>& done);
+
+/// "body,10,0.2,explicit,10" or "patch,cube6,port,22,150": what --only takes, and how a row of cells.csv begins.
+std::string key_of(const ParetoCell& cell);
+/// Points of one picture: the same body, or the same scene over the same round trip.
+std::string group_of(const ParetoCell& cell);
+/// From a key; InputError with `where` as the place.
+ParetoCell pareto_cell_from(const std::string& key, const std::string& where);
+
+/// Indices of the cells that no other beats in both error and cost, in the order of their costs.
+std::vector<std::size_t> pareto_front(const std::vector<ParetoCell>& cells, double ParetoCell::*cost);
+
+std::string cells_csv(const std::vector<ParetoCell>& cells);
+/// The other way; InputError with file and line.
+std::vector<ParetoCell> read_pareto_cells(const std::filesystem::path& file);
+
+}  // namespace palpate

@@ -1,0 +1,48 @@
+// Error against run time: which points count, and the pushed cube that gives some of them.
+#include "bench/measure/pareto.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "bench/measure/pushed_cube.hpp"
+#include "server/body/dynamics.hpp"
+
+using namespace palpate;
+
+namespace {
+
+std::int64_t no_clock() { return 0; }
+
+std::vector<Vec3> force(IntegratorKind integrator, double step_s) {
+  return push_cube({6, 0.004, integrator, step_s}, no_clock).force;
+}
+
+}  // namespace
+
+TEST_CASE("The front has the points that none beats in both, by their cost") {
+  const std::vector<CostAndError> points{{3, 1}, {1, 4}, {2, 2}, {2, 3}, {4, 1}, {5, 0.5}, {1, 4}, {6, 2}};
+  CHECK(pareto_front(points) == std::vector<std::size_t>{1, 2, 0, 5});
+  CHECK(pareto_front({}).empty());
+}
+
+TEST_CASE("The force of a pushed cube converges with the square of the step, to that of the explicit integrator") {
+  const std::vector<Vec3> reference = force(IntegratorKind::tr_bdf2, 0.001);
+  const double coarse = relative_rms(force(IntegratorKind::tr_bdf2, 0.05), reference);
+  const double fine = relative_rms(force(IntegratorKind::tr_bdf2, 0.025), reference);
+  CHECK(coarse / fine == Approx(4).epsilon(0.15));
+  CHECK(relative_rms(force(IntegratorKind::leapfrog, 0.01), reference) < 1e-3);
+}
+
+TEST_CASE(
+    "A cube of finer springs is the same material: its energy in a strain differs by a share that shrinks with the spacing") {
+  const auto energy_j = [](int n) {
+    const Scene scene = pushed_cube_scene({n, 0.004, IntegratorKind::tr_bdf2, 0.01});
+    const Dynamics dynamics(scene.body);
+    BodyState state = dynamics.rest_state();
+    for (Eigen::Index i = 2; i < state.x.size(); i += 3) state.x[i] *= 1.01;
+    return dynamics.energy(state);
+  };
+  const double surface_j = (energy_j(6) - energy_j(11)) / (1.0 / 5 - 1.0 / 10);
+  CHECK(surface_j > 0);
+  CHECK(energy_j(16) == Approx(energy_j(11) - surface_j * (1.0 / 10 - 1.0 / 15)).epsilon(0.002));
+}
