@@ -38,7 +38,7 @@ Micros ServerCore::playout(Micros now) const {
   for (const auto& [id, station] : stations_) {
     if (!station.pushes() || station.timeline.empty()) continue;
     if (punctual(station))
-      least_lag = std::min(least_lag, station.usual_lag);
+      least_lag = std::min(least_lag, station.buffer.length());
     else
       least_late = std::min(least_late, station.sample_lag);
   }
@@ -47,7 +47,7 @@ Micros ServerCore::playout(Micros now) const {
   for (const auto& [id, station] : stations_) {
     if (!station.pushes() || station.timeline.empty() || !punctual(station)) continue;
     known = std::min(known, station.timeline.newest());
-    wait = std::max(wait, std::min(station.usual_lag, least_lag + kMostWait));
+    wait = std::max(wait, std::min(station.buffer.length(), least_lag + kMostWait));
     ++waited_for;
   }
   auto target = now;

@@ -10,8 +10,7 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t kMostReplies = 2 * kMaxStations;
-constexpr std::size_t kMostMeshPieces = 64;     // asked for and not yet sent, a viewer
-constexpr Micros kLagUp{4'900}, kLagDown{100};  // a jitter buffer in balance is exceeded in 100 of 5000 datagrams, 2 %
+constexpr std::size_t kMostMeshPieces = 64;  // asked for and not yet sent, a viewer
 
 bool same(const Hello& a, const Hello& b) {
   return a.station == b.station && a.role == b.role && a.scheme == b.scheme && a.order == b.order && a.shadow_of == b.shadow_of &&
@@ -166,9 +165,9 @@ void ServerCore::take_samples(Station& station, const Samples& samples, Micros n
   }
   if (station.sample_heard == before) return;
   if (first)
-    station.usual_lag = station.sample_lag;
+    station.buffer.begin(station.sample_lag, now);
   else
-    station.usual_lag += age > station.usual_lag ? kLagUp : -kLagDown;
+    station.buffer.take(age, now);
 }
 
 /// Queues an answer to someone who is not, or not any more, in the room.

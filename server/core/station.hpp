@@ -9,6 +9,7 @@
 #include "common/session/loss_meter.hpp"
 #include "common/session/seq_tracker.hpp"
 #include "common/wire/messages.hpp"
+#include "server/core/jitter_buffer.hpp"
 #include "server/core/shape_stream.hpp"
 #include "server/core/timeline.hpp"
 
@@ -54,7 +55,7 @@ struct Station {
   Timeline timeline;
   Micros sample_heard{};  ///< when the newest sample came
   Micros sample_lag{};    ///< how old it was then
-  Micros usual_lag{};     ///< the jitter buffer: what the age of its newest sample rarely exceeds before the next comes
+  JitterBuffer buffer;
   bool contact_in_reach = false;
   std::uint32_t ticks_late = 0;  ///< of its haptic loop, as it says
   std::uint16_t states = 0;      ///< of its newest patch

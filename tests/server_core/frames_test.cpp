@@ -153,6 +153,24 @@ TEST_CASE("Samples that stay out are waited for as long as they are late now and
   CHECK(waits() <= 10ms);
 }
 
+TEST_CASE("A station whose way became shorter is not waited for as before, beside one that is slower still") {
+  Bench bench;
+  RawStation near(bench, 1, "near"), far(bench, 2, "far");
+  near.join();
+  far.join();
+  const auto run = [&](int ms, Micros way) {
+    for (int i = 0; i < ms; ++i) {
+      bench.now += 1ms;
+      near.say_samples({near.sample(way)});
+      far.say_samples({far.sample(400ms)});
+      bench.tick();
+    }
+    return bench.now - bench.room.jobs.back().target;
+  };
+  CHECK(run(1000, 300ms) >= 300ms);
+  CHECK(run(1200, 10ms) <= 10ms + kMostWait + 2ms);
+}
+
 TEST_CASE("when the only station falls silent the body goes on at the lag it had") {
   Bench bench;
   RawStation hand(bench, 1, "hand");
