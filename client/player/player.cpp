@@ -62,6 +62,7 @@ PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(p
   point_ = patch.point;
   tool_ = {patch.stamp, patch.tool};
   output_ = {patch.force, patch.touching};
+  bent_ = CubicForce::Variables::Zero(patch.contact == ContactKind::attach ? r + 3 : r);
   bend(Vec3::Zero(), patch.tool_velocity);
 }
 
@@ -137,7 +138,8 @@ void PatchPlayer::bend(const Vec3& displacement, const Vec3& velocity) noexcept 
     rate.head<3>() = velocity;
   }
   u.tail(r) = z_.head(r);
-  rate.tail(r) = z_.tail(r);
+  // With the half kick that is still to come: a body at rest would seem to move otherwise, and be damped.
+  rate.tail(r) = z_.tail(r) + (kTickS / 2) * bent_.tail(r);
   cubic_.evaluate(u, rate, bent_);
   if (bent_.allFinite()) return;
   cubic_ = {};  // whatever was sent: the linear patch goes on

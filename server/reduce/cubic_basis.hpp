@@ -2,8 +2,9 @@
 //
 // Candidate shapes w_c (3 N), each as large as the time tau that is bridged is likely to make it, at P = s^2 M + s D + K:
 //     P^-1 B a_i and their next moments  X <- s P^-1 (2 s M + D) X        the port's motion, a_i how far or hard it moves
-//     tau v*,   P^-1 F*,   s P^-1 M v*                                    the body's own motion
-//     P^-1 F2(b_i, b_j)                                                   what bends when shapes b_i and b_j act together:
+//     P^-1 (B_end - B) lambda                                             a touching tool that slides on: its load where it will
+//     be tau v*,   P^-1 F*,   s P^-1 M v*                                    the body's own motion P^-1 F2(b_i, b_j) what bends
+//     when shapes b_i and b_j act together:
 //                                                                         F2 the second-order forces, b of {port shapes, tau v*}
 //     x(t_k) - x*                                                         where the body was in the last frames: it often comes
 //     back
@@ -41,8 +42,9 @@ struct CubicBasis {
   Matrix coordinates;  ///< V^T M W, r x candidates: what is expected of the modes
 };
 
-/// `start.ports`: P^-1 B a_i, the answers to the port's three input directions, scaled; `prescribed`: how the port itself moves
-/// for them (3 N x 3; no columns for touch). `memory`: warm starts. Nothing when P is not positive definite.
+/// `start.ports`: P^-1 B a_i, the answers to the port's three input directions, scaled, and that of a sliding load, if any;
+/// `prescribed`: how the port itself moves for them (3 N x 3; no columns for touch). `memory`: warm starts. Nothing when P is not
+/// positive definite.
 std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
                                       const Matrix& prescribed, const ShapeHistory& history, const CubicBasisRequest& request,
                                       BasisMemory& memory);

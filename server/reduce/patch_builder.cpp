@@ -446,6 +446,18 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   return patch;
 }
 
+/// The load of a tool that slides on, where it will be less where it is: (B_end - B) lambda. Nothing where no tool touches.
+std::optional<Vector> PatchBuilder::sliding_load(FrameModel& frame, std::size_t which, double bridge_s) const {
+  const ToolPort& port = frame.ports()[which];
+  if (!port.touching) return std::nullopt;
+  const SurfacePoint end = slide(skin_->view(), frame.positions(), port.point, bridge_s * frame.tool(which).velocity);
+  Vector load = Vector::Zero(dynamics_->masses().size());
+  scatter(skin_->weights(end), port.lambda, load);
+  scatter(skin_->weights(port.point), -port.lambda, load);
+  mask(held_, load);
+  return load;
+}
+
 /// What the directions for a touch start from, the springs of coupled tools in P.
 std::optional<KrylovStart> PatchBuilder::touch_start(SharedSystem& p, std::size_t which, const SpringCorrection& correct,
                                                      bool with_motion) const {
@@ -485,6 +497,12 @@ std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
   if (cubic) {
     const double bridge_s = seconds(request.bridge);
     scale_to(expected_motion(frame.tool(which), bridge_s), own.b, start->ports);
+    if (auto slid = sliding_load(frame, which, bridge_s)) {
+      Vector answer;
+      const SolveColumn column{&*slid, &answer};
+      if (!solve(std::span(&column, 1))) return std::nullopt;
+      start->ports.push_back(std::move(answer));
+    }
     return cubic_basis(at, *start, solve, Matrix(), history_, {modes, p.shift(), bridge_s}, cubic_memory_);
   }
   for (const Vector& b : own.input) start->fine.push_back(b.cwiseQuotient(dynamics_->masses()));

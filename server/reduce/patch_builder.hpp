@@ -106,6 +106,7 @@ class PatchBuilder {
                                          bool with_motion) const;
   std::optional<CubicBasis> touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which, const OtherTools& others,
                                         const Linearisation& at, const PatchRequest& request);
+  std::optional<Vector> sliding_load(FrameModel& frame, std::size_t which, double bridge_s) const;
   std::vector<std::uint32_t> contact_nodes(const ToolPort& port) const;
   void hold_far_nodes(const std::vector<std::uint32_t>& seeds);
   void begin_touch(const ToolPort& port, Patch& patch) const;

@@ -285,3 +285,21 @@ TEST_CASE("A touched body that bends gives back no more than the hand has given 
   CHECK(most_j > 1e-3);
   CHECK(apart_n > 0.1);
 }
+
+TEST_CASE("Dampers that turn with their elements are not felt by a bent body at rest") {
+  Patch patch = GENERATE(true, false) ? test::touch_patch(8, 1, kStamp) : test::attach_patch(8, 1, kStamp);
+  patch.friction = 10;  // a tool that slid would keep a trace of its way
+  CubicTerms damped = test::cubic_terms(patch), bare = damped;
+  damped.q *= 10;
+  bare.q.setZero();
+  PatchPlayer with(patch, damped), without(patch, bare);
+  const Vec3 there(0.002, -0.001, -0.012);
+  for (int ms = 1; ms <= 8000; ++ms) {
+    const ToolSample sample{kStamp + ms * kTick, patch.tool + std::min(1.0, ms / 500.0) * there};
+    with.advance(sample);
+    without.advance(sample);
+  }
+  const Vec3 force = without.output().force;
+  CHECK(force.norm() > 0.1);
+  CHECK((with.output().force - force).norm() < 1e-6 * force.norm());
+}
