@@ -1,13 +1,13 @@
 // A basis for a nonlinear patch: what the body is likely to do until the next patch takes over, to second order.
 //
 // Candidate shapes w_c (3 N), each as large as the time tau that is bridged is likely to make it, at P = s^2 M + s D + K:
-//     P^-1 B a_i and their next moments  X <- s P^-1 (2 s M + D) X        the port's motion, a_i how far or hard it moves
-//     P^-1 (B_end - B) lambda                                             a touching tool that slides on: its load where it will
-//     be tau v*,   P^-1 F*,   s P^-1 M v*                                    the body's own motion P^-1 F2(b_i, b_j) what bends
-//     when shapes b_i and b_j act together:
-//                                                                         F2 the second-order forces, b of {port shapes, tau v*}
-//     x(t_k) - x*                                                         where the body was in the last frames: it often comes
-//     back
+//     P^-1 B a_i                          the port's motion, a_i how far or hard it moves; and their next moments,
+//                                         X <- s P^-1 (2 s M + D) X
+//     P^-1 (B_end - B) lambda             the load of a touching tool that slides on, where it will be
+//     tau v*,   P^-1 F*,   s P^-1 M v*    the body's own motion
+//     P^-1 F2(b_i, b_j)                   what bends when shapes b_i and b_j act together: F2 the second-order forces,
+//                                         b of {port shapes, tau v*}
+//     x(t_k) - x*                         where the body was in the last frames: it often comes back
 // and of all of them the directions that carry most energy: leading eigenvectors of W^T P W. The last kind is worth 8 dB at
 // 150 ms with 13 modes on scenes/cube6.json (docs/decisions).
 #pragma once

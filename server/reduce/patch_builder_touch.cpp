@@ -1,0 +1,207 @@
+// Patches of tools that touch the surface.
+#include <Eigen/Eigenvalues>
+
+#include "server/reduce/patch_builder.hpp"
+#include "server/reduce/patch_builder_common.hpp"
+#include "server/reduce/port_surface.hpp"
+
+namespace palpate {
+namespace {
+
+/// Of port `which` under P, with the springs of other tools: B^T P^-1 B.
+Mat3 port_compliance(const SharedSystem& p, std::size_t which, const OtherTools& others) {
+  const SpringCorrection correct(others);
+  const PortAnswer& own = p.port(which);
+  Mat3 compliance;
+  for (int axis = 0; axis < 3; ++axis) {
+    Vector x = own.answer[static_cast<std::size_t>(axis)];
+    correct.apply(x);
+    compliance.col(axis) = gather(own.b, x);
+  }
+  return symmetric(compliance);
+}
+
+/// The part of a port's compliance that the modes of the patch lack, C(s) - R (s^2 + s D + K)^-1 R^T at the shift s, where `rows`
+/// is R: what is too fast to be a mode yields at once. Nothing where the modes have a direction for each axis of the port.
+Mat3 residual_compliance(const Patch& patch, const Mat3& compliance, const PortRows& rows, double shift) {
+  Matrix dynamic = shift * Matrix(patch.damping);
+  dynamic.diagonal() += Vector(patch.stiffness) + Vector::Constant(rows.cols(), shift * shift);
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(symmetric(compliance - rows * dynamic.ldlt().solve(Matrix(rows.transpose()))));
+  const Mat3& axes = eigen.eigenvectors();
+  return axes * eigen.eigenvalues().cwiseMax(0).asDiagonal() * axes.transpose();
+}
+
+/// The port's answers, as large as the tool's motion along each axis [m] would make them.
+void scale_to(const Vec3& motion, const Skin::Weights& b, std::vector<Vector>& answers) {
+  for (int axis = 0; axis < 3; ++axis) {
+    Vector& x = answers[static_cast<std::size_t>(axis)];
+    const double moved = gather(b, x)[axis];
+    if (moved > 0) x *= motion[axis] / moved;  // not where the body is fixed
+  }
+}
+
+}  // namespace
+
+void PatchBuilder::begin_touch(const ToolPort& port, Patch& patch) const {
+  patch.coupling_n_m = port.parameters.coupling_n_m;
+  patch.friction = port.parameters.friction;
+  patch.trust_radius_m = 6 * spacing_m_;
+}
+
+std::optional<Patch> PatchBuilder::build_touch(const Model& model, FrameModel& frame, std::size_t which,
+                                               const PatchRequest& request, Patch patch, bool clamp) {
+  const ToolPort& port = frame.ports()[which];
+  const Linearisation& at = model.at;
+  begin_touch(port, patch);
+  std::vector<Vector> inputs(3, Vector::Zero(dynamics_->masses().size())), fine;
+  const Skin::Weights weights = skin_->weights(port.point);
+  for (int axis = 0; axis < 3; ++axis) scatter(weights, Vec3::Unit(axis), inputs[static_cast<std::size_t>(axis)]);
+  for (Vector& b : inputs) {
+    if (model.local) b = model.local->restricted(b);
+    mask(*at.held, b);
+  }
+
+  const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
+  const bool balanced = request.scheme == Scheme::balanced;
+  if (!balanced && !model.solver->prepare(at, shift, clamp)) return std::nullopt;
+  Reduced reduced;
+  Matrix& v = reduced.v;
+  v.resize(at.dynamics->masses().size(), 0);
+  if (request.scheme == Scheme::tangent) {
+    const auto compliance = static_response(model, inputs);
+    if (!compliance) return std::nullopt;
+    patch.c_static = *compliance;
+  } else {
+    for (const Vector& b : inputs) fine.push_back(b.cwiseQuotient(at.dynamics->masses()));
+    const int modes = modes_for(request.scheme, port.kind, request.order);
+    const auto basis = balanced ? restricted_basis(balanced_->touched(port.point), modes, dynamics_->masses(), held_)
+                                : krylov_basis(at, *model.solver, inputs, fine, model.imbalance, {modes, shift}, *model.memory);
+    if (!basis || !reduce(at, *basis, model.others, patch, reduced)) return std::nullopt;
+    patch.g = v.transpose() * model.imbalance + patch.damping * patch.q_rate;
+  }
+  if (model.local) v = model.local->expanded(v, frame.state().x.size());
+  cut_port_surface(*skin_, frame.positions(), v, port.point, seconds(request.bridge) * frame.tool(which).velocity,
+                   request.vertices_max(patch.modes(), false), patch);
+  if (request.scheme == Scheme::tangent && port.touching)
+    for (int i = 0; i < patch.surface.vertex_count; ++i)
+      patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
+  return patch;
+}
+
+std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::size_t which, const PatchRequest& request,
+                                                      Patch patch, bool clamp) {
+  const ToolPort& port = frame.ports()[which];
+  const bool ring = request.scheme == Scheme::ring, tangent = request.scheme == Scheme::tangent;
+  const Linearisation at = frame.linearisation(held_);
+  begin_touch(port, patch);
+
+  const double shift = tangent ? 0 : frame.shift(request.bridge);
+  const double tolerance = tangent ? kStaticTolerance : kBasisTolerance;
+  SharedSystem* const p =
+      ring ? (ring_.prepare(at, shift, clamp, tolerance) ? &ring_ : nullptr) : frame.system(shift, clamp, tolerance);
+  if (!p) return std::nullopt;
+  const int before = p->iterations();
+  if (!frame.answer(*p, which, !tangent)) return std::nullopt;
+  const OtherTools others = frame.others(*p, which);
+  Reduced reduced;
+  Matrix& v = reduced.v;
+  v.resize(dynamics_->masses().size(), 0);
+  if (tangent) {
+    patch.c_static = port_compliance(*p, which, others);
+  } else {
+    const bool cubic = request.scheme == Scheme::cubic;
+    const auto basis = touch_basis(frame, *p, which, others, at, request);
+    frame.enter(PatchPart::project);
+    if (!basis || !reduce(at, basis->shapes, others, patch, reduced)) return std::nullopt;
+    if (cubic) {
+      CubicShapes shapes;
+      shapes.port.resize(v.rows(), 0);
+      shapes.modes = v;
+      shapes.coordinates = v.transpose() * dynamics_->masses().asDiagonal() * basis->shapes * basis->coordinates;
+      add_terms(frame.state(), patch, reduced.stiffness.asDiagonal(), shapes);
+    }
+    Vector imbalance = frame.forces();
+    if (others.load.size() > 0) imbalance += others.load;
+    patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
+    if (patch.load_rate.size() > 0) patch.load_for = request.bridge;
+    if (v.cols() < 3 || cubic) {  // no M^-1 B among the directions
+      PortRows rows(3, v.cols());
+      for (Eigen::Index m = 0; m < v.cols(); ++m) rows.col(m) = gather(p->port(which).b, v.col(m));
+      patch.c_static = residual_compliance(patch, port_compliance(*p, which, others), rows, shift);
+    }
+  }
+  frame.enter(PatchPart::other);
+  report_.solver_iterations += p->iterations() - before;
+  cut_port_surface(*skin_, frame.positions(), v, port.point, seconds(request.bridge) * frame.tool(which).velocity,
+                   request.vertices_max(patch.modes(), patch.load_rate.size() > 0), patch);
+  if (port.touching)  // what yields at once has done so at the stamp
+    for (int i = 0; i < patch.surface.vertex_count; ++i)
+      patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
+  return patch;
+}
+
+/// The load of a tool that slides on, where it will be less where it is: (B_end - B) lambda. Nothing where no tool touches.
+std::optional<Vector> PatchBuilder::sliding_load(FrameModel& frame, std::size_t which, double bridge_s) const {
+  const ToolPort& port = frame.ports()[which];
+  if (!port.touching) return std::nullopt;
+  const SurfacePoint end = slide(skin_->view(), frame.positions(), port.point, bridge_s * frame.tool(which).velocity);
+  Vector load = Vector::Zero(dynamics_->masses().size());
+  scatter(skin_->weights(end), port.lambda, load);
+  scatter(skin_->weights(port.point), -port.lambda, load);
+  mask(held_, load);
+  return load;
+}
+
+/// What the directions for a touch start from, the springs of coupled tools in P.
+std::optional<KrylovStart> PatchBuilder::touch_start(SharedSystem& p, std::size_t which, const SpringCorrection& correct,
+                                                     bool with_motion) const {
+  const PortAnswer& own = p.port(which);
+  KrylovStart start{{own.answer.begin(), own.answer.end()}, {}, p.imbalance(), {}};
+  if (with_motion) {
+    const Vector* const motion = p.motion();
+    if (!motion) return std::nullopt;
+    start.motion = *motion;
+    correct.apply(start.motion);
+  }
+  for (Vector& x : start.ports) correct.apply(x);
+  correct.apply(start.imbalance);
+  return start;
+}
+
+/// Directions for a touch; coordinates for scheme cubic only.
+std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which,
+                                                    const OtherTools& others, const Linearisation& at,
+                                                    const PatchRequest& request) {
+  frame.enter(PatchPart::basis);
+  const SpringCorrection correct(others);
+  constexpr int kWithoutMotion = 8;  // three answers of the port, v*, three of M^-1 B, the imbalance
+  const bool cubic = request.scheme == Scheme::cubic;
+  const int modes = modes_for(request.scheme, ContactKind::touch, request.order);
+  auto start = touch_start(p, which, correct, modes > kWithoutMotion || cubic);
+  if (!start) return std::nullopt;
+  const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
+    frame.enter(PatchPart::solve);
+    const bool definite = p.solve(columns);
+    frame.enter(PatchPart::basis);
+    if (!definite) return false;
+    for (const SolveColumn& column : columns) correct.apply(*column.x);
+    return true;
+  };
+  const PortAnswer& own = p.port(which);
+  if (cubic) {
+    const double bridge_s = seconds(request.bridge);
+    scale_to(expected_motion(frame.tool(which), bridge_s), own.b, start->ports);
+    if (auto slid = sliding_load(frame, which, bridge_s)) {
+      Vector answer;
+      const SolveColumn column{&*slid, &answer};
+      if (!solve(std::span(&column, 1))) return std::nullopt;
+      start->ports.push_back(std::move(answer));
+    }
+    return cubic_basis(at, *start, solve, Matrix(), history_, {modes, p.shift(), bridge_s}, cubic_memory_);
+  }
+  for (const Vector& b : own.input) start->fine.push_back(b.cwiseQuotient(dynamics_->masses()));
+  auto directions = krylov_basis(at, *start, solve, {modes, p.shift(), kBasisTolerance});
+  return directions ? std::optional(CubicBasis{std::move(*directions), {}}) : std::nullopt;
+}
+
+}  // namespace palpate
