@@ -82,6 +82,8 @@ class ClientCore {
   const ClientCounts& counts() const { return counts_; }
   const IntakeCounts& intake_counts() const { return intake_.counts(); }
   const Patch& last_patch() const { return last_patch_; }  ///< the newest accepted patch, for reports
+  const TermsAssembly& terms() const { return intake_.terms(); }
+  const SampleHistory& samples() const { return intake_.history(); }  ///< of the haptic thread, as far as they came over
   /// From the last server message: a surface is near enough for patches.
   bool contact_in_reach() const { return contact_in_reach_; }
   /// What the server last said of its own pace.

@@ -80,6 +80,7 @@ void draw(GLFWwindow* window, Controls& controls, Stage& stage, const TouchStati
   const bool own = touch != nullptr && touch->touching();
   const Micros now = now_us();
   controls.view().update(now, controls.frame(), own ? &touch->tool() : nullptr);
+  controls.mark_patch();
   Caption caption = controls.view().caption(now);
   caption.keys = controls.keys();
   if (touch != nullptr && !own) caption.status = "the mouse cannot touch yet  " + touch->refusal();
