@@ -92,6 +92,7 @@ Look window_look(const ViewOptions& options, bool software) {
   Look look = options.look;
   if (!software) return look;
   look.shadow_taps = 4;
+  look.smooth_edges = false;
   look.triangle_budget = 8'000;
   return look;
 }
