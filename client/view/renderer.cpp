@@ -21,7 +21,7 @@ struct Renderer::Lights {
 
 namespace {
 
-constexpr int kMapSize = 1024, kWideMapSize = 256, kSkyMapSize = 128, kFloorMapSize = 192;
+constexpr int kMapSize = 1024, kWideMapSize = 256, kSkyMapSize = 128, kFloorMapSize = 128;
 constexpr int kMaxLevel = 4;
 const Vec3f kKeyDirection = Vec3f(-0.36F, -0.50F, 0.79F).normalized();
 
@@ -67,6 +67,12 @@ void fill_color_texture(const GlTexture& texture) {
   glTexImage2D(GL_TEXTURE_2D, 0, GL_SRGB8, 256, 1, 0, GL_RGB, GL_UNSIGNED_BYTE, texels.data());
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+}
+
+void copy_depth(const GlTarget& from, const GlTarget& to) {
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, from.framebuffer());
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, to.framebuffer());
+  glBlitFramebuffer(0, 0, from.width(), from.height(), 0, 0, to.width(), to.height(), GL_DEPTH_BUFFER_BIT, GL_NEAREST);
 }
 
 void bind_texture(int unit, GlId texture) {
@@ -306,7 +312,7 @@ void Renderer::draw(const Sight& sight, const Camera& camera, const Look& look, 
   glEnable(GL_DEPTH_TEST);
   glDepthMask(GL_TRUE);
   draw_shadow(key_map_, lights.key_matrix, sight.closed);
-  draw_shadow(wide_key_map_, lights.key_matrix, sight.closed);
+  copy_depth(key_map_, wide_key_map_);
   draw_shadow(sky_map_, lights.sky_matrix, sight.closed);
   draw_floor_shadow(lights);
 
@@ -315,12 +321,17 @@ void Renderer::draw(const Sight& sight, const Camera& camera, const Look& look, 
     samples_ = std::make_unique<GlTarget>(width, height, use);
   samples_->bind();
   glClear(GL_DEPTH_BUFFER_BIT);
-  draw_background(lights);
-  draw_floor(lights);
   glEnable(GL_DEPTH_TEST);
   draw_body(sight, lights, look, size);
   light(solid_, lights);
   draw_solids();
+  // Only where nothing is yet: what is covered costs no shading.
+  glDepthRange(1, 1);
+  glDepthFunc(GL_LEQUAL);
+  draw_background(lights);
+  draw_floor(lights);
+  glDepthFunc(GL_LESS);
+  glDepthRange(0, 1);
 
   glBindFramebuffer(GL_READ_FRAMEBUFFER, samples_->framebuffer());
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target);
