@@ -17,6 +17,7 @@ struct Renderer::Lights {
   Vec3f floor_center;
   float floor_reach, grid_spacing;
   int taps;
+  float line_pixels;  ///< width of a thin line
 };
 
 namespace {
@@ -100,7 +101,7 @@ float round_down_125(float x) {
 
 float Renderer::grid_spacing(const Box& box) { return round_up_125(0.06F * box.diagonal()); }
 
-Renderer::Renderer()
+Renderer::Renderer(float density)
     : solid_("solid", shaders::solid_vertex(), shaders::solid_fragment()),
       floor_shadow_("floor shadow", shaders::background_vertex(), shaders::floor_shadow_fragment()),
       floor_("floor", shaders::floor_vertex(), shaders::floor_fragment()),
@@ -111,7 +112,8 @@ Renderer::Renderer()
       key_map_(kMapSize, kMapSize, GlTarget::Use::shadow_map),
       wide_key_map_(kWideMapSize, kWideMapSize, GlTarget::Use::shadow_map),
       sky_map_(kSkyMapSize, kSkyMapSize, GlTarget::Use::shadow_map),
-      floor_map_(kFloorMapSize, kFloorMapSize, GlTarget::Use::texture) {
+      floor_map_(kFloorMapSize, kFloorMapSize, GlTarget::Use::texture),
+      density_(density) {
   fill_color_texture(colors_);
   constexpr int kCornerFloats = sizeof(Corner) / sizeof(float);
   static_assert(kCornerFloats == 12, "Corner is four packed vectors");
@@ -258,6 +260,7 @@ void Renderer::draw_floor(const Lights& lights) const {
   floor_.set("u_center", lights.floor_center);
   floor_.set("u_reach", lights.floor_reach);
   floor_.set("u_spacing", lights.grid_spacing);
+  floor_.set("u_line", lights.line_pixels);
   floor_.set("u_grid", lights.theme.grid);
   floor_.set("u_grid_strength", lights.theme.grid_strength);
   floor_.set("u_shadow_strength", lights.theme.shadow_strength);
@@ -265,6 +268,17 @@ void Renderer::draw_floor(const Lights& lights) const {
   glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
   glDisable(GL_BLEND);
+}
+
+void Renderer::bind_samples(const Look& look, int width, int height) {
+  const GlTarget::Use use = look.smooth_edges ? GlTarget::Use::multisampled : GlTarget::Use::picture;
+  const int pixel = look.smooth_edges ? 1 : look.pixel;
+  width = std::max(1, width / pixel);
+  height = std::max(1, height / pixel);
+  if (!samples_ || samples_->width() != width || samples_->height() != height || samples_->use() != use)
+    samples_ = std::make_unique<GlTarget>(width, height, use);
+  samples_->bind();
+  glClear(GL_DEPTH_BUFFER_BIT);
 }
 
 void Renderer::draw_body(const Sight& sight, const Lights& lights, const Look& look, float size) {
@@ -280,6 +294,7 @@ void Renderer::draw_body(const Sight& sight, const Lights& lights, const Look& l
   program->set("u_color_max", sight.color_max);
   program->set("u_floor_z", lights.floor_center.z());
   program->set("u_size", size);
+  program->set("u_line", lights.line_pixels);
   program->set("u_strain_max", kStrainMax);
   program->set("u_pushed", strain_colors().pushed);
   program->set("u_slack", strain_colors().slack);
@@ -305,7 +320,8 @@ void Renderer::draw(const Sight& sight, const Camera& camera, const Look& look, 
       .floor_center = Vec3f(rest.center().x(), rest.center().y(), rest.low.z() - 0.002F * size),
       .floor_reach = 1.6F * size,
       .grid_spacing = grid_spacing(rest),
-      .taps = look.shadow_taps};
+      .taps = look.shadow_taps,
+      .line_pixels = density_ / static_cast<float>(look.smooth_edges ? 1 : look.pixel)};
   glDisable(GL_BLEND);
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_CULL_FACE);
@@ -316,11 +332,7 @@ void Renderer::draw(const Sight& sight, const Camera& camera, const Look& look, 
   draw_shadow(sky_map_, lights.sky_matrix, sight.closed);
   draw_floor_shadow(lights);
 
-  const GlTarget::Use use = look.smooth_edges ? GlTarget::Use::multisampled : GlTarget::Use::picture;
-  if (!samples_ || samples_->width() != width || samples_->height() != height || samples_->use() != use)
-    samples_ = std::make_unique<GlTarget>(width, height, use);
-  samples_->bind();
-  glClear(GL_DEPTH_BUFFER_BIT);
+  bind_samples(look, width, height);
   glEnable(GL_DEPTH_TEST);
   draw_body(sight, lights, look, size);
   light(solid_, lights);
@@ -335,7 +347,9 @@ void Renderer::draw(const Sight& sight, const Camera& camera, const Look& look, 
 
   glBindFramebuffer(GL_READ_FRAMEBUFFER, samples_->framebuffer());
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target);
-  glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  const bool same = samples_->width() == width && samples_->height() == height;
+  glBlitFramebuffer(0, 0, samples_->width(), samples_->height(), 0, 0, width, height, GL_COLOR_BUFFER_BIT,
+                    same ? GL_NEAREST : GL_LINEAR);
   glBindFramebuffer(GL_FRAMEBUFFER, target);
   glBindVertexArray(0);
 }

@@ -53,14 +53,16 @@ struct Look {
   Lines lines = Lines::none;
   ShapeChannel color = ShapeChannel::position;  ///< what the legend names
   bool smooth_edges = true;                     ///< multisampling
+  int pixel = 1;                                ///< of unsmoothed pictures of the body, in pixels of the target
   int shadow_taps = 16;                         ///< samples of a penumbra on the body; the floor takes 2.5 times as many
   int triangle_budget = 20'000;                 ///< refined triangles of the body; a coarser refinement when it would take more
 };
 
 class Renderer {
  public:
-  /// Needs a current OpenGL 3.3 core context. Throws std::runtime_error when the driver refuses a shader or a target.
-  Renderer();
+  /// Needs a current OpenGL 3.3 core context. Throws std::runtime_error when the driver refuses a shader or a target. `density`:
+  /// pixels of a point, by which lines are as wide on any display.
+  explicit Renderer(float density);
   void draw(const Sight& sight, const Camera& camera, const Look& look, int width, int height, GlId target);
 
   /// Spacing of the floor's grid for a body of this size: 1, 2 or 5 times a power of ten [m].
@@ -85,6 +87,7 @@ class Renderer {
   void draw_body(const Sight& sight, const Lights& lights, const Look& look, float size);
   void draw_triangles() const;
   void draw_solids() const;
+  void bind_samples(const Look& look, int width, int height);
   void light(const GlProgram& program, const Lights& lights) const;
 
   std::array<std::optional<GlProgram>, 6> body_;  ///< plain, then curved; each for every kind of lines, made when first drawn
@@ -97,6 +100,7 @@ class Renderer {
   SurfaceShade surface_;
   SolidMesh solids_;
   std::vector<Corner> corners_;
+  float density_;
   int level_ = 0, pattern_vertices_ = 0, triangles_ = 0;
 };
 

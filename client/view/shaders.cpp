@@ -123,7 +123,7 @@ in vec3 v_edge;
 centroid in vec3 v_position, v_normal, v_look;
 flat in vec3 v_strain;
 uniform sampler2D u_colors;
-uniform float u_color_max, u_floor_z, u_size, u_bias, u_strain_max;
+uniform float u_color_max, u_floor_z, u_size, u_bias, u_strain_max, u_line;
 uniform vec3 u_pushed, u_slack, u_pulled;  // StrainColors
 out vec4 color;
 void main() {
@@ -138,7 +138,7 @@ void main() {
   float lit = lit_fraction(u_key_map, u_key_matrix, v_position + u_bias * (n + 0.6 * u_key_direction), 0.010, grain());
   vec3 c = studio(albedo, n, v_position, 1.0, 0.42, open, lit);
 #if LINES > 0  // Lines
-  vec3 w = fwidth(v_edge), near = smoothstep((LINES == 2 ? 0.7 : 0.4) * w, (LINES == 2 ? 1.7 : 1.3) * w, v_edge);
+  vec3 w = u_line * fwidth(v_edge), near = smoothstep((LINES == 2 ? 0.7 : 0.4) * w, (LINES == 2 ? 1.7 : 1.3) * w, v_edge);
   float edge = 1.0 - min(near.x, min(near.y, near.z));
 #endif
 #if LINES == 1
@@ -219,13 +219,13 @@ std::string floor_fragment() {
 in vec3 v_position;
 uniform sampler2D u_shadow;
 uniform vec3 u_center, u_grid;
-uniform float u_reach, u_spacing, u_grid_strength, u_shadow_strength;
+uniform float u_reach, u_spacing, u_grid_strength, u_shadow_strength, u_line;
 out vec4 color;
 void main() {
   vec2 off = (v_position.xy - u_center.xy) / u_reach;
   float far = length(off);
   float shadow = u_shadow_strength * texture(u_shadow, off * 0.5 + 0.5).r * (1.0 - smoothstep(0.7, 1.0, far));
-  vec2 g = v_position.xy / u_spacing, w = fwidth(g);
+  vec2 g = v_position.xy / u_spacing, w = u_line * fwidth(g);
   vec2 d = abs(fract(g - 0.5) - 0.5);
   vec2 on = (1.0 - smoothstep(0.3 * w, 1.3 * w, d)) * clamp(0.25 / w, 0.0, 1.0);
   float line = u_grid_strength * max(on.x, on.y) * (1.0 - smoothstep(0.25, 0.85, far));
