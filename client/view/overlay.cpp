@@ -111,7 +111,7 @@ void draw_legends(const Pen& pen, const Sight& sight, const Look& look) {
   if (look.lines == Lines::strain)
     draw_color_bar(pen, row++, "strain of the edges", -100 * kStrainMax, 100 * kStrainMax, "%",
                    [](float share) { return strain_color(2 * share - 1); });
-  if (look.patch)
+  if (!sight.pins.empty())
     draw_color_bar(pen, row, fmt::format("the patch beside the next frame, lines x{:g}", miss_magnification(sight)), 0,
                    1000 * sight.miss_max_m, "mm", &miss_color);
 }

@@ -79,6 +79,11 @@ class Room:
                                        stdout=subprocess.PIPE, text=True)
         self.address = re.search(r"at (127\.0\.0\.1:\d+)", self.server.stdout.readline()).group(1)
 
+    def wait_for_two(self):
+        """Until the viewer and its mouse have joined: the server says so every 5 s."""
+        while "2 stations" not in self.server.stdout.readline():
+            assert self.server.poll() is None, "the server ended"
+
     def __enter__(self):
         return self
 
@@ -117,7 +122,8 @@ def force_at_the_mouse(programs, scene):
     """Presses the left button over the middle of the body, drags, lets go; the most that the hand would have felt."""
     with Display() as display, Room(programs, scene) as room:
         view = View(programs, display, "--server", room.address, "--touch", "--no-panels", "--patch")
-        display.xdotool("mousemove", 640, 400, "sleep", 3, "mousedown", 1, "sleep", 1)
+        room.wait_for_two()
+        display.xdotool("mousemove", 640, 400, "sleep", 1, "mousedown", 1, "sleep", 1)
         for _ in range(10):
             display.xdotool("mousemove_relative", "--", -3, -6, "sleep", 0.05)
         display.xdotool("sleep", 0.5, "mouseup", 1)
