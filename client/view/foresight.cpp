@@ -62,7 +62,7 @@ void compare_surface(const PatchPlayer& player, const Patch& next, Foresight& fo
 
 bool PatchPairs::take(const ClientCore& core, PatchPair& pair) {
   const Patch& newest = core.last_patch();
-  const bool fresh = core.counts().patches > 0 && (!patch_ || newest.seq != patch_->seq || newest.stamp != patch_->stamp);
+  const bool fresh = core.intake_counts().accepted > 0 && (!patch_ || newest.seq != patch_->seq || newest.stamp != patch_->stamp);
   const Micros between = patch_ ? newest.stamp - patch_->stamp : Micros{};
   const bool follows = fresh && patch_ && between > Micros{} && between <= patch_->valid_for;
   if (follows) {

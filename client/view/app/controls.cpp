@@ -12,9 +12,8 @@ constexpr const char* kLookKeys =
     "drag turn   right drag move   wheel zoom   F fit   T 1 3 2 sides   L light   W lines   C colours   P panels   R record   Q "
     "quit";
 constexpr const char* kTouchKeys =
-    "left button touch   wheel deeper   right drag turn   middle drag move   F fit   L light   W lines   C colours   N next "
-    "frame   "
-    "P panels   R record   Q quit";
+    "left button touch   wheel deeper   right drag turn   middle drag move   F fit   L light   W lines   C colours   "
+    "N next frame   P panels   R record   Q quit";
 constexpr const char* kReplayKeys =
     "space play   , . frame   [ ] speed   page 5 s   home end   drag turn   F fit   L light   W lines   P panels   Q quit";
 
