@@ -84,6 +84,8 @@ class ClientCore {
   /// Bytes that were received for a patch that was new: its copies and its terms count with it. 0 before the first.
   double patch_bytes_mean() const;
   const Patch& last_patch() const { return last_patch_; }  ///< the newest accepted patch, for reports
+  const TermsAssembly& terms() const { return intake_.terms(); }
+  const SampleHistory& samples() const { return intake_.history(); }  ///< of the haptic thread, as far as they came over
   /// From the last server message: a surface is near enough for patches.
   bool contact_in_reach() const { return contact_in_reach_; }
   /// What the server last said of its own pace.

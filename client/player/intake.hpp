@@ -63,6 +63,8 @@ class PatchIntake {
   /// A new server process or station: sequence numbers start over.
   void reset();
   const IntakeCounts& counts() const { return counts_; }
+  /// What came of the terms that patches are sent with.
+  const TermsAssembly& terms() const { return terms_; }
 
  private:
   static constexpr int kBehindMost = 4;

@@ -214,6 +214,12 @@ void PatchPlayer::close_touch(const Vec3& tool) noexcept {
   output_ = {-closure.lambda, true};
 }
 
+Vec3 PatchPlayer::vertex(int i) const {
+  Vec3 at = rest_.segment<3>(3 * i);
+  if (patch_.modes() > 0) at += rows_.middleRows<3>(3 * i) * z_.head(patch_.modes());
+  return at;
+}
+
 double PatchPlayer::energy() const {
   const auto r = patch_.modes();
   if (r == 0) return 0;

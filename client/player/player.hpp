@@ -47,6 +47,8 @@ class PatchPlayer {
   const Patch& patch() const { return patch_; }
   Micros time() const { return tool_.t; }
   const PlayerOutput& output() const { return output_; }
+  /// Where the model has vertex `i` of the patch's surface at the end of the tick [m].
+  Vec3 vertex(int i) const;
   /// Energy of the model, (q'^T q' + q^T K q) / 2 [J], for tests of passivity.
   double energy() const;
 

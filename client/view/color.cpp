@@ -53,6 +53,11 @@ Vec3f strain_color(float s) {
   return to_srgb(colors.slack + std::sqrt(std::abs(s)) * (end - colors.slack));
 }
 
+Vec3f miss_color(float s) {
+  const Vec3f none(0.95F, 0.97F, 1.0F), full(0.04F, 0.20F, 0.78F);
+  return none + std::clamp(s, 0.0F, 1.0F) * (full - none);
+}
+
 Vec3f station_color(std::size_t index) {
   static const std::array<Vec3f, 6> kPalette{Vec3f(0.06F, 0.60F, 0.66F), Vec3f(0.38F, 0.42F, 0.88F), Vec3f(0.36F, 0.62F, 0.22F),
                                              Vec3f(0.74F, 0.30F, 0.66F), Vec3f(0.20F, 0.52F, 0.86F), Vec3f(0.50F, 0.50F, 0.54F)};

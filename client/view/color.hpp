@@ -24,6 +24,9 @@ const StrainColors& strain_colors();
 /// Colour of a strain, s in [-1, 1] of the legend, as the body's shader mixes it.
 Vec3f strain_color(float s);
 
+/// Colour of a patch's miss, s in [0, 1] of the legend: from white to a blue that no displacement has.
+Vec3f miss_color(float s);
+
 /// Colour of a station's collar, arrow and label, by its place in the list.
 Vec3f station_color(std::size_t index);
 

@@ -76,7 +76,7 @@ void GlProgram::set(const char* uniform, const Eigen::Matrix4f& value) const {
   glUniformMatrix4fv(location(uniform), 1, GL_FALSE, value.data());
 }
 
-GlTarget::GlTarget(int width, int height, Use use) : width_(width), height_(height) {
+GlTarget::GlTarget(int width, int height, Use use) : use_(use), width_(width), height_(height) {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.id());
   switch (use) {
     case Use::shadow_map:

@@ -83,6 +83,7 @@ class GlTarget {
   void bind() const;  ///< draw into it, viewport over all of it
   GlId framebuffer() const { return framebuffer_.id(); }
   GlId texture() const { return texture_.id(); }  ///< depth of a shadow map, colour of a texture
+  Use use() const { return use_; }
   int width() const { return width_; }
   int height() const { return height_; }
 
@@ -91,6 +92,7 @@ class GlTarget {
   void attach_color_texture();
   void attach_buffers(int samples);
 
+  Use use_;
   int width_, height_;
   GlName<FramebufferKind> framebuffer_;
   GlName<RenderbufferKind> color_, depth_;

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "client/view/patch_overlay.hpp"
 #include "client/view/pen.hpp"
 
 namespace palpate {
@@ -84,7 +85,8 @@ Legend legend_of(ShapeChannel color) {
 
 /// A bar of colours whose ends stand for `from` and `to`; `row` 0 is the lowest.
 template <class Color>
-void draw_color_bar(const Pen& pen, int row, const char* title, float from, float to, const char* unit, const Color& color) {
+void draw_color_bar(const Pen& pen, int row, const std::string& title, float from, float to, const char* unit,
+                    const Color& color) {
   constexpr int kParts = 64;
   const float x = 28 * pen.scale, bar = 210 * pen.scale, thick = 11 * pen.scale;
   const float y = pen.bottom - (52 + 64 * static_cast<float>(row)) * pen.scale;
@@ -105,9 +107,13 @@ void draw_color_bar(const Pen& pen, int row, const char* title, float from, floa
 void draw_legends(const Pen& pen, const Sight& sight, const Look& look) {
   const Legend legend = legend_of(look.color);
   draw_color_bar(pen, 0, legend.title, 0, legend.per_unit * sight.color_max, legend.unit, &displacement_color);
-  if (look.lines != Lines::strain) return;
-  draw_color_bar(pen, 1, "strain of the edges", -100 * kStrainMax, 100 * kStrainMax, "%",
-                 [](float share) { return strain_color(2 * share - 1); });
+  int row = 1;
+  if (look.lines == Lines::strain)
+    draw_color_bar(pen, row++, "strain of the edges", -100 * kStrainMax, 100 * kStrainMax, "%",
+                   [](float share) { return strain_color(2 * share - 1); });
+  if (!sight.pins.empty())
+    draw_color_bar(pen, row, fmt::format("the patch beside the next frame, lines x{:g}", miss_magnification(sight)), 0,
+                   1000 * sight.miss_max_m, "mm", &miss_color);
 }
 
 /// A bar of the force, and of the floor's grid, as long as an arrow or a field is at the body's middle.
@@ -171,6 +177,7 @@ void Overlay::draw(const Sight& sight, const Caption& caption, const Camera& cam
   const Pen pen{*ImGui::GetForegroundDrawList(), theme(look.dark), scale_, io.DisplaySize.x, io.DisplaySize.y,
                 io.DisplaySize.y - below};
   draw_head(pen, sight, caption);
+  draw_patch(pen, sight, camera);
   draw_contacts(pen, sight, camera);
   draw_legends(pen, sight, look);
   draw_scales(pen, sight, camera, caption);

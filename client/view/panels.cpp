@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "client/view/foresight.hpp"
 #include "client/view/pen.hpp"
 #include "client/view/renderer.hpp"
 
@@ -108,20 +109,38 @@ void draw_plot(Column& c, const History& history, const char* title, float least
   c.y += c.at(height + 10);
 }
 
-void draw_body(Column& c) {
-  const RoomView& room = *c.figures.room;
+struct Fact {
+  const char* head;
+  std::string value;
+  float left;
+};
+
+void draw_facts(Column& c, const std::array<Fact, 4>& facts) {
   c.box(50);
-  const std::array<std::pair<const char*, std::string>, 4> facts{
-      {{"nodes", fmt::format("{}", room.nodes)},
-       {"step takes", fmt::format("{:.1f} ms", 1e3 * seconds(room.frame_time))},
-       {"frames", fmt::format("{:.1f} a second", room.rate_hz)},
-       {"real-time factor", fmt::format("{:.1f}", room.real_time_factor)}}};
-  constexpr std::array<float, 4> kAt{kPad, 84, 172, 290};
-  for (std::size_t k = 0; k < facts.size(); ++k) {
-    c.pen.text(c.left + c.at(kAt[k]), c.y + c.at(8), 12, c.pen.theme.ink_soft, facts[k].first);
-    c.pen.text(c.left + c.at(kAt[k]), c.y + c.at(25), 14, c.pen.theme.ink, facts[k].second);
+  for (const Fact& fact : facts) {
+    c.pen.text(c.left + c.at(fact.left), c.y + c.at(8), 12, c.pen.theme.ink_soft, fact.head);
+    c.pen.text(c.left + c.at(fact.left), c.y + c.at(25), 14, c.pen.theme.ink, fact.value);
   }
   c.y += c.at(60);
+}
+
+void draw_body(Column& c) {
+  const RoomView& room = *c.figures.room;
+  draw_facts(c, {{{"nodes", fmt::format("{}", room.nodes), kPad},
+                  {"step takes", fmt::format("{:.1f} ms", 1e3 * seconds(room.frame_time)), 84},
+                  {"frames", fmt::format("{:.1f} a second", room.rate_hz), 172},
+                  {"real-time factor", fmt::format("{:.1f}", room.real_time_factor), 290}}});
+}
+
+/// What the patch of the viewer's own hand said of the next frame.
+void draw_foresight(Column& c) {
+  const Foresight& f = *c.figures.foresight;
+  const bool surface = f.compared > 0;
+  const auto mm = [surface](double m) { return surface ? fmt::format("{:.3f} mm", 1e3 * m) : std::string("-"); };
+  draw_facts(c, {{{"patch after", fmt::format("{:.0f} ms", 1e3 * seconds(f.at - f.stamp)), kPad},
+                  {surface ? "surface off, rms" : "no surface", mm(f.miss_rms_m), 100},
+                  {"at most", mm(f.miss_max_m), 212},
+                  {"force off", fmt::format("{:.3f} N", (f.force - f.force_found).norm()), 300}}});
 }
 
 }  // namespace
@@ -136,6 +155,7 @@ void draw_panels(const Pen& pen, const PanelFigures& figures) {
   draw_plot(column, *figures.forces, "force", 0.5F, "N");
   draw_plot(column, *figures.patch_ages, "patch age", 20, "ms");
   draw_body(column);
+  if (figures.foresight != nullptr) draw_foresight(column);
 }
 
 }  // namespace palpate

@@ -8,15 +8,17 @@
 
 namespace palpate {
 
+struct Foresight;
 struct Pen;
 
 struct PanelFigures {
   const RoomView* room = nullptr;
-  bool late_known = true;               ///< whether the ticks that came late are
-  const History* forces = nullptr;      ///< [N]
-  const History* patch_ages = nullptr;  ///< [ms]
-  std::vector<std::string> stations;    ///< in the order of their colours
-  Micros now{};                         ///< the plots' right end
+  bool late_known = true;                ///< whether the ticks that came late are
+  const History* forces = nullptr;       ///< [N]
+  const History* patch_ages = nullptr;   ///< [ms]
+  const Foresight* foresight = nullptr;  ///< of the viewer's own hand; none: not shown
+  std::vector<std::string> stations;     ///< in the order of their colours
+  Micros now{};                          ///< the plots' right end
 };
 
 /// Share of the picture's width that they cover, with their margin; 0 where the picture is too narrow for body and panels.

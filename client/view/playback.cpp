@@ -82,6 +82,13 @@ void Playback::add(const Tools& tools, Micros) {
   if (tools_.size() > kKept) tools_.pop_front();
 }
 
+const Shape* Playback::frame_at(Micros body_time) const {
+  constexpr Micros kSame{5'000};
+  const auto same = [&](const Shape& s) { return s.body_time <= body_time + kSame && s.body_time >= body_time - kSame; };
+  const auto frame = std::find_if(shapes_.begin(), shapes_.end(), same);
+  return frame != shapes_.end() ? &*frame : nullptr;
+}
+
 bool Playback::at(Micros now, Shape& shape, std::vector<ToolView>& tools) const {
   if (shapes_.empty()) return false;
   const Micros moment = now - latenesses_.front().value - delay();

@@ -25,6 +25,8 @@ class Playback {
   bool at(Micros now, Shape& shape, std::vector<ToolView>& tools) const;
   Micros delay() const { return period_ + kJitterMargin; }
   Micros period() const { return period_; }
+  /// The shape that came for this body time, give or take 5 ms; nullptr when none did.
+  const Shape* frame_at(Micros body_time) const;
   /// The newest of what came, in order of body time.
   const std::deque<Shape>& shapes() const { return shapes_; }
   const std::deque<Tools>& tools() const { return tools_; }

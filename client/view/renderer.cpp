@@ -17,12 +17,13 @@ struct Renderer::Lights {
   Vec3f floor_center;
   float floor_reach, grid_spacing;
   int taps;
+  float line_pixels;  ///< width of a thin line
 };
 
 namespace {
 
-constexpr int kMapSize = 1024, kWideMapSize = 256, kSkyMapSize = 128, kFloorMapSize = 192;
-constexpr int kFloatsPerTriangle = 30, kMaxLevel = 4;
+constexpr int kMapSize = 1024, kWideMapSize = 256, kSkyMapSize = 128, kFloorMapSize = 128;
+constexpr int kMaxLevel = 4;
 const Vec3f kKeyDirection = Vec3f(-0.36F, -0.50F, 0.79F).normalized();
 
 /// Orthographic light around a sphere, looking along -direction.
@@ -69,6 +70,12 @@ void fill_color_texture(const GlTexture& texture) {
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
 }
 
+void copy_depth(const GlTarget& from, const GlTarget& to) {
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, from.framebuffer());
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, to.framebuffer());
+  glBlitFramebuffer(0, 0, from.width(), from.height(), 0, 0, to.width(), to.height(), GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+}
+
 void bind_texture(int unit, GlId texture) {
   glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + unit));
   glBindTexture(GL_TEXTURE_2D, texture);
@@ -94,27 +101,33 @@ float round_down_125(float x) {
 
 float Renderer::grid_spacing(const Box& box) { return round_up_125(0.06F * box.diagonal()); }
 
-Renderer::Renderer()
-    : body_("body", shaders::body_vertex(), shaders::body_fragment()),
-      solid_("solid", shaders::solid_vertex(), shaders::solid_fragment()),
+Renderer::Renderer(float density)
+    : solid_("solid", shaders::solid_vertex(), shaders::solid_fragment()),
       floor_shadow_("floor shadow", shaders::background_vertex(), shaders::floor_shadow_fragment()),
       floor_("floor", shaders::floor_vertex(), shaders::floor_fragment()),
       background_("background", shaders::background_vertex(), shaders::background_fragment()),
-      body_depth_("body depth", shaders::body_vertex(), shaders::depth_fragment()),
+      plain_depth_("body depth", shaders::plain_body_vertex(), shaders::depth_fragment()),
+      curved_depth_("body depth", shaders::curved_body_vertex(), shaders::depth_fragment()),
       solid_depth_("solid depth", shaders::solid_vertex(), shaders::depth_fragment()),
       key_map_(kMapSize, kMapSize, GlTarget::Use::shadow_map),
       wide_key_map_(kWideMapSize, kWideMapSize, GlTarget::Use::shadow_map),
       sky_map_(kSkyMapSize, kSkyMapSize, GlTarget::Use::shadow_map),
-      floor_map_(kFloorMapSize, kFloorMapSize, GlTarget::Use::texture) {
+      floor_map_(kFloorMapSize, kFloorMapSize, GlTarget::Use::texture),
+      density_(density) {
   fill_color_texture(colors_);
-  glBindVertexArray(body_array_.id());
-  glBindBuffer(GL_ARRAY_BUFFER, pattern_buffer_.id());
-  attribute(0, 3, 3, 0);
-  glBindBuffer(GL_ARRAY_BUFFER, instance_buffer_.id());
+  constexpr int kCornerFloats = sizeof(Corner) / sizeof(float);
+  static_assert(kCornerFloats == 12, "Corner is four packed vectors");
+  glBindVertexArray(plain_array_.id());
+  glBindBuffer(GL_ARRAY_BUFFER, corner_buffer_.id());
+  for (GLuint i = 0; i < 4; ++i) attribute(i, 3, kCornerFloats, 3 * static_cast<int>(i));
+  // The strain of a triangle is the same at its three corners: the first one's serves.
+  glBindVertexArray(curved_array_.id());
   for (GLuint i = 0; i < 10; ++i) {
-    attribute(i + 1, 3, kFloatsPerTriangle, 3 * static_cast<int>(i));
-    glVertexAttribDivisor(i + 1, 1);
+    attribute(i, 3, 3 * kCornerFloats, 3 * static_cast<int>(i < 7 ? i : i + 1));
+    glVertexAttribDivisor(i, 1);
   }
+  glBindBuffer(GL_ARRAY_BUFFER, pattern_buffer_.id());
+  attribute(10, 3, 3, 0);
   constexpr int kSolidFloats = sizeof(SolidVertex) / sizeof(float);
   static_assert(kSolidFloats == 10, "SolidVertex is ten packed floats");
   glBindVertexArray(solid_array_.id());
@@ -137,30 +150,22 @@ void Renderer::upload_body(const Sight& sight, const Look& look) {
   update_surface(sight.triangles, sight.positions, surface_);
   triangles_ = static_cast<int>(sight.triangles.size());
   refine(look);
-  instances_.clear();
-  const auto add = [this](const Vec3f& v) { instances_.insert(instances_.end(), v.data(), v.data() + 3); };
-  const auto color = [&](std::uint32_t i) {
-    return sight.shade.empty() ? (sight.positions[i] - sight.rest[i]).norm() : sight.shade[i];
+  corners_.resize(3 * sight.triangles.size());
+  const auto look_of = [&](std::uint32_t i) -> Vec3f {
+    const float shade = sight.shade.empty() ? (sight.positions[i] - sight.rest[i]).norm() : sight.shade[i];
+    return {shade, surface_.cavity[i], !sight.vertices.empty() && sight.vertices[i].fixed ? 1.0F : 0.0F};
   };
+  Corner* corner = corners_.data();
   for (const Triangle& t : sight.triangles) {
-    Vec3f colors, cavity, fixed, strain;
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t i = t[static_cast<std::size_t>(k)];
-      const std::uint32_t from = t[static_cast<std::size_t>((k + 1) % 3)], to = t[static_cast<std::size_t>((k + 2) % 3)];
-      colors[k] = color(i);
-      cavity[k] = surface_.cavity[i];
-      fixed[k] = !sight.vertices.empty() && sight.vertices[i].fixed ? 1.0F : 0.0F;
+    Vec3f strain = Vec3f::Zero();
+    for (std::size_t k = 0; look.lines == Lines::strain && k < 3; ++k) {
+      const std::uint32_t from = t[(k + 1) % 3], to = t[(k + 2) % 3];
       const float length = (sight.rest[to] - sight.rest[from]).norm();
-      strain[k] = length > 0 ? (sight.positions[to] - sight.positions[from]).norm() / length - 1 : 0;
+      if (length > 0) strain[static_cast<int>(k)] = (sight.positions[to] - sight.positions[from]).norm() / length - 1;
     }
-    for (const std::uint32_t i : t) add(sight.positions[i]);
-    for (const std::uint32_t i : t) add(surface_.normals[i]);
-    add(colors);
-    add(cavity);
-    add(fixed);
-    add(strain);
+    for (const std::uint32_t i : t) *corner++ = {sight.positions[i], surface_.normals[i], look_of(i), strain};
   }
-  upload(instance_buffer_, std::as_bytes(std::span(instances_)));
+  upload(corner_buffer_, std::as_bytes(std::span(corners_)));
 }
 
 void Renderer::upload_solids(const Sight& sight, const Box& rest) {
@@ -175,9 +180,12 @@ void Renderer::upload_solids(const Sight& sight, const Box& rest) {
   upload(solid_buffer_, std::as_bytes(std::span(solids_)));
 }
 
-void Renderer::draw_body() const {
-  glBindVertexArray(body_array_.id());
-  glDrawArraysInstanced(GL_TRIANGLES, 0, pattern_vertices_, triangles_);
+void Renderer::draw_triangles() const {
+  glBindVertexArray(plain() ? plain_array_.id() : curved_array_.id());
+  if (plain())
+    glDrawArrays(GL_TRIANGLES, 0, 3 * triangles_);
+  else
+    glDrawArraysInstanced(GL_TRIANGLES, 0, pattern_vertices_, triangles_);
 }
 
 void Renderer::draw_solids() const {
@@ -185,14 +193,18 @@ void Renderer::draw_solids() const {
   glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(solids_.size()));
 }
 
-void Renderer::draw_shadow(const GlTarget& map, const Eigen::Matrix4f& matrix) {
+void Renderer::draw_shadow(const GlTarget& map, const Eigen::Matrix4f& matrix, bool closed) {
   map.bind();
   glClear(GL_DEPTH_BUFFER_BIT);
-  for (const GlProgram* program : {&body_depth_, &solid_depth_}) {
-    program->use();
-    program->set("u_view_projection", matrix);
-    program == &body_depth_ ? draw_body() : draw_solids();
-  }
+  const GlProgram& body = plain() ? plain_depth_ : curved_depth_;
+  body.use();
+  body.set("u_view_projection", matrix);
+  if (closed) glEnable(GL_CULL_FACE);
+  draw_triangles();
+  glDisable(GL_CULL_FACE);
+  solid_depth_.use();
+  solid_depth_.set("u_view_projection", matrix);
+  draw_solids();
 }
 
 void Renderer::light(const GlProgram& program, const Lights& lights) const {
@@ -248,6 +260,7 @@ void Renderer::draw_floor(const Lights& lights) const {
   floor_.set("u_center", lights.floor_center);
   floor_.set("u_reach", lights.floor_reach);
   floor_.set("u_spacing", lights.grid_spacing);
+  floor_.set("u_line", lights.line_pixels);
   floor_.set("u_grid", lights.theme.grid);
   floor_.set("u_grid_strength", lights.theme.grid_strength);
   floor_.set("u_shadow_strength", lights.theme.shadow_strength);
@@ -255,6 +268,41 @@ void Renderer::draw_floor(const Lights& lights) const {
   glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
   glDisable(GL_BLEND);
+}
+
+void Renderer::bind_samples(const Look& look, int width, int height) {
+  const GlTarget::Use use = look.smooth_edges ? GlTarget::Use::multisampled : GlTarget::Use::picture;
+  const int pixel = look.smooth_edges ? 1 : look.pixel;
+  width = std::max(1, width / pixel);
+  height = std::max(1, height / pixel);
+  if (!samples_ || samples_->width() != width || samples_->height() != height || samples_->use() != use)
+    samples_ = std::make_unique<GlTarget>(width, height, use);
+  samples_->bind();
+  glClear(GL_DEPTH_BUFFER_BIT);
+}
+
+void Renderer::draw_body(const Sight& sight, const Lights& lights, const Look& look, float size) {
+  const int lines = static_cast<int>(look.lines);
+  std::optional<GlProgram>& program = body_[static_cast<std::size_t>(plain() ? lines : 3 + lines)];
+  if (!program)
+    program.emplace("body", plain() ? shaders::plain_body_vertex() : shaders::curved_body_vertex(),
+                    shaders::body_fragment(lines));
+  bind_texture(0, key_map_.texture());
+  bind_texture(1, colors_.id());
+  light(*program, lights);
+  program->set("u_colors", 1);
+  program->set("u_color_max", sight.color_max);
+  program->set("u_floor_z", lights.floor_center.z());
+  program->set("u_size", size);
+  program->set("u_line", lights.line_pixels);
+  program->set("u_strain_max", kStrainMax);
+  program->set("u_pushed", strain_colors().pushed);
+  program->set("u_slack", strain_colors().slack);
+  program->set("u_pulled", strain_colors().pulled);
+  program->set("u_bias", 0.007F * size);
+  if (sight.closed) glEnable(GL_CULL_FACE);
+  draw_triangles();
+  glDisable(GL_CULL_FACE);
 }
 
 void Renderer::draw(const Sight& sight, const Camera& camera, const Look& look, int width, int height, GlId target) {
@@ -272,47 +320,36 @@ void Renderer::draw(const Sight& sight, const Camera& camera, const Look& look, 
       .floor_center = Vec3f(rest.center().x(), rest.center().y(), rest.low.z() - 0.002F * size),
       .floor_reach = 1.6F * size,
       .grid_spacing = grid_spacing(rest),
-      .taps = look.shadow_taps};
+      .taps = look.shadow_taps,
+      .line_pixels = density_ / static_cast<float>(look.smooth_edges ? 1 : look.pixel)};
   glDisable(GL_BLEND);
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_CULL_FACE);
   glEnable(GL_DEPTH_TEST);
   glDepthMask(GL_TRUE);
-  draw_shadow(key_map_, lights.key_matrix);
-  draw_shadow(wide_key_map_, lights.key_matrix);
-  draw_shadow(sky_map_, lights.sky_matrix);
+  draw_shadow(key_map_, lights.key_matrix, sight.closed);
+  copy_depth(key_map_, wide_key_map_);
+  draw_shadow(sky_map_, lights.sky_matrix, sight.closed);
   draw_floor_shadow(lights);
 
-  if (!samples_ || samples_->width() != width || samples_->height() != height) {
-    samples_ = std::make_unique<GlTarget>(width, height, GlTarget::Use::multisampled);
-  }
-  samples_->bind();
-  glClear(GL_DEPTH_BUFFER_BIT);
-  draw_background(lights);
-  draw_floor(lights);
+  bind_samples(look, width, height);
   glEnable(GL_DEPTH_TEST);
-  bind_texture(0, key_map_.texture());
-  bind_texture(1, colors_.id());
-  light(body_, lights);
-  body_.set("u_colors", 1);
-  body_.set("u_color_max", sight.color_max);
-  body_.set("u_floor_z", lights.floor_center.z());
-  body_.set("u_size", size);
-  body_.set("u_lines", static_cast<int>(look.lines));
-  body_.set("u_strain_max", kStrainMax);
-  body_.set("u_pushed", strain_colors().pushed);
-  body_.set("u_slack", strain_colors().slack);
-  body_.set("u_pulled", strain_colors().pulled);
-  body_.set("u_bias", 0.007F * size);
-  if (sight.closed) glEnable(GL_CULL_FACE);
-  draw_body();
-  glDisable(GL_CULL_FACE);
+  draw_body(sight, lights, look, size);
   light(solid_, lights);
   draw_solids();
+  // Only where nothing is yet: what is covered costs no shading.
+  glDepthRange(1, 1);
+  glDepthFunc(GL_LEQUAL);
+  draw_background(lights);
+  draw_floor(lights);
+  glDepthFunc(GL_LESS);
+  glDepthRange(0, 1);
 
   glBindFramebuffer(GL_READ_FRAMEBUFFER, samples_->framebuffer());
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target);
-  glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  const bool same = samples_->width() == width && samples_->height() == height;
+  glBlitFramebuffer(0, 0, samples_->width(), samples_->height(), 0, 0, width, height, GL_COLOR_BUFFER_BIT,
+                    same ? GL_NEAREST : GL_LINEAR);
   glBindFramebuffer(GL_FRAMEBUFFER, target);
   glBindVertexArray(0);
 }

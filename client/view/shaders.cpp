@@ -37,8 +37,9 @@ vec3 studio(vec3 albedo, vec3 n, vec3 p, float skin, float gloss, float open, fl
   vec3 key = max((vec3(nl) + wrap) / (1.0 + wrap), 0.0) * mix(wrap * 0.5, vec3(1.0), lit);
   vec3 light = u_key * key + u_fill * max(dot(n, u_fill_direction) * 0.6 + 0.4, 0.0) * open;
   light += mix(u_floor, u_sky, 0.5 + 0.5 * n.z) * open;
-  float fresnel = pow(1.0 - nv, 4.0);
-  vec3 shine = u_key * lit * (0.55 * gloss * pow(max(dot(n, h), 0.0), 90.0) + 0.10 * gloss * pow(max(dot(n, h), 0.0), 14.0)) * max(nl, 0.0);
+  float graze = (1.0 - nv) * (1.0 - nv), fresnel = graze * graze;
+  float h1 = max(dot(n, h), 0.0), h2 = h1 * h1, h4 = h2 * h2, h8 = h4 * h4, h16 = h8 * h8, h64 = h16 * h16 * h16 * h16;
+  vec3 shine = u_key * lit * gloss * (0.55 * h64 * h16 * h8 * h2 + 0.10 * h8 * h4 * h2) * max(nl, 0.0);  // to the 90th, the 14th
   shine += u_rim * fresnel * (0.25 + 0.75 * max(dot(n, u_rim_direction), 0.0)) * (0.25 + 0.5 * gloss) * open;
   shine += mix(u_floor, u_sky, smoothstep(-0.2, 0.6, reflect(-v, n).z)) * gloss * (0.05 + 0.6 * fresnel) * open;
   return albedo * light * 0.42 + shine;
@@ -52,23 +53,44 @@ vec3 develop(vec3 c) {
 
 }  // namespace
 
-std::string body_vertex() {
+std::string plain_body_vertex() {
   return R"GLSL(
-layout(location = 0) in vec3 a_weight;
-layout(location = 1) in vec3 a_p0;
-layout(location = 2) in vec3 a_p1;
-layout(location = 3) in vec3 a_p2;
-layout(location = 4) in vec3 a_n0;
-layout(location = 5) in vec3 a_n1;
-layout(location = 6) in vec3 a_n2;
-layout(location = 7) in vec3 a_shade;
-layout(location = 8) in vec3 a_cavity;
-layout(location = 9) in vec3 a_fixed;
-layout(location = 10) in vec3 a_strain;  // of the edge across from each corner
+layout(location = 0) in vec3 a_position;
+layout(location = 1) in vec3 a_normal;
+layout(location = 2) in vec3 a_look;    // shade, cavity, fixed
+layout(location = 3) in vec3 a_strain;  // of the triangle's edge across from each corner
 uniform mat4 u_view_projection;
 out vec3 v_edge;
-centroid out vec3 v_position, v_normal;
-centroid out float v_shade, v_cavity, v_fixed;
+centroid out vec3 v_position, v_normal, v_look;
+flat out vec3 v_strain;
+void main() {
+  int corner = gl_VertexID % 3;
+  v_edge = vec3(corner == 0, corner == 1, corner == 2);
+  v_position = a_position;
+  v_normal = a_normal;
+  v_look = a_look;
+  v_strain = a_strain;
+  gl_Position = u_view_projection * vec4(v_position, 1.0);
+}
+)GLSL";
+}
+
+std::string curved_body_vertex() {
+  return R"GLSL(
+layout(location = 0) in vec3 a_p0;
+layout(location = 1) in vec3 a_n0;
+layout(location = 2) in vec3 a_look0;
+layout(location = 3) in vec3 a_strain;
+layout(location = 4) in vec3 a_p1;
+layout(location = 5) in vec3 a_n1;
+layout(location = 6) in vec3 a_look1;
+layout(location = 7) in vec3 a_p2;
+layout(location = 8) in vec3 a_n2;
+layout(location = 9) in vec3 a_look2;
+layout(location = 10) in vec3 a_weight;
+uniform mat4 u_view_projection;
+out vec3 v_edge;
+centroid out vec3 v_position, v_normal, v_look;
 flat out vec3 v_strain;
 // Curved point-normal triangles: A. Vlachos et al., I3D 2001. They pass through the body's own vertices.
 vec3 inner(vec3 from, vec3 to, vec3 n) { return (2.0 * from + to - dot(to - from, n) * n) / 3.0; }
@@ -88,44 +110,44 @@ void main() {
   v_normal = a_n0 * (u * u) + a_n1 * (v * v) + a_n2 * (w * w) + middle(a_p0, a_p1, a_n0, a_n1) * (u * v) +
              middle(a_p1, a_p2, a_n1, a_n2) * (v * w) + middle(a_p2, a_p0, a_n2, a_n0) * (u * w);
   v_edge = a_weight;
-  v_shade = dot(a_shade, a_weight);
-  v_fixed = dot(a_fixed, a_weight);
+  v_look = a_look0 * u + a_look1 * v + a_look2 * w;
   v_strain = a_strain;
-  v_cavity = dot(a_cavity, a_weight);
   gl_Position = u_view_projection * vec4(v_position, 1.0);
 }
 )GLSL";
 }
 
-std::string body_fragment() {
-  return std::string(kShadow) + kStudio + R"GLSL(
+std::string body_fragment(int lines) {
+  return "#define LINES " + std::to_string(lines) + "\n" + kShadow + kStudio + R"GLSL(
 in vec3 v_edge;
-centroid in vec3 v_position, v_normal;
-centroid in float v_shade, v_cavity, v_fixed;
+centroid in vec3 v_position, v_normal, v_look;
 flat in vec3 v_strain;
 uniform sampler2D u_colors;
-uniform float u_color_max, u_floor_z, u_size, u_bias, u_strain_max;
+uniform float u_color_max, u_floor_z, u_size, u_bias, u_strain_max, u_line;
 uniform vec3 u_pushed, u_slack, u_pulled;  // StrainColors
-uniform int u_lines;                       // Lines
 out vec4 color;
 void main() {
+  float shade = v_look.x, cavity = v_look.y, fixed_share = v_look.z;
   vec3 n = normalize(v_normal) * (gl_FrontFacing ? 1.0 : -1.0);
-  vec3 albedo = texture(u_colors, vec2(v_shade / u_color_max * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
+  vec3 albedo = texture(u_colors, vec2(shade / u_color_max * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
   // What is held fast: slate, with a crisp border halfway to the first free vertex.
-  float held = smoothstep(0.5 - fwidth(v_fixed), 0.5 + fwidth(v_fixed), v_fixed);
+  float held = smoothstep(0.5 - fwidth(fixed_share), 0.5 + fwidth(fixed_share), fixed_share);
   albedo = mix(albedo, vec3(0.10, 0.115, 0.14), 0.82 * held);
-  float open = clamp(1.0 - 1.5 * v_cavity, 0.45, 1.12);
+  float open = clamp(1.0 - 1.5 * cavity, 0.45, 1.12);
   open *= mix(0.62 + 0.38 * clamp(n.z, 0.0, 1.0), 1.0, smoothstep(0.0, 0.30, (v_position.z - u_floor_z) / u_size));
   float lit = lit_fraction(u_key_map, u_key_matrix, v_position + u_bias * (n + 0.6 * u_key_direction), 0.010, grain());
   vec3 c = studio(albedo, n, v_position, 1.0, 0.42, open, lit);
-  vec3 w = fwidth(v_edge), near = smoothstep((u_lines == 2 ? 0.7 : 0.4) * w, (u_lines == 2 ? 1.7 : 1.3) * w, v_edge);
+#if LINES > 0  // Lines
+  vec3 w = u_line * fwidth(v_edge), near = smoothstep((LINES == 2 ? 0.7 : 0.4) * w, (LINES == 2 ? 1.7 : 1.3) * w, v_edge);
   float edge = 1.0 - min(near.x, min(near.y, near.z));
-  if (u_lines == 1) c = mix(c, c * 0.25, edge);
-  if (u_lines == 2) {
-    float strain = near.x < min(near.y, near.z) ? v_strain.x : near.y < near.z ? v_strain.y : v_strain.z;
-    float s = clamp(strain / u_strain_max, -1.0, 1.0);
-    c = mix(c * 0.55, mix(u_slack, s < 0.0 ? u_pushed : u_pulled, sqrt(abs(s))), edge);
-  }
+#endif
+#if LINES == 1
+  c = mix(c, c * 0.25, edge);
+#elif LINES == 2
+  float strain = near.x < min(near.y, near.z) ? v_strain.x : near.y < near.z ? v_strain.y : v_strain.z;
+  float s = clamp(strain / u_strain_max, -1.0, 1.0);
+  c = mix(c * 0.55, mix(u_slack, s < 0.0 ? u_pushed : u_pulled, sqrt(abs(s))), edge);
+#endif
   color = vec4(develop(c), 1.0);
 }
 )GLSL";
@@ -197,13 +219,13 @@ std::string floor_fragment() {
 in vec3 v_position;
 uniform sampler2D u_shadow;
 uniform vec3 u_center, u_grid;
-uniform float u_reach, u_spacing, u_grid_strength, u_shadow_strength;
+uniform float u_reach, u_spacing, u_grid_strength, u_shadow_strength, u_line;
 out vec4 color;
 void main() {
   vec2 off = (v_position.xy - u_center.xy) / u_reach;
   float far = length(off);
   float shadow = u_shadow_strength * texture(u_shadow, off * 0.5 + 0.5).r * (1.0 - smoothstep(0.7, 1.0, far));
-  vec2 g = v_position.xy / u_spacing, w = fwidth(g);
+  vec2 g = v_position.xy / u_spacing, w = u_line * fwidth(g);
   vec2 d = abs(fract(g - 0.5) - 0.5);
   vec2 on = (1.0 - smoothstep(0.3 * w, 1.3 * w, d)) * clamp(0.25 / w, 0.0, 1.0);
   float line = u_grid_strength * max(on.x, on.y) * (1.0 - smoothstep(0.25, 0.85, far));

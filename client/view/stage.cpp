@@ -40,7 +40,11 @@ void Scales::expect(float displacement_m, float force_n) {
   force_peak_n_ = std::max(force_peak_n_, force_n);
 }
 
-Stage::Stage(int width, int height, float density) : overlay_(interface_scale(width, height, density)) {}
+void Scales::see_misses(std::span<const PatchPin> pins) {
+  for (const PatchPin& pin : pins) miss_max_m_ = std::max(miss_max_m_, round_up_125(std::max(pin.miss.norm(), 1e-6F)));
+}
+
+Stage::Stage(int width, int height, float density) : renderer_(density), overlay_(interface_scale(width, height, density)) {}
 
 void Stage::draw(const Sight& sight, const Caption& caption, const Camera& camera, const Look& look, int width, int height,
                  GlId target) {

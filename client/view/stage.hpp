@@ -17,12 +17,14 @@ class Scales {
            std::span<const float> shade, std::span<const ToolView> tools);
   /// The same of what is known to come: the most that vertices move, the largest force.
   void expect(float displacement_m, float force_n);
+  void see_misses(std::span<const PatchPin> pins);
   /// End of the legend: [m] of displacement, or in the unit of the shade.
   float color_max(bool shaded) const { return shaded ? shade_max_ : displacement_max_m_; }
   float arrow_m_per_n() const { return arrow_m_per_n_; }
+  float miss_max_m() const { return miss_max_m_; }
 
  private:
-  float displacement_max_m_ = 0.001F, shade_max_ = 0.01F, arrow_m_per_n_ = 0.001F, force_peak_n_ = 0.5F;
+  float displacement_max_m_ = 0.001F, shade_max_ = 0.01F, arrow_m_per_n_ = 0.001F, force_peak_n_ = 0.5F, miss_max_m_ = 1e-5F;
 };
 
 /// Share of a picture's width that its panels cover.

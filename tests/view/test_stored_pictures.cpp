@@ -44,11 +44,12 @@ std::filesystem::path stored(const Scenery& scenery) {
   return std::filesystem::path(PALPATE_SOURCE_DIR) / "tests/view/pictures" / (std::string(scenery.name) + ".png");
 }
 
-Picture draw(const Scenery& scenery, const Sight& sight) {
-  Stage stage(kWidth, kHeight, 1);
+Picture draw(const Scenery& scenery, const Sight& sight, int times_as_large = 1, float density = 1) {
+  const int width = times_as_large * kWidth, height = times_as_large * kHeight;
+  Stage stage(width, height, density);
   Camera camera;
   camera.fit(scenery.body.triangles, scenery.body.rest, static_cast<float>(kWidth) / kHeight);
-  return stage.photograph(sight, {"organ", "a stored picture", "", {}}, camera, scenery.look, kWidth, kHeight);
+  return stage.photograph(sight, {"organ", "a stored picture", "", {}}, camera, scenery.look, width, height);
 }
 Picture draw(const Scenery& scenery) { return draw(scenery, scenery.sight()); }
 
@@ -83,6 +84,18 @@ double difference(const Picture& a, const Picture& b) {
       differ += worst > kLevels;
     }
   return static_cast<double>(differ) / all;
+}
+
+/// As an eye sees it that does not tell the pixels of the denser picture apart.
+Picture halved(const Picture& fine) {
+  Picture picture{fine.width / 2, fine.height / 2, {}};
+  const auto at = [&](int x, int y, int c) { return int{fine.rgb[static_cast<std::size_t>(3 * (y * fine.width + x) + c)]}; };
+  for (int y = 0; y < fine.height; y += 2)
+    for (int x = 0; x < fine.width; x += 2)
+      for (int c = 0; c < 3; ++c)
+        picture.rgb.push_back(
+            static_cast<std::uint8_t>((at(x, y, c) + at(x + 1, y, c) + at(x, y + 1, c) + at(x + 1, y + 1, c) + 2) / 4));
+  return picture;
 }
 
 }  // namespace
@@ -124,6 +137,22 @@ TEST_CASE("A picture without its tool, with flipped normals or other faults is t
   lines.look.lines = Lines::edges;
   CHECK(difference(draw(unlit), good) > 2 * kTolerated);
   CHECK(difference(draw(lines), good) > 2 * kTolerated);
+}
+
+TEST_CASE("On a display twice as dense words, scales, panels and body are as large as on another", "[view]") {
+  const auto gl = context();
+  if (!gl) return;
+  constexpr double kAlike = 0.02;  // letters and edges are finer
+  for (Scenery scenery : sceneries()) {
+    CAPTURE(scenery.name);
+    const Picture known = read_png(stored(scenery));
+    const auto differs = [&](float density) { return difference(halved(draw(scenery, scenery.sight(), 2, density)), known); };
+    CHECK(differs(2) < kAlike);
+    CHECK(differs(1) > 2 * kAlike);
+    scenery.look.smooth_edges = false;  // as drawn in software, the body in points
+    scenery.look.pixel = 2;
+    CHECK(differs(2) < kAlike);
+  }
 }
 
 TEST_CASE("Stores the pictures anew", "[.write-pictures]") {

@@ -12,8 +12,8 @@ constexpr const char* kLookKeys =
     "drag turn   right drag move   wheel zoom   F fit   T 1 3 2 sides   L light   W lines   C colours   P panels   R record   Q "
     "quit";
 constexpr const char* kTouchKeys =
-    "left button touch   wheel deeper   right drag turn   middle drag move   F fit   L light   W lines   C colours   P panels   "
-    "R record   Q quit";
+    "left button touch   wheel deeper   right drag turn   middle drag move   F fit   L light   W lines   C colours   "
+    "N next frame   P panels   R record   Q quit";
 constexpr const char* kReplayKeys =
     "space play   , . frame   [ ] speed   page 5 s   home end   drag turn   F fit   L light   W lines   P panels   Q quit";
 
@@ -106,6 +106,9 @@ void Controls::on_key(int key, int mods) {
     case GLFW_KEY_P:
       look_.panels = !look_.panels;
       return view_.camera().cover(frame().covered);
+    case GLFW_KEY_N:
+      look_.patch = touch_ != nullptr && !look_.patch;
+      return;
     case GLFW_KEY_R:
       if (live_ != nullptr) live_->toggle_recording();
       return;
@@ -202,6 +205,14 @@ void Controls::aim() {
   const Micros now = now_us();
   touch_->aim(hand_->target(view_.camera(), pointer(), now - aimed_at_));
   aimed_at_ = now;
+}
+
+void Controls::mark_patch() {
+  if (!look_.patch || touch_ == nullptr || !touch_->touching() || !live_->core().clock().locked())
+    return view_.mark(nullptr, nullptr);
+  const ViewCore& core = live_->core();
+  const Foresight* foresight = touch_->foresight(core.clock().from_peer(view_.shown()));
+  view_.mark(foresight, foresight != nullptr ? core.playback().frame_at(core.clock().to_peer(foresight->at)) : nullptr);
 }
 
 }  // namespace palpate

@@ -25,6 +25,9 @@ class Controls {
   /// Tells the mouse's station where the pointer is; nothing without one.
   void aim();
 
+  /// Shows what the patch of the mouse's station said of the frame that is shown, when that is wanted.
+  void mark_patch();
+
   SceneView& view() { return view_; }
   const Look& look() const { return look_; }
   const char* keys() const;

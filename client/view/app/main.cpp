@@ -63,6 +63,8 @@ void check(const CLI::App& app, const ViewOptions& options) {
                      fmt::format("up to {} bytes without control characters", kMaxNameBytes));
   if (!options.touch.empty() && options.offscreen())
     throw InputError("--touch", "together with --screenshot or --frames", "a window: there is no mouse without one");
+  if (options.look.patch && options.touch.empty())
+    throw InputError("--patch", "without --touch", "a hand of this viewer's own, whose patches it has");
   if (options.screenshot.empty()) return;
   const auto folder = std::filesystem::path(options.screenshot).parent_path();
   if (!folder.empty() && !std::filesystem::is_directory(folder))
@@ -80,6 +82,7 @@ void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& lig
   app.add_option("--station", options.station, "name of this viewer in the room")->capture_default_str();
   app.add_option("--room", options.room, "name of the room on the server; default: its first")->type_name("NAME");
   app.add_flag("--touch{mouse}", options.touch, "the mouse touches the body, as a station; --touch=NAME names it");
+  app.add_flag("--patch", options.look.patch, "with --touch: show what its patches said of the server's next frame");
   app.add_option("--record", options.record, "record what is received, to a new FILE")->type_name("FILE");
   app.add_option("--size", size, "WIDTHxHEIGHT of window or picture, default 1280x800");
   app.add_option("--screenshot", options.screenshot, "write one picture to FILE.png, without a display, and end");

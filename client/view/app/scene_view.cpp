@@ -18,6 +18,22 @@ bool SceneView::update(Micros now, const Frame& frame, const ToolView* own) {
   return true;
 }
 
+void SceneView::mark(const Foresight* foresight, const Shape* frame) {
+  pins_.clear();
+  foresight_.reset();
+  if (foresight == nullptr) return;
+  foresight_ = *foresight;
+  if (frame == nullptr || frame->positions.size() != moment_.shape.positions.size()) return;
+  pins_ = pins_on(*foresight_, frame->positions, moment_.shape.positions);
+  scales_.see_misses(pins_);
+}
+
+Caption SceneView::caption(Micros now) {
+  Caption caption = source_.caption(now, moment_.tools);
+  caption.panels.foresight = foresight_ ? &*foresight_ : nullptr;
+  return caption;
+}
+
 void SceneView::fit(const Frame& frame) {
   if (source_.ready()) camera_.fit(source_.mesh().triangles, source_.rest(), frame.aspect, frame.covered);
 }
@@ -30,9 +46,12 @@ Sight SceneView::sight() const {
           .shade = moment_.shape.shade,
           .vertices = source_.mesh().vertices,
           .tools = moment_.tools,
+          .pins = pins_,
+          .pin_triangles = foresight_ ? std::span<const Triangle>(foresight_->triangles) : std::span<const Triangle>(),
           .closed = closed_,
           .color_max = scales_.color_max(!moment_.shape.shade.empty()),
-          .arrow_m_per_n = scales_.arrow_m_per_n()};
+          .arrow_m_per_n = scales_.arrow_m_per_n(),
+          .miss_max_m = scales_.miss_max_m()};
 }
 
 }  // namespace palpate

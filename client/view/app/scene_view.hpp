@@ -2,6 +2,7 @@
 #pragma once
 
 #include "client/view/app/view_source.hpp"
+#include "client/view/patch_overlay.hpp"
 
 namespace palpate {
 
@@ -16,8 +17,13 @@ class SceneView {
   /// Takes the moment that is due. The camera is fitted when a mesh is new. False while there is nothing to draw. `own` is the
   /// tool of this viewer's own station, as it is now: shown without the delay of shapes.
   bool update(Micros now, const Frame& frame, const ToolView* own = nullptr);
+  /// From now on shows what a patch said; nullptr: nothing. `frame`: the shape of the foresight's moment, nullptr: it is not
+  /// there.
+  void mark(const Foresight* foresight, const Shape* frame);
+  /// Body time of what is shown.
+  Micros shown() const { return moment_.shape.body_time; }
   Sight sight() const;
-  Caption caption(Micros now) { return source_.caption(now, moment_.tools); }
+  Caption caption(Micros now);
   void fit(const Frame& frame);
   Camera& camera() { return camera_; }
   ViewSource& source() { return source_; }
@@ -27,6 +33,8 @@ class SceneView {
   ViewMoment moment_;
   Scales scales_;
   Camera camera_;
+  std::optional<Foresight> foresight_;
+  std::vector<PatchPin> pins_;
   std::uint64_t mesh_version_ = 0;
   bool closed_ = false;
 };

@@ -20,7 +20,9 @@ ClientOptions options_of(const std::string& station, const std::string& room) {
 }  // namespace
 
 TouchStation::TouchStation(const std::string& server, const std::string& station, const std::string& room)
-    : core_(options_of(station, room), monotonic_now()), udp_(server, core_) {
+    : core_(options_of(station, room), monotonic_now()), udp_(server, core_, {}, [this](const ClientCore& core, auto, auto) {
+        if (pairs_.take(core, followed_.back())) followed_.publish();
+      }) {
   tool_.station = station;
   udp_.start();
 }
@@ -44,6 +46,11 @@ void TouchStation::poll() {
     tool_.force = feel->force;
     tool_.contact = feel->force.norm() > kFeltN;
   }
+}
+
+const Foresight* TouchStation::foresight(Micros moment) {
+  if (const PatchPair* pair = followed_.take()) foresights_.add(foresee(*pair));
+  return foresights_.at(moment);
 }
 
 void TouchStation::aim(const Vec3& target) {

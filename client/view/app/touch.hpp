@@ -8,6 +8,7 @@
 #include "client/device/mouse_device.hpp"
 #include "client/io/haptic_loop.hpp"
 #include "client/io/udp_client.hpp"
+#include "client/view/foresight.hpp"
 
 namespace palpate {
 
@@ -24,6 +25,8 @@ class TouchStation {
   void aim(const Vec3& target);
   /// The tool as it is now, without the delay of shapes. Meaningful when touching().
   const ToolView& tool() const { return tool_; }
+  /// What the patch in use said of the frame last passed at `moment`; nullptr when there is none.
+  const Foresight* foresight(Micros moment);
   /// Why the server does not let us in; empty while it may.
   std::string refusal() const;
   /// A line about the loop. After the window has closed.
@@ -31,6 +34,9 @@ class TouchStation {
 
  private:
   ClientCore core_;
+  PatchPairs pairs_;                ///< of the network thread
+  LatestSlot<PatchPair> followed_;  ///< from there to the window's
+  Foresights foresights_;
   UdpClient udp_;
   std::unique_ptr<MouseDevice> mouse_;
   std::unique_ptr<HapticLoop> loop_;

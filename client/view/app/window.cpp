@@ -57,6 +57,7 @@ Window open_window(const ViewOptions& options) {
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
   glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
+  glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);  // sizes are in points
   Window window = make_window(options);
   if (!window) {
     const std::string why = glfw_failure("no window with OpenGL 3.3 core");
@@ -80,6 +81,7 @@ void draw(GLFWwindow* window, Controls& controls, Stage& stage, const TouchStati
   const bool own = touch != nullptr && touch->touching();
   const Micros now = now_us();
   controls.view().update(now, controls.frame(), own ? &touch->tool() : nullptr);
+  controls.mark_patch();
   Caption caption = controls.view().caption(now);
   caption.keys = controls.keys();
   if (touch != nullptr && !own) caption.status = "the mouse cannot touch yet  " + touch->refusal();
@@ -87,10 +89,12 @@ void draw(GLFWwindow* window, Controls& controls, Stage& stage, const TouchStati
   glfwSwapBuffers(window);
 }
 
-Look window_look(const ViewOptions& options, bool software) {
+Look window_look(const ViewOptions& options, bool software, float density) {
   Look look = options.look;
   if (!software) return look;
   look.shadow_taps = 4;
+  look.smooth_edges = false;
+  look.pixel = static_cast<int>(density);
   look.triangle_budget = 8'000;
   return look;
 }
@@ -104,7 +108,7 @@ class Screen {
         software_(draws_in_software()),
         density_(find_density()),
         stage_(make_stage()) {}
-  Look look() const { return window_look(options_, software_); }
+  Look look() const { return window_look(options_, software_, density_); }
   void run(Controls& controls, const TouchStation* touch);
 
  private:
