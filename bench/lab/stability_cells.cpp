@@ -109,8 +109,8 @@ StabilityPoint point_from(const std::string& key, const std::string& where) {
 std::string cells_csv(const std::vector<StabilityCell>& cells) {
   std::string csv = fmt::format("{},{}\n", kKeys, kMeasures);
   for (const StabilityCell& c : cells)
-    fmt::format_to(std::back_inserter(csv), "{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}\n", key_of(c.point), name_of(c.fault),
-                   c.tail_mm, c.growth_1_s, c.shake_mm, c.shake_mm_s, c.generated_mj);
+    fmt::format_to(std::back_inserter(csv), "{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.0f}\n", key_of(c.point),
+                   name_of(c.fault), c.tail_mm, c.growth_1_s, c.shake_mm, c.shake_mm_s, c.generated_mj, c.cut_ms);
   return csv;
 }
 

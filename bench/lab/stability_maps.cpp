@@ -110,8 +110,9 @@ int colour_of(LoopFault fault) {
 }
 
 void draw(const std::filesystem::path& out, const Cells& cells, const Map& map, ContactKind contact) {
-  constexpr int kColumns = 4, kPanelWidth = 250, kRowHeight = 17, kAround = 130, kTitle = 60;
+  constexpr int kColumnsLeast = 2, kColumnsMost = 4, kPanelWidth = 250, kRowHeight = 17, kAround = 130, kTitle = 60;
   const Table table = table_of(cells, map);
+  const int schemes = static_cast<int>(table.schemes.size()), columns = std::clamp(schemes, kColumnsLeast, kColumnsMost);
   std::vector<std::string> round_trips;
   for (const double rtt_ms : kStabilityRttMs) round_trips.push_back(fmt::format("{:g}", rtt_ms));
   std::string csv = "scheme,rtt_ms,row,rtt_no,row_no,fault,tail_mm,colour,mark\n", panels;
@@ -122,8 +123,8 @@ void draw(const std::filesystem::path& out, const Cells& cells, const Map& map, 
         "set title {} offset 0,-0.6\nset ylabel {}\nplot {} using ($4):($5):(0.47):(0.46):8 every ::{}::{} skip 1 "
         "with boxxyerror fs solid noborder fc rgb variable, {} using 4:5:9 every ::{}::{} skip 1 with labels "
         "font ',11' tc rgb '#ffffff'\n",
-        quoted(std::string(name_of(table.schemes[k]))), quoted(k % kColumns == 0 ? map.title : ""), quoted(file.string()), rows,
-        rows + table.cells[k].size() - 1, quoted(file.string()), rows, rows + table.cells[k].size() - 1);
+        quoted(std::string(name_of(table.schemes[k]))), quoted(k % kColumnsMost == 0 ? map.title : ""), quoted(file.string()),
+        rows, rows + table.cells[k].size() - 1, quoted(file.string()), rows, rows + table.cells[k].size() - 1);
     rows += table.cells[k].size();
     for (const StabilityCell* c : table.cells[k]) {
       const std::string row = map.place(c->point);
@@ -134,16 +135,16 @@ void draw(const std::filesystem::path& out, const Cells& cells, const Map& map, 
   }
   if (table.schemes.empty()) return;
   write_text(file, csv);
-  const int lines = (static_cast<int>(table.schemes.size()) + kColumns - 1) / kColumns;
+  const int lines = (schemes + kColumnsMost - 1) / kColumnsMost;
   const int height = kTitle + lines * (kAround + kRowHeight * static_cast<int>(map.rows.size()));
-  std::string s = fmt::format("set multiplot layout {},{} title {} font ',14'\n", lines, kColumns,
-                              quoted(fmt::format("{}: green stable, x keeps moving or is lost (dark), ~ shakes while driven",
+  std::string s = fmt::format("set multiplot layout {},{} title {} noenhanced font ',12'\n", lines, columns,
+                              quoted(fmt::format("{}: x keeps moving or is lost (dark), ~ shakes while driven",
                                                  contact == ContactKind::attach ? "Grasp" : "Touch")));
   s += fmt::format("unset key\nunset grid\nset border 0\nset tics scale 0\nset xtics ({})\nset ytics ({})\n", tics(round_trips),
                    tics(map.rows));
   s += fmt::format("set xrange [-0.5:{}]\nset yrange [-0.5:{}]\nset xlabel 'round trip [ms]'\nset tics font ',10'\n",
                    static_cast<double>(round_trips.size()) - 0.5, static_cast<double>(map.rows.size()) - 0.5);
-  plot_script(std::filesystem::path(file).replace_extension("svg"), kColumns * kPanelWidth, height,
+  plot_script(std::filesystem::path(file).replace_extension("svg"), columns * kPanelWidth, height,
               s + panels + "unset multiplot\n");
 }
 
