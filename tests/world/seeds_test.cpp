@@ -30,7 +30,8 @@ TEST_CASE("Worlds 121 to 180 hold every check", "[seeds]") { run_seeds(121, 60);
 TEST_CASE("Worlds 181 to 240 hold every check", "[seeds]") { run_seeds(181, 60); }
 
 TEST_CASE("Worlds that broke a check once hold every check", "[seeds]") {
-  for (const std::uint64_t seed : {428, 534, 538, 581, 599, 1347, 1355, 5011, 20041, 20068, 20195, 20368, 20388})
+  for (const std::uint64_t seed :
+       {428, 534, 538, 581, 599, 883, 1347, 1355, 4336, 5011, 20041, 20068, 20195, 20368, 20388, 62088})
     run_seed(seed, 3);
 }
 
