@@ -103,15 +103,18 @@ Table table_of(const Cells& cells, const Map& map) {
   return table;
 }
 
-std::string mark_of(LoopFault fault) { return fault == LoopFault::none ? "" : fault == LoopFault::shakes ? "~" : "x"; }
+std::string mark_of(LoopFault fault) { return fault == LoopFault::none ? "" : fault == LoopFault::shakes ? "s" : "x"; }
 int colour_of(LoopFault fault) {
   constexpr int kStable = 0xbfe3d6, kShakes = 0xf0b040, kUnrest = 0xd55e00, kLost = 0x8a1c00;
   return std::array{kStable, kLost, kUnrest, kShakes}[static_cast<std::size_t>(fault)];
 }
 
 void draw(const std::filesystem::path& out, const Cells& cells, const Map& map, ContactKind contact) {
-  constexpr int kColumnsLeast = 2, kColumnsMost = 4, kPanelWidth = 250, kRowHeight = 17, kAround = 130, kTitle = 60;
+  constexpr int kColumnsLeast = 2, kColumnsMost = 5, kPanelWidth = 225, kLetterWidth = 9, kRowHeight = 17, kAround = 130,
+                kTitle = 60;
   const Table table = table_of(cells, map);
+  const auto by_length = [](const std::string& a, const std::string& b) { return a.size() < b.size(); };
+  const int longest = static_cast<int>(std::max_element(map.rows.begin(), map.rows.end(), by_length)->size());
   const int schemes = static_cast<int>(table.schemes.size()), columns = std::clamp(schemes, kColumnsLeast, kColumnsMost);
   std::vector<std::string> round_trips;
   for (const double rtt_ms : kStabilityRttMs) round_trips.push_back(fmt::format("{:g}", rtt_ms));
@@ -122,7 +125,7 @@ void draw(const std::filesystem::path& out, const Cells& cells, const Map& map, 
     panels += fmt::format(
         "set title {} offset 0,-0.6\nset ylabel {}\nplot {} using ($4):($5):(0.47):(0.46):8 every ::{}::{} skip 1 "
         "with boxxyerror fs solid noborder fc rgb variable, {} using 4:5:9 every ::{}::{} skip 1 with labels "
-        "font ',11' tc rgb '#ffffff'\n",
+        "font ',11' tc rgb '#101010'\n",
         quoted(std::string(name_of(table.schemes[k]))), quoted(k % kColumnsMost == 0 ? map.title : ""), quoted(file.string()),
         rows, rows + table.cells[k].size() - 1, quoted(file.string()), rows, rows + table.cells[k].size() - 1);
     rows += table.cells[k].size();
@@ -138,13 +141,13 @@ void draw(const std::filesystem::path& out, const Cells& cells, const Map& map, 
   const int lines = (schemes + kColumnsMost - 1) / kColumnsMost;
   const int height = kTitle + lines * (kAround + kRowHeight * static_cast<int>(map.rows.size()));
   std::string s = fmt::format("set multiplot layout {},{} title {} noenhanced font ',12'\n", lines, columns,
-                              quoted(fmt::format("{}: x keeps moving or is lost (dark), ~ shakes while driven",
+                              quoted(fmt::format("{}: x keeps moving or is lost (dark), s shakes while driven",
                                                  contact == ContactKind::attach ? "Grasp" : "Touch")));
   s += fmt::format("unset key\nunset grid\nset border 0\nset tics scale 0\nset xtics ({})\nset ytics ({})\n", tics(round_trips),
                    tics(map.rows));
   s += fmt::format("set xrange [-0.5:{}]\nset yrange [-0.5:{}]\nset xlabel 'round trip [ms]'\nset tics font ',10'\n",
                    static_cast<double>(round_trips.size()) - 0.5, static_cast<double>(map.rows.size()) - 0.5);
-  plot_script(std::filesystem::path(file).replace_extension("svg"), columns * kPanelWidth, height,
+  plot_script(std::filesystem::path(file).replace_extension("svg"), columns * (kPanelWidth + kLetterWidth * longest), height,
               s + panels + "unset multiplot\n");
 }
 
