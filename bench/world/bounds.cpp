@@ -1,5 +1,6 @@
 // From what was drawn to what may be expected.
 #include <algorithm>
+#include <limits>
 
 #include "bench/world/run.hpp"
 #include "client/core/uplink_pace.hpp"
@@ -8,6 +9,7 @@ namespace palpate {
 namespace {
 
 constexpr double kDriftSlack = 1e-3;  // no clock is that far off
+constexpr int kTrueOrder = 12;        // with fewer states a light hand on a soft block may go on knocking
 
 /// From one patch to the next: frames that fall due while one is computed are skipped.
 Micros frame_spacing(const Scenario& s) {
@@ -56,6 +58,9 @@ std::vector<StationBounds> bounds_of(const Scenario& s) {
     b.feels = plan.client.hello.role == Role::haptic;
     b.pushes = plan.pushes();
     b.port = plan.client.hello.scheme == Scheme::port;
+    b.true_at_rest = plan.client.hello.order == 0 || plan.client.hello.order >= kTrueOrder;
+    const StationPlan& hand = plan.owner >= 0 ? s.stations[static_cast<std::size_t>(plan.owner)] : plan;
+    b.lets_go = hand.simulated && hand.phantom.release_s < std::numeric_limits<double>::infinity();
     b.unmoved = one || rigid;
     b.owner = plan.owner >= 0 ? static_cast<std::size_t>(plan.owner) : k;
     b.limits = {device.force_max_n, SimPhantom::kSlewMaxNS, PassivityMode::on};

@@ -31,12 +31,14 @@ inline constexpr Micros kSettle{1'000'000};
 /// What a station may do and when it is disturbed; the run works it out from the scenario.
 struct StationBounds {
   std::string name;
-  bool feels = true;      ///< ticks at all (not a viewer)
-  bool pushes = true;     ///< its tool is its own
-  bool port = true;       ///< it feels the scheme `port`
-  bool unmoved = true;    ///< by another hand: alone on the body, or no hand there gives way to what it feels
-  std::size_t owner = 0;  ///< whose tool it feels with: itself, but for a shadow
-  GuardLimits limits;     ///< of the device, whatever the station was told
+  bool feels = true;         ///< ticks at all (not a viewer)
+  bool pushes = true;        ///< its tool is its own
+  bool port = true;          ///< it feels the scheme `port`
+  bool true_at_rest = true;  ///< with as many states as truth at rest takes
+  bool lets_go = false;      ///< nobody holds the device in the end: it comes to rest where the body calms it
+  bool unmoved = true;       ///< by another hand: alone on the body, or no hand there gives way to what it feels
+  std::size_t owner = 0;     ///< whose tool it feels with: itself, but for a shadow
+  GuardLimits limits;        ///< of the device, whatever the station was told
   Micros future_max = PatchIntake::kFutureMax;  ///< that a patch in use may be ahead of the station's clock
   Micros sent_age_max{};                        ///< age of a patch when it leaves the server, at most
   Micros down_max{};                            ///< slowest way of a datagram towards the station

@@ -47,7 +47,7 @@ void RecoveryCheck::tick(const SeenTick& seen) {
   Station& s = seen_[seen.station];
   const StationBounds& bounds = bounds_[seen.station];
   constexpr std::size_t kKept = 4096;
-  s.felt.push_back({seen.now, seen.own, seen.out.force});
+  s.felt.push_back({seen.now, seen.own, seen.out.force, seen.position});
   if (s.felt.size() > kKept) s.felt.pop_front();
   if (s.asked || seen.now < bounds.recovered) return;
   s.asked = true;
@@ -57,6 +57,15 @@ void RecoveryCheck::tick(const SeenTick& seen) {
   else if (s.in_reach && (!seen.out.has_patch || seen.now - seen.out.patch_age < bounds.healed - bounds.down_max))
     fail(seen.now, fmt::format("{} has no fresh patch {} ms after everything was healed", bounds.name,
                                (seen.now - bounds.healed) / Micros{1000}));
+}
+
+bool RecoveryCheck::rests(const std::deque<Felt>& felt) {
+  Vec3 low = felt.back().position, high = low;
+  for (auto tick = felt.end() - std::min<std::ptrdiff_t>(kRestTicks, std::ssize(felt)); tick != felt.end(); ++tick) {
+    low = low.cwiseMin(tick->position);
+    high = high.cwiseMax(tick->position);
+  }
+  return (high - low).norm() <= kRestM;
 }
 
 void RecoveryCheck::datagram(Micros, const DatagramEvent& event, const Message* message) {
@@ -72,6 +81,8 @@ void RecoveryCheck::datagram(Micros, const DatagramEvent& event, const Message* 
   if (felt == s.felt.end() && !s.felt.empty()) --felt;  // over a link without delay a patch is as new as the last tick
   if (felt - s.felt.begin() < kNearTicks) return;
   if ((felt - kNearTicks)->now < std::max(bounds.at_rest, bounds.recovered)) return;
+  s.answered = true;
+  if (bounds.lets_go && !rests(s.felt)) return;
   ++s.compared;
   judge();
   // What the device cannot show is not missed.
@@ -89,7 +100,7 @@ void RecoveryCheck::datagram(Micros, const DatagramEvent& event, const Message* 
   apart = std::min(apart, (mean - truth).norm());
   worst_n_ = std::max(worst_n_, apart);
   // A shadow of another scheme shows an old force while the hand trembles.
-  const bool promised = bounds.unmoved && (bounds.port || bounds.pushes);
+  const bool promised = bounds.unmoved && bounds.true_at_rest && (bounds.port || bounds.pushes);
   if (!promised || apart <= kForceN + kForceShare * truth.norm() + kFlickerMS * patch.d_port.norm()) return;
   ++s.apart;
   if (apart <= s.worst_n) return;
@@ -109,7 +120,7 @@ void RecoveryCheck::end(Micros now) {
                "{} feels another force at rest than the full model has for {} of {} patches, such as {}; expected {:g} N and "
                "{:g} % at most between them, and what dampers make of a step of the reading, for {:g} %",
                bounds_[k].name, s.apart, s.compared, s.worst, kForceN, 100 * kForceShare, 100 * kShare));
-    if (seen_[k].in_reach && seen_[k].compared == 0)
+    if (seen_[k].in_reach && !seen_[k].answered)
       fail(now, fmt::format("no patch came for {} while its hand rested", bounds_[k].name));
   }
 }

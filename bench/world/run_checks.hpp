@@ -5,7 +5,8 @@
 //              reach); from the moment when its hand stands still, the force is true again: for kShare of the patches, the force
 //              that was felt within kNearTicks of the stamp, in a tick or in their mean, is the force that the full model has
 //              there, to kForceN + kForceShare, and what the dampers at the port make of one step of a reading. Not for all,
-//              because friction remembers by which way a trembling hand came.
+//              because friction remembers by which way a trembling hand came. A device that nobody holds is at rest while it
+//              stays within kRestM for kRestTicks.
 #pragma once
 
 #include <array>
@@ -41,6 +42,8 @@ class RecoveryCheck final : public Check {
   static constexpr double kFlickerMS = 0.006;  ///< velocity that one step of a reading, 0.03 mm, is within a stage of the body
   static constexpr double kShare = 0.5;
   static constexpr int kNearTicks = 5;
+  static constexpr double kRestM = 0.002;
+  static constexpr int kRestTicks = 300;
   RecoveryCheck(const std::vector<StationBounds>& bounds, const World& world)
       : Check("recovery"), bounds_(bounds), world_(world), seen_(bounds.size()) {}
   void tick(const SeenTick& seen) override;
@@ -52,11 +55,12 @@ class RecoveryCheck final : public Check {
  private:
   struct Felt {
     Micros now{}, own{};
-    Vec3 force = Vec3::Zero();
+    Vec3 force = Vec3::Zero(), position = Vec3::Zero();
   };
+  static bool rests(const std::deque<Felt>& felt);
   struct Station {
     std::deque<Felt> felt;
-    bool asked = false, in_reach = true;
+    bool asked = false, in_reach = true, answered = false;
     int compared = 0, apart = 0;
     std::string worst;  ///< in words
     double worst_n = 0;

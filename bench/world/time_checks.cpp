@@ -118,7 +118,7 @@ void FreshnessCheck::datagram(Micros now, const DatagramEvent& event, const Mess
   if (!patch) return;
   s.in_reach = true;
   const StationBounds& bounds = bounds_[event.station];
-  if (patch->patch.stamp <= world_.station(event.station).clock(now) + bounds.future_max)
+  if (patch->patch.stamp >= s.plays_from && patch->patch.stamp <= world_.station(event.station).clock(now) + bounds.future_max)
     s.arrived.push_back({now, patch->patch.stamp});
   const Micros age = sent_own_[event.number] - patch->patch.stamp;
   if (bounds.calm(now) && age > bounds.sent_age_max)
@@ -129,6 +129,10 @@ void FreshnessCheck::datagram(Micros now, const DatagramEvent& event, const Mess
 void FreshnessCheck::tick(const SeenTick& seen) {
   Station& s = seen_[seen.station];
   const StationBounds& bounds = bounds_[seen.station];
+  if (bounds.joined != s.joined) {
+    s.joined = bounds.joined;
+    s.plays_from = seen.own;
+  }
   while (!s.arrived.empty() && s.arrived.front().at + kNetWake <= seen.now) {
     s.newest = s.newest ? std::max(*s.newest, s.arrived.front().stamp) : s.arrived.front().stamp;
     s.arrived.pop_front();

@@ -81,6 +81,7 @@ class FreshnessCheck final : public Check {
     std::deque<Arrived> arrived;
     std::optional<Micros> newest;  ///< stamp that must be in use
     bool in_reach = true;
+    Micros joined = Micros::max(), plays_from = Micros::max();  ///< own clock: it has no tool for older patches
   };
   const std::vector<StationBounds>& bounds_;
   const World& world_;
