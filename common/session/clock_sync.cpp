@@ -64,13 +64,18 @@ void ClockSync::measure(const ClockStamps& peer, Micros now) {
   const auto rtt = now - peer.echo - peer.echo_hold;
   if (echoes && (rtt < Micros{} || rtt > kRttMax || peer.echo_hold < Micros{})) return;
   towards_us_.add(now, micros(now - peer.sent));
-  if (!echoes) return;
+  if (!is_whole(peer)) return;
   towards_peer_.add(now, micros(peer.sent - peer.echo_hold - peer.echo));
   if (exchanges_++ == 0) rtt_ = {rtt, rtt, rtt, Micros{}};
   rtt_.jitter = towards(rtt_.jitter, Micros{std::llabs((rtt - rtt_.last).count())});
   rtt_.mean = towards(rtt_.mean, rtt);
   rtt_.last = rtt;
   rtt_.min = from_micros(towards_us_.at(now, -drift_) + towards_peer_.at(now, drift_));
+}
+
+/// An exchange there and back, all of it since the last step.
+bool ClockSync::is_whole(const ClockStamps& peer) const {
+  return (peer.echo != Micros{} || peer.echo_hold != Micros{}) && peer.echo >= echoes_from_;
 }
 
 bool ClockSync::has_stepped(Micros now) const {
@@ -82,22 +87,24 @@ void ClockSync::forget(const ClockStamps& peer, Micros now) {
   ++steps_;
   filling_since_ = now;
   ignored_before_ = peer.sent;
+  echoes_from_ = now;
+  lost_ = true;
   towards_us_ = towards_peer_ = WindowedMinimum{};
   seen_.clear();
 }
 
 void ClockSync::keep_within(const ClockStamps& peer, Micros now) {
   offset_us_ = std::max(offset_us_, micros(peer.sent - now));
-  const bool echoes = peer.echo != Micros{} || peer.echo_hold != Micros{};
   const auto rtt = now - peer.echo - peer.echo_hold;
-  if (echoes && peer.echo_hold >= Micros{} && rtt >= Micros{})
+  if (is_whole(peer) && peer.echo_hold >= Micros{} && rtt >= Micros{})
     offset_us_ = std::min(offset_us_, micros(peer.sent - peer.echo_hold - peer.echo));
 }
 
 void ClockSync::slew(Micros now) {
   const double theta = (towards_peer_.at(now, drift_) - towards_us_.at(now, -drift_)) / 2;
-  if (!locked_) {
+  if (!locked_ || lost_) {
     locked_ = true;
+    lost_ = false;
     filling_since_ = slewed_at_ = watched_at_ = now;
     offset_us_ = theta;
     return;

@@ -18,7 +18,8 @@
 //
 // at once, so that a clock that stepped (a machine that was suspended) is off by less than the way of one datagram with the next,
 // and nothing that the peer sent is ever mapped to after it came. The two least delays add up to the least round trip; a sum
-// below -kStepLeast is impossible but for such a step: then the delays seen before it are forgotten, and slewing does the rest.
+// below -kStepLeast is impossible but for such a step: then the delays seen before it are forgotten, and the offset is found anew
+// from the first exchange that began after it.
 #pragma once
 
 #include <array>
@@ -89,6 +90,7 @@ class ClockSync {
  private:
   static Micros from_micros(double us) { return from_seconds(us * 1e-6); }
   void measure(const ClockStamps& peer, Micros now);
+  bool is_whole(const ClockStamps& peer) const;
   bool has_stepped(Micros now) const;
   void forget(const ClockStamps& peer, Micros now);
   void keep_within(const ClockStamps& peer, Micros now);
@@ -96,7 +98,7 @@ class ClockSync {
   void watch_drift(Micros now);
 
   Micros heard_sent_{}, heard_at_{};  ///< newest datagram of the peer
-  bool heard_ = false, locked_ = false;
+  bool heard_ = false, locked_ = false, lost_ = false;
   WindowedMinimum towards_us_, towards_peer_;
   double offset_us_ = 0, drift_ = 0;
   Micros filling_since_{}, slewed_at_{}, watched_at_{};
@@ -107,6 +109,7 @@ class ClockSync {
   RttStats rtt_;
   std::uint64_t exchanges_ = 0, steps_ = 0;
   Micros ignored_before_{Micros::min()};  ///< datagrams that the peer sent before a step
+  Micros echoes_from_{Micros::min()};     ///< echoes of what we sent before it: a hold may span the step
 };
 
 }  // namespace palpate

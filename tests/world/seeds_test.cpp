@@ -31,7 +31,7 @@ TEST_CASE("Worlds 181 to 240 hold every check", "[seeds]") { run_seeds(181, 60);
 
 TEST_CASE("Worlds that broke a check once hold every check", "[seeds]") {
   for (const std::uint64_t seed :
-       {428, 534, 538, 581, 599, 883, 1347, 1355, 4336, 5011, 20041, 20068, 20195, 20368, 20388, 62088})
+       {428, 534, 538, 581, 599, 883, 1347, 1355, 4336, 5011, 6961, 8352, 20041, 20068, 20195, 20368, 20388, 62088})
     run_seed(seed, 3);
 }
 
