@@ -265,10 +265,7 @@ void report(const Cells& cells, const std::filesystem::path& out, double rtt_ms)
 
 int merge(const std::filesystem::path& out, double rtt_ms) {
   Cells cells;
-  for (const auto& file : shard_files(out)) {
-    Cells more = read_cells(file);
-    cells.insert(cells.end(), more.begin(), more.end());
-  }
+  cells = merged_cells(out, read_cells);
   write_text(out / "cells.csv", cells_csv(cells));
   report(cells, out, rtt_ms);
   return 0;

@@ -46,10 +46,6 @@ std::vector<Group> groups_of(const Cells& cells) {
   return groups;
 }
 
-std::string method_of(const ParetoCell& c) {
-  return c.is_patch ? std::string(name_of(c.scheme)) : c.cube.integrator == IntegratorKind::leapfrog ? "explicit" : "tr-bdf2";
-}
-
 /// cost against error [%]: a file for each method, and one for the front.
 std::filesystem::path write_points(const std::filesystem::path& out, const std::string& name, const Cells& cells,
                                    const std::vector<std::size_t>& which, double ParetoCell::*cost) {
@@ -149,10 +145,7 @@ int run_pareto(const Flags& flags) {
   const auto out = make_output_folder(flags.out);
   Cells cells;
   if (flags.shards.merge) {
-    for (const auto& file : shard_files(out)) {
-      const Cells more = read_pareto_cells(file);
-      cells.insert(cells.end(), more.begin(), more.end());
-    }
+    cells = merged_cells(out, read_pareto_cells);
     write_text(out / "cells.csv", cells_csv(cells));
     report(cells, out);
     return 0;

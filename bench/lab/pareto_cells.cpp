@@ -93,12 +93,7 @@ void measure_patch(ParetoCell& cell, const Exam& exam) {
   options.link.latency = from_seconds(cell.rtt_ms * 0.5e-3);
   options.reference = &exam.reference;
   const ReplayResult result = replay(exam.scene, exam.motion, options, processor_ns);
-  std::vector<Vec3> felt, reference;
-  for (const ReplayTick& tick : result.ticks) {
-    felt.push_back(tick.felt);
-    reference.push_back(tick.reference);
-  }
-  cell.error = percentile(relative_errors(felt, reference), 0.95);
+  cell.error = percentile(relative_errors(result), 0.95);
   cell.server_ms_s = result.frame_ms_mean * options.rate_hz;
   cell.build_ms = result.patch_build_ms_mean;
   cell.tick_us = 1e-3 * result.tick_ns_p50;
@@ -165,9 +160,12 @@ void measure_cells(const ParetoGrid& grid, std::vector<ParetoCell>& cells, unsig
 }
 
 std::string key_of(const ParetoCell& c) {
-  if (c.is_patch) return fmt::format("patch,{},{},{},{:g}", c.scene, name_of(c.scheme), c.order, c.rtt_ms);
-  return fmt::format("body,{},{:g},{},{:g}", c.cube.n, 1e3 * c.cube.damping_s,
-                     kIntegrators[c.cube.integrator == IntegratorKind::leapfrog ? 1 : 0], 1e3 * c.cube.step_s);
+  if (c.is_patch) return fmt::format("patch,{},{},{},{:g}", c.scene, method_of(c), c.order, c.rtt_ms);
+  return fmt::format("body,{},{:g},{},{:g}", c.cube.n, 1e3 * c.cube.damping_s, method_of(c), 1e3 * c.cube.step_s);
+}
+
+std::string method_of(const ParetoCell& c) {
+  return std::string(c.is_patch ? name_of(c.scheme) : kIntegrators[c.cube.integrator == IntegratorKind::leapfrog ? 1 : 0]);
 }
 
 std::string group_of(const ParetoCell& c) {

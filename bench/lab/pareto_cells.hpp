@@ -40,6 +40,8 @@ void measure_cells(const ParetoGrid& grid, std::vector<ParetoCell>& cells, unsig
 
 /// "body,10,0.2,explicit,10" or "patch,cube6,port,22,150": what --only takes, and how a row of cells.csv begins.
 std::string key_of(const ParetoCell& cell);
+/// "explicit", "port"
+std::string method_of(const ParetoCell& cell);
 /// Points of one picture: the same body, or the same scene over the same round trip.
 std::string group_of(const ParetoCell& cell);
 /// From a key; InputError with `where` as the place.

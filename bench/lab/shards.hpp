@@ -37,6 +37,16 @@ struct ShardFlags {
 
 /// What the shards left in `folder`, in the order of their names; InputError when there is none.
 std::vector<std::filesystem::path> shard_files(const std::filesystem::path& folder);
+/// The cells in those files, one file after the other; `read` makes cells of one.
+template <class Read>
+auto merged_cells(const std::filesystem::path& folder, const Read& read) {
+  decltype(read(folder)) cells;
+  for (const auto& file : shard_files(folder)) {
+    const auto more = read(file);
+    cells.insert(cells.end(), more.begin(), more.end());
+  }
+  return cells;
+}
 
 /// A line of CSV, split at commas.
 std::vector<std::string> fields_of(const std::string& line);

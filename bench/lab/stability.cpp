@@ -136,10 +136,7 @@ int run_stability(const Flags& flags) {
   const auto out = make_output_folder(flags.out);
   Cells cells;
   if (flags.shards.merge) {
-    for (const auto& file : shard_files(out)) {
-      Cells more = read_stability_cells(file);
-      cells.insert(cells.end(), more.begin(), more.end());
-    }
+    cells = merged_cells(out, read_stability_cells);
     write_text(out / "cells.csv", cells_csv(cells));
     return report(cells, out) ? 0 : 1;
   }

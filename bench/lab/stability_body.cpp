@@ -150,10 +150,7 @@ int run_body_sweep(const BodySweep& sweep) {
   const auto out = make_output_folder(sweep.out);
   Cells cells;
   if (sweep.shards.merge) {
-    for (const auto& file : shard_files(out)) {
-      const Cells more = read_cells(file);
-      cells.insert(cells.end(), more.begin(), more.end());
-    }
+    cells = merged_cells(out, read_cells);
   } else {
     const std::vector<BodyTrial> trials = sweep.only.empty()
                                               ? shard.part_of(body_trials(sweep.quick ? kScatteredQuick : kScattered, sweep.seed))

@@ -172,10 +172,7 @@ int run_truth(const Flags& flags) {
   const auto out = make_output_folder(flags.out);
   Cells cells;
   if (flags.shards.merge) {
-    for (const auto& file : shard_files(out)) {
-      Cells more = read_truth_cells(file);
-      cells.insert(cells.end(), more.begin(), more.end());
-    }
+    cells = merged_cells(out, read_truth_cells);
     write_text(out / "cells.csv", cells_csv(cells));
     report(cells, out);
     return 0;

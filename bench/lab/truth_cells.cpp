@@ -49,12 +49,7 @@ void measure_cell(TruthCell& cell, const Task& task) {
   options.link.latency = from_seconds(cell.rtt_ms * 0.5e-3);
   options.reference = &task.reference;
   const ReplayResult result = replay(scene, task.motion, options, processor_ns);
-  std::vector<Vec3> felt, reference;
-  for (const ReplayTick& tick : result.ticks) {
-    felt.push_back(tick.felt);
-    reference.push_back(tick.reference);
-  }
-  const std::vector<double> errors = relative_errors(felt, reference);
+  const std::vector<double> errors = relative_errors(result);
   cell.served = result.last_patch.scheme;
   cell.snr_db = result.fidelity.snr_db;
   cell.median_error = percentile(errors, 0.5);

@@ -124,6 +124,15 @@ void count(ReplayResult& result, const World& world, std::size_t k, const Tally&
 
 }  // namespace
 
+std::vector<double> relative_errors(const ReplayResult& result) {
+  std::vector<Vec3> felt, reference;
+  for (const ReplayTick& tick : result.ticks) {
+    felt.push_back(tick.felt);
+    reference.push_back(tick.reference);
+  }
+  return relative_errors(felt, reference);
+}
+
 ReferenceForce reference_of(const Scene& scene, const Motion& motion) {
   std::vector<Vec3> positions;
   for (Micros t{}; t <= motion.duration(); t += kTick) positions.push_back(motion.position(t));

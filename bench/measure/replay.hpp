@@ -64,6 +64,9 @@ struct ReplayResult {
   double tick_ns_p50 = 0, tick_ns_p99 = 0, patch_build_ms_mean = 0, frame_ms_mean = 0;
 };
 
+/// relative_errors() of what was felt (metrics.hpp).
+std::vector<double> relative_errors(const ReplayResult& result);
+
 /// Nanoseconds of some steady clock; handed in, because measuring is not the experiment's business.
 using Stopwatch = std::function<std::int64_t()>;
 

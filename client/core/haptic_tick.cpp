@@ -94,9 +94,10 @@ Vec3 HapticTick::patch_force(const ToolSample& sample, TickOutput& out) noexcept
   const bool good = !out.outlived && (sample.position - patch.tool).norm() <= patch.trust_radius_m;
   const double target = good ? 1.0 : 0.0;
   // Nothing is felt at zero force, so nothing need be faded: a contact that begins with a fresh patch is felt at once.
-  gain_ = force.squaredNorm() > 0 ? std::clamp(target, gain_ - 1.0 / kFadeTicks, gain_ + 1.0 / kFadeTicks) : target;
+  const bool felt = force.squaredNorm() > 0;
+  gain_ = felt ? std::clamp(target, gain_ - 1.0 / kFadeTicks, gain_ + 1.0 / kFadeTicks) : target;
   if (gain_ < 1) ++counts_.faded_ticks;
-  out.gain = force.squaredNorm() > 0 ? gain_ : 1;
+  out.gain = felt ? gain_ : 1;
   return gain_ * guard_.clamped(force);
 }
 
