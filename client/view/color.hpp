@@ -37,6 +37,8 @@ struct Theme {
   Vec3f ink, ink_soft, accent;       ///< text; what is set off from it
   Vec3f grid;
   float grid_strength, shadow_strength;
+
+  bool operator==(const Theme& other) const = default;
 };
 const Theme& theme(bool dark);
 

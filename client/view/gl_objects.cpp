@@ -140,4 +140,15 @@ void upload(const GlBuffer& buffer, std::span<const std::byte> bytes) {
   glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(bytes.size()), bytes.data(), GL_STREAM_DRAW);
 }
 
+void attribute(GlId index, int size, int stride_floats, int offset_floats) {
+  glEnableVertexAttribArray(index);
+  glVertexAttribPointer(index, size, GL_FLOAT, GL_FALSE, stride_floats * static_cast<int>(sizeof(float)),
+                        reinterpret_cast<const void*>(static_cast<std::uintptr_t>(offset_floats) * sizeof(float)));
+}
+
+void bind_texture(int unit, GlId texture) {
+  glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + unit));
+  glBindTexture(GL_TEXTURE_2D, texture);
+}
+
 }  // namespace palpate

@@ -102,4 +102,9 @@ class GlTarget {
 /// Replaces the content of a buffer that changes every frame.
 void upload(const GlBuffer& buffer, std::span<const std::byte> bytes);
 
+/// Attribute `index` of the bound vertex array: so many floats of each vertex in the bound buffer, from this one on.
+void attribute(GlId index, int size, int stride_floats, int offset_floats);
+
+void bind_texture(int unit, GlId texture);
+
 }  // namespace palpate

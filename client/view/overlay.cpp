@@ -8,8 +8,11 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "client/view/ground.hpp"
 #include "client/view/patch_overlay.hpp"
 #include "client/view/pen.hpp"
+#include "client/view/round_125.hpp"
+#include "client/view/solid_batch.hpp"
 
 namespace palpate {
 namespace {
@@ -55,7 +58,7 @@ void draw_contacts(const Pen& pen, const Sight& sight, const Camera& camera) {
     const Vec3f end =
         to_pixels(view_projection, (tool.position + sight.arrow_m_per_n * tool.force).cast<float>(), pen.width, pen.height);
     if (at.z() > 1) continue;
-    const Vec3f beside = tool.position.cast<float>() + 1.6F * Renderer::tip_radius(rest) * camera.axes().col(0);
+    const Vec3f beside = tool.position.cast<float>() + 1.6F * SolidBatch::tip_radius(rest) * camera.axes().col(0);
     const float ring = to_pixels(view_projection, beside, pen.width, pen.height).x() - at.x();
     pen.list.AddCircle({at.x(), at.y()}, ring, packed(Vec3f::Ones(), 0.45F), 48, 3.0F * pen.scale);
     pen.list.AddCircle({at.x(), at.y()}, ring, packed(station_color(i), 0.8F), 48, 1.4F * pen.scale);
@@ -126,7 +129,8 @@ void draw_scales(const Pen& pen, const Sight& sight, const Camera& camera, const
     return to_pixels(view_projection, beside, pen.width, pen.height).x() -
            to_pixels(view_projection, rest.center(), pen.width, pen.height).x();
   };
-  const float grid_m = Renderer::grid_spacing(rest), force_n = round_down_125(0.3F * rest.diagonal() / sight.arrow_m_per_n);
+  const float grid_m = Ground::grid_spacing(rest.diagonal()),
+              force_n = round_down_125(0.3F * rest.diagonal() / sight.arrow_m_per_n);
   float right = pen.width - 28 * pen.scale;
   const auto bar = [&](float length, const std::string& words) {
     const float y = pen.bottom - 40 * pen.scale, left = right - std::max(length, pen.measure(13, words));

@@ -6,9 +6,10 @@
 #include <optional>
 #include <string>
 
+#include "client/view/camera.hpp"
 #include "client/view/panels.hpp"
-#include "client/view/renderer.hpp"
 #include "client/view/replay_bar.hpp"
+#include "client/view/sight.hpp"
 
 namespace palpate {
 

@@ -7,7 +7,8 @@
 
 #include "client/view/foresight.hpp"
 #include "client/view/pen.hpp"
-#include "client/view/renderer.hpp"
+#include "client/view/round_125.hpp"
+#include "client/view/sight.hpp"
 
 namespace palpate {
 namespace {

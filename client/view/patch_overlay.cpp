@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "client/view/pen.hpp"
+#include "client/view/round_125.hpp"
 
 namespace palpate {
 namespace {

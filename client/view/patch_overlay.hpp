@@ -1,8 +1,9 @@
 // A patch's surface on the body: its triangles, and at each vertex how far the patch missed the server's frame.
 #pragma once
 
+#include "client/view/camera.hpp"
 #include "client/view/foresight.hpp"
-#include "client/view/renderer.hpp"
+#include "client/view/sight.hpp"
 
 namespace palpate {
 

@@ -10,6 +10,8 @@ namespace palpate {
 struct SolidVertex {
   Vec3f position, normal, color;  ///< frame W; color linear
   float gloss = 0;                ///< 0 matt to 1 polished
+
+  bool operator==(const SolidVertex& other) const = default;
 };
 using SolidMesh = std::vector<SolidVertex>;  ///< three vertices a triangle
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "client/view/round_125.hpp"
+
 namespace palpate {
 namespace {
 

@@ -6,6 +6,7 @@
 
 #include "client/view/overlay.hpp"
 #include "client/view/png.hpp"
+#include "client/view/renderer.hpp"
 
 namespace palpate {
 
@@ -39,6 +40,9 @@ class Stage {
             GlId target);
   /// The same as a picture, through a framebuffer of its own.
   Picture photograph(const Sight& sight, const Caption& caption, const Camera& camera, const Look& look, int width, int height);
+
+  /// Of the pictures of the body those that were more than a copy of the one before.
+  int drawn() const { return renderer_.drawn(); }
 
   /// Where the replay bar of a picture of this size is.
   ReplayBar replay_bar(float width, float height) const { return {width, height, overlay_.scale()}; }

@@ -6,7 +6,7 @@
 #include <map>
 #include <vector>
 
-#include "client/view/renderer.hpp"
+#include "client/view/sight.hpp"
 #include "server/core/room_facts.hpp"
 
 namespace palpate::demo {

@@ -2,6 +2,7 @@
 
 #include "client/view/camera.hpp"
 #include "client/view/color.hpp"
+#include "client/view/round_125.hpp"
 #include "client/view/stage.hpp"
 #include "tests/view/demo_body.hpp"
 

@@ -12,9 +12,10 @@ namespace palpate {
 class DrawTimes {
  public:
   void add(Micros begun, Micros drawn);
-  /// In a line: pictures a second, median and 99th percentile of the time of one, and the processor time of this program for
-  /// each, of all its threads: what drawing in software takes from others.
-  std::string summary() const;
+  /// In a line: pictures a second, in how many of them anything of the body or the camera moved, median and 99th percentile of
+  /// the time of one, and the processor time of this program for each, of all its threads: what drawing in software takes from
+  /// others.
+  std::string summary(int drawn) const;
 
  private:
   std::vector<Micros> took_;

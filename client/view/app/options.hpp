@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "client/view/renderer.hpp"
+#include "client/view/sight.hpp"
 
 namespace palpate {
 

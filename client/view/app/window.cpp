@@ -145,7 +145,7 @@ void Screen::run(Controls& controls, const TouchStation* touch) {
     times.add(begun, now_us());
     source.pump_until(begun + (software_ ? kSoftwareFramePeriod : kFramePeriod));
   }
-  fmt::print("palpate-view: {}\n", times.summary());
+  fmt::print("palpate-view: {}\n", times.summary(stage_.drawn()));
 }
 
 }  // namespace

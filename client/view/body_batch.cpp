@@ -1,0 +1,109 @@
+#include "client/view/body_batch.hpp"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr int kMaxLevel = 4;
+
+/// Corners of the level^2 equal parts of a triangle, as weights of its corners.
+std::vector<Vec3f> refinement(int level) {
+  std::vector<Vec3f> pattern;
+  const auto at = [level](int i, int j) -> Vec3f {
+    return Vec3f(static_cast<float>(level - i - j), static_cast<float>(i), static_cast<float>(j)) / static_cast<float>(level);
+  };
+  for (int i = 0; i < level; ++i) {
+    for (int j = 0; i + j < level; ++j) {
+      pattern.insert(pattern.end(), {at(i, j), at(i + 1, j), at(i, j + 1)});
+      if (i + j + 1 < level) pattern.insert(pattern.end(), {at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  }
+  return pattern;
+}
+
+int affordable_level(const Sight& sight, const Look& look) {
+  const auto triangles = std::max(1.0, static_cast<double>(sight.triangles.size()));
+  return std::clamp(static_cast<int>(std::sqrt(look.triangle_budget / triangles)), 1, kMaxLevel);
+}
+
+}  // namespace
+
+BodyBatch::BodyBatch() {
+  constexpr int kFloats = sizeof(Corner) / sizeof(float);
+  static_assert(kFloats == 12, "Corner is four packed vectors");
+  glBindVertexArray(plain_array_.id());
+  glBindBuffer(GL_ARRAY_BUFFER, corner_buffer_.id());
+  for (GLuint i = 0; i < 4; ++i) attribute(i, 3, kFloats, 3 * static_cast<int>(i));
+  // The strain of a triangle is the same at its three corners: the first one's serves.
+  glBindVertexArray(curved_array_.id());
+  for (GLuint i = 0; i < 10; ++i) {
+    attribute(i, 3, 3 * kFloats, 3 * static_cast<int>(i < 7 ? i : i + 1));
+    glVertexAttribDivisor(i, 1);
+  }
+  glBindBuffer(GL_ARRAY_BUFFER, pattern_buffer_.id());
+  attribute(10, 3, 3, 0);
+}
+
+bool BodyBatch::show(const Sight& sight, const Look& look) {
+  next_.triangles.assign(sight.triangles.begin(), sight.triangles.end());
+  next_.positions.assign(sight.positions.begin(), sight.positions.end());
+  next_.rest.assign(sight.rest.begin(), sight.rest.end());
+  next_.shade.assign(sight.shade.begin(), sight.shade.end());
+  next_.fixed.resize(sight.vertices.size());
+  std::transform(sight.vertices.begin(), sight.vertices.end(), next_.fixed.begin(), [](const MeshVertex& v) { return v.fixed; });
+  next_.closed = sight.closed;
+  next_.strained = look.lines == Lines::strain;
+  next_.level = affordable_level(sight, look);
+  if (next_ == made_) return false;
+  if (next_.level != made_.level) refine(next_.level);
+  std::swap(next_, made_);
+  fill();
+  return true;
+}
+
+void BodyBatch::refine(int level) {
+  const std::vector<Vec3f> pattern = refinement(level);
+  upload(pattern_buffer_, std::as_bytes(std::span(pattern)));
+  pattern_vertices_ = static_cast<int>(pattern.size());
+}
+
+Vec3f BodyBatch::strain_of(const Triangle& t) const {
+  Vec3f strain = Vec3f::Zero();
+  for (std::size_t k = 0; made_.strained && k < 3; ++k) {
+    const std::uint32_t from = t[(k + 1) % 3], to = t[(k + 2) % 3];
+    const float length = (made_.rest[to] - made_.rest[from]).norm();
+    if (length > 0) strain[static_cast<int>(k)] = (made_.positions[to] - made_.positions[from]).norm() / length - 1;
+  }
+  return strain;
+}
+
+void BodyBatch::fill() {
+  update_surface(made_.triangles, made_.positions, surface_);
+  corners_.clear();
+  for (const Triangle& t : made_.triangles) {
+    const Vec3f strain = strain_of(t);
+    for (const std::uint32_t i : t) {
+      const float shade = made_.shade.empty() ? (made_.positions[i] - made_.rest[i]).norm() : made_.shade[i];
+      const float fixed = !made_.fixed.empty() && made_.fixed[i] ? 1.0F : 0.0F;
+      corners_.push_back({made_.positions[i], surface_.normals[i], Vec3f(shade, surface_.cavity[i], fixed), strain});
+    }
+  }
+  upload(corner_buffer_, std::as_bytes(std::span(corners_)));
+}
+
+void BodyBatch::draw() const {
+  if (made_.closed) glEnable(GL_CULL_FACE);
+  glBindVertexArray(plain() ? plain_array_.id() : curved_array_.id());
+  const auto triangles = static_cast<GLsizei>(made_.triangles.size());
+  if (plain())
+    glDrawArrays(GL_TRIANGLES, 0, 3 * triangles);
+  else
+    glDrawArraysInstanced(GL_TRIANGLES, 0, pattern_vertices_, triangles);
+  glDisable(GL_CULL_FACE);
+}
+
+}  // namespace palpate

@@ -1,0 +1,53 @@
+// The body's triangles on the graphics side.
+//
+// They are refined there into curved point-normal triangles that pass through the received vertices, so contact stays where it
+// is; where there are too many for that they are drawn as they are. What did not change since the last moment is not computed
+// and not uploaded again.
+#pragma once
+
+#include <vector>
+
+#include "client/view/gl_objects.hpp"
+#include "client/view/sight.hpp"
+
+namespace palpate {
+
+class BodyBatch {
+ public:
+  /// Needs a current OpenGL 3.3 core context, as all that follows.
+  BodyBatch();
+  /// Shows this moment from now on. Returns whether that is another one than before.
+  bool show(const Sight& sight, const Look& look);
+  /// Drawn as they are: shaders::plain_body_vertex(); otherwise shaders::curved_body_vertex().
+  bool plain() const { return made_.level == 1; }
+  void draw() const;
+
+ private:
+  /// What vertex `corner` of a triangle brings along; three are a triangle.
+  struct Corner {
+    Vec3f position, normal, look, strain;  ///< look: shade, cavity, fixed; strain: of the edge across from each corner
+  };
+  /// Everything that the corners are made from.
+  struct Made {
+    std::vector<Triangle> triangles;
+    std::vector<Vec3f> positions, rest;
+    std::vector<float> shade;
+    std::vector<bool> fixed;
+    bool closed = false, strained = false;
+    int level = 0;
+
+    bool operator==(const Made& other) const = default;
+  };
+  void refine(int level);
+  void fill();
+  Vec3f strain_of(const Triangle& triangle) const;
+
+  GlVertexArray plain_array_, curved_array_;
+  GlBuffer pattern_buffer_, corner_buffer_;
+  SurfaceShade surface_;
+  std::vector<Corner> corners_;
+  Made made_, next_;
+  int pattern_vertices_ = 0;
+};
+
+}  // namespace palpate

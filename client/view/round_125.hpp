@@ -1,0 +1,11 @@
+// Round figures for legends and scale bars: 1, 2 or 5 times a power of ten.
+#pragma once
+
+namespace palpate {
+
+/// The smallest that is not below x > 0.
+float round_up_125(float x);
+/// The largest that is not above x > 0.
+float round_down_125(float x);
+
+}  // namespace palpate

@@ -1,0 +1,40 @@
+#include "client/view/solid_batch.hpp"
+
+#include <epoxy/gl.h>
+
+#include <utility>
+
+#include "client/view/color.hpp"
+
+namespace palpate {
+
+SolidBatch::SolidBatch() {
+  constexpr int kFloats = sizeof(SolidVertex) / sizeof(float);
+  static_assert(kFloats == 10, "SolidVertex is ten packed floats");
+  glBindVertexArray(array_.id());
+  glBindBuffer(GL_ARRAY_BUFFER, buffer_.id());
+  for (GLuint i = 0; i < 3; ++i) attribute(i, 3, kFloats, 3 * static_cast<int>(i));
+  attribute(3, 1, kFloats, 9);
+}
+
+bool SolidBatch::show(const Sight& sight, const Box& rest) {
+  next_.clear();
+  const float tip = tip_radius(rest);
+  for (std::size_t i = 0; i < sight.tools.size(); ++i) {
+    const ToolView& tool = sight.tools[i];
+    const Vec3f at = tool.position.cast<float>(), force = tool.force.cast<float>();
+    append_stylus(next_, at, tip, station_color(i));
+    if (tool.contact) append_arrow(next_, at, sight.arrow_m_per_n * force, 1.1F * tip, station_color(i));
+  }
+  if (next_ == solids_) return false;
+  std::swap(next_, solids_);
+  upload(buffer_, std::as_bytes(std::span(solids_)));
+  return true;
+}
+
+void SolidBatch::draw() const {
+  glBindVertexArray(array_.id());
+  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(solids_.size()));
+}
+
+}  // namespace palpate

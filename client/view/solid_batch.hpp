@@ -1,0 +1,27 @@
+// Instruments and force arrows on the graphics side; uploaded again only when one of them moved.
+#pragma once
+
+#include "client/view/gl_objects.hpp"
+#include "client/view/sight.hpp"
+#include "client/view/solids.hpp"
+
+namespace palpate {
+
+class SolidBatch {
+ public:
+  /// Needs a current OpenGL 3.3 core context, as all that follows.
+  SolidBatch();
+  /// Shows these tools from now on. Returns whether anything is another than before.
+  bool show(const Sight& sight, const Box& rest);
+  void draw() const;
+
+  /// Of an instrument's ball tip and of its arrow, in proportion to the body [m].
+  static float tip_radius(const Box& rest) { return 0.014F * rest.diagonal(); }
+
+ private:
+  GlVertexArray array_;
+  GlBuffer buffer_;
+  SolidMesh solids_, next_;
+};
+
+}  // namespace palpate
