@@ -30,13 +30,13 @@ class Tangents {
     double slope_n_m = 0, across_n_m = 0, damping_n_s_m = 0;  // T', t, b
     std::uint32_t b = 0;                                      // a < b
   };
-  void multiply_springs(const Matrix& y, Matrix& k_y, Matrix& d_y) const;
+  void add_springs(const std::vector<NodeLanes>& in, std::vector<NodeLanes>& k, std::vector<NodeLanes>& d) const;
 
   const Dynamics* dynamics_;
   std::vector<std::uint32_t> order_;  // index in the body for each spring here
   std::vector<std::uint32_t> first_;  // springs are sorted by a; those of node i begin at first_[i]
   std::vector<Spring> springs_;
-  std::vector<Tetrahedra::CellTangent> tetrahedra_;
+  std::vector<TetraTangent> tetrahedra_;
 };
 
 }  // namespace palpate

@@ -64,6 +64,13 @@ class TetraTangent {
   /// V d(P b_i)/dx_j, the block of K for nodes i and j.
   Mat3 block(const TetraRest& rest, int i, int j) const;
 
+  const Mat3& f() const { return f_; }
+  double a() const { return a_; }
+  double kappa() const { return kappa_; }
+  std::size_t terms() const { return terms_; }
+  double c(std::size_t k) const { return c_[k]; }
+  const Mat3& q(std::size_t k) const { return q_[k]; }
+
  private:
   void corotational(const TetraMaterial& material, bool clamp);
   void neo_hookean(const TetraMaterial& material);

@@ -1,5 +1,8 @@
 #include "server/body/tetrahedra.hpp"
 
+#include <algorithm>
+#include <numeric>
+
 namespace palpate {
 
 Tetrahedra::Tetrahedra(const LumpedBody& body, const BlockMatrix& pattern) : body_(&body) {
@@ -23,6 +26,29 @@ Tetrahedra::Tetrahedra(const LumpedBody& body, const BlockMatrix& pattern) : bod
   auto next = first_;
   for (std::uint32_t k = 0; k < cells_.size(); ++k)
     for (const std::uint32_t node : cells_[k].nodes) incident_[next[node]++] = k;
+  make_groups();
+}
+
+void Tetrahedra::make_groups() {
+  std::vector<std::uint32_t> order(cells_.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(), [&](auto p, auto q) { return cells_[p].material < cells_[q].material; });
+  for (const std::uint32_t k : order) {
+    const Cell& cell = cells_[k];
+    if (groups_.empty() || groups_.back().count == kTetraLanes || groups_.back().material != cell.material) {
+      groups_.push_back({});
+      lanes_.push_back({});
+      groups_.back().material = cell.material;
+      for (std::size_t i = 0; i < 4; ++i) groups_.back().nodes[i].fill(cell.nodes[i]);
+    }
+    TetraGroup& group = groups_.back();
+    const std::size_t lane = group.count++;
+    lanes_.back()[lane] = k;
+    group.volume_m3.of[lane] = cell.rest.volume_m3;
+    for (std::size_t i = 0; i < 4; ++i) group.nodes[i][lane] = cell.nodes[i];
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t c = 0; c < 3; ++c) group.b[i][c].of[lane] = cell.rest.b(static_cast<int>(c), static_cast<int>(i) + 1);
+  }
 }
 
 Mat34 Tetrahedra::nodes_of(const Cell& cell, const Vector& y) const {
@@ -38,10 +64,8 @@ Mat3 Tetrahedra::stress(const Cell& cell, const Vector& x, const Vector& v) cons
 }
 
 void Tetrahedra::add_forces(const Vector& x, const Vector& v, Vector& f) const {
-  for (const Cell& cell : cells_) {
-    const Mat34 forces = stress(cell, x, v) * cell.rest.b;
-    for (int i = 0; i < 4; ++i) at_node(f, cell.nodes[static_cast<std::size_t>(i)]) -= forces.col(i);
-  }
+  const TetraLoops& loops = tetra_loops().back();
+  for (const TetraGroup& group : groups_) loops.add_forces(materials_[group.material], group, x.data(), v.data(), f.data());
   if (empty() || body_->mass_damping_1_s == 0) return;
   for (std::uint32_t i = 0; i < body_->nodes.size(); ++i)
     at_node(f, i) -= body_->mass_damping_1_s * body_->masses_kg[i] * at_node(v, i);
@@ -58,20 +82,46 @@ Vec3 Tetrahedra::force_on(const BodyState& state, std::uint32_t node) const {
   return sum;
 }
 
+/// block(i, j) for j <= i.
+template <class Block>
+void Tetrahedra::add_pairs(const Cell& cell, const std::vector<std::uint8_t>& held, const Block& block, BlockMatrix& a) const {
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (held[cell.nodes[i]]) continue;
+    for (std::size_t j = 0; j <= i; ++j) {
+      if (held[cell.nodes[j]]) continue;
+      const Mat3 k = block(i, j);
+      a.block(cell.entries[i][j]) += k;
+      if (i != j) a.block(cell.entries[j][i]) += k.transpose();
+    }
+  }
+}
+
 void Tetrahedra::add_tangents(const BodyState& state, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                               BlockMatrix& a) const {
-  for (const Cell& cell : cells_) {
-    const TetraMaterial& m = materials_[cell.material];
-    const Mat3 f = nodes_of(cell, state.x) * cell.rest.b.transpose();
-    const TetraTangent tangent(m, f, clamp);
-    for (std::size_t i = 0; i < 4; ++i) {
-      if (held[cell.nodes[i]]) continue;
-      for (std::size_t j = 0; j <= i; ++j) {
-        if (held[cell.nodes[j]]) continue;
-        const int p = static_cast<int>(i), q = static_cast<int>(j);
-        const Mat3 block = c_k * tangent.block(cell.rest, p, q) + c_d * viscous_block(m, cell.rest, f, p, q);
-        a.block(cell.entries[i][j]) += block;
-        if (i != j) a.block(cell.entries[j][i]) += block.transpose();
+  const TetraLoops& loops = tetra_loops().back();
+  TetraBlocks blocks;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const TetraMaterial& m = materials_[groups_[g].material];
+    const bool side_by_side = m.law == SolidLaw::neo_hookean && !clamp;
+    if (side_by_side) loops.blocks(m, groups_[g], state.x.data(), c_d, c_k, blocks);
+    for (std::size_t lane = 0; lane < groups_[g].count; ++lane) {
+      const Cell& cell = cells_[lanes_[g][lane]];
+      if (side_by_side) {
+        const auto block = [&](std::size_t i, std::size_t j) {
+          Mat3 k;
+          for (std::size_t n = 0; n < 9; ++n)
+            k(static_cast<int>(n / 3), static_cast<int>(n % 3)) = blocks.at[pair_index(i, j)][n].of[lane];
+          return k;
+        };
+        add_pairs(cell, held, block, a);
+      } else {
+        const Mat3 f = nodes_of(cell, state.x) * cell.rest.b.transpose();
+        const TetraTangent tangent(m, f, clamp);
+        const auto block = [&](std::size_t i, std::size_t j) -> Mat3 {
+          const int p = static_cast<int>(i), q = static_cast<int>(j);
+          return c_k * tangent.block(cell.rest, p, q) + c_d * viscous_block(m, cell.rest, f, p, q);
+        };
+        add_pairs(cell, held, block, a);
       }
     }
   }
@@ -80,37 +130,12 @@ void Tetrahedra::add_tangents(const BodyState& state, double c_d, double c_k, co
     if (!held[i]) a.block(a.diagonal(i)).diagonal().array() += c_d * body_->mass_damping_1_s * body_->masses_kg[i];
 }
 
-std::vector<Tetrahedra::CellTangent> Tetrahedra::tangents(const BodyState& state) const {
-  std::vector<CellTangent> tangents;
+std::vector<TetraTangent> Tetrahedra::tangents(const BodyState& state) const {
+  std::vector<TetraTangent> tangents;
   tangents.reserve(cells_.size());
-  for (const Cell& cell : cells_) {
-    const Mat3 f = nodes_of(cell, state.x) * cell.rest.b.transpose();
-    tangents.push_back({f, TetraTangent(materials_[cell.material], f, false)});
-  }
+  for (const Cell& cell : cells_)
+    tangents.emplace_back(materials_[cell.material], nodes_of(cell, state.x) * cell.rest.b.transpose(), false);
   return tangents;
-}
-
-void Tetrahedra::add_products(const std::vector<CellTangent>& at, const Eigen::Ref<const Matrix>& y, Eigen::Ref<Matrix> k_y,
-                              Eigen::Ref<Matrix> d_y) const {
-  Mat34 nodes;
-  for (std::size_t k = 0; k < cells_.size(); ++k) {
-    const Cell& cell = cells_[k];
-    const auto row = [&](int i) { return 3 * static_cast<Eigen::Index>(cell.nodes[static_cast<std::size_t>(i)]); };
-    for (Eigen::Index column = 0; column < y.cols(); ++column) {
-      for (int i = 0; i < 4; ++i) nodes.col(i) = y.col(column).segment<3>(row(i));
-      const Mat3 change = nodes * cell.rest.b.transpose();
-      const Mat34 elastic = cell.rest.volume_m3 * at[k].elastic.apply(change) * cell.rest.b;
-      const Mat34 viscous = cell.rest.volume_m3 * viscous_stress(materials_[cell.material], at[k].f, change) * cell.rest.b;
-      for (int i = 0; i < 4; ++i) {
-        k_y.col(column).segment<3>(row(i)) += elastic.col(i);
-        d_y.col(column).segment<3>(row(i)) += viscous.col(i);
-      }
-    }
-  }
-  if (empty()) return;
-  for (std::uint32_t i = 0; i < body_->nodes.size(); ++i)
-    d_y.middleRows<3>(3 * static_cast<Eigen::Index>(i)) +=
-        body_->mass_damping_1_s * body_->masses_kg[i] * y.middleRows<3>(3 * static_cast<Eigen::Index>(i));
 }
 
 double Tetrahedra::energy(const Vector& x) const {

@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "server/body/body_state.hpp"
-#include "server/body/tetra_kernel.hpp"
+#include "server/body/column_lanes.hpp"
+#include "server/body/tetra_lanes.hpp"
 
 namespace palpate {
 
@@ -25,14 +26,10 @@ class Tetrahedra {
   void add_tangents(const BodyState& state, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                     BlockMatrix& a) const;
   /// What the products with K and D at one state are made of, for each tetrahedron.
-  struct CellTangent {
-    Mat3 f;
-    TetraTangent elastic;
-  };
-  std::vector<CellTangent> tangents(const BodyState& state) const;
+  std::vector<TetraTangent> tangents(const BodyState& state) const;
   /// K Y and D Y are added for the columns of Y.
-  void add_products(const std::vector<CellTangent>& at, const Eigen::Ref<const Matrix>& y, Eigen::Ref<Matrix> k_y,
-                    Eigen::Ref<Matrix> d_y) const;
+  void add_products(const std::vector<TetraTangent>& at, const std::vector<NodeLanes>& y, std::vector<NodeLanes>& k_y,
+                    std::vector<NodeLanes>& d_y) const;
   /// Elastic energy [J].
   double energy(const Vector& x) const;
 
@@ -43,6 +40,11 @@ class Tetrahedra {
     TetraRest rest;
     std::array<std::array<std::uint32_t, 4>, 4> entries;  // of the pattern
   };
+  /// The tetrahedra of a group, lane by lane.
+  using Lanes = std::array<std::uint32_t, kTetraLanes>;
+  void make_groups();
+  template <class Block>
+  void add_pairs(const Cell& cell, const std::vector<std::uint8_t>& held, const Block& block, BlockMatrix& a) const;
   Mat34 nodes_of(const Cell& cell, const Vector& y) const;
   /// V P: its product with b_i is minus the force on node i.
   Mat3 stress(const Cell& cell, const Vector& x, const Vector& v) const;
@@ -50,6 +52,8 @@ class Tetrahedra {
   const LumpedBody* body_;
   std::vector<TetraMaterial> materials_;
   std::vector<Cell> cells_;
+  std::vector<TetraGroup> groups_;
+  std::vector<Lanes> lanes_;                     // of each group
   std::vector<std::uint32_t> first_, incident_;  // cells of each node
 };
 

@@ -1,0 +1,29 @@
+// Four columns of a matrix over the nodes side by side, as vector instructions take them.
+#pragma once
+
+#include <vector>
+
+#include "server/body/block_matrix.hpp"
+
+namespace palpate {
+
+inline constexpr int kColumnLanes = 4;
+using ColumnLanes = double __attribute__((vector_size(kColumnLanes * sizeof(double)), may_alias));
+
+/// What one node does in that many columns.
+struct alignas(sizeof(ColumnLanes)) NodeLanes {
+  double x[kColumnLanes], y[kColumnLanes], z[kColumnLanes];
+};
+
+[[gnu::always_inline]] inline ColumnLanes& lanes(double (&numbers)[kColumnLanes]) {
+  return *reinterpret_cast<ColumnLanes*>(numbers);
+}
+[[gnu::always_inline]] inline const ColumnLanes& lanes(const double (&numbers)[kColumnLanes]) {
+  return *reinterpret_cast<const ColumnLanes*>(numbers);
+}
+
+/// Columns first ... first + kColumnLanes - 1 of 3 N rows, zero beyond the last.
+void pack(const Eigen::Ref<const Matrix>& from, Eigen::Index first, std::vector<NodeLanes>& to);
+void unpack(const std::vector<NodeLanes>& from, Eigen::Index first, Eigen::Ref<Matrix> to);
+
+}  // namespace palpate

@@ -1,0 +1,269 @@
+#include "server/body/tetra_lanes.hpp"
+
+#include <vector>
+
+#define PALPATE_INLINE [[gnu::always_inline]] inline
+
+namespace palpate {
+namespace {
+
+template <std::size_t N>
+struct VectorOf;
+template <>
+struct VectorOf<2> {
+  using Type = double __attribute__((vector_size(16), may_alias));
+};
+template <>
+struct VectorOf<4> {
+  using Type = double __attribute__((vector_size(32), may_alias));
+};
+template <>
+struct VectorOf<8> {
+  using Type = double __attribute__((vector_size(64), may_alias));
+};
+/// N elements.
+template <std::size_t N>
+using Wide = typename VectorOf<N>::Type;
+
+/// A 3x3 matrix in every lane.
+template <std::size_t N>
+struct Mat {
+  Wide<N> of[3][3];
+};
+
+/// The elements of a group from one lane on, as many as fit into a vector.
+template <std::size_t N>
+struct Part {
+  const TetraGroup& group;
+  std::size_t from;
+
+  PALPATE_INLINE const Wide<N>& b(int i, int c) const {
+    return *reinterpret_cast<const Wide<N>*>(group.b[static_cast<std::size_t>(i)][static_cast<std::size_t>(c)].of + from);
+  }
+  PALPATE_INLINE const Wide<N>& volume() const { return *reinterpret_cast<const Wide<N>*>(group.volume_m3.of + from); }
+  PALPATE_INLINE std::size_t used() const { return group.count > from ? std::min(N, group.count - from) : 0; }
+
+  /// sum over the nodes of y_i b_i^T
+  PALPATE_INLINE void gradient(const double* y, Mat<N>& f) const {
+    alignas(64) double edge[3][3][N];
+    for (std::size_t l = 0; l < N; ++l) {
+      const double* y0 = y + 3 * std::size_t{group.nodes[0][from + l]};
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double* yi = y + 3 * std::size_t{group.nodes[i + 1][from + l]};
+        for (std::size_t r = 0; r < 3; ++r) edge[i][r][l] = yi[r] - y0[r];
+      }
+    }
+    for (int r = 0; r < 3; ++r) {
+      const Wide<N>&e1 = *reinterpret_cast<const Wide<N>*>(edge[0][r]), &e2 = *reinterpret_cast<const Wide<N>*>(edge[1][r]),
+            &e3 = *reinterpret_cast<const Wide<N>*>(edge[2][r]);
+      for (int c = 0; c < 3; ++c) f.of[r][c] = e1 * b(0, c) + e2 * b(1, c) + e3 * b(2, c);
+    }
+  }
+};
+
+template <std::size_t N>
+PALPATE_INLINE void cofactors(const Mat<N>& f, Mat<N>& g) {
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) {
+      const int s = (r + 1) % 3, t = (r + 2) % 3, p = (c + 1) % 3, q = (c + 2) % 3;
+      g.of[r][c] = f.of[s][p] * f.of[t][q] - f.of[t][p] * f.of[s][q];
+    }
+}
+
+/// sum of the products of their entries
+template <std::size_t N>
+PALPATE_INLINE void inner(const Mat<N>& a, const Mat<N>& b, Wide<N>& sum) {
+  sum = a.of[0][0] * b.of[0][0];
+  for (int k = 1; k < 9; ++k) sum += a.of[k / 3][k % 3] * b.of[k / 3][k % 3];
+}
+
+template <std::size_t N>
+PALPATE_INLINE void add_neo_hookean(const TetraMaterial& m, const Mat<N>& f, Mat<N>& p) {
+  Mat<N> g;
+  cofactors(f, g);
+  Wide<N> i;
+  inner(f, f, i);
+  const Wide<N> j = f.of[0][0] * g.of[0][0] + f.of[1][0] * g.of[1][0] + f.of[2][0] * g.of[2][0];
+  const Wide<N> a = m.mu * (1.0 - 1.0 / (i + 1.0)), c = m.lambda * (j - m.alpha);
+  for (int r = 0; r < 3; ++r)
+    for (int s = 0; s < 3; ++s) p.of[r][s] += a * f.of[r][s] + c * g.of[r][s];
+}
+
+/// The polar decomposition decides and repeats: one lane after the other.
+template <std::size_t N>
+PALPATE_INLINE void add_corotational(const TetraMaterial& m, const Mat<N>& f, std::size_t used, Mat<N>& p) {
+  for (std::size_t l = 0; l < used; ++l) {
+    Mat3 one;
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) one(r, c) = f.of[r][c][l];
+    const Mat3 stress = elastic_stress(m, one);
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) p.of[r][c][l] += stress(r, c);
+  }
+}
+
+/// F (mu_v (C + C^T) + lambda_v tr(C) I), C = F^T F'
+template <std::size_t N>
+PALPATE_INLINE void add_viscous(const TetraMaterial& m, const Mat<N>& f, const Mat<N>& rate, Mat<N>& p) {
+  Mat<N> c;
+  for (int r = 0; r < 3; ++r)
+    for (int s = 0; s < 3; ++s) c.of[r][s] = f.of[0][r] * rate.of[0][s] + f.of[1][r] * rate.of[1][s] + f.of[2][r] * rate.of[2][s];
+  const Wide<N> volume = m.viscous_lambda * (c.of[0][0] + c.of[1][1] + c.of[2][2]);
+  for (int r = 0; r < 3; ++r)
+    for (int s = 0; s < 3; ++s) {
+      Wide<N> sum = f.of[r][s] * volume;
+      for (int k = 0; k < 3; ++k) sum += f.of[r][k] * (m.viscous_mu * (c.of[k][s] + c.of[s][k]));
+      p.of[r][s] += sum;
+    }
+}
+
+template <std::size_t N>
+PALPATE_INLINE void scatter(const Part<N>& part, const Mat<N>& stress, double* f) {
+  alignas(64) double force[3][3][N];
+  for (int i = 0; i < 3; ++i)
+    for (int r = 0; r < 3; ++r) {
+      const Wide<N> sum = stress.of[r][0] * part.b(i, 0) + stress.of[r][1] * part.b(i, 1) + stress.of[r][2] * part.b(i, 2);
+      *reinterpret_cast<Wide<N>*>(force[i][r]) = -part.volume() * sum;
+    }
+  for (std::size_t l = 0; l < part.used(); ++l) {
+    double* f0 = f + 3 * std::size_t{part.group.nodes[0][part.from + l]};
+    for (std::size_t i = 0; i < 3; ++i) {
+      double* fi = f + 3 * std::size_t{part.group.nodes[i + 1][part.from + l]};
+      for (std::size_t r = 0; r < 3; ++r) {
+        fi[r] += force[i][r][l];
+        f0[r] -= force[i][r][l];
+      }
+    }
+  }
+}
+
+template <std::size_t N>
+PALPATE_INLINE void add_forces(const TetraMaterial& m, const TetraGroup& group, const double* x, const double* v, double* f) {
+  for (std::size_t from = 0; from < group.count; from += N) {
+    const Part<N> part{group, from};
+    Mat<N> gradient, stress{};
+    part.gradient(x, gradient);
+    if (m.law == SolidLaw::neo_hookean)
+      add_neo_hookean(m, gradient, stress);
+    else
+      add_corotational(m, gradient, part.used(), stress);
+    if (m.viscous_mu != 0 || m.viscous_lambda != 0) {
+      Mat<N> rate;
+      part.gradient(v, rate);
+      add_viscous(m, gradient, rate, stress);
+    }
+    scatter(part, stress, f);
+  }
+}
+
+/// Everything that the blocks between two nodes have in common.
+template <std::size_t N>
+struct Linearised {
+  Wide<N> a, kappa, along, spread, across,
+      viscous_volume;          ///< a, kappa, 2 mu / (I + 1)^2, lambda; mu_v, lambda_v times c_d / c_k
+  Mat<N> square;               ///< F F^T
+  Wide<N> fb[4][3], gb[4][3];  ///< F b_i, G b_i
+  Wide<N> b[4][3];
+  Mat<N> f;
+};
+
+template <std::size_t N>
+PALPATE_INLINE void linearise(const TetraMaterial& m, const Part<N>& part, const double* x, double c_d, double c_k,
+                              Linearised<N>& at) {
+  Mat<N> g;
+  part.gradient(x, at.f);
+  cofactors(at.f, g);
+  Wide<N> i;
+  inner(at.f, at.f, i);
+  const Wide<N> j = at.f.of[0][0] * g.of[0][0] + at.f.of[1][0] * g.of[1][0] + at.f.of[2][0] * g.of[2][0];
+  i += 1.0;
+  at.a = c_k * m.mu * (1.0 - 1.0 / i) * part.volume();
+  at.along = c_k * 2 * m.mu / (i * i) * part.volume();
+  at.spread = c_k * m.lambda * part.volume();
+  at.kappa = c_k * m.lambda * (j - m.alpha) * part.volume();
+  at.across = c_d * m.viscous_mu * part.volume();
+  at.viscous_volume = c_d * m.viscous_lambda * part.volume();
+  for (int r = 0; r < 3; ++r)
+    for (int s = 0; s < 3; ++s)
+      at.square.of[r][s] = at.f.of[r][0] * at.f.of[s][0] + at.f.of[r][1] * at.f.of[s][1] + at.f.of[r][2] * at.f.of[s][2];
+  for (int c = 0; c < 3; ++c) {
+    for (int k = 0; k < 3; ++k) at.b[k + 1][c] = part.b(k, c);
+    at.b[0][c] = -(at.b[1][c] + at.b[2][c] + at.b[3][c]);
+  }
+  for (int k = 0; k < 4; ++k)
+    for (int r = 0; r < 3; ++r) {
+      at.fb[k][r] = at.f.of[r][0] * at.b[k][0] + at.f.of[r][1] * at.b[k][1] + at.f.of[r][2] * at.b[k][2];
+      at.gb[k][r] = g.of[r][0] * at.b[k][0] + g.of[r][1] * at.b[k][1] + g.of[r][2] * at.b[k][2];
+    }
+}
+
+/// tetra_kernel.hpp: TetraTangent::block and viscous_block of nodes i and j.
+template <std::size_t N>
+PALPATE_INLINE void block(const Linearised<N>& at, int i, int j, Mat<N>& k) {
+  const Wide<N>*bi = at.b[i], *bj = at.b[j];
+  const Wide<N> dot = bi[0] * bj[0] + bi[1] * bj[1] + bi[2] * bj[2];
+  for (int r = 0; r < 3; ++r)
+    for (int s = 0; s < 3; ++s) {
+      k.of[r][s] = at.along * at.fb[i][r] * at.fb[j][s] + at.spread * at.gb[i][r] * at.gb[j][s] +
+                   at.across * (dot * at.square.of[r][s] + at.fb[j][r] * at.fb[i][s]) +
+                   at.viscous_volume * at.fb[i][r] * at.fb[j][s];
+      if (r == s) k.of[r][s] += at.a * dot;
+    }
+  if (i == j) return;
+  Wide<N> normal[3], w[3];
+  for (int c = 0; c < 3; ++c) normal[c] = bi[(c + 1) % 3] * bj[(c + 2) % 3] - bi[(c + 2) % 3] * bj[(c + 1) % 3];
+  for (int r = 0; r < 3; ++r)
+    w[r] = at.kappa * (at.f.of[r][0] * normal[0] + at.f.of[r][1] * normal[1] + at.f.of[r][2] * normal[2]);
+  for (int r = 0; r < 3; ++r) {
+    k.of[r][(r + 1) % 3] += w[(r + 2) % 3];
+    k.of[r][(r + 2) % 3] -= w[(r + 1) % 3];
+  }
+}
+
+template <std::size_t N>
+PALPATE_INLINE void blocks(const TetraMaterial& m, const TetraGroup& group, const double* x, double c_d, double c_k,
+                           TetraBlocks& out) {
+  for (std::size_t from = 0; from < group.count; from += N) {
+    Linearised<N> at;
+    linearise(m, Part<N>{group, from}, x, c_d, c_k, at);
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j <= i; ++j) {
+        Mat<N> k;
+        block(at, i, j, k);
+        auto& numbers = out.at[pair_index(static_cast<std::size_t>(i), static_cast<std::size_t>(j))];
+        for (std::size_t n = 0; n < 9; ++n) *reinterpret_cast<Wide<N>*>(numbers[n].of + from) = k.of[n / 3][n % 3];
+      }
+  }
+}
+
+#define PALPATE_TETRA_LOOPS(N, TARGET)                                                                                       \
+  TARGET void forces_##N(const TetraMaterial& m, const TetraGroup& g, const double* x, const double* v, double* f) {         \
+    add_forces<N>(m, g, x, v, f);                                                                                            \
+  }                                                                                                                          \
+  TARGET void blocks_##N(const TetraMaterial& m, const TetraGroup& g, const double* x, double d, double k, TetraBlocks& b) { \
+    blocks<N>(m, g, x, d, k, b);                                                                                             \
+  }
+
+PALPATE_TETRA_LOOPS(2, )
+#if defined(__x86_64__)
+PALPATE_TETRA_LOOPS(4, __attribute__((target("avx2"))))
+PALPATE_TETRA_LOOPS(8, __attribute__((target("avx512f"))))
+#endif
+
+std::vector<TetraLoops> found() {
+  std::vector<TetraLoops> loops{{2, &forces_2, &blocks_2}};
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx2")) loops.push_back({4, &forces_4, &blocks_4});
+  if (__builtin_cpu_supports("avx512f")) loops.push_back({8, &forces_8, &blocks_8});
+#endif
+  return loops;
+}
+
+}  // namespace
+
+std::span<const TetraLoops> tetra_loops() {
+  static const std::vector<TetraLoops> loops = found();
+  return loops;
+}
+
+}  // namespace palpate

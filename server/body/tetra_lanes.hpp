@@ -1,0 +1,46 @@
+// Eight tetrahedra of one material side by side: the forces of tetra_kernel.hpp, and of the neo-Hookean law its exact tangents.
+//
+// An element needs some 300 operations and no decision, so they are the elements that go into the lanes of the vectors: two, four
+// or eight a time, the most that the processor has. Nothing is contracted and every lane does the same in the same order: same
+// bits whatever the width.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "server/body/tetra_kernel.hpp"
+
+namespace palpate {
+
+inline constexpr std::size_t kTetraLanes = 8;
+struct alignas(64) TetraNumbers {
+  double of[kTetraLanes];
+};
+
+struct TetraGroup {
+  std::array<std::array<TetraNumbers, 3>, 3> b;                   ///< component c of b_1, b_2, b_3: b[i - 1][c] [1/m]
+  TetraNumbers volume_m3;                                         ///< V
+  std::array<std::array<std::uint32_t, kTetraLanes>, 4> nodes{};  ///< of lanes that are not used: those of the first
+  std::uint32_t material = 0, count = 0;                          ///< lanes that are used
+};
+
+/// c_k K + c_d D between nodes i and j <= i of each tetrahedron, row by row: at[pair_index(i, j)][3 row + column].
+struct TetraBlocks {
+  std::array<std::array<TetraNumbers, 9>, 10> at;
+};
+constexpr std::size_t pair_index(std::size_t i, std::size_t j) { return i * (i + 1) / 2 + j; }
+
+struct TetraLoops {
+  std::size_t width;  ///< elements in a vector
+  /// f += forces at positions x and velocities v, 3 N each.
+  void (*add_forces)(const TetraMaterial& material, const TetraGroup& group, const double* x, const double* v, double* f);
+  /// For neo_hookean, not clamped.
+  void (*blocks)(const TetraMaterial& material, const TetraGroup& group, const double* x, double c_d, double c_k,
+                 TetraBlocks& blocks);
+};
+
+/// All that this processor can run, the widest last.
+std::span<const TetraLoops> tetra_loops();
+
+}  // namespace palpate
