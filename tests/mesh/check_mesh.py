@@ -1,0 +1,110 @@
+"""Fills an ellipsoid with `./dev mesh`, sums up its tetrahedra, and lets a server simulate it; what cannot be filled is refused.
+
+usage: check_mesh.py DEV PALPATE_SERVER WORK
+"""
+
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import numpy
+
+RADII = numpy.array([80.0, 55.0, 35.0])  # mm
+EDGE = 12.0
+
+
+def sphere(levels):
+    """Corners of the triangles of a subdivided octahedron, on the unit sphere."""
+    x, y, z = numpy.eye(3)
+    faces = [(a, b, c) if numpy.linalg.det([a, b, c]) > 0 else (a, c, b) for a in (x, -x) for b in (y, -y) for c in (z, -z)]
+    for _ in range(levels):
+        finer = []
+        for a, b, c in faces:
+            p, q, r = (v / numpy.linalg.norm(v) for v in (a + b, b + c, c + a))
+            finer += [(a, p, r), (p, b, q), (r, q, c), (p, q, r)]
+        faces = finer
+    return faces
+
+
+def write_stl(path, faces):
+    with path.open("w") as out:
+        out.write("solid body\n")
+        for face in faces:
+            corners = "".join("vertex {:.7g} {:.7g} {:.7g}\n".format(*(RADII * v)) for v in face)
+            out.write(f"facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n")
+        out.write("endsolid body\n")
+
+
+def tetrahedra(path):
+    """Nodes and tetrahedra of a .msh 4.1 in text, read by hand."""
+    words = iter(path.read_text().split())
+    nodes, cells = {}, []
+    for word in words:
+        if word == "$Nodes":
+            blocks, _, _, _ = (int(next(words)) for _ in range(4))
+            for _ in range(blocks):
+                _, _, _, count = (int(next(words)) for _ in range(4))
+                tags = [next(words) for _ in range(count)]
+                for tag in tags:
+                    nodes[tag] = [float(next(words)) for _ in range(3)]
+        if word == "$Elements":
+            blocks, _, _, _ = (int(next(words)) for _ in range(4))
+            for _ in range(blocks):
+                _, _, kind, count = (int(next(words)) for _ in range(4))
+                corners = {15: 1, 1: 2, 2: 3, 4: 4}[kind]
+                for _ in range(count):
+                    next(words)
+                    cell = [next(words) for _ in range(corners)]
+                    if kind == 4:
+                        cells.append([nodes[tag] for tag in cell])
+    return numpy.array(cells)
+
+
+def fill(dev, surface, mesh, edge=EDGE):
+    return subprocess.run([dev, "--no-install", "mesh", surface, str(edge), mesh], text=True, capture_output=True)
+
+
+def check_filled(dev, server, work):
+    write_stl(work / "an \"odd\" name.stl", sphere(4))
+    done = fill(dev, work / "an \"odd\" name.stl", work / "new" / "body.msh")
+    assert done.returncode == 0, done.stderr
+    cells = tetrahedra(work / "new" / "body.msh")
+    edges = cells[:, 1:] - cells[:, :1]
+    volume, whole = abs(numpy.linalg.det(edges)).sum() / 6, 4 / 3 * numpy.pi * RADII.prod()
+    assert abs(volume / whole - 1) < 0.03, f"{volume:.4g} of {whole:.4g} mm^3"
+    mean = numpy.linalg.norm(edges, axis=2).mean()
+    assert 0.6 * EDGE < mean < 1.4 * EDGE, f"mean edge {mean:.3g} mm, asked {EDGE}"
+    scene = {"name": "filled", "body": {"mesh": {"file": "new/body.msh", "scale": 0.001, "density_kg_m3": 1060,
+                                                 "solid": {"young_pa": 8000, "damping_s": 0.008}, "fixed_below_z_m": -0.02}},
+             "tool": {"contact": "touch"}}
+    (work / "scene.json").write_text(json.dumps(scene))
+    run = subprocess.run([server, "--scene", work / "scene.json", "--listen", "127.0.0.1:0", "--duration-s", "1"], text=True,
+                         capture_output=True)
+    assert run.returncode == 0 and "filled" in run.stdout and " 0 failed" in run.stdout, run.stdout + run.stderr
+
+
+def check_refused(dev, work):
+    write_stl(work / "open.stl", sphere(3)[40:])
+    done = fill(dev, work / "open.stl", work / "open.msh")
+    assert done.returncode == 2 and "closed surface" in done.stderr, done
+    assert not (work / "open.msh").exists()
+    for surface, edge, mesh, word in [("none.stl", EDGE, "a.msh", "no file"), ("open.stl", 0, "a.msh", "edge length"),
+                                      ("open.stl", "1;2", "a.msh", "edge length"), ("open.stl", EDGE, "a.vtk", ".msh")]:
+        done = fill(dev, work / surface, work / mesh, edge)
+        assert done.returncode == 2 and word in done.stderr, done
+
+
+def main():
+    dev, server, work = map(pathlib.Path, sys.argv[1:])
+    if not shutil.which("gmsh"):
+        sys.exit(77)
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True)
+    check_filled(dev, server, work)
+    check_refused(dev, work)
+
+
+if __name__ == "__main__":
+    main()
