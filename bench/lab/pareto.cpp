@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <iterator>
 
@@ -94,37 +95,47 @@ void draw(const std::filesystem::path& out, const std::vector<Group>& groups) {
   if (!patches.empty()) plot_grid(out / "pareto-patches.svg", "Patches: error against what they cost", kColumns, patches);
 }
 
-bool on_front(const Cells& cells, std::size_t i, double ParetoCell::*cost) {
-  const std::vector<std::size_t> front = pareto_front(cells, cost);
-  return std::find(front.begin(), front.end(), i) != front.end();
+/// For each cell whether it is on the front.
+std::vector<bool> on_front(const Cells& cells, double ParetoCell::*cost) {
+  std::vector<bool> on(cells.size(), false);
+  for (const std::size_t i : pareto_front(cells, cost)) on[i] = true;
+  return on;
+}
+
+void print_bodies(const Cells& cells, Json& points) {
+  fmt::print("  {:<36} {:>9} {:>10} {:>11}\n", "palpate-lab pareto --only ...", "error %", "ms a s", "x real time");
+  const std::vector<bool> front = on_front(cells, kBodyCost.value);
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const ParetoCell& c = cells[i];
+    fmt::print("  {:<36} {:>9.3g} {:>9.1f}{} {:>11.2f}\n", key_of(c), 100 * c.error, c.server_ms_s, front[i] ? '*' : ' ',
+               1e3 / c.server_ms_s);
+    points.push_back({{"point", key_of(c)},
+                      {"error", c.error},
+                      {"server_ms_s", c.server_ms_s},
+                      {"on_front", {{kBodyCost.name, front[i] ? 1 : 0}}}});
+  }
+}
+
+void print_patches(const Cells& cells, Json& points) {
+  fmt::print("  {:<36} {:>9} {:>8} {:>11} {:>9}\n", "palpate-lab pareto --only ...", "error %", "bytes", "server ms", "tick us");
+  std::array<std::vector<bool>, std::size(kPatchCosts)> fronts;
+  for (std::size_t k = 0; k < fronts.size(); ++k) fronts[k] = on_front(cells, kPatchCosts[k].value);
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const ParetoCell& c = cells[i];
+    const auto mark = [&](std::size_t k) { return fronts[k][i] ? '*' : ' '; };
+    fmt::print("  {:<36} {:>9.3g} {:>7.0f}{} {:>10.3f}{} {:>8.3f}{}\n", key_of(c), 100 * c.error, c.bytes, mark(0), c.build_ms,
+               mark(1), c.tick_us, mark(2));
+    Json j{{"point", key_of(c)}, {"error", c.error},       {"server_ms_s", c.server_ms_s},
+           {"bytes", c.bytes},   {"build_ms", c.build_ms}, {"tick_us", c.tick_us}};
+    for (std::size_t k = 0; k < fronts.size(); ++k) j["on_front"][kPatchCosts[k].name] = fronts[k][i] ? 1 : 0;
+    points.push_back(std::move(j));
+  }
 }
 
 Json print(const Group& group) {
-  const Cells& cells = group.cells;
-  const bool patch = cells.front().is_patch;
   fmt::print("\n{}\n", group.name);
-  if (patch)
-    fmt::print("  {:<36} {:>9} {:>8} {:>11} {:>9}\n", "palpate-lab pareto --only ...", "error %", "bytes", "server ms",
-               "tick us");
-  else
-    fmt::print("  {:<36} {:>9} {:>10} {:>11}\n", "palpate-lab pareto --only ...", "error %", "ms a s", "x real time");
   Json points = Json::array();
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const ParetoCell& c = cells[i];
-    const auto mark = [&](double ParetoCell::*cost) { return on_front(cells, i, cost) ? '*' : ' '; };
-    Json j{{"point", key_of(c)}, {"error", c.error}, {"server_ms_s", c.server_ms_s}};
-    if (patch) {
-      fmt::print("  {:<36} {:>9.3g} {:>7.0f}{} {:>10.3f}{} {:>8.3f}{}\n", key_of(c), 100 * c.error, c.bytes,
-                 mark(&ParetoCell::bytes), c.build_ms, mark(&ParetoCell::build_ms), c.tick_us, mark(&ParetoCell::tick_us));
-      j.update({{"bytes", c.bytes}, {"build_ms", c.build_ms}, {"tick_us", c.tick_us}});
-      for (const Cost& cost : kPatchCosts) j["on_front"][cost.name] = on_front(cells, i, cost.value) ? 1 : 0;
-    } else {
-      fmt::print("  {:<36} {:>9.3g} {:>9.1f}{} {:>11.2f}\n", key_of(c), 100 * c.error, c.server_ms_s,
-                 mark(&ParetoCell::server_ms_s), 1e3 / c.server_ms_s);
-      j["on_front"][kBodyCost.name] = on_front(cells, i, kBodyCost.value) ? 1 : 0;
-    }
-    points.push_back(std::move(j));
-  }
+  (group.cells.front().is_patch ? print_patches : print_bodies)(group.cells, points);
   return points;
 }
 

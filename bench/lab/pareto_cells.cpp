@@ -21,6 +21,7 @@ namespace {
 constexpr const char* kHeader = "kind,what,variant,method,setting,error,server_ms_s,build_ms,tick_us,bytes";
 constexpr std::size_t kKeyFields = 5;
 const std::array<std::string_view, 2> kKinds{"body", "patch"}, kIntegrators{"tr-bdf2", "explicit"};
+constexpr std::string_view kSolid = "solid";  // before the size of a cube of tetrahedra
 
 struct Exam {
   Scene scene;
@@ -41,20 +42,19 @@ PushedCube reference_cube(PushedCube cube) {
   return cube;
 }
 
+PushedCube solid_cube(int n) { return {.n = n, .damping_s = 0.008, .solid = true}; }
+
 void add_bodies(bool quick, std::vector<ParetoCell>& cells) {
-  struct Size {
-    int n;
-    double damping_s;
-  };
-  std::vector<Size> sizes{{6, 0.004}, {10, 0.004}, {10, 0.0002}};
-  if (!quick) sizes.insert(sizes.end(), {{20, 0.0002}, {30, 0.0002}});
-  for (const auto& [n, damping_s] : sizes) {
+  std::vector<PushedCube> bodies{{6, 0.004}, {10, 0.004}, {10, 0.0002}, solid_cube(6), solid_cube(10)};
+  if (!quick) bodies.insert(bodies.end(), {{20, 0.0002}, {30, 0.0002}, solid_cube(15)});
+  for (PushedCube cube : bodies) {
     const auto add = [&](IntegratorKind integrator, double step_s) {
-      ParetoCell& cell = cells.emplace_back();
-      cell.cube = {n, damping_s, integrator, step_s};
+      cube.integrator = integrator;
+      cube.step_s = step_s;
+      cells.emplace_back().cube = cube;
     };
     for (const double step_s : {0.050, 0.025, 0.010, 0.005}) add(IntegratorKind::tr_bdf2, step_s);
-    add(IntegratorKind::leapfrog, 0.010);
+    if (!cube.solid) add(IntegratorKind::leapfrog, 0.010);  // explicit steps are for springs
   }
 }
 
@@ -125,10 +125,11 @@ ParetoCell cell_of(const std::vector<std::string>& f, const std::string& where) 
   ParetoCell cell;
   cell.is_patch = index_from(f[0], kKinds, where) == 1;
   if (!cell.is_patch) {
-    const double n = number_from(f[1], where);
+    const bool solid = f[1].starts_with(kSolid);
+    const double n = number_from(solid ? f[1].substr(kSolid.size()) : f[1], where);
     if (!(n >= 3 && n <= 40 && n == std::floor(n))) throw InputError(where, "a cube of " + f[1] + " nodes an edge", "3 to 40");
     const auto integrator = index_from(f[3], kIntegrators, where) == 0 ? IntegratorKind::tr_bdf2 : IntegratorKind::leapfrog;
-    cell.cube = {static_cast<int>(n), 1e-3 * number_from(f[2], where), integrator, 1e-3 * number_from(f[4], where)};
+    cell.cube = {static_cast<int>(n), 1e-3 * number_from(f[2], where), integrator, 1e-3 * number_from(f[4], where), solid};
     return cell;
   }
   cell.scene = f[1];
@@ -161,7 +162,8 @@ void measure_cells(const ParetoGrid& grid, std::vector<ParetoCell>& cells, unsig
 
 std::string key_of(const ParetoCell& c) {
   if (c.is_patch) return fmt::format("patch,{},{},{},{:g}", c.scene, method_of(c), c.order, c.rtt_ms);
-  return fmt::format("body,{},{:g},{},{:g}", c.cube.n, 1e3 * c.cube.damping_s, method_of(c), 1e3 * c.cube.step_s);
+  return fmt::format("body,{}{},{:g},{},{:g}", c.cube.solid ? kSolid : "", c.cube.n, 1e3 * c.cube.damping_s, method_of(c),
+                     1e3 * c.cube.step_s);
 }
 
 std::string method_of(const ParetoCell& c) {
@@ -170,7 +172,9 @@ std::string method_of(const ParetoCell& c) {
 
 std::string group_of(const ParetoCell& c) {
   if (c.is_patch) return fmt::format("{}, RTT {:g} ms", c.scene, c.rtt_ms);
-  return fmt::format("{} nodes, b / k = {:g} ms", c.cube.n * c.cube.n * c.cube.n, 1e3 * c.cube.damping_s);
+  const int nodes = c.cube.n * c.cube.n * c.cube.n, cells = (c.cube.n - 1) * (c.cube.n - 1) * (c.cube.n - 1);
+  if (c.cube.solid) return fmt::format("{} tetrahedra, damping {:g} ms", 6 * cells, 1e3 * c.cube.damping_s);
+  return fmt::format("{} nodes, b / k = {:g} ms", nodes, 1e3 * c.cube.damping_s);
 }
 
 ParetoCell pareto_cell_from(const std::string& key, const std::string& where) {

@@ -38,7 +38,8 @@ std::vector<ParetoCell> pareto_cells(const ParetoGrid& grid);
 void measure_cells(const ParetoGrid& grid, std::vector<ParetoCell>& cells, unsigned jobs,
                    const std::function<void(std::size_t)>& done);
 
-/// "body,10,0.2,explicit,10" or "patch,cube6,port,22,150": what --only takes, and how a row of cells.csv begins.
+/// "body,10,0.2,explicit,10" (or "solid10", of tetrahedra) or "patch,cube6,port,22,150": what --only takes, and how a row of
+/// cells.csv begins.
 std::string key_of(const ParetoCell& cell);
 /// "explicit", "port"
 std::string method_of(const ParetoCell& cell);
@@ -47,7 +48,7 @@ std::string group_of(const ParetoCell& cell);
 /// From a key; InputError with `where` as the place.
 ParetoCell pareto_cell_from(const std::string& key, const std::string& where);
 
-/// Indices of the cells that no other beats in both error and cost, in the order of their costs.
+/// Indices of the cells, of one group, that no other beats in both error and cost, in the order of their costs.
 std::vector<std::size_t> pareto_front(const std::vector<ParetoCell>& cells, double ParetoCell::*cost);
 
 std::string cells_csv(const std::vector<ParetoCell>& cells);

@@ -22,16 +22,18 @@ Scene pushed_cube_scene(const PushedCube& cube) {
   // a length that shrinks with it: k is as the distance is.
   constexpr double kCube6 = 60, kCube6Edges = 5;
   const double k = kCube6 * kCube6Edges / (cube.n - 1);
+  const std::string material =
+      cube.solid ? fmt::format(R"("solid": {{ "law": "neo-hookean", "young_pa": 10000, "damping_s": {} }})", cube.damping_s)
+                 : fmt::format(R"("stiffness_n_m": {}, "damping_n_s_m": {})", k, k * cube.damping_s);
   const char* const integrator = cube.integrator == IntegratorKind::leapfrog ? "explicit" : "tr-bdf2";
-  return read_scene(
-      fmt::format(R"({{
+  return read_scene(fmt::format(R"({{
     "name": "cube{0}",
     "body": {{ "lattice": {{ "nodes": [{0}, {0}, {0}], "size_m": [{1}, {1}, {1}], "density_kg_m3": 1000,
-      "stiffness_n_m": {2}, "damping_n_s_m": {3}, "fixed_faces": ["z-"] }} }},
-    "tool": {{ "contact": "attach", "node": [{4}, {4}, {5}] }},
-    "solver": {{ "integrator": "{6}", "step_ms": {7} }} }})",
-                  cube.n, kSideM, k, k * cube.damping_s, (cube.n - 1) / 2, cube.n - 1, integrator, 1e3 * cube.step_s),
-      fmt::format("cube of {} nodes an edge", cube.n));
+      {2}, "fixed_faces": ["z-"] }} }},
+    "tool": {{ "contact": "attach", "node": [{3}, {3}, {4}] }},
+    "solver": {{ "integrator": "{5}", "step_ms": {6} }} }})",
+                                cube.n, kSideM, material, (cube.n - 1) / 2, cube.n - 1, integrator, 1e3 * cube.step_s),
+                    fmt::format("cube of {} nodes an edge", cube.n));
 }
 
 PushedCubeRun push_cube(const PushedCube& cube, const std::function<std::int64_t()>& stopwatch) {

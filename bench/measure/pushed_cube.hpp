@@ -1,9 +1,10 @@
 // What a second of a body costs, and how wrong the force is for it: a cube whose top is pushed.
 //
-// A cube of 0.1 m with n x n x n nodes, bottom fixed, springs that give it the moduli of scenes/cube6.json at any n, dampers
-// b = damping_s * k; the node in the middle of its top is taken 10 mm down along a minimum-jerk path in 0.5 s and held for as
-// long again. The integrator is asked for a frame of 50 ms after the other, as a room asks for it; the force is that on the node
-// at the frames' ends.
+// A cube of 0.1 m with n x n x n nodes, bottom fixed: either springs that give it the moduli of scenes/cube6.json at any n, with
+// dampers b = damping_s * k, or tetrahedra of a stable neo-Hookean solid of 10 kPa with stiffness-proportional damping of
+// damping_s, six in each cell. The node in the middle of its top is taken 10 mm down along a minimum-jerk path in 0.5 s and held
+// for as long again. The integrator is asked for a frame of 50 ms after the other, as a room asks for it; the force is that on
+// the node at the frames' ends.
 #pragma once
 
 #include <cstdint>
@@ -19,6 +20,7 @@ struct PushedCube {
   double damping_s = 0.004;
   IntegratorKind integrator = IntegratorKind::tr_bdf2;
   double step_s = 0.010;  ///< at most; an explicit one takes shorter ones where those are stable
+  bool solid = false;
 };
 
 struct PushedCubeRun {

@@ -33,6 +33,16 @@ TEST_CASE("The force of a pushed cube converges with the square of the step, to 
   CHECK(relative_rms(force(IntegratorKind::leapfrog, 0.01), reference) < 1e-3);
 }
 
+TEST_CASE("The force of a pushed cube of tetrahedra converges with the square of the step") {
+  const auto force_at = [](double step_s) {
+    return push_cube({.n = 5, .damping_s = 0.008, .step_s = step_s, .solid = true}, no_clock).force;
+  };
+  const std::vector<Vec3> reference = force_at(0.001);
+  const double coarse = relative_rms(force_at(0.05), reference), fine = relative_rms(force_at(0.025), reference);
+  CHECK(coarse / fine == Approx(4).epsilon(0.25));
+  CHECK(fine < 0.01);
+}
+
 TEST_CASE(
     "A cube of finer springs is the same material: its energy in a strain differs by a share that shrinks with the spacing") {
   const auto energy_j = [](int n) {
