@@ -14,6 +14,7 @@
 #include "bench/micro/timer.hpp"
 #include "server/body/dynamics.hpp"
 #include "server/body/linear_solver.hpp"
+#include "server/body/spring_runs.hpp"
 
 namespace palpate {
 namespace {
@@ -65,6 +66,24 @@ void body_forces(benchmark::State& state, const std::string& name) {
   for (auto _ : state) {
     body.dynamics.forces(body.state.x, body.state.v, f);
     benchmark::DoNotOptimize(f.data());
+  }
+  report(state, body, timer, 40);
+}
+
+/// The same of an explicit step: in single precision, in runs.
+void body_runs(benchmark::State& state, const std::string& name) {
+  const BodyCase body(name);
+  const SpringRuns runs(body.scene.body);
+  const std::uint32_t nodes = body.dynamics.nodes();
+  NodeArrays u(nodes), v(nodes), f(nodes);
+  for (std::uint32_t i = 0; i < nodes; ++i) {
+    u.set(i, at_node(body.state.x, i) - body.scene.body.nodes[i]);
+    v.set(i, at_node(body.state.v, i));
+  }
+  const ProcessorTimer timer;
+  for (auto _ : state) {
+    runs.add_forces(u, v, f);
+    benchmark::DoNotOptimize(f.x.data());
   }
   report(state, body, timer, 40);
 }
@@ -129,6 +148,9 @@ void body_substitute(benchmark::State& state, const std::string& name) {
 }  // namespace
 
 void add_body_benchmarks() {
+  const std::string lattices[] = {"cube6", "cube10", "cube15", "cube30", "organ"};
+  for (const std::string& body : lattices)
+    benchmark::RegisterBenchmark(("body/forces_in_runs/" + body).c_str(), body_runs, body)->MinTime(0.1);
   const std::string bodies[] = {"cube6", "cube10", "cube15", "organ", "organ-solid"};
   const auto add = [&](const char* what, auto function, auto... arguments) {
     for (const std::string& body : bodies)
