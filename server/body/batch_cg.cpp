@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -51,7 +52,9 @@ BatchConjugateGradients::Symmetric::Symmetric(const Mat3& m)
       yz(static_cast<float>(m(1, 2))),
       zz(static_cast<float>(m(2, 2))) {}
 
-void BatchConjugateGradients::prepare(const BlockMatrix& a, const std::vector<std::uint8_t>& held) {
+void BatchConjugateGradients::prepare(const BlockMatrix& a, const std::vector<std::uint8_t>& held,
+                                      std::shared_ptr<const CoarseInverse> coarse) {
+  coarse_ = std::move(coarse);
   const std::uint32_t nodes = a.rows();
   first_.assign(1, 0);
   pairs_.clear();
@@ -132,6 +135,50 @@ void BatchConjugateGradients::advance(const Lanes& alpha, Lanes& rr, Lanes& rz) 
   }
   sum_rr.take(rr.v);
   sum_rz.take(rz.v);
+  if (coarse_) add_coarse(rz);
+}
+
+void BatchConjugateGradients::add_coarse(Lanes& rz) {
+  constexpr std::size_t kMotions = CoarseSpace::kMotions;
+  const std::vector<CoarseSpace::Node>& nodes = coarse_->space->nodes();
+  const std::size_t size = coarse_->space->size();
+  coarse_r_.assign(size, Row{});
+  coarse_z_.resize(size);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (nodes[i].piece == CoarseSpace::kNone) continue;
+    const float(&a)[3] = nodes[i].arm;
+    Row* const to = &coarse_r_[kMotions * nodes[i].piece];
+    const Wide rx = wide(r_[i].x), ry = wide(r_[i].y), rz_i = wide(r_[i].z);
+    wide(to[0].v) += rx, wide(to[1].v) += ry, wide(to[2].v) += rz_i;
+    wide(to[3].v) += a[1] * rz_i - a[2] * ry;
+    wide(to[4].v) += a[2] * rx - a[0] * rz_i;
+    wide(to[5].v) += a[0] * ry - a[1] * rx;
+  }
+  Sum sum;
+  for (std::size_t k = 0; k < size; k += kMotions) {
+    Wide total[kMotions] = {};
+    const float* const rows = coarse_->rows.data() + k * size;
+    for (std::size_t l = 0; l < size; ++l) {
+      const Wide r = wide(coarse_r_[l].v);
+      for (std::size_t m = 0; m < kMotions; ++m) total[m] += rows[m * size + l] * r;
+    }
+    for (std::size_t m = 0; m < kMotions; ++m) {
+      wide(coarse_z_[k + m].v) = total[m];
+      sum.add(total[m] * wide(coarse_r_[k + m].v));
+    }
+  }
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (nodes[i].piece == CoarseSpace::kNone) continue;
+    const float(&a)[3] = nodes[i].arm;
+    const Row* const from = &coarse_z_[kMotions * nodes[i].piece];
+    const Wide wx = wide(from[3].v), wy = wide(from[4].v), wz = wide(from[5].v);
+    wide(z_[i].x) += free_[i] * (wide(from[0].v) + wy * a[2] - wz * a[1]);
+    wide(z_[i].y) += free_[i] * (wide(from[1].v) + wz * a[0] - wx * a[2]);
+    wide(z_[i].z) += free_[i] * (wide(from[2].v) + wx * a[1] - wy * a[0]);
+  }
+  Lanes more;
+  sum.take(more.v);
+  for (int c = 0; c < kColumns; ++c) rz.v[c] += more.v[c];
 }
 
 /// Puts a column into a lane, scaled so that b has unit length: nothing small is lost below the smallest float. The first guess

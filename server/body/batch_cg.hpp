@@ -1,4 +1,5 @@
-// Conjugate gradients for several right-hand sides side by side, in single precision, 3x3 block-Jacobi preconditioned:
+// Conjugate gradients for several right-hand sides side by side, in single precision, preconditioned by the 3x3 blocks of the
+// nodes and, where there is one, by a coarse space (coarse_space.hpp):
 //
 //     A X = B,     A symmetric, rows and columns of held nodes those of the identity (Dynamics::assemble)
 //
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "server/body/block_matrix.hpp"
+#include "server/body/coarse_space.hpp"
 
 namespace palpate {
 
@@ -27,7 +29,8 @@ class BatchConjugateGradients {
   static constexpr double kTightest = 1e-5;  ///< of |b|: single precision gets no further
 
   /// Takes a copy of A.
-  void prepare(const BlockMatrix& a, const std::vector<std::uint8_t>& held);
+  void prepare(const BlockMatrix& a, const std::vector<std::uint8_t>& held,
+               std::shared_ptr<const CoarseInverse> coarse = nullptr);
   /// |A x - b| <= max(tolerance, kTightest) |b| for each of any number of columns, as far as the recursion can tell. Rows of held
   /// nodes are taken for zero in b and are zero in x. Returns the iterations of all columns together. `positive_definite` becomes
   /// false, and the columns keep what was found so far, when a direction of non-positive curvature shows.
@@ -54,6 +57,8 @@ class BatchConjugateGradients {
   void unload(const SolveColumn& column, int lane, double scale) const;
   void multiply(const std::vector<Rows>& p, std::vector<Rows>& y) const;
   void advance(const Lanes& alpha, Lanes& rr, Lanes& rz);
+  /// z += P A_c^-1 P^T r, and rz with it.
+  void add_coarse(Lanes& rz);
   void turn(const Lanes& beta);
   static Lanes dot(const std::vector<Rows>& a, const std::vector<Rows>& b);
 
@@ -62,6 +67,11 @@ class BatchConjugateGradients {
   std::vector<Symmetric> diagonal_, inverse_;  // and its inverse
   std::vector<float> free_;                    // 0 for a held node, 1 for others
   std::vector<Rows> x_, r_, z_, p_, ap_;
+  std::shared_ptr<const CoarseInverse> coarse_;
+  struct alignas(32) Row {
+    float v[kColumns];
+  };
+  std::vector<Row> coarse_r_, coarse_z_;  // of each motion
 };
 
 }  // namespace palpate

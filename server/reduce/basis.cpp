@@ -53,7 +53,7 @@ bool ShiftedSolver::prepare(const Linearisation& at, double shift, bool clamp) {
   if (!matrix_) matrix_ = at.dynamics->make_matrix();
   at.dynamics->assemble(*at.state, shift * shift, shift, 1, *at.held, clamp, *matrix_);
   if (small_) return factor_.factorise(*matrix_);
-  batch_.prepare(*matrix_, *at.held);
+  batch_.prepare(*matrix_, *at.held, coarse_ ? coarse_->inverse(shift * shift, shift) : nullptr);
   return true;
 }
 

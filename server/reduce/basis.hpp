@@ -30,8 +30,9 @@ struct Linearisation {
 /// side (batch_cg.hpp).
 class ShiftedSolver {
  public:
-  explicit ShiftedSolver(const Dynamics& dynamics)
-      : small_(dynamics.nodes() <= LinearSolver::kDirectRowsMax), factor_(dynamics.nodes()) {}
+  /// `coarse`, if any, must outlive it.
+  explicit ShiftedSolver(const Dynamics& dynamics, CoarseSpace* coarse = nullptr)
+      : coarse_(coarse), small_(dynamics.nodes() <= LinearSolver::kDirectRowsMax), factor_(dynamics.nodes()) {}
   /// P = s^2 M + s D + K; with `clamp` compressed elements do not soften K. False when P turns out not to be positive definite.
   bool prepare(const Linearisation& at, double shift, bool clamp);
   /// x = P^-1 b, rows of held nodes zero; x holds the first guess. `tolerance` matters to the iterative method only.
@@ -45,6 +46,7 @@ class ShiftedSolver {
   int iterations() const { return iterations_; }
 
  private:
+  CoarseSpace* coarse_;
   bool small_;
   std::optional<BlockMatrix> matrix_;  // made when first needed: not every station has every kind of solver
   LinearSolver factor_;

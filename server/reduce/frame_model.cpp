@@ -60,6 +60,10 @@ const Vector* SharedSystem::motion() {
   return motion_.fresh ? &motion_.x : nullptr;
 }
 
+FrameModel::FrameModel(const Dynamics& dynamics, const Skin& skin) : dynamics_(&dynamics), skin_(&skin), tangents_(dynamics) {
+  if (dynamics.nodes() > LinearSolver::kDirectRowsMax && !dynamics.body().planar) coarse_.emplace(dynamics);
+}
+
 void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& ports, std::span<const ToolAt> tools, Micros bridge) {
   state_ = &state;
   ports_ = &ports;
@@ -125,7 +129,7 @@ SharedSystem* FrameModel::system(double shift, bool clamp, double tolerance) {
     if (!slot.in_use && (!best || std::abs(slot.shift - shift) < std::abs(best->shift - shift))) best = &slot;
   if (!best) {
     best = &slots_.emplace_back();
-    best->system = std::make_unique<SharedSystem>(*dynamics_, *skin_);
+    best->system = std::make_unique<SharedSystem>(*dynamics_, *skin_, coarse_ ? &*coarse_ : nullptr);
   }
   enter(PatchPart::linearise);
   best->shift = shift;

@@ -54,7 +54,9 @@ struct OtherTools {
 /// P at one shift, ready to solve with, and what was solved in this frame.
 class SharedSystem {
  public:
-  SharedSystem(const Dynamics& dynamics, const Skin& skin) : skin_(&skin), solver_(dynamics) {}
+  /// `coarse`, if any, must outlive it.
+  SharedSystem(const Dynamics& dynamics, const Skin& skin, CoarseSpace* coarse = nullptr)
+      : skin_(&skin), solver_(dynamics, coarse) {}
   /// For a new frame. False when P turns out not to be positive definite.
   bool prepare(const Linearisation& at, double shift, bool clamp, double tolerance);
   /// Which port, and where on the skin.
@@ -94,7 +96,7 @@ class FrameModel {
   static constexpr double kCoupled = 0.3;  ///< of B_a^T X_o to the geometric mean of the two compliances
   static constexpr double kRigid = 100;
 
-  FrameModel(const Dynamics& dynamics, const Skin& skin) : dynamics_(&dynamics), skin_(&skin), tangents_(dynamics) {}
+  FrameModel(const Dynamics& dynamics, const Skin& skin);
 
   /// A new frame: the arguments must outlive it, and a port's point is settled before the first patch is built. `tools` are
   /// parallel to `ports`; `bridge` is the mean of the patches to come.
@@ -152,6 +154,7 @@ class FrameModel {
   std::vector<ToolAt> tools_;
   std::vector<std::uint8_t> held_, wanted_;
   Micros bridge_{};
+  std::optional<CoarseSpace> coarse_;  // of a body that is solved for by iteration
   Tangents tangents_;
   bool linearised_ = false;
   std::function<void(PatchPart)> listener_;
