@@ -7,7 +7,7 @@ namespace palpate {
 }
 
 Springs::Springs(const LumpedBody& body, const BlockMatrix& pattern)
-    : body_(&body), kernel_(body.law, body.stiffening), first_(body.nodes.size() + 1, 0) {
+    : body_(&body), kernel_(body.law, body.stiffening), groups_(spring_groups(body)), first_(body.nodes.size() + 1, 0) {
   for (const Element& e : body.elements) {
     entries_.push_back({pattern.diagonal(e.a), pattern.find(e.a, e.b), pattern.find(e.b, e.a), pattern.diagonal(e.b)});
     ++first_[e.a + 1];
@@ -23,6 +23,11 @@ Springs::Springs(const LumpedBody& body, const BlockMatrix& pattern)
 }
 
 void Springs::add_forces(const Vector& x, const Vector& v, Vector& f) const {
+  if (!groups_.empty()) {
+    const double stiffening = body_->law == SpringLaw::stiffening ? body_->stiffening : 0;
+    spring_loops().back().add_forces(groups_, stiffening, x.data(), v.data(), f.data());
+    return;
+  }
   for (const Element& e : body_->elements) {
     const Vec3 force = ElementKernel::force_on_a(element_state(e, x, v));
     at_node(f, e.a) += force;

@@ -5,6 +5,7 @@
 
 #include "server/body/body_state.hpp"
 #include "server/body/element_kernel.hpp"
+#include "server/body/spring_lanes.hpp"
 
 namespace palpate {
 
@@ -33,6 +34,7 @@ class Springs {
   };
   const LumpedBody* body_;
   ElementKernel kernel_;
+  std::vector<SpringGroup> groups_;
   std::vector<Entries> entries_;
   std::vector<std::uint32_t> first_, incident_;  // elements of each node
 };

@@ -2,33 +2,15 @@
 
 #include <vector>
 
-#define PALPATE_INLINE [[gnu::always_inline]] inline
+#include "server/body/doubles.hpp"
 
 namespace palpate {
 namespace {
 
-template <std::size_t N>
-struct VectorOf;
-template <>
-struct VectorOf<2> {
-  using Type = double __attribute__((vector_size(16), may_alias));
-};
-template <>
-struct VectorOf<4> {
-  using Type = double __attribute__((vector_size(32), may_alias));
-};
-template <>
-struct VectorOf<8> {
-  using Type = double __attribute__((vector_size(64), may_alias));
-};
-/// N elements.
-template <std::size_t N>
-using Wide = typename VectorOf<N>::Type;
-
 /// A 3x3 matrix in every lane.
 template <std::size_t N>
 struct Mat {
-  Wide<N> of[3][3];
+  Doubles<N> of[3][3];
 };
 
 /// The elements of a group from one lane on, as many as fit into a vector.
@@ -37,10 +19,10 @@ struct Part {
   const TetraGroup& group;
   std::size_t from;
 
-  PALPATE_INLINE const Wide<N>& b(int i, int c) const {
-    return *reinterpret_cast<const Wide<N>*>(group.b[static_cast<std::size_t>(i)][static_cast<std::size_t>(c)].of + from);
+  PALPATE_INLINE const Doubles<N>& b(int i, int c) const {
+    return doubles<N>(group.b[static_cast<std::size_t>(i)][static_cast<std::size_t>(c)].of + from);
   }
-  PALPATE_INLINE const Wide<N>& volume() const { return *reinterpret_cast<const Wide<N>*>(group.volume_m3.of + from); }
+  PALPATE_INLINE const Doubles<N>& volume() const { return doubles<N>(group.volume_m3.of + from); }
   PALPATE_INLINE std::size_t used() const { return group.count > from ? std::min(N, group.count - from) : 0; }
 
   /// sum over the nodes of y_i b_i^T
@@ -54,8 +36,7 @@ struct Part {
       }
     }
     for (int r = 0; r < 3; ++r) {
-      const Wide<N>&e1 = *reinterpret_cast<const Wide<N>*>(edge[0][r]), &e2 = *reinterpret_cast<const Wide<N>*>(edge[1][r]),
-            &e3 = *reinterpret_cast<const Wide<N>*>(edge[2][r]);
+      const Doubles<N>&e1 = doubles<N>(edge[0][r]), &e2 = doubles<N>(edge[1][r]), &e3 = doubles<N>(edge[2][r]);
       for (int c = 0; c < 3; ++c) f.of[r][c] = e1 * b(0, c) + e2 * b(1, c) + e3 * b(2, c);
     }
   }
@@ -72,7 +53,7 @@ PALPATE_INLINE void cofactors(const Mat<N>& f, Mat<N>& g) {
 
 /// sum of the products of their entries
 template <std::size_t N>
-PALPATE_INLINE void inner(const Mat<N>& a, const Mat<N>& b, Wide<N>& sum) {
+PALPATE_INLINE void inner(const Mat<N>& a, const Mat<N>& b, Doubles<N>& sum) {
   sum = a.of[0][0] * b.of[0][0];
   for (int k = 1; k < 9; ++k) sum += a.of[k / 3][k % 3] * b.of[k / 3][k % 3];
 }
@@ -81,10 +62,10 @@ template <std::size_t N>
 PALPATE_INLINE void add_neo_hookean(const TetraMaterial& m, const Mat<N>& f, Mat<N>& p) {
   Mat<N> g;
   cofactors(f, g);
-  Wide<N> i;
+  Doubles<N> i;
   inner(f, f, i);
-  const Wide<N> j = f.of[0][0] * g.of[0][0] + f.of[1][0] * g.of[1][0] + f.of[2][0] * g.of[2][0];
-  const Wide<N> a = m.mu * (1.0 - 1.0 / (i + 1.0)), c = m.lambda * (j - m.alpha);
+  const Doubles<N> j = f.of[0][0] * g.of[0][0] + f.of[1][0] * g.of[1][0] + f.of[2][0] * g.of[2][0];
+  const Doubles<N> a = m.mu * (1.0 - 1.0 / (i + 1.0)), c = m.lambda * (j - m.alpha);
   for (int r = 0; r < 3; ++r)
     for (int s = 0; s < 3; ++s) p.of[r][s] += a * f.of[r][s] + c * g.of[r][s];
 }
@@ -108,10 +89,10 @@ PALPATE_INLINE void add_viscous(const TetraMaterial& m, const Mat<N>& f, const M
   Mat<N> c;
   for (int r = 0; r < 3; ++r)
     for (int s = 0; s < 3; ++s) c.of[r][s] = f.of[0][r] * rate.of[0][s] + f.of[1][r] * rate.of[1][s] + f.of[2][r] * rate.of[2][s];
-  const Wide<N> volume = m.viscous_lambda * (c.of[0][0] + c.of[1][1] + c.of[2][2]);
+  const Doubles<N> volume = m.viscous_lambda * (c.of[0][0] + c.of[1][1] + c.of[2][2]);
   for (int r = 0; r < 3; ++r)
     for (int s = 0; s < 3; ++s) {
-      Wide<N> sum = f.of[r][s] * volume;
+      Doubles<N> sum = f.of[r][s] * volume;
       for (int k = 0; k < 3; ++k) sum += f.of[r][k] * (m.viscous_mu * (c.of[k][s] + c.of[s][k]));
       p.of[r][s] += sum;
     }
@@ -122,8 +103,8 @@ PALPATE_INLINE void scatter(const Part<N>& part, const Mat<N>& stress, double* f
   alignas(64) double force[3][3][N];
   for (int i = 0; i < 3; ++i)
     for (int r = 0; r < 3; ++r) {
-      const Wide<N> sum = stress.of[r][0] * part.b(i, 0) + stress.of[r][1] * part.b(i, 1) + stress.of[r][2] * part.b(i, 2);
-      *reinterpret_cast<Wide<N>*>(force[i][r]) = -part.volume() * sum;
+      const Doubles<N> sum = stress.of[r][0] * part.b(i, 0) + stress.of[r][1] * part.b(i, 1) + stress.of[r][2] * part.b(i, 2);
+      doubles<N>(force[i][r]) = -part.volume() * sum;
     }
   for (std::size_t l = 0; l < part.used(); ++l) {
     double* f0 = f + 3 * std::size_t{part.group.nodes[0][part.from + l]};
@@ -159,11 +140,11 @@ PALPATE_INLINE void add_forces(const TetraMaterial& m, const TetraGroup& group, 
 /// Everything that the blocks between two nodes have in common.
 template <std::size_t N>
 struct Linearised {
-  Wide<N> a, kappa, along, spread, across,
-      viscous_volume;          ///< a, kappa, 2 mu / (I + 1)^2, lambda; mu_v, lambda_v times c_d / c_k
-  Mat<N> square;               ///< F F^T
-  Wide<N> fb[4][3], gb[4][3];  ///< F b_i, G b_i
-  Wide<N> b[4][3];
+  Doubles<N> a, kappa, along, spread, across,
+      viscous_volume;             ///< a, kappa, 2 mu / (I + 1)^2, lambda; mu_v, lambda_v times c_d / c_k
+  Mat<N> square;                  ///< F F^T
+  Doubles<N> fb[4][3], gb[4][3];  ///< F b_i, G b_i
+  Doubles<N> b[4][3];
   Mat<N> f;
 };
 
@@ -173,9 +154,9 @@ PALPATE_INLINE void linearise(const TetraMaterial& m, const Part<N>& part, const
   Mat<N> g;
   part.gradient(x, at.f);
   cofactors(at.f, g);
-  Wide<N> i;
+  Doubles<N> i;
   inner(at.f, at.f, i);
-  const Wide<N> j = at.f.of[0][0] * g.of[0][0] + at.f.of[1][0] * g.of[1][0] + at.f.of[2][0] * g.of[2][0];
+  const Doubles<N> j = at.f.of[0][0] * g.of[0][0] + at.f.of[1][0] * g.of[1][0] + at.f.of[2][0] * g.of[2][0];
   i += 1.0;
   at.a = c_k * m.mu * (1.0 - 1.0 / i) * part.volume();
   at.along = c_k * 2 * m.mu / (i * i) * part.volume();
@@ -200,8 +181,8 @@ PALPATE_INLINE void linearise(const TetraMaterial& m, const Part<N>& part, const
 /// tetra_kernel.hpp: TetraTangent::block and viscous_block of nodes i and j.
 template <std::size_t N>
 PALPATE_INLINE void block(const Linearised<N>& at, int i, int j, Mat<N>& k) {
-  const Wide<N>*bi = at.b[i], *bj = at.b[j];
-  const Wide<N> dot = bi[0] * bj[0] + bi[1] * bj[1] + bi[2] * bj[2];
+  const Doubles<N>*bi = at.b[i], *bj = at.b[j];
+  const Doubles<N> dot = bi[0] * bj[0] + bi[1] * bj[1] + bi[2] * bj[2];
   for (int r = 0; r < 3; ++r)
     for (int s = 0; s < 3; ++s) {
       k.of[r][s] = at.along * at.fb[i][r] * at.fb[j][s] + at.spread * at.gb[i][r] * at.gb[j][s] +
@@ -210,7 +191,7 @@ PALPATE_INLINE void block(const Linearised<N>& at, int i, int j, Mat<N>& k) {
       if (r == s) k.of[r][s] += at.a * dot;
     }
   if (i == j) return;
-  Wide<N> normal[3], w[3];
+  Doubles<N> normal[3], w[3];
   for (int c = 0; c < 3; ++c) normal[c] = bi[(c + 1) % 3] * bj[(c + 2) % 3] - bi[(c + 2) % 3] * bj[(c + 1) % 3];
   for (int r = 0; r < 3; ++r)
     w[r] = at.kappa * (at.f.of[r][0] * normal[0] + at.f.of[r][1] * normal[1] + at.f.of[r][2] * normal[2]);
@@ -231,7 +212,7 @@ PALPATE_INLINE void blocks(const TetraMaterial& m, const TetraGroup& group, cons
         Mat<N> k;
         block(at, i, j, k);
         auto& numbers = out.at[pair_index(static_cast<std::size_t>(i), static_cast<std::size_t>(j))];
-        for (std::size_t n = 0; n < 9; ++n) *reinterpret_cast<Wide<N>*>(numbers[n].of + from) = k.of[n / 3][n % 3];
+        for (std::size_t n = 0; n < 9; ++n) doubles<N>(numbers[n].of + from) = k.of[n / 3][n % 3];
       }
   }
 }

@@ -9,25 +9,23 @@
 #include <cstdint>
 #include <span>
 
+#include "server/body/doubles.hpp"
 #include "server/body/tetra_kernel.hpp"
 
 namespace palpate {
 
 inline constexpr std::size_t kTetraLanes = 8;
-struct alignas(64) TetraNumbers {
-  double of[kTetraLanes];
-};
 
 struct TetraGroup {
-  std::array<std::array<TetraNumbers, 3>, 3> b;                   ///< component c of b_1, b_2, b_3: b[i - 1][c] [1/m]
-  TetraNumbers volume_m3;                                         ///< V
+  std::array<std::array<EightNumbers, 3>, 3> b;                   ///< component c of b_1, b_2, b_3: b[i - 1][c] [1/m]
+  EightNumbers volume_m3;                                         ///< V
   std::array<std::array<std::uint32_t, kTetraLanes>, 4> nodes{};  ///< of lanes that are not used: those of the first
   std::uint32_t material = 0, count = 0;                          ///< lanes that are used
 };
 
 /// c_k K + c_d D between nodes i and j <= i of each tetrahedron, row by row: at[pair_index(i, j)][3 row + column].
 struct TetraBlocks {
-  std::array<std::array<TetraNumbers, 9>, 10> at;
+  std::array<std::array<EightNumbers, 9>, 10> at;
 };
 constexpr std::size_t pair_index(std::size_t i, std::size_t j) { return i * (i + 1) / 2 + j; }
 

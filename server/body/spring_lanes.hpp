@@ -1,0 +1,34 @@
+// Eight springs side by side: the force of element_kernel.hpp for linear and stiffening springs, in double precision and in the
+// same order of operations as there, so to the same bits.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/body/doubles.hpp"
+#include "server/scene/scene.hpp"
+
+namespace palpate {
+
+struct SpringGroup {
+  static constexpr std::size_t kSize = 8;
+  EightNumbers stiffness_n_m, damping_n_s_m, rest_length_m;
+  std::array<std::uint32_t, kSize> a{}, b{};  ///< nodes; of lanes that are not used: 0
+  std::uint32_t count = 0;
+};
+
+/// The springs of a body in their order. Empty for a law that decides (thigh_skin).
+std::vector<SpringGroup> spring_groups(const LumpedBody& body);
+
+struct SpringLoops {
+  std::size_t width;  ///< springs in a vector
+  /// f += forces at positions x and velocities v, 3 N each; T(e) = k e (1 + stiffening (e / L0)^2).
+  void (*add_forces)(std::span<const SpringGroup> groups, double stiffening, const double* x, const double* v, double* f);
+};
+
+/// All that this processor can run, the widest last.
+std::span<const SpringLoops> spring_loops();
+
+}  // namespace palpate
