@@ -24,9 +24,30 @@ struct Sight {
   double least_height_m(const Vec3& at) const { return height_m - (at - from).norm(); }
 };
 
+PatchRequest request_of(const StationJob& job) {
+  return {job.scheme, job.order, job.bridge, job.silence,
+          [](int modes, bool loaded) { return max_port_vertices(modes, kMaxPortTriangles, loaded); }};
+}
+
+/// The last patch of a sleeping body: it holds as long as the body sleeps, for a tool that hardly moves.
+struct Kept {
+  PatchRequest request;
+  Patch patch;
+  CubicTerms terms;
+
+  bool serves(const PatchRequest& asked, const ToolAt& tool) const {
+    constexpr double kSameM = 0.001, kAheadM = 0.005, kSameBridge = 0.1;  // a hand trembles by 0.2 mm, nodes are 10 mm apart
+    const double bridge_s = seconds(asked.bridge);
+    return asked.scheme == request.scheme && asked.order == request.order && asked.silence == request.silence &&
+           std::abs(bridge_s - seconds(request.bridge)) <= kSameBridge * bridge_s &&
+           (tool.position - patch.tool).norm() <= kSameM && bridge_s * (tool.velocity - patch.tool_velocity).norm() <= kAheadM;
+  }
+};
+
 struct Station {
   ToolTrack track;
   std::optional<Sight> sight;
+  std::optional<Kept> kept;
   Grasp grasp;
   std::unique_ptr<PatchBuilder> builder;
   std::uint32_t seq = 0;
@@ -61,6 +82,9 @@ struct Room::State {
   /// For each station whether it gets a patch.
   std::vector<std::uint8_t> begin_patches(const FrameJob& job);
   bool in_reach(std::size_t which, Micros bridge);
+  /// The patch that the station got last, where it still says what a new one would.
+  const Kept* kept_for(const StationJob& job, std::size_t which) const;
+  void give_patch(const StationJob& job, std::size_t which, StationFrame& frame);
   StationFrame frame_of(const StationJob& job, Micros stamp, bool gets_patch);
 
   Scene scene;
@@ -216,7 +240,7 @@ std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
   for (const StationJob& j : job.stations) {
     const auto which = port_of(j);
     gets_patch.push_back(which && in_reach(*which, j.bridge));
-    if (gets_patch.back()) frame_model.want(*which);
+    if (gets_patch.back() && !kept_for(j, *which)) frame_model.want(*which);
   }
   return gets_patch;
 }
@@ -236,6 +260,28 @@ bool Room::State::in_reach(std::size_t which, Micros bridge) {
   return nearest.has_value();
 }
 
+const Kept* Room::State::kept_for(const StationJob& job, std::size_t which) const {
+  const std::optional<Kept>& kept = stations.at(job.id).kept;
+  return asleep && kept && kept->serves(request_of(job), frame_model.tool(which)) ? &*kept : nullptr;
+}
+
+void Room::State::give_patch(const StationJob& job, std::size_t which, StationFrame& frame) {
+  Station& station = stations.at(job.id);
+  if (const Kept* kept = kept_for(job, which)) {
+    frame.patch = kept->patch;
+    frame.patch->tool = frame_model.tool(which).position;
+    frame.patch->tool_velocity = frame_model.tool(which).velocity;
+    frame.terms = kept->terms;
+    return;
+  }
+  station.kept.reset();
+  const PatchRequest request = request_of(job);
+  frame.patch = station.builder->build(frame_model, which, request);
+  if (!frame.patch) return;
+  frame.terms = station.builder->terms();
+  if (asleep) station.kept = Kept{request, *frame.patch, frame.terms};
+}
+
 StationFrame Room::State::frame_of(const StationJob& job, Micros stamp, bool gets_patch) {
   StationFrame frame;
   frame.id = job.id;
@@ -246,13 +292,9 @@ StationFrame Room::State::frame_of(const StationJob& job, Micros stamp, bool get
   frame.contact = port.kind == ContactKind::attach || port.touching;
   frame.force = frame.contact ? Vec3(-port.lambda) : Vec3::Zero();
   if (!gets_patch) return frame;
-  Station& station = stations.at(job.id);
-  const PatchRequest request{job.scheme, job.order, job.bridge, job.silence,
-                             [](int modes, bool loaded) { return max_port_vertices(modes, kMaxPortTriangles, loaded); }};
-  frame.patch = station.builder->build(frame_model, *which, request);
+  give_patch(job, *which, frame);
   if (!frame.patch) return frame;
-  frame.terms = station.builder->terms();
-  frame.patch->seq = ++station.seq;
+  frame.patch->seq = ++stations.at(job.id).seq;
   frame.patch->stamp = stamp;
   return frame;
 }
@@ -267,7 +309,7 @@ FrameResult Room::simulate(const FrameJob& job) {
   if (s.sleeps_through(job)) {
     s.body.time_s = seconds(job.target);
   } else {
-    for (auto& [id, station] : s.stations) station.sight.reset();
+    for (auto& [id, station] : s.stations) station.sight.reset(), station.kept.reset();
     report = s.advance(job);
   }
   result.steps = report.steps;

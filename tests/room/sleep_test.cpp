@@ -153,3 +153,23 @@ TEST_CASE("A body that slept for a day is stepped from the beginning of the fram
   CHECK(woken.steps < 100);
   CHECK(woken.stations.at(0).contact);
 }
+
+TEST_CASE("A hand that lingers over a sleeping body gets the same patch again, newly stamped; one that moves on gets a new one") {
+  Bed bed;
+  const auto trembling = [](Micros t) { return Vec3(at_height(0.008)(t) + Vec3(3e-4 * std::sin(25 * seconds(t)), 0, 0)); };
+  bed.frame(trembling);
+  const Patch first = *bed.frame(trembling).stations.at(0).patch;
+  for (int k = 0; k < 10; ++k) {
+    const FrameResult result = bed.frame(trembling);
+    const Patch& again = *result.stations.at(0).patch;
+    CHECK(result.asleep);
+    CHECK(again.stiffness == first.stiffness);
+    CHECK(again.surface.vertices[0].rows == first.surface.vertices[0].rows);
+    CHECK(again.seq == first.seq + 1 + static_cast<std::uint32_t>(k));
+    CHECK(again.stamp == bed.now);
+    CHECK((again.tool - trembling(bed.now)).norm() < 1e-12);
+    CHECK(check(again) == PatchFault::none);
+  }
+  const Patch moved = *bed.frame([&](Micros t) { return Vec3(trembling(t) + Vec3(0, 0.004, 0)); }).stations.at(0).patch;
+  CHECK_FALSE(moved.surface.vertices[0].rows == first.surface.vertices[0].rows);
+}
