@@ -46,6 +46,7 @@ int main(int argc, char** argv) {
   palpate::add_pareto(app, run);
   palpate::add_stations(app, run);
   palpate::add_load(app, run);
+  palpate::add_skip(app, run);
   palpate::add_beside(app, run);
   palpate::add_world(app, run);
   palpate::add_spring1d(app, run);

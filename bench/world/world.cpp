@@ -55,7 +55,7 @@ Micros World::next_moment() const {
   if (!in_flight_.empty()) next = std::min(next, in_flight_.next_due());
   if (server_up_ && !server_stalled_) {
     if (!computing_.empty()) next = std::min(next, computing_.next_due());
-    next = std::min(next, clock_.world(server_->deadline()));
+    if (const Micros due = server_->deadline(); due != Micros::max()) next = std::min(next, clock_.world(due));
   }
   for (const auto& s : stations_) {
     if (s->net_runs()) next = std::min(next, s->clock_.world(s->core_->deadline()));

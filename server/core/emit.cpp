@@ -137,7 +137,7 @@ Tools ServerCore::tools(const Station& viewer) const {
 
 RoomView ServerCore::room_view() const {
   constexpr std::size_t kMostBytes = 900;
-  const double computing_s = seconds(counts_.frame_time_sum), simulated_s = seconds(counts_.simulated);
+  const double computing_s = seconds(counts_.stepping), simulated_s = seconds(counts_.simulated);
   RoomView view{facts_.nodes, compute_mean_, pace_.rate_hz, computing_s > 0 ? simulated_s / computing_s : 0, {}};
   std::size_t bytes = 0;
   for (const auto& [id, station] : stations_) {

@@ -25,6 +25,13 @@ Micros ServerCore::due(std::uint64_t frame) const {
   return first_tick_ + from_seconds(static_cast<double>(frame) / options_.rate_hz);
 }
 
+/// To the last frame that fell due while the room dozed, the next of them being the first not before `now`.
+void ServerCore::wake(Micros now) {
+  next_frame_ = static_cast<std::uint64_t>(seconds(now - first_tick_) * options_.rate_hz);
+  while (due(next_frame_) < now) ++next_frame_;
+  body_time_ = std::max(body_time_, due(next_frame_ - 1));
+}
+
 void ServerCore::note_due(bool skipped) {
   lately_.push_back(skipped ? 1 : 0);
   while (static_cast<double>(lately_.size()) > std::max(1.0, options_.rate_hz)) lately_.pop_front();
@@ -62,6 +69,7 @@ Micros ServerCore::playout(Micros now) const {
 
 FrameJob ServerCore::make_job(Micros target) const {
   FrameJob job;
+  job.begin = body_time_;
   job.target = target;
   job.frame = from_seconds(1 / options_.rate_hz);
   for (const auto& [id, station] : stations_) {
@@ -123,18 +131,28 @@ std::optional<FrameJob> ServerCore::next_job(Micros now) {
   return std::exchange(job_, std::nullopt);
 }
 
-void ServerCore::finish(FrameResult result, Micros now) {
-  const auto took = now - job_began_;
-  compute_mean_ = counts_.frames == 0 ? took : compute_mean_ + (took - compute_mean_) / 8;
+void ServerCore::count(const FrameResult& result, Micros took) {
+  const bool slept = result.asleep && result.steps == 0;
   counts_.frame_time_sum += took;
   counts_.frame_time_max = std::max(counts_.frame_time_max, took);
   longest_frame_ = std::max(longest_frame_, took);
-  ++counts_.frames;
-  counts_.simulated += result.stamp - body_time_;
   counts_.steps += static_cast<std::uint64_t>(result.steps);
   counts_.cut_steps += static_cast<std::uint64_t>(result.cut_steps);
   counts_.frames_failed += result.failed;
+  ++counts_.frames;
+  counts_.frames_asleep += slept;
+  if (slept) return;
+  // What a frame costs in which the body sleeps says nothing of those in which it is touched.
+  const bool first = counts_.frames - counts_.frames_asleep == 1;
+  compute_mean_ = first ? took : compute_mean_ + (took - compute_mean_) / 8;
+  counts_.simulated += result.stamp - body_time_;
+  counts_.stepping += took;
+}
+
+void ServerCore::finish(FrameResult result, Micros now) {
+  count(result, now - job_began_);
   job_out_ = false;
+  asleep_ = result.asleep;
   body_time_ = result.stamp;
   pace_.behind = std::max(Micros{}, now - body_time_);
   if (result.failed) return beat_all();

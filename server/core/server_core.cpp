@@ -18,6 +18,11 @@ void ServerCore::tick(Micros now) {
     first_tick_ = body_time_ = now;
   }
   drop_silent(now);
+  if (dozes()) {
+    dozing_ = true;
+    return;
+  }
+  if (std::exchange(dozing_, false)) wake(now);
   if (now < due(next_frame_)) return;
   for (; due(next_frame_) <= now; ++next_frame_) note_due(job_out_);
   if (job_out_) {
@@ -36,6 +41,7 @@ void ServerCore::tick(Micros now) {
 
 Micros ServerCore::deadline() const {
   if (!started_) return Micros{};
+  if (dozes()) return Micros::max();
   auto earliest = due(next_frame_);
   for (const auto& [id, station] : stations_) earliest = std::min(earliest, station.heard + kGoneAfter);
   return earliest;

@@ -26,6 +26,9 @@
 // A station whose newest sample is older at the stamp than its patch is valid for gets a beat in place of the patch: its force
 // fades as if nothing came from here either, and comes back with its samples.
 //
+// A room in which the body sleeps (room.hpp) and nobody is has no frames: deadline() is Micros::max(), and its time stands still.
+// With the first Hello it goes on as if it had never stopped: at the frame that is due next, up to which the body has slept.
+//
 // A room that takes longer over a frame than there is time for skips the frames that fall due meanwhile: it slows down. It says
 // so in its beats (rate_hz, behind), and to stations that get patches in a beat beside them. Stamps stay those of the body.
 //
@@ -85,9 +88,10 @@ struct ServerCounts {
   std::uint64_t frames = 0, frames_failed = 0;
   std::uint64_t frames_busy = 0;     ///< skipped: the last one was still being computed
   std::uint64_t frames_waiting = 0;  ///< skipped: no newer samples
+  std::uint64_t frames_asleep = 0;   ///< of `frames`: the body slept and was not stepped
   std::uint64_t steps = 0, cut_steps = 0;
   Micros frame_time_sum{}, frame_time_max{};  ///< from next_job() to finish()
-  Micros simulated{};                         ///< by all frames
+  Micros simulated{}, stepping{};             ///< by frames that stepped the body; their part of frame_time_sum
 
   std::uint64_t dropped_all() const;
 };
@@ -108,7 +112,7 @@ class ServerCore {
   void tick(Micros now);
   /// Bytes of the next datagram written into `out` and whom it is for, 0 when there is none. Call until 0.
   std::size_t emit(std::span<std::byte> out, PeerId& to, Micros now);
-  /// When tick() is due at the latest.
+  /// When tick() is due at the latest; Micros::max() when only a datagram can make it so.
   Micros deadline() const;
 
   std::optional<FrameJob> next_job(Micros now);
@@ -152,7 +156,10 @@ class ServerCore {
   const Station* find(const std::string& name) const;
 
   // frames.cpp
+  bool dozes() const { return asleep_ && !job_out_ && stations_.empty(); }
+  void wake(Micros now);
   void note_due(bool skipped);
+  void count(const FrameResult& result, Micros took);
   Micros due(std::uint64_t frame) const;
   Micros playout(Micros now) const;
   FrameJob make_job(Micros target) const;
@@ -189,6 +196,8 @@ class ServerCore {
   StationId last_id_ = 0, emit_after_ = 0;
   std::deque<Reply> replies_;
   bool started_ = false, job_out_ = false;
+  bool asleep_ = false;  ///< the body, since the last frame
+  bool dozing_ = false;  ///< frames have stopped: see above
   std::optional<FrameJob> job_;
   Micros first_tick_{}, body_time_{}, job_began_{}, compute_mean_{}, longest_frame_{};
   Micros lag_{};  ///< how old the body's state is already when its frame falls due

@@ -22,11 +22,13 @@ double ms(Micros t) { return seconds(t) * 1e3; }
 /// Frames from `before` to `after`; `longest` among them.
 std::string frame_figures(const ServerCounts& before, const ServerCounts& after, Micros longest) {
   const auto frames = after.frames - before.frames;
-  const auto time = after.frame_time_sum - before.frame_time_sum, simulated = after.simulated - before.simulated;
+  const auto time = after.frame_time_sum - before.frame_time_sum, stepping = after.stepping - before.stepping;
+  const double faster = seconds(after.simulated - before.simulated) / std::max(seconds(stepping), 1e-9);
   return fmt::format(
-      "{} frames, {:.2f} ms mean, {:.2f} ms max, {:.1f} x real time, {} skipped, {} failed, {} cut steps, {} datagrams dropped",
-      frames, frames ? ms(time) / static_cast<double>(frames) : 0, ms(longest),
-      time > Micros{} ? seconds(simulated) / seconds(time) : 0, after.frames_busy - before.frames_busy,
+      "{} frames, {} of them asleep, {:.2f} ms mean, {:.2f} ms max, {}, {} skipped, {} failed, {} cut steps, {} datagrams "
+      "dropped",
+      frames, after.frames_asleep - before.frames_asleep, frames ? ms(time) / static_cast<double>(frames) : 0, ms(longest),
+      stepping > Micros{} ? fmt::format("{:.1f} x real time", faster) : "never stepped", after.frames_busy - before.frames_busy,
       after.frames_failed - before.frames_failed, after.cut_steps - before.cut_steps, after.dropped_all() - before.dropped_all());
 }
 
@@ -52,7 +54,6 @@ void ServerShell::run() {
   pool_ = std::make_unique<asio::thread_pool>(threads_);
   try {
     receive();
-    report();
     step();
     record();
     io_.run();
@@ -97,7 +98,12 @@ void ServerShell::step() {
   for (std::size_t k = 0; k < cores_.size(); ++k)
     if (auto job = cores_[k].next_job(now)) hand_out(k, std::move(*job));
   send_all(now);
-  timer_.expires_at(monotonic_at(cores_.deadline()));
+  const Micros due = cores_.deadline();
+  if (due == Micros::max()) {
+    timer_.cancel();  // all rooms doze until a datagram comes
+    return;
+  }
+  timer_.expires_at(monotonic_at(due));
   timer_.async_wait([this](const asio::error_code& fault) {
     if (!fault) step();
   });
@@ -105,6 +111,7 @@ void ServerShell::step() {
 
 void ServerShell::hand_out(std::size_t k, FrameJob job) {
   Body& body = *bodies_[k];
+  if (!std::exchange(reporting_, true)) report();
   if (!std::exchange(body.started, true)) body.room.start(cores_[k].body_time());
   if (body.recorder) body.recorder->begin_frame(job, monotonic_now());
   asio::post(*pool_, [this, k, &body, job = std::move(job)] {
@@ -143,6 +150,7 @@ void ServerShell::report() {
   report_timer_.expires_after(kReportEvery);
   report_timer_.async_wait([this](const asio::error_code& fault) {
     if (fault) return;
+    reporting_ = false;  // until the next frame, or on if there have been any
     for (std::size_t k = 0; k < cores_.size(); ++k) {
       ServerCore& core = cores_[k];
       const auto& counts = core.counts();
@@ -154,10 +162,11 @@ void ServerShell::report() {
                          slow ? fmt::format(", overrunning: {:.1f} of {:g} frames a second, {:.0f} ms behind", pace.rate_hz,
                                             core.options().rate_hz, ms(pace.behind))
                               : ""));
+      reporting_ |= counts.frames > bodies_[k]->reported.frames;
       bodies_[k]->reported = counts;
       core.reset_longest_frame();
     }
-    report();
+    if (reporting_) report();
   });
 }
 

@@ -1,7 +1,8 @@
 // Drives rooms in real time: a UDP socket and a ServerCore a room on the thread that calls run(), the bodies on a pool of
 // threads.
 //
-// The network thread sleeps until a datagram comes or the first core's deadline, takes everything that waits, ticks, sends. The
+// The network thread sleeps until a datagram comes or the first core's deadline (for good when all rooms doze, but for the
+// recordings), takes everything that waits, ticks, sends. The
 // frame job of a room goes to the pool, its result comes back as a task of the network thread; the two share nothing else. A room
 // has one job out at most, and jobs are taken up in the order in which they were handed out: a room that overruns keeps one
 // thread busy and skips its own frames, not those of others while there are as many threads as rooms that overrun, and one more.
@@ -99,6 +100,7 @@ class ServerShell {
   std::array<std::byte, 2048> in_{};
   std::array<std::byte, kMaxDatagramBytes> out_{};
   std::uint64_t send_failed_ = 0, strangers_dropped_ = 0;
+  bool reporting_ = false;  ///< report_timer_ runs
   std::exception_ptr failure_;
   std::size_t threads_;
   std::unique_ptr<asio::thread_pool> pool_;

@@ -6,6 +6,7 @@
 #include "common/wire/codec.hpp"
 #include "server/body/ladder.hpp"
 #include "server/body/settle.hpp"
+#include "server/body/stillness.hpp"
 #include "server/reduce/patch_builder.hpp"
 #include "server/room/grasp.hpp"
 #include "server/room/shades.hpp"
@@ -16,8 +17,37 @@ namespace {
 
 constexpr double kHomeHeightM = 0.020;
 
+/// How high over the sleeping body a tool was: it stays as far from the surface, less the way that it went since.
+struct Sight {
+  Vec3 from = Vec3::Zero();
+  double height_m = 0;
+  double least_height_m(const Vec3& at) const { return height_m - (at - from).norm(); }
+};
+
+PatchRequest request_of(const StationJob& job) {
+  return {job.scheme, job.order, job.bridge, job.silence,
+          [](int modes, bool loaded) { return max_port_vertices(modes, kMaxPortTriangles, loaded); }};
+}
+
+/// The last patch of a sleeping body: it holds as long as the body sleeps, for a tool that hardly moves.
+struct Kept {
+  PatchRequest request;
+  Patch patch;
+  CubicTerms terms;
+
+  bool serves(const PatchRequest& asked, const ToolAt& tool) const {
+    constexpr double kSameM = 0.001, kAheadM = 0.005, kSameBridge = 0.1;  // a hand trembles by 0.2 mm, nodes are 10 mm apart
+    const double bridge_s = seconds(asked.bridge);
+    return asked.scheme == request.scheme && asked.order == request.order && asked.silence == request.silence &&
+           std::abs(bridge_s - seconds(request.bridge)) <= kSameBridge * bridge_s &&
+           (tool.position - patch.tool).norm() <= kSameM && bridge_s * (tool.velocity - patch.tool_velocity).norm() <= kAheadM;
+  }
+};
+
 struct Station {
   ToolTrack track;
+  std::optional<Sight> sight;
+  std::optional<Kept> kept;
   Grasp grasp;
   std::unique_ptr<PatchBuilder> builder;
   std::uint32_t seq = 0;
@@ -32,7 +62,7 @@ struct Room::State {
         dynamics(scene.body),
         integrator(choose_stepper(scene.solver, dynamics, skin)) {
     body = rest = settled_state(dynamics, skin);
-    softest_1_s2 = softest_stiffness(dynamics);
+    fall_asleep();
   }
 
   // The tool of a station in body time: for a grasp the node goes from where it was taken to the tool.
@@ -41,12 +71,20 @@ struct Room::State {
   }
   void take_samples(const FrameJob& job);
   void sync_ports(const FrameJob& job);
+  void fall_asleep();
+  bool sleeps_through(const FrameJob& job);
+  bool may_meet(std::size_t which, Micros until);
+  template <class Place>
+  std::optional<NearestPoint> seen_within(std::size_t which, const Vec3& tool, double far_m, const Place& positions);
   AdvanceReport advance(const FrameJob& job);
   /// The port of the tool that a station feels with.
   std::optional<std::size_t> port_of(const StationJob& job) const;
   /// For each station whether it gets a patch.
   std::vector<std::uint8_t> begin_patches(const FrameJob& job);
   bool in_reach(std::size_t which, Micros bridge);
+  /// The patch that the station got last, where it still says what a new one would.
+  const Kept* kept_for(const StationJob& job, std::size_t which) const;
+  void give_patch(const StationJob& job, std::size_t which, StationFrame& frame);
   StationFrame frame_of(const StationJob& job, Micros stamp, bool gets_patch);
 
   Scene scene;
@@ -55,7 +93,9 @@ struct Room::State {
   ChosenStepper integrator;
   BodyState body, rest;
   BalancedBases balanced{dynamics, skin, rest};
-  double softest_1_s2 = 0;
+  double softest_1_s2 = softest_stiffness(dynamics);
+  Stillness stillness{dynamics, softest_1_s2};
+  bool asleep = false;
   std::map<StationId, Station> stations;
   std::vector<StationId> port_owner;  // parallel to ports
   std::vector<ToolPort> ports;
@@ -128,6 +168,45 @@ void Room::State::sync_ports(const FrameJob& job) {
   }
 }
 
+/// If it may. What is left of its motion goes: the body stays where it is to the bit.
+void Room::State::fall_asleep() {
+  const bool alone =
+      std::none_of(ports.begin(), ports.end(), [](const ToolPort& p) { return p.kind == ContactKind::attach || p.touching; });
+  asleep = alone && stillness.holds(body);
+  if (asleep) body.v.setZero();
+}
+
+/// Whether a tool that does not touch may meet the body, where it is, before `until`.
+bool Room::State::may_meet(std::size_t which, Micros until) {
+  constexpr Micros kLook{1'000'000 / kHapticRateHz};
+  constexpr double kMarginM = 0.001;  // a hand strays less between two looks
+  if (ports[which].kind == ContactKind::attach) return true;
+  const Station& station = stations.at(port_owner[which]);
+  const Micros begin = from_seconds(body.time_s);
+  const Vec3 from = tool_at(station, begin).position;
+  double way_m = (tool_at(station, until).position - from).norm();
+  for (Micros t = begin; t < until; t += kLook) way_m = std::max(way_m, (tool_at(station, t).position - from).norm());
+  return seen_within(which, from, way_m + kMarginM, [this] { return skin.place(body.x); }).has_value();
+}
+
+/// Where the surface is nearest to a tool, if it is nearer than `far_m`. Over a sleeping body it is looked for only when the tool
+/// may have got so near since it was looked for last. `positions()`: of the skin's vertices.
+template <class Place>
+std::optional<NearestPoint> Room::State::seen_within(std::size_t which, const Vec3& tool, double far_m, const Place& positions) {
+  std::optional<Sight>& sight = stations.at(port_owner[which]).sight;
+  if (skin.empty() || (sight && sight->least_height_m(tool) >= far_m)) return std::nullopt;
+  const NearestPoint nearest = nearest_point(skin.view(), positions(), tool);
+  if (asleep) sight = Sight{tool, nearest.height_m};
+  return nearest.height_m < far_m ? std::optional(nearest) : std::nullopt;
+}
+
+bool Room::State::sleeps_through(const FrameJob& job) {
+  if (!asleep || !job.may_sleep) return false;
+  for (std::size_t k = 0; k < ports.size(); ++k)
+    if (may_meet(k, job.target)) return false;
+  return true;
+}
+
 // A frame that has to make up for lost time (the machine was busy) costs no more than kFramesMax frames: its steps grow instead.
 // A room that fell behind by more steps of the same length would fall behind further.
 AdvanceReport Room::State::advance(const FrameJob& job) {
@@ -161,7 +240,7 @@ std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
   for (const StationJob& j : job.stations) {
     const auto which = port_of(j);
     gets_patch.push_back(which && in_reach(*which, j.bridge));
-    if (gets_patch.back()) frame_model.want(*which);
+    if (gets_patch.back() && !kept_for(j, *which)) frame_model.want(*which);
   }
   return gets_patch;
 }
@@ -170,15 +249,37 @@ std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
 bool Room::State::in_reach(std::size_t which, Micros bridge) {
   ToolPort& port = ports[which];
   if (port.kind == ContactKind::attach || port.touching) return true;
-  if (skin.empty()) return false;
   // How far the tool can get before the next patch: its speed, and a hand's acceleration of 10 m/s^2 on top, each way.
   constexpr double kHandAccelerationMs2 = 10, kMarginM = 0.005;
   const ToolAt& tool = frame_model.tool(which);
   const double t = seconds(bridge);
   const double reach = tool.velocity.norm() * t + 0.5 * kHandAccelerationMs2 * t * t + kMarginM;
-  const NearestPoint nearest = nearest_point(skin.view(), frame_model.positions(), tool.position);
-  port.point = nearest.point;
-  return nearest.height_m < reach;
+  const auto nearest = seen_within(
+      which, tool.position, reach, [this]() -> const auto& { return frame_model.positions(); });
+  if (nearest) port.point = nearest->point;
+  return nearest.has_value();
+}
+
+const Kept* Room::State::kept_for(const StationJob& job, std::size_t which) const {
+  const std::optional<Kept>& kept = stations.at(job.id).kept;
+  return asleep && kept && kept->serves(request_of(job), frame_model.tool(which)) ? &*kept : nullptr;
+}
+
+void Room::State::give_patch(const StationJob& job, std::size_t which, StationFrame& frame) {
+  Station& station = stations.at(job.id);
+  if (const Kept* kept = kept_for(job, which)) {
+    frame.patch = kept->patch;
+    frame.patch->tool = frame_model.tool(which).position;
+    frame.patch->tool_velocity = frame_model.tool(which).velocity;
+    frame.terms = kept->terms;
+    return;
+  }
+  station.kept.reset();
+  const PatchRequest request = request_of(job);
+  frame.patch = station.builder->build(frame_model, which, request);
+  if (!frame.patch) return;
+  frame.terms = station.builder->terms();
+  if (asleep) station.kept = Kept{request, *frame.patch, frame.terms};
 }
 
 StationFrame Room::State::frame_of(const StationJob& job, Micros stamp, bool gets_patch) {
@@ -191,13 +292,9 @@ StationFrame Room::State::frame_of(const StationJob& job, Micros stamp, bool get
   frame.contact = port.kind == ContactKind::attach || port.touching;
   frame.force = frame.contact ? Vec3(-port.lambda) : Vec3::Zero();
   if (!gets_patch) return frame;
-  Station& station = stations.at(job.id);
-  const PatchRequest request{job.scheme, job.order, job.bridge, job.silence,
-                             [](int modes, bool loaded) { return max_port_vertices(modes, kMaxPortTriangles, loaded); }};
-  frame.patch = station.builder->build(frame_model, *which, request);
+  give_patch(job, *which, frame);
   if (!frame.patch) return frame;
-  frame.terms = station.builder->terms();
-  frame.patch->seq = ++station.seq;
+  frame.patch->seq = ++stations.at(job.id).seq;
   frame.patch->stamp = stamp;
   return frame;
 }
@@ -205,9 +302,16 @@ StationFrame Room::State::frame_of(const StationJob& job, Micros stamp, bool get
 FrameResult Room::simulate(const FrameJob& job) {
   State& s = *state_;
   FrameResult result;
+  if (s.asleep) s.body.time_s = std::max(s.body.time_s, seconds(job.begin));
   s.take_samples(job);
   s.sync_ports(job);
-  const AdvanceReport report = s.advance(job);
+  AdvanceReport report;
+  if (s.sleeps_through(job)) {
+    s.body.time_s = seconds(job.target);
+  } else {
+    for (auto& [id, station] : s.stations) station.sight.reset(), station.kept.reset();
+    report = s.advance(job);
+  }
   result.steps = report.steps;
   result.cut_steps = report.cut_steps;
   result.newton_iterations = report.newton_iterations;
@@ -220,6 +324,9 @@ FrameResult Room::simulate(const FrameJob& job) {
     for (ToolPort& port : s.ports) port.touching = false, port.lambda.setZero();
     s.body.time_s = seconds(job.target);
   }
+  s.asleep &= job.may_sleep;
+  if (report.steps > 0 && job.may_sleep) s.fall_asleep();
+  result.asleep = s.asleep;
   if (job.shapes) {
     const std::vector<double> x = s.skin.place(s.body.x);
     for (std::uint32_t i = 0; i < s.dynamics.nodes(); ++i) result.positions.emplace_back(vertex(x, i));

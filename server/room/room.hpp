@@ -1,6 +1,9 @@
 // A room: one body and the stations that touch it. It turns a frame job into patches; it knows neither network nor clock.
 //
 // Body time is the server's clock. The caller (ServerCore) decides how far a frame goes and which samples it may use.
+//
+// A body that is still (stillness.hpp), that no tool holds or touches, and that no tool can get to within the frame sleeps: time
+// passes, it stays exactly where it is. The frame in which a tool may get to it is stepped from its beginning.
 #pragma once
 
 #include <functional>
@@ -29,9 +32,11 @@ struct StationJob {
 };
 
 struct FrameJob {
+  Micros begin{};                    ///< from here on, where the last frame ended earlier: nothing moved in between
   Micros target{};                   ///< simulate up to here, server clock
   Micros frame{};                    ///< nominal length of a frame; one that has fallen far behind takes longer steps, 0 = never
   std::vector<StationJob> stations;  ///< a station that is missing has left: its tool lets go
+  bool may_sleep = true;             ///< else the body is stepped whatever it does, to measure by
   bool shapes = false;               ///< fill FrameResult::positions
   bool tension = false;              ///< and FrameResult::tension
   bool support = false;              ///< and FrameResult::support
@@ -52,6 +57,7 @@ struct FrameResult {
   std::vector<float> tension, support;  ///< of all nodes (shades.hpp), when asked for
   int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0;
   bool failed = false;  ///< the step did not converge: no patches, the body was put back
+  bool asleep = false;  ///< the body was not stepped, or need not be from here on until a tool comes (stillness.hpp)
 };
 
 /// Where a tool should start: rest position of the attached node, or a point 20 mm above the top of the body.

@@ -25,12 +25,14 @@ inline RoomFacts test_facts(ContactKind contact = ContactKind::touch) {
 struct FakeRoom {
   bool in_reach = true;
   bool fail = false;
+  bool asleep = false;
   std::vector<FrameJob> jobs;
 
   FrameResult run(const FrameJob& job) {
     FrameResult result;
     result.failed = fail;
-    result.steps = 1;
+    result.asleep = asleep;
+    result.steps = asleep ? 0 : 1;
     result.stamp = job.target;
     for (const auto& station : job.stations) {
       StationFrame frame{station.id, std::nullopt, {}, Vec3(1, 2, 3) * 1e-3, Vec3(0, 0, 1), in_reach};

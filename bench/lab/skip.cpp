@@ -1,0 +1,146 @@
+// palpate-lab skip: what a scene does not need is not computed: what that saves, and what the hand feels of it.
+#include <fmt/format.h>
+
+#include <iterator>
+
+#include "bench/lab/experiments.hpp"
+#include "bench/lab/flags.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/lab/skip_idle.hpp"
+#include "bench/measure/skip.hpp"
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+/// What a hand may feel of anything that is left out: a fifth of the step below which a hand-over is not felt (haptic_tick.hpp).
+constexpr double kFeltBoundN = 0.01;
+constexpr double kIdleShare = 0.005;
+
+struct Flags {
+  std::string scenes = "scenes", out;
+  std::vector<std::string> names = {"touch-cube", "organ", "cube6"};
+  int rooms = 16;
+  double wait_s = 5;
+};
+
+/// One thing that is left out, beside the same touch with it.
+struct Row {
+  std::string scene, what;
+  SkipCost with, without;
+};
+
+using Rooms = std::vector<SkipRoom>;
+
+SkipCost cost(const Rooms& rooms) { return serve(rooms, kVisitS, processor_ns); }
+
+void add_scene(const std::string& name, const Scene& scene, std::vector<Row>& rows) {
+  const Motion hand = visit(scene);
+  const SkipCost touch = cost({{&scene, &hand}}), stepped = cost({{&scene, &hand, false, false}});
+  rows.push_back({name, "nobody there: no frame", cost({{&scene}}), cost({{&scene, nullptr, false, false}})});
+  rows.push_back({name, "body at rest: no step", touch, stepped});
+  rows.push_back({name, "no viewer: no shapes", touch, cost({{&scene, &hand, true}})});
+  if (scene.tool.contact == ContactKind::touch) {
+    constexpr double kNearM = 0.002;
+    const Motion away = wait_above(scene, kAwayM), near = wait_above(scene, kNearM), lingering = linger(scene);
+    rows.push_back(
+        {name, "out of reach: no patch", cost({{&scene, &away, false, false}}), cost({{&scene, &near, false, false}})});
+    rows.push_back(
+        {name, "hand lingers: the same patch again", cost({{&scene, &lingering}}), cost({{&scene, &lingering, false, false}})});
+  }
+  if (scene.body.law != SpringLaw::linear || scene.body.elements.empty()) return;
+  Scene general = scene;
+  general.body.law = SpringLaw::stiffening;
+  general.body.stiffening = 0;
+  rows.push_back({name, "linear springs: no stiffening", stepped, cost({{&general, &hand, false, false}})});
+}
+
+/// `count` rooms of which one is touched; in the others is nobody, or a hand that waits. Returns what the one alone costs.
+SkipCost add_rooms(const std::string& name, const Scene& scene, int count, std::vector<Row>& rows) {
+  const Motion hand = visit(scene), away = wait_above(scene, kAwayM);
+  for (const Motion* other : {static_cast<const Motion*>(nullptr), &away}) {
+    Rooms sleeping(static_cast<std::size_t>(count), {&scene, other}), stepped(sleeping.size(), {&scene, other, false, false});
+    sleeping[0].hand = stepped[0].hand = &hand;
+    rows.push_back({name, fmt::format("{} rooms, 1 touched, {}", count, other ? "1 hand each" : "others empty"), cost(sleeping),
+                    cost(stepped)});
+  }
+  return cost({{&scene, &hand}});
+}
+
+const char* kHead =
+    "scene,what,busy_ms_s,busy_ms_s_without,wake_ups_s,wake_ups_s_without,stepped_s,stepped_s_without,bytes_s,"
+    "bytes_s_without,felt_difference_n\n";
+
+/// Prints the table and fills CSV and summary. The largest difference of what was felt [N].
+double report(const std::vector<Row>& rows, std::string& csv, Json& summary) {
+  double felt_n = 0;
+  csv = kHead;
+  fmt::print("{:<12} {:<34} {:>10} {:>10} {:>8} {:>10} {:>12}\n", "scene", "left out", "ms/s", "else ms/s", "saved %",
+             "wake-ups/s", "felt by mN");
+  for (const Row& r : rows) {
+    const double difference_n = felt_difference_n(r.with, r.without);
+    const double saved = 1 - r.with.busy_ms_s / std::max(r.without.busy_ms_s, 1e-9);
+    felt_n = std::max(felt_n, difference_n);
+    fmt::print("{:<12} {:<34} {:>10.3f} {:>10.3f} {:>8.1f} {:>10.1f} {:>12.3f}\n", r.scene, r.what, r.with.busy_ms_s,
+               r.without.busy_ms_s, 100 * saved, r.with.wake_ups_s, 1e3 * difference_n);
+    fmt::format_to(std::back_inserter(csv), "{},\"{}\",{:.4f},{:.4f},{:.2f},{:.2f},{:.2f},{:.2f},{:.0f},{:.0f},{:.3g}\n", r.scene,
+                   r.what, r.with.busy_ms_s, r.without.busy_ms_s, r.with.wake_ups_s, r.without.wake_ups_s, r.with.stepped_s,
+                   r.without.stepped_s, r.with.bytes_s, r.without.bytes_s, difference_n);
+    summary["left_out"].push_back({{"scene", r.scene},
+                                   {"what", r.what},
+                                   {"busy_ms_s", r.with.busy_ms_s},
+                                   {"busy_ms_s_without", r.without.busy_ms_s},
+                                   {"saved_share", saved},
+                                   {"felt_difference_n", difference_n}});
+  }
+  return felt_n;
+}
+
+int run_skip(const Flags& flags) {
+  const auto out = make_output_folder(flags.out);
+  std::vector<Row> rows;
+  std::vector<std::filesystem::path> files;
+  for (const std::string& name : flags.names) {
+    files.push_back(std::filesystem::path(flags.scenes) / (name + ".json"));
+    add_scene(name, load_scene(files.back()), rows);
+  }
+  const Scene first = load_scene(files.front());
+  const SkipCost alone = add_rooms(flags.names.front(), first, flags.rooms, rows);
+  const double ratio = rows[rows.size() - 2].with.busy_ms_s / alone.busy_ms_s,
+               waiting = rows.back().with.busy_ms_s / alone.busy_ms_s;
+  const IdleCost idle = idle_server(files, flags.wait_s);
+  std::string csv;
+  Json summary;
+  const double felt_n = report(rows, csv, summary);
+  summary["rooms"] = {{"count", flags.rooms}, {"cost_of_one", ratio}, {"cost_of_one_with_a_hand_in_each", waiting}};
+  summary["idle_server"] = {{"rooms", files.size()}, {"core_share", idle.core_share}, {"wake_ups_s", idle.wake_ups_s}};
+  summary["felt_difference_max_n"] = felt_n;
+  summary["felt_bound_n"] = kFeltBoundN;
+  fmt::print("{} rooms of which one is touched cost {:.2f} times what that one costs; {:.2f} times with a hand waiting in each\n",
+             flags.rooms, ratio, waiting);
+  fmt::print("palpate-server with {} rooms and nobody there: {:.3f} % of a core, {:.1f} wake-ups a second (bound {:g} %)\n",
+             files.size(), 100 * idle.core_share, idle.wake_ups_s, 100 * kIdleShare);
+  fmt::print("felt differently by {:.2f} mN at most (bound {:g} mN)\n{}\n", 1e3 * felt_n, 1e3 * kFeltBoundN,
+             (out / "summary.json").string());
+  write_text(out / "skip.csv", csv);
+  write_json(out / "summary.json", summary);
+  return felt_n <= kFeltBoundN && idle.core_share <= kIdleShare ? 0 : 1;
+}
+
+}  // namespace
+
+void add_skip(CLI::App& app, Run& run) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App* c =
+      app.add_subcommand("skip", "what is not computed where a scene does not need it: what that saves, and is felt of it");
+  c->add_option("--scenes", flags->scenes, "folder of the scenes")->capture_default_str();
+  c->add_option("--scene", flags->names, "names of scenes in it; the first fills the rooms")->capture_default_str();
+  c->add_option("--rooms", flags->rooms, "of which one is touched")->check(CLI::Range(2, 64))->capture_default_str();
+  c->add_option("--wait-s", flags->wait_s, "how long the idle server is watched, in real time")
+      ->check(between(1, 600))
+      ->capture_default_str();
+  c->add_option("--out", flags->out, "folder for skip.csv and summary.json")->required();
+  c->callback([flags, &run] { run = [flags] { return run_skip(*flags); }; });
+}
+
+}  // namespace palpate
