@@ -60,6 +60,11 @@ PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(p
   }
   touching_ = patch.touching;
   point_ = patch.point;
+  carried_ = StateVector::Zero(2 * r);
+  if (patch.contact == ContactKind::touch && touching_ && r > 0) {
+    update_response();
+    carried_.noalias() = response_ * (-share_before_ * patch.force);
+  }
   tool_ = {patch.stamp, patch.tool};
   output_ = {patch.force, patch.touching};
   bent_ = CubicForce::Variables::Zero(patch.contact == ContactKind::attach ? r + 3 : r);
@@ -173,16 +178,20 @@ void PatchPlayer::update_response() noexcept {
   for (std::size_t k = 1; k < 3; ++k) rows += point_.weight[static_cast<int>(k)] * rows_.middleRows<3>(3 * corners[k]);
   response_.resize(2 * r, 3);
   response_.noalias() = psi0_ * rows.transpose();
-  compliance_.noalias() += rows * response_.topRows(r);
+  const Mat3 moved = rows * response_.topRows(r);
+  const double stiffness = patch_.coupling_n_m * moved.trace();
+  share_before_ = patch_.coupling_n_m > 0 ? 0.5 / std::max(stiffness, 1.0) : 0.0;
+  compliance_ += (1 - share_before_) * moved;
 }
 
 void PatchPlayer::tick_touch(const Vec3& tool) noexcept {
   const auto r = patch_.modes();
   if (r > 0) {
     kick();
-    StateVector next = drift_;
+    StateVector next = drift_ + carried_;
     next.noalias() += step_ * z_;
     z_ = next;
+    carried_.setZero();
   }
   close_touch(tool);
   bend(Vec3::Zero(), Vec3::Zero());
@@ -206,7 +215,11 @@ void PatchPlayer::close_touch(const Vec3& tool) noexcept {
   const ContactClosure closure = close_contact(p_free, compliance_, normal_at(view, positions(), point_), tool, parameters);
   touching_ = closure.touching;
   if (!touching_) return;
-  if (patch_.modes() > 0) z_.noalias() += response_ * closure.lambda;
+  if (patch_.modes() > 0) {
+    carried_.noalias() = response_ * closure.lambda;
+    z_ += (1 - share_before_) * carried_;
+    carried_ *= share_before_;
+  }
   if (closure.slip.squaredNorm() > 0) {
     point_ = slide(view, positions(), point_, closure.slip);
     has_response_ = false;
