@@ -12,7 +12,7 @@ constexpr std::int64_t kTicksMax = 2 * kSampleHistoryTicks;  // of one advance()
 
 }  // namespace
 
-PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(patch), cubic_(terms) {
+PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(extended(patch, terms)), cubic_(terms) {
   const Propagator p = make_propagator(patch.stiffness, patch.damping, kTickS);
   const auto r = patch.modes();
   z_ = StateVector::Zero(2 * r);
@@ -41,21 +41,21 @@ PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(p
     }
   }
   if (patch.low_pass_hz > 0) low_pass_gain_ = 1 - std::exp(-2 * std::numbers::pi * patch.low_pass_hz * kTickS);
-  const auto vertices = static_cast<std::size_t>(patch.surface.vertex_count);
-  const auto triangles = static_cast<std::size_t>(patch.surface.triangle_count);
-  connect_surface({patch.surface.triangles.data(), triangles}, vertices, {first_.data(), vertices + 1},
+  const auto vertices = static_cast<std::size_t>(patch_.surface.vertex_count);
+  const auto triangles = static_cast<std::size_t>(patch_.surface.triangle_count);
+  connect_surface({patch_.surface.triangles.data(), triangles}, vertices, {first_.data(), vertices + 1},
                   {incident_.data(), 3 * triangles}, {open_.data(), triangles});
   rest_.resize(static_cast<Eigen::Index>(3 * vertices));
   rows_.resize(rest_.size(), r);
   for (std::size_t i = 0; i < vertices; ++i) {
     const auto at = static_cast<Eigen::Index>(3 * i);
-    rest_.segment<3>(at) = patch.surface.vertices[i].position;
-    if (r > 0) rows_.middleRows<3>(at) = patch.surface.vertices[i].rows;
+    rest_.segment<3>(at) = patch_.surface.vertices[i].position;
+    if (r > 0) rows_.middleRows<3>(at) = patch_.surface.vertices[i].rows;
   }
   vertices_ = rest_;
   lean_.fill(Vec3::Zero());
   for (std::uint32_t i = 0; i < vertices; ++i) {
-    const Vec3& normal = patch.surface.vertices[i].normal;
+    const Vec3& normal = patch_.surface.vertices[i].normal;
     if (normal.squaredNorm() > 0) lean_[i] = normal - vertex_normal(surface(), positions(), i);
   }
   touching_ = patch.touching;

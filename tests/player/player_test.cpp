@@ -319,6 +319,27 @@ TEST_CASE("A touched body that bends gives back no more than the hand has given 
   CHECK(apart_n > 0.1);
 }
 
+TEST_CASE("Surface that came with the terms is felt as if it had come with the patch") {
+  const Patch whole = test::touch_patch(8, 1, kStamp);
+  const CubicTerms terms = test::cubic_terms(whole);
+  Patch part = whole;
+  CubicTerms rest = terms;
+  PortSurface& surface = part.surface;
+  surface.vertex_count = 6;  // two of three rows
+  surface.triangle_count = 4;
+  rest.vertices.assign(whole.surface.vertices.begin() + 6, whole.surface.vertices.begin() + whole.surface.vertex_count);
+  rest.triangles.assign(whole.surface.triangles.begin() + 4, whole.surface.triangles.begin() + whole.surface.triangle_count);
+  PatchPlayer at_once(whole, terms), joined(part, rest), alone(part, terms);
+  double missed_n = 0;
+  for (int ms = 1; ms <= 600; ++ms) {
+    const ToolSample sample{kStamp + ms * kTick, {0.002, 0.012 * std::sin(0.01 * ms), -0.004}};
+    const Vec3 force = at_once.advance(sample).force;
+    CHECK(joined.advance(sample).force == force);
+    missed_n = std::max(missed_n, (alone.advance(sample).force - force).norm());
+  }
+  CHECK(missed_n > 0.1);
+}
+
 TEST_CASE("Dampers that turn with their elements are not felt by a bent body at rest") {
   Patch patch = GENERATE(true, false) ? test::touch_patch(8, 1, kStamp) : test::attach_patch(8, 1, kStamp);
   patch.friction = 10;  // a tool that slid would keep a trace of its way
