@@ -12,7 +12,7 @@ constexpr std::int64_t kTicksMax = 2 * kSampleHistoryTicks;  // of one advance()
 
 }  // namespace
 
-PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(patch), cubic_(terms) {
+PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(extended(patch, terms)), cubic_(terms) {
   const Propagator p = make_propagator(patch.stiffness, patch.damping, kTickS);
   const auto r = patch.modes();
   z_ = StateVector::Zero(2 * r);
@@ -41,25 +41,30 @@ PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(p
     }
   }
   if (patch.low_pass_hz > 0) low_pass_gain_ = 1 - std::exp(-2 * std::numbers::pi * patch.low_pass_hz * kTickS);
-  const auto vertices = static_cast<std::size_t>(patch.surface.vertex_count);
-  const auto triangles = static_cast<std::size_t>(patch.surface.triangle_count);
-  connect_surface({patch.surface.triangles.data(), triangles}, vertices, {first_.data(), vertices + 1},
+  const auto vertices = static_cast<std::size_t>(patch_.surface.vertex_count);
+  const auto triangles = static_cast<std::size_t>(patch_.surface.triangle_count);
+  connect_surface({patch_.surface.triangles.data(), triangles}, vertices, {first_.data(), vertices + 1},
                   {incident_.data(), 3 * triangles}, {open_.data(), triangles});
   rest_.resize(static_cast<Eigen::Index>(3 * vertices));
   rows_.resize(rest_.size(), r);
   for (std::size_t i = 0; i < vertices; ++i) {
     const auto at = static_cast<Eigen::Index>(3 * i);
-    rest_.segment<3>(at) = patch.surface.vertices[i].position;
-    if (r > 0) rows_.middleRows<3>(at) = patch.surface.vertices[i].rows;
+    rest_.segment<3>(at) = patch_.surface.vertices[i].position;
+    if (r > 0) rows_.middleRows<3>(at) = patch_.surface.vertices[i].rows;
   }
   vertices_ = rest_;
   lean_.fill(Vec3::Zero());
   for (std::uint32_t i = 0; i < vertices; ++i) {
-    const Vec3& normal = patch.surface.vertices[i].normal;
+    const Vec3& normal = patch_.surface.vertices[i].normal;
     if (normal.squaredNorm() > 0) lean_[i] = normal - vertex_normal(surface(), positions(), i);
   }
   touching_ = patch.touching;
   point_ = patch.point;
+  carried_ = StateVector::Zero(2 * r);
+  if (patch.contact == ContactKind::touch && touching_ && r > 0) {
+    update_response();
+    carried_.noalias() = response_ * (-share_before_ * patch.force);
+  }
   tool_ = {patch.stamp, patch.tool};
   output_ = {patch.force, patch.touching};
   bent_ = CubicForce::Variables::Zero(patch.contact == ContactKind::attach ? r + 3 : r);
@@ -173,16 +178,20 @@ void PatchPlayer::update_response() noexcept {
   for (std::size_t k = 1; k < 3; ++k) rows += point_.weight[static_cast<int>(k)] * rows_.middleRows<3>(3 * corners[k]);
   response_.resize(2 * r, 3);
   response_.noalias() = psi0_ * rows.transpose();
-  compliance_.noalias() += rows * response_.topRows(r);
+  const Mat3 moved = rows * response_.topRows(r);
+  const double stiffness = patch_.coupling_n_m * moved.trace();
+  share_before_ = patch_.coupling_n_m > 0 ? 0.5 / std::max(stiffness, 1.0) : 0.0;
+  compliance_ += (1 - share_before_) * moved;
 }
 
 void PatchPlayer::tick_touch(const Vec3& tool) noexcept {
   const auto r = patch_.modes();
   if (r > 0) {
     kick();
-    StateVector next = drift_;
+    StateVector next = drift_ + carried_;
     next.noalias() += step_ * z_;
     z_ = next;
+    carried_.setZero();
   }
   close_touch(tool);
   bend(Vec3::Zero(), Vec3::Zero());
@@ -206,7 +215,11 @@ void PatchPlayer::close_touch(const Vec3& tool) noexcept {
   const ContactClosure closure = close_contact(p_free, compliance_, normal_at(view, positions(), point_), tool, parameters);
   touching_ = closure.touching;
   if (!touching_) return;
-  if (patch_.modes() > 0) z_.noalias() += response_ * closure.lambda;
+  if (patch_.modes() > 0) {
+    carried_.noalias() = response_ * closure.lambda;
+    z_ += (1 - share_before_) * carried_;
+    carried_ *= share_before_;
+  }
   if (closure.slip.squaredNorm() > 0) {
     point_ = slide(view, positions(), point_, closure.slip);
     has_response_ = false;

@@ -2,9 +2,13 @@
 //
 // With z = (q, q'), one tick of length dt is z+ = Phi z + Psi0 w0 + Psi1 w1 (propagator.hpp), exact for
 //     attach: the tool moves linearly inside the tick: w0 = g + B_k d + B_d d', w1 = B_k (d+ - d)
-//     touch:  lambda is constant inside the tick: w0 = g + R^T lambda with R = sum_i w_i R_i at the contact point; the
-//     end-of-tick
-//             contact law (contact_law.hpp) gives lambda from p_free and C = R Psi0_q R^T + c_static
+//     touch:  lambda rises from that of the tick before and counts with its mean, w0 = g + (1 - s) R^T lambda + s R-^T lambda-
+//             with R = sum_i w_i R_i at the contact point; the end-of-tick contact law (contact_law.hpp) gives lambda from p_free
+//             and C = (1 - s) R Psi0_q R^T + c_static. s = 1/2: lambda is the force at the tick's end; with s = 0 it would be
+//             the tick's mean, half a tick old. But what lambda- does in this tick lambda has to make good at its end, and
+//             where the contact (k_c) is stiffer than what a tick moves that swings from tick to tick: s = min(1/2,
+//             1 / (2 k_c tr R Psi0_q R^T)), which has swings fall to less than half; 0 where it is rigid. Any s up to 1/2 is
+//             passive: the mean times the tool's way is what the modes take, what the contact stores, and no less.
 // A load that changes (patch.load_rate) adds psi0 l t + psi1 l dt to the drift, a sum that grows by one step a tick.
 // Contact begins in the tick in which the tool is found below the patch's own deformed surface, and ends in the tick in which it
 // would pull. compile() allocates and belongs off the haptic thread; advance() does not allocate, lock or throw.
@@ -92,6 +96,8 @@ class PatchPlayer {
   // Answer of the body to lambda at point_; a point that sticks keeps it.
   bool has_response_ = false;
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxStates, 3> response_;  // Psi0 R^T
+  double share_before_ = 0;                                                            // s
+  StateVector carried_;                                                                // s Psi0 R^T lambda, for the next tick
   Mat3 compliance_ = Mat3::Zero();                                                     // C
   ToolSample tool_;
   bool touching_ = false;

@@ -32,6 +32,20 @@ float multiplicity(const std::array<int, size>& indices, int p) {
 
 }  // namespace
 
+bool has_room(const PortSurface& surface, const CubicTerms& terms) {
+  return surface.vertex_count + static_cast<int>(terms.vertices.size()) <= kMaxPortVertices &&
+         surface.triangle_count + static_cast<int>(terms.triangles.size()) <= kMaxPortTriangles;
+}
+
+Patch extended(Patch patch, const CubicTerms& terms) {
+  PortSurface& surface = patch.surface;
+  std::copy(terms.vertices.begin(), terms.vertices.end(), surface.vertices.begin() + surface.vertex_count);
+  std::copy(terms.triangles.begin(), terms.triangles.end(), surface.triangles.begin() + surface.triangle_count);
+  surface.vertex_count += static_cast<int>(terms.vertices.size());
+  surface.triangle_count += static_cast<int>(terms.triangles.size());
+  return patch;
+}
+
 CubicForce::CubicForce(const CubicTerms& terms)
     : variables_(terms.variables),
       leading_(terms.leading),

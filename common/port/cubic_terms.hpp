@@ -14,14 +14,19 @@
 // The elastic part is conservative whatever its coefficients are. Outside of |y| = radius the energy is continued along rays as a
 // constant: E(y radius / |y|), so that its force falls off as 1/|y| instead of growing with the cube.
 //
+// The terms of a touch bring more of the surface too, what the patch's own datagram had no room for: the tool goes on where the
+// patch's own piece ends.
+//
 // Source: reduced internal forces as polynomials in the modal coordinates, Barbic and James, SIGGRAPH (2005), for
 // springs and with ports.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <vector>
 
 #include "common/base/limits.hpp"
+#include "common/port/patch.hpp"
 
 namespace palpate {
 
@@ -47,7 +52,15 @@ struct CubicTerms {
   Eigen::MatrixXf q;           ///< Q, l x pairs(l) [J s]
   Eigen::VectorXd rate;        ///< y'* [1/s]
   double radius = 0;           ///< of trust, in y; 0: nothing is trusted
+  // of a touch: vertices numbered on from the patch's own, and triangles between any of them
+  std::vector<PortVertex> vertices;
+  std::vector<Triangle> triangles;
 };
+
+/// Whether patch and terms together keep to the limits of a surface.
+bool has_room(const PortSurface& surface, const CubicTerms& terms);
+/// `patch` with the surface that its terms bring, for which it has room.
+Patch extended(Patch patch, const CubicTerms& terms);
 
 /// Compiled for the haptic thread: a gradient is two products of a matrix with the monomials of lower degree.
 class CubicForce {

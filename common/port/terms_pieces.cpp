@@ -13,15 +13,18 @@ constexpr float kUnitMax = 1e6F, kPortScaleMax = 1e6F, kRadiusMax = 1e4F;
 struct Layout {
   int modes, turning;
   std::array<int, 5> count;
-  int total() const { return count[0] + count[1] + count[2] + count[3] + count[4]; }
+  int surface;
+  int total() const { return count[0] + count[1] + count[2] + count[3] + count[4] + surface; }
   int pieces() const { return (total() + kPieceNumbers - 1) / kPieceNumbers; }
 };
 
-Layout layout(int variables, int leading, bool grasp, bool repaired) {
-  const int r = variables - (grasp ? 3 : 0), t = std::min(leading, kTurning);
-  return {r, t, {r * r, repaired ? pairs_of(variables) : 0, triples_of(variables), quadruples_of(leading), t * pairs_of(t)}};
+Layout layout(const PatchTerms& p) {
+  const int n = p.variables, r = n - (p.grasp ? 3 : 0), t = std::min<int>(p.leading, kTurning);
+  return {r,
+          t,
+          {r * r, p.repaired ? pairs_of(n) : 0, triples_of(n), quadruples_of(p.leading), t * pairs_of(t)},
+          p.vertices * (9 + 3 * r) + 3 * p.triangles};
 }
-Layout layout(const PatchTerms& p) { return layout(p.variables, p.leading, p.grasp, p.repaired); }
 
 std::uint16_t to_half(float v) { return Eigen::numext::bit_cast<std::uint16_t>(Eigen::half(v)); }
 float from_half(std::uint16_t v) { return static_cast<float>(Eigen::numext::bit_cast<Eigen::half>(v)); }
@@ -43,10 +46,49 @@ Eigen::VectorXf take(const std::vector<std::uint16_t>& numbers, int& at, int cou
   return values;
 }
 
+constexpr double kPositionUnitM = 1.0 / 1024;
+
+void append_surface(const CubicTerms& terms, std::vector<std::uint16_t>& out) {
+  const auto add = [&](double v) {
+    out.push_back(to_half(static_cast<float>(v)));
+    return static_cast<double>(from_half(out.back()));
+  };
+  for (const PortVertex& vertex : terms.vertices) {
+    for (const double x : vertex.position) add(x / kPositionUnitM - add(x / kPositionUnitM));
+    for (const double x : vertex.normal) add(x);
+    for (const double x : vertex.rows.reshaped()) add(x);
+  }
+  for (const Triangle& triangle : terms.triangles)
+    for (const std::uint32_t corner : triangle) add(corner);
+}
+
+/// False when a corner is no vertex of any surface.
+bool take_surface(const std::vector<std::uint16_t>& numbers, int at, const PatchTerms& head, CubicTerms& terms) {
+  const auto next = [&] { return static_cast<double>(from_half(numbers[static_cast<std::size_t>(at++)])); };
+  terms.vertices.resize(head.vertices);
+  for (PortVertex& vertex : terms.vertices) {
+    for (double& x : vertex.position) {
+      x = next();
+      x = kPositionUnitM * (x + next());
+    }
+    for (double& x : vertex.normal) x = next();
+    vertex.rows.resize(3, layout(head).modes);
+    for (double& x : vertex.rows.reshaped()) x = next();
+  }
+  terms.triangles.resize(head.triangles);
+  for (Triangle& triangle : terms.triangles)
+    for (std::uint32_t& corner : triangle) {
+      const double index = next();
+      if (!(index >= 0 && index < kMaxPortVertices)) return false;
+      corner = static_cast<std::uint32_t>(index);
+    }
+  return true;
+}
+
 bool same_whole(const PatchTerms& a, const PatchTerms& b) {
   return a.patch_seq == b.patch_seq && a.pieces == b.pieces && a.variables == b.variables && a.leading == b.leading &&
-         a.grasp == b.grasp && a.repaired == b.repaired && a.radius == b.radius && a.port_scale == b.port_scale &&
-         a.unit == b.unit;
+         a.vertices == b.vertices && a.triangles == b.triangles && a.grasp == b.grasp && a.repaired == b.repaired &&
+         a.radius == b.radius && a.port_scale == b.port_scale && a.unit == b.unit;
 }
 
 }  // namespace
@@ -54,6 +96,7 @@ bool same_whole(const PatchTerms& a, const PatchTerms& b) {
 TermsFault check(const PatchTerms& p) {
   if (p.variables > kMaxVariables || p.leading < 1 || p.leading > std::min<int>(kMaxLeading, p.variables))
     return TermsFault::sizes;
+  if (p.vertices > (p.grasp ? 0 : kMaxPortVertices) || p.triangles > (p.grasp ? 0 : kMaxPortTriangles)) return TermsFault::sizes;
   const Layout l = layout(p);
   if (l.modes < 1 || l.modes > kMaxModes || p.pieces != l.pieces() || p.piece >= p.pieces) return TermsFault::sizes;
   if (static_cast<int>(p.numbers.size()) != std::min(kPieceNumbers, l.total() - p.piece * kPieceNumbers))
@@ -79,6 +122,8 @@ std::vector<PatchTerms> to_pieces(const CubicTerms& terms, std::uint32_t patch_s
   whole.grasp = terms.grasp;
   whole.repaired = terms.e2.size() > 0;
   whole.radius = static_cast<float>(terms.radius);
+  whole.vertices = static_cast<std::uint8_t>(terms.vertices.size());
+  whole.triangles = static_cast<std::uint8_t>(terms.triangles.size());
   const Layout l = layout(whole);
   if (terms.grasp)
     for (int i = 0; i < 3; ++i) whole.port_scale[static_cast<std::size_t>(i)] = static_cast<float>(terms.scale(i, i));
@@ -87,6 +132,7 @@ std::vector<PatchTerms> to_pieces(const CubicTerms& terms, std::uint32_t patch_s
   const Eigen::MatrixXf q = terms.q.topLeftCorner(l.turning, pairs_of(l.turning));
   whole.unit = {append(rows.reshaped(), numbers), append(terms.e2, numbers), append(terms.e3, numbers), append(terms.e4, numbers),
                 append(q.reshaped(), numbers)};
+  append_surface(terms, numbers);
   whole.pieces = static_cast<std::uint8_t>(l.pieces());
   std::vector<PatchTerms> pieces;
   for (int k = 0; k < l.pieces(); ++k) {
@@ -145,7 +191,9 @@ std::optional<CubicTerms> TermsAssembly::terms_for(const Patch& patch) const {
   terms.q.topLeftCorner(l.turning, pairs_of(l.turning)) =
       palpate::take(numbers_, at, l.count[4], head_.unit[4]).reshaped(l.turning, pairs_of(l.turning));
   terms.rate = stamp_rate(terms, patch);
-  return terms;
+  if (!take_surface(numbers_, at, head_, terms) || !has_room(patch.surface, terms)) return std::nullopt;
+  if (terms.triangles.empty() && terms.vertices.empty()) return terms;
+  return check(extended(patch, terms)) == PatchFault::none ? std::optional(std::move(terms)) : std::nullopt;
 }
 
 }  // namespace palpate

@@ -1,9 +1,12 @@
 // The terms of a patch in pieces that each fit a datagram (docs/wire.md): a list of half-precision numbers, cut, every piece with
 // all it takes to know the whole.
 //
-//     the modes' part of S by rows, E2 where there is a repair, E3, E4, Q of the first kTurning variables
+//     the modes' part of S by rows, E2 where there is a repair, E3, E4, Q of the first kTurning variables,
+//     each in a unit of its own, the largest number some thousands;
+//     the surface that a touch brings: of every vertex its position as a sum of two numbers an axis [1/1024 m], its normal, and
+//     how the modes move it [1/kg^1/2]; of every triangle its three corners
 //
-// each in a unit of its own, the largest number some thousands. Half precision is right to 5e-4 of each number: S and the
+// Half precision is right to 5e-4 of each number: S and the
 // energies stay what they are for sender and receiver alike, so forces from them stay conservative.
 #pragma once
 
@@ -22,7 +25,7 @@ inline constexpr int kTurning = 8;  ///< variables whose motion turns dampers, o
 
 struct PatchTerms {
   std::uint32_t patch_seq = 0;  ///< of the patch that they go with
-  std::uint8_t piece = 0, pieces = 0, variables = 0, leading = 0;
+  std::uint8_t piece = 0, pieces = 0, variables = 0, leading = 0, vertices = 0, triangles = 0;
   bool grasp = false, repaired = false;  ///< u starts with the tool's displacement; there is an E2
   float radius = 0;
   std::array<float, 3> port_scale{};  ///< of a grasp

@@ -244,6 +244,8 @@ WireFault read(const wire::PatchTerms& table, PatchTerms& m) {
   m.pieces = head.pieces();
   m.variables = head.variables();
   m.leading = head.leading();
+  m.vertices = head.vertices();
+  m.triangles = head.triangles();
   m.grasp = (head.flags() & kGraspFlag) != 0;
   m.repaired = (head.flags() & kRepairedFlag) != 0;
   m.numbers.assign(table.numbers()->begin(), table.numbers()->end());

@@ -58,6 +58,12 @@ std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart
   std::vector<Vector> inputs;
   for (const Vector& b : moment_inputs(at, s, start.ports)) inputs.push_back(s * b);
   for (Vector& f : second_order_forces(*at.dynamics, *at.state, side_by_side(acting))) inputs.push_back(std::move(f));
+  // Of unit size, so that the answers of the frame before are a first guess whatever the tool's speed has become.
+  std::vector<double> sizes;
+  for (Vector& b : inputs) {
+    sizes.push_back(b.norm());
+    if (sizes.back() > 0) b /= sizes.back();
+  }
   memory.resize(inputs.size());
   std::vector<SolveColumn> solves;
   for (std::size_t k = 0; k < inputs.size(); ++k) solves.push_back({&inputs[k], &memory[k]});
@@ -67,7 +73,7 @@ std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart
   Vector motion = request.bridge_s * at.state->v;
   mask(*at.held, motion);
   candidates.insert(candidates.end(), {motion, start.imbalance, s * start.motion});
-  candidates.insert(candidates.end(), memory.begin(), memory.end());
+  for (std::size_t k = 0; k < inputs.size(); ++k) candidates.push_back(sizes[k] * memory[k]);
   for (const BodyState& before : history.states()) {
     candidates.push_back(before.x - at.state->x);
     mask(*at.held, candidates.back());

@@ -39,8 +39,10 @@ PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double so
 
 int PatchBuilder::modes_for(Scheme scheme, ContactKind contact, int order) {
   if (scheme == Scheme::hold || scheme == Scheme::filtered || scheme == Scheme::tangent) return 0;
-  const int grasp_order = scheme == Scheme::cubic ? kCubicAttachOrder : kAttachOrder;
-  const int states = order > 0 ? order : (contact == ContactKind::attach ? grasp_order : kTouchOrder);
+  const bool attach = contact == ContactKind::attach;
+  const int usual =
+      scheme == Scheme::cubic ? (attach ? kCubicAttachOrder : kCubicTouchOrder) : (attach ? kAttachOrder : kTouchOrder);
+  const int states = order > 0 ? order : usual;
   return std::clamp(states / 2, 1, kMaxModes);
 }
 
@@ -302,7 +304,8 @@ std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::ui
 /// `true_stiffness`: of modes and tool before anything was lifted, in the modes of the patch.
 void PatchBuilder::add_terms(const BodyState& state, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes) {
   shapes.lifted = true_stiffness - joint_stiffness(patch, patch.stiffness);
-  if (auto terms = cubic_terms(*dynamics_, state, patch, shapes, kLeading)) terms_ = std::move(*terms);
+  const int leading = patch.contact == ContactKind::attach ? kAttachLeading : kTouchLeading;
+  if (auto terms = cubic_terms(*dynamics_, state, patch, shapes, leading)) terms_ = std::move(*terms);
 }
 
 }  // namespace palpate

@@ -55,9 +55,9 @@ class PatchBuilder {
  public:
   static constexpr int kRingLayers = 1;
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
-  static constexpr int kCubicAttachOrder = 26;
-  static constexpr int kLeading = 10;        ///< variables of a cubic patch that have terms of fourth order
-  static constexpr double kFilteredHz = 10;  ///< low-pass of `filtered`: the paper's, its model rate
+  static constexpr int kCubicAttachOrder = 26, kCubicTouchOrder = 24;
+  static constexpr int kAttachLeading = 10, kTouchLeading = 8;  ///< variables of a cubic patch that have terms of fourth order
+  static constexpr double kFilteredHz = 10;                     ///< low-pass of `filtered`: the paper's, its model rate
 
   /// `softest_1_s2`: lowest stiffness that a mode may have, softest_stiffness() of the body. `balanced`: off-line bases, shared
   /// by the builders of a body; without them there is no patch of scheme balanced.

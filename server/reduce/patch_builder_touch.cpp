@@ -80,8 +80,9 @@ std::optional<Patch> PatchBuilder::build_touch(const Model& model, FrameModel& f
     patch.g = v.transpose() * model.imbalance + patch.damping * patch.q_rate;
   }
   if (model.local) v = model.local->expanded(v, frame.state().x.size());
-  cut_port_surface(*skin_, frame.positions(), v, port.point, seconds(request.bridge) * frame.tool(which).velocity,
-                   request.vertices_max(patch.modes(), false), patch);
+  const int vertices = request.vertices_max(patch.modes(), false);
+  cut_port_surface(*skin_, frame.positions(), v, port.point, seconds(request.bridge) * frame.tool(which).velocity, vertices,
+                   vertices, patch);
   if (request.scheme == Scheme::tangent && port.touching)
     for (int i = 0; i < patch.surface.vertex_count; ++i)
       patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
@@ -132,11 +133,15 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   }
   frame.enter(PatchPart::other);
   report_.solver_iterations += p->iterations() - before;
-  cut_port_surface(*skin_, frame.positions(), v, port.point, seconds(request.bridge) * frame.tool(which).velocity,
-                   request.vertices_max(patch.modes(), patch.load_rate.size() > 0), patch);
+  const int vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0);
+  const bool with_terms = terms_.variables > 0;
+  const SurfacePiece first =
+      cut_port_surface(*skin_, frame.positions(), v, port.point, seconds(request.bridge) * frame.tool(which).velocity, vertices,
+                       with_terms ? kMaxPortVertices : vertices, patch);
   if (port.touching)  // what yields at once has done so at the stamp
     for (int i = 0; i < patch.surface.vertex_count; ++i)
       patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
+  if (with_terms) split_surface(first, patch.surface, terms_);
   return patch;
 }
 

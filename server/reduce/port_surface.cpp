@@ -4,8 +4,8 @@
 
 namespace palpate {
 
-void cut_port_surface(const Skin& skin, const std::vector<double>& x, const Matrix& v, const SurfacePoint& point,
-                      const Vec3& ahead, int vertices_max, Patch& patch) {
+SurfacePiece cut_port_surface(const Skin& skin, const std::vector<double>& x, const Matrix& v, const SurfacePoint& point,
+                              const Vec3& ahead, int vertices_first, int vertices_max, Patch& patch) {
   const SurfaceView surface = skin.view();
   const Vec3 centre = position_at(surface, x, point);
   std::vector<std::uint32_t> vertices, triangles{point.triangle};
@@ -20,7 +20,7 @@ void cut_port_surface(const Skin& skin, const std::vector<double>& x, const Matr
     return (d - along * ahead).norm();
   };
   const auto has = [](const auto& list, std::uint32_t value) { return std::find(list.begin(), list.end(), value) != list.end(); };
-  while (static_cast<int>(triangles.size()) < kMaxPortTriangles) {
+  const auto grow = [&](int most) {
     std::uint32_t best = 0;
     double best_distance = 1e300;
     for (const std::uint32_t i : vertices)
@@ -29,22 +29,28 @@ void cut_port_surface(const Skin& skin, const std::vector<double>& x, const Matr
         if (has(triangles, t)) continue;
         const auto missing = std::count_if(surface.triangles[t].begin(), surface.triangles[t].end(),
                                            [&](std::uint32_t corner) { return !has(vertices, corner); });
-        if (missing > 1 || static_cast<int>(vertices.size()) + missing > vertices_max) continue;
+        if (missing > 1 || static_cast<int>(vertices.size()) + missing > most) continue;
         const double distance = centroid_distance(t);
         if (distance < best_distance) {
           best_distance = distance;
           best = t;
         }
       }
-    if (best_distance == 1e300) break;
+    if (best_distance == 1e300) return false;
     triangles.push_back(best);
     for (const std::uint32_t corner : surface.triangles[best])
       if (!has(vertices, corner)) vertices.push_back(corner);
-  }
+    return true;
+  };
+  const auto full = [&] { return static_cast<int>(triangles.size()) == kMaxPortTriangles; };
+  while (!full() && grow(vertices_first)) continue;
+  const SurfacePiece first{static_cast<int>(vertices.size()), static_cast<int>(triangles.size())};
+  const std::vector<std::uint32_t> of_first = triangles;
+  while (!full() && grow(vertices_max)) continue;
 
   const auto is_whole = [&](std::uint32_t i) {
     const auto around = surface.incident.subspan(surface.first[i], surface.first[i + 1] - surface.first[i]);
-    return std::all_of(around.begin(), around.end(), [&](std::uint32_t t) { return has(triangles, t); });
+    return std::all_of(around.begin(), around.end(), [&](std::uint32_t t) { return has(of_first, t); });
   };
   PortSurface& piece = patch.surface;
   piece.vertex_count = static_cast<int>(vertices.size());
@@ -61,6 +67,14 @@ void cut_port_surface(const Skin& skin, const std::vector<double>& x, const Matr
       piece.triangles[t][k] = static_cast<std::uint32_t>(
           std::find(vertices.begin(), vertices.end(), surface.triangles[triangles[t]][k]) - vertices.begin());
   patch.point = {0, point.weight};
+  return first;
+}
+
+void split_surface(const SurfacePiece& first, PortSurface& surface, CubicTerms& terms) {
+  terms.vertices.assign(surface.vertices.begin() + first.vertices, surface.vertices.begin() + surface.vertex_count);
+  terms.triangles.assign(surface.triangles.begin() + first.triangles, surface.triangles.begin() + surface.triangle_count);
+  surface.vertex_count = first.vertices;
+  surface.triangle_count = first.triangles;
 }
 
 }  // namespace palpate

@@ -186,6 +186,35 @@ TEST_CASE("A tool beside the local surface does not touch it") {
   for (int ms = 1; ms <= 20; ++ms) CHECK_FALSE(player.advance({kStamp + ms * kTick, Vec3(0.03, 0, -0.001 * ms)}).contact);
 }
 
+TEST_CASE("A push that grows is felt as it is at the end of the tick, whether contact is soft or stiff") {
+  // One mode under a tool that goes down ever faster: m q'' + d q' + (k + k_c) q = k_c h, by the dense exponential of (q, q', h,
+  // h', h''). What is left is of second order in the tick.
+  Patch p = floor_patch(1);
+  p.c_static.setZero();
+  p.touching = true;
+  p.surface.vertices[0].rows << 0, 0, 3;
+  for (PortVertex& vertex : p.surface.vertices) vertex.rows = p.surface.vertices[0].rows;
+  p.coupling_n_m = GENERATE(200, 1000, 5000);
+  p.damping(0, 0) = 200;
+  constexpr double kJerky = 20, kRow = 3;
+  Eigen::Matrix<double, 5, 5> a = Eigen::Matrix<double, 5, 5>::Zero();
+  a(0, 1) = a(2, 3) = a(3, 4) = 1;
+  a.row(1) << -p.stiffness[0] - kRow * kRow * p.coupling_n_m, -p.damping(0, 0), kRow * p.coupling_n_m, 0, 0;
+  const Eigen::Matrix<double, 5, 5> tick = (1e-3 * a).exp();
+  Eigen::Matrix<double, 5, 1> z = Eigen::Matrix<double, 5, 1>::Zero();
+  z[4] = -kJerky;
+  PatchPlayer player(p);
+  double worst_n = 0, half_a_tick_n = 0, before_n = 0;
+  for (int ms = 1; ms <= 40; ++ms) {
+    z = tick * z;
+    const double force = -p.coupling_n_m * (z[2] - kRow * z[0]);
+    worst_n = std::max(worst_n, std::abs(player.advance({kStamp + ms * kTick, {0, 0, z[2]}}).force.z() - force));
+    half_a_tick_n = std::max(half_a_tick_n, 0.5 * std::abs(force - before_n));
+    before_n = force;
+  }
+  CHECK(worst_n < 0.1 * half_a_tick_n);
+}
+
 TEST_CASE("A resting push is the compliance of the modes in series with the contact") {
   const Patch p = floor_patch(8);
   PatchPlayer player(p);
@@ -197,10 +226,11 @@ TEST_CASE("A resting push is the compliance of the modes in series with the cont
   CHECK(player.output().force.z() == Approx(depth / (compliance(2, 2) + 1 / p.coupling_n_m)).epsilon(1e-4));
 }
 
-// With f = -lambda at the end of tick n and h the tool, sum_n lambda_n . (h_n - h_n-1) is what the tool puts in. h = p + lambda /
-// k_c in contact, so that it is the work on the modes (exact, lambda being constant inside a tick), which is their energy and
-// what D took, plus sum lambda_n . (lambda_n - lambda_n-1) / k_c >= (lambda_end^2 - lambda_begin^2) / (2 k_c), plus, at an onset
-// from outside, a push through a gap, which is positive too. From rest and no contact back to no contact it cannot be negative.
+// With f = -lambda at the end of tick n, m_n = (1 - s) lambda_n + s lambda_n-1 its mean and h the tool, sum_n m_n . (h_n - h_n-1)
+// is what the tool puts in. h = p + lambda / k_c in contact, so that it is the work on the modes (exact, the mean being constant
+// inside a tick), which is their energy and what D took, plus sum m_n . (lambda_n - lambda_n-1) / k_c >= (lambda_end^2 -
+// lambda_begin^2) / (2 k_c), plus, at an onset from outside, a push through a gap, which is positive too. In the tick in which
+// contact ends the force goes as far as the surface does. From rest and no contact back to no contact it cannot be negative.
 TEST_CASE("Over any cycle from no contact to no contact, without friction, a tool puts energy in and gets none out") {
   Random random(4);
   for (int trial = 0; trial < 20; ++trial) {
@@ -209,7 +239,7 @@ TEST_CASE("Over any cycle from no contact to no contact, without friction, a too
     p.c_static *= trial % 3;
     PatchPlayer player(p);
     const double fast = random.uniform(0.01, 0.4), wide = random.uniform(0, 0.01), deep = random.uniform(0.004, 0.01);
-    Vec3 last(0, 0, 0.003);
+    Vec3 last(0, 0, 0.003), lambda = Vec3::Zero(), surface = player.vertex(0);
     double work = 0, through = 0;
     bool out_of_contact = true;
     for (int ms = 1; ms <= 4000 || !out_of_contact; ++ms) {
@@ -217,10 +247,13 @@ TEST_CASE("Over any cycle from no contact to no contact, without friction, a too
       Vec3 tool(wide * std::sin(0.3 * fast * t), wide * std::cos(0.21 * fast * t), 0.002 - deep * std::sin(fast * t));
       if (ms > 4000) tool.z() = 0.0005 * (ms - 4000);
       const PlayerOutput out = player.advance({kStamp + ms * kTick, tool});
-      const double now = -out.force.dot(tool - last);
+      const Vec3 moved = out.contact ? Vec3(tool - last) : Vec3(player.vertex(0) - surface);
+      const double now = 0.5 * (lambda - out.force).dot(moved);
       work += now;
       through += std::abs(now);
       last = tool;
+      lambda = -out.force;
+      surface = player.vertex(0);
       out_of_contact = !out.contact;
       if (out_of_contact) CHECK(work >= -1e-9 * through);
       // What is in the modes came from the tool.
@@ -284,6 +317,27 @@ TEST_CASE("A touched body that bends gives back no more than the hand has given 
   }
   CHECK(most_j > 1e-3);
   CHECK(apart_n > 0.1);
+}
+
+TEST_CASE("Surface that came with the terms is felt as if it had come with the patch") {
+  const Patch whole = test::touch_patch(8, 1, kStamp);
+  const CubicTerms terms = test::cubic_terms(whole);
+  Patch part = whole;
+  CubicTerms rest = terms;
+  PortSurface& surface = part.surface;
+  surface.vertex_count = 6;  // two of three rows
+  surface.triangle_count = 4;
+  rest.vertices.assign(whole.surface.vertices.begin() + 6, whole.surface.vertices.begin() + whole.surface.vertex_count);
+  rest.triangles.assign(whole.surface.triangles.begin() + 4, whole.surface.triangles.begin() + whole.surface.triangle_count);
+  PatchPlayer at_once(whole, terms), joined(part, rest), alone(part, terms);
+  double missed_n = 0;
+  for (int ms = 1; ms <= 600; ++ms) {
+    const ToolSample sample{kStamp + ms * kTick, {0.002, 0.012 * std::sin(0.01 * ms), -0.004}};
+    const Vec3 force = at_once.advance(sample).force;
+    CHECK(joined.advance(sample).force == force);
+    missed_n = std::max(missed_n, (alone.advance(sample).force - force).norm());
+  }
+  CHECK(missed_n > 0.1);
 }
 
 TEST_CASE("Dampers that turn with their elements are not felt by a bent body at rest") {

@@ -82,6 +82,7 @@ struct Touch {
   PatchPlayer player(Scheme scheme) {
     PatchRequest request;
     request.scheme = scheme;
+    request.order = PatchBuilder::kCubicTouchOrder;
     request.bridge = Micros{200'000};
     const ToolAt at = tool_at(kPressS);
     FrameModel frame(dynamics, skin);
@@ -90,6 +91,10 @@ struct Touch {
     REQUIRE(patch);
     CHECK(patch->scheme == scheme);
     CHECK(check(*patch) == PatchFault::none);
+    CHECK(patch->surface.vertex_count <= request.vertices_max(patch->modes(), false));
+    const Patch joined = extended(*patch, builder.terms());
+    CHECK(check(joined) == PatchFault::none);
+    CHECK((joined.surface.vertex_count == kMaxPortVertices) == (scheme == Scheme::cubic));
     return PatchPlayer(*patch, builder.terms());
   }
   /// Energy of the force's error to that of the force over the 150 ms after the patch: linear, with its terms.

@@ -122,6 +122,15 @@ inline CubicTerms cubic_terms(int r, bool grasp, int leading, bool repaired) {
   return terms;
 }
 
+/// Leaves the first vertices and triangles to the patch, gives the others to the terms.
+inline void move_surface(int vertices, int triangles, Patch& patch, CubicTerms& terms) {
+  PortSurface& s = patch.surface;
+  terms.vertices.assign(s.vertices.begin() + vertices, s.vertices.begin() + s.vertex_count);
+  terms.triangles.assign(s.triangles.begin() + triangles, s.triangles.begin() + s.triangle_count);
+  s.vertex_count = vertices;
+  s.triangle_count = triangles;
+}
+
 /// Two whole blocks and a short one, with numbers up to `most`.
 inline ShapePiece shape_piece(std::mt19937& random, ShapeChannel channel, int most) {
   ShapePiece piece{4711, Micros{123456}, channel, 0x1p-15, {}};
@@ -161,6 +170,10 @@ inline std::vector<Message> every_kind() {
   filtered.low_pass_hz = 4.5;
   all.push_back(message(PatchMessage{filtered}));
   for (const PatchTerms& piece : to_pieces(cubic_terms(6, true, 7, true), 42)) all.push_back(message(piece));
+  CubicTerms touched = cubic_terms(6, false, 6, false);
+  Patch rest = touch_patch(6, 12, 16);
+  move_surface(7, 5, rest, touched);
+  for (const PatchTerms& piece : to_pieces(touched, 43)) all.push_back(message(piece));
   all.push_back(message(Beat{Micros{-17}, true}));
   all.push_back(message(Beat{Micros{17}, false, 18.5, Micros{31'000}, {1008, 50, 4, Micros{212'345}}, 12}));
   all.push_back(message(Leave{}));

@@ -56,6 +56,53 @@ TEST_CASE("a patch's terms arrive in half precision, whatever their size") {
       }
 }
 
+TEST_CASE("the surface that terms bring joins the patch's own, or the terms do not count") {
+  const Patch whole = seeds::touch_patch(12, 16, 15);
+  Patch patch = whole;
+  CubicTerms sent = seeds::cubic_terms(12, false, 8, true);
+  seeds::move_surface(5, 3, patch, sent);
+  const auto arrived = [&](const CubicTerms& terms) {
+    TermsAssembly assembly;
+    for (const PatchTerms& piece : to_pieces(terms, patch.seq)) CHECK(assembly.take(round_trip(piece)));
+    return assembly.terms_for(patch);
+  };
+  const auto got = arrived(sent);
+  REQUIRE(got);
+  const Patch joined = extended(patch, *got);
+  REQUIRE(joined.surface.vertex_count == 16);
+  REQUIRE(joined.surface.triangle_count == 15);
+  CHECK(joined.surface.triangles == whole.surface.triangles);
+  for (std::size_t i = 5; i < 16; ++i) {
+    const PortVertex &vertex = joined.surface.vertices[i], &expected = whole.surface.vertices[i];
+    CHECK((vertex.position - expected.position).norm() < 1e-7);
+    check_half(vertex.rows, expected.rows);
+    check_half(vertex.normal, expected.normal);
+  }
+  std::size_t bytes = seeds::bytes_of(seeds::message(PatchMessage{patch})).size();
+  for (const PatchTerms& piece : to_pieces(sent, 1)) bytes += seeds::bytes_of(seeds::message(piece)).size();
+  CHECK(bytes < 6000);
+
+  CubicTerms bad = sent;
+  bad.triangles[2][1] = 15;
+  CHECK(arrived(bad));
+  bad.vertices.pop_back();  // there is no vertex 15 any more
+  CHECK_FALSE(arrived(bad));
+  bad = sent;
+  bad.triangles[2] = {4, 4, 6};  // no area
+  CHECK_FALSE(arrived(bad));
+  bad = sent;
+  bad.vertices[3].position.x() = 11;
+  CHECK_FALSE(arrived(bad));
+  bad = sent;
+  bad.vertices.push_back(bad.vertices.back());  // 17 together
+  CHECK_FALSE(arrived(bad));
+  bad.vertices.resize(kMaxPortVertices + 1, bad.vertices.back());
+  CHECK(to_pieces(bad, 1).empty());
+  CubicTerms grasp = seeds::cubic_terms(6, true, 7, true);
+  grasp.triangles.push_back({0, 1, 2});
+  CHECK(to_pieces(grasp, 1).empty());
+}
+
 TEST_CASE("the terms of a grasp with 13 modes and 10 leading variables and its patch take less than 6000 bytes") {
   std::size_t bytes = seeds::bytes_of(seeds::message(PatchMessage{seeds::attach_patch(13)})).size();
   for (const PatchTerms& piece : to_pieces(seeds::cubic_terms(13, true, 10, true), 1))
