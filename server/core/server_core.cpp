@@ -18,11 +18,7 @@ void ServerCore::tick(Micros now) {
     first_tick_ = body_time_ = now;
   }
   drop_silent(now);
-  if (dozes()) {
-    dozing_ = true;
-    return;
-  }
-  if (std::exchange(dozing_, false)) wake(now);
+  if (dozes()) return;
   if (now < due(next_frame_)) return;
   for (; due(next_frame_) <= now; ++next_frame_) note_due(job_out_);
   if (job_out_) {

@@ -197,7 +197,6 @@ class ServerCore {
   std::deque<Reply> replies_;
   bool started_ = false, job_out_ = false;
   bool asleep_ = false;  ///< the body, since the last frame
-  bool dozing_ = false;  ///< frames have stopped: see above
   std::optional<FrameJob> job_;
   Micros first_tick_{}, body_time_{}, job_began_{}, compute_mean_{}, longest_frame_{};
   Micros lag_{};  ///< how old the body's state is already when its frame falls due

@@ -29,6 +29,15 @@ TEST_CASE("A server whose body sleeps and whom nobody visits wakes up for one fr
   CHECK(wake_ups(bench, bench.now + 24h) == 0);
   CHECK(bench.core.deadline() == Micros::max());
   CHECK(bench.core.counts().frames == frames);
+  // The first visitor wakes it, without a tick in between.
+  RawStation(bench, 1, "hand").join();
+  const Micros due = bench.core.deadline();
+  CHECK(due - bench.now <= 50ms);
+  bench.now = due;
+  bench.tick();
+  CHECK(bench.core.counts().frames == frames + 1);
+  CHECK(bench.room.jobs.back().begin == due - 50ms);
+  CHECK(bench.room.jobs.back().target == due);
 }
 
 TEST_CASE("A room that dozed gives a visitor the frames and stamps of one that never did") {
