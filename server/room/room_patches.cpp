@@ -1,0 +1,91 @@
+// Every station gets what it needs to feel the body until the next frame.
+#include <cmath>
+
+#include "common/wire/codec.hpp"
+#include "server/room/room_state.hpp"
+
+namespace palpate {
+namespace {
+
+PatchRequest request_of(const StationJob& job) {
+  return {job.scheme, job.order, job.bridge, job.silence,
+          [](int modes, bool loaded) { return max_port_vertices(modes, kMaxPortTriangles, loaded); }};
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
+  std::vector<ToolAt> tools;
+  for (std::size_t k = 0; k < ports.size(); ++k) {
+    tools.push_back(tool_at(stations.at(port_owner[k]), job.target));
+    // The velocity that the body felt: a patch's forces hold for it.
+    if (ports[k].kind == ContactKind::attach) tools[k].velocity = body.v.segment<3>(3 * static_cast<Eigen::Index>(ports[k].node));
+  }
+  Micros bridges{};
+  for (const StationJob& j : job.stations) bridges += j.bridge / static_cast<std::int64_t>(job.stations.size());
+  frame_model.begin(body, ports, tools, bridges);
+  // Known for all before the first patch is built: what the patches of a frame have in common is computed together.
+  std::vector<std::uint8_t> gets_patch;
+  for (const StationJob& j : job.stations) {
+    const auto which = port_of(j);
+    gets_patch.push_back(which && in_reach(*which, j.bridge));
+    if (gets_patch.back() && !kept_for(j, *which)) frame_model.want(*which);
+  }
+  return gets_patch;
+}
+
+/// Moves the point of a tool that does not touch to where it is nearest.
+bool Room::State::in_reach(std::size_t which, Micros bridge) {
+  ToolPort& port = ports[which];
+  if (port.kind == ContactKind::attach || port.touching) return true;
+  // How far the tool can get before the next patch: its speed, and a hand's acceleration of 10 m/s^2 on top, each way.
+  constexpr double kHandAccelerationMs2 = 10, kMarginM = 0.005;
+  const ToolAt& tool = frame_model.tool(which);
+  const double t = seconds(bridge);
+  const double reach = tool.velocity.norm() * t + 0.5 * kHandAccelerationMs2 * t * t + kMarginM;
+  const auto nearest = seen_within(
+      which, tool.position, reach, [this]() -> const auto& { return frame_model.positions(); });
+  if (nearest) port.point = nearest->point;
+  return nearest.has_value();
+}
+
+const Kept* Room::State::kept_for(const StationJob& job, std::size_t which) const {
+  const std::optional<Kept>& kept = stations.at(job.id).kept;
+  return asleep && kept && kept->serves(request_of(job), frame_model.tool(which)) ? &*kept : nullptr;
+}
+
+void Room::State::give_patch(const StationJob& job, std::size_t which, StationFrame& frame) {
+  Station& station = stations.at(job.id);
+  if (const Kept* kept = kept_for(job, which)) {
+    frame.patch = kept->patch;
+    frame.patch->tool = frame_model.tool(which).position;
+    frame.patch->tool_velocity = frame_model.tool(which).velocity;
+    frame.terms = kept->terms;
+    return;
+  }
+  station.kept.reset();
+  const PatchRequest request = request_of(job);
+  frame.patch = station.builder->build(frame_model, which, request);
+  if (!frame.patch) return;
+  frame.terms = station.builder->terms();
+  if (asleep) station.kept = Kept{request, *frame.patch, frame.terms};
+}
+
+StationFrame Room::State::frame_of(const StationJob& job, Micros stamp, bool gets_patch) {
+  StationFrame frame;
+  frame.id = job.id;
+  const auto which = port_of(job);
+  if (!which) return frame;
+  const ToolPort& port = ports[*which];
+  frame.tool = frame_model.tool(*which).position;
+  frame.contact = port.kind == ContactKind::attach || port.touching;
+  frame.force = frame.contact ? Vec3(-port.lambda) : Vec3::Zero();
+  if (!gets_patch) return frame;
+  give_patch(job, *which, frame);
+  if (!frame.patch) return frame;
+  frame.patch->seq = ++stations.at(job.id).seq;
+  frame.patch->stamp = stamp;
+  return frame;
+}
+
+}  // namespace palpate

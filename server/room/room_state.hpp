@@ -1,0 +1,98 @@
+// What a room keeps from frame to frame, and the steps that a frame is made of. For the files of this room only.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "server/body/ladder.hpp"
+#include "server/body/settle.hpp"
+#include "server/body/stillness.hpp"
+#include "server/reduce/patch_builder.hpp"
+#include "server/room/grasp.hpp"
+#include "server/room/room.hpp"
+#include "server/room/tool_track.hpp"
+
+namespace palpate {
+
+/// How high over the sleeping body a tool was: it stays as far from the surface, less the way that it went since.
+struct Sight {
+  Vec3 from = Vec3::Zero();
+  double height_m = 0;
+  double least_height_m(const Vec3& at) const { return height_m - (at - from).norm(); }
+};
+
+/// The last patch of a sleeping body: it holds as long as the body sleeps, for a tool that hardly moves.
+struct Kept {
+  PatchRequest request;
+  Patch patch;
+  CubicTerms terms;
+
+  bool serves(const PatchRequest& asked, const ToolAt& tool) const {
+    constexpr double kSameM = 0.001, kAheadM = 0.005, kSameBridge = 0.1;  // a hand trembles by 0.2 mm, nodes are 10 mm apart
+    const double bridge_s = seconds(asked.bridge);
+    return asked.scheme == request.scheme && asked.order == request.order && asked.silence == request.silence &&
+           std::abs(bridge_s - seconds(request.bridge)) <= kSameBridge * bridge_s &&
+           (tool.position - patch.tool).norm() <= kSameM && bridge_s * (tool.velocity - patch.tool_velocity).norm() <= kAheadM;
+  }
+};
+
+struct Station {
+  ToolTrack track;
+  std::optional<Sight> sight;
+  std::optional<Kept> kept;
+  Grasp grasp;
+  std::unique_ptr<PatchBuilder> builder;
+  std::uint32_t seq = 0;
+};
+
+struct Room::State {
+  explicit State(const Scene& s)
+      : scene(s),
+        skin(scene.body, scene.tool.radius_m),
+        dynamics(scene.body),
+        integrator(choose_stepper(scene.solver, dynamics, skin)) {
+    body = rest = settled_state(dynamics, skin);
+    fall_asleep();
+  }
+
+  // The tool of a station in body time: for a grasp the node goes from where it was taken to the tool.
+  ToolAt tool_at(const Station& station, Micros t) const {
+    return scene.tool.contact == ContactKind::attach ? station.grasp.at(station.track, t) : station.track.at(t);
+  }
+  void take_samples(const FrameJob& job);
+  void sync_ports(const FrameJob& job);
+  void fall_asleep();
+  bool sleeps_through(const FrameJob& job);
+  bool may_meet(std::size_t which, Micros until);
+  std::optional<NearestPoint> seen_within(std::size_t which, const Vec3& tool, double far_m,
+                                          const std::function<const std::vector<double>&()>& positions);
+  AdvanceReport advance(const FrameJob& job);
+  /// The port of the tool that a station feels with.
+  std::optional<std::size_t> port_of(const StationJob& job) const;
+  /// For each station whether it gets a patch.
+  std::vector<std::uint8_t> begin_patches(const FrameJob& job);
+  bool in_reach(std::size_t which, Micros bridge);
+  /// The patch that the station got last, where it still says what a new one would.
+  const Kept* kept_for(const StationJob& job, std::size_t which) const;
+  void give_patch(const StationJob& job, std::size_t which, StationFrame& frame);
+  StationFrame frame_of(const StationJob& job, Micros stamp, bool gets_patch);
+
+  Scene scene;
+  Skin skin;
+  Dynamics dynamics;
+  ChosenStepper integrator;
+  BodyState body, rest;
+  BalancedBases balanced{dynamics, skin, rest};
+  double softest_1_s2 = softest_stiffness(dynamics);
+  Stillness stillness{dynamics, softest_1_s2};
+  bool asleep = false;
+  std::vector<double> placed;  // where the skin of a sleeping body is
+  std::map<StationId, Station> stations;
+  std::vector<StationId> port_owner;  // parallel to ports
+  std::vector<ToolPort> ports;
+  FrameModel frame_model{dynamics, skin};
+};
+
+}  // namespace palpate
