@@ -76,7 +76,7 @@ double report(const std::vector<Row>& rows, std::string& csv, Json& summary) {
   double felt_n = 0;
   csv = kHead;
   fmt::print("{:<12} {:<34} {:>10} {:>10} {:>8} {:>10} {:>12}\n", "scene", "left out", "ms/s", "else ms/s", "saved %",
-             "wake-ups/s", "felt by mN");
+             "wake-ups/s", "felt, mN");
   for (const Row& r : rows) {
     const double difference_n = felt_difference_n(r.with, r.without);
     const double saved = 1 - r.with.busy_ms_s / std::max(r.without.busy_ms_s, 1e-9);
