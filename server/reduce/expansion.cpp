@@ -3,13 +3,16 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
-#include <numeric>
 
 namespace palpate {
 namespace {
 
-using Features = Eigen::MatrixXf;
+/// A row for each feature, so that what is done to one is done to many elements side by side.
+using Features = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+/// The shapes, those of a node one after the other.
+using ShapeRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 constexpr double kLengthMin = 1e-9;  // below, an element has no direction [m]
 
@@ -39,48 +42,68 @@ Coefficients coefficients(const Element& e, const SpringSeries& s, double rho) {
           e.damping_n_s_m / rho};
 }
 
-/// Elements by how much they matter, those that do not left out.
-std::vector<std::uint32_t> elements_that_matter(const Dynamics& dynamics, const BodyState& state, const Matrix& shapes,
+/// Elements that matter, in the body's order: those are left out whose weights, in bins of a sixteenth of an octave, are the
+/// smallest and together no more than `negligible` of all.
+std::vector<std::uint32_t> elements_that_matter(const Dynamics& dynamics, const BodyState& state, const ShapeRows& shapes,
                                                 double negligible) {
   const auto& elements = dynamics.body().elements;
-  std::vector<double> weight(elements.size());
+  // Exponent and first four bits of a positive number: the larger, the larger.
+  const auto bin_of = [](double weight) { return std::bit_cast<std::uint32_t>(static_cast<float>(weight)) >> 19U; };
+  std::array<double, 4096> sums{};
+  std::vector<std::uint32_t> bins(elements.size());
+  double all = 0;
   for (std::size_t k = 0; k < elements.size(); ++k) {
     const Element& e = elements[k];
     const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
     const double motion = (shapes.middleRows<3>(b) - shapes.middleRows<3>(a)).norm();
     const double rho = (state.x.segment<3>(b) - state.x.segment<3>(a)).norm();
-    weight[k] = e.stiffness_n_m * motion * motion * motion / std::max(rho, kLengthMin);
+    const double weight = e.stiffness_n_m * motion * motion * motion / std::max(rho, kLengthMin);
+    bins[k] = bin_of(weight);
+    sums[bins[k]] += weight;
+    all += weight;
   }
-  std::vector<std::uint32_t> order(elements.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::sort(order.begin(), order.end(),
-            [&](std::uint32_t i, std::uint32_t j) { return weight[i] != weight[j] ? weight[i] > weight[j] : i < j; });
-  double rest = negligible * std::accumulate(weight.begin(), weight.end(), 0.0);
-  while (!order.empty() && weight[order.back()] <= rest) {
-    rest -= weight[order.back()];
-    order.pop_back();
-  }
-  return order;
+  std::uint32_t least = 0;
+  for (double left_out = sums[0]; least + 1 < sums.size() && left_out <= negligible * all; left_out += sums[least]) ++least;
+  std::vector<std::uint32_t> chosen;
+  for (std::uint32_t k = 0; k < bins.size(); ++k)
+    if (bins[k] >= least && bins[k] > 0) chosen.push_back(k);
+  return chosen;
 }
 
 /// Features of a batch of elements, one column each.
 struct Batch {
-  Batch(int n, int size) : along(n, size), across(pairs_of(n), size), squared(pairs_of(n), size), coefficient(size) {}
-  Features along;            ///< a_i
-  Features across, squared;  ///< of b and a^2, as polynomials: the coefficient of y_i y_j, i <= j
+  Batch(int n, int size)
+      : along(n, size),
+        aside(n, size),
+        athwart(n, size),
+        across(pairs_of(n), size),
+        squared(pairs_of(n), size),
+        coefficient(size) {}
+  Features along, aside, athwart;  ///< a_i, and the two parts of the motion across
+  Features across, squared;        ///< of b and a^2, as polynomials: the coefficient of y_i y_j, i <= j
   std::vector<Coefficients> coefficient;
 };
 
-void fill(Batch& batch, int column, const Axes& axes, const Eigen::Matrix<double, 3, Eigen::Dynamic>& g) {
-  const Eigen::VectorXf a = (axes.n.transpose() * g).transpose().cast<float>();
-  const Eigen::VectorXf u = (axes.t1.transpose() * g).transpose().cast<float>(),
-                        v = (axes.t2.transpose() * g).transpose().cast<float>();
-  batch.along.col(column) = a;
-  for (int j = 0; j < a.size(); ++j)
+/// The motion of shape i along an element's axes, from the shapes at its ends (three rows of n numbers each).
+void fill(Batch& batch, Eigen::Index column, const Axes& axes, const double* at_a, const double* at_b) {
+  const Eigen::Index n = batch.along.rows();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Vec3 g(at_b[i] - at_a[i], at_b[n + i] - at_a[n + i], at_b[2 * n + i] - at_a[2 * n + i]);
+    batch.along(i, column) = static_cast<float>(axes.n.dot(g));
+    batch.aside(i, column) = static_cast<float>(axes.t1.dot(g));
+    batch.athwart(i, column) = static_cast<float>(axes.t2.dot(g));
+  }
+}
+
+void fill_pairs(Batch& batch) {
+  const auto n = static_cast<int>(batch.along.rows());
+  for (int j = 0; j < n; ++j)
     for (int i = 0; i <= j; ++i) {
       const float twice = i == j ? 1.0F : 2.0F;
-      batch.across(pair_at(i, j), column) = twice * (u[i] * u[j] + v[i] * v[j]);
-      batch.squared(pair_at(i, j), column) = twice * a[i] * a[j];
+      const auto row = pair_at(i, j);
+      batch.across.row(row) =
+          twice * (batch.aside.row(i).cwiseProduct(batch.aside.row(j)) + batch.athwart.row(i).cwiseProduct(batch.athwart.row(j)));
+      batch.squared.row(row) = twice * batch.along.row(i).cwiseProduct(batch.along.row(j));
     }
 }
 
@@ -150,7 +173,8 @@ std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state
   const LumpedBody& body = dynamics.body();
   if (!can_expand(body)) return std::nullopt;
   const auto n = static_cast<int>(shapes.cols());
-  const std::vector<std::uint32_t> chosen = elements_that_matter(dynamics, state, shapes, negligible);
+  const ShapeRows rows = shapes;
+  const std::vector<std::uint32_t> chosen = elements_that_matter(dynamics, state, rows, negligible);
   Sums sums{Features::Zero(n, pairs_of(n)), Features::Zero(pairs_of(leading), pairs_of(leading)),
             Features::Zero(leading, pairs_of(leading))};
   for (std::size_t begin = 0; begin < chosen.size(); begin += kBatch) {
@@ -164,8 +188,9 @@ std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state
       if (!(rho > kLengthMin)) return std::nullopt;
       batch.coefficient[static_cast<std::size_t>(c)] =
           coefficients(e, spring_series(body.law, body.stiffening, e, rho - e.rest_length_m), rho);
-      fill(batch, c, axes_along(d / rho), shapes.middleRows<3>(b) - shapes.middleRows<3>(a));
+      fill(batch, c, axes_along(d / rho), rows.row(a).data(), rows.row(b).data());
     }
+    fill_pairs(batch);
     add(batch, leading, sums);
   }
   Expansion x = collect(sums, n, leading);
