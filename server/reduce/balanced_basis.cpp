@@ -39,6 +39,7 @@ void add_columns(const Matrix& y, Matrix& v) {
 
 /// Y U with the eigenvectors U of Y^T Y, the largest first: the directions of the leading eigenvectors of Y Y^T.
 Matrix leading(const Matrix& y) {
+  if (y.cols() == 0) return y;
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(y.transpose() * y);
   constexpr double kRounding = 1e-13;
   const Eigen::Index usable = (eigen.eigenvalues().array() > kRounding * eigen.eigenvalues().maxCoeff()).count();
@@ -48,13 +49,15 @@ Matrix leading(const Matrix& y) {
 }  // namespace
 
 BalancedBases::Response BalancedBases::respond(SecondOrderSystem system, double residual, Kept& kept) const {
+  const Eigen::Index rows = dynamics_->masses().size();
+  if (system.b_k.isZero(0) && system.b_d.isZero(0))  // all that the port moves is held fast
+    return {Matrix::Zero(rows, system.ports()), Matrix::Zero(rows, 0)};
   SecondOrderSystem y = mass_scaled(system);
   if (!kept.still) kept.still = DynamicStiffness(y.mass, y.damping, y.stiffness).at(0);
   const Matrix q_s = kept.still->solve(y.b_k.cast<Complex>()).real();
   y.b_k = y.b_d - y.damping * q_s;
   y.b_d = -q_s;
   const LowRankGramian z = low_rank_gramian(y, {.residual = residual}, &kept.shifts);
-  const Eigen::Index rows = dynamics_->masses().size();
   Response r{Matrix::Zero(rows, q_s.cols()), Matrix::Zero(rows, z.displacement.cols())};
   r.statics(system.coordinates, Eigen::all) = q_s;
   r.factor(system.coordinates, Eigen::all) = z.displacement;

@@ -66,6 +66,12 @@ void PatchBuilder::hold_far_nodes(const std::vector<std::uint32_t>& seeds) {
 
 bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Reduced& reduced) {
   const auto r = v.cols();
+  if (r == 0) {  // a tool where everything is held fast, and a body at rest: nothing moves
+    patch.stiffness = patch.q_rate = reduced.stiffness = Vector();
+    patch.damping = Matrix();
+    reduced.v = v;
+    return true;
+  }
   Matrix k_v, d_v;
   at.tangents->multiply(v, k_v, d_v);
   Matrix k = v.transpose() * k_v;
@@ -81,7 +87,7 @@ bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherT
   reduced.stiffness = eigen.eigenvalues();
   const Matrix d = u.transpose() * (v.transpose() * d_v) * u;
   patch.stiffness = eigen.eigenvalues().cwiseAbs().cwiseMax(softest_1_s2_);
-  report_.lifted_1_s2 = r > 0 ? (patch.stiffness - eigen.eigenvalues()).maxCoeff() : 0.0;
+  report_.lifted_1_s2 = (patch.stiffness - eigen.eigenvalues()).maxCoeff();
   patch.damping = 0.5 * (d + d.transpose());
   Vector motion = at.state->v;
   mask(*at.held, motion);

@@ -28,7 +28,8 @@ struct Stage {
   Room room;
   Micros now{7'000'000};
 
-  explicit Stage(ContactKind contact) : room(scene_of(contact)) { room.start(now); }
+  explicit Stage(ContactKind contact) : Stage(scene_of(contact)) {}
+  explicit Stage(const Scene& scene) : room(scene) { room.start(now); }
 
   /// One frame with the tool of every station on its path.
   FrameResult frame(const std::vector<StationId>& ids, const std::function<Vec3(Micros)>& tool, Scheme scheme = Scheme::port) {
@@ -124,6 +125,24 @@ TEST_CASE("A tool out of reach gets no patch, one near the surface an anticipati
   CHECK(inside.stations[0].patch->touching);
   CHECK(inside.stations[0].force.z() > 0.05);
   CHECK((inside.stations[0].patch->force - inside.stations[0].force).norm() == 0);
+}
+
+TEST_CASE("A tool on a face that is held fast meets what does not yield, with every scheme") {
+  Scene scene = scene_of(ContactKind::touch);
+  for (std::size_t i = 0; i < scene.body.nodes.size(); ++i)
+    if (scene.body.nodes[i].z() > 0.059) scene.body.fixed[i] = 1;
+  const Scheme scheme = GENERATE(Scheme::hold, Scheme::filtered, Scheme::tangent, Scheme::ring, Scheme::two_layer,
+                                 Scheme::balanced, Scheme::port, Scheme::cubic);
+  INFO(name_of(scheme));
+  Stage stage(scene);
+  for (const double height : {0.01, 0.01, -0.001, -0.001, -0.001}) {
+    const FrameResult result = stage.frame(
+        {kHand}, [&](Micros) { return Vec3(0.031, 0.032, 0.06 + height); }, scheme);
+    REQUIRE(result.stations[0].patch);
+    CHECK(check(*result.stations[0].patch) == PatchFault::none);
+    CHECK(result.stations[0].contact == (height < 0));
+    if (height < 0) CHECK(result.stations[0].force.z() == Approx(0.001 * scene.tool.coupling_n_m).epsilon(0.01));
+  }
 }
 
 TEST_CASE("A shadow gets patches of the tool that it shares, and does not push") {
