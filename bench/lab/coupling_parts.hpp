@@ -23,7 +23,7 @@ struct CouplingPart {
   Json summary;
   std::string table;  ///< for the terminal
   std::vector<Finding> findings;
-  Picture picture;
+  Figure picture;
   GridPanel key_panel;  ///< for the overview
 };
 

@@ -27,7 +27,7 @@ struct Shown {
   Json summary;
   std::vector<GridPanel> overview;
   std::vector<Finding> findings;
-  std::vector<Picture> pictures;
+  std::vector<Figure> pictures;
   std::string table;
 };
 

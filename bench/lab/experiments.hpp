@@ -51,8 +51,8 @@ struct Finding {
   std::string reason;  ///< needed for `differs`; elsewhere a remark, may be empty
 };
 
-/// A picture with its caption; CSV files beside it hold the figures.
-struct Picture {
+/// A plot with its caption; CSV files beside it hold the figures.
+struct Figure {
   std::filesystem::path svg;
   std::string caption;
 };
@@ -63,7 +63,7 @@ struct PaperSection {
   std::string command;  ///< that makes this section alone: "palpate-lab spring1d --out DIR"
   std::string text;     ///< one to four sentences: what was computed and how, what to see
   std::vector<Finding> findings;
-  std::vector<Picture> pictures;
+  std::vector<Figure> pictures;
 };
 
 // Each writes what its command writes into `out` (made when missing) and returns the section. `quick`: coarser grids and shorter

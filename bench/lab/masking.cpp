@@ -264,8 +264,7 @@ void report(const Cells& cells, const std::filesystem::path& out, double rtt_ms)
 }
 
 int merge(const std::filesystem::path& out, double rtt_ms) {
-  Cells cells;
-  cells = merged_cells(out, read_cells);
+  const Cells cells = merged_cells(out, read_cells);
   write_text(out / "cells.csv", cells_csv(cells));
   report(cells, out, rtt_ms);
   return 0;

@@ -87,7 +87,7 @@ Json section_json(const Outcome& outcome, const std::filesystem::path& out) {
                                 {"verdict", name_of(f.verdict)},
                                 {"reason", plain(f.reason)}});
   json["pictures"] = Json::array();
-  for (const Picture& p : s.pictures)
+  for (const Figure& p : s.pictures)
     json["pictures"].push_back({{"file", std::filesystem::relative(p.svg, out).string()}, {"caption", p.caption}});
   return json;
 }

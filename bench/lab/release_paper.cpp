@@ -53,7 +53,7 @@ Runs run_figure(const Scene& scene, const std::filesystem::path& out) {
 std::string stable_range(const RateSweep& points, Scheme scheme) {
   std::string stable;
   std::size_t of = 0, count = 0;
-  for (const SweepPoint& p : points) {
+  for (const ReleasePoint& p : points) {
     if (p.scheme != scheme) continue;
     ++of;
     if (!p.verdict.stable) continue;

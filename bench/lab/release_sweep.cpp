@@ -39,7 +39,7 @@ std::string decay_file(double rtt_ms) { return fmt::format("decay_{:g}ms.csv", r
 
 std::vector<double> round_trips(const RateSweep& points) {
   std::vector<double> rtt_ms;
-  for (const SweepPoint& p : points)
+  for (const ReleasePoint& p : points)
     if (p.scheme == points[0].scheme) rtt_ms.push_back(p.rtt_ms);
   return rtt_ms;
 }
@@ -48,7 +48,7 @@ void write_points(const std::filesystem::path& file, const RateSweep& points) {
   const std::vector<double> rtt_ms = round_trips(points);
   std::string csv = "scheme,rtt_ms,scheme_no,rtt_no,stable,lost,growth_1_s,display_min_j,last_mm,shown_mm,label,text_colour\n";
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const SweepPoint& p = points[i];
+    const ReleasePoint& p = points[i];
     const double last_mm = p.last_m() * 1e3, shown_mm = p.lost ? kLostMm : std::clamp(last_mm, 0.01, kLostMm);
     constexpr double kDarkAboveMm = 4;
     fmt::format_to(
@@ -65,7 +65,7 @@ void write_points(const std::filesystem::path& file, const RateSweep& points) {
 void write_decay(const std::filesystem::path& file, const RateSweep& points, double rtt_ms) {
   std::string csv = "t_s";
   std::size_t windows = 0;
-  for (const SweepPoint& p : points)
+  for (const ReleasePoint& p : points)
     if (p.rtt_ms == rtt_ms) {
       csv += fmt::format(",{}_mm", name_of(p.scheme));
       windows = std::max(windows, p.verdict.peak_to_peak_m.size());
@@ -73,7 +73,7 @@ void write_decay(const std::filesystem::path& file, const RateSweep& points, dou
   csv += '\n';
   for (std::size_t k = 0; k < windows; ++k) {
     csv += fmt::format("{:g}", (static_cast<double>(k) + 0.5) * kWindowS);
-    for (const SweepPoint& p : points)
+    for (const ReleasePoint& p : points)
       if (p.rtt_ms == rtt_ms)
         csv += k < p.verdict.peak_to_peak_m.size() ? fmt::format(",{:.4g}", p.verdict.peak_to_peak_m[k] * 1e3) : ",nan";
     csv += '\n';
@@ -86,7 +86,7 @@ RateSweep sweep_rate(const Scene& scene, const ReleaseOptions& base, const Grid&
   for (const Scheme scheme : available_schemes())
     for (const double rtt_ms : grid.rtt_ms) points.push_back({scheme, grid.rate_hz, rtt_ms, {}, false, 0});
   run_all(points.size(), [&](std::size_t i) {
-    SweepPoint& p = points[i];
+    ReleasePoint& p = points[i];
     ReleaseOptions options = base;
     options.scheme = p.scheme;
     options.rate_hz = p.rate_hz;
@@ -164,7 +164,7 @@ void plot_decays(const std::filesystem::path& out, const std::vector<double>& de
 Json sweep_summary(const ReleaseSweep& sweep) {
   Json json;
   for (const RateSweep& points : sweep.rates)
-    for (const SweepPoint& p : points) {
+    for (const ReleasePoint& p : points) {
       Json windows_mm = Json::array();
       for (const double w : p.verdict.peak_to_peak_m) windows_mm.push_back(w * 1e3);
       json["schemes"][std::string(name_of(p.scheme))].push_back({{"rtt_ms", p.rtt_ms},
@@ -182,7 +182,7 @@ Json sweep_summary(const ReleaseSweep& sweep) {
 
 }  // namespace
 
-double SweepPoint::last_m() const {
+double ReleasePoint::last_m() const {
   const auto& p = verdict.peak_to_peak_m;
   return *std::max_element(p.end() - static_cast<std::ptrdiff_t>(std::min<std::size_t>(2, p.size())), p.end());
 }
@@ -212,10 +212,10 @@ void print_sweep(const ReleaseSweep& sweep) {
   fmt::print("\nMotion left in the last 0.6 s of the run [mm, peak to peak]; ! = not stable\n");
   for (const RateSweep& points : sweep.rates) {
     fmt::print("\n  {:>4g} Hz, RTT [ms]", points[0].rate_hz);
-    for (const SweepPoint& p : points)
+    for (const ReleasePoint& p : points)
       if (p.scheme == points[0].scheme) fmt::print("{:>8g}", p.rtt_ms);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const SweepPoint& p = points[i];
+      const ReleasePoint& p = points[i];
       if (i == 0 || points[i - 1].scheme != p.scheme) fmt::print("\n  {:<16}", name_of(p.scheme));
       fmt::print("{:>8}",
                  p.lost ? "lost !"

@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-struct SweepPoint {
+struct ReleasePoint {
   Scheme scheme = Scheme::port;
   double rate_hz = 20, rtt_ms = 0;
   StabilityVerdict verdict;
@@ -20,7 +20,7 @@ struct SweepPoint {
 };
 
 /// All available schemes over round trips at one rate; in the order of schemes, then round trips.
-using RateSweep = std::vector<SweepPoint>;
+using RateSweep = std::vector<ReleasePoint>;
 
 struct ReleaseSweep {
   std::vector<RateSweep> rates;

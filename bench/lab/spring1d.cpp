@@ -106,7 +106,7 @@ std::vector<Curve> error_curves(std::size_t count) {
   return curves;
 }
 
-std::vector<Picture> write_pictures(const std::filesystem::path& out, const Spring1dOptions& options) {
+std::vector<Figure> write_pictures(const std::filesystem::path& out, const Spring1dOptions& options) {
   const double shown_s = std::min(options.duration_s, 2 / std::max(options.frequency_hz, 0.1));
   plot_csv(out / "spring1d.csv", out / "spring1d.svg",
            fmt::format("A nonlinear spring, model at {:g} Hz, shown at 1 kHz", options.rate_hz), "time [s]",
@@ -155,8 +155,8 @@ void print_table(const std::string& title, const Spring1d& run, std::size_t coun
 }
 
 /// Everything that the command writes.
-std::vector<Picture> write_results(const std::filesystem::path& out, const Runs& runs, const Spring1dOptions& options,
-                                   bool quick) {
+std::vector<Figure> write_results(const std::filesystem::path& out, const Runs& runs, const Spring1dOptions& options,
+                                  bool quick) {
   write_curves(out / "spring1d.csv", runs.device);
   write_curves(out / "spring1d_printed_step.csv", runs.printed);
   write_curves(out / "contact.csv", runs.contact);

@@ -99,7 +99,7 @@ void draw(const std::filesystem::path& out, const std::vector<Cells>& curves) {
 
 /// Round trip up to which the p95 error stays below `limit` [ms].
 double holds_until_ms(const Cells& curve, double limit) {
-  std::vector<SweepPoint> sweep;
+  std::vector<ErrorAt> sweep;
   for (const TruthCell& c : curve) sweep.push_back({c.rtt_ms, c.p95_error});
   return reach(std::move(sweep), limit);
 }

@@ -4,10 +4,10 @@
 
 namespace palpate {
 
-double reach(std::vector<SweepPoint> sweep, double limit) {
-  std::sort(sweep.begin(), sweep.end(), [](const SweepPoint& a, const SweepPoint& b) { return a.at < b.at; });
+double reach(std::vector<ErrorAt> sweep, double limit) {
+  std::sort(sweep.begin(), sweep.end(), [](const ErrorAt& a, const ErrorAt& b) { return a.at < b.at; });
   double until = -1;
-  for (const SweepPoint& p : sweep) {
+  for (const ErrorAt& p : sweep) {
     if (!(p.error < limit)) break;
     until = p.at;
   }

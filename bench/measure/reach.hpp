@@ -5,12 +5,12 @@
 
 namespace palpate {
 
-struct SweepPoint {
+struct ErrorAt {
   double at = 0, error = 0;
 };
 
 /// The largest `at` whose error, and that of every smaller one, is below `limit`; nothing is guessed between the points. -1 when
 /// that is not so of the smallest (and for none): sweeps are over what cannot be negative.
-double reach(std::vector<SweepPoint> sweep, double limit);
+double reach(std::vector<ErrorAt> sweep, double limit);
 
 }  // namespace palpate

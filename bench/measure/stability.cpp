@@ -53,7 +53,7 @@ double StabilityVerdict::tail_m() const { return tail_of(peak_to_peak_m); }
 double StabilityVerdict::tail_j() const { return tail_of(kinetic_max_j); }
 
 StabilityVerdict judge_motion(std::span<const Vec3> position, std::span<const double> kinetic_j, bool lost,
-                              const Stillness& still) {
+                              const RestBounds& still) {
   StabilityVerdict v;
   for (std::size_t at = 0; at < position.size(); at += kWindowTicks) {
     const std::size_t count = std::min(kWindowTicks, position.size() - at);
@@ -93,7 +93,7 @@ Shake shake_of(std::span<const LoopTick> driven) {
 
 namespace {
 
-StabilityVerdict judge_rest(const ClosedLoopResult& loop, std::size_t rest_tick, const Stillness& still) {
+StabilityVerdict judge_rest(const ClosedLoopResult& loop, std::size_t rest_tick, const RestBounds& still) {
   // A tool that was lost while it was driven is judged by all that it did.
   const std::size_t from = rest_tick < loop.ticks.size() ? rest_tick : 0;
   std::vector<Vec3> position;
@@ -112,7 +112,7 @@ bool shakes(const Shake& shake, const Shake& reference) {
 
 }  // namespace
 
-LoopVerdict judge_loop(const ClosedLoopResult& loop, const ClosedLoopResult& reference, std::size_t rest_tick, Stillness still) {
+LoopVerdict judge_loop(const ClosedLoopResult& loop, const ClosedLoopResult& reference, std::size_t rest_tick, RestBounds still) {
   const StabilityVerdict calm = judge_rest(reference, rest_tick, still);
   still = {std::max(still.motion_m, 2 * calm.tail_m()), std::max(still.kinetic_j, 4 * calm.tail_j())};
   LoopVerdict v;

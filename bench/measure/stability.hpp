@@ -46,13 +46,13 @@ struct StabilityVerdict {
 };
 
 /// What counts as rest.
-struct Stillness {
+struct RestBounds {
   double motion_m = kStillM, kinetic_j = kStillJ;
 };
 
 /// One entry a millisecond, from the moment on from which nothing drives. `lost`: the motion ended because the tool went too far.
 StabilityVerdict judge_motion(std::span<const Vec3> position, std::span<const double> kinetic_j, bool lost,
-                              const Stillness& still = {});
+                              const RestBounds& still = {});
 
 struct Shake {
   double motion_m = 0, speed_m_s = 0;    ///< of s
@@ -73,6 +73,6 @@ struct LoopVerdict {
 
 /// `rest_tick`: from here on nothing drives. The reference was driven alike; what it has not calmed is added to `still`.
 LoopVerdict judge_loop(const ClosedLoopResult& loop, const ClosedLoopResult& reference, std::size_t rest_tick,
-                       Stillness still = {});
+                       RestBounds still = {});
 
 }  // namespace palpate

@@ -35,7 +35,7 @@ Setup setup_of(const Scene& scene, const StabilityPoint& point, double rtt_ms) {
 }
 
 /// Energy of the device alone when hand and device oscillate by kStillM, peak to peak, on the port's and the hand's stiffness.
-Stillness still_on(const StabilityPoint& point, double device_mass_kg) {
+RestBounds still_on(const StabilityPoint& point, double device_mass_kg) {
   const Hand hand = *hand_from_name(point.hand);
   const double stored_j = 0.5 * (point.stiffness_n_m + hand.stiffness_n_m) * 0.25 * kStillM * kStillM;
   return {kStillM, stored_j * device_mass_kg / (device_mass_kg + hand.mass_kg)};

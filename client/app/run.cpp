@@ -48,8 +48,9 @@ class Run {
       recording_ = std::make_unique<SessionRecording>(options.record, "palpate-client " PALPATE_VERSION, options.station);
       watch = [this](const ClientCore& core, auto bytes, Micros now) { recording_->datagram(core, bytes, now); };
     }
-    stations_.push_back(std::make_unique<Station>(options, options.scheme, "", std::move(watch)));
-    for (const Scheme scheme : options.compare) stations_.push_back(std::make_unique<Station>(options, scheme, options.station));
+    stations_.push_back(std::make_unique<ClientStation>(options, options.scheme, "", std::move(watch)));
+    for (const Scheme scheme : options.compare)
+      stations_.push_back(std::make_unique<ClientStation>(options, scheme, options.station));
   }
 
   int go() {
@@ -67,7 +68,7 @@ class Run {
   }
 
  private:
-  Station& felt() { return *stations_.front(); }
+  ClientStation& felt() { return *stations_.front(); }
   bool over() const { return stop_ || (options_.duration_s && monotonic_now() - began_ >= from_seconds(*options_.duration_s)); }
 
   /// Polls until `done` says so; false when the run is over first.
@@ -239,7 +240,7 @@ class Run {
   std::unique_ptr<SessionRecording> recording_;
   std::unique_ptr<TickLog> log_;
   std::vector<DisplayRecord> row_;
-  std::vector<std::unique_ptr<Station>> stations_;
+  std::vector<std::unique_ptr<ClientStation>> stations_;
   std::unique_ptr<MotionDevice> device_;
   std::unique_ptr<HapticLoop> loop_;
   RealtimeStatus realtime_;

@@ -33,7 +33,7 @@ ClientOptions client_options(const AppOptions& options, Scheme scheme, const std
 
 }  // namespace
 
-Station::Station(const AppOptions& options, Scheme scheme, const std::string& shadow_of, UdpClient::Watch watch)
+ClientStation::ClientStation(const AppOptions& options, Scheme scheme, const std::string& shadow_of, UdpClient::Watch watch)
     : name_(client_options(options, scheme, shadow_of).hello.station),
       scheme_(scheme),
       core_(client_options(options, scheme, shadow_of), monotonic_now()),

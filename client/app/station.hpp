@@ -10,10 +10,10 @@
 
 namespace palpate {
 
-class Station {
+class ClientStation {
  public:
   /// `shadow_of` is empty for the felt display. Throws InputError when the server's name is not HOST:PORT or does not resolve.
-  Station(const AppOptions& options, Scheme scheme, const std::string& shadow_of, UdpClient::Watch watch = {});
+  ClientStation(const AppOptions& options, Scheme scheme, const std::string& shadow_of, UdpClient::Watch watch = {});
 
   void start() { udp_.start(); }
   /// Says goodbye and ends the thread; from then on core() may be read.

@@ -4,7 +4,7 @@
 
 namespace palpate {
 
-void pack(const Eigen::Ref<const Matrix>& from, Eigen::Index first, std::vector<NodeLanes>& to) {
+void pack_columns(const Eigen::Ref<const Matrix>& from, Eigen::Index first, std::vector<NodeLanes>& to) {
   const Eigen::Index count = std::min<Eigen::Index>(kColumnLanes, from.cols() - first);
   std::fill(to.begin(), to.end(), NodeLanes{});
   for (Eigen::Index c = 0; c < count; ++c) {
@@ -17,7 +17,7 @@ void pack(const Eigen::Ref<const Matrix>& from, Eigen::Index first, std::vector<
   }
 }
 
-void unpack(const std::vector<NodeLanes>& from, Eigen::Index first, Eigen::Ref<Matrix> to) {
+void unpack_columns(const std::vector<NodeLanes>& from, Eigen::Index first, Eigen::Ref<Matrix> to) {
   const Eigen::Index count = std::min<Eigen::Index>(kColumnLanes, to.cols() - first);
   for (Eigen::Index c = 0; c < count; ++c) {
     double* column = to.col(first + c).data();

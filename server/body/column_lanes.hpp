@@ -4,26 +4,25 @@
 #include <vector>
 
 #include "server/body/block_matrix.hpp"
+#include "server/body/doubles.hpp"
 
 namespace palpate {
 
 inline constexpr int kColumnLanes = 4;
-using ColumnLanes = double __attribute__((vector_size(kColumnLanes * sizeof(double)), may_alias));
+using ColumnLanes = Doubles<kColumnLanes>;
 
 /// What one node does in that many columns.
 struct alignas(sizeof(ColumnLanes)) NodeLanes {
   double x[kColumnLanes], y[kColumnLanes], z[kColumnLanes];
 };
 
-[[gnu::always_inline]] inline ColumnLanes& lanes(double (&numbers)[kColumnLanes]) {
-  return *reinterpret_cast<ColumnLanes*>(numbers);
-}
+[[gnu::always_inline]] inline ColumnLanes& lanes(double (&numbers)[kColumnLanes]) { return doubles<kColumnLanes>(numbers); }
 [[gnu::always_inline]] inline const ColumnLanes& lanes(const double (&numbers)[kColumnLanes]) {
-  return *reinterpret_cast<const ColumnLanes*>(numbers);
+  return doubles<kColumnLanes>(numbers);
 }
 
 /// Columns first ... first + kColumnLanes - 1 of 3 N rows, zero beyond the last.
-void pack(const Eigen::Ref<const Matrix>& from, Eigen::Index first, std::vector<NodeLanes>& to);
-void unpack(const std::vector<NodeLanes>& from, Eigen::Index first, Eigen::Ref<Matrix> to);
+void pack_columns(const Eigen::Ref<const Matrix>& from, Eigen::Index first, std::vector<NodeLanes>& to);
+void unpack_columns(const std::vector<NodeLanes>& from, Eigen::Index first, Eigen::Ref<Matrix> to);
 
 }  // namespace palpate

@@ -51,12 +51,12 @@ void Dynamics::multiply_tangents(const BodyState& state, const Vector& y, Vector
   springs_.add_products(state, y, k_y, d_y);
   if (tetrahedra_.empty()) return;
   std::vector<NodeLanes> in(nodes()), k(nodes()), d(nodes());
-  pack(y, 0, in);
-  pack(k_y, 0, k);
-  pack(d_y, 0, d);
+  pack_columns(y, 0, in);
+  pack_columns(k_y, 0, k);
+  pack_columns(d_y, 0, d);
   tetrahedra_.add_products(tetrahedra_.tangents(state), in, k, d);
-  unpack(k, 0, k_y);
-  unpack(d, 0, d_y);
+  unpack_columns(k, 0, k_y);
+  unpack_columns(d, 0, d_y);
 }
 
 double Dynamics::energy(const BodyState& state) const {

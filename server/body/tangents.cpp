@@ -45,13 +45,13 @@ void Tangents::multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
   d_y.resize(y.rows(), y.cols());
   std::vector<NodeLanes> in(nodes), k(nodes), d(nodes);
   for (Eigen::Index first = 0; first < y.cols(); first += kColumnLanes) {
-    pack(y, first, in);
+    pack_columns(y, first, in);
     std::fill(k.begin(), k.end(), NodeLanes{});
     std::fill(d.begin(), d.end(), NodeLanes{});
     add_springs(in, k, d);
     dynamics_->tetrahedra().add_products(tetrahedra_, in, k, d);
-    unpack(k, first, k_y);
-    unpack(d, first, d_y);
+    unpack_columns(k, first, k_y);
+    unpack_columns(d, first, d_y);
   }
 }
 

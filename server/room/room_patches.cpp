@@ -49,7 +49,7 @@ bool Room::State::in_reach(std::size_t which, Micros bridge) {
   return nearest.has_value();
 }
 
-const Kept* Room::State::kept_for(const StationJob& job, std::size_t which) const {
+const Room::State::Kept* Room::State::kept_for(const StationJob& job, std::size_t which) const {
   const std::optional<Kept>& kept = stations.at(job.id).kept;
   return asleep && kept && kept->serves(request_of(job), frame_model.tool(which)) ? &*kept : nullptr;
 }

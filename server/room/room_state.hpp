@@ -16,38 +16,38 @@
 
 namespace palpate {
 
-/// How high over the sleeping body a tool was: it stays as far from the surface, less the way that it went since.
-struct Sight {
-  Vec3 from = Vec3::Zero();
-  double height_m = 0;
-  double least_height_m(const Vec3& at) const { return height_m - (at - from).norm(); }
-};
-
-/// The last patch of a sleeping body: it holds as long as the body sleeps, for a tool that hardly moves.
-struct Kept {
-  PatchRequest request;
-  Patch patch;
-  CubicTerms terms;
-
-  bool serves(const PatchRequest& asked, const ToolAt& tool) const {
-    constexpr double kSameM = 0.001, kAheadM = 0.005, kSameBridge = 0.1;  // a hand trembles by 0.2 mm, nodes are 10 mm apart
-    const double bridge_s = seconds(asked.bridge);
-    return asked.scheme == request.scheme && asked.order == request.order && asked.silence == request.silence &&
-           std::abs(bridge_s - seconds(request.bridge)) <= kSameBridge * bridge_s &&
-           (tool.position - patch.tool).norm() <= kSameM && bridge_s * (tool.velocity - patch.tool_velocity).norm() <= kAheadM;
-  }
-};
-
-struct Station {
-  ToolTrack track;
-  std::optional<Sight> sight;
-  std::optional<Kept> kept;
-  Grasp grasp;
-  std::unique_ptr<PatchBuilder> builder;
-  std::uint32_t seq = 0;
-};
-
 struct Room::State {
+  /// How high over the sleeping body a tool was: it stays as far from the surface, less the way that it went since.
+  struct Sight {
+    Vec3 from = Vec3::Zero();
+    double height_m = 0;
+    double least_height_m(const Vec3& at) const { return height_m - (at - from).norm(); }
+  };
+
+  /// The last patch of a sleeping body: it holds as long as the body sleeps, for a tool that hardly moves.
+  struct Kept {
+    PatchRequest request;
+    Patch patch;
+    CubicTerms terms;
+
+    bool serves(const PatchRequest& asked, const ToolAt& tool) const {
+      constexpr double kSameM = 0.001, kAheadM = 0.005, kSameBridge = 0.1;  // a hand trembles by 0.2 mm, nodes are 10 mm apart
+      const double bridge_s = seconds(asked.bridge);
+      return asked.scheme == request.scheme && asked.order == request.order && asked.silence == request.silence &&
+             std::abs(bridge_s - seconds(request.bridge)) <= kSameBridge * bridge_s &&
+             (tool.position - patch.tool).norm() <= kSameM && bridge_s * (tool.velocity - patch.tool_velocity).norm() <= kAheadM;
+    }
+  };
+
+  struct Station {
+    ToolTrack track;
+    std::optional<Sight> sight;
+    std::optional<Kept> kept;
+    Grasp grasp;
+    std::unique_ptr<PatchBuilder> builder;
+    std::uint32_t seq = 0;
+  };
+
   explicit State(const Scene& s)
       : scene(s),
         skin(scene.body, scene.tool.radius_m),

@@ -5,6 +5,7 @@ usage: check_style.py ROOT [COMPILE_COMMANDS]      exit 0 when there is none, 1 
 layers     includes point one way: common <- {server, client} <- bench <- tests; server and client never meet
 core       sockets, windows, devices, threads, streams and clocks stay in io/, app/, view/, relay/ and in the programs of bench/
 real time  no allocation, lock, log, throw or string in what runs in the 1 kHz tick
+names      a type has a name of its own: two of one name in one program are one to the linker, silently
 tests      every tests/**/*.cpp is compiled (COMPILE_COMMANDS is CMake's compile_commands.json)
 words      nothing is left marked as still to be done
 """
@@ -42,6 +43,10 @@ REAL_TIME_BANS = [
     (re.compile(r"\bthrow\b"), "throws"),
     (re.compile(r"\bstd::(string(?!_view)|to_string|ostringstream|stringstream)\b"), "builds a string"),
 ]
+
+NAMESPACE = re.compile(r"(?:inline )?namespace(?: (?P<name>[\w:]+))? \{$")
+NAMESPACE_END = re.compile(r"\}  // namespace")
+TYPE = re.compile(r"(?:struct|class|union|enum class)\s+(?:alignas\(.*?\)+ |\[\[.*?\]\] )?(?P<name>\w+)(?!:)(?: final)?(?: ?:[^;{]*)? \{")
 
 UNFINISHED = re.compile(r"\b(" + "TO" + "DO|FIX" + r"ME)\b")
 TEXT = {".cpp", ".hpp", ".py", ".cmake", ".txt", ".md", ".fbs", ".json", ".yml", ".yaml", ".sh", ".in"}
@@ -95,6 +100,32 @@ def check_code(path, text):
                     yield number, f"real time: {what}"
 
 
+def named_types(path, text):
+    """(line, namespace, name) of every type that other files' types of that name would be one with."""
+    inside = []
+    for number, line in enumerate(blank(text, strings=False).split("\n"), 1):
+        if match := NAMESPACE.match(line.rstrip()):
+            inside.append(match.group("name") or path)
+        elif match := TYPE.match(line):
+            yield number, "::".join(inside), match.group("name")
+        elif line.startswith("}") and NAMESPACE_END.match(text.split("\n")[number - 1]) and inside:
+            inside.pop()
+
+
+def check_names(files):
+    first = {}
+    for path, text in files:
+        program = path.rsplit("/", 1)[0] if path.startswith("tests/") else ""
+        for number, space, name in named_types(path, text):
+            for scope in {program, ""}:
+                known = first.get((scope, space, name))
+                if known:
+                    yield f"{path}:{number}: names: {known} has a type {name} too"
+                    break
+            else:
+                first[program, space, name] = f"{path}:{number}"
+
+
 def check_words(text):
     for number, line in enumerate(text.split("\n"), 1):
         if UNFINISHED.search(line):
@@ -116,7 +147,7 @@ def source_files(root):
 
 def breaches(root, compile_commands=None):
     root = pathlib.Path(root)
-    found = []
+    found, sources = [], []
     for file in source_files(root):
         path = file.relative_to(root).as_posix()
         if file.suffix not in TEXT and path not in ("dev", ".ci/run") and file.name != "Dockerfile":
@@ -125,7 +156,9 @@ def breaches(root, compile_commands=None):
         faults = list(check_words(text))
         if file.suffix in (".cpp", ".hpp") and path.split("/")[0] in SIDES:
             faults += [*check_includes(path, text), *check_code(path, text)]
+            sources.append((path, text))
         found += [f"{path}:{number}: {fault}" for number, fault in sorted(faults)]
+    found += check_names(sources)
     if compile_commands:
         found += [f"{path}:1: {fault}" for path, fault in check_registered(root, pathlib.Path(compile_commands))]
     return found

@@ -45,6 +45,19 @@ class CheckStyle(unittest.TestCase):
         self.assert_clean("server/scene/a.cpp", "#include <fstream>\n")
         self.assert_clean("client/core/a.cpp", "#include <chrono>\n#include <atomic>\n")
 
+    def test_two_types_of_one_name(self):
+        types = "namespace palpate {\n\nstruct A {\n  int x;\n};\n\nnamespace {\n\nclass B : public A {\n};\n\n}  // namespace\n\n}  // namespace palpate\n"
+        other = "namespace palpate {\nclass A final : public C {\n};\n}  // namespace palpate\n"
+        self.assertEqual(self.found({"client/core/a.hpp": types, "server/core/b.cpp": other}),
+                         ["server/core/b.cpp:2: names: client/core/a.hpp:3 has a type A too"])
+        self.assertEqual(self.found({"client/core/a.cpp": types, "tests/core/b.cpp": other}),
+                         ["tests/core/b.cpp:2: names: client/core/a.cpp:3 has a type A too"])
+        self.assertEqual(self.found({"tests/core/a.cpp": other, "tests/body/b.cpp": other}), [])
+        self.assertEqual(len(self.found({"tests/core/a.cpp": other, "tests/core/b.cpp": other})), 1)
+        for innocent in ("namespace palpate::pack {\nstruct A {\n};\n}  // namespace palpate::pack\n",
+                         "namespace palpate {\nstruct A;\nstruct A::D {\n};\nstruct B {\n  struct A {\n  };\n};\n}  // namespace palpate\n"):
+            self.assertEqual(self.found({"client/core/a.hpp": types, "server/core/b.cpp": innocent}), [])
+
     def test_clocks_in_a_core(self):
         self.assert_breach("client/core/a.cpp", 4, "auto t = std::chrono::steady_clock::now();", "core")
         self.assert_breach("common/link/a.cpp", 1, "std::random_device seed;", "core")
