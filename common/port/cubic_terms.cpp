@@ -1,5 +1,8 @@
 #include "common/port/cubic_terms.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -46,11 +49,23 @@ Patch extended(Patch patch, const CubicTerms& terms) {
   return patch;
 }
 
-CubicForce::CubicForce(const CubicTerms& terms)
+Eigen::MatrixXd joint_damping(const Patch& patch) {
+  const Eigen::Index first = patch.contact == ContactKind::attach ? 3 : 0, r = patch.modes();
+  Eigen::MatrixXd d(first + r, first + r);
+  d.bottomRightCorner(r, r) = patch.damping;
+  if (first > 0) {
+    d.topLeftCorner<3, 3>() = patch.d_port;
+    d.bottomLeftCorner(r, 3) = -patch.b_d;
+    d.topRightCorner(3, r) = -patch.b_d.transpose();
+  }
+  return d;
+}
+
+CubicForce::CubicForce(const CubicTerms& terms, const Eigen::MatrixXd& damping)
     : variables_(terms.variables),
       leading_(terms.leading),
       has_e2_(terms.e2.size() > 0),
-      has_damping_(terms.q.size() > 0),
+      has_damping_(terms.q.size() > 0 && damping.rows() == terms.variables),
       radius_(static_cast<float>(terms.radius)),
       scale_(terms.scale),
       q_(terms.q),
@@ -78,6 +93,15 @@ CubicForce::CubicForce(const CubicTerms& terms)
           std::sort(m.begin(), m.end());
           g4_(p, triple_at(i, j, k)) = multiplicity(m, p) * terms.e4[quadruple_at(m[0], m[1], m[2], m[3])];
         }
+  if (!has_damping_) return;
+  const Eigen::MatrixXd t = terms.scale.inverse();
+  Eigen::MatrixXd d = t.transpose() * damping * t;
+  constexpr double kRounding = 1e-6;  // numbers travel in single precision
+  d.diagonal().array() += kRounding * d.trace() / n;
+  const Eigen::LLT<Eigen::MatrixXd> factor(d);
+  has_damping_ = factor.info() == Eigen::Success && d.trace() > 0;
+  root_ = Eigen::MatrixXd(factor.matrixU()).cast<float>();
+  inverse_ = factor.matrixL().solve(Eigen::MatrixXd::Identity(n, l)).cast<float>();
 }
 
 void CubicForce::gradient(const Values& y, Values& g) const noexcept {
@@ -88,6 +112,32 @@ void CubicForce::gradient(const Values& y, Values& g) const noexcept {
   Triples triples;
   fill_triples(y, pairs, leading_, triples);
   g.head(leading_).noalias() += g4_ * triples;
+}
+
+void CubicForce::add_damping(const Values& y, const Values& rate, Values& g) const noexcept {
+  const int l = leading_;
+  using Leading = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kMaxLeading, 1>;
+  using Mixed = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kLeadingPairs>;
+  const auto turn = [&](const Mixed& turned, Leading& to) {
+    for (int k = 0; k < l; ++k) {
+      for (int j = 0; j < k; ++j) {
+        to[j] += turned[pair_at(j, k)] * y[k];
+        to[k] += turned[pair_at(j, k)] * y[j];
+      }
+      to[k] += turned[pair_at(k, k)] * y[k];
+    }
+  };
+  Mixed mixed(pairs_of(l));
+  for (int k = 0; k < l; ++k) {
+    for (int j = 0; j < k; ++j) mixed[pair_at(j, k)] = y[j] * rate[k] + y[k] * rate[j];
+    mixed[pair_at(k, k)] = y[k] * rate[k];
+  }
+  Leading change = q_ * mixed;
+  turn(q_.transpose() * rate.head(l), change);
+  const float most = kDamperChange * (root_ * rate).norm(), size = (inverse_ * change).norm();
+  Leading at_stamp = Leading::Zero(l);  // what the patch's stiffness has of the dampers' forces
+  turn(q_.transpose() * rate_.head(l), at_stamp);
+  g.head(l) += (size > most ? most / size : 1.0F) * (change - at_stamp);
 }
 
 void CubicForce::evaluate(const Variables& u, const Variables& u_rate, Variables& force) const noexcept {
@@ -102,25 +152,7 @@ void CubicForce::evaluate(const Variables& u, const Variables& u_rate, Variables
     const float along = y.dot(g) / (radius_ * radius_);
     g = (radius_ / norm) * (g - along * y);
   }
-  if (has_damping_) {
-    const int l = leading_;
-    const Values rate = (scale_ * u_rate).cast<float>();
-    const Values excess = rate - rate_;
-    Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kLeadingPairs> mixed(pairs_of(l)), turned(pairs_of(l));
-    for (int k = 0; k < l; ++k) {
-      for (int j = 0; j < k; ++j) mixed[pair_at(j, k)] = y[j] * rate[k] + y[k] * rate[j];
-      mixed[pair_at(k, k)] = y[k] * rate[k];
-    }
-    g.head(l).noalias() += q_ * mixed;
-    turned.noalias() = q_.transpose() * excess.head(l);
-    for (int k = 0; k < l; ++k) {
-      for (int j = 0; j < k; ++j) {
-        g[j] += turned[pair_at(j, k)] * y[k];
-        g[k] += turned[pair_at(j, k)] * y[j];
-      }
-      g[k] += turned[pair_at(k, k)] * y[k];
-    }
-  }
+  if (has_damping_) add_damping(y, (scale_ * u_rate).cast<float>(), g);
   force.noalias() = -(scale_.transpose() * g.cast<double>());
 }
 

@@ -11,8 +11,11 @@
 // y'* the rate at the stamp; Q_i,jk = sum over elements of (c/rho) a_i B_jk with a_i the stretch of the element by y_i along its
 // axis and B_jk the product of its motions across it: the first-order change of the dampers' directions. The force on u is
 // S^T f. E2 repairs what the linear patch was changed by to be passive; it is zero elsewhere.
-// The elastic part is conservative whatever its coefficients are. Outside of |y| = radius the energy is continued along rays as a
-// constant: E(y radius / |y|), so that its force falls off as 1/|y| instead of growing with the cube.
+// That first order alone would push where dampers turn far. Their change D1(y) y', D1_ik = sum_j y_j (Q_i,jk + Q_k,ji), is
+// therefore kept below the patch's own dampers D as it acts, |D1 y'| <= kDamperChange |D y'| in the norm x^T D^-1 x: so it never
+// pushes more than those brake. The elastic part is conservative whatever its coefficients are. Outside of |y| = radius the
+// energy is continued along rays as a constant: E(y radius / |y|), so that its force falls off as 1/|y| instead of growing with
+// the cube.
 //
 // The terms of a touch bring more of the surface too, what the patch's own datagram had no room for: the tool goes on where the
 // patch's own piece ends.
@@ -62,14 +65,19 @@ bool has_room(const PortSurface& surface, const CubicTerms& terms);
 /// `patch` with the surface that its terms bring, for which it has room.
 Patch extended(Patch patch, const CubicTerms& terms);
 
+inline constexpr float kDamperChange = 0.9F;
+/// D of u: [[D_p, -B_d^T], [-B_d, D]] for a grasp, D for touch.
+Eigen::MatrixXd joint_damping(const Patch& patch);
+
 /// Compiled for the haptic thread: a gradient is two products of a matrix with the monomials of lower degree.
 class CubicForce {
  public:
   using Variables = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxVariables, 1>;
 
   CubicForce() = default;
-  /// Allocates nothing that outlives it, but takes some microseconds.
-  explicit CubicForce(const CubicTerms& terms);
+  /// Allocates nothing that outlives it, but takes some microseconds. `damping`: joint_damping() of the patch that the terms go
+  /// with; where it is no damping (of nothing, or not positive definite) none turns.
+  CubicForce(const CubicTerms& terms, const Eigen::MatrixXd& damping);
 
   bool empty() const { return variables_ == 0; }
   /// Force on u for displacement u and rate u'. No allocation.
@@ -85,6 +93,7 @@ class CubicForce {
   using Values = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kRoom, 1>;
 
   void gradient(const Values& y, Values& g) const noexcept;
+  void add_damping(const Values& y, const Values& rate, Values& g) const noexcept;
 
   int variables_ = 0, leading_ = 0;
   bool has_e2_ = false, has_damping_ = false;
@@ -95,6 +104,9 @@ class CubicForce {
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kPairs> g3_;
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxLeading, kTriples> g4_;
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxLeading, kLeadingPairs> q_;
+  // L^T and the columns of L^-1 for the leading variables, D = L L^T in y.
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables> root_;
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxLeading> inverse_;
   Values rate_;
 };
 

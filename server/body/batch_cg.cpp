@@ -182,27 +182,37 @@ void BatchConjugateGradients::add_coarse(Lanes& rz) {
 }
 
 /// Puts a column into a lane, scaled so that b has unit length: nothing small is lost below the smallest float. The first guess
-/// becomes the first direction, whose step is 1. False where b is zero, and then x is.
-bool BatchConjugateGradients::load(const SolveColumn& column, int lane, double& scale) {
-  double square = 0;
-  for (std::size_t i = 0; i < r_.size(); ++i)
-    if (free_[i] > 0) square += column.b->segment<3>(3 * static_cast<Eigen::Index>(i)).squaredNorm();
+/// becomes the first direction, as long as 1, and goes as far as is best along it: along.v[lane] is its product with b. False
+/// where b is zero, and then x is.
+bool BatchConjugateGradients::load(const SolveColumn& column, int lane, double& scale, Lanes& along) {
+  const bool guessed = column.x->size() == column.b->size();
+  double square = 0, guess_square = 0, product = 0;
+  for (std::size_t i = 0; i < r_.size(); ++i) {
+    if (!(free_[i] > 0)) continue;
+    const auto b = column.b->segment<3>(3 * static_cast<Eigen::Index>(i));
+    square += b.squaredNorm();
+    if (!guessed) continue;
+    const auto x = column.x->segment<3>(3 * static_cast<Eigen::Index>(i));
+    guess_square += x.squaredNorm();
+    product += b.dot(x);
+  }
   scale = std::sqrt(square);
   if (!(scale > 0)) {
     column.x->setZero(column.b->size());
     return false;
   }
-  const bool guessed = column.x->size() == column.b->size();
+  const double guess = std::sqrt(guess_square), shorten = std::isnormal(guess) ? 1 / guess : 0;
+  along.v[lane] = shorten > 0 ? product / scale * shorten : 0;
   for (std::size_t i = 0; i < r_.size(); ++i) {
     const double by = free_[i] > 0 ? 1 / scale : 0;
     const double* b = column.b->data() + 3 * i;
-    const double* x = guessed ? column.x->data() + 3 * i : nullptr;
+    const double* x = free_[i] > 0 && shorten > 0 ? column.x->data() + 3 * i : nullptr;
     r_[i].x[lane] = static_cast<float>(by * b[0]);
     r_[i].y[lane] = static_cast<float>(by * b[1]);
     r_[i].z[lane] = static_cast<float>(by * b[2]);
-    p_[i].x[lane] = x ? static_cast<float>(by * x[0]) : 0;
-    p_[i].y[lane] = x ? static_cast<float>(by * x[1]) : 0;
-    p_[i].z[lane] = x ? static_cast<float>(by * x[2]) : 0;
+    p_[i].x[lane] = x ? static_cast<float>(shorten * x[0]) : 0;
+    p_[i].y[lane] = x ? static_cast<float>(shorten * x[1]) : 0;
+    p_[i].z[lane] = x ? static_cast<float>(shorten * x[2]) : 0;
     x_[i].x[lane] = x_[i].y[lane] = x_[i].z[lane] = 0;
   }
   return true;
@@ -244,7 +254,7 @@ int BatchConjugateGradients::solve(std::span<const SolveColumn> columns, double 
     // A column takes the lane of one that is done.
     for (int c = 0; c < kColumns; ++c)
       for (Lane& lane = lanes[static_cast<std::size_t>(c)]; !lane.column && next < columns.size(); ++next)
-        if (load(columns[next], c, lane.scale)) {
+        if (load(columns[next], c, lane.scale, rz)) {
           lane.column = &columns[next];
           lane.steps = 0;
         }
@@ -252,9 +262,9 @@ int BatchConjugateGradients::solve(std::span<const SolveColumn> columns, double 
     multiply(p_, ap_);
     const Lanes curvature = dot(p_, ap_);
     for (std::size_t c = 0; c < lanes.size(); ++c) {
-      const bool first = lanes[c].steps == 0;
-      if (lanes[c].column && !first) positive_definite &= curvature.v[c] > 0;
-      alpha.v[c] = !lanes[c].column ? 0 : (first ? 1 : rz.v[c] / curvature.v[c]);
+      const bool curves = curvature.v[c] > 0;
+      if (lanes[c].column && lanes[c].steps > 0) positive_definite &= curves;
+      alpha.v[c] = lanes[c].column && curves ? rz.v[c] / curvature.v[c] : 0;
     }
     const Lanes before = rz;
     if (positive_definite) advance(alpha, rr, rz);

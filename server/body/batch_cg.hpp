@@ -17,7 +17,7 @@
 
 namespace palpate {
 
-/// A column: x holds the first guess and the answer.
+/// A column: x holds the first guess, of which only the direction counts, and the answer.
 struct SolveColumn {
   const Vector* b = nullptr;
   Vector* x = nullptr;
@@ -53,7 +53,7 @@ class BatchConjugateGradients {
     double v[kColumns] = {};
   };
 
-  bool load(const SolveColumn& column, int lane, double& scale);
+  bool load(const SolveColumn& column, int lane, double& scale, Lanes& along);
   void unload(const SolveColumn& column, int lane, double scale) const;
   void multiply(const std::vector<Rows>& p, std::vector<Rows>& y) const;
   void advance(const Lanes& alpha, Lanes& rr, Lanes& rz);

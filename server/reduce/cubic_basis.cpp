@@ -2,6 +2,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
+#include <algorithm>
+#include <numeric>
 
 #include "server/reduce/expansion.hpp"
 
@@ -38,12 +40,34 @@ CubicBasis compress(const Linearisation& at, const Matrix& w, double s, int mode
   return basis;
 }
 
+constexpr double kNegligible = 0.03;  // of the loads' squares
+
+/// Loads but the smallest, whose squares are together no more than kNegligible of those of all.
+void add_those_that_matter(const std::vector<Vector>& loads, Vector* answers, std::vector<SolveColumn>& columns) {
+  std::vector<double> squares;
+  for (const Vector& b : loads) squares.push_back(b.squaredNorm());
+  std::vector<std::size_t> order(loads.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return squares[i] < squares[j]; });
+  const double all = std::accumulate(squares.begin(), squares.end(), 0.0);
+  double left_out = 0;
+  for (const std::size_t k : order)
+    if ((left_out += squares[k]) > kNegligible * all) columns.push_back({&loads[k], &answers[k]});
+}
+
 }  // namespace
 
 void ShapeHistory::add(const BodyState& state) {
   if (!states_.empty() && state.time_s - states_.back().time_s < kApartS) return;
   if (states_.size() == kShapes) states_.pop_front();
   states_.push_back(state);
+}
+
+std::vector<const BodyState*> ShapeHistory::ends() const {
+  std::vector<const BodyState*> ends;
+  if (!states_.empty()) ends.push_back(&states_.back());
+  if (states_.size() > 1) ends.push_back(&states_.front());
+  return ends;
 }
 
 std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
@@ -55,25 +79,20 @@ std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart
   for (Eigen::Index i = 0; i < prescribed.cols(); ++i) acting[static_cast<std::size_t>(i)] += prescribed.col(i);
   acting.push_back(request.bridge_s * at.state->v);
 
-  std::vector<Vector> inputs;
-  for (const Vector& b : moment_inputs(at, s, start.ports)) inputs.push_back(s * b);
-  for (Vector& f : second_order_forces(*at.dynamics, *at.state, side_by_side(acting))) inputs.push_back(std::move(f));
-  // Of unit size, so that the answers of the frame before are a first guess whatever the tool's speed has become.
-  std::vector<double> sizes;
-  for (Vector& b : inputs) {
-    sizes.push_back(b.norm());
-    if (sizes.back() > 0) b /= sizes.back();
-  }
-  memory.resize(inputs.size());
+  std::vector<Vector> moments = moment_inputs(at, s, start.ports);
+  for (Vector& b : moments) b *= s;
+  const std::vector<Vector> bends = second_order_forces(*at.dynamics, *at.state, side_by_side(acting));
+  memory.resize(moments.size() + bends.size());
   std::vector<SolveColumn> solves;
-  for (std::size_t k = 0; k < inputs.size(); ++k) solves.push_back({&inputs[k], &memory[k]});
+  add_those_that_matter(moments, memory.data(), solves);
+  add_those_that_matter(bends, memory.data() + moments.size(), solves);
   if (!solve(solves)) return std::nullopt;
 
   std::vector<Vector> candidates = start.ports;
   Vector motion = request.bridge_s * at.state->v;
   mask(*at.held, motion);
   candidates.insert(candidates.end(), {motion, start.imbalance, s * start.motion});
-  for (std::size_t k = 0; k < inputs.size(); ++k) candidates.push_back(sizes[k] * memory[k]);
+  for (const SolveColumn& column : solves) candidates.push_back(*column.x);
   for (const BodyState& before : history.states()) {
     candidates.push_back(before.x - at.state->x);
     mask(*at.held, candidates.back());

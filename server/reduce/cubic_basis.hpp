@@ -26,6 +26,8 @@ class ShapeHistory {
   static constexpr double kApartS = 0.04;
   void add(const BodyState& state);
   const std::deque<BodyState>& states() const { return states_; }
+  /// The newest, and the oldest if that is another.
+  std::vector<const BodyState*> ends() const;
 
  private:
   std::deque<BodyState> states_;

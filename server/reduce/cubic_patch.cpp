@@ -17,6 +17,9 @@ constexpr double kSoftest = 1e-8;    // of the largest stiffness, where a mode h
 constexpr double kNotLifted = 1e-9;  // of the largest stiffness: rounding
 constexpr double kTrust = 1;         // of the last terms' force to the linear one, where trust ends
 constexpr double kFarthest = 1e3;    // of a variable that no term bends
+constexpr double kWrong = 0.5;       // of the force beyond the linear one, where terms are no longer trusted,
+constexpr double kHarmless = 0.2;    // unless they are wrong by less than this of the linear one
+constexpr double kLeast = 0.02;      // of the radius: below, nobody asks any more
 
 /// S of the modes, rows by falling energy.
 Matrix mode_scale(const Patch& patch, const Matrix& coordinates) {
@@ -68,10 +71,70 @@ void rescale(CubicTerms& terms, const Vector& far) {
     for (int j = 0; j <= k; ++j) terms.q.col(pair_at(j, k)).array() *= f.head(l).array() * (f[j] * f[k]);
 }
 
+/// A body, asked for its forces on the variables of a patch.
+class Bent {
+ public:
+  /// `moved`: how the body moves for y.
+  Bent(const Linearisation& at, Matrix moved) : at_(at), moved_(std::move(moved)), still_(Vector::Zero(at.state->v.size())) {
+    at_.dynamics->forces(at_.state->x, still_, here_);
+  }
+  /// N(y), and K y.
+  Vector beyond_linear(const Vector& y, Vector& linear) const {
+    const Vector way = moved_ * y;
+    Vector there;
+    Matrix k_way, d_way;
+    at_.dynamics->forces(at_.state->x + way, still_, there);
+    at_.tangents->multiply(way, k_way, d_way);
+    linear = moved_.transpose() * k_way;
+    return moved_.transpose() * (there - here_) + linear;
+  }
+
+ private:
+  Linearisation at_;
+  Matrix moved_;
+  Vector still_, here_;
+};
+
+/// How far along `way` (|way| = 1) the terms are trusted, up to `far`.
+double trusted_along(const Bent& body, const CubicForce& terms, const Vector& way, double far) {
+  const CubicForce::Variables still = CubicForce::Variables::Zero(way.size());
+  for (double radius = far; radius >= kLeast;) {
+    Vector linear;
+    const Vector exact = body.beyond_linear(radius * way, linear);
+    CubicForce::Variables force;
+    terms.evaluate(radius * way, still, force);
+    const double wrong = (force - exact).norm(), most = std::max(kWrong * exact.norm(), kHarmless * linear.norm());
+    if (exact.allFinite() && wrong <= most) return radius;
+    // What is left out grows faster than what is there, by the square of the radius when both are small.
+    radius *= exact.allFinite() ? std::clamp(std::sqrt(most / wrong), 1.0 / 3, 0.8) : 1.0 / 3;
+  }
+  return kLeast;
+}
+
+/// The radius, in units of `far`.
+double trusted_radius(const Linearisation& at, const CubicTerms& terms, Matrix moved, const Matrix& ways) {
+  CubicTerms elastic = terms;  // of y itself, and without end
+  elastic.scale.setIdentity();
+  elastic.e2.resize(0);
+  elastic.q.resize(0, 0);
+  elastic.radius = kFarthest;
+  const CubicForce force(elastic, Matrix());
+  const Bent body(at, std::move(moved));
+  double radius = 1;
+  for (Eigen::Index k = 0; k < ways.cols(); ++k) {
+    const Vector way = terms.scale * ways.col(k);
+    const double length = way.norm();
+    if (std::isnormal(length)) {
+      const double asked = std::min(radius, length), found = trusted_along(body, force, way / length, asked);
+      if (found < asked) radius = found;
+    }
+  }
+  return radius;
+}
+
 }  // namespace
 
-std::optional<CubicTerms> cubic_terms(const Dynamics& dynamics, const BodyState& state, const Patch& patch,
-                                      const CubicShapes& shapes, int leading) {
+std::optional<CubicTerms> cubic_terms(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, int leading) {
   const auto r = patch.stiffness.size(), first = shapes.port.cols(), n = r + first;
   if (r == 0 || !(patch.stiffness.maxCoeff() > 0)) return std::nullopt;
   CubicTerms terms;
@@ -86,7 +149,7 @@ std::optional<CubicTerms> cubic_terms(const Dynamics& dynamics, const BodyState&
   Matrix moved(shapes.modes.rows(), n);
   moved.leftCols(first) = shapes.port;
   moved.rightCols(r) = shapes.modes * t.bottomRightCorner(r, r);
-  auto expansion = expand(dynamics, state, moved, terms.leading);
+  auto expansion = expand(*at.dynamics, *at.state, moved, terms.leading);
   if (!expansion) return std::nullopt;
   terms.e3 = std::move(expansion->e3);
   terms.e4 = std::move(expansion->e4);
@@ -95,7 +158,7 @@ std::optional<CubicTerms> cubic_terms(const Dynamics& dynamics, const BodyState&
   const Vector far = trusted(terms, t.transpose() * (joint_stiffness(patch, patch.stiffness) + shapes.lifted) * t);
   rescale(terms, far);
   terms.rate = stamp_rate(terms, patch);
-  terms.radius = 1;
+  terms.radius = trusted_radius(at, terms, moved * far.asDiagonal(), shapes.ways);
   return terms;
 }
 

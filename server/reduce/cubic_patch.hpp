@@ -9,6 +9,10 @@
 // Then every variable is measured in how far it may go: to where, alone, the force of the last terms that it has (fourth order
 // for the leading ones, third for the others) is as large as the linear one. The radius of trust is 1 in these units: an
 // ellipsoid of displacements that the expansion knows something about, whatever the body's size and the hand's speed.
+// Where variables act together, or a body snaps, the expansion may end before that. So the body itself is asked at displacements
+// that it is likely to come to, with f its own forces at rest on the variables at y:
+//     N(y) = f(y) - f(0) + K y,   N^(y) = - d(E3 + E4)/dy,   trusted while |N^ - N| <= max(kWrong |N|, kHarmless |K y|)
+// and where that fails the radius ends before (found to a third, and at least kLeast).
 // A patch is lifted to be passive (lift.hpp); with u = (d, q) and H, H~ the joint stiffness before and after,
 //     E2 = 1/2 u^T (H - H~) u.
 #pragma once
@@ -17,7 +21,7 @@
 
 #include "common/port/cubic_terms.hpp"
 #include "common/port/patch.hpp"
-#include "server/body/dynamics.hpp"
+#include "server/reduce/basis.hpp"
 
 namespace palpate {
 
@@ -27,10 +31,10 @@ struct CubicShapes {
   Matrix modes;        ///< V, of the patch
   Matrix coordinates;  ///< C
   Matrix lifted;       ///< H - H~
+  Matrix ways;         ///< u at which the body is asked, a column each
 };
 
 /// Nothing for a body whose forces have no expansion.
-std::optional<CubicTerms> cubic_terms(const Dynamics& dynamics, const BodyState& state, const Patch& patch,
-                                      const CubicShapes& shapes, int leading);
+std::optional<CubicTerms> cubic_terms(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, int leading);
 
 }  // namespace palpate

@@ -16,26 +16,34 @@ bool SharedSystem::prepare(const Linearisation& at, double shift, bool clamp, do
   return definite_ = solver_.prepare(at, shift, clamp);
 }
 
-bool SharedSystem::answer(std::span<const PortPlace> places, const Vector* total) {
+bool SharedSystem::answer(std::span<const PortPlace> places, const OwnLoads& own) {
   std::vector<SolveColumn> columns;
   std::vector<std::size_t> asked;
-  for (const auto& [k, point] : places) {
-    const auto known = fresh_.find(k);
-    if (known != fresh_.end() && known->second.triangle == point.triangle && known->second.weight == point.weight) continue;
-    PortAnswer& port = ports_[k];
-    port.b = skin_->weights(point);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      port.input[axis] = Vector::Zero(at_.state->x.size());
-      scatter(port.b, Vec3::Unit(static_cast<int>(axis)), port.input[axis]);
-      mask(*at_.held, port.input[axis]);
-      columns.push_back({&port.input[axis], &port.answer[axis]});
+  for (const PortPlace& place : places) {
+    const auto known = fresh_.find(place.port);
+    const bool here = known != fresh_.end() && known->second.point.triangle == place.point.triangle &&
+                      known->second.point.weight == place.point.weight;
+    PortAnswer& port = ports_[place.port];
+    if (!here) {
+      port.b = skin_->weights(place.point);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        port.input[axis] = Vector::Zero(at_.state->x.size());
+        scatter(port.b, Vec3::Unit(static_cast<int>(axis)), port.input[axis]);
+        mask(*at_.held, port.input[axis]);
+        columns.push_back({&port.input[axis], &port.answer[axis]});
+      }
+      asked.push_back(place.port);
     }
-    asked.push_back(k);
-    fresh_[k] = point;
+    Fresh& fresh = fresh_[place.port] = {place.point, here && known->second.slide};
+    if (place.slide.size() == 0 && !fresh.slide) port.slide.resize(0);
+    if (place.slide.size() == 0 || fresh.slide) continue;
+    columns.push_back({&place.slide, &port.slide});
+    fresh.slide = true;
   }
-  if (total && !imbalance_.fresh) {
-    columns.push_back({total, &imbalance_.x});
-    imbalance_.fresh = true;
+  for (const auto& [load, answer] : {std::pair{own.imbalance, &imbalance_}, std::pair{own.motion, &motion_}}) {
+    if (!load || answer->fresh) continue;
+    columns.push_back({load, &answer->x});
+    answer->fresh = true;
   }
   if (columns.empty()) return definite_;
   definite_ = definite_ && solve(columns);
@@ -50,16 +58,6 @@ bool SharedSystem::answer(std::span<const PortPlace> places, const Vector* total
   return definite_;
 }
 
-const Vector* SharedSystem::motion() {
-  if (motion_.fresh) return &motion_.x;
-  Vector motion = at_.state->v;
-  mask(*at_.held, motion);
-  motion = at_.dynamics->masses().cwiseProduct(motion);
-  const SolveColumn column{&motion, &motion_.x};
-  motion_.fresh = solve(std::span(&column, 1));
-  return motion_.fresh ? &motion_.x : nullptr;
-}
-
 FrameModel::FrameModel(const Dynamics& dynamics, const Skin& skin) : dynamics_(&dynamics), skin_(&skin), tangents_(dynamics) {
   if (dynamics.nodes() > LinearSolver::kDirectRowsMax && !dynamics.body().planar) coarse_.emplace(dynamics);
 }
@@ -70,7 +68,7 @@ void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& port
   tools_.assign(tools.begin(), tools.end());
   bridge_ = bridge;
   held_ = held_nodes(dynamics_->body(), ports);
-  wanted_.assign(ports.size(), 0);
+  wanted_.assign(ports.size(), {});
   linearised_ = false;
   forces_.resize(0);
   total_.resize(0);
@@ -173,14 +171,33 @@ OtherTools FrameModel::other_nodes(std::size_t which) {
   return others;
 }
 
-bool FrameModel::answer(SharedSystem& p, std::size_t which, bool imbalance) {
+/// Empty where the tool does not touch, or nothing is asked.
+Vector FrameModel::sliding_load(std::size_t k) {
+  const ToolPort& port = (*ports_)[k];
+  const double slide_s = wanted_[k].slide_s;
+  if (!port.touching || !(slide_s > 0)) return {};
+  const SurfacePoint end = slide(skin_->view(), positions(), port.point, slide_s * tools_[k].velocity);
+  Vector load = Vector::Zero(state_->x.size());
+  scatter(skin_->weights(end), port.lambda, load);
+  scatter(skin_->weights(port.point), -port.lambda, load);
+  mask(held_, load);
+  return load;
+}
+
+bool FrameModel::answer(SharedSystem& p, std::size_t which, Own own) {
   std::vector<SharedSystem::PortPlace> places;
   for (std::size_t k = 0; k < ports_->size(); ++k) {
     const ToolPort& port = (*ports_)[k];
-    if (port.kind == ContactKind::touch && (port.touching || wanted_[k] || k == which)) places.push_back({k, port.point});
+    if (port.kind == ContactKind::touch && (port.touching || wanted_[k].patch || k == which))
+      places.push_back({k, port.point, sliding_load(k)});
+  }
+  Vector motion;
+  if (own.motion) {
+    motion = dynamics_->masses().cwiseProduct(state_->v);
+    mask(held_, motion);
   }
   enter(PatchPart::solve);
-  const bool definite = p.answer(places, imbalance ? &total() : nullptr);
+  const bool definite = p.answer(places, {own.imbalance ? &total() : nullptr, own.motion ? &motion : nullptr});
   enter(PatchPart::other);
   return definite;
 }

@@ -3,7 +3,8 @@
 //
 // With P = s^2 M + s D + K at the state (x*, v*) and B_k the port of tool k, the patches of all touching stations are made of
 //     X_k = P^-1 B_k,   P^-1 F,   P^-1 M v*,      F = F(x*, v*) + sum_k B_k lambda_k
-// so a frame takes three solves a tool and two for all, at one shift s, and all of them go through P together. A model is hardly
+// so a frame takes three solves a tool (four, where it slides on and that matters) and two for all, at one shift s, and all of
+// them go through P together. A model is hardly
 // the worse for an s that is not quite its own: with one tool s is that of its patch, with several that of their mean bridge.
 //
 // The other tools stay on the body while a patch lasts. Tool o moves on at its velocity v_o, and its contact is a spring between
@@ -37,6 +38,7 @@ struct PortAnswer {
   Skin::Weights b;
   std::array<Vector, 3> input, answer;  ///< B, masked; P^-1 B
   Mat3 compliance = Mat3::Zero();       ///< B^T P^-1 B
+  Vector slide;                         ///< P^-1 of the load of a tool that slides on; empty where none was asked for
 };
 
 /// What other tools do to the body while the patch of one lasts.
@@ -59,19 +61,23 @@ class SharedSystem {
       : skin_(&skin), solver_(dynamics, coarse) {}
   /// For a new frame. False when P turns out not to be positive definite.
   bool prepare(const Linearisation& at, double shift, bool clamp, double tolerance);
-  /// Which port, and where on the skin.
+  /// Which port, where on the skin, and the load of its tool that slides on, if that is asked for.
   struct PortPlace {
-    std::size_t port;
+    std::size_t port = 0;
     SurfacePoint point;
+    Vector slide;
   };
-  /// Answers at these ports and, where `total` is given, to it, as far as they are not known in this frame. The first guess of a
-  /// port is its last answer. False when P turns out not to be positive definite.
-  bool answer(std::span<const PortPlace> places, const Vector* total);
+  /// The body's own: what is out of balance, and M v*. Null where it is not asked for.
+  struct OwnLoads {
+    const Vector *imbalance = nullptr, *motion = nullptr;
+  };
+  /// Answers to all of these together, as far as they are not known in this frame. The first guess of each is its last answer.
+  /// False when P turns out not to be positive definite.
+  bool answer(std::span<const PortPlace> places, const OwnLoads& own);
   /// What answer() found.
   const PortAnswer& port(std::size_t k) const { return ports_.at(k); }
   const Vector& imbalance() const { return imbalance_.x; }
-  /// nullptr when P turns out not to be positive definite.
-  const Vector* motion();
+  const Vector& motion() const { return motion_.x; }
   bool solve(std::span<const SolveColumn> columns) { return solver_.solve(at_, columns, tolerance_); }
   double shift() const { return shift_; }
   int iterations() const { return solver_.iterations(); }
@@ -81,13 +87,18 @@ class SharedSystem {
     bool fresh = false;
     Vector x;
   };
+  /// What is known of a port in this frame.
+  struct Fresh {
+    SurfacePoint point;
+    bool slide = false;
+  };
   const Skin* skin_;
   ShiftedSolver solver_;
   Linearisation at_;
   double shift_ = 0, tolerance_ = 0;
   bool definite_ = false;
   std::map<std::size_t, PortAnswer> ports_;
-  std::map<std::size_t, SurfacePoint> fresh_;
+  std::map<std::size_t, Fresh> fresh_;
   Kept imbalance_, motion_;
 };
 
@@ -102,8 +113,9 @@ class FrameModel {
   /// parallel to `ports`; `bridge` is the mean of the patches to come.
   void begin(const BodyState& state, const std::vector<ToolPort>& ports, std::span<const ToolAt> tools, Micros bridge);
 
-  /// A patch will be built for this port, although it may not touch: its answers are found together with those of the others.
-  void want(std::size_t k) { wanted_[k] = 1; }
+  /// A patch will be built for this port, although it may not touch: its answers are found together with those of the others,
+  /// for scheme cubic also that to its load where it will be after `slide_s`, less its load where it is: (B_end - B) lambda.
+  void want(std::size_t k, double slide_s = 0) { wanted_[k] = {true, slide_s}; }
   /// Hears of each part when it begins. The model itself knows no clock.
   void listen(std::function<void(PatchPart)> listener) { listener_ = std::move(listener); }
   void enter(PatchPart part) const {
@@ -126,9 +138,12 @@ class FrameModel {
 
   /// P at a shift; nullptr when it is not positive definite. `tolerance` of its solves.
   SharedSystem* system(double shift, bool clamp, double tolerance);
-  /// Has P answer at all ports that touch or are wanted, at `which` and, with `imbalance`, to total(). False when P turns out not
-  /// to be positive definite.
-  bool answer(SharedSystem& p, std::size_t which, bool imbalance);
+  /// Has P answer at all ports that touch or are wanted, at `which` and to the body's own loads that are asked for. False when P
+  /// turns out not to be positive definite.
+  struct Own {
+    bool imbalance = false, motion = false;
+  };
+  bool answer(SharedSystem& p, std::size_t which, Own own);
   /// The tools besides `which`, a port that touches, once P has answered.
   OtherTools others(const SharedSystem& p, std::size_t which);
   /// The same for a node that is held.
@@ -143,7 +158,12 @@ class FrameModel {
     double shift = 0;
     bool clamp = false, in_use = false, definite = false;
   };
+  struct Wanted {
+    bool patch = false;
+    double slide_s = 0;
+  };
   const Tangents& tangents();
+  Vector sliding_load(std::size_t k);
   Mat3 contact_stiffness(std::size_t k, const PortAnswer& answer);
   void add_held_nodes(std::size_t which, Vector& load_rate);
 
@@ -152,7 +172,8 @@ class FrameModel {
   const BodyState* state_ = nullptr;
   const std::vector<ToolPort>* ports_ = nullptr;
   std::vector<ToolAt> tools_;
-  std::vector<std::uint8_t> held_, wanted_;
+  std::vector<std::uint8_t> held_;
+  std::vector<Wanted> wanted_;
   Micros bridge_{};
   std::optional<CoarseSpace> coarse_;  // of a body that is solved for by iteration
   Tangents tangents_;

@@ -264,7 +264,7 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
     shapes.coordinates = shapes.modes.transpose() * dynamics_->masses().asDiagonal() * basis.value() * candidates->coordinates;
     Matrix turn = Matrix::Identity(v.cols() + 3, v.cols() + 3);
     turn.bottomRightCorner(v.cols(), v.cols()) = turned;
-    add_terms(*model.at.state, patch, turn.transpose() * true_stiffness * turn, shapes);
+    add_terms(model.at, patch, turn.transpose() * true_stiffness * turn, shapes);
   }
   return patch;
 }
@@ -308,10 +308,23 @@ std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::ui
 }
 
 /// `true_stiffness`: of modes and tool before anything was lifted, in the modes of the patch.
-void PatchBuilder::add_terms(const BodyState& state, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes) {
+void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes) {
+  // Where it was, and where it will be if it goes on as it did since the last frame.
+  const std::vector<const BodyState*> ends = history_.ends();
+  const Eigen::Index first = shapes.port.cols(), r = shapes.modes.cols();
+  shapes.ways.resize(first + r, 0);
+  const auto add_way = [&](Vector way) {
+    shapes.ways.conservativeResize(Eigen::NoChange, shapes.ways.cols() + 1);
+    auto u = shapes.ways.rightCols<1>();
+    if (first > 0) u.topRows<3>() = (shapes.port.transpose() * way).cwiseQuotient(shapes.amplitude);
+    mask(*at.held, way);
+    u.bottomRows(r) = shapes.modes.transpose() * dynamics_->masses().cwiseProduct(way);
+  };
+  for (const BodyState* before : ends) add_way(before->x - at.state->x);
+  if (!ends.empty()) add_way(at.state->x - ends.front()->x);
   shapes.lifted = true_stiffness - joint_stiffness(patch, patch.stiffness);
   const int leading = patch.contact == ContactKind::attach ? kAttachLeading : kTouchLeading;
-  if (auto terms = cubic_terms(*dynamics_, state, patch, shapes, leading)) terms_ = std::move(*terms);
+  if (auto terms = cubic_terms(at, patch, shapes, leading)) terms_ = std::move(*terms);
 }
 
 }  // namespace palpate

@@ -68,6 +68,8 @@ class PatchBuilder {
   std::optional<Patch> build(FrameModel& frame, std::size_t which, const PatchRequest& request);
   /// Those that go with the patch that was built last; no variables: none.
   const CubicTerms& terms() const { return terms_; }
+  /// For FrameModel::want() of the port that the patch will be for.
+  double slide_s(const PatchRequest& request) const;
   const PatchBuildReport& report() const { return report_; }
   static int modes_for(Scheme scheme, ContactKind contact, int order);
 
@@ -102,18 +104,16 @@ class PatchBuilder {
                                           bool clamp);
   bool solve_ports(const Model& model, const std::vector<Vector>& inputs, double tolerance);
   std::optional<Mat3> static_response(const Model& model, const std::vector<Vector>& inputs);
-  std::optional<KrylovStart> touch_start(SharedSystem& p, std::size_t which, const SpringCorrection& correct,
-                                         bool with_motion) const;
+  KrylovStart touch_start(const SharedSystem& p, std::size_t which, const SpringCorrection& correct, bool with_motion) const;
   std::optional<CubicBasis> touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which, const OtherTools& others,
                                         const Linearisation& at, const PatchRequest& request);
-  std::optional<Vector> sliding_load(FrameModel& frame, std::size_t which, double bridge_s) const;
   std::vector<std::uint32_t> contact_nodes(const ToolPort& port) const;
   void hold_far_nodes(const std::vector<std::uint32_t>& seeds);
   void begin_touch(const ToolPort& port, Patch& patch) const;
   std::optional<CubicBasis> grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs,
                                          const PatchRequest& request, int modes, const ToolAt& tool, CubicShapes& shapes);
   std::optional<Patch> build_cubic(FrameModel& frame, std::size_t which, const PatchRequest& request, const Patch& patch);
-  void add_terms(const BodyState& state, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes);
+  void add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes);
   bool reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Reduced& reduced);
 
   const Dynamics* dynamics_;

@@ -1,6 +1,7 @@
 // Patches of tools that touch the surface.
 #include <Eigen/Eigenvalues>
 
+#include "server/reduce/expansion.hpp"
 #include "server/reduce/patch_builder.hpp"
 #include "server/reduce/patch_builder_common.hpp"
 #include "server/reduce/port_surface.hpp"
@@ -38,6 +39,12 @@ void scale_to(const Vec3& motion, const Skin::Weights& b, std::vector<Vector>& a
     const double moved = gather(b, x)[axis];
     if (moved > 0) x *= motion[axis] / moved;  // not where the body is fixed
   }
+}
+
+/// Whether the directions for a touch have P^-1 M v*.
+bool needs_motion(const PatchRequest& request) {
+  constexpr int kWithout = 8;  // three answers of the port, v*, three of M^-1 B, the imbalance
+  return request.scheme == Scheme::cubic || PatchBuilder::modes_for(request.scheme, ContactKind::touch, request.order) > kWithout;
 }
 
 }  // namespace
@@ -92,7 +99,8 @@ std::optional<Patch> PatchBuilder::build_touch(const Model& model, FrameModel& f
 std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::size_t which, const PatchRequest& request,
                                                       Patch patch, bool clamp) {
   const ToolPort& port = frame.ports()[which];
-  const bool ring = request.scheme == Scheme::ring, tangent = request.scheme == Scheme::tangent;
+  const bool ring = request.scheme == Scheme::ring, tangent = request.scheme == Scheme::tangent,
+             cubic = request.scheme == Scheme::cubic;
   const Linearisation at = frame.linearisation(held_);
   begin_touch(port, patch);
 
@@ -102,7 +110,8 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
       ring ? (ring_.prepare(at, shift, clamp, tolerance) ? &ring_ : nullptr) : frame.system(shift, clamp, tolerance);
   if (!p) return std::nullopt;
   const int before = p->iterations();
-  if (!frame.answer(*p, which, !tangent)) return std::nullopt;
+  if (cubic) frame.want(which, slide_s(request));
+  if (!frame.answer(*p, which, {!tangent, needs_motion(request)})) return std::nullopt;
   const OtherTools others = frame.others(*p, which);
   Reduced reduced;
   Matrix& v = reduced.v;
@@ -110,7 +119,6 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   if (tangent) {
     patch.c_static = port_compliance(*p, which, others);
   } else {
-    const bool cubic = request.scheme == Scheme::cubic;
     const auto basis = touch_basis(frame, *p, which, others, at, request);
     frame.enter(PatchPart::project);
     if (!basis || !reduce(at, basis->shapes, others, patch, reduced)) return std::nullopt;
@@ -119,7 +127,7 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
       shapes.port.resize(v.rows(), 0);
       shapes.modes = v;
       shapes.coordinates = v.transpose() * dynamics_->masses().asDiagonal() * basis->shapes * basis->coordinates;
-      add_terms(frame.state(), patch, reduced.stiffness.asDiagonal(), shapes);
+      add_terms(at, patch, reduced.stiffness.asDiagonal(), shapes);
     }
     Vector imbalance = frame.forces();
     if (others.load.size() > 0) imbalance += others.load;
@@ -145,27 +153,17 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   return patch;
 }
 
-/// The load of a tool that slides on, where it will be less where it is: (B_end - B) lambda. Nothing where no tool touches.
-std::optional<Vector> PatchBuilder::sliding_load(FrameModel& frame, std::size_t which, double bridge_s) const {
-  const ToolPort& port = frame.ports()[which];
-  if (!port.touching) return std::nullopt;
-  const SurfacePoint end = slide(skin_->view(), frame.positions(), port.point, bridge_s * frame.tool(which).velocity);
-  Vector load = Vector::Zero(dynamics_->masses().size());
-  scatter(skin_->weights(end), port.lambda, load);
-  scatter(skin_->weights(port.point), -port.lambda, load);
-  mask(held_, load);
-  return load;
+double PatchBuilder::slide_s(const PatchRequest& request) const {
+  return request.scheme == Scheme::cubic && can_expand(dynamics_->body()) ? seconds(request.bridge) : 0;
 }
 
 /// What the directions for a touch start from, the springs of coupled tools in P.
-std::optional<KrylovStart> PatchBuilder::touch_start(SharedSystem& p, std::size_t which, const SpringCorrection& correct,
-                                                     bool with_motion) const {
+KrylovStart PatchBuilder::touch_start(const SharedSystem& p, std::size_t which, const SpringCorrection& correct,
+                                      bool with_motion) const {
   const PortAnswer& own = p.port(which);
   KrylovStart start{{own.answer.begin(), own.answer.end()}, {}, p.imbalance(), {}};
   if (with_motion) {
-    const Vector* const motion = p.motion();
-    if (!motion) return std::nullopt;
-    start.motion = *motion;
+    start.motion = p.motion();
     correct.apply(start.motion);
   }
   for (Vector& x : start.ports) correct.apply(x);
@@ -179,11 +177,8 @@ std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
                                                     const PatchRequest& request) {
   frame.enter(PatchPart::basis);
   const SpringCorrection correct(others);
-  constexpr int kWithoutMotion = 8;  // three answers of the port, v*, three of M^-1 B, the imbalance
-  const bool cubic = request.scheme == Scheme::cubic;
   const int modes = modes_for(request.scheme, ContactKind::touch, request.order);
-  auto start = touch_start(p, which, correct, modes > kWithoutMotion || cubic);
-  if (!start) return std::nullopt;
+  KrylovStart start = touch_start(p, which, correct, needs_motion(request));
   const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
     frame.enter(PatchPart::solve);
     const bool definite = p.solve(columns);
@@ -193,19 +188,17 @@ std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
     return true;
   };
   const PortAnswer& own = p.port(which);
-  if (cubic) {
+  if (request.scheme == Scheme::cubic) {
     const double bridge_s = seconds(request.bridge);
-    scale_to(expected_motion(frame.tool(which), bridge_s), own.b, start->ports);
-    if (auto slid = sliding_load(frame, which, bridge_s)) {
-      Vector answer;
-      const SolveColumn column{&*slid, &answer};
-      if (!solve(std::span(&column, 1))) return std::nullopt;
-      start->ports.push_back(std::move(answer));
+    scale_to(expected_motion(frame.tool(which), bridge_s), own.b, start.ports);
+    if (own.slide.size() > 0) {
+      start.ports.push_back(own.slide);
+      correct.apply(start.ports.back());
     }
-    return cubic_basis(at, *start, solve, Matrix(), history_, {modes, p.shift(), bridge_s}, cubic_memory_);
+    return cubic_basis(at, start, solve, Matrix(), history_, {modes, p.shift(), bridge_s}, cubic_memory_);
   }
-  for (const Vector& b : own.input) start->fine.push_back(b.cwiseQuotient(dynamics_->masses()));
-  auto directions = krylov_basis(at, *start, solve, {modes, p.shift(), kBasisTolerance});
+  for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(dynamics_->masses()));
+  auto directions = krylov_basis(at, start, solve, {modes, p.shift(), kBasisTolerance});
   return directions ? std::optional(CubicBasis{std::move(*directions), {}}) : std::nullopt;
 }
 

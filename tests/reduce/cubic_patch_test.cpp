@@ -137,7 +137,7 @@ TEST_CASE("With the modes still, the force of a displaced tool is the body's to 
   const Patch patch = grasp.build();
   const CubicTerms& terms = grasp.builder.terms();
   REQUIRE(terms.variables == patch.modes() + 3);
-  const CubicForce bend(terms);
+  const CubicForce bend(terms, joint_damping(patch));
   for (const Vec3& d : {Vec3(0.0005, 0, 0), Vec3(0.0003, -0.0003, 0.0004), Vec3(0, 0.0001, -0.0005)}) {
     CubicForce::Variables u = CubicForce::Variables::Zero(patch.modes() + 3), rate = u, force;
     u.head<3>() = d;
@@ -160,7 +160,7 @@ TEST_CASE("Terms give back the stiffness that was lifted to make the linear patc
     const CubicTerms& terms = grasp.builder.terms();
     if (terms.variables == 0 || grasp.builder.report().lifted_1_s2 == 0) continue;
     ++lifted;
-    const CubicForce bend(terms);
+    const CubicForce bend(terms, joint_damping(patch));
     for (int axis = 0; axis < 3; ++axis) {
       Vector k, d, e = Vector::Unit(grasp.state.x.size(), 3 * kNode + axis);
       grasp.dynamics.multiply_tangents(grasp.state, e, k, d);
@@ -193,5 +193,23 @@ TEST_CASE("Trust ends where the last term is as large as the linear force") {
   for (int axis = 0; axis < 3; ++axis) {
     const double linear = patch.k_port(axis, axis) / (terms.scale(axis, axis) * terms.scale(axis, axis));
     CHECK(4 * std::abs(static_cast<double>(terms.e4[quadruple_at(axis, axis, axis, axis)])) == Approx(linear).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("Terms are trusted less where the body, asked, does otherwise") {
+  // The last frame's state says how far it goes: the same patch again, a frame later, after a little way and after a long one.
+  for (const double way_m : {0.0005, 0.015}) {
+    Grasp grasp(0.002);
+    const Vector x = grasp.state.x;
+    Vector way = random_state(grasp.dynamics, 9, way_m, 0).x - grasp.dynamics.rest_state().x;
+    grasp.state.x = x + way;
+    grasp.build();
+    grasp.state.x = x;
+    grasp.state.time_s += 0.05;
+    grasp.build();
+    const CubicTerms& terms = grasp.builder.terms();
+    CAPTURE(way_m, terms.radius);
+    CHECK((terms.radius == 1) == (way_m < 0.001));
+    CHECK(terms.radius > 0.01);
   }
 }

@@ -49,6 +49,15 @@ struct Case {
     dynamics.multiply_tangents({0, state.x, Vector::Zero(state.x.size())}, motion, k_y, d_y);
     return force(y, zero) - force(zero, zero) + shapes.transpose() * k_y;
   }
+  Matrix damping() const {
+    Matrix d(kVariables, kVariables);
+    for (Eigen::Index i = 0; i < kVariables; ++i) {
+      Vector k_i, d_i;
+      dynamics.multiply_tangents(state, shapes.col(i), k_i, d_i);
+      d.col(i) = shapes.transpose() * d_i;
+    }
+    return d;
+  }
   CubicTerms terms(int leading, double negligible = 0) const {
     const auto x = expand(dynamics, state, shapes, leading, negligible);
     REQUIRE(x);
@@ -65,9 +74,10 @@ struct Case {
   }
 };
 
-Vector evaluate(const CubicTerms& terms, const Vector& y, const Vector& rate) {
+/// `damping`: none, no damper turns.
+Vector evaluate(const CubicTerms& terms, const Vector& y, const Vector& rate, const Matrix& damping = {}) {
   CubicForce::Variables force;
-  CubicForce(terms).evaluate(y, rate, force);
+  CubicForce(terms, damping).evaluate(y, rate, force);
   return force;
 }
 
@@ -107,7 +117,25 @@ TEST_CASE("dampers turn with their elements to first order in the displacement")
   const auto damper = [&](double s) { return Vector(c.force(s * y, rate) - c.force(s * y, zero)); };
   constexpr double h = 1e-3;
   const Vector slope = (damper(h) - damper(-h)) / (2 * h);
-  CHECK((evaluate(terms, y, rate) - slope).norm() < 1e-4 * slope.norm());
+  CHECK((evaluate(terms, h * y, rate, c.damping()) / h - slope).norm() < 1e-4 * slope.norm());
+}
+
+TEST_CASE("dampers that turn never push more than those of the patch brake, however far they turn") {
+  const Case c(box_body(3, 3, 3));
+  CubicTerms terms = c.terms(kVariables);
+  terms.e3.setZero();
+  terms.e4.setZero();
+  const Matrix damping = c.damping();
+  int pushed = 0;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const Vector y = random_variables(seed).normalized(), rate = 30 * random_variables(1000 + seed);
+    for (const double far : {0.1, 1.0, 10.0, 100.0}) {
+      const double power = evaluate(terms, far * y, rate, damping).dot(rate), braked = rate.dot(damping * rate);
+      CHECK(std::abs(power) <= 0.9001 * braked);
+      pushed += power > 0.5 * braked;
+    }
+  }
+  CHECK(pushed > 10);  // or nothing was tried
 }
 
 TEST_CASE("dampers that the tangent has counted at the stamp are not counted twice") {
@@ -127,7 +155,7 @@ TEST_CASE("dampers that the tangent has counted at the stamp are not counted twi
   constexpr double h = 1e-3;
   const auto damper = [&](double s) { return Vector(c.force(s * y, rate) - c.force(s * y, zero)); };
   const Vector slope = (damper(h) - damper(-h)) / (2 * h);
-  CHECK((evaluate(terms, y, rate) + counted - slope).norm() < 1e-4 * slope.norm());
+  CHECK((evaluate(terms, h * y, rate, c.damping()) / h + counted - slope).norm() < 1e-4 * slope.norm());
 }
 
 TEST_CASE("the leading variables alone carry the fourth order") {
@@ -169,7 +197,7 @@ TEST_CASE("the elastic force of the terms is minus the gradient of their energy,
   terms.e2 = Eigen::VectorXf::Constant(pairs_of(kVariables), 1e-4F);
   terms.scale = 3 * Matrix::Identity(kVariables, kVariables) + 0.5 * Matrix::Ones(kVariables, kVariables);
   terms.radius = GENERATE(100.0, 1.0);
-  const CubicForce force(terms);
+  const CubicForce force(terms, Matrix());
   const Vector u = random_variables(8), zero = Vector::Zero(kVariables);
   const Vector f = evaluate(terms, u, zero);
   for (Eigen::Index i = 0; i < kVariables; ++i) {

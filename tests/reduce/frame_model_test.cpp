@@ -175,12 +175,12 @@ TEST_CASE("Stations of one frame share its solves, which are made together") {
   const Mat3 exact = bench.input(1).transpose() * bench.dynamic(kShift, {}).lu().solve(bench.input(1));
   CHECK((kept.compliance - exact).norm() < 1e-8 * exact.norm());
   const Vector before = kept.answer[2];
-  REQUIRE(bench.frame.answer(*p, 1, true));
+  REQUIRE(bench.frame.answer(*p, 1, {.imbalance = true}));
   CHECK(&p->port(1) == &kept);
   CHECK(kept.answer[2] == before);
   CHECK_THROWS(p->port(2));  // neither touches nor is wanted
   bench.frame.want(2);
-  REQUIRE(bench.frame.answer(*p, 1, true));
+  REQUIRE(bench.frame.answer(*p, 1, {.imbalance = true}));
   CHECK(p->port(2).compliance.trace() > 0);
   CHECK(kept.answer[2] == before);
 }
