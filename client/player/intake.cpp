@@ -78,15 +78,11 @@ void PatchIntake::hand_over(const CubicTerms& terms) {
   PatchPlayer& player = slot_.back();
   player = PatchPlayer(patch_, terms);
   catch_up(player);
-  if (terms.variables > 0 && !is_wild(player)) {
+  if (terms.variables > 0) {
     ++counts_.bent;
+    compare(player);
     bent_ = player;
   } else {
-    if (terms.variables > 0) {
-      ++counts_.wild;
-      player = PatchPlayer(patch_);
-      catch_up(player);
-    }
     bent_.reset();
   }
   slot_.publish();
@@ -99,25 +95,16 @@ bool PatchIntake::before_is_truer(Micros now) const {
   return before_error_n_ * behind <= straight_error_n_;
 }
 
-bool PatchIntake::is_wild(const PatchPlayer& bent) {
+void PatchIntake::compare(const PatchPlayer& bent) {
+  if (!bent_) return;
+  constexpr double kShare = 0.125;
   PatchPlayer straight(patch_);
   catch_up(straight);
-  const Vec3 force = bent.output().force, linear = straight.output().force;
-  double largest_n = linear.norm(), least_apart_n = (linear - force).norm();
-  if (bent_) {
-    catch_up(*bent_);
-    const Vec3 before = bent_->output().force;
-    largest_n = std::max(largest_n, before.norm());
-    least_apart_n = std::min(least_apart_n, (before - force).norm());
-  }
-  constexpr double kWildN = 2, kWildest = 3, kShare = 0.125;
-  if (!(least_apart_n <= kWildN + kWildest * largest_n)) return true;
-  if (bent_) {
-    const double behind = std::max(1, static_cast<std::int32_t>(patch_.seq - bent_->patch().seq));
-    before_error_n_ += kShare * ((bent_->output().force - force).norm() / behind - before_error_n_);
-    straight_error_n_ += kShare * ((linear - force).norm() - straight_error_n_);
-  }
-  return false;
+  catch_up(*bent_);
+  const Vec3 force = bent.output().force;
+  const double behind = std::max(1, static_cast<std::int32_t>(patch_.seq - bent_->patch().seq));
+  before_error_n_ += kShare * ((bent_->output().force - force).norm() / behind - before_error_n_);
+  straight_error_n_ += kShare * ((straight.output().force - force).norm() - straight_error_n_);
 }
 
 void PatchIntake::reset() {

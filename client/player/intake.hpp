@@ -6,8 +6,6 @@
 //     e_before = |f_before - f| / (patches it is behind),   e_straight = |f_straight - f|,   running means,
 // and the next patch is held back while e_before times the patches that the bent one is then behind is no more than e_straight,
 // for at most kBehindMost patches and no longer than the bent one is valid.
-// Terms whose force there is further from both than kWildN and kWildest times the larger of them are left out: a polynomial may
-// fall where the body does not.
 // Runs off the haptic thread; one writer.
 #pragma once
 
@@ -42,7 +40,6 @@ class SampleHistory {
 struct IntakeCounts {
   std::uint64_t accepted = 0, stale = 0, too_old = 0, from_future = 0;
   std::uint64_t bent = 0;         ///< patches that were played with their terms
-  std::uint64_t wild = 0;         ///< patches whose terms were left out, being far from all else
   std::uint64_t held_back = 0;    ///< patches that waited for their terms while the one before, bent, went on
   std::uint64_t stale_terms = 0;  ///< pieces of terms that were old, known, or of another whole
 };
@@ -75,8 +72,7 @@ class PatchIntake {
   void catch_up(PatchPlayer& player) const;
   void hand_over(const CubicTerms& terms);
   bool before_is_truer(Micros now) const;
-  /// Sets the patch before and the straight new one beside the bent new one.
-  bool is_wild(const PatchPlayer& bent);
+  void compare(const PatchPlayer& bent);
 
   LatestSlot<PatchPlayer>& slot_;
   Micros future_max_;

@@ -12,7 +12,7 @@ constexpr std::int64_t kTicksMax = 2 * kSampleHistoryTicks;  // of one advance()
 
 }  // namespace
 
-PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(extended(patch, terms)), cubic_(terms, joint_damping(patch)) {
+PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(extended(patch, terms)), cubic_(terms, patch) {
   const Propagator p = make_propagator(patch.stiffness, patch.damping, kTickS);
   const auto r = patch.modes();
   z_ = StateVector::Zero(2 * r);

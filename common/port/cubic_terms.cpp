@@ -49,6 +49,18 @@ Patch extended(Patch patch, const CubicTerms& terms) {
   return patch;
 }
 
+Eigen::MatrixXd joint_stiffness(const Patch& patch, const Eigen::VectorXd& stiffness) {
+  const Eigen::Index first = patch.contact == ContactKind::attach ? 3 : 0, r = stiffness.size();
+  Eigen::MatrixXd h = Eigen::MatrixXd::Zero(first + r, first + r);
+  h.bottomRightCorner(r, r).diagonal() = stiffness;
+  if (first > 0) h.topLeftCorner<3, 3>() = patch.k_port;
+  if (first > 0 && r > 0) {
+    h.bottomLeftCorner(r, 3) = -patch.b_k;
+    h.topRightCorner(3, r) = -patch.b_k.transpose();
+  }
+  return h;
+}
+
 Eigen::MatrixXd joint_damping(const Patch& patch) {
   const Eigen::Index first = patch.contact == ContactKind::attach ? 3 : 0, r = patch.modes();
   Eigen::MatrixXd d(first + r, first + r);
@@ -61,11 +73,10 @@ Eigen::MatrixXd joint_damping(const Patch& patch) {
   return d;
 }
 
-CubicForce::CubicForce(const CubicTerms& terms, const Eigen::MatrixXd& damping)
+CubicForce::CubicForce(const CubicTerms& terms)
     : variables_(terms.variables),
       leading_(terms.leading),
       has_e2_(terms.e2.size() > 0),
-      has_damping_(terms.q.size() > 0 && damping.rows() == terms.variables),
       radius_(static_cast<float>(terms.radius)),
       scale_(terms.scale),
       q_(terms.q),
@@ -93,9 +104,15 @@ CubicForce::CubicForce(const CubicTerms& terms, const Eigen::MatrixXd& damping)
           std::sort(m.begin(), m.end());
           g4_(p, triple_at(i, j, k)) = multiplicity(m, p) * terms.e4[quadruple_at(m[0], m[1], m[2], m[3])];
         }
-  if (!has_damping_) return;
+}
+
+CubicForce::CubicForce(const CubicTerms& terms, const Patch& patch) : CubicForce(terms) {
+  const int n = variables_, l = leading_;
+  if (n == 0) return;
   const Eigen::MatrixXd t = terms.scale.inverse();
-  Eigen::MatrixXd d = t.transpose() * damping * t;
+  linear_ = (t.transpose() * joint_stiffness(patch, patch.stiffness) * t).cast<float>();
+  if (terms.q.size() == 0) return;
+  Eigen::MatrixXd d = t.transpose() * joint_damping(patch) * t;
   constexpr double kRounding = 1e-6;  // numbers travel in single precision
   d.diagonal().array() += kRounding * d.trace() / n;
   const Eigen::LLT<Eigen::MatrixXd> factor(d);
@@ -104,15 +121,21 @@ CubicForce::CubicForce(const CubicTerms& terms, const Eigen::MatrixXd& damping)
   inverse_ = factor.matrixL().solve(Eigen::MatrixXd::Identity(n, l)).cast<float>();
 }
 
-void CubicForce::gradient(const Values& y, Values& g) const noexcept {
+float CubicForce::gradient(const Values& y, Values& g) const noexcept {
   Pairs pairs;
   fill_pairs(y, variables_, pairs);
   g.noalias() = g3_ * pairs;
-  if (has_e2_) g.noalias() += g2_ * y;
+  // Each energy is homogeneous: E_m = y . grad E_m / m.
+  float energy = y.dot(g) / 3;
   Triples triples;
   fill_triples(y, pairs, leading_, triples);
-  g.head(leading_).noalias() += g4_ * triples;
+  const Values fourth = g4_ * triples;
+  energy += y.head(leading_).dot(fourth) / 4;
+  g.head(leading_) += fourth;
+  return energy;
 }
+
+float CubicForce::linear_energy(const Values& y) const noexcept { return 0.5F * y.dot(linear_ * y); }
 
 void CubicForce::add_damping(const Values& y, const Values& rate, Values& g) const noexcept {
   const int l = leading_;
@@ -141,32 +164,31 @@ void CubicForce::add_damping(const Values& y, const Values& rate, Values& g) con
 }
 
 void CubicForce::evaluate(const Variables& u, const Variables& u_rate, Variables& force) const noexcept {
-  Values y = (scale_ * u).cast<float>();
-  const float norm = y.norm();
+  const Values asked = (scale_ * u).cast<float>();
+  const float norm = asked.norm();
   const bool outside = norm > radius_;
-  if (outside) y *= radius_ / norm;
+  const Values y = outside ? Values(asked * (radius_ / norm)) : asked;
+  // Along a ray the energy does not change outside.
+  const auto continued = [&](const Values& g) {
+    return outside ? Values((radius_ / norm) * (g - y.dot(g) / (radius_ * radius_) * y)) : g;
+  };
   Values g(variables_);
-  gradient(y, g);
-  if (outside) {
-    // Along the ray the energy does not change.
-    const float along = y.dot(g) / (radius_ * radius_);
-    g = (radius_ / norm) * (g - along * y);
-  }
+  const float energy = gradient(y, g);
+  g = continued(g);
+  if (linear_.size() > 0 && energy < -kSoftening * linear_energy(asked)) g = -kSoftening * (linear_ * asked);
+  if (has_e2_) g += continued(g2_ * y);
   if (has_damping_) add_damping(y, (scale_ * u_rate).cast<float>(), g);
   force.noalias() = -(scale_.transpose() * g.cast<double>());
 }
 
 double CubicForce::energy(const Variables& u) const noexcept {
-  // Each energy is homogeneous: E_m = y . grad E_m / m.
-  Values y = (scale_ * u).cast<float>();
-  if (y.norm() > radius_) y *= radius_ / y.norm();
-  Pairs pairs;
-  fill_pairs(y, variables_, pairs);
-  Triples triples;
-  fill_triples(y, pairs, leading_, triples);
-  double sum = y.dot(g3_ * pairs) / 3 + y.head(leading_).dot(g4_ * triples) / 4;
-  if (has_e2_) sum += y.dot(g2_ * y) / 2;
-  return sum;
+  const Values asked = (scale_ * u).cast<float>();
+  const Values y = asked.norm() > radius_ ? Values(asked * (radius_ / asked.norm())) : asked;
+  Values g(variables_);
+  float energy = gradient(y, g);
+  if (linear_.size() > 0) energy = std::max(energy, -kSoftening * linear_energy(asked));
+  if (has_e2_) energy += y.dot(g2_ * y) / 2;
+  return static_cast<double>(energy);
 }
 
 }  // namespace palpate

@@ -13,9 +13,10 @@
 // S^T f. E2 repairs what the linear patch was changed by to be passive; it is zero elsewhere.
 // That first order alone would push where dampers turn far. Their change D1(y) y', D1_ik = sum_j y_j (Q_i,jk + Q_k,ji), is
 // therefore kept below the patch's own dampers D as it acts, |D1 y'| <= kDamperChange |D y'| in the norm x^T D^-1 x: so it never
-// pushes more than those brake. The elastic part is conservative whatever its coefficients are. Outside of |y| = radius the
-// energy is continued along rays as a constant: E(y radius / |y|), so that its force falls off as 1/|y| instead of growing with
-// the cube.
+// pushes more than those brake. The elastic part is conservative whatever its coefficients are. A polynomial may
+// fall where the body does not: E3 + E4 are taken for no less than -kSoftening E_lin, E_lin = u^T H u / 2 of the patch, so what
+// is left always holds the body up. Outside of |y| = radius the energy is continued along rays as a constant: E(y radius / |y|),
+// so that its force falls off as 1/|y| instead of growing with the cube.
 //
 // The terms of a touch bring more of the surface too, what the patch's own datagram had no room for: the tool goes on where the
 // patch's own piece ends.
@@ -65,7 +66,10 @@ bool has_room(const PortSurface& surface, const CubicTerms& terms);
 /// `patch` with the surface that its terms bring, for which it has room.
 Patch extended(Patch patch, const CubicTerms& terms);
 
-inline constexpr float kDamperChange = 0.9F;
+inline constexpr float kDamperChange = 0.9F, kSoftening = 0.9F;
+/// Of u, with these stiffnesses of the modes: H = [[K_p, -B_k^T], [-B_k, diag(stiffness)]] for a grasp, diag(stiffness) for
+/// touch.
+Eigen::MatrixXd joint_stiffness(const Patch& patch, const Eigen::VectorXd& stiffness);
 /// D of u: [[D_p, -B_d^T], [-B_d, D]] for a grasp, D for touch.
 Eigen::MatrixXd joint_damping(const Patch& patch);
 
@@ -75,9 +79,10 @@ class CubicForce {
   using Variables = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxVariables, 1>;
 
   CubicForce() = default;
-  /// Allocates nothing that outlives it, but takes some microseconds. `damping`: joint_damping() of the patch that the terms go
-  /// with; where it is no damping (of nothing, or not positive definite) none turns.
-  CubicForce(const CubicTerms& terms, const Eigen::MatrixXd& damping);
+  /// Allocates nothing that outlives it, but takes some microseconds. The polynomial alone: nothing is limited, no damper turns.
+  explicit CubicForce(const CubicTerms& terms);
+  /// Beside the patch that the terms go with; where its damping is not positive definite no damper turns.
+  CubicForce(const CubicTerms& terms, const Patch& patch);
 
   bool empty() const { return variables_ == 0; }
   /// Force on u for displacement u and rate u'. No allocation.
@@ -92,7 +97,9 @@ class CubicForce {
   static constexpr int kRoom = (kMaxVariables + 7) / 8 * 8;
   using Values = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kRoom, 1>;
 
-  void gradient(const Values& y, Values& g) const noexcept;
+  /// Of E3 + E4, which it returns.
+  float gradient(const Values& y, Values& g) const noexcept;
+  float linear_energy(const Values& y) const noexcept;
   void add_damping(const Values& y, const Values& rate, Values& g) const noexcept;
 
   int variables_ = 0, leading_ = 0;
@@ -104,6 +111,7 @@ class CubicForce {
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kPairs> g3_;
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxLeading, kTriples> g4_;
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxLeading, kLeadingPairs> q_;
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables> linear_;  // H in y
   // L^T and the columns of L^-1 for the leading variables, D = L L^T in y.
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables> root_;
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxLeading> inverse_;

@@ -7,7 +7,6 @@
 
 #include "common/port/terms_pieces.hpp"
 #include "server/reduce/expansion.hpp"
-#include "server/reduce/lift.hpp"
 
 namespace palpate {
 namespace {
@@ -116,9 +115,8 @@ double trusted_radius(const Linearisation& at, const CubicTerms& terms, Matrix m
   CubicTerms elastic = terms;  // of y itself, and without end
   elastic.scale.setIdentity();
   elastic.e2.resize(0);
-  elastic.q.resize(0, 0);
   elastic.radius = kFarthest;
-  const CubicForce force(elastic, Matrix());
+  const CubicForce force(elastic);
   const Bent body(at, std::move(moved));
   double radius = 1;
   for (Eigen::Index k = 0; k < ways.cols(); ++k) {

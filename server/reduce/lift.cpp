@@ -3,6 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "common/port/cubic_terms.hpp"
+
 namespace palpate {
 namespace {
 
@@ -23,18 +25,6 @@ Joint turn_modes(Patch& p, const Joint& k) {
 }
 
 }  // namespace
-
-Matrix joint_stiffness(const Patch& patch, const Vector& stiffness) {
-  if (patch.contact == ContactKind::touch) return stiffness.asDiagonal();
-  const auto r = stiffness.size();
-  Matrix joint = Matrix::Zero(r + 3, r + 3);
-  joint.topLeftCorner<3, 3>() = patch.k_port;
-  if (r == 0) return joint;
-  joint.bottomRightCorner(r, r).diagonal() = stiffness;
-  joint.bottomLeftCorner(r, 3) = -patch.b_k;
-  joint.topRightCorner(3, r) = -patch.b_k.transpose();
-  return joint;
-}
 
 double lift_grasp(Patch& patch, double node_mass_kg, Eigen::MatrixXd* turned) {
   const double scale = std::sqrt(node_mass_kg);

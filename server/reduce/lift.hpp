@@ -6,10 +6,7 @@
 
 namespace palpate {
 
-/// Of modes and tool together: [[K_p, -B_k^T], [-B_k, diag(stiffness)]]; diag(stiffness) alone for touch.
-Matrix joint_stiffness(const Patch& patch, const Vector& stiffness);
-
-/// The joint stiffness with the tool's axes scaled by the square root of its
+/// joint_stiffness() with the tool's axes scaled by the square root of its
 /// node's mass, loses its negative eigenvalues; the modes are turned so that K is diagonal again. A patch that has none is left
 /// as it is. Returns minus the lowest eigenvalue [1/s^2], 0 when none was negative. Numbers that are not finite are left to
 /// check(). `turned`, when wanted, is U of the new modes q = U q~: the identity when nothing was negative.

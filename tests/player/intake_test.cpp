@@ -205,24 +205,6 @@ TEST_CASE("While its terms are on their way a patch waits when the one before, b
   CHECK(side.slot->take() != nullptr);
 }
 
-TEST_CASE("Terms that make the force of a patch far larger than all else says are left out") {
-  Side tame, wild;
-  for (int ms = 0; ms <= 200; ++ms)
-    for (Side* side : {&tame, &wild}) side->intake.add_sample(sample_at(ms));
-  give(tame, Bent(1, 100, 1));
-  CHECK(tame.intake.counts().bent == 1);
-  CHECK(tame.intake.counts().wild == 0);
-  const Bent bent(1, 100, 3000);
-  give(wild, bent);
-  CHECK(wild.intake.counts().bent == 0);
-  CHECK(wild.intake.counts().wild == 1);
-  PatchPlayer* const played = wild.slot->take();
-  REQUIRE(played != nullptr);
-  PatchPlayer straight(bent.patch);
-  for (int ms = 101; ms <= 200; ++ms) straight.advance(sample_at(ms));
-  CHECK(played->output().force == straight.output().force);
-}
-
 TEST_CASE("A patch does not wait for terms that bend it less than the one before is off, nor for a lost one for ever") {
   Side side;
   for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));

@@ -137,7 +137,7 @@ TEST_CASE("With the modes still, the force of a displaced tool is the body's to 
   const Patch patch = grasp.build();
   const CubicTerms& terms = grasp.builder.terms();
   REQUIRE(terms.variables == patch.modes() + 3);
-  const CubicForce bend(terms, joint_damping(patch));
+  const CubicForce bend(terms, patch);
   for (const Vec3& d : {Vec3(0.0005, 0, 0), Vec3(0.0003, -0.0003, 0.0004), Vec3(0, 0.0001, -0.0005)}) {
     CubicForce::Variables u = CubicForce::Variables::Zero(patch.modes() + 3), rate = u, force;
     u.head<3>() = d;
@@ -160,7 +160,7 @@ TEST_CASE("Terms give back the stiffness that was lifted to make the linear patc
     const CubicTerms& terms = grasp.builder.terms();
     if (terms.variables == 0 || grasp.builder.report().lifted_1_s2 == 0) continue;
     ++lifted;
-    const CubicForce bend(terms, joint_damping(patch));
+    const CubicForce bend(terms, patch);
     for (int axis = 0; axis < 3; ++axis) {
       Vector k, d, e = Vector::Unit(grasp.state.x.size(), 3 * kNode + axis);
       grasp.dynamics.multiply_tangents(grasp.state, e, k, d);

@@ -74,10 +74,20 @@ struct Case {
   }
 };
 
-/// `damping`: none, no damper turns.
-Vector evaluate(const CubicTerms& terms, const Vector& y, const Vector& rate, const Matrix& damping = {}) {
+Vector evaluate(const CubicTerms& terms, const Vector& y, const Vector& rate) {
   CubicForce::Variables force;
-  CubicForce(terms, damping).evaluate(y, rate, force);
+  CubicForce(terms).evaluate(y, rate, force);
+  return force;
+}
+
+/// Beside a patch with these dampers.
+Vector evaluate(const CubicTerms& terms, const Vector& y, const Vector& rate, const Matrix& damping) {
+  Patch patch;
+  patch.contact = ContactKind::touch;
+  patch.stiffness = Vector::Ones(damping.rows());
+  patch.damping = damping;
+  CubicForce::Variables force;
+  CubicForce(terms, patch).evaluate(y, rate, force);
   return force;
 }
 
@@ -183,6 +193,30 @@ TEST_CASE("elements that hardly move are left out without harm") {
   CHECK((all->e4 - most->e4).norm() < 1e-3 * all->e4.norm());
 }
 
+TEST_CASE("whatever terms say, a patch with them has energy left, and its force is that energy's gradient") {
+  const Case c(box_body(3, 3, 3));
+  CubicTerms terms = c.terms(kVariables);
+  terms.q.resize(0, 0);
+  terms.e3 *= 1000;
+  Patch patch;
+  patch.contact = ContactKind::touch;
+  patch.stiffness = Vector::LinSpaced(kVariables, 1e-4, 3e-4);
+  patch.damping = Matrix::Zero(kVariables, kVariables);
+  const CubicForce free(terms), held(terms, patch);
+  int fell = 0;
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    const Vector u = random_variables(seed), zero = Vector::Zero(kVariables);
+    const double linear = 0.5 * u.dot(patch.stiffness.cwiseProduct(u));
+    CHECK(held.energy(u) >= -0.9001 * linear);
+    if (free.energy(u) > -0.91 * linear) continue;
+    ++fell;
+    CubicForce::Variables force;
+    held.evaluate(u, zero, force);
+    CHECK((Vector(force) - 0.9 * patch.stiffness.cwiseProduct(u)).norm() < 1e-4 * force.norm());
+  }
+  CHECK(fell > 10);
+}
+
 TEST_CASE("a law without a Taylor series is refused") {
   LumpedBody body = box_body(3, 3, 3);
   body.law = SpringLaw::thigh_skin;
@@ -197,7 +231,7 @@ TEST_CASE("the elastic force of the terms is minus the gradient of their energy,
   terms.e2 = Eigen::VectorXf::Constant(pairs_of(kVariables), 1e-4F);
   terms.scale = 3 * Matrix::Identity(kVariables, kVariables) + 0.5 * Matrix::Ones(kVariables, kVariables);
   terms.radius = GENERATE(100.0, 1.0);
-  const CubicForce force(terms, Matrix());
+  const CubicForce force(terms);
   const Vector u = random_variables(8), zero = Vector::Zero(kVariables);
   const Vector f = evaluate(terms, u, zero);
   for (Eigen::Index i = 0; i < kVariables; ++i) {
