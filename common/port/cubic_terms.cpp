@@ -1,7 +1,6 @@
 #include "common/port/cubic_terms.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -79,8 +78,7 @@ CubicForce::CubicForce(const CubicTerms& terms)
       has_e2_(terms.e2.size() > 0),
       radius_(static_cast<float>(terms.radius)),
       scale_(terms.scale),
-      q_(terms.q),
-      rate_(terms.rate.cast<float>()) {
+      q_(terms.q) {
   const int n = variables_, l = leading_;
   if (has_e2_) {
     g2_.resize(n, n);
@@ -112,6 +110,7 @@ CubicForce::CubicForce(const CubicTerms& terms, const Patch& patch) : CubicForce
   const Eigen::MatrixXd t = terms.scale.inverse();
   linear_ = (t.transpose() * joint_stiffness(patch, patch.stiffness) * t).cast<float>();
   if (terms.q.size() == 0) return;
+  turned_at_stamp_ = q_.transpose() * terms.rate.head(l).cast<float>();
   Eigen::MatrixXd d = t.transpose() * joint_damping(patch) * t;
   constexpr double kRounding = 1e-6;  // numbers travel in single precision
   d.diagonal().array() += kRounding * d.trace() / n;
@@ -159,7 +158,7 @@ void CubicForce::add_damping(const Values& y, const Values& rate, Values& g) con
   turn(q_.transpose() * rate.head(l), change);
   const float most = kDamperChange * (root_ * rate).norm(), size = (inverse_ * change).norm();
   Leading at_stamp = Leading::Zero(l);  // what the patch's stiffness has of the dampers' forces
-  turn(q_.transpose() * rate_.head(l), at_stamp);
+  turn(turned_at_stamp_, at_stamp);
   g.head(l) += (size > most ? most / size : 1.0F) * (change - at_stamp);
 }
 

@@ -13,10 +13,11 @@
 // S^T f. E2 repairs what the linear patch was changed by to be passive; it is zero elsewhere.
 // That first order alone would push where dampers turn far. Their change D1(y) y', D1_ik = sum_j y_j (Q_i,jk + Q_k,ji), is
 // therefore kept below the patch's own dampers D as it acts, |D1 y'| <= kDamperChange |D y'| in the norm x^T D^-1 x: so it never
-// pushes more than those brake. The elastic part is conservative whatever its coefficients are. A polynomial may
-// fall where the body does not: E3 + E4 are taken for no less than -kSoftening E_lin, E_lin = u^T H u / 2 of the patch, so what
-// is left always holds the body up. Outside of |y| = radius the energy is continued along rays as a constant: E(y radius / |y|),
-// so that its force falls off as 1/|y| instead of growing with the cube.
+// pushes more than those brake; what is left out of it is left out of the part at the stamp too. The elastic part is conservative
+// whatever its coefficients are. A polynomial may fall where the body does not: E3 + E4 are taken for no less than -kSoftening
+// E_lin, E_lin = u^T H u / 2 of the patch, so what is left holds the body up (E2, which repairs, aside). Outside of |y| = radius
+// the energy is continued along rays as a constant: E(y radius / |y|), so that its force falls off as 1/|y| instead of growing
+// with the cube.
 //
 // The terms of a touch bring more of the surface too, what the patch's own datagram had no room for: the tool goes on where the
 // patch's own piece ends.
@@ -115,7 +116,7 @@ class CubicForce {
   // L^T and the columns of L^-1 for the leading variables, D = L L^T in y.
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables> root_;
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxLeading> inverse_;
-  Values rate_;
+  Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kLeadingPairs> turned_at_stamp_;  // Q^T y'*
 };
 
 }  // namespace palpate
