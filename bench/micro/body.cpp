@@ -15,7 +15,7 @@
 #include "bench/micro/timer.hpp"
 #include "server/body/dynamics.hpp"
 #include "server/body/linear_solver.hpp"
-#include "server/body/spring_runs.hpp"
+#include "server/body/spring_blocks.hpp"
 
 namespace palpate {
 namespace {
@@ -79,7 +79,7 @@ void body_forces(benchmark::State& state, const std::string& name) {
 /// The same of an explicit step: in single precision, in runs.
 void body_runs(benchmark::State& state, const std::string& name) {
   const BodyCase body(name);
-  const SpringRuns runs(body.scene.body);
+  const SpringBlocks runs(body.scene.body);
   const std::uint32_t nodes = body.dynamics.nodes();
   NodeArrays u(nodes), v(nodes), f(nodes);
   for (std::uint32_t i = 0; i < nodes; ++i) {

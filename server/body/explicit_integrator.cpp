@@ -56,7 +56,7 @@ double leapfrog_step_s(double w2, double g) {
 }
 
 ExplicitIntegrator::ExplicitIntegrator(const Dynamics& dynamics, const Skin& skin)
-    : dynamics_(&dynamics), skin_(&skin), runs_(dynamics.body()), fallback_(dynamics, skin, {}) {
+    : dynamics_(&dynamics), skin_(&skin), springs_(dynamics.body()), fallback_(dynamics, skin, {}) {
   const BodyState rest = dynamics.rest_state();
   w2_ = kStiffer * largest(dynamics, rest, false);
   g_ = kThicker * largest(dynamics, rest, true);
@@ -94,14 +94,14 @@ AdvanceReport ExplicitIntegrator::advance(BodyState& state, std::vector<ToolPort
 }
 
 double ExplicitIntegrator::longest_step_s(double step_s) const {
-  const double stiffest = runs_.stiffest(u_);
+  const double stiffest = springs_.stiffest(u_);
   return std::min(step_s, stiffest > 1 ? kShare * leapfrog_step_s(w2_ * stiffest, g_) : step_s_);
 }
 
 void ExplicitIntegrator::take(const BodyState& state, const std::vector<ToolPort>& ports) {
   const LumpedBody& body = dynamics_->body();
   held_ = held_nodes(body, ports);
-  inverse_mass_.resize(dynamics_->nodes());
+  inverse_mass_.assign(NodeArrays::padded(dynamics_->nodes()), 0.0F);
   for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
     inverse_mass_[i] = held_[i] ? 0.0F : static_cast<float>(1 / body.masses_kg[i]);
     u_.set(i, at_node(state.x, i) - body.nodes[i]);
@@ -138,7 +138,7 @@ void ExplicitIntegrator::give(BodyState& state, const std::vector<ToolPort>& por
 void ExplicitIntegrator::accelerate(const NodeArrays& velocity, const std::vector<ToolPort>& ports) {
   const LumpedBody& body = dynamics_->body();
   for (auto axis : {&NodeArrays::x, &NodeArrays::y, &NodeArrays::z}) std::fill((f_.*axis).begin(), (f_.*axis).end(), 0.0F);
-  runs_.add_forces(u_, velocity, f_);
+  springs_.add_forces(u_, velocity, f_);
   leapfrog::accelerate(inverse_mass_, f_.x, static_cast<float>(body.gravity_m_s2.x()), a_.x);
   leapfrog::accelerate(inverse_mass_, f_.y, static_cast<float>(body.gravity_m_s2.y()), a_.y);
   if (body.planar)
@@ -176,34 +176,48 @@ void ExplicitIntegrator::step(std::vector<ToolPort>& ports, double begin_s, doub
   accelerate(predicted_, ports);
 }
 
-/// Ports answer one after the other, each seeing the newest forces of the others: those of before are in a_ on entry.
+/// Ports answer one after the other, each seeing the newest forces of the others: those of before are in a_ on entry. Only those
+/// that share nodes have anything to say to each other.
 void ExplicitIntegrator::close_contacts(std::vector<ToolPort>& ports, double end_s, double h, const ToolMotion& tools) {
-  std::vector<std::size_t> touching;
+  closing_.clear();
   for (std::size_t k = 0; k < ports.size(); ++k) {
-    if (ports[k].kind != ContactKind::touch || !ports[k].touching) continue;
-    touching.push_back(k);
-    refresh(contacts_[k], ports[k].point);
+    ToolPort& port = ports[k];
+    if (port.kind != ContactKind::touch || !port.touching) continue;
+    Contact& contact = contacts_[k];
+    refresh(contact, port.point);
+    place(contact.around);
+    contact.tool = tools(k, end_s).position;
+    contact.normal = normal_at(skin_->view(), skin_positions_, port.point);
+    contact.p_unpushed = contact.at_rest + moved(contact, u_) + h * moved(contact, v_);
+    closing_.push_back(k);
   }
-  const int sweeps = touching.size() > 1 ? 4 : 1;
+  constexpr int kSweeps = 4;
+  const int sweeps = share_nodes(closing_) ? kSweeps : 1;
   for (int sweep = 0; sweep < sweeps; ++sweep)
-    for (const std::size_t k : touching) {
+    for (const std::size_t k : closing_) {
       ToolPort& port = ports[k];
       const Contact& contact = contacts_[k];
-      place_around(port.point);
       push(contact, -port.lambda);
-      const Vec3 tool = tools(k, end_s).position;
-      const Vec3 p_free = contact.at_rest + moved(contact, u_) + h * (moved(contact, v_) + h * moved(contact, a_));
-      const Vec3 normal = normal_at(skin_->view(), skin_positions_, port.point);
+      const Vec3 p_free = contact.p_unpushed + h * h * moved(contact, a_);
       const ContactClosure closure =
-          close_contact(p_free, h * h * contact.softness_1_kg * Mat3::Identity(), normal, tool, port.parameters);
+          close_contact(p_free, h * h * contact.softness_1_kg * Mat3::Identity(), contact.normal, contact.tool, port.parameters);
       port.lambda = closure.lambda;
-      if (is_lost(port, (tool - p_free).norm(), spacing_m_)) port.lambda.setZero();
+      if (is_lost(port, (contact.tool - p_free).norm(), spacing_m_)) port.lambda.setZero();
       push(contact, port.lambda);
       if (sweep + 1 < sweeps) continue;
       port.touching = port.lambda.squaredNorm() > 0;
       looked_for_s_[k] = end_s + kLookS;
       if (closure.slip.squaredNorm() > 0) port.point = slide(skin_->view(), skin_positions_, port.point, closure.slip);
     }
+}
+
+bool ExplicitIntegrator::share_nodes(const std::vector<std::size_t>& ports) const {
+  for (std::size_t i = 0; i < ports.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      for (const auto& [one, w] : contacts_[ports[i]].b)
+        for (const auto& [other, v] : contacts_[ports[j]].b)
+          if (one == other) return true;
+  return false;
 }
 
 void ExplicitIntegrator::look(std::vector<ToolPort>& ports, double at_s, const ToolMotion& tools) {
@@ -228,6 +242,7 @@ void ExplicitIntegrator::look(std::vector<ToolPort>& ports, double at_s, const T
 
 void ExplicitIntegrator::refresh(Contact& contact, const SurfacePoint& point) {
   if (contact.valid && contact.point.triangle == point.triangle && contact.point.weight == point.weight) return;
+  if (!contact.valid || contact.point.triangle != point.triangle) contact.around = vertices_around(point.triangle);
   contact.valid = true;
   contact.point = point;
   contact.b = skin_->weights(point);
@@ -237,16 +252,24 @@ void ExplicitIntegrator::refresh(Contact& contact, const SurfacePoint& point) {
     contact.softness_1_kg += weight * weight * static_cast<double>(inverse_mass_[node]);
 }
 
-/// Brings the vertices that the normal at a point depends on, and where it slides to next, up to date.
-void ExplicitIntegrator::place_around(const SurfacePoint& point) {
+/// The vertices that the normal at a point of the triangle depends on, and where it slides to next.
+std::vector<std::uint32_t> ExplicitIntegrator::vertices_around(std::uint32_t triangle) const {
   const SurfaceView surface = skin_->view();
-  for (const std::uint32_t corner : surface.triangles[point.triangle])
+  std::vector<std::uint32_t> vertices;
+  for (const std::uint32_t corner : surface.triangles[triangle])
     for (std::uint32_t e = surface.first[corner]; e < surface.first[corner + 1]; ++e)
-      for (const std::uint32_t i : surface.triangles[surface.incident[e]]) {
-        Vec3 at = dynamics_->body().nodes[i];
-        for (const auto& [j, weight] : skin_->vertex_weights(i)) at += weight * u_.at(j);
-        Eigen::Map<Vec3>(skin_positions_.data() + 3 * std::size_t{i}) = at;
-      }
+      for (const std::uint32_t i : surface.triangles[surface.incident[e]]) vertices.push_back(i);
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  return vertices;
+}
+
+void ExplicitIntegrator::place(const std::vector<std::uint32_t>& vertices) {
+  for (const std::uint32_t i : vertices) {
+    Vec3 at = dynamics_->body().nodes[i];
+    for (const auto& [j, weight] : skin_->vertex_weights(i)) at += weight * u_.at(j);
+    Eigen::Map<Vec3>(skin_positions_.data() + 3 * std::size_t{i}) = at;
+  }
 }
 
 void ExplicitIntegrator::push(const Contact& contact, const Vec3& lambda) {

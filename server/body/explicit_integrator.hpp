@@ -13,13 +13,13 @@
 // (power iteration), with kStiffer and kThicker for what deformation adds, and with the stiffening law's own growth. Where that
 // leaves too short a step, or the body flies apart all the same, the frame is left to TR-BDF2, and told as a cut step.
 //
-// Internally in single precision (spring_runs.hpp); a displacement of 10 mm is right to 1 nm.
+// Internally in single precision (spring_blocks.hpp); a displacement of 10 mm is right to 1 nm.
 #pragma once
 
 #include <vector>
 
 #include "server/body/integrator.hpp"
-#include "server/body/spring_runs.hpp"
+#include "server/body/spring_blocks.hpp"
 
 namespace palpate {
 
@@ -32,7 +32,7 @@ class ExplicitIntegrator final : public Stepper {
   static constexpr double kShare = 0.9;  ///< of the stable step that is used
   static constexpr double kLookS = 0.001;
 
-  /// `dynamics` and `skin` must outlive it. SpringRuns::covers() the body.
+  /// `dynamics` and `skin` must outlive it. SpringBlocks::covers() the body.
   ExplicitIntegrator(const Dynamics& dynamics, const Skin& skin);
 
   AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
@@ -40,15 +40,17 @@ class ExplicitIntegrator final : public Stepper {
   /// That it takes at small strains [s].
   double step_s() const { return step_s_; }
   /// Springs, with gaps, that an evaluation goes through.
-  std::size_t springs() const { return runs_.size(); }
+  std::size_t springs() const { return springs_.size(); }
 
  private:
   struct Contact {  // of one touching port
     bool valid = false;
     SurfacePoint point;
     Skin::Weights b;
-    Vec3 at_rest = Vec3::Zero();  // p where nothing has moved
-    double softness_1_kg = 0;     // B^T M^-1 B
+    std::vector<std::uint32_t> around;                                           // vertices that are kept in place
+    Vec3 at_rest = Vec3::Zero();                                                 // p where nothing has moved
+    double softness_1_kg = 0;                                                    // B^T M^-1 B
+    Vec3 tool = Vec3::Zero(), normal = Vec3::Zero(), p_unpushed = Vec3::Zero();  // at the step's end
   };
 
   double longest_step_s(double step_s) const;
@@ -59,15 +61,17 @@ class ExplicitIntegrator final : public Stepper {
   void step(std::vector<ToolPort>& ports, double begin_s, double h, const ToolMotion& tools);
   void close_contacts(std::vector<ToolPort>& ports, double end_s, double h, const ToolMotion& tools);
   void look(std::vector<ToolPort>& ports, double at_s, const ToolMotion& tools);
+  bool share_nodes(const std::vector<std::size_t>& ports) const;
   void refresh(Contact& contact, const SurfacePoint& point);
-  void place_around(const SurfacePoint& point);
+  std::vector<std::uint32_t> vertices_around(std::uint32_t triangle) const;
+  void place(const std::vector<std::uint32_t>& vertices);
   void push(const Contact& contact, const Vec3& lambda);
   Vec3 moved(const Contact& contact, const NodeArrays& y) const;
   bool is_sound(double h) const;
 
   const Dynamics* dynamics_;
   const Skin* skin_;
-  SpringRuns runs_;
+  SpringBlocks springs_;
   Integrator fallback_;
   double w2_ = 0, g_ = 0, step_s_ = 0, spacing_m_ = 0;
 
@@ -75,6 +79,7 @@ class ExplicitIntegrator final : public Stepper {
   std::vector<std::uint8_t> held_;
   NodeArrays u_, v_, a_, predicted_, f_;
   std::vector<Contact> contacts_;
+  std::vector<std::size_t> closing_;  // ports whose contact is being closed
   std::vector<double> looked_for_s_;  // when a port that does not touch is looked for next
   std::vector<double> skin_positions_;
 };

@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kExplicitNs = 1.0, kImplicitNs = 32, kNewton = 6.6, kWorth = 8, kMatters = 0.1;
+constexpr double kExplicitNs = 0.7, kImplicitNs = 32, kNewton = 6.6, kWorth = 2, kMatters = 0.1;
 
 std::string figures(double step_s, double cost) {
   return fmt::format("steps of {:.2g} ms, about {:.2g} % of a core", 1e3 * step_s, 100 * cost);
@@ -23,7 +23,7 @@ ChosenStepper choose_stepper(const SolverSpec& solver, const Dynamics& dynamics,
   const std::string implicit_figures = figures(solver.step_s, implicit_cost);
   if (solver.integrator == IntegratorKind::tr_bdf2) return {implicit(), "tr-bdf2, as the scene says: " + implicit_figures};
   const bool asked_for = solver.integrator == IntegratorKind::leapfrog;
-  if (!SpringRuns::covers(dynamics.body())) {
+  if (!SpringBlocks::covers(dynamics.body())) {
     const char* why = "explicit steps are for bodies of linear or stiffening springs";
     if (asked_for) throw InputError("solver.integrator", "is \"explicit\"", fmt::format("\"tr-bdf2\" or \"automatic\": {}", why));
     return {implicit(), fmt::format("tr-bdf2, {}: {}", implicit_figures, why)};

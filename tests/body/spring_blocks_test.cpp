@@ -1,5 +1,5 @@
 // Springs side by side in single precision against the one kernel, spring by spring in double.
-#include "server/body/spring_runs.hpp"
+#include "server/body/spring_blocks.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -14,7 +14,7 @@ namespace {
 struct Bench {
   LumpedBody body;
   Dynamics dynamics{body};
-  SpringRuns runs{body};
+  SpringBlocks springs{body};
 
   explicit Bench(LumpedBody b) : body(std::move(b)) {}
   /// Largest difference of a node's force, relative to the largest force.
@@ -24,7 +24,7 @@ struct Bench {
       u.set(i, at_node(state.x, i) - body.nodes[i]);
       v.set(i, at_node(state.v, i));
     }
-    runs.add_forces(u, v, f);
+    springs.add_forces(u, v, f);
     Vector expected;
     dynamics.forces(state.x, state.v, expected);
     double most = 0, off = 0;
@@ -58,9 +58,48 @@ TEST_CASE("Springs side by side push as they do one by one") {
     }
     body.elements = kept;
   }
+  SECTION("two between the same nodes") {
+    const std::vector<Element> once = body.elements;
+    body.elements.insert(body.elements.end(), once.begin(), once.begin() + 40);
+  }
   const Bench bench(std::move(body));
   CHECK(bench.worst(random_state(bench.dynamics, 3, 0.004, 0.1)) < 3e-6);
   CHECK(bench.worst(random_state(bench.dynamics, 4, 1e-6, 0)) < 3e-5);  // a micrometre in a body of 0.1 m
+}
+
+TEST_CASE("Springs side by side push to the same bits however wide the processor's vectors are") {
+  LumpedBody body = box_body(7, 5, 6);
+  body.law = SpringLaw::stiffening;
+  body.stiffening = 40;
+  const Bench bench(std::move(body));
+  const SpringTables& tables = bench.springs.tables();
+  NodeArrays u(bench.body.nodes.size()), v = u;
+  const BodyState state = random_state(bench.dynamics, 3, 0.004, 0.1);
+  for (std::uint32_t i = 0; i < bench.dynamics.nodes(); ++i) {
+    u.set(i, at_node(state.x, i) - bench.body.nodes[i]);
+    v.set(i, at_node(state.v, i));
+  }
+  NodeArrays expected(bench.body.nodes.size());
+  bench.springs.add_forces(u, v, expected);
+  for (const SpringBlockLoops& loops : spring_block_loops()) {
+    NodeArrays f(bench.body.nodes.size());
+    loops.add_forces(tables, 0, tables.first.size() - 1, u, v, f);
+    CHECK(f.x == expected.x);
+    CHECK(f.y == expected.y);
+    CHECK(f.z == expected.z);
+  }
+}
+
+TEST_CASE("A body squeezed into a point has forces that are numbers") {
+  LumpedBody body = box_body(2, 2, 2);
+  const SpringBlocks springs(body);
+  NodeArrays u(8), v(8), f(8);
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    u.set(i, -body.nodes[i]);  // all in one point
+    v.set(i, Vec3(0.1 * i, 0, 0));
+  }
+  springs.add_forces(u, v, f);
+  for (std::uint32_t i = 0; i < 8; ++i) CHECK(f.at(i).allFinite());
 }
 
 TEST_CASE("The stiffest spring is the one with the largest strain") {
@@ -69,7 +108,7 @@ TEST_CASE("The stiffest spring is the one with the largest strain") {
   body.stiffening = 12;
   const Bench bench(body);
   NodeArrays u(body.nodes.size());
-  CHECK(bench.runs.stiffest(u) == Approx(1));
+  CHECK(bench.springs.stiffest(u) == Approx(1));
   for (std::uint32_t i = 0; i < body.nodes.size(); ++i) u.set(i, 0.1 * body.nodes[i]);  // everything 10 % longer
-  CHECK(bench.runs.stiffest(u) == Approx(1 + 3 * 12 * 0.01).epsilon(1e-4));
+  CHECK(bench.springs.stiffest(u) == Approx(1 + 3 * 12 * 0.01).epsilon(1e-4));
 }
