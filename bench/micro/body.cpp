@@ -13,7 +13,9 @@
 #include "bench/micro/fixtures.hpp"
 #include "bench/micro/machine.hpp"
 #include "bench/micro/timer.hpp"
+#include "common/io/spinning_crew.hpp"
 #include "server/body/dynamics.hpp"
+#include "server/body/explicit_integrator.hpp"
 #include "server/body/linear_solver.hpp"
 #include "server/body/spring_blocks.hpp"
 
@@ -76,10 +78,10 @@ void body_forces(benchmark::State& state, const std::string& name) {
   report(state, body, timer, {40, 445});
 }
 
-/// The same of an explicit step: in single precision, in runs.
-void body_runs(benchmark::State& state, const std::string& name) {
+/// The same of an explicit step: in single precision, block by block.
+void body_blocks(benchmark::State& state, const std::string& name) {
   const BodyCase body(name);
-  const SpringBlocks runs(body.scene.body);
+  const SpringBlocks springs(body.scene.body);
   const std::uint32_t nodes = body.dynamics.nodes();
   NodeArrays u(nodes), v(nodes), f(nodes);
   for (std::uint32_t i = 0; i < nodes; ++i) {
@@ -88,10 +90,26 @@ void body_runs(benchmark::State& state, const std::string& name) {
   }
   const ProcessorTimer timer;
   for (auto _ : state) {
-    runs.add_forces(u, v, f);
+    for (const auto& slabs : {springs.even_slabs(), springs.odd_slabs()})
+      for (const SpringBlocks::Slab& slab : slabs) springs.add_forces(slab, u, v, f);
     benchmark::DoNotOptimize(f.x.data());
   }
   report(state, body, timer, {40, 0});
+}
+
+/// Steps of a body that `threads` share: wall clock.
+void body_leapfrog(benchmark::State& state, const std::string& name, std::size_t threads) {
+  constexpr double kFrameS = 0.010;
+  BodyCase body(name);
+  const Skin nothing_to_touch;
+  ExplicitIntegrator leapfrog(body.dynamics, nothing_to_touch);
+  SpinningCrew crew(threads);
+  leapfrog.employ(crew);
+  std::vector<ToolPort> no_tools;
+  int steps = 0;
+  for (auto _ : state) steps += leapfrog.advance(body.state, no_tools, body.state.time_s + kFrameS, kFrameS, {}).steps;
+  state.counters["nodes"] = static_cast<double>(body.scene.body.nodes.size());
+  state.counters["steps_a_second"] = benchmark::Counter(steps, benchmark::Counter::kIsRate);
 }
 
 void body_assemble(benchmark::State& state, const std::string& name) {
@@ -156,7 +174,13 @@ void body_substitute(benchmark::State& state, const std::string& name) {
 void add_body_benchmarks() {
   const std::string lattices[] = {"cube6", "cube10", "cube15", "cube30", "organ"};
   for (const std::string& body : lattices)
-    benchmark::RegisterBenchmark(("body/forces_in_runs/" + body).c_str(), body_runs, body)->MinTime(0.1);
+    benchmark::RegisterBenchmark(("body/forces_in_blocks/" + body).c_str(), body_blocks, body)->MinTime(0.1);
+  for (const char* body : {"cube20", "cube30"})
+    for (const std::size_t threads : {1, 2})
+      benchmark::RegisterBenchmark(("body/leapfrog/" + std::string(body) + "/threads:" + std::to_string(threads)).c_str(),
+                                   body_leapfrog, body, threads)
+          ->UseRealTime()
+          ->MinTime(0.5);
   const std::string bodies[] = {"cube6", "cube10", "cube15", "organ", "organ-solid"};
   const auto add = [&](const char* what, auto function, auto... arguments) {
     for (const std::string& body : bodies)

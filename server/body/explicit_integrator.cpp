@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "common/base/limits.hpp"
-#include "server/body/leapfrog_loops.hpp"
 
 namespace palpate {
 namespace {
@@ -63,6 +62,22 @@ ExplicitIntegrator::ExplicitIntegrator(const Dynamics& dynamics, const Skin& ski
   step_s_ = kShare * leapfrog_step_s(w2_, g_);
   spacing_m_ = mean_edge_m(dynamics.body());
   for (NodeArrays* y : {&u_, &v_, &a_, &predicted_, &f_}) *y = NodeArrays(dynamics.nodes());
+  nowhere_.assign(u_.x.size(), 0.0F);
+}
+
+void ExplicitIntegrator::employ(Crew& crew) { crew_ = crew.size() > 1 && springs() >= kWorthSharing ? &crew : nullptr; }
+
+template <typename Work>
+void ExplicitIntegrator::share(std::size_t parts, const Work& work) const {
+  if (crew_)
+    crew_->run(parts, std::ref(work));
+  else
+    for (std::size_t part = 0; part < parts; ++part) work(part);
+}
+
+leapfrog::Nodes ExplicitIntegrator::nodes_of(std::size_t part) const {
+  const std::size_t blocks = u_.x.size() / NodeArrays::kBlock, parts = node_parts();
+  return {NodeArrays::kBlock * (part * blocks / parts), NodeArrays::kBlock * ((part + 1) * blocks / parts)};
 }
 
 AdvanceReport ExplicitIntegrator::advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
@@ -77,9 +92,9 @@ AdvanceReport ExplicitIntegrator::advance(BodyState& state, std::vector<ToolPort
     report.steps = static_cast<int>(std::ceil(whole_s / h - 1e-9));
     h = whole_s / report.steps;
     accelerate(v_, ports);
-    kick(-h / 2, v_);
+    kick(-h / 2);
     for (int k = 0; k < report.steps; ++k) step(ports, begin_s + k * h, h, tools);
-    kick(h / 2, v_);
+    kick(h / 2);
     if (is_sound(h)) {
       give(state, ports, tools, until_s);
       find_holding_forces(*dynamics_, state, ports);
@@ -134,17 +149,17 @@ void ExplicitIntegrator::give(BodyState& state, const std::vector<ToolPort>& por
   state.time_s = until_s;
 }
 
-/// Of the springs, gravity, and the contact forces as they are.
+/// Of the springs, gravity, and the contact forces as they are. f_ is zero on entry and on return.
 void ExplicitIntegrator::accelerate(const NodeArrays& velocity, const std::vector<ToolPort>& ports) {
   const LumpedBody& body = dynamics_->body();
-  for (auto axis : {&NodeArrays::x, &NodeArrays::y, &NodeArrays::z}) std::fill((f_.*axis).begin(), (f_.*axis).end(), 0.0F);
-  springs_.add_forces(u_, velocity, f_);
-  leapfrog::accelerate(inverse_mass_, f_.x, static_cast<float>(body.gravity_m_s2.x()), a_.x);
-  leapfrog::accelerate(inverse_mass_, f_.y, static_cast<float>(body.gravity_m_s2.y()), a_.y);
-  if (body.planar)
-    std::fill(a_.z.begin(), a_.z.end(), 0.0F);
-  else
-    leapfrog::accelerate(inverse_mass_, f_.z, static_cast<float>(body.gravity_m_s2.z()), a_.z);
+  for (const auto* slabs : {&springs_.even_slabs(), &springs_.odd_slabs()})
+    share(slabs->size(), [&](std::size_t k) { springs_.add_forces((*slabs)[k], u_, velocity, f_); });
+  share(node_parts(), [&](std::size_t part) {
+    const leapfrog::Nodes nodes = nodes_of(part);
+    leapfrog::accelerate(nodes, inverse_mass_, f_.x, static_cast<float>(body.gravity_m_s2.x()), a_.x);
+    leapfrog::accelerate(nodes, inverse_mass_, f_.y, static_cast<float>(body.gravity_m_s2.y()), a_.y);
+    leapfrog::accelerate(nodes, body.planar ? nowhere_ : inverse_mass_, f_.z, static_cast<float>(body.gravity_m_s2.z()), a_.z);
+  });
   for (std::size_t k = 0; k < ports.size(); ++k) {
     if (ports[k].kind != ContactKind::touch || !ports[k].touching) continue;
     refresh(contacts_[k], ports[k].point);
@@ -152,10 +167,10 @@ void ExplicitIntegrator::accelerate(const NodeArrays& velocity, const std::vecto
   }
 }
 
-/// to = v + over_s a.
-void ExplicitIntegrator::kick(double over_s, NodeArrays& to) {
+/// v += over_s a.
+void ExplicitIntegrator::kick(double over_s) {
   for (auto axis : {&NodeArrays::x, &NodeArrays::y, &NodeArrays::z})
-    leapfrog::combine(v_.*axis, static_cast<float>(over_s), a_.*axis, to.*axis);
+    leapfrog::kick({0, v_.x.size()}, static_cast<float>(over_s), a_.*axis, v_.*axis);
 }
 
 /// a_ is that at the step's begin on entry, with the contact forces of before, and that at its end on return.
@@ -170,9 +185,10 @@ void ExplicitIntegrator::step(std::vector<ToolPort>& ports, double begin_s, doub
     const Vec3 velocity = (to - u_.at(p.node)) / h;
     a_.set(p.node, (velocity - v_.at(p.node)) / h);
   }
-  for (auto axis : {&NodeArrays::x, &NodeArrays::y, &NodeArrays::z})
-    leapfrog::kick_and_drift(static_cast<float>(h), a_.*axis, v_.*axis, u_.*axis);
-  kick(h / 2, predicted_);
+  share(node_parts(), [&](std::size_t part) {
+    for (auto axis : {&NodeArrays::x, &NodeArrays::y, &NodeArrays::z})
+      leapfrog::kick_and_drift(nodes_of(part), static_cast<float>(h), a_.*axis, v_.*axis, u_.*axis, predicted_.*axis);
+  });
   accelerate(predicted_, ports);
 }
 

@@ -101,10 +101,20 @@ SpringBlocks::SpringBlocks(const LumpedBody& body) {
     tables_.first[block + 1] = std::max(tables_.first[block + 1], tables_.first[block]);
     spread(tables_.groups.begin() + tables_.first[block], tables_.groups.begin() + tables_.first[block + 1]);
   }
+  cut_into_slabs();
 }
 
-void SpringBlocks::add_forces(const NodeArrays& u, const NodeArrays& v, NodeArrays& f) const {
-  spring_block_loops().back().add_forces(tables_, 0, blocks(), u, v, f);
+void SpringBlocks::cut_into_slabs() {
+  constexpr std::size_t kMost = 16;
+  std::size_t reach = 1;
+  for (const SpringsOfBlock& group : tables_.groups) reach = std::max(reach, group.to / kBlock + 1);
+  const std::size_t slabs = std::clamp<std::size_t>(blocks() / reach, 1, kMost);
+  for (std::size_t k = 0; k < slabs; ++k)
+    (k % 2 == 0 ? even_ : odd_).push_back({k * blocks() / slabs, (k + 1) * blocks() / slabs});
+}
+
+void SpringBlocks::add_forces(const Slab& slab, const NodeArrays& u, const NodeArrays& v, NodeArrays& f) const {
+  spring_block_loops().back().add_forces(tables_, slab.begin, slab.end, u, v, f);
 }
 
 double SpringBlocks::stiffest(const NodeArrays& u) const {

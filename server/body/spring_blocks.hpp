@@ -74,7 +74,15 @@ class SpringBlocks {
   /// Whether it knows all that the body is made of: springs, linear or stiffening.
   static bool covers(const LumpedBody& body);
 
-  void add_forces(const NodeArrays& u, const NodeArrays& v, NodeArrays& f) const;
+  struct Slab {
+    std::size_t begin = 0, end = 0;  ///< blocks
+  };
+  /// All blocks, in slabs no spring reaches further than from one into the next: the even ones may be added up at the same time,
+  /// and then the odd ones, which takes every sum in one order.
+  const std::vector<Slab>& even_slabs() const { return even_; }
+  const std::vector<Slab>& odd_slabs() const { return odd_; }
+  /// f += forces of the springs of a slab's blocks.
+  void add_forces(const Slab& slab, const NodeArrays& u, const NodeArrays& v, NodeArrays& f) const;
   /// Largest T' / k of any spring: 1 for linear ones.
   double stiffest(const NodeArrays& u) const;
   /// Springs and gaps: what an evaluation costs.
@@ -82,8 +90,10 @@ class SpringBlocks {
   const SpringTables& tables() const { return tables_; }
 
  private:
+  void cut_into_slabs();
   std::size_t blocks() const { return tables_.first.size() - 1; }
   SpringTables tables_;
+  std::vector<Slab> even_, odd_;
 };
 
 }  // namespace palpate

@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "common/base/crew.hpp"
 #include "common/port/contact_law.hpp"
 #include "common/port/surface.hpp"
 #include "server/body/dynamics.hpp"
@@ -51,6 +52,9 @@ class Stepper {
   /// Moves `state` and `ports` on to body time `until_s`, in steps of `step_s` at most.
   virtual AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
                                 const ToolMotion& tools) = 0;
+  /// Lets it share its work with a crew, which must outlive it. Not all do, and none for small bodies; what they compute is the
+  /// same.
+  virtual void employ(Crew& crew) { (void)crew; }
 };
 
 }  // namespace palpate

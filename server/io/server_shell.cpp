@@ -44,8 +44,9 @@ ServerShell::ServerShell(const std::vector<NamedScene>& scenes, const ShellOptio
     : say_(std::move(say)),
       cores_(specs_of(scenes), draw_instance(), options.rate_hz),
       socket_(bind_udp(io_, "--listen", resolve_udp("--listen", options.listen))),
-      threads_(std::max<std::size_t>(options.threads, 1)) {
-  for (const NamedScene& named : scenes) bodies_.push_back(std::make_unique<Body>(named.scene));
+      threads_(std::clamp<std::size_t>(options.threads, 1, scenes.size())) {
+  const std::size_t threads_a_room = std::max<std::size_t>(options.threads / scenes.size(), 1);
+  for (const NamedScene& named : scenes) bodies_.push_back(std::make_unique<Body>(named.scene, threads_a_room));
   socket_.non_blocking(true);
   if (!options.record.file.empty()) begin_recording(scenes, options);
 }

@@ -21,6 +21,7 @@
 
 #include "common/io/endpoint.hpp"
 #include "common/io/record_file.hpp"
+#include "common/io/spinning_crew.hpp"
 #include "server/core/server_rooms.hpp"
 #include "server/io/peers.hpp"
 #include "server/record/room_recorder.hpp"
@@ -44,7 +45,8 @@ struct RecordOptions {
 struct ShellOptions {
   std::string listen;  ///< HOST:PORT
   double rate_hz = 20;
-  std::size_t threads = 1;  ///< of the pool
+  std::size_t threads =
+      1;  ///< that move bodies: a pool of one a room at most; each room's share of more than that helps with its body
   RecordOptions record = {};
 };
 
@@ -72,7 +74,8 @@ class ServerShell {
   static constexpr Micros kReportEvery{5'000'000}, kRecordEvery{200'000};
 
   struct Body {
-    explicit Body(const Scene& scene) : room(scene) {}
+    Body(const Scene& scene, std::size_t threads) : crew(threads), room(scene) { room.employ(crew); }
+    SpinningCrew crew;
     Room room;  ///< used by the job that is out, by none other
     bool started = false;
     ServerCounts reported;  ///< counts at the last report

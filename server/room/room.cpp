@@ -29,6 +29,8 @@ Vec3 home_of(const Scene& scene) {
   return {centre.x(), centre.y(), top + kHomeHeightM};
 }
 
+void Room::employ(Crew& crew) { state_->integrator.stepper->employ(crew); }
+
 const std::string& Room::integrator() const { return state_->integrator.reason; }
 
 void Room::start(Micros body_time) {

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/crew.hpp"
 #include "common/base/types.hpp"
 #include "common/port/cubic_terms.hpp"
 #include "common/port/patch.hpp"
@@ -79,6 +80,8 @@ class Room {
   FrameResult simulate(const FrameJob& job);
   /// Fills `result.stations` at the body's present state; none of them has a patch when the step failed.
   void build_patches(const FrameJob& job, FrameResult& result);
+  /// Lets a large body's steps be shared by a crew, which must outlive the room.
+  void employ(Crew& crew);
   /// Which integrator moves the body, and why, in one line.
   const std::string& integrator() const;
   /// Hears of each part of build_patches() when it begins, for touches.

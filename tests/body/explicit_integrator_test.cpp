@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "common/io/spinning_crew.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -115,4 +116,29 @@ TEST_CASE("Where its steps would be too short, a frame is left to the implicit i
   CHECK(report.cut_steps > 0);
   CHECK(report.newton_iterations > 0);
   CHECK(state.x.allFinite());
+}
+
+TEST_CASE("A body that threads share moves to the same bits as one that one thread moves") {
+  const LumpedBody body = box_body(24, 22, 22);
+  const Dynamics dynamics(body);
+  const Skin skin(body);
+  const auto moved_by = [&](std::size_t threads) {
+    SpinningCrew crew(threads);
+    ExplicitIntegrator leapfrog(dynamics, skin);
+    REQUIRE(leapfrog.springs() >= ExplicitIntegrator::kWorthSharing);
+    leapfrog.employ(crew);
+    BodyState state = random_state(dynamics, 3, 0.001, 0.1);
+    std::vector<ToolPort> ports(1);
+    ports[0].parameters = {800, 0.3};
+    const auto tool = [](std::size_t, double t) { return ToolAt{Vec3(0.1, 0.1, 21 * kSpacingM - 0.2 * t), Vec3(0, 0, -0.2)}; };
+    REQUIRE(leapfrog.advance(state, ports, 0.010, 0.010, tool).cut_steps == 0);
+    REQUIRE(ports[0].touching);
+    return state;
+  };
+  const BodyState one = moved_by(1);
+  for (const std::size_t threads : {2, 3, 4}) {
+    const BodyState shared = moved_by(threads);
+    CHECK(shared.x == one.x);
+    CHECK(shared.v == one.v);
+  }
 }

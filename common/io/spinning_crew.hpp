@@ -1,0 +1,40 @@
+// A crew for pieces of work that take tens of microseconds and follow on each other's heels: its threads look out for the next
+// one for as long as that takes, and only then sleep.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <thread>
+#include <vector>
+
+#include "common/base/crew.hpp"
+
+namespace palpate {
+
+class SpinningCrew final : public Crew {
+ public:
+  static constexpr std::size_t kMostParts = 0x7FFF;
+  /// Starts size - 1 threads.
+  explicit SpinningCrew(std::size_t size);
+  ~SpinningCrew() override;
+  SpinningCrew(const SpinningCrew&) = delete;
+  SpinningCrew& operator=(const SpinningCrew&) = delete;
+
+  std::size_t size() const override { return helpers_.size() + 1; }
+  /// kMostParts at most.
+  void run(std::size_t parts, const std::function<void(std::size_t)>& work) override;
+
+ private:
+  void help();
+  std::uint32_t take_parts();
+
+  // From the top: which piece of work it is (32 bits), how many parts that has, how many were taken (16 each). Who adds one has
+  // taken a part of the piece that the ticket says, or, where that has no more, nothing: whatever it knew before.
+  std::atomic<std::uint64_t> ticket_{0};
+  std::atomic<std::uint32_t> done_{0};
+  std::atomic<const std::function<void(std::size_t)>*> work_{nullptr};
+  std::atomic<bool> stop_{false};
+  std::vector<std::thread> helpers_;
+};
+
+}  // namespace palpate
