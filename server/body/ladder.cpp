@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kExplicitNs = 0.7, kImplicitNs = 32, kNewton = 6.6, kWorth = 2, kMatters = 0.1;
+constexpr double kExplicitNs = 0.7, kImplicitNs = 32, kNewton = 6.6, kWorth = 2;
 
 std::string figures(double step_s, double cost) {
   return fmt::format("steps of {:.2g} ms, about {:.2g} % of a core", 1e3 * step_s, 100 * cost);
@@ -28,7 +28,6 @@ ChosenStepper choose_stepper(const SolverSpec& solver, const Dynamics& dynamics,
     if (asked_for) throw InputError("solver.integrator", "is \"explicit\"", fmt::format("\"tr-bdf2\" or \"automatic\": {}", why));
     return {implicit(), fmt::format("tr-bdf2, {}: {}", implicit_figures, why)};
   }
-  if (!asked_for && implicit_cost <= kMatters) return {implicit(), fmt::format("tr-bdf2: {}", implicit_figures)};
   auto leapfrog = std::make_unique<ExplicitIntegrator>(dynamics, skin);
   const double step_s = std::min(leapfrog->step_s(), solver.step_s);
   const double cost = 1e-9 * static_cast<double>(leapfrog->springs()) * kExplicitNs / step_s;

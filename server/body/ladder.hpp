@@ -3,10 +3,9 @@
 //     explicit   springs (with gaps) * kExplicitNs / its stable step
 //     tr-bdf2    springs and edges of elements * kImplicitNs * kNewton / its longest step
 //
-// are the estimated costs of a second of body time; leapfrog has to be kWorth times cheaper, and TR-BDF2 to take more than
-// kMatters of a core. kWorth is large because the estimate leaves out what short runs and touching tools cost: a clipped lattice
-// of 1,500 nodes with sixteen tools on it took eleven times what it says. The constants were measured; no clock is read, so that
-// a scene has the same integrator in every run.
+// are the estimated costs of a second of body time; leapfrog has to be kWorth times cheaper, because the estimate leaves out
+// what touching tools cost: a clipped lattice of 1,500 nodes takes a third more than it says with two of them, three times as
+// much with sixteen. The constants were measured; no clock is read, so that a scene has the same integrator in every run.
 #pragma once
 
 #include <memory>
