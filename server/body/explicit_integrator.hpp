@@ -41,6 +41,7 @@ class ExplicitIntegrator final : public Stepper {
 
   AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
                         const ToolMotion& tools) override;
+  bool leaves_no_trace() const override { return true; }
   void employ(Crew& crew) override;
   /// That it takes at small strains [s].
   double step_s() const { return step_s_; }

@@ -19,6 +19,7 @@ namespace palpate {
 struct ChosenStepper {
   std::unique_ptr<Stepper> stepper;
   std::string reason;  ///< one line for people: which one and why
+  double cost = 0;     ///< estimate: share of a core
 };
 
 /// `dynamics` and `skin` must outlive it. Throws InputError where the scene asks for one that its body does not suit.

@@ -71,8 +71,8 @@ std::vector<const BodyState*> ShapeHistory::ends() const {
 }
 
 std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
-                                      const Matrix& prescribed, const ShapeHistory& history, const CubicBasisRequest& request,
-                                      BasisMemory& memory) {
+                                      const Matrix& prescribed, const ShapeHistory& history, std::span<const BodyState> ahead,
+                                      const CubicBasisRequest& request, BasisMemory& memory) {
   const double s = request.shift_1_s;
   // What acts together, to second order: the port's three shapes and the body's own motion.
   std::vector<Vector> acting = start.ports;
@@ -93,10 +93,12 @@ std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart
   mask(*at.held, motion);
   candidates.insert(candidates.end(), {motion, start.imbalance, s * start.motion});
   for (const SolveColumn& column : solves) candidates.push_back(*column.x);
-  for (const BodyState& before : history.states()) {
-    candidates.push_back(before.x - at.state->x);
+  const auto add = [&](const BodyState& other) {
+    candidates.push_back(other.x - at.state->x);
     mask(*at.held, candidates.back());
-  }
+  };
+  std::for_each(history.states().begin(), history.states().end(), add);
+  std::for_each(ahead.begin(), ahead.end(), add);
   return compress(at, side_by_side(candidates), s, request.modes);
 }
 

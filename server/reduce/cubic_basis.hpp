@@ -7,13 +7,15 @@
 //     tau v*,   P^-1 F*,   s P^-1 M v*    the body's own motion
 //     P^-1 F2(b_i, b_j)                   what bends when shapes b_i and b_j act together: F2 the second-order forces,
 //                                         b of {port shapes, tau v*}
-//     x(t_k) - x*                         where the body was in the last frames: it often comes back
+//     x(t_k) - x*                         where the body was in the last frames: it often comes back; and where it will be,
+//                                         should the hands go on and slow down, as far as that is known
 // and of all of them the directions that carry most energy: leading eigenvectors of W^T P W. The last kind is worth 8 dB at
 // 150 ms with 13 modes on scenes/cube6.json (docs/decisions).
 #pragma once
 
 #include <deque>
 #include <optional>
+#include <span>
 
 #include "server/reduce/basis.hpp"
 
@@ -48,7 +50,7 @@ struct CubicBasis {
 /// `prescribed`: how the port itself moves for them (3 N x 3; no columns for touch). `memory`: warm starts. Nothing when P is not
 /// positive definite.
 std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
-                                      const Matrix& prescribed, const ShapeHistory& history, const CubicBasisRequest& request,
-                                      BasisMemory& memory);
+                                      const Matrix& prescribed, const ShapeHistory& history, std::span<const BodyState> ahead,
+                                      const CubicBasisRequest& request, BasisMemory& memory);
 
 }  // namespace palpate

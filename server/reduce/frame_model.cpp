@@ -73,6 +73,7 @@ void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& port
   forces_.resize(0);
   total_.resize(0);
   positions_.clear();
+  ahead_.clear();
   for (Slot& slot : slots_) slot.in_use = false;
 }
 

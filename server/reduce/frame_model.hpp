@@ -129,6 +129,9 @@ class FrameModel {
   /// With other nodes held.
   Linearisation linearisation(const std::vector<std::uint8_t>& held) { return {dynamics_, state_, &held, &tangents()}; }
   Linearisation linearisation() { return linearisation(held_); }
+  /// Where the body will be until the next patches take over, should the hands go on and slow down; empty where nobody looked.
+  void foresee(std::vector<BodyState> ahead) { ahead_ = std::move(ahead); }
+  const std::vector<BodyState>& ahead() const { return ahead_; }
   /// F(x*, v*), rows of held nodes zero.
   const Vector& forces();
   /// The skin's vertices.
@@ -172,6 +175,7 @@ class FrameModel {
   const BodyState* state_ = nullptr;
   const std::vector<ToolPort>* ports_ = nullptr;
   std::vector<ToolAt> tools_;
+  std::vector<BodyState> ahead_;
   std::vector<std::uint8_t> held_;
   std::vector<Wanted> wanted_;
   Micros bridge_{};

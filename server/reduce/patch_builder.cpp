@@ -272,6 +272,7 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
 std::optional<Patch> PatchBuilder::build_cubic(FrameModel& frame, std::size_t which, const PatchRequest& request,
                                                const Patch& patch) {
   if (!can_expand(dynamics_->body())) return std::nullopt;
+  ahead_ = frame.ahead();
   std::optional<Patch> built;
   for (const bool clamp : {false, true}) {
     held_ = frame.held();
@@ -304,7 +305,8 @@ std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::ui
   const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
     return model.solver->solve(model.at, columns, kBasisTolerance);
   };
-  return cubic_basis(model.at, start, solve, shapes.port, history_, {modes, shift_for(request.bridge), bridge_s}, cubic_memory_);
+  return cubic_basis(model.at, start, solve, shapes.port, history_, ahead_, {modes, shift_for(request.bridge), bridge_s},
+                     cubic_memory_);
 }
 
 /// `true_stiffness`: of modes and tool before anything was lifted, in the modes of the patch.

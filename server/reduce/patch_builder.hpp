@@ -128,6 +128,7 @@ class PatchBuilder {
   std::unique_ptr<TwoLayer> two_layer_;  // made when it is first asked for
   BasisMemory cubic_memory_;
   ShapeHistory history_;
+  std::span<const BodyState> ahead_;  // of the frame
   CubicTerms terms_;
   PatchBuildReport report_;
 };

@@ -195,7 +195,7 @@ std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
       start.ports.push_back(own.slide);
       correct.apply(start.ports.back());
     }
-    return cubic_basis(at, start, solve, Matrix(), history_, {modes, p.shift(), bridge_s}, cubic_memory_);
+    return cubic_basis(at, start, solve, Matrix(), history_, ahead_, {modes, p.shift(), bridge_s}, cubic_memory_);
   }
   for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(dynamics_->masses()));
   auto directions = krylov_basis(at, start, solve, {modes, p.shift(), kBasisTolerance});

@@ -31,7 +31,27 @@ std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
     gets_patch.push_back(which && in_reach(*which, j.bridge));
     if (gets_patch.back() && !kept_for(j, *which)) frame_model.want(*which, stations.at(j.id).builder->slide_s(request_of(j)));
   }
+  look_ahead(job, gets_patch, bridges);
   return gets_patch;
+}
+
+/// A basis that knows where the body will be if the tools go on as their tracks do is truer there. It costs what the body costs
+/// in that time, so a body that costs more than kMostCost of a core is left alone.
+void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros bridge) {
+  constexpr double kMostCost = 0.01;
+  constexpr int kLooks = 3;
+  bool matters = false;
+  for (std::size_t k = 0; k < job.stations.size(); ++k) matters |= gets_patch[k] && job.stations[k].scheme == Scheme::cubic;
+  if (!matters || asleep || integrator.cost > kMostCost || !integrator.stepper->leaves_no_trace()) return;
+  std::vector<BodyState> ahead;
+  BodyState next = body;
+  std::vector<ToolPort> there = ports;
+  for (int look = 1; look <= kLooks; ++look) {
+    const double until_s = body.time_s + look * seconds(bridge) / kLooks;
+    if (!move_on(next, there, until_s, scene.solver.step_s).converged) break;
+    ahead.push_back(next);
+  }
+  frame_model.foresee(std::move(ahead));
 }
 
 /// Moves the point of a tool that does not touch to where it is nearest.

@@ -53,7 +53,11 @@ AdvanceReport Room::State::advance(const FrameJob& job) {
   double step_s = scene.solver.step_s;
   const double behind = (seconds(job.target) - body.time_s) / std::max(kFramesMax * seconds(job.frame), 1e-9);
   if (job.frame > Micros{} && behind > 1) step_s *= behind;
-  return integrator.stepper->advance(body, ports, seconds(job.target), step_s, [&](std::size_t k, double t) {
+  return move_on(body, ports, seconds(job.target), step_s);
+}
+
+AdvanceReport Room::State::move_on(BodyState& state, std::vector<ToolPort>& at_ports, double until_s, double step_s) {
+  return integrator.stepper->advance(state, at_ports, until_s, step_s, [&](std::size_t k, double t) {
     return tool_at(stations.at(port_owner[k]), from_seconds(t));
   });
 }
