@@ -91,11 +91,10 @@ const Shape* Playback::frame_at(Micros body_time) const {
 
 bool Playback::at(Micros now, Shape& shape, std::vector<ToolView>& tools) const {
   if (shapes_.empty()) return false;
-  const Micros moment = now - latenesses_.front().value - delay();
-  shape.body_time = moment;
-  blend(between(shapes_, moment), shape);
+  shape.body_time = moment(now);
+  blend(between(shapes_, shape.body_time), shape);
   tools.clear();
-  if (!tools_.empty()) blend(between(tools_, moment), tools);
+  if (!tools_.empty()) blend(between(tools_, shape.body_time), tools);
   return true;
 }
 

@@ -144,7 +144,7 @@ Caption ViewSession::caption(Micros now, const std::vector<ToolView>& tools) {
   if (core_.link() != ViewLink::joined) return caption;
   caption.status =
       fmt::format("{:.0f} shapes a second, shown {:.0f} ms late    {} triangles", 1 / seconds(core_.playback().period()),
-                  1e3 * seconds(core_.playback().delay()), core_.mesh().triangles.size());
+                  1e3 * seconds(core_.lateness(now)), core_.mesh().triangles.size());
   if (!record_note_.empty()) caption.status += "    " + record_note_;
   return caption;
 }
