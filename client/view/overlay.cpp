@@ -108,7 +108,7 @@ void draw_color_bar(const Pen& pen, int row, const std::string& title, float fro
 }
 
 void draw_legends(const Pen& pen, const Sight& sight, const Look& look) {
-  const Legend legend = legend_of(look.color);
+  const Legend legend = legend_of(sight.color);
   draw_color_bar(pen, 0, legend.title, 0, legend.per_unit * sight.color_max, legend.unit, &displacement_color);
   int row = 1;
   if (look.lines == Lines::strain)

@@ -31,7 +31,8 @@ void blend(const std::vector<Value>& from, const std::vector<Value>& to, float s
 void blend(const Between<Shape>& pair, Shape& shape) {
   const auto s = static_cast<float>(pair.s);
   blend(pair.from->positions, pair.to->positions, s, shape.positions);
-  blend(pair.from->shade, pair.to->shade, s, shape.shade);
+  shape.channel = pair.from->channel;
+  blend(pair.from->shade, pair.to->shade, pair.to->channel == shape.channel ? s : 0, shape.shade);
 }
 
 void blend(const Between<Tools>& pair, std::vector<ToolView>& tools) {

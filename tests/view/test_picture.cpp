@@ -130,6 +130,14 @@ TEST_CASE("The bottom of a dent is darker than the same place of the flat body, 
   }
 }
 
+TEST_CASE("While colours show displacement the legend says so, whatever was asked for", "[view]") {
+  const auto gl = context();
+  if (!gl) return;
+  const demo::Body body = demo::pressed_organ(0.006F, 0.4);
+  const Picture displacement = photograph(body, {}), asked = photograph(body, {.color = ShapeChannel::tension});
+  CHECK(asked.rgb == displacement.rgb);
+}
+
 TEST_CASE("A dent glows where it is deep and a body at rest does not", "[view]") {
   const auto gl = context();
   if (!gl) return;

@@ -38,7 +38,7 @@ struct Scenery {
     s.shade = shade;
     s.pins = pins;
     s.pin_triangles = pin_triangles;
-    if (!shade.empty()) s.color_max = 1;
+    if (!shade.empty()) s.color = ShapeChannel::tension, s.color_max = 1;
     return s;
   }
 };
@@ -57,11 +57,7 @@ Scenery fine() {
 
 /// A tool that pulls the body is drawn back into it: the arrow shows through. Everything that there is to read stands beside it.
 Scenery pulled() {
-  Scenery s{.name = "pulled",
-            .look = {.lines = Lines::edges, .color = ShapeChannel::tension},
-            .words = true,
-            .width = 960,
-            .height = 608};
+  Scenery s{.name = "pulled", .look = {.lines = Lines::edges}, .words = true, .width = 960, .height = 608};
   s.body = demo::pressed_organ(-0.012F, -0.9, 3);
   s.body.tools[0].contact = true;
   for (std::size_t i = 0; i < s.body.rest.size(); ++i) s.shade.push_back(80 * (s.body.positions[i] - s.body.rest[i]).norm());

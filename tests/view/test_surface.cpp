@@ -147,10 +147,15 @@ TEST_CASE("Scales are round numbers that cover what is seen and never shrink", "
   REQUIRE(round_down_125(0.011F) == Approx(0.01F));
   Scales scales;
   const demo::Body deep = demo::pressed_organ(0.009F, 2), flat = demo::pressed_organ(0.0005F, 0.1);
-  scales.see(deep.triangles, deep.positions, deep.rest, {}, deep.tools);
-  const float displacement = scales.color_max(false), arrow = scales.arrow_m_per_n();
+  scales.see(deep.triangles, deep.positions, deep.rest, deep.tools);
+  const float displacement = scales.color_max(ShapeChannel::position), arrow = scales.arrow_m_per_n();
   REQUIRE(displacement == Approx(0.01F));
-  scales.see(flat.triangles, flat.positions, flat.rest, {}, flat.tools);
-  REQUIRE(scales.color_max(false) == displacement);
+  scales.see(flat.triangles, flat.positions, flat.rest, flat.tools);
+  REQUIRE(scales.color_max(ShapeChannel::position) == displacement);
   REQUIRE(scales.arrow_m_per_n() == arrow);
+  const std::vector<float> reach{0.2F, 0.9F}, tension{0.1F, 0.18F};
+  scales.see(flat.triangles, flat.positions, flat.rest, flat.tools, ShapeChannel::support, reach);
+  scales.see(flat.triangles, flat.positions, flat.rest, flat.tools, ShapeChannel::tension, tension);
+  CHECK(scales.color_max(ShapeChannel::tension) == Approx(0.2F));  // each its own: they have different units
+  CHECK(scales.color_max(ShapeChannel::support) == Approx(1));
 }

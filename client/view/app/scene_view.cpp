@@ -14,7 +14,8 @@ bool SceneView::update(Micros now, const Frame& frame, const ToolView* own) {
     closed_ = is_closed(source_.mesh().triangles);
     fit(frame);
   }
-  scales_.see(source_.mesh().triangles, moment_.shape.positions, source_.rest(), moment_.shape.shade, moment_.tools);
+  const Shape& shape = moment_.shape;
+  scales_.see(source_.mesh().triangles, shape.positions, source_.rest(), moment_.tools, shape.channel, shape.shade);
   return true;
 }
 
@@ -48,8 +49,9 @@ Sight SceneView::sight() const {
           .tools = moment_.tools,
           .pins = pins_,
           .pin_triangles = foresight_ ? std::span<const Triangle>(foresight_->triangles) : std::span<const Triangle>(),
+          .color = moment_.shape.channel,
           .closed = closed_,
-          .color_max = scales_.color_max(!moment_.shape.shade.empty()),
+          .color_max = scales_.color_max(moment_.shape.channel),
           .arrow_m_per_n = scales_.arrow_m_per_n(),
           .miss_max_m = scales_.miss_max_m()};
 }
