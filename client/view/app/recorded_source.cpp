@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <thread>
 
 #include "client/view/app/session.hpp"
@@ -53,7 +54,8 @@ Caption RecordedSource::caption(Micros now, const std::vector<ToolView>& tools) 
 void RecordedSource::begin_at(double at_s) {
   const double length_s = seconds(clock_.end() - clock_.begin());
   if (at_s > length_s)
-    throw InputError(fmt::format("--at {:g}", at_s), "is after the end of the recording", fmt::format("0 to {:.3f} s", length_s));
+    throw InputError(fmt::format("--at {:g}", at_s), "is after the end of the recording",
+                     fmt::format("0 to {:.3f} s", std::floor(1e3 * length_s) / 1e3));  // which is taken
   clock_.seek(clock_.begin() + from_seconds(at_s), now_us());
 }
 
