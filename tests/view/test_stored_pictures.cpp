@@ -83,8 +83,13 @@ std::vector<Scenery> sceneries() {
 
 /// What the panels and the replay bar of a picture say.
 struct Words {
-  RoomView room{
-      1515, Micros{16'500}, 20, 3.2, {{"hand", Micros{41'000}, Micros{900}, Micros{80'000}, 100, 3, 12, 16, Scheme::port}}};
+  RoomView room{1515,
+                Micros{16'500},
+                20,
+                3.2,
+                {{"hand", Micros{41'000}, Micros{900}, Micros{80'000}, 100, 3, 12, 16, Scheme::port},
+                 {"hand/hold", Micros{42'000}, Micros{1'200}, Micros{95'000}, 100, 0, 0, 0, Scheme::hold},
+                 {"hand/tangent", Micros{43'000}, Micros{800}, Micros{95'000}, 100, 1, 0, 0, Scheme::tangent}}};
   History forces, patch_ages;
   Foresight foresight;
   std::vector<float> course;
@@ -94,6 +99,8 @@ struct Words {
       const Micros t = k * Micros{50'000};
       forces.add(t, "hand", static_cast<float>(1 + std::sin(0.1 * k)));
       patch_ages.add(t, "hand", static_cast<float>(70 + k % 20));
+      patch_ages.add(t, "hand/hold", static_cast<float>(90 + k / 10));
+      patch_ages.add(t, "hand/tangent", static_cast<float>(60 - k / 10));
       course.push_back(static_cast<float>(0.5 + 0.5 * std::sin(0.1 * k)));
     }
     foresight.at = Micros{50'000};
