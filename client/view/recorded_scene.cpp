@@ -125,6 +125,13 @@ void RecordedScene::make_course() {
     }
 }
 
+std::vector<std::string> RecordedScene::hands() const {
+  std::vector<std::string> names;
+  for (const auto& [id, hand] : hands_)
+    if (!hand.touches.empty() && std::find(names.begin(), names.end(), hand.name) == names.end()) names.push_back(hand.name);
+  return names;
+}
+
 const std::vector<Vec3>& RecordedScene::positions(std::size_t shape) {
   const ShapePlace& place = shapes_[shape];
   auto at = read_.find(place.block);

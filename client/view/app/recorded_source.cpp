@@ -36,7 +36,7 @@ Scales RecordedSource::scales() const {
   return scales;
 }
 
-Caption RecordedSource::caption(Micros now, const std::vector<ToolView>& tools) {
+Caption RecordedSource::caption(Micros now, const std::vector<ToolView>&) {
   const RecordingHead& head = recording_.head();
   Caption caption{head.name, "", ""};
   const std::chrono::sys_seconds made{std::chrono::duration_cast<std::chrono::seconds>(head.unix_time)};
@@ -46,7 +46,6 @@ Caption RecordedSource::caption(Micros now, const std::vector<ToolView>& tools) 
                        : "neither tensions nor the reach of patches are recorded: colours show displacement";
   caption.panels = {
       .room = &room_, .late_known = false, .forces = &forces_, .patch_ages = &patch_ages_, .stations = {}, .now = clock_.at(now)};
-  for (const ToolView& tool : tools) caption.panels.stations.push_back(tool.station);
   caption.replay = state(now);
   return caption;
 }
