@@ -60,6 +60,7 @@ bool BodyBatch::show(const Sight& sight, const Look& look) {
   next_.level = affordable_level(sight, look);
   if (next_ == made_) return false;
   if (next_.level != made_.level) refine(next_.level);
+  if (next_.triangles != made_.triangles || next_.rest != made_.rest) cavity_.prepare(next_.triangles, next_.rest);
   std::swap(next_, made_);
   fill();
   return true;
@@ -82,14 +83,15 @@ Vec3f BodyBatch::strain_of(const Triangle& t) const {
 }
 
 void BodyBatch::fill() {
-  update_surface(made_.triangles, made_.positions, surface_);
+  update_normals(made_.triangles, made_.positions, normals_);
+  cavity_.measure(made_.positions, normals_, hollow_);
   corners_.clear();
   for (const Triangle& t : made_.triangles) {
     const Vec3f strain = strain_of(t);
     for (const std::uint32_t i : t) {
       const float shade = made_.shade.empty() ? (made_.positions[i] - made_.rest[i]).norm() : made_.shade[i];
       const float fixed = !made_.fixed.empty() && made_.fixed[i] ? 1.0F : 0.0F;
-      corners_.push_back({made_.positions[i], surface_.normals[i], Vec3f(shade, surface_.cavity[i], fixed), strain});
+      corners_.push_back({made_.positions[i], normals_[i], Vec3f(shade, hollow_[i], fixed), strain});
     }
   }
   upload(corner_buffer_, std::as_bytes(std::span(corners_)));

@@ -7,6 +7,7 @@
 
 #include <vector>
 
+#include "client/view/cavity.hpp"
 #include "client/view/gl_objects.hpp"
 #include "client/view/sight.hpp"
 
@@ -44,7 +45,9 @@ class BodyBatch {
 
   GlVertexArray plain_array_, curved_array_;
   GlBuffer pattern_buffer_, corner_buffer_;
-  SurfaceShade surface_;
+  Cavity cavity_;
+  std::vector<Vec3f> normals_;
+  std::vector<float> hollow_;
   std::vector<Corner> corners_;
   Made made_, next_;
   int pattern_vertices_ = 0;

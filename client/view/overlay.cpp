@@ -28,9 +28,9 @@ void draw_head(const Pen& pen, const Sight& sight, const Caption& caption) {
     const ToolView& tool = sight.tools[i];
     const float r = 5 * pen.scale, cy = y + 8.5F * pen.scale;
     if (tool.contact) {
-      pen.list.AddCircleFilled({left + r, cy}, r, packed(station_color(i)), 24);
+      pen.list.AddCircleFilled({left + r, cy}, r, packed(station_color(sight.hue(i))), 24);
     } else {
-      pen.list.AddCircle({left + r, cy}, r - 0.5F * pen.scale, packed(station_color(i)), 24, 1.6F * pen.scale);
+      pen.list.AddCircle({left + r, cy}, r - 0.5F * pen.scale, packed(station_color(sight.hue(i))), 24, 1.6F * pen.scale);
     }
     const float x = left + 18 * pen.scale + pen.text(left + 18 * pen.scale, y, 15, pen.theme.ink, tool.station);
     pen.text(x + 9 * pen.scale, y, 15, pen.theme.ink_soft,
@@ -61,7 +61,7 @@ void draw_contacts(const Pen& pen, const Sight& sight, const Camera& camera) {
     const Vec3f beside = tool.position.cast<float>() + 1.6F * SolidBatch::tip_radius(rest) * camera.axes().col(0);
     const float ring = to_pixels(view_projection, beside, pen.width, pen.height).x() - at.x();
     pen.list.AddCircle({at.x(), at.y()}, ring, packed(Vec3f::Ones(), 0.45F), 48, 3.0F * pen.scale);
-    pen.list.AddCircle({at.x(), at.y()}, ring, packed(station_color(i), 0.8F), 48, 1.4F * pen.scale);
+    pen.list.AddCircle({at.x(), at.y()}, ring, packed(station_color(sight.hue(i)), 0.8F), 48, 1.4F * pen.scale);
     if (end.z() > 1) continue;
     const std::string words = fmt::format("{:.1f} N", tool.force.norm());
     // Beside the arrow's head, on the side away from the instrument, which leans to the right.
@@ -108,7 +108,7 @@ void draw_color_bar(const Pen& pen, int row, const std::string& title, float fro
 }
 
 void draw_legends(const Pen& pen, const Sight& sight, const Look& look) {
-  const Legend legend = legend_of(look.color);
+  const Legend legend = legend_of(sight.color);
   draw_color_bar(pen, 0, legend.title, 0, legend.per_unit * sight.color_max, legend.unit, &displacement_color);
   int row = 1;
   if (look.lines == Lines::strain)

@@ -24,8 +24,16 @@ struct Column {
 
   float at(float units) const { return units * pen.scale; }
   Vec3f color(const std::string& station) const {
-    const auto place = std::find(figures.stations.begin(), figures.stations.end(), station);
-    return station_color(static_cast<std::size_t>(place - figures.stations.begin()));
+    const auto& tools = figures.stations;
+    const auto place = std::find(tools.begin(), tools.end(), station);
+    std::size_t index = static_cast<std::size_t>(place - tools.begin());
+    if (place != tools.end()) return station_color(index);
+    // Stations without a tool in sight, as those that only compute: the colours after those of the tools.
+    for (const StationView& other : figures.room->stations) {
+      if (other.station == station) break;
+      index += std::find(tools.begin(), tools.end(), other.station) == tools.end();
+    }
+    return station_color(index);
   }
   void box(float height) const {
     pen.list.AddRectFilled({left, y}, {right, y + at(height)}, packed(pen.theme.background_bottom, 0.72F), at(7));
@@ -78,7 +86,7 @@ void draw_stations(Column& c) {
     const StationView& s = stations[i];
     c.pen.list.AddCircleFilled({c.left + c.at(kPad + 4), y + c.at(8)}, c.at(4), packed(c.color(s.station)), 20);
     std::string name = s.station;
-    while (name.size() > 3 && c.pen.measure(13, name) > c.at(72)) name = name.substr(0, name.size() - 2) + ".";
+    while (name.size() > 3 && c.pen.measure(13, name) > c.at(84)) name = name.substr(0, name.size() - 2) + ".";
     c.pen.text(c.left + c.at(kPad + 14), y, 13, c.pen.theme.ink, name);
     const auto words = values(s, c.figures.late_known);
     for (std::size_t k = 0; k < kFields.size(); ++k)

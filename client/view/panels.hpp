@@ -17,7 +17,7 @@ struct PanelFigures {
   const History* forces = nullptr;       ///< [N]
   const History* patch_ages = nullptr;   ///< [ms]
   const Foresight* foresight = nullptr;  ///< of the viewer's own hand; none: not shown
-  std::vector<std::string> stations;     ///< in the order of their colours
+  std::vector<std::string> stations;     ///< in the order of their colours, also of some that are gone
   Micros now{};                          ///< the plots' right end
 };
 

@@ -31,7 +31,8 @@ void blend(const std::vector<Value>& from, const std::vector<Value>& to, float s
 void blend(const Between<Shape>& pair, Shape& shape) {
   const auto s = static_cast<float>(pair.s);
   blend(pair.from->positions, pair.to->positions, s, shape.positions);
-  blend(pair.from->shade, pair.to->shade, s, shape.shade);
+  shape.channel = pair.from->channel;
+  blend(pair.from->shade, pair.to->shade, pair.to->channel == shape.channel ? s : 0, shape.shade);
 }
 
 void blend(const Between<Tools>& pair, std::vector<ToolView>& tools) {
@@ -91,11 +92,10 @@ const Shape* Playback::frame_at(Micros body_time) const {
 
 bool Playback::at(Micros now, Shape& shape, std::vector<ToolView>& tools) const {
   if (shapes_.empty()) return false;
-  const Micros moment = now - latenesses_.front().value - delay();
-  shape.body_time = moment;
-  blend(between(shapes_, moment), shape);
+  shape.body_time = moment(now);
+  blend(between(shapes_, shape.body_time), shape);
   tools.clear();
-  if (!tools_.empty()) blend(between(tools_, moment), tools);
+  if (!tools_.empty()) blend(between(tools_, shape.body_time), tools);
   return true;
 }
 

@@ -23,6 +23,8 @@ class Playback {
   bool empty() const { return shapes_.empty(); }
   /// Shape and tools of the moment that is due; false while there is no shape.
   bool at(Micros now, Shape& shape, std::vector<ToolView>& tools) const;
+  /// Body time of what is shown at `now`; only with a shape.
+  Micros moment(Micros now) const { return now - latenesses_.front().value - delay(); }
   Micros delay() const { return period_ + kJitterMargin; }
   Micros period() const { return period_; }
   /// The shape that came for this body time, give or take 5 ms; nullptr when none did.

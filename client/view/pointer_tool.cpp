@@ -57,9 +57,7 @@ PointerTool::PointerTool(std::span<const Triangle> triangles, std::span<const Ve
       normal_(Vec3f::UnitZ()),
       size_(bounds(triangles, rest).diagonal()),
       depth_m_(kDepth * size_) {
-  SurfaceShade surface;
-  update_surface(triangles, rest, surface);
-  normals_ = surface.normals;
+  update_normals(triangles, rest, normals_);
   point_ -= kHover * size_ * normal_;  // so that it begins at home
 }
 

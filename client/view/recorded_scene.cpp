@@ -110,13 +110,26 @@ void RecordedScene::note_displacement(const RecordedShape& shape) {
 void RecordedScene::make_course() {
   course_.assign(kCourseParts, 0.0F);
   const double span_us = static_cast<double>(std::max(Micros{1}, end() - begin()).count());
+  const auto part_of = [&](Micros t) {
+    return std::min(static_cast<std::size_t>(static_cast<double>((t - begin()).count()) / span_us * kCourseParts),
+                    kCourseParts - 1);
+  };
   for (const auto& [id, hand] : hands_)
-    for (const RecordedTouch& touch : hand.touches) {
+    for (std::size_t i = 0; i < hand.touches.size(); ++i) {
+      const RecordedTouch& touch = hand.touches[i];
       if (touch.t < begin() || !touch.contact) continue;
-      const auto part = static_cast<std::size_t>(static_cast<double>((touch.t - begin()).count()) / span_us * kCourseParts);
-      float& most = course_[std::min(part, kCourseParts - 1)];
-      most = std::max(most, static_cast<float>(touch.force.norm()) / force_max_n_);
+      // Frames may be farther apart than parts: a force is taken to hold until the next frame.
+      const std::size_t first = part_of(touch.t), next = i + 1 < hand.touches.size() ? part_of(hand.touches[i + 1].t) : first;
+      for (std::size_t part = first; part < std::max(first + 1, next); ++part)
+        course_[part] = std::max(course_[part], static_cast<float>(touch.force.norm()) / force_max_n_);
     }
+}
+
+std::vector<std::string> RecordedScene::hands() const {
+  std::vector<std::string> names;
+  for (const auto& [id, hand] : hands_)
+    if (!hand.touches.empty() && std::find(names.begin(), names.end(), hand.name) == names.end()) names.push_back(hand.name);
+  return names;
 }
 
 const std::vector<Vec3>& RecordedScene::positions(std::size_t shape) {

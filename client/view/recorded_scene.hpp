@@ -41,6 +41,8 @@ class RecordedScene {
   /// The plots as somebody would see them who had watched up to t.
   void plot(Micros t, History& forces, History& patch_ages) const;
 
+  /// Names of the hands with a tool, in the order in which they came.
+  std::vector<std::string> hands() const;
   float displacement_max_m() const { return displacement_max_m_; }
   float force_max_n() const { return force_max_n_; }
   /// The largest force on any tool in each of kCourseParts equal parts of the time, as shares of the largest of all.

@@ -80,6 +80,23 @@ void Renderer::draw_body(const Shown& shown) {
   body_batch_.draw();
 }
 
+// A pulled body draws the tool back, so the arrow points into it: what the body hides of it shows through, faintly.
+void Renderer::draw_hidden_arrows(const Lights& lights) const {
+  constexpr float kFaint = 0.6F;
+  light(solid_, lights);
+  glDepthFunc(GL_GREATER);
+  glDepthMask(GL_FALSE);
+  glEnable(GL_BLEND);
+  glBlendColor(0, 0, 0, kFaint);
+  glBlendFunc(GL_CONSTANT_ALPHA, GL_ONE_MINUS_CONSTANT_ALPHA);
+  glEnable(GL_CULL_FACE);
+  solid_batch_.draw_arrows();
+  glDisable(GL_CULL_FACE);
+  glDisable(GL_BLEND);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(GL_LESS);
+}
+
 void Renderer::draw_solids(const Lights& lights) const {
   light(solid_, lights);
   solid_batch_.draw();
@@ -119,6 +136,7 @@ void Renderer::draw(const Sight& sight, const Camera& camera, const Look& look, 
   if (moved || shown != *shown_) {
     bind_samples(shown);
     draw_body(shown);
+    draw_hidden_arrows(shown.lights);
     draw_solids(shown.lights);
     ground_.draw(shown.lights);
     shown_ = shown;

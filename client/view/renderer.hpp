@@ -38,6 +38,7 @@ class Renderer {
   };
   void draw_shadow(const GlTarget& map, const Eigen::Matrix4f& matrix) const;
   void draw_body(const Shown& shown);
+  void draw_hidden_arrows(const Lights& lights) const;
   void draw_solids(const Lights& lights) const;
   void bind_samples(const Shown& shown);
   void resolve(int width, int height, GlId target) const;

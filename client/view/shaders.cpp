@@ -133,9 +133,10 @@ void main() {
   // What is held fast: slate, with a crisp border halfway to the first free vertex.
   float held = smoothstep(0.5 - fwidth(fixed_share), 0.5 + fwidth(fixed_share), fixed_share);
   albedo = mix(albedo, vec3(0.10, 0.115, 0.14), 0.82 * held);
-  float open = clamp(1.0 - 1.5 * cavity, 0.45, 1.12);
+  float open = clamp(1.0 - 1.3 * cavity, 0.45, 1.08);
   open *= mix(0.62 + 0.38 * clamp(n.z, 0.0, 1.0), 1.0, smoothstep(0.0, 0.30, (v_position.z - u_floor_z) / u_size));
   float lit = lit_fraction(u_key_map, u_key_matrix, v_position + u_bias * (n + 0.6 * u_key_direction), 0.010, grain());
+  lit *= min(1.0, 0.5 + 0.5 * open);  // the key light is as wide as a window: a dent hides a part of it too
   vec3 c = studio(albedo, n, v_position, 1.0, 0.42, open, lit);
 #if LINES > 0  // Lines
   vec3 w = u_line * fwidth(v_edge), near = smoothstep((LINES == 2 ? 0.7 : 0.4) * w, (LINES == 2 ? 1.7 : 1.3) * w, v_edge);

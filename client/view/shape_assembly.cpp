@@ -23,7 +23,8 @@ void ShapeAssembly::emit(std::vector<Shape>& finished) {
   open_ = false;
   ++(came_ + 1 == expected_ ? counts_.complete : counts_.healed);
   finished.push_back({body_time_, positions_,
-                      shown_ == ShapeChannel::position ? std::vector<float>{} : shades_[static_cast<std::size_t>(shown_)]});
+                      shown_ == ShapeChannel::position ? std::vector<float>{} : shades_[static_cast<std::size_t>(shown_)],
+                      shown_});
 }
 
 /// Opens the frame when it is a newer one. False when it is over.

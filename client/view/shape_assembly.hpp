@@ -17,7 +17,8 @@ namespace palpate {
 struct Shape {
   Micros body_time{};
   std::vector<Eigen::Vector3f> positions;  ///< of every vertex [m]
-  std::vector<float> shade;                ///< of every vertex in the channel that is shown; empty: none
+  std::vector<float> shade;                ///< of every vertex in `channel`; empty: none
+  ShapeChannel channel = ShapeChannel::position;
 };
 
 struct ShapeCounts {

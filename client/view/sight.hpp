@@ -23,12 +23,16 @@ struct Sight {
   std::span<const float> shade;          ///< what colours show in its place; empty: displacement
   std::span<const MeshVertex> vertices;  ///< whose fixed ones are marked; empty: none
   std::span<const ToolView> tools;
-  std::span<const PatchPin> pins = {};  ///< of the patch that is shown; empty: none
+  std::span<const std::size_t> hues = {};  ///< which station_color() each tool has; empty: that of its place
+  std::span<const PatchPin> pins = {};     ///< of the patch that is shown; empty: none
   std::span<const Triangle> pin_triangles = {};
-  bool closed = false;          ///< is_closed(triangles): back faces need no drawing
-  float color_max = 0.002F;     ///< end of the colour legend, [m] or the unit of the shade
-  float arrow_m_per_n = 0.02F;  ///< length of force arrows
-  float miss_max_m = 1e-4F;     ///< end of the legend of misses
+  ShapeChannel color = ShapeChannel::position;  ///< what the shade is of
+  bool closed = false;                          ///< is_closed(triangles): back faces need no drawing
+  float color_max = 0.002F;                     ///< end of the colour legend, [m] or the unit of the shade
+  float arrow_m_per_n = 0.02F;                  ///< length of force arrows
+  float miss_max_m = 1e-4F;                     ///< end of the legend of misses
+
+  std::size_t hue(std::size_t tool) const { return tool < hues.size() ? hues[tool] : tool; }
 };
 
 /// Lines over the body: none, the edges of its triangles, or these in the colour of their strain.
@@ -39,7 +43,7 @@ struct Look {
   bool dark = false, panels = true;
   bool patch = false;  ///< what the patch of the viewer's own hand said, beside the server's frame
   Lines lines = Lines::none;
-  ShapeChannel color = ShapeChannel::position;  ///< what the legend names
+  ShapeChannel color = ShapeChannel::position;  ///< what is asked for; until it is there, a sight has another
   bool smooth_edges = true;                     ///< multisampling
   int pixel = 1;                                ///< of unsmoothed pictures of the body, in pixels of the target
   int shadow_taps = 16;                         ///< samples of a penumbra on the body; the floor takes 2.5 times as many

@@ -20,11 +20,13 @@ SolidBatch::SolidBatch() {
 bool SolidBatch::show(const Sight& sight, const Box& rest) {
   next_.clear();
   const float tip = tip_radius(rest);
+  for (std::size_t i = 0; i < sight.tools.size(); ++i)
+    append_stylus(next_, sight.tools[i].position.cast<float>(), tip, station_color(sight.hue(i)));
+  arrows_from_ = next_.size();
   for (std::size_t i = 0; i < sight.tools.size(); ++i) {
     const ToolView& tool = sight.tools[i];
     const Vec3f at = tool.position.cast<float>(), force = tool.force.cast<float>();
-    append_stylus(next_, at, tip, station_color(i));
-    if (tool.contact) append_arrow(next_, at, sight.arrow_m_per_n * force, 1.1F * tip, station_color(i));
+    if (tool.contact) append_arrow(next_, at, sight.arrow_m_per_n * force, 1.1F * tip, station_color(sight.hue(i)));
   }
   if (next_ == solids_) return false;
   std::swap(next_, solids_);
@@ -35,6 +37,11 @@ bool SolidBatch::show(const Sight& sight, const Box& rest) {
 void SolidBatch::draw() const {
   glBindVertexArray(array_.id());
   glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(solids_.size()));
+}
+
+void SolidBatch::draw_arrows() const {
+  glBindVertexArray(array_.id());
+  glDrawArrays(GL_TRIANGLES, static_cast<GLint>(arrows_from_), static_cast<GLsizei>(solids_.size() - arrows_from_));
 }
 
 }  // namespace palpate

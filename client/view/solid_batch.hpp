@@ -14,6 +14,7 @@ class SolidBatch {
   /// Shows these tools from now on. Returns whether anything is another than before.
   bool show(const Sight& sight, const Box& rest);
   void draw() const;
+  void draw_arrows() const;
 
   /// Of an instrument's ball tip and of its arrow, in proportion to the body [m].
   static float tip_radius(const Box& rest) { return 0.014F * rest.diagonal(); }
@@ -22,6 +23,7 @@ class SolidBatch {
   GlVertexArray array_;
   GlBuffer buffer_;
   SolidMesh solids_, next_;
+  std::size_t arrows_from_ = 0;  ///< in solids_, up to their end
 };
 
 }  // namespace palpate

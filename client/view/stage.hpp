@@ -1,6 +1,7 @@
 // Renderer and overlay together: a moment of the body becomes a framebuffer or a picture.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 
@@ -13,19 +14,20 @@ namespace palpate {
 /// Scales that a viewer can read off a legend: rounded, and never shrinking while one watches.
 class Scales {
  public:
-  /// Without a shade the colours are those of displacement.
+  /// Without a shade the colours are those of displacement; each channel has a legend of its own.
   void see(std::span<const Triangle> triangles, std::span<const Vec3f> positions, std::span<const Vec3f> rest,
-           std::span<const float> shade, std::span<const ToolView> tools);
+           std::span<const ToolView> tools, ShapeChannel channel = ShapeChannel::position, std::span<const float> shade = {});
   /// The same of what is known to come: the most that vertices move, the largest force.
   void expect(float displacement_m, float force_n);
   void see_misses(std::span<const PatchPin> pins);
   /// End of the legend: [m] of displacement, or in the unit of the shade.
-  float color_max(bool shaded) const { return shaded ? shade_max_ : displacement_max_m_; }
+  float color_max(ShapeChannel channel) const { return color_max_[static_cast<std::size_t>(channel)]; }
   float arrow_m_per_n() const { return arrow_m_per_n_; }
   float miss_max_m() const { return miss_max_m_; }
 
  private:
-  float displacement_max_m_ = 0.001F, shade_max_ = 0.01F, arrow_m_per_n_ = 0.001F, force_peak_n_ = 0.5F, miss_max_m_ = 1e-5F;
+  std::array<float, kShapeChannels> color_max_{0.001F, 0.01F, 0.01F};
+  float arrow_m_per_n_ = 0.001F, force_peak_n_ = 0.5F, miss_max_m_ = 1e-5F;
 };
 
 /// Share of a picture's width that its panels cover.

@@ -6,25 +6,6 @@
 #include <utility>
 
 namespace palpate {
-namespace {
-
-/// Mean over the edges at each vertex of value(i, j); every inner edge is met twice, once from each side.
-template <class T, class Value>
-std::vector<T> edge_mean(std::span<const Triangle> triangles, std::size_t vertices, const T& zero, const Value& value) {
-  std::vector<T> sum(vertices, zero);
-  std::vector<float> count(vertices, 0.0F);
-  for (const Triangle& t : triangles) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-      sum[a] += value(a, b);
-      sum[b] += value(b, a);
-      count[a] += 1.0F;
-      count[b] += 1.0F;
-    }
-  }
-  for (std::size_t i = 0; i < vertices; ++i) sum[i] *= count[i] > 0 ? 1.0F / count[i] : 0.0F;
-  return sum;
-}
 
 void update_normals(std::span<const Triangle> triangles, std::span<const Vec3f> x, std::vector<Vec3f>& normals) {
   normals.assign(x.size(), Vec3f::Zero());
@@ -38,23 +19,6 @@ void update_normals(std::span<const Triangle> triangles, std::span<const Vec3f> 
     }
   }
   for (Vec3f& n : normals) n = n.squaredNorm() > 0 ? n.normalized() : Vec3f::UnitZ();
-}
-
-}  // namespace
-
-void update_surface(std::span<const Triangle> triangles, std::span<const Vec3f> positions, SurfaceShade& surface) {
-  update_normals(triangles, positions, surface.normals);
-  const std::size_t n = positions.size();
-  const auto toward = edge_mean<Vec3f>(triangles, n, Vec3f::Zero(),
-                                       [&](std::uint32_t a, std::uint32_t b) -> Vec3f { return positions[b] - positions[a]; });
-  const auto length = edge_mean<float>(triangles, n, 0.0F,
-                                       [&](std::uint32_t a, std::uint32_t b) { return (positions[b] - positions[a]).norm(); });
-  std::vector<float> raw(n, 0.0F);
-  for (std::size_t i = 0; i < n; ++i) {
-    if (length[i] > 0) raw[i] = surface.normals[i].dot(toward[i]) / length[i];
-  }
-  surface.cavity =
-      edge_mean<float>(triangles, n, 0.0F, [&](std::uint32_t a, std::uint32_t b) { return 0.5F * (raw[a] + raw[b]); });
 }
 
 bool is_closed(std::span<const Triangle> triangles) {

@@ -1,9 +1,5 @@
-// What the renderer needs to know about a deformed surface, recomputed for every frame from positions alone.
-//
-// normal_i   = sum over the triangles around i of angle_at_i * unit normal, normalised (independent of the tessellation)
-// cavity_i   = n_i . (mean of the neighbours - x_i) / mean edge length at i, smoothed once: positive in a dent, negative on a
-//              ridge. It darkens dents as ambient occlusion would, for the price of one sweep over the edges.
-// All in frame W, single precision (display only).
+// What the renderer needs to know about a deformed surface: normals, whether it is closed, how large it is. In frame W, single
+// precision (display only).
 #pragma once
 
 #include <Eigen/Core>
@@ -16,13 +12,9 @@ namespace palpate {
 
 using Vec3f = Eigen::Vector3f;
 
-struct SurfaceShade {
-  std::vector<Vec3f> normals;
-  std::vector<float> cavity;
-};
-
-/// Vertices that no triangle uses get normal z and cavity 0. `triangles` index into `positions`.
-void update_surface(std::span<const Triangle> triangles, std::span<const Vec3f> positions, SurfaceShade& surface);
+/// normal_i = sum over the triangles around i of angle_at_i * unit normal, normalised (independent of the tessellation). z for a
+/// vertex that no triangle uses. `triangles` index into `positions`.
+void update_normals(std::span<const Triangle> triangles, std::span<const Vec3f> positions, std::vector<Vec3f>& normals);
 
 /// Every edge lies between two triangles that turn the same way: what is inside cannot be seen.
 bool is_closed(std::span<const Triangle> triangles);

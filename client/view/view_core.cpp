@@ -188,6 +188,10 @@ void ViewCore::ask_for_mesh(Micros now) {
   next_mesh_ = now + kMeshRetry;
 }
 
+Micros ViewCore::lateness(Micros now) const {
+  return clock_.locked() ? now - clock_.from_peer(playback_.moment(now)) : playback_.delay();
+}
+
 std::size_t ViewCore::emit(std::span<std::byte> out, Micros now) {
   if (std::exchange(leave_due_, false)) return say(Leave{}, out, now);
   if (std::exchange(hello_due_, false)) return say(hello_, out, now);

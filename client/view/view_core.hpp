@@ -67,6 +67,9 @@ class ViewCore {
   std::uint64_t mesh_version() const { return mesh_version_; }
   /// The moment that is due at `now`; false while there is none.
   bool show(Micros now, ViewMoment& moment) const { return ready() && playback_.at(now, moment.shape, moment.tools); }
+  /// How long ago the body was as it is shown: what computing, the way here and the smoothing of playback() take. Only when
+  /// ready.
+  Micros lateness(Micros now) const;
   /// How the room does, as the server last said; empty before.
   const RoomView& room() const { return room_; }
 

@@ -88,6 +88,7 @@ def check_damage(programs, work):
     refused(programs, "--recording", work / "room.rec", "--touch", words="--touch")
     refused(programs, "--recording", work / "room.rec", "--server", "127.0.0.1:9", words="both")
     refused(programs, words="both missing")
+    refused(programs, "--recording", work / "room.rec", "--frames", work / "room.rec", *SIZE, words="--frames")
     assert not (work / "no.png").exists()
 
 

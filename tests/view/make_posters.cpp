@@ -2,7 +2,6 @@
 // by the view. `test_view "[.posters]"` writes them into out/posters, light and dark, 1280x800 and 640x400: look at them.
 #include <catch2/catch.hpp>
 #include <filesystem>
-#include <map>
 
 #include "client/view/offscreen_context.hpp"
 #include "client/view/stage.hpp"
@@ -51,15 +50,16 @@ void draw(const Moment& moment, const RoomFacts& facts, const FrameResult& frame
   const StationFrame& hand = frame.stations[0];
   const std::vector<ToolView> tools{{"hand", hand.tool, hand.force, hand.contact}};
   const std::vector<float> shade = shade_of(facts, frame, moment.color);
-  scales.see(facts.mesh.triangles, positions, rest, shade, tools);
+  scales.see(facts.mesh.triangles, positions, rest, tools, moment.color, shade);
   const Sight sight{.triangles = facts.mesh.triangles,
                     .positions = positions,
                     .rest = rest,
                     .shade = shade,
                     .vertices = facts.mesh.vertices,
                     .tools = tools,
+                    .color = moment.color,
                     .closed = is_closed(facts.mesh.triangles),
-                    .color_max = scales.color_max(!shade.empty()),
+                    .color_max = scales.color_max(moment.color),
                     .arrow_m_per_n = scales.arrow_m_per_n()};
   for (const bool dark : {false, true})
     for (const auto& [width, height] : {std::pair{1280, 800}, {640, 400}}) {
@@ -68,7 +68,7 @@ void draw(const Moment& moment, const RoomFacts& facts, const FrameResult& frame
       Stage stage(width, height, 1);
       const auto status = std::to_string(facts.nodes) + " nodes    " + std::to_string(facts.mesh.triangles.size()) + " triangles";
       const auto file = std::string(moment.name) + (dark ? "_dark_" : "_light_") + std::to_string(width) + ".png";
-      const Look look{.dark = dark, .lines = moment.lines, .color = moment.color};
+      const Look look{.dark = dark, .lines = moment.lines};
       write_png(std::filesystem::path("out/posters") / file,
                 stage.photograph(sight, {facts.scene, status, "", {}}, camera, look, width, height));
     }
@@ -87,7 +87,7 @@ TEST_CASE("The pictures of the documents", "[.posters]") {
   job.shapes = job.tension = job.support = true;
   Micros sampled{0};
   FrameResult frame;
-  std::map<ShapeChannel, Scales> scales;  // a legend never shrinks while one watches; each channel has its own
+  Scales scales;
   for (const Moment& moment : kMoments) {
     while (job.target < from_seconds(moment.t_s)) {
       job.target += Micros{10'000};
@@ -99,6 +99,6 @@ TEST_CASE("The pictures of the documents", "[.posters]") {
       job.stations = {hand};
       frame = room.run(job);
     }
-    draw(moment, facts, frame, scales[moment.color]);
+    draw(moment, facts, frame, scales);
   }
 }

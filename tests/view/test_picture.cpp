@@ -91,6 +91,53 @@ TEST_CASE("The force arrow appears with contact and grows with the force", "[vie
   CHECK(strong > weak + 5e-4);
 }
 
+TEST_CASE("The force of a pull, which points into the body, shows through it", "[view]") {
+  const auto gl = context();
+  if (!gl) return;
+  demo::Body body = demo::pressed_organ(-0.010F, -0.9);
+  const double free = share(photograph(body, {}), kTeal);
+  body.tools[0].contact = true;
+  const Vec3f head = (body.tools[0].position + 0.04 * body.tools[0].force).cast<float>();  // of an arrow of 45 mm
+  REQUIRE((head - Vec3f(0, 0, 0.03F)).norm() < 0.04F);                                     // inside
+  CHECK(share(photograph(body, {}), kTeal) > free + 4e-4);
+}
+
+TEST_CASE("The bottom of a dent is darker than the same place of the flat body, for what hides the light around it", "[view]") {
+  const auto gl = context();
+  if (!gl) return;
+  for (const int levels : {4, 5}) {  // refined, and as it is
+    const auto bottom = [&](float depth_m) {
+      demo::Body body = demo::pressed_organ(depth_m, 0, levels);
+      const std::vector<float> shade(body.rest.size(), 0.0F);  // one colour
+      Sight sight = demo::sight_of(body);
+      sight.tools = {};
+      sight.shade = shade;
+      Camera camera;
+      camera.look_from(Camera::Side::top);
+      camera.fit(body.triangles, body.rest, kAspect);
+      const Vec3f at =
+          to_pixels(camera.projection(kAspect) * camera.view(), body.tools[0].position.cast<float>(), kWidth, kHeight);
+      Stage stage(kWidth, kHeight, 1);
+      const Picture picture = stage.photograph(sight, {"demo", "a test", ""}, camera, {}, kWidth, kHeight);
+      double sum = 0;
+      for (int y = -3; y <= 3; ++y)
+        for (int x = -3; x <= 3; ++x)
+          sum +=
+              picture.rgb[3 * static_cast<std::size_t>((static_cast<int>(at.y()) + y) * kWidth + static_cast<int>(at.x()) + x)];
+      return sum;
+    };
+    CHECK(bottom(0.010F) < 0.92 * bottom(0));
+  }
+}
+
+TEST_CASE("While colours show displacement the legend says so, whatever was asked for", "[view]") {
+  const auto gl = context();
+  if (!gl) return;
+  const demo::Body body = demo::pressed_organ(0.006F, 0.4);
+  const Picture displacement = photograph(body, {}), asked = photograph(body, {.color = ShapeChannel::tension});
+  CHECK(asked.rgb == displacement.rgb);
+}
+
 TEST_CASE("A dent glows where it is deep and a body at rest does not", "[view]") {
   const auto gl = context();
   if (!gl) return;
@@ -110,12 +157,12 @@ TEST_CASE("The side that faces the key light is brighter than the side that face
   Camera camera;
   camera.fit(body.triangles, body.rest, kAspect);
   const Eigen::Matrix4f m = camera.projection(kAspect) * camera.view();
-  SurfaceShade surface;
-  update_surface(body.triangles, body.rest, surface);
+  std::vector<Vec3f> normals;
+  update_normals(body.triangles, body.rest, normals);
   double up = 0, down = 0;
   int ups = 0, downs = 0;
   for (std::size_t i = 0; i < body.rest.size(); ++i) {
-    const Vec3f& n = surface.normals[i];
+    const Vec3f& n = normals[i];
     if (n.dot(camera.axes().col(2)) < 0.25F) continue;
     const Vec3f at = to_pixels(m, body.rest[i], kWidth, kHeight);
     const auto pixel = 3 * (static_cast<std::size_t>(at.y()) * kWidth + static_cast<std::size_t>(at.x()));

@@ -151,6 +151,21 @@ TEST_CASE("What is held fast is recorded and marked", "[view][replay]") {
   for (std::size_t v = 0; v < 4; ++v) CHECK(scene.mesh().vertices[v].fixed == (v == 1 || v == 3));
 }
 
+TEST_CASE("The bar shows the force of a touch without gaps, also when it has more parts than the recording frames",
+          "[view][replay]") {
+  const auto bytes = test::small_recording(kFrames, true);
+  const RecordingReader recording(bytes, "small");
+  const RecordedScene scene(recording, "small");
+  REQUIRE(scene.course().size() == RecordedScene::kCourseParts);
+  const double first_s = seconds(scene.begin() - test::kSmallBegin), span_s = seconds(scene.end() - scene.begin());
+  for (std::size_t part = 0; part < scene.course().size(); ++part) {
+    const double share = (static_cast<double>(part) + 0.5) / RecordedScene::kCourseParts;
+    const double frame = (first_s + share * span_s) / seconds(test::kSmallFrame);
+    if (frame > 3.2) CHECK(scene.course()[part] == Approx(std::floor(frame) / (kFrames - 1)).margin(0.04));
+    if (frame < 2.8) CHECK(scene.course()[part] == 0);
+  }
+}
+
 TEST_CASE("A recording without a body to draw is refused in a line that says what was expected", "[view][replay]") {
   RecordingHead head = test::small_head();
   const auto ended = [](const RecordingHead& h, bool shape) {

@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 
+#include "client/view/foresight.hpp"
 #include "client/view/stage.hpp"
 #include "tests/view/demo_body.hpp"
 #include "tests/view/offscreen.hpp"
@@ -22,34 +23,114 @@ constexpr double kTolerated = 0.003;
 struct Scenery {
   const char* name;
   Look look;
-  demo::Body body;
-  std::vector<MeshVertex> vertices;  ///< one end of the body is held fast
+  demo::Body body = {};
+  std::vector<MeshVertex> vertices = {};  ///< those on one side are held fast
+  float zoom = 0;
+  bool words = false;  ///< panels, the replay bar, and what the patch said
+  std::vector<float> shade = {};
+  std::vector<PatchPin> pins = {};
+  std::vector<Triangle> pin_triangles = {};
+  int width = kWidth, height = kHeight;
+
   Sight sight() const {
     Sight s = demo::sight_of(body);
     s.vertices = vertices;
+    s.shade = shade;
+    s.pins = pins;
+    s.pin_triangles = pin_triangles;
+    if (!shade.empty()) s.color = ShapeChannel::tension, s.color_max = 1;
     return s;
   }
 };
 
+std::vector<MeshVertex> held_at_the_end(const demo::Body& body) {
+  std::vector<MeshVertex> vertices;
+  for (const Vec3f& x : body.rest) vertices.push_back({x.cast<double>(), x.x() > 0.05F});
+  return vertices;
+}
+
+/// So many triangles that they are drawn as they are, and so near that ring and arrow are large.
+Scenery fine() {
+  demo::Body body = demo::pressed_organ(0.010F, 0.6, 5);
+  return {.name = "fine", .look = {.dark = true}, .body = body, .vertices = held_at_the_end(body), .zoom = 5};
+}
+
+/// A tool that pulls the body is drawn back into it: the arrow shows through. Everything that there is to read stands beside it.
+Scenery pulled() {
+  Scenery s{.name = "pulled", .look = {.lines = Lines::edges}, .words = true, .width = 960, .height = 608};
+  s.body = demo::pressed_organ(-0.012F, -0.9, 3);
+  s.body.tools[0].contact = true;
+  for (std::size_t i = 0; i < s.body.rest.size(); ++i) s.shade.push_back(80 * (s.body.positions[i] - s.body.rest[i]).norm());
+  const Vec3f tool = s.body.tools[0].position.cast<float>();
+  for (const Triangle& t : s.body.triangles) {
+    if ((s.body.positions[t[0]] - tool).norm() > 0.03F) continue;
+    const auto first = static_cast<std::uint32_t>(s.pins.size());
+    for (const std::uint32_t i : t) s.pins.push_back({s.body.positions[i], Vec3f(0, 0, 6e-5F), true});
+    s.pin_triangles.push_back({first, first + 1, first + 2});
+  }
+  return s;
+}
+
 std::vector<Scenery> sceneries() {
   const demo::Body pressed = demo::pressed_organ(0.008F, 0.9, 3);
-  std::vector<MeshVertex> vertices;
-  for (const Vec3f& x : pressed.rest) vertices.push_back({x.cast<double>(), x.x() > 0.05F});
-  return {{"press_light", {}, pressed, vertices},
-          {"press_dark", {.dark = true}, pressed, vertices},
-          {"strain", {.lines = Lines::strain}, pressed, vertices}};
+  const auto held = held_at_the_end(pressed);
+  return {{.name = "press_light", .look = {}, .body = pressed, .vertices = held},
+          {.name = "press_dark", .look = {.dark = true}, .body = pressed, .vertices = held},
+          {.name = "strain", .look = {.lines = Lines::strain}, .body = pressed, .vertices = held},
+          fine(),
+          pulled()};
 }
+
+/// What the panels and the replay bar of a picture say.
+struct Words {
+  RoomView room{1515,
+                Micros{16'500},
+                20,
+                3.2,
+                {{"hand", Micros{41'000}, Micros{900}, Micros{80'000}, 100, 3, 12, 16, Scheme::port},
+                 {"hand/hold", Micros{42'000}, Micros{1'200}, Micros{95'000}, 100, 0, 0, 0, Scheme::hold},
+                 {"hand/tangent", Micros{43'000}, Micros{800}, Micros{95'000}, 100, 1, 0, 0, Scheme::tangent}}};
+  History forces, patch_ages;
+  Foresight foresight;
+  std::vector<float> course;
+
+  Words() {
+    for (int k = 0; k < 200; ++k) {
+      const Micros t = k * Micros{50'000};
+      forces.add(t, "hand", static_cast<float>(1 + std::sin(0.1 * k)));
+      patch_ages.add(t, "hand", static_cast<float>(70 + k % 20));
+      patch_ages.add(t, "hand/hold", static_cast<float>(90 + k / 10));
+      patch_ages.add(t, "hand/tangent", static_cast<float>(60 - k / 10));
+      course.push_back(static_cast<float>(0.5 + 0.5 * std::sin(0.1 * k)));
+    }
+    foresight.at = Micros{50'000};
+    foresight.compared = 9;
+    foresight.miss_rms_m = 4e-5;
+    foresight.miss_max_m = 9e-5;
+  }
+  Caption caption() const {
+    Caption caption{"organ", "a stored picture", "Q quit"};
+    caption.panels = {.room = &room, .forces = &forces, .patch_ages = &patch_ages, .foresight = &foresight, .stations = {"hand"}};
+    caption.panels.now = Micros{10'000'000};
+    caption.replay = ReplayState{Micros{0}, Micros{10'000'000}, Micros{6'000'000}, 2, true, course};
+    return caption;
+  }
+};
 
 std::filesystem::path stored(const Scenery& scenery) {
   return std::filesystem::path(PALPATE_SOURCE_DIR) / "tests/view/pictures" / (std::string(scenery.name) + ".png");
 }
 
 Picture draw(const Scenery& scenery, const Sight& sight, int times_as_large = 1, float density = 1) {
-  const int width = times_as_large * kWidth, height = times_as_large * kHeight;
+  const int width = times_as_large * scenery.width, height = times_as_large * scenery.height;
   Stage stage(width, height, density);
   Camera camera;
-  camera.fit(scenery.body.triangles, scenery.body.rest, static_cast<float>(kWidth) / kHeight);
-  return stage.photograph(sight, {"organ", "a stored picture", "", {}}, camera, scenery.look, width, height);
+  camera.fit(scenery.body.triangles, scenery.body.rest, static_cast<float>(width) / static_cast<float>(height),
+             covered_by_panels(scenery.look, width, height, density));
+  camera.zoom(scenery.zoom);
+  const Words words;
+  const Caption caption = scenery.words ? words.caption() : Caption{"organ", "a stored picture", "", {}};
+  return stage.photograph(sight, caption, camera, scenery.look, width, height);
 }
 Picture draw(const Scenery& scenery) { return draw(scenery, scenery.sight()); }
 

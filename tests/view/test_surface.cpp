@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include "client/view/camera.hpp"
+#include "client/view/cavity.hpp"
 #include "client/view/color.hpp"
 #include "client/view/round_125.hpp"
 #include "client/view/stage.hpp"
@@ -8,24 +9,44 @@
 
 using namespace palpate;
 
-TEST_CASE("On a sphere the normals are the positions and the surface is convex everywhere", "[view]") {
-  const demo::Body body = demo::unit_sphere(4);
-  SurfaceShade surface;
-  update_surface(body.triangles, body.rest, surface);
-  for (std::size_t i = 0; i < body.rest.size(); ++i) {
-    REQUIRE((surface.normals[i] - body.rest[i]).norm() < 0.02F);
-    REQUIRE(surface.cavity[i] < 0);
+namespace {
+
+struct Shape {
+  std::vector<Vec3f> normals;
+  std::vector<float> cavity;
+};
+Shape shape_of(const demo::Body& body, const std::vector<Vec3f>& positions) {
+  Shape shape;
+  Cavity cavity;
+  cavity.prepare(body.triangles, body.rest);
+  update_normals(body.triangles, positions, shape.normals);
+  cavity.measure(positions, shape.normals, shape.cavity);
+  return shape;
+}
+
+}  // namespace
+
+TEST_CASE("On a sphere the normals are the positions, and it is equally convex everywhere and in every mesh", "[view]") {
+  for (const int levels : {3, 4, 5}) {
+    const demo::Body body = demo::unit_sphere(levels);
+    const Shape shape = shape_of(body, body.rest);
+    const float convex = -0.5F * Cavity::kReach * bounds(body.triangles, body.rest).diagonal();  // R times 1/radius, over 2
+    for (std::size_t i = 0; i < body.rest.size(); ++i) {
+      REQUIRE((shape.normals[i] - body.rest[i]).norm() < 0.03F);
+      REQUIRE(shape.cavity[i] == Approx(convex).epsilon(0.1));
+    }
   }
 }
 
-TEST_CASE("The bottom of a dent is a cavity and its surroundings are not", "[view]") {
-  const demo::Body body = demo::pressed_organ(0.009F, 1);
-  SurfaceShade surface;
-  update_surface(body.triangles, body.positions, surface);
-  const Vec3f tip = body.tools[0].position.cast<float>();
-  for (std::size_t i = 0; i < body.positions.size(); ++i) {
-    if ((body.positions[i] - tip).norm() < 0.002F) REQUIRE(surface.cavity[i] > 0.01F);
-    if (body.positions[i].z() < 0.01F) REQUIRE(surface.cavity[i] < 0);
+TEST_CASE("The bottom of a dent is as hollow in a coarse mesh as in a fine one, and its surroundings are not", "[view]") {
+  for (const int levels : {4, 5, 6}) {
+    const demo::Body body = demo::pressed_organ(0.009F, 1, levels);
+    const Shape shape = shape_of(body, body.positions);
+    const Vec3f tip = body.tools[0].position.cast<float>();
+    for (std::size_t i = 0; i < body.positions.size(); ++i) {
+      if ((body.positions[i] - tip).norm() < 0.002F) CHECK(shape.cavity[i] == Approx(0.33).margin(0.06));
+      if (body.positions[i].z() < 0.01F) REQUIRE(shape.cavity[i] < 0);
+    }
   }
 }
 
@@ -40,11 +61,12 @@ TEST_CASE("A surface is closed when every edge has two sides", "[view]") {
 }
 
 TEST_CASE("Vertices without a triangle and empty surfaces do no harm", "[view]") {
-  SurfaceShade surface;
-  const std::vector<Vec3f> alone{Vec3f(1, 2, 3)};
-  update_surface({}, alone, surface);
-  REQUIRE(surface.normals[0] == Vec3f::UnitZ());
-  REQUIRE(surface.cavity[0] == 0);
+  demo::Body alone_body;
+  alone_body.rest = {Vec3f(1, 2, 3)};
+  const Shape shape = shape_of(alone_body, alone_body.rest);
+  const auto& alone = alone_body.rest;
+  REQUIRE(shape.normals[0] == Vec3f::UnitZ());
+  REQUIRE(shape.cavity[0] == 0);
   REQUIRE(bounds({}, alone).center() == alone[0]);
   REQUIRE(bounds({}, {}).diagonal() > 0);
 }
@@ -125,10 +147,15 @@ TEST_CASE("Scales are round numbers that cover what is seen and never shrink", "
   REQUIRE(round_down_125(0.011F) == Approx(0.01F));
   Scales scales;
   const demo::Body deep = demo::pressed_organ(0.009F, 2), flat = demo::pressed_organ(0.0005F, 0.1);
-  scales.see(deep.triangles, deep.positions, deep.rest, {}, deep.tools);
-  const float displacement = scales.color_max(false), arrow = scales.arrow_m_per_n();
+  scales.see(deep.triangles, deep.positions, deep.rest, deep.tools);
+  const float displacement = scales.color_max(ShapeChannel::position), arrow = scales.arrow_m_per_n();
   REQUIRE(displacement == Approx(0.01F));
-  scales.see(flat.triangles, flat.positions, flat.rest, {}, flat.tools);
-  REQUIRE(scales.color_max(false) == displacement);
+  scales.see(flat.triangles, flat.positions, flat.rest, flat.tools);
+  REQUIRE(scales.color_max(ShapeChannel::position) == displacement);
   REQUIRE(scales.arrow_m_per_n() == arrow);
+  const std::vector<float> reach{0.2F, 0.9F}, tension{0.1F, 0.18F};
+  scales.see(flat.triangles, flat.positions, flat.rest, flat.tools, ShapeChannel::support, reach);
+  scales.see(flat.triangles, flat.positions, flat.rest, flat.tools, ShapeChannel::tension, tension);
+  CHECK(scales.color_max(ShapeChannel::tension) == Approx(0.2F));  // each its own: they have different units
+  CHECK(scales.color_max(ShapeChannel::support) == Approx(1));
 }

@@ -89,6 +89,17 @@ TEST_CASE("A viewer joins, gets the topology and shows the moving body at the st
   }
 }
 
+TEST_CASE("A viewer says how late it shows the body, with the way there and the time to compute", "[view]") {
+  World world;
+  CHECK_FALSE(world.viewer.ready());
+  world.run_until(Micros{2'500'000});
+  ViewMoment moment;
+  REQUIRE(world.viewer.show(world.now, moment));
+  const Micros late = world.viewer.lateness(world.now);
+  CHECK(seconds(late) == Approx(seconds(world.now - moment.shape.body_time)).margin(0.005));  // both clocks are the world's
+  CHECK(late >= kDelay + world.viewer.playback().delay());
+}
+
 TEST_CASE("With a fifth of all datagrams lost a viewer still gets there and keeps showing", "[view]") {
   World world;
   world.loss = 0.2;

@@ -10,6 +10,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 
 SKIPPED = 77
@@ -74,8 +75,8 @@ class View:
 class Room:
     """A server of a scene."""
 
-    def __init__(self, programs, scene):
-        self.server = subprocess.Popen([programs / "palpate-server", "--scene", scene, "--listen", "127.0.0.1:0"],
+    def __init__(self, programs, scene, recording):
+        self.server = subprocess.Popen([programs / "palpate-server", "--scene", scene, "--listen", "127.0.0.1:0", "--record", recording],
                                        stdout=subprocess.PIPE, text=True)
         self.address = re.search(r"at (127\.0\.0\.1:\d+)", self.server.stdout.readline()).group(1)
 
@@ -118,9 +119,9 @@ def check_dense(programs):
         assert "2560x1600" in shape, shape
 
 
-def force_at_the_mouse(programs, scene):
+def force_at_the_mouse(programs, scene, recording):
     """Presses the left button over the middle of the body, drags, lets go; the most that the hand would have felt."""
-    with Display() as display, Room(programs, scene) as room:
+    with Display() as display, Room(programs, scene, recording) as room:
         view = View(programs, display, "--server", room.address, "--touch", "--no-panels", "--patch")
         room.wait_for_two()
         display.xdotool("mousemove", 640, 400, "sleep", 1, "mousedown", 1, "sleep", 1)
@@ -129,6 +130,26 @@ def force_at_the_mouse(programs, scene):
         display.xdotool("sleep", 0.5, "mouseup", 1)
         said = view.close()
     return float(re.search(r"at most ([\d.]+) N", said).group(1))
+
+
+def drawn_anew(programs, recording, *clicks):
+    """Of a recording that stands at its end, after clicks on the track of the replay bar at these shares of its length."""
+    left, right, middle = 190, 1204, 772
+    with Display() as display:
+        length = re.search(r"0 to ([\d.]+)", subprocess.run(
+            [programs / "palpate-view", "--recording", recording, "--at", "1e5", "--screenshot", "no.png"],
+            capture_output=True, text=True, timeout=PATIENCE_S).stderr).group(1)
+        view = View(programs, display, "--recording", recording, "--at", length)
+        display.xdotool("sleep", 1)
+        for share in clicks:
+            display.xdotool("mousemove", left + round(share * (right - left)), middle, "sleep", 0.3, "click", 1, "sleep", 0.7)
+        said = view.close()
+    return int(re.search(r"(\d+) of them drawn anew", said).group(1))
+
+
+def check_scrubbed(programs, recording):
+    still, moved = drawn_anew(programs, recording), drawn_anew(programs, recording, 0.9, 0.7, 0.99)
+    assert moved >= still + 3, f"{moved} pictures drawn anew after three clicks on the bar, {still} without"
 
 
 def main():
@@ -140,9 +161,12 @@ def main():
     check_old_opengl(programs)
     check_closed_while_connecting(programs)
     check_dense(programs)
-    for scene in ("touch-cube.json", "cube6.json"):
-        force = force_at_the_mouse(programs, scenes / scene)
-        assert force > 0.05, f"{scene}: a mouse that presses and drags met {force} N"
+    with tempfile.TemporaryDirectory() as work:
+        for scene in ("touch-cube", "cube6"):
+            recording = pathlib.Path(work) / (scene + ".rec")
+            force = force_at_the_mouse(programs, scenes / (scene + ".json"), recording)
+            assert force > 0.05, f"{scene}: a mouse that presses and drags met {force} N"
+            check_scrubbed(programs, recording)
 
 
 if __name__ == "__main__":

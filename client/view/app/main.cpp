@@ -41,6 +41,18 @@ void check_source(const CLI::App& app, const ViewOptions& options) {
   if (!played && app.count("--at") > 0) throw InputError("--at", "together with --server", "--recording with it");
 }
 
+/// Where pictures go, before anybody waits for them.
+void check_outputs(const ViewOptions& options) {
+  std::error_code error;
+  if (!options.frames.empty() &&
+      (std::filesystem::create_directories(options.frames, error), !std::filesystem::is_directory(options.frames, error)))
+    throw InputError("--frames " + options.frames, "cannot be made", "a folder that can be written to");
+  if (options.screenshot.empty()) return;
+  const auto folder = std::filesystem::path(options.screenshot).parent_path();
+  if (!folder.empty() && !std::filesystem::is_directory(folder))
+    throw InputError("--screenshot " + options.screenshot, "has no such folder", "a file in a folder that is there");
+}
+
 /// What the flags' own ranges let through: "nan" lies in every range, and an unset shell variable is an empty text.
 void check(const CLI::App& app, const ViewOptions& options) {
   for (const auto& [flag, value] : {std::pair{"--after-s", options.after_s.value_or(0)},
@@ -65,10 +77,6 @@ void check(const CLI::App& app, const ViewOptions& options) {
     throw InputError("--touch", "together with --screenshot or --frames", "a window: there is no mouse without one");
   if (options.look.patch && options.touch.empty())
     throw InputError("--patch", "without --touch", "a hand of this viewer's own, whose patches it has");
-  if (options.screenshot.empty()) return;
-  const auto folder = std::filesystem::path(options.screenshot).parent_path();
-  if (!folder.empty() && !std::filesystem::is_directory(folder))
-    throw InputError("--screenshot " + options.screenshot, "has no such folder", "a file in a folder that is there");
 }
 
 void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& light) {
@@ -132,6 +140,7 @@ int run(int argc, char** argv) {
     if (app.count("--size") > 0) read_size(size, options);
     check_source(app, options);
     check(app, options);
+    check_outputs(options);
     watch_signals();
     options.recording.empty() ? watch(options) : play(options);
     return 0;

@@ -48,7 +48,6 @@ std::filesystem::path frame_file(const ViewOptions& options, int number) {
 }
 
 void take_frames(const ViewOptions& options, ViewSession& session, SceneView& view, Stage& stage, Micros start) {
-  std::filesystem::create_directories(options.frames);
   const Micros period = from_seconds(1 / options.fps), end = start + from_seconds(options.duration_s.value_or(10));
   int number = 0;
   for (Micros due = now_us(); due < end && !told_to_end();) {
@@ -90,7 +89,6 @@ void run_offscreen(const ViewOptions& options, RecordedSource& recording) {
   const Micros now = now_us(), begin = clock.at(now);
   if (!options.screenshot.empty()) write_png(options.screenshot, take_picture(options, now, view, stage));
   if (options.frames.empty()) return;
-  std::filesystem::create_directories(options.frames);
   const Micros asked = options.duration_s ? begin + from_seconds(*options.duration_s) : clock.end();
   for (int number = 0; !told_to_end(); ++number) {
     const Micros moment = begin + from_seconds(number / options.fps);

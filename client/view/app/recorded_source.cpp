@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <thread>
 
 #include "client/view/app/session.hpp"
@@ -35,7 +36,7 @@ Scales RecordedSource::scales() const {
   return scales;
 }
 
-Caption RecordedSource::caption(Micros now, const std::vector<ToolView>& tools) {
+Caption RecordedSource::caption(Micros now, const std::vector<ToolView>&) {
   const RecordingHead& head = recording_.head();
   Caption caption{head.name, "", ""};
   const std::chrono::sys_seconds made{std::chrono::duration_cast<std::chrono::seconds>(head.unix_time)};
@@ -45,7 +46,6 @@ Caption RecordedSource::caption(Micros now, const std::vector<ToolView>& tools) 
                        : "neither tensions nor the reach of patches are recorded: colours show displacement";
   caption.panels = {
       .room = &room_, .late_known = false, .forces = &forces_, .patch_ages = &patch_ages_, .stations = {}, .now = clock_.at(now)};
-  for (const ToolView& tool : tools) caption.panels.stations.push_back(tool.station);
   caption.replay = state(now);
   return caption;
 }
@@ -53,7 +53,8 @@ Caption RecordedSource::caption(Micros now, const std::vector<ToolView>& tools) 
 void RecordedSource::begin_at(double at_s) {
   const double length_s = seconds(clock_.end() - clock_.begin());
   if (at_s > length_s)
-    throw InputError(fmt::format("--at {:g}", at_s), "is after the end of the recording", fmt::format("0 to {:.3f} s", length_s));
+    throw InputError(fmt::format("--at {:g}", at_s), "is after the end of the recording",
+                     fmt::format("0 to {:.3f} s", std::floor(1e3 * length_s) / 1e3));  // which is taken
   clock_.seek(clock_.begin() + from_seconds(at_s), now_us());
 }
 

@@ -24,7 +24,8 @@ class RecordedSource : public ViewSource {
   /// Only displacement is recorded: another channel is answered in the status line.
   void show_channel(ShapeChannel channel) override { channel_ = channel; }
   Scales scales() const override;
-  Caption caption(Micros now, const std::vector<ToolView>& tools) override;
+  Hues hues() const override { return Hues(scene_.hands()); }
+  Caption caption(Micros now, const std::vector<ToolView>&) override;
 
   ReplayClock& clock() { return clock_; }
   /// Begins so many seconds after the recording does. Throws InputError when it has ended by then.

@@ -11,10 +11,14 @@ bool SceneView::update(Micros now, const Frame& frame, const ToolView* own) {
   if (source_.mesh_version() != mesh_version_) {
     mesh_version_ = source_.mesh_version();
     scales_ = source_.scales();
+    hues_ = source_.hues();
     closed_ = is_closed(source_.mesh().triangles);
     fit(frame);
   }
-  scales_.see(source_.mesh().triangles, moment_.shape.positions, source_.rest(), moment_.shape.shade, moment_.tools);
+  hues_.see(moment_.tools);
+  tool_hues_ = hues_of(moment_.tools, hues_.stations());
+  const Shape& shape = moment_.shape;
+  scales_.see(source_.mesh().triangles, shape.positions, source_.rest(), moment_.tools, shape.channel, shape.shade);
   return true;
 }
 
@@ -30,6 +34,7 @@ void SceneView::mark(const Foresight* foresight, const Shape* frame) {
 
 Caption SceneView::caption(Micros now) {
   Caption caption = source_.caption(now, moment_.tools);
+  caption.panels.stations = hues_.stations();
   caption.panels.foresight = foresight_ ? &*foresight_ : nullptr;
   return caption;
 }
@@ -46,10 +51,12 @@ Sight SceneView::sight() const {
           .shade = moment_.shape.shade,
           .vertices = source_.mesh().vertices,
           .tools = moment_.tools,
+          .hues = tool_hues_,
           .pins = pins_,
           .pin_triangles = foresight_ ? std::span<const Triangle>(foresight_->triangles) : std::span<const Triangle>(),
+          .color = moment_.shape.channel,
           .closed = closed_,
-          .color_max = scales_.color_max(!moment_.shape.shade.empty()),
+          .color_max = scales_.color_max(moment_.shape.channel),
           .arrow_m_per_n = scales_.arrow_m_per_n(),
           .miss_max_m = scales_.miss_max_m()};
 }

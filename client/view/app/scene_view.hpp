@@ -32,6 +32,8 @@ class SceneView {
   ViewSource& source_;
   ViewMoment moment_;
   Scales scales_;
+  Hues hues_;
+  std::vector<std::size_t> tool_hues_;
   Camera camera_;
   std::optional<Foresight> foresight_;
   std::vector<PatchPin> pins_;

@@ -140,11 +140,10 @@ Caption ViewSession::caption(Micros now, const std::vector<ToolView>& tools) {
   remember(now, tools);
   Caption caption{core_.welcome().scene, "server lost, showing its last shape", ""};
   caption.panels = {.room = &core_.room(), .forces = &forces_, .patch_ages = &patch_ages_, .stations = {}, .now = now};
-  for (const ToolView& tool : tools) caption.panels.stations.push_back(tool.station);
   if (core_.link() != ViewLink::joined) return caption;
   caption.status =
       fmt::format("{:.0f} shapes a second, shown {:.0f} ms late    {} triangles", 1 / seconds(core_.playback().period()),
-                  1e3 * seconds(core_.playback().delay()), core_.mesh().triangles.size());
+                  1e3 * seconds(core_.lateness(now)), core_.mesh().triangles.size());
   if (!record_note_.empty()) caption.status += "    " + record_note_;
   return caption;
 }

@@ -31,6 +31,7 @@ class ViewSession : public ViewSource {
   bool show(Micros now, ViewMoment& moment) override { return core_.show(now, moment); }
   void show_channel(ShapeChannel channel) override { core_.show_channel(channel); }
   Scales scales() const override { return {}; }
+  Hues hues() const override { return {}; }
   Caption caption(Micros now, const std::vector<ToolView>& tools) override;
 
   /// Record what comes, to this file, as soon as there is a body. Throws InputError when the file is there already.

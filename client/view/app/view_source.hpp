@@ -1,6 +1,7 @@
 // What is looked at: a server's room, or a recording of one.
 #pragma once
 
+#include "client/view/hues.hpp"
 #include "client/view/stage.hpp"
 #include "client/view/view_core.hpp"
 
@@ -25,7 +26,9 @@ class ViewSource {
   virtual void show_channel(ShapeChannel channel) = 0;
   /// Scales to begin with for a new mesh.
   virtual Scales scales() const = 0;
-  /// Title, status, panels; `tools` as they are drawn at `now`.
+  /// Colours of the stations that are known beforehand.
+  virtual Hues hues() const = 0;
+  /// Title, status, panels but for the order of stations; `tools` as they are drawn at `now`.
   virtual Caption caption(Micros now, const std::vector<ToolView>& tools) = 0;
 };
 
