@@ -46,6 +46,7 @@ struct ShellOptions {
   double rate_hz = 20;
   std::size_t threads = 1;  ///< of the pool
   RecordOptions record = {};
+  double deadband = 0;  ///< of ServerOptions
 };
 
 class ServerShell {
