@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <vector>
 
 namespace palpate {
 namespace {
@@ -33,12 +34,18 @@ bool alike(const PatchPlayer& old, const PatchPlayer& next, double fraction) {
   return (old.output().force - next.output().force).norm() <= most_n;
 }
 
+/// In the same state of contact, and for links that may be silent for as long.
+bool made_alike(const Patch& old, const Patch& next) {
+  constexpr double kValidShare = 0.9;
+  return old.touching == next.touching && seconds(old.valid_for) >= kValidShare * seconds(next.valid_for);
+}
+
 bool trusts(const PatchPlayer& player, const Vec3& tool) {
   return (tool - player.patch().tool).norm() <= player.patch().trust_radius_m;
 }
 
 /// Whether it would of all of them over the time that `next` would be used, on the tool's way and `off` it.
-bool stay_alike(std::vector<PatchPlayer> old, PatchPlayer next, const DeadbandTerms& station, const Vec3& off) {
+bool stay_alike(std::vector<PatchPlayer> old, PatchPlayer next, const Deadband::Station& station, const Vec3& off) {
   constexpr Micros kLook{5'000};
   const Micros stamp = next.patch().stamp;
   next.inherit(old.front());
@@ -55,7 +62,7 @@ bool stay_alike(std::vector<PatchPlayer> old, PatchPlayer next, const DeadbandTe
 
 }  // namespace
 
-std::optional<Micros> Deadband::pass(const Patch& patch, const CubicTerms& terms, const DeadbandTerms& station) {
+std::optional<Micros> Deadband::pass(const Patch& patch, const CubicTerms& terms, const Station& station) {
   PatchPlayer next(patch, terms);
   catch_up(*station.track, patch.stamp);
   if (all_serve(next, station)) return station.playing;
@@ -72,7 +79,7 @@ void Deadband::catch_up(const ToolTrack& track, Micros until) {
       old.advance({t, track.on_path(t).position});
 }
 
-bool Deadband::all_serve(const PatchPlayer& next, const DeadbandTerms& station) {
+bool Deadband::all_serve(const PatchPlayer& next, const Station& station) {
   if (!station.playing) return false;
   while (!sent_.empty() && sent_.front().patch().stamp < *station.playing) sent_.pop_front();
   if (sent_.empty() || sent_.front().patch().stamp != *station.playing) return false;
@@ -81,8 +88,9 @@ bool Deadband::all_serve(const PatchPlayer& next, const DeadbandTerms& station) 
   std::vector<PatchPlayer> old(sent_.begin(), sent_.end());
   for (PatchPlayer& player : old) {
     player.advance({stamp, station.track->on_path(stamp).position});
-    const bool began_alike = player.patch().touching == next.patch().touching;
-    if (!began_alike || player.output().contact != next.output().contact || !alike(player, next, station.fraction)) return false;
+    if (!made_alike(player.patch(), next.patch()) || player.output().contact != next.output().contact ||
+        !alike(player, next, station.fraction))
+      return false;
   }
   const Probes probes = probes_of(next);
   return std::all_of(probes.begin(), probes.end(), [&](const Vec3& off) { return stay_alike(old, next, station, off); });

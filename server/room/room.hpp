@@ -48,9 +48,9 @@ struct StationFrame {
   StationId id = 0;
   std::optional<Patch> patch;                      ///< stamp in the server's clock; empty: no contact in reach
   CubicTerms terms;                                ///< that go with it; without variables: none
-  std::optional<Micros> lives_on;                  ///< stamp from which on all patches that it was given do as well
   Vec3 tool = Vec3::Zero(), force = Vec3::Zero();  ///< at the stamp; force on the tool [N]
   bool contact = false;
+  std::optional<Micros> lives_on = {};  ///< stamp from which on all patches that it was given do as well as `patch`
 };
 
 struct FrameResult {

@@ -144,6 +144,14 @@ TEST_CASE("No patch lives on for longer than a second") {
   CHECK_FALSE(needless(spring(last + Micros{1}, 100, 1), bridge));
 }
 
+TEST_CASE("A link that became longer gets a patch that lasts for it") {
+  Patch longer = spring(kStart + kFrame, 100, 1);
+  longer.valid_for = Micros{550'000};
+  CHECK(needless(longer));
+  longer.valid_for = Micros{560'000};
+  CHECK_FALSE(needless(longer));
+}
+
 TEST_CASE("A hand that holds a body still is sent two patches a second, one that begins to move gets the next at once") {
   const Scene scene = box(ContactKind::attach);
   const Vec3 home = scene.body.nodes[scene.tool.node];

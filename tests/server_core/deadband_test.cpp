@@ -64,6 +64,7 @@ TEST_CASE("a station gets patches until it says which it plays, then a beat that
   const auto beats = stage.living();
   REQUIRE(beats.size() == 1);
   CHECK(beats[0].lives_on == sent[0]);
+  CHECK(stage.bench.core.stations().at(0).counts.lived_on == 1);
   CHECK(beats[0].contact_in_reach);
   CHECK(std::abs((beats[0].body_time - stage.hand.clock()).count()) <= 2000);
   // One that plays something without all that belongs to it has to be sent the next whole one.

@@ -36,11 +36,7 @@ struct FakeRoom {
     result.steps = asleep ? 0 : 1;
     result.stamp = job.target;
     for (const auto& station : job.stations) {
-      StationFrame frame;
-      frame.id = station.id;
-      frame.tool = Vec3(1, 2, 3) * 1e-3;
-      frame.force = Vec3(0, 0, 1);
-      frame.contact = in_reach;
+      StationFrame frame{station.id, std::nullopt, {}, Vec3(1, 2, 3) * 1e-3, Vec3(0, 0, 1), in_reach};
       if (in_reach && !fail) frame.patch = patch(job.target);
       if (lives_on) frame.lives_on = station.playing;
       result.stations.push_back(frame);
