@@ -37,10 +37,6 @@ void describe_flags(CLI::App& app, Options& o) {
       ->type_name("HOST:PORT")
       ->capture_default_str();
   app.add_option("--rate-hz", o.rate_hz, "frames a second")->type_name("N")->capture_default_str();
-  app.add_option("--deadband", o.deadband,
-                 "share of a force below which a change is not sent: the station's patch lives on; 0: every patch is sent")
-      ->type_name("N")
-      ->capture_default_str();
   app.add_option("--threads", o.threads, "that step bodies; default: one a room, at most one a processor")
       ->type_name("N")
       ->check(CLI::Range(1, 256));
@@ -51,6 +47,10 @@ void describe_flags(CLI::App& app, Options& o) {
          "before the extension")
       ->type_name("FILE");
   app.add_option("--record-shapes-hz", o.shapes_hz, "shapes of the body a second in the recording, at most one a frame, 0: none")
+      ->type_name("N")
+      ->capture_default_str();
+  app.add_option("--deadband", o.deadband,
+                 "share of a force below which a change is not sent: the station's patch lives on; 0: every patch is sent")
       ->type_name("N")
       ->capture_default_str();
   app.add_flag("--print-scene", o.print_scene, "write the scene with all defaults filled in, and end");
