@@ -49,9 +49,7 @@ struct Case {
 std::vector<LimitCurve> run_case(const Case& c, const LimitsPlan& plan, double rate_hz) {
   const Motion motion = excursion(home_of(c.scene), c.depth_mm * 1e-3, plan.motion_s);
   std::vector<LimitCurve> points;
-  std::vector<Vec3> path;
-  for (Micros t{}; t <= motion.duration(); t += kTick) path.push_back(motion.position(t));
-  const ReferenceForce reference = reference_force(c.scene, path);
+  const ReferenceForce reference = reference_of(c.scene, motion);
   for (const Scheme scheme : c.schemes)
     for (const double rtt_ms : plan.rtt_ms) {
       ReplayOptions options;

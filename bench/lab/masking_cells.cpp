@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <iterator>
-#include <map>
 #include <sstream>
 
 #include "bench/lab/link_flags.hpp"
 #include "bench/lab/parallel.hpp"
 #include "bench/lab/shards.hpp"
+#include "bench/lab/tasks.hpp"
 #include "common/base/error.hpp"
 #include "server/room/room.hpp"
 
@@ -41,12 +41,6 @@ std::vector<MaskingLink> links_of(const MaskingGrid& grid) {
   return links;
 }
 
-struct Task {
-  Scene scene;
-  Motion motion;
-  ReferenceForce reference;
-};
-
 Motion lifted_above(const Scene& scene, const Motion& motion, double until_s) {
   const Vec3 shift = home_of(scene) - Vec3(0, 0, kHomeAboveM - kStartAboveM) - motion.position(0.0);
   std::vector<MotionPoint> points;
@@ -55,21 +49,21 @@ Motion lifted_above(const Scene& scene, const Motion& motion, double until_s) {
   return Motion(std::move(points));
 }
 
-using Tasks = std::map<std::pair<std::string, std::string>, Task>;
+std::string task_of(const MaskingCell& cell) { return cell.body + ' ' + cell.motion; }
 
-Tasks load_tasks(const MaskingGrid& grid, const std::vector<MaskingCell>& cells) {
+SweepTasks load_tasks(const MaskingGrid& grid, const std::vector<MaskingCell>& cells) {
   constexpr double kQuickS = 1.2, kWhole = 1e9;
-  Tasks tasks;
+  SweepTasks tasks;
   for (const MaskingCell& cell : cells) {
-    if (tasks.contains({cell.body, cell.motion})) continue;
+    if (tasks.contains(task_of(cell))) continue;
     const Scene scene = load_scene((grid.scenes / ("touch-" + cell.body + ".json")).string());
     const Motion motion = read_motion(grid.scenes / "motions" / (cell.motion + ".csv"));
-    tasks.emplace(std::pair(cell.body, cell.motion), Task{scene, lifted_above(scene, motion, grid.quick ? kQuickS : kWhole), {}});
+    tasks.emplace(task_of(cell), SweepTask{scene, lifted_above(scene, motion, grid.quick ? kQuickS : kWhole), {}});
   }
   return tasks;
 }
 
-void measure_cell(MaskingCell& cell, const Task& task) {
+void measure_cell(MaskingCell& cell, const SweepTask& task) {
   ReplayOptions options;
   options.scheme = cell.scheme;
   options.link = {.latency = from_seconds(cell.link.rtt_ms * 0.5e-3),
@@ -118,17 +112,10 @@ std::vector<MaskingCell> masking_cells(const MaskingGrid& grid) {
 
 void measure_cells(const MaskingGrid& grid, std::vector<MaskingCell>& cells, unsigned jobs,
                    const std::function<void(std::size_t)>& done) {
-  Tasks tasks = load_tasks(grid, cells);
-  std::vector<Task*> list;
-  for (auto& [key, task] : tasks) list.push_back(&task);
-  run_all(
-      list.size(), [&](std::size_t i) { list[i]->reference = reference_of(list[i]->scene, list[i]->motion); }, jobs);
+  SweepTasks tasks = load_tasks(grid, cells);
+  add_references(tasks, jobs);
   run_counted(
-      cells.size(),
-      [&](std::size_t i) {
-        measure_cell(cells[i], tasks.at({cells[i].body, cells[i].motion}));
-      },
-      jobs, done);
+      cells.size(), [&](std::size_t i) { measure_cell(cells[i], tasks.at(task_of(cells[i]))); }, jobs, done);
 }
 
 std::string cells_csv(const std::vector<MaskingCell>& cells) {

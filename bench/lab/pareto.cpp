@@ -91,7 +91,7 @@ void draw(const std::filesystem::path& out, const std::vector<Group>& groups) {
       for (const Cost& cost : kPatchCosts) patches.push_back(panel_of(out, group, cost));
   }
   constexpr int kColumns = 3;
-  if (!bodies.empty()) plot_grid(out / "pareto-bodies.svg", "A cube pushed by 10 mm: error against run time", kColumns, bodies);
+  if (!bodies.empty()) plot_grid(out / "pareto-bodies.svg", "Bodies pushed by 10 mm: error against run time", kColumns, bodies);
   if (!patches.empty()) plot_grid(out / "pareto-patches.svg", "Patches: error against what they cost", kColumns, patches);
 }
 

@@ -10,7 +10,7 @@
 #include "bench/lab/output.hpp"
 #include "bench/lab/parallel.hpp"
 #include "bench/lab/shards.hpp"
-#include "bench/measure/examination.hpp"
+#include "bench/lab/tasks.hpp"
 #include "bench/measure/pareto.hpp"
 #include "bench/measure/replay.hpp"
 #include "common/base/error.hpp"
@@ -22,24 +22,21 @@ constexpr const char* kHeader = "kind,what,variant,method,setting,error,server_m
 constexpr std::size_t kKeyFields = 5;
 const std::array<std::string_view, 2> kKinds{"body", "patch"}, kIntegrators{"tr-bdf2", "explicit"};
 constexpr std::string_view kSolid = "solid";  // before the size of a cube of tetrahedra
-
-struct Exam {
-  Scene scene;
-  Motion motion;
-  ReferenceForce reference;
-};
+constexpr std::string_view kOwn = "own";      // damping of a body that a scene describes
+constexpr const char* kLiver = "organ-solid";
+constexpr double kSteps[] = {0.050, 0.025, 0.010, 0.005};  // at most [s]
 
 struct References {
   std::map<std::string, std::vector<Vec3>> bodies;  // by group
-  std::map<std::string, Exam> exams;                // by scene
+  SweepTasks exams;                                 // by scene
 };
 
 /// Fine enough that second order leaves 0.002 % of what 10 ms steps are wrong by at most.
-PushedCube reference_cube(PushedCube cube) {
+ParetoCell reference_cell(ParetoCell cell) {
   constexpr int kSmall = 10;
-  cube.integrator = IntegratorKind::tr_bdf2;
-  cube.step_s = cube.n <= kSmall ? 0.0005 : 0.002;
-  return cube;
+  cell.cube.integrator = IntegratorKind::tr_bdf2;
+  cell.cube.step_s = cell.scene.empty() && cell.cube.n <= kSmall ? 0.0005 : 0.002;
+  return cell;
 }
 
 PushedCube solid_cube(int n) { return {.n = n, .damping_s = 0.008, .solid = true}; }
@@ -53,8 +50,13 @@ void add_bodies(bool quick, std::vector<ParetoCell>& cells) {
       cube.step_s = step_s;
       cells.emplace_back().cube = cube;
     };
-    for (const double step_s : {0.050, 0.025, 0.010, 0.005}) add(IntegratorKind::tr_bdf2, step_s);
+    for (const double step_s : kSteps) add(IntegratorKind::tr_bdf2, step_s);
     if (!cube.solid) add(IntegratorKind::leapfrog, 0.010);  // explicit steps are for springs
+  }
+  for (const double step_s : kSteps) {
+    ParetoCell& cell = cells.emplace_back();
+    cell.scene = kLiver;
+    cell.cube.step_s = step_s;
   }
 }
 
@@ -80,13 +82,19 @@ void add_patches(bool quick, std::vector<ParetoCell>& cells) {
       }
 }
 
-void measure_body(ParetoCell& cell, const std::vector<Vec3>& reference) {
-  const PushedCubeRun run = push_cube(cell.cube, processor_ns);
+PushedRun push(const ParetoGrid& grid, const ParetoCell& cell) {
+  if (cell.scene.empty()) return push_cube(cell.cube, processor_ns);
+  const Scene scene = load_scene((grid.scenes / (cell.scene + ".json")).string());
+  return push_body(gripped_at_top(scene, cell.cube.integrator, cell.cube.step_s), processor_ns);
+}
+
+void measure_body(const ParetoGrid& grid, ParetoCell& cell, const std::vector<Vec3>& reference) {
+  const PushedRun run = push(grid, cell);
   cell.error = relative_rms(run.force, reference);
   cell.server_ms_s = 1e3 * run.cost_s;
 }
 
-void measure_patch(ParetoCell& cell, const Exam& exam) {
+void measure_patch(ParetoCell& cell, const SweepTask& exam) {
   ReplayOptions options;
   options.scheme = cell.scheme;
   options.order = cell.order;
@@ -102,36 +110,46 @@ void measure_patch(ParetoCell& cell, const Exam& exam) {
 
 References references_of(const ParetoGrid& grid, const std::vector<ParetoCell>& cells, unsigned jobs) {
   References references;
-  std::vector<std::function<void()>> tasks;
+  std::vector<std::pair<std::vector<Vec3>*, ParetoCell>> bodies;
   for (const ParetoCell& cell : cells) {
-    if (!cell.is_patch) {
-      const auto [entry, fresh] = references.bodies.try_emplace(group_of(cell));
-      if (!fresh) continue;
-      std::vector<Vec3>& force = entry->second;
-      tasks.push_back([&force, cube = reference_cube(cell.cube)] { force = push_cube(cube, processor_ns).force; });
-    } else if (!references.exams.contains(cell.scene)) {
-      Scene scene = load_scene(grid.scenes / (cell.scene + ".json"));
-      Motion motion = examination(scene);
-      Exam& exam = references.exams.emplace(cell.scene, Exam{std::move(scene), std::move(motion), {}}).first->second;
-      tasks.push_back([&exam] { exam.reference = reference_of(exam.scene, exam.motion); });
+    if (cell.is_patch) {
+      add_examination(references.exams, grid.scenes, cell.scene);
+    } else if (const auto [entry, fresh] = references.bodies.try_emplace(group_of(cell)); fresh) {
+      bodies.emplace_back(&entry->second, reference_cell(cell));
     }
   }
   run_all(
-      tasks.size(), [&](std::size_t i) { tasks[i](); }, jobs);
+      bodies.size(), [&](std::size_t i) { *bodies[i].first = push(grid, bodies[i].second).force; }, jobs);
+  add_references(references.exams, jobs);
   return references;
 }
 
-ParetoCell cell_of(const std::vector<std::string>& f, const std::string& where) {
+/// A cube by its nodes an edge, any other body by its scene.
+bool is_cube(const std::string& what) {
+  return what.starts_with(kSolid) || (!what.empty() && what.front() >= '0' && what.front() <= '9');
+}
+
+ParetoCell body_from(const std::vector<std::string>& f, const std::string& where) {
   ParetoCell cell;
-  cell.is_patch = index_from(f[0], kKinds, where) == 1;
-  if (!cell.is_patch) {
-    const bool solid = f[1].starts_with(kSolid);
-    const double n = number_from(solid ? f[1].substr(kSolid.size()) : f[1], where);
-    if (!(n >= 3 && n <= 40 && n == std::floor(n))) throw InputError(where, "a cube of " + f[1] + " nodes an edge", "3 to 40");
-    const auto integrator = index_from(f[3], kIntegrators, where) == 0 ? IntegratorKind::tr_bdf2 : IntegratorKind::leapfrog;
-    cell.cube = {static_cast<int>(n), 1e-3 * number_from(f[2], where), integrator, 1e-3 * number_from(f[4], where), solid};
+  cell.cube.integrator = index_from(f[3], kIntegrators, where) == 0 ? IntegratorKind::tr_bdf2 : IntegratorKind::leapfrog;
+  cell.cube.step_s = 1e-3 * number_from(f[4], where);
+  if (!is_cube(f[1])) {
+    if (f[2] != kOwn) throw InputError(where, "'" + f[2] + "' for the damping of a scene", std::string(kOwn));
+    cell.scene = f[1];
     return cell;
   }
+  cell.cube.solid = f[1].starts_with(kSolid);
+  const double n = number_from(cell.cube.solid ? f[1].substr(kSolid.size()) : f[1], where);
+  if (!(n >= 3 && n <= 40 && n == std::floor(n))) throw InputError(where, "a cube of " + f[1] + " nodes an edge", "3 to 40");
+  cell.cube.n = static_cast<int>(n);
+  cell.cube.damping_s = 1e-3 * number_from(f[2], where);
+  return cell;
+}
+
+ParetoCell cell_of(const std::vector<std::string>& f, const std::string& where) {
+  if (index_from(f[0], kKinds, where) == 0) return body_from(f, where);
+  ParetoCell cell;
+  cell.is_patch = true;
   cell.scene = f[1];
   cell.scheme = available_scheme(f[2]);
   cell.order = static_cast<int>(number_from(f[3], where));
@@ -155,13 +173,14 @@ void measure_cells(const ParetoGrid& grid, std::vector<ParetoCell>& cells, unsig
     if (cells[i].is_patch)
       measure_patch(cells[i], references.exams.at(cells[i].scene));
     else
-      measure_body(cells[i], references.bodies.at(group_of(cells[i])));
+      measure_body(grid, cells[i], references.bodies.at(group_of(cells[i])));
   };
   run_counted(cells.size(), measure, jobs, done);
 }
 
 std::string key_of(const ParetoCell& c) {
   if (c.is_patch) return fmt::format("patch,{},{},{},{:g}", c.scene, method_of(c), c.order, c.rtt_ms);
+  if (!c.scene.empty()) return fmt::format("body,{},{},{},{:g}", c.scene, kOwn, method_of(c), 1e3 * c.cube.step_s);
   return fmt::format("body,{}{},{:g},{},{:g}", c.cube.solid ? kSolid : "", c.cube.n, 1e3 * c.cube.damping_s, method_of(c),
                      1e3 * c.cube.step_s);
 }
@@ -172,6 +191,7 @@ std::string method_of(const ParetoCell& c) {
 
 std::string group_of(const ParetoCell& c) {
   if (c.is_patch) return fmt::format("{}, RTT {:g} ms", c.scene, c.rtt_ms);
+  if (!c.scene.empty()) return c.scene;
   const int nodes = c.cube.n * c.cube.n * c.cube.n, cells = (c.cube.n - 1) * (c.cube.n - 1) * (c.cube.n - 1);
   if (c.cube.solid) return fmt::format("{} tetrahedra, damping {:g} ms", 6 * cells, 1e3 * c.cube.damping_s);
   return fmt::format("{} nodes, b / k = {:g} ms", nodes, 1e3 * c.cube.damping_s);

@@ -15,8 +15,9 @@ namespace palpate {
 
 struct ParetoCell {
   bool is_patch = false;
-  PushedCube cube;    ///< of a body
-  std::string scene;  ///< of a patch, and what follows
+  PushedCube cube;    ///< of a body; where a scene describes it, only how it is stepped
+  std::string scene;  ///< of a patch, or of a body that is no cube
+  // of a patch
   Scheme scheme = Scheme::port;
   int order = 0;
   double rtt_ms = 0;
@@ -38,8 +39,8 @@ std::vector<ParetoCell> pareto_cells(const ParetoGrid& grid);
 void measure_cells(const ParetoGrid& grid, std::vector<ParetoCell>& cells, unsigned jobs,
                    const std::function<void(std::size_t)>& done);
 
-/// "body,10,0.2,explicit,10" (or "solid10", of tetrahedra) or "patch,cube6,port,22,150": what --only takes, and how a row of
-/// cells.csv begins.
+/// "body,10,0.2,explicit,10" (or "solid10", of tetrahedra), "body,organ-solid,own,tr-bdf2,10" or "patch,cube6,port,22,150": what
+/// --only takes, and how a row of cells.csv begins.
 std::string key_of(const ParetoCell& cell);
 /// "explicit", "port"
 std::string method_of(const ParetoCell& cell);

@@ -7,12 +7,14 @@
 #include <map>
 
 #include "bench/lab/experiments.hpp"
+#include "bench/lab/flags.hpp"
 #include "bench/lab/link_flags.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
 #include "bench/measure/reference.hpp"
 #include "bench/measure/session.hpp"
 #include "common/base/error.hpp"
+#include "common/base/limits.hpp"
 #include "common/io/mapped_file.hpp"
 
 namespace palpate {
@@ -22,6 +24,7 @@ struct Flags {
   std::string scene, motion, recording, station, scheme, device = "none", out;
   PassivityMode passivity = PassivityMode::off;
   int order = 0;
+  double deadband = 0;
   LinkFlags link;
 };
 
@@ -29,6 +32,7 @@ ReplayOptions options_of(const Flags& flags) {
   ReplayOptions o = replay_options(flags.scheme, flags.order, flags.link);
   o.simulated_device = flags.device == "sim";
   o.passivity = flags.passivity;
+  o.deadband = flags.deadband;
   return o;
 }
 
@@ -67,6 +71,7 @@ Json summary(const ReplayResult& r) {
           {"contact_onset_median_ms", r.onset.median_ms},
           {"patch_age_p95_ms", 1e3 * seconds(r.age_p95)},
           {"uplink_bytes_s", r.uplink_bytes_s},
+          {"downlink_bytes_s", r.downlink_bytes_s},
           {"energy_min_j", r.guard.energy_min_j},
           {"damped_ticks", r.guard.damped},
           {"dissipated_j", r.guard.dissipated_j},
@@ -164,6 +169,8 @@ void add_replay(CLI::App& app, Run& run) {
   flags->link.add_to(*c);
   c->add_option("--device", flags->device, "none: the motion as given; sim: a Phantom in a hand that follows it")
       ->check(CLI::IsMember({"none", "sim"}));
+  c->add_option("--deadband", flags->deadband, "share of the force below which a change is not sent, 0: every patch is")
+      ->check(between(0, kMaxDeadband));
   c->add_option("--passivity", flags->passivity, "passivity limiter of the guard; observe: energies alone")
       ->transform(CLI::CheckedTransformer(std::map<std::string, PassivityMode>{
           {"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}}));

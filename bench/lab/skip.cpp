@@ -7,8 +7,10 @@
 #include "bench/lab/flags.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/skip_idle.hpp"
+#include "bench/measure/metrics.hpp"
 #include "bench/measure/skip.hpp"
 #include "common/base/error.hpp"
+#include "common/base/limits.hpp"
 
 namespace palpate {
 namespace {
@@ -20,6 +22,7 @@ constexpr double kIdleShare = 0.005;
 struct Flags {
   std::string scenes = "scenes", out;
   std::vector<std::string> names = {"touch-cube", "organ", "cube6"};
+  double deadband = kForceJnd;
   int rooms = 16;
   double wait_s = 5;
 };
@@ -28,15 +31,27 @@ struct Flags {
 struct Row {
   std::string scene, what;
   SkipCost with, without;
+  double deadband = 0;  ///< where that is what leaves out
 };
 
 using Rooms = std::vector<SkipRoom>;
 
-SkipCost cost(const Rooms& rooms) { return serve(rooms, kVisitS, processor_ns); }
+SkipCost cost(const Rooms& rooms, double deadband = 0) { return serve(rooms, kVisitS, processor_ns, deadband); }
 
-void add_scene(const std::string& name, const Scene& scene, std::vector<Row>& rows) {
+/// Patches that change less than can be felt are not sent.
+void add_deadband(const std::string& name, const Scene& scene, double deadband, std::vector<Row>& rows) {
+  std::vector<std::pair<std::string, Motion>> hands{{"touches", visit(scene)}, {"presses and holds", hold_pressed(scene)}};
+  if (scene.tool.contact == ContactKind::touch) hands.emplace_back("lingers", linger(scene));
+  for (const auto& [does, hand] : hands) {
+    const Rooms room{{&scene, &hand}};
+    rows.push_back({name, "hand " + does + ": only patches that are felt", cost(room, deadband), cost(room), deadband});
+  }
+}
+
+void add_scene(const std::string& name, const Scene& scene, double deadband, std::vector<Row>& rows) {
   const Motion hand = visit(scene);
   const SkipCost touch = cost({{&scene, &hand}}), stepped = cost({{&scene, &hand, false, false}});
+  if (deadband > 0) add_deadband(name, scene, deadband, rows);
   rows.push_back({name, "nobody there: no frame", cost({{&scene}}), cost({{&scene, nullptr, false, false}})});
   rows.push_back({name, "body at rest: no step", touch, stepped});
   rows.push_back({name, "no viewer: no shapes", touch, cost({{&scene, &hand, true}})});
@@ -69,31 +84,49 @@ SkipCost add_rooms(const std::string& name, const Scene& scene, int count, std::
 
 const char* kHead =
     "scene,what,busy_ms_s,busy_ms_s_without,wake_ups_s,wake_ups_s_without,stepped_s,stepped_s_without,bytes_s,"
-    "bytes_s_without,felt_difference_n\n";
+    "bytes_s_without,patches_s,patches_s_without,felt_difference_n,felt_difference_share,deadband\n";
 
-/// Prints the table and fills CSV and summary. The largest difference of what was felt [N].
-double report(const std::vector<Row>& rows, std::string& csv, Json& summary) {
-  double felt_n = 0;
+/// Largest differences of what was felt.
+struct Felt {
+  double left_out_n = 0;     ///< of what is not computed [N]
+  double over_deadband = 0;  ///< of patches that are not sent, over the share that they were allowed
+};
+
+/// Prints the table and fills CSV and summary.
+Felt report(const std::vector<Row>& rows, std::string& csv, Json& summary) {
+  Felt felt;
   csv = kHead;
-  fmt::print("{:<12} {:<34} {:>10} {:>10} {:>8} {:>10} {:>12}\n", "scene", "left out", "ms/s", "else ms/s", "saved %",
-             "wake-ups/s", "felt, mN");
+  fmt::print("{:<12} {:<42} {:>10} {:>10} {:>8} {:>8} {:>8} {:>9} {:>9} {:>7}\n", "scene", "left out", "ms/s", "else ms/s",
+             "saved %", "kB/s", "else", "patches/s", "felt, mN", "%");
   for (const Row& r : rows) {
-    const double difference_n = felt_difference_n(r.with, r.without);
+    const double difference_n = felt_difference_n(r.with, r.without), share = felt_difference_share(r.with, r.without);
     const double saved = 1 - r.with.busy_ms_s / std::max(r.without.busy_ms_s, 1e-9);
-    felt_n = std::max(felt_n, difference_n);
-    fmt::print("{:<12} {:<34} {:>10.3f} {:>10.3f} {:>8.1f} {:>10.1f} {:>12.3f}\n", r.scene, r.what, r.with.busy_ms_s,
-               r.without.busy_ms_s, 100 * saved, r.with.wake_ups_s, 1e3 * difference_n);
-    fmt::format_to(std::back_inserter(csv), "{},\"{}\",{:.4f},{:.4f},{:.2f},{:.2f},{:.2f},{:.2f},{:.0f},{:.0f},{:.3g}\n", r.scene,
-                   r.what, r.with.busy_ms_s, r.without.busy_ms_s, r.with.wake_ups_s, r.without.wake_ups_s, r.with.stepped_s,
-                   r.without.stepped_s, r.with.bytes_s, r.without.bytes_s, difference_n);
+    if (r.deadband > 0)
+      felt.over_deadband = std::max(felt.over_deadband, share / r.deadband);
+    else
+      felt.left_out_n = std::max(felt.left_out_n, difference_n);
+    fmt::print("{:<12} {:<42} {:>10.3f} {:>10.3f} {:>8.1f} {:>8.2f} {:>8.2f} {:>9.2f} {:>9.3f} {:>7.3f}\n", r.scene, r.what,
+               r.with.busy_ms_s, r.without.busy_ms_s, 100 * saved, 1e-3 * r.with.bytes_s, 1e-3 * r.without.bytes_s,
+               r.with.patches_s, 1e3 * difference_n, 100 * share);
+    fmt::format_to(std::back_inserter(csv),
+                   "{},\"{}\",{:.4f},{:.4f},{:.2f},{:.2f},{:.2f},{:.2f},{:.0f},{:.0f},{:.2f},{:.2f},{:.3g},{:.3g},{:g}\n",
+                   r.scene, r.what, r.with.busy_ms_s, r.without.busy_ms_s, r.with.wake_ups_s, r.without.wake_ups_s,
+                   r.with.stepped_s, r.without.stepped_s, r.with.bytes_s, r.without.bytes_s, r.with.patches_s,
+                   r.without.patches_s, difference_n, share, r.deadband);
     summary["left_out"].push_back({{"scene", r.scene},
                                    {"what", r.what},
                                    {"busy_ms_s", r.with.busy_ms_s},
                                    {"busy_ms_s_without", r.without.busy_ms_s},
                                    {"saved_share", saved},
-                                   {"felt_difference_n", difference_n}});
+                                   {"bytes_s", r.with.bytes_s},
+                                   {"bytes_s_without", r.without.bytes_s},
+                                   {"patches_s", r.with.patches_s},
+                                   {"patches_s_without", r.without.patches_s},
+                                   {"felt_difference_n", difference_n},
+                                   {"felt_difference_share", share},
+                                   {"deadband", r.deadband}});
   }
-  return felt_n;
+  return felt;
 }
 
 int run_skip(const Flags& flags) {
@@ -102,7 +135,7 @@ int run_skip(const Flags& flags) {
   std::vector<std::filesystem::path> files;
   for (const std::string& name : flags.names) {
     files.push_back(std::filesystem::path(flags.scenes) / (name + ".json"));
-    add_scene(name, load_scene(files.back()), rows);
+    add_scene(name, load_scene(files.back()), flags.deadband, rows);
   }
   const Scene first = load_scene(files.front());
   const SkipCost alone = add_rooms(flags.names.front(), first, flags.rooms, rows);
@@ -111,20 +144,24 @@ int run_skip(const Flags& flags) {
   const IdleCost idle = idle_server(files, flags.wait_s);
   std::string csv;
   Json summary;
-  const double felt_n = report(rows, csv, summary);
+  const Felt felt = report(rows, csv, summary);
   summary["rooms"] = {{"count", flags.rooms}, {"cost_of_one", ratio}, {"cost_of_one_with_a_hand_in_each", waiting}};
   summary["idle_server"] = {{"rooms", files.size()}, {"core_share", idle.core_share}, {"wake_ups_s", idle.wake_ups_s}};
-  summary["felt_difference_max_n"] = felt_n;
+  summary["felt_difference_max_n"] = felt.left_out_n;
   summary["felt_bound_n"] = kFeltBoundN;
+  summary["felt_over_deadband"] = felt.over_deadband;
   fmt::print("{} rooms of which one is touched cost {:.2f} times what that one costs; {:.2f} times with a hand waiting in each\n",
              flags.rooms, ratio, waiting);
   fmt::print("palpate-server with {} rooms and nobody there: {:.3f} % of a core, {:.1f} wake-ups a second (bound {:g} %)\n",
              files.size(), 100 * idle.core_share, idle.wake_ups_s, 100 * kIdleShare);
-  fmt::print("felt differently by {:.2f} mN at most (bound {:g} mN)\n{}\n", 1e3 * felt_n, 1e3 * kFeltBoundN,
+  if (flags.deadband > 0)
+    fmt::print("of patches that were not sent {:.2f} % of the force was felt (bound {:g} %)\n",
+               100 * felt.over_deadband * flags.deadband, 100 * flags.deadband);
+  fmt::print("of the rest {:.2f} mN at most (bound {:g} mN)\n{}\n", 1e3 * felt.left_out_n, 1e3 * kFeltBoundN,
              (out / "summary.json").string());
   write_text(out / "skip.csv", csv);
   write_json(out / "summary.json", summary);
-  return felt_n <= kFeltBoundN && idle.core_share <= kIdleShare ? 0 : 1;
+  return felt.left_out_n <= kFeltBoundN && felt.over_deadband <= 1 && idle.core_share <= kIdleShare ? 0 : 1;
 }
 
 }  // namespace
@@ -136,6 +173,10 @@ void add_skip(CLI::App& app, Run& run) {
   c->add_option("--scenes", flags->scenes, "folder of the scenes")->capture_default_str();
   c->add_option("--scene", flags->names, "names of scenes in it; the first fills the rooms")->capture_default_str();
   c->add_option("--rooms", flags->rooms, "of which one is touched")->check(CLI::Range(2, 64))->capture_default_str();
+  c->add_option("--deadband", flags->deadband,
+                "share of the force by which patches may be wrong in the rows that try it, 0: none")
+      ->check(between(0, kMaxDeadband))
+      ->capture_default_str();
   c->add_option("--wait-s", flags->wait_s, "how long the idle server is watched, in real time")
       ->check(between(1, 600))
       ->capture_default_str();

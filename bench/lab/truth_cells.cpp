@@ -4,13 +4,12 @@
 
 #include <algorithm>
 #include <iterator>
-#include <map>
 
 #include "bench/lab/link_flags.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/parallel.hpp"
 #include "bench/lab/shards.hpp"
-#include "bench/measure/examination.hpp"
+#include "bench/lab/tasks.hpp"
 #include "bench/measure/replay.hpp"
 #include "common/base/error.hpp"
 
@@ -35,13 +34,7 @@ std::vector<std::string> scenes_of(const TruthGrid& grid) {
   return names;
 }
 
-struct Task {
-  Scene scene;
-  Motion motion;
-  ReferenceForce reference;
-};
-
-void measure_cell(TruthCell& cell, const Task& task) {
+void measure_cell(TruthCell& cell, const SweepTask& task) {
   Scene scene = task.scene;
   if (cell.row == TruthRow::exact_states) scene.solver.step_s = scene.body.nodes.size() > kFineNodes ? kTickStepS : kFineStepS;
   ReplayOptions options;
@@ -86,17 +79,9 @@ std::vector<TruthCell> truth_cells(const TruthGrid& grid) {
 
 void measure_cells(const TruthGrid& grid, std::vector<TruthCell>& cells, unsigned jobs,
                    const std::function<void(std::size_t)>& done) {
-  std::map<std::string, Task> tasks;
-  for (const TruthCell& cell : cells) {
-    if (tasks.contains(cell.scene)) continue;
-    Scene scene = load_scene(file_of(grid, cell.scene).string());
-    Motion motion = examination(scene);
-    tasks.emplace(cell.scene, Task{std::move(scene), std::move(motion), {}});
-  }
-  std::vector<Task*> list;
-  for (auto& [name, task] : tasks) list.push_back(&task);
-  run_all(
-      list.size(), [&](std::size_t i) { list[i]->reference = reference_of(list[i]->scene, list[i]->motion); }, jobs);
+  SweepTasks tasks;
+  for (const TruthCell& cell : cells) add_examination(tasks, grid.scenes, cell.scene);
+  add_references(tasks, jobs);
   run_counted(
       cells.size(), [&](std::size_t i) { measure_cell(cells[i], tasks.at(cells[i].scene)); }, jobs, done);
 }

@@ -12,10 +12,12 @@
 #include <thread>
 
 #include "bench/lab/experiments.hpp"
+#include "bench/lab/flags.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
 #include "bench/world/run.hpp"
 #include "common/base/error.hpp"
+#include "common/base/limits.hpp"
 
 namespace palpate {
 namespace {
@@ -34,6 +36,7 @@ std::string command(const Flags& f, std::uint64_t seed) {
   std::string line = fmt::format("palpate-lab world --seed {}", seed);
   if (f.draw.duration_s != DrawOptions{}.duration_s) line += fmt::format(" --duration-s {:g}", f.draw.duration_s);
   if (f.draw.stations_max != DrawOptions{}.stations_max) line += fmt::format(" --stations {}", f.draw.stations_max);
+  if (f.draw.deadband > 0) line += fmt::format(" --deadband {:g}", f.draw.deadband);
   for (const auto& [off, flag] :
        {std::pair{f.no_faults, " --no-faults"}, {f.no_drift, " --no-drift"}, {f.no_losses, " --no-losses"}})
     if (off) line += flag;
@@ -209,6 +212,9 @@ void add_world(CLI::App& app, Run& run) {
   c->add_option("--for-s", flags->for_s, "instead of --seeds: as many as fit into this time")->check(CLI::Range(0.0, 1e7));
   c->add_option("--duration-s", flags->draw.duration_s, "world time until everything is healed")
       ->check(CLI::Range(1.5, 600.0))
+      ->capture_default_str();
+  c->add_option("--deadband", flags->draw.deadband, "share of the force below which servers send no change; not drawn")
+      ->check(between(0, kMaxDeadband))
       ->capture_default_str();
   c->add_option("--stations", flags->draw.stations_max, "at most so many")->check(CLI::Range(1, 16))->capture_default_str();
   c->add_option("--jobs", flags->jobs, "threads, 0: one a core")->check(CLI::Range(0, 1024));

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -36,8 +37,21 @@ Scene pushed_cube_scene(const PushedCube& cube) {
                     fmt::format("cube of {} nodes an edge", cube.n));
 }
 
-PushedCubeRun push_cube(const PushedCube& cube, const std::function<std::int64_t()>& stopwatch) {
-  const Scene scene = pushed_cube_scene(cube);
+Scene gripped_at_top(Scene scene, IntegratorKind integrator, double step_s) {
+  const std::vector<Vec3>& nodes = scene.body.nodes;
+  const auto top = std::max_element(nodes.begin(), nodes.end(), [](const Vec3& a, const Vec3& b) { return a.z() < b.z(); });
+  scene.tool.contact = ContactKind::attach;
+  scene.tool.node = static_cast<std::uint32_t>(top - nodes.begin());
+  scene.solver.integrator = integrator;
+  scene.solver.step_s = step_s;
+  return scene;
+}
+
+PushedRun push_cube(const PushedCube& cube, const std::function<std::int64_t()>& stopwatch) {
+  return push_body(pushed_cube_scene(cube), stopwatch);
+}
+
+PushedRun push_body(const Scene& scene, const std::function<std::int64_t()>& stopwatch) {
   const Dynamics dynamics(scene.body);
   const Skin skin(scene.body, scene.tool.radius_m);
   const ChosenStepper chosen = choose_stepper(scene.solver, dynamics, skin);
@@ -50,7 +64,7 @@ PushedCubeRun push_cube(const PushedCube& cube, const std::function<std::int64_t
   const ToolMotion tool = [&](std::size_t, double t) {
     return ToolAt{home - Vec3(0, 0, kPushM * minimum_jerk(std::clamp(t / kPushS, 0.0, 1.0))), Vec3::Zero()};
   };
-  PushedCubeRun run;
+  PushedRun run;
   const std::int64_t begin = stopwatch();
   for (int frame = 1; frame <= kFrames; ++frame) {
     const AdvanceReport report = chosen.stepper->advance(state, ports, kFrameS * frame, scene.solver.step_s, tool);

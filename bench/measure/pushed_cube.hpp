@@ -23,15 +23,18 @@ struct PushedCube {
   bool solid = false;
 };
 
-struct PushedCubeRun {
+struct PushedRun {
   std::vector<Vec3> force;  ///< on the body, a frame [N]
   double cost_s = 0;        ///< of the second, by the stopwatch
   int steps = 0, cut_steps = 0;
 };
 
 Scene pushed_cube_scene(const PushedCube& cube);
+/// Any other body, to be pushed in the same way by its highest node.
+Scene gripped_at_top(Scene scene, IntegratorKind integrator, double step_s);
 /// `stopwatch` in nanoseconds. Throws std::runtime_error where the integrator gives up.
-PushedCubeRun push_cube(const PushedCube& cube, const std::function<std::int64_t()>& stopwatch);
+PushedRun push_body(const Scene& scene, const std::function<std::int64_t()>& stopwatch);
+PushedRun push_cube(const PushedCube& cube, const std::function<std::int64_t()>& stopwatch);
 /// Root mean square of the difference over that of the reference, of the same frames.
 double relative_rms(const std::vector<Vec3>& force, const std::vector<Vec3>& reference);
 

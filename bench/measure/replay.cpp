@@ -94,13 +94,13 @@ LinkSpec slowest_link(const ReplayOptions& options) {
 
 /// What is counted up as a run goes on.
 struct Tally {
-  std::uint64_t patches_used = 0, faded_ticks = 0, bytes_sent = 0, samples = 0, samples_late = 0;
+  std::uint64_t patches_used = 0, faded_ticks = 0, bytes_sent = 0, bytes_received = 0, samples = 0, samples_late = 0;
 };
 
 Tally tally_of(const World& world, std::size_t k) {
   const ClientCore& core = world.station(k).core();
   const HapticCounts& haptic = core.haptic().counts();
-  Tally tally{haptic.patches_used, haptic.faded_ticks, core.counts().bytes_sent};
+  Tally tally{haptic.patches_used, haptic.faded_ticks, core.counts().bytes_sent, core.counts().bytes_received};
   for (const StationReport& station : world.server().stations())
     if (station.name == station_name(k)) tally.samples = station.counts.samples, tally.samples_late = station.counts.samples_late;
   return tally;
@@ -117,6 +117,7 @@ void count(ReplayResult& result, const World& world, std::size_t k, const Tally&
   result.last_patch = core.last_patch();
   result.guard = core.haptic().guard_counts();
   result.uplink_bytes_s = static_cast<double>(after.bytes_sent - before.bytes_sent) / seconds(length);
+  result.downlink_bytes_s = static_cast<double>(after.bytes_received - before.bytes_received) / seconds(length);
   if (after.samples > before.samples)
     result.late_share =
         static_cast<double>(after.samples_late - before.samples_late) / static_cast<double>(after.samples - before.samples);
@@ -147,7 +148,8 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
                                           const Stopwatch& stopwatch) {
   const auto n = motions.size();
   std::vector<ReplayResult> results(n);
-  World world(scene, {options.rate_hz, options.compute, options.seed});
+  World world(scene,
+              {.rate_hz = options.rate_hz, .compute = options.compute, .seed = options.seed, .deadband = options.deadband});
   std::vector<WorldStation*> stations;
   for (std::size_t k = 0; k < n; ++k) stations.push_back(&add_station(world, motions[k], options, k));
 

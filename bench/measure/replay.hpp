@@ -23,6 +23,7 @@ struct ReplayOptions {
   bool simulated_device = false;              ///< a Phantom in a hand that follows the motion, instead of the motion itself
   const ReferenceForce* reference = nullptr;  ///< of the same path, when known: without a simulated device runs share it
   PassivityMode passivity = PassivityMode::off;
+  double deadband = 0;  ///< of ServerOptions
 };
 
 struct ReplayTick {
@@ -59,7 +60,7 @@ struct ReplayResult {
   double patch_bytes_mean = 0;  ///< sent for a patch, with its copies and terms
   int patch_states = 0;
   Patch last_patch;
-  double uplink_bytes_s = 0;
+  double uplink_bytes_s = 0, downlink_bytes_s = 0;
   // wall clock of this machine
   double tick_ns_p50 = 0, tick_ns_p99 = 0, patch_build_ms_mean = 0, frame_ms_mean = 0;
 };

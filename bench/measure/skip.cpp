@@ -52,8 +52,8 @@ class Onlooker {
 
 class Server {
  public:
-  Server(std::span<const SkipRoom> rooms, const Stopwatch& stopwatch)
-      : rooms_(rooms), stopwatch_(stopwatch), cores_(specs(rooms), 1, kSkipRateHz) {
+  Server(std::span<const SkipRoom> rooms, const Stopwatch& stopwatch, double deadband)
+      : rooms_(rooms), stopwatch_(stopwatch), cores_(specs(rooms), 1, kSkipRateHz, deadband) {
     for (std::size_t k = 0; k < rooms.size(); ++k) {
       bodies_.emplace_back(*rooms[k].scene);
       bodies_.back().start(kBegin);
@@ -114,7 +114,7 @@ class Server {
     if (result.failed) throw std::runtime_error("skip: a frame did not converge");
     ++frames;
     stepped += result.steps > 0;
-    for (const StationFrame& station : result.stations) patches += station.patch.has_value();
+    for (const StationFrame& station : result.stations) patches += station.patch.has_value() && !station.lives_on;
     cores_[k].finish(std::move(result), now);
   }
 
@@ -126,12 +126,17 @@ class Server {
   std::vector<Onlooker> onlookers_;
 };
 
+Vec3 trembling(double t_s) {
+  constexpr double kTrembleM = 2e-4, kTrembleHz = 8;
+  return kTrembleM * std::sin(2 * std::numbers::pi * kTrembleHz * t_s) * Vec3::UnitX();
+}
+
 Vec3 resting_place(const Scene& scene) { return plan_gesture(scene, Gesture::tap, kDeepM).intention.position(0.0); }
 
 }  // namespace
 
-SkipCost serve(std::span<const SkipRoom> rooms, double duration_s, const Stopwatch& stopwatch) {
-  Server server(rooms, stopwatch);
+SkipCost serve(std::span<const SkipRoom> rooms, double duration_s, const Stopwatch& stopwatch, double deadband) {
+  Server server(rooms, stopwatch, deadband);
   for (Micros t = kBegin; t <= kBegin + from_seconds(duration_s); t += kTick) server.tick(t);
   SkipCost cost = std::move(server.cost);
   const auto a_second = [&](auto count) { return static_cast<double>(count) / duration_s; };
@@ -148,6 +153,14 @@ double felt_difference_n(const SkipCost& a, const SkipCost& b) {
   double most = 0;
   for (std::size_t k = 0; k < a.felt.size(); ++k)
     for (std::size_t i = 0; i < a.felt[k].size(); ++i) most = std::max(most, (a.felt[k][i] - b.felt[k][i]).norm());
+  return most;
+}
+
+double felt_difference_share(const SkipCost& a, const SkipCost& b) {
+  double most = 0;
+  for (std::size_t k = 0; k < a.felt.size(); ++k)
+    for (std::size_t i = 0; i < a.felt[k].size(); ++i)
+      most = std::max(most, (a.felt[k][i] - b.felt[k][i]).norm() / std::max(b.felt[k][i].norm(), Deadband::kLeastN));
   return most;
 }
 
@@ -169,16 +182,25 @@ Motion wait_above(const Scene& scene, double above_m) {
   return Motion::rest(resting_place(scene) - above_m * into_body(scene), kVisitS);
 }
 
+Motion hold_pressed(const Scene& scene) {
+  const Vec3 into = into_body(scene), place = resting_place(scene);
+  std::vector<MotionPoint> points;
+  for (int ms = 0; ms <= static_cast<int>(1e3 * kVisitS); ++ms) {
+    const double t = 1e-3 * ms;
+    const double pressed = minimum_jerk(t / kWayS) - minimum_jerk((t - (kVisitS - kWayS)) / kWayS);
+    points.push_back({t, place + kDeepM * pressed * into + trembling(t)});
+  }
+  return Motion(std::move(points), "hold");
+}
+
 Motion linger(const Scene& scene) {
-  constexpr double kAboveM = 0.002, kIntoM = 0.003, kEveryS = 3, kDipS = 0.6, kTrembleM = 2e-4, kTrembleHz = 8,
-                   kPi = std::numbers::pi;
+  constexpr double kAboveM = 0.002, kIntoM = 0.003, kEveryS = 3, kDipS = 0.6, kPi = std::numbers::pi;
   const Vec3 into = into_body(scene), place = resting_place(scene) - (kAboveM - kGapM) * into;
   std::vector<MotionPoint> points;
   for (int ms = 0; ms <= static_cast<int>(1e3 * kVisitS); ++ms) {
     const double t = 1e-3 * ms, since_s = std::fmod(t, kEveryS) - (kEveryS - kDipS);
     const double dip = since_s > 0 ? std::pow(std::sin(kPi * since_s / kDipS), 2) : 0;
-    points.push_back(
-        {t, place + (kAboveM + kIntoM) * dip * into + kTrembleM * std::sin(2 * kPi * kTrembleHz * t) * Vec3::UnitX()});
+    points.push_back({t, place + (kAboveM + kIntoM) * dip * into + trembling(t)});
   }
   return Motion(std::move(points), "linger");
 }

@@ -25,10 +25,12 @@ struct SkipCost {
 };
 
 /// Throws std::runtime_error when a body cannot be stepped.
-SkipCost serve(std::span<const SkipRoom> rooms, double duration_s, const Stopwatch& stopwatch);
+SkipCost serve(std::span<const SkipRoom> rooms, double duration_s, const Stopwatch& stopwatch, double deadband = 0);
 
 /// Largest difference of what the hands felt [N].
 double felt_difference_n(const SkipCost& a, const SkipCost& b);
+/// The same over the force of `b` in that tick, or Deadband::kLeastN where that is smaller.
+double felt_difference_share(const SkipCost& a, const SkipCost& b);
 
 inline constexpr double kSkipRateHz = 20, kAwayM = 0.06, kVisitS = 12;
 /// A hand that rests kAwayM above the body, comes down after 2 s, taps and leaves again; for a grasp it presses and stays.
@@ -36,6 +38,8 @@ inline constexpr double kSkipRateHz = 20, kAwayM = 0.06, kVisitS = 12;
 Motion visit(const Scene& scene);
 /// It rests so far above the body all the time.
 Motion wait_above(const Scene& scene, double above_m);
+/// It presses 6 mm into the body for 10 s, trembling by 0.2 mm, and leaves.
+Motion hold_pressed(const Scene& scene);
 /// It lingers 2 mm above the body, trembling by 0.2 mm, and dips 3 mm into it for 0.6 s every 3 s.
 Motion linger(const Scene& scene);
 

@@ -5,7 +5,7 @@
 
 #include "bench/micro/benchmarks.hpp"
 #include "bench/micro/fixtures.hpp"
-#include "client/player/intake.hpp"
+#include "client/intake/intake.hpp"
 #include "common/wire/codec.hpp"
 
 #include <benchmark/benchmark.h>

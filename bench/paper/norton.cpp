@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 #include <stdexcept>
 
-#include "client/player/player.hpp"
+#include "common/player/player.hpp"
 #include "server/reduce/patch_builder.hpp"
 
 namespace palpate {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "client/player/propagator.hpp"
+#include "common/player/propagator.hpp"
 
 namespace palpate {
 namespace {

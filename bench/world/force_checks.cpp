@@ -36,11 +36,14 @@ void LimitsCheck::tick(const SeenTick& seen) {
 void FadeCheck::datagram(Micros, const DatagramEvent& event, const Message* message) {
   if (event.kind != DatagramEvent::Kind::delivered || event.to_server || !message) return;
   Station& s = seen_[event.station];
-  if (const auto* beat = std::get_if<Beat>(&message->body)) s.in_reach = beat->contact_in_reach;
+  if (const auto* beat = std::get_if<Beat>(&message->body)) {
+    s.in_reach = beat->contact_in_reach;
+    if (beat->lives_on != 0) s.valid_for[beat->body_time] = s.newest_valid_for;
+  }
   const auto* patch = std::get_if<PatchMessage>(&message->body);
   if (!patch) return;
   s.in_reach = true;
-  s.valid_for[patch->patch.stamp] = patch->patch.valid_for;
+  s.valid_for[patch->patch.stamp] = s.newest_valid_for = patch->patch.valid_for;
 }
 
 void FadeCheck::tick(const SeenTick& seen) {

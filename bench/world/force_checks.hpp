@@ -43,7 +43,8 @@ class FadeCheck final : public Check {
  private:
   static constexpr int kReturnTicks = 50, kWakeTicks = 3;  ///< until the net side has taken a patch
   struct Station {
-    std::map<Micros, Micros> valid_for;  ///< of the patches that came, by their stamps
+    std::map<Micros, Micros> valid_for;  ///< of the patches that came, by their stamps, and the later ones to which they live on
+    Micros newest_valid_for{};
     bool in_reach = true;
     Micros expired_ticks{};           ///< how long the patch in use has been invalid, in ticks
     int needless_ticks = 0;           ///< of these, with the body in reach

@@ -52,7 +52,8 @@ Run::Run(const Scenario& scenario, const RunOptions& options)
     : scenario_(scenario),
       options_(options),
       bounds_(bounds_of(scenario)),
-      world_(scenario.scene, {scenario.rate_hz, scenario.compute, scenario.drawn_with.seed, scenario.server_drift_ppm}) {
+      world_(scenario.scene, {scenario.rate_hz, scenario.compute, scenario.drawn_with.seed, scenario.server_drift_ppm,
+                              scenario.drawn_with.deadband}) {
   add_stations();
   add_checks();
   for (const Fault& fault : scenario_.faults) plan(fault);

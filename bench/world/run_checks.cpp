@@ -68,19 +68,29 @@ bool RecoveryCheck::rests(const std::deque<Felt>& felt) {
   return (high - low).norm() <= kRestM;
 }
 
+/// What was felt at `stamp`, where the hand stood still long enough; end() elsewhere.
+std::deque<RecoveryCheck::Felt>::const_iterator RecoveryCheck::felt_at_rest(const Station& s, const StationBounds& bounds,
+                                                                            Micros stamp) {
+  auto felt = std::lower_bound(s.felt.begin(), s.felt.end(), stamp, [](const Felt& f, Micros t) { return f.own < t; });
+  if (felt == s.felt.end() && !s.felt.empty()) --felt;  // over a link without delay a patch is as new as the last tick
+  if (felt - s.felt.begin() < kNearTicks) return s.felt.end();
+  return (felt - kNearTicks)->now < std::max(bounds.at_rest, bounds.recovered) ? s.felt.end() : felt;
+}
+
 void RecoveryCheck::datagram(Micros, const DatagramEvent& event, const Message* message) {
   if (event.kind != DatagramEvent::Kind::delivered || event.to_server || !message) return;
   Station& s = seen_[event.station];
-  if (const auto* beat = std::get_if<Beat>(&message->body)) s.in_reach = beat->contact_in_reach;
+  const StationBounds& bounds = bounds_[event.station];
+  if (const auto* beat = std::get_if<Beat>(&message->body)) {
+    s.in_reach = beat->contact_in_reach;
+    s.answered |= beat->lives_on != 0 && felt_at_rest(s, bounds, beat->body_time) != s.felt.end();
+  }
   const auto* answer = std::get_if<PatchMessage>(&message->body);
   if (!answer) return;
   s.in_reach = true;
-  const StationBounds& bounds = bounds_[event.station];
   const Patch& patch = answer->patch;
-  auto felt = std::lower_bound(s.felt.begin(), s.felt.end(), patch.stamp, [](const Felt& f, Micros t) { return f.own < t; });
-  if (felt == s.felt.end() && !s.felt.empty()) --felt;  // over a link without delay a patch is as new as the last tick
-  if (felt - s.felt.begin() < kNearTicks) return;
-  if ((felt - kNearTicks)->now < std::max(bounds.at_rest, bounds.recovered)) return;
+  const auto felt = felt_at_rest(s, bounds, patch.stamp);
+  if (felt == s.felt.end()) return;
   s.answered = true;
   if (bounds.lets_go && !rests(s.felt)) return;
   ++s.compared;

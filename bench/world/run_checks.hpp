@@ -65,6 +65,8 @@ class RecoveryCheck final : public Check {
     std::string worst;  ///< in words
     double worst_n = 0;
   };
+  static std::deque<Felt>::const_iterator felt_at_rest(const Station& s, const StationBounds& bounds, Micros stamp);
+
   const std::vector<StationBounds>& bounds_;
   const World& world_;
   std::vector<Station> seen_;

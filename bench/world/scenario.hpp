@@ -24,6 +24,7 @@ struct DrawOptions {
   double duration_s = 3;  ///< until everything is healed
   bool faults = true, drift = true, losses = true;
   int stations_max = 4;
+  double deadband = 0;  ///< of ServerOptions; not drawn
 };
 
 inline constexpr Micros kFirstFaultAt{700'000};

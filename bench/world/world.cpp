@@ -19,8 +19,13 @@ World::World(const Scene& scene, const WorldOptions& options)
       scene_(scene),
       clock_(draw_offset(options.seed), options.server_drift_ppm),
       room_(scene),
-      server_(std::make_unique<ServerCore>(facts_of(scene, home_of(scene)), ServerOptions{options.seed, options.rate_hz})),
-      instance_(options.seed) {}
+      instance_(options.seed),
+      server_(new_server()) {}
+
+std::unique_ptr<ServerCore> World::new_server() const {
+  const ServerOptions options{.instance = instance_, .rate_hz = options_.rate_hz, .deadband = options_.deadband};
+  return std::make_unique<ServerCore>(facts_of(scene_, home_of(scene_)), options);
+}
 
 WorldStation& World::add_station(const ClientOptions& options, std::unique_ptr<MotionDevice> device, const LinkSpec& link) {
   LinkSpec back = link;
@@ -204,7 +209,8 @@ void World::kill_server() {
 }
 
 void World::start_server(bool keep_body) {
-  server_ = std::make_unique<ServerCore>(facts_of(scene_, home_of(scene_)), ServerOptions{++instance_, options_.rate_hz});
+  ++instance_;
+  server_ = new_server();
   if (!keep_body) room_ = Room(scene_);
   room_started_ = false;
   server_up_ = true;

@@ -34,6 +34,7 @@ struct WorldOptions {
   Micros compute{};        ///< from frame to patch: what a frame costs the server in virtual time
   std::uint64_t seed = 1;  ///< of clock offsets; links have their own
   double server_drift_ppm = 0;
+  double deadband = 0;  ///< of ServerOptions
 };
 
 /// What a station does in its haptic tick; the default calls tick(). Experiments wrap it with a stopwatch.
@@ -155,6 +156,7 @@ class World {
     FrameResult result;
   };
 
+  std::unique_ptr<ServerCore> new_server() const;
   WorldStation& add(std::unique_ptr<WorldStation> station);
   void at_moment();
   bool deliver();
@@ -174,8 +176,8 @@ class World {
   Scene scene_;
   WorldClock clock_;  ///< the server's
   Room room_;
-  std::unique_ptr<ServerCore> server_;
   std::uint64_t instance_;
+  std::unique_ptr<ServerCore> server_;
   bool server_up_ = true, server_stalled_ = false;
   std::deque<Datagram> waiting_;  ///< for a server that is stalled
   std::vector<std::unique_ptr<WorldStation>> stations_;

@@ -184,6 +184,7 @@ void ClientCore::take_terms(const PatchTerms& piece, std::size_t bytes) {
 
 void ClientCore::take_beat(const Beat& beat, Micros now) {
   contact_in_reach_ = beat.contact_in_reach;
+  if (beat.lives_on != 0) live_on(beat, now);
   server_report_ = beat.link;
   pace_.take(beat.link, now);
   if (!(beat.rate_hz > 0)) return;
@@ -191,6 +192,15 @@ void ClientCore::take_beat(const Beat& beat, Micros now) {
   server_pace_.rate_hz = beat.rate_hz;
   server_pace_.behind = beat.behind;
   server_pace_.behind_max = std::max(server_pace_.behind_max, beat.behind);
+}
+
+/// What is played may be older than the oldest patch that lives on: then it was not meant.
+void ClientCore::live_on(const Beat& beat, Micros now) {
+  const std::uint32_t playing = intake_.playing();
+  const bool meant = playing != 0 && static_cast<std::int32_t>(playing - beat.lives_on) >= 0;
+  if (!meant || beat.body_time > now + PatchIntake::kFutureMax) return;
+  ++counts_.lived_on;
+  haptic_.live_on(beat.body_time);
 }
 
 void ClientCore::join_again(Micros now) {
@@ -228,7 +238,7 @@ std::size_t ClientCore::emit_samples(std::span<std::byte> out, Micros now) {
     const auto fresh = std::min(unsent_, most - repeat);
     const auto first = recent_.begin() + static_cast<std::ptrdiff_t>(sent - repeat);
     unsent_ -= fresh;
-    Samples samples{{first, first + static_cast<std::ptrdiff_t>(repeat + fresh)}};
+    Samples samples{{first, first + static_cast<std::ptrdiff_t>(repeat + fresh)}, welcome_.deadband > 0 ? intake_.playing() : 0};
     if (const auto size = say(std::move(samples), out, now)) return size;
   }
   send_due_ = false;

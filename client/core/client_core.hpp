@@ -15,7 +15,7 @@
 
 #include "client/core/haptic_tick.hpp"
 #include "client/core/uplink_pace.hpp"
-#include "client/player/intake.hpp"
+#include "client/intake/intake.hpp"
 #include "common/session/clock_sync.hpp"
 #include "common/session/loss_meter.hpp"
 #include "common/session/seq_tracker.hpp"
@@ -43,6 +43,7 @@ struct ClientCounts {
   std::uint64_t samples_outside = 0;                 ///< not finite or beyond the world: neither sent nor caught up with
   std::array<std::uint64_t, kWireFaults> dropped{};  ///< patches that did not pass check() among them
   std::uint64_t patch_bytes = 0, patches = 0;        ///< bytes of the datagrams that carried patches, with their terms
+  std::uint64_t lived_on = 0;                        ///< beats that said so of the patch in use
 };
 
 /// Frames a second that the room has time for (0: not said yet), and how old its newest state was when it was computed.
@@ -102,6 +103,7 @@ class ClientCore {
   void take_patch(const Patch& patch, std::size_t bytes, Micros now);
   void take_terms(const PatchTerms& piece, std::size_t bytes);
   void take_beat(const Beat& beat, Micros now);
+  void live_on(const Beat& beat, Micros now);
   void join_again(Micros now);
   bool has_unsent() const { return unsent_ > 0 && options_.hello.shadow_of.empty(); }
   std::size_t say(Body body, std::span<std::byte> out, Micros now);

@@ -19,10 +19,17 @@ HapticTick::HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, co
                        const CouplingParameters& coupling)
     : patches_(patches), samples_(samples), guard_(limits), coupling_(coupling) {}
 
-/// How old the patch in use got when `next` takes over at `now`. One that outlived what it may tells of a pause (no contact in
-/// reach, no link), not of the ages in use; but one that comes older than patches used to get tells that its way became longer.
-void HapticTick::note_ages(const Patch& next, Micros now) noexcept {
-  const Micros reached = now - player_.patch().stamp, came = now - next.stamp;
+/// The patch in use, new or known to live on, is as good as one stamped `stamp`.
+void HapticTick::renew(Micros stamp, Micros now) noexcept {
+  if (has_player_) note_ages(stamp, now);
+  stamp_ = stamp;
+}
+
+/// How old the patch in use got when one stamped `next_stamp` takes over at `now`. One that outlived what it may tells of a pause
+/// (no contact in reach, no link), not of the ages in use; but one that comes older than patches used to get tells that its way
+/// became longer.
+void HapticTick::note_ages(Micros next_stamp, Micros now) noexcept {
+  const Micros reached = now - stamp_, came = now - next_stamp;
   if (reached <= player_.patch().valid_for)
     note_age(reached);
   else if (came > bridged())
@@ -56,7 +63,7 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
     if (sample.t > next.time()) next.advance(sample);
   }
   if (has_player_) next.inherit(player_);
-  if (has_player_) note_ages(next.patch(), now.t);
+  renew(std::max(next.patch().stamp, lives_on()), now.t);
   const Vec3 step = (has_player_ ? Vec3(player_.advance(now).force + fade_offset_) : Vec3::Zero()) - next.advance(now).force;
   player_ = next;
   if (has_player_) {
@@ -82,8 +89,8 @@ Vec3 HapticTick::patch_force(const ToolSample& sample, TickOutput& out) noexcept
   const Patch& patch = player_.patch();
   out.has_patch = true;
   out.contact = player_.output().contact;
-  out.patch_stamp = patch.stamp;
-  out.patch_age = sample.t - patch.stamp;
+  out.patch_stamp = stamp_;
+  out.patch_age = sample.t - stamp_;
   Vec3 force = player_.output().force;
   if (fade_left_ > 0) {
     force += fade_offset_;
@@ -122,6 +129,7 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
   } else if (has_player_) {
     player_.advance(sample);
   }
+  if (has_player_ && lives_on() > stamp_) renew(lives_on(), sample.t);
   recent_[recent_count_++ % kRecent] = sample;
   if (has_player_) environment_ = patch_force(sample, out);
   out.model_force = coupled ? coupling_force : environment_;

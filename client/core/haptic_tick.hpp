@@ -15,9 +15,9 @@
 
 #include "client/guard/guard.hpp"
 #include "client/guard/virtual_coupling.hpp"
-#include "client/player/player.hpp"
 #include "common/base/latest_slot.hpp"
 #include "common/base/spsc_ring.hpp"
+#include "common/player/player.hpp"
 
 namespace palpate {
 
@@ -34,8 +34,8 @@ struct TickOutput {
   Vec3 model_force = Vec3::Zero();  ///< before it
   bool contact = false;
   bool has_patch = false;
-  Micros patch_age{};  ///< now minus the stamp of the patch in use
-  Micros patch_stamp{};
+  Micros patch_age{};           ///< now minus patch_stamp
+  Micros patch_stamp{};         ///< of the patch in use, or the moment up to which the server knows it to live on
   bool swapped = false;         ///< a new patch took over in this tick
   double hand_over_step_n = 0;  ///< its force step before the cross-fade [N]
   double gain = 1;              ///< share of the patch's force that is displayed: less while it fades
@@ -58,6 +58,8 @@ class HapticTick {
   /// Age that patches reach before the next one takes over: smoothed mean and twice the mean deviation (as TCP does with round
   /// trips); 0 before the second patch. Any thread.
   Micros bridged() const noexcept { return Micros{bridged_us_.load(std::memory_order_relaxed)}; }
+  /// The server says that the patch in use is as good as one stamped `stamp` would be. Any thread, one at a time.
+  void live_on(Micros stamp) noexcept { lives_on_us_.store(stamp.count(), std::memory_order_relaxed); }
   /// The haptic thread woke late for this tick.
   void note_late() noexcept { late_ticks_.store(late_ticks() + 1, std::memory_order_relaxed); }
   /// How often it did. Any thread.
@@ -70,7 +72,9 @@ class HapticTick {
   static constexpr int kCrossFadeLeast = 4, kCrossFadeUsual = 10, kCrossFadeMost = 25;
   static constexpr int kFadeTicks = 50;
 
-  void note_ages(const Patch& next, Micros now) noexcept;
+  Micros lives_on() const noexcept { return Micros{lives_on_us_.load(std::memory_order_relaxed)}; }
+  void renew(Micros stamp, Micros now) noexcept;
+  void note_ages(Micros next_stamp, Micros now) noexcept;
   void note_age(Micros age) noexcept;
   static int cross_fade_ticks(double step_n, double force_n) noexcept;
   void hand_over(PatchPlayer& next, const ToolSample& now) noexcept;
@@ -86,13 +90,14 @@ class HapticTick {
   Vec3 environment_ = Vec3::Zero();  ///< the patch's force on the virtual tool [N]
   PatchPlayer player_;
   bool has_player_ = false;
+  Micros stamp_{};  ///< of the patch in use, or later: it lives on
   std::array<ToolSample, kRecent> recent_{};
   std::uint64_t recent_count_ = 0;
   Vec3 fade_offset_ = Vec3::Zero();
   int fade_left_ = 0;
   double gain_ = 0;
   double age_mean_us_ = 0, age_deviation_us_ = 0;
-  std::atomic<std::int64_t> bridged_us_{0};
+  std::atomic<std::int64_t> bridged_us_{0}, lives_on_us_{Micros::min().count()};
   std::atomic<std::uint32_t> late_ticks_{0};
   HapticCounts counts_;
 };

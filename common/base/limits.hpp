@@ -16,6 +16,7 @@ inline constexpr int kHapticRateHz = 1000;
 inline constexpr int kSampleHistoryTicks = 4096;                ///< tool samples a client keeps to catch up with
 inline constexpr double kWorldExtentM = 10.0;                   ///< positions beyond this are refused
 inline constexpr double kMinRateHz = 1.0, kMaxRateHz = 1000.0;  ///< frame rate of a server
+inline constexpr double kMaxDeadband = 0.5;                     ///< share of a force by which patches may be wrong on purpose
 
 static_assert(kSampleHistoryTicks >= 4 * kHapticRateHz, "a patch up to 4 s old can be caught up with");
 

@@ -43,12 +43,14 @@ WireFault read(const wire::Welcome& table, Welcome& m) {
   sense.name(view_of(table.scene()), 0);
   sense.that(to_enum(table.contact(), ContactKind::touch, m.contact));
   sense.number(table.rate_hz(), kMinRateHz, kMaxRateHz);
+  sense.number(table.deadband(), 0, kMaxDeadband);
   m.home = pack::from(*table.home());
   sense.position(m.home);
   sense.that(table.vertices() <= kMaxMeshVertices && table.triangles() <= 4 * kMaxMeshVertices);
   if (!sense.ok()) return sense.fault();
   m.scene = view_of(table.scene());
   m.rate_hz = table.rate_hz();
+  m.deadband = table.deadband();
   m.vertices = table.vertices();
   m.triangles = table.triangles();
   m.mesh_hash = pack::from(*table.mesh_hash());
@@ -65,6 +67,7 @@ WireFault read(const wire::Refuse& table, Refuse& m) {
 }
 
 WireFault read(const wire::Samples& table, Samples& m) {
+  m.playing = table.playing();
   if (!table.samples()) return WireFault::none;
   const auto count = table.samples()->size();
   if (!table.base() || count < 1 || count > std::size_t{kMaxSamplesPerDatagram}) return WireFault::malformed;
@@ -90,7 +93,8 @@ WireFault read(const wire::Beat& table, Beat& m) {
        table.rate_hz(),
        Micros{table.behind()},
        {table.judged(), table.lost(), table.longest_run(), Micros{table.patch_age()}},
-       table.ticks_late()};
+       table.ticks_late(),
+       table.lives_on()};
   Sense sense;
   sense.time(m.body_time);
   sense.number(m.rate_hz, 0, kMaxRateHz);

@@ -41,8 +41,9 @@ class BodyWriter {
     const auto scene = text(m.scene, kMaxNameBytes);
     const auto home = packer_.point(m.home);
     const auto hash = pack::Packer::wide(m.mesh_hash);
-    return done(wire::Body::Welcome, wire::CreateWelcome(builder_, scene, static_cast<std::uint8_t>(m.contact),
-                                                         packer_.number(m.rate_hz), &home, m.vertices, m.triangles, &hash));
+    return done(wire::Body::Welcome,
+                wire::CreateWelcome(builder_, scene, static_cast<std::uint8_t>(m.contact), packer_.number(m.rate_hz), &home,
+                                    m.vertices, m.triangles, &hash, packer_.number(m.deadband)));
   }
   Offset<void> operator()(const Refuse& m) {
     // Without a text a refusal is no larger than the shortest question that it may have to answer.
@@ -52,20 +53,21 @@ class BodyWriter {
   }
   Offset<void> operator()(const Samples& m) {
     packer_.require(m.samples.size() <= std::size_t{kMaxSamplesPerDatagram});
-    if (m.samples.empty() || !packer_.ok()) return done(wire::Body::Samples, wire::CreateSamples(builder_));
+    if (m.samples.empty() || !packer_.ok())
+      return done(wire::Body::Samples, wire::CreateSamples(builder_, nullptr, 0, m.playing));
     std::array<wire::Sample, kMaxSamplesPerDatagram> packed;
     for (std::size_t i = 0; i < m.samples.size(); ++i)
       packed[i] = {packer_.duration(m.samples[i].t - m.samples[0].t), packer_.point(m.samples[i].position)};
     const auto base = packer_.time(m.samples[0].t);
     const auto samples = builder_.CreateVectorOfStructs(packed.data(), m.samples.size());
-    return done(wire::Body::Samples, wire::CreateSamples(builder_, &base, samples));
+    return done(wire::Body::Samples, wire::CreateSamples(builder_, &base, samples, m.playing));
   }
   Offset<void> operator()(const PatchMessage& m) { return done(wire::Body::Patch, write_patch(builder_, packer_, m.patch)); }
   Offset<void> operator()(const Beat& m) {
     const auto time = packer_.time(m.body_time);
     return done(wire::Body::Beat, wire::CreateBeat(builder_, &time, m.contact_in_reach, packer_.number(m.rate_hz),
                                                    packer_.duration(m.behind), m.link.judged, m.link.lost, m.link.longest_run,
-                                                   packer_.duration(m.link.patch_age), m.ticks_late));
+                                                   packer_.duration(m.link.patch_age), m.ticks_late, m.lives_on));
   }
   Offset<void> operator()(const Leave&) { return done(wire::Body::Leave, wire::CreateLeave(builder_)); }
   Offset<void> operator()(const MeshRequest& m) {

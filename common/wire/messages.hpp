@@ -43,6 +43,7 @@ struct Welcome {
   Vec3 home = Vec3::Zero();                   ///< attach: the node's rest position; touch: a point just above the surface
   std::uint32_t vertices = 0, triangles = 0;  ///< of the surface, for viewers
   std::uint64_t mesh_hash = 0;
+  double deadband = 0;  ///< patches that would change the force by less than this share of it are not sent, 0 = all are
 };
 
 enum class RefuseReason : std::uint8_t {
@@ -64,6 +65,7 @@ struct Refuse {
 /// Client -> server: the newest tool samples (client clock, ascending), repeating those of the last datagrams.
 struct Samples {
   std::vector<ToolSample> samples;
+  std::uint32_t playing = 0;  ///< seq of the patch that is played, all of it; 0 = none, or the server has no deadband
 };
 
 /// Server -> client: the newest patch.
@@ -87,6 +89,8 @@ struct Beat {
   Micros behind{};     ///< how old the body's newest state was when it was computed (server -> client)
   LinkReport link = {};
   std::uint32_t ticks_late = 0;  ///< of the client's haptic loop since it began (client -> server)
+  /// Every patch from this seq on is as good as one stamped `body_time` would be (server -> client), 0 = not said.
+  std::uint32_t lives_on = 0;
 };
 
 struct Leave {};

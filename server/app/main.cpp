@@ -22,7 +22,7 @@ using namespace palpate;
 struct Options {
   std::vector<std::string> scenes;
   std::string listen = "127.0.0.1:47800", record;
-  double rate_hz = 20, duration_s = 0, shapes_hz = RecordOptions{}.shapes_hz;
+  double rate_hz = 20, duration_s = 0, shapes_hz = RecordOptions{}.shapes_hz, deadband = 0;
   std::size_t threads = 0;
   bool print_scene = false, has_duration = false, has_record = false, has_shapes = false;
 };
@@ -49,6 +49,10 @@ void describe_flags(CLI::App& app, Options& o) {
   app.add_option("--record-shapes-hz", o.shapes_hz, "shapes of the body a second in the recording, at most one a frame, 0: none")
       ->type_name("N")
       ->capture_default_str();
+  app.add_option("--deadband", o.deadband,
+                 "share of a force below which a change is not sent: the station's patch lives on; 0: every patch is sent")
+      ->type_name("N")
+      ->capture_default_str();
   app.add_flag("--print-scene", o.print_scene, "write the scene with all defaults filled in, and end");
 }
 
@@ -59,6 +63,8 @@ void check(const Options& o) {
   if (o.print_scene && o.scenes.size() > 1) throw InputError("--print-scene", "comes with several scenes", "one --scene");
   if (!(o.rate_hz >= kMinRateHz && o.rate_hz <= kMaxRateHz))
     throw InputError("--rate-hz", fmt::format("is {}", o.rate_hz), fmt::format("{} to {}", kMinRateHz, kMaxRateHz));
+  if (!(o.deadband >= 0 && o.deadband <= kMaxDeadband))
+    throw InputError("--deadband", fmt::format("is {}", o.deadband), fmt::format("0 to {}", kMaxDeadband));
   if (o.has_duration && !(o.duration_s > 0 && o.duration_s <= kMostS))
     throw InputError("--duration-s", fmt::format("is {}", o.duration_s), "more than 0 s, up to 30 days");
   if (o.has_record && o.record.empty()) throw InputError("--record", "is empty", "a file, or no such flag");
@@ -112,7 +118,8 @@ void serve(const Options& o) {
                     {o.listen,
                      o.rate_hz,
                      o.threads > 0 ? o.threads : std::min(scenes.size(), processors),
-                     {o.record, o.shapes_hz, "palpate-server " PALPATE_VERSION}},
+                     {o.record, o.shapes_hz, "palpate-server " PALPATE_VERSION},
+                     o.deadband},
                     say);
   asio::signal_set signals(shell.context(), SIGINT, SIGTERM);
   signals.async_wait([&shell](const asio::error_code& fault, int) {

@@ -58,7 +58,7 @@ std::size_t ServerCore::emit_to(Station& station, std::span<std::byte> out, Peer
   while (!station.outbox.terms.empty())
     if (const auto size = emit_terms(station, out, to, now)) return size;
   if (station.outbox.beat)
-    if (const auto size = say(station, *std::exchange(station.outbox.beat, std::nullopt), out, to, now)) return size;
+    if (const auto size = emit_beat(station, out, to, now)) return size;
   return station.views() ? emit_view(station, out, to, now) : 0;
 }
 
@@ -69,9 +69,17 @@ std::size_t ServerCore::emit_welcome(Station& station, std::span<std::byte> out,
                         facts_.home,
                         static_cast<std::uint32_t>(facts_.mesh.vertices.size()),
                         static_cast<std::uint32_t>(facts_.mesh.triangles.size()),
-                        facts_.mesh_hash};
+                        facts_.mesh_hash,
+                        station.pushes() ? options_.deadband : 0};
   const auto size = say(station, welcome, out.first(std::min(out.size(), station.outbox.welcome_limit)), to, now);
   if (size == 0) ++counts_.answers_withheld;
+  return size;
+}
+
+std::size_t ServerCore::emit_beat(Station& station, std::span<std::byte> out, PeerId& to, Micros now) {
+  auto& box = station.outbox;
+  const auto size = say(station, *box.beat, out, to, now);
+  if (size == 0 || --box.beat_copies <= 0) box.beat.reset();
   return size;
 }
 

@@ -92,6 +92,8 @@ StationJob ServerCore::make_station_job(const Station& station, Micros target) c
   job.bridge = bridge(station);
   job.order = order(station, job.bridge);
   job.silence = silence(station);
+  job.deadband = options_.deadband;
+  job.playing = station.playing;
   if (station.pushes())
     job.samples = station.timeline.between(body_time_, target);
   else
@@ -193,14 +195,9 @@ void ServerCore::give(Station& station, StationFrame& frame, Micros now) {
   station.has_shown = true;
   station.contact_in_reach = frame.patch.has_value();
   if (!frame.patch || is_lost(station, *frame.patch)) return beat(station);
-  frame.patch->stamp = station_time(station, frame.patch->stamp);
-  frame.patch->seq = ++station.patch_seq;
   station.states = static_cast<std::uint16_t>(2 * frame.patch->modes());
-  const auto pieces = frame.terms.variables > 0 ? to_pieces(frame.terms, frame.patch->seq) : std::vector<PatchTerms>{};
-  station.outbox.terms.assign(pieces.begin(), pieces.end());
-  station.outbox.patch = std::move(frame.patch);
-  station.outbox.patch_copies = station.patch_copies;
-  station.outbox.beat.reset();
+  if (frame.lives_on) return let_live_on(station, *frame.lives_on);
+  send_patch(station, frame);
   // Patches are all that a station in contact gets. Beside them it hears now and then how the link and the room do, and at once
   // when the room falls behind or keeps up again.
   const bool slow = pace_.rate_hz < kSlowBelow * options_.rate_hz;
@@ -208,6 +205,31 @@ void ServerCore::give(Station& station, StationFrame& frame, Micros now) {
   station.slow_known = slow;
   station.next_report = now + kLinkReportEvery;
   station.outbox.beat = beat_for(station);
+}
+
+void ServerCore::send_patch(Station& station, StationFrame& frame) {
+  const Micros stamp = frame.patch->stamp;
+  frame.patch->stamp = station_time(station, stamp);
+  frame.patch->seq = ++station.patch_seq;
+  const auto pieces = frame.terms.variables > 0 ? to_pieces(frame.terms, frame.patch->seq) : std::vector<PatchTerms>{};
+  station.outbox.terms.assign(pieces.begin(), pieces.end());
+  station.outbox.patch = std::move(frame.patch);
+  station.outbox.patch_copies = station.patch_copies;
+  station.outbox.beat.reset();
+  if (options_.deadband <= 0 || !station.pushes()) return;
+  station.patches_sent.push_back({station.patch_seq, stamp});
+  if (station.patches_sent.size() > Deadband::kMostSent) station.patches_sent.pop_front();
+}
+
+/// In place of a patch that says no more than those from the one stamped `stamp` on.
+void ServerCore::let_live_on(Station& station, Micros stamp) {
+  const auto& sent = station.patches_sent;
+  const auto oldest = std::find_if(sent.begin(), sent.end(), [&](const Station::SentPatch& p) { return p.stamp == stamp; });
+  beat(station);
+  if (station.outbox.patch || oldest == sent.end()) return;
+  ++station.counts.lived_on;
+  station.outbox.beat->lives_on = oldest->seq;
+  station.outbox.beat_copies = station.patch_copies;
 }
 
 /// Whether nothing is known of the tool for longer than the patch lasts: it would be played from where the tool is not any more.
@@ -226,6 +248,7 @@ void ServerCore::beat_all() {
 void ServerCore::beat(Station& station) {
   if (station.outbox.patch) return;  // not sent yet, and it says as much
   station.outbox.beat = beat_for(station);
+  station.outbox.beat_copies = 1;
 }
 
 Beat ServerCore::beat_for(const Station& station) const {

@@ -52,6 +52,7 @@
 #include "common/wire/messages.hpp"
 #include "server/core/room_facts.hpp"
 #include "server/core/station.hpp"
+#include "server/room/deadband.hpp"
 #include "server/room/room.hpp"
 
 namespace palpate {
@@ -61,6 +62,7 @@ struct ServerOptions {
   double rate_hz = 20;
   std::string room = {};   ///< its name, for stations that ask for one; empty: it has none
   std::string rooms = {};  ///< names of all rooms of the process, for a station that asks for another
+  double deadband = 0;     ///< share of a force below which a change is not sent (deadband.hpp), 0 = every patch is
 };
 
 inline constexpr Micros kSilentAfter{1'000'000};  ///< another peer may take the name of a station silent for so long
@@ -147,6 +149,7 @@ class ServerCore {
   // sessions.cpp
   void take_hello(const Message& message, PeerId from, std::size_t size, Micros now);
   void take_samples(Station& station, const Samples& samples, Micros now);
+  static void take_playing(Station& station, std::uint32_t seq);
   void take_from(Station& station, const Message& message, Micros now);
   std::optional<Refuse> objection(const Hello& hello, const Station* in_place_of) const;
   void refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit);
@@ -171,6 +174,8 @@ class ServerCore {
   void beat_all();
   void beat(Station& station);
   void give(Station& station, StationFrame& frame, Micros now);
+  void send_patch(Station& station, StationFrame& frame);
+  void let_live_on(Station& station, Micros stamp);
   bool is_lost(const Station& station, const Patch& patch) const;
   const Station* tool_of(const Station& station) const;
   void report(Station& viewer, Micros now);
@@ -184,6 +189,7 @@ class ServerCore {
   std::size_t say(Station& station, Body body, std::span<std::byte> out, PeerId& to, Micros now);
   std::size_t emit_welcome(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
   std::size_t emit_terms(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
+  std::size_t emit_beat(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
   std::size_t emit_patch(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
   std::size_t emit_view(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
   std::size_t emit_shape(Station& station, std::span<std::byte> out, PeerId& to, Micros now);

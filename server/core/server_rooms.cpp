@@ -4,12 +4,13 @@
 
 namespace palpate {
 
-ServerRooms::ServerRooms(std::vector<RoomSpec> rooms, std::uint64_t instance, double rate_hz) : first_instance_(instance) {
+ServerRooms::ServerRooms(std::vector<RoomSpec> rooms, std::uint64_t instance, double rate_hz, double deadband)
+    : first_instance_(instance) {
   std::string names;
   for (const RoomSpec& room : rooms) names += (names.empty() ? "" : ", ") + room.name;
   for (RoomSpec& room : rooms)
-    cores_.push_back(
-        std::make_unique<ServerCore>(std::move(room.facts), ServerOptions{instance + cores_.size(), rate_hz, room.name, names}));
+    cores_.push_back(std::make_unique<ServerCore>(std::move(room.facts),
+                                                  ServerOptions{instance + cores_.size(), rate_hz, room.name, names, deadband}));
 }
 
 ServerCore& ServerRooms::room_of(WireFault fault, const Message& message) {

@@ -20,7 +20,7 @@ class ServerRooms {
     RoomFacts facts;
   };
   /// Room k has instance `instance` + k. At least one room; names differ.
-  ServerRooms(std::vector<RoomSpec> rooms, std::uint64_t instance, double rate_hz);
+  ServerRooms(std::vector<RoomSpec> rooms, std::uint64_t instance, double rate_hz, double deadband = 0);
 
   std::size_t size() const { return cores_.size(); }
   ServerCore& operator[](std::size_t k) { return *cores_[k]; }

@@ -147,8 +147,19 @@ void ServerCore::take_from(Station& station, const Message& message, Micros now)
     pieces.push_back(request->piece);
 }
 
+/// What a datagram says that others have overtaken is known already.
+void ServerCore::take_playing(Station& station, std::uint32_t seq) {
+  auto& sent = station.patches_sent;
+  const auto played = std::find_if(sent.begin(), sent.end(), [&](const Station::SentPatch& p) { return p.seq == seq; });
+  if (seq == 0) station.playing.reset();
+  if (played == sent.end()) return;
+  station.playing = played->stamp;
+  sent.erase(sent.begin(), played);
+}
+
 void ServerCore::take_samples(Station& station, const Samples& samples, Micros now) {
   if (!station.pushes()) return;
+  if (options_.deadband > 0) take_playing(station, samples.playing);
   const auto before = station.sample_heard;
   const bool first = station.timeline.empty();
   const auto age = first ? Micros{} : std::max(Micros{}, now - station.timeline.newest());

@@ -23,6 +23,7 @@ struct StationCounts {
   std::uint64_t samples_late = 0;     ///< of these: too late for the body, which had gone past them
   std::uint64_t samples_refused = 0;  ///< from the future, or before the clocks were known
   std::uint64_t patches = 0, patch_bytes = 0;
+  std::uint64_t lived_on = 0;       ///< frames whose patch it did not need
   std::uint64_t patch_too_big = 0;  ///< did not fit a datagram and were not sent
 };
 
@@ -34,6 +35,7 @@ struct Outbox {
   std::deque<PatchTerms> terms;   ///< pieces that go with the newest patch; after it
   int patch_copies = 1;           ///< datagrams that carry it
   std::optional<Beat> beat;
+  int beat_copies = 1;  ///< datagrams that carry it: as many as a patch that it stands for
   std::deque<std::uint32_t> mesh_pieces;
   bool room = false;  ///< a RoomView is due
 };
@@ -50,7 +52,13 @@ struct Station {
   Micros patch_age{};    ///< that its patches in use reach, as it says; 0 = it has not said
   int patch_copies = 2;  ///< datagrams that carry each patch to it: what it loses decides, once it has said
   int longest_run = 0;   ///< of datagrams to it that got lost one after the other, as it says
-  Micros next_report{};  ///< when it gets a Beat beside a patch, a viewer a RoomView
+  struct SentPatch {
+    std::uint32_t seq = 0;
+    Micros stamp{};  ///< server clock
+  };
+  std::deque<SentPatch> patches_sent;  ///< from the one that it plays, as far as is known, to the newest
+  std::optional<Micros> playing;       ///< stamp of that one; nothing is known of a station that has not said
+  Micros next_report{};                ///< when it gets a Beat beside a patch, a viewer a RoomView
   std::uint32_t seq_out = 0, patch_seq = 0;
   Timeline timeline;
   Micros sample_heard{};  ///< when the newest sample came

@@ -42,7 +42,7 @@ std::vector<ServerRooms::RoomSpec> specs_of(const std::vector<NamedScene>& scene
 
 ServerShell::ServerShell(const std::vector<NamedScene>& scenes, const ShellOptions& options, Say say)
     : say_(std::move(say)),
-      cores_(specs_of(scenes), draw_instance(), options.rate_hz),
+      cores_(specs_of(scenes), draw_instance(), options.rate_hz, options.deadband),
       socket_(bind_udp(io_, "--listen", resolve_udp("--listen", options.listen))),
       threads_(std::clamp<std::size_t>(options.threads, 1, scenes.size())) {
   const std::size_t threads_a_room = std::max<std::size_t>(options.threads / scenes.size(), 1);

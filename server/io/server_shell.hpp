@@ -48,6 +48,7 @@ struct ShellOptions {
   std::size_t threads =
       1;  ///< that move bodies: a pool of one a room at most; each room's share of more than that helps with its body
   RecordOptions record = {};
+  double deadband = 0;  ///< of ServerOptions
 };
 
 class ServerShell {

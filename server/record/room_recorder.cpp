@@ -62,7 +62,7 @@ RecordedTouch RoomRecorder::touch_of(const StationFrame& frame, Micros stamp) co
   if (!frame.patch) return touch;
   touch.scheme = frame.patch->scheme;
   touch.states = frame.patch->states();
-  touch.bytes = bytes_of(frame);
+  if (!frame.lives_on) touch.bytes = bytes_of(frame);
   return touch;
 }
 

@@ -25,11 +25,13 @@ namespace palpate {
 struct StationJob {
   StationId id = 0;
   Scheme scheme = Scheme::port;
-  int order = 0;                    ///< states wanted, 0 = default
-  StationId shadow_of = 0;          ///< not 0: shares that station's tool, gets a patch, does not push
-  Micros bridge{};                  ///< age that a patch will reach before the next one takes over: latency + frame
-  std::vector<ToolSample> samples;  ///< since the last frame, ascending, server clock; the last one may lie beyond the target
-  Micros silence = kSilenceLeast;   ///< that its link may make between two patches
+  int order = 0;                       ///< states wanted, 0 = default
+  StationId shadow_of = 0;             ///< not 0: shares that station's tool, gets a patch, does not push
+  Micros bridge{};                     ///< age that a patch will reach before the next one takes over: latency + frame
+  std::vector<ToolSample> samples;     ///< since the last frame, ascending, server clock; the last one may lie beyond the target
+  Micros silence = kSilenceLeast;      ///< that its link may make between two patches
+  double deadband = 0;                 ///< share of the force by which its patch may be wrong (deadband.hpp), 0 = none
+  std::optional<Micros> playing = {};  ///< stamp of the patch that it is known to play, server clock
 };
 
 struct FrameJob {
@@ -49,6 +51,7 @@ struct StationFrame {
   CubicTerms terms;                                ///< that go with it; without variables: none
   Vec3 tool = Vec3::Zero(), force = Vec3::Zero();  ///< at the stamp; force on the tool [N]
   bool contact = false;
+  std::optional<Micros> lives_on = {};  ///< stamp from which on all patches that it was given do as well as `patch`
 };
 
 struct FrameResult {

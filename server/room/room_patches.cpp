@@ -103,8 +103,11 @@ StationFrame Room::State::frame_of(const StationJob& job, Micros stamp, bool get
   if (!gets_patch) return frame;
   give_patch(job, *which, frame);
   if (!frame.patch) return frame;
-  frame.patch->seq = ++stations.at(job.id).seq;
+  Station& station = stations.at(job.id);
+  frame.patch->seq = ++station.seq;
   frame.patch->stamp = stamp;
+  if (job.deadband > 0 && job.shadow_of == 0)
+    frame.lives_on = station.deadband.pass(*frame.patch, frame.terms, {job.deadband, job.bridge, job.playing, &station.track});
   return frame;
 }
 

@@ -10,6 +10,7 @@
 #include "server/body/settle.hpp"
 #include "server/body/stillness.hpp"
 #include "server/reduce/patch_builder.hpp"
+#include "server/room/deadband.hpp"
 #include "server/room/grasp.hpp"
 #include "server/room/room.hpp"
 #include "server/room/tool_track.hpp"
@@ -45,6 +46,7 @@ struct Room::State {
     std::optional<Kept> kept;
     Grasp grasp;
     std::unique_ptr<PatchBuilder> builder;
+    Deadband deadband;
     std::uint32_t seq = 0;
   };
 

@@ -18,6 +18,7 @@ class ToolTrack {
 
   bool empty() const { return samples_.empty(); }
   Micros begin() const { return samples_.front().t; }
+  Micros newest() const { return samples_.back().t; }
   const Vec3& last() const { return samples_.back().position; }
   /// Ascending; a sample that is not newer than the last one is left out. `body_time`: how far the body has gone along the path.
   void add(std::span<const ToolSample> samples, Micros body_time);
@@ -25,12 +26,12 @@ class ToolTrack {
   void add(std::span<const ToolSample> samples) { add(samples, Micros::min()); }
   /// Position, and velocity of the segment that ends at or contains `t`.
   ToolAt at(Micros t) const;
+  /// The same without being led back: where the tool truly was, as far as samples tell.
+  ToolAt on_path(Micros t) const;
   /// Forgets what no call of at() from `t` on needs.
   void forget_before(Micros t);
 
  private:
-  ToolAt on_path(Micros t) const;
-
   std::deque<ToolSample> samples_;
   Micros led_from_{};
   Vec3 offset_ = Vec3::Zero();  // of at() from the path at led_from_

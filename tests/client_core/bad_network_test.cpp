@@ -88,3 +88,54 @@ TEST_CASE("a link that is cut: the force is gone 50 ms after the patch's end, an
   const auto back = healed + 60 + 100 + 50;
   CHECK(ticks[back].force.norm() == Approx(1));
 }
+
+TEST_CASE("a patch that lives on over a bad link is felt as if it came anew, for fewer bytes") {
+  struct Felt {
+    int faded = 0;
+    Micros oldest{};
+    std::uint64_t patches = 0, lived_on = 0, bytes = 0;
+  };
+  const auto felt = [](double deadband) {
+    SmallWorld world(ContactKind::touch, deadband);
+    world.link = {60ms, 20ms, 0.05, 0.02};
+    world.room.lives_on = deadband > 0;
+    auto& hand = world.add(1, "hand", 1234567us);
+    world.run(2s);
+    const std::size_t from = world.places[1].ticks.size();
+    const std::uint64_t bytes = world.server->counts().bytes_sent;
+    world.run(10s);
+    Felt f;
+    for (std::size_t i = from; i < world.places[1].ticks.size(); ++i) {
+      f.faded += world.places[1].ticks[i].gain < 1;
+      f.oldest = std::max(f.oldest, world.places[1].ticks[i].patch_age);
+    }
+    f.patches = hand.haptic().counts().patches_used;
+    f.lived_on = hand.counts().lived_on;
+    f.bytes = world.server->counts().bytes_sent - bytes;
+    CHECK(hand.link_report().patch_age <= 2 * 60ms + 50ms + 80ms);
+    return f;
+  };
+  const Felt all = felt(0), living = felt(0.1);
+  CHECK(all.faded == 0);
+  CHECK(living.faded == 0);
+  CHECK(living.oldest <= all.oldest + 50ms);
+  CHECK(all.lived_on == 0);
+  CHECK(living.lived_on > 150);
+  CHECK(living.patches < 20);
+  CHECK(living.bytes < all.bytes);
+}
+
+TEST_CASE("a patch that lived on fades when the server falls silent, as late as one that came anew would") {
+  SmallWorld world(ContactKind::touch, 0.1);
+  world.link.delay = 20ms;
+  world.room.lives_on = true;
+  world.add(1, "hand");
+  world.run(3s);
+  const auto& ticks = world.places[1].ticks;
+  REQUIRE(ticks.back().patch_age <= 100ms);
+  world.server.reset();
+  world.run(FakeRoom::patch({}).valid_for - 150ms);
+  CHECK(ticks.back().gain == 1);
+  world.run(150ms + kFade + 1ms);
+  CHECK(ticks.back().force.norm() == 0);
+}

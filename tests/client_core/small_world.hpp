@@ -36,10 +36,13 @@ class SmallWorld {
   std::map<PeerId, Place> places;
   std::mt19937 random{1};
 
-  explicit SmallWorld(ContactKind contact = ContactKind::touch) : contact_(contact) { start_server(1); }
+  explicit SmallWorld(ContactKind contact = ContactKind::touch, double deadband = 0) : contact_(contact), deadband_(deadband) {
+    start_server(1);
+  }
 
   void start_server(std::uint64_t instance) {
-    server = std::make_unique<ServerCore>(test_facts(contact_), ServerOptions{instance, 20});
+    server = std::make_unique<ServerCore>(test_facts(contact_),
+                                          ServerOptions{.instance = instance, .rate_hz = 20, .deadband = deadband_});
   }
 
   ClientCore& add(PeerId peer, const std::string& name, Micros clock_offset = {}, const std::string& shadow_of = "") {
@@ -102,6 +105,7 @@ class SmallWorld {
   }
 
   ContactKind contact_;
+  double deadband_;
   std::multimap<Micros, Flight> flights_;
 };
 

@@ -44,6 +44,20 @@ TEST_CASE("The force of a pushed cube of tetrahedra converges with the square of
 }
 
 TEST_CASE(
+    "Any body can be pushed by its highest node: a cube of tetrahedra that is touched otherwise gives the force of one held") {
+  const PushedCube cube{.n = 5, .damping_s = 0.008, .step_s = 0.025, .solid = true};
+  Scene scene = pushed_cube_scene(cube);
+  const std::uint32_t middle = scene.tool.node;
+  scene.tool.contact = ContactKind::touch;
+  scene.tool.node = 0;
+  scene.body.nodes[middle].z() += 1e-12;
+  const Scene gripped = gripped_at_top(scene, IntegratorKind::tr_bdf2, cube.step_s);
+  CHECK(gripped.tool.node == middle);
+  CHECK(gripped.tool.contact == ContactKind::attach);
+  CHECK(relative_rms(push_body(gripped, no_clock).force, push_cube(cube, no_clock).force) < 1e-6);
+}
+
+TEST_CASE(
     "A cube of finer springs is the same material: its energy in a strain differs by a share that shrinks with the spacing") {
   const auto energy_j = [](int n) {
     const Scene scene = pushed_cube_scene({n, 0.004, IntegratorKind::tr_bdf2, 0.01});

@@ -155,3 +155,36 @@ TEST_CASE("A reference that is handed over gives the same figures as one that re
   const ReplayResult reused = play(cube6(), motion, known);
   CHECK(reused.fidelity.snr_db == play(cube6(), motion, options).fidelity.snr_db);
 }
+
+TEST_CASE("With a deadband no tick feels different by more than that share of the force, near or far away, for fewer bytes") {
+  const Motion motion = excursion(3);
+  for (const int round_trip_ms : {0, 60}) {
+    ReplayOptions options = options_for(Scheme::port, round_trip_ms);
+    const ReplayResult all = play(cube6(), motion, options);
+    options.deadband = 0.1;
+    const ReplayResult some = play(cube6(), motion, options);
+    CAPTURE(round_trip_ms);
+    double worst = 0;
+    for (std::size_t i = 0; i < all.ticks.size(); ++i)
+      worst = std::max(worst, (some.ticks[i].felt - all.ticks[i].felt).norm() / std::max(all.ticks[i].felt.norm(), 0.1));
+    CHECK(worst > 0);
+    CHECK(worst <= options.deadband);
+    CHECK(some.felt_step.share_within == all.felt_step.share_within);
+    CHECK(2 * some.patches_used < all.patches_used);
+    CHECK(some.downlink_bytes_s < 0.6 * all.downlink_bytes_s);
+    CHECK(some.age_p95 <= all.age_p95 + Micros{2'000});
+  }
+}
+
+TEST_CASE("With a deadband nothing fades over a link that loses and delays at random, and patches get no older") {
+  ReplayOptions options = options_for(Scheme::cubic, 80);
+  options.link.jitter = Micros{10'000};
+  options.link.loss = 0.1;
+  const ReplayResult all = play(cube6(), excursion(2), options);
+  options.deadband = 0.1;
+  const ReplayResult some = play(cube6(), excursion(2), options);
+  CHECK(some.faded_ticks == all.faded_ticks);
+  CHECK(some.patches_used < all.patches_used);
+  CHECK(some.age_p95 <= all.age_p95 + Micros{50'000});
+  CHECK(some.fidelity.p95_rel_error <= all.fidelity.p95_rel_error + options.deadband);
+}

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "client/player/intake.hpp"
+#include "client/intake/intake.hpp"
 #include "tests/support/patches.hpp"
 
 using namespace palpate;
@@ -129,6 +129,25 @@ TEST_CASE("A patch older than it may be fades to nothing in 50 ticks, and a fres
     last = now;
   }
   CHECK(last == Approx(2));
+}
+
+TEST_CASE("A patch that lives on is as young as the moment up to which it does, and fades when that is too long ago") {
+  Hand hand;
+  hand.give(constant(Vec3(0, 0, 2), 1, hand.now(), Micros{200'000}));
+  hand.ticks(100);
+  for (int k = 0; k < 60; ++k) {
+    hand.haptic.live_on(hand.now() - Micros{70'000});
+    const TickOutput first = hand.tick();
+    CHECK(first.patch_age <= Micros{72'000});
+    CHECK_FALSE(first.swapped);
+    const TickOutput out = hand.ticks(99);
+    CHECK_FALSE(out.outlived);
+    CHECK(out.force.z() == Approx(2));
+  }
+  CHECK(hand.haptic.bridged() >= Micros{165'000});
+  CHECK(hand.haptic.bridged() <= Micros{185'000});
+  CHECK(hand.ticks(30).gain == 1);
+  CHECK(hand.ticks(60).force.norm() == 0);
 }
 
 TEST_CASE("A force that the device cannot show fades from and to what it can") {

@@ -1,5 +1,5 @@
 // The network side of the hand-over: catching up, order, age.
-#include "client/player/intake.hpp"
+#include "client/intake/intake.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

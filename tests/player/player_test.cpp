@@ -1,5 +1,5 @@
 // The patch player against dense exponentials, energy balances and the contact law's own statements.
-#include "client/player/player.hpp"
+#include "common/player/player.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "client/player/player.hpp"
+#include "common/player/player.hpp"
 #include "server/body/integrator.hpp"
 #include "server/reduce/patch_builder.hpp"
 #include "tests/support/bodies.hpp"

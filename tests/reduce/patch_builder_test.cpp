@@ -8,7 +8,7 @@
 #include <catch2/catch.hpp>
 #include <unsupported/Eigen/MatrixFunctions>
 
-#include "client/player/player.hpp"
+#include "common/player/player.hpp"
 #include "server/reduce/two_layer.hpp"
 #include "tests/support/bodies.hpp"
 

@@ -26,6 +26,7 @@ struct FakeRoom {
   bool in_reach = true;
   bool fail = false;
   bool asleep = false;
+  bool lives_on = false;  ///< what a station plays stands for the next patch
   std::vector<FrameJob> jobs;
 
   FrameResult run(const FrameJob& job) {
@@ -37,6 +38,7 @@ struct FakeRoom {
     for (const auto& station : job.stations) {
       StationFrame frame{station.id, std::nullopt, {}, Vec3(1, 2, 3) * 1e-3, Vec3(0, 0, 1), in_reach};
       if (in_reach && !fail) frame.patch = patch(job.target);
+      if (lives_on) frame.lives_on = station.playing;
       result.stations.push_back(frame);
     }
     if (job.shapes) result.positions.assign(400, Vec3(0.1, 0, 0));

@@ -17,7 +17,8 @@ struct Bench {
   std::vector<std::pair<PeerId, Message>> sent;  ///< by the server since the last look
   std::vector<std::size_t> sizes;
 
-  explicit Bench(ContactKind contact = ContactKind::touch, double rate_hz = 20) : core(test_facts(contact), {42, rate_hz}) {
+  explicit Bench(ContactKind contact = ContactKind::touch, double rate_hz = 20, double deadband = 0)
+      : core(test_facts(contact), {.instance = 42, .rate_hz = rate_hz, .deadband = deadband}) {
     core.tick(now);
   }
 

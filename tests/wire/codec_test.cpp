@@ -56,6 +56,19 @@ TEST_CASE("text and whole numbers of the handshake arrive as they were sent") {
   CHECK(refuse.message == std::string(kMaxRefuseBytes, 'x'));
 }
 
+TEST_CASE("what a deadband needs arrives as it was sent, and costs nothing where there is none") {
+  CHECK(round_trip(Beat{.lives_on = 4'000'000'000u}).lives_on == 4'000'000'000u);
+  CHECK(round_trip(Welcome{"s", ContactKind::touch, 20, Vec3::Zero(), 0, 0, 0, 0.125}).deadband == 0.125);
+  Samples samples = seeds::samples(3);
+  const std::size_t without = seeds::bytes_of(seeds::message(samples)).size();
+  samples.playing = 77;
+  CHECK(round_trip(samples).playing == 77);
+  CHECK(seeds::bytes_of(seeds::message(samples)).size() > without);
+  Message out;
+  const Welcome wide{"s", ContactKind::touch, 20, Vec3::Zero(), 0, 0, 0, 0.75};
+  CHECK(decode(seeds::bytes_of(seeds::message(wide)), out) == WireFault::out_of_range);
+}
+
 TEST_CASE("a Hello is never smaller than the largest answer to it") {
   CHECK(seeds::bytes_of(seeds::message(Hello{"h", Role::haptic, Scheme::port, 0, ""})).size() == kHelloBytes);
   const std::string name(kMaxNameBytes, 'n');

@@ -176,6 +176,11 @@ inline std::vector<Message> every_kind() {
   for (const PatchTerms& piece : to_pieces(touched, 43)) all.push_back(message(piece));
   all.push_back(message(Beat{Micros{-17}, true}));
   all.push_back(message(Beat{Micros{17}, false, 18.5, Micros{31'000}, {1008, 50, 4, Micros{212'345}}, 12}));
+  all.push_back(message(Beat{.body_time = Micros{17}, .contact_in_reach = true, .lives_on = 0xfffffff0u}));
+  Samples playing = samples(3);
+  playing.playing = 4711;
+  all.push_back(message(playing));
+  all.push_back(message(Welcome{"v", ContactKind::attach, 20, Vec3::Zero(), 0, 0, 0, 0.125}));
   all.push_back(message(Leave{}));
   all.push_back(message(MeshRequest{3}));
   MeshPiece mesh{0xabcdef, 1, 4, 116, {}, {}};

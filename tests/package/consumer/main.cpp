@@ -2,7 +2,7 @@
 // play.
 #include <cstdio>
 
-#include "client/player/player.hpp"
+#include "common/player/player.hpp"
 #include "server/room/room.hpp"
 
 int main() {

@@ -1,4 +1,4 @@
-#include "client/player/propagator.hpp"
+#include "common/player/propagator.hpp"
 
 #include <unsupported/Eigen/MatrixFunctions>
 

@@ -1,4 +1,4 @@
-#include "client/player/intake.hpp"
+#include "client/intake/intake.hpp"
 
 #include <algorithm>
 
@@ -85,6 +85,7 @@ void PatchIntake::hand_over(const CubicTerms& terms) {
   } else {
     bent_.reset();
   }
+  playing_ = patch_.scheme == Scheme::cubic && terms.variables == 0 ? 0 : patch_.seq;
   slot_.publish();
 }
 
@@ -108,7 +109,7 @@ void PatchIntake::compare(const PatchPlayer& bent) {
 }
 
 void PatchIntake::reset() {
-  last_seq_ = 0;
+  last_seq_ = playing_ = 0;
   counts_.accepted = 0;
   terms_.reset();
   bent_.reset();

@@ -1,4 +1,4 @@
-#include "client/player/player.hpp"
+#include "common/player/player.hpp"
 
 #include <algorithm>
 #include <cmath>

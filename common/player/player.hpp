@@ -17,8 +17,8 @@
 
 #include <array>
 
-#include "client/player/propagator.hpp"
 #include "common/base/types.hpp"
+#include "common/player/propagator.hpp"
 #include "common/port/contact_law.hpp"
 #include "common/port/cubic_terms.hpp"
 #include "common/port/patch.hpp"

@@ -13,9 +13,9 @@
 #include <optional>
 #include <vector>
 
-#include "client/player/player.hpp"
 #include "common/base/latest_slot.hpp"
 #include "common/base/types.hpp"
+#include "common/player/player.hpp"
 #include "common/port/patch.hpp"
 #include "common/port/terms_pieces.hpp"
 
@@ -63,6 +63,8 @@ class PatchIntake {
   /// A new server process or station: sequence numbers start over.
   void reset();
   const IntakeCounts& counts() const { return counts_; }
+  /// seq of the patch that was handed over last; 0 when none was since reset(), or one whose terms are not all there.
+  std::uint32_t playing() const { return playing_; }
   /// What came of the terms that patches are sent with.
   const TermsAssembly& terms() const { return terms_; }
 
@@ -79,7 +81,7 @@ class PatchIntake {
   SampleHistory history_;
   Patch patch_;  ///< the last one that was accepted
   TermsAssembly terms_;
-  std::uint32_t last_seq_ = 0;
+  std::uint32_t last_seq_ = 0, playing_ = 0;
   std::optional<PatchPlayer> bent_;  ///< the patch that was handed over last, when it was with its terms
   double before_error_n_ = 0, straight_error_n_ = 0;
   IntakeCounts counts_;

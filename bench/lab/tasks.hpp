@@ -1,0 +1,28 @@
+// A body and a motion that many cells of a sweep share, with the force that the hand should have felt: computed once.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "bench/measure/reference.hpp"
+#include "common/motion/motion.hpp"
+#include "server/scene/scene.hpp"
+
+namespace palpate {
+
+struct SweepTask {
+  Scene scene;
+  Motion motion;
+  ReferenceForce reference;
+};
+
+/// By what their cells call them.
+using SweepTasks = std::map<std::string, SweepTask>;
+
+/// Adds the examination (examination.hpp) of a scene of the folder, under its name, where it is not there yet.
+void add_examination(SweepTasks& tasks, const std::filesystem::path& scenes, const std::string& scene);
+/// Fills in the references, `jobs` at a time.
+void add_references(SweepTasks& tasks, unsigned jobs);
+
+}  // namespace palpate

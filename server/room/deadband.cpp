@@ -1,0 +1,99 @@
+#include "server/room/deadband.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <vector>
+
+namespace palpate {
+namespace {
+
+/// Off the way that the tool takes, along no direction, the force, and two across it.
+using Probes = std::array<Vec3, 4>;
+
+/// Towards the surface where there is no force yet, and into it.
+Probes probes_of(const PatchPlayer& player) {
+  const Patch& patch = player.patch();
+  Vec3 in = -player.output().force;
+  if (in.squaredNorm() == 0 && patch.surface.triangle_count > 0)
+    in = patch.surface.vertices[patch.surface.triangles[patch.point.triangle][0]].position - patch.tool;
+  const double way_m = player.output().contact ? Deadband::kProbeM : Deadband::kProbeM + in.norm();
+  in = in.squaredNorm() > 0 ? Vec3(in.normalized()) : Vec3(0, 0, -1);
+  const Vec3 across = in.unitOrthogonal();
+  return {Vec3::Zero(), way_m * in, Deadband::kProbeM * across, Deadband::kProbeM * in.cross(across)};
+}
+
+double smooth(double u) {
+  const double c = std::clamp(u, 0.0, 1.0);
+  return c * c * c * (10 - 15 * c + 6 * c * c);
+}
+
+/// The hand would feel the same of `old` as of `next` where both are now.
+bool alike(const PatchPlayer& old, const PatchPlayer& next, double fraction) {
+  const double most_n = Deadband::kKnown * fraction * std::max(next.output().force.norm(), Deadband::kLeastN);
+  return (old.output().force - next.output().force).norm() <= most_n;
+}
+
+/// In the same state of contact, and for links that may be silent for as long.
+bool made_alike(const Patch& old, const Patch& next) {
+  constexpr double kValidShare = 0.9;
+  return old.touching == next.touching && seconds(old.valid_for) >= kValidShare * seconds(next.valid_for);
+}
+
+bool trusts(const PatchPlayer& player, const Vec3& tool) {
+  return (tool - player.patch().tool).norm() <= player.patch().trust_radius_m;
+}
+
+/// Whether it would of all of them over the time that `next` would be used, on the tool's way and `off` it.
+bool stay_alike(std::vector<PatchPlayer> old, PatchPlayer next, const Deadband::Station& station, const Vec3& off) {
+  constexpr Micros kLook{5'000};
+  const Micros stamp = next.patch().stamp;
+  next.inherit(old.front());
+  for (Micros t = stamp + kLook; t <= stamp + station.bridge; t += kLook) {
+    const Vec3 tool = station.track->on_path(t).position + smooth(seconds(t - stamp) / Deadband::kProbeS) * off;
+    next.advance({t, tool});
+    for (PatchPlayer& player : old) {
+      player.advance({t, tool});
+      if (!alike(player, next, station.fraction) || (trusts(next, tool) && !trusts(player, tool))) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+std::optional<Micros> Deadband::pass(const Patch& patch, const CubicTerms& terms, const Station& station) {
+  PatchPlayer next(patch, terms);
+  catch_up(*station.track, patch.stamp);
+  if (all_serve(next, station)) return station.playing;
+  sent_.push_back(std::move(next));
+  if (sent_.size() > kMostSent) sent_.pop_front();
+  return std::nullopt;
+}
+
+/// As the station plays them; those from before what is still known of the tool are lost.
+void Deadband::catch_up(const ToolTrack& track, Micros until) {
+  std::erase_if(sent_, [&](const PatchPlayer& old) { return old.time() < track.begin(); });
+  for (PatchPlayer& old : sent_)
+    for (Micros t = old.time() + kTick; t <= std::min(until, track.newest()); t += kTick)
+      old.advance({t, track.on_path(t).position});
+}
+
+bool Deadband::all_serve(const PatchPlayer& next, const Station& station) {
+  if (!station.playing) return false;
+  while (!sent_.empty() && sent_.front().patch().stamp < *station.playing) sent_.pop_front();
+  if (sent_.empty() || sent_.front().patch().stamp != *station.playing) return false;
+  const Micros stamp = next.patch().stamp;
+  if (stamp + station.bridge - *station.playing > kLivesMost) return false;
+  std::vector<PatchPlayer> old(sent_.begin(), sent_.end());
+  for (PatchPlayer& player : old) {
+    player.advance({stamp, station.track->on_path(stamp).position});
+    if (!made_alike(player.patch(), next.patch()) || player.output().contact != next.output().contact ||
+        !alike(player, next, station.fraction))
+      return false;
+  }
+  const Probes probes = probes_of(next);
+  return std::all_of(probes.begin(), probes.end(), [&](const Vec3& off) { return stay_alike(old, next, station, off); });
+}
+
+}  // namespace palpate

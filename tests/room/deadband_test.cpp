@@ -1,0 +1,203 @@
+// Patches that change nothing that can be felt: which must be sent, and which the station's own stands for.
+#include "server/room/deadband.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "server/room/room.hpp"
+#include "tests/support/bodies.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+namespace {
+
+constexpr Micros kStart{7'000'000}, kFrame{50'000};
+constexpr double kFraction = 0.1;
+
+/// A spring at the origin with its tool 10 mm in: 1 N at 100 N/m.
+Patch spring(Micros stamp, double stiffness_n_m, double force_n) {
+  Patch p;
+  p.stamp = stamp;
+  p.scheme = Scheme::tangent;
+  p.touching = true;
+  p.force = Vec3(0, 0, force_n);
+  p.tool = Vec3(0, 0, -0.01);
+  p.k_port = stiffness_n_m * Mat3::Identity();
+  p.trust_radius_m = 0.05;
+  p.valid_for = Micros{500'000};
+  return p;
+}
+
+/// A tool that rests at its place.
+ToolTrack resting(Micros until) {
+  ToolTrack track;
+  std::vector<ToolSample> samples;
+  for (Micros t = kStart - kTick; t <= until; t += kTick) samples.push_back({t, Vec3(0, 0, -0.01)});
+  track.add(samples);
+  return track;
+}
+
+/// Whether a second patch, a frame after one of 1 N at 100 N/m, need not be sent to a station that plays the first.
+bool needless(const Patch& second, Micros bridge = Micros{100'000}) {
+  Deadband deadband;
+  const ToolTrack track = resting(second.stamp);
+  CHECK_FALSE(deadband.pass(spring(kStart, 100, 1), {}, {kFraction, bridge, std::nullopt, &track}));
+  const auto lives_on = deadband.pass(second, {}, {kFraction, bridge, kStart, &track});
+  if (lives_on) CHECK(*lives_on == kStart);
+  return lives_on.has_value();
+}
+
+/// A room whose one station says at once that it plays what it is given.
+struct Stage {
+  Room room;
+  Micros now = kStart, stamp{};
+  std::optional<Micros> playing;
+  double deadband = kFraction;
+  int sent = 0, lived_on = 0;
+
+  explicit Stage(const Scene& scene) : room(scene) { room.start(now); }
+
+  StationFrame frame(const std::function<Vec3(double)>& tool) {
+    FrameJob job;
+    job.target = now + kFrame;
+    StationJob station;
+    station.id = 3;
+    station.bridge = kFrame;
+    station.deadband = deadband;
+    station.playing = playing;
+    for (Micros t = now + kTick; t <= job.target + kTick; t += kTick) station.samples.push_back({t, tool(seconds(t - kStart))});
+    job.stations.push_back(station);
+    now = job.target;
+    StationFrame frame = room.run(job).stations.front();
+    if (!frame.patch) return frame;
+    (frame.lives_on ? lived_on : sent) += 1;
+    if (!frame.lives_on) playing = stamp = frame.patch->stamp;
+    return frame;
+  }
+};
+
+Scene box(ContactKind contact) {
+  Scene scene;
+  scene.name = "box";
+  scene.body = box_body(4, 4, 4);
+  scene.tool.contact = contact;
+  scene.tool.node = 54;
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("A change of the force by less than half the fraction need not be sent, one by more is") {
+  const Micros next = kStart + kFrame;
+  CHECK(needless(spring(next, 100, 1)));
+  CHECK(needless(spring(next, 100, 1.04)));
+  CHECK(needless(spring(next, 100, 0.96)));
+  CHECK_FALSE(needless(spring(next, 100, 1.06)));
+  CHECK_FALSE(needless(spring(next, 100, 0.94)));
+}
+
+TEST_CASE("A change of the stiffness that a hand could feel by moving on is sent although the force is the same") {
+  const Micros next = kStart + kFrame;
+  CHECK(needless(spring(next, 110, 1)));  // 3 mm further in: 1.3 and 1.33 N
+  CHECK_FALSE(needless(spring(next, 130, 1)));
+  CHECK_FALSE(needless(spring(next, 70, 1)));
+}
+
+TEST_CASE("A force that is nearly nothing may be wrong by no more than a twentieth of 0.1 N") {
+  Deadband deadband;
+  const Micros next = kStart + kFrame;
+  const ToolTrack track = resting(next);
+  const auto soft = [](Micros stamp, double force_n) { return spring(stamp, 1e-6, force_n); };
+  deadband.pass(soft(kStart, 0.01), {}, {kFraction, kFrame, std::nullopt, &track});
+  CHECK(deadband.pass(soft(next, 0.0149), {}, {kFraction, kFrame, kStart, &track}));
+  CHECK_FALSE(deadband.pass(soft(next, 0.0151), {}, {kFraction, kFrame, kStart, &track}));
+}
+
+TEST_CASE("A patch that begins in contact is sent to a station whose own does not, at the very onset") {
+  Patch free = spring(kStart, 1e-9, 0);
+  free.touching = false;
+  Deadband deadband;
+  const Micros next = kStart + kFrame;
+  const ToolTrack track = resting(next);
+  deadband.pass(free, {}, {kFraction, kFrame, std::nullopt, &track});
+  CHECK_FALSE(deadband.pass(spring(next, 1e-9, 0), {}, {kFraction, kFrame, kStart, &track}));
+}
+
+TEST_CASE("Nothing lives on that the station has not said it plays, and every patch on its way counts") {
+  Deadband deadband;
+  const ToolTrack track = resting(kStart + 3 * kFrame);
+  const auto pass = [&](int frame, double force_n, std::optional<Micros> playing) {
+    return deadband.pass(spring(kStart + frame * kFrame, 100, force_n), {}, {kFraction, kFrame, playing, &track});
+  };
+  CHECK_FALSE(pass(0, 1, std::nullopt));
+  CHECK_FALSE(pass(1, 1, std::nullopt));  // not said
+  CHECK_FALSE(pass(2, 1.2, kStart));      // too different
+  CHECK_FALSE(pass(3, 1.2, kStart));      // the one on its way would do, the one that is played not
+  CHECK(pass(3, 1.2, kStart + 2 * kFrame) == kStart + 2 * kFrame);
+  CHECK_FALSE(pass(3, 1.2, kStart + kFrame / 2));  // no such patch
+}
+
+TEST_CASE("No patch lives on for longer than a second") {
+  const Micros bridge{100'000}, last = kStart + Deadband::kLivesMost - bridge;
+  CHECK(needless(spring(last, 100, 1), bridge));
+  CHECK_FALSE(needless(spring(last + Micros{1}, 100, 1), bridge));
+}
+
+TEST_CASE("A link that became longer gets a patch that lasts for it") {
+  Patch longer = spring(kStart + kFrame, 100, 1);
+  longer.valid_for = Micros{550'000};
+  CHECK(needless(longer));
+  longer.valid_for = Micros{560'000};
+  CHECK_FALSE(needless(longer));
+}
+
+TEST_CASE("A hand that holds a body still is sent two patches a second, one that begins to move gets the next at once") {
+  const Scene scene = box(ContactKind::attach);
+  const Vec3 home = scene.body.nodes[scene.tool.node];
+  Stage stage(scene);
+  const auto hand = [&](double t_s) { return Vec3(home - Vec3(0, 0, t_s < 4 ? 0.0 : 0.1 * (t_s - 4))); };
+  for (int k = 0; k < 79; ++k) stage.frame(hand);
+  CHECK(stage.sent <= 6);
+  CHECK(stage.lived_on >= 73);
+  const int before = stage.sent;
+  stage.frame(hand);
+  stage.frame(hand);
+  CHECK(stage.sent > before);
+}
+
+TEST_CASE("Without a deadband every frame has its patch, and with one the patches are the same") {
+  const Scene scene = box(ContactKind::attach);
+  const Vec3 home = scene.body.nodes[scene.tool.node];
+  Stage all(scene), some(scene);
+  all.deadband = 0;
+  const auto hand = [&](double t_s) { return Vec3(home - Vec3(0, 0, 0.004 * std::sin(6 * t_s))); };
+  for (int k = 0; k < 20; ++k) {
+    const StationFrame a = all.frame(hand), b = some.frame(hand);
+    REQUIRE(a.patch);
+    REQUIRE(b.patch);
+    CHECK_FALSE(a.lives_on);
+    CHECK(a.patch->force == b.patch->force);
+    CHECK(a.patch->stiffness == b.patch->stiffness);
+  }
+  CHECK(all.sent == 20);
+  CHECK(some.lived_on > 0);
+  CHECK(some.sent > 2);
+}
+
+TEST_CASE("A tool that comes down on a body is sent a patch in the frame in which it touches it") {
+  Scene scene = box(ContactKind::touch);
+  const Vec3 top = scene.body.nodes[scene.tool.node];
+  Stage stage(scene);
+  const auto hand = [&](double t_s) { return Vec3(top + Vec3(0.001, 0.002, 0.003 - (t_s < 1 ? 0.0 : 0.02 * (t_s - 1)))); };
+  bool touched = false;
+  for (int k = 0; k < 30; ++k) {
+    const StationFrame frame = stage.frame(hand);
+    REQUIRE(frame.patch);
+    if (frame.contact && !touched) CHECK_FALSE(frame.lives_on);
+    if (frame.lives_on) CHECK(frame.patch->touching == touched);
+    touched = frame.contact;
+  }
+  CHECK(touched);
+  CHECK(stage.lived_on > 10);
+}
