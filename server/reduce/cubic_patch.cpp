@@ -1,5 +1,7 @@
 #include "server/reduce/cubic_patch.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -110,15 +112,49 @@ double trusted_along(const Bent& body, const CubicForce& terms, const Vector& wa
   return kLeast;
 }
 
+/// Least eigenvalue of K + dN/dy at y in the metric of K, K that of the body at the stamp.
+double least_stiffness(const CubicForce& terms, const Matrix& stiffness, const Vector& y) {
+  constexpr double kStep = 1e-3;
+  const CubicForce::Variables still = CubicForce::Variables::Zero(y.size());
+  Matrix tangent(y.size(), y.size());
+  for (Eigen::Index i = 0; i < y.size(); ++i) {
+    CubicForce::Variables more, less;
+    terms.evaluate(y + kStep * Vector::Unit(y.size(), i), still, more);
+    terms.evaluate(y - kStep * Vector::Unit(y.size(), i), still, less);
+    tangent.col(i) = (more - less) / (2 * kStep);
+  }
+  const Matrix whole = stiffness - 0.5 * (tangent + tangent.transpose());
+  return Eigen::GeneralizedSelfAdjointEigenSolver<Matrix>(whole, stiffness, Eigen::EigenvaluesOnly).eigenvalues()[0];
+}
+
+/// Up to which radius no tool that goes straight on, the body following, meets a body that gives way of itself: a polynomial may
+/// lose its stiffness across where a body that was pressed and is let go regains it. That it does so several times as strongly as
+/// the body held at the stamp is never the body's own doing; less may be: bodies do snap.
+double stable_radius(const CubicForce& terms, const Matrix& stiffness, Eigen::Index tool) {
+  constexpr double kLeastLeft = -6, kShorter = 0.8;  // of the stiffness at the stamp
+  const Eigen::Index modes = stiffness.rows() - tool;
+  const Matrix follow = -stiffness.bottomRightCorner(modes, modes).ldlt().solve(stiffness.bottomLeftCorner(modes, tool));
+  double radius = 1;
+  for (Eigen::Index i = 0; i < tool; ++i) {
+    Vector way(stiffness.rows());
+    way << Vector::Unit(tool, i), follow.col(i);
+    way.normalize();
+    for (const double sign : {1.0, -1.0})
+      while (radius > kLeast && least_stiffness(terms, stiffness, sign * radius * way) < kLeastLeft) radius *= kShorter;
+  }
+  return radius;
+}
+
 /// The radius, in units of `far`.
-double trusted_radius(const Linearisation& at, const CubicTerms& terms, Matrix moved, const Matrix& ways) {
+double trusted_radius(const Linearisation& at, const CubicTerms& terms, Matrix moved, const Matrix& ways, const Matrix& stiffness,
+                      Eigen::Index tool) {
   CubicTerms elastic = terms;  // of y itself, and without end
   elastic.scale.setIdentity();
   elastic.e2.resize(0);
   elastic.radius = kFarthest;
   const CubicForce force(elastic);
   const Bent body(at, std::move(moved));
-  double radius = 1;
+  double radius = stable_radius(force, stiffness, tool);
   for (Eigen::Index k = 0; k < ways.cols(); ++k) {
     const Vector way = terms.scale * ways.col(k);
     const double length = way.norm();
@@ -153,10 +189,12 @@ std::optional<CubicTerms> cubic_terms(const Linearisation& at, const Patch& patc
   terms.e4 = std::move(expansion->e4);
   terms.q = std::move(expansion->q);
   if (shapes.lifted.cwiseAbs().maxCoeff() > kNotLifted * patch.stiffness.maxCoeff()) terms.e2 = repair(shapes.lifted, t);
-  const Vector far = trusted(terms, t.transpose() * (joint_stiffness(patch, patch.stiffness) + shapes.lifted) * t);
+  const Matrix form = t.transpose() * (joint_stiffness(patch, patch.stiffness) + shapes.lifted) * t;
+  const Vector far = trusted(terms, form);
   rescale(terms, far);
   terms.rate = stamp_rate(terms, patch);
-  terms.radius = trusted_radius(at, terms, moved * far.asDiagonal(), shapes.ways);
+  terms.radius =
+      trusted_radius(at, terms, moved * far.asDiagonal(), shapes.ways, far.asDiagonal() * form * far.asDiagonal(), first);
   return terms;
 }
 

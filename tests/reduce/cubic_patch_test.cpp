@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "common/player/player.hpp"
-#include "server/body/integrator.hpp"
+#include "server/body/explicit_integrator.hpp"
 #include "server/reduce/patch_builder.hpp"
 #include "tests/support/bodies.hpp"
 
@@ -211,5 +211,32 @@ TEST_CASE("Terms are trusted less where the body, asked, does otherwise") {
     CAPTURE(way_m, terms.radius);
     CHECK((terms.radius == 1) == (way_m < 0.001));
     CHECK(terms.radius > 0.01);
+  }
+}
+
+TEST_CASE(
+    "A polynomial is not trusted where it gives way of itself, as that of a deeply pressed body does when the tool goes back") {
+  const Scene scene = load_scene(PALPATE_SOURCE_DIR "/scenes/solid10.json");
+  const Dynamics dynamics(scene.body);
+  const Skin skin(scene.body);
+  ExplicitIntegrator leapfrog(dynamics, skin);
+  const Vec3 home = scene.body.nodes[scene.tool.node];
+  for (const double deep_m : {0.001, 0.010}) {
+    BodyState state = dynamics.rest_state();
+    std::vector<ToolPort> ports(1);
+    ports[0].kind = ContactKind::attach;
+    ports[0].node = scene.tool.node;
+    const auto press = [&](std::size_t, double t) { return ToolAt{home - std::min(1.0, t / 0.3) * Vec3(0, 0, deep_m), {}}; };
+    REQUIRE(leapfrog.advance(state, ports, 0.6, 0.010, press).converged);
+    const ToolAt tool{node_of(state.x, scene.tool.node), Vec3::Zero()};
+    PatchBuilder builder(dynamics, skin, 0);
+    PatchRequest request;
+    request.scheme = Scheme::cubic;
+    request.bridge = Micros{100'000};
+    FrameModel frame(dynamics, skin);
+    frame.begin(state, ports, std::span(&tool, 1), request.bridge);
+    REQUIRE(builder.build(frame, 0, request));
+    CAPTURE(deep_m, builder.terms().radius);
+    CHECK((builder.terms().radius < 1) == (deep_m > 0.005));
   }
 }
