@@ -29,7 +29,7 @@ bool can_expand(const LumpedBody& body);
 
 /// Nothing for a body that cannot be expanded, and when an element has no length.
 std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state, const Matrix& shapes, int leading,
-                                double negligible = 1e-3);
+                                double negligible = 2e-3);
 
 /// Second-order forces on the nodes: with delta = sum_i y_i directions_i, F(x* + delta) = F - K delta + sum_{i<=j} y_i y_j F2_ij
 /// + ...; F2_ij at pair_at(i, j). For a body that can_expand().
