@@ -37,7 +37,8 @@ void describe_flags(CLI::App& app, Options& o) {
       ->type_name("HOST:PORT")
       ->capture_default_str();
   app.add_option("--rate-hz", o.rate_hz, "frames a second")->type_name("N")->capture_default_str();
-  app.add_option("--threads", o.threads, "that step bodies; default: one a room, at most one a processor; with more than rooms large bodies are shared")
+  app.add_option("--threads", o.threads,
+                 "that step bodies; default: one a room, at most one a processor; with more than rooms large bodies are shared")
       ->type_name("N")
       ->check(CLI::Range(1, 256));
   app.add_option("--duration-s", o.duration_s, "end after so many seconds; default: never")->type_name("N");

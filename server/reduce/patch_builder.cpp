@@ -271,7 +271,8 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
 
 std::optional<Patch> PatchBuilder::build_cubic(FrameModel& frame, std::size_t which, const PatchRequest& request,
                                                const Patch& patch) {
-  if (!can_expand(dynamics_->body())) return std::nullopt;
+  // Across a planar body nothing moves and nothing holds: there its variables have no size.
+  if (!can_expand(dynamics_->body()) || dynamics_->body().planar) return std::nullopt;
   ahead_ = frame.ahead();
   std::optional<Patch> built;
   for (const bool clamp : {false, true}) {

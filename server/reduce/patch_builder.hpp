@@ -44,8 +44,8 @@ struct PatchRequest {
 };
 
 struct PatchBuildReport {
-  /// `cubic` was asked for, `port` was built: a law without a series, or finite elements; or `two-layer` was, and `ring` was
-  /// built: the body has tetrahedra.
+  /// `cubic` was asked for, `port` was built: a law without a series, finite elements, a planar body; or `two-layer` was, and
+  /// `ring` was built: the body has tetrahedra.
   bool fell_back = false;
   double lifted_1_s2 = 0;  ///< most that the stiffness of a mode was changed by
   int solver_iterations = 0;

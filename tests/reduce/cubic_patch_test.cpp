@@ -240,3 +240,24 @@ TEST_CASE(
     CHECK((builder.terms().radius < 1) == (deep_m > 0.005));
   }
 }
+
+TEST_CASE("A planar body has no terms, and its patch says that it is one of port") {
+  const Scene scene = load_scene(PALPATE_SOURCE_DIR "/scenes/sheet13.json");
+  const Dynamics dynamics(scene.body);
+  const Skin skin(scene.body);
+  const BodyState state = dynamics.rest_state();
+  std::vector<ToolPort> ports(1);
+  ports[0].kind = ContactKind::attach;
+  ports[0].node = scene.tool.node;
+  const ToolAt tool{node_of(state.x, scene.tool.node), Vec3::Zero()};
+  PatchBuilder builder(dynamics, skin, 0);
+  PatchRequest request;
+  request.scheme = Scheme::cubic;
+  FrameModel frame(dynamics, skin);
+  frame.begin(state, ports, std::span(&tool, 1), request.bridge);
+  const auto patch = builder.build(frame, 0, request);
+  REQUIRE(patch);
+  CHECK(patch->scheme == Scheme::port);
+  CHECK(builder.report().fell_back);
+  CHECK(builder.terms().variables == 0);
+}
