@@ -27,6 +27,7 @@ Motion beginning_of(const Motion& motion, double duration_s) {
 
 void integrator_step(benchmark::State& state, int step_ms) {
   Scene scene = scene_of("cube6");
+  scene.solver.integrator = IntegratorKind::tr_bdf2;
   scene.solver.step_s = step_ms * 1e-3;
   const Motion motion = beginning_of(motion_of("base-excursion"), kDurationS);
   for (auto _ : state) {

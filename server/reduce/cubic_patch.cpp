@@ -18,8 +18,8 @@ constexpr double kSoftest = 1e-8;    // of the largest stiffness, where a mode h
 constexpr double kNotLifted = 1e-9;  // of the largest stiffness: rounding
 constexpr double kTrust = 1;         // of the last terms' force to the linear one, where trust ends
 constexpr double kFarthest = 1e3;    // of a variable that no term bends
-constexpr double kWrong = 0.9;       // of the force beyond the linear one, where terms are no longer trusted,
-constexpr double kHarmless = 0.2;    // unless they are wrong by less than this of the linear one
+constexpr double kWrong = 0.5;       // of the force beyond the linear one, where terms are no longer trusted,
+constexpr double kHarmless = 0.25;   // unless they are wrong by less than this of the linear one
 constexpr double kLeast = 0.02;      // of the radius: below, nobody asks any more
 
 /// S of the modes, rows by falling energy.
