@@ -52,7 +52,8 @@ class Stepper {
   /// Moves `state` and `ports` on to body time `until_s`, in steps of `step_s` at most.
   virtual AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
                                 const ToolMotion& tools) = 0;
-  /// Whether advance() leaves nothing behind that the next one could tell: one may then look ahead with it.
+  /// Whether advance() leaves nothing behind that the next one could tell, first guesses of solves aside: one may then look ahead
+  /// with it.
   virtual bool leaves_no_trace() const { return false; }
   /// Lets it share its work with a crew, which must outlive it. Not all do, and none for small bodies; what they compute is the
   /// same.

@@ -77,15 +77,6 @@ struct Stage {
   }
 };
 
-Scene box(ContactKind contact) {
-  Scene scene;
-  scene.name = "box";
-  scene.body = box_body(4, 4, 4);
-  scene.tool.contact = contact;
-  scene.tool.node = 54;
-  return scene;
-}
-
 }  // namespace
 
 TEST_CASE("A change of the force by less than half the fraction need not be sent, one by more is") {
@@ -153,7 +144,7 @@ TEST_CASE("A link that became longer gets a patch that lasts for it") {
 }
 
 TEST_CASE("A hand that holds a body still is sent two patches a second, one that begins to move gets the next at once") {
-  const Scene scene = box(ContactKind::attach);
+  const Scene scene = box_scene(ContactKind::attach);
   const Vec3 home = scene.body.nodes[scene.tool.node];
   Stage stage(scene);
   const auto hand = [&](double t_s) { return Vec3(home - Vec3(0, 0, t_s < 4 ? 0.0 : 0.1 * (t_s - 4))); };
@@ -167,7 +158,7 @@ TEST_CASE("A hand that holds a body still is sent two patches a second, one that
 }
 
 TEST_CASE("Without a deadband every frame has its patch, and with one the patches are the same") {
-  const Scene scene = box(ContactKind::attach);
+  const Scene scene = box_scene(ContactKind::attach);
   const Vec3 home = scene.body.nodes[scene.tool.node];
   Stage all(scene), some(scene);
   all.deadband = 0;
@@ -186,7 +177,7 @@ TEST_CASE("Without a deadband every frame has its patch, and with one the patche
 }
 
 TEST_CASE("A tool that comes down on a body is sent a patch in the frame in which it touches it") {
-  Scene scene = box(ContactKind::touch);
+  Scene scene = box_scene(ContactKind::touch);
   const Vec3 top = scene.body.nodes[scene.tool.node];
   Stage stage(scene);
   const auto hand = [&](double t_s) { return Vec3(top + Vec3(0.001, 0.002, 0.003 - (t_s < 1 ? 0.0 : 0.02 * (t_s - 1)))); };

@@ -15,20 +15,11 @@ namespace {
 constexpr Micros kFrame{50'000};
 constexpr StationId kHand = 3, kOther = 4;
 
-Scene scene_of(ContactKind contact) {
-  Scene scene;
-  scene.name = "box";
-  scene.body = box_body(4, 4, 4);
-  scene.tool.contact = contact;
-  scene.tool.node = 54;
-  return scene;
-}
-
 struct Stage {
   Room room;
   Micros now{7'000'000};
 
-  explicit Stage(ContactKind contact) : Stage(scene_of(contact)) {}
+  explicit Stage(ContactKind contact) : Stage(box_scene(contact)) {}
   explicit Stage(const Scene& scene) : room(scene) { room.start(now); }
 
   /// One frame with the tool of every station on its path.
@@ -128,7 +119,7 @@ TEST_CASE("A tool out of reach gets no patch, one near the surface an anticipati
 }
 
 TEST_CASE("A tool on a face that is held fast meets what does not yield, with every scheme") {
-  Scene scene = scene_of(ContactKind::touch);
+  Scene scene = box_scene(ContactKind::touch);
   for (std::size_t i = 0; i < scene.body.nodes.size(); ++i)
     if (scene.body.nodes[i].z() > 0.059) scene.body.fixed[i] = 1;
   const Scheme scheme = GENERATE(Scheme::hold, Scheme::filtered, Scheme::tangent, Scheme::ring, Scheme::two_layer,
@@ -182,7 +173,7 @@ TEST_CASE("A tool that tears at the body beyond sense does not stop the room, an
 }
 
 TEST_CASE("A frame of implicit steps that fell far behind costs no more than two, and one on time takes the scene's own step") {
-  Scene scene = scene_of(ContactKind::touch);
+  Scene scene = box_scene(ContactKind::touch);
   scene.solver.integrator = IntegratorKind::tr_bdf2;
   for (const int frames : {1, 2, 8}) {
     Stage stage(scene);

@@ -23,16 +23,8 @@ struct Bed {
   Room room;
   Micros now{7'000'000};
 
-  explicit Bed(bool may_sleep = true, ContactKind contact = ContactKind::touch) : sleep(may_sleep), room(scene_of(contact)) {
+  explicit Bed(bool may_sleep = true, ContactKind contact = ContactKind::touch) : sleep(may_sleep), room(box_scene(contact)) {
     room.start(now);
-  }
-
-  static Scene scene_of(ContactKind contact) {
-    Scene scene;
-    scene.body = box_body(4, 4, 4);
-    scene.tool.contact = contact;
-    scene.tool.node = 54;
-    return scene;
   }
 
   /// With a hand on `path` or with nobody.
@@ -136,7 +128,7 @@ TEST_CASE("A tool that hovers leaves the body asleep and gets its anticipating p
   for (int k = 0; k < 100; ++k) pressed = bed.frame(at_height(-0.003));
   CHECK_FALSE(pressed.asleep);
   Bed held(true, ContactKind::attach);
-  const Vec3 home = Bed::scene_of(ContactKind::attach).body.nodes[54];
+  const Vec3 home = box_scene(ContactKind::attach).body.nodes[54];
   for (int k = 0; k < 20; ++k) CHECK_FALSE(held.frame([&](Micros) { return home; }).asleep);
   for (int k = 0; k < 100; ++k) held.frame();
   CHECK(held.frame().asleep);

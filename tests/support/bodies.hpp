@@ -118,4 +118,14 @@ inline Matrix dense_damping(const Dynamics& dynamics, const BodyState& s) {
   return dense(s.x.size(), [&](const Vector& y) { return dynamics.multiply_tangents(s, y, k, d), d; });
 }
 
+/// A box of 4 x 4 x 4 nodes; a grasp takes one of its top.
+inline Scene box_scene(ContactKind contact) {
+  Scene scene;
+  scene.name = "box";
+  scene.body = box_body(4, 4, 4);
+  scene.tool.contact = contact;
+  scene.tool.node = 54;
+  return scene;
+}
+
 }  // namespace palpate::test
