@@ -18,6 +18,7 @@
 #include "server/body/explicit_integrator.hpp"
 #include "server/body/linear_solver.hpp"
 #include "server/body/spring_blocks.hpp"
+#include "server/reduce/frame_model.hpp"
 
 namespace palpate {
 namespace {
@@ -112,6 +113,33 @@ void body_leapfrog(benchmark::State& state, const std::string& name, std::size_t
   state.counters["steps_a_second"] = benchmark::Counter(steps, benchmark::Counter::kIsRate);
 }
 
+/// What a patch is made of: the matrix, and the body's answers under a tool on the middle of the top that is 5 mm further on, or
+/// back, in every frame. The body whole or graded (graded_body.hpp).
+void body_answers(benchmark::State& state, const std::string& name, bool graded) {
+  BodyCase body(name);
+  const Skin skin(body.scene.body);
+  FrameModel frame(body.dynamics, skin);
+  ToolPort port;
+  port.touching = true;
+  port.lambda = Vec3(0, 0, -0.1);
+  const Vec3 home = home_of(body.scene), away = home + Vec3(0.005, 0, 0);
+  const SurfacePoint places[] = {nearest_point(skin.view(), skin.rest(), home).point,
+                                 nearest_point(skin.view(), skin.rest(), away).point};
+  std::vector<ToolPort> ports{port};
+  const ToolAt at{home, Vec3::Zero()};
+  constexpr double kShift = 2.0 / 0.150, kTolerance = 1e-2;
+  FrameModel& model = graded ? frame.graded() : frame;
+  const ProcessorTimer timer;
+  std::size_t frames = 0;
+  for (auto _ : state) {
+    ports[0].point = places[frames++ % 2];
+    frame.begin(body.state, ports, std::span(&at, 1), Micros{150'000});
+    SharedSystem* const p = model.system(kShift, false, kTolerance);
+    if (!p || !model.answer(*p, 0, {true, false})) state.SkipWithError("the matrix is not definite");
+  }
+  report(state, body, timer);
+}
+
 void body_assemble(benchmark::State& state, const std::string& name) {
   const BodyCase body(name);
   BlockMatrix m = body.matrix(true);
@@ -180,6 +208,11 @@ void add_body_benchmarks() {
       benchmark::RegisterBenchmark(("body/leapfrog/" + std::string(body) + "/threads:" + std::to_string(threads)).c_str(),
                                    body_leapfrog, body, threads)
           ->UseRealTime()
+          ->MinTime(0.5);
+  for (const char* body : {"cube14", "cube20", "cube30"})
+    for (const bool graded : {false, true})
+      benchmark::RegisterBenchmark(("body/port_answers/" + std::string(graded ? "graded/" : "whole/") + body).c_str(),
+                                   body_answers, body, graded)
           ->MinTime(0.5);
   const std::string bodies[] = {"cube6", "cube10", "cube15", "organ", "organ-solid"};
   const auto add = [&](const char* what, auto function, auto... arguments) {

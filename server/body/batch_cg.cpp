@@ -52,8 +52,7 @@ BatchConjugateGradients::Symmetric::Symmetric(const Mat3& m)
       yz(static_cast<float>(m(1, 2))),
       zz(static_cast<float>(m(2, 2))) {}
 
-void BatchConjugateGradients::prepare(const BlockMatrix& a, const std::vector<std::uint8_t>& held,
-                                      std::shared_ptr<const CoarseInverse> coarse) {
+void BatchConjugateGradients::prepare(const BlockMatrix& a, const std::vector<std::uint8_t>& held, CoarseCorrection coarse) {
   coarse_ = std::move(coarse);
   const std::uint32_t nodes = a.rows();
   first_.assign(1, 0);
@@ -135,13 +134,14 @@ void BatchConjugateGradients::advance(const Lanes& alpha, Lanes& rr, Lanes& rz) 
   }
   sum_rr.take(rr.v);
   sum_rz.take(rz.v);
-  if (coarse_) add_coarse(rz);
+  if (coarse_.inverse) add_coarse(rz);
 }
 
 void BatchConjugateGradients::add_coarse(Lanes& rz) {
   constexpr std::size_t kMotions = CoarseSpace::kMotions;
-  const std::vector<CoarseSpace::Node>& nodes = coarse_->space->nodes();
-  const std::size_t size = coarse_->space->size();
+  const std::span<const CoarseSpace::Node> nodes = coarse_.nodes;
+  const std::vector<float>& inverse = coarse_.inverse->rows;
+  const std::size_t size = coarse_.inverse->size;
   coarse_r_.assign(size, Row{});
   coarse_z_.resize(size);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -157,7 +157,7 @@ void BatchConjugateGradients::add_coarse(Lanes& rz) {
   Sum sum;
   for (std::size_t k = 0; k < size; k += kMotions) {
     Wide total[kMotions] = {};
-    const float* const rows = coarse_->rows.data() + k * size;
+    const float* const rows = inverse.data() + k * size;
     for (std::size_t l = 0; l < size; ++l) {
       const Wide r = wide(coarse_r_[l].v);
       for (std::size_t m = 0; m < kMotions; ++m) total[m] += rows[m * size + l] * r;

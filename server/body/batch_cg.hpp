@@ -23,14 +23,19 @@ struct SolveColumn {
   Vector* x = nullptr;
 };
 
+/// A correction from a coarse space: A_c^-1, and where in it each node is. Empty: none.
+struct CoarseCorrection {
+  std::shared_ptr<const CoarseInverse> inverse;
+  std::span<const CoarseSpace::Node> nodes;  ///< must outlive the solves
+};
+
 class BatchConjugateGradients {
  public:
   static constexpr int kColumns = 8;
   static constexpr double kTightest = 1e-5;  ///< of |b|: single precision gets no further
 
   /// Takes a copy of A.
-  void prepare(const BlockMatrix& a, const std::vector<std::uint8_t>& held,
-               std::shared_ptr<const CoarseInverse> coarse = nullptr);
+  void prepare(const BlockMatrix& a, const std::vector<std::uint8_t>& held, CoarseCorrection coarse = {});
   /// |A x - b| <= max(tolerance, kTightest) |b| for each of any number of columns, as far as the recursion can tell. Rows of held
   /// nodes are taken for zero in b and are zero in x. Returns the iterations of all columns together. `positive_definite` becomes
   /// false, and the columns keep what was found so far, when a direction of non-positive curvature shows.
@@ -67,7 +72,7 @@ class BatchConjugateGradients {
   std::vector<Symmetric> diagonal_, inverse_;  // and its inverse
   std::vector<float> free_;                    // 0 for a held node, 1 for others
   std::vector<Rows> x_, r_, z_, p_, ap_;
-  std::shared_ptr<const CoarseInverse> coarse_;
+  CoarseCorrection coarse_;
   struct alignas(32) Row {
     float v[kColumns];
   };

@@ -131,7 +131,7 @@ std::shared_ptr<const CoarseInverse> CoarseSpace::inverse(double c_m, double c_d
   constexpr std::size_t kKept = 8;
   if (inverses_.size() == kKept) inverses_.pop_front();
   return inverses_.emplace_back(std::make_shared<const CoarseInverse>(
-      CoarseInverse{this, c_m, c_d, std::vector<float>(inverse.data(), inverse.data() + inverse.size())}));
+      CoarseInverse{c_m, c_d, size(), std::vector<float>(inverse.data(), inverse.data() + inverse.size())}));
 }
 
 }  // namespace palpate

@@ -18,12 +18,10 @@
 
 namespace palpate {
 
-class CoarseSpace;
-
 /// A_c^-1, row by row in single precision.
 struct CoarseInverse {
-  const CoarseSpace* space = nullptr;
   double c_m = 0, c_d = 0;
+  std::size_t size = 0;  ///< motions of all pieces
   std::vector<float> rows;
 };
 
@@ -42,7 +40,7 @@ class CoarseSpace {
   const std::vector<Node>& nodes() const { return nodes_; }
   /// Of P: motions of all pieces. 0: empty.
   std::size_t size() const { return static_cast<std::size_t>(k_.rows()); }
-  /// nullptr when A_c is not positive definite. Not to be used when this is no more.
+  /// nullptr when A_c is not positive definite.
   std::shared_ptr<const CoarseInverse> inverse(double c_m, double c_d);
 
  private:

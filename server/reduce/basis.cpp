@@ -39,21 +39,28 @@ class Orthonormal {
 }  // namespace
 
 std::vector<Vector> moment_inputs(const Linearisation& at, double shift_1_s, std::span<const Vector> x) {
-  Matrix columns(at.dynamics->masses().size(), static_cast<Eigen::Index>(x.size())), k_x, d_x;
+  Matrix columns(at.masses().size(), static_cast<Eigen::Index>(x.size())), k_x, d_x;
   for (std::size_t k = 0; k < x.size(); ++k) columns.col(static_cast<Eigen::Index>(k)) = x[k];
-  at.tangents->multiply(columns, k_x, d_x);
+  at.multiply(columns, k_x, d_x);
   std::vector<Vector> inputs;
   for (std::size_t k = 0; k < x.size(); ++k)
-    inputs.emplace_back(2 * shift_1_s * at.dynamics->masses().cwiseProduct(x[k]) + d_x.col(static_cast<Eigen::Index>(k)));
+    inputs.emplace_back(2 * shift_1_s * at.masses().cwiseProduct(x[k]) + d_x.col(static_cast<Eigen::Index>(k)));
   return inputs;
 }
 
 bool ShiftedSolver::prepare(const Linearisation& at, double shift, bool clamp) {
   iterations_ = 0;
-  if (!matrix_) matrix_ = at.dynamics->make_matrix();
-  at.dynamics->assemble(*at.state, shift * shift, shift, 1, *at.held, clamp, *matrix_);
-  if (small_) return factor_.factorise(*matrix_);
-  batch_.prepare(*matrix_, *at.held, coarse_ ? coarse_->inverse(shift * shift, shift) : nullptr);
+  if (at.graded) {
+    if (generation_ != at.graded->generation()) matrix_ = at.graded->make_matrix();
+    generation_ = at.graded->generation();
+    at.graded->assemble(shift * shift, shift, 1, *at.held, clamp, *matrix_);
+  } else {
+    if (!matrix_ || generation_ != 0) matrix_ = at.dynamics->make_matrix();
+    generation_ = 0;
+    at.dynamics->assemble(*at.state, shift * shift, shift, 1, *at.held, clamp, *matrix_);
+    if (small_) return factor_.factorise(*matrix_);
+  }
+  batch_.prepare(*matrix_, *at.held, {at.coarse ? at.coarse->inverse(shift * shift, shift) : nullptr, at.pieces});
   return true;
 }
 
@@ -76,9 +83,9 @@ bool ShiftedSolver::solve(const Linearisation& at, std::span<const SolveColumn> 
 
 std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
                                    const BasisRequest& request) {
-  const Vector& masses = at.dynamics->masses();
+  const Vector& masses = at.masses();
   Orthonormal basis(masses, request.modes);
-  Vector free_motion = at.state->v;
+  Vector free_motion = at.velocity();
   mask(*at.held, free_motion);
   for (const Vector& x : start.ports) basis.add(x);
   basis.add(free_motion);
@@ -120,9 +127,9 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solve
     for (std::size_t k = 0; k < columns.size(); ++k) *columns[k].x = *kept[k].x;
     return true;
   };
-  Vector motion = at.state->v;
+  Vector motion = at.velocity();
   mask(*at.held, motion);
-  motion = at.dynamics->masses().cwiseProduct(motion);
+  motion = at.masses().cwiseProduct(motion);
   KrylovStart start{{}, fine, {}, {}};
   start.ports.resize(ports.size());
   std::vector<SolveColumn> columns;
@@ -133,13 +140,20 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solve
   return krylov_basis(at, start, solve, request);
 }
 
+std::optional<CoarseSpace> coarse_space_of(const Dynamics& dynamics) {
+  if (dynamics.nodes() <= LinearSolver::kDirectRowsMax || dynamics.body().planar) return std::nullopt;
+  return std::optional<CoarseSpace>(std::in_place, dynamics);
+}
+
 double softest_stiffness(const Dynamics& dynamics) {
   const auto& fixed = dynamics.body().fixed;
   if (std::find(fixed.begin(), fixed.end(), 1) == fixed.end()) return 0;
   const BodyState rest = dynamics.rest_state();
   Tangents tangents(dynamics);
   tangents.take(rest);
-  const Linearisation at{&dynamics, &rest, &fixed, &tangents};
+  Linearisation at{&dynamics, &rest, &fixed, &tangents};
+  std::optional<CoarseSpace> coarse = coarse_space_of(dynamics);
+  if (coarse) at.coarse = &*coarse, at.pieces = coarse->nodes();
   ShiftedSolver solver(dynamics);
   if (!solver.prepare(at, 0, false)) return 0;
   constexpr int kIterations = 12;
@@ -149,8 +163,7 @@ double softest_stiffness(const Dynamics& dynamics) {
   for (int k = 0; k < kIterations; ++k) {
     const Vector b = dynamics.masses().cwiseProduct(y);
     if (!solver.solve(at, b, kTolerance, x)) return 0;
-    y = x / x.norm();
-    x.setZero();
+    y = x / x.norm();  // and x is the next first guess: near the end it is right but for its length
   }
   Vector k_y, d_y;
   dynamics.multiply_tangents(rest, y, k_y, d_y);

@@ -15,24 +15,34 @@
 #include "server/body/batch_cg.hpp"
 #include "server/body/linear_solver.hpp"
 #include "server/body/tangents.hpp"
+#include "server/reduce/graded_body.hpp"
 
 namespace palpate {
 
-/// Where a model is linearised and what it may move.
+/// Where a model is linearised and what it may move: M, K and D over the nodes of a body, or over the fewer of a graded one.
 struct Linearisation {
   const Dynamics* dynamics = nullptr;
   const BodyState* state = nullptr;
-  const std::vector<std::uint8_t>* held = nullptr;  ///< nodes that the model keeps still
-  const Tangents* tangents = nullptr;               ///< of `dynamics` at `state`
+  const std::vector<std::uint8_t>* held = nullptr;  ///< nodes that the model keeps still; of `graded`: coordinates
+  const Tangents* tangents = nullptr;               ///< of `dynamics` at `state`; null beside `graded`
+  const GradedBody* graded = nullptr;               ///< at `state`
+  CoarseSpace* coarse = nullptr;                    ///< for iterative solves; null: none
+  std::span<const CoarseSpace::Node> pieces = {};   ///< where in it each node is, or each coordinate of `graded`
+
+  const Vector& masses() const { return graded ? graded->masses() : dynamics->masses(); }
+  const Vector& velocity() const { return graded ? graded->velocity() : state->v; }
+  /// K Y and D Y, nothing held.
+  void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
+    graded ? graded->multiply(y, k_y, d_y) : tangents->multiply(y, k_y, d_y);
+  }
 };
 
 /// Solves with P. Small bodies are factorised (linear_solver.hpp); on others all right-hand sides go through the matrix side by
 /// side (batch_cg.hpp).
 class ShiftedSolver {
  public:
-  /// `coarse`, if any, must outlive it.
-  explicit ShiftedSolver(const Dynamics& dynamics, CoarseSpace* coarse = nullptr)
-      : coarse_(coarse), small_(dynamics.nodes() <= LinearSolver::kDirectRowsMax), factor_(dynamics.nodes()) {}
+  explicit ShiftedSolver(const Dynamics& dynamics)
+      : small_(dynamics.nodes() <= LinearSolver::kDirectRowsMax), factor_(dynamics.nodes()) {}
   /// P = s^2 M + s D + K; with `clamp` compressed elements do not soften K. False when P turns out not to be positive definite.
   bool prepare(const Linearisation& at, double shift, bool clamp);
   /// x = P^-1 b, rows of held nodes zero; x holds the first guess. `tolerance` matters to the iterative method only.
@@ -46,13 +56,16 @@ class ShiftedSolver {
   int iterations() const { return iterations_; }
 
  private:
-  CoarseSpace* coarse_;
   bool small_;
   std::optional<BlockMatrix> matrix_;  // made when first needed: not every station has every kind of solver
+  std::uint64_t generation_ = 0;       // of the graded body that it is for; 0: the whole one
   LinearSolver factor_;
   BatchConjugateGradients batch_;
   int iterations_ = 0;
 };
+
+/// Of a body that is solved for by iteration, where there is one.
+std::optional<CoarseSpace> coarse_space_of(const Dynamics& dynamics);
 
 struct BasisRequest {
   int modes = 11;

@@ -25,9 +25,9 @@ bool SharedSystem::answer(std::span<const PortPlace> places, const OwnLoads& own
                       known->second.point.weight == place.point.weight;
     PortAnswer& port = ports_[place.port];
     if (!here) {
-      port.b = skin_->weights(place.point);
+      port.b = place.b;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        port.input[axis] = Vector::Zero(at_.state->x.size());
+        port.input[axis] = Vector::Zero(at_.masses().size());
         scatter(port.b, Vec3::Unit(static_cast<int>(axis)), port.input[axis]);
         mask(*at_.held, port.input[axis]);
         columns.push_back({&port.input[axis], &port.answer[axis]});
@@ -58,35 +58,100 @@ bool SharedSystem::answer(std::span<const PortPlace> places, const OwnLoads& own
   return definite_;
 }
 
-FrameModel::FrameModel(const Dynamics& dynamics, const Skin& skin) : dynamics_(&dynamics), skin_(&skin), tangents_(dynamics) {
-  if (dynamics.nodes() > LinearSolver::kDirectRowsMax && !dynamics.body().planar) coarse_.emplace(dynamics);
+FrameModel::FrameModel(const Dynamics& dynamics, const Skin& skin)
+    : dynamics_(&dynamics), skin_(&skin), coarse_(coarse_space_of(dynamics)), tangents_(dynamics) {
+  if (GradedBody::suits(dynamics)) graded_.reset(new FrameModel(this));
 }
+
+FrameModel::FrameModel(FrameModel* whole) : dynamics_(whole->dynamics_), skin_(whole->skin_), whole_(whole), body_(*dynamics_) {}
 
 void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& ports, std::span<const ToolAt> tools, Micros bridge) {
   state_ = &state;
   ports_ = &ports;
   tools_.assign(tools.begin(), tools.end());
   bridge_ = bridge;
-  held_ = held_nodes(dynamics_->body(), ports);
   wanted_.assign(ports.size(), {});
-  linearised_ = false;
+  settled_ = linearised_ = false;
   forces_.resize(0);
   total_.resize(0);
   positions_.clear();
   ahead_.clear();
   for (Slot& slot : slots_) slot.in_use = false;
+  if (graded_) graded_->begin(state, ports, tools, bridge);
 }
 
-const Tangents& FrameModel::tangents() {
-  if (!linearised_) tangents_.take(*state_);
+void FrameModel::want(std::size_t k, double slide_s) {
+  wanted_[k] = {true, slide_s};
+  if (graded_) graded_->want(k);
+}
+
+void FrameModel::listen(std::function<void(PatchPart)> listener) {
+  if (graded_) graded_->listen(listener);
+  listener_ = std::move(listener);
+}
+
+/// What is held, and of a graded body what its coordinates are: once all ports are where they are for this frame.
+void FrameModel::settle() {
+  if (settled_) return;
+  settled_ = true;
+  if (!body_) {
+    held_ = held_nodes(dynamics_->body(), *ports_);
+    return;
+  }
+  std::vector<Vec3> places;
+  std::vector<std::uint32_t> nodes;
+  for (std::size_t k = 0; k < ports_->size(); ++k) {
+    const ToolPort& port = (*ports_)[k];
+    if (port.kind == ContactKind::attach) {
+      places.push_back(dynamics_->body().nodes[port.node]);
+      nodes.push_back(port.node);
+    } else if (port.touching || wanted_[k].patch) {
+      places.push_back(position_at(skin_->view(), skin_->rest(), port.point));
+      for (const auto& [node, weight] : skin_->weights(port.point)) nodes.push_back(node);
+    }
+  }
+  const std::uint64_t before = body_->generation();
+  body_->focus(places, nodes);
+  if (body_->generation() != before) {
+    slots_.clear();
+    pieces_ = body_->pieces(*whole_->coarse_);
+  }
+  held_ = body_->fixed();
+  for (const ToolPort& port : *ports_)
+    if (port.kind == ContactKind::attach) held_[body_->coordinate(port.node)] = 1;
+}
+
+const std::vector<std::uint8_t>& FrameModel::held() {
+  settle();
+  return held_;
+}
+
+Linearisation FrameModel::linearisation(const std::vector<std::uint8_t>& held) {
+  settle();
+  if (!linearised_) body_ ? body_->take(*state_) : tangents_->take(*state_);
   linearised_ = true;
-  return tangents_;
+  if (body_) return {dynamics_, state_, &held, nullptr, &*body_, &*whole_->coarse_, pieces_};
+  Linearisation at{dynamics_, state_, &held, &*tangents_};
+  if (coarse_) at.coarse = &*coarse_, at.pieces = coarse_->nodes();
+  return at;
+}
+
+Skin::Weights FrameModel::weights(const SurfacePoint& point) const {
+  const Skin::Weights of_nodes = skin_->weights(point);
+  return body_ ? body_->restricted(of_nodes) : of_nodes;
+}
+
+PortRows FrameModel::rows(std::uint32_t node, const Matrix& v) const {
+  return body_ ? body_->at(node, v) : PortRows(v.middleRows<3>(3 * static_cast<Eigen::Index>(node)));
 }
 
 const Vector& FrameModel::forces() {
   if (forces_.size() == 0) {
-    dynamics_->forces(state_->x, state_->v, forces_);
-    mask(held_, forces_);
+    if (body_)
+      forces_ = body_->forces(*state_);
+    else
+      dynamics_->forces(state_->x, state_->v, forces_);
+    mask(held(), forces_);
   }
   return forces_;
 }
@@ -95,8 +160,8 @@ const Vector& FrameModel::total() {
   if (total_.size() == 0) {
     total_ = forces();
     for (const ToolPort& p : *ports_)
-      if (p.kind == ContactKind::touch && p.touching) scatter(skin_->weights(p.point), p.lambda, total_);
-    mask(held_, total_);
+      if (p.kind == ContactKind::touch && p.touching) scatter(weights(p.point), p.lambda, total_);
+    mask(held(), total_);
   }
   return total_;
 }
@@ -105,13 +170,14 @@ Vector FrameModel::forces_beside(std::size_t which) {
   Vector f = forces();
   for (std::size_t k = 0; k < ports_->size(); ++k) {
     const ToolPort& p = (*ports_)[k];
-    if (k != which && p.kind == ContactKind::touch && p.touching) scatter(skin_->weights(p.point), p.lambda, f);
+    if (k != which && p.kind == ContactKind::touch && p.touching) scatter(weights(p.point), p.lambda, f);
   }
-  mask(held_, f);
+  mask(held(), f);
   return f;
 }
 
 const std::vector<double>& FrameModel::positions() {
+  if (whole_) return whole_->positions();
   if (positions_.empty()) skin_->place(state_->x, positions_);
   return positions_;
 }
@@ -119,6 +185,7 @@ const std::vector<double>& FrameModel::positions() {
 double FrameModel::shift(Micros bridge) const { return shift_for(ports_->size() > 1 ? bridge_ : bridge); }
 
 SharedSystem* FrameModel::system(double shift, bool clamp, double tolerance) {
+  settle();
   const auto known =
       std::find_if(slots_.begin(), slots_.end(), [&](const Slot& s) { return s.in_use && s.shift == shift && s.clamp == clamp; });
   if (known != slots_.end()) return known->definite ? known->system.get() : nullptr;
@@ -128,7 +195,7 @@ SharedSystem* FrameModel::system(double shift, bool clamp, double tolerance) {
     if (!slot.in_use && (!best || std::abs(slot.shift - shift) < std::abs(best->shift - shift))) best = &slot;
   if (!best) {
     best = &slots_.emplace_back();
-    best->system = std::make_unique<SharedSystem>(*dynamics_, *skin_, coarse_ ? &*coarse_ : nullptr);
+    best->system = std::make_unique<SharedSystem>(*dynamics_);
   }
   enter(PatchPart::linearise);
   best->shift = shift;
@@ -155,15 +222,15 @@ void FrameModel::add_held_nodes(std::size_t which, Vector& load_rate) {
   Vector motion;
   for (std::size_t k = 0; k < ports_->size(); ++k) {
     if (k == which || (*ports_)[k].kind != ContactKind::attach || tools_[k].velocity.isZero(0)) continue;
-    if (motion.size() == 0) motion = Vector::Zero(state_->x.size());
-    motion.segment<3>(3 * static_cast<Eigen::Index>((*ports_)[k].node)) = tools_[k].velocity;
+    if (motion.size() == 0) motion = Vector::Zero(size());
+    at_node(motion, coordinate((*ports_)[k].node)) = tools_[k].velocity;
   }
   if (motion.size() == 0) return;
   Matrix k_motion, d_motion;
-  tangents().multiply(motion, k_motion, d_motion);
+  linearisation().multiply(motion, k_motion, d_motion);
   if (load_rate.size() == 0) load_rate = Vector::Zero(motion.size());
   load_rate -= k_motion;
-  mask(held_, load_rate);
+  mask(held(), load_rate);
 }
 
 OtherTools FrameModel::other_nodes(std::size_t which) {
@@ -178,10 +245,10 @@ Vector FrameModel::sliding_load(std::size_t k) {
   const double slide_s = wanted_[k].slide_s;
   if (!port.touching || !(slide_s > 0)) return {};
   const SurfacePoint end = slide(skin_->view(), positions(), port.point, slide_s * tools_[k].velocity);
-  Vector load = Vector::Zero(state_->x.size());
-  scatter(skin_->weights(end), port.lambda, load);
-  scatter(skin_->weights(port.point), -port.lambda, load);
-  mask(held_, load);
+  Vector load = Vector::Zero(size());
+  scatter(weights(end), port.lambda, load);
+  scatter(weights(port.point), -port.lambda, load);
+  mask(held(), load);
   return load;
 }
 
@@ -190,12 +257,13 @@ bool FrameModel::answer(SharedSystem& p, std::size_t which, Own own) {
   for (std::size_t k = 0; k < ports_->size(); ++k) {
     const ToolPort& port = (*ports_)[k];
     if (port.kind == ContactKind::touch && (port.touching || wanted_[k].patch || k == which))
-      places.push_back({k, port.point, sliding_load(k)});
+      places.push_back({k, port.point, weights(port.point), sliding_load(k)});
   }
   Vector motion;
   if (own.motion) {
-    motion = dynamics_->masses().cwiseProduct(state_->v);
-    mask(held_, motion);
+    const Linearisation at = linearisation();
+    motion = at.masses().cwiseProduct(at.velocity());
+    mask(held(), motion);
   }
   enter(PatchPart::solve);
   const bool definite = p.answer(places, {own.imbalance ? &total() : nullptr, own.motion ? &motion : nullptr});
@@ -215,15 +283,15 @@ OtherTools FrameModel::others(const SharedSystem& p, std::size_t which) {
     for (int axis = 0; axis < 3; ++axis) across.col(axis) = gather(own.b, answer.answer[static_cast<std::size_t>(axis)]);
     const double mean = std::sqrt(own.compliance.norm() * answer.compliance.norm());
     others.springs.push_back({&answer, stiffness, across.norm() > kCoupled * mean});
-    if (others.load.size() == 0) others.load = Vector::Zero(state_->x.size());
+    if (others.load.size() == 0) others.load = Vector::Zero(size());
     scatter(answer.b, port.lambda, others.load);
     const Vec3 rate = stiffness * tools_[k].velocity;
     if (rate.isZero(0)) continue;
-    if (others.load_rate.size() == 0) others.load_rate = Vector::Zero(state_->x.size());
+    if (others.load_rate.size() == 0) others.load_rate = Vector::Zero(size());
     scatter(answer.b, rate, others.load_rate);
   }
-  if (others.load.size() > 0) mask(held_, others.load);
-  if (others.load_rate.size() > 0) mask(held_, others.load_rate);
+  if (others.load.size() > 0) mask(held(), others.load);
+  if (others.load_rate.size() > 0) mask(held(), others.load_rate);
   return others;
 }
 

@@ -56,15 +56,14 @@ struct OtherTools {
 /// P at one shift, ready to solve with, and what was solved in this frame.
 class SharedSystem {
  public:
-  /// `coarse`, if any, must outlive it.
-  SharedSystem(const Dynamics& dynamics, const Skin& skin, CoarseSpace* coarse = nullptr)
-      : skin_(&skin), solver_(dynamics, coarse) {}
+  explicit SharedSystem(const Dynamics& dynamics) : solver_(dynamics) {}
   /// For a new frame. False when P turns out not to be positive definite.
   bool prepare(const Linearisation& at, double shift, bool clamp, double tolerance);
-  /// Which port, where on the skin, and the load of its tool that slides on, if that is asked for.
+  /// Which port, where on the skin, its B there, and the load of its tool that slides on, if that is asked for.
   struct PortPlace {
     std::size_t port = 0;
     SurfacePoint point;
+    Skin::Weights b;
     Vector slide;
   };
   /// The body's own: what is out of balance, and M v*. Null where it is not asked for.
@@ -92,7 +91,6 @@ class SharedSystem {
     SurfacePoint point;
     bool slide = false;
   };
-  const Skin* skin_;
   ShiftedSolver solver_;
   Linearisation at_;
   double shift_ = 0, tolerance_ = 0;
@@ -115,9 +113,11 @@ class FrameModel {
 
   /// A patch will be built for this port, although it may not touch: its answers are found together with those of the others,
   /// for scheme cubic also that to its load where it will be after `slide_s`, less its load where it is: (B_end - B) lambda.
-  void want(std::size_t k, double slide_s = 0) { wanted_[k] = {true, slide_s}; }
+  void want(std::size_t k, double slide_s = 0);
+  /// The same frame in the coordinates of a graded body (graded_body.hpp), where the body is one for it; else this.
+  FrameModel& graded() { return graded_ ? *graded_ : *this; }
   /// Hears of each part when it begins. The model itself knows no clock.
-  void listen(std::function<void(PatchPart)> listener) { listener_ = std::move(listener); }
+  void listen(std::function<void(PatchPart)> listener);
   void enter(PatchPart part) const {
     if (listener_) listener_(part);
   }
@@ -125,10 +125,17 @@ class FrameModel {
   const BodyState& state() const { return *state_; }
   const std::vector<ToolPort>& ports() const { return *ports_; }
   const ToolAt& tool(std::size_t k) const { return tools_[k]; }
-  const std::vector<std::uint8_t>& held() const { return held_; }
-  /// With other nodes held.
-  Linearisation linearisation(const std::vector<std::uint8_t>& held) { return {dynamics_, state_, &held, &tangents()}; }
-  Linearisation linearisation() { return linearisation(held_); }
+  /// Nodes, or the coordinates of a graded body, that the tools and the scene hold.
+  const std::vector<std::uint8_t>& held();
+  /// With others held.
+  Linearisation linearisation(const std::vector<std::uint8_t>& held);
+  Linearisation linearisation() { return linearisation(this->held()); }
+  /// Of a node that is held, or near a tool.
+  std::uint32_t coordinate(std::uint32_t node) const { return body_ ? body_->coordinate(node) : node; }
+  /// B at a point of the skin.
+  Skin::Weights weights(const SurfacePoint& point) const;
+  /// Rows of a basis for one node.
+  PortRows rows(std::uint32_t node, const Matrix& v) const;
   /// Where the body will be until the next patches take over, should the hands go on and slow down; empty where nobody looked.
   void foresee(std::vector<BodyState> ahead) { ahead_ = std::move(ahead); }
   const std::vector<BodyState>& ahead() const { return ahead_; }
@@ -165,7 +172,9 @@ class FrameModel {
     bool patch = false;
     double slide_s = 0;
   };
-  const Tangents& tangents();
+  explicit FrameModel(FrameModel* whole);
+  void settle();
+  Eigen::Index size() { return linearisation().masses().size(); }
   Vector sliding_load(std::size_t k);
   Mat3 contact_stiffness(std::size_t k, const PortAnswer& answer);
   void add_held_nodes(std::size_t which, Vector& load_rate);
@@ -179,9 +188,13 @@ class FrameModel {
   std::vector<std::uint8_t> held_;
   std::vector<Wanted> wanted_;
   Micros bridge_{};
-  std::optional<CoarseSpace> coarse_;  // of a body that is solved for by iteration
-  Tangents tangents_;
-  bool linearised_ = false;
+  std::optional<CoarseSpace> coarse_;      // of the whole
+  std::vector<CoarseSpace::Node> pieces_;  // of the coordinates of a graded one
+  FrameModel* whole_ = nullptr;            // of a graded one
+  std::optional<GradedBody> body_;         // of a graded one
+  std::unique_ptr<FrameModel> graded_;     // of the whole of a large body
+  std::optional<Tangents> tangents_;       // of the whole
+  bool settled_ = false, linearised_ = false;
   std::function<void(PatchPart)> listener_;
   Vector forces_, total_;
   std::vector<double> positions_;

@@ -12,8 +12,8 @@
 namespace palpate {
 namespace {
 
-Vector unit(const Dynamics& dynamics, std::uint32_t node, int axis) {
-  return Vector::Unit(dynamics.masses().size(), 3 * static_cast<Eigen::Index>(node) + axis);
+Vector unit(const Linearisation& at, std::uint32_t node, int axis) {
+  return Vector::Unit(at.masses().size(), 3 * static_cast<Eigen::Index>(node) + axis);
 }
 
 }  // namespace
@@ -25,7 +25,7 @@ PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double so
       neighbours_(dynamics.nodes()),
       softest_1_s2_(softest_1_s2),
       solver_(dynamics),
-      ring_(dynamics, skin) {
+      ring_(dynamics) {
   const LumpedBody& body = dynamics.body();
   Eigen::AlignedBox3d box;
   for (const Vec3& x : body.nodes) box.extend(x);
@@ -73,7 +73,7 @@ bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherT
     return true;
   }
   Matrix k_v, d_v;
-  at.tangents->multiply(v, k_v, d_v);
+  at.multiply(v, k_v, d_v);
   Matrix k = v.transpose() * k_v;
   for (const OtherTools::Spring& spring : others.springs) {
     Matrix rows = Matrix::Zero(3, r);
@@ -89,9 +89,9 @@ bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherT
   patch.stiffness = eigen.eigenvalues().cwiseAbs().cwiseMax(softest_1_s2_);
   report_.lifted_1_s2 = (patch.stiffness - eigen.eigenvalues()).maxCoeff();
   patch.damping = 0.5 * (d + d.transpose());
-  Vector motion = at.state->v;
+  Vector motion = at.velocity();
   mask(*at.held, motion);
-  patch.q_rate = reduced.v.transpose() * at.dynamics->masses().cwiseProduct(motion);
+  patch.q_rate = reduced.v.transpose() * at.masses().cwiseProduct(motion);
   if (others.load_rate.size() > 0) patch.load_rate = reduced.v.transpose() * others.load_rate;
   return true;
 }
@@ -121,13 +121,17 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
   }
   if (request.scheme == Scheme::two_layer && !dynamics_->tetrahedra().empty())
     return fall_back(frame, which, request, Scheme::ring);
-  for (const bool clamp : {false, true}) {
-    held_ = frame.held();
-    built = request.scheme == Scheme::two_layer ? build_two_layer(frame, which, request, patch, clamp)
-                                                : build_whole(frame, which, request, patch, clamp);
-    if (built) break;
-  }
-  return built;
+  // What is not definite on fewer coordinates may be on all.
+  std::vector<FrameModel*> models{&frame};
+  if (request.scheme == Scheme::port && &frame.graded() != &frame) models = {&frame.graded(), &frame};
+  for (FrameModel* model : models)
+    for (const bool clamp : {false, true}) {
+      held_ = model->held();
+      built = request.scheme == Scheme::two_layer ? build_two_layer(*model, which, request, patch, clamp)
+                                                  : build_whole(*model, which, request, patch, clamp);
+      if (built) return built;
+    }
+  return std::nullopt;
 }
 
 std::optional<Patch> PatchBuilder::fall_back(FrameModel& frame, std::size_t which, const PatchRequest& request, Scheme scheme) {
@@ -150,8 +154,10 @@ std::optional<Patch> PatchBuilder::build_whole(FrameModel& frame, std::size_t wh
   if (request.scheme == Scheme::ring) hold_far_nodes(contact_nodes(port));
   if (port.kind == ContactKind::touch && request.scheme != Scheme::balanced)
     return build_shared_touch(frame, which, request, patch, clamp);
-  if (port.kind == ContactKind::attach) held_[port.node] = 1;
-  Model model{frame.linearisation(held_), frame.forces_beside(which), &solver_, &memory_, nullptr, frame.other_nodes(which)};
+  if (port.kind == ContactKind::attach) held_[frame.coordinate(port.node)] = 1;
+  Linearisation at = frame.linearisation(held_);
+  if (request.scheme == Scheme::ring) at.coarse = nullptr;  // that of a body whose far nodes move
+  Model model{at, frame.forces_beside(which), &solver_, &memory_, nullptr, frame.other_nodes(which)};
   mask(held_, model.imbalance);
   const auto built = port.kind == ContactKind::attach ? build_attach(model, port, request, patch, clamp, frame.tool(which))
                                                       : build_touch(model, frame, which, request, patch, clamp);
@@ -203,12 +209,14 @@ std::optional<Mat3> PatchBuilder::static_response(const Model& model, const std:
 std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPort& port, const PatchRequest& request,
                                                 Patch patch, bool clamp, const ToolAt& tool) {
   const Linearisation& at = model.at;
-  const std::uint32_t node = model.local ? model.local->index(port.node) : port.node;
+  const std::uint32_t node = model.local ? model.local->index(port.node)
+                             : at.graded ? at.graded->coordinate(port.node)
+                                         : port.node;
   // Columns of K and D that belong to the tool's node: what the tool's motion does to the others, and to itself.
   std::vector<Vector> k_tool(3), d_tool(3);
-  Matrix units(at.dynamics->masses().size(), 3), k_units, d_units;
-  for (int axis = 0; axis < 3; ++axis) units.col(axis) = unit(*at.dynamics, node, axis);
-  at.tangents->multiply(units, k_units, d_units);
+  Matrix units(at.masses().size(), 3), k_units, d_units;
+  for (int axis = 0; axis < 3; ++axis) units.col(axis) = unit(at, node, axis);
+  at.multiply(units, k_units, d_units);
   for (int axis = 0; axis < 3; ++axis) {
     const auto column = static_cast<std::size_t>(axis);
     k_tool[column] = k_units.col(axis);
@@ -218,7 +226,7 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
     mask(*at.held, k_tool[column]);
     mask(*at.held, d_tool[column]);
   }
-  const double node_mass_kg = at.dynamics->masses()[3 * static_cast<Eigen::Index>(node)];
+  const double node_mass_kg = at.masses()[3 * static_cast<Eigen::Index>(node)];
   const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
   const bool balanced = request.scheme == Scheme::balanced;
   if (!balanced && !model.solver->prepare(at, shift, clamp)) return std::nullopt;

@@ -7,7 +7,8 @@
 //                    like `port`; forces and velocities at the stamp are the body's own; `ring` for a body of tetrahedra, and
 //                    then the patch says so
 //   balanced         the whole body, balanced off-line at its rest state for this contact (balanced_basis.hpp)
-//   port             the whole body, rational Krylov basis at the port (basis.hpp)
+//   port             the whole body, if it is large with what is far from the tools coarser (graded_body.hpp), rational Krylov
+//                    basis at the port (basis.hpp)
 //   cubic            the whole body, a basis for what it is likely to do (cubic_basis.hpp), and beside the linear patch the terms
 //                    of higher order (cubic_patch.hpp); `port` where they cannot be had, and then the patch says so
 //

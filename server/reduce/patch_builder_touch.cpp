@@ -73,22 +73,22 @@ std::optional<Patch> PatchBuilder::build_touch(const Model& model, FrameModel& f
   if (!balanced && !model.solver->prepare(at, shift, clamp)) return std::nullopt;
   Reduced reduced;
   Matrix& v = reduced.v;
-  v.resize(at.dynamics->masses().size(), 0);
+  v.resize(at.masses().size(), 0);
   if (request.scheme == Scheme::tangent) {
     const auto compliance = static_response(model, inputs);
     if (!compliance) return std::nullopt;
     patch.c_static = *compliance;
   } else {
-    for (const Vector& b : inputs) fine.push_back(b.cwiseQuotient(at.dynamics->masses()));
+    for (const Vector& b : inputs) fine.push_back(b.cwiseQuotient(at.masses()));
     const int modes = modes_for(request.scheme, port.kind, request.order);
     const auto basis = balanced ? restricted_basis(balanced_->touched(port.point), modes, dynamics_->masses(), held_)
                                 : krylov_basis(at, *model.solver, inputs, fine, model.imbalance, {modes, shift}, *model.memory);
     if (!basis || !reduce(at, *basis, model.others, patch, reduced)) return std::nullopt;
     patch.g = v.transpose() * model.imbalance + patch.damping * patch.q_rate;
   }
-  if (model.local) v = model.local->expanded(v, frame.state().x.size());
   const int vertices = request.vertices_max(patch.modes(), false);
-  cut_port_surface(*skin_, frame.positions(), v, port.point, seconds(request.bridge) * frame.tool(which).velocity, vertices,
+  const auto rows = [&](std::uint32_t node) { return model.local ? model.local->rows(node, v) : frame.rows(node, v); };
+  cut_port_surface(*skin_, frame.positions(), rows, port.point, seconds(request.bridge) * frame.tool(which).velocity, vertices,
                    vertices, patch);
   if (request.scheme == Scheme::tangent && port.touching)
     for (int i = 0; i < patch.surface.vertex_count; ++i)
@@ -101,7 +101,8 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   const ToolPort& port = frame.ports()[which];
   const bool ring = request.scheme == Scheme::ring, tangent = request.scheme == Scheme::tangent,
              cubic = request.scheme == Scheme::cubic;
-  const Linearisation at = frame.linearisation(held_);
+  Linearisation at = frame.linearisation(held_);
+  if (ring) at.coarse = nullptr;  // that of a body whose far nodes move
   begin_touch(port, patch);
 
   const double shift = tangent ? 0 : frame.shift(request.bridge);
@@ -115,7 +116,7 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   const OtherTools others = frame.others(*p, which);
   Reduced reduced;
   Matrix& v = reduced.v;
-  v.resize(dynamics_->masses().size(), 0);
+  v.resize(at.masses().size(), 0);
   if (tangent) {
     patch.c_static = port_compliance(*p, which, others);
   } else {
@@ -143,9 +144,9 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   report_.solver_iterations += p->iterations() - before;
   const int vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0);
   const bool with_terms = terms_.variables > 0;
-  const SurfacePiece first =
-      cut_port_surface(*skin_, frame.positions(), v, port.point, seconds(request.bridge) * frame.tool(which).velocity, vertices,
-                       with_terms ? kMaxPortVertices : vertices, patch);
+  const SurfacePiece first = cut_port_surface(
+      *skin_, frame.positions(), [&](std::uint32_t node) { return frame.rows(node, v); }, port.point,
+      seconds(request.bridge) * frame.tool(which).velocity, vertices, with_terms ? kMaxPortVertices : vertices, patch);
   if (port.touching)  // what yields at once has done so at the stamp
     for (int i = 0; i < patch.surface.vertex_count; ++i)
       patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
@@ -197,7 +198,7 @@ std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
     }
     return cubic_basis(at, start, solve, Matrix(), history_, ahead_, {modes, p.shift(), bridge_s}, cubic_memory_);
   }
-  for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(dynamics_->masses()));
+  for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(at.masses()));
   auto directions = krylov_basis(at, start, solve, {modes, p.shift(), kBasisTolerance});
   return directions ? std::optional(CubicBasis{std::move(*directions), {}}) : std::nullopt;
 }

@@ -1,10 +1,12 @@
 #include "server/reduce/port_surface.hpp"
 
 #include <algorithm>
+#include <span>
 
 namespace palpate {
 
-SurfacePiece cut_port_surface(const Skin& skin, const std::vector<double>& x, const Matrix& v, const SurfacePoint& point,
+SurfacePiece cut_port_surface(const Skin& skin, const std::vector<double>& x,
+                              const std::function<PortRows(std::uint32_t node)>& rows, const SurfacePoint& point,
                               const Vec3& ahead, int vertices_first, int vertices_max, Patch& patch) {
   const SurfaceView surface = skin.view();
   const Vec3 centre = position_at(surface, x, point);
@@ -57,10 +59,10 @@ SurfacePiece cut_port_surface(const Skin& skin, const std::vector<double>& x, co
   piece.triangle_count = static_cast<int>(triangles.size());
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     piece.vertices[i].position = vertex(x, vertices[i]);
-    piece.vertices[i].rows = PortRows::Zero(3, v.cols());
     piece.vertices[i].normal = is_whole(vertices[i]) ? Vec3(Vec3::Zero()) : vertex_normal(surface, x, vertices[i]);
-    for (const auto& [node, weight] : skin.vertex_weights(vertices[i]))
-      piece.vertices[i].rows += weight * v.middleRows<3>(3 * static_cast<Eigen::Index>(node));
+    const Skin::Weights& smooth = skin.vertex_weights(vertices[i]);
+    piece.vertices[i].rows = smooth.front().second * rows(smooth.front().first);
+    for (const auto& [node, weight] : std::span(smooth).subspan(1)) piece.vertices[i].rows += weight * rows(node);
   }
   for (std::size_t t = 0; t < triangles.size(); ++t)
     for (std::size_t k = 0; k < 3; ++k)

@@ -47,11 +47,9 @@ Vector LocalBody::restricted(const Vector& whole) const {
   return y;
 }
 
-Matrix LocalBody::expanded(const Matrix& local, Eigen::Index rows) const {
-  Matrix y = Matrix::Zero(rows, local.cols());
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    y.middleRows<3>(3 * static_cast<Eigen::Index>(nodes[i])) = local.middleRows<3>(3 * static_cast<Eigen::Index>(i));
-  return y;
+PortRows LocalBody::rows(std::uint32_t node, const Matrix& v) const {
+  const std::uint32_t i = index(node);
+  return i < nodes.size() ? PortRows(v.middleRows<3>(3 * static_cast<Eigen::Index>(i))) : PortRows::Zero(3, v.cols());
 }
 
 TwoLayer::TwoLayer(const LumpedBody& body) : body_(&body), dimension_(dimension_of(body)), neighbours_(body.nodes.size()) {

@@ -49,7 +49,7 @@ Solved solved(const Dynamics& dynamics, bool coarsely) {
   dynamics.assemble(random_state(dynamics, 3, 0.001, 0.1), kMass, kDamping, 1, fixed, false, a);
   CoarseSpace space(dynamics);
   BatchConjugateGradients solver;
-  solver.prepare(a, fixed, coarsely ? space.inverse(kMass, kDamping) : nullptr);
+  solver.prepare(a, fixed, {coarsely ? space.inverse(kMass, kDamping) : nullptr, space.nodes()});
   Random random(5);
   std::vector<Vector> b(3, Vector::Zero(dynamics.masses().size()));
   Solved result{std::vector<Vector>(3), 0};

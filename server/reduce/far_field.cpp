@@ -1,0 +1,200 @@
+#include "server/reduce/far_field.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+namespace palpate {
+namespace {
+
+using Index3 = std::array<int, 3>;
+
+/// A grid over a box, as many cells along each axis as fit without being smaller than an edge.
+struct Grid {
+  Vec3 origin = Vec3::Zero(), edge = Vec3::Ones();
+  Index3 count{1, 1, 1};
+
+  Grid(const Eigen::AlignedBox3d& box, double edge_m) : origin(box.min()) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double extent = box.sizes()[axis];
+      int& cells = count[static_cast<std::size_t>(axis)];
+      cells = std::max(1, static_cast<int>(extent / edge_m));
+      edge[axis] = std::max(extent, 1e-9) / cells;
+    }
+  }
+  Index3 cell_at(const Vec3& x) const {
+    Index3 at{};
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto k = static_cast<std::size_t>(axis);
+      at[k] = std::clamp(static_cast<int>((x[axis] - origin[axis]) / edge[axis]), 0, count[k] - 1);
+    }
+    return at;
+  }
+  Vec3 corner(const Index3& at) const { return origin + edge.cwiseProduct(Vec3(at[0], at[1], at[2])); }
+};
+
+std::size_t occupied(const LumpedBody& body, const Grid& grid) {
+  std::set<Index3> cells;
+  for (const Vec3& x : body.nodes) cells.insert(grid.cell_at(x));
+  return cells.size();
+}
+
+/// The smallest cells that are no more than so many.
+Grid grid_for(const LumpedBody& body, std::size_t most) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& x : body.nodes) box.extend(x);
+  double many = mean_edge_m(body), few = many;
+  while (occupied(body, Grid(box, few)) > most) few *= 2;
+  for (int k = 0; k < 8; ++k) {
+    const double edge = 0.5 * (many + few);
+    (occupied(body, Grid(box, edge)) > most ? many : few) = edge;
+  }
+  return {box, few};
+}
+
+}  // namespace
+
+FarField::FarField(const Dynamics& dynamics) : dynamics_(&dynamics) {
+  divide();
+  assign_springs();
+  const std::vector<std::uint8_t> none(cells_.size(), 0);
+  const BodyState rest = dynamics.rest_state();
+  for (std::uint32_t c = 0; c < cells(); ++c) renew(c, rest, none);
+}
+
+void FarField::divide() {
+  const LumpedBody& body = dynamics_->body();
+  const Grid grid = grid_for(body, std::clamp<std::size_t>(body.nodes.size() / kNodesACell, 1, kCellsMost));
+  edge_ = grid.edge;
+  std::map<Index3, std::uint32_t> cell_at, corner_at;
+  for (std::uint32_t i = 0; i < body.nodes.size(); ++i) {
+    const Index3 at = grid.cell_at(body.nodes[i]);
+    const auto [place, is_new] = cell_at.try_emplace(at, cells());
+    cell_of_.push_back(place->second);
+    if (is_new) {
+      Cell& cell = cells_.emplace_back();
+      cell.centre = grid.corner(at) + 0.5 * grid.edge;
+      for (std::size_t k = 0; k < kCorners; ++k) {
+        const Index3 corner{at[0] + static_cast<int>(k & 1), at[1] + static_cast<int>(k >> 1 & 1),
+                            at[2] + static_cast<int>(k >> 2)};
+        cell.corners[k] = corner_at.try_emplace(corner, static_cast<std::uint32_t>(corner_at.size())).first->second;
+      }
+    }
+    cells_[place->second].nodes.push_back(i);
+  }
+  corners_ = static_cast<std::uint32_t>(corner_at.size());
+  // For each octant of a cell the node that is furthest out there.
+  for (Cell& cell : cells_)
+    for (std::size_t k = 0; k < kCorners; ++k) {
+      const Vec3 out(k & 1 ? 1 : -1, k >> 1 & 1 ? 1 : -1, k >> 2 ? 1 : -1);
+      const auto reach = [&](std::uint32_t i) { return out.dot(body.nodes[i] - cell.centre); };
+      cell.samples[k] = *std::max_element(cell.nodes.begin(), cell.nodes.end(),
+                                          [&](std::uint32_t i, std::uint32_t j) { return reach(i) < reach(j); });
+    }
+}
+
+void FarField::assign_springs() {
+  const LumpedBody& body = dynamics_->body();
+  for (std::uint32_t e = 0; e < body.elements.size(); ++e) {
+    const std::uint32_t a = body.elements[e].a, b = body.elements[e].b;
+    const Vec3 to_a = body.nodes[a] - cells_[cell_of_[a]].centre, to_b = body.nodes[b] - cells_[cell_of_[b]].centre;
+    const Vec3 half = 0.5 * (body.nodes[b] - body.nodes[a]);
+    // How far out of either cell the middle is, in edges.
+    const double out_of_a = (to_a + half).cwiseQuotient(edge_).cwiseAbs().maxCoeff();
+    const double out_of_b = (to_b - half).cwiseQuotient(edge_).cwiseAbs().maxCoeff();
+    const std::uint32_t home = cell_of_[out_of_b < out_of_a ? b : a];
+    Cell& cell = cells_[home];
+    cell.springs.push_back(e);
+    for (const std::uint32_t other : {cell_of_[a], cell_of_[b]})
+      if (other != home && std::find(cell.around.begin(), cell.around.end(), other) == cell.around.end())
+        cell.around.push_back(other);
+  }
+}
+
+FarField::Shape FarField::shape_in(std::uint32_t node, std::uint32_t cell) const {
+  if (dynamics_->body().fixed[node]) return {};
+  const Vec3 at = (dynamics_->body().nodes[node] - cells_[cell].centre).cwiseQuotient(edge_);
+  const double x[2] = {0.5 - at[0], 0.5 + at[0]}, y[2] = {0.5 - at[1], 0.5 + at[1]}, z[2] = {0.5 - at[2], 0.5 + at[2]};
+  Shape n;
+  for (std::size_t k = 0; k < kCorners; ++k) n[k] = x[k & 1] * y[k >> 1 & 1] * z[k >> 2];
+  return n;
+}
+
+Vec3 FarField::corner(std::uint32_t cell, std::size_t k) const {
+  const Vec3 side(k & 1 ? 0.5 : -0.5, k >> 1 & 1 ? 0.5 : -0.5, k >> 2 ? 0.5 : -0.5);
+  return cells_[cell].centre + side.cwiseProduct(edge_);
+}
+
+double FarField::spacing_m() const {
+  return std::cbrt(edge_.prod() * static_cast<double>(cells_.size()) / static_cast<double>(cell_of_.size()));
+}
+
+double FarField::bent(const Cell& cell, const Vector& x) const {
+  std::array<Vec3, kCorners> moved;
+  Vec3 mean = Vec3::Zero();
+  for (std::size_t k = 0; k < kCorners; ++k) {
+    moved[k] = at_node(x, cell.samples[k]) - cell.then[k];
+    mean += moved[k] / static_cast<double>(kCorners);
+  }
+  double most = 0;
+  for (const Vec3& m : moved) most = std::max(most, (m - mean).norm());
+  return most / edge_.minCoeff();
+}
+
+void FarField::renew(std::uint32_t c, const BodyState& state, const std::vector<std::uint8_t>& near) {
+  Cell& cell = cells_[c];
+  cell.near_then.clear();
+  for (const std::uint32_t other : cell.around) cell.near_then.push_back(near[other]);
+  for (std::size_t k = 0; k < kCorners; ++k) cell.then[k] = at_node(state.x, cell.samples[k]);
+  for (auto* list : {&cell.tangent.k, &cell.tangent.d}) list->fill(Eigen::Matrix<double, 6, 1>::Zero());
+  const LumpedBody& body = dynamics_->body();
+  const ElementKernel kernel(body.law, body.stiffening);
+  for (const std::uint32_t e : cell.springs) {
+    const Element& spring = body.elements[e];
+    if (near[cell_of_[spring.a]] || near[cell_of_[spring.b]]) continue;
+    const ElementState s = kernel.evaluate(spring, at_node(state.x, spring.b) - at_node(state.x, spring.a),
+                                           at_node(state.v, spring.b) - at_node(state.v, spring.a));
+    const Mat3 k = ElementKernel::stiffness_symmetric(s, false), d = ElementKernel::damping(spring, s);
+    Eigen::Matrix<double, 6, 1> six_k, six_d;
+    six_k << k(0, 0), k(0, 1), k(0, 2), k(1, 1), k(1, 2), k(2, 2);
+    six_d << d(0, 0), d(0, 1), d(0, 2), d(1, 1), d(1, 2), d(2, 2);
+    const Shape n_a = shape_in(spring.a, c), n_b = shape_in(spring.b, c);
+    Shape w;
+    for (std::size_t p = 0; p < kCorners; ++p) w[p] = n_a[p] - n_b[p];
+    for (std::size_t p = 0, at = 0; p < kCorners; ++p)
+      for (std::size_t q = p; q < kCorners; ++q, ++at) {
+        cell.tangent.k[at] += w[p] * w[q] * six_k;
+        cell.tangent.d[at] += w[p] * w[q] * six_d;
+      }
+  }
+}
+
+void FarField::take(const BodyState& state, const std::vector<std::uint8_t>& near) {
+  struct Old {
+    double bent;
+    std::uint32_t cell;
+  };
+  std::vector<Old> old;
+  for (std::uint32_t c = 0; c < cells(); ++c) {
+    const Cell& cell = cells_[c];
+    if (near[c]) continue;
+    const auto same = [&](std::uint32_t other, std::uint8_t then) { return near[other] == then; };
+    if (!std::equal(cell.around.begin(), cell.around.end(), cell.near_then.begin(), same)) {
+      renew(c, state, near);
+      continue;
+    }
+    if (const double by = bent(cell, state.x); by > kBent) old.push_back({by, c});
+  }
+  std::sort(old.begin(), old.end(),
+            [](const Old& p, const Old& q) { return p.bent != q.bent ? p.bent > q.bent : p.cell < q.cell; });
+  std::size_t springs = 0;
+  for (const Old& o : old) {
+    if (springs >= kSpringsAFrame) break;
+    renew(o.cell, state, near);
+    springs += cells_[o.cell].springs.size();
+  }
+}
+
+}  // namespace palpate

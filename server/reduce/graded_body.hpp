@@ -1,0 +1,110 @@
+// A body of springs in fewer coordinates, fine around the tools and coarse elsewhere: what patches of a large body are made of.
+//
+// Cells of the far field (far_field.hpp) with their centre near a tool are near. Nodes of near cells keep their own coordinates,
+// those of the others move as the corners of their cell. With T the map from the coordinates y to the nodes, x - x* = T y,
+//
+//     M_y = lumped T^T M T (its rows summed),   K_y = T^T K T,   D_y = T^T D T,   F_y = T^T F,   v_y = M_y^-1 T^T M v
+//
+// K and D of springs that have a near node are those of the state; of the others FarField keeps them. A load on near nodes is
+// answered stiffer than by the body, as by any Galerkin projection: docs/decisions/0014 has by how much. The number of
+// coordinates grows with the tools, and with the body by one for each 27 nodes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/port/patch.hpp"
+#include "server/body/coarse_space.hpp"
+#include "server/body/skin.hpp"
+#include "server/body/spring_blocks.hpp"
+#include "server/reduce/far_field.hpp"
+
+namespace palpate {
+
+class GradedBody {
+ public:
+  static constexpr double kNearSpacings = 6;          ///< of nodes: centres of near cells are no further from a tool
+  static constexpr std::uint32_t kNodesLeast = 2500;  ///< a smaller body is as well taken whole
+  static constexpr std::uint32_t kNone = 0xffffffff;
+
+  /// Springs only, in three dimensions, kNodesLeast nodes and more.
+  static bool suits(const Dynamics& dynamics);
+  /// `dynamics` must outlive it.
+  explicit GradedBody(const Dynamics& dynamics);
+
+  /// Near are the cells around these places of the body at rest, and those of these nodes. Coordinates stay what they were as
+  /// long as all that are close enough are among them.
+  void focus(std::span<const Vec3> places, std::span<const std::uint32_t> nodes);
+  /// Changes with the coordinates.
+  std::uint64_t generation() const { return generation_; }
+  /// From here on at this state.
+  void take(const BodyState& state);
+
+  std::uint32_t size() const { return rows_; }                       ///< coordinates, three numbers each
+  const Vector& masses() const { return masses_; }                   ///< M_y [kg]
+  const Vector& velocity() const { return velocity_; }               ///< v_y [m/s]
+  const std::vector<std::uint8_t>& fixed() const { return fixed_; }  ///< per coordinate
+  /// Of a node; kNone: it is far.
+  std::uint32_t coordinate(std::uint32_t node) const { return coordinate_[node]; }
+  /// T^T F(x, v), of springs in single precision [N].
+  Vector forces(const BodyState& state);
+  /// T^T f of node forces [N].
+  Vector restricted(const Vector& loads) const;
+  Skin::Weights restricted(const Skin::Weights& weights) const;
+  /// Rows of T v for one node.
+  PortRows at(std::uint32_t node, const Matrix& v) const;
+
+  /// Where each coordinate is in a coarse space of the body.
+  std::vector<CoarseSpace::Node> pieces(const CoarseSpace& space) const;
+
+  BlockMatrix make_matrix() const { return k_; }
+  /// As Dynamics::assemble and Tangents::multiply.
+  void assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp, BlockMatrix& a) const;
+  void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const;
+
+ private:
+  struct Spring {
+    std::uint32_t element = 0;
+    std::uint32_t first = 0;  // of its blocks
+    std::uint32_t count = 0;
+  };
+  /// One of the blocks w_p w_q (x) k_e that its tangent adds, in the upper half.
+  struct Block {
+    std::uint32_t entry = 0;
+    double weight = 0;
+  };
+  /// What a node moves with: itself, or the corners of its cell.
+  struct Share {
+    std::uint32_t coordinate = 0;
+    double weight = 0;
+  };
+  bool is_close(std::uint32_t cell, std::span<const Vec3> places, double spacings) const;
+  void number();
+  std::span<const Share> shares(std::uint32_t node, std::array<Share, FarField::kCorners>& room) const;
+  void lay_out();
+  void add_far();
+  void add_near();
+  void mirror(BlockMatrix& a) const;
+
+  const Dynamics* dynamics_;
+  SpringBlocks forces_;
+  FarField far_;
+  std::uint64_t generation_ = 0;
+  std::vector<std::uint8_t> near_;         // per cell
+  std::vector<std::uint32_t> coordinate_;  // per node
+  std::vector<std::uint32_t> corner_;      // coordinate of a corner
+  std::uint32_t rows_ = 0;
+  std::vector<std::uint8_t> fixed_;
+  std::vector<Spring> springs_;  // with a near node
+  std::vector<Block> blocks_;
+  std::vector<std::uint32_t> far_entries_;                         // those of a far cell's tangent, in the order of the cells
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> mirrored_;  // an entry of the upper half and its like in the lower
+  std::vector<ElementState> states_;                               // parallel to springs_
+  BlockMatrix k_, d_;
+  Vector masses_, velocity_;
+  NodeArrays u_, v_, f_;  // of all nodes
+};
+
+}  // namespace palpate

@@ -1,0 +1,277 @@
+// A body fine around the tools and coarse elsewhere against the whole body.
+#include "server/reduce/graded_body.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SparseCholesky>
+#include <catch2/catch.hpp>
+
+#include "server/reduce/patch_builder.hpp"
+#include "tests/support/bodies.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+namespace {
+
+constexpr int kNodes = 14;  // along each edge
+constexpr std::uint32_t kTop = kNodes / 2 + kNodes * (kNodes / 2 + kNodes * (kNodes - 1));
+
+LumpedBody large_body(bool fixed = true) {
+  LumpedBody body = box_body(kNodes, kNodes, kNodes);
+  if (!fixed) body.fixed.assign(body.fixed.size(), 0);
+  return body;
+}
+
+struct Bench {
+  LumpedBody body;
+  Dynamics dynamics{body};
+  GradedBody graded{dynamics};
+  BodyState state = dynamics.rest_state();
+
+  explicit Bench(LumpedBody b = large_body()) : body(std::move(b)) {}
+  void focus(std::uint32_t node) {
+    const Vec3 place = body.nodes[node];
+    graded.focus(std::span(&place, 1), std::span(&node, 1));
+  }
+  /// Until no cell is behind.
+  void settle() {
+    for (int k = 0; k < 40; ++k) graded.take(state);
+  }
+  /// The whole body bent and turned, smoothly.
+  void bend(double by) {
+    for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
+      const Vec3 x = body.nodes[i];
+      at_node(state.x, i) += by * Vec3(x.z() * x.z(), 0.5 * x.x() * x.z(), -x.x() * x.y());
+      at_node(state.v, i) = Vec3(x.z(), 0.2 * x.y(), -x.x());
+    }
+  }
+  /// T y of one column.
+  Vector moved(const Vector& y) const {
+    Vector x(3 * static_cast<Eigen::Index>(dynamics.nodes()));
+    for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) at_node(x, i) = graded.at(i, y);
+    return x;
+  }
+  Vector random(Eigen::Index size, std::uint64_t seed) const {
+    Random random(seed);
+    Vector y(size);
+    for (double& value : y) value = random.uniform(-1, 1);
+    return y;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("A graded body has the fewer coordinates the further its nodes are from the tools, and those of near ones are theirs") {
+  Bench bench;
+  bench.focus(kTop);
+  CHECK(bench.graded.size() < bench.dynamics.nodes() / 3);
+  CHECK(bench.graded.coordinate(kTop) != GradedBody::kNone);
+  CHECK(bench.graded.coordinate(0) == GradedBody::kNone);
+  bench.graded.take(bench.state);
+  CHECK(bench.graded.masses().sum() ==
+        Approx(bench.dynamics.masses().sum() * (kNodes - 1.0) / kNodes).epsilon(0.02));  // less what is fixed and far
+}
+
+TEST_CASE("What acts on a graded body is what acts on its nodes: no work is made or lost") {
+  Bench bench;
+  bench.focus(kTop);
+  bench.bend(0.3);
+  bench.graded.take(bench.state);
+  const Eigen::Index size = bench.graded.masses().size();
+  const Vector y = bench.random(size, 1), f = bench.random(bench.state.x.size(), 2);
+  CHECK(bench.graded.restricted(f).dot(y) == Approx(f.dot(bench.moved(y))).epsilon(1e-12));
+  const Vector momentum = bench.dynamics.masses().cwiseProduct(bench.state.v);
+  CHECK(bench.graded.masses().cwiseProduct(bench.graded.velocity()).dot(y) ==
+        Approx(momentum.dot(bench.moved(y))).epsilon(1e-12));
+  Vector exact;
+  bench.dynamics.forces(bench.state.x, bench.state.v, exact);
+  const Vector forces = bench.graded.forces(bench.state);
+  CHECK((forces - bench.graded.restricted(exact)).norm() < 1e-5 * forces.norm());
+}
+
+TEST_CASE("A motion that is the same everywhere in a graded body costs what it costs in the whole one") {
+  Bench bench(large_body(false));
+  bench.focus(kTop);
+  bench.bend(0.2);
+  bench.settle();
+  // An affine motion, in the coordinates: near nodes at their places, corners at theirs; found by least squares from the nodes.
+  Mat3 gradient;
+  gradient << 0.3, -0.2, 0.5, 0.1, 0.7, -0.4, 0.2, 0.3, -0.6;
+  Vector x(bench.state.x.size());
+  for (std::uint32_t i = 0; i < bench.dynamics.nodes(); ++i) at_node(x, i) = gradient * bench.body.nodes[i] + Vec3(0.1, 0.2, 0.3);
+  const Eigen::Index size = bench.graded.masses().size();
+  Eigen::SparseMatrix<double> t(x.size(), size);
+  std::vector<Eigen::Triplet<double>> entries;
+  std::vector<Skin::Weights> of_node;
+  for (std::uint32_t i = 0; i < bench.dynamics.nodes(); ++i) of_node.push_back(bench.graded.restricted(Skin::Weights{{i, 1.0}}));
+  for (std::uint32_t i = 0; i < of_node.size(); ++i)
+    for (const auto& [row, weight] : of_node[i])
+      for (std::uint32_t axis = 0; axis < 3; ++axis)
+        entries.emplace_back(static_cast<int>(3 * i + axis), static_cast<int>(3 * row + axis), weight);
+  t.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> normal(t.transpose() * t);
+  const Vector y = normal.solve(t.transpose() * x);
+  REQUIRE((t * y - x).norm() < 1e-9 * x.norm());
+
+  Matrix k_y, d_y;
+  bench.graded.multiply(y, k_y, d_y);
+  Vector k_x, d_x;
+  bench.dynamics.multiply_tangents(bench.state, x, k_x, d_x);
+  CHECK(y.dot(k_y.col(0)) == Approx(x.dot(k_x)).epsilon(2e-3));  // far tangents are kept until their cell has bent by 0.002
+  CHECK(y.dot(d_y.col(0)) == Approx(x.dot(d_x)).epsilon(2e-3));
+}
+
+TEST_CASE("A graded body that is near everywhere is the whole body, its rows in another order") {
+  Bench bench;
+  std::vector<std::uint32_t> all(bench.dynamics.nodes());
+  for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
+  bench.graded.focus(bench.body.nodes, all);
+  REQUIRE(bench.graded.size() == bench.dynamics.nodes());
+  bench.bend(-1.5);  // many springs are compressed
+  bench.graded.take(bench.state);
+  const bool clamp = GENERATE(false, true);
+  std::vector<std::uint8_t> held = bench.body.fixed, held_there(bench.graded.size());
+  held[kTop] = 1;
+  for (std::uint32_t i = 0; i < all.size(); ++i) held_there[bench.graded.coordinate(i)] = held[i];
+  BlockMatrix a = bench.dynamics.make_matrix(), there = bench.graded.make_matrix();
+  bench.dynamics.assemble(bench.state, 400, 20, 1, held, clamp, a);
+  bench.graded.assemble(400, 20, 1, held_there, clamp, there);
+  const Vector x = bench.random(bench.state.x.size(), 3);
+  Vector y(x.size()), a_x, a_y;
+  for (std::uint32_t i = 0; i < all.size(); ++i) at_node(y, bench.graded.coordinate(i)) = at_node(x, i);
+  a.multiply(x, a_x);
+  there.multiply(y, a_y);
+  double worst = 0;
+  for (std::uint32_t i = 0; i < all.size(); ++i)
+    worst = std::max(worst, (at_node(a_y, bench.graded.coordinate(i)) - at_node(a_x, i)).norm());
+  CHECK(worst < 1e-12 * a_x.cwiseAbs().maxCoeff());
+}
+
+TEST_CASE("A tool that slides changes the coordinates of a graded body now and then, and is always among the near") {
+  Bench bench;
+  std::uint64_t generation = 0;
+  int changes = 0;
+  constexpr int kSteps = 40;
+  for (int step = 0; step < kSteps; ++step) {
+    const Vec3 place = bench.body.nodes[kTop] + Vec3(0.05 * (step / (kSteps - 1.0) - 0.5), 0, 0);
+    const std::uint32_t node = kTop + static_cast<std::uint32_t>(step * 3 / kSteps);
+    bench.graded.focus(std::span(&place, 1), std::span(&node, 1));
+    changes += bench.graded.generation() != generation;
+    generation = bench.graded.generation();
+    CHECK(bench.graded.coordinate(node) != GradedBody::kNone);
+    CHECK(bench.graded.size() < bench.dynamics.nodes() / 2);
+  }
+  CHECK(changes > 1);
+  CHECK(changes < kSteps / 4);
+}
+
+TEST_CASE("The port of a graded body is as soft as that of the whole to two per cent, and never softer") {
+  const bool bent = GENERATE(false, true);
+  Bench bench;
+  if (bent) bench.bend(0.3);
+  const Skin skin(bench.body);
+  FrameModel frame(bench.dynamics, skin);
+  ToolPort port;
+  port.parameters = {800, 0.3};
+  port.touching = true;
+  for (std::uint32_t t = 0; t < bench.body.triangles.size(); ++t)
+    if (bench.body.triangles[t][0] == kTop) port.point = {t, Vec3(0.4, 0.4, 0.2)};
+  port.lambda = Vec3(0, 0, -0.2);
+  const std::vector<ToolPort> ports{port};
+  const ToolAt tool{position_at(skin.view(), skin.place(bench.state.x), port.point), Vec3::Zero()};
+  REQUIRE(&frame.graded() != &frame);
+  constexpr double kShift = 15;
+  // Twice: the second finds the far tangents nearer to the state.
+  Mat3 compliance[2];
+  for (FrameModel* model : {&frame.graded(), &frame}) {
+    for (int frames = 0; frames < 10; ++frames) {
+      frame.begin(bench.state, ports, std::span(&tool, 1), Micros{150'000});
+      SharedSystem* const p = model->system(kShift, false, 1e-5);
+      REQUIRE(p);
+      REQUIRE(model->answer(*p, 0, {true, false}));
+      compliance[model == &frame] = p->port(0).compliance;
+    }
+  }
+  INFO("graded\n" << compliance[0] << "\nwhole\n" << compliance[1]);
+  const Mat3 softer = compliance[1] - compliance[0];
+  const double softest = Eigen::SelfAdjointEigenSolver<Mat3>(0.5 * (softer + softer.transpose())).eigenvalues().minCoeff();
+  CHECK(softer.norm() < 0.02 * compliance[1].norm());
+  if (!bent) CHECK(softest > -1e-4 * compliance[1].norm());  // far tangents of a bent body are kept a little longer than true
+}
+
+TEST_CASE("A coarse space of the whole body answers what is smooth in a graded one") {
+  Bench bench;
+  bench.focus(kTop);
+  bench.graded.take(bench.state);
+  CoarseSpace space(bench.dynamics);
+  const std::vector<CoarseSpace::Node> pieces = bench.graded.pieces(space);
+  const std::vector<std::uint8_t>& held = bench.graded.fixed();
+  BlockMatrix a = bench.graded.make_matrix();
+  constexpr double kShift = 5;
+  bench.graded.assemble(kShift * kShift, kShift, 1, held, false, a);
+  Vector b = Vector::Zero(bench.graded.masses().size());
+  at_node(b, bench.graded.coordinate(kTop)) = Vec3(0, 0.3, -1);
+  Vector x[2];
+  int iterations[2];
+  for (const bool coarsely : {false, true}) {
+    BatchConjugateGradients solver;
+    solver.prepare(a, held, {coarsely ? space.inverse(kShift * kShift, kShift) : nullptr, pieces});
+    const SolveColumn column{&b, &x[coarsely]};
+    bool definite = true;
+    iterations[coarsely] = solver.solve(std::span(&column, 1), 1e-4, definite);
+    CHECK(definite);
+  }
+  CHECK((x[1] - x[0]).norm() < 2e-3 * x[0].norm());
+  CHECK(iterations[1] < 0.7 * iterations[0]);
+}
+
+TEST_CASE("The patch of a grasped node of a large body is as stiff as the whole body there, to two per cent") {
+  Bench bench;
+  bench.bend(0.2);
+  const Skin skin;
+  FrameModel frame(bench.dynamics, skin);
+  PatchBuilder builder(bench.dynamics, skin, 0);
+  ToolPort port;
+  port.kind = ContactKind::attach;
+  port.node = kTop;
+  const std::vector<ToolPort> ports{port};
+  const ToolAt tool{at_node(bench.state.x, kTop), at_node(bench.state.v, kTop)};
+  PatchRequest request;
+  request.bridge = Micros{100'000};
+  std::optional<Patch> patch;
+  for (int frames = 0; frames < 10; ++frames) {
+    frame.begin(bench.state, ports, std::span(&tool, 1), request.bridge);
+    patch = builder.build(frame, 0, request);
+  }
+  REQUIRE(patch);
+  REQUIRE(check(*patch) == PatchFault::none);
+
+  constexpr double kShift = 20;  // 2 / bridge
+  std::vector<std::uint8_t> held = bench.body.fixed;
+  held[kTop] = 1;
+  Tangents tangents(bench.dynamics);
+  tangents.take(bench.state);
+  const Linearisation at{&bench.dynamics, &bench.state, &held, &tangents};
+  ShiftedSolver solver(bench.dynamics);
+  REQUIRE(solver.prepare(at, kShift, false));
+  Mat3 whole;
+  std::array<Vector, 3> b, x;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto k = static_cast<std::size_t>(axis);
+    Vector d_b;
+    bench.dynamics.multiply_tangents(bench.state, Vector::Unit(bench.state.x.size(), 3 * Eigen::Index{kTop} + axis), b[k], d_b);
+    b[k] += kShift * d_b;
+    whole.col(axis) = at_node(b[k], kTop);
+    mask(held, b[k]);
+    REQUIRE(solver.solve(at, b[k], 1e-5, x[k]));
+  }
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) whole(static_cast<int>(i), static_cast<int>(j)) -= b[i].dot(x[j]);
+
+  Matrix dynamic = kShift * Matrix(patch->damping);
+  dynamic.diagonal() += Vector(patch->stiffness) + Vector::Constant(patch->modes(), kShift * kShift);
+  const Matrix rows = Matrix(patch->b_k) + kShift * Matrix(patch->b_d);
+  const Mat3 reduced = patch->k_port + kShift * patch->d_port - rows.transpose() * dynamic.ldlt().solve(rows);
+  INFO("reduced\n" << reduced << "\nwhole\n" << whole);
+  CHECK((reduced - whole).norm() < 0.02 * whole.norm());
+}
