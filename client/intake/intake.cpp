@@ -82,28 +82,30 @@ void PatchIntake::hand_over(const CubicTerms& terms) {
     ++counts_.bent;
     compare(player);
     bent_ = player;
-  } else {
-    bent_.reset();
   }
+  bent_plays_ = terms.variables > 0;
   playing_ = patch_.scheme == Scheme::cubic && terms.variables == 0 ? 0 : patch_.seq;
   slot_.publish();
 }
 
 bool PatchIntake::before_is_truer(Micros now) const {
-  if (!bent_ || patch_.scheme != Scheme::cubic) return false;
-  const auto behind = static_cast<std::int32_t>(patch_.seq - bent_->patch().seq);
+  if (!bent_plays_ || patch_.scheme != Scheme::cubic) return false;
+  const std::int32_t behind = patches_behind();
   if (behind > kBehindMost || now - bent_->patch().stamp > bent_->patch().valid_for) return false;
   return before_error_n_ * behind <= straight_error_n_;
 }
 
+/// What was handed over last with its terms, to the newest.
+std::int32_t PatchIntake::patches_behind() const { return static_cast<std::int32_t>(patch_.seq - bent_->patch().seq); }
+
 void PatchIntake::compare(const PatchPlayer& bent) {
-  if (!bent_) return;
+  if (!bent_ || patches_behind() > kBehindMost) return;
   constexpr double kShare = 0.125;
   PatchPlayer straight(patch_);
   catch_up(straight);
   catch_up(*bent_);
   const Vec3 force = bent.output().force;
-  const double behind = std::max(1, static_cast<std::int32_t>(patch_.seq - bent_->patch().seq));
+  const double behind = std::max(1, patches_behind());
   before_error_n_ += kShare * ((bent_->output().force - force).norm() / behind - before_error_n_);
   straight_error_n_ += kShare * ((straight.output().force - force).norm() - straight_error_n_);
 }
@@ -113,6 +115,7 @@ void PatchIntake::reset() {
   counts_.accepted = 0;
   terms_.reset();
   bent_.reset();
+  bent_plays_ = false;
 }
 
 }  // namespace palpate

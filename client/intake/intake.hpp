@@ -75,6 +75,7 @@ class PatchIntake {
   void hand_over(const CubicTerms& terms);
   bool before_is_truer(Micros now) const;
   void compare(const PatchPlayer& bent);
+  std::int32_t patches_behind() const;
 
   LatestSlot<PatchPlayer>& slot_;
   Micros future_max_;
@@ -82,7 +83,8 @@ class PatchIntake {
   Patch patch_;  ///< the last one that was accepted
   TermsAssembly terms_;
   std::uint32_t last_seq_ = 0, playing_ = 0;
-  std::optional<PatchPlayer> bent_;  ///< the patch that was handed over last, when it was with its terms
+  std::optional<PatchPlayer> bent_;  ///< what was handed over last with its terms
+  bool bent_plays_ = false;          ///< and nothing since
   double before_error_n_ = 0, straight_error_n_ = 0;
   IntakeCounts counts_;
 };

@@ -214,7 +214,8 @@ void ServerCore::send_patch(Station& station, StationFrame& frame) {
   const auto pieces = frame.terms.variables > 0 ? to_pieces(frame.terms, frame.patch->seq) : std::vector<PatchTerms>{};
   station.outbox.terms.assign(pieces.begin(), pieces.end());
   station.outbox.patch = std::move(frame.patch);
-  station.outbox.patch_copies = station.patch_copies;
+  // The patch before one with terms, which has its own, is nearly as good: there is little to lose, and much to send.
+  station.outbox.patch_copies = pieces.empty() ? station.patch_copies : 1;
   station.outbox.beat.reset();
   if (options_.deadband <= 0 || !station.pushes()) return;
   station.patches_sent.push_back({station.patch_seq, stamp});

@@ -205,6 +205,22 @@ TEST_CASE("While its terms are on their way a patch waits when the one before, b
   CHECK(side.slot->take() != nullptr);
 }
 
+TEST_CASE("Patches wait again as soon as the one before is the truer again, however long they did not") {
+  Side side;
+  for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
+  give(side, Bent(1, 100, 0));
+  std::uint32_t seq = 2;
+  for (; seq < 20; ++seq) {  // each far from the one before, and straight: no patch waits
+    Bent off(seq, 100, 0);
+    off.patch.force += Vec3(0, 0, seq % 2 == 0 ? 0.001 : 0);
+    give(side, off);
+  }
+  const std::uint64_t held = side.intake.counts().held_back;
+  CHECK(held < 3);
+  for (; seq < 40; ++seq) give(side, Bent(seq, 100, 1));
+  CHECK(side.intake.counts().held_back > held + 10);
+}
+
 TEST_CASE("A patch does not wait for terms that bend it less than the one before is off, nor for a lost one for ever") {
   Side side;
   for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));

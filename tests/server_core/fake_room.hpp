@@ -27,6 +27,7 @@ struct FakeRoom {
   bool fail = false;
   bool asleep = false;
   bool lives_on = false;  ///< what a station plays stands for the next patch
+  CubicTerms terms;       ///< that go with its patches
   std::vector<FrameJob> jobs;
 
   FrameResult run(const FrameJob& job) {
@@ -38,6 +39,7 @@ struct FakeRoom {
     for (const auto& station : job.stations) {
       StationFrame frame{station.id, std::nullopt, {}, Vec3(1, 2, 3) * 1e-3, Vec3(0, 0, 1), in_reach};
       if (in_reach && !fail) frame.patch = patch(job.target);
+      frame.terms = terms;
       if (lives_on) frame.lives_on = station.playing;
       result.stations.push_back(frame);
     }

@@ -2,6 +2,7 @@
 #include <map>
 
 #include "raw_station.hpp"
+#include "tests/wire/seeds.hpp"
 
 using namespace palpate;
 using namespace std::chrono_literals;
@@ -153,4 +154,25 @@ TEST_CASE("Patches are valid for as long as the link's longest run of losses may
   CHECK(silence({1000, 40, 2, {}}) == kSilenceLeast);      // twice each: one frame of 50 ms lost, the next comes after 100
   CHECK(silence({1000, 300, 18, {}}) == Micros{525'000});  // three times each: six frames lost, 1.5 * 7 frames
   CHECK(silence({1000, 900, 800, {}}) == kSilenceMost);
+}
+
+TEST_CASE("a patch with terms goes once whatever the link loses: the patch before it, with its own, is nearly as good") {
+  Bench bench(ContactKind::attach);
+  RawStation hand(bench, 1, "hand");
+  hand.join().live();
+  hand.say(Beat{.link = {1000, 50, 2, {}}});
+  hand.live(Micros{50'000});
+  const auto datagrams_a_patch = [&] {
+    bench.sent.clear();
+    hand.live(Micros{1'000'000});
+    std::map<std::uint32_t, int> count;
+    for (const auto& [to, message] : bench.sent)
+      if (const auto* patch = std::get_if<PatchMessage>(&message.body)) ++count[patch->patch.seq];
+    REQUIRE(count.size() >= 19);
+    return std::next(count.begin())->second;
+  };
+  bench.room.terms = seeds::cubic_terms(6, true, 6, false);
+  CHECK(datagrams_a_patch() == 1);
+  bench.room.terms = {};
+  CHECK(datagrams_a_patch() == 3);
 }
