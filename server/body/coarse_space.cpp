@@ -7,6 +7,8 @@
 #include <cmath>
 #include <map>
 
+#include "server/body/grid_edge.hpp"
+
 namespace palpate {
 namespace {
 
@@ -31,13 +33,7 @@ std::map<Box, std::uint32_t> boxes_of(const LumpedBody& body, double edge_m) {
 
 /// The smallest that has no more than so many boxes.
 double edge_for(const LumpedBody& body, std::size_t most) {
-  double many = mean_edge_m(body), few = many;
-  while (boxes_of(body, few).size() > most) few *= 2;
-  for (int k = 0; k < 8; ++k) {
-    const double edge = 0.5 * (many + few);
-    (boxes_of(body, edge).size() > most ? many : few) = edge;
-  }
-  return few;
+  return smallest_edge(mean_edge_m(body), most, [&](double edge_m) { return boxes_of(body, edge_m).size(); });
 }
 
 bool is_near(double a, double b) { return a <= kNear * b && b <= kNear * a; }

@@ -6,6 +6,8 @@
 #include <map>
 #include <set>
 
+#include "server/body/grid_edge.hpp"
+
 namespace palpate {
 namespace {
 
@@ -45,13 +47,7 @@ std::size_t occupied(const LumpedBody& body, const Grid& grid) {
 Grid grid_for(const LumpedBody& body, std::size_t most) {
   Eigen::AlignedBox3d box;
   for (const Vec3& x : body.nodes) box.extend(x);
-  double many = mean_edge_m(body), few = many;
-  while (occupied(body, Grid(box, few)) > most) few *= 2;
-  for (int k = 0; k < 8; ++k) {
-    const double edge = 0.5 * (many + few);
-    (occupied(body, Grid(box, edge)) > most ? many : few) = edge;
-  }
-  return {box, few};
+  return {box, smallest_edge(mean_edge_m(body), most, [&](double edge_m) { return occupied(body, Grid(box, edge_m)); })};
 }
 
 }  // namespace

@@ -112,8 +112,6 @@ void GradedBody::lay_out() {
     for (std::size_t p = 0; p < corners.size(); ++p)
       for (std::size_t q = p + 1; q < corners.size(); ++q) pairs.emplace_back(corner_[corners[p]], corner_[corners[q]]);
   }
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   k_ = d_ = BlockMatrix(rows_, pairs);
 
   blocks_.clear();

@@ -155,8 +155,7 @@ std::optional<Patch> PatchBuilder::build_whole(FrameModel& frame, std::size_t wh
   if (port.kind == ContactKind::touch && request.scheme != Scheme::balanced)
     return build_shared_touch(frame, which, request, patch, clamp);
   if (port.kind == ContactKind::attach) held_[frame.coordinate(port.node)] = 1;
-  Linearisation at = frame.linearisation(held_);
-  if (request.scheme == Scheme::ring) at.coarse = nullptr;  // that of a body whose far nodes move
+  const Linearisation at = linearisation_for(request.scheme, frame, held_);
   Model model{at, frame.forces_beside(which), &solver_, &memory_, nullptr, frame.other_nodes(which)};
   mask(held_, model.imbalance);
   const auto built = port.kind == ContactKind::attach ? build_attach(model, port, request, patch, clamp, frame.tool(which))

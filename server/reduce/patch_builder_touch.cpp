@@ -101,8 +101,7 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   const ToolPort& port = frame.ports()[which];
   const bool ring = request.scheme == Scheme::ring, tangent = request.scheme == Scheme::tangent,
              cubic = request.scheme == Scheme::cubic;
-  Linearisation at = frame.linearisation(held_);
-  if (ring) at.coarse = nullptr;  // that of a body whose far nodes move
+  const Linearisation at = linearisation_for(request.scheme, frame, held_);
   begin_touch(port, patch);
 
   const double shift = tangent ? 0 : frame.shift(request.bridge);
