@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace palpate {
 namespace {
@@ -79,6 +80,10 @@ CubicForce::CubicForce(const CubicTerms& terms)
       radius_(static_cast<float>(terms.radius)),
       scale_(terms.scale),
       q_(terms.q) {
+  if (terms.springs.count() == 0) take_polynomials(terms);
+}
+
+void CubicForce::take_polynomials(const CubicTerms& terms) {
   const int n = variables_, l = leading_;
   if (has_e2_) {
     g2_.resize(n, n);
@@ -107,20 +112,29 @@ CubicForce::CubicForce(const CubicTerms& terms)
 CubicForce::CubicForce(const CubicTerms& terms, const Patch& patch) : CubicForce(terms) {
   const int n = variables_, l = leading_;
   if (n == 0) return;
+  if (terms.springs.count() > 0) {
+    sampled_ = SampledForce(terms.springs, terms.grasp ? 3 : 0, terms.rate, 1.0 / kHapticRateHz);
+    radius_ = std::numeric_limits<float>::max();
+    if (sampled_.empty()) {
+      variables_ = 0;
+      return;
+    }
+  }
   const Eigen::MatrixXd t = terms.scale.inverse();
   linear_ = (t.transpose() * joint_stiffness(patch, patch.stiffness) * t).cast<float>();
-  if (terms.q.size() == 0) return;
-  turned_at_stamp_ = q_.transpose() * terms.rate.head(l).cast<float>();
+  if (terms.q.size() == 0 && sampled_.empty()) return;
+  if (sampled_.empty()) turned_at_stamp_ = q_.transpose() * terms.rate.head(l).cast<float>();
   Eigen::MatrixXd d = t.transpose() * joint_damping(patch) * t;
   constexpr double kRounding = 1e-6;  // numbers travel in single precision
   d.diagonal().array() += kRounding * d.trace() / n;
   const Eigen::LLT<Eigen::MatrixXd> factor(d);
   has_damping_ = factor.info() == Eigen::Success && d.trace() > 0;
   root_ = Eigen::MatrixXd(factor.matrixU()).cast<float>();
-  inverse_ = factor.matrixL().solve(Eigen::MatrixXd::Identity(n, l)).cast<float>();
+  inverse_ = factor.matrixL().solve(Eigen::MatrixXd::Identity(n, n)).cast<float>();
 }
 
 float CubicForce::gradient(const Values& y, Values& g) const noexcept {
+  if (!sampled_.empty()) return sampled_.gradient(y, g);
   Pairs pairs;
   fill_pairs(y, variables_, pairs);
   g.noalias() = g3_ * pairs;
@@ -136,11 +150,11 @@ float CubicForce::gradient(const Values& y, Values& g) const noexcept {
 
 float CubicForce::linear_energy(const Values& y) const noexcept { return 0.5F * y.dot(linear_ * y); }
 
-void CubicForce::add_damping(const Values& y, const Values& rate, Values& g) const noexcept {
+void CubicForce::turn_dampers(const Values& y, const Values& rate, Values& change, Values& at_stamp) const noexcept {
+  if (!sampled_.empty()) return sampled_.damping(y, rate, change, at_stamp);
   const int l = leading_;
-  using Leading = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kMaxLeading, 1>;
   using Mixed = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kLeadingPairs>;
-  const auto turn = [&](const Mixed& turned, Leading& to) {
+  const auto turn = [&](const Mixed& turned, Values& to) {
     for (int k = 0; k < l; ++k) {
       for (int j = 0; j < k; ++j) {
         to[j] += turned[pair_at(j, k)] * y[k];
@@ -154,12 +168,18 @@ void CubicForce::add_damping(const Values& y, const Values& rate, Values& g) con
     for (int j = 0; j < k; ++j) mixed[pair_at(j, k)] = y[j] * rate[k] + y[k] * rate[j];
     mixed[pair_at(k, k)] = y[k] * rate[k];
   }
-  Leading change = q_ * mixed;
+  change.setZero(variables_);
+  at_stamp.setZero(variables_);
+  change.head(l).noalias() = q_ * mixed;
   turn(q_.transpose() * rate.head(l), change);
-  const float most = kDamperChange * (root_ * rate).norm(), size = (inverse_ * change).norm();
-  Leading at_stamp = Leading::Zero(l);  // what the patch's stiffness has of the dampers' forces
   turn(turned_at_stamp_, at_stamp);
-  g.head(l) += (size > most ? most / size : 1.0F) * (change - at_stamp);
+}
+
+void CubicForce::add_damping(const Values& y, const Values& rate, Values& g) const noexcept {
+  Values change(variables_), at_stamp(variables_);
+  turn_dampers(y, rate, change, at_stamp);
+  const float most = kDamperChange * (root_ * rate).norm(), size = (inverse_ * change).norm();
+  g += (size > most ? most / size : 1.0F) * (change - at_stamp);
 }
 
 void CubicForce::evaluate(const Variables& u, const Variables& u_rate, Variables& force) const noexcept {

@@ -19,6 +19,9 @@
 // the energy is continued along rays as a constant: E(y radius / |y|), so that its force falls off as 1/|y| instead of growing
 // with the cube.
 //
+// Where a body bends beyond any polynomial, the terms are some of its springs instead (sampled_springs.hpp), with y = u and no
+// radius; what is said of dampers and of -kSoftening holds for them too.
+//
 // The terms of a touch bring more of the surface too, what the patch's own datagram had no room for: the tool goes on where the
 // patch's own piece ends.
 //
@@ -32,10 +35,10 @@
 
 #include "common/base/limits.hpp"
 #include "common/port/patch.hpp"
+#include "common/port/sampled_springs.hpp"
 
 namespace palpate {
 
-inline constexpr int kMaxVariables = kMaxModes + 3;
 inline constexpr int kMaxLeading = 12;
 
 /// Numbers of monomials of n variables.
@@ -57,6 +60,7 @@ struct CubicTerms {
   Eigen::MatrixXf q;           ///< Q, l x pairs(l) [J s]
   Eigen::VectorXd rate;        ///< y'* [1/s]
   double radius = 0;           ///< of trust, in y; 0: nothing is trusted
+  SampledSprings springs;      ///< any: S is the identity, and there is nothing of the polynomials
   // of a touch: vertices numbered on from the patch's own, and triangles between any of them
   std::vector<PortVertex> vertices;
   std::vector<Triangle> triangles;
@@ -82,7 +86,8 @@ class CubicForce {
   CubicForce() = default;
   /// Allocates nothing that outlives it, but takes some microseconds. The polynomial alone: nothing is limited, no damper turns.
   explicit CubicForce(const CubicTerms& terms);
-  /// Beside the patch that the terms go with; where its damping is not positive definite no damper turns.
+  /// Beside the patch that the terms go with; where its damping is not positive definite no damper turns. Empty where there are
+  /// springs and they are not stable.
   CubicForce(const CubicTerms& terms, const Patch& patch);
 
   bool empty() const { return variables_ == 0; }
@@ -98,12 +103,16 @@ class CubicForce {
   static constexpr int kRoom = (kMaxVariables + 7) / 8 * 8;
   using Values = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kRoom, 1>;
 
-  /// Of E3 + E4, which it returns.
+  void take_polynomials(const CubicTerms& terms);
+  /// Of E3 + E4 or of the springs' energy, which it returns.
   float gradient(const Values& y, Values& g) const noexcept;
+  /// Minus what dampers push more for having turned, and what of that the patch has at the stamp.
+  void turn_dampers(const Values& y, const Values& rate, Values& change, Values& at_stamp) const noexcept;
   float linear_energy(const Values& y) const noexcept;
   void add_damping(const Values& y, const Values& rate, Values& g) const noexcept;
 
   int variables_ = 0, leading_ = 0;
+  SampledForce sampled_;
   bool has_e2_ = false, has_damping_ = false;
   float radius_ = 0;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables> scale_;
@@ -113,9 +122,8 @@ class CubicForce {
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxLeading, kTriples> g4_;
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxLeading, kLeadingPairs> q_;
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables> linear_;  // H in y
-  // L^T and the columns of L^-1 for the leading variables, D = L L^T in y.
-  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables> root_;
-  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxLeading> inverse_;
+  // L^T and L^-1, D = L L^T in y.
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables> root_, inverse_;
   Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kLeadingPairs> turned_at_stamp_;  // Q^T y'*
 };
 

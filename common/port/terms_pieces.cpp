@@ -7,7 +7,7 @@ namespace palpate {
 namespace {
 
 constexpr float kLargest = 8192;  // of the numbers in their unit
-constexpr float kUnitMax = 1e6F, kPortScaleMax = 1e6F, kRadiusMax = 1e4F;
+constexpr float kUnitMax = 1e6F, kPortScaleMax = 1e6F, kRadiusMax = 1e4F, kStiffeningMax = 1e4F;
 
 /// How many numbers of each kind there are.
 struct Layout {
@@ -20,10 +20,9 @@ struct Layout {
 
 Layout layout(const PatchTerms& p) {
   const int n = p.variables, r = n - (p.grasp ? 3 : 0), t = std::min<int>(p.leading, kTurning);
-  return {r,
-          t,
-          {r * r, p.repaired ? pairs_of(n) : 0, triples_of(n), quadruples_of(p.leading), t * pairs_of(t)},
-          p.vertices * (9 + 3 * r) + 3 * p.triangles};
+  const int surface = p.vertices * (9 + 3 * r) + 3 * p.triangles;
+  if (p.springs > 0) return {r, 0, {3 * n * p.springs, 3 * p.springs, p.springs, p.springs, p.springs}, surface};
+  return {r, t, {r * r, p.repaired ? pairs_of(n) : 0, triples_of(n), quadruples_of(p.leading), t * pairs_of(t)}, surface};
 }
 
 std::uint16_t to_half(float v) { return Eigen::numext::bit_cast<std::uint16_t>(Eigen::half(v)); }
@@ -44,6 +43,50 @@ Eigen::VectorXf take(const std::vector<std::uint16_t>& numbers, int& at, int cou
   Eigen::VectorXf values(count);
   for (int i = 0; i < count; ++i) values[i] = unit * from_half(numbers[static_cast<std::size_t>(at++)]);
   return values;
+}
+
+void append_polynomials(const CubicTerms& terms, const Layout& l, PatchTerms& head, std::vector<std::uint16_t>& out) {
+  if (terms.grasp)
+    for (int i = 0; i < 3; ++i) head.port_scale[static_cast<std::size_t>(i)] = static_cast<float>(terms.scale(i, i));
+  const Eigen::MatrixXf rows = terms.scale.bottomRightCorner(l.modes, l.modes).transpose().cast<float>();
+  const Eigen::MatrixXf q = terms.q.topLeftCorner(l.turning, pairs_of(l.turning));
+  head.unit = {append(rows.reshaped(), out), append(terms.e2, out), append(terms.e3, out), append(terms.e4, out),
+               append(q.reshaped(), out)};
+}
+
+void append_springs(const SampledSprings& springs, PatchTerms& head, std::vector<std::uint16_t>& out) {
+  const Eigen::MatrixXf rows = springs.motion.transpose();
+  head.unit = {append(rows.reshaped(), out), append(springs.span.reshaped(), out), append(springs.rest_length, out),
+               append(springs.stiffness, out), append(springs.damping, out)};
+}
+
+void take_polynomials(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, CubicTerms& terms) {
+  const Layout l = layout(head);
+  if (terms.grasp)
+    for (int i = 0; i < 3; ++i) terms.scale(i, i) = static_cast<double>(head.port_scale[static_cast<std::size_t>(i)]);
+  terms.scale.bottomRightCorner(l.modes, l.modes) =
+      take(numbers, at, l.count[0], head.unit[0]).reshaped(l.modes, l.modes).transpose().cast<double>();
+  terms.e2 = take(numbers, at, l.count[1], head.unit[1]);
+  terms.e3 = take(numbers, at, l.count[2], head.unit[2]);
+  terms.e4 = take(numbers, at, l.count[3], head.unit[3]);
+  terms.q.setZero(terms.leading, pairs_of(terms.leading));
+  terms.q.topLeftCorner(l.turning, pairs_of(l.turning)) =
+      take(numbers, at, l.count[4], head.unit[4]).reshaped(l.turning, pairs_of(l.turning));
+}
+
+/// False when one is not what a spring can be.
+bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, CubicTerms& terms) {
+  const Layout l = layout(head);
+  const int n = head.variables, m = head.springs;
+  SampledSprings& springs = terms.springs;
+  terms.scale.setIdentity();
+  springs.stiffening = head.stiffening;
+  springs.motion = take(numbers, at, l.count[0], head.unit[0]).reshaped(n, 3 * m).transpose();
+  springs.span = take(numbers, at, l.count[1], head.unit[1]).reshaped(3, m);
+  springs.rest_length = take(numbers, at, l.count[2], head.unit[2]);
+  springs.stiffness = take(numbers, at, l.count[3], head.unit[3]);
+  springs.damping = take(numbers, at, l.count[4], head.unit[4]);
+  return springs.rest_length.minCoeff() > 0 && springs.stiffness.minCoeff() >= 0 && springs.damping.minCoeff() >= 0;
 }
 
 constexpr double kPositionUnitM = 1.0 / 1024;
@@ -88,27 +131,29 @@ bool take_surface(const std::vector<std::uint16_t>& numbers, int at, const Patch
 bool same_whole(const PatchTerms& a, const PatchTerms& b) {
   return a.patch_seq == b.patch_seq && a.pieces == b.pieces && a.variables == b.variables && a.leading == b.leading &&
          a.vertices == b.vertices && a.triangles == b.triangles && a.grasp == b.grasp && a.repaired == b.repaired &&
-         a.radius == b.radius && a.port_scale == b.port_scale && a.unit == b.unit;
+         a.springs == b.springs && a.stiffening == b.stiffening && a.radius == b.radius && a.port_scale == b.port_scale &&
+         a.unit == b.unit;
 }
 
 }  // namespace
 
 TermsFault check(const PatchTerms& p) {
-  if (p.variables > kMaxVariables || p.leading < 1 || p.leading > std::min<int>(kMaxLeading, p.variables))
+  if (p.variables > kMaxVariables || p.springs > kMaxSprings) return TermsFault::sizes;
+  if (p.springs > 0 ? p.leading > 0 || p.repaired : p.leading < 1 || p.leading > std::min<int>(kMaxLeading, p.variables))
     return TermsFault::sizes;
   if (p.vertices > (p.grasp ? 0 : kMaxPortVertices) || p.triangles > (p.grasp ? 0 : kMaxPortTriangles)) return TermsFault::sizes;
   const Layout l = layout(p);
   if (l.modes < 1 || l.modes > kMaxModes || p.pieces != l.pieces() || p.piece >= p.pieces) return TermsFault::sizes;
   if (static_cast<int>(p.numbers.size()) != std::min(kPieceNumbers, l.total() - p.piece * kPieceNumbers))
     return TermsFault::sizes;
-  std::array<float, 9> reals{p.radius};
-  std::copy(p.port_scale.begin(), p.port_scale.end(), reals.begin() + 1);
-  std::copy(p.unit.begin(), p.unit.end(), reals.begin() + 4);
+  std::array<float, 10> reals{p.radius, p.stiffening};
+  std::copy(p.port_scale.begin(), p.port_scale.end(), reals.begin() + 2);
+  std::copy(p.unit.begin(), p.unit.end(), reals.begin() + 5);
   for (const float v : reals)
     if (!std::isfinite(v)) return TermsFault::not_finite;
   if (!std::all_of(p.numbers.begin(), p.numbers.end(), finite_half)) return TermsFault::not_finite;
   const auto within = [](float v, float high) { return v >= 0 && v <= high; };
-  const bool fine = within(p.radius, kRadiusMax) &&
+  const bool fine = within(p.radius, kRadiusMax) && within(p.stiffening, kStiffeningMax) &&
                     std::all_of(p.port_scale.begin(), p.port_scale.end(), [&](float v) { return within(v, kPortScaleMax); }) &&
                     std::all_of(p.unit.begin(), p.unit.end(), [&](float v) { return within(v, kUnitMax); });
   return fine ? TermsFault::none : TermsFault::out_of_range;
@@ -122,16 +167,13 @@ std::vector<PatchTerms> to_pieces(const CubicTerms& terms, std::uint32_t patch_s
   whole.grasp = terms.grasp;
   whole.repaired = terms.e2.size() > 0;
   whole.radius = static_cast<float>(terms.radius);
+  whole.springs = static_cast<std::uint8_t>(terms.springs.count());
+  whole.stiffening = terms.springs.stiffening;
   whole.vertices = static_cast<std::uint8_t>(terms.vertices.size());
   whole.triangles = static_cast<std::uint8_t>(terms.triangles.size());
   const Layout l = layout(whole);
-  if (terms.grasp)
-    for (int i = 0; i < 3; ++i) whole.port_scale[static_cast<std::size_t>(i)] = static_cast<float>(terms.scale(i, i));
   std::vector<std::uint16_t> numbers;
-  const Eigen::MatrixXf rows = terms.scale.bottomRightCorner(l.modes, l.modes).transpose().cast<float>();
-  const Eigen::MatrixXf q = terms.q.topLeftCorner(l.turning, pairs_of(l.turning));
-  whole.unit = {append(rows.reshaped(), numbers), append(terms.e2, numbers), append(terms.e3, numbers), append(terms.e4, numbers),
-                append(q.reshaped(), numbers)};
+  whole.springs > 0 ? append_springs(terms.springs, whole, numbers) : append_polynomials(terms, l, whole, numbers);
   append_surface(terms, numbers);
   whole.pieces = static_cast<std::uint8_t>(l.pieces());
   std::vector<PatchTerms> pieces;
@@ -179,17 +221,9 @@ std::optional<CubicTerms> TermsAssembly::terms_for(const Patch& patch) const {
   terms.radius = static_cast<double>(head_.radius);
   const int n = head_.variables;
   terms.scale.setZero(n, n);
-  if (terms.grasp)
-    for (int i = 0; i < 3; ++i) terms.scale(i, i) = static_cast<double>(head_.port_scale[static_cast<std::size_t>(i)]);
   int at = 0;
-  terms.scale.bottomRightCorner(l.modes, l.modes) =
-      palpate::take(numbers_, at, l.count[0], head_.unit[0]).reshaped(l.modes, l.modes).transpose().cast<double>();
-  terms.e2 = palpate::take(numbers_, at, l.count[1], head_.unit[1]);
-  terms.e3 = palpate::take(numbers_, at, l.count[2], head_.unit[2]);
-  terms.e4 = palpate::take(numbers_, at, l.count[3], head_.unit[3]);
-  terms.q.setZero(terms.leading, pairs_of(terms.leading));
-  terms.q.topLeftCorner(l.turning, pairs_of(l.turning)) =
-      palpate::take(numbers_, at, l.count[4], head_.unit[4]).reshaped(l.turning, pairs_of(l.turning));
+  if (head_.springs > 0 && !take_springs(numbers_, at, head_, terms)) return std::nullopt;
+  if (head_.springs == 0) take_polynomials(numbers_, at, head_, terms);
   terms.rate = stamp_rate(terms, patch);
   if (!take_surface(numbers_, at, head_, terms) || !has_room(patch.surface, terms)) return std::nullopt;
   if (terms.triangles.empty() && terms.vertices.empty()) return terms;

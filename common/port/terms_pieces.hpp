@@ -3,6 +3,7 @@
 //
 //     the modes' part of S by rows, E2 where there is a repair, E3, E4, Q of the first kTurning variables,
 //     each in a unit of its own, the largest number some thousands;
+//     or, of springs: G, d, L, w k and w c, each of all springs one after the other;
 //     the surface that a touch brings: of every vertex its position as a sum of two numbers an axis [1/1024 m], its normal, and
 //     how the modes move it [1/kg^1/2]; of every triangle its three corners
 //
@@ -27,9 +28,11 @@ struct PatchTerms {
   std::uint32_t patch_seq = 0;  ///< of the patch that they go with
   std::uint8_t piece = 0, pieces = 0, variables = 0, leading = 0, vertices = 0, triangles = 0;
   bool grasp = false, repaired = false;  ///< u starts with the tool's displacement; there is an E2
+  std::uint8_t springs = 0;              ///< instead of polynomials: leading, radius and port_scale are 0
   float radius = 0;
+  float stiffening = 0;               ///< of the springs' law
   std::array<float, 3> port_scale{};  ///< of a grasp
-  std::array<float, 5> unit{};        ///< of S, E2, E3, E4, Q
+  std::array<float, 5> unit{};        ///< of S, E2, E3, E4, Q; of G, d, L, w k, w c
   std::vector<std::uint16_t> numbers;
 };
 

@@ -252,6 +252,8 @@ WireFault read(const wire::PatchTerms& table, PatchTerms& m) {
   m.triangles = head.triangles();
   m.grasp = (head.flags() & kGraspFlag) != 0;
   m.repaired = (head.flags() & kRepairedFlag) != 0;
+  if (((head.flags() & kSpringsFlag) != 0) != (table.springs() && table.springs()->count() > 0)) return WireFault::malformed;
+  if (table.springs()) m.springs = table.springs()->count(), m.stiffening = table.springs()->stiffening();
   m.numbers.assign(table.numbers()->begin(), table.numbers()->end());
   switch (check(m)) {
     case TermsFault::none:

@@ -137,12 +137,14 @@ class BodyWriter {
   Offset<void> operator()(const PatchTerms& m) {
     packer_.require(check(m) == TermsFault::none);
     if (!packer_.ok()) return {};
-    const auto flags = static_cast<std::uint8_t>((m.grasp ? kGraspFlag : 0) | (m.repaired ? kRepairedFlag : 0));
+    const auto flags = static_cast<std::uint8_t>((m.grasp ? kGraspFlag : 0) | (m.repaired ? kRepairedFlag : 0) |
+                                                 (m.springs > 0 ? kSpringsFlag : 0));
+    const wire::SpringsHead springs(m.stiffening, m.springs);
     const wire::TermsHead head(m.patch_seq, m.radius, m.unit[0], m.unit[1], m.unit[2], m.unit[3], m.unit[4],
                                wire::Vec(m.port_scale[0], m.port_scale[1], m.port_scale[2]), m.piece, m.pieces, m.variables,
                                m.leading, flags, m.vertices, m.triangles);
     const auto numbers = builder_.CreateVector(m.numbers.data(), m.numbers.size());
-    return done(wire::Body::PatchTerms, wire::CreatePatchTerms(builder_, &head, numbers));
+    return done(wire::Body::PatchTerms, wire::CreatePatchTerms(builder_, &head, numbers, m.springs > 0 ? &springs : nullptr));
   }
 
  private:

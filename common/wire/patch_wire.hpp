@@ -26,6 +26,6 @@ inline constexpr unsigned kIndexBits = 5;  ///< three vertex indices share one s
 static_assert(kMaxPortVertices <= 1 << kIndexBits);
 
 enum PatchFlag : std::uint8_t { kTouchFlag = 1, kConstantFlag = 2, kTouchingFlag = 4, kAllFlags = 7 };
-enum TermsFlag : std::uint8_t { kGraspFlag = 1, kRepairedFlag = 2, kAllTermsFlags = 3 };
+enum TermsFlag : std::uint8_t { kGraspFlag = 1, kRepairedFlag = 2, kSpringsFlag = 4, kAllTermsFlags = 7 };
 
 }  // namespace palpate

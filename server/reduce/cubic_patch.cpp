@@ -9,6 +9,7 @@
 
 #include "common/port/terms_pieces.hpp"
 #include "server/reduce/expansion.hpp"
+#include "server/reduce/sample_springs.hpp"
 
 namespace palpate {
 namespace {
@@ -189,13 +190,43 @@ std::optional<CubicTerms> cubic_terms(const Linearisation& at, const Patch& patc
   terms.e4 = std::move(expansion->e4);
   terms.q = std::move(expansion->q);
   if (shapes.lifted.cwiseAbs().maxCoeff() > kNotLifted * patch.stiffness.maxCoeff()) terms.e2 = repair(shapes.lifted, t);
-  const Matrix form = t.transpose() * (joint_stiffness(patch, patch.stiffness) + shapes.lifted) * t;
+  Matrix form = t.transpose() * (joint_stiffness(patch, patch.stiffness) + shapes.lifted) * t;
+  form.diagonal().array() += kNotLifted * form.diagonal().maxCoeff();  // nothing holds a tool that moves across a planar body
   const Vector far = trusted(terms, form);
   rescale(terms, far);
   terms.rate = stamp_rate(terms, patch);
   terms.radius =
       trusted_radius(at, terms, moved * far.asDiagonal(), shapes.ways, far.asDiagonal() * form * far.asDiagonal(), first);
   return terms;
+}
+
+std::optional<CubicTerms> spring_terms(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, int most) {
+  const auto r = patch.stiffness.size(), first = shapes.port.cols(), n = r + first;
+  if (r == 0 || !(patch.stiffness.maxCoeff() > 0)) return std::nullopt;
+  SpringSampling sampling;
+  sampling.springs = most;
+  sampling.moved.resize(shapes.modes.rows(), n);
+  sampling.moved.rightCols(r) = shapes.modes;
+  sampling.likely = Matrix::Zero(n, shapes.coordinates.cols() + shapes.ways.cols());
+  sampling.likely.bottomLeftCorner(r, shapes.coordinates.cols()) = shapes.coordinates;
+  sampling.likely.rightCols(shapes.ways.cols()) = shapes.ways;
+  sampling.stiffness = joint_stiffness(patch, patch.stiffness).diagonal();
+  sampling.stiffness.tail(r) = sampling.stiffness.tail(r).cwiseMax(kSoftest * patch.stiffness.maxCoeff());
+  if (first > 0) {
+    sampling.moved.leftCols(first) = shapes.port * shapes.amplitude.cwiseInverse().asDiagonal();
+    sampling.likely.topLeftCorner(first, first) = shapes.amplitude.asDiagonal();
+    sampling.stiffness.head(first) =
+        sampling.stiffness.head(first).cwiseMax(kSoftest * sampling.stiffness.head(first).maxCoeff());
+  }
+  auto springs = sample_springs(at, sampling);
+  if (!springs) return std::nullopt;
+  CubicTerms terms;
+  terms.variables = static_cast<int>(n);
+  terms.grasp = first > 0;
+  terms.scale = Matrix::Identity(n, n);
+  terms.springs = std::move(*springs);
+  terms.rate = stamp_rate(terms, patch);
+  return CubicForce(terms, patch).empty() ? std::nullopt : std::optional(std::move(terms));
 }
 
 }  // namespace palpate

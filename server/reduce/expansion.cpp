@@ -42,34 +42,6 @@ Coefficients coefficients(const Element& e, const SpringSeries& s, double rho) {
           e.damping_n_s_m / rho};
 }
 
-/// Elements that matter, in the body's order: those are left out whose weights, in bins of a sixteenth of an octave, are the
-/// smallest and together no more than `negligible` of all.
-std::vector<std::uint32_t> elements_that_matter(const Dynamics& dynamics, const BodyState& state, const ShapeRows& shapes,
-                                                double negligible) {
-  const auto& elements = dynamics.body().elements;
-  // Exponent and first four bits of a positive number: the larger, the larger.
-  const auto bin_of = [](double weight) { return std::bit_cast<std::uint32_t>(static_cast<float>(weight)) >> 19U; };
-  std::array<double, 4096> sums{};
-  std::vector<std::uint32_t> bins(elements.size());
-  double all = 0;
-  for (std::size_t k = 0; k < elements.size(); ++k) {
-    const Element& e = elements[k];
-    const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
-    const double motion = (shapes.middleRows<3>(b) - shapes.middleRows<3>(a)).norm();
-    const double rho = (state.x.segment<3>(b) - state.x.segment<3>(a)).norm();
-    const double weight = e.stiffness_n_m * motion * motion * motion / std::max(rho, kLengthMin);
-    bins[k] = bin_of(weight);
-    sums[bins[k]] += weight;
-    all += weight;
-  }
-  std::uint32_t least = 0;
-  for (double left_out = sums[0]; least + 1 < sums.size() && left_out <= negligible * all; left_out += sums[least]) ++least;
-  std::vector<std::uint32_t> chosen;
-  for (std::uint32_t k = 0; k < bins.size(); ++k)
-    if (bins[k] >= least && bins[k] > 0) chosen.push_back(k);
-  return chosen;
-}
-
 /// Features of a batch of elements, one column each.
 struct Batch {
   Batch(int n, int size)
@@ -174,7 +146,7 @@ std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state
   if (!can_expand(body)) return std::nullopt;
   const auto n = static_cast<int>(shapes.cols());
   const ShapeRows rows = shapes;
-  const std::vector<std::uint32_t> chosen = elements_that_matter(dynamics, state, rows, negligible);
+  const std::vector<std::uint32_t> chosen = elements_that_bend(dynamics, state, shapes, negligible);
   Sums sums{Features::Zero(n, pairs_of(n)), Features::Zero(pairs_of(leading), pairs_of(leading)),
             Features::Zero(leading, pairs_of(leading))};
   for (std::size_t begin = 0; begin < chosen.size(); begin += kBatch) {
@@ -196,6 +168,35 @@ std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state
   Expansion x = collect(sums, n, leading);
   x.elements = static_cast<int>(chosen.size());
   return x;
+}
+
+/// Those are left out whose weights, in bins of a sixteenth of an octave, are the smallest and together no more than `negligible`
+/// of all.
+std::vector<std::uint32_t> elements_that_bend(const Dynamics& dynamics, const BodyState& state, const Matrix& columns,
+                                              double negligible) {
+  const ShapeRows shapes = columns;
+  const auto& elements = dynamics.body().elements;
+  // Exponent and first four bits of a positive number: the larger, the larger.
+  const auto bin_of = [](double weight) { return std::bit_cast<std::uint32_t>(static_cast<float>(weight)) >> 19U; };
+  std::array<double, 4096> sums{};
+  std::vector<std::uint32_t> bins(elements.size());
+  double all = 0;
+  for (std::size_t k = 0; k < elements.size(); ++k) {
+    const Element& e = elements[k];
+    const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
+    const double motion = (shapes.middleRows<3>(b) - shapes.middleRows<3>(a)).norm();
+    const double rho = (state.x.segment<3>(b) - state.x.segment<3>(a)).norm();
+    const double weight = e.stiffness_n_m * motion * motion * motion / std::max(rho, kLengthMin);
+    bins[k] = bin_of(weight);
+    sums[bins[k]] += weight;
+    all += weight;
+  }
+  std::uint32_t least = 0;
+  for (double left_out = sums[0]; least + 1 < sums.size() && left_out <= negligible * all; left_out += sums[least]) ++least;
+  std::vector<std::uint32_t> chosen;
+  for (std::uint32_t k = 0; k < bins.size(); ++k)
+    if (bins[k] >= least && bins[k] > 0) chosen.push_back(k);
+  return chosen;
 }
 
 std::vector<Vector> second_order_forces(const Dynamics& dynamics, const BodyState& state, const Matrix& directions) {

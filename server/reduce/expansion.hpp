@@ -10,7 +10,9 @@
 // Source: Taylor series of the spring's energy; for finite elements Barbic and James, SIGGRAPH (2005).
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "common/port/cubic_terms.hpp"
 #include "server/body/dynamics.hpp"
@@ -30,6 +32,10 @@ bool can_expand(const LumpedBody& body);
 /// Nothing for a body that cannot be expanded, and when an element has no length.
 std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state, const Matrix& shapes, int leading,
                                 double negligible = 2e-3);
+
+/// Elements that bend when the body moves by these shapes, in the body's order: see `negligible` above.
+std::vector<std::uint32_t> elements_that_bend(const Dynamics& dynamics, const BodyState& state, const Matrix& shapes,
+                                              double negligible);
 
 /// Second-order forces on the nodes: with delta = sum_i y_i directions_i, F(x* + delta) = F - K delta + sum_{i<=j} y_i y_j F2_ij
 /// + ...; F2_ij at pair_at(i, j). For a body that can_expand().

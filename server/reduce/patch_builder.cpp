@@ -278,8 +278,7 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
 
 std::optional<Patch> PatchBuilder::build_cubic(FrameModel& frame, std::size_t which, const PatchRequest& request,
                                                const Patch& patch) {
-  // Across a planar body nothing moves and nothing holds: there its variables have no size.
-  if (!can_expand(dynamics_->body()) || dynamics_->body().planar) return std::nullopt;
+  if (!can_expand(dynamics_->body())) return std::nullopt;
   ahead_ = frame.ahead();
   std::optional<Patch> built;
   for (const bool clamp : {false, true}) {
@@ -334,7 +333,11 @@ void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const 
   if (!ends.empty()) add_way(at.state->x - ends.front()->x);
   shapes.lifted = true_stiffness - joint_stiffness(patch, patch.stiffness);
   const int leading = patch.contact == ContactKind::attach ? kAttachLeading : kTouchLeading;
-  if (auto terms = cubic_terms(at, patch, shapes, leading)) terms_ = std::move(*terms);
+  const bool stiffens = at.dynamics->body().law == SpringLaw::stiffening;
+  if (!stiffens)
+    if (auto terms = cubic_terms(at, patch, shapes, leading)) terms_ = std::move(*terms);
+  if (stiffens || terms_.radius < 1)
+    if (auto terms = spring_terms(at, patch, shapes, kSprings)) terms_ = std::move(*terms);
 }
 
 }  // namespace palpate

@@ -45,7 +45,7 @@ struct PatchRequest {
 };
 
 struct PatchBuildReport {
-  /// `cubic` was asked for, `port` was built: a law without a series, finite elements, a planar body; or `two-layer` was, and
+  /// `cubic` was asked for, `port` was built: a law without a series, finite elements; or `two-layer` was, and
   /// `ring` was built: the body has tetrahedra.
   bool fell_back = false;
   double lifted_1_s2 = 0;  ///< most that the stiffness of a mode was changed by
@@ -58,6 +58,7 @@ class PatchBuilder {
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
   static constexpr int kCubicAttachOrder = 26, kCubicTouchOrder = 24;
   static constexpr int kAttachLeading = 10, kTouchLeading = 8;  ///< variables of a cubic patch that have terms of fourth order
+  static constexpr int kSprings = 34;                           ///< that stand for its bending where no polynomial does
   static constexpr double kFilteredHz = 10;                     ///< low-pass of `filtered`: the paper's, its model rate
 
   /// `softest_1_s2`: lowest stiffness that a mode may have, softest_stiffness() of the body. `balanced`: off-line bases, shared

@@ -6,8 +6,10 @@
 #include <cmath>
 
 #include "common/player/player.hpp"
+#include "common/port/terms_pieces.hpp"
 #include "server/body/explicit_integrator.hpp"
 #include "server/reduce/patch_builder.hpp"
+#include "server/scene/scene_text.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -196,7 +198,7 @@ TEST_CASE("Trust ends where the last term is as large as the linear force") {
   }
 }
 
-TEST_CASE("Terms are trusted less where the body, asked, does otherwise") {
+TEST_CASE("Springs take the place of a polynomial where the body, asked, does otherwise") {
   // The last frame's state says how far it goes: the same patch again, a frame later, after a little way and after a long one.
   for (const double way_m : {0.0005, 0.03}) {
     Grasp grasp(0.002);
@@ -209,13 +211,14 @@ TEST_CASE("Terms are trusted less where the body, asked, does otherwise") {
     grasp.build();
     const CubicTerms& terms = grasp.builder.terms();
     CAPTURE(way_m, terms.radius);
+    CHECK((terms.springs.count() > 0) == (way_m > 0.001));
     CHECK((terms.radius == 1) == (way_m < 0.001));
-    CHECK(terms.radius > 0.01);
   }
 }
 
 TEST_CASE(
-    "A polynomial is not trusted where it gives way of itself, as that of a deeply pressed body does when the tool goes back") {
+    "Springs take the place of a polynomial that gives way of itself, as that of a deeply pressed body does when the tool goes "
+    "back") {
   const Scene scene = load_scene(PALPATE_SOURCE_DIR "/scenes/solid10.json");
   const Dynamics dynamics(scene.body);
   const Skin skin(scene.body);
@@ -237,11 +240,11 @@ TEST_CASE(
     frame.begin(state, ports, std::span(&tool, 1), request.bridge);
     REQUIRE(builder.build(frame, 0, request));
     CAPTURE(deep_m, builder.terms().radius);
-    CHECK((builder.terms().radius < 1) == (deep_m > 0.005));
+    CHECK((builder.terms().springs.count() > 0) == (deep_m > 0.005));
   }
 }
 
-TEST_CASE("A planar body has no terms, and its patch says that it is one of port") {
+TEST_CASE("A planar body has terms, and the tool's way across it changes nothing") {
   const Scene scene = load_scene(PALPATE_SOURCE_DIR "/scenes/sheet13.json");
   const Dynamics dynamics(scene.body);
   const Skin skin(scene.body);
@@ -257,7 +260,27 @@ TEST_CASE("A planar body has no terms, and its patch says that it is one of port
   frame.begin(state, ports, std::span(&tool, 1), request.bridge);
   const auto patch = builder.build(frame, 0, request);
   REQUIRE(patch);
-  CHECK(patch->scheme == Scheme::port);
-  CHECK(builder.report().fell_back);
-  CHECK(builder.terms().variables == 0);
+  CHECK(patch->scheme == Scheme::cubic);
+  CHECK_FALSE(builder.report().fell_back);
+  REQUIRE(builder.terms().variables > 0);
+  REQUIRE_FALSE(to_pieces(builder.terms(), 1).empty());
+  const CubicForce force(builder.terms(), *patch);
+  CubicForce::Variables u = CubicForce::Variables::Constant(patch->modes() + 3, 1e-3), still = 0 * u, here, across;
+  u[2] = 0;
+  force.evaluate(u, still, here);
+  REQUIRE(here.norm() > 0);
+  u[2] = 0.005;
+  force.evaluate(u, still, across);
+  CHECK((across - here).norm() < 1e-3 * here.norm());
+}
+
+TEST_CASE("A body whose springs stiffen has springs for terms, and so has one pressed beyond its polynomials") {
+  Grasp stiffening(0.001, 0, SpringLaw::stiffening);
+  stiffening.build();
+  CHECK(stiffening.builder.terms().springs.count() > 0);
+  CHECK(stiffening.builder.terms().e4.size() == 0);
+  Grasp linear(0.0005);
+  linear.build();
+  CHECK(linear.builder.terms().springs.count() == 0);
+  CHECK(linear.builder.terms().e4.size() > 0);
 }

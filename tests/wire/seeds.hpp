@@ -122,6 +122,26 @@ inline CubicTerms cubic_terms(int r, bool grasp, int leading, bool repaired) {
   return terms;
 }
 
+/// Terms that are springs, every number of another size.
+inline CubicTerms spring_terms(int r, bool grasp, int count) {
+  std::mt19937 random(400u + static_cast<unsigned>(r));
+  const auto some = [&](Eigen::Index rows, Eigen::Index cols, float scale) {
+    return Eigen::MatrixXf(Eigen::MatrixXf::NullaryExpr(rows, cols, [&] { return scale * static_cast<float>(noise(random)); }));
+  };
+  CubicTerms terms;
+  const int n = r + (grasp ? 3 : 0);
+  terms.variables = n;
+  terms.grasp = grasp;
+  terms.scale.setIdentity(n, n);
+  terms.springs.stiffening = 30;
+  terms.springs.motion = some(3 * count, n, 4);
+  terms.springs.span = some(3, count, 0.01F);
+  terms.springs.rest_length = some(count, 1, 0.01F).cwiseAbs().array() + 0.001F;
+  terms.springs.stiffness = some(count, 1, 300).cwiseAbs();
+  terms.springs.damping = some(count, 1, 3).cwiseAbs();
+  return terms;
+}
+
 /// Leaves the first vertices and triangles to the patch, gives the others to the terms.
 inline void move_surface(int vertices, int triangles, Patch& patch, CubicTerms& terms) {
   PortSurface& s = patch.surface;

@@ -56,6 +56,53 @@ TEST_CASE("a patch's terms arrive in half precision, whatever their size") {
       }
 }
 
+TEST_CASE("terms that are springs arrive in half precision, and those that no spring can be do not count") {
+  for (const bool grasp : {true, false}) {
+    const CubicTerms sent = seeds::spring_terms(12, grasp, 34);
+    const Patch patch = grasp ? seeds::attach_patch(12) : seeds::touch_patch(12, 4, 3);
+    const auto arrived = [&](const CubicTerms& terms) {
+      TermsAssembly assembly;
+      for (const PatchTerms& piece : to_pieces(terms, patch.seq)) CHECK(assembly.take(round_trip(piece)));
+      return assembly.terms_for(patch);
+    };
+    const auto got = arrived(sent);
+    REQUIRE(got);
+    CHECK(got->variables == sent.variables);
+    CHECK(got->grasp == grasp);
+    CHECK(got->scale == sent.scale);
+    CHECK(got->springs.stiffening == sent.springs.stiffening);
+    check_half(got->springs.motion, sent.springs.motion);
+    check_half(got->springs.span, sent.springs.span);
+    check_half(got->springs.rest_length, sent.springs.rest_length);
+    check_half(got->springs.stiffness, sent.springs.stiffness);
+    check_half(got->springs.damping, sent.springs.damping);
+    CHECK(got->rate == stamp_rate(*got, patch));
+    CubicTerms bad = sent;
+    bad.springs.stiffness[3] = -1;
+    CHECK_FALSE(arrived(bad));
+    bad = sent;
+    bad.springs.damping[7] = -1;
+    CHECK_FALSE(arrived(bad));
+    bad = sent;
+    bad.springs.rest_length[5] = 0;
+    CHECK_FALSE(arrived(bad));
+  }
+  CHECK(to_pieces(seeds::spring_terms(12, true, kMaxSprings + 1), 1).empty());
+}
+
+TEST_CASE("34 springs and their patch take less than 6000 bytes, grasped with 13 modes, touched with 12 and a surface") {
+  const auto bytes_of = [](const Patch& patch, const CubicTerms& terms) {
+    std::size_t bytes = seeds::bytes_of(seeds::message(PatchMessage{patch})).size();
+    for (const PatchTerms& piece : to_pieces(terms, 1)) bytes += seeds::bytes_of(seeds::message(piece)).size();
+    return bytes;
+  };
+  CHECK(bytes_of(seeds::attach_patch(13), seeds::spring_terms(13, true, 34)) < 6000);
+  Patch patch = seeds::touch_patch(12, 16, 15);
+  CubicTerms terms = seeds::spring_terms(12, false, 34);
+  seeds::move_surface(5, 3, patch, terms);
+  CHECK(bytes_of(patch, terms) < 6000);
+}
+
 TEST_CASE("the surface that terms bring joins the patch's own, or the terms do not count") {
   const Patch whole = seeds::touch_patch(12, 16, 15);
   Patch patch = whole;

@@ -1,0 +1,118 @@
+#include "common/port/sampled_springs.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr float kLengthMin = 1e-6F;  // below, a spring has no direction [m]
+
+/// Largest eigenvalue of sum w k G_q^T G_q [1/s^2].
+double stiffest(const SampledSprings& springs, int tool) {
+  const Eigen::Index modes = springs.motion.cols() - tool;
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(modes, modes);
+  for (int e = 0; e < springs.count(); ++e) {
+    const Eigen::MatrixXd rows = springs.motion.block(3 * e, tool, 3, modes).cast<double>();
+    sum += static_cast<double>(springs.stiffness[e]) * rows.transpose() * rows;
+  }
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(sum, Eigen::EigenvaluesOnly).eigenvalues().tail<1>()[0];
+}
+
+}  // namespace
+
+SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen::VectorXd& rate, double tick_s)
+    : variables_(static_cast<int>(springs.motion.cols())), stiffening_(springs.stiffening) {
+  const int m = springs.count();
+  if (m == 0 || variables_ <= tool) return;
+  const double most = kStiffest / std::max(tick_s * tick_s * stiffest(springs, tool), 1e-12);
+  if (!(most >= 1)) return;
+  if (stiffening_ > 0) straight_from_ = static_cast<float>(std::sqrt((most - 1) / (3 * static_cast<double>(stiffening_))));
+  rows_x_.resize(m, variables_);
+  rows_y_.resize(m, variables_);
+  rows_z_.resize(m, variables_);
+  for (int e = 0; e < m; ++e) {
+    rows_x_.row(e) = springs.motion.row(3 * e);
+    rows_y_.row(e) = springs.motion.row(3 * e + 1);
+    rows_z_.row(e) = springs.motion.row(3 * e + 2);
+  }
+  span_ = {springs.span.row(0).transpose().array(), springs.span.row(1).transpose().array(),
+           springs.span.row(2).transpose().array()};
+  rest_length_ = springs.rest_length.array();
+  stiffness_ = springs.stiffness.array();
+  damping_ = springs.damping.array();
+  count_ = m;
+  length_ = span_.dot(span_).sqrt().max(kLengthMin);
+  axis_ = {span_.x / length_, span_.y / length_, span_.z / length_};
+  const Each elongation = length_ - rest_length_;
+  tension_ = tension(elongation);
+  across_ = tension_ / length_;
+  along_ = slope(elongation) - across_;
+  stored_ = stored(elongation);
+  const Each braked = damping_ * axis_.dot(moved(rate.cast<float>())) / length_;
+  braked_.resize(variables_, variables_);
+  for (int i = 0; i < variables_; ++i) {
+    const Vectors delta = moved(Values::Unit(variables_, i));
+    const Each along = axis_.dot(delta);
+    Values column(variables_);
+    collect({braked * (delta.x - along * axis_.x), braked * (delta.y - along * axis_.y), braked * (delta.z - along * axis_.z)},
+            column);
+    braked_.col(i) = column;
+  }
+}
+
+SampledForce::Vectors SampledForce::moved(const Values& u) const noexcept {
+  return {(rows_x_ * u).array(), (rows_y_ * u).array(), (rows_z_ * u).array()};
+}
+
+void SampledForce::collect(const Vectors& f, Values& g) const noexcept {
+  g.noalias() = rows_x_.transpose() * f.x.matrix();
+  g.noalias() += rows_y_.transpose() * f.y.matrix();
+  g.noalias() += rows_z_.transpose() * f.z.matrix();
+}
+
+SampledForce::Each SampledForce::tension(const Each& elongation) const noexcept {
+  if (stiffening_ == 0) return stiffness_ * elongation;
+  const Each strain = elongation / rest_length_, bent = strain.max(-straight_from_).min(straight_from_);
+  const Each squared = bent.square();
+  // beyond: T of the last strain, and its slope from there on
+  return stiffness_ * rest_length_ * (bent * (1 + stiffening_ * squared) + (1 + 3 * stiffening_ * squared) * (strain - bent));
+}
+
+SampledForce::Each SampledForce::slope(const Each& elongation) const noexcept {
+  if (stiffening_ == 0) return stiffness_;
+  const Each bent = (elongation / rest_length_).max(-straight_from_).min(straight_from_);
+  return stiffness_ * (1 + 3 * stiffening_ * bent.square());
+}
+
+SampledForce::Each SampledForce::stored(const Each& elongation) const noexcept {
+  if (stiffening_ == 0) return 0.5F * stiffness_ * elongation.square();
+  const Each strain = elongation / rest_length_, bent = strain.max(-straight_from_).min(straight_from_);
+  const Each squared = bent.square(), beyond = strain - bent;
+  return stiffness_ * rest_length_.square() *
+         (0.5F * squared + 0.25F * stiffening_ * squared.square() + bent * (1 + stiffening_ * squared) * beyond +
+          0.5F * (1 + 3 * stiffening_ * squared) * beyond.square());
+}
+
+float SampledForce::gradient(const Values& u, Values& g) const noexcept {
+  const Vectors delta = moved(u), there{span_.x + delta.x, span_.y + delta.y, span_.z + delta.z};
+  const Each length = there.dot(there).sqrt().max(kLengthMin), elongation = length - rest_length_;
+  const Each pull = tension(elongation) / length;
+  const Each far = axis_.dot(delta), turned = tension_ + along_ * far;
+  const Vectors force{pull * there.x - turned * axis_.x - across_ * delta.x,
+                      pull * there.y - turned * axis_.y - across_ * delta.y,
+                      pull * there.z - turned * axis_.z - across_ * delta.z};
+  collect(force, g);
+  return (stored(elongation) - stored_ - tension_ * far - 0.5F * (along_ * far.square() + across_ * delta.dot(delta))).sum();
+}
+
+void SampledForce::damping(const Values& u, const Values& rate, Values& change, Values& at_stamp) const noexcept {
+  const Vectors delta = moved(u), motion = moved(rate), there{span_.x + delta.x, span_.y + delta.y, span_.z + delta.z};
+  const Each now = damping_ * there.dot(motion) / there.dot(there).max(kLengthMin * kLengthMin);
+  const Each before = damping_ * axis_.dot(motion);
+  collect({now * there.x - before * axis_.x, now * there.y - before * axis_.y, now * there.z - before * axis_.z}, change);
+  at_stamp.noalias() = braked_ * u;
+}
+
+}  // namespace palpate

@@ -1,0 +1,87 @@
+// What the forces of a patch have beyond the linear model, from some of the body's own springs: scheme `cubic`, where a body
+// bends beyond any polynomial.
+//
+// A spring e between two nodes has d = x_b - x_a at the stamp, and delta_e = G_e u more when the variables of the patch are u:
+// u = (displacement of the tool, q) for a grasp, u = q for touch, G_e of shape 3 x n. With its energy U_e(|d|), tension T = U',
+// axis n_e = d / |d| and damper c_e, and weights w_e >= 0 chosen so that few springs bend as all do (server/reduce/
+// sample_springs.hpp),
+//
+//     E(u) = sum_e w_e [ U_e(|d + delta|) - U_e(|d|) - T n . delta - delta^T K_e delta / 2 ]        [J]
+//     K_e = T' n n^T + (T / |d|) (1 - n n^T)
+//     elastic:  f = - dE/du
+//     dampers turn with their springs:  f -= sum_e w_e c_e G_e^T (m m^T - n n^T) G_e u' - B u
+//     B = sum_e w_e c_e (n . G_e u'*) / |d| G_e^T (1 - n n^T) G_e
+//
+// m the axis at d + delta, u'* the rate at the stamp, B what the stiffness of the linear patch has of the dampers' forces there.
+// At u = 0 nothing of all this pushes or holds, that is the linear patch's. Laws: linear and stiffening, T = k e (1 + c (e /
+// L)^2) with e = |d| - L. The player takes these forces as impulses, tick by tick, which is stable for a stiffness below 4 /
+// tick^2 of unit mass. With kappa the largest eigenvalue of sum w k G_q^T G_q, the law goes on straight where its slope is
+// kStiffest / (tick^2 kappa) times k; springs for which that is below 1 are not taken at all. All is kept in single precision.
+//
+// Source: energy-conserving sampling and weighting, Farhat, Avery, Chapman and Cortial, IJNME 98 (2014); optimized cubature, An,
+// Kim and James, SIGGRAPH Asia (2008).
+#pragma once
+
+#include <Eigen/Core>
+
+#include "common/base/limits.hpp"
+
+namespace palpate {
+
+inline constexpr int kMaxVariables = kMaxModes + 3;
+inline constexpr int kMaxSprings = 40;
+
+struct SampledSprings {
+  Eigen::MatrixXf motion;       ///< G_e, 3 rows a spring [1 for the tool, 1/kg^1/2 for q]
+  Eigen::Matrix3Xf span;        ///< d [m]
+  Eigen::VectorXf rest_length;  ///< L [m]
+  Eigen::VectorXf stiffness;    ///< w k [N/m]
+  Eigen::VectorXf damping;      ///< w c [N s/m]
+  float stiffening = 0;         ///< c of the law, 0: linear
+  int count() const { return static_cast<int>(rest_length.size()); }
+};
+
+/// Compiled for the haptic thread.
+class SampledForce {
+ public:
+  static constexpr double kStiffest = 4;
+  using Values = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, (kMaxVariables + 7) / 8 * 8>;
+
+  SampledForce() = default;
+  /// `tool`: variables that the tool prescribes, the first; `rate`: u'*.
+  SampledForce(const SampledSprings& springs, int tool, const Eigen::VectorXd& rate, double tick_s);
+
+  /// No springs, or none that are stable.
+  bool empty() const { return count_ == 0; }
+  /// Strain beyond which the law goes on straight; 0 for a linear one.
+  float straight_from() const { return straight_from_; }
+  /// dE/du; returns E [J]. No allocation.
+  float gradient(const Values& u, Values& g) const noexcept;
+  /// Minus what the dampers' turning adds to the force on u, and B u, which is to be taken from that.
+  void damping(const Values& u, const Values& rate, Values& change, Values& at_stamp) const noexcept;
+
+ private:
+  static constexpr int kRoom = (kMaxSprings + 7) / 8 * 8;
+  using Each = Eigen::Array<float, Eigen::Dynamic, 1, 0, kRoom, 1>;
+  using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRoom, kMaxVariables>;
+
+  struct Vectors {  // of every spring
+    Each x, y, z;
+    Each dot(const Vectors& v) const { return x * v.x + y * v.y + z * v.z; }
+  };
+  Vectors moved(const Values& u) const noexcept;
+  void collect(const Vectors& f, Values& g) const noexcept;
+  Each tension(const Each& elongation) const noexcept;
+  Each slope(const Each& elongation) const noexcept;
+  Each stored(const Each& elongation) const noexcept;
+
+  int count_ = 0, variables_ = 0;
+  float stiffening_ = 0, straight_from_ = 0;
+  Rows rows_x_, rows_y_, rows_z_;
+  Vectors span_, axis_;
+  Each length_, rest_length_, stiffness_, damping_;
+  Each tension_, along_, across_, stored_;  // at the stamp: T, T' - T / |d|, T / |d|, U
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables> braked_;  // B
+};
+
+}  // namespace palpate

@@ -1,0 +1,153 @@
+#include "server/reduce/sample_springs.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "common/base/random.hpp"
+#include "server/body/element_kernel.hpp"
+#include "server/reduce/expansion.hpp"
+#include "server/reduce/sparse_weights.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr int kSamples = 40, kAlone = 3, kCandidates = 400;
+constexpr double kLengthMin = 1e-9;    // below, a spring has no direction [m]
+constexpr double kNegligible = 2e-3;   // of the bending, in springs that are not looked at
+constexpr float kOfLinear = 0.1F;      // an error that small beside the linear force is felt by nobody
+constexpr float kCloseEnough = 3e-3F;  // of all samples together
+
+using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// u_s, a column each.
+Matrix samples(const Matrix& likely) {
+  constexpr double kFar = 1.5, kLittle = 0.3;
+  Random random(1);
+  const auto draw = [&] { return random.uniform(-1, 1); };
+  Matrix u(likely.rows(), kSamples);
+  Eigen::Index k = 0;
+  for (Eigen::Index i = 0; i < std::min<Eigen::Index>(kAlone, likely.cols()); ++i)
+    for (const double much : {1.0, -1.0, 2.0, -2.0}) u.col(k++) = much * likely.col(i);
+  for (; k < kSamples; ++k) {
+    Vector mixture(likely.cols());
+    for (double& part : mixture) part = draw() * (draw() > 1.0 / 3 ? kFar : kLittle);
+    u.col(k) = kFar * draw() * (likely * mixture);
+  }
+  return u;
+}
+
+/// What springs add to the linear force at the samples, a row each.
+struct Bending {
+  std::vector<std::uint32_t> elements;
+  std::array<Rows, 3> motion;  ///< G_e by axes, springs x n
+  std::array<Rows, 3> force;   ///< springs x samples
+};
+
+std::optional<Bending> bend(const Linearisation& at, const SpringSampling& sampling, const Matrix& u) {
+  const LumpedBody& body = at.dynamics->body();
+  Bending b;
+  b.elements = elements_that_bend(*at.dynamics, *at.state, sampling.moved * u, kNegligible);
+  const auto count = static_cast<Eigen::Index>(b.elements.size());
+  for (Rows& rows : b.motion) rows.resize(count, u.rows());
+  for (Eigen::Index e = 0; e < count; ++e) {
+    const Element& element = body.elements[b.elements[static_cast<std::size_t>(e)]];
+    for (int axis = 0; axis < 3; ++axis)
+      b.motion[static_cast<std::size_t>(axis)].row(e) = (sampling.moved.row(3 * static_cast<Eigen::Index>(element.b) + axis) -
+                                                         sampling.moved.row(3 * static_cast<Eigen::Index>(element.a) + axis))
+                                                            .cast<float>();
+  }
+  const Eigen::MatrixXf way = u.cast<float>();
+  for (std::size_t axis = 0; axis < 3; ++axis) b.force[axis] = b.motion[axis] * way;
+  const ElementKernel kernel(body.law, body.stiffening);
+  for (Eigen::Index e = 0; e < count; ++e) {
+    const Element& element = body.elements[b.elements[static_cast<std::size_t>(e)]];
+    const Vec3 span = at.state->x.segment<3>(3 * static_cast<Eigen::Index>(element.b)) -
+                      at.state->x.segment<3>(3 * static_cast<Eigen::Index>(element.a));
+    if (!(span.norm() > kLengthMin)) return std::nullopt;
+    const ElementState here = kernel.evaluate(element, span, Vec3::Zero());
+    const Vec3 force = ElementKernel::force_on_a(here);
+    const Mat3 stiffness = ElementKernel::stiffness_symmetric(here, false);
+    for (Eigen::Index s = 0; s < u.cols(); ++s) {
+      const Vec3 delta(static_cast<double>(b.force[0](e, s)), static_cast<double>(b.force[1](e, s)),
+                       static_cast<double>(b.force[2](e, s)));
+      const Vec3 more =
+          ElementKernel::force_on_a(kernel.evaluate(element, span + delta, Vec3::Zero())) - force - stiffness * delta;
+      for (int axis = 0; axis < 3; ++axis) b.force[static_cast<std::size_t>(axis)](e, s) = static_cast<float>(more[axis]);
+    }
+  }
+  return b;
+}
+
+/// The springs with the largest forces times motions, by their rows.
+std::vector<Eigen::Index> largest(const Bending& b) {
+  Eigen::VectorXf part = Eigen::VectorXf::Zero(b.motion[0].rows()), moves = part;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    part += b.force[axis].rowwise().squaredNorm();
+    moves += b.motion[axis].rowwise().squaredNorm();
+  }
+  part = part.cwiseProduct(moves);
+  std::vector<Eigen::Index> rows(static_cast<std::size_t>(part.size()));
+  std::iota(rows.begin(), rows.end(), Eigen::Index{0});
+  const auto kept = std::min<std::size_t>(rows.size(), kCandidates);
+  std::partial_sort(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(kept), rows.end(),
+                    [&](Eigen::Index i, Eigen::Index j) { return part[i] != part[j] ? part[i] > part[j] : i < j; });
+  rows.resize(kept);
+  return rows;
+}
+
+/// The springs of these rows with their weights.
+SampledSprings chosen(const Linearisation& at, const Bending& b, const std::vector<Eigen::Index>& rows, const SparseWeights& w) {
+  const LumpedBody& body = at.dynamics->body();
+  SampledSprings springs;
+  const auto count = static_cast<Eigen::Index>(w.columns.size());
+  springs.stiffening = body.law == SpringLaw::stiffening ? static_cast<float>(body.stiffening) : 0.0F;
+  springs.motion.resize(3 * count, b.motion[0].cols());
+  springs.span.resize(3, count);
+  springs.rest_length.resize(count);
+  springs.stiffness.resize(count);
+  springs.damping.resize(count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Eigen::Index row = rows[static_cast<std::size_t>(w.columns[static_cast<std::size_t>(k)])];
+    const Element& e = body.elements[b.elements[static_cast<std::size_t>(row)]];
+    for (int axis = 0; axis < 3; ++axis) springs.motion.row(3 * k + axis) = b.motion[static_cast<std::size_t>(axis)].row(row);
+    springs.span.col(k) =
+        (at.state->x.segment<3>(3 * static_cast<Eigen::Index>(e.b)) - at.state->x.segment<3>(3 * static_cast<Eigen::Index>(e.a)))
+            .cast<float>();
+    springs.rest_length[k] = static_cast<float>(e.rest_length_m);
+    springs.stiffness[k] = w.weights[k] * static_cast<float>(e.stiffness_n_m);
+    springs.damping[k] = w.weights[k] * static_cast<float>(e.damping_n_s_m);
+  }
+  return springs;
+}
+
+}  // namespace
+
+std::optional<SampledSprings> sample_springs(const Linearisation& at, const SpringSampling& sampling) {
+  const Matrix u = samples(sampling.likely);
+  const auto b = bend(at, sampling, u);
+  if (!b || b->elements.empty()) return std::nullopt;
+  const Eigen::VectorXf unit = sampling.stiffness.cwiseSqrt().cwiseInverse().cast<float>();
+  const Eigen::Index n = u.rows();
+  Eigen::MatrixXf all = Eigen::MatrixXf::Zero(n, kSamples);
+  for (std::size_t axis = 0; axis < 3; ++axis) all += b->motion[axis].transpose() * b->force[axis];
+  all = unit.asDiagonal() * all;
+  const Eigen::MatrixXf linear = unit.cwiseInverse().asDiagonal() * u.cast<float>();
+  const Eigen::VectorXf size = (all.colwise().norm() + kOfLinear * linear.colwise().norm()).cwiseMax(1e-30F).transpose();
+  all = all * size.cwiseInverse().asDiagonal();
+
+  const std::vector<Eigen::Index> rows = largest(*b);
+  Eigen::MatrixXf parts(n * kSamples, static_cast<Eigen::Index>(rows.size()));
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    auto part = parts.col(static_cast<Eigen::Index>(k)).reshaped(n, kSamples);
+    part.setZero();
+    for (std::size_t axis = 0; axis < 3; ++axis) part += b->motion[axis].row(rows[k]).transpose() * b->force[axis].row(rows[k]);
+    part = unit.asDiagonal() * part * size.cwiseInverse().asDiagonal();
+  }
+  const SparseWeights w = sparse_weights(parts, all.reshaped(), sampling.springs, kCloseEnough);
+  if (w.columns.empty()) return std::nullopt;
+  return chosen(at, *b, rows, w);
+}
+
+}  // namespace palpate

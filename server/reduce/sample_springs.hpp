@@ -1,0 +1,35 @@
+// Few springs that bend as all of a body do: the terms of a patch where no polynomial follows it (sampled_springs.hpp).
+//
+// For displacements u_s that are likely to come, with r_e(u) = G_e^T (f_e(d + G_e u) - f_e(d) - K_e G_e u) what spring e adds to
+// the linear force on the variables, weights w_e >= 0, few of them not zero, are sought for which
+//
+//     sum_s | sum_e w_e r_e(u_s) - sum_(all e) r_e(u_s) |^2 / g_s^2       is small, g_s = |sum r_e(u_s)| + kOfLinear |K u_s|
+//
+// forces in units that make the stiffness of each variable 1. A greedy non-negative least squares: the candidate that has most of
+// what is left joins, all weights are found anew, those that fall below zero leave. Candidates are the kCandidates springs with
+// the largest part in the samples. Every w_e > 0 stands for springs of the body, so the energy of what is sent has no direction
+// that falls faster than theirs.
+//
+// Samples are the answers that a patch's basis was made of, alone, doubled, back, and mixed by chance; the same in every run.
+//
+// Source: see sampled_springs.hpp.
+#pragma once
+
+#include <optional>
+
+#include "common/port/sampled_springs.hpp"
+#include "server/reduce/basis.hpp"
+
+namespace palpate {
+
+struct SpringSampling {
+  Matrix moved;      ///< how the body moves with each variable, 3 N x n
+  Matrix likely;     ///< u of answers of the body, each as large as it is likely to become, a column each
+  Vector stiffness;  ///< of each variable, > 0
+  int springs = 0;   ///< at most
+};
+
+/// Nothing where no spring bends, or one has no length.
+std::optional<SampledSprings> sample_springs(const Linearisation& at, const SpringSampling& sampling);
+
+}  // namespace palpate

@@ -1,0 +1,143 @@
+// Springs of a body as the terms of a patch: forces that are the gradient of their energy, nothing at the stamp, and no more
+// stiffness than a tick stands.
+#include "common/port/sampled_springs.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+
+#include "common/base/types.hpp"
+
+using namespace palpate;
+
+namespace {
+
+constexpr int kTool = 3, kModes = 5, kVariables = kTool + kModes, kCount = 11;
+constexpr double kTickS = 1e-3;
+
+struct Case {
+  SampledSprings springs;
+  Eigen::VectorXd rate;
+  std::mt19937 random{7};
+
+  explicit Case(float stiffening, float stiffness = 40) {
+    const auto some = [&](Eigen::Index rows, Eigen::Index cols) {
+      return Eigen::MatrixXf(Eigen::MatrixXf::NullaryExpr(rows, cols, [&] { return draw(); }));
+    };
+    springs.stiffening = stiffening;
+    springs.motion = some(3 * kCount, kVariables);
+    springs.span = 0.02F * some(3, kCount);
+    springs.rest_length = 0.02F * Eigen::VectorXf::Ones(kCount);
+    springs.stiffness = stiffness * (some(kCount, 1).array() + 1.5F).matrix();
+    springs.damping = 0.01F * springs.stiffness;
+    rate = 0.1 * some(kVariables, 1).cast<double>();
+  }
+  float draw() { return std::uniform_real_distribution<float>(-1, 1)(random); }
+  SampledForce compiled() const { return {springs, kTool, rate, kTickS}; }
+  SampledForce::Values displacement(float far) {
+    SampledForce::Values u(kVariables);
+    for (float& v : u) v = far * draw();
+    return u;
+  }
+};
+
+/// dE/du by the definition, in double precision and a spring at a time.
+Eigen::VectorXd expected(const SampledSprings& s, const SampledForce::Values& u) {
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(kVariables);
+  for (int e = 0; e < s.count(); ++e) {
+    const Eigen::MatrixXd rows = s.motion.middleRows(3 * e, 3).cast<double>();
+    const Vec3 d = s.span.col(e).cast<double>(), delta = rows * u.cast<double>(), n = d.normalized();
+    const double k = s.stiffness[e], c = s.stiffening, rest = s.rest_length[e];
+    const auto tension = [&](double length) {
+      const double strain = (length - rest) / rest;
+      return k * rest * strain * (1 + c * strain * strain);
+    };
+    const double strain = (d.norm() - rest) / rest, slope = k * (1 + 3 * c * strain * strain),
+                 across = tension(d.norm()) / d.norm();
+    const Vec3 linear = (slope - across) * n * n.dot(delta) + across * delta;
+    g += rows.transpose() * (tension((d + delta).norm()) * (d + delta).normalized() - tension(d.norm()) * n - linear);
+  }
+  return g;
+}
+
+}  // namespace
+
+TEST_CASE("what sampled springs pull with beyond the linear patch is what each spring does") {
+  for (const float stiffening : {0.0F, 30.0F}) {
+    Case c(stiffening, 4);
+    const SampledForce force = c.compiled();
+    REQUIRE_FALSE(force.empty());
+    for (int k = 0; k < 20; ++k) {
+      const SampledForce::Values u = c.displacement(0.01F);
+      SampledForce::Values g(kVariables);
+      force.gradient(u, g);
+      const Eigen::VectorXd exact = expected(c.springs, u);
+      CHECK((g.cast<double>() - exact).norm() < 2e-5 * exact.norm() + 1e-6);
+    }
+  }
+}
+
+TEST_CASE("forces of sampled springs are the gradient of their energy, beyond the strain where their law goes on straight too") {
+  Case c(300, 40);
+  const SampledForce force = c.compiled();
+  REQUIRE_FALSE(force.empty());
+  REQUIRE(force.straight_from() < 1);
+  for (int k = 0; k < 20; ++k) {
+    const SampledForce::Values u = c.displacement(0.05F);
+    SampledForce::Values g(kVariables), unused(kVariables);
+    force.gradient(u, g);
+    for (int i = 0; i < kVariables; ++i) {
+      constexpr float kStep = 1e-3F;
+      const SampledForce::Values step = kStep * SampledForce::Values::Unit(kVariables, i);
+      const double slope =
+          (static_cast<double>(force.gradient(u + step, unused)) - static_cast<double>(force.gradient(u - step, unused))) /
+          (2.0 * static_cast<double>(kStep));
+      CHECK(static_cast<double>(g[i]) == Approx(slope).epsilon(1e-2).margin(1e-2 * static_cast<double>(g.norm())));
+    }
+  }
+}
+
+TEST_CASE("at the stamp sampled springs pull, hold and brake with nothing") {
+  Case c(30);
+  const SampledForce force = c.compiled();
+  SampledForce::Values g(kVariables), change(kVariables), at_stamp(kVariables);
+  const SampledForce::Values zero = SampledForce::Values::Zero(kVariables), rate = c.displacement(1);
+  CHECK(force.gradient(zero, g) == 0);
+  CHECK(g.norm() == 0);
+  force.damping(zero, rate, change, at_stamp);
+  CHECK(change.norm() < 1e-5F * rate.norm());
+  CHECK(at_stamp.norm() == 0);
+  // No slope either: twice as far is four times as much, at least.
+  const SampledForce::Values u = c.displacement(1e-4F);
+  SampledForce::Values twice(kVariables);
+  force.gradient(100 * u, g);
+  force.gradient(200 * u, twice);
+  CHECK(twice.norm() > 3 * g.norm());
+}
+
+TEST_CASE("dampers of sampled springs that have turned brake along their new axes") {
+  Case c(0);
+  const SampledForce force = c.compiled();
+  const SampledForce::Values u = c.displacement(0.02F), rate = c.displacement(1);
+  SampledForce::Values change(kVariables), at_stamp(kVariables);
+  force.damping(u, rate, change, at_stamp);
+  Eigen::VectorXd exact = Eigen::VectorXd::Zero(kVariables), stamp = exact;
+  for (int e = 0; e < kCount; ++e) {
+    const Eigen::MatrixXd rows = c.springs.motion.middleRows(3 * e, 3).cast<double>();
+    const Vec3 d = c.springs.span.col(e).cast<double>(), delta = rows * u.cast<double>(), w = rows * rate.cast<double>();
+    const Vec3 n = d.normalized(), m = (d + delta).normalized();
+    const double damper = c.springs.damping[e];
+    exact += damper * rows.transpose() * (m * m.dot(w) - n * n.dot(w));
+    stamp += damper * n.dot(rows * c.rate) / d.norm() * rows.transpose() * (delta - n * n.dot(delta));
+  }
+  CHECK((change.cast<double>() - exact).norm() < 1e-4 * exact.norm());
+  CHECK((at_stamp.cast<double>() - stamp).norm() < 1e-4 * stamp.norm());
+}
+
+TEST_CASE("springs too stiff for a tick are not taken, and stiffening ends before they are") {
+  CHECK(Case(0, 1e7F).compiled().empty());
+  const Case soft(100, 40), firm(100, 4000);
+  CHECK_FALSE(soft.compiled().empty());
+  CHECK_FALSE(firm.compiled().empty());
+  CHECK(firm.compiled().straight_from() < soft.compiled().straight_from());
+}

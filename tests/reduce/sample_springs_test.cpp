@@ -1,0 +1,90 @@
+// Few springs that bend as all do: against the body's own forces at displacements that were not among the samples.
+#include "server/reduce/sample_springs.hpp"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "server/reduce/sparse_weights.hpp"
+#include "tests/support/bodies.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+TEST_CASE("sparse weights find the few columns that a sum was made of, and none is negative") {
+  std::mt19937 random(3);
+  std::normal_distribution<float> draw;
+  const Eigen::MatrixXf a = Eigen::MatrixXf::NullaryExpr(60, 40, [&] { return draw(random); });
+  const Eigen::VectorXf t = 2 * a.col(7) + 0.5F * a.col(21) + 3 * a.col(33);
+  const SparseWeights found = sparse_weights(a, t, 10, 1e-4F);
+  CHECK(found.left <= 1e-3F);
+  CHECK(found.weights.minCoeff() > 0);
+  Eigen::VectorXf w = Eigen::VectorXf::Zero(40);
+  for (std::size_t k = 0; k < found.columns.size(); ++k) w[found.columns[k]] = found.weights[static_cast<Eigen::Index>(k)];
+  CHECK(w[7] == Approx(2).epsilon(1e-3));
+  CHECK(w[21] == Approx(0.5).epsilon(1e-2));
+  CHECK(w[33] == Approx(3).epsilon(1e-3));
+  // What only a negative weight could give is left.
+  const SparseWeights none = sparse_weights(a.leftCols(1), -a.col(0), 10, 1e-4F);
+  CHECK(none.columns.empty());
+}
+
+TEST_CASE("34 springs of a block bend as its own 1,700 do where it was not looked, within a few hundredths") {
+  for (const SpringLaw law : {SpringLaw::linear, SpringLaw::stiffening}) {
+    LumpedBody body = box_body(6, 6, 5);
+    body.law = law;
+    const Dynamics dynamics(body);
+    const BodyState state = random_state(dynamics, 5, 0.0005, 0);
+    Tangents tangents(dynamics);
+    tangents.take(state);
+    const Linearisation at{&dynamics, &state, &body.fixed, &tangents};
+    // Smooth shapes: a dent of the top, sheared and twisted.
+    constexpr Eigen::Index kVariables = 6;
+    SpringSampling sampling;
+    sampling.springs = 34;
+    sampling.moved = Matrix::Zero(state.x.size(), kVariables);
+    for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
+      const Vec3& x = body.nodes[i];
+      const double far = (x - body.nodes.back()).norm(), dent = std::exp(-far * far / (0.04 * 0.04)), up = x.z() / 0.1;
+      auto rows = sampling.moved.middleRows<3>(3 * static_cast<Eigen::Index>(i));
+      rows.col(0) = dent * Vec3::UnitX();
+      rows.col(1) = dent * Vec3::UnitY();
+      rows.col(2) = dent * Vec3::UnitZ();
+      rows.col(3) = up * Vec3::UnitX();
+      rows.col(4) = up * up * Vec3::UnitY();
+      rows.col(5) = up * Vec3(-x.y(), x.x(), 0) / 0.1;
+    }
+    for (Eigen::Index k = 0; k < kVariables; ++k) {
+      Vector column = sampling.moved.col(k);
+      mask(body.fixed, column);
+      sampling.moved.col(k) = column;
+    }
+    Matrix k_moved, d_moved;
+    tangents.multiply(sampling.moved, k_moved, d_moved);
+    const Matrix stiffness = sampling.moved.transpose() * k_moved;
+    sampling.stiffness = stiffness.diagonal();
+    sampling.likely = 0.004 * Matrix::Identity(kVariables, kVariables);
+    const auto springs = sample_springs(at, sampling);
+    REQUIRE(springs);
+    CHECK(springs->count() <= 34);
+    CHECK(springs->stiffness.minCoeff() > 0);
+    const SampledForce force(*springs, 0, Vector::Zero(kVariables), 1e-5);
+    REQUIRE_FALSE(force.empty());
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> draw(-0.005, 0.005);
+    Vector still = Vector::Zero(state.x.size()), here, there;
+    dynamics.forces(state.x, still, here);
+    double wrong = 0, all = 0;
+    for (int k = 0; k < 50; ++k) {
+      const Vector u = Vector::NullaryExpr(kVariables, [&] { return draw(random); });
+      dynamics.forces(state.x + sampling.moved * u, still, there);
+      const Vector exact = -(sampling.moved.transpose() * (there - here) + stiffness * u);
+      SampledForce::Values g(kVariables);
+      force.gradient(u.cast<float>(), g);
+      const Vector unit = sampling.stiffness.cwiseSqrt().cwiseInverse();
+      wrong += unit.cwiseProduct(g.cast<double>() - exact).squaredNorm();
+      all += unit.cwiseProduct(exact).squaredNorm();
+    }
+    CAPTURE(static_cast<int>(law));
+    CHECK(std::sqrt(wrong / all) < 0.05);
+  }
+}
