@@ -20,10 +20,13 @@ namespace {
 
 constexpr const char* kHeader = "kind,what,variant,method,setting,error,server_ms_s,build_ms,tick_us,bytes";
 constexpr std::size_t kKeyFields = 5;
-const std::array<std::string_view, 2> kKinds{"body", "patch"}, kIntegrators{"tr-bdf2", "explicit"};
+const std::array<std::string_view, 2> kKinds{"body", "patch"};
+const std::array<std::string_view, 3> kIntegrators{"tr-bdf2", "explicit", "stabilised"};  // from IntegratorKind::tr_bdf2 on
+constexpr auto kFirstIntegrator = static_cast<std::size_t>(IntegratorKind::tr_bdf2);
 constexpr std::string_view kSolid = "solid";  // before the size of a cube of tetrahedra
 constexpr std::string_view kOwn = "own";      // damping of a body that a scene describes
 constexpr const char* kLiver = "organ-solid";
+constexpr double kWellDampedS = 0.001;                     // b / k of bodies for stabilised steps
 constexpr double kSteps[] = {0.050, 0.025, 0.010, 0.005};  // at most [s]
 
 struct References {
@@ -43,7 +46,7 @@ PushedCube solid_cube(int n) { return {.n = n, .damping_s = 0.008, .solid = true
 
 void add_bodies(bool quick, std::vector<ParetoCell>& cells) {
   std::vector<PushedCube> bodies{{6, 0.004}, {10, 0.004}, {10, 0.0002}, solid_cube(6), solid_cube(10)};
-  if (!quick) bodies.insert(bodies.end(), {{20, 0.0002}, {30, 0.0002}, solid_cube(15)});
+  if (!quick) bodies.insert(bodies.end(), {{20, 0.004}, {30, 0.004}, {20, 0.0002}, {30, 0.0002}, solid_cube(15)});
   for (PushedCube cube : bodies) {
     const auto add = [&](IntegratorKind integrator, double step_s) {
       cube.integrator = integrator;
@@ -51,7 +54,9 @@ void add_bodies(bool quick, std::vector<ParetoCell>& cells) {
       cells.emplace_back().cube = cube;
     };
     for (const double step_s : kSteps) add(IntegratorKind::tr_bdf2, step_s);
-    if (!cube.solid) add(IntegratorKind::leapfrog, 0.010);  // explicit steps are for springs
+    if (cube.solid) continue;  // explicit steps are for springs
+    add(IntegratorKind::leapfrog, 0.010);
+    if (cube.damping_s >= kWellDampedS) add(IntegratorKind::stabilised, 0.010);
   }
   for (const double step_s : kSteps) {
     ParetoCell& cell = cells.emplace_back();
@@ -131,7 +136,7 @@ bool is_cube(const std::string& what) {
 
 ParetoCell body_from(const std::vector<std::string>& f, const std::string& where) {
   ParetoCell cell;
-  cell.cube.integrator = index_from(f[3], kIntegrators, where) == 0 ? IntegratorKind::tr_bdf2 : IntegratorKind::leapfrog;
+  cell.cube.integrator = static_cast<IntegratorKind>(kFirstIntegrator + index_from(f[3], kIntegrators, where));
   cell.cube.step_s = 1e-3 * number_from(f[4], where);
   if (!is_cube(f[1])) {
     if (f[2] != kOwn) throw InputError(where, "'" + f[2] + "' for the damping of a scene", std::string(kOwn));
@@ -186,7 +191,8 @@ std::string key_of(const ParetoCell& c) {
 }
 
 std::string method_of(const ParetoCell& c) {
-  return std::string(c.is_patch ? name_of(c.scheme) : kIntegrators[c.cube.integrator == IntegratorKind::leapfrog ? 1 : 0]);
+  return std::string(c.is_patch ? name_of(c.scheme)
+                                : kIntegrators[static_cast<std::size_t>(c.cube.integrator) - kFirstIntegrator]);
 }
 
 std::string group_of(const ParetoCell& c) {

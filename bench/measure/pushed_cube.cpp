@@ -9,6 +9,7 @@
 #include "bench/measure/gestures.hpp"
 #include "server/body/ladder.hpp"
 #include "server/body/settle.hpp"
+#include "server/scene/settings.hpp"
 
 namespace palpate {
 namespace {
@@ -26,14 +27,14 @@ Scene pushed_cube_scene(const PushedCube& cube) {
   const std::string material =
       cube.solid ? fmt::format(R"("solid": {{ "law": "neo-hookean", "young_pa": 10000, "damping_s": {} }})", cube.damping_s)
                  : fmt::format(R"("stiffness_n_m": {}, "damping_n_s_m": {})", k, k * cube.damping_s);
-  const char* const integrator = cube.integrator == IntegratorKind::leapfrog ? "explicit" : "tr-bdf2";
   return read_scene(fmt::format(R"({{
     "name": "cube{0}",
     "body": {{ "lattice": {{ "nodes": [{0}, {0}, {0}], "size_m": [{1}, {1}, {1}], "density_kg_m3": 1000,
       {2}, "fixed_faces": ["z-"] }} }},
     "tool": {{ "contact": "attach", "node": [{3}, {3}, {4}] }},
     "solver": {{ "integrator": "{5}", "step_ms": {6} }} }})",
-                                cube.n, kSideM, material, (cube.n - 1) / 2, cube.n - 1, integrator, 1e3 * cube.step_s),
+                                cube.n, kSideM, material, (cube.n - 1) / 2, cube.n - 1,
+                                kIntegratorNames[static_cast<std::size_t>(cube.integrator)], 1e3 * cube.step_s),
                     fmt::format("cube of {} nodes an edge", cube.n));
 }
 
@@ -54,7 +55,7 @@ PushedRun push_cube(const PushedCube& cube, const std::function<std::int64_t()>&
 PushedRun push_body(const Scene& scene, const std::function<std::int64_t()>& stopwatch) {
   const Dynamics dynamics(scene.body);
   const Skin skin(scene.body, scene.tool.radius_m);
-  const ChosenStepper chosen = choose_stepper(scene.solver, dynamics, skin);
+  const ChosenStepper chosen = choose_stepper(scene, dynamics, skin);
   BodyState state = settled_state(dynamics, skin);
   const Vec3 home = scene.body.nodes[scene.tool.node];
   ToolPort port;

@@ -1,3 +1,4 @@
+#include "server/body/contact_sweeps.hpp"
 #include "server/body/integrator.hpp"
 
 namespace palpate {
@@ -65,30 +66,23 @@ void Integrator::couple(const std::vector<std::size_t>& touching, double a) {
 void Integrator::close_ports(const Stage& stage, const std::vector<Vec3>& tool_points, const std::vector<Vec3>& normals,
                              const BodyState& state, std::vector<ToolPort>& ports, Vector& dv, std::vector<Vec3>& slips,
                              AdvanceReport& report) {
-  // dv is the answer to the forces so far. Ports answer one after the other, each seeing the newest forces of the others.
-  constexpr int kSweeps = 4;
+  // dv is the answer to the forces so far.
   std::vector<std::size_t> touching;
   for (std::size_t k = 0; k < ports.size(); ++k)
     if (ports[k].kind == ContactKind::touch && ports[k].touching) touching.push_back(k);
   update_responses(ports, touching, state.x, report);
   couple(touching, stage.a);
-  std::vector<Vec3> ends, steps(touching.size(), Vec3::Zero());
-  for (const std::size_t k : touching)
-    ends.push_back(skin_->position(ports[k].point, responses_[k].b, state.x) + stage.a * gather(responses_[k].b, dv));
-  for (int sweep = 0; sweep < (touching.size() > 1 ? kSweeps : 1); ++sweep)
-    for (std::size_t i = 0; i < touching.size(); ++i) {
-      const std::size_t k = touching[i];
-      const Vec3 free = ends[i] - coupling_[i][i] * ports[k].lambda;
-      const ContactClosure closure = close_contact(free, coupling_[i][i], normals[k], tool_points[k], ports[k].parameters);
-      const Vec3 step = closure.lambda - ports[k].lambda;
-      for (std::size_t j = 0; j < touching.size(); ++j) ends[j] += coupling_[j][i] * step;
-      steps[i] += step;
-      ports[k].lambda = closure.lambda;
-      slips[k] = closure.slip;
-    }
-  for (std::size_t i = 0; i < touching.size(); ++i)
+  std::vector<SweptContact> contacts;
+  for (const std::size_t k : touching) {
+    const Vec3 end = skin_->position(ports[k].point, responses_[k].b, state.x) + stage.a * gather(responses_[k].b, dv);
+    contacts.push_back({k, end, normals[k], tool_points[k]});
+  }
+  sweep_contacts(coupling_, contacts, ports);
+  for (const SweptContact& contact : contacts) {
+    slips[contact.port] = contact.slip;
     for (std::size_t axis = 0; axis < 3; ++axis)
-      dv += stage.a * steps[i][static_cast<Eigen::Index>(axis)] * responses_[touching[i]].w[axis];
+      dv += stage.a * contact.change[static_cast<Eigen::Index>(axis)] * responses_[contact.port].w[axis];
+  }
 }
 
 }  // namespace palpate

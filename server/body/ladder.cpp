@@ -4,39 +4,89 @@
 
 #include "common/base/error.hpp"
 #include "server/body/explicit_integrator.hpp"
+#include "server/body/stabilised_integrator.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr double kExplicitNs = 0.7, kImplicitNs = 32, kNewton = 6.6, kWorth = 2;
+constexpr double kExplicitNs = 0.7, kStabilisedNs = 1.0, kImplicitNs = 32, kNewton = 6.6, kWorth = 2, kClearly = 1.5,
+                 kDear = 0.05;
 
-std::string figures(double step_s, double cost) {
-  return fmt::format("steps of {:.2g} ms, about {:.2g} % of a core", 1e3 * step_s, 100 * cost);
+constexpr const char* kForSprings = "explicit steps are for bodies of linear or stiffening springs";
+
+/// A rung of the ladder for one body.
+struct Rung {
+  std::unique_ptr<Stepper> stepper;
+  std::string figures;  // its name and how it would go, for people
+  double cost = 0;
+};
+
+Rung rung(std::unique_ptr<Stepper> stepper, const char* name, const std::string& steps, double cost) {
+  return {std::move(stepper), fmt::format("{}, {}, about {:.2g} % of a core", name, steps, 100 * cost), cost};
+}
+
+Rung implicit_rung(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
+  const double edges = static_cast<double>(edges_of(dynamics.body()).size()), step_s = scene.solver.step_s;
+  return rung(std::make_unique<Integrator>(dynamics, skin, IntegratorOptions{step_s}), "tr-bdf2",
+              fmt::format("steps of {:.2g} ms", 1e3 * step_s), 1e-9 * edges * kImplicitNs * kNewton / step_s);
+}
+
+Rung leapfrog_rung(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
+  auto leapfrog = std::make_unique<ExplicitIntegrator>(dynamics, skin);
+  const double step_s = std::min(leapfrog->step_s(), scene.solver.step_s);
+  const double cost = 1e-9 * static_cast<double>(leapfrog->springs()) * kExplicitNs / step_s;
+  return rung(std::move(leapfrog), "explicit", fmt::format("steps of {:.2g} ms", 1e3 * step_s), cost);
+}
+
+/// Without a stepper where the body's damping is too low for it.
+Rung stabilised_rung(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
+  auto stabilised = std::make_unique<StabilisedIntegrator>(dynamics, skin);
+  const auto [stages, h] = stabilised->plan(scene.solver.step_s, scene.tool.contact);
+  if (stages == 0) return {};
+  const double cost = 1e-9 * static_cast<double>(stabilised->springs()) * kStabilisedNs * stages / h;
+  return rung(std::move(stabilised), "stabilised", fmt::format("{} stages in steps of {:.2g} ms", stages, 1e3 * h), cost);
+}
+
+ChosenStepper chosen(Rung rung, const std::string& why) {
+  return {std::move(rung.stepper), fmt::format("{} ({})", rung.figures, why), rung.cost};
+}
+
+/// That which the scene asks for; an empty rung where it leaves it to us.
+Rung asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
+  const auto refuse = [](const char* kind, const char* instead, const char* why) {
+    throw InputError("solver.integrator", fmt::format("is \"{}\"", kind), fmt::format("{} or \"automatic\": {}", instead, why));
+  };
+  const bool covered = SpringBlocks::covers(dynamics.body());
+  switch (scene.solver.integrator) {
+    case IntegratorKind::automatic:
+      return {};
+    case IntegratorKind::tr_bdf2:
+      return implicit_rung(scene, dynamics, skin);
+    case IntegratorKind::leapfrog:
+      if (!covered) refuse("explicit", "\"tr-bdf2\"", kForSprings);
+      return leapfrog_rung(scene, dynamics, skin);
+    case IntegratorKind::stabilised:
+      if (!covered) refuse("stabilised", "\"tr-bdf2\"", kForSprings);
+      break;
+  }
+  Rung stabilised = stabilised_rung(scene, dynamics, skin);
+  if (!stabilised.stepper) refuse("stabilised", "\"explicit\"", "the body has too little damping for stabilised steps");
+  return stabilised;
 }
 
 }  // namespace
 
-ChosenStepper choose_stepper(const SolverSpec& solver, const Dynamics& dynamics, const Skin& skin) {
-  const auto implicit = [&] { return std::make_unique<Integrator>(dynamics, skin, IntegratorOptions{solver.step_s}); };
-  const double edges = static_cast<double>(edges_of(dynamics.body()).size());
-  const double implicit_cost = 1e-9 * edges * kImplicitNs * kNewton / solver.step_s;
-  const std::string implicit_figures = figures(solver.step_s, implicit_cost);
-  if (solver.integrator == IntegratorKind::tr_bdf2)
-    return {implicit(), "tr-bdf2, as the scene says: " + implicit_figures, implicit_cost};
-  const bool asked_for = solver.integrator == IntegratorKind::leapfrog;
-  if (!SpringBlocks::covers(dynamics.body())) {
-    const char* why = "explicit steps are for bodies of linear or stiffening springs";
-    if (asked_for) throw InputError("solver.integrator", "is \"explicit\"", fmt::format("\"tr-bdf2\" or \"automatic\": {}", why));
-    return {implicit(), fmt::format("tr-bdf2, {}: {}", implicit_figures, why), implicit_cost};
-  }
-  auto leapfrog = std::make_unique<ExplicitIntegrator>(dynamics, skin);
-  const double step_s = std::min(leapfrog->step_s(), solver.step_s);
-  const double cost = 1e-9 * static_cast<double>(leapfrog->springs()) * kExplicitNs / step_s;
-  const std::string explicit_figures = figures(step_s, cost);
-  if (asked_for) return {std::move(leapfrog), "explicit, as the scene says: " + explicit_figures, cost};
-  if (kWorth * cost <= implicit_cost)
-    return {std::move(leapfrog), fmt::format("explicit: {} (tr-bdf2: {})", explicit_figures, implicit_figures), cost};
-  return {implicit(), fmt::format("tr-bdf2: {} (explicit: {})", implicit_figures, explicit_figures), implicit_cost};
+ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
+  if (Rung asked = asked_for(scene, dynamics, skin); asked.stepper) return chosen(std::move(asked), "as the scene says");
+  Rung implicit = implicit_rung(scene, dynamics, skin);
+  if (!SpringBlocks::covers(dynamics.body())) return chosen(std::move(implicit), kForSprings);
+  Rung leapfrog = leapfrog_rung(scene, dynamics, skin), stabilised = stabilised_rung(scene, dynamics, skin);
+  const bool damped = stabilised.stepper && leapfrog.cost > kDear && kClearly * stabilised.cost <= leapfrog.cost;
+  Rung& best = damped ? stabilised : leapfrog;
+  Rung& other = damped ? leapfrog : stabilised;
+  const std::string others = other.stepper ? other.figures : "stabilised: too little damping";
+  if (kWorth * best.cost <= implicit.cost) return chosen(std::move(best), fmt::format("{}; {}", others, implicit.figures));
+  return chosen(std::move(implicit), fmt::format("{}; {}", best.figures, others));
 }
 
 }  // namespace palpate

@@ -1,11 +1,14 @@
 // Which integrator a body gets: the cheapest that is stable, by how long its steps may be and what one costs.
 //
-//     explicit   springs (with gaps) * kExplicitNs / its stable step
-//     tr-bdf2    springs and edges of elements * kImplicitNs * kNewton / its longest step
+//     explicit    springs (with gaps) * kExplicitNs / its stable step
+//     stabilised  springs (with gaps) * kStabilisedNs * stages / its step, which is shorter where the scene's tools touch
+//     tr-bdf2     springs and edges of elements * kImplicitNs * kNewton / its longest step
 //
-// are the estimated costs of a second of body time; leapfrog has to be kWorth times cheaper, because the estimate leaves out
-// what touching tools cost: a clipped lattice of 1,500 nodes takes a third more than it says with two of them, three times as
-// much with sixteen. The constants were measured; no clock is read, so that a scene has the same integrator in every run.
+// are the estimated costs of a second of body time. Stabilised steps have to be kClearly times cheaper than leapfrog, which is
+// truer, and that has to take more than kDear of a core; explicit ones of either kind kWorth times cheaper than implicit ones,
+// because the estimate leaves out what touching tools cost: of leapfrog a clipped lattice of 1,500 nodes takes a third more
+// than it says with two of them, three times as much with sixteen. The constants were measured; no clock is read, so that a
+// scene has the same integrator in every run.
 #pragma once
 
 #include <memory>
@@ -23,6 +26,6 @@ struct ChosenStepper {
 };
 
 /// `dynamics` and `skin` must outlive it. Throws InputError where the scene asks for one that its body does not suit.
-ChosenStepper choose_stepper(const SolverSpec& solver, const Dynamics& dynamics, const Skin& skin);
+ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const Skin& skin);
 
 }  // namespace palpate

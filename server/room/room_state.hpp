@@ -51,10 +51,7 @@ struct Room::State {
   };
 
   explicit State(const Scene& s)
-      : scene(s),
-        skin(scene.body, scene.tool.radius_m),
-        dynamics(scene.body),
-        integrator(choose_stepper(scene.solver, dynamics, skin)) {
+      : scene(s), skin(scene.body, scene.tool.radius_m), dynamics(scene.body), integrator(choose_stepper(scene, dynamics, skin)) {
     body = rest = settled_state(dynamics, skin);
     fall_asleep();
   }

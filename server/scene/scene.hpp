@@ -72,7 +72,7 @@ struct ToolSpec {
 };
 
 /// What moves the body on (server/body/ladder.hpp).
-enum class IntegratorKind : std::uint8_t { automatic, tr_bdf2, leapfrog };
+enum class IntegratorKind : std::uint8_t { automatic, tr_bdf2, leapfrog, stabilised };
 
 struct SolverSpec {
   double step_s = 0.010;  ///< largest sub-step of a frame

@@ -101,7 +101,7 @@ Json to_json(const SceneSettings& settings);
 
 inline constexpr std::array<const char*, 6> kFaceNames = {"x-", "x+", "y-", "y+", "z-", "z+"};
 inline constexpr std::array<const char*, 3> kSpringLawNames = {"linear", "stiffening", "thigh-skin"};
-inline constexpr std::array<const char*, 3> kIntegratorNames = {"automatic", "tr-bdf2", "explicit"};
+inline constexpr std::array<const char*, 4> kIntegratorNames = {"automatic", "tr-bdf2", "explicit", "stabilised"};
 inline constexpr std::array<const char*, 2> kSolidLawNames = {"corotational", "neo-hookean"};
 inline constexpr std::array<const char*, 2> kContactNames = {"attach", "touch"};
 

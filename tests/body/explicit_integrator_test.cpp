@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/io/spinning_crew.hpp"
-#include "tests/support/bodies.hpp"
+#include "tests/support/tool_bench.hpp"
 
 using namespace palpate;
 using namespace palpate::test;
@@ -13,42 +13,6 @@ using namespace palpate::test;
 namespace {
 
 constexpr double kTopM = 3 * kSpacingM;
-
-struct Bench {
-  LumpedBody body;
-  Dynamics dynamics{body};
-  Skin skin{body};
-  ExplicitIntegrator leapfrog{dynamics, skin};
-  Integrator fine{dynamics, skin, {0.0005, 1e-11}};
-  ToolPort port;
-
-  explicit Bench(LumpedBody b, ContactKind kind = ContactKind::attach) : body(std::move(b)) {
-    port.kind = kind;
-    port.node = static_cast<std::uint32_t>(body.nodes.size()) - 1;
-    port.parameters = {800, 0.3};
-  }
-  /// The force on the body every 10 ms while the tool goes along its way.
-  std::vector<Vec3> felt(Stepper& stepper, double step_s, double until_s, const std::function<Vec3(double)>& way) const {
-    BodyState state = dynamics.rest_state();
-    std::vector<ToolPort> ports{port};
-    const auto tool = [&](std::size_t, double t) { return ToolAt{way(t), (way(t + 1e-6) - way(t - 1e-6)) / 2e-6}; };
-    std::vector<Vec3> forces;
-    for (int k = 1; k * 0.010 <= until_s + 1e-9; ++k) {
-      REQUIRE(stepper.advance(state, ports, k * 0.010, step_s, tool).converged);
-      forces.push_back(ports[0].lambda);
-    }
-    return forces;
-  }
-  /// Root mean square of what they differ by, relative to `b`.
-  static double apart(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
-    double off = 0, all = 0;
-    for (std::size_t k = 0; k < a.size(); ++k) {
-      off += (a[k] - b[k]).squaredNorm();
-      all += b[k].squaredNorm();
-    }
-    return std::sqrt(off / all);
-  }
-};
 
 }  // namespace
 
@@ -59,29 +23,31 @@ TEST_CASE("The stable step is 2 / w without dampers, and 1 / g where they rule")
 }
 
 TEST_CASE("A body held by a tool is moved as by an implicit integrator that has converged, to second order") {
-  Bench bench(box_body(4, 4, 4));
+  ToolBench bench(box_body(4, 4, 4));
+  ExplicitIntegrator leapfrog(bench.dynamics, bench.skin);
   const Vec3 home = bench.body.nodes[bench.port.node];
   const auto way = [&](double t) { return Vec3(home + Vec3(0.004 * std::sin(12 * t), 0.003 * (1 - std::cos(9 * t)), 0)); };
   const auto truth = bench.felt(bench.fine, 0.0005, 0.5, way);
-  const double h = bench.leapfrog.step_s();
+  const double h = leapfrog.step_s();
   REQUIRE(h > 2e-4);
-  const double whole = Bench::apart(bench.felt(bench.leapfrog, h, 0.5, way), truth);
+  const double whole = ToolBench::apart(bench.felt(leapfrog, h, 0.5, way), truth);
   CHECK(whole < 0.01);
-  const double coarse = Bench::apart(bench.felt(bench.leapfrog, h, 0.5, way), bench.felt(bench.leapfrog, h / 8, 0.5, way));
-  const double halved = Bench::apart(bench.felt(bench.leapfrog, h / 2, 0.5, way), bench.felt(bench.leapfrog, h / 8, 0.5, way));
+  const double coarse = ToolBench::apart(bench.felt(leapfrog, h, 0.5, way), bench.felt(leapfrog, h / 8, 0.5, way));
+  const double halved = ToolBench::apart(bench.felt(leapfrog, h / 2, 0.5, way), bench.felt(leapfrog, h / 8, 0.5, way));
   CHECK(coarse / halved > 3);  // 63 / 15 for second order
 }
 
 TEST_CASE("A tool that presses, strokes and lets go feels what it feels with an implicit integrator that has converged") {
-  Bench bench(box_body(4, 4, 4), ContactKind::touch);
+  ToolBench bench(box_body(4, 4, 4), ContactKind::touch);
+  ExplicitIntegrator leapfrog(bench.dynamics, bench.skin);
   const auto way = [](double t) {
     const double in_m = 0.005 * std::min({1.0, t / 0.1, std::max(0.0, (0.45 - t) / 0.05)});
     return Vec3(0.02 + 0.05 * std::max(0.0, t - 0.15), 0.031, kTopM + 0.001 - in_m);
   };
   const auto truth = bench.felt(bench.fine, 0.0005, 0.6, way);
-  const auto felt = bench.felt(bench.leapfrog, 0.010, 0.6, way);
+  const auto felt = bench.felt(leapfrog, 0.010, 0.6, way);
   REQUIRE(truth[30].norm() > 0.3);
-  CHECK(Bench::apart(felt, truth) < 0.02);
+  CHECK(ToolBench::apart(felt, truth) < 0.02);
   CHECK(felt.back() == Vec3::Zero());
 }
 
@@ -125,7 +91,7 @@ TEST_CASE("A body that threads share moves to the same bits as one that one thre
   const auto moved_by = [&](std::size_t threads) {
     SpinningCrew crew(threads);
     ExplicitIntegrator leapfrog(dynamics, skin);
-    REQUIRE(leapfrog.springs() >= ExplicitIntegrator::kWorthSharing);
+    REQUIRE(leapfrog.springs() >= ExplicitBody::kWorthSharing);
     leapfrog.employ(crew);
     BodyState state = random_state(dynamics, 3, 0.001, 0.1);
     std::vector<ToolPort> ports(1);

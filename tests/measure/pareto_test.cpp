@@ -25,12 +25,13 @@ TEST_CASE("The front has the points that none beats in both, by their cost") {
   CHECK(pareto_front({}).empty());
 }
 
-TEST_CASE("The force of a pushed cube converges with the square of the step, to that of the explicit integrator") {
+TEST_CASE("The force of a pushed cube converges with the square of the step, to that of the explicit integrators") {
   const std::vector<Vec3> reference = force(IntegratorKind::tr_bdf2, 0.001);
   const double coarse = relative_rms(force(IntegratorKind::tr_bdf2, 0.05), reference);
   const double fine = relative_rms(force(IntegratorKind::tr_bdf2, 0.025), reference);
   CHECK(coarse / fine == Approx(4).epsilon(0.15));
   CHECK(relative_rms(force(IntegratorKind::leapfrog, 0.01), reference) < 1e-3);
+  CHECK(relative_rms(force(IntegratorKind::stabilised, 0.01), reference) < 1e-3);
 }
 
 TEST_CASE("The force of a pushed cube of tetrahedra converges with the square of the step") {

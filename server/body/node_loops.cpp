@@ -1,6 +1,6 @@
-#include "server/body/leapfrog_loops.hpp"
+#include "server/body/node_loops.hpp"
 
-namespace palpate::leapfrog {
+namespace palpate::node_loops {
 namespace {
 
 void kick(float h, const float* __restrict a, float* __restrict v, std::size_t n) {
@@ -20,6 +20,13 @@ void kick_and_drift(float h, const float* __restrict a, float* __restrict v, flo
     predicted[i] = v[i] + h / 2 * a[i];
   }
 }
+void recur(const Recurrence c, const float* __restrict rate, const float* __restrict rate_0, const float* __restrict begin,
+           const float* __restrict y, float* __restrict later, float* __restrict whole, std::size_t n) {
+  for (std::size_t i = 0; i < n; ++i) {
+    later[i] = c.mu * y[i] + c.nu * later[i] + c.rate * rate[i] + c.rate_0 * rate_0[i];
+    whole[i] = begin[i] + later[i];
+  }
+}
 
 }  // namespace
 
@@ -35,4 +42,10 @@ void kick_and_drift(Nodes nodes, float h, const std::vector<float>& a, std::vect
                  nodes.end - nodes.begin);
 }
 
-}  // namespace palpate::leapfrog
+void recur(Nodes nodes, const Recurrence& c, const std::vector<float>& rate, const std::vector<float>& rate_0,
+           const std::vector<float>& begin, const std::vector<float>& y, std::vector<float>& later, std::vector<float>& whole) {
+  recur(c, rate.data() + nodes.begin, rate_0.data() + nodes.begin, begin.data() + nodes.begin, y.data() + nodes.begin,
+        later.data() + nodes.begin, whole.data() + nodes.begin, nodes.end - nodes.begin);
+}
+
+}  // namespace palpate::node_loops

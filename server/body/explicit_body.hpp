@@ -1,0 +1,79 @@
+// A body of springs in single precision, as explicit integrators move it: where its nodes are, and the forces on them.
+//
+//     a = M^-1 (F(u, v) + ...) + gravity for nodes that move, 0 for those that are held
+//
+// Displacements u [m] from the shape at rest (spring_blocks.hpp): one of 10 mm is right to 1 nm. A crew shares the springs, slab
+// by slab, and the loops over nodes: same bits whatever its size.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "server/body/node_loops.hpp"
+#include "server/body/spring_blocks.hpp"
+#include "server/body/stepper.hpp"
+
+namespace palpate {
+
+class ExplicitBody {
+ public:
+  static constexpr std::size_t kWorthSharing = 60'000;  ///< springs, with gaps: an evaluation of 30 us
+
+  /// `dynamics` must outlive it. SpringBlocks::covers() the body.
+  explicit ExplicitBody(const Dynamics& dynamics);
+  void employ(Crew& crew);
+
+  void take(const BodyState& state, const std::vector<ToolPort>& ports);
+  /// Nodes that tools hold are where those are; their velocity is that of the way over the last kHeldOverS: one reading of a
+  /// device may jump.
+  void give(BodyState& state, const std::vector<ToolPort>& ports, const ToolMotion& tools, double until_s) const;
+
+  /// f += forces of the springs.
+  void add_forces(const NodeArrays& at_u, const NodeArrays& at_v);
+  /// Of f, which is zero again.
+  void accelerate(NodeArrays& a);
+  /// Displacement of a node that is taken there; in its plane where the body is planar.
+  Vec3 displacement(std::uint32_t node, const Vec3& to) const;
+  /// Whether the tool of this port holds a node that would move.
+  bool is_held(const ToolPort& port) const { return port.kind == ContactKind::attach && !body().fixed[port.node]; }
+  /// No node is far out or went further than an element in one step; not a number fails both.
+  bool is_sound(double h) const;
+
+  const LumpedBody& body() const { return dynamics_->body(); }
+  double spacing_m() const { return spacing_m_; }  ///< mean length of an element
+  const SpringBlocks& springs() const { return springs_; }
+  double inverse_mass(std::uint32_t node) const { return static_cast<double>(inverse_mass_[node]); }
+
+  /// work(axis, nodes) on every axis of every part of the nodes, with the crew where there is one.
+  template <typename Work>
+  void on_each_axis(const Work& work) const {
+    share(node_parts(), [&](std::size_t part) {
+      for (auto axis : {&NodeArrays::x, &NodeArrays::y, &NodeArrays::z}) work(axis, nodes_of(part));
+    });
+  }
+
+  NodeArrays u, v, f;
+
+ private:
+  static constexpr double kHeldOverS = 0.006;
+
+  std::size_t node_parts() const { return crew_ ? crew_->size() : 1; }
+  node_loops::Nodes nodes_of(std::size_t part) const;
+  template <typename Work>
+  void share(std::size_t parts, const Work& work) const {
+    if (crew_)
+      crew_->run(parts, std::ref(work));
+    else
+      for (std::size_t part = 0; part < parts; ++part) work(part);
+  }
+
+  const Dynamics* dynamics_;
+  SpringBlocks springs_;
+  Crew* crew_ = nullptr;
+  double spacing_m_ = 0;
+  std::vector<float> inverse_mass_;  // 0: held
+  std::vector<float> nowhere_;       // zeros: the same along an axis in which nothing moves
+};
+
+}  // namespace palpate

@@ -1,0 +1,43 @@
+// What explicit integrators of bodies of springs share: the body in single precision, the tools that touch it, and a way out.
+//
+// A frame that would need steps too short to be worth it, or in which the body flies apart all the same, is left to TR-BDF2, and
+// told as a cut step.
+#pragma once
+
+#include "server/body/explicit_contacts.hpp"
+#include "server/body/integrator.hpp"
+
+namespace palpate {
+
+class ExplicitStepper : public Stepper {
+ public:
+  AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
+                        const ToolMotion& tools) final;
+  bool leaves_no_trace() const final { return true; }
+  void employ(Crew& crew) final { body_.employ(crew); }
+  /// Springs, with gaps, that an evaluation goes through.
+  std::size_t springs() const { return body_.springs().size(); }
+
+ protected:
+  static constexpr double kShortestShare = 0.2;  ///< of the step at rest: below that TR-BDF2 is cheaper
+
+  /// `dynamics` and `skin` must outlive it. SpringBlocks::covers() the body.
+  ExplicitStepper(const Dynamics& dynamics, const Skin& skin);
+
+  struct Steps {
+    int count = 0;  ///< 0: not worth it
+    double h = 0;
+  };
+  /// For `whole_s`, in steps of `step_s` at most. body_ has been taken.
+  virtual Steps steps_for(double whole_s, double step_s, const std::vector<ToolPort>& ports) = 0;
+  virtual void go(const Steps& steps, std::vector<ToolPort>& ports, double begin_s, const ToolMotion& tools) = 0;
+
+  ExplicitBody body_;
+  ExplicitContacts contacts_;
+
+ private:
+  const Dynamics* dynamics_;
+  Integrator fallback_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,24 @@
+// How stiff and how thick a body is, for those who step it explicitly: what bounds the eigenvalues of its motion.
+//
+//     x'' = -M^-1 K x - M^-1 D x'
+//
+// w2 and g are the largest eigenvalues of M^-1 K and M^-1 D at rest (power iteration), with kStiffer and kThicker for what
+// deformation adds. A mode of frequency w has a damping between least_s w^2 and most_s w^2: for any motion y, y . D y lies
+// between the least and the largest b / k of the springs times y . K y; that, too, with kThicker and kStiffer.
+#pragma once
+
+#include "server/body/dynamics.hpp"
+
+namespace palpate {
+
+struct Spectrum {
+  static constexpr double kStiffer = 1.5, kThicker = 1.2;
+  double w2 = 0;                   ///< [1/s^2]
+  double g = 0;                    ///< [1/s]
+  double least_s = 0, most_s = 0;  ///< b / k [s]
+};
+
+/// Of a body of springs.
+Spectrum spectrum_of(const Dynamics& dynamics);
+
+}  // namespace palpate
