@@ -3,14 +3,14 @@
 #include <utility>
 
 #include "server/core/server_core.hpp"
+#include "server/reduce/patch_builder.hpp"
 
 namespace palpate {
 namespace {
 
 constexpr Micros kRemembered{4'000'000};    // of a station's timeline behind the body
 constexpr Micros kLongestSaid{60'000'000};  // of what a beat says of how far the room is behind
-constexpr Micros kLongBridge{120'000};
-constexpr int kLongBridgeOrder = 16;  // as exact as 22 there, within 0.1 dB
+constexpr int kLongBridgeOrder = 16;        // as exact as 22 there, within 0.1 dB
 
 void ask_for_shapes(const ShapeViewer& viewer, FrameJob& job) {
   job.shapes = true;
@@ -106,7 +106,7 @@ StationJob ServerCore::make_station_job(const Station& station, Micros target) c
 int ServerCore::order(const Station& station, Micros bridged) const {
   if (station.hello.order > 0 || station.hello.scheme != Scheme::port || facts_.contact != ContactKind::attach)
     return station.hello.order;
-  return bridged >= kLongBridge ? kLongBridgeOrder : 0;
+  return bridged >= PatchBuilder::kLongBridge ? kLongBridgeOrder : 0;
 }
 
 /// How old its patches get before the next: as the station measures it, and no less than the body's age in this frame lets

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server/reduce/lift.hpp"
+#include "server/reduce/narrow_basis.hpp"
 #include "server/reduce/patch_builder_common.hpp"
 #include "server/reduce/port_surface.hpp"
 
@@ -249,7 +250,7 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
   if (cubic && !candidates) return std::nullopt;
   const auto basis = cubic      ? std::optional(candidates->shapes)
                      : balanced ? restricted_basis(balanced_->grasped(port.node), modes, dynamics_->masses(), held_)
-                                : krylov_basis(at, *model.solver, inputs, {}, model.imbalance, {modes, shift}, *model.memory);
+                                : grasp_basis(model, inputs, request, {modes, shift});
   Reduced reduced;
   if (!basis || !reduce(at, *basis, model.others, patch, reduced)) return std::nullopt;
   Matrix& v = reduced.v;
@@ -274,6 +275,20 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
     add_terms(model.at, patch, turn.transpose() * true_stiffness * turn, shapes);
   }
   return patch;
+}
+
+/// Few modes that have long to last are chosen from more (narrow_basis.hpp); as many as usual, or a short time, gain nothing by
+/// it.
+std::optional<Matrix> PatchBuilder::grasp_basis(const Model& model, const std::vector<Vector>& inputs,
+                                                const PatchRequest& request, BasisRequest wanted) {
+  constexpr int kMore = 4;
+  const int modes = wanted.modes;
+  const bool choose = request.scheme == Scheme::port && request.bridge >= kLongBridge && modes < kAttachOrder / 2;
+  if (choose) wanted.modes += kMore;
+  auto basis = krylov_basis(model.at, *model.solver, inputs, {}, model.imbalance, wanted, *model.memory);
+  if (basis && choose)
+    basis = narrowed(model.at, *basis, inputs, model.imbalance, {modes, wanted.shift_1_s, seconds(request.bridge)});
+  return basis;
 }
 
 std::optional<Patch> PatchBuilder::build_cubic(FrameModel& frame, std::size_t which, const PatchRequest& request,

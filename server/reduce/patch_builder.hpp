@@ -8,7 +8,8 @@
 //                    then the patch says so
 //   balanced         the whole body, balanced off-line at its rest state for this contact (balanced_basis.hpp)
 //   port             the whole body, if it is large with what is far from the tools coarser (graded_body.hpp), rational Krylov
-//                    basis at the port (basis.hpp)
+//                    basis at the port (basis.hpp); a grasp with few modes and long to last: the best of more directions
+//                    (narrow_basis.hpp)
 //   cubic            the whole body, a basis for what it is likely to do (cubic_basis.hpp), and beside the linear patch the terms
 //                    of higher order (cubic_patch.hpp); `port` where they cannot be had, and then the patch says so
 //
@@ -56,6 +57,7 @@ class PatchBuilder {
  public:
   static constexpr int kRingLayers = 1;
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
+  static constexpr Micros kLongBridge{120'000};  ///< from there on a grasp's few modes are chosen from more (narrow_basis.hpp)
   static constexpr int kCubicAttachOrder = 26, kCubicTouchOrder = 24;
   static constexpr int kAttachLeading = 10, kTouchLeading = 8;  ///< variables of a cubic patch that have terms of fourth order
   static constexpr int kSprings = 34;                           ///< that stand for its bending where no polynomial does
@@ -104,6 +106,8 @@ class PatchBuilder {
                                    Patch patch, bool clamp);
   std::optional<Patch> build_shared_touch(FrameModel& frame, std::size_t which, const PatchRequest& request, Patch patch,
                                           bool clamp);
+  std::optional<Matrix> grasp_basis(const Model& model, const std::vector<Vector>& inputs, const PatchRequest& request,
+                                    BasisRequest wanted);
   bool solve_ports(const Model& model, const std::vector<Vector>& inputs, double tolerance);
   std::optional<Mat3> static_response(const Model& model, const std::vector<Vector>& inputs);
   KrylovStart touch_start(const SharedSystem& p, std::size_t which, const SpringCorrection& correct, bool with_motion) const;
