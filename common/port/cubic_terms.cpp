@@ -80,16 +80,17 @@ CubicForce::CubicForce(const CubicTerms& terms)
       radius_(static_cast<float>(terms.radius)),
       scale_(terms.scale),
       q_(terms.q) {
-  if (terms.springs.count() == 0) take_polynomials(terms);
-}
-
-void CubicForce::take_polynomials(const CubicTerms& terms) {
-  const int n = variables_, l = leading_;
+  const int n = variables_;
   if (has_e2_) {
     g2_.resize(n, n);
     for (int p = 0; p < n; ++p)
       for (int i = 0; i < n; ++i) g2_(p, i) = (p == i ? 2.0F : 1.0F) * terms.e2[pair_at(std::min(p, i), std::max(p, i))];
   }
+  if (terms.springs.count() == 0) take_polynomials(terms);
+}
+
+void CubicForce::take_polynomials(const CubicTerms& terms) {
+  const int n = variables_, l = leading_;
   g3_.resize(n, pairs_of(n));
   for (int p = 0; p < n; ++p)
     for (int j = 0; j < n; ++j)
@@ -122,6 +123,8 @@ CubicForce::CubicForce(const CubicTerms& terms, const Patch& patch) : CubicForce
   }
   const Eigen::MatrixXd t = terms.scale.inverse();
   linear_ = (t.transpose() * joint_stiffness(patch, patch.stiffness) * t).cast<float>();
+  if (has_e2_ && !sampled_.empty())
+    has_e2_ = Eigen::LLT<Eigen::MatrixXd>((linear_ + g2_).cast<double>() + sampled_.far_stiffness()).info() == Eigen::Success;
   if (terms.q.size() == 0 && sampled_.empty()) return;
   if (sampled_.empty()) turned_at_stamp_ = q_.transpose() * terms.rate.head(l).cast<float>();
   Eigen::MatrixXd d = t.transpose() * joint_damping(patch) * t;

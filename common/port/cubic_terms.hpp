@@ -20,7 +20,8 @@
 // with the cube.
 //
 // Where a body bends beyond any polynomial, the terms are some of its springs instead (sampled_springs.hpp), with y = u and no
-// radius; what is said of dampers and of -kSoftening holds for them too.
+// radius; what is said of dampers and of -kSoftening holds for them too. E2 has no end there, so it is left out unless springs
+// that are stretched without end hold the body up in spite of it.
 //
 // The terms of a touch bring more of the surface too, what the patch's own datagram had no room for: the tool goes on where the
 // patch's own piece ends.

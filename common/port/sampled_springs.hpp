@@ -54,7 +54,9 @@ class SampledForce {
   /// No springs, or none that are stable.
   bool empty() const { return count_ == 0; }
   /// Strain beyond which the law goes on straight; 0 for a linear one.
-  float straight_from() const { return straight_from_; }
+  double straight_from() const { return straight_from_; }
+  /// sum w G^T (k - K_e) G: the least stiffness that E has far away, where every spring is stretched along its way.
+  Eigen::MatrixXd far_stiffness() const;
   /// dE/du; returns E [J]. No allocation.
   float gradient(const Values& u, Values& g) const noexcept;
   /// Minus what the dampers' turning adds to the force on u, and B u, which is to be taken from that.
@@ -62,26 +64,27 @@ class SampledForce {
 
  private:
   static constexpr int kRoom = (kMaxSprings + 7) / 8 * 8;
-  using Each = Eigen::Array<float, Eigen::Dynamic, 1, 0, kRoom, 1>;
-  using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRoom, kMaxVariables>;
+  using Each = Eigen::Array<double, Eigen::Dynamic, 1, 0, kRoom, 1>;
+  using Exact = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, (kMaxVariables + 7) / 8 * 8>;
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRoom, kMaxVariables>;
 
   struct Vectors {  // of every spring
     Each x, y, z;
     Each dot(const Vectors& v) const { return x * v.x + y * v.y + z * v.z; }
   };
-  Vectors moved(const Values& u) const noexcept;
-  void collect(const Vectors& f, Values& g) const noexcept;
+  Vectors moved(const Exact& u) const noexcept;
+  Exact collect(const Vectors& f) const noexcept;
   Each tension(const Each& elongation) const noexcept;
   Each slope(const Each& elongation) const noexcept;
   Each stored(const Each& elongation) const noexcept;
 
   int count_ = 0, variables_ = 0;
-  float stiffening_ = 0, straight_from_ = 0;
+  double stiffening_ = 0, straight_from_ = 0;
   Rows rows_x_, rows_y_, rows_z_;
   Vectors span_, axis_;
   Each length_, rest_length_, stiffness_, damping_;
   Each tension_, along_, across_, stored_;  // at the stamp: T, T' - T / |d|, T / |d|, U
-  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables> braked_;  // B
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables> braked_;  // B
 };
 
 }  // namespace palpate

@@ -21,7 +21,8 @@ struct Layout {
 Layout layout(const PatchTerms& p) {
   const int n = p.variables, r = n - (p.grasp ? 3 : 0), t = std::min<int>(p.leading, kTurning);
   const int surface = p.vertices * (9 + 3 * r) + 3 * p.triangles;
-  if (p.springs > 0) return {r, 0, {3 * n * p.springs, 3 * p.springs, p.springs, p.springs, p.springs}, surface};
+  if (p.springs > 0)
+    return {r, 0, {3 * n * p.springs, 4 * p.springs, p.springs, p.springs, p.repaired ? pairs_of(n) : 0}, surface};
   return {r, t, {r * r, p.repaired ? pairs_of(n) : 0, triples_of(n), quadruples_of(p.leading), t * pairs_of(t)}, surface};
 }
 
@@ -54,10 +55,13 @@ void append_polynomials(const CubicTerms& terms, const Layout& l, PatchTerms& he
                append(q.reshaped(), out)};
 }
 
-void append_springs(const SampledSprings& springs, PatchTerms& head, std::vector<std::uint16_t>& out) {
+void append_springs(const CubicTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out) {
+  const SampledSprings& springs = terms.springs;
   const Eigen::MatrixXf rows = springs.motion.transpose();
-  head.unit = {append(rows.reshaped(), out), append(springs.span.reshaped(), out), append(springs.rest_length, out),
-               append(springs.stiffness, out), append(springs.damping, out)};
+  Eigen::MatrixXf lengths(4, springs.count());
+  lengths << springs.span, springs.rest_length.transpose();
+  head.unit = {append(rows.reshaped(), out), append(lengths.reshaped(), out), append(springs.stiffness, out),
+               append(springs.damping, out), append(terms.e2, out)};
 }
 
 void take_polynomials(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, CubicTerms& terms) {
@@ -82,10 +86,12 @@ bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const Patc
   terms.scale.setIdentity();
   springs.stiffening = head.stiffening;
   springs.motion = take(numbers, at, l.count[0], head.unit[0]).reshaped(n, 3 * m).transpose();
-  springs.span = take(numbers, at, l.count[1], head.unit[1]).reshaped(3, m);
-  springs.rest_length = take(numbers, at, l.count[2], head.unit[2]);
-  springs.stiffness = take(numbers, at, l.count[3], head.unit[3]);
-  springs.damping = take(numbers, at, l.count[4], head.unit[4]);
+  const Eigen::VectorXf lengths = take(numbers, at, l.count[1], head.unit[1]);
+  springs.span = lengths.reshaped(4, m).topRows<3>();
+  springs.rest_length = lengths.reshaped(4, m).row(3).transpose();
+  springs.stiffness = take(numbers, at, l.count[2], head.unit[2]);
+  springs.damping = take(numbers, at, l.count[3], head.unit[3]);
+  terms.e2 = take(numbers, at, l.count[4], head.unit[4]);
   return springs.rest_length.minCoeff() > 0 && springs.stiffness.minCoeff() >= 0 && springs.damping.minCoeff() >= 0;
 }
 
@@ -139,7 +145,7 @@ bool same_whole(const PatchTerms& a, const PatchTerms& b) {
 
 TermsFault check(const PatchTerms& p) {
   if (p.variables > kMaxVariables || p.springs > kMaxSprings) return TermsFault::sizes;
-  if (p.springs > 0 ? p.leading > 0 || p.repaired : p.leading < 1 || p.leading > std::min<int>(kMaxLeading, p.variables))
+  if (p.springs > 0 ? p.leading > 0 : p.leading < 1 || p.leading > std::min<int>(kMaxLeading, p.variables))
     return TermsFault::sizes;
   if (p.vertices > (p.grasp ? 0 : kMaxPortVertices) || p.triangles > (p.grasp ? 0 : kMaxPortTriangles)) return TermsFault::sizes;
   const Layout l = layout(p);
@@ -173,7 +179,7 @@ std::vector<PatchTerms> to_pieces(const CubicTerms& terms, std::uint32_t patch_s
   whole.triangles = static_cast<std::uint8_t>(terms.triangles.size());
   const Layout l = layout(whole);
   std::vector<std::uint16_t> numbers;
-  whole.springs > 0 ? append_springs(terms.springs, whole, numbers) : append_polynomials(terms, l, whole, numbers);
+  whole.springs > 0 ? append_springs(terms, whole, numbers) : append_polynomials(terms, l, whole, numbers);
   append_surface(terms, numbers);
   whole.pieces = static_cast<std::uint8_t>(l.pieces());
   std::vector<PatchTerms> pieces;

@@ -3,7 +3,7 @@
 //
 //     the modes' part of S by rows, E2 where there is a repair, E3, E4, Q of the first kTurning variables,
 //     each in a unit of its own, the largest number some thousands;
-//     or, of springs: G, d, L, w k and w c, each of all springs one after the other;
+//     or, of springs: G; d and L spring by spring; w k; w c; and E2 where there is a repair;
 //     the surface that a touch brings: of every vertex its position as a sum of two numbers an axis [1/1024 m], its normal, and
 //     how the modes move it [1/kg^1/2]; of every triangle its three corners
 //
@@ -32,7 +32,7 @@ struct PatchTerms {
   float radius = 0;
   float stiffening = 0;               ///< of the springs' law
   std::array<float, 3> port_scale{};  ///< of a grasp
-  std::array<float, 5> unit{};        ///< of S, E2, E3, E4, Q; of G, d, L, w k, w c
+  std::array<float, 5> unit{};        ///< of S, E2, E3, E4, Q; of G, d and L, w k, w c, E2
   std::vector<std::uint16_t> numbers;
 };
 

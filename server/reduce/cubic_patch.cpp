@@ -33,6 +33,10 @@ Matrix mode_scale(const Patch& patch, const Matrix& coordinates) {
   return sigma.cwiseInverse().asDiagonal() * svd.matrixU().transpose() * root.asDiagonal();
 }
 
+bool is_lifted(const Patch& patch, const CubicShapes& shapes) {
+  return shapes.lifted.cwiseAbs().maxCoeff() > kNotLifted * patch.stiffness.maxCoeff();
+}
+
 /// Coefficients of E2 in y, u = T y.
 Eigen::VectorXf repair(const Matrix& lifted, const Matrix& t) {
   const Matrix form = t.transpose() * lifted * t;
@@ -189,7 +193,7 @@ std::optional<CubicTerms> cubic_terms(const Linearisation& at, const Patch& patc
   terms.e3 = std::move(expansion->e3);
   terms.e4 = std::move(expansion->e4);
   terms.q = std::move(expansion->q);
-  if (shapes.lifted.cwiseAbs().maxCoeff() > kNotLifted * patch.stiffness.maxCoeff()) terms.e2 = repair(shapes.lifted, t);
+  if (is_lifted(patch, shapes)) terms.e2 = repair(shapes.lifted, t);
   Matrix form = t.transpose() * (joint_stiffness(patch, patch.stiffness) + shapes.lifted) * t;
   form.diagonal().array() += kNotLifted * form.diagonal().maxCoeff();  // nothing holds a tool that moves across a planar body
   const Vector far = trusted(terms, form);
@@ -225,6 +229,7 @@ std::optional<CubicTerms> spring_terms(const Linearisation& at, const Patch& pat
   terms.grasp = first > 0;
   terms.scale = Matrix::Identity(n, n);
   terms.springs = std::move(*springs);
+  if (is_lifted(patch, shapes)) terms.e2 = repair(shapes.lifted, terms.scale);
   terms.rate = stamp_rate(terms, patch);
   return CubicForce(terms, patch).empty() ? std::nullopt : std::optional(std::move(terms));
 }

@@ -321,7 +321,8 @@ std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::ui
   KrylovStart start{{}, {}, answers[3], answers[4]};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto column = static_cast<Eigen::Index>(axis);
-    shapes.port(3 * static_cast<Eigen::Index>(node) + column, column) = shapes.amplitude[column];
+    const bool across = axis == 2 && dynamics_->body().planar;  // where nothing moves
+    shapes.port(3 * static_cast<Eigen::Index>(node) + column, column) = across ? 0 : shapes.amplitude[column];
     start.ports.push_back(shapes.amplitude[column] * answers[axis]);
   }
   const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {

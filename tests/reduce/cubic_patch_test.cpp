@@ -9,7 +9,6 @@
 #include "common/port/terms_pieces.hpp"
 #include "server/body/explicit_integrator.hpp"
 #include "server/reduce/patch_builder.hpp"
-#include "server/scene/scene_text.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -58,7 +57,7 @@ struct Touch {
   static constexpr double kPressS = 0.1, kOnS = 0.15;
 
   LumpedBody body = box_body(6, 6, 4);
-  Dynamics dynamics{body};
+  Dynamics dynamics;
   Skin skin{body};
   Integrator integrator{dynamics, skin, {0.001, 1e-10}};
   BodyState state = dynamics.rest_state();
@@ -66,7 +65,8 @@ struct Touch {
   PatchBuilder builder{dynamics, skin, 0};
   Vec3 (*on)(double);
 
-  Touch(double friction, Vec3 (*go_on)(double)) : on(go_on) {
+  Touch(double friction, Vec3 (*go_on)(double), SpringLaw law = SpringLaw::linear)
+      : dynamics((body.law = law, body.stiffening = 30, body)), on(go_on) {
     ports[0].parameters = {1000, friction};
     to(kPressS);
   }
@@ -125,6 +125,14 @@ TEST_CASE("Pressed on deep, a touched patch with its terms stays with the body w
   const auto [linear, bent] = touch.errors();
   CHECK(bent < 0.1 * linear);
   CHECK(bent < 1e-4);
+}
+
+TEST_CASE("Pressed on deep into springs that stiffen, the patch with some of them stays with the body") {
+  Touch touch(2, deeper, SpringLaw::stiffening);
+  const auto [linear, bent] = touch.errors();
+  CHECK(touch.builder.terms().springs.count() > 0);
+  CHECK(bent < 0.02 * linear);
+  CHECK(bent < 1e-3);
 }
 
 TEST_CASE("Slid on along the surface, a touched patch with its terms knows how the body yields where the tool gets to") {

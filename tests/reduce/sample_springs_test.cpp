@@ -16,7 +16,7 @@ TEST_CASE("sparse weights find the few columns that a sum was made of, and none 
   const Eigen::MatrixXf a = Eigen::MatrixXf::NullaryExpr(60, 40, [&] { return draw(random); });
   const Eigen::VectorXf t = 2 * a.col(7) + 0.5F * a.col(21) + 3 * a.col(33);
   const SparseWeights found = sparse_weights(a, t, 10, 1e-4F);
-  CHECK(found.left <= 1e-3F);
+  CHECK(found.left <= 2e-3F);  // columns are weighed with a small ridge
   CHECK(found.weights.minCoeff() > 0);
   Eigen::VectorXf w = Eigen::VectorXf::Zero(40);
   for (std::size_t k = 0; k < found.columns.size(); ++k) w[found.columns[k]] = found.weights[static_cast<Eigen::Index>(k)];

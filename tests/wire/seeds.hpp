@@ -139,6 +139,7 @@ inline CubicTerms spring_terms(int r, bool grasp, int count) {
   terms.springs.rest_length = some(count, 1, 0.01F).cwiseAbs().array() + 0.001F;
   terms.springs.stiffness = some(count, 1, 300).cwiseAbs();
   terms.springs.damping = some(count, 1, 3).cwiseAbs();
+  terms.e2 = some(pairs_of(n), 1, 1e-3F);
   return terms;
 }
 
