@@ -44,14 +44,15 @@ struct Run {
 
 /// A hand on a simulated Phantom; a new patch 30 ms old every 50 ticks. The patches are compiled before, as the network side
 /// does.
-Run play(const std::function<Patch(std::uint32_t, Micros)>& patch_at, Micros valid_for, bool with_terms = false) {
+Run play(const std::function<Patch(std::uint32_t, Micros)>& patch_at, Micros valid_for,
+         const std::function<palpate::CubicTerms(const Patch&)>& terms_of = {}) {
   std::vector<PatchPlayer> players;
   for (int tick = 0; tick < kTicks; tick += kPatchEvery) {
     const auto stamp = kEpoch + tick * kTick - Micros{30'000};
     Patch patch = patch_at(static_cast<std::uint32_t>(tick / kPatchEvery + 1), stamp);
     patch.valid_for = valid_for;
     REQUIRE(palpate::check(patch) == palpate::PatchFault::none);
-    players.emplace_back(patch, with_terms ? palpate::test::cubic_terms(patch) : palpate::CubicTerms{});
+    players.emplace_back(patch, terms_of ? terms_of(patch) : palpate::CubicTerms{});
   }
   const auto slot = std::make_unique<palpate::LatestSlot<PatchPlayer>>();
   const auto samples = std::make_unique<palpate::SampleRing>();
@@ -95,13 +96,17 @@ TEST_CASE("A grasp is felt through fresh patches without allocation, lock or exc
   CHECK(run.force_max_n > 0.05);
 }
 
-TEST_CASE("A grasp with terms of higher order is felt without allocation, lock or exception", "[realtime]") {
+TEST_CASE("A grasp with terms of higher order, or with springs for terms, is felt without allocation, lock or exception",
+          "[realtime]") {
   const auto patch_at = [](auto seq, auto stamp) { return palpate::test::attach_patch(kModes, seq, stamp); };
-  const Run bent = play(patch_at, Micros{500'000}, true), straight = play(patch_at, Micros{500'000});
-  check_clean(bent.faults);
-  CHECK(bent.counts.patches_used == kTicks / kPatchEvery);
-  CHECK(bent.force_max_n > 0.05);
-  CHECK(bent.force_max_n != straight.force_max_n);
+  const Run straight = play(patch_at, Micros{500'000});
+  for (const auto& terms_of : {palpate::test::cubic_terms, palpate::test::spring_terms}) {
+    const Run bent = play(patch_at, Micros{500'000}, terms_of);
+    check_clean(bent.faults);
+    CHECK(bent.counts.patches_used == kTicks / kPatchEvery);
+    CHECK(bent.force_max_n > 0.05);
+    CHECK(bent.force_max_n != straight.force_max_n);
+  }
 }
 
 TEST_CASE("A touch with onset, stroke and release is felt without allocation, lock or exception", "[realtime]") {

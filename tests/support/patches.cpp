@@ -98,4 +98,28 @@ CubicTerms cubic_terms(const Patch& patch) {
   return terms;
 }
 
+CubicTerms spring_terms(const Patch& patch) {
+  constexpr int kCount = 20;
+  const int first = patch.contact == ContactKind::attach ? 3 : 0, n = patch.modes() + first;
+  CubicTerms terms;
+  terms.variables = n;
+  terms.grasp = first > 0;
+  terms.scale.setIdentity(n, n);
+  SampledSprings& springs = terms.springs;
+  const auto some = [](int rows, int cols, double size) {
+    Eigen::MatrixXf m(rows, cols);
+    for (int i = 0; i < rows; ++i)
+      for (int j = 0; j < cols; ++j) m(i, j) = static_cast<float>(size * spread(i, j));
+    return m;
+  };
+  springs.stiffening = 30;
+  springs.motion = some(3 * kCount, n, 1);
+  springs.span = some(3, kCount, 0.02);
+  springs.rest_length = Eigen::VectorXf::Constant(kCount, 0.02F);
+  springs.stiffness = Eigen::VectorXf::Constant(kCount, static_cast<float>(patch.stiffness.mean() / (3 * kCount)));
+  springs.damping = 0.01F * springs.stiffness;
+  terms.rate = stamp_rate(terms, patch);
+  return terms;
+}
+
 }  // namespace palpate::test

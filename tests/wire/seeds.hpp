@@ -195,6 +195,7 @@ inline std::vector<Message> every_kind() {
   Patch rest = touch_patch(6, 12, 16);
   move_surface(7, 5, rest, touched);
   for (const PatchTerms& piece : to_pieces(touched, 43)) all.push_back(message(piece));
+  for (const PatchTerms& piece : to_pieces(spring_terms(6, true, 9), 44)) all.push_back(message(piece));
   all.push_back(message(Beat{Micros{-17}, true}));
   all.push_back(message(Beat{Micros{17}, false, 18.5, Micros{31'000}, {1008, 50, 4, Micros{212'345}}, 12}));
   all.push_back(message(Beat{.body_time = Micros{17}, .contact_in_reach = true, .lives_on = 0xfffffff0u}));
