@@ -1,21 +1,21 @@
 #include "server/reduce/sample_springs.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
 
 #include "common/base/random.hpp"
-#include "server/body/element_kernel.hpp"
 #include "server/reduce/expansion.hpp"
 #include "server/reduce/sparse_weights.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr int kSamples = 40, kAlone = 3, kCandidates = 400;
+constexpr int kSamples = 32, kAlone = 3, kCandidates = 250;
 constexpr double kLengthMin = 1e-9;    // below, a spring has no direction [m]
-constexpr double kNegligible = 2e-3;   // of the bending, in springs that are not looked at
+constexpr double kNegligible = 1e-2;   // of the bending, in springs that are not looked at
 constexpr float kOfLinear = 0.1F;      // an error that small beside the linear force is felt by nobody
 constexpr float kCloseEnough = 3e-3F;  // of all samples together
 
@@ -45,10 +45,36 @@ struct Bending {
   std::array<Rows, 3> force;   ///< springs x samples
 };
 
+float stiffening_of(const LumpedBody& body) {
+  return body.law == SpringLaw::stiffening ? static_cast<float>(body.stiffening) : 0.0F;
+}
+
+/// From how far a spring's ends move apart to what it pulls with beyond the linear force, all samples side by side.
+template <typename Samples>
+void bend(const Element& element, float stiffening, const Eigen::Vector3f& d, Samples x, Samples y, Samples z) {
+  using Each = Eigen::Array<float, 1, kSamples>;
+  const auto k = static_cast<float>(element.stiffness_n_m), rest = static_cast<float>(element.rest_length_m);
+  const float length = d.norm(), strain = (length - rest) / rest;
+  const float tension = k * rest * strain * (1 + stiffening * strain * strain), across = tension / length;
+  const float along = k * (1 + 3 * stiffening * strain * strain) - across;
+  const Eigen::Vector3f n = d / length;
+  const Each there_x = x + d.x(), there_y = y + d.y(), there_z = z + d.z();
+  const Each now = (there_x.square() + there_y.square() + there_z.square()).sqrt().max(static_cast<float>(kLengthMin));
+  const Each bent = (now - rest) / rest;
+  const Each pull = k * rest * bent * (1 + stiffening * bent.square()) / now;
+  const Each turned = tension + along * (n.x() * x + n.y() * y + n.z() * z);
+  x = pull * there_x - turned * n.x() - across * x;
+  y = pull * there_y - turned * n.y() - across * y;
+  z = pull * there_z - turned * n.z() - across * z;
+}
+
 std::optional<Bending> bend(const Linearisation& at, const SpringSampling& sampling, const Matrix& u) {
   const LumpedBody& body = at.dynamics->body();
   Bending b;
-  b.elements = elements_that_bend(*at.dynamics, *at.state, sampling.moved * u, kNegligible);
+  // |G u| over all samples is |G L|, L L^T = u u^T: fewer columns.
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(u * u.transpose());
+  const Matrix root = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+  b.elements = elements_that_bend(*at.dynamics, *at.state, sampling.moved * root, kNegligible);
   const auto count = static_cast<Eigen::Index>(b.elements.size());
   for (Rows& rows : b.motion) rows.resize(count, u.rows());
   for (Eigen::Index e = 0; e < count; ++e) {
@@ -60,22 +86,14 @@ std::optional<Bending> bend(const Linearisation& at, const SpringSampling& sampl
   }
   const Eigen::MatrixXf way = u.cast<float>();
   for (std::size_t axis = 0; axis < 3; ++axis) b.force[axis] = b.motion[axis] * way;
-  const ElementKernel kernel(body.law, body.stiffening);
+  const float stiffening = stiffening_of(body);
   for (Eigen::Index e = 0; e < count; ++e) {
     const Element& element = body.elements[b.elements[static_cast<std::size_t>(e)]];
     const Vec3 span = at.state->x.segment<3>(3 * static_cast<Eigen::Index>(element.b)) -
                       at.state->x.segment<3>(3 * static_cast<Eigen::Index>(element.a));
     if (!(span.norm() > kLengthMin)) return std::nullopt;
-    const ElementState here = kernel.evaluate(element, span, Vec3::Zero());
-    const Vec3 force = ElementKernel::force_on_a(here);
-    const Mat3 stiffness = ElementKernel::stiffness_symmetric(here, false);
-    for (Eigen::Index s = 0; s < u.cols(); ++s) {
-      const Vec3 delta(static_cast<double>(b.force[0](e, s)), static_cast<double>(b.force[1](e, s)),
-                       static_cast<double>(b.force[2](e, s)));
-      const Vec3 more =
-          ElementKernel::force_on_a(kernel.evaluate(element, span + delta, Vec3::Zero())) - force - stiffness * delta;
-      for (int axis = 0; axis < 3; ++axis) b.force[static_cast<std::size_t>(axis)](e, s) = static_cast<float>(more[axis]);
-    }
+    bend(element, stiffening, span.cast<float>(), b.force[0].row(e).array(), b.force[1].row(e).array(),
+         b.force[2].row(e).array());
   }
   return b;
 }
@@ -102,7 +120,7 @@ SampledSprings chosen(const Linearisation& at, const Bending& b, const std::vect
   const LumpedBody& body = at.dynamics->body();
   SampledSprings springs;
   const auto count = static_cast<Eigen::Index>(w.columns.size());
-  springs.stiffening = body.law == SpringLaw::stiffening ? static_cast<float>(body.stiffening) : 0.0F;
+  springs.stiffening = stiffening_of(body);
   springs.motion.resize(3 * count, b.motion[0].cols());
   springs.span.resize(3, count);
   springs.rest_length.resize(count);
