@@ -55,6 +55,14 @@ void add_those_that_matter(const std::vector<Vector>& loads, Vector* answers, st
     if ((left_out += squares[k]) > kNegligible * all) columns.push_back({&loads[k], &answers[k]});
 }
 
+/// Second-order forces of what acts together: the port's shapes and the body's own motion.
+std::vector<Vector> bending(const Linearisation& at, std::span<const Vector> ports, const Matrix& prescribed, double bridge_s) {
+  std::vector<Vector> acting(ports.begin(), ports.end());
+  for (Eigen::Index i = 0; i < prescribed.cols(); ++i) acting[static_cast<std::size_t>(i)] += prescribed.col(i);
+  acting.push_back(bridge_s * at.state->v);
+  return second_order_forces(*at.dynamics, *at.state, side_by_side(acting));
+}
+
 }  // namespace
 
 void ShapeHistory::add(const BodyState& state) {
@@ -71,17 +79,12 @@ std::vector<const BodyState*> ShapeHistory::ends() const {
 }
 
 std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
-                                      const Matrix& prescribed, const ShapeHistory& history, std::span<const BodyState> ahead,
-                                      const CubicBasisRequest& request, BasisMemory& memory) {
+                                      const Matrix& prescribed, std::span<const Vector> dents, const ShapeHistory& history,
+                                      std::span<const BodyState> ahead, const CubicBasisRequest& request, BasisMemory& memory) {
   const double s = request.shift_1_s;
-  // What acts together, to second order: the port's three shapes and the body's own motion.
-  std::vector<Vector> acting = start.ports;
-  for (Eigen::Index i = 0; i < prescribed.cols(); ++i) acting[static_cast<std::size_t>(i)] += prescribed.col(i);
-  acting.push_back(request.bridge_s * at.state->v);
-
-  std::vector<Vector> moments = moment_inputs(at, s, start.ports);
+  std::vector<Vector> moments = moment_inputs(at, s, start.ports), bends;
   for (Vector& b : moments) b *= s;
-  const std::vector<Vector> bends = second_order_forces(*at.dynamics, *at.state, side_by_side(acting));
+  if (dents.empty()) bends = bending(at, start.ports, prescribed, request.bridge_s);
   memory.resize(moments.size() + bends.size());
   std::vector<SolveColumn> solves;
   add_those_that_matter(moments, memory.data(), solves);
@@ -99,6 +102,7 @@ std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart
   };
   std::for_each(history.states().begin(), history.states().end(), add);
   std::for_each(ahead.begin(), ahead.end(), add);
+  candidates.insert(candidates.end(), dents.begin(), dents.end());
   return compress(at, side_by_side(candidates), s, request.modes);
 }
 

@@ -6,7 +6,8 @@
 //     P^-1 (B_end - B) lambda             the load of a touching tool that slides on, where it will be
 //     tau v*,   P^-1 F*,   s P^-1 M v*    the body's own motion
 //     P^-1 F2(b_i, b_j)                   what bends when shapes b_i and b_j act together: F2 the second-order forces,
-//                                         b of {port shapes, tau v*}
+//                                         b of {port shapes, tau v*}; of a touch instead
+//     w(a)                                dents as deep as the hand may make them, by the body's own forces (dent.hpp)
 //     x(t_k) - x*                         where the body was in the last frames: it often comes back; and where it will be,
 //                                         should the hands go on and slow down, as far as that is known
 // and of all of them the directions that carry most energy: leading eigenvectors of W^T P W. The last kind is worth 8 dB at
@@ -43,14 +44,15 @@ struct CubicBasisRequest {
 
 struct CubicBasis {
   Matrix shapes;       ///< V, 3 N x r, orthonormal in M
-  Matrix coordinates;  ///< V^T M W, r x candidates: what is expected of the modes
+  Matrix coordinates;  ///< V^T M W, r x candidates: what is expected of the modes; those of dents are the last
+  int dents = 0;
 };
 
 /// `start.ports`: P^-1 B a_i, the answers to the port's three input directions, scaled, and that of a sliding load, if any;
-/// `prescribed`: how the port itself moves for them (3 N x 3; no columns for touch). `memory`: warm starts. Nothing when P is not
-/// positive definite.
+/// `prescribed`: how the port itself moves for them (3 N x 3; no columns for touch); `dents`: where there are any, nothing of
+/// second order. `memory`: warm starts. Nothing when P is not positive definite.
 std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
-                                      const Matrix& prescribed, const ShapeHistory& history, std::span<const BodyState> ahead,
-                                      const CubicBasisRequest& request, BasisMemory& memory);
+                                      const Matrix& prescribed, std::span<const Vector> dents, const ShapeHistory& history,
+                                      std::span<const BodyState> ahead, const CubicBasisRequest& request, BasisMemory& memory);
 
 }  // namespace palpate

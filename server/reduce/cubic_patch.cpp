@@ -214,6 +214,7 @@ std::optional<CubicTerms> spring_terms(const Linearisation& at, const Patch& pat
   sampling.likely = Matrix::Zero(n, shapes.coordinates.cols() + shapes.ways.cols());
   sampling.likely.bottomLeftCorner(r, shapes.coordinates.cols()) = shapes.coordinates;
   sampling.likely.rightCols(shapes.ways.cols()) = shapes.ways;
+  sampling.path = sampling.likely.middleCols(shapes.coordinates.cols() - shapes.dents, shapes.dents);
   sampling.stiffness = joint_stiffness(patch, patch.stiffness).diagonal();
   sampling.stiffness.tail(r) = sampling.stiffness.tail(r).cwiseMax(kSoftest * patch.stiffness.maxCoeff());
   if (first > 0) {

@@ -32,6 +32,7 @@ struct CubicShapes {
   Vec3 amplitude;      ///< a_i [m]; of a grasp
   Matrix modes;        ///< V, of the patch
   Matrix coordinates;  ///< C
+  int dents = 0;       ///< of its columns, the last
   Matrix lifted;       ///< H - H~
   Matrix ways;         ///< u at which the body is asked, a column each
 };

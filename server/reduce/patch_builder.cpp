@@ -328,7 +328,7 @@ std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::ui
   const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
     return model.solver->solve(model.at, columns, kBasisTolerance);
   };
-  return cubic_basis(model.at, start, solve, shapes.port, history_, ahead_, {modes, shift_for(request.bridge), bridge_s},
+  return cubic_basis(model.at, start, solve, shapes.port, {}, history_, ahead_, {modes, shift_for(request.bridge), bridge_s},
                      cubic_memory_);
 }
 

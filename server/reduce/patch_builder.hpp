@@ -30,6 +30,7 @@
 #include "server/reduce/balanced_basis.hpp"
 #include "server/reduce/cubic_basis.hpp"
 #include "server/reduce/cubic_patch.hpp"
+#include "server/reduce/dent.hpp"
 #include "server/reduce/frame_model.hpp"
 #include "server/reduce/two_layer.hpp"
 
@@ -132,6 +133,7 @@ class PatchBuilder {
   SharedSystem ring_;     // of a ring: its far nodes are held
   BasisMemory memory_;
   std::unique_ptr<TwoLayer> two_layer_;  // made when it is first asked for
+  std::unique_ptr<Dents> dents_;         // likewise
   BasisMemory cubic_memory_;
   ShapeHistory history_;
   std::span<const BodyState> ahead_;  // of the frame

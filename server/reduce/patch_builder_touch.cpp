@@ -1,6 +1,7 @@
 // Patches of tools that touch the surface.
 #include <Eigen/Eigenvalues>
 
+#include "server/body/coasting.hpp"
 #include "server/reduce/expansion.hpp"
 #include "server/reduce/patch_builder.hpp"
 #include "server/reduce/patch_builder_common.hpp"
@@ -39,6 +40,16 @@ void scale_to(const Vec3& motion, const Skin::Weights& b, std::vector<Vector>& a
     const double moved = gather(b, x)[axis];
     if (moved > 0) x *= motion[axis] / moved;  // not where the body is fixed
   }
+}
+
+/// Ways of a hand that speeds up into the body while it goes on as it went [m].
+std::vector<Vec3> expected_ways(const ToolAt& tool, const Vec3& inwards, double bridge_s) {
+  constexpr double kFasterMs2 = 0.4, kDeepestM = 0.012;
+  const double deep_m = std::min(0.5 * kFasterMs2 * bridge_s * bridge_s, kDeepestM);
+  std::vector<Vec3> ways;
+  for (const double part : {1.0 / 3, 2.0 / 3, 1.0})
+    ways.push_back(part * part * deep_m * inwards + coasted(tool.velocity, part * bridge_s));
+  return ways;
 }
 
 /// Whether the directions for a touch have P^-1 M v*.
@@ -127,6 +138,7 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
       shapes.port.resize(v.rows(), 0);
       shapes.modes = v;
       shapes.coordinates = v.transpose() * dynamics_->masses().asDiagonal() * basis->shapes * basis->coordinates;
+      shapes.dents = basis->dents;
       add_terms(at, patch, reduced.stiffness.asDiagonal(), shapes);
     }
     Vector imbalance = frame.forces();
@@ -190,12 +202,17 @@ std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
   const PortAnswer& own = p.port(which);
   if (request.scheme == Scheme::cubic) {
     const double bridge_s = seconds(request.bridge);
+    if (!dents_) dents_ = std::make_unique<Dents>(dynamics_->body());
+    const Vec3 inwards = -normal_at(skin_->view(), frame.positions(), frame.ports()[which].point);
+    const auto dents = dents_->shapes(at, {own.b, start.ports, expected_ways(frame.tool(which), inwards, bridge_s), p.shift()});
     scale_to(expected_motion(frame.tool(which), bridge_s), own.b, start.ports);
     if (own.slide.size() > 0) {
       start.ports.push_back(own.slide);
       correct.apply(start.ports.back());
     }
-    return cubic_basis(at, start, solve, Matrix(), history_, ahead_, {modes, p.shift(), bridge_s}, cubic_memory_);
+    auto basis = cubic_basis(at, start, solve, Matrix(), dents, history_, ahead_, {modes, p.shift(), bridge_s}, cubic_memory_);
+    if (basis) basis->dents = static_cast<int>(dents.size());
+    return basis;
   }
   for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(at.masses()));
   auto directions = krylov_basis(at, start, solve, {modes, p.shift(), kBasisTolerance});

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kSamples = 32, kAlone = 3, kCandidates = 250;
+constexpr int kSamples = 32, kMoreOnPath = 8, kAlone = 3, kAround = 12, kCandidates = 250;
 constexpr double kLengthMin = 1e-9;    // below, a spring has no direction [m]
 constexpr double kNegligible = 1e-2;   // of the bending, in springs that are not looked at
 constexpr float kOfLinear = 0.1F;      // an error that small beside the linear force is felt by nobody
@@ -22,15 +22,24 @@ constexpr float kCloseEnough = 3e-3F;  // of all samples together
 using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// u_s, a column each.
-Matrix samples(const Matrix& likely) {
+Matrix samples(const SpringSampling& sampling) {
   constexpr double kFar = 1.5, kLittle = 0.3;
+  const Matrix &likely = sampling.likely, &path = sampling.path;
   Random random(1);
   const auto draw = [&] { return random.uniform(-1, 1); };
-  Matrix u(likely.rows(), kSamples);
+  Matrix u(likely.rows(), kSamples + (path.cols() > 0 ? kMoreOnPath : 0));
   Eigen::Index k = 0;
+  for (Eigen::Index i = 0; i < path.cols(); ++i)
+    for (const double much : {0.5, 1.0, 1.5}) u.col(k++) = much * path.col(i);
+  for (Eigen::Index i = 0; path.cols() > 0 && i < kAround; ++i) {
+    Vector mixture(likely.cols());
+    for (double& part : mixture) part = kLittle * draw();
+    u.col(k++) = random.uniform(0, kFar) * path.col(i % path.cols()) + 0.5 * draw() * path.col((i + 1) % path.cols()) +
+                 0.5 * likely * mixture;
+  }
   for (Eigen::Index i = 0; i < std::min<Eigen::Index>(kAlone, likely.cols()); ++i)
     for (const double much : {1.0, -1.0, 2.0, -2.0}) u.col(k++) = much * likely.col(i);
-  for (; k < kSamples; ++k) {
+  for (; k < u.cols(); ++k) {
     Vector mixture(likely.cols());
     for (double& part : mixture) part = draw() * (draw() > 1.0 / 3 ? kFar : kLittle);
     u.col(k) = kFar * draw() * (likely * mixture);
@@ -52,7 +61,7 @@ float stiffening_of(const LumpedBody& body) {
 /// From how far a spring's ends move apart to what it pulls with beyond the linear force, all samples side by side.
 template <typename Samples>
 void bend(const Element& element, float stiffening, const Eigen::Vector3f& d, Samples x, Samples y, Samples z) {
-  using Each = Eigen::Array<float, 1, kSamples>;
+  using Each = Eigen::Array<float, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kSamples + kMoreOnPath>;
   const auto k = static_cast<float>(element.stiffness_n_m), rest = static_cast<float>(element.rest_length_m);
   const float length = d.norm(), strain = (length - rest) / rest;
   const float tension = k * rest * strain * (1 + stiffening * strain * strain), across = tension / length;
@@ -140,30 +149,41 @@ SampledSprings chosen(const Linearisation& at, const Bending& b, const std::vect
   return springs;
 }
 
-}  // namespace
+/// Bending as forces on the variables, in units in which every sample counts alike.
+struct Fit {
+  Eigen::MatrixXf parts;  ///< of each of `rows`, a column each: n x samples
+  Eigen::VectorXf all;    ///< of all springs
+};
 
-std::optional<SampledSprings> sample_springs(const Linearisation& at, const SpringSampling& sampling) {
-  const Matrix u = samples(sampling.likely);
-  const auto b = bend(at, sampling, u);
-  if (!b || b->elements.empty()) return std::nullopt;
-  const Eigen::VectorXf unit = sampling.stiffness.cwiseSqrt().cwiseInverse().cast<float>();
+Fit fit_of(const Bending& b, const std::vector<Eigen::Index>& rows, const Matrix& u, const Vector& stiffness) {
+  const Eigen::VectorXf unit = stiffness.cwiseSqrt().cwiseInverse().cast<float>();
   const Eigen::Index n = u.rows();
-  Eigen::MatrixXf all = Eigen::MatrixXf::Zero(n, kSamples);
-  for (std::size_t axis = 0; axis < 3; ++axis) all += b->motion[axis].transpose() * b->force[axis];
+  Eigen::MatrixXf all = Eigen::MatrixXf::Zero(n, u.cols());
+  for (std::size_t axis = 0; axis < 3; ++axis) all += b.motion[axis].transpose() * b.force[axis];
   all = unit.asDiagonal() * all;
   const Eigen::MatrixXf linear = unit.cwiseInverse().asDiagonal() * u.cast<float>();
   const Eigen::VectorXf size = (all.colwise().norm() + kOfLinear * linear.colwise().norm()).cwiseMax(1e-30F).transpose();
-  all = all * size.cwiseInverse().asDiagonal();
-
-  const std::vector<Eigen::Index> rows = largest(*b);
-  Eigen::MatrixXf parts(n * kSamples, static_cast<Eigen::Index>(rows.size()));
+  Fit fit;
+  fit.all = (all * size.cwiseInverse().asDiagonal()).reshaped();
+  fit.parts.resize(n * u.cols(), static_cast<Eigen::Index>(rows.size()));
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    auto part = parts.col(static_cast<Eigen::Index>(k)).reshaped(n, kSamples);
+    auto part = fit.parts.col(static_cast<Eigen::Index>(k)).reshaped(n, u.cols());
     part.setZero();
-    for (std::size_t axis = 0; axis < 3; ++axis) part += b->motion[axis].row(rows[k]).transpose() * b->force[axis].row(rows[k]);
+    for (std::size_t axis = 0; axis < 3; ++axis) part += b.motion[axis].row(rows[k]).transpose() * b.force[axis].row(rows[k]);
     part = unit.asDiagonal() * part * size.cwiseInverse().asDiagonal();
   }
-  const SparseWeights w = sparse_weights(parts, all.reshaped(), sampling.springs, kCloseEnough);
+  return fit;
+}
+
+}  // namespace
+
+std::optional<SampledSprings> sample_springs(const Linearisation& at, const SpringSampling& sampling) {
+  const Matrix u = samples(sampling);
+  const auto b = bend(at, sampling, u);
+  if (!b || b->elements.empty()) return std::nullopt;
+  const std::vector<Eigen::Index> rows = largest(*b);
+  const Fit fit = fit_of(*b, rows, u, sampling.stiffness);
+  const SparseWeights w = sparse_weights(fit.parts, fit.all, sampling.springs, kCloseEnough);
   if (w.columns.empty()) return std::nullopt;
   return chosen(at, *b, rows, w);
 }

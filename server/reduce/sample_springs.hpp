@@ -7,10 +7,11 @@
 //
 // forces in units that make the stiffness of each variable 1. A greedy non-negative least squares: the candidate that has most of
 // what is left joins, all weights are found anew, those that fall below zero leave. Candidates are the kCandidates springs with
-// the largest part in the samples. Every w_e > 0 stands for springs of the body, so the energy of what is sent has no direction
-// that falls faster than theirs.
+// the largest part in the samples. As no w_e is negative, what is sent stiffens and buckles as springs do, and stores energy as
+// they do beyond its second order at the stamp.
 //
-// Samples are the answers that a patch's basis was made of, alone, doubled, back, and mixed by chance; the same in every run.
+// Samples are the answers that a patch's basis was made of, alone, doubled, back, and mixed by chance, the same in every run;
+// where dents are known that a hand is likely to make, half of them lie on and around these.
 //
 // Source: see sampled_springs.hpp.
 #pragma once
@@ -25,6 +26,7 @@ namespace palpate {
 struct SpringSampling {
   Matrix moved;      ///< how the body moves with each variable, 3 N x n
   Matrix likely;     ///< u of answers of the body, each as large as it is likely to become, a column each
+  Matrix path;       ///< u of dents on the way of a hand that goes on; may have no columns
   Vector stiffness;  ///< of each variable, > 0
   int springs = 0;   ///< at most
 };

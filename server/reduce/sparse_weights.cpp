@@ -71,18 +71,16 @@ SparseWeights sparse_weights(const Eigen::MatrixXf& a, const Eigen::VectorXf& t,
   if (!(all > 0)) return {};
   const Eigen::VectorXf lengths = a.colwise().norm().transpose().cwiseMax(1e-30F);
   Joined joined(a, t, most);
-  std::vector<std::uint8_t> refused(static_cast<std::size_t>(a.cols()), 0);
+  Eigen::VectorXf free = Eigen::VectorXf::Ones(a.cols());  // 0 for those that left at once
   Eigen::VectorXf left = joined.left();
   float missing = 1;
   while (static_cast<int>(joined.columns().size()) < most && missing > close_enough) {
-    left = left.cwiseQuotient(lengths);
+    left = left.cwiseProduct(free).cwiseQuotient(lengths);
     for (const Eigen::Index k : joined.columns()) left[k] = 0;
-    for (Eigen::Index k = 0; k < left.size(); ++k)
-      if (refused[static_cast<std::size_t>(k)]) left[k] = 0;
     Eigen::Index best = 0;
     if (!(left.maxCoeff(&best) > 0)) break;
     joined.join(best);
-    if (!joined.settle()) refused[static_cast<std::size_t>(best)] = 1;
+    if (!joined.settle()) free[best] = 0;
     left = joined.left();
     missing = std::sqrt(std::max(0.0F, 1 - joined.explained() / all));
   }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "server/body/coasting.hpp"
+
 namespace palpate {
 
 void ToolTrack::add(std::span<const ToolSample> samples, Micros body_time) {
@@ -34,8 +36,8 @@ ToolAt ToolTrack::on_path(Micros t) const {
     const auto from = std::lower_bound(samples_.begin(), samples_.end() - 2, end.t - kSpeedOver,
                                        [](const ToolSample& s, Micros x) { return s.t < x; });
     const Vec3 velocity = (end.position - from->position) / seconds(end.t - from->t);
-    const double over_s = seconds(kGoOn), s = std::min(seconds(t - end.t), over_s);
-    return {end.position + (s - s * s / (2 * over_s)) * velocity, (1 - s / over_s) * velocity};
+    const double gone_s = seconds(t - end.t);
+    return {end.position + coasted(velocity, gone_s), coasting(velocity, gone_s)};
   }
   const auto after = std::lower_bound(samples_.begin(), samples_.end(), t, [](const ToolSample& s, Micros x) { return s.t < x; });
   const auto before = after - 1;

@@ -1,7 +1,7 @@
 // The path of one tool in body time, from the samples that came so far: linear between samples.
 //
-// After the last sample a tool goes on as it went (its mean velocity over the last kSpeedOver), slower and slower, and stands
-// still after kGoOn: x + v (t - t^2 / (2 kGoOn)). Samples that come when the body has already gone past them take it back to
+// After the last sample a tool goes on as it went (its mean velocity over the last kSpeedOver) and comes to rest (coasting.hpp).
+// Samples that come when the body has already gone past them take it back to
 // where it truly was: what the path jumps by at the body's time is given back over kLeadBack, so that no body is torn.
 #pragma once
 
@@ -14,7 +14,7 @@ namespace palpate {
 
 class ToolTrack {
  public:
-  static constexpr Micros kGoOn{100'000}, kSpeedOver{8'000}, kLeadBack{100'000};
+  static constexpr Micros kSpeedOver{8'000}, kLeadBack{100'000};
 
   bool empty() const { return samples_.empty(); }
   Micros begin() const { return samples_.front().t; }

@@ -4,7 +4,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "common/io/spinning_crew.hpp"
 #include "tests/support/tool_bench.hpp"
 
 using namespace palpate;
@@ -67,44 +66,4 @@ TEST_CASE("A body without dampers swings on at its energy") {
   }
   CHECK(most_j < 1.3 * begin_j);
   CHECK(least_j > 0.7 * begin_j);
-}
-
-TEST_CASE("Where its steps would be too short, a frame is left to the implicit integrator and told") {
-  LumpedBody body = box_body(4, 4, 4);
-  body.law = SpringLaw::stiffening;
-  body.stiffening = 4000;
-  const Dynamics dynamics(body);
-  ExplicitIntegrator leapfrog(dynamics, Skin());
-  BodyState state = dynamics.rest_state();
-  state.x *= 1.2;  // strains of 20 %: springs 480 times stiffer
-  std::vector<ToolPort> ports;
-  const AdvanceReport report = leapfrog.advance(state, ports, 0.020, 0.010, {});
-  CHECK(report.cut_steps > 0);
-  CHECK(report.newton_iterations > 0);
-  CHECK(state.x.allFinite());
-}
-
-TEST_CASE("A body that threads share moves to the same bits as one that one thread moves") {
-  const LumpedBody body = box_body(24, 22, 22);
-  const Dynamics dynamics(body);
-  const Skin skin(body);
-  const auto moved_by = [&](std::size_t threads) {
-    SpinningCrew crew(threads);
-    ExplicitIntegrator leapfrog(dynamics, skin);
-    REQUIRE(leapfrog.springs() >= ExplicitBody::kWorthSharing);
-    leapfrog.employ(crew);
-    BodyState state = random_state(dynamics, 3, 0.001, 0.1);
-    std::vector<ToolPort> ports(1);
-    ports[0].parameters = {800, 0.3};
-    const auto tool = [](std::size_t, double t) { return ToolAt{Vec3(0.1, 0.1, 21 * kSpacingM - 0.2 * t), Vec3(0, 0, -0.2)}; };
-    REQUIRE(leapfrog.advance(state, ports, 0.010, 0.010, tool).cut_steps == 0);
-    REQUIRE(ports[0].touching);
-    return state;
-  };
-  const BodyState one = moved_by(1);
-  for (const std::size_t threads : {2, 3, 4}) {
-    const BodyState shared = moved_by(threads);
-    CHECK(shared.x == one.x);
-    CHECK(shared.v == one.v);
-  }
 }

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "common/base/error.hpp"
-#include "common/io/spinning_crew.hpp"
 #include "server/body/explicit_integrator.hpp"
 #include "server/body/ladder.hpp"
 #include "tests/support/tool_bench.hpp"
@@ -155,43 +154,6 @@ TEST_CASE("A damped body that is let go loses energy in every frame, whatever st
     before_j = dynamics.energy(state);
   }
   CHECK(before_j < 1e-6 * begin_j);
-}
-
-TEST_CASE("Where stiffened springs would ask for too short steps, a frame is left to the implicit integrator and told") {
-  LumpedBody body = damped_box();
-  body.law = SpringLaw::stiffening;
-  body.stiffening = 4000;
-  const Dynamics dynamics(body);
-  StabilisedIntegrator stabilised(dynamics, Skin());
-  BodyState state = dynamics.rest_state();
-  state.x *= 1.2;  // strains of 20 %: springs 480 times stiffer
-  std::vector<ToolPort> ports;
-  const AdvanceReport report = stabilised.advance(state, ports, 0.020, 0.010, {});
-  CHECK(report.cut_steps > 0);
-  CHECK(report.newton_iterations > 0);
-  CHECK(state.x.allFinite());
-}
-
-TEST_CASE("A damped body that threads share moves to the same bits as one that one thread moves") {
-  const LumpedBody body = box_body(24, 22, 22, 60, 0.6);
-  const Dynamics dynamics(body);
-  const Skin skin(body);
-  const auto moved_by = [&](std::size_t threads) {
-    SpinningCrew crew(threads);
-    StabilisedIntegrator stabilised(dynamics, skin);
-    REQUIRE(stabilised.springs() >= ExplicitBody::kWorthSharing);
-    stabilised.employ(crew);
-    BodyState state = random_state(dynamics, 3, 0.001, 0.1);
-    std::vector<ToolPort> ports(1);
-    ports[0].parameters = {800, 0.3};
-    const auto tool = [](std::size_t, double t) { return ToolAt{Vec3(0.1, 0.1, 21 * kSpacingM - 0.2 * t), Vec3(0, 0, -0.2)}; };
-    REQUIRE(stabilised.advance(state, ports, 0.010, 0.010, tool).cut_steps == 0);
-    REQUIRE(ports[0].touching);
-    return state;
-  };
-  const BodyState one = moved_by(1), two = moved_by(2);
-  CHECK(two.x == one.x);
-  CHECK(two.v == one.v);
 }
 
 TEST_CASE("What a frame comes to does not depend on the frames that an integrator stepped before") {

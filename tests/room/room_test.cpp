@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "server/body/coasting.hpp"
 #include "server/room/grasp.hpp"
 #include "tests/support/bodies.hpp"
 
@@ -219,11 +220,11 @@ TEST_CASE("A tool's path is linear between its samples, still before them and sl
   CHECK((track.at(Micros{3000}).position - Vec3(1, 2, 0)).norm() < 1e-12);
   CHECK((track.at(Micros{4000}).velocity - Vec3(0, 2000, 0)).norm() < 1e-9);
   // On at the mean velocity over the whole of this short path, (333, 1333) m/s, and still when kGoOn has passed.
-  const double on_s = 0.005, over_s = seconds(ToolTrack::kGoOn), velocity = 4 / 0.003;
+  const double on_s = 0.005, over_s = kCoastS, velocity = 4 / 0.003;
   CHECK(track.at(Micros{9000}).position.y() == Approx(4 + velocity * (on_s - on_s * on_s / (2 * over_s))));
   CHECK(track.at(Micros{9000}).velocity.y() == Approx(velocity * (1 - on_s / over_s)));
-  CHECK(track.at(Micros{4000} + ToolTrack::kGoOn).velocity == Vec3(0, 0, 0));
-  CHECK(track.at(Micros{900'000}).position == track.at(Micros{4000} + ToolTrack::kGoOn).position);
+  CHECK(track.at(Micros{4000} + from_seconds(kCoastS)).velocity == Vec3(0, 0, 0));
+  CHECK(track.at(Micros{900'000}).position == track.at(Micros{4000} + from_seconds(kCoastS)).position);
   track.forget_before(Micros{3000});
   CHECK((track.at(Micros{3000}).position - Vec3(1, 2, 0)).norm() < 1e-12);
 }

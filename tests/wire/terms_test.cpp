@@ -1,6 +1,7 @@
 // The terms of a patch in datagrams: what arrives is what was sent, to half precision, and nothing that is not sane gets through.
 #include <catch2/catch.hpp>
 #include <limits>
+#include <optional>
 
 #include "seeds.hpp"
 
@@ -15,6 +16,20 @@ PatchTerms round_trip(const PatchTerms& piece) {
   Message out;
   REQUIRE(decode(bytes, out) == WireFault::none);
   return std::get<PatchTerms>(out.body);
+}
+
+/// What a client has of terms for a patch, when all their pieces came.
+std::optional<CubicTerms> arrived(const CubicTerms& terms, const Patch& patch) {
+  TermsAssembly assembly;
+  for (const PatchTerms& piece : to_pieces(terms, patch.seq)) CHECK(assembly.take(round_trip(piece)));
+  return assembly.terms_for(patch);
+}
+
+/// Of a patch and its terms, datagrams and all.
+std::size_t bytes_of(const Patch& patch, const CubicTerms& terms) {
+  std::size_t bytes = seeds::bytes_of(seeds::message(PatchMessage{patch})).size();
+  for (const PatchTerms& piece : to_pieces(terms, patch.seq)) bytes += seeds::bytes_of(seeds::message(piece)).size();
+  return bytes;
 }
 
 template <class A, class B>
@@ -60,12 +75,7 @@ TEST_CASE("terms that are springs arrive in half precision, and those that no sp
   for (const bool grasp : {true, false}) {
     const CubicTerms sent = seeds::spring_terms(12, grasp, 34);
     const Patch patch = grasp ? seeds::attach_patch(12) : seeds::touch_patch(12, 4, 3);
-    const auto arrived = [&](const CubicTerms& terms) {
-      TermsAssembly assembly;
-      for (const PatchTerms& piece : to_pieces(terms, patch.seq)) CHECK(assembly.take(round_trip(piece)));
-      return assembly.terms_for(patch);
-    };
-    const auto got = arrived(sent);
+    const auto got = arrived(sent, patch);
     REQUIRE(got);
     CHECK(got->variables == sent.variables);
     CHECK(got->grasp == grasp);
@@ -80,23 +90,18 @@ TEST_CASE("terms that are springs arrive in half precision, and those that no sp
     CHECK(got->rate == stamp_rate(*got, patch));
     CubicTerms bad = sent;
     bad.springs.stiffness[3] = -1;
-    CHECK_FALSE(arrived(bad));
+    CHECK_FALSE(arrived(bad, patch));
     bad = sent;
     bad.springs.damping[7] = -1;
-    CHECK_FALSE(arrived(bad));
+    CHECK_FALSE(arrived(bad, patch));
     bad = sent;
     bad.springs.rest_length[5] = 0;
-    CHECK_FALSE(arrived(bad));
+    CHECK_FALSE(arrived(bad, patch));
   }
   CHECK(to_pieces(seeds::spring_terms(12, true, kMaxSprings + 1), 1).empty());
 }
 
 TEST_CASE("34 springs and their patch take less than 6000 bytes, grasped with 13 modes, touched with 12 and a surface") {
-  const auto bytes_of = [](const Patch& patch, const CubicTerms& terms) {
-    std::size_t bytes = seeds::bytes_of(seeds::message(PatchMessage{patch})).size();
-    for (const PatchTerms& piece : to_pieces(terms, 1)) bytes += seeds::bytes_of(seeds::message(piece)).size();
-    return bytes;
-  };
   CHECK(bytes_of(seeds::attach_patch(13), seeds::spring_terms(13, true, 34)) < 6000);
   Patch patch = seeds::touch_patch(12, 16, 15);
   CubicTerms terms = seeds::spring_terms(12, false, 34);
@@ -109,12 +114,7 @@ TEST_CASE("the surface that terms bring joins the patch's own, or the terms do n
   Patch patch = whole;
   CubicTerms sent = seeds::cubic_terms(12, false, 8, true);
   seeds::move_surface(5, 3, patch, sent);
-  const auto arrived = [&](const CubicTerms& terms) {
-    TermsAssembly assembly;
-    for (const PatchTerms& piece : to_pieces(terms, patch.seq)) CHECK(assembly.take(round_trip(piece)));
-    return assembly.terms_for(patch);
-  };
-  const auto got = arrived(sent);
+  const auto got = arrived(sent, patch);
   REQUIRE(got);
   const Patch joined = extended(patch, *got);
   REQUIRE(joined.surface.vertex_count == 16);
@@ -126,24 +126,22 @@ TEST_CASE("the surface that terms bring joins the patch's own, or the terms do n
     check_half(vertex.rows, expected.rows);
     check_half(vertex.normal, expected.normal);
   }
-  std::size_t bytes = seeds::bytes_of(seeds::message(PatchMessage{patch})).size();
-  for (const PatchTerms& piece : to_pieces(sent, 1)) bytes += seeds::bytes_of(seeds::message(piece)).size();
-  CHECK(bytes < 6000);
+  CHECK(bytes_of(patch, sent) < 6000);
 
   CubicTerms bad = sent;
   bad.triangles[2][1] = 15;
-  CHECK(arrived(bad));
+  CHECK(arrived(bad, patch));
   bad.vertices.pop_back();  // there is no vertex 15 any more
-  CHECK_FALSE(arrived(bad));
+  CHECK_FALSE(arrived(bad, patch));
   bad = sent;
   bad.triangles[2] = {4, 4, 6};  // no area
-  CHECK_FALSE(arrived(bad));
+  CHECK_FALSE(arrived(bad, patch));
   bad = sent;
   bad.vertices[3].position.x() = 11;
-  CHECK_FALSE(arrived(bad));
+  CHECK_FALSE(arrived(bad, patch));
   bad = sent;
   bad.vertices.push_back(bad.vertices.back());  // 17 together
-  CHECK_FALSE(arrived(bad));
+  CHECK_FALSE(arrived(bad, patch));
   bad.vertices.resize(kMaxPortVertices + 1, bad.vertices.back());
   CHECK(to_pieces(bad, 1).empty());
   CubicTerms grasp = seeds::cubic_terms(6, true, 7, true);
@@ -152,10 +150,7 @@ TEST_CASE("the surface that terms bring joins the patch's own, or the terms do n
 }
 
 TEST_CASE("the terms of a grasp with 13 modes and 10 leading variables and its patch take less than 6000 bytes") {
-  std::size_t bytes = seeds::bytes_of(seeds::message(PatchMessage{seeds::attach_patch(13)})).size();
-  for (const PatchTerms& piece : to_pieces(seeds::cubic_terms(13, true, 10, true), 1))
-    bytes += seeds::bytes_of(seeds::message(piece)).size();
-  CHECK(bytes < 6000);
+  CHECK(bytes_of(seeds::attach_patch(13), seeds::cubic_terms(13, true, 10, true)) < 6000);
 }
 
 TEST_CASE("pieces that are not sane are not sent, and are dropped and counted when they come") {

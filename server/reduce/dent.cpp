@@ -1,0 +1,184 @@
+#include "server/reduce/dent.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "server/reduce/two_layer.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr int kSteps = 40;          // of conjugate gradients, a round
+constexpr double kClose = 3e-3;     // of the residual that a way begins with
+constexpr double kShortest = 1e-3;  // step along a direction, of the last but one
+
+/// The nodes nearest to those of `port`, elements between them being the measure, ascending.
+std::vector<std::uint32_t> nodes_around(const Skin::Weights& port, const LumpedBody& body,
+                                        const std::vector<std::vector<std::uint32_t>>& elements) {
+  std::vector<std::uint8_t> seen(body.nodes.size(), 0);
+  std::vector<std::uint32_t> nodes;
+  const auto add = [&](std::uint32_t node) {
+    if (!seen[node]) nodes.push_back(node);
+    seen[node] = 1;
+  };
+  for (const auto& [node, weight] : port) add(node);
+  for (std::size_t k = 0; k < nodes.size() && nodes.size() < Dents::kNodes; ++k)
+    for (const std::uint32_t e : elements[nodes[k]]) {
+      add(body.elements[e].a);
+      add(body.elements[e].b);
+    }
+  std::sort(nodes.begin(), nodes.end());
+  return nodes;
+}
+
+/// These nodes and the elements between them; fixed where they are held, or where an element leads out.
+LocalBody cut_out(std::vector<std::uint32_t> nodes, const LumpedBody& whole, const std::vector<std::uint8_t>& held,
+                  const std::vector<std::vector<std::uint32_t>>& elements) {
+  LocalBody local;
+  local.nodes = std::move(nodes);
+  LumpedBody& body = local.body;
+  body.planar = whole.planar;
+  body.law = whole.law;
+  body.stiffening = whole.stiffening;
+  const auto here = static_cast<std::uint32_t>(local.nodes.size());
+  for (std::uint32_t i = 0; i < here; ++i) {
+    const std::uint32_t node = local.nodes[i];
+    body.nodes.push_back(whole.nodes[node]);
+    body.masses_kg.push_back(whole.masses_kg[node]);
+    body.fixed.push_back(held[node]);
+    for (const std::uint32_t e : elements[node]) {
+      Element element = whole.elements[e];
+      element.a = local.index(element.a);
+      element.b = local.index(element.b);
+      if (element.a == here || element.b == here)
+        body.fixed[i] = 1;
+      else if (element.a == i)
+        body.elements.push_back(element);
+    }
+  }
+  return local;
+}
+
+/// The near part of a body with a hand on it.
+class NearPart {
+ public:
+  NearPart(const Linearisation& at, const LocalBody& local, const DentRequest& request)
+      : dynamics_(local.body), s_(request.shift_1_s), x_(local.restricted(at.state->x)) {
+    Mat3 compliance;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector& answer = request.answers[static_cast<std::size_t>(axis)];
+      compliance.col(axis) = gather(request.port, answer);
+      answers_.push_back(local.restricted(answer));
+    }
+    kappa_ = 3 * Dents::kHand / compliance.trace();
+    begin_ = (compliance + Mat3::Identity() / kappa_).inverse();
+    for (const auto& [node, weight] : request.port) port_.emplace_back(local.index(node), weight);
+    const Vector still = Vector::Zero(x_.size());
+    dynamics_.forces(x_, still, at_stamp_);
+    BlockMatrix p = dynamics_.make_matrix();
+    dynamics_.assemble({0, x_, still}, s_ * s_, s_, 1, local.body.fixed, true, p);
+    for (std::uint32_t i = 0; i < p.rows(); ++i) blocks_.push_back(p.block(p.diagonal(i)));
+    for (const auto& [i, b] : port_)
+      if (!local.body.fixed[i]) blocks_[i] += kappa_ * b * b * Mat3::Identity();
+    for (Mat3& block : blocks_) block = block.inverse().eval();
+  }
+
+  /// f on the linear body.
+  Vec3 first_load(const Vec3& way) const { return begin_ * way; }
+  Vec3 load(const Vec3& way, const Vector& w) const { return kappa_ * (way - gather(port_, w)); }
+  /// P^-1 B f, near.
+  Vector answer(const Vec3& f) const { return f[0] * answers_[0] + f[1] * answers_[1] + f[2] * answers_[2]; }
+  /// The near part's own answer to `way` and to f from far; false where it cannot be followed.
+  bool follow(const Vec3& way, Vec3& f, Vector& w) const {
+    double enough = 0;
+    for (int round = 0; round < Dents::kRounds; ++round) {
+      move_ends(answer(f), w);
+      if (!descend(way, enough, w)) return false;
+      f = load(way, w);
+    }
+    return true;
+  }
+
+ private:
+  void move_ends(const Vector& to, Vector& w) const {
+    const auto& fixed = dynamics_.body().fixed;
+    for (std::uint32_t i = 0; i < fixed.size(); ++i)
+      if (fixed[i]) at_node(w, i) = at_node(to, i);
+  }
+  /// B f - s^2 M w + F(x* + w, s w) - F(x*, 0).
+  Vector residual(const Vec3& way, const Vector& w) const {
+    Vector r;
+    dynamics_.forces(x_ + w, s_ * w, r);
+    r -= at_stamp_ + s_ * s_ * dynamics_.masses().cwiseProduct(w);
+    scatter(port_, load(way, w), r);
+    mask(dynamics_.body().fixed, r);
+    return r;
+  }
+  Vector preconditioned(const Vector& r) const {
+    Vector z(r.size());
+    for (std::uint32_t i = 0; i < blocks_.size(); ++i) at_node(z, i) = blocks_[i] * at_node(r, i);
+    return z;
+  }
+  /// Nonlinear conjugate gradients (Polak and Ribiere), the step along each direction to where the force along it vanishes, as
+  /// far as two evaluations tell. `enough`: where to stop, 0 when that is not known yet.
+  bool descend(const Vec3& way, double& enough, Vector& w) const {
+    Vector r = residual(way, w), z = preconditioned(r), direction = z;
+    double size = r.dot(z), step = 1;
+    if (enough == 0) enough = kClose * kClose * size;
+    for (int k = 0; k < kSteps && size > enough; ++k) {
+      const double pull = direction.dot(r);
+      if (!(pull > 0)) {
+        direction = z;
+        continue;
+      }
+      const double there = direction.dot(residual(way, w + step * direction));
+      step *= there < pull ? std::clamp(pull / (pull - there), 0.1, 3.0) : 3.0;
+      w += step * direction;
+      step = std::clamp(step, kShortest, 1.0);
+      const Vector before = std::move(r);
+      r = residual(way, w);
+      z = preconditioned(r);
+      const double last = size;
+      size = r.dot(z);
+      if (!std::isfinite(size)) return false;
+      direction = z + std::max(0.0, (size - before.dot(z)) / last) * direction;
+    }
+    return true;
+  }
+
+  Dynamics dynamics_;
+  double s_, kappa_ = 0;
+  Vector x_, at_stamp_;
+  std::vector<Vector> answers_;
+  Mat3 begin_ = Mat3::Zero();
+  Skin::Weights port_;
+  std::vector<Mat3> blocks_;  // of the diagonal, inverted
+};
+
+}  // namespace
+
+Dents::Dents(const LumpedBody& body) : body_(&body), elements_(body.nodes.size()) {
+  for (std::uint32_t e = 0; e < body.elements.size(); ++e) {
+    elements_[body.elements[e].a].push_back(e);
+    elements_[body.elements[e].b].push_back(e);
+  }
+}
+
+std::vector<Vector> Dents::shapes(const Linearisation& at, const DentRequest& request) const {
+  const LocalBody local = cut_out(nodes_around(request.port, *body_, elements_), *body_, *at.held, elements_);
+  const NearPart near(at, local, request);
+  std::vector<Vector> shapes;
+  Vec3 f = near.first_load(request.ways.front());
+  Vector w = near.answer(f);
+  for (const Vec3& way : request.ways) {
+    if (!near.follow(way, f, w)) break;
+    Vector whole = Vector::Zero(at.state->x.size());
+    for (std::size_t axis = 0; axis < 3; ++axis) whole += f[static_cast<Eigen::Index>(axis)] * request.answers[axis];
+    for (std::uint32_t i = 0; i < local.nodes.size(); ++i) at_node(whole, local.nodes[i]) = at_node(w, i);
+    if (!whole.allFinite()) break;
+    shapes.push_back(std::move(whole));
+  }
+  return shapes;
+}
+
+}  // namespace palpate

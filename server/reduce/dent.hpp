@@ -1,0 +1,47 @@
+// How a body yields to a tool that goes on into it, by its own forces: candidates for the basis of a touch (cubic_basis.hpp).
+//
+// P^-1 B, the answers to the port, are those of small displacements. Where elements stiffen or turn, a dent as deep as they are
+// long looks otherwise, and a basis that does not know it is too stiff. With s the shift of P, w solves what those linearise,
+//
+//     s^2 M w - [F(x* + w, s w) - F(x*, 0)] = B f,     f = kappa (a - B^T w)
+//
+// one step of backward Euler of 1/s from rest; a is the way of a hand that yields as a spring kappa does, kHand times as stiff as
+// the body at the stamp. Far from the port the body bends little: only the kNodes nodes nearest to it, by elements, follow their
+// own forces, all others w = P^-1 B f. Nonlinear conjugate gradients with the blocks of the diagonal, the ends of the near part
+// moved with f in kRounds rounds, from each way on to the next.
+//
+// Source: nonlinear elimination of the part that is far from linear, Lanzkron, Rose and Wilkes, SIAM J. Sci. Comput. 17 (1996).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "server/body/skin.hpp"
+#include "server/reduce/basis.hpp"
+
+namespace palpate {
+
+struct DentRequest {
+  Skin::Weights port;               ///< B
+  std::span<const Vector> answers;  ///< P^-1 B, three
+  std::vector<Vec3> ways;           ///< a [m], each further than the one before
+  double shift_1_s = 20;            ///< s
+};
+
+class Dents {
+ public:
+  static constexpr std::size_t kNodes = 300;
+  static constexpr double kHand = 2;
+  static constexpr int kRounds = 3;
+
+  /// Springs; `body` must outlive it.
+  explicit Dents(const LumpedBody& body);
+  /// w, 3 N, one for each way; fewer where the body cannot be followed so far.
+  std::vector<Vector> shapes(const Linearisation& at, const DentRequest& request) const;
+
+ private:
+  const LumpedBody* body_;
+  std::vector<std::vector<std::uint32_t>> elements_;  // of each node
+};
+
+}  // namespace palpate
