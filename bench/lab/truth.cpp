@@ -45,7 +45,16 @@ std::vector<Cells> curves_of(const Cells& cells) {
 
 std::string title_of(const TruthCell& c) {
   std::string title(name_of(c.scheme));
-  if (c.row == TruthRow::exact_states) title += ", exact states";
+  switch (c.row) {
+    case TruthRow::as_sent:
+      return title;
+    case TruthRow::exact_states:
+      return title + ", exact states";
+    case TruthRow::full_forces:
+      return title + ", full forces on its modes";
+    case TruthRow::whole_linear:
+      return "whole body, linear";
+  }
   return title;
 }
 
@@ -69,9 +78,11 @@ GridPanel panel_of(const std::filesystem::path& out, const std::vector<Cells>& c
   for (const Cells& curve : curves) {
     const TruthCell& c = curve.front();
     if (c.scene != scene) continue;
-    const bool exact = c.row == TruthRow::exact_states;
+    // Rows that say what limits the real one are dotted.
+    const bool beside = c.row != TruthRow::as_sent;
     const auto style = static_cast<int>(std::find(schemes.begin(), schemes.end(), c.scheme) - schemes.begin()) + 1;
-    panel.curves.push_back({column, title_of(c), style, curve_file(out, c), exact ? "lines dt 3" : "linespoints"});
+    panel.curves.push_back({column, title_of(c), style, curve_file(out, c),
+                            beside ? fmt::format("lines dt {}", 1 + static_cast<int>(c.row)) : "linespoints"});
   }
   return panel;
 }

@@ -34,14 +34,32 @@ std::vector<std::string> scenes_of(const TruthGrid& grid) {
   return names;
 }
 
+/// Rows beside the real one: of the schemes that go with them.
+bool has_row(Scheme scheme, TruthRow row) {
+  switch (row) {
+    case TruthRow::as_sent:
+      return true;
+    case TruthRow::exact_states:
+      return scheme == Scheme::port || scheme == Scheme::cubic;
+    case TruthRow::full_forces:
+      return scheme == Scheme::cubic;
+    case TruthRow::whole_linear:
+      return scheme == Scheme::port;
+  }
+  return false;
+}
+
 void measure_cell(TruthCell& cell, const SweepTask& task) {
   Scene scene = task.scene;
-  if (cell.row == TruthRow::exact_states) scene.solver.step_s = scene.body.nodes.size() > kFineNodes ? kTickStepS : kFineStepS;
+  if (cell.row != TruthRow::as_sent) scene.solver.step_s = scene.body.nodes.size() > kFineNodes ? kTickStepS : kFineStepS;
   ReplayOptions options;
   options.scheme = cell.scheme;
   options.link.latency = from_seconds(cell.rtt_ms * 0.5e-3);
   options.reference = &task.reference;
-  const ReplayResult result = replay(scene, task.motion, options, processor_ns);
+  options.keep_starts = cell.row == TruthRow::full_forces || cell.row == TruthRow::whole_linear;
+  ReplayResult result = replay(scene, task.motion, options, processor_ns);
+  if (cell.row == TruthRow::full_forces) replace_patches(result, scene, LocalModel::full_forces);
+  if (cell.row == TruthRow::whole_linear) replace_patches(result, scene, LocalModel::whole_linear);
   const std::vector<double> errors = relative_errors(result);
   cell.served = result.last_patch.scheme;
   cell.snr_db = result.fidelity.snr_db;
@@ -64,8 +82,8 @@ std::vector<TruthCell> truth_cells(const TruthGrid& grid) {
   std::vector<TruthCell> cells;
   for (const std::string& scene : scenes_of(grid))
     for (const Scheme scheme : grid.schemes.empty() ? available_schemes() : grid.schemes)
-      for (const TruthRow row : {TruthRow::as_sent, TruthRow::exact_states}) {
-        if (row == TruthRow::exact_states && scheme != Scheme::port && scheme != Scheme::cubic) continue;
+      for (const TruthRow row : {TruthRow::as_sent, TruthRow::exact_states, TruthRow::full_forces, TruthRow::whole_linear}) {
+        if (!has_row(scheme, row)) continue;
         for (const double rtt_ms : grid.rtt_ms) {
           TruthCell& cell = cells.emplace_back();
           cell.scene = scene;

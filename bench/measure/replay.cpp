@@ -134,6 +134,22 @@ std::vector<double> relative_errors(const ReplayResult& result) {
   return relative_errors(felt, reference);
 }
 
+void replace_patches(ReplayResult& result, const Scene& scene, LocalModel model) {
+  ToolPath path;
+  std::vector<Micros> ages;
+  for (const ReplayTick& tick : result.ticks) {
+    path.push_back(tick.position);
+    ages.push_back(tick.patch_age);
+  }
+  const std::vector<Vec3> forces = local_forces(scene, path, ages, result.starts, model);
+  std::vector<Vec3> reference;
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    result.ticks[i].felt = forces[i];
+    reference.push_back(result.ticks[i].reference);
+  }
+  result.fidelity = compare(forces, reference, kSkipTicks);
+}
+
 ReferenceForce reference_of(const Scene& scene, const Motion& motion) {
   std::vector<Vec3> positions;
   for (Micros t{}; t <= motion.duration(); t += kTick) positions.push_back(motion.position(t));
@@ -155,6 +171,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
 
   Times build, frame;
   std::vector<ReplayFrame> frames;  // in world time
+  std::vector<LocalStart> starts;   // in the server's
   world.run_frame = [&](Room& room, const FrameJob& job) {
     const auto t0 = stopwatch();
     FrameResult r = room.simulate(job);
@@ -164,6 +181,9 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
     frame.add(t2 - t0);
     if (!r.stations.empty() && r.stations[0].patch) build.add(t2 - t1);
     if (!r.stations.empty()) frames.push_back({world.now() + options.compute, r.stations[0].force});
+    if (options.keep_starts && !r.stations.empty() && r.stations[0].patch)
+      if (auto origin = room.origin(r.stations[0].id))
+        starts.push_back({r.stamp, std::move(origin->body), origin->port, std::move(origin->modes)});
     return r;
   };
   std::vector<std::vector<double>> tick_ns(n);
@@ -195,6 +215,8 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
   }
   world.run_until(begin + length);
 
+  for (LocalStart& start : starts) start.stamp -= world.server_clock(begin);
+  results[0].starts = std::move(starts);
   for (const ReplayFrame& f : frames)
     if (f.t >= begin) results[0].frames.push_back({f.t - begin, f.force});
   const bool known =

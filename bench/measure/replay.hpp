@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/measure/local_model.hpp"
 #include "bench/measure/metrics.hpp"
 #include "bench/measure/reference.hpp"
 #include "bench/world/world.hpp"
@@ -23,7 +24,8 @@ struct ReplayOptions {
   bool simulated_device = false;              ///< a Phantom in a hand that follows the motion, instead of the motion itself
   const ReferenceForce* reference = nullptr;  ///< of the same path, when known: without a simulated device runs share it
   PassivityMode passivity = PassivityMode::off;
-  double deadband = 0;  ///< of ServerOptions
+  double deadband = 0;       ///< of ServerOptions
+  bool keep_starts = false;  ///< ReplayResult::starts
 };
 
 struct ReplayTick {
@@ -60,6 +62,7 @@ struct ReplayResult {
   double patch_bytes_mean = 0;  ///< sent for a patch, with its copies and terms
   int patch_states = 0;
   Patch last_patch;
+  std::vector<LocalStart> starts;  ///< of the first station's patches, when asked for
   double uplink_bytes_s = 0, downlink_bytes_s = 0;
   // wall clock of this machine
   double tick_ns_p50 = 0, tick_ns_p99 = 0, patch_build_ms_mean = 0, frame_ms_mean = 0;
@@ -67,6 +70,10 @@ struct ReplayResult {
 
 /// relative_errors() of what was felt (metrics.hpp).
 std::vector<double> relative_errors(const ReplayResult& result);
+
+/// The run as it would have been felt with such a model in place of every patch, those of `starts`: its ticks' forces and its
+/// fidelity are changed.
+void replace_patches(ReplayResult& result, const Scene& scene, LocalModel model);
 
 /// Nanoseconds of some steady clock; handed in, because measuring is not the experiment's business.
 using Stopwatch = std::function<std::int64_t()>;

@@ -101,6 +101,7 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
   const ToolPort& port = frame.ports()[which];
   report_ = {};
   terms_ = {};
+  modes_.resize(0, 0);
   Patch patch;
   patch.scheme = request.scheme;
   patch.contact = port.kind;
@@ -354,6 +355,7 @@ void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const 
     if (auto terms = cubic_terms(at, patch, shapes, leading)) terms_ = std::move(*terms);
   if (stiffens || terms_.radius < 1)
     if (auto terms = spring_terms(at, patch, shapes, kSprings)) terms_ = std::move(*terms);
+  modes_ = std::move(shapes.modes);
 }
 
 }  // namespace palpate

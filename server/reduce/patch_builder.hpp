@@ -73,6 +73,8 @@ class PatchBuilder {
   std::optional<Patch> build(FrameModel& frame, std::size_t which, const PatchRequest& request);
   /// Those that go with the patch that was built last; no variables: none.
   const CubicTerms& terms() const { return terms_; }
+  /// Its modes V, 3 N x r, where it is of scheme `cubic`; else nothing.
+  const Matrix& modes() const { return modes_; }
   /// For FrameModel::want() of the port that the patch will be for.
   double slide_s(const PatchRequest& request) const;
   const PatchBuildReport& report() const { return report_; }
@@ -138,6 +140,7 @@ class PatchBuilder {
   ShapeHistory history_;
   std::span<const BodyState> ahead_;  // of the frame
   CubicTerms terms_;
+  Matrix modes_;
   PatchBuildReport report_;
 };
 

@@ -31,6 +31,14 @@ Vec3 home_of(const Scene& scene) {
 
 void Room::employ(Crew& crew) { state_->integrator.stepper->employ(crew); }
 
+std::optional<Room::Origin> Room::origin(StationId id) const {
+  const auto owner = std::find(state_->port_owner.begin(), state_->port_owner.end(), id);
+  if (owner == state_->port_owner.end()) return std::nullopt;
+  const auto& builder = state_->stations.at(id).builder;
+  return Origin{state_->body, state_->ports[static_cast<std::size_t>(owner - state_->port_owner.begin())],
+                builder ? builder->modes() : Matrix()};
+}
+
 const std::string& Room::integrator() const { return state_->integrator.reason; }
 
 void Room::start(Micros body_time) {

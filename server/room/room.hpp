@@ -17,6 +17,7 @@
 #include "common/base/types.hpp"
 #include "common/port/cubic_terms.hpp"
 #include "common/port/patch.hpp"
+#include "server/body/stepper.hpp"
 #include "server/reduce/patch_part.hpp"
 #include "server/scene/scene.hpp"
 
@@ -85,6 +86,14 @@ class Room {
   void build_patches(const FrameJob& job, FrameResult& result);
   /// Lets a large body's steps be shared by a crew, which must outlive the room.
   void employ(Crew& crew);
+  /// What a station's last patch was made of, for measurement: the body as it is, the station's port, the patch's modes.
+  struct Origin {
+    BodyState body;
+    ToolPort port;
+    Matrix modes;  ///< as in PatchBuilder::modes()
+  };
+  /// Nothing for a station that has no port.
+  std::optional<Origin> origin(StationId id) const;
   /// Which integrator moves the body, and why, in one line.
   const std::string& integrator() const;
   /// Hears of each part of build_patches() when it begins, for touches.

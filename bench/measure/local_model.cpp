@@ -1,0 +1,216 @@
+#include "bench/measure/local_model.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+
+#include "common/port/contact_law.hpp"
+#include "server/body/linear_solver.hpp"
+#include "server/body/skin.hpp"
+#include "server/body/tangents.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kH = 0.001;  // [s]
+
+struct Body {
+  explicit Body(const Scene& s) : scene(s), skin(scene.body, scene.tool.radius_m), dynamics(scene.body) {}
+  Scene scene;
+  Skin skin;
+  Dynamics dynamics;
+};
+
+/// M + h/2 D + h^2/4 K, over all nodes or over modes.
+class StepMatrix {
+ public:
+  StepMatrix(const Body& body, const LocalStart& start, const Tangents& tangents, const std::vector<std::uint8_t>& held,
+             bool reduced)
+      : solver_(body.dynamics.nodes()) {
+    if (reduced) {
+      Matrix k, d;
+      tangents.multiply(start.modes, k, d);
+      const Matrix a = kH / 2 * start.modes.transpose() * d + kH * kH / 4 * start.modes.transpose() * k;
+      modes_.compute(Matrix::Identity(a.rows(), a.cols()) + 0.5 * (a + a.transpose()));
+      reduced_ = &start.modes;
+    } else {
+      matrix_ = body.dynamics.make_matrix();
+      body.dynamics.assemble(start.body, 1, kH / 2, kH * kH / 4, held, false, matrix_);
+      if (!solver_.factorise(matrix_)) throw std::runtime_error("a linearised body has no step of a millisecond");
+    }
+  }
+  /// What the nodes' velocities are when this is what they are pushed by; rows of held nodes zero.
+  Vector operator()(const Vector& b) {
+    if (reduced_) return *reduced_ * modes_.solve(reduced_->transpose() * b);
+    Vector x = Vector::Zero(b.size());
+    if (!solver_.solve(b, 1e-8, x).positive_definite) throw std::runtime_error("a linearised body has no step of a millisecond");
+    return x;
+  }
+
+ private:
+  LinearSolver solver_;
+  BlockMatrix matrix_;
+  const Matrix* reduced_ = nullptr;
+  Eigen::LDLT<Matrix> modes_;
+};
+
+/// One model, from its stamp on.
+class LocalRun {
+ public:
+  LocalRun(const Body& body, const LocalStart& start, const Vec3& tool, LocalModel model)
+      : body_(&body),
+        start_(&start),
+        full_(model == LocalModel::full_forces),
+        grasp_(start.port.kind == ContactKind::attach),
+        held_(held_by(body, start)),
+        tangents_(taken(body, start)),
+        step_(body, start, tangents_, held_, full_),
+        port_(start.port),
+        tool_begin_(tool),
+        tool_(tool),
+        w_(Vector::Zero(start.body.x.size())),
+        v_(start.body.v) {
+    mask(held_, v_);
+    if (full_) v_ = start.modes * (start.modes.transpose() * body.dynamics.masses().cwiseProduct(v_));
+    if (grasp_) at_node(v_, port_.node) = at_node(start.body.v, port_.node);
+    body.dynamics.forces(start.body.x, start.body.v, at_stamp_);
+  }
+
+  /// The tool goes to `to` within a tick; the force on it there.
+  Vec3 tick(const Vec3& to) {
+    Vector pushed = Vector::Zero(w_.size());
+    if (port_.touching && !grasp_) scatter(body_->skin.weights(port_.point), port_.lambda, pushed);
+    const Vector now = forces(w_, v_), masses = body_->dynamics.masses();
+    // Where it would go with the forces of now, for what they have beyond the linear ones.
+    Vector a = (now + pushed).cwiseQuotient(masses);
+    mask(held_, a);
+    const Vec3 tool_speed = (to - tool_) / kH;
+    // A V1 = M V0 + h/2 (G0 + G1 without V1), the linear part of G1 at w0 + h/2 V0.
+    Vector w = w_ + kH / 2 * free_of(v_), none = Vector::Zero(w.size());
+    if (grasp_) at_node(w, port_.node) = to - tool_begin_, at_node(none, port_.node) = tool_speed;
+    Vector then = linear_forces(w, none);
+    if (full_) {
+      Vector w_then = w_ + kH * free_of(v_) + kH * kH / 2 * a, v_then = free_of(v_) + kH * a;
+      if (grasp_) at_node(w_then, port_.node) = to - tool_begin_, at_node(v_then, port_.node) = tool_speed;
+      then += forces(w_then, v_then) - linear_forces(w_then, v_then);
+    }
+    Vector b = masses.cwiseProduct(free_of(v_)) + kH / 2 * (now + then + pushed);
+    mask(held_, b);
+    const Vector before = free_of(v_);
+    Vector v = step_(b);
+    w_ += kH / 2 * (before + v);
+    if (grasp_) at_node(w_, port_.node) = to - tool_begin_, at_node(v, port_.node) = tool_speed;
+    v_ = v;
+    tool_ = to;
+    if (!grasp_) close(to);
+    return grasp_ ? felt_at_node() : Vec3(port_.touching ? Vec3(-port_.lambda) : Vec3::Zero());
+  }
+
+ private:
+  static std::vector<std::uint8_t> held_by(const Body& body, const LocalStart& start) {
+    std::vector<std::uint8_t> held = body.scene.body.fixed;
+    if (start.port.kind == ContactKind::attach) held[start.port.node] = 1;
+    return held;
+  }
+  static Tangents taken(const Body& body, const LocalStart& start) {
+    Tangents tangents(body.dynamics);
+    tangents.take(start.body);
+    return tangents;
+  }
+  Vector free_of(Vector y) const {
+    mask(held_, y);
+    return y;
+  }
+  Vector linear_forces(const Vector& w, const Vector& v) const {
+    Matrix k, d, unused;
+    tangents_.multiply(w, k, unused);
+    tangents_.multiply(v - start_->body.v, unused, d);
+    return at_stamp_ - k.col(0) - d.col(0);
+  }
+  Vector forces(const Vector& w, const Vector& v) const {
+    if (!full_) return linear_forces(w, v);
+    Vector f;
+    body_->dynamics.forces(start_->body.x + w, v, f);
+    return f;
+  }
+  Vec3 felt_at_node() const {
+    if (full_) return body_->dynamics.element_force({0, start_->body.x + w_, v_}, port_.node);
+    return body_->dynamics.element_force(start_->body, port_.node) +
+           Vec3(at_node(linear_forces(w_, v_), port_.node) - at_node(at_stamp_, port_.node));
+  }
+  /// The contact at the end of the tick.
+  void close(const Vec3& tool) {
+    const Skin& skin = body_->skin;
+    const Vector x = start_->body.x + w_;
+    skin.place(x, positions_);
+    if (!port_.touching) {
+      const NearestPoint nearest = nearest_point(skin.view(), positions_, tool);
+      port_.lambda.setZero();
+      if (nearest.height_m >= 0) return;
+      port_.point = nearest.point;
+    }
+    const Skin::Weights b = skin.weights(port_.point);
+    Matrix answers(w_.size(), 3);
+    Mat3 compliance;
+    for (int axis = 0; axis < 3; ++axis) {
+      Vector load = Vector::Zero(w_.size());
+      scatter(b, Vec3::Unit(axis), load);
+      mask(held_, load);
+      answers.col(axis) = kH / 2 * step_(load);
+      compliance.col(axis) = kH / 2 * gather(b, answers.col(axis));
+    }
+    const ContactClosure closure = close_contact(skin.position(port_.point, b, x), 0.5 * (compliance + compliance.transpose()),
+                                                 normal_at(skin.view(), positions_, port_.point), tool, port_.parameters);
+    port_.lambda = closure.lambda;
+    port_.touching = closure.lambda.squaredNorm() > 0;
+    v_ += answers * closure.lambda;
+    w_ += kH / 2 * answers * closure.lambda;
+    if (closure.slip.squaredNorm() > 0) port_.point = slide(skin.view(), positions_, port_.point, closure.slip);
+  }
+
+  const Body* body_;
+  const LocalStart* start_;
+  bool full_, grasp_;
+  std::vector<std::uint8_t> held_;
+  Tangents tangents_;
+  StepMatrix step_;
+  ToolPort port_;
+  Vec3 tool_begin_, tool_;
+  Vector w_, v_, at_stamp_;
+  std::vector<double> positions_;
+};
+
+}  // namespace
+
+std::vector<Vec3> local_forces(const Scene& scene, const ToolPath& path, std::span<const Micros> ages,
+                               std::span<const LocalStart> starts, LocalModel model) {
+  const Body body(scene);
+  const auto tick_of = [](Micros t) { return static_cast<std::int64_t>(std::llround(1e3 * seconds(t))); };
+  const auto at = [&](std::int64_t tick) {
+    return path[static_cast<std::size_t>(std::clamp<std::int64_t>(tick, 0, static_cast<std::int64_t>(path.size()) - 1))];
+  };
+  std::vector<Vec3> forces(path.size(), Vec3::Zero());
+  std::optional<LocalRun> run;
+  const LocalStart* of = nullptr;
+  std::int64_t done = 0;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    if (ages[i] < Micros{}) continue;
+    const Micros stamp = from_seconds(1e-3 * static_cast<double>(i)) - ages[i];
+    const auto nearest = std::min_element(starts.begin(), starts.end(), [&](const LocalStart& a, const LocalStart& b) {
+      return std::chrono::abs(a.stamp - stamp) < std::chrono::abs(b.stamp - stamp);
+    });
+    if (nearest == starts.end()) continue;
+    if (&*nearest != of) {
+      of = &*nearest;
+      done = tick_of(of->stamp);
+      run.emplace(body, *of, at(done), model);
+    }
+    while (done < static_cast<std::int64_t>(i)) forces[i] = run->tick(at(++done));
+  }
+  return forces;
+}
+
+}  // namespace palpate
