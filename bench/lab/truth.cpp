@@ -43,6 +43,9 @@ std::vector<Cells> curves_of(const Cells& cells) {
   return curves;
 }
 
+/// Whether a patch was what was felt: else what it costs says nothing.
+bool is_sent(TruthRow row) { return row == TruthRow::as_sent || row == TruthRow::exact_states; }
+
 std::string title_of(const TruthCell& c) {
   std::string title(name_of(c.scheme));
   switch (c.row) {
@@ -51,7 +54,7 @@ std::string title_of(const TruthCell& c) {
     case TruthRow::exact_states:
       return title + ", exact states";
     case TruthRow::full_forces:
-      return title + ", full forces on its modes";
+      return title + ", full forces";
     case TruthRow::whole_linear:
       return "whole body, linear";
   }
@@ -70,19 +73,17 @@ void write_curve(const std::filesystem::path& out, const Cells& curve) {
   write_text(curve_file(out, curve.front()), csv);
 }
 
-/// A panel of all curves of a scene over the round trip.
+/// A panel of the curves of a scene over the round trip; those with exact states would lie on the ones as sent.
 GridPanel panel_of(const std::filesystem::path& out, const std::vector<Cells>& curves, const std::string& scene,
                    const std::string& what, const std::string& column, const std::string& setup) {
   const std::vector<Scheme> schemes = available_schemes();
   GridPanel panel{scene, "round trip [ms]", what, {}, setup};
   for (const Cells& curve : curves) {
     const TruthCell& c = curve.front();
-    if (c.scene != scene) continue;
-    // Rows that say what limits the real one are dotted.
+    if (c.scene != scene || c.row == TruthRow::exact_states) continue;
     const bool beside = c.row != TruthRow::as_sent;
     const auto style = static_cast<int>(std::find(schemes.begin(), schemes.end(), c.scheme) - schemes.begin()) + 1;
-    panel.curves.push_back({column, title_of(c), style, curve_file(out, c),
-                            beside ? fmt::format("lines dt {}", 1 + static_cast<int>(c.row)) : "linespoints"});
+    panel.curves.push_back({column, title_of(c), style, curve_file(out, c), beside ? "lines dt 3" : "linespoints"});
   }
   return panel;
 }
@@ -99,7 +100,7 @@ void draw(const std::filesystem::path& out, const std::vector<Cells>& curves) {
     // One legend for all panels, and room for it.
     const std::string title = "set tmargin 7.5\nset title offset 0,4\n";
     const std::string key = title + (panels.empty() ? "set key maxrows 4\n" : "unset key\n");
-    panels.push_back(panel_of(out, curves, scene, "truth of the force [dB]", "1:2", key + "set yrange [-10:60]"));
+    panels.push_back(panel_of(out, curves, scene, "truth of the force [dB]", "1:2", key + "set yrange [-10:70]"));
     panels.push_back(panel_of(out, curves, scene, "p95 error [noticeable differences]", "1:4",
                               title + "unset key\nset logscale y\nset format y '%g'\nset yrange [0.01:30]\n"
                                       "set arrow from graph 0, first 1 to graph 1, first 1 nohead lc rgb '#888888' dt 2\n"
@@ -154,8 +155,9 @@ void print(const std::vector<Cells>& curves) {
     for (const TruthCell& at : curve) fmt::print(" {:>5.1f}", at.snr_db);
     const auto firm = std::find_if(curve.begin(), curve.end(), [](const TruthCell& at) { return at.rtt_ms >= kFirmRttMs; });
     const TruthCell& cost = firm == curve.end() ? curve.back() : *firm;
-    fmt::print("   {:>10} {:>7} {:>8.0f} {:>10.2f} {:>8.2f}\n", until(curve, kJndLimit), until(curve, kHundredth),
-               cost.frame_bytes, cost.build_ms, cost.tick_us);
+    fmt::print("   {:>10} {:>7}", until(curve, kJndLimit), until(curve, kHundredth));
+    if (is_sent(c.row)) fmt::print(" {:>8.0f} {:>10.2f} {:>8.2f}", cost.frame_bytes, cost.build_ms, cost.tick_us);
+    fmt::print("\n");
   }
 }
 
