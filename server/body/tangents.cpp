@@ -55,6 +55,43 @@ void Tangents::multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
   }
 }
 
+void Tangents::multiply_shifted(const Matrix& y, double shift, Matrix& sum) const {
+  if (!tetrahedra_.empty()) {
+    Matrix d_y;
+    multiply(y, sum, d_y);
+    sum += shift * d_y;
+    return;
+  }
+  sum.resize(y.rows(), y.cols());
+  std::vector<NodeLanes> in(dynamics_->nodes()), out(in.size());
+  for (Eigen::Index first = 0; first < y.cols(); first += kColumnLanes) {
+    pack_columns(y, first, in);
+    std::fill(out.begin(), out.end(), NodeLanes{});
+    add_shifted_springs(in, shift, out);
+    unpack_columns(out, first, sum);
+  }
+}
+
+void Tangents::add_shifted_springs(const std::vector<NodeLanes>& in, double shift, std::vector<NodeLanes>& sum) const {
+  const double spatial = dynamics_->body().planar ? 0.0 : 1.0;
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    const ColumnLanes x = lanes(in[i].x), y = lanes(in[i].y), z = lanes(in[i].z);
+    ColumnLanes sx{}, sy{}, sz{};
+    for (std::uint32_t at = first_[i]; at < first_[i + 1]; ++at) {
+      const Spring& e = springs_[at];
+      const double nx = e.direction[0], ny = e.direction[1], nz = e.direction[2];
+      const double t = e.across_n_m, axial = e.slope_n_m - t + shift * e.damping_n_s_m;
+      const NodeLanes& other = in[e.b];
+      const ColumnLanes ux = x - lanes(other.x), uy = y - lanes(other.y), uz = spatial * (z - lanes(other.z));
+      const ColumnLanes pull = axial * (nx * ux + ny * uy + nz * uz);
+      const ColumnLanes fx = nx * pull + t * ux, fy = ny * pull + t * uy, fz = nz * pull + t * uz;
+      sx += fx, sy += fy, sz += fz;
+      lanes(sum[e.b].x) -= fx, lanes(sum[e.b].y) -= fy, lanes(sum[e.b].z) -= fz;
+    }
+    lanes(sum[i].x) += sx, lanes(sum[i].y) += sy, lanes(sum[i].z) += sz;
+  }
+}
+
 void Tangents::add_springs(const std::vector<NodeLanes>& in, std::vector<NodeLanes>& k, std::vector<NodeLanes>& d) const {
   const double spatial = dynamics_->body().planar ? 0.0 : 1.0;  // a planar body knows nothing of motion across its plane
   for (std::size_t i = 0; i < in.size(); ++i) {

@@ -18,9 +18,9 @@ Matrix side_by_side(const std::vector<Vector>& columns) {
 
 /// W^T P W.
 Matrix energy_of(const Linearisation& at, const Matrix& w, double s) {
-  Matrix p_w, d_w;
-  at.tangents->multiply(w, p_w, d_w);
-  p_w += s * d_w + s * s * at.dynamics->masses().asDiagonal() * w;
+  Matrix p_w;
+  at.tangents->multiply_shifted(w, s, p_w);
+  p_w += s * s * at.dynamics->masses().asDiagonal() * w;
   return w.transpose() * p_w;
 }
 

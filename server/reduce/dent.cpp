@@ -9,7 +9,7 @@ namespace palpate {
 namespace {
 
 constexpr int kSteps = 40;          // of conjugate gradients, a round
-constexpr double kClose = 3e-3;     // of the residual that a way begins with
+constexpr double kClose = 3e-2;     // of the residual that a way begins with: a basis forgives
 constexpr double kShortest = 1e-3;  // step along a direction, of the last but one
 
 /// The nodes nearest to those of `port`, elements between them being the measure, ascending.

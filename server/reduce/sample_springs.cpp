@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 #include "common/base/random.hpp"
 #include "server/reduce/expansion.hpp"
@@ -47,9 +48,8 @@ Matrix samples(const SpringSampling& sampling) {
   return u;
 }
 
-/// What springs add to the linear force at the samples, a row each.
+/// What some springs add to the linear force at the samples, a row each.
 struct Bending {
-  std::vector<std::uint32_t> elements;
   std::array<Rows, 3> motion;  ///< G_e by axes, springs x n
   std::array<Rows, 3> force;   ///< springs x samples
 };
@@ -60,7 +60,7 @@ float stiffening_of(const LumpedBody& body) {
 
 /// From how far a spring's ends move apart to what it pulls with beyond the linear force, all samples side by side.
 template <typename Samples>
-void bend(const Element& element, float stiffening, const Eigen::Vector3f& d, Samples x, Samples y, Samples z) {
+void pull_beyond_linear(const Element& element, float stiffening, const Eigen::Vector3f& d, Samples x, Samples y, Samples z) {
   using Each = Eigen::Array<float, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kSamples + kMoreOnPath>;
   const auto k = static_cast<float>(element.stiffness_n_m), rest = static_cast<float>(element.rest_length_m);
   const float length = d.norm(), strain = (length - rest) / rest;
@@ -77,71 +77,103 @@ void bend(const Element& element, float stiffening, const Eigen::Vector3f& d, Sa
   z = pull * there_z - turned * n.z() - across * z;
 }
 
-std::optional<Bending> bend(const Linearisation& at, const SpringSampling& sampling, const Matrix& u) {
-  const LumpedBody& body = at.dynamics->body();
+/// The springs of a body at the samples.
+class BentSprings {
+ public:
+  BentSprings(const Linearisation& at, const SpringSampling& sampling, const Matrix& u)
+      : at_(&at), moved_(sampling.moved.cast<float>()), way_(u.cast<float>()) {
+    // |G u| over all samples is |G L|, L L^T = u u^T: fewer columns.
+    const Eigen::SelfAdjointEigenSolver<Matrix> eigen(u * u.transpose());
+    const Matrix root = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+    elements_ = elements_that_bend(*at.dynamics, *at.state, sampling.moved * root, kNegligible);
+  }
+  const std::vector<std::uint32_t>& elements() const { return elements_; }
+  bool have_length() const {
+    return std::all_of(elements_.begin(), elements_.end(), [&](std::uint32_t e) { return span(e).norm() > kLengthMin; });
+  }
+  /// d
+  Vec3 span(std::uint32_t element) const {
+    const Element& e = body().elements[element];
+    return at_node(at_->state->x, e.b) - at_node(at_->state->x, e.a);
+  }
+  void bend(std::span<const std::uint32_t> elements, Bending& b) const {
+    const auto count = static_cast<Eigen::Index>(elements.size());
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      b.motion[axis].resize(count, moved_.cols());
+      for (Eigen::Index k = 0; k < count; ++k) {
+        const Element& e = body().elements[elements[static_cast<std::size_t>(k)]];
+        const auto row = [&](std::uint32_t node) {
+          return moved_.row(3 * static_cast<Eigen::Index>(node) + static_cast<Eigen::Index>(axis));
+        };
+        b.motion[axis].row(k) = row(e.b) - row(e.a);
+      }
+      b.force[axis].noalias() = b.motion[axis] * way_;
+    }
+    const float stiffening = stiffening_of(body());
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const std::uint32_t e = elements[static_cast<std::size_t>(k)];
+      pull_beyond_linear(body().elements[e], stiffening, span(e).cast<float>(), b.force[0].row(k).array(),
+                         b.force[1].row(k).array(), b.force[2].row(k).array());
+    }
+  }
+  const LumpedBody& body() const { return at_->dynamics->body(); }
+
+ private:
+  const Linearisation* at_;
+  Rows moved_;
+  Eigen::MatrixXf way_;
+  std::vector<std::uint32_t> elements_;
+};
+
+/// All springs together, and those with the largest forces times motions.
+struct Survey {
+  Eigen::MatrixXf all;  ///< sum of G_e^T r_e, n x samples
+  std::vector<std::uint32_t> largest;
+};
+
+/// Some springs at a time: they stay near the processor.
+Survey survey(const BentSprings& springs, Eigen::Index variables, Eigen::Index samples) {
+  constexpr std::size_t kTogether = 128;
+  const std::vector<std::uint32_t>& elements = springs.elements();
+  Survey found{Eigen::MatrixXf::Zero(variables, samples), {}};
+  Eigen::VectorXf part(static_cast<Eigen::Index>(elements.size()));
   Bending b;
-  // |G u| over all samples is |G L|, L L^T = u u^T: fewer columns.
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(u * u.transpose());
-  const Matrix root = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
-  b.elements = elements_that_bend(*at.dynamics, *at.state, sampling.moved * root, kNegligible);
-  const auto count = static_cast<Eigen::Index>(b.elements.size());
-  for (Rows& rows : b.motion) rows.resize(count, u.rows());
-  for (Eigen::Index e = 0; e < count; ++e) {
-    const Element& element = body.elements[b.elements[static_cast<std::size_t>(e)]];
-    for (int axis = 0; axis < 3; ++axis)
-      b.motion[static_cast<std::size_t>(axis)].row(e) = (sampling.moved.row(3 * static_cast<Eigen::Index>(element.b) + axis) -
-                                                         sampling.moved.row(3 * static_cast<Eigen::Index>(element.a) + axis))
-                                                            .cast<float>();
+  for (std::size_t begin = 0; begin < elements.size(); begin += kTogether) {
+    const std::size_t count = std::min(kTogether, elements.size() - begin);
+    springs.bend(std::span(elements).subspan(begin, count), b);
+    Eigen::VectorXf pushes = Eigen::VectorXf::Zero(static_cast<Eigen::Index>(count)), moves = pushes;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      found.all.noalias() += b.motion[axis].transpose() * b.force[axis];
+      pushes += b.force[axis].rowwise().squaredNorm();
+      moves += b.motion[axis].rowwise().squaredNorm();
+    }
+    part.segment(static_cast<Eigen::Index>(begin), pushes.size()) = pushes.cwiseProduct(moves);
   }
-  const Eigen::MatrixXf way = u.cast<float>();
-  for (std::size_t axis = 0; axis < 3; ++axis) b.force[axis] = b.motion[axis] * way;
-  const float stiffening = stiffening_of(body);
-  for (Eigen::Index e = 0; e < count; ++e) {
-    const Element& element = body.elements[b.elements[static_cast<std::size_t>(e)]];
-    const Vec3 span = at.state->x.segment<3>(3 * static_cast<Eigen::Index>(element.b)) -
-                      at.state->x.segment<3>(3 * static_cast<Eigen::Index>(element.a));
-    if (!(span.norm() > kLengthMin)) return std::nullopt;
-    bend(element, stiffening, span.cast<float>(), b.force[0].row(e).array(), b.force[1].row(e).array(),
-         b.force[2].row(e).array());
-  }
-  return b;
+  std::vector<Eigen::Index> order(elements.size()), rows(std::min<std::size_t>(elements.size(), kCandidates));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::partial_sort_copy(order.begin(), order.end(), rows.begin(), rows.end(),
+                         [&](Eigen::Index i, Eigen::Index j) { return part[i] != part[j] ? part[i] > part[j] : i < j; });
+  for (const Eigen::Index row : rows) found.largest.push_back(elements[static_cast<std::size_t>(row)]);
+  return found;
 }
 
-/// The springs with the largest forces times motions, by their rows.
-std::vector<Eigen::Index> largest(const Bending& b) {
-  Eigen::VectorXf part = Eigen::VectorXf::Zero(b.motion[0].rows()), moves = part;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    part += b.force[axis].rowwise().squaredNorm();
-    moves += b.motion[axis].rowwise().squaredNorm();
-  }
-  part = part.cwiseProduct(moves);
-  std::vector<Eigen::Index> rows(static_cast<std::size_t>(part.size()));
-  std::iota(rows.begin(), rows.end(), Eigen::Index{0});
-  const auto kept = std::min<std::size_t>(rows.size(), kCandidates);
-  std::partial_sort(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(kept), rows.end(),
-                    [&](Eigen::Index i, Eigen::Index j) { return part[i] != part[j] ? part[i] > part[j] : i < j; });
-  rows.resize(kept);
-  return rows;
-}
-
-/// The springs of these rows with their weights.
-SampledSprings chosen(const Linearisation& at, const Bending& b, const std::vector<Eigen::Index>& rows, const SparseWeights& w) {
-  const LumpedBody& body = at.dynamics->body();
+/// Some of the candidates with their weights.
+SampledSprings chosen(const BentSprings& all, const std::vector<std::uint32_t>& candidates, const Bending& b,
+                      const SparseWeights& w) {
   SampledSprings springs;
   const auto count = static_cast<Eigen::Index>(w.columns.size());
-  springs.stiffening = stiffening_of(body);
+  springs.stiffening = stiffening_of(all.body());
   springs.motion.resize(3 * count, b.motion[0].cols());
   springs.span.resize(3, count);
   springs.rest_length.resize(count);
   springs.stiffness.resize(count);
   springs.damping.resize(count);
   for (Eigen::Index k = 0; k < count; ++k) {
-    const Eigen::Index row = rows[static_cast<std::size_t>(w.columns[static_cast<std::size_t>(k)])];
-    const Element& e = body.elements[b.elements[static_cast<std::size_t>(row)]];
+    const Eigen::Index row = w.columns[static_cast<std::size_t>(k)];
+    const std::uint32_t element = candidates[static_cast<std::size_t>(row)];
+    const Element& e = all.body().elements[element];
     for (int axis = 0; axis < 3; ++axis) springs.motion.row(3 * k + axis) = b.motion[static_cast<std::size_t>(axis)].row(row);
-    springs.span.col(k) =
-        (at.state->x.segment<3>(3 * static_cast<Eigen::Index>(e.b)) - at.state->x.segment<3>(3 * static_cast<Eigen::Index>(e.a)))
-            .cast<float>();
+    springs.span.col(k) = all.span(element).cast<float>();
     springs.rest_length[k] = static_cast<float>(e.rest_length_m);
     springs.stiffness[k] = w.weights[k] * static_cast<float>(e.stiffness_n_m);
     springs.damping[k] = w.weights[k] * static_cast<float>(e.damping_n_s_m);
@@ -151,25 +183,24 @@ SampledSprings chosen(const Linearisation& at, const Bending& b, const std::vect
 
 /// Bending as forces on the variables, in units in which every sample counts alike.
 struct Fit {
-  Eigen::MatrixXf parts;  ///< of each of `rows`, a column each: n x samples
+  Eigen::MatrixXf parts;  ///< of each candidate, a column each: n x samples
   Eigen::VectorXf all;    ///< of all springs
 };
 
-Fit fit_of(const Bending& b, const std::vector<Eigen::Index>& rows, const Matrix& u, const Vector& stiffness) {
+Fit fit_of(const Bending& candidates, Eigen::MatrixXf all, const Matrix& u, const Vector& stiffness) {
   const Eigen::VectorXf unit = stiffness.cwiseSqrt().cwiseInverse().cast<float>();
-  const Eigen::Index n = u.rows();
-  Eigen::MatrixXf all = Eigen::MatrixXf::Zero(n, u.cols());
-  for (std::size_t axis = 0; axis < 3; ++axis) all += b.motion[axis].transpose() * b.force[axis];
+  const Eigen::Index n = u.rows(), count = candidates.motion[0].rows();
   all = unit.asDiagonal() * all;
   const Eigen::MatrixXf linear = unit.cwiseInverse().asDiagonal() * u.cast<float>();
   const Eigen::VectorXf size = (all.colwise().norm() + kOfLinear * linear.colwise().norm()).cwiseMax(1e-30F).transpose();
   Fit fit;
   fit.all = (all * size.cwiseInverse().asDiagonal()).reshaped();
-  fit.parts.resize(n * u.cols(), static_cast<Eigen::Index>(rows.size()));
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    auto part = fit.parts.col(static_cast<Eigen::Index>(k)).reshaped(n, u.cols());
+  fit.parts.resize(n * u.cols(), count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    auto part = fit.parts.col(k).reshaped(n, u.cols());
     part.setZero();
-    for (std::size_t axis = 0; axis < 3; ++axis) part += b.motion[axis].row(rows[k]).transpose() * b.force[axis].row(rows[k]);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      part.noalias() += candidates.motion[axis].row(k).transpose() * candidates.force[axis].row(k);
     part = unit.asDiagonal() * part * size.cwiseInverse().asDiagonal();
   }
   return fit;
@@ -179,13 +210,15 @@ Fit fit_of(const Bending& b, const std::vector<Eigen::Index>& rows, const Matrix
 
 std::optional<SampledSprings> sample_springs(const Linearisation& at, const SpringSampling& sampling) {
   const Matrix u = samples(sampling);
-  const auto b = bend(at, sampling, u);
-  if (!b || b->elements.empty()) return std::nullopt;
-  const std::vector<Eigen::Index> rows = largest(*b);
-  const Fit fit = fit_of(*b, rows, u, sampling.stiffness);
+  const BentSprings springs(at, sampling, u);
+  if (springs.elements().empty() || !springs.have_length()) return std::nullopt;
+  Survey found = survey(springs, u.rows(), u.cols());
+  Bending candidates;
+  springs.bend(found.largest, candidates);
+  const Fit fit = fit_of(candidates, std::move(found.all), u, sampling.stiffness);
   const SparseWeights w = sparse_weights(fit.parts, fit.all, sampling.springs, kCloseEnough);
   if (w.columns.empty()) return std::nullopt;
-  return chosen(at, *b, rows, w);
+  return chosen(springs, found.largest, candidates, w);
 }
 
 }  // namespace palpate
