@@ -162,7 +162,9 @@ class LocalRun {
       answers.col(axis) = kH / 2 * step_(load);
       compliance.col(axis) = kH / 2 * gather(b, answers.col(axis));
     }
-    const ContactClosure closure = close_contact(skin.position(port_.point, b, x), 0.5 * (compliance + compliance.transpose()),
+    const Mat3 residual = full_ ? start_->residual : Mat3::Zero();  // what lambda* did is in x*
+    const ContactClosure closure = close_contact(skin.position(port_.point, b, x) - residual * start_->port.lambda,
+                                                 0.5 * (compliance + compliance.transpose()) + residual,
                                                  normal_at(skin.view(), positions_, port_.point), tool, port_.parameters);
     port_.lambda = closure.lambda;
     port_.touching = closure.lambda.squaredNorm() > 0;

@@ -3,7 +3,8 @@
 // Of every frame of a replay that keeps them (replay.hpp) the body's state, its port and the modes of the patch. In each tick the
 // model of the patch that was played then has come from its stamp, along the tool's true path, to that tick:
 //
-//     full_forces     M_r y'' = V^T (F(x* + V y, ...) + B lambda)      the body's own forces on the modes of the patch
+//     full_forces     M_r y'' = V^T (F(x* + V y, ...) + B lambda)      the body's own forces on the modes of the patch, which
+//                                                                      yields at once beside them as the patch does
 //     whole_linear    M w'' = F* - K w - D (w' - v*) + B lambda        the whole body, linearised at the stamp
 //
 // in ticks of 1 ms by the trapezoid, what the forces have beyond the linear ones where the tick before leads to. The contact is
@@ -26,6 +27,8 @@ struct LocalStart {
   BodyState body;  ///< there
   ToolPort port;   ///< there
   Matrix modes;    ///< V, 3 N x r, orthonormal in M
+  /// Of a touch: what the point under the tool yields at once beside the modes, C_s of the patch [m/N].
+  Mat3 residual = Mat3::Zero();
 };
 
 /// On the tool [N], for every tick of the path. `ages`: of the patch that was played, negative where there was none; then there

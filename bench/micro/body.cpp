@@ -18,6 +18,8 @@
 #include "server/body/explicit_integrator.hpp"
 #include "server/body/linear_solver.hpp"
 #include "server/body/spring_blocks.hpp"
+#include "server/body/stabilised_integrator.hpp"
+#include "server/reduce/dent.hpp"
 #include "server/reduce/frame_model.hpp"
 
 namespace palpate {
@@ -99,18 +101,51 @@ void body_blocks(benchmark::State& state, const std::string& name) {
 }
 
 /// Steps of a body that `threads` share: wall clock.
-void body_leapfrog(benchmark::State& state, const std::string& name, std::size_t threads) {
+template <typename Steps>
+void body_steps(benchmark::State& state, const std::string& name, std::size_t threads) {
   constexpr double kFrameS = 0.010;
   BodyCase body(name);
   const Skin nothing_to_touch;
-  ExplicitIntegrator leapfrog(body.dynamics, nothing_to_touch);
+  Steps stepper(body.dynamics, nothing_to_touch);
   SpinningCrew crew(threads);
-  leapfrog.employ(crew);
+  stepper.employ(crew);
   std::vector<ToolPort> no_tools;
   int steps = 0;
-  for (auto _ : state) steps += leapfrog.advance(body.state, no_tools, body.state.time_s + kFrameS, kFrameS, {}).steps;
+  double moved_s = 0;
+  for (auto _ : state) {
+    steps += stepper.advance(body.state, no_tools, body.state.time_s + kFrameS, kFrameS, {}).steps;
+    moved_s += kFrameS;
+  }
   state.counters["nodes"] = static_cast<double>(body.scene.body.nodes.size());
   state.counters["steps_a_second"] = benchmark::Counter(steps, benchmark::Counter::kIsRate);
+  state.counters["times_real_time"] = benchmark::Counter(moved_s, benchmark::Counter::kIsRate);
+}
+
+/// Three dents under a tool on the middle of the top.
+void body_dents(benchmark::State& state, const std::string& name) {
+  BodyCase body(name);
+  const Skin skin(body.scene.body);
+  const SurfacePoint top = nearest_point(skin.view(), skin.place(body.state.x), home_of(body.scene)).point;
+  constexpr double kShift = 2.0 / 0.150;
+  DentRequest request{skin.weights(top), {}, {}, kShift};
+  for (const double deep_m : {0.001, 0.004, 0.009}) request.ways.push_back(-deep_m * Vec3::UnitZ());
+  Tangents tangents(body.dynamics);
+  tangents.take(body.state);
+  const Linearisation at{&body.dynamics, &body.state, &body.scene.body.fixed, &tangents};
+  ShiftedSolver solver(body.dynamics);
+  solver.prepare(at, kShift, true);
+  std::vector<Vector> answers(3, Vector::Zero(body.state.x.size()));
+  for (int axis = 0; axis < 3; ++axis) {
+    Vector load = Vector::Zero(body.state.x.size());
+    scatter(request.port, Vec3::Unit(axis), load);
+    mask(body.scene.body.fixed, load);
+    if (!solver.solve(at, load, 1e-3, answers[static_cast<std::size_t>(axis)])) state.SkipWithError("not definite");
+  }
+  request.answers = answers;
+  const Dents dents(body.scene.body);
+  const ProcessorTimer timer;
+  for (auto _ : state) benchmark::DoNotOptimize(dents.shapes(at, request).data());
+  report(state, body, timer);
 }
 
 /// What a patch is made of: the matrix, and the body's answers under a tool on the middle of the top that is 5 mm further on, or
@@ -204,11 +239,17 @@ void add_body_benchmarks() {
   for (const std::string& body : lattices)
     benchmark::RegisterBenchmark(("body/forces_in_blocks/" + body).c_str(), body_blocks, body)->MinTime(0.1);
   for (const char* body : {"cube20", "cube30"})
-    for (const std::size_t threads : {1, 2})
-      benchmark::RegisterBenchmark(("body/leapfrog/" + std::string(body) + "/threads:" + std::to_string(threads)).c_str(),
-                                   body_leapfrog, body, threads)
+    for (const std::size_t threads : {1, 2}) {
+      const std::string which = std::string(body) + "/threads:" + std::to_string(threads);
+      benchmark::RegisterBenchmark(("body/leapfrog/" + which).c_str(), body_steps<ExplicitIntegrator>, body, threads)
           ->UseRealTime()
           ->MinTime(0.5);
+      benchmark::RegisterBenchmark(("body/stabilised/" + which).c_str(), body_steps<StabilisedIntegrator>, body, threads)
+          ->UseRealTime()
+          ->MinTime(0.5);
+    }
+  for (const char* body : {"cube6", "cube15", "organ"})
+    benchmark::RegisterBenchmark((std::string("body/dents/") + body).c_str(), body_dents, body)->MinTime(0.1);
   for (const char* body : {"cube14", "cube20", "cube30"})
     for (const bool graded : {false, true})
       benchmark::RegisterBenchmark(("body/port_answers/" + std::string(graded ? "graded/" : "whole/") + body).c_str(),

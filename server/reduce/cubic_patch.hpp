@@ -13,8 +13,8 @@
 // that it is likely to come to, with f its own forces at rest on the variables at y:
 //     N(y) = f(y) - f(0) + K y,   N^(y) = - d(E3 + E4)/dy,   trusted while |N^ - N| <= max(kWrong |N|, kHarmless |K y|)
 // and where that fails the radius ends before (found to a third, and at least kLeast).
-// Where the radius ends below 1, and for laws that stiffen, springs of the body go instead of a polynomial: they bend as it does,
-// however far.
+// Where the radius ends below 1, and for laws that stiffen and planar bodies always, springs of the body go instead of a
+// polynomial: they bend as it does, however far.
 // A patch is lifted to be passive (lift.hpp); with u = (d, q) and H, H~ the joint stiffness before and after,
 //     E2 = 1/2 u^T (H - H~) u.
 #pragma once

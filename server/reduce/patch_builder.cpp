@@ -350,10 +350,11 @@ void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const 
   if (!ends.empty()) add_way(at.state->x - ends.front()->x);
   shapes.lifted = true_stiffness - joint_stiffness(patch, patch.stiffness);
   const int leading = patch.contact == ContactKind::attach ? kAttachLeading : kTouchLeading;
-  const bool stiffens = at.dynamics->body().law == SpringLaw::stiffening;
-  if (!stiffens)
+  // Sheets buckle in their plane.
+  const bool no_series = at.dynamics->body().law == SpringLaw::stiffening || at.dynamics->body().planar;
+  if (!no_series)
     if (auto terms = cubic_terms(at, patch, shapes, leading)) terms_ = std::move(*terms);
-  if (stiffens || terms_.radius < 1)
+  if (no_series || terms_.radius < 1)
     if (auto terms = spring_terms(at, patch, shapes, kSprings)) terms_ = std::move(*terms);
   modes_ = std::move(shapes.modes);
 }
