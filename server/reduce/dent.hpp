@@ -24,7 +24,7 @@ namespace palpate {
 struct DentRequest {
   Skin::Weights port;               ///< B
   std::span<const Vector> answers;  ///< P^-1 B, three
-  std::vector<Vec3> ways;           ///< a [m], each further than the one before
+  std::vector<Vec3> ways;           ///< a [m], at least one, each further than the one before
   double shift_1_s = 20;            ///< s
 };
 
@@ -36,7 +36,7 @@ class Dents {
 
   /// Springs; `body` must outlive it.
   explicit Dents(const LumpedBody& body);
-  /// w, 3 N, one for each way; fewer where the body cannot be followed so far.
+  /// w, 3 N, one for each way; fewer where the body cannot be followed so far, none where it is fixed.
   std::vector<Vector> shapes(const Linearisation& at, const DentRequest& request) const;
 
  private:

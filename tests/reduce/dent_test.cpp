@@ -107,7 +107,7 @@ TEST_CASE(
   CHECK(left.norm() > 0.5 * load.norm());
 }
 
-TEST_CASE("Of a body larger than its near part the dent is one of all of it, to a few hundredths") {
+TEST_CASE("Of a body larger than its near part the dent is one of all of it, to a tenth") {
   Pressed pressed(stiffening_box(13, 13, 7));
   REQUIRE(pressed.body.nodes.size() > 3 * Dents::kNodes);
   const Vec3 way(0, 0, -0.008);
@@ -130,6 +130,16 @@ TEST_CASE("Of a body larger than its near part the dent is one of all of it, to 
   const auto [left, load] = pressed.left(w, way);
   REQUIRE(left.norm() < 1e-3 * load.norm());
   CHECK((found[1] - w).norm() < 0.1 * w.norm());
+}
+
+TEST_CASE("Where the body is fixed there is no dent") {
+  Pressed pressed(stiffening_box(5, 5, 4));
+  pressed.point = nearest_point(pressed.skin.view(), pressed.skin.place(pressed.state.x), Vec3(0.03, 0.03, -0.001)).point;
+  pressed.request.port = pressed.skin.weights(pressed.point);
+  const std::vector<Vector> nothing(3, Vector::Zero(pressed.state.x.size()));
+  pressed.request.answers = nothing;
+  pressed.request.ways = {Vec3(0, 0, 0.005)};
+  CHECK(Dents(pressed.body).shapes(pressed.at, pressed.request).empty());
 }
 
 TEST_CASE("What a body cannot follow is left out, and no number that is none comes back") {
