@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <optional>
 #include <stdexcept>
 
 #include "common/port/contact_law.hpp"
@@ -83,23 +82,23 @@ class LocalRun {
   Vec3 tick(const Vec3& to) {
     Vector pushed = Vector::Zero(w_.size());
     if (port_.touching && !grasp_) scatter(body_->skin.weights(port_.point), port_.lambda, pushed);
-    const Vector now = forces(w_, v_), masses = body_->dynamics.masses();
+    const Vector now = forces(w_, v_), before = free_of(v_);
+    const Vector& masses = body_->dynamics.masses();
     // Where it would go with the forces of now, for what they have beyond the linear ones.
     Vector a = (now + pushed).cwiseQuotient(masses);
     mask(held_, a);
     const Vec3 tool_speed = (to - tool_) / kH;
     // A V1 = M V0 + h/2 (G0 + G1 without V1), the linear part of G1 at w0 + h/2 V0.
-    Vector w = w_ + kH / 2 * free_of(v_), none = Vector::Zero(w.size());
+    Vector w = w_ + kH / 2 * before, none = Vector::Zero(w.size());
     if (grasp_) at_node(w, port_.node) = to - tool_begin_, at_node(none, port_.node) = tool_speed;
     Vector then = linear_forces(w, none);
     if (full_) {
-      Vector w_then = w_ + kH * free_of(v_) + kH * kH / 2 * a, v_then = free_of(v_) + kH * a;
+      Vector w_then = w_ + kH * before + kH * kH / 2 * a, v_then = before + kH * a;
       if (grasp_) at_node(w_then, port_.node) = to - tool_begin_, at_node(v_then, port_.node) = tool_speed;
       then += forces(w_then, v_then) - linear_forces(w_then, v_then);
     }
-    Vector b = masses.cwiseProduct(free_of(v_)) + kH / 2 * (now + then + pushed);
+    Vector b = masses.cwiseProduct(before) + kH / 2 * (now + then + pushed);
     mask(held_, b);
-    const Vector before = free_of(v_);
     Vector v = step_(b);
     w_ += kH / 2 * (before + v);
     if (grasp_) at_node(w_, port_.node) = to - tool_begin_, at_node(v, port_.node) = tool_speed;
@@ -125,10 +124,10 @@ class LocalRun {
     return y;
   }
   Vector linear_forces(const Vector& w, const Vector& v) const {
-    Matrix k, d, unused;
-    tangents_.multiply(w, k, unused);
-    tangents_.multiply(v - start_->body.v, unused, d);
-    return at_stamp_ - k.col(0) - d.col(0);
+    Matrix ways(w.size(), 2), k, d;
+    ways << w, v - start_->body.v;
+    tangents_.multiply(ways, k, d);
+    return at_stamp_ - k.col(0) - d.col(1);
   }
   Vector forces(const Vector& w, const Vector& v) const {
     if (!full_) return linear_forces(w, v);
@@ -187,14 +186,14 @@ class LocalRun {
 
 }  // namespace
 
-std::vector<Vec3> local_forces(const Scene& scene, const ToolPath& path, std::span<const Micros> ages,
-                               std::span<const LocalStart> starts, LocalModel model) {
+std::vector<std::optional<Vec3>> local_forces(const Scene& scene, const ToolPath& path, std::span<const Micros> ages,
+                                              std::span<const LocalStart> starts, LocalModel model) {
   const Body body(scene);
   const auto tick_of = [](Micros t) { return static_cast<std::int64_t>(std::llround(1e3 * seconds(t))); };
   const auto at = [&](std::int64_t tick) {
     return path[static_cast<std::size_t>(std::clamp<std::int64_t>(tick, 0, static_cast<std::int64_t>(path.size()) - 1))];
   };
-  std::vector<Vec3> forces(path.size(), Vec3::Zero());
+  std::vector<std::optional<Vec3>> forces(path.size());
   std::optional<LocalRun> run;
   const LocalStart* of = nullptr;
   std::int64_t done = 0;
@@ -204,7 +203,8 @@ std::vector<Vec3> local_forces(const Scene& scene, const ToolPath& path, std::sp
     const auto nearest = std::min_element(starts.begin(), starts.end(), [&](const LocalStart& a, const LocalStart& b) {
       return std::chrono::abs(a.stamp - stamp) < std::chrono::abs(b.stamp - stamp);
     });
-    if (nearest == starts.end()) continue;
+    const bool has_model = nearest != starts.end() && (model == LocalModel::whole_linear || nearest->modes.rows() > 0);
+    if (!has_model) continue;
     if (&*nearest != of) {
       of = &*nearest;
       done = tick_of(of->stamp);

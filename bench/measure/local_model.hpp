@@ -11,6 +11,7 @@
 // the server's: the whole skin and the same law (contact_law.hpp). Neither wire, cross-fade nor guard have a part in it.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -31,9 +32,9 @@ struct LocalStart {
   Mat3 residual = Mat3::Zero();
 };
 
-/// On the tool [N], for every tick of the path. `ages`: of the patch that was played, negative where there was none; then there
-/// is no force. `starts` ascend.
-std::vector<Vec3> local_forces(const Scene& scene, const ToolPath& path, std::span<const Micros> ages,
-                               std::span<const LocalStart> starts, LocalModel model);
+/// On the tool [N], for every tick of the path; nothing where there was no patch (`ages`, of the one that was played, negative)
+/// and, for full_forces, where it had no modes of its own: it was none of scheme `cubic`. `starts` ascend.
+std::vector<std::optional<Vec3>> local_forces(const Scene& scene, const ToolPath& path, std::span<const Micros> ages,
+                                              std::span<const LocalStart> starts, LocalModel model);
 
 }  // namespace palpate

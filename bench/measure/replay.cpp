@@ -141,13 +141,15 @@ void replace_patches(ReplayResult& result, const Scene& scene, LocalModel model)
     path.push_back(tick.position);
     ages.push_back(tick.patch_age);
   }
-  const std::vector<Vec3> forces = local_forces(scene, path, ages, result.starts, model);
-  std::vector<Vec3> reference;
+  const auto forces = local_forces(scene, path, ages, result.starts, model);
+  std::vector<Vec3> felt, reference;
   for (std::size_t i = 0; i < forces.size(); ++i) {
-    result.ticks[i].felt = forces[i];
-    reference.push_back(result.ticks[i].reference);
+    ReplayTick& tick = result.ticks[i];
+    if (forces[i]) tick.felt = *forces[i];
+    felt.push_back(tick.felt);
+    reference.push_back(tick.reference);
   }
-  result.fidelity = compare(forces, reference, kSkipTicks);
+  result.fidelity = compare(felt, reference, kSkipTicks);
 }
 
 ReferenceForce reference_of(const Scene& scene, const Motion& motion) {

@@ -71,8 +71,8 @@ struct ReplayResult {
 /// relative_errors() of what was felt (metrics.hpp).
 std::vector<double> relative_errors(const ReplayResult& result);
 
-/// The run as it would have been felt with such a model in place of every patch, those of `starts`: its ticks' forces and its
-/// fidelity are changed.
+/// The run as it would have been felt with such a model in place of every patch that has one, those of `starts`: its ticks'
+/// forces and its fidelity are changed.
 void replace_patches(ReplayResult& result, const Scene& scene, LocalModel model);
 
 /// Nanoseconds of some steady clock; handed in, because measuring is not the experiment's business.

@@ -103,7 +103,9 @@ std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart
   std::for_each(history.states().begin(), history.states().end(), add);
   std::for_each(ahead.begin(), ahead.end(), add);
   candidates.insert(candidates.end(), dents.begin(), dents.end());
-  return compress(at, side_by_side(candidates), s, request.modes);
+  CubicBasis basis = compress(at, side_by_side(candidates), s, request.modes);
+  basis.dents = static_cast<int>(dents.size());
+  return basis;
 }
 
 }  // namespace palpate

@@ -210,9 +210,7 @@ std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
       start.ports.push_back(own.slide);
       correct.apply(start.ports.back());
     }
-    auto basis = cubic_basis(at, start, solve, Matrix(), dents, history_, ahead_, {modes, p.shift(), bridge_s}, cubic_memory_);
-    if (basis) basis->dents = static_cast<int>(dents.size());
-    return basis;
+    return cubic_basis(at, start, solve, Matrix(), dents, history_, ahead_, {modes, p.shift(), bridge_s}, cubic_memory_);
   }
   for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(at.masses()));
   auto directions = krylov_basis(at, start, solve, {modes, p.shift(), kBasisTolerance});

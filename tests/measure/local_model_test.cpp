@@ -49,6 +49,18 @@ TEST_CASE("Over small motions a body linearised where it was is the body, graspe
   CHECK(db_of(touch, touched, LocalModel::whole_linear) > 35);
 }
 
+TEST_CASE("Where cubic fell back there are no modes to put full forces on, and what was felt stays") {
+  Scene scene = scene_named("cube6");
+  scene.body.law = SpringLaw::thigh_skin;  // without a series
+  ReplayResult run = with_starts(scene, wave(home_of(scene), 0.004, 0, 0.4), 50);
+  REQUIRE(run.last_patch.scheme == Scheme::port);
+  REQUIRE(!run.starts.empty());
+  const ReplayResult before = run;
+  replace_patches(run, scene, LocalModel::full_forces);
+  CHECK(run.fidelity.snr_db == before.fidelity.snr_db);
+  for (std::size_t i = 0; i < run.ticks.size(); ++i) CHECK(run.ticks[i].felt == before.ticks[i].felt);
+}
+
 TEST_CASE("Over large motions the body's own forces on all of its modes are the body, and its linearisation is not") {
   const Scene scene = scene_named("cube6");
   ReplayResult run = with_starts(scene, wave(home_of(scene), 0.008, 0, 0.7), 100);
