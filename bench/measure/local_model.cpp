@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
+#include <unordered_map>
 
 #include "common/port/contact_law.hpp"
 #include "server/body/linear_solver.hpp"
@@ -41,10 +42,9 @@ class StepMatrix {
       if (!solver_.factorise(matrix_)) throw std::runtime_error("a linearised body has no step of a millisecond");
     }
   }
-  /// What the nodes' velocities are when this is what they are pushed by; rows of held nodes zero.
-  Vector operator()(const Vector& b) {
+  /// What the nodes' velocities are when this is what they are pushed by, near `x`; rows of held nodes zero, in `x` too.
+  Vector operator()(const Vector& b, Vector x) {
     if (reduced_) return *reduced_ * modes_.solve(reduced_->transpose() * b);
-    Vector x = Vector::Zero(b.size());
     if (!solver_.solve(b, 1e-8, x).positive_definite) throw std::runtime_error("a linearised body has no step of a millisecond");
     return x;
   }
@@ -99,7 +99,7 @@ class LocalRun {
     }
     Vector b = masses.cwiseProduct(before) + kH / 2 * (now + then + pushed);
     mask(held_, b);
-    Vector v = step_(b);
+    Vector v = step_(b, before);
     w_ += kH / 2 * (before + v);
     if (grasp_) at_node(w_, port_.node) = to - tool_begin_, at_node(v, port_.node) = tool_speed;
     v_ = v;
@@ -140,6 +140,20 @@ class LocalRun {
     return body_->dynamics.element_force(start_->body, port_.node) +
            Vec3(at_node(linear_forces(w_, v_), port_.node) - at_node(at_stamp_, port_.node));
   }
+  /// Velocities of the nodes within a tick for a unit force along each axis at a vertex of the skin.
+  const Matrix& answers_at(std::uint32_t vertex) {
+    const auto [known, is_new] = answers_.try_emplace(vertex);
+    if (is_new) {
+      known->second.resize(w_.size(), 3);
+      for (int axis = 0; axis < 3; ++axis) {
+        Vector load = Vector::Zero(w_.size());
+        scatter(body_->skin.vertex_weights(vertex), Vec3::Unit(axis), load);
+        mask(held_, load);
+        known->second.col(axis) = kH / 2 * step_(load, Vector::Zero(w_.size()));
+      }
+    }
+    return known->second;
+  }
   /// The contact at the end of the tick.
   void close(const Vec3& tool) {
     const Skin& skin = body_->skin;
@@ -152,15 +166,11 @@ class LocalRun {
       port_.point = nearest.point;
     }
     const Skin::Weights b = skin.weights(port_.point);
-    Matrix answers(w_.size(), 3);
+    Matrix answers = Matrix::Zero(w_.size(), 3);
+    const Triangle& t = skin.view().triangles[port_.point.triangle];
+    for (std::size_t k = 0; k < 3; ++k) answers += port_.point.weight[static_cast<int>(k)] * answers_at(t[k]);
     Mat3 compliance;
-    for (int axis = 0; axis < 3; ++axis) {
-      Vector load = Vector::Zero(w_.size());
-      scatter(b, Vec3::Unit(axis), load);
-      mask(held_, load);
-      answers.col(axis) = kH / 2 * step_(load);
-      compliance.col(axis) = kH / 2 * gather(b, answers.col(axis));
-    }
+    for (int axis = 0; axis < 3; ++axis) compliance.col(axis) = kH / 2 * gather(b, answers.col(axis));
     const Mat3 residual = full_ ? start_->residual : Mat3::Zero();  // what lambda* did is in x*
     const ContactClosure closure = close_contact(skin.position(port_.point, b, x) - residual * start_->port.lambda,
                                                  0.5 * (compliance + compliance.transpose()) + residual,
@@ -181,6 +191,7 @@ class LocalRun {
   ToolPort port_;
   Vec3 tool_begin_, tool_;
   Vector w_, v_, at_stamp_;
+  std::unordered_map<std::uint32_t, Matrix> answers_;
   std::vector<double> positions_;
 };
 

@@ -67,7 +67,7 @@ PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(e
   }
   tool_ = {patch.stamp, patch.tool};
   output_ = {patch.force, patch.touching};
-  bent_ = CubicForce::Variables::Zero(patch.contact == ContactKind::attach ? r + 3 : r);
+  bent_ = turned_ = CubicForce::Variables::Zero(patch.contact == ContactKind::attach ? r + 3 : r);
   bend(Vec3::Zero(), patch.tool_velocity);
 }
 
@@ -117,19 +117,27 @@ void PatchPlayer::tick_attach(const Vec3& tool) noexcept {
     u.segment<3>(2 * r + 3) = d_next;
     u.tail<3>() = rate;
     StateVector next = drift_;
+    if (!cubic_.empty()) next.noalias() += psi0_ * turned_.tail(r);
     next.noalias() += step_ * u;
     z_ = next;
-    bend(d_next, (tool - tool_.position) / kTickS);
-    kick();
+    bend_and_kick(d_next, (tool - tool_.position) / kTickS);
     force.noalias() += felt_ * z_;
     force.noalias() -= patch_.b_d.transpose() * patch_.q_rate;
-    if (!cubic_.empty()) force += bent_.head<3>();
+    if (!cubic_.empty()) force += bent_.head<3>() + turned_.head<3>();
   }
   output_ = {force, true};
 }
 
 void PatchPlayer::kick() noexcept {
   if (!cubic_.empty()) z_.tail(patch_.modes()) += (kTickS / 2) * bent_.tail(patch_.modes());
+}
+
+void PatchPlayer::bend_and_kick(const Vec3& displacement, const Vec3& velocity) noexcept {
+  if (cubic_.empty()) return;
+  const CubicForce::Variables before = turned_;
+  bend(displacement, velocity);
+  z_.noalias() += psi0_ * (0.5 * (turned_ - before)).tail(patch_.modes());
+  kick();
 }
 
 void PatchPlayer::bend(const Vec3& displacement, const Vec3& velocity) noexcept {
@@ -143,12 +151,14 @@ void PatchPlayer::bend(const Vec3& displacement, const Vec3& velocity) noexcept 
     rate.head<3>() = velocity;
   }
   u.tail(r) = z_.head(r);
+  cubic_.elastic(u, bent_);
   // With the half kick that is still to come: a body at rest would seem to move otherwise, and be damped.
   rate.tail(r) = z_.tail(r) + (kTickS / 2) * bent_.tail(r);
-  cubic_.evaluate(u, rate, bent_);
-  if (bent_.allFinite()) return;
+  cubic_.damping(u, rate, turned_);
+  if (bent_.allFinite() && turned_.allFinite()) return;
   cubic_ = {};  // whatever was sent: the linear patch goes on
   bent_.setZero();
+  turned_.setZero();
 }
 
 SurfaceView PatchPlayer::surface() const noexcept {
@@ -189,13 +199,13 @@ void PatchPlayer::tick_touch(const Vec3& tool) noexcept {
   if (r > 0) {
     kick();
     StateVector next = drift_ + carried_;
+    if (!cubic_.empty()) next.noalias() += psi0_ * turned_.tail(r);
     next.noalias() += step_ * z_;
     z_ = next;
     carried_.setZero();
   }
   close_touch(tool);
-  bend(Vec3::Zero(), Vec3::Zero());
-  kick();
+  bend_and_kick(Vec3::Zero(), Vec3::Zero());
 }
 
 void PatchPlayer::close_touch(const Vec3& tool) noexcept {

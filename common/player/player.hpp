@@ -38,8 +38,10 @@ class PatchPlayer {
   PatchPlayer() = default;
   /// `patch` has passed check(). The player stands at the patch's stamp.
   explicit PatchPlayer(const Patch& patch) : PatchPlayer(patch, CubicTerms{}) {}
-  /// The same with forces beyond the tangent; `terms` have passed check() for this patch. Each tick takes half their impulse, the
-  /// exact linear flow, and the other half at the new place (the impulse method: second order, time-reversible).
+  /// The same with forces beyond the tangent; `terms` have passed check() for this patch. Each tick takes half the impulse of the
+  /// elastic ones, the exact linear flow, and the other half at the new place (the impulse method: second order,
+  /// time-reversible). What dampers push for having turned is constant inside of the flow, the mean of what it is before and
+  /// after it: they may brake away in a tick many times what moves, and as impulses would turn it round.
   PatchPlayer(const Patch& patch, const CubicTerms& terms);
 
   /// On to `sample.t`, in ticks, the tool moving linearly from its last position. Nothing happens when that is less than half a
@@ -64,6 +66,7 @@ class PatchPlayer {
   void grow_load() noexcept;
   void kick() noexcept;
   void bend(const Vec3& displacement, const Vec3& velocity) noexcept;
+  void bend_and_kick(const Vec3& displacement, const Vec3& velocity) noexcept;
   void place_vertices() noexcept;
   void update_response() noexcept;
   SurfaceView surface() const noexcept;
@@ -79,10 +82,10 @@ class PatchPlayer {
   std::int64_t load_ticks_ = 0;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxStates, kMaxInputs> step_;
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor, 3, kMaxStates> felt_;  // attach: (B_k^T, B_d^T)
-  StateInput psi0_;                                                                // touch
+  StateInput psi0_;
   double low_pass_gain_ = 1;
   CubicForce cubic_;
-  CubicForce::Variables bent_;  // force on (d, q) or q at the end of the tick
+  CubicForce::Variables bent_, turned_;  // force on (d, q) or q at the end of the tick: elastic; of dampers that have turned
 
   std::array<std::uint32_t, kMaxPortVertices + 1> first_{};
   std::array<std::uint32_t, 3 * kMaxPortTriangles> incident_{};

@@ -111,6 +111,7 @@ void CubicForce::take_polynomials(const CubicTerms& terms) {
 }
 
 CubicForce::CubicForce(const CubicTerms& terms, const Patch& patch) : CubicForce(terms) {
+  constexpr double kRounding = 1e-6;  // numbers travel in single precision
   const int n = variables_, l = leading_;
   if (n == 0) return;
   if (terms.springs.count() > 0) {
@@ -123,12 +124,14 @@ CubicForce::CubicForce(const CubicTerms& terms, const Patch& patch) : CubicForce
   }
   const Eigen::MatrixXd t = terms.scale.inverse();
   linear_ = (t.transpose() * joint_stiffness(patch, patch.stiffness) * t).cast<float>();
-  if (has_e2_ && !sampled_.empty())
-    has_e2_ = Eigen::LLT<Eigen::MatrixXd>((linear_ + g2_).cast<double>() + sampled_.far_stiffness()).info() == Eigen::Success;
+  if (has_e2_ && !sampled_.empty()) {
+    Eigen::MatrixXd far = (linear_ + g2_).cast<double>() + sampled_.far_stiffness();
+    far.diagonal().array() += kRounding * far.trace() / n;  // nothing holds a tool that moves across a planar body
+    has_e2_ = Eigen::LLT<Eigen::MatrixXd>(far).info() == Eigen::Success;
+  }
   if (terms.q.size() == 0 && sampled_.empty()) return;
   if (sampled_.empty()) turned_at_stamp_ = q_.transpose() * terms.rate.head(l).cast<float>();
   Eigen::MatrixXd d = t.transpose() * joint_damping(patch) * t;
-  constexpr double kRounding = 1e-6;  // numbers travel in single precision
   d.diagonal().array() += kRounding * d.trace() / n;
   const Eigen::LLT<Eigen::MatrixXd> factor(d);
   has_damping_ = factor.info() == Eigen::Success && d.trace() > 0;
@@ -136,8 +139,7 @@ CubicForce::CubicForce(const CubicTerms& terms, const Patch& patch) : CubicForce
   inverse_ = factor.matrixL().solve(Eigen::MatrixXd::Identity(n, n)).cast<float>();
 }
 
-float CubicForce::gradient(const Values& y, Values& g) const noexcept {
-  if (!sampled_.empty()) return sampled_.gradient(y, g);
+float CubicForce::polynomial(const Values& y, Values& g) const noexcept {
   Pairs pairs;
   fill_pairs(y, variables_, pairs);
   g.noalias() = g3_ * pairs;
@@ -178,14 +180,7 @@ void CubicForce::turn_dampers(const Values& y, const Values& rate, Values& chang
   turn(turned_at_stamp_, at_stamp);
 }
 
-void CubicForce::add_damping(const Values& y, const Values& rate, Values& g) const noexcept {
-  Values change(variables_), at_stamp(variables_);
-  turn_dampers(y, rate, change, at_stamp);
-  const float most = kDamperChange * (root_ * rate).norm(), size = (inverse_ * change).norm();
-  g += (size > most ? most / size : 1.0F) * (change - at_stamp);
-}
-
-void CubicForce::evaluate(const Variables& u, const Variables& u_rate, Variables& force) const noexcept {
+void CubicForce::elastic(const Variables& u, Variables& force) const noexcept {
   const Values asked = (scale_ * u).cast<float>();
   const float norm = asked.norm();
   const bool outside = norm > radius_;
@@ -195,11 +190,29 @@ void CubicForce::evaluate(const Variables& u, const Variables& u_rate, Variables
     return outside ? Values((radius_ / norm) * (g - y.dot(g) / (radius_ * radius_) * y)) : g;
   };
   Values g(variables_);
-  const float energy = gradient(y, g);
-  g = continued(g);
-  if (linear_.size() > 0 && energy < -kSoftening * linear_energy(asked)) g = -kSoftening * (linear_ * asked);
+  if (!sampled_.empty()) {
+    sampled_.gradient(y, g);
+  } else {
+    const float energy = polynomial(y, g);
+    g = continued(g);
+    if (linear_.size() > 0 && energy < -kSoftening * linear_energy(asked)) g = -kSoftening * (linear_ * asked);
+  }
   if (has_e2_) g += continued(g2_ * y);
-  if (has_damping_) add_damping(y, (scale_ * u_rate).cast<float>(), g);
+  force.noalias() = -(scale_.transpose() * g.cast<double>());
+}
+
+void CubicForce::damping(const Variables& u, const Variables& u_rate, Variables& force) const noexcept {
+  if (!has_damping_) {
+    force.setZero(u.size());
+    return;
+  }
+  const Values asked = (scale_ * u).cast<float>(), rate = (scale_ * u_rate).cast<float>();
+  const float norm = asked.norm();
+  const Values y = norm > radius_ ? Values(asked * (radius_ / norm)) : asked;
+  Values change(variables_), at_stamp(variables_);
+  turn_dampers(y, rate, change, at_stamp);
+  const float most = kDamperChange * (root_ * rate).norm(), size = (inverse_ * change).norm();
+  const Values g = (size > most ? most / size : 1.0F) * (change - at_stamp);
   force.noalias() = -(scale_.transpose() * g.cast<double>());
 }
 
@@ -207,10 +220,13 @@ double CubicForce::energy(const Variables& u) const noexcept {
   const Values asked = (scale_ * u).cast<float>();
   const Values y = asked.norm() > radius_ ? Values(asked * (radius_ / asked.norm())) : asked;
   Values g(variables_);
-  float energy = gradient(y, g);
-  if (linear_.size() > 0) energy = std::max(energy, -kSoftening * linear_energy(asked));
-  if (has_e2_) energy += y.dot(g2_ * y) / 2;
-  return static_cast<double>(energy);
+  double energy = 0;
+  if (!sampled_.empty())
+    energy = sampled_.energy(y);
+  else if (energy = static_cast<double>(polynomial(y, g)); linear_.size() > 0)
+    energy = std::max(energy, static_cast<double>(-kSoftening * linear_energy(asked)));
+  if (has_e2_) energy += static_cast<double>(y.dot(g2_ * y) / 2);
+  return energy;
 }
 
 }  // namespace palpate

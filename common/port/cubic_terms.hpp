@@ -20,8 +20,9 @@
 // with the cube.
 //
 // Where a body bends beyond any polynomial, the terms are some of its springs instead (sampled_springs.hpp), with y = u and no
-// radius; what is said of dampers and of -kSoftening holds for them too. E2 has no end there, so it is left out unless springs
-// that are stretched without end hold the body up in spite of it.
+// radius; what is said of dampers holds for them too. Their energy is what springs store and give back, so nothing bounds it: a
+// body that snaps gives away more than -kSoftening E_lin. E2 has no end there, so it is left out unless springs that are
+// stretched without end hold the body up in spite of it.
 //
 // The terms of a touch bring more of the surface too, what the patch's own datagram had no room for: the tool goes on where the
 // patch's own piece ends.
@@ -72,7 +73,7 @@ bool has_room(const PortSurface& surface, const CubicTerms& terms);
 /// `patch` with the surface that its terms bring, for which it has room.
 Patch extended(Patch patch, const CubicTerms& terms);
 
-inline constexpr float kDamperChange = 0.9F, kSoftening = 0.9F;
+inline constexpr float kDamperChange = 0.5F, kSoftening = 0.9F;
 /// Of u, with these stiffnesses of the modes: H = [[K_p, -B_k^T], [-B_k, diag(stiffness)]] for a grasp, diag(stiffness) for
 /// touch.
 Eigen::MatrixXd joint_stiffness(const Patch& patch, const Eigen::VectorXd& stiffness);
@@ -92,8 +93,10 @@ class CubicForce {
   CubicForce(const CubicTerms& terms, const Patch& patch);
 
   bool empty() const { return variables_ == 0; }
-  /// Force on u for displacement u and rate u'. No allocation.
-  void evaluate(const Variables& u, const Variables& u_rate, Variables& force) const noexcept;
+  /// Elastic force on u. No allocation.
+  void elastic(const Variables& u, Variables& force) const noexcept;
+  /// Force on u, that moves at u', of dampers that have turned. No allocation.
+  void damping(const Variables& u, const Variables& u_rate, Variables& force) const noexcept;
   /// E [J], for tests of energy.
   double energy(const Variables& u) const noexcept;
 
@@ -105,12 +108,11 @@ class CubicForce {
   using Values = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kRoom, 1>;
 
   void take_polynomials(const CubicTerms& terms);
-  /// Of E3 + E4 or of the springs' energy, which it returns.
-  float gradient(const Values& y, Values& g) const noexcept;
+  /// E3 + E4, and its gradient.
+  float polynomial(const Values& y, Values& g) const noexcept;
   /// Minus what dampers push more for having turned, and what of that the patch has at the stamp.
   void turn_dampers(const Values& y, const Values& rate, Values& change, Values& at_stamp) const noexcept;
   float linear_energy(const Values& y) const noexcept;
-  void add_damping(const Values& y, const Values& rate, Values& g) const noexcept;
 
   int variables_ = 0, leading_ = 0;
   SampledForce sampled_;

@@ -9,15 +9,12 @@ namespace {
 
 constexpr double kLengthMin = 1e-6;  // below, a spring has no direction [m]
 
-/// Largest eigenvalue of sum w k G_q^T G_q [1/s^2].
-double stiffest(const SampledSprings& springs, int tool) {
-  const Eigen::Index modes = springs.motion.cols() - tool;
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(modes, modes);
-  for (int e = 0; e < springs.count(); ++e) {
-    const Eigen::MatrixXd rows = springs.motion.block(3 * e, tool, 3, modes).cast<double>();
-    sum += static_cast<double>(springs.stiffness[e]) * rows.transpose() * rows;
-  }
-  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(sum, Eigen::EigenvaluesOnly).eigenvalues().tail<1>()[0];
+/// Largest eigenvalue of the part that belongs to the modes [1/s^2].
+double stiffest(const Eigen::MatrixXd& stiffness, int tool) {
+  const Eigen::Index modes = stiffness.cols() - tool;
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(stiffness.bottomRightCorner(modes, modes), Eigen::EigenvaluesOnly)
+      .eigenvalues()
+      .tail<1>()[0];
 }
 
 }  // namespace
@@ -26,9 +23,6 @@ SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen:
     : variables_(static_cast<int>(springs.motion.cols())), stiffening_(static_cast<double>(springs.stiffening)) {
   const int m = springs.count();
   if (m == 0 || variables_ <= tool) return;
-  const double most = kStiffest / std::max(tick_s * tick_s * stiffest(springs, tool), 1e-12);
-  if (!(most >= 1)) return;
-  if (stiffening_ > 0) straight_from_ = std::sqrt((most - 1) / (3 * stiffening_));
   rows_x_.resize(m, variables_);
   rows_y_.resize(m, variables_);
   rows_z_.resize(m, variables_);
@@ -42,7 +36,14 @@ SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen:
   rest_length_ = springs.rest_length.cast<double>().array();
   stiffness_ = springs.stiffness.cast<double>().array();
   damping_ = springs.damping.cast<double>().array();
-  count_ = m;
+  // sum w k G^T G
+  const auto whole = [&](const Rows& rows) {
+    return Eigen::MatrixXd(rows.transpose() * stiffness_.matrix().asDiagonal() * rows);
+  };
+  const double stable = kStiffest / (tick_s * tick_s);
+  const double most = stable / std::max(stiffest(whole(rows_x_) + whole(rows_y_) + whole(rows_z_), tool), 1e-6);
+  if (!(most >= 1)) return;
+  if (stiffening_ > 0) straight_from_ = std::sqrt((most - 1) / (3 * stiffening_));
   length_ = span_.dot(span_).sqrt().max(kLengthMin);
   axis_ = {span_.x / length_, span_.y / length_, span_.z / length_};
   const Each elongation = length_ - rest_length_;
@@ -50,6 +51,8 @@ SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen:
   across_ = tension_ / length_;
   along_ = slope(elongation) - across_;
   stored_ = stored(elongation);
+  if (!(stiffest(far_stiffness(), tool) <= stable)) return;
+  count_ = m;
   const Each braked = damping_ * axis_.dot(moved(rate)) / length_;
   braked_.resize(variables_, variables_);
   for (int i = 0; i < variables_; ++i) {
@@ -105,7 +108,7 @@ SampledForce::Each SampledForce::stored(const Each& elongation) const noexcept {
           0.5 * (1 + 3 * stiffening_ * squared) * beyond.square());
 }
 
-float SampledForce::gradient(const Values& u, Values& g) const noexcept {
+void SampledForce::gradient(const Values& u, Values& g) const noexcept {
   const Vectors delta = moved(u.cast<double>()), there{span_.x + delta.x, span_.y + delta.y, span_.z + delta.z};
   const Each length = there.dot(there).sqrt().max(kLengthMin), elongation = length - rest_length_;
   const Each pull = tension(elongation) / length;
@@ -113,8 +116,12 @@ float SampledForce::gradient(const Values& u, Values& g) const noexcept {
   g = collect({pull * there.x - turned * axis_.x - across_ * delta.x, pull * there.y - turned * axis_.y - across_ * delta.y,
                pull * there.z - turned * axis_.z - across_ * delta.z})
           .cast<float>();
-  return static_cast<float>(
-      (stored(elongation) - stored_ - tension_ * far - 0.5 * (along_ * far.square() + across_ * delta.dot(delta))).sum());
+}
+
+double SampledForce::energy(const Values& u) const noexcept {
+  const Vectors delta = moved(u.cast<double>()), there{span_.x + delta.x, span_.y + delta.y, span_.z + delta.z};
+  const Each elongation = there.dot(there).sqrt().max(kLengthMin) - rest_length_, far = axis_.dot(delta);
+  return (stored(elongation) - stored_ - tension_ * far - 0.5 * (along_ * far.square() + across_ * delta.dot(delta))).sum();
 }
 
 void SampledForce::damping(const Values& u, const Values& rate, Values& change, Values& at_stamp) const noexcept {

@@ -16,7 +16,8 @@
 // At u = 0 nothing of all this pushes or holds, that is the linear patch's. Laws: linear and stiffening, T = k e (1 + c (e /
 // L)^2) with e = |d| - L. The player takes these forces as impulses, tick by tick, which is stable for a stiffness below 4 /
 // tick^2 of unit mass. With kappa the largest eigenvalue of sum w k G_q^T G_q, the law goes on straight where its slope is
-// kStiffest / (tick^2 kappa) times k; springs for which that is below 1 are not taken at all. All is kept in single precision.
+// kStiffest / (tick^2 kappa) times k; springs for which that is below 1 are not taken at all, nor those that are so compressed at
+// the stamp that, let go of, they add more than that to K_e (far_stiffness()). All is kept in single precision.
 //
 // Source: energy-conserving sampling and weighting, Farhat, Avery, Chapman and Cortial, IJNME 98 (2014); optimized cubature, An,
 // Kim and James, SIGGRAPH Asia (2008).
@@ -57,8 +58,10 @@ class SampledForce {
   double straight_from() const { return straight_from_; }
   /// sum w G^T (k - K_e) G: the least stiffness that E has far away, where every spring is stretched along its way.
   Eigen::MatrixXd far_stiffness() const;
-  /// dE/du; returns E [J]. No allocation.
-  float gradient(const Values& u, Values& g) const noexcept;
+  /// dE/du. No allocation.
+  void gradient(const Values& u, Values& g) const noexcept;
+  /// E [J]
+  double energy(const Values& u) const noexcept;
   /// Minus what the dampers' turning adds to the force on u, and B u, which is to be taken from that.
   void damping(const Values& u, const Values& rate, Values& change, Values& at_stamp) const noexcept;
 

@@ -22,6 +22,7 @@ constexpr double kFarthest = 1e3;    // of a variable that no term bends
 constexpr double kWrong = 0.5;       // of the force beyond the linear one, where terms are no longer trusted,
 constexpr double kHarmless = 0.25;   // unless they are wrong by less than this of the linear one
 constexpr double kLeast = 0.02;      // of the radius: below, nobody asks any more
+constexpr double kOfLinear = 0.1;    // an error that small beside the linear force is felt by nobody
 
 /// S of the modes, rows by falling energy.
 Matrix mode_scale(const Patch& patch, const Matrix& coordinates) {
@@ -103,12 +104,11 @@ class Bent {
 
 /// How far along `way` (|way| = 1) the terms are trusted, up to `far`.
 double trusted_along(const Bent& body, const CubicForce& terms, const Vector& way, double far) {
-  const CubicForce::Variables still = CubicForce::Variables::Zero(way.size());
   for (double radius = far; radius >= kLeast;) {
     Vector linear;
     const Vector exact = body.beyond_linear(radius * way, linear);
     CubicForce::Variables force;
-    terms.evaluate(radius * way, still, force);
+    terms.elastic(radius * way, force);
     const double wrong = (force - exact).norm(), most = std::max(kWrong * exact.norm(), kHarmless * linear.norm());
     if (exact.allFinite() && wrong <= most) return radius;
     // What is left out grows faster than what is there, by the square of the radius when both are small.
@@ -120,12 +120,11 @@ double trusted_along(const Bent& body, const CubicForce& terms, const Vector& wa
 /// Least eigenvalue of K + dN/dy at y in the metric of K, K that of the body at the stamp.
 double least_stiffness(const CubicForce& terms, const Matrix& stiffness, const Vector& y) {
   constexpr double kStep = 1e-3;
-  const CubicForce::Variables still = CubicForce::Variables::Zero(y.size());
   Matrix tangent(y.size(), y.size());
   for (Eigen::Index i = 0; i < y.size(); ++i) {
     CubicForce::Variables more, less;
-    terms.evaluate(y + kStep * Vector::Unit(y.size(), i), still, more);
-    terms.evaluate(y - kStep * Vector::Unit(y.size(), i), still, less);
+    terms.elastic(y + kStep * Vector::Unit(y.size(), i), more);
+    terms.elastic(y - kStep * Vector::Unit(y.size(), i), less);
     tangent.col(i) = (more - less) / (2 * kStep);
   }
   const Matrix whole = stiffness - 0.5 * (tangent + tangent.transpose());
@@ -171,6 +170,32 @@ double trusted_radius(const Linearisation& at, const CubicTerms& terms, Matrix m
   return radius;
 }
 
+/// How the body moves with u = (d, q), 3 N x n.
+Matrix moved_by(const CubicShapes& shapes) {
+  const Eigen::Index first = shapes.port.cols();
+  Matrix moved(shapes.modes.rows(), first + shapes.modes.cols());
+  if (first > 0) moved.leftCols(first) = shapes.port * shapes.amplitude.cwiseInverse().asDiagonal();
+  moved.rightCols(shapes.modes.cols()) = shapes.modes;
+  return moved;
+}
+
+/// Of each variable alone, > 0.
+Vector stiffness_of(const Patch& patch, Eigen::Index first) {
+  Vector stiffness = joint_stiffness(patch, patch.stiffness).diagonal();
+  stiffness.tail(patch.stiffness.size()) = stiffness.tail(patch.stiffness.size()).cwiseMax(kSoftest * patch.stiffness.maxCoeff());
+  if (first > 0) stiffness.head(first) = stiffness.head(first).cwiseMax(kSoftest * stiffness.head(first).maxCoeff());
+  return stiffness;
+}
+
+/// u of where the body is likely to come to, or may be pressed to.
+Matrix likely_ways(const CubicShapes& shapes) {
+  const Eigen::Index ways = shapes.ways.cols();
+  Matrix u = Matrix::Zero(shapes.ways.rows(), ways + shapes.dents);
+  u.leftCols(ways) = shapes.ways;
+  u.bottomRightCorner(shapes.modes.cols(), shapes.dents) = shapes.coordinates.rightCols(shapes.dents);
+  return u;
+}
+
 }  // namespace
 
 std::optional<CubicTerms> cubic_terms(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, int leading) {
@@ -209,20 +234,13 @@ std::optional<CubicTerms> spring_terms(const Linearisation& at, const Patch& pat
   if (r == 0 || !(patch.stiffness.maxCoeff() > 0)) return std::nullopt;
   SpringSampling sampling;
   sampling.springs = most;
-  sampling.moved.resize(shapes.modes.rows(), n);
-  sampling.moved.rightCols(r) = shapes.modes;
+  sampling.moved = moved_by(shapes);
   sampling.likely = Matrix::Zero(n, shapes.coordinates.cols() + shapes.ways.cols());
   sampling.likely.bottomLeftCorner(r, shapes.coordinates.cols()) = shapes.coordinates;
   sampling.likely.rightCols(shapes.ways.cols()) = shapes.ways;
   sampling.path = sampling.likely.middleCols(shapes.coordinates.cols() - shapes.dents, shapes.dents);
-  sampling.stiffness = joint_stiffness(patch, patch.stiffness).diagonal();
-  sampling.stiffness.tail(r) = sampling.stiffness.tail(r).cwiseMax(kSoftest * patch.stiffness.maxCoeff());
-  if (first > 0) {
-    sampling.moved.leftCols(first) = shapes.port * shapes.amplitude.cwiseInverse().asDiagonal();
-    sampling.likely.topLeftCorner(first, first) = shapes.amplitude.asDiagonal();
-    sampling.stiffness.head(first) =
-        sampling.stiffness.head(first).cwiseMax(kSoftest * sampling.stiffness.head(first).maxCoeff());
-  }
+  sampling.stiffness = stiffness_of(patch, first);
+  if (first > 0) sampling.likely.topLeftCorner(first, first) = shapes.amplitude.asDiagonal();
   auto springs = sample_springs(at, sampling);
   if (!springs) return std::nullopt;
   CubicTerms terms;
@@ -233,6 +251,33 @@ std::optional<CubicTerms> spring_terms(const Linearisation& at, const Patch& pat
   if (is_lifted(patch, shapes)) terms.e2 = repair(shapes.lifted, terms.scale);
   terms.rate = stamp_rate(terms, patch);
   return CubicForce(terms, patch).empty() ? std::nullopt : std::optional(std::move(terms));
+}
+
+Vector errors_of(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, std::span<const CubicTerms> terms) {
+  const Matrix ways = likely_ways(shapes);
+  Matrix asked(ways.rows(), 2 * ways.cols());
+  asked << ways, 0.5 * ways;
+  const Bent body(at, moved_by(shapes));
+  const Vector unit = stiffness_of(patch, shapes.port.cols()).cwiseSqrt().cwiseInverse();
+  std::vector<CubicForce> forces;
+  for (CubicTerms one : terms) {
+    one.e2.resize(0);
+    forces.emplace_back(one, patch);
+  }
+  Vector errors = Vector::Zero(static_cast<Eigen::Index>(terms.size()));
+  for (Eigen::Index k = 0; k < asked.cols(); ++k) {
+    Vector linear;
+    const Vector exact = body.beyond_linear(asked.col(k), linear);
+    const double size = unit.cwiseProduct(exact).norm() + kOfLinear * unit.cwiseProduct(linear).norm();
+    if (!std::isnormal(size)) continue;
+    for (std::size_t i = 0; i < forces.size(); ++i) {
+      CubicForce::Variables force;
+      forces[i].elastic(asked.col(k), force);
+      const double wrong = unit.cwiseProduct(force - exact).norm() / size;
+      errors[static_cast<Eigen::Index>(i)] += wrong < 1 ? wrong * wrong : 1.0;
+    }
+  }
+  return errors;
 }
 
 }  // namespace palpate

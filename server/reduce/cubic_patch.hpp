@@ -13,13 +13,15 @@
 // that it is likely to come to, with f its own forces at rest on the variables at y:
 //     N(y) = f(y) - f(0) + K y,   N^(y) = - d(E3 + E4)/dy,   trusted while |N^ - N| <= max(kWrong |N|, kHarmless |K y|)
 // and where that fails the radius ends before (found to a third, and at least kLeast).
-// Where the radius ends below 1, and for laws that stiffen and planar bodies always, springs of the body go instead of a
-// polynomial: they bend as it does, however far.
+// Springs of the body go instead of a polynomial, as they bend as it does, however far, for laws that stiffen and planar bodies
+// always; and else where the radius ends below 1 or short of where the body is likely to come to, rest among it, or where they
+// are less wrong there (errors_of()).
 // A patch is lifted to be passive (lift.hpp); with u = (d, q) and H, H~ the joint stiffness before and after,
 //     E2 = 1/2 u^T (H - H~) u.
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "common/port/cubic_terms.hpp"
 #include "common/port/patch.hpp"
@@ -43,5 +45,10 @@ std::optional<CubicTerms> cubic_terms(const Linearisation& at, const Patch& patc
 /// Terms that are springs of the body, `most` of them (sample_springs.hpp): for a body that no polynomial follows as far as it is
 /// likely to go. Nothing where they would not be stable.
 std::optional<CubicTerms> spring_terms(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, int most);
+
+/// By how much each of several terms is wrong where the body is likely to come to or may be pressed to, and half way there: sum
+/// of
+///     min(1, |N^ - N| / (|N| + |K u| / 10))^2,   forces in units that make the stiffness of each variable 1.
+Vector errors_of(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, std::span<const CubicTerms> terms);
 
 }  // namespace palpate

@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "server/reduce/lift.hpp"
@@ -15,6 +16,17 @@ namespace {
 
 Vector unit(const Linearisation& at, std::uint32_t node, int axis) {
   return Vector::Unit(at.masses().size(), 3 * static_cast<Eigen::Index>(node) + axis);
+}
+
+/// Whether polynomials are trusted as far as the body is likely to come.
+bool suits(const CubicTerms& polynomials, const CubicShapes& shapes) {
+  return polynomials.radius >= 1 && (polynomials.scale * shapes.ways).colwise().norm().maxCoeff() <= polynomials.radius;
+}
+
+bool are_truer(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, const CubicTerms& a, const CubicTerms& b) {
+  const std::array<CubicTerms, 2> terms{a, b};
+  const Vector errors = errors_of(at, patch, shapes, terms);
+  return errors[0] < errors[1];
 }
 
 }  // namespace
@@ -335,7 +347,7 @@ std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::ui
 
 /// `true_stiffness`: of modes and tool before anything was lifted, in the modes of the patch.
 void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes) {
-  // Where it was, and where it will be if it goes on as it did since the last frame.
+  // Where it was, where it will be if it goes on as it did since the last frame, and where it is when it is let go of.
   const std::vector<const BodyState*> ends = history_.ends();
   const Eigen::Index first = shapes.port.cols(), r = shapes.modes.cols();
   shapes.ways.resize(first + r, 0);
@@ -348,14 +360,18 @@ void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const 
   };
   for (const BodyState* before : ends) add_way(before->x - at.state->x);
   if (!ends.empty()) add_way(at.state->x - ends.front()->x);
+  add_way(dynamics_->rest_state().x - at.state->x);
   shapes.lifted = true_stiffness - joint_stiffness(patch, patch.stiffness);
   const int leading = patch.contact == ContactKind::attach ? kAttachLeading : kTouchLeading;
   // Sheets buckle in their plane.
   const bool no_series = at.dynamics->body().law == SpringLaw::stiffening || at.dynamics->body().planar;
-  if (!no_series)
-    if (auto terms = cubic_terms(at, patch, shapes, leading)) terms_ = std::move(*terms);
-  if (no_series || terms_.radius < 1)
-    if (auto terms = spring_terms(at, patch, shapes, kSprings)) terms_ = std::move(*terms);
+  auto polynomials = no_series ? std::nullopt : cubic_terms(at, patch, shapes, leading);
+  auto springs = spring_terms(at, patch, shapes, kSprings);
+  const bool both = polynomials && springs;
+  if (springs && (!both || !suits(*polynomials, shapes) || are_truer(at, patch, shapes, *springs, *polynomials)))
+    terms_ = std::move(*springs);
+  else if (polynomials)
+    terms_ = std::move(*polynomials);
   modes_ = std::move(shapes.modes);
 }
 

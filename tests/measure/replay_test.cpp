@@ -1,9 +1,12 @@
 // What is felt over real links, in virtual time: the figures that the design promises, repeatability, and the moment of contact.
 #include "bench/measure/replay.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
+
+#include "bench/measure/examination.hpp"
 
 using namespace palpate;
 
@@ -187,4 +190,23 @@ TEST_CASE("With a deadband nothing fades over a link that loses and delays at ra
   CHECK(some.patches_used < all.patches_used);
   CHECK(some.age_p95 <= all.age_p95 + Micros{50'000});
   CHECK(some.fidelity.p95_rel_error <= all.fidelity.p95_rel_error + options.deadband);
+}
+
+TEST_CASE(
+    "A tissue that is pressed to a third of its height and let go of is felt as it is, and never with more force than it has") {
+  Scene scene = load_scene(kSource + "/scenes/touch-cube.json");
+  // A tip as wide as two of its elements, in fewer than 30 mm of it.
+  const double finer = 0.0055 / 0.015;
+  for (Vec3& x : scene.body.nodes) x *= finer;
+  for (Element& e : scene.body.elements) e.rest_length_m *= finer, e.stiffness_n_m *= 0.3, e.damping_n_s_m *= 0.3;
+  for (double& kg : scene.body.masses_kg) kg *= finer * finer * finer;
+  scene.tool.radius_m = 0.010;
+  const ReplayResult run = play(scene, cut(examination(scene), 0, 1.25), options_for(Scheme::cubic, 50));
+  double most = 0, felt = 0;
+  for (const ReplayTick& tick : run.ticks) {
+    most = std::max(most, tick.reference.norm());
+    felt = std::max(felt, tick.felt.norm());
+  }
+  CHECK(felt < 1.5 * most);
+  CHECK(run.fidelity.snr_db > 15);
 }

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "common/base/types.hpp"
+#include "common/port/cubic_terms.hpp"
 
 using namespace palpate;
 
@@ -84,14 +85,12 @@ TEST_CASE("forces of sampled springs are the gradient of their energy, beyond th
   REQUIRE(force.straight_from() < 1);
   for (int k = 0; k < 20; ++k) {
     const SampledForce::Values u = c.displacement(0.05F);
-    SampledForce::Values g(kVariables), unused(kVariables);
+    SampledForce::Values g(kVariables);
     force.gradient(u, g);
     for (int i = 0; i < kVariables; ++i) {
       constexpr float kStep = 1e-3F;
       const SampledForce::Values step = kStep * SampledForce::Values::Unit(kVariables, i);
-      const double slope =
-          (static_cast<double>(force.gradient(u + step, unused)) - static_cast<double>(force.gradient(u - step, unused))) /
-          (2.0 * static_cast<double>(kStep));
+      const double slope = (force.energy(u + step) - force.energy(u - step)) / (2.0 * static_cast<double>(kStep));
       CHECK(static_cast<double>(g[i]) == Approx(slope).epsilon(1e-2).margin(1e-2 * static_cast<double>(g.norm())));
     }
   }
@@ -102,7 +101,8 @@ TEST_CASE("at the stamp sampled springs pull, hold and brake with nothing") {
   const SampledForce force = c.compiled();
   SampledForce::Values g(kVariables), change(kVariables), at_stamp(kVariables);
   const SampledForce::Values zero = SampledForce::Values::Zero(kVariables), rate = c.displacement(1);
-  CHECK(std::abs(force.gradient(zero, g)) < 1e-6F);
+  CHECK(std::abs(force.energy(zero)) < 1e-6);
+  force.gradient(zero, g);
   CHECK(g.norm() < 1e-6F);
   force.damping(zero, rate, change, at_stamp);
   CHECK(change.norm() < 1e-5F * rate.norm());
@@ -145,12 +145,55 @@ TEST_CASE("springs too stiff for a tick are not taken, and stiffening ends befor
 TEST_CASE("far away sampled springs hold as all of them stretched do") {
   Case c(0);
   const SampledForce force = c.compiled();
-  const Eigen::MatrixXf least = force.far_stiffness().cast<float>();
+  const Eigen::MatrixXd least = force.far_stiffness();
   for (int k = 0; k < 10; ++k) {
     const SampledForce::Values way = c.displacement(1);
-    SampledForce::Values g(kVariables);
     constexpr float kFar = 1e3F;
-    const float energy = force.gradient(kFar * way, g);
-    CHECK(energy / (kFar * kFar) == Approx(0.5F * way.dot(least * way)).epsilon(1e-3));
+    const Eigen::VectorXd w = way.cast<double>();
+    CHECK(force.energy(kFar * way) / double{kFar * kFar} == Approx(0.5 * w.dot(least * w)).epsilon(1e-3));
   }
+}
+
+TEST_CASE("an arch that snaps through under the hand gives all its energy away, as its springs do") {
+  // Two springs over the halves of a span, their common end pressed to where it still holds, by little.
+  constexpr double kHalf = 0.010, kHigh = 0.004, kPressed = 0.0025, kPull = 100;  // [m], [N/m]
+  const double rest = std::hypot(kHalf, kHigh);
+  const auto push = [&](double high) {
+    const double length = std::hypot(kHalf, high);
+    return -2 * kPull * (length - rest) * high / length;
+  };
+  const auto stored = [&](double high) { return kPull * std::pow(std::hypot(kHalf, high) - rest, 2); };
+  CubicTerms terms;
+  terms.variables = 1;
+  terms.scale = Eigen::MatrixXd::Identity(1, 1);
+  terms.rate = Eigen::VectorXd::Zero(1);
+  SampledSprings& springs = terms.springs;
+  springs.motion = Eigen::MatrixXf::Zero(6, 1);
+  springs.motion(2, 0) = springs.motion(5, 0) = 1;
+  springs.span.resize(3, 2);
+  springs.span.col(0) = Vec3(kHalf, 0, kPressed).cast<float>();
+  springs.span.col(1) = Vec3(-kHalf, 0, kPressed).cast<float>();
+  springs.rest_length.setConstant(2, static_cast<float>(rest));
+  springs.stiffness.setConstant(2, static_cast<float>(kPull));
+  springs.damping.setZero(2);
+  constexpr double kStep = 1e-6;
+  const double stiffness = -(push(kPressed + kStep) - push(kPressed - kStep)) / (2 * kStep);
+  REQUIRE(stiffness > 0);
+  Patch patch;
+  patch.contact = ContactKind::touch;
+  patch.stiffness = Eigen::VectorXd::Constant(1, stiffness);
+  patch.damping = Eigen::MatrixXd::Zero(1, 1);
+  const CubicForce force(terms, patch);
+  REQUIRE_FALSE(force.empty());
+  bool fell = false;
+  for (double high = kPressed; high > -1.2 * kHigh; high -= 1e-4) {
+    const CubicForce::Variables u = CubicForce::Variables::Constant(1, high - kPressed);
+    CubicForce::Variables beyond;
+    force.elastic(u, beyond);
+    CHECK(push(kPressed) - stiffness * u[0] + beyond[0] == Approx(push(high)).margin(1e-4));
+    const double linear = 0.5 * stiffness * u[0] * u[0];
+    CHECK(force.energy(u) == Approx(stored(high) - stored(kPressed) + push(kPressed) * u[0] - linear).margin(1e-7));
+    fell = fell || force.energy(u) < -linear;
+  }
+  CHECK(fell);
 }

@@ -149,12 +149,12 @@ TEST_CASE("With the modes still, the force of a displaced tool is the body's to 
   REQUIRE(terms.variables == patch.modes() + 3);
   const CubicForce bend(terms, patch);
   for (const Vec3& d : {Vec3(0.0005, 0, 0), Vec3(0.0003, -0.0003, 0.0004), Vec3(0, 0.0001, -0.0005)}) {
-    CubicForce::Variables u = CubicForce::Variables::Zero(patch.modes() + 3), rate = u, force;
+    CubicForce::Variables u = CubicForce::Variables::Zero(patch.modes() + 3), force;
     u.head<3>() = d;
     BodyState moved = grasp.state;
     moved.x.segment<3>(3 * kNode) += d;
     const Vec3 exact = grasp.dynamics.element_force(moved, kNode), linear = patch.force - patch.k_port * d;
-    bend.evaluate(u, rate, force);
+    bend.elastic(u, force);
     INFO("exact " << (exact - patch.force).transpose() << ", linear " << (linear - patch.force).transpose());
     const double least = (exact - linear).norm();
     CHECK((exact - linear - Vec3(force.head<3>())).norm() < 0.02 * least);
@@ -174,10 +174,10 @@ TEST_CASE("Terms give back the stiffness that was lifted to make the linear patc
     for (int axis = 0; axis < 3; ++axis) {
       Vector k, d, e = Vector::Unit(grasp.state.x.size(), 3 * kNode + axis);
       grasp.dynamics.multiply_tangents(grasp.state, e, k, d);
-      CubicForce::Variables u = CubicForce::Variables::Zero(patch.modes() + 3), rate = u, force;
+      CubicForce::Variables u = CubicForce::Variables::Zero(patch.modes() + 3), force;
       constexpr double kSmallM = 1e-7;
       u[axis] = kSmallM;
-      bend.evaluate(u, rate, force);
+      bend.elastic(u, force);
       const Vec3 stiffness = patch.k_port.col(axis) - Vec3(force.head<3>()) / kSmallM;
       CHECK((stiffness - k.segment<3>(3 * kNode)).norm() < 1e-3 * k.segment<3>(3 * kNode).norm());
     }
@@ -273,12 +273,12 @@ TEST_CASE("A planar body has terms, and the tool's way across it changes nothing
   REQUIRE(builder.terms().variables > 0);
   REQUIRE_FALSE(to_pieces(builder.terms(), 1).empty());
   const CubicForce force(builder.terms(), *patch);
-  CubicForce::Variables u = CubicForce::Variables::Constant(patch->modes() + 3, 1e-3), still = 0 * u, here, across;
+  CubicForce::Variables u = CubicForce::Variables::Constant(patch->modes() + 3, 1e-3), here, across;
   u[2] = 0;
-  force.evaluate(u, still, here);
+  force.elastic(u, here);
   REQUIRE(here.norm() > 0);
   u[2] = 0.005;
-  force.evaluate(u, still, across);
+  force.elastic(u, across);
   CHECK((across - here).norm() < 1e-3 * here.norm());
 }
 

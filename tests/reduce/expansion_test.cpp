@@ -74,11 +74,14 @@ struct Case {
   }
 };
 
-Vector evaluate(const CubicTerms& terms, const Vector& y, const Vector& rate) {
-  CubicForce::Variables force;
-  CubicForce(terms).evaluate(y, rate, force);
-  return force;
+Vector both_of(const CubicForce& terms, const Vector& y, const Vector& rate) {
+  CubicForce::Variables elastic, damping;
+  terms.elastic(y, elastic);
+  terms.damping(y, rate, damping);
+  return elastic + damping;
 }
+
+Vector evaluate(const CubicTerms& terms, const Vector& y, const Vector& rate) { return both_of(CubicForce(terms), y, rate); }
 
 /// Beside a patch with these dampers.
 Vector evaluate(const CubicTerms& terms, const Vector& y, const Vector& rate, const Matrix& damping) {
@@ -86,9 +89,7 @@ Vector evaluate(const CubicTerms& terms, const Vector& y, const Vector& rate, co
   patch.contact = ContactKind::touch;
   patch.stiffness = Vector::Ones(damping.rows());
   patch.damping = damping;
-  CubicForce::Variables force;
-  CubicForce(terms, patch).evaluate(y, rate, force);
-  return force;
+  return both_of(CubicForce(terms, patch), y, rate);
 }
 
 LumpedBody stiffening_box() {
@@ -141,8 +142,8 @@ TEST_CASE("dampers that turn never push more than those of the patch brake, howe
     const Vector y = random_variables(seed).normalized(), rate = 30 * random_variables(1000 + seed);
     for (const double far : {0.1, 1.0, 10.0, 100.0}) {
       const double power = evaluate(terms, far * y, rate, damping).dot(rate), braked = rate.dot(damping * rate);
-      CHECK(std::abs(power) <= 0.9001 * braked);
-      pushed += power > 0.5 * braked;
+      CHECK(std::abs(power) <= 0.5001 * braked);
+      pushed += power > 0.25 * braked;
     }
   }
   CHECK(pushed > 10);  // or nothing was tried
@@ -205,13 +206,13 @@ TEST_CASE("whatever terms say, a patch with them has energy left, and its force 
   const CubicForce free(terms), held(terms, patch);
   int fell = 0;
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
-    const Vector u = random_variables(seed), zero = Vector::Zero(kVariables);
+    const Vector u = random_variables(seed);
     const double linear = 0.5 * u.dot(patch.stiffness.cwiseProduct(u));
     CHECK(held.energy(u) >= -0.9001 * linear);
     if (free.energy(u) > -0.91 * linear) continue;
     ++fell;
     CubicForce::Variables force;
-    held.evaluate(u, zero, force);
+    held.elastic(u, force);
     CHECK((Vector(force) - 0.9 * patch.stiffness.cwiseProduct(u)).norm() < 1e-4 * force.norm());
   }
   CHECK(fell > 10);
