@@ -180,11 +180,15 @@ void CubicForce::turn_dampers(const Values& y, const Values& rate, Values& chang
   turn(turned_at_stamp_, at_stamp);
 }
 
+CubicForce::Values CubicForce::within(const Values& asked) const noexcept {
+  const float norm = asked.norm();
+  return norm > radius_ ? Values(asked * (radius_ / norm)) : asked;
+}
+
 void CubicForce::elastic(const Variables& u, Variables& force) const noexcept {
-  const Values asked = (scale_ * u).cast<float>();
+  const Values asked = (scale_ * u).cast<float>(), y = within(asked);
   const float norm = asked.norm();
   const bool outside = norm > radius_;
-  const Values y = outside ? Values(asked * (radius_ / norm)) : asked;
   // Along a ray the energy does not change outside.
   const auto continued = [&](const Values& g) {
     return outside ? Values((radius_ / norm) * (g - y.dot(g) / (radius_ * radius_) * y)) : g;
@@ -207,8 +211,7 @@ void CubicForce::damping(const Variables& u, const Variables& u_rate, Variables&
     return;
   }
   const Values asked = (scale_ * u).cast<float>(), rate = (scale_ * u_rate).cast<float>();
-  const float norm = asked.norm();
-  const Values y = norm > radius_ ? Values(asked * (radius_ / norm)) : asked;
+  const Values y = within(asked);
   Values change(variables_), at_stamp(variables_);
   turn_dampers(y, rate, change, at_stamp);
   const float most = kDamperChange * (root_ * rate).norm(), size = (inverse_ * change).norm();
@@ -218,7 +221,7 @@ void CubicForce::damping(const Variables& u, const Variables& u_rate, Variables&
 
 double CubicForce::energy(const Variables& u) const noexcept {
   const Values asked = (scale_ * u).cast<float>();
-  const Values y = asked.norm() > radius_ ? Values(asked * (radius_ / asked.norm())) : asked;
+  const Values y = within(asked);
   Values g(variables_);
   double energy = 0;
   if (!sampled_.empty())

@@ -107,6 +107,8 @@ class CubicForce {
   static constexpr int kRoom = (kMaxVariables + 7) / 8 * 8;
   using Values = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kRoom, 1>;
 
+  /// The point of the ray to y that is no further than the radius.
+  Values within(const Values& y) const noexcept;
   void take_polynomials(const CubicTerms& terms);
   /// E3 + E4, and its gradient.
   float polynomial(const Values& y, Values& g) const noexcept;

@@ -17,6 +17,11 @@ double stiffest(const Eigen::MatrixXd& stiffness, int tool) {
       .tail<1>()[0];
 }
 
+/// Sum over rows of weight row^T row.
+Eigen::MatrixXd weighted(const Eigen::ArrayXd& weights, const Eigen::MatrixXd& rows) {
+  return rows.transpose() * weights.matrix().asDiagonal() * rows;
+}
+
 }  // namespace
 
 SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen::VectorXd& rate, double tick_s)
@@ -36,12 +41,11 @@ SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen:
   rest_length_ = springs.rest_length.cast<double>().array();
   stiffness_ = springs.stiffness.cast<double>().array();
   damping_ = springs.damping.cast<double>().array();
-  // sum w k G^T G
-  const auto whole = [&](const Rows& rows) {
-    return Eigen::MatrixXd(rows.transpose() * stiffness_.matrix().asDiagonal() * rows);
-  };
   const double stable = kStiffest / (tick_s * tick_s);
-  const double most = stable / std::max(stiffest(whole(rows_x_) + whole(rows_y_) + whole(rows_z_), tool), 1e-6);
+  const double most =
+      stable /
+      std::max(stiffest(weighted(stiffness_, rows_x_) + weighted(stiffness_, rows_y_) + weighted(stiffness_, rows_z_), tool),
+               1e-6);
   if (!(most >= 1)) return;
   if (stiffening_ > 0) straight_from_ = std::sqrt((most - 1) / (3 * stiffening_));
   length_ = span_.dot(span_).sqrt().max(kLengthMin);
@@ -64,9 +68,6 @@ SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen:
 }
 
 Eigen::MatrixXd SampledForce::far_stiffness() const {
-  const auto weighted = [](const Each& weights, const Eigen::MatrixXd& rows) {
-    return Eigen::MatrixXd(rows.transpose() * weights.matrix().asDiagonal() * rows);
-  };
   const Eigen::MatrixXd x = rows_x_, y = rows_y_, z = rows_z_;
   const Eigen::MatrixXd along =
       axis_.x.matrix().asDiagonal() * x + axis_.y.matrix().asDiagonal() * y + axis_.z.matrix().asDiagonal() * z;

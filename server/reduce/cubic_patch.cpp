@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/port/terms_pieces.hpp"
@@ -22,7 +23,6 @@ constexpr double kFarthest = 1e3;    // of a variable that no term bends
 constexpr double kWrong = 0.5;       // of the force beyond the linear one, where terms are no longer trusted,
 constexpr double kHarmless = 0.25;   // unless they are wrong by less than this of the linear one
 constexpr double kLeast = 0.02;      // of the radius: below, nobody asks any more
-constexpr double kOfLinear = 0.1;    // an error that small beside the linear force is felt by nobody
 
 /// S of the modes, rows by falling energy.
 Matrix mode_scale(const Patch& patch, const Matrix& coordinates) {
@@ -253,18 +253,18 @@ std::optional<CubicTerms> spring_terms(const Linearisation& at, const Patch& pat
   return CubicForce(terms, patch).empty() ? std::nullopt : std::optional(std::move(terms));
 }
 
-Vector errors_of(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, std::span<const CubicTerms> terms) {
+bool are_truer(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, const CubicTerms& a, const CubicTerms& b) {
   const Matrix ways = likely_ways(shapes);
   Matrix asked(ways.rows(), 2 * ways.cols());
   asked << ways, 0.5 * ways;
   const Bent body(at, moved_by(shapes));
   const Vector unit = stiffness_of(patch, shapes.port.cols()).cwiseSqrt().cwiseInverse();
-  std::vector<CubicForce> forces;
-  for (CubicTerms one : terms) {
-    one.e2.resize(0);
-    forces.emplace_back(one, patch);
-  }
-  Vector errors = Vector::Zero(static_cast<Eigen::Index>(terms.size()));
+  const auto unrepaired = [&](CubicTerms terms) {
+    terms.e2.resize(0);
+    return CubicForce(terms, patch);
+  };
+  const std::array<CubicForce, 2> forces{unrepaired(a), unrepaired(b)};
+  std::array<double, 2> errors{};
   for (Eigen::Index k = 0; k < asked.cols(); ++k) {
     Vector linear;
     const Vector exact = body.beyond_linear(asked.col(k), linear);
@@ -274,10 +274,10 @@ Vector errors_of(const Linearisation& at, const Patch& patch, const CubicShapes&
       CubicForce::Variables force;
       forces[i].elastic(asked.col(k), force);
       const double wrong = unit.cwiseProduct(force - exact).norm() / size;
-      errors[static_cast<Eigen::Index>(i)] += wrong < 1 ? wrong * wrong : 1.0;
+      errors[i] += wrong < 1 ? wrong * wrong : 1.0;
     }
   }
-  return errors;
+  return errors[0] < errors[1];
 }
 
 }  // namespace palpate

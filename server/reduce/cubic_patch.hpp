@@ -15,13 +15,12 @@
 // and where that fails the radius ends before (found to a third, and at least kLeast).
 // Springs of the body go instead of a polynomial, as they bend as it does, however far, for laws that stiffen and planar bodies
 // always; and else where the radius ends below 1 or short of where the body is likely to come to, rest among it, or where they
-// are less wrong there (errors_of()).
+// are less wrong there (are_truer()).
 // A patch is lifted to be passive (lift.hpp); with u = (d, q) and H, H~ the joint stiffness before and after,
 //     E2 = 1/2 u^T (H - H~) u.
 #pragma once
 
 #include <optional>
-#include <span>
 
 #include "common/port/cubic_terms.hpp"
 #include "common/port/patch.hpp"
@@ -46,9 +45,8 @@ std::optional<CubicTerms> cubic_terms(const Linearisation& at, const Patch& patc
 /// likely to go. Nothing where they would not be stable.
 std::optional<CubicTerms> spring_terms(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, int most);
 
-/// By how much each of several terms is wrong where the body is likely to come to or may be pressed to, and half way there: sum
-/// of
-///     min(1, |N^ - N| / (|N| + |K u| / 10))^2,   forces in units that make the stiffness of each variable 1.
-Vector errors_of(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, std::span<const CubicTerms> terms);
+/// Whether terms `a` are less wrong than `b` where the body is likely to come to or may be pressed to, and half way there: sum of
+///     min(1, |N^ - N| / (|N| + kOfLinear |K u|))^2,   forces in units that make the stiffness of each variable 1.
+bool are_truer(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, const CubicTerms& a, const CubicTerms& b);
 
 }  // namespace palpate

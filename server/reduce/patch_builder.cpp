@@ -3,7 +3,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "server/reduce/lift.hpp"
@@ -21,12 +20,6 @@ Vector unit(const Linearisation& at, std::uint32_t node, int axis) {
 /// Whether polynomials are trusted as far as the body is likely to come.
 bool suits(const CubicTerms& polynomials, const CubicShapes& shapes) {
   return polynomials.radius >= 1 && (polynomials.scale * shapes.ways).colwise().norm().maxCoeff() <= polynomials.radius;
-}
-
-bool are_truer(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, const CubicTerms& a, const CubicTerms& b) {
-  const std::array<CubicTerms, 2> terms{a, b};
-  const Vector errors = errors_of(at, patch, shapes, terms);
-  return errors[0] < errors[1];
 }
 
 }  // namespace

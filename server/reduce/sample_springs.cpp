@@ -17,7 +17,6 @@ namespace {
 constexpr int kSamples = 32, kMoreOnPath = 8, kAlone = 3, kAround = 12, kCandidates = 250;
 constexpr double kLengthMin = 1e-9;    // below, a spring has no direction [m]
 constexpr double kNegligible = 1e-2;   // of the bending, in springs that are not looked at
-constexpr float kOfLinear = 0.1F;      // an error that small beside the linear force is felt by nobody
 constexpr float kCloseEnough = 3e-3F;  // of all samples together
 
 using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -192,7 +191,8 @@ Fit fit_of(const Bending& candidates, Eigen::MatrixXf all, const Matrix& u, cons
   const Eigen::Index n = u.rows(), count = candidates.motion[0].rows();
   all = unit.asDiagonal() * all;
   const Eigen::MatrixXf linear = unit.cwiseInverse().asDiagonal() * u.cast<float>();
-  const Eigen::VectorXf size = (all.colwise().norm() + kOfLinear * linear.colwise().norm()).cwiseMax(1e-30F).transpose();
+  const Eigen::VectorXf size =
+      (all.colwise().norm() + static_cast<float>(kOfLinear) * linear.colwise().norm()).cwiseMax(1e-30F).transpose();
   Fit fit;
   fit.all = (all * size.cwiseInverse().asDiagonal()).reshaped();
   fit.parts.resize(n * u.cols(), count);

@@ -23,6 +23,8 @@
 
 namespace palpate {
 
+inline constexpr double kOfLinear = 0.1;  ///< an error that small beside the linear force is felt by nobody
+
 struct SpringSampling {
   Matrix moved;      ///< how the body moves with each variable, 3 N x n
   Matrix likely;     ///< u of answers of the body, each as large as it is likely to become, a column each
