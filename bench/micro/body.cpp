@@ -142,7 +142,7 @@ void body_dents(benchmark::State& state, const std::string& name) {
     if (!solver.solve(at, load, 1e-3, answers[static_cast<std::size_t>(axis)])) state.SkipWithError("not definite");
   }
   request.answers = answers;
-  const Dents dents(body.scene.body);
+  Dents dents(body.scene.body);
   const ProcessorTimer timer;
   for (auto _ : state) benchmark::DoNotOptimize(dents.shapes(at, request).data());
   report(state, body, timer);

@@ -12,8 +12,7 @@
 namespace palpate {
 namespace {
 
-// More answer better, and cost the square of their number in every iteration.
-constexpr std::size_t kNodesAPiece = 50, kPiecesLeast = 8, kPiecesMost = 64;
+constexpr std::size_t kNodesAPiece = 50, kPiecesLeast = 8;
 constexpr double kNear = 1.25;  // coefficients apart by less have one inverse
 
 using Box = std::array<int, 3>;
@@ -40,9 +39,9 @@ bool is_near(double a, double b) { return a <= kNear * b && b <= kNear * a; }
 
 }  // namespace
 
-CoarseSpace::CoarseSpace(const Dynamics& dynamics) {
+CoarseSpace::CoarseSpace(const Dynamics& dynamics, std::size_t pieces) {
   if (dynamics.body().planar) return;
-  gather(dynamics.body());
+  gather(dynamics.body(), pieces);
   const BodyState rest = dynamics.rest_state();
   const std::vector<std::uint8_t> none(dynamics.nodes(), 0);
   BlockMatrix a = dynamics.make_matrix();
@@ -55,8 +54,8 @@ CoarseSpace::CoarseSpace(const Dynamics& dynamics) {
   k_ = at_rest(0, 0, 1);
 }
 
-void CoarseSpace::gather(const LumpedBody& body) {
-  const double edge_m = edge_for(body, std::clamp(body.nodes.size() / kNodesAPiece, kPiecesLeast, kPiecesMost));
+void CoarseSpace::gather(const LumpedBody& body, std::size_t most) {
+  const double edge_m = edge_for(body, std::clamp(body.nodes.size() / kNodesAPiece, kPiecesLeast, most));
   const std::map<Box, std::uint32_t> boxes = boxes_of(body, edge_m);
   std::vector<Vec3> center(boxes.size(), Vec3::Zero());
   std::vector<double> count(boxes.size(), 0);

@@ -1,7 +1,7 @@
 // A coarse space for iterative solves with A = c_m M + c_d D + K: what a body does when parts of it move as rigid pieces.
 //
-// The nodes are gathered in boxes of a grid over the body at rest, some fifty in each but no more than 64 boxes. Piece p moves by
-// u_p and turns by w_p:
+// The nodes are gathered in boxes of a grid over the body at rest, some fifty in each but no more than kPiecesMost boxes. Piece p
+// moves by u_p and turns by w_p:
 //     node i in p:   x_i = u_p + w_p x (X_i - c_p),   c_p the mean of its free nodes; fixed nodes do not move
 // These motions are the columns of P. With A_c = P^T A P the part of a residual r that is smooth over pieces is answered by
 // P A_c^-1 P^T r: added to what each node answers for itself it makes the number of iterations nearly independent of how many
@@ -29,8 +29,10 @@ class CoarseSpace {
  public:
   static constexpr int kMotions = 6;  ///< of a piece: along x, y, z, about x, y, z
 
-  /// At the body's rest. Empty for planar bodies.
-  explicit CoarseSpace(const Dynamics& dynamics);
+  static constexpr std::size_t kPiecesMost = 64;  ///< more answer better, and cost the square of their number in every iteration
+
+  /// At the body's rest, with no more than `pieces`. Empty for planar bodies.
+  explicit CoarseSpace(const Dynamics& dynamics, std::size_t pieces = kPiecesMost);
 
   static constexpr std::uint32_t kNone = 0xffffffff;
   struct Node {
@@ -44,7 +46,7 @@ class CoarseSpace {
   std::shared_ptr<const CoarseInverse> inverse(double c_m, double c_d);
 
  private:
-  void gather(const LumpedBody& body);
+  void gather(const LumpedBody& body, std::size_t most);
   Eigen::Matrix<double, 3, kMotions> motions(std::uint32_t node) const;
   Matrix project(const BlockMatrix& a) const;
 

@@ -38,10 +38,27 @@ class Orthonormal {
 
 }  // namespace
 
+void Linearisation::multiply_shifted(const Matrix& y, double shift, Matrix& sum) const {
+  if (!graded) return tangents->multiply_shifted(y, shift, sum);
+  Matrix d_y;
+  graded->multiply(y, sum, d_y);
+  sum += shift * d_y;
+}
+
+Linearisation Linearisation::bending() const {
+  if (!near) return *this;
+  return {&near->dynamics(), &near->state(), &near->dynamics().body().fixed, &near->tangents()};
+}
+
+Matrix side_by_side(std::span<const Vector> columns) {
+  Matrix w(columns.front().size(), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t c = 0; c < columns.size(); ++c) w.col(static_cast<Eigen::Index>(c)) = columns[c];
+  return w;
+}
+
 std::vector<Vector> moment_inputs(const Linearisation& at, double shift_1_s, std::span<const Vector> x) {
-  Matrix columns(at.masses().size(), static_cast<Eigen::Index>(x.size())), k_x, d_x;
-  for (std::size_t k = 0; k < x.size(); ++k) columns.col(static_cast<Eigen::Index>(k)) = x[k];
-  at.multiply(columns, k_x, d_x);
+  Matrix k_x, d_x;
+  at.multiply(side_by_side(x), k_x, d_x);
   std::vector<Vector> inputs;
   for (std::size_t k = 0; k < x.size(); ++k)
     inputs.emplace_back(2 * shift_1_s * at.masses().cwiseProduct(x[k]) + d_x.col(static_cast<Eigen::Index>(k)));

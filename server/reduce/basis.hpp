@@ -15,7 +15,7 @@
 #include "server/body/batch_cg.hpp"
 #include "server/body/linear_solver.hpp"
 #include "server/body/tangents.hpp"
-#include "server/reduce/graded_body.hpp"
+#include "server/reduce/near_part.hpp"
 
 namespace palpate {
 
@@ -26,6 +26,7 @@ struct Linearisation {
   const std::vector<std::uint8_t>* held = nullptr;  ///< nodes that the model keeps still; of `graded`: coordinates
   const Tangents* tangents = nullptr;               ///< of `dynamics` at `state`; null beside `graded`
   const GradedBody* graded = nullptr;               ///< at `state`
+  const NearPart* near = nullptr;                   ///< of `graded`, for bending()
   CoarseSpace* coarse = nullptr;                    ///< for iterative solves; null: none
   std::span<const CoarseSpace::Node> pieces = {};   ///< where in it each node is, or each coordinate of `graded`
 
@@ -35,6 +36,19 @@ struct Linearisation {
   void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
     graded ? graded->multiply(y, k_y, d_y) : tangents->multiply(y, k_y, d_y);
   }
+  /// (K + s D) Y.
+  void multiply_shifted(const Matrix& y, double shift, Matrix& sum) const;
+  /// Of a node that is held, or near a tool.
+  std::uint32_t coordinate(std::uint32_t node) const { return graded ? graded->coordinate(node) : node; }
+  /// Rows of a basis for one node.
+  PortRows rows(std::uint32_t node, const Matrix& v) const {
+    return graded ? graded->at(node, v) : PortRows(v.middleRows<3>(3 * static_cast<Eigen::Index>(node)));
+  }
+  /// The part whose forces are known beyond their tangents: the whole, or of a graded body the part near the tool.
+  Linearisation bending() const;
+  /// How the nodes of that part move, and what forces on them do to the coordinates.
+  Matrix moved(Matrix y) const { return near ? near->moved(y) : std::move(y); }
+  Vector gathered(Vector forces) const { return near ? near->gathered(forces) : std::move(forces); }
 };
 
 /// Solves with P. Small bodies are factorised (linear_solver.hpp); on others all right-hand sides go through the matrix side by
@@ -84,6 +98,9 @@ struct KrylovStart {
 };
 /// x = P^-1 b for every column. False when P turns out not to be positive definite.
 using KrylovSolve = std::function<bool(std::span<const SolveColumn> columns)>;
+
+/// Columns, at least one, as a matrix.
+Matrix side_by_side(std::span<const Vector> columns);
 
 /// What the next moments answer: (2 s M + D) x.
 std::vector<Vector> moment_inputs(const Linearisation& at, double shift_1_s, std::span<const Vector> x);

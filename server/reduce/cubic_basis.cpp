@@ -10,17 +10,11 @@
 namespace palpate {
 namespace {
 
-Matrix side_by_side(const std::vector<Vector>& columns) {
-  Matrix w(columns.front().size(), static_cast<Eigen::Index>(columns.size()));
-  for (std::size_t c = 0; c < columns.size(); ++c) w.col(static_cast<Eigen::Index>(c)) = columns[c];
-  return w;
-}
-
 /// W^T P W.
 Matrix energy_of(const Linearisation& at, const Matrix& w, double s) {
   Matrix p_w;
-  at.tangents->multiply_shifted(w, s, p_w);
-  p_w += s * s * at.dynamics->masses().asDiagonal() * w;
+  at.multiply_shifted(w, s, p_w);
+  p_w += s * s * at.masses().asDiagonal() * w;
   return w.transpose() * p_w;
 }
 
@@ -28,7 +22,7 @@ Matrix energy_of(const Linearisation& at, const Matrix& w, double s) {
 CubicBasis compress(const Linearisation& at, const Matrix& w, double s, int modes) {
   const Matrix energy = energy_of(at, w, s);
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(0.5 * (energy + energy.transpose()));
-  const Vector root = at.dynamics->masses().cwiseSqrt();
+  const Vector root = at.masses().cwiseSqrt();
   const double smallest = 1e-10 * eigen.eigenvalues().tail<1>()[0];
   Eigen::Index r = std::min<Eigen::Index>(modes, w.cols());
   while (r > 1 && !(eigen.eigenvalues()[w.cols() - r] > smallest)) --r;
@@ -36,7 +30,7 @@ CubicBasis compress(const Linearisation& at, const Matrix& w, double s, int mode
   const Eigen::HouseholderQR<Matrix> qr(leading);
   CubicBasis basis;
   basis.shapes = root.cwiseInverse().asDiagonal() * Matrix(qr.householderQ() * Matrix::Identity(w.rows(), r));
-  basis.coordinates = basis.shapes.transpose() * at.dynamics->masses().asDiagonal() * w;
+  basis.coordinates = basis.shapes.transpose() * at.masses().asDiagonal() * w;
   return basis;
 }
 
@@ -59,28 +53,18 @@ void add_those_that_matter(const std::vector<Vector>& loads, Vector* answers, st
 std::vector<Vector> bending(const Linearisation& at, std::span<const Vector> ports, const Matrix& prescribed, double bridge_s) {
   std::vector<Vector> acting(ports.begin(), ports.end());
   for (Eigen::Index i = 0; i < prescribed.cols(); ++i) acting[static_cast<std::size_t>(i)] += prescribed.col(i);
-  acting.push_back(bridge_s * at.state->v);
-  return second_order_forces(*at.dynamics, *at.state, side_by_side(acting));
+  acting.push_back(bridge_s * at.velocity());
+  const Linearisation part = at.bending();
+  std::vector<Vector> forces = second_order_forces(*part.dynamics, *part.state, at.moved(side_by_side(acting)));
+  for (Vector& f : forces) f = at.gathered(f);
+  return forces;
 }
 
 }  // namespace
 
-void ShapeHistory::add(const BodyState& state) {
-  if (!states_.empty() && state.time_s - states_.back().time_s < kApartS) return;
-  if (states_.size() == kShapes) states_.pop_front();
-  states_.push_back(state);
-}
-
-std::vector<const BodyState*> ShapeHistory::ends() const {
-  std::vector<const BodyState*> ends;
-  if (!states_.empty()) ends.push_back(&states_.back());
-  if (states_.size() > 1) ends.push_back(&states_.front());
-  return ends;
-}
-
 std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
-                                      const Matrix& prescribed, std::span<const Vector> dents, const ShapeHistory& history,
-                                      std::span<const BodyState> ahead, const CubicBasisRequest& request, BasisMemory& memory) {
+                                      const Matrix& prescribed, std::span<const Vector> dents, const Matrix& ways,
+                                      const CubicBasisRequest& request, BasisMemory& memory) {
   const double s = request.shift_1_s;
   std::vector<Vector> moments = moment_inputs(at, s, start.ports), bends;
   for (Vector& b : moments) b *= s;
@@ -92,16 +76,14 @@ std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart
   if (!solve(solves)) return std::nullopt;
 
   std::vector<Vector> candidates = start.ports;
-  Vector motion = request.bridge_s * at.state->v;
+  Vector motion = request.bridge_s * at.velocity();
   mask(*at.held, motion);
   candidates.insert(candidates.end(), {motion, start.imbalance, s * start.motion});
   for (const SolveColumn& column : solves) candidates.push_back(*column.x);
-  const auto add = [&](const BodyState& other) {
-    candidates.push_back(other.x - at.state->x);
+  for (const auto& way : ways.colwise()) {
+    candidates.emplace_back(way);
     mask(*at.held, candidates.back());
-  };
-  std::for_each(history.states().begin(), history.states().end(), add);
-  std::for_each(ahead.begin(), ahead.end(), add);
+  }
   candidates.insert(candidates.end(), dents.begin(), dents.end());
   CubicBasis basis = compress(at, side_by_side(candidates), s, request.modes);
   basis.dents = static_cast<int>(dents.size());

@@ -14,27 +14,12 @@
 // 150 ms with 13 modes on scenes/cube6.json (docs/decisions).
 #pragma once
 
-#include <deque>
 #include <optional>
 #include <span>
 
 #include "server/reduce/basis.hpp"
 
 namespace palpate {
-
-/// Where a body was in the last frames, some 50 ms apart.
-class ShapeHistory {
- public:
-  static constexpr std::size_t kShapes = 4;
-  static constexpr double kApartS = 0.04;
-  void add(const BodyState& state);
-  const std::deque<BodyState>& states() const { return states_; }
-  /// The newest, and the oldest if that is another.
-  std::vector<const BodyState*> ends() const;
-
- private:
-  std::deque<BodyState> states_;
-};
 
 struct CubicBasisRequest {
   int modes = 13;
@@ -50,9 +35,10 @@ struct CubicBasis {
 
 /// `start.ports`: P^-1 B a_i, the answers to the port's three input directions, scaled, and that of a sliding load, if any;
 /// `prescribed`: how the port itself moves for them (3 N x 3; no columns for touch); `dents`: where there are any, nothing of
-/// second order. `memory`: warm starts. Nothing when P is not positive definite.
+/// second order; `ways`: where the body was and will be, less where it is. `memory`: warm starts. Nothing when P is not positive
+/// definite.
 std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
-                                      const Matrix& prescribed, std::span<const Vector> dents, const ShapeHistory& history,
-                                      std::span<const BodyState> ahead, const CubicBasisRequest& request, BasisMemory& memory);
+                                      const Matrix& prescribed, std::span<const Vector> dents, const Matrix& ways,
+                                      const CubicBasisRequest& request, BasisMemory& memory);
 
 }  // namespace palpate

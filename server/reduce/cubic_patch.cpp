@@ -78,35 +78,12 @@ void rescale(CubicTerms& terms, const Vector& far) {
     for (int j = 0; j <= k; ++j) terms.q.col(pair_at(j, k)).array() *= f.head(l).array() * (f[j] * f[k]);
 }
 
-/// A body, asked for its forces on the variables of a patch.
-class Bent {
- public:
-  /// `moved`: how the body moves for y.
-  Bent(const Linearisation& at, Matrix moved) : at_(at), moved_(std::move(moved)), still_(Vector::Zero(at.state->v.size())) {
-    at_.dynamics->forces(at_.state->x, still_, here_);
-  }
-  /// N(y), and K y.
-  Vector beyond_linear(const Vector& y, Vector& linear) const {
-    const Vector way = moved_ * y;
-    Vector there;
-    Matrix k_way, d_way;
-    at_.dynamics->forces(at_.state->x + way, still_, there);
-    at_.tangents->multiply(way, k_way, d_way);
-    linear = moved_.transpose() * k_way;
-    return moved_.transpose() * (there - here_) + linear;
-  }
-
- private:
-  Linearisation at_;
-  Matrix moved_;
-  Vector still_, here_;
-};
-
-/// How far along `way` (|way| = 1) the terms are trusted, up to `far`.
-double trusted_along(const Bent& body, const CubicForce& terms, const Vector& way, double far) {
+/// How far along `way` (|way| = 1, u = t way) the terms are trusted, up to `far`.
+double trusted_along(BentBody& body, const Matrix& t, const CubicForce& terms, const Vector& way, double far) {
   for (double radius = far; radius >= kLeast;) {
     Vector linear;
-    const Vector exact = body.beyond_linear(radius * way, linear);
+    const Vector exact = t.transpose() * body.beyond_linear(radius * (t * way), linear);
+    linear = t.transpose() * linear;
     CubicForce::Variables force;
     terms.elastic(radius * way, force);
     const double wrong = (force - exact).norm(), most = std::max(kWrong * exact.norm(), kHarmless * linear.norm());
@@ -149,34 +126,24 @@ double stable_radius(const CubicForce& terms, const Matrix& stiffness, Eigen::In
   return radius;
 }
 
-/// The radius, in units of `far`.
-double trusted_radius(const Linearisation& at, const CubicTerms& terms, Matrix moved, const Matrix& ways, const Matrix& stiffness,
-                      Eigen::Index tool) {
+/// The radius.
+double trusted_radius(BentBody& body, const CubicTerms& terms, const Matrix& ways, const Matrix& stiffness, Eigen::Index tool) {
   CubicTerms elastic = terms;  // of y itself, and without end
   elastic.scale.setIdentity();
   elastic.e2.resize(0);
   elastic.radius = kFarthest;
   const CubicForce force(elastic);
-  const Bent body(at, std::move(moved));
+  const Matrix t = terms.scale.inverse();
   double radius = stable_radius(force, stiffness, tool);
   for (Eigen::Index k = 0; k < ways.cols(); ++k) {
     const Vector way = terms.scale * ways.col(k);
     const double length = way.norm();
     if (std::isnormal(length)) {
-      const double asked = std::min(radius, length), found = trusted_along(body, force, way / length, asked);
+      const double asked = std::min(radius, length), found = trusted_along(body, t, force, way / length, asked);
       if (found < asked) radius = found;
     }
   }
   return radius;
-}
-
-/// How the body moves with u = (d, q), 3 N x n.
-Matrix moved_by(const CubicShapes& shapes) {
-  const Eigen::Index first = shapes.port.cols();
-  Matrix moved(shapes.modes.rows(), first + shapes.modes.cols());
-  if (first > 0) moved.leftCols(first) = shapes.port * shapes.amplitude.cwiseInverse().asDiagonal();
-  moved.rightCols(shapes.modes.cols()) = shapes.modes;
-  return moved;
 }
 
 /// Of each variable alone, > 0.
@@ -198,7 +165,28 @@ Matrix likely_ways(const CubicShapes& shapes) {
 
 }  // namespace
 
-std::optional<CubicTerms> cubic_terms(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, int leading) {
+BentBody::BentBody(const Linearisation& at, const CubicShapes& shapes)
+    : at_(at), moved_(shapes.modes.rows(), shapes.port.cols() + shapes.modes.cols()) {
+  const Eigen::Index first = shapes.port.cols();
+  if (first > 0) moved_.leftCols(first) = shapes.port * shapes.amplitude.cwiseInverse().asDiagonal();
+  moved_.rightCols(shapes.modes.cols()) = shapes.modes;
+}
+
+Vector BentBody::beyond_linear(const Vector& u, Vector& linear) {
+  if (here_.size() == 0) {
+    Matrix k_moved, d_moved;
+    at_.multiply(moved_, k_moved, d_moved);
+    stiffness_ = moved_.transpose() * k_moved;
+    still_ = Vector::Zero(moved_.rows());
+    at_.dynamics->forces(at_.state->x, still_, here_);
+  }
+  Vector there;
+  at_.dynamics->forces(at_.state->x + moved_ * u, still_, there);
+  linear = stiffness_ * u;
+  return moved_.transpose() * (there - here_) + linear;
+}
+
+std::optional<CubicTerms> cubic_terms(BentBody& body, const Patch& patch, const CubicShapes& shapes, int leading) {
   const auto r = patch.stiffness.size(), first = shapes.port.cols(), n = r + first;
   if (r == 0 || !(patch.stiffness.maxCoeff() > 0)) return std::nullopt;
   CubicTerms terms;
@@ -210,10 +198,7 @@ std::optional<CubicTerms> cubic_terms(const Linearisation& at, const Patch& patc
   terms.scale.bottomRightCorner(r, r) = mode_scale(patch, shapes.coordinates);
   const Matrix t = terms.scale.inverse();
   if (!t.allFinite()) return std::nullopt;
-  Matrix moved(shapes.modes.rows(), n);
-  moved.leftCols(first) = shapes.port;
-  moved.rightCols(r) = shapes.modes * t.bottomRightCorner(r, r);
-  auto expansion = expand(*at.dynamics, *at.state, moved, terms.leading);
+  auto expansion = expand(*body.at().dynamics, *body.at().state, body.moved() * t, terms.leading);
   if (!expansion) return std::nullopt;
   terms.e3 = std::move(expansion->e3);
   terms.e4 = std::move(expansion->e4);
@@ -224,24 +209,22 @@ std::optional<CubicTerms> cubic_terms(const Linearisation& at, const Patch& patc
   const Vector far = trusted(terms, form);
   rescale(terms, far);
   terms.rate = stamp_rate(terms, patch);
-  terms.radius =
-      trusted_radius(at, terms, moved * far.asDiagonal(), shapes.ways, far.asDiagonal() * form * far.asDiagonal(), first);
+  terms.radius = trusted_radius(body, terms, shapes.ways, far.asDiagonal() * form * far.asDiagonal(), first);
   return terms;
 }
 
-std::optional<CubicTerms> spring_terms(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, int most) {
+std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch, const CubicShapes& shapes, int most) {
   const auto r = patch.stiffness.size(), first = shapes.port.cols(), n = r + first;
   if (r == 0 || !(patch.stiffness.maxCoeff() > 0)) return std::nullopt;
   SpringSampling sampling;
   sampling.springs = most;
-  sampling.moved = moved_by(shapes);
   sampling.likely = Matrix::Zero(n, shapes.coordinates.cols() + shapes.ways.cols());
   sampling.likely.bottomLeftCorner(r, shapes.coordinates.cols()) = shapes.coordinates;
   sampling.likely.rightCols(shapes.ways.cols()) = shapes.ways;
   sampling.path = sampling.likely.middleCols(shapes.coordinates.cols() - shapes.dents, shapes.dents);
   sampling.stiffness = stiffness_of(patch, first);
   if (first > 0) sampling.likely.topLeftCorner(first, first) = shapes.amplitude.asDiagonal();
-  auto springs = sample_springs(at, sampling);
+  auto springs = sample_springs(body.at(), body.moved(), sampling);
   if (!springs) return std::nullopt;
   CubicTerms terms;
   terms.variables = static_cast<int>(n);
@@ -253,11 +236,10 @@ std::optional<CubicTerms> spring_terms(const Linearisation& at, const Patch& pat
   return CubicForce(terms, patch).empty() ? std::nullopt : std::optional(std::move(terms));
 }
 
-bool are_truer(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, const CubicTerms& a, const CubicTerms& b) {
+bool are_truer(BentBody& body, const Patch& patch, const CubicShapes& shapes, const CubicTerms& a, const CubicTerms& b) {
   const Matrix ways = likely_ways(shapes);
   Matrix asked(ways.rows(), 2 * ways.cols());
   asked << ways, 0.5 * ways;
-  const Bent body(at, moved_by(shapes));
   const Vector unit = stiffness_of(patch, shapes.port.cols()).cwiseSqrt().cwiseInverse();
   const auto unrepaired = [&](CubicTerms terms) {
     terms.e2.resize(0);

@@ -38,15 +38,31 @@ struct CubicShapes {
   Matrix ways;         ///< u at which the body is asked, a column each
 };
 
+/// A body, asked for its forces on the variables u of a patch.
+class BentBody {
+ public:
+  BentBody(const Linearisation& at, const CubicShapes& shapes);
+  const Linearisation& at() const { return at_; }
+  /// How it moves with u, 3 N x n.
+  const Matrix& moved() const { return moved_; }
+  /// N(u); `linear`: K u.
+  Vector beyond_linear(const Vector& u, Vector& linear);
+
+ private:
+  Linearisation at_;
+  Matrix moved_, stiffness_;
+  Vector still_, here_;  // empty until something is asked
+};
+
 /// Nothing for a body whose forces have no expansion.
-std::optional<CubicTerms> cubic_terms(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, int leading);
+std::optional<CubicTerms> cubic_terms(BentBody& body, const Patch& patch, const CubicShapes& shapes, int leading);
 
 /// Terms that are springs of the body, `most` of them (sample_springs.hpp): for a body that no polynomial follows as far as it is
 /// likely to go. Nothing where they would not be stable.
-std::optional<CubicTerms> spring_terms(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, int most);
+std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch, const CubicShapes& shapes, int most);
 
 /// Whether terms `a` are less wrong than `b` where the body is likely to come to or may be pressed to, and half way there: sum of
 ///     min(1, |N^ - N| / (|N| + kOfLinear |K u|))^2,   forces in units that make the stiffness of each variable 1.
-bool are_truer(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, const CubicTerms& a, const CubicTerms& b);
+bool are_truer(BentBody& body, const Patch& patch, const CubicShapes& shapes, const CubicTerms& a, const CubicTerms& b);
 
 }  // namespace palpate

@@ -31,22 +31,14 @@ std::vector<std::uint32_t> nodes_around(const Skin::Weights& port, const LumpedB
   return nodes;
 }
 
-/// These nodes and the elements between them; fixed where they are held, or where an element leads out.
-LocalBody cut_out(std::vector<std::uint32_t> nodes, const LumpedBody& whole, const std::vector<std::uint8_t>& held,
+/// These nodes and the elements between them; fixed where they are so, or where an element leads out.
+LocalBody cut_out(std::vector<std::uint32_t> nodes, const LumpedBody& whole,
                   const std::vector<std::vector<std::uint32_t>>& elements) {
-  LocalBody local;
-  local.nodes = std::move(nodes);
+  LocalBody local(whole, std::move(nodes));
   LumpedBody& body = local.body;
-  body.planar = whole.planar;
-  body.law = whole.law;
-  body.stiffening = whole.stiffening;
   const auto here = static_cast<std::uint32_t>(local.nodes.size());
   for (std::uint32_t i = 0; i < here; ++i) {
-    const std::uint32_t node = local.nodes[i];
-    body.nodes.push_back(whole.nodes[node]);
-    body.masses_kg.push_back(whole.masses_kg[node]);
-    body.fixed.push_back(held[node]);
-    for (const std::uint32_t e : elements[node]) {
+    for (const std::uint32_t e : elements[local.nodes[i]]) {
       Element element = whole.elements[e];
       element.a = local.index(element.a);
       element.b = local.index(element.b);
@@ -60,19 +52,19 @@ LocalBody cut_out(std::vector<std::uint32_t> nodes, const LumpedBody& whole, con
 }
 
 /// The near part of a body with a hand on it.
-class NearPart {
+class PressedPart {
  public:
-  NearPart(const Linearisation& at, const LocalBody& local, const DentRequest& request)
-      : dynamics_(local.body), s_(request.shift_1_s), x_(local.restricted(at.state->x)) {
+  PressedPart(const Linearisation& at, const LocalBody& local, const Dynamics& dynamics, const DentRequest& request)
+      : dynamics_(dynamics), s_(request.shift_1_s), x_(local.restricted(at.state->x)) {
+    for (const auto& [node, weight] : request.port) port_.emplace_back(local.index(node), weight);
+    const Matrix answers = side_by_side(request.answers.first(3));
+    answers_.resize(x_.size(), 3);
+    for (std::uint32_t i = 0; i < local.nodes.size(); ++i)
+      answers_.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = at.rows(local.nodes[i], answers);
     Mat3 compliance;
-    for (int axis = 0; axis < 3; ++axis) {
-      const Vector& answer = request.answers[static_cast<std::size_t>(axis)];
-      compliance.col(axis) = gather(request.port, answer);
-      answers_.push_back(local.restricted(answer));
-    }
+    for (int axis = 0; axis < 3; ++axis) compliance.col(axis) = gather(port_, answers_.col(axis));
     kappa_ = 3 * Dents::kHand / compliance.trace();
     begin_ = (compliance + Mat3::Identity() / kappa_).inverse();
-    for (const auto& [node, weight] : request.port) port_.emplace_back(local.index(node), weight);
     const Vector still = Vector::Zero(x_.size());
     dynamics_.forces(x_, still, at_stamp_);
     BlockMatrix p = dynamics_.make_matrix();
@@ -87,7 +79,7 @@ class NearPart {
   Vec3 first_load(const Vec3& way) const { return begin_ * way; }
   Vec3 load(const Vec3& way, const Vector& w) const { return kappa_ * (way - gather(port_, w)); }
   /// P^-1 B f, near.
-  Vector answer(const Vec3& f) const { return f[0] * answers_[0] + f[1] * answers_[1] + f[2] * answers_[2]; }
+  Vector answer(const Vec3& f) const { return answers_ * f; }
   /// The near part's own answer to `way` and to f from far; false where it cannot be followed.
   bool follow(const Vec3& way, Vec3& f, Vector& w) const {
     double enough = 0;
@@ -146,16 +138,24 @@ class NearPart {
     return true;
   }
 
-  Dynamics dynamics_;
+  const Dynamics& dynamics_;
   double s_, kappa_ = 0;
   Vector x_, at_stamp_;
-  std::vector<Vector> answers_;
+  Matrix answers_;
   Mat3 begin_ = Mat3::Zero();
   Skin::Weights port_;
   std::vector<Mat3> blocks_;  // of the diagonal, inverted
 };
 
 }  // namespace
+
+struct Dents::Cut {
+  std::vector<std::uint32_t> port;
+  LocalBody local;
+  Dynamics dynamics{local.body};
+};
+
+Dents::~Dents() = default;
 
 Dents::Dents(const LumpedBody& body) : body_(&body), elements_(body.nodes.size()) {
   for (std::uint32_t e = 0; e < body.elements.size(); ++e) {
@@ -164,17 +164,22 @@ Dents::Dents(const LumpedBody& body) : body_(&body), elements_(body.nodes.size()
   }
 }
 
-std::vector<Vector> Dents::shapes(const Linearisation& at, const DentRequest& request) const {
-  const LocalBody local = cut_out(nodes_around(request.port, *body_, elements_), *body_, *at.held, elements_);
-  const NearPart near(at, local, request);
+std::vector<Vector> Dents::shapes(const Linearisation& at, const DentRequest& request) {
+  std::vector<std::uint32_t> port;
+  for (const auto& [node, weight] : request.port) port.push_back(node);
+  if (!cut_ || cut_->port != port)
+    cut_.reset(new Cut{port, cut_out(nodes_around(request.port, *body_, elements_), *body_, elements_)});
+  const LocalBody& local = cut_->local;
+  const PressedPart near(at, local, cut_->dynamics, request);
   std::vector<Vector> shapes;
   Vec3 f = near.first_load(request.ways.front());
   Vector w = near.answer(f);
   for (const Vec3& way : request.ways) {
     if (!near.follow(way, f, w)) break;
-    Vector whole = Vector::Zero(at.state->x.size());
+    Vector whole = Vector::Zero(at.masses().size());
     for (std::size_t axis = 0; axis < 3; ++axis) whole += f[static_cast<Eigen::Index>(axis)] * request.answers[axis];
-    for (std::uint32_t i = 0; i < local.nodes.size(); ++i) at_node(whole, local.nodes[i]) = at_node(w, i);
+    for (std::uint32_t i = 0; i < local.nodes.size(); ++i)
+      if (const std::uint32_t row = at.coordinate(local.nodes[i]); row != GradedBody::kNone) at_node(whole, row) = at_node(w, i);
     if (!whole.allFinite()) break;
     shapes.push_back(std::move(whole));
   }

@@ -13,6 +13,7 @@
 // Source: nonlinear elimination of the part that is far from linear, Lanzkron, Rose and Wilkes, SIAM J. Sci. Comput. 17 (1996).
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -22,8 +23,8 @@
 namespace palpate {
 
 struct DentRequest {
-  Skin::Weights port;               ///< B
-  std::span<const Vector> answers;  ///< P^-1 B, three
+  Skin::Weights port;               ///< B, of nodes
+  std::span<const Vector> answers;  ///< P^-1 B, three, in the coordinates of the linearisation
   std::vector<Vec3> ways;           ///< a [m], at least one, each further than the one before
   double shift_1_s = 20;            ///< s
 };
@@ -36,12 +37,15 @@ class Dents {
 
   /// Springs; `body` must outlive it.
   explicit Dents(const LumpedBody& body);
-  /// w, 3 N, one for each way; fewer where the body cannot be followed so far, none where it is fixed.
-  std::vector<Vector> shapes(const Linearisation& at, const DentRequest& request) const;
+  ~Dents();
+  /// w, in these coordinates too, one for each way; fewer where the body cannot be followed so far, none where it is fixed.
+  std::vector<Vector> shapes(const Linearisation& at, const DentRequest& request);
 
  private:
   const LumpedBody* body_;
   std::vector<std::vector<std::uint32_t>> elements_;  // of each node
+  struct Cut;
+  std::unique_ptr<Cut> cut_;  // around the nodes of the last port
 };
 
 }  // namespace palpate

@@ -58,12 +58,16 @@ bool SharedSystem::answer(std::span<const PortPlace> places, const OwnLoads& own
   return definite_;
 }
 
-FrameModel::FrameModel(const Dynamics& dynamics, const Skin& skin)
-    : dynamics_(&dynamics), skin_(&skin), coarse_(coarse_space_of(dynamics)), tangents_(dynamics) {
+FrameModel::FrameModel(const Dynamics& dynamics, const Skin& skin) : dynamics_(&dynamics), skin_(&skin), tangents_(dynamics) {
   if (GradedBody::suits(dynamics)) graded_.reset(new FrameModel(this));
 }
 
-FrameModel::FrameModel(FrameModel* whole) : dynamics_(whole->dynamics_), skin_(whole->skin_), whole_(whole), body_(*dynamics_) {}
+FrameModel::FrameModel(FrameModel* whole)
+    : dynamics_(whole->dynamics_),
+      skin_(whole->skin_),
+      coarse_(std::in_place, *dynamics_, GradedBody::kPieces),
+      whole_(whole),
+      body_(*dynamics_) {}
 
 void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& ports, std::span<const ToolAt> tools, Micros bridge) {
   state_ = &state;
@@ -76,18 +80,30 @@ void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& port
   total_.resize(0);
   positions_.clear();
   ahead_.clear();
+  ways_.reset();
+  looked_at_ = nullptr;
+  remember();
   for (Slot& slot : slots_) slot.in_use = false;
   if (graded_) graded_->begin(state, ports, tools, bridge);
 }
 
 void FrameModel::want(std::size_t k, double slide_s) {
   wanted_[k] = {true, slide_s};
-  if (graded_) graded_->want(k);
+  if (graded_) graded_->want(k, slide_s);
 }
 
 void FrameModel::listen(std::function<void(PatchPart)> listener) {
   if (graded_) graded_->listen(listener);
   listener_ = std::move(listener);
+}
+
+void FrameModel::remember() {
+  if (now_) {
+    if (past_.size() == kPast) past_.pop_front();
+    past_.push_back(std::move(*now_));
+    now_.reset();
+  }
+  if (!past_.empty() && past_.back().time_s > state_->time_s) past_.clear();  // the room began anew
 }
 
 /// What is held, and of a graded body what its coordinates are: once all ports are where they are for this frame.
@@ -103,10 +119,10 @@ void FrameModel::settle() {
   for (std::size_t k = 0; k < ports_->size(); ++k) {
     const ToolPort& port = (*ports_)[k];
     if (port.kind == ContactKind::attach) {
-      places.push_back(dynamics_->body().nodes[port.node]);
+      places.push_back(place_of(port));
       nodes.push_back(port.node);
     } else if (port.touching || wanted_[k].patch) {
-      places.push_back(position_at(skin_->view(), skin_->rest(), port.point));
+      places.push_back(place_of(port));
       for (const auto& [node, weight] : skin_->weights(port.point)) nodes.push_back(node);
     }
   }
@@ -114,7 +130,9 @@ void FrameModel::settle() {
   body_->focus(places, nodes);
   if (body_->generation() != before) {
     slots_.clear();
-    pieces_ = body_->pieces(*whole_->coarse_);
+    for (Known& known : whole_->past_) known.weighted.resize(0);
+    whole_->rest_.weighted.resize(0);
+    pieces_ = body_->pieces(*coarse_);
   }
   held_ = body_->fixed();
   for (const ToolPort& port : *ports_)
@@ -126,12 +144,41 @@ const std::vector<std::uint8_t>& FrameModel::held() {
   return held_;
 }
 
+const BodyWays& FrameModel::ways() {
+  if (ways_) return *ways_;
+  settle();
+  FrameModel& whole = whole_ ? *whole_ : *this;
+  const auto weighted = [&](const Vector& x) {
+    return body_ ? Vector(body_->restricted(dynamics_->masses().cwiseProduct(x))) : x;
+  };
+  const Vector here = weighted(state_->x);
+  const auto way = [&](const Vector& there) -> Vector {
+    return body_ ? Vector((there - here).cwiseQuotient(body_->masses())) : Vector(there - here);
+  };
+  const auto way_to = [&](Known& known) {
+    if (body_ && known.weighted.size() == 0) known.weighted = weighted(known.x);
+    return way(body_ ? known.weighted : known.x);
+  };
+  BodyWays& ways = ways_.emplace();
+  ways.past.resize(here.size(), static_cast<Eigen::Index>(whole.past_.size()));
+  for (std::size_t k = 0; k < whole.past_.size(); ++k) ways.past.col(static_cast<Eigen::Index>(k)) = way_to(whole.past_[k]);
+  ways.ahead.resize(here.size(), static_cast<Eigen::Index>(whole.ahead_.size()));
+  for (std::size_t k = 0; k < whole.ahead_.size(); ++k)
+    ways.ahead.col(static_cast<Eigen::Index>(k)) = way(weighted(whole.ahead_[k].x));
+  if (whole.rest_.x.size() == 0) whole.rest_.x = dynamics_->rest_state().x;
+  ways.rest = way_to(whole.rest_);
+  if (whole.past_.empty() || state_->time_s - whole.past_.back().time_s >= kApartS)
+    whole.now_ = Known{state_->time_s, state_->x, body_ ? here : Vector()};
+  return ways;
+}
+
 Linearisation FrameModel::linearisation(const std::vector<std::uint8_t>& held) {
   settle();
   if (!linearised_) body_ ? body_->take(*state_) : tangents_->take(*state_);
   linearised_ = true;
-  if (body_) return {dynamics_, state_, &held, nullptr, &*body_, &*whole_->coarse_, pieces_};
+  if (body_) return {dynamics_, state_, &held, nullptr, &*body_, looked_at_, &*coarse_, pieces_};
   Linearisation at{dynamics_, state_, &held, &*tangents_};
+  if (!coarse_) coarse_ = coarse_space_of(*dynamics_);
   if (coarse_) at.coarse = &*coarse_, at.pieces = coarse_->nodes();
   return at;
 }
@@ -141,8 +188,17 @@ Skin::Weights FrameModel::weights(const SurfacePoint& point) const {
   return body_ ? body_->restricted(of_nodes) : of_nodes;
 }
 
-PortRows FrameModel::rows(std::uint32_t node, const Matrix& v) const {
-  return body_ ? body_->at(node, v) : PortRows(v.middleRows<3>(3 * static_cast<Eigen::Index>(node)));
+Vec3 FrameModel::place_of(const ToolPort& port) const {
+  return port.kind == ContactKind::attach ? dynamics_->body().nodes[port.node]
+                                          : position_at(skin_->view(), skin_->rest(), port.point);
+}
+
+void FrameModel::look_at(std::size_t which) {
+  if (!body_) return;
+  linearisation();
+  NearPart& near = near_.try_emplace(which, *body_).first->second;
+  near.take(place_of((*ports_)[which]), *state_);
+  looked_at_ = &near;
 }
 
 const Vector& FrameModel::forces() {

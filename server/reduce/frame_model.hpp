@@ -21,6 +21,7 @@
 #pragma once
 
 #include <array>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -100,8 +101,17 @@ class SharedSystem {
   Kept imbalance_, motion_;
 };
 
+/// How the coordinates move from where the body is to where it was and will be, a column each.
+struct BodyWays {
+  Matrix past;   ///< in the last frames in which this was asked for, some 50 ms apart, the newest last
+  Matrix ahead;  ///< see FrameModel::foresee()
+  Vector rest;
+};
+
 class FrameModel {
  public:
+  static constexpr std::size_t kPast = 4;
+  static constexpr double kApartS = 0.04;
   static constexpr double kCoupled = 0.3;  ///< of B_a^T X_o to the geometric mean of the two compliances
   static constexpr double kRigid = 100;
 
@@ -130,15 +140,15 @@ class FrameModel {
   /// With others held.
   Linearisation linearisation(const std::vector<std::uint8_t>& held);
   Linearisation linearisation() { return linearisation(this->held()); }
+  /// From here on with what is near this tool, of a graded body, for Linearisation::bending().
+  void look_at(std::size_t which);
   /// Of a node that is held, or near a tool.
   std::uint32_t coordinate(std::uint32_t node) const { return body_ ? body_->coordinate(node) : node; }
   /// B at a point of the skin.
   Skin::Weights weights(const SurfacePoint& point) const;
-  /// Rows of a basis for one node.
-  PortRows rows(std::uint32_t node, const Matrix& v) const;
   /// Where the body will be until the next patches take over, should the hands go on and slow down; empty where nobody looked.
   void foresee(std::vector<BodyState> ahead) { ahead_ = std::move(ahead); }
-  const std::vector<BodyState>& ahead() const { return ahead_; }
+  const BodyWays& ways();
   /// F(x*, v*), rows of held nodes zero.
   const Vector& forces();
   /// The skin's vertices.
@@ -172,8 +182,16 @@ class FrameModel {
     bool patch = false;
     double slide_s = 0;
   };
+  struct Known {
+    double time_s = 0;
+    Vector x;
+    Vector weighted;  // T^T M x of the graded body; empty where it was not asked for
+  };
   explicit FrameModel(FrameModel* whole);
+  void remember();
   void settle();
+  /// On the body at rest.
+  Vec3 place_of(const ToolPort& port) const;
   Eigen::Index size() { return linearisation().masses().size(); }
   Vector sliding_load(std::size_t k);
   Mat3 contact_stiffness(std::size_t k, const PortAnswer& answer);
@@ -185,15 +203,21 @@ class FrameModel {
   const std::vector<ToolPort>* ports_ = nullptr;
   std::vector<ToolAt> tools_;
   std::vector<BodyState> ahead_;
+  std::deque<Known> past_;    // of the whole, like the next two
+  std::optional<Known> now_;  // will be past
+  Known rest_;
+  std::optional<BodyWays> ways_;
   std::vector<std::uint8_t> held_;
   std::vector<Wanted> wanted_;
   Micros bridge_{};
-  std::optional<CoarseSpace> coarse_;      // of the whole
+  std::optional<CoarseSpace> coarse_;      // made when it is first needed
   std::vector<CoarseSpace::Node> pieces_;  // of the coordinates of a graded one
   FrameModel* whole_ = nullptr;            // of a graded one
   std::optional<GradedBody> body_;         // of a graded one
-  std::unique_ptr<FrameModel> graded_;     // of the whole of a large body
-  std::optional<Tangents> tangents_;       // of the whole
+  std::map<std::size_t, NearPart> near_;   // of its tools
+  const NearPart* looked_at_ = nullptr;
+  std::unique_ptr<FrameModel> graded_;  // of the whole of a large body
+  std::optional<Tangents> tangents_;    // of the whole
   bool settled_ = false, linearised_ = false;
   std::function<void(PatchPart)> listener_;
   Vector forces_, total_;

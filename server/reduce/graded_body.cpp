@@ -274,6 +274,12 @@ Vector GradedBody::restricted(const Vector& loads) const {
   return y;
 }
 
+std::vector<std::uint32_t> GradedBody::near_elements() const {
+  std::vector<std::uint32_t> elements;
+  for (const Spring& spring : springs_) elements.push_back(spring.element);
+  return elements;
+}
+
 std::vector<CoarseSpace::Node> GradedBody::pieces(const CoarseSpace& space) const {
   std::vector<CoarseSpace::Node> to(rows_);
   std::vector<double> nearest(rows_, std::numeric_limits<double>::infinity());
@@ -312,6 +318,12 @@ PortRows GradedBody::at(std::uint32_t node, const Matrix& v) const {
   for (const Share& share : shares(node, room))
     rows += share.weight * v.middleRows<3>(3 * static_cast<Eigen::Index>(share.coordinate));
   return rows;
+}
+
+Matrix GradedBody::moved(const Matrix& y) const {
+  Matrix moved(3 * static_cast<Eigen::Index>(dynamics_->nodes()), y.cols());
+  for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) moved.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = at(i, y);
+  return moved;
 }
 
 }  // namespace palpate

@@ -26,6 +26,7 @@ namespace palpate {
 class GradedBody {
  public:
   static constexpr double kNearSpacings = 6;          ///< of nodes: centres of near cells are no further from a tool
+  static constexpr std::size_t kPieces = 16;          ///< of a coarse space for solves: its far field is coarse already
   static constexpr std::uint32_t kNodesLeast = 2500;  ///< a smaller body is as well taken whole
   static constexpr std::uint32_t kNone = 0xffffffff;
 
@@ -42,6 +43,10 @@ class GradedBody {
   /// From here on at this state.
   void take(const BodyState& state);
 
+  const Dynamics& dynamics() const { return *dynamics_; }
+  double spacing_m() const { return far_.spacing_m(); }  ///< of nodes, on average
+  /// Springs with a near node.
+  std::vector<std::uint32_t> near_elements() const;
   std::uint32_t size() const { return rows_; }                       ///< coordinates, three numbers each
   const Vector& masses() const { return masses_; }                   ///< M_y [kg]
   const Vector& velocity() const { return velocity_; }               ///< v_y [m/s]
@@ -53,8 +58,17 @@ class GradedBody {
   /// T^T f of node forces [N].
   Vector restricted(const Vector& loads) const;
   Skin::Weights restricted(const Skin::Weights& weights) const;
+  /// What a node moves with: itself, or the corners of its cell.
+  struct Share {
+    std::uint32_t coordinate = 0;
+    double weight = 0;
+  };
+  std::span<const Share> shares(std::uint32_t node, std::array<Share, FarField::kCorners>& room) const;
   /// Rows of T v for one node.
   PortRows at(std::uint32_t node, const Matrix& v) const;
+
+  /// T Y.
+  Matrix moved(const Matrix& y) const;
 
   /// Where each coordinate is in a coarse space of the body.
   std::vector<CoarseSpace::Node> pieces(const CoarseSpace& space) const;
@@ -75,14 +89,8 @@ class GradedBody {
     std::uint32_t entry = 0;
     double weight = 0;
   };
-  /// What a node moves with: itself, or the corners of its cell.
-  struct Share {
-    std::uint32_t coordinate = 0;
-    double weight = 0;
-  };
   bool is_close(std::uint32_t cell, std::span<const Vec3> places, double spacings) const;
   void number();
-  std::span<const Share> shares(std::uint32_t node, std::array<Share, FarField::kCorners>& room) const;
   void lay_out();
   void add_far();
   void add_near();

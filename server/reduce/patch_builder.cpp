@@ -107,6 +107,7 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
   report_ = {};
   terms_ = {};
   modes_.resize(0, 0);
+  modes_of_ = nullptr;
   Patch patch;
   patch.scheme = request.scheme;
   patch.contact = port.kind;
@@ -121,24 +122,25 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
   if (patch.constant) return patch;
   if (request.scheme == Scheme::balanced && !balanced_) return std::nullopt;
   std::optional<Patch> built;
-  if (request.scheme == Scheme::cubic) {
-    held_ = frame.held();
-    if ((built = build_cubic(frame, which, request, patch))) return built;
-    return fall_back(frame, which, request, Scheme::port);
-  }
+  if (request.scheme == Scheme::cubic && !can_expand(dynamics_->body())) return fall_back(frame, which, request, Scheme::port);
   if (request.scheme == Scheme::two_layer && !dynamics_->tetrahedra().empty())
     return fall_back(frame, which, request, Scheme::ring);
   // What is not definite on fewer coordinates may be on all.
+  const bool cubic = request.scheme == Scheme::cubic;
   std::vector<FrameModel*> models{&frame};
-  if (request.scheme == Scheme::port && &frame.graded() != &frame) models = {&frame.graded(), &frame};
+  if ((cubic || request.scheme == Scheme::port) && &frame.graded() != &frame) models = {&frame.graded(), &frame};
   for (FrameModel* model : models)
     for (const bool clamp : {false, true}) {
+      if (built) continue;
       held_ = model->held();
+      if (cubic) {
+        model->look_at(which);
+        ways_ = &model->ways();
+      }
       built = request.scheme == Scheme::two_layer ? build_two_layer(*model, which, request, patch, clamp)
                                                   : build_whole(*model, which, request, patch, clamp);
-      if (built) return built;
     }
-  return std::nullopt;
+  return cubic && terms_.variables == 0 ? fall_back(frame, which, request, Scheme::port) : built;
 }
 
 std::optional<Patch> PatchBuilder::fall_back(FrameModel& frame, std::size_t which, const PatchRequest& request, Scheme scheme) {
@@ -215,9 +217,7 @@ std::optional<Mat3> PatchBuilder::static_response(const Model& model, const std:
 std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPort& port, const PatchRequest& request,
                                                 Patch patch, bool clamp, const ToolAt& tool) {
   const Linearisation& at = model.at;
-  const std::uint32_t node = model.local ? model.local->index(port.node)
-                             : at.graded ? at.graded->coordinate(port.node)
-                                         : port.node;
+  const std::uint32_t node = model.local ? model.local->index(port.node) : at.coordinate(port.node);
   // Columns of K and D that belong to the tool's node: what the tool's motion does to the others, and to itself.
   std::vector<Vector> k_tool(3), d_tool(3);
   Matrix units(at.masses().size(), 3), k_units, d_units;
@@ -275,7 +275,7 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
   report_.lifted_1_s2 = std::max(report_.lifted_1_s2, lift_grasp(patch, node_mass_kg, cubic ? &turned : nullptr));
   if (cubic) {
     shapes.modes = v * turned;
-    shapes.coordinates = shapes.modes.transpose() * dynamics_->masses().asDiagonal() * basis.value() * candidates->coordinates;
+    shapes.coordinates = shapes.modes.transpose() * at.masses().asDiagonal() * basis.value() * candidates->coordinates;
     Matrix turn = Matrix::Identity(v.cols() + 3, v.cols() + 3);
     turn.bottomRightCorner(v.cols(), v.cols()) = turned;
     add_terms(model.at, patch, turn.transpose() * true_stiffness * turn, shapes);
@@ -297,18 +297,12 @@ std::optional<Matrix> PatchBuilder::grasp_basis(const Model& model, const std::v
   return basis;
 }
 
-std::optional<Patch> PatchBuilder::build_cubic(FrameModel& frame, std::size_t which, const PatchRequest& request,
-                                               const Patch& patch) {
-  if (!can_expand(dynamics_->body())) return std::nullopt;
-  ahead_ = frame.ahead();
-  std::optional<Patch> built;
-  for (const bool clamp : {false, true}) {
-    held_ = frame.held();
-    built = build_whole(frame, which, request, patch, clamp);
-    if (built) break;
-  }
-  history_.add(frame.state());
-  return built && terms_.variables > 0 ? built : std::nullopt;
+/// Where the body was and will be, less where it is.
+Matrix PatchBuilder::known_ways() const {
+  Matrix ways(ways_->past.rows(), ways_->past.cols() + ways_->ahead.cols());
+  ways.leftCols(ways_->past.cols()) = ways_->past;
+  ways.rightCols(ways_->ahead.cols()) = ways_->ahead;
+  return ways;
 }
 
 /// Directions for a grasp, and how far the tool is likely to move.
@@ -318,10 +312,10 @@ std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::ui
   const double bridge_s = seconds(request.bridge);
   shapes.amplitude = expected_motion(tool, bridge_s);
   shapes.port = Matrix::Zero(inputs[0].size(), 3);
-  Vector motion = model.at.state->v;
+  Vector motion = model.at.velocity();
   mask(*model.at.held, motion);
   inputs.push_back(model.imbalance);
-  inputs.push_back(model.at.dynamics->masses().cwiseProduct(motion));
+  inputs.push_back(model.at.masses().cwiseProduct(motion));
   if (!solve_ports(model, inputs, kBasisTolerance)) return std::nullopt;
   const BasisMemory& answers = *model.memory;
   KrylovStart start{{}, {}, answers[3], answers[4]};
@@ -334,38 +328,49 @@ std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::ui
   const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
     return model.solver->solve(model.at, columns, kBasisTolerance);
   };
-  return cubic_basis(model.at, start, solve, shapes.port, {}, history_, ahead_, {modes, shift_for(request.bridge), bridge_s},
+  return cubic_basis(model.at, start, solve, shapes.port, {}, known_ways(), {modes, shift_for(request.bridge), bridge_s},
                      cubic_memory_);
 }
 
 /// `true_stiffness`: of modes and tool before anything was lifted, in the modes of the patch.
 void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes) {
   // Where it was, where it will be if it goes on as it did since the last frame, and where it is when it is let go of.
-  const std::vector<const BodyState*> ends = history_.ends();
+  std::vector<Vector> ways;
+  const Matrix& past = ways_->past;
+  if (past.cols() > 0) ways.emplace_back(past.rightCols<1>());
+  if (past.cols() > 1) ways.emplace_back(past.col(0));
+  if (past.cols() > 0) ways.emplace_back(-ways.front());
+  ways.push_back(ways_->rest);
   const Eigen::Index first = shapes.port.cols(), r = shapes.modes.cols();
-  shapes.ways.resize(first + r, 0);
-  const auto add_way = [&](Vector way) {
-    shapes.ways.conservativeResize(Eigen::NoChange, shapes.ways.cols() + 1);
-    auto u = shapes.ways.rightCols<1>();
-    if (first > 0) u.topRows<3>() = (shapes.port.transpose() * way).cwiseQuotient(shapes.amplitude);
-    mask(*at.held, way);
-    u.bottomRows(r) = shapes.modes.transpose() * dynamics_->masses().cwiseProduct(way);
-  };
-  for (const BodyState* before : ends) add_way(before->x - at.state->x);
-  if (!ends.empty()) add_way(at.state->x - ends.front()->x);
-  add_way(dynamics_->rest_state().x - at.state->x);
+  shapes.ways.resize(first + r, static_cast<Eigen::Index>(ways.size()));
+  for (std::size_t k = 0; k < ways.size(); ++k) {
+    auto u = shapes.ways.col(static_cast<Eigen::Index>(k));
+    if (first > 0) u.head<3>() = (shapes.port.transpose() * ways[k]).cwiseQuotient(shapes.amplitude);
+    mask(*at.held, ways[k]);
+    u.tail(r) = shapes.modes.transpose() * at.masses().cwiseProduct(ways[k]);
+  }
+  modes_ = shapes.modes;
+  modes_of_ = at.graded;
+  modes_generation_ = at.graded ? at.graded->generation() : 0;
+  shapes.modes = at.moved(std::move(shapes.modes));
+  shapes.port = at.moved(std::move(shapes.port));
+  BentBody body(at.bending(), shapes);
   shapes.lifted = true_stiffness - joint_stiffness(patch, patch.stiffness);
   const int leading = patch.contact == ContactKind::attach ? kAttachLeading : kTouchLeading;
   // Sheets buckle in their plane.
-  const bool no_series = at.dynamics->body().law == SpringLaw::stiffening || at.dynamics->body().planar;
-  auto polynomials = no_series ? std::nullopt : cubic_terms(at, patch, shapes, leading);
-  auto springs = spring_terms(at, patch, shapes, kSprings);
+  const bool no_series = dynamics_->body().law == SpringLaw::stiffening || dynamics_->body().planar;
+  auto polynomials = no_series ? std::nullopt : cubic_terms(body, patch, shapes, leading);
+  auto springs = spring_terms(body, patch, shapes, kSprings);
   const bool both = polynomials && springs;
-  if (springs && (!both || !suits(*polynomials, shapes) || are_truer(at, patch, shapes, *springs, *polynomials)))
+  if (springs && (!both || !suits(*polynomials, shapes) || are_truer(body, patch, shapes, *springs, *polynomials)))
     terms_ = std::move(*springs);
   else if (polynomials)
     terms_ = std::move(*polynomials);
-  modes_ = std::move(shapes.modes);
+}
+
+Matrix PatchBuilder::modes() const {
+  if (!modes_of_) return modes_;
+  return modes_generation_ == modes_of_->generation() ? modes_of_->moved(modes_) : Matrix();
 }
 
 }  // namespace palpate

@@ -10,7 +10,8 @@
 //   port             the whole body, if it is large with what is far from the tools coarser (graded_body.hpp), rational Krylov
 //                    basis at the port (basis.hpp); a grasp with few modes and long to last: the best of more directions
 //                    (narrow_basis.hpp)
-//   cubic            the whole body, a basis for what it is likely to do (cubic_basis.hpp), and beside the linear patch the terms
+//   cubic            the body as for `port`, a basis for what it is likely to do (cubic_basis.hpp), and beside the linear patch
+//   the terms
 //                    of higher order (cubic_patch.hpp); `port` where they cannot be had, and then the patch says so
 //
 // K and D are the symmetric tangents, so an orthogonal projection keeps them positive semi-definite where the body's own are.
@@ -73,8 +74,9 @@ class PatchBuilder {
   std::optional<Patch> build(FrameModel& frame, std::size_t which, const PatchRequest& request);
   /// Those that go with the patch that was built last; no variables: none.
   const CubicTerms& terms() const { return terms_; }
-  /// Its modes V, 3 N x r, where it is of scheme `cubic`; else nothing.
-  const Matrix& modes() const { return modes_; }
+  /// Its modes V, 3 N x r, where it is of scheme `cubic`; else nothing, and where they were those of coordinates that have
+  /// changed.
+  Matrix modes() const;
   /// For FrameModel::want() of the port that the patch will be for.
   double slide_s(const PatchRequest& request) const;
   const PatchBuildReport& report() const { return report_; }
@@ -121,7 +123,7 @@ class PatchBuilder {
   void begin_touch(const ToolPort& port, Patch& patch) const;
   std::optional<CubicBasis> grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs,
                                          const PatchRequest& request, int modes, const ToolAt& tool, CubicShapes& shapes);
-  std::optional<Patch> build_cubic(FrameModel& frame, std::size_t which, const PatchRequest& request, const Patch& patch);
+  Matrix known_ways() const;
   void add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes);
   bool reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Reduced& reduced);
 
@@ -137,10 +139,11 @@ class PatchBuilder {
   std::unique_ptr<TwoLayer> two_layer_;  // made when it is first asked for
   std::unique_ptr<Dents> dents_;         // likewise
   BasisMemory cubic_memory_;
-  ShapeHistory history_;
-  std::span<const BodyState> ahead_;  // of the frame
+  const BodyWays* ways_ = nullptr;  // of the frame, for scheme cubic
   CubicTerms terms_;
   Matrix modes_;
+  const GradedBody* modes_of_ = nullptr;  // in whose coordinates they are; null: in those of all nodes
+  std::uint64_t modes_generation_ = 0;
   PatchBuildReport report_;
 };
 

@@ -98,7 +98,7 @@ std::optional<Patch> PatchBuilder::build_touch(const Model& model, FrameModel& f
     patch.g = v.transpose() * model.imbalance + patch.damping * patch.q_rate;
   }
   const int vertices = request.vertices_max(patch.modes(), false);
-  const auto rows = [&](std::uint32_t node) { return model.local ? model.local->rows(node, v) : frame.rows(node, v); };
+  const auto rows = [&](std::uint32_t node) { return model.local ? model.local->rows(node, v) : at.rows(node, v); };
   cut_port_surface(*skin_, frame.positions(), rows, port.point, seconds(request.bridge) * frame.tool(which).velocity, vertices,
                    vertices, patch);
   if (request.scheme == Scheme::tangent && port.touching)
@@ -137,7 +137,7 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
       CubicShapes shapes;
       shapes.port.resize(v.rows(), 0);
       shapes.modes = v;
-      shapes.coordinates = v.transpose() * dynamics_->masses().asDiagonal() * basis->shapes * basis->coordinates;
+      shapes.coordinates = v.transpose() * at.masses().asDiagonal() * basis->shapes * basis->coordinates;
       shapes.dents = basis->dents;
       add_terms(at, patch, reduced.stiffness.asDiagonal(), shapes);
     }
@@ -156,7 +156,7 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   const int vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0);
   const bool with_terms = terms_.variables > 0;
   const SurfacePiece first = cut_port_surface(
-      *skin_, frame.positions(), [&](std::uint32_t node) { return frame.rows(node, v); }, port.point,
+      *skin_, frame.positions(), [&](std::uint32_t node) { return at.rows(node, v); }, port.point,
       seconds(request.bridge) * frame.tool(which).velocity, vertices, with_terms ? kMaxPortVertices : vertices, patch);
   if (port.touching)  // what yields at once has done so at the stamp
     for (int i = 0; i < patch.surface.vertex_count; ++i)
@@ -204,13 +204,14 @@ std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
     const double bridge_s = seconds(request.bridge);
     if (!dents_) dents_ = std::make_unique<Dents>(dynamics_->body());
     const Vec3 inwards = -normal_at(skin_->view(), frame.positions(), frame.ports()[which].point);
-    const auto dents = dents_->shapes(at, {own.b, start.ports, expected_ways(frame.tool(which), inwards, bridge_s), p.shift()});
+    const auto dents = dents_->shapes(at, {skin_->weights(frame.ports()[which].point), start.ports,
+                                           expected_ways(frame.tool(which), inwards, bridge_s), p.shift()});
     scale_to(expected_motion(frame.tool(which), bridge_s), own.b, start.ports);
     if (own.slide.size() > 0) {
       start.ports.push_back(own.slide);
       correct.apply(start.ports.back());
     }
-    return cubic_basis(at, start, solve, Matrix(), dents, history_, ahead_, {modes, p.shift(), bridge_s}, cubic_memory_);
+    return cubic_basis(at, start, solve, Matrix(), dents, known_ways(), {modes, p.shift(), bridge_s}, cubic_memory_);
   }
   for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(at.masses()));
   auto directions = krylov_basis(at, start, solve, {modes, p.shift(), kBasisTolerance});

@@ -79,12 +79,12 @@ void pull_beyond_linear(const Element& element, float stiffening, const Eigen::V
 /// The springs of a body at the samples.
 class BentSprings {
  public:
-  BentSprings(const Linearisation& at, const SpringSampling& sampling, const Matrix& u)
-      : at_(&at), moved_(sampling.moved.cast<float>()), way_(u.cast<float>()) {
+  BentSprings(const Linearisation& at, const Matrix& moved, const Matrix& u)
+      : at_(&at), moved_(moved.cast<float>()), way_(u.cast<float>()) {
     // |G u| over all samples is |G L|, L L^T = u u^T: fewer columns.
     const Eigen::SelfAdjointEigenSolver<Matrix> eigen(u * u.transpose());
     const Matrix root = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
-    elements_ = elements_that_bend(*at.dynamics, *at.state, sampling.moved * root, kNegligible);
+    elements_ = elements_that_bend(*at.dynamics, *at.state, moved * root, kNegligible);
   }
   const std::vector<std::uint32_t>& elements() const { return elements_; }
   bool have_length() const {
@@ -208,9 +208,9 @@ Fit fit_of(const Bending& candidates, Eigen::MatrixXf all, const Matrix& u, cons
 
 }  // namespace
 
-std::optional<SampledSprings> sample_springs(const Linearisation& at, const SpringSampling& sampling) {
+std::optional<SampledSprings> sample_springs(const Linearisation& at, const Matrix& moved, const SpringSampling& sampling) {
   const Matrix u = samples(sampling);
-  const BentSprings springs(at, sampling, u);
+  const BentSprings springs(at, moved, u);
   if (springs.elements().empty() || !springs.have_length()) return std::nullopt;
   Survey found = survey(springs, u.rows(), u.cols());
   Bending candidates;

@@ -26,14 +26,13 @@ namespace palpate {
 inline constexpr double kOfLinear = 0.1;  ///< an error that small beside the linear force is felt by nobody
 
 struct SpringSampling {
-  Matrix moved;      ///< how the body moves with each variable, 3 N x n
   Matrix likely;     ///< u of answers of the body, each as large as it is likely to become, a column each
   Matrix path;       ///< u of dents on the way of a hand that goes on; may have no columns
   Vector stiffness;  ///< of each variable, > 0
   int springs = 0;   ///< at most
 };
 
-/// Nothing where no spring bends, or one has no length.
-std::optional<SampledSprings> sample_springs(const Linearisation& at, const SpringSampling& sampling);
+/// `moved`: how the body moves with each variable, 3 N x n. Nothing where no spring bends, or one has no length.
+std::optional<SampledSprings> sample_springs(const Linearisation& at, const Matrix& moved, const SpringSampling& sampling);
 
 }  // namespace palpate

@@ -35,23 +35,6 @@ std::vector<int> nodes_per_layer(const std::vector<int>& layer) {
 
 }  // namespace
 
-std::uint32_t LocalBody::index(std::uint32_t node) const {
-  const auto at = std::lower_bound(nodes.begin(), nodes.end(), node);
-  return static_cast<std::uint32_t>(at != nodes.end() && *at == node ? at - nodes.begin() : nodes.end() - nodes.begin());
-}
-
-Vector LocalBody::restricted(const Vector& whole) const {
-  Vector y(3 * static_cast<Eigen::Index>(nodes.size()));
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    y.segment<3>(3 * static_cast<Eigen::Index>(i)) = whole.segment<3>(3 * static_cast<Eigen::Index>(nodes[i]));
-  return y;
-}
-
-PortRows LocalBody::rows(std::uint32_t node, const Matrix& v) const {
-  const std::uint32_t i = index(node);
-  return i < nodes.size() ? PortRows(v.middleRows<3>(3 * static_cast<Eigen::Index>(i))) : PortRows::Zero(3, v.cols());
-}
-
 TwoLayer::TwoLayer(const LumpedBody& body) : body_(&body), dimension_(dimension_of(body)), neighbours_(body.nodes.size()) {
   for (const Element& e : body.elements) {
     neighbours_[e.a].push_back(e.b);
@@ -81,18 +64,13 @@ std::vector<int> TwoLayer::layers_from(std::vector<std::uint32_t> front) const {
 
 LocalBody TwoLayer::around(const std::vector<std::uint32_t>& contact, const std::vector<std::uint8_t>& held) const {
   const std::vector<int> layer = layers_from(contact);
-  LocalBody local;
+  std::vector<std::uint32_t> nodes;
+  for (std::uint32_t i = 0; i < body_->nodes.size(); ++i)
+    if (layer[i] <= kRing + 1) nodes.push_back(i);
+  LocalBody local(*body_, std::move(nodes));
   LumpedBody& body = local.body;
-  body.planar = body_->planar;
-  body.law = body_->law;
-  body.stiffening = body_->stiffening;
-  for (std::uint32_t i = 0; i < body_->nodes.size(); ++i) {
-    if (layer[i] > kRing + 1) continue;
-    local.nodes.push_back(i);
-    body.nodes.push_back(body_->nodes[i]);
-    body.masses_kg.push_back(body_->masses_kg[i]);
-    body.fixed.push_back(body_->fixed[i] || held[i] || layer[i] > kRing);
-  }
+  for (std::size_t i = 0; i < local.nodes.size(); ++i)
+    if (held[local.nodes[i]] || layer[local.nodes[i]] > kRing) body.fixed[i] = 1;
   const ShellCompliance compliance(dimension_, nodes_per_layer(layer));
   std::vector<Mean> lengths(local.nodes.size());
   for (Element e : body_->elements) {

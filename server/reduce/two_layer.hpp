@@ -21,24 +21,10 @@
 // Cavusoglu and Tendick, sections 5, 5.1 and 5.2, figs 10, 14 and 16.
 #pragma once
 
-#include "common/port/patch.hpp"
 #include "server/linear/second_order.hpp"
+#include "server/reduce/local_body.hpp"
 
 namespace palpate {
-
-/// A body cut out of another.
-struct LocalBody {
-  LumpedBody body;                   ///< no triangles
-  std::vector<std::uint32_t> nodes;  ///< of the whole body, ascending, for each of its nodes
-
-  /// Index here of a node of the whole body; nodes.size() when it is not here.
-  std::uint32_t index(std::uint32_t node) const;
-  /// Rows of a basis of the local body for a node of the whole one, zero when it is not here.
-  PortRows rows(std::uint32_t node, const Matrix& v) const;
-  /// The rows of a vector of the whole body (3 N).
-  Vector restricted(const Vector& whole) const;
-  BodyState restricted(const BodyState& whole) const { return {whole.time_s, restricted(whole.x), restricted(whole.v)}; }
-};
 
 class TwoLayer {
  public:

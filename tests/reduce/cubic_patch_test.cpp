@@ -24,6 +24,7 @@ struct Grasp {
   Skin skin{body};
   BodyState state;
   PatchBuilder builder{dynamics, skin, 0};
+  FrameModel frame{dynamics, skin};
   std::vector<ToolPort> ports{1};
   ToolAt tool;
 
@@ -39,7 +40,6 @@ struct Grasp {
     PatchRequest request;
     request.scheme = Scheme::cubic;
     request.bridge = Micros{100'000};
-    FrameModel frame(dynamics, skin);
     frame.begin(state, ports, std::span(&tool, 1), request.bridge);
     auto patch = builder.build(frame, 0, request);
     REQUIRE(patch);

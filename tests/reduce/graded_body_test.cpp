@@ -203,7 +203,7 @@ TEST_CASE("A coarse space of the whole body answers what is smooth in a graded o
   Bench bench;
   bench.focus(kTop);
   bench.graded.take(bench.state);
-  CoarseSpace space(bench.dynamics);
+  CoarseSpace space(bench.dynamics, GradedBody::kPieces);
   const std::vector<CoarseSpace::Node> pieces = bench.graded.pieces(space);
   const std::vector<std::uint8_t>& held = bench.graded.fixed();
   BlockMatrix a = bench.graded.make_matrix();

@@ -1,0 +1,181 @@
+// What of a large body bends by its own forces, and the patches of scheme `cubic` that are made of it, against the whole body.
+#include "server/reduce/near_part.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "server/reduce/patch_builder.hpp"
+#include "tests/support/bodies.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+namespace {
+
+constexpr int kNodes = 14;  // along each edge
+constexpr std::uint32_t kTop = kNodes / 2 + kNodes * (kNodes / 2 + kNodes * (kNodes - 1));
+
+/// A block of which a node of the top is held, with everything around it dented.
+struct Large {
+  LumpedBody body = box_body(kNodes, kNodes, kNodes);
+  Dynamics dynamics{body};
+  GradedBody graded{dynamics};
+  BodyState state = dynamics.rest_state();
+
+  Large() { dent(0.3); }
+  void dent(double spacings) {
+    const double reach = 2.5 * graded.spacing_m();
+    for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
+      const Vec3 away = body.nodes[i] - body.nodes[kTop];
+      if (!body.fixed[i])
+        at_node(state.x, i) +=
+            spacings * graded.spacing_m() * std::exp(-away.squaredNorm() / (reach * reach)) * Vec3(0.5, 0.2, -1);
+    }
+  }
+  void focus(const Vec3& place, std::uint32_t node) {
+    graded.focus(std::span(&place, 1), std::span(&node, 1));
+    graded.take(state);
+  }
+  /// T y.
+  Vector moved(const Vector& y) const { return graded.moved(y); }
+  Vector random(std::uint64_t seed, double size) const {
+    Random random(seed);
+    Vector y(graded.masses().size());
+    for (double& value : y) value = random.uniform(-size, size);
+    return y;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("The near part of a large body moves with it, and what acts on it acts on the coordinates: no work is made or lost") {
+  Large large;
+  large.focus(large.body.nodes[kTop], kTop);
+  NearPart part(large.graded);
+  part.take(large.body.nodes[kTop], large.state);
+  CHECK(part.dynamics().nodes() < large.dynamics.nodes() / 3);
+  const Vector y = large.random(1, 1e-3), whole = large.moved(y), moved = part.moved(y);
+  for (std::uint32_t i = 0; i < part.dynamics().nodes(); ++i) {
+    const Vec3 rest = part.dynamics().body().nodes[i];
+    for (std::uint32_t node = 0; node < large.dynamics.nodes(); ++node)
+      if (large.body.nodes[node] == rest) {
+        CHECK((at_node(moved, i) - at_node(whole, node)).norm() <= 1e-15);
+        CHECK(at_node(part.state().x, i) == at_node(large.state.x, node));
+      }
+  }
+  Vector f = Vector::LinSpaced(moved.size(), -1, 2);
+  CHECK(part.gathered(f).dot(y) == Approx(f.dot(moved)).epsilon(1e-12));
+}
+
+TEST_CASE("Forces on the tool's node, however far it goes, are those of the whole body") {
+  Large large;
+  large.focus(large.body.nodes[kTop], kTop);
+  NearPart part(large.graded);
+  part.take(large.body.nodes[kTop], large.state);
+  const Vector y = large.random(2, 0.3 * large.graded.spacing_m());
+  Vector here, there, near_here, near_there;
+  const Vector still = Vector::Zero(large.state.x.size()), near_still = Vector::Zero(part.state().x.size());
+  large.dynamics.forces(large.state.x, still, here);
+  large.dynamics.forces(large.state.x + large.moved(y), still, there);
+  part.dynamics().forces(part.state().x, near_still, near_here);
+  part.dynamics().forces(part.state().x + part.moved(y), near_still, near_there);
+  const Vec3 exact = at_node(there, kTop) - at_node(here, kTop);
+  const Vector got = part.gathered(near_there - near_here);
+  CHECK((at_node(got, large.graded.coordinate(kTop)) - exact).norm() < 1e-10 * exact.norm());
+}
+
+TEST_CASE("A near part goes with the tool, and with the coordinates when these change under it") {
+  Large large;
+  const Vec3 start = large.body.nodes[kTop];
+  large.focus(start, kTop);
+  NearPart part(large.graded);
+  part.take(start, large.state);
+  const std::uint32_t nodes = part.dynamics().nodes();
+  const Dynamics* kept = &part.dynamics();
+  part.take(start + Vec3(0.5 * large.graded.spacing_m(), 0, 0), large.state);
+  CHECK(&part.dynamics() == kept);
+  const std::uint64_t before = large.graded.generation();
+  const std::uint32_t corner = kNodes * kNodes * (kNodes - 1);
+  large.focus(large.body.nodes[corner], corner);
+  REQUIRE(large.graded.generation() != before);
+  part.take(large.body.nodes[corner], large.state);
+  CHECK(part.dynamics().nodes() < nodes);  // a quarter of what it is in the middle
+  const Vector y = large.random(3, 1e-3);
+  CHECK(part.gathered(Vector::Ones(part.moved(y).size())).dot(y) == Approx(part.moved(y).sum()).epsilon(1e-12));
+}
+
+TEST_CASE("Where a large body was in the last frames is kept in the coordinates it has now, its momentum with it") {
+  Large large;
+  const Skin skin;
+  FrameModel frame(large.dynamics, skin);
+  ToolPort port;
+  port.kind = ContactKind::attach;
+  port.node = kTop;
+  const std::vector<ToolPort> ports{port};
+  const ToolAt tool;
+  std::vector<Vector> shapes;
+  for (int k = 0; k < 4; ++k) {
+    if (k > 0) large.dent(0.1);
+    large.state.time_s = 0.05 * k;
+    frame.begin(large.state, ports, std::span(&tool, 1), Micros{50'000});
+    shapes.push_back(large.state.x);
+    const BodyWays& ways = frame.graded().ways();
+    REQUIRE(ways.past.cols() == k);
+    const Linearisation at = frame.graded().linearisation();
+    const Vector y = Vector::LinSpaced(at.masses().size(), -1, 1), moved = at.graded->moved(y);
+    for (int past = 0; past < k; ++past) {
+      const Vector way = large.dynamics.masses().cwiseProduct(shapes[static_cast<std::size_t>(past)] - large.state.x);
+      CHECK(at.masses().cwiseProduct(ways.past.col(past)).dot(y) == Approx(way.dot(moved)).epsilon(1e-9));
+    }
+    const Vector home = large.dynamics.masses().cwiseProduct(large.dynamics.rest_state().x - large.state.x);
+    CHECK(at.masses().cwiseProduct(ways.rest).dot(y) == Approx(home.dot(moved)).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("A cubic patch of a large body bends as the whole body does on its modes, where the linear one does not") {
+  Large large;
+  const Skin skin;
+  FrameModel frame(large.dynamics, skin);
+  PatchBuilder builder(large.dynamics, skin, 0);
+  ToolPort port;
+  port.kind = ContactKind::attach;
+  port.node = kTop;
+  port.lambda = -large.dynamics.element_force(large.state, kTop);
+  const std::vector<ToolPort> ports{port};
+  const ToolAt tool{at_node(large.state.x, kTop), Vec3::Zero()};
+  PatchRequest request;
+  request.scheme = Scheme::cubic;
+  request.bridge = Micros{100'000};
+  frame.begin(large.state, ports, std::span(&tool, 1), request.bridge);
+  const auto patch = builder.build(frame, 0, request);
+  REQUIRE(patch);
+  REQUIRE(check(*patch) == PatchFault::none);
+  REQUIRE(patch->scheme == Scheme::cubic);
+  const Matrix modes = builder.modes();
+  REQUIRE(modes.rows() == large.state.x.size());
+  Matrix moved(modes.rows(), modes.cols() + 3);
+  moved.leftCols<3>().setZero();
+  moved.middleRows<3>(3 * Eigen::Index{kTop}).leftCols<3>().setIdentity();
+  moved.rightCols(modes.cols()) = modes;
+  const Vector still = Vector::Zero(modes.rows());
+  Vector here, there;
+  large.dynamics.forces(large.state.x, still, here);
+  const CubicForce bend(builder.terms(), *patch);
+  Random random(4);
+  for (int k = 0; k < 5; ++k) {
+    // As far as the modes store the energy of a tenth of a spacing at the tool.
+    Vector u(moved.cols());
+    const double energy = Vector(patch->k_port.diagonal()).maxCoeff() * std::pow(0.1 * large.graded.spacing_m(), 2);
+    for (Eigen::Index i = 0; i < u.size(); ++i) {
+      const double stiffness = i < 3 ? patch->k_port(i, i) : patch->stiffness[i - 3];
+      u[i] = random.uniform(-1, 1) * std::sqrt(energy / stiffness);
+    }
+    large.dynamics.forces(large.state.x + moved * u, still, there);
+    Vector k_u, d_u;
+    large.dynamics.multiply_tangents(large.state, moved * u, k_u, d_u);
+    const Vector exact = moved.transpose() * (there - here + k_u);
+    CubicForce::Variables force;
+    bend.elastic(u, force);
+    INFO("exact " << exact.transpose() << "\n got  " << force.transpose());
+    CHECK((force - exact).norm() < 0.1 * exact.norm());
+  }
+}
