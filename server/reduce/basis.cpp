@@ -158,7 +158,7 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solve
 }
 
 std::optional<CoarseSpace> coarse_space_of(const Dynamics& dynamics) {
-  if (dynamics.nodes() <= LinearSolver::kDirectRowsMax || dynamics.body().planar) return std::nullopt;
+  if (ShiftedSolver::factorises(dynamics) || dynamics.body().planar) return std::nullopt;
   return std::optional<CoarseSpace>(std::in_place, dynamics);
 }
 

@@ -51,12 +51,15 @@ struct Linearisation {
   Vector gathered(Vector forces) const { return near ? near->gathered(forces) : std::move(forces); }
 };
 
-/// Solves with P. Small bodies are factorised (linear_solver.hpp); on others all right-hand sides go through the matrix side by
-/// side (batch_cg.hpp).
+/// Solves with P. Where that costs next to nothing it is factorised (linear_solver.hpp); on other bodies all right-hand sides go
+/// through the matrix side by side (batch_cg.hpp).
 class ShiftedSolver {
  public:
-  explicit ShiftedSolver(const Dynamics& dynamics)
-      : small_(dynamics.nodes() <= LinearSolver::kDirectRowsMax), factor_(dynamics.nodes()) {}
+  static constexpr std::uint32_t kFactorisedMost = 100, kFactorisedPlanarMost = 600;  ///< nodes
+  static bool factorises(const Dynamics& dynamics) {
+    return dynamics.nodes() <= (dynamics.body().planar ? kFactorisedPlanarMost : kFactorisedMost);
+  }
+  explicit ShiftedSolver(const Dynamics& dynamics) : small_(factorises(dynamics)), factor_(dynamics.nodes()) {}
   /// P = s^2 M + s D + K; with `clamp` compressed elements do not soften K. False when P turns out not to be positive definite.
   bool prepare(const Linearisation& at, double shift, bool clamp);
   /// x = P^-1 b, rows of held nodes zero; x holds the first guess. `tolerance` matters to the iterative method only.
