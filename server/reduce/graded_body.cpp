@@ -320,9 +320,9 @@ PortRows GradedBody::at(std::uint32_t node, const Matrix& v) const {
   return rows;
 }
 
-Matrix GradedBody::moved(const Matrix& y) const {
-  Matrix moved(3 * static_cast<Eigen::Index>(dynamics_->nodes()), y.cols());
-  for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) moved.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = at(i, y);
+Matrix GradedBody::moved(const Matrix& y, std::span<const std::uint32_t> nodes) const {
+  Matrix moved(3 * static_cast<Eigen::Index>(nodes.size()), y.cols());
+  for (std::size_t i = 0; i < nodes.size(); ++i) moved.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = at(nodes[i], y);
   return moved;
 }
 

@@ -67,8 +67,8 @@ class GradedBody {
   /// Rows of T v for one node.
   PortRows at(std::uint32_t node, const Matrix& v) const;
 
-  /// T Y.
-  Matrix moved(const Matrix& y) const;
+  /// Rows of T Y for these nodes.
+  Matrix moved(const Matrix& y, std::span<const std::uint32_t> nodes) const;
 
   /// Where each coordinate is in a coarse space of the body.
   std::vector<CoarseSpace::Node> pieces(const CoarseSpace& space) const;

@@ -3,9 +3,7 @@
 namespace palpate {
 
 void NearPart::take(const Vec3& place, const BodyState& state) {
-  const bool moved_on = !cut_ || (place - place_).norm() > kKeptSpacings * graded_->spacing_m();
-  if (moved_on) cut(place);
-  if (moved_on || generation_ != graded_->generation()) share();
+  if (!cut_ || (place - place_).norm() > kKeptSpacings * graded_->spacing_m()) cut(place);
   state_ = cut_->local.restricted(state);
   cut_->tangents.take(state_);
 }
@@ -34,33 +32,14 @@ void NearPart::cut(const Vec3& place) {
   cut_ = std::make_unique<Cut>(std::move(local));
 }
 
-void NearPart::share() {
-  generation_ = graded_->generation();
-  shares_.clear();
-  first_.assign(1, 0);
-  std::array<GradedBody::Share, FarField::kCorners> room;
-  for (const std::uint32_t node : cut_->local.nodes) {
-    const std::span<const GradedBody::Share> of_node = graded_->shares(node, room);
-    shares_.insert(shares_.end(), of_node.begin(), of_node.end());
-    first_.push_back(static_cast<std::uint32_t>(shares_.size()));
-  }
-}
-
-Matrix NearPart::moved(const Matrix& y) const {
-  const auto at = [](std::size_t row) { return 3 * static_cast<Eigen::Index>(row); };
-  Matrix moved = Matrix::Zero(at(cut_->local.nodes.size()), y.cols());
-  for (Eigen::Index column = 0; column < y.cols(); ++column)
-    for (std::size_t i = 0; i < cut_->local.nodes.size(); ++i)
-      for (std::uint32_t k = first_[i]; k < first_[i + 1]; ++k)
-        moved.col(column).segment<3>(at(i)) += shares_[k].weight * y.col(column).segment<3>(at(shares_[k].coordinate));
-  return moved;
-}
+Matrix NearPart::moved(const Matrix& y) const { return graded_->moved(y, cut_->local.nodes); }
 
 Vector NearPart::gathered(const Vector& forces) const {
   Vector y = Vector::Zero(graded_->masses().size());
+  std::array<GradedBody::Share, FarField::kCorners> room;
   for (std::uint32_t i = 0; i < cut_->local.nodes.size(); ++i)
-    for (std::uint32_t k = first_[i]; k < first_[i + 1]; ++k)
-      at_node(y, shares_[k].coordinate) += shares_[k].weight * at_node(forces, i);
+    for (const GradedBody::Share& share : graded_->shares(cut_->local.nodes[i], room))
+      at_node(y, share.coordinate) += share.weight * at_node(forces, i);
   return y;
 }
 

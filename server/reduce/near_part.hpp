@@ -37,15 +37,11 @@ class NearPart {
     Tangents tangents;
   };
   void cut(const Vec3& place);
-  void share();
 
   const GradedBody* graded_;
   Vec3 place_ = Vec3::Zero();
   std::unique_ptr<Cut> cut_;
   BodyState state_;
-  std::uint64_t generation_ = 0;           // of the coordinates that the shares are in
-  std::vector<GradedBody::Share> shares_;  // of its nodes, one after the other; those of node i begin at first_[i]
-  std::vector<std::uint32_t> first_;
 };
 
 }  // namespace palpate

@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "server/reduce/lift.hpp"
 #include "server/reduce/narrow_basis.hpp"
@@ -370,7 +371,10 @@ void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const 
 
 Matrix PatchBuilder::modes() const {
   if (!modes_of_) return modes_;
-  return modes_generation_ == modes_of_->generation() ? modes_of_->moved(modes_) : Matrix();
+  if (modes_generation_ != modes_of_->generation()) return {};
+  std::vector<std::uint32_t> all(dynamics_->nodes());
+  std::iota(all.begin(), all.end(), 0U);
+  return modes_of_->moved(modes_, all);
 }
 
 }  // namespace palpate

@@ -6,19 +6,16 @@
 #include <catch2/catch.hpp>
 
 #include "server/reduce/patch_builder.hpp"
-#include "tests/support/bodies.hpp"
+#include "tests/support/large_body.hpp"
 
 using namespace palpate;
 using namespace palpate::test;
 
 namespace {
 
-constexpr int kNodes = 14;  // along each edge
-constexpr std::uint32_t kTop = kNodes / 2 + kNodes * (kNodes / 2 + kNodes * (kNodes - 1));
-
-LumpedBody large_body(bool fixed = true) {
-  LumpedBody body = box_body(kNodes, kNodes, kNodes);
-  if (!fixed) body.fixed.assign(body.fixed.size(), 0);
+LumpedBody loose_body() {
+  LumpedBody body = large_body();
+  body.fixed.assign(body.fixed.size(), 0);
   return body;
 }
 
@@ -29,10 +26,6 @@ struct Bench {
   BodyState state = dynamics.rest_state();
 
   explicit Bench(LumpedBody b = large_body()) : body(std::move(b)) {}
-  void focus(std::uint32_t node) {
-    const Vec3 place = body.nodes[node];
-    graded.focus(std::span(&place, 1), std::span(&node, 1));
-  }
   /// Until no cell is behind.
   void settle() {
     for (int k = 0; k < 40; ++k) graded.take(state);
@@ -44,12 +37,6 @@ struct Bench {
       at_node(state.x, i) += by * Vec3(x.z() * x.z(), 0.5 * x.x() * x.z(), -x.x() * x.y());
       at_node(state.v, i) = Vec3(x.z(), 0.2 * x.y(), -x.x());
     }
-  }
-  /// T y of one column.
-  Vector moved(const Vector& y) const {
-    Vector x(3 * static_cast<Eigen::Index>(dynamics.nodes()));
-    for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) at_node(x, i) = graded.at(i, y);
-    return x;
   }
   Vector random(Eigen::Index size, std::uint64_t seed) const {
     Random random(seed);
@@ -63,26 +50,26 @@ struct Bench {
 
 TEST_CASE("A graded body has the fewer coordinates the further its nodes are from the tools, and those of near ones are theirs") {
   Bench bench;
-  bench.focus(kTop);
+  focus_on(bench.graded, kTop);
   CHECK(bench.graded.size() < bench.dynamics.nodes() / 3);
   CHECK(bench.graded.coordinate(kTop) != GradedBody::kNone);
   CHECK(bench.graded.coordinate(0) == GradedBody::kNone);
   bench.graded.take(bench.state);
   CHECK(bench.graded.masses().sum() ==
-        Approx(bench.dynamics.masses().sum() * (kNodes - 1.0) / kNodes).epsilon(0.02));  // less what is fixed and far
+        Approx(bench.dynamics.masses().sum() * (kLargeEdge - 1.0) / kLargeEdge).epsilon(0.02));  // less what is fixed and far
 }
 
 TEST_CASE("What acts on a graded body is what acts on its nodes: no work is made or lost") {
   Bench bench;
-  bench.focus(kTop);
+  focus_on(bench.graded, kTop);
   bench.bend(0.3);
   bench.graded.take(bench.state);
   const Eigen::Index size = bench.graded.masses().size();
   const Vector y = bench.random(size, 1), f = bench.random(bench.state.x.size(), 2);
-  CHECK(bench.graded.restricted(f).dot(y) == Approx(f.dot(bench.moved(y))).epsilon(1e-12));
+  CHECK(bench.graded.restricted(f).dot(y) == Approx(f.dot(moved_by(bench.graded, y))).epsilon(1e-12));
   const Vector momentum = bench.dynamics.masses().cwiseProduct(bench.state.v);
   CHECK(bench.graded.masses().cwiseProduct(bench.graded.velocity()).dot(y) ==
-        Approx(momentum.dot(bench.moved(y))).epsilon(1e-12));
+        Approx(momentum.dot(moved_by(bench.graded, y))).epsilon(1e-12));
   Vector exact;
   bench.dynamics.forces(bench.state.x, bench.state.v, exact);
   const Vector forces = bench.graded.forces(bench.state);
@@ -90,8 +77,8 @@ TEST_CASE("What acts on a graded body is what acts on its nodes: no work is made
 }
 
 TEST_CASE("A motion that is the same everywhere in a graded body costs what it costs in the whole one") {
-  Bench bench(large_body(false));
-  bench.focus(kTop);
+  Bench bench(loose_body());
+  focus_on(bench.graded, kTop);
   bench.bend(0.2);
   bench.settle();
   // An affine motion, in the coordinates: near nodes at their places, corners at theirs; found by least squares from the nodes.
@@ -201,7 +188,7 @@ TEST_CASE("The port of a graded body is as soft as that of the whole to two per 
 
 TEST_CASE("A coarse space of the whole body answers what is smooth in a graded one") {
   Bench bench;
-  bench.focus(kTop);
+  focus_on(bench.graded, kTop);
   bench.graded.take(bench.state);
   CoarseSpace space(bench.dynamics, GradedBody::kPieces);
   const std::vector<CoarseSpace::Node> pieces = bench.graded.pieces(space);
@@ -231,10 +218,7 @@ TEST_CASE("The patch of a grasped node of a large body is as stiff as the whole 
   const Skin skin;
   FrameModel frame(bench.dynamics, skin);
   PatchBuilder builder(bench.dynamics, skin, 0);
-  ToolPort port;
-  port.kind = ContactKind::attach;
-  port.node = kTop;
-  const std::vector<ToolPort> ports{port};
+  const std::vector<ToolPort> ports = grasped_top();
   const ToolAt tool{at_node(bench.state.x, kTop), at_node(bench.state.v, kTop)};
   PatchRequest request;
   request.bridge = Micros{100'000};

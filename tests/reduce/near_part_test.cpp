@@ -4,19 +4,16 @@
 #include <catch2/catch.hpp>
 
 #include "server/reduce/patch_builder.hpp"
-#include "tests/support/bodies.hpp"
+#include "tests/support/large_body.hpp"
 
 using namespace palpate;
 using namespace palpate::test;
 
 namespace {
 
-constexpr int kNodes = 14;  // along each edge
-constexpr std::uint32_t kTop = kNodes / 2 + kNodes * (kNodes / 2 + kNodes * (kNodes - 1));
-
 /// A block of which a node of the top is held, with everything around it dented.
 struct Large {
-  LumpedBody body = box_body(kNodes, kNodes, kNodes);
+  LumpedBody body = large_body();
   Dynamics dynamics{body};
   GradedBody graded{dynamics};
   BodyState state = dynamics.rest_state();
@@ -31,12 +28,10 @@ struct Large {
             spacings * graded.spacing_m() * std::exp(-away.squaredNorm() / (reach * reach)) * Vec3(0.5, 0.2, -1);
     }
   }
-  void focus(const Vec3& place, std::uint32_t node) {
-    graded.focus(std::span(&place, 1), std::span(&node, 1));
+  void focus(std::uint32_t node) {
+    focus_on(graded, node);
     graded.take(state);
   }
-  /// T y.
-  Vector moved(const Vector& y) const { return graded.moved(y); }
   Vector random(std::uint64_t seed, double size) const {
     Random random(seed);
     Vector y(graded.masses().size());
@@ -49,11 +44,11 @@ struct Large {
 
 TEST_CASE("The near part of a large body moves with it, and what acts on it acts on the coordinates: no work is made or lost") {
   Large large;
-  large.focus(large.body.nodes[kTop], kTop);
+  large.focus(kTop);
   NearPart part(large.graded);
   part.take(large.body.nodes[kTop], large.state);
   CHECK(part.dynamics().nodes() < large.dynamics.nodes() / 3);
-  const Vector y = large.random(1, 1e-3), whole = large.moved(y), moved = part.moved(y);
+  const Vector y = large.random(1, 1e-3), whole = moved_by(large.graded, y), moved = part.moved(y);
   int far = 0;  // nodes that move as corners do
   for (std::uint32_t i = 0; i < part.dynamics().nodes(); ++i) {
     const Vec3 rest = part.dynamics().body().nodes[i];
@@ -71,14 +66,14 @@ TEST_CASE("The near part of a large body moves with it, and what acts on it acts
 
 TEST_CASE("Forces on the tool's node, however far it goes, are those of the whole body") {
   Large large;
-  large.focus(large.body.nodes[kTop], kTop);
+  large.focus(kTop);
   NearPart part(large.graded);
   part.take(large.body.nodes[kTop], large.state);
   const Vector y = large.random(2, 0.3 * large.graded.spacing_m());
   Vector here, there, near_here, near_there;
   const Vector still = Vector::Zero(large.state.x.size()), near_still = Vector::Zero(part.state().x.size());
   large.dynamics.forces(large.state.x, still, here);
-  large.dynamics.forces(large.state.x + large.moved(y), still, there);
+  large.dynamics.forces(large.state.x + moved_by(large.graded, y), still, there);
   part.dynamics().forces(part.state().x, near_still, near_here);
   part.dynamics().forces(part.state().x + part.moved(y), near_still, near_there);
   const Vec3 exact = at_node(there, kTop) - at_node(here, kTop);
@@ -89,7 +84,7 @@ TEST_CASE("Forces on the tool's node, however far it goes, are those of the whol
 TEST_CASE("A near part goes with the tool, and with the coordinates when these change under it") {
   Large large;
   const Vec3 start = large.body.nodes[kTop];
-  large.focus(start, kTop);
+  large.focus(kTop);
   NearPart part(large.graded);
   part.take(start, large.state);
   const std::uint32_t nodes = part.dynamics().nodes();
@@ -97,8 +92,8 @@ TEST_CASE("A near part goes with the tool, and with the coordinates when these c
   part.take(start + Vec3(0.5 * large.graded.spacing_m(), 0, 0), large.state);
   CHECK(&part.dynamics() == kept);
   const std::uint64_t before = large.graded.generation();
-  const std::uint32_t corner = kNodes * kNodes * (kNodes - 1);
-  large.focus(large.body.nodes[corner], corner);
+  const std::uint32_t corner = kLargeEdge * kLargeEdge * (kLargeEdge - 1);
+  large.focus(corner);
   REQUIRE(large.graded.generation() != before);
   part.take(large.body.nodes[corner], large.state);
   CHECK(part.dynamics().nodes() < nodes);  // a quarter of what it is in the middle
@@ -110,10 +105,7 @@ TEST_CASE("Where a large body was in the last frames is kept in the coordinates 
   Large large;
   const Skin skin;
   FrameModel frame(large.dynamics, skin);
-  ToolPort port;
-  port.kind = ContactKind::attach;
-  port.node = kTop;
-  const std::vector<ToolPort> ports{port};
+  const std::vector<ToolPort> ports = grasped_top();
   const ToolAt tool;
   std::vector<Vector> shapes;
   for (int k = 0; k < 4; ++k) {
@@ -124,7 +116,7 @@ TEST_CASE("Where a large body was in the last frames is kept in the coordinates 
     const BodyWays& ways = frame.graded().ways();
     REQUIRE(ways.past.cols() == k);
     const Linearisation at = frame.graded().linearisation();
-    const Vector y = Vector::LinSpaced(at.masses().size(), -1, 1), moved = at.graded->moved(y);
+    const Vector y = Vector::LinSpaced(at.masses().size(), -1, 1), moved = moved_by(*at.graded, y);
     for (int past = 0; past < k; ++past) {
       const Vector way = large.dynamics.masses().cwiseProduct(shapes[static_cast<std::size_t>(past)] - large.state.x);
       CHECK(at.masses().cwiseProduct(ways.past.col(past)).dot(y) == Approx(way.dot(moved)).epsilon(1e-9));
@@ -139,11 +131,8 @@ TEST_CASE("A cubic patch of a large body bends as the whole body does on its mod
   const Skin skin;
   FrameModel frame(large.dynamics, skin);
   PatchBuilder builder(large.dynamics, skin, 0);
-  ToolPort port;
-  port.kind = ContactKind::attach;
-  port.node = kTop;
-  port.lambda = -large.dynamics.element_force(large.state, kTop);
-  const std::vector<ToolPort> ports{port};
+  std::vector<ToolPort> ports = grasped_top();
+  ports[0].lambda = -large.dynamics.element_force(large.state, kTop);
   const ToolAt tool{at_node(large.state.x, kTop), Vec3::Zero()};
   PatchRequest request;
   request.scheme = Scheme::cubic;

@@ -1,0 +1,35 @@
+// A body that is large enough to be graded.
+#pragma once
+
+#include "server/reduce/graded_body.hpp"
+#include "tests/support/bodies.hpp"
+
+namespace palpate::test {
+
+inline constexpr int kLargeEdge = 14;  ///< nodes along each edge
+/// The node in the middle of the top.
+inline constexpr std::uint32_t kTop = kLargeEdge / 2 + kLargeEdge * (kLargeEdge / 2 + kLargeEdge * (kLargeEdge - 1));
+
+inline LumpedBody large_body() { return box_body(kLargeEdge, kLargeEdge, kLargeEdge); }
+
+/// T y of one column, node by node.
+inline Vector moved_by(const GradedBody& graded, const Vector& y) {
+  Vector x(3 * static_cast<Eigen::Index>(graded.dynamics().nodes()));
+  for (std::uint32_t i = 0; i < graded.dynamics().nodes(); ++i) at_node(x, i) = graded.at(i, y);
+  return x;
+}
+
+inline void focus_on(GradedBody& graded, std::uint32_t node) {
+  const Vec3 place = graded.dynamics().body().nodes[node];
+  graded.focus(std::span(&place, 1), std::span(&node, 1));
+}
+
+/// A tool that holds the middle of the top.
+inline std::vector<ToolPort> grasped_top() {
+  std::vector<ToolPort> ports(1);
+  ports[0].kind = ContactKind::attach;
+  ports[0].node = kTop;
+  return ports;
+}
+
+}  // namespace palpate::test
