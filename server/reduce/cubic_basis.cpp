@@ -18,18 +18,23 @@ Matrix energy_of(const Linearisation& at, const Matrix& w, double s) {
   return w.transpose() * p_w;
 }
 
-/// The leading directions of W in the energy of P, orthonormal in M.
-CubicBasis compress(const Linearisation& at, const Matrix& w, double s, int modes) {
+/// The leading directions of W in the energy of P, and `fine` beside them, orthonormal in M.
+CubicBasis compress(const Linearisation& at, const Matrix& w, std::span<const Vector> fine, double s, int modes) {
   const Matrix energy = energy_of(at, w, s);
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(0.5 * (energy + energy.transpose()));
   const Vector root = at.masses().cwiseSqrt();
   const double smallest = 1e-10 * eigen.eigenvalues().tail<1>()[0];
-  Eigen::Index r = std::min<Eigen::Index>(modes, w.cols());
+  const auto beside = static_cast<Eigen::Index>(fine.size());
+  Eigen::Index r = std::min<Eigen::Index>(modes - beside, w.cols());
   while (r > 1 && !(eigen.eigenvalues()[w.cols() - r] > smallest)) --r;
-  const Matrix leading = root.asDiagonal() * (w * eigen.eigenvectors().rightCols(r).rowwise().reverse());
-  const Eigen::HouseholderQR<Matrix> qr(leading);
+  Matrix directions(w.rows(), r + beside);
+  directions.leftCols(r) = w * eigen.eigenvectors().rightCols(r).rowwise().reverse();
+  if (beside > 0) directions.rightCols(beside) = side_by_side(fine);
+  directions = root.asDiagonal() * directions;
+  directions.colwise().normalize();
+  const Eigen::HouseholderQR<Matrix> qr(directions);
   CubicBasis basis;
-  basis.shapes = root.cwiseInverse().asDiagonal() * Matrix(qr.householderQ() * Matrix::Identity(w.rows(), r));
+  basis.shapes = root.cwiseInverse().asDiagonal() * Matrix(qr.householderQ() * Matrix::Identity(w.rows(), r + beside));
   basis.coordinates = basis.shapes.transpose() * at.masses().asDiagonal() * w;
   return basis;
 }
@@ -85,7 +90,7 @@ std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart
     mask(*at.held, candidates.back());
   }
   candidates.insert(candidates.end(), dents.begin(), dents.end());
-  CubicBasis basis = compress(at, side_by_side(candidates), s, request.modes);
+  CubicBasis basis = compress(at, side_by_side(candidates), start.fine, s, request.modes);
   basis.dents = static_cast<int>(dents.size());
   return basis;
 }

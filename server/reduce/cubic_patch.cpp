@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "common/port/terms_pieces.hpp"
+#include "server/reduce/dent.hpp"
 #include "server/reduce/expansion.hpp"
 #include "server/reduce/sample_springs.hpp"
 
@@ -22,6 +23,7 @@ constexpr double kTrust = 1;         // of the last terms' force to the linear o
 constexpr double kFarthest = 1e3;    // of a variable that no term bends
 constexpr double kWrong = 0.5;       // of the force beyond the linear one, where terms are no longer trusted,
 constexpr double kHarmless = 0.25;   // unless they are wrong by less than this of the linear one
+constexpr double kMostBraked = 3;    // largest eigenvalue of D in ticks: beyond, no damper turns
 constexpr double kLeast = 0.02;      // of the radius: below, nobody asks any more
 
 /// S of the modes, rows by falling energy.
@@ -154,16 +156,21 @@ Vector stiffness_of(const Patch& patch, Eigen::Index first) {
   return stiffness;
 }
 
-/// u of where the body is likely to come to, or may be pressed to.
-Matrix likely_ways(const CubicShapes& shapes) {
-  const Eigen::Index ways = shapes.ways.cols();
-  Matrix u = Matrix::Zero(shapes.ways.rows(), ways + shapes.dents);
-  u.leftCols(ways) = shapes.ways;
-  u.bottomRightCorner(shapes.modes.cols(), shapes.dents) = shapes.coordinates.rightCols(shapes.dents);
-  return u;
+/// Largest eigenvalue of D, of the modes [1/s].
+double fastest_braked(const Patch& patch) {
+  return Eigen::SelfAdjointEigenSolver<Matrix>(patch.damping, Eigen::EigenvaluesOnly).eigenvalues().tail<1>()[0];
 }
 
 }  // namespace
+
+Matrix likely_ways(const CubicShapes& shapes) {
+  constexpr double kUnyielding = (1 + Dents::kHand) / Dents::kHand;
+  const Eigen::Index ways = shapes.ways.cols();
+  Matrix u = Matrix::Zero(shapes.ways.rows(), ways + shapes.dents);
+  u.leftCols(ways) = shapes.ways;
+  u.bottomRightCorner(shapes.modes.cols(), shapes.dents) = kUnyielding * shapes.coordinates.rightCols(shapes.dents);
+  return u;
+}
 
 BentBody::BentBody(const Linearisation& at, const CubicShapes& shapes)
     : at_(at), moved_(shapes.modes.rows(), shapes.port.cols() + shapes.modes.cols()) {
@@ -209,15 +216,17 @@ std::optional<CubicTerms> cubic_terms(BentBody& body, const Patch& patch, const 
   const Vector far = trusted(terms, form);
   rescale(terms, far);
   terms.rate = stamp_rate(terms, patch);
-  terms.radius = trusted_radius(body, terms, shapes.ways, far.asDiagonal() * form * far.asDiagonal(), first);
+  terms.radius = trusted_radius(body, terms, likely_ways(shapes), far.asDiagonal() * form * far.asDiagonal(), first);
   return terms;
 }
 
-std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch, const CubicShapes& shapes, int most) {
+std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch, const CubicShapes& shapes, int numbers) {
   const auto r = patch.stiffness.size(), first = shapes.port.cols(), n = r + first;
   if (r == 0 || !(patch.stiffness.maxCoeff() > 0)) return std::nullopt;
+  const bool repaired = is_lifted(patch, shapes);
+  const int variables = static_cast<int>(n);
   SpringSampling sampling;
-  sampling.springs = most;
+  sampling.springs = std::min((numbers - (repaired ? pairs_of(variables) : 0)) / numbers_of_spring(variables), kMaxSprings);
   sampling.likely = Matrix::Zero(n, shapes.coordinates.cols() + shapes.ways.cols());
   sampling.likely.bottomLeftCorner(r, shapes.coordinates.cols()) = shapes.coordinates;
   sampling.likely.rightCols(shapes.ways.cols()) = shapes.ways;
@@ -227,11 +236,12 @@ std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch,
   auto springs = sample_springs(body.at(), body.moved(), sampling);
   if (!springs) return std::nullopt;
   CubicTerms terms;
-  terms.variables = static_cast<int>(n);
+  terms.variables = variables;
   terms.grasp = first > 0;
   terms.scale = Matrix::Identity(n, n);
   terms.springs = std::move(*springs);
-  if (is_lifted(patch, shapes)) terms.e2 = repair(shapes.lifted, terms.scale);
+  if (fastest_braked(patch) > kMostBraked * kHapticRateHz) terms.springs.damping.setZero();
+  if (repaired) terms.e2 = repair(shapes.lifted, terms.scale);
   terms.rate = stamp_rate(terms, patch);
   return CubicForce(terms, patch).empty() ? std::nullopt : std::optional(std::move(terms));
 }

@@ -16,6 +16,8 @@
 // Springs of the body go instead of a polynomial, as they bend as it does, however far, for laws that stiffen and planar bodies
 // always; and else where the radius ends below 1 or short of where the body is likely to come to, rest among it, or where they
 // are less wrong there (are_truer()).
+// Their dampers stay at home where the modes brake away more than exp(-kMostBraked) of what moves within a tick: what dampers
+// push for having turned is a tick old when the player takes it, and what moves by then has been pushed by nothing else.
 // A patch is lifted to be passive (lift.hpp); with u = (d, q) and H, H~ the joint stiffness before and after,
 //     E2 = 1/2 u^T (H - H~) u.
 #pragma once
@@ -35,8 +37,12 @@ struct CubicShapes {
   Matrix coordinates;  ///< C
   int dents = 0;       ///< of its columns, the last
   Matrix lifted;       ///< H - H~
-  Matrix ways;         ///< u at which the body is asked, a column each
+  Matrix ways;         ///< u of where the body was, will be and rests, a column each
 };
+
+/// u of where the body is likely to come to, or may be pressed to: `ways`, and dents as deep as the hand goes, which yields by a
+/// part of that while they are made (dent.hpp) and need not.
+Matrix likely_ways(const CubicShapes& shapes);
 
 /// A body, asked for its forces on the variables u of a patch.
 class BentBody {
@@ -57,9 +63,9 @@ class BentBody {
 /// Nothing for a body whose forces have no expansion.
 std::optional<CubicTerms> cubic_terms(BentBody& body, const Patch& patch, const CubicShapes& shapes, int leading);
 
-/// Terms that are springs of the body, `most` of them (sample_springs.hpp): for a body that no polynomial follows as far as it is
-/// likely to go. Nothing where they would not be stable.
-std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch, const CubicShapes& shapes, int most);
+/// Terms that are springs of the body (sample_springs.hpp), as many as so many numbers hold, E2 where there is one among them:
+/// for a body that no polynomial follows as far as it is likely to go. Nothing where they would not be stable.
+std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch, const CubicShapes& shapes, int numbers);
 
 /// Whether terms `a` are less wrong than `b` where the body is likely to come to or may be pressed to, and half way there: sum of
 ///     min(1, |N^ - N| / (|N| + kOfLinear |K u|))^2,   forces in units that make the stiffness of each variable 1.

@@ -20,7 +20,7 @@ Vector unit(const Linearisation& at, std::uint32_t node, int axis) {
 
 /// Whether polynomials are trusted as far as the body is likely to come.
 bool suits(const CubicTerms& polynomials, const CubicShapes& shapes) {
-  return polynomials.radius >= 1 && (polynomials.scale * shapes.ways).colwise().norm().maxCoeff() <= polynomials.radius;
+  return polynomials.radius >= 1 && (polynomials.scale * likely_ways(shapes)).colwise().norm().maxCoeff() <= polynomials.radius;
 }
 
 }  // namespace
@@ -361,7 +361,7 @@ void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const 
   // Sheets buckle in their plane.
   const bool no_series = dynamics_->body().law == SpringLaw::stiffening || dynamics_->body().planar;
   auto polynomials = no_series ? std::nullopt : cubic_terms(body, patch, shapes, leading);
-  auto springs = spring_terms(body, patch, shapes, kSprings);
+  auto springs = spring_terms(body, patch, shapes, patch.contact == ContactKind::attach ? kAttachNumbers : kTouchNumbers);
   const bool both = polynomials && springs;
   if (springs && (!both || !suits(*polynomials, shapes) || are_truer(body, patch, shapes, *springs, *polynomials)))
     terms_ = std::move(*springs);

@@ -24,10 +24,12 @@ Mat3 port_compliance(const SharedSystem& p, std::size_t which, const OtherTools&
 }
 
 /// The part of a port's compliance that the modes of the patch lack, C(s) - R (s^2 + s D + K)^-1 R^T at the shift s, where `rows`
-/// is R: what is too fast to be a mode yields at once. Nothing where the modes have a direction for each axis of the port.
-Mat3 residual_compliance(const Patch& patch, const Mat3& compliance, const PortRows& rows, double shift) {
-  Matrix dynamic = shift * Matrix(patch.damping);
-  dynamic.diagonal() += Vector(patch.stiffness) + Vector::Constant(rows.cols(), shift * shift);
+/// is R and K the modes' own stiffness: what is too fast to be a mode yields at once. Nothing where the modes have a direction
+/// for each axis of the port.
+Mat3 residual_compliance(const Mat3& compliance, const PortRows& rows, const Vector& stiffness, const Matrix& damping,
+                         double shift) {
+  Matrix dynamic = shift * damping;
+  dynamic.diagonal() += stiffness + Vector::Constant(rows.cols(), shift * shift);
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(symmetric(compliance - rows * dynamic.ldlt().solve(Matrix(rows.transpose()))));
   const Mat3& axes = eigen.eigenvectors();
   return axes * eigen.eigenvalues().cwiseMax(0).asDiagonal() * axes.transpose();
@@ -148,7 +150,9 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
     if (v.cols() < 3 || cubic) {  // no M^-1 B among the directions
       PortRows rows(3, v.cols());
       for (Eigen::Index m = 0; m < v.cols(); ++m) rows.col(m) = gather(p->port(which).b, v.col(m));
-      patch.c_static = residual_compliance(patch, port_compliance(*p, which, others), rows, shift);
+      // Terms take back by how much a stiffness was lifted; C(s) of a clamped P is not that of the modes' own.
+      const Vector stiffness = cubic && !clamp ? reduced.stiffness : Vector(patch.stiffness);
+      patch.c_static = residual_compliance(port_compliance(*p, which, others), rows, stiffness, patch.damping, shift);
     }
   }
   frame.enter(PatchPart::other);
@@ -211,6 +215,9 @@ std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
       start.ports.push_back(own.slide);
       correct.apply(start.ports.back());
     }
+    Vector inward = Vector::Zero(at.masses().size());
+    for (std::size_t axis = 0; axis < 3; ++axis) inward += inwards[static_cast<Eigen::Index>(axis)] * own.input[axis];
+    start.fine = {inward.cwiseQuotient(at.masses())};
     return cubic_basis(at, start, solve, Matrix(), dents, known_ways(), {modes, p.shift(), bridge_s}, cubic_memory_);
   }
   for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(at.masses()));

@@ -1,6 +1,7 @@
 // A patch of scheme cubic against the body: forces far beyond the tangent, and what cannot be had.
 #include "server/reduce/cubic_patch.hpp"
 
+#include <Eigen/LU>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -8,6 +9,8 @@
 #include "common/player/player.hpp"
 #include "common/port/terms_pieces.hpp"
 #include "server/body/explicit_integrator.hpp"
+#include "server/body/linear_solver.hpp"
+#include "server/body/tangents.hpp"
 #include "server/reduce/patch_builder.hpp"
 #include "tests/support/bodies.hpp"
 
@@ -55,6 +58,7 @@ Vec3 along(double u) { return u * Vec3(0.008, 0, 0); }
 /// A tool that presses 4 mm into the top of a block in 0.1 s, and there is a patch; it then goes on.
 struct Touch {
   static constexpr double kPressS = 0.1, kOnS = 0.15;
+  Micros bridge{200'000};
 
   LumpedBody body = box_body(6, 6, 4);
   Dynamics dynamics;
@@ -65,8 +69,8 @@ struct Touch {
   PatchBuilder builder{dynamics, skin, 0};
   Vec3 (*on)(double);
 
-  Touch(double friction, Vec3 (*go_on)(double), SpringLaw law = SpringLaw::linear)
-      : dynamics((body.law = law, body.stiffening = 30, body)), on(go_on) {
+  Touch(double friction, Vec3 (*go_on)(double), SpringLaw law = SpringLaw::linear, double more_damping = 1)
+      : dynamics((body.law = law, body.stiffening = 30, damp(body, more_damping))), on(go_on) {
     ports[0].parameters = {1000, friction};
     to(kPressS);
   }
@@ -81,23 +85,31 @@ struct Touch {
   void to(double t) {
     REQUIRE(integrator.advance(state, ports, t, [&](std::size_t, double at) { return tool_at(at); }).converged);
   }
+  static const LumpedBody& damp(LumpedBody& body, double more) {
+    for (Element& e : body.elements) e.damping_n_s_m *= more;
+    return body;
+  }
   PatchPlayer player(Scheme scheme) {
+    const Patch made = patch(scheme);
+    return PatchPlayer(made, builder.terms());
+  }
+  Patch patch(Scheme scheme) {
     PatchRequest request;
     request.scheme = scheme;
     request.order = PatchBuilder::kCubicTouchOrder;
-    request.bridge = Micros{200'000};
+    request.bridge = bridge;
     const ToolAt at = tool_at(kPressS);
     FrameModel frame(dynamics, skin);
     frame.begin(state, ports, std::span(&at, 1), request.bridge);
-    auto patch = builder.build(frame, 0, request);
-    REQUIRE(patch);
-    CHECK(patch->scheme == scheme);
-    CHECK(check(*patch) == PatchFault::none);
-    CHECK(patch->surface.vertex_count <= request.vertices_max(patch->modes(), false));
-    const Patch joined = extended(*patch, builder.terms());
+    auto made = builder.build(frame, 0, request);
+    REQUIRE(made);
+    CHECK(made->scheme == scheme);
+    CHECK(check(*made) == PatchFault::none);
+    CHECK(made->surface.vertex_count <= request.vertices_max(made->modes(), false));
+    const Patch joined = extended(*made, builder.terms());
     CHECK(check(joined) == PatchFault::none);
     CHECK((joined.surface.vertex_count == kMaxPortVertices) == (scheme == Scheme::cubic));
-    return PatchPlayer(*patch, builder.terms());
+    return *made;
   }
   /// Energy of the force's error to that of the force over the 150 ms after the patch: linear, with its terms.
   std::array<double, 2> errors() {
@@ -140,6 +152,71 @@ TEST_CASE("Slid on along the surface, a touched patch with its terms knows how t
   const auto [linear, bent] = touch.errors();
   CHECK(bent < 0.1 * linear);
   CHECK(bent < 1e-3);
+}
+
+TEST_CASE("Among the directions of a touch is the way that the body begins to yield along the normal") {
+  Touch touch(0.3, deeper);
+  touch.player(Scheme::cubic);
+  const Matrix v = touch.builder.modes();
+  std::vector<double> positions;
+  touch.skin.place(touch.state.x, positions);
+  Vector load = Vector::Zero(touch.state.x.size());
+  scatter(touch.skin.weights(touch.ports[0].point), normal_at(touch.skin.view(), positions, touch.ports[0].point), load);
+  mask(touch.body.fixed, load);
+  const Vector& m = touch.dynamics.masses();
+  const Vector x = load.cwiseQuotient(m), missing = x - v * (v.transpose() * m.cwiseProduct(x));
+  CHECK(missing.dot(m.cwiseProduct(missing)) < 1e-16 * x.dot(m.cwiseProduct(x)));
+}
+
+TEST_CASE("What yields at once beside the modes makes good for those alone, not for a stiffness that terms give back") {
+  int lifted = 0;
+  for (const double squeezed : {0.22, 0.25, 0.28}) {
+    Touch touch(0.3, deeper);
+    touch.bridge = Micros{40'000};
+    touch.state = random_state(touch.dynamics, 1, 0.0005, 0);
+    for (std::uint32_t i = 0; i < touch.dynamics.nodes(); ++i) at_node(touch.state.x, i).z() *= 1 - squeezed;
+    const Patch patch = touch.patch(Scheme::cubic);
+    const CubicTerms& terms = touch.builder.terms();
+    if (terms.e2.size() == 0) continue;
+    // K of the modes, and B^T P^-1 B of the whole body.
+    const Matrix v = touch.builder.modes();
+    Matrix k_v, d_v;
+    Tangents tangents(touch.dynamics);
+    tangents.take(touch.state);
+    tangents.multiply(v, k_v, d_v);
+    const double s = shift_for(touch.bridge);
+    const Matrix p_v = s * s * Matrix::Identity(v.cols(), v.cols()) + v.transpose() * (s * d_v + k_v);
+    const Skin::Weights b = touch.skin.weights(touch.ports[0].point);
+    BlockMatrix p = touch.dynamics.make_matrix();
+    touch.dynamics.assemble(touch.state, s * s, s, 1, touch.body.fixed, false, p);
+    LinearSolver solver(touch.dynamics.nodes());
+    if (!solver.factorise(p)) continue;
+    ++lifted;
+    Mat3 whole;
+    Matrix rows = Matrix::Zero(3, v.cols());
+    for (const auto& [node, weight] : b) rows += weight * v.middleRows<3>(3 * static_cast<Eigen::Index>(node));
+    for (int axis = 0; axis < 3; ++axis) {
+      Vector load = Vector::Zero(v.rows()), answer = load;
+      scatter(b, Vec3::Unit(axis), load);
+      mask(touch.body.fixed, load);
+      REQUIRE(solver.solve(load, 1e-8, answer).positive_definite);
+      whole.col(axis) = gather(b, answer);
+    }
+    const Mat3 of_modes = rows * p_v.lu().solve(Matrix(rows.transpose()));
+    CAPTURE(squeezed, whole, of_modes, patch.c_static);
+    CHECK((of_modes + patch.c_static - whole).norm() < 5e-3 * whole.norm());
+  }
+  CHECK(lifted == 3);
+}
+
+TEST_CASE("Dampers turn with their springs unless they brake away what moves within a tick") {
+  for (const bool stiff : {false, true}) {
+    Touch touch(2, deeper, SpringLaw::stiffening, stiff ? 30 : 1);
+    touch.player(Scheme::cubic);
+    const SampledSprings& springs = touch.builder.terms().springs;
+    REQUIRE(springs.count() > 0);
+    CHECK((springs.damping.maxCoeff() > 0) != stiff);
+  }
 }
 
 TEST_CASE("With the modes still, the force of a displaced tool is the body's to fourth order") {
