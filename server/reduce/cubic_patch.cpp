@@ -23,7 +23,7 @@ constexpr double kTrust = 1;         // of the last terms' force to the linear o
 constexpr double kFarthest = 1e3;    // of a variable that no term bends
 constexpr double kWrong = 0.5;       // of the force beyond the linear one, where terms are no longer trusted,
 constexpr double kHarmless = 0.25;   // unless they are wrong by less than this of the linear one
-constexpr double kMostBraked = 3;    // largest eigenvalue of D in ticks: beyond, no damper turns
+constexpr double kMostBraked = 3;    // largest eigenvalue of D in ticks: beyond, no damper of a touch turns
 constexpr double kLeast = 0.02;      // of the radius: below, nobody asks any more
 
 /// S of the modes, rows by falling energy.
@@ -240,7 +240,7 @@ std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch,
   terms.grasp = first > 0;
   terms.scale = Matrix::Identity(n, n);
   terms.springs = std::move(*springs);
-  if (fastest_braked(patch) > kMostBraked * kHapticRateHz) terms.springs.damping.setZero();
+  if (first == 0 && fastest_braked(patch) > kMostBraked * kHapticRateHz) terms.springs.damping.setZero();
   if (repaired) terms.e2 = repair(shapes.lifted, terms.scale);
   terms.rate = stamp_rate(terms, patch);
   return CubicForce(terms, patch).empty() ? std::nullopt : std::optional(std::move(terms));

@@ -209,7 +209,7 @@ TEST_CASE("What yields at once beside the modes makes good for those alone, not 
   CHECK(lifted == 3);
 }
 
-TEST_CASE("Dampers turn with their springs unless they brake away what moves within a tick") {
+TEST_CASE("Under a touch dampers turn with their springs unless they brake away what moves within a tick") {
   for (const bool stiff : {false, true}) {
     Touch touch(2, deeper, SpringLaw::stiffening, stiff ? 30 : 1);
     touch.player(Scheme::cubic);
