@@ -101,12 +101,15 @@ TEST_CASE("terms that are springs arrive in half precision, and those that no sp
   CHECK(to_pieces(seeds::spring_terms(12, true, kMaxSprings + 1), 1).empty());
 }
 
-TEST_CASE("34 springs and their patch take less than 6000 bytes, grasped with 13 modes, touched with 12 and a surface") {
+TEST_CASE("Springs and their patch of 13 modes take less than 6000 bytes, grasped with 34, touched with 32 or 30 and a repair") {
   CHECK(bytes_of(seeds::attach_patch(13), seeds::spring_terms(13, true, 34)) < 6000);
-  Patch patch = seeds::touch_patch(12, 16, 15);
-  CubicTerms terms = seeds::spring_terms(12, false, 34);
-  seeds::move_surface(5, 3, patch, terms);
-  CHECK(bytes_of(patch, terms) < 6000);
+  for (const bool repaired : {false, true}) {
+    Patch patch = seeds::touch_patch(13, 16, 15);
+    CubicTerms terms = seeds::spring_terms(13, false, repaired ? 30 : 32);
+    if (!repaired) terms.e2.resize(0);
+    seeds::move_surface(4, 2, patch, terms);
+    CHECK(bytes_of(patch, terms) < 6000);
+  }
 }
 
 TEST_CASE("the surface that terms bring joins the patch's own, or the terms do not count") {
