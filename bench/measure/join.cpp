@@ -1,10 +1,13 @@
 #include "bench/measure/join.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <stdexcept>
 
 #include "bench/measure/reference.hpp"
 #include "common/base/error.hpp"
+#include "server/room/grasp.hpp"
 
 namespace palpate {
 namespace {
@@ -19,11 +22,21 @@ bool waits(WorldStation& station, Scheme scheme, bool wants_patch) {
   return core.link() != LinkState::joined || (wants_patch && station.core().haptic().counts().patches_used == 0);
 }
 
+void check_reach(const Scene& scene, const Motion& motion) {
+  const double away_m = (motion.position(0.0) - scene.body.nodes[scene.tool.node]).norm();
+  if (away_m <= Grasp::kReachM) return;
+  throw InputError("motion",
+                   fmt::format("starts {:.0f} mm from the node that the tool of scene {} holds", 1e3 * away_m, scene.name),
+                   fmt::format("at most {:.0f} mm: from further away nobody grasps it", 1e3 * Grasp::kReachM));
+}
+
 }  // namespace
 
 Micros join(World& world, std::span<WorldStation* const> stations, const Scene& scene, std::span<const Motion> motions,
             Scheme scheme, const LinkSpec& link, double rate_hz) {
   const bool wants_patch = scene.tool.contact == ContactKind::attach;
+  if (wants_patch)
+    for (const Motion& motion : motions) check_reach(scene, motion);
   for (WorldStation* station : stations)
     while (waits(*station, scheme, wants_patch)) {
       if (world.now() > kJoinWithin) throw std::runtime_error("no answer over this link within 60 s of virtual time");

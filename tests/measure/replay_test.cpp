@@ -42,6 +42,13 @@ int onset(const ReplayResult& result, Vec3 ReplayTick::*force, std::size_t from)
 
 }  // namespace
 
+TEST_CASE("A motion that starts out of reach of the node that it should hold is refused with both distances") {
+  const Vec3 away = home_of(cube6()) + Vec3(0, 0, 0.060);
+  const Motion motion({{0, away}, {0.5, away}});
+  CHECK_THROWS_WITH(play(cube6(), motion, options_for(Scheme::port, 0)),
+                    Catch::Matchers::Contains("60 mm") && Catch::Matchers::Contains("at most 50 mm"));
+}
+
 TEST_CASE("A replay is the same bits when it is done again, loss and jitter included") {
   ReplayOptions options = options_for(Scheme::port, 40);
   options.link.jitter = Micros{10'000};
