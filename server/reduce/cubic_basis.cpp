@@ -24,17 +24,23 @@ CubicBasis compress(const Linearisation& at, const Matrix& w, std::span<const Ve
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(0.5 * (energy + energy.transpose()));
   const Vector root = at.masses().cwiseSqrt();
   const double smallest = 1e-10 * eigen.eigenvalues().tail<1>()[0];
-  const auto beside = static_cast<Eigen::Index>(fine.size());
+  const auto beside = std::min<Eigen::Index>(static_cast<Eigen::Index>(fine.size()), modes - 1);
   Eigen::Index r = std::min<Eigen::Index>(modes - beside, w.cols());
   while (r > 1 && !(eigen.eigenvalues()[w.cols() - r] > smallest)) --r;
-  Matrix directions(w.rows(), r + beside);
-  directions.leftCols(r) = w * eigen.eigenvectors().rightCols(r).rowwise().reverse();
-  if (beside > 0) directions.rightCols(beside) = side_by_side(fine);
-  directions = root.asDiagonal() * directions;
-  directions.colwise().normalize();
-  const Eigen::HouseholderQR<Matrix> qr(directions);
+  const Matrix leading = root.asDiagonal() * (w * eigen.eigenvectors().rightCols(r).rowwise().reverse());
+  const Eigen::HouseholderQR<Matrix> qr(leading);
+  Matrix directions = qr.householderQ() * Matrix::Identity(w.rows(), r);
+  for (const Vector& shape : fine.first(static_cast<std::size_t>(beside))) {
+    constexpr double kOfItsOwn = 1e-6;  // else the leading ones span it
+    Vector x = root.cwiseProduct(shape);
+    const double size = x.norm();
+    for (int again = 0; again < 2; ++again) x -= directions * (directions.transpose() * x);
+    if (!(x.norm() > kOfItsOwn * size)) continue;
+    directions.conservativeResize(Eigen::NoChange, directions.cols() + 1);
+    directions.rightCols<1>() = x.normalized();
+  }
   CubicBasis basis;
-  basis.shapes = root.cwiseInverse().asDiagonal() * Matrix(qr.householderQ() * Matrix::Identity(w.rows(), r + beside));
+  basis.shapes = root.cwiseInverse().asDiagonal() * directions;
   basis.coordinates = basis.shapes.transpose() * at.masses().asDiagonal() * w;
   return basis;
 }
