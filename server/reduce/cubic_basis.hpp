@@ -37,8 +37,8 @@ struct CubicBasis {
 
 /// `start.ports`: P^-1 B a_i, the answers to the port's three input directions, scaled, and that of a sliding load, if any;
 /// `prescribed`: how the port itself moves for them (3 N x 3; no columns for touch); `dents`: where there are any, nothing of
-/// second order; `start.fine`: taken beside the leading ones; `ways`: where the body was and will be, less where it is. `memory`:
-/// warm starts. Nothing when P is not positive definite.
+/// second order; `start.fine`: taken beside the leading ones where these do not span it; `ways`: where the body was and will be,
+/// less where it is. `memory`: warm starts. Nothing when P is not positive definite.
 std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
                                       const Matrix& prescribed, std::span<const Vector> dents, const Matrix& ways,
                                       const CubicBasisRequest& request, BasisMemory& memory);
