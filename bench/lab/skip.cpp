@@ -11,6 +11,7 @@
 #include "bench/measure/skip.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
+#include "server/scene/scene.hpp"
 
 namespace palpate {
 namespace {
@@ -68,6 +69,20 @@ void add_scene(const std::string& name, const Scene& scene, double deadband, std
   general.body.law = SpringLaw::stiffening;
   general.body.stiffening = 0;
   rows.push_back({name, "linear springs: no stiffening", stepped, cost({{&general, &hand, false, false}})});
+}
+
+/// A wide sheet of tissue on a table, a hand that presses and trembles on it: most of it rests. 55,296 nodes.
+Scene wide_scene() {
+  return read_scene(R"({ "name": "wide", "body": { "lattice": { "nodes": [96, 96, 6], "size_m": [0.475, 0.475, 0.025],
+    "density_kg_m3": 1000, "stiffness_n_m": 10, "damping_n_s_m": 0.04, "fixed_faces": ["z-"] } },
+    "tool": { "contact": "touch", "radius_m": 0.01, "mu": 0.3 } })",
+                    "wide sheet");
+}
+
+void add_wide(std::vector<Row>& rows) {
+  const Scene scene = wide_scene();
+  const Motion hand = hold_pressed(scene);
+  rows.push_back({scene.name, "regions at rest: no forces", cost({{&scene, &hand}}), cost({{&scene, &hand, false, false}})});
 }
 
 /// `count` rooms of which one is touched; in the others is nobody, or a hand that waits. Returns what the one alone costs.
@@ -138,6 +153,7 @@ int run_skip(const Flags& flags) {
     add_scene(name, load_scene(files.back()), flags.deadband, rows);
   }
   const Scene first = load_scene(files.front());
+  add_wide(rows);
   const SkipCost alone = add_rooms(flags.names.front(), first, flags.rooms, rows);
   const double ratio = rows[rows.size() - 2].with.busy_ms_s / alone.busy_ms_s,
                waiting = rows.back().with.busy_ms_s / alone.busy_ms_s;

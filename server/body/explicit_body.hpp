@@ -3,14 +3,19 @@
 //     a = M^-1 (F(u, v) + ...) + gravity for nodes that move, 0 for those that are held
 //
 // Displacements u [m] from the shape at rest (spring_blocks.hpp): one of 10 mm is right to 1 nm. A crew shares the springs, slab
-// by slab, and the loops over nodes: same bits whatever its size.
+// by slab, and the loops over nodes: same bits whatever its size. Blocks of nodes where nothing happens may rest
+// (resting_blocks.hpp): they are where they are, v = a = 0, and what acts on them is not asked.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "server/body/node_loops.hpp"
+#include "server/body/resting_blocks.hpp"
+#include "server/body/skin.hpp"
 #include "server/body/spring_blocks.hpp"
 #include "server/body/stepper.hpp"
 
@@ -45,11 +50,26 @@ class ExplicitBody {
   const SpringBlocks& springs() const { return springs_; }
   double inverse_mass(std::uint32_t node) const { return static_cast<double>(inverse_mass_[node]); }
 
-  /// work(axis, nodes) on every axis of every part of the nodes, with the crew where there is one.
+  static constexpr std::size_t kLeastBlocks = 150;  ///< that may rest: fewer cost less than it takes to tell them apart
+
+  /// What may be left out of balance [N]; 0: nothing rests.
+  void leave_out(double most_n) { left_out_n_ = most_n; }
+  bool may_rest() const { return left_out_n_ > 0 && blocks_.blocks() >= kLeastBlocks; }
+  /// Lets blocks rest over the next `over_s`, `a` being all accelerations, those of contacts included; not those of `busy` nodes.
+  /// Of nodes that rest v is zero, and what is given, `a` among them.
+  void let_rest(const NodeArrays& a, const std::vector<std::uint32_t>& busy, double over_s, std::span<NodeArrays* const> zero);
+  /// Nodes that a contact pushes do not rest.
+  void wake(const Skin::Weights& contact);
+  /// Nor do those that others pull at, by `a`.
+  void wake_disturbed(const NodeArrays& a);
+  /// Of the springs, those that were needed on average since take().
+  double needed_share() const { return evaluations_ > 0 ? needed_ / evaluations_ : 1; }
+
+  /// work(axis, nodes) on every axis of every part of the nodes that move, with the crew where there is one.
   template <typename Work>
   void on_each_axis(const Work& work) const {
-    share(node_parts(), [&](std::size_t part) {
-      for (auto axis : {&NodeArrays::x, &NodeArrays::y, &NodeArrays::z}) work(axis, nodes_of(part));
+    on_parts(blocks_.moving(), [&](node_loops::Nodes nodes) {
+      for (auto axis : {&NodeArrays::x, &NodeArrays::y, &NodeArrays::z}) work(axis, nodes);
     });
   }
 
@@ -60,6 +80,18 @@ class ExplicitBody {
 
   std::size_t node_parts() const { return crew_ ? crew_->size() : 1; }
   node_loops::Nodes nodes_of(std::size_t part) const;
+  double unbalanced_n(std::size_t block, const NodeArrays& a, double per_s) const;
+  /// work(nodes) on these runs, cut where the parts are.
+  template <typename Work>
+  void on_parts(std::span<const node_loops::Nodes> runs, const Work& work) const {
+    share(node_parts(), [&](std::size_t part) {
+      const node_loops::Nodes mine = nodes_of(part);
+      for (const node_loops::Nodes& run : runs) {
+        const node_loops::Nodes both{std::max(run.begin, mine.begin), std::min(run.end, mine.end)};
+        if (both.begin < both.end) work(both);
+      }
+    });
+  }
   template <typename Work>
   void share(std::size_t parts, const Work& work) const {
     if (crew_)
@@ -70,6 +102,9 @@ class ExplicitBody {
 
   const Dynamics* dynamics_;
   SpringBlocks springs_;
+  RestingBlocks blocks_;
+  std::vector<double> unbalanced_;  // of blocks [N]
+  double left_out_n_ = 0, needed_ = 0, evaluations_ = 0;
   Crew* crew_ = nullptr;
   double spacing_m_ = 0;
   std::vector<float> inverse_mass_;  // 0: held

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace palpate {
@@ -47,6 +48,7 @@ ExplicitStepper::Steps ExplicitIntegrator::steps_for(double whole_s, double step
 
 void ExplicitIntegrator::go(const Steps& steps, std::vector<ToolPort>& ports, double begin_s, const ToolMotion& tools) {
   accelerate(body_.v, ports);
+  if (body_.may_rest()) body_.let_rest(a_, busy_nodes(ports), steps.count * steps.h, std::array{&a_, &predicted_});
   kick(-steps.h / 2);
   for (int k = 0; k < steps.count; ++k) step(ports, begin_s + k * steps.h, steps.h, tools);
   kick(steps.h / 2);
@@ -81,12 +83,14 @@ void ExplicitIntegrator::step(std::vector<ToolPort>& ports, double begin_s, doub
     node_loops::kick_and_drift(nodes, static_cast<float>(h), a_.*axis, body_.v.*axis, body_.u.*axis, predicted_.*axis);
   });
   accelerate(predicted_, ports);
+  body_.wake_disturbed(a_);
 }
 
 /// Ports answer one after the other, each seeing the newest forces of the others: those of before are in a_ on entry. Only those
 /// that share nodes have anything to say to each other.
 void ExplicitIntegrator::close_contacts(std::vector<ToolPort>& ports, double end_s, double h, const ToolMotion& tools) {
   const std::vector<std::size_t>& touching = contacts_.meet(body_, ports, end_s, tools);
+  for (const std::size_t k : touching) body_.wake(contacts_[k].b);
   unpushed_.clear();
   for (const std::size_t k : touching)
     unpushed_.push_back(contacts_[k].at_rest + contacts_[k].gather(body_.u) + h * contacts_[k].gather(body_.v));

@@ -20,13 +20,24 @@ AdvanceReport ExplicitStepper::advance(BodyState& state, std::vector<ToolPort>& 
     if (body_.is_sound(steps.h)) {
       body_.give(state, ports, tools, until_s);
       find_holding_forces(*dynamics_, state, ports);
-      return {.steps = steps.count};
+      return {.steps = steps.count, .needed_share = body_.needed_share()};
     }
   }
   ports = ports_before;
   AdvanceReport report = fallback_.advance(state, ports, until_s, step_s, tools);
   report.cut_steps += std::max(steps.count, 1);
   return report;
+}
+
+std::vector<std::uint32_t> ExplicitStepper::busy_nodes(const std::vector<ToolPort>& ports) {
+  std::vector<std::uint32_t> busy;
+  for (std::size_t k = 0; k < ports.size(); ++k) {
+    if (ports[k].kind == ContactKind::attach)
+      busy.push_back(ports[k].node);
+    else if (ports[k].touching)
+      for (const auto& [node, weight] : contacts_.refreshed(body_, k, ports[k].point).b) busy.push_back(node);
+  }
+  return busy;
 }
 
 }  // namespace palpate

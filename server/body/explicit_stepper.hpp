@@ -14,6 +14,7 @@ class ExplicitStepper : public Stepper {
   AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
                         const ToolMotion& tools) final;
   bool leaves_no_trace() const final { return true; }
+  void leave_out(double most_n) final { body_.leave_out(most_n); }
   void employ(Crew& crew) final { body_.employ(crew); }
   /// Springs, with gaps, that an evaluation goes through.
   std::size_t springs() const { return body_.springs().size(); }
@@ -31,6 +32,9 @@ class ExplicitStepper : public Stepper {
   /// For `whole_s`, in steps of `step_s` at most. body_ has been taken.
   virtual Steps steps_for(double whole_s, double step_s, const std::vector<ToolPort>& ports) = 0;
   virtual void go(const Steps& steps, std::vector<ToolPort>& ports, double begin_s, const ToolMotion& tools) = 0;
+
+  /// Nodes that ports push or hold.
+  std::vector<std::uint32_t> busy_nodes(const std::vector<ToolPort>& ports);
 
   ExplicitBody body_;
   ExplicitContacts contacts_;

@@ -29,11 +29,7 @@ bool is_sound(const BodyState& state) {
 }  // namespace
 
 Integrator::Integrator(const Dynamics& dynamics, const Skin& skin, const IntegratorOptions& options)
-    : dynamics_(&dynamics),
-      skin_(&skin),
-      options_(options),
-      a_(dynamics.make_matrix()),
-      solver_(dynamics.nodes(), options.solver) {
+    : dynamics_(&dynamics), skin_(&skin), options_(options), solver_(dynamics.nodes(), options.solver) {
   spacing_m_ = mean_edge_m(dynamics.body());
 }
 

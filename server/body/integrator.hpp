@@ -104,7 +104,7 @@ class Integrator final : public Stepper {
   IntegratorOptions options_;
   double spacing_m_ = 0;  // mean length of an element
   std::vector<std::uint8_t> held_;
-  BlockMatrix a_;
+  std::optional<BlockMatrix> a_;  // made when first needed: beside explicit steps it hardly ever is
   LinearSolver solver_;
   double matrix_a_ = 0;  // the a of the factorised matrix, 0 = none
   bool matrix_clamped_ = false;

@@ -22,10 +22,11 @@ bool Integrator::solve_stage(const Stage& stage, const std::vector<Vec3>& tool_p
 bool Integrator::refresh_matrix(const BodyState& state, double a, bool indefinite, AdvanceReport& report) {
   for (PortResponse& r : responses_) r.valid = false;
   ++report.factorisations;
+  if (!a_) a_ = dynamics_->make_matrix();
   for (const bool clamp : {false, true}) {
     if (!clamp && indefinite) continue;
-    dynamics_->assemble(state, 1, a, a * a, held_, clamp, a_);
-    if (!solver_.factorise(a_)) continue;
+    dynamics_->assemble(state, 1, a, a * a, held_, clamp, *a_);
+    if (!solver_.factorise(*a_)) continue;
     matrix_a_ = a;
     matrix_held_ = held_;
     matrix_clamped_ = clamp;

@@ -6,13 +6,12 @@ namespace palpate {
 
 Skin::Skin(const LumpedBody& body, double radius_m)
     : body_(&body), surface_(body.triangles, body.nodes.size()), smooth_(body.nodes.size()) {
-  std::vector<std::uint32_t> vertices;
-  for (const Triangle& t : body.triangles) vertices.insert(vertices.end(), t.begin(), t.end());
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-  for (const std::uint32_t i : vertices) {
+  for (const Triangle& t : body.triangles) vertices_.insert(vertices_.end(), t.begin(), t.end());
+  std::sort(vertices_.begin(), vertices_.end());
+  vertices_.erase(std::unique(vertices_.begin(), vertices_.end()), vertices_.end());
+  for (const std::uint32_t i : vertices_) {
     double sum = 0;
-    for (const std::uint32_t j : vertices) {
+    for (const std::uint32_t j : vertices_) {
       const double d = i == j || !(radius_m > 0) ? 0.0 : (body.nodes[i] - body.nodes[j]).norm() / radius_m;
       if ((i != j && !(radius_m > 0)) || d >= 1) continue;
       const double weight = (1 - d * d) * (1 - d * d);
@@ -24,11 +23,11 @@ Skin::Skin(const LumpedBody& body, double radius_m)
 }
 
 void Skin::place(const Vector& x, std::vector<double>& positions) const {
-  positions.resize(static_cast<std::size_t>(x.size()));
-  for (std::size_t i = 0; i < smooth_.size(); ++i) {
+  if (positions.size() != static_cast<std::size_t>(x.size())) positions.assign(rest().begin(), rest().end());
+  for (const std::uint32_t i : vertices_) {
     Vec3 s = body_->nodes[i];
     for (const auto& [j, weight] : smooth_[i]) s += weight * (x.segment<3>(3 * static_cast<Eigen::Index>(j)) - body_->nodes[j]);
-    Eigen::Map<Vec3>(positions.data() + 3 * i) = s;
+    Eigen::Map<Vec3>(positions.data() + 3 * std::size_t{i}) = s;
   }
 }
 

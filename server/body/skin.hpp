@@ -29,7 +29,8 @@ class Skin {
 
   bool empty() const { return surface_.empty(); }
   SurfaceView view() const { return surface_.view(); }
-  /// Vertex positions, 3 per node of the body; nodes that are not on the surface stay at rest there.
+  /// Vertex positions, 3 per node of the body; nodes that are not on the surface stay at rest there. `positions`: empty, or what
+  /// an earlier call left.
   void place(const Vector& x, std::vector<double>& positions) const;
   std::vector<double> place(const Vector& x) const;
   Weights weights(const SurfacePoint& point) const;
@@ -43,7 +44,8 @@ class Skin {
  private:
   const LumpedBody* body_ = nullptr;
   Surface surface_;
-  std::vector<Weights> smooth_;  // per node; empty for nodes that are not on the surface
+  std::vector<std::uint32_t> vertices_;  // nodes on the surface, ascending
+  std::vector<Weights> smooth_;          // per node; empty for nodes that are not on the surface
 };
 
 /// B^T y for node vectors y (3 N): displacement, velocity or basis column at the point.

@@ -1,6 +1,7 @@
 #include "server/body/stabilised_integrator.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace palpate {
@@ -64,6 +65,15 @@ void StabilisedIntegrator::go(const Steps& steps, std::vector<ToolPort>& ports, 
   for (NodeArrays* y : {&du_, &dv_, &du_before_, &dv_before_}) *y = NodeArrays(body_.body().nodes.size());
   responses_ = std::vector<Response>(ports.size());
   trends_.assign(ports.size(), {});
+  if (body_.may_rest()) {
+    const std::vector<std::uint32_t> busy = busy_nodes(ports);  // and their contacts as they are
+    touching_.clear();
+    for (std::size_t k = 0; k < ports.size(); ++k)
+      if (ports[k].kind == ContactKind::touch && ports[k].touching) touching_.push_back(k);
+    accelerate(body_.u, body_.v, ports, a_0_);
+    u_ = body_.u;
+    body_.let_rest(a_0_, busy, steps.count * steps.h, std::array{&a_0_, &a_, &v_});
+  }
   for (int k = 0; k < steps.count; ++k) step(ports, begin_s + k * steps.h, steps.h, tools);
   for (const std::size_t k : touching_) bring_to_end(k, ports[k]);
 }
@@ -81,11 +91,13 @@ void StabilisedIntegrator::bring_to_end(std::size_t k, ToolPort& port) const {
 void StabilisedIntegrator::step(std::vector<ToolPort>& ports, double begin_s, double h, const ToolMotion& tools) {
   contacts_.look(body_, ports, begin_s, tools);
   touching_ = contacts_.meet(body_, ports, begin_s + h, tools);
+  for (const std::size_t k : touching_) body_.wake(contacts_[k].b);
   start_held(ports, begin_s + h, h, tools);
   respond(ports, begin_s, h, tools);
   std::swap(body_.u, u_);
   std::swap(body_.v, v_);
   close_contacts(ports, begin_s + h);
+  body_.wake_disturbed(a_0_);
 }
 
 void StabilisedIntegrator::start_held(const std::vector<ToolPort>& ports, double end_s, double h, const ToolMotion& tools) {

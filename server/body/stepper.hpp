@@ -29,8 +29,9 @@ using ToolMotion = std::function<ToolAt(std::size_t port, double time_s)>;
 
 struct AdvanceReport {
   int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0, factorisations = 0;
-  bool converged = true;  ///< false: contacts that contradict each other, or not even a damped step stayed in the world;
-                          ///< the state is the last good one
+  double needed_share = 1;  ///< of the springs, on average: the others rested
+  bool converged = true;    ///< false: contacts that contradict each other, or not even a damped step stayed in the world;
+                            ///< the state is the last good one
 };
 
 /// A contact that no hand could hold has gone wrong: more than kMostN, or more than kFarN with `gap_m`, from the tool to its
@@ -55,6 +56,9 @@ class Stepper {
   /// Whether advance() leaves nothing behind that the next one could tell, first guesses of solves aside: one may then look ahead
   /// with it.
   virtual bool leaves_no_trace() const { return false; }
+  /// Forces that may be left out of balance, in total [N], in regions where nothing happens and which need not be computed then;
+  /// 0, as at first: none. Explicit integrators of large bodies do so.
+  virtual void leave_out(double most_n) { (void)most_n; }
   /// Lets it share its work with a crew, which must outlive it. Not all do, and none for small bodies; what they compute is the
   /// same.
   virtual void employ(Crew& crew) { (void)crew; }

@@ -55,11 +55,11 @@ void Tangents::multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
   }
 }
 
-void Tangents::multiply_shifted(const Matrix& y, double shift, Matrix& sum) const {
+void Tangents::multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const {
   if (!tetrahedra_.empty()) {
     Matrix d_y;
     multiply(y, sum, d_y);
-    sum += shift * d_y;
+    sum = c_k * sum + c_d * d_y;
     return;
   }
   sum.resize(y.rows(), y.cols());
@@ -67,12 +67,12 @@ void Tangents::multiply_shifted(const Matrix& y, double shift, Matrix& sum) cons
   for (Eigen::Index first = 0; first < y.cols(); first += kColumnLanes) {
     pack_columns(y, first, in);
     std::fill(out.begin(), out.end(), NodeLanes{});
-    add_shifted_springs(in, shift, out);
+    add_sum_of_springs(in, c_k, c_d, out);
     unpack_columns(out, first, sum);
   }
 }
 
-void Tangents::add_shifted_springs(const std::vector<NodeLanes>& in, double shift, std::vector<NodeLanes>& sum) const {
+void Tangents::add_sum_of_springs(const std::vector<NodeLanes>& in, double c_k, double c_d, std::vector<NodeLanes>& sum) const {
   const double spatial = dynamics_->body().planar ? 0.0 : 1.0;
   for (std::size_t i = 0; i < in.size(); ++i) {
     const ColumnLanes x = lanes(in[i].x), y = lanes(in[i].y), z = lanes(in[i].z);
@@ -80,7 +80,7 @@ void Tangents::add_shifted_springs(const std::vector<NodeLanes>& in, double shif
     for (std::uint32_t at = first_[i]; at < first_[i + 1]; ++at) {
       const Spring& e = springs_[at];
       const double nx = e.direction[0], ny = e.direction[1], nz = e.direction[2];
-      const double t = e.across_n_m, axial = e.slope_n_m - t + shift * e.damping_n_s_m;
+      const double t = c_k * e.across_n_m, axial = c_k * e.slope_n_m - t + c_d * e.damping_n_s_m;
       const NodeLanes& other = in[e.b];
       const ColumnLanes ux = x - lanes(other.x), uy = y - lanes(other.y), uz = spatial * (z - lanes(other.z));
       const ColumnLanes pull = axial * (nx * ux + ny * uy + nz * uz);

@@ -23,8 +23,8 @@ class Tangents {
   void take(const BodyState& state);
   /// K Y and D Y for the columns of Y, nothing held.
   void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const;
-  /// (K + s D) Y, for less than both.
-  void multiply_shifted(const Matrix& y, double shift, Matrix& sum) const;
+  /// (c_k K + c_d D) Y, for less than both.
+  void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const;
 
  private:
   struct Spring {
@@ -33,7 +33,7 @@ class Tangents {
     std::uint32_t b = 0;                                      // a < b
   };
   void add_springs(const std::vector<NodeLanes>& in, std::vector<NodeLanes>& k, std::vector<NodeLanes>& d) const;
-  void add_shifted_springs(const std::vector<NodeLanes>& in, double shift, std::vector<NodeLanes>& sum) const;
+  void add_sum_of_springs(const std::vector<NodeLanes>& in, double c_k, double c_d, std::vector<NodeLanes>& sum) const;
 
   const Dynamics* dynamics_;
   std::vector<std::uint32_t> order_;  // index in the body for each spring here

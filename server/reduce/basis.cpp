@@ -38,13 +38,6 @@ class Orthonormal {
 
 }  // namespace
 
-void Linearisation::multiply_shifted(const Matrix& y, double shift, Matrix& sum) const {
-  if (!graded) return tangents->multiply_shifted(y, shift, sum);
-  Matrix d_y;
-  graded->multiply(y, sum, d_y);
-  sum += shift * d_y;
-}
-
 Linearisation Linearisation::bending() const {
   if (!near) return *this;
   return {&near->dynamics(), &near->state(), &near->dynamics().body().fixed, &near->tangents()};
@@ -57,8 +50,8 @@ Matrix side_by_side(std::span<const Vector> columns) {
 }
 
 std::vector<Vector> moment_inputs(const Linearisation& at, double shift_1_s, std::span<const Vector> x) {
-  Matrix k_x, d_x;
-  at.multiply(side_by_side(x), k_x, d_x);
+  Matrix d_x;
+  at.multiply_sum(side_by_side(x), 0, 1, d_x);
   std::vector<Vector> inputs;
   for (std::size_t k = 0; k < x.size(); ++k)
     inputs.emplace_back(2 * shift_1_s * at.masses().cwiseProduct(x[k]) + d_x.col(static_cast<Eigen::Index>(k)));

@@ -36,8 +36,10 @@ struct Linearisation {
   void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
     graded ? graded->multiply(y, k_y, d_y) : tangents->multiply(y, k_y, d_y);
   }
-  /// (K + s D) Y.
-  void multiply_shifted(const Matrix& y, double shift, Matrix& sum) const;
+  /// (c_k K + c_d D) Y.
+  void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const {
+    graded ? graded->multiply_sum(y, c_k, c_d, sum) : tangents->multiply_sum(y, c_k, c_d, sum);
+  }
   /// Of a node that is held, or near a tool.
   std::uint32_t coordinate(std::uint32_t node) const { return graded ? graded->coordinate(node) : node; }
   /// Rows of a basis for one node.

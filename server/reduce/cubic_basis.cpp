@@ -13,7 +13,7 @@ namespace {
 /// W^T P W.
 Matrix energy_of(const Linearisation& at, const Matrix& w, double s) {
   Matrix p_w;
-  at.multiply_shifted(w, s, p_w);
+  at.multiply_sum(w, 1, s, p_w);
   p_w += s * s * at.masses().asDiagonal() * w;
   return w.transpose() * p_w;
 }

@@ -64,6 +64,7 @@ void FarField::divide() {
   const LumpedBody& body = dynamics_->body();
   const Grid grid = grid_for(body, std::clamp<std::size_t>(body.nodes.size() / kNodesACell, 1, kCellsMost));
   edge_ = grid.edge;
+  per_edge_ = edge_.cwiseInverse();
   std::map<Index3, std::uint32_t> cell_at, corner_at;
   for (std::uint32_t i = 0; i < body.nodes.size(); ++i) {
     const Index3 at = grid.cell_at(body.nodes[i]);
@@ -109,15 +110,6 @@ void FarField::assign_springs() {
   }
 }
 
-FarField::Shape FarField::shape_in(std::uint32_t node, std::uint32_t cell) const {
-  if (dynamics_->body().fixed[node]) return {};
-  const Vec3 at = (dynamics_->body().nodes[node] - cells_[cell].centre).cwiseQuotient(edge_);
-  const double x[2] = {0.5 - at[0], 0.5 + at[0]}, y[2] = {0.5 - at[1], 0.5 + at[1]}, z[2] = {0.5 - at[2], 0.5 + at[2]};
-  Shape n;
-  for (std::size_t k = 0; k < kCorners; ++k) n[k] = x[k & 1] * y[k >> 1 & 1] * z[k >> 2];
-  return n;
-}
-
 Vec3 FarField::corner(std::uint32_t cell, std::size_t k) const {
   const Vec3 side(k & 1 ? 0.5 : -0.5, k >> 1 & 1 ? 0.5 : -0.5, k >> 2 ? 0.5 : -0.5);
   return cells_[cell].centre + side.cwiseProduct(edge_);
@@ -144,7 +136,7 @@ void FarField::renew(std::uint32_t c, const BodyState& state, const std::vector<
   cell.near_then.clear();
   for (const std::uint32_t other : cell.around) cell.near_then.push_back(near[other]);
   for (std::size_t k = 0; k < kCorners; ++k) cell.then[k] = at_node(state.x, cell.samples[k]);
-  for (auto* list : {&cell.tangent.k, &cell.tangent.d}) list->fill(Eigen::Matrix<double, 6, 1>::Zero());
+  cell.tangent.fill(Pair::Zero());
   const LumpedBody& body = dynamics_->body();
   const ElementKernel kernel(body.law, body.stiffening);
   for (const std::uint32_t e : cell.springs) {
@@ -153,17 +145,14 @@ void FarField::renew(std::uint32_t c, const BodyState& state, const std::vector<
     const ElementState s = kernel.evaluate(spring, at_node(state.x, spring.b) - at_node(state.x, spring.a),
                                            at_node(state.v, spring.b) - at_node(state.v, spring.a));
     const Mat3 k = ElementKernel::stiffness_symmetric(s, false), d = ElementKernel::damping(spring, s);
-    Eigen::Matrix<double, 6, 1> six_k, six_d;
-    six_k << k(0, 0), k(0, 1), k(0, 2), k(1, 1), k(1, 2), k(2, 2);
-    six_d << d(0, 0), d(0, 1), d(0, 2), d(1, 1), d(1, 2), d(2, 2);
-    const Shape n_a = shape_in(spring.a, c), n_b = shape_in(spring.b, c);
-    Shape w;
-    for (std::size_t p = 0; p < kCorners; ++p) w[p] = n_a[p] - n_b[p];
-    for (std::size_t p = 0, at = 0; p < kCorners; ++p)
-      for (std::size_t q = p; q < kCorners; ++q, ++at) {
-        cell.tangent.k[at] += w[p] * w[q] * six_k;
-        cell.tangent.d[at] += w[p] * w[q] * six_d;
-      }
+    Pair both;
+    both << k(0, 0), k(0, 1), k(0, 2), k(1, 1), k(1, 2), k(2, 2), d(0, 0), d(0, 1), d(0, 2), d(1, 1), d(1, 2), d(2, 2);
+    const Shape w = shape_in(spring.a, c) - shape_in(spring.b, c);
+    auto pair = cell.tangent.begin();
+    for (Eigen::Index p = 0; p < w.size(); ++p) {
+      const Pair row = w[p] * both;
+      for (Eigen::Index q = p; q < w.size(); ++q) *pair++ += w[q] * row;
+    }
   }
 }
 

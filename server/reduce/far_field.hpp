@@ -31,10 +31,9 @@ class FarField {
   /// The body at rest; `dynamics` must outlive it.
   explicit FarField(const Dynamics& dynamics);
 
-  using Shape = std::array<double, kCorners>;
-  struct Tangent {                                                              // symmetric in corners and axes
-    std::array<Eigen::Matrix<double, 6, 1>, kCorners*(kCorners + 1) / 2> k, d;  // k(0,0), k(0,1) ... ; xx xy xz yy yz zz
-  };
+  using Shape = Eigen::Array<double, kCorners, 1>;
+  using Pair = Eigen::Array<double, 12, 1>;                       ///< of two corners: K xx xy xz yy yz zz, and D
+  using Tangent = std::array<Pair, kCorners*(kCorners + 1) / 2>;  ///< corners 00, 01 ... 07, 11 ...: symmetric in them
   std::uint32_t cells() const { return static_cast<std::uint32_t>(cells_.size()); }
   std::uint32_t corners() const { return corners_; }
   const Vec3& centre(std::uint32_t cell) const { return cells_[cell].centre; }
@@ -65,12 +64,21 @@ class FarField {
   };
   void divide();
   void assign_springs();
-  Shape shape_in(std::uint32_t node, std::uint32_t cell) const;
+  Shape shape_in(std::uint32_t node, std::uint32_t cell) const {
+    if (dynamics_->body().fixed[node]) return Shape::Zero();
+    const Vec3 at = (dynamics_->body().nodes[node] - cells_[cell].centre).cwiseProduct(per_edge_);
+    const double x[2] = {0.5 - at[0], 0.5 + at[0]}, y[2] = {0.5 - at[1], 0.5 + at[1]}, z[2] = {0.5 - at[2], 0.5 + at[2]};
+    const double xy[4] = {x[0] * y[0], x[1] * y[0], x[0] * y[1], x[1] * y[1]};
+    const Eigen::Map<const Eigen::Array4d> face(xy);
+    Shape n;
+    n << z[0] * face, z[1] * face;
+    return n;
+  }
   double bent(const Cell& cell, const Vector& x) const;
   void renew(std::uint32_t cell, const BodyState& state, const std::vector<std::uint8_t>& near);
 
   const Dynamics* dynamics_;
-  Vec3 edge_ = Vec3::Zero();
+  Vec3 edge_ = Vec3::Zero(), per_edge_ = Vec3::Zero();
   std::uint32_t corners_ = 0;
   std::vector<Cell> cells_;
   std::vector<std::uint32_t> cell_of_;

@@ -75,10 +75,9 @@ void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& port
   tools_.assign(tools.begin(), tools.end());
   bridge_ = bridge;
   wanted_.assign(ports.size(), {});
-  settled_ = linearised_ = false;
+  settled_ = linearised_ = placed_ = false;
   forces_.resize(0);
   total_.resize(0);
-  positions_.clear();
   ahead_.clear();
   ways_.reset();
   looked_at_ = nullptr;
@@ -234,7 +233,8 @@ Vector FrameModel::forces_beside(std::size_t which) {
 
 const std::vector<double>& FrameModel::positions() {
   if (whole_) return whole_->positions();
-  if (positions_.empty()) skin_->place(state_->x, positions_);
+  if (!placed_) skin_->place(state_->x, positions_);
+  placed_ = true;
   return positions_;
 }
 

@@ -218,7 +218,7 @@ class FrameModel {
   const NearPart* looked_at_ = nullptr;
   std::unique_ptr<FrameModel> graded_;  // of the whole of a large body
   std::optional<Tangents> tangents_;    // of the whole
-  bool settled_ = false, linearised_ = false;
+  bool settled_ = false, linearised_ = false, placed_ = false;
   std::function<void(PatchPart)> listener_;
   Vector forces_, total_;
   std::vector<double> positions_;

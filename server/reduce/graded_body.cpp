@@ -84,28 +84,59 @@ std::span<const GradedBody::Share> GradedBody::shares(std::uint32_t node, std::a
   }
   const auto& corners = far_.corners_of(far_.cell_of(node));
   const FarField::Shape n = far_.shape(node);
-  for (std::size_t k = 0; k < n.size(); ++k) room[k] = {corner_[corners[k]], n[k]};
+  for (std::size_t k = 0; k < room.size(); ++k) room[k] = {corner_[corners[k]], n[static_cast<Eigen::Index>(k)]};
   return room;
 }
 
 void GradedBody::lay_out() {
+  struct Pair {
+    std::uint32_t row, column;
+    double weight;
+  };
+  std::vector<Pair> products;  // parallel to blocks_
+  std::array<Share, FarField::kCorners> room, other_room;
+  const auto add_products = [&](std::span<const Share> p, std::span<const Share> q, double sign) {
+    const std::size_t before = products.size();
+    for (const Share& one : p)
+      for (const Share& other : q) {
+        const auto [row, column] = std::minmax(one.coordinate, other.coordinate);
+        const bool again = p.data() == q.data() && &other < &one;
+        if (!again && one.weight * other.weight != 0) products.push_back({row, column, sign * one.weight * other.weight});
+      }
+    return static_cast<std::uint32_t>(products.size() - before);
+  };
   const std::vector<Element>& elements = dynamics_->body().elements;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-  std::vector<std::vector<Share>> differences;  // of each spring with a near end
   springs_.clear();
-  std::array<Share, FarField::kCorners> room;
+  ends_.clear();
+  std::vector<std::uint32_t> end_of(dynamics_->nodes(), kNone), end_nodes;
   for (std::uint32_t e = 0; e < elements.size(); ++e) {
-    const std::uint32_t a = elements[e].a, b = elements[e].b;
-    if (coordinate_[a] == kNone && coordinate_[b] == kNone) continue;
-    springs_.push_back({e, 0, 0});
-    std::vector<Share>& w = differences.emplace_back();
-    for (const Share& share : shares(a, room)) w.push_back(share);
-    for (const Share& share : shares(b, room)) w.push_back({share.coordinate, -share.weight});
-    std::erase_if(w, [](const Share& share) { return share.weight == 0; });
-    std::sort(w.begin(), w.end(), [](const Share& p, const Share& q) { return p.coordinate < q.coordinate; });
-    for (std::size_t p = 0; p < w.size(); ++p)
-      for (std::size_t q = p + 1; q < w.size(); ++q) pairs.emplace_back(w[p].coordinate, w[q].coordinate);
+    auto [a, b] = std::pair(elements[e].a, elements[e].b);
+    if (coordinate_[a] == kNone) std::swap(a, b);
+    if (coordinate_[a] == kNone) continue;
+    Spring& spring = springs_.emplace_back();
+    spring.element = e;
+    spring.first = static_cast<std::uint32_t>(products.size());
+    const std::span<const Share> one = shares(a, room), other = shares(b, other_room);
+    spring.count = add_products(one, one, 1) + add_products(one, other, -1);
+    if (coordinate_[b] != kNone) {
+      spring.count += add_products(other, other, 1);
+      continue;
+    }
+    if (end_of[b] == kNone) {
+      end_of[b] = static_cast<std::uint32_t>(end_nodes.size());
+      end_nodes.push_back(b);
+    }
+    spring.end = end_of[b];
   }
+  for (const std::uint32_t node : end_nodes) {
+    End& end = ends_.emplace_back();
+    end.first = static_cast<std::uint32_t>(products.size());
+    const std::span<const Share> corners = shares(node, room);
+    end.count = add_products(corners, corners, 1);
+  }
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (const Pair& product : products)
+    if (product.row != product.column) pairs.emplace_back(product.row, product.column);
   for (std::uint32_t c = 0; c < far_.cells(); ++c) {
     if (near_[c]) continue;
     const auto& corners = far_.corners_of(c);
@@ -115,14 +146,7 @@ void GradedBody::lay_out() {
   k_ = d_ = BlockMatrix(rows_, pairs);
 
   blocks_.clear();
-  for (std::size_t k = 0; k < springs_.size(); ++k) {
-    const std::vector<Share>& w = differences[k];
-    springs_[k].first = static_cast<std::uint32_t>(blocks_.size());
-    for (std::size_t p = 0; p < w.size(); ++p)
-      for (std::size_t q = p; q < w.size(); ++q)
-        blocks_.push_back({k_.find(w[p].coordinate, w[q].coordinate), w[p].weight * w[q].weight});
-    springs_[k].count = static_cast<std::uint32_t>(blocks_.size()) - springs_[k].first;
-  }
+  for (const Pair& product : products) blocks_.push_back({k_.find(product.row, product.column), product.weight});
   far_entries_.clear();
   for (std::uint32_t c = 0; c < far_.cells(); ++c) {
     if (near_[c]) continue;
@@ -150,14 +174,15 @@ void GradedBody::take(const BodyState& state) {
     const Element& e = body.elements[springs_[k].element];
     states_[k] = kernel.evaluate(e, at_node(state.x, e.b) - at_node(state.x, e.a), at_node(state.v, e.b) - at_node(state.v, e.a));
   }
-  add_near();
+  add_near([&](std::size_t k) { return ElementKernel::stiffness_symmetric(states_[k], false); }, k_);
+  add_near([&](std::size_t k) { return ElementKernel::damping(body.elements[springs_[k].element], states_[k]); }, d_);
   mirror(k_);
   mirror(d_);
   velocity_ = restricted(dynamics_->masses().cwiseProduct(state.v)).cwiseQuotient(masses_);
 }
 
 void GradedBody::add_far() {
-  const auto add = [](const Eigen::Matrix<double, 6, 1>& six, Eigen::Map<BlockMatrix::Block> to) {
+  const auto add = [](const double* six, Eigen::Map<BlockMatrix::Block> to) {
     to(0, 0) += six[0], to(0, 1) += six[1], to(0, 2) += six[2];
     to(1, 0) += six[1], to(1, 1) += six[3], to(1, 2) += six[4];
     to(2, 0) += six[2], to(2, 1) += six[4], to(2, 2) += six[5];
@@ -165,24 +190,25 @@ void GradedBody::add_far() {
   const std::uint32_t* entry = far_entries_.data();
   for (std::uint32_t c = 0; c < far_.cells(); ++c) {
     if (near_[c]) continue;
-    const FarField::Tangent& tangent = far_.tangent(c);
-    for (std::size_t at = 0; at < tangent.k.size(); ++at, ++entry) {
-      add(tangent.k[at], k_.block(*entry));
-      add(tangent.d[at], d_.block(*entry));
+    for (const FarField::Pair& pair : far_.tangent(c)) {
+      add(pair.data(), k_.block(*entry));
+      add(pair.data() + 6, d_.block(*entry++));
     }
   }
 }
 
-void GradedBody::add_near() {
+template <typename Tangent>
+void GradedBody::add_near(const Tangent& tangent, BlockMatrix& a) const {
+  std::vector<Mat3> at_ends(ends_.size(), Mat3::Zero());
+  const auto add = [&](std::uint32_t first, std::uint32_t count, const Mat3& k) {
+    for (std::uint32_t at = first; at < first + count; ++at) a.block(blocks_[at].entry) += blocks_[at].weight * k;
+  };
   for (std::size_t k = 0; k < springs_.size(); ++k) {
-    const Spring& spring = springs_[k];
-    const Mat3 stiffness = ElementKernel::stiffness_symmetric(states_[k], false);
-    const Mat3 damping = ElementKernel::damping(dynamics_->body().elements[spring.element], states_[k]);
-    for (std::uint32_t at = spring.first; at < spring.first + spring.count; ++at) {
-      k_.block(blocks_[at].entry) += blocks_[at].weight * stiffness;
-      d_.block(blocks_[at].entry) += blocks_[at].weight * damping;
-    }
+    const Mat3 own = tangent(k);
+    add(springs_[k].first, springs_[k].count, own);
+    if (springs_[k].end != kNone) at_ends[springs_[k].end] += own;
   }
+  for (std::size_t k = 0; k < ends_.size(); ++k) add(ends_[k].first, ends_[k].count, at_ends[k]);
 }
 
 void GradedBody::mirror(BlockMatrix& a) const {
@@ -191,54 +217,64 @@ void GradedBody::mirror(BlockMatrix& a) const {
 
 void GradedBody::assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                           BlockMatrix& a) const {
-  for (std::uint32_t row = 0; row < rows_; ++row)
-    for (std::uint32_t e = a.row_begin(row); e < a.row_end(row); ++e) {
-      if (held[row] || held[a.column(e)]) {
-        a.block(e).setZero();
-        if (e == a.diagonal(row)) a.block(e).setIdentity();
-        continue;
-      }
-      a.block(e) = c_k * k_.block(e) + c_d * d_.block(e);
-      if (e == a.diagonal(row)) a.block(e).diagonal() += c_m * at_node(masses_, row);
-    }
-  if (!clamp) return;
-  std::vector<std::uint8_t> is_held(a.block_count(), 0);
-  for (std::uint32_t row = 0; row < rows_; ++row)
-    for (std::uint32_t e = a.row_begin(row); e < a.row_end(row); ++e) is_held[e] = held[row] || held[a.column(e)];
-  for (std::size_t k = 0; k < springs_.size(); ++k) {
-    const ElementState& s = states_[k];
-    if (!(s.axial < 0)) continue;
-    const Mat3 more = ElementKernel::stiffness_symmetric(s, true) - ElementKernel::stiffness_symmetric(s, false);
-    for (std::uint32_t at = springs_[k].first; at < springs_[k].first + springs_[k].count; ++at)
-      if (!is_held[blocks_[at].entry]) a.block(blocks_[at].entry) += c_k * blocks_[at].weight * more;
+  for (std::uint32_t e = 0; e < a.block_count(); ++e) a.block(e) = c_k * k_.block(e) + c_d * d_.block(e);
+  if (clamp) {
+    const auto stiffened = [&](std::size_t k) -> Mat3 {
+      const ElementState& s = states_[k];
+      if (!(s.axial < 0)) return Mat3::Zero();
+      return c_k * (ElementKernel::stiffness_symmetric(s, true) - ElementKernel::stiffness_symmetric(s, false));
+    };
+    add_near(stiffened, a);
+    mirror(a);
   }
-  mirror(a);
+  for (std::uint32_t row = 0; row < rows_; ++row) {
+    a.block(a.diagonal(row)).diagonal() += c_m * at_node(masses_, row);
+    for (std::uint32_t e = a.row_begin(row); e < a.row_end(row); ++e)
+      if (held[row] || held[a.column(e)]) a.block(e).setZero();
+    if (held[row]) a.block(a.diagonal(row)).setIdentity();
+  }
+}
+
+/// Of a matrix with the pattern of K: number(e, i) the i-th of block e, row by row.
+template <typename Number>
+void GradedBody::multiply_row(std::uint32_t begin, std::uint32_t end, const std::vector<NodeLanes>& in, const Number& number,
+                              NodeLanes& to) const {
+  ColumnLanes sx{}, sy{}, sz{};
+  for (std::uint32_t e = begin; e < end; ++e) {
+    const NodeLanes& other = in[k_.column(e)];
+    const ColumnLanes x = lanes(other.x), y = lanes(other.y), z = lanes(other.z);
+    sx += number(e, 0) * x + number(e, 1) * y + number(e, 2) * z;
+    sy += number(e, 3) * x + number(e, 4) * y + number(e, 5) * z;
+    sz += number(e, 6) * x + number(e, 7) * y + number(e, 8) * z;
+  }
+  lanes(to.x) = sx, lanes(to.y) = sy, lanes(to.z) = sz;
 }
 
 void GradedBody::multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
   k_y.resize(y.rows(), y.cols());
   d_y.resize(y.rows(), y.cols());
   std::vector<NodeLanes> in(rows_), k(rows_), d(rows_);
-  const auto row_of = [&](const BlockMatrix& a, std::uint32_t row, NodeLanes& to) {
-    ColumnLanes sx{}, sy{}, sz{};
-    for (std::uint32_t e = a.row_begin(row); e < a.row_end(row); ++e) {
-      const double* b = a.block(e).data();
-      const NodeLanes& other = in[a.column(e)];
-      const ColumnLanes x = lanes(other.x), y_ = lanes(other.y), z = lanes(other.z);
-      sx += b[0] * x + b[1] * y_ + b[2] * z;
-      sy += b[3] * x + b[4] * y_ + b[5] * z;
-      sz += b[6] * x + b[7] * y_ + b[8] * z;
-    }
-    lanes(to.x) = sx, lanes(to.y) = sy, lanes(to.z) = sz;
-  };
   for (Eigen::Index first = 0; first < y.cols(); first += kColumnLanes) {
     pack_columns(y, first, in);
     for (std::uint32_t row = 0; row < rows_; ++row) {
-      row_of(k_, row, k[row]);
-      row_of(d_, row, d[row]);
+      multiply_row(
+          k_.row_begin(row), k_.row_end(row), in, [&](std::uint32_t e, int i) { return k_.block(e).data()[i]; }, k[row]);
+      multiply_row(
+          k_.row_begin(row), k_.row_end(row), in, [&](std::uint32_t e, int i) { return d_.block(e).data()[i]; }, d[row]);
     }
     unpack_columns(k, first, k_y);
     unpack_columns(d, first, d_y);
+  }
+}
+
+void GradedBody::multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const {
+  sum.resize(y.rows(), y.cols());
+  std::vector<NodeLanes> in(rows_), out(rows_);
+  const auto number = [&](std::uint32_t e, int i) { return c_k * k_.block(e).data()[i] + c_d * d_.block(e).data()[i]; };
+  for (Eigen::Index first = 0; first < y.cols(); first += kColumnLanes) {
+    pack_columns(y, first, in);
+    for (std::uint32_t row = 0; row < rows_; ++row) multiply_row(k_.row_begin(row), k_.row_end(row), in, number, out[row]);
+    unpack_columns(out, first, sum);
   }
 }
 
@@ -263,13 +299,16 @@ Vector GradedBody::restricted(const Vector& loads) const {
       for (const std::uint32_t i : far_.nodes_of(c)) at_node(y, coordinate_[i]) = at_node(loads, i);
       continue;
     }
-    std::array<Vec3, FarField::kCorners> sum;
-    sum.fill(Vec3::Zero());
+    FarField::Shape x = FarField::Shape::Zero(), y_ = x, z = x;
     for (const std::uint32_t i : far_.nodes_of(c)) {
       const FarField::Shape n = far_.shape(i);
-      for (std::size_t k = 0; k < n.size(); ++k) sum[k] += n[k] * at_node(loads, i);
+      const auto load = at_node(loads, i);
+      x += load[0] * n, y_ += load[1] * n, z += load[2] * n;
     }
-    for (std::size_t k = 0; k < sum.size(); ++k) at_node(y, corner_[far_.corners_of(c)[k]]) += sum[k];
+    for (std::size_t k = 0; k < FarField::kCorners; ++k) {
+      const auto corner = static_cast<Eigen::Index>(k);
+      at_node(y, corner_[far_.corners_of(c)[k]]) += Vec3(x[corner], y_[corner], z[corner]);
+    }
   }
   return y;
 }

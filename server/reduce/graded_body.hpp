@@ -77,14 +77,20 @@ class GradedBody {
   /// As Dynamics::assemble and Tangents::multiply.
   void assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp, BlockMatrix& a) const;
   void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const;
+  void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const;
 
  private:
+  /// A spring with a near node. If its other node is far, what it adds there goes by way of a sum over all springs that end
+  /// there.
   struct Spring {
     std::uint32_t element = 0;
-    std::uint32_t first = 0;  // of its blocks
-    std::uint32_t count = 0;
+    std::uint32_t first = 0, count = 0;  // of its blocks
+    std::uint32_t end = kNone;           // the far node that it ends at, in ends_
   };
-  /// One of the blocks w_p w_q (x) k_e that its tangent adds, in the upper half.
+  struct End {
+    std::uint32_t first = 0, count = 0;  // of its blocks
+  };
+  /// One of the blocks w_p w_q (x) k that a tangent k adds, in the upper half.
   struct Block {
     std::uint32_t entry = 0;
     double weight = 0;
@@ -93,8 +99,13 @@ class GradedBody {
   void number();
   void lay_out();
   void add_far();
-  void add_near();
+  /// Of all springs with a near node, tangent(k) that of the k-th, in the upper half.
+  template <typename Tangent>
+  void add_near(const Tangent& tangent, BlockMatrix& a) const;
   void mirror(BlockMatrix& a) const;
+  template <typename Number>
+  void multiply_row(std::uint32_t begin, std::uint32_t end, const std::vector<NodeLanes>& in, const Number& number,
+                    NodeLanes& to) const;
 
   const Dynamics* dynamics_;
   SpringBlocks forces_;
@@ -105,8 +116,9 @@ class GradedBody {
   std::vector<std::uint32_t> corner_;      // coordinate of a corner
   std::uint32_t rows_ = 0;
   std::vector<std::uint8_t> fixed_;
-  std::vector<Spring> springs_;  // with a near node
-  std::vector<Block> blocks_;
+  std::vector<Spring> springs_;
+  std::vector<End> ends_;
+  std::vector<Block> blocks_;                                      // of springs_ and of ends_
   std::vector<std::uint32_t> far_entries_;                         // those of a far cell's tangent, in the order of the cells
   std::vector<std::pair<std::uint32_t, std::uint32_t>> mirrored_;  // an entry of the upper half and its like in the lower
   std::vector<ElementState> states_;                               // parallel to springs_

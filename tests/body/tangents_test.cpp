@@ -33,8 +33,8 @@ TEST_CASE("Products of many columns with the tangents are those of one after the
     Matrix k_y, d_y;
     tangents.multiply(y, k_y, d_y);
     Matrix together;
-    tangents.multiply_shifted(y, 17, together);
-    CHECK((together - k_y - 17 * d_y).norm() < 1e-12 * together.norm());
+    tangents.multiply_sum(y, 0.5, 17, together);
+    CHECK((together - 0.5 * k_y - 17 * d_y).norm() < 1e-12 * together.norm());
     for (Eigen::Index c = 0; c < y.cols(); ++c) {
       Vector k, d;
       dynamics.multiply_tangents(state, y.col(c), k, d);
@@ -57,8 +57,8 @@ TEST_CASE("Products of many columns with the tangents of tetrahedra are those of
     Matrix k_y, d_y;
     tangents.multiply(y, k_y, d_y);
     Matrix together;
-    tangents.multiply_shifted(y, 17, together);
-    CHECK((together - k_y - 17 * d_y).norm() < 1e-12 * together.norm());
+    tangents.multiply_sum(y, 0.5, 17, together);
+    CHECK((together - 0.5 * k_y - 17 * d_y).norm() < 1e-12 * together.norm());
     BlockMatrix k = dynamics.make_matrix(), d = k;
     const std::vector<std::uint8_t> none(dynamics.nodes(), 0);
     dynamics.assemble(state, 0, 0, 1, none, false, k);
