@@ -1,6 +1,7 @@
 #include "server/body/explicit_body.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "common/base/limits.hpp"
@@ -76,7 +77,7 @@ void ExplicitBody::accelerate(NodeArrays& a) {
                 0.0F);
 }
 
-/// Of a block: |F| + m |v| per_s, F = m a.
+/// Of a block: |F| + m |v| per_s, F = m a; infinite where that is no number.
 double ExplicitBody::unbalanced_n(std::size_t block, const NodeArrays& a, double per_s) const {
   double sum = 0;
   for (std::size_t k = 0; k < NodeArrays::kBlock; ++k) {
@@ -86,7 +87,7 @@ double ExplicitBody::unbalanced_n(std::size_t block, const NodeArrays& a, double
     if (per_s > 0) one += per_s * v.at(i).norm();
     sum += one / inverse_mass(i);
   }
-  return sum;
+  return std::isfinite(sum) ? sum : std::numeric_limits<double>::infinity();
 }
 
 void ExplicitBody::let_rest(const NodeArrays& a, const std::vector<std::uint32_t>& busy, double over_s,
@@ -111,11 +112,11 @@ void ExplicitBody::wake(const Skin::Weights& contact) {
   blocks_.renew();
 }
 
-void ExplicitBody::wake_disturbed(const NodeArrays& a) {
+void ExplicitBody::wake_disturbed(const NodeArrays& a, int evaluations) {
   if (blocks_.all_move()) return;
   unbalanced_.clear();
   for (const std::uint32_t b : blocks_.watched()) unbalanced_.push_back(unbalanced_n(b, a, 0));
-  blocks_.look(unbalanced_);
+  blocks_.look(unbalanced_, evaluations);
   blocks_.renew();
 }
 

@@ -60,8 +60,8 @@ class ExplicitBody {
   void let_rest(const NodeArrays& a, const std::vector<std::uint32_t>& busy, double over_s, std::span<NodeArrays* const> zero);
   /// Nodes that a contact pushes do not rest.
   void wake(const Skin::Weights& contact);
-  /// Nor do those that others pull at, by `a`.
-  void wake_disturbed(const NodeArrays& a);
+  /// Nor do those that others pull at, by `a`, and those that a step, of so many evaluations of the forces, reaches from there.
+  void wake_disturbed(const NodeArrays& a, int evaluations);
   /// Of the springs, those that were needed on average since take().
   double needed_share() const { return evaluations_ > 0 ? needed_ / evaluations_ : 1; }
 

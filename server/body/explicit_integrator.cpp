@@ -31,9 +31,9 @@ double leapfrog_step_s(double w2, double g) {
   return stable;
 }
 
-ExplicitIntegrator::ExplicitIntegrator(const Dynamics& dynamics, const Skin& skin)
+ExplicitIntegrator::ExplicitIntegrator(const Dynamics& dynamics, const Skin& skin, const std::optional<Spectrum>& spectrum)
     : ExplicitStepper(dynamics, skin),
-      spectrum_(spectrum_of(dynamics)),
+      spectrum_(spectrum ? *spectrum : spectrum_of(dynamics)),
       step_s_(kShare * leapfrog_step_s(spectrum_.w2, spectrum_.g)),
       a_(dynamics.nodes()),
       predicted_(dynamics.nodes()) {}
@@ -83,7 +83,7 @@ void ExplicitIntegrator::step(std::vector<ToolPort>& ports, double begin_s, doub
     node_loops::kick_and_drift(nodes, static_cast<float>(h), a_.*axis, body_.v.*axis, body_.u.*axis, predicted_.*axis);
   });
   accelerate(predicted_, ports);
-  body_.wake_disturbed(a_);
+  body_.wake_disturbed(a_, 1);
 }
 
 /// Ports answer one after the other, each seeing the newest forces of the others: those of before are in a_ on entry. Only those

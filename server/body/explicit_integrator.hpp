@@ -13,6 +13,7 @@
 // law's own growth.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "server/body/explicit_stepper.hpp"
@@ -27,8 +28,8 @@ class ExplicitIntegrator final : public ExplicitStepper {
  public:
   static constexpr double kShare = 0.9;  ///< of the stable step that is used
 
-  /// `dynamics` and `skin` must outlive it. SpringBlocks::covers() the body.
-  ExplicitIntegrator(const Dynamics& dynamics, const Skin& skin);
+  /// `dynamics` and `skin` must outlive it. SpringBlocks::covers() the body. `spectrum`: its own, where it is known.
+  ExplicitIntegrator(const Dynamics& dynamics, const Skin& skin, const std::optional<Spectrum>& spectrum = {});
   /// That it takes at small strains [s].
   double step_s() const { return step_s_; }
 

@@ -31,16 +31,16 @@ Rung implicit_rung(const Scene& scene, const Dynamics& dynamics, const Skin& ski
               fmt::format("steps of {:.2g} ms", 1e3 * step_s), 1e-9 * edges * kImplicitNs * kNewton / step_s);
 }
 
-Rung leapfrog_rung(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
-  auto leapfrog = std::make_unique<ExplicitIntegrator>(dynamics, skin);
+Rung leapfrog_rung(const Scene& scene, const Dynamics& dynamics, const Skin& skin, const Spectrum& spectrum) {
+  auto leapfrog = std::make_unique<ExplicitIntegrator>(dynamics, skin, spectrum);
   const double step_s = std::min(leapfrog->step_s(), scene.solver.step_s);
   const double cost = 1e-9 * static_cast<double>(leapfrog->springs()) * kExplicitNs / step_s;
   return rung(std::move(leapfrog), "explicit", fmt::format("steps of {:.2g} ms", 1e3 * step_s), cost);
 }
 
 /// Without a stepper where the body's damping is too low for it.
-Rung stabilised_rung(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
-  auto stabilised = std::make_unique<StabilisedIntegrator>(dynamics, skin);
+Rung stabilised_rung(const Scene& scene, const Dynamics& dynamics, const Skin& skin, const Spectrum& spectrum) {
+  auto stabilised = std::make_unique<StabilisedIntegrator>(dynamics, skin, spectrum);
   const auto [stages, h] = stabilised->plan(scene.solver.step_s, scene.tool.contact);
   if (stages == 0) return {};
   const double cost = 1e-9 * static_cast<double>(stabilised->springs()) * kStabilisedNs * stages / h;
@@ -64,12 +64,12 @@ Rung asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
       return implicit_rung(scene, dynamics, skin);
     case IntegratorKind::leapfrog:
       if (!covered) refuse("explicit", "\"tr-bdf2\"", kForSprings);
-      return leapfrog_rung(scene, dynamics, skin);
+      return leapfrog_rung(scene, dynamics, skin, spectrum_of(dynamics));
     case IntegratorKind::stabilised:
       if (!covered) refuse("stabilised", "\"tr-bdf2\"", kForSprings);
       break;
   }
-  Rung stabilised = stabilised_rung(scene, dynamics, skin);
+  Rung stabilised = stabilised_rung(scene, dynamics, skin, spectrum_of(dynamics));
   if (!stabilised.stepper) refuse("stabilised", "\"explicit\"", "the body has too little damping for stabilised steps");
   return stabilised;
 }
@@ -80,7 +80,8 @@ ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const
   if (Rung asked = asked_for(scene, dynamics, skin); asked.stepper) return chosen(std::move(asked), "as the scene says");
   Rung implicit = implicit_rung(scene, dynamics, skin);
   if (!SpringBlocks::covers(dynamics.body())) return chosen(std::move(implicit), kForSprings);
-  Rung leapfrog = leapfrog_rung(scene, dynamics, skin), stabilised = stabilised_rung(scene, dynamics, skin);
+  const Spectrum spectrum = spectrum_of(dynamics);
+  Rung leapfrog = leapfrog_rung(scene, dynamics, skin, spectrum), stabilised = stabilised_rung(scene, dynamics, skin, spectrum);
   const bool damped = stabilised.stepper && leapfrog.cost > kDear && kClearly * stabilised.cost <= leapfrog.cost;
   Rung& best = damped ? stabilised : leapfrog;
   Rung& other = damped ? leapfrog : stabilised;

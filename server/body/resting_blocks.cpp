@@ -85,7 +85,7 @@ void RestingBlocks::wake(std::size_t block) {
   changed_ = true;
 }
 
-void RestingBlocks::look(std::span<const double> unbalanced_n) {
+void RestingBlocks::look(std::span<const double> unbalanced_n, int rings) {
   for (std::size_t k = 0; k < watched_.size(); ++k) unbalanced_n_[watched_[k]] = unbalanced_n[k];
   double left_out_n = 0;
   for (std::size_t b = 0; b < state_.size(); ++b)
@@ -94,18 +94,24 @@ void RestingBlocks::look(std::span<const double> unbalanced_n) {
   std::vector<std::uint32_t> order = watched_;
   std::stable_sort(order.begin(), order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return unbalanced_n_[a] > unbalanced_n_[b]; });
+  std::vector<std::uint8_t> woken(state_.size(), 0);
   for (const std::uint32_t b : order) {
-    if (left_out_n <= kBegin * most_n_) return;
+    if (left_out_n <= kBegin * most_n_) break;
     left_out_n -= unbalanced_n_[b];
-    wake(b);
+    woken[b] = 1;
   }
+  for (int ring = 0; ring < rings; ++ring) {
+    const std::vector<std::uint8_t> inside = woken;
+    each_link([&](std::size_t a, std::size_t b) {
+      if (inside[a]) woken[b] = 1;
+      if (inside[b]) woken[a] = 1;
+    });
+  }
+  for (std::size_t b = 0; b < woken.size(); ++b)
+    if (woken[b]) wake(b);
 }
 
 void RestingBlocks::mark() {
-  const auto each_link = [&](const auto& visit) {
-    for (std::size_t b = 0; b < state_.size(); ++b)
-      for (std::uint32_t k = first_[b]; k < first_[b + 1]; ++k) visit(b, reached_[k]);
-  };
   for (std::uint8_t& state : state_)
     if (state == kWatched) state = kRests;
   each_link([&](std::size_t a, std::size_t b) {

@@ -4,8 +4,8 @@
 //
 // is what holding the block where it is takes from the balance of the body over the next T. The blocks with the least S rest, as
 // long as all of theirs together stay below half of what may be left out. Resting blocks that moving ones pull at are watched:
-// when all S together have grown beyond what may be left out, those with the most of it move again. A tool feels what is left
-// out through the body, so less.
+// when all S together have grown beyond what may be left out, those with the most of it move again, and as many rings of blocks
+// around them as a step reaches nodes far. A tool feels what is left out through the body, so less.
 //
 // Forces on blocks that move or are watched are complete, and summed in the order of all blocks: the same bits.
 #pragma once
@@ -36,8 +36,8 @@ class RestingBlocks {
   void wake(std::size_t block);
   /// Those that are watched.
   std::span<const std::uint32_t> watched() const { return watched_; }
-  /// `unbalanced_n`: what S has become, parallel to watched(). Some of them may move from now on.
-  void look(std::span<const double> unbalanced_n);
+  /// `unbalanced_n`: what S has become, parallel to watched(). Some of them may move from now on, and `rings` around them.
+  void look(std::span<const double> unbalanced_n, int rings = 0);
   /// What has changed since holds from here on.
   void renew();
 
@@ -53,6 +53,12 @@ class RestingBlocks {
  private:
   enum State : std::uint8_t { kMoves, kWatched, kRests };
   void mark();
+  /// visit(a, b) for any two blocks with a spring between them.
+  template <typename Visit>
+  void each_link(const Visit& visit) const {
+    for (std::size_t b = 0; b < state_.size(); ++b)
+      for (std::uint32_t k = first_[b]; k < first_[b + 1]; ++k) visit(b, reached_[k]);
+  }
 
   const SpringBlocks* springs_;
   std::vector<std::uint32_t> first_, reached_;  // blocks that the springs of a block reach, itself aside

@@ -22,8 +22,8 @@ double reach_of(const Chebyshev& method, const Spectrum& spectrum, double longes
 
 }  // namespace
 
-StabilisedIntegrator::StabilisedIntegrator(const Dynamics& dynamics, const Skin& skin)
-    : ExplicitStepper(dynamics, skin), spectrum_(spectrum_of(dynamics)) {
+StabilisedIntegrator::StabilisedIntegrator(const Dynamics& dynamics, const Skin& skin, const std::optional<Spectrum>& spectrum)
+    : ExplicitStepper(dynamics, skin), spectrum_(spectrum ? *spectrum : spectrum_of(dynamics)) {
   for (int s = kFewestStages; s <= kMostStages; ++s) {
     methods_.emplace_back(s);
     reach_s_.push_back(kShare * reach_of(methods_.back(), spectrum_, kLongestS / kShare));
@@ -97,7 +97,7 @@ void StabilisedIntegrator::step(std::vector<ToolPort>& ports, double begin_s, do
   std::swap(body_.u, u_);
   std::swap(body_.v, v_);
   close_contacts(ports, begin_s + h);
-  body_.wake_disturbed(a_0_);
+  body_.wake_disturbed(a_0_, static_cast<int>(method_->stages.size()));
 }
 
 void StabilisedIntegrator::start_held(const std::vector<ToolPort>& ports, double end_s, double h, const ToolMotion& tools) {

@@ -22,6 +22,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "server/body/chebyshev.hpp"
@@ -36,8 +37,8 @@ class StabilisedIntegrator final : public ExplicitStepper {
   static constexpr double kLongestS = 0.004, kTouchS = 0.001;
   static constexpr double kShare = 0.9;  ///< of the stable step that is used
 
-  /// `dynamics` and `skin` must outlive it. SpringBlocks::covers() the body.
-  StabilisedIntegrator(const Dynamics& dynamics, const Skin& skin);
+  /// `dynamics` and `skin` must outlive it. SpringBlocks::covers() the body. `spectrum`: its own, where it is known.
+  StabilisedIntegrator(const Dynamics& dynamics, const Skin& skin, const std::optional<Spectrum>& spectrum = {});
 
   struct Plan {
     int stages = 0;  ///< 0: none is stable

@@ -121,6 +121,14 @@ TEST_CASE("Watched blocks move again, the most disturbed first, when all togethe
   CHECK(blocks.moves(watched[2]));
   CHECK(blocks.rests(watched[1]));
   CHECK(blocks.rests(watched[3]));
+  blocks.choose(unbalanced, 1);
+  constexpr int kRings = 3;
+  blocks.look(std::vector<double>{2, 0.1, 0.1, 0.1, 0.1}, kRings);
+  for (std::size_t row = 0; row < 60; ++row) CHECK(blocks.moves(row) == (row == 10 || (row >= 9 - kRings && row <= 9 + kRings)));
+  blocks.renew();
+  blocks.look(std::vector<double>(blocks.watched().size(), std::numeric_limits<double>::infinity()));
+  blocks.renew();
+  CHECK(std::all_of(watched.begin(), watched.end(), [&](std::uint32_t b) { return blocks.moves(b); }));
   blocks.wake_all();
   CHECK(blocks.all_move());
   CHECK(blocks.needed_share() == 1);
