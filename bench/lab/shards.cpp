@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <fstream>
 #include <set>
+#include <tuple>
 
 #include "common/base/error.hpp"
 
@@ -40,11 +41,18 @@ void ShardFlags::add_to(CLI::App& command) {
 }
 
 std::vector<std::filesystem::path> shard_files(const std::filesystem::path& folder) {
-  std::set<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
-    if (entry.path().filename().string().starts_with("cells-")) files.insert(entry.path());
+  std::set<std::tuple<std::size_t, std::size_t, std::filesystem::path>> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with("cells-")) continue;
+    Shard s;
+    std::sscanf(name.c_str(), "cells-%zu-of-%zu", &s.index, &s.of);
+    files.emplace(s.of, s.index, entry.path());
+  }
   if (files.empty()) throw InputError(folder.string(), "holds no cells-*.csv", "the folder that the shards wrote to");
-  return {files.begin(), files.end()};
+  std::vector<std::filesystem::path> paths;
+  for (const auto& [of, index, path] : files) paths.push_back(path);
+  return paths;
 }
 
 std::vector<std::vector<std::string>> read_rows(const std::filesystem::path& file, const std::string& header) {

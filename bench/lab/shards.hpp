@@ -3,6 +3,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <span>
@@ -35,16 +36,20 @@ struct ShardFlags {
   void add_to(CLI::App& command);
 };
 
-/// What the shards left in `folder`, in the order of their names; InputError when there is none.
+/// What the shards left in `folder`, in the order of their numbers; InputError when there is none.
 std::vector<std::filesystem::path> shard_files(const std::filesystem::path& folder);
-/// The cells in those files, one file after the other; `read` makes cells of one.
+/// The cells in those files, in the order of the whole sweep: the first of each file, then the second; `read` makes cells of one.
 template <class Read>
 auto merged_cells(const std::filesystem::path& folder, const Read& read) {
-  decltype(read(folder)) cells;
-  for (const auto& file : shard_files(folder)) {
-    const auto more = read(file);
-    cells.insert(cells.end(), more.begin(), more.end());
-  }
+  using Cells = decltype(read(folder));
+  std::vector<Cells> parts;
+  for (const auto& file : shard_files(folder)) parts.push_back(read(file));
+  std::size_t longest = 0;
+  for (const Cells& part : parts) longest = std::max(longest, part.size());
+  Cells cells;
+  for (std::size_t k = 0; k < longest; ++k)
+    for (const Cells& part : parts)
+      if (k < part.size()) cells.push_back(part[k]);
   return cells;
 }
 

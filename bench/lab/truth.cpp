@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <iterator>
-#include <tuple>
 
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/link_flags.hpp"
@@ -187,8 +186,6 @@ int run_truth(const Flags& flags) {
   Cells cells;
   if (flags.shards.merge) {
     cells = merged_cells(out, read_truth_cells);
-    const auto place = [](const TruthCell& c) { return std::tie(c.scene, c.scheme, c.row, c.rtt_ms); };
-    std::sort(cells.begin(), cells.end(), [&](const TruthCell& a, const TruthCell& b) { return place(a) < place(b); });
     write_text(out / "cells.csv", cells_csv(cells));
     report(cells, out);
     return 0;
