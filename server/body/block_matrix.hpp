@@ -13,14 +13,15 @@ namespace palpate {
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 
-/// Both triangles are stored: a product is then one sweep over contiguous rows.
-class BlockMatrix {
- public:
-  using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+/// Both triangles: a product is then one sweep over contiguous rows. The upper one alone, where what is asked for is symmetric.
+enum class Triangles { both, upper };
 
-  BlockMatrix() = default;
-  /// Pattern: the diagonal and both blocks of every pair.
-  BlockMatrix(std::uint32_t rows, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs);
+/// Where the blocks are.
+class BlockPattern {
+ public:
+  BlockPattern() = default;
+  /// The diagonal and both blocks of every pair, or the upper one.
+  BlockPattern(std::uint32_t rows, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs, Triangles triangles);
 
   std::uint32_t rows() const { return static_cast<std::uint32_t>(first_.size()) - 1; }
   std::uint32_t row_begin(std::uint32_t row) const { return first_[row]; }
@@ -31,17 +32,30 @@ class BlockMatrix {
   std::uint32_t find(std::uint32_t row, std::uint32_t column) const;
   std::uint32_t block_count() const { return static_cast<std::uint32_t>(columns_.size()); }
 
+ private:
+  std::vector<std::uint32_t> first_, columns_, diagonal_;
+};
+
+class BlockMatrix : public BlockPattern {
+ public:
+  using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+  BlockMatrix() = default;
+  explicit BlockMatrix(BlockPattern pattern) : BlockPattern(std::move(pattern)), values_(9 * std::size_t{block_count()}, 0.0) {}
+  /// Both triangles.
+  BlockMatrix(std::uint32_t rows, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs)
+      : BlockMatrix(BlockPattern(rows, pairs, Triangles::both)) {}
+
   Eigen::Map<Block> block(std::uint32_t entry) { return Eigen::Map<Block>(values_.data() + 9 * std::size_t{entry}); }
   Eigen::Map<const Block> block(std::uint32_t entry) const {
     return Eigen::Map<const Block>(values_.data() + 9 * std::size_t{entry});
   }
   void set_zero() { std::fill(values_.begin(), values_.end(), 0.0); }
 
-  /// y = A x
+  /// y = A x, of both triangles.
   void multiply(const Vector& x, Vector& y) const;
 
  private:
-  std::vector<std::uint32_t> first_, columns_, diagonal_;
   std::vector<double> values_;
 };
 

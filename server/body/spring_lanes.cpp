@@ -56,6 +56,25 @@ PALPATE_INLINE void forces(const SpringGroup& group, std::size_t from, double st
   for (int r = 0; r < 3; ++r) force[r] = axial * d[r];
 }
 
+/// Springs of one node follow each other in most bodies: what they add to it is added up before it is stored.
+template <std::size_t N>
+PALPATE_INLINE void scatter(const SpringGroup& group, std::size_t from, const double (&force)[3][N], double* f) {
+  const std::size_t used = std::min(N, group.count - from);
+  for (std::size_t l = 0; l < used;) {
+    const std::uint32_t node = group.a[from + l];
+    double* const a = f + 3 * std::size_t{node};
+    double sum[3] = {a[0], a[1], a[2]};
+    for (; l < used && group.a[from + l] == node; ++l) {
+      double* const b = f + 3 * std::size_t{group.b[from + l]};
+      for (std::size_t r = 0; r < 3; ++r) {
+        sum[r] += force[r][l];
+        b[r] -= force[r][l];
+      }
+    }
+    std::copy(std::begin(sum), std::end(sum), a);
+  }
+}
+
 template <std::size_t N>
 PALPATE_INLINE void add_forces(std::span<const SpringGroup> groups, double stiffening, const double* x, const double* v,
                                double* f) {
@@ -65,15 +84,7 @@ PALPATE_INLINE void add_forces(std::span<const SpringGroup> groups, double stiff
       forces<N>(group, from, stiffening, x, v, force);
       alignas(64) double numbers[3][N];
       for (int r = 0; r < 3; ++r) doubles<N>(numbers[r]) = force[r];
-      const std::size_t used = std::min(N, group.count - from);
-      for (std::size_t l = 0; l < used; ++l) {
-        double* const a = f + 3 * std::size_t{group.a[from + l]};
-        double* const b = f + 3 * std::size_t{group.b[from + l]};
-        for (std::size_t r = 0; r < 3; ++r) {
-          a[r] += numbers[r][l];
-          b[r] -= numbers[r][l];
-        }
-      }
+      scatter<N>(group, from, numbers, f);
     }
 }
 

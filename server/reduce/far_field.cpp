@@ -55,9 +55,8 @@ Grid grid_for(const LumpedBody& body, std::size_t most) {
 FarField::FarField(const Dynamics& dynamics) : dynamics_(&dynamics) {
   divide();
   assign_springs();
-  const std::vector<std::uint8_t> none(cells_.size(), 0);
   const BodyState rest = dynamics.rest_state();
-  for (std::uint32_t c = 0; c < cells(); ++c) renew(c, rest, none);
+  for (std::uint32_t c = 0; c < cells(); ++c) renew(c, rest);
 }
 
 void FarField::divide() {
@@ -82,6 +81,10 @@ void FarField::divide() {
     cells_[place->second].nodes.push_back(i);
   }
   corners_ = static_cast<std::uint32_t>(corner_at.size());
+  for (std::uint32_t i = 0; i < body.nodes.size(); ++i) {
+    shapes_.push_back(shape_in(i, cell_of_[i]));
+    cells_[cell_of_[i]].masses += body.masses_kg[i] * shape(i);
+  }
   // For each octant of a cell the node that is furthest out there.
   for (Cell& cell : cells_)
     for (std::size_t k = 0; k < kCorners; ++k) {
@@ -103,11 +106,32 @@ void FarField::assign_springs() {
     const double out_of_b = (to_b - half).cwiseQuotient(edge_).cwiseAbs().maxCoeff();
     const std::uint32_t home = cell_of_[out_of_b < out_of_a ? b : a];
     Cell& cell = cells_[home];
-    cell.springs.push_back(e);
-    for (const std::uint32_t other : {cell_of_[a], cell_of_[b]})
-      if (other != home && std::find(cell.around.begin(), cell.around.end(), other) == cell.around.end())
-        cell.around.push_back(other);
+    const std::uint32_t to = cell_of_[a] == home ? cell_of_[b] : cell_of_[a];
+    auto part = std::find_if(cell.parts.begin(), cell.parts.end(), [&](const Part& p) { return p.to == to; });
+    if (part == cell.parts.end()) part = cell.parts.insert(part, Part{to, {}, {}, false});
+    part->springs.push_back(e);
+    ++cell.springs;
   }
+}
+
+FarField::Shape FarField::shape_in(std::uint32_t node, std::uint32_t cell) const {
+  if (dynamics_->body().fixed[node]) return Shape::Zero();
+  const Vec3 at = (dynamics_->body().nodes[node] - cells_[cell].centre).cwiseProduct(per_edge_);
+  const double x[2] = {0.5 - at[0], 0.5 + at[0]}, y[2] = {0.5 - at[1], 0.5 + at[1]}, z[2] = {0.5 - at[2], 0.5 + at[2]};
+  const double xy[4] = {x[0] * y[0], x[1] * y[0], x[0] * y[1], x[1] * y[1]};
+  const Eigen::Map<const Eigen::Array4d> face(xy);
+  Shape n;
+  n << z[0] * face, z[1] * face;
+  return n;
+}
+
+std::vector<std::uint32_t> FarField::springs_at(const std::vector<std::uint8_t>& cells) const {
+  std::vector<std::uint32_t> springs;
+  for (std::uint32_t c = 0; c < cells_.size(); ++c)
+    for (const Part& part : cells_[c].parts)
+      if (cells[c] || cells[part.to]) springs.insert(springs.end(), part.springs.begin(), part.springs.end());
+  std::sort(springs.begin(), springs.end());
+  return springs;
 }
 
 Vec3 FarField::corner(std::uint32_t cell, std::size_t k) const {
@@ -131,28 +155,38 @@ double FarField::bent(const Cell& cell, const Vector& x) const {
   return most / edge_.minCoeff();
 }
 
-void FarField::renew(std::uint32_t c, const BodyState& state, const std::vector<std::uint8_t>& near) {
+void FarField::renew(std::uint32_t c, const BodyState& state) {
   Cell& cell = cells_[c];
-  cell.near_then.clear();
-  for (const std::uint32_t other : cell.around) cell.near_then.push_back(near[other]);
   for (std::size_t k = 0; k < kCorners; ++k) cell.then[k] = at_node(state.x, cell.samples[k]);
-  cell.tangent.fill(Pair::Zero());
+  cell.is_summed = false;
   const LumpedBody& body = dynamics_->body();
   const ElementKernel kernel(body.law, body.stiffening);
-  for (const std::uint32_t e : cell.springs) {
-    const Element& spring = body.elements[e];
-    if (near[cell_of_[spring.a]] || near[cell_of_[spring.b]]) continue;
-    const ElementState s = kernel.evaluate(spring, at_node(state.x, spring.b) - at_node(state.x, spring.a),
-                                           at_node(state.v, spring.b) - at_node(state.v, spring.a));
-    const Mat3 k = ElementKernel::stiffness_symmetric(s, false), d = ElementKernel::damping(spring, s);
-    Pair both;
-    both << k(0, 0), k(0, 1), k(0, 2), k(1, 1), k(1, 2), k(2, 2), d(0, 0), d(0, 1), d(0, 2), d(1, 1), d(1, 2), d(2, 2);
-    const Shape w = shape_in(spring.a, c) - shape_in(spring.b, c);
-    auto pair = cell.tangent.begin();
-    for (Eigen::Index p = 0; p < w.size(); ++p) {
-      const Pair row = w[p] * both;
-      for (Eigen::Index q = p; q < w.size(); ++q) *pair++ += w[q] * row;
+  for (Part& part : cell.parts) {
+    part.tangent.fill(SpringMatrices::Pair::Zero());
+    for (const std::uint32_t e : part.springs) {
+      const Element& spring = body.elements[e];
+      const ElementState s = kernel.evaluate(spring, at_node(state.x, spring.b) - at_node(state.x, spring.a),
+                                             at_node(state.v, spring.b) - at_node(state.v, spring.a));
+      const SpringMatrices::Pair both = SpringMatrices::tangents(spring, s);
+      const Shape w = shape_in(spring.a, c) - shape_in(spring.b, c);
+      auto pair = part.tangent.begin();
+      for (Eigen::Index p = 0; p < w.size(); ++p) {
+        const SpringMatrices::Pair row = w[p] * both;
+        for (Eigen::Index q = p; q < w.size(); ++q) *pair++ += w[q] * row;
+      }
     }
+  }
+}
+
+/// Of the parts of a far cell that are between far cells.
+void FarField::add_up(Cell& cell, const std::vector<std::uint8_t>& near) {
+  const auto same = [&](const Part& part) { return part.is_far == !near[part.to]; };
+  if (cell.is_summed && std::all_of(cell.parts.begin(), cell.parts.end(), same)) return;
+  cell.is_summed = true;
+  cell.tangent.fill(SpringMatrices::Pair::Zero());
+  for (Part& part : cell.parts) {
+    part.is_far = !near[part.to];
+    for (std::size_t k = 0; part.is_far && k < kPairs; ++k) cell.tangent[k] += part.tangent[k];
   }
 }
 
@@ -162,24 +196,18 @@ void FarField::take(const BodyState& state, const std::vector<std::uint8_t>& nea
     std::uint32_t cell;
   };
   std::vector<Old> old;
-  for (std::uint32_t c = 0; c < cells(); ++c) {
-    const Cell& cell = cells_[c];
-    if (near[c]) continue;
-    const auto same = [&](std::uint32_t other, std::uint8_t then) { return near[other] == then; };
-    if (!std::equal(cell.around.begin(), cell.around.end(), cell.near_then.begin(), same)) {
-      renew(c, state, near);
-      continue;
-    }
-    if (const double by = bent(cell, state.x); by > kBent) old.push_back({by, c});
-  }
+  for (std::uint32_t c = 0; c < cells(); ++c)
+    if (const double by = near[c] ? 0.0 : bent(cells_[c], state.x); by > kBent) old.push_back({by, c});
   std::sort(old.begin(), old.end(),
             [](const Old& p, const Old& q) { return p.bent != q.bent ? p.bent > q.bent : p.cell < q.cell; });
   std::size_t springs = 0;
   for (const Old& o : old) {
     if (springs >= kSpringsAFrame) break;
-    renew(o.cell, state, near);
-    springs += cells_[o.cell].springs.size();
+    renew(o.cell, state);
+    springs += cells_[o.cell].springs;
   }
+  for (std::uint32_t c = 0; c < cells(); ++c)
+    if (!near[c]) add_up(cells_[c], near);
 }
 
 }  // namespace palpate

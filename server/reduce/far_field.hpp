@@ -8,7 +8,8 @@
 //     K_c = sum_e w_e w_e^T (x) k_e,     D_c = sum_e w_e w_e^T (x) d_e,     k_e, d_e: tangents of element_kernel.hpp
 //
 // They are kept: far from a tool the tangents change little from frame to frame, so only the cells that were bent most since
-// theirs were made get new ones, as many as kSpringsAFrame allow.
+// theirs were made get new ones, as many as kSpringsAFrame allow. They are kept in parts, by the cell that the springs end in:
+// what is near can change without any of them being made again.
 #pragma once
 
 #include <array>
@@ -17,6 +18,7 @@
 #include <vector>
 
 #include "server/body/dynamics.hpp"
+#include "server/reduce/spring_matrices.hpp"
 
 namespace palpate {
 
@@ -32,8 +34,8 @@ class FarField {
   explicit FarField(const Dynamics& dynamics);
 
   using Shape = Eigen::Array<double, kCorners, 1>;
-  using Pair = Eigen::Array<double, 12, 1>;                       ///< of two corners: K xx xy xz yy yz zz, and D
-  using Tangent = std::array<Pair, kCorners*(kCorners + 1) / 2>;  ///< corners 00, 01 ... 07, 11 ...: symmetric in them
+  static constexpr std::size_t kPairs = kCorners * (kCorners + 1) / 2;  ///< of corners: 00, 01 ... 07, 11 ...
+  using Tangent = std::array<SpringMatrices::Pair, kPairs>;             ///< symmetric in the corners
   std::uint32_t cells() const { return static_cast<std::uint32_t>(cells_.size()); }
   std::uint32_t corners() const { return corners_; }
   const Vec3& centre(std::uint32_t cell) const { return cells_[cell].centre; }
@@ -44,44 +46,50 @@ class FarField {
   const std::vector<std::uint32_t>& nodes_of(std::uint32_t cell) const { return cells_[cell].nodes; }
   std::uint32_t cell_of(std::uint32_t node) const { return cell_of_[node]; }
   /// N of a node in its own cell; zero for a fixed one.
-  Shape shape(std::uint32_t node) const { return shape_in(node, cell_of_[node]); }
+  const Shape& shape(std::uint32_t node) const { return shapes_[node]; }
+  /// sum_i m_i N(X_i) over a cell's nodes [kg]
+  const Shape& masses(std::uint32_t cell) const { return cells_[cell].masses; }
+  /// The springs that have a node in such a cell (1 = one of them), ascending.
+  std::vector<std::uint32_t> springs_at(const std::vector<std::uint8_t>& cells) const;
 
-  /// Tangents for the springs between nodes of far cells, `near` the others (1 = near, per cell): where the near cells are not
-  /// those of before, and where the body was bent most.
+  /// Tangents for the springs between nodes of far cells, `near` the others (1 = near, per cell), new ones where the body was
+  /// bent most.
   void take(const BodyState& state, const std::vector<std::uint8_t>& near);
   const Tangent& tangent(std::uint32_t cell) const { return cells_[cell].tangent; }
 
  private:
+  /// Springs of a cell that end in the same one.
+  struct Part {
+    std::uint32_t to = 0;  // that cell: another, or the same
+    std::vector<std::uint32_t> springs;
+    Tangent tangent;
+    bool is_far = false;  // then
+  };
   struct Cell {
     Vec3 centre = Vec3::Zero();
     std::array<std::uint32_t, kCorners> corners{};
-    std::vector<std::uint32_t> nodes, springs;
-    std::vector<std::uint32_t> around;              // other cells that its springs reach
-    std::vector<std::uint8_t> near_then;            // of them, when the tangent was made; empty: none was
+    std::vector<std::uint32_t> nodes;
+    std::vector<Part> parts;
+    std::size_t springs = 0;                        // of all parts
     std::array<std::uint32_t, kCorners> samples{};  // nodes that tell how it is bent
     std::array<Vec3, kCorners> then{};
-    Tangent tangent;
+    Shape masses = Shape::Zero();
+    Tangent tangent;         // of the parts that end in far cells
+    bool is_summed = false;  // since they were made
   };
   void divide();
   void assign_springs();
-  Shape shape_in(std::uint32_t node, std::uint32_t cell) const {
-    if (dynamics_->body().fixed[node]) return Shape::Zero();
-    const Vec3 at = (dynamics_->body().nodes[node] - cells_[cell].centre).cwiseProduct(per_edge_);
-    const double x[2] = {0.5 - at[0], 0.5 + at[0]}, y[2] = {0.5 - at[1], 0.5 + at[1]}, z[2] = {0.5 - at[2], 0.5 + at[2]};
-    const double xy[4] = {x[0] * y[0], x[1] * y[0], x[0] * y[1], x[1] * y[1]};
-    const Eigen::Map<const Eigen::Array4d> face(xy);
-    Shape n;
-    n << z[0] * face, z[1] * face;
-    return n;
-  }
+  Shape shape_in(std::uint32_t node, std::uint32_t cell) const;
   double bent(const Cell& cell, const Vector& x) const;
-  void renew(std::uint32_t cell, const BodyState& state, const std::vector<std::uint8_t>& near);
+  void renew(std::uint32_t cell, const BodyState& state);
+  static void add_up(Cell& cell, const std::vector<std::uint8_t>& near);
 
   const Dynamics* dynamics_;
   Vec3 edge_ = Vec3::Zero(), per_edge_ = Vec3::Zero();
   std::uint32_t corners_ = 0;
   std::vector<Cell> cells_;
   std::vector<std::uint32_t> cell_of_;
+  std::vector<Shape> shapes_;  // of each node
 };
 
 }  // namespace palpate

@@ -62,12 +62,7 @@ FrameModel::FrameModel(const Dynamics& dynamics, const Skin& skin) : dynamics_(&
   if (GradedBody::suits(dynamics)) graded_.reset(new FrameModel(this));
 }
 
-FrameModel::FrameModel(FrameModel* whole)
-    : dynamics_(whole->dynamics_),
-      skin_(whole->skin_),
-      coarse_(std::in_place, *dynamics_, GradedBody::kPieces),
-      whole_(whole),
-      body_(*dynamics_) {}
+FrameModel::FrameModel(FrameModel* whole) : dynamics_(whole->dynamics_), skin_(whole->skin_), whole_(whole), body_(*dynamics_) {}
 
 void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& ports, std::span<const ToolAt> tools, Micros bridge) {
   state_ = &state;
@@ -129,9 +124,7 @@ void FrameModel::settle() {
   body_->focus(places, nodes);
   if (body_->generation() != before) {
     slots_.clear();
-    for (Known& known : whole_->past_) known.weighted.resize(0);
-    whole_->rest_.weighted.resize(0);
-    pieces_ = body_->pieces(*coarse_);
+    for (Known& known : whole_->past_) known.moved.resize(0);
   }
   held_ = body_->fixed();
   for (const ToolPort& port : *ports_)
@@ -147,25 +140,24 @@ const BodyWays& FrameModel::ways() {
   if (ways_) return *ways_;
   settle();
   FrameModel& whole = whole_ ? *whole_ : *this;
-  const auto weighted = [&](const Vector& x) {
-    return body_ ? Vector(body_->restricted(dynamics_->masses().cwiseProduct(x))) : x;
-  };
-  const Vector here = weighted(state_->x);
-  const auto way = [&](const Vector& there) -> Vector {
-    return body_ ? Vector((there - here).cwiseQuotient(body_->masses())) : Vector(there - here);
-  };
-  const auto way_to = [&](Known& known) {
-    if (body_ && known.weighted.size() == 0) known.weighted = weighted(known.x);
-    return way(body_ ? known.weighted : known.x);
+  const auto moved = [&](const Vector& x) { return body_ ? body_->moved_since_rest(x) : x; };
+  const Vector here = moved(state_->x);
+  const auto way_to = [&](Known& known) -> Vector {
+    if (body_ && known.moved.size() == 0) known.moved = moved(known.x);
+    return (body_ ? known.moved : known.x) - here;
   };
   BodyWays& ways = ways_.emplace();
   ways.past.resize(here.size(), static_cast<Eigen::Index>(whole.past_.size()));
   for (std::size_t k = 0; k < whole.past_.size(); ++k) ways.past.col(static_cast<Eigen::Index>(k)) = way_to(whole.past_[k]);
   ways.ahead.resize(here.size(), static_cast<Eigen::Index>(whole.ahead_.size()));
   for (std::size_t k = 0; k < whole.ahead_.size(); ++k)
-    ways.ahead.col(static_cast<Eigen::Index>(k)) = way(weighted(whole.ahead_[k].x));
-  if (whole.rest_.x.size() == 0) whole.rest_.x = dynamics_->rest_state().x;
-  ways.rest = way_to(whole.rest_);
+    ways.ahead.col(static_cast<Eigen::Index>(k)) = moved(whole.ahead_[k].x) - here;
+  if (body_) {
+    ways.rest = -here;
+  } else {
+    if (rest_.size() == 0) rest_ = dynamics_->rest_state().x;
+    ways.rest = rest_ - here;
+  }
   if (whole.past_.empty() || state_->time_s - whole.past_.back().time_s >= kApartS)
     whole.now_ = Known{state_->time_s, state_->x, body_ ? here : Vector()};
   return ways;
@@ -175,7 +167,7 @@ Linearisation FrameModel::linearisation(const std::vector<std::uint8_t>& held) {
   settle();
   if (!linearised_) body_ ? body_->take(*state_) : tangents_->take(*state_);
   linearised_ = true;
-  if (body_) return {dynamics_, state_, &held, nullptr, &*body_, looked_at_, &*coarse_, pieces_};
+  if (body_) return {dynamics_, state_, &held, nullptr, &*body_, looked_at_, &body_->coarse(), body_->pieces()};
   Linearisation at{dynamics_, state_, &held, &*tangents_};
   if (!coarse_) coarse_ = coarse_space_of(*dynamics_);
   if (coarse_) at.coarse = &*coarse_, at.pieces = coarse_->nodes();
@@ -202,10 +194,12 @@ void FrameModel::look_at(std::size_t which) {
 
 const Vector& FrameModel::forces() {
   if (forces_.size() == 0) {
-    if (body_)
-      forces_ = body_->forces(*state_);
-    else
+    if (body_) {
+      linearisation();
+      forces_ = body_->forces();
+    } else {
       dynamics_->forces(state_->x, state_->v, forces_);
+    }
     mask(held(), forces_);
   }
   return forces_;

@@ -185,7 +185,7 @@ class FrameModel {
   struct Known {
     double time_s = 0;
     Vector x;
-    Vector weighted;  // T^T M x of the graded body; empty where it was not asked for
+    Vector moved;  // of the graded body, since rest; empty where it was not asked for
   };
   explicit FrameModel(FrameModel* whole);
   void remember();
@@ -205,16 +205,15 @@ class FrameModel {
   std::vector<BodyState> ahead_;
   std::deque<Known> past_;    // of the whole, like the next two
   std::optional<Known> now_;  // will be past
-  Known rest_;
+  Vector rest_;
   std::optional<BodyWays> ways_;
   std::vector<std::uint8_t> held_;
   std::vector<Wanted> wanted_;
   Micros bridge_{};
-  std::optional<CoarseSpace> coarse_;      // made when it is first needed
-  std::vector<CoarseSpace::Node> pieces_;  // of the coordinates of a graded one
-  FrameModel* whole_ = nullptr;            // of a graded one
-  std::optional<GradedBody> body_;         // of a graded one
-  std::map<std::size_t, NearPart> near_;   // of its tools
+  std::optional<CoarseSpace> coarse_;     // of the whole; made when it is first needed
+  FrameModel* whole_ = nullptr;           // of a graded one
+  std::optional<GradedBody> body_;        // of a graded one
+  std::map<std::size_t, NearPart> near_;  // of its tools
   const NearPart* looked_at_ = nullptr;
   std::unique_ptr<FrameModel> graded_;  // of the whole of a large body
   std::optional<Tangents> tangents_;    // of the whole

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "server/body/column_lanes.hpp"
-
 namespace palpate {
 
 bool GradedBody::suits(const Dynamics& dynamics) {
@@ -17,9 +15,30 @@ GradedBody::GradedBody(const Dynamics& dynamics)
     : dynamics_(&dynamics),
       forces_(dynamics.body()),
       far_(dynamics),
+      coarse_(dynamics, kPieces),
       u_(dynamics.nodes()),
       v_(dynamics.nodes()),
-      f_(dynamics.nodes()) {}
+      f_(dynamics.nodes()) {
+  place_corners();
+}
+
+void GradedBody::place_corners() {
+  corner_pieces_.resize(far_.corners());
+  std::vector<double> nearest(far_.corners(), std::numeric_limits<double>::infinity());
+  for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
+    const CoarseSpace::Node& from = coarse_.nodes()[i];
+    if (from.piece == CoarseSpace::kNone) continue;
+    const std::uint32_t cell = far_.cell_of(i);
+    for (std::size_t k = 0; k < FarField::kCorners; ++k) {
+      const std::uint32_t corner = far_.corners_of(cell)[k];
+      const Vec3 way = far_.corner(cell, k) - dynamics_->body().nodes[i];
+      if (!(way.squaredNorm() < nearest[corner])) continue;
+      nearest[corner] = way.squaredNorm();
+      corner_pieces_[corner] = from;
+      Eigen::Map<Eigen::Vector3f>(corner_pieces_[corner].arm) += way.cast<float>();
+    }
+  }
+}
 
 bool GradedBody::is_close(std::uint32_t cell, std::span<const Vec3> places, double spacings) const {
   const double most = spacings * far_.spacing_m();
@@ -59,13 +78,21 @@ void GradedBody::number() {
       for (const std::uint32_t k : far_.corners_of(c))
         if (corner_[k] == kNone) corner_[k] = rows_++;
   }
+  pieces_.assign(rows_, {});
+  for (std::uint32_t k = 0; k < corner_.size(); ++k)
+    if (corner_[k] != kNone) pieces_[corner_[k]] = corner_pieces_[k];
   fixed_.assign(rows_, 0);
   masses_ = Vector::Zero(3 * static_cast<Eigen::Index>(rows_));
-  std::array<Share, FarField::kCorners> room;
-  for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
-    const double mass_kg = dynamics_->body().masses_kg[i];
-    if (coordinate_[i] != kNone) fixed_[coordinate_[i]] = dynamics_->body().fixed[i];
-    for (const Share& share : shares(i, room)) at_node(masses_, share.coordinate).array() += share.weight * mass_kg;
+  for (std::uint32_t c = 0; c < far_.cells(); ++c) {
+    if (near_[c])
+      for (const std::uint32_t i : far_.nodes_of(c)) {
+        pieces_[coordinate_[i]] = coarse_.nodes()[i];
+        fixed_[coordinate_[i]] = dynamics_->body().fixed[i];
+        at_node(masses_, coordinate_[i]).setConstant(dynamics_->body().masses_kg[i]);
+      }
+    else
+      for (std::size_t k = 0; k < FarField::kCorners; ++k)
+        at_node(masses_, corner_[far_.corners_of(c)[k]]).array() += far_.masses(c)[static_cast<Eigen::Index>(k)];
   }
   // A corner that moves nothing: all nodes around it are fixed, or on the other side of their cells.
   constexpr double kNothing = 1e-9;
@@ -83,149 +110,138 @@ std::span<const GradedBody::Share> GradedBody::shares(std::uint32_t node, std::a
     return std::span(room).first(1);
   }
   const auto& corners = far_.corners_of(far_.cell_of(node));
-  const FarField::Shape n = far_.shape(node);
+  const FarField::Shape& n = far_.shape(node);
   for (std::size_t k = 0; k < room.size(); ++k) room[k] = {corner_[corners[k]], n[static_cast<Eigen::Index>(k)]};
   return room;
 }
 
 void GradedBody::lay_out() {
-  struct Pair {
-    std::uint32_t row, column;
-    double weight;
-  };
-  std::vector<Pair> products;  // parallel to blocks_
-  std::array<Share, FarField::kCorners> room, other_room;
-  const auto add_products = [&](std::span<const Share> p, std::span<const Share> q, double sign) {
-    const std::size_t before = products.size();
-    for (const Share& one : p)
-      for (const Share& other : q) {
-        const auto [row, column] = std::minmax(one.coordinate, other.coordinate);
-        const bool again = p.data() == q.data() && &other < &one;
-        if (!again && one.weight * other.weight != 0) products.push_back({row, column, sign * one.weight * other.weight});
-      }
-    return static_cast<std::uint32_t>(products.size() - before);
-  };
-  const std::vector<Element>& elements = dynamics_->body().elements;
+  take_springs();
+  std::vector<Border> borders;
+  for (const Spring& spring : springs_)
+    if (spring.end != kNone) borders.emplace_back(coordinate_[spring.numbers.a], far_.cell_of(spring.numbers.b));
+  std::sort(borders.begin(), borders.end());
+  borders.erase(std::unique(borders.begin(), borders.end()), borders.end());
+  tangents_ = SpringMatrices(pattern(borders));
+  find_entries(borders);
+}
+
+void GradedBody::take_springs() {
   springs_.clear();
   ends_.clear();
-  std::vector<std::uint32_t> end_of(dynamics_->nodes(), kNone), end_nodes;
-  for (std::uint32_t e = 0; e < elements.size(); ++e) {
-    auto [a, b] = std::pair(elements[e].a, elements[e].b);
-    if (coordinate_[a] == kNone) std::swap(a, b);
-    if (coordinate_[a] == kNone) continue;
+  std::vector<std::uint32_t> end_of(dynamics_->nodes(), kNone);
+  for (const std::uint32_t e : far_.springs_at(near_)) {
     Spring& spring = springs_.emplace_back();
     spring.element = e;
-    spring.first = static_cast<std::uint32_t>(products.size());
-    const std::span<const Share> one = shares(a, room), other = shares(b, other_room);
-    spring.count = add_products(one, one, 1) + add_products(one, other, -1);
-    if (coordinate_[b] != kNone) {
-      spring.count += add_products(other, other, 1);
-      continue;
-    }
+    spring.numbers = dynamics_->body().elements[e];
+    if (coordinate_[spring.numbers.a] == kNone) std::swap(spring.numbers.a, spring.numbers.b);
+    const std::uint32_t b = spring.numbers.b;
+    if (coordinate_[b] != kNone) continue;
     if (end_of[b] == kNone) {
-      end_of[b] = static_cast<std::uint32_t>(end_nodes.size());
-      end_nodes.push_back(b);
+      end_of[b] = static_cast<std::uint32_t>(ends_.size());
+      ends_.push_back({far_.cell_of(b), far_.shape(b)});
     }
     spring.end = end_of[b];
   }
-  for (const std::uint32_t node : end_nodes) {
-    End& end = ends_.emplace_back();
-    end.first = static_cast<std::uint32_t>(products.size());
-    const std::span<const Share> corners = shares(node, room);
-    end.count = add_products(corners, corners, 1);
-  }
+  states_.resize(springs_.size());
+}
+
+BlockPattern GradedBody::pattern(std::span<const Border> borders) const {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-  for (const Pair& product : products)
-    if (product.row != product.column) pairs.emplace_back(product.row, product.column);
+  for (const Spring& spring : springs_)
+    if (spring.end == kNone) pairs.emplace_back(coordinate_[spring.numbers.a], coordinate_[spring.numbers.b]);
+  for (const auto& [row, cell] : borders)
+    for (const std::uint32_t corner : far_.corners_of(cell)) pairs.emplace_back(row, corner_[corner]);
   for (std::uint32_t c = 0; c < far_.cells(); ++c) {
     if (near_[c]) continue;
     const auto& corners = far_.corners_of(c);
     for (std::size_t p = 0; p < corners.size(); ++p)
       for (std::size_t q = p + 1; q < corners.size(); ++q) pairs.emplace_back(corner_[corners[p]], corner_[corners[q]]);
   }
-  k_ = d_ = BlockMatrix(rows_, pairs);
+  return {rows_, pairs, Triangles::upper};
+}
 
-  blocks_.clear();
-  for (const Pair& product : products) blocks_.push_back({k_.find(product.row, product.column), product.weight});
-  far_entries_.clear();
+void GradedBody::find_entries(std::span<const Border> borders) {
+  const BlockPattern& pattern = tangents_.pattern();
+  const auto entry = [&](std::uint32_t p, std::uint32_t q) { return pattern.find(std::min(p, q), std::max(p, q)); };
+  border_.clear();
+  for (const auto& [row, cell] : borders)
+    for (const std::uint32_t corner : far_.corners_of(cell)) border_.push_back(entry(row, corner_[corner]));
+  far_entries_.assign(FarField::kPairs * far_.cells(), kNone);
   for (std::uint32_t c = 0; c < far_.cells(); ++c) {
     if (near_[c]) continue;
+    std::uint32_t* to = &far_entries_[FarField::kPairs * c];
     const auto& corners = far_.corners_of(c);
     for (std::size_t p = 0; p < corners.size(); ++p)
-      for (std::size_t q = p; q < corners.size(); ++q) {
-        const auto [row, column] = std::minmax(corner_[corners[p]], corner_[corners[q]]);
-        far_entries_.push_back(k_.find(row, column));
-      }
+      for (std::size_t q = p; q < corners.size(); ++q) *to++ = entry(corner_[corners[p]], corner_[corners[q]]);
   }
-  mirrored_.clear();
-  for (std::uint32_t row = 0; row < rows_; ++row)
-    for (std::uint32_t e = k_.diagonal(row) + 1; e < k_.row_end(row); ++e) mirrored_.emplace_back(e, k_.find(k_.column(e), row));
-  states_.resize(springs_.size());
-}
-
-void GradedBody::take(const BodyState& state) {
-  far_.take(state, near_);
-  k_.set_zero();
-  d_.set_zero();
-  add_far();
-  const LumpedBody& body = dynamics_->body();
-  const ElementKernel kernel(body.law, body.stiffening);
-  for (std::size_t k = 0; k < springs_.size(); ++k) {
-    const Element& e = body.elements[springs_[k].element];
-    states_[k] = kernel.evaluate(e, at_node(state.x, e.b) - at_node(state.x, e.a), at_node(state.v, e.b) - at_node(state.v, e.a));
-  }
-  add_near([&](std::size_t k) { return ElementKernel::stiffness_symmetric(states_[k], false); }, k_);
-  add_near([&](std::size_t k) { return ElementKernel::damping(body.elements[springs_[k].element], states_[k]); }, d_);
-  mirror(k_);
-  mirror(d_);
-  velocity_ = restricted(dynamics_->masses().cwiseProduct(state.v)).cwiseQuotient(masses_);
-}
-
-void GradedBody::add_far() {
-  const auto add = [](const double* six, Eigen::Map<BlockMatrix::Block> to) {
-    to(0, 0) += six[0], to(0, 1) += six[1], to(0, 2) += six[2];
-    to(1, 0) += six[1], to(1, 1) += six[3], to(1, 2) += six[4];
-    to(2, 0) += six[2], to(2, 1) += six[4], to(2, 2) += six[5];
-  };
-  const std::uint32_t* entry = far_entries_.data();
-  for (std::uint32_t c = 0; c < far_.cells(); ++c) {
-    if (near_[c]) continue;
-    for (const FarField::Pair& pair : far_.tangent(c)) {
-      add(pair.data(), k_.block(*entry));
-      add(pair.data() + 6, d_.block(*entry++));
+  for (Spring& spring : springs_) {
+    const std::uint32_t a = coordinate_[spring.numbers.a], b = coordinate_[spring.numbers.b];
+    spring.a_a = pattern.diagonal(a);
+    if (spring.end == kNone) {
+      spring.b_b = pattern.diagonal(b);
+      spring.a_b = entry(a, b);
+    } else {
+      const auto border = std::lower_bound(borders.begin(), borders.end(), Border{a, ends_[spring.end].cell});
+      spring.corners = static_cast<std::uint32_t>(FarField::kCorners * static_cast<std::size_t>(border - borders.begin()));
     }
   }
 }
 
-template <typename Tangent>
-void GradedBody::add_near(const Tangent& tangent, BlockMatrix& a) const {
-  std::vector<Mat3> at_ends(ends_.size(), Mat3::Zero());
-  const auto add = [&](std::uint32_t first, std::uint32_t count, const Mat3& k) {
-    for (std::uint32_t at = first; at < first + count; ++at) a.block(blocks_[at].entry) += blocks_[at].weight * k;
-  };
+void GradedBody::take(const BodyState& state) {
+  far_.take(state, near_);
+  tangents_.set_zero();
+  add_far();
+  const LumpedBody& body = dynamics_->body();
+  const ElementKernel kernel(body.law, body.stiffening);
   for (std::size_t k = 0; k < springs_.size(); ++k) {
-    const Mat3 own = tangent(k);
-    add(springs_[k].first, springs_[k].count, own);
-    if (springs_[k].end != kNone) at_ends[springs_[k].end] += own;
+    const Element& e = springs_[k].numbers;
+    states_[k] = kernel.evaluate(e, at_node(state.x, e.b) - at_node(state.x, e.a), at_node(state.v, e.b) - at_node(state.v, e.a));
   }
-  for (std::size_t k = 0; k < ends_.size(); ++k) add(ends_[k].first, ends_[k].count, at_ends[k]);
+  add_near([&](std::size_t k) { return SpringMatrices::tangents(springs_[k].numbers, states_[k]); }, tangents_);
+  take_loads(state);
 }
 
-void GradedBody::mirror(BlockMatrix& a) const {
-  for (const auto& [upper, lower] : mirrored_) a.block(lower) = a.block(upper).transpose();
+void GradedBody::add_far() {
+  for (std::uint32_t c = 0; c < far_.cells(); ++c) {
+    if (near_[c]) continue;
+    const std::uint32_t* entry = &far_entries_[FarField::kPairs * c];
+    for (const SpringMatrices::Pair& pair : far_.tangent(c)) tangents_.at(*entry++) += pair;
+  }
+}
+
+template <typename Tangents>
+void GradedBody::add_near(const Tangents& tangents, SpringMatrices& to) const {
+  std::vector<SpringMatrices::Pair> at_ends(ends_.size(), SpringMatrices::Pair::Zero());
+  for (std::size_t k = 0; k < springs_.size(); ++k) {
+    const Spring& spring = springs_[k];
+    const SpringMatrices::Pair own = tangents(k);
+    to.at(spring.a_a) += own;
+    if (spring.end == kNone) {
+      to.at(spring.b_b) += own;
+      to.at(spring.a_b) -= own;
+      continue;
+    }
+    at_ends[spring.end] += own;
+    const FarField::Shape& n = ends_[spring.end].shape;
+    for (Eigen::Index p = 0; p < n.size(); ++p) to.at(border_[spring.corners + static_cast<std::size_t>(p)]) -= n[p] * own;
+  }
+  for (std::size_t k = 0; k < ends_.size(); ++k) {
+    const FarField::Shape& n = ends_[k].shape;
+    const std::uint32_t* entry = &far_entries_[FarField::kPairs * ends_[k].cell];
+    for (Eigen::Index p = 0; p < n.size(); ++p)
+      for (Eigen::Index q = p; q < n.size(); ++q) to.at(*entry++) += n[p] * n[q] * at_ends[k];
+  }
 }
 
 void GradedBody::assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                           BlockMatrix& a) const {
-  for (std::uint32_t e = 0; e < a.block_count(); ++e) a.block(e) = c_k * k_.block(e) + c_d * d_.block(e);
   if (clamp) {
-    const auto stiffened = [&](std::size_t k) -> Mat3 {
-      const ElementState& s = states_[k];
-      if (!(s.axial < 0)) return Mat3::Zero();
-      return c_k * (ElementKernel::stiffness_symmetric(s, true) - ElementKernel::stiffness_symmetric(s, false));
-    };
-    add_near(stiffened, a);
-    mirror(a);
+    SpringMatrices clamped = tangents_;
+    add_near([&](std::size_t k) { return SpringMatrices::clamping(states_[k]); }, clamped);
+    clamped.assemble(c_d, c_k, a);
+  } else {
+    tangents_.assemble(c_d, c_k, a);
   }
   for (std::uint32_t row = 0; row < rows_; ++row) {
     a.block(a.diagonal(row)).diagonal() += c_m * at_node(masses_, row);
@@ -235,50 +251,7 @@ void GradedBody::assemble(double c_m, double c_d, double c_k, const std::vector<
   }
 }
 
-/// Of a matrix with the pattern of K: number(e, i) the i-th of block e, row by row.
-template <typename Number>
-void GradedBody::multiply_row(std::uint32_t begin, std::uint32_t end, const std::vector<NodeLanes>& in, const Number& number,
-                              NodeLanes& to) const {
-  ColumnLanes sx{}, sy{}, sz{};
-  for (std::uint32_t e = begin; e < end; ++e) {
-    const NodeLanes& other = in[k_.column(e)];
-    const ColumnLanes x = lanes(other.x), y = lanes(other.y), z = lanes(other.z);
-    sx += number(e, 0) * x + number(e, 1) * y + number(e, 2) * z;
-    sy += number(e, 3) * x + number(e, 4) * y + number(e, 5) * z;
-    sz += number(e, 6) * x + number(e, 7) * y + number(e, 8) * z;
-  }
-  lanes(to.x) = sx, lanes(to.y) = sy, lanes(to.z) = sz;
-}
-
-void GradedBody::multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
-  k_y.resize(y.rows(), y.cols());
-  d_y.resize(y.rows(), y.cols());
-  std::vector<NodeLanes> in(rows_), k(rows_), d(rows_);
-  for (Eigen::Index first = 0; first < y.cols(); first += kColumnLanes) {
-    pack_columns(y, first, in);
-    for (std::uint32_t row = 0; row < rows_; ++row) {
-      multiply_row(
-          k_.row_begin(row), k_.row_end(row), in, [&](std::uint32_t e, int i) { return k_.block(e).data()[i]; }, k[row]);
-      multiply_row(
-          k_.row_begin(row), k_.row_end(row), in, [&](std::uint32_t e, int i) { return d_.block(e).data()[i]; }, d[row]);
-    }
-    unpack_columns(k, first, k_y);
-    unpack_columns(d, first, d_y);
-  }
-}
-
-void GradedBody::multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const {
-  sum.resize(y.rows(), y.cols());
-  std::vector<NodeLanes> in(rows_), out(rows_);
-  const auto number = [&](std::uint32_t e, int i) { return c_k * k_.block(e).data()[i] + c_d * d_.block(e).data()[i]; };
-  for (Eigen::Index first = 0; first < y.cols(); first += kColumnLanes) {
-    pack_columns(y, first, in);
-    for (std::uint32_t row = 0; row < rows_; ++row) multiply_row(k_.row_begin(row), k_.row_end(row), in, number, out[row]);
-    unpack_columns(out, first, sum);
-  }
-}
-
-Vector GradedBody::forces(const BodyState& state) {
+void GradedBody::take_loads(const BodyState& state) {
   const LumpedBody& body = dynamics_->body();
   for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
     u_.set(i, at_node(state.x, i) - body.nodes[i]);
@@ -287,60 +260,56 @@ Vector GradedBody::forces(const BodyState& state) {
   }
   for (const auto& slabs : {forces_.even_slabs(), forces_.odd_slabs()})
     for (const SpringBlocks::Slab& slab : slabs) forces_.add_forces(slab, u_, v_, f_);
-  Vector f(state.x.size());
-  for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) at_node(f, i) = f_.at(i) + body.masses_kg[i] * body.gravity_m_s2;
-  return restricted(f);
+  std::array<Vector, 2> both = restricted_of<2>([&](std::size_t k, std::uint32_t i) -> Vec3 {
+    return k == 0 ? Vec3(f_.at(i) + body.masses_kg[i] * body.gravity_m_s2) : Vec3(body.masses_kg[i] * at_node(state.v, i));
+  });
+  loads_ = std::move(both[0]);
+  velocity_ = both[1].cwiseQuotient(masses_);
+}
+
+template <std::size_t N, typename Of>
+std::array<Vector, N> GradedBody::restricted_of(const Of& of) const {
+  std::array<Vector, N> y;
+  y.fill(Vector::Zero(3 * static_cast<Eigen::Index>(rows_)));
+  for (std::uint32_t c = 0; c < far_.cells(); ++c) {
+    if (near_[c]) {
+      for (const std::uint32_t i : far_.nodes_of(c))
+        for (std::size_t k = 0; k < N; ++k) at_node(y[k], coordinate_[i]) = of(k, i);
+      continue;
+    }
+    FarField::Shape sums[N][3];
+    for (auto& sum : sums) std::fill(std::begin(sum), std::end(sum), FarField::Shape::Zero());
+    for (const std::uint32_t i : far_.nodes_of(c)) {
+      const FarField::Shape& n = far_.shape(i);
+      for (std::size_t k = 0; k < N; ++k) {
+        const Vec3 load = of(k, i);
+        for (int axis = 0; axis < 3; ++axis) sums[k][axis] += load[axis] * n;
+      }
+    }
+    for (std::size_t k = 0; k < N; ++k)
+      for (std::size_t corner = 0; corner < FarField::kCorners; ++corner) {
+        const auto at = static_cast<Eigen::Index>(corner);
+        at_node(y[k], corner_[far_.corners_of(c)[corner]]) += Vec3(sums[k][0][at], sums[k][1][at], sums[k][2][at]);
+      }
+  }
+  return y;
 }
 
 Vector GradedBody::restricted(const Vector& loads) const {
-  Vector y = Vector::Zero(3 * static_cast<Eigen::Index>(rows_));
-  for (std::uint32_t c = 0; c < far_.cells(); ++c) {
-    if (near_[c]) {
-      for (const std::uint32_t i : far_.nodes_of(c)) at_node(y, coordinate_[i]) = at_node(loads, i);
-      continue;
-    }
-    FarField::Shape x = FarField::Shape::Zero(), y_ = x, z = x;
-    for (const std::uint32_t i : far_.nodes_of(c)) {
-      const FarField::Shape n = far_.shape(i);
-      const auto load = at_node(loads, i);
-      x += load[0] * n, y_ += load[1] * n, z += load[2] * n;
-    }
-    for (std::size_t k = 0; k < FarField::kCorners; ++k) {
-      const auto corner = static_cast<Eigen::Index>(k);
-      at_node(y, corner_[far_.corners_of(c)[k]]) += Vec3(x[corner], y_[corner], z[corner]);
-    }
-  }
-  return y;
+  return restricted_of<1>([&](std::size_t, std::uint32_t i) -> Vec3 { return at_node(loads, i); })[0];
+}
+
+Vector GradedBody::moved_since_rest(const Vector& x) const {
+  const LumpedBody& body = dynamics_->body();
+  const auto moved =
+      restricted_of<1>([&](std::size_t, std::uint32_t i) -> Vec3 { return body.masses_kg[i] * (at_node(x, i) - body.nodes[i]); });
+  return moved[0].cwiseQuotient(masses_);
 }
 
 std::vector<std::uint32_t> GradedBody::near_elements() const {
   std::vector<std::uint32_t> elements;
   for (const Spring& spring : springs_) elements.push_back(spring.element);
   return elements;
-}
-
-std::vector<CoarseSpace::Node> GradedBody::pieces(const CoarseSpace& space) const {
-  std::vector<CoarseSpace::Node> to(rows_);
-  std::vector<double> nearest(rows_, std::numeric_limits<double>::infinity());
-  for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
-    const CoarseSpace::Node& from = space.nodes()[i];
-    if (from.piece == CoarseSpace::kNone) continue;
-    if (coordinate_[i] != kNone) {
-      to[coordinate_[i]] = from;
-      continue;
-    }
-    // A corner goes with the nearest node of a cell that it moves.
-    const std::uint32_t cell = far_.cell_of(i);
-    for (std::size_t k = 0; k < FarField::kCorners; ++k) {
-      const std::uint32_t row = corner_[far_.corners_of(cell)[k]];
-      const Vec3 way = far_.corner(cell, k) - dynamics_->body().nodes[i];
-      if (!(way.squaredNorm() < nearest[row])) continue;
-      nearest[row] = way.squaredNorm();
-      to[row] = from;
-      Eigen::Map<Eigen::Vector3f>(to[row].arm) += way.cast<float>();
-    }
-  }
-  return to;
 }
 
 Skin::Weights GradedBody::restricted(const Skin::Weights& weights) const {

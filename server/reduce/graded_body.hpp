@@ -20,6 +20,7 @@
 #include "server/body/skin.hpp"
 #include "server/body/spring_blocks.hpp"
 #include "server/reduce/far_field.hpp"
+#include "server/reduce/spring_matrices.hpp"
 
 namespace palpate {
 
@@ -54,9 +55,11 @@ class GradedBody {
   /// Of a node; kNone: it is far.
   std::uint32_t coordinate(std::uint32_t node) const { return coordinate_[node]; }
   /// T^T F(x, v), of springs in single precision [N].
-  Vector forces(const BodyState& state);
+  const Vector& forces() const { return loads_; }
   /// T^T f of node forces [N].
   Vector restricted(const Vector& loads) const;
+  /// M_y^-1 T^T M (x - X): how the coordinates moved since the body was at rest [m].
+  Vector moved_since_rest(const Vector& x) const;
   Skin::Weights restricted(const Skin::Weights& weights) const;
   /// What a node moves with: itself, or the corners of its cell.
   struct Share {
@@ -70,46 +73,58 @@ class GradedBody {
   /// Rows of T Y for these nodes.
   Matrix moved(const Matrix& y, std::span<const std::uint32_t> nodes) const;
 
-  /// Where each coordinate is in a coarse space of the body.
-  std::vector<CoarseSpace::Node> pieces(const CoarseSpace& space) const;
+  /// Of the body, for solves, and where in it each coordinate is.
+  CoarseSpace& coarse() { return coarse_; }
+  std::span<const CoarseSpace::Node> pieces() const { return pieces_; }
 
-  BlockMatrix make_matrix() const { return k_; }
+  /// For assemble(): the upper triangle.
+  BlockMatrix make_matrix() const { return BlockMatrix(tangents_.pattern()); }
   /// As Dynamics::assemble and Tangents::multiply.
   void assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp, BlockMatrix& a) const;
-  void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const;
-  void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const;
+  void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const { tangents_.multiply(y, k_y, d_y); }
+  void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const { tangents_.multiply_sum(y, c_k, c_d, sum); }
 
  private:
-  /// A spring with a near node. If its other node is far, what it adds there goes by way of a sum over all springs that end
-  /// there.
+  /// A spring with a near node a. Where b is far, the spring adds to the blocks of a and the corners of b's cell, and what it
+  /// adds to those of the corners goes by way of a sum over all springs that end in b.
   struct Spring {
     std::uint32_t element = 0;
-    std::uint32_t first = 0, count = 0;  // of its blocks
-    std::uint32_t end = kNone;           // the far node that it ends at, in ends_
+    Element numbers;                 // a near
+    std::uint32_t a_a = 0;           // entry of a
+    std::uint32_t b_b = 0, a_b = 0;  // entries where b is near
+    std::uint32_t end = kNone;       // b among ends_; kNone: it is near
+    std::uint32_t corners = 0;       // the eight entries of a and the corners of b's cell, in border_
   };
+  /// A far node that such springs end in.
   struct End {
-    std::uint32_t first = 0, count = 0;  // of its blocks
+    std::uint32_t cell = 0;
+    FarField::Shape shape;
   };
-  /// One of the blocks w_p w_q (x) k that a tangent k adds, in the upper half.
-  struct Block {
-    std::uint32_t entry = 0;
-    double weight = 0;
-  };
+  /// A near node and a far cell that a spring joins.
+  using Border = std::pair<std::uint32_t, std::uint32_t>;  // coordinate, cell
   bool is_close(std::uint32_t cell, std::span<const Vec3> places, double spacings) const;
+  /// A corner goes with the nearest node of a cell that it moves.
+  void place_corners();
   void number();
   void lay_out();
+  /// Springs with a near node, which comes first in them.
+  void take_springs();
+  BlockPattern pattern(std::span<const Border> borders) const;
+  void find_entries(std::span<const Border> borders);
+  void take_loads(const BodyState& state);
   void add_far();
-  /// Of all springs with a near node, tangent(k) that of the k-th, in the upper half.
-  template <typename Tangent>
-  void add_near(const Tangent& tangent, BlockMatrix& a) const;
-  void mirror(BlockMatrix& a) const;
-  template <typename Number>
-  void multiply_row(std::uint32_t begin, std::uint32_t end, const std::vector<NodeLanes>& in, const Number& number,
-                    NodeLanes& to) const;
+  /// Of all springs with a near node, tangent(k) that of the k-th.
+  template <typename Tangents>
+  void add_near(const Tangents& tangents, SpringMatrices& to) const;
+  /// T^T of several vectors at once: of(k, node) is the k-th at a node.
+  template <std::size_t N, typename Of>
+  std::array<Vector, N> restricted_of(const Of& of) const;
 
   const Dynamics* dynamics_;
   SpringBlocks forces_;
   FarField far_;
+  CoarseSpace coarse_;
+  std::vector<CoarseSpace::Node> corner_pieces_, pieces_;  // of corners, and of coordinates
   std::uint64_t generation_ = 0;
   std::vector<std::uint8_t> near_;         // per cell
   std::vector<std::uint32_t> coordinate_;  // per node
@@ -117,13 +132,12 @@ class GradedBody {
   std::uint32_t rows_ = 0;
   std::vector<std::uint8_t> fixed_;
   std::vector<Spring> springs_;
+  std::vector<ElementState> states_;  // parallel to springs_
   std::vector<End> ends_;
-  std::vector<Block> blocks_;                                      // of springs_ and of ends_
-  std::vector<std::uint32_t> far_entries_;                         // those of a far cell's tangent, in the order of the cells
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> mirrored_;  // an entry of the upper half and its like in the lower
-  std::vector<ElementState> states_;                               // parallel to springs_
-  BlockMatrix k_, d_;
-  Vector masses_, velocity_;
+  std::vector<std::uint32_t> border_;       // entries, eight for each of a near node and a far cell that springs join
+  std::vector<std::uint32_t> far_entries_;  // those of the cells' tangents; kNone of near ones
+  SpringMatrices tangents_;                 // K and D
+  Vector masses_, velocity_, loads_;
   NodeArrays u_, v_, f_;  // of all nodes
 };
 
