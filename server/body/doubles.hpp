@@ -2,6 +2,7 @@
 // arithmetic in every lane, nothing contracted, so the same bits whatever the width.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 
 #define PALPATE_INLINE [[gnu::always_inline]] inline
@@ -33,6 +34,25 @@ PALPATE_INLINE Doubles<N>& doubles(double* at) {
 template <std::size_t N>
 PALPATE_INLINE const Doubles<N>& doubles(const double* at) {
   return *reinterpret_cast<const Doubles<N>*>(at);
+}
+
+/// What a comparison of Doubles gives: in every lane all bits or none.
+template <std::size_t N>
+using Truths = decltype(Doubles<N>{} < Doubles<N>{});
+
+template <std::size_t N>
+PALPATE_INLINE bool any(const Truths<N>& truths) {
+  bool any = false;
+  for (std::size_t l = 0; l < N; ++l) any |= truths[l] != 0;
+  return any;
+}
+
+template <std::size_t N>
+PALPATE_INLINE void roots(const Doubles<N>& of, Doubles<N>& root) {
+  alignas(64) double numbers[N];
+  doubles<N>(numbers) = of;
+  for (std::size_t l = 0; l < N; ++l) numbers[l] = std::sqrt(numbers[l]);
+  root = doubles<N>(numbers);
 }
 
 /// A number for each of eight elements.

@@ -1,7 +1,6 @@
 #include "server/body/spring_lanes.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace palpate {
 namespace {
@@ -24,14 +23,6 @@ PALPATE_INLINE void differences(const SpringGroup& group, std::size_t from, cons
 template <std::size_t N>
 PALPATE_INLINE void inner(const Vec<N>& a, const Vec<N>& b, Doubles<N>& sum) {
   sum = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-template <std::size_t N>
-PALPATE_INLINE void roots(const Doubles<N>& of, Doubles<N>& root) {
-  alignas(64) double numbers[N];
-  doubles<N>(numbers) = of;
-  for (std::size_t l = 0; l < N; ++l) numbers[l] = std::sqrt(numbers[l]);
-  root = doubles<N>(numbers);
 }
 
 /// ElementKernel::evaluate and force_on_a

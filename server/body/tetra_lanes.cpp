@@ -2,16 +2,10 @@
 
 #include <vector>
 
-#include "server/body/doubles.hpp"
+#include "server/body/polar_lanes.hpp"
 
 namespace palpate {
 namespace {
-
-/// A 3x3 matrix in every lane.
-template <std::size_t N>
-struct Mat {
-  Doubles<N> of[3][3];
-};
 
 /// The elements of a group from one lane on, as many as fit into a vector.
 template <std::size_t N>
@@ -43,44 +37,26 @@ struct Part {
 };
 
 template <std::size_t N>
-PALPATE_INLINE void cofactors(const Mat<N>& f, Mat<N>& g) {
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) {
-      const int s = (r + 1) % 3, t = (r + 2) % 3, p = (c + 1) % 3, q = (c + 2) % 3;
-      g.of[r][c] = f.of[s][p] * f.of[t][q] - f.of[t][p] * f.of[s][q];
-    }
-}
-
-/// sum of the products of their entries
-template <std::size_t N>
-PALPATE_INLINE void inner(const Mat<N>& a, const Mat<N>& b, Doubles<N>& sum) {
-  sum = a.of[0][0] * b.of[0][0];
-  for (int k = 1; k < 9; ++k) sum += a.of[k / 3][k % 3] * b.of[k / 3][k % 3];
-}
-
-template <std::size_t N>
 PALPATE_INLINE void add_neo_hookean(const TetraMaterial& m, const Mat<N>& f, Mat<N>& p) {
   Mat<N> g;
   cofactors(f, g);
-  Doubles<N> i;
+  Doubles<N> i, j;
   inner(f, f, i);
-  const Doubles<N> j = f.of[0][0] * g.of[0][0] + f.of[1][0] * g.of[1][0] + f.of[2][0] * g.of[2][0];
+  determinant(f, g, j);
   const Doubles<N> a = m.mu * (1.0 - 1.0 / (i + 1.0)), c = m.lambda * (j - m.alpha);
   for (int r = 0; r < 3; ++r)
     for (int s = 0; s < 3; ++s) p.of[r][s] += a * f.of[r][s] + c * g.of[r][s];
 }
 
-/// The polar decomposition decides and repeats: one lane after the other.
 template <std::size_t N>
-PALPATE_INLINE void add_corotational(const TetraMaterial& m, const Mat<N>& f, std::size_t used, Mat<N>& p) {
-  for (std::size_t l = 0; l < used; ++l) {
-    Mat3 one;
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) one(r, c) = f.of[r][c][l];
-    const Mat3 stress = elastic_stress(m, one);
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) p.of[r][c][l] += stress(r, c);
-  }
+PALPATE_INLINE void add_corotational(const TetraMaterial& m, const Mat<N>& f, Mat<N>& p) {
+  Mat<N> r;
+  polar_rotations(f, r);
+  Doubles<N> trace;
+  inner(r, f, trace);
+  const Doubles<N> c = m.lambda * (trace - 3.0);
+  for (int k = 0; k < 3; ++k)
+    for (int s = 0; s < 3; ++s) p.of[k][s] += 2 * m.mu * (f.of[k][s] - r.of[k][s]) + c * r.of[k][s];
 }
 
 /// F (mu_v (C + C^T) + lambda_v tr(C) I), C = F^T F'
@@ -127,7 +103,7 @@ PALPATE_INLINE void add_forces(const TetraMaterial& m, const TetraGroup& group, 
     if (m.law == SolidLaw::neo_hookean)
       add_neo_hookean(m, gradient, stress);
     else
-      add_corotational(m, gradient, part.used(), stress);
+      add_corotational(m, gradient, stress);
     if (m.viscous_mu != 0 || m.viscous_lambda != 0) {
       Mat<N> rate;
       part.gradient(v, rate);
@@ -154,9 +130,9 @@ PALPATE_INLINE void linearise(const TetraMaterial& m, const Part<N>& part, const
   Mat<N> g;
   part.gradient(x, at.f);
   cofactors(at.f, g);
-  Doubles<N> i;
+  Doubles<N> i, j;
   inner(at.f, at.f, i);
-  const Doubles<N> j = at.f.of[0][0] * g.of[0][0] + at.f.of[1][0] * g.of[1][0] + at.f.of[2][0] * g.of[2][0];
+  determinant(at.f, g, j);
   i += 1.0;
   at.a = c_k * m.mu * (1.0 - 1.0 / i) * part.volume();
   at.along = c_k * 2 * m.mu / (i * i) * part.volume();

@@ -1,8 +1,8 @@
 // Eight tetrahedra of one material side by side: the forces of tetra_kernel.hpp, and of the neo-Hookean law its exact tangents.
 //
-// An element needs some 300 operations and no decision, so they are the elements that go into the lanes of the vectors: two, four
-// or eight a time, the most that the processor has. Nothing is contracted and every lane does the same in the same order: same
-// bits whatever the width.
+// An element needs some 300 operations and no decision but when to stop (polar_lanes.hpp), so they are the elements that go into
+// the lanes of the vectors: two, four or eight a time, the most that the processor has. Nothing is contracted and every lane does
+// the same in the same order until it stops: same bits whatever the width and the neighbours.
 #pragma once
 
 #include <array>

@@ -1,6 +1,9 @@
 // Tetrahedra side by side against one after the other, at every width that this processor has.
+#include <Eigen/Dense>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "server/body/block_matrix.hpp"
@@ -13,7 +16,7 @@ namespace {
 /// Up to eight tetrahedra that share nodes, strained, some inside out, and moving.
 struct Fixture {
   std::vector<Mat34> rest;
-  TetraGroup group;
+  TetraGroup group{};
   Vector x, v;
 
   explicit Fixture(std::uint32_t count) {
@@ -50,7 +53,112 @@ std::vector<TetraMaterial> materials() {
   return all;
 }
 
+/// As many tetrahedra as deformation gradients, at most eight, that share no node.
+struct Apart {
+  static constexpr double kEdge = 0.01;  // of the three edges, along the axes, that meet in node 0
+  TetraGroup group{};
+  Vector x;
+
+  explicit Apart(std::span<const Mat3> deformations) : x(Vector::Zero(12 * static_cast<Eigen::Index>(deformations.size()))) {
+    const Mat34 corners = (Mat34() << 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1).finished() * kEdge;
+    const TetraRest rest(corners);
+    group.count = static_cast<std::uint32_t>(deformations.size());
+    for (std::uint32_t l = 0; l < group.count; ++l) {
+      group.volume_m3.of[l] = rest.volume_m3;
+      for (std::uint32_t i = 0; i < 4; ++i) {
+        group.nodes[i][l] = 4 * l + i;
+        x.segment<3>(12 * l + 3 * i) = deformations[l] * corners.col(i);
+      }
+      for (std::size_t i = 0; i < 3; ++i) group.b[i][i].of[l] = 1 / kEdge;
+    }
+  }
+  /// Of every tetrahedron, from its forces.
+  std::vector<Mat3> stresses(const TetraLoops& loops, const TetraMaterial& m) const {
+    const Vector v = Vector::Zero(x.size());
+    Vector f = Vector::Zero(x.size());
+    loops.add_forces(m, group, x.data(), v.data(), f.data());
+    std::vector<Mat3> all;
+    for (std::uint32_t l = 0; l < group.count; ++l)
+      all.push_back(f.segment<9>(12 * l + 3).reshaped(3, 3) * (-kEdge / group.volume_m3.of[l]));
+    return all;
+  }
+};
+
+class Draw {
+ public:
+  Mat3 matrix(double size) {
+    return Mat3::NullaryExpr([&] { return size * normal_(random_); });
+  }
+  Mat3 turned(double s1, double s2, double s3) { return rotation() * Vec3(s1, s2, s3).asDiagonal() * rotation(); }
+  Mat3 rotation() { return Eigen::Quaterniond(matrix(1).col(0).homogeneous()).normalized().toRotationMatrix(); }
+
+ private:
+  std::mt19937 random_;
+  std::normal_distribution<double> normal_;
+};
+
+/// Kinds that take different numbers of iterations next to each other, all turned at random: little and much strained, very small
+/// and large, flat, thin, inside out and nearly a mirror image.
+std::vector<Mat3> deformations() {
+  Draw draw;
+  std::vector<Mat3> all{Mat3::Identity()};
+  for (int k = 0; k < 20; ++k) {
+    for (const double size : {0.01, 0.1, 0.5}) all.push_back(draw.rotation() * (Mat3::Identity() + draw.matrix(size)));
+    all.push_back(draw.turned(1.1, 0.9, 1e-3));
+    all.push_back(draw.turned(1.3, 0.7, 0));
+    all.push_back(draw.turned(1.2, 0.9, -0.4));
+    all.push_back(draw.turned(1.1, 1, -0.98));
+    all.push_back(draw.turned(1.5, 0.04, 0.02));
+    all.push_back(draw.turned(2e-6, 1.5e-6, 1e-6));
+    all.push_back(draw.turned(3e6, 2e6, -1e6));
+  }
+  return all;
+}
+
 }  // namespace
+
+TEST_CASE("Corotational tetrahedra side by side, of whatever deformation, have the stress of one after the other",
+          "[body][tetra]") {
+  const std::vector<Mat3> all = deformations();
+  const TetraMaterial m(SolidMaterial{SolidLaw::corotational, 5e3, 0.4, 0});
+  for (const TetraLoops& loops : tetra_loops())
+    for (std::size_t first = 0; first < all.size(); first += kTetraLanes) {
+      const std::span some = std::span(all).subspan(first, std::min(kTetraLanes, all.size() - first));
+      const std::vector<Mat3> stresses = Apart(some).stresses(loops, m);
+      for (std::size_t l = 0; l < some.size(); ++l) {
+        INFO(loops.width << " in a vector, deformation\n" << some[l]);
+        const Mat3 expected = elastic_stress(m, some[l]);
+        CHECK((stresses[l] - expected).norm() < 1e-12 * (expected.norm() + m.mu));
+      }
+    }
+}
+
+TEST_CASE("The force of a tetrahedron does not depend on which others are beside it", "[body][tetra]") {
+  const std::vector<Mat3> all = deformations();
+  for (const TetraMaterial& m : materials())
+    for (const TetraLoops& loops : tetra_loops())
+      for (std::size_t first = 0; first + kTetraLanes <= all.size(); first += 5) {
+        const std::span some = std::span(all).subspan(first, kTetraLanes);
+        const std::vector<Mat3> together = Apart(some).stresses(loops, m);
+        for (std::size_t l = 0; l < some.size(); ++l) CHECK(together[l] == Apart(some.subspan(l, 1)).stresses(loops, m)[0]);
+      }
+}
+
+TEST_CASE("A corotational tetrahedron that several rotations fit has the force of one of them", "[body][tetra]") {
+  Draw draw;
+  const TetraMaterial m(SolidMaterial{SolidLaw::corotational, 5e3, 0, 0});
+  for (const Vec3& s : {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 1, -1), Vec3(1, 0.5, -0.5), Vec3(1, 1e-9, -1e-10)})
+    for (const bool along_axes : {true, false}) {
+      const Mat3 f = along_axes ? Mat3(s.asDiagonal()) : draw.turned(s.x(), s.y(), s.z());
+      for (const TetraLoops& loops : tetra_loops()) {
+        const Mat3 r = f - Apart(std::span(&f, 1)).stresses(loops, m)[0] / (2 * m.mu);
+        INFO(loops.width << " in a vector, deformation\n" << f);
+        CHECK((r.transpose() * r - Mat3::Identity()).norm() < 1e-12);
+        CHECK(r.determinant() == Approx(1));
+        CHECK(r.cwiseProduct(f).sum() == Approx(s.sum()).margin(1e-6));
+      }
+    }
+}
 
 TEST_CASE("Forces of tetrahedra side by side are those of one after the other", "[body][tetra]") {
   const auto count = GENERATE(1U, 3U, 8U);
@@ -119,4 +227,13 @@ TEST_CASE("Tetrahedra give the same bits at every width", "[body][tetra]") {
             REQUIRE(blocks[k].at[pair][n].of[l] == blocks[0].at[pair][n].of[l]);
     }
   }
+}
+
+TEST_CASE("Tetrahedra of whatever deformation have the same stress to the bit at every width", "[body][tetra]") {
+  const std::vector<Mat3> all = deformations();
+  for (const TetraMaterial& m : materials())
+    for (std::size_t first = 0; first + kTetraLanes <= all.size(); first += kTetraLanes) {
+      const Apart some(std::span<const Mat3>(all).subspan(first, kTetraLanes));
+      for (const TetraLoops& loops : tetra_loops()) CHECK(some.stresses(loops, m) == some.stresses(tetra_loops().front(), m));
+    }
 }

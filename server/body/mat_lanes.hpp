@@ -1,0 +1,35 @@
+// 3x3 matrices side by side, one in every lane of a vector (doubles.hpp).
+#pragma once
+
+#include "server/body/doubles.hpp"
+
+namespace palpate {
+
+template <std::size_t N>
+struct Mat {
+  Doubles<N> of[3][3];
+};
+
+template <std::size_t N>
+PALPATE_INLINE void cofactors(const Mat<N>& f, Mat<N>& g) {
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) {
+      const int s = (r + 1) % 3, t = (r + 2) % 3, p = (c + 1) % 3, q = (c + 2) % 3;
+      g.of[r][c] = f.of[s][p] * f.of[t][q] - f.of[t][p] * f.of[s][q];
+    }
+}
+
+/// det F, of its cofactors G
+template <std::size_t N>
+PALPATE_INLINE void determinant(const Mat<N>& f, const Mat<N>& g, Doubles<N>& j) {
+  j = f.of[0][0] * g.of[0][0] + f.of[1][0] * g.of[1][0] + f.of[2][0] * g.of[2][0];
+}
+
+/// sum of the products of their entries
+template <std::size_t N>
+PALPATE_INLINE void inner(const Mat<N>& a, const Mat<N>& b, Doubles<N>& sum) {
+  sum = a.of[0][0] * b.of[0][0];
+  for (int k = 1; k < 9; ++k) sum += a.of[k / 3][k % 3] * b.of[k / 3][k % 3];
+}
+
+}  // namespace palpate
