@@ -98,14 +98,20 @@ PALPATE_INLINE void axial_part(const Mat<N>& s, Doubles<N> (&t)[3]) {
   for (int k = 0; k < 3; ++k) t[k] = s.of[(k + 2) % 3][(k + 1) % 3] - s.of[(k + 1) % 3][(k + 2) % 3];
 }
 
+/// H = (tr S) I - S of the symmetric part of S; its eigenvalues are sums of two principal stretches.
+template <std::size_t N>
+PALPATE_INLINE void pair_sums(const Mat<N>& s, Mat<N>& h) {
+  const Doubles<N> trace = s.of[0][0] + s.of[1][1] + s.of[2][2];
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) h.of[r][c] = (r == c ? trace : Doubles<N>{}) - 0.5 * (s.of[r][c] + s.of[c][r]);
+}
+
 /// Turns q, in the lanes that are `going`, by what Newton's method says at S = R^T F.
 template <std::size_t N>
 PALPATE_INLINE void turn(const Mat<N>& s, const Doubles<N> (&t)[3], const Truths<N>& going, Quaternion<N>& q) {
   constexpr double kLeast = 1e-13;  // determinant below which there is no one R
   Mat<N> h, g;
-  const Doubles<N> trace = s.of[0][0] + s.of[1][1] + s.of[2][2];
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) h.of[r][c] = (r == c ? trace : Doubles<N>{}) - 0.5 * (s.of[r][c] + s.of[c][r]);
+  pair_sums(s, h);
   cofactors(h, g);
   Doubles<N> det, w[3], root;
   determinant(h, g, det);

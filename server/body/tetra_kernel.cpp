@@ -9,8 +9,6 @@ namespace {
 
 constexpr int kPolarIterations = 8;       // of Newton's method; it converges quadratically
 constexpr double kPolarWellFormed = 0.1;  // J / |F|^3 3^1.5 above which it is used
-constexpr double kLeastPairSum =
-    0.05;  // of two principal stretches: R turns over where it vanishes, and the tangent is cut there
 
 Mat3 cofactors(const Mat3& f) {
   Mat3 g;

@@ -31,6 +31,9 @@ namespace palpate {
 
 using Mat34 = Eigen::Matrix<double, 3, 4>;
 
+/// Of two principal stretches: R turns over where it vanishes, and the corotational tangent is cut there.
+inline constexpr double kLeastPairSum = 0.05;
+
 /// A material with the parameters of its law worked out.
 struct TetraMaterial {
   explicit TetraMaterial(const SolidMaterial& material);

@@ -1,4 +1,4 @@
-// Eight tetrahedra of one material side by side: the forces of tetra_kernel.hpp, and of the neo-Hookean law its exact tangents.
+// Eight tetrahedra of one material side by side: the forces and the exact tangents of tetra_kernel.hpp.
 //
 // An element needs some 300 operations and no decision but when to stop (polar_lanes.hpp), so they are the elements that go into
 // the lanes of the vectors: two, four or eight a time, the most that the processor has. Nothing is contracted and every lane does
@@ -33,9 +33,10 @@ struct TetraLoops {
   std::size_t width;  ///< elements in a vector
   /// f += forces at positions x and velocities v, 3 N each.
   void (*add_forces)(const TetraMaterial& material, const TetraGroup& group, const double* x, const double* v, double* f);
-  /// For neo_hookean, not clamped.
-  void (*blocks)(const TetraMaterial& material, const TetraGroup& group, const double* x, double c_d, double c_k,
-                 TetraBlocks& blocks);
+  /// Not clamped. A bit for each lane that is good: the rest are corotational ones that kLeastPairSum cuts, which wants
+  /// eigenvectors.
+  std::uint32_t (*blocks)(const TetraMaterial& material, const TetraGroup& group, const double* x, double c_d, double c_k,
+                          TetraBlocks& blocks);
 };
 
 /// All that this processor can run, the widest last.

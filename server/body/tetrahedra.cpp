@@ -102,11 +102,10 @@ void Tetrahedra::add_tangents(const BodyState& state, double c_d, double c_k, co
   TetraBlocks blocks;
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const TetraMaterial& m = materials_[groups_[g].material];
-    const bool side_by_side = m.law == SolidLaw::neo_hookean && !clamp;
-    if (side_by_side) loops.blocks(m, groups_[g], state.x.data(), c_d, c_k, blocks);
+    const std::uint32_t side_by_side = clamp ? 0 : loops.blocks(m, groups_[g], state.x.data(), c_d, c_k, blocks);
     for (std::size_t lane = 0; lane < groups_[g].count; ++lane) {
       const Cell& cell = cells_[lanes_[g][lane]];
-      if (side_by_side) {
+      if (side_by_side >> lane & 1U) {
         const auto block = [&](std::size_t i, std::size_t j) {
           Mat3 k;
           for (std::size_t n = 0; n < 9; ++n)
