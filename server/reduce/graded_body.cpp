@@ -260,8 +260,9 @@ void GradedBody::take_loads(const BodyState& state) {
   }
   for (const auto& slabs : {forces_.even_slabs(), forces_.odd_slabs()})
     for (const SpringBlocks::Slab& slab : slabs) forces_.add_forces(slab, u_, v_, f_);
-  std::array<Vector, 2> both = restricted_of<2>([&](std::size_t k, std::uint32_t i) -> Vec3 {
-    return k == 0 ? Vec3(f_.at(i) + body.masses_kg[i] * body.gravity_m_s2) : Vec3(body.masses_kg[i] * at_node(state.v, i));
+  std::array<Vector, 2> both = restricted_of<2>([&](std::uint32_t i) {
+    const double mass_kg = body.masses_kg[i];
+    return std::array<Vec3, 2>{f_.at(i) + mass_kg * body.gravity_m_s2, mass_kg * at_node(state.v, i)};
   });
   loads_ = std::move(both[0]);
   velocity_ = both[1].cwiseQuotient(masses_);
@@ -273,18 +274,19 @@ std::array<Vector, N> GradedBody::restricted_of(const Of& of) const {
   y.fill(Vector::Zero(3 * static_cast<Eigen::Index>(rows_)));
   for (std::uint32_t c = 0; c < far_.cells(); ++c) {
     if (near_[c]) {
-      for (const std::uint32_t i : far_.nodes_of(c))
-        for (std::size_t k = 0; k < N; ++k) at_node(y[k], coordinate_[i]) = of(k, i);
+      for (const std::uint32_t i : far_.nodes_of(c)) {
+        const std::array<Vec3, N> loads = of(i);
+        for (std::size_t k = 0; k < N; ++k) at_node(y[k], coordinate_[i]) = loads[k];
+      }
       continue;
     }
     FarField::Shape sums[N][3];
     for (auto& sum : sums) std::fill(std::begin(sum), std::end(sum), FarField::Shape::Zero());
     for (const std::uint32_t i : far_.nodes_of(c)) {
       const FarField::Shape& n = far_.shape(i);
-      for (std::size_t k = 0; k < N; ++k) {
-        const Vec3 load = of(k, i);
-        for (int axis = 0; axis < 3; ++axis) sums[k][axis] += load[axis] * n;
-      }
+      const std::array<Vec3, N> loads = of(i);
+      for (std::size_t k = 0; k < N; ++k)
+        for (int axis = 0; axis < 3; ++axis) sums[k][axis] += loads[k][axis] * n;
     }
     for (std::size_t k = 0; k < N; ++k)
       for (std::size_t corner = 0; corner < FarField::kCorners; ++corner) {
@@ -296,13 +298,13 @@ std::array<Vector, N> GradedBody::restricted_of(const Of& of) const {
 }
 
 Vector GradedBody::restricted(const Vector& loads) const {
-  return restricted_of<1>([&](std::size_t, std::uint32_t i) -> Vec3 { return at_node(loads, i); })[0];
+  return restricted_of<1>([&](std::uint32_t i) { return std::array<Vec3, 1>{at_node(loads, i)}; })[0];
 }
 
 Vector GradedBody::moved_since_rest(const Vector& x) const {
   const LumpedBody& body = dynamics_->body();
   const auto moved =
-      restricted_of<1>([&](std::size_t, std::uint32_t i) -> Vec3 { return body.masses_kg[i] * (at_node(x, i) - body.nodes[i]); });
+      restricted_of<1>([&](std::uint32_t i) { return std::array<Vec3, 1>{body.masses_kg[i] * (at_node(x, i) - body.nodes[i])}; });
   return moved[0].cwiseQuotient(masses_);
 }
 

@@ -116,7 +116,7 @@ class GradedBody {
   /// Of all springs with a near node, tangent(k) that of the k-th.
   template <typename Tangents>
   void add_near(const Tangents& tangents, SpringMatrices& to) const;
-  /// T^T of several vectors at once: of(k, node) is the k-th at a node.
+  /// T^T of N vectors at once: of(node) is what they are at a node.
   template <std::size_t N, typename Of>
   std::array<Vector, N> restricted_of(const Of& of) const;
 
