@@ -130,9 +130,8 @@ void GradedBody::take_springs() {
   springs_.clear();
   ends_.clear();
   std::vector<std::uint32_t> end_of(dynamics_->nodes(), kNone);
-  for (const std::uint32_t e : far_.springs_at(near_)) {
+  for (const std::uint32_t e : near_elements()) {
     Spring& spring = springs_.emplace_back();
-    spring.element = e;
     spring.numbers = dynamics_->body().elements[e];
     if (coordinate_[spring.numbers.a] == kNone) std::swap(spring.numbers.a, spring.numbers.b);
     const std::uint32_t b = spring.numbers.b;
@@ -297,21 +296,11 @@ std::array<Vector, N> GradedBody::restricted_of(const Of& of) const {
   return y;
 }
 
-Vector GradedBody::restricted(const Vector& loads) const {
-  return restricted_of<1>([&](std::uint32_t i) { return std::array<Vec3, 1>{at_node(loads, i)}; })[0];
-}
-
 Vector GradedBody::moved_since_rest(const Vector& x) const {
   const LumpedBody& body = dynamics_->body();
   const auto moved =
       restricted_of<1>([&](std::uint32_t i) { return std::array<Vec3, 1>{body.masses_kg[i] * (at_node(x, i) - body.nodes[i])}; });
   return moved[0].cwiseQuotient(masses_);
-}
-
-std::vector<std::uint32_t> GradedBody::near_elements() const {
-  std::vector<std::uint32_t> elements;
-  for (const Spring& spring : springs_) elements.push_back(spring.element);
-  return elements;
 }
 
 Skin::Weights GradedBody::restricted(const Skin::Weights& weights) const {

@@ -47,7 +47,7 @@ class GradedBody {
   const Dynamics& dynamics() const { return *dynamics_; }
   double spacing_m() const { return far_.spacing_m(); }  ///< of nodes, on average
   /// Springs with a near node.
-  std::vector<std::uint32_t> near_elements() const;
+  std::vector<std::uint32_t> near_elements() const { return far_.springs_at(near_); }
   std::uint32_t size() const { return rows_; }                       ///< coordinates, three numbers each
   const Vector& masses() const { return masses_; }                   ///< M_y [kg]
   const Vector& velocity() const { return velocity_; }               ///< v_y [m/s]
@@ -56,8 +56,6 @@ class GradedBody {
   std::uint32_t coordinate(std::uint32_t node) const { return coordinate_[node]; }
   /// T^T F(x, v), of springs in single precision [N].
   const Vector& forces() const { return loads_; }
-  /// T^T f of node forces [N].
-  Vector restricted(const Vector& loads) const;
   /// M_y^-1 T^T M (x - X): how the coordinates moved since the body was at rest [m].
   Vector moved_since_rest(const Vector& x) const;
   Skin::Weights restricted(const Skin::Weights& weights) const;
@@ -88,7 +86,6 @@ class GradedBody {
   /// A spring with a near node a. Where b is far, the spring adds to the blocks of a and the corners of b's cell, and what it
   /// adds to those of the corners goes by way of a sum over all springs that end in b.
   struct Spring {
-    std::uint32_t element = 0;
     Element numbers;                 // a near
     std::uint32_t a_a = 0;           // entry of a
     std::uint32_t b_b = 0, a_b = 0;  // entries where b is near

@@ -6,15 +6,9 @@ namespace {
 using Pair = SpringMatrices::Pair;
 using Six = Eigen::Array<double, 6, 1>;
 
-Six outer(const Vec3& n) {
+Six upper(const Mat3& m) {
   Six six;
-  six << n[0] * n[0], n[0] * n[1], n[0] * n[2], n[1] * n[1], n[1] * n[2], n[2] * n[2];
-  return six;
-}
-
-Six times_identity(double by) {
-  Six six;
-  six << by, 0, 0, by, 0, by;
+  six << m(0, 0), m(0, 1), m(0, 2), m(1, 1), m(1, 2), m(2, 2);
   return six;
 }
 
@@ -59,17 +53,15 @@ void multiply_symmetric(const BlockPattern& pattern, const Numbers& six, const s
 }  // namespace
 
 Pair SpringMatrices::tangents(const Element& element, const ElementState& s) {
-  const double across = s.axial * s.inv_length;
-  const Six n_n = outer(s.direction);
   Pair pair;
-  pair << (s.slope - across) * n_n + times_identity(across), element.damping_n_s_m * n_n;
+  pair << upper(ElementKernel::stiffness_symmetric(s, false)), upper(ElementKernel::damping(element, s));
   return pair;
 }
 
 Pair SpringMatrices::clamping(const ElementState& s) {
   Pair pair = Pair::Zero();
-  const double across = s.axial * s.inv_length;
-  if (across < 0) pair.head<6>() = across * outer(s.direction) - times_identity(across);
+  if (s.axial < 0)
+    pair.head<6>() = upper(ElementKernel::stiffness_symmetric(s, true) - ElementKernel::stiffness_symmetric(s, false));
   return pair;
 }
 
