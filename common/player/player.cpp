@@ -61,9 +61,12 @@ PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(e
   touching_ = patch.touching;
   point_ = patch.point;
   carried_ = StateVector::Zero(2 * r);
-  if (patch.contact == ContactKind::touch && touching_ && r > 0) {
-    update_response();
-    carried_.noalias() = response_ * (-share_before_ * patch.force);
+  if (patch.contact == ContactKind::touch && r > 0) {
+    slide_compliance_ = SlideCompliance(patch_, rows_at(point_), point_.weight);
+    if (touching_) {
+      update_response();
+      carried_.noalias() = response_ * (-share_before_ * patch.force);
+    }
   }
   tool_ = {patch.stamp, patch.tool};
   output_ = {patch.force, patch.touching};
@@ -178,14 +181,21 @@ void PatchPlayer::place_vertices() noexcept {
   if (patch_.modes() > 0) vertices_.noalias() += rows_ * z_.head(patch_.modes());
 }
 
+PortRows PatchPlayer::rows_at(const SurfacePoint& point) const noexcept {
+  const Triangle& corners = patch_.surface.triangles[point.triangle];
+  PortRows rows = point.weight[0] * rows_.middleRows<3>(3 * corners[0]);
+  for (std::size_t k = 1; k < 3; ++k) rows += point.weight[static_cast<int>(k)] * rows_.middleRows<3>(3 * corners[k]);
+  return rows;
+}
+
 void PatchPlayer::update_response() noexcept {
   has_response_ = true;
   compliance_ = patch_.c_static;
   const auto r = patch_.modes();
   if (r == 0) return;
-  const Triangle& corners = patch_.surface.triangles[point_.triangle];
-  PortRows rows = point_.weight[0] * rows_.middleRows<3>(3 * corners[0]);
-  for (std::size_t k = 1; k < 3; ++k) rows += point_.weight[static_cast<int>(k)] * rows_.middleRows<3>(3 * corners[k]);
+  const PortRows rows = rows_at(point_);
+  slid_ = SlideCompliance::grown(slid_, slide_compliance_.missing(rows, point_.weight));
+  compliance_ += slid_;
   response_.resize(2 * r, 3);
   response_.noalias() = psi0_ * rows.transpose();
   const Mat3 moved = rows * response_.topRows(r);
@@ -217,6 +227,7 @@ void PatchPlayer::close_touch(const Vec3& tool) noexcept {
     if (nearest.height_m >= 0 || nearest.at_border) return;
     point_ = nearest.point;
     touching_ = true;
+    slid_.setZero();
     has_response_ = false;
   }
   if (!has_response_) update_response();

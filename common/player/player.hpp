@@ -8,7 +8,8 @@
 //             the tick's mean, half a tick old. But what lambda- does in this tick lambda has to make good at its end, and
 //             where the contact (k_c) is stiffer than what a tick moves that swings from tick to tick: s = min(1/2,
 //             1 / (2 k_c tr R Psi0_q R^T)), which has swings fall to less than half; 0 where it is rigid. Any s up to 1/2 is
-//             passive: the mean times the tool's way is what the modes take, what the contact stores, and no less.
+//             passive: the mean times the tool's way is what the modes take, what the contact stores, and no less. Where the
+//             tool has slid to, what the modes miss is added to c_static (slide_compliance.hpp).
 // A load that changes (patch.load_rate) adds psi0 l t + psi1 l dt to the drift, a sum that grows by one step a tick.
 // Contact begins in the tick in which the tool is found below the patch's own deformed surface, and ends in the tick in which it
 // would pull. compile() allocates and belongs off the haptic thread; advance() does not allocate, lock or throw.
@@ -19,6 +20,7 @@
 
 #include "common/base/types.hpp"
 #include "common/player/propagator.hpp"
+#include "common/player/slide_compliance.hpp"
 #include "common/port/contact_law.hpp"
 #include "common/port/cubic_terms.hpp"
 #include "common/port/patch.hpp"
@@ -68,6 +70,7 @@ class PatchPlayer {
   void bend(const Vec3& displacement, const Vec3& velocity) noexcept;
   void bend_and_kick(const Vec3& displacement, const Vec3& velocity) noexcept;
   void place_vertices() noexcept;
+  PortRows rows_at(const SurfacePoint& point) const noexcept;
   void update_response() noexcept;
   SurfaceView surface() const noexcept;
   Positions positions() const noexcept;
@@ -96,6 +99,8 @@ class PatchPlayer {
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxPortVertices, 1> rest_, vertices_;  // at the stamp; at the end of the
                                                                                           // tick, without its contact force
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kMaxPortVertices, kMaxModes> rows_;  // all R_i
+  SlideCompliance slide_compliance_;
+  Mat3 slid_ = Mat3::Zero();  // what it has yielded since contact began or the stamp
   // Answer of the body to lambda at point_; a point that sticks keeps it.
   bool has_response_ = false;
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxStates, 3> response_;  // Psi0 R^T

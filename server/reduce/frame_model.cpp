@@ -4,6 +4,12 @@
 #include <algorithm>
 
 namespace palpate {
+namespace {
+
+/// The body's own loads take twice the iterations of a port's, and three times the error is not felt (docs/decisions/0014).
+constexpr double kOwnLooser = 3;
+
+}  // namespace
 
 double shift_for(Micros bridge) { return std::clamp(2.0 / std::max(seconds(bridge), 1e-3), 5.0, 60.0); }
 
@@ -34,15 +40,15 @@ bool SharedSystem::answer(std::span<const PortPlace> places, const OwnLoads& own
       }
       asked.push_back(place.port);
     }
-    Fresh& fresh = fresh_[place.port] = {place.point, here && known->second.slide};
-    if (place.slide.size() == 0 && !fresh.slide) port.slide.resize(0);
-    if (place.slide.size() == 0 || fresh.slide) continue;
-    columns.push_back({&place.slide, &port.slide});
-    fresh.slide = true;
+    Fresh& fresh = fresh_[place.port] = {place.point, here && known->second.slides};
+    if (fresh.slides) continue;
+    port.slides.resize(place.slides.size());
+    for (std::size_t k = 0; k < place.slides.size(); ++k) columns.push_back({&place.slides[k], &port.slides[k]});
+    fresh.slides = !place.slides.empty();
   }
   for (const auto& [load, answer] : {std::pair{own.imbalance, &imbalance_}, std::pair{own.motion, &motion_}}) {
     if (!load || answer->fresh) continue;
-    columns.push_back({load, &answer->x});
+    columns.push_back({load, &answer->x, kOwnLooser});
     answer->fresh = true;
   }
   if (columns.empty()) return definite_;
@@ -81,9 +87,9 @@ void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& port
   if (graded_) graded_->begin(state, ports, tools, bridge);
 }
 
-void FrameModel::want(std::size_t k, double slide_s) {
-  wanted_[k] = {true, slide_s};
-  if (graded_) graded_->want(k, slide_s);
+void FrameModel::want(std::size_t k, const ExpectedSlide& slide) {
+  wanted_[k] = {true, slide};
+  if (graded_) graded_->want(k, slide);
 }
 
 void FrameModel::listen(std::function<void(PatchPart)> listener) {
@@ -289,17 +295,19 @@ OtherTools FrameModel::other_nodes(std::size_t which) {
   return others;
 }
 
-/// Empty where the tool does not touch, or nothing is asked.
-Vector FrameModel::sliding_load(std::size_t k) {
+/// None where the tool does not touch, or nothing is asked.
+std::vector<Vector> FrameModel::sliding_loads(std::size_t k) {
   const ToolPort& port = (*ports_)[k];
-  const double slide_s = wanted_[k].slide_s;
-  if (!port.touching || !(slide_s > 0)) return {};
-  const SurfacePoint end = slide(skin_->view(), positions(), port.point, slide_s * tools_[k].velocity);
-  Vector load = Vector::Zero(size());
-  scatter(weights(end), port.lambda, load);
-  scatter(weights(port.point), -port.lambda, load);
-  mask(held(), load);
-  return load;
+  std::vector<Vector> loads;
+  if (!port.touching || wanted_[k].slide.time_s == 0) return loads;
+  const Vec3 normal = normal_at(skin_->view(), positions(), port.point);
+  for (const Vec3& way : expected_slides(tools_[k].velocity, normal, wanted_[k].slide)) {
+    Vector& load = loads.emplace_back(Vector::Zero(size()));
+    scatter(weights(slide(skin_->view(), positions(), port.point, way)), port.lambda, load);
+    scatter(weights(port.point), -port.lambda, load);
+    mask(held(), load);
+  }
+  return loads;
 }
 
 bool FrameModel::answer(SharedSystem& p, std::size_t which, Own own) {
@@ -307,7 +315,7 @@ bool FrameModel::answer(SharedSystem& p, std::size_t which, Own own) {
   for (std::size_t k = 0; k < ports_->size(); ++k) {
     const ToolPort& port = (*ports_)[k];
     if (port.kind == ContactKind::touch && (port.touching || wanted_[k].patch || k == which))
-      places.push_back({k, port.point, weights(port.point), sliding_load(k)});
+      places.push_back({k, port.point, weights(port.point), sliding_loads(k)});
   }
   Vector motion;
   if (own.motion) {

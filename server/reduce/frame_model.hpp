@@ -3,9 +3,9 @@
 //
 // With P = s^2 M + s D + K at the state (x*, v*) and B_k the port of tool k, the patches of all touching stations are made of
 //     X_k = P^-1 B_k,   P^-1 F,   P^-1 M v*,      F = F(x*, v*) + sum_k B_k lambda_k
-// so a frame takes three solves a tool (four, where it slides on and that matters) and two for all, at one shift s, and all of
-// them go through P together. A model is hardly
-// the worse for an s that is not quite its own: with one tool s is that of its patch, with several that of their mean bridge.
+// so a frame takes three solves a tool (five, where it may slide to: P^-1 (B_end - B) lambda, expected_ways.hpp) and two for
+// all, at one shift s, and all of them go through P together. A model is hardly the worse for an s that is not quite its own:
+// with one tool s is that of its patch, with several that of their mean bridge.
 //
 // The other tools stay on the body while a patch lasts. Tool o moves on at its velocity v_o, and its contact is a spring between
 // it and the tissue,
@@ -30,6 +30,7 @@
 
 #include "server/body/integrator.hpp"
 #include "server/reduce/basis.hpp"
+#include "server/reduce/expected_ways.hpp"
 #include "server/reduce/patch_part.hpp"
 
 namespace palpate {
@@ -39,7 +40,7 @@ struct PortAnswer {
   Skin::Weights b;
   std::array<Vector, 3> input, answer;  ///< B, masked; P^-1 B
   Mat3 compliance = Mat3::Zero();       ///< B^T P^-1 B
-  Vector slide;                         ///< P^-1 of the load of a tool that slides on; empty where none was asked for
+  std::vector<Vector> slides;           ///< P^-1 of the loads of a tool that slides on; none where none was asked for
 };
 
 /// What other tools do to the body while the patch of one lasts.
@@ -60,12 +61,12 @@ class SharedSystem {
   explicit SharedSystem(const Dynamics& dynamics) : solver_(dynamics) {}
   /// For a new frame. False when P turns out not to be positive definite.
   bool prepare(const Linearisation& at, double shift, bool clamp, double tolerance);
-  /// Which port, where on the skin, its B there, and the load of its tool that slides on, if that is asked for.
+  /// Which port, where on the skin, its B there, and the loads of its tool that slides on, if they are asked for.
   struct PortPlace {
     std::size_t port = 0;
     SurfacePoint point;
     Skin::Weights b;
-    Vector slide;
+    std::vector<Vector> slides;
   };
   /// The body's own: what is out of balance, and M v*. Null where it is not asked for.
   struct OwnLoads {
@@ -90,7 +91,7 @@ class SharedSystem {
   /// What is known of a port in this frame.
   struct Fresh {
     SurfacePoint point;
-    bool slide = false;
+    bool slides = false;
   };
   ShiftedSolver solver_;
   Linearisation at_;
@@ -122,8 +123,8 @@ class FrameModel {
   void begin(const BodyState& state, const std::vector<ToolPort>& ports, std::span<const ToolAt> tools, Micros bridge);
 
   /// A patch will be built for this port, although it may not touch: its answers are found together with those of the others,
-  /// for scheme cubic also that to its load where it will be after `slide_s`, less its load where it is: (B_end - B) lambda.
-  void want(std::size_t k, double slide_s = 0);
+  /// and those to its load where it may have slid to, less its load where it is: (B_end - B) lambda.
+  void want(std::size_t k, const ExpectedSlide& slide = {});
   /// The same frame in the coordinates of a graded body (graded_body.hpp), where the body is one for it; else this.
   FrameModel& graded() { return graded_ ? *graded_ : *this; }
   /// Hears of each part when it begins. The model itself knows no clock.
@@ -180,7 +181,7 @@ class FrameModel {
   };
   struct Wanted {
     bool patch = false;
-    double slide_s = 0;
+    ExpectedSlide slide;
   };
   struct Known {
     double time_s = 0;
@@ -193,7 +194,7 @@ class FrameModel {
   /// On the body at rest.
   Vec3 place_of(const ToolPort& port) const;
   Eigen::Index size() { return linearisation().masses().size(); }
-  Vector sliding_load(std::size_t k);
+  std::vector<Vector> sliding_loads(std::size_t k);
   Mat3 contact_stiffness(std::size_t k, const PortAnswer& answer);
   void add_held_nodes(std::size_t which, Vector& load_rate);
 

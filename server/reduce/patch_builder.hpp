@@ -78,7 +78,7 @@ class PatchBuilder {
   /// changed.
   Matrix modes() const;
   /// For FrameModel::want() of the port that the patch will be for.
-  double slide_s(const PatchRequest& request) const;
+  ExpectedSlide expected_slide(const PatchRequest& request) const;
   const PatchBuildReport& report() const { return report_; }
   static int modes_for(Scheme scheme, ContactKind contact, int order);
 

@@ -1,7 +1,6 @@
 // Patches of tools that touch the surface.
 #include <Eigen/Eigenvalues>
 
-#include "server/body/coasting.hpp"
 #include "server/reduce/expansion.hpp"
 #include "server/reduce/patch_builder.hpp"
 #include "server/reduce/patch_builder_common.hpp"
@@ -44,19 +43,9 @@ void scale_to(const Vec3& motion, const Skin::Weights& b, std::vector<Vector>& a
   }
 }
 
-/// Ways of a hand that speeds up into the body while it goes on as it went [m].
-std::vector<Vec3> expected_ways(const ToolAt& tool, const Vec3& inwards, double bridge_s) {
-  constexpr double kFasterMs2 = 0.4, kDeepestM = 0.012;
-  const double deep_m = std::min(0.5 * kFasterMs2 * bridge_s * bridge_s, kDeepestM);
-  std::vector<Vec3> ways;
-  for (const double part : {1.0 / 3, 2.0 / 3, 1.0})
-    ways.push_back(part * part * deep_m * inwards + coasted(tool.velocity, part * bridge_s));
-  return ways;
-}
-
 /// Whether the directions for a touch have P^-1 M v*.
 bool needs_motion(const PatchRequest& request) {
-  constexpr int kWithout = 8;  // three answers of the port, v*, three of M^-1 B, the imbalance
+  constexpr int kWithout = 8;  // three answers of the port, v*, three of M^-1 B (or one, and two of slides), the imbalance
   return request.scheme == Scheme::cubic || PatchBuilder::modes_for(request.scheme, ContactKind::touch, request.order) > kWithout;
 }
 
@@ -123,7 +112,7 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
       ring ? (ring_.prepare(at, shift, clamp, tolerance) ? &ring_ : nullptr) : frame.system(shift, clamp, tolerance);
   if (!p) return std::nullopt;
   const int before = p->iterations();
-  if (cubic) frame.want(which, slide_s(request));
+  frame.want(which, expected_slide(request));
   if (!frame.answer(*p, which, {!tangent, needs_motion(request)})) return std::nullopt;
   const OtherTools others = frame.others(*p, which);
   Reduced reduced;
@@ -169,8 +158,10 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   return patch;
 }
 
-double PatchBuilder::slide_s(const PatchRequest& request) const {
-  return request.scheme == Scheme::cubic && can_expand(dynamics_->body()) ? seconds(request.bridge) : 0;
+ExpectedSlide PatchBuilder::expected_slide(const PatchRequest& request) const {
+  const bool cubic = request.scheme == Scheme::cubic;
+  const bool slides = cubic || request.scheme == Scheme::port;
+  return {slides ? seconds(request.bridge) : 0, cubic && can_expand(dynamics_->body())};
 }
 
 /// What the directions for a touch start from, the springs of coupled tools in P.
@@ -204,23 +195,27 @@ std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
     return true;
   };
   const PortAnswer& own = p.port(which);
+  const auto add_slides = [&] {
+    for (const Vector& x : own.slides) correct.apply(start.ports.emplace_back(x));
+  };
+  const Vec3 inwards = -normal_at(skin_->view(), frame.positions(), frame.ports()[which].point);
+  Vector push = Vector::Zero(at.masses().size());
+  for (std::size_t axis = 0; axis < 3; ++axis) push += inwards[static_cast<Eigen::Index>(axis)] * own.input[axis];
+  start.fine = {push.cwiseQuotient(at.masses())};
   if (request.scheme == Scheme::cubic) {
     const double bridge_s = seconds(request.bridge);
     if (!dents_) dents_ = std::make_unique<Dents>(dynamics_->body());
-    const Vec3 inwards = -normal_at(skin_->view(), frame.positions(), frame.ports()[which].point);
     const auto dents = dents_->shapes(at, {skin_->weights(frame.ports()[which].point), start.ports,
-                                           expected_ways(frame.tool(which), inwards, bridge_s), p.shift()});
+                                           expected_dents(frame.tool(which), inwards, bridge_s), p.shift()});
     scale_to(expected_motion(frame.tool(which), bridge_s), own.b, start.ports);
-    if (own.slide.size() > 0) {
-      start.ports.push_back(own.slide);
-      correct.apply(start.ports.back());
-    }
-    Vector inward = Vector::Zero(at.masses().size());
-    for (std::size_t axis = 0; axis < 3; ++axis) inward += inwards[static_cast<Eigen::Index>(axis)] * own.input[axis];
-    start.fine = {inward.cwiseQuotient(at.masses())};
+    add_slides();
     return cubic_basis(at, start, solve, Matrix(), dents, known_ways(), {modes, p.shift(), bridge_s}, cubic_memory_);
   }
-  for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(at.masses()));
+  if (own.slides.empty()) {
+    start.fine.clear();
+    for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(at.masses()));
+  }
+  add_slides();
   auto directions = krylov_basis(at, start, solve, {modes, p.shift(), kBasisTolerance});
   return directions ? std::optional(CubicBasis{std::move(*directions), {}}) : std::nullopt;
 }

@@ -71,6 +71,24 @@ TEST_CASE("A column's answer is the same to the bit whoever goes beside it") {
   }
 }
 
+TEST_CASE("A column that is needed less exactly stops earlier, and those beside it do not") {
+  System system(4), exactly(4);
+  constexpr double kTolerance = 1e-4, kLooser = 100;
+  bool definite = true;
+  std::vector<SolveColumn> columns;
+  for (std::size_t k = 0; k < 4; ++k) columns.push_back({&system.b[k], &system.x[k], k < 2 ? kLooser : 1});
+  const int iterations = system.solver.solve(columns, kTolerance, definite);
+  CHECK(iterations < exactly.solve(kTolerance, definite) - 4);
+  for (std::size_t k = 0; k < 4; ++k) {
+    Vector ax;
+    system.a.multiply(system.x[k], ax);
+    const double wrong = (ax - system.b[k]).norm() / system.b[k].norm();
+    CHECK(wrong < 1.05 * kTolerance * columns[k].looser);
+    CHECK((wrong > 2 * kTolerance) == (k < 2));
+    CHECK((system.x[k] == exactly.x[k]) == (k >= 2));
+  }
+}
+
 TEST_CASE("A first guess that answers is left as it is, and one of nothing answers nothing") {
   System system(3);
   const auto exact = system.dense_a().llt();

@@ -124,6 +124,63 @@ TEST_CASE(
   CHECK(patch.load_for == kBridge);
 }
 
+TEST_CASE("The modes of a touch that slides on know what the body does when the load has gone where the tool will be") {
+  Bench bench;
+  bench.touch(40, Vec3(0.1, 0, -0.4), Vec3(0.1, 0.04, 0));
+  const Positions x(bench.state.x.data(), static_cast<std::size_t>(bench.state.x.size()));
+  const Vec3 lambda = bench.ports[0].lambda, way = seconds(kBridge) * bench.tools[0].velocity;
+  const Matrix b = bench.input(0);
+  const auto whole = bench.dynamic(kShift, {}).lu();
+  const auto wrong = [&](double part) {  // of the compliance, along the load
+    const SurfacePoint here = bench.ports[0].point, there = slide(bench.skin.view(), x, here, part * way);
+    bench.ports[0].point = there;
+    const Matrix b_end = bench.input(0);
+    bench.ports[0].point = here;
+    const Patch patch = bench.build(0);
+    PortRows rows = PortRows::Zero(3, patch.modes());
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 corner = vertex(x, bench.skin.view().triangles[there.triangle][k]);
+      int found = 0;
+      for (int i = 0; i < patch.surface.vertex_count; ++i) {
+        const PortVertex& v = patch.surface.vertices[static_cast<std::size_t>(i)];
+        if ((v.position - corner).norm() > 1e-9) continue;
+        rows += there.weight[static_cast<int>(k)] * v.rows;
+        ++found;
+      }
+      REQUIRE(found == 1);
+    }
+    const Matrix gone = b_end - b, r_gone = Matrix(rows) - Matrix(rows_of(patch));
+    const Vec3 exact = gone.transpose() * whole.solve(gone * lambda);
+    const Vec3 reduced = r_gone * dynamic_of(patch, kShift).lu().solve(r_gone.transpose() * lambda);
+    return (reduced - exact).norm() / exact.norm();
+  };
+  CHECK(wrong(1) < 1e-8);
+  CHECK(wrong(0.5) < 1e-8);
+  bench.tools[0].velocity.setZero();
+  CHECK(wrong(1) > 0.2);
+}
+
+TEST_CASE("A hand that slides goes on, one that rests may set off any way, for those who ask") {
+  const Vec3 normal = Vec3(0.1, -0.2, 1).normalized(), velocity(0.1, 0, 0.02);
+  CHECK(expected_slides(velocity, normal, {}).empty());
+  for (const bool from_rest : {false, true}) {
+    const auto ways = expected_slides(velocity, normal, {0.1, from_rest});
+    REQUIRE(ways.size() == 2);
+    CHECK((ways[0] - 0.1 * velocity).norm() < 1e-15);
+    CHECK((ways[1] - 0.05 * velocity).norm() < 1e-15);
+  }
+  for (const Vec3& still : {Vec3(Vec3::Zero()), Vec3(-0.3 * normal)}) {  // the latter only presses
+    CHECK(expected_slides(still, normal, {0.1, false}).empty());
+    const auto ways = expected_slides(still, normal, {0.1, true});
+    REQUIRE(ways.size() == 2);
+    for (const Vec3& way : ways) {
+      CHECK(way.norm() == Approx(0.25 * 0.5 * 0.4 * 0.1 * 0.1));
+      CHECK(std::abs(way.dot(normal)) < 1e-15);
+    }
+    CHECK(std::abs(ways[0].dot(ways[1])) < 1e-15);
+  }
+}
+
 TEST_CASE("Others that touch nothing, or stand still, add no load that grows") {
   Bench bench;
   bench.touch(40, Vec3(0, 0, -0.4), Vec3(0, 0, -0.1));

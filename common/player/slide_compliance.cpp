@@ -1,0 +1,46 @@
+#include "common/player/slide_compliance.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+/// sum_i max(0, mu_i - least) w_i w_i^T with mu_i, w_i the eigenvalues and vectors of a symmetric matrix.
+Mat3 part_above(const Mat3& symmetric, double least) noexcept {
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(symmetric);
+  const Mat3& ways = eigen.eigenvectors();
+  return ways * (eigen.eigenvalues().array() - least).cwiseMax(0).matrix().asDiagonal() * ways.transpose();
+}
+
+}  // namespace
+
+SlideCompliance::SlideCompliance(const Patch& patch, const PortRows& rows, const Vec3& weight) : shared_(weight.squaredNorm()) {
+  ModeMatrix dynamic = kShift_1_s * patch.damping;
+  dynamic.diagonal() += patch.stiffness + ModeVector::Constant(patch.modes(), kShift_1_s * kShift_1_s);
+  whitening_ = ModeMatrix::Identity(patch.modes(), patch.modes());
+  Eigen::LLT<ModeMatrix>(dynamic).matrixL().solveInPlace(whitening_);
+  at_stamp_ = of_modes(rows);
+  constexpr double kFloor = 1e-6, kLeast_m_n = 1e-12;  // a planar body does not yield across, what is held nowhere
+  Mat3 whole = at_stamp_ + patch.c_static;
+  whole.diagonal().array() += kFloor * whole.trace() + kLeast_m_n;
+  root_ = whole.llt().matrixL();
+  inverse_root_ = root_.inverse();
+}
+
+Mat3 SlideCompliance::of_modes(const PortRows& rows) const noexcept {
+  ModePort white(rows.cols(), 3);
+  white.noalias() = whitening_ * rows.transpose();
+  return white.transpose() * white;
+}
+
+Mat3 SlideCompliance::grown(const Mat3& before, const Mat3& missing) noexcept { return before + part_above(missing - before, 0); }
+
+Mat3 SlideCompliance::missing(const PortRows& rows, const Vec3& weight) const noexcept {
+  const double rho = std::min(1.0, weight.squaredNorm() / shared_);
+  const Mat3 share = inverse_root_ * (at_stamp_ - of_modes(rows) / rho) * inverse_root_.transpose();
+  return rho * root_ * part_above(share, kLeastMissing) * root_.transpose();
+}
+
+}  // namespace palpate

@@ -1,0 +1,44 @@
+// What the modes of a patch miss where the tool has slid to.
+//
+// The modes answer a push at the contact point of the stamp, a. With G = (s^2 + s D + K)^-1 and R_p the port rows at p, they
+// yield
+//     C_p = R_p G R_p^T
+// within a time of 1 / s. Away from a they hardly do, while the body yields there about as it does at a, or less where p lies
+// between nodes and a was one: what it yields next to the tool goes as the sum of squares of the barycentric weights w,
+//     rho = min(1, |w_p|^2 / |w_a|^2).
+// With C_0 = C_a + c_static and C_a - C_p / rho = sum_i mu_i u_i u_i^T in the metric of C_0 (u_i^T C_0^-1 u_j = delta_ij), what
+// yields at once at p, as c_static does, is
+//     rho sum_i max(0, mu_i - theta) u_i u_i^T,
+// nothing where the modes know all but theta of it. What has yielded under a push stays so until the push ends (grown()): were it
+// to stiffen again under a tool that slides back, the tool would get what nobody put in. Error: the body's own stiffness at p is
+// not known here; it counts as that at a.
+// Units: m/N, frame W.
+#pragma once
+
+#include "common/port/patch.hpp"
+
+namespace palpate {
+
+class SlideCompliance {
+ public:
+  static constexpr double kShift_1_s = 20;      ///< s
+  static constexpr double kLeastMissing = 0.3;  ///< theta
+
+  SlideCompliance() = default;
+  /// R_a and w_a. For the network side of the hand-over, not for the tick.
+  SlideCompliance(const Patch& patch, const PortRows& rows, const Vec3& weight);
+  /// From R_p and w_p. Does not allocate.
+  Mat3 missing(const PortRows& rows, const Vec3& weight) const noexcept;
+  /// Of a push that slides to where `missing` is missing and has yielded `before` so far: before + (missing - before)_+.
+  static Mat3 grown(const Mat3& before, const Mat3& missing) noexcept;
+
+ private:
+  Mat3 of_modes(const PortRows& rows) const noexcept;
+
+  ModeMatrix whitening_;          // L^-1 of s^2 + s D + K = L L^T
+  Mat3 at_stamp_ = Mat3::Zero();  // C_a
+  Mat3 root_, inverse_root_;      // C_0 = root root^T
+  double shared_ = 1;             // |w_a|^2
+};
+
+}  // namespace palpate

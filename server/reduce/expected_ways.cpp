@@ -1,0 +1,44 @@
+#include "server/reduce/expected_ways.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "server/body/coasting.hpp"
+
+namespace palpate {
+namespace {
+
+/// How far a hand gets that speeds up [m].
+double sped_up(double time_s) {
+  constexpr double kHandMs2 = 0.4, kFarthestM = 0.012;
+  return std::min(0.5 * kHandMs2 * time_s * time_s, kFarthestM);
+}
+
+}  // namespace
+
+Vec3 expected_motion(const ToolAt& tool, double bridge_s) {
+  constexpr double kLeastM = 0.002;
+  Vec3 far;
+  for (int axis = 0; axis < 3; ++axis) far[axis] = std::hypot(tool.velocity[axis] * bridge_s, kLeastM);
+  return far;
+}
+
+std::vector<Vec3> expected_dents(const ToolAt& tool, const Vec3& inwards, double bridge_s) {
+  std::vector<Vec3> ways;
+  for (const double part : {1.0 / 3, 2.0 / 3, 1.0})
+    ways.push_back(part * part * sped_up(bridge_s) * inwards + coasted(tool.velocity, part * bridge_s));
+  return ways;
+}
+
+std::vector<Vec3> expected_slides(const Vec3& velocity, const Vec3& normal, const ExpectedSlide& slide) {
+  constexpr double kHardlyM = 5e-4, kSeldom = 0.25;  // of as far as a hand could
+  const Vec3 way = slide.time_s * velocity;
+  if (way.cross(normal).norm() > kHardlyM) return {way, 0.5 * way};
+  if (slide.time_s == 0 || !slide.from_rest) return {};
+  const Vec3 side = normal.unitOrthogonal();
+  const double far = kSeldom * sped_up(slide.time_s);
+  return {far * side, far * normal.cross(side)};
+}
+
+}  // namespace palpate

@@ -1,0 +1,26 @@
+// Where a hand may go while a patch lasts, from how it goes and how hands speed up: at most kHandMs2, and kFarthestM by that.
+#pragma once
+
+#include <vector>
+
+#include "server/body/integrator.hpp"
+
+namespace palpate {
+
+/// How far the tool is likely to move along each axis in `bridge_s` [m].
+Vec3 expected_motion(const ToolAt& tool, double bridge_s);
+
+/// Ways of a hand that speeds up into the body while it goes on as it went [m].
+std::vector<Vec3> expected_dents(const ToolAt& tool, const Vec3& inwards, double bridge_s);
+
+/// Where on the surface a tool that touches may get to.
+struct ExpectedSlide {
+  double time_s = 0;       ///< in this time; 0: nobody asks
+  bool from_rest = false;  ///< ask of a tool that does not slide, too
+};
+
+/// From the contact point [m]; `normal` is that of the surface. Of a tool that slides, where it then is and half-way; of one that
+/// rests, two ways across each other, a quarter as far as a hand that speeds up gets: further is less likely than it is worth.
+std::vector<Vec3> expected_slides(const Vec3& velocity, const Vec3& normal, const ExpectedSlide& slide);
+
+}  // namespace palpate
