@@ -37,9 +37,9 @@ class BatchConjugateGradients {
 
   /// Takes a copy of A.
   void prepare(const BlockMatrix& a, const std::vector<std::uint8_t>& held, CoarseCorrection coarse = {});
-  /// |A x - b| <= looser max(tolerance, kTightest) |b| for each of any number of columns, as far as the recursion can tell. Rows of held
-  /// nodes are taken for zero in b and are zero in x. Returns the iterations of all columns together. `positive_definite` becomes
-  /// false, and the columns keep what was found so far, when a direction of non-positive curvature shows.
+  /// |A x - b| <= looser max(tolerance, kTightest) |b| for each of any number of columns, as far as the recursion can tell. Rows
+  /// of held nodes are taken for zero in b and are zero in x. Returns the iterations of all columns together. `positive_definite`
+  /// becomes false, and the columns keep what was found so far, when a direction of non-positive curvature shows.
   int solve(std::span<const SolveColumn> columns, double tolerance, bool& positive_definite);
 
  private:

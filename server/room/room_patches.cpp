@@ -29,7 +29,8 @@ std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
   for (const StationJob& j : job.stations) {
     const auto which = port_of(j);
     gets_patch.push_back(which && in_reach(*which, j.bridge));
-    if (gets_patch.back() && !kept_for(j, *which)) frame_model.want(*which, stations.at(j.id).builder->expected_slide(request_of(j)));
+    if (gets_patch.back() && !kept_for(j, *which))
+      frame_model.want(*which, stations.at(j.id).builder->expected_slide(request_of(j)));
   }
   look_ahead(job, gets_patch, bridges);
   return gets_patch;
