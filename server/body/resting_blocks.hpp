@@ -37,7 +37,7 @@ class RestingBlocks {
   /// Those that are watched.
   std::span<const std::uint32_t> watched() const { return watched_; }
   /// `unbalanced_n`: what S has become, parallel to watched(). Some of them may move from now on, and `rings` around them.
-  void look(std::span<const double> unbalanced_n, int rings = 0);
+  void look(std::span<const double> unbalanced_n, int rings);
   /// What has changed since holds from here on.
   void renew();
 

@@ -63,7 +63,6 @@ FrameResult Room::simulate(const FrameJob& job) {
   }
   result.steps = report.steps;
   result.cut_steps = report.cut_steps;
-  result.needed_share = report.needed_share;
   result.newton_iterations = report.newton_iterations;
   result.solver_iterations = report.solver_iterations;
   result.stamp = job.target;

@@ -61,9 +61,8 @@ struct FrameResult {
   std::vector<Vec3> positions;          ///< of the surface vertices (all nodes), when asked for
   std::vector<float> tension, support;  ///< of all nodes (shades.hpp), when asked for
   int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0;
-  double needed_share = 1;  ///< of the springs, that were computed in these steps
-  bool failed = false;      ///< the step did not converge: no patches, the body was put back
-  bool asleep = false;      ///< the body was not stepped, or need not be from here on until a tool comes (stillness.hpp)
+  bool failed = false;  ///< the step did not converge: no patches, the body was put back
+  bool asleep = false;  ///< the body was not stepped, or need not be from here on until a tool comes (stillness.hpp)
 };
 
 /// Where a tool should start: rest position of the attached node, or a point 20 mm above the top of the body.

@@ -112,10 +112,10 @@ TEST_CASE("Watched blocks move again, the most disturbed first, when all togethe
   blocks.choose(unbalanced, 1);
   const std::vector<std::uint32_t> watched(blocks.watched().begin(), blocks.watched().end());
   REQUIRE(watched.size() == 5);  // 9, 11, and the three above
-  blocks.look(std::vector<double>{0.3, 0.1, 0.2, 0.2, 0.1});
+  blocks.look(std::vector<double>{0.3, 0.1, 0.2, 0.2, 0.1}, 0);
   blocks.renew();
   CHECK(std::all_of(watched.begin(), watched.end(), [&](std::uint32_t b) { return blocks.rests(b); }));
-  blocks.look(std::vector<double>{0.5, 0.1, 0.3, 0.2, 0.1});
+  blocks.look(std::vector<double>{0.5, 0.1, 0.3, 0.2, 0.1}, 0);
   blocks.renew();
   CHECK(blocks.moves(watched[0]));
   CHECK(blocks.moves(watched[2]));
@@ -126,7 +126,7 @@ TEST_CASE("Watched blocks move again, the most disturbed first, when all togethe
   blocks.look(std::vector<double>{2, 0.1, 0.1, 0.1, 0.1}, kRings);
   for (std::size_t row = 0; row < 60; ++row) CHECK(blocks.moves(row) == (row == 10 || (row >= 9 - kRings && row <= 9 + kRings)));
   blocks.renew();
-  blocks.look(std::vector<double>(blocks.watched().size(), std::numeric_limits<double>::infinity()));
+  blocks.look(std::vector<double>(blocks.watched().size(), std::numeric_limits<double>::infinity()), 0);
   blocks.renew();
   CHECK(std::all_of(watched.begin(), watched.end(), [&](std::uint32_t b) { return blocks.moves(b); }));
   blocks.wake_all();
