@@ -88,7 +88,7 @@ void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& port
 }
 
 void FrameModel::want(std::size_t k, const ExpectedSlide& slide) {
-  wanted_[k] = {true, slide};
+  wanted_[k] = {true, slide, {}};
   if (graded_) graded_->want(k, slide);
 }
 
@@ -296,12 +296,14 @@ OtherTools FrameModel::other_nodes(std::size_t which) {
 }
 
 /// None where the tool does not touch, or nothing is asked.
-std::vector<Vector> FrameModel::sliding_loads(std::size_t k) {
+std::span<const Vector> FrameModel::sliding_loads(std::size_t k) {
+  Wanted& wanted = wanted_[k];
+  if (wanted.loads) return *wanted.loads;
   const ToolPort& port = (*ports_)[k];
-  std::vector<Vector> loads;
-  if (!port.touching || wanted_[k].slide.time_s == 0) return loads;
+  std::vector<Vector>& loads = wanted.loads.emplace();
+  if (!port.touching || wanted.slide.time_s == 0) return loads;
   const Vec3 normal = normal_at(skin_->view(), positions(), port.point);
-  for (const Vec3& way : expected_slides(tools_[k].velocity, normal, wanted_[k].slide)) {
+  for (const Vec3& way : expected_slides(tools_[k].velocity, normal, wanted.slide)) {
     Vector& load = loads.emplace_back(Vector::Zero(size()));
     scatter(weights(slide(skin_->view(), positions(), port.point, way)), port.lambda, load);
     scatter(weights(port.point), -port.lambda, load);

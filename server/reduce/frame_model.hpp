@@ -66,7 +66,7 @@ class SharedSystem {
     std::size_t port = 0;
     SurfacePoint point;
     Skin::Weights b;
-    std::vector<Vector> slides;
+    std::span<const Vector> slides;
   };
   /// The body's own: what is out of balance, and M v*. Null where it is not asked for.
   struct OwnLoads {
@@ -182,6 +182,7 @@ class FrameModel {
   struct Wanted {
     bool patch = false;
     ExpectedSlide slide;
+    std::optional<std::vector<Vector>> loads;  // where it leads, once somebody has asked
   };
   struct Known {
     double time_s = 0;
@@ -194,7 +195,7 @@ class FrameModel {
   /// On the body at rest.
   Vec3 place_of(const ToolPort& port) const;
   Eigen::Index size() { return linearisation().masses().size(); }
-  std::vector<Vector> sliding_loads(std::size_t k);
+  std::span<const Vector> sliding_loads(std::size_t k);
   Mat3 contact_stiffness(std::size_t k, const PortAnswer& answer);
   void add_held_nodes(std::size_t which, Vector& load_rate);
 

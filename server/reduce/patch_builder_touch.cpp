@@ -198,11 +198,16 @@ std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
   const auto add_slides = [&] {
     for (const Vector& x : own.slides) correct.apply(start.ports.emplace_back(x));
   };
+  const bool cubic = request.scheme == Scheme::cubic;
   const Vec3 inwards = -normal_at(skin_->view(), frame.positions(), frame.ports()[which].point);
-  Vector push = Vector::Zero(at.masses().size());
-  for (std::size_t axis = 0; axis < 3; ++axis) push += inwards[static_cast<Eigen::Index>(axis)] * own.input[axis];
-  start.fine = {push.cwiseQuotient(at.masses())};
-  if (request.scheme == Scheme::cubic) {
+  if (cubic || !own.slides.empty()) {
+    Vector push = Vector::Zero(at.masses().size());
+    for (std::size_t axis = 0; axis < 3; ++axis) push += inwards[static_cast<Eigen::Index>(axis)] * own.input[axis];
+    start.fine = {push.cwiseQuotient(at.masses())};
+  } else {
+    for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(at.masses()));
+  }
+  if (cubic) {
     const double bridge_s = seconds(request.bridge);
     if (!dents_) dents_ = std::make_unique<Dents>(dynamics_->body());
     const auto dents = dents_->shapes(at, {skin_->weights(frame.ports()[which].point), start.ports,
@@ -210,10 +215,6 @@ std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
     scale_to(expected_motion(frame.tool(which), bridge_s), own.b, start.ports);
     add_slides();
     return cubic_basis(at, start, solve, Matrix(), dents, known_ways(), {modes, p.shift(), bridge_s}, cubic_memory_);
-  }
-  if (own.slides.empty()) {
-    start.fine.clear();
-    for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(at.masses()));
   }
   add_slides();
   auto directions = krylov_basis(at, start, solve, {modes, p.shift(), kBasisTolerance});

@@ -153,6 +153,7 @@ TEST_CASE("Slid on along the surface, a touched patch knows how the body yields 
   const auto [linear, bent] = touch.errors();
   CHECK(linear < 1e-3);
   CHECK(bent < 1e-4);
+  CHECK(bent < 0.5 * linear);
 }
 
 TEST_CASE("Among the directions of a touch is the way that the body begins to yield along the normal") {
