@@ -6,7 +6,8 @@
 namespace palpate {
 namespace {
 
-/// The body's own loads take twice the iterations of a port's, and three times the error is not felt (docs/decisions/0014).
+/// The body's own loads take 1.4 to 1.8 times the iterations of a port's, and three times the error is not felt
+/// (docs/decisions/0022).
 constexpr double kOwnLooser = 3;
 
 }  // namespace
