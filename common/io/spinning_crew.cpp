@@ -1,5 +1,7 @@
 #include "common/io/spinning_crew.hpp"
 
+#include <algorithm>
+
 namespace palpate {
 namespace {
 
@@ -20,14 +22,16 @@ void pause() {
 
 }  // namespace
 
-SpinningCrew::SpinningCrew(std::size_t size) {
-  for (std::size_t k = 1; k < size; ++k) helpers_.emplace_back([this] { help(); });
+SpinningCrew::SpinningCrew(std::size_t size) : tickets_(std::max<std::size_t>(size, 1)) {
+  for (std::size_t k = 1; k < size; ++k) helpers_.emplace_back([this, k] { help(k); });
 }
 
 SpinningCrew::~SpinningCrew() {
   stop_.store(true);
-  ticket_.store((std::uint64_t{piece_of(ticket_.load())} + 1) << kPieceBit);
-  ticket_.notify_all();
+  for (Ticket& ticket : tickets_) {
+    ticket.value.store((std::uint64_t{piece_of(ticket.value.load())} + 1) << kPieceBit);
+    ticket.value.notify_all();
+  }
   for (std::thread& helper : helpers_) helper.join();
 }
 
@@ -38,10 +42,11 @@ void SpinningCrew::run(std::size_t parts, const std::function<void(std::size_t)>
   }
   work_.store(&work, std::memory_order_relaxed);
   done_.store(0, std::memory_order_relaxed);
-  const std::uint64_t piece = piece_of(ticket_.load(std::memory_order_relaxed)) + 1;
-  ticket_.store((piece << kPieceBit) | (std::uint64_t{parts} << kPartsBit), std::memory_order_release);
-  ticket_.notify_all();
-  take_parts();
+  const std::uint64_t piece = piece_of(tickets_[0].value.load(std::memory_order_relaxed)) + 1;
+  const std::uint64_t begin = (piece << kPieceBit) | (std::uint64_t{parts} << kPartsBit);
+  for (Ticket& ticket : tickets_) ticket.value.store(begin, std::memory_order_release);
+  for (std::size_t k = 1; k < tickets_.size(); ++k) tickets_[k].value.notify_all();
+  take_parts(0);
   for (int k = 0; done_.load(std::memory_order_acquire) < parts; ++k) {
     if (k < kLooks)
       pause();
@@ -50,29 +55,37 @@ void SpinningCrew::run(std::size_t parts, const std::function<void(std::size_t)>
   }
 }
 
-/// Until none is left. Returns the piece that they were of.
-std::uint32_t SpinningCrew::take_parts() {
+/// Its own, then those that others have left.
+void SpinningCrew::take_parts(std::size_t self) {
+  for (std::size_t k = 0; k < tickets_.size(); ++k) take_parts_of((self + k) % tickets_.size());
+}
+
+void SpinningCrew::take_parts_of(std::size_t thread) {
+  const std::size_t threads = tickets_.size();
   for (;;) {
-    const std::uint64_t ticket = ticket_.fetch_add(1, std::memory_order_acq_rel);
-    const auto low = static_cast<std::uint32_t>(ticket), part = low & kTaken;
-    if (part >= low >> kPartsBit) return piece_of(ticket);
+    const auto low = static_cast<std::uint32_t>(tickets_[thread].value.fetch_add(1, std::memory_order_acq_rel));
+    const std::size_t parts = low >> kPartsBit, part = thread * parts / threads + (low & kTaken);
+    if (part >= (thread + 1) * parts / threads) return;
     (*work_.load(std::memory_order_relaxed))(part);
     done_.fetch_add(1, std::memory_order_release);
   }
 }
 
-void SpinningCrew::help() {
+void SpinningCrew::help(std::size_t self) {
+  const std::atomic<std::uint64_t>& mine = tickets_[self].value;
   std::uint32_t known = 0;  // piece
   while (!stop_.load(std::memory_order_relaxed)) {
-    std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
+    std::uint64_t ticket = mine.load(std::memory_order_acquire);
     for (int k = 0; piece_of(ticket) == known && k < kLooks; ++k) {
       pause();
-      ticket = ticket_.load(std::memory_order_acquire);
+      ticket = mine.load(std::memory_order_acquire);
     }
-    if (piece_of(ticket) == known)
-      ticket_.wait(ticket, std::memory_order_acquire);
-    else
-      known = take_parts();
+    if (piece_of(ticket) == known) {
+      mine.wait(ticket, std::memory_order_acquire);
+    } else {
+      known = piece_of(ticket);
+      take_parts(self);
+    }
   }
 }
 

@@ -1,5 +1,8 @@
 // A crew for pieces of work that take tens of microseconds and follow on each other's heels: its threads look out for the next
 // one for as long as that takes, and only then sleep.
+//
+// Of P parts thread t of T begins with those from t P / T on and, when they are done, helps the others with theirs: from piece to
+// piece most parts stay with a thread, and with them what its caches hold.
 #pragma once
 
 #include <atomic>
@@ -25,13 +28,18 @@ class SpinningCrew final : public Crew {
   void run(std::size_t parts, const std::function<void(std::size_t)>& work) override;
 
  private:
-  void help();
-  std::uint32_t take_parts();
+  /// From the top: which piece of work it is (32 bits), how many parts that has, how many of a thread's own were taken (16 each).
+  /// Who adds one has taken a part of the piece that the ticket says, or, where the thread has no more, nothing: whatever it knew
+  /// before.
+  struct alignas(64) Ticket {
+    std::atomic<std::uint64_t> value{0};
+  };
+  void help(std::size_t self);
+  void take_parts(std::size_t self);
+  void take_parts_of(std::size_t thread);
 
-  // From the top: which piece of work it is (32 bits), how many parts that has, how many were taken (16 each). Who adds one has
-  // taken a part of the piece that the ticket says, or, where that has no more, nothing: whatever it knew before.
-  std::atomic<std::uint64_t> ticket_{0};
-  std::atomic<std::uint32_t> done_{0};
+  std::vector<Ticket> tickets_;  // of each thread, the caller's first
+  alignas(64) std::atomic<std::uint32_t> done_{0};
   std::atomic<const std::function<void(std::size_t)>*> work_{nullptr};
   std::atomic<bool> stop_{false};
   std::vector<std::thread> helpers_;
