@@ -21,6 +21,7 @@ void add_pareto(CLI::App& app, Run& run);
 void add_stations(CLI::App& app, Run& run);
 void add_load(CLI::App& app, Run& run);
 void add_skip(CLI::App& app, Run& run);
+void add_bench(CLI::App& app, Run& run);
 void add_beside(CLI::App& app, Run& run);
 void add_world(CLI::App& app, Run& run);
 void add_spring1d(CLI::App& app, Run& run);

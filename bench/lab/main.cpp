@@ -44,6 +44,7 @@ int main(int argc, char** argv) {
   palpate::add_masking(app, run);
   palpate::add_truth(app, run);
   palpate::add_pareto(app, run);
+  palpate::add_bench(app, run);
   palpate::add_stations(app, run);
   palpate::add_load(app, run);
   palpate::add_skip(app, run);

@@ -26,28 +26,47 @@ Tetrahedra::Tetrahedra(const LumpedBody& body, const BlockMatrix& pattern) : bod
   auto next = first_;
   for (std::uint32_t k = 0; k < cells_.size(); ++k)
     for (const std::uint32_t node : cells_[k].nodes) incident_[next[node]++] = k;
-  make_groups();
+  std::vector<std::uint32_t> all(cells_.size());
+  std::iota(all.begin(), all.end(), 0U);
+  batches_ = batches(all);
 }
 
-void Tetrahedra::make_groups() {
-  std::vector<std::uint32_t> order(cells_.size());
-  std::iota(order.begin(), order.end(), 0U);
+std::vector<Tetrahedra::Batch> Tetrahedra::batches(std::span<const std::uint32_t> cells) const {
+  std::vector<std::uint32_t> order(cells.begin(), cells.end());
   std::stable_sort(order.begin(), order.end(), [&](auto p, auto q) { return cells_[p].material < cells_[q].material; });
+  std::vector<Batch> batches;
   for (const std::uint32_t k : order) {
     const Cell& cell = cells_[k];
-    if (groups_.empty() || groups_.back().count == kTetraLanes || groups_.back().material != cell.material) {
-      groups_.push_back({});
-      lanes_.push_back({});
-      groups_.back().material = cell.material;
-      for (std::size_t i = 0; i < 4; ++i) groups_.back().nodes[i].fill(cell.nodes[i]);
+    if (batches.empty() || batches.back().group.count == kTetraLanes || batches.back().group.material != cell.material) {
+      TetraGroup& group = batches.emplace_back().group;
+      group.material = cell.material;
+      for (std::size_t i = 0; i < 4; ++i) group.nodes[i].fill(cell.nodes[i]);
     }
-    TetraGroup& group = groups_.back();
+    TetraGroup& group = batches.back().group;
     const std::size_t lane = group.count++;
-    lanes_.back()[lane] = k;
+    batches.back().cells[lane] = k;
     group.volume_m3.of[lane] = cell.rest.volume_m3;
     for (std::size_t i = 0; i < 4; ++i) group.nodes[i][lane] = cell.nodes[i];
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t c = 0; c < 3; ++c) group.b[i][c].of[lane] = cell.rest.b(static_cast<int>(c), static_cast<int>(i) + 1);
+  }
+  return batches;
+}
+
+void Tetrahedra::blocks(const Batch& batch, const Vector& x, double c_d, double c_k, bool clamp, TetraBlocks& blocks) const {
+  const TetraMaterial& m = materials_[batch.group.material];
+  const std::uint32_t side_by_side = clamp ? 0 : tetra_loops().back().blocks(m, batch.group, x.data(), c_d, c_k, blocks);
+  for (std::size_t lane = 0; lane < batch.group.count; ++lane) {
+    if (side_by_side >> lane & 1U) continue;
+    const Cell& cell = cells_[batch.cells[lane]];
+    const Mat3 f = nodes_of(cell, x) * cell.rest.b.transpose();
+    const TetraTangent tangent(m, f, clamp);
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j <= i; ++j) {
+        const Mat3 k = c_k * tangent.block(cell.rest, i, j) + c_d * viscous_block(m, cell.rest, f, i, j);
+        auto& to = blocks.at[pair_index(static_cast<std::size_t>(i), static_cast<std::size_t>(j))];
+        for (std::size_t n = 0; n < 9; ++n) to[n].of[lane] = k(static_cast<int>(n / 3), static_cast<int>(n % 3));
+      }
   }
 }
 
@@ -65,7 +84,8 @@ Mat3 Tetrahedra::stress(const Cell& cell, const Vector& x, const Vector& v) cons
 
 void Tetrahedra::add_forces(const Vector& x, const Vector& v, Vector& f) const {
   const TetraLoops& loops = tetra_loops().back();
-  for (const TetraGroup& group : groups_) loops.add_forces(materials_[group.material], group, x.data(), v.data(), f.data());
+  for (const Batch& batch : batches_)
+    loops.add_forces(materials_[batch.group.material], batch.group, x.data(), v.data(), f.data());
   if (empty() || body_->mass_damping_1_s == 0) return;
   for (std::uint32_t i = 0; i < body_->nodes.size(); ++i)
     at_node(f, i) -= body_->mass_damping_1_s * body_->masses_kg[i] * at_node(v, i);
@@ -82,45 +102,22 @@ Vec3 Tetrahedra::force_on(const BodyState& state, std::uint32_t node) const {
   return sum;
 }
 
-/// block(i, j) for j <= i.
-template <class Block>
-void Tetrahedra::add_pairs(const Cell& cell, const std::vector<std::uint8_t>& held, const Block& block, BlockMatrix& a) const {
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (held[cell.nodes[i]]) continue;
-    for (std::size_t j = 0; j <= i; ++j) {
-      if (held[cell.nodes[j]]) continue;
-      const Mat3 k = block(i, j);
-      a.block(cell.entries[i][j]) += k;
-      if (i != j) a.block(cell.entries[j][i]) += k.transpose();
-    }
-  }
-}
-
 void Tetrahedra::add_tangents(const BodyState& state, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                               BlockMatrix& a) const {
-  const TetraLoops& loops = tetra_loops().back();
-  TetraBlocks blocks;
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const TetraMaterial& m = materials_[groups_[g].material];
-    const std::uint32_t side_by_side = clamp ? 0 : loops.blocks(m, groups_[g], state.x.data(), c_d, c_k, blocks);
-    for (std::size_t lane = 0; lane < groups_[g].count; ++lane) {
-      const Cell& cell = cells_[lanes_[g][lane]];
-      if (side_by_side >> lane & 1U) {
-        const auto block = [&](std::size_t i, std::size_t j) {
-          Mat3 k;
-          for (std::size_t n = 0; n < 9; ++n)
-            k(static_cast<int>(n / 3), static_cast<int>(n % 3)) = blocks.at[pair_index(i, j)][n].of[lane];
-          return k;
-        };
-        add_pairs(cell, held, block, a);
-      } else {
-        const Mat3 f = nodes_of(cell, state.x) * cell.rest.b.transpose();
-        const TetraTangent tangent(m, f, clamp);
-        const auto block = [&](std::size_t i, std::size_t j) -> Mat3 {
-          const int p = static_cast<int>(i), q = static_cast<int>(j);
-          return c_k * tangent.block(cell.rest, p, q) + c_d * viscous_block(m, cell.rest, f, p, q);
-        };
-        add_pairs(cell, held, block, a);
+  TetraBlocks side_by_side;
+  for (const Batch& batch : batches_) {
+    blocks(batch, state.x, c_d, c_k, clamp, side_by_side);
+    for (std::size_t lane = 0; lane < batch.group.count; ++lane) {
+      const Cell& cell = cells_[batch.cells[lane]];
+      for (std::size_t i = 0; i < 4; ++i) {
+        if (held[cell.nodes[i]]) continue;
+        for (std::size_t j = 0; j <= i; ++j) {
+          if (held[cell.nodes[j]]) continue;
+          BlockMatrix::Block k;
+          for (std::size_t n = 0; n < 9; ++n) k.data()[n] = side_by_side.at[pair_index(i, j)][n].of[lane];
+          a.block(cell.entries[i][j]) += k;
+          if (i != j) a.block(cell.entries[j][i]) += k.transpose();
+        }
       }
     }
   }

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "server/body/body_state.hpp"
@@ -25,6 +26,15 @@ class Tetrahedra {
   /// A += c_d D + c_k K (symmetric part) but for rows and columns of held nodes; see TetraTangent for `clamp`.
   void add_tangents(const BodyState& state, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                     BlockMatrix& a) const;
+  /// Tetrahedra of one material side by side, and which.
+  struct Batch {
+    TetraGroup group;
+    std::array<std::uint32_t, kTetraLanes> cells{};
+  };
+  /// Of these, as few as will do.
+  std::vector<Batch> batches(std::span<const std::uint32_t> cells) const;
+  /// c_d D + c_k K between the nodes of each, mass-proportional damping aside; see TetraTangent for `clamp`.
+  void blocks(const Batch& batch, const Vector& x, double c_d, double c_k, bool clamp, TetraBlocks& blocks) const;
   /// What the products with K and D at one state are made of, for each tetrahedron.
   std::vector<TetraTangent> tangents(const BodyState& state) const;
   /// K Y and D Y are added for the columns of Y.
@@ -40,11 +50,6 @@ class Tetrahedra {
     TetraRest rest;
     std::array<std::array<std::uint32_t, 4>, 4> entries;  // of the pattern
   };
-  /// The tetrahedra of a group, lane by lane.
-  using Lanes = std::array<std::uint32_t, kTetraLanes>;
-  void make_groups();
-  template <class Block>
-  void add_pairs(const Cell& cell, const std::vector<std::uint8_t>& held, const Block& block, BlockMatrix& a) const;
   Mat34 nodes_of(const Cell& cell, const Vector& y) const;
   /// V P: its product with b_i is minus the force on node i.
   Mat3 stress(const Cell& cell, const Vector& x, const Vector& v) const;
@@ -52,8 +57,7 @@ class Tetrahedra {
   const LumpedBody* body_;
   std::vector<TetraMaterial> materials_;
   std::vector<Cell> cells_;
-  std::vector<TetraGroup> groups_;
-  std::vector<Lanes> lanes_;                     // of each group
+  std::vector<Batch> batches_;                   // of all
   std::vector<std::uint32_t> first_, incident_;  // cells of each node
 };
 

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -52,16 +53,12 @@ Grid grid_for(const LumpedBody& body, std::size_t most) {
 
 }  // namespace
 
-FarField::FarField(const Dynamics& dynamics) : dynamics_(&dynamics) {
-  divide();
-  assign_springs();
-  const BodyState rest = dynamics.rest_state();
-  for (std::uint32_t c = 0; c < cells(); ++c) renew(c, rest);
-}
+FarField::FarField(const Dynamics& dynamics) : dynamics_(&dynamics) { divide(); }
 
 void FarField::divide() {
   const LumpedBody& body = dynamics_->body();
-  const Grid grid = grid_for(body, std::clamp<std::size_t>(body.nodes.size() / kNodesACell, 1, kCellsMost));
+  const std::size_t nodes_a_cell = body.tetrahedra.empty() ? kNodesACell : kNodesASolidCell;
+  const Grid grid = grid_for(body, std::clamp<std::size_t>(body.nodes.size() / nodes_a_cell, 1, kCellsMost));
   edge_ = grid.edge;
   per_edge_ = edge_.cwiseInverse();
   std::map<Index3, std::uint32_t> cell_at, corner_at;
@@ -95,23 +92,19 @@ void FarField::divide() {
     }
 }
 
-void FarField::assign_springs() {
-  const LumpedBody& body = dynamics_->body();
-  for (std::uint32_t e = 0; e < body.elements.size(); ++e) {
-    const std::uint32_t a = body.elements[e].a, b = body.elements[e].b;
-    const Vec3 to_a = body.nodes[a] - cells_[cell_of_[a]].centre, to_b = body.nodes[b] - cells_[cell_of_[b]].centre;
-    const Vec3 half = 0.5 * (body.nodes[b] - body.nodes[a]);
-    // How far out of either cell the middle is, in edges.
-    const double out_of_a = (to_a + half).cwiseQuotient(edge_).cwiseAbs().maxCoeff();
-    const double out_of_b = (to_b - half).cwiseQuotient(edge_).cwiseAbs().maxCoeff();
-    const std::uint32_t home = cell_of_[out_of_b < out_of_a ? b : a];
-    Cell& cell = cells_[home];
-    const std::uint32_t to = cell_of_[a] == home ? cell_of_[b] : cell_of_[a];
-    auto part = std::find_if(cell.parts.begin(), cell.parts.end(), [&](const Part& p) { return p.to == to; });
-    if (part == cell.parts.end()) part = cell.parts.insert(part, Part{to, {}, {}, false});
-    part->springs.push_back(e);
-    ++cell.springs;
+std::uint32_t FarField::home(std::span<const std::uint32_t> nodes) const {
+  Vec3 middle = Vec3::Zero();
+  for (const std::uint32_t i : nodes) middle += dynamics_->body().nodes[i] / static_cast<double>(nodes.size());
+  constexpr double kSame = 1e-9;  // of an edge: no further out than that is in the one that comes first
+  std::uint32_t home = cell_of_[nodes.front()];
+  double least = std::numeric_limits<double>::infinity();
+  for (const std::uint32_t i : nodes) {
+    const double out = (middle - cells_[cell_of_[i]].centre).cwiseQuotient(edge_).cwiseAbs().maxCoeff();
+    if (!(out < least - kSame)) continue;
+    least = out;
+    home = cell_of_[i];
   }
+  return home;
 }
 
 FarField::Shape FarField::shape_in(std::uint32_t node, std::uint32_t cell) const {
@@ -125,15 +118,6 @@ FarField::Shape FarField::shape_in(std::uint32_t node, std::uint32_t cell) const
   return n;
 }
 
-std::vector<std::uint32_t> FarField::springs_at(const std::vector<std::uint8_t>& cells) const {
-  std::vector<std::uint32_t> springs;
-  for (std::uint32_t c = 0; c < cells_.size(); ++c)
-    for (const Part& part : cells_[c].parts)
-      if (cells[c] || cells[part.to]) springs.insert(springs.end(), part.springs.begin(), part.springs.end());
-  std::sort(springs.begin(), springs.end());
-  return springs;
-}
-
 Vec3 FarField::corner(std::uint32_t cell, std::size_t k) const {
   const Vec3 side(k & 1 ? 0.5 : -0.5, k >> 1 & 1 ? 0.5 : -0.5, k >> 2 ? 0.5 : -0.5);
   return cells_[cell].centre + side.cwiseProduct(edge_);
@@ -143,71 +127,22 @@ double FarField::spacing_m() const {
   return std::cbrt(edge_.prod() * static_cast<double>(cells_.size()) / static_cast<double>(cell_of_.size()));
 }
 
-double FarField::bent(const Cell& cell, const Vector& x) const {
-  std::array<Vec3, kCorners> moved;
+FarField::Samples FarField::samples(std::uint32_t cell, const Vector& x) const {
+  Samples at;
+  for (std::size_t k = 0; k < kCorners; ++k) at[k] = at_node(x, cells_[cell].samples[k]);
+  return at;
+}
+
+double FarField::bent(const Samples& from, const Samples& to) const {
+  Samples moved;
   Vec3 mean = Vec3::Zero();
   for (std::size_t k = 0; k < kCorners; ++k) {
-    moved[k] = at_node(x, cell.samples[k]) - cell.then[k];
+    moved[k] = to[k] - from[k];
     mean += moved[k] / static_cast<double>(kCorners);
   }
   double most = 0;
   for (const Vec3& m : moved) most = std::max(most, (m - mean).norm());
   return most / edge_.minCoeff();
-}
-
-void FarField::renew(std::uint32_t c, const BodyState& state) {
-  Cell& cell = cells_[c];
-  for (std::size_t k = 0; k < kCorners; ++k) cell.then[k] = at_node(state.x, cell.samples[k]);
-  cell.is_summed = false;
-  const LumpedBody& body = dynamics_->body();
-  const ElementKernel kernel(body.law, body.stiffening);
-  for (Part& part : cell.parts) {
-    part.tangent.fill(SpringMatrices::Pair::Zero());
-    for (const std::uint32_t e : part.springs) {
-      const Element& spring = body.elements[e];
-      const ElementState s = kernel.evaluate(spring, at_node(state.x, spring.b) - at_node(state.x, spring.a),
-                                             at_node(state.v, spring.b) - at_node(state.v, spring.a));
-      const SpringMatrices::Pair both = SpringMatrices::tangents(spring, s);
-      const Shape w = shape_in(spring.a, c) - shape_in(spring.b, c);
-      auto pair = part.tangent.begin();
-      for (Eigen::Index p = 0; p < w.size(); ++p) {
-        const SpringMatrices::Pair row = w[p] * both;
-        for (Eigen::Index q = p; q < w.size(); ++q) *pair++ += w[q] * row;
-      }
-    }
-  }
-}
-
-/// Of the parts of a far cell that are between far cells.
-void FarField::add_up(Cell& cell, const std::vector<std::uint8_t>& near) {
-  const auto same = [&](const Part& part) { return part.is_far == !near[part.to]; };
-  if (cell.is_summed && std::all_of(cell.parts.begin(), cell.parts.end(), same)) return;
-  cell.is_summed = true;
-  cell.tangent.fill(SpringMatrices::Pair::Zero());
-  for (Part& part : cell.parts) {
-    part.is_far = !near[part.to];
-    for (std::size_t k = 0; part.is_far && k < kPairs; ++k) cell.tangent[k] += part.tangent[k];
-  }
-}
-
-void FarField::take(const BodyState& state, const std::vector<std::uint8_t>& near) {
-  struct Old {
-    double bent;
-    std::uint32_t cell;
-  };
-  std::vector<Old> old;
-  for (std::uint32_t c = 0; c < cells(); ++c)
-    if (const double by = near[c] ? 0.0 : bent(cells_[c], state.x); by > kBent) old.push_back({by, c});
-  std::sort(old.begin(), old.end(),
-            [](const Old& p, const Old& q) { return p.bent != q.bent ? p.bent > q.bent : p.cell < q.cell; });
-  std::size_t springs = 0;
-  for (const Old& o : old) {
-    if (springs >= kSpringsAFrame) break;
-    renew(o.cell, state);
-    springs += cells_[o.cell].springs;
-  }
-  for (std::uint32_t c = 0; c < cells(); ++c)
-    if (!near[c]) add_up(cells_[c], near);
 }
 
 }  // namespace palpate

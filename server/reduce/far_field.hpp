@@ -1,15 +1,8 @@
-// What of a body of springs is far from all tools, on a coarse grid: it moves as the corners of the grid's cells do,
+// What of a body is far from all tools, on a coarse grid: it moves as the corners of the grid's cells do,
 //
 //     node i in cell c:   dx_i = sum_k N_k(X_i) u_k,     k the eight corners of c, N_k trilinear in the rest position X_i
 //
-// and fixed nodes do not move. For a spring between nodes a and b, w_k = N_k(X_a) - N_k(X_b) in the cell that holds its middle
-// (if that is a's or b's; else a's: N is continued beyond the cell), a cell's matrices are
-//
-//     K_c = sum_e w_e w_e^T (x) k_e,     D_c = sum_e w_e w_e^T (x) d_e,     k_e, d_e: tangents of element_kernel.hpp
-//
-// They are kept: far from a tool the tangents change little from frame to frame, so only the cells that were bent most since
-// theirs were made get new ones, as many as kSpringsAFrame allow. They are kept in parts, by the cell that the springs end in:
-// what is near can change without any of them being made again.
+// and fixed nodes do not move. What holds it together is in far_tangents.hpp.
 #pragma once
 
 #include <array>
@@ -18,24 +11,21 @@
 #include <vector>
 
 #include "server/body/dynamics.hpp"
-#include "server/reduce/spring_matrices.hpp"
 
 namespace palpate {
 
 class FarField {
  public:
   static constexpr std::size_t kCorners = 8;
-  static constexpr std::size_t kNodesACell = 27;  ///< on average, or more where that makes more than
+  /// On average, or more where that makes more than kCellsMost. Cells of finite elements that hardly change their volume are too
+  /// stiff when they are large.
+  static constexpr std::size_t kNodesACell = 27, kNodesASolidCell = 8;
   static constexpr std::size_t kCellsMost = 400;
-  static constexpr std::size_t kSpringsAFrame = 6000;
-  static constexpr double kBent = 2e-3;  ///< of the edge of a cell, that its nodes moved to each other
 
   /// The body at rest; `dynamics` must outlive it.
   explicit FarField(const Dynamics& dynamics);
 
   using Shape = Eigen::Array<double, kCorners, 1>;
-  static constexpr std::size_t kPairs = kCorners * (kCorners + 1) / 2;  ///< of corners: 00, 01 ... 07, 11 ...
-  using Tangent = std::array<SpringMatrices::Pair, kPairs>;             ///< symmetric in the corners
   std::uint32_t cells() const { return static_cast<std::uint32_t>(cells_.size()); }
   std::uint32_t corners() const { return corners_; }
   const Vec3& centre(std::uint32_t cell) const { return cells_[cell].centre; }
@@ -47,42 +37,28 @@ class FarField {
   std::uint32_t cell_of(std::uint32_t node) const { return cell_of_[node]; }
   /// N of a node in its own cell; zero for a fixed one.
   const Shape& shape(std::uint32_t node) const { return shapes_[node]; }
+  /// N of a node in any cell, continued beyond it.
+  Shape shape_in(std::uint32_t node, std::uint32_t cell) const;
   /// sum_i m_i N(X_i) over a cell's nodes [kg]
   const Shape& masses(std::uint32_t cell) const { return cells_[cell].masses; }
-  /// The springs that have a node in such a cell (1 = one of them), ascending.
-  std::vector<std::uint32_t> springs_at(const std::vector<std::uint8_t>& cells) const;
+  /// The cell that holds the middle of these nodes at rest, or is nearest to it, of those that hold one of them.
+  std::uint32_t home(std::span<const std::uint32_t> nodes) const;
 
-  /// Tangents for the springs between nodes of far cells, `near` the others (1 = near, per cell), new ones where the body was
-  /// bent most.
-  void take(const BodyState& state, const std::vector<std::uint8_t>& near);
-  const Tangent& tangent(std::uint32_t cell) const { return cells_[cell].tangent; }
+  /// Where the nodes are that tell how a cell is bent.
+  using Samples = std::array<Vec3, kCorners>;
+  Samples samples(std::uint32_t cell, const Vector& x) const;
+  /// How far they moved to each other, of the edge of a cell.
+  double bent(const Samples& from, const Samples& to) const;
 
  private:
-  /// Springs of a cell that end in the same one.
-  struct Part {
-    std::uint32_t to = 0;  // that cell: another, or the same
-    std::vector<std::uint32_t> springs;
-    Tangent tangent;
-    bool is_far = false;  // then
-  };
   struct Cell {
     Vec3 centre = Vec3::Zero();
     std::array<std::uint32_t, kCorners> corners{};
     std::vector<std::uint32_t> nodes;
-    std::vector<Part> parts;
-    std::size_t springs = 0;                        // of all parts
-    std::array<std::uint32_t, kCorners> samples{};  // nodes that tell how it is bent
-    std::array<Vec3, kCorners> then{};
+    std::array<std::uint32_t, kCorners> samples{};
     Shape masses = Shape::Zero();
-    Tangent tangent;         // of the parts that end in far cells
-    bool is_summed = false;  // since they were made
   };
   void divide();
-  void assign_springs();
-  Shape shape_in(std::uint32_t node, std::uint32_t cell) const;
-  double bent(const Cell& cell, const Vector& x) const;
-  void renew(std::uint32_t cell, const BodyState& state);
-  static void add_up(Cell& cell, const std::vector<std::uint8_t>& near);
 
   const Dynamics* dynamics_;
   Vec3 edge_ = Vec3::Zero(), per_edge_ = Vec3::Zero();

@@ -5,21 +5,23 @@
 #include <cmath>
 #include <limits>
 
+#include "server/reduce/graded_solid.hpp"
+#include "server/reduce/graded_springs.hpp"
+
 namespace palpate {
 
 bool GradedBody::suits(const Dynamics& dynamics) {
-  return dynamics.nodes() >= kNodesLeast && !dynamics.body().planar && SpringBlocks::covers(dynamics.body());
+  const LumpedBody& body = dynamics.body();
+  const bool is_solid = body.elements.empty() && !body.tetrahedra.empty();
+  return dynamics.nodes() >= kNodesLeast && !body.planar && (is_solid || SpringBlocks::covers(body));
 }
 
-GradedBody::GradedBody(const Dynamics& dynamics)
-    : dynamics_(&dynamics),
-      forces_(dynamics.body()),
-      far_(dynamics),
-      coarse_(dynamics, kPieces),
-      u_(dynamics.nodes()),
-      v_(dynamics.nodes()),
-      f_(dynamics.nodes()) {
+GradedBody::GradedBody(const Dynamics& dynamics) : dynamics_(&dynamics), far_(dynamics), coarse_(dynamics, kPieces) {
   place_corners();
+  if (dynamics.body().tetrahedra.empty())
+    tangents_ = std::make_unique<GradedSprings>(*this);
+  else
+    tangents_ = std::make_unique<GradedSolid>(*this);
 }
 
 void GradedBody::place_corners() {
@@ -63,7 +65,7 @@ void GradedBody::focus(std::span<const Vec3> places, std::span<const std::uint32
   near_ = std::move(wanted);
   ++generation_;
   number();
-  lay_out();
+  tangents_->lay_out();
 }
 
 void GradedBody::number() {
@@ -115,133 +117,14 @@ std::span<const GradedBody::Share> GradedBody::shares(std::uint32_t node, std::a
   return room;
 }
 
-void GradedBody::lay_out() {
-  take_springs();
-  std::vector<Border> borders;
-  for (const Spring& spring : springs_)
-    if (spring.end != kNone) borders.emplace_back(coordinate_[spring.numbers.a], far_.cell_of(spring.numbers.b));
-  std::sort(borders.begin(), borders.end());
-  borders.erase(std::unique(borders.begin(), borders.end()), borders.end());
-  tangents_ = SpringMatrices(pattern(borders));
-  find_entries(borders);
-}
-
-void GradedBody::take_springs() {
-  springs_.clear();
-  ends_.clear();
-  std::vector<std::uint32_t> end_of(dynamics_->nodes(), kNone);
-  for (const std::uint32_t e : near_elements()) {
-    Spring& spring = springs_.emplace_back();
-    spring.numbers = dynamics_->body().elements[e];
-    if (coordinate_[spring.numbers.a] == kNone) std::swap(spring.numbers.a, spring.numbers.b);
-    const std::uint32_t b = spring.numbers.b;
-    if (coordinate_[b] != kNone) continue;
-    if (end_of[b] == kNone) {
-      end_of[b] = static_cast<std::uint32_t>(ends_.size());
-      ends_.push_back({far_.cell_of(b), far_.shape(b)});
-    }
-    spring.end = end_of[b];
-  }
-  states_.resize(springs_.size());
-}
-
-BlockPattern GradedBody::pattern(std::span<const Border> borders) const {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-  for (const Spring& spring : springs_)
-    if (spring.end == kNone) pairs.emplace_back(coordinate_[spring.numbers.a], coordinate_[spring.numbers.b]);
-  for (const auto& [row, cell] : borders)
-    for (const std::uint32_t corner : far_.corners_of(cell)) pairs.emplace_back(row, corner_[corner]);
-  for (std::uint32_t c = 0; c < far_.cells(); ++c) {
-    if (near_[c]) continue;
-    const auto& corners = far_.corners_of(c);
-    for (std::size_t p = 0; p < corners.size(); ++p)
-      for (std::size_t q = p + 1; q < corners.size(); ++q) pairs.emplace_back(corner_[corners[p]], corner_[corners[q]]);
-  }
-  return {rows_, pairs, Triangles::upper};
-}
-
-void GradedBody::find_entries(std::span<const Border> borders) {
-  const BlockPattern& pattern = tangents_.pattern();
-  const auto entry = [&](std::uint32_t p, std::uint32_t q) { return pattern.find(std::min(p, q), std::max(p, q)); };
-  border_.clear();
-  for (const auto& [row, cell] : borders)
-    for (const std::uint32_t corner : far_.corners_of(cell)) border_.push_back(entry(row, corner_[corner]));
-  far_entries_.assign(FarField::kPairs * far_.cells(), kNone);
-  for (std::uint32_t c = 0; c < far_.cells(); ++c) {
-    if (near_[c]) continue;
-    std::uint32_t* to = &far_entries_[FarField::kPairs * c];
-    const auto& corners = far_.corners_of(c);
-    for (std::size_t p = 0; p < corners.size(); ++p)
-      for (std::size_t q = p; q < corners.size(); ++q) *to++ = entry(corner_[corners[p]], corner_[corners[q]]);
-  }
-  for (Spring& spring : springs_) {
-    const std::uint32_t a = coordinate_[spring.numbers.a], b = coordinate_[spring.numbers.b];
-    spring.a_a = pattern.diagonal(a);
-    if (spring.end == kNone) {
-      spring.b_b = pattern.diagonal(b);
-      spring.a_b = entry(a, b);
-    } else {
-      const auto border = std::lower_bound(borders.begin(), borders.end(), Border{a, ends_[spring.end].cell});
-      spring.corners = static_cast<std::uint32_t>(FarField::kCorners * static_cast<std::size_t>(border - borders.begin()));
-    }
-  }
-}
-
 void GradedBody::take(const BodyState& state) {
-  far_.take(state, near_);
-  tangents_.set_zero();
-  add_far();
-  const LumpedBody& body = dynamics_->body();
-  const ElementKernel kernel(body.law, body.stiffening);
-  for (std::size_t k = 0; k < springs_.size(); ++k) {
-    const Element& e = springs_[k].numbers;
-    states_[k] = kernel.evaluate(e, at_node(state.x, e.b) - at_node(state.x, e.a), at_node(state.v, e.b) - at_node(state.v, e.a));
-  }
-  add_near([&](std::size_t k) { return SpringMatrices::tangents(springs_[k].numbers, states_[k]); }, tangents_);
+  tangents_->take(state);
   take_loads(state);
-}
-
-void GradedBody::add_far() {
-  for (std::uint32_t c = 0; c < far_.cells(); ++c) {
-    if (near_[c]) continue;
-    const std::uint32_t* entry = &far_entries_[FarField::kPairs * c];
-    for (const SpringMatrices::Pair& pair : far_.tangent(c)) tangents_.at(*entry++) += pair;
-  }
-}
-
-template <typename Tangents>
-void GradedBody::add_near(const Tangents& tangents, SpringMatrices& to) const {
-  std::vector<SpringMatrices::Pair> at_ends(ends_.size(), SpringMatrices::Pair::Zero());
-  for (std::size_t k = 0; k < springs_.size(); ++k) {
-    const Spring& spring = springs_[k];
-    const SpringMatrices::Pair own = tangents(k);
-    to.at(spring.a_a) += own;
-    if (spring.end == kNone) {
-      to.at(spring.b_b) += own;
-      to.at(spring.a_b) -= own;
-      continue;
-    }
-    at_ends[spring.end] += own;
-    const FarField::Shape& n = ends_[spring.end].shape;
-    for (Eigen::Index p = 0; p < n.size(); ++p) to.at(border_[spring.corners + static_cast<std::size_t>(p)]) -= n[p] * own;
-  }
-  for (std::size_t k = 0; k < ends_.size(); ++k) {
-    const FarField::Shape& n = ends_[k].shape;
-    const std::uint32_t* entry = &far_entries_[FarField::kPairs * ends_[k].cell];
-    for (Eigen::Index p = 0; p < n.size(); ++p)
-      for (Eigen::Index q = p; q < n.size(); ++q) to.at(*entry++) += n[p] * n[q] * at_ends[k];
-  }
 }
 
 void GradedBody::assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                           BlockMatrix& a) const {
-  if (clamp) {
-    SpringMatrices clamped = tangents_;
-    add_near([&](std::size_t k) { return SpringMatrices::clamping(states_[k]); }, clamped);
-    clamped.assemble(c_d, c_k, a);
-  } else {
-    tangents_.assemble(c_d, c_k, a);
-  }
+  tangents_->assemble(c_d, c_k, clamp, a);
   for (std::uint32_t row = 0; row < rows_; ++row) {
     a.block(a.diagonal(row)).diagonal() += c_m * at_node(masses_, row);
     for (std::uint32_t e = a.row_begin(row); e < a.row_end(row); ++e)
@@ -252,16 +135,10 @@ void GradedBody::assemble(double c_m, double c_d, double c_k, const std::vector<
 
 void GradedBody::take_loads(const BodyState& state) {
   const LumpedBody& body = dynamics_->body();
-  for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
-    u_.set(i, at_node(state.x, i) - body.nodes[i]);
-    v_.set(i, at_node(state.v, i));
-    f_.set(i, Vec3::Zero());
-  }
-  for (const auto& slabs : {forces_.even_slabs(), forces_.odd_slabs()})
-    for (const SpringBlocks::Slab& slab : slabs) forces_.add_forces(slab, u_, v_, f_);
+  const NodeArrays& f = tangents_->forces(state);
   std::array<Vector, 2> both = restricted_of<2>([&](std::uint32_t i) {
     const double mass_kg = body.masses_kg[i];
-    return std::array<Vec3, 2>{f_.at(i) + mass_kg * body.gravity_m_s2, mass_kg * at_node(state.v, i)};
+    return std::array<Vec3, 2>{f.at(i) + mass_kg * body.gravity_m_s2, mass_kg * at_node(state.v, i)};
   });
   loads_ = std::move(both[0]);
   velocity_ = both[1].cwiseQuotient(masses_);

@@ -1,12 +1,12 @@
-// A body of springs in fewer coordinates, fine around the tools and coarse elsewhere: what patches of a large body are made of.
+// A body in fewer coordinates, fine around the tools and coarse elsewhere: what patches of a large body are made of.
 //
 // Cells of the far field (far_field.hpp) with their centre near a tool are near. Nodes of near cells keep their own coordinates,
 // those of the others move as the corners of their cell. With T the map from the coordinates y to the nodes, x - x* = T y,
 //
 //     M_y = lumped T^T M T (its rows summed),   K_y = T^T K T,   D_y = T^T D T,   F_y = T^T F,   v_y = M_y^-1 T^T M v
 //
-// K and D of springs that have a near node are those of the state; of the others FarField keeps them. A load on near nodes is
-// answered stiffer than by the body, as by any Galerkin projection: docs/decisions/0014 has by how much. The number of
+// K and D of elements that have a near node are those of the state; of the others FarTangents keeps them. A load on near nodes
+// is answered stiffer than by the body, as by any Galerkin projection: docs/decisions/0014 has by how much. The number of
 // coordinates grows with the tools, and with the body by one for each 27 nodes.
 #pragma once
 
@@ -18,9 +18,7 @@
 #include "common/port/patch.hpp"
 #include "server/body/coarse_space.hpp"
 #include "server/body/skin.hpp"
-#include "server/body/spring_blocks.hpp"
-#include "server/reduce/far_field.hpp"
-#include "server/reduce/spring_matrices.hpp"
+#include "server/reduce/graded_tangents.hpp"
 
 namespace palpate {
 
@@ -31,7 +29,7 @@ class GradedBody {
   static constexpr std::uint32_t kNodesLeast = 2500;  ///< a smaller body is as well taken whole
   static constexpr std::uint32_t kNone = 0xffffffff;
 
-  /// Springs only, in three dimensions, kNodesLeast nodes and more.
+  /// Springs or finite elements in three dimensions, kNodesLeast nodes and more.
   static bool suits(const Dynamics& dynamics);
   /// `dynamics` must outlive it.
   explicit GradedBody(const Dynamics& dynamics);
@@ -44,17 +42,25 @@ class GradedBody {
   /// From here on at this state.
   void take(const BodyState& state);
 
+  GradedBody(const GradedBody&) = delete;
+  GradedBody& operator=(const GradedBody&) = delete;
+
   const Dynamics& dynamics() const { return *dynamics_; }
+  const FarField& far() const { return far_; }
   double spacing_m() const { return far_.spacing_m(); }  ///< of nodes, on average
-  /// Springs with a near node.
-  std::vector<std::uint32_t> near_elements() const { return far_.springs_at(near_); }
+  /// Per cell, 1 = near.
+  const std::vector<std::uint8_t>& near() const { return near_; }
+  /// Elements with a near node.
+  std::vector<std::uint32_t> near_elements() const { return tangents_->near_elements(); }
   std::uint32_t size() const { return rows_; }                       ///< coordinates, three numbers each
   const Vector& masses() const { return masses_; }                   ///< M_y [kg]
   const Vector& velocity() const { return velocity_; }               ///< v_y [m/s]
   const std::vector<std::uint8_t>& fixed() const { return fixed_; }  ///< per coordinate
   /// Of a node; kNone: it is far.
   std::uint32_t coordinate(std::uint32_t node) const { return coordinate_[node]; }
-  /// T^T F(x, v), of springs in single precision [N].
+  /// Of a corner of far cells.
+  std::uint32_t corner(std::uint32_t corner) const { return corner_[corner]; }
+  /// T^T F(x, v), of the elements in single precision [N].
   const Vector& forces() const { return loads_; }
   /// M_y^-1 T^T M (x - X): how the coordinates moved since the body was at rest [m].
   Vector moved_since_rest(const Vector& x) const;
@@ -76,49 +82,23 @@ class GradedBody {
   std::span<const CoarseSpace::Node> pieces() const { return pieces_; }
 
   /// For assemble(): the upper triangle.
-  BlockMatrix make_matrix() const { return BlockMatrix(tangents_.pattern()); }
+  BlockMatrix make_matrix() const { return BlockMatrix(tangents_->pattern()); }
   /// As Dynamics::assemble and Tangents::multiply.
   void assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp, BlockMatrix& a) const;
-  void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const { tangents_.multiply(y, k_y, d_y); }
-  void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const { tangents_.multiply_sum(y, c_k, c_d, sum); }
+  void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const { tangents_->multiply(y, k_y, d_y); }
+  void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const { tangents_->multiply_sum(y, c_k, c_d, sum); }
 
  private:
-  /// A spring with a near node a. Where b is far, the spring adds to the blocks of a and the corners of b's cell, and what it
-  /// adds to those of the corners goes by way of a sum over all springs that end in b.
-  struct Spring {
-    Element numbers;                 // a near
-    std::uint32_t a_a = 0;           // entry of a
-    std::uint32_t b_b = 0, a_b = 0;  // entries where b is near
-    std::uint32_t end = kNone;       // b among ends_; kNone: it is near
-    std::uint32_t corners = 0;       // the eight entries of a and the corners of b's cell, in border_
-  };
-  /// A far node that such springs end in.
-  struct End {
-    std::uint32_t cell = 0;
-    FarField::Shape shape;
-  };
-  /// A near node and a far cell that a spring joins.
-  using Border = std::pair<std::uint32_t, std::uint32_t>;  // coordinate, cell
   bool is_close(std::uint32_t cell, std::span<const Vec3> places, double spacings) const;
   /// A corner goes with the nearest node of a cell that it moves.
   void place_corners();
   void number();
-  void lay_out();
-  /// Springs with a near node, which comes first in them.
-  void take_springs();
-  BlockPattern pattern(std::span<const Border> borders) const;
-  void find_entries(std::span<const Border> borders);
   void take_loads(const BodyState& state);
-  void add_far();
-  /// Of all springs with a near node, tangent(k) that of the k-th.
-  template <typename Tangents>
-  void add_near(const Tangents& tangents, SpringMatrices& to) const;
   /// T^T of N vectors at once: of(node) is what they are at a node.
   template <std::size_t N, typename Of>
   std::array<Vector, N> restricted_of(const Of& of) const;
 
   const Dynamics* dynamics_;
-  SpringBlocks forces_;
   FarField far_;
   CoarseSpace coarse_;
   std::vector<CoarseSpace::Node> corner_pieces_, pieces_;  // of corners, and of coordinates
@@ -128,14 +108,8 @@ class GradedBody {
   std::vector<std::uint32_t> corner_;      // coordinate of a corner
   std::uint32_t rows_ = 0;
   std::vector<std::uint8_t> fixed_;
-  std::vector<Spring> springs_;
-  std::vector<ElementState> states_;  // parallel to springs_
-  std::vector<End> ends_;
-  std::vector<std::uint32_t> border_;       // entries, eight for each of a near node and a far cell that springs join
-  std::vector<std::uint32_t> far_entries_;  // those of the cells' tangents; kNone of near ones
-  SpringMatrices tangents_;                 // K and D
+  std::unique_ptr<GradedTangents> tangents_;
   Vector masses_, velocity_, loads_;
-  NodeArrays u_, v_, f_;  // of all nodes
 };
 
 }  // namespace palpate

@@ -10,7 +10,18 @@ inline constexpr int kLargeEdge = 14;  ///< nodes along each edge
 /// The node in the middle of the top.
 inline constexpr std::uint32_t kTop = kLargeEdge / 2 + kLargeEdge * (kLargeEdge / 2 + kLargeEdge * (kLargeEdge - 1));
 
-inline LumpedBody large_body() { return box_body(kLargeEdge, kLargeEdge, kLargeEdge); }
+enum class Filling { springs, neo_hookean, corotational };
+inline LumpedBody large_body(Filling filling = Filling::springs) {
+  if (filling == Filling::springs) return box_body(kLargeEdge, kLargeEdge, kLargeEdge);
+  SolidMaterial material;
+  material.law = filling == Filling::neo_hookean ? SolidLaw::neo_hookean : SolidLaw::corotational;
+  material.young_pa = 10'000;
+  material.poisson = 0.4;
+  material.damping_s = 0.004;
+  LumpedBody body = solid_box(kLargeEdge, kLargeEdge, kLargeEdge, material);
+  body.mass_damping_1_s = 0.5;
+  return body;
+}
 
 /// T y of one column, node by node.
 inline Vector moved_by(const GradedBody& graded, const Vector& y) {

@@ -1,0 +1,158 @@
+// K and D of what is far from all tools, over the corners of the cells of far_field.hpp. With N the shapes of the nodes of
+// element e in its home cell (FarField::home(); N is continued beyond the cell), k_e and d_e its tangents, a cell's matrices are
+//
+//     K_c = sum_e N^T k_e N,     D_c = sum_e N^T d_e N,     over the elements at home in c between nodes of far cells
+//
+// They are kept: far from a tool the tangents change little from frame to frame, so only the cells that were bent most since
+// theirs were made get new ones, as many as `Elements::kAFrame` allows. They are kept in parts, by the other cells that the
+// elements end in: what is near can change without any of them being made again.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "server/reduce/far_field.hpp"
+#include "server/reduce/tangent_matrices.hpp"
+
+namespace palpate {
+
+/// Pairs of corners of a cell: 00, 01 ... 07, 11 ... (rows of the first, columns of the second).
+inline constexpr std::size_t kCornerPairs = FarField::kCorners * (FarField::kCorners + 1) / 2;
+template <int kNumbers>
+using CornerTangent = std::array<typename TangentMatrices<kNumbers>::Pair, kCornerPairs>;
+
+/// `Elements` says what there is (far_springs.hpp, far_solid.hpp):
+///     kNumbers, kAFrame;  count();  nodes_of(e);
+///     Bunch, bunch(elements, cell): elements at home in a cell, ready for
+///     add(bunch, cell, state, tangent): tangent += K_c, D_c of these
+template <class Elements>
+class FarTangents {
+ public:
+  static constexpr double kBent = 2e-3;  ///< of the edge of a cell, that its nodes moved to each other
+  using Tangent = CornerTangent<Elements::kNumbers>;
+
+  /// At the body's rest; `field` must outlive it.
+  FarTangents(const Dynamics& dynamics, const FarField& field)
+      : elements_(dynamics, field), field_(&field), cells_(field.cells()) {
+    assign();
+    const BodyState rest = dynamics.rest_state();
+    for (std::uint32_t c = 0; c < cells_.size(); ++c) renew(c, rest);
+  }
+
+  const Elements& elements() const { return elements_; }
+  /// The elements that have a node in such a cell (1 = one of them), ascending.
+  std::vector<std::uint32_t> elements_at(const std::vector<std::uint8_t>& cells) const {
+    std::vector<std::uint32_t> found;
+    for (std::uint32_t c = 0; c < cells_.size(); ++c)
+      for (const Part& part : cells_[c].parts)
+        if (cells[c] || part.ends_in(cells)) found.insert(found.end(), part.elements.begin(), part.elements.end());
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+
+  /// For the elements between nodes of far cells, `near` the others (1 = near, per cell), new ones where the body was bent most.
+  void take(const BodyState& state, const std::vector<std::uint8_t>& near);
+  const Tangent& tangent(std::uint32_t cell) const { return cells_[cell].tangent; }
+
+ private:
+  /// Elements of a cell that end in the same others.
+  struct Part {
+    std::vector<std::uint32_t> others;
+    std::vector<std::uint32_t> elements;
+    typename Elements::Bunch bunch;
+    Tangent tangent;
+    bool is_far = false;  // then
+    bool ends_in(const std::vector<std::uint8_t>& cells) const {
+      return std::any_of(others.begin(), others.end(), [&](std::uint32_t c) { return cells[c] != 0; });
+    }
+  };
+  struct Cell {
+    std::vector<Part> parts;
+    std::size_t elements = 0;  // of all parts
+    FarField::Samples then{};
+    Tangent tangent;         // of the parts that end in far cells
+    bool is_summed = false;  // since they were made
+  };
+  void assign();
+  void renew(std::uint32_t cell, const BodyState& state);
+  static void add_up(Cell& cell, const std::vector<std::uint8_t>& near);
+  static void clear(Tangent& tangent) {
+    for (auto& pair : tangent) pair.setZero();
+  }
+
+  Elements elements_;
+  const FarField* field_;
+  std::vector<Cell> cells_;
+};
+
+template <class Elements>
+void FarTangents<Elements>::assign() {
+  for (std::uint32_t e = 0; e < elements_.count(); ++e) {
+    const auto nodes = elements_.nodes_of(e);
+    const std::uint32_t home = field_->home(nodes);
+    std::vector<std::uint32_t> others;
+    for (const std::uint32_t i : nodes)
+      if (field_->cell_of(i) != home) others.push_back(field_->cell_of(i));
+    std::sort(others.begin(), others.end());
+    others.erase(std::unique(others.begin(), others.end()), others.end());
+    Cell& cell = cells_[home];
+    auto part = std::find_if(cell.parts.begin(), cell.parts.end(), [&](const Part& p) { return p.others == others; });
+    if (part == cell.parts.end()) {
+      part = cell.parts.emplace(part);
+      part->others = std::move(others);
+    }
+    part->elements.push_back(e);
+    ++cell.elements;
+  }
+  for (std::uint32_t c = 0; c < cells_.size(); ++c)
+    for (Part& part : cells_[c].parts) part.bunch = elements_.bunch(part.elements, c);
+}
+
+template <class Elements>
+void FarTangents<Elements>::renew(std::uint32_t c, const BodyState& state) {
+  Cell& cell = cells_[c];
+  cell.then = field_->samples(c, state.x);
+  cell.is_summed = false;
+  for (Part& part : cell.parts) {
+    clear(part.tangent);
+    elements_.add(part.bunch, c, state, part.tangent);
+  }
+}
+
+/// Of the parts of a far cell that are between far cells.
+template <class Elements>
+void FarTangents<Elements>::add_up(Cell& cell, const std::vector<std::uint8_t>& near) {
+  const auto same = [&](const Part& part) { return part.is_far == !part.ends_in(near); };
+  if (cell.is_summed && std::all_of(cell.parts.begin(), cell.parts.end(), same)) return;
+  cell.is_summed = true;
+  clear(cell.tangent);
+  for (Part& part : cell.parts) {
+    part.is_far = !part.ends_in(near);
+    for (std::size_t k = 0; part.is_far && k < kCornerPairs; ++k) cell.tangent[k] += part.tangent[k];
+  }
+}
+
+template <class Elements>
+void FarTangents<Elements>::take(const BodyState& state, const std::vector<std::uint8_t>& near) {
+  struct Old {
+    double bent;
+    std::uint32_t cell;
+  };
+  std::vector<Old> old;
+  for (std::uint32_t c = 0; c < cells_.size(); ++c)
+    if (const double by = near[c] ? 0.0 : field_->bent(cells_[c].then, field_->samples(c, state.x)); by > kBent)
+      old.push_back({by, c});
+  std::sort(old.begin(), old.end(),
+            [](const Old& p, const Old& q) { return p.bent != q.bent ? p.bent > q.bent : p.cell < q.cell; });
+  std::size_t renewed = 0;
+  for (const Old& o : old) {
+    if (renewed >= Elements::kAFrame) break;
+    renew(o.cell, state);
+    renewed += cells_[o.cell].elements;
+  }
+  for (std::uint32_t c = 0; c < cells_.size(); ++c)
+    if (!near[c]) add_up(cells_[c], near);
+}
+
+}  // namespace palpate
