@@ -53,7 +53,8 @@ int PatchBuilder::modes_for(Scheme scheme, ContactKind contact, int order) {
   return std::clamp(states / 2, 1, kMaxModes);
 }
 
-void PatchBuilder::hold_far_nodes(const std::vector<std::uint32_t>& seeds) {
+/// False where not all that is near has coordinates of its own.
+bool PatchBuilder::hold_far_nodes(const FrameModel& frame, const std::vector<std::uint32_t>& seeds) {
   std::vector<std::uint8_t> near(dynamics_->nodes(), 0);
   std::vector<std::uint32_t> front = seeds;
   for (const std::uint32_t i : front) near[i] = 1;
@@ -67,8 +68,15 @@ void PatchBuilder::hold_far_nodes(const std::vector<std::uint32_t>& seeds) {
         }
     front = std::move(next);
   }
-  for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i)
-    if (!near[i]) held_[i] = 1;
+  std::vector<std::uint8_t> held(held_.size(), 1);
+  for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
+    if (!near[i]) continue;
+    const std::uint32_t row = frame.coordinate(i);
+    if (row == GradedBody::kNone) return false;
+    held[row] = held_[row];
+  }
+  held_ = std::move(held);
+  return true;
 }
 
 bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Reduced& reduced) {
@@ -128,8 +136,9 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
     return fall_back(frame, which, request, Scheme::ring);
   // What is not definite on fewer coordinates may be on all.
   const bool cubic = request.scheme == Scheme::cubic;
+  const bool of_body_itself = request.scheme == Scheme::two_layer || request.scheme == Scheme::balanced;
   std::vector<FrameModel*> models{&frame};
-  if ((cubic || request.scheme == Scheme::port) && &frame.graded() != &frame) models = {&frame.graded(), &frame};
+  if (!of_body_itself && &frame.graded() != &frame) models = {&frame.graded(), &frame};
   for (FrameModel* model : models)
     for (const bool clamp : {false, true}) {
       if (built) continue;
@@ -161,7 +170,7 @@ std::vector<std::uint32_t> PatchBuilder::contact_nodes(const ToolPort& port) con
 std::optional<Patch> PatchBuilder::build_whole(FrameModel& frame, std::size_t which, const PatchRequest& request,
                                                const Patch& patch, bool clamp) {
   const ToolPort& port = frame.ports()[which];
-  if (request.scheme == Scheme::ring) hold_far_nodes(contact_nodes(port));
+  if (request.scheme == Scheme::ring && !hold_far_nodes(frame, contact_nodes(port))) return std::nullopt;
   if (port.kind == ContactKind::touch && request.scheme != Scheme::balanced)
     return build_shared_touch(frame, which, request, patch, clamp);
   if (port.kind == ContactKind::attach) held_[frame.coordinate(port.node)] = 1;

@@ -7,12 +7,12 @@
 //                    like `port`; forces and velocities at the stamp are the body's own; `ring` for a body of tetrahedra, and
 //                    then the patch says so
 //   balanced         the whole body, balanced off-line at its rest state for this contact (balanced_basis.hpp)
-//   port             the whole body, if it is large with what is far from the tools coarser (graded_body.hpp), rational Krylov
-//                    basis at the port (basis.hpp); a grasp with few modes and long to last: the best of more directions
-//                    (narrow_basis.hpp)
-//   cubic            the body as for `port`, a basis for what it is likely to do (cubic_basis.hpp), and beside the linear patch
-//   the terms
+//   port             the whole body, rational Krylov basis at the port (basis.hpp); a grasp with few modes and long to last: the
+//                    best of more directions (narrow_basis.hpp)
+//   cubic            the whole body, a basis for what it is likely to do (cubic_basis.hpp), and beside the linear patch the terms
 //                    of higher order (cubic_patch.hpp); `port` where they cannot be had, and then the patch says so
+//
+// Of a large body all but `two-layer` and `balanced` see what is far from the tools coarser (graded_body.hpp).
 //
 // K and D are the symmetric tangents, so an orthogonal projection keeps them positive semi-definite where the body's own are.
 // A compressed body may have a direction without stiffness, or with a negative one along which it snaps. There a linear model
@@ -119,7 +119,7 @@ class PatchBuilder {
   std::optional<CubicBasis> touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which, const OtherTools& others,
                                         const Linearisation& at, const PatchRequest& request);
   std::vector<std::uint32_t> contact_nodes(const ToolPort& port) const;
-  void hold_far_nodes(const std::vector<std::uint32_t>& seeds);
+  bool hold_far_nodes(const FrameModel& frame, const std::vector<std::uint32_t>& seeds);
   void begin_touch(const ToolPort& port, Patch& patch) const;
   std::optional<CubicBasis> grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs,
                                          const PatchRequest& request, int modes, const ToolAt& tool, CubicShapes& shapes);
