@@ -23,7 +23,7 @@ constexpr double kTrust = 1;         // of the last terms' force to the linear o
 constexpr double kFarthest = 1e3;    // of a variable that no term bends
 constexpr double kWrong = 0.5;       // of the force beyond the linear one, where terms are no longer trusted,
 constexpr double kHarmless = 0.25;   // unless they are wrong by less than this of the linear one
-constexpr double kMostBraked = 3;    // largest eigenvalue of D in ticks: beyond, no damper of a touch turns
+constexpr double kMostBraked = 3;    // largest eigenvalue of D in ticks: beyond, no damper of a polynomial or a touch turns
 constexpr double kLeast = 0.02;      // of the radius: below, nobody asks any more
 
 /// S of the modes, rows by falling energy.
@@ -210,6 +210,7 @@ std::optional<CubicTerms> cubic_terms(BentBody& body, const Patch& patch, const 
   terms.e3 = std::move(expansion->e3);
   terms.e4 = std::move(expansion->e4);
   terms.q = std::move(expansion->q);
+  if (fastest_braked(patch) > kMostBraked * kHapticRateHz) terms.q.setZero();
   if (is_lifted(patch, shapes)) terms.e2 = repair(shapes.lifted, t);
   Matrix form = t.transpose() * (joint_stiffness(patch, patch.stiffness) + shapes.lifted) * t;
   form.diagonal().array() += kNotLifted * form.diagonal().maxCoeff();  // nothing holds a tool that moves across a planar body
