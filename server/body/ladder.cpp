@@ -22,7 +22,9 @@ struct Rung {
 };
 
 Rung rung(std::unique_ptr<Stepper> stepper, const char* name, const std::string& steps, double cost) {
-  return {std::move(stepper), fmt::format("{}, {}, about {:.2g} % of a core", name, steps, 100 * cost), cost};
+  const double percent = 100 * cost;
+  const std::string share = percent < 99.5 ? fmt::format("{:.2g}", percent) : fmt::format("{:.0f}", percent);
+  return {std::move(stepper), fmt::format("{}, {}, about {} % of a core", name, steps, share), cost};
 }
 
 Rung implicit_rung(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {

@@ -179,4 +179,7 @@ TEST_CASE("The ladder gives a damped body stabilised steps where leapfrog is dea
   CHECK(reason(damped, IntegratorKind::leapfrog).starts_with("explicit"));
   CHECK(reason(lively, IntegratorKind::automatic).starts_with("explicit"));
   CHECK_THROWS_AS(reason(box_body(4, 4, 4, 60, 0), IntegratorKind::stabilised), InputError);
+  const std::string dear = reason(box_body(20, 20, 20, 600, 12), IntegratorKind::leapfrog);  // several cores
+  CHECK(std::stod(dear.substr(dear.find("about ") + 6)) > 100);
+  CHECK(dear.find("e+") == std::string::npos);
 }
