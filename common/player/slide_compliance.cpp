@@ -1,23 +1,11 @@
 #include "common/player/slide_compliance.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include "common/base/part_above.hpp"
+
 namespace palpate {
-namespace {
-
-bool is_definite(const Mat3& m) noexcept { return m(0, 0) > 0 && m(0, 0) * m(1, 1) > m(0, 1) * m(1, 0) && m.determinant() > 0; }
-
-/// sum_i max(0, mu_i - least) w_i w_i^T with mu_i, w_i the eigenvalues and vectors of a symmetric matrix.
-Mat3 part_above(const Mat3& symmetric, double least) noexcept {
-  if (is_definite(least * Mat3::Identity() - symmetric)) return Mat3::Zero();  // as nearly always
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(symmetric);
-  const Mat3& ways = eigen.eigenvectors();
-  return ways * (eigen.eigenvalues().array() - least).cwiseMax(0).matrix().asDiagonal() * ways.transpose();
-}
-
-}  // namespace
 
 SlideCompliance::SlideCompliance(const Patch& patch, const PortRows& rows, const Vec3& weight) : shared_(weight.squaredNorm()) {
   ModeMatrix dynamic = kShift_1_s * patch.damping;

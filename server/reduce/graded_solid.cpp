@@ -3,13 +3,9 @@
 #include <algorithm>
 #include <map>
 
-#include "server/reduce/graded_body.hpp"
-
 namespace palpate {
 
-GradedSolid::GradedSolid(const GradedBody& body) : body_(&body), far_(body.dynamics(), body.far()), f_(body.dynamics().nodes()) {}
-
-std::vector<std::uint32_t> GradedSolid::near_elements() const { return far_.elements_at(body_->near()); }
+GradedSolid::GradedSolid(const GradedBody& body) : GradedElements(body), f_(body.dynamics().nodes()) {}
 
 void GradedSolid::lay_out() {
   take_tetrahedra();
@@ -28,7 +24,7 @@ void GradedSolid::lay_out() {
 
 /// Of the cells that the far ones of these nodes are in, the one with most of them; none where none is far.
 std::uint32_t GradedSolid::far_home(std::span<const std::uint32_t> nodes) const {
-  std::uint32_t home = GradedPattern::kNone;
+  std::uint32_t home = GradedBody::kNone;
   std::ptrdiff_t most = 0;
   for (const std::uint32_t i : nodes) {
     const std::uint32_t cell = body_->far().cell_of(i);
@@ -65,7 +61,7 @@ void GradedSolid::find_places(Near& near) const {
     else if (p != q)
       near.places.push_back(pattern_.border({std::min(p, q), near.cell}));
     else
-      near.places.push_back(GradedPattern::kNone);
+      near.places.push_back(GradedBody::kNone);
   }
 }
 
@@ -122,7 +118,7 @@ void GradedSolid::add_near(bool clamp, SolidMatrices& to) const {
               entries[c], to);
       }
     }
-    if (near.cell == GradedPattern::kNone) continue;
+    if (near.cell == GradedBody::kNone) continue;
     CornerTangent<TetraBunch::kNumbers> at_corners;
     for (Pair& pair : at_corners) pair.setZero();
     add_over_corners(near.tetrahedra, sums, near.shapes, at_corners);

@@ -5,34 +5,28 @@
 #pragma once
 
 #include "server/reduce/far_solid.hpp"
-#include "server/reduce/graded_tangents.hpp"
+#include "server/reduce/graded_elements.hpp"
 
 namespace palpate {
 
-class GradedSolid final : public GradedTangents {
+class GradedSolid final : public GradedElements<FarSolid> {
  public:
   /// `body` must outlive it.
   explicit GradedSolid(const GradedBody& body);
   void lay_out() override;
   void take(const BodyState& state) override;
   const NodeArrays& forces(const BodyState& state) override;
-  std::vector<std::uint32_t> near_elements() const override;
-  const BlockPattern& pattern() const override { return tangents_.pattern(); }
   void assemble(double c_d, double c_k, bool clamp, BlockMatrix& a) const override;
-  void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const override { tangents_.multiply(y, k_y, d_y); }
-  void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const override {
-    tangents_.multiply_sum(y, c_k, c_d, sum);
-  }
 
  private:
   using Pair = SolidMatrices::Pair;
   /// Tetrahedra whose nodes are near, or in the same far cell.
   struct Near {
     TetraBunch tetrahedra;
-    std::uint32_t cell = GradedPattern::kNone;  // none: all are near
-    std::vector<std::uint32_t> rows;            // coordinates of its nodes; none of far ones
-    std::vector<FarField::Shape> shapes;        // in the cell; zero for near ones
-    std::vector<std::uint32_t> places;  // for each link the entry between near nodes, or the border; none between far ones
+    std::uint32_t cell = GradedBody::kNone;  // none: all are near
+    std::vector<std::uint32_t> rows;         // coordinates of its nodes; none of far ones
+    std::vector<FarField::Shape> shapes;     // in the cell; zero for near ones
+    std::vector<std::uint32_t> places;       // for each link the entry between near nodes, or the border; none between far ones
   };
   std::uint32_t far_home(std::span<const std::uint32_t> nodes) const;
   void take_tetrahedra();
@@ -43,11 +37,7 @@ class GradedSolid final : public GradedTangents {
   /// A block with the rows of coordinate p and the columns of q.
   static void add(const Pair& pair, std::uint32_t p, std::uint32_t q, std::uint32_t entry, SolidMatrices& to);
 
-  const GradedBody* body_;
-  FarTangents<FarSolid> far_;
   std::vector<Near> near_;
-  GradedPattern pattern_;
-  SolidMatrices tangents_;
   Vector x_;  // of the state
   NodeArrays f_;
 };

@@ -1,18 +1,13 @@
 #include "server/reduce/graded_springs.hpp"
 
-#include "server/reduce/graded_body.hpp"
-
 namespace palpate {
 
 GradedSprings::GradedSprings(const GradedBody& body)
-    : body_(&body),
+    : GradedElements(body),
       blocks_(body.dynamics().body()),
-      far_(body.dynamics(), body.far()),
       u_(body.dynamics().nodes()),
       v_(body.dynamics().nodes()),
       f_(body.dynamics().nodes()) {}
-
-std::vector<std::uint32_t> GradedSprings::near_elements() const { return far_.elements_at(body_->near()); }
 
 void GradedSprings::lay_out() {
   take_springs();
@@ -20,7 +15,7 @@ void GradedSprings::lay_out() {
   std::vector<GradedPattern::Border> borders;
   const auto at = [&](std::uint32_t node) { return body_->coordinate(node); };
   for (const Spring& spring : springs_) {
-    if (spring.end == GradedPattern::kNone)
+    if (spring.end == GradedBody::kNone)
       pairs.emplace_back(at(spring.numbers.a), at(spring.numbers.b));
     else
       borders.emplace_back(at(spring.numbers.a), ends_[spring.end].cell);
@@ -30,7 +25,7 @@ void GradedSprings::lay_out() {
   for (Spring& spring : springs_) {
     const std::uint32_t a = at(spring.numbers.a), b = at(spring.numbers.b);
     spring.a_a = pattern_.pattern().diagonal(a);
-    if (spring.end == GradedPattern::kNone) {
+    if (spring.end == GradedBody::kNone) {
       spring.b_b = pattern_.pattern().diagonal(b);
       spring.a_b = pattern_.entry(a, b);
     } else {
@@ -43,14 +38,14 @@ void GradedSprings::take_springs() {
   springs_.clear();
   ends_.clear();
   const LumpedBody& body = body_->dynamics().body();
-  std::vector<std::uint32_t> end_of(body.nodes.size(), GradedPattern::kNone);
+  std::vector<std::uint32_t> end_of(body.nodes.size(), GradedBody::kNone);
   for (const std::uint32_t e : near_elements()) {
     Spring& spring = springs_.emplace_back();
     spring.numbers = body.elements[e];
     if (body_->coordinate(spring.numbers.a) == GradedBody::kNone) std::swap(spring.numbers.a, spring.numbers.b);
     const std::uint32_t b = spring.numbers.b;
     if (body_->coordinate(b) != GradedBody::kNone) continue;
-    if (end_of[b] == GradedPattern::kNone) {
+    if (end_of[b] == GradedBody::kNone) {
       end_of[b] = static_cast<std::uint32_t>(ends_.size());
       ends_.push_back({body_->far().cell_of(b), body_->far().shape(b)});
     }
@@ -83,7 +78,7 @@ void GradedSprings::add_near(const Tangents& tangents, SpringMatrices& to) const
     const Spring& spring = springs_[k];
     const SpringMatrices::Pair own = tangents(k);
     to.at(spring.a_a) += own;
-    if (spring.end == GradedPattern::kNone) {
+    if (spring.end == GradedBody::kNone) {
       to.at(spring.b_b) += own;
       to.at(spring.a_b) -= own;
       continue;

@@ -2,33 +2,27 @@
 #pragma once
 
 #include "server/reduce/far_springs.hpp"
-#include "server/reduce/graded_tangents.hpp"
+#include "server/reduce/graded_elements.hpp"
 
 namespace palpate {
 
-class GradedSprings final : public GradedTangents {
+class GradedSprings final : public GradedElements<FarSprings> {
  public:
   /// `body` must outlive it.
   explicit GradedSprings(const GradedBody& body);
   void lay_out() override;
   void take(const BodyState& state) override;
   const NodeArrays& forces(const BodyState& state) override;
-  std::vector<std::uint32_t> near_elements() const override;
-  const BlockPattern& pattern() const override { return tangents_.pattern(); }
   void assemble(double c_d, double c_k, bool clamp, BlockMatrix& a) const override;
-  void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const override { tangents_.multiply(y, k_y, d_y); }
-  void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const override {
-    tangents_.multiply_sum(y, c_k, c_d, sum);
-  }
 
  private:
   /// A spring with a near node a. Where b is far, the spring adds to the blocks of a and the corners of b's cell, and what it
   /// adds to those of the corners goes by way of a sum over all springs that end in b.
   struct Spring {
-    Element numbers;                                       // a near
-    std::uint32_t a_a = 0;                                 // entry of a
-    std::uint32_t b_b = 0, a_b = 0;                        // entries where b is near
-    std::uint32_t end = GradedPattern::kNone, border = 0;  // b among ends_, and with a among the borders; none: it is near
+    Element numbers;                                    // a near
+    std::uint32_t a_a = 0;                              // entry of a
+    std::uint32_t b_b = 0, a_b = 0;                     // entries where b is near
+    std::uint32_t end = GradedBody::kNone, border = 0;  // b among ends_, and with a among the borders; none: it is near
   };
   /// A far node that such springs end in.
   struct End {
@@ -41,14 +35,10 @@ class GradedSprings final : public GradedTangents {
   template <typename Tangents>
   void add_near(const Tangents& tangents, SpringMatrices& to) const;
 
-  const GradedBody* body_;
   SpringBlocks blocks_;
-  FarTangents<FarSprings> far_;
   std::vector<Spring> springs_;
   std::vector<ElementState> states_;  // parallel to springs_
   std::vector<End> ends_;
-  GradedPattern pattern_;
-  SpringMatrices tangents_;
   NodeArrays u_, v_, f_;  // of all nodes
 };
 

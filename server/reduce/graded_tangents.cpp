@@ -27,7 +27,7 @@ GradedPattern::GradedPattern(const GradedBody& body, std::vector<Pair> near_pair
   pattern_ = BlockPattern(body.size(), pairs, Triangles::upper);
   for (const auto& [row, cell] : borders_)
     for (const std::uint32_t corner : far.corners_of(cell)) border_entries_.push_back(entry(row, body.corner(corner)));
-  corner_entries_.assign(kCornerPairs * far.cells(), kNone);
+  corner_entries_.assign(kCornerPairs * far.cells(), GradedBody::kNone);
   for (std::uint32_t c = 0; c < far.cells(); ++c) {
     if (body.near()[c]) continue;
     std::uint32_t* to = &corner_entries_[kCornerPairs * c];

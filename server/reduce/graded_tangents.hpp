@@ -38,7 +38,6 @@ class GradedPattern {
   /// A near node and a far cell that an element joins.
   using Border = std::pair<std::uint32_t, std::uint32_t>;  // coordinate, cell
   using Pair = std::pair<std::uint32_t, std::uint32_t>;    // coordinates
-  static constexpr std::uint32_t kNone = 0xffffffff;
 
   GradedPattern() = default;
   GradedPattern(const GradedBody& body, std::vector<Pair> near_pairs, std::vector<Border> borders);

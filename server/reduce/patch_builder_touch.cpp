@@ -1,6 +1,5 @@
 // Patches of tools that touch the surface.
-#include <Eigen/Eigenvalues>
-
+#include "common/base/part_above.hpp"
 #include "server/reduce/expansion.hpp"
 #include "server/reduce/patch_builder.hpp"
 #include "server/reduce/patch_builder_common.hpp"
@@ -29,9 +28,7 @@ Mat3 residual_compliance(const Mat3& compliance, const PortRows& rows, const Vec
                          double shift) {
   Matrix dynamic = shift * damping;
   dynamic.diagonal() += stiffness + Vector::Constant(rows.cols(), shift * shift);
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(symmetric(compliance - rows * dynamic.ldlt().solve(Matrix(rows.transpose()))));
-  const Mat3& axes = eigen.eigenvectors();
-  return axes * eigen.eigenvalues().cwiseMax(0).asDiagonal() * axes.transpose();
+  return part_above(symmetric(compliance - rows * dynamic.ldlt().solve(Matrix(rows.transpose()))), 0);
 }
 
 /// The port's answers, as large as the tool's motion along each axis [m] would make them.
