@@ -57,6 +57,9 @@ struct PortVertex {
   Vec3 normal = Vec3::Zero();
 };
 
+/// Of a piece of surface with so many vertices: a sphere's.
+constexpr int most_triangles(int vertices) { return 2 * vertices - 4; }
+
 /// The surface near the contact; it travels with the patch so that the tool finds it by itself between frames.
 struct PortSurface {
   int vertex_count = 0, triangle_count = 0;

@@ -30,9 +30,7 @@
 namespace palpate {
 
 inline constexpr int kMaxVariables = kMaxModes + 3;
-inline constexpr int kMaxSprings = 40;
-/// G_e, d, L, w k and w c.
-constexpr int numbers_of_spring(int variables) { return 3 * variables + 6; }
+inline constexpr int kMaxSprings = 56;
 
 struct SampledSprings {
   Eigen::MatrixXf motion;       ///< G_e, 3 rows a spring [1 for the tool, 1/kg^1/2 for q]

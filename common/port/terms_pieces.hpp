@@ -1,14 +1,15 @@
-// The terms of a patch in pieces that each fit a datagram (docs/wire.md): a list of half-precision numbers, cut, every piece with
-// all it takes to know the whole.
+// The terms of a patch in pieces that each fit a datagram (docs/wire.md): a list of numbers of 16 bits, half precision unless
+// said, cut, every piece with all it takes to know the whole.
 //
-//     the modes' part of S by rows, E2 where there is a repair, E3, E4, Q of the first kTurning variables,
-//     each in a unit of its own, the largest number some thousands;
-//     or, of springs: G; d and L spring by spring; w k; w c; and E2 where there is a repair;
+//     the modes' part of S by rows, E2 where there is a repair; E3, E4, Q of the first kTurning variables, 12 bits each, half
+//     precision less its last four; each in a unit of its own, the largest number some thousands;
+//     or, of springs: a scale for each variable, one for each spring, G as multiples of 1/127 of their product, a byte each; d and
+//     L spring by spring; w k; w c; and E2 where there is a repair;
 //     the surface that a touch brings: of every vertex its position as a sum of two numbers an axis [1/1024 m], its normal, and
-//     how the modes move it [1/kg^1/2]; of every triangle its three corners
+//     how the modes move it [1/kg^1/2]; of every triangle its three corners, five bits each
 //
-// Half precision is right to 5e-4 of each number: S and the
-// energies stay what they are for sender and receiver alike, so forces from them stay conservative.
+// Half precision is right to 5e-4 of each number, 12 bits to 8e-3, G to 4e-3 of the largest of its spring. Sender and receiver have the energies
+// from the same numbers, so forces from them stay conservative; and as K_e has the same G, no spring pushes at the stamp.
 #pragma once
 
 #include <array>
@@ -21,8 +22,23 @@
 
 namespace palpate {
 
-inline constexpr int kPieceNumbers = 500;
-inline constexpr int kTurning = 8;  ///< variables whose motion turns dampers, on the wire
+inline constexpr int kPieceNumbers = 524;
+inline constexpr int kUsualPieces = 4;  ///< with these and its patch a frame takes at most 6000 bytes
+inline constexpr int kTurning = 8;      ///< variables whose motion turns dampers, on the wire
+
+/// As many springs, and variables with terms of fourth order, as go into kUsualPieces beside the largest surface that a touch may
+/// bring when `vertices` are in its patch; at most kMaxSprings and `most`.
+struct TermsRoom {
+  int variables = 0;
+  bool grasp = false, repaired = false;  ///< there is an E2
+  int vertices = 3;                      ///< of the patch
+};
+int springs_that_fit(const TermsRoom& room);
+int leading_that_fit(const TermsRoom& room, int most);
+
+/// Corners of a triangle of a local surface, below kMaxPortVertices, in the lowest 15 bits.
+std::uint16_t pack_corners(const Triangle& triangle);
+Triangle unpack_corners(std::uint16_t bits);
 
 struct PatchTerms {
   std::uint32_t patch_seq = 0;  ///< of the patch that they go with

@@ -44,14 +44,18 @@ inline constexpr std::uint32_t kMaxMeshVertices = 1u << 24;                     
 /// or holds a number that the wire cannot carry (not finite, a position outside of the world).
 [[nodiscard]] std::size_t encode(const Message& message, std::span<std::byte> out);
 
-/// The most vertices of a local surface that surely fit into kMaxDatagramBytes beside `modes` modes and `triangles` triangles,
-/// at most kMaxPortVertices; less than 3 when no surface fits. A disc of n vertices has at most 2 n - 5 triangles.
-/// `loaded`: the patch has a load_rate.
+/// Couplings of D travel as multiples of 1/32767 of sqrt(D_ii D_jj). This takes (r - 1) / 65534 of each away, of B_d too, so that
+/// the patch passes check() however they are rounded; g follows, so that nothing changes at the stamp.
+void leave_room_for_rounding(Patch& patch);
+
+/// The most vertices of a local surface that surely fit into kMaxDatagramBytes beside `modes` modes and `triangles` triangles, or
+/// as many as such a surface may have, at most kMaxPortVertices; less than 3 when no surface fits. `loaded`: the patch has a
+/// load_rate.
 int max_port_vertices(int modes, int triangles = kMaxPortTriangles, bool loaded = false);
 
-/// The most modes of a patch that fit into kMaxDatagramBytes: 14 for attach; for touch as many as leave room for
-/// kMinUsefulVertices vertices, enough for the tool to move about between frames.
+/// The most modes of a patch that fit into kMaxDatagramBytes: kMaxModes for attach; for touch as many as leave room for
+/// kMinUsefulVertices vertices, enough for the tool to move about between frames, or for a triangle where terms bring more.
 inline constexpr int kMinUsefulVertices = 6;
-int max_port_modes(ContactKind contact);
+int max_port_modes(ContactKind contact, Scheme scheme);
 
 }  // namespace palpate

@@ -17,6 +17,7 @@ inline constexpr double kPositionStepM = 0x1p-27;  ///< a power of two, so that 
 inline constexpr double kMaxMicros = 1e16;         ///< instants lie within +- this (317 years)
 inline constexpr int kShortMax = 32767;
 inline constexpr int kWeightMax = 65535;
+inline constexpr float kCouplingStep = 1.0F / kShortMax;  ///< of D_ij / sqrt(D_ii D_jj)
 inline constexpr double kSmallestStep = 1e-9;  ///< of 16-bit numbers; keeps the step exact when the numbers are rounding noise
 
 /// Converts, and remembers whether every number could be carried.

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cmath>
+
 #include "common/wire/patch_wire.hpp"
 #include "common/wire/sense.hpp"
 
@@ -24,14 +27,18 @@ int modes_of(int count, int (*floats)(int)) {
   return -1;
 }
 
-void read_modes(Walk<float>& floats, int r, Patch& patch) {
+void read_modes(Walk<float>& floats, Walk<std::int16_t>& shorts, int r, Patch& patch) {
   patch.stiffness.resize(r);
   patch.damping.resize(r, r);
   patch.g.resize(r);
   patch.q_rate.resize(r);
   for (int i = 0; i < r; ++i) patch.stiffness[i] = floats.next();
+  for (int i = 0; i < r; ++i) patch.damping(i, i) = floats.next();
   for (int i = 0; i < r; ++i)
-    for (int j = 0; j <= i; ++j) patch.damping(i, j) = patch.damping(j, i) = floats.next();
+    for (int j = 0; j < i; ++j) {
+      const double both = std::sqrt(std::max(0.0, patch.damping(i, i)) * std::max(0.0, patch.damping(j, j)));
+      patch.damping(i, j) = patch.damping(j, i) = shorts.next() * static_cast<double>(pack::kCouplingStep) * both;
+    }
   for (int i = 0; i < r; ++i) patch.g[i] = floats.next();
 }
 
@@ -43,9 +50,11 @@ void read_port(Walk<float>& floats, int r, ModePort& port) {
 
 WireFault read_attach(const wire::Patch& table, Patch& patch) {
   Walk<float> floats(table.floats());
+  Walk<std::int16_t> shorts(table.shorts());
   const int r = modes_of(floats.left(), attach_floats);
-  if (r < 0 || !table.attach() || table.touch() || table.shorts() || table.normals()) return WireFault::malformed;
-  read_modes(floats, r, patch);
+  if (r < 0 || !table.attach() || table.touch() || table.normals() || shorts.left() != coupling_shorts(r))
+    return WireFault::malformed;
+  read_modes(floats, shorts, r, patch);
   for (int i = 0; i < r; ++i) patch.q_rate[i] = floats.next();
   read_port(floats, r, patch.b_k);
   read_port(floats, r, patch.b_d);
@@ -53,12 +62,6 @@ WireFault read_attach(const wire::Patch& table, Patch& patch) {
   patch.k_port = pack::from(table.attach()->k_port());
   patch.d_port = pack::from(table.attach()->d_port());
   return WireFault::none;
-}
-
-Triangle unpack_triangle(std::int16_t packed) {
-  const auto bits = static_cast<std::uint32_t>(static_cast<std::uint16_t>(packed));
-  constexpr std::uint32_t mask = (1u << kIndexBits) - 1;
-  return {bits & mask, bits >> kIndexBits & mask, bits >> 2 * kIndexBits};
 }
 
 void read_surface(Walk<float>& steps, Walk<std::int16_t>& shorts, int r, const wire::TouchPort& touch, Patch& patch) {
@@ -79,10 +82,10 @@ void read_surface(Walk<float>& steps, Walk<std::int16_t>& shorts, int r, const w
       for (int k = 0; k < 3; ++k) vertex.rows(k, m) = shorts.next() * row_step[static_cast<std::size_t>(m)];
   }
   for (int t = 0; t < surface.triangle_count; ++t)
-    surface.triangles[static_cast<std::size_t>(t)] = unpack_triangle(shorts.next());
+    surface.triangles[static_cast<std::size_t>(t)] = unpack_corners(static_cast<std::uint16_t>(shorts.next()));
 }
 
-void read_normals(const flatbuffers::Vector<std::uint8_t>* normals, PortSurface& surface) {
+void read_normals(const flatbuffers::Vector<std::uint16_t>* normals, PortSurface& surface) {
   if (!normals) return;
   for (flatbuffers::uoffset_t i = 0; i < normals->size(); i += 2)
     surface.vertices[i / 2].normal = unpack_normal(normals->Get(i), normals->Get(i + 1));
@@ -94,14 +97,14 @@ WireFault read_touch(const wire::Patch& table, Patch& patch) {
   const int r = modes_of(floats.left(), touch_floats);
   const int vertices = table.head()->vertices();
   if (r < 0 || !table.touch() || table.attach() || vertices < 1 || vertices > kMaxPortVertices) return WireFault::malformed;
-  const int triangles = shorts.left() - surface_shorts(r, vertices);
+  const int triangles = shorts.left() - coupling_shorts(r) - surface_shorts(r, vertices);
   if (triangles < 0 || triangles > kMaxPortTriangles) return WireFault::malformed;
   const wire::TouchPort& touch = *table.touch();
   if (table.normals() && static_cast<int>(table.normals()->size()) != 2 * vertices) return WireFault::malformed;
   if (touch.weight_0() + touch.weight_1() > pack::kWeightMax) return WireFault::out_of_range;
   patch.surface.vertex_count = vertices;
   patch.surface.triangle_count = triangles;
-  read_modes(floats, r, patch);
+  read_modes(floats, shorts, r, patch);
   read_surface(floats, shorts, r, touch, patch);
   read_normals(table.normals(), patch.surface);
   patch.coupling_n_m = touch.coupling();

@@ -20,8 +20,9 @@ class Bounded {
   std::size_t count_ = 0;
 };
 using Floats = Bounded<float, static_cast<std::size_t>(attach_floats(kMaxModes))>;
-using Normals = Bounded<std::uint8_t, 2 * static_cast<std::size_t>(kMaxPortVertices)>;
-using Shorts = Bounded<std::int16_t, static_cast<std::size_t>(surface_shorts(kMaxModes, kMaxPortVertices) + kMaxPortTriangles)>;
+using Normals = Bounded<std::uint16_t, 2 * static_cast<std::size_t>(kMaxPortVertices)>;
+using Shorts = Bounded<std::int16_t, static_cast<std::size_t>(coupling_shorts(kMaxModes) +
+                                                              surface_shorts(kMaxModes, kMaxPortVertices) + kMaxPortTriangles)>;
 
 bool has_modes_in_order(const Patch& patch) {
   const auto r = patch.stiffness.size();
@@ -44,11 +45,22 @@ bool has_finite_surface(const Patch& patch) {
   return true;
 }
 
-void add_modes(Floats& floats, pack::Packer& packer, const Patch& patch) {
+void add_modes(Floats& floats, Shorts& shorts, pack::Packer& packer, const Patch& patch) {
   const int r = patch.modes();
   for (int i = 0; i < r; ++i) floats.add(packer.number(patch.stiffness[i]));
+  std::array<double, kMaxModes> own{};  // as they travel
+  for (int i = 0; i < r; ++i) {
+    const float d = packer.number(patch.damping(i, i));
+    floats.add(d);
+    own[static_cast<std::size_t>(i)] = d;
+  }
   for (int i = 0; i < r; ++i)
-    for (int j = 0; j <= i; ++j) floats.add(packer.number(0.5 * (patch.damping(i, j) + patch.damping(j, i))));
+    for (int j = 0; j < i; ++j) {
+      const double both = std::sqrt(own[static_cast<std::size_t>(i)] * own[static_cast<std::size_t>(j)]);
+      const double coupling = 0.5 * (patch.damping(i, j) + patch.damping(j, i));
+      packer.require(std::isfinite(coupling));
+      shorts.add(both > 0 && packer.ok() ? pack::to_short(coupling / both, pack::kCouplingStep) : std::int16_t{0});
+    }
   for (int i = 0; i < r; ++i) floats.add(packer.number(patch.g[i]));
 }
 
@@ -59,8 +71,7 @@ void add_port(Floats& floats, pack::Packer& packer, const ModePort& port) {
 
 std::int16_t pack_triangle(pack::Packer& packer, const Triangle& triangle) {
   for (const auto index : triangle) packer.require(index < kMaxPortVertices);
-  return packer.ok() ? static_cast<std::int16_t>(triangle[0] | triangle[1] << kIndexBits | triangle[2] << 2 * kIndexBits)
-                     : std::int16_t{0};
+  return packer.ok() ? static_cast<std::int16_t>(pack_corners(triangle)) : std::int16_t{0};
 }
 
 /// None at all where every vertex has the normal of its triangles.
@@ -70,7 +81,7 @@ Normals normals_of(const PortSurface& surface) {
   if (std::all_of(vertices.begin(), vertices.end(), [](const PortVertex& vertex) { return vertex.normal.isZero(0); }))
     return normals;
   for (const PortVertex& vertex : vertices)
-    for (const std::uint8_t part : pack_normal(vertex.normal)) normals.add(part);
+    for (const std::uint16_t part : pack_normal(vertex.normal)) normals.add(part);
   return normals;
 }
 
@@ -123,6 +134,8 @@ wire::PatchHead head_of(const Patch& patch, pack::Packer& packer) {
           static_cast<std::uint8_t>(surface ? patch.surface.vertex_count : 0)};
 }
 
+constexpr double kNormalMost = 32767;
+
 /// Outwards from the octahedron's upper half; its own inverse.
 std::array<double, 2> folded(double x, double y) {
   return {(1 - std::abs(y)) * (x < 0 ? -1 : 1), (1 - std::abs(x)) * (y < 0 ? -1 : 1)};
@@ -130,18 +143,20 @@ std::array<double, 2> folded(double x, double y) {
 
 }  // namespace
 
-std::array<std::uint8_t, 2> pack_normal(const Vec3& normal) {
+std::array<std::uint16_t, 2> pack_normal(const Vec3& normal) {
   const double sum = normal.cwiseAbs().sum();
   if (!(sum > 0)) return {kNoNormal, kNoNormal};
   std::array<double, 2> at{normal.x() / sum, normal.y() / sum};
   if (normal.z() < 0) at = folded(at[0], at[1]);
-  const auto part = [](double a) { return static_cast<std::uint8_t>(std::lround(127 * (std::clamp(a, -1.0, 1.0) + 1))); };
+  const auto part = [](double a) {
+    return static_cast<std::uint16_t>(std::lround(kNormalMost * (std::clamp(a, -1.0, 1.0) + 1)));
+  };
   return {part(at[0]), part(at[1])};
 }
 
-Vec3 unpack_normal(std::uint8_t u, std::uint8_t v) {
+Vec3 unpack_normal(std::uint16_t u, std::uint16_t v) {
   if (u == kNoNormal || v == kNoNormal) return Vec3::Zero();
-  std::array<double, 2> at{u / 127.0 - 1, v / 127.0 - 1};
+  std::array<double, 2> at{u / kNormalMost - 1, v / kNormalMost - 1};
   const double z = 1 - std::abs(at[0]) - std::abs(at[1]);
   if (z < 0) at = folded(at[0], at[1]);
   return Vec3(at[0], at[1], z).normalized();
@@ -156,7 +171,7 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   packer.require(patch.constant || has_modes_in_order(patch));
   if (packer.ok() && is_touch && !patch.constant) packer.require(has_finite_surface(patch));
   if (!packer.ok()) return {};
-  if (!patch.constant) add_modes(floats, packer, patch);
+  if (!patch.constant) add_modes(floats, shorts, packer, patch);
   if (!patch.constant && is_touch) {
     const wire::Point origin = packer.point(patch.surface.vertices[0].position);
     const float step = add_surface(floats, shorts, packer, patch, pack::from(origin));
@@ -185,24 +200,36 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
                            loaded ? packer.duration(patch.load_for) : 0, normals_at);
 }
 
+void leave_room_for_rounding(Patch& patch) {
+  const double kept = 1 - (patch.modes() - 1) / (2.0 * pack::kShortMax);
+  if (patch.modes() < 2) return;
+  ModeMatrix damping = kept * patch.damping;
+  damping.diagonal() = patch.damping.diagonal();
+  patch.g += (damping - patch.damping) * patch.q_rate;
+  patch.damping = damping;
+  patch.b_d *= kept;
+}
+
 int max_port_vertices(int modes, int triangles, bool loaded) {
-  constexpr int kOverheadBytes = 220;  // of a touch patch without what its vectors hold, with alignment
-  constexpr int kNormalBytes = 2;
+  constexpr int kOverheadBytes = 224;  // of a touch patch without what its vectors hold, with alignment
+  constexpr int kNormalBytes = 4;
   constexpr int kLoadOverheadBytes = 16;
   const int load_bytes = loaded ? kLoadOverheadBytes + 4 * modes : 0;
   const int free_bytes =
-      static_cast<int>(kMaxDatagramBytes) - kOverheadBytes - load_bytes - 4 * touch_floats(modes) - 2 * triangles;
+      static_cast<int>(kMaxDatagramBytes) - kOverheadBytes - load_bytes - 4 * touch_floats(modes) - 2 * coupling_shorts(modes);
   int vertices = 0;
-  while (vertices < kMaxPortVertices && 2 * surface_shorts(modes, vertices + 1) + kNormalBytes * (vertices + 1) <= free_bytes)
-    ++vertices;
+  const auto bytes_of = [&](int n) {
+    return 2 * surface_shorts(modes, n) + kNormalBytes * n + 2 * std::min(triangles, most_triangles(n));
+  };
+  while (vertices < kMaxPortVertices && bytes_of(vertices + 1) <= free_bytes) ++vertices;
   return vertices;
 }
 
-int max_port_modes(ContactKind contact) {
-  constexpr int kMaxAttachModes = 14;
-  if (contact == ContactKind::attach) return kMaxAttachModes;
+int max_port_modes(ContactKind contact, Scheme scheme) {
+  if (contact == ContactKind::attach) return kMaxModes;
   int modes = kMaxModes;
-  while (modes > 0 && max_port_vertices(modes) < kMinUsefulVertices) --modes;
+  const int least = scheme == Scheme::cubic ? 3 : kMinUsefulVertices;
+  while (modes > 0 && max_port_vertices(modes) < least) --modes;
   return modes;
 }
 

@@ -11,19 +11,17 @@ namespace palpate {
 flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& builder, pack::Packer& packer, const Patch& patch);
 WireFault read_patch(const wire::Patch& table, Patch& patch);
 
-/// Numbers in `floats` and `shorts` (schema/wire.fbs) of a patch with r modes.
-inline constexpr int attach_floats(int r) { return r + r * (r + 1) / 2 + 2 * r + 6 * r; }
-inline constexpr int touch_floats(int r) { return r + r * (r + 1) / 2 + 2 * r + (r > 0 ? 1 : 0); }
+/// Numbers in `floats` and `shorts` (schema/wire.fbs) of a patch with r modes; the couplings of D are shorts of both kinds.
+inline constexpr int attach_floats(int r) { return 10 * r; }
+inline constexpr int touch_floats(int r) { return 4 * r + (r > 0 ? 1 : 0); }
+inline constexpr int coupling_shorts(int r) { return r * (r - 1) / 2; }
 inline constexpr int surface_shorts(int r, int vertices) { return r + 3 * (vertices - 1) + 3 * vertices * r; }
 
-/// A unit vector in two bytes: projected onto the octahedron |x| + |y| + |z| = 1, whose lower half is folded outwards; 0 to 254
-/// for -1 to 1. Right to one degree. kNoNormal twice: none.
-inline constexpr std::uint8_t kNoNormal = 255;
-std::array<std::uint8_t, 2> pack_normal(const Vec3& normal);
-Vec3 unpack_normal(std::uint8_t u, std::uint8_t v);
-
-inline constexpr unsigned kIndexBits = 5;  ///< three vertex indices share one short
-static_assert(kMaxPortVertices <= 1 << kIndexBits);
+/// A unit vector in two numbers of 16 bits: projected onto the octahedron |x| + |y| + |z| = 1, whose lower half is folded
+/// outwards; 0 to 65534 for -1 to 1. Right to 5e-5. kNoNormal twice: none.
+inline constexpr std::uint16_t kNoNormal = 65535;
+std::array<std::uint16_t, 2> pack_normal(const Vec3& normal);
+Vec3 unpack_normal(std::uint16_t u, std::uint16_t v);
 
 enum PatchFlag : std::uint8_t { kTouchFlag = 1, kConstantFlag = 2, kTouchingFlag = 4, kAllFlags = 7 };
 enum TermsFlag : std::uint8_t { kGraspFlag = 1, kRepairedFlag = 2, kSpringsFlag = 4, kAllTermsFlags = 7 };

@@ -97,7 +97,7 @@ std::optional<Refuse> ServerCore::objection(const Hello& hello, const Station* i
   if (hello.role == Role::viewer) return std::nullopt;
   if (!is_available(hello.scheme))
     return Refuse{bad_request, "scheme " + std::string(name_of(hello.scheme)) + " is not available"};
-  const int most_states = 2 * max_port_modes(facts_.contact);
+  const int most_states = 2 * max_port_modes(facts_.contact, hello.scheme);
   if (hello.order > most_states || hello.order % 2 != 0)
     return Refuse{bad_request, "order " + std::to_string(hello.order) + "; expected an even number up to " +
                                    std::to_string(most_states) + ", what fits into a datagram in this scene"};

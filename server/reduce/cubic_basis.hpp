@@ -8,8 +8,8 @@
 //     P^-1 F2(b_i, b_j)                   what bends when shapes b_i and b_j act together: F2 the second-order forces,
 //                                         b of {port shapes, tau v*}; of a touch instead
 //     w(a)                                dents as deep as the hand may make them, by the body's own forces (dent.hpp)
-//     x(t_k) - x*                         where the body was in the last frames: it often comes back; and where it will be,
-//                                         should the hands go on and slow down, as far as that is known
+//     x(t_k) - x*                         where the body was in the last frames: it often comes back; where it rests; and where
+//                                         it will be, should the hands go on and slow down, as far as that is known
 // and of all of them the directions that carry most energy: leading eigenvectors of W^T P W. The last kind is worth 8 dB at
 // 150 ms with 13 modes on scenes/cube6.json. Beside them, of a touch, one that has little energy and all the haste,
 //     M^-1 B n                            how the body begins to yield along the normal n: what an onset is made of
@@ -37,8 +37,8 @@ struct CubicBasis {
 
 /// `start.ports`: P^-1 B a_i, the answers to the port's three input directions, scaled, and that of a sliding load, if any;
 /// `prescribed`: how the port itself moves for them (3 N x 3; no columns for touch); `dents`: where there are any, nothing of
-/// second order; `start.fine`: taken beside the leading ones where these do not span it; `ways`: where the body was and will be,
-/// less where it is. `memory`: warm starts. Nothing when P is not positive definite.
+/// second order; `start.fine`: taken beside the leading ones where these do not span it; `ways`: where the body was, will be and
+/// rests, less where it is. `memory`: warm starts. Nothing when P is not positive definite.
 std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
                                       const Matrix& prescribed, std::span<const Vector> dents, const Matrix& ways,
                                       const CubicBasisRequest& request, BasisMemory& memory);

@@ -24,7 +24,9 @@ constexpr double kFarthest = 1e3;    // of a variable that no term bends
 constexpr double kWrong = 0.5;       // of the force beyond the linear one, where terms are no longer trusted,
 constexpr double kHarmless = 0.25;   // unless they are wrong by less than this of the linear one
 constexpr double kMostBraked = 3;    // largest eigenvalue of D in ticks: beyond, no damper of a polynomial or a touch turns
-constexpr double kLeast = 0.02;      // of the radius: below, nobody asks any more
+constexpr double kUnknown = 0.03;    // mean square of wrong parts, beyond which springs are the safer terms
+constexpr int kGraspLeading = 10, kTouchLeading = 8;  // most variables with terms of fourth order
+constexpr double kLeast = 0.02;                       // of the radius: below, nobody asks any more
 
 /// S of the modes, rows by falling energy.
 Matrix mode_scale(const Patch& patch, const Matrix& coordinates) {
@@ -193,13 +195,15 @@ Vector BentBody::beyond_linear(const Vector& u, Vector& linear) {
   return moved_.transpose() * (there - here_) + linear;
 }
 
-std::optional<CubicTerms> cubic_terms(BentBody& body, const Patch& patch, const CubicShapes& shapes, int leading) {
+std::optional<CubicTerms> cubic_terms(BentBody& body, const Patch& patch, const CubicShapes& shapes, int vertices) {
   const auto r = patch.stiffness.size(), first = shapes.port.cols(), n = r + first;
   if (r == 0 || !(patch.stiffness.maxCoeff() > 0)) return std::nullopt;
   CubicTerms terms;
   terms.variables = static_cast<int>(n);
-  terms.leading = std::min({leading, terms.variables, kMaxLeading});
   terms.grasp = first > 0;
+  const bool repaired = is_lifted(patch, shapes);
+  terms.leading = leading_that_fit({terms.variables, terms.grasp, repaired, vertices},
+                                   std::min(terms.variables, terms.grasp ? kGraspLeading : kTouchLeading));
   terms.scale = Matrix::Zero(n, n);
   for (Eigen::Index i = 0; i < first; ++i) terms.scale(i, i) = 1 / shapes.amplitude[i];
   terms.scale.bottomRightCorner(r, r) = mode_scale(patch, shapes.coordinates);
@@ -211,7 +215,7 @@ std::optional<CubicTerms> cubic_terms(BentBody& body, const Patch& patch, const 
   terms.e4 = std::move(expansion->e4);
   terms.q = std::move(expansion->q);
   if (fastest_braked(patch) > kMostBraked * kHapticRateHz) terms.q.setZero();
-  if (is_lifted(patch, shapes)) terms.e2 = repair(shapes.lifted, t);
+  if (repaired) terms.e2 = repair(shapes.lifted, t);
   Matrix form = t.transpose() * (joint_stiffness(patch, patch.stiffness) + shapes.lifted) * t;
   form.diagonal().array() += kNotLifted * form.diagonal().maxCoeff();  // nothing holds a tool that moves across a planar body
   const Vector far = trusted(terms, form);
@@ -221,13 +225,13 @@ std::optional<CubicTerms> cubic_terms(BentBody& body, const Patch& patch, const 
   return terms;
 }
 
-std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch, const CubicShapes& shapes, int numbers) {
+std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch, const CubicShapes& shapes, int vertices) {
   const auto r = patch.stiffness.size(), first = shapes.port.cols(), n = r + first;
   if (r == 0 || !(patch.stiffness.maxCoeff() > 0)) return std::nullopt;
   const bool repaired = is_lifted(patch, shapes);
   const int variables = static_cast<int>(n);
   SpringSampling sampling;
-  sampling.springs = std::min((numbers - (repaired ? pairs_of(variables) : 0)) / numbers_of_spring(variables), kMaxSprings);
+  sampling.springs = springs_that_fit({variables, first > 0, repaired, vertices});
   sampling.likely = Matrix::Zero(n, shapes.coordinates.cols() + shapes.ways.cols());
   sampling.likely.bottomLeftCorner(r, shapes.coordinates.cols()) = shapes.coordinates;
   sampling.likely.rightCols(shapes.ways.cols()) = shapes.ways;
@@ -270,7 +274,7 @@ bool are_truer(BentBody& body, const Patch& patch, const CubicShapes& shapes, co
       errors[i] += wrong < 1 ? wrong * wrong : 1.0;
     }
   }
-  return errors[0] < errors[1];
+  return errors[0] < errors[1] || errors[1] > kUnknown * static_cast<double>(asked.cols());
 }
 
 }  // namespace palpate

@@ -60,15 +60,19 @@ class BentBody {
   Vector still_, here_;  // empty until something is asked
 };
 
-/// Nothing for a body whose forces have no expansion.
-std::optional<CubicTerms> cubic_terms(BentBody& body, const Patch& patch, const CubicShapes& shapes, int leading);
+/// Polynomials, with as many terms of fourth order as fit beside a surface of which so many vertices are in the patch. Nothing
+/// for a body whose forces have no expansion.
+std::optional<CubicTerms> cubic_terms(BentBody& body, const Patch& patch, const CubicShapes& shapes, int vertices);
 
-/// Terms that are springs of the body (sample_springs.hpp), as many as so many numbers hold, E2 where there is one among them:
-/// for a body that no polynomial follows as far as it is likely to go. Nothing where they would not be stable.
-std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch, const CubicShapes& shapes, int numbers);
+/// Terms that are springs of the body (sample_springs.hpp), as many as fit: for a body that no polynomial follows as far as it is
+/// likely to go. Nothing where they would not be stable.
+std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch, const CubicShapes& shapes, int vertices);
 
-/// Whether terms `a` are less wrong than `b` where the body is likely to come to or may be pressed to, and half way there: sum of
+/// Whether springs `a` are less wrong than polynomials `b` where the body is likely to come to or may be pressed to, and half way
+/// there: sum of
 ///     min(1, |N^ - N| / (|N| + kOfLinear |K u|))^2,   forces in units that make the stiffness of each variable 1.
+/// Where polynomials are wrong by a sixth of that in the mean square they are not asked any further: springs bend as the body
+/// does, somehow, wherever the hand goes.
 bool are_truer(BentBody& body, const Patch& patch, const CubicShapes& shapes, const CubicTerms& a, const CubicTerms& b);
 
 }  // namespace palpate

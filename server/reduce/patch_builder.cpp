@@ -156,6 +156,8 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
 std::optional<Patch> PatchBuilder::fall_back(FrameModel& frame, std::size_t which, const PatchRequest& request, Scheme scheme) {
   PatchRequest other = request;
   other.scheme = scheme;
+  // More would leave next to nothing of the surface, and no terms bring it.
+  if (frame.ports()[which].kind == ContactKind::touch) other.order = std::min(request.order, kTouchOrder);
   auto built = build(frame, which, other);
   report_.fell_back = true;
   return built;
@@ -288,7 +290,7 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
     shapes.coordinates = shapes.modes.transpose() * at.masses().asDiagonal() * basis.value() * candidates->coordinates;
     Matrix turn = Matrix::Identity(v.cols() + 3, v.cols() + 3);
     turn.bottomRightCorner(v.cols(), v.cols()) = turned;
-    add_terms(model.at, patch, turn.transpose() * true_stiffness * turn, shapes);
+    add_terms(model.at, patch, turn.transpose() * true_stiffness * turn, shapes, 0);
   }
   return patch;
 }
@@ -307,11 +309,10 @@ std::optional<Matrix> PatchBuilder::grasp_basis(const Model& model, const std::v
   return basis;
 }
 
-/// Where the body was and will be, less where it is.
+/// Where the body was and will be, and where it rests, less where it is.
 Matrix PatchBuilder::known_ways() const {
-  Matrix ways(ways_->past.rows(), ways_->past.cols() + ways_->ahead.cols());
-  ways.leftCols(ways_->past.cols()) = ways_->past;
-  ways.rightCols(ways_->ahead.cols()) = ways_->ahead;
+  Matrix ways(ways_->past.rows(), ways_->past.cols() + ways_->ahead.cols() + 1);
+  ways << ways_->past, ways_->ahead, ways_->rest;
   return ways;
 }
 
@@ -342,8 +343,9 @@ std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::ui
                      cubic_memory_);
 }
 
-/// `true_stiffness`: of modes and tool before anything was lifted, in the modes of the patch.
-void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes) {
+/// `true_stiffness`: of modes and tool before anything was lifted, in the modes of the patch; `vertices` of its surface.
+void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes,
+                             int vertices) {
   // Where it was, where it will be if it goes on as it did since the last frame, and where it is when it is let go of.
   std::vector<Vector> ways;
   const Matrix& past = ways_->past;
@@ -366,11 +368,10 @@ void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const 
   shapes.port = at.moved(std::move(shapes.port));
   BentBody body(at.bending(), shapes);
   shapes.lifted = true_stiffness - joint_stiffness(patch, patch.stiffness);
-  const int leading = patch.contact == ContactKind::attach ? kAttachLeading : kTouchLeading;
   // Sheets buckle in their plane.
   const bool no_series = dynamics_->body().law == SpringLaw::stiffening || dynamics_->body().planar;
-  auto polynomials = no_series ? std::nullopt : cubic_terms(body, patch, shapes, leading);
-  auto springs = spring_terms(body, patch, shapes, patch.contact == ContactKind::attach ? kAttachNumbers : kTouchNumbers);
+  auto polynomials = no_series ? std::nullopt : cubic_terms(body, patch, shapes, vertices);
+  auto springs = spring_terms(body, patch, shapes, vertices);
   const bool both = polynomials && springs;
   if (springs && (!both || !suits(*polynomials, shapes) || are_truer(body, patch, shapes, *springs, *polynomials)))
     terms_ = std::move(*springs);

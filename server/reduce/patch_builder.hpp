@@ -60,10 +60,8 @@ class PatchBuilder {
   static constexpr int kRingLayers = 1;
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
   static constexpr Micros kLongBridge{120'000};  ///< from there on a grasp's few modes are chosen from more (narrow_basis.hpp)
-  static constexpr int kCubicAttachOrder = 26, kCubicTouchOrder = 26;
-  static constexpr int kAttachLeading = 10, kTouchLeading = 8;  ///< variables of a cubic patch that have terms of fourth order
-  static constexpr int kAttachNumbers = 1972, kTouchNumbers = 1470;  ///< of springs that stand for its bending, E2 among them
-  static constexpr double kFilteredHz = 10;                          ///< low-pass of `filtered`: the paper's, its model rate
+  static constexpr int kCubicAttachOrder = 32, kCubicTouchOrder = 30;
+  static constexpr double kFilteredHz = 10;  ///< low-pass of `filtered`: the paper's, its model rate
 
   /// `softest_1_s2`: lowest stiffness that a mode may have, softest_stiffness() of the body. `balanced`: off-line bases, shared
   /// by the builders of a body; without them there is no patch of scheme balanced.
@@ -124,7 +122,7 @@ class PatchBuilder {
   std::optional<CubicBasis> grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs,
                                          const PatchRequest& request, int modes, const ToolAt& tool, CubicShapes& shapes);
   Matrix known_ways() const;
-  void add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes);
+  void add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes, int vertices);
   bool reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Reduced& reduced);
 
   const Dynamics* dynamics_;

@@ -115,19 +115,21 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   Reduced reduced;
   Matrix& v = reduced.v;
   v.resize(at.masses().size(), 0);
+  int vertices = request.vertices_max(0, false);
   if (tangent) {
     patch.c_static = port_compliance(*p, which, others);
   } else {
     const auto basis = touch_basis(frame, *p, which, others, at, request);
     frame.enter(PatchPart::project);
     if (!basis || !reduce(at, basis->shapes, others, patch, reduced)) return std::nullopt;
+    vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0);
     if (cubic) {
       CubicShapes shapes;
       shapes.port.resize(v.rows(), 0);
       shapes.modes = v;
       shapes.coordinates = v.transpose() * at.masses().asDiagonal() * basis->shapes * basis->coordinates;
       shapes.dents = basis->dents;
-      add_terms(at, patch, reduced.stiffness.asDiagonal(), shapes);
+      add_terms(at, patch, reduced.stiffness.asDiagonal(), shapes, vertices);
     }
     Vector imbalance = frame.forces();
     if (others.load.size() > 0) imbalance += others.load;
@@ -143,7 +145,6 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   }
   frame.enter(PatchPart::other);
   report_.solver_iterations += p->iterations() - before;
-  const int vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0);
   const bool with_terms = terms_.variables > 0;
   const SurfacePiece first = cut_port_surface(
       *skin_, frame.positions(), [&](std::uint32_t node) { return at.rows(node, v); }, port.point,

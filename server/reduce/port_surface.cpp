@@ -31,7 +31,8 @@ SurfacePiece cut_port_surface(const Skin& skin, const std::vector<double>& x,
         if (has(triangles, t)) continue;
         const auto missing = std::count_if(surface.triangles[t].begin(), surface.triangles[t].end(),
                                            [&](std::uint32_t corner) { return !has(vertices, corner); });
-        if (missing > 1 || static_cast<int>(vertices.size()) + missing > most) continue;
+        const int together = static_cast<int>(vertices.size() + missing);
+        if (missing > 1 || together > most || static_cast<int>(triangles.size()) == most_triangles(together)) continue;
         const double distance = centroid_distance(t);
         if (distance < best_distance) {
           best_distance = distance;

@@ -1,17 +1,21 @@
 #include "server/reduce/sparse_weights.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 namespace palpate {
 namespace {
 
-/// The columns that have joined, and their products with all others.
+/// The columns that have joined, and the Cholesky factor L of their products: L L^T = A^T A + ridge.
 class Joined {
  public:
   Joined(const Eigen::MatrixXf& a, const Eigen::VectorXf& t, int most)
-      : a_(a), with_t_(a.transpose() * t), products_(a.cols(), most + 1) {}
+      : a_(a),
+        with_t_(a.transpose() * t),
+        ridge_(kRidge * a.squaredNorm() / static_cast<float>(a.cols())),
+        products_(a.cols(), most),
+        factor_(most, most),
+        forward_(most) {}
 
   const std::vector<Eigen::Index>& columns() const { return columns_; }
   const Eigen::VectorXf& weights() const { return weights_; }
@@ -20,48 +24,52 @@ class Joined {
   /// t . A w, which is |A w|^2.
   float explained() const {
     float sum = 0;
-    for (Eigen::Index k = 0; k < count(); ++k) sum += weights_[k] * with_t_[columns_[static_cast<std::size_t>(k)]];
+    for (Eigen::Index k = 0; k < count(); ++k) sum += weights_[k] * with_t_[column(k)];
     return sum;
   }
-  void join(Eigen::Index column) {
-    products_.col(count()).noalias() = a_.transpose() * a_.col(column);
-    columns_.push_back(column);
-  }
   /// False when the newest left again at once.
-  bool settle() {
-    const Eigen::Index newest = columns_.back();
+  bool join(Eigen::Index newest) {
+    products_.col(count()).noalias() = a_.transpose() * a_.col(newest);
+    columns_.push_back(newest);
+    add_row(count() - 1);
     for (;;) {
       solve();
       Eigen::Index worst = 0;
       if (columns_.empty() || weights_.minCoeff(&worst) > 0) break;
-      leave(worst);
+      columns_.erase(columns_.begin() + worst);
+      for (Eigen::Index k = worst; k < count(); ++k) {
+        products_.col(k) = products_.col(k + 1);
+        add_row(k);
+      }
     }
-    return !columns_.empty() && std::find(columns_.begin(), columns_.end(), newest) != columns_.end();
+    return !columns_.empty() && columns_.back() == newest;
   }
 
  private:
   Eigen::Index count() const { return static_cast<Eigen::Index>(columns_.size()); }
-  void solve() {
-    constexpr float kRidge = 1e-6F;  // of the mean: columns may be alike
-    Eigen::MatrixXf gram(count(), count());
-    Eigen::VectorXf b(count());
-    for (Eigen::Index k = 0; k < count(); ++k) {
-      for (Eigen::Index i = 0; i < count(); ++i) gram(i, k) = products_(columns_[static_cast<std::size_t>(i)], k);
-      b[k] = with_t_[columns_[static_cast<std::size_t>(k)]];
-    }
-    if (count() > 0) gram.diagonal().array() += kRidge * gram.trace() / static_cast<float>(count());
-    weights_ = gram.ldlt().solve(b);
+  Eigen::Index column(Eigen::Index k) const { return columns_[static_cast<std::size_t>(k)]; }
+  /// Row k of L and of L^-1 A^T t.
+  void add_row(Eigen::Index k) {
+    Eigen::VectorXf row(k);
+    for (Eigen::Index i = 0; i < k; ++i) row[i] = products_(column(i), k);
+    factor_.topLeftCorner(k, k).triangularView<Eigen::Lower>().solveInPlace(row);
+    factor_.row(k).head(k) = row.transpose();
+    factor_(k, k) = std::sqrt(std::max(products_(column(k), k) - row.squaredNorm(), 0.0F) + ridge_);
+    forward_[k] = (with_t_[column(k)] - row.dot(forward_.head(k))) / factor_(k, k);
   }
-  void leave(Eigen::Index k) {
-    columns_.erase(columns_.begin() + k);
-    for (Eigen::Index i = k; i < count(); ++i) products_.col(i) = products_.col(i + 1);
+  void solve() {
+    weights_ = forward_.head(count());
+    factor_.topLeftCorner(count(), count()).transpose().triangularView<Eigen::Upper>().solveInPlace(weights_);
   }
 
+  static constexpr float kRidge = 1e-6F;  ///< of the mean: columns may be alike
   const Eigen::MatrixXf& a_;
-  Eigen::VectorXf with_t_;
-  Eigen::MatrixXf products_;
+  Eigen::VectorXf with_t_;  ///< A^T t
+  float ridge_;
   std::vector<Eigen::Index> columns_;
-  Eigen::VectorXf weights_;
+  Eigen::MatrixXf products_;  ///< of A with those that have joined
+  Eigen::MatrixXf factor_;
+  Eigen::VectorXf forward_, weights_;
 };
 
 }  // namespace
@@ -79,8 +87,7 @@ SparseWeights sparse_weights(const Eigen::MatrixXf& a, const Eigen::VectorXf& t,
     for (const Eigen::Index k : joined.columns()) left[k] = 0;
     Eigen::Index best = 0;
     if (!(left.maxCoeff(&best) > 0)) break;
-    joined.join(best);
-    if (!joined.settle()) free[best] = 0;
+    if (!joined.join(best)) free[best] = 0;
     left = joined.left();
     missing = std::sqrt(std::max(0.0F, 1 - joined.explained() / all));
   }

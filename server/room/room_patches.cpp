@@ -88,6 +88,7 @@ void Room::State::give_patch(const StationJob& job, std::size_t which, StationFr
   const PatchRequest request = request_of(job);
   frame.patch = station.builder->build(frame_model, which, request);
   if (!frame.patch) return;
+  leave_room_for_rounding(*frame.patch);
   frame.terms = station.builder->terms();
   if (asleep) station.kept = Kept{request, *frame.patch, frame.terms};
 }

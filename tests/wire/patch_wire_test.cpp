@@ -20,6 +20,14 @@ void check_float32(const A& got, const B& sent) {
     for (Eigen::Index i = 0; i < sent.rows(); ++i) CHECK(std::abs(got(i, j) - sent(i, j)) <= 6e-8 * std::abs(sent(i, j)));
 }
 
+/// D_ii in float32, what couples modes to half a step of 1/32767 of sqrt(D_ii D_jj).
+void check_damping(const ModeMatrix& got, const ModeMatrix& sent) {
+  check_float32(got.diagonal(), sent.diagonal());
+  const ModeVector root = sent.diagonal().cwiseSqrt();
+  const ModeMatrix off = (got - sent).cwiseAbs().cwiseQuotient(root * root.transpose());
+  CHECK((got.rows() == 0 || off.maxCoeff() <= 0.5 / 32767 + 1e-7));
+}
+
 void check_common(const Patch& got, const Patch& sent) {
   CHECK(got.seq == sent.seq);
   CHECK(got.stamp == sent.stamp);
@@ -34,13 +42,13 @@ void check_common(const Patch& got, const Patch& sent) {
 
 }  // namespace
 
-TEST_CASE("a grasp's patch arrives with its model in float32") {
-  for (const int modes : {0, 1, 7, 14}) {
+TEST_CASE("a grasp's patch arrives with its model in float32, what damping couples in 16 bits") {
+  for (const int modes : {0, 1, 7, kMaxModes}) {
     const Patch sent = seeds::attach_patch(modes);
     const Patch got = round_trip(sent);
     check_common(got, sent);
     check_float32(got.stiffness, sent.stiffness);
-    check_float32(got.damping, sent.damping);
+    check_damping(got.damping, sent.damping);
     check_float32(got.g, sent.g);
     check_float32(got.q_rate, sent.q_rate);
     check_float32(got.b_k, sent.b_k);
@@ -56,7 +64,7 @@ TEST_CASE("a touch patch arrives with its surface to 16 bits of what is largest"
   const Patch got = round_trip(sent);
   check_common(got, sent);
   check_float32(got.stiffness, sent.stiffness);
-  check_float32(got.damping, sent.damping);
+  check_damping(got.damping, sent.damping);
   check_float32(got.g, sent.g);
   check_float32(got.c_static, sent.c_static);
   constexpr double kHalfStep = 0.5 / 32767 * 1.0001;
@@ -82,7 +90,7 @@ TEST_CASE("a touch patch arrives with its surface to 16 bits of what is largest"
   for (std::size_t i = 0; i < 12; ++i) {
     const Vec3 off = got.surface.vertices[i].position - sent.surface.vertices[i].position;
     CHECK(off.cwiseAbs().maxCoeff() <= kHalfStep * 0.02 + 4e-9);  // the surface reaches 20 mm from vertex 0
-    CHECK((got.surface.vertices[i].normal - sent.surface.vertices[i].normal).norm() < 0.018);  // a degree
+    CHECK((got.surface.vertices[i].normal - sent.surface.vertices[i].normal).norm() < 1e-4);
     CHECK(got.surface.vertices[i].normal.isZero(0) == (i == 2));
   }
 }
@@ -100,8 +108,9 @@ TEST_CASE("the growing load of other tools arrives with the patch, and one that 
     const auto most = bare + 16 + 4 * static_cast<std::size_t>(sent.modes()) + 4;
     CHECK(seeds::bytes_of(seeds::message(PatchMessage{sent})).size() <= most);
   }
-  for (int modes = 1; modes <= max_port_modes(ContactKind::touch); ++modes) {
-    Patch sent = seeds::touch_patch(modes, max_port_vertices(modes, kMaxPortTriangles, true), 16);
+  for (int modes = 1; modes <= kMaxModes; ++modes) {
+    const int vertices = max_port_vertices(modes, kMaxPortTriangles, true);
+    Patch sent = seeds::touch_patch(modes, vertices, std::min(16, most_triangles(vertices)));
     sent.load_rate = ModeVector::Ones(modes);
     sent.load_for = Micros{1};
     CHECK_FALSE(seeds::bytes_of(seeds::message(PatchMessage{sent})).empty());
@@ -119,7 +128,7 @@ TEST_CASE("a constant patch carries its force and nothing of a model") {
   CHECK(got.modes() == 0);
 }
 
-TEST_CASE("rounding to float32 leaves singular damping acceptable") {
+TEST_CASE("rounding leaves singular damping acceptable where there was left room for it") {
   // rank one: every rounding error may push an eigenvalue below zero
   for (unsigned seed = 0; seed < 200; ++seed) {
     std::mt19937 random(seed);
@@ -131,6 +140,9 @@ TEST_CASE("rounding to float32 leaves singular damping acceptable") {
     patch.b_d = -d.bottomLeftCorner(11, 3);
     patch.damping = d.bottomRightCorner(11, 11);
     REQUIRE(check(patch) == PatchFault::none);
+    const ModeVector at_stamp = patch.g - patch.damping * patch.q_rate;
+    leave_room_for_rounding(patch);
+    CHECK((patch.g - patch.damping * patch.q_rate - at_stamp).norm() < 1e-9 * patch.g.norm());
     REQUIRE(check(round_trip(patch)) == PatchFault::none);
   }
 }
