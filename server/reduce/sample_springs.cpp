@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kSamples = 32, kMoreOnPath = 8, kAlone = 3, kAround = 12, kCandidates = 250;
+constexpr int kSamples = 64, kMoreOnPath = 8, kMixed = 40, kAlone = 3, kAround = 12, kCandidates = 500;
 constexpr double kLengthMin = 1e-9;    // below, a spring has no direction [m]
 constexpr double kNegligible = 1e-2;   // of the bending, in springs that are not looked at
 constexpr float kCloseEnough = 3e-3F;  // of all samples together
@@ -180,9 +180,25 @@ SampledSprings chosen(const BentSprings& all, const std::vector<std::uint32_t>& 
   return springs;
 }
 
+/// Sums of samples, orthogonal: some frequencies of a cosine transform of samples with signs drawn by chance. Least squares over
+/// all samples are nearly those over a few such sums (Woodruff, FnTTCS 10 (2014), chapter 2).
+Eigen::MatrixXf mixing(Eigen::Index samples) {
+  Random random(2);
+  Eigen::MatrixXf mix(samples, kMixed);
+  for (Eigen::Index s = 0; s < samples; ++s) {
+    const double sign = random.chance(0.5) ? 1 : -1;
+    for (Eigen::Index j = 0; j < kMixed; ++j) {
+      const auto frequency = static_cast<double>(j * samples / kMixed);
+      const double wave = std::cos(M_PI * (static_cast<double>(s) + 0.5) * frequency / static_cast<double>(samples));
+      mix(s, j) = static_cast<float>(sign * (j == 0 ? std::sqrt(0.5) : wave));
+    }
+  }
+  return mix;
+}
+
 /// Bending as forces on the variables, in units in which every sample counts alike.
 struct Fit {
-  Eigen::MatrixXf parts;  ///< of each candidate, a column each: n x samples
+  Eigen::MatrixXf parts;  ///< of each candidate, a column each: n x sums of samples
   Eigen::VectorXf all;    ///< of all springs
 };
 
@@ -193,15 +209,17 @@ Fit fit_of(const Bending& candidates, Eigen::MatrixXf all, const Matrix& u, cons
   const Eigen::MatrixXf linear = unit.cwiseInverse().asDiagonal() * u.cast<float>();
   const Eigen::VectorXf size =
       (all.colwise().norm() + static_cast<float>(kOfLinear) * linear.colwise().norm()).cwiseMax(1e-30F).transpose();
+  const Eigen::MatrixXf mix = size.cwiseInverse().asDiagonal() * mixing(u.cols());
   Fit fit;
-  fit.all = (all * size.cwiseInverse().asDiagonal()).reshaped();
-  fit.parts.resize(n * u.cols(), count);
-  for (Eigen::Index k = 0; k < count; ++k) {
-    auto part = fit.parts.col(k).reshaped(n, u.cols());
-    part.setZero();
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      part.noalias() += candidates.motion[axis].row(k).transpose() * candidates.force[axis].row(k);
-    part = unit.asDiagonal() * part * size.cwiseInverse().asDiagonal();
+  fit.all = (all * mix).reshaped();
+  fit.parts.setZero(n * kMixed, count);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Rows mixed = candidates.force[axis] * mix, moved = candidates.motion[axis] * unit.asDiagonal();
+    for (Eigen::Index k = 0; k < count; ++k) {
+      float* to = fit.parts.col(k).data();
+      for (Eigen::Index j = 0; j < kMixed; ++j)
+        for (Eigen::Index i = 0; i < n; ++i) *to++ += mixed(k, j) * moved(k, i);
+    }
   }
   return fit;
 }
