@@ -3,13 +3,14 @@
 //
 //     the modes' part of S by rows, E2 where there is a repair; E3, E4, Q of the first kTurning variables, 12 bits each, half
 //     precision less its last four; each in a unit of its own, the largest number some thousands;
-//     or, of springs: a scale for each variable, one for each spring, G as multiples of 1/127 of their product, a byte each; d and
-//     L spring by spring; w k; w c; and E2 where there is a repair;
-//     the surface that a touch brings: of every vertex its position as a sum of two numbers an axis [1/1024 m], its normal, and
-//     how the modes move it [1/kg^1/2]; of every triangle its three corners, five bits each
+//     or, of springs: a scale for each variable, one for each spring, G as multiples of 1/127 of their product, a byte each; d
+//     and L spring by spring; w k; w c; and E2 where there is a repair; the surface that a touch brings: of every vertex its
+//     position as a sum of two numbers an axis [1/1024 m], its normal, and how the modes move it [1/kg^1/2]; of every triangle
+//     its three corners, five bits each
 //
-// Half precision is right to 5e-4 of each number, 12 bits to 8e-3, G to 4e-3 of the largest of its spring. Sender and receiver have the energies
-// from the same numbers, so forces from them stay conservative; and as K_e has the same G, no spring pushes at the stamp.
+// Half precision is right to 5e-4 of each number, 12 bits to 8e-3, G to 4e-3 of the largest of its spring. Sender and receiver
+// have the energies from the same numbers, so forces from them stay conservative; and as K_e has the same G, no spring pushes at
+// the stamp.
 #pragma once
 
 #include <array>
