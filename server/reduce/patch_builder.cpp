@@ -157,7 +157,8 @@ std::optional<Patch> PatchBuilder::fall_back(FrameModel& frame, std::size_t whic
   PatchRequest other = request;
   other.scheme = scheme;
   // More would leave next to nothing of the surface, and no terms bring it.
-  if (frame.ports()[which].kind == ContactKind::touch) other.order = std::min(request.order, kTouchOrder);
+  if (scheme == Scheme::port && frame.ports()[which].kind == ContactKind::touch)
+    other.order = std::min(request.order, kTouchOrder);
   auto built = build(frame, which, other);
   report_.fell_back = true;
   return built;
