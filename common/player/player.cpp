@@ -1,5 +1,6 @@
 #include "common/player/player.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -8,6 +9,7 @@ namespace palpate {
 namespace {
 
 constexpr double kTickS = 1.0 / kHapticRateHz;
+constexpr double kFastest = kTickS;  // |H|, tick / 2 for slow modes; of a mode that goes round in less than three ticks
 constexpr std::int64_t kTicksMax = 2 * kSampleHistoryTicks;  // of one advance(): a gap longer than any history ends there
 
 }  // namespace
@@ -19,6 +21,9 @@ PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(e
   if (r > 0) {
     z_.tail(r) = patch.q_rate;
     psi0_ = p.psi0;
+    const ModeMatrix reach = p.phi.topRightCorner(r, r);
+    closing_ = p.psi0.bottomRows(r) - p.phi.bottomRightCorner(r, r) * reach.partialPivLu().solve(ModeMatrix(p.psi0.topRows(r)));
+    if (!(closing_.cwiseAbs().maxCoeff() < kFastest)) cubic_ = {};  // the linear patch alone
     drift_ = p.psi0 * patch.g;
     if (patch.load_rate.size() > 0) {
       // A tick in which the load ends counts whole: half a tick of a load that lasted tens of them.
@@ -113,34 +118,21 @@ void PatchPlayer::tick_attach(const Vec3& tool) noexcept {
   const Vec3 rate = (tool - tool_.position) / kTickS - patch_.tool_velocity;
   Vec3 force = patch_.force - patch_.k_port * d_next - patch_.d_port * rate;
   if (r > 0) {
-    kick();
     StepVector u(2 * r + 9);
     u.head(2 * r) = z_;
     u.segment<3>(2 * r) = d;
     u.segment<3>(2 * r + 3) = d_next;
     u.tail<3>() = rate;
     StateVector next = drift_;
-    if (!cubic_.empty()) next.noalias() += psi0_ * turned_.tail(r);
+    if (!cubic_.empty()) next.noalias() += psi0_ * (bent_ + turned_).tail(r);
     next.noalias() += step_ * u;
     z_ = next;
-    bend_and_kick(d_next, (tool - tool_.position) / kTickS);
+    bend(d_next, (tool - tool_.position) / kTickS);
     force.noalias() += felt_ * z_;
     force.noalias() -= patch_.b_d.transpose() * patch_.q_rate;
     if (!cubic_.empty()) force += bent_.head<3>() + turned_.head<3>();
   }
   output_ = {force, true};
-}
-
-void PatchPlayer::kick() noexcept {
-  if (!cubic_.empty()) z_.tail(patch_.modes()) += (kTickS / 2) * bent_.tail(patch_.modes());
-}
-
-void PatchPlayer::bend_and_kick(const Vec3& displacement, const Vec3& velocity) noexcept {
-  if (cubic_.empty()) return;
-  const CubicForce::Variables before = turned_;
-  bend(displacement, velocity);
-  z_.noalias() += psi0_ * (0.5 * (turned_ - before)).tail(patch_.modes());
-  kick();
 }
 
 void PatchPlayer::bend(const Vec3& displacement, const Vec3& velocity) noexcept {
@@ -154,14 +146,19 @@ void PatchPlayer::bend(const Vec3& displacement, const Vec3& velocity) noexcept 
     rate.head<3>() = velocity;
   }
   u.tail(r) = z_.head(r);
-  cubic_.elastic(u, bent_);
-  // With the half kick that is still to come: a body at rest would seem to move otherwise, and be damped.
-  rate.tail(r) = z_.tail(r) + (kTickS / 2) * bent_.tail(r);
-  cubic_.damping(u, rate, turned_);
-  if (bent_.allFinite() && turned_.allFinite()) return;
-  cubic_ = {};  // whatever was sent: the linear patch goes on
-  bent_.setZero();
-  turned_.setZero();
+  CubicForce::Variables bent(u.size()), turned(u.size());
+  cubic_.elastic(u, bent);
+  rate.tail(r) = z_.tail(r) + closing_ * (bent - bent_).tail(r);
+  cubic_.damping(u, rate, turned);
+  if (bent.allFinite() && turned.allFinite()) {
+    z_.tail(r) = rate.tail(r) + closing_ * (turned - turned_).tail(r);
+    bent_ = bent;
+    turned_ = turned;
+  } else {
+    cubic_ = {};  // whatever was sent: the linear patch goes on
+    bent_.setZero();
+    turned_.setZero();
+  }
 }
 
 SurfaceView PatchPlayer::surface() const noexcept {
@@ -207,15 +204,14 @@ void PatchPlayer::update_response() noexcept {
 void PatchPlayer::tick_touch(const Vec3& tool) noexcept {
   const auto r = patch_.modes();
   if (r > 0) {
-    kick();
     StateVector next = drift_ + carried_;
-    if (!cubic_.empty()) next.noalias() += psi0_ * turned_.tail(r);
+    if (!cubic_.empty()) next.noalias() += psi0_ * (bent_ + turned_).tail(r);
     next.noalias() += step_ * z_;
     z_ = next;
     carried_.setZero();
   }
   close_touch(tool);
-  bend_and_kick(Vec3::Zero(), Vec3::Zero());
+  bend(Vec3::Zero(), Vec3::Zero());
 }
 
 void PatchPlayer::close_touch(const Vec3& tool) noexcept {

@@ -40,10 +40,12 @@ class PatchPlayer {
   PatchPlayer() = default;
   /// `patch` has passed check(). The player stands at the patch's stamp.
   explicit PatchPlayer(const Patch& patch) : PatchPlayer(patch, CubicTerms{}) {}
-  /// The same with forces beyond the tangent; `terms` have passed check() for this patch. Each tick takes half the impulse of the
-  /// elastic ones, the exact linear flow, and the other half at the new place (the impulse method: second order,
-  /// time-reversible). What dampers push for having turned is constant inside of the flow, the mean of what it is before and
-  /// after it: they may brake away in a tick many times what moves, and as impulses would turn it round.
+  /// The same with forces beyond the tangent; `terms` have passed check() for this patch. With f what those push the modes with
+  /// at the end of a tick, elastic or of dampers that have turned, a tick is
+  ///     z+ = Phi z + Psi0 (w0 + f) + ...,   then q'+ += H (f+ - f),   H = Psi0_v - Phi_vv Phi_qv^-1 Psi0_q
+  /// exact for a force that stays, however fast a mode swings or is braked; second order; time-reversible where nothing brakes,
+  /// H = tan(omega dt / 2) / omega there (Gautschi, Numer. Math. 3 (1961); Hairer, Lubich and Wanner, Geometric Numerical
+  /// Integration (2006), XIII.1). Modes faster than three ticks a turn have no such H: the linear patch alone.
   PatchPlayer(const Patch& patch, const CubicTerms& terms);
 
   /// On to `sample.t`, in ticks, the tool moving linearly from its last position. Nothing happens when that is less than half a
@@ -66,9 +68,7 @@ class PatchPlayer {
   void tick_touch(const Vec3& tool) noexcept;
   void close_touch(const Vec3& tool) noexcept;
   void grow_load() noexcept;
-  void kick() noexcept;
   void bend(const Vec3& displacement, const Vec3& velocity) noexcept;
-  void bend_and_kick(const Vec3& displacement, const Vec3& velocity) noexcept;
   void place_vertices() noexcept;
   PortRows rows_at(const SurfacePoint& point) const noexcept;
   void update_response() noexcept;
@@ -86,6 +86,7 @@ class PatchPlayer {
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxStates, kMaxInputs> step_;
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor, 3, kMaxStates> felt_;  // attach: (B_k^T, B_d^T)
   StateInput psi0_;
+  ModeMatrix closing_;  // H
   double low_pass_gain_ = 1;
   CubicForce cubic_;
   CubicForce::Variables bent_, turned_;  // force on (d, q) or q at the end of the tick: elastic; of dampers that have turned

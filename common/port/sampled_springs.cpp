@@ -17,35 +17,52 @@ double stiffest(const Eigen::MatrixXd& stiffness, int tool) {
       .tail<1>()[0];
 }
 
-/// Sum over rows of weight row^T row.
-Eigen::MatrixXd weighted(const Eigen::ArrayXd& weights, const Eigen::MatrixXd& rows) {
-  return rows.transpose() * weights.matrix().asDiagonal() * rows;
+/// Sum over springs of weight G^T G, and of weight (n . G)^T (n . G).
+Eigen::MatrixXd weighted(const Eigen::ArrayXd& weights, const Eigen::MatrixXd& g) {
+  const Eigen::VectorXd of_rows = weights.matrix().transpose().replicate(3, 1).reshaped();
+  return g.transpose() * of_rows.asDiagonal() * g;
+}
+Eigen::MatrixXd weighted_along(const Eigen::ArrayXd& weights, const Eigen::MatrixXd& g, const Eigen::Matrix3Xd& axes) {
+  Eigen::MatrixXd along(axes.cols(), g.cols());
+  for (Eigen::Index e = 0; e < axes.cols(); ++e) along.row(e) = axes.col(e).transpose() * g.middleRows<3>(3 * e);
+  return along.transpose() * weights.matrix().asDiagonal() * along;
 }
 
 }  // namespace
 
+Eigen::Matrix3Xf SampledSprings::spans() const {
+  Eigen::Matrix3Xf d(3, count());
+  for (int e = 0; e < count(); ++e) d.col(e) = position.col(ends(1, e)) - position.col(ends(0, e));
+  return d;
+}
+
+Eigen::MatrixXf SampledSprings::motions(int tool) const {
+  const Eigen::MatrixXf v = motion.rows(tool);
+  Eigen::MatrixXf g(3 * count(), v.cols());
+  for (int e = 0; e < count(); ++e) g.middleRows<3>(3 * e) = v.middleRows<3>(3 * ends(1, e)) - v.middleRows<3>(3 * ends(0, e));
+  return g;
+}
+
 SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen::VectorXd& rate, double tick_s)
-    : variables_(static_cast<int>(springs.motion.cols())), stiffening_(static_cast<double>(springs.stiffening)) {
-  const int m = springs.count();
+    : variables_(tool + springs.motion.modes()), stiffening_(static_cast<double>(springs.stiffening)) {
+  const int m = springs.count(), nodes = springs.motion.nodes();
   if (m == 0 || variables_ <= tool) return;
-  rows_x_.resize(m, variables_);
-  rows_y_.resize(m, variables_);
-  rows_z_.resize(m, variables_);
+  const Eigen::MatrixXd v = springs.motion.rows(tool).cast<double>(), g = springs.motions(tool).cast<double>();
+  const Eigen::Matrix3Xd d = springs.spans().cast<double>();
+  rows_x_ = v(Eigen::seqN(0, nodes, 3), Eigen::all);
+  rows_y_ = v(Eigen::seqN(1, nodes, 3), Eigen::all);
+  rows_z_ = v(Eigen::seqN(2, nodes, 3), Eigen::all);
   for (int e = 0; e < m; ++e) {
-    rows_x_.row(e) = springs.motion.row(3 * e).cast<double>();
-    rows_y_.row(e) = springs.motion.row(3 * e + 1).cast<double>();
-    rows_z_.row(e) = springs.motion.row(3 * e + 2).cast<double>();
+    a_[static_cast<std::size_t>(e)] = static_cast<std::uint8_t>(springs.ends(0, e));
+    b_[static_cast<std::size_t>(e)] = static_cast<std::uint8_t>(springs.ends(1, e));
   }
-  span_ = {springs.span.row(0).transpose().cast<double>().array(), springs.span.row(1).transpose().cast<double>().array(),
-           springs.span.row(2).transpose().cast<double>().array()};
+  span_ = {d.row(0).transpose().array(), d.row(1).transpose().array(), d.row(2).transpose().array()};
   rest_length_ = springs.rest_length.cast<double>().array();
   stiffness_ = springs.stiffness.cast<double>().array();
   damping_ = springs.damping.cast<double>().array();
   const double stable = kStiffest / (tick_s * tick_s);
-  const double most =
-      stable /
-      std::max(stiffest(weighted(stiffness_, rows_x_) + weighted(stiffness_, rows_y_) + weighted(stiffness_, rows_z_), tool),
-               1e-6);
+  const Eigen::MatrixXd stretched = weighted(stiffness_, g);
+  const double most = stable / std::max(stiffest(stretched, tool), 1e-6);
   if (!(most >= 1)) return;
   if (stiffening_ > 0) straight_from_ = std::sqrt((most - 1) / (3 * stiffening_));
   length_ = span_.dot(span_).sqrt().max(kLengthMin);
@@ -55,7 +72,10 @@ SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen:
   across_ = tension_ / length_;
   along_ = slope(elongation) - across_;
   stored_ = stored(elongation);
-  if (!(stiffest(far_stiffness(), tool) <= stable)) return;
+  Eigen::Matrix3Xd axes(3, m);
+  axes << axis_.x.matrix().transpose(), axis_.y.matrix().transpose(), axis_.z.matrix().transpose();
+  far_stiffness_ = stretched - weighted(across_, g) - weighted_along(along_, g, axes);
+  if (!(stiffest(far_stiffness_, tool) <= stable)) return;
   count_ = m;
   const Each braked = damping_ * axis_.dot(moved(rate)) / length_;
   braked_.resize(variables_, variables_);
@@ -67,22 +87,33 @@ SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen:
   }
 }
 
-Eigen::MatrixXd SampledForce::far_stiffness() const {
-  const Eigen::MatrixXd x = rows_x_, y = rows_y_, z = rows_z_;
-  const Eigen::MatrixXd along =
-      axis_.x.matrix().asDiagonal() * x + axis_.y.matrix().asDiagonal() * y + axis_.z.matrix().asDiagonal() * z;
-  const Each left = stiffness_ - across_;
-  return weighted(left, x) + weighted(left, y) + weighted(left, z) - weighted(along_, along);
-}
-
 SampledForce::Vectors SampledForce::moved(const Exact& u) const noexcept {
-  return {(rows_x_ * u).array(), (rows_y_ * u).array(), (rows_z_ * u).array()};
+  const OfNodes x = rows_x_ * u, y = rows_y_ * u, z = rows_z_ * u;
+  const Eigen::Index m = rest_length_.size();
+  Vectors delta{Each(m), Each(m), Each(m)};
+  for (Eigen::Index e = 0; e < m; ++e) {
+    const auto a = a_[static_cast<std::size_t>(e)], b = b_[static_cast<std::size_t>(e)];
+    delta.x[e] = x[b] - x[a];
+    delta.y[e] = y[b] - y[a];
+    delta.z[e] = z[b] - z[a];
+  }
+  return delta;
 }
 
 SampledForce::Exact SampledForce::collect(const Vectors& f) const noexcept {
-  Exact g = rows_x_.transpose() * f.x.matrix();
-  g.noalias() += rows_y_.transpose() * f.y.matrix();
-  g.noalias() += rows_z_.transpose() * f.z.matrix();
+  OfNodes x = OfNodes::Zero(rows_x_.rows()), y = x, z = x;
+  for (Eigen::Index e = 0; e < rest_length_.size(); ++e) {
+    const auto a = a_[static_cast<std::size_t>(e)], b = b_[static_cast<std::size_t>(e)];
+    x[a] -= f.x[e];
+    y[a] -= f.y[e];
+    z[a] -= f.z[e];
+    x[b] += f.x[e];
+    y[b] += f.y[e];
+    z[b] += f.z[e];
+  }
+  Exact g = rows_x_.transpose() * x;
+  g.noalias() += rows_y_.transpose() * y;
+  g.noalias() += rows_z_.transpose() * z;
   return g;
 }
 

@@ -1,10 +1,11 @@
 // What the forces of a patch have beyond the linear model, from some of the body's own springs: scheme `cubic`, where a body
 // bends beyond any polynomial.
 //
-// A spring e between two nodes has d = x_b - x_a at the stamp, and delta_e = G_e u more when the variables of the patch are u:
-// u = (displacement of the tool, q) for a grasp, u = q for touch, G_e of shape 3 x n. With its energy U_e(|d|), tension T = U',
-// axis n_e = d / |d| and damper c_e, and weights w_e >= 0 chosen so that few springs bend as all do (server/reduce/
-// sample_springs.hpp),
+// A spring e between nodes a and b has d = x_b - x_a at the stamp, and delta_e = G_e u more, G_e = V_b - V_a, when the variables
+// of the patch are u: u = (displacement of the tool, q) for a grasp, u = q for touch, V_i how node i moves with them, of shape
+// 3 x n (node_motion.hpp). Springs share their nodes: in a mesh some five springs for two nodes, of which one takes a tenth of
+// what its nodes take. With its energy U_e(|d|), tension T = U', axis n_e = d / |d| and damper c_e, and weights w_e >= 0 chosen
+// so that few springs bend as all do (server/reduce/sample_springs.hpp),
 //
 //     E(u) = sum_e w_e [ U_e(|d + delta|) - U_e(|d|) - T n . delta - delta^T K_e delta / 2 ]        [J]
 //     K_e = T' n n^T + (T / |d|) (1 - n n^T)
@@ -24,22 +25,30 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstdint>
 
 #include "common/base/limits.hpp"
+#include "common/port/node_motion.hpp"
 
 namespace palpate {
 
 inline constexpr int kMaxVariables = kMaxModes + 3;
-inline constexpr int kMaxSprings = 56;
+inline constexpr int kMaxSprings = 160, kMaxSpringNodes = 80;
 
 struct SampledSprings {
-  Eigen::MatrixXf motion;       ///< G_e, 3 rows a spring [1 for the tool, 1/kg^1/2 for q]
-  Eigen::Matrix3Xf span;        ///< d [m]
+  NodeMotion motion;            ///< V_i
+  Eigen::Matrix3Xf position;    ///< x_i [m], of any origin
+  Eigen::Matrix2Xi ends;        ///< a and b
   Eigen::VectorXf rest_length;  ///< L [m]
   Eigen::VectorXf stiffness;    ///< w k [N/m]
   Eigen::VectorXf damping;      ///< w c [N s/m]
   float stiffening = 0;         ///< c of the law, 0: linear
   int count() const { return static_cast<int>(rest_length.size()); }
+  /// d
+  Eigen::Matrix3Xf spans() const;
+  /// G_e, 3 rows a spring [1 for the tool, 1/kg^1/2 for q]; `tool`: variables that the tool prescribes, the first.
+  Eigen::MatrixXf motions(int tool) const;
 };
 
 /// Compiled for the haptic thread.
@@ -49,7 +58,7 @@ class SampledForce {
   using Values = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, (kMaxVariables + 7) / 8 * 8>;
 
   SampledForce() = default;
-  /// `tool`: variables that the tool prescribes, the first; `rate`: u'*.
+  /// `rate`: u'*.
   SampledForce(const SampledSprings& springs, int tool, const Eigen::VectorXd& rate, double tick_s);
 
   /// No springs, or none that are stable.
@@ -57,7 +66,7 @@ class SampledForce {
   /// Strain beyond which the law goes on straight; 0 for a linear one.
   double straight_from() const { return straight_from_; }
   /// sum w G^T (k - K_e) G: the least stiffness that E has far away, where every spring is stretched along its way.
-  Eigen::MatrixXd far_stiffness() const;
+  Eigen::MatrixXd far_stiffness() const { return far_stiffness_; }
   /// dE/du. No allocation.
   void gradient(const Values& u, Values& g) const noexcept;
   /// E [J]
@@ -66,10 +75,11 @@ class SampledForce {
   void damping(const Values& u, const Values& rate, Values& change, Values& at_stamp) const noexcept;
 
  private:
-  static constexpr int kRoom = (kMaxSprings + 7) / 8 * 8;
+  static constexpr int kRoom = (kMaxSprings + 7) / 8 * 8, kNodeRoom = (kMaxSpringNodes + 7) / 8 * 8;
   using Each = Eigen::Array<double, Eigen::Dynamic, 1, 0, kRoom, 1>;
   using Exact = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, (kMaxVariables + 7) / 8 * 8>;
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRoom, kMaxVariables>;
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kNodeRoom, kMaxVariables>;
+  using OfNodes = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kNodeRoom>;
 
   struct Vectors {  // of every spring
     Each x, y, z;
@@ -83,11 +93,14 @@ class SampledForce {
 
   int count_ = 0, variables_ = 0;
   double stiffening_ = 0, straight_from_ = 0;
-  Rows rows_x_, rows_y_, rows_z_;
+  Rows rows_x_, rows_y_, rows_z_;  // V
+  std::array<std::uint8_t, kMaxSprings> a_{}, b_{};
   Vectors span_, axis_;
   Each length_, rest_length_, stiffness_, damping_;
   Each tension_, along_, across_, stored_;  // at the stamp: T, T' - T / |d|, T / |d|, U
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables> braked_;  // B
+  using OfVariables = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables>;
+  OfVariables braked_;  // B
+  OfVariables far_stiffness_;
 };
 
 }  // namespace palpate

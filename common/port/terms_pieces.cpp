@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace palpate {
 namespace {
@@ -9,7 +10,6 @@ namespace {
 constexpr float kLargest = 8192;  // of the numbers in their unit
 constexpr float kUnitMax = 1e6F, kPortScaleMax = 1e6F, kRadiusMax = 1e4F, kStiffeningMax = 1e4F;
 
-constexpr float kByteMost = 127;
 constexpr unsigned kCornerBits = 5;
 static_assert(kMaxPortVertices <= 1 << kCornerBits);
 
@@ -26,28 +26,32 @@ struct Layout {
 
 constexpr int words_of_twelve(int count) { return (3 * count + 3) / 4; }
 
-Layout layout(const PatchTerms& p) {
-  const int n = p.variables, r = n - (p.grasp ? 3 : 0), t = std::min<int>(p.leading, kTurning), m = p.springs;
-  const int vertices = p.vertices * (9 + 3 * r), e2 = p.repaired ? pairs_of(n) : 0;
-  if (m > 0) return {r, 0, {n + m, 4 * m, m, m, e2}, n + m, (3 * n * m + 1) / 2, 6 * m + e2 + vertices, p.triangles};
-  const std::array<int, 5> count{r * r, e2, triples_of(n), quadruples_of(p.leading), t * pairs_of(t)};
-  const int packed = words_of_twelve(count[2]) + words_of_twelve(count[3]) + words_of_twelve(count[4]);
-  return {r, t, count, r * r + e2, packed, vertices, p.triangles};
+constexpr int words_of_bytes(int count) { return (count + 1) / 2; }
+
+Layout springs_layout(const PatchTerms& p) {
+  const int n = p.variables, r = n - (p.grasp ? 3 : 0), m = p.springs;
+  const int packed = words_of_bytes(3 * r * p.nodes) + words_of_bytes(p.nodes) + 3 * p.nodes + 2 * m;
+  const int e2 = p.repaired ? pairs_of(n) : 0;
+  return {r, 0, {r, 0, m, m, e2}, r + p.nodes + 2 * m, packed, e2 + p.vertices * (9 + 3 * r), p.triangles};
 }
 
-/// The largest `value` up to `most` with which the whole fits into kUsualPieces.
-int most_that_fits(const TermsRoom& room, int most, std::uint8_t PatchTerms::*value) {
+Layout layout(const PatchTerms& p) {
+  if (p.springs > 0) return springs_layout(p);
+  const int n = p.variables, r = n - (p.grasp ? 3 : 0), t = std::min<int>(p.leading, kTurning);
+  const std::array<int, 5> count{r * r, p.repaired ? pairs_of(n) : 0, triples_of(n), quadruples_of(p.leading), t * pairs_of(t)};
+  const int packed = words_of_twelve(count[2]) + words_of_twelve(count[3]) + words_of_twelve(count[4]);
+  return {r, t, count, r * r + count[1], packed, p.vertices * (9 + 3 * r), p.triangles};
+}
+
+/// Nothing of the terms yet, the largest surface that a touch may bring.
+PatchTerms surface_for(const TermsRoom& room) {
   PatchTerms whole;
   whole.variables = static_cast<std::uint8_t>(room.variables);
   whole.grasp = room.grasp;
   whole.repaired = room.repaired;
   whole.vertices = static_cast<std::uint8_t>(room.grasp ? 0 : kMaxPortVertices - room.vertices);
   whole.triangles = static_cast<std::uint8_t>(room.grasp ? 0 : kMaxPortTriangles - 1);
-  for (; most > 0; --most) {
-    whole.*value = static_cast<std::uint8_t>(most);
-    if (layout(whole).pieces() <= kUsualPieces) break;
-  }
-  return most;
+  return whole;
 }
 
 std::uint16_t to_half(float v) { return Eigen::numext::bit_cast<std::uint16_t>(Eigen::half(v)); }
@@ -57,7 +61,7 @@ bool finite_half(std::uint16_t v) { return (v & 0x7c00U) != 0x7c00U; }
 template <class Values>
 float unit_of(const Values& values) {
   const float largest = values.size() > 0 ? values.cwiseAbs().maxCoeff() : 0;
-  return largest > 0 ? largest / kLargest : 1;
+  return largest > 0 ? std::exp2(std::ceil(std::log2(largest / kLargest))) : 1;  // what arrived goes on as it came
 }
 
 /// Appends numbers in a unit that suits their largest.
@@ -75,40 +79,18 @@ Eigen::VectorXf take(const std::vector<std::uint16_t>& numbers, int& at, int cou
   return values;
 }
 
-/// G^T, three columns a spring. Returns the unit of the variables' scales.
-float append_motion(const Eigen::MatrixXf& g, std::vector<std::uint16_t>& out) {
-  const Eigen::Index springs = g.cols() / 3;
-  const auto first = static_cast<int>(out.size());
-  const float unit = append(Eigen::VectorXf(g.cwiseAbs().rowwise().maxCoeff()), out);
-  int at = first;
-  const Eigen::VectorXf scale = take(out, at, static_cast<int>(g.rows()), unit);  // as it travels
-  const Eigen::MatrixXf of_scale = scale.unaryExpr([](float v) { return v > 0 ? 1 / v : 0.0F; }).asDiagonal() * g;
-  std::vector<std::int8_t> bytes;
-  for (Eigen::Index e = 0; e < springs; ++e) {
-    const auto part = of_scale.middleCols<3>(3 * e);
-    out.push_back(to_half(part.cwiseAbs().maxCoeff()));
-    const float step = from_half(out.back()) / kByteMost;
-    for (const float v : part.reshaped())
-      bytes.push_back(static_cast<std::int8_t>(step > 0 ? std::clamp(std::round(v / step), -kByteMost, kByteMost) : 0.0F));
-  }
-  bytes.resize((bytes.size() + 1) / 2 * 2);
+/// Two in a word, the first in the lower half.
+void append_bytes(std::span<const std::uint8_t> bytes, std::vector<std::uint16_t>& out) {
   for (std::size_t k = 0; k < bytes.size(); k += 2)
-    out.push_back(
-        static_cast<std::uint16_t>(static_cast<std::uint8_t>(bytes[k]) | static_cast<std::uint8_t>(bytes[k + 1]) << 8U));
-  return unit;
+    out.push_back(static_cast<std::uint16_t>(bytes[k] | (k + 1 < bytes.size() ? bytes[k + 1] : 0U) << 8U));
 }
 
-/// G.
-Eigen::MatrixXf take_motion(const std::vector<std::uint16_t>& numbers, int& at, int variables, int springs, float unit) {
-  const Eigen::VectorXf scale = take(numbers, at, variables, unit), largest = take(numbers, at, springs, 1);
-  Eigen::MatrixXf g(variables, 3 * springs);
-  for (Eigen::Index k = 0; k < g.size(); ++k) {
-    const auto two = numbers[static_cast<std::size_t>(at + k / 2)];
-    const auto byte = static_cast<std::int8_t>(static_cast<std::uint8_t>(k % 2 == 0 ? two : two >> 8U));
-    g.reshaped()[k] = byte * (largest[k / (3 * variables)] / kByteMost) * scale[k % variables];
-  }
-  at += static_cast<int>((g.size() + 1) / 2);
-  return g.transpose();
+std::vector<std::uint8_t> take_bytes(const std::vector<std::uint16_t>& numbers, int& at, int count) {
+  std::vector<std::uint8_t> bytes;
+  for (int k = 0; k < count; ++k)
+    bytes.push_back(static_cast<std::uint8_t>(numbers[static_cast<std::size_t>(at + k / 2)] >> (k % 2 == 0 ? 0U : 8U)));
+  at += words_of_bytes(count);
+  return bytes;
 }
 
 /// Appends numbers of 12 bits, four in three words, the first lowest.
@@ -150,11 +132,26 @@ void append_polynomials(const CubicTerms& terms, const Layout& l, PatchTerms& he
 }
 
 void append_springs(const CubicTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out) {
+  constexpr float kPlaceMost = 32767, kLengthMost = 65535;
   const SampledSprings& springs = terms.springs;
-  Eigen::MatrixXf lengths(4, springs.count());
-  lengths << springs.span, springs.rest_length.transpose();
-  head.unit = {append_motion(springs.motion.transpose(), out), append(lengths.reshaped(), out), append(springs.stiffness, out),
-               append(springs.damping, out), append(terms.e2, out)};
+  const NodeMotion& motion = springs.motion;
+  head.unit[0] = append(motion.scale, out);
+  for (const float step : motion.step) out.push_back(to_half(step));
+  head.unit[2] = append(springs.stiffness, out);
+  head.unit[3] = append(springs.damping, out);
+  const auto bytes = motion.bytes.reshaped();
+  append_bytes(std::vector<std::uint8_t>(bytes.begin(), bytes.end()), out);
+  append_bytes(motion.parent, out);
+  const Eigen::Vector3f middle = 0.5F * (springs.position.rowwise().minCoeff() + springs.position.rowwise().maxCoeff());
+  const Eigen::Matrix3Xf place = springs.position.colwise() - middle;
+  const float most = std::max(place.cwiseAbs().maxCoeff() / kPlaceMost, springs.rest_length.maxCoeff() / kLengthMost);
+  const float unit = head.unit[1] = std::exp2(std::ceil(std::log2(std::max(most, 1e-20F))));
+  for (const float x : place.reshaped())
+    out.push_back(static_cast<std::uint16_t>(static_cast<std::int16_t>(std::lround(x / unit))));
+  for (const float length : springs.rest_length)
+    out.push_back(static_cast<std::uint16_t>(std::lround(std::clamp(length / unit, 0.0F, kLengthMost))));
+  for (const auto& ends : springs.ends.colwise()) out.push_back(static_cast<std::uint16_t>(ends[0] | ends[1] << 8U));
+  head.unit[4] = append(terms.e2, out);
 }
 
 /// False when a number is not finite.
@@ -173,21 +170,41 @@ bool take_polynomials(const std::vector<std::uint16_t>& numbers, int& at, const 
   return terms.e3.allFinite() && terms.e4.allFinite() && terms.q.allFinite();
 }
 
-/// False when one is not what a spring can be.
+/// False when one is not what a spring, or a node, can be.
 bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, CubicTerms& terms) {
   const Layout l = layout(head);
-  const int n = head.variables, m = head.springs;
+  const int m = head.springs, nodes = head.nodes;
   SampledSprings& springs = terms.springs;
+  NodeMotion& motion = springs.motion;
   terms.scale.setIdentity();
   springs.stiffening = head.stiffening;
-  springs.motion = take_motion(numbers, at, n, m, head.unit[0]);
-  const Eigen::VectorXf lengths = take(numbers, at, l.count[1], head.unit[1]);
-  springs.span = lengths.reshaped(4, m).topRows<3>();
-  springs.rest_length = lengths.reshaped(4, m).row(3).transpose();
-  springs.stiffness = take(numbers, at, l.count[2], head.unit[2]);
-  springs.damping = take(numbers, at, l.count[3], head.unit[3]);
+  motion.tool = head.tool == kNoNode ? -1 : head.tool;
+  motion.tool_axes = head.tool_axes;
+  motion.scale = take(numbers, at, l.modes, head.unit[0]);
+  motion.step = take(numbers, at, nodes, 1);
+  springs.stiffness = take(numbers, at, m, head.unit[2]);
+  springs.damping = take(numbers, at, m, head.unit[3]);
+  motion.bytes.resize(l.modes, 3 * nodes);
+  const std::vector<std::uint8_t> bytes = take_bytes(numbers, at, 3 * l.modes * nodes);
+  std::transform(bytes.begin(), bytes.end(), motion.bytes.reshaped().begin(),
+                 [](std::uint8_t b) { return static_cast<std::int8_t>(b); });
+  motion.parent = take_bytes(numbers, at, nodes);
+  bool fine = motion.tool < nodes;
+  for (int i = 0; i < nodes; ++i) fine &= motion.parent[static_cast<std::size_t>(i)] <= i;
+  const auto next = [&] { return numbers[static_cast<std::size_t>(at++)]; };
+  springs.position.resize(3, nodes);
+  for (float& x : springs.position.reshaped()) x = head.unit[1] * static_cast<float>(static_cast<std::int16_t>(next()));
+  springs.rest_length.resize(m);
+  for (float& length : springs.rest_length) length = head.unit[1] * static_cast<float>(next());
+  springs.ends.resize(2, m);
+  for (int e = 0; e < m; ++e) {
+    const unsigned word = next();
+    springs.ends(0, e) = static_cast<int>(word & 0xffU);
+    springs.ends(1, e) = static_cast<int>(word >> 8U);
+  }
   terms.e2 = take(numbers, at, l.count[4], head.unit[4]);
-  return springs.rest_length.minCoeff() > 0 && springs.stiffness.minCoeff() >= 0 && springs.damping.minCoeff() >= 0;
+  return fine && springs.ends.maxCoeff() < nodes && springs.rest_length.minCoeff() > 0 && springs.stiffness.minCoeff() >= 0 &&
+         springs.damping.minCoeff() >= 0;
 }
 
 constexpr double kPositionUnitM = 1.0 / 1024;
@@ -230,14 +247,15 @@ bool take_surface(const std::vector<std::uint16_t>& numbers, int at, const Patch
 bool same_whole(const PatchTerms& a, const PatchTerms& b) {
   return a.patch_seq == b.patch_seq && a.pieces == b.pieces && a.variables == b.variables && a.leading == b.leading &&
          a.vertices == b.vertices && a.triangles == b.triangles && a.grasp == b.grasp && a.repaired == b.repaired &&
-         a.springs == b.springs && a.stiffening == b.stiffening && a.radius == b.radius && a.port_scale == b.port_scale &&
-         a.unit == b.unit;
+         a.springs == b.springs && a.nodes == b.nodes && a.tool == b.tool && a.tool_axes == b.tool_axes &&
+         a.stiffening == b.stiffening && a.radius == b.radius && a.port_scale == b.port_scale && a.unit == b.unit;
 }
 
 }  // namespace
 
 TermsFault check(const PatchTerms& p) {
   if (p.variables > kMaxVariables || p.springs > kMaxSprings) return TermsFault::sizes;
+  if (p.springs > 0 ? p.nodes == 0 || p.nodes > kMaxSpringNodes || p.tool_axes > 3 : p.nodes > 0) return TermsFault::sizes;
   if (p.springs > 0 ? p.leading > 0 : p.leading < 1 || p.leading > std::min<int>(kMaxLeading, p.variables))
     return TermsFault::sizes;
   if (p.vertices > (p.grasp ? 0 : kMaxPortVertices) || p.triangles > (p.grasp ? 0 : kMaxPortTriangles)) return TermsFault::sizes;
@@ -259,8 +277,21 @@ TermsFault check(const PatchTerms& p) {
   return fine ? TermsFault::none : TermsFault::out_of_range;
 }
 
-int springs_that_fit(const TermsRoom& room) { return most_that_fits(room, kMaxSprings, &PatchTerms::springs); }
-int leading_that_fit(const TermsRoom& room, int most) { return most_that_fits(room, most, &PatchTerms::leading); }
+int leading_that_fit(const TermsRoom& room, int most) {
+  PatchTerms whole = surface_for(room);
+  for (; most > 0; --most) {
+    whole.leading = static_cast<std::uint8_t>(most);
+    if (layout(whole).pieces() <= kUsualPieces) break;
+  }
+  return most;
+}
+
+int numbers_of_springs(const TermsRoom& room, int nodes, int springs) {
+  PatchTerms whole = surface_for(room);
+  whole.nodes = static_cast<std::uint8_t>(nodes);
+  whole.springs = static_cast<std::uint8_t>(springs);
+  return springs_layout(whole).total();
+}
 
 std::uint16_t pack_corners(const Triangle& triangle) {
   return static_cast<std::uint16_t>(triangle[0] | triangle[1] << kCornerBits | triangle[2] << 2 * kCornerBits);
@@ -280,11 +311,16 @@ std::vector<PatchTerms> to_pieces(const CubicTerms& terms, std::uint32_t patch_s
   whole.radius = static_cast<float>(terms.radius);
   whole.springs = static_cast<std::uint8_t>(terms.springs.count());
   whole.stiffening = terms.springs.stiffening;
+  whole.nodes = static_cast<std::uint8_t>(terms.springs.motion.nodes());
+  whole.tool_axes = static_cast<std::uint8_t>(terms.springs.motion.tool_axes);
+  whole.tool = terms.springs.motion.tool < 0 ? kNoNode : static_cast<std::uint8_t>(terms.springs.motion.tool);
   whole.vertices = static_cast<std::uint8_t>(terms.vertices.size());
   whole.triangles = static_cast<std::uint8_t>(terms.triangles.size());
   const Layout l = layout(whole);
   // Those whose bits are not all looked at by check().
-  if (!terms.e3.allFinite() || !terms.e4.allFinite() || !terms.q.allFinite() || !terms.springs.motion.allFinite()) return {};
+  if (!terms.e3.allFinite() || !terms.e4.allFinite() || !terms.q.allFinite() || !terms.springs.position.allFinite() ||
+      !terms.springs.rest_length.allFinite())
+    return {};
   std::vector<std::uint16_t> numbers;
   whole.springs > 0 ? append_springs(terms, whole, numbers) : append_polynomials(terms, l, whole, numbers);
   append_surface(terms, numbers);

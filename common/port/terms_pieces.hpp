@@ -3,12 +3,12 @@
 //
 //     the modes' part of S by rows, E2 where there is a repair; E3, E4, Q of the first kTurning variables, 12 bits each, half
 //     precision less its last four; each in a unit of its own, the largest number some thousands;
-//     or, of springs: a scale for each variable, one for each spring, G as multiples of 1/127 of their product, a byte each; d
-//     and L spring by spring; w k; w c; and E2 where there is a repair; the surface that a touch brings: of every vertex its
-//     position as a sum of two numbers an axis [1/1024 m], its normal, and how the modes move it [1/kg^1/2]; of every triangle
-//     its three corners, five bits each
+//     or, of springs: s, h (node_motion.hpp), w k and w c, half precision; then b, two bytes a word, p(i) in bytes too, the
+//     nodes' places and L as whole numbers of a length, and the two ends of each spring in a word; E2 where there is a repair;
+//     the surface that a touch brings: of every vertex its position as a sum of two numbers an axis [1/1024 m], its normal, and
+//     how the modes move it [1/kg^1/2]; of every triangle its three corners, five bits each
 //
-// Half precision is right to 5e-4 of each number, 12 bits to 8e-3, G to 4e-3 of the largest of its spring. Sender and receiver
+// Half precision is right to 5e-4 of each number, 12 bits to 8e-3, b to 4e-3 of the largest of its node. Sender and receiver
 // have the energies from the same numbers, so forces from them stay conservative; and as K_e has the same G, no spring pushes at
 // the stamp.
 #pragma once
@@ -26,16 +26,20 @@ namespace palpate {
 inline constexpr int kPieceNumbers = 524;
 inline constexpr int kUsualPieces = 4;  ///< with these and its patch a frame takes at most 6000 bytes
 inline constexpr int kTurning = 8;      ///< variables whose motion turns dampers, on the wire
+inline constexpr std::uint8_t kNoNode = 255;
 
-/// As many springs, and variables with terms of fourth order, as go into kUsualPieces beside the largest surface that a touch may
-/// bring when `vertices` are in its patch; at most kMaxSprings and `most`.
+/// What is known before it is known how many terms there are.
 struct TermsRoom {
   int variables = 0;
   bool grasp = false, repaired = false;  ///< there is an E2
   int vertices = 3;                      ///< of the patch
 };
-int springs_that_fit(const TermsRoom& room);
+/// As many variables with terms of fourth order, at most `most`, as go into kUsualPieces beside the largest surface that a touch
+/// may bring when `vertices` are in its patch.
 int leading_that_fit(const TermsRoom& room, int most);
+/// Numbers that so many springs between so many nodes take, with that surface; they fit while there are at most kUsualNumbers.
+int numbers_of_springs(const TermsRoom& room, int nodes, int springs);
+inline constexpr int kUsualNumbers = kUsualPieces * kPieceNumbers;
 
 /// Corners of a triangle of a local surface, below kMaxPortVertices, in the lowest 15 bits.
 std::uint16_t pack_corners(const Triangle& triangle);
@@ -46,10 +50,13 @@ struct PatchTerms {
   std::uint8_t piece = 0, pieces = 0, variables = 0, leading = 0, vertices = 0, triangles = 0;
   bool grasp = false, repaired = false;  ///< u starts with the tool's displacement; there is an E2
   std::uint8_t springs = 0;              ///< instead of polynomials: leading, radius and port_scale are 0
+  std::uint8_t nodes = 0;                ///< of springs
+  std::uint8_t tool = kNoNode;           ///< node of springs that the tool holds
+  std::uint8_t tool_axes = 3;            ///< along which it moves that
   float radius = 0;
   float stiffening = 0;               ///< of the springs' law
   std::array<float, 3> port_scale{};  ///< of a grasp
-  std::array<float, 5> unit{};        ///< of S, E2, E3, E4, Q; of G, d and L, w k, w c, E2
+  std::array<float, 5> unit{};        ///< of S, E2, E3, E4, Q; of s, lengths, w k, w c, E2
   std::vector<std::uint16_t> numbers;
 };
 

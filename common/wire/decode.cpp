@@ -253,7 +253,13 @@ WireFault read(const wire::PatchTerms& table, PatchTerms& m) {
   m.grasp = (head.flags() & kGraspFlag) != 0;
   m.repaired = (head.flags() & kRepairedFlag) != 0;
   if (((head.flags() & kSpringsFlag) != 0) != (table.springs() && table.springs()->count() > 0)) return WireFault::malformed;
-  if (table.springs()) m.springs = table.springs()->count(), m.stiffening = table.springs()->stiffening();
+  if (const wire::SpringsHead* springs = table.springs()) {
+    m.springs = springs->count();
+    m.nodes = springs->nodes();
+    m.tool = springs->tool();
+    m.tool_axes = springs->tool_axes();
+    m.stiffening = springs->stiffening();
+  }
   m.numbers.assign(table.numbers()->begin(), table.numbers()->end());
   switch (check(m)) {
     case TermsFault::none:

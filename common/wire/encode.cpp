@@ -139,7 +139,7 @@ class BodyWriter {
     if (!packer_.ok()) return {};
     const auto flags = static_cast<std::uint8_t>((m.grasp ? kGraspFlag : 0) | (m.repaired ? kRepairedFlag : 0) |
                                                  (m.springs > 0 ? kSpringsFlag : 0));
-    const wire::SpringsHead springs(m.stiffening, m.springs);
+    const wire::SpringsHead springs(m.stiffening, m.springs, m.nodes, m.tool, m.tool_axes);
     const wire::TermsHead head(m.patch_seq, m.radius, m.unit[0], m.unit[1], m.unit[2], m.unit[3], m.unit[4],
                                wire::Vec(m.port_scale[0], m.port_scale[1], m.port_scale[2]), m.piece, m.pieces, m.variables,
                                m.leading, flags, m.vertices, m.triangles);

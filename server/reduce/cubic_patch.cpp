@@ -231,7 +231,12 @@ std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch,
   const bool repaired = is_lifted(patch, shapes);
   const int variables = static_cast<int>(n);
   SpringSampling sampling;
-  sampling.springs = springs_that_fit({variables, first > 0, repaired, vertices});
+  sampling.room = {variables, first > 0, repaired, vertices};
+  if (first > 0) {
+    Eigen::Index row = 0;
+    shapes.port.cwiseAbs().rowwise().maxCoeff().maxCoeff(&row);
+    sampling.tool = static_cast<int>(row / 3);
+  }
   sampling.likely = Matrix::Zero(n, shapes.coordinates.cols() + shapes.ways.cols());
   sampling.likely.bottomLeftCorner(r, shapes.coordinates.cols()) = shapes.coordinates;
   sampling.likely.rightCols(shapes.ways.cols()) = shapes.ways;

@@ -37,7 +37,7 @@ struct CubicShapes {
   Matrix coordinates;  ///< C
   int dents = 0;       ///< of its columns, the last
   Matrix lifted;       ///< H - H~
-  Matrix ways;         ///< u of where the body was, will be and rests, a column each
+  Matrix ways;         ///< u of where the body was, rests and will be, a column each
 };
 
 /// u of where the body is likely to come to, or may be pressed to: `ways`, and dents as deep as the hand goes, which yields by a

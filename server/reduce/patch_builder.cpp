@@ -347,13 +347,14 @@ std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::ui
 /// `true_stiffness`: of modes and tool before anything was lifted, in the modes of the patch; `vertices` of its surface.
 void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes,
                              int vertices) {
-  // Where it was, where it will be if it goes on as it did since the last frame, and where it is when it is let go of.
+  // Where it was, where it will be if it goes on as it did since the last frame or as its tools do, and where it rests.
   std::vector<Vector> ways;
   const Matrix& past = ways_->past;
   if (past.cols() > 0) ways.emplace_back(past.rightCols<1>());
   if (past.cols() > 1) ways.emplace_back(past.col(0));
   if (past.cols() > 0) ways.emplace_back(-ways.front());
   ways.push_back(ways_->rest);
+  for (const auto& way : ways_->ahead.colwise()) ways.emplace_back(way);
   const Eigen::Index first = shapes.port.cols(), r = shapes.modes.cols();
   shapes.ways.resize(first + r, static_cast<Eigen::Index>(ways.size()));
   for (std::size_t k = 0; k < ways.size(); ++k) {

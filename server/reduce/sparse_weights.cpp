@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <iterator>
 
 namespace palpate {
 namespace {
@@ -11,51 +13,53 @@ class Joined {
  public:
   Joined(const Eigen::MatrixXf& a, const Eigen::VectorXf& t, int most)
       : a_(a),
-        with_t_(a.transpose() * t),
+        t_(t),
         ridge_(kRidge * a.squaredNorm() / static_cast<float>(a.cols())),
-        products_(a.cols(), most),
+        rows_(a.rows(), most),
+        products_(most, most),
         factor_(most, most),
+        with_t_(most),
         forward_(most) {}
 
   const std::vector<Eigen::Index>& columns() const { return columns_; }
   const Eigen::VectorXf& weights() const { return weights_; }
-  /// A^T (t - A w).
-  Eigen::VectorXf left() const { return with_t_ - products_.leftCols(count()) * weights_; }
-  /// t . A w, which is |A w|^2.
-  float explained() const {
-    float sum = 0;
-    for (Eigen::Index k = 0; k < count(); ++k) sum += weights_[k] * with_t_[column(k)];
-    return sum;
-  }
+  /// t - A w.
+  Eigen::VectorXf left() const { return t_ - rows_.leftCols(count()) * weights_; }
   /// False when the newest left again at once.
   bool join(Eigen::Index newest) {
-    products_.col(count()).noalias() = a_.transpose() * a_.col(newest);
+    const Eigen::Index n = count();
+    rows_.col(n) = a_.col(newest);
+    products_.row(n).head(n + 1).noalias() = (rows_.leftCols(n + 1).transpose() * rows_.col(n)).transpose();
+    with_t_[n] = rows_.col(n).dot(t_);
     columns_.push_back(newest);
-    add_row(count() - 1);
+    add_row(n);
     for (;;) {
       solve();
       Eigen::Index worst = 0;
       if (columns_.empty() || weights_.minCoeff(&worst) > 0) break;
-      columns_.erase(columns_.begin() + worst);
-      for (Eigen::Index k = worst; k < count(); ++k) {
-        products_.col(k) = products_.col(k + 1);
-        add_row(k);
-      }
+      leave(worst);
     }
     return !columns_.empty() && columns_.back() == newest;
   }
 
  private:
   Eigen::Index count() const { return static_cast<Eigen::Index>(columns_.size()); }
-  Eigen::Index column(Eigen::Index k) const { return columns_[static_cast<std::size_t>(k)]; }
+  void leave(Eigen::Index worst) {
+    columns_.erase(columns_.begin() + worst);
+    for (Eigen::Index k = worst; k < count(); ++k) {
+      rows_.col(k) = rows_.col(k + 1);
+      with_t_[k] = with_t_[k + 1];
+      for (Eigen::Index i = 0; i <= k; ++i) products_(k, i) = products_(k + 1, i < worst ? i : i + 1);
+      add_row(k);
+    }
+  }
   /// Row k of L and of L^-1 A^T t.
   void add_row(Eigen::Index k) {
-    Eigen::VectorXf row(k);
-    for (Eigen::Index i = 0; i < k; ++i) row[i] = products_(column(i), k);
+    Eigen::VectorXf row = products_.row(k).head(k).transpose();
     factor_.topLeftCorner(k, k).triangularView<Eigen::Lower>().solveInPlace(row);
     factor_.row(k).head(k) = row.transpose();
-    factor_(k, k) = std::sqrt(std::max(products_(column(k), k) - row.squaredNorm(), 0.0F) + ridge_);
-    forward_[k] = (with_t_[column(k)] - row.dot(forward_.head(k))) / factor_(k, k);
+    factor_(k, k) = std::sqrt(std::max(products_(k, k) - row.squaredNorm(), 0.0F) + ridge_);
+    forward_[k] = (with_t_[k] - row.dot(forward_.head(k))) / factor_(k, k);
   }
   void solve() {
     weights_ = forward_.head(count());
@@ -64,34 +68,100 @@ class Joined {
 
   static constexpr float kRidge = 1e-6F;  ///< of the mean: columns may be alike
   const Eigen::MatrixXf& a_;
-  Eigen::VectorXf with_t_;  ///< A^T t
+  const Eigen::VectorXf& t_;
   float ridge_;
   std::vector<Eigen::Index> columns_;
-  Eigen::MatrixXf products_;  ///< of A with those that have joined
+  Eigen::MatrixXf rows_;      // A of those that have joined
+  Eigen::MatrixXf products_;  // of each with those before it
   Eigen::MatrixXf factor_;
-  Eigen::VectorXf forward_, weights_;
+  Eigen::VectorXf with_t_, forward_, weights_;
+};
+
+/// What columns have of what is left, by the root of what they cost. Most have so little that they are asked seldom: a full look
+/// every kSeldom, between them at those that had most.
+class Candidates {
+ public:
+  Candidates(const Eigen::MatrixXf& a, const ColumnPrices& prices)
+      : a_(a), prices_(prices), length_(a.colwise().norm().cwiseMax(1e-30F)), barred_(static_cast<std::size_t>(a.cols()), 0) {}
+  void bar(Eigen::Index column) { barred_[static_cast<std::size_t>(column)] = 1; }
+  void free(Eigen::Index column) { barred_[static_cast<std::size_t>(column)] = 0; }
+  /// -1: none has any.
+  Eigen::Index best(const Eigen::VectorXf& left) {
+    Eigen::Index found = -1;
+    if (since_++ % kSeldom != 0) found = best_of_those_ahead(left);
+    return found >= 0 ? found : best_of_all(left);
+  }
+
+ private:
+  static constexpr int kSeldom = 6;
+  static constexpr std::size_t kAhead = 100;
+
+  float value(Eigen::Index k, float with_left) const {
+    return with_left > 0 && !barred_[static_cast<std::size_t>(k)] ? with_left / (length_[k] * std::sqrt(prices_.of(k))) : 0;
+  }
+  Eigen::Index best_of_those_ahead(const Eigen::VectorXf& left) const {
+    Eigen::Index best = -1;
+    float most = 0;
+    for (const Eigen::Index k : ahead_) {
+      const float found = value(k, a_.col(k).dot(left));
+      if (found > most) most = found, best = k;
+    }
+    return best;
+  }
+  Eigen::Index best_of_all(const Eigen::VectorXf& left) {
+    const Eigen::VectorXf with_left = a_.transpose() * left;
+    std::vector<std::pair<float, Eigen::Index>> values;
+    for (Eigen::Index k = 0; k < a_.cols(); ++k)
+      if (const float v = value(k, with_left[k]); v > 0) values.emplace_back(-v, k);
+    const auto end = values.begin() + static_cast<std::ptrdiff_t>(std::min(kAhead, values.size()));
+    std::partial_sort(values.begin(), end, values.end());
+    ahead_.clear();
+    std::transform(values.begin(), end, std::back_inserter(ahead_), [](const auto& v) { return v.second; });
+    since_ = 1;
+    return ahead_.empty() ? -1 : ahead_.front();
+  }
+
+  const Eigen::MatrixXf& a_;
+  const ColumnPrices& prices_;
+  Eigen::RowVectorXf length_;
+  std::vector<std::uint8_t> barred_;
+  std::vector<Eigen::Index> ahead_;
+  int since_ = 0;
+};
+
+class OnePrice : public ColumnPrices {
+  void with(const std::vector<Eigen::Index>& /*there*/) override {}
+  float of(Eigen::Index /*column*/) const override { return 1; }
 };
 
 }  // namespace
 
-SparseWeights sparse_weights(const Eigen::MatrixXf& a, const Eigen::VectorXf& t, int most, float close_enough) {
-  const float all = t.squaredNorm();
+SparseWeights sparse_weights(const Eigen::MatrixXf& a, const Eigen::VectorXf& t, int most, float close_enough,
+                             ColumnPrices& prices) {
+  const float all = t.norm();
   if (!(all > 0)) return {};
-  const Eigen::VectorXf lengths = a.colwise().norm().transpose().cwiseMax(1e-30F);
   Joined joined(a, t, most);
-  Eigen::VectorXf free = Eigen::VectorXf::Ones(a.cols());  // 0 for those that left at once
-  Eigen::VectorXf left = joined.left();
+  Candidates candidates(a, prices);
+  Eigen::VectorXf left = t;
   float missing = 1;
   while (static_cast<int>(joined.columns().size()) < most && missing > close_enough) {
-    left = left.cwiseProduct(free).cwiseQuotient(lengths);
-    for (const Eigen::Index k : joined.columns()) left[k] = 0;
-    Eigen::Index best = 0;
-    if (!(left.maxCoeff(&best) > 0)) break;
-    if (!joined.join(best)) free[best] = 0;
+    prices.with(joined.columns());
+    const Eigen::Index best = candidates.best(left);
+    if (best < 0) break;
+    const std::vector<Eigen::Index> before = joined.columns();
+    candidates.bar(best);  // for good if it leaves at once
+    if (joined.join(best))
+      for (const Eigen::Index k : before)
+        if (std::find(joined.columns().begin(), joined.columns().end(), k) == joined.columns().end()) candidates.free(k);
     left = joined.left();
-    missing = std::sqrt(std::max(0.0F, 1 - joined.explained() / all));
+    missing = left.norm() / all;
   }
   return {joined.columns(), joined.weights(), missing};
+}
+
+SparseWeights sparse_weights(const Eigen::MatrixXf& a, const Eigen::VectorXf& t, int most, float close_enough) {
+  OnePrice price;
+  return sparse_weights(a, t, most, close_enough, price);
 }
 
 }  // namespace palpate

@@ -36,8 +36,9 @@ std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
   return gets_patch;
 }
 
-/// A basis that knows where the body will be if the tools go on as their tracks do is truer there. It costs what the body costs
-/// in that time, so a body that costs more than kMostCost of a core is left alone.
+/// A basis that knows where the body will be is truer there: if the tools slow down as their tracks do when nothing is heard, and
+/// if they go on as they go. Each costs what the body costs in that time, so a body that costs more than kMostCost of a core is
+/// left alone.
 void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros bridge) {
   constexpr double kMostCost = 0.01;
   constexpr int kLooks = 3;
@@ -45,12 +46,21 @@ void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t
   for (std::size_t k = 0; k < job.stations.size(); ++k) matters |= gets_patch[k] && job.stations[k].scheme == Scheme::cubic;
   if (!matters || asleep || integrator.cost > kMostCost || !integrator.stepper->leaves_no_trace()) return;
   std::vector<BodyState> ahead;
-  BodyState next = body;
-  std::vector<ToolPort> there = ports;
-  for (int look = 1; look <= kLooks; ++look) {
-    const double until_s = body.time_s + look * seconds(bridge) / kLooks;
-    if (!move_on(next, there, until_s, scene.solver.step_s).converged) break;
-    ahead.push_back(next);
+  for (const bool slow_down : {true, false}) {
+    const auto tool = [&](std::size_t k, double t) {
+      const Station& station = stations.at(port_owner[k]);
+      if (slow_down) return tool_at(station, from_seconds(t));
+      ToolAt goes_on = tool_at(station, from_seconds(body.time_s));
+      goes_on.position += (t - body.time_s) * goes_on.velocity;
+      return goes_on;
+    };
+    BodyState next = body;
+    std::vector<ToolPort> there = ports;
+    for (int look = 1; look <= kLooks; ++look) {
+      const double until_s = body.time_s + look * seconds(bridge) / kLooks;
+      if (!integrator.stepper->advance(next, there, until_s, scene.solver.step_s, tool).converged) break;
+      ahead.push_back(next);
+    }
   }
   frame_model.foresee(std::move(ahead));
 }

@@ -56,11 +56,7 @@ AdvanceReport Room::State::advance(const FrameJob& job) {
   // Half of what a hand may feel of anything that is not computed: a fifth of what the hand-over of patches hides.
   constexpr double kLeftOutN = 0.005;
   integrator.stepper->leave_out(job.may_sleep ? kLeftOutN : 0);
-  return move_on(body, ports, seconds(job.target), step_s);
-}
-
-AdvanceReport Room::State::move_on(BodyState& state, std::vector<ToolPort>& at_ports, double until_s, double step_s) {
-  return integrator.stepper->advance(state, at_ports, until_s, step_s, [&](std::size_t k, double t) {
+  return integrator.stepper->advance(body, ports, seconds(job.target), step_s, [&](std::size_t k, double t) {
     return tool_at(stations.at(port_owner[k]), from_seconds(t));
   });
 }

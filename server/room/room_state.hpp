@@ -68,8 +68,6 @@ struct Room::State {
   std::optional<NearestPoint> seen_within(std::size_t which, const Vec3& tool, double far_m,
                                           const std::function<const std::vector<double>&()>& positions);
   AdvanceReport advance(const FrameJob& job);
-  /// A body, this or a copy, with its ports, along the tracks of the tools.
-  AdvanceReport move_on(BodyState& state, std::vector<ToolPort>& at_ports, double until_s, double step_s);
   void look_ahead(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros bridge);
   /// The port of the tool that a station feels with.
   std::optional<std::size_t> port_of(const StationJob& job) const;

@@ -357,3 +357,77 @@ TEST_CASE("Dampers that turn with their elements are not felt by a bent body at 
   CHECK(force.norm() > 0.1);
   CHECK((with.output().force - force).norm() < 1e-6 * force.norm());
 }
+
+TEST_CASE("A bent grasp whose modes are braked away within a tick feels what a fine integration of it does") {
+  constexpr int r = 6, kFine = 200;
+  constexpr double kTickS = 1e-3, h = kTickS / kFine;
+  Patch patch = test::attach_patch(r, 1, kStamp);
+  for (int i = 0; i < r; ++i) patch.damping(i, i) = 100.0 * (1 + 5 * i);  // D dt from 0.1 to 2.6
+  patch.b_d = 0.02 * patch.b_k;
+  CubicTerms terms = test::cubic_terms(patch);
+  terms.q.setZero();
+  const CubicForce bend(terms, patch);
+  PatchPlayer player(patch, terms), straight(patch);
+  const auto tool = [](double t) { return Vec3(Vec3(0.004, -0.003, -0.006) * std::pow(std::sin(12 * t), 2)); };
+  ModeVector q = ModeVector::Zero(r), v = q;
+  double wrong = 0, bent = 0;
+  for (int ms = 1; ms <= 400; ++ms) {
+    const Vec3 from = tool(kTickS * (ms - 1)), to = tool(kTickS * ms), rate = (to - from) / kTickS;
+    CubicForce::Variables u(r + 3), beyond(r + 3);
+    const auto push = [&](const Vec3& d, const ModeVector& at) {
+      u << d, at;
+      bend.elastic(u, beyond);
+    };
+    // Runge and Kutta, fourth order.
+    const auto acceleration = [&](double part, const ModeVector& at, const ModeVector& speed) {
+      const Vec3 d = from + part * (to - from);
+      push(d, at);
+      return ModeVector(patch.b_k * d + patch.b_d * rate - patch.stiffness.cwiseProduct(at) - patch.damping * speed +
+                        beyond.tail(r));
+    };
+    for (int k = 0; k < kFine; ++k) {
+      const double begin = static_cast<double>(k) / kFine, half = (k + 0.5) / kFine, end = (k + 1.0) / kFine;
+      const ModeVector v1 = v, a1 = acceleration(begin, q, v1);
+      const ModeVector v2 = v + h / 2 * a1, a2 = acceleration(half, q + h / 2 * v1, v2);
+      const ModeVector v3 = v + h / 2 * a2, a3 = acceleration(half, q + h / 2 * v2, v3);
+      const ModeVector v4 = v + h * a3, a4 = acceleration(end, q + h * v3, v4);
+      q += h / 6 * (v1 + 2 * v2 + 2 * v3 + v4);
+      v += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
+    }
+    push(to, q);
+    const Vec3 exact = -patch.k_port * to - patch.d_port * rate + patch.b_k.transpose() * q + patch.b_d.transpose() * v +
+                       Vec3(beyond.head<3>()) + patch.force;
+    const ToolSample sample{kStamp + ms * kTick, patch.tool + to};
+    const Vec3 felt = player.advance(sample).force;
+    wrong = std::max(wrong, (felt - exact).norm());
+    bent = std::max(bent, (straight.advance(sample).force - exact).norm());
+  }
+  CAPTURE(wrong, bent);
+  CHECK(bent > 0.005);
+  CHECK(wrong < 1e-3 * bent);
+}
+
+TEST_CASE("What swings in a bent patch that nothing brakes neither grows nor fades in a minute") {
+  Patch patch = test::touch_patch(8, 1, kStamp);
+  patch.damping.setZero();
+  patch.stiffness *= 30;  // up to 0.5 a tick
+  const double fastest = std::sqrt(patch.stiffness.maxCoeff()) * 1e-3;
+  REQUIRE(fastest > 0.3);
+  for (int i = 0; i < patch.modes(); ++i) patch.q_rate[i] = (i % 2 == 0 ? 0.03 : -0.02);
+  const CubicTerms terms = test::spring_terms(patch);
+  PatchPlayer player(patch, terms), straight(patch);
+  const double begin_j = player.energy();
+  double first_j = 0, last_j = 0, bent_j = 0;
+  constexpr int kTicks = 60'000, kLook = 5'000;
+  for (int ms = 1; ms <= kTicks; ++ms) {
+    const ToolSample far{kStamp + ms * kTick, Vec3(0, 0, 1)};
+    player.advance(far);
+    straight.advance(far);
+    bent_j = std::max(bent_j, std::abs(player.energy() - straight.energy()));
+    if (ms <= kLook) first_j = std::max(first_j, player.energy());
+    if (ms > kTicks - kLook) last_j = std::max(last_j, player.energy());
+  }
+  CAPTURE(begin_j, first_j, last_j, bent_j);
+  CHECK(bent_j > 0.01 * begin_j);
+  CHECK(last_j == Approx(first_j).epsilon(0.01));
+}

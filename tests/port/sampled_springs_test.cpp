@@ -13,7 +13,7 @@ using namespace palpate;
 
 namespace {
 
-constexpr int kTool = 3, kModes = 5, kVariables = kTool + kModes, kCount = 11;
+constexpr int kTool = 3, kModes = 5, kVariables = kTool + kModes, kCount = 11, kNodes = 7;
 constexpr double kTickS = 1e-3;
 
 struct Case {
@@ -26,8 +26,10 @@ struct Case {
       return Eigen::MatrixXf(Eigen::MatrixXf::NullaryExpr(rows, cols, [&] { return draw(); }));
     };
     springs.stiffening = stiffening;
-    springs.motion = some(3 * kCount, kVariables);
-    springs.span = 0.02F * some(3, kCount);
+    springs.motion = rounded(some(3 * kNodes, kModes), 2);
+    springs.position = 0.02F * some(3, kNodes);
+    springs.ends.resize(2, kCount);
+    for (int e = 0; e < kCount; ++e) springs.ends.col(e) << e % kNodes, (e + 1 + e / kNodes) % kNodes;
     springs.rest_length = 0.02F * Eigen::VectorXf::Ones(kCount);
     springs.stiffness = stiffness * (some(kCount, 1).array() + 1.5F).matrix();
     springs.damping = 0.01F * springs.stiffness;
@@ -46,8 +48,8 @@ struct Case {
 Eigen::VectorXd expected(const SampledSprings& s, const SampledForce::Values& u) {
   Eigen::VectorXd g = Eigen::VectorXd::Zero(kVariables);
   for (int e = 0; e < s.count(); ++e) {
-    const Eigen::MatrixXd rows = s.motion.middleRows(3 * e, 3).cast<double>();
-    const Vec3 d = s.span.col(e).cast<double>(), delta = rows * u.cast<double>(), n = d.normalized();
+    const Eigen::MatrixXd rows = s.motions(kTool).middleRows(3 * e, 3).cast<double>();
+    const Vec3 d = s.spans().col(e).cast<double>(), delta = rows * u.cast<double>(), n = d.normalized();
     const double k = s.stiffness[e], c = s.stiffening, rest = s.rest_length[e];
     const auto tension = [&](double length) {
       const double strain = (length - rest) / rest;
@@ -123,8 +125,8 @@ TEST_CASE("dampers of sampled springs that have turned brake along their new axe
   force.damping(u, rate, change, at_stamp);
   Eigen::VectorXd exact = Eigen::VectorXd::Zero(kVariables), stamp = exact;
   for (int e = 0; e < kCount; ++e) {
-    const Eigen::MatrixXd rows = c.springs.motion.middleRows(3 * e, 3).cast<double>();
-    const Vec3 d = c.springs.span.col(e).cast<double>(), delta = rows * u.cast<double>(), w = rows * rate.cast<double>();
+    const Eigen::MatrixXd rows = c.springs.motions(kTool).middleRows(3 * e, 3).cast<double>();
+    const Vec3 d = c.springs.spans().col(e).cast<double>(), delta = rows * u.cast<double>(), w = rows * rate.cast<double>();
     const Vec3 n = d.normalized(), m = (d + delta).normalized();
     const double damper = c.springs.damping[e];
     exact += damper * rows.transpose() * (m * m.dot(w) - n * n.dot(w));
@@ -168,11 +170,15 @@ TEST_CASE("an arch that snaps through under the hand gives all its energy away, 
   terms.scale = Eigen::MatrixXd::Identity(1, 1);
   terms.rate = Eigen::VectorXd::Zero(1);
   SampledSprings& springs = terms.springs;
-  springs.motion = Eigen::MatrixXf::Zero(6, 1);
-  springs.motion(2, 0) = springs.motion(5, 0) = 1;
-  springs.span.resize(3, 2);
-  springs.span.col(0) = Vec3(kHalf, 0, kPressed).cast<float>();
-  springs.span.col(1) = Vec3(-kHalf, 0, kPressed).cast<float>();
+  Eigen::MatrixXf rows = Eigen::MatrixXf::Zero(9, 1);
+  rows(5, 0) = 1;
+  springs.motion = rounded(rows, -1);
+  springs.position.setZero(3, 3);
+  springs.position.col(0) = Vec3(-kHalf, 0, 0).cast<float>();
+  springs.position.col(1) = Vec3(0, 0, kPressed).cast<float>();
+  springs.position.col(2) = Vec3(kHalf, 0, 0).cast<float>();
+  springs.ends.resize(2, 2);
+  springs.ends << 0, 2, 1, 1;
   springs.rest_length.setConstant(2, static_cast<float>(rest));
   springs.stiffness.setConstant(2, static_cast<float>(kPull));
   springs.damping.setZero(2);

@@ -28,7 +28,7 @@ TEST_CASE("sparse weights find the few columns that a sum was made of, and none 
   CHECK(none.columns.empty());
 }
 
-TEST_CASE("34 springs of a block bend as its own 1,700 do where it was not looked, within a few hundredths") {
+TEST_CASE("A tenth of the springs of a block bends as all of them do where it was not looked, within a few hundredths") {
   for (const SpringLaw law : {SpringLaw::linear, SpringLaw::stiffening}) {
     LumpedBody body = box_body(6, 6, 5);
     body.law = law;
@@ -40,7 +40,7 @@ TEST_CASE("34 springs of a block bend as its own 1,700 do where it was not looke
     // Smooth shapes: a dent of the top, sheared and twisted.
     constexpr Eigen::Index kVariables = 6;
     SpringSampling sampling;
-    sampling.springs = 34;
+    sampling.room = {kVariables, false, false, 3};
     Matrix moved = Matrix::Zero(state.x.size(), kVariables);
     for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
       const Vec3& x = body.nodes[i];
@@ -65,7 +65,8 @@ TEST_CASE("34 springs of a block bend as its own 1,700 do where it was not looke
     sampling.likely = 0.004 * Matrix::Identity(kVariables, kVariables);
     const auto springs = sample_springs(at, moved, sampling);
     REQUIRE(springs);
-    CHECK(springs->count() <= 34);
+    CHECK(10 * springs->count() <= static_cast<int>(body.elements.size()));
+    CHECK(numbers_of_springs(sampling.room, springs->motion.nodes(), springs->count()) <= kUsualNumbers);
     CHECK(springs->stiffness.minCoeff() > 0);
     const SampledForce force(*springs, 0, Vector::Zero(kVariables), 1e-5);
     REQUIRE_FALSE(force.empty());
@@ -85,6 +86,6 @@ TEST_CASE("34 springs of a block bend as its own 1,700 do where it was not looke
       all += unit.cwiseProduct(exact).squaredNorm();
     }
     CAPTURE(static_cast<int>(law));
-    CHECK(std::sqrt(wrong / all) < 0.05);
+    CHECK(std::sqrt(wrong / all) < 0.03);
   }
 }

@@ -99,7 +99,7 @@ CubicTerms cubic_terms(const Patch& patch) {
 }
 
 CubicTerms spring_terms(const Patch& patch) {
-  constexpr int kCount = 20;
+  constexpr int kCount = 20, kNodes = 13;
   const int first = patch.contact == ContactKind::attach ? 3 : 0, n = patch.modes() + first;
   CubicTerms terms;
   terms.variables = n;
@@ -113,8 +113,10 @@ CubicTerms spring_terms(const Patch& patch) {
     return m;
   };
   springs.stiffening = 30;
-  springs.motion = some(3 * kCount, n, 1);
-  springs.span = some(3, kCount, 0.02);
+  springs.motion = rounded(some(3 * kNodes, patch.modes(), 0.7), first > 0 ? 4 : -1);
+  springs.position = some(3, kNodes, 0.02);
+  springs.ends.resize(2, kCount);
+  for (int e = 0; e < kCount; ++e) springs.ends.col(e) << e % kNodes, (3 * e + 5 + e / kNodes) % kNodes;
   springs.rest_length = Eigen::VectorXf::Constant(kCount, 0.02F);
   springs.stiffness = Eigen::VectorXf::Constant(kCount, static_cast<float>(patch.stiffness.mean() / (3 * kCount)));
   springs.damping = 0.01F * springs.stiffness;

@@ -122,8 +122,8 @@ inline CubicTerms cubic_terms(int r, bool grasp, int leading, bool repaired) {
   return terms;
 }
 
-/// Terms that are springs, every number of another size.
-inline CubicTerms spring_terms(int r, bool grasp, int count) {
+/// Terms that are springs between so many nodes, every number of another size.
+inline CubicTerms spring_terms(int r, bool grasp, int count, int nodes) {
   std::mt19937 random(400u + static_cast<unsigned>(r));
   const auto some = [&](Eigen::Index rows, Eigen::Index cols, float scale) {
     return Eigen::MatrixXf(Eigen::MatrixXf::NullaryExpr(rows, cols, [&] { return scale * static_cast<float>(noise(random)); }));
@@ -134,8 +134,10 @@ inline CubicTerms spring_terms(int r, bool grasp, int count) {
   terms.grasp = grasp;
   terms.scale.setIdentity(n, n);
   terms.springs.stiffening = 30;
-  terms.springs.motion = some(3 * count, n, 4);
-  terms.springs.span = some(3, count, 0.01F);
+  terms.springs.motion = rounded(some(3 * nodes, r, 4), grasp ? nodes / 2 : -1);
+  terms.springs.position = some(3, nodes, 0.01F);
+  terms.springs.ends.resize(2, count);
+  for (int e = 0; e < count; ++e) terms.springs.ends.col(e) << e % nodes, (e + 1 + e / nodes) % nodes;
   terms.springs.rest_length = some(count, 1, 0.01F).cwiseAbs().array() + 0.001F;
   terms.springs.stiffness = some(count, 1, 300).cwiseAbs();
   terms.springs.damping = some(count, 1, 3).cwiseAbs();
@@ -195,7 +197,7 @@ inline std::vector<Message> every_kind() {
   Patch rest = touch_patch(6, 12, 16);
   move_surface(7, 5, rest, touched);
   for (const PatchTerms& piece : to_pieces(touched, 43)) all.push_back(message(piece));
-  for (const PatchTerms& piece : to_pieces(spring_terms(6, true, 9), 44)) all.push_back(message(piece));
+  for (const PatchTerms& piece : to_pieces(spring_terms(6, true, 9, 5), 44)) all.push_back(message(piece));
   all.push_back(message(Beat{Micros{-17}, true}));
   all.push_back(message(Beat{Micros{17}, false, 18.5, Micros{31'000}, {1008, 50, 4, Micros{212'345}}, 12}));
   all.push_back(message(Beat{.body_time = Micros{17}, .contact_in_reach = true, .lives_on = 0xfffffff0u}));

@@ -1,0 +1,41 @@
+// How some nodes of a body move with the variables of a patch, in a byte a number, as it travels.
+//
+// Neighbours move alike: of a node i only what it moves more than another one before it, p(i), is kept, where it has one,
+//
+//     V_i = V_p(i) + h_i diag(s) b_i / 127       [1/kg^1/2], an axis each; b_i signed bytes, one for each mode
+//
+// V_p(i) as it is known to the reader, so errors do not add up: V_i is right to h_i s / 254. The node that the tool holds moves
+// with the tool alone, all others with the modes alone.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+namespace palpate {
+
+struct NodeMotion {
+  static constexpr int kMost = 127;  ///< of a byte
+  using Bytes = Eigen::Matrix<std::int8_t, Eigen::Dynamic, Eigen::Dynamic>;
+
+  Eigen::VectorXf scale;             ///< s, of each mode
+  Eigen::VectorXf step;              ///< h, of each node
+  std::vector<std::uint8_t> parent;  ///< p(i) < i; i itself where it has none
+  Bytes bytes;                       ///< b, a row for each mode, three columns a node
+  int tool = -1;                     ///< node that the tool holds, if it is among them
+  int tool_axes = 3;                 ///< along which it moves that; 2 where a body is planar
+
+  int nodes() const { return static_cast<int>(step.size()); }
+  int modes() const { return static_cast<int>(scale.size()); }
+  /// V, three rows a node; the first columns are those of the tool's variables, 3 or none.
+  Eigen::MatrixXf rows(int tool_variables) const;
+};
+
+/// The nearest to `modes`, V of the modes, three rows a node; at most 255 nodes. All numbers finite.
+NodeMotion rounded(const Eigen::MatrixXf& modes, int tool);
+
+/// To the nearest that half precision has, and to that or the next above.
+float half_near(float v);
+float half_above(float v);
+
+}  // namespace palpate
