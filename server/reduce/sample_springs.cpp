@@ -334,7 +334,7 @@ std::optional<SampledSprings> sample_springs(const Linearisation& at, const Matr
   for (const Eigen::Index column : few.columns) elements.push_back(candidates[static_cast<std::size_t>(column)]);
   SampledSprings chosen = taken(springs, elements, sampling.tool);
   const Bending as_sent = springs.bend(elements, chosen.motions(sampling.tool < 0 ? 0 : 3));
-  const SparseWeights w = sparse_weights(fit.parts(as_sent), fit.all(), kMaxSprings, 0);
+  const SparseWeights w = positive_weights(fit.parts(as_sent), fit.all());
   if (w.columns.empty()) return std::nullopt;
   return weighed(std::move(chosen), w);
 }

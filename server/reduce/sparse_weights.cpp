@@ -1,12 +1,16 @@
 #include "server/reduce/sparse_weights.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <numeric>
 
 namespace palpate {
 namespace {
+
+constexpr float kRidge = 1e-6F;  // of the mean: columns may be alike
 
 /// The columns that have joined, and the Cholesky factor L of their products: L L^T = A^T A + ridge.
 class Joined {
@@ -66,7 +70,6 @@ class Joined {
     factor_.topLeftCorner(count(), count()).transpose().triangularView<Eigen::Upper>().solveInPlace(weights_);
   }
 
-  static constexpr float kRidge = 1e-6F;  ///< of the mean: columns may be alike
   const Eigen::MatrixXf& a_;
   const Eigen::VectorXf& t_;
   float ridge_;
@@ -94,7 +97,7 @@ class Candidates {
 
  private:
   static constexpr int kSeldom = 6;
-  static constexpr std::size_t kAhead = 100;
+  static constexpr std::size_t kAhead = 50;
 
   float value(Eigen::Index k, float with_left) const {
     return with_left > 0 && !barred_[static_cast<std::size_t>(k)] ? with_left / (length_[k] * std::sqrt(prices_.of(k))) : 0;
@@ -129,11 +132,6 @@ class Candidates {
   int since_ = 0;
 };
 
-class OnePrice : public ColumnPrices {
-  void with(const std::vector<Eigen::Index>& /*there*/) override {}
-  float of(Eigen::Index /*column*/) const override { return 1; }
-};
-
 }  // namespace
 
 SparseWeights sparse_weights(const Eigen::MatrixXf& a, const Eigen::VectorXf& t, int most, float close_enough,
@@ -159,9 +157,23 @@ SparseWeights sparse_weights(const Eigen::MatrixXf& a, const Eigen::VectorXf& t,
   return {joined.columns(), joined.weights(), missing};
 }
 
-SparseWeights sparse_weights(const Eigen::MatrixXf& a, const Eigen::VectorXf& t, int most, float close_enough) {
-  OnePrice price;
-  return sparse_weights(a, t, most, close_enough, price);
+SparseWeights positive_weights(const Eigen::MatrixXf& a, const Eigen::VectorXf& t) {
+  std::vector<Eigen::Index> columns(static_cast<std::size_t>(a.cols()));
+  std::iota(columns.begin(), columns.end(), Eigen::Index{0});
+  Eigen::MatrixXf products = a.transpose() * a;
+  products.diagonal().array() += kRidge * products.diagonal().mean();
+  const Eigen::VectorXf with_t = a.transpose() * t;
+  Eigen::VectorXf weights;
+  while (!columns.empty()) {
+    weights = products(columns, columns).llt().solve(with_t(columns));
+    if (weights.minCoeff() > 0) break;
+    std::vector<Eigen::Index> kept;
+    for (std::size_t k = 0; k < columns.size(); ++k)
+      if (weights[static_cast<Eigen::Index>(k)] > 0) kept.push_back(columns[k]);
+    columns = std::move(kept);
+  }
+  if (columns.empty() || !(t.norm() > 0)) return {};
+  return {columns, weights, (a(Eigen::all, columns) * weights - t).norm() / t.norm()};
 }
 
 }  // namespace palpate

@@ -29,7 +29,7 @@ class ColumnPrices {
 /// At most `most` columns.
 SparseWeights sparse_weights(const Eigen::MatrixXf& a, const Eigen::VectorXf& t, int most, float close_enough,
                              ColumnPrices& prices);
-/// All cost the same.
-SparseWeights sparse_weights(const Eigen::MatrixXf& a, const Eigen::VectorXf& t, int most, float close_enough);
+/// Of all columns, but for those whose weights would not be positive.
+SparseWeights positive_weights(const Eigen::MatrixXf& a, const Eigen::VectorXf& t);
 
 }  // namespace palpate

@@ -1,7 +1,9 @@
 // Few springs that bend as all do: against the body's own forces at displacements that were not among the samples.
 #include "server/reduce/sample_springs.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <limits>
 #include <random>
 
 #include "server/reduce/sparse_weights.hpp"
@@ -10,12 +12,34 @@
 using namespace palpate;
 using namespace palpate::test;
 
+namespace {
+
+struct OnePrice : ColumnPrices {
+  void with(const std::vector<Eigen::Index>& /*there*/) override {}
+  float of(Eigen::Index /*column*/) const override { return 1; }
+};
+
+/// Columns in pairs: the second of one is cheap, the first, and what stands alone, is not; no room for more than `most`.
+struct PairPrices : ColumnPrices {
+  explicit PairPrices(std::size_t room) : most(room) {}
+  void with(const std::vector<Eigen::Index>& columns) override { there = columns; }
+  float of(Eigen::Index column) const override {
+    if (there.size() >= most) return std::numeric_limits<float>::infinity();
+    return std::find(there.begin(), there.end(), column ^ 1) == there.end() ? 9.0F : 1.0F;
+  }
+  std::size_t most;
+  std::vector<Eigen::Index> there;
+};
+
+}  // namespace
+
 TEST_CASE("sparse weights find the few columns that a sum was made of, and none is negative") {
   std::mt19937 random(3);
   std::normal_distribution<float> draw;
   const Eigen::MatrixXf a = Eigen::MatrixXf::NullaryExpr(60, 40, [&] { return draw(random); });
   const Eigen::VectorXf t = 2 * a.col(7) + 0.5F * a.col(21) + 3 * a.col(33);
-  const SparseWeights found = sparse_weights(a, t, 10, 1e-4F);
+  OnePrice one;
+  const SparseWeights found = sparse_weights(a, t, 10, 1e-4F, one);
   CHECK(found.left <= 2e-3F);  // columns are weighed with a small ridge
   CHECK(found.weights.minCoeff() > 0);
   Eigen::VectorXf w = Eigen::VectorXf::Zero(40);
@@ -24,8 +48,35 @@ TEST_CASE("sparse weights find the few columns that a sum was made of, and none 
   CHECK(w[21] == Approx(0.5).epsilon(1e-2));
   CHECK(w[33] == Approx(3).epsilon(1e-3));
   // What only a negative weight could give is left.
-  const SparseWeights none = sparse_weights(a.leftCols(1), -a.col(0), 10, 1e-4F);
+  const SparseWeights none = sparse_weights(a.leftCols(1), -a.col(0), 10, 1e-4F, one);
   CHECK(none.columns.empty());
+}
+
+TEST_CASE("sparse weights prefer columns that cost little for what they bring, and stop where there is no room") {
+  // Orthogonal columns: what each brings is its own part of t.
+  const Eigen::MatrixXf a = Eigen::MatrixXf::Identity(6, 6);
+  const Eigen::VectorXf t = (Eigen::VectorXf(6) << 1, 0.5F, 0.9F, 0.2F, 0.8F, 0.1F).finished();
+  PairPrices prices(3);
+  const SparseWeights found = sparse_weights(a, t, 6, 1e-4F, prices);
+  // After the first its fellow, half as large but a ninth of the price, goes before 0.9; then 0.9 before 0.8.
+  CHECK(found.columns == std::vector<Eigen::Index>{0, 1, 2});
+}
+
+TEST_CASE("positive weights are those of least squares without the columns that would not be positive") {
+  std::mt19937 random(4);
+  std::normal_distribution<float> draw;
+  const Eigen::MatrixXf a = Eigen::MatrixXf::NullaryExpr(80, 12, [&] { return draw(random); });
+  Eigen::VectorXf w = Eigen::VectorXf::LinSpaced(12, 0.5F, 3);
+  const SparseWeights all = positive_weights(a, a * w);
+  CHECK(all.columns.size() == 12);
+  CHECK((all.weights - w).norm() < 1e-3F * w.norm());
+  CHECK(all.left < 1e-3F);
+  w[3] = w[8] = -1;
+  const SparseWeights some = positive_weights(a, a * w);
+  CHECK(some.columns.size() <= 10);
+  CHECK(some.weights.minCoeff() > 0);
+  const Eigen::MatrixXf rest = a(Eigen::all, some.columns);
+  CHECK((rest.transpose() * (rest * some.weights - a * w)).norm() < 1e-2F * (rest.transpose() * (a * w)).norm());
 }
 
 TEST_CASE("A tenth of the springs of a block bends as all of them do where it was not looked, within a few hundredths") {
