@@ -37,10 +37,10 @@ std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
 }
 
 /// A basis that knows where the body will be is truer there: if the tools slow down as their tracks do when nothing is heard, and
-/// if they go on as they go. Each costs what the body costs in that time, so a body that costs more than kMostCost of a core is
-/// left alone.
+/// if they go on as they go, for kGoOnS at most: no hand is known for longer. Each costs what the body costs in that time, so a
+/// body that costs more than kMostCost of a core is left alone.
 void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros bridge) {
-  constexpr double kMostCost = 0.01;
+  constexpr double kMostCost = 0.01, kGoOnS = 0.25;
   constexpr int kLooks = 3;
   bool matters = false;
   for (std::size_t k = 0; k < job.stations.size(); ++k) matters |= gets_patch[k] && job.stations[k].scheme == Scheme::cubic;
@@ -51,7 +51,8 @@ void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t
       const Station& station = stations.at(port_owner[k]);
       if (slow_down) return tool_at(station, from_seconds(t));
       ToolAt goes_on = tool_at(station, from_seconds(body.time_s));
-      goes_on.position += (t - body.time_s) * goes_on.velocity;
+      goes_on.position += std::min(t - body.time_s, kGoOnS) * goes_on.velocity;
+      if (t - body.time_s > kGoOnS) goes_on.velocity.setZero();
       return goes_on;
     };
     BodyState next = body;
