@@ -100,9 +100,9 @@ void draw(const std::filesystem::path& out, const std::vector<Cells>& curves) {
     // One legend for all panels, and room for it.
     const std::string title = "set tmargin 7.5\nset title offset 0,4\n";
     const std::string key = title + (panels.empty() ? "set key maxrows 4\n" : "unset key\n");
-    panels.push_back(panel_of(out, curves, scene, "truth of the force [dB]", "1:2", key + "set yrange [-10:70]"));
+    panels.push_back(panel_of(out, curves, scene, "truth of the force [dB]", "1:2", key + "set yrange [-10:80]"));
     panels.push_back(panel_of(out, curves, scene, "p95 error [noticeable differences]", "1:4",
-                              title + "unset key\nset logscale y\nset format y '%g'\nset yrange [0.01:30]\n"
+                              title + "unset key\nset logscale y\nset format y '%g'\nset yrange [0.003:30]\n"
                                       "set arrow from graph 0, first 1 to graph 1, first 1 nohead lc rgb '#888888' dt 2\n"
                                       "set arrow from graph 0, first 0.1 to graph 1, first 0.1 nohead lc rgb '#888888' dt 2"));
   }

@@ -15,7 +15,7 @@
 //
 // m the axis at d + delta, u'* the rate at the stamp, B what the stiffness of the linear patch has of the dampers' forces there.
 // At u = 0 nothing of all this pushes or holds, that is the linear patch's. Laws: linear and stiffening, T = k e (1 + c (e /
-// L)^2) with e = |d| - L. The player takes these forces as impulses, tick by tick, which is stable for a stiffness below 4 /
+// L)^2) with e = |d| - L. The player takes these forces a tick at a time, which is stable for a stiffness below 4 /
 // tick^2 of unit mass. With kappa the largest eigenvalue of sum w k G_q^T G_q, the law goes on straight where its slope is
 // kStiffest / (tick^2 kappa) times k; springs for which that is below 1 are not taken at all, nor those that are so compressed at
 // the stamp that, let go of, they add more than that to K_e (far_stiffness()). All is kept in single precision.
