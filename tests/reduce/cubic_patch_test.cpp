@@ -237,7 +237,7 @@ TEST_CASE("Under a touch dampers turn with their springs unless they brake away 
 }
 
 TEST_CASE("With the modes still, the force of a displaced tool is the body's to fourth order") {
-  Grasp grasp(0.0005);
+  Grasp grasp(0);
   const Patch patch = grasp.build();
   const CubicTerms& terms = grasp.builder.terms();
   REQUIRE(terms.variables == patch.modes() + 3);
