@@ -21,9 +21,11 @@ PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(e
   if (r > 0) {
     z_.tail(r) = patch.q_rate;
     psi0_ = p.psi0;
-    const ModeMatrix reach = p.phi.topRightCorner(r, r);
-    closing_ = p.psi0.bottomRows(r) - p.phi.bottomRightCorner(r, r) * reach.partialPivLu().solve(ModeMatrix(p.psi0.topRows(r)));
-    if (!(closing_.cwiseAbs().maxCoeff() < kFastest)) cubic_ = {};  // the linear patch alone
+    if (!cubic_.empty()) {
+      const ModeMatrix reach = p.phi.topRightCorner(r, r);
+      closing_ = p.psi0.bottomRows(r) - p.phi.bottomRightCorner(r, r) * reach.partialPivLu().solve(ModeMatrix(p.psi0.topRows(r)));
+      if (!(closing_.cwiseAbs().maxCoeff() < kFastest)) cubic_ = {};  // the linear patch alone
+    }
     drift_ = p.psi0 * patch.g;
     if (patch.load_rate.size() > 0) {
       // A tick in which the load ends counts whole: half a tick of a load that lasted tens of them.

@@ -5,13 +5,22 @@
 
 namespace palpate {
 
-float half_near(float v) { return static_cast<float>(Eigen::half(v)); }
+namespace {
 
+/// To the nearest that half precision has, or the next above.
 float half_above(float v) {
   constexpr float kStep = 1.0F / 1024;  // of one half to the next
-  const float near = half_near(v);
-  return near >= v ? near : half_near(v * (1 + kStep));
+  const auto near = static_cast<float>(Eigen::half(v));
+  return near >= v ? near : static_cast<float>(Eigen::half(v * (1 + kStep)));
 }
+
+/// What node i moves more than its parent.
+Eigen::Matrix3Xf beyond_parent(const NodeMotion& motion, Eigen::Index i) {
+  return (motion.step[i] / NodeMotion::kMost) *
+         (motion.bytes.middleCols<3>(3 * i).cast<float>().transpose() * motion.scale.asDiagonal());
+}
+
+}  // namespace
 
 Eigen::MatrixXf NodeMotion::rows(int tool_variables) const {
   Eigen::MatrixXf v = Eigen::MatrixXf::Zero(3 * nodes(), tool_variables + modes());
@@ -19,7 +28,7 @@ Eigen::MatrixXf NodeMotion::rows(int tool_variables) const {
     auto row = v.block(3 * i, tool_variables, 3, modes());
     const int p = parent[static_cast<std::size_t>(i)];
     if (p < i) row = v.block(3 * p, tool_variables, 3, modes());
-    row += (step[i] / kMost) * (bytes.middleCols<3>(3 * i).cast<float>().transpose() * scale.asDiagonal());
+    row += beyond_parent(*this, i);
   }
   if (tool >= 0)
     for (int axis = 0; axis < std::min(tool_axes, tool_variables); ++axis) v(3 * tool + axis, axis) = 1;
@@ -64,9 +73,7 @@ NodeMotion rounded(const Eigen::MatrixXf& modes, int tool) {
         const float byte = step > 0 ? std::round(part(axis, k) / step * NodeMotion::kMost) : 0.0F;
         motion.bytes(k, 3 * i + axis) = static_cast<std::int8_t>(std::clamp<float>(byte, -NodeMotion::kMost, NodeMotion::kMost));
       }
-    known.middleRows<3>(3 * i) =
-        base +
-        (step / NodeMotion::kMost) * (motion.bytes.middleCols<3>(3 * i).cast<float>().transpose() * motion.scale.asDiagonal());
+    known.middleRows<3>(3 * i) = base + beyond_parent(motion, i);
   }
   return motion;
 }

@@ -34,8 +34,4 @@ struct NodeMotion {
 /// The nearest to `modes`, V of the modes, three rows a node; at most 255 nodes. All numbers finite.
 NodeMotion rounded(const Eigen::MatrixXf& modes, int tool);
 
-/// To the nearest that half precision has, and to that or the next above.
-float half_near(float v);
-float half_above(float v);
-
 }  // namespace palpate

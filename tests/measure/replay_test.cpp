@@ -110,7 +110,7 @@ TEST_CASE("Jitter and loss cost port little") {
 }
 
 TEST_CASE(
-    "Contact is felt in the tick in which it happens with port and cubic, late by more than the round trip with hold; cubic is "
+    "Contact is felt in the tick in which it happens with port and cubic, late by more than the round trip with hold, cubic is "
     "twice as true") {
   const Scene scene = load_scene(kSource + "/scenes/touch-cube.json");
   const Motion tap = cut(read_motion(kSource + "/scenes/motions/tap.csv"), 0, 0.6);

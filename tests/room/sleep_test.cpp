@@ -116,7 +116,7 @@ TEST_CASE("A tool that comes meets a sleeping body in the same frame, with the s
   }
 }
 
-TEST_CASE("A tool that hovers leaves the body asleep and gets its anticipating patch; one that holds or touches keeps it awake") {
+TEST_CASE("A tool that hovers leaves the body asleep and gets its anticipating patch, one that holds or touches keeps it awake") {
   Bed bed;
   bed.frame(at_height(0.008));
   const FrameResult hover = bed.frame(at_height(0.008));
@@ -146,7 +146,7 @@ TEST_CASE("A body that slept for a day is stepped from the beginning of the fram
   CHECK(woken.stations.at(0).contact);
 }
 
-TEST_CASE("A hand that lingers over a sleeping body gets the same patch again, newly stamped; one that moves on gets a new one") {
+TEST_CASE("A hand that lingers over a sleeping body gets the same patch again, newly stamped, one that moves on gets a new one") {
   Bed bed;
   const auto trembling = [](Micros t) { return Vec3(at_height(0.008)(t) + Vec3(3e-4 * std::sin(25 * seconds(t)), 0, 0)); };
   bed.frame(trembling);

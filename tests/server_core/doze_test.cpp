@@ -73,7 +73,7 @@ TEST_CASE("A room that dozed gives a visitor the frames and stamps of one that n
   }
 }
 
-TEST_CASE("A visitor keeps the frames of a sleeping body coming, counted as such; with the last to go the room dozes again") {
+TEST_CASE("A visitor keeps the frames of a sleeping body coming, counted as such, and with the last to go the room dozes again") {
   Bench bench;
   bench.room.asleep = true;
   bench.room.in_reach = false;
