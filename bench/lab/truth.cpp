@@ -57,6 +57,8 @@ std::string title_of(const TruthCell& c) {
       return title + ", full forces";
     case TruthRow::whole_linear:
       return "whole body, linear";
+    case TruthRow::hand_aside:
+      return fmt::format("full model, hand {:g} um aside", 1e6 * kHandAsideM);
   }
   return title;
 }
@@ -73,14 +75,15 @@ void write_curve(const std::filesystem::path& out, const Cells& curve) {
   write_text(curve_file(out, curve.front()), csv);
 }
 
-/// A panel of the curves of a scene over the round trip; those with exact states would lie on the ones as sent.
+/// A panel of the curves of a scene over the round trip, one point alone left out; those with exact states would lie on the ones
+/// as sent.
 GridPanel panel_of(const std::filesystem::path& out, const std::vector<Cells>& curves, const std::string& scene,
                    const std::string& what, const std::string& column, const std::string& setup) {
   const std::vector<Scheme> schemes = available_schemes();
   GridPanel panel{scene, "round trip [ms]", what, {}, setup};
   for (const Cells& curve : curves) {
     const TruthCell& c = curve.front();
-    if (c.scene != scene || c.row == TruthRow::exact_states) continue;
+    if (c.scene != scene || c.row == TruthRow::exact_states || c.row == TruthRow::hand_aside) continue;
     const bool beside = c.row != TruthRow::as_sent;
     const auto style = static_cast<int>(std::find(schemes.begin(), schemes.end(), c.scheme) - schemes.begin()) + 1;
     panel.curves.push_back({column, title_of(c), style, curve_file(out, c), beside ? "lines dt 3" : "linespoints"});
@@ -127,13 +130,15 @@ Json to_json(const Cells& curve) {
                     {"build_ms", c.build_ms},
                     {"tick_us", c.tick_us}});
   const TruthCell& c = curve.front();
-  return {{"scene", c.scene},
-          {"scheme", name_of(c.scheme)},
-          {"row", name_of(c.row)},
-          {"served", name_of(c.served)},
-          {"within_10_pct_until_ms", holds_until_ms(curve, kJndLimit)},
-          {"within_1_pct_until_ms", holds_until_ms(curve, kHundredth)},
-          {"round_trips", rows}};
+  Json all{{"scene", c.scene},
+           {"scheme", name_of(c.scheme)},
+           {"row", name_of(c.row)},
+           {"served", name_of(c.served)},
+           {"round_trips", rows}};
+  if (c.row == TruthRow::hand_aside) return all;
+  all["within_10_pct_until_ms"] = holds_until_ms(curve, kJndLimit);
+  all["within_1_pct_until_ms"] = holds_until_ms(curve, kHundredth);
+  return all;
 }
 
 std::string until(const Cells& curve, double limit) {
@@ -153,6 +158,10 @@ void print(const std::vector<Cells>& curves) {
     }
     fmt::print("  {:<32}", title_of(c) + (c.served == c.scheme ? "" : fmt::format(" ({})", name_of(c.served))));
     for (const TruthCell& at : curve) fmt::print(" {:>5.1f}", at.snr_db);
+    if (c.row == TruthRow::hand_aside) {
+      fmt::print("\n");
+      continue;
+    }
     const auto firm = std::find_if(curve.begin(), curve.end(), [](const TruthCell& at) { return at.rtt_ms >= kFirmRttMs; });
     const TruthCell& cost = firm == curve.end() ? curve.back() : *firm;
     fmt::print("   {:>10} {:>7}", until(curve, kJndLimit), until(curve, kHundredth));

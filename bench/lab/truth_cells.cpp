@@ -42,6 +42,7 @@ bool has_row(Scheme scheme, TruthRow row) {
     case TruthRow::exact_states:
       return scheme == Scheme::port || scheme == Scheme::cubic;
     case TruthRow::full_forces:
+    case TruthRow::hand_aside:
       return scheme == Scheme::cubic;
     case TruthRow::whole_linear:
       return scheme == Scheme::port;
@@ -49,7 +50,19 @@ bool has_row(Scheme scheme, TruthRow row) {
   return false;
 }
 
+void measure_aside(TruthCell& cell, const SweepTask& task) {
+  std::vector<MotionPoint> points(task.motion.points().begin(), task.motion.points().end());
+  for (MotionPoint& p : points) p.position += kHandAsideM * Vec3::Ones().normalized();
+  const ReferenceForce aside = reference_of(task.scene, Motion(std::move(points)));
+  const std::vector<double> errors = relative_errors(aside.force, task.reference.force);
+  cell.served = cell.scheme;
+  cell.snr_db = compare(aside.force, task.reference.force, kSkipTicks).snr_db;
+  cell.median_error = percentile(errors, 0.5);
+  cell.p95_error = percentile(errors, 0.95);
+}
+
 void measure_cell(TruthCell& cell, const SweepTask& task) {
+  if (cell.row == TruthRow::hand_aside) return measure_aside(cell, task);
   Scene scene = task.scene;
   if (cell.row != TruthRow::as_sent) scene.solver.step_s = scene.body.nodes.size() > kFineNodes ? kTickStepS : kFineStepS;
   ReplayOptions options;
@@ -82,9 +95,11 @@ std::vector<TruthCell> truth_cells(const TruthGrid& grid) {
   std::vector<TruthCell> cells;
   for (const std::string& scene : scenes_of(grid))
     for (const Scheme scheme : grid.schemes.empty() ? available_schemes() : grid.schemes)
-      for (const TruthRow row : {TruthRow::as_sent, TruthRow::exact_states, TruthRow::full_forces, TruthRow::whole_linear}) {
+      for (const TruthRow row :
+           {TruthRow::as_sent, TruthRow::exact_states, TruthRow::full_forces, TruthRow::whole_linear, TruthRow::hand_aside}) {
         if (!has_row(scheme, row)) continue;
-        for (const double rtt_ms : grid.rtt_ms) {
+        const std::vector<double> none{0};
+        for (const double rtt_ms : row == TruthRow::hand_aside ? none : grid.rtt_ms) {
           TruthCell& cell = cells.emplace_back();
           cell.scene = scene;
           cell.scheme = scheme;

@@ -41,7 +41,7 @@ std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
 /// body that costs more than kMostCost of a core is left alone.
 void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros bridge) {
   constexpr double kMostCost = 0.01, kGoOnS = 0.25;
-  constexpr int kLooks = 3;
+  constexpr int kLooks = 12;  // what swings within the bridged time is seen to
   bool matters = false;
   for (std::size_t k = 0; k < job.stations.size(); ++k) matters |= gets_patch[k] && job.stations[k].scheme == Scheme::cubic;
   if (!matters || asleep || integrator.cost > kMostCost || !integrator.stepper->leaves_no_trace()) return;

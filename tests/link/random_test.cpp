@@ -19,7 +19,7 @@ TEST_CASE("xoshiro256** gives the published sequence of state 1, 2, 3, 4") {
   CHECK(random.bits() == 1215971899390074240ull);
 }
 
-TEST_CASE("uniform numbers lie in [0, 1) with mean 1/2 and variance 1/12") {
+TEST_CASE("uniform numbers are at least 0 and less than 1, with mean 1/2 and variance 1/12") {
   Random random(9);
   double sum = 0, squares = 0;
   constexpr int n = 200'000;

@@ -111,7 +111,7 @@ TEST_CASE("A fitted camera keeps the body out from under the panels", "[view]") 
   CHECK(0.5F * (left + right) == Approx(0.5F * free).margin(0.05 * free));
 }
 
-TEST_CASE("From the top, right is x and up is y; dragging right turns the body with the mouse", "[view]") {
+TEST_CASE("From the top, right is x and up is y, and dragging right turns the body with the mouse", "[view]") {
   Camera camera;
   camera.look_from(Camera::Side::top);
   REQUIRE((camera.axes().col(0) - Vec3f::UnitX()).norm() < 1e-6F);
