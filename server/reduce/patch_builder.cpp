@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -134,21 +135,24 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
   if (request.scheme == Scheme::cubic && !can_expand(dynamics_->body())) return fall_back(frame, which, request, Scheme::port);
   if (request.scheme == Scheme::two_layer && !dynamics_->tetrahedra().empty())
     return fall_back(frame, which, request, Scheme::ring);
-  // What is not definite on fewer coordinates may be on all.
+  // What is not definite on fewer coordinates may be on all. A body in the middle of a fold is definite for a hand that is
+  // faster, and its own directions then are worth more than those of a body that cannot fold (docs/decisions/0025).
+  constexpr double kFaster = 8;
+  const std::array<Footing, 3> footings{Footing{}, Footing{kFaster}, Footing{1, true}};
   const bool cubic = request.scheme == Scheme::cubic;
   const bool of_body_itself = request.scheme == Scheme::two_layer || request.scheme == Scheme::balanced;
   std::vector<FrameModel*> models{&frame};
   if (!of_body_itself && &frame.graded() != &frame) models = {&frame.graded(), &frame};
   for (FrameModel* model : models)
-    for (const bool clamp : {false, true}) {
-      if (built) continue;
+    for (const Footing& footing : footings) {
+      if (built || (footing.faster > 1 && request.scheme == Scheme::tangent)) continue;
       held_ = model->held();
       if (cubic) {
         model->look_at(which);
         ways_ = &model->ways();
       }
-      built = request.scheme == Scheme::two_layer ? build_two_layer(*model, which, request, patch, clamp)
-                                                  : build_whole(*model, which, request, patch, clamp);
+      built = request.scheme == Scheme::two_layer ? build_two_layer(*model, which, request, patch, footing)
+                                                  : build_whole(*model, which, request, patch, footing);
     }
   return cubic && terms_.variables == 0 ? fall_back(frame, which, request, Scheme::port) : built;
 }
@@ -171,23 +175,23 @@ std::vector<std::uint32_t> PatchBuilder::contact_nodes(const ToolPort& port) con
 }
 
 std::optional<Patch> PatchBuilder::build_whole(FrameModel& frame, std::size_t which, const PatchRequest& request,
-                                               const Patch& patch, bool clamp) {
+                                               const Patch& patch, const Footing& footing) {
   const ToolPort& port = frame.ports()[which];
   if (request.scheme == Scheme::ring && !hold_far_nodes(frame, contact_nodes(port))) return std::nullopt;
   if (port.kind == ContactKind::touch && request.scheme != Scheme::balanced)
-    return build_shared_touch(frame, which, request, patch, clamp);
+    return build_shared_touch(frame, which, request, patch, footing);
   if (port.kind == ContactKind::attach) held_[frame.coordinate(port.node)] = 1;
   const Linearisation at = linearisation_for(request.scheme, frame, held_);
   Model model{at, frame.forces_beside(which), &solver_, &memory_, nullptr, frame.other_nodes(which)};
   mask(held_, model.imbalance);
-  const auto built = port.kind == ContactKind::attach ? build_attach(model, port, request, patch, clamp, frame.tool(which))
-                                                      : build_touch(model, frame, which, request, patch, clamp);
+  const auto built = port.kind == ContactKind::attach ? build_attach(model, port, request, patch, footing, frame.tool(which))
+                                                      : build_touch(model, frame, which, request, patch, footing);
   report_.solver_iterations += solver_.iterations();
   return built;
 }
 
 std::optional<Patch> PatchBuilder::build_two_layer(FrameModel& frame, std::size_t which, const PatchRequest& request,
-                                                   const Patch& patch, bool clamp) {
+                                                   const Patch& patch, const Footing& footing) {
   if (!two_layer_) two_layer_ = std::make_unique<TwoLayer>(dynamics_->body());
   const ToolPort& port = frame.ports()[which];
   LocalBody local = two_layer_->around(contact_nodes(port), held_);
@@ -205,8 +209,8 @@ std::optional<Patch> PatchBuilder::build_two_layer(FrameModel& frame, std::size_
               &local,
               {}};
   mask(local.body.fixed, model.imbalance);
-  return port.kind == ContactKind::attach ? build_attach(model, port, request, patch, clamp, frame.tool(which))
-                                          : build_touch(model, frame, which, request, patch, clamp);
+  return port.kind == ContactKind::attach ? build_attach(model, port, request, patch, footing, frame.tool(which))
+                                          : build_touch(model, frame, which, request, patch, footing);
 }
 
 /// Into the first of the memory.
@@ -228,7 +232,7 @@ std::optional<Mat3> PatchBuilder::static_response(const Model& model, const std:
 }
 
 std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPort& port, const PatchRequest& request,
-                                                Patch patch, bool clamp, const ToolAt& tool) {
+                                                Patch patch, const Footing& footing, const ToolAt& tool) {
   const Linearisation& at = model.at;
   const std::uint32_t node = model.local ? model.local->index(port.node) : at.coordinate(port.node);
   // Columns of K and D that belong to the tool's node: what the tool's motion does to the others, and to itself.
@@ -246,9 +250,9 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
     mask(*at.held, d_tool[column]);
   }
   const double node_mass_kg = at.masses()[3 * static_cast<Eigen::Index>(node)];
-  const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
+  const double shift = footing.shift(request, shift_for(request.bridge));
   const bool balanced = request.scheme == Scheme::balanced;
-  if (!balanced && !model.solver->prepare(at, shift, clamp)) return std::nullopt;
+  if (!balanced && !model.solver->prepare(at, shift, footing.clamp)) return std::nullopt;
 
   if (request.scheme == Scheme::tangent) {
     const auto released = static_response(model, k_tool);
@@ -265,7 +269,7 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
   const bool cubic = request.scheme == Scheme::cubic;
   CubicShapes shapes;
   std::optional<CubicBasis> candidates;
-  if (cubic) candidates = grasp_shapes(model, node, inputs, request, modes, tool, shapes);
+  if (cubic) candidates = grasp_shapes(model, node, inputs, {modes, shift, seconds(request.bridge)}, tool, shapes);
   if (cubic && !candidates) return std::nullopt;
   const auto basis = cubic      ? std::optional(candidates->shapes)
                      : balanced ? restricted_basis(balanced_->grasped(port.node), modes, dynamics_->masses(), held_)
@@ -318,11 +322,8 @@ Matrix PatchBuilder::known_ways() const {
 }
 
 /// Directions for a grasp, and how far the tool is likely to move.
-std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs,
-                                                     const PatchRequest& request, int modes, const ToolAt& tool,
-                                                     CubicShapes& shapes) {
-  const double bridge_s = seconds(request.bridge);
-  shapes.amplitude = expected_motion(tool, bridge_s);
+std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs, CubicBasisRequest wanted, const ToolAt& tool, CubicShapes& shapes) {
+  shapes.amplitude = expected_motion(tool, wanted.bridge_s);
   shapes.port = Matrix::Zero(inputs[0].size(), 3);
   Vector motion = model.at.velocity();
   mask(*model.at.held, motion);
@@ -340,8 +341,7 @@ std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::ui
   const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
     return model.solver->solve(model.at, columns, kBasisTolerance);
   };
-  return cubic_basis(model.at, start, solve, shapes.port, {}, known_ways(), {modes, shift_for(request.bridge), bridge_s},
-                     cubic_memory_);
+  return cubic_basis(model.at, start, solve, shapes.port, {}, known_ways(), wanted, cubic_memory_);
 }
 
 /// `true_stiffness`: of modes and tool before anything was lifted, in the modes of the patch; `vertices` of its surface.

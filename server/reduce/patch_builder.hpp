@@ -96,19 +96,27 @@ class PatchBuilder {
     Vector stiffness;  ///< before it was lifted
   };
 
-  // With `clamp` compressed elements do not soften the matrix that is solved with: the second try, when the first was not
-  // definite.
+  /// What directions are solved for with: P at so many times the shift of the bridged time, and with `clamp` compressed elements
+  /// do not soften it.
+  struct Footing {
+    double faster = 1;
+    bool clamp = false;
+    double shift(const PatchRequest& request, double usual) const {
+      return request.scheme == Scheme::tangent ? 0 : faster * usual;
+    }
+  };
+
   std::optional<Patch> build_whole(FrameModel& frame, std::size_t which, const PatchRequest& request, const Patch& patch,
-                                   bool clamp);
+                                   const Footing& footing);
   std::optional<Patch> fall_back(FrameModel& frame, std::size_t which, const PatchRequest& request, Scheme scheme);
   std::optional<Patch> build_two_layer(FrameModel& frame, std::size_t which, const PatchRequest& request, const Patch& patch,
-                                       bool clamp);
+                                       const Footing& footing);
   std::optional<Patch> build_attach(const Model& model, const ToolPort& port, const PatchRequest& request, Patch patch,
-                                    bool clamp, const ToolAt& tool);
+                                    const Footing& footing, const ToolAt& tool);
   std::optional<Patch> build_touch(const Model& model, FrameModel& frame, std::size_t which, const PatchRequest& request,
-                                   Patch patch, bool clamp);
+                                   Patch patch, const Footing& footing);
   std::optional<Patch> build_shared_touch(FrameModel& frame, std::size_t which, const PatchRequest& request, Patch patch,
-                                          bool clamp);
+                                          const Footing& footing);
   std::optional<Matrix> grasp_basis(const Model& model, const std::vector<Vector>& inputs, const PatchRequest& request,
                                     BasisRequest wanted);
   bool solve_ports(const Model& model, const std::vector<Vector>& inputs, double tolerance);
@@ -120,7 +128,7 @@ class PatchBuilder {
   bool hold_far_nodes(const FrameModel& frame, const std::vector<std::uint32_t>& seeds);
   void begin_touch(const ToolPort& port, Patch& patch) const;
   std::optional<CubicBasis> grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs,
-                                         const PatchRequest& request, int modes, const ToolAt& tool, CubicShapes& shapes);
+                                         CubicBasisRequest wanted, const ToolAt& tool, CubicShapes& shapes);
   Matrix known_ways() const;
   void add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes, int vertices);
   bool reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Reduced& reduced);

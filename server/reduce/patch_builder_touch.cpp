@@ -55,7 +55,7 @@ void PatchBuilder::begin_touch(const ToolPort& port, Patch& patch) const {
 }
 
 std::optional<Patch> PatchBuilder::build_touch(const Model& model, FrameModel& frame, std::size_t which,
-                                               const PatchRequest& request, Patch patch, bool clamp) {
+                                               const PatchRequest& request, Patch patch, const Footing& footing) {
   const ToolPort& port = frame.ports()[which];
   const Linearisation& at = model.at;
   begin_touch(port, patch);
@@ -67,9 +67,9 @@ std::optional<Patch> PatchBuilder::build_touch(const Model& model, FrameModel& f
     mask(*at.held, b);
   }
 
-  const double shift = request.scheme == Scheme::tangent ? 0 : shift_for(request.bridge);
+  const double shift = footing.shift(request, shift_for(request.bridge));
   const bool balanced = request.scheme == Scheme::balanced;
-  if (!balanced && !model.solver->prepare(at, shift, clamp)) return std::nullopt;
+  if (!balanced && !model.solver->prepare(at, shift, footing.clamp)) return std::nullopt;
   Reduced reduced;
   Matrix& v = reduced.v;
   v.resize(at.masses().size(), 0);
@@ -96,17 +96,17 @@ std::optional<Patch> PatchBuilder::build_touch(const Model& model, FrameModel& f
 }
 
 std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::size_t which, const PatchRequest& request,
-                                                      Patch patch, bool clamp) {
+                                                      Patch patch, const Footing& footing) {
   const ToolPort& port = frame.ports()[which];
   const bool ring = request.scheme == Scheme::ring, tangent = request.scheme == Scheme::tangent,
              cubic = request.scheme == Scheme::cubic;
   const Linearisation at = linearisation_for(request.scheme, frame, held_);
   begin_touch(port, patch);
 
-  const double shift = tangent ? 0 : frame.shift(request.bridge);
+  const double shift = footing.shift(request, frame.shift(request.bridge));
   const double tolerance = tangent ? kStaticTolerance : kBasisTolerance;
-  SharedSystem* const p =
-      ring ? (ring_.prepare(at, shift, clamp, tolerance) ? &ring_ : nullptr) : frame.system(shift, clamp, tolerance);
+  SharedSystem* const p = ring ? (ring_.prepare(at, shift, footing.clamp, tolerance) ? &ring_ : nullptr)
+                               : frame.system(shift, footing.clamp, tolerance);
   if (!p) return std::nullopt;
   const int before = p->iterations();
   frame.want(which, expected_slide(request));
@@ -139,7 +139,7 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
       PortRows rows(3, v.cols());
       for (Eigen::Index m = 0; m < v.cols(); ++m) rows.col(m) = gather(p->port(which).b, v.col(m));
       // Terms take back by how much a stiffness was lifted; C(s) of a clamped P is not that of the modes' own.
-      const Vector stiffness = cubic && !clamp ? reduced.stiffness : Vector(patch.stiffness);
+      const Vector stiffness = cubic && !footing.clamp ? reduced.stiffness : Vector(patch.stiffness);
       patch.c_static = residual_compliance(port_compliance(*p, which, others), rows, stiffness, patch.damping, shift);
     }
   }
