@@ -322,7 +322,8 @@ Matrix PatchBuilder::known_ways() const {
 }
 
 /// Directions for a grasp, and how far the tool is likely to move.
-std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs, CubicBasisRequest wanted, const ToolAt& tool, CubicShapes& shapes) {
+std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs,
+                                                     CubicBasisRequest wanted, const ToolAt& tool, CubicShapes& shapes) {
   shapes.amplitude = expected_motion(tool, wanted.bridge_s);
   shapes.port = Matrix::Zero(inputs[0].size(), 3);
   Vector motion = model.at.velocity();
