@@ -17,8 +17,7 @@ namespace palpate {
 /// Where the error is sought: as_sent, the program as it is; exact_states, the server's body stepped as finely as the reference,
 /// so that nothing but the patch is wrong; with these states full_forces, the body's own forces on the patch's modes, and
 /// whole_linear, the whole body linearised, in place of the patch (local_model.hpp). hand_aside, at no round trip, is the
-/// reference against itself, the hand kHandAsideM aside: what a scheme has
-/// beyond that is finer than any hand is held.
+/// reference against itself, the hand kHandAsideM aside: what a scheme has beyond that is finer than any hand is held.
 enum class TruthRow : std::uint8_t { as_sent, exact_states, full_forces, whole_linear, hand_aside };
 inline constexpr std::array<std::string_view, 5> kTruthRowNames{"as_sent", "exact_states", "full_forces", "whole_linear",
                                                                 "hand_aside"};
