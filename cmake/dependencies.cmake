@@ -29,7 +29,7 @@ if(PALPATE_VIEW)
   find_package(PNG REQUIRED)
 endif()
 if(PALPATE_TESTS)
-  find_package(Catch2 2 REQUIRED)
+  find_package(Catch2 REQUIRED)
   # The first python3 on PATH may be one without Debian's modules, so the one that has numpy is looked for.
   if(NOT PALPATE_PYTHON_NUMPY)
     foreach(python /usr/bin/python3 python3)

@@ -83,7 +83,7 @@ GridPanel panel_of(const std::filesystem::path& out, const std::vector<Cells>& c
   GridPanel panel{scene, "round trip [ms]", what, {}, setup};
   for (const Cells& curve : curves) {
     const TruthCell& c = curve.front();
-    if (c.scene != scene || c.row == TruthRow::exact_states || c.row == TruthRow::hand_aside) continue;
+    if (c.scene != scene || c.row == TruthRow::exact_states || !has_round_trip(c.row)) continue;
     const bool beside = c.row != TruthRow::as_sent;
     const auto style = static_cast<int>(std::find(schemes.begin(), schemes.end(), c.scheme) - schemes.begin()) + 1;
     panel.curves.push_back({column, title_of(c), style, curve_file(out, c), beside ? "lines dt 3" : "linespoints"});
@@ -135,7 +135,7 @@ Json to_json(const Cells& curve) {
            {"row", name_of(c.row)},
            {"served", name_of(c.served)},
            {"round_trips", rows}};
-  if (c.row == TruthRow::hand_aside) return all;
+  if (!has_round_trip(c.row)) return all;
   all["within_10_pct_until_ms"] = holds_until_ms(curve, kJndLimit);
   all["within_1_pct_until_ms"] = holds_until_ms(curve, kHundredth);
   return all;
@@ -158,7 +158,7 @@ void print(const std::vector<Cells>& curves) {
     }
     fmt::print("  {:<32}", title_of(c) + (c.served == c.scheme ? "" : fmt::format(" ({})", name_of(c.served))));
     for (const TruthCell& at : curve) fmt::print(" {:>5.1f}", at.snr_db);
-    if (c.row == TruthRow::hand_aside) {
+    if (!has_round_trip(c.row)) {
       fmt::print("\n");
       continue;
     }

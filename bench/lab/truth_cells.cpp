@@ -99,7 +99,7 @@ std::vector<TruthCell> truth_cells(const TruthGrid& grid) {
            {TruthRow::as_sent, TruthRow::exact_states, TruthRow::full_forces, TruthRow::whole_linear, TruthRow::hand_aside}) {
         if (!has_row(scheme, row)) continue;
         const std::vector<double> none{0};
-        for (const double rtt_ms : row == TruthRow::hand_aside ? none : grid.rtt_ms) {
+        for (const double rtt_ms : has_round_trip(row) ? grid.rtt_ms : none) {
           TruthCell& cell = cells.emplace_back();
           cell.scene = scene;
           cell.scheme = scheme;

@@ -22,6 +22,7 @@ enum class TruthRow : std::uint8_t { as_sent, exact_states, full_forces, whole_l
 inline constexpr std::array<std::string_view, 5> kTruthRowNames{"as_sent", "exact_states", "full_forces", "whole_linear",
                                                                 "hand_aside"};
 inline std::string_view name_of(TruthRow r) { return kTruthRowNames[static_cast<std::size_t>(r)]; }
+inline bool has_round_trip(TruthRow r) { return r != TruthRow::hand_aside; }
 inline constexpr double kHandAsideM = 1e-5;  ///< along (1, 1, 1); a hand trembles by five times as much
 
 struct TruthCell {

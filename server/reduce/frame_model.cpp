@@ -158,7 +158,7 @@ const BodyWays& FrameModel::ways() {
   for (std::size_t k = 0; k < whole.past_.size(); ++k) ways.past.col(static_cast<Eigen::Index>(k)) = way_to(whole.past_[k]);
   ways.ahead.resize(here.size(), static_cast<Eigen::Index>(whole.ahead_.size()));
   for (std::size_t k = 0; k < whole.ahead_.size(); ++k)
-    ways.ahead.col(static_cast<Eigen::Index>(k)) = moved(whole.ahead_[k].x) - here;
+    ways.ahead.col(static_cast<Eigen::Index>(k)) = moved(whole.ahead_[k]) - here;
   if (body_) {
     ways.rest = -here;
   } else {

@@ -147,8 +147,8 @@ class FrameModel {
   std::uint32_t coordinate(std::uint32_t node) const { return body_ ? body_->coordinate(node) : node; }
   /// B at a point of the skin.
   Skin::Weights weights(const SurfacePoint& point) const;
-  /// Where the body will be until the next patches take over, should the hands go on and slow down; empty where nobody looked.
-  void foresee(std::vector<BodyState> ahead) { ahead_ = std::move(ahead); }
+  /// Where its nodes will be until the next patches take over, should the hands go on and slow down; empty where nobody looked.
+  void foresee(std::vector<Vector> ahead) { ahead_ = std::move(ahead); }
   const BodyWays& ways();
   /// F(x*, v*), rows of held nodes zero.
   const Vector& forces();
@@ -204,7 +204,7 @@ class FrameModel {
   const BodyState* state_ = nullptr;
   const std::vector<ToolPort>* ports_ = nullptr;
   std::vector<ToolAt> tools_;
-  std::vector<BodyState> ahead_;
+  std::vector<Vector> ahead_;
   std::deque<Known> past_;    // of the whole, like the next two
   std::optional<Known> now_;  // will be past
   Vector rest_;

@@ -3,7 +3,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -138,14 +137,16 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
   // What is not definite on fewer coordinates may be on all. A body in the middle of a fold is definite for a hand that is
   // faster, and its own directions then are worth more than those of a body that cannot fold (docs/decisions/0025).
   constexpr double kFaster = 8;
-  const std::array<Footing, 3> footings{Footing{}, Footing{kFaster}, Footing{1, true}};
+  std::vector<Footing> footings{Footing{}};
+  if (request.scheme != Scheme::tangent && request.scheme != Scheme::balanced) footings.push_back({kFaster});
+  if (request.scheme != Scheme::balanced) footings.push_back({1, true});
   const bool cubic = request.scheme == Scheme::cubic;
   const bool of_body_itself = request.scheme == Scheme::two_layer || request.scheme == Scheme::balanced;
   std::vector<FrameModel*> models{&frame};
   if (!of_body_itself && &frame.graded() != &frame) models = {&frame.graded(), &frame};
   for (FrameModel* model : models)
     for (const Footing& footing : footings) {
-      if (built || (footing.faster > 1 && request.scheme == Scheme::tangent)) continue;
+      if (built) continue;
       held_ = model->held();
       if (cubic) {
         model->look_at(which);

@@ -45,7 +45,7 @@ void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t
   bool matters = false;
   for (std::size_t k = 0; k < job.stations.size(); ++k) matters |= gets_patch[k] && job.stations[k].scheme == Scheme::cubic;
   if (!matters || asleep || integrator.cost > kMostCost || !integrator.stepper->leaves_no_trace()) return;
-  std::vector<BodyState> ahead;
+  std::vector<Vector> ahead;
   for (const bool slow_down : {true, false}) {
     const auto tool = [&](std::size_t k, double t) {
       const Station& station = stations.at(port_owner[k]);
@@ -60,7 +60,7 @@ void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t
     for (int look = 1; look <= kLooks; ++look) {
       const double until_s = body.time_s + look * seconds(bridge) / kLooks;
       if (!integrator.stepper->advance(next, there, until_s, scene.solver.step_s, tool).converged) break;
-      ahead.push_back(next);
+      ahead.push_back(next.x);
     }
   }
   frame_model.foresee(std::move(ahead));

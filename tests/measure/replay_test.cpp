@@ -46,7 +46,7 @@ TEST_CASE("A motion that starts out of reach of the node that it should hold is 
   const Vec3 away = home_of(cube6()) + Vec3(0, 0, 0.060);
   const Motion motion({{0, away}, {0.5, away}});
   CHECK_THROWS_WITH(play(cube6(), motion, options_for(Scheme::port, 0)),
-                    Catch::Matchers::Contains("60 mm") && Catch::Matchers::Contains("at most 50 mm"));
+                    Catch::Contains("60 mm") && Catch::Contains("at most 50 mm"));
 }
 
 TEST_CASE("A replay is the same bits when it is done again, loss and jitter included") {
