@@ -9,7 +9,7 @@
 //                                         b of {port shapes, tau v*}; of a touch instead
 //     w(a)                                dents as deep as the hand may make them, by the body's own forces (dent.hpp)
 //     x(t_k) - x*                         where the body was in the last frames: it often comes back; where it rests; and where
-//                                         it will be, should the hands go on and slow down, as far as that is known
+//                                         it may be, in each way that the hands may move on
 // and of all of them the directions that carry most energy: leading eigenvectors of W^T P W. The last kind is worth 8 dB at
 // 150 ms with 13 modes on scenes/cube6.json. Beside them, of a touch, one that has little energy and all the haste,
 //     M^-1 B n                            how the body begins to yield along the normal n: what an onset is made of

@@ -147,7 +147,7 @@ class FrameModel {
   std::uint32_t coordinate(std::uint32_t node) const { return body_ ? body_->coordinate(node) : node; }
   /// B at a point of the skin.
   Skin::Weights weights(const SurfacePoint& point) const;
-  /// Where its nodes will be until the next patches take over, should the hands go on and slow down; empty where nobody looked.
+  /// Where its nodes may be until the next patches take over, as far from here as that counts; empty where nobody looked.
   void foresee(std::vector<Vector> ahead) { ahead_ = std::move(ahead); }
   const BodyWays& ways();
   /// F(x*, v*), rows of held nodes zero.

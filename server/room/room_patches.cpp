@@ -1,7 +1,9 @@
 // Every station gets what it needs to feel the body until the next frame.
-#include <cmath>
+#include <algorithm>
+#include <span>
 
 #include "common/wire/codec.hpp"
+#include "server/room/hand_futures.hpp"
 #include "server/room/room_state.hpp"
 
 namespace palpate {
@@ -36,31 +38,46 @@ std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
   return gets_patch;
 }
 
-/// A basis that knows where the body will be is truer there: if the tools slow down as their tracks do when nothing is heard, and
-/// if they go on as they go, for kGoOnS at most: no hand is known for longer. Each costs what the body costs in that time, so a
-/// body that costs more than kMostCost of a core is left alone.
+/// The mean over the last 60 ms; none where it came since.
+Vec3 Room::State::hand_acceleration(const Station& station) const {
+  constexpr Micros kOver{30'000};
+  const Micros now = from_seconds(body.time_s);
+  if (now - 2 * kOver < station.track.begin()) return Vec3::Zero();
+  const auto place = [&](Micros t) { return tool_at(station, t).position; };
+  const Vec3 bend = place(now) - 2 * place(now - kOver) + place(now - 2 * kOver);
+  const Vec3 acceleration = bend / (seconds(kOver) * seconds(kOver));
+  return acceleration / std::max(1.0, acceleration.norm() / kHandMostMs2);
+}
+
+/// A basis that knows where the body will be is truer there. Each way in which the hands may move on costs what the body costs in
+/// the bridged time: a body that costs more than kMostCost of a core is left alone, and others are looked at in kMostS.
 void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros bridge) {
-  constexpr double kMostCost = 0.01, kGoOnS = 0.25;
-  constexpr int kLooks = 12;  // what swings within the bridged time is seen to
+  constexpr double kMostCost = 0.01, kMostS = 0.0125;
   bool matters = false;
   for (std::size_t k = 0; k < job.stations.size(); ++k) matters |= gets_patch[k] && job.stations[k].scheme == Scheme::cubic;
   if (!matters || asleep || integrator.cost > kMostCost || !integrator.stepper->leaves_no_trace()) return;
+  const double each_s = integrator.cost * seconds(bridge);
+  std::size_t futures = seconds(bridge) < kAlmostSureS ? kFuturesOfItself : kHandFutures.size();
+  while (futures > kFuturesLeast && static_cast<double>(futures) * each_s > kMostS) --futures;
+  std::vector<ToolAt> now;
+  std::vector<Vec3> acceleration;
+  for (const StationId id : port_owner) {
+    now.push_back(tool_at(stations.at(id), from_seconds(body.time_s)));
+    acceleration.push_back(hand_acceleration(stations.at(id)));
+  }
   std::vector<Vector> ahead;
-  for (const bool slow_down : {true, false}) {
+  for (const HandFuture& future : std::span(kHandFutures).first(futures)) {
     const auto tool = [&](std::size_t k, double t) {
-      const Station& station = stations.at(port_owner[k]);
-      if (slow_down) return tool_at(station, from_seconds(t));
-      ToolAt goes_on = tool_at(station, from_seconds(body.time_s));
-      goes_on.position += std::min(t - body.time_s, kGoOnS) * goes_on.velocity;
-      if (t - body.time_s > kGoOnS) goes_on.velocity.setZero();
-      return goes_on;
+      if (future.coasts) return tool_at(stations.at(port_owner[k]), from_seconds(t));
+      return moved_on(now[k], future.speeds_up ? Vec3(acceleration[k] + future.beside_m_s2) : Vec3(Vec3::Zero()),
+                      t - body.time_s);
     };
     BodyState next = body;
     std::vector<ToolPort> there = ports;
-    for (int look = 1; look <= kLooks; ++look) {
-      const double until_s = body.time_s + look * seconds(bridge) / kLooks;
+    for (int look = 1; look <= kLooksMost; ++look) {
+      const double until_s = body.time_s + look * seconds(bridge) / kLooksMost;
       if (!integrator.stepper->advance(next, there, until_s, scene.solver.step_s, tool).converged) break;
-      ahead.push_back(next.x);
+      if (look * future.looks % kLooksMost == 0) ahead.push_back(body.x + future.weight * (next.x - body.x));
     }
   }
   frame_model.foresee(std::move(ahead));
@@ -70,11 +87,11 @@ void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t
 bool Room::State::in_reach(std::size_t which, Micros bridge) {
   ToolPort& port = ports[which];
   if (port.kind == ContactKind::attach || port.touching) return true;
-  // How far the tool can get before the next patch: its speed, and a hand's acceleration of 10 m/s^2 on top, each way.
-  constexpr double kHandAccelerationMs2 = 10, kMarginM = 0.005;
+  // How far the tool can get before the next patch: its speed, and a hand's acceleration on top, each way.
+  constexpr double kMarginM = 0.005;
   const ToolAt& tool = frame_model.tool(which);
   const double t = seconds(bridge);
-  const double reach = tool.velocity.norm() * t + 0.5 * kHandAccelerationMs2 * t * t + kMarginM;
+  const double reach = tool.velocity.norm() * t + 0.5 * kHandMostMs2 * t * t + kMarginM;
   const auto nearest = seen_within(
       which, tool.position, reach, [this]() -> const auto& { return frame_model.positions(); });
   if (nearest) port.point = nearest->point;

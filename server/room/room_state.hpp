@@ -68,6 +68,7 @@ struct Room::State {
   std::optional<NearestPoint> seen_within(std::size_t which, const Vec3& tool, double far_m,
                                           const std::function<const std::vector<double>&()>& positions);
   AdvanceReport advance(const FrameJob& job);
+  Vec3 hand_acceleration(const Station& station) const;
   void look_ahead(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros bridge);
   /// The port of the tool that a station feels with.
   std::optional<std::size_t> port_of(const StationJob& job) const;
