@@ -87,7 +87,7 @@ TEST_CASE("every sample that reached the body is recorded once, in the server's 
     REQUIRE((samples[i].position - said[which].position).norm() < 1e-6);
   }
   CHECK(frames == recorded.bench.core.counts().frames);
-  const auto& sent = recorded.bench.core.stations().front().counts;
+  const auto sent = recorded.bench.core.stations().front().counts;
   CHECK(2 * touches == sent.patches);  // each goes twice to a hand that does not say what it loses
   CHECK(2 * patch_bytes == sent.patch_bytes);
   CHECK(shapes >= 5);
