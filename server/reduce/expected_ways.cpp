@@ -11,7 +11,7 @@ namespace {
 
 /// How far a hand gets that speeds up [m].
 double sped_up(double time_s) {
-  constexpr double kHandMs2 = 0.4, kFarthestM = 0.012;
+  constexpr double kFarthestM = 0.012;
   return std::min(0.5 * kHandMs2 * time_s * time_s, kFarthestM);
 }
 

@@ -7,6 +7,8 @@
 
 namespace palpate {
 
+inline constexpr double kHandMs2 = 0.4;  ///< how much a hand speeds up that explores
+
 /// How far the tool is likely to move along each axis in `bridge_s` [m].
 Vec3 expected_motion(const ToolAt& tool, double bridge_s);
 

@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <array>
 
-#include "server/body/integrator.hpp"
+#include "server/reduce/expected_ways.hpp"
 
 namespace palpate {
 
@@ -22,7 +22,7 @@ struct HandFuture {
   double weight = 1;  ///< of how far the body goes in it
 };
 
-inline constexpr double kHandMs2 = 0.4, kSpeedsUpS = 0.05, kGoesOnS = 0.25;
+inline constexpr double kSpeedsUpS = 0.05, kGoesOnS = 0.25;
 inline constexpr double kHandMostMs2 = 10;  ///< no hand speeds up more
 inline constexpr double kAlmostSureS = 0.15;
 inline constexpr std::size_t kFuturesLeast = 2, kFuturesOfItself = 3;
