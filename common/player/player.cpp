@@ -8,14 +8,17 @@
 namespace palpate {
 namespace {
 
-constexpr double kTickS = 1.0 / kHapticRateHz;
-constexpr double kFastest = kTickS;  // |H|, tick / 2 for slow modes; of a mode that goes round in less than three ticks
+constexpr int kTouchSteps = 2;                               // a tick, where terms are sent
 constexpr std::int64_t kTicksMax = 2 * kSampleHistoryTicks;  // of one advance(): a gap longer than any history ends there
 
 }  // namespace
 
-PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(extended(patch, terms)), cubic_(terms, patch) {
-  const Propagator p = make_propagator(patch.stiffness, patch.damping, kTickS);
+PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms)
+    : patch_(extended(patch, terms)),
+      steps_(patch.contact == ContactKind::touch && terms.variables > 0 ? kTouchSteps : 1),
+      dt_(1.0 / (kHapticRateHz * steps_)),
+      cubic_(terms, patch) {
+  const Propagator p = make_propagator(patch.stiffness, patch.damping, dt_);
   const auto r = patch.modes();
   z_ = StateVector::Zero(2 * r);
   if (r > 0) {
@@ -24,30 +27,31 @@ PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(e
     if (!cubic_.empty()) {
       const ModeMatrix reach = p.phi.topRightCorner(r, r);
       closing_ = p.psi0.bottomRows(r) - p.phi.bottomRightCorner(r, r) * reach.partialPivLu().solve(ModeMatrix(p.psi0.topRows(r)));
-      if (!(closing_.cwiseAbs().maxCoeff() < kFastest)) cubic_ = {};  // the linear patch alone
+      // H, dt / 2 for slow modes; of a mode that goes round in less than three steps
+      if (!(closing_.cwiseAbs().maxCoeff() < dt_)) cubic_ = {};  // the linear patch alone
     }
     drift_ = p.psi0 * patch.g;
     if (patch.load_rate.size() > 0) {
-      // A tick in which the load ends counts whole: half a tick of a load that lasted tens of them.
-      const ModeVector growth = kTickS * patch.load_rate;
+      // A step in which the load ends counts whole: half a step of a load that lasted tens of them.
+      const ModeVector growth = dt_ * patch.load_rate;
       drift_growth_ = p.psi0 * growth;
-      load_ticks_ = (patch.load_for + kTick / 2) / kTick;
+      load_steps_ = steps_ * ((patch.load_for + kTick / 2) / kTick);
       ramp_ = p.psi1 * growth;
-      if (load_ticks_ > 0) drift_ += ramp_;
+      if (load_steps_ > 0) drift_ += ramp_;
     }
     if (patch.contact == ContactKind::attach) {
-      step_.resize(2 * r, 2 * r + 9);
-      step_.leftCols(2 * r) = p.phi;
-      step_.middleCols(2 * r, 3) = (p.psi0 - p.psi1) * patch.b_k;
-      step_.middleCols(2 * r + 3, 3) = p.psi1 * patch.b_k;
-      step_.rightCols(3) = p.psi0 * patch.b_d;
+      transition_.resize(2 * r, 2 * r + 9);
+      transition_.leftCols(2 * r) = p.phi;
+      transition_.middleCols(2 * r, 3) = (p.psi0 - p.psi1) * patch.b_k;
+      transition_.middleCols(2 * r + 3, 3) = p.psi1 * patch.b_k;
+      transition_.rightCols(3) = p.psi0 * patch.b_d;
       felt_.resize(3, 2 * r);
       felt_ << patch.b_k.transpose(), patch.b_d.transpose();
     } else {
-      step_ = p.phi;
+      transition_ = p.phi;
     }
   }
-  if (patch.low_pass_hz > 0) low_pass_gain_ = 1 - std::exp(-2 * std::numbers::pi * patch.low_pass_hz * kTickS);
+  if (patch.low_pass_hz > 0) low_pass_gain_ = 1 - std::exp(-2 * std::numbers::pi * patch.low_pass_hz * dt_);
   const auto vertices = static_cast<std::size_t>(patch_.surface.vertex_count);
   const auto triangles = static_cast<std::size_t>(patch_.surface.triangle_count);
   connect_surface({patch_.surface.triangles.data(), triangles}, vertices, {first_.data(), vertices + 1},
@@ -85,10 +89,11 @@ PlayerOutput PatchPlayer::advance(const ToolSample& sample) noexcept {
   const std::int64_t half = kTick.count() / 2;
   const std::int64_t ticks = std::min((sample.t.count() - tool_.t.count() + half) / kTick.count(), kTicksMax);
   if (ticks <= 0) return output_;
+  const std::int64_t steps = ticks * steps_;
   const Vec3 from = tool_.position;
-  for (std::int64_t k = 1; k <= ticks; ++k) {
-    const double part = static_cast<double>(k) / static_cast<double>(ticks);
-    tick(k == ticks ? sample.position : Vec3(from + part * (sample.position - from)));
+  for (std::int64_t k = 1; k <= steps; ++k) {
+    const double part = static_cast<double>(k) / static_cast<double>(steps);
+    step(k == steps ? sample.position : Vec3(from + part * (sample.position - from)));
   }
   tool_.t = sample.t;
   return output_;
@@ -100,24 +105,24 @@ void PatchPlayer::inherit(const PatchPlayer& before) noexcept {
 
 void PatchPlayer::grow_load() noexcept {
   drift_ += drift_growth_;
-  if (--load_ticks_ == 0) drift_ -= ramp_;
+  if (--load_steps_ == 0) drift_ -= ramp_;
 }
 
-void PatchPlayer::tick(const Vec3& tool) noexcept {
+void PatchPlayer::step(const Vec3& tool) noexcept {
   if (patch_.constant)
     output_.force += low_pass_gain_ * (patch_.force - output_.force);
   else if (patch_.contact == ContactKind::attach)
-    tick_attach(tool);
+    step_attach(tool);
   else
-    tick_touch(tool);
-  if (load_ticks_ > 0) grow_load();
+    step_touch(tool);
+  if (load_steps_ > 0) grow_load();
   tool_.position = tool;
 }
 
-void PatchPlayer::tick_attach(const Vec3& tool) noexcept {
+void PatchPlayer::step_attach(const Vec3& tool) noexcept {
   const auto r = patch_.modes();
   const Vec3 d = tool_.position - patch_.tool, d_next = tool - patch_.tool;
-  const Vec3 rate = (tool - tool_.position) / kTickS - patch_.tool_velocity;
+  const Vec3 rate = (tool - tool_.position) / dt_ - patch_.tool_velocity;
   Vec3 force = patch_.force - patch_.k_port * d_next - patch_.d_port * rate;
   if (r > 0) {
     StepVector u(2 * r + 9);
@@ -127,9 +132,9 @@ void PatchPlayer::tick_attach(const Vec3& tool) noexcept {
     u.tail<3>() = rate;
     StateVector next = drift_;
     if (!cubic_.empty()) next.noalias() += psi0_ * (bent_ + turned_).tail(r);
-    next.noalias() += step_ * u;
+    next.noalias() += transition_ * u;
     z_ = next;
-    bend(d_next, (tool - tool_.position) / kTickS);
+    bend(d_next, (tool - tool_.position) / dt_);
     force.noalias() += felt_ * z_;
     force.noalias() -= patch_.b_d.transpose() * patch_.q_rate;
     if (!cubic_.empty()) force += bent_.head<3>() + turned_.head<3>();
@@ -203,12 +208,12 @@ void PatchPlayer::update_response() noexcept {
   compliance_ += (1 - share_before_) * moved;
 }
 
-void PatchPlayer::tick_touch(const Vec3& tool) noexcept {
+void PatchPlayer::step_touch(const Vec3& tool) noexcept {
   const auto r = patch_.modes();
   if (r > 0) {
     StateVector next = drift_ + carried_;
     if (!cubic_.empty()) next.noalias() += psi0_ * (bent_ + turned_).tail(r);
-    next.noalias() += step_ * z_;
+    next.noalias() += transition_ * z_;
     z_ = next;
     carried_.setZero();
   }

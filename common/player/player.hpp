@@ -1,17 +1,18 @@
 // The patch player: advances one patch by its exact discrete exponential, a tick at a time, and closes the port.
 //
-// With z = (q, q'), one tick of length dt is z+ = Phi z + Psi0 w0 + Psi1 w1 (propagator.hpp), exact for
-//     attach: the tool moves linearly inside the tick: w0 = g + B_k d + B_d d', w1 = B_k (d+ - d)
-//     touch:  lambda rises from that of the tick before and counts with its mean, w0 = g + (1 - s) R^T lambda + s R-^T lambda-
-//             with R = sum_i w_i R_i at the contact point; the end-of-tick contact law (contact_law.hpp) gives lambda from p_free
-//             and C = (1 - s) R Psi0_q R^T + c_static. s = 1/2: lambda is the force at the tick's end; with s = 0 it would be
-//             the tick's mean, half a tick old. But what lambda- does in this tick lambda has to make good at its end, and
-//             where the contact (k_c) is stiffer than what a tick moves that swings from tick to tick: s = min(1/2,
+// With z = (q, q'), one step of length dt is z+ = Phi z + Psi0 w0 + Psi1 w1 (propagator.hpp). It is the tick; where a touch has
+// terms beyond the tangent half of it, as contact law and terms are of second order and the linear part alone is exact:
+//     attach: the tool moves linearly inside the step: w0 = g + B_k d + B_d d', w1 = B_k (d+ - d)
+//     touch:  lambda rises from that of the step before and counts with its mean, w0 = g + (1 - s) R^T lambda + s R-^T lambda-
+//             with R = sum_i w_i R_i at the contact point; the end-of-step contact law (contact_law.hpp) gives lambda from p_free
+//             and C = (1 - s) R Psi0_q R^T + c_static. s = 1/2: lambda is the force at the step's end; with s = 0 it would be
+//             the step's mean, half a step old. But what lambda- does in this step lambda has to make good at its end, and
+//             where the contact (k_c) is stiffer than what a step moves that swings from step to step: s = min(1/2,
 //             1 / (2 k_c tr R Psi0_q R^T)), which has swings fall to less than half; 0 where it is rigid. Any s up to 1/2 is
 //             passive: the mean times the tool's way is what the modes take, what the contact stores, and no less. Where the
 //             tool has slid to, what the modes miss is added to c_static (slide_compliance.hpp).
-// A load that changes (patch.load_rate) adds psi0 l t + psi1 l dt to the drift, a sum that grows by one step a tick.
-// Contact begins in the tick in which the tool is found below the patch's own deformed surface, and ends in the tick in which it
+// A load that changes (patch.load_rate) adds psi0 l t + psi1 l dt to the drift, a sum that grows by one part a step.
+// Contact begins in the step in which the tool is found below the patch's own deformed surface, and ends in the step in which it
 // would pull. compile() allocates and belongs off the haptic thread; advance() does not allocate, lock or throw.
 // Copyable, so that a caught-up player can be handed over by value.
 #pragma once
@@ -41,11 +42,11 @@ class PatchPlayer {
   /// `patch` has passed check(). The player stands at the patch's stamp.
   explicit PatchPlayer(const Patch& patch) : PatchPlayer(patch, CubicTerms{}) {}
   /// The same with forces beyond the tangent; `terms` have passed check() for this patch. With f what those push the modes with
-  /// at the end of a tick, elastic or of dampers that have turned, a tick is
+  /// at the end of a step, elastic or of dampers that have turned, a step is
   ///     z+ = Phi z + Psi0 (w0 + f) + ...,   then q'+ += H (f+ - f),   H = Psi0_v - Phi_vv Phi_qv^-1 Psi0_q
   /// exact for a force that stays, however fast a mode swings or is braked; second order; time-reversible where nothing brakes,
   /// H = tan(omega dt / 2) / omega there (Gautschi, Numer. Math. 3 (1961); Hairer, Lubich and Wanner, Geometric Numerical
-  /// Integration (2006), XIII.1). Modes faster than three ticks a turn have no such H: the linear patch alone.
+  /// Integration (2006), XIII.1). Modes faster than three steps a turn have no such H: the linear patch alone.
   PatchPlayer(const Patch& patch, const CubicTerms& terms);
 
   /// On to `sample.t`, in ticks, the tool moving linearly from its last position. Nothing happens when that is less than half a
@@ -57,15 +58,15 @@ class PatchPlayer {
   const Patch& patch() const { return patch_; }
   Micros time() const { return tool_.t; }
   const PlayerOutput& output() const { return output_; }
-  /// Where the model has vertex `i` of the patch's surface at the end of the tick [m].
+  /// Where the model has vertex `i` of the patch's surface at the end of the step [m].
   Vec3 vertex(int i) const;
   /// Energy of the model, (q'^T q' + q^T K q) / 2 [J], for tests of passivity.
   double energy() const;
 
  private:
-  void tick(const Vec3& tool) noexcept;
-  void tick_attach(const Vec3& tool) noexcept;
-  void tick_touch(const Vec3& tool) noexcept;
+  void step(const Vec3& tool) noexcept;
+  void step_attach(const Vec3& tool) noexcept;
+  void step_touch(const Vec3& tool) noexcept;
   void close_touch(const Vec3& tool) noexcept;
   void grow_load() noexcept;
   void bend(const Vec3& displacement, const Vec3& velocity) noexcept;
@@ -76,20 +77,22 @@ class PatchPlayer {
   Positions positions() const noexcept;
 
   Patch patch_;
+  int steps_ = 1;  // a tick
+  double dt_ = 0;  // of a step [s]
   static constexpr int kMaxInputs = kMaxStates + 9;
   using StepVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxInputs, 1>;
-  // z+ = drift + step u with u = z (touch) or (z, d, d+, d') (attach): one product, whatever the order
-  StateVector drift_;         // Psi0 w, with the load of other tools as it is at the tick
-  StateVector ramp_;          // Psi1 l dt, what the load's growth inside a tick adds
-  StateVector drift_growth_;  // Psi0 l dt, from tick to tick; both while load_ticks_ are left
-  std::int64_t load_ticks_ = 0;
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxStates, kMaxInputs> step_;
+  // z+ = drift + transition u with u = z (touch) or (z, d, d+, d') (attach): one product, whatever the order
+  StateVector drift_;         // Psi0 w, with the load of other tools as it is at the step
+  StateVector ramp_;          // Psi1 l dt, what the load's growth inside a step adds
+  StateVector drift_growth_;  // Psi0 l dt, from step to step; both while load_steps_ are left
+  std::int64_t load_steps_ = 0;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxStates, kMaxInputs> transition_;
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor, 3, kMaxStates> felt_;  // attach: (B_k^T, B_d^T)
   StateInput psi0_;
   ModeMatrix closing_;  // H
   double low_pass_gain_ = 1;
   CubicForce cubic_;
-  CubicForce::Variables bent_, turned_;  // force on (d, q) or q at the end of the tick: elastic; of dampers that have turned
+  CubicForce::Variables bent_, turned_;  // force on (d, q) or q at the end of the step: elastic; of dampers that have turned
 
   std::array<std::uint32_t, kMaxPortVertices + 1> first_{};
   std::array<std::uint32_t, 3 * kMaxPortTriangles> incident_{};
@@ -98,7 +101,7 @@ class PatchPlayer {
 
   StateVector z_;
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxPortVertices, 1> rest_, vertices_;  // at the stamp; at the end of the
-                                                                                          // tick, without its contact force
+                                                                                          // step, without its contact force
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kMaxPortVertices, kMaxModes> rows_;  // all R_i
   SlideCompliance slide_compliance_;
   Mat3 slid_ = Mat3::Zero();  // what it has yielded since contact began or the stamp
@@ -106,7 +109,7 @@ class PatchPlayer {
   bool has_response_ = false;
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxStates, 3> response_;  // Psi0 R^T
   double share_before_ = 0;                                                            // s
-  StateVector carried_;                                                                // s Psi0 R^T lambda, for the next tick
+  StateVector carried_;                                                                // s Psi0 R^T lambda, for the next step
   Mat3 compliance_ = Mat3::Zero();                                                     // C
   ToolSample tool_;
   bool touching_ = false;

@@ -214,7 +214,8 @@ void CubicForce::damping(const Variables& u, const Variables& u_rate, Variables&
   const Values y = within(asked);
   Values change(variables_), at_stamp(variables_);
   turn_dampers(y, rate, change, at_stamp);
-  const float most = kDamperChange * (root_ * rate).norm(), size = (inverse_ * change).norm();
+  const float part = sampled_.empty() ? kDamperChange : kSpringDamperChange;
+  const float most = part * (root_ * rate).norm(), size = (inverse_ * change).norm();
   const Values g = (size > most ? most / size : 1.0F) * (change - at_stamp);
   force.noalias() = -(scale_.transpose() * g.cast<double>());
 }

@@ -12,17 +12,18 @@
 // axis and B_jk the product of its motions across it: the first-order change of the dampers' directions. The force on u is
 // S^T f. E2 repairs what the linear patch was changed by to be passive; it is zero elsewhere.
 // That first order alone would push where dampers turn far. Their change D1(y) y', D1_ik = sum_j y_j (Q_i,jk + Q_k,ji), is
-// therefore kept below the patch's own dampers D as it acts, |D1 y'| <= kDamperChange |D y'| in the norm x^T D^-1 x: so it never
-// pushes more than those brake; what is left out of it is left out of the part at the stamp too. The elastic part is conservative
-// whatever its coefficients are. A polynomial may fall where the body does not: E3 + E4 are taken for no less than -kSoftening
-// E_lin, E_lin = u^T H u / 2 of the patch, so what is left holds the body up (E2, which repairs, aside). Outside of |y| = radius
-// the energy is continued along rays as a constant: E(y radius / |y|), so that its force falls off as 1/|y| instead of growing
-// with the cube.
+// therefore kept below the patch's own dampers D as it acts, |D1 y'| <= c |D y'| in the norm x^T D^-1 x: so it never pushes more
+// than those brake; what is left out of it is left out of the part at the stamp too. c = kDamperChange. The elastic part is
+// conservative whatever its coefficients are. A polynomial may fall where the body does not: E3 + E4 are taken for no less than
+// -kSoftening E_lin, E_lin = u^T H u / 2 of the patch, so what is left holds the body up (E2, which repairs, aside). Outside of
+// |y| = radius the energy is continued along rays as a constant: E(y radius / |y|), so that its force falls off as 1/|y| instead
+// of growing with the cube.
 //
 // Where a body bends beyond any polynomial, the terms are some of its springs instead (sampled_springs.hpp), with y = u and no
-// radius; what is said of dampers holds for them too. Their energy is what springs store and give back, so nothing bounds it: a
-// body that snaps gives away more than -kSoftening E_lin. E2 has no end there, so it is left out unless springs that are
-// stretched without end hold the body up in spite of it.
+// radius. Their dampers turn as the body's do, however far, so c = kSpringDamperChange: short of 1, where nothing would brake and
+// what a tick adds to a fast brake would grow from tick to tick. Their energy is what springs store and give back, so nothing
+// bounds it: a body that snaps gives away more than -kSoftening E_lin. E2 has no end there, so it is left out unless springs that
+// are stretched without end hold the body up in spite of it.
 //
 // The terms of a touch bring more of the surface too, what the patch's own datagram had no room for: the tool goes on where the
 // patch's own piece ends.
@@ -73,7 +74,7 @@ bool has_room(const PortSurface& surface, const CubicTerms& terms);
 /// `patch` with the surface that its terms bring, for which it has room.
 Patch extended(Patch patch, const CubicTerms& terms);
 
-inline constexpr float kDamperChange = 0.5F, kSoftening = 0.9F;
+inline constexpr float kDamperChange = 0.5F, kSpringDamperChange = 0.9F, kSoftening = 0.9F;
 /// Of u, with these stiffnesses of the modes: H = [[K_p, -B_k^T], [-B_k, diag(stiffness)]] for a grasp, diag(stiffness) for
 /// touch.
 Eigen::MatrixXd joint_stiffness(const Patch& patch, const Eigen::VectorXd& stiffness);

@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kSamples = 72, kMixed = 32, kAlone = 3, kAround = 12, kCandidates = 600;
 constexpr double kLengthMin = 1e-9;    // below, a spring has no direction [m]
-constexpr double kNegligible = 1e-3;   // of the bending, in springs that are not looked at
+constexpr double kNegligible = 1e-5;   // of the bending, in springs that are not looked at
 constexpr float kCloseEnough = 3e-3F;  // of all samples together
 
 using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

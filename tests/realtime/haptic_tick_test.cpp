@@ -109,12 +109,22 @@ TEST_CASE("A grasp with terms of higher order, or with springs for terms, is fel
   }
 }
 
-TEST_CASE("A touch with onset, stroke and release is felt without allocation, lock or exception", "[realtime]") {
-  const Run run = play([](auto seq, auto stamp) { return palpate::test::touch_patch(kModes, seq, stamp); }, Micros{500'000});
-  check_clean(run.faults);
-  CHECK(run.contact_ticks > kTicks / 4);
-  CHECK(run.contact_ticks < kTicks);
-  CHECK(run.force_max_n > 0.05);
+TEST_CASE("A touch with onset, stroke and release is felt without allocation, lock or exception, with terms or without",
+          "[realtime]") {
+  const auto patch_at = [](auto seq, auto stamp) { return palpate::test::touch_patch(kModes, seq, stamp); };
+  const auto check = [](const Run& run) {
+    check_clean(run.faults);
+    CHECK(run.contact_ticks > kTicks / 4);
+    CHECK(run.contact_ticks < kTicks);
+    CHECK(run.force_max_n > 0.05);
+  };
+  const Run straight = play(patch_at, Micros{500'000});
+  check(straight);
+  for (const auto& terms_of : {palpate::test::cubic_terms, palpate::test::spring_terms}) {
+    const Run bent = play(patch_at, Micros{500'000}, terms_of);
+    check(bent);
+    CHECK(bent.force_max_n != straight.force_max_n);
+  }
 }
 
 TEST_CASE("Patches that grow too old fade without allocation, lock or exception", "[realtime]") {
