@@ -15,7 +15,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kH = 0.001;  // [s]
+constexpr int kSteps = 2;              // a tick
+constexpr double kH = 0.001 / kSteps;  // [s]
 
 struct Body {
   explicit Body(const Scene& s) : scene(s), skin(scene.body, scene.tool.radius_m), dynamics(scene.body) {}
@@ -39,13 +40,14 @@ class StepMatrix {
     } else {
       matrix_ = body.dynamics.make_matrix();
       body.dynamics.assemble(start.body, 1, kH / 2, kH * kH / 4, held, false, matrix_);
-      if (!solver_.factorise(matrix_)) throw std::runtime_error("a linearised body has no step of a millisecond");
+      if (!solver_.factorise(matrix_)) throw std::runtime_error("a linearised body has no step of half a millisecond");
     }
   }
   /// What the nodes' velocities are when this is what they are pushed by, near `x`; rows of held nodes zero, in `x` too.
   Vector operator()(const Vector& b, Vector x) {
     if (reduced_) return *reduced_ * modes_.solve(reduced_->transpose() * b);
-    if (!solver_.solve(b, 1e-8, x).positive_definite) throw std::runtime_error("a linearised body has no step of a millisecond");
+    if (!solver_.solve(b, 1e-8, x).positive_definite)
+      throw std::runtime_error("a linearised body has no step of half a millisecond");
     return x;
   }
 
@@ -80,6 +82,14 @@ class LocalRun {
 
   /// The tool goes to `to` within a tick; the force on it there.
   Vec3 tick(const Vec3& to) {
+    const Vec3 from = tool_;
+    Vec3 force = Vec3::Zero();
+    for (int k = 1; k <= kSteps; ++k) force = step(k == kSteps ? to : Vec3(from + static_cast<double>(k) / kSteps * (to - from)));
+    return force;
+  }
+
+ private:
+  Vec3 step(const Vec3& to) {
     Vector pushed = Vector::Zero(w_.size());
     if (port_.touching && !grasp_) scatter(body_->skin.weights(port_.point), port_.lambda, pushed);
     const Vector now = forces(w_, v_), before = free_of(v_);
@@ -108,7 +118,6 @@ class LocalRun {
     return grasp_ ? felt_at_node() : Vec3(port_.touching ? Vec3(-port_.lambda) : Vec3::Zero());
   }
 
- private:
   static std::vector<std::uint8_t> held_by(const Body& body, const LocalStart& start) {
     std::vector<std::uint8_t> held = body.scene.body.fixed;
     if (start.port.kind == ContactKind::attach) held[start.port.node] = 1;
@@ -140,7 +149,7 @@ class LocalRun {
     return body_->dynamics.element_force(start_->body, port_.node) +
            Vec3(at_node(linear_forces(w_, v_), port_.node) - at_node(at_stamp_, port_.node));
   }
-  /// Velocities of the nodes within a tick for a unit force along each axis at a vertex of the skin.
+  /// Velocities of the nodes within a step for a unit force along each axis at a vertex of the skin.
   const Matrix& answers_at(std::uint32_t vertex) {
     const auto [known, is_new] = answers_.try_emplace(vertex);
     if (is_new) {
@@ -154,7 +163,7 @@ class LocalRun {
     }
     return known->second;
   }
-  /// The contact at the end of the tick.
+  /// The contact at the end of the step.
   void close(const Vec3& tool) {
     const Skin& skin = body_->skin;
     const Vector x = start_->body.x + w_;

@@ -8,7 +8,6 @@
 namespace palpate {
 namespace {
 
-constexpr int kTouchSteps = 2;                               // a tick, where terms are sent
 constexpr std::int64_t kTicksMax = 2 * kSampleHistoryTicks;  // of one advance(): a gap longer than any history ends there
 
 }  // namespace

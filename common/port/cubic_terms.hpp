@@ -74,6 +74,7 @@ bool has_room(const PortSurface& surface, const CubicTerms& terms);
 /// `patch` with the surface that its terms bring, for which it has room.
 Patch extended(Patch patch, const CubicTerms& terms);
 
+inline constexpr int kTouchSteps = 2;  ///< that the player takes in a tick, where a touch has terms
 inline constexpr float kDamperChange = 0.5F, kSpringDamperChange = 0.9F, kSoftening = 0.9F;
 /// Of u, with these stiffnesses of the modes: H = [[K_p, -B_k^T], [-B_k, diag(stiffness)]] for a grasp, diag(stiffness) for
 /// touch.

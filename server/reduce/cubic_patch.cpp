@@ -23,7 +23,7 @@ constexpr double kTrust = 1;         // of the last terms' force to the linear o
 constexpr double kFarthest = 1e3;    // of a variable that no term bends
 constexpr double kWrong = 0.5;       // of the force beyond the linear one, where terms are no longer trusted,
 constexpr double kHarmless = 0.25;   // unless they are wrong by less than this of the linear one
-constexpr double kMostBraked = 3;    // largest eigenvalue of D in ticks: beyond, no damper of a polynomial or a touch turns
+constexpr double kMostBraked = 3;    // largest eigenvalue of D in steps: beyond, no damper of a polynomial or a touch turns
 constexpr double kUnknown = 0.03;    // mean square of wrong parts, beyond which springs are the safer terms
 constexpr int kGraspLeading = 10, kTouchLeading = 8;  // most variables with terms of fourth order
 constexpr double kLeast = 0.02;                       // of the radius: below, nobody asks any more
@@ -158,9 +158,11 @@ Vector stiffness_of(const Patch& patch, Eigen::Index first) {
   return stiffness;
 }
 
-/// Largest eigenvalue of D, of the modes [1/s].
-double fastest_braked(const Patch& patch) {
-  return Eigen::SelfAdjointEigenSolver<Matrix>(patch.damping, Eigen::EigenvaluesOnly).eigenvalues().tail<1>()[0];
+/// Whether a mode is braked away within a third of a step of the player.
+bool braked_fast(const Patch& patch) {
+  const int steps = kHapticRateHz * (patch.contact == ContactKind::touch ? kTouchSteps : 1);
+  const double fastest = Eigen::SelfAdjointEigenSolver<Matrix>(patch.damping, Eigen::EigenvaluesOnly).eigenvalues().tail<1>()[0];
+  return fastest > kMostBraked * steps;
 }
 
 }  // namespace
@@ -214,7 +216,7 @@ std::optional<CubicTerms> cubic_terms(BentBody& body, const Patch& patch, const 
   terms.e3 = std::move(expansion->e3);
   terms.e4 = std::move(expansion->e4);
   terms.q = std::move(expansion->q);
-  if (fastest_braked(patch) > kMostBraked * kHapticRateHz) terms.q.setZero();
+  if (braked_fast(patch)) terms.q.setZero();
   if (repaired) terms.e2 = repair(shapes.lifted, t);
   Matrix form = t.transpose() * (joint_stiffness(patch, patch.stiffness) + shapes.lifted) * t;
   form.diagonal().array() += kNotLifted * form.diagonal().maxCoeff();  // nothing holds a tool that moves across a planar body
@@ -250,7 +252,7 @@ std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch,
   terms.grasp = first > 0;
   terms.scale = Matrix::Identity(n, n);
   terms.springs = std::move(*springs);
-  if (first == 0 && fastest_braked(patch) > kMostBraked * kHapticRateHz) terms.springs.damping.setZero();
+  if (first == 0 && braked_fast(patch)) terms.springs.damping.setZero();
   if (repaired) terms.e2 = repair(shapes.lifted, terms.scale);
   terms.rate = stamp_rate(terms, patch);
   return CubicForce(terms, patch).empty() ? std::nullopt : std::optional(std::move(terms));

@@ -16,8 +16,8 @@
 // Springs of the body go instead of a polynomial, as they bend as it does, however far, for laws that stiffen and planar bodies
 // always; and else where the radius ends below 1 or short of where the body is likely to come to, rest among it, or where they
 // are less wrong there (are_truer()).
-// Under a touch their dampers stay at home where the modes brake away more than exp(-kMostBraked) of what moves within a tick:
-// what dampers push for having turned is a tick old when the player takes it. A grasp knows at once how the tool moves its node.
+// Under a touch their dampers stay at home where the modes brake away more than exp(-kMostBraked) of what moves within a step:
+// what dampers push for having turned is a step old when the player takes it. A grasp knows at once how the tool moves its node.
 // A patch is lifted to be passive (lift.hpp); with u = (d, q) and H, H~ the joint stiffness before and after,
 //     E2 = 1/2 u^T (H - H~) u.
 #pragma once
