@@ -15,9 +15,6 @@
 namespace palpate {
 namespace {
 
-constexpr int kSteps = 2;              // a tick
-constexpr double kH = 0.001 / kSteps;  // [s]
-
 struct Body {
   explicit Body(const Scene& s) : scene(s), skin(scene.body, scene.tool.radius_m), dynamics(scene.body) {}
   Scene scene;
@@ -28,30 +25,30 @@ struct Body {
 /// M + h/2 D + h^2/4 K, over all nodes or over modes.
 class StepMatrix {
  public:
-  StepMatrix(const Body& body, const LocalStart& start, const Tangents& tangents, const std::vector<std::uint8_t>& held,
+  StepMatrix(const Body& body, const LocalStart& start, const Tangents& tangents, const std::vector<std::uint8_t>& held, double h,
              bool reduced)
-      : solver_(body.dynamics.nodes()) {
+      : h_(h), solver_(body.dynamics.nodes()) {
     if (reduced) {
       Matrix k, d;
       tangents.multiply(start.modes, k, d);
-      const Matrix a = kH / 2 * start.modes.transpose() * d + kH * kH / 4 * start.modes.transpose() * k;
+      const Matrix a = h_ / 2 * start.modes.transpose() * d + h_ * h_ / 4 * start.modes.transpose() * k;
       modes_.compute(Matrix::Identity(a.rows(), a.cols()) + 0.5 * (a + a.transpose()));
       reduced_ = &start.modes;
     } else {
       matrix_ = body.dynamics.make_matrix();
-      body.dynamics.assemble(start.body, 1, kH / 2, kH * kH / 4, held, false, matrix_);
-      if (!solver_.factorise(matrix_)) throw std::runtime_error("a linearised body has no step of half a millisecond");
+      body.dynamics.assemble(start.body, 1, h_ / 2, h_ * h_ / 4, held, false, matrix_);
+      if (!solver_.factorise(matrix_)) throw std::runtime_error("a linearised body has no step of a millisecond");
     }
   }
   /// What the nodes' velocities are when this is what they are pushed by, near `x`; rows of held nodes zero, in `x` too.
   Vector operator()(const Vector& b, Vector x) {
     if (reduced_) return *reduced_ * modes_.solve(reduced_->transpose() * b);
-    if (!solver_.solve(b, 1e-8, x).positive_definite)
-      throw std::runtime_error("a linearised body has no step of half a millisecond");
+    if (!solver_.solve(b, 1e-8, x).positive_definite) throw std::runtime_error("a linearised body has no step of a millisecond");
     return x;
   }
 
  private:
+  double h_;  // [s]
   LinearSolver solver_;
   BlockMatrix matrix_;
   const Matrix* reduced_ = nullptr;
@@ -65,10 +62,12 @@ class LocalRun {
       : body_(&body),
         start_(&start),
         full_(model == LocalModel::full_forces),
+        steps_(full_ ? 2 : 1),
+        h_(0.001 / steps_),
         grasp_(start.port.kind == ContactKind::attach),
         held_(held_by(body, start)),
         tangents_(taken(body, start)),
-        step_(body, start, tangents_, held_, full_),
+        step_(body, start, tangents_, held_, h_, full_),
         port_(start.port),
         tool_begin_(tool),
         tool_(tool),
@@ -84,7 +83,7 @@ class LocalRun {
   Vec3 tick(const Vec3& to) {
     const Vec3 from = tool_;
     Vec3 force = Vec3::Zero();
-    for (int k = 1; k <= kSteps; ++k) force = step(k == kSteps ? to : Vec3(from + static_cast<double>(k) / kSteps * (to - from)));
+    for (int k = 1; k <= steps_; ++k) force = step(k == steps_ ? to : Vec3(from + static_cast<double>(k) / steps_ * (to - from)));
     return force;
   }
 
@@ -97,20 +96,20 @@ class LocalRun {
     // Where it would go with the forces of now, for what they have beyond the linear ones.
     Vector a = (now + pushed).cwiseQuotient(masses);
     mask(held_, a);
-    const Vec3 tool_speed = (to - tool_) / kH;
+    const Vec3 tool_speed = (to - tool_) / h_;
     // A V1 = M V0 + h/2 (G0 + G1 without V1), the linear part of G1 at w0 + h/2 V0.
-    Vector w = w_ + kH / 2 * before, none = Vector::Zero(w.size());
+    Vector w = w_ + h_ / 2 * before, none = Vector::Zero(w.size());
     if (grasp_) at_node(w, port_.node) = to - tool_begin_, at_node(none, port_.node) = tool_speed;
     Vector then = linear_forces(w, none);
     if (full_) {
-      Vector w_then = w_ + kH * before + kH * kH / 2 * a, v_then = before + kH * a;
+      Vector w_then = w_ + h_ * before + h_ * h_ / 2 * a, v_then = before + h_ * a;
       if (grasp_) at_node(w_then, port_.node) = to - tool_begin_, at_node(v_then, port_.node) = tool_speed;
       then += forces(w_then, v_then) - linear_forces(w_then, v_then);
     }
-    Vector b = masses.cwiseProduct(before) + kH / 2 * (now + then + pushed);
+    Vector b = masses.cwiseProduct(before) + h_ / 2 * (now + then + pushed);
     mask(held_, b);
     Vector v = step_(b, before);
-    w_ += kH / 2 * (before + v);
+    w_ += h_ / 2 * (before + v);
     if (grasp_) at_node(w_, port_.node) = to - tool_begin_, at_node(v, port_.node) = tool_speed;
     v_ = v;
     tool_ = to;
@@ -158,7 +157,7 @@ class LocalRun {
         Vector load = Vector::Zero(w_.size());
         scatter(body_->skin.vertex_weights(vertex), Vec3::Unit(axis), load);
         mask(held_, load);
-        known->second.col(axis) = kH / 2 * step_(load, Vector::Zero(w_.size()));
+        known->second.col(axis) = h_ / 2 * step_(load, Vector::Zero(w_.size()));
       }
     }
     return known->second;
@@ -179,7 +178,7 @@ class LocalRun {
     const Triangle& t = skin.view().triangles[port_.point.triangle];
     for (std::size_t k = 0; k < 3; ++k) answers += port_.point.weight[static_cast<int>(k)] * answers_at(t[k]);
     Mat3 compliance;
-    for (int axis = 0; axis < 3; ++axis) compliance.col(axis) = kH / 2 * gather(b, answers.col(axis));
+    for (int axis = 0; axis < 3; ++axis) compliance.col(axis) = h_ / 2 * gather(b, answers.col(axis));
     const Mat3 residual = full_ ? start_->residual : Mat3::Zero();  // what lambda* did is in x*
     const ContactClosure closure = close_contact(skin.position(port_.point, b, x) - residual * start_->port.lambda,
                                                  0.5 * (compliance + compliance.transpose()) + residual,
@@ -187,13 +186,16 @@ class LocalRun {
     port_.lambda = closure.lambda;
     port_.touching = closure.lambda.squaredNorm() > 0;
     v_ += answers * closure.lambda;
-    w_ += kH / 2 * answers * closure.lambda;
+    w_ += h_ / 2 * answers * closure.lambda;
     if (closure.slip.squaredNorm() > 0) port_.point = slide(skin.view(), positions_, port_.point, closure.slip);
   }
 
   const Body* body_;
   const LocalStart* start_;
-  bool full_, grasp_;
+  bool full_;
+  int steps_;  // a tick
+  double h_;   // of a step [s]
+  bool grasp_;
   std::vector<std::uint8_t> held_;
   Tangents tangents_;
   StepMatrix step_;
