@@ -6,13 +6,12 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "common/base/random.hpp"
-#include "tests/support/patches.hpp"
+#include "tests/player/floor_patch.hpp"
 
 using namespace palpate;
+using test::floor_patch, test::kStamp;
 
 namespace {
-
-constexpr Micros kStamp{5'000'000};
 
 Vec3 random_vector(Random& random, double size) {
   const double x = random.uniform(-size, size), y = random.uniform(-size, size), z = random.uniform(-size, size);
@@ -39,26 +38,6 @@ Patch moving_grasp(Random& random, int r) {
   p.tool = random_vector(random, 0.05);
   p.tool_velocity = random_vector(random, 0.1);
   return p;
-}
-
-/// A flat surface whose vertices move alike, without friction: its force is normal and its contact point may slide freely.
-Patch floor_patch(int r) {
-  Patch p = test::touch_patch(r, 1, kStamp);
-  p.friction = 0;
-  for (int i = 1; i < p.surface.vertex_count; ++i)
-    p.surface.vertices[static_cast<std::size_t>(i)].rows = p.surface.vertices[0].rows;
-  return p;
-}
-
-/// q'' = acceleration(part, q, q') from `part` of a tick to `part` + `step`, h in seconds, by Runge and Kutta of fourth order.
-template <typename Acceleration>
-void runge_kutta(const Acceleration& acceleration, double part, double step, double h, ModeVector& q, ModeVector& v) {
-  const ModeVector v1 = v, a1 = acceleration(part, q, v1);
-  const ModeVector v2 = v + h / 2 * a1, a2 = acceleration(part + step / 2, q + h / 2 * v1, v2);
-  const ModeVector v3 = v + h / 2 * a2, a3 = acceleration(part + step / 2, q + h / 2 * v2, v3);
-  const ModeVector v4 = v + h * a3, a4 = acceleration(part + step, q + h * v3, v4);
-  q += h / 6 * (v1 + 2 * v2 + 2 * v3 + v4);
-  v += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
 }
 
 }  // namespace
@@ -226,45 +205,6 @@ TEST_CASE("A push that grows is felt as it is at the end of the tick, whether co
   CHECK(worst_n < 0.1 * half_a_tick_n);
 }
 
-TEST_CASE("A push on a body that bends is felt as a fine integration of body and contact has it") {
-  // q'' + D q' + K q = f(q) - R^T lambda, lambda = k_c (R q - h) where R q > h, by Runge and Kutta of fourth order, 0.01 ms.
-  constexpr int r = 4, kFine = 100;
-  constexpr double kTickS = 1e-3, h = kTickS / kFine;
-  Patch p = floor_patch(r);
-  p.c_static.setZero();
-  p.touching = true;
-  p.coupling_n_m = 500;
-  p.surface.vertices[0].rows.topRows<2>().setZero();
-  for (PortVertex& vertex : p.surface.vertices) vertex.rows = p.surface.vertices[0].rows;
-  const Eigen::RowVectorXd row = p.surface.vertices[0].rows.row(2);
-  CubicTerms terms = test::cubic_terms(p);
-  terms.q.setZero();
-  const CubicForce bend(terms, p);
-  PatchPlayer player(p, terms), straight(p);
-  const auto way = [](double t) { return -0.015 * std::pow(std::sin(15 * t), 2); };
-  const auto push = [&](const ModeVector& q, double z) { return std::max(0.0, p.coupling_n_m * (row.dot(q) - z)); };
-  ModeVector q = ModeVector::Zero(r), v = q;
-  double worst_n = 0, bent_n = 0, most_n = 0;
-  for (int ms = 1; ms <= 400; ++ms) {
-    const double from = way(kTickS * (ms - 1)), to = way(kTickS * ms);
-    const auto acceleration = [&](double part, const ModeVector& at, const ModeVector& speed) {
-      CubicForce::Variables beyond(r);
-      bend.elastic(at, beyond);
-      return ModeVector(beyond - p.stiffness.cwiseProduct(at) - p.damping * speed -
-                        row.transpose() * push(at, from + part * (to - from)));
-    };
-    for (int k = 0; k < kFine; ++k) runge_kutta(acceleration, static_cast<double>(k) / kFine, 1.0 / kFine, h, q, v);
-    const double exact = push(q, to);
-    const ToolSample sample{kStamp + ms * kTick, {0, 0, to}};
-    worst_n = std::max(worst_n, std::abs(player.advance(sample).force.z() - exact));
-    bent_n = std::max(bent_n, std::abs(straight.advance(sample).force.z() - exact));
-    most_n = std::max(most_n, exact);
-  }
-  CAPTURE(worst_n, bent_n, most_n);
-  CHECK(bent_n > 0.03 * most_n);
-  CHECK(worst_n < 0.03 * bent_n);
-}
-
 TEST_CASE("A resting push is the compliance of the modes in series with the contact") {
   const Patch p = floor_patch(8);
   PatchPlayer player(p);
@@ -347,128 +287,4 @@ TEST_CASE("A constant patch shows its force, filtered when it says so, and a suc
     CHECK(force.x() == Approx(2 - std::exp(-2 * M_PI * 10 * 1e-3 * ms)));
     CHECK(force.y() == Approx(2));
   }
-}
-
-TEST_CASE("A touched body that bends gives back no more than the hand has given it") {
-  const Patch patch = test::touch_patch(8, 1, kStamp);
-  PatchPlayer bent(patch, test::cubic_terms(patch)), straight(patch);
-  Vec3 from = patch.tool, force = Vec3::Zero();
-  double given_j = 0, most_j = 0, apart_n = 0;
-  for (int ms = 1; ms <= 3000; ++ms) {
-    const double t = 1e-3 * ms;
-    const Vec3 tool(0.004 * std::sin(7 * t), 0.003 * std::sin(5 * t), 0.002 - 0.02 * std::pow(std::sin(9 * t), 2));
-    const Vec3 next = bent.advance({kStamp + ms * kTick, tool}).force;
-    apart_n = std::max(apart_n, (next - straight.advance({kStamp + ms * kTick, tool}).force).norm());
-    given_j -= 0.5 * (force + next).dot(tool - from);
-    most_j = std::max(most_j, given_j);
-    CHECK(given_j >= -1e-3 * most_j);
-    from = tool;
-    force = next;
-  }
-  CHECK(most_j > 1e-3);
-  CHECK(apart_n > 0.1);
-}
-
-TEST_CASE("Surface that came with the terms is felt as if it had come with the patch") {
-  const Patch whole = test::touch_patch(8, 1, kStamp);
-  const CubicTerms terms = test::cubic_terms(whole);
-  Patch part = whole;
-  CubicTerms rest = terms;
-  PortSurface& surface = part.surface;
-  surface.vertex_count = 6;  // two of three rows
-  surface.triangle_count = 4;
-  rest.vertices.assign(whole.surface.vertices.begin() + 6, whole.surface.vertices.begin() + whole.surface.vertex_count);
-  rest.triangles.assign(whole.surface.triangles.begin() + 4, whole.surface.triangles.begin() + whole.surface.triangle_count);
-  PatchPlayer at_once(whole, terms), joined(part, rest), alone(part, terms);
-  double missed_n = 0;
-  for (int ms = 1; ms <= 600; ++ms) {
-    const ToolSample sample{kStamp + ms * kTick, {0.002, 0.012 * std::sin(0.01 * ms), -0.004}};
-    const Vec3 force = at_once.advance(sample).force;
-    CHECK(joined.advance(sample).force == force);
-    missed_n = std::max(missed_n, (alone.advance(sample).force - force).norm());
-  }
-  CHECK(missed_n > 0.1);
-}
-
-TEST_CASE("Dampers that turn with their elements are not felt by a bent body at rest") {
-  Patch patch = GENERATE(true, false) ? test::touch_patch(8, 1, kStamp) : test::attach_patch(8, 1, kStamp);
-  patch.friction = 10;  // a tool that slid would keep a trace of its way
-  CubicTerms damped = test::cubic_terms(patch), bare = damped;
-  damped.q *= 10;
-  bare.q.setZero();
-  PatchPlayer with(patch, damped), without(patch, bare);
-  const Vec3 there(0.002, -0.001, -0.012);
-  for (int ms = 1; ms <= 8000; ++ms) {
-    const ToolSample sample{kStamp + ms * kTick, patch.tool + std::min(1.0, ms / 500.0) * there};
-    with.advance(sample);
-    without.advance(sample);
-  }
-  const Vec3 force = without.output().force;
-  CHECK(force.norm() > 0.1);
-  CHECK((with.output().force - force).norm() < 1e-6 * force.norm());
-}
-
-TEST_CASE("A bent grasp whose modes are braked away within a tick feels what a fine integration of it does") {
-  constexpr int r = 6, kFine = 200;
-  constexpr double kTickS = 1e-3, h = kTickS / kFine;
-  Patch patch = test::attach_patch(r, 1, kStamp);
-  for (int i = 0; i < r; ++i) patch.damping(i, i) = 100.0 * (1 + 5 * i);  // D dt from 0.1 to 2.6
-  patch.b_d = 0.02 * patch.b_k;
-  CubicTerms terms = test::cubic_terms(patch);
-  terms.q.setZero();
-  const CubicForce bend(terms, patch);
-  PatchPlayer player(patch, terms), straight(patch);
-  const auto tool = [](double t) { return Vec3(Vec3(0.004, -0.003, -0.006) * std::pow(std::sin(12 * t), 2)); };
-  ModeVector q = ModeVector::Zero(r), v = q;
-  double wrong = 0, bent = 0;
-  for (int ms = 1; ms <= 400; ++ms) {
-    const Vec3 from = tool(kTickS * (ms - 1)), to = tool(kTickS * ms), rate = (to - from) / kTickS;
-    CubicForce::Variables u(r + 3), beyond(r + 3);
-    const auto push = [&](const Vec3& d, const ModeVector& at) {
-      u << d, at;
-      bend.elastic(u, beyond);
-    };
-    const auto acceleration = [&](double part, const ModeVector& at, const ModeVector& speed) {
-      const Vec3 d = from + part * (to - from);
-      push(d, at);
-      return ModeVector(patch.b_k * d + patch.b_d * rate - patch.stiffness.cwiseProduct(at) - patch.damping * speed +
-                        beyond.tail(r));
-    };
-    for (int k = 0; k < kFine; ++k) runge_kutta(acceleration, static_cast<double>(k) / kFine, 1.0 / kFine, h, q, v);
-    push(to, q);
-    const Vec3 exact = -patch.k_port * to - patch.d_port * rate + patch.b_k.transpose() * q + patch.b_d.transpose() * v +
-                       Vec3(beyond.head<3>()) + patch.force;
-    const ToolSample sample{kStamp + ms * kTick, patch.tool + to};
-    const Vec3 felt = player.advance(sample).force;
-    wrong = std::max(wrong, (felt - exact).norm());
-    bent = std::max(bent, (straight.advance(sample).force - exact).norm());
-  }
-  CAPTURE(wrong, bent);
-  CHECK(bent > 0.005);
-  CHECK(wrong < 1e-3 * bent);
-}
-
-TEST_CASE("What swings in a bent patch that nothing brakes neither grows nor fades in a minute") {
-  Patch patch = test::touch_patch(8, 1, kStamp);
-  patch.damping.setZero();
-  patch.stiffness *= 30;  // up to 0.5 a tick
-  const double fastest = std::sqrt(patch.stiffness.maxCoeff()) * 1e-3;
-  REQUIRE(fastest > 0.3);
-  for (int i = 0; i < patch.modes(); ++i) patch.q_rate[i] = (i % 2 == 0 ? 0.03 : -0.02);
-  const CubicTerms terms = test::spring_terms(patch);
-  PatchPlayer player(patch, terms), straight(patch);
-  const double begin_j = player.energy();
-  double first_j = 0, last_j = 0, bent_j = 0;  // means
-  constexpr int kTicks = 60'000, kLook = 5'000;
-  for (int ms = 1; ms <= kTicks; ++ms) {
-    const ToolSample far{kStamp + ms * kTick, Vec3(0, 0, 1)};
-    player.advance(far);
-    straight.advance(far);
-    bent_j = std::max(bent_j, std::abs(player.energy() - straight.energy()));
-    if (ms <= kLook) first_j += player.energy() / kLook;
-    if (ms > kTicks - kLook) last_j += player.energy() / kLook;
-  }
-  CAPTURE(begin_j, first_j, last_j, bent_j);
-  CHECK(bent_j > 0.01 * begin_j);
-  CHECK(last_j == Approx(first_j).epsilon(0.005));
 }

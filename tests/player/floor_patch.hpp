@@ -1,0 +1,19 @@
+// What the tests of the player on linear patches and on patches with terms share.
+#pragma once
+
+#include "tests/support/patches.hpp"
+
+namespace palpate::test {
+
+inline constexpr Micros kStamp{5'000'000};
+
+/// A flat surface whose vertices move alike, without friction: its force is normal and its contact point may slide freely.
+inline Patch floor_patch(int r) {
+  Patch p = touch_patch(r, 1, kStamp);
+  p.friction = 0;
+  for (int i = 1; i < p.surface.vertex_count; ++i)
+    p.surface.vertices[static_cast<std::size_t>(i)].rows = p.surface.vertices[0].rows;
+  return p;
+}
+
+}  // namespace palpate::test
