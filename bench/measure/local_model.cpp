@@ -1,6 +1,7 @@
 #include "bench/measure/local_model.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -62,11 +63,11 @@ class LocalRun {
       : body_(&body),
         start_(&start),
         full_(model == LocalModel::full_forces),
-        steps_(full_ ? 2 : 1),
-        h_(0.001 / steps_),
         grasp_(start.port.kind == ContactKind::attach),
         held_(held_by(body, start)),
         tangents_(taken(body, start)),
+        steps_(full_ ? steps_for(tangents_, start.modes) : 1),
+        h_(0.001 / steps_),
         step_(body, start, tangents_, held_, h_, full_),
         port_(start.port),
         tool_begin_(tool),
@@ -126,6 +127,16 @@ class LocalRun {
     Tangents tangents(body.dynamics);
     tangents.take(start.body);
     return tangents;
+  }
+  /// In a tick: forces that are not linear are explicit.
+  static int steps_for(const Tangents& tangents, const Matrix& modes) {
+    constexpr double kPartOfStable = 0.5;  // springs stiffen and turn
+    Matrix k, d;
+    tangents.multiply(modes, k, d);
+    const Matrix stiffness = modes.transpose() * k;
+    const double fastest =
+        Eigen::SelfAdjointEigenSolver<Matrix>(stiffness, Eigen::EigenvaluesOnly).eigenvalues().cwiseAbs().maxCoeff();
+    return std::max(2, static_cast<int>(std::ceil(0.001 * std::sqrt(fastest) / (2 * kPartOfStable))));
   }
   Vector free_of(Vector y) const {
     mask(held_, y);
@@ -193,11 +204,11 @@ class LocalRun {
   const Body* body_;
   const LocalStart* start_;
   bool full_;
-  int steps_;  // a tick
-  double h_;   // of a step [s]
   bool grasp_;
   std::vector<std::uint8_t> held_;
   Tangents tangents_;
+  int steps_;  // a tick
+  double h_;   // of a step [s]
   StepMatrix step_;
   ToolPort port_;
   Vec3 tool_begin_, tool_;

@@ -53,7 +53,7 @@ double sum_of_squares(const std::vector<double>& x, std::size_t from, std::size_
 
 DeviceStep::DeviceStep(const Device1d& device, double period_s) {
   const Propagator p = make_propagator(ModeVector::Constant(1, device.operator_n_m / device.mass_kg),
-                                       ModeMatrix::Constant(1, 1, device.damping_n_s_m / device.mass_kg), period_s);
+                                       ModeMatrix::Constant(1, 1, device.damping_n_s_m / device.mass_kg), {}, period_s);
   phi_ = p.phi;
   psi_ = p.psi0.col(0) / device.mass_kg;
 }

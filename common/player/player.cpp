@@ -12,23 +12,27 @@ constexpr std::int64_t kTicksMax = 2 * kSampleHistoryTicks;  // of one advance()
 
 }  // namespace
 
-PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms)
-    : patch_(extended(patch, terms)),
-      steps_(patch.contact == ContactKind::touch && terms.variables > 0 ? kTouchSteps : 1),
-      dt_(1.0 / (kHapticRateHz * steps_)),
-      cubic_(terms, patch) {
-  const Propagator p = make_propagator(patch.stiffness, patch.damping, dt_);
+PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(extended(patch, terms)), cubic_(terms, patch) {
   const auto r = patch.modes();
+  const auto of_step = [&] {
+    steps_ = cubic_.steps();
+    dt_ = 1.0 / (kHapticRateHz * steps_);
+    return make_propagator(patch.stiffness, patch.damping, cubic_.added_mass(), dt_);
+  };
+  Propagator p = of_step();
   z_ = StateVector::Zero(2 * r);
   if (r > 0) {
     z_.tail(r) = patch.q_rate;
-    psi0_ = p.psi0;
     if (!cubic_.empty()) {
       const ModeMatrix reach = p.phi.topRightCorner(r, r);
       closing_ = p.psi0.bottomRows(r) - p.phi.bottomRightCorner(r, r) * reach.partialPivLu().solve(ModeMatrix(p.psi0.topRows(r)));
       // H, dt / 2 for slow modes; of a mode that goes round in less than three steps
-      if (!(closing_.cwiseAbs().maxCoeff() < dt_)) cubic_ = {};  // the linear patch alone
+      if (!(closing_.cwiseAbs().maxCoeff() < dt_)) {
+        cubic_ = {};  // the linear patch alone
+        p = of_step();
+      }
     }
+    psi0_ = p.psi0;
     drift_ = p.psi0 * patch.g;
     if (patch.load_rate.size() > 0) {
       // A step in which the load ends counts whole: half a step of a load that lasted tens of them.

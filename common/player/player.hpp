@@ -1,7 +1,8 @@
 // The patch player: advances one patch by its exact discrete exponential, a tick at a time, and closes the port.
 //
-// With z = (q, q'), one step of length dt is z+ = Phi z + Psi0 w0 + Psi1 w1 (propagator.hpp). It is the tick; where a touch has
-// terms beyond the tangent half of it, as contact law and terms are of second order and the linear part alone is exact:
+// With z = (q, q'), one step of length dt is z+ = Phi z + Psi0 w0 + Psi1 w1 (propagator.hpp). It is the tick, or where a
+// patch has terms beyond the tangent a part of it (CubicForce::steps()), as contact law and terms are of second order and the
+// linear part alone is exact:
 //     attach: the tool moves linearly inside the step: w0 = g + B_k d + B_d d', w1 = B_k (d+ - d)
 //     touch:  lambda rises from that of the step before and counts with its mean, w0 = g + (1 - s) R^T lambda + s R-^T lambda-
 //             with R = sum_i w_i R_i at the contact point; the end-of-step contact law (contact_law.hpp) gives lambda from p_free
@@ -77,7 +78,8 @@ class PatchPlayer {
   Positions positions() const noexcept;
 
   Patch patch_;
-  int steps_ = 1;  // a tick
+  CubicForce cubic_;
+  int steps_ = 1;  // in a tick
   double dt_ = 0;  // of a step [s]
   static constexpr int kMaxInputs = kMaxStates + 9;
   using StepVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxInputs, 1>;
@@ -91,7 +93,6 @@ class PatchPlayer {
   StateInput psi0_;
   ModeMatrix closing_;  // H
   double low_pass_gain_ = 1;
-  CubicForce cubic_;
   CubicForce::Variables bent_, turned_;  // force on (d, q) or q at the end of the step: elastic; of dampers that have turned
 
   std::array<std::uint32_t, kMaxPortVertices + 1> first_{};

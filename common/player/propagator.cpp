@@ -1,19 +1,22 @@
 #include "common/player/propagator.hpp"
 
+#include <Eigen/Cholesky>
 #include <unsupported/Eigen/MatrixFunctions>
 
 namespace palpate {
 
-Propagator make_propagator(const ModeVector& stiffness, const ModeMatrix& damping, double dt_s) {
+Propagator make_propagator(const ModeVector& stiffness, const ModeMatrix& damping, const ModeMatrix& added_mass, double dt_s) {
   const auto r = stiffness.size();
   Propagator p;
   if (r == 0) return p;
+  ModeMatrix inverse = ModeMatrix::Identity(r, r);  // of the mass
+  if (added_mass.size() > 0) inverse = ModeMatrix(inverse + added_mass).llt().solve(ModeMatrix::Identity(r, r));
   // In the time unit of a tick and with velocities in q per tick the matrix is well scaled.
   Eigen::MatrixXd m = Eigen::MatrixXd::Zero(4 * r, 4 * r);
   m.block(0, r, r, r).setIdentity();
-  m.block(r, 0, r, r).diagonal() = -dt_s * dt_s * stiffness;
-  m.block(r, r, r, r) = -dt_s * damping;
-  m.block(r, 2 * r, r, r).diagonal().setConstant(dt_s * dt_s);
+  m.block(r, 0, r, r) = -dt_s * dt_s * inverse * stiffness.asDiagonal();
+  m.block(r, r, r, r) = -dt_s * inverse * damping;
+  m.block(r, 2 * r, r, r) = dt_s * dt_s * inverse;
   m.block(2 * r, 3 * r, r, r).setIdentity();
   const Eigen::MatrixXd e = m.exp();
   p.phi = e.topLeftCorner(2 * r, 2 * r);

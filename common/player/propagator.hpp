@@ -1,6 +1,6 @@
 // One step of the linear model, exactly.
 //
-//     q'' + D q' + K q = w(t),   w(t) = w0 + w1 t / dt   inside the step
+//     (1 + A) q'' + D q' + K q = w(t),   w(t) = w0 + w1 t / dt   inside the step
 //     z(dt) = Phi z(0) + Psi0 w0 + Psi1 w1,              z = (q, q')
 //
 // Phi (2r x 2r), Psi0 and Psi1 (2r x r) are blocks of one matrix exponential (Van Loan, IEEE TAC 23 (1978)): no time-stepping
@@ -22,6 +22,7 @@ struct Propagator {
 };
 
 /// Allocates; for the network side of the hand-over, not for the tick.
-Propagator make_propagator(const ModeVector& stiffness, const ModeMatrix& damping, double dt_s);
+/// `added_mass`: A, of no size for none.
+Propagator make_propagator(const ModeVector& stiffness, const ModeMatrix& damping, const ModeMatrix& added_mass, double dt_s);
 
 }  // namespace palpate

@@ -114,10 +114,16 @@ CubicForce::CubicForce(const CubicTerms& terms, const Patch& patch) : CubicForce
   constexpr double kRounding = 1e-6;  // numbers travel in single precision
   const int n = variables_, l = leading_;
   if (n == 0) return;
+  steps_ = terms.grasp ? kGraspSteps : kTouchSteps;
   if (terms.springs.count() > 0) {
-    sampled_ = SampledForce(terms.springs, terms.grasp ? 3 : 0, terms.rate, 1.0 / kHapticRateHz);
+    for (const bool slowed : {false, true}) {
+      if (slowed) steps_ *= 2;
+      sampled_ = SampledForce(terms.springs, terms.grasp ? 3 : 0, terms.rate, 1.0 / (kHapticRateHz * steps_), slowed);
+      if (!sampled_.empty()) break;
+    }
     radius_ = std::numeric_limits<float>::max();
     if (sampled_.empty()) {
+      steps_ = 1;
       variables_ = 0;
       return;
     }

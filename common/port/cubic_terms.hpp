@@ -74,7 +74,9 @@ bool has_room(const PortSurface& surface, const CubicTerms& terms);
 /// `patch` with the surface that its terms bring, for which it has room.
 Patch extended(Patch patch, const CubicTerms& terms);
 
-inline constexpr int kTouchSteps = 2;  ///< that the player takes in a tick, where a touch has terms
+/// Of the player in a tick, with terms: contact law and terms are of second order in the step. Twice as many where springs are
+/// too stiff for that.
+inline constexpr int kTouchSteps = 2, kGraspSteps = 1;
 inline constexpr float kDamperChange = 0.5F, kSpringDamperChange = 0.9F, kSoftening = 0.9F;
 /// Of u, with these stiffnesses of the modes: H = [[K_p, -B_k^T], [-B_k, diag(stiffness)]] for a grasp, diag(stiffness) for
 /// touch.
@@ -90,11 +92,15 @@ class CubicForce {
   CubicForce() = default;
   /// Allocates nothing that outlives it, but takes some microseconds. The polynomial alone: nothing is limited, no damper turns.
   explicit CubicForce(const CubicTerms& terms);
-  /// Beside the patch that the terms go with; where its damping is not positive definite no damper turns. Empty where there are
-  /// springs and they are not stable.
+  /// Beside the patch that the terms go with; where its damping is not positive definite no damper turns. Empty where nothing
+  /// is stable.
   CubicForce(const CubicTerms& terms, const Patch& patch);
 
   bool empty() const { return variables_ == 0; }
+  /// In which the player takes them, in a tick.
+  int steps() const { return steps_; }
+  /// Of the modes beside 1, as springs need it for a step; of no size: none (sampled_springs.hpp).
+  const SampledForce::OfModes& added_mass() const { return sampled_.added_mass(); }
   /// Elastic force on u. No allocation.
   void elastic(const Variables& u, Variables& force) const noexcept;
   /// Force on u, that moves at u', of dampers that have turned. No allocation.
@@ -118,7 +124,7 @@ class CubicForce {
   void turn_dampers(const Values& y, const Values& rate, Values& change, Values& at_stamp) const noexcept;
   float linear_energy(const Values& y) const noexcept;
 
-  int variables_ = 0, leading_ = 0;
+  int variables_ = 0, leading_ = 0, steps_ = 1;
   SampledForce sampled_;
   bool has_e2_ = false, has_damping_ = false;
   float radius_ = 0;

@@ -7,12 +7,17 @@
 namespace palpate {
 namespace {
 
-constexpr double kLengthMin = 1e-6;  // below, a spring has no direction [m]
+constexpr float kLengthMin = 1e-6F;    // below, a spring has no direction [m]
+constexpr double kSoftest = 1e-6;      // [1/s^2]
+constexpr double kMostCompressed = 2;  // rest length to length that added mass is for
 
-/// Largest eigenvalue of the part that belongs to the modes [1/s^2].
-double stiffest(const Eigen::MatrixXd& stiffness, int tool) {
+/// Largest eigenvalue of the part that belongs to the modes, of a mass of 1 and what is added, if anything [1/s^2].
+double stiffest(const Eigen::MatrixXd& stiffness, int tool, const Eigen::MatrixXd& added_mass = {}) {
   const Eigen::Index modes = stiffness.cols() - tool;
-  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(stiffness.bottomRightCorner(modes, modes), Eigen::EigenvaluesOnly)
+  Eigen::MatrixXd mass = Eigen::MatrixXd::Identity(modes, modes);
+  if (added_mass.size() > 0) mass += added_mass;
+  return Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(stiffness.bottomRightCorner(modes, modes), mass,
+                                                                   Eigen::EigenvaluesOnly)
       .eigenvalues()
       .tail<1>()[0];
 }
@@ -43,126 +48,128 @@ Eigen::MatrixXf SampledSprings::motions(int tool) const {
   return g;
 }
 
-SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen::VectorXd& rate, double tick_s)
-    : variables_(tool + springs.motion.modes()), stiffening_(static_cast<double>(springs.stiffening)) {
-  const int m = springs.count(), nodes = springs.motion.nodes();
+SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen::VectorXd& rate, double step_s, bool slowed)
+    : variables_(tool + springs.motion.modes()) {
+  const int m = springs.count();
   if (m == 0 || variables_ <= tool) return;
-  const Eigen::MatrixXd v = springs.motion.rows(tool).cast<double>(), g = springs.motions(tool).cast<double>();
+  const Eigen::MatrixXd g = springs.motions(tool).cast<double>();
   const Eigen::Matrix3Xd d = springs.spans().cast<double>();
-  rows_x_ = v(Eigen::seqN(0, nodes, 3), Eigen::all);
-  rows_y_ = v(Eigen::seqN(1, nodes, 3), Eigen::all);
-  rows_z_ = v(Eigen::seqN(2, nodes, 3), Eigen::all);
-  for (int e = 0; e < m; ++e) {
-    a_[static_cast<std::size_t>(e)] = static_cast<std::uint8_t>(springs.ends(0, e));
-    b_[static_cast<std::size_t>(e)] = static_cast<std::uint8_t>(springs.ends(1, e));
+  const Eigen::ArrayXd stiffness = springs.stiffness.cast<double>(), rest = springs.rest_length.cast<double>();
+  const double stiffening = static_cast<double>(springs.stiffening), steepest = stiffening > 0 ? kSteepest : 1.0;
+  const double stable = kStiffest / (step_s * step_s);
+  const Eigen::MatrixXd stretched = weighted(stiffness, g);
+  const double slopes = stable / std::max(stiffest(stretched, tool), kSoftest),
+               most = slowed ? std::max(slopes, steepest) : slopes;
+  if (!(most >= steepest)) return;
+  if (stiffening > 0) straight_from_ = std::sqrt((most - 1) / (3 * stiffening));
+
+  const Eigen::ArrayXd length = d.colwise().norm().transpose().array().max(static_cast<double>(kLengthMin)),
+                       elongation = length - rest;
+  const Eigen::Matrix3Xd axes = d * length.inverse().matrix().asDiagonal();
+  const Eigen::ArrayXd straight = straight_from_ * rest, bent = elongation.max(-straight).min(straight);
+  const Eigen::ArrayXd third = stiffness * stiffening / rest.square();
+  const Eigen::ArrayXd slope = stiffness + 3 * third * bent.square();
+  const Eigen::ArrayXd across = (stiffness * elongation + third * bent.square() * (3 * elongation - 2 * bent)) / length;
+  far_stiffness_ = stretched - weighted(across, g) - weighted_along(slope - across, g, axes);
+  if (!(slopes >= steepest)) {
+    const Eigen::ArrayXd at_most = steepest * stiffness * (rest / length).max(1.0).min(kMostCompressed);
+    const Eigen::MatrixXd steepest_form = weighted(at_most, g.rightCols(variables_ - tool));
+    added_mass_ = (1 / stable - 1 / stiffest(steepest_form, 0)) * steepest_form;
   }
-  span_ = {d.row(0).transpose().array(), d.row(1).transpose().array(), d.row(2).transpose().array()};
-  rest_length_ = springs.rest_length.cast<double>().array();
-  stiffness_ = springs.stiffness.cast<double>().array();
-  damping_ = springs.damping.cast<double>().array();
-  const double stable = kStiffest / (tick_s * tick_s);
-  const Eigen::MatrixXd stretched = weighted(stiffness_, g);
-  const double most = stable / std::max(stiffest(stretched, tool), 1e-6);
-  if (!(most >= 1)) return;
-  if (stiffening_ > 0) straight_from_ = std::sqrt((most - 1) / (3 * stiffening_));
-  length_ = span_.dot(span_).sqrt().max(kLengthMin);
-  axis_ = {span_.x / length_, span_.y / length_, span_.z / length_};
-  const Each elongation = length_ - rest_length_;
-  tension_ = tension(elongation);
-  across_ = tension_ / length_;
-  along_ = slope(elongation) - across_;
-  stored_ = stored(elongation);
-  Eigen::Matrix3Xd axes(3, m);
-  axes << axis_.x.matrix().transpose(), axis_.y.matrix().transpose(), axis_.z.matrix().transpose();
-  far_stiffness_ = stretched - weighted(across_, g) - weighted_along(along_, g, axes);
-  if (!(stiffest(far_stiffness_, tool) <= stable)) return;
-  count_ = m;
-  const Each braked = damping_ * axis_.dot(moved(rate)) / length_;
+  if (!(stiffest(far_stiffness_, tool, added_mass_) <= stable)) return;
+
+  count_ = (m + kWidth - 1) / kWidth * kWidth;
+  motion_.setZero(3 * count_, variables_);
+  axis_.setZero(count_, 3);
+  for (int axis = 0; axis < 3; ++axis) {
+    motion_.middleRows(axis * count_, m) = g(Eigen::seqN(axis, m, 3), Eigen::all).cast<float>();
+    axis_.col(axis).head(m) = axes.row(axis).transpose().cast<float>().array();
+  }
+  const auto of_each = [&](const Eigen::ArrayXd& values, float none) {
+    Each all = Each::Constant(count_, none);
+    all.head(m) = values.cast<float>();
+    return all;
+  };
+  length_ = of_each(length, 1);
+  turning_ = of_each(slope - across, 0);
+  damping_ = of_each(springs.damping.cast<double>(), 0);
+  if (stiffening > 0) {
+    stiffening_ = of_each(third, 0);
+    elongation_ = of_each(elongation, 0);
+    straight_at_ = of_each(straight, 0);
+    bent_to_ = of_each(bent, 0);
+  }
+  const Each braked = damping_ * dot(axis_, moved(rate.cast<float>())) / length_;
   braked_.resize(variables_, variables_);
   for (int i = 0; i < variables_; ++i) {
-    const Vectors delta = moved(Exact::Unit(variables_, i));
-    const Each along = axis_.dot(delta);
-    braked_.col(i) = collect(
-        {braked * (delta.x - along * axis_.x), braked * (delta.y - along * axis_.y), braked * (delta.z - along * axis_.z)});
+    const Vectors delta = moved(Values::Unit(variables_, i));
+    const Each along = dot(axis_, delta);
+    braked_.col(i) = collect(sum(braked, delta, -braked * along, axis_)).cast<double>();
   }
 }
 
-SampledForce::Vectors SampledForce::moved(const Exact& u) const noexcept {
-  const OfNodes x = rows_x_ * u, y = rows_y_ * u, z = rows_z_ * u;
-  const Eigen::Index m = rest_length_.size();
-  Vectors delta{Each(m), Each(m), Each(m)};
-  for (Eigen::Index e = 0; e < m; ++e) {
-    const auto a = a_[static_cast<std::size_t>(e)], b = b_[static_cast<std::size_t>(e)];
-    delta.x[e] = x[b] - x[a];
-    delta.y[e] = y[b] - y[a];
-    delta.z[e] = z[b] - z[a];
-  }
+SampledForce::Vectors SampledForce::sum(const Each& a, const Vectors& v, const Each& b, const Vectors& w) noexcept {
+  Vectors to(v.rows(), 3);
+  for (int axis = 0; axis < 3; ++axis) to.col(axis) = a * v.col(axis) + b * w.col(axis);
+  return to;
+}
+
+SampledForce::Each SampledForce::dot(const Vectors& v, const Vectors& w) noexcept {
+  return v.col(0) * w.col(0) + v.col(1) * w.col(1) + v.col(2) * w.col(2);
+}
+
+SampledForce::Vectors SampledForce::moved(const Values& u) const noexcept {
+  Vectors delta(count_, 3);
+  Eigen::Map<Eigen::VectorXf>(delta.data(), delta.size()).noalias() = motion_ * u;
   return delta;
 }
 
-SampledForce::Exact SampledForce::collect(const Vectors& f) const noexcept {
-  OfNodes x = OfNodes::Zero(rows_x_.rows()), y = x, z = x;
-  for (Eigen::Index e = 0; e < rest_length_.size(); ++e) {
-    const auto a = a_[static_cast<std::size_t>(e)], b = b_[static_cast<std::size_t>(e)];
-    x[a] -= f.x[e];
-    y[a] -= f.y[e];
-    z[a] -= f.z[e];
-    x[b] += f.x[e];
-    y[b] += f.y[e];
-    z[b] += f.z[e];
-  }
-  Exact g = rows_x_.transpose() * x;
-  g.noalias() += rows_y_.transpose() * y;
-  g.noalias() += rows_z_.transpose() * z;
+SampledForce::Values SampledForce::collect(const Vectors& f) const noexcept {
+  Values g(variables_);
+  g.noalias() = motion_.transpose() * Eigen::Map<const Eigen::VectorXf>(f.data(), f.size());
   return g;
 }
 
-SampledForce::Each SampledForce::tension(const Each& elongation) const noexcept {
-  if (stiffening_ == 0) return stiffness_ * elongation;
-  const Each strain = elongation / rest_length_, bent = strain.max(-straight_from_).min(straight_from_);
-  const Each squared = bent.square();
-  // beyond: T of the last strain, and its slope from there on
-  return stiffness_ * rest_length_ * (bent * (1 + stiffening_ * squared) + (1 + 3 * stiffening_ * squared) * (strain - bent));
-}
-
-SampledForce::Each SampledForce::slope(const Each& elongation) const noexcept {
-  if (stiffening_ == 0) return stiffness_;
-  const Each bent = (elongation / rest_length_).max(-straight_from_).min(straight_from_);
-  return stiffness_ * (1 + 3 * stiffening_ * bent.square());
-}
-
-SampledForce::Each SampledForce::stored(const Each& elongation) const noexcept {
-  if (stiffening_ == 0) return 0.5 * stiffness_ * elongation.square();
-  const Each strain = elongation / rest_length_, bent = strain.max(-straight_from_).min(straight_from_);
-  const Each squared = bent.square(), beyond = strain - bent;
-  return stiffness_ * rest_length_.square() *
-         (0.5 * squared + 0.25 * stiffening_ * squared.square() + bent * (1 + stiffening_ * squared) * beyond +
-          0.5 * (1 + 3 * stiffening_ * squared) * beyond.square());
+SampledForce::Bent SampledForce::bent(const Vectors& delta) const noexcept {
+  const Each along = dot(axis_, delta), far = dot(delta, delta), gained = 2 * length_ * along + far;
+  const Each length = (length_.square() + gained).max(kLengthMin * kLengthMin).sqrt(), longer = gained / (length + length_);
+  if (stiffening_.size() == 0) return {along, longer, length, Each::Zero(count_)};
+  const Each elongation = elongation_ + longer, to = elongation.max(-straight_at_).min(straight_at_), more = to - bent_to_;
+  return {along, longer, length, stiffening_ * more * (3 * (elongation - to) * (to + bent_to_) + more * (to + 2 * bent_to_))};
 }
 
 void SampledForce::gradient(const Values& u, Values& g) const noexcept {
-  const Vectors delta = moved(u.cast<double>()), there{span_.x + delta.x, span_.y + delta.y, span_.z + delta.z};
-  const Each length = there.dot(there).sqrt().max(kLengthMin), elongation = length - rest_length_;
-  const Each pull = tension(elongation) / length;
-  const Each far = axis_.dot(delta), turned = tension_ + along_ * far;
-  g = collect({pull * there.x - turned * axis_.x - across_ * delta.x, pull * there.y - turned * axis_.y - across_ * delta.y,
-               pull * there.z - turned * axis_.z - across_ * delta.z})
-          .cast<float>();
+  const Vectors delta = moved(u);
+  const Bent b = bent(delta);
+  const Each left = (b.along * b.longer - dot(delta, delta)) / (b.length + length_);
+  const Each by_delta = (turning_ * b.longer + b.more) / b.length;
+  const Each by_axis = (length_ * b.more - turning_ * (length_ * left + b.along * b.longer)) / b.length;
+  g = collect(sum(by_delta, delta, by_axis, axis_));
 }
 
 double SampledForce::energy(const Values& u) const noexcept {
-  const Vectors delta = moved(u.cast<double>()), there{span_.x + delta.x, span_.y + delta.y, span_.z + delta.z};
-  const Each elongation = there.dot(there).sqrt().max(kLengthMin) - rest_length_, far = axis_.dot(delta);
-  return (stored(elongation) - stored_ - tension_ * far - 0.5 * (along_ * far.square() + across_ * delta.dot(delta))).sum();
+  const Vectors delta = moved(u);
+  const Bent b = bent(delta);
+  const Each left = (b.along * b.longer - dot(delta, delta)) / (b.length + length_);
+  const double linear = static_cast<double>(-0.5F * (turning_ * left * (b.longer + b.along)).sum());
+  if (stiffening_.size() == 0) return linear;
+  const Eigen::ArrayXd from = elongation_.cast<double>(), longer = b.longer.cast<double>(), bends = straight_at_.cast<double>();
+  const auto stored = [&](const Eigen::ArrayXd& e) -> Eigen::ArrayXd {
+    const Eigen::ArrayXd to = e.max(-bends).min(bends), squared = to.square(), beyond = e - to;
+    return squared * (0.25 * squared + to * beyond + 1.5 * beyond.square());
+  };
+  const Eigen::ArrayXd at = from.max(-bends).min(bends), squared = at.square();
+  const Eigen::ArrayXd first = squared * (3 * from - 2 * at), second = 3 * squared;
+  return linear +
+         (stiffening_.cast<double>() * (stored(from + longer) - stored(from) - first * longer - 0.5 * second * longer.square()))
+             .sum();
 }
 
 void SampledForce::damping(const Values& u, const Values& rate, Values& change, Values& at_stamp) const noexcept {
-  const Vectors delta = moved(u.cast<double>()), motion = moved(rate.cast<double>()),
-                there{span_.x + delta.x, span_.y + delta.y, span_.z + delta.z};
-  const Each now = damping_ * there.dot(motion) / there.dot(there).max(kLengthMin * kLengthMin);
-  const Each before = damping_ * axis_.dot(motion);
-  change = collect({now * there.x - before * axis_.x, now * there.y - before * axis_.y, now * there.z - before * axis_.z})
-               .cast<float>();
+  const Vectors there = sum(length_, axis_, Each::Ones(count_), moved(u)), motion = moved(rate);
+  const Each now = damping_ * dot(there, motion) / dot(there, there).max(kLengthMin * kLengthMin);
+  const Each before = damping_ * dot(axis_, motion);
+  change = collect(sum(now, there, -before, axis_));
   at_stamp = (braked_ * u.cast<double>()).cast<float>();
 }
 

@@ -15,18 +15,30 @@
 //
 // m the axis at d + delta, u'* the rate at the stamp, B what the stiffness of the linear patch has of the dampers' forces there.
 // At u = 0 nothing of all this pushes or holds, that is the linear patch's. Laws: linear and stiffening, T = k e (1 + c (e /
-// L)^2) with e = |d| - L. The player takes these forces a tick at a time, which is stable for a stiffness below 4 /
-// tick^2 of unit mass. With kappa the largest eigenvalue of sum w k G_q^T G_q, the law goes on straight where its slope is
-// kStiffest / (tick^2 kappa) times k; springs for which that is below 1 are not taken at all, nor those that are so compressed at
-// the stamp that, let go of, they add more than that to K_e (far_stiffness()). All is kept in single precision.
+// L)^2) with e = |d| - L.
+//
+// The player takes these forces a step of length h at a time, which is stable for a stiffness below 4 / h^2 of unit mass. Let
+// kappa be the largest eigenvalue of sum w k G_q^T G_q. A law that stiffens goes on straight where its slope is kStiffest / (h^2
+// kappa) times k. Where that is below 1, or below kSteepest of such a law, the body is too stiff for the step: its modes are
+// given
+//     A = (h^2 / 4 - 1 / s) S,   S = sum w k G_q^T G_q min(max(1, L / |d|), 2)
+// more mass, s the largest eigenvalue of S, k kSteepest times as large for a law that stiffens. Then no way that springs turn
+// makes a motion stiffer than 4 / h^2 of its mass; motions for which S is far below 4 / h^2 know little of it. Springs that are
+// so compressed at the stamp that, let go of, they hold by more than that (far_stiffness()) are not taken at all.
+//
+// All is kept in single precision, so nothing is computed as a difference of what nearly cancels: with l = |d|, a = n . delta,
+//     Delta = |d + delta| - l = (2 l a + |delta|^2) / (|d + delta| + l),  a - Delta = (a Delta - |delta|^2) / (|d + delta| + l),
+//     T_2 = T(|d + delta|) - T - T' Delta = k c / L^2 beta (3 e (b + b_0) + beta (b + 2 b_0)) with elongations b_0 and b at d
+//           and d + delta as far as the law bends, beta = b - b_0, and e what is beyond b,
+// a spring pulls its end b back with
+//     ((kappa_e Delta + T_2) delta + (l T_2 - kappa_e (l (a - Delta) + a Delta)) n) / |d + delta|,   kappa_e = T' - T / l
+// and has the energy kappa_e (Delta^2 - a^2) / 2 and that of T_2.
 //
 // Source: energy-conserving sampling and weighting, Farhat, Avery, Chapman and Cortial, IJNME 98 (2014); optimized cubature, An,
-// Kim and James, SIGGRAPH Asia (2008).
+// Kim and James, SIGGRAPH Asia (2008); added mass, Olovsson, Simonsson and Unosson, IJNME 63 (2005).
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
-#include <cstdint>
 
 #include "common/base/limits.hpp"
 #include "common/port/node_motion.hpp"
@@ -54,15 +66,18 @@ struct SampledSprings {
 /// Compiled for the haptic thread.
 class SampledForce {
  public:
-  static constexpr double kStiffest = 4;
+  static constexpr double kStiffest = 4, kSteepest = 10;
+  using OfModes = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxModes, kMaxModes>;
   using Values = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, (kMaxVariables + 7) / 8 * 8>;
 
   SampledForce() = default;
-  /// `rate`: u'*.
-  SampledForce(const SampledSprings& springs, int tool, const Eigen::VectorXd& rate, double tick_s);
+  /// `rate`: u'*; `slowed`: with as much mass as the step takes.
+  SampledForce(const SampledSprings& springs, int tool, const Eigen::VectorXd& rate, double step_s, bool slowed);
 
-  /// No springs, or none that are stable.
+  /// No springs, or too stiff for the step and not slowed.
   bool empty() const { return count_ == 0; }
+  /// A; nothing where the springs need none.
+  const OfModes& added_mass() const { return added_mass_; }
   /// Strain beyond which the law goes on straight; 0 for a linear one.
   double straight_from() const { return straight_from_; }
   /// sum w G^T (k - K_e) G: the least stiffness that E has far away, where every spring is stretched along its way.
@@ -75,32 +90,30 @@ class SampledForce {
   void damping(const Values& u, const Values& rate, Values& change, Values& at_stamp) const noexcept;
 
  private:
-  static constexpr int kRoom = (kMaxSprings + 7) / 8 * 8, kNodeRoom = (kMaxSpringNodes + 7) / 8 * 8;
-  using Each = Eigen::Array<double, Eigen::Dynamic, 1, 0, kRoom, 1>;
-  using Exact = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, (kMaxVariables + 7) / 8 * 8>;
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kNodeRoom, kMaxVariables>;
-  using OfNodes = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kNodeRoom>;
-
-  struct Vectors {  // of every spring
-    Each x, y, z;
-    Each dot(const Vectors& v) const { return x * v.x + y * v.y + z * v.z; }
-  };
-  Vectors moved(const Exact& u) const noexcept;
-  Exact collect(const Vectors& f) const noexcept;
-  Each tension(const Each& elongation) const noexcept;
-  Each slope(const Each& elongation) const noexcept;
-  Each stored(const Each& elongation) const noexcept;
-
-  int count_ = 0, variables_ = 0;
-  double stiffening_ = 0, straight_from_ = 0;
-  Rows rows_x_, rows_y_, rows_z_;  // V
-  std::array<std::uint8_t, kMaxSprings> a_{}, b_{};
-  Vectors span_, axis_;
-  Each length_, rest_length_, stiffness_, damping_;
-  Each tension_, along_, across_, stored_;  // at the stamp: T, T' - T / |d|, T / |d|, U
+  static constexpr int kWidth = 8, kRoom = (kMaxSprings + kWidth - 1) / kWidth * kWidth;  // of a vector register
+  using Each = Eigen::Array<float, Eigen::Dynamic, 1, 0, kRoom, 1>;
+  using Vectors = Eigen::Array<float, Eigen::Dynamic, 3, Eigen::ColMajor, kRoom, 3>;  // of every spring
   using OfVariables = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables>;
-  OfVariables braked_;  // B
-  OfVariables far_stiffness_;
+
+  struct Bent {  // a, Delta, |d + delta|, T_2
+    Each along, longer, length, more;
+  };
+  /// a v + b w, and v . w, of every spring.
+  static Vectors sum(const Each& a, const Vectors& v, const Each& b, const Vectors& w) noexcept;
+  static Each dot(const Vectors& v, const Vectors& w) noexcept;
+  Vectors moved(const Values& u) const noexcept;
+  Values collect(const Vectors& f) const noexcept;
+  Bent bent(const Vectors& delta) const noexcept;
+
+  int count_ = 0, variables_ = 0;  // springs with as many more, of no stiffness, as fill the last register
+  double straight_from_ = 0;
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kRoom, kMaxVariables> motion_;  // G, axis by axis
+  Vectors axis_;
+  Each length_, turning_, damping_;                       // l, kappa_e, w c_e
+  Each stiffening_, elongation_, bent_to_, straight_at_;  // w k c / L^2, and at the stamp e, b_0; where it goes on straight: of
+                                                          // a law that stiffens
+  OfVariables braked_, far_stiffness_;                    // B
+  OfModes added_mass_;
 };
 
 }  // namespace palpate

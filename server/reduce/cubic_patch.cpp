@@ -25,6 +25,7 @@ constexpr double kWrong = 0.5;       // of the force beyond the linear one, wher
 constexpr double kHarmless = 0.25;   // unless they are wrong by less than this of the linear one
 constexpr double kMostBraked = 3;    // largest eigenvalue of D in steps: beyond, no damper of a polynomial or a touch turns
 constexpr double kUnknown = 0.03;    // mean square of wrong parts, beyond which springs are the safer terms
+constexpr double kAtRest = 1e-3;     // of what the hand is likely to do, below which nothing is likely
 constexpr int kGraspLeading = 10, kTouchLeading = 8;  // most variables with terms of fourth order
 constexpr double kLeast = 0.02;                       // of the radius: below, nobody asks any more
 
@@ -159,10 +160,9 @@ Vector stiffness_of(const Patch& patch, Eigen::Index first) {
 }
 
 /// Whether a mode is braked away within a third of a step of the player.
-bool braked_fast(const Patch& patch) {
-  const int steps = kHapticRateHz * (patch.contact == ContactKind::touch ? kTouchSteps : 1);
+bool braked_fast(const Patch& patch, int steps) {
   const double fastest = Eigen::SelfAdjointEigenSolver<Matrix>(patch.damping, Eigen::EigenvaluesOnly).eigenvalues().tail<1>()[0];
-  return fastest > kMostBraked * steps;
+  return fastest > kMostBraked * kHapticRateHz * steps;
 }
 
 }  // namespace
@@ -216,7 +216,7 @@ std::optional<CubicTerms> cubic_terms(BentBody& body, const Patch& patch, const 
   terms.e3 = std::move(expansion->e3);
   terms.e4 = std::move(expansion->e4);
   terms.q = std::move(expansion->q);
-  if (braked_fast(patch)) terms.q.setZero();
+  if (braked_fast(patch, first > 0 ? kGraspSteps : kTouchSteps)) terms.q.setZero();
   if (repaired) terms.e2 = repair(shapes.lifted, t);
   Matrix form = t.transpose() * (joint_stiffness(patch, patch.stiffness) + shapes.lifted) * t;
   form.diagonal().array() += kNotLifted * form.diagonal().maxCoeff();  // nothing holds a tool that moves across a planar body
@@ -252,17 +252,22 @@ std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch,
   terms.grasp = first > 0;
   terms.scale = Matrix::Identity(n, n);
   terms.springs = std::move(*springs);
-  if (first == 0 && braked_fast(patch)) terms.springs.damping.setZero();
   if (repaired) terms.e2 = repair(shapes.lifted, terms.scale);
   terms.rate = stamp_rate(terms, patch);
-  return CubicForce(terms, patch).empty() ? std::nullopt : std::optional(std::move(terms));
+  const CubicForce force(terms, patch);
+  if (force.empty()) return std::nullopt;
+  if (first == 0 && braked_fast(patch, force.steps())) terms.springs.damping.setZero();
+  return terms;
 }
 
 bool are_truer(BentBody& body, const Patch& patch, const CubicShapes& shapes, const CubicTerms& a, const CubicTerms& b) {
   const Matrix ways = likely_ways(shapes);
+  const Eigen::Index first = shapes.port.cols();
+  const Vector root = stiffness_of(patch, first).cwiseSqrt(), unit = root.cwiseInverse();
+  const double moves = (root.asDiagonal() * ways).colwise().norm().maxCoeff();
+  if (first > 0 && moves < kAtRest * root.head(first).cwiseProduct(shapes.amplitude).norm()) return false;
   Matrix asked(ways.rows(), 2 * ways.cols());
   asked << ways, 0.5 * ways;
-  const Vector unit = stiffness_of(patch, shapes.port.cols()).cwiseSqrt().cwiseInverse();
   const auto unrepaired = [&](CubicTerms terms) {
     terms.e2.resize(0);
     return CubicForce(terms, patch);

@@ -72,7 +72,8 @@ std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch,
 /// there: sum of
 ///     min(1, |N^ - N| / (|N| + kOfLinear |K u|))^2,   forces in units that make the stiffness of each variable 1.
 /// Where polynomials are wrong by a sixth of that in the mean square they are not asked any further: springs bend as the body
-/// does, somehow, wherever the hand goes.
+/// does, somehow, wherever the hand goes. Never of a grasp that has not moved and will not, as far as anybody knows: springs are
+/// fitted to where it is likely to come to, polynomials suit every way.
 bool are_truer(BentBody& body, const Patch& patch, const CubicShapes& shapes, const CubicTerms& a, const CubicTerms& b);
 
 }  // namespace palpate

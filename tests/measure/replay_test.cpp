@@ -218,7 +218,8 @@ TEST_CASE(
   CHECK(run.fidelity.snr_db > 15);
 }
 
-TEST_CASE("Where dampers brake the modes within a tick, cubic does not push a grasp by their turning: it is as true as port") {
+TEST_CASE(
+    "A grasp so stiff and braked that a tick takes neither its springs nor its dampers is far truer with cubic than with port") {
   // Half the size of cube6, and as stiff and braked as bodies of 10 mm spacing may be: the tool goes further than to the next
   // node.
   Scene scene = cube6();
@@ -238,7 +239,7 @@ TEST_CASE("Where dampers brake the modes within a tick, cubic does not push a gr
     db[scheme == Scheme::cubic] = play(scene, motion, options).fidelity.snr_db;
   }
   CHECK(db[0] > 9);
-  CHECK(db[1] > db[0] - 1.5);  // -29 dB with dampers that turn
+  CHECK(db[1] > db[0] + 25);  // -29 dB if dampers turned without bounds, 10 without the springs
 }
 
 TEST_CASE("Where polynomials are badly wrong about how deep a hand may press, springs are felt, little less wrong or more") {

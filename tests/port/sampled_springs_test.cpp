@@ -2,6 +2,7 @@
 // stiffness than a tick stands.
 #include "common/port/sampled_springs.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
@@ -36,7 +37,7 @@ struct Case {
     rate = 0.1 * some(kVariables, 1).cast<double>();
   }
   float draw() { return std::uniform_real_distribution<float>(-1, 1)(random); }
-  SampledForce compiled() const { return {springs, kTool, rate, kTickS}; }
+  SampledForce compiled(bool slowed = false) const { return {springs, kTool, rate, kTickS, slowed}; }
   SampledForce::Values displacement(float far) {
     SampledForce::Values u(kVariables);
     for (float& v : u) v = far * draw();
@@ -142,6 +143,56 @@ TEST_CASE("springs too stiff for a tick are not taken, and stiffening ends befor
   CHECK_FALSE(soft.compiled().empty());
   CHECK_FALSE(firm.compiled().empty());
   CHECK(firm.compiled().straight_from() < soft.compiled().straight_from());
+}
+
+TEST_CASE("springs whose ends meet pull with finite forces") {
+  for (int k = 1; k <= 50; ++k) {
+    Case c(k % 2 == 0 ? 30.0F : 0.0F);
+    c.springs.motion = rounded(Eigen::MatrixXf::Identity(3 * kNodes, kModes), -1);
+    c.springs.ends.row(0).setConstant(1);
+    c.springs.ends.row(1).setZero();  // that moves along each axis with one of the modes
+    c.springs.position.col(1) = c.springs.position.col(0) + 0.001F * static_cast<float>(k) * Eigen::Vector3f(1, 0.3F, 0.07F);
+    const SampledForce force = c.compiled(true);
+    REQUIRE_FALSE(force.empty());
+    SampledForce::Values u = SampledForce::Values::Zero(kVariables), g(kVariables);
+    u.segment<3>(kTool) = c.springs.position.col(1) - c.springs.position.col(0);
+    force.gradient(u, g);
+    CHECK(g.allFinite());
+    CHECK(std::isfinite(force.energy(u)));
+  }
+}
+
+TEST_CASE("springs too stiff for a tick add mass enough for it, however they turn") {
+  for (const float stiffening : {0.0F, 30.0F}) {
+    Case c(stiffening, 1e7F);
+    REQUIRE(c.compiled().empty());
+    const SampledForce force = c.compiled(true);
+    REQUIRE_FALSE(force.empty());
+    const Eigen::MatrixXd mass = Eigen::MatrixXd::Identity(kModes, kModes) + force.added_mass();
+    constexpr double kStable = 4 / (kTickS * kTickS);
+    double bare = 0, slowed = 0;
+    for (int k = 0; k < 200; ++k) {
+      const SampledForce::Values u = c.displacement(0.001F * static_cast<float>(k));
+      Eigen::MatrixXd tangent(kModes, kModes);
+      for (int i = 0; i < kModes; ++i) {
+        constexpr float kStep = 1e-3F;
+        const SampledForce::Values step = kStep * SampledForce::Values::Unit(kVariables, kTool + i);
+        SampledForce::Values more(kVariables), less(kVariables);
+        force.gradient(u + step, more);
+        force.gradient(u - step, less);
+        tangent.col(i) = ((more - less) / (2 * kStep)).tail(kModes).cast<double>();
+      }
+      tangent = 0.5 * (tangent + tangent.transpose()).eval();
+      bare = std::max(bare, Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(tangent).eigenvalues().tail<1>()[0]);
+      slowed =
+          std::max(slowed, Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(tangent, mass).eigenvalues().tail<1>()[0]);
+    }
+    CAPTURE(stiffening, bare, slowed);
+    CHECK(bare > 10 * kStable);
+    CHECK(slowed < 1.001 * kStable);
+    CHECK(slowed > 0.1 * kStable);  // no more mass than that
+  }
+  CHECK(Case(0, 40).compiled(true).added_mass().size() == 0);
 }
 
 TEST_CASE("far away sampled springs hold as all of them stretched do") {

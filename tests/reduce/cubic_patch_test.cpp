@@ -31,13 +31,18 @@ struct Grasp {
   std::vector<ToolPort> ports{1};
   ToolAt tool;
 
-  explicit Grasp(double shift_m, double speed_m_s = 0, SpringLaw law = SpringLaw::linear, std::uint64_t seed = 5)
-      : dynamics((body.law = law, body)) {
+  explicit Grasp(double shift_m, double speed_m_s = 0, SpringLaw law = SpringLaw::linear, std::uint64_t seed = 5,
+                 double stiffer = 1)
+      : dynamics((body.law = law, stiffen(body, stiffer))) {
     state = random_state(dynamics, seed, shift_m, speed_m_s);
     ports[0].kind = ContactKind::attach;
     ports[0].node = kNode;
     ports[0].lambda = -dynamics.element_force(state, kNode);
     tool = {node_of(state.x, kNode), node_of(state.v, kNode)};
+  }
+  static const LumpedBody& stiffen(LumpedBody& body, double more) {
+    for (Element& e : body.elements) e.stiffness_n_m *= more;
+    return body;
   }
   Patch build() {
     PatchRequest request;
@@ -414,6 +419,13 @@ TEST_CASE("A body whose springs stiffen has springs for terms, and so has one pr
   linear.build();
   CHECK(linear.builder.terms().springs.count() == 0);
   CHECK(linear.builder.terms().e4.size() > 0);
+}
+
+TEST_CASE("A body too stiff for a tick has springs for terms, too, with mass for it") {
+  Grasp stiff(0.001, 0, SpringLaw::stiffening, 5, 1e4);
+  const Patch patch = stiff.build();
+  REQUIRE(stiff.builder.terms().springs.count() > 0);
+  CHECK(CubicForce(stiff.builder.terms(), patch).added_mass().size() > 0);
 }
 
 TEST_CASE("A cubic patch knows the way back to where the body rests, whatever bent it") {
