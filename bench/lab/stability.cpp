@@ -19,7 +19,8 @@ namespace {
 struct Flags {
   std::string out, only;
   std::vector<std::string> schemes;
-  bool quick = false, body = false;
+  bool quick = false, body = false, solid = false;
+  StabilityCube cube() const { return solid ? StabilityCube::solid : StabilityCube::springs; }
   std::uint64_t seed = 1;
   ShardFlags shards;
 };
@@ -40,7 +41,7 @@ Json to_json(const StabilityPoint& p, const StabilityCell& c) {
 }
 
 /// False when a point of ours is not stable.
-bool report(const Cells& cells, const std::filesystem::path& out) {
+bool report(const Cells& cells, StabilityCube cube, const std::filesystem::path& out) {
   draw_stability_maps(out, cells);
   Json summary{{"points", cells.size()}};
   fmt::print("\n  {:<10} {:>7} {:>8} {:>7} {:>7} {:>7} {:>7}   {:>20}   {:>14}\n", "scheme", "points", "stable", "lost", "unrest",
@@ -80,7 +81,8 @@ bool report(const Cells& cells, const std::filesystem::path& out) {
   for (const StabilityCell& c : cells) {
     if (c.fault == LoopFault::none || !is_ours(c.point.scheme)) continue;
     all_stable = false;
-    fmt::print("  {}: palpate-lab stability --only {} --out DIR\n", name_of(c.fault), key_of(c.point));
+    fmt::print("  {}: palpate-lab stability{} --only {} --out DIR\n", name_of(c.fault),
+               cube == StabilityCube::solid ? " --solid" : "", key_of(c.point));
   }
   write_json(out / "summary.json", summary);
   fmt::print("\n{}\n", (out / "summary.json").string());
@@ -105,7 +107,7 @@ std::string trace_csv(const StabilityResult& result) {
 int run_one(const Flags& flags) {
   const StabilityPoint point = point_from(flags.only, "--only");
   const auto out = make_output_folder(flags.out);
-  const StabilityResult result = measure_stability(point, reference_of(point));
+  const StabilityResult result = measure_stability(point, reference_of(point, flags.cube()));
   const LoopVerdict& v = result.verdict;
   write_text(out / "trace.csv", trace_csv(result));
   plot_csv(out / "trace.csv", out / "trace.svg", key_of(point), "time [s]",
@@ -138,17 +140,17 @@ int run_stability(const Flags& flags) {
   if (flags.shards.merge) {
     cells = merged_cells(out, read_stability_cells);
     write_text(out / "cells.csv", cells_csv(cells));
-    return report(cells, out) ? 0 : 1;
+    return report(cells, flags.cube(), out) ? 0 : 1;
   }
   const std::vector<StabilityPoint> all = stability_points(plan);
   for (const StabilityPoint& p : shard.part_of(all)) cells.push_back({p});
   fmt::print("{} points of {}\n", cells.size(), all.size());
-  measure_cells(cells, flags.shards.jobs, [&](std::size_t done) {
+  measure_cells(cells, flags.cube(), flags.shards.jobs, [&](std::size_t done) {
     if (done % 100 == 0) fmt::print("{} of {}\n", done, cells.size());
     std::fflush(stdout);
   });
   write_text(shard.file(out), cells_csv(cells));
-  return shard.of > 1 || report(cells, out) ? 0 : 1;
+  return shard.of > 1 || report(cells, flags.cube(), out) ? 0 : 1;
 }
 
 }  // namespace
@@ -158,6 +160,7 @@ void add_stability(CLI::App& app, Run& run) {
   CLI::App* c = app.add_subcommand(
       "stability", "maps of where hand, device and display are stable together, for every scheme; --body: of the full model");
   c->add_flag("--body", flags->body, "the full model alone: bodies, steps and pulls at their extremes");
+  c->add_flag("--solid", flags->solid, "the cube of finite elements instead of springs");
   c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->delimiter(',');
   c->add_flag("--quick", flags->quick, "a look: few points of each kind");
   c->add_option("--only", flags->only, "one point, as cells.csv begins: SCHEME,CONTACT,HAND,... with its trace");

@@ -25,8 +25,8 @@ constexpr double kTipRadiusM = 0.020;
 
 const std::array<std::string_view, 2> kContacts{"grasp", "touch"};
 
-Scene cube(ContactKind contact) {
-  Scene scene = paper_cube(contact);
+Scene scene_of(StabilityCube cube, ContactKind contact) {
+  Scene scene = cube == StabilityCube::solid ? solid_cube(contact) : paper_cube(contact);
   if (contact == ContactKind::touch) scene.tool.radius_m = kTipRadiusM;
   return scene;
 }
@@ -73,13 +73,16 @@ StabilityPoint point_of(const std::vector<std::string>& f, const std::string& wh
 }  // namespace
 
 double cube_stiffness_n_m() {
-  static const double stiffness = std::round(10 * port_stiffness_n_m(cube(ContactKind::attach))) / 10;
+  static const double stiffness = std::round(10 * port_stiffness_n_m(scene_of(StabilityCube::springs, ContactKind::attach))) / 10;
   return stiffness;
 }
 
-StabilityReference reference_of(const StabilityPoint& point) { return stability_reference(cube(point.contact), point); }
+StabilityReference reference_of(const StabilityPoint& point, StabilityCube cube) {
+  return stability_reference(scene_of(cube, point.contact), point);
+}
 
-void measure_cells(std::vector<StabilityCell>& cells, unsigned jobs, const std::function<void(std::size_t)>& done) {
+void measure_cells(std::vector<StabilityCell>& cells, StabilityCube cube, unsigned jobs,
+                   const std::function<void(std::size_t)>& done) {
   std::map<ReferenceKey, StabilityReference> references;
   std::map<ReferenceKey, const StabilityPoint*> wanted;
   for (const StabilityCell& c : cells) {
@@ -89,7 +92,7 @@ void measure_cells(std::vector<StabilityCell>& cells, unsigned jobs, const std::
   std::vector<std::pair<const StabilityPoint*, StabilityReference*>> list;
   for (const auto& [key, point] : wanted) list.emplace_back(point, &references[key]);
   run_all(
-      list.size(), [&](std::size_t i) { *list[i].second = reference_of(*list[i].first); }, jobs);
+      list.size(), [&](std::size_t i) { *list[i].second = reference_of(*list[i].first, cube); }, jobs);
   run_counted(
       cells.size(), [&](std::size_t i) { measure_cell(cells[i], references.at(reference_key(cells[i].point))); }, jobs, done);
 }

@@ -22,11 +22,15 @@ struct StabilityCell {
 /// Static stiffness of the paper's cube as it is, grasped; to a tenth.
 double cube_stiffness_n_m();
 
+/// Of the paper's springs, or the same cube of finite elements.
+enum class StabilityCube : std::uint8_t { springs, solid };
+
 /// Fills in the measures, `jobs` at a time; `done` hears how many are done, from any thread, one at a time.
-void measure_cells(std::vector<StabilityCell>& cells, unsigned jobs, const std::function<void(std::size_t)>& done);
+void measure_cells(std::vector<StabilityCell>& cells, StabilityCube cube, unsigned jobs,
+                   const std::function<void(std::size_t)>& done);
 
 /// The scene of a point, and its reference.
-StabilityReference reference_of(const StabilityPoint& point);
+StabilityReference reference_of(const StabilityPoint& point, StabilityCube cube);
 
 /// "port,grasp,free,release,...": what --only takes, and how a row of cells.csv begins.
 std::string key_of(const StabilityPoint& point);

@@ -56,6 +56,8 @@ class StepMatrix {
   Eigen::LDLT<Matrix> modes_;
 };
 
+constexpr double kMostBraked = 1;  // of a mode in steps: beyond, dampers stay as they are at the stamp, in the linear part
+
 /// One model, from its stamp on.
 class LocalRun {
  public:
@@ -68,6 +70,7 @@ class LocalRun {
         tangents_(taken(body, start)),
         steps_(full_ ? steps_for(tangents_, start.modes) : 1),
         h_(0.001 / steps_),
+        dampers_turn_(!full_ || fastest_brake(tangents_, start.modes) < kMostBraked / h_),
         step_(body, start, tangents_, held_, h_, full_),
         port_(start.port),
         tool_begin_(tool),
@@ -78,6 +81,8 @@ class LocalRun {
     if (full_) v_ = start.modes * (start.modes.transpose() * body.dynamics.masses().cwiseProduct(v_));
     if (grasp_) at_node(v_, port_.node) = at_node(start.body.v, port_.node);
     body.dynamics.forces(start.body.x, start.body.v, at_stamp_);
+    if (full_) take_ways();
+    if (!dampers_turn_) body.dynamics.forces(start.body.x, Vector::Zero(v_.size()), still_);
   }
 
   /// The tool goes to `to` within a tick; the force on it there.
@@ -94,15 +99,14 @@ class LocalRun {
     if (port_.touching && !grasp_) scatter(body_->skin.weights(port_.point), port_.lambda, pushed);
     const Vector now = forces(w_, v_), before = free_of(v_);
     const Vector& masses = body_->dynamics.masses();
-    // Where it would go with the forces of now, for what they have beyond the linear ones.
-    Vector a = (now + pushed).cwiseQuotient(masses);
-    mask(held_, a);
     const Vec3 tool_speed = (to - tool_) / h_;
     // A V1 = M V0 + h/2 (G0 + G1 without V1), the linear part of G1 at w0 + h/2 V0.
     Vector w = w_ + h_ / 2 * before, none = Vector::Zero(w.size());
     if (grasp_) at_node(w, port_.node) = to - tool_begin_, at_node(none, port_.node) = tool_speed;
     Vector then = linear_forces(w, none);
     if (full_) {
+      // Where it would go with the forces of now, for what they have beyond the linear ones.
+      const Vector a = start_->modes * (start_->modes.transpose() * (now + pushed));
       Vector w_then = w_ + h_ * before + h_ * h_ / 2 * a, v_then = before + h_ * a;
       if (grasp_) at_node(w_then, port_.node) = to - tool_begin_, at_node(v_then, port_.node) = tool_speed;
       then += forces(w_then, v_then) - linear_forces(w_then, v_then);
@@ -143,16 +147,45 @@ class LocalRun {
     return y;
   }
   Vector linear_forces(const Vector& w, const Vector& v) const {
+    if (full_) return at_stamp_ + d_stamp_ - k_ways_ * coordinates(w) - d_ways_ * coordinates(v);
     Matrix ways(w.size(), 2), k, d;
     ways << w, v - start_->body.v;
     tangents_.multiply(ways, k, d);
     return at_stamp_ - k.col(0) - d.col(1);
   }
+  /// What moves with the modes, and with the tool that holds a node: K and D of these, once for all steps.
+  void take_ways() {
+    Matrix ways(w_.size(), start_->modes.cols() + (grasp_ ? 3 : 0)), k, d;
+    ways.leftCols(start_->modes.cols()) = start_->modes;
+    if (grasp_) {
+      ways.rightCols<3>().setZero();
+      ways.block<3, 3>(3 * static_cast<Eigen::Index>(port_.node), start_->modes.cols()).setIdentity();
+    }
+    tangents_.multiply(ways, k_ways_, d_ways_);
+    tangents_.multiply(start_->body.v, k, d);
+    d_stamp_ = d.col(0);
+  }
+  Vector coordinates(const Vector& y) const {
+    Vector of(k_ways_.cols());
+    of.head(start_->modes.cols()) = start_->modes.transpose() * body_->dynamics.masses().cwiseProduct(y);
+    if (grasp_) of.tail<3>() = at_node(y, port_.node);
+    return of;
+  }
   Vector forces(const Vector& w, const Vector& v) const {
     if (!full_) return linear_forces(w, v);
     Vector f;
-    body_->dynamics.forces(start_->body.x + w, v, f);
-    return f;
+    if (dampers_turn_) {
+      body_->dynamics.forces(start_->body.x + w, v, f);
+      return f;
+    }
+    body_->dynamics.forces(start_->body.x + w, Vector::Zero(v.size()), f);
+    return f - still_ + linear_forces(Vector::Zero(w.size()), v);
+  }
+  /// [1/s]
+  static double fastest_brake(const Tangents& tangents, const Matrix& modes) {
+    Matrix k, d;
+    tangents.multiply(modes, k, d);
+    return Eigen::SelfAdjointEigenSolver<Matrix>(modes.transpose() * d, Eigen::EigenvaluesOnly).eigenvalues().tail<1>()[0];
   }
   Vec3 felt_at_node() const {
     if (full_) return body_->dynamics.element_force({0, start_->body.x + w_, v_}, port_.node);
@@ -209,10 +242,12 @@ class LocalRun {
   Tangents tangents_;
   int steps_;  // a tick
   double h_;   // of a step [s]
+  bool dampers_turn_;
   StepMatrix step_;
   ToolPort port_;
   Vec3 tool_begin_, tool_;
-  Vector w_, v_, at_stamp_;
+  Vector w_, v_, at_stamp_, still_, d_stamp_;  // F(x*, v*), F(x*, 0), D v*
+  Matrix k_ways_, d_ways_;
   std::unordered_map<std::uint32_t, Matrix> answers_;
   std::vector<double> positions_;
 };

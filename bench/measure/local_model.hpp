@@ -8,8 +8,8 @@
 //     whole_linear    M w'' = F* - K w - D (w' - v*) + B lambda        the whole body, linearised at the stamp
 //
 // in ticks of 1 ms, full forces in two steps or as many as are stable, by the trapezoid, what the forces have
-// beyond the linear ones where the step before leads to. The contact is the server's: the whole skin and the same law
-// (contact_law.hpp). Neither wire, cross-fade nor guard have a part in it.
+// beyond the linear ones where the step before leads to; where dampers brake too fast for that they do not turn. The contact is
+// the server's: the whole skin and the same law (contact_law.hpp). Neither wire, cross-fade nor guard have a part in it.
 #pragma once
 
 #include <optional>

@@ -83,6 +83,10 @@ Scene with_port_stiffness(Scene scene, double stiffness_n_m) {
     e.stiffness_n_m *= factor;
     e.damping_n_s_m *= std::sqrt(factor);
   }
+  for (SolidMaterial& m : scene.body.materials) {
+    m.young_pa *= factor;
+    m.damping_s /= std::sqrt(factor);
+  }
   return scene;
 }
 

@@ -1,8 +1,8 @@
 // One point of the stability sweep: a hand, what it does, on a body of a given stiffness, through a scheme over a link.
 //
-// The body is the caller's, its springs scaled so that its port, at rest, has the wanted static stiffness; dampers are scaled by
-// the root of that, so that a stiffer body keeps its damping ratios and is no easier to calm. A touch feels the body behind its
-// contact stiffness: the two in series have the wanted stiffness.
+// The body is the caller's, its springs or materials scaled so that its port, at rest, has the wanted static stiffness; dampers
+// by the root of that, so that a stiffer body keeps its damping ratios and is no easier to calm. A touch feels the body behind
+// its contact stiffness: the two in series have the wanted stiffness.
 //
 // The hand (hand.hpp) is light or firm and carries out the whole gesture, or `free`: the reference hand carries it out and opens
 // in the middle of it, after which the device's 75 g are alone with the display. In a release the reference hand presses and
@@ -33,7 +33,8 @@ bool is_possible(const StabilityPoint& point);
 
 /// Static stiffness of the port at rest, along the way into the body [N/m]; of a touch with its contact stiffness in series.
 double port_stiffness_n_m(const Scene& scene);
-/// The scene with springs and dampers so scaled. InputError when the contact stiffness alone is less than `stiffness_n_m`.
+/// The scene with springs or materials and dampers so scaled. InputError when the contact stiffness alone is less than
+/// `stiffness_n_m`.
 Scene with_port_stiffness(Scene scene, double stiffness_n_m);
 
 /// The reference of a point whose force is never cut: depends on contact, hand, gesture and stiffness alone.

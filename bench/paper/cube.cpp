@@ -38,6 +38,12 @@ LayerSettings region(const Vec3& above_m, const Vec3& below_m, double stiffness_
 
 Scene paper_cube(ContactKind contact) { return scene_of("cube6", cube_settings(kStiffnessNM), contact); }
 
+Scene solid_cube(ContactKind contact) {
+  LatticeSettings s = cube_settings(kStiffnessNM);
+  s.solid = SolidSettings{{SolidLaw::neo_hookean, 10e3, 0.45, kDampingPerStiffnessS}, 0};
+  return scene_of("solid-cube6", s, contact);
+}
+
 Scene flawed_cube(Flaw flaw, double ratio) {
   constexpr double kAll = 1;  // beyond the body
   constexpr double kSoftCoreTopNM = 120;

@@ -19,6 +19,8 @@ namespace palpate {
 
 /// Grasped at node (2, 2, 5), on top, or touched.
 Scene paper_cube(ContactKind contact);
+/// The same nodes, filled with tetrahedra of a stable neo-Hookean solid of 10 kPa, Poisson's ratio 0.45, damped like it.
+Scene solid_cube(ContactKind contact);
 
 enum class Flaw { soft_below, stiff_inside, stiff_at_top, torn };
 inline constexpr std::array<std::string_view, 4> kFlawNames{"soft below", "stiff inside", "stiff at top", "torn"};

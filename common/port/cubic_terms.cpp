@@ -86,7 +86,7 @@ CubicForce::CubicForce(const CubicTerms& terms)
     for (int p = 0; p < n; ++p)
       for (int i = 0; i < n; ++i) g2_(p, i) = (p == i ? 2.0F : 1.0F) * terms.e2[pair_at(std::min(p, i), std::max(p, i))];
   }
-  if (terms.springs.count() == 0) take_polynomials(terms);
+  if (!terms.sampled()) take_polynomials(terms);
 }
 
 void CubicForce::take_polynomials(const CubicTerms& terms) {
@@ -115,14 +115,14 @@ CubicForce::CubicForce(const CubicTerms& terms, const Patch& patch) : CubicForce
   const int n = variables_, l = leading_;
   if (n == 0) return;
   steps_ = terms.grasp ? kGraspSteps : kTouchSteps;
-  if (terms.springs.count() > 0) {
+  if (terms.sampled()) {
     for (const bool slowed : {false, true}) {
-      if (slowed) steps_ *= 2;
-      sampled_ = SampledForce(terms.springs, terms.grasp ? 3 : 0, terms.rate, 1.0 / (kHapticRateHz * steps_), slowed);
-      if (!sampled_.empty()) break;
+      if (slowed && terms.springs.count() > 0) steps_ *= 2;
+      take_sampled(terms, slowed);
+      if (has_sampled()) break;
     }
     radius_ = std::numeric_limits<float>::max();
-    if (sampled_.empty()) {
+    if (!has_sampled()) {
       steps_ = 1;
       variables_ = 0;
       return;
@@ -130,19 +130,32 @@ CubicForce::CubicForce(const CubicTerms& terms, const Patch& patch) : CubicForce
   }
   const Eigen::MatrixXd t = terms.scale.inverse();
   linear_ = (t.transpose() * joint_stiffness(patch, patch.stiffness) * t).cast<float>();
-  if (has_e2_ && !sampled_.empty()) {
-    Eigen::MatrixXd far = (linear_ + g2_).cast<double>() + sampled_.far_stiffness();
+  if (has_e2_ && has_sampled()) {
+    Eigen::MatrixXd far = (linear_ + g2_).cast<double>() + of_sampled([](const auto& s) { return s.far_stiffness(); });
     far.diagonal().array() += kRounding * far.trace() / n;  // nothing holds a tool that moves across a planar body
     has_e2_ = Eigen::LLT<Eigen::MatrixXd>(far).info() == Eigen::Success;
   }
-  if (terms.q.size() == 0 && sampled_.empty()) return;
-  if (sampled_.empty()) turned_at_stamp_ = q_.transpose() * terms.rate.head(l).cast<float>();
+  if (terms.q.size() == 0 && !has_sampled()) return;
+  if (!has_sampled()) turned_at_stamp_ = q_.transpose() * terms.rate.head(l).cast<float>();
   Eigen::MatrixXd d = t.transpose() * joint_damping(patch) * t;
   d.diagonal().array() += kRounding * d.trace() / n;
   const Eigen::LLT<Eigen::MatrixXd> factor(d);
   has_damping_ = factor.info() == Eigen::Success && d.trace() > 0;
   root_ = Eigen::MatrixXd(factor.matrixU()).cast<float>();
   inverse_ = factor.matrixL().solve(Eigen::MatrixXd::Identity(n, n)).cast<float>();
+}
+
+const SampledForce::OfModes& CubicForce::added_mass() const {
+  return of_sampled([](const auto& s) -> const SampledForce::OfModes& { return s.added_mass(); });
+}
+
+void CubicForce::take_sampled(const CubicTerms& terms, bool slowed) {
+  const int tool = terms.grasp ? 3 : 0;
+  const double step_s = 1.0 / (kHapticRateHz * steps_);
+  if (terms.springs.count() > 0)
+    sampled_.emplace<SampledForce>(terms.springs, tool, terms.rate, step_s, slowed);
+  else
+    sampled_.emplace<SampledSolidForce>(terms.solid, tool, step_s, slowed);
 }
 
 float CubicForce::polynomial(const Values& y, Values& g) const noexcept {
@@ -162,7 +175,7 @@ float CubicForce::polynomial(const Values& y, Values& g) const noexcept {
 float CubicForce::linear_energy(const Values& y) const noexcept { return 0.5F * y.dot(linear_ * y); }
 
 void CubicForce::turn_dampers(const Values& y, const Values& rate, Values& change, Values& at_stamp) const noexcept {
-  if (!sampled_.empty()) return sampled_.damping(y, rate, change, at_stamp);
+  if (has_sampled()) return of_sampled([&](const auto& s) { s.damping(y, rate, change, at_stamp); });
   const int l = leading_;
   using Mixed = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kLeadingPairs>;
   const auto turn = [&](const Mixed& turned, Values& to) {
@@ -200,8 +213,8 @@ void CubicForce::elastic(const Variables& u, Variables& force) const noexcept {
     return outside ? Values((radius_ / norm) * (g - y.dot(g) / (radius_ * radius_) * y)) : g;
   };
   Values g(variables_);
-  if (!sampled_.empty()) {
-    sampled_.gradient(y, g);
+  if (has_sampled()) {
+    of_sampled([&](const auto& s) { s.gradient(y, g); });
   } else {
     const float energy = polynomial(y, g);
     g = continued(g);
@@ -220,7 +233,7 @@ void CubicForce::damping(const Variables& u, const Variables& u_rate, Variables&
   const Values y = within(asked);
   Values change(variables_), at_stamp(variables_);
   turn_dampers(y, rate, change, at_stamp);
-  const float part = sampled_.empty() ? kDamperChange : kSpringDamperChange;
+  const float part = has_sampled() ? kSpringDamperChange : kDamperChange;
   const float most = part * (root_ * rate).norm(), size = (inverse_ * change).norm();
   const Values g = (size > most ? most / size : 1.0F) * (change - at_stamp);
   force.noalias() = -(scale_.transpose() * g.cast<double>());
@@ -231,8 +244,8 @@ double CubicForce::energy(const Variables& u) const noexcept {
   const Values y = within(asked);
   Values g(variables_);
   double energy = 0;
-  if (!sampled_.empty())
-    energy = sampled_.energy(y);
+  if (has_sampled())
+    energy = of_sampled([&](const auto& s) { return s.energy(y); });
   else if (energy = static_cast<double>(polynomial(y, g)); linear_.size() > 0)
     energy = std::max(energy, static_cast<double>(-kSoftening * linear_energy(asked)));
   if (has_e2_) energy += static_cast<double>(y.dot(g2_ * y) / 2);

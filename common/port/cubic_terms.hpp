@@ -23,7 +23,8 @@
 // radius. Their dampers turn as the body's do, however far, so c = kSpringDamperChange: short of 1, where nothing would brake and
 // what a tick adds to a fast brake would grow from tick to tick. Their energy is what springs store and give back, so nothing
 // bounds it: a body that snaps gives away more than -kSoftening E_lin. E2 has no end there, so it is left out unless springs that
-// are stretched without end hold the body up in spite of it.
+// are stretched without end hold the body up in spite of it. Of a solid they are some of its finite elements
+// (sampled_tetrahedra.hpp), of which all this is true too.
 //
 // The terms of a touch bring more of the surface too, what the patch's own datagram had no room for: the tool goes on where the
 // patch's own piece ends.
@@ -34,11 +35,13 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <variant>
 #include <vector>
 
 #include "common/base/limits.hpp"
 #include "common/port/patch.hpp"
 #include "common/port/sampled_springs.hpp"
+#include "common/port/sampled_tetrahedra.hpp"
 
 namespace palpate {
 
@@ -64,6 +67,8 @@ struct CubicTerms {
   Eigen::VectorXd rate;        ///< y'* [1/s]
   double radius = 0;           ///< of trust, in y; 0: nothing is trusted
   SampledSprings springs;      ///< any: S is the identity, and there is nothing of the polynomials
+  SampledTetrahedra solid;     ///< the same; never beside springs
+  bool sampled() const { return springs.count() > 0 || solid.count() > 0; }
   // of a touch: vertices numbered on from the patch's own, and triangles between any of them
   std::vector<PortVertex> vertices;
   std::vector<Triangle> triangles;
@@ -100,7 +105,7 @@ class CubicForce {
   /// In which the player takes them, in a tick.
   int steps() const { return steps_; }
   /// Of the modes beside 1, as springs need it for a step; of no size: none (sampled_springs.hpp).
-  const SampledForce::OfModes& added_mass() const { return sampled_.added_mass(); }
+  const SampledForce::OfModes& added_mass() const;
   /// Elastic force on u. No allocation.
   void elastic(const Variables& u, Variables& force) const noexcept;
   /// Force on u, that moves at u', of dampers that have turned. No allocation.
@@ -124,8 +129,18 @@ class CubicForce {
   void turn_dampers(const Values& y, const Values& rate, Values& change, Values& at_stamp) const noexcept;
   float linear_energy(const Values& y) const noexcept;
 
+  template <typename Of>
+  decltype(auto) of_sampled(const Of& of) const {
+    return std::visit(of, sampled_);
+  }
+  bool has_sampled() const noexcept {
+    return of_sampled([](const auto& s) { return !s.empty(); });
+  }
+  /// In steps of this many a tick.
+  void take_sampled(const CubicTerms& terms, bool slowed);
+
   int variables_ = 0, leading_ = 0, steps_ = 1;
-  SampledForce sampled_;
+  std::variant<SampledForce, SampledSolidForce> sampled_;
   bool has_e2_ = false, has_damping_ = false;
   float radius_ = 0;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables> scale_;

@@ -35,8 +35,16 @@ Layout springs_layout(const PatchTerms& p) {
   return {r, 0, {r, 0, m, m, e2}, r + p.nodes + 2 * m, packed, e2 + p.vertices * (9 + 3 * r), p.triangles};
 }
 
+Layout tetrahedra_layout(const PatchTerms& p) {
+  const int n = p.variables, r = n - (p.grasp ? 3 : 0), m = p.tetrahedra;
+  const int packed = words_of_bytes(3 * r * p.nodes) + words_of_bytes(p.nodes) + 6 * p.nodes + 2 * m;
+  const int e2 = p.repaired ? pairs_of(n) : 0;
+  return {r, 0, {r, 0, m, m, e2}, r + p.nodes + 3 * m, packed, e2 + p.vertices * (9 + 3 * r), p.triangles};
+}
+
 Layout layout(const PatchTerms& p) {
   if (p.springs > 0) return springs_layout(p);
+  if (p.tetrahedra > 0) return tetrahedra_layout(p);
   const int n = p.variables, r = n - (p.grasp ? 3 : 0), t = std::min<int>(p.leading, kTurning);
   const std::array<int, 5> count{r * r, p.repaired ? pairs_of(n) : 0, triples_of(n), quadruples_of(p.leading), t * pairs_of(t)};
   const int packed = words_of_twelve(count[2]) + words_of_twelve(count[3]) + words_of_twelve(count[4]);
@@ -131,26 +139,64 @@ void append_polynomials(const CubicTerms& terms, const Layout& l, PatchTerms& he
                append_twelve(q.reshaped(), out)};
 }
 
-void append_springs(const CubicTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out) {
-  constexpr float kPlaceMost = 32767, kLengthMost = 65535;
-  const SampledSprings& springs = terms.springs;
-  const NodeMotion& motion = springs.motion;
+constexpr float kPlaceMost = 32767;
+
+void append_steps(const NodeMotion& motion, PatchTerms& head, std::vector<std::uint16_t>& out) {
   head.unit[0] = append(motion.scale, out);
   for (const float step : motion.step) out.push_back(to_half(step));
-  head.unit[2] = append(springs.stiffness, out);
-  head.unit[3] = append(springs.damping, out);
+}
+
+void append_motion(const NodeMotion& motion, std::vector<std::uint16_t>& out) {
   const auto bytes = motion.bytes.reshaped();
   append_bytes(std::vector<std::uint8_t>(bytes.begin(), bytes.end()), out);
   append_bytes(motion.parent, out);
-  const Eigen::Vector3f middle = 0.5F * (springs.position.rowwise().minCoeff() + springs.position.rowwise().maxCoeff());
-  const Eigen::Matrix3Xf place = springs.position.colwise() - middle;
-  const float most = std::max(place.cwiseAbs().maxCoeff() / kPlaceMost, springs.rest_length.maxCoeff() / kLengthMost);
-  const float unit = head.unit[1] = std::exp2(std::ceil(std::log2(std::max(most, 1e-20F))));
+}
+
+/// From the middle of all.
+Eigen::Matrix3Xf places_of(const Eigen::Matrix3Xf& position) {
+  const Eigen::Vector3f middle = 0.5F * (position.rowwise().minCoeff() + position.rowwise().maxCoeff());
+  return position.colwise() - middle;
+}
+
+float length_unit(float most) { return std::exp2(std::ceil(std::log2(std::max(most, 1e-20F)))); }
+
+void append_places(const Eigen::Matrix3Xf& place, float unit, std::vector<std::uint16_t>& out) {
   for (const float x : place.reshaped())
     out.push_back(static_cast<std::uint16_t>(static_cast<std::int16_t>(std::lround(x / unit))));
+}
+
+void append_springs(const CubicTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out) {
+  constexpr float kLengthMost = 65535;
+  const SampledSprings& springs = terms.springs;
+  append_steps(springs.motion, head, out);
+  head.unit[2] = append(springs.stiffness, out);
+  head.unit[3] = append(springs.damping, out);
+  append_motion(springs.motion, out);
+  const Eigen::Matrix3Xf place = places_of(springs.position);
+  const float unit = head.unit[1] =
+      length_unit(std::max(place.cwiseAbs().maxCoeff() / kPlaceMost, springs.rest_length.maxCoeff() / kLengthMost));
+  append_places(place, unit, out);
   for (const float length : springs.rest_length)
     out.push_back(static_cast<std::uint16_t>(std::lround(std::clamp(length / unit, 0.0F, kLengthMost))));
   for (const auto& ends : springs.ends.colwise()) out.push_back(static_cast<std::uint16_t>(ends[0] | ends[1] << 8U));
+  head.unit[4] = append(terms.e2, out);
+}
+
+void append_tetrahedra(const CubicTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out) {
+  const SampledTetrahedra& solid = terms.solid;
+  append_steps(solid.motion, head, out);
+  head.unit[2] = append(solid.shear, out);
+  head.unit[3] = append(solid.dilation, out);
+  for (const float t : solid.damping_s) out.push_back(to_half(t));
+  append_motion(solid.motion, out);
+  const Eigen::Matrix3Xf place = places_of(solid.position), rest = places_of(solid.rest);
+  head.unit[1] = length_unit(std::max(place.cwiseAbs().maxCoeff(), rest.cwiseAbs().maxCoeff()) / kPlaceMost);
+  append_places(place, head.unit[1], out);
+  append_places(rest, head.unit[1], out);
+  for (const auto& nodes : solid.nodes.colwise()) {
+    out.push_back(static_cast<std::uint16_t>(nodes[0] | nodes[1] << 8U));
+    out.push_back(static_cast<std::uint16_t>(nodes[2] | nodes[3] << 8U));
+  }
   head.unit[4] = append(terms.e2, out);
 }
 
@@ -170,30 +216,46 @@ bool take_polynomials(const std::vector<std::uint16_t>& numbers, int& at, const 
   return terms.e3.allFinite() && terms.e4.allFinite() && terms.q.allFinite();
 }
 
-/// False when one is not what a spring, or a node, can be.
-bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, CubicTerms& terms) {
-  const Layout l = layout(head);
-  const int m = head.springs, nodes = head.nodes;
-  SampledSprings& springs = terms.springs;
-  NodeMotion& motion = springs.motion;
-  terms.scale.setIdentity();
-  springs.stiffening = head.stiffening;
+void take_steps(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, NodeMotion& motion) {
   motion.tool = head.tool == kNoNode ? -1 : head.tool;
   motion.tool_axes = head.tool_axes;
-  motion.scale = take(numbers, at, l.modes, head.unit[0]);
-  motion.step = take(numbers, at, nodes, 1);
-  springs.stiffness = take(numbers, at, m, head.unit[2]);
-  springs.damping = take(numbers, at, m, head.unit[3]);
-  motion.bytes.resize(l.modes, 3 * nodes);
-  const std::vector<std::uint8_t> bytes = take_bytes(numbers, at, 3 * l.modes * nodes);
+  motion.scale = take(numbers, at, layout(head).modes, head.unit[0]);
+  motion.step = take(numbers, at, head.nodes, 1);
+}
+
+/// False when a node is no node's.
+bool take_motion(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, NodeMotion& motion) {
+  const int modes = layout(head).modes, nodes = head.nodes;
+  motion.bytes.resize(modes, 3 * nodes);
+  const std::vector<std::uint8_t> bytes = take_bytes(numbers, at, 3 * modes * nodes);
   std::transform(bytes.begin(), bytes.end(), motion.bytes.reshaped().begin(),
                  [](std::uint8_t b) { return static_cast<std::int8_t>(b); });
   motion.parent = take_bytes(numbers, at, nodes);
   bool fine = motion.tool < nodes;
   for (int i = 0; i < nodes; ++i) fine &= motion.parent[static_cast<std::size_t>(i)] <= i;
+  return fine;
+}
+
+Eigen::Matrix3Xf take_places(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head) {
+  Eigen::Matrix3Xf places(3, head.nodes);
+  for (float& x : places.reshaped())
+    x = head.unit[1] * static_cast<float>(static_cast<std::int16_t>(numbers[static_cast<std::size_t>(at++)]));
+  return places;
+}
+
+/// False when one is not what a spring, or a node, can be.
+bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, CubicTerms& terms) {
+  const Layout l = layout(head);
+  const int m = head.springs, nodes = head.nodes;
+  SampledSprings& springs = terms.springs;
+  terms.scale.setIdentity();
+  springs.stiffening = head.stiffening;
+  take_steps(numbers, at, head, springs.motion);
+  springs.stiffness = take(numbers, at, m, head.unit[2]);
+  springs.damping = take(numbers, at, m, head.unit[3]);
+  const bool fine = take_motion(numbers, at, head, springs.motion);
+  springs.position = take_places(numbers, at, head);
   const auto next = [&] { return numbers[static_cast<std::size_t>(at++)]; };
-  springs.position.resize(3, nodes);
-  for (float& x : springs.position.reshaped()) x = head.unit[1] * static_cast<float>(static_cast<std::int16_t>(next()));
   springs.rest_length.resize(m);
   for (float& length : springs.rest_length) length = head.unit[1] * static_cast<float>(next());
   springs.ends.resize(2, m);
@@ -205,6 +267,38 @@ bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const Patc
   terms.e2 = take(numbers, at, l.count[4], head.unit[4]);
   return fine && springs.ends.maxCoeff() < nodes && springs.rest_length.minCoeff() > 0 && springs.stiffness.minCoeff() >= 0 &&
          springs.damping.minCoeff() >= 0;
+}
+
+/// False when one is not what a tetrahedron, or a node, can be.
+bool take_tetrahedra(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, CubicTerms& terms) {
+  const Layout l = layout(head);
+  const int m = head.tetrahedra, nodes = head.nodes;
+  SampledTetrahedra& solid = terms.solid;
+  terms.scale.setIdentity();
+  solid.law = head.corotational ? SolidLaw::corotational : SolidLaw::neo_hookean;
+  take_steps(numbers, at, head, solid.motion);
+  solid.shear = take(numbers, at, m, head.unit[2]);
+  solid.dilation = take(numbers, at, m, head.unit[3]);
+  solid.damping_s = take(numbers, at, m, 1);
+  if (!take_motion(numbers, at, head, solid.motion)) return false;
+  solid.position = take_places(numbers, at, head);
+  solid.rest = take_places(numbers, at, head);
+  solid.nodes.resize(4, m);
+  for (int e = 0; e < m; ++e)
+    for (int pair = 0; pair < 2; ++pair) {
+      const unsigned word = numbers[static_cast<std::size_t>(at++)];
+      solid.nodes(2 * pair, e) = static_cast<int>(word & 0xffU);
+      solid.nodes(2 * pair + 1, e) = static_cast<int>(word >> 8U);
+    }
+  terms.e2 = take(numbers, at, l.count[4], head.unit[4]);
+  if (solid.nodes.maxCoeff() >= nodes || solid.shear.minCoeff() < 0 || solid.dilation.minCoeff() < 0 ||
+      solid.damping_s.minCoeff() < 0)
+    return false;
+  for (int e = 0; e < m; ++e) {
+    float volume = 0;
+    if (!solid.gradients(e, volume).allFinite() || !(volume > 0)) return false;
+  }
+  return true;
 }
 
 constexpr double kPositionUnitM = 1.0 / 1024;
@@ -247,16 +341,18 @@ bool take_surface(const std::vector<std::uint16_t>& numbers, int at, const Patch
 bool same_whole(const PatchTerms& a, const PatchTerms& b) {
   return a.patch_seq == b.patch_seq && a.pieces == b.pieces && a.variables == b.variables && a.leading == b.leading &&
          a.vertices == b.vertices && a.triangles == b.triangles && a.grasp == b.grasp && a.repaired == b.repaired &&
-         a.springs == b.springs && a.nodes == b.nodes && a.tool == b.tool && a.tool_axes == b.tool_axes &&
-         a.stiffening == b.stiffening && a.radius == b.radius && a.port_scale == b.port_scale && a.unit == b.unit;
+         a.springs == b.springs && a.tetrahedra == b.tetrahedra && a.corotational == b.corotational && a.nodes == b.nodes &&
+         a.tool == b.tool && a.tool_axes == b.tool_axes && a.stiffening == b.stiffening && a.radius == b.radius &&
+         a.port_scale == b.port_scale && a.unit == b.unit;
 }
 
 }  // namespace
 
 TermsFault check(const PatchTerms& p) {
-  if (p.variables > kMaxVariables || p.springs > kMaxSprings) return TermsFault::sizes;
-  if (p.springs > 0 ? p.nodes == 0 || p.nodes > kMaxSpringNodes || p.tool_axes > 3 : p.nodes > 0) return TermsFault::sizes;
-  if (p.springs > 0 ? p.leading > 0 : p.leading < 1 || p.leading > std::min<int>(kMaxLeading, p.variables))
+  if (p.variables > kMaxVariables || p.springs > kMaxSprings || p.tetrahedra > kMaxTetrahedra) return TermsFault::sizes;
+  if ((p.springs > 0 && p.tetrahedra > 0) || (p.corotational && p.tetrahedra == 0)) return TermsFault::sizes;
+  if (p.sampled() ? p.nodes == 0 || p.nodes > kMaxSpringNodes || p.tool_axes > 3 : p.nodes > 0) return TermsFault::sizes;
+  if (p.sampled() ? p.leading > 0 : p.leading < 1 || p.leading > std::min<int>(kMaxLeading, p.variables))
     return TermsFault::sizes;
   if (p.vertices > (p.grasp ? 0 : kMaxPortVertices) || p.triangles > (p.grasp ? 0 : kMaxPortTriangles)) return TermsFault::sizes;
   const Layout l = layout(p);
@@ -293,6 +389,13 @@ int numbers_of_springs(const TermsRoom& room, int nodes, int springs) {
   return springs_layout(whole).total();
 }
 
+int numbers_of_tetrahedra(const TermsRoom& room, int nodes, int tetrahedra) {
+  PatchTerms whole = surface_for(room);
+  whole.nodes = static_cast<std::uint8_t>(nodes);
+  whole.tetrahedra = static_cast<std::uint8_t>(tetrahedra);
+  return tetrahedra_layout(whole).total();
+}
+
 std::uint16_t pack_corners(const Triangle& triangle) {
   return static_cast<std::uint16_t>(triangle[0] | triangle[1] << kCornerBits | triangle[2] << 2 * kCornerBits);
 }
@@ -310,19 +413,27 @@ std::vector<PatchTerms> to_pieces(const CubicTerms& terms, std::uint32_t patch_s
   whole.repaired = terms.e2.size() > 0;
   whole.radius = static_cast<float>(terms.radius);
   whole.springs = static_cast<std::uint8_t>(terms.springs.count());
+  whole.tetrahedra = static_cast<std::uint8_t>(terms.solid.count());
+  whole.corotational = whole.tetrahedra > 0 && terms.solid.law == SolidLaw::corotational;
   whole.stiffening = terms.springs.stiffening;
-  whole.nodes = static_cast<std::uint8_t>(terms.springs.motion.nodes());
-  whole.tool_axes = static_cast<std::uint8_t>(terms.springs.motion.tool_axes);
-  whole.tool = terms.springs.motion.tool < 0 ? kNoNode : static_cast<std::uint8_t>(terms.springs.motion.tool);
+  const NodeMotion& motion = whole.tetrahedra > 0 ? terms.solid.motion : terms.springs.motion;
+  whole.nodes = static_cast<std::uint8_t>(motion.nodes());
+  whole.tool_axes = static_cast<std::uint8_t>(motion.tool_axes);
+  whole.tool = motion.tool < 0 ? kNoNode : static_cast<std::uint8_t>(motion.tool);
   whole.vertices = static_cast<std::uint8_t>(terms.vertices.size());
   whole.triangles = static_cast<std::uint8_t>(terms.triangles.size());
   const Layout l = layout(whole);
   // Those whose bits are not all looked at by check().
   if (!terms.e3.allFinite() || !terms.e4.allFinite() || !terms.q.allFinite() || !terms.springs.position.allFinite() ||
-      !terms.springs.rest_length.allFinite())
+      !terms.springs.rest_length.allFinite() || !terms.solid.position.allFinite() || !terms.solid.rest.allFinite())
     return {};
   std::vector<std::uint16_t> numbers;
-  whole.springs > 0 ? append_springs(terms, whole, numbers) : append_polynomials(terms, l, whole, numbers);
+  if (whole.springs > 0)
+    append_springs(terms, whole, numbers);
+  else if (whole.tetrahedra > 0)
+    append_tetrahedra(terms, whole, numbers);
+  else
+    append_polynomials(terms, l, whole, numbers);
   append_surface(terms, numbers);
   whole.pieces = static_cast<std::uint8_t>(l.pieces());
   std::vector<PatchTerms> pieces;
@@ -371,7 +482,8 @@ std::optional<CubicTerms> TermsAssembly::terms_for(const Patch& patch) const {
   const int n = head_.variables;
   terms.scale.setZero(n, n);
   int at = 0;
-  if (!(head_.springs > 0 ? take_springs : take_polynomials)(numbers_, at, head_, terms)) return std::nullopt;
+  const auto take_terms = head_.springs > 0 ? take_springs : head_.tetrahedra > 0 ? take_tetrahedra : take_polynomials;
+  if (!take_terms(numbers_, at, head_, terms)) return std::nullopt;
   terms.rate = stamp_rate(terms, patch);
   if (!take_surface(numbers_, at, head_, terms) || !has_room(patch.surface, terms)) return std::nullopt;
   if (terms.triangles.empty() && terms.vertices.empty()) return terms;

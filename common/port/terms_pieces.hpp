@@ -5,6 +5,8 @@
 //     precision less its last four; each in a unit of its own, the largest number some thousands;
 //     or, of springs: s, h (node_motion.hpp), w k and w c, half precision; then b, two bytes a word, p(i) in bytes too, the
 //     nodes' places and L as whole numbers of a length, and the two ends of each spring in a word; E2 where there is a repair;
+//     or, of tetrahedra: s, h, w V mu_L, w V lambda_L and t, half precision; then b and p(i) as of springs, the nodes' places and
+//     their places at rest as whole numbers of a length, and the four nodes of each in two words; E2 where there is a repair;
 //     the surface that a touch brings: of every vertex its position as a sum of two numbers an axis [1/1024 m], its normal, and
 //     how the modes move it [1/kg^1/2]; of every triangle its three corners, five bits each
 //
@@ -39,6 +41,7 @@ struct TermsRoom {
 int leading_that_fit(const TermsRoom& room, int most);
 /// Numbers that so many springs between so many nodes take, with that surface; they fit while there are at most kUsualNumbers.
 int numbers_of_springs(const TermsRoom& room, int nodes, int springs);
+int numbers_of_tetrahedra(const TermsRoom& room, int nodes, int tetrahedra);
 inline constexpr int kUsualNumbers = kUsualPieces * kPieceNumbers;
 
 /// Corners of a triangle of a local surface, below kMaxPortVertices, in the lowest 15 bits.
@@ -50,14 +53,17 @@ struct PatchTerms {
   std::uint8_t piece = 0, pieces = 0, variables = 0, leading = 0, vertices = 0, triangles = 0;
   bool grasp = false, repaired = false;  ///< u starts with the tool's displacement; there is an E2
   std::uint8_t springs = 0;              ///< instead of polynomials: leading, radius and port_scale are 0
-  std::uint8_t nodes = 0;                ///< of springs
-  std::uint8_t tool = kNoNode;           ///< node of springs that the tool holds
+  std::uint8_t tetrahedra = 0;           ///< the same; never beside springs
+  bool corotational = false;             ///< these
+  std::uint8_t nodes = 0;                ///< of springs or tetrahedra
+  std::uint8_t tool = kNoNode;           ///< node of these that the tool holds
   std::uint8_t tool_axes = 3;            ///< along which it moves that
   float radius = 0;
   float stiffening = 0;               ///< of the springs' law
   std::array<float, 3> port_scale{};  ///< of a grasp
-  std::array<float, 5> unit{};        ///< of S, E2, E3, E4, Q; of s, lengths, w k, w c, E2
+  std::array<float, 5> unit{};        ///< of S, E2, E3, E4, Q; of s, lengths, w k, w c, E2; s, lengths, w V mu, w V lambda, E2
   std::vector<std::uint16_t> numbers;
+  bool sampled() const { return springs > 0 || tetrahedra > 0; }
 };
 
 /// What is wrong with a piece by itself.

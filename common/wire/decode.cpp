@@ -252,14 +252,17 @@ WireFault read(const wire::PatchTerms& table, PatchTerms& m) {
   m.triangles = head.triangles();
   m.grasp = (head.flags() & kGraspFlag) != 0;
   m.repaired = (head.flags() & kRepairedFlag) != 0;
-  if (((head.flags() & kSpringsFlag) != 0) != (table.springs() && table.springs()->count() > 0)) return WireFault::malformed;
+  const bool of_springs = (head.flags() & kSpringsFlag) != 0, of_solid = (head.flags() & kSolidFlag) != 0;
+  if ((of_springs && of_solid) || (of_springs || of_solid) != (table.springs() && table.springs()->count() > 0))
+    return WireFault::malformed;
   if (const wire::SpringsHead* springs = table.springs()) {
-    m.springs = springs->count();
+    (of_solid ? m.tetrahedra : m.springs) = springs->count();
     m.nodes = springs->nodes();
     m.tool = springs->tool();
     m.tool_axes = springs->tool_axes();
     m.stiffening = springs->stiffening();
   }
+  m.corotational = (head.flags() & kCorotationalFlag) != 0;
   m.numbers.assign(table.numbers()->begin(), table.numbers()->end());
   switch (check(m)) {
     case TermsFault::none:

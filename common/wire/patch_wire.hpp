@@ -24,6 +24,13 @@ std::array<std::uint16_t, 2> pack_normal(const Vec3& normal);
 Vec3 unpack_normal(std::uint16_t u, std::uint16_t v);
 
 enum PatchFlag : std::uint8_t { kTouchFlag = 1, kConstantFlag = 2, kTouchingFlag = 4, kAllFlags = 7 };
-enum TermsFlag : std::uint8_t { kGraspFlag = 1, kRepairedFlag = 2, kSpringsFlag = 4, kAllTermsFlags = 7 };
+enum TermsFlag : std::uint8_t {
+  kGraspFlag = 1,
+  kRepairedFlag = 2,
+  kSpringsFlag = 4,
+  kSolidFlag = 8,
+  kCorotationalFlag = 16,
+  kAllTermsFlags = 31
+};
 
 }  // namespace palpate

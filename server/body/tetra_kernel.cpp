@@ -4,16 +4,19 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/port/polar.hpp"
+
 namespace palpate {
 namespace {
 
-constexpr int kPolarIterations = 8;       // of Newton's method; it converges quadratically
-constexpr double kPolarWellFormed = 0.1;  // J / |F|^3 3^1.5 above which it is used
-
-Mat3 cofactors(const Mat3& f) {
-  Mat3 g;
-  g << f.col(1).cross(f.col(2)), f.col(2).cross(f.col(0)), f.col(0).cross(f.col(1));
-  return g;
+/// What the cofactors of A change by with B, to first order.
+Mat3 mixed_cofactors(const Mat3& a, const Mat3& b) {
+  Mat3 x;
+  for (int k = 0; k < 3; ++k) {
+    const int p = (k + 1) % 3, q = (k + 2) % 3;
+    x.col(k) = a.col(p).cross(b.col(q)) + b.col(p).cross(a.col(q));
+  }
+  return x;
 }
 
 Mat3 cross_matrix(const Vec3& w) {
@@ -22,20 +25,31 @@ Mat3 cross_matrix(const Vec3& w) {
   return m;
 }
 
-struct Svd {  // F = u diag(s) v^T with rotations u, v; s.z() carries the sign of det F
-  Mat3 u, v;
-  Vec3 s;
-};
+double inner(const Mat3& a, const Mat3& b) { return a.cwiseProduct(b).sum(); }
 
-Svd signed_svd(const Mat3& f) {
-  const Eigen::JacobiSVD<Mat3> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Svd result{svd.matrixU(), svd.matrixV(), svd.singularValues()};
-  for (Mat3* m : {&result.u, &result.v}) {
-    if (m->determinant() > 0) continue;
-    m->col(2) = -m->col(2);
-    result.s.z() = -result.s.z();
-  }
-  return result;
+Mat3 second_order_neo_hookean(const TetraMaterial& m, const Mat3& f, const Mat3& df_1, const Mat3& df_2) {
+  const Mat3 g = cofactors(f), x_1 = mixed_cofactors(f, df_1), x_2 = mixed_cofactors(f, df_2);
+  const double s = f.squaredNorm() + 1, along_1 = inner(f, df_1), along_2 = inner(f, df_2);
+  const Mat3 shear = (2 / (s * s)) * (along_2 * df_1 + along_1 * df_2 + (inner(df_1, df_2) - 4 * along_1 * along_2 / s) * f);
+  const double pressure = f.col(0).dot(g.col(0)) - m.alpha;
+  return m.mu * shear +
+         m.lambda * (inner(x_2, df_1) * g + inner(g, df_1) * x_2 + inner(g, df_2) * x_1 + pressure * mixed_cofactors(df_1, df_2));
+}
+
+/// With dR = R O, O S + S O = R^T dF - dF^T R, and once more the derivative of that.
+Mat3 second_order_corotational(const TetraMaterial& m, const Mat3& f, const Mat3& df_1, const Mat3& df_2) {
+  const Mat3 r = polar_rotation(f), s = 0.5 * (r.transpose() * f + f.transpose() * r);
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(s);
+  const Vec3 pairs = (s.trace() - eigen.eigenvalues().array()).max(kLeastPairSum);
+  const Mat3 w = eigen.eigenvectors() * pairs.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
+  const auto solve = [&](const Mat3& skew) { return cross_matrix(w * Vec3(skew(2, 1), skew(0, 2), skew(1, 0))); };
+  const auto skew = [](const Mat3& a) -> Mat3 { return a - a.transpose(); };
+  const Mat3 turn_1 = solve(skew(r.transpose() * df_1)), turn_2 = solve(skew(r.transpose() * df_2));
+  const Mat3 dr_1 = r * turn_1, dr_2 = r * turn_2, ds_2 = r.transpose() * df_2 - turn_2 * s;
+  const Mat3 both = solve(skew(dr_2.transpose() * df_1) - turn_1 * ds_2 - ds_2 * turn_1);
+  const Mat3 ddr = r * (turn_2 * turn_1 + both);
+  return (m.lambda * (s.trace() - 3) - 2 * m.mu) * ddr +
+         m.lambda * (inner(dr_2, df_1) * r + inner(r, df_1) * dr_2 + inner(r, df_2) * dr_1);
 }
 
 /// Unit matrix of a turn about principal axis k.
@@ -63,24 +77,6 @@ TetraRest::TetraRest(const Mat34& rest) {
   volume_m3 = edges.determinant() / 6;
 }
 
-Mat3 polar_rotation(const Mat3& f) {
-  const double size = f.norm();
-  if (f.determinant() * 5.196 <= kPolarWellFormed * size * size * size) {
-    const Svd svd = signed_svd(f);
-    return svd.u * svd.v.transpose();
-  }
-  Mat3 r = f;
-  for (int i = 0; i < kPolarIterations; ++i) {
-    const Mat3 inverse_transpose = cofactors(r) / r.determinant();
-    const double scale = std::sqrt(inverse_transpose.norm() / r.norm());
-    const Mat3 next = 0.5 * (scale * r + inverse_transpose / scale);
-    const double change = (next - r).squaredNorm();
-    r = next;
-    if (change < 1e-24) break;
-  }
-  return r;
-}
-
 double elastic_energy_density(const TetraMaterial& m, const Mat3& f) {
   if (m.law == SolidLaw::corotational) {
     const Mat3 r = polar_rotation(f);
@@ -106,6 +102,11 @@ Mat3 viscous_stress(const TetraMaterial& m, const Mat3& f, const Mat3& f_rate) {
   Mat3 s = m.viscous_mu * (product + product.transpose());
   s.diagonal().array() += m.viscous_lambda * product.trace();
   return f * s;
+}
+
+Mat3 second_order_stress(const TetraMaterial& m, const Mat3& f, const Mat3& df_1, const Mat3& df_2) {
+  return m.law == SolidLaw::corotational ? second_order_corotational(m, f, df_1, df_2)
+                                         : second_order_neo_hookean(m, f, df_1, df_2);
 }
 
 TetraTangent::TetraTangent(const TetraMaterial& material, const Mat3& f, bool clamp) : f_(f) {
@@ -143,7 +144,7 @@ void TetraTangent::neo_hookean(const TetraMaterial& m) {
 }
 
 void TetraTangent::neo_hookean_clamped(const TetraMaterial& m) {
-  const Svd svd = signed_svd(f_);
+  const SignedSvd svd = signed_svd(f_);
   const Vec3& s = svd.s;
   const Vec3 g(s.y() * s.z(), s.x() * s.z(), s.x() * s.y());
   const double i = s.squaredNorm() + 1, a = m.mu * (1 - 1 / i), kappa = m.lambda * (s.x() * g.x() - m.alpha);
@@ -166,11 +167,7 @@ void TetraTangent::neo_hookean_clamped(const TetraMaterial& m) {
 Mat3 TetraTangent::apply(const Mat3& df) const {
   Mat3 dp = a_ * df;
   for (std::size_t k = 0; k < terms_; ++k) dp += (c_[k] * q_[k].cwiseProduct(df).sum()) * q_[k];
-  if (kappa_ == 0) return dp;
-  for (int k = 0; k < 3; ++k) {
-    const int p = (k + 1) % 3, q = (k + 2) % 3;
-    dp.col(k) += kappa_ * (df.col(p).cross(f_.col(q)) + f_.col(p).cross(df.col(q)));
-  }
+  if (kappa_ != 0) dp += kappa_ * mixed_cofactors(f_, df);
   return dp;
 }
 

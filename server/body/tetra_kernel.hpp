@@ -25,14 +25,12 @@
 #include <array>
 
 #include "common/base/types.hpp"
+#include "common/port/polar.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {
 
 using Mat34 = Eigen::Matrix<double, 3, 4>;
-
-/// Of two principal stretches: R turns over where it vanishes, and the corotational tangent is cut there.
-inline constexpr double kLeastPairSum = 0.05;
 
 /// A material with the parameters of its law worked out.
 struct TetraMaterial {
@@ -51,12 +49,11 @@ struct TetraRest {
   double volume_m3;  ///< V
 };
 
-/// The rotation next to F: F = R S with S symmetric, det R = 1. Where F is inside out S has its smallest eigenvalue negative.
-Mat3 polar_rotation(const Mat3& f);
-
 double elastic_energy_density(const TetraMaterial& material, const Mat3& f);
 Mat3 elastic_stress(const TetraMaterial& material, const Mat3& f);
 Mat3 viscous_stress(const TetraMaterial& material, const Mat3& f, const Mat3& f_rate);
+/// d^2 P_elastic / dF^2 [dF_1, dF_2]: P(F + dF) = P + A dF + 1/2 d^2P[dF, dF] + ...
+Mat3 second_order_stress(const TetraMaterial& material, const Mat3& f, const Mat3& df_1, const Mat3& df_2);
 
 /// dP_elastic / dF at one F.
 class TetraTangent {

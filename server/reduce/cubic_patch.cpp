@@ -12,6 +12,7 @@
 #include "server/reduce/dent.hpp"
 #include "server/reduce/expansion.hpp"
 #include "server/reduce/sample_springs.hpp"
+#include "server/reduce/sample_tetrahedra.hpp"
 
 namespace palpate {
 namespace {
@@ -227,12 +228,12 @@ std::optional<CubicTerms> cubic_terms(BentBody& body, const Patch& patch, const 
   return terms;
 }
 
-std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch, const CubicShapes& shapes, int vertices) {
+std::optional<CubicTerms> sampled_terms(const BentBody& body, const Patch& patch, const CubicShapes& shapes, int vertices) {
   const auto r = patch.stiffness.size(), first = shapes.port.cols(), n = r + first;
   if (r == 0 || !(patch.stiffness.maxCoeff() > 0)) return std::nullopt;
   const bool repaired = is_lifted(patch, shapes);
   const int variables = static_cast<int>(n);
-  SpringSampling sampling;
+  Sampling sampling;
   sampling.room = {variables, first > 0, repaired, vertices};
   if (first > 0) {
     Eigen::Index row = 0;
@@ -245,13 +246,16 @@ std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch,
   sampling.path = sampling.likely.middleCols(shapes.coordinates.cols() - shapes.dents, shapes.dents);
   sampling.stiffness = stiffness_of(patch, first);
   if (first > 0) sampling.likely.topLeftCorner(first, first) = shapes.amplitude.asDiagonal();
-  auto springs = sample_springs(body.at(), body.moved(), sampling);
-  if (!springs) return std::nullopt;
   CubicTerms terms;
   terms.variables = variables;
   terms.grasp = first > 0;
   terms.scale = Matrix::Identity(n, n);
-  terms.springs = std::move(*springs);
+  if (body.at().dynamics->tetrahedra().empty()) {
+    if (auto springs = sample_springs(body.at(), body.moved(), sampling)) terms.springs = std::move(*springs);
+  } else if (auto solid = sample_tetrahedra(body.at(), body.moved(), sampling)) {
+    terms.solid = std::move(*solid);
+  }
+  if (!terms.sampled()) return std::nullopt;
   if (repaired) terms.e2 = repair(shapes.lifted, terms.scale);
   terms.rate = stamp_rate(terms, patch);
   const CubicForce force(terms, patch);

@@ -18,6 +18,7 @@
 // are less wrong there (are_truer()).
 // Under a touch their dampers stay at home where the modes brake away more than exp(-kMostBraked) of what moves within a step:
 // what dampers push for having turned is a step old when the player takes it. A grasp knows at once how the tool moves its node.
+// A solid of finite elements has no polynomials here, its terms are always some of its tetrahedra.
 // A patch is lifted to be passive (lift.hpp); with u = (d, q) and H, H~ the joint stiffness before and after,
 //     E2 = 1/2 u^T (H - H~) u.
 #pragma once
@@ -64,9 +65,9 @@ class BentBody {
 /// for a body whose forces have no expansion.
 std::optional<CubicTerms> cubic_terms(BentBody& body, const Patch& patch, const CubicShapes& shapes, int vertices);
 
-/// Terms that are springs of the body (sample_springs.hpp), as many as fit: for a body that no polynomial follows as far as it is
-/// likely to go. Nothing where they would not be stable.
-std::optional<CubicTerms> spring_terms(const BentBody& body, const Patch& patch, const CubicShapes& shapes, int vertices);
+/// Terms that are springs or tetrahedra of the body (sample_springs.hpp, sample_tetrahedra.hpp), as many as fit: for a body that
+/// no polynomial follows as far as it is likely to go. Nothing where they would not be stable.
+std::optional<CubicTerms> sampled_terms(const BentBody& body, const Patch& patch, const CubicShapes& shapes, int vertices);
 
 /// Whether springs `a` are less wrong than polynomials `b` where the body is likely to come to or may be pressed to, and half way
 /// there: sum of

@@ -22,11 +22,11 @@ std::vector<std::uint32_t> nodes_around(const Skin::Weights& port, const LumpedB
     seen[node] = 1;
   };
   for (const auto& [node, weight] : port) add(node);
-  for (std::size_t k = 0; k < nodes.size() && nodes.size() < Dents::kNodes; ++k)
-    for (const std::uint32_t e : elements[nodes[k]]) {
-      add(body.elements[e].a);
-      add(body.elements[e].b);
-    }
+  std::array<std::uint32_t, 2> room;
+  const std::size_t most = body.tetrahedra.empty() ? Dents::kNodes : Dents::kSolidNodes;
+  for (std::size_t k = 0; k < nodes.size() && nodes.size() < most; ++k)
+    for (const std::uint32_t e : elements[nodes[k]])
+      for (const std::uint32_t node : nodes_of(body, e, room)) add(node);
   std::sort(nodes.begin(), nodes.end());
   return nodes;
 }
@@ -37,15 +37,14 @@ LocalBody cut_out(std::vector<std::uint32_t> nodes, const LumpedBody& whole,
   LocalBody local(whole, std::move(nodes));
   LumpedBody& body = local.body;
   const auto here = static_cast<std::uint32_t>(local.nodes.size());
+  std::array<std::uint32_t, 2> room;
   for (std::uint32_t i = 0; i < here; ++i) {
     for (const std::uint32_t e : elements[local.nodes[i]]) {
-      Element element = whole.elements[e];
-      element.a = local.index(element.a);
-      element.b = local.index(element.b);
-      if (element.a == here || element.b == here)
+      const std::span<const std::uint32_t> joined = nodes_of(whole, e, room);
+      if (std::any_of(joined.begin(), joined.end(), [&](std::uint32_t node) { return local.index(node) == here; }))
         body.fixed[i] = 1;
-      else if (element.a == i)
-        body.elements.push_back(element);
+      else if (joined.front() == local.nodes[i])
+        local.add(whole, e);
     }
   }
   return local;
@@ -158,10 +157,9 @@ struct Dents::Cut {
 Dents::~Dents() = default;
 
 Dents::Dents(const LumpedBody& body) : body_(&body), elements_(body.nodes.size()) {
-  for (std::uint32_t e = 0; e < body.elements.size(); ++e) {
-    elements_[body.elements[e].a].push_back(e);
-    elements_[body.elements[e].b].push_back(e);
-  }
+  std::array<std::uint32_t, 2> room;
+  for (std::uint32_t e = 0; e < elements_of(body); ++e)
+    for (const std::uint32_t node : nodes_of(body, e, room)) elements_[node].push_back(e);
 }
 
 std::vector<Vector> Dents::shapes(const Linearisation& at, const DentRequest& request) {

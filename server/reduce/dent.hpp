@@ -6,9 +6,9 @@
 //     s^2 M w - [F(x* + w, s w) - F(x*, 0)] = B f,     f = kappa (a - B^T w)
 //
 // one step of backward Euler of 1/s from rest; a is the way of a hand that yields as a spring kappa does, kHand times as stiff as
-// the body at the stamp. Far from the port the body bends little: only the kNodes nodes nearest to it, by elements, follow their
-// own forces, all others w = P^-1 B f. Nonlinear conjugate gradients with the blocks of the diagonal, the ends of the near part
-// moved with f in kRounds rounds, from each way on to the next.
+// the body at the stamp. Far from the port the body bends little: only the kNodes nodes nearest to it (of a solid kSolidNodes),
+// by elements, follow their own forces, all others w = P^-1 B f. Nonlinear conjugate gradients with the blocks of the diagonal,
+// the ends of the near part moved with f in kRounds rounds, from each way on to the next.
 //
 // Source: nonlinear elimination of the part that is far from linear, Lanzkron, Rose and Wilkes, SIAM J. Sci. Comput. 17 (1996).
 #pragma once
@@ -31,11 +31,11 @@ struct DentRequest {
 
 class Dents {
  public:
-  static constexpr std::size_t kNodes = 300;
+  static constexpr std::size_t kNodes = 300, kSolidNodes = 200;
   static constexpr double kHand = 2;
   static constexpr int kRounds = 3;
 
-  /// Springs; `body` must outlive it.
+  /// Springs or finite elements; `body` must outlive it.
   explicit Dents(const LumpedBody& body);
   ~Dents();
   /// w, in these coordinates too, one for each way; fewer where the body cannot be followed so far, none where it is fixed.

@@ -135,9 +135,86 @@ Expansion collect(const Sums& sums, int n, int leading) {
   return x;
 }
 
+/// |k| delta^3 / rho of each spring.
+std::vector<double> spring_weights(const LumpedBody& body, const BodyState& state, const ShapeRows& shapes) {
+  std::vector<double> weights;
+  for (const Element& e : body.elements) {
+    const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
+    const double motion = (shapes.middleRows<3>(b) - shapes.middleRows<3>(a)).norm();
+    const double rho = (state.x.segment<3>(b) - state.x.segment<3>(a)).norm();
+    weights.push_back(e.stiffness_n_m * motion * motion * motion / std::max(rho, kLengthMin));
+  }
+  return weights;
+}
+
+TetraRest rest_of(const LumpedBody& body, const Tetrahedron& t) {
+  Mat34 rest;
+  for (int i = 0; i < 4; ++i) rest.col(i) = body.nodes[t.nodes[static_cast<std::size_t>(i)]];
+  return TetraRest(rest);
+}
+
+/// How the deformation gradient of a tetrahedron changes with the shapes: the edges' motions, three rows for each of b_1, b_2,
+/// b_3.
+template <typename Shapes>
+std::array<Eigen::Matrix<double, 3, Eigen::Dynamic>, 3> edges_of(const Tetrahedron& t, const Shapes& shapes) {
+  std::array<Eigen::Matrix<double, 3, Eigen::Dynamic>, 3> edges;
+  for (std::size_t i = 0; i < 3; ++i)
+    edges[i] = shapes.template middleRows<3>(3 * static_cast<Eigen::Index>(t.nodes[i + 1])) -
+               shapes.template middleRows<3>(3 * static_cast<Eigen::Index>(t.nodes[0]));
+  return edges;
+}
+
+/// V mu_L |dF|^3 of each tetrahedron.
+std::vector<double> tetra_weights(const LumpedBody& body, const ShapeRows& shapes) {
+  std::vector<double> weights;
+  for (const Tetrahedron& t : body.tetrahedra) {
+    const TetraRest rest = rest_of(body, t);
+    const auto edges = edges_of(t, shapes);
+    double square = 0;
+    for (int c = 0; c < 3; ++c)
+      square += (rest.b(c, 1) * edges[0] + rest.b(c, 2) * edges[1] + rest.b(c, 3) * edges[2]).squaredNorm();
+    const SolidMaterial& m = body.materials[t.material];
+    weights.push_back(rest.volume_m3 * m.young_pa / (2 * (1 + m.poisson)) * square * std::sqrt(square));
+  }
+  return weights;
+}
+
+void add_second_order(const LumpedBody& body, const BodyState& state, const Matrix& directions, std::vector<Vector>& forces) {
+  const std::vector<TetraMaterial> materials(body.materials.begin(), body.materials.end());
+  const auto n = static_cast<int>(directions.cols());
+  std::vector<Mat3> df(static_cast<std::size_t>(n));
+  for (const Tetrahedron& t : body.tetrahedra) {
+    const TetraRest rest = rest_of(body, t);
+    const auto edges = edges_of(t, directions);
+    const auto at_stamp = edges_of(t, state.x);
+    Mat3 f = Mat3::Zero();
+    std::fill(df.begin(), df.end(), Mat3::Zero());
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Eigen::RowVector3d b = rest.b.col(static_cast<Eigen::Index>(i + 1)).transpose();
+      f += at_stamp[i] * b;
+      for (int k = 0; k < n; ++k) df[static_cast<std::size_t>(k)] += edges[i].col(k) * b;
+    }
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i <= j; ++i) {
+        const Mat3 stress =
+            (i == j ? -0.5 : -1.0) * rest.volume_m3 *
+            second_order_stress(materials[t.material], f, df[static_cast<std::size_t>(i)], df[static_cast<std::size_t>(j)]);
+        Vector& sum = forces[static_cast<std::size_t>(pair_at(i, j))];
+        for (int k = 0; k < 4; ++k)
+          sum.segment<3>(3 * static_cast<Eigen::Index>(t.nodes[static_cast<std::size_t>(k)])) += stress * rest.b.col(k);
+      }
+  }
+}
+
 }  // namespace
 
 bool can_expand(const LumpedBody& body) { return body.tetrahedra.empty() && has_series(body.law); }
+
+bool can_bend(const LumpedBody& body) {
+  const bool one_law = std::all_of(body.materials.begin(), body.materials.end(),
+                                   [&](const SolidMaterial& m) { return m.law == body.materials.front().law; });
+  return can_expand(body) || (body.elements.empty() && !body.tetrahedra.empty() && one_law);
+}
 
 std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state, const Matrix& shapes, int leading,
                                 double negligible) {
@@ -175,21 +252,17 @@ std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state
 std::vector<std::uint32_t> elements_that_bend(const Dynamics& dynamics, const BodyState& state, const Matrix& columns,
                                               double negligible) {
   const ShapeRows shapes = columns;
-  const auto& elements = dynamics.body().elements;
+  const LumpedBody& body = dynamics.body();
+  const std::vector<double> weights = body.tetrahedra.empty() ? spring_weights(body, state, shapes) : tetra_weights(body, shapes);
   // Exponent and first four bits of a positive number: the larger, the larger.
   const auto bin_of = [](double weight) { return std::bit_cast<std::uint32_t>(static_cast<float>(weight)) >> 19U; };
   std::array<double, 4096> sums{};
-  std::vector<std::uint32_t> bins(elements.size());
+  std::vector<std::uint32_t> bins(weights.size());
   double all = 0;
-  for (std::size_t k = 0; k < elements.size(); ++k) {
-    const Element& e = elements[k];
-    const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
-    const double motion = (shapes.middleRows<3>(b) - shapes.middleRows<3>(a)).norm();
-    const double rho = (state.x.segment<3>(b) - state.x.segment<3>(a)).norm();
-    const double weight = e.stiffness_n_m * motion * motion * motion / std::max(rho, kLengthMin);
-    bins[k] = bin_of(weight);
-    sums[bins[k]] += weight;
-    all += weight;
+  for (std::size_t k = 0; k < weights.size(); ++k) {
+    bins[k] = bin_of(weights[k]);
+    sums[bins[k]] += weights[k];
+    all += weights[k];
   }
   std::uint32_t least = 0;
   for (double left_out = sums[0]; least + 1 < sums.size() && left_out <= negligible * all; left_out += sums[least]) ++least;
@@ -203,6 +276,7 @@ std::vector<Vector> second_order_forces(const Dynamics& dynamics, const BodyStat
   const LumpedBody& body = dynamics.body();
   const auto n = static_cast<int>(directions.cols());
   std::vector<Vector> forces(static_cast<std::size_t>(pairs_of(n)), Vector::Zero(directions.rows()));
+  add_second_order(body, state, directions, forces);
   for (const Element& e : body.elements) {
     const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
     const Vec3 d = state.x.segment<3>(b) - state.x.segment<3>(a);

@@ -28,17 +28,21 @@ struct Expansion {
 /// Whether a body's forces have a Taylor series at every state that is known here: springs of a law that has_series(); not
 /// thigh_skin, whose second derivative jumps at rest, and not finite elements.
 bool can_expand(const LumpedBody& body);
+/// Whether a body's forces are known beyond their tangents, to second order and any number of elements at a time: what
+/// can_expand(), and finite elements whose materials have one law.
+bool can_bend(const LumpedBody& body);
 
 /// Nothing for a body that cannot be expanded, and when an element has no length.
 std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state, const Matrix& shapes, int leading,
                                 double negligible = 2e-3);
 
-/// Elements that bend when the body moves by these shapes, in the body's order: see `negligible` above.
+/// Elements that bend when the body moves by these shapes, in the body's order: see `negligible` above; of tetrahedra the sum is
+/// of V mu_L |dF|^3. For a body that can_bend().
 std::vector<std::uint32_t> elements_that_bend(const Dynamics& dynamics, const BodyState& state, const Matrix& shapes,
                                               double negligible);
 
 /// Second-order forces on the nodes: with delta = sum_i y_i directions_i, F(x* + delta) = F - K delta + sum_{i<=j} y_i y_j F2_ij
-/// + ...; F2_ij at pair_at(i, j). For a body that can_expand().
+/// + ...; F2_ij at pair_at(i, j). For a body that can_bend().
 std::vector<Vector> second_order_forces(const Dynamics& dynamics, const BodyState& state, const Matrix& directions);
 
 }  // namespace palpate

@@ -4,14 +4,36 @@
 
 namespace palpate {
 
+std::uint32_t elements_of(const LumpedBody& body) {
+  return static_cast<std::uint32_t>(body.tetrahedra.empty() ? body.elements.size() : body.tetrahedra.size());
+}
+
+std::span<const std::uint32_t> nodes_of(const LumpedBody& body, std::uint32_t element, std::array<std::uint32_t, 2>& room) {
+  if (!body.tetrahedra.empty()) return body.tetrahedra[element].nodes;
+  room = {body.elements[element].a, body.elements[element].b};
+  return room;
+}
+
 LocalBody::LocalBody(const LumpedBody& whole, std::vector<std::uint32_t> chosen) : nodes(std::move(chosen)) {
   body.planar = whole.planar;
   body.law = whole.law;
   body.stiffening = whole.stiffening;
+  body.materials = whole.materials;
+  body.mass_damping_1_s = whole.mass_damping_1_s;
   for (const std::uint32_t node : nodes) {
     body.nodes.push_back(whole.nodes[node]);
     body.masses_kg.push_back(whole.masses_kg[node]);
     body.fixed.push_back(whole.fixed[node]);
+  }
+}
+
+void LocalBody::add(const LumpedBody& whole, std::uint32_t element) {
+  if (whole.tetrahedra.empty()) {
+    Element& e = body.elements.emplace_back(whole.elements[element]);
+    e.a = index(e.a);
+    e.b = index(e.b);
+  } else {
+    for (std::uint32_t& node : body.tetrahedra.emplace_back(whole.tetrahedra[element]).nodes) node = index(node);
   }
 }
 

@@ -1,13 +1,19 @@
 // A body cut out of another.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/port/patch.hpp"
 #include "server/body/dynamics.hpp"
 
 namespace palpate {
+
+/// How many elements a body has, and the nodes that one of them joins: of its springs, or of a solid's tetrahedra.
+std::uint32_t elements_of(const LumpedBody& body);
+std::span<const std::uint32_t> nodes_of(const LumpedBody& body, std::uint32_t element, std::array<std::uint32_t, 2>& room);
 
 struct LocalBody {
   LumpedBody body;                   ///< no triangles
@@ -16,6 +22,8 @@ struct LocalBody {
   LocalBody() = default;
   /// These nodes, fixed where they are, without elements.
   LocalBody(const LumpedBody& whole, std::vector<std::uint32_t> nodes);
+  /// An element of the whole body, all of whose nodes are here.
+  void add(const LumpedBody& whole, std::uint32_t element);
   /// Index here of a node of the whole body; nodes.size() when it is not here.
   std::uint32_t index(std::uint32_t node) const;
   /// Rows of a basis of the local body for a node of the whole one, zero when it is not here.

@@ -1,5 +1,7 @@
 #include "server/reduce/near_part.hpp"
 
+#include <algorithm>
+
 namespace palpate {
 
 void NearPart::take(const Vec3& place, const BodyState& state) {
@@ -13,22 +15,20 @@ void NearPart::cut(const Vec3& place) {
   const LumpedBody& whole = graded_->dynamics().body();
   const double most = kSpacings * graded_->spacing_m();
   std::vector<std::uint8_t> is_end(whole.nodes.size(), 0);
-  std::vector<Element> elements;
+  std::vector<std::uint32_t> elements;
+  std::array<std::uint32_t, 2> room;
   for (const std::uint32_t e : graded_->near_elements()) {
-    const Element& element = whole.elements[e];
-    if ((whole.nodes[element.a] - place).norm() > most && (whole.nodes[element.b] - place).norm() > most) continue;
-    is_end[element.a] = is_end[element.b] = 1;
-    elements.push_back(element);
+    const std::span<const std::uint32_t> joined = nodes_of(whole, e, room);
+    if (std::none_of(joined.begin(), joined.end(), [&](std::uint32_t i) { return (whole.nodes[i] - place).norm() <= most; }))
+      continue;
+    for (const std::uint32_t i : joined) is_end[i] = 1;
+    elements.push_back(e);
   }
   std::vector<std::uint32_t> nodes;
   for (std::uint32_t i = 0; i < is_end.size(); ++i)
     if (is_end[i]) nodes.push_back(i);
   LocalBody local(whole, std::move(nodes));
-  for (Element& element : elements) {
-    element.a = local.index(element.a);
-    element.b = local.index(element.b);
-  }
-  local.body.elements = std::move(elements);
+  for (const std::uint32_t e : elements) local.add(whole, e);
   cut_ = std::make_unique<Cut>(std::move(local));
 }
 

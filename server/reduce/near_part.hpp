@@ -1,9 +1,9 @@
-// The part of a graded body whose forces are known beyond their tangents: springs around a tool, a body of its own.
+// The part of a graded body whose forces are known beyond their tangents: elements around a tool, a body of its own.
 //
-// It has the springs with an end within kSpacings of the place of the tool, among those with a node that keeps its coordinates
-// (graded_body.hpp), and all their ends. These move as rows T_p of the graded body's T do: with y its coordinates,
+// It has the springs or tetrahedra with a node within kSpacings of the place of the tool, among those with a node that keeps its
+// coordinates (graded_body.hpp), and all their nodes. These move as rows T_p of the graded body's T do: with y its coordinates,
 //     x_p = x_p* + T_p y,     F(y) = F* - K y + T_p^T (F_p(x_p) - F_p(x_p*) + K_p T_p y),
-// F_p and K_p of these springs alone. All others are as the tangents of the graded body say.
+// F_p and K_p of these elements alone. All others are as the tangents of the graded body say.
 #pragma once
 
 #include "server/body/tangents.hpp"
@@ -15,7 +15,7 @@ namespace palpate {
 class NearPart {
  public:
   static constexpr double kSpacings = 4;      ///< of nodes
-  static constexpr double kKeptSpacings = 1;  ///< a tool that slides less has the same springs
+  static constexpr double kKeptSpacings = 1;  ///< a tool that slides less has the same elements
 
   /// `body` must outlive it.
   explicit NearPart(const GradedBody& body) : graded_(&body) {}

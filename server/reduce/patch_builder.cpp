@@ -131,7 +131,7 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
   if (patch.constant) return patch;
   if (request.scheme == Scheme::balanced && !balanced_) return std::nullopt;
   std::optional<Patch> built;
-  if (request.scheme == Scheme::cubic && !can_expand(dynamics_->body())) return fall_back(frame, which, request, Scheme::port);
+  if (request.scheme == Scheme::cubic && !can_bend(dynamics_->body())) return fall_back(frame, which, request, Scheme::port);
   if (request.scheme == Scheme::two_layer && !dynamics_->tetrahedra().empty())
     return fall_back(frame, which, request, Scheme::ring);
   // What is not definite on fewer coordinates may be on all. A body in the middle of a fold is definite for a hand that is
@@ -373,12 +373,13 @@ void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const 
   BentBody body(at.bending(), shapes);
   shapes.lifted = true_stiffness - joint_stiffness(patch, patch.stiffness);
   // Sheets buckle in their plane.
-  const bool no_series = dynamics_->body().law == SpringLaw::stiffening || dynamics_->body().planar;
+  const bool no_series =
+      !can_expand(dynamics_->body()) || dynamics_->body().law == SpringLaw::stiffening || dynamics_->body().planar;
   auto polynomials = no_series ? std::nullopt : cubic_terms(body, patch, shapes, vertices);
-  auto springs = spring_terms(body, patch, shapes, vertices);
-  const bool both = polynomials && springs;
-  if (springs && (!both || !suits(*polynomials, shapes) || are_truer(body, patch, shapes, *springs, *polynomials)))
-    terms_ = std::move(*springs);
+  auto sampled = sampled_terms(body, patch, shapes, vertices);
+  const bool both = polynomials && sampled;
+  if (sampled && (!both || !suits(*polynomials, shapes) || are_truer(body, patch, shapes, *sampled, *polynomials)))
+    terms_ = std::move(*sampled);
   else if (polynomials)
     terms_ = std::move(*polynomials);
 }

@@ -159,7 +159,7 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
 ExpectedSlide PatchBuilder::expected_slide(const PatchRequest& request) const {
   const bool cubic = request.scheme == Scheme::cubic;
   const bool slides = cubic || request.scheme == Scheme::port;
-  return {slides ? seconds(request.bridge) : 0, cubic && can_expand(dynamics_->body())};
+  return {slides ? seconds(request.bridge) : 0, cubic && can_bend(dynamics_->body())};
 }
 
 /// What the directions for a touch start from, the springs of coupled tools in P.

@@ -10,6 +10,7 @@
 
 #include "common/base/types.hpp"
 #include "common/port/patch.hpp"
+#include "common/port/solid_law.hpp"
 
 namespace palpate {
 
@@ -24,9 +25,6 @@ struct Element {
   std::uint32_t a = 0, b = 0;
   double rest_length_m = 0, stiffness_n_m = 0, damping_n_s_m = 0;
 };
-
-/// How a solid of finite elements resists (tetra_kernel.hpp).
-enum class SolidLaw : std::uint8_t { corotational, neo_hookean };
 
 /// An isotropic solid: Young's modulus and Poisson's ratio of small strains, and the time t by which its viscous stress is that
 /// of the rate of strain (stiffness-proportional Rayleigh damping, D = t K at rest).

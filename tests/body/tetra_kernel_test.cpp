@@ -78,6 +78,21 @@ TEST_CASE("a tetrahedron's tangent is the derivative of its stress", "[body][tet
     }
 }
 
+TEST_CASE("a tetrahedron's second-order stress is the second derivative of its stress", "[body][tetra]") {
+  constexpr double h = 1e-4;
+  Draw draw(4);
+  for (const TetraMaterial& m : materials())
+    for (const Mat3& f : deformations()) {
+      const Vec3 stretches = Eigen::JacobiSVD<Mat3>(f).singularValues();
+      if (m.law == SolidLaw::corotational && (f.determinant() < 0 || stretches.y() + stretches.z() < 0.5)) continue;
+      const Mat3 one = draw.matrix(1), two = draw.matrix(1);
+      const auto at = [&](double a, double b) { return elastic_stress(m, f + a * h * one + b * h * two); };
+      const Mat3 expected = (at(1, 1) - at(1, -1) - at(-1, 1) + at(-1, -1)) / (4 * h * h);
+      CHECK((second_order_stress(m, f, one, two) - expected).norm() < 1e-4 * expected.norm());
+      CHECK((second_order_stress(m, f, two, one) - expected).norm() < 1e-4 * expected.norm());
+    }
+}
+
 TEST_CASE("a tetrahedron at rest has no stress and answers as linear elasticity says", "[body][tetra]") {
   Draw draw(3);
   for (const SolidLaw law : {SolidLaw::corotational, SolidLaw::neo_hookean}) {

@@ -217,7 +217,9 @@ TEST_CASE("What swings in a bent patch that nothing brakes neither grows nor fad
   const double fastest = std::sqrt(patch.stiffness.maxCoeff()) * 1e-3;
   REQUIRE(fastest > 0.3);
   for (int i = 0; i < patch.modes(); ++i) patch.q_rate[i] = (i % 2 == 0 ? 0.03 : -0.02);
-  const CubicTerms terms = test::spring_terms(patch);
+  CubicTerms terms = GENERATE(true, false) ? test::spring_terms(patch) : test::solid_terms(patch);
+  terms.solid.damping_s.setZero();
+  CAPTURE(terms.solid.count());
   PatchPlayer player(patch, terms), straight(patch);
   const double begin_j = player.energy();
   double first_j = 0, last_j = 0, bent_j = 0;  // means

@@ -323,6 +323,46 @@ TEST_CASE("A body whose law has no series is served the port patch, and the buil
   CHECK_FALSE(other.builder.report().fell_back);
 }
 
+TEST_CASE("A solid of either law is served some of its tetrahedra, one of both the port patch") {
+  for (const int laws : {0, 1, 2})
+    for (const bool touch : {false, true}) {
+      const SolidLaw law = laws == 0 ? SolidLaw::neo_hookean : SolidLaw::corotational;
+      LumpedBody body = solid_box(4, 4, 4, {law, 8e3, 0.45, 0.01});
+      body.materials.push_back({SolidLaw::neo_hookean, 8e3, 0.45, 0.01});
+      if (laws != 1) body.tetrahedra.front().material = 1;
+      if (laws == 1) body.materials.pop_back();
+      const Dynamics dynamics(body);
+      const Skin skin(body);
+      BodyState state = dynamics.rest_state();
+      std::vector<ToolPort> ports(1);
+      ToolAt tool{node_of(state.x, kNode), Vec3::Zero()};
+      if (touch) {
+        ports[0].parameters = {1000, 0.3};
+        ports[0].touching = true;
+        ports[0].point = nearest_point(skin.view(), skin.place(state.x), tool.position).point;
+        ports[0].lambda = Vec3(0, 0, -0.1);
+      } else {
+        ports[0].kind = ContactKind::attach;
+        ports[0].node = kNode;
+      }
+      PatchBuilder builder(dynamics, skin, 0);
+      FrameModel frame(dynamics, skin);
+      PatchRequest request;
+      request.scheme = Scheme::cubic;
+      request.bridge = Micros{100'000};
+      frame.begin(state, ports, std::span(&tool, 1), request.bridge);
+      const auto patch = builder.build(frame, 0, request);
+      REQUIRE(patch);
+      REQUIRE(check(*patch) == PatchFault::none);
+      CAPTURE(touch);
+      const bool known = laws < 2;
+      CHECK((patch->scheme == Scheme::cubic) == known);
+      CHECK(builder.report().fell_back == !known);
+      CHECK((builder.terms().solid.count() > 20) == known);
+      if (known) CHECK(to_pieces(builder.terms(), 1).size() <= static_cast<std::size_t>(kUsualPieces));
+    }
+}
+
 TEST_CASE("Trust ends where the last term is as large as the linear force") {
   Grasp grasp(0);
   const Patch patch = grasp.build();

@@ -107,6 +107,18 @@ TEST_CASE(
   CHECK(left.norm() > 0.5 * load.norm());
 }
 
+TEST_CASE("A dent of a solid of finite elements solves its equation to a tenth of the load") {
+  Pressed pressed(solid_box(5, 5, 4, {SolidLaw::neo_hookean, 8e3, 0.45, 0.01}));
+  REQUIRE(pressed.body.nodes.size() < Dents::kSolidNodes);
+  pressed.request.ways = {Vec3(0, 0, -0.004), Vec3(0.001, 0, -0.012)};
+  const auto found = Dents(pressed.body).shapes(pressed.at, pressed.request);
+  REQUIRE(found.size() == 2);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const auto [left, load] = pressed.left(found[k], pressed.request.ways[k]);
+    CHECK(left.norm() < 0.1 * load.norm());
+  }
+}
+
 TEST_CASE("Of a body larger than its near part the dent is one of all of it, to a tenth") {
   Pressed pressed(stiffening_box(13, 13, 7));
   REQUIRE(pressed.body.nodes.size() > 3 * Dents::kNodes);

@@ -90,7 +90,7 @@ TEST_CASE("A tenth of the springs of a block bends as all of them do where it wa
     const Linearisation at{&dynamics, &state, &body.fixed, &tangents};
     // Smooth shapes: a dent of the top, sheared and twisted.
     constexpr Eigen::Index kVariables = 6;
-    SpringSampling sampling;
+    Sampling sampling;
     sampling.room = {kVariables, false, false, 3};
     Matrix moved = Matrix::Zero(state.x.size(), kVariables);
     for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {

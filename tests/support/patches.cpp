@@ -98,29 +98,62 @@ CubicTerms cubic_terms(const Patch& patch) {
   return terms;
 }
 
-CubicTerms spring_terms(const Patch& patch) {
-  constexpr int kCount = 20, kNodes = 13;
+namespace {
+
+Eigen::MatrixXf some(int rows, int cols, double size) {
+  Eigen::MatrixXf m(rows, cols);
+  for (int i = 0; i < rows; ++i)
+    for (int j = 0; j < cols; ++j) m(i, j) = static_cast<float>(size * spread(i, j));
+  return m;
+}
+
+/// Nothing sampled yet.
+CubicTerms sampled_terms(const Patch& patch) {
   const int first = patch.contact == ContactKind::attach ? 3 : 0, n = patch.modes() + first;
   CubicTerms terms;
   terms.variables = n;
   terms.grasp = first > 0;
   terms.scale.setIdentity(n, n);
+  terms.rate = stamp_rate(terms, patch);
+  return terms;
+}
+
+}  // namespace
+
+CubicTerms spring_terms(const Patch& patch) {
+  constexpr int kCount = 20, kNodes = 13;
+  CubicTerms terms = sampled_terms(patch);
   SampledSprings& springs = terms.springs;
-  const auto some = [](int rows, int cols, double size) {
-    Eigen::MatrixXf m(rows, cols);
-    for (int i = 0; i < rows; ++i)
-      for (int j = 0; j < cols; ++j) m(i, j) = static_cast<float>(size * spread(i, j));
-    return m;
-  };
   springs.stiffening = 30;
-  springs.motion = rounded(some(3 * kNodes, patch.modes(), 0.7), first > 0 ? 4 : -1);
+  springs.motion = rounded(some(3 * kNodes, patch.modes(), 0.7), terms.grasp ? 4 : -1);
   springs.position = some(3, kNodes, 0.02);
   springs.ends.resize(2, kCount);
   for (int e = 0; e < kCount; ++e) springs.ends.col(e) << e % kNodes, (3 * e + 5 + e / kNodes) % kNodes;
   springs.rest_length = Eigen::VectorXf::Constant(kCount, 0.02F);
   springs.stiffness = Eigen::VectorXf::Constant(kCount, static_cast<float>(patch.stiffness.mean() / (3 * kCount)));
   springs.damping = 0.01F * springs.stiffness;
-  terms.rate = stamp_rate(terms, patch);
+  return terms;
+}
+
+CubicTerms solid_terms(const Patch& patch) {
+  constexpr int kCount = 20, kNodes = 13;
+  CubicTerms terms = sampled_terms(patch);
+  SampledTetrahedra& solid = terms.solid;
+  solid.motion = rounded(some(3 * kNodes, patch.modes(), 0.7), terms.grasp ? 4 : -1);
+  // Along a helix any four that follow one another span a volume, all the same way round.
+  solid.rest.resize(3, kNodes);
+  for (int i = 0; i < kNodes; ++i) {
+    const auto k = static_cast<float>(i);
+    solid.rest.col(i) << 0.02F * std::cos(1.2F * k), 0.02F * std::sin(1.2F * k), 0.008F * k;
+  }
+  solid.position = solid.rest + some(3, kNodes, 0.001);
+  solid.nodes.resize(4, kCount);
+  for (int e = 0; e < kCount; ++e)
+    for (int i = 0; i < 4; ++i) solid.nodes(i, e) = e % (kNodes - 3) + i;
+  // Of dF some 30 / m for a displacement of 1 m in a mode of unit mass.
+  solid.shear = Eigen::VectorXf::Constant(kCount, static_cast<float>(patch.stiffness.mean() / (1e4 * kCount)));
+  solid.dilation = 4 * solid.shear;
+  solid.damping_s = Eigen::VectorXf::Constant(kCount, 0.01F);
   return terms;
 }
 

@@ -20,4 +20,7 @@ CubicTerms cubic_terms(const Patch& patch);
 /// Terms that are 20 springs, half as stiff together as the modes are.
 CubicTerms spring_terms(const Patch& patch);
 
+/// Terms that are 20 tetrahedra, some of the modes' stiffness.
+CubicTerms solid_terms(const Patch& patch);
+
 }  // namespace palpate::test

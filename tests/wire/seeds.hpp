@@ -145,6 +145,37 @@ inline CubicTerms spring_terms(int r, bool grasp, int count, int nodes) {
   return terms;
 }
 
+/// Terms that are tetrahedra between so many nodes, eight and more, every number of another size.
+inline CubicTerms solid_terms(int r, bool grasp, int count, int nodes) {
+  std::mt19937 random(500u + static_cast<unsigned>(r));
+  const auto some = [&](Eigen::Index rows, Eigen::Index cols, float scale) {
+    return Eigen::MatrixXf(Eigen::MatrixXf::NullaryExpr(rows, cols, [&] { return scale * static_cast<float>(noise(random)); }));
+  };
+  CubicTerms terms;
+  const int n = r + (grasp ? 3 : 0);
+  terms.variables = n;
+  terms.grasp = grasp;
+  terms.scale.setIdentity(n, n);
+  terms.solid.law = grasp ? SolidLaw::corotational : SolidLaw::neo_hookean;
+  terms.solid.motion = rounded(some(3 * nodes, r, 4), grasp ? nodes / 2 : -1);
+  // Along a helix any four that follow one another span a volume, all the same way round.
+  terms.solid.rest.resize(3, nodes);
+  for (int i = 0; i < nodes; ++i)
+    terms.solid.rest.col(i) << 0.02F * std::cos(1.2F * static_cast<float>(i)), 0.02F * std::sin(1.2F * static_cast<float>(i)),
+        0.003F * static_cast<float>(i);
+  terms.solid.position = terms.solid.rest + some(3, nodes, 0.002F);
+  terms.solid.nodes.resize(4, count);
+  for (int e = 0; e < count; ++e) {
+    const int first = e % (nodes - 3);
+    terms.solid.nodes.col(e) << first, first + 1, first + 2, first + 3;
+  }
+  terms.solid.shear = some(count, 1, 1e-3F).cwiseAbs();
+  terms.solid.dilation = some(count, 1, 1e-2F).cwiseAbs();
+  terms.solid.damping_s = some(count, 1, 0.02F).cwiseAbs();
+  terms.e2 = some(pairs_of(n), 1, 1e-3F);
+  return terms;
+}
+
 /// Leaves the first vertices and triangles to the patch, gives the others to the terms.
 inline void move_surface(int vertices, int triangles, Patch& patch, CubicTerms& terms) {
   PortSurface& s = patch.surface;

@@ -124,6 +124,50 @@ TEST_CASE("terms that are springs arrive, how nodes move to the last bit, and th
   CHECK(to_pieces(seeds::spring_terms(12, true, 34, kMaxSpringNodes + 1), 1).empty());
 }
 
+TEST_CASE("terms that are tetrahedra arrive, how nodes move to the last bit, and those that no tetrahedron can be do not count") {
+  for (const bool grasp : {true, false}) {
+    const int tool = grasp ? 3 : 0;
+    const CubicTerms sent = seeds::solid_terms(12, grasp, 34, 15);
+    const Patch patch = grasp ? seeds::attach_patch(12) : seeds::touch_patch(12, 4, 3);
+    const auto got = arrived(sent, patch);
+    REQUIRE(got);
+    CHECK(got->variables == sent.variables);
+    CHECK(got->grasp == grasp);
+    CHECK(got->scale == sent.scale);
+    CHECK(got->springs.count() == 0);
+    CHECK(got->solid.motion.rows(tool) == sent.solid.motion.rows(tool));
+    CHECK(got->solid.law == sent.solid.law);
+    CHECK(got->solid.nodes == sent.solid.nodes);
+    for (const auto place : {&SampledTetrahedra::position, &SampledTetrahedra::rest}) {
+      const Eigen::Matrix3Xf &there = got->solid.*place, &here = sent.solid.*place;
+      CHECK(((there.colwise() - there.col(0)) - (here.colwise() - here.col(0))).cwiseAbs().maxCoeff() < 5e-6F);
+    }
+    check_half(got->solid.shear, sent.solid.shear);
+    check_half(got->solid.dilation, sent.solid.dilation);
+    check_half(got->solid.damping_s, sent.solid.damping_s);
+    check_half(got->e2, sent.e2);
+    const auto refused = [&](auto change) {
+      CubicTerms bad = sent;
+      change(bad.solid);
+      return !arrived(bad, patch);
+    };
+    CHECK(refused([](SampledTetrahedra& s) { s.shear[3] = -1; }));
+    CHECK(refused([](SampledTetrahedra& s) { s.dilation[3] = -1; }));
+    CHECK(refused([](SampledTetrahedra& s) { s.damping_s[7] = -1; }));
+    CHECK(refused([](SampledTetrahedra& s) { s.nodes(1, 33) = 15; }));
+    CHECK(refused([](SampledTetrahedra& s) { s.nodes(1, 33) = s.nodes(0, 33); }));          // no volume
+    CHECK(refused([](SampledTetrahedra& s) { std::swap(s.nodes(1, 9), s.nodes(2, 9)); }));  // less than none
+    CHECK(refused([](SampledTetrahedra& s) { s.motion.parent[4] = 5; }));
+    CHECK(refused([](SampledTetrahedra& s) { s.motion.tool = 15; }));
+    CHECK(refused([](SampledTetrahedra& s) { s.rest(1, 2) = std::numeric_limits<float>::quiet_NaN(); }));
+  }
+  CHECK(to_pieces(seeds::solid_terms(12, true, kMaxTetrahedra + 1, 15), 1).empty());
+  CHECK(to_pieces(seeds::solid_terms(12, true, 34, kMaxSpringNodes + 1), 1).empty());
+  CubicTerms both = seeds::solid_terms(12, true, 34, 15);
+  both.springs = seeds::spring_terms(12, true, 34, 15).springs;
+  CHECK(to_pieces(both, 1).empty());
+}
+
 TEST_CASE("how nodes move is right to half a byte's step of what each moves more than another one") {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> draw(-1, 1);

@@ -1,0 +1,225 @@
+#include "common/port/bent_tetrahedron.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+#include "common/port/polar.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr int kTurns = 3;
+
+TetraLanes product(const TetraLanes& a, const TetraLanes& b) {
+  TetraLanes c;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) c[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
+  return c;
+}
+/// A^T B
+TetraLanes transposed_product(const TetraLanes& a, const TetraLanes& b) {
+  TetraLanes c;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) c[3 * i + j] = a[i] * b[j] + a[3 + i] * b[3 + j] + a[6 + i] * b[6 + j];
+  return c;
+}
+
+/// What the cofactors of A change by with B, to first order.
+TetraLanes mixed_cofactors(const TetraLanes& a, const TetraLanes& b) {
+  TetraLanes x;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) {
+      const std::size_t r = 3 * ((i + 1) % 3), s = 3 * ((i + 2) % 3), p = (j + 1) % 3, q = (j + 2) % 3;
+      x[3 * i + j] = a[r + p] * b[s + q] + b[r + p] * a[s + q] - a[r + q] * b[s + p] - b[r + q] * a[s + p];
+    }
+  return x;
+}
+TetraLanes cofactors_of(const TetraLanes& a) {
+  TetraLanes g;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) {
+      const std::size_t r = 3 * ((i + 1) % 3), s = 3 * ((i + 2) % 3), p = (j + 1) % 3, q = (j + 2) % 3;
+      g[3 * i + j] = a[r + p] * a[s + q] - a[r + q] * a[s + p];
+    }
+  return g;
+}
+
+using Axial = std::array<TetraLane, 3>;
+
+/// t of A: A_32 - A_23, ...
+Axial axial_part(const TetraLanes& a) { return {a[7] - a[5], a[2] - a[6], a[3] - a[1]}; }
+
+Axial times(const TetraLanes& a, const Axial& t) {
+  Axial v;
+  for (std::size_t i = 0; i < 3; ++i) v[i] = a[3 * i] * t[0] + a[3 * i + 1] * t[1] + a[3 * i + 2] * t[2];
+  return v;
+}
+
+/// R [w]x
+TetraLanes turned_by(const TetraLanes& r, const Axial& w) {
+  TetraLanes d;
+  for (std::size_t i = 0; i < 3; ++i) {
+    d[3 * i] = r[3 * i + 1] * w[2] - r[3 * i + 2] * w[1];
+    d[3 * i + 1] = r[3 * i + 2] * w[0] - r[3 * i] * w[2];
+    d[3 * i + 2] = r[3 * i] * w[1] - r[3 * i + 1] * w[0];
+  }
+  return d;
+}
+
+/// The turn by atan |w| about w: unit quaternion (1 + sqrt(1 + |w|^2), w) normalised.
+TetraLanes turn_about(const Axial& w) {
+  const TetraLane real = 1 + (1 + w[0].square() + w[1].square() + w[2].square()).sqrt();
+  const TetraLane twice = 2 / (real.square() + w[0].square() + w[1].square() + w[2].square());
+  TetraLanes r;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+    r[4 * k] = 1 - twice * (w[i].square() + w[j].square());
+    r[3 * i + j] = twice * (w[i] * w[j] - real * w[k]);
+    r[3 * j + i] = twice * (w[i] * w[j] + real * w[k]);
+  }
+  return r;
+}
+
+/// The rotation of F, from one that is near.
+TetraLanes rotation_near(TetraLanes r, const TetraLanes& f) {
+  constexpr float kLeast = 1e-6F;  // determinant below which there is no one rotation
+  for (int k = 0; k < kTurns; ++k) {
+    const TetraLanes s = transposed_product(r, f);
+    const TetraLane trace = s[0] + s[4] + s[8];
+    TetraLanes h;
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = 0; j < 3; ++j) h[3 * i + j] = -0.5F * (s[3 * i + j] + s[3 * j + i]);
+    for (const std::size_t i : {0U, 4U, 8U}) h[i] += trace;
+    const TetraLanes g = cofactors_of(h);
+    const TetraLane det = h[0] * g[0] + h[1] * g[1] + h[2] * g[2];
+    const TetraLane inverse = (det > kLeast).select(1 / det.max(kLeast), TetraLane::Zero());
+    Axial w = times(g, axial_part(s));
+    for (TetraLane& part : w) part *= inverse;
+    r = product(r, turn_about(w));
+  }
+  return r;
+}
+
+struct BentNeoHookean {
+  TetraLane d, f, q, e, j, det;
+  TetraLanes c;
+};
+BentNeoHookean bent_neo_hookean(const TetraStamp& at, const TetraLanes& df) {
+  BentNeoHookean b;
+  b.f = inner(at.f, df);
+  b.q = inner(df, df);
+  b.d = 2 * b.f + b.q;
+  b.c = cofactors_of(df);
+  b.det = inner(df, b.c) * (1.0F / 3);
+  b.e = inner(at.f, b.c) + b.det;
+  b.j = inner(at.g, df) + b.e;
+  return b;
+}
+
+TetraLanes neo_hookean_stress(const TetraStamp& at, const TetraLanes& df) {
+  const BentNeoHookean b = bent_neo_hookean(at, df);
+  const TetraLane inverse = 1 / (at.size * (at.size + b.d));
+  const TetraLane by_df = at.mu * b.d * inverse, by_f = at.mu * (b.q * at.size - 2 * b.f * b.d) * inverse / at.size;
+  const TetraLane by_x = at.lambda * b.j, by_g = at.lambda * b.e, by_c = by_x + at.pressure;
+  const TetraLanes x = mixed_cofactors(at.f, df);
+  TetraLanes q;
+  for (std::size_t i = 0; i < 9; ++i) q[i] = by_df * df[i] + by_f * at.f[i] + by_x * x[i] + by_g * at.g[i] + by_c * b.c[i];
+  return q;
+}
+
+struct BentCorotational {
+  TetraLanes turned, change, first;  // R', R' - R, dR
+  TetraLane r, e;
+};
+BentCorotational bent_corotational(const TetraStamp& at, const TetraLanes& df) {
+  BentCorotational b;
+  TetraLanes f;
+  for (std::size_t i = 0; i < 9; ++i) f[i] = at.f[i] + df[i];
+  b.turned = rotation_near(at.g, f);
+  b.first = turned_by(at.g, times(at.w, axial_part(transposed_product(at.g, df))));
+  for (std::size_t i = 0; i < 9; ++i) b.change[i] = b.turned[i] - at.g[i];
+  b.r = inner(at.g, df);
+  b.e = inner(b.change, f);
+  return b;
+}
+
+TetraLanes corotational_stress(const TetraStamp& at, const TetraLanes& df) {
+  const BentCorotational b = bent_corotational(at, df);
+  const TetraLane by_turned = at.lambda * b.e, by_change = at.lambda * b.r;
+  TetraLanes q;
+  for (std::size_t i = 0; i < 9; ++i)
+    q[i] = at.pressure * (b.change[i] - b.first[i]) + by_turned * b.turned[i] + by_change * b.change[i];
+  return q;
+}
+
+}  // namespace
+
+TetraStamp::TetraStamp() {
+  for (TetraLanes* const lanes : {&f, &g, &w})
+    for (std::size_t i = 0; i < 9; ++i) (*lanes)[i] = TetraLane::Constant(i % 4 == 0 ? 1.0F : 0.0F);
+  size = TetraLane::Constant(4);
+  mu = lambda = pressure = TetraLane::Zero();
+}
+
+void TetraStamp::set(int lane, SolidLaw law, const Eigen::Matrix3d& deformation, double mu_l, double lambda_l) {
+  Eigen::Matrix3d of_g, of_w = Eigen::Matrix3d::Identity();
+  double of_size = 0, of_mu = mu_l, of_lambda = lambda_l, of_pressure = 0;
+  if (law == SolidLaw::neo_hookean) {
+    of_mu = 4.0 / 3 * mu_l;
+    of_lambda = lambda_l + 5.0 / 6 * mu_l;
+    of_g = cofactors(deformation);
+    of_size = deformation.squaredNorm() + 1;
+    of_pressure = of_lambda * (deformation.col(0).dot(of_g.col(0)) - 1) - 0.75 * of_mu;
+  } else {
+    of_g = polar_rotation(deformation);
+    const Eigen::Matrix3d s = of_g.transpose() * deformation;
+    of_size = s.trace() - 3;
+    of_pressure = of_lambda * of_size - 2 * of_mu;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(0.5 * (s + s.transpose()));
+    const Eigen::Vector3d pairs = (s.trace() - eigen.eigenvalues().array()).max(kLeastPairSum);
+    of_w = eigen.eigenvectors() * pairs.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
+  }
+  for (int i = 0; i < 9; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    f[k][lane] = static_cast<float>(deformation(i / 3, i % 3));
+    g[k][lane] = static_cast<float>(of_g(i / 3, i % 3));
+    w[k][lane] = static_cast<float>(of_w(i / 3, i % 3));
+  }
+  size[lane] = static_cast<float>(of_size);
+  mu[lane] = static_cast<float>(of_mu);
+  lambda[lane] = static_cast<float>(of_lambda);
+  pressure[lane] = static_cast<float>(of_pressure);
+}
+
+void TetraStamp::spread() {
+  const auto all = [](TetraLane& lane) { lane = TetraLane::Constant(lane[0]); };
+  for (TetraLanes* const lanes : {&f, &g, &w}) std::for_each(lanes->begin(), lanes->end(), all);
+  for (TetraLane* const lane : {&size, &mu, &lambda, &pressure}) all(*lane);
+}
+
+TetraLanes stress_beyond_linear(SolidLaw law, const TetraStamp& at, const TetraLanes& df) noexcept {
+  return law == SolidLaw::neo_hookean ? neo_hookean_stress(at, df) : corotational_stress(at, df);
+}
+
+TetraLane energy_beyond_linear(SolidLaw law, const TetraStamp& at, const TetraLanes& df) noexcept {
+  if (law == SolidLaw::neo_hookean) {
+    const BentNeoHookean b = bent_neo_hookean(at, df);
+    const TetraLane z = b.d / at.size, first = 2 * b.f / at.size;
+    return 0.5F * at.mu * (z - z.log1p() - 0.5F * first.square()) + 0.5F * at.lambda * b.e * (2 * b.j - b.e) +
+           at.pressure * b.det;
+  }
+  const BentCorotational b = bent_corotational(at, df);
+  return (0.5F * at.lambda * at.size - at.mu) * (2 * b.e - inner(b.first, df)) + 0.5F * at.lambda * b.e * (b.e + 2 * b.r);
+}
+
+TetraLanes viscous_stress(const TetraLane& mu, const TetraLane& lambda, const TetraLanes& f, const TetraLanes& rate) noexcept {
+  const TetraLanes b = transposed_product(f, rate);
+  const TetraLane volume = lambda * (b[0] + b[4] + b[8]);
+  TetraLanes s;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) s[3 * i + j] = mu * (b[3 * i + j] + b[3 * j + i]);
+  for (const std::size_t i : {0U, 4U, 8U}) s[i] += volume;
+  return product(f, s);
+}
+
+}  // namespace palpate

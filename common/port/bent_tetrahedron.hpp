@@ -1,0 +1,67 @@
+// What one linear tetrahedron of a solid pushes beyond its linear force, in every lane of a vector (server/body/tetra_kernel.hpp
+// has the laws).
+//
+// With F the deformation gradient at the stamp, dF more, F' = F + dF, its stress beyond the linear one is, without a difference
+// of what nearly cancels, Q = P(F') - P(F) - A(F) dF =
+//
+// stable neo-Hookean, G the cofactors of F, s = |F|^2 + 1, J = det F, Psi = mu/2 (|F|^2 - 3 - ln(s / 4)) + lambda/2 (J -
+// alpha)^2:
+//     mu [ d / (s (s + d)) dF + (q s - 2 f d) / (s^2 (s + d)) F ] + lambda [ j (X + C) + e G ] + lambda (J - alpha) C
+//     f = F : dF,  q = |dF|^2,  d = 2 f + q,  C = cofactors of dF,  X = d(cofactors)/dF [dF]
+//     e = F : C + det dF,  j = G : dF + e
+// and its energy beyond the second order
+//     mu/2 (z - ln(1 + z) - (2 f / s)^2 / 2) + lambda/2 e (2 j - e) + lambda (J - alpha) det dF,   z = d / s
+//
+// corotational, R and R' the rotations of F and F', c = R : F - 3, Psi = mu |F - R|^2 + lambda/2 c^2:
+//     (lambda c - 2 mu) (R' - R - dR) + lambda [ e R' + r (R' - R) ]
+//     dR = R [W t]x, t the axial part of R^T dF, W = ((tr S) 1 - S)^-1, S = R^T F (pairs of principal stretches that add to less
+//     than kLeastPairSum count as that);  r = R : dF,  e = (R' - R) : F'
+// and its energy beyond the second order
+//     (lambda c / 2 - mu) (2 e - dR : dF) + lambda/2 e (e + 2 r)
+// R' by Newton's method on rotations from R, three turns by atan |W' t'|: right to rounding where an element has turned by less
+// than a right angle since the stamp. Further it is some rotation, so Q is bounded, and no longer quite the gradient of the
+// energy.
+//
+// Its viscous stress is P_v(F, F_t) = F (mu_v (B + B^T) + lambda_v tr(B) 1), B = F^T F_t.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "common/port/solid_law.hpp"
+
+namespace palpate {
+
+inline constexpr int kTetraLane = 8;  ///< a vector register
+using TetraLane = Eigen::Array<float, kTetraLane, 1>;
+using TetraLanes = std::array<TetraLane, 9>;  ///< a matrix, row by row
+
+inline TetraLane inner(const TetraLanes& a, const TetraLanes& b) {
+  TetraLane sum = a[0] * b[0];
+  for (std::size_t i = 1; i < 9; ++i) sum += a[i] * b[i];
+  return sum;
+}
+/// A tetrahedron of one material at a deformation gradient, in every lane its own.
+struct TetraStamp {
+  TetraLanes f, g;       ///< F; G, of a corotational one R
+  TetraLanes w;          ///< W of a corotational one
+  TetraLane size;        ///< s, of a corotational one c
+  TetraLane mu, lambda;  ///< of the law, times what the tetrahedron counts [J]
+  TetraLane pressure;    ///< lambda (J - alpha), of a corotational one lambda c - 2 mu
+
+  /// What does not resist.
+  TetraStamp();
+  /// `mu_l`, `lambda_l`: Lame's parameters of small strains.
+  void set(int lane, SolidLaw law, const Eigen::Matrix3d& deformation, double mu_l, double lambda_l);
+  /// What lane 0 has, in all.
+  void spread();
+};
+
+/// Q, and the energy beyond the second order.
+TetraLanes stress_beyond_linear(SolidLaw law, const TetraStamp& at, const TetraLanes& df) noexcept;
+TetraLane energy_beyond_linear(SolidLaw law, const TetraStamp& at, const TetraLanes& df) noexcept;
+
+/// P_v
+TetraLanes viscous_stress(const TetraLane& mu, const TetraLane& lambda, const TetraLanes& f, const TetraLanes& rate) noexcept;
+
+}  // namespace palpate

@@ -1,0 +1,90 @@
+// What the forces of a patch have beyond the linear model, from some of the body's own finite elements: scheme `cubic`, solids.
+//
+// A tetrahedron e of the nodes x_0..x_3, at rest X_0..X_3, has b_i, the gradients of its shape functions at rest, the deformation
+// gradient F = sum x_i b_i^T at the stamp, and dF = H_e u more, H_e u = sum_i (V_i u) b_i^T, when the variables of the patch are
+// u (sampled_springs.hpp; V_i: node_motion.hpp). With the energy density U beyond its second order at the stamp
+// (bent_tetrahedron.hpp) and w_e V_e, what it counts times its volume,
+//
+//     E(u) = sum_e w_e V_e U_e(phi(|dF|) dF / |dF|)      [J]
+//     elastic:  f = - dE/du
+//     dampers turn with their elements:  f -= sum_e w_e V_e H_e^T (P_v(F + dF, F') - P_v(F, F')),   F' = H_e u'
+//
+// At u = 0 nothing of all this pushes or holds, that is the linear patch's. phi(r) = r up to kFree, beyond that
+// kFree + kBeyond (r - kFree) / (r - kFree + kBeyond): an element that is bent further is held by the linear patch alone, so the
+// forces are bounded, and stay those of an energy.
+//
+// The player takes these forces a step of length h at a time, which is stable for a stiffness below 4 / h^2 of unit mass. What an
+// element's tangent at another F is stiffer by than at the stamp grows with the part of lambda that a mode without dilation meets
+// once the element has turned beyond it, lambda sin^2; so that of the element counts as
+//     S = sum w V [ (2 mu + lambda) H^T H + 2 lambda (G : H)^T (G : H) ],   G the cofactors of F, R of a corotational law,
+// and where its largest eigenvalue s is beyond 4 / h^2, the modes are given A = (h^2 / 4 - 1 / s) S more mass, as for springs.
+// That is no bound for every F within the ball (which is a hundred times that for a nearly incompressible solid, and would slow
+// motions that matter); phi is what keeps the rest finite. tests/player and palpate-lab stability ask what comes of it.
+//
+// Source: see sampled_springs.hpp.
+#pragma once
+
+#include "common/port/bent_tetrahedron.hpp"
+#include "common/port/sampled_springs.hpp"
+
+namespace palpate {
+
+inline constexpr int kMaxTetrahedra = 112;
+
+struct SampledTetrahedra {
+  SolidLaw law = SolidLaw::neo_hookean;         ///< of all
+  NodeMotion motion;                            ///< V_i
+  Eigen::Matrix3Xf position;                    ///< x_i [m], of any origin
+  Eigen::Matrix3Xf rest;                        ///< X_i [m], of any origin
+  Eigen::Matrix<int, 4, Eigen::Dynamic> nodes;  ///< of each, a positive volume at rest
+  Eigen::VectorXf shear, dilation;              ///< w V times Lame's parameters of small strains [J]
+  Eigen::VectorXf damping_s;                    ///< t of the viscous law
+  int count() const { return static_cast<int>(shear.size()); }
+  /// b_1, b_2, b_3 of one as rows [1/m], and six times its volume; b_0 = -(b_1 + b_2 + b_3).
+  Eigen::Matrix3f gradients(int tetrahedron, float& volume) const;
+  /// H_e, 9 rows a tetrahedron, row by row of dF [1/m for the tool, 1/(m kg^1/2) for q]; `tool` as for springs.
+  Eigen::MatrixXf motions(int tool) const;
+};
+
+/// Compiled for the haptic thread.
+class SampledSolidForce {
+ public:
+  static constexpr float kFree = 2, kBeyond = 3;
+  using OfModes = SampledForce::OfModes;
+  using Values = SampledForce::Values;
+
+  SampledSolidForce() = default;
+  /// `slowed`: with as much mass as the step takes.
+  SampledSolidForce(const SampledTetrahedra& solid, int tool, double step_s, bool slowed);
+
+  /// No tetrahedra, or too stiff for the step and not slowed.
+  bool empty() const { return count_ == 0; }
+  /// A; nothing where none is needed.
+  const OfModes& added_mass() const { return added_mass_; }
+  /// The least stiffness that E has far away.
+  Eigen::MatrixXd far_stiffness() const { return Eigen::MatrixXd::Zero(variables_, variables_); }
+  /// dE/du. No allocation.
+  void gradient(const Values& u, Values& g) const noexcept;
+  /// E [J]
+  double energy(const Values& u) const noexcept;
+  /// Minus what the dampers' turning adds to the force on u, and what the patch has of that at the stamp, which is nothing.
+  void damping(const Values& u, const Values& rate, Values& change, Values& at_stamp) const noexcept;
+
+ private:
+  static constexpr int kRoom = (kMaxTetrahedra + kTetraLane - 1) / kTetraLane * kTetraLane;
+  using Nine = Eigen::Array<float, Eigen::Dynamic, 9, Eigen::ColMajor, kRoom, 9>;  // a matrix of every tetrahedron
+  using Stamps = std::array<TetraStamp, kRoom / kTetraLane>;
+
+  Nine moved(const Values& u) const noexcept;
+  Values collect(const Nine& f) const noexcept;
+
+  SolidLaw law_ = SolidLaw::neo_hookean;
+  int count_ = 0, variables_ = 0;  // tetrahedra with as many more, of no stiffness, as fill the last register
+  bool damped_ = false;
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 9 * kRoom, kMaxVariables> motion_;  // H, entry by entry
+  Stamps stamp_;
+  std::array<TetraLane, kRoom / kTetraLane> viscous_mu_, viscous_lambda_;  // times w V
+  OfModes added_mass_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,20 @@
+// Few tetrahedra that bend as all of a solid do: the terms of a patch for finite elements (sampled_tetrahedra.hpp).
+//
+// r_e(u) = -V_e H_e^T Q_e(H_e u), Q the stress beyond the linear one (bent_tetrahedron.hpp), is what tetrahedron e adds to the
+// linear force on the variables (sampling.hpp); candidates are the 200 with the largest part in the samples.
+//
+// Source: see sampled_springs.hpp.
+#pragma once
+
+#include <optional>
+
+#include "common/port/sampled_tetrahedra.hpp"
+#include "server/reduce/basis.hpp"
+#include "server/reduce/sampling.hpp"
+
+namespace palpate {
+
+/// `moved`: how the body moves with each variable, 3 N x n. For a solid of one law; nothing where none of it bends.
+std::optional<SampledTetrahedra> sample_tetrahedra(const Linearisation& at, const Matrix& moved, const Sampling& sampling);
+
+}  // namespace palpate

@@ -1,0 +1,157 @@
+#include "server/reduce/sampling.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "common/base/random.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr int kMixed = 32, kAlone = 3, kAround = 12;
+
+/// Sums of samples, orthogonal: some frequencies of a cosine transform of samples with signs drawn by chance. Least squares over
+/// all samples are nearly those over a few such sums (Woodruff, FnTTCS 10 (2014), chapter 2).
+Eigen::MatrixXf make_mixing() {
+  Random random(2);
+  Eigen::MatrixXf mix(kSamples, kMixed);
+  for (Eigen::Index s = 0; s < kSamples; ++s) {
+    const double sign = random.chance(0.5) ? 1 : -1;
+    for (Eigen::Index j = 0; j < kMixed; ++j) {
+      const auto frequency = static_cast<double>(j * kSamples / kMixed);
+      const double wave = std::cos(M_PI * (static_cast<double>(s) + 0.5) * frequency / kSamples);
+      mix(s, j) = static_cast<float>(sign * (j == 0 ? std::sqrt(0.5) : wave));
+    }
+  }
+  return mix;
+}
+
+const Eigen::MatrixXf& mixing() {
+  static const Eigen::MatrixXf mix = make_mixing();
+  return mix;
+}
+
+}  // namespace
+
+Matrix samples(const Sampling& sampling) {
+  constexpr double kFar = 1.5, kLittle = 0.3;
+  const Matrix &likely = sampling.likely, &path = sampling.path;
+  Random random(1);
+  const auto draw = [&] { return random.uniform(-1, 1); };
+  Matrix u(likely.rows(), kSamples);
+  Eigen::Index k = 0;
+  for (Eigen::Index i = 0; i < path.cols(); ++i)
+    for (const double much : {0.5, 1.0, 1.5}) u.col(k++) = much * path.col(i);
+  for (Eigen::Index i = 0; path.cols() > 0 && i < kAround; ++i) {
+    Vector mixture(likely.cols());
+    for (double& part : mixture) part = kLittle * draw();
+    u.col(k++) = random.uniform(0, kFar) * path.col(i % path.cols()) + 0.5 * draw() * path.col((i + 1) % path.cols()) +
+                 0.5 * likely * mixture;
+  }
+  for (Eigen::Index i = 0; i < std::min<Eigen::Index>(kAlone, likely.cols()); ++i)
+    for (const double much : {1.0, -1.0, 2.0, -2.0}) u.col(k++) = much * likely.col(i);
+  for (; k < u.cols(); ++k) {
+    Vector mixture(likely.cols());
+    for (double& part : mixture) part = draw() * (draw() > 1.0 / 3 ? kFar : kLittle);
+    u.col(k) = kFar * draw() * (likely * mixture);
+  }
+  return u;
+}
+
+Matrix root_of(const Matrix& u) {
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(u * u.transpose());
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+}
+
+std::vector<std::uint32_t> largest(const std::vector<std::uint32_t>& elements, const Eigen::VectorXf& parts, std::size_t most) {
+  std::vector<Eigen::Index> order(elements.size()), rows(std::min(elements.size(), most));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::partial_sort_copy(order.begin(), order.end(), rows.begin(), rows.end(),
+                         [&](Eigen::Index i, Eigen::Index j) { return parts[i] != parts[j] ? parts[i] > parts[j] : i < j; });
+  std::vector<std::uint32_t> found;
+  for (const Eigen::Index row : rows) found.push_back(elements[static_cast<std::size_t>(row)]);
+  return found;
+}
+
+Fit::Fit(const Eigen::MatrixXf& all, const Matrix& u, const Vector& stiffness)
+    : unit_(stiffness.cwiseSqrt().cwiseInverse().cast<float>()) {
+  const Eigen::MatrixXf bent = unit_.asDiagonal() * all, linear = unit_.cwiseInverse().asDiagonal() * u.cast<float>();
+  const Eigen::VectorXf size =
+      (bent.colwise().norm() + static_cast<float>(kOfLinear) * linear.colwise().norm()).cwiseMax(1e-30F).transpose();
+  mix_ = size.cwiseInverse().asDiagonal() * mixing();
+  all_ = (bent * mix_).reshaped();
+}
+
+const Eigen::MatrixXf& Fit::parts(const Bending& elements) const {
+  thread_local Eigen::MatrixXf parts;  // megabytes that would be asked of the system anew for every patch
+  const Eigen::Index n = unit_.size(), count = elements.motion[0].rows();
+  parts.setZero(n * kMixed, count);
+  for (std::size_t number = 0; number < elements.motion.size(); ++number) {
+    const Rows mixed = elements.force[number] * mix_, moved = elements.motion[number] * unit_.asDiagonal();
+    for (Eigen::Index k = 0; k < count; ++k) {
+      float* to = parts.col(k).data();
+      for (Eigen::Index j = 0; j < kMixed; ++j)
+        for (Eigen::Index i = 0; i < n; ++i) *to++ += mixed(k, j) * moved(k, i);
+    }
+  }
+  return parts;
+}
+
+void NodePrices::with(const std::vector<Eigen::Index>& there) {
+  std::fill(used_.begin(), used_.end(), std::uint8_t{0});
+  int nodes = 0;
+  for (const Eigen::Index column : there) {
+    nodes += new_nodes(column);
+    for (const std::uint32_t node : nodes_of(column)) used_[node] = 1;
+  }
+  const auto elements = static_cast<int>(there.size());
+  const int now = numbers_(nodes, elements);
+  for (int more = 0; more <= of_each_; ++more) {
+    const int then = numbers_(nodes + more, elements + 1);
+    const bool fits = then <= kUsualNumbers && nodes + more <= kMaxSpringNodes;
+    price_[static_cast<std::size_t>(more)] = fits ? static_cast<float>(then - now) : std::numeric_limits<float>::infinity();
+  }
+}
+
+int NodePrices::new_nodes(Eigen::Index column) const {
+  int fresh = 0;
+  for (const std::uint32_t node : nodes_of(column)) fresh += 1 - used_[node];
+  return fresh;
+}
+
+int MetNodes::number_of(std::uint32_t node) {
+  if (node >= numbers_.size()) numbers_.resize(node + 1, -1);
+  int& number = numbers_[node];
+  if (number < 0) {
+    number = static_cast<int>(nodes_.size());
+    nodes_.push_back(node);
+  }
+  return number;
+}
+
+NodeMotion MetNodes::motion(const Rows& moved, int tool, int tool_axes) const {
+  const Eigen::Index modes = moved.cols() - (tool < 0 ? 0 : 3);
+  Eigen::MatrixXf rows(3 * static_cast<Eigen::Index>(nodes_.size()), modes);
+  int held = -1;
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    rows.middleRows<3>(3 * static_cast<Eigen::Index>(i)) =
+        moved.middleRows<3>(3 * static_cast<Eigen::Index>(nodes_[i])).rightCols(modes);
+    if (tool >= 0 && nodes_[i] == static_cast<std::uint32_t>(tool)) held = static_cast<int>(i);
+  }
+  NodeMotion motion = rounded(rows, held);
+  motion.tool_axes = tool_axes;
+  return motion;
+}
+
+Eigen::Matrix3Xf MetNodes::places(const Vector& x) const {
+  Eigen::Matrix3Xf places(3, static_cast<Eigen::Index>(nodes_.size()));
+  const Vec3 origin = at_node(x, nodes_.front());
+  for (std::size_t i = 0; i < nodes_.size(); ++i)
+    places.col(static_cast<Eigen::Index>(i)) = (at_node(x, nodes_[i]) - origin).cast<float>();
+  return places;
+}
+
+}  // namespace palpate

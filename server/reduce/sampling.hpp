@@ -1,0 +1,110 @@
+// Few elements of a body that bend as all do: what is asked of them, and how well they do it, for springs (sample_springs.hpp)
+// and for tetrahedra (sample_tetrahedra.hpp).
+//
+// For displacements u_s that are likely to come, with r_e(u) what element e adds to the linear force on the variables, weights
+// w_e >= 0, few of them not zero, are sought for which
+//
+//     sum_s | sum_e w_e r_e(u_s) - sum_(all e) r_e(u_s) |^2 / g_s^2       is small, g_s = |sum r_e(u_s)| + kOfLinear |K u_s|
+//
+// forces in units that make the stiffness of each variable 1. A greedy non-negative least squares (sparse_weights.hpp), elements
+// between nodes that travel anyway being cheap: candidates are those with the largest part in the samples, and weights are found
+// once more for the nodes' motions as they travel. As no w_e is negative, what is sent stiffens and buckles as elements do, and
+// stores energy as they do beyond its second order at the stamp.
+//
+// Samples are the answers that a patch's basis was made of, alone, doubled, back, and mixed by chance, the same in every run;
+// where dents are known that a hand is likely to make, half of them lie on and around these.
+//
+// Source: see common/port/sampled_springs.hpp; sums of samples: Woodruff, FnTTCS 10 (2014), chapter 2.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "common/port/terms_pieces.hpp"
+#include "server/body/body_state.hpp"
+#include "server/reduce/sparse_weights.hpp"
+
+namespace palpate {
+
+inline constexpr double kOfLinear = 0.1;  ///< an error that small beside the linear force is felt by nobody
+inline constexpr int kSamples = 72;
+inline constexpr float kCloseEnough = 3e-3F;  ///< of all samples together
+
+using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using AtSamples = Eigen::Matrix<float, Eigen::Dynamic, kSamples, Eigen::RowMajor>;
+
+struct Sampling {
+  Matrix likely;     ///< u of answers of the body, each as large as it is likely to become, a column each
+  Matrix path;       ///< u of dents on the way of a hand that goes on; may have no columns
+  Vector stiffness;  ///< of each variable, > 0
+  TermsRoom room;    ///< that elements have
+  int tool = -1;     ///< the node that a tool holds; the first three variables are how it moves
+};
+
+/// u_s, a column each.
+Matrix samples(const Sampling& sampling);
+/// |G u_s| over all samples is |G L|, L L^T = sum u_s u_s^T: L, of fewer columns.
+Matrix root_of(const Matrix& u);
+
+/// The candidates: those with the largest parts, at most `most`.
+std::vector<std::uint32_t> largest(const std::vector<std::uint32_t>& elements, const Eigen::VectorXf& parts, std::size_t most);
+
+/// What elements add to the linear force at the samples, numbers of an element one after the other: a row each element.
+struct Bending {
+  std::vector<Rows> motion;      ///< of each number with the variables, elements x n
+  std::vector<AtSamples> force;  ///< with which it resists
+};
+
+/// Forces on the variables at sums of samples, in units in which every sample counts alike.
+class Fit {
+ public:
+  /// `all`: of all elements together, n x samples.
+  Fit(const Eigen::MatrixXf& all, const Matrix& u, const Vector& stiffness);
+  const Eigen::VectorXf& all() const { return all_; }
+  /// Of each element, a column each; until they are asked for again.
+  const Eigen::MatrixXf& parts(const Bending& elements) const;
+
+ private:
+  Eigen::VectorXf unit_, all_;
+  Eigen::MatrixXf mix_;
+};
+
+/// Numbers that elements take on their way: few where their nodes are there already.
+class NodePrices : public ColumnPrices {
+ public:
+  /// `nodes`: of each candidate, `of_each` of them one after the other; `numbers`: of so many nodes and elements.
+  NodePrices(std::vector<std::uint32_t> nodes, int of_each, std::size_t body_nodes, std::function<int(int, int)> numbers)
+      : nodes_(std::move(nodes)), of_each_(of_each), numbers_(std::move(numbers)), used_(body_nodes, 0) {}
+  void with(const std::vector<Eigen::Index>& there) override;
+  float of(Eigen::Index column) const override { return price_[static_cast<std::size_t>(new_nodes(column))]; }
+
+ private:
+  std::span<const std::uint32_t> nodes_of(Eigen::Index column) const {
+    return std::span(nodes_).subspan(static_cast<std::size_t>(column * of_each_), static_cast<std::size_t>(of_each_));
+  }
+  int new_nodes(Eigen::Index column) const;
+  std::vector<std::uint32_t> nodes_;
+  int of_each_;
+  std::function<int(int, int)> numbers_;
+  std::vector<std::uint8_t> used_;
+  std::array<float, 5> price_{};  // with so many new nodes
+};
+
+/// Nodes that elements join, numbered in the order in which they are met.
+class MetNodes {
+ public:
+  int number_of(std::uint32_t node);
+  const std::vector<std::uint32_t>& nodes() const { return nodes_; }
+  /// Of `moved`, how the body moves with each variable, as it travels. `tool`: as in Sampling.
+  NodeMotion motion(const Rows& moved, int tool, int tool_axes) const;
+  /// Places from that of the first.
+  Eigen::Matrix3Xf places(const Vector& x) const;
+
+ private:
+  std::vector<std::uint32_t> nodes_;
+  std::vector<int> numbers_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,202 @@
+// Tetrahedra of a solid as the terms of a patch: forces that are the gradient of their energy, nothing at the stamp, bounded
+// however far anything goes, and no more stiffness than a tick stands.
+#include "common/port/sampled_tetrahedra.hpp"
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "common/base/types.hpp"
+
+using namespace palpate;
+
+namespace {
+
+constexpr int kTool = 3, kModes = 5, kVariables = kTool + kModes, kCount = 11, kNodes = 8;
+constexpr double kTickS = 1e-3, kSizeM = 0.02;
+
+/// Corners of a cube, bent and turned since they were at rest.
+struct Case {
+  SampledTetrahedra solid;
+  std::mt19937 random{7};
+
+  explicit Case(SolidLaw law = SolidLaw::neo_hookean, double young_pa = 2e4) {
+    solid.law = law;
+    const auto some = [&](Eigen::Index rows, Eigen::Index cols) {
+      return Eigen::MatrixXf(Eigen::MatrixXf::NullaryExpr(rows, cols, [&] { return draw(); }));
+    };
+    solid.motion = rounded(some(3 * kNodes, kModes), 2);
+    solid.rest.resize(3, kNodes);
+    for (int i = 0; i < kNodes; ++i) solid.rest.col(i) = (kSizeM * Eigen::Vector3d(i & 1, i >> 1 & 1, i >> 2)).cast<float>();
+    solid.rest += 0.1F * static_cast<float>(kSizeM) * some(3, kNodes);
+    solid.position = Eigen::AngleAxisf(0.5F, Eigen::Vector3f(1, 2, 3).normalized()).matrix() * solid.rest +
+                     0.15F * static_cast<float>(kSizeM) * some(3, kNodes);
+    solid.nodes.resize(4, kCount);
+    for (int e = 0; e < kCount; ++e) {  // any four nodes, the right way round
+      int k = 0;
+      float volume = 0;
+      do {
+        for (int i = 0; i < 4; ++i) solid.nodes(i, e) = static_cast<int>(random() % kNodes);
+        volume = 0;
+        Eigen::Matrix3f edges;
+        for (int i = 0; i < 3; ++i) edges.col(i) = solid.rest.col(solid.nodes(i + 1, e)) - solid.rest.col(solid.nodes(0, e));
+        volume = edges.determinant();
+        if (volume < 0) std::swap(solid.nodes(2, e), solid.nodes(3, e));
+      } while (std::abs(volume) < 1e-6F && ++k < 1000);
+    }
+    const double volume = kSizeM * kSizeM * kSizeM / 6, nu = 0.4;
+    const auto weights = (some(kCount, 1).array() + 1.5F).eval();
+    solid.shear = (static_cast<float>(volume * young_pa / (2 * (1 + nu))) * weights).matrix();
+    solid.dilation = (static_cast<float>(volume * young_pa * nu / ((1 + nu) * (1 - 2 * nu))) * weights).matrix();
+    solid.damping_s = 0.01F * weights.matrix();
+  }
+  float draw() { return std::uniform_real_distribution<float>(-1, 1)(random); }
+  SampledSolidForce compiled(bool slowed = false, double step_s = kTickS) const { return {solid, kTool, step_s, slowed}; }
+  SampledSolidForce::Values displacement(float far) {
+    SampledSolidForce::Values u(kVariables);
+    for (float& v : u) v = far * draw();
+    return u;
+  }
+  struct OneTetra {
+    Eigen::Matrix3d f, df;
+    double mu, lambda, alpha;
+  };
+  /// Of one tetrahedron for u, in double precision.
+  OneTetra at(int e, const Eigen::VectorXd& u) const {
+    Eigen::Matrix3d x, rest;
+    for (int i = 0; i < 3; ++i) {
+      x.col(i) = (solid.position.col(solid.nodes(i + 1, e)) - solid.position.col(solid.nodes(0, e))).cast<double>();
+      rest.col(i) = (solid.rest.col(solid.nodes(i + 1, e)) - solid.rest.col(solid.nodes(0, e))).cast<double>();
+    }
+    const Eigen::VectorXd of_nodes = solid.motion.rows(kTool).cast<double>() * u;
+    Eigen::Matrix3d moved;
+    for (int i = 0; i < 3; ++i)
+      moved.col(i) = of_nodes.segment<3>(3 * solid.nodes(i + 1, e)) - of_nodes.segment<3>(3 * solid.nodes(0, e));
+    const double shear = solid.shear[e], dilation = solid.dilation[e];
+    const Eigen::Matrix3d f = x * rest.inverse(), df = moved * rest.inverse();
+    if (solid.law == SolidLaw::corotational) return {f, df, shear, dilation, 0};
+    const double mu = 4.0 / 3 * shear, lambda = dilation + 5.0 / 6 * shear;
+    return {f, df, mu, lambda, 1 + 0.75 * mu / lambda};
+  }
+  /// The energy beyond second order, by the law itself and differences of it; nothing is bounded.
+  double expected_energy(const Eigen::VectorXd& u) const {
+    double sum = 0;
+    for (int e = 0; e < kCount; ++e) {
+      const OneTetra one = at(e, u);
+      const auto psi = [&](double part) {
+        const Eigen::Matrix3d f = one.f + part * one.df;
+        if (solid.law == SolidLaw::corotational) {
+          const Eigen::JacobiSVD<Eigen::Matrix3d> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
+          REQUIRE(f.determinant() > 0);
+          const Eigen::Matrix3d r = svd.matrixU() * svd.matrixV().transpose();
+          const double c = r.cwiseProduct(f).sum() - 3;
+          return one.mu * (f - r).squaredNorm() + 0.5 * one.lambda * c * c;
+        }
+        const double i = f.squaredNorm(), j = f.determinant() - one.alpha;
+        return 0.5 * one.mu * (i - 3 - std::log((i + 1) / 4)) + 0.5 * one.lambda * j * j;
+      };
+      constexpr double h = 1e-3;
+      sum += psi(1) - psi(0) - (psi(h) - psi(-h)) / (2 * h) - 0.5 * (psi(h) + psi(-h) - 2 * psi(0)) / (h * h);
+    }
+    return sum;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("the energy of sampled tetrahedra is that of their law beyond its second order") {
+  Case c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
+  const SampledSolidForce force = c.compiled(true);
+  REQUIRE_FALSE(force.empty());
+  for (int k = 0; k < 20; ++k) {
+    const SampledSolidForce::Values u = c.displacement(0.004F);
+    const double exact = c.expected_energy(u.cast<double>());
+    CHECK(force.energy(u) == Approx(exact).epsilon(2e-3).margin(1e-8));
+  }
+}
+
+TEST_CASE("forces of sampled tetrahedra are the gradient of their energy, where elements are bent no further too") {
+  Case c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
+  const SampledSolidForce force = c.compiled(true);
+  REQUIRE_FALSE(force.empty());
+  const bool turns = c.solid.law == SolidLaw::corotational;  // by less than a right angle
+  for (const float far : turns ? std::vector<float>{0.002F, 0.006F} : std::vector<float>{0.004F, 0.02F, 0.1F})
+    for (int k = 0; k < 20; ++k) {
+      const SampledSolidForce::Values u = c.displacement(far);
+      SampledSolidForce::Values g(kVariables);
+      force.gradient(u, g);
+      for (int i = 0; i < kVariables; ++i) {
+        const float step_size = 0.01F * far;
+        const SampledSolidForce::Values step = step_size * SampledSolidForce::Values::Unit(kVariables, i);
+        const double slope = (force.energy(u + step) - force.energy(u - step)) / (2.0 * static_cast<double>(step_size));
+        CHECK(static_cast<double>(g[i]) == Approx(slope).epsilon(1e-2).margin(1e-2 * static_cast<double>(g.norm())));
+      }
+    }
+}
+
+TEST_CASE("at the stamp sampled tetrahedra pull, hold and brake with nothing") {
+  Case c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
+  const SampledSolidForce force = c.compiled(true);
+  SampledSolidForce::Values g(kVariables), twice(kVariables), change(kVariables), at_stamp(kVariables);
+  const SampledSolidForce::Values zero = SampledSolidForce::Values::Zero(kVariables), u = c.displacement(1e-4F);
+  CHECK(std::abs(force.energy(zero)) < 1e-8);  // rounding of R times mu and lambda
+  force.gradient(zero, g);
+  CHECK(g.norm() < 1e-5F);
+  force.damping(zero, c.displacement(1), change, at_stamp);
+  CHECK(change.norm() < 1e-6F);
+  CHECK(at_stamp.norm() == 0);
+  // No slope either: twice as far is four times as much.
+  force.gradient(5 * u, g);
+  force.gradient(10 * u, twice);
+  CHECK(twice.norm() > 3.5F * g.norm());
+}
+
+TEST_CASE("dampers of sampled tetrahedra that have turned brake by Green's rate of strain there") {
+  Case c;
+  const SampledSolidForce force = c.compiled(true);
+  const SampledSolidForce::Values u = c.displacement(0.004F), rate = c.displacement(1);
+  SampledSolidForce::Values change(kVariables), at_stamp(kVariables);
+  force.damping(u, rate, change, at_stamp);
+  Eigen::VectorXd exact = Eigen::VectorXd::Zero(kVariables);
+  for (int e = 0; e < kCount; ++e) {
+    const Case::OneTetra one = c.at(e, u.cast<double>());
+    const Eigen::Matrix3d f_rate = c.at(e, rate.cast<double>()).df;
+    const double t = c.solid.damping_s[e], mu = t * c.solid.shear[e], lambda = t * c.solid.dilation[e];
+    const auto stress = [&](const Eigen::Matrix3d& f) -> Eigen::Matrix3d {
+      const Eigen::Matrix3d product = f.transpose() * f_rate;
+      return f * (mu * (product + product.transpose()) + lambda * product.trace() * Eigen::Matrix3d::Identity());
+    };
+    const Eigen::Matrix3d more = stress(one.f + one.df) - stress(one.f);
+    for (int i = 0; i < kVariables; ++i) exact[i] += more.cwiseProduct(c.at(e, Eigen::VectorXd::Unit(kVariables, i)).df).sum();
+  }
+  CHECK((change.cast<double>() - exact).norm() < 1e-3 * exact.norm());
+}
+
+TEST_CASE(
+    "however far it goes, sampled tetrahedra push with no more than the linear patch soon outgrows, and with nothing that is not "
+    "finite") {
+  Case c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
+  const SampledSolidForce force = c.compiled(true);
+  const SampledSolidForce::Values way = c.displacement(1);
+  SampledSolidForce::Values near(kVariables), far(kVariables);
+  force.gradient(0.2F * way, near);
+  force.gradient(20 * way, far);
+  CHECK(far.allFinite());
+  CHECK(far.norm() < 0.1F * near.norm());
+  CHECK(std::abs(force.energy(20 * way) - force.energy(2000 * way)) < 0.1 * std::abs(force.energy(20 * way)));
+}
+
+TEST_CASE("a solid too stiff for a step has as much mass as the step takes, and is not taken without") {
+  const SolidLaw law = GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational);
+  Case soft(law, 100), stiff(law, 1e8);
+  CHECK_FALSE(soft.compiled(false, 1e-4).empty());
+  CHECK(soft.compiled(true, 1e-4).added_mass().size() == 0);
+  CHECK(stiff.compiled().empty());
+  const SampledSolidForce slowed = stiff.compiled(true);
+  REQUIRE_FALSE(slowed.empty());
+  const SampledSolidForce::OfModes& mass = slowed.added_mass();
+  REQUIRE(mass.rows() == kModes);
+  CHECK(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(mass, Eigen::EigenvaluesOnly).eigenvalues()[0] > 0);
+}

@@ -1,0 +1,131 @@
+// Few tetrahedra that bend as all do: against the body's own forces at displacements that were not among the samples.
+#include "server/reduce/sample_tetrahedra.hpp"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "tests/support/bodies.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+namespace {
+
+constexpr Eigen::Index kVariables = 6;
+
+/// A block of finite elements and smooth shapes of it: a dent of the top, sheared and twisted.
+struct Block {
+  LumpedBody body;
+  Dynamics dynamics{body};
+  BodyState state = random_state(dynamics, 5, 0.0005, 0);
+  Tangents tangents{dynamics};
+  Linearisation at{&dynamics, &state, &body.fixed, &tangents};
+  Matrix moved = Matrix::Zero(state.x.size(), kVariables), stiffness;
+  Sampling sampling;
+
+  explicit Block(SolidLaw law) : body(solid_box(6, 6, 5, {law, 8e3, 0.45, 0.01})) {
+    tangents.take(state);
+    for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
+      if (body.fixed[i]) continue;
+      const Vec3& x = body.nodes[i];
+      const double far = (x - body.nodes.back()).norm(), dent = std::exp(-far * far / (0.04 * 0.04)), up = x.z() / 0.1;
+      auto rows = moved.middleRows<3>(3 * static_cast<Eigen::Index>(i));
+      rows.col(0) = dent * Vec3::UnitX();
+      rows.col(1) = dent * Vec3::UnitY();
+      rows.col(2) = dent * Vec3::UnitZ();
+      rows.col(3) = up * Vec3::UnitX();
+      rows.col(4) = up * up * Vec3::UnitY();
+      rows.col(5) = up * Vec3(-x.y(), x.x(), 0) / 0.1;
+    }
+    Matrix k_moved, d_moved;
+    tangents.multiply(moved, k_moved, d_moved);
+    stiffness = moved.transpose() * k_moved;
+    sampling.room = {kVariables, false, false, 3};
+    sampling.stiffness = stiffness.diagonal();
+    sampling.likely = 0.004 * Matrix::Identity(kVariables, kVariables);
+  }
+  /// -N(u), by the body itself.
+  Vector exact(const Vector& u) const {
+    const Vector still = Vector::Zero(state.x.size());
+    Vector here, there;
+    dynamics.forces(state.x, still, here);
+    dynamics.forces(state.x + moved * u, still, there);
+    return -(moved.transpose() * (there - here) + stiffness * u);
+  }
+  /// Of a force to what it should be, over 50 displacements drawn by chance, in units that make each variable as stiff.
+  double wrong(const SampledSolidForce& force) const {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> draw(-0.005, 0.005);
+    const Vector unit = sampling.stiffness.cwiseSqrt().cwiseInverse();
+    double wrong = 0, all = 0;
+    for (int k = 0; k < 50; ++k) {
+      const Vector u = Vector::NullaryExpr(kVariables, [&] { return draw(random); }), should = exact(u);
+      SampledSolidForce::Values g(kVariables);
+      force.gradient(u.cast<float>(), g);
+      wrong += unit.cwiseProduct(g.cast<double>() - should).squaredNorm();
+      all += unit.cwiseProduct(should).squaredNorm();
+    }
+    return std::sqrt(wrong / all);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("A tenth of the tetrahedra of a block bends as all of them do where it was not looked, within a few hundredths") {
+  const Block block(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
+  const auto solid = sample_tetrahedra(block.at, block.moved, block.sampling);
+  REQUIRE(solid);
+  CHECK(10 * solid->count() <= static_cast<int>(block.body.tetrahedra.size()));
+  CHECK(numbers_of_tetrahedra(block.sampling.room, solid->motion.nodes(), solid->count()) <= kUsualNumbers);
+  CHECK(solid->shear.minCoeff() > 0);
+  const SampledSolidForce force(*solid, 0, 1e-6, false);
+  REQUIRE_FALSE(force.empty());
+  CHECK(block.wrong(force) < 0.05);
+}
+
+TEST_CASE("All tetrahedra of a small solid, sampled with a weight of one, are its own forces") {
+  const SolidLaw law = GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational);
+  LumpedBody body = solid_box(3, 3, 2, {law, 8e3, 0.45, 0.01});
+  const Dynamics dynamics(body);
+  const BodyState state = random_state(dynamics, 5, 0.002, 0);
+  Tangents tangents(dynamics);
+  tangents.take(state);
+  Random random(3);
+  Matrix moved(state.x.size(), 4);
+  for (double& v : moved.reshaped()) v = random.uniform(-1, 1);
+  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
+    if (body.fixed[i]) moved.middleRows<3>(3 * static_cast<Eigen::Index>(i)).setZero();
+  SampledTetrahedra solid;
+  solid.law = law;
+  const auto count = static_cast<Eigen::Index>(body.tetrahedra.size());
+  REQUIRE(count <= kMaxTetrahedra);
+  solid.motion = rounded(moved.cast<float>(), -1);
+  moved = solid.motion.rows(0).cast<double>();
+  solid.position = state.x.reshaped(3, dynamics.nodes()).cast<float>();
+  solid.rest.resize(3, dynamics.nodes());
+  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) solid.rest.col(i) = body.nodes[i].cast<float>();
+  solid.nodes.resize(4, count);
+  solid.shear.resize(count);
+  for (Eigen::Index e = 0; e < count; ++e) {
+    for (int k = 0; k < 4; ++k)
+      solid.nodes(k, e) = static_cast<int>(body.tetrahedra[static_cast<std::size_t>(e)].nodes[static_cast<std::size_t>(k)]);
+    solid.shear[e] = static_cast<float>(kSpacingM * kSpacingM * kSpacingM / 6 * 8e3 / (2 * 1.45));
+  }
+  solid.dilation = static_cast<float>(2 * 0.45 / (1 - 2 * 0.45)) * solid.shear;
+  solid.damping_s.setZero(count);
+  const SampledSolidForce force(solid, 0, 1e-6, false);
+  REQUIRE_FALSE(force.empty());
+  Matrix k_moved, d_moved;
+  tangents.multiply(moved, k_moved, d_moved);
+  const Vector still = Vector::Zero(state.x.size());
+  Vector here, there;
+  dynamics.forces(state.x, still, here);
+  for (int k = 0; k < 10; ++k) {
+    const Vector u = Vector::NullaryExpr(4, [&] { return random.uniform(-0.004, 0.004); });
+    dynamics.forces(state.x + moved * u, still, there);
+    const Vector exact = -moved.transpose() * (there - here + k_moved * u);
+    SampledSolidForce::Values g(4);
+    force.gradient(u.cast<float>(), g);
+    CHECK((g.cast<double>() - exact).norm() < 1e-3 * exact.norm());
+  }
+}
