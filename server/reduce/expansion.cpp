@@ -153,11 +153,11 @@ TetraRest rest_of(const LumpedBody& body, const Tetrahedron& t) {
   return TetraRest(rest);
 }
 
-/// How the deformation gradient of a tetrahedron changes with the shapes: the edges' motions, three rows for each of b_1, b_2,
-/// b_3.
+/// How the shapes move the edges from its first node, three rows each.
+using EdgeRows = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxVariables>;
 template <typename Shapes>
-std::array<Eigen::Matrix<double, 3, Eigen::Dynamic>, 3> edges_of(const Tetrahedron& t, const Shapes& shapes) {
-  std::array<Eigen::Matrix<double, 3, Eigen::Dynamic>, 3> edges;
+std::array<EdgeRows, 3> edges_of(const Tetrahedron& t, const Shapes& shapes) {
+  std::array<EdgeRows, 3> edges;
   for (std::size_t i = 0; i < 3; ++i)
     edges[i] = shapes.template middleRows<3>(3 * static_cast<Eigen::Index>(t.nodes[i + 1])) -
                shapes.template middleRows<3>(3 * static_cast<Eigen::Index>(t.nodes[0]));
@@ -170,10 +170,13 @@ std::vector<double> tetra_weights(const LumpedBody& body, const ShapeRows& shape
   for (const Tetrahedron& t : body.tetrahedra) {
     const TetraRest rest = rest_of(body, t);
     const auto edges = edges_of(t, shapes);
-    double square = 0;
-    for (int c = 0; c < 3; ++c)
-      square += (rest.b(c, 1) * edges[0] + rest.b(c, 2) * edges[1] + rest.b(c, 3) * edges[2]).squaredNorm();
+    double square = 0;  // of sum edges_i b_i^T
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k <= i; ++k)
+        square += (i == k ? 1 : 2) * rest.b.col(i + 1).dot(rest.b.col(k + 1)) *
+                  edges[static_cast<std::size_t>(i)].cwiseProduct(edges[static_cast<std::size_t>(k)]).sum();
     const SolidMaterial& m = body.materials[t.material];
+    square = std::max(square, 0.0);
     weights.push_back(rest.volume_m3 * m.young_pa / (2 * (1 + m.poisson)) * square * std::sqrt(square));
   }
   return weights;

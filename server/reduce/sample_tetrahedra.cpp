@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t kCandidates = 200;
-constexpr double kNegligible = 1e-3;  // of the bending, in tetrahedra that are not looked at
+constexpr double kNegligible = 1e-2;  // of the bending, in tetrahedra that are not looked at
 static_assert(kSamples % kTetraLane == 0);
 
 using Nine = Eigen::Matrix<float, 9, kSamples, Eigen::RowMajor>;
