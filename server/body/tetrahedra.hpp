@@ -20,6 +20,7 @@ class Tetrahedra {
   Tetrahedra(const LumpedBody& body, const BlockMatrix& pattern);
 
   bool empty() const { return cells_.empty(); }
+  const TetraRest& rest(std::uint32_t tetrahedron) const { return cells_[tetrahedron].rest; }
   /// f += forces of the elements.
   void add_forces(const Vector& x, const Vector& v, Vector& f) const;
   Vec3 force_on(const BodyState& state, std::uint32_t node) const;

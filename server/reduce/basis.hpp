@@ -19,6 +19,11 @@
 
 namespace palpate {
 
+/// K and D on the columns of a V: V^T K V and V^T D V.
+struct Projection {
+  Matrix k, d;
+};
+
 /// Where a model is linearised and what it may move: M, K and D over the nodes of a body, or over the fewer of a graded one.
 struct Linearisation {
   const Dynamics* dynamics = nullptr;
@@ -39,6 +44,11 @@ struct Linearisation {
   /// (c_k K + c_d D) Y.
   void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const {
     graded ? graded->multiply_sum(y, c_k, c_d, sum) : tangents->multiply_sum(y, c_k, c_d, sum);
+  }
+  Projection projected(const Matrix& v) const {
+    Matrix k_v, d_v;
+    multiply(v, k_v, d_v);
+    return {v.transpose() * k_v, v.transpose() * d_v};
   }
   /// Of a node that is held, or near a tool.
   std::uint32_t coordinate(std::uint32_t node) const { return graded ? graded->coordinate(node) : node; }
@@ -71,6 +81,8 @@ class ShiftedSolver {
     const SolveColumn column{&b, &x};
     return solve(at, std::span(&column, 1), tolerance);
   }
+  /// P.
+  const BlockMatrix& matrix() const { return *matrix_; }
   /// Of all columns together; 0 for a body that is factorised.
   int iterations() const { return iterations_; }
 

@@ -10,38 +10,54 @@
 namespace palpate {
 namespace {
 
-/// W^T P W.
-Matrix energy_of(const Linearisation& at, const Matrix& w, double s) {
-  Matrix p_w;
-  at.multiply_sum(w, 1, s, p_w);
-  p_w += s * s * at.masses().asDiagonal() * w;
-  return w.transpose() * p_w;
+/// W^T Y for W and Y in two parts, one after the other.
+Matrix gram(const Matrix& w_1, const Matrix& w_2, const Matrix& y_1, const Matrix& y_2) {
+  const Eigen::Index first = w_1.cols();
+  Matrix g(first + w_2.cols(), first + w_2.cols());
+  g.topLeftCorner(first, first).noalias() = w_1.transpose() * y_1;
+  g.bottomLeftCorner(w_2.cols(), first).noalias() = w_2.transpose() * y_1;
+  g.bottomRightCorner(w_2.cols(), w_2.cols()).noalias() = w_2.transpose() * y_2;
+  g.topRightCorner(first, w_2.cols()) = g.bottomLeftCorner(w_2.cols(), first).transpose();
+  return g;
 }
 
-/// The leading directions of W in the energy of P, and `fine` beside them, orthonormal in M.
-CubicBasis compress(const Linearisation& at, const Matrix& w, std::span<const Vector> fine, double s, int modes) {
-  const Matrix energy = energy_of(at, w, s);
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(0.5 * (energy + energy.transpose()));
-  const Vector root = at.masses().cwiseSqrt();
+/// The leading directions of W in the energy of P, and those columns of W that come `beside` them, its last, orthonormal in M.
+/// `all`: K and D on W.
+CubicBasis compress(const Vector& masses, Matrix w, const Projection& all, Eigen::Index beside, double s, int modes) {
+  const Vector root = masses.cwiseSqrt();
+  w = root.asDiagonal() * w;
+  const Eigen::Index count = w.cols() - beside;
+  const auto candidates = w.leftCols(count);
+  const Matrix energy = (all.k + s * all.d).topLeftCorner(count, count) + s * s * Matrix(candidates.transpose() * candidates);
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(energy);
   const double smallest = 1e-10 * eigen.eigenvalues().tail<1>()[0];
-  const auto beside = std::min<Eigen::Index>(static_cast<Eigen::Index>(fine.size()), modes - 1);
-  Eigen::Index r = std::min<Eigen::Index>(modes - beside, w.cols());
-  while (r > 1 && !(eigen.eigenvalues()[w.cols() - r] > smallest)) --r;
-  const Matrix leading = root.asDiagonal() * (w * eigen.eigenvectors().rightCols(r).rowwise().reverse());
-  const Eigen::HouseholderQR<Matrix> qr(leading);
+  Eigen::Index r = std::min<Eigen::Index>(modes - beside, count);
+  while (r > 1 && !(eigen.eigenvalues()[count - r] > smallest)) --r;
+  const Matrix leading = eigen.eigenvectors().rightCols(r).rowwise().reverse();
+  const Eigen::HouseholderQR<Matrix> qr(candidates * leading);
   Matrix directions = qr.householderQ() * Matrix::Identity(w.rows(), r);
-  for (const Vector& shape : fine.first(static_cast<std::size_t>(beside))) {
+  Matrix made = Matrix::Zero(w.cols(), r);  // directions of columns
+  made.topRows(count) =
+      qr.matrixQR().topRows(r).triangularView<Eigen::Upper>().transpose().solve(leading.transpose()).transpose();
+  for (Eigen::Index k = count; k < w.cols(); ++k) {
     constexpr double kOfItsOwn = 1e-6;  // else the leading ones span it
-    Vector x = root.cwiseProduct(shape);
-    const double size = x.norm();
-    for (int again = 0; again < 2; ++again) x -= directions * (directions.transpose() * x);
-    if (!(x.norm() > kOfItsOwn * size)) continue;
-    directions.conservativeResize(Eigen::NoChange, directions.cols() + 1);
-    directions.rightCols<1>() = x.normalized();
+    Vector x = w.col(k), of_columns = Vector::Unit(w.cols(), k);
+    for (int again = 0; again < 2; ++again) {
+      const Vector along = directions.transpose() * x;
+      x -= directions * along;
+      of_columns -= made * along;
+    }
+    const double left = x.norm();
+    if (!(left > kOfItsOwn * w.col(k).norm())) continue;
+    for (auto& [to, column] : {std::pair{&directions, &x}, std::pair{&made, &of_columns}}) {
+      to->conservativeResize(Eigen::NoChange, to->cols() + 1);
+      to->rightCols<1>() = *column / left;
+    }
   }
   CubicBasis basis;
   basis.shapes = root.cwiseInverse().asDiagonal() * directions;
-  basis.coordinates = basis.shapes.transpose() * at.masses().asDiagonal() * w;
+  basis.coordinates = directions.transpose() * candidates;
+  basis.at_shapes = {made.transpose() * all.k * made, made.transpose() * all.d * made};
   return basis;
 }
 
@@ -77,8 +93,12 @@ std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart
                                       const Matrix& prescribed, std::span<const Vector> dents, const Matrix& ways,
                                       const CubicBasisRequest& request, BasisMemory& memory) {
   const double s = request.shift_1_s;
-  std::vector<Vector> moments = moment_inputs(at, s, start.ports), bends;
-  for (Vector& b : moments) b *= s;
+  const Matrix ports = side_by_side(start.ports);
+  Matrix k_ports, d_ports;
+  at.multiply(ports, k_ports, d_ports);
+  std::vector<Vector> moments, bends;
+  for (Eigen::Index k = 0; k < ports.cols(); ++k)
+    moments.emplace_back(s * (2 * s * at.masses().cwiseProduct(ports.col(k)) + d_ports.col(k)));
   if (dents.empty()) bends = bending(at, start.ports, prescribed, request.bridge_s);
   memory.resize(moments.size() + bends.size());
   std::vector<SolveColumn> solves;
@@ -86,17 +106,23 @@ std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart
   add_those_that_matter(bends, memory.data() + moments.size(), solves);
   if (!solve(solves)) return std::nullopt;
 
-  std::vector<Vector> candidates = start.ports;
   Vector motion = request.bridge_s * at.velocity();
   mask(*at.held, motion);
-  candidates.insert(candidates.end(), {motion, start.imbalance, s * start.motion});
-  for (const SolveColumn& column : solves) candidates.push_back(*column.x);
+  std::vector<Vector> others{motion, start.imbalance, s * start.motion};
+  for (const SolveColumn& column : solves) others.push_back(*column.x);
   for (const auto& way : ways.colwise()) {
-    candidates.emplace_back(way);
-    mask(*at.held, candidates.back());
+    others.emplace_back(way);
+    mask(*at.held, others.back());
   }
-  candidates.insert(candidates.end(), dents.begin(), dents.end());
-  CubicBasis basis = compress(at, side_by_side(candidates), start.fine, s, request.modes);
+  others.insert(others.end(), dents.begin(), dents.end());
+  const auto beside = std::min<std::size_t>(start.fine.size(), static_cast<std::size_t>(request.modes - 1));
+  others.insert(others.end(), start.fine.begin(), start.fine.begin() + static_cast<std::ptrdiff_t>(beside));
+  const Matrix rest = side_by_side(others);
+  Matrix k_rest, d_rest, w(ports.rows(), ports.cols() + rest.cols());
+  at.multiply(rest, k_rest, d_rest);
+  w << ports, rest;
+  CubicBasis basis = compress(at.masses(), std::move(w), {gram(ports, rest, k_ports, k_rest), gram(ports, rest, d_ports, d_rest)},
+                              static_cast<Eigen::Index>(beside), s, request.modes);
   basis.dents = static_cast<int>(dents.size());
   return basis;
 }

@@ -32,6 +32,7 @@ struct CubicBasisRequest {
 struct CubicBasis {
   Matrix shapes;       ///< V, 3 N x r, orthonormal in M
   Matrix coordinates;  ///< V^T M W, r x candidates: what is expected of the modes; those of dents are the last
+  Projection at_shapes;
   int dents = 0;
 };
 

@@ -11,6 +11,7 @@ namespace {
 constexpr int kSteps = 40;          // of conjugate gradients, a round
 constexpr double kClose = 3e-2;     // of the residual that a way begins with: a basis forgives
 constexpr double kShortest = 1e-3;  // step along a direction, of the last but one
+constexpr double kAlike = 0.5;      // of a trial: a step that differs from it by less
 
 /// The nodes nearest to those of `port`, elements between them being the measure, ascending.
 std::vector<std::uint32_t> nodes_around(const Skin::Weights& port, const LumpedBody& body,
@@ -66,12 +67,7 @@ class PressedPart {
     begin_ = (compliance + Mat3::Identity() / kappa_).inverse();
     const Vector still = Vector::Zero(x_.size());
     dynamics_.forces(x_, still, at_stamp_);
-    BlockMatrix p = dynamics_.make_matrix();
-    dynamics_.assemble({0, x_, still}, s_ * s_, s_, 1, local.body.fixed, true, p);
-    for (std::uint32_t i = 0; i < p.rows(); ++i) blocks_.push_back(p.block(p.diagonal(i)));
-    for (const auto& [i, b] : port_)
-      if (!local.body.fixed[i]) blocks_[i] += kappa_ * b * b * Mat3::Identity();
-    for (Mat3& block : blocks_) block = block.inverse().eval();
+    take_diagonal(at, local, *request.matrix);
   }
 
   /// f on the linear body.
@@ -91,6 +87,22 @@ class PressedPart {
   }
 
  private:
+  /// A node between coordinates takes what one that has its own has in the mean.
+  void take_diagonal(const Linearisation& at, const LocalBody& local, const BlockMatrix& p) {
+    Mat3 sum = Mat3::Zero();
+    double count = 0;
+    for (const std::uint32_t node : local.nodes) {
+      const std::uint32_t row = at.coordinate(node);
+      blocks_.emplace_back(row == GradedBody::kNone ? Mat3(Mat3::Zero()) : Mat3(p.block(p.diagonal(row))));
+      sum += blocks_.back();
+      count += row == GradedBody::kNone ? 0 : 1;
+    }
+    for (Mat3& block : blocks_)
+      if (block.isZero(0)) block = sum / count;
+    for (const auto& [i, b] : port_)
+      if (!local.body.fixed[i]) blocks_[i] += kappa_ * b * b * Mat3::Identity();
+    for (Mat3& block : blocks_) block = block.inverse().eval();
+  }
   void move_ends(const Vector& to, Vector& w) const {
     const auto& fixed = dynamics_.body().fixed;
     for (std::uint32_t i = 0; i < fixed.size(); ++i)
@@ -111,10 +123,11 @@ class PressedPart {
     return z;
   }
   /// Nonlinear conjugate gradients (Polak and Ribiere), the step along each direction to where the force along it vanishes, as
-  /// far as two evaluations tell. `enough`: where to stop, 0 when that is not known yet.
+  /// far as two evaluations tell: at its beginning and at a trial. Where the trial is not far from there, so is what lies between
+  /// the two from a straight line, and nothing is evaluated again. `enough`: where to stop, 0 when that is not known yet.
   bool descend(const Vec3& way, double& enough, Vector& w) const {
     Vector r = residual(way, w), z = preconditioned(r), direction = z;
-    double size = r.dot(z), step = 1;
+    double size = r.dot(z), trial = 1;
     if (enough == 0) enough = kClose * kClose * size;
     for (int k = 0; k < kSteps && size > enough; ++k) {
       const double pull = direction.dot(r);
@@ -122,12 +135,14 @@ class PressedPart {
         direction = z;
         continue;
       }
-      const double there = direction.dot(residual(way, w + step * direction));
-      step *= there < pull ? std::clamp(pull / (pull - there), 0.1, 3.0) : 3.0;
+      const Vector there = residual(way, w + trial * direction), before = r;
+      const double left = direction.dot(there), step = trial * (left < pull ? std::clamp(pull / (pull - left), 0.1, 3.0) : 3.0);
       w += step * direction;
-      step = std::clamp(step, kShortest, 1.0);
-      const Vector before = std::move(r);
-      r = residual(way, w);
+      if (std::abs(step - trial) < kAlike * trial)
+        r += step / trial * (there - r);
+      else
+        r = residual(way, w);
+      trial = std::clamp(step, kShortest, 1.0);
       z = preconditioned(r);
       const double last = size;
       size = r.dot(z);

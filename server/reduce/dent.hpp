@@ -7,7 +7,7 @@
 //
 // one step of backward Euler of 1/s from rest; a is the way of a hand that yields as a spring kappa does, kHand times as stiff as
 // the body at the stamp. Far from the port the body bends little: only the kNodes nodes nearest to it (of a solid kSolidNodes),
-// by elements, follow their own forces, all others w = P^-1 B f. Nonlinear conjugate gradients with the blocks of the diagonal,
+// by elements, follow their own forces, all others w = P^-1 B f. Nonlinear conjugate gradients with the blocks of P's diagonal,
 // the ends of the near part moved with f in kRounds rounds, from each way on to the next.
 //
 // Source: nonlinear elimination of the part that is far from linear, Lanzkron, Rose and Wilkes, SIAM J. Sci. Comput. 17 (1996).
@@ -23,10 +23,11 @@
 namespace palpate {
 
 struct DentRequest {
-  Skin::Weights port;               ///< B, of nodes
-  std::span<const Vector> answers;  ///< P^-1 B, three, in the coordinates of the linearisation
-  std::vector<Vec3> ways;           ///< a [m], at least one, each further than the one before
-  double shift_1_s = 20;            ///< s
+  Skin::Weights port;                   ///< B, of nodes
+  std::span<const Vector> answers;      ///< P^-1 B, three, in the coordinates of the linearisation
+  std::vector<Vec3> ways;               ///< a [m], at least one, each further than the one before
+  double shift_1_s = 20;                ///< s
+  const BlockMatrix* matrix = nullptr;  ///< P, in these coordinates
 };
 
 class Dents {

@@ -147,12 +147,6 @@ std::vector<double> spring_weights(const LumpedBody& body, const BodyState& stat
   return weights;
 }
 
-TetraRest rest_of(const LumpedBody& body, const Tetrahedron& t) {
-  Mat34 rest;
-  for (int i = 0; i < 4; ++i) rest.col(i) = body.nodes[t.nodes[static_cast<std::size_t>(i)]];
-  return TetraRest(rest);
-}
-
 /// How the shapes move the edges from its first node, three rows each.
 using EdgeRows = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxVariables>;
 template <typename Shapes>
@@ -165,10 +159,12 @@ std::array<EdgeRows, 3> edges_of(const Tetrahedron& t, const Shapes& shapes) {
 }
 
 /// V mu_L |dF|^3 of each tetrahedron.
-std::vector<double> tetra_weights(const LumpedBody& body, const ShapeRows& shapes) {
+std::vector<double> tetra_weights(const Dynamics& dynamics, const ShapeRows& shapes) {
+  const LumpedBody& body = dynamics.body();
   std::vector<double> weights;
-  for (const Tetrahedron& t : body.tetrahedra) {
-    const TetraRest rest = rest_of(body, t);
+  for (std::uint32_t e = 0; e < body.tetrahedra.size(); ++e) {
+    const Tetrahedron& t = body.tetrahedra[e];
+    const TetraRest& rest = dynamics.tetrahedra().rest(e);
     const auto edges = edges_of(t, shapes);
     double square = 0;  // of sum edges_i b_i^T
     for (int i = 0; i < 3; ++i)
@@ -182,12 +178,14 @@ std::vector<double> tetra_weights(const LumpedBody& body, const ShapeRows& shape
   return weights;
 }
 
-void add_second_order(const LumpedBody& body, const BodyState& state, const Matrix& directions, std::vector<Vector>& forces) {
+void add_second_order(const Dynamics& dynamics, const BodyState& state, const Matrix& directions, std::vector<Vector>& forces) {
+  const LumpedBody& body = dynamics.body();
   const std::vector<TetraMaterial> materials(body.materials.begin(), body.materials.end());
   const auto n = static_cast<int>(directions.cols());
   std::vector<Mat3> df(static_cast<std::size_t>(n));
-  for (const Tetrahedron& t : body.tetrahedra) {
-    const TetraRest rest = rest_of(body, t);
+  for (std::uint32_t e = 0; e < body.tetrahedra.size(); ++e) {
+    const Tetrahedron& t = body.tetrahedra[e];
+    const TetraRest& rest = dynamics.tetrahedra().rest(e);
     const auto edges = edges_of(t, directions);
     const auto at_stamp = edges_of(t, state.x);
     Mat3 f = Mat3::Zero();
@@ -256,7 +254,8 @@ std::vector<std::uint32_t> elements_that_bend(const Dynamics& dynamics, const Bo
                                               double negligible) {
   const ShapeRows shapes = columns;
   const LumpedBody& body = dynamics.body();
-  const std::vector<double> weights = body.tetrahedra.empty() ? spring_weights(body, state, shapes) : tetra_weights(body, shapes);
+  const std::vector<double> weights =
+      body.tetrahedra.empty() ? spring_weights(body, state, shapes) : tetra_weights(dynamics, shapes);
   // Exponent and first four bits of a positive number: the larger, the larger.
   const auto bin_of = [](double weight) { return std::bit_cast<std::uint32_t>(static_cast<float>(weight)) >> 19U; };
   std::array<double, 4096> sums{};
@@ -279,7 +278,7 @@ std::vector<Vector> second_order_forces(const Dynamics& dynamics, const BodyStat
   const LumpedBody& body = dynamics.body();
   const auto n = static_cast<int>(directions.cols());
   std::vector<Vector> forces(static_cast<std::size_t>(pairs_of(n)), Vector::Zero(directions.rows()));
-  add_second_order(body, state, directions, forces);
+  add_second_order(dynamics, state, directions, forces);
   for (const Element& e : body.elements) {
     const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
     const Vec3 d = state.x.segment<3>(b) - state.x.segment<3>(a);

@@ -79,7 +79,8 @@ bool PatchBuilder::hold_far_nodes(const FrameModel& frame, const std::vector<std
   return true;
 }
 
-bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Reduced& reduced) {
+bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const Projection& of_v, const OtherTools& others,
+                          Patch& patch, Reduced& reduced) {
   const auto r = v.cols();
   if (r == 0) {  // a tool where everything is held fast, and a body at rest: nothing moves
     patch.stiffness = patch.q_rate = reduced.stiffness = Vector();
@@ -87,9 +88,7 @@ bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherT
     reduced.v = v;
     return true;
   }
-  Matrix k_v, d_v;
-  at.multiply(v, k_v, d_v);
-  Matrix k = v.transpose() * k_v;
+  Matrix k = of_v.k;
   for (const OtherTools::Spring& spring : others.springs) {
     Matrix rows = Matrix::Zero(3, r);
     for (const auto& [node, weight] : spring.port->b) rows += weight * v.middleRows<3>(3 * static_cast<Eigen::Index>(node));
@@ -100,7 +99,7 @@ bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const OtherT
   const Matrix& u = eigen.eigenvectors();
   reduced.v = v * u;
   reduced.stiffness = eigen.eigenvalues();
-  const Matrix d = u.transpose() * (v.transpose() * d_v) * u;
+  const Matrix d = u.transpose() * of_v.d * u;
   patch.stiffness = eigen.eigenvalues().cwiseAbs().cwiseMax(softest_1_s2_);
   report_.lifted_1_s2 = (patch.stiffness - eigen.eigenvalues()).maxCoeff();
   patch.damping = 0.5 * (d + d.transpose());
@@ -276,7 +275,8 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
                      : balanced ? restricted_basis(balanced_->grasped(port.node), modes, dynamics_->masses(), held_)
                                 : grasp_basis(model, inputs, request, {modes, shift});
   Reduced reduced;
-  if (!basis || !reduce(at, *basis, model.others, patch, reduced)) return std::nullopt;
+  if (!basis || !reduce(at, *basis, cubic ? candidates->at_shapes : at.projected(*basis), model.others, patch, reduced))
+    return std::nullopt;
   Matrix& v = reduced.v;
   if (patch.load_rate.size() > 0) patch.load_for = request.bridge;
   patch.b_k.resize(v.cols(), 3);

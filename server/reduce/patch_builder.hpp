@@ -131,7 +131,8 @@ class PatchBuilder {
                                          CubicBasisRequest wanted, const ToolAt& tool, CubicShapes& shapes);
   Matrix known_ways() const;
   void add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes, int vertices);
-  bool reduce(const Linearisation& at, const Matrix& v, const OtherTools& others, Patch& patch, Reduced& reduced);
+  bool reduce(const Linearisation& at, const Matrix& v, const Projection& of_v, const OtherTools& others, Patch& patch,
+              Reduced& reduced);
 
   const Dynamics* dynamics_;
   const Skin* skin_;

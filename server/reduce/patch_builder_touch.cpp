@@ -82,7 +82,7 @@ std::optional<Patch> PatchBuilder::build_touch(const Model& model, FrameModel& f
     const int modes = modes_for(request.scheme, port.kind, request.order);
     const auto basis = balanced ? restricted_basis(balanced_->touched(port.point), modes, dynamics_->masses(), held_)
                                 : krylov_basis(at, *model.solver, inputs, fine, model.imbalance, {modes, shift}, *model.memory);
-    if (!basis || !reduce(at, *basis, model.others, patch, reduced)) return std::nullopt;
+    if (!basis || !reduce(at, *basis, at.projected(*basis), model.others, patch, reduced)) return std::nullopt;
     patch.g = v.transpose() * model.imbalance + patch.damping * patch.q_rate;
   }
   const int vertices = request.vertices_max(patch.modes(), false);
@@ -121,7 +121,8 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   } else {
     const auto basis = touch_basis(frame, *p, which, others, at, request);
     frame.enter(PatchPart::project);
-    if (!basis || !reduce(at, basis->shapes, others, patch, reduced)) return std::nullopt;
+    if (!basis || !reduce(at, basis->shapes, cubic ? basis->at_shapes : at.projected(basis->shapes), others, patch, reduced))
+      return std::nullopt;
     vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0);
     if (cubic) {
       CubicShapes shapes;
@@ -209,14 +210,14 @@ std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
     const double bridge_s = seconds(request.bridge);
     if (!dents_) dents_ = std::make_unique<Dents>(dynamics_->body());
     const auto dents = dents_->shapes(at, {skin_->weights(frame.ports()[which].point), start.ports,
-                                           expected_dents(frame.tool(which), inwards, bridge_s), p.shift()});
+                                           expected_dents(frame.tool(which), inwards, bridge_s), p.shift(), &p.matrix()});
     scale_to(expected_motion(frame.tool(which), bridge_s), own.b, start.ports);
     add_slides();
     return cubic_basis(at, start, solve, Matrix(), dents, known_ways(), {modes, p.shift(), bridge_s}, cubic_memory_);
   }
   add_slides();
   auto directions = krylov_basis(at, start, solve, {modes, p.shift(), kBasisTolerance});
-  return directions ? std::optional(CubicBasis{std::move(*directions), {}}) : std::nullopt;
+  return directions ? std::optional(CubicBasis{std::move(*directions), {}, {}}) : std::nullopt;
 }
 
 }  // namespace palpate

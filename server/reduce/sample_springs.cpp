@@ -28,25 +28,44 @@ float stiffening_of(const LumpedBody& body) {
   return body.law == SpringLaw::stiffening ? static_cast<float>(body.stiffening) : 0.0F;
 }
 
-/// From how far a spring's ends move apart to what it pulls with beyond the linear force, all samples side by side.
-template <typename Samples>
-void pull_beyond_linear(const Element& element, float stiffening, const Eigen::Vector3f& d, Samples x, Samples y, Samples z) {
-  using Each = Eigen::Array<float, 1, kSamples, Eigen::RowMajor>;
-  const auto k = static_cast<float>(element.stiffness_n_m), rest = static_cast<float>(element.rest_length_m);
-  const float length = d.norm(), strain = (length - rest) / rest;
-  const float tension = k * rest * strain * (1 + stiffening * strain * strain), across = tension / length;
-  const float along = k * (1 + 3 * stiffening * strain * strain) - across;
-  const Eigen::Vector3f n = d / length;
-  const Each now =
-      ((x + d.x()).square() + (y + d.y()).square() + (z + d.z()).square()).sqrt().max(static_cast<float>(kLengthMin));
-  Each pull = k - (k * rest) / now;  // over the length
-  if (stiffening > 0) pull *= 1 + stiffening * ((now - rest) / rest).square();
-  const Each turned = tension + along * (n.x() * x + n.y() * y + n.z() * z);
-  pull -= across;
-  x = pull * x + (pull + across) * d.x() - turned * n.x();
-  y = pull * y + (pull + across) * d.y() - turned * n.y();
-  z = pull * z + (pull + across) * d.z() - turned * n.z();
-}
+constexpr int kLane = 8;  // samples side by side
+static_assert(kSamples % kLane == 0);
+using Lane = Eigen::Array<float, kLane, 1>;
+
+/// What a spring pulls with beyond the linear force.
+class PullBeyondLinear {
+ public:
+  /// `d`: from its one end to the other.
+  PullBeyondLinear(const Element& element, float stiffening, const Eigen::Vector3f& d)
+      : d_(d),
+        k_(static_cast<float>(element.stiffness_n_m)),
+        rest_(static_cast<float>(element.rest_length_m)),
+        stiffening_(stiffening) {
+    const float length = d.norm(), strain = (length - rest_) / rest_;
+    n_ = d / length;
+    tension_ = k_ * rest_ * strain * (1 + stiffening * strain * strain);
+    across_ = tension_ / length;
+    along_ = k_ * (1 + 3 * stiffening * strain * strain) - across_;
+  }
+  /// From how far the ends move apart.
+  [[gnu::always_inline]] void operator()(Lane& x, Lane& y, Lane& z) const {
+    const Lane now =
+        ((x + d_.x()).square() + (y + d_.y()).square() + (z + d_.z()).square()).sqrt().max(static_cast<float>(kLengthMin));
+    Lane pull = k_ - (k_ * rest_) / now;  // over the length
+    if (stiffening_ > 0) pull *= 1 + stiffening_ * ((now - rest_) / rest_).square();
+    const Lane turned = tension_ + along_ * (n_.x() * x + n_.y() * y + n_.z() * z), more = pull - across_;
+    x = more * x + pull * d_.x() - turned * n_.x();
+    y = more * y + pull * d_.y() - turned * n_.y();
+    z = more * z + pull * d_.z() - turned * n_.z();
+  }
+
+ private:
+  Eigen::Vector3f d_, n_;
+  float k_, rest_, stiffening_, tension_ = 0, across_ = 0, along_ = 0;
+};
+
+/// Of a row of numbers, one each sample.
+[[gnu::always_inline]] inline Eigen::Map<Lane> lane(float* row, Eigen::Index first) { return Eigen::Map<Lane>(row + first); }
 
 /// The springs of a body at the samples.
 class BentSprings {
@@ -86,8 +105,15 @@ class BentSprings {
     }
     for (Eigen::Index k = 0; k < count; ++k) {
       const std::uint32_t e = elements[static_cast<std::size_t>(k)];
-      pull_beyond_linear(body().elements[e], stiffening_of(body()), span(e).cast<float>(), b.force[0].row(k).array(),
-                         b.force[1].row(k).array(), b.force[2].row(k).array());
+      const PullBeyondLinear pull = pull_of(e);
+      float *const x = b.force[0].row(k).data(), *const y = b.force[1].row(k).data(), *const z = b.force[2].row(k).data();
+      for (Eigen::Index first = 0; first < kSamples; first += kLane) {
+        Lane rx = lane(x, first), ry = lane(y, first), rz = lane(z, first);
+        pull(rx, ry, rz);
+        lane(x, first) = rx;
+        lane(y, first) = ry;
+        lane(z, first) = rz;
+      }
     }
     return b;
   }
@@ -96,22 +122,35 @@ class BentSprings {
     AtSamples &there = workspace().there, &forces = workspace().forces;
     there.noalias() = moved_ * way_;
     forces.setZero(there.rows(), kSamples);
-    Eigen::Matrix<float, 3, kSamples, Eigen::RowMajor> r;
+    float *const from = there.data(), *const to = forces.data();
     parts.resize(static_cast<Eigen::Index>(elements_.size()));
     for (std::size_t k = 0; k < elements_.size(); ++k) {
       const Element& e = body().elements[elements_[k]];
-      const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
-      r = there.middleRows<3>(b) - there.middleRows<3>(a);
-      pull_beyond_linear(e, stiffening_of(body()), span(elements_[k]).cast<float>(), r.row(0).array(), r.row(1).array(),
-                         r.row(2).array());
-      forces.middleRows<3>(a) -= r;
-      forces.middleRows<3>(b) += r;
-      parts[static_cast<Eigen::Index>(k)] = r.norm() * (rows_of(e.b) - rows_of(e.a)).norm();
+      const PullBeyondLinear pull = pull_of(elements_[k]);
+      const auto a = 3 * kSamples * static_cast<Eigen::Index>(e.a), b = 3 * kSamples * static_cast<Eigen::Index>(e.b);
+      Lane square = Lane::Zero();
+      for (Eigen::Index first = 0; first < kSamples; first += kLane) {
+        const Eigen::Index x = first, y = first + kSamples, z = first + 2 * kSamples;
+        Lane rx = lane(from + b, x) - lane(from + a, x), ry = lane(from + b, y) - lane(from + a, y),
+             rz = lane(from + b, z) - lane(from + a, z);
+        pull(rx, ry, rz);
+        lane(to + a, x) -= rx;
+        lane(to + a, y) -= ry;
+        lane(to + a, z) -= rz;
+        lane(to + b, x) += rx;
+        lane(to + b, y) += ry;
+        lane(to + b, z) += rz;
+        square += rx.square() + ry.square() + rz.square();
+      }
+      parts[static_cast<Eigen::Index>(k)] = std::sqrt(square.sum()) * (rows_of(e.b) - rows_of(e.a)).norm();
     }
     return moved_.transpose() * forces;
   }
 
  private:
+  PullBeyondLinear pull_of(std::uint32_t element) const {
+    return {body().elements[element], stiffening_of(body()), span(element).cast<float>()};
+  }
   const Linearisation* at_;
   Rows moved_;
   Eigen::MatrixXf way_;

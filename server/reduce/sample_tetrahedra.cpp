@@ -40,13 +40,9 @@ class BentSolid {
   const Rows& moved() const { return moved_; }
   /// Its b_1, b_2, b_3 are the rows.
   Eigen::Matrix3f gradients(std::uint32_t element) const { return rest_of(element).b.rightCols<3>().transpose().cast<float>(); }
-  TetraRest rest_of(std::uint32_t element) const {
-    Mat34 rest;
-    for (int i = 0; i < 4; ++i) rest.col(i) = body().nodes[node(element, i)];
-    return TetraRest(rest);
-  }
+  const TetraRest& rest_of(std::uint32_t element) const { return at_->dynamics->tetrahedra().rest(element); }
   TetraStamp stamp(std::uint32_t element) const {
-    const TetraRest rest = rest_of(element);
+    const TetraRest& rest = rest_of(element);
     Mat3 f = Mat3::Zero();
     for (int i = 0; i < 4; ++i) f += at_node(positions(), node(element, i)) * rest.b.col(i).transpose();
     const Lame lame = lame_of(element);

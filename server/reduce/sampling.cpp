@@ -67,12 +67,15 @@ Matrix root_of(const Matrix& u) {
 }
 
 std::vector<std::uint32_t> largest(const std::vector<std::uint32_t>& elements, const Eigen::VectorXf& parts, std::size_t most) {
-  std::vector<Eigen::Index> order(elements.size()), rows(std::min(elements.size(), most));
-  std::iota(order.begin(), order.end(), Eigen::Index{0});
-  std::partial_sort_copy(order.begin(), order.end(), rows.begin(), rows.end(),
-                         [&](Eigen::Index i, Eigen::Index j) { return parts[i] != parts[j] ? parts[i] > parts[j] : i < j; });
+  std::vector<std::pair<float, std::uint32_t>> order;
+  for (std::size_t k = 0; k < elements.size(); ++k) order.emplace_back(-parts[static_cast<Eigen::Index>(k)], elements[k]);
+  if (order.size() > most) {
+    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(most), order.end());
+    order.resize(most);
+  }
   std::vector<std::uint32_t> found;
-  for (const Eigen::Index row : rows) found.push_back(elements[static_cast<std::size_t>(row)]);
+  for (const auto& [part, element] : order) found.push_back(element);
+  std::sort(found.begin(), found.end());
   return found;
 }
 
@@ -82,19 +85,22 @@ Fit::Fit(const Eigen::MatrixXf& all, const Matrix& u, const Vector& stiffness)
   const Eigen::VectorXf size =
       (bent.colwise().norm() + static_cast<float>(kOfLinear) * linear.colwise().norm()).cwiseMax(1e-30F).transpose();
   mix_ = size.cwiseInverse().asDiagonal() * mixing();
-  all_ = (bent * mix_).reshaped();
+  all_ = (mix_.transpose() * bent.transpose()).reshaped();
 }
 
 const Eigen::MatrixXf& Fit::parts(const Bending& elements) const {
   thread_local Eigen::MatrixXf parts;  // megabytes that would be asked of the system anew for every patch
   const Eigen::Index n = unit_.size(), count = elements.motion[0].rows();
-  parts.setZero(n * kMixed, count);
-  for (std::size_t number = 0; number < elements.motion.size(); ++number) {
-    const Rows mixed = elements.force[number] * mix_, moved = elements.motion[number] * unit_.asDiagonal();
-    for (Eigen::Index k = 0; k < count; ++k) {
-      float* to = parts.col(k).data();
-      for (Eigen::Index j = 0; j < kMixed; ++j)
-        for (Eigen::Index i = 0; i < n; ++i) *to++ += mixed(k, j) * moved(k, i);
+  std::vector<Eigen::Matrix<float, Eigen::Dynamic, kMixed, Eigen::RowMajor>> mixed;
+  for (const AtSamples& force : elements.force) mixed.emplace_back(force * mix_);
+  parts.resize(kMixed * n, count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    float* const to = parts.col(k).data();
+    for (Eigen::Index i = 0; i < n; ++i) {
+      Eigen::Array<float, 1, kMixed> sum = Eigen::Array<float, 1, kMixed>::Zero();
+      for (std::size_t number = 0; number < mixed.size(); ++number)
+        sum += elements.motion[number](k, i) * mixed[number].row(k).array();
+      Eigen::Map<Eigen::Array<float, 1, kMixed>>(to + kMixed * i) = unit_[i] * sum;
     }
   }
   return parts;

@@ -23,6 +23,7 @@ struct Pressed {
   Tangents tangents{dynamics};
   Linearisation at{&dynamics, &state, &body.fixed, &tangents};
   SurfacePoint point;
+  ShiftedSolver solver{dynamics};
   std::vector<Vector> answers;
   DentRequest request;
 
@@ -34,8 +35,8 @@ struct Pressed {
     point = nearest_point(skin.view(), positions, Vec3(0.5 * corner.x() + 0.002, 0.5 * corner.y() + 0.001, corner.z())).point;
     request.port = skin.weights(point);
     request.shift_1_s = kShift;
-    ShiftedSolver solver(dynamics);
     REQUIRE(solver.prepare(at, kShift, false));
+    request.matrix = &solver.matrix();
     for (int axis = 0; axis < 3; ++axis) {
       Vector load = Vector::Zero(state.x.size());
       scatter(request.port, Vec3::Unit(axis), load);
