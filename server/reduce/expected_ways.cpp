@@ -9,13 +9,13 @@
 namespace palpate {
 namespace {
 
-/// How far a hand gets that speeds up [m].
-double sped_up(double time_s) {
-  constexpr double kFarthestM = 0.012;
-  return std::min(0.5 * kHandMs2 * time_s * time_s, kFarthestM);
-}
+constexpr double kFarthestM = 0.012;
 
 }  // namespace
+
+double sped_up(double time_s) { return std::min(0.5 * kHandMs2 * time_s * time_s, kFarthestM); }
+
+double speed_of_speeding_up(double time_s) { return sped_up(time_s) < kFarthestM ? kHandMs2 * time_s : 0; }
 
 Vec3 expected_motion(const ToolAt& tool, double bridge_s) {
   constexpr double kLeastM = 0.002;

@@ -9,6 +9,10 @@ namespace palpate {
 
 inline constexpr double kHandMs2 = 0.4;  ///< how much a hand speeds up that explores
 
+/// How far a hand gets from rest that speeds up [m], and how fast it then is [m/s].
+double sped_up(double time_s);
+double speed_of_speeding_up(double time_s);
+
 /// How far the tool is likely to move along each axis in `bridge_s` [m].
 Vec3 expected_motion(const ToolAt& tool, double bridge_s);
 

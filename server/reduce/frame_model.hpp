@@ -149,6 +149,8 @@ class FrameModel {
   std::uint32_t coordinate(std::uint32_t node) const { return body_ ? body_->coordinate(node) : node; }
   /// B at a point of the skin.
   Skin::Weights weights(const SurfacePoint& point) const;
+  /// Where it is on the body at rest.
+  Vec3 place_of(const ToolPort& port) const;
   /// Where its nodes may be until the next patches take over, as far from here as that counts; empty where nobody looked.
   void foresee(std::vector<Vector> ahead) { ahead_ = std::move(ahead); }
   const BodyWays& ways();
@@ -194,8 +196,6 @@ class FrameModel {
   explicit FrameModel(FrameModel* whole);
   void remember();
   void settle();
-  /// On the body at rest.
-  Vec3 place_of(const ToolPort& port) const;
   Eigen::Index size() { return linearisation().masses().size(); }
   std::span<const Vector> sliding_loads(std::size_t k);
   Mat3 contact_stiffness(std::size_t k, const PortAnswer& answer);

@@ -46,6 +46,8 @@ void Room::start(Micros body_time) {
   state_->stations.clear();
   state_->ports.clear();
   state_->port_owner.clear();
+  state_->remembered.clear();
+  state_->rehearsed.clear();
 }
 
 FrameResult Room::simulate(const FrameJob& job) {

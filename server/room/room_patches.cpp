@@ -1,6 +1,5 @@
 // Every station gets what it needs to feel the body until the next frame.
 #include <algorithm>
-#include <span>
 
 #include "common/wire/codec.hpp"
 #include "server/room/hand_futures.hpp"
@@ -36,51 +35,6 @@ std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
   }
   look_ahead(job, gets_patch, bridges);
   return gets_patch;
-}
-
-/// The mean over the last 60 ms; none where it came since.
-Vec3 Room::State::hand_acceleration(const Station& station) const {
-  constexpr Micros kOver{30'000};
-  const Micros now = from_seconds(body.time_s);
-  if (now - 2 * kOver < station.track.begin()) return Vec3::Zero();
-  const auto place = [&](Micros t) { return tool_at(station, t).position; };
-  const Vec3 bend = place(now) - 2 * place(now - kOver) + place(now - 2 * kOver);
-  const Vec3 acceleration = bend / (seconds(kOver) * seconds(kOver));
-  return acceleration / std::max(1.0, acceleration.norm() / kHandMostMs2);
-}
-
-/// A basis that knows where the body will be is truer there. Each way in which the hands may move on costs what the body costs in
-/// the bridged time: a body that costs more than kMostCost of a core is left alone, and others are looked at in kMostS.
-void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros bridge) {
-  constexpr double kMostCost = 0.01, kMostS = 0.0125;
-  bool matters = false;
-  for (std::size_t k = 0; k < job.stations.size(); ++k) matters |= gets_patch[k] && job.stations[k].scheme == Scheme::cubic;
-  if (!matters || asleep || integrator.cost > kMostCost || !integrator.stepper->leaves_no_trace()) return;
-  const double each_s = integrator.cost * seconds(bridge);
-  std::size_t futures = seconds(bridge) < kAlmostSureS ? kFuturesOfItself : kHandFutures.size();
-  while (futures > kFuturesLeast && static_cast<double>(futures) * each_s > kMostS) --futures;
-  std::vector<ToolAt> now;
-  std::vector<Vec3> acceleration;
-  for (const StationId id : port_owner) {
-    now.push_back(tool_at(stations.at(id), from_seconds(body.time_s)));
-    acceleration.push_back(hand_acceleration(stations.at(id)));
-  }
-  std::vector<Vector> ahead;
-  for (const HandFuture& future : std::span(kHandFutures).first(futures)) {
-    const auto tool = [&](std::size_t k, double t) {
-      if (future.coasts) return tool_at(stations.at(port_owner[k]), from_seconds(t));
-      return moved_on(now[k], future.speeds_up ? Vec3(acceleration[k] + future.beside_m_s2) : Vec3(Vec3::Zero()),
-                      t - body.time_s);
-    };
-    BodyState next = body;
-    std::vector<ToolPort> there = ports;
-    for (int look = 1; look <= kLooksMost; ++look) {
-      const double until_s = body.time_s + look * seconds(bridge) / kLooksMost;
-      if (!integrator.stepper->advance(next, there, until_s, scene.solver.step_s, tool).converged) break;
-      if (look * future.looks % kLooksMost == 0) ahead.push_back(body.x + future.weight * (next.x - body.x));
-    }
-  }
-  frame_model.foresee(std::move(ahead));
 }
 
 /// Moves the point of a tool that does not touch to where it is nearest.

@@ -1,6 +1,7 @@
 // What a room keeps from frame to frame, and the steps that a frame is made of. For the files of this room only.
 #pragma once
 
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "server/reduce/patch_builder.hpp"
 #include "server/room/deadband.hpp"
 #include "server/room/grasp.hpp"
+#include "server/room/remembered_states.hpp"
 #include "server/room/room.hpp"
 #include "server/room/tool_track.hpp"
 
@@ -69,6 +71,8 @@ struct Room::State {
                                           const std::function<const std::vector<double>&()>& positions);
   AdvanceReport advance(const FrameJob& job);
   Vec3 hand_acceleration(const Station& station) const;
+  std::vector<Vector> as_hands_may_move(Micros bridge);
+  void rehearse(const std::vector<std::size_t>& feeling);
   void look_ahead(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros bridge);
   /// The port of the tool that a station feels with.
   std::optional<std::size_t> port_of(const StationJob& job) const;
@@ -94,6 +98,8 @@ struct Room::State {
   std::vector<StationId> port_owner;  // parallel to ports
   std::vector<ToolPort> ports;
   FrameModel frame_model{dynamics, skin};
+  RememberedStates remembered{mean_edge_m(scene.body)};
+  std::deque<Vec3> rehearsed;  // places on the body at rest
 };
 
 }  // namespace palpate

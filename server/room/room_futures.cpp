@@ -1,0 +1,114 @@
+// Where the body may be until the next patches: as its hands may move on, and as it was remembered or rehearsed.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <span>
+
+#include "server/room/hand_futures.hpp"
+#include "server/room/room_state.hpp"
+
+namespace palpate {
+
+/// The mean over the last 60 ms; none where it came since.
+Vec3 Room::State::hand_acceleration(const Station& station) const {
+  constexpr Micros kOver{30'000};
+  const Micros now = from_seconds(body.time_s);
+  if (now - 2 * kOver < station.track.begin()) return Vec3::Zero();
+  const auto place = [&](Micros t) { return tool_at(station, t).position; };
+  const Vec3 bend = place(now) - 2 * place(now - kOver) + place(now - 2 * kOver);
+  const Vec3 acceleration = bend / (seconds(kOver) * seconds(kOver));
+  return acceleration / std::max(1.0, acceleration.norm() / kHandMostMs2);
+}
+
+/// Each way in which the hands may move on costs what the body costs in the bridged time: a body that costs more than kMostCost
+/// of a core is left alone, and others are looked at in kMostS.
+std::vector<Vector> Room::State::as_hands_may_move(Micros bridge) {
+  constexpr double kMostCost = 0.01, kMostS = 0.0125;
+  if (integrator.cost > kMostCost || !integrator.stepper->leaves_no_trace()) return {};
+  const double each_s = integrator.cost * seconds(bridge);
+  std::size_t futures = seconds(bridge) < kAlmostSureS ? kFuturesOfItself : kHandFutures.size();
+  while (futures > kFuturesLeast && static_cast<double>(futures) * each_s > kMostS) --futures;
+  std::vector<ToolAt> now;
+  std::vector<Vec3> acceleration;
+  for (const StationId id : port_owner) {
+    now.push_back(tool_at(stations.at(id), from_seconds(body.time_s)));
+    acceleration.push_back(hand_acceleration(stations.at(id)));
+  }
+  std::vector<Vector> ahead;
+  for (const HandFuture& future : std::span(kHandFutures).first(futures)) {
+    const auto tool = [&](std::size_t k, double t) {
+      if (future.coasts) return tool_at(stations.at(port_owner[k]), from_seconds(t));
+      return moved_on(now[k], future.speeds_up ? Vec3(acceleration[k] + future.beside_m_s2) : Vec3(Vec3::Zero()),
+                      t - body.time_s);
+    };
+    BodyState next = body;
+    std::vector<ToolPort> there = ports;
+    for (int look = 1; look <= kLooksMost; ++look) {
+      const double until_s = body.time_s + look * seconds(bridge) / kLooksMost;
+      if (!integrator.stepper->advance(next, there, until_s, scene.solver.step_s, tool).converged) break;
+      if (look * future.looks % kLooksMost == 0) ahead.push_back(body.x + future.weight * (next.x - body.x));
+    }
+  }
+  return ahead;
+}
+
+/// A sleeping body knows nothing of the hand that will wake it. Where one is near it is pressed as by a hand that speeds up, from
+/// the surface to as deep as such a hand gets, once for every place. That costs what the body costs in kOverS; bodies that cost
+/// more than kMostS for it are left alone.
+void Room::State::rehearse(const std::vector<std::size_t>& feeling) {
+  constexpr double kOverS = 0.25, kMostS = 0.04;
+  constexpr std::size_t kMostPlaces = 16;
+  if (!integrator.stepper->leaves_no_trace() || integrator.cost * kOverS > kMostS) return;
+  std::vector<Vec3> from, inwards(ports.size(), Vec3::Zero()), places;
+  bool anew = false;
+  for (std::size_t k = 0; k < ports.size(); ++k) from.push_back(frame_model.tool(k).position);
+  for (const std::size_t k : feeling) {
+    if (ports[k].kind == ContactKind::attach) continue;
+    from[k] = position_at(skin.view(), frame_model.positions(), ports[k].point);
+    inwards[k] = -normal_at(skin.view(), frame_model.positions(), ports[k].point);
+    const Vec3& place = places.emplace_back(frame_model.place_of(ports[k]));
+    if (std::any_of(rehearsed.begin(), rehearsed.end(), [&](const Vec3& known) { return remembered.alike(known, place); }))
+      continue;
+    anew = true;
+    if (rehearsed.size() == kMostPlaces) rehearsed.pop_front();
+    rehearsed.push_back(place);
+  }
+  if (!anew) return;
+  const auto tool = [&](std::size_t k, double t) {
+    const double after_s = t - body.time_s;
+    return ToolAt{from[k] + sped_up(after_s) * inwards[k], speed_of_speeding_up(after_s) * inwards[k]};
+  };
+  BodyState next = body;
+  std::vector<ToolPort> there = ports;
+  for (int look = 1; look <= kLooksMost; ++look) {
+    const double until_s = body.time_s + look * kOverS / kLooksMost;
+    if (!integrator.stepper->advance(next, there, until_s, scene.solver.step_s, tool).converged) break;
+    remembered.keep(places, next.x);
+  }
+}
+
+/// A basis that knows where the body may be is truer there.
+void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros bridge) {
+  constexpr double kBesideFutures = 0.03;  // what is remembered is less sure than what is looked at ahead
+  std::vector<std::size_t> feeling;
+  for (std::size_t k = 0; k < job.stations.size(); ++k) {
+    if (!gets_patch[k] || job.stations[k].scheme != Scheme::cubic) continue;
+    const std::size_t which = *port_of(job.stations[k]);
+    if (!kept_for(job.stations[k], which)) feeling.push_back(which);
+  }
+  if (feeling.empty()) return;
+  std::vector<Vector> ahead;
+  if (asleep)
+    rehearse(feeling);
+  else
+    ahead = as_hands_may_move(bridge);
+  const double weight = ahead.empty() ? 1 : kBesideFutures;
+  std::vector<Vec3> near, holding;
+  for (const std::size_t k : feeling) near.push_back(frame_model.place_of(ports[k]));
+  for (const Vector* x : remembered.telling(near, body.x)) ahead.push_back(body.x + weight * (*x - body.x));
+  for (const ToolPort& port : ports)
+    if (port.kind == ContactKind::attach || port.touching) holding.push_back(frame_model.place_of(port));
+  if (!holding.empty()) remembered.keep(holding, body.x);
+  frame_model.foresee(std::move(ahead));
+}
+
+}  // namespace palpate
