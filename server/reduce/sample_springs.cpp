@@ -10,7 +10,6 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kCandidates = 600;
 constexpr double kNegligible = 1e-5;  // of the bending, in springs that are not looked at
 constexpr double kLengthMin = 1e-9;   // below, a spring has no direction [m]
 
@@ -70,6 +69,10 @@ class PullBeyondLinear {
 /// The springs of a body at the samples.
 class BentSprings {
  public:
+  using Sample = SampledSprings;
+  static constexpr std::size_t kCandidates = 600;
+  static constexpr int kNodes = 2, kMost = kMaxSprings;
+
   BentSprings(const Linearisation& at, const Matrix& moved, const Matrix& u)
       : at_(&at), moved_(moved.cast<float>()), way_(u.cast<float>()) {
     elements_ = elements_that_bend(*at.dynamics, *at.state, moved * root_of(u), kNegligible);
@@ -79,8 +82,11 @@ class BentSprings {
     return std::all_of(elements_.begin(), elements_.end(), [&](std::uint32_t e) { return span(e).norm() > kLengthMin; });
   }
   const LumpedBody& body() const { return at_->dynamics->body(); }
-  const Vector& positions() const { return at_->state->x; }
-  const Rows& moved() const { return moved_; }
+  std::uint32_t node(std::uint32_t element, int end) const {
+    const Element& e = body().elements[element];
+    return end == 0 ? e.a : e.b;
+  }
+  static int numbers_of(const TermsRoom& room, int nodes, int springs) { return numbers_of_springs(room, nodes, springs); }
   Vec3 place_of(std::uint32_t node) const { return at_node(at_->state->x, node); }
   /// d
   Vec3 span(std::uint32_t element) const {
@@ -93,6 +99,12 @@ class BentSprings {
   Eigen::Matrix3Xf motion_of(std::uint32_t element) const {
     const Element& e = body().elements[element];
     return rows_of(e.b) - rows_of(e.a);
+  }
+  /// G of some springs, 3 rows each.
+  Eigen::MatrixXf motions(const std::vector<std::uint32_t>& elements) const {
+    Eigen::MatrixXf g(3 * static_cast<Eigen::Index>(elements.size()), moved_.cols());
+    for (std::size_t k = 0; k < elements.size(); ++k) g.middleRows<3>(3 * static_cast<Eigen::Index>(k)) = motion_of(elements[k]);
+    return g;
   }
   /// With G as given, 3 rows a spring.
   Bending bend(std::span<const std::uint32_t> elements, const Eigen::MatrixXf& motions) const {
@@ -147,6 +159,38 @@ class BentSprings {
     return moved_.transpose() * forces;
   }
 
+  /// The springs themselves, without weights; their nodes' motions as they travel.
+  SampledSprings taken(const std::vector<std::uint32_t>& elements, int tool) const {
+    MetNodes met;
+    const auto count = static_cast<Eigen::Index>(elements.size());
+    SampledSprings springs;
+    springs.stiffening = stiffening_of(body());
+    springs.ends.resize(2, count);
+    springs.rest_length.resize(count);
+    springs.stiffness.resize(count);
+    springs.damping.resize(count);
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const Element& e = body().elements[elements[static_cast<std::size_t>(k)]];
+      const int a = met.number_of(e.a), b = met.number_of(e.b);
+      springs.ends.col(k) << a, b;
+      springs.rest_length[k] = static_cast<float>(e.rest_length_m);
+      springs.stiffness[k] = static_cast<float>(e.stiffness_n_m);
+      springs.damping[k] = static_cast<float>(e.damping_n_s_m);
+    }
+    springs.position = met.places(at_->state->x);
+    springs.motion = met.motion(moved_, tool, body().planar ? 2 : 3);
+    return springs;
+  }
+  /// Those of some springs that have weights, with them.
+  static SampledSprings weighed(SampledSprings springs, const SparseWeights& w) {
+    const auto of = [&](const Eigen::VectorXf& v) { return Eigen::VectorXf(v(w.columns)); };
+    springs.ends = Eigen::Matrix2Xi(springs.ends(Eigen::all, w.columns));
+    springs.rest_length = of(springs.rest_length);
+    springs.stiffness = of(springs.stiffness).cwiseProduct(w.weights);
+    springs.damping = of(springs.damping).cwiseProduct(w.weights);
+    return springs;
+  }
+
  private:
   PullBeyondLinear pull_of(std::uint32_t element) const {
     return {body().elements[element], stiffening_of(body()), span(element).cast<float>()};
@@ -157,75 +201,13 @@ class BentSprings {
   std::vector<std::uint32_t> elements_;
 };
 
-std::vector<std::uint32_t> nodes_of(const LumpedBody& body, const std::vector<std::uint32_t>& springs) {
-  std::vector<std::uint32_t> nodes;
-  for (const std::uint32_t e : springs) nodes.insert(nodes.end(), {body.elements[e].a, body.elements[e].b});
-  return nodes;
-}
-
-/// The springs themselves, without weights; their nodes' motions as they travel.
-SampledSprings taken(const BentSprings& all, const std::vector<std::uint32_t>& elements, int tool) {
-  const LumpedBody& body = all.body();
-  MetNodes met;
-  const auto count = static_cast<Eigen::Index>(elements.size());
-  SampledSprings springs;
-  springs.stiffening = stiffening_of(body);
-  springs.ends.resize(2, count);
-  springs.rest_length.resize(count);
-  springs.stiffness.resize(count);
-  springs.damping.resize(count);
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const Element& e = body.elements[elements[static_cast<std::size_t>(k)]];
-    const int a = met.number_of(e.a), b = met.number_of(e.b);
-    springs.ends.col(k) << a, b;
-    springs.rest_length[k] = static_cast<float>(e.rest_length_m);
-    springs.stiffness[k] = static_cast<float>(e.stiffness_n_m);
-    springs.damping[k] = static_cast<float>(e.damping_n_s_m);
-  }
-  springs.position = met.places(all.positions());
-  springs.motion = met.motion(all.moved(), tool, body.planar ? 2 : 3);
-  return springs;
-}
-
-/// Those of some springs that have weights, with them.
-SampledSprings weighed(SampledSprings springs, const SparseWeights& w) {
-  const auto of = [&](const Eigen::VectorXf& v) { return Eigen::VectorXf(v(w.columns)); };
-  springs.ends = Eigen::Matrix2Xi(springs.ends(Eigen::all, w.columns));
-  springs.rest_length = of(springs.rest_length);
-  springs.stiffness = of(springs.stiffness).cwiseProduct(w.weights);
-  springs.damping = of(springs.damping).cwiseProduct(w.weights);
-  return springs;
-}
-
-/// G of some springs, 3 rows each.
-Eigen::MatrixXf motions_of(const BentSprings& springs, const std::vector<std::uint32_t>& elements) {
-  Eigen::MatrixXf g(3 * static_cast<Eigen::Index>(elements.size()), springs.rows_of(0).cols());
-  for (std::size_t k = 0; k < elements.size(); ++k)
-    g.middleRows<3>(3 * static_cast<Eigen::Index>(k)) = springs.motion_of(elements[k]);
-  return g;
-}
-
 }  // namespace
 
 std::optional<SampledSprings> sample_springs(const Linearisation& at, const Matrix& moved, const Sampling& sampling) {
   const Matrix u = samples(sampling);
   const BentSprings springs(at, moved, u);
   if (springs.elements().empty() || !springs.have_length()) return std::nullopt;
-  Eigen::VectorXf parts;
-  const Fit fit(springs.all_together(parts), u, sampling.stiffness);
-  const std::vector<std::uint32_t> candidates = largest(springs.elements(), parts, kCandidates);
-  NodePrices prices(nodes_of(springs.body(), candidates), 2, springs.body().nodes.size(),
-                    [&](int nodes, int count) { return numbers_of_springs(sampling.room, nodes, count); });
-  const SparseWeights few = sparse_weights(fit.parts(springs.bend(candidates, motions_of(springs, candidates))), fit.all(),
-                                           kMaxSprings, kCloseEnough, prices);
-  if (few.columns.empty()) return std::nullopt;
-  std::vector<std::uint32_t> elements;
-  for (const Eigen::Index column : few.columns) elements.push_back(candidates[static_cast<std::size_t>(column)]);
-  SampledSprings chosen = taken(springs, elements, sampling.tool);
-  const Bending as_sent = springs.bend(elements, chosen.motions(sampling.tool < 0 ? 0 : 3));
-  const SparseWeights w = positive_weights(fit.parts(as_sent), fit.all());
-  if (w.columns.empty()) return std::nullopt;
-  return weighed(std::move(chosen), w);
+  return sample(springs, u, sampling);
 }
 
 }  // namespace palpate

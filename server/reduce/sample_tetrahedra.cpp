@@ -10,14 +10,13 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kCandidates = 200;
 constexpr double kNegligible = 1e-2;  // of the bending, in tetrahedra that are not looked at
 static_assert(kSamples % kTetraLane == 0);
 
 using Nine = Eigen::Matrix<float, 9, kSamples, Eigen::RowMajor>;
 
 /// From dF to V Q, all samples side by side.
-void bend(SolidLaw law, const TetraStamp& at, const Nine& df, Nine& q) {
+void stresses(SolidLaw law, const TetraStamp& at, const Nine& df, Nine& q) {
   for (Eigen::Index s = 0; s < kSamples; s += kTetraLane) {
     TetraLanes lanes;
     for (std::size_t i = 0; i < 9; ++i)
@@ -30,21 +29,23 @@ void bend(SolidLaw law, const TetraStamp& at, const Nine& df, Nine& q) {
 /// The tetrahedra of a body at the samples.
 class BentSolid {
  public:
+  using Sample = SampledTetrahedra;
+  static constexpr std::size_t kCandidates = 200;
+  static constexpr int kNodes = 4, kMost = kMaxTetrahedra;
+
   BentSolid(const Linearisation& at, const Matrix& moved, const Matrix& u)
       : at_(&at), moved_(moved.cast<float>()), way_(u.cast<float>()) {
     elements_ = elements_that_bend(*at.dynamics, *at.state, moved * root_of(u), kNegligible);
   }
   const std::vector<std::uint32_t>& elements() const { return elements_; }
   const LumpedBody& body() const { return at_->dynamics->body(); }
-  const Vector& positions() const { return at_->state->x; }
-  const Rows& moved() const { return moved_; }
   /// Its b_1, b_2, b_3 are the rows.
   Eigen::Matrix3f gradients(std::uint32_t element) const { return rest_of(element).b.rightCols<3>().transpose().cast<float>(); }
   const TetraRest& rest_of(std::uint32_t element) const { return at_->dynamics->tetrahedra().rest(element); }
   TetraStamp stamp(std::uint32_t element) const {
     const TetraRest& rest = rest_of(element);
     Mat3 f = Mat3::Zero();
-    for (int i = 0; i < 4; ++i) f += at_node(positions(), node(element, i)) * rest.b.col(i).transpose();
+    for (int i = 0; i < 4; ++i) f += at_node(at_->state->x, node(element, i)) * rest.b.col(i).transpose();
     const Lame lame = lame_of(element);
     TetraStamp at;
     at.set(0, law(), f, lame.mu, lame.lambda);
@@ -61,6 +62,7 @@ class BentSolid {
     const double mu = rest_of(element).volume_m3 * m.young_pa / (2 * (1 + m.poisson));
     return {mu, mu * 2 * m.poisson / (1 - 2 * m.poisson)};
   }
+  static int numbers_of(const TermsRoom& room, int nodes, int count) { return numbers_of_tetrahedra(room, nodes, count); }
   std::uint32_t node(std::uint32_t element, int i) const { return body().tetrahedra[element].nodes[static_cast<std::size_t>(i)]; }
   /// H, 9 rows a tetrahedron.
   Eigen::MatrixXf motions(const std::vector<std::uint32_t>& elements) const {
@@ -76,7 +78,7 @@ class BentSolid {
     return h;
   }
   /// With H as given, 9 rows a tetrahedron.
-  Bending bend_with(std::span<const std::uint32_t> elements, const Eigen::MatrixXf& motions) const {
+  Bending bend(std::span<const std::uint32_t> elements, const Eigen::MatrixXf& motions) const {
     Bending b{std::vector<Rows>(9), std::vector<AtSamples>(9)};
     const auto count = static_cast<Eigen::Index>(elements.size());
     for (Eigen::Index i = 0; i < 9; ++i) {
@@ -87,7 +89,7 @@ class BentSolid {
     Nine df, q;
     for (Eigen::Index k = 0; k < count; ++k) {
       for (Eigen::Index i = 0; i < 9; ++i) df.row(i) = b.force[static_cast<std::size_t>(i)].row(k);
-      bend(law(), stamp(elements[static_cast<std::size_t>(k)]), df, q);
+      stresses(law(), stamp(elements[static_cast<std::size_t>(k)]), df, q);
       for (Eigen::Index i = 0; i < 9; ++i) b.force[static_cast<std::size_t>(i)].row(k) = -q.row(i);
     }
     return b;
@@ -112,7 +114,7 @@ class BentSolid {
         }
         size += b.row(i).squaredNorm() * (moved_.middleRows<3>(row(e, i + 1)) - moved_.middleRows<3>(row(e, 0))).squaredNorm();
       }
-      bend(law(), stamp(e), df, q);
+      stresses(law(), stamp(e), df, q);
       for (int i = 0; i < 3; ++i) {
         for (int r = 0; r < 3; ++r)
           pull.row(r) = b(i, 0) * q.row(3 * r) + b(i, 1) * q.row(3 * r + 1) + b(i, 2) * q.row(3 * r + 2);
@@ -124,6 +126,38 @@ class BentSolid {
     return moved_.transpose() * forces;
   }
 
+  /// The tetrahedra themselves, without weights; their nodes' motions as they travel.
+  SampledTetrahedra taken(const std::vector<std::uint32_t>& elements, int tool) const {
+    MetNodes met;
+    const auto count = static_cast<Eigen::Index>(elements.size());
+    SampledTetrahedra solid;
+    solid.law = law();
+    solid.nodes.resize(4, count);
+    for (Eigen::VectorXf* v : {&solid.shear, &solid.dilation, &solid.damping_s}) v->resize(count);
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const std::uint32_t e = elements[static_cast<std::size_t>(k)];
+      for (int i = 0; i < 4; ++i) solid.nodes(i, k) = met.number_of(node(e, i));
+      const Lame lame = lame_of(e);
+      solid.shear[k] = static_cast<float>(lame.mu);
+      solid.dilation[k] = static_cast<float>(lame.lambda);
+      solid.damping_s[k] = static_cast<float>(body().materials[body().tetrahedra[e].material].damping_s);
+    }
+    solid.position = met.places(at_->state->x);
+    Vector rest(3 * static_cast<Eigen::Index>(body().nodes.size()));
+    for (std::uint32_t i = 0; i < body().nodes.size(); ++i) at_node(rest, i) = body().nodes[i];
+    solid.rest = met.places(rest);
+    solid.motion = met.motion(moved_, tool, 3);
+    return solid;
+  }
+  /// Those of some tetrahedra that have weights, with them.
+  static SampledTetrahedra weighed(SampledTetrahedra solid, const SparseWeights& w) {
+    solid.nodes = Eigen::Matrix<int, 4, Eigen::Dynamic>(solid.nodes(Eigen::all, w.columns));
+    solid.shear = Eigen::VectorXf(solid.shear(w.columns)).cwiseProduct(w.weights);
+    solid.dilation = Eigen::VectorXf(solid.dilation(w.columns)).cwiseProduct(w.weights);
+    solid.damping_s = Eigen::VectorXf(solid.damping_s(w.columns));
+    return solid;
+  }
+
  private:
   Eigen::Index row(std::uint32_t element, int i) const { return 3 * static_cast<Eigen::Index>(node(element, i)); }
   const Linearisation* at_;
@@ -132,68 +166,13 @@ class BentSolid {
   std::vector<std::uint32_t> elements_;
 };
 
-std::vector<std::uint32_t> nodes_of(const LumpedBody& body, const std::vector<std::uint32_t>& tetrahedra) {
-  std::vector<std::uint32_t> nodes;
-  for (const std::uint32_t t : tetrahedra)
-    nodes.insert(nodes.end(), body.tetrahedra[t].nodes.begin(), body.tetrahedra[t].nodes.end());
-  return nodes;
-}
-
-/// The tetrahedra themselves, without weights; their nodes' motions as they travel.
-SampledTetrahedra taken(const BentSolid& all, const std::vector<std::uint32_t>& elements, int tool) {
-  const LumpedBody& body = all.body();
-  MetNodes met;
-  const auto count = static_cast<Eigen::Index>(elements.size());
-  SampledTetrahedra solid;
-  solid.law = all.law();
-  solid.nodes.resize(4, count);
-  for (Eigen::VectorXf* v : {&solid.shear, &solid.dilation, &solid.damping_s}) v->resize(count);
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const std::uint32_t e = elements[static_cast<std::size_t>(k)];
-    for (int i = 0; i < 4; ++i) solid.nodes(i, k) = met.number_of(all.node(e, i));
-    const BentSolid::Lame lame = all.lame_of(e);
-    solid.shear[k] = static_cast<float>(lame.mu);
-    solid.dilation[k] = static_cast<float>(lame.lambda);
-    solid.damping_s[k] = static_cast<float>(body.materials[body.tetrahedra[e].material].damping_s);
-  }
-  solid.position = met.places(all.positions());
-  Vector rest(3 * static_cast<Eigen::Index>(body.nodes.size()));
-  for (std::uint32_t i = 0; i < body.nodes.size(); ++i) at_node(rest, i) = body.nodes[i];
-  solid.rest = met.places(rest);
-  solid.motion = met.motion(all.moved(), tool, 3);
-  return solid;
-}
-
-/// Those of some tetrahedra that have weights, with them.
-SampledTetrahedra weighed(SampledTetrahedra solid, const SparseWeights& w) {
-  solid.nodes = Eigen::Matrix<int, 4, Eigen::Dynamic>(solid.nodes(Eigen::all, w.columns));
-  solid.shear = Eigen::VectorXf(solid.shear(w.columns)).cwiseProduct(w.weights);
-  solid.dilation = Eigen::VectorXf(solid.dilation(w.columns)).cwiseProduct(w.weights);
-  solid.damping_s = Eigen::VectorXf(solid.damping_s(w.columns));
-  return solid;
-}
-
 }  // namespace
 
 std::optional<SampledTetrahedra> sample_tetrahedra(const Linearisation& at, const Matrix& moved, const Sampling& sampling) {
   const Matrix u = samples(sampling);
   const BentSolid solid(at, moved, u);
   if (solid.elements().empty()) return std::nullopt;
-  Eigen::VectorXf parts;
-  const Fit fit(solid.all_together(parts), u, sampling.stiffness);
-  const std::vector<std::uint32_t> candidates = largest(solid.elements(), parts, kCandidates);
-  NodePrices prices(nodes_of(solid.body(), candidates), 4, solid.body().nodes.size(),
-                    [&](int nodes, int count) { return numbers_of_tetrahedra(sampling.room, nodes, count); });
-  const SparseWeights few = sparse_weights(fit.parts(solid.bend_with(candidates, solid.motions(candidates))), fit.all(),
-                                           kMaxTetrahedra, kCloseEnough, prices);
-  if (few.columns.empty()) return std::nullopt;
-  std::vector<std::uint32_t> elements;
-  for (const Eigen::Index column : few.columns) elements.push_back(candidates[static_cast<std::size_t>(column)]);
-  SampledTetrahedra chosen = taken(solid, elements, sampling.tool);
-  const Bending as_sent = solid.bend_with(elements, chosen.motions(sampling.tool < 0 ? 0 : 3));
-  const SparseWeights w = positive_weights(fit.parts(as_sent), fit.all());
-  if (w.columns.empty()) return std::nullopt;
-  return weighed(std::move(chosen), w);
+  return sample(solid, u, sampling);
 }
 
 }  // namespace palpate

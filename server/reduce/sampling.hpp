@@ -19,7 +19,9 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/port/terms_pieces.hpp"
@@ -106,5 +108,27 @@ class MetNodes {
   std::vector<std::uint32_t> nodes_;
   std::vector<int> numbers_;
 };
+
+/// Elements of one kind, `Bent` (of sample_springs.cpp, sample_tetrahedra.cpp), chosen and weighed as said above. `u`: samples.
+template <typename Bent>
+std::optional<typename Bent::Sample> sample(const Bent& all, const Matrix& u, const Sampling& sampling) {
+  Eigen::VectorXf parts;
+  const Fit fit(all.all_together(parts), u, sampling.stiffness);
+  const std::vector<std::uint32_t> candidates = largest(all.elements(), parts, Bent::kCandidates);
+  std::vector<std::uint32_t> nodes;
+  for (const std::uint32_t e : candidates)
+    for (int i = 0; i < Bent::kNodes; ++i) nodes.push_back(all.node(e, i));
+  NodePrices prices(std::move(nodes), Bent::kNodes, all.body().nodes.size(),
+                    [&](int met, int count) { return Bent::numbers_of(sampling.room, met, count); });
+  const SparseWeights few =
+      sparse_weights(fit.parts(all.bend(candidates, all.motions(candidates))), fit.all(), Bent::kMost, kCloseEnough, prices);
+  if (few.columns.empty()) return std::nullopt;
+  std::vector<std::uint32_t> elements;
+  for (const Eigen::Index column : few.columns) elements.push_back(candidates[static_cast<std::size_t>(column)]);
+  typename Bent::Sample chosen = all.taken(elements, sampling.tool);
+  const SparseWeights w = positive_weights(fit.parts(all.bend(elements, chosen.motions(sampling.tool < 0 ? 0 : 3))), fit.all());
+  if (w.columns.empty()) return std::nullopt;
+  return Bent::weighed(std::move(chosen), w);
+}
 
 }  // namespace palpate

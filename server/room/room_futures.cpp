@@ -23,7 +23,7 @@ Vec3 Room::State::hand_acceleration(const Station& station) const {
 /// of a core is left alone, and others are looked at in kMostS.
 std::vector<Vector> Room::State::as_hands_may_move(Micros bridge) {
   constexpr double kMostCost = 0.01, kMostS = 0.0125;
-  if (integrator.cost > kMostCost || !integrator.stepper->leaves_no_trace()) return {};
+  if (integrator.cost > kMostCost) return {};
   const double each_s = integrator.cost * seconds(bridge);
   std::size_t futures = seconds(bridge) < kAlmostSureS ? kFuturesOfItself : kHandFutures.size();
   while (futures > kFuturesLeast && static_cast<double>(futures) * each_s > kMostS) --futures;
@@ -57,7 +57,7 @@ std::vector<Vector> Room::State::as_hands_may_move(Micros bridge) {
 void Room::State::rehearse(const std::vector<std::size_t>& feeling) {
   constexpr double kOverS = 0.25, kMostS = 0.04;
   constexpr std::size_t kMostPlaces = 16;
-  if (!integrator.stepper->leaves_no_trace() || integrator.cost * kOverS > kMostS) return;
+  if (integrator.cost * kOverS > kMostS) return;
   std::vector<Vec3> from, inwards(ports.size(), Vec3::Zero()), places;
   bool anew = false;
   for (std::size_t k = 0; k < ports.size(); ++k) from.push_back(frame_model.tool(k).position);
@@ -86,9 +86,12 @@ void Room::State::rehearse(const std::vector<std::size_t>& feeling) {
   }
 }
 
-/// A basis that knows where the body may be is truer there.
+/// A basis that knows where the body may be is truer there. What is remembered is less likely to come back than what is looked at
+/// ahead is to come, and counts for less, in finely meshed bodies above all. Bodies whose integrator keeps something from step to
+/// step cannot be stepped in thought; these are solids, which gain nothing by what is remembered.
 void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros bridge) {
-  constexpr double kBesideFutures = 0.03;  // what is remembered is less sure than what is looked at ahead
+  constexpr double kRemembered = 0.06, kBesideFutures = 0.03;
+  if (!integrator.stepper->leaves_no_trace()) return;
   std::vector<std::size_t> feeling;
   for (std::size_t k = 0; k < job.stations.size(); ++k) {
     if (!gets_patch[k] || job.stations[k].scheme != Scheme::cubic) continue;
@@ -101,7 +104,7 @@ void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t
     rehearse(feeling);
   else
     ahead = as_hands_may_move(bridge);
-  const double weight = ahead.empty() ? 1 : kBesideFutures;
+  const double weight = ahead.empty() ? kRemembered : kBesideFutures;
   std::vector<Vec3> near, holding;
   for (const std::size_t k : feeling) near.push_back(frame_model.place_of(ports[k]));
   for (const Vector* x : remembered.telling(near, body.x)) ahead.push_back(body.x + weight * (*x - body.x));
