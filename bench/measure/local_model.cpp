@@ -56,8 +56,6 @@ class StepMatrix {
   Eigen::LDLT<Matrix> modes_;
 };
 
-constexpr double kMostBraked = 1;  // of a mode in steps: beyond, dampers stay as they are at the stamp, in the linear part
-
 /// One model, from its stamp on.
 class LocalRun {
  public:
@@ -68,9 +66,8 @@ class LocalRun {
         grasp_(start.port.kind == ContactKind::attach),
         held_(held_by(body, start)),
         tangents_(taken(body, start)),
-        steps_(full_ ? steps_for(tangents_, start.modes) : 1),
-        h_(0.001 / steps_),
-        dampers_turn_(!full_ || fastest_brake(tangents_, start.modes) < kMostBraked / h_),
+        pace_(full_ ? pace_of(tangents_, start.modes) : Pace()),
+        h_(0.001 / pace_.steps),
         step_(body, start, tangents_, held_, h_, full_),
         port_(start.port),
         tool_begin_(tool),
@@ -82,14 +79,15 @@ class LocalRun {
     if (grasp_) at_node(v_, port_.node) = at_node(start.body.v, port_.node);
     body.dynamics.forces(start.body.x, start.body.v, at_stamp_);
     if (full_) take_ways();
-    if (!dampers_turn_) body.dynamics.forces(start.body.x, Vector::Zero(v_.size()), still_);
+    if (!pace_.dampers_turn) body.dynamics.forces(start.body.x, Vector::Zero(v_.size()), still_);
   }
 
   /// The tool goes to `to` within a tick; the force on it there.
   Vec3 tick(const Vec3& to) {
     const Vec3 from = tool_;
     Vec3 force = Vec3::Zero();
-    for (int k = 1; k <= steps_; ++k) force = step(k == steps_ ? to : Vec3(from + static_cast<double>(k) / steps_ * (to - from)));
+    const int steps = pace_.steps;
+    for (int k = 1; k <= steps; ++k) force = step(k == steps ? to : Vec3(from + static_cast<double>(k) / steps * (to - from)));
     return force;
   }
 
@@ -132,15 +130,27 @@ class LocalRun {
     tangents.take(start.body);
     return tangents;
   }
-  /// In a tick: forces that are not linear are explicit.
-  static int steps_for(const Tangents& tangents, const Matrix& modes) {
-    constexpr double kPartOfStable = 0.5;  // springs stiffen and turn
+  /// Forces that are not linear are explicit: steps are short for springs that stiffen and turn, and for dampers that turn. Where
+  /// these would take more than kMostSteps they stay as they are at the stamp, in the linear part.
+  struct Pace {
+    int steps = 1;  ///< in a tick
+    bool dampers_turn = true;
+  };
+  static Pace pace_of(const Tangents& tangents, const Matrix& modes) {
+    constexpr double kTickS = 0.001, kPartOfStable = 0.5, kMostBraked = 1;
+    constexpr int kMostSteps = 8;
     Matrix k, d;
     tangents.multiply(modes, k, d);
-    const Matrix stiffness = modes.transpose() * k;
-    const double fastest =
-        Eigen::SelfAdjointEigenSolver<Matrix>(stiffness, Eigen::EigenvaluesOnly).eigenvalues().cwiseAbs().maxCoeff();
-    return std::max(2, static_cast<int>(std::ceil(0.001 * std::sqrt(fastest) / (2 * kPartOfStable))));
+    const auto largest = [&](const Matrix& of) {
+      return Eigen::SelfAdjointEigenSolver<Matrix>(modes.transpose() * of, Eigen::EigenvaluesOnly)
+          .eigenvalues()
+          .cwiseAbs()
+          .maxCoeff();
+    };
+    const int steps = std::max(2, static_cast<int>(std::ceil(kTickS * std::sqrt(largest(k)) / (2 * kPartOfStable))));
+    const double braked = kTickS * largest(d) / kMostBraked;
+    if (braked > std::max(steps, kMostSteps)) return {steps, false};
+    return {std::max(steps, static_cast<int>(std::ceil(braked))), true};
   }
   Vector free_of(Vector y) const {
     mask(held_, y);
@@ -174,18 +184,12 @@ class LocalRun {
   Vector forces(const Vector& w, const Vector& v) const {
     if (!full_) return linear_forces(w, v);
     Vector f;
-    if (dampers_turn_) {
+    if (pace_.dampers_turn) {
       body_->dynamics.forces(start_->body.x + w, v, f);
       return f;
     }
     body_->dynamics.forces(start_->body.x + w, Vector::Zero(v.size()), f);
     return f - still_ + linear_forces(Vector::Zero(w.size()), v);
-  }
-  /// [1/s]
-  static double fastest_brake(const Tangents& tangents, const Matrix& modes) {
-    Matrix k, d;
-    tangents.multiply(modes, k, d);
-    return Eigen::SelfAdjointEigenSolver<Matrix>(modes.transpose() * d, Eigen::EigenvaluesOnly).eigenvalues().tail<1>()[0];
   }
   Vec3 felt_at_node() const {
     if (full_) return body_->dynamics.element_force({0, start_->body.x + w_, v_}, port_.node);
@@ -240,9 +244,8 @@ class LocalRun {
   bool grasp_;
   std::vector<std::uint8_t> held_;
   Tangents tangents_;
-  int steps_;  // a tick
-  double h_;   // of a step [s]
-  bool dampers_turn_;
+  Pace pace_;
+  double h_;  // of a step [s]
   StepMatrix step_;
   ToolPort port_;
   Vec3 tool_begin_, tool_;

@@ -62,7 +62,9 @@ TEST_CASE("Where cubic fell back there are no modes to put full forces on, and w
 }
 
 TEST_CASE("Over large motions the body's own forces on all of its modes are the body, and its linearisation is not") {
-  const Scene scene = scene_named("cube6");
+  Scene scene = scene_named("cube6");
+  const double damping = GENERATE(1.0, 3.0);  // dampers that turn need more steps than springs in the second
+  for (Element& e : scene.body.elements) e.damping_n_s_m *= damping;
   ReplayResult run = with_starts(scene, wave(home_of(scene), 0.008, 0, 0.7), 100);
   const double few = db_of(run, scene, LocalModel::full_forces), linear = db_of(run, scene, LocalModel::whole_linear);
   const auto n = static_cast<Eigen::Index>(scene.body.nodes.size());
