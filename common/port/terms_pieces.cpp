@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
+
+#include "common/port/packed_numbers.hpp"
 
 namespace palpate {
+
+using namespace packed;
+
 namespace {
 
-constexpr float kLargest = 8192;  // of the numbers in their unit
 constexpr float kUnitMax = 1e6F, kPortScaleMax = 1e6F, kRadiusMax = 1e4F, kStiffeningMax = 1e4F;
 
 constexpr unsigned kCornerBits = 5;
@@ -23,10 +26,6 @@ struct Layout {
   int pieces() const { return (total() + kPieceNumbers - 1) / kPieceNumbers; }
   bool is_half(int at) const { return at < first || (at >= first + packed && at < first + packed + after); }
 };
-
-constexpr int words_of_twelve(int count) { return (3 * count + 3) / 4; }
-
-constexpr int words_of_bytes(int count) { return (count + 1) / 2; }
 
 Layout springs_layout(const PatchTerms& p) {
   const int n = p.variables, r = n - (p.grasp ? 3 : 0), m = p.springs;
@@ -60,74 +59,6 @@ PatchTerms surface_for(const TermsRoom& room) {
   whole.vertices = static_cast<std::uint8_t>(room.grasp ? 0 : kMaxPortVertices - room.vertices);
   whole.triangles = static_cast<std::uint8_t>(room.grasp ? 0 : kMaxPortTriangles - 1);
   return whole;
-}
-
-std::uint16_t to_half(float v) { return Eigen::numext::bit_cast<std::uint16_t>(Eigen::half(v)); }
-float from_half(std::uint16_t v) { return static_cast<float>(Eigen::numext::bit_cast<Eigen::half>(v)); }
-bool finite_half(std::uint16_t v) { return (v & 0x7c00U) != 0x7c00U; }
-
-template <class Values>
-float unit_of(const Values& values) {
-  const float largest = values.size() > 0 ? values.cwiseAbs().maxCoeff() : 0;
-  return largest > 0 ? std::exp2(std::ceil(std::log2(largest / kLargest))) : 1;  // what arrived goes on as it came
-}
-
-/// Appends numbers in a unit that suits their largest.
-template <class Values>
-float append(const Values& values, std::vector<std::uint16_t>& out) {
-  const float unit = unit_of(values);
-  for (Eigen::Index i = 0; i < values.size(); ++i) out.push_back(to_half(values[i] / unit));
-  return unit;
-}
-
-/// The next numbers, in their unit.
-Eigen::VectorXf take(const std::vector<std::uint16_t>& numbers, int& at, int count, float unit) {
-  Eigen::VectorXf values(count);
-  for (int i = 0; i < count; ++i) values[i] = unit * from_half(numbers[static_cast<std::size_t>(at++)]);
-  return values;
-}
-
-/// Two in a word, the first in the lower half.
-void append_bytes(std::span<const std::uint8_t> bytes, std::vector<std::uint16_t>& out) {
-  for (std::size_t k = 0; k < bytes.size(); k += 2)
-    out.push_back(static_cast<std::uint16_t>(bytes[k] | (k + 1 < bytes.size() ? bytes[k + 1] : 0U) << 8U));
-}
-
-std::vector<std::uint8_t> take_bytes(const std::vector<std::uint16_t>& numbers, int& at, int count) {
-  std::vector<std::uint8_t> bytes;
-  for (int k = 0; k < count; ++k)
-    bytes.push_back(static_cast<std::uint8_t>(numbers[static_cast<std::size_t>(at + k / 2)] >> (k % 2 == 0 ? 0U : 8U)));
-  at += words_of_bytes(count);
-  return bytes;
-}
-
-/// Appends numbers of 12 bits, four in three words, the first lowest.
-template <class Values>
-float append_twelve(const Values& values, std::vector<std::uint16_t>& out) {
-  const float unit = unit_of(values);
-  std::uint32_t bits = 0;
-  int filled = 0;
-  for (Eigen::Index i = 0; i < values.size(); ++i) {
-    bits |= ((to_half(values[i] / unit) + 8U) >> 4U) << filled;  // to the nearest
-    filled += 12;
-    if (filled < 16) continue;
-    out.push_back(static_cast<std::uint16_t>(bits));
-    bits >>= 16U;
-    filled -= 16;
-  }
-  if (filled > 0) out.push_back(static_cast<std::uint16_t>(bits));
-  return unit;
-}
-
-Eigen::VectorXf take_twelve(const std::vector<std::uint16_t>& numbers, int& at, int count, float unit) {
-  Eigen::VectorXf values(count);
-  for (int i = 0; i < count; ++i) {
-    const auto word = static_cast<std::size_t>(at + 3 * i / 4);
-    const unsigned low = static_cast<unsigned>(i) % 4 * 12 % 16, two = low > 4 ? numbers[word + 1] : 0U;
-    values[i] = unit * from_half(static_cast<std::uint16_t>(((numbers[word] | two << 16U) >> low) << 4U));
-  }
-  at += words_of_twelve(count);
-  return values;
 }
 
 void append_polynomials(const CubicTerms& terms, const Layout& l, PatchTerms& head, std::vector<std::uint16_t>& out) {

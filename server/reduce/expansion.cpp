@@ -224,7 +224,7 @@ std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state
   if (!can_expand(body)) return std::nullopt;
   const auto n = static_cast<int>(shapes.cols());
   const ShapeRows rows = shapes;
-  const std::vector<std::uint32_t> chosen = elements_that_bend(dynamics, state, shapes, negligible);
+  const std::vector<std::uint32_t> chosen = elements_that_bend(dynamics, state, shapes, negligible, body.elements.size());
   Sums sums{Features::Zero(n, pairs_of(n)), Features::Zero(pairs_of(leading), pairs_of(leading)),
             Features::Zero(leading, pairs_of(leading))};
   for (std::size_t begin = 0; begin < chosen.size(); begin += kBatch) {
@@ -248,29 +248,40 @@ std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state
   return x;
 }
 
-/// Those are left out whose weights, in bins of a sixteenth of an octave, are the smallest and together no more than `negligible`
-/// of all.
+/// By their weights in bins of a sixteenth of an octave; those are left out whose weights are the smallest and together no more
+/// than `negligible` of all, and of the last bin those for which there is no room.
 std::vector<std::uint32_t> elements_that_bend(const Dynamics& dynamics, const BodyState& state, const Matrix& columns,
-                                              double negligible) {
+                                              double negligible, std::size_t most) {
   const ShapeRows shapes = columns;
   const LumpedBody& body = dynamics.body();
   const std::vector<double> weights =
       body.tetrahedra.empty() ? spring_weights(body, state, shapes) : tetra_weights(dynamics, shapes);
   // Exponent and first four bits of a positive number: the larger, the larger.
   const auto bin_of = [](double weight) { return std::bit_cast<std::uint32_t>(static_cast<float>(weight)) >> 19U; };
-  std::array<double, 4096> sums{};
+  struct Bin {
+    double weight = 0;
+    std::size_t count = 0;
+  };
+  std::vector<Bin> filled(4096);
   std::vector<std::uint32_t> bins(weights.size());
   double all = 0;
   for (std::size_t k = 0; k < weights.size(); ++k) {
     bins[k] = bin_of(weights[k]);
-    sums[bins[k]] += weights[k];
+    filled[bins[k]].weight += weights[k];
+    ++filled[bins[k]].count;
     all += weights[k];
   }
-  std::uint32_t least = 0;
-  for (double left_out = sums[0]; least + 1 < sums.size() && left_out <= negligible * all; left_out += sums[least]) ++least;
+  std::size_t least = 0, last = filled.size() - 1, room = most;
+  for (double left_out = filled[0].weight; least < last && left_out <= negligible * all; left_out += filled[least].weight)
+    ++least;
+  least = std::max<std::size_t>(least, 1);
+  for (; last > least && filled[last].count <= room; --last) room -= filled[last].count;
   std::vector<std::uint32_t> chosen;
-  for (std::uint32_t k = 0; k < bins.size(); ++k)
-    if (bins[k] >= least && bins[k] > 0) chosen.push_back(k);
+  for (std::uint32_t k = 0; k < bins.size(); ++k) {
+    if (bins[k] < last || (bins[k] == last && room == 0)) continue;
+    if (bins[k] == last) --room;
+    chosen.push_back(k);
+  }
   return chosen;
 }
 

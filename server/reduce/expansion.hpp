@@ -37,9 +37,9 @@ std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state
                                 double negligible = 2e-3);
 
 /// Elements that bend when the body moves by these shapes, in the body's order: see `negligible` above; of tetrahedra the sum is
-/// of V mu_L |dF|^3. For a body that can_bend().
+/// of V mu_L |dF|^3. At most `most`, those that bend most. For a body that can_bend().
 std::vector<std::uint32_t> elements_that_bend(const Dynamics& dynamics, const BodyState& state, const Matrix& shapes,
-                                              double negligible);
+                                              double negligible, std::size_t most);
 
 /// Second-order forces on the nodes: with delta = sum_i y_i directions_i, F(x* + delta) = F - K delta + sum_{i<=j} y_i y_j F2_ij
 /// + ...; F2_ij at pair_at(i, j). For a body that can_bend().

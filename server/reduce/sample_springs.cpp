@@ -70,12 +70,12 @@ class PullBeyondLinear {
 class BentSprings {
  public:
   using Sample = SampledSprings;
-  static constexpr std::size_t kCandidates = 600;
+  static constexpr std::size_t kLookedAt = 5000, kCandidates = 600;
   static constexpr int kNodes = 2, kMost = kMaxSprings;
 
   BentSprings(const Linearisation& at, const Matrix& moved, const Matrix& u)
       : at_(&at), moved_(moved.cast<float>()), way_(u.cast<float>()) {
-    elements_ = elements_that_bend(*at.dynamics, *at.state, moved * root_of(u), kNegligible);
+    elements_ = elements_that_bend(*at.dynamics, *at.state, moved * root_of(u), kNegligible, kLookedAt);
   }
   const std::vector<std::uint32_t>& elements() const { return elements_; }
   bool have_length() const {

@@ -30,12 +30,12 @@ void stresses(SolidLaw law, const TetraStamp& at, const Nine& df, Nine& q) {
 class BentSolid {
  public:
   using Sample = SampledTetrahedra;
-  static constexpr std::size_t kCandidates = 200;
+  static constexpr std::size_t kLookedAt = 2000, kCandidates = 200;
   static constexpr int kNodes = 4, kMost = kMaxTetrahedra;
 
   BentSolid(const Linearisation& at, const Matrix& moved, const Matrix& u)
       : at_(&at), moved_(moved.cast<float>()), way_(u.cast<float>()) {
-    elements_ = elements_that_bend(*at.dynamics, *at.state, moved * root_of(u), kNegligible);
+    elements_ = elements_that_bend(*at.dynamics, *at.state, moved * root_of(u), kNegligible, kLookedAt);
   }
   const std::vector<std::uint32_t>& elements() const { return elements_; }
   const LumpedBody& body() const { return at_->dynamics->body(); }

@@ -11,43 +11,64 @@ bool RememberedStates::near(const State& state, std::span<const Vec3> tools) con
   });
 }
 
-bool RememberedStates::apart(const Vector& a, const Vector& b) const { return (a - b).cwiseAbs().maxCoeff() > kApart * edge_m_; }
+/// Most states differ somewhere early on.
+bool RememberedStates::apart(const Vector& a, const Vector& b) const {
+  constexpr Eigen::Index kBlock = 512;
+  for (Eigen::Index i = 0; i < a.size(); i += kBlock) {
+    const Eigen::Index n = std::min(kBlock, a.size() - i);
+    if ((a.segment(i, n) - b.segment(i, n)).cwiseAbs().maxCoeff() > kApart * edge_m_) return true;
+  }
+  return false;
+}
 
 void RememberedStates::keep(std::span<const Vec3> tools, const Vector& x) {
   if (std::any_of(states_.begin(), states_.end(), [&](const State& s) { return !apart(s.x, x); })) return;
-  if (states_.size() < kMost)
-    states_.emplace_back();
-  else
-    std::iter_swap(states_.end() - 1, std::min_element(states_.begin(), states_.end(),
-                                                       [](const State& a, const State& b) { return a.of_use < b.of_use; }));
-  states_.back() = {{tools.begin(), tools.end()}, x, now_};
+  if (states_.empty()) origin_ = x;
+  const bool full = states_.size() == kMost;
+  const auto place = !full ? states_.emplace(states_.end())
+                           : std::min_element(states_.begin(), states_.end(),
+                                              [](const State& a, const State& b) { return a.of_use < b.of_use; });
+  *place = {{tools.begin(), tools.end()}, x, now_};
+  const Eigen::Index k = place - states_.begin();
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    const auto other = static_cast<Eigen::Index>(i);
+    products_(k, other) = products_(other, k) = (states_[i].x - origin_).dot(x - origin_);
+  }
 }
 
 std::vector<const Vector*> RememberedStates::telling(std::span<const Vec3> tools, const Vector& x) {
   constexpr double kSaysMore = 0.01;  // of the farthest's distance
   ++now_;
-  std::vector<const Vector*> known;
-  for (State& state : states_) {
-    if (!near(state, tools)) continue;
-    state.of_use = now_;
-    if (apart(state.x, x)) known.push_back(&state.x);
+  std::vector<Eigen::Index> known;
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    if (!near(states_[i], tools)) continue;
+    states_[i].of_use = now_;
+    if (apart(states_[i].x, x)) known.push_back(static_cast<Eigen::Index>(i));
   }
   const auto count = static_cast<Eigen::Index>(known.size());
   std::vector<const Vector*> chosen;
   if (count == 0) return chosen;
-  Matrix ways(x.size(), count), along(count, static_cast<Eigen::Index>(kTold));  // along: Q^T (x_i - x)
-  for (Eigen::Index i = 0; i < count; ++i) ways.col(i) = *known[static_cast<std::size_t>(i)] - x;
-  Vector left = ways.colwise().squaredNorm();
+  const auto state = [&](Eigen::Index i) -> const Vector& {
+    return states_[static_cast<std::size_t>(known[static_cast<std::size_t>(i)])].x;
+  };
+  const Vector here = x - origin_;
+  Vector with_here(count);
+  for (Eigen::Index i = 0; i < count; ++i) with_here[i] = (state(i) - origin_).dot(here);
+  Matrix ways = products_(known, known);  // products of the ways from x
+  ways.array() += here.squaredNorm();
+  ways.colwise() -= with_here;
+  ways.rowwise() -= with_here.transpose();
+  Matrix along(count, static_cast<Eigen::Index>(kTold));  // Q^T (x_i - x)
+  Vector left = ways.diagonal();
   const double enough = kSaysMore * kSaysMore * left.maxCoeff();
   while (chosen.size() < kTold) {
     Eigen::Index next = 0;
     if (!(left.maxCoeff(&next) > enough)) break;
     const auto k = static_cast<Eigen::Index>(chosen.size());
-    along.col(k) =
-        (ways.transpose() * ways.col(next) - along.leftCols(k) * along.row(next).head(k).transpose()) / std::sqrt(left[next]);
+    along.col(k) = (ways.col(next) - along.leftCols(k) * along.row(next).head(k).transpose()) / std::sqrt(left[next]);
     left -= along.col(k).cwiseAbs2();
     left[next] = 0;
-    chosen.push_back(known[static_cast<std::size_t>(next)]);
+    chosen.push_back(&state(next));
   }
   return chosen;
 }

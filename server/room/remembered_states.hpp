@@ -46,6 +46,8 @@ class RememberedStates {
 
   double edge_m_;
   std::vector<State> states_;
+  Vector origin_;                                 // the first that was kept
+  Matrix products_ = Matrix::Zero(kMost, kMost);  // (x_i - origin) . (x_j - origin)
   std::uint64_t now_ = 0;
 };
 

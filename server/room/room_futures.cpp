@@ -19,6 +19,17 @@ Vec3 Room::State::hand_acceleration(const Station& station) const {
   return acceleration / std::max(1.0, acceleration.norm() / kHandMostMs2);
 }
 
+/// As far as the steps converge.
+void Room::State::step_in_thought(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& look) {
+  BodyState next = body;
+  std::vector<ToolPort> there = ports;
+  for (int k = 1; k <= kLooksMost; ++k) {
+    const double until_s = body.time_s + k * over_s / kLooksMost;
+    if (!integrator.stepper->advance(next, there, until_s, scene.solver.step_s, tool).converged) return;
+    look(k, next.x);
+  }
+}
+
 /// Each way in which the hands may move on costs what the body costs in the bridged time: a body that costs more than kMostCost
 /// of a core is left alone, and others are looked at in kMostS.
 std::vector<Vector> Room::State::as_hands_may_move(Micros bridge) {
@@ -40,13 +51,9 @@ std::vector<Vector> Room::State::as_hands_may_move(Micros bridge) {
       return moved_on(now[k], future.speeds_up ? Vec3(acceleration[k] + future.beside_m_s2) : Vec3(Vec3::Zero()),
                       t - body.time_s);
     };
-    BodyState next = body;
-    std::vector<ToolPort> there = ports;
-    for (int look = 1; look <= kLooksMost; ++look) {
-      const double until_s = body.time_s + look * seconds(bridge) / kLooksMost;
-      if (!integrator.stepper->advance(next, there, until_s, scene.solver.step_s, tool).converged) break;
-      if (look * future.looks % kLooksMost == 0) ahead.push_back(body.x + future.weight * (next.x - body.x));
-    }
+    step_in_thought(seconds(bridge), tool, [&](int look, const Vector& x) {
+      if (look * future.looks % kLooksMost == 0) ahead.push_back(body.x + future.weight * (x - body.x));
+    });
   }
   return ahead;
 }
@@ -77,18 +84,12 @@ void Room::State::rehearse(const std::vector<std::size_t>& feeling) {
     const double after_s = t - body.time_s;
     return ToolAt{from[k] + sped_up(after_s) * inwards[k], speed_of_speeding_up(after_s) * inwards[k]};
   };
-  BodyState next = body;
-  std::vector<ToolPort> there = ports;
-  for (int look = 1; look <= kLooksMost; ++look) {
-    const double until_s = body.time_s + look * kOverS / kLooksMost;
-    if (!integrator.stepper->advance(next, there, until_s, scene.solver.step_s, tool).converged) break;
-    remembered.keep(places, next.x);
-  }
+  step_in_thought(kOverS, tool, [&](int, const Vector& x) { remembered.keep(places, x); });
 }
 
 /// A basis that knows where the body may be is truer there. What is remembered is less likely to come back than what is looked at
 /// ahead is to come, and counts for less, in finely meshed bodies above all. Bodies whose integrator keeps something from step to
-/// step cannot be stepped in thought; these are solids, which gain nothing by what is remembered.
+/// step cannot be stepped in thought; most of them are solids, which gain nothing by what is remembered either.
 void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros bridge) {
   constexpr double kRemembered = 0.06, kBesideFutures = 0.03;
   if (!integrator.stepper->leaves_no_trace()) return;

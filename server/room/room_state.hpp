@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -71,6 +72,8 @@ struct Room::State {
                                           const std::function<const std::vector<double>&()>& positions);
   AdvanceReport advance(const FrameJob& job);
   Vec3 hand_acceleration(const Station& station) const;
+  /// From where the body is, `look`ed at kLooksMost times: which look it is, and x.
+  void step_in_thought(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& look);
   std::vector<Vector> as_hands_may_move(Micros bridge);
   void rehearse(const std::vector<std::size_t>& feeling);
   void look_ahead(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros bridge);

@@ -1,7 +1,10 @@
 // The polynomial forces of a nonlinear patch against the forces of the body itself.
 #include "server/reduce/expansion.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
 
 #include "tests/support/bodies.hpp"
 
@@ -192,6 +195,34 @@ TEST_CASE("elements that hardly move are left out without harm") {
   CHECK(most->elements < all->elements / 2);
   CHECK((all->e3 - most->e3).norm() < 1e-3 * all->e3.norm());
   CHECK((all->e4 - most->e4).norm() < 1e-3 * all->e4.norm());
+}
+
+TEST_CASE("where only so many elements are asked for, they are those that bend most, also where many bend alike") {
+  constexpr std::size_t kMost = 60;
+  constexpr double kBin = 17.0 / 16.0;  // weights that differ by less count as alike
+  Case c(box_body(5, 5, 5));
+  const auto chosen = [&](std::size_t most) { return elements_that_bend(c.dynamics, c.state, c.shapes, 0, most); };
+  const auto bending = [&](const Element& e) {
+    const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
+    const double motion = (c.shapes.middleRows<3>(b) - c.shapes.middleRows<3>(a)).norm();
+    return e.stiffness_n_m * std::pow(motion, 3) / (c.state.x.segment<3>(b) - c.state.x.segment<3>(a)).norm();
+  };
+  REQUIRE(chosen(c.body.elements.size()).size() == c.body.elements.size());
+  const std::vector<std::uint32_t> most = chosen(kMost);
+  CHECK(most.size() == kMost);
+  double least_chosen = std::numeric_limits<double>::infinity(), most_left_out = 0;
+  for (std::uint32_t e = 0; e < c.body.elements.size(); ++e) {
+    const double weight = bending(c.body.elements[e]);
+    if (std::find(most.begin(), most.end(), e) != most.end())
+      least_chosen = std::min(least_chosen, weight);
+    else
+      most_left_out = std::max(most_left_out, weight);
+  }
+  CHECK(kBin * least_chosen > most_left_out);
+
+  c.state.x = c.dynamics.rest_state().x;
+  c.shapes = c.state.x.leftCols<1>();  // all as long again: springs of a kind bend alike
+  CHECK(chosen(kMost).size() == kMost);
 }
 
 TEST_CASE("whatever terms say, a patch with them has energy left, and its force is that energy's gradient") {

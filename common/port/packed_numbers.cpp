@@ -1,0 +1,35 @@
+#include "common/port/packed_numbers.hpp"
+
+namespace palpate::packed {
+
+Eigen::VectorXf take(const std::vector<std::uint16_t>& numbers, int& at, int count, float unit) {
+  Eigen::VectorXf values(count);
+  for (int i = 0; i < count; ++i) values[i] = unit * from_half(numbers[static_cast<std::size_t>(at++)]);
+  return values;
+}
+
+void append_bytes(std::span<const std::uint8_t> bytes, std::vector<std::uint16_t>& out) {
+  for (std::size_t k = 0; k < bytes.size(); k += 2)
+    out.push_back(static_cast<std::uint16_t>(bytes[k] | (k + 1 < bytes.size() ? bytes[k + 1] : 0U) << 8U));
+}
+
+std::vector<std::uint8_t> take_bytes(const std::vector<std::uint16_t>& numbers, int& at, int count) {
+  std::vector<std::uint8_t> bytes;
+  for (int k = 0; k < count; ++k)
+    bytes.push_back(static_cast<std::uint8_t>(numbers[static_cast<std::size_t>(at + k / 2)] >> (k % 2 == 0 ? 0U : 8U)));
+  at += words_of_bytes(count);
+  return bytes;
+}
+
+Eigen::VectorXf take_twelve(const std::vector<std::uint16_t>& numbers, int& at, int count, float unit) {
+  Eigen::VectorXf values(count);
+  for (int i = 0; i < count; ++i) {
+    const auto word = static_cast<std::size_t>(at + 3 * i / 4);
+    const unsigned low = static_cast<unsigned>(i) % 4 * 12 % 16, two = low > 4 ? numbers[word + 1] : 0U;
+    values[i] = unit * from_half(static_cast<std::uint16_t>(((numbers[word] | two << 16U) >> low) << 4U));
+  }
+  at += words_of_twelve(count);
+  return values;
+}
+
+}  // namespace palpate::packed
