@@ -145,8 +145,8 @@ CubicForce::CubicForce(const CubicTerms& terms, const Patch& patch) : CubicForce
   inverse_ = factor.matrixL().solve(Eigen::MatrixXd::Identity(n, n)).cast<float>();
 }
 
-const SampledForce::OfModes& CubicForce::added_mass() const {
-  return of_sampled([](const auto& s) -> const SampledForce::OfModes& { return s.added_mass(); });
+const ModeMatrix& CubicForce::added_mass() const {
+  return of_sampled([](const auto& s) -> const ModeMatrix& { return s.added_mass(); });
 }
 
 void CubicForce::take_sampled(const CubicTerms& terms, bool slowed) {

@@ -105,7 +105,7 @@ class CubicForce {
   /// In which the player takes them, in a tick.
   int steps() const { return steps_; }
   /// Of the modes beside 1, as springs need it for a step; of no size: none (sampled_springs.hpp).
-  const SampledForce::OfModes& added_mass() const;
+  const ModeMatrix& added_mass() const;
   /// Elastic force on u. No allocation.
   void elastic(const Variables& u, Variables& force) const noexcept;
   /// Force on u, that moves at u', of dampers that have turned. No allocation.

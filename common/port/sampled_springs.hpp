@@ -42,6 +42,7 @@
 
 #include "common/base/limits.hpp"
 #include "common/port/node_motion.hpp"
+#include "common/port/patch.hpp"
 
 namespace palpate {
 
@@ -67,7 +68,6 @@ struct SampledSprings {
 class SampledForce {
  public:
   static constexpr double kStiffest = 4, kSteepest = 10;
-  using OfModes = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxModes, kMaxModes>;
   using Values = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, (kMaxVariables + 7) / 8 * 8>;
 
   SampledForce() = default;
@@ -77,7 +77,7 @@ class SampledForce {
   /// No springs, or too stiff for the step and not slowed.
   bool empty() const { return count_ == 0; }
   /// A; nothing where the springs need none.
-  const OfModes& added_mass() const { return added_mass_; }
+  const ModeMatrix& added_mass() const { return added_mass_; }
   /// Strain beyond which the law goes on straight; 0 for a linear one.
   double straight_from() const { return straight_from_; }
   /// sum w G^T (k - K_e) G: the least stiffness that E has far away, where every spring is stretched along its way.
@@ -93,7 +93,7 @@ class SampledForce {
   static constexpr int kWidth = 8, kRoom = (kMaxSprings + kWidth - 1) / kWidth * kWidth;  // of a vector register
   using Each = Eigen::Array<float, Eigen::Dynamic, 1, 0, kRoom, 1>;
   using Vectors = Eigen::Array<float, Eigen::Dynamic, 3, Eigen::ColMajor, kRoom, 3>;  // of every spring
-  using OfVariables = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables>;
+  using OfVariables = BoundedMatrix<kMaxVariables, kMaxVariables>;
 
   struct Bent {  // a, Delta, |d + delta|, T_2
     Each along, longer, length, more;
@@ -113,7 +113,7 @@ class SampledForce {
   Each stiffening_, elongation_, bent_to_, straight_at_;  // w k c / L^2, and at the stamp e, b_0; where it goes on straight: of
                                                           // a law that stiffens
   OfVariables braked_, far_stiffness_;                    // B
-  OfModes added_mass_;
+  ModeMatrix added_mass_;
 };
 
 }  // namespace palpate

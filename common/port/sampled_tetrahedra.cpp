@@ -31,6 +31,14 @@ TetraLanes scaled(const TetraLane& by, const TetraLanes& m) {
 
 }  // namespace
 
+GradientMotion gradient_motion(const Eigen::Matrix3f& gradients, const std::array<Eigen::Matrix3Xf, 3>& edges) {
+  GradientMotion h = GradientMotion::Zero(9, edges[0].cols());
+  for (int i = 0; i < 3; ++i)
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) h.row(3 * r + c) += gradients(i, c) * edges[static_cast<std::size_t>(i)].row(r);
+  return h;
+}
+
 Eigen::Matrix3f SampledTetrahedra::gradients(int tetrahedron, float& volume) const {
   Eigen::Matrix3d edges;
   for (int i = 0; i < 3; ++i)
@@ -41,15 +49,13 @@ Eigen::Matrix3f SampledTetrahedra::gradients(int tetrahedron, float& volume) con
 
 Eigen::MatrixXf SampledTetrahedra::motions(int tool) const {
   const Eigen::MatrixXf v = motion.rows(tool);
-  Eigen::MatrixXf h = Eigen::MatrixXf::Zero(9 * count(), v.cols());
+  Eigen::MatrixXf h(9 * count(), v.cols());
   for (int e = 0; e < count(); ++e) {
     float volume = 0;
-    const Eigen::Matrix3f b = gradients(e, volume);
-    for (int i = 0; i < 3; ++i) {
-      const Eigen::MatrixXf edge = v.middleRows<3>(3 * nodes(i + 1, e)) - v.middleRows<3>(3 * nodes(0, e));
-      for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) h.row(9 * e + 3 * r + c) += b(i, c) * edge.row(r);
-    }
+    std::array<Eigen::Matrix3Xf, 3> edges;
+    for (int i = 0; i < 3; ++i)
+      edges[static_cast<std::size_t>(i)] = v.middleRows<3>(3 * nodes(i + 1, e)) - v.middleRows<3>(3 * nodes(0, e));
+    h.middleRows<9>(9 * e) = gradient_motion(gradients(e, volume), edges);
   }
   return h;
 }

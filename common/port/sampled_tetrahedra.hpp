@@ -24,12 +24,18 @@
 // Source: see sampled_springs.hpp.
 #pragma once
 
+#include <array>
+
 #include "common/port/bent_tetrahedron.hpp"
 #include "common/port/sampled_springs.hpp"
 
 namespace palpate {
 
 inline constexpr int kMaxTetrahedra = 112;
+
+/// H of one, 9 rows, row by row of dF, from its b_1, b_2, b_3 as rows and how its nodes move from the first, V_i - V_0.
+using GradientMotion = Eigen::Matrix<float, 9, Eigen::Dynamic>;
+GradientMotion gradient_motion(const Eigen::Matrix3f& gradients, const std::array<Eigen::Matrix3Xf, 3>& edges);
 
 struct SampledTetrahedra {
   SolidLaw law = SolidLaw::neo_hookean;         ///< of all
@@ -42,7 +48,7 @@ struct SampledTetrahedra {
   int count() const { return static_cast<int>(shear.size()); }
   /// b_1, b_2, b_3 of one as rows [1/m], and six times its volume; b_0 = -(b_1 + b_2 + b_3).
   Eigen::Matrix3f gradients(int tetrahedron, float& volume) const;
-  /// H_e, 9 rows a tetrahedron, row by row of dF [1/m for the tool, 1/(m kg^1/2) for q]; `tool` as for springs.
+  /// H_e, 9 rows a tetrahedron [1/m for the tool, 1/(m kg^1/2) for q]; `tool` as for springs.
   Eigen::MatrixXf motions(int tool) const;
 };
 
@@ -50,7 +56,6 @@ struct SampledTetrahedra {
 class SampledSolidForce {
  public:
   static constexpr float kFree = 2, kBeyond = 3;
-  using OfModes = SampledForce::OfModes;
   using Values = SampledForce::Values;
 
   SampledSolidForce() = default;
@@ -60,7 +65,7 @@ class SampledSolidForce {
   /// No tetrahedra, or too stiff for the step and not slowed.
   bool empty() const { return count_ == 0; }
   /// A; nothing where none is needed.
-  const OfModes& added_mass() const { return added_mass_; }
+  const ModeMatrix& added_mass() const { return added_mass_; }
   /// The least stiffness that E has far away.
   Eigen::MatrixXd far_stiffness() const { return Eigen::MatrixXd::Zero(variables_, variables_); }
   /// dE/du. No allocation.
@@ -84,7 +89,7 @@ class SampledSolidForce {
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 9 * kRoom, kMaxVariables> motion_;  // H, entry by entry
   Stamps stamp_;
   std::array<TetraLane, kRoom / kTetraLane> viscous_mu_, viscous_lambda_;  // times w V
-  OfModes added_mass_;
+  ModeMatrix added_mass_;
 };
 
 }  // namespace palpate

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <span>
 
 #include "server/reduce/expansion.hpp"
@@ -66,14 +67,13 @@ class BentSolid {
   std::uint32_t node(std::uint32_t element, int i) const { return body().tetrahedra[element].nodes[static_cast<std::size_t>(i)]; }
   /// H, 9 rows a tetrahedron.
   Eigen::MatrixXf motions(const std::vector<std::uint32_t>& elements) const {
-    Eigen::MatrixXf h = Eigen::MatrixXf::Zero(9 * static_cast<Eigen::Index>(elements.size()), moved_.cols());
+    Eigen::MatrixXf h(9 * static_cast<Eigen::Index>(elements.size()), moved_.cols());
     for (std::size_t k = 0; k < elements.size(); ++k) {
-      const Eigen::Matrix3f b = gradients(elements[k]);
+      std::array<Eigen::Matrix3Xf, 3> edges;
       for (int i = 0; i < 3; ++i)
-        for (int r = 0; r < 3; ++r) {
-          const Eigen::RowVectorXf edge = moved_.row(row(elements[k], i + 1) + r) - moved_.row(row(elements[k], 0) + r);
-          for (int c = 0; c < 3; ++c) h.row(9 * static_cast<Eigen::Index>(k) + 3 * r + c) += b(i, c) * edge;
-        }
+        edges[static_cast<std::size_t>(i)] =
+            moved_.middleRows<3>(row(elements[k], i + 1)) - moved_.middleRows<3>(row(elements[k], 0));
+      h.middleRows<9>(9 * static_cast<Eigen::Index>(k)) = gradient_motion(gradients(elements[k]), edges);
     }
     return h;
   }

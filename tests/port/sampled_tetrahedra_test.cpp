@@ -196,7 +196,7 @@ TEST_CASE("a solid too stiff for a step has as much mass as the step takes, and 
   CHECK(stiff.compiled().empty());
   const SampledSolidForce slowed = stiff.compiled(true);
   REQUIRE_FALSE(slowed.empty());
-  const SampledSolidForce::OfModes& mass = slowed.added_mass();
+  const ModeMatrix& mass = slowed.added_mass();
   REQUIRE(mass.rows() == kModes);
   CHECK(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(mass, Eigen::EigenvaluesOnly).eigenvalues()[0] > 0);
 }
