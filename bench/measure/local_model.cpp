@@ -23,16 +23,19 @@ struct Body {
   Dynamics dynamics;
 };
 
-/// M + h/2 D + h^2/4 K, over all nodes or over modes.
+/// K and D on what moves with the modes, and with the tool that holds a node.
+struct Ways {
+  Matrix k, d;
+};
+
+/// M + h/2 D + h^2/4 K, over all nodes or, with `ways`, over modes.
 class StepMatrix {
  public:
-  StepMatrix(const Body& body, const LocalStart& start, const Tangents& tangents, const std::vector<std::uint8_t>& held, double h,
-             bool reduced)
+  StepMatrix(const Body& body, const LocalStart& start, const Ways* ways, const std::vector<std::uint8_t>& held, double h)
       : h_(h), solver_(body.dynamics.nodes()) {
-    if (reduced) {
-      Matrix k, d;
-      tangents.multiply(start.modes, k, d);
-      const Matrix a = h_ / 2 * start.modes.transpose() * d + h_ * h_ / 4 * start.modes.transpose() * k;
+    if (ways) {
+      const Eigen::Index modes = start.modes.cols();
+      const Matrix a = start.modes.transpose() * (h_ / 2 * ways->d.leftCols(modes) + h_ * h_ / 4 * ways->k.leftCols(modes));
       modes_.compute(Matrix::Identity(a.rows(), a.cols()) + 0.5 * (a + a.transpose()));
       reduced_ = &start.modes;
     } else {
@@ -66,9 +69,10 @@ class LocalRun {
         grasp_(start.port.kind == ContactKind::attach),
         held_(held_by(body, start)),
         tangents_(taken(body, start)),
-        pace_(full_ ? pace_of(tangents_, start.modes) : Pace()),
+        ways_(full_ ? ways_of(tangents_, start) : Ways()),
+        pace_(full_ ? pace_of(ways_, start.modes) : Pace()),
         h_(0.001 / pace_.steps),
-        step_(body, start, tangents_, held_, h_, full_),
+        step_(body, start, full_ ? &ways_ : nullptr, held_, h_),
         port_(start.port),
         tool_begin_(tool),
         tool_(tool),
@@ -78,7 +82,7 @@ class LocalRun {
     if (full_) v_ = start.modes * (start.modes.transpose() * body.dynamics.masses().cwiseProduct(v_));
     if (grasp_) at_node(v_, port_.node) = at_node(start.body.v, port_.node);
     body.dynamics.forces(start.body.x, start.body.v, at_stamp_);
-    if (full_) take_ways();
+    if (full_) d_stamp_ = d_on(start.body.v);
     if (!pace_.dampers_turn) body.dynamics.forces(start.body.x, Vector::Zero(v_.size()), still_);
   }
 
@@ -136,19 +140,17 @@ class LocalRun {
     int steps = 1;  ///< in a tick
     bool dampers_turn = true;
   };
-  static Pace pace_of(const Tangents& tangents, const Matrix& modes) {
+  static Pace pace_of(const Ways& ways, const Matrix& modes) {
     constexpr double kTickS = 0.001, kPartOfStable = 0.5, kMostBraked = 1;
     constexpr int kMostSteps = 8;
-    Matrix k, d;
-    tangents.multiply(modes, k, d);
     const auto largest = [&](const Matrix& of) {
-      return Eigen::SelfAdjointEigenSolver<Matrix>(modes.transpose() * of, Eigen::EigenvaluesOnly)
+      return Eigen::SelfAdjointEigenSolver<Matrix>(modes.transpose() * of.leftCols(modes.cols()), Eigen::EigenvaluesOnly)
           .eigenvalues()
           .cwiseAbs()
           .maxCoeff();
     };
-    const int steps = std::max(2, static_cast<int>(std::ceil(kTickS * std::sqrt(largest(k)) / (2 * kPartOfStable))));
-    const double braked = kTickS * largest(d) / kMostBraked;
+    const int steps = std::max(2, static_cast<int>(std::ceil(kTickS * std::sqrt(largest(ways.k)) / (2 * kPartOfStable))));
+    const double braked = kTickS * largest(ways.d) / kMostBraked;
     if (braked > std::max(steps, kMostSteps)) return {steps, false};
     return {std::max(steps, static_cast<int>(std::ceil(braked))), true};
   }
@@ -157,26 +159,31 @@ class LocalRun {
     return y;
   }
   Vector linear_forces(const Vector& w, const Vector& v) const {
-    if (full_) return at_stamp_ + d_stamp_ - k_ways_ * coordinates(w) - d_ways_ * coordinates(v);
+    if (full_) return at_stamp_ + d_stamp_ - ways_.k * coordinates(w) - ways_.d * coordinates(v);
     Matrix ways(w.size(), 2), k, d;
     ways << w, v - start_->body.v;
     tangents_.multiply(ways, k, d);
     return at_stamp_ - k.col(0) - d.col(1);
   }
-  /// What moves with the modes, and with the tool that holds a node: K and D of these, once for all steps.
-  void take_ways() {
-    Matrix ways(w_.size(), start_->modes.cols() + (grasp_ ? 3 : 0)), k, d;
-    ways.leftCols(start_->modes.cols()) = start_->modes;
-    if (grasp_) {
-      ways.rightCols<3>().setZero();
-      ways.block<3, 3>(3 * static_cast<Eigen::Index>(port_.node), start_->modes.cols()).setIdentity();
+  static Ways ways_of(const Tangents& tangents, const LocalStart& start) {
+    const bool grasp = start.port.kind == ContactKind::attach;
+    Matrix moved = start.modes;
+    if (grasp) {
+      moved.conservativeResize(Eigen::NoChange, moved.cols() + 3);
+      moved.rightCols<3>().setZero();
+      moved.block<3, 3>(3 * static_cast<Eigen::Index>(start.port.node), start.modes.cols()).setIdentity();
     }
-    tangents_.multiply(ways, k_ways_, d_ways_);
-    tangents_.multiply(start_->body.v, k, d);
-    d_stamp_ = d.col(0);
+    Ways ways;
+    tangents.multiply(moved, ways.k, ways.d);
+    return ways;
+  }
+  Vector d_on(const Vector& v) const {
+    Matrix k, d;
+    tangents_.multiply(v, k, d);
+    return d.col(0);
   }
   Vector coordinates(const Vector& y) const {
-    Vector of(k_ways_.cols());
+    Vector of(ways_.k.cols());
     of.head(start_->modes.cols()) = start_->modes.transpose() * body_->dynamics.masses().cwiseProduct(y);
     if (grasp_) of.tail<3>() = at_node(y, port_.node);
     return of;
@@ -244,13 +251,13 @@ class LocalRun {
   bool grasp_;
   std::vector<std::uint8_t> held_;
   Tangents tangents_;
+  Ways ways_;
   Pace pace_;
   double h_;  // of a step [s]
   StepMatrix step_;
   ToolPort port_;
   Vec3 tool_begin_, tool_;
   Vector w_, v_, at_stamp_, still_, d_stamp_;  // F(x*, v*), F(x*, 0), D v*
-  Matrix k_ways_, d_ways_;
   std::unordered_map<std::uint32_t, Matrix> answers_;
   std::vector<double> positions_;
 };
