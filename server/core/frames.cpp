@@ -30,6 +30,7 @@ void ServerCore::wake(Micros now) {
   next_frame_ = static_cast<std::uint64_t>(seconds(now - first_tick_) * options_.rate_hz);
   while (due(next_frame_) < now) ++next_frame_;
   body_time_ = std::max(body_time_, due(next_frame_ - 1));
+  owed_ = false;
 }
 
 void ServerCore::note_due(bool skipped) {

@@ -19,12 +19,16 @@ void ServerCore::tick(Micros now) {
   }
   drop_silent(now);
   if (dozes()) return;
-  if (now < due(next_frame_)) return;
-  for (; due(next_frame_) <= now; ++next_frame_) note_due(job_out_);
-  if (job_out_) {
-    ++counts_.frames_busy;
-    return beat_all();
+  const std::uint64_t before = next_frame_;
+  for (; due(next_frame_) <= now; ++next_frame_) {
+    const bool skipped = job_out_ && owed_;
+    note_due(skipped);
+    counts_.frames_busy += skipped;
+    owed_ = true;
   }
+  if (job_out_ && next_frame_ > before) return beat_all();
+  if (job_out_ || !owed_) return;
+  owed_ = false;
   const auto target = playout(now);
   if (target < body_time_ + kLeastFrame) {
     ++counts_.frames_waiting;
@@ -38,6 +42,7 @@ void ServerCore::tick(Micros now) {
 Micros ServerCore::deadline() const {
   if (!started_) return Micros{};
   if (dozes()) return Micros::max();
+  if (owed_ && !job_out_) return Micros{};
   auto earliest = due(next_frame_);
   for (const auto& [id, station] : stations_) earliest = std::min(earliest, station.heard + kGoneAfter);
   return earliest;

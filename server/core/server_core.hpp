@@ -2,7 +2,8 @@
 //
 // take a datagram, tick, emit datagrams, say the deadline; and, because a frame takes long, the body's work is handed out:
 // when tick() finds a frame due, next_job() gives it; the caller runs Room::run on whatever thread it likes and brings the
-// result back with finish(). At most one job is out at a time; a frame that falls due meanwhile is skipped and counted.
+// result back with finish(). At most one job is out at a time. Of the frames that fall due meanwhile the last begins as soon as
+// it is back, the others are skipped and counted: a frame that was once late goes less far than two, and the room catches up.
 // Before the first job runs, Room::start(body_time()) is due once.
 //
 // Frames are due at the multiples of 1 / rate_hz from the first tick on. Whoever drives the core hands over all datagrams that
@@ -29,7 +30,7 @@
 // A room in which the body sleeps (room.hpp) and nobody is has no frames: deadline() is Micros::max(), and its time stands still.
 // With the first Hello it goes on as if it had never stopped: at the frame that is due next, up to which the body has slept.
 //
-// A room that takes longer over a frame than there is time for skips the frames that fall due meanwhile: it slows down. It says
+// A room that takes longer over its frames than there is time for skips some: it slows down. It says
 // so in its beats (rate_hz, behind), and to stations that get patches in a beat beside them. Stamps stay those of the body.
 //
 // Trust: an unknown sender is answered with at most as many bytes as it sent; a new station gets nothing but Welcome until it
@@ -88,7 +89,7 @@ struct ServerCounts {
   std::uint64_t joins = 0, refusals = 0, leaves = 0, timeouts = 0;
   std::uint64_t answers_withheld = 0;  ///< larger than the question, or too many at once
   std::uint64_t frames = 0, frames_failed = 0;
-  std::uint64_t frames_busy = 0;     ///< skipped: the last one was still being computed
+  std::uint64_t frames_busy = 0;     ///< skipped: one before was still being computed when the next fell due
   std::uint64_t frames_waiting = 0;  ///< skipped: no newer samples
   std::uint64_t frames_asleep = 0;   ///< of `frames`: the body slept and was not stepped
   std::uint64_t steps = 0, cut_steps = 0;
@@ -202,6 +203,7 @@ class ServerCore {
   StationId last_id_ = 0, emit_after_ = 0;
   std::deque<Reply> replies_;
   bool started_ = false, job_out_ = false;
+  bool owed_ = false;    ///< a frame fell due and has not begun
   bool asleep_ = false;  ///< the body, since the last frame
   std::optional<FrameJob> job_;
   Micros first_tick_{}, body_time_{}, job_began_{}, compute_mean_{}, longest_frame_{};

@@ -122,7 +122,7 @@ void ServerShell::hand_out(std::size_t k, FrameJob job) {
         const auto now = monotonic_now();
         if (bodies_[k]->recorder) bodies_[k]->recorder->end_frame(result, cores_[k], now);
         cores_[k].finish(std::move(result), now);
-        send_all(now);
+        step();
       });
     } catch (...) {
       asio::post(io_, [this, failure = std::current_exception()] {

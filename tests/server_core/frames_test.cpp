@@ -214,7 +214,8 @@ TEST_CASE("samples from the future are refused") {
   CHECK(bench.room.jobs.back().target <= bench.now);
 }
 
-TEST_CASE("one job is out at a time and what falls due meanwhile is skipped and counted") {
+TEST_CASE(
+    "one job is out at a time, and of what falls due meanwhile the last begins as soon as it is back and the rest is skipped") {
   Bench bench;
   bench.wait(49ms);
   bench.now += 1ms;
@@ -226,11 +227,42 @@ TEST_CASE("one job is out at a time and what falls due meanwhile is skipped and 
     bench.core.tick(bench.now);
     CHECK_FALSE(bench.core.next_job(bench.now));
   }
-  CHECK(bench.core.counts().frames_busy == 2);
+  CHECK(bench.core.counts().frames_busy == 1);
   bench.core.finish(bench.room.run(*job), bench.now);
   CHECK(bench.core.counts().frame_time_max == 120ms);
+  CHECK(bench.core.deadline() <= bench.now);
+  bench.core.tick(bench.now);
+  const auto late = bench.core.next_job(bench.now);
+  REQUIRE(late);
+  CHECK(late->target == bench.now);
+  bench.core.finish(bench.room.run(*late), bench.now);
+  CHECK(bench.core.deadline() == bench.now + 30ms);
   bench.wait(30ms);
   CHECK(bench.room.jobs.back().target == bench.now);
+}
+
+TEST_CASE("a room that could keep up and was late once catches up") {
+  Bench bench;
+  bench.wait(50ms);
+  // A frame takes 20 ms and 0.4 of what it advances the body by: 40 ms of 50, 60 where it goes over two.
+  std::optional<FrameJob> out;
+  Micros ends{}, begun = bench.now;
+  for (int i = 0; i < 2000; ++i) {
+    bench.now += 1ms;
+    if (out && bench.now >= ends) {
+      bench.core.finish(bench.room.run(*out), bench.now);
+      out.reset();
+    }
+    bench.core.tick(bench.now);
+    if (out) continue;
+    if ((out = bench.core.next_job(bench.now))) {
+      const bool stalls = bench.now - begun > 300ms && bench.now - begun <= 350ms;
+      ends = bench.now + 20ms + (out->target - out->begin) * 2 / 5 + (stalls ? 80ms : 0ms);
+    }
+  }
+  CHECK(bench.core.counts().frames_busy >= 1);
+  CHECK(bench.core.counts().frames_busy <= 2);
+  CHECK(bench.core.pace().rate_hz == 20);
 }
 
 TEST_CASE("a long silence of the process is made up for in frames of bounded length") {
