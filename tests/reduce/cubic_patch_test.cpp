@@ -1,16 +1,12 @@
 // A patch of scheme cubic against the body: forces far beyond the tangent, and what cannot be had.
 #include "server/reduce/cubic_patch.hpp"
 
-#include <Eigen/LU>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "common/player/player.hpp"
 #include "common/port/terms_pieces.hpp"
 #include "server/body/explicit_integrator.hpp"
-#include "server/body/linear_solver.hpp"
-#include "server/body/tangents.hpp"
 #include "server/reduce/patch_builder.hpp"
 #include "tests/support/bodies.hpp"
 
