@@ -134,7 +134,7 @@ void body_dents(benchmark::State& state, const std::string& name) {
   const Skin skin(body.scene.body);
   const SurfacePoint top = nearest_point(skin.view(), skin.place(body.state.x), home_of(body.scene)).point;
   constexpr double kShift = 2.0 / 0.150;
-  DentRequest request{skin.weights(top), {}, {}, kShift};
+  DentRequest request{skin.weights(top), {}, {}, kShift, {}};
   for (const double deep_m : {0.001, 0.004, 0.009}) request.ways.push_back(-deep_m * Vec3::UnitZ());
   Tangents tangents(body.dynamics);
   tangents.take(body.state);

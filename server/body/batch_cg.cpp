@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
+
+#include "server/body/fused.hpp"
 
 namespace palpate {
 namespace {
@@ -13,7 +14,8 @@ constexpr int kLanes = BatchConjugateGradients::kColumns;
 
 // Eight floats as one value; where the processor is narrower the compiler makes two of it. Passed to no function that is not
 // inlined: how that is done depends on the processor that is compiled for.
-using Wide = float __attribute__((vector_size(kLanes * sizeof(float)), may_alias));
+using Wide = EightFloats;
+static_assert(sizeof(Wide) == kLanes * sizeof(float));
 
 [[gnu::always_inline]] inline Wide& wide(float (&lanes)[kLanes]) { return *reinterpret_cast<Wide*>(lanes); }
 [[gnu::always_inline]] inline const Wide& wide(const float (&lanes)[kLanes]) { return *reinterpret_cast<const Wide*>(lanes); }
@@ -25,22 +27,28 @@ class Sum {
     wide(few_) += term;
     if (++count_ == kFew) flush();
   }
-  void take(double (&total)[kLanes]) {
+  BatchConjugateGradients::Lanes total() {
     flush();
-    std::copy(std::begin(total_), std::end(total_), std::begin(total));
+    return total_;
   }
 
  private:
   static constexpr int kFew = 16;
   void flush() {
-    for (int c = 0; c < kLanes; ++c) total_[c] += static_cast<double>(few_[c]);
+    for (int c = 0; c < kLanes; ++c) total_.v[c] += static_cast<double>(few_[c]);
     std::fill(std::begin(few_), std::end(few_), 0.0F);
     count_ = 0;
   }
   alignas(sizeof(Wide)) float few_[kLanes] = {};
-  double total_[kLanes] = {};
+  BatchConjugateGradients::Lanes total_;
   int count_ = 0;
 };
+
+[[gnu::always_inline]] inline Wide narrowed(const BatchConjugateGradients::Lanes& numbers) {
+  Wide narrow;
+  for (int c = 0; c < kLanes; ++c) narrow[c] = static_cast<float>(numbers.v[c]);
+  return narrow;
+}
 
 }  // namespace
 
@@ -52,71 +60,59 @@ BatchConjugateGradients::Symmetric::Symmetric(const Mat3& m)
       yz(static_cast<float>(m(1, 2))),
       zz(static_cast<float>(m(2, 2))) {}
 
-void BatchConjugateGradients::prepare(const BlockMatrix& a, const std::vector<std::uint8_t>& held, CoarseCorrection coarse) {
+void BatchConjugateGradients::prepare(const std::vector<std::uint8_t>& held, CoarseCorrection coarse) {
   coarse_ = std::move(coarse);
-  const std::uint32_t nodes = a.rows();
-  first_.assign(1, 0);
-  pairs_.clear();
+  const std::size_t nodes = a_.diagonal.size();
   diagonal_.resize(nodes);
   inverse_.resize(nodes);
   free_.resize(nodes);
-  for (std::uint32_t i = 0; i < nodes; ++i) {
-    for (std::uint32_t e = a.row_begin(i); e < a.row_end(i); ++e) {
-      if (a.column(e) <= i) continue;
-      Pair& pair = pairs_.emplace_back();
-      pair.column = a.column(e);
-      Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(pair.block) = a.block(e).cast<float>();
-    }
-    first_.push_back(static_cast<std::uint32_t>(pairs_.size()));
-    const Mat3 block = a.block(a.diagonal(i));
-    diagonal_[i] = Symmetric(block);
-    inverse_[i] = Symmetric(held[i] ? Mat3(Mat3::Zero()) : Mat3(block.inverse()));
+  for (std::size_t i = 0; i < nodes; ++i) {
+    diagonal_[i] = Symmetric(a_.diagonal[i]);
+    inverse_[i] = Symmetric(held[i] ? Mat3(Mat3::Zero()) : Mat3(a_.diagonal[i].inverse()));
     free_[i] = held[i] ? 0.0F : 1.0F;
   }
   for (auto* rows : {&x_, &r_, &z_, &p_, &ap_}) rows->resize(nodes);
 }
 
-void BatchConjugateGradients::multiply(const std::vector<Rows>& p, std::vector<Rows>& y) const {
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    const Symmetric& d = diagonal_[i];
-    const Wide px = wide(p[i].x), py = wide(p[i].y), pz = wide(p[i].z);
-    wide(y[i].x) = d.xx * px + d.xy * py + d.xz * pz;
-    wide(y[i].y) = d.xy * px + d.yy * py + d.yz * pz;
-    wide(y[i].z) = d.xz * px + d.yz * py + d.zz * pz;
-  }
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    const Wide px = wide(p[i].x), py = wide(p[i].y), pz = wide(p[i].z);
-    Wide sx{}, sy{}, sz{};
-    for (std::uint32_t at = first_[i]; at < first_[i + 1]; ++at) {
-      const float(&b)[9] = pairs_[at].block;
-      const Rows& q = p[pairs_[at].column];
-      Rows& to = y[pairs_[at].column];
-      const Wide qx = wide(q.x), qy = wide(q.y), qz = wide(q.z);
-      sx += b[0] * qx + b[1] * qy + b[2] * qz;
-      sy += b[3] * qx + b[4] * qy + b[5] * qz;
-      sz += b[6] * qx + b[7] * qy + b[8] * qz;
-      wide(to.x) += b[0] * px + b[3] * py + b[6] * pz;
-      wide(to.y) += b[1] * px + b[4] * py + b[7] * pz;
-      wide(to.z) += b[2] * px + b[5] * py + b[8] * pz;
-    }
-    wide(y[i].x) += sx, wide(y[i].y) += sy, wide(y[i].z) += sz;
-  }
-}
-
-BatchConjugateGradients::Lanes BatchConjugateGradients::dot(const std::vector<Rows>& a, const std::vector<Rows>& b) {
+/// A p, and p . A p. A row is complete when its own pairs are done: those of earlier ones have been added to it by then.
+BatchConjugateGradients::Lanes BatchConjugateGradients::multiply() {
+  const Rows* const in = p_.data();
+  Rows* const out = ap_.data();
+  std::fill(ap_.begin(), ap_.end(), Rows{});
   Sum sum;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    sum.add(wide(a[i].x) * wide(b[i].x) + wide(a[i].y) * wide(b[i].y) + wide(a[i].z) * wide(b[i].z));
-  Lanes total;
-  sum.take(total.v);
-  return total;
+  const UpperBlocks::Pair* pair = a_.pairs.data();
+  for (std::size_t i = 0; i < p_.size(); ++i) {
+    const Symmetric& d = diagonal_[i];
+    const Wide px = wide(in[i].x), py = wide(in[i].y), pz = wide(in[i].z);
+    Wide sx = d.xx * px, sy = d.xy * px, sz = d.xz * px;
+    add_product(d.xy, py, sx), add_product(d.xz, pz, sx);
+    add_product(d.yy, py, sy), add_product(d.yz, pz, sy);
+    add_product(d.yz, py, sz), add_product(d.zz, pz, sz);
+    for (const auto* const end = a_.pairs.data() + a_.first[i + 1]; pair != end; ++pair) {
+      const float(&b)[9] = pair->block;
+      const Rows& q = in[pair->column];
+      const Wide qx = wide(q.x), qy = wide(q.y), qz = wide(q.z);
+      add_product(b[0], qx, sx), add_product(b[1], qy, sx), add_product(b[2], qz, sx);
+      add_product(b[3], qx, sy), add_product(b[4], qy, sy), add_product(b[5], qz, sy);
+      add_product(b[6], qx, sz), add_product(b[7], qy, sz), add_product(b[8], qz, sz);
+      Rows& to = out[pair->column];
+      Wide tx = wide(to.x), ty = wide(to.y), tz = wide(to.z);
+      add_product(b[0], px, tx), add_product(b[3], py, tx), add_product(b[6], pz, tx);
+      add_product(b[1], px, ty), add_product(b[4], py, ty), add_product(b[7], pz, ty);
+      add_product(b[2], px, tz), add_product(b[5], py, tz), add_product(b[8], pz, tz);
+      wide(to.x) = tx, wide(to.y) = ty, wide(to.z) = tz;
+    }
+    wide(out[i].x) += sx, wide(out[i].y) += sy, wide(out[i].z) += sz;
+    sum.add(px * wide(out[i].x) + py * wide(out[i].y) + pz * wide(out[i].z));
+  }
+  return sum.total();
 }
 
-/// x += alpha p, r -= alpha A p, z = the preconditioned r.
+/// x += alpha p, r -= alpha A p, z = what the nodes' blocks make of r, and P^T r.
 void BatchConjugateGradients::advance(const Lanes& alpha, Lanes& rr, Lanes& rz) {
-  Wide by;
-  for (int c = 0; c < kLanes; ++c) by[c] = static_cast<float>(alpha.v[c]);
+  const Wide by = narrowed(alpha);
   Sum sum_rr, sum_rz;
+  coarse_r_.assign(coarse_.inverse ? coarse_.inverse->size : 0, Row{});
   for (std::size_t i = 0; i < r_.size(); ++i) {
     wide(x_[i].x) += by * wide(p_[i].x);
     wide(x_[i].y) += by * wide(p_[i].y);
@@ -131,54 +127,56 @@ void BatchConjugateGradients::advance(const Lanes& alpha, Lanes& rr, Lanes& rz) 
     wide(z_[i].x) = zx, wide(z_[i].y) = zy, wide(z_[i].z) = zz;
     sum_rr.add(rx * rx + ry * ry + rz_i * rz_i);
     sum_rz.add(rx * zx + ry * zy + rz_i * zz);
-  }
-  sum_rr.take(rr.v);
-  sum_rz.take(rz.v);
-  if (coarse_.inverse) add_coarse(rz);
-}
-
-void BatchConjugateGradients::add_coarse(Lanes& rz) {
-  constexpr std::size_t kMotions = CoarseSpace::kMotions;
-  const std::span<const CoarseSpace::Node> nodes = coarse_.nodes;
-  const std::vector<float>& inverse = coarse_.inverse->rows;
-  const std::size_t size = coarse_.inverse->size;
-  coarse_r_.assign(size, Row{});
-  coarse_z_.resize(size);
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (nodes[i].piece == CoarseSpace::kNone) continue;
-    const float(&a)[3] = nodes[i].arm;
-    Row* const to = &coarse_r_[kMotions * nodes[i].piece];
-    const Wide rx = wide(r_[i].x), ry = wide(r_[i].y), rz_i = wide(r_[i].z);
+    if (coarse_r_.empty() || coarse_.nodes[i].piece == CoarseSpace::kNone) continue;
+    const float(&a)[3] = coarse_.nodes[i].arm;
+    Row* const to = &coarse_r_[CoarseSpace::kMotions * coarse_.nodes[i].piece];
     wide(to[0].v) += rx, wide(to[1].v) += ry, wide(to[2].v) += rz_i;
     wide(to[3].v) += a[1] * rz_i - a[2] * ry;
     wide(to[4].v) += a[2] * rx - a[0] * rz_i;
     wide(to[5].v) += a[0] * ry - a[1] * rx;
   }
+  rr = sum_rr.total();
+  rz = sum_rz.total();
+  if (!coarse_r_.empty()) add_coarse(rz);
+}
+
+/// w = A_c^-1 P^T r; rz += w . P^T r.
+void BatchConjugateGradients::add_coarse(Lanes& rz) {
+  constexpr std::size_t kMotions = CoarseSpace::kMotions;
+  const std::size_t size = coarse_r_.size();
+  coarse_z_.resize(size);
   Sum sum;
   for (std::size_t k = 0; k < size; k += kMotions) {
     Wide total[kMotions] = {};
-    const float* const rows = inverse.data() + k * size;
+    const float* const rows = coarse_.inverse->rows.data() + k * size;
     for (std::size_t l = 0; l < size; ++l) {
       const Wide r = wide(coarse_r_[l].v);
-      for (std::size_t m = 0; m < kMotions; ++m) total[m] += rows[m * size + l] * r;
+      for (std::size_t m = 0; m < kMotions; ++m) add_product(rows[m * size + l], r, total[m]);
     }
     for (std::size_t m = 0; m < kMotions; ++m) {
       wide(coarse_z_[k + m].v) = total[m];
       sum.add(total[m] * wide(coarse_r_[k + m].v));
     }
   }
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (nodes[i].piece == CoarseSpace::kNone) continue;
-    const float(&a)[3] = nodes[i].arm;
-    const Row* const from = &coarse_z_[kMotions * nodes[i].piece];
-    const Wide wx = wide(from[3].v), wy = wide(from[4].v), wz = wide(from[5].v);
-    wide(z_[i].x) += free_[i] * (wide(from[0].v) + wy * a[2] - wz * a[1]);
-    wide(z_[i].y) += free_[i] * (wide(from[1].v) + wz * a[0] - wx * a[2]);
-    wide(z_[i].z) += free_[i] * (wide(from[2].v) + wx * a[1] - wy * a[0]);
-  }
-  Lanes more;
-  sum.take(more.v);
+  const Lanes more = sum.total();
   for (int c = 0; c < kColumns; ++c) rz.v[c] += more.v[c];
+}
+
+/// p = z + P w + beta p.
+void BatchConjugateGradients::turn(const Lanes& beta) {
+  const Wide by = narrowed(beta);
+  for (std::size_t i = 0; i < p_.size(); ++i) {
+    Wide x = wide(z_[i].x) + by * wide(p_[i].x), y = wide(z_[i].y) + by * wide(p_[i].y), z = wide(z_[i].z) + by * wide(p_[i].z);
+    if (!coarse_r_.empty() && coarse_.nodes[i].piece != CoarseSpace::kNone) {
+      const float(&a)[3] = coarse_.nodes[i].arm;
+      const Row* const from = &coarse_z_[CoarseSpace::kMotions * coarse_.nodes[i].piece];
+      const Wide wx = wide(from[3].v), wy = wide(from[4].v), wz = wide(from[5].v);
+      x += free_[i] * (wide(from[0].v) + wy * a[2] - wz * a[1]);
+      y += free_[i] * (wide(from[1].v) + wz * a[0] - wx * a[2]);
+      z += free_[i] * (wide(from[2].v) + wx * a[1] - wy * a[0]);
+    }
+    wide(p_[i].x) = x, wide(p_[i].y) = y, wide(p_[i].z) = z;
+  }
 }
 
 /// Puts a column into a lane, scaled so that b has unit length: nothing small is lost below the smallest float. The first guess
@@ -228,17 +226,6 @@ void BatchConjugateGradients::unload(const SolveColumn& column, int lane, double
   }
 }
 
-/// p = z + beta p.
-void BatchConjugateGradients::turn(const Lanes& beta) {
-  Wide by;
-  for (int c = 0; c < kLanes; ++c) by[c] = static_cast<float>(beta.v[c]);
-  for (std::size_t i = 0; i < p_.size(); ++i) {
-    wide(p_[i].x) = wide(z_[i].x) + by * wide(p_[i].x);
-    wide(p_[i].y) = wide(z_[i].y) + by * wide(p_[i].y);
-    wide(p_[i].z) = wide(z_[i].z) + by * wide(p_[i].z);
-  }
-}
-
 int BatchConjugateGradients::solve(std::span<const SolveColumn> columns, double tolerance, bool& positive_definite) {
   struct Lane {
     const SolveColumn* column = nullptr;  // null: nothing to do
@@ -259,8 +246,7 @@ int BatchConjugateGradients::solve(std::span<const SolveColumn> columns, double 
           lane.steps = 0;
         }
     if (std::none_of(lanes.begin(), lanes.end(), [](const Lane& lane) { return lane.column; })) return iterations;
-    multiply(p_, ap_);
-    const Lanes curvature = dot(p_, ap_);
+    const Lanes curvature = multiply();
     for (std::size_t c = 0; c < lanes.size(); ++c) {
       const bool curves = curvature.v[c] > 0;
       if (lanes[c].column && lanes[c].steps > 0) positive_definite &= curves;

@@ -10,10 +10,11 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
-#include "server/body/block_matrix.hpp"
 #include "server/body/coarse_space.hpp"
+#include "server/body/upper_blocks.hpp"
 
 namespace palpate {
 
@@ -34,9 +35,19 @@ class BatchConjugateGradients {
  public:
   static constexpr int kColumns = 8;
   static constexpr double kTightest = 1e-5;  ///< of |b|: single precision gets no further
+  struct Lanes {
+    double v[kColumns] = {};  ///< one number a column
+  };
 
   /// Takes a copy of A.
-  void prepare(const BlockMatrix& a, const std::vector<std::uint8_t>& held, CoarseCorrection coarse = {});
+  void prepare(const BlockMatrix& a, const std::vector<std::uint8_t>& held, CoarseCorrection coarse = {}) {
+    a_.take(a);
+    prepare(held, std::move(coarse));
+  }
+  /// A, to be filled before it is prepared.
+  UpperBlocks& matrix() { return a_; }
+  const UpperBlocks& matrix() const { return a_; }
+  void prepare(const std::vector<std::uint8_t>& held, CoarseCorrection coarse);
   /// |A x - b| <= looser max(tolerance, kTightest) |b| for each of any number of columns, as far as the recursion can tell. Rows
   /// of held nodes are taken for zero in b and are zero in x. Returns the iterations of all columns together. `positive_definite`
   /// becomes false, and the columns keep what was found so far, when a direction of non-positive curvature shows.
@@ -46,30 +57,19 @@ class BatchConjugateGradients {
   struct alignas(32) Rows {  // what one node does in all columns
     float x[kColumns], y[kColumns], z[kColumns];
   };
-  struct Pair {  // block (i, column) of the row i that it belongs to, i < column
-    float block[9];
-    std::uint32_t column;
-  };
   struct Symmetric {
     Symmetric() = default;
     explicit Symmetric(const Mat3& m);
     float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
   };
-  struct Lanes {  // one number a column
-    double v[kColumns] = {};
-  };
-
   bool load(const SolveColumn& column, int lane, double& scale, Lanes& along);
   void unload(const SolveColumn& column, int lane, double scale) const;
-  void multiply(const std::vector<Rows>& p, std::vector<Rows>& y) const;
+  Lanes multiply();
   void advance(const Lanes& alpha, Lanes& rr, Lanes& rz);
-  /// z += P A_c^-1 P^T r, and rz with it.
   void add_coarse(Lanes& rz);
   void turn(const Lanes& beta);
-  static Lanes dot(const std::vector<Rows>& a, const std::vector<Rows>& b);
 
-  std::vector<std::uint32_t> first_;  // pairs of row i: first_[i] ... first_[i + 1] - 1
-  std::vector<Pair> pairs_;
+  UpperBlocks a_;
   std::vector<Symmetric> diagonal_, inverse_;  // and its inverse
   std::vector<float> free_;                    // 0 for a held node, 1 for others
   std::vector<Rows> x_, r_, z_, p_, ap_;
@@ -77,7 +77,7 @@ class BatchConjugateGradients {
   struct alignas(32) Row {
     float v[kColumns];
   };
-  std::vector<Row> coarse_r_, coarse_z_;  // of each motion
+  std::vector<Row> coarse_r_, coarse_z_;  // P^T r and A_c^-1 P^T r, of each motion; empty without a coarse space
 };
 
 }  // namespace palpate

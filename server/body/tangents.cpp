@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "server/body/fused.hpp"
+
 namespace palpate {
 
 Tangents::Tangents(const Dynamics& dynamics) : dynamics_(&dynamics), order_(dynamics.body().elements.size()) {
@@ -39,6 +41,35 @@ void Tangents::take(const BodyState& state) {
   tetrahedra_ = dynamics_->tetrahedra().tangents(state);
 }
 
+void Tangents::assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
+                        UpperBlocks& a) const {
+  const LumpedBody& body = dynamics_->body();
+  const auto nodes = static_cast<std::uint32_t>(dynamics_->nodes());
+  const Vec3 everywhere(1, 1, body.planar ? 0 : 1);
+  a.clear(nodes);
+  const Spring* e = springs_.data();
+  for (std::uint32_t i = 0; i < nodes; ++i) {
+    for (const Spring* const end = springs_.data() + first_[i + 1]; e != end; ++e) {
+      const double t = clamp ? std::max(e->across_n_m, 0.0) : e->across_n_m,
+                   along = c_k * (e->slope_n_m - t) + c_d * e->damping_n_s_m;
+      const Vec3 n = e->direction.cwiseProduct(everywhere);
+      Mat3 block = along * n * n.transpose();
+      block.diagonal() += c_k * t * everywhere;
+      if (!held[i]) a.diagonal[i] += block;
+      if (!held[e->b]) a.diagonal[e->b] += block;
+      if (held[i] || held[e->b]) continue;
+      if (a.pairs.size() == a.first.back() || a.pairs.back().column != e->b) a.pairs.push_back({{}, e->b});
+      for (int k = 0; k < 9; ++k) a.pairs.back().block[k] -= static_cast<float>(block.data()[k]);
+    }
+    a.end_row();
+  }
+  for (std::uint32_t i = 0; i < nodes; ++i) {
+    a.diagonal[i].diagonal().array() += held[i] ? 1.0 : c_m * body.masses_kg[i];
+    // Nothing couples the nodes of a planar body across its plane.
+    if (body.planar && !(a.diagonal[i](2, 2) > 0)) a.diagonal[i](2, 2) = 1;
+  }
+}
+
 void Tangents::multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
   const std::size_t nodes = dynamics_->nodes();
   k_y.resize(y.rows(), y.cols());
@@ -73,47 +104,53 @@ void Tangents::multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum
 }
 
 void Tangents::add_sum_of_springs(const std::vector<NodeLanes>& in, double c_k, double c_d, std::vector<NodeLanes>& sum) const {
-  const double spatial = dynamics_->body().planar ? 0.0 : 1.0;
+  const double spatial = dynamics_->body().planar ? 0.0 : 1.0;  // a planar body knows nothing of motion across its plane
+  const Spring* e = springs_.data();
   for (std::size_t i = 0; i < in.size(); ++i) {
     const ColumnLanes x = lanes(in[i].x), y = lanes(in[i].y), z = lanes(in[i].z);
     ColumnLanes sx{}, sy{}, sz{};
-    for (std::uint32_t at = first_[i]; at < first_[i + 1]; ++at) {
-      const Spring& e = springs_[at];
-      const double nx = e.direction[0], ny = e.direction[1], nz = e.direction[2];
-      const double t = c_k * e.across_n_m, axial = c_k * e.slope_n_m - t + c_d * e.damping_n_s_m;
-      const NodeLanes& other = in[e.b];
+    for (const Spring* const end = springs_.data() + first_[i + 1]; e != end; ++e) {
+      const double nx = e->direction[0], ny = e->direction[1], nz = e->direction[2];
+      const double t = c_k * e->across_n_m, axial = c_k * e->slope_n_m - t + c_d * e->damping_n_s_m;
+      const NodeLanes& other = in[e->b];
       const ColumnLanes ux = x - lanes(other.x), uy = y - lanes(other.y), uz = spatial * (z - lanes(other.z));
-      const ColumnLanes pull = axial * (nx * ux + ny * uy + nz * uz);
-      const ColumnLanes fx = nx * pull + t * ux, fy = ny * pull + t * uy, fz = nz * pull + t * uz;
+      ColumnLanes pull = nz * uz, fx = t * ux, fy = t * uy, fz = t * uz;
+      add_product(ny, uy, pull), add_product(nx, ux, pull);
+      pull *= axial;
+      add_product(nx, pull, fx), add_product(ny, pull, fy), add_product(nz, pull, fz);
       sx += fx, sy += fy, sz += fz;
-      lanes(sum[e.b].x) -= fx, lanes(sum[e.b].y) -= fy, lanes(sum[e.b].z) -= fz;
+      NodeLanes& to = sum[e->b];
+      lanes(to.x) -= fx, lanes(to.y) -= fy, lanes(to.z) -= fz;
     }
     lanes(sum[i].x) += sx, lanes(sum[i].y) += sy, lanes(sum[i].z) += sz;
   }
 }
 
 void Tangents::add_springs(const std::vector<NodeLanes>& in, std::vector<NodeLanes>& k, std::vector<NodeLanes>& d) const {
-  const double spatial = dynamics_->body().planar ? 0.0 : 1.0;  // a planar body knows nothing of motion across its plane
+  const double spatial = dynamics_->body().planar ? 0.0 : 1.0;
+  const NodeLanes* const from = in.data();
+  NodeLanes *const to_k = k.data(), *const to_d = d.data();
+  const Spring* e = springs_.data();
   for (std::size_t i = 0; i < in.size(); ++i) {
-    const ColumnLanes x = lanes(in[i].x), y = lanes(in[i].y), z = lanes(in[i].z);
+    const ColumnLanes x = lanes(from[i].x), y = lanes(from[i].y), z = lanes(from[i].z);
     ColumnLanes kx{}, ky{}, kz{}, dx{}, dy{}, dz{};
-    for (std::uint32_t at = first_[i]; at < first_[i + 1]; ++at) {
-      const Spring& e = springs_[at];
-      const double nx = e.direction[0], ny = e.direction[1], nz = e.direction[2];
-      const double t = e.across_n_m, axial = e.slope_n_m - t;
-      const NodeLanes& other = in[e.b];
+    for (const Spring* const end = springs_.data() + first_[i + 1]; e != end; ++e) {
+      const double nx = e->direction[0], ny = e->direction[1], nz = e->direction[2], t = e->across_n_m;
+      const NodeLanes& other = from[e->b];
       const ColumnLanes ux = x - lanes(other.x), uy = y - lanes(other.y), uz = spatial * (z - lanes(other.z));
-      const ColumnLanes along = nx * ux + ny * uy + nz * uz;
-      const ColumnLanes pull = axial * along, drag = e.damping_n_s_m * along;
-      const ColumnLanes fx = nx * pull + t * ux, fy = ny * pull + t * uy, fz = nz * pull + t * uz;
-      const ColumnLanes gx = nx * drag, gy = ny * drag, gz = nz * drag;
+      ColumnLanes along = nz * uz, fx = t * ux, fy = t * uy, fz = t * uz;
+      add_product(ny, uy, along), add_product(nx, ux, along);
+      const ColumnLanes pull = (e->slope_n_m - t) * along, drag = e->damping_n_s_m * along, back = -drag;
+      add_product(nx, pull, fx), add_product(ny, pull, fy), add_product(nz, pull, fz);
       kx += fx, ky += fy, kz += fz;
-      dx += gx, dy += gy, dz += gz;
-      lanes(k[e.b].x) -= fx, lanes(k[e.b].y) -= fy, lanes(k[e.b].z) -= fz;
-      lanes(d[e.b].x) -= gx, lanes(d[e.b].y) -= gy, lanes(d[e.b].z) -= gz;
+      NodeLanes& b_k = to_k[e->b];
+      lanes(b_k.x) -= fx, lanes(b_k.y) -= fy, lanes(b_k.z) -= fz;
+      add_product(nx, drag, dx), add_product(ny, drag, dy), add_product(nz, drag, dz);
+      NodeLanes& b_d = to_d[e->b];
+      add_product(nx, back, lanes(b_d.x)), add_product(ny, back, lanes(b_d.y)), add_product(nz, back, lanes(b_d.z));
     }
-    lanes(k[i].x) += kx, lanes(k[i].y) += ky, lanes(k[i].z) += kz;
-    lanes(d[i].x) += dx, lanes(d[i].y) += dy, lanes(d[i].z) += dz;
+    lanes(to_k[i].x) += kx, lanes(to_k[i].y) += ky, lanes(to_k[i].z) += kz;
+    lanes(to_d[i].x) += dx, lanes(to_d[i].y) += dy, lanes(to_d[i].z) += dz;
   }
 }
 

@@ -3,14 +3,15 @@
 //     K y = sum_e ( (T' - t) n n^T + t I ) (y_a - y_b),     D y = sum_e b n n^T (y_a - y_b),     t = s / L
 //
 // n direction, T' slope, s force, L length and b damper of element e between nodes a and b (element_kernel.hpp); what acts on a
-// acts the other way on b; of tetrahedra those of tetrahedra.hpp. The matrices are never put together: a spring has six numbers
-// and its two blocks of a row eighteen, and it is memory that limits a product.
+// acts the other way on b; of tetrahedra those of tetrahedra.hpp. For products the matrices are not put together: a spring has
+// six numbers and its two blocks of a row eighteen, and it is memory that limits a product.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
 #include "server/body/dynamics.hpp"
+#include "server/body/upper_blocks.hpp"
 
 namespace palpate {
 
@@ -25,6 +26,10 @@ class Tangents {
   void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const;
   /// (c_k K + c_d D) Y, for less than both.
   void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const;
+  /// Whether assemble() knows all that the body is made of: springs.
+  bool can_assemble() const { return dynamics_->tetrahedra().empty(); }
+  /// c_m M + c_d D + c_k K; see Dynamics::assemble.
+  void assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp, UpperBlocks& a) const;
 
  private:
   struct Spring {

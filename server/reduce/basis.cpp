@@ -60,17 +60,22 @@ std::vector<Vector> moment_inputs(const Linearisation& at, double shift_1_s, std
 
 bool ShiftedSolver::prepare(const Linearisation& at, double shift, bool clamp) {
   iterations_ = 0;
+  UpperBlocks& upper = batch_.matrix();
   if (at.graded) {
     if (generation_ != at.graded->generation()) matrix_ = at.graded->make_matrix();
     generation_ = at.graded->generation();
     at.graded->assemble(shift * shift, shift, 1, *at.held, clamp, *matrix_);
+    upper.take(*matrix_);
+  } else if (!small_ && at.tangents->can_assemble()) {
+    at.tangents->assemble(shift * shift, shift, 1, *at.held, clamp, upper);
   } else {
     if (!matrix_ || generation_ != 0) matrix_ = at.dynamics->make_matrix();
     generation_ = 0;
     at.dynamics->assemble(*at.state, shift * shift, shift, 1, *at.held, clamp, *matrix_);
+    upper.take(*matrix_);
     if (small_) return factor_.factorise(*matrix_);
   }
-  batch_.prepare(*matrix_, *at.held, {at.coarse ? at.coarse->inverse(shift * shift, shift) : nullptr, at.pieces});
+  batch_.prepare(*at.held, {at.coarse ? at.coarse->inverse(shift * shift, shift) : nullptr, at.pieces});
   return true;
 }
 

@@ -81,14 +81,14 @@ class ShiftedSolver {
     const SolveColumn column{&b, &x};
     return solve(at, std::span(&column, 1), tolerance);
   }
-  /// P.
-  const BlockMatrix& matrix() const { return *matrix_; }
+  /// The blocks of P's diagonal.
+  std::span<const Mat3> diagonal() const { return batch_.matrix().diagonal; }
   /// Of all columns together; 0 for a body that is factorised.
   int iterations() const { return iterations_; }
 
  private:
   bool small_;
-  std::optional<BlockMatrix> matrix_;  // made when first needed: not every station has every kind of solver
+  std::optional<BlockMatrix> matrix_;  // made when first needed: springs have none, nor has every station every kind of solver
   std::uint64_t generation_ = 0;       // of the graded body that it is for; 0: the whole one
   LinearSolver factor_;
   BatchConjugateGradients batch_;

@@ -1,8 +1,9 @@
 #include "server/reduce/cubic_basis.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "server/reduce/expansion.hpp"
@@ -10,54 +11,69 @@
 namespace palpate {
 namespace {
 
-/// W^T Y for W and Y in two parts, one after the other.
-Matrix gram(const Matrix& w_1, const Matrix& w_2, const Matrix& y_1, const Matrix& y_2) {
-  const Eigen::Index first = w_1.cols();
-  Matrix g(first + w_2.cols(), first + w_2.cols());
-  g.topLeftCorner(first, first).noalias() = w_1.transpose() * y_1;
-  g.bottomLeftCorner(w_2.cols(), first).noalias() = w_2.transpose() * y_1;
-  g.bottomRightCorner(w_2.cols(), w_2.cols()).noalias() = w_2.transpose() * y_2;
-  g.topRightCorner(first, w_2.cols()) = g.bottomLeftCorner(w_2.cols(), first).transpose();
-  return g;
+/// W^T M W, W^T K W and W^T D W.
+struct Grams {
+  Matrix m, k, d;
+};
+
+/// W^T [M W, K W, D W] for W, K W and D W in two parts, `ports` and `rest`, one after the other in `w`.
+Grams grams(const Vector& masses, const Matrix& w, const Projection& on_ports, const Projection& on_rest) {
+  const Eigen::Index first = on_ports.k.cols(), others = on_rest.k.cols(), count = w.cols();
+  Matrix right(w.rows(), 2 * others + count);
+  right << on_rest.k, on_rest.d, masses.asDiagonal() * w;
+  Matrix of_ports(w.rows(), 2 * first);
+  of_ports << on_ports.k, on_ports.d;
+  const Matrix product = w.transpose() * right;
+  const Matrix corner = w.leftCols(first).transpose() * of_ports;
+  const auto whole = [&](Eigen::Index from, Eigen::Index corner_from) {
+    Matrix gram(count, count);
+    gram.rightCols(others) = product.middleCols(from, others);
+    gram.topLeftCorner(first, first) = corner.middleCols(corner_from, first);
+    gram.bottomLeftCorner(others, first) = gram.topRightCorner(first, others).transpose();
+    return gram;
+  };
+  return {product.rightCols(count), whole(0, 0), whole(others, first)};
 }
 
 /// The leading directions of W in the energy of P, and those columns of W that come `beside` them, its last, orthonormal in M.
-/// `all`: K and D on W.
-CubicBasis compress(const Vector& masses, Matrix w, const Projection& all, Eigen::Index beside, double s, int modes) {
-  const Vector root = masses.cwiseSqrt();
-  w = root.asDiagonal() * w;
+CubicBasis compress(const Vector& masses, const Matrix& w, const Grams& all, Eigen::Index beside, double s, int modes) {
   const Eigen::Index count = w.cols() - beside;
-  const auto candidates = w.leftCols(count);
-  const Matrix energy = (all.k + s * all.d).topLeftCorner(count, count) + s * s * Matrix(candidates.transpose() * candidates);
+  const Matrix energy = (all.k + s * all.d + s * s * all.m).topLeftCorner(count, count);
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(energy);
   const double smallest = 1e-10 * eigen.eigenvalues().tail<1>()[0];
   Eigen::Index r = std::min<Eigen::Index>(modes - beside, count);
   while (r > 1 && !(eigen.eigenvalues()[count - r] > smallest)) --r;
-  const Matrix leading = eigen.eigenvectors().rightCols(r).rowwise().reverse();
-  const Eigen::HouseholderQR<Matrix> qr(candidates * leading);
-  Matrix directions = qr.householderQ() * Matrix::Identity(w.rows(), r);
+  // Of energy 1 each, which leaves their products of masses well conditioned: between 1/s^2 and one over the square of the
+  // body's highest frequency.
   Matrix made = Matrix::Zero(w.cols(), r);  // directions of columns
-  made.topRows(count) =
-      qr.matrixQR().topRows(r).triangularView<Eigen::Upper>().transpose().solve(leading.transpose()).transpose();
+  made.topRows(count) = eigen.eigenvectors().rightCols(r).rowwise().reverse() *
+                        eigen.eigenvalues().tail(r).reverse().cwiseSqrt().cwiseInverse().asDiagonal();
+  Matrix directions = w.leftCols(count) * made.topRows(count);
+  const Matrix products = directions.transpose() * (masses.asDiagonal() * directions);
+  const Eigen::LLT<Matrix> factor(products);
+  factor.matrixU().solveInPlace<Eigen::OnTheRight>(directions);
+  factor.matrixU().solveInPlace<Eigen::OnTheRight>(made);
   for (Eigen::Index k = count; k < w.cols(); ++k) {
     constexpr double kOfItsOwn = 1e-6;  // else the leading ones span it
     Vector x = w.col(k), of_columns = Vector::Unit(w.cols(), k);
+    const auto length = [&] { return std::sqrt(x.dot(masses.cwiseProduct(x))); };
+    const double before = length();
     for (int again = 0; again < 2; ++again) {
-      const Vector along = directions.transpose() * x;
+      const Vector along = directions.transpose() * masses.cwiseProduct(x);
       x -= directions * along;
       of_columns -= made * along;
     }
-    const double left = x.norm();
-    if (!(left > kOfItsOwn * w.col(k).norm())) continue;
+    const double left = length();
+    if (!(left > kOfItsOwn * before)) continue;
     for (auto& [to, column] : {std::pair{&directions, &x}, std::pair{&made, &of_columns}}) {
       to->conservativeResize(Eigen::NoChange, to->cols() + 1);
       to->rightCols<1>() = *column / left;
     }
   }
   CubicBasis basis;
-  basis.shapes = root.cwiseInverse().asDiagonal() * directions;
-  basis.coordinates = directions.transpose() * candidates;
+  basis.coordinates = made.transpose() * all.m.leftCols(count);
   basis.at_shapes = {made.transpose() * all.k * made, made.transpose() * all.d * made};
+  basis.shapes = std::move(directions);
   return basis;
 }
 
@@ -121,8 +137,9 @@ std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart
   Matrix k_rest, d_rest, w(ports.rows(), ports.cols() + rest.cols());
   at.multiply(rest, k_rest, d_rest);
   w << ports, rest;
-  CubicBasis basis = compress(at.masses(), std::move(w), {gram(ports, rest, k_ports, k_rest), gram(ports, rest, d_ports, d_rest)},
-                              static_cast<Eigen::Index>(beside), s, request.modes);
+  CubicBasis basis = compress(
+      at.masses(), w, grams(at.masses(), w, {std::move(k_ports), std::move(d_ports)}, {std::move(k_rest), std::move(d_rest)}),
+      static_cast<Eigen::Index>(beside), s, request.modes);
   basis.dents = static_cast<int>(dents.size());
   return basis;
 }

@@ -2,8 +2,10 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <optional>
 
-#include "server/reduce/two_layer.hpp"
+#include "server/body/spring_forces.hpp"
+#include "server/reduce/local_body.hpp"
 
 namespace palpate {
 namespace {
@@ -51,11 +53,34 @@ LocalBody cut_out(std::vector<std::uint32_t> nodes, const LumpedBody& whole,
   return local;
 }
 
+/// A near part, fixed at its ends.
+struct NearBody {
+  LocalBody local;
+  Dynamics dynamics{local.body};
+  std::optional<SpringForces> springs;
+
+  NearBody(const NearBody&) = delete;
+  explicit NearBody(LocalBody cut) : local(std::move(cut)) {
+    if (SpringBlocks::covers(local.body)) springs.emplace(local.body);
+  }
+  /// F(x, v) less what is the same everywhere.
+  void forces(const Vector& x, const Vector& v, Vector& f) {
+    if (!springs) {
+      dynamics.forces(x, v, f);
+      return;
+    }
+    const NodeArrays& found = springs->at(x, v);
+    f.resize(x.size());
+    for (std::uint32_t i = 0; i < local.nodes.size(); ++i) at_node(f, i) = found.at(i);
+  }
+};
+
 /// The near part of a body with a hand on it.
 class PressedPart {
  public:
-  PressedPart(const Linearisation& at, const LocalBody& local, const Dynamics& dynamics, const DentRequest& request)
-      : dynamics_(dynamics), s_(request.shift_1_s), x_(local.restricted(at.state->x)) {
+  PressedPart(const Linearisation& at, NearBody& body, const DentRequest& request)
+      : body_(body), s_(request.shift_1_s), x_(body.local.restricted(at.state->x)) {
+    const LocalBody& local = body.local;
     for (const auto& [node, weight] : request.port) port_.emplace_back(local.index(node), weight);
     const Matrix answers = side_by_side(request.answers.first(3));
     answers_.resize(x_.size(), 3);
@@ -66,8 +91,8 @@ class PressedPart {
     kappa_ = 3 * Dents::kHand / compliance.trace();
     begin_ = (compliance + Mat3::Identity() / kappa_).inverse();
     const Vector still = Vector::Zero(x_.size());
-    dynamics_.forces(x_, still, at_stamp_);
-    take_diagonal(at, local, *request.matrix);
+    body_.forces(x_, still, at_stamp_);
+    take_diagonal(at, local, request.diagonal);
   }
 
   /// f on the linear body.
@@ -88,12 +113,12 @@ class PressedPart {
 
  private:
   /// A node between coordinates takes what one that has its own has in the mean.
-  void take_diagonal(const Linearisation& at, const LocalBody& local, const BlockMatrix& p) {
+  void take_diagonal(const Linearisation& at, const LocalBody& local, std::span<const Mat3> diagonal) {
     Mat3 sum = Mat3::Zero();
     double count = 0;
     for (const std::uint32_t node : local.nodes) {
       const std::uint32_t row = at.coordinate(node);
-      blocks_.emplace_back(row == GradedBody::kNone ? Mat3(Mat3::Zero()) : Mat3(p.block(p.diagonal(row))));
+      blocks_.emplace_back(row == GradedBody::kNone ? Mat3(Mat3::Zero()) : diagonal[row]);
       sum += blocks_.back();
       count += row == GradedBody::kNone ? 0 : 1;
     }
@@ -104,17 +129,17 @@ class PressedPart {
     for (Mat3& block : blocks_) block = block.inverse().eval();
   }
   void move_ends(const Vector& to, Vector& w) const {
-    const auto& fixed = dynamics_.body().fixed;
+    const auto& fixed = body_.local.body.fixed;
     for (std::uint32_t i = 0; i < fixed.size(); ++i)
       if (fixed[i]) at_node(w, i) = at_node(to, i);
   }
   /// B f - s^2 M w + F(x* + w, s w) - F(x*, 0).
   Vector residual(const Vec3& way, const Vector& w) const {
     Vector r;
-    dynamics_.forces(x_ + w, s_ * w, r);
-    r -= at_stamp_ + s_ * s_ * dynamics_.masses().cwiseProduct(w);
+    body_.forces(x_ + w, s_ * w, r);
+    r -= at_stamp_ + s_ * s_ * body_.dynamics.masses().cwiseProduct(w);
     scatter(port_, load(way, w), r);
-    mask(dynamics_.body().fixed, r);
+    mask(body_.local.body.fixed, r);
     return r;
   }
   Vector preconditioned(const Vector& r) const {
@@ -152,7 +177,7 @@ class PressedPart {
     return true;
   }
 
-  const Dynamics& dynamics_;
+  NearBody& body_;
   double s_, kappa_ = 0;
   Vector x_, at_stamp_;
   Matrix answers_;
@@ -165,8 +190,7 @@ class PressedPart {
 
 struct Dents::Cut {
   std::vector<std::uint32_t> port;
-  LocalBody local;
-  Dynamics dynamics{local.body};
+  NearBody body;
 };
 
 Dents::~Dents() = default;
@@ -181,9 +205,9 @@ std::vector<Vector> Dents::shapes(const Linearisation& at, const DentRequest& re
   std::vector<std::uint32_t> port;
   for (const auto& [node, weight] : request.port) port.push_back(node);
   if (!cut_ || cut_->port != port)
-    cut_.reset(new Cut{port, cut_out(nodes_around(request.port, *body_, elements_), *body_, elements_)});
-  const LocalBody& local = cut_->local;
-  const PressedPart near(at, local, cut_->dynamics, request);
+    cut_.reset(new Cut{port, NearBody(cut_out(nodes_around(request.port, *body_, elements_), *body_, elements_))});
+  const LocalBody& local = cut_->body.local;
+  const PressedPart near(at, cut_->body, request);
   std::vector<Vector> shapes;
   Vec3 f = near.first_load(request.ways.front());
   Vector w = near.answer(f);

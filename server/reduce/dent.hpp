@@ -23,11 +23,11 @@
 namespace palpate {
 
 struct DentRequest {
-  Skin::Weights port;                   ///< B, of nodes
-  std::span<const Vector> answers;      ///< P^-1 B, three, in the coordinates of the linearisation
-  std::vector<Vec3> ways;               ///< a [m], at least one, each further than the one before
-  double shift_1_s = 20;                ///< s
-  const BlockMatrix* matrix = nullptr;  ///< P, in these coordinates
+  Skin::Weights port;               ///< B, of nodes
+  std::span<const Vector> answers;  ///< P^-1 B, three, in the coordinates of the linearisation
+  std::vector<Vec3> ways;           ///< a [m], at least one, each further than the one before
+  double shift_1_s = 20;            ///< s
+  std::span<const Mat3> diagonal;   ///< blocks of P's, in these coordinates
 };
 
 class Dents {

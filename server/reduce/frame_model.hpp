@@ -80,8 +80,8 @@ class SharedSystem {
   const Vector& imbalance() const { return imbalance_.x; }
   const Vector& motion() const { return motion_.x; }
   bool solve(std::span<const SolveColumn> columns) { return solver_.solve(at_, columns, tolerance_); }
-  /// P.
-  const BlockMatrix& matrix() const { return solver_.matrix(); }
+  /// Blocks of the diagonal of P.
+  std::span<const Mat3> diagonal() const { return solver_.diagonal(); }
   double shift() const { return shift_; }
   int iterations() const { return solver_.iterations(); }
 

@@ -2,12 +2,7 @@
 
 namespace palpate {
 
-GradedSprings::GradedSprings(const GradedBody& body)
-    : GradedElements(body),
-      blocks_(body.dynamics().body()),
-      u_(body.dynamics().nodes()),
-      v_(body.dynamics().nodes()),
-      f_(body.dynamics().nodes()) {}
+GradedSprings::GradedSprings(const GradedBody& body) : GradedElements(body), forces_(body.dynamics().body()) {}
 
 void GradedSprings::lay_out() {
   take_springs();
@@ -104,18 +99,6 @@ void GradedSprings::assemble(double c_d, double c_k, bool clamp, BlockMatrix& a)
   SpringMatrices clamped = tangents_;
   add_near([&](std::size_t k) { return FarSprings::clamping(states_[k]); }, clamped);
   clamped.assemble(c_d, c_k, a);
-}
-
-const NodeArrays& GradedSprings::forces(const BodyState& state) {
-  const LumpedBody& body = body_->dynamics().body();
-  for (std::uint32_t i = 0; i < body.nodes.size(); ++i) {
-    u_.set(i, at_node(state.x, i) - body.nodes[i]);
-    v_.set(i, at_node(state.v, i));
-    f_.set(i, Vec3::Zero());
-  }
-  for (const auto& slabs : {blocks_.even_slabs(), blocks_.odd_slabs()})
-    for (const SpringBlocks::Slab& slab : slabs) blocks_.add_forces(slab, u_, v_, f_);
-  return f_;
 }
 
 }  // namespace palpate

@@ -1,6 +1,7 @@
 // K and D of a graded body of springs.
 #pragma once
 
+#include "server/body/spring_forces.hpp"
 #include "server/reduce/far_springs.hpp"
 #include "server/reduce/graded_elements.hpp"
 
@@ -12,7 +13,7 @@ class GradedSprings final : public GradedElements<FarSprings> {
   explicit GradedSprings(const GradedBody& body);
   void lay_out() override;
   void take(const BodyState& state) override;
-  const NodeArrays& forces(const BodyState& state) override;
+  const NodeArrays& forces(const BodyState& state) override { return forces_.at(state.x, state.v); }
   void assemble(double c_d, double c_k, bool clamp, BlockMatrix& a) const override;
 
  private:
@@ -35,11 +36,10 @@ class GradedSprings final : public GradedElements<FarSprings> {
   template <typename Tangents>
   void add_near(const Tangents& tangents, SpringMatrices& to) const;
 
-  SpringBlocks blocks_;
+  SpringForces forces_;
   std::vector<Spring> springs_;
   std::vector<ElementState> states_;  // parallel to springs_
   std::vector<End> ends_;
-  NodeArrays u_, v_, f_;  // of all nodes
 };
 
 }  // namespace palpate

@@ -210,7 +210,7 @@ std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
     const double bridge_s = seconds(request.bridge);
     if (!dents_) dents_ = std::make_unique<Dents>(dynamics_->body());
     const auto dents = dents_->shapes(at, {skin_->weights(frame.ports()[which].point), start.ports,
-                                           expected_dents(frame.tool(which), inwards, bridge_s), p.shift(), &p.matrix()});
+                                           expected_dents(frame.tool(which), inwards, bridge_s), p.shift(), p.diagonal()});
     scale_to(expected_motion(frame.tool(which), bridge_s), own.b, start.ports);
     add_slides();
     return cubic_basis(at, start, solve, Matrix(), dents, known_ways(), {modes, p.shift(), bridge_s}, cubic_memory_);

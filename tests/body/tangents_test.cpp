@@ -72,3 +72,40 @@ TEST_CASE("Products of many columns with the tangents of tetrahedra are those of
     }
   }
 }
+
+TEST_CASE("The upper half that springs put together themselves is that of the whole matrix") {
+  LumpedBody body = box_body(5, 4, 4);
+  body.elements.push_back(body.elements[7]);  // two between the same nodes
+  bool clamp = false;
+  SECTION("as they are") {}
+  SECTION("compressed ones not softening it") { clamp = true; }
+  SECTION("in a plane") { body.planar = true; }
+  const Dynamics dynamics(body);
+  const BodyState state = random_state(dynamics, 5, 0.004, 0.1);
+  std::vector<std::uint8_t> held = body.fixed;
+  held[17] = held[18] = held[60] = 1;
+  BlockMatrix whole = dynamics.make_matrix();
+  dynamics.assemble(state, 300, 20, 0.9, held, clamp, whole);
+  UpperBlocks expected, found;
+  expected.take(whole);
+  Tangents tangents(dynamics);
+  tangents.take(state);
+  REQUIRE(tangents.can_assemble());
+  tangents.assemble(300, 20, 0.9, held, clamp, found);
+  REQUIRE(found.first.size() == expected.first.size());
+  std::size_t at = 0;  // of what is found: pairs with a held node are left out there, and zero here
+  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
+    CHECK((found.diagonal[i] - expected.diagonal[i]).norm() < 1e-12 * expected.diagonal[i].norm());
+    for (std::uint32_t k = expected.first[i]; k < expected.first[i + 1]; ++k) {
+      const UpperBlocks::Pair& pair = expected.pairs[k];
+      const Eigen::Map<const Eigen::Matrix<float, 9, 1>> block(pair.block);
+      if (held[i] || held[pair.column]) {
+        CHECK(block.isZero(0));
+        continue;
+      }
+      REQUIRE(found.pairs[at].column == pair.column);
+      CHECK((Eigen::Map<const Eigen::Matrix<float, 9, 1>>(found.pairs[at++].block) - block).norm() <= 1e-6F * block.norm());
+    }
+    CHECK(found.first[i + 1] == at);
+  }
+}

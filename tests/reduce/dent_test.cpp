@@ -36,7 +36,7 @@ struct Pressed {
     request.port = skin.weights(point);
     request.shift_1_s = kShift;
     REQUIRE(solver.prepare(at, kShift, false));
-    request.matrix = &solver.matrix();
+    request.diagonal = solver.diagonal();
     for (int axis = 0; axis < 3; ++axis) {
       Vector load = Vector::Zero(state.x.size());
       scatter(request.port, Vec3::Unit(axis), load);
