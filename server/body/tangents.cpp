@@ -6,6 +6,15 @@
 #include "server/body/fused.hpp"
 
 namespace palpate {
+namespace {
+
+/// Column by column, its lower half.
+[[gnu::always_inline]] inline void add_lower(const double (&block)[6], Mat3& to) {
+  double* const m = to.data();
+  m[0] += block[0], m[1] += block[1], m[2] += block[2], m[4] += block[3], m[5] += block[4], m[8] += block[5];
+}
+
+}  // namespace
 
 Tangents::Tangents(const Dynamics& dynamics) : dynamics_(&dynamics), order_(dynamics.body().elements.size()) {
   const auto& elements = dynamics.body().elements;
@@ -45,28 +54,34 @@ void Tangents::assemble(double c_m, double c_d, double c_k, const std::vector<st
                         UpperBlocks& a) const {
   const LumpedBody& body = dynamics_->body();
   const auto nodes = static_cast<std::uint32_t>(dynamics_->nodes());
-  const Vec3 everywhere(1, 1, body.planar ? 0 : 1);
+  const double spatial = body.planar ? 0 : 1;
   a.clear(nodes);
+  a.pairs.reserve(springs_.size());
   const Spring* e = springs_.data();
   for (std::uint32_t i = 0; i < nodes; ++i) {
     for (const Spring* const end = springs_.data() + first_[i + 1]; e != end; ++e) {
-      const double t = clamp ? std::max(e->across_n_m, 0.0) : e->across_n_m,
+      const double t = clamp ? std::max(e->across_n_m, 0.0) : e->across_n_m, across = c_k * t,
                    along = c_k * (e->slope_n_m - t) + c_d * e->damping_n_s_m;
-      const Vec3 n = e->direction.cwiseProduct(everywhere);
-      Mat3 block = along * n * n.transpose();
-      block.diagonal() += c_k * t * everywhere;
-      if (!held[i]) a.diagonal[i] += block;
-      if (!held[e->b]) a.diagonal[e->b] += block;
+      const double x = e->direction[0], y = e->direction[1], z = spatial * e->direction[2];
+      // xx yx zx, yy zy, zz
+      const double block[6] = {along * x * x + across, along * y * x, along * z * x,
+                               along * y * y + across, along * z * y, along * z * z + spatial * across};
+      if (!held[i]) add_lower(block, a.diagonal[i]);
+      if (!held[e->b]) add_lower(block, a.diagonal[e->b]);
       if (held[i] || held[e->b]) continue;
       if (a.pairs.size() == a.first.back() || a.pairs.back().column != e->b) a.pairs.push_back({{}, e->b});
-      for (int k = 0; k < 9; ++k) a.pairs.back().block[k] -= static_cast<float>(block.data()[k]);
+      float(&pair)[9] = a.pairs.back().block;
+      constexpr int kOf[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
+      for (int k = 0; k < 9; ++k) pair[k] -= static_cast<float>(block[kOf[k]]);
     }
     a.end_row();
   }
   for (std::uint32_t i = 0; i < nodes; ++i) {
-    a.diagonal[i].diagonal().array() += held[i] ? 1.0 : c_m * body.masses_kg[i];
+    Mat3& block = a.diagonal[i];
+    block = block.selfadjointView<Eigen::Lower>().toDenseMatrix();
+    block.diagonal().array() += held[i] ? 1.0 : c_m * body.masses_kg[i];
     // Nothing couples the nodes of a planar body across its plane.
-    if (body.planar && !(a.diagonal[i](2, 2) > 0)) a.diagonal[i](2, 2) = 1;
+    if (body.planar && !(block(2, 2) > 0)) block(2, 2) = 1;
   }
 }
 

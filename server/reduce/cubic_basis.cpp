@@ -18,21 +18,15 @@ struct Grams {
 
 /// W^T [M W, K W, D W] for W, K W and D W in two parts, `ports` and `rest`, one after the other in `w`.
 Grams grams(const Vector& masses, const Matrix& w, const Projection& on_ports, const Projection& on_rest) {
-  const Eigen::Index first = on_ports.k.cols(), others = on_rest.k.cols(), count = w.cols();
-  Matrix right(w.rows(), 2 * others + count);
-  right << on_rest.k, on_rest.d, masses.asDiagonal() * w;
-  Matrix of_ports(w.rows(), 2 * first);
-  of_ports << on_ports.k, on_ports.d;
-  const Matrix product = w.transpose() * right;
-  const Matrix corner = w.leftCols(first).transpose() * of_ports;
-  const auto whole = [&](Eigen::Index from, Eigen::Index corner_from) {
-    Matrix gram(count, count);
-    gram.rightCols(others) = product.middleCols(from, others);
-    gram.topLeftCorner(first, first) = corner.middleCols(corner_from, first);
+  const Eigen::Index first = on_ports.k.cols(), others = on_rest.k.cols();
+  const auto whole = [&](const Matrix& of_ports, const Matrix& of_rest) {
+    Matrix gram(w.cols(), w.cols());
+    gram.rightCols(others).noalias() = w.transpose() * of_rest;
+    gram.topLeftCorner(first, first).noalias() = w.leftCols(first).transpose() * of_ports;
     gram.bottomLeftCorner(others, first) = gram.topRightCorner(first, others).transpose();
     return gram;
   };
-  return {product.rightCols(count), whole(0, 0), whole(others, first)};
+  return {w.transpose() * (masses.asDiagonal() * w), whole(on_ports.k, on_rest.k), whole(on_ports.d, on_rest.d)};
 }
 
 /// The leading directions of W in the energy of P, and those columns of W that come `beside` them, its last, orthonormal in M.
@@ -40,19 +34,20 @@ CubicBasis compress(const Vector& masses, const Matrix& w, const Grams& all, Eig
   const Eigen::Index count = w.cols() - beside;
   const Matrix energy = (all.k + s * all.d + s * s * all.m).topLeftCorner(count, count);
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(energy);
-  const double smallest = 1e-10 * eigen.eigenvalues().tail<1>()[0];
+  const double smallest = std::max(0.0, 1e-10 * eigen.eigenvalues().tail<1>()[0]);
   Eigen::Index r = std::min<Eigen::Index>(modes - beside, count);
-  while (r > 1 && !(eigen.eigenvalues()[count - r] > smallest)) --r;
-  // Of energy 1 each, which leaves their products of masses well conditioned: between 1/s^2 and one over the square of the
-  // body's highest frequency.
+  while (r > 0 && !(eigen.eigenvalues()[count - r] > smallest)) --r;  // none where nothing moves
+  // Of energy 1 each, which leaves their products of masses well conditioned: between one over the square of the body's highest
+  // frequency and 1/s^2.
   Matrix made = Matrix::Zero(w.cols(), r);  // directions of columns
   made.topRows(count) = eigen.eigenvectors().rightCols(r).rowwise().reverse() *
                         eigen.eigenvalues().tail(r).reverse().cwiseSqrt().cwiseInverse().asDiagonal();
   Matrix directions = w.leftCols(count) * made.topRows(count);
-  const Matrix products = directions.transpose() * (masses.asDiagonal() * directions);
-  const Eigen::LLT<Matrix> factor(products);
-  factor.matrixU().solveInPlace<Eigen::OnTheRight>(directions);
-  factor.matrixU().solveInPlace<Eigen::OnTheRight>(made);
+  if (r > 0) {
+    const Eigen::LLT<Matrix> factor(directions.transpose() * (masses.asDiagonal() * directions));
+    factor.matrixU().solveInPlace<Eigen::OnTheRight>(directions);
+    factor.matrixU().solveInPlace<Eigen::OnTheRight>(made);
+  }
   for (Eigen::Index k = count; k < w.cols(); ++k) {
     constexpr double kOfItsOwn = 1e-6;  // else the leading ones span it
     Vector x = w.col(k), of_columns = Vector::Unit(w.cols(), k);
@@ -78,6 +73,7 @@ CubicBasis compress(const Vector& masses, const Matrix& w, const Grams& all, Eig
 }
 
 constexpr double kNegligible = 0.03;  // of the loads' squares
+constexpr double kLooser = 3;         // what is of second order is needed less exactly than the answers to the port
 
 /// Loads but the smallest, whose squares are together no more than kNegligible of those of all.
 void add_those_that_matter(const std::vector<Vector>& loads, Vector* answers, std::vector<SolveColumn>& columns) {
@@ -89,7 +85,7 @@ void add_those_that_matter(const std::vector<Vector>& loads, Vector* answers, st
   const double all = std::accumulate(squares.begin(), squares.end(), 0.0);
   double left_out = 0;
   for (const std::size_t k : order)
-    if ((left_out += squares[k]) > kNegligible * all) columns.push_back({&loads[k], &answers[k]});
+    if ((left_out += squares[k]) > kNegligible * all) columns.push_back({&loads[k], &answers[k], kLooser});
 }
 
 /// Second-order forces of what acts together: the port's shapes and the body's own motion.

@@ -13,6 +13,8 @@ namespace {
 using Features = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 /// The shapes, those of a node one after the other.
 using ShapeRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+/// The same where two digits are enough.
+using RoughShapes = Features;
 
 constexpr double kLengthMin = 1e-9;  // below, an element has no direction [m]
 
@@ -136,11 +138,16 @@ Expansion collect(const Sums& sums, int n, int leading) {
 }
 
 /// |k| delta^3 / rho of each spring.
-std::vector<double> spring_weights(const LumpedBody& body, const BodyState& state, const ShapeRows& shapes) {
+std::vector<double> spring_weights(const LumpedBody& body, const BodyState& state, const RoughShapes& shapes) {
   std::vector<double> weights;
+  weights.reserve(body.elements.size());
+  const Eigen::Index numbers = 3 * shapes.cols();  // of a node
+  const auto of_node = [&](std::uint32_t node) {
+    return Eigen::Map<const Eigen::VectorXf>(shapes.data() + numbers * static_cast<Eigen::Index>(node), numbers);
+  };
   for (const Element& e : body.elements) {
     const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
-    const double motion = (shapes.middleRows<3>(b) - shapes.middleRows<3>(a)).norm();
+    const auto motion = static_cast<double>((of_node(e.b) - of_node(e.a)).norm());
     const double rho = (state.x.segment<3>(b) - state.x.segment<3>(a)).norm();
     weights.push_back(e.stiffness_n_m * motion * motion * motion / std::max(rho, kLengthMin));
   }
@@ -252,10 +259,9 @@ std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state
 /// than `negligible` of all, and of the last bin those for which there is no room.
 std::vector<std::uint32_t> elements_that_bend(const Dynamics& dynamics, const BodyState& state, const Matrix& columns,
                                               double negligible, std::size_t most) {
-  const ShapeRows shapes = columns;
   const LumpedBody& body = dynamics.body();
   const std::vector<double> weights =
-      body.tetrahedra.empty() ? spring_weights(body, state, shapes) : tetra_weights(dynamics, shapes);
+      body.tetrahedra.empty() ? spring_weights(body, state, columns.cast<float>()) : tetra_weights(dynamics, columns);
   // Exponent and first four bits of a positive number: the larger, the larger.
   const auto bin_of = [](double weight) { return std::bit_cast<std::uint32_t>(static_cast<float>(weight)) >> 19U; };
   struct Bin {
