@@ -63,7 +63,7 @@ struct NearBody {
   explicit NearBody(LocalBody cut) : local(std::move(cut)) {
     if (SpringBlocks::covers(local.body)) springs.emplace(local.body);
   }
-  /// F(x, v) less what is the same everywhere.
+  /// F(x, v), of springs without the weight of the nodes: only differences of it count.
   void forces(const Vector& x, const Vector& v, Vector& f) {
     if (!springs) {
       dynamics.forces(x, v, f);
