@@ -102,18 +102,13 @@ void Tangents::multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
 }
 
 void Tangents::multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const {
-  if (!tetrahedra_.empty()) {
-    Matrix d_y;
-    multiply(y, sum, d_y);
-    sum = c_k * sum + c_d * d_y;
-    return;
-  }
   sum.resize(y.rows(), y.cols());
   std::vector<NodeLanes> in(dynamics_->nodes()), out(in.size());
   for (Eigen::Index first = 0; first < y.cols(); first += kColumnLanes) {
     pack_columns(y, first, in);
     std::fill(out.begin(), out.end(), NodeLanes{});
     add_sum_of_springs(in, c_k, c_d, out);
+    dynamics_->tetrahedra().add_sums(tetrahedra_, in, c_k, c_d, out);
     unpack_columns(out, first, sum);
   }
 }

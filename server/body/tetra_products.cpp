@@ -1,4 +1,5 @@
 // Products of many columns with the tangents of tetrahedra, four columns side by side.
+#include "server/body/fused.hpp"
 #include "server/body/tetrahedra.hpp"
 
 namespace palpate {
@@ -9,14 +10,22 @@ struct Mat {
   ColumnLanes of[3][3];
 };
 
+template <class Lanes>
+using Corners = std::array<Lanes*, 4>;
+
+template <class Lanes>
+[[gnu::always_inline]] inline Corners<Lanes> at_corners(const std::array<std::uint32_t, 4>& n, auto& nodes) {
+  return {&nodes[n[0]], &nodes[n[1]], &nodes[n[2]], &nodes[n[3]]};
+}
+
 /// sum over the nodes of y_i b_i^T
-[[gnu::always_inline]] inline void gradient(const NodeLanes* const (&y)[4], const Mat34& b, Mat& f) {
+[[gnu::always_inline]] inline void gradient(const Corners<const NodeLanes>& y, const Mat34& b, Mat& f) {
   f = {};
   for (int i = 0; i < 4; ++i)
     for (int c = 0; c < 3; ++c) {
-      f.of[0][c] += b(c, i) * lanes(y[i]->x);
-      f.of[1][c] += b(c, i) * lanes(y[i]->y);
-      f.of[2][c] += b(c, i) * lanes(y[i]->z);
+      add_product(b(c, i), lanes(y[static_cast<std::size_t>(i)]->x), f.of[0][c]);
+      add_product(b(c, i), lanes(y[static_cast<std::size_t>(i)]->y), f.of[1][c]);
+      add_product(b(c, i), lanes(y[static_cast<std::size_t>(i)]->z), f.of[2][c]);
     }
 }
 
@@ -28,10 +37,10 @@ struct Mat {
     const Mat3& q = at.q(k);
     ColumnLanes along{};
     for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) along += q(r, c) * df.of[r][c];
+      for (int c = 0; c < 3; ++c) add_product(q(r, c), df.of[r][c], along);
     along *= at.c(k);
     for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) dp.of[r][c] += q(r, c) * along;
+      for (int c = 0; c < 3; ++c) add_product(q(r, c), along, dp.of[r][c]);
   }
   if (at.kappa() == 0) return;
   const Mat3& f = at.f();
@@ -42,26 +51,36 @@ struct Mat {
     }
 }
 
-/// viscous_stress
-[[gnu::always_inline]] inline void viscous(const TetraMaterial& m, const Mat3& f, const Mat& rate, Mat& p) {
+/// p += much viscous_stress
+[[gnu::always_inline]] inline void add_viscous(const TetraMaterial& m, double much, const Mat3& f, const Mat& rate, Mat& p) {
   Mat c;
   for (int r = 0; r < 3; ++r)
-    for (int s = 0; s < 3; ++s) c.of[r][s] = f(0, r) * rate.of[0][s] + f(1, r) * rate.of[1][s] + f(2, r) * rate.of[2][s];
-  const ColumnLanes volume = m.viscous_lambda * (c.of[0][0] + c.of[1][1] + c.of[2][2]);
-  for (int r = 0; r < 3; ++r)
     for (int s = 0; s < 3; ++s) {
-      p.of[r][s] = f(r, s) * volume;
-      for (int k = 0; k < 3; ++k) p.of[r][s] += (m.viscous_mu * f(r, k)) * (c.of[k][s] + c.of[s][k]);
+      c.of[r][s] = f(0, r) * rate.of[0][s];
+      add_product(f(1, r), rate.of[1][s], c.of[r][s]), add_product(f(2, r), rate.of[2][s], c.of[r][s]);
     }
+  const ColumnLanes volume = m.viscous_lambda * (c.of[0][0] + c.of[1][1] + c.of[2][2]);
+  Mat second;  // Piola-Kirchhoff
+  for (int r = 0; r < 3; ++r)
+    for (int s = 0; s < 3; ++s) second.of[r][s] = m.viscous_mu * (c.of[r][s] + c.of[s][r]);
+  for (int r = 0; r < 3; ++r) second.of[r][r] += volume;
+  const Mat3 turned = much * f;
+  for (int r = 0; r < 3; ++r)
+    for (int s = 0; s < 3; ++s)
+      for (int k = 0; k < 3; ++k) add_product(turned(r, k), second.of[k][s], p.of[r][s]);
 }
 
+[[gnu::always_inline]] inline bool is_viscous(const TetraMaterial& m) { return m.viscous_mu != 0 || m.viscous_lambda != 0; }
+
 /// V P b_i on each node.
-[[gnu::always_inline]] inline void scatter(const TetraRest& rest, const Mat& p, NodeLanes* const (&to)[4]) {
+[[gnu::always_inline]] inline void scatter(const TetraRest& rest, const Mat& p, const Corners<NodeLanes>& to) {
   for (int i = 0; i < 4; ++i) {
     const Vec3 b = rest.volume_m3 * rest.b.col(i);
-    lanes(to[i]->x) += b[0] * p.of[0][0] + b[1] * p.of[0][1] + b[2] * p.of[0][2];
-    lanes(to[i]->y) += b[0] * p.of[1][0] + b[1] * p.of[1][1] + b[2] * p.of[1][2];
-    lanes(to[i]->z) += b[0] * p.of[2][0] + b[1] * p.of[2][1] + b[2] * p.of[2][2];
+    for (int c = 0; c < 3; ++c) {
+      add_product(b[c], p.of[0][c], lanes(to[static_cast<std::size_t>(i)]->x));
+      add_product(b[c], p.of[1][c], lanes(to[static_cast<std::size_t>(i)]->y));
+      add_product(b[c], p.of[2][c], lanes(to[static_cast<std::size_t>(i)]->z));
+    }
   }
 }
 
@@ -72,24 +91,41 @@ void Tetrahedra::add_products(const std::vector<TetraTangent>& at, const std::ve
   for (std::size_t k = 0; k < cells_.size(); ++k) {
     const Cell& cell = cells_[k];
     const TetraMaterial& m = materials_[cell.material];
-    const auto& n = cell.nodes;
-    const NodeLanes* const of[4] = {&y[n[0]], &y[n[1]], &y[n[2]], &y[n[3]]};
-    NodeLanes* const to_k[4] = {&k_y[n[0]], &k_y[n[1]], &k_y[n[2]], &k_y[n[3]]};
-    NodeLanes* const to_d[4] = {&d_y[n[0]], &d_y[n[1]], &d_y[n[2]], &d_y[n[3]]};
     Mat change, p;
-    gradient(of, cell.rest.b, change);
+    gradient(at_corners<const NodeLanes>(cell.nodes, y), cell.rest.b, change);
     elastic(at[k], change, p);
-    scatter(cell.rest, p, to_k);
-    if (m.viscous_mu == 0 && m.viscous_lambda == 0) continue;
-    viscous(m, at[k].f(), change, p);
-    scatter(cell.rest, p, to_d);
+    scatter(cell.rest, p, at_corners<NodeLanes>(cell.nodes, k_y));
+    if (!is_viscous(m)) continue;
+    p = {};
+    add_viscous(m, 1, at[k].f(), change, p);
+    scatter(cell.rest, p, at_corners<NodeLanes>(cell.nodes, d_y));
   }
+  add_mass_damping(y, 1, d_y);
+}
+
+void Tetrahedra::add_sums(const std::vector<TetraTangent>& at, const std::vector<NodeLanes>& y, double c_k, double c_d,
+                          std::vector<NodeLanes>& sum) const {
+  for (std::size_t k = 0; k < cells_.size(); ++k) {
+    const Cell& cell = cells_[k];
+    const TetraMaterial& m = materials_[cell.material];
+    Mat change, p;
+    gradient(at_corners<const NodeLanes>(cell.nodes, y), cell.rest.b, change);
+    elastic(at[k], change, p);
+    for (auto& row : p.of)
+      for (ColumnLanes& part : row) part *= c_k;
+    if (is_viscous(m)) add_viscous(m, c_d, at[k].f(), change, p);
+    scatter(cell.rest, p, at_corners<NodeLanes>(cell.nodes, sum));
+  }
+  add_mass_damping(y, c_d, sum);
+}
+
+void Tetrahedra::add_mass_damping(const std::vector<NodeLanes>& y, double much, std::vector<NodeLanes>& to) const {
   if (empty() || body_->mass_damping_1_s == 0) return;
   for (std::size_t i = 0; i < body_->nodes.size(); ++i) {
-    const double c = body_->mass_damping_1_s * body_->masses_kg[i];
-    lanes(d_y[i].x) += c * lanes(y[i].x);
-    lanes(d_y[i].y) += c * lanes(y[i].y);
-    lanes(d_y[i].z) += c * lanes(y[i].z);
+    const double c = much * body_->mass_damping_1_s * body_->masses_kg[i];
+    lanes(to[i].x) += c * lanes(y[i].x);
+    lanes(to[i].y) += c * lanes(y[i].y);
+    lanes(to[i].z) += c * lanes(y[i].z);
   }
 }
 

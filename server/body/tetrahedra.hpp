@@ -41,6 +41,9 @@ class Tetrahedra {
   /// K Y and D Y are added for the columns of Y.
   void add_products(const std::vector<TetraTangent>& at, const std::vector<NodeLanes>& y, std::vector<NodeLanes>& k_y,
                     std::vector<NodeLanes>& d_y) const;
+  /// (c_k K + c_d D) Y is added, for less than both.
+  void add_sums(const std::vector<TetraTangent>& at, const std::vector<NodeLanes>& y, double c_k, double c_d,
+                std::vector<NodeLanes>& sum) const;
   /// Elastic energy [J].
   double energy(const Vector& x) const;
 
@@ -52,6 +55,8 @@ class Tetrahedra {
     std::array<std::array<std::uint32_t, 4>, 4> entries;  // of the pattern
   };
   Mat34 nodes_of(const Cell& cell, const Vector& y) const;
+  /// `much` of what mass-proportional damping has in D Y.
+  void add_mass_damping(const std::vector<NodeLanes>& y, double much, std::vector<NodeLanes>& to) const;
   /// V P: its product with b_i is minus the force on node i.
   Mat3 stress(const Cell& cell, const Vector& x, const Vector& v) const;
 

@@ -121,7 +121,8 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& s
                                 moment.begin() + static_cast<std::ptrdiff_t>(end));
       const std::vector<Vector> b = moment_inputs(at, request.shift_1_s, x);
       std::vector<SolveColumn> columns;
-      for (std::size_t k = 0; k < x.size(); ++k) columns.push_back({&b[k], &x[k]});
+      for (std::size_t k = 0; k < x.size(); ++k)
+        columns.push_back({&b[k], &x[k], begin + k < start.ports.size() ? 1 : kOwnLooser});
       if (!solve(columns)) return std::nullopt;
       for (const Vector& y : x) basis.add(y);
       begin = end;
@@ -136,7 +137,7 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solve
   const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
     if (memory.size() < solves + columns.size()) memory.resize(solves + columns.size());
     std::vector<SolveColumn> kept;
-    for (std::size_t k = 0; k < columns.size(); ++k) kept.push_back({columns[k].b, &memory[solves + k]});
+    for (std::size_t k = 0; k < columns.size(); ++k) kept.push_back({columns[k].b, &memory[solves + k], columns[k].looser});
     solves += columns.size();
     if (!solver.solve(at, kept, request.tolerance)) return false;
     for (std::size_t k = 0; k < columns.size(); ++k) *columns[k].x = *kept[k].x;
@@ -149,8 +150,8 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solve
   start.ports.resize(ports.size());
   std::vector<SolveColumn> columns;
   for (std::size_t k = 0; k < ports.size(); ++k) columns.push_back({&ports[k], &start.ports[k]});
-  columns.push_back({&imbalance, &start.imbalance});
-  columns.push_back({&motion, &start.motion});
+  columns.push_back({&imbalance, &start.imbalance, kOwnLooser});
+  columns.push_back({&motion, &start.motion, kOwnLooser});
   if (!solve(columns)) return std::nullopt;
   return krylov_basis(at, start, solve, request);
 }

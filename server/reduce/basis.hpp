@@ -107,6 +107,9 @@ struct BasisRequest {
 /// Warm starts: the answers of the last frame, in order of request.
 using BasisMemory = std::vector<Vector>;
 
+/// The body's own loads, F* and M v*, take up to twice the iterations of a port's, and are felt through few directions.
+inline constexpr double kOwnLooser = 20;  ///< SolveColumn::looser
+
 /// First directions, already solved for.
 struct KrylovStart {
   std::vector<Vector> ports;  ///< P^-1 B

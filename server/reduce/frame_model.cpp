@@ -6,9 +6,7 @@
 namespace palpate {
 namespace {
 
-/// The body's own loads take 1.4 to 1.8 times the iterations of a port's, and three times the error is not felt
-/// (docs/decisions/0022).
-constexpr double kOwnLooser = 3;
+constexpr double kSlidesLooser = 2.5;  // what a tool may slide to is less certain than what it does
 
 }  // namespace
 
@@ -44,7 +42,7 @@ bool SharedSystem::answer(std::span<const PortPlace> places, const OwnLoads& own
     Fresh& fresh = fresh_[place.port] = {place.point, here && known->second.slides};
     if (fresh.slides) continue;
     port.slides.resize(place.slides.size());
-    for (std::size_t k = 0; k < place.slides.size(); ++k) columns.push_back({&place.slides[k], &port.slides[k]});
+    for (std::size_t k = 0; k < place.slides.size(); ++k) columns.push_back({&place.slides[k], &port.slides[k], kSlidesLooser});
     fresh.slides = !place.slides.empty();
   }
   for (const auto& [load, answer] : {std::pair{own.imbalance, &imbalance_}, std::pair{own.motion, &motion_}}) {

@@ -213,12 +213,12 @@ std::optional<Patch> PatchBuilder::build_two_layer(FrameModel& frame, std::size_
                                           : build_touch(model, frame, which, request, patch, footing);
 }
 
-/// Into the first of the memory.
+/// Into the first of the memory. After the three of a port come the body's own.
 bool PatchBuilder::solve_ports(const Model& model, const std::vector<Vector>& inputs, double tolerance) {
   BasisMemory& memory = *model.memory;
   if (memory.size() < inputs.size()) memory.resize(inputs.size());
   std::vector<SolveColumn> columns;
-  for (std::size_t k = 0; k < inputs.size(); ++k) columns.push_back({&inputs[k], &memory[k]});
+  for (std::size_t k = 0; k < inputs.size(); ++k) columns.push_back({&inputs[k], &memory[k], k < 3 ? 1 : kOwnLooser});
   return model.solver->solve(model.at, columns, tolerance);
 }
 

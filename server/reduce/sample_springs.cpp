@@ -5,6 +5,7 @@
 #include <cmath>
 #include <span>
 
+#include "server/body/fused.hpp"
 #include "server/reduce/expansion.hpp"
 
 namespace palpate {
@@ -29,7 +30,20 @@ float stiffening_of(const LumpedBody& body) {
 
 constexpr int kLane = 8;  // samples side by side
 static_assert(kSamples % kLane == 0);
-using Lane = Eigen::Array<float, kLane, 1>;
+using Lane = EightFloats;
+
+/// Of a row of numbers, one each sample.
+[[gnu::always_inline]] inline Lane& lane(float* row, Eigen::Index first) { return *reinterpret_cast<Lane*>(row + first); }
+
+/// 1 / l and l, of which the square is given.
+[[gnu::always_inline]] inline void length_of(const Lane& square, Lane& length, Lane& inverse) {
+  alignas(sizeof(Lane)) float numbers[kLane];
+  lane(numbers, 0) = square;
+  Eigen::Map<Eigen::Array<float, kLane, 1>, Eigen::AlignedMax> root(numbers);
+  root = root.sqrt().max(static_cast<float>(kLengthMin));
+  length = lane(numbers, 0);
+  inverse = 1.0F / length;
+}
 
 /// What a spring pulls with beyond the linear force.
 class PullBeyondLinear {
@@ -48,14 +62,21 @@ class PullBeyondLinear {
   }
   /// From how far the ends move apart.
   [[gnu::always_inline]] void operator()(Lane& x, Lane& y, Lane& z) const {
-    const Lane now =
-        ((x + d_.x()).square() + (y + d_.y()).square() + (z + d_.z()).square()).sqrt().max(static_cast<float>(kLengthMin));
-    Lane pull = k_ - (k_ * rest_) / now;  // over the length
-    if (stiffening_ > 0) pull *= 1 + stiffening_ * ((now - rest_) / rest_).square();
-    const Lane turned = tension_ + along_ * (n_.x() * x + n_.y() * y + n_.z() * z), more = pull - across_;
-    x = more * x + pull * d_.x() - turned * n_.x();
-    y = more * y + pull * d_.y() - turned * n_.y();
-    z = more * z + pull * d_.z() - turned * n_.z();
+    const Lane now_x = x + d_.x(), now_y = y + d_.y(), now_z = z + d_.z();
+    Lane square = now_x * now_x, length, inverse;
+    add_product(now_y, now_y, square), add_product(now_z, now_z, square);
+    length_of(square, length, inverse);
+    Lane pull = k_ - (k_ * rest_) * inverse;  // over the length
+    if (stiffening_ > 0) {
+      const Lane strain = (length - rest_) * (1 / rest_);
+      pull *= 1 + stiffening_ * strain * strain;
+    }
+    Lane along = n_.x() * x;
+    add_product(n_.y(), y, along), add_product(n_.z(), z, along);
+    const Lane turned = -tension_ - along_ * along, more = pull - across_;
+    x *= more, y *= more, z *= more;
+    add_product(d_.x(), pull, x), add_product(d_.y(), pull, y), add_product(d_.z(), pull, z);
+    add_product(n_.x(), turned, x), add_product(n_.y(), turned, y), add_product(n_.z(), turned, z);
   }
 
  private:
@@ -63,8 +84,11 @@ class PullBeyondLinear {
   float k_, rest_, stiffening_, tension_ = 0, across_ = 0, along_ = 0;
 };
 
-/// Of a row of numbers, one each sample.
-[[gnu::always_inline]] inline Eigen::Map<Lane> lane(float* row, Eigen::Index first) { return Eigen::Map<Lane>(row + first); }
+[[gnu::always_inline]] inline float sum_of(const Lane& numbers) {
+  float sum = 0;
+  for (int i = 0; i < kLane; ++i) sum += numbers[i];
+  return sum;
+}
 
 /// The springs of a body at the samples.
 class BentSprings {
@@ -140,7 +164,7 @@ class BentSprings {
       const Element& e = body().elements[elements_[k]];
       const PullBeyondLinear pull = pull_of(elements_[k]);
       const auto a = 3 * kSamples * static_cast<Eigen::Index>(e.a), b = 3 * kSamples * static_cast<Eigen::Index>(e.b);
-      Lane square = Lane::Zero();
+      Lane square{};
       for (Eigen::Index first = 0; first < kSamples; first += kLane) {
         const Eigen::Index x = first, y = first + kSamples, z = first + 2 * kSamples;
         Lane rx = lane(from + b, x) - lane(from + a, x), ry = lane(from + b, y) - lane(from + a, y),
@@ -152,9 +176,9 @@ class BentSprings {
         lane(to + b, x) += rx;
         lane(to + b, y) += ry;
         lane(to + b, z) += rz;
-        square += rx.square() + ry.square() + rz.square();
+        add_product(rx, rx, square), add_product(ry, ry, square), add_product(rz, rz, square);
       }
-      parts[static_cast<Eigen::Index>(k)] = std::sqrt(square.sum()) * (rows_of(e.b) - rows_of(e.a)).norm();
+      parts[static_cast<Eigen::Index>(k)] = std::sqrt(sum_of(square)) * (rows_of(e.b) - rows_of(e.a)).norm();
     }
     return moved_.transpose() * forces;
   }

@@ -96,7 +96,7 @@ class Candidates {
   }
 
  private:
-  static constexpr int kSeldom = 6;
+  static constexpr int kSeldom = 8;
   static constexpr std::size_t kAhead = 50;
 
   float value(Eigen::Index k, float with_left) const {
