@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace palpate {
 namespace {
@@ -31,6 +32,19 @@ void fill_triples(const Values& y, const In& pairs, int n, Out& triples) {
 template <std::size_t size>
 float multiplicity(const std::array<int, size>& indices, int p) {
   return static_cast<float>(std::count(indices.begin(), indices.end(), p));
+}
+
+/// alpha of dampers that push g, and at_stamp of it at the stamp; none where they do not brake.
+std::optional<double> share_at_end(const CubicForce::Variables& g, const CubicForce::Variables& at_stamp,
+                                   const CubicForce::Variables& rate, const ModeMatrix& closing,
+                                   const CubicForce::Variables& before) {
+  const auto r = closing.rows();
+  const double power = rate.dot(g);
+  ModeVector given(r);
+  given.noalias() = closing * g.tail(r);
+  const double taken = g.tail(r).dot(given);
+  if (!(power > 0) || !(taken >= 0)) return {};
+  return (power + given.dot((at_stamp - before).tail(r))) / (power + taken);
 }
 
 }  // namespace
@@ -224,7 +238,8 @@ void CubicForce::elastic(const Variables& u, Variables& force) const noexcept {
   force.noalias() = -(scale_.transpose() * g.cast<double>());
 }
 
-void CubicForce::damping(const Variables& u, const Variables& u_rate, Variables& force) const noexcept {
+void CubicForce::damping(const Variables& u, const Variables& u_rate, const ModeMatrix& closing, const Variables& before,
+                         Variables& force) const noexcept {
   if (!has_damping_) {
     force.setZero(u.size());
     return;
@@ -235,8 +250,11 @@ void CubicForce::damping(const Variables& u, const Variables& u_rate, Variables&
   turn_dampers(y, rate, change, at_stamp);
   const float part = has_sampled() ? kSpringDamperChange : kDamperChange;
   const float most = part * (root_ * rate).norm(), size = (inverse_ * change).norm();
-  const Values g = (size > most ? most / size : 1.0F) * (change - at_stamp);
-  force.noalias() = -(scale_.transpose() * g.cast<double>());
+  force.noalias() = -(scale_.transpose() * (change - at_stamp).cast<double>());
+  if (!(size > most)) return;
+  std::optional<double> share;
+  if (has_sampled()) share = share_at_end(change.cast<double>(), at_stamp.cast<double>(), u_rate, closing, before);
+  force *= share.value_or(static_cast<double>(most / size));
 }
 
 double CubicForce::energy(const Variables& u) const noexcept {

@@ -21,7 +21,14 @@
 //
 // Where a body bends beyond any polynomial, the terms are some of its springs instead (sampled_springs.hpp), with y = u and no
 // radius. Their dampers turn as the body's do, however far, so c = kSpringDamperChange: short of 1, where nothing would brake and
-// what a tick adds to a fast brake would grow from tick to tick. Their energy is what springs store and give back, so nothing
+// what a tick adds to a fast brake would grow from tick to tick. That bounds what pushes. Dampers that brake more for having
+// turned may do so by any factor (those of a solid grow with the square of its stretch): where g = D1 y' is beyond that bound and
+// y'^T g > 0, they are taken at the end of the step, along g alone, as R = g g^T / (y'^T g), which does to y' what D1 does and
+// nothing across (R <= D1 where D1 >= 0). With C f the rates that a force f on the modes gives at a step's end, and f_b the force
+// that the step went with already, its end has y'_e = y' - C f_b - C R y'_e:
+//     f = -alpha g,   alpha = g^T (y' - C f_b) / (y'^T g + g^T C g)
+// of second order where C g is small; from step to step (1 + C R)^-1 (1 - (W - C) R), W what a whole step gives, W / 2 <= C <= W,
+// is a contraction in the norm of C^-1 however large R is. Their energy is what springs store and give back, so nothing
 // bounds it: a body that snaps gives away more than -kSoftening E_lin. E2 has no end there, so it is left out unless springs that
 // are stretched without end hold the body up in spite of it. Of a solid they are some of its finite elements
 // (sampled_tetrahedra.hpp), of which all this is true too.
@@ -108,8 +115,10 @@ class CubicForce {
   const ModeMatrix& added_mass() const;
   /// Elastic force on u. No allocation.
   void elastic(const Variables& u, Variables& force) const noexcept;
-  /// Force on u, that moves at u', of dampers that have turned. No allocation.
-  void damping(const Variables& u, const Variables& u_rate, Variables& force) const noexcept;
+  /// Force on u, that moves at u', of dampers that have turned. `closing`: C, of the modes, the last of u; `before`: f_b, of u.
+  /// No allocation.
+  void damping(const Variables& u, const Variables& u_rate, const ModeMatrix& closing, const Variables& before,
+               Variables& force) const noexcept;
   /// E [J], for tests of energy.
   double energy(const Variables& u) const noexcept;
 

@@ -11,11 +11,13 @@ struct Mat {
 };
 
 template <class Lanes>
-using Corners = std::array<Lanes*, 4>;
+struct Corners {
+  Lanes* of[4];
+};
 
 template <class Lanes>
 [[gnu::always_inline]] inline Corners<Lanes> at_corners(const std::array<std::uint32_t, 4>& n, auto& nodes) {
-  return {&nodes[n[0]], &nodes[n[1]], &nodes[n[2]], &nodes[n[3]]};
+  return {{&nodes[n[0]], &nodes[n[1]], &nodes[n[2]], &nodes[n[3]]}};
 }
 
 /// sum over the nodes of y_i b_i^T
@@ -23,9 +25,9 @@ template <class Lanes>
   f = {};
   for (int i = 0; i < 4; ++i)
     for (int c = 0; c < 3; ++c) {
-      add_product(b(c, i), lanes(y[static_cast<std::size_t>(i)]->x), f.of[0][c]);
-      add_product(b(c, i), lanes(y[static_cast<std::size_t>(i)]->y), f.of[1][c]);
-      add_product(b(c, i), lanes(y[static_cast<std::size_t>(i)]->z), f.of[2][c]);
+      add_product(b(c, i), lanes(y.of[i]->x), f.of[0][c]);
+      add_product(b(c, i), lanes(y.of[i]->y), f.of[1][c]);
+      add_product(b(c, i), lanes(y.of[i]->z), f.of[2][c]);
     }
 }
 
@@ -77,9 +79,9 @@ template <class Lanes>
   for (int i = 0; i < 4; ++i) {
     const Vec3 b = rest.volume_m3 * rest.b.col(i);
     for (int c = 0; c < 3; ++c) {
-      add_product(b[c], p.of[0][c], lanes(to[static_cast<std::size_t>(i)]->x));
-      add_product(b[c], p.of[1][c], lanes(to[static_cast<std::size_t>(i)]->y));
-      add_product(b[c], p.of[2][c], lanes(to[static_cast<std::size_t>(i)]->z));
+      add_product(b[c], p.of[0][c], lanes(to.of[i]->x));
+      add_product(b[c], p.of[1][c], lanes(to.of[i]->y));
+      add_product(b[c], p.of[2][c], lanes(to.of[i]->z));
     }
   }
 }

@@ -30,32 +30,40 @@ void fine_tick(const Acceleration& acceleration, int count, ModeVector& q, ModeV
 
 struct GraspErrors {
   double bent_n = 0, straight_n = 0;  // of the player with terms, and without
+  double turned = 0;                  // at most, what dampers push the modes for having turned, of what the patch's own do
 };
 
-/// Against a fine integration of patch and elastic terms, of a hand that comes and goes.
+/// Against a fine integration of patch, elastic terms and the dampers of tetrahedra, of a hand that comes and goes.
 GraspErrors grasp_errors(const Patch& patch, const CubicTerms& terms) {
   constexpr int kFine = 200;
   const auto r = patch.modes();
   const CubicForce bend(terms, patch);
+  const SampledSolidForce solid(terms.solid, 3, kTickS, true);
   PatchPlayer player(patch, terms), straight(patch);
   const auto tool = [](double t) { return Vec3(Vec3(0.004, -0.003, -0.006) * std::pow(std::sin(12 * t), 2)); };
   ModeVector q = ModeVector::Zero(r), v = q;
   GraspErrors found;
   for (int ms = 1; ms <= 400; ++ms) {
     const Vec3 from = tool(kTickS * (ms - 1)), to = tool(kTickS * ms), rate = (to - from) / kTickS;
-    CubicForce::Variables u(r + 3), beyond(r + 3);
-    const auto push = [&](const Vec3& d, const ModeVector& at) {
+    CubicForce::Variables u(r + 3), u_rate(r + 3), beyond(r + 3);
+    const auto push = [&](const Vec3& d, const ModeVector& at, const ModeVector& speed) {
       u << d, at;
       bend.elastic(u, beyond);
+      if (terms.solid.count() == 0) return;
+      u_rate << rate, speed;
+      SampledSolidForce::Values turned, at_stamp;
+      solid.damping(u.cast<float>(), u_rate.cast<float>(), turned, at_stamp);
+      beyond -= turned.cast<double>();
+      found.turned = std::max(found.turned, turned.tail(r).cast<double>().norm() / (patch.damping * speed).norm());
     };
     const auto acceleration = [&](double part, const ModeVector& at, const ModeVector& speed) {
       const Vec3 d = from + part * (to - from);
-      push(d, at);
+      push(d, at, speed);
       return ModeVector(patch.b_k * d + patch.b_d * rate - patch.stiffness.cwiseProduct(at) - patch.damping * speed +
                         beyond.tail(r));
     };
     fine_tick(acceleration, kFine, q, v);
-    push(to, q);
+    push(to, q, v);
     const Vec3 exact = -patch.k_port * to - patch.d_port * rate + patch.b_k.transpose() * q + patch.b_d.transpose() * v +
                        Vec3(beyond.head<3>()) + patch.force;
     const ToolSample sample{kStamp + ms * kTick, patch.tool + to};
@@ -208,6 +216,63 @@ TEST_CASE("A grasp of a spring too stiff for a tick feels it turn as a fine inte
   CAPTURE(found.bent_n, found.straight_n);
   CHECK(found.straight_n > 100);
   CHECK(found.bent_n < 0.03 * found.straight_n);
+}
+
+TEST_CASE("A solid whose dampers grow to many times theirs as it stretches is felt as a fine integration has it") {
+  // One edge of a tetrahedron grows with the mode: its damper with the square of the stretch, to nine times.
+  constexpr double kStiffness = 1e5, kSizeM = 0.02, kStretch = 2 / 0.006, kOfTetra = 0.1;
+  const double damping = GENERATE(60.0, 300.0, 2000.0);
+  Patch patch = test::attach_patch(1, 1, kStamp);
+  patch.stiffness << kStiffness;
+  patch.damping << damping;
+  patch.b_k << 0, 0, -kStiffness;
+  patch.b_d.setZero();
+  patch.k_port = patch.b_k.transpose() * patch.b_k / kStiffness + 50 * Mat3::Identity();
+  CubicTerms terms;
+  terms.variables = 4;
+  terms.grasp = true;
+  terms.scale.setIdentity(4, 4);
+  SampledTetrahedra& solid = terms.solid;
+  Eigen::MatrixXf moved = Eigen::MatrixXf::Zero(12, 1);
+  moved(11, 0) = static_cast<float>(kStretch * kSizeM);
+  solid.motion = rounded(moved, -1);
+  solid.rest = Eigen::Matrix3Xf::Zero(3, 4);
+  solid.rest.rightCols<3>() = static_cast<float>(kSizeM) * Eigen::Matrix3f::Identity();
+  solid.position = solid.rest;
+  solid.nodes.resize(4, 1);
+  solid.nodes << 0, 1, 2, 3;
+  solid.shear.setConstant(1, static_cast<float>(kOfTetra * kStiffness / (2 * kStretch * kStretch)));
+  solid.dilation.setZero(1);
+  solid.damping_s.setConstant(1, static_cast<float>(damping / (kOfTetra * kStiffness)));
+  terms.rate = stamp_rate(terms, patch);
+  const GraspErrors found = grasp_errors(patch, terms);
+  CAPTURE(damping, found.bent_n, found.straight_n, found.turned);
+  CHECK(found.turned > 3);
+  CHECK(found.bent_n < 0.03 * found.straight_n);
+}
+
+TEST_CASE("Dampers that grow a hundredfold take from a motion, however fast they are, and give it nothing") {
+  const bool touch = GENERATE(true, false);
+  Patch patch = touch ? test::touch_patch(8, 1, kStamp) : test::attach_patch(8, 1, kStamp);
+  patch.damping *= 0.1;
+  patch.b_d *= 0.1;
+  for (int i = 0; i < patch.modes(); ++i) patch.q_rate[i] = (i % 2 == 0 ? 3.0 : -2.0);
+  CubicTerms terms = test::solid_terms(patch);
+  terms.solid.damping_s.setConstant(static_cast<float>(GENERATE(0.1, 10.0, 1000.0)));
+  PatchPlayer player(patch, terms), straight(patch);
+  const double begin_j = player.energy();
+  double most_j = 0, apart_j = 0;
+  for (int ms = 1; ms <= 3000; ++ms) {
+    const ToolSample still{kStamp + ms * kTick, touch ? Vec3(0, 0, 1) : patch.tool};
+    player.advance(still);
+    straight.advance(still);
+    most_j = std::max(most_j, player.energy());
+    apart_j = std::max(apart_j, straight.energy() - player.energy());
+  }
+  CAPTURE(touch, begin_j, most_j, apart_j, player.energy());
+  CHECK(most_j <= 1.001 * begin_j);
+  CHECK(apart_j > 0.1 * begin_j);
+  CHECK(player.energy() <= straight.energy());
 }
 
 TEST_CASE("What swings in a bent patch that nothing brakes neither grows nor fades in a minute") {

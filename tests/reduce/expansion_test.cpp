@@ -80,7 +80,7 @@ struct Case {
 Vector both_of(const CubicForce& terms, const Vector& y, const Vector& rate) {
   CubicForce::Variables elastic, damping;
   terms.elastic(y, elastic);
-  terms.damping(y, rate, damping);
+  terms.damping(y, rate, {}, CubicForce::Variables::Zero(y.size()), damping);
   return elastic + damping;
 }
 
