@@ -86,38 +86,41 @@ template <class Lanes>
   }
 }
 
+/// `take`(k, cell, dF, dP) of each cell: how its F changes with the columns of y, and the elastic part of its stress.
+[[gnu::always_inline]] inline void for_each_change(const auto& cells, const std::vector<TetraTangent>& at,
+                                                   const std::vector<NodeLanes>& y, const auto& take) {
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    Mat change, p;
+    gradient(at_corners<const NodeLanes>(cells[k].nodes, y), cells[k].rest.b, change);
+    elastic(at[k], change, p);
+    take(k, cells[k], change, p);
+  }
+}
+
 }  // namespace
 
 void Tetrahedra::add_products(const std::vector<TetraTangent>& at, const std::vector<NodeLanes>& y, std::vector<NodeLanes>& k_y,
                               std::vector<NodeLanes>& d_y) const {
-  for (std::size_t k = 0; k < cells_.size(); ++k) {
-    const Cell& cell = cells_[k];
+  for_each_change(cells_, at, y, [&](std::size_t k, const Cell& cell, const Mat& change, Mat& p) {
     const TetraMaterial& m = materials_[cell.material];
-    Mat change, p;
-    gradient(at_corners<const NodeLanes>(cell.nodes, y), cell.rest.b, change);
-    elastic(at[k], change, p);
     scatter(cell.rest, p, at_corners<NodeLanes>(cell.nodes, k_y));
-    if (!is_viscous(m)) continue;
+    if (!is_viscous(m)) return;
     p = {};
     add_viscous(m, 1, at[k].f(), change, p);
     scatter(cell.rest, p, at_corners<NodeLanes>(cell.nodes, d_y));
-  }
+  });
   add_mass_damping(y, 1, d_y);
 }
 
 void Tetrahedra::add_sums(const std::vector<TetraTangent>& at, const std::vector<NodeLanes>& y, double c_k, double c_d,
                           std::vector<NodeLanes>& sum) const {
-  for (std::size_t k = 0; k < cells_.size(); ++k) {
-    const Cell& cell = cells_[k];
+  for_each_change(cells_, at, y, [&](std::size_t k, const Cell& cell, const Mat& change, Mat& p) {
     const TetraMaterial& m = materials_[cell.material];
-    Mat change, p;
-    gradient(at_corners<const NodeLanes>(cell.nodes, y), cell.rest.b, change);
-    elastic(at[k], change, p);
     for (auto& row : p.of)
       for (ColumnLanes& part : row) part *= c_k;
     if (is_viscous(m)) add_viscous(m, c_d, at[k].f(), change, p);
     scatter(cell.rest, p, at_corners<NodeLanes>(cell.nodes, sum));
-  }
+  });
   add_mass_damping(y, c_d, sum);
 }
 

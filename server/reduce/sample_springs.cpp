@@ -39,7 +39,7 @@ using Lane = EightFloats;
 [[gnu::always_inline]] inline void length_of(const Lane& square, Lane& length, Lane& inverse) {
   alignas(sizeof(Lane)) float numbers[kLane];
   lane(numbers, 0) = square;
-  Eigen::Map<Eigen::Array<float, kLane, 1>, Eigen::AlignedMax> root(numbers);
+  Eigen::Map<Eigen::Array<float, kLane, 1>, Eigen::Aligned32> root(numbers);
   root = root.sqrt().max(static_cast<float>(kLengthMin));
   length = lane(numbers, 0);
   inverse = 1.0F / length;

@@ -195,10 +195,7 @@ TEST_CASE("A grasp of a spring too stiff for a tick feels it turn as a fine inte
   patch.b_d.setZero();
   patch.b_k(1, 2) = kFar * kSoft;
   patch.k_port = patch.b_k.transpose() * patch.b_k / kSoft + 50 * Mat3::Identity();
-  CubicTerms terms;
-  terms.variables = 5;
-  terms.grasp = true;
-  terms.scale.setIdentity(5, 5);
+  CubicTerms terms = test::sampled_terms(patch);
   SampledSprings& springs = terms.springs;
   Eigen::MatrixXf moved = Eigen::MatrixXf::Zero(6, 2);
   moved.block<2, 2>(3, 0).setIdentity();
@@ -210,7 +207,6 @@ TEST_CASE("A grasp of a spring too stiff for a tick feels it turn as a fine inte
   springs.rest_length.setConstant(1, static_cast<float>(kLong));
   springs.stiffness.setConstant(1, static_cast<float>(kStiff));
   springs.damping.setZero(1);
-  terms.rate = stamp_rate(terms, patch);
   REQUIRE(CubicForce(terms, patch).added_mass().size() > 0);
   const GraspErrors found = grasp_errors(patch, terms);
   CAPTURE(found.bent_n, found.straight_n);
@@ -228,10 +224,7 @@ TEST_CASE("A solid whose dampers grow to many times theirs as it stretches is fe
   patch.b_k << 0, 0, -kStiffness;
   patch.b_d.setZero();
   patch.k_port = patch.b_k.transpose() * patch.b_k / kStiffness + 50 * Mat3::Identity();
-  CubicTerms terms;
-  terms.variables = 4;
-  terms.grasp = true;
-  terms.scale.setIdentity(4, 4);
+  CubicTerms terms = test::sampled_terms(patch);
   SampledTetrahedra& solid = terms.solid;
   Eigen::MatrixXf moved = Eigen::MatrixXf::Zero(12, 1);
   moved(11, 0) = static_cast<float>(kStretch * kSizeM);
@@ -244,7 +237,6 @@ TEST_CASE("A solid whose dampers grow to many times theirs as it stretches is fe
   solid.shear.setConstant(1, static_cast<float>(kOfTetra * kStiffness / (2 * kStretch * kStretch)));
   solid.dilation.setZero(1);
   solid.damping_s.setConstant(1, static_cast<float>(damping / (kOfTetra * kStiffness)));
-  terms.rate = stamp_rate(terms, patch);
   const GraspErrors found = grasp_errors(patch, terms);
   CAPTURE(damping, found.bent_n, found.straight_n, found.turned);
   CHECK(found.turned > 3);

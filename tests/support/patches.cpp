@@ -107,7 +107,8 @@ Eigen::MatrixXf some(int rows, int cols, double size) {
   return m;
 }
 
-/// Nothing sampled yet.
+}  // namespace
+
 CubicTerms sampled_terms(const Patch& patch) {
   const int first = patch.contact == ContactKind::attach ? 3 : 0, n = patch.modes() + first;
   CubicTerms terms;
@@ -117,8 +118,6 @@ CubicTerms sampled_terms(const Patch& patch) {
   terms.rate = stamp_rate(terms, patch);
   return terms;
 }
-
-}  // namespace
 
 CubicTerms spring_terms(const Patch& patch) {
   constexpr int kCount = 20, kNodes = 13;

@@ -17,6 +17,9 @@ Patch touch_patch(int modes, std::uint32_t seq, Micros stamp);
 /// Terms that go with it: third order a tenth, fourth order a fifth of the linear energy at the end of their trust.
 CubicTerms cubic_terms(const Patch& patch);
 
+/// Terms for springs or tetrahedra of which none are there yet.
+CubicTerms sampled_terms(const Patch& patch);
+
 /// Terms that are 20 springs, half as stiff together as the modes are.
 CubicTerms spring_terms(const Patch& patch);
 
