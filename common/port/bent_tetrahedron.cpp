@@ -4,11 +4,10 @@
 #include <algorithm>
 
 #include "common/port/polar.hpp"
+#include "common/port/polar_lanes.hpp"
 
 namespace palpate {
 namespace {
-
-constexpr int kTurns = 3;
 
 TetraLanes product(const TetraLanes& a, const TetraLanes& b) {
   TetraLanes c;
@@ -66,38 +65,16 @@ TetraLanes turned_by(const TetraLanes& r, const Axial& w) {
   return d;
 }
 
-/// The turn by atan |w| about w: unit quaternion (1 + sqrt(1 + |w|^2), w) normalised.
-TetraLanes turn_about(const Axial& w) {
-  const TetraLane real = 1 + (1 + w[0].square() + w[1].square() + w[2].square()).sqrt();
-  const TetraLane twice = 2 / (real.square() + w[0].square() + w[1].square() + w[2].square());
-  TetraLanes r;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
-    r[4 * k] = 1 - twice * (w[i].square() + w[j].square());
-    r[3 * i + j] = twice * (w[i] * w[j] - real * w[k]);
-    r[3 * j + i] = twice * (w[i] * w[j] + real * w[k]);
-  }
-  return r;
-}
-
-/// The rotation of F, from one that is near.
-TetraLanes rotation_near(TetraLanes r, const TetraLanes& f) {
-  constexpr float kLeast = 1e-6F;  // determinant below which there is no one rotation
-  for (int k = 0; k < kTurns; ++k) {
-    const TetraLanes s = transposed_product(r, f);
-    const TetraLane trace = s[0] + s[4] + s[8];
-    TetraLanes h;
-    for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t j = 0; j < 3; ++j) h[3 * i + j] = -0.5F * (s[3 * i + j] + s[3 * j + i]);
-    for (const std::size_t i : {0U, 4U, 8U}) h[i] += trace;
-    const TetraLanes g = cofactors_of(h);
-    const TetraLane det = h[0] * g[0] + h[1] * g[1] + h[2] * g[2];
-    const TetraLane inverse = (det > kLeast).select(1 / det.max(kLeast), TetraLane::Zero());
-    Axial w = times(g, axial_part(s));
-    for (TetraLane& part : w) part *= inverse;
-    r = product(r, turn_about(w));
-  }
-  return r;
+/// The rotation of F; in doubles, since close to where it turns over single precision finds another.
+TetraLanes rotation_of(const TetraLanes& f) {
+  Mat<kTetraLane> of, r;
+  TetraLanes rotation;
+  for (std::size_t i = 0; i < 9; ++i)
+    for (int l = 0; l < kTetraLane; ++l) of.of[i / 3][i % 3][l] = static_cast<double>(f[i][l]);
+  polar_rotations(of, r);
+  for (std::size_t i = 0; i < 9; ++i)
+    for (int l = 0; l < kTetraLane; ++l) rotation[i][l] = static_cast<float>(r.of[i / 3][i % 3][l]);
+  return rotation;
 }
 
 struct BentNeoHookean {
@@ -135,7 +112,7 @@ BentCorotational bent_corotational(const TetraStamp& at, const TetraLanes& df) {
   BentCorotational b;
   TetraLanes f;
   for (std::size_t i = 0; i < 9; ++i) f[i] = at.f[i] + df[i];
-  b.turned = rotation_near(at.g, f);
+  b.turned = rotation_of(f);
   b.first = turned_by(at.g, times(at.w, axial_part(transposed_product(at.g, df))));
   for (std::size_t i = 0; i < 9; ++i) b.change[i] = b.turned[i] - at.g[i];
   b.r = inner(at.g, df);

@@ -18,9 +18,8 @@
 //     than kLeastPairSum count as that);  r = R : dF,  e = (R' - R) : F'
 // and its energy beyond the second order
 //     (lambda c / 2 - mu) (2 e - dR : dF) + lambda/2 e (e + 2 r)
-// R' by Newton's method on rotations from R, three turns by atan |W' t'|: right to rounding where an element has turned by less
-// than a right angle since the stamp. Further it is some rotation, so Q is bounded, and no longer quite the gradient of the
-// energy.
+// R' is found anew from F', the rotation with the largest tr(R'^T F') as the body's own is (polar_lanes.hpp), however far an
+// element has turned since the stamp and inside out too.
 //
 // Its viscous stress is P_v(F, F_t) = F (mu_v (B + B^T) + lambda_v tr(B) 1), B = F^T F_t.
 #pragma once

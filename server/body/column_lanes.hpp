@@ -3,8 +3,8 @@
 
 #include <vector>
 
+#include "common/base/doubles.hpp"
 #include "server/body/block_matrix.hpp"
-#include "server/body/doubles.hpp"
 
 namespace palpate {
 

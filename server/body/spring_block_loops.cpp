@@ -1,4 +1,4 @@
-#include "server/body/doubles.hpp"
+#include "common/base/doubles.hpp"
 #include "server/body/spring_blocks.hpp"
 
 namespace palpate {

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "server/body/doubles.hpp"
+#include "common/base/doubles.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {

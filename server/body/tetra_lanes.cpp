@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "server/body/polar_lanes.hpp"
+#include "common/port/polar_lanes.hpp"
 
 namespace palpate {
 namespace {

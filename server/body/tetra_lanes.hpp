@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <span>
 
-#include "server/body/doubles.hpp"
+#include "common/base/doubles.hpp"
 #include "server/body/tetra_kernel.hpp"
 
 namespace palpate {

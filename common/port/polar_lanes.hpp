@@ -13,7 +13,7 @@
 // Source: Horn, Closed-form solution of absolute orientation using unit quaternions, J. Opt. Soc. Am. A 4 (1987).
 #pragma once
 
-#include "server/body/mat_lanes.hpp"
+#include "common/port/mat_lanes.hpp"
 
 namespace palpate {
 

@@ -1,7 +1,7 @@
 // 3x3 matrices side by side, one in every lane of a vector (doubles.hpp).
 #pragma once
 
-#include "server/body/doubles.hpp"
+#include "common/base/doubles.hpp"
 
 namespace palpate {
 

@@ -1,0 +1,70 @@
+// What one tetrahedron pushes beyond its linear force, against its law in double precision.
+#include "common/port/bent_tetrahedron.hpp"
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+#include <random>
+#include <vector>
+
+using namespace palpate;
+
+namespace {
+
+using Mat3d = Eigen::Matrix3d;
+
+constexpr double kMu = 3, kLambda = 7;
+
+/// The first Piola-Kirchhoff stress of the corotational law, its rotation from a singular value decomposition.
+Mat3d corotational_stress(const Mat3d& f) {
+  const Eigen::JacobiSVD<Mat3d> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Mat3d u = svd.matrixU();
+  if (u.determinant() * svd.matrixV().determinant() < 0) u.col(2) *= -1;  // the least of the stretches is the negative one
+  const Mat3d r = u * svd.matrixV().transpose();
+  return 2 * kMu * (f - r) + kLambda * (r.cwiseProduct(f).sum() - 3) * r;
+}
+
+class Draw {
+ public:
+  Mat3d rotation() {
+    return Eigen::Quaterniond(Eigen::Vector4d::NullaryExpr([&] { return normal_(random_); })).normalized().toRotationMatrix();
+  }
+  Mat3d stretched(double s1, double s2, double s3) { return rotation() * Eigen::Vector3d(s1, s2, s3).asDiagonal() * rotation(); }
+
+ private:
+  std::mt19937 random_{5};
+  std::normal_distribution<double> normal_;
+};
+
+TetraLanes in_all_lanes(const std::vector<Mat3d>& of) {
+  TetraLanes m;
+  for (std::size_t i = 0; i < 9; ++i)
+    for (std::size_t l = 0; l < kTetraLane; ++l)
+      m[i][static_cast<int>(l)] = static_cast<float>(of[l](static_cast<int>(i / 3), static_cast<int>(i % 3)));
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("a corotational tetrahedron pushes by its law however far it has turned since the stamp, and inside out") {
+  Draw draw;
+  for (int k = 0; k < 50; ++k) {
+    TetraStamp at;
+    std::vector<Mat3d> f, df;
+    for (int l = 0; l < kTetraLane; ++l) {
+      f.push_back(draw.stretched(1.2, 1, 0.7));
+      at.set(l, SolidLaw::corotational, f.back(), kMu, kLambda);
+      // Far from where two stretches add to nothing, where the rotation jumps; any turn, up to half a one.
+      df.push_back((l % 2 ? draw.stretched(1.4, 0.9, -0.5) : draw.stretched(1.3, 0.8, 0.4)) - f.back());
+    }
+    const TetraLanes q = stress_beyond_linear(SolidLaw::corotational, at, in_all_lanes(df));
+    for (std::size_t l = 0; l < kTetraLane; ++l) {
+      constexpr double h = 1e-5;
+      const Mat3d slope = (corotational_stress(f[l] + h * df[l]) - corotational_stress(f[l] - h * df[l])) / (2 * h);
+      const Mat3d exact = corotational_stress(f[l] + df[l]) - corotational_stress(f[l]) - slope;
+      Mat3d got;
+      for (std::size_t i = 0; i < 9; ++i)
+        got(static_cast<int>(i / 3), static_cast<int>(i % 3)) = static_cast<double>(q[i][static_cast<int>(l)]);
+      CHECK((got - exact).norm() < 1e-5 * exact.norm());
+    }
+  }
+}
