@@ -46,6 +46,10 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
   double h_try = step_s;
   std::optional<double> most_j;  // what a body has that is left alone
   while (until_s - state.time_s > 1e-9) {
+    if (report.newton_iterations > options_.most_iterations) {
+      report.converged = false;
+      return report;
+    }
     const double left = until_s - state.time_s;
     const double h = left / std::ceil(left / h_try - 1e-9);
     const BodyState before = state;

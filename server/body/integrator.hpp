@@ -26,6 +26,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -40,6 +41,8 @@ struct IntegratorOptions {
   double step_s = 0.010;      ///< largest step
   double tolerance_m = 1e-8;  ///< Newton stops when no node would move further
   LinearSolver::Method solver = LinearSolver::Method::automatic;
+  /// Of Newton's method in one advance(), which then gives up before its next step: for who would rather not know than wait.
+  int most_iterations = std::numeric_limits<int>::max();
 };
 
 class Integrator final : public Stepper {

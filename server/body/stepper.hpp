@@ -30,8 +30,8 @@ using ToolMotion = std::function<ToolAt(std::size_t port, double time_s)>;
 struct AdvanceReport {
   int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0, factorisations = 0;
   double needed_share = 1;  ///< of the springs, on average: the others rested
-  bool converged = true;    ///< false: contacts that contradict each other, or not even a damped step stayed in the world;
-                            ///< the state is the last good one
+  bool converged = true;    ///< false: contacts that contradict each other, or not even a damped step stayed in the world,
+                            ///< or it was given up; the state is the last good one
 };
 
 /// A contact that no hand could hold has gone wrong: more than kMostN, or more than kFarN with `gap_m`, from the tool to its

@@ -27,6 +27,7 @@ inline constexpr double kHandMostMs2 = 10;  ///< no hand speeds up more
 inline constexpr double kAlmostSureS = 0.15;
 inline constexpr std::size_t kFuturesLeast = 2, kFuturesOfItself = 3;
 inline constexpr int kLooksMost = 12;  ///< what swings within the bridged time is seen to
+inline constexpr int kRoughLooks = 6;  ///< by rough steps, one each; of kLooksMost
 
 inline const std::array<HandFuture, 6> kHandFutures{{{.coasts = true, .looks = kLooksMost},
                                                      {.looks = kLooksMost},

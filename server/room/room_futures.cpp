@@ -23,21 +23,32 @@ Vec3 Room::State::hand_acceleration(const Station& station) const {
 void Room::State::step_in_thought(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& look) {
   BodyState next = body;
   std::vector<ToolPort> there = ports;
-  for (int k = 1; k <= kLooksMost; ++k) {
-    const double until_s = body.time_s + k * over_s / kLooksMost;
-    if (!integrator.stepper->advance(next, there, until_s, scene.solver.step_s, tool).converged) return;
-    look(k, next.x);
+  const int looks = roughly ? kRoughLooks : kLooksMost;
+  for (int k = 1; k <= looks; ++k) {
+    const double until_s = body.time_s + k * over_s / looks;
+    if (!(roughly ? roughly->advance(next, there, until_s, tool, looks + 1 - k)
+                  : integrator.stepper->advance(next, there, until_s, scene.solver.step_s, tool).converged))
+      return;
+    look(k * (kLooksMost / looks), next.x);
   }
 }
 
-/// Each way in which the hands may move on costs what the body costs in the bridged time: a body that costs more than kMostCost
-/// of a core is left alone, and others are looked at in kMostS.
-std::vector<Vector> Room::State::as_hands_may_move(Micros bridge) {
+/// In how many ways the hands may move on, of those in which a body is looked at in kMostS. Each costs what the body costs in the
+/// bridged time, and a body that costs more than kMostCost of a core is left alone; rough steps count what they took.
+std::size_t Room::State::affordable_futures(Micros bridge) {
   constexpr double kMostCost = 0.01, kMostS = 0.0125;
-  if (integrator.cost > kMostCost) return {};
-  const double each_s = integrator.cost * seconds(bridge);
   std::size_t futures = seconds(bridge) < kAlmostSureS ? kFuturesOfItself : kHandFutures.size();
+  if (roughly) {
+    roughly->allow(kMostS);
+    return futures;
+  }
+  if (integrator.cost > kMostCost) return 0;
+  const double each_s = integrator.cost * seconds(bridge);
   while (futures > kFuturesLeast && static_cast<double>(futures) * each_s > kMostS) --futures;
+  return futures;
+}
+
+std::vector<Vector> Room::State::as_hands_may_move(Micros bridge) {
   std::vector<ToolAt> now;
   std::vector<Vec3> acceleration;
   for (const StationId id : port_owner) {
@@ -45,7 +56,7 @@ std::vector<Vector> Room::State::as_hands_may_move(Micros bridge) {
     acceleration.push_back(hand_acceleration(stations.at(id)));
   }
   std::vector<Vector> ahead;
-  for (const HandFuture& future : std::span(kHandFutures).first(futures)) {
+  for (const HandFuture& future : std::span(kHandFutures).first(affordable_futures(bridge))) {
     const auto tool = [&](std::size_t k, double t) {
       if (future.coasts) return tool_at(stations.at(port_owner[k]), from_seconds(t));
       return moved_on(now[k], future.speeds_up ? Vec3(acceleration[k] + future.beside_m_s2) : Vec3(Vec3::Zero()),
@@ -88,11 +99,10 @@ void Room::State::rehearse(const std::vector<std::size_t>& feeling) {
 }
 
 /// A basis that knows where the body may be is truer there. What is remembered is less likely to come back than what is looked at
-/// ahead is to come, and counts for less, in finely meshed bodies above all. Bodies whose integrator keeps something from step to
-/// step cannot be stepped in thought; most of them are solids, which gain nothing by what is remembered either.
+/// ahead is to come, and counts for less, in finely meshed bodies above all. Bodies that are stepped roughly, solids mostly, gain
+/// nothing by what is remembered.
 void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros bridge) {
   constexpr double kRemembered = 0.06, kBesideFutures = 0.03;
-  if (!integrator.stepper->leaves_no_trace()) return;
   std::vector<std::size_t> feeling;
   for (std::size_t k = 0; k < job.stations.size(); ++k) {
     if (!gets_patch[k] || job.stations[k].scheme != Scheme::cubic) continue;
@@ -101,10 +111,12 @@ void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t
   }
   if (feeling.empty()) return;
   std::vector<Vector> ahead;
-  if (asleep)
-    rehearse(feeling);
-  else
-    ahead = as_hands_may_move(bridge);
+  if (!asleep) ahead = as_hands_may_move(bridge);
+  if (roughly) {
+    frame_model.foresee(std::move(ahead));
+    return;
+  }
+  if (asleep) rehearse(feeling);
   const double weight = ahead.empty() ? kRemembered : kBesideFutures;
   std::vector<Vec3> near, holding;
   for (const std::size_t k : feeling) near.push_back(frame_model.place_of(ports[k]));

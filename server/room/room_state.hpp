@@ -16,6 +16,7 @@
 #include "server/room/grasp.hpp"
 #include "server/room/remembered_states.hpp"
 #include "server/room/room.hpp"
+#include "server/room/rough_steps.hpp"
 #include "server/room/tool_track.hpp"
 
 namespace palpate {
@@ -55,6 +56,7 @@ struct Room::State {
 
   explicit State(const Scene& s)
       : scene(s), skin(scene.body, scene.tool.radius_m), dynamics(scene.body), integrator(choose_stepper(scene, dynamics, skin)) {
+    if (!integrator.stepper->leaves_no_trace()) roughly.emplace(dynamics, skin);
     body = rest = settled_state(dynamics, skin);
     fall_asleep();
   }
@@ -72,8 +74,9 @@ struct Room::State {
                                           const std::function<const std::vector<double>&()>& positions);
   AdvanceReport advance(const FrameJob& job);
   Vec3 hand_acceleration(const Station& station) const;
-  /// From where the body is, `look`ed at kLooksMost times: which look it is, and x.
+  /// From where the body is, `look`ed at kLooksMost times or, roughly, kRoughLooks: which of kLooksMost it is, and x.
   void step_in_thought(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& look);
+  std::size_t affordable_futures(Micros bridge);
   std::vector<Vector> as_hands_may_move(Micros bridge);
   void rehearse(const std::vector<std::size_t>& feeling);
   void look_ahead(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros bridge);
@@ -91,6 +94,7 @@ struct Room::State {
   Skin skin;
   Dynamics dynamics;
   ChosenStepper integrator;
+  std::optional<RoughSteps> roughly;  // where `integrator` cannot step in thought
   BodyState body, rest;
   BalancedBases balanced{dynamics, skin, rest};
   double softest_1_s2 = softest_stiffness(dynamics);

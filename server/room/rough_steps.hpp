@@ -1,0 +1,28 @@
+// A body stepped in thought, where its own integrator keeps something from step to step and may not be asked: TR-BDF2 in few
+// long steps, by conjugate gradients, and no more exact than it takes to know which way a body bends.
+//
+// What that costs is estimated from what it took, as the ladder does (ladder.hpp), and no clock is read:
+//     edges of elements * (kIterationNs Newton's iterations + kMatrixNs matrices + kProductNs products)
+#pragma once
+
+#include "server/body/integrator.hpp"
+
+namespace palpate {
+
+class RoughSteps {
+ public:
+  /// `dynamics` and `skin` must outlive it.
+  RoughSteps(const Dynamics& dynamics, const Skin& skin);
+
+  /// From here on steps of this estimated cost at most, and one more.
+  void allow(double most_s) { left_s_ = most_s; }
+  /// False where that is spent, where it would be by `steps` steps of the usual kind, or where the body is not to be followed:
+  /// the state is of no use then.
+  bool advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, const ToolMotion& tools, int steps);
+
+ private:
+  double edges_, left_s_ = 0;
+  Integrator integrator_;
+};
+
+}  // namespace palpate
