@@ -23,9 +23,9 @@ struct Body {
   Dynamics dynamics;
 };
 
-/// K and D on what moves with the modes, and with the tool that holds a node.
+/// What moves with the modes, and with the tool that holds a node, and K and D on it.
 struct Ways {
-  Matrix k, d;
+  Matrix of, k, d;
 };
 
 /// M + h/2 D + h^2/4 K, over all nodes or, with `ways`, over modes.
@@ -34,15 +34,19 @@ class StepMatrix {
   StepMatrix(const Body& body, const LocalStart& start, const Ways* ways, const std::vector<std::uint8_t>& held, double h)
       : h_(h), solver_(body.dynamics.nodes()) {
     if (ways) {
-      const Eigen::Index modes = start.modes.cols();
-      const Matrix a = start.modes.transpose() * (h_ / 2 * ways->d.leftCols(modes) + h_ * h_ / 4 * ways->k.leftCols(modes));
-      modes_.compute(Matrix::Identity(a.rows(), a.cols()) + 0.5 * (a + a.transpose()));
       reduced_ = &start.modes;
+      take(*ways);
     } else {
       matrix_ = body.dynamics.make_matrix();
       body.dynamics.assemble(start.body, 1, h_ / 2, h_ * h_ / 4, held, false, matrix_);
       if (!solver_.factorise(matrix_)) throw std::runtime_error("a linearised body has no step of a millisecond");
     }
+  }
+  /// Of modes, whose K and D are others from here on.
+  void take(const Ways& ways) {
+    const Eigen::Index modes = reduced_->cols();
+    const Matrix a = reduced_->transpose() * (h_ / 2 * ways.d.leftCols(modes) + h_ * h_ / 4 * ways.k.leftCols(modes));
+    modes_.compute(Matrix::Identity(modes, modes) + 0.5 * (a + a.transpose()));
   }
   /// What the nodes' velocities are when this is what they are pushed by, near `x`; rows of held nodes zero, in `x` too.
   Vector operator()(const Vector& b, Vector x) {
@@ -83,7 +87,6 @@ class LocalRun {
     if (grasp_) at_node(v_, port_.node) = at_node(start.body.v, port_.node);
     body.dynamics.forces(start.body.x, start.body.v, at_stamp_);
     if (full_) d_stamp_ = d_on(start.body.v);
-    if (!pace_.dampers_turn) body.dynamics.forces(start.body.x, Vector::Zero(v_.size()), still_);
   }
 
   /// The tool goes to `to` within a tick; the force on it there.
@@ -91,6 +94,7 @@ class LocalRun {
     const Vec3 from = tool_;
     Vec3 force = Vec3::Zero();
     const int steps = pace_.steps;
+    if (!pace_.dampers_explicit) renew_dampers(to);
     for (int k = 1; k <= steps; ++k) force = step(k == steps ? to : Vec3(from + static_cast<double>(k) / steps * (to - from)));
     return force;
   }
@@ -135,10 +139,10 @@ class LocalRun {
     return tangents;
   }
   /// Forces that are not linear are explicit: steps are short for springs that stiffen and turn, and for dampers that turn. Where
-  /// these would take more than kMostSteps they stay as they are at the stamp, in the linear part.
+  /// these would take more than kMostSteps they are in the linear part, taken anew in every tick.
   struct Pace {
     int steps = 1;  ///< in a tick
-    bool dampers_turn = true;
+    bool dampers_explicit = true;
   };
   static Pace pace_of(const Ways& ways, const Matrix& modes) {
     constexpr double kTickS = 0.001, kPartOfStable = 0.5, kMostBraked = 1;
@@ -167,14 +171,14 @@ class LocalRun {
   }
   static Ways ways_of(const Tangents& tangents, const LocalStart& start) {
     const bool grasp = start.port.kind == ContactKind::attach;
-    Matrix moved = start.modes;
-    if (grasp) {
-      moved.conservativeResize(Eigen::NoChange, moved.cols() + 3);
-      moved.rightCols<3>().setZero();
-      moved.block<3, 3>(3 * static_cast<Eigen::Index>(start.port.node), start.modes.cols()).setIdentity();
-    }
     Ways ways;
-    tangents.multiply(moved, ways.k, ways.d);
+    ways.of = start.modes;
+    if (grasp) {
+      ways.of.conservativeResize(Eigen::NoChange, ways.of.cols() + 3);
+      ways.of.rightCols<3>().setZero();
+      ways.of.block<3, 3>(3 * static_cast<Eigen::Index>(start.port.node), start.modes.cols()).setIdentity();
+    }
+    tangents.multiply(ways.of, ways.k, ways.d);
     return ways;
   }
   Vector d_on(const Vector& v) const {
@@ -191,12 +195,22 @@ class LocalRun {
   Vector forces(const Vector& w, const Vector& v) const {
     if (!full_) return linear_forces(w, v);
     Vector f;
-    if (pace_.dampers_turn) {
+    if (pace_.dampers_explicit) {
       body_->dynamics.forces(start_->body.x + w, v, f);
       return f;
     }
     body_->dynamics.forces(start_->body.x + w, Vector::Zero(v.size()), f);
-    return f - still_ + linear_forces(Vector::Zero(w.size()), v);
+    return f - ways_.d * coordinates(v);
+  }
+  /// D where the body is halfway through the tick, its forces being linear in velocities there.
+  void renew_dampers(const Vec3& to) {
+    BodyState halfway{0, start_->body.x + w_ + 0.5e-3 * v_, Vector::Zero(v_.size())};
+    if (grasp_) at_node(halfway.x, port_.node) += 0.5 * (tool_ + to) - tool_begin_ - at_node(w_, port_.node);
+    tangents_.take(halfway);
+    Matrix k;
+    tangents_.multiply(ways_.of, k, ways_.d);
+    step_.take(ways_);
+    answers_.clear();
   }
   Vec3 felt_at_node() const {
     if (full_) return body_->dynamics.element_force({0, start_->body.x + w_, v_}, port_.node);
@@ -257,7 +271,7 @@ class LocalRun {
   StepMatrix step_;
   ToolPort port_;
   Vec3 tool_begin_, tool_;
-  Vector w_, v_, at_stamp_, still_, d_stamp_;  // F(x*, v*), F(x*, 0), D v*
+  Vector w_, v_, at_stamp_, d_stamp_;  // F(x*, v*), D v*
   std::unordered_map<std::uint32_t, Matrix> answers_;
   std::vector<double> positions_;
 };

@@ -8,8 +8,9 @@
 //     whole_linear    M w'' = F* - K w - D (w' - v*) + B lambda        the whole body, linearised at the stamp
 //
 // in ticks of 1 ms by the trapezoid, what the forces have beyond the linear ones where the step before leads to; full forces in
-// two steps or as many as are stable. Dampers for which these would have to be more than eight do not turn. The contact is the
-// server's: the whole skin and the same law (contact_law.hpp). Neither wire, cross-fade nor guard have a part in it.
+// two steps or as many as are stable. Dampers for which these would have to be more than eight are linear in each tick, as they
+// are halfway through it. The contact is the server's: the whole skin and the same law (contact_law.hpp). Neither wire,
+// cross-fade nor guard have a part in it.
 #pragma once
 
 #include <optional>

@@ -160,6 +160,12 @@ Vector stiffness_of(const Patch& patch, Eigen::Index first) {
   return stiffness;
 }
 
+/// The last of the columns among them.
+Matrix every_second(const Matrix& of) {
+  const Eigen::Index taken = (of.cols() + 1) / 2;
+  return of(Eigen::all, Eigen::seqN((of.cols() + 1) % 2, taken, 2));
+}
+
 /// Whether a mode is braked away within a third of a step of the player.
 bool braked_fast(const Patch& patch, int steps) {
   const double fastest = Eigen::SelfAdjointEigenSolver<Matrix>(patch.damping, Eigen::EigenvaluesOnly).eigenvalues().tail<1>()[0];
@@ -243,17 +249,20 @@ std::optional<CubicTerms> sampled_terms(const BentBody& body, const Patch& patch
   sampling.likely = Matrix::Zero(n, shapes.coordinates.cols() + shapes.ways.cols());
   sampling.likely.bottomLeftCorner(r, shapes.coordinates.cols()) = shapes.coordinates;
   sampling.likely.rightCols(shapes.ways.cols()) = shapes.ways;
-  sampling.path = sampling.likely.middleCols(shapes.coordinates.cols() - shapes.dents, shapes.dents);
+  const bool solid = !body.at().dynamics->tetrahedra().empty();
+  sampling.path = solid && shapes.dents == 0
+                      ? every_second(shapes.ways.rightCols(shapes.ahead))
+                      : Matrix(sampling.likely.middleCols(shapes.coordinates.cols() - shapes.dents, shapes.dents));
   sampling.stiffness = stiffness_of(patch, first);
   if (first > 0) sampling.likely.topLeftCorner(first, first) = shapes.amplitude.asDiagonal();
   CubicTerms terms;
   terms.variables = variables;
   terms.grasp = first > 0;
   terms.scale = Matrix::Identity(n, n);
-  if (body.at().dynamics->tetrahedra().empty()) {
-    if (auto springs = sample_springs(body.at(), body.moved(), sampling)) terms.springs = std::move(*springs);
-  } else if (auto solid = sample_tetrahedra(body.at(), body.moved(), sampling)) {
-    terms.solid = std::move(*solid);
+  if (solid) {
+    if (auto tetrahedra = sample_tetrahedra(body.at(), body.moved(), sampling)) terms.solid = std::move(*tetrahedra);
+  } else if (auto springs = sample_springs(body.at(), body.moved(), sampling)) {
+    terms.springs = std::move(*springs);
   }
   if (!terms.sampled()) return std::nullopt;
   if (repaired) terms.e2 = repair(shapes.lifted, terms.scale);

@@ -39,6 +39,7 @@ struct CubicShapes {
   int dents = 0;       ///< of its columns, the last
   Matrix lifted;       ///< H - H~
   Matrix ways;         ///< u of where the body was, rests and will be, a column each
+  int ahead = 0;       ///< of its columns, the last: where it will be
 };
 
 /// u of where the body is likely to come to, or may be pressed to: `ways`, and dents as deep as the hand goes, which yields by a

@@ -81,3 +81,10 @@ TEST_CASE("Over large motions the body's own forces on all of its modes are the 
   CHECK(few < all + 1);
   CHECK(linear < few - 10);
 }
+
+TEST_CASE("Dampers that brake faster than any step turn with the body in full forces") {
+  Scene scene = scene_named("cube6");
+  for (Element& e : scene.body.elements) e.damping_n_s_m *= 40;
+  const ReplayResult run = with_starts(scene, wave(home_of(scene), 0.008, 0, 0.7), 100);
+  CHECK(db_of(run, scene, LocalModel::full_forces) > 50);  // 35 with dampers as at the stamp
+}
