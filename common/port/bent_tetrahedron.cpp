@@ -65,7 +65,7 @@ TetraLanes turned_by(const TetraLanes& r, const Axial& w) {
   return d;
 }
 
-/// The rotation of F; in doubles, since close to where it turns over single precision finds another.
+/// The rotation of F, found in doubles as the body's is.
 TetraLanes rotation_of(const TetraLanes& f) {
   Mat<kTetraLane> of, r;
   TetraLanes rotation;
