@@ -204,11 +204,10 @@ class LocalRun {
   }
   /// D where the body is halfway through the tick, its forces being linear in velocities there.
   void renew_dampers(const Vec3& to) {
-    BodyState halfway{0, start_->body.x + w_ + 0.5e-3 * v_, Vector::Zero(v_.size())};
+    BodyState halfway{0, start_->body.x + w_ + 0.5 * pace_.steps * h_ * v_, Vector::Zero(v_.size())};
     if (grasp_) at_node(halfway.x, port_.node) += 0.5 * (tool_ + to) - tool_begin_ - at_node(w_, port_.node);
     tangents_.take(halfway);
-    Matrix k;
-    tangents_.multiply(ways_.of, k, ways_.d);
+    tangents_.multiply_sum(ways_.of, 0, 1, ways_.d);
     step_.take(ways_);
     answers_.clear();
   }

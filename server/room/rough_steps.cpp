@@ -5,7 +5,7 @@ namespace {
 
 constexpr double kIterationNs = 32, kMatrixNs = 80, kProductNs = 3.5, kStepNs = 350;  // of an edge; measured
 constexpr double kTolerance = 0.01;                                                   // of an edge's length
-constexpr int kMostIterations = 24;                                                   // of a step; most take three or four
+constexpr int kMostIterations = 24;                                                   // of a step; grasps take two or three
 
 }  // namespace
 
