@@ -15,14 +15,6 @@ TetraLanes product(const TetraLanes& a, const TetraLanes& b) {
     for (std::size_t j = 0; j < 3; ++j) c[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
   return c;
 }
-/// A^T B
-TetraLanes transposed_product(const TetraLanes& a, const TetraLanes& b) {
-  TetraLanes c;
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j) c[3 * i + j] = a[i] * b[j] + a[3 + i] * b[3 + j] + a[6 + i] * b[6 + j];
-  return c;
-}
-
 /// What the cofactors of A change by with B, to first order.
 TetraLanes mixed_cofactors(const TetraLanes& a, const TetraLanes& b) {
   TetraLanes x;
@@ -77,6 +69,37 @@ TetraLanes rotation_of(const TetraLanes& f) {
   return rotation;
 }
 
+/// The same by Newton's method from a rotation nearby (polar_lanes.hpp, 3.): found in few turns where it was the largest tr(R^T
+/// F) that it came to, which is where the sums of two principal stretches are all above 0.
+bool turn_to(const TetraLanes& f, TetraLanes& r) {
+  constexpr int kTurns = 4;
+  constexpr float kRounding = 1e-12F;  // of |t|^2 to (tr S)^2
+  constexpr float kLeastPair = 0.02F;  // of tr S
+  for (int k = 0;; ++k) {
+    const TetraLanes s = transposed_product(r, f);
+    const Axial t = axial_part(s);
+    const TetraLane trace = s[0] + s[4] + s[8], size = trace.square();
+    const TetraLane off = t[0] * t[0] + t[1] * t[1] + t[2] * t[2];
+    // H = (tr S) 1 - S, symmetric
+    const TetraLane xx = s[4] + s[8], yy = s[8] + s[0], zz = s[0] + s[4];
+    const TetraLane xy = -0.5F * (s[1] + s[3]), yz = -0.5F * (s[5] + s[7]), zx = -0.5F * (s[2] + s[6]);
+    const TetraLane gxx = yy * zz - yz * yz, gxy = yz * zx - xy * zz, gzx = xy * yz - yy * zx;
+    const TetraLane det = xx * gxx + xy * gxy + zx * gzx;
+    if ((off <= kRounding * size).all() || k == kTurns)
+      return ((off <= kRounding * size) && (trace > 0.0F) && (xx > kLeastPair * trace) &&
+              (xx * yy - xy * xy > kLeastPair * size) && (det > kLeastPair * size * trace))
+          .all();
+    const TetraLane gyy = zz * xx - zx * zx, gyz = xy * zx - xx * yz, gzz = xx * yy - xy * xy;
+    const TetraLane inverse = 1.0F / det;
+    const Axial w{inverse * (gxx * t[0] + gxy * t[1] + gzx * t[2]), inverse * (gxy * t[0] + gyy * t[1] + gyz * t[2]),
+                  inverse * (gzx * t[0] + gyz * t[1] + gzz * t[2])};
+    // 1 + c [w]x + c^2 / (1 + c) [w]x^2 turns by atan |w|
+    const TetraLane c = 1.0F / (1.0F + (w[0] * w[0] + w[1] * w[1] + w[2] * w[2])).sqrt(), b = c * c / (1.0F + c);
+    const TetraLanes once = turned_by(r, w), twice = turned_by(once, w);
+    for (std::size_t i = 0; i < 9; ++i) r[i] += c * once[i] + b * twice[i];
+  }
+}
+
 struct BentNeoHookean {
   TetraLane d, f, q, e, j, det;
   TetraLanes c;
@@ -112,7 +135,8 @@ BentCorotational bent_corotational(const TetraStamp& at, const TetraLanes& df) {
   BentCorotational b;
   TetraLanes f;
   for (std::size_t i = 0; i < 9; ++i) f[i] = at.f[i] + df[i];
-  b.turned = rotation_of(f);
+  b.turned = at.g;
+  if (!turn_to(f, b.turned)) b.turned = rotation_of(f);
   b.first = turned_by(at.g, times(at.w, axial_part(transposed_product(at.g, df))));
   for (std::size_t i = 0; i < 9; ++i) b.change[i] = b.turned[i] - at.g[i];
   b.r = inner(at.g, df);

@@ -40,6 +40,13 @@ inline TetraLane inner(const TetraLanes& a, const TetraLanes& b) {
   for (std::size_t i = 1; i < 9; ++i) sum += a[i] * b[i];
   return sum;
 }
+/// A^T B
+inline TetraLanes transposed_product(const TetraLanes& a, const TetraLanes& b) {
+  TetraLanes c;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) c[3 * i + j] = a[i] * b[j] + a[3 + i] * b[3 + j] + a[6 + i] * b[6 + j];
+  return c;
+}
 /// A tetrahedron of one material at a deformation gradient, in every lane its own.
 struct TetraStamp {
   TetraLanes f, g;       ///< F; G, of a corotational one R
