@@ -34,17 +34,14 @@ float multiplicity(const std::array<int, size>& indices, int p) {
   return static_cast<float>(std::count(indices.begin(), indices.end(), p));
 }
 
-/// alpha of dampers that push g, and at_stamp of it at the stamp; none where they do not brake.
-std::optional<double> share_at_end(const CubicForce::Variables& g, const CubicForce::Variables& at_stamp,
-                                   const CubicForce::Variables& rate, const ModeMatrix& closing,
-                                   const CubicForce::Variables& before) {
+/// alpha of dampers that push g, without which the rates at the end are `at_end`; none where they do not brake. `closing`: of the
+/// modes, the last.
+std::optional<double> share_at_end(const CubicForce::Variables& g, const CubicForce::Variables& rate,
+                                   const CubicForce::Variables& at_end, const ModeMatrix& closing) {
   const auto r = closing.rows();
-  const double power = rate.dot(g);
-  ModeVector given(r);
-  given.noalias() = closing * g.tail(r);
-  const double taken = g.tail(r).dot(given);
+  const double power = rate.dot(g), taken = g.tail(r).dot(closing * g.tail(r));
   if (!(power > 0) || !(taken >= 0)) return {};
-  return (power + given.dot((at_stamp - before).tail(r))) / (power + taken);
+  return at_end.dot(g) / (power + taken);
 }
 
 }  // namespace
@@ -157,6 +154,8 @@ CubicForce::CubicForce(const CubicTerms& terms, const Patch& patch) : CubicForce
   has_damping_ = factor.info() == Eigen::Success && d.trace() > 0;
   root_ = Eigen::MatrixXd(factor.matrixU()).cast<float>();
   inverse_ = factor.matrixL().solve(Eigen::MatrixXd::Identity(n, n)).cast<float>();
+  const auto* const solid = std::get_if<SampledSolidForce>(&sampled_);
+  if (solid != nullptr && terms.grasp) turned_ = TurnedDampers(*solid, patch.damping);
 }
 
 const ModeMatrix& CubicForce::added_mass() const {
@@ -239,22 +238,49 @@ void CubicForce::elastic(const Variables& u, Variables& force) const noexcept {
 }
 
 void CubicForce::damping(const Variables& u, const Variables& u_rate, const ModeMatrix& closing, const Variables& before,
-                         Variables& force) const noexcept {
-  if (!has_damping_) {
-    force.setZero(u.size());
-    return;
-  }
+                         Variables& force) noexcept {
+  force.setZero(u.size());
+  if (!has_damping_) return;
   const Values asked = (scale_ * u).cast<float>(), rate = (scale_ * u_rate).cast<float>();
   const Values y = within(asked);
   Values change(variables_), at_stamp(variables_);
   turn_dampers(y, rate, change, at_stamp);
-  const float part = has_sampled() ? kSpringDamperChange : kDamperChange;
-  const float most = part * (root_ * rate).norm(), size = (inverse_ * change).norm();
+  const float most = (has_sampled() ? kSpringDamperChange : kDamperChange) * (root_ * rate).norm();
+  if (!turned_.empty()) {
+    brake_at_end(change.cast<double>(), u_rate, closing, before, most, force);
+    turned_.renew(std::get<SampledSolidForce>(sampled_), y, closing);
+    return;
+  }
   force.noalias() = -(scale_.transpose() * (change - at_stamp).cast<double>());
+  const float size = (inverse_ * change).norm();
   if (!(size > most)) return;
   std::optional<double> share;
-  if (has_sampled()) share = share_at_end(change.cast<double>(), at_stamp.cast<double>(), u_rate, closing, before);
+  if (has_sampled()) {
+    Variables at_end = u_rate;
+    at_end.tail(closing.rows()) += closing * (at_stamp.cast<double>() - before).tail(closing.rows());
+    share = share_at_end(change.cast<double>(), u_rate, at_end, closing);
+  }
   force *= share.value_or(static_cast<double>(most / size));
+}
+
+void CubicForce::brake_at_end(const Variables& change, const Variables& u_rate, const ModeMatrix& closing,
+                              const Variables& before, float most, Variables& force) const noexcept {
+  const auto r = closing.rows();
+  const TurnedDampers::ForVariables& s = turned_.change();
+  const ModeMatrix& closing_held = turned_.closing().size() > 0 ? turned_.closing() : closing;
+  const Variables held = s * u_rate, g = change - held;
+  const ModeVector carried = closing * before.tail(r);
+  ModeVector push = s.bottomRightCorner(r, r) * carried - held.tail(r);
+  const float size = (inverse_ * g.cast<float>()).norm();
+  double part = 1;
+  if (size > most) {
+    Variables at_end = u_rate;
+    at_end.tail(r) += closing_held * push - carried;
+    part = share_at_end(g, u_rate, at_end, closing_held).value_or(static_cast<double>(most / size));
+  }
+  push -= part * g.tail(r);
+  const ModeVector slowed = closing_held * push - carried;  // what the modes' rates change by
+  force.noalias() = -held - part * g - s.rightCols(r) * slowed;
 }
 
 double CubicForce::energy(const Variables& u) const noexcept {

@@ -28,7 +28,11 @@
 // that the step went with already, its end has y'_e = y' - C f_b - C R y'_e:
 //     f = -alpha g,   alpha = g^T (y' - C f_b) / (y'^T g + g^T C g)
 // of second order where C g is small; from step to step (1 + C R)^-1 (1 - (W - C) R), W what a whole step gives, W / 2 <= C <= W,
-// is a contraction in the norm of C^-1 however large R is. Their energy is what springs store and give back, so nothing
+// is a contraction in the norm of C^-1 however large R is. One direction is not enough for a solid that is grasped and let go of:
+// there S, D1 as it was some milliseconds ago (turned_dampers.hpp), is taken at the end of the step, and g = (D1 - S) y' is what
+// is left for all this:
+//     f = -S y'_e - alpha g,   y'_e = y' + C (f - f_b),   alpha as above with (1 + C S)^-1 C for C and the y'_e of g = 0.
+// A touch gains nothing by that. The energy of sampled elements is what those store and give back, so nothing
 // bounds it: a body that snaps gives away more than -kSoftening E_lin. E2 has no end there, so it is left out unless springs that
 // are stretched without end hold the body up in spite of it. Of a solid they are some of its finite elements
 // (sampled_tetrahedra.hpp), of which all this is true too.
@@ -49,6 +53,7 @@
 #include "common/port/patch.hpp"
 #include "common/port/sampled_springs.hpp"
 #include "common/port/sampled_tetrahedra.hpp"
+#include "common/port/turned_dampers.hpp"
 
 namespace palpate {
 
@@ -118,7 +123,7 @@ class CubicForce {
   /// Force on u, that moves at u', of dampers that have turned. `closing`: C, of the modes, the last of u; `before`: f_b, of u.
   /// No allocation.
   void damping(const Variables& u, const Variables& u_rate, const ModeMatrix& closing, const Variables& before,
-               Variables& force) const noexcept;
+               Variables& force) noexcept;
   /// E [J], for tests of energy.
   double energy(const Variables& u) const noexcept;
 
@@ -137,6 +142,9 @@ class CubicForce {
   /// Minus what dampers push more for having turned, and what of that the patch has at the stamp.
   void turn_dampers(const Values& y, const Values& rate, Values& change, Values& at_stamp) const noexcept;
   float linear_energy(const Values& y) const noexcept;
+  /// Of a solid's dampers that push `change` more than at the stamp, `most`: the bound of what they do beside S.
+  void brake_at_end(const Variables& change, const Variables& u_rate, const ModeMatrix& closing, const Variables& before,
+                    float most, Variables& force) const noexcept;
 
   template <typename Of>
   decltype(auto) of_sampled(const Of& of) const {
@@ -150,6 +158,7 @@ class CubicForce {
 
   int variables_ = 0, leading_ = 0, steps_ = 1;
   std::variant<SampledForce, SampledSolidForce> sampled_;
+  TurnedDampers turned_;  // of a solid
   bool has_e2_ = false, has_damping_ = false;
   float radius_ = 0;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables> scale_;

@@ -163,4 +163,34 @@ void SampledSolidForce::damping(const Values& u, const Values& rate, Values& cha
   change = collect(all);
 }
 
+void SampledSolidForce::add_dampers(const Values& u, int group, Square& dampers) const noexcept {
+  // Rows whose squares add up to the power: the strain rate's parts times the roots of what they are braked with.
+  constexpr int kRows = 7 * kTetraLane;
+  Eigen::Matrix<float, kRows, Eigen::Dynamic, Eigen::ColMajor, kRows, kMaxVariables> rows(kRows, variables_);
+  const auto k = static_cast<std::size_t>(group);
+  const Eigen::Index first = group * kTetraLane;
+  const auto motion = [&](Eigen::Index variable) { return lanes_of(motion_.col(variable).data() + first, count_); };
+  TetraLanes f;
+  f.fill(TetraLane::Zero());
+  for (int i = 0; i < variables_; ++i) {
+    const TetraLanes h = motion(i);
+    for (std::size_t j = 0; j < 9; ++j) f[j] += u[i] * h[j];
+  }
+  const TetraLane part = bounded(f).part;
+  for (std::size_t j = 0; j < 9; ++j) f[j] = stamp_[k].f[j] + part * f[j];
+  const TetraLane shear = viscous_mu_[k].sqrt(), twice = (2 * viscous_mu_[k]).sqrt(), volume = viscous_lambda_[k].sqrt();
+  for (int i = 0; i < variables_; ++i) {
+    const TetraLanes b = transposed_product(f, motion(i));
+    auto column = rows.col(i);
+    column.segment<kTetraLane>(0) = twice * b[0];
+    column.segment<kTetraLane>(kTetraLane) = twice * b[4];
+    column.segment<kTetraLane>(2 * kTetraLane) = twice * b[8];
+    column.segment<kTetraLane>(3 * kTetraLane) = shear * (b[1] + b[3]);
+    column.segment<kTetraLane>(4 * kTetraLane) = shear * (b[2] + b[6]);
+    column.segment<kTetraLane>(5 * kTetraLane) = shear * (b[5] + b[7]);
+    column.segment<kTetraLane>(6 * kTetraLane) = volume * (b[0] + b[4] + b[8]);
+  }
+  dampers.noalias() += rows.transpose() * rows;
+}
+
 }  // namespace palpate

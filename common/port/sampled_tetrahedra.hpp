@@ -57,6 +57,7 @@ class SampledSolidForce {
  public:
   static constexpr float kFree = 2, kBeyond = 3;
   using Values = SampledForce::Values;
+  using Square = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables>;
 
   SampledSolidForce() = default;
   /// `slowed`: with as much mass as the step takes.
@@ -74,6 +75,12 @@ class SampledSolidForce {
   double energy(const Values& u) const noexcept;
   /// Minus what the dampers' turning adds to the force on u, and what the patch has of that at the stamp, which is nothing.
   void damping(const Values& u, const Values& rate, Values& change, Values& at_stamp) const noexcept;
+
+  int variables() const { return variables_; }
+  /// Tetrahedra side by side, so many times.
+  int groups() const { return count_ / kTetraLane; }
+  /// Adds sum of D_e at u over a group (turned_dampers.hpp). No allocation.
+  void add_dampers(const Values& u, int group, Square& dampers) const noexcept;
 
  private:
   static constexpr int kRoom = (kMaxTetrahedra + kTetraLane - 1) / kTetraLane * kTetraLane;

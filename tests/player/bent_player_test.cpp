@@ -243,6 +243,18 @@ TEST_CASE("A solid whose dampers grow to many times theirs as it stretches is fe
   CHECK(found.bent_n < 0.03 * found.straight_n);
 }
 
+TEST_CASE("A grasped solid whose dampers turn in all its modes at once is felt as a fine integration has it") {
+  const double damping = GENERATE(100.0, 300.0);
+  Patch patch = test::attach_patch(8, 1, kStamp);
+  patch.damping = damping * ModeMatrix::Identity(8, 8);
+  CubicTerms terms = test::solid_terms(patch);
+  terms.solid.damping_s.setConstant(static_cast<float>(0.1 * damping / patch.stiffness.mean()));
+  const GraspErrors found = grasp_errors(patch, terms);
+  CAPTURE(damping, found.bent_n, found.straight_n, found.turned);
+  CHECK(found.turned > 0.5);
+  CHECK(found.bent_n < 8e-5 * damping * found.straight_n);
+}
+
 TEST_CASE("Dampers that grow a hundredfold take from a motion, however fast they are, and give it nothing") {
   const bool touch = GENERATE(true, false);
   Patch patch = touch ? test::touch_patch(8, 1, kStamp) : test::attach_patch(8, 1, kStamp);

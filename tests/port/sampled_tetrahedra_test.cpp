@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/types.hpp"
+#include "common/port/turned_dampers.hpp"
 
 using namespace palpate;
 
@@ -171,6 +172,39 @@ TEST_CASE("dampers of sampled tetrahedra that have turned brake by Green's rate 
     for (int i = 0; i < kVariables; ++i) exact[i] += more.cwiseProduct(c.at(e, Eigen::VectorXd::Unit(kVariables, i)).df).sum();
   }
   CHECK((change.cast<double>() - exact).norm() < 1e-3 * exact.norm());
+}
+
+TEST_CASE("what dampers of sampled tetrahedra brake more is a matrix, once all of them have been asked") {
+  Case c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
+  const SampledSolidForce force = c.compiled(true);
+  const SampledSolidForce::Values u = c.displacement(0.004F), rate = c.displacement(1);
+  SampledSolidForce::Values more(kVariables), at_stamp(kVariables);
+  force.damping(u, rate, more, at_stamp);
+  ModeMatrix closing = ModeMatrix::Constant(kModes, kModes, 1e-5);
+  closing.diagonal().array() += 5e-4;
+  const auto asked = [&](double damping) {
+    TurnedDampers dampers(force, damping * ModeMatrix::Identity(kModes, kModes));
+    REQUIRE_FALSE(dampers.empty());
+    for (int group = 0; group < force.groups(); ++group) {
+      dampers.renew(force, u, closing);
+      CHECK(dampers.change().norm() == 0);
+      CHECK(dampers.closing().size() == 0);
+    }
+    dampers.renew(force, u, closing);
+    return dampers;
+  };
+  // Beside a patch that brakes enough, and beside one that brakes with nothing.
+  const TurnedDampers all = asked(1e6), bare = asked(0);
+  const Eigen::VectorXd of_all = all.change() * rate.cast<double>(), exact = more.cast<double>();
+  CHECK((of_all - exact).norm() < 1e-4 * exact.norm());
+  SampledSolidForce::Square there = SampledSolidForce::Square::Zero(kVariables, kVariables);
+  for (int group = 0; group < force.groups(); ++group) force.add_dampers(u, group, there);
+  CHECK((bare.change() - there.cast<double>()).norm() == 0);
+  CHECK(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(bare.change(), Eigen::EigenvaluesOnly).eigenvalues()[0] >
+        -1e-6 * bare.change().norm());
+  const Eigen::MatrixXd inverse =
+      Eigen::MatrixXd(closing).inverse() + Eigen::MatrixXd(all.change().bottomRightCorner(kModes, kModes));
+  CHECK((all.closing() * inverse - Eigen::MatrixXd::Identity(kModes, kModes)).norm() < 1e-9);
 }
 
 TEST_CASE(

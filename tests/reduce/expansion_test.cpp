@@ -77,7 +77,7 @@ struct Case {
   }
 };
 
-Vector both_of(const CubicForce& terms, const Vector& y, const Vector& rate) {
+Vector both_of(CubicForce terms, const Vector& y, const Vector& rate) {
   CubicForce::Variables elastic, damping;
   terms.elastic(y, elastic);
   terms.damping(y, rate, {}, CubicForce::Variables::Zero(y.size()), damping);
