@@ -13,6 +13,7 @@ namespace palpate {
 /// What the chosen sub-command does; returns the exit status.
 using Run = std::function<int()>;
 
+void add_draw(CLI::App& app, Run& run);
 void add_replay(CLI::App& app, Run& run);
 void add_felt(CLI::App& app, Run& run);
 void add_masking(CLI::App& app, Run& run);

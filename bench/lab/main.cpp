@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
   palpate::add_felt(app, run);
   palpate::add_masking(app, run);
   palpate::add_truth(app, run);
+  palpate::add_draw(app, run);
   palpate::add_pareto(app, run);
   palpate::add_bench(app, run);
   palpate::add_stations(app, run);

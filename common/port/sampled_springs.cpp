@@ -10,6 +10,7 @@ namespace {
 constexpr float kLengthMin = 1e-6F;    // below, a spring has no direction [m]
 constexpr double kSoftest = 1e-6;      // [1/s^2]
 constexpr double kMostCompressed = 2;  // rest length to length that added mass is for
+constexpr double kOctave = 16;         // of a slope, in its bytes
 
 /// Largest eigenvalue of the part that belongs to the modes, of a mass of 1 and what is added, if anything [1/s^2].
 double stiffest(const Eigen::MatrixXd& stiffness, int tool, const Eigen::MatrixXd& added_mass = {}) {
@@ -41,6 +42,19 @@ Eigen::Matrix3Xf SampledSprings::spans() const {
   return d;
 }
 
+Eigen::ArrayXd SampledSprings::steepest() const {
+  Eigen::ArrayXd slopes = Eigen::ArrayXd::Ones(count());
+  for (std::size_t e = 0; e < steep.size(); ++e) slopes[static_cast<Eigen::Index>(e)] = std::exp2(steep[e] / kOctave);
+  return slopes;
+}
+
+std::vector<std::uint8_t> SampledSprings::steep_of(const Eigen::ArrayXd& slopes) {
+  std::vector<std::uint8_t> steep;
+  for (const double slope : slopes)
+    steep.push_back(static_cast<std::uint8_t>(std::clamp(std::ceil(kOctave * std::log2(std::max(slope, 1.0))), 0.0, 255.0)));
+  return steep;
+}
+
 Eigen::MatrixXf SampledSprings::motions(int tool) const {
   const Eigen::MatrixXf v = motion.rows(tool);
   Eigen::MatrixXf g(3 * count(), v.cols());
@@ -55,24 +69,25 @@ SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen:
   const Eigen::MatrixXd g = springs.motions(tool).cast<double>();
   const Eigen::Matrix3Xd d = springs.spans().cast<double>();
   const Eigen::ArrayXd stiffness = springs.stiffness.cast<double>(), rest = springs.rest_length.cast<double>();
-  const double stiffening = static_cast<double>(springs.stiffening), steepest = stiffening > 0 ? kSteepest : 1.0;
-  const double stable = kStiffest / (step_s * step_s);
+  const double stiffening = static_cast<double>(springs.stiffening), stable = kStiffest / (step_s * step_s);
+  const Eigen::ArrayXd steepest = springs.steepest() * stiffness;
+  const double times = stable / std::max(stiffest(weighted(steepest, g), tool), kSoftest);
+  if (!slowed && !(times >= 1)) return;
   const Eigen::MatrixXd stretched = weighted(stiffness, g);
-  const double slopes = stable / std::max(stiffest(stretched, tool), kSoftest),
-               most = slowed ? std::max(slopes, steepest) : slopes;
-  if (!(most >= steepest)) return;
-  if (stiffening > 0) straight_from_ = std::sqrt((most - 1) / (3 * stiffening));
+  Eigen::ArrayXd straight_strain = Eigen::ArrayXd::Zero(m);
+  if (stiffening > 0) straight_strain = ((std::max(times, 1.0) * springs.steepest() - 1) / (3 * stiffening)).sqrt();
+  straight_from_ = straight_strain.minCoeff();
 
   const Eigen::ArrayXd length = d.colwise().norm().transpose().array().max(static_cast<double>(kLengthMin)),
                        elongation = length - rest;
   const Eigen::Matrix3Xd axes = d * length.inverse().matrix().asDiagonal();
-  const Eigen::ArrayXd straight = straight_from_ * rest, bent = elongation.max(-straight).min(straight);
+  const Eigen::ArrayXd straight = straight_strain * rest, bent = elongation.max(-straight).min(straight);
   const Eigen::ArrayXd third = stiffness * stiffening / rest.square();
   const Eigen::ArrayXd slope = stiffness + 3 * third * bent.square();
   const Eigen::ArrayXd across = (stiffness * elongation + third * bent.square() * (3 * elongation - 2 * bent)) / length;
   far_stiffness_ = stretched - weighted(across, g) - weighted_along(slope - across, g, axes);
-  if (!(slopes >= steepest)) {
-    const Eigen::ArrayXd at_most = steepest * stiffness * (rest / length).max(1.0).min(kMostCompressed);
+  if (!(times >= 1)) {
+    const Eigen::ArrayXd at_most = steepest * (rest / length).max(1.0).min(kMostCompressed);
     const Eigen::MatrixXd steepest_form = weighted(at_most, g.rightCols(variables_ - tool));
     added_mass_ = (1 / stable - 1 / stiffest(steepest_form, 0)) * steepest_form;
   }

@@ -17,14 +17,15 @@
 // At u = 0 nothing of all this pushes or holds, that is the linear patch's. Laws: linear and stiffening, T = k e (1 + c (e /
 // L)^2) with e = |d| - L.
 //
-// The player takes these forces a step of length h at a time, which is stable for a stiffness below 4 / h^2 of unit mass. Let
-// kappa be the largest eigenvalue of sum w k G_q^T G_q. A law that stiffens goes on straight where its slope is kStiffest / (h^2
-// kappa) times k. Where that is below 1, or below kSteepest of such a law, the body is too stiff for the step: its modes are
-// given
-//     A = (h^2 / 4 - 1 / s) S,   S = sum w k G_q^T G_q min(max(1, L / |d|), 2)
-// more mass, s the largest eigenvalue of S, k kSteepest times as large for a law that stiffens. Then no way that springs turn
-// makes a motion stiffer than 4 / h^2 of its mass; motions for which S is far below 4 / h^2 know little of it. Springs that are
-// so compressed at the stamp that, let go of, they hold by more than that (far_stiffness()) are not taken at all.
+// The player takes these forces a step of length h at a time, which is stable for a stiffness below 4 / h^2 of unit mass. A
+// spring whose law stiffens keeps to it up to a slope of sigma_e k, at least, and goes on straight: sigma_e is what the springs
+// are likely to come to, the server's to say; 1 of a linear law. Let kappa be the largest eigenvalue of sum w sigma k G_q^T G_q.
+// The law goes on straight at kStiffest / (h^2 kappa) times that slope. Where that is below 1 time, the body is too stiff for the
+// step: its modes are given
+//     A = (h^2 / 4 - 1 / s) S,   S = sum w sigma k G_q^T G_q min(max(1, L / |d|), 2)
+// more mass, s the largest eigenvalue of S. Then no way that springs turn makes a motion stiffer than 4 / h^2 of its mass;
+// motions for which S is far below 4 / h^2 know little of it. Springs that are so compressed at the stamp that, let go of, they
+// hold by more than that (far_stiffness()) are not taken at all.
 //
 // All is kept in single precision, so nothing is computed as a difference of what nearly cancels: with l = |d|, a = n . delta,
 //     Delta = |d + delta| - l = (2 l a + |delta|^2) / (|d + delta| + l),  a - Delta = (a Delta - |delta|^2) / (|d + delta| + l),
@@ -39,6 +40,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <vector>
 
 #include "common/base/limits.hpp"
 #include "common/port/node_motion.hpp"
@@ -50,16 +53,21 @@ inline constexpr int kMaxVariables = kMaxModes + 3;
 inline constexpr int kMaxSprings = 160, kMaxSpringNodes = 80;
 
 struct SampledSprings {
-  NodeMotion motion;            ///< V_i
-  Eigen::Matrix3Xf position;    ///< x_i [m], of any origin
-  Eigen::Matrix2Xi ends;        ///< a and b
-  Eigen::VectorXf rest_length;  ///< L [m]
-  Eigen::VectorXf stiffness;    ///< w k [N/m]
-  Eigen::VectorXf damping;      ///< w c [N s/m]
-  float stiffening = 0;         ///< c of the law, 0: linear
+  NodeMotion motion;                ///< V_i
+  Eigen::Matrix3Xf position;        ///< x_i [m], of any origin
+  Eigen::Matrix2Xi ends;            ///< a and b
+  Eigen::VectorXf rest_length;      ///< L [m]
+  Eigen::VectorXf stiffness;        ///< w k [N/m]
+  Eigen::VectorXf damping;          ///< w c [N s/m]
+  float stiffening = 0;             ///< c of the law, 0: linear
+  std::vector<std::uint8_t> steep;  ///< 16 log2 sigma, of a law that stiffens
   int count() const { return static_cast<int>(rest_length.size()); }
   /// d
   Eigen::Matrix3Xf spans() const;
+  /// sigma
+  Eigen::ArrayXd steepest() const;
+  /// The bytes of such slopes, not below them, from 1 to 6e4.
+  static std::vector<std::uint8_t> steep_of(const Eigen::ArrayXd& slopes);
   /// G_e, 3 rows a spring [1 for the tool, 1/kg^1/2 for q]; `tool`: variables that the tool prescribes, the first.
   Eigen::MatrixXf motions(int tool) const;
 };
@@ -67,7 +75,7 @@ struct SampledSprings {
 /// Compiled for the haptic thread.
 class SampledForce {
  public:
-  static constexpr double kStiffest = 4, kSteepest = 10;
+  static constexpr double kStiffest = 4;
   using Values = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, (kMaxVariables + 7) / 8 * 8>;
 
   SampledForce() = default;
@@ -78,7 +86,7 @@ class SampledForce {
   bool empty() const { return count_ == 0; }
   /// A; nothing where the springs need none.
   const ModeMatrix& added_mass() const { return added_mass_; }
-  /// Strain beyond which the law goes on straight; 0 for a linear one.
+  /// Least strain beyond which the law of a spring goes on straight; 0 for a linear one.
   double straight_from() const { return straight_from_; }
   /// sum w G^T (k - K_e) G: the least stiffness that E has far away, where every spring is stretched along its way.
   Eigen::MatrixXd far_stiffness() const { return far_stiffness_; }

@@ -29,7 +29,8 @@ struct Layout {
 
 Layout springs_layout(const PatchTerms& p) {
   const int n = p.variables, r = n - (p.grasp ? 3 : 0), m = p.springs;
-  const int packed = words_of_bytes(3 * r * p.nodes) + words_of_bytes(p.nodes) + 3 * p.nodes + 2 * m;
+  const int packed = words_of_bytes(3 * r * p.nodes) + words_of_bytes(p.nodes) + 3 * p.nodes + 2 * m +
+                     (p.stiffening > 0 ? words_of_bytes(m) : 0);
   const int e2 = p.repaired ? pairs_of(n) : 0;
   return {r, 0, {r, 0, m, m, e2}, r + p.nodes + 2 * m, packed, e2 + p.vertices * (9 + 3 * r), p.triangles};
 }
@@ -110,6 +111,7 @@ void append_springs(const CubicTerms& terms, PatchTerms& head, std::vector<std::
   for (const float length : springs.rest_length)
     out.push_back(static_cast<std::uint16_t>(std::lround(std::clamp(length / unit, 0.0F, kLengthMost))));
   for (const auto& ends : springs.ends.colwise()) out.push_back(static_cast<std::uint16_t>(ends[0] | ends[1] << 8U));
+  append_bytes(springs.steep, out);
   head.unit[4] = append(terms.e2, out);
 }
 
@@ -195,6 +197,7 @@ bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const Patc
     springs.ends(0, e) = static_cast<int>(word & 0xffU);
     springs.ends(1, e) = static_cast<int>(word >> 8U);
   }
+  if (springs.stiffening > 0) springs.steep = take_bytes(numbers, at, m);
   terms.e2 = take(numbers, at, l.count[4], head.unit[4]);
   return fine && springs.ends.maxCoeff() < nodes && springs.rest_length.minCoeff() > 0 && springs.stiffness.minCoeff() >= 0 &&
          springs.damping.minCoeff() >= 0;
@@ -317,6 +320,7 @@ int numbers_of_springs(const TermsRoom& room, int nodes, int springs) {
   PatchTerms whole = surface_for(room);
   whole.nodes = static_cast<std::uint8_t>(nodes);
   whole.springs = static_cast<std::uint8_t>(springs);
+  whole.stiffening = room.stiffens ? 1 : 0;
   return springs_layout(whole).total();
 }
 
@@ -356,7 +360,8 @@ std::vector<PatchTerms> to_pieces(const CubicTerms& terms, std::uint32_t patch_s
   const Layout l = layout(whole);
   // Those whose bits are not all looked at by check().
   if (!terms.e3.allFinite() || !terms.e4.allFinite() || !terms.q.allFinite() || !terms.springs.position.allFinite() ||
-      !terms.springs.rest_length.allFinite() || !terms.solid.position.allFinite() || !terms.solid.rest.allFinite())
+      !terms.springs.rest_length.allFinite() || (whole.stiffening > 0 && terms.springs.steep.size() != whole.springs) ||
+      !terms.solid.position.allFinite() || !terms.solid.rest.allFinite())
     return {};
   std::vector<std::uint16_t> numbers;
   if (whole.springs > 0)

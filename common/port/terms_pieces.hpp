@@ -4,7 +4,8 @@
 //     the modes' part of S by rows, E2 where there is a repair; E3, E4, Q of the first kTurning variables, 12 bits each, half
 //     precision less its last four; each in a unit of its own, the largest number some thousands;
 //     or, of springs: s, h (node_motion.hpp), w k and w c, half precision; then b, two bytes a word, p(i) in bytes too, the
-//     nodes' places and L as whole numbers of a length, and the two ends of each spring in a word; E2 where there is a repair;
+//     nodes' places and L as whole numbers of a length, and the two ends of each spring in a word; of a law that stiffens a byte
+//     each, how steep it may become; E2 where there is a repair;
 //     or, of tetrahedra: s, h, w V mu_L, w V lambda_L and t, half precision; then b and p(i) as of springs, the nodes' places and
 //     their places at rest as whole numbers of a length, and the four nodes of each in two words; E2 where there is a repair;
 //     the surface that a touch brings: of every vertex its position as a sum of two numbers an axis [1/1024 m], its normal, and
@@ -35,6 +36,7 @@ struct TermsRoom {
   int variables = 0;
   bool grasp = false, repaired = false;  ///< there is an E2
   int vertices = 3;                      ///< of the patch
+  bool stiffens = false;                 ///< the springs' law
 };
 /// As many variables with terms of fourth order, at most `most`, as go into kUsualPieces beside the largest surface that a touch
 /// may bring when `vertices` are in its patch.

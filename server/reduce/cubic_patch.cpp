@@ -166,6 +166,17 @@ Matrix every_second(const Matrix& of) {
   return of(Eigen::all, Eigen::seqN((of.cols() + 1) % 2, taken, 2));
 }
 
+/// What samples lie on, and around: dents that a hand is likely to make; where a grasped body will be. All ways there of a solid;
+/// of springs, which are exact where they are few enough and must then not be asked for too much that is alike, the one of a hand
+/// that goes on, half and whole.
+Matrix path_of(const CubicShapes& shapes, bool solid, const Matrix& dents) {
+  if (shapes.dents > 0) return dents;
+  const Matrix ahead = shapes.ways.rightCols(shapes.ahead);
+  if (solid) return every_second(ahead);
+  if (shapes.port.cols() == 0 || shapes.going_on < 2) return {};
+  return ahead(Eigen::all, std::array<Eigen::Index, 2>{shapes.going_on / 2 - 1, shapes.going_on - 1});
+}
+
 /// Whether a mode is braked away within a third of a step of the player.
 bool braked_fast(const Patch& patch, int steps) {
   const double fastest = Eigen::SelfAdjointEigenSolver<Matrix>(patch.damping, Eigen::EigenvaluesOnly).eigenvalues().tail<1>()[0];
@@ -240,7 +251,7 @@ std::optional<CubicTerms> sampled_terms(const BentBody& body, const Patch& patch
   const bool repaired = is_lifted(patch, shapes);
   const int variables = static_cast<int>(n);
   Sampling sampling;
-  sampling.room = {variables, first > 0, repaired, vertices};
+  sampling.room = {variables, first > 0, repaired, vertices, body.at().dynamics->body().law == SpringLaw::stiffening};
   if (first > 0) {
     Eigen::Index row = 0;
     shapes.port.cwiseAbs().rowwise().maxCoeff().maxCoeff(&row);
@@ -250,9 +261,7 @@ std::optional<CubicTerms> sampled_terms(const BentBody& body, const Patch& patch
   sampling.likely.bottomLeftCorner(r, shapes.coordinates.cols()) = shapes.coordinates;
   sampling.likely.rightCols(shapes.ways.cols()) = shapes.ways;
   const bool solid = !body.at().dynamics->tetrahedra().empty();
-  sampling.path = solid && shapes.dents == 0
-                      ? every_second(shapes.ways.rightCols(shapes.ahead))
-                      : Matrix(sampling.likely.middleCols(shapes.coordinates.cols() - shapes.dents, shapes.dents));
+  sampling.path = path_of(shapes, solid, sampling.likely.middleCols(shapes.coordinates.cols() - shapes.dents, shapes.dents));
   sampling.stiffness = stiffness_of(patch, first);
   if (first > 0) sampling.likely.topLeftCorner(first, first) = shapes.amplitude.asDiagonal();
   CubicTerms terms;

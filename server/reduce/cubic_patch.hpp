@@ -40,6 +40,7 @@ struct CubicShapes {
   Matrix lifted;       ///< H - H~
   Matrix ways;         ///< u of where the body was, rests and will be, a column each
   int ahead = 0;       ///< of its columns, the last: where it will be
+  int going_on = 0;    ///< of these, the first: as hands go on by themselves
 };
 
 /// u of where the body is likely to come to, or may be pressed to: `ways`, and dents as deep as the hand goes, which yields by a

@@ -154,6 +154,7 @@ const BodyWays& FrameModel::ways() {
   BodyWays& ways = ways_.emplace();
   ways.past.resize(here.size(), static_cast<Eigen::Index>(whole.past_.size()));
   for (std::size_t k = 0; k < whole.past_.size(); ++k) ways.past.col(static_cast<Eigen::Index>(k)) = way_to(whole.past_[k]);
+  ways.going_on = static_cast<int>(whole.going_on_);
   ways.ahead.resize(here.size(), static_cast<Eigen::Index>(whole.ahead_.size()));
   for (std::size_t k = 0; k < whole.ahead_.size(); ++k)
     ways.ahead.col(static_cast<Eigen::Index>(k)) = moved(whole.ahead_[k]) - here;

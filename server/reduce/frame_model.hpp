@@ -20,6 +20,7 @@
 // rigid).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <deque>
 #include <functional>
@@ -108,6 +109,7 @@ class SharedSystem {
 struct BodyWays {
   Matrix past;   ///< in the last frames in which this was asked for, some 50 ms apart, the newest last
   Matrix ahead;  ///< see FrameModel::foresee()
+  int going_on = 0;
   Vector rest;
 };
 
@@ -152,7 +154,11 @@ class FrameModel {
   /// Where it is on the body at rest.
   Vec3 place_of(const ToolPort& port) const;
   /// Where its nodes may be until the next patches take over, as far from here as that counts; empty where nobody looked.
-  void foresee(std::vector<Vector> ahead) { ahead_ = std::move(ahead); }
+  /// `going_on`: so many, the first, as hands go on by themselves, evenly to when the patches do.
+  void foresee(std::vector<Vector> ahead, std::size_t going_on) {
+    ahead_ = std::move(ahead);
+    going_on_ = std::min(going_on, ahead_.size());
+  }
   const BodyWays& ways();
   /// F(x*, v*), rows of held nodes zero.
   const Vector& forces();
@@ -207,6 +213,7 @@ class FrameModel {
   const std::vector<ToolPort>* ports_ = nullptr;
   std::vector<ToolAt> tools_;
   std::vector<Vector> ahead_;
+  std::size_t going_on_ = 0;
   std::deque<Known> past_;    // of the whole, like the next two
   std::optional<Known> now_;  // will be past
   Vector rest_;

@@ -359,6 +359,7 @@ void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const 
   for (const auto& way : ways_->ahead.colwise()) ways.emplace_back(way);
   const Eigen::Index first = shapes.port.cols(), r = shapes.modes.cols();
   shapes.ahead = static_cast<int>(ways_->ahead.cols());
+  shapes.going_on = ways_->going_on;
   shapes.ways.resize(first + r, static_cast<Eigen::Index>(ways.size()));
   for (std::size_t k = 0; k < ways.size(); ++k) {
     auto u = shapes.ways.col(static_cast<Eigen::Index>(k));

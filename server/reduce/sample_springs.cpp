@@ -11,8 +11,9 @@
 namespace palpate {
 namespace {
 
-constexpr double kNegligible = 1e-5;  // of the bending, in springs that are not looked at
-constexpr double kLengthMin = 1e-9;   // below, a spring has no direction [m]
+constexpr double kNegligible = 1e-5;                 // of the bending, in springs that are not looked at
+constexpr double kLengthMin = 1e-9;                  // below, a spring has no direction [m]
+constexpr double kLeastSteep = 4, kMostSteep = 100;  // slopes of a law that stiffens, to that of a spring at rest
 
 /// Megabytes that would be asked of the system anew for every patch.
 struct Workspace {
@@ -225,13 +226,34 @@ class BentSprings {
   std::vector<std::uint32_t> elements_;
 };
 
+/// The steepest slope that each spring comes to, to that at rest, in answers of the body as large as they are likely to become,
+/// either way: samples go further, and what stiffness is reckoned with takes mass (sampled_springs.hpp).
+Eigen::ArrayXd steepest_slopes(const SampledSprings& springs, const Matrix& likely, int tool) {
+  const Eigen::MatrixXf moved = springs.motions(tool) * likely.cast<float>();
+  const Eigen::Matrix3Xf spans = springs.spans();
+  Eigen::ArrayXd slopes(springs.count());
+  for (Eigen::Index e = 0; e < slopes.size(); ++e) {
+    const auto from = spans.col(e);
+    const auto ways = moved.middleRows<3>(3 * e);
+    const float rest = springs.rest_length[e];
+    const auto largest = [&](const auto& lengths) { return (lengths.array() / rest - 1).abs().maxCoeff(); };
+    const float strain = std::max({std::abs(from.norm() / rest - 1), largest((ways.colwise() + from).colwise().norm()),
+                                   largest((ways.colwise() - from).colwise().norm())});
+    slopes[e] = 1 + 3 * static_cast<double>(springs.stiffening * strain * strain);
+  }
+  return slopes.max(kLeastSteep).min(kMostSteep);
+}
+
 }  // namespace
 
 std::optional<SampledSprings> sample_springs(const Linearisation& at, const Matrix& moved, const Sampling& sampling) {
   const Matrix u = samples(sampling);
   const BentSprings springs(at, moved, u);
   if (springs.elements().empty() || !springs.have_length()) return std::nullopt;
-  return sample(springs, u, sampling);
+  auto found = sample(springs, u, sampling);
+  if (found && found->stiffening > 0)
+    found->steep = SampledSprings::steep_of(steepest_slopes(*found, sampling.likely, sampling.tool < 0 ? 0 : 3));
+  return found;
 }
 
 }  // namespace palpate

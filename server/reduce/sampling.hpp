@@ -12,7 +12,7 @@
 // stores energy as they do beyond its second order at the stamp.
 //
 // Samples are the answers that a patch's basis was made of, alone, doubled, back, and mixed by chance, the same in every run;
-// where dents are known that a hand is likely to make, or where a grasped solid will be, half of them lie on and around these.
+// where dents are known that a hand is likely to make, or where a grasped body will be, some lie on and around these.
 //
 // Source: see common/port/sampled_springs.hpp; sums of samples: Woodruff, FnTTCS 10 (2014), chapter 2.
 #pragma once
@@ -39,7 +39,7 @@ using AtSamples = Eigen::Matrix<float, Eigen::Dynamic, kSamples, Eigen::RowMajor
 
 struct Sampling {
   Matrix likely;     ///< u of answers of the body, each as large as it is likely to become, a column each
-  Matrix path;       ///< u of dents on the way of a hand that goes on, or of where a solid will be; may have no columns
+  Matrix path;       ///< u of dents on the way of a hand that goes on, or of where a grasped body will be; may have no columns
   Vector stiffness;  ///< of each variable, > 0
   TermsRoom room;    ///< that elements have
   int tool = -1;     ///< the node that a tool holds; the first three variables are how it moves

@@ -112,8 +112,9 @@ void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t
   if (feeling.empty()) return;
   std::vector<Vector> ahead;
   if (!asleep) ahead = as_hands_may_move(bridge);
+  const std::size_t going_on = std::min<std::size_t>(ahead.size(), roughly ? kRoughLooks : kLooksMost);
   if (roughly) {
-    frame_model.foresee(std::move(ahead));
+    frame_model.foresee(std::move(ahead), going_on);
     return;
   }
   if (asleep) rehearse(feeling);
@@ -124,7 +125,7 @@ void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t
   for (const ToolPort& port : ports)
     if (port.kind == ContactKind::attach || port.touching) holding.push_back(frame_model.place_of(port));
   if (!holding.empty()) remembered.keep(holding, body.x);
-  frame_model.foresee(std::move(ahead));
+  frame_model.foresee(std::move(ahead), going_on);
 }
 
 }  // namespace palpate

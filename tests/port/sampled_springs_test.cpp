@@ -27,6 +27,7 @@ struct Case {
       return Eigen::MatrixXf(Eigen::MatrixXf::NullaryExpr(rows, cols, [&] { return draw(); }));
     };
     springs.stiffening = stiffening;
+    if (stiffening > 0) springs.steep = SampledSprings::steep_of(Eigen::ArrayXd::Constant(kCount, 10));
     springs.motion = rounded(some(3 * kNodes, kModes), 2);
     springs.position = 0.02F * some(3, kNodes);
     springs.ends.resize(2, kCount);
@@ -193,6 +194,39 @@ TEST_CASE("springs too stiff for a tick add mass enough for it, however they tur
     CHECK(slowed > 0.1 * kStable);  // no more mass than that
   }
   CHECK(Case(0, 40).compiled(true).added_mass().size() == 0);
+}
+
+TEST_CASE(
+    "springs that stiffen keep to their law as steep as they are said to become, each, in a body too stiff for a tick too") {
+  Case c(30, 1e6F);
+  std::vector<SampledForce::Values> ways;
+  for (int k = 0; k < 20; ++k) ways.push_back(c.displacement(0.006F));
+  Eigen::ArrayXd slopes = Eigen::ArrayXd::Ones(kCount);
+  for (const SampledForce::Values& u : ways) {
+    const Eigen::VectorXf delta = c.springs.motions(kTool) * u;
+    for (int e = 0; e < kCount; ++e) {
+      const double rest = c.springs.rest_length[e], length = (c.springs.spans().col(e) + delta.segment<3>(3 * e)).norm();
+      slopes[e] = std::max(slopes[e], 1 + 3 * 30 * std::pow(length / rest - 1, 2));
+    }
+  }
+  REQUIRE(slopes.maxCoeff() > 50);
+  REQUIRE(slopes.maxCoeff() > 3 * slopes.minCoeff());
+  const auto wrong = [&](const Eigen::ArrayXd& steepest) {
+    c.springs.steep = SampledSprings::steep_of(steepest);
+    const SampledForce force = c.compiled(true);
+    REQUIRE_FALSE(force.empty());
+    REQUIRE(force.added_mass().size() > 0);
+    double most = 0;
+    for (const SampledForce::Values& u : ways) {
+      SampledForce::Values g(kVariables);
+      force.gradient(u, g);
+      const Eigen::VectorXd exact = expected(c.springs, u);
+      most = std::max(most, (g.cast<double>() - exact).norm() / exact.norm());
+    }
+    return most;
+  };
+  CHECK(wrong(slopes) < 2e-5);
+  CHECK(wrong(Eigen::ArrayXd::Constant(kCount, 10)) > 0.1);
 }
 
 TEST_CASE("far away sampled springs hold as all of them stretched do") {

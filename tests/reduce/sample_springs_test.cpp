@@ -83,6 +83,7 @@ TEST_CASE("A tenth of the springs of a block bends as all of them do where it wa
   for (const SpringLaw law : {SpringLaw::linear, SpringLaw::stiffening}) {
     LumpedBody body = box_body(6, 6, 5);
     body.law = law;
+    body.stiffening = law == SpringLaw::stiffening ? 30 : 0;
     const Dynamics dynamics(body);
     const BodyState state = random_state(dynamics, 5, 0.0005, 0);
     Tangents tangents(dynamics);
@@ -91,7 +92,7 @@ TEST_CASE("A tenth of the springs of a block bends as all of them do where it wa
     // Smooth shapes: a dent of the top, sheared and twisted.
     constexpr Eigen::Index kVariables = 6;
     Sampling sampling;
-    sampling.room = {kVariables, false, false, 3};
+    sampling.room = {kVariables, false, false, 3, law == SpringLaw::stiffening};
     Matrix moved = Matrix::Zero(state.x.size(), kVariables);
     for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
       const Vec3& x = body.nodes[i];
@@ -119,6 +120,7 @@ TEST_CASE("A tenth of the springs of a block bends as all of them do where it wa
     CHECK(10 * springs->count() <= static_cast<int>(body.elements.size()));
     CHECK(numbers_of_springs(sampling.room, springs->motion.nodes(), springs->count()) <= kUsualNumbers);
     CHECK(springs->stiffness.minCoeff() > 0);
+    CHECK(springs->steep.size() == (law == SpringLaw::stiffening ? static_cast<std::size_t>(springs->count()) : 0));
     const SampledForce force(*springs, 0, Vector::Zero(kVariables), 1e-5, false);
     REQUIRE_FALSE(force.empty());
     std::mt19937 random(11);

@@ -131,6 +131,7 @@ CubicTerms spring_terms(const Patch& patch) {
   springs.rest_length = Eigen::VectorXf::Constant(kCount, 0.02F);
   springs.stiffness = Eigen::VectorXf::Constant(kCount, static_cast<float>(patch.stiffness.mean() / (3 * kCount)));
   springs.damping = 0.01F * springs.stiffness;
+  springs.steep = SampledSprings::steep_of(Eigen::ArrayXd::Constant(kCount, 10));
   return terms;
 }
 

@@ -141,6 +141,8 @@ inline CubicTerms spring_terms(int r, bool grasp, int count, int nodes) {
   terms.springs.rest_length = some(count, 1, 0.01F).cwiseAbs().array() + 0.001F;
   terms.springs.stiffness = some(count, 1, 300).cwiseAbs();
   terms.springs.damping = some(count, 1, 3).cwiseAbs();
+  terms.springs.steep.resize(static_cast<std::size_t>(count));
+  for (std::uint8_t& slope : terms.springs.steep) slope = static_cast<std::uint8_t>(random());
   terms.e2 = some(pairs_of(n), 1, 1e-3F);
   return terms;
 }
