@@ -51,7 +51,7 @@ Eigen::ArrayXd SampledSprings::steepest() const {
 std::vector<std::uint8_t> SampledSprings::steep_of(const Eigen::ArrayXd& slopes) {
   std::vector<std::uint8_t> steep;
   for (const double slope : slopes)
-    steep.push_back(static_cast<std::uint8_t>(std::clamp(std::ceil(kOctave * std::log2(std::max(slope, 1.0))), 0.0, 255.0)));
+    steep.push_back(static_cast<std::uint8_t>(std::clamp(std::ceil(kOctave * std::log2(std::max(1.0, slope))), 0.0, 255.0)));
   return steep;
 }
 
