@@ -201,7 +201,7 @@ void PatchPlayer::update_response() noexcept {
   const auto r = patch_.modes();
   if (r == 0) return;
   const PortRows rows = rows_at(point_);
-  slid_ = SlideCompliance::grown(slid_, slide_compliance_.missing(rows, point_.weight));
+  if (cubic_.empty()) slid_ = SlideCompliance::grown(slid_, slide_compliance_.missing(rows, point_.weight));
   compliance_ += slid_;
   response_.resize(2 * r, 3);
   response_.noalias() = psi0_ * rows.transpose();

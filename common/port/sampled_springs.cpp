@@ -70,12 +70,12 @@ SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen:
   const Eigen::Matrix3Xd d = springs.spans().cast<double>();
   const Eigen::ArrayXd stiffness = springs.stiffness.cast<double>(), rest = springs.rest_length.cast<double>();
   const double stiffening = static_cast<double>(springs.stiffening), stable = kStiffest / (step_s * step_s);
-  const Eigen::ArrayXd steepest = springs.steepest() * stiffness;
+  const Eigen::ArrayXd slopes = springs.steepest(), steepest = slopes * stiffness;
   const double times = stable / std::max(stiffest(weighted(steepest, g), tool), kSoftest);
   if (!slowed && !(times >= 1)) return;
   const Eigen::MatrixXd stretched = weighted(stiffness, g);
   Eigen::ArrayXd straight_strain = Eigen::ArrayXd::Zero(m);
-  if (stiffening > 0) straight_strain = ((std::max(times, 1.0) * springs.steepest() - 1) / (3 * stiffening)).sqrt();
+  if (stiffening > 0) straight_strain = ((std::max(times, 1.0) * slopes - 1) / (3 * stiffening)).sqrt();
   straight_from_ = straight_strain.minCoeff();
 
   const Eigen::ArrayXd length = d.colwise().norm().transpose().array().max(static_cast<double>(kLengthMin)),

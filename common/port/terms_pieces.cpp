@@ -16,30 +16,42 @@ constexpr float kUnitMax = 1e6F, kPortScaleMax = 1e6F, kRadiusMax = 1e4F, kStiff
 constexpr unsigned kCornerBits = 5;
 static_assert(kMaxPortVertices <= 1 << kCornerBits);
 
-/// How many numbers of each kind there are, and words of 16 bits that hold several: those stand behind `first` halves, triangles
-/// at the end.
+/// How many numbers of each kind there are, and words of 16 bits that are not halves: those stand behind `first` halves, and at
+/// the end.
 struct Layout {
   int modes, turning;
   std::array<int, 5> count;
-  int first, packed, after, triangles;
-  int total() const { return first + packed + after + triangles; }
+  int first, packed, after, last;
+  int total() const { return first + packed + after + last; }
   int pieces() const { return (total() + kPieceNumbers - 1) / kPieceNumbers; }
   bool is_half(int at) const { return at < first || (at >= first + packed && at < first + packed + after); }
 };
+
+constexpr int kHalvesOfSurface = 7, kHalvesOfVertex = 4;  // a length and a place; a step and a normal
+
+/// With the surface behind what there is of the terms.
+Layout with_surface(Layout l, const PatchTerms& p) {
+  if (p.vertices > 0) {
+    l.after += kHalvesOfSurface + l.modes + kHalvesOfVertex * p.vertices;
+    l.last += words_of_bytes(3 * l.modes * p.vertices) + words_of_bytes(p.vertices) + 3 * p.vertices;
+  }
+  l.last += p.triangles;
+  return l;
+}
 
 Layout springs_layout(const PatchTerms& p) {
   const int n = p.variables, r = n - (p.grasp ? 3 : 0), m = p.springs;
   const int packed = words_of_bytes(3 * r * p.nodes) + words_of_bytes(p.nodes) + 3 * p.nodes + 2 * m +
                      (p.stiffening > 0 ? words_of_bytes(m) : 0);
   const int e2 = p.repaired ? pairs_of(n) : 0;
-  return {r, 0, {r, 0, m, m, e2}, r + p.nodes + 2 * m, packed, e2 + p.vertices * (9 + 3 * r), p.triangles};
+  return with_surface({r, 0, {r, 0, m, m, e2}, r + p.nodes + 2 * m, packed, e2, 0}, p);
 }
 
 Layout tetrahedra_layout(const PatchTerms& p) {
   const int n = p.variables, r = n - (p.grasp ? 3 : 0), m = p.tetrahedra;
   const int packed = words_of_bytes(3 * r * p.nodes) + words_of_bytes(p.nodes) + 6 * p.nodes + 2 * m;
   const int e2 = p.repaired ? pairs_of(n) : 0;
-  return {r, 0, {r, 0, m, m, e2}, r + p.nodes + 3 * m, packed, e2 + p.vertices * (9 + 3 * r), p.triangles};
+  return with_surface({r, 0, {r, 0, m, m, e2}, r + p.nodes + 3 * m, packed, e2, 0}, p);
 }
 
 Layout layout(const PatchTerms& p) {
@@ -48,7 +60,7 @@ Layout layout(const PatchTerms& p) {
   const int n = p.variables, r = n - (p.grasp ? 3 : 0), t = std::min<int>(p.leading, kTurning);
   const std::array<int, 5> count{r * r, p.repaired ? pairs_of(n) : 0, triples_of(n), quadruples_of(p.leading), t * pairs_of(t)};
   const int packed = words_of_twelve(count[2]) + words_of_twelve(count[3]) + words_of_twelve(count[4]);
-  return {r, t, count, r * r + count[1], packed, p.vertices * (9 + 3 * r), p.triangles};
+  return with_surface({r, t, count, r * r + count[1], packed, 0, 0}, p);
 }
 
 /// Nothing of the terms yet, the largest surface that a touch may bring.
@@ -157,8 +169,7 @@ void take_steps(const std::vector<std::uint16_t>& numbers, int& at, const PatchT
 }
 
 /// False when a node is no node's.
-bool take_motion(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, NodeMotion& motion) {
-  const int modes = layout(head).modes, nodes = head.nodes;
+bool take_motion(const std::vector<std::uint16_t>& numbers, int& at, int modes, int nodes, NodeMotion& motion) {
   motion.bytes.resize(modes, 3 * nodes);
   const std::vector<std::uint8_t> bytes = take_bytes(numbers, at, 3 * modes * nodes);
   std::transform(bytes.begin(), bytes.end(), motion.bytes.reshaped().begin(),
@@ -169,10 +180,10 @@ bool take_motion(const std::vector<std::uint16_t>& numbers, int& at, const Patch
   return fine;
 }
 
-Eigen::Matrix3Xf take_places(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head) {
-  Eigen::Matrix3Xf places(3, head.nodes);
+Eigen::Matrix3Xf take_places(const std::vector<std::uint16_t>& numbers, int& at, int nodes, float unit) {
+  Eigen::Matrix3Xf places(3, nodes);
   for (float& x : places.reshaped())
-    x = head.unit[1] * static_cast<float>(static_cast<std::int16_t>(numbers[static_cast<std::size_t>(at++)]));
+    x = unit * static_cast<float>(static_cast<std::int16_t>(numbers[static_cast<std::size_t>(at++)]));
   return places;
 }
 
@@ -186,8 +197,8 @@ bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const Patc
   take_steps(numbers, at, head, springs.motion);
   springs.stiffness = take(numbers, at, m, head.unit[2]);
   springs.damping = take(numbers, at, m, head.unit[3]);
-  const bool fine = take_motion(numbers, at, head, springs.motion);
-  springs.position = take_places(numbers, at, head);
+  const bool fine = take_motion(numbers, at, l.modes, nodes, springs.motion);
+  springs.position = take_places(numbers, at, head.nodes, head.unit[1]);
   const auto next = [&] { return numbers[static_cast<std::size_t>(at++)]; };
   springs.rest_length.resize(m);
   for (float& length : springs.rest_length) length = head.unit[1] * static_cast<float>(next());
@@ -214,9 +225,9 @@ bool take_tetrahedra(const std::vector<std::uint16_t>& numbers, int& at, const P
   solid.shear = take(numbers, at, m, head.unit[2]);
   solid.dilation = take(numbers, at, m, head.unit[3]);
   solid.damping_s = take(numbers, at, m, 1);
-  if (!take_motion(numbers, at, head, solid.motion)) return false;
-  solid.position = take_places(numbers, at, head);
-  solid.rest = take_places(numbers, at, head);
+  if (!take_motion(numbers, at, l.modes, nodes, solid.motion)) return false;
+  solid.position = take_places(numbers, at, head.nodes, head.unit[1]);
+  solid.rest = take_places(numbers, at, head.nodes, head.unit[1]);
   solid.nodes.resize(4, m);
   for (int e = 0; e < m; ++e)
     for (int pair = 0; pair < 2; ++pair) {
@@ -235,33 +246,79 @@ bool take_tetrahedra(const std::vector<std::uint16_t>& numbers, int& at, const P
   return true;
 }
 
-constexpr double kPositionUnitM = 1.0 / 1024;
+Eigen::Matrix3Xd positions_of(const std::vector<PortVertex>& vertices) {
+  Eigen::Matrix3Xd x(3, vertices.size());
+  for (std::size_t i = 0; i < vertices.size(); ++i) x.col(static_cast<Eigen::Index>(i)) = vertices[i].position;
+  return x;
+}
+
+/// 3 rows a vertex.
+Eigen::MatrixXf rows_of(const std::vector<PortVertex>& vertices, int modes) {
+  Eigen::MatrixXf rows(3 * vertices.size(), modes);
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    rows.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = vertices[i].rows.cast<float>();
+  return rows;
+}
+
+bool is_finite(const std::vector<PortVertex>& vertices) {
+  return std::all_of(vertices.begin(), vertices.end(),
+                     [](const PortVertex& v) { return v.position.allFinite() && v.rows.allFinite(); });
+}
+
+constexpr double kPlaceUnitM = 1.0 / 1024;
 
 void append_surface(const CubicTerms& terms, std::vector<std::uint16_t>& out) {
   const auto add = [&](double v) {
     out.push_back(to_half(static_cast<float>(v)));
     return static_cast<double>(from_half(out.back()));
   };
-  for (const PortVertex& vertex : terms.vertices) {
-    for (const double x : vertex.position) add(x / kPositionUnitM - add(x / kPositionUnitM));
-    for (const double x : vertex.normal) add(x);
-    for (const double x : vertex.rows.reshaped()) add(x);
+  if (!terms.vertices.empty()) {
+    const Eigen::Matrix3Xd x = positions_of(terms.vertices);
+    const Vec3 low = x.rowwise().minCoeff(), high = x.rowwise().maxCoeff();
+    constexpr double kLeastUnitM = 0x1p-24;
+    const double reach = (high - low).maxCoeff() / 2 + kPlaceUnitM;  // of what may be rounded away from the middle
+    const double unit = add(std::max<double>(length_unit(static_cast<float>(reach) / kPlaceMost), kLeastUnitM));
+    Vec3 middle;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double m = (low[axis] + high[axis]) / (2 * kPlaceUnitM), most = add(m);
+      middle[axis] = kPlaceUnitM * (most + add(m - most));
+    }
+    const NodeMotion motion = rounded(rows_of(terms.vertices, static_cast<int>(terms.vertices.front().rows.cols())), -1);
+    for (const float scale : motion.scale) add(scale);
+    for (const float step : motion.step) add(step);
+    for (const PortVertex& vertex : terms.vertices)
+      for (const double n : vertex.normal) add(n);
+    append_motion(motion, out);
+    append_places((x.colwise() - middle).cast<float>(), static_cast<float>(unit), out);
   }
   for (const Triangle& triangle : terms.triangles) out.push_back(pack_corners(triangle));
 }
 
-/// False when a corner is no vertex of any surface.
+/// False when a corner is no vertex of any surface, or a vertex moves with one that is none before it.
 bool take_surface(const std::vector<std::uint16_t>& numbers, int at, const PatchTerms& head, CubicTerms& terms) {
   const auto next = [&] { return static_cast<double>(from_half(numbers[static_cast<std::size_t>(at++)])); };
+  const int modes = layout(head).modes, count = head.vertices;
   terms.vertices.resize(head.vertices);
-  for (PortVertex& vertex : terms.vertices) {
-    for (double& x : vertex.position) {
-      x = next();
-      x = kPositionUnitM * (x + next());
+  if (count > 0) {
+    const double unit = next();
+    Vec3 middle;
+    for (double& m : middle) {
+      m = next();
+      m = kPlaceUnitM * (m + next());
     }
-    for (double& x : vertex.normal) x = next();
-    vertex.rows.resize(3, layout(head).modes);
-    for (double& x : vertex.rows.reshaped()) x = next();
+    NodeMotion motion;
+    motion.scale = take(numbers, at, modes, 1);
+    motion.step = take(numbers, at, count, 1);
+    for (PortVertex& vertex : terms.vertices)
+      for (double& n : vertex.normal) n = next();
+    if (!take_motion(numbers, at, modes, count, motion)) return false;
+    const Eigen::MatrixXd rows = motion.rows(0).cast<double>();
+    const Eigen::Matrix3Xd places = take_places(numbers, at, count, static_cast<float>(unit)).cast<double>();
+    for (int i = 0; i < count; ++i) {
+      PortVertex& vertex = terms.vertices[static_cast<std::size_t>(i)];
+      vertex.position = middle + places.col(i);
+      vertex.rows = rows.middleRows<3>(3 * i);
+    }
   }
   terms.triangles.resize(head.triangles);
   for (Triangle& triangle : terms.triangles) {
@@ -361,7 +418,7 @@ std::vector<PatchTerms> to_pieces(const CubicTerms& terms, std::uint32_t patch_s
   // Those whose bits are not all looked at by check().
   if (!terms.e3.allFinite() || !terms.e4.allFinite() || !terms.q.allFinite() || !terms.springs.position.allFinite() ||
       !terms.springs.rest_length.allFinite() || (whole.stiffening > 0 && terms.springs.steep.size() != whole.springs) ||
-      !terms.solid.position.allFinite() || !terms.solid.rest.allFinite())
+      !terms.solid.position.allFinite() || !terms.solid.rest.allFinite() || !is_finite(terms.vertices))
     return {};
   std::vector<std::uint16_t> numbers;
   if (whole.springs > 0)

@@ -8,8 +8,9 @@
 //     each, how steep it may become; E2 where there is a repair;
 //     or, of tetrahedra: s, h, w V mu_L, w V lambda_L and t, half precision; then b and p(i) as of springs, the nodes' places and
 //     their places at rest as whole numbers of a length, and the four nodes of each in two words; E2 where there is a repair;
-//     the surface that a touch brings: of every vertex its position as a sum of two numbers an axis [1/1024 m], its normal, and
-//     how the modes move it [1/kg^1/2]; of every triangle its three corners, five bits each
+//     the surface that a touch brings: a length and, as a sum of two numbers an axis [1/1024 m], the middle of its vertices; how
+//     the modes move those, s and h as of springs, in [1/kg^1/2]; their normals; then b and p(i), and their places from the
+//     middle as whole numbers of that length; of every triangle its three corners, five bits each
 //
 // Half precision is right to 5e-4 of each number, 12 bits to 8e-3, b to 4e-3 of the largest of its node. Sender and receiver
 // have the energies from the same numbers, so forces from them stay conservative; and as K_e has the same G, no spring pushes at

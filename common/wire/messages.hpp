@@ -14,7 +14,7 @@
 
 namespace palpate {
 
-inline constexpr std::uint16_t kWireVersion = 4;
+inline constexpr std::uint16_t kWireVersion = 5;
 
 enum class Role : std::uint8_t { haptic, viewer };
 

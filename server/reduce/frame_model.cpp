@@ -1,5 +1,6 @@
 #include "server/reduce/frame_model.hpp"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 
@@ -305,7 +306,9 @@ std::span<const Vector> FrameModel::sliding_loads(std::size_t k) {
   const Vec3 normal = normal_at(skin_->view(), positions(), port.point);
   for (const Vec3& way : expected_slides(tools_[k].velocity, normal, wanted.slide)) {
     Vector& load = loads.emplace_back(Vector::Zero(size()));
-    scatter(weights(slide(skin_->view(), positions(), port.point, way)), port.lambda, load);
+    const SurfacePoint end = slide(skin_->view(), positions(), port.point, way);
+    const auto turn = Eigen::Quaterniond::FromTwoVectors(normal, normal_at(skin_->view(), positions(), end));
+    scatter(weights(end), turn * port.lambda, load);
     scatter(weights(port.point), -port.lambda, load);
     mask(held(), load);
   }

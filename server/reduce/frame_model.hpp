@@ -154,7 +154,7 @@ class FrameModel {
   /// Where it is on the body at rest.
   Vec3 place_of(const ToolPort& port) const;
   /// Where its nodes may be until the next patches take over, as far from here as that counts; empty where nobody looked.
-  /// `going_on`: so many, the first, as hands go on by themselves, evenly to when the patches do.
+  /// `going_on`: so many, the first, as hands go on by themselves, evenly to when the patches do; all, where there are fewer.
   void foresee(std::vector<Vector> ahead, std::size_t going_on) {
     ahead_ = std::move(ahead);
     going_on_ = std::min(going_on, ahead_.size());

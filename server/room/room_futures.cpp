@@ -112,7 +112,7 @@ void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t
   if (feeling.empty()) return;
   std::vector<Vector> ahead;
   if (!asleep) ahead = as_hands_may_move(bridge);
-  const std::size_t going_on = std::min<std::size_t>(ahead.size(), roughly ? kRoughLooks : kLooksMost);
+  const std::size_t going_on = roughly ? kRoughLooks : kLooksMost;
   if (roughly) {
     frame_model.foresee(std::move(ahead), going_on);
     return;

@@ -2,6 +2,7 @@
 // points.
 #include "server/reduce/frame_model.hpp"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <catch2/catch.hpp>
 
@@ -124,7 +125,9 @@ TEST_CASE(
   CHECK(patch.load_for == kBridge);
 }
 
-TEST_CASE("The modes of a touch that slides on know what the body does when the load has gone where the tool will be") {
+TEST_CASE(
+    "The modes of a touch that slides on know what the body does when the load has gone where the tool will be and turned with "
+    "the surface") {
   Bench bench;
   bench.touch(40, Vec3(0.1, 0, -0.4), Vec3(0.1, 0.04, 0));
   const Positions x(bench.state.x.data(), static_cast<std::size_t>(bench.state.x.size()));
@@ -149,9 +152,13 @@ TEST_CASE("The modes of a touch that slides on know what the body does when the 
       }
       REQUIRE(found == 1);
     }
+    const SurfaceView surface = bench.skin.view();
+    const auto turn = Eigen::Quaterniond::FromTwoVectors(normal_at(surface, x, here), normal_at(surface, x, there));
+    const Vec3 lambda_end = turn * lambda;
     const Matrix gone = b_end - b, r_gone = Matrix(rows) - Matrix(rows_of(patch));
-    const Vec3 exact = gone.transpose() * whole.solve(gone * lambda);
-    const Vec3 reduced = r_gone * dynamic_of(patch, kShift).lu().solve(r_gone.transpose() * lambda);
+    const Vec3 exact = gone.transpose() * whole.solve(b_end * lambda_end - b * lambda);
+    const Vector reduced_load = rows.transpose() * lambda_end - rows_of(patch).transpose() * lambda;
+    const Vec3 reduced = r_gone * dynamic_of(patch, kShift).lu().solve(reduced_load);
     return (reduced - exact).norm() / exact.norm();
   };
   CHECK(wrong(1) < 1e-8);
