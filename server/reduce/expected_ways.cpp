@@ -34,11 +34,20 @@ std::vector<Vec3> expected_dents(const ToolAt& tool, const Vec3& inwards, double
 std::vector<Vec3> expected_slides(const Vec3& velocity, const Vec3& normal, const ExpectedSlide& slide) {
   constexpr double kHardlyM = 5e-4, kSeldom = 0.25;  // of as far as a hand could
   const Vec3 way = slide.time_s * velocity;
-  if (way.cross(normal).norm() > kHardlyM) return {way, 0.5 * way};
-  if (slide.time_s == 0 || !slide.from_rest) return {};
-  const Vec3 side = normal.unitOrthogonal();
-  const double far = kSeldom * sped_up(slide.time_s);
-  return {far * side, far * normal.cross(side)};
+  const auto along = [&](const Vec3& m) { return m.cross(normal).norm() > kHardlyM; };
+  std::vector<Vec3> ways;
+  if (along(way)) {
+    ways = {way, 0.5 * way};
+  } else if (slide.time_s > 0 && slide.from_rest) {
+    const Vec3 side = normal.unitOrthogonal();
+    const double far = kSeldom * sped_up(slide.time_s);
+    ways = {far * side, far * normal.cross(side)};
+  }
+  const double speeds_up_s = std::min(slide.time_s, kSpeedsUpOnS);
+  Vec3 beside = (slide.time_s - 0.5 * speeds_up_s) * speeds_up_s * slide.acceleration;
+  beside /= std::max(1.0, beside.norm() / kFarthestM);
+  if (along(beside) && along(way + beside)) ways.push_back(way + beside);
+  return ways;
 }
 
 }  // namespace palpate

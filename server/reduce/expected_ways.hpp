@@ -21,12 +21,17 @@ std::vector<Vec3> expected_dents(const ToolAt& tool, const Vec3& inwards, double
 
 /// Where on the surface a tool that touches may get to.
 struct ExpectedSlide {
-  double time_s = 0;       ///< in this time; 0: nobody asks
-  bool from_rest = false;  ///< ask of a tool that does not slide, too
+  double time_s = 0;                 ///< in this time; 0: nobody asks
+  bool from_rest = false;            ///< ask of a tool that does not slide, too
+  Vec3 acceleration = Vec3::Zero();  ///< of the hand [m/s^2]; for kSpeedsUpOnS
 };
+
+/// For how long a hand that speeds up, or slows down, goes on to [s].
+inline constexpr double kSpeedsUpOnS = 0.1;
 
 /// From the contact point [m]; `normal` is that of the surface. Of a tool that slides, where it then is and half-way; of one that
 /// rests, two ways across each other, a quarter as far as a hand that speeds up gets: further is less likely than it is worth.
+/// Where its acceleration takes a tool elsewhere than its velocity does, there too.
 std::vector<Vec3> expected_slides(const Vec3& velocity, const Vec3& normal, const ExpectedSlide& slide);
 
 }  // namespace palpate

@@ -45,6 +45,7 @@ struct PatchRequest {
   Micros silence = kSilenceLeast;
   /// Surface vertices that fit into a datagram beside so many modes, without and with a load_rate.
   int (*vertices_max)(int modes, bool loaded) = [](int, bool) { return 12; };
+  Vec3 acceleration = Vec3::Zero();  ///< of the hand [m/s^2]
 };
 
 struct PatchBuildReport {

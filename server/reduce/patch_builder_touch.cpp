@@ -160,7 +160,8 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
 ExpectedSlide PatchBuilder::expected_slide(const PatchRequest& request) const {
   const bool cubic = request.scheme == Scheme::cubic;
   const bool slides = cubic || request.scheme == Scheme::port;
-  return {slides ? seconds(request.bridge) : 0, cubic && can_bend(dynamics_->body())};
+  const bool bends = cubic && can_bend(dynamics_->body());
+  return {slides ? seconds(request.bridge) : 0, bends, bends ? request.acceleration : Vec3(Vec3::Zero())};
 }
 
 /// What the directions for a touch start from, the springs of coupled tools in P.

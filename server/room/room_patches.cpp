@@ -6,14 +6,15 @@
 #include "server/room/room_state.hpp"
 
 namespace palpate {
-namespace {
 
-PatchRequest request_of(const StationJob& job) {
-  return {job.scheme, job.order, job.bridge, job.silence,
-          [](int modes, bool loaded) { return max_port_vertices(modes, kMaxPortTriangles, loaded); }};
+PatchRequest Room::State::request_of(const StationJob& job) const {
+  return {job.scheme,
+          job.order,
+          job.bridge,
+          job.silence,
+          [](int modes, bool loaded) { return max_port_vertices(modes, kMaxPortTriangles, loaded); },
+          hand_acceleration(stations.at(job.id))};
 }
-
-}  // namespace
 
 std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
   std::vector<ToolAt> tools;
