@@ -117,25 +117,32 @@ TEST_CASE("A body that is held everywhere yields nowhere") {
   CHECK(slide.missing(PortRows::Zero(3, 4), weight).norm() == 0);
 }
 
-TEST_CASE("A tool that has slid to where the modes do not follow rests on what the body yields there") {
+TEST_CASE("A tool that has slid to where the modes do not follow rests on what the body yields there, with terms on c_static") {
   const Patch patch = known_on_one_side(8);
-  PatchPlayer player(patch);
-  constexpr double kDepth = 0.004, kFrom = -0.0195, kTo = 0.001;  // along y = 0, over the vertex in the middle
-  for (int ms = 1; ms <= 8000; ++ms) {
-    const double in = std::min(1.0, ms / 300.0), along = std::clamp((ms - 500) / 400.0, 0.0, 1.0);
-    player.advance({kStamp + ms * kTick, Vec3(kFrom + along * (kTo - kFrom), 0, -kDepth * in)});
-  }
+  CubicTerms terms = test::cubic_terms(patch);
+  for (Eigen::VectorXf* of : {&terms.e3, &terms.e4}) of->setZero();  // they push nothing
+  terms.q.setZero();
   const SlideCompliance slide(patch, patch.surface.vertices[0].rows, patch.point.weight);
   const Mat3 missing = slide.missing(PortRows::Zero(3, 8), patch.point.weight);
   REQUIRE(missing(2, 2) > 2 * patch.c_static(2, 2));
-  const Mat3 compliance = patch.c_static + missing;
-  CHECK(player.output().force.z() == Approx(kDepth / (compliance(2, 2) + 1 / patch.coupling_n_m)).epsilon(5e-3));
+  for (const bool bends : {false, true}) {
+    PatchPlayer player(patch, bends ? terms : CubicTerms{});
+    constexpr double kDepth = 0.004, kFrom = -0.0195, kTo = 0.001;  // along y = 0, over the vertex in the middle
+    for (int ms = 1; ms <= 8000; ++ms) {
+      const double in = std::min(1.0, ms / 300.0), along = std::clamp((ms - 500) / 400.0, 0.0, 1.0);
+      player.advance({kStamp + ms * kTick, Vec3(kFrom + along * (kTo - kFrom), 0, -kDepth * in)});
+    }
+    const Mat3 compliance = bends ? patch.c_static : Mat3(patch.c_static + missing);
+    CHECK(player.output().force.z() == Approx(kDepth / (compliance(2, 2) + 1 / patch.coupling_n_m)).epsilon(5e-3));
+  }
 }
 
 TEST_CASE("A tool that slides over a body known in one place gets out no more than it put in, whichever way it goes") {
+  const bool bends = GENERATE(false, true);
   Random random(13);
   for (int trial = 0; trial < 20; ++trial) {
-    PatchPlayer player(known_on_one_side(8));
+    const Patch patch = known_on_one_side(8);
+    PatchPlayer player(patch, bends ? test::cubic_terms(patch) : CubicTerms{});
     const double fast = random.uniform(0.01, 0.1), along = random.uniform(0.005, 0.05), from = random.uniform(0, 6);
     Vec3 last(0, 0, 0.003), force = Vec3::Zero();
     double work = 0;
