@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "common/base/error.hpp"
 #include "server/body/explicit_integrator.hpp"
 #include "server/body/stabilised_integrator.hpp"
@@ -17,27 +19,31 @@ constexpr const char* kForSprings = "explicit steps are for bodies of linear or 
 /// A rung of the ladder for one body.
 struct Rung {
   std::unique_ptr<Stepper> stepper;
-  std::string figures;  // its name and how it would go, for people
-  double cost = 0;
+  std::string figures;          // its name and how it would go, for people
+  double cost = 0, step_s = 0;  // the longest to ask it for
 };
 
-Rung rung(std::unique_ptr<Stepper> stepper, const char* name, const std::string& steps, double cost) {
+Rung rung(std::unique_ptr<Stepper> stepper, const char* name, const std::string& steps, double cost, double step_s) {
   const double percent = 100 * cost;
   const std::string share = percent < 99.5 ? fmt::format("{:.2g}", percent) : fmt::format("{:.0f}", percent);
-  return {std::move(stepper), fmt::format("{}, {}, about {} % of a core", name, steps, share), cost};
+  return {std::move(stepper), fmt::format("{}, {}, about {} % of a core", name, steps, share), cost, step_s};
 }
 
-Rung implicit_rung(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
-  const double edges = static_cast<double>(edges_of(dynamics.body()).size()), step_s = scene.solver.step_s;
+/// In steps as long as the scene allows, or `finely`: in those that take no more than kAffordable of a core.
+Rung implicit_rung(const Scene& scene, const Dynamics& dynamics, const Skin& skin, bool finely) {
+  constexpr double kAffordable = 0.1, kShortestS = 0.0025;
+  const double step_cost_s = 1e-9 * static_cast<double>(edges_of(dynamics.body()).size()) * kImplicitNs * kNewton;
+  double step_s = scene.solver.step_s;
+  if (finely) step_s = std::min(step_s, std::max(kShortestS, step_cost_s / kAffordable));
   return rung(std::make_unique<Integrator>(dynamics, skin, IntegratorOptions{step_s}), "tr-bdf2",
-              fmt::format("steps of {:.2g} ms", 1e3 * step_s), 1e-9 * edges * kImplicitNs * kNewton / step_s);
+              fmt::format("steps of {:.2g} ms", 1e3 * step_s), step_cost_s / step_s, step_s);
 }
 
 Rung leapfrog_rung(const Scene& scene, const Dynamics& dynamics, const Skin& skin, const Spectrum& spectrum) {
   auto leapfrog = std::make_unique<ExplicitIntegrator>(dynamics, skin, spectrum);
   const double step_s = std::min(leapfrog->step_s(), scene.solver.step_s);
   const double cost = 1e-9 * static_cast<double>(leapfrog->springs()) * kExplicitNs / step_s;
-  return rung(std::move(leapfrog), "explicit", fmt::format("steps of {:.2g} ms", 1e3 * step_s), cost);
+  return rung(std::move(leapfrog), "explicit", fmt::format("steps of {:.2g} ms", 1e3 * step_s), cost, scene.solver.step_s);
 }
 
 /// Without a stepper where the body's damping is too low for it.
@@ -46,11 +52,12 @@ Rung stabilised_rung(const Scene& scene, const Dynamics& dynamics, const Skin& s
   const auto [stages, h] = stabilised->plan(scene.solver.step_s, scene.tool.contact);
   if (stages == 0) return {};
   const double cost = 1e-9 * static_cast<double>(stabilised->springs()) * kStabilisedNs * stages / h;
-  return rung(std::move(stabilised), "stabilised", fmt::format("{} stages in steps of {:.2g} ms", stages, 1e3 * h), cost);
+  return rung(std::move(stabilised), "stabilised", fmt::format("{} stages in steps of {:.2g} ms", stages, 1e3 * h), cost,
+              scene.solver.step_s);
 }
 
 ChosenStepper chosen(Rung rung, const std::string& why) {
-  return {std::move(rung.stepper), fmt::format("{} ({})", rung.figures, why), rung.cost};
+  return {std::move(rung.stepper), fmt::format("{} ({})", rung.figures, why), rung.cost, rung.step_s};
 }
 
 /// That which the scene asks for; an empty rung where it leaves it to us.
@@ -63,7 +70,7 @@ Rung asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
     case IntegratorKind::automatic:
       return {};
     case IntegratorKind::tr_bdf2:
-      return implicit_rung(scene, dynamics, skin);
+      return implicit_rung(scene, dynamics, skin, false);
     case IntegratorKind::leapfrog:
       if (!covered) refuse("explicit", "\"tr-bdf2\"", kForSprings);
       return leapfrog_rung(scene, dynamics, skin, spectrum_of(dynamics));
@@ -80,8 +87,8 @@ Rung asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
 
 ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
   if (Rung asked = asked_for(scene, dynamics, skin); asked.stepper) return chosen(std::move(asked), "as the scene says");
-  Rung implicit = implicit_rung(scene, dynamics, skin);
-  if (!SpringBlocks::covers(dynamics.body())) return chosen(std::move(implicit), kForSprings);
+  if (!SpringBlocks::covers(dynamics.body())) return chosen(implicit_rung(scene, dynamics, skin, true), kForSprings);
+  Rung implicit = implicit_rung(scene, dynamics, skin, false);
   const Spectrum spectrum = spectrum_of(dynamics);
   Rung leapfrog = leapfrog_rung(scene, dynamics, skin, spectrum), stabilised = stabilised_rung(scene, dynamics, skin, spectrum);
   const bool damped = stabilised.stepper && leapfrog.cost > kDear && kClearly * stabilised.cost <= leapfrog.cost;

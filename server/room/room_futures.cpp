@@ -27,7 +27,7 @@ void Room::State::step_in_thought(double over_s, const ToolMotion& tool, const s
   for (int k = 1; k <= looks; ++k) {
     const double until_s = body.time_s + k * over_s / looks;
     if (!(roughly ? roughly->advance(next, there, until_s, tool, looks + 1 - k)
-                  : integrator.stepper->advance(next, there, until_s, scene.solver.step_s, tool).converged))
+                  : integrator.stepper->advance(next, there, until_s, integrator.step_s, tool).converged))
       return;
     look(k * (kLooksMost / looks), next.x);
   }

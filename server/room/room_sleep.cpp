@@ -50,7 +50,7 @@ bool Room::State::sleeps_through(const FrameJob& job) {
 // A room that fell behind by more steps of the same length would fall behind further.
 AdvanceReport Room::State::advance(const FrameJob& job) {
   constexpr int kFramesMax = 2;
-  double step_s = scene.solver.step_s;
+  double step_s = integrator.step_s;
   const double behind = (seconds(job.target) - body.time_s) / std::max(kFramesMax * seconds(job.frame), 1e-9);
   if (job.frame > Micros{} && behind > 1) step_s *= behind;
   // Half of what a hand may feel of anything that is not computed: a fifth of what the hand-over of patches hides.

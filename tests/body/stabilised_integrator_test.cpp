@@ -183,3 +183,23 @@ TEST_CASE("The ladder gives a damped body stabilised steps where leapfrog is dea
   CHECK(std::stod(dear.substr(dear.find("about ") + 6)) > 100);
   CHECK(dear.find("e+") == std::string::npos);
 }
+
+TEST_CASE("Finite elements are stepped as finely as a tenth of a core allows, between 2.5 ms and what the scene says") {
+  const auto chosen = [](int nodes, double step_s, IntegratorKind integrator) {
+    Scene scene;
+    scene.body = solid_box(nodes, nodes, nodes, {});
+    scene.solver.step_s = step_s;
+    scene.solver.integrator = integrator;
+    const Dynamics dynamics(scene.body);
+    const ChosenStepper stepper = choose_stepper(scene, dynamics, Skin());
+    return std::pair{stepper.step_s, stepper.cost};
+  };
+  CHECK(chosen(4, 0.010, IntegratorKind::automatic).first == 0.0025);
+  CHECK(chosen(4, 0.001, IntegratorKind::automatic).first == 0.001);
+  CHECK(chosen(4, 0.010, IntegratorKind::tr_bdf2).first == 0.010);
+  const auto [between_s, cost] = chosen(8, 0.010, IntegratorKind::automatic);
+  CHECK(between_s > 0.0025);
+  CHECK(between_s < 0.010);
+  CHECK(cost == Approx(0.1));
+  CHECK(chosen(14, 0.010, IntegratorKind::automatic).first == 0.010);
+}
