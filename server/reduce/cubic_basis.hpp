@@ -3,7 +3,7 @@
 // Candidate shapes w_c (3 N), each as large as the time tau that is bridged is likely to make it, at P = s^2 M + s D + K:
 //     P^-1 B a_i                          the port's motion, a_i how far or hard it moves; and their next moments,
 //                                         X <- s P^-1 (2 s M + D) X
-//     P^-1 (B_end - B) lambda             the load of a touching tool where it may have slid to (expected_ways.hpp)
+//     P^-1 (B_end lambda_end - B lambda)  the load of a touching tool where it may have slid to (expected_ways.hpp)
 //     tau v*,   P^-1 F*,   s P^-1 M v*    the body's own motion
 //     P^-1 F2(b_i, b_j)                   what bends when shapes b_i and b_j act together: F2 the second-order forces,
 //                                         b of {port shapes, tau v*}; of a touch instead

@@ -3,9 +3,9 @@
 //
 // With P = s^2 M + s D + K at the state (x*, v*) and B_k the port of tool k, the patches of all touching stations are made of
 //     X_k = P^-1 B_k,   P^-1 F,   P^-1 M v*,      F = F(x*, v*) + sum_k B_k lambda_k
-// so a frame takes three solves a tool (five, where it may slide to: P^-1 (B_end - B) lambda, expected_ways.hpp) and two for
-// all, at one shift s, and all of them go through P together. A model is hardly the worse for an s that is not quite its own:
-// with one tool s is that of its patch, with several that of their mean bridge.
+// so a frame takes three solves a tool (five or six, where it may slide to: P^-1 (B_end lambda_end - B lambda), lambda_end turned
+// with the normal, expected_ways.hpp) and two for all, at one shift s, and all of them go through P together. A model is hardly
+// the worse for an s that is not quite its own: with one tool s is that of its patch, with several that of their mean bridge.
 //
 // The other tools stay on the body while a patch lasts. Tool o moves on at its velocity v_o, and its contact is a spring between
 // it and the tissue,
@@ -127,7 +127,7 @@ class FrameModel {
   void begin(const BodyState& state, const std::vector<ToolPort>& ports, std::span<const ToolAt> tools, Micros bridge);
 
   /// A patch will be built for this port, although it may not touch: its answers are found together with those of the others,
-  /// and those to its load where it may have slid to, less its load where it is: (B_end - B) lambda.
+  /// and those to its load where it may have slid to, less its load where it is: B_end lambda_end - B lambda.
   void want(std::size_t k, const ExpectedSlide& slide = {});
   /// The same frame in the coordinates of a graded body (graded_body.hpp), where the body is one for it; else this.
   FrameModel& graded() { return graded_ ? *graded_ : *this; }
