@@ -17,6 +17,11 @@ double sped_up(double time_s) { return std::min(0.5 * kHandMs2 * time_s * time_s
 
 double speed_of_speeding_up(double time_s) { return sped_up(time_s) < kFarthestM ? kHandMs2 * time_s : 0; }
 
+Vec3 way_of_speeding_up(const Vec3& acceleration_m_s2, double time_s, double speeds_up_s) {
+  const double e = std::min(time_s, speeds_up_s);
+  return (time_s - 0.5 * e) * e * acceleration_m_s2;
+}
+
 Vec3 expected_motion(const ToolAt& tool, double bridge_s) {
   constexpr double kLeastM = 0.002;
   Vec3 far;
@@ -43,8 +48,7 @@ std::vector<Vec3> expected_slides(const Vec3& velocity, const Vec3& normal, cons
     const double far = kSeldom * sped_up(slide.time_s);
     ways = {far * side, far * normal.cross(side)};
   }
-  const double speeds_up_s = std::min(slide.time_s, kSpeedsUpOnS);
-  Vec3 beside = (slide.time_s - 0.5 * speeds_up_s) * speeds_up_s * slide.acceleration;
+  Vec3 beside = way_of_speeding_up(slide.acceleration, slide.time_s, kSlideSpeedsUpS);
   beside /= std::max(1.0, beside.norm() / kFarthestM);
   if (along(beside) && along(way + beside)) ways.push_back(way + beside);
   return ways;

@@ -80,6 +80,7 @@ void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& port
   forces_.resize(0);
   total_.resize(0);
   ahead_.clear();
+  going_on_ = 0;
   ways_.reset();
   looked_at_ = nullptr;
   remember();

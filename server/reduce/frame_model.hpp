@@ -24,6 +24,7 @@
 #include <array>
 #include <deque>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -154,10 +155,11 @@ class FrameModel {
   /// Where it is on the body at rest.
   Vec3 place_of(const ToolPort& port) const;
   /// Where its nodes may be until the next patches take over, as far from here as that counts; empty where nobody looked.
-  /// `going_on`: so many, the first, as hands go on by themselves, evenly to when the patches do; all, where there are fewer.
-  void foresee(std::vector<Vector> ahead, std::size_t going_on) {
-    ahead_ = std::move(ahead);
-    going_on_ = std::min(going_on, ahead_.size());
+  /// `going_on`: as hands go on by themselves, evenly to when the patches do.
+  void foresee(std::vector<Vector> going_on, std::vector<Vector> others) {
+    going_on_ = going_on.size();
+    ahead_ = std::move(going_on);
+    std::move(others.begin(), others.end(), std::back_inserter(ahead_));
   }
   const BodyWays& ways();
   /// F(x*, v*), rows of held nodes zero.

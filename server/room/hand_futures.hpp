@@ -38,9 +38,9 @@ inline const std::array<HandFuture, 6> kHandFutures{{{.coasts = true, .looks = k
 
 /// Where a hand is `after_s` from now.
 inline ToolAt moved_on(const ToolAt& now, const Vec3& acceleration_m_s2, double after_s) {
-  const double t = std::min(after_s, kGoesOnS), e = std::min(t, kSpeedsUpS);
-  const Vec3 velocity = now.velocity + e * acceleration_m_s2;
-  return {now.position + t * now.velocity + (t - 0.5 * e) * e * acceleration_m_s2,
+  const double t = std::min(after_s, kGoesOnS);
+  const Vec3 velocity = now.velocity + std::min(t, kSpeedsUpS) * acceleration_m_s2;
+  return {now.position + t * now.velocity + way_of_speeding_up(acceleration_m_s2, t, kSpeedsUpS),
           after_s > kGoesOnS ? Vec3(Vec3::Zero()) : velocity};
 }
 

@@ -1,6 +1,7 @@
 // Where the body may be until the next patches: as its hands may move on, and as it was remembered or rehearsed.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <iterator>
 #include <span>
 
 #include "server/room/hand_futures.hpp"
@@ -110,22 +111,26 @@ void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t
     if (!kept_for(job.stations[k], which)) feeling.push_back(which);
   }
   if (feeling.empty()) return;
-  std::vector<Vector> ahead;
-  if (!asleep) ahead = as_hands_may_move(bridge);
-  const std::size_t going_on = roughly ? kRoughLooks : kLooksMost;
+  std::vector<Vector> going_on, others;
+  if (!asleep) going_on = as_hands_may_move(bridge);
+  const double weight = going_on.empty() ? kRemembered : kBesideFutures;
+  if (const std::size_t looks = roughly ? kRoughLooks : kLooksMost; going_on.size() > looks) {
+    const auto end = going_on.begin() + static_cast<std::ptrdiff_t>(looks);
+    others.assign(std::make_move_iterator(end), std::make_move_iterator(going_on.end()));
+    going_on.erase(end, going_on.end());
+  }
   if (roughly) {
-    frame_model.foresee(std::move(ahead), going_on);
+    frame_model.foresee(std::move(going_on), std::move(others));
     return;
   }
   if (asleep) rehearse(feeling);
-  const double weight = ahead.empty() ? kRemembered : kBesideFutures;
   std::vector<Vec3> near, holding;
   for (const std::size_t k : feeling) near.push_back(frame_model.place_of(ports[k]));
-  for (const Vector* x : remembered.telling(near, body.x)) ahead.push_back(body.x + weight * (*x - body.x));
+  for (const Vector* x : remembered.telling(near, body.x)) others.push_back(body.x + weight * (*x - body.x));
   for (const ToolPort& port : ports)
     if (port.kind == ContactKind::attach || port.touching) holding.push_back(frame_model.place_of(port));
   if (!holding.empty()) remembered.keep(holding, body.x);
-  frame_model.foresee(std::move(ahead), going_on);
+  frame_model.foresee(std::move(going_on), std::move(others));
 }
 
 }  // namespace palpate

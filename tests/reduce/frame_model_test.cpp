@@ -204,6 +204,25 @@ TEST_CASE("A hand that speeds up or slows down is looked for where that takes it
   CHECK(expected_slides(Vec3::Zero(), normal, {0.2, false, sideways}).size() == 1);
 }
 
+TEST_CASE("Where hands go on by themselves is told apart from where else a body may be, and forgotten with the frame") {
+  Bench bench;
+  const auto aside = [&](double m) { return Vector(bench.state.x + Vector::Constant(bench.state.x.size(), m)); };
+  const auto begin = [&] { bench.frame.begin(bench.state, bench.ports, bench.tools, kBridge); };
+  begin();
+  bench.frame.foresee({}, {aside(0.003)});
+  CHECK(bench.frame.ways().going_on == 0);
+  CHECK(bench.frame.ways().ahead.cols() == 1);
+  begin();
+  bench.frame.foresee({aside(0.001), aside(0.002)}, {aside(0.003)});
+  const BodyWays& ways = bench.frame.ways();
+  CHECK(ways.going_on == 2);
+  REQUIRE(ways.ahead.cols() == 3);
+  for (int k = 0; k < 3; ++k) CHECK((ways.ahead.col(k).array() - 0.001 * (k + 1)).abs().maxCoeff() < 1e-12);
+  begin();
+  CHECK(bench.frame.ways().going_on == 0);
+  CHECK(bench.frame.ways().ahead.cols() == 0);
+}
+
 TEST_CASE("Others that touch nothing, or stand still, add no load that grows") {
   Bench bench;
   bench.touch(40, Vec3(0, 0, -0.4), Vec3(0, 0, -0.1));

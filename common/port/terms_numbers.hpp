@@ -1,0 +1,39 @@
+// What stands where in the numbers of terms (terms_pieces.hpp), and how each kind of terms gets in and out of them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/port/terms_pieces.hpp"
+
+namespace palpate {
+
+/// How many numbers of each kind there are, and words of 16 bits that are not halves: those stand behind `first` halves, and at
+/// the end.
+struct TermsLayout {
+  int modes, turning;
+  std::array<int, 5> count;
+  int first, packed, after, last;
+  int total() const { return first + packed + after + last; }
+  int pieces() const { return (total() + kPieceNumbers - 1) / kPieceNumbers; }
+  bool is_half(int at) const { return at < first || (at >= first + packed && at < first + packed + after); }
+};
+
+TermsLayout springs_layout(const PatchTerms& p);
+TermsLayout tetrahedra_layout(const PatchTerms& p);
+/// Of whichever of these, or of polynomials, the head says.
+TermsLayout layout(const PatchTerms& p);
+
+/// Of terms all of whose numbers are finite; the units of what is appended get into the head.
+void append_springs(const CubicTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out);
+void append_tetrahedra(const CubicTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out);
+void append_surface(const CubicTerms& terms, std::vector<std::uint16_t>& out);
+
+/// From `at` on, which is behind them then. False when one is not what a spring, or a node, can be; what a tetrahedron can be;
+/// when a corner is no vertex of any surface, or a vertex moves with one that is none before it.
+bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, CubicTerms& terms);
+bool take_tetrahedra(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, CubicTerms& terms);
+bool take_surface(const std::vector<std::uint16_t>& numbers, int at, const PatchTerms& head, CubicTerms& terms);
+
+}  // namespace palpate
