@@ -233,11 +233,12 @@ void PatchPlayer::close_touch(const Vec3& tool) noexcept {
     if (nearest.height_m >= 0 || nearest.at_border) return;
     point_ = nearest.point;
     touching_ = true;
+    beyond_.setZero();
     slid_.setZero();
     has_response_ = false;
   }
   if (!has_response_) update_response();
-  const Vec3 p_free = position_at(view, positions(), point_);
+  const Vec3 p_free = position_at(view, positions(), point_) + beyond_;
   const ContactParameters parameters{patch_.coupling_n_m, patch_.friction};
   const ContactClosure closure = close_contact(p_free, compliance_, normal_at(view, positions(), point_), tool, parameters);
   touching_ = closure.touching;
@@ -248,7 +249,8 @@ void PatchPlayer::close_touch(const Vec3& tool) noexcept {
     carried_ *= share_before_;
   }
   if (closure.slip.squaredNorm() > 0) {
-    point_ = slide(view, positions(), point_, closure.slip);
+    point_ = slide(view, positions(), point_, beyond_ + closure.slip);
+    beyond_ = beyond_border(view, positions(), point_, p_free + closure.slip);
     has_response_ = false;
   }
   output_ = {-closure.lambda, true};

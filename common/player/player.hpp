@@ -11,7 +11,8 @@
 //             where the contact (k_c) is stiffer than what a step moves that swings from step to step: s = min(1/2,
 //             1 / (2 k_c tr R Psi0_q R^T)), which has swings fall to less than half; 0 where it is rigid. Any s up to 1/2 is
 //             passive: the mean times the tool's way is what the modes take, what the contact stores, and no less. Where the
-//             tool has slid to, what the modes miss is added to c_static (slide_compliance.hpp), unless terms bend them.
+//             tool has slid to, what the modes miss is added to c_static (slide_compliance.hpp), unless terms bend them. Off the
+//             patch's piece of surface it slides on along the plane at its border, where body and friction are as at the border.
 // A load that changes (patch.load_rate) adds psi0 l t + psi1 l dt to the drift, a sum that grows by one part a step.
 // Contact begins in the step in which the tool is found below the patch's own deformed surface, and ends in the step in which it
 // would pull. compile() allocates and belongs off the haptic thread; advance() does not allocate, lock or throw.
@@ -115,6 +116,7 @@ class PatchPlayer {
   ToolSample tool_;
   bool touching_ = false;
   SurfacePoint point_;
+  Vec3 beyond_ = Vec3::Zero();  // how far the contact point is from point_, where the tool has slid off the patch's surface
   PlayerOutput output_;
 };
 

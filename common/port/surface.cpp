@@ -74,6 +74,12 @@ struct Best {
   }
 };
 
+bool on_open_edge(const SurfaceView& s, const SurfacePoint& p) {
+  bool open = false;
+  for (int k = 0; k < 3; ++k) open |= p.weight[k] <= 0 && (s.open[p.triangle] >> k & 1);
+  return open;
+}
+
 NearestPoint describe_nearest(const SurfaceView& s, Positions x, const SurfacePoint& p, const Vec3& query) {
   NearestPoint n;
   n.point = p;
@@ -81,7 +87,7 @@ NearestPoint describe_nearest(const SurfaceView& s, Positions x, const SurfacePo
   n.normal = normal_at(s, x, p);
   const Vec3 away = query - n.position;
   n.height_m = away.dot(n.normal) < 0 ? -away.norm() : away.norm();
-  for (int k = 0; k < 3; ++k) n.at_border |= p.weight[k] <= 0 && (s.open[p.triangle] >> k & 1);
+  n.at_border = on_open_edge(s, p);
   return n;
 }
 
@@ -158,6 +164,12 @@ SurfacePoint slide(const SurfaceView& s, Positions x, const SurfacePoint& p, con
     if (best.point.triangle == from) break;
   }
   return best.point;
+}
+
+Vec3 beyond_border(const SurfaceView& s, Positions x, const SurfacePoint& p, const Vec3& target) noexcept {
+  if (!on_open_edge(s, p)) return Vec3::Zero();
+  const Vec3 away = target - position_at(s, x, p), normal = normal_at(s, x, p);
+  return away - normal.dot(away) * normal;
 }
 
 }  // namespace palpate

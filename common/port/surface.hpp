@@ -65,5 +65,8 @@ struct NearestPoint {
 NearestPoint nearest_point(const SurfaceView& s, Positions x, const Vec3& query) noexcept;
 /// The point that `p` becomes when it slides by `slip`: the nearest to p + slip, walking outwards ring by ring.
 SurfacePoint slide(const SurfaceView& s, Positions x, const SurfacePoint& p, const Vec3& slip) noexcept;
+/// How far `target` is beyond a surface that ends at `p`: along the plane there, which the surface goes on as. Zero where `p` is
+/// not on an open edge. Of a piece of a surface; where that ends the body does not.
+Vec3 beyond_border(const SurfaceView& s, Positions x, const SurfacePoint& p, const Vec3& target) noexcept;
 
 }  // namespace palpate

@@ -269,6 +269,29 @@ TEST_CASE("Friction in a stroke stays on the cone and takes energy") {
   CHECK(work > 0);
 }
 
+TEST_CASE("A tool that slides off the surface of a patch feels it go on as it is at the border, and brake it both ways") {
+  Patch p = floor_patch(8);
+  p.friction = 0.4;
+  Patch wide = p;
+  for (PortVertex& v : wide.surface.vertices) v.position.head<2>() *= 10;
+  PatchPlayer player(p), on_wide(wide);
+  double reach = 0;
+  for (int i = 0; i < p.surface.vertex_count; ++i)
+    reach = std::max(reach, p.surface.vertices[static_cast<std::size_t>(i)].position.head<2>().norm());
+  const double far = 2 * reach;
+  int back_outside = 0;
+  for (int ms = 1; ms <= 4000; ++ms) {
+    const double phase = 0.002 * ms;
+    const Vec3 tool(far * std::sin(phase), 0.3 * far * std::sin(2.5 * phase), -0.004 * std::min(1.0, ms / 200.0));
+    const Vec3 force = player.advance({kStamp + ms * kTick, tool}).force;
+    CHECK((force - on_wide.advance({kStamp + ms * kTick, tool}).force).norm() < 1e-9);
+    if (ms <= 200 || std::abs(tool.x()) <= reach || std::abs(std::cos(phase)) < 0.3) continue;
+    CHECK(force.x() * std::cos(phase) < 0);
+    back_outside += std::sin(phase) * std::cos(phase) < 0 ? 1 : 0;
+  }
+  CHECK(back_outside > 100);
+}
+
 TEST_CASE("A constant patch shows its force, filtered when it says so, and a successor goes on from there") {
   Patch p;
   p.constant = true;

@@ -162,6 +162,23 @@ TEST_CASE("A slip in a plane goes exactly where it points, over many triangles, 
   CHECK((position_at(mesh.view(), mesh.x, point) - Vec3(0.08, 0.055, 0)).norm() < 1e-12);
 }
 
+TEST_CASE("Slips over the border of a plane add up, there and back") {
+  const Mesh mesh = plane(8, 0.01);
+  SurfacePoint point = nearest_point(mesh.view(), mesh.x, Vec3(0.061, 0.032, 0)).point;
+  Vec3 beyond = Vec3::Zero(), expected(0.061, 0.032, 0);
+  for (int k = 0; k < 40; ++k) {
+    const Vec3 slip(k < 20 ? 0.0037 : -0.0035, 0.0031 * std::cos(0.3 * k), 0.0002);  // in the end inside again
+    const Vec3 target = position_at(mesh.view(), mesh.x, point) + beyond + slip;
+    point = slide(mesh.view(), mesh.x, point, beyond + slip);
+    beyond = beyond_border(mesh.view(), mesh.x, point, target);
+    expected += slip.cwiseProduct(Vec3(1, 1, 0));
+    CHECK((position_at(mesh.view(), mesh.x, point) + beyond - expected).norm() < 1e-12);
+    const bool inside = expected.head<2>().minCoeff() >= 0 && expected.head<2>().maxCoeff() <= 0.08;
+    CHECK((beyond.norm() == 0) == inside);
+  }
+  CHECK(beyond.norm() == 0);
+}
+
 TEST_CASE("A query beside an open surface is at its border, one above or below it is not") {
   const Mesh mesh = plane(3, 0.01);
   CHECK(nearest_point(mesh.view(), mesh.x, Vec3(0.035, 0.015, -0.001)).at_border);
