@@ -241,21 +241,26 @@ class LocalRun {
       if (nearest.height_m >= 0) return;
       port_.point = nearest.point;
     }
-    const Skin::Weights b = skin.weights(port_.point);
-    Matrix answers = Matrix::Zero(w_.size(), 3);
-    const Triangle& t = skin.view().triangles[port_.point.triangle];
-    for (std::size_t k = 0; k < 3; ++k) answers += port_.point.weight[static_cast<int>(k)] * answers_at(t[k]);
-    Mat3 compliance;
-    for (int axis = 0; axis < 3; ++axis) compliance.col(axis) = h_ / 2 * gather(b, answers.col(axis));
     const Mat3 residual = full_ ? start_->residual : Mat3::Zero();  // what lambda* did is in x*
-    const ContactClosure closure = close_contact(skin.position(port_.point, b, x) - residual * start_->port.lambda,
-                                                 0.5 * (compliance + compliance.transpose()) + residual,
-                                                 normal_at(skin.view(), positions_, port_.point), tool, port_.parameters);
+    Matrix answers;
+    ContactClosure closure;
+    for (int slides = 0;; ++slides) {
+      const Skin::Weights b = skin.weights(port_.point);
+      const Triangle& t = skin.view().triangles[port_.point.triangle];
+      answers = Matrix::Zero(w_.size(), 3);
+      for (std::size_t k = 0; k < 3; ++k) answers += port_.point.weight[static_cast<int>(k)] * answers_at(t[k]);
+      Mat3 compliance;
+      for (int axis = 0; axis < 3; ++axis) compliance.col(axis) = h_ / 2 * gather(b, answers.col(axis));
+      closure = close_contact(skin.position(port_.point, b, x) - residual * start_->port.lambda,
+                              0.5 * (compliance + compliance.transpose()) + residual,
+                              normal_at(skin.view(), positions_, port_.point), tool, port_.parameters);
+      if (closure.slip.squaredNorm() > 0) port_.point = slide(skin.view(), positions_, port_.point, closure.slip);
+      if (slides == kMostSlides || closure.slip.norm() < kSettledM) break;
+    }
     port_.lambda = closure.lambda;
     port_.touching = closure.lambda.squaredNorm() > 0;
     v_ += answers * closure.lambda;
     w_ += h_ / 2 * answers * closure.lambda;
-    if (closure.slip.squaredNorm() > 0) port_.point = slide(skin.view(), positions_, port_.point, closure.slip);
   }
 
   const Body* body_;

@@ -66,6 +66,7 @@ PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(e
     rest_.segment<3>(at) = patch_.surface.vertices[i].position;
     if (r > 0) rows_.middleRows<3>(at) = patch_.surface.vertices[i].rows;
   }
+  if (patch.contact == ContactKind::touch && r > 0) answers_ = psi0_ * rows_.transpose();
   vertices_ = rest_;
   lean_.fill(Vec3::Zero());
   for (std::uint32_t i = 0; i < vertices; ++i) {
@@ -203,8 +204,9 @@ void PatchPlayer::update_response() noexcept {
   const PortRows rows = rows_at(point_);
   if (cubic_.empty()) slid_ = SlideCompliance::grown(slid_, slide_compliance_.missing(rows, point_.weight));
   compliance_ += slid_;
-  response_.resize(2 * r, 3);
-  response_.noalias() = psi0_ * rows.transpose();
+  const Triangle& corners = patch_.surface.triangles[point_.triangle];
+  response_ = point_.weight[0] * answers_.middleCols<3>(3 * corners[0]);
+  for (std::size_t k = 1; k < 3; ++k) response_ += point_.weight[static_cast<int>(k)] * answers_.middleCols<3>(3 * corners[k]);
   const Mat3 moved = rows * response_.topRows(r);
   const double stiffness = patch_.coupling_n_m * moved.trace();
   share_before_ = patch_.coupling_n_m > 0 ? 0.5 / std::max(stiffness, 1.0) : 0.0;
@@ -237,21 +239,25 @@ void PatchPlayer::close_touch(const Vec3& tool) noexcept {
     slid_.setZero();
     has_response_ = false;
   }
-  if (!has_response_) update_response();
-  const Vec3 p_free = position_at(view, positions(), point_) + beyond_;
   const ContactParameters parameters{patch_.coupling_n_m, patch_.friction};
-  const ContactClosure closure = close_contact(p_free, compliance_, normal_at(view, positions(), point_), tool, parameters);
-  touching_ = closure.touching;
-  if (!touching_) return;
+  ContactClosure closure;
+  for (int slides = 0;; ++slides) {
+    if (!has_response_) update_response();
+    const Vec3 p_free = position_at(view, positions(), point_) + beyond_;
+    closure = close_contact(p_free, compliance_, normal_at(view, positions(), point_), tool, parameters);
+    touching_ = closure.touching;
+    if (!touching_) return;
+    if (closure.slip.squaredNorm() > 0) {
+      point_ = slide(view, positions(), point_, beyond_ + closure.slip);
+      beyond_ = beyond_border(view, positions(), point_, p_free + closure.slip);
+      has_response_ = false;
+    }
+    if (slides == kMostSlides || closure.slip.norm() < kSettledM) break;
+  }
   if (patch_.modes() > 0) {
     carried_.noalias() = response_ * closure.lambda;
     z_ += (1 - share_before_) * carried_;
     carried_ *= share_before_;
-  }
-  if (closure.slip.squaredNorm() > 0) {
-    point_ = slide(view, positions(), point_, beyond_ + closure.slip);
-    beyond_ = beyond_border(view, positions(), point_, p_free + closure.slip);
-    has_response_ = false;
   }
   output_ = {-closure.lambda, true};
 }

@@ -107,6 +107,8 @@ class PatchPlayer {
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kMaxPortVertices, kMaxModes> rows_;  // all R_i
   SlideCompliance slide_compliance_;
   Mat3 slid_ = Mat3::Zero();  // what it has yielded since contact began or the stamp
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxStates, 3 * kMaxPortVertices>
+      answers_;  // Psi0 R_i^T
   // Answer of the body to lambda at point_; a point that sticks keeps it.
   bool has_response_ = false;
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxStates, 3> response_;  // Psi0 R^T

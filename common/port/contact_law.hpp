@@ -28,6 +28,12 @@ struct ContactClosure {
   Vec3 slip = Vec3::Zero();    ///< how far the material point slides along the surface [m]
 };
 
+/// Point and normal are those of the end of the tick or stage, too: a contact that slips by more than kSettledM is closed again
+/// where it has slid to, at most kMostSlides times. Closed where the tick found it, its normal would be a tick old, an error of
+/// first order in the tick (docs/decisions/0037).
+inline constexpr double kSettledM = 1e-6;
+inline constexpr int kMostSlides = 3;
+
 ContactClosure close_contact(const Vec3& p_free, const Mat3& compliance, const Vec3& normal, const Vec3& tool,
                              const ContactParameters& parameters) noexcept;
 

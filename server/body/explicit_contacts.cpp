@@ -38,17 +38,33 @@ void ExplicitContacts::look(const ExplicitBody& body, std::vector<ToolPort>& por
 }
 
 const std::vector<std::size_t>& ExplicitContacts::meet(const ExplicitBody& body, const std::vector<ToolPort>& ports, double end_s,
-                                                       const ToolMotion& tools) {
+                                                       double ahead_s, const ToolMotion& tools) {
   touching_.clear();
   for (std::size_t k = 0; k < ports.size(); ++k) {
     if (ports[k].kind != ContactKind::touch || !ports[k].touching) continue;
     refreshed(body, k, ports[k].point);
-    place(body, contacts_[k].around);
+    look_again(body, k, ahead_s);
     contacts_[k].tool = tools(k, end_s).position;
-    contacts_[k].normal = normal_at(skin_->view(), skin_positions_, ports[k].point);
     touching_.push_back(k);
   }
   return touching_;
+}
+
+void ExplicitContacts::look_again(const ExplicitBody& body, std::size_t k, double ahead_s) {
+  for (const std::uint32_t i : contacts_[k].around) {
+    Vec3 at = body.body().nodes[i];
+    for (const auto& [j, weight] : skin_->vertex_weights(i)) at += weight * (body.u.at(j) + ahead_s * body.v.at(j));
+    Eigen::Map<Vec3>(skin_positions_.data() + 3 * std::size_t{i}) = at;
+  }
+  contacts_[k].normal = normal_at(skin_->view(), skin_positions_, contacts_[k].point);
+}
+
+bool ExplicitContacts::slide_on(const ExplicitBody& body, std::size_t k, const Vec3& slip, double ahead_s, ToolPort& port) {
+  if (!(slip.norm() > kSettledM)) return false;
+  port.point = slide(skin_->view(), skin_positions_, port.point, slip);
+  refreshed(body, k, port.point);
+  look_again(body, k, ahead_s);
+  return true;
 }
 
 void ExplicitContacts::finish(std::size_t k, const Vec3& slip, double end_s, ToolPort& port) {
@@ -80,14 +96,6 @@ std::vector<std::uint32_t> ExplicitContacts::vertices_around(std::uint32_t trian
   std::sort(vertices.begin(), vertices.end());
   vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
   return vertices;
-}
-
-void ExplicitContacts::place(const ExplicitBody& body, const std::vector<std::uint32_t>& vertices) {
-  for (const std::uint32_t i : vertices) {
-    Vec3 at = body.body().nodes[i];
-    for (const auto& [j, weight] : skin_->vertex_weights(i)) at += weight * body.u.at(j);
-    Eigen::Map<Vec3>(skin_positions_.data() + 3 * std::size_t{i}) = at;
-  }
 }
 
 }  // namespace palpate

@@ -47,6 +47,8 @@ ExplicitStepper::Steps ExplicitIntegrator::steps_for(double whole_s, double step
 }
 
 void ExplicitIntegrator::go(const Steps& steps, std::vector<ToolPort>& ports, double begin_s, const ToolMotion& tools) {
+  before_.clear();
+  for (const ToolPort& port : ports) before_.push_back(port.lambda);
   accelerate(body_.v, ports);
   if (body_.may_rest()) body_.let_rest(a_, busy_nodes(ports), steps.count * steps.h, std::array{&a_, &predicted_});
   kick(-steps.h / 2);
@@ -60,7 +62,7 @@ void ExplicitIntegrator::accelerate(const NodeArrays& velocity, const std::vecto
   body_.accelerate(a_);
   for (std::size_t k = 0; k < ports.size(); ++k)
     if (ports[k].kind == ContactKind::touch && ports[k].touching)
-      push(contacts_.refreshed(body_, k, ports[k].point), ports[k].lambda);
+      push(contacts_.refreshed(body_, k, ports[k].point).b, ports[k].lambda);
 }
 
 /// v += over_s a.
@@ -86,28 +88,41 @@ void ExplicitIntegrator::step(std::vector<ToolPort>& ports, double begin_s, doub
   body_.wake_disturbed(a_, 1);
 }
 
-/// Ports answer one after the other, each seeing the newest forces of the others: those of before are in a_ on entry. Only those
-/// that share nodes have anything to say to each other.
+/// Ports answer one after the other, each seeing the newest forces of the others: lambda_n are in a_ on entry. Only those that
+/// share nodes have anything to say to each other.
 void ExplicitIntegrator::close_contacts(std::vector<ToolPort>& ports, double end_s, double h, const ToolMotion& tools) {
-  const std::vector<std::size_t>& touching = contacts_.meet(body_, ports, end_s, tools);
+  const std::vector<std::size_t>& touching = contacts_.meet(body_, ports, end_s, h, tools);
   for (const std::size_t k : touching) body_.wake(contacts_[k].b);
-  unpushed_.clear();
-  for (const std::size_t k : touching)
-    unpushed_.push_back(contacts_[k].at_rest + contacts_[k].gather(body_.u) + h * contacts_[k].gather(body_.v));
   constexpr int kSweeps = 4;
   const int sweeps = share_nodes(touching) ? kSweeps : 1;
+  std::vector<double> shares;  // of lambda_(n+1)
+  for (const std::size_t k : touching) {
+    const Vec3 now = ports[k].lambda;
+    const double stiffness = ports[k].parameters.coupling_n_m * h * h * contacts_[k].softness_1_kg;
+    const double s = ports[k].parameters.coupling_n_m > 0 ? std::min(1.0, 1.0 / stiffness) : 0.0;
+    shares.push_back(1 - 0.75 * s);
+    push(contacts_[k].b, s / 4 * (before_[k] - now));
+    before_[k] = now;
+  }
   for (int sweep = 0; sweep < sweeps; ++sweep)
     for (std::size_t i = 0; i < touching.size(); ++i) {
-      ToolPort& port = ports[touching[i]];
-      const ExplicitContact& contact = contacts_[touching[i]];
-      push(contact, -port.lambda);
-      const Vec3 p_free = unpushed_[i] + h * h * contact.gather(a_);
-      const ContactClosure closure =
-          close_contact(p_free, h * h * contact.softness_1_kg * Mat3::Identity(), contact.normal, contact.tool, port.parameters);
+      const std::size_t k = touching[i];
+      ToolPort& port = ports[k];
+      const ExplicitContact& contact = contacts_[k];
+      push(contact.b, -shares[i] * port.lambda);
+      Vec3 p_free;
+      ContactClosure closure;
+      for (int slides = 0;; ++slides) {
+        p_free = contact.at_rest + contact.gather(body_.u) + h * contact.gather(body_.v) + h * h * contact.gather(a_);
+        closure = close_contact(p_free, shares[i] * h * h * contact.softness_1_kg * Mat3::Identity(), contact.normal,
+                                contact.tool, port.parameters);
+        if (slides == kMostSlides || !contacts_.slide_on(body_, k, closure.slip, h, port)) break;
+        body_.wake(contact.b);
+      }
       port.lambda = closure.lambda;
       if (is_lost(port, (contact.tool - p_free).norm(), body_.spacing_m())) port.lambda.setZero();
-      push(contact, port.lambda);
-      if (sweep + 1 == sweeps) contacts_.finish(touching[i], closure.slip, end_s, port);
+      push(contact.b, shares[i] * port.lambda);
+      if (sweep + 1 == sweeps) contacts_.finish(k, closure.slip, end_s, port);
     }
 }
 
@@ -120,8 +135,8 @@ bool ExplicitIntegrator::share_nodes(const std::vector<std::size_t>& ports) cons
   return false;
 }
 
-void ExplicitIntegrator::push(const ExplicitContact& contact, const Vec3& lambda) {
-  for (const auto& [node, weight] : contact.b) a_.set(node, a_.at(node) + weight * body_.inverse_mass(node) * lambda);
+void ExplicitIntegrator::push(const Skin::Weights& b, const Vec3& lambda) {
+  for (const auto& [node, weight] : b) a_.set(node, a_.at(node) + weight * body_.inverse_mass(node) * lambda);
 }
 
 }  // namespace palpate

@@ -1,12 +1,16 @@
 // Leapfrog for bodies of springs: second order, one evaluation of the forces a step, as long a step as is stable.
 //
 //     v*_n = v_(n-1/2) + h/2 a_(n-1)                       what the dampers see: second order too
-//     a_n = M^-1 (F(x_n, v*_n) + B lambda_n)
+//     a_n = M^-1 (F(x_n, v*_n) + B mean of lambda)
 //     v_(n+1/2) = v_(n-1/2) + h a_n,   x_(n+1) = x_n + h v_(n+1/2)
 //
-// Positions and velocities are in step at both ends of advance(). A touching tool closes the contact law at the end of each step:
-// p_free is where the point would be at t_(n+1) without its lambda_n, and C = h^2 B^T M^-1 B, a multiple of the identity. A node
-// that a tool holds is where the tool is.
+// Positions and velocities are in step at both ends of advance(). A touching tool closes the contact law at the end of each step,
+// where it has slid to by then (contact_law.hpp), with lambda_(n+1). On the body it is the mean
+//     (1 - 3/4 s) lambda_(n+1) + s/2 lambda_n + s/4 lambda_(n-1),   s = min(1, 1 / (k_c h^2 b)),   b = B^T M^-1 B
+// for s = 1 of second order and stable however stiff the contact (Newmark's average acceleration), but what is stiffer than a
+// step would ring; with s = 0, of first order, it does not. So p_free is where the point would be at t_(n+1) without
+// lambda_(n+1), and C = (1 - 3/4 s) h^2 b I. What of lambda is of before is where the point was. A node that a tool holds is
+// where the tool is.
 //
 // A mode of frequency w and damping g (x'' = -w^2 x - g x') is stable as long as the matrix of one step has no eigenvalue outside
 // the unit circle: h w < 2 without damping, h g < 1 where that rules. w^2 and g are those of spectrum.hpp, with the stiffening
@@ -41,12 +45,12 @@ class ExplicitIntegrator final : public ExplicitStepper {
   void step(std::vector<ToolPort>& ports, double begin_s, double h, const ToolMotion& tools);
   void close_contacts(std::vector<ToolPort>& ports, double end_s, double h, const ToolMotion& tools);
   bool share_nodes(const std::vector<std::size_t>& ports) const;
-  void push(const ExplicitContact& contact, const Vec3& lambda);
+  void push(const Skin::Weights& b, const Vec3& lambda);
 
   Spectrum spectrum_;
   double step_s_ = 0;
   NodeArrays a_, predicted_;
-  std::vector<Vec3> unpushed_;  // p at the step's end without any acceleration, a touching port
+  std::vector<Vec3> before_;  // lambda_(n-1), a port; at the begin lambda_n
 };
 
 }  // namespace palpate

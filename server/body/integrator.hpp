@@ -20,7 +20,8 @@
 // A tool is a port on the body (ToolPort). attach: its node is where the tool is at the end of each stage, and its velocity is
 // the one with which the scheme takes it there (the mean over the first stage, then y2' of the BDF2): the impulse of its dampers
 // is that of the way it went, wherever inside the step a quantised reading jumped. touch: lambda comes from the contact law
-// (contact_law.hpp) with p_free the point's end-of-stage position at lambda = 0 and C = a^2 B^T A^-1 B. A contact that no hand
+// (contact_law.hpp) with p_free the point's end-of-stage position at lambda = 0 and C = a^2 B^T A^-1 B, and once more with the point
+// and normal that the tool slides to in the stage. A contact that no hand
 // could hold (is_lost()) ends. A tool that is still inside touches again where it now is. A step in which a contact begins or
 // ends is redone in pieces of at most kEventStepS. The tool's own samples drive every stage.
 #pragma once
@@ -88,6 +89,8 @@ class Integrator final : public Stepper {
   bool refresh_matrix(const BodyState& state, double a, bool indefinite, AdvanceReport& report);
   void place(const Stage& stage, BodyState& state) const;
   std::vector<Vec3> normals_of(const std::vector<ToolPort>& ports, const BodyState& state);
+  /// Moves contacts that slip on to where they are closed again; false where none is worth it.
+  bool slide_on(std::vector<Vec3>& slips, const BodyState& state, std::vector<ToolPort>& ports);
   void finish_contacts(const std::vector<Vec3>& tool_points, const std::vector<Vec3>& slips, const BodyState& state,
                        std::vector<ToolPort>& ports) const;
   void update_responses(const std::vector<ToolPort>& ports, const std::vector<std::size_t>& touching, const Vector& x,

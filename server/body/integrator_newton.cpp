@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/port/contact_law.hpp"
 #include "server/body/integrator.hpp"
 
 namespace palpate {
@@ -60,6 +61,19 @@ void Integrator::finish_contacts(const std::vector<Vec3>& tool_points, const std
   }
 }
 
+bool Integrator::slide_on(std::vector<Vec3>& slips, const BodyState& state, std::vector<ToolPort>& ports) {
+  bool any = false;
+  for (std::size_t k = 0; k < ports.size(); ++k) {
+    ToolPort& port = ports[k];
+    if (port.kind != ContactKind::touch || !port.touching || !(slips[k].norm() > kSettledM)) continue;
+    if (!any) skin_->place(state.x, skin_positions_);
+    any = true;
+    port.point = slide(skin_->view(), skin_positions_, port.point, slips[k]);
+    slips[k].setZero();
+  }
+  return any;
+}
+
 void Integrator::place(const Stage& stage, BodyState& state) const {
   for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i)
     if (!held_[i]) at_node(state.x, i) = at_node(stage.x_hat, i) + stage.a * at_node(state.v, i);
@@ -72,10 +86,11 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
   place(stage, state);
   const bool contact =
       std::any_of(ports.begin(), ports.end(), [](const ToolPort& p) { return p.kind == ContactKind::touch && p.touching; });
-  const std::vector<Vec3> normals = normals_of(ports, state);
+  std::vector<Vec3> normals = normals_of(ports, state);
   std::vector<Vec3> slips(ports.size(), Vec3::Zero());
   bool fresh = !(std::abs(matrix_a_ - a) < 0.01 * a);
   if (fresh && !refresh_matrix(state, a, false, report)) return false;
+  int since_slide = 0, slides = 0;
   double last_move = 0, pull_before = 0;
   Vector dv;
   for (int iteration = 0; iteration < stage.iterations_max; ++iteration) {
@@ -109,14 +124,21 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
     const double move = a * dv.cwiseAbs().maxCoeff();
     if (!std::isfinite(move)) return false;
     // What is still to come when moves shrink by the factor seen last: the sum of a geometric series.
-    const double ratio = iteration > 0 ? move / last_move : 1;
+    const double ratio = since_slide > 0 ? move / last_move : 1;
     const double left = ratio < 0.5 ? move * ratio / (1 - ratio) : move;
     if (left < options_.tolerance_m) {
+      if (slides < kMostSlides && slide_on(slips, state, ports)) {
+        ++slides;
+        since_slide = 0;
+        last_move = 0;
+        normals = normals_of(ports, state);
+        continue;
+      }
       finish_contacts(tool_points, slips, state, ports);
       return true;
     }
     // A matrix that no longer contracts well is replaced; with contacts a fresh one that does not contract means too long a step.
-    if (iteration > 0 && move > 0.25 * last_move) {
+    if (since_slide > 0 && move > 0.25 * last_move) {
       if (contact && fresh && iteration > 8 && move > 0.9 * last_move) return false;
       if (!contact || !fresh || iteration % 4 == 0) {
         if (!refresh_matrix(state, a, false, report)) return false;
@@ -124,6 +146,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
       }
     }
     last_move = move;
+    ++since_slide;
   }
   return false;
 }

@@ -90,7 +90,7 @@ void StabilisedIntegrator::bring_to_end(std::size_t k, ToolPort& port) const {
 
 void StabilisedIntegrator::step(std::vector<ToolPort>& ports, double begin_s, double h, const ToolMotion& tools) {
   contacts_.look(body_, ports, begin_s, tools);
-  touching_ = contacts_.meet(body_, ports, begin_s + h, tools);
+  touching_ = contacts_.meet(body_, ports, begin_s + h, 0, tools);
   for (const std::size_t k : touching_) body_.wake(contacts_[k].b);
   start_held(ports, begin_s + h, h, tools);
   respond(ports, begin_s, h, tools);
@@ -176,13 +176,27 @@ void StabilisedIntegrator::respond(std::vector<ToolPort>& ports, double begin_s,
 
 void StabilisedIntegrator::close_contacts(std::vector<ToolPort>& ports, double end_s) {
   if (touching_.empty()) return;
-  couple();
-  std::vector<SweptContact> swept;
+  std::vector<Vec3> before;
   for (const std::size_t k : touching_) {
-    const ExplicitContact& contact = contacts_[k];
-    swept.push_back({k, contact.at_rest + contact.gather(body_.u), contact.normal, contact.tool});
+    contacts_.look_again(body_, k, 0);
+    before.push_back(ports[k].lambda);
   }
-  sweep_contacts(coupling_, swept, ports);
+  std::vector<SweptContact> swept;
+  for (int slides = 0;; ++slides) {
+    couple();
+    swept.clear();
+    for (std::size_t i = 0; i < touching_.size(); ++i) {
+      const ExplicitContact& contact = contacts_[touching_[i]];
+      swept.push_back({touching_[i], contact.at_rest + contact.gather(body_.u), contact.normal, contact.tool});
+      ports[touching_[i]].lambda = before[i];
+    }
+    sweep_contacts(coupling_, swept, ports);
+    bool slid = false;
+    if (slides < kMostSlides)
+      for (const SweptContact& contact : swept)
+        slid |= contacts_.slide_on(body_, contact.port, contact.slip, 0, ports[contact.port]);
+    if (!slid) break;
+  }
   for (const SweptContact& contact : swept) {
     ToolPort& port = ports[contact.port];
     Vec3 change = contact.change;

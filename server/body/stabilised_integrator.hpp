@@ -8,8 +8,8 @@
 // the cheapest. A body with little damping or none has no such s: it is not for this method.
 //
 // A node that a tool holds is where the tool is at the time of each stage; its velocity is that of the way over the step. A
-// touch pushes with one lambda over a step, that of the step before at first. The contact law is closed at the step's end with
-// the step's own response,
+// touch pushes with one lambda over a step, that of the step before at first. The contact law is closed at the step's end, where
+// the tool has slid to by then (contact_law.hpp), with the step's own response,
 //
 //     W_jk = B_j^T d u_end / d lambda_k        3 x 3, symmetric part for j = k
 //

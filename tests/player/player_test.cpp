@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "common/base/random.hpp"
@@ -292,6 +293,34 @@ TEST_CASE("A tool that slides off the surface of a patch feels it go on as it is
   CHECK(back_outside > 100);
 }
 
+TEST_CASE("A tool that slides without friction is pushed along the normal of where it is at the tick's end") {
+  constexpr double kRadiusM = 0.06, kC = 1e-4;
+  Patch p = test::touch_patch(0, 1, kStamp);
+  p.friction = 0;
+  p.c_static = kC * Mat3::Identity();
+  std::vector<double> x;
+  for (int i = 0; i < p.surface.vertex_count; ++i) {
+    Vec3& at = p.surface.vertices[static_cast<std::size_t>(i)].position;
+    at.z() = -0.5 * at.head<2>().squaredNorm() / kRadiusM;
+    x.insert(x.end(), at.data(), at.data() + 3);
+  }
+  const auto end = p.surface.triangles.begin() + p.surface.triangle_count;
+  const Surface surface({p.surface.triangles.begin(), end}, x.size() / 3);
+  PatchPlayer player(p);
+  for (int ms = 1; ms <= 1000; ++ms) {
+    const double phase = 2 * std::numbers::pi * ms / 1000;
+    const Vec3 tool(0.015 * std::sin(2 * phase), 0.012 * std::sin(phase), -0.006 * std::min(1.0, ms / 50.0));
+    const PlayerOutput out = player.advance({kStamp + ms * kTick, tool});
+    if (ms < 60) continue;
+    REQUIRE(out.contact);
+    // By the springs in series, the point that the force belongs to; it is on the surface, and the force along its normal.
+    const Vec3 point = tool + (kC + 1 / p.coupling_n_m) * out.force;
+    const NearestPoint nearest = nearest_point(surface.view(), x, point);
+    CHECK(std::abs(nearest.height_m) < 2e-6);
+    CHECK((out.force.normalized() - nearest.normal).norm() < 1e-3);
+  }
+}
+
 TEST_CASE("A constant patch shows its force, filtered when it says so, and a successor goes on from there") {
   Patch p;
   p.constant = true;
@@ -307,7 +336,7 @@ TEST_CASE("A constant patch shows its force, filtered when it says so, and a suc
   second.inherit(first);
   for (int ms = 1; ms <= 30; ++ms) {
     const Vec3 force = second.advance({kStamp + ms * kTick, Vec3::Zero()}).force;
-    CHECK(force.x() == Approx(2 - std::exp(-2 * M_PI * 10 * 1e-3 * ms)));
+    CHECK(force.x() == Approx(2 - std::exp(-2 * std::numbers::pi * 10 * 1e-3 * ms)));
     CHECK(force.y() == Approx(2));
   }
 }

@@ -1,0 +1,58 @@
+// A tool that slides without friction pushes along the normal alone, which turns as it slides: how true each integrator takes
+// that, the implicit one against itself in shorter steps, the others against the implicit one in much shorter ones.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "server/body/explicit_integrator.hpp"
+#include "server/body/stabilised_integrator.hpp"
+#include "tests/support/tool_bench.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+namespace {
+
+struct Stroke {
+  ToolBench bench;
+  explicit Stroke(LumpedBody body) : bench(std::move(body), ContactKind::touch) { bench.port.parameters = {1500, 0}; }
+
+  /// Pressed in smoothly, then to and fro over the dent that it makes.
+  std::vector<Vec3> felt(Stepper& stepper, double step_s) const {
+    const double top_m = 3 * kSpacingM;
+    return bench.felt(stepper, step_s, 0.6, [&](double t) {
+      const double in = std::pow(std::sin(0.5 * std::numbers::pi * std::min(1.0, t / 0.2)), 2);
+      const double aside = 0.008 * (1 - std::cos(2 * std::numbers::pi * std::max(0.0, t - 0.2) / 0.4));
+      return Vec3(0.013 + aside, 0.031, top_m + 1e-5 - 0.009 * in);
+    });
+  }
+  std::vector<Vec3> truth() {
+    Integrator finest(bench.dynamics, bench.skin, {0.0001, 1e-11});
+    return felt(finest, 0.0001);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("A stroke without friction is stepped implicitly to second order") {
+  Stroke stroke(box_body(4, 4, 4));
+  Integrator integrator(stroke.bench.dynamics, stroke.bench.skin, {0.004, 1e-11});
+  const auto truth = stroke.truth();
+  REQUIRE(truth.back().norm() > 0.3);
+  const double whole = ToolBench::apart(stroke.felt(integrator, 0.002), truth),
+               half = ToolBench::apart(stroke.felt(integrator, 0.001), truth);
+  CHECK(whole < 0.002);
+  CHECK(half < 0.4 * whole);
+}
+
+TEST_CASE("A stroke without friction is felt in steps of leapfrog as in implicit ones that have converged") {
+  Stroke stroke(box_body(4, 4, 4));
+  ExplicitIntegrator leapfrog(stroke.bench.dynamics, stroke.bench.skin);
+  CHECK(ToolBench::apart(stroke.felt(leapfrog, 0.010), stroke.truth()) < 0.0015);
+}
+
+TEST_CASE("A stroke without friction over a damped body is felt in stabilised steps as in implicit ones that have converged") {
+  Stroke stroke(box_body(4, 4, 4, 60, 6));
+  StabilisedIntegrator stabilised(stroke.bench.dynamics, stroke.bench.skin);
+  CHECK(ToolBench::apart(stroke.felt(stabilised, 0.010), stroke.truth()) < 0.0025);
+}
