@@ -101,7 +101,7 @@ void ExplicitIntegrator::close_contacts(std::vector<ToolPort>& ports, double end
     const double stiffness = ports[k].parameters.coupling_n_m * h * h * contacts_[k].softness_1_kg;
     const double s = ports[k].parameters.coupling_n_m > 0 ? std::min(1.0, 1.0 / stiffness) : 0.0;
     shares.push_back(1 - 0.75 * s);
-    push(contacts_[k].b, s / 4 * (before_[k] - now));
+    if (now.squaredNorm() > 0) push(contacts_[k].b, s / 4 * (before_[k] - now));  // else the contact begins
     before_[k] = now;
   }
   for (int sweep = 0; sweep < sweeps; ++sweep)

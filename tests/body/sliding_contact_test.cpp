@@ -56,3 +56,25 @@ TEST_CASE("A stroke without friction over a damped body is felt in stabilised st
   StabilisedIntegrator stabilised(stroke.bench.dynamics, stroke.bench.skin);
   CHECK(ToolBench::apart(stroke.felt(stabilised, 0.010), stroke.truth()) < 0.0025);
 }
+
+TEST_CASE("A tool that lets go and touches again within an advance of leapfrog pushes as in one advance after the other") {
+  Stroke stroke(box_body(4, 4, 4));
+  const ToolBench& bench = stroke.bench;
+  const auto tool = [](std::size_t, double t) {
+    // deep, away at 0.1 s within a tick, and slowly back
+    const double in_m = t < 0.1 ? 0.009 * t / 0.1 : std::max(-0.003, 0.02 * (t - 0.5));
+    return ToolAt{Vec3(0.031, 0.031, 3 * kSpacingM - in_m), Vec3::Zero()};
+  };
+  const auto end = [&](double each_s) {
+    ExplicitIntegrator leapfrog(bench.dynamics, bench.skin);
+    BodyState state = bench.dynamics.rest_state();
+    std::vector<ToolPort> ports{bench.port};
+    for (int k = 1; k * each_s <= 0.51 + 1e-9; ++k) REQUIRE(leapfrog.advance(state, ports, k * each_s, 0.010, tool).converged);
+    return std::pair{state.v, ports[0].lambda};
+  };
+  const auto [v, lambda] = end(0.51);
+  const auto [v_each, lambda_each] = end(0.01);
+  CHECK(lambda_each.norm() > 0.01);
+  CHECK((lambda - lambda_each).norm() < 0.05 * lambda_each.norm());
+  CHECK((v - v_each).norm() < 0.1 * v_each.norm());
+}
