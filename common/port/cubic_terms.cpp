@@ -122,7 +122,8 @@ void CubicForce::take_polynomials(const CubicTerms& terms) {
 }
 
 CubicForce::CubicForce(const CubicTerms& terms, const Patch& patch) : CubicForce(terms) {
-  constexpr double kRounding = 1e-6;  // numbers travel in single precision
+  constexpr double kRounding = 1e-6;   // numbers travel in single precision
+  constexpr double kTouchBraked = 20;  // norm of D in steps, below which a touch gains nothing by S
   const int n = variables_, l = leading_;
   if (n == 0) return;
   steps_ = terms.grasp ? kGraspSteps : kTouchSteps;
@@ -155,7 +156,8 @@ CubicForce::CubicForce(const CubicTerms& terms, const Patch& patch) : CubicForce
   root_ = Eigen::MatrixXd(factor.matrixU()).cast<float>();
   inverse_ = factor.matrixL().solve(Eigen::MatrixXd::Identity(n, n)).cast<float>();
   const auto* const solid = std::get_if<SampledSolidForce>(&sampled_);
-  if (solid != nullptr && terms.grasp) turned_ = TurnedDampers(*solid, patch.damping);
+  const bool brakes = terms.grasp || patch.damping.norm() > kTouchBraked * kHapticRateHz * steps_;
+  if (solid != nullptr && brakes) turned_ = TurnedDampers(*solid, patch.damping);
 }
 
 const ModeMatrix& CubicForce::added_mass() const {
@@ -248,7 +250,8 @@ void CubicForce::damping(const Variables& u, const Variables& u_rate, const Mode
   const float most = (has_sampled() ? kSpringDamperChange : kDamperChange) * (root_ * rate).norm();
   if (!turned_.empty()) {
     brake_at_end(change.cast<double>(), u_rate, closing, before, most, force);
-    turned_.renew(std::get<SampledSolidForce>(sampled_), y, closing);
+    since_asked_ = (since_asked_ + 1) % steps_;
+    if (since_asked_ == 0) turned_.renew(std::get<SampledSolidForce>(sampled_), y, closing);
     return;
   }
   force.noalias() = -(scale_.transpose() * (change - at_stamp).cast<double>());

@@ -32,7 +32,7 @@
 // there S, D1 as it was some milliseconds ago (turned_dampers.hpp), is taken at the end of the step, and g = (D1 - S) y' is what
 // is left for all this:
 //     f = -S y'_e - alpha g,   y'_e = y' + C (f - f_b),   alpha as above with (1 + C S)^-1 C for C and the y'_e of g = 0.
-// A touch gains nothing by that. The energy of sampled elements is what those store and give back, so nothing
+// A touch has S where D brakes its modes away many times within a step. What sampled elements store they give back, so nothing
 // bounds it: a body that snaps gives away more than -kSoftening E_lin. E2 has no end there, so it is left out unless springs that
 // are stretched without end hold the body up in spite of it. Of a solid they are some of its finite elements
 // (sampled_tetrahedra.hpp), of which all this is true too.
@@ -159,6 +159,7 @@ class CubicForce {
   int variables_ = 0, leading_ = 0, steps_ = 1;
   std::variant<SampledForce, SampledSolidForce> sampled_;
   TurnedDampers turned_;  // of a solid
+  int since_asked_ = 0;   // steps since those were asked
   bool has_e2_ = false, has_damping_ = false;
   float radius_ = 0;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables> scale_;

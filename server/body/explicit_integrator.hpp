@@ -7,8 +7,8 @@
 // Positions and velocities are in step at both ends of advance(). A touching tool closes the contact law at the end of each step,
 // where it has slid to by then (contact_law.hpp), with lambda_(n+1). On the body it is the mean
 //     (1 - 3/4 s) lambda_(n+1) + s/2 lambda_n + s/4 lambda_(n-1),   s = min(1, 1 / (k_c h^2 b)),   b = B^T M^-1 B
-// for s = 1 of second order and stable however stiff the contact (Newmark's average acceleration), but what is stiffer than a
-// step would ring; with s = 0, of first order, it does not. So p_free is where the point would be at t_(n+1) without
+// for s = 1 Newmark's average acceleration: a stroke is felt to first order still, stable however stiff the contact; but what is
+// stiffer than a step would ring. With s = 0, of first order, it does not. So p_free is where the point would be without
 // lambda_(n+1), and C = (1 - 3/4 s) h^2 b I. What of lambda is of before is where the point was. A node that a tool holds is
 // where the tool is.
 //

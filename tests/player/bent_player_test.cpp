@@ -255,6 +255,53 @@ TEST_CASE("A grasped solid whose dampers turn in all its modes at once is felt a
   CHECK(found.bent_n < 8e-5 * damping * found.straight_n);
 }
 
+TEST_CASE("A touched solid whose dampers turn, far faster than a step, is felt as a fine integration has it") {
+  // As above: q'' + D q' + K q = f(q) + dampers(q, q') - R^T lambda, of modes that are braked away in a tenth of a step.
+  constexpr int r = 8, kFine = 400;
+  const double damping = GENERATE(2e4, 5e4);
+  Patch p = floor_patch(r);
+  p.c_static.setZero();
+  p.touching = true;
+  p.stiffness *= damping / (0.005 * p.stiffness.mean());
+  p.coupling_n_m = p.stiffness.mean();
+  p.damping = damping * ModeMatrix::Identity(r, r);
+  p.surface.vertices[0].rows.topRows<2>().setZero();
+  p.surface.vertices[0].rows *= 0.2;
+  for (PortVertex& vertex : p.surface.vertices) vertex.rows = p.surface.vertices[0].rows;
+  const Eigen::RowVectorXd row = p.surface.vertices[0].rows.row(2);
+  CubicTerms terms = test::solid_terms(p);
+  terms.solid.damping_s.setConstant(static_cast<float>(0.1 * damping / p.stiffness.mean()));
+  const CubicForce bend(terms, p);
+  const SampledSolidForce solid(terms.solid, 0, kTickS / kTouchSteps, true);
+  PatchPlayer player(p, terms), straight(p);
+  const auto way = [](double t) { return -0.015 * std::pow(std::sin(15 * t), 2); };
+  const auto push = [&](const ModeVector& q, double z) { return std::max(0.0, p.coupling_n_m * (row.dot(q) - z)); };
+  ModeVector q = ModeVector::Zero(r), v = q;
+  double worst_n = 0, bent_n = 0, most_n = 0, turned = 0;
+  for (int ms = 1; ms <= 400; ++ms) {
+    const double from = way(kTickS * (ms - 1)), to = way(kTickS * ms);
+    const auto acceleration = [&](double part, const ModeVector& at, const ModeVector& speed) {
+      CubicForce::Variables beyond(r);
+      bend.elastic(at, beyond);
+      SampledSolidForce::Values more, at_stamp;
+      solid.damping(at.cast<float>(), speed.cast<float>(), more, at_stamp);
+      if (speed.norm() > 0) turned = std::max(turned, more.cast<double>().norm() / (p.damping * speed).norm());
+      return ModeVector(beyond - more.cast<double>() - p.stiffness.cwiseProduct(at) - p.damping * speed -
+                        row.transpose() * push(at, from + part * (to - from)));
+    };
+    fine_tick(acceleration, kFine, q, v);
+    const double exact = push(q, to);
+    const ToolSample sample{kStamp + ms * kTick, {0, 0, to}};
+    worst_n = std::max(worst_n, std::abs(player.advance(sample).force.z() - exact));
+    bent_n = std::max(bent_n, std::abs(straight.advance(sample).force.z() - exact));
+    most_n = std::max(most_n, exact);
+  }
+  CAPTURE(damping, worst_n, bent_n, most_n, turned);
+  CHECK(turned > 0.5);
+  CHECK(bent_n > 0.03 * most_n);
+  CHECK(worst_n < 0.03 * bent_n);
+}
+
 TEST_CASE("Dampers that grow a hundredfold take from a motion, however fast they are, and give it nothing") {
   const bool touch = GENERATE(true, false);
   Patch patch = touch ? test::touch_patch(8, 1, kStamp) : test::attach_patch(8, 1, kStamp);
