@@ -5,7 +5,7 @@
 // what it counts (sampled_tetrahedra.hpp), its dampers have the power u'^T D_e u',
 //     D_e(F) = E^T (2 mu_v 1 + lambda_v tr^T tr) E,   E u' = sym(F^T H_e u'),
 // and those of all brake by D1(u) = sum_e D_e(F_e(u)) - D_e(F_e(0)) more. To put that together takes tens of microseconds, so a
-// few tetrahedra are asked in each step, and when all have been, S takes the place of what was known before: D1 as it was some
+// few tetrahedra are asked in each tick, and when all have been, S takes the place of what was known before: D1 as it was some
 // milliseconds ago. It serves the step, that is not to be thrown over by what brakes, and not the force: what D1 is beyond S is
 // felt too (cubic_terms.hpp).
 //

@@ -7,10 +7,10 @@
 // Positions and velocities are in step at both ends of advance(). A touching tool closes the contact law at the end of each step,
 // where it has slid to by then (contact_law.hpp), with lambda_(n+1). On the body it is the mean
 //     (1 - 3/4 s) lambda_(n+1) + s/2 lambda_n + s/4 lambda_(n-1),   s = min(1, 1 / (k_c h^2 b)),   b = B^T M^-1 B
-// for s = 1 Newmark's average acceleration: a stroke is felt to first order still, stable however stiff the contact; but what is
-// stiffer than a step would ring. With s = 0, of first order, it does not. So p_free is where the point would be without
-// lambda_(n+1), and C = (1 - 3/4 s) h^2 b I. What of lambda is of before is where the point was. A node that a tool holds is
-// where the tool is.
+// for s = 1 Newmark's average acceleration: stable however stiff the contact, and of first order still in a stroke as measured;
+// but what is stiffer than a step would ring. With s = 0, of first order, it does not. So p_free is where the point would be
+// without lambda_(n+1), and C = (1 - 3/4 s) h^2 b I. What of lambda is of before is where the point was. A node that a tool holds
+// is where the tool is.
 //
 // A mode of frequency w and damping g (x'' = -w^2 x - g x') is stable as long as the matrix of one step has no eigenvalue outside
 // the unit circle: h w < 2 without damping, h g < 1 where that rules. w^2 and g are those of spectrum.hpp, with the stiffening

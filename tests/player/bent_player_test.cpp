@@ -73,44 +73,70 @@ GraspErrors grasp_errors(const Patch& patch, const CubicTerms& terms) {
   return found;
 }
 
-}  // namespace
+struct TouchErrors {
+  double bent_n = 0, straight_n = 0, most_n = 0;  // of the player with terms, and without; the force itself
+  double turned = 0;                              // as of a grasp
+};
 
-TEST_CASE("A push on a body that bends is felt as a fine integration of body and contact has it") {
-  // q'' + D q' + K q = f(q) - R^T lambda, lambda = k_c (R q - h) where R q > h, by Runge and Kutta of fourth order, 0.01 ms.
-  constexpr int r = 4, kFine = 100;
-  Patch p = floor_patch(r);
-  p.c_static.setZero();
-  p.touching = true;
-  p.coupling_n_m = 500;
-  p.surface.vertices[0].rows.topRows<2>().setZero();
-  for (PortVertex& vertex : p.surface.vertices) vertex.rows = p.surface.vertices[0].rows;
-  const Eigen::RowVectorXd row = p.surface.vertices[0].rows.row(2);
-  CubicTerms terms = test::cubic_terms(p);
-  terms.q.setZero();
-  const CubicForce bend(terms, p);
-  PatchPlayer player(p, terms), straight(p);
+/// Against a fine integration, in `fine` steps a tick, of patch, contact, elastic terms and the dampers of tetrahedra, of a hand
+/// that taps; q'' + D q' + K q = f(q, q') - R^T lambda, lambda = k_c (R q - h) where R q > h.
+TouchErrors touch_errors(const Patch& patch, const CubicTerms& terms, int fine) {
+  const auto r = patch.modes();
+  const Eigen::RowVectorXd row = patch.surface.vertices[0].rows.row(2);
+  const CubicForce bend(terms, patch);
+  const SampledSolidForce solid(terms.solid, 0, kTickS / kTouchSteps, true);
+  PatchPlayer player(patch, terms), straight(patch);
   const auto way = [](double t) { return -0.015 * std::pow(std::sin(15 * t), 2); };
-  const auto push = [&](const ModeVector& q, double z) { return std::max(0.0, p.coupling_n_m * (row.dot(q) - z)); };
+  const auto push = [&](const ModeVector& q, double z) { return std::max(0.0, patch.coupling_n_m * (row.dot(q) - z)); };
   ModeVector q = ModeVector::Zero(r), v = q;
-  double worst_n = 0, bent_n = 0, most_n = 0;
+  TouchErrors found;
   for (int ms = 1; ms <= 400; ++ms) {
     const double from = way(kTickS * (ms - 1)), to = way(kTickS * ms);
     const auto acceleration = [&](double part, const ModeVector& at, const ModeVector& speed) {
       CubicForce::Variables beyond(r);
       bend.elastic(at, beyond);
-      return ModeVector(beyond - p.stiffness.cwiseProduct(at) - p.damping * speed -
+      if (terms.solid.count() > 0) {
+        SampledSolidForce::Values turned, at_stamp;
+        solid.damping(at.cast<float>(), speed.cast<float>(), turned, at_stamp);
+        beyond -= turned.cast<double>();
+        if (speed.norm() > 0)
+          found.turned = std::max(found.turned, turned.cast<double>().norm() / (patch.damping * speed).norm());
+      }
+      return ModeVector(beyond - patch.stiffness.cwiseProduct(at) - patch.damping * speed -
                         row.transpose() * push(at, from + part * (to - from)));
     };
-    fine_tick(acceleration, kFine, q, v);
+    fine_tick(acceleration, fine, q, v);
     const double exact = push(q, to);
     const ToolSample sample{kStamp + ms * kTick, {0, 0, to}};
-    worst_n = std::max(worst_n, std::abs(player.advance(sample).force.z() - exact));
-    bent_n = std::max(bent_n, std::abs(straight.advance(sample).force.z() - exact));
-    most_n = std::max(most_n, exact);
+    found.bent_n = std::max(found.bent_n, std::abs(player.advance(sample).force.z() - exact));
+    found.straight_n = std::max(found.straight_n, std::abs(straight.advance(sample).force.z() - exact));
+    found.most_n = std::max(found.most_n, exact);
   }
-  CAPTURE(worst_n, bent_n, most_n);
-  CHECK(bent_n > 0.03 * most_n);
-  CHECK(worst_n < 0.03 * bent_n);
+  return found;
+}
+
+/// That a tool presses along its normal alone, every vertex alike, its rows times `part`.
+Patch pressed_patch(int r, double part) {
+  Patch p = floor_patch(r);
+  p.c_static.setZero();
+  p.touching = true;
+  p.surface.vertices[0].rows.topRows<2>().setZero();
+  p.surface.vertices[0].rows *= part;
+  for (PortVertex& vertex : p.surface.vertices) vertex.rows = p.surface.vertices[0].rows;
+  return p;
+}
+
+}  // namespace
+
+TEST_CASE("A push on a body that bends is felt as a fine integration of body and contact has it") {
+  Patch p = pressed_patch(4, 1);
+  p.coupling_n_m = 500;
+  CubicTerms terms = test::cubic_terms(p);
+  terms.q.setZero();
+  const TouchErrors found = touch_errors(p, terms, 100);
+  CAPTURE(found.bent_n, found.straight_n, found.most_n);
+  CHECK(found.straight_n > 0.03 * found.most_n);
+  CHECK(found.bent_n < 0.03 * found.straight_n);
 }
 
 TEST_CASE("A touched body that bends gives back no more than the hand has given it") {
@@ -256,50 +282,18 @@ TEST_CASE("A grasped solid whose dampers turn in all its modes at once is felt a
 }
 
 TEST_CASE("A touched solid whose dampers turn, far faster than a step, is felt as a fine integration has it") {
-  // As above: q'' + D q' + K q = f(q) + dampers(q, q') - R^T lambda, of modes that are braked away in a tenth of a step.
-  constexpr int r = 8, kFine = 400;
-  const double damping = GENERATE(2e4, 5e4);
-  Patch p = floor_patch(r);
-  p.c_static.setZero();
-  p.touching = true;
+  const double damping = GENERATE(2e4, 5e4);  // a mode is braked away in a tenth of a step
+  Patch p = pressed_patch(8, 0.2);
   p.stiffness *= damping / (0.005 * p.stiffness.mean());
   p.coupling_n_m = p.stiffness.mean();
-  p.damping = damping * ModeMatrix::Identity(r, r);
-  p.surface.vertices[0].rows.topRows<2>().setZero();
-  p.surface.vertices[0].rows *= 0.2;
-  for (PortVertex& vertex : p.surface.vertices) vertex.rows = p.surface.vertices[0].rows;
-  const Eigen::RowVectorXd row = p.surface.vertices[0].rows.row(2);
+  p.damping = damping * ModeMatrix::Identity(8, 8);
   CubicTerms terms = test::solid_terms(p);
   terms.solid.damping_s.setConstant(static_cast<float>(0.1 * damping / p.stiffness.mean()));
-  const CubicForce bend(terms, p);
-  const SampledSolidForce solid(terms.solid, 0, kTickS / kTouchSteps, true);
-  PatchPlayer player(p, terms), straight(p);
-  const auto way = [](double t) { return -0.015 * std::pow(std::sin(15 * t), 2); };
-  const auto push = [&](const ModeVector& q, double z) { return std::max(0.0, p.coupling_n_m * (row.dot(q) - z)); };
-  ModeVector q = ModeVector::Zero(r), v = q;
-  double worst_n = 0, bent_n = 0, most_n = 0, turned = 0;
-  for (int ms = 1; ms <= 400; ++ms) {
-    const double from = way(kTickS * (ms - 1)), to = way(kTickS * ms);
-    const auto acceleration = [&](double part, const ModeVector& at, const ModeVector& speed) {
-      CubicForce::Variables beyond(r);
-      bend.elastic(at, beyond);
-      SampledSolidForce::Values more, at_stamp;
-      solid.damping(at.cast<float>(), speed.cast<float>(), more, at_stamp);
-      if (speed.norm() > 0) turned = std::max(turned, more.cast<double>().norm() / (p.damping * speed).norm());
-      return ModeVector(beyond - more.cast<double>() - p.stiffness.cwiseProduct(at) - p.damping * speed -
-                        row.transpose() * push(at, from + part * (to - from)));
-    };
-    fine_tick(acceleration, kFine, q, v);
-    const double exact = push(q, to);
-    const ToolSample sample{kStamp + ms * kTick, {0, 0, to}};
-    worst_n = std::max(worst_n, std::abs(player.advance(sample).force.z() - exact));
-    bent_n = std::max(bent_n, std::abs(straight.advance(sample).force.z() - exact));
-    most_n = std::max(most_n, exact);
-  }
-  CAPTURE(damping, worst_n, bent_n, most_n, turned);
-  CHECK(turned > 0.5);
-  CHECK(bent_n > 0.03 * most_n);
-  CHECK(worst_n < 0.03 * bent_n);
+  const TouchErrors found = touch_errors(p, terms, 400);
+  CAPTURE(damping, found.bent_n, found.straight_n, found.most_n, found.turned);
+  CHECK(found.turned > 0.5);
+  CHECK(found.straight_n > 0.03 * found.most_n);
+  CHECK(found.bent_n < 0.03 * found.straight_n);
 }
 
 TEST_CASE("Dampers that grow a hundredfold take from a motion, however fast they are, and give it nothing") {
