@@ -60,7 +60,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
       most_j = dynamics_->energy(state);
     touched_ = false;
     const bool ok = step(state, ports, h, tools, report) && !(most_j && !touched_ && gains_energy(before, state, *most_j));
-    if (ok && (same_contacts(ports_before, ports) || h <= 1.01 * kEventStepS)) {
+    if (ok && (same_contacts(ports_before, ports) || h <= 1.01 * options_.event_step_s)) {
       ++report.steps;
       h_try = std::min(step_s, 2 * h_try);
       if (touched_) most_j.reset();
@@ -70,7 +70,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
     ports = ports_before;
     trend_.resize(0);
     if (!ok) std::fill(responses_.begin(), responses_.end(), PortResponse{});  // they may be of a shape that flew apart
-    h_try = ok ? kEventStepS : h / 2;
+    h_try = ok ? options_.event_step_s : h / 2;
     matrix_a_ = ok ? matrix_a_ : 0;
     ++report.cut_steps;
     if (h_try >= shortest_s) continue;

@@ -22,7 +22,7 @@
 // is that of the way it went, wherever inside the step a quantised reading jumped. touch: lambda comes from the contact law
 // (contact_law.hpp) with p_free the point's end-of-stage position at lambda = 0 and C = a^2 B^T A^-1 B, and once more with the
 // point and normal that the tool slides to in the stage. A contact that no hand could hold (is_lost()) ends. A tool that is still
-// inside touches again where it now is. A step in which a contact begins or ends is redone in pieces of at most kEventStepS. The
+// inside touches again where it now is. A step in which a contact begins or ends is redone in pieces of at most event_step_s. The
 // tool's own samples drive every stage.
 #pragma once
 
@@ -42,13 +42,14 @@ struct IntegratorOptions {
   double step_s = 0.010;      ///< largest step
   double tolerance_m = 1e-8;  ///< Newton stops when no node would move further
   LinearSolver::Method solver = LinearSolver::Method::automatic;
+  double solve_tolerance = 1e-2;  ///< relative, of linear solves: they steer Newton's method, they do not set its answer
+  double event_step_s = 0.002;    ///< of a step in which a contact begins or ends
   /// Of Newton's method in one advance(), which then gives up before its next step: for who would rather not know than wait.
   int most_iterations = std::numeric_limits<int>::max();
 };
 
 class Integrator final : public Stepper {
  public:
-  static constexpr double kEventStepS = 0.002;
   static constexpr double kMinStepS = 1e-5, kMostCut = 1024;  ///< shortest step: the longer of the first and step / kMostCut
 
   /// `dynamics` and `skin` must outlive the integrator. An empty skin has no touch.
@@ -88,7 +89,8 @@ class Integrator final : public Stepper {
               AdvanceReport& report);
   bool refresh_matrix(const BodyState& state, double a, bool indefinite, AdvanceReport& report);
   void place(const Stage& stage, BodyState& state) const;
-  std::vector<Vec3> normals_of(const std::vector<ToolPort>& ports, const BodyState& state);
+  /// Where the skin was placed last.
+  std::vector<Vec3> normals_of(const std::vector<ToolPort>& ports) const;
   /// Moves contacts that slip on to where they are closed again; false where none is worth it.
   bool slide_on(std::vector<Vec3>& slips, const BodyState& state, std::vector<ToolPort>& ports);
   void finish_contacts(const std::vector<Vec3>& tool_points, const std::vector<Vec3>& slips, const BodyState& state,

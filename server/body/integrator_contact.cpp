@@ -4,8 +4,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kResponseTolerance = 1e-2;  // of A^-1 B: it steers the iteration, it does not set the answer
-constexpr double kNearSpacings = 0.3;        // from where A^-1 B was computed to where it still steers
+constexpr double kNearSpacings = 0.3;  // from where A^-1 B was computed to where it still steers
 
 }  // namespace
 
@@ -44,7 +43,7 @@ void Integrator::update_responses(const std::vector<ToolPort>& ports, const std:
       mask(held_, b[3 * i + axis]);
       columns.push_back({&b[3 * i + axis], &responses_[stale[i]].w[axis]});
     }
-  if (!columns.empty()) report.solver_iterations += solver_.solve(columns, kResponseTolerance, held_).iterations;
+  if (!columns.empty()) report.solver_iterations += solver_.solve(columns, options_.solve_tolerance, held_).iterations;
   for (const std::size_t k : stale) {
     responses_[k].point = ports[k].point;
     responses_[k].valid = true;

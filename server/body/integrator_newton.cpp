@@ -5,11 +5,6 @@
 #include "server/body/integrator.hpp"
 
 namespace palpate {
-namespace {
-
-constexpr double kSolveTolerance = 1e-2;  // of one inexact Newton step
-
-}  // namespace
 
 bool Integrator::solve_stage(const Stage& stage, const std::vector<Vec3>& tool_points, BodyState& state,
                              std::vector<ToolPort>& ports, AdvanceReport& report) {
@@ -37,15 +32,11 @@ bool Integrator::refresh_matrix(const BodyState& state, double a, bool indefinit
   return false;
 }
 
-std::vector<Vec3> Integrator::normals_of(const std::vector<ToolPort>& ports, const BodyState& state) {
+std::vector<Vec3> Integrator::normals_of(const std::vector<ToolPort>& ports) const {
   std::vector<Vec3> normals(ports.size(), Vec3::UnitZ());
-  bool placed = false;
-  for (std::size_t k = 0; k < ports.size(); ++k) {
-    if (ports[k].kind != ContactKind::touch || !ports[k].touching) continue;
-    if (!placed) skin_->place(state.x, skin_positions_);
-    placed = true;
-    normals[k] = normal_at(skin_->view(), skin_positions_, ports[k].point);
-  }
+  for (std::size_t k = 0; k < ports.size(); ++k)
+    if (ports[k].kind == ContactKind::touch && ports[k].touching)
+      normals[k] = normal_at(skin_->view(), skin_positions_, ports[k].point);
   return normals;
 }
 
@@ -86,7 +77,8 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
   place(stage, state);
   const bool contact =
       std::any_of(ports.begin(), ports.end(), [](const ToolPort& p) { return p.kind == ContactKind::touch && p.touching; });
-  std::vector<Vec3> normals = normals_of(ports, state);
+  if (contact) skin_->place(state.x, skin_positions_);
+  std::vector<Vec3> normals = normals_of(ports);
   std::vector<Vec3> slips(ports.size(), Vec3::Zero());
   bool fresh = !(std::abs(matrix_a_ - a) < 0.01 * a);
   if (fresh && !refresh_matrix(state, a, false, report)) return false;
@@ -110,7 +102,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
       continue;
     }
     dv = Vector::Zero(r_.size());
-    const SolveStats solved = solver_.solve(r_, kSolveTolerance, dv);
+    const SolveStats solved = solver_.solve(r_, options_.solve_tolerance, dv);
     report.solver_iterations += solved.iterations;
     if (!solved.positive_definite) {
       if ((fresh && matrix_clamped_) || !refresh_matrix(state, a, fresh, report)) return false;
@@ -131,7 +123,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
         ++slides;
         since_slide = 0;
         last_move = 0;
-        normals = normals_of(ports, state);
+        normals = normals_of(ports);
         continue;
       }
       finish_contacts(tool_points, slips, state, ports);

@@ -8,6 +8,10 @@
 namespace palpate {
 namespace {
 
+/// How far a contact gets, of how far its tool does: over an edge of the body it rolls further, and the body comes towards it.
+/// Where few vertices travel they are worth more around the tool's way.
+constexpr double kContactOfTool = 1.5;
+
 /// Of port `which` under P, with the springs of other tools: B^T P^-1 B.
 Mat3 port_compliance(const SharedSystem& p, std::size_t which, const OtherTools& others) {
   const SpringCorrection correct(others);
@@ -149,7 +153,8 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   const bool with_terms = terms_.variables > 0;
   const SurfacePiece first = cut_port_surface(
       *skin_, frame.positions(), [&](std::uint32_t node) { return at.rows(node, v); }, port.point,
-      seconds(request.bridge) * frame.tool(which).velocity, vertices, with_terms ? kMaxPortVertices : vertices, patch);
+      (with_terms ? kContactOfTool : 1.0) * seconds(request.bridge) * frame.tool(which).velocity, vertices,
+      with_terms ? kMaxPortVertices : vertices, patch);
   if (port.touching)  // what yields at once has done so at the stamp
     for (int i = 0; i < patch.surface.vertex_count; ++i)
       patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;

@@ -3,9 +3,10 @@
 namespace palpate {
 namespace {
 
-constexpr double kIterationNs = 32, kMatrixNs = 80, kProductNs = 3.5, kStepNs = 350;  // of an edge; measured
+constexpr double kIterationNs = 32, kMatrixNs = 80, kProductNs = 3.5, kStepNs = 200;  // of an edge; measured
 constexpr double kTolerance = 0.01;                                                   // of an edge's length
-constexpr int kMostIterations = 24;                                                   // of a step; grasps take two or three
+constexpr double kSolveTolerance = 0.1, kEventStepS = 0.01;  // finer ones take time that looks are worth more
+constexpr int kMostIterations = 24;                          // of a step; grasps take two or three
 
 }  // namespace
 
@@ -14,6 +15,8 @@ RoughSteps::RoughSteps(const Dynamics& dynamics, const Skin& skin)
       integrator_(dynamics, skin,
                   {.tolerance_m = kTolerance * mean_edge_m(dynamics.body()),
                    .solver = LinearSolver::Method::conjugate_gradients,
+                   .solve_tolerance = kSolveTolerance,
+                   .event_step_s = kEventStepS,
                    .most_iterations = kMostIterations}) {}
 
 bool RoughSteps::advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, const ToolMotion& tools, int steps) {

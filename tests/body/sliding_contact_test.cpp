@@ -78,3 +78,35 @@ TEST_CASE("A tool that lets go and touches again within an advance of leapfrog p
   CHECK((lambda - lambda_each).norm() < 0.05 * lambda_each.norm());
   CHECK((v - v_each).norm() < 0.1 * v_each.norm());
 }
+
+TEST_CASE("However roughly linear systems are solved, Newton's method ends in the same stroke") {
+  Stroke stroke(box_body(4, 4, 4));
+  const auto with = [&](double solve_tolerance) {
+    Integrator integrator(
+        stroke.bench.dynamics, stroke.bench.skin,
+        {.tolerance_m = 1e-10, .solver = LinearSolver::Method::conjugate_gradients, .solve_tolerance = solve_tolerance});
+    return stroke.felt(integrator, 0.002);
+  };
+  CHECK(ToolBench::apart(with(0.1), with(1e-4)) < 1e-5);
+}
+
+TEST_CASE("A step in which a contact begins is redone in pieces as short as asked for") {
+  Stroke stroke(box_body(4, 4, 4));
+  const ToolBench& bench = stroke.bench;
+  const auto tool = [](std::size_t, double t) { return ToolAt{Vec3(0.031, 0.031, 3 * kSpacingM + 0.001 - 0.1 * t), {}}; };
+  const auto meets = [&](double event_step_s, int& steps) {
+    Integrator integrator(bench.dynamics, bench.skin, {.tolerance_m = 1e-9, .event_step_s = event_step_s});
+    BodyState state = bench.dynamics.rest_state();
+    std::vector<ToolPort> ports{bench.port};
+    const AdvanceReport report = integrator.advance(state, ports, 0.04, 0.04, tool);
+    CHECK(report.converged);
+    CHECK(report.cut_steps >= 1);
+    CHECK(ports[0].touching);
+    steps = report.steps;
+    return ports[0].lambda;
+  };
+  int few = 0, many = 0;
+  const Vec3 roughly = meets(0.010, few), finely = meets(0.002, many);
+  CHECK(few < many);
+  CHECK((roughly - finely).norm() < 0.1 * finely.norm());
+}

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "bench/measure/drawn_scene.hpp"
 #include "bench/measure/examination.hpp"
 
 using namespace palpate;
@@ -258,6 +259,14 @@ TEST_CASE("A patch knows where a hand gets that speeds up as it did, and what a 
                                  "block");
   const ReplayResult run = play(scene, examination(scene), options_for(Scheme::cubic, 150));
   CHECK(run.fidelity.snr_db > 36);  // 30.5 dB if hands were thought to keep their velocity
+}
+
+TEST_CASE("A contact that rolls back over the edge of a block stays on the surface that its patch brought") {
+  const Scene scene = read_scene(drawn_scene(5, true).json, "a block 38 mm wide");
+  const Motion stroke = cut(examination(scene), 1.2, 2.55);
+  const Fidelity cubic = play(scene, stroke, options_for(Scheme::cubic, 50)).fidelity;
+  INFO(cubic.snr_db << " dB");
+  CHECK(cubic.snr_db > 38);
 }
 
 TEST_CASE("A patch that lasts long knows where a hand gets that turns aside") {
