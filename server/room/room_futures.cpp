@@ -20,8 +20,8 @@ Vec3 Room::State::hand_acceleration(const Station& station) const {
   return acceleration / std::max(1.0, acceleration.norm() / kHandMostMs2);
 }
 
-/// As far as the steps converge.
-void Room::State::step_in_thought(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& look) {
+/// As far as the steps converge; whether that is to the end.
+bool Room::State::step_in_thought(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& look) {
   BodyState next = body;
   std::vector<ToolPort> there = ports;
   const int looks = roughly ? kRoughLooks : kLooksMost;
@@ -29,26 +29,27 @@ void Room::State::step_in_thought(double over_s, const ToolMotion& tool, const s
     const double until_s = body.time_s + k * over_s / looks;
     if (!(roughly ? roughly->advance(next, there, until_s, tool, looks + 1 - k)
                   : integrator.stepper->advance(next, there, until_s, integrator.step_s, tool).converged))
-      return;
+      return false;
     look(k * (kLooksMost / looks), next.x);
   }
+  return true;
 }
 
 /// In how many ways the hands may move on, of those in which a body is looked at in kMostS. Each costs what the body costs in the
-/// bridged time, and a body that costs more than kMostCost of a core is left alone; rough steps count what they took.
+/// bridged time, and a body that costs more than kMostCost of a core is left alone. Rough steps count what they took; a body of
+/// which they would not get to the end of one way is left alone.
 std::size_t Room::State::affordable_futures(Micros bridge) {
   constexpr double kMostCost = 0.01, kMostS = 0.0125;
   std::size_t futures = seconds(bridge) < kAlmostSureS ? kFuturesOfItself : kHandFutures.size();
-  if (roughly) {
-    roughly->allow(kMostS);
-    return futures;
-  }
+  if (roughly) return roughly->allow(kMostS, kRoughLooks) ? futures : 0;
   if (integrator.cost > kMostCost) return 0;
   const double each_s = integrator.cost * seconds(bridge);
   while (futures > kFuturesLeast && static_cast<double>(futures) * each_s > kMostS) --futures;
   return futures;
 }
 
+/// None where the hands' likeliest way is not followed to its end: modes of where the body is before count for less than those
+/// that they would take the place of.
 std::vector<Vector> Room::State::as_hands_may_move(Micros bridge) {
   std::vector<ToolAt> now;
   std::vector<Vec3> acceleration;
@@ -63,9 +64,10 @@ std::vector<Vector> Room::State::as_hands_may_move(Micros bridge) {
       return moved_on(now[k], future.speeds_up ? Vec3(acceleration[k] + future.beside_m_s2) : Vec3(Vec3::Zero()),
                       t - body.time_s);
     };
-    step_in_thought(seconds(bridge), tool, [&](int look, const Vector& x) {
+    const bool to_its_end = step_in_thought(seconds(bridge), tool, [&](int look, const Vector& x) {
       if (look * future.looks % kLooksMost == 0) ahead.push_back(body.x + future.weight * (x - body.x));
     });
+    if (future.coasts && !to_its_end) return {};
   }
   return ahead;
 }

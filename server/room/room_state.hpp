@@ -76,7 +76,7 @@ struct Room::State {
   Vec3 hand_acceleration(const Station& station) const;
   PatchRequest request_of(const StationJob& job) const;
   /// From where the body is, `look`ed at kLooksMost times or, roughly, kRoughLooks: which of kLooksMost it is, and x.
-  void step_in_thought(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& look);
+  bool step_in_thought(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& look);
   std::size_t affordable_futures(Micros bridge);
   std::vector<Vector> as_hands_may_move(Micros bridge);
   void rehearse(const std::vector<std::size_t>& feeling);

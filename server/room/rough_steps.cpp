@@ -12,6 +12,7 @@ constexpr int kMostIterations = 24;                          // of a step; grasp
 
 RoughSteps::RoughSteps(const Dynamics& dynamics, const Skin& skin)
     : edges_(static_cast<double>(edges_of(dynamics.body()).size())),
+      taken_s_(1e-9 * edges_ * kStepNs),
       integrator_(dynamics, skin,
                   {.tolerance_m = kTolerance * mean_edge_m(dynamics.body()),
                    .solver = LinearSolver::Method::conjugate_gradients,
@@ -19,12 +20,20 @@ RoughSteps::RoughSteps(const Dynamics& dynamics, const Skin& skin)
                    .event_step_s = kEventStepS,
                    .most_iterations = kMostIterations}) {}
 
+bool RoughSteps::allow(double most_s, int steps) {
+  left_s_ = most_s;
+  return steps * taken_s_ / steps_ <= most_s;
+}
+
 bool RoughSteps::advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, const ToolMotion& tools, int steps) {
   if (1e-9 * edges_ * kStepNs * steps > left_s_) return false;
   const AdvanceReport report = integrator_.advance(state, ports, until_s, until_s - state.time_s, tools);
-  left_s_ -=
+  const double took_s =
       1e-9 * edges_ *
       (kIterationNs * report.newton_iterations + kMatrixNs * report.factorisations + kProductNs * report.solver_iterations);
+  left_s_ -= took_s;
+  taken_s_ += took_s;
+  ++steps_;
   return report.converged;
 }
 

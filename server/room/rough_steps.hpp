@@ -14,14 +14,16 @@ class RoughSteps {
   /// `dynamics` and `skin` must outlive it.
   RoughSteps(const Dynamics& dynamics, const Skin& skin);
 
-  /// From here on steps of this estimated cost at most, and one more.
-  void allow(double most_s) { left_s_ = most_s; }
+  /// From here on steps of this estimated cost at most, and one more. Whether so many steps are to be had for it, as they were so
+  /// far in the mean.
+  bool allow(double most_s, int steps);
   /// False where that is spent, where it would be by `steps` steps of the usual kind, or where the body is not to be followed:
   /// the state is of no use then.
   bool advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, const ToolMotion& tools, int steps);
 
  private:
   double edges_, left_s_ = 0;
+  double taken_s_, steps_ = 1;  // by all so far, and one that is usual among bodies
   Integrator integrator_;
 };
 

@@ -269,6 +269,13 @@ TEST_CASE("A contact that rolls back over the edge of a block stays on the surfa
   CHECK(cubic.snr_db > 38);
 }
 
+TEST_CASE("A body that costs too much to be followed to where its patch ends is not followed part of the way") {
+  const Scene scene = load_scene(kSource + "/scenes/organ-solid.json");
+  const ReplayResult run = play(scene, cut(examination(scene), 4.0, 4.76), options_for(Scheme::cubic, 150));
+  INFO(run.fidelity.snr_db << " dB");
+  CHECK(run.fidelity.snr_db > 40);  // 36.7 dB, in what is felt as it swings back, if it was
+}
+
 TEST_CASE("A patch that lasts long knows where a hand gets that turns aside") {
   const Scene scene = load_scene(kSource + "/scenes/touch-stiff.json");
   const ReplayResult run = play(scene, cut(examination(scene), 0, 2), options_for(Scheme::cubic, 300));

@@ -48,8 +48,8 @@ struct Pulled {
 TEST_CASE("Rough steps take a solid within a tenth of the way to where steps of a millisecond take it") {
   Pulled rough, fine;
   RoughSteps steps(rough.dynamics, rough.skin);
-  steps.allow(1);
   constexpr int kSteps = 6;
+  REQUIRE(steps.allow(1, kSteps));
   for (int k = 1; k <= kSteps; ++k)
     REQUIRE(steps.advance(rough.state, rough.ports, kOverS * k / kSteps, rough.tool(), kSteps + 1 - k));
   Integrator exact(fine.dynamics, fine.skin, {.step_s = 1e-3});
@@ -63,13 +63,26 @@ TEST_CASE("Rough steps end where what they may cost is spent, and none begins th
   Pulled p;
   RoughSteps steps(p.dynamics, p.skin);
   CHECK_FALSE(steps.advance(p.state, p.ports, 0.01, p.tool(), 1));
-  steps.allow(1e-3);
+  CHECK_FALSE(steps.allow(1e-3, 1000));
   CHECK_FALSE(steps.advance(p.state, p.ports, 0.01, p.tool(), 1000));
   CHECK(p.state.time_s == 0);
   int taken = 0;
   while (taken < 1000 && steps.advance(p.state, p.ports, p.state.time_s + 1e-3, p.tool(), 1)) ++taken;
   CHECK(taken > 0);
   CHECK(taken < 100);
+}
+
+TEST_CASE("Rough steps know from those before that they would not get to the end for what they may cost") {
+  Pulled p;
+  RoughSteps steps(p.dynamics, p.skin);
+  double usual_s = 1e-9;
+  while (!steps.allow(usual_s, 1)) usual_s *= 1.1;
+  CHECK(steps.allow(10 * usual_s, 10));
+  CHECK_FALSE(steps.allow(10 * usual_s, 12));
+  steps.allow(1, 1);
+  for (int k = 1; k <= 3; ++k) REQUIRE(steps.advance(p.state, p.ports, 0.5 * kOverS * k, p.tool(), 1));  // far at a time
+  CHECK_FALSE(steps.allow(10 * usual_s, 10));
+  CHECK(steps.allow(200 * usual_s, 10));
 }
 
 TEST_CASE("An integrator that may take few iterations gives up before its next step and says so") {
