@@ -1,8 +1,8 @@
 # A room is a folder with one job, built as one static library (or interface library when it has only headers).
 #
-#   palpate_room(NAME LAYER n [LOCAL] [DEPENDS targets...] [PRIVATE targets...])
+#   palpate_room(NAME LAYER n [LOCAL] [LOOPS] [DEPENDS targets...] [PRIVATE targets...])
 #
-# LOCAL keeps a room out of the installed package.
+# LOCAL keeps a room out of the installed package. LOOPS: its time goes into loops over numbers.
 # LAYER states where the room stands in   schema(0) <- common(1) <- server(2), client(3) <- bench, tests(4).
 # palpate_check_links(), called when every room exists, stops the configuration at a link from a room or program to one of a
 # higher layer, or between server and client, whichever of the two was added first.
@@ -51,13 +51,21 @@ function(palpate_record_links TARGET LAYER)
   set_property(GLOBAL PROPERTY PALPATE_LINKS_${TARGET} "${ARGN}")
 endfunction()
 
+# Loops over numbers become vector code, also in a build that is otherwise less optimised; none of these changes a value.
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
+  set(PALPATE_LOOP_FLAGS -O3 -fno-math-errno -fno-trapping-math)
+endif()
+
 function(palpate_room NAME)
-  cmake_parse_arguments(ROOM "LOCAL" "LAYER" "DEPENDS;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ROOM "LOCAL;LOOPS" "LAYER" "DEPENDS;PRIVATE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   set(target palpate_${NAME})
   if(sources)
     add_library(${target} STATIC ${sources})
     target_link_libraries(${target} PUBLIC palpate_abi ${ROOM_DEPENDS} PRIVATE $<BUILD_INTERFACE:palpate_flags> ${ROOM_PRIVATE})
+    if(ROOM_LOOPS)
+      target_compile_options(${target} PRIVATE ${PALPATE_LOOP_FLAGS})
+    endif()
   else()
     add_library(${target} INTERFACE)
     target_link_libraries(${target} INTERFACE palpate_abi ${ROOM_DEPENDS})
