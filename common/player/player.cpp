@@ -158,9 +158,10 @@ void PatchPlayer::bend(const Vec3& displacement, const Vec3& velocity) noexcept 
   }
   u.tail(r) = z_.head(r);
   CubicForce::Variables bent(u.size()), turned(u.size());
-  cubic_.elastic(u, bent);
+  cubic_.move_to(u);
+  cubic_.elastic(bent);
   rate.tail(r) = z_.tail(r) + closing_ * (bent - bent_).tail(r);
-  cubic_.damping(u, rate, closing_, turned_, turned);
+  cubic_.damping(rate, closing_, turned_, turned);
   if (bent.allFinite() && turned.allFinite()) {
     z_.tail(r) = rate.tail(r) + closing_ * (turned - turned_).tail(r);
     bent_ = bent;

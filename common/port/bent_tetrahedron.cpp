@@ -46,78 +46,92 @@ Axial times(const TetraLanes& a, const Axial& t) {
   return v;
 }
 
-/// R [w]x
-TetraLanes turned_by(const TetraLanes& r, const Axial& w) {
-  TetraLanes d;
-  for (std::size_t i = 0; i < 3; ++i) {
-    d[3 * i] = r[3 * i + 1] * w[2] - r[3 * i + 2] * w[1];
-    d[3 * i + 1] = r[3 * i + 2] * w[0] - r[3 * i] * w[2];
-    d[3 * i + 2] = r[3 * i] * w[1] - r[3 * i + 1] * w[0];
-  }
-  return d;
+/// [w]x
+TetraLanes skew(const Axial& w) {
+  const TetraLane none = TetraLane::Zero();
+  return {none, -w[2], w[1], w[2], none, -w[0], -w[1], w[0], none};
 }
 
-/// The rotation of F, found in doubles as the body's is.
-TetraLanes rotation_of(const TetraLanes& f) {
+/// A rotation less 1. Of a quaternion that is nearly as long as 1.
+TetraLanes turned_by(const std::array<TetraLane, 4>& q) {
+  const TetraLane &w = q[0], &x = q[1], &y = q[2], &z = q[3];
+  const TetraLane twice = 2.0F / (w * w + x * x + y * y + z * z);
+  const TetraLane ax = twice * x, ay = twice * y, az = twice * z;
+  const TetraLane xx = ax * x, yy = ay * y, zz = az * z, xy = ax * y, yz = ay * z, zx = az * x;
+  const TetraLane wx = ax * w, wy = ay * w, wz = az * w;
+  return {-(yy + zz), xy - wz, zx + wy, xy + wz, -(zz + xx), yz - wx, zx - wy, yz + wx, -(xx + yy)};
+}
+
+TetraLanes sum(const TetraLanes& a, const TetraLanes& b) {
+  TetraLanes c;
+  for (std::size_t i = 0; i < 9; ++i) c[i] = a[i] + b[i];
+  return c;
+}
+
+/// R' from F', in doubles as the body's is.
+void find(const TetraLanes& f, TetraTurn& turned) {
   Mat<kTetraLane> of, r;
-  TetraLanes rotation;
+  Quaternion<kTetraLane> q;
   for (std::size_t i = 0; i < 9; ++i)
     for (int l = 0; l < kTetraLane; ++l) of.of[i / 3][i % 3][l] = static_cast<double>(f[i][l]);
-  polar_rotations(of, r);
-  for (std::size_t i = 0; i < 9; ++i)
-    for (int l = 0; l < kTetraLane; ++l) rotation[i][l] = static_cast<float>(r.of[i / 3][i % 3][l]);
-  return rotation;
+  polar_rotations(of, q, r);
+  Doubles<kTetraLane> length;
+  roots<kTetraLane>(q.of[0] * q.of[0] + q.of[1] * q.of[1] + q.of[2] * q.of[2] + q.of[3] * q.of[3], length);
+  for (std::size_t i = 0; i < 4; ++i)
+    for (int l = 0; l < kTetraLane; ++l) turned.q[i][l] = static_cast<float>(q.of[i][l] / length[l]);
+  turned.d = turned_by(turned.q);
 }
 
-/// The same by Newton's method from a rotation nearby (polar_lanes.hpp, 3.): found in few turns where it was the largest tr(R^T
-/// F) that it came to, which is where the sums of two principal stretches are all above 0.
-bool turn_to(const TetraLanes& f, TetraLanes& r) {
+/// The same by Newton's method from an R' nearby, in turns by 2 atan(|w| / 2) instead of atan |w|: of the same order, without a
+/// root. False where that does not lead there.
+bool turn_to(const TetraLanes& at_stamp, const TetraLanes& df, TetraTurn& turned) {
   constexpr int kTurns = 4;
-  constexpr float kRounding = 1e-12F;  // of |t|^2 to (tr S)^2
-  constexpr float kLeastPair = 0.02F;  // of tr S
-  for (int k = 0;; ++k) {
-    const TetraLanes s = transposed_product(r, f);
-    const Axial t = axial_part(s);
-    const TetraLane trace = s[0] + s[4] + s[8], size = trace.square();
-    const TetraLane off = t[0] * t[0] + t[1] * t[1] + t[2] * t[2];
-    // H = (tr S) 1 - S, symmetric
+  constexpr float kMost = 2, kLast = 1e-5F;  // of |w|^2: near; the third power of such a turn is lost in rounding
+  constexpr float kLeastPair = 0.02F;        // of the trace
+  const TetraLanes f = sum(at_stamp, df);
+  for (int k = 0; k < kTurns; ++k) {
+    const TetraLanes more = sum(transposed_product(turned.d, f), df), s = sum(at_stamp, more);  // R'^T F' less F, and all
+    const Axial t = axial_part(more);
+    const TetraLane trace = s[0] + s[4] + s[8];
+    // H = (trace) 1 - R'^T F', symmetric, and its cofactors
     const TetraLane xx = s[4] + s[8], yy = s[8] + s[0], zz = s[0] + s[4];
     const TetraLane xy = -0.5F * (s[1] + s[3]), yz = -0.5F * (s[5] + s[7]), zx = -0.5F * (s[2] + s[6]);
     const TetraLane gxx = yy * zz - yz * yz, gxy = yz * zx - xy * zz, gzx = xy * yz - yy * zx;
-    const TetraLane det = xx * gxx + xy * gxy + zx * gzx;
-    if ((off <= kRounding * size).all() || k == kTurns)
-      return ((off <= kRounding * size) && (trace > 0.0F) && (xx > kLeastPair * trace) &&
-              (xx * yy - xy * xy > kLeastPair * size) && (det > kLeastPair * size * trace))
-          .all();
     const TetraLane gyy = zz * xx - zx * zx, gyz = xy * zx - xx * yz, gzz = xx * yy - xy * xy;
-    const TetraLane inverse = 1.0F / det;
-    const Axial w{inverse * (gxx * t[0] + gxy * t[1] + gzx * t[2]), inverse * (gxy * t[0] + gyy * t[1] + gyz * t[2]),
-                  inverse * (gzx * t[0] + gyz * t[1] + gzz * t[2])};
-    // 1 + c [w]x + c^2 / (1 + c) [w]x^2 turns by atan |w|
-    const TetraLane c = 1.0F / (1.0F + (w[0] * w[0] + w[1] * w[1] + w[2] * w[2])).sqrt(), b = c * c / (1.0F + c);
-    const TetraLanes once = turned_by(r, w), twice = turned_by(once, w);
-    for (std::size_t i = 0; i < 9; ++i) r[i] += c * once[i] + b * twice[i];
+    const TetraLane det = xx * gxx + xy * gxy + zx * gzx, half = 0.5F / det;
+    const Axial h{half * (gxx * t[0] + gxy * t[1] + gzx * t[2]), half * (gxy * t[0] + gyy * t[1] + gyz * t[2]),
+                  half * (gzx * t[0] + gyz * t[1] + gzz * t[2])};  // w / 2
+    const TetraLane size = 4.0F * (h[0] * h[0] + h[1] * h[1] + h[2] * h[2]), least = kLeastPair * trace;
+    const auto near =
+        (size <= kMost) && (trace > 0.0F) && (xx > least) && (gzz > least * trace) && (det > least * trace.square());
+    if (!near.all()) return false;
+    auto& q = turned.q;
+    const TetraLane shorter = 1.5F - 0.5F * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    const TetraLane w = shorter * q[0], x = shorter * q[1], y = shorter * q[2], z = shorter * q[3];
+    q = {w - (x * h[0] + y * h[1] + z * h[2]), x + w * h[0] + (y * h[2] - z * h[1]), y + w * h[1] + (z * h[0] - x * h[2]),
+         z + w * h[2] + (x * h[1] - y * h[0])};
+    turned.d = turned_by(q);
+    if ((size <= kLast).all()) return true;
   }
+  return false;
 }
 
 struct BentNeoHookean {
-  TetraLane d, f, q, e, j, det;
   TetraLanes c;
+  TetraLane f, q, det, d, e, j;
+
+  BentNeoHookean(const TetraStamp& at, const TetraLanes& df)
+      : c(cofactors_of(df)),
+        f(inner(at.f, df)),
+        q(inner(df, df)),
+        det(inner(df, c) * (1.0F / 3)),
+        d(2 * f + q),
+        e(inner(at.f, c) + det),
+        j(inner(at.g, df) + e) {}
 };
-BentNeoHookean bent_neo_hookean(const TetraStamp& at, const TetraLanes& df) {
-  BentNeoHookean b;
-  b.f = inner(at.f, df);
-  b.q = inner(df, df);
-  b.d = 2 * b.f + b.q;
-  b.c = cofactors_of(df);
-  b.det = inner(df, b.c) * (1.0F / 3);
-  b.e = inner(at.f, b.c) + b.det;
-  b.j = inner(at.g, df) + b.e;
-  return b;
-}
 
 TetraLanes neo_hookean_stress(const TetraStamp& at, const TetraLanes& df) {
-  const BentNeoHookean b = bent_neo_hookean(at, df);
+  const BentNeoHookean b(at, df);
   const TetraLane inverse = 1 / (at.size * (at.size + b.d));
   const TetraLane by_df = at.mu * b.d * inverse, by_f = at.mu * (b.q * at.size - 2 * b.f * b.d) * inverse / at.size;
   const TetraLane by_x = at.lambda * b.j, by_g = at.lambda * b.e, by_c = by_x + at.pressure;
@@ -128,32 +142,33 @@ TetraLanes neo_hookean_stress(const TetraStamp& at, const TetraLanes& df) {
 }
 
 struct BentCorotational {
-  TetraLanes turned, change, first;  // R', R' - R, dR
+  Axial first;  // W t
   TetraLane r, e;
-};
-BentCorotational bent_corotational(const TetraStamp& at, const TetraLanes& df) {
-  BentCorotational b;
-  TetraLanes f;
-  for (std::size_t i = 0; i < 9; ++i) f[i] = at.f[i] + df[i];
-  b.turned = at.g;
-  if (!turn_to(f, b.turned)) b.turned = rotation_of(f);
-  b.first = turned_by(at.g, times(at.w, axial_part(transposed_product(at.g, df))));
-  for (std::size_t i = 0; i < 9; ++i) b.change[i] = b.turned[i] - at.g[i];
-  b.r = inner(at.g, df);
-  b.e = inner(b.change, f);
-  return b;
-}
 
-TetraLanes corotational_stress(const TetraStamp& at, const TetraLanes& df) {
-  const BentCorotational b = bent_corotational(at, df);
-  const TetraLane by_turned = at.lambda * b.e, by_change = at.lambda * b.r;
+  BentCorotational(const TetraStamp& at, const TetraLanes& df, const TetraLanes& change)
+      : first(times(at.w, axial_part(df))), r(df[0] + df[4] + df[8]), e(inner(change, sum(at.f, df))) {}
+};
+
+TetraLanes corotational_stress(const TetraStamp& at, const TetraLanes& df, const TetraLanes& change) {
+  const BentCorotational b(at, df, change);
+  const TetraLane by_turned = at.lambda * b.e, by_change = by_turned + at.lambda * b.r;
+  const TetraLanes first = skew(b.first);
   TetraLanes q;
-  for (std::size_t i = 0; i < 9; ++i)
-    q[i] = at.pressure * (b.change[i] - b.first[i]) + by_turned * b.turned[i] + by_change * b.change[i];
+  for (std::size_t i = 0; i < 9; ++i) q[i] = at.pressure * (change[i] - first[i]) + by_change * change[i];
+  for (const std::size_t i : {0U, 4U, 8U}) q[i] += by_turned;
   return q;
 }
 
 }  // namespace
+
+Eigen::Matrix3d frame_of(SolidLaw law, const Eigen::Matrix3d& deformation) {
+  return law == SolidLaw::corotational ? polar_rotation(deformation) : Eigen::Matrix3d::Identity();
+}
+
+TetraTurn::TetraTurn() {
+  for (std::size_t i = 0; i < 4; ++i) q[i] = TetraLane::Constant(i == 0 ? 1.0F : 0.0F);
+  d.fill(TetraLane::Zero());
+}
 
 TetraStamp::TetraStamp() {
   for (TetraLanes* const lanes : {&f, &g, &w})
@@ -163,7 +178,8 @@ TetraStamp::TetraStamp() {
 }
 
 void TetraStamp::set(int lane, SolidLaw law, const Eigen::Matrix3d& deformation, double mu_l, double lambda_l) {
-  Eigen::Matrix3d of_g, of_w = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d of_f = deformation;
+  Eigen::Matrix3d of_g = Eigen::Matrix3d::Identity(), of_w = of_g;
   double of_size = 0, of_mu = mu_l, of_lambda = lambda_l, of_pressure = 0;
   if (law == SolidLaw::neo_hookean) {
     of_mu = 4.0 / 3 * mu_l;
@@ -172,17 +188,16 @@ void TetraStamp::set(int lane, SolidLaw law, const Eigen::Matrix3d& deformation,
     of_size = deformation.squaredNorm() + 1;
     of_pressure = of_lambda * (deformation.col(0).dot(of_g.col(0)) - 1) - 0.75 * of_mu;
   } else {
-    of_g = polar_rotation(deformation);
-    const Eigen::Matrix3d s = of_g.transpose() * deformation;
-    of_size = s.trace() - 3;
+    of_f = 0.5 * (deformation + deformation.transpose());
+    of_size = of_f.trace() - 3;
     of_pressure = of_lambda * of_size - 2 * of_mu;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(0.5 * (s + s.transpose()));
-    const Eigen::Vector3d pairs = (s.trace() - eigen.eigenvalues().array()).max(kLeastPairSum);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(of_f);
+    const Eigen::Vector3d pairs = (of_f.trace() - eigen.eigenvalues().array()).max(kLeastPairSum);
     of_w = eigen.eigenvectors() * pairs.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
   }
   for (int i = 0; i < 9; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    f[k][lane] = static_cast<float>(deformation(i / 3, i % 3));
+    f[k][lane] = static_cast<float>(of_f(i / 3, i % 3));
     g[k][lane] = static_cast<float>(of_g(i / 3, i % 3));
     w[k][lane] = static_cast<float>(of_w(i / 3, i % 3));
   }
@@ -198,19 +213,24 @@ void TetraStamp::spread() {
   for (TetraLane* const lane : {&size, &mu, &lambda, &pressure}) all(*lane);
 }
 
-TetraLanes stress_beyond_linear(SolidLaw law, const TetraStamp& at, const TetraLanes& df) noexcept {
-  return law == SolidLaw::neo_hookean ? neo_hookean_stress(at, df) : corotational_stress(at, df);
+void turn(SolidLaw law, const TetraStamp& at, const TetraLanes& df, TetraTurn& turned) noexcept {
+  if (law != SolidLaw::corotational) return;
+  if (!turn_to(at.f, df, turned)) find(sum(at.f, df), turned);
 }
 
-TetraLane energy_beyond_linear(SolidLaw law, const TetraStamp& at, const TetraLanes& df) noexcept {
+TetraLanes stress_beyond_linear(SolidLaw law, const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept {
+  return law == SolidLaw::neo_hookean ? neo_hookean_stress(at, df) : corotational_stress(at, df, turned.d);
+}
+
+TetraLane energy_beyond_linear(SolidLaw law, const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept {
   if (law == SolidLaw::neo_hookean) {
-    const BentNeoHookean b = bent_neo_hookean(at, df);
+    const BentNeoHookean b(at, df);
     const TetraLane z = b.d / at.size, first = 2 * b.f / at.size;
     return 0.5F * at.mu * (z - z.log1p() - 0.5F * first.square()) + 0.5F * at.lambda * b.e * (2 * b.j - b.e) +
            at.pressure * b.det;
   }
-  const BentCorotational b = bent_corotational(at, df);
-  return (0.5F * at.lambda * at.size - at.mu) * (2 * b.e - inner(b.first, df)) + 0.5F * at.lambda * b.e * (b.e + 2 * b.r);
+  const BentCorotational b(at, df, turned.d);
+  return (0.5F * at.lambda * at.size - at.mu) * (2 * b.e - inner(skew(b.first), df)) + 0.5F * at.lambda * b.e * (b.e + 2 * b.r);
 }
 
 TetraLanes viscous_stress(const TetraLane& mu, const TetraLane& lambda, const TetraLanes& f, const TetraLanes& rate) noexcept {

@@ -173,25 +173,26 @@ void CubicForce::take_sampled(const CubicTerms& terms, bool slowed) {
     sampled_.emplace<SampledSolidForce>(terms.solid, tool, step_s, slowed);
 }
 
-float CubicForce::polynomial(const Values& y, Values& g) const noexcept {
+float CubicForce::polynomial(Values& g) const noexcept {
   Pairs pairs;
-  fill_pairs(y, variables_, pairs);
+  fill_pairs(y_, variables_, pairs);
   g.noalias() = g3_ * pairs;
   // Each energy is homogeneous: E_m = y . grad E_m / m.
-  float energy = y.dot(g) / 3;
+  float energy = y_.dot(g) / 3;
   Triples triples;
-  fill_triples(y, pairs, leading_, triples);
+  fill_triples(y_, pairs, leading_, triples);
   const Values fourth = g4_ * triples;
-  energy += y.head(leading_).dot(fourth) / 4;
+  energy += y_.head(leading_).dot(fourth) / 4;
   g.head(leading_) += fourth;
   return energy;
 }
 
 float CubicForce::linear_energy(const Values& y) const noexcept { return 0.5F * y.dot(linear_ * y); }
 
-void CubicForce::turn_dampers(const Values& y, const Values& rate, Values& change, Values& at_stamp) const noexcept {
-  if (has_sampled()) return of_sampled([&](const auto& s) { s.damping(y, rate, change, at_stamp); });
+void CubicForce::turn_dampers(const Values& rate, Values& change, Values& at_stamp) const noexcept {
+  if (has_sampled()) return of_sampled([&](const auto& s) { s.damping(rate, change, at_stamp); });
   const int l = leading_;
+  const Values& y = y_;
   using Mixed = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kLeadingPairs>;
   const auto turn = [&](const Mixed& turned, Values& to) {
     for (int k = 0; k < l; ++k) {
@@ -219,39 +220,42 @@ CubicForce::Values CubicForce::within(const Values& asked) const noexcept {
   return norm > radius_ ? Values(asked * (radius_ / norm)) : asked;
 }
 
-void CubicForce::elastic(const Variables& u, Variables& force) const noexcept {
-  const Values asked = (scale_ * u).cast<float>(), y = within(asked);
-  const float norm = asked.norm();
+void CubicForce::move_to(const Variables& u) noexcept {
+  asked_ = (scale_ * u).cast<float>();
+  y_ = within(asked_);
+  if (has_sampled()) std::visit([&](auto& s) { s.move_to(y_); }, sampled_);
+}
+
+void CubicForce::elastic(Variables& force) const noexcept {
+  const float norm = asked_.norm();
   const bool outside = norm > radius_;
   // Along a ray the energy does not change outside.
   const auto continued = [&](const Values& g) {
-    return outside ? Values((radius_ / norm) * (g - y.dot(g) / (radius_ * radius_) * y)) : g;
+    return outside ? Values((radius_ / norm) * (g - y_.dot(g) / (radius_ * radius_) * y_)) : g;
   };
   Values g(variables_);
   if (has_sampled()) {
-    of_sampled([&](const auto& s) { s.gradient(y, g); });
+    of_sampled([&](const auto& s) { s.gradient(g); });
   } else {
-    const float energy = polynomial(y, g);
+    const float energy = polynomial(g);
     g = continued(g);
-    if (linear_.size() > 0 && energy < -kSoftening * linear_energy(asked)) g = -kSoftening * (linear_ * asked);
+    if (linear_.size() > 0 && energy < -kSoftening * linear_energy(asked_)) g = -kSoftening * (linear_ * asked_);
   }
-  if (has_e2_) g += continued(g2_ * y);
+  if (has_e2_) g += continued(g2_ * y_);
   force.noalias() = -(scale_.transpose() * g.cast<double>());
 }
 
-void CubicForce::damping(const Variables& u, const Variables& u_rate, const ModeMatrix& closing, const Variables& before,
-                         Variables& force) noexcept {
-  force.setZero(u.size());
+void CubicForce::damping(const Variables& u_rate, const ModeMatrix& closing, const Variables& before, Variables& force) noexcept {
+  force.setZero(u_rate.size());
   if (!has_damping_) return;
-  const Values asked = (scale_ * u).cast<float>(), rate = (scale_ * u_rate).cast<float>();
-  const Values y = within(asked);
+  const Values rate = (scale_ * u_rate).cast<float>();
   Values change(variables_), at_stamp(variables_);
-  turn_dampers(y, rate, change, at_stamp);
+  turn_dampers(rate, change, at_stamp);
   const float most = (has_sampled() ? kSpringDamperChange : kDamperChange) * (root_ * rate).norm();
   if (!turned_.empty()) {
     brake_at_end(change.cast<double>(), u_rate, closing, before, most, force);
     since_asked_ = (since_asked_ + 1) % steps_;
-    if (since_asked_ == 0) turned_.renew(std::get<SampledSolidForce>(sampled_), y, closing);
+    if (since_asked_ == 0) turned_.renew(std::get<SampledSolidForce>(sampled_), closing);
     return;
   }
   force.noalias() = -(scale_.transpose() * (change - at_stamp).cast<double>());
@@ -286,16 +290,14 @@ void CubicForce::brake_at_end(const Variables& change, const Variables& u_rate, 
   force.noalias() = -held - part * g - s.rightCols(r) * slowed;
 }
 
-double CubicForce::energy(const Variables& u) const noexcept {
-  const Values asked = (scale_ * u).cast<float>();
-  const Values y = within(asked);
+double CubicForce::energy() const noexcept {
   Values g(variables_);
   double energy = 0;
   if (has_sampled())
-    energy = of_sampled([&](const auto& s) { return s.energy(y); });
-  else if (energy = static_cast<double>(polynomial(y, g)); linear_.size() > 0)
-    energy = std::max(energy, static_cast<double>(-kSoftening * linear_energy(asked)));
-  if (has_e2_) energy += static_cast<double>(y.dot(g2_ * y) / 2);
+    energy = of_sampled([&](const auto& s) { return s.energy(); });
+  else if (energy = static_cast<double>(polynomial(g)); linear_.size() > 0)
+    energy = std::max(energy, static_cast<double>(-kSoftening * linear_energy(asked_)));
+  if (has_e2_) energy += static_cast<double>(y_.dot(g2_ * y_) / 2);
   return energy;
 }
 

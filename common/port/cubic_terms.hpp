@@ -118,14 +118,14 @@ class CubicForce {
   int steps() const { return steps_; }
   /// Of the modes beside 1, as springs need it for a step; of no size: none (sampled_springs.hpp).
   const ModeMatrix& added_mass() const;
-  /// Elastic force on u. No allocation.
-  void elastic(const Variables& u, Variables& force) const noexcept;
+  /// To u, for all that follows. No allocation, nor below.
+  void move_to(const Variables& u) noexcept;
+  /// Elastic force on u.
+  void elastic(Variables& force) const noexcept;
   /// Force on u, that moves at u', of dampers that have turned. `closing`: C, of the modes, the last of u; `before`: f_b, of u.
-  /// No allocation.
-  void damping(const Variables& u, const Variables& u_rate, const ModeMatrix& closing, const Variables& before,
-               Variables& force) noexcept;
+  void damping(const Variables& u_rate, const ModeMatrix& closing, const Variables& before, Variables& force) noexcept;
   /// E [J], for tests of energy.
-  double energy(const Variables& u) const noexcept;
+  double energy() const noexcept;
 
  private:
   static constexpr int kPairs = pairs_of(kMaxVariables), kTriples = triples_of(kMaxLeading),
@@ -138,9 +138,9 @@ class CubicForce {
   Values within(const Values& y) const noexcept;
   void take_polynomials(const CubicTerms& terms);
   /// E3 + E4, and its gradient.
-  float polynomial(const Values& y, Values& g) const noexcept;
+  float polynomial(Values& g) const noexcept;
   /// Minus what dampers push more for having turned, and what of that the patch has at the stamp.
-  void turn_dampers(const Values& y, const Values& rate, Values& change, Values& at_stamp) const noexcept;
+  void turn_dampers(const Values& rate, Values& change, Values& at_stamp) const noexcept;
   float linear_energy(const Values& y) const noexcept;
   /// Of a solid's dampers that push `change` more than at the stamp, `most`: the bound of what they do beside S.
   void brake_at_end(const Variables& change, const Variables& u_rate, const ModeMatrix& closing, const Variables& before,
@@ -157,6 +157,7 @@ class CubicForce {
   void take_sampled(const CubicTerms& terms, bool slowed);
 
   int variables_ = 0, leading_ = 0, steps_ = 1;
+  Values asked_, y_;  // y of u, and within the radius
   std::variant<SampledForce, SampledSolidForce> sampled_;
   TurnedDampers turned_;  // of a solid
   int since_asked_ = 0;   // steps since those were asked

@@ -147,8 +147,9 @@ PALPATE_INLINE void refine(const Mat<N>& f, Quaternion<N>& q, Mat<N>& r) {
   }
 }
 
+/// R, and its quaternion, of any length.
 template <std::size_t N>
-PALPATE_INLINE void polar_rotations(const Mat<N>& f, Mat<N>& r) {
+PALPATE_INLINE void polar_rotations(const Mat<N>& f, Quaternion<N>& q, Mat<N>& r) {
   constexpr double kVanished = 1e-290;
   Doubles<N> square, size, j, minors, x;
   inner(f, f, square);
@@ -161,9 +162,13 @@ PALPATE_INLINE void polar_rotations(const Mat<N>& f, Mat<N>& r) {
   determinant(scaled, g, j);
   inner(g, g, minors);
   largest_root<N>(j, 9.0 - 4.0 * minors, x);
-  Quaternion<N> q;
   eigenvector(scaled, x, q);
   refine(scaled, q, r);
+}
+template <std::size_t N>
+PALPATE_INLINE void polar_rotations(const Mat<N>& f, Mat<N>& r) {
+  Quaternion<N> q;
+  polar_rotations(f, q, r);
 }
 
 }  // namespace palpate

@@ -121,6 +121,7 @@ SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen:
     const Each along = dot(axis_, delta);
     braked_.col(i) = collect(sum(braked, delta, -braked * along, axis_)).cast<double>();
   }
+  move_to(Values::Zero(variables_));
 }
 
 SampledForce::Vectors SampledForce::sum(const Each& a, const Vectors& v, const Each& b, const Vectors& w) noexcept {
@@ -145,27 +146,33 @@ SampledForce::Values SampledForce::collect(const Vectors& f) const noexcept {
   return g;
 }
 
-SampledForce::Bent SampledForce::bent(const Vectors& delta) const noexcept {
-  const Each along = dot(axis_, delta), far = dot(delta, delta), gained = 2 * length_ * along + far;
-  const Each length = (length_.square() + gained).max(kLengthMin * kLengthMin).sqrt(), longer = gained / (length + length_);
-  if (stiffening_.size() == 0) return {along, longer, length, Each::Zero(count_)};
-  const Each elongation = elongation_ + longer, to = elongation.max(-straight_at_).min(straight_at_), more = to - bent_to_;
-  return {along, longer, length, stiffening_ * more * (3 * (elongation - to) * (to + bent_to_) + more * (to + 2 * bent_to_))};
+void SampledForce::move_to(const Values& u) noexcept {
+  u_ = u;
+  auto& [delta, along, longer, length, more] = bent_;
+  delta = moved(u);
+  along = dot(axis_, delta);
+  const Each gained = 2 * length_ * along + dot(delta, delta);
+  length = (length_.square() + gained).max(kLengthMin * kLengthMin).sqrt();
+  longer = gained / (length + length_);
+  if (stiffening_.size() == 0) {
+    more.setZero(count_);
+    return;
+  }
+  const Each elongation = elongation_ + longer, to = elongation.max(-straight_at_).min(straight_at_), further = to - bent_to_;
+  more = stiffening_ * further * (3 * (elongation - to) * (to + bent_to_) + further * (to + 2 * bent_to_));
 }
 
-void SampledForce::gradient(const Values& u, Values& g) const noexcept {
-  const Vectors delta = moved(u);
-  const Bent b = bent(delta);
-  const Each left = (b.along * b.longer - dot(delta, delta)) / (b.length + length_);
+void SampledForce::gradient(Values& g) const noexcept {
+  const Bent& b = bent_;
+  const Each left = (b.along * b.longer - dot(b.delta, b.delta)) / (b.length + length_);
   const Each by_delta = (turning_ * b.longer + b.more) / b.length;
   const Each by_axis = (length_ * b.more - turning_ * (length_ * left + b.along * b.longer)) / b.length;
-  g = collect(sum(by_delta, delta, by_axis, axis_));
+  g = collect(sum(by_delta, b.delta, by_axis, axis_));
 }
 
-double SampledForce::energy(const Values& u) const noexcept {
-  const Vectors delta = moved(u);
-  const Bent b = bent(delta);
-  const Each left = (b.along * b.longer - dot(delta, delta)) / (b.length + length_);
+double SampledForce::energy() const noexcept {
+  const Bent& b = bent_;
+  const Each left = (b.along * b.longer - dot(b.delta, b.delta)) / (b.length + length_);
   const double linear = static_cast<double>(-0.5F * (turning_ * left * (b.longer + b.along)).sum());
   if (stiffening_.size() == 0) return linear;
   const Eigen::ArrayXd from = elongation_.cast<double>(), longer = b.longer.cast<double>(), bends = straight_at_.cast<double>();
@@ -180,12 +187,12 @@ double SampledForce::energy(const Values& u) const noexcept {
              .sum();
 }
 
-void SampledForce::damping(const Values& u, const Values& rate, Values& change, Values& at_stamp) const noexcept {
-  const Vectors there = sum(length_, axis_, Each::Ones(count_), moved(u)), motion = moved(rate);
+void SampledForce::damping(const Values& rate, Values& change, Values& at_stamp) const noexcept {
+  const Vectors there = sum(length_, axis_, Each::Ones(count_), bent_.delta), motion = moved(rate);
   const Each now = damping_ * dot(there, motion) / dot(there, there).max(kLengthMin * kLengthMin);
   const Each before = damping_ * dot(axis_, motion);
   change = collect(sum(now, there, -before, axis_));
-  at_stamp = (braked_ * u.cast<double>()).cast<float>();
+  at_stamp = (braked_ * u_.cast<double>()).cast<float>();
 }
 
 }  // namespace palpate

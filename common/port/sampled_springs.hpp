@@ -72,7 +72,7 @@ struct SampledSprings {
   Eigen::MatrixXf motions(int tool) const;
 };
 
-/// Compiled for the haptic thread.
+/// Compiled for the haptic thread. Stands at u = 0 when it is new.
 class SampledForce {
  public:
   static constexpr double kStiffest = 4;
@@ -90,12 +90,14 @@ class SampledForce {
   double straight_from() const { return straight_from_; }
   /// sum w G^T (k - K_e) G: the least stiffness that E has far away, where every spring is stretched along its way.
   Eigen::MatrixXd far_stiffness() const { return far_stiffness_; }
-  /// dE/du. No allocation.
-  void gradient(const Values& u, Values& g) const noexcept;
+  /// To u. No allocation, nor below.
+  void move_to(const Values& u) noexcept;
+  /// dE/du
+  void gradient(Values& g) const noexcept;
   /// E [J]
-  double energy(const Values& u) const noexcept;
+  double energy() const noexcept;
   /// Minus what the dampers' turning adds to the force on u, and B u, which is to be taken from that.
-  void damping(const Values& u, const Values& rate, Values& change, Values& at_stamp) const noexcept;
+  void damping(const Values& rate, Values& change, Values& at_stamp) const noexcept;
 
  private:
   static constexpr int kWidth = 8, kRoom = (kMaxSprings + kWidth - 1) / kWidth * kWidth;  // of a vector register
@@ -103,7 +105,8 @@ class SampledForce {
   using Vectors = Eigen::Array<float, Eigen::Dynamic, 3, Eigen::ColMajor, kRoom, 3>;  // of every spring
   using OfVariables = BoundedMatrix<kMaxVariables, kMaxVariables>;
 
-  struct Bent {  // a, Delta, |d + delta|, T_2
+  struct Bent {  // delta, a, Delta, |d + delta|, T_2
+    Vectors delta;
     Each along, longer, length, more;
   };
   /// a v + b w, and v . w, of every spring.
@@ -111,7 +114,6 @@ class SampledForce {
   static Each dot(const Vectors& v, const Vectors& w) noexcept;
   Vectors moved(const Values& u) const noexcept;
   Values collect(const Vectors& f) const noexcept;
-  Bent bent(const Vectors& delta) const noexcept;
 
   int count_ = 0, variables_ = 0;  // springs with as many more, of no stiffness, as fill the last register
   double straight_from_ = 0;
@@ -122,6 +124,8 @@ class SampledForce {
                                                           // a law that stiffens
   OfVariables braked_, far_stiffness_;                    // B
   ModeMatrix added_mass_;
+  Values u_;
+  Bent bent_;
 };
 
 }  // namespace palpate

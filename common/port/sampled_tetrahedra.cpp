@@ -7,26 +7,27 @@
 namespace palpate {
 namespace {
 
-TetraLanes lanes_of(const float* from, Eigen::Index stride) {
-  TetraLanes m;
-  for (Eigen::Index i = 0; i < 9; ++i) m[static_cast<std::size_t>(i)] = Eigen::Map<const TetraLane>(from + i * stride);
-  return m;
-}
+// Sums that stay in registers from one variable to the next: those of Eigen do not.
+using Lane = float __attribute__((vector_size(sizeof(TetraLane)), may_alias, aligned(alignof(TetraLane))));
+Lane* lanes(float* at) { return reinterpret_cast<Lane*>(at); }
+const Lane* lanes(const float* at) { return reinterpret_cast<const Lane*>(at); }
 
-/// |dF|, no less than what rounding leaves of nothing, and phi / |dF|.
-struct Bounded {
-  TetraLane length, part;
-};
-Bounded bounded(const TetraLanes& df) {
-  constexpr float kNothing = 1e-20F, kFree = SampledSolidForce::kFree, kBeyond = SampledSolidForce::kBeyond;
-  const TetraLane length = inner(df, df).sqrt().max(kNothing), beyond = (length - kFree).max(0.0F);
-  return {length, (length.min(kFree) + kBeyond * beyond / (beyond + kBeyond)) / length};
+TetraLanes lanes_of(const float* at) {
+  TetraLanes m;
+  for (std::size_t i = 0; i < 9; ++i) m[i] = Eigen::Map<const TetraLane>(at + kTetraLane * i);
+  return m;
 }
 
 TetraLanes scaled(const TetraLane& by, const TetraLanes& m) {
   TetraLanes s;
   for (std::size_t i = 0; i < 9; ++i) s[i] = by * m[i];
   return s;
+}
+
+TetraLanes sum(const TetraLanes& a, const TetraLanes& b) {
+  TetraLanes c;
+  for (std::size_t i = 0; i < 9; ++i) c[i] = a[i] + b[i];
+  return c;
 }
 
 }  // namespace
@@ -65,12 +66,13 @@ SampledSolidForce::SampledSolidForce(const SampledTetrahedra& solid, int tool, d
   const int m = solid.count();
   if (m == 0 || variables_ <= tool) return;
   const double stable = SampledForce::kStiffest / (step_s * step_s);
-  const Eigen::MatrixXf h = solid.motions(tool);
-  const int count = (m + kTetraLane - 1) / kTetraLane * kTetraLane, modes = variables_ - tool;
+  Eigen::MatrixXf h = solid.motions(tool);
+  const int count = (m + kTetraLane - 1) / kTetraLane, modes = variables_ - tool;
   Eigen::MatrixXd steepest = Eigen::MatrixXd::Zero(modes, modes);
-  for (std::size_t group = 0; group < static_cast<std::size_t>(count / kTetraLane); ++group) {
-    stamp_[group] = TetraStamp();
-    viscous_mu_[group] = viscous_lambda_[group] = TetraLane::Zero();
+  for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
+    group_[k].stamp = TetraStamp();
+    group_[k].turned = TetraTurn();
+    group_[k].viscous_mu = group_[k].viscous_lambda = TetraLane::Zero();
   }
   for (int e = 0; e < m; ++e) {
     float volume = 0;
@@ -80,12 +82,19 @@ SampledSolidForce::SampledSolidForce(const SampledTetrahedra& solid, int tool, d
       edges.col(i) = (solid.position.col(solid.nodes(i + 1, e)) - solid.position.col(solid.nodes(0, e))).cast<double>();
     const Eigen::Matrix3d f = edges * b;
     const auto shear = static_cast<double>(solid.shear[e]), dilation = static_cast<double>(solid.dilation[e]);
-    TetraStamp& at = stamp_[static_cast<std::size_t>(e / kTetraLane)];
+    Group& group = group_[static_cast<std::size_t>(e / kTetraLane)];
+    TetraStamp& at = group.stamp;
     const int lane = e % kTetraLane;
-    at.set(lane, law_, f, shear, dilation);
+    const Eigen::Matrix3d frame = frame_of(law_, f);
+    at.set(lane, law_, frame.transpose() * f, shear, dilation);
+    if (law_ == SolidLaw::corotational)
+      for (int i = 0; i < 3; ++i) {  // the columns of dF
+        auto column = h(Eigen::seqN(9 * e + i, 3, 3), Eigen::all);
+        column = (frame.transpose().cast<float>() * Eigen::MatrixXf(column)).eval();
+      }
     const auto t = static_cast<double>(solid.damping_s[e]);
-    viscous_mu_[static_cast<std::size_t>(e / kTetraLane)][lane] = static_cast<float>(t * shear);
-    viscous_lambda_[static_cast<std::size_t>(e / kTetraLane)][lane] = static_cast<float>(t * dilation);
+    group.viscous_mu[lane] = static_cast<float>(t * shear);
+    group.viscous_lambda[lane] = static_cast<float>(t * dilation);
     damped_ |= t > 0;
 
     const Eigen::MatrixXd of_modes = h.block(9 * e, tool, 9, modes).cast<double>();
@@ -100,87 +109,111 @@ SampledSolidForce::SampledSolidForce(const SampledTetrahedra& solid, int tool, d
     if (!slowed) return;
     added_mass_ = (1 / stable - 1 / s) * steepest;
   }
-  count_ = count;
-  motion_.setZero(9 * count_, variables_);
-  for (int i = 0; i < 9; ++i) motion_.middleRows(i * count_, m) = h(Eigen::seqN(i, m, 9), Eigen::all);
+  groups_ = count;
+  motion_.setZero(9 * kTetraLane, groups_ * variables_);
+  for (int e = 0; e < m; ++e)
+    for (int v = 0; v < variables_; ++v)
+      for (int i = 0; i < 9; ++i) motion_(kTetraLane * i + e % kTetraLane, e / kTetraLane * variables_ + v) = h(9 * e + i, v);
+  move_to(Values::Zero(variables_));
 }
 
-SampledSolidForce::Nine SampledSolidForce::moved(const Values& u) const noexcept {
-  Nine df(count_, 9);
-  Eigen::Map<Eigen::VectorXf>(df.data(), df.size()).noalias() = motion_ * u;
-  return df;
+void SampledSolidForce::moved(int group, const Values& u, TetraLanes& to) const noexcept {
+  Lane df[9] = {};
+  for (int v = 0; v < variables_; ++v) {
+    const float by = u[v];
+    const Lane* const h = lanes(motion(group, v));
+#pragma GCC unroll 9
+    for (int i = 0; i < 9; ++i) df[i] += by * h[i];
+  }
+#pragma GCC unroll 9
+  for (std::size_t i = 0; i < 9; ++i) *lanes(to[i].data()) = df[i];
 }
 
-SampledSolidForce::Values SampledSolidForce::collect(const Nine& f) const noexcept {
+void SampledSolidForce::collect(int group, const TetraLanes& f, Sums& sums) const noexcept {
+  Lane q[9];
+#pragma GCC unroll 9
+  for (std::size_t i = 0; i < 9; ++i) q[i] = *lanes(f[i].data());
+  for (int v = 0; v < variables_; ++v) {
+    const Lane* const h = lanes(motion(group, v));
+    *lanes(sums[static_cast<std::size_t>(v)].data()) += ((h[0] * q[0] + h[1] * q[1]) + (h[2] * q[2] + h[3] * q[3])) +
+                                                        ((h[4] * q[4] + h[5] * q[5]) + (h[6] * q[6] + h[7] * q[7])) + h[8] * q[8];
+  }
+}
+
+SampledSolidForce::Values SampledSolidForce::total(const Sums& sums) const noexcept {
   Values g(variables_);
-  g.noalias() = motion_.transpose() * Eigen::Map<const Eigen::VectorXf>(f.data(), f.size());
+  for (int v = 0; v < variables_; ++v) g[v] = sums[static_cast<std::size_t>(v)].sum();
   return g;
 }
 
-void SampledSolidForce::gradient(const Values& u, Values& g) const noexcept {
-  Nine all = moved(u);
-  for (int e = 0; e < count_; e += kTetraLane) {
-    const TetraLanes df = lanes_of(all.data() + e, count_);
-    const Bounded at = bounded(df);
-    TetraLanes q = stress_beyond_linear(law_, stamp_[static_cast<std::size_t>(e / kTetraLane)], scaled(at.part, df));
-    // phi' = (kBeyond / (r - kFree + kBeyond))^2 beyond kFree, 1 before it.
-    const TetraLane slope = (kBeyond / ((at.length - kFree).max(0.0F) + kBeyond)).square();
-    const TetraLane along = (slope - at.part) * inner(q, df) / at.length.square();
-    for (std::size_t i = 0; i < 9; ++i)
-      all.col(static_cast<Eigen::Index>(i)).segment<kTetraLane>(e) = at.part * q[i] + along * df[i];
+void SampledSolidForce::move_to(const Values& u) noexcept {
+  for (int k = 0; k < groups_; ++k) {
+    Group& at = group_[static_cast<std::size_t>(k)];
+    moved(k, u, at.df);
+    const TetraLane square = inner(at.df, at.df);
+    at.free = (square <= kFree * kFree).all();
+    if (!at.free) {
+      const TetraLane length = square.sqrt().max(kFree), away = kBeyond / (length - kFree + kBeyond);
+      at.part = (kFree + (length - kFree) * away) / length;
+      at.slope = away.square();
+      at.df = scaled(at.part, at.df);
+    }
+    turn(law_, at.stamp, at.df, at.turned);
   }
-  g = collect(all);
 }
 
-double SampledSolidForce::energy(const Values& u) const noexcept {
-  const Nine all = moved(u);
+void SampledSolidForce::gradient(Values& g) const noexcept {
+  constexpr float kNothing = 1e-20F;
+  Sums sums;
+  sums.fill(TetraLane::Zero());
+  for (int k = 0; k < groups_; ++k) {
+    const Group& at = group_[static_cast<std::size_t>(k)];
+    TetraLanes q = stress_beyond_linear(law_, at.stamp, at.df, at.turned);
+    if (!at.free) {
+      const TetraLane along = (at.slope - at.part) * inner(q, at.df) / inner(at.df, at.df).max(kNothing);
+      for (std::size_t i = 0; i < 9; ++i) q[i] = at.part * q[i] + along * at.df[i];
+    }
+    collect(k, q, sums);
+  }
+  g = total(sums);
+}
+
+double SampledSolidForce::energy() const noexcept {
   double sum = 0;
-  for (int e = 0; e < count_; e += kTetraLane) {
-    const TetraLanes df = lanes_of(all.data() + e, count_);
-    sum += energy_beyond_linear(law_, stamp_[static_cast<std::size_t>(e / kTetraLane)], scaled(bounded(df).part, df))
-               .cast<double>()
-               .sum();
+  for (int k = 0; k < groups_; ++k) {
+    const Group& at = group_[static_cast<std::size_t>(k)];
+    sum += energy_beyond_linear(law_, at.stamp, at.df, at.turned).cast<double>().sum();
   }
   return sum;
 }
 
-void SampledSolidForce::damping(const Values& u, const Values& rate, Values& change, Values& at_stamp) const noexcept {
+void SampledSolidForce::damping(const Values& rate, Values& change, Values& at_stamp) const noexcept {
   at_stamp.setZero(variables_);
   change.setZero(variables_);
   if (!damped_) return;
-  const Nine there = moved(u);
-  Nine all = moved(rate);
-  for (int e = 0; e < count_; e += kTetraLane) {
-    const auto k = static_cast<std::size_t>(e / kTetraLane);
-    TetraLanes f = lanes_of(there.data() + e, count_);
-    const TetraLanes motion = lanes_of(all.data() + e, count_);
-    const TetraLane part = bounded(f).part;
-    const TetraLanes before = viscous_stress(viscous_mu_[k], viscous_lambda_[k], stamp_[k].f, motion);
-    for (std::size_t i = 0; i < 9; ++i) f[i] = stamp_[k].f[i] + part * f[i];
-    const TetraLanes now = viscous_stress(viscous_mu_[k], viscous_lambda_[k], f, motion);
-    for (std::size_t i = 0; i < 9; ++i) all.col(static_cast<Eigen::Index>(i)).segment<kTetraLane>(e) = now[i] - before[i];
+  Sums sums;
+  sums.fill(TetraLane::Zero());
+  for (int k = 0; k < groups_; ++k) {
+    const Group& at = group_[static_cast<std::size_t>(k)];
+    TetraLanes motion;
+    moved(k, rate, motion);
+    const TetraLanes before = viscous_stress(at.viscous_mu, at.viscous_lambda, at.stamp.f, motion);
+    TetraLanes more = viscous_stress(at.viscous_mu, at.viscous_lambda, sum(at.stamp.f, at.df), motion);
+    for (std::size_t i = 0; i < 9; ++i) more[i] -= before[i];
+    collect(k, more, sums);
   }
-  change = collect(all);
+  change = total(sums);
 }
 
-void SampledSolidForce::add_dampers(const Values& u, int group, Square& dampers) const noexcept {
+void SampledSolidForce::add_dampers(int group, Square& dampers) const noexcept {
   // Rows whose squares add up to the power: the strain rate's parts times the roots of what they are braked with.
   constexpr int kRows = 7 * kTetraLane;
   Eigen::Matrix<float, kRows, Eigen::Dynamic, Eigen::ColMajor, kRows, kMaxVariables> rows(kRows, variables_);
-  const auto k = static_cast<std::size_t>(group);
-  const Eigen::Index first = group * kTetraLane;
-  const auto motion = [&](Eigen::Index variable) { return lanes_of(motion_.col(variable).data() + first, count_); };
-  TetraLanes f;
-  f.fill(TetraLane::Zero());
+  const Group& at = group_[static_cast<std::size_t>(group)];
+  const TetraLanes f = sum(at.stamp.f, at.df);
+  const TetraLane shear = at.viscous_mu.sqrt(), twice = (2 * at.viscous_mu).sqrt(), volume = at.viscous_lambda.sqrt();
   for (int i = 0; i < variables_; ++i) {
-    const TetraLanes h = motion(i);
-    for (std::size_t j = 0; j < 9; ++j) f[j] += u[i] * h[j];
-  }
-  const TetraLane part = bounded(f).part;
-  for (std::size_t j = 0; j < 9; ++j) f[j] = stamp_[k].f[j] + part * f[j];
-  const TetraLane shear = viscous_mu_[k].sqrt(), twice = (2 * viscous_mu_[k]).sqrt(), volume = viscous_lambda_[k].sqrt();
-  for (int i = 0; i < variables_; ++i) {
-    const TetraLanes b = transposed_product(f, motion(i));
+    const TetraLanes b = transposed_product(f, lanes_of(motion(group, i)));
     auto column = rows.col(i);
     column.segment<kTetraLane>(0) = twice * b[0];
     column.segment<kTetraLane>(kTetraLane) = twice * b[4];
@@ -190,7 +223,12 @@ void SampledSolidForce::add_dampers(const Values& u, int group, Square& dampers)
     column.segment<kTetraLane>(5 * kTetraLane) = shear * (b[5] + b[7]);
     column.segment<kTetraLane>(6 * kTetraLane) = volume * (b[0] + b[4] + b[8]);
   }
-  dampers.noalias() += rows.transpose() * rows;
+  for (int i = 0; i < variables_; ++i)
+    for (int j = 0; j <= i; ++j) {
+      const float both = rows.col(i).dot(rows.col(j));
+      dampers(i, j) += both;
+      if (j < i) dampers(j, i) += both;
+    }
 }
 
 }  // namespace palpate

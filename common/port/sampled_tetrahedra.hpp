@@ -52,7 +52,7 @@ struct SampledTetrahedra {
   Eigen::MatrixXf motions(int tool) const;
 };
 
-/// Compiled for the haptic thread.
+/// Compiled for the haptic thread. Stands at u = 0 when it is new.
 class SampledSolidForce {
  public:
   static constexpr float kFree = 2, kBeyond = 3;
@@ -64,38 +64,51 @@ class SampledSolidForce {
   SampledSolidForce(const SampledTetrahedra& solid, int tool, double step_s, bool slowed);
 
   /// No tetrahedra, or too stiff for the step and not slowed.
-  bool empty() const { return count_ == 0; }
+  bool empty() const { return groups() == 0; }
   /// A; nothing where none is needed.
   const ModeMatrix& added_mass() const { return added_mass_; }
   /// The least stiffness that E has far away.
   Eigen::MatrixXd far_stiffness() const { return Eigen::MatrixXd::Zero(variables_, variables_); }
-  /// dE/du. No allocation.
-  void gradient(const Values& u, Values& g) const noexcept;
+  /// To u: the nearer to where it was, the less it takes. No allocation, nor below.
+  void move_to(const Values& u) noexcept;
+  /// dE/du
+  void gradient(Values& g) const noexcept;
   /// E [J]
-  double energy(const Values& u) const noexcept;
+  double energy() const noexcept;
   /// Minus what the dampers' turning adds to the force on u, and what the patch has of that at the stamp, which is nothing.
-  void damping(const Values& u, const Values& rate, Values& change, Values& at_stamp) const noexcept;
+  void damping(const Values& rate, Values& change, Values& at_stamp) const noexcept;
 
   int variables() const { return variables_; }
   /// Tetrahedra side by side, so many times.
-  int groups() const { return count_ / kTetraLane; }
-  /// Adds sum of D_e at u over a group (turned_dampers.hpp). No allocation.
-  void add_dampers(const Values& u, int group, Square& dampers) const noexcept;
+  int groups() const { return groups_; }
+  /// Adds sum of D_e over a group (turned_dampers.hpp).
+  void add_dampers(int group, Square& dampers) const noexcept;
 
  private:
-  static constexpr int kRoom = (kMaxTetrahedra + kTetraLane - 1) / kTetraLane * kTetraLane;
-  using Nine = Eigen::Array<float, Eigen::Dynamic, 9, Eigen::ColMajor, kRoom, 9>;  // a matrix of every tetrahedron
-  using Stamps = std::array<TetraStamp, kRoom / kTetraLane>;
+  static constexpr int kMostGroups = (kMaxTetrahedra + kTetraLane - 1) / kTetraLane;
 
-  Nine moved(const Values& u) const noexcept;
-  Values collect(const Nine& f) const noexcept;
+  struct Group {
+    TetraStamp stamp;
+    TetraLane viscous_mu, viscous_lambda;  // times w V
+    TetraLanes df;                         // phi dF / |dF|, in their frames
+    bool free;                             // no |dF| is beyond kFree,
+    TetraLane part, slope;                 // else phi / |dF| and phi'
+    TetraTurn turned;
+  };
+  // Sums over elements, a lane each, of what belongs to a variable.
+  using Sums = std::array<TetraLane, kMaxVariables>;
+
+  /// H of a group, in its elements' frames, for one variable: entry by entry, side by side.
+  const float* motion(int group, int variable) const { return motion_.col(group * variables_ + variable).data(); }
+  void moved(int group, const Values& u, TetraLanes& df) const noexcept;
+  void collect(int group, const TetraLanes& f, Sums& sums) const noexcept;
+  Values total(const Sums& sums) const noexcept;
 
   SolidLaw law_ = SolidLaw::neo_hookean;
-  int count_ = 0, variables_ = 0;  // tetrahedra with as many more, of no stiffness, as fill the last register
+  int groups_ = 0, variables_ = 0;  // with as many tetrahedra more, of no stiffness, as fill the last register
   bool damped_ = false;
-  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 9 * kRoom, kMaxVariables> motion_;  // H, entry by entry
-  Stamps stamp_;
-  std::array<TetraLane, kRoom / kTetraLane> viscous_mu_, viscous_lambda_;  // times w V
+  std::array<Group, kMostGroups> group_;
+  Eigen::Matrix<float, 9 * kTetraLane, Eigen::Dynamic, Eigen::ColMajor, 9 * kTetraLane, kMostGroups * kMaxVariables> motion_;
   ModeMatrix added_mass_;
 };
 

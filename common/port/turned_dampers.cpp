@@ -8,7 +8,7 @@ namespace palpate {
 TurnedDampers::TurnedDampers(const SampledSolidForce& solid, const ModeMatrix& damping) {
   const Eigen::Index n = solid.variables();
   Square sum = Square::Zero(n, n);
-  for (int group = 0; group < solid.groups(); ++group) solid.add_dampers(Values::Zero(n), group, sum);
+  for (int group = 0; group < solid.groups(); ++group) solid.add_dampers(group, sum);
   if (!(sum.trace() > 0) || !sum.allFinite()) return;
   at_stamp_ = sum;
   asked_.setZero(n, n);
@@ -16,9 +16,9 @@ TurnedDampers::TurnedDampers(const SampledSolidForce& solid, const ModeMatrix& d
   damping_ = damping;
 }
 
-void TurnedDampers::renew(const SampledSolidForce& solid, const Values& u, const ModeMatrix& closing) noexcept {
+void TurnedDampers::renew(const SampledSolidForce& solid, const ModeMatrix& closing) noexcept {
   if (next_ < solid.groups()) {
-    solid.add_dampers(u, next_++, asked_);
+    solid.add_dampers(next_++, asked_);
     return;
   }
   const Eigen::Index r = damping_.rows();

@@ -19,19 +19,18 @@ namespace palpate {
 
 class TurnedDampers {
  public:
-  using Values = SampledSolidForce::Values;
   using Square = SampledSolidForce::Square;
   using ForVariables = BoundedMatrix<kMaxVariables, kMaxVariables>;
   static constexpr double kMostTaken = 0.9;
 
   TurnedDampers() = default;
-  /// `damping`: D of the patch's modes, which are the last variables. Allocates.
+  /// `solid` stands at u = 0. `damping`: D of the patch's modes, which are the last variables. Allocates.
   TurnedDampers(const SampledSolidForce& solid, const ModeMatrix& damping);
 
   /// Nothing is damped.
   bool empty() const { return at_stamp_.size() == 0; }
-  /// Asks the next tetrahedra, at u. `closing`: C, what a force on the modes gives them at a step's end. No allocation.
-  void renew(const SampledSolidForce& solid, const Values& u, const ModeMatrix& closing) noexcept;
+  /// Asks the next tetrahedra, where they are. `closing`: C, what a force on the modes gives them at a step's end. No allocation.
+  void renew(const SampledSolidForce& solid, const ModeMatrix& closing) noexcept;
   /// S
   const ForVariables& change() const { return change_; }
   /// (1 + C S)^-1 C, S that of the modes; of no size where S is nothing yet.

@@ -84,15 +84,21 @@ void rescale(CubicTerms& terms, const Vector& far) {
     for (int j = 0; j <= k; ++j) terms.q.col(pair_at(j, k)).array() *= f.head(l).array() * (f[j] * f[k]);
 }
 
+Vector elastic_at(CubicForce& terms, const Vector& u) {
+  CubicForce::Variables force;
+  terms.move_to(u);
+  terms.elastic(force);
+  return force;
+}
+
 /// How far along `way` (|way| = 1, u = t way) the terms are trusted, up to `far`.
-double trusted_along(BentBody& body, const Matrix& t, const CubicForce& terms, const Vector& way, double far) {
+double trusted_along(BentBody& body, const Matrix& t, CubicForce& terms, const Vector& way, double far) {
   for (double radius = far; radius >= kLeast;) {
     Vector linear;
     const Vector exact = t.transpose() * body.beyond_linear(radius * (t * way), linear);
     linear = t.transpose() * linear;
-    CubicForce::Variables force;
-    terms.elastic(radius * way, force);
-    const double wrong = (force - exact).norm(), most = std::max(kWrong * exact.norm(), kHarmless * linear.norm());
+    const double wrong = (elastic_at(terms, radius * way) - exact).norm(),
+                 most = std::max(kWrong * exact.norm(), kHarmless * linear.norm());
     if (exact.allFinite() && wrong <= most) return radius;
     // What is left out grows faster than what is there, by the square of the radius when both are small.
     radius *= exact.allFinite() ? std::clamp(std::sqrt(most / wrong), 1.0 / 3, 0.8) : 1.0 / 3;
@@ -101,14 +107,12 @@ double trusted_along(BentBody& body, const Matrix& t, const CubicForce& terms, c
 }
 
 /// Least eigenvalue of K + dN/dy at y in the metric of K, K that of the body at the stamp.
-double least_stiffness(const CubicForce& terms, const Matrix& stiffness, const Vector& y) {
+double least_stiffness(CubicForce& terms, const Matrix& stiffness, const Vector& y) {
   constexpr double kStep = 1e-3;
   Matrix tangent(y.size(), y.size());
   for (Eigen::Index i = 0; i < y.size(); ++i) {
-    CubicForce::Variables more, less;
-    terms.elastic(y + kStep * Vector::Unit(y.size(), i), more);
-    terms.elastic(y - kStep * Vector::Unit(y.size(), i), less);
-    tangent.col(i) = (more - less) / (2 * kStep);
+    const Vector step = kStep * Vector::Unit(y.size(), i);
+    tangent.col(i) = (elastic_at(terms, y + step) - elastic_at(terms, y - step)) / (2 * kStep);
   }
   const Matrix whole = stiffness - 0.5 * (tangent + tangent.transpose());
   return Eigen::GeneralizedSelfAdjointEigenSolver<Matrix>(whole, stiffness, Eigen::EigenvaluesOnly).eigenvalues()[0];
@@ -117,7 +121,7 @@ double least_stiffness(const CubicForce& terms, const Matrix& stiffness, const V
 /// Up to which radius no tool that goes straight on, the body following, meets a body that gives way of itself: a polynomial may
 /// lose its stiffness across where a body that was pressed and is let go regains it. That it does so several times as strongly as
 /// the body held at the stamp is never the body's own doing; less may be: bodies do snap.
-double stable_radius(const CubicForce& terms, const Matrix& stiffness, Eigen::Index tool) {
+double stable_radius(CubicForce& terms, const Matrix& stiffness, Eigen::Index tool) {
   constexpr double kLeastLeft = -6, kShorter = 0.8;  // of the stiffness at the stamp
   const Eigen::Index modes = stiffness.rows() - tool;
   const Matrix follow = -stiffness.bottomRightCorner(modes, modes).ldlt().solve(stiffness.bottomLeftCorner(modes, tool));
@@ -138,7 +142,7 @@ double trusted_radius(BentBody& body, const CubicTerms& terms, const Matrix& way
   elastic.scale.setIdentity();
   elastic.e2.resize(0);
   elastic.radius = kFarthest;
-  const CubicForce force(elastic);
+  CubicForce force(elastic);
   const Matrix t = terms.scale.inverse();
   double radius = stable_radius(force, stiffness, tool);
   for (Eigen::Index k = 0; k < ways.cols(); ++k) {
@@ -294,7 +298,7 @@ bool are_truer(BentBody& body, const Patch& patch, const CubicShapes& shapes, co
     terms.e2.resize(0);
     return CubicForce(terms, patch);
   };
-  const std::array<CubicForce, 2> forces{unrepaired(a), unrepaired(b)};
+  std::array<CubicForce, 2> forces{unrepaired(a), unrepaired(b)};
   std::array<double, 2> errors{};
   for (Eigen::Index k = 0; k < asked.cols(); ++k) {
     Vector linear;
@@ -302,9 +306,7 @@ bool are_truer(BentBody& body, const Patch& patch, const CubicShapes& shapes, co
     const double size = unit.cwiseProduct(exact).norm() + kOfLinear * unit.cwiseProduct(linear).norm();
     if (!std::isnormal(size)) continue;
     for (std::size_t i = 0; i < forces.size(); ++i) {
-      CubicForce::Variables force;
-      forces[i].elastic(asked.col(k), force);
-      const double wrong = unit.cwiseProduct(force - exact).norm() / size;
+      const double wrong = unit.cwiseProduct(elastic_at(forces[i], asked.col(k)) - exact).norm() / size;
       errors[i] += wrong < 1 ? wrong * wrong : 1.0;
     }
   }

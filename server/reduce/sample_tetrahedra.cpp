@@ -16,13 +16,33 @@ static_assert(kSamples % kTetraLane == 0);
 
 using Nine = Eigen::Matrix<float, 9, kSamples, Eigen::RowMajor>;
 
+/// A matrix from the left.
+TetraLanes turned_by(const Eigen::Matrix3f& r, const TetraLanes& m) {
+  TetraLanes t;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) {
+      const auto row = r.row(static_cast<Eigen::Index>(i));
+      t[3 * i + j] = row[0] * m[j] + row[1] * m[3 + j] + row[2] * m[6 + j];
+    }
+  return t;
+}
+
+struct Stamp {
+  TetraStamp at;
+  Eigen::Matrix3f frame;
+};
+
 /// From dF to V Q, all samples side by side.
-void stresses(SolidLaw law, const TetraStamp& at, const Nine& df, Nine& q) {
+void stresses(SolidLaw law, const Stamp& stamp, const Nine& df, Nine& q) {
   for (Eigen::Index s = 0; s < kSamples; s += kTetraLane) {
     TetraLanes lanes;
     for (std::size_t i = 0; i < 9; ++i)
       lanes[i] = df.row(static_cast<Eigen::Index>(i)).segment<kTetraLane>(s).transpose().array();
-    const TetraLanes more = stress_beyond_linear(law, at, lanes);
+    TetraTurn turned;
+    if (law == SolidLaw::corotational) lanes = turned_by(stamp.frame.transpose(), lanes);
+    turn(law, stamp.at, lanes, turned);
+    TetraLanes more = stress_beyond_linear(law, stamp.at, lanes, turned);
+    if (law == SolidLaw::corotational) more = turned_by(stamp.frame, more);
     for (std::size_t i = 0; i < 9; ++i) q.row(static_cast<Eigen::Index>(i)).segment<kTetraLane>(s) = more[i].matrix().transpose();
   }
 }
@@ -43,15 +63,16 @@ class BentSolid {
   /// Its b_1, b_2, b_3 are the rows.
   Eigen::Matrix3f gradients(std::uint32_t element) const { return rest_of(element).b.rightCols<3>().transpose().cast<float>(); }
   const TetraRest& rest_of(std::uint32_t element) const { return at_->dynamics->tetrahedra().rest(element); }
-  TetraStamp stamp(std::uint32_t element) const {
+  Stamp stamp(std::uint32_t element) const {
     const TetraRest& rest = rest_of(element);
     Mat3 f = Mat3::Zero();
     for (int i = 0; i < 4; ++i) f += at_node(at_->state->x, node(element, i)) * rest.b.col(i).transpose();
     const Lame lame = lame_of(element);
-    TetraStamp at;
-    at.set(0, law(), f, lame.mu, lame.lambda);
-    at.spread();
-    return at;
+    const Mat3 frame = frame_of(law(), f);
+    Stamp stamp{{}, frame.cast<float>()};
+    stamp.at.set(0, law(), frame.transpose() * f, lame.mu, lame.lambda);
+    stamp.at.spread();
+    return stamp;
   }
   SolidLaw law() const { return body().materials.front().law; }
   /// Lame's parameters of small strains, times the volume [J].

@@ -37,8 +37,8 @@ struct GraspErrors {
 GraspErrors grasp_errors(const Patch& patch, const CubicTerms& terms) {
   constexpr int kFine = 200;
   const auto r = patch.modes();
-  const CubicForce bend(terms, patch);
-  const SampledSolidForce solid(terms.solid, 3, kTickS, true);
+  CubicForce bend(terms, patch);
+  SampledSolidForce solid(terms.solid, 3, kTickS, true);
   PatchPlayer player(patch, terms), straight(patch);
   const auto tool = [](double t) { return Vec3(Vec3(0.004, -0.003, -0.006) * std::pow(std::sin(12 * t), 2)); };
   ModeVector q = ModeVector::Zero(r), v = q;
@@ -48,11 +48,13 @@ GraspErrors grasp_errors(const Patch& patch, const CubicTerms& terms) {
     CubicForce::Variables u(r + 3), u_rate(r + 3), beyond(r + 3);
     const auto push = [&](const Vec3& d, const ModeVector& at, const ModeVector& speed) {
       u << d, at;
-      bend.elastic(u, beyond);
+      bend.move_to(u);
+      bend.elastic(beyond);
       if (terms.solid.count() == 0) return;
       u_rate << rate, speed;
       SampledSolidForce::Values turned, at_stamp;
-      solid.damping(u.cast<float>(), u_rate.cast<float>(), turned, at_stamp);
+      solid.move_to(u.cast<float>());
+      solid.damping(u_rate.cast<float>(), turned, at_stamp);
       beyond -= turned.cast<double>();
       found.turned = std::max(found.turned, turned.tail(r).cast<double>().norm() / (patch.damping * speed).norm());
     };
@@ -83,8 +85,8 @@ struct TouchErrors {
 TouchErrors touch_errors(const Patch& patch, const CubicTerms& terms, int fine) {
   const auto r = patch.modes();
   const Eigen::RowVectorXd row = patch.surface.vertices[0].rows.row(2);
-  const CubicForce bend(terms, patch);
-  const SampledSolidForce solid(terms.solid, 0, kTickS / kTouchSteps, true);
+  CubicForce bend(terms, patch);
+  SampledSolidForce solid(terms.solid, 0, kTickS / kTouchSteps, true);
   PatchPlayer player(patch, terms), straight(patch);
   const auto way = [](double t) { return -0.015 * std::pow(std::sin(15 * t), 2); };
   const auto push = [&](const ModeVector& q, double z) { return std::max(0.0, patch.coupling_n_m * (row.dot(q) - z)); };
@@ -94,10 +96,12 @@ TouchErrors touch_errors(const Patch& patch, const CubicTerms& terms, int fine) 
     const double from = way(kTickS * (ms - 1)), to = way(kTickS * ms);
     const auto acceleration = [&](double part, const ModeVector& at, const ModeVector& speed) {
       CubicForce::Variables beyond(r);
-      bend.elastic(at, beyond);
+      bend.move_to(at);
+      bend.elastic(beyond);
       if (terms.solid.count() > 0) {
         SampledSolidForce::Values turned, at_stamp;
-        solid.damping(at.cast<float>(), speed.cast<float>(), turned, at_stamp);
+        solid.move_to(at.cast<float>());
+        solid.damping(speed.cast<float>(), turned, at_stamp);
         beyond -= turned.cast<double>();
         if (speed.norm() > 0)
           found.turned = std::max(found.turned, turned.cast<double>().norm() / (patch.damping * speed).norm());

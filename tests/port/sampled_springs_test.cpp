@@ -9,6 +9,7 @@
 
 #include "common/base/types.hpp"
 #include "common/port/cubic_terms.hpp"
+#include "tests/support/bending.hpp"
 
 using namespace palpate;
 
@@ -70,12 +71,13 @@ Eigen::VectorXd expected(const SampledSprings& s, const SampledForce::Values& u)
 TEST_CASE("what sampled springs pull with beyond the linear patch is what each spring does") {
   for (const float stiffening : {0.0F, 30.0F}) {
     Case c(stiffening, 4);
-    const SampledForce force = c.compiled();
+    SampledForce force = c.compiled();
     REQUIRE_FALSE(force.empty());
     for (int k = 0; k < 20; ++k) {
       const SampledForce::Values u = c.displacement(0.01F);
       SampledForce::Values g(kVariables);
-      force.gradient(u, g);
+      force.move_to(u);
+      force.gradient(g);
       const Eigen::VectorXd exact = expected(c.springs, u);
       CHECK((g.cast<double>() - exact).norm() < 2e-5 * exact.norm() + 1e-6);
     }
@@ -84,17 +86,18 @@ TEST_CASE("what sampled springs pull with beyond the linear patch is what each s
 
 TEST_CASE("forces of sampled springs are the gradient of their energy, beyond the strain where their law goes on straight too") {
   Case c(300, 400);
-  const SampledForce force = c.compiled();
+  SampledForce force = c.compiled();
   REQUIRE_FALSE(force.empty());
   REQUIRE(force.straight_from() < 1);
   for (int k = 0; k < 20; ++k) {
     const SampledForce::Values u = c.displacement(0.05F);
     SampledForce::Values g(kVariables);
-    force.gradient(u, g);
+    force.move_to(u);
+    force.gradient(g);
     for (int i = 0; i < kVariables; ++i) {
       constexpr float kStep = 1e-3F;
       const SampledForce::Values step = kStep * SampledForce::Values::Unit(kVariables, i);
-      const double slope = (force.energy(u + step) - force.energy(u - step)) / (2.0 * static_cast<double>(kStep));
+      const double slope = (energy_at(force, u + step) - energy_at(force, u - step)) / (2.0 * static_cast<double>(kStep));
       CHECK(static_cast<double>(g[i]) == Approx(slope).epsilon(1e-2).margin(1e-2 * static_cast<double>(g.norm())));
     }
   }
@@ -102,29 +105,33 @@ TEST_CASE("forces of sampled springs are the gradient of their energy, beyond th
 
 TEST_CASE("at the stamp sampled springs pull, hold and brake with nothing") {
   Case c(30);
-  const SampledForce force = c.compiled();
+  SampledForce force = c.compiled();
   SampledForce::Values g(kVariables), change(kVariables), at_stamp(kVariables);
   const SampledForce::Values zero = SampledForce::Values::Zero(kVariables), rate = c.displacement(1);
-  CHECK(std::abs(force.energy(zero)) < 1e-6);
-  force.gradient(zero, g);
+  CHECK(std::abs(energy_at(force, zero)) < 1e-6);
+  force.move_to(zero);
+  force.gradient(g);
   CHECK(g.norm() < 1e-6F);
-  force.damping(zero, rate, change, at_stamp);
+  force.damping(rate, change, at_stamp);
   CHECK(change.norm() < 1e-5F * rate.norm());
   CHECK(at_stamp.norm() == 0);
   // No slope either: twice as far is four times as much, at least.
   const SampledForce::Values u = c.displacement(1e-4F);
   SampledForce::Values twice(kVariables);
-  force.gradient(100 * u, g);
-  force.gradient(200 * u, twice);
+  force.move_to(100 * u);
+  force.gradient(g);
+  force.move_to(200 * u);
+  force.gradient(twice);
   CHECK(twice.norm() > 3 * g.norm());
 }
 
 TEST_CASE("dampers of sampled springs that have turned brake along their new axes") {
   Case c(0);
-  const SampledForce force = c.compiled();
+  SampledForce force = c.compiled();
   const SampledForce::Values u = c.displacement(0.02F), rate = c.displacement(1);
   SampledForce::Values change(kVariables), at_stamp(kVariables);
-  force.damping(u, rate, change, at_stamp);
+  force.move_to(u);
+  force.damping(rate, change, at_stamp);
   Eigen::VectorXd exact = Eigen::VectorXd::Zero(kVariables), stamp = exact;
   for (int e = 0; e < kCount; ++e) {
     const Eigen::MatrixXd rows = c.springs.motions(kTool).middleRows(3 * e, 3).cast<double>();
@@ -153,13 +160,14 @@ TEST_CASE("springs whose ends meet pull with finite forces") {
     c.springs.ends.row(0).setConstant(1);
     c.springs.ends.row(1).setZero();  // that moves along each axis with one of the modes
     c.springs.position.col(1) = c.springs.position.col(0) + 0.001F * static_cast<float>(k) * Eigen::Vector3f(1, 0.3F, 0.07F);
-    const SampledForce force = c.compiled(true);
+    SampledForce force = c.compiled(true);
     REQUIRE_FALSE(force.empty());
     SampledForce::Values u = SampledForce::Values::Zero(kVariables), g(kVariables);
     u.segment<3>(kTool) = c.springs.position.col(1) - c.springs.position.col(0);
-    force.gradient(u, g);
+    force.move_to(u);
+    force.gradient(g);
     CHECK(g.allFinite());
-    CHECK(std::isfinite(force.energy(u)));
+    CHECK(std::isfinite(energy_at(force, u)));
   }
 }
 
@@ -169,7 +177,7 @@ TEST_CASE("springs too stiff for a tick add mass enough for it, however they tur
     Case c(stiffening, 1e7F);
     if (stiffening > 0) c.springs.steep = SampledSprings::steep_of(Eigen::ArrayXd::Constant(kCount, steepest));
     REQUIRE(c.compiled().empty());
-    const SampledForce force = c.compiled(true);
+    SampledForce force = c.compiled(true);
     REQUIRE_FALSE(force.empty());
     const Eigen::MatrixXd mass = Eigen::MatrixXd::Identity(kModes, kModes) + force.added_mass();
     constexpr double kStable = 4 / (kTickS * kTickS);
@@ -181,8 +189,10 @@ TEST_CASE("springs too stiff for a tick add mass enough for it, however they tur
         constexpr float kStep = 1e-3F;
         const SampledForce::Values step = kStep * SampledForce::Values::Unit(kVariables, kTool + i);
         SampledForce::Values more(kVariables), less(kVariables);
-        force.gradient(u + step, more);
-        force.gradient(u - step, less);
+        force.move_to(u + step);
+        force.gradient(more);
+        force.move_to(u - step);
+        force.gradient(less);
         tangent.col(i) = ((more - less) / (2 * kStep)).tail(kModes).cast<double>();
       }
       tangent = 0.5 * (tangent + tangent.transpose()).eval();
@@ -215,13 +225,14 @@ TEST_CASE(
   REQUIRE(slopes.maxCoeff() > 3 * slopes.minCoeff());
   const auto wrong = [&](const Eigen::ArrayXd& steepest) {
     c.springs.steep = SampledSprings::steep_of(steepest);
-    const SampledForce force = c.compiled(true);
+    SampledForce force = c.compiled(true);
     REQUIRE_FALSE(force.empty());
     REQUIRE(force.added_mass().size() > 0);
     double most = 0;
     for (const SampledForce::Values& u : ways) {
       SampledForce::Values g(kVariables);
-      force.gradient(u, g);
+      force.move_to(u);
+      force.gradient(g);
       const Eigen::VectorXd exact = expected(c.springs, u);
       most = std::max(most, (g.cast<double>() - exact).norm() / exact.norm());
     }
@@ -233,13 +244,13 @@ TEST_CASE(
 
 TEST_CASE("far away sampled springs hold as all of them stretched do") {
   Case c(0);
-  const SampledForce force = c.compiled();
+  SampledForce force = c.compiled();
   const Eigen::MatrixXd least = force.far_stiffness();
   for (int k = 0; k < 10; ++k) {
     const SampledForce::Values way = c.displacement(1);
     constexpr float kFar = 1e3F;
     const Eigen::VectorXd w = way.cast<double>();
-    CHECK(force.energy(kFar * way) / double{kFar * kFar} == Approx(0.5 * w.dot(least * w)).epsilon(1e-3));
+    CHECK(energy_at(force, kFar * way) / double{kFar * kFar} == Approx(0.5 * w.dot(least * w)).epsilon(1e-3));
   }
 }
 
@@ -276,17 +287,18 @@ TEST_CASE("an arch that snaps through under the hand gives all its energy away, 
   patch.contact = ContactKind::touch;
   patch.stiffness = Eigen::VectorXd::Constant(1, stiffness);
   patch.damping = Eigen::MatrixXd::Zero(1, 1);
-  const CubicForce force(terms, patch);
+  CubicForce force(terms, patch);
   REQUIRE_FALSE(force.empty());
   bool fell = false;
   for (double high = kPressed; high > -1.2 * kHigh; high -= 1e-4) {
     const CubicForce::Variables u = CubicForce::Variables::Constant(1, high - kPressed);
     CubicForce::Variables beyond;
-    force.elastic(u, beyond);
+    force.move_to(u);
+    force.elastic(beyond);
     CHECK(push(kPressed) - stiffness * u[0] + beyond[0] == Approx(push(high)).margin(1e-4));
     const double linear = 0.5 * stiffness * u[0] * u[0];
-    CHECK(force.energy(u) == Approx(stored(high) - stored(kPressed) + push(kPressed) * u[0] - linear).margin(1e-7));
-    fell = fell || force.energy(u) < -linear;
+    CHECK(energy_at(force, u) == Approx(stored(high) - stored(kPressed) + push(kPressed) * u[0] - linear).margin(1e-7));
+    fell = fell || energy_at(force, u) < -linear;
   }
   CHECK(fell);
 }

@@ -10,6 +10,7 @@
 
 #include "common/base/types.hpp"
 #include "common/port/turned_dampers.hpp"
+#include "tests/support/bending.hpp"
 
 using namespace palpate;
 
@@ -109,28 +110,29 @@ struct Case {
 
 TEST_CASE("the energy of sampled tetrahedra is that of their law beyond its second order") {
   Case c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
-  const SampledSolidForce force = c.compiled(true);
+  SampledSolidForce force = c.compiled(true);
   REQUIRE_FALSE(force.empty());
   for (int k = 0; k < 20; ++k) {
     const SampledSolidForce::Values u = c.displacement(0.004F);
     const double exact = c.expected_energy(u.cast<double>());
-    CHECK(force.energy(u) == Approx(exact).epsilon(2e-3).margin(1e-8));
+    CHECK(energy_at(force, u) == Approx(exact).epsilon(2e-3).margin(1e-8));
   }
 }
 
 TEST_CASE("forces of sampled tetrahedra are the gradient of their energy, where elements are inside out or bent no further too") {
   Case c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
-  const SampledSolidForce force = c.compiled(true);
+  SampledSolidForce force = c.compiled(true);
   REQUIRE_FALSE(force.empty());
   for (const float far : {0.004F, 0.02F, 0.1F})
     for (int k = 0; k < 20; ++k) {
       const SampledSolidForce::Values u = c.displacement(far);
       SampledSolidForce::Values g(kVariables);
-      force.gradient(u, g);
+      force.move_to(u);
+      force.gradient(g);
       for (int i = 0; i < kVariables; ++i) {
         const float step_size = 0.01F * far;
         const SampledSolidForce::Values step = step_size * SampledSolidForce::Values::Unit(kVariables, i);
-        const double slope = (force.energy(u + step) - force.energy(u - step)) / (2.0 * static_cast<double>(step_size));
+        const double slope = (energy_at(force, u + step) - energy_at(force, u - step)) / (2.0 * static_cast<double>(step_size));
         CHECK(static_cast<double>(g[i]) == Approx(slope).epsilon(1e-2).margin(1e-2 * static_cast<double>(g.norm())));
       }
     }
@@ -138,27 +140,31 @@ TEST_CASE("forces of sampled tetrahedra are the gradient of their energy, where 
 
 TEST_CASE("at the stamp sampled tetrahedra pull, hold and brake with nothing") {
   Case c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
-  const SampledSolidForce force = c.compiled(true);
+  SampledSolidForce force = c.compiled(true);
   SampledSolidForce::Values g(kVariables), twice(kVariables), change(kVariables), at_stamp(kVariables);
   const SampledSolidForce::Values zero = SampledSolidForce::Values::Zero(kVariables), u = c.displacement(1e-4F);
-  CHECK(std::abs(force.energy(zero)) < 1e-8);  // rounding of R times mu and lambda
-  force.gradient(zero, g);
+  CHECK(std::abs(energy_at(force, zero)) < 1e-8);  // rounding of R times mu and lambda
+  force.move_to(zero);
+  force.gradient(g);
   CHECK(g.norm() < 1e-5F);
-  force.damping(zero, c.displacement(1), change, at_stamp);
+  force.damping(c.displacement(1), change, at_stamp);
   CHECK(change.norm() < 1e-6F);
   CHECK(at_stamp.norm() == 0);
   // No slope either: twice as far is four times as much.
-  force.gradient(5 * u, g);
-  force.gradient(10 * u, twice);
+  force.move_to(5 * u);
+  force.gradient(g);
+  force.move_to(10 * u);
+  force.gradient(twice);
   CHECK(twice.norm() > 3.5F * g.norm());
 }
 
 TEST_CASE("dampers of sampled tetrahedra that have turned brake by Green's rate of strain there") {
   Case c;
-  const SampledSolidForce force = c.compiled(true);
+  SampledSolidForce force = c.compiled(true);
   const SampledSolidForce::Values u = c.displacement(0.004F), rate = c.displacement(1);
   SampledSolidForce::Values change(kVariables), at_stamp(kVariables);
-  force.damping(u, rate, change, at_stamp);
+  force.move_to(u);
+  force.damping(rate, change, at_stamp);
   Eigen::VectorXd exact = Eigen::VectorXd::Zero(kVariables);
   for (int e = 0; e < kCount; ++e) {
     const Case::OneTetra one = c.at(e, u.cast<double>());
@@ -176,21 +182,22 @@ TEST_CASE("dampers of sampled tetrahedra that have turned brake by Green's rate 
 
 TEST_CASE("what dampers of sampled tetrahedra brake more is a matrix, once all of them have been asked") {
   Case c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
-  const SampledSolidForce force = c.compiled(true);
+  SampledSolidForce force = c.compiled(true);
   const SampledSolidForce::Values u = c.displacement(0.004F), rate = c.displacement(1);
   SampledSolidForce::Values more(kVariables), at_stamp(kVariables);
-  force.damping(u, rate, more, at_stamp);
+  force.move_to(u);
+  force.damping(rate, more, at_stamp);
   ModeMatrix closing = ModeMatrix::Constant(kModes, kModes, 1e-5);
   closing.diagonal().array() += 5e-4;
   const auto asked = [&](double damping) {
-    TurnedDampers dampers(force, damping * ModeMatrix::Identity(kModes, kModes));
+    TurnedDampers dampers(c.compiled(true), damping * ModeMatrix::Identity(kModes, kModes));
     REQUIRE_FALSE(dampers.empty());
     for (int group = 0; group < force.groups(); ++group) {
-      dampers.renew(force, u, closing);
+      dampers.renew(force, closing);
       CHECK(dampers.change().norm() == 0);
       CHECK(dampers.closing().size() == 0);
     }
-    dampers.renew(force, u, closing);
+    dampers.renew(force, closing);
     return dampers;
   };
   // Beside a patch that brakes enough, and beside one that brakes with nothing.
@@ -198,7 +205,7 @@ TEST_CASE("what dampers of sampled tetrahedra brake more is a matrix, once all o
   const Eigen::VectorXd of_all = all.change() * rate.cast<double>(), exact = more.cast<double>();
   CHECK((of_all - exact).norm() < 1e-4 * exact.norm());
   SampledSolidForce::Square there = SampledSolidForce::Square::Zero(kVariables, kVariables);
-  for (int group = 0; group < force.groups(); ++group) force.add_dampers(u, group, there);
+  for (int group = 0; group < force.groups(); ++group) force.add_dampers(group, there);
   CHECK((bare.change() - there.cast<double>()).norm() == 0);
   CHECK(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(bare.change(), Eigen::EigenvaluesOnly).eigenvalues()[0] >
         -1e-6 * bare.change().norm());
@@ -211,14 +218,16 @@ TEST_CASE(
     "however far it goes, sampled tetrahedra push with no more than the linear patch soon outgrows, and with nothing that is not "
     "finite") {
   Case c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
-  const SampledSolidForce force = c.compiled(true);
+  SampledSolidForce force = c.compiled(true);
   const SampledSolidForce::Values way = c.displacement(1);
   SampledSolidForce::Values near(kVariables), far(kVariables);
-  force.gradient(0.2F * way, near);
-  force.gradient(20 * way, far);
+  force.move_to(0.2F * way);
+  force.gradient(near);
+  force.move_to(20 * way);
+  force.gradient(far);
   CHECK(far.allFinite());
   CHECK(far.norm() < 0.1F * near.norm());
-  CHECK(std::abs(force.energy(20 * way) - force.energy(2000 * way)) < 0.1 * std::abs(force.energy(20 * way)));
+  CHECK(std::abs(energy_at(force, 20 * way) - energy_at(force, 2000 * way)) < 0.1 * std::abs(energy_at(force, 20 * way)));
 }
 
 TEST_CASE("a solid too stiff for a step has as much mass as the step takes, and is not taken without") {

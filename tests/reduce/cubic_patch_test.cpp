@@ -59,14 +59,15 @@ TEST_CASE("With the modes still, the force of a displaced tool is the body's to 
   const Patch patch = grasp.build();
   const CubicTerms& terms = grasp.builder.terms();
   REQUIRE(terms.variables == patch.modes() + 3);
-  const CubicForce bend(terms, patch);
+  CubicForce bend(terms, patch);
   for (const Vec3& d : {Vec3(0.0005, 0, 0), Vec3(0.0003, -0.0003, 0.0004), Vec3(0, 0.0001, -0.0005)}) {
     CubicForce::Variables u = CubicForce::Variables::Zero(patch.modes() + 3), force;
     u.head<3>() = d;
     BodyState moved = grasp.state;
     moved.x.segment<3>(3 * kNode) += d;
     const Vec3 exact = grasp.dynamics.element_force(moved, kNode), linear = patch.force - patch.k_port * d;
-    bend.elastic(u, force);
+    bend.move_to(u);
+    bend.elastic(force);
     INFO("exact " << (exact - patch.force).transpose() << ", linear " << (linear - patch.force).transpose());
     const double least = (exact - linear).norm();
     CHECK((exact - linear - Vec3(force.head<3>())).norm() < 0.02 * least);
@@ -82,14 +83,15 @@ TEST_CASE("Terms give back the stiffness that was lifted to make the linear patc
     const CubicTerms& terms = grasp.builder.terms();
     if (terms.variables == 0 || grasp.builder.report().lifted_1_s2 == 0) continue;
     ++lifted;
-    const CubicForce bend(terms, patch);
+    CubicForce bend(terms, patch);
     for (int axis = 0; axis < 3; ++axis) {
       Vector k, d, e = Vector::Unit(grasp.state.x.size(), 3 * kNode + axis);
       grasp.dynamics.multiply_tangents(grasp.state, e, k, d);
       CubicForce::Variables u = CubicForce::Variables::Zero(patch.modes() + 3), force;
       constexpr double kSmallM = 1e-7;
       u[axis] = kSmallM;
-      bend.elastic(u, force);
+      bend.move_to(u);
+      bend.elastic(force);
       const Vec3 stiffness = patch.k_port.col(axis) - Vec3(force.head<3>()) / kSmallM;
       CHECK((stiffness - k.segment<3>(3 * kNode)).norm() < 1e-3 * k.segment<3>(3 * kNode).norm());
     }
@@ -224,13 +226,15 @@ TEST_CASE("A planar body has terms, and the tool's way across it changes nothing
   CHECK_FALSE(builder.report().fell_back);
   REQUIRE(builder.terms().variables > 0);
   REQUIRE_FALSE(to_pieces(builder.terms(), 1).empty());
-  const CubicForce force(builder.terms(), *patch);
+  CubicForce force(builder.terms(), *patch);
   CubicForce::Variables u = CubicForce::Variables::Constant(patch->modes() + 3, 1e-3), here, across;
   u[2] = 0;
-  force.elastic(u, here);
+  force.move_to(u);
+  force.elastic(here);
   REQUIRE(here.norm() > 0);
   u[2] = 0.005;
-  force.elastic(u, across);
+  force.move_to(u);
+  force.elastic(across);
   CHECK((across - here).norm() < 1e-3 * here.norm());
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tests/support/bending.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -79,8 +80,9 @@ struct Case {
 
 Vector both_of(CubicForce terms, const Vector& y, const Vector& rate) {
   CubicForce::Variables elastic, damping;
-  terms.elastic(y, elastic);
-  terms.damping(y, rate, {}, CubicForce::Variables::Zero(y.size()), damping);
+  terms.move_to(y);
+  terms.elastic(elastic);
+  terms.damping(rate, {}, CubicForce::Variables::Zero(y.size()), damping);
   return elastic + damping;
 }
 
@@ -234,16 +236,17 @@ TEST_CASE("whatever terms say, a patch with them has energy left, and its force 
   patch.contact = ContactKind::touch;
   patch.stiffness = Vector::LinSpaced(kVariables, 1e-4, 3e-4);
   patch.damping = Matrix::Zero(kVariables, kVariables);
-  const CubicForce free(terms), held(terms, patch);
+  CubicForce free(terms), held(terms, patch);
   int fell = 0;
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     const Vector u = random_variables(seed);
     const double linear = 0.5 * u.dot(patch.stiffness.cwiseProduct(u));
-    CHECK(held.energy(u) >= -0.9001 * linear);
-    if (free.energy(u) > -0.91 * linear) continue;
+    CHECK(energy_at(held, u) >= -0.9001 * linear);
+    if (energy_at(free, u) > -0.91 * linear) continue;
     ++fell;
     CubicForce::Variables force;
-    held.elastic(u, force);
+    held.move_to(u);
+    held.elastic(force);
     CHECK((Vector(force) - 0.9 * patch.stiffness.cwiseProduct(u)).norm() < 1e-4 * force.norm());
   }
   CHECK(fell > 10);
@@ -263,13 +266,13 @@ TEST_CASE("the elastic force of the terms is minus the gradient of their energy,
   terms.e2 = Eigen::VectorXf::Constant(pairs_of(kVariables), 1e-4F);
   terms.scale = 3 * Matrix::Identity(kVariables, kVariables) + 0.5 * Matrix::Ones(kVariables, kVariables);
   terms.radius = GENERATE(100.0, 1.0);
-  const CubicForce force(terms);
+  CubicForce force(terms);
   const Vector u = random_variables(8), zero = Vector::Zero(kVariables);
   const Vector f = evaluate(terms, u, zero);
   for (Eigen::Index i = 0; i < kVariables; ++i) {
     constexpr double h = 0.01;
     const Vector e = Vector::Unit(kVariables, i);
-    const auto slope = [&](double s) { return (force.energy(u + s * e) - force.energy(u - s * e)) / (2 * s); };
+    const auto slope = [&](double s) { return (energy_at(force, u + s * e) - energy_at(force, u - s * e)) / (2 * s); };
     CHECK(f[i] == Approx(-(4 * slope(h) - slope(2 * h)) / 3).margin(2e-3 * f.norm()));
   }
 }

@@ -121,7 +121,7 @@ TEST_CASE("A tenth of the springs of a block bends as all of them do where it wa
     CHECK(numbers_of_springs(sampling.room, springs->motion.nodes(), springs->count()) <= kUsualNumbers);
     CHECK(springs->stiffness.minCoeff() > 0);
     CHECK(springs->steep.size() == (law == SpringLaw::stiffening ? static_cast<std::size_t>(springs->count()) : 0));
-    const SampledForce force(*springs, 0, Vector::Zero(kVariables), 1e-5, false);
+    SampledForce force(*springs, 0, Vector::Zero(kVariables), 1e-5, false);
     REQUIRE_FALSE(force.empty());
     std::mt19937 random(11);
     std::uniform_real_distribution<double> draw(-0.005, 0.005);
@@ -133,7 +133,8 @@ TEST_CASE("A tenth of the springs of a block bends as all of them do where it wa
       dynamics.forces(state.x + moved * u, still, there);
       const Vector exact = -(moved.transpose() * (there - here) + stiffness * u);
       SampledForce::Values g(kVariables);
-      force.gradient(u.cast<float>(), g);
+      force.move_to(u.cast<float>());
+      force.gradient(g);
       const Vector unit = sampling.stiffness.cwiseSqrt().cwiseInverse();
       wrong += unit.cwiseProduct(g.cast<double>() - exact).squaredNorm();
       all += unit.cwiseProduct(exact).squaredNorm();

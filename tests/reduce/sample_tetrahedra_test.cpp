@@ -53,7 +53,7 @@ struct Block {
     return -(moved.transpose() * (there - here) + stiffness * u);
   }
   /// Of a force to what it should be, over 50 displacements drawn by chance, in units that make each variable as stiff.
-  double wrong(const SampledSolidForce& force) const {
+  double wrong(SampledSolidForce& force) const {
     std::mt19937 random(11);
     std::uniform_real_distribution<double> draw(-0.005, 0.005);
     const Vector unit = sampling.stiffness.cwiseSqrt().cwiseInverse();
@@ -61,7 +61,8 @@ struct Block {
     for (int k = 0; k < 50; ++k) {
       const Vector u = Vector::NullaryExpr(kVariables, [&] { return draw(random); }), should = exact(u);
       SampledSolidForce::Values g(kVariables);
-      force.gradient(u.cast<float>(), g);
+      force.move_to(u.cast<float>());
+      force.gradient(g);
       wrong += unit.cwiseProduct(g.cast<double>() - should).squaredNorm();
       all += unit.cwiseProduct(should).squaredNorm();
     }
@@ -78,7 +79,7 @@ TEST_CASE("A tenth of the tetrahedra of a block bends as all of them do where it
   CHECK(10 * solid->count() <= static_cast<int>(block.body.tetrahedra.size()));
   CHECK(numbers_of_tetrahedra(block.sampling.room, solid->motion.nodes(), solid->count()) <= kUsualNumbers);
   CHECK(solid->shear.minCoeff() > 0);
-  const SampledSolidForce force(*solid, 0, 1e-6, false);
+  SampledSolidForce force(*solid, 0, 1e-6, false);
   REQUIRE_FALSE(force.empty());
   CHECK(block.wrong(force) < 0.05);
 }
@@ -113,7 +114,7 @@ TEST_CASE("All tetrahedra of a small solid, sampled with a weight of one, are it
   }
   solid.dilation = static_cast<float>(2 * 0.45 / (1 - 2 * 0.45)) * solid.shear;
   solid.damping_s.setZero(count);
-  const SampledSolidForce force(solid, 0, 1e-6, false);
+  SampledSolidForce force(solid, 0, 1e-6, false);
   REQUIRE_FALSE(force.empty());
   Matrix k_moved, d_moved;
   tangents.multiply(moved, k_moved, d_moved);
@@ -125,7 +126,8 @@ TEST_CASE("All tetrahedra of a small solid, sampled with a weight of one, are it
     dynamics.forces(state.x + moved * u, still, there);
     const Vector exact = -moved.transpose() * (there - here + k_moved * u);
     SampledSolidForce::Values g(4);
-    force.gradient(u.cast<float>(), g);
+    force.move_to(u.cast<float>());
+    force.gradient(g);
     CHECK((g.cast<double>() - exact).norm() < 1e-3 * exact.norm());
   }
 }

@@ -1,0 +1,12 @@
+// Forces beyond a patch's linear ones, asked at one place.
+#pragma once
+
+namespace palpate {
+
+template <typename Force, typename Values>
+double energy_at(Force& force, const Values& u) {
+  force.move_to(u);
+  return force.energy();
+}
+
+}  // namespace palpate
