@@ -62,12 +62,6 @@ TetraLanes turned_by(const std::array<TetraLane, 4>& q) {
   return {-(yy + zz), xy - wz, zx + wy, xy + wz, -(zz + xx), yz - wx, zx - wy, yz + wx, -(xx + yy)};
 }
 
-TetraLanes sum(const TetraLanes& a, const TetraLanes& b) {
-  TetraLanes c;
-  for (std::size_t i = 0; i < 9; ++i) c[i] = a[i] + b[i];
-  return c;
-}
-
 /// R' from F', in doubles as the body's is.
 void find(const TetraLanes& f, TetraTurn& turned) {
   Mat<kTetraLane> of, r;

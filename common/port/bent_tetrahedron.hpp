@@ -42,6 +42,11 @@ inline TetraLane inner(const TetraLanes& a, const TetraLanes& b) {
   for (std::size_t i = 1; i < 9; ++i) sum += a[i] * b[i];
   return sum;
 }
+inline TetraLanes sum(const TetraLanes& a, const TetraLanes& b) {
+  TetraLanes c;
+  for (std::size_t i = 0; i < 9; ++i) c[i] = a[i] + b[i];
+  return c;
+}
 /// A^T B
 inline TetraLanes transposed_product(const TetraLanes& a, const TetraLanes& b) {
   TetraLanes c;

@@ -24,12 +24,6 @@ TetraLanes scaled(const TetraLane& by, const TetraLanes& m) {
   return s;
 }
 
-TetraLanes sum(const TetraLanes& a, const TetraLanes& b) {
-  TetraLanes c;
-  for (std::size_t i = 0; i < 9; ++i) c[i] = a[i] + b[i];
-  return c;
-}
-
 }  // namespace
 
 GradientMotion gradient_motion(const Eigen::Matrix3f& gradients, const std::array<Eigen::Matrix3Xf, 3>& edges) {
@@ -90,7 +84,7 @@ SampledSolidForce::SampledSolidForce(const SampledTetrahedra& solid, int tool, d
     if (law_ == SolidLaw::corotational)
       for (int i = 0; i < 3; ++i) {  // the columns of dF
         auto column = h(Eigen::seqN(9 * e + i, 3, 3), Eigen::all);
-        column = (frame.transpose().cast<float>() * Eigen::MatrixXf(column)).eval();
+        column = frame.transpose().cast<float>() * Eigen::MatrixXf(column);
       }
     const auto t = static_cast<double>(solid.damping_s[e]);
     group.viscous_mu[lane] = static_cast<float>(t * shear);

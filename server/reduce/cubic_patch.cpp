@@ -164,6 +164,13 @@ Vector stiffness_of(const Patch& patch, Eigen::Index first) {
   return stiffness;
 }
 
+/// Of forces on the variables of a grasp, the one that holds the tool where the modes have followed: F = f_p + B_k^T K^-1 f_q.
+Matrix held_tool(const Patch& patch, const Vector& stiffness) {
+  Matrix felt(stiffness.size(), 3);
+  felt << Mat3::Identity(), stiffness.tail(patch.modes()).cwiseInverse().asDiagonal() * patch.b_k;
+  return felt;
+}
+
 /// The last of the columns among them.
 Matrix every_second(const Matrix& of) {
   const Eigen::Index taken = (of.cols() + 1) / 2;
@@ -267,6 +274,7 @@ std::optional<CubicTerms> sampled_terms(const BentBody& body, const Patch& patch
   const bool solid = !body.at().dynamics->tetrahedra().empty();
   sampling.path = path_of(shapes, solid, sampling.likely.middleCols(shapes.coordinates.cols() - shapes.dents, shapes.dents));
   sampling.stiffness = stiffness_of(patch, first);
+  if (solid && first > 0) sampling.felt = held_tool(patch, sampling.stiffness);
   if (first > 0) sampling.likely.topLeftCorner(first, first) = shapes.amplitude.asDiagonal();
   CubicTerms terms;
   terms.variables = variables;

@@ -1,6 +1,7 @@
 #include "server/reduce/sampling.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -79,12 +80,17 @@ std::vector<std::uint32_t> largest(const std::vector<std::uint32_t>& elements, c
   return found;
 }
 
-Fit::Fit(const Eigen::MatrixXf& all, const Matrix& u, const Vector& stiffness)
-    : unit_(stiffness.cwiseSqrt().cwiseInverse().cast<float>()) {
-  const Eigen::MatrixXf bent = unit_.asDiagonal() * all, linear = unit_.cwiseInverse().asDiagonal() * u.cast<float>();
+Fit::Fit(const Eigen::MatrixXf& all, const Matrix& u, const Sampling& sampling)
+    : unit_(sampling.stiffness.cwiseSqrt().cwiseInverse().cast<float>()) {
+  if (sampling.felt.cols() > 0) {
+    const Eigen::ColPivHouseholderQR<Matrix> felt(sampling.stiffness.cwiseSqrt().asDiagonal() * sampling.felt);
+    felt_ = (felt.householderQ() * Matrix::Identity(unit_.size(), felt.rank())).cast<float>();
+  }
+  Eigen::MatrixXf bent = unit_.asDiagonal() * all, linear = unit_.cwiseInverse().asDiagonal() * u.cast<float>();
   const Eigen::VectorXf size =
       (bent.colwise().norm() + static_cast<float>(kOfLinear) * linear.colwise().norm()).cwiseMax(1e-30F).transpose();
   mix_ = size.cwiseInverse().asDiagonal() * mixing();
+  if (felt_.cols() > 0) bent += (kFelt - 1) * felt_ * (felt_.transpose() * bent);
   all_ = (mix_.transpose() * bent.transpose()).reshaped();
 }
 
@@ -102,6 +108,8 @@ const Eigen::MatrixXf& Fit::parts(const Bending& elements) const {
         sum += elements.motion[number](k, i) * mixed[number].row(k).array();
       Eigen::Map<Eigen::Array<float, 1, kMixed>>(to + kMixed * i) = unit_[i] * sum;
     }
+    Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, kMixed, Eigen::RowMajor>> part(to, n, kMixed);
+    if (felt_.cols() > 0) part += (kFelt - 1) * felt_ * (felt_.transpose() * part);
   }
   return parts;
 }

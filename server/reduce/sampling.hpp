@@ -6,10 +6,10 @@
 //
 //     sum_s | sum_e w_e r_e(u_s) - sum_(all e) r_e(u_s) |^2 / g_s^2       is small, g_s = |sum r_e(u_s)| + kOfLinear |K u_s|
 //
-// forces in units that make the stiffness of each variable 1. A greedy non-negative least squares (sparse_weights.hpp), elements
-// between nodes that travel anyway being cheap: candidates are those with the largest part in the samples, and weights are found
-// once more for the nodes' motions as they travel. As no w_e is negative, what is sent stiffens and buckles as elements do, and
-// stores energy as they do beyond its second order at the stamp.
+// forces in units that make the stiffness of each variable 1, but what a hand feels of them is kFelt times as large. A greedy
+// non-negative least squares (sparse_weights.hpp), elements between nodes that travel anyway being cheap: candidates are those
+// with the largest part in the samples, and weights are found once more for the nodes' motions as they travel. As no w_e is
+// negative, what is sent stiffens and buckles as elements do, and stores energy as they do beyond its second order at the stamp.
 //
 // Samples are the answers that a patch's basis was made of, alone, doubled, back, and mixed by chance, the same in every run;
 // where dents are known that a hand is likely to make, or where a grasped body will be, some lie on and around these.
@@ -32,6 +32,7 @@ namespace palpate {
 
 inline constexpr double kOfLinear = 0.1;  ///< an error that small beside the linear force is felt by nobody
 inline constexpr int kSamples = 72;
+inline constexpr float kFelt = 4;
 inline constexpr float kCloseEnough = 3e-3F;  ///< of all samples together
 
 using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -41,6 +42,7 @@ struct Sampling {
   Matrix likely;     ///< u of answers of the body, each as large as it is likely to become, a column each
   Matrix path;       ///< u of dents on the way of a hand that goes on, or of where a grasped body will be; may have no columns
   Vector stiffness;  ///< of each variable, > 0
+  Matrix felt;       ///< of forces f on the variables a hand feels felt^T f; may have no columns
   TermsRoom room;    ///< that elements have
   int tool = -1;     ///< the node that a tool holds; the first three variables are how it moves
 };
@@ -63,13 +65,14 @@ struct Bending {
 class Fit {
  public:
   /// `all`: of all elements together, n x samples.
-  Fit(const Eigen::MatrixXf& all, const Matrix& u, const Vector& stiffness);
+  Fit(const Eigen::MatrixXf& all, const Matrix& u, const Sampling& sampling);
   const Eigen::VectorXf& all() const { return all_; }
   /// Of each element, a column each; until they are asked for again.
   const Eigen::MatrixXf& parts(const Bending& elements) const;
 
  private:
   Eigen::VectorXf unit_, all_;
+  Eigen::MatrixXf felt_;  // orthonormal, any columns
   Eigen::MatrixXf mix_;
 };
 
@@ -113,7 +116,7 @@ class MetNodes {
 template <typename Bent>
 std::optional<typename Bent::Sample> sample(const Bent& all, const Matrix& u, const Sampling& sampling) {
   Eigen::VectorXf parts;
-  const Fit fit(all.all_together(parts), u, sampling.stiffness);
+  const Fit fit(all.all_together(parts), u, sampling);
   const std::vector<std::uint32_t> candidates = largest(all.elements(), parts, Bent::kCandidates);
   std::vector<std::uint32_t> nodes;
   for (const std::uint32_t e : candidates)

@@ -1,0 +1,54 @@
+// What a fit of few elements asks of them: forces as large as each variable is stiff, and larger as a hand feels them.
+#include "server/reduce/sampling.hpp"
+
+#include <Eigen/LU>
+#include <catch2/catch.hpp>
+#include <random>
+
+using namespace palpate;
+
+namespace {
+
+constexpr Eigen::Index kVariables = 7;
+
+/// Of the parts of an element, or of all together, one number for each variable from one another: a column each sum of samples.
+Eigen::MatrixXf by_variable(const Eigen::VectorXf& part) {
+  return part.reshaped(part.size() / kVariables, kVariables).transpose();
+}
+
+}  // namespace
+
+TEST_CASE("What a hand feels of forces counts several times as much in a fit, what it does not feel as much as without a hand") {
+  std::mt19937 random(3);
+  std::normal_distribution<float> draw;
+  const auto some = [&](Eigen::Index rows, Eigen::Index cols) {
+    return Eigen::MatrixXf(Eigen::MatrixXf::NullaryExpr(rows, cols, [&] { return draw(random); }));
+  };
+  Sampling sampling;
+  sampling.stiffness = some(kVariables, 1).cwiseAbs2().cast<double>().array() + 0.1;
+  const Matrix u = some(kVariables, kSamples).cast<double>();
+  const Eigen::MatrixXf all = some(kVariables, kSamples);
+  constexpr Eigen::Index kElements = 5;
+  Bending elements{std::vector<Rows>(3), std::vector<AtSamples>(3)};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    elements.motion[axis] = some(kElements, kVariables), elements.force[axis] = some(kElements, kSamples);
+  const Fit without(all, u, sampling);
+  const Eigen::MatrixXf parts = without.parts(elements);
+  sampling.felt = some(kVariables, 3).cast<double>();
+  sampling.felt.col(2) = sampling.felt.col(0) - 2 * sampling.felt.col(1);  // felt in two directions
+  const Fit with(all, u, sampling);
+  // In these units felt^T f is (K^1/2 felt)^T (K^-1/2 f).
+  const Matrix directions = (sampling.stiffness.cwiseSqrt().asDiagonal() * sampling.felt).leftCols<2>();
+  const Eigen::MatrixXf projection =
+      (directions * (directions.transpose() * directions).inverse() * directions.transpose()).cast<float>();
+  const auto check = [&](const Eigen::VectorXf& has, const Eigen::VectorXf& had) {
+    const Eigen::MatrixXf now = by_variable(has), before = by_variable(had);
+    const float size = before.norm();
+    CHECK((projection * now - kFelt * projection * before).norm() < 1e-4F * size);
+    CHECK((now - projection * now - (before - projection * before)).norm() < 1e-4F * size);
+    CHECK((projection * before).norm() > 0.1F * size);
+  };
+  check(with.all(), without.all());
+  const Eigen::MatrixXf& now = with.parts(elements);
+  for (Eigen::Index e = 0; e < kElements; ++e) check(now.col(e), parts.col(e));
+}
