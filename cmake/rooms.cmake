@@ -34,7 +34,7 @@ target_include_directories(palpate_abi INTERFACE
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/palpate>)
 target_link_libraries(palpate_abi INTERFACE Eigen3::Eigen)
 if(PALPATE_SANITIZE)
-  target_compile_options(palpate_abi INTERFACE -fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer -g)
+  target_compile_options(palpate_abi INTERFACE -fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer)
   target_link_options(palpate_abi INTERFACE -fsanitize=${PALPATE_SANITIZE})
 endif()
 if(PALPATE_FUZZ)
@@ -51,8 +51,9 @@ function(palpate_record_links TARGET LAYER)
   set_property(GLOBAL PROPERTY PALPATE_LINKS_${TARGET} "${ARGN}")
 endfunction()
 
-# Loops over numbers become vector code, also in a build that is otherwise less optimised; none of these changes a value.
-if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
+# Loops over numbers become vector code; none of these changes a value. Not for the sanitizers, whose checks inside them take the
+# compiler twice as long.
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT CMAKE_BUILD_TYPE STREQUAL "Debug" AND NOT PALPATE_SANITIZE)
   set(PALPATE_LOOP_FLAGS -O3 -fno-math-errno -fno-trapping-math)
 endif()
 

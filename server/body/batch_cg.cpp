@@ -44,10 +44,8 @@ class Sum {
   int count_ = 0;
 };
 
-[[gnu::always_inline]] inline Wide narrowed(const BatchConjugateGradients::Lanes& numbers) {
-  Wide narrow;
-  for (int c = 0; c < kLanes; ++c) narrow[c] = static_cast<float>(numbers.v[c]);
-  return narrow;
+[[gnu::always_inline]] inline void narrow(const BatchConjugateGradients::Lanes& numbers, Wide& to) {
+  for (int c = 0; c < kLanes; ++c) to[c] = static_cast<float>(numbers.v[c]);
 }
 
 }  // namespace
@@ -110,7 +108,8 @@ BatchConjugateGradients::Lanes BatchConjugateGradients::multiply() {
 
 /// x += alpha p, r -= alpha A p, z = what the nodes' blocks make of r, and P^T r.
 void BatchConjugateGradients::advance(const Lanes& alpha, Lanes& rr, Lanes& rz) {
-  const Wide by = narrowed(alpha);
+  Wide by;
+  narrow(alpha, by);
   Sum sum_rr, sum_rz;
   coarse_r_.assign(coarse_.inverse ? coarse_.inverse->size : 0, Row{});
   for (std::size_t i = 0; i < r_.size(); ++i) {
@@ -164,7 +163,8 @@ void BatchConjugateGradients::add_coarse(Lanes& rz) {
 
 /// p = z + P w + beta p.
 void BatchConjugateGradients::turn(const Lanes& beta) {
-  const Wide by = narrowed(beta);
+  Wide by;
+  narrow(beta, by);
   for (std::size_t i = 0; i < p_.size(); ++i) {
     Wide x = wide(z_[i].x) + by * wide(p_[i].x), y = wide(z_[i].y) + by * wide(p_[i].y), z = wide(z_[i].z) + by * wide(p_[i].z);
     if (!coarse_r_.empty() && coarse_.nodes[i].piece != CoarseSpace::kNone) {

@@ -35,6 +35,12 @@ const Eigen::MatrixXf& mixing() {
   return mix;
 }
 
+/// What is felt of forces, that in the span of the columns of `felt` (orthonormal), made to count.
+template <typename Forces>
+void count_felt(const Eigen::MatrixXf& felt, Forces& forces) {
+  if (felt.cols() > 0) forces += (kFelt - 1) * felt * (felt.transpose() * forces);
+}
+
 }  // namespace
 
 Matrix samples(const Sampling& sampling) {
@@ -86,11 +92,12 @@ Fit::Fit(const Eigen::MatrixXf& all, const Matrix& u, const Sampling& sampling)
     const Eigen::ColPivHouseholderQR<Matrix> felt(sampling.stiffness.cwiseSqrt().asDiagonal() * sampling.felt);
     felt_ = (felt.householderQ() * Matrix::Identity(unit_.size(), felt.rank())).cast<float>();
   }
-  Eigen::MatrixXf bent = unit_.asDiagonal() * all, linear = unit_.cwiseInverse().asDiagonal() * u.cast<float>();
+  Eigen::MatrixXf bent = unit_.asDiagonal() * all;
+  const Eigen::MatrixXf linear = unit_.cwiseInverse().asDiagonal() * u.cast<float>();
   const Eigen::VectorXf size =
       (bent.colwise().norm() + static_cast<float>(kOfLinear) * linear.colwise().norm()).cwiseMax(1e-30F).transpose();
   mix_ = size.cwiseInverse().asDiagonal() * mixing();
-  if (felt_.cols() > 0) bent += (kFelt - 1) * felt_ * (felt_.transpose() * bent);
+  count_felt(felt_, bent);
   all_ = (mix_.transpose() * bent.transpose()).reshaped();
 }
 
@@ -109,7 +116,7 @@ const Eigen::MatrixXf& Fit::parts(const Bending& elements) const {
       Eigen::Map<Eigen::Array<float, 1, kMixed>>(to + kMixed * i) = unit_[i] * sum;
     }
     Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, kMixed, Eigen::RowMajor>> part(to, n, kMixed);
-    if (felt_.cols() > 0) part += (kFelt - 1) * felt_ * (felt_.transpose() * part);
+    count_felt(felt_, part);
   }
   return parts;
 }
