@@ -14,6 +14,8 @@ namespace {
 
 constexpr int kMixed = 32, kAlone = 3, kAround = 12;
 
+using AtSums = Eigen::Matrix<float, Eigen::Dynamic, kMixed, Eigen::RowMajor>;
+
 /// Sums of samples, orthogonal: some frequencies of a cosine transform of samples with signs drawn by chance. Least squares over
 /// all samples are nearly those over a few such sums (Woodruff, FnTTCS 10 (2014), chapter 2).
 Eigen::MatrixXf make_mixing() {
@@ -104,7 +106,7 @@ Fit::Fit(const Eigen::MatrixXf& all, const Matrix& u, const Sampling& sampling)
 const Eigen::MatrixXf& Fit::parts(const Bending& elements) const {
   thread_local Eigen::MatrixXf parts;  // megabytes that would be asked of the system anew for every patch
   const Eigen::Index n = unit_.size(), count = elements.motion[0].rows();
-  std::vector<Eigen::Matrix<float, Eigen::Dynamic, kMixed, Eigen::RowMajor>> mixed;
+  std::vector<AtSums> mixed;
   for (const AtSamples& force : elements.force) mixed.emplace_back(force * mix_);
   parts.resize(kMixed * n, count);
   for (Eigen::Index k = 0; k < count; ++k) {
@@ -115,7 +117,7 @@ const Eigen::MatrixXf& Fit::parts(const Bending& elements) const {
         sum += elements.motion[number](k, i) * mixed[number].row(k).array();
       Eigen::Map<Eigen::Array<float, 1, kMixed>>(to + kMixed * i) = unit_[i] * sum;
     }
-    Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, kMixed, Eigen::RowMajor>> part(to, n, kMixed);
+    Eigen::Map<AtSums> part(to, n, kMixed);
     count_felt(felt_, part);
   }
   return parts;
