@@ -15,6 +15,8 @@ target_compile_options(palpate_flags INTERFACE
   # At -O3 it also takes a std::string put together with + for an overlapping copy (GCC bug 105651).
   $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
+  # In a unit of several files it takes a file's own types for ones from a header.
+  $<$<AND:$<CXX_COMPILER_ID:GNU>,$<BOOL:${PALPATE_UNITY}>>:-Wno-subobject-linkage>
   $<$<BOOL:${PALPATE_WERROR}>:-Werror>)
 
 # AVX-512 is left to kernels that ask for it: GCC 12's headers for it warn through Eigen, and small matrices gain nothing.
@@ -57,12 +59,19 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT CMAKE_BUILD_TYPE STREQUAL "Debug
   set(PALPATE_LOOP_FLAGS -O3 -fno-math-errno -fno-trapping-math)
 endif()
 
+# Several files of a folder compiled as one unit read Eigen once and instantiate what they share once: a build from nothing takes half
+# the processor time (docs/decisions/0004-cmake-rooms.md). Names in unnamed namespaces are therefore unique within a folder.
+function(palpate_unity TARGET)
+  set_target_properties(${TARGET} PROPERTIES UNITY_BUILD ${PALPATE_UNITY} UNITY_BUILD_BATCH_SIZE 6)
+endfunction()
+
 function(palpate_room NAME)
   cmake_parse_arguments(ROOM "LOCAL;LOOPS" "LAYER" "DEPENDS;PRIVATE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   set(target palpate_${NAME})
   if(sources)
     add_library(${target} STATIC ${sources})
+    palpate_unity(${target})
     target_link_libraries(${target} PUBLIC palpate_abi ${ROOM_DEPENDS} PRIVATE $<BUILD_INTERFACE:palpate_flags> ${ROOM_PRIVATE})
     if(ROOM_LOOPS)
       target_compile_options(${target} PRIVATE ${PALPATE_LOOP_FLAGS})
@@ -88,6 +97,7 @@ function(palpate_program NAME)
     return()
   endif()
   add_executable(${NAME} ${sources})
+  palpate_unity(${NAME})
   target_link_libraries(${NAME} PRIVATE palpate_flags palpate_abi ${PROGRAM_DEPENDS})
   target_compile_definitions(${NAME} PRIVATE PALPATE_VERSION="${PROJECT_VERSION}")
   install(TARGETS ${NAME} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})

@@ -13,12 +13,12 @@
 namespace palpate {
 namespace {
 
-struct Flags {
+struct BenchFlags {
   std::string filter, scenes = "scenes", out;
 };
 
 /// Returns only when it cannot be started.
-int run_bench(const Flags& flags) {
+int run_bench(const BenchFlags& flags) {
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "palpate-bench";
   std::vector<std::string> arguments{program.string(), "--scenes", flags.scenes,
                                      "--benchmark_out=" + (make_output_folder(flags.out) / "micro.json").string(),
@@ -35,7 +35,7 @@ int run_bench(const Flags& flags) {
 }  // namespace
 
 void add_bench(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<BenchFlags>();
   CLI::App* c =
       app.add_subcommand("bench", "microbenchmarks of kernels, solves, reduction, codec and tick, beside the machine's limit");
   c->add_option("--filter", flags->filter, "only these, for example tick/, patch/, body/, frame/organ");

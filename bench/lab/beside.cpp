@@ -17,7 +17,7 @@
 namespace palpate {
 namespace {
 
-struct Flags {
+struct BesideFlags {
   std::string scene, out;
   double near_rtt_ms = 15, apart_mm = 30, duration_s = 4;
   std::uint64_t seed = 1;
@@ -52,7 +52,7 @@ Pair run_pair(const Scene& scene, const std::vector<Motion>& motions, const Link
   return pair;
 }
 
-int run_beside(const Flags& flags) {
+int run_beside(const BesideFlags& flags) {
   const Scene scene = load_scene(flags.scene);
   if (scene.tool.contact != ContactKind::touch)
     throw InputError(flags.scene, "has tools that attach to one node", "a scene with \"contact\": \"touch\"");
@@ -88,7 +88,7 @@ int run_beside(const Flags& flags) {
 }  // namespace
 
 void add_beside(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<BesideFlags>();
   CLI::App* c = app.add_subcommand("beside", "a near and a far hand on one body: what each loses by the other's link");
   c->add_option("--scene", flags->scene, "scene file (JSON) with touch contact")->required();
   c->add_option("--near-rtt-ms", flags->near_rtt_ms, "round trip of the near hand")->check(between(0, 10'000));

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kSolidNodes = 10;
 
-struct Flags {
+struct BodeFlags {
   Material material;
   std::vector<int> orders{10, 12, 20};
   int nodes = 0;  ///< an edge; 0: the paper's
@@ -22,7 +22,7 @@ struct Flags {
   std::string out;
 };
 
-Specimen specimen_of(const Flags& f) {
+Specimen specimen_of(const BodeFlags& f) {
   return f.solid ? Specimen::cube(f.nodes > 0 ? f.nodes : kSolidNodes, f.material)
                  : Specimen::sheet(f.nodes > 0 ? f.nodes : kPaperNodes, f.material);
 }
@@ -38,7 +38,7 @@ std::vector<double> map_dampings(const Material& material, int count) {
   return b;
 }
 
-BodeRun compute(const Flags& flags, bool quick) {
+BodeRun compute(const BodeFlags& flags, bool quick) {
   const Specimen specimen = specimen_of(flags);
   const BalancedReduction balanced(specimen.system());
   PortStudyOptions options;
@@ -78,7 +78,7 @@ void print_table(const BodeRun& run) {
 
 /// The cube of section 3, whose order the paper names and does not reduce.
 void add_solid(PaperSection& section, const std::filesystem::path& out) {
-  Flags flags;
+  BodeFlags flags;
   flags.solid = true;
   make_output_folder(out.string());
   const BodeRun run = compute(flags, false);
@@ -88,7 +88,7 @@ void add_solid(PaperSection& section, const std::filesystem::path& out) {
   section.pictures.push_back({out / "bode.svg", "A cube of 5994 states and balanced truncations of it."});
 }
 
-int run_bode(const Flags& flags) {
+int run_bode(const BodeFlags& flags) {
   refuse_nan(flags.material);
   const auto out = make_output_folder(flags.out);
   const BodeRun run = compute(flags, false);
@@ -102,7 +102,7 @@ int run_bode(const Flags& flags) {
 }  // namespace
 
 void add_bode(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<BodeFlags>();
   CLI::App* c = app.add_subcommand("bode", "frequency responses of the paper's sheet, whole, balanced, ring and port bases");
   add_material(*c, flags->material);
   c->add_option("--order", flags->orders, "states of balanced truncation, for example 10,12,20")
@@ -117,7 +117,7 @@ void add_bode(CLI::App& app, Run& run) {
 
 PaperSection paper_bode(const std::filesystem::path& out, bool quick) {
   make_output_folder(out.string());
-  const Flags flags;
+  const BodeFlags flags;
   const BodeRun run = compute(flags, quick);
   write_bode(out, run);
   plot_bode(out, run);

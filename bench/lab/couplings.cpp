@@ -17,7 +17,7 @@ constexpr Part kParts[] = {{"virtual-coupling", show_virtual_coupling},
                            {"braking-pulse", show_braking_pulse},
                            {"norton", show_norton}};
 
-struct Flags {
+struct CouplingsFlags {
   CouplingFlags of_parts;
   double period_ms = 1;
   std::string part = "all", out;
@@ -52,7 +52,7 @@ Shown show(const std::filesystem::path& out, const CouplingFlags& flags, const s
   return shown;
 }
 
-int run_command(Flags flags) {
+int run_command(CouplingsFlags flags) {
   const auto out = make_output_folder(flags.out);
   flags.of_parts.period_s = flags.period_ms * 1e-3;
   fmt::print("{}{}\n", show(out, flags.of_parts, flags.part).table, (out / "summary.json").string());
@@ -74,7 +74,7 @@ PaperSection paper_couplings(const std::filesystem::path& folder, bool quick) {
 }
 
 void add_couplings(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<CouplingsFlags>();
   CouplingFlags& f = flags->of_parts;
   CLI::App* c =
       app.add_subcommand("couplings", "related work of section 1: virtual coupling, god-object, braking pulse, Norton coupling");

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kNodesMax = 4000;  // a balancing of minutes
 
-struct Flags {
+struct DominanceFlags {
   std::string scene, out;
   std::vector<int> node;
   int layers = 4;
@@ -45,7 +45,7 @@ std::uint32_t node_at(const LumpedBody& body, const std::vector<int>& index) {
 }
 
 /// The node that is balanced at: the named one, the attached one, or the surface node nearest to where the tool starts.
-std::uint32_t port_of(const Scene& scene, const Flags& flags) {
+std::uint32_t port_of(const Scene& scene, const DominanceFlags& flags) {
   const LumpedBody& body = scene.body;
   std::uint32_t node = scene.tool.node;
   if (!flags.node.empty()) {
@@ -149,7 +149,7 @@ void write_curves(const std::filesystem::path& out, const std::string& name, con
            {.setup = fmt::format("set xrange [0:{}]\nset xtics 1", last)});
 }
 
-int run_dominance(const Flags& flags) {
+int run_dominance(const DominanceFlags& flags) {
   const Scene scene = load_scene(flags.scene);
   if (scene.body.nodes.size() > kNodesMax)
     throw InputError("--scene", fmt::format("has {} nodes", scene.body.nodes.size()), fmt::format("at most {}", kNodesMax));
@@ -173,7 +173,7 @@ int run_dominance(const Flags& flags) {
 }  // namespace
 
 void add_dominance(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<DominanceFlags>();
   CLI::App* c =
       app.add_subcommand("dominance", "are the states that answer the hand local to the contact? (section 7 of the paper)");
   c->add_option("--scene", flags->scene, "scene file (JSON)")->required();

@@ -8,13 +8,13 @@
 namespace palpate {
 namespace {
 
-struct Flags {
+struct DrawFlags {
   std::string out;
   std::uint64_t first = 1, count = 16;
   bool solid = false;
 };
 
-int run_draw(const Flags& flags) {
+int run_draw(const DrawFlags& flags) {
   const auto out = make_output_folder(flags.out);
   for (std::uint64_t k = 0; k < flags.count; ++k) {
     const DrawnScene scene = drawn_scene(flags.first + k, flags.solid);
@@ -28,7 +28,7 @@ int run_draw(const Flags& flags) {
 }  // namespace
 
 void add_draw(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<DrawFlags>();
   CLI::App* c =
       app.add_subcommand("draw", "scenes drawn by chance, for `truth --scenes` and others: the same of the same numbers");
   c->add_option("--first", flags->first, "number of the first; even ones are grasped, odd ones touched")->capture_default_str();

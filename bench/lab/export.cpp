@@ -14,13 +14,13 @@
 namespace palpate {
 namespace {
 
-struct Flags {
+struct ExportFlags {
   std::string recording, out;
   double frames_hz = 0;
   ShapeFormat format = ShapeFormat::vtk;
 };
 
-int run_export(const Flags& flags) {
+int run_export(const ExportFlags& flags) {
   const std::string where = "--recording " + flags.recording;
   const MappedFile file(flags.recording);
   RecordingReader recording(file.bytes(), where);
@@ -40,7 +40,7 @@ int run_export(const Flags& flags) {
 }  // namespace
 
 void add_export(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<ExportFlags>();
   CLI::App* c = app.add_subcommand("export", "a recorded session as CSV, and its shapes as PLY or VTK");
   c->add_option("--recording", flags->recording, "made by palpate-server or palpate-client with --record")->required();
   c->add_option("--frames-hz", flags->frames_hz, "shapes a second; default: as recorded")->check(between(0.001, kMaxRateHz));

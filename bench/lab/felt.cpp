@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-struct Flags {
+struct FeltFlags {
   std::string scene, report, out, felt_name = "port";
   double at_least_db = 0;
 };
@@ -86,7 +86,7 @@ Recording read_recording(const std::filesystem::path& file, const std::string& f
   return r;
 }
 
-int run_felt(const Flags& flags) {
+int run_felt(const FeltFlags& flags) {
   if (std::isnan(flags.at_least_db)) throw InputError("--at-least-db", "is nan", "a number of decibels");
   const Scene scene = load_scene(flags.scene);
   const Recording recording = read_recording(std::filesystem::path(flags.report) / "forces.csv", flags.felt_name);
@@ -155,7 +155,7 @@ int run_felt(const Flags& flags) {
 }  // namespace
 
 void add_felt(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<FeltFlags>();
   CLI::App* c = app.add_subcommand(
       "felt", "what a real run displayed (palpate-client --report), beside the 1 kHz full model on the same path");
   c->add_option("--scene", flags->scene, "scene file of the run")->required();

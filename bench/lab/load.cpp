@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-struct Flags {
+struct LoadFlags {
   std::string scene, scheme = "port", out;
   int stations = 16, order = 0;
   double apart_mm = 20, slide_mm = 10, duration_s = 4, rate_hz = 30;
@@ -35,7 +35,7 @@ constexpr Row kRows[] = {
     {"all_but_step", [](const ServerLoad& l) { return l.beside_step_ms(); }},
     {"step", [](const ServerLoad& l) { return l.step_ms; }}};
 
-ServerLoad measure(const Flags& flags, const Scene& scene, int stations) {
+ServerLoad measure(const LoadFlags& flags, const Scene& scene, int stations) {
   ReplayOptions options;
   options.scheme = available_scheme(flags.scheme);
   options.order = flags.order;
@@ -44,7 +44,7 @@ ServerLoad measure(const Flags& flags, const Scene& scene, int stations) {
                      processor_ns);
 }
 
-int run_load(const Flags& flags) {
+int run_load(const LoadFlags& flags) {
   const Scene scene = load_scene(flags.scene);
   if (scene.tool.contact != ContactKind::touch)
     throw InputError(flags.scene, "has tools that attach to one node", "a scene with \"contact\": \"touch\"");
@@ -77,7 +77,7 @@ int run_load(const Flags& flags) {
 }  // namespace
 
 void add_load(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<LoadFlags>();
   CLI::App* c = app.add_subcommand("load", "what a room full of stations costs its server, part by part");
   c->add_option("--scene", flags->scene, "scene file (JSON) with touch contact")->required();
   c->add_option("--stations", flags->stations, "hands on the body; half as many are measured beside them")

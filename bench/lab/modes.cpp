@@ -21,7 +21,7 @@ constexpr double kFitFromM = 0.008, kFitToM = 0.034, kReferenceM = 0.02;
 /// The radius of the headline figure: a quarter of the sheet.
 constexpr double kNearM = 0.025;
 
-struct Flags {
+struct ModesFlags {
   Material material;
   int order = 10, nodes = kPaperNodes;
   std::string out;
@@ -61,7 +61,7 @@ Decay decay_of(const std::string& name, const std::string& title, const Specimen
   return d;
 }
 
-ModesRun compute(const Flags& flags, bool quick) {
+ModesRun compute(const ModesFlags& flags, bool quick) {
   const Specimen sheet = Specimen::sheet(flags.nodes, flags.material);
   const SecondOrderSystem system = sheet.system();
   const BalancedReduction balanced(system);
@@ -81,7 +81,7 @@ ModesRun compute(const Flags& flags, bool quick) {
   return run;
 }
 
-void write_tables(const std::filesystem::path& out, const Flags& flags, const ModesRun& run) {
+void write_tables(const std::filesystem::path& out, const ModesFlags& flags, const ModesRun& run) {
   const Specimen sheet = Specimen::sheet(flags.nodes, flags.material);
   std::string csv = "x_mm,depth_mm";
   for (std::size_t k = 0; k < run.shapes.size(); ++k) csv += fmt::format(",displacement_{0},velocity_{0}", k + 1);
@@ -124,7 +124,7 @@ Json summary(const ModesRun& run) {
 }
 
 /// One small map a state, the sheet as it lies: free edge on top, the instrument a ring at (50, 0).
-void plot_states(const std::filesystem::path& out, const Flags& flags, const ModesRun& run) {
+void plot_states(const std::filesystem::path& out, const ModesFlags& flags, const ModesRun& run) {
   const auto count = static_cast<int>(run.shapes.size());
   const int columns = std::min(5, count), rows = (count + columns - 1) / columns;
   constexpr int kWidth = 960, kHeader = 40, kFooter = 20, kRow = 215;
@@ -182,14 +182,14 @@ void plot_locality(const std::filesystem::path& out, const ModesRun& run) {
   plot_script(out / "stress.svg", kWidth, kHeight, s);
 }
 
-void write(const std::filesystem::path& out, const Flags& flags, const ModesRun& run) {
+void write(const std::filesystem::path& out, const ModesFlags& flags, const ModesRun& run) {
   write_tables(out, flags, run);
   write_json(out / "summary.json", summary(run));
   plot_states(out, flags, run);
   plot_locality(out, run);
 }
 
-int run_modes(const Flags& flags) {
+int run_modes(const ModesFlags& flags) {
   refuse_nan(flags.material);
   const auto out = make_output_folder(flags.out);
   const ModesRun run = compute(flags, false);
@@ -207,7 +207,7 @@ int run_modes(const Flags& flags) {
 }  // namespace
 
 void add_modes(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<ModesFlags>();
   CLI::App* c = app.add_subcommand("modes", "where in the sheet the states of the reduced model live, and how its stress decays");
   c->add_option("--order", flags->order, "reduced states")->check(CLI::Range(1, 40));
   c->add_option("--nodes", flags->nodes, "along an edge")->check(CLI::Range(7, 40));
@@ -218,7 +218,7 @@ void add_modes(CLI::App& app, Run& run) {
 
 PaperSection paper_modes(const std::filesystem::path& out, bool quick) {
   make_output_folder(out.string());
-  const Flags flags;
+  const ModesFlags flags;
   const ModesRun run = compute(flags, quick);
   write(out, flags, run);
   const std::size_t near = near_index(run);

@@ -26,7 +26,7 @@ constexpr Experiment kExperiments[] = {
     {"release", paper_release},   {"limits", paper_limits},   {"couplings", paper_couplings},
 };
 
-struct Flags {
+struct PaperFlags {
   std::string out;
   std::vector<std::string> only;
   bool quick = false;
@@ -92,7 +92,7 @@ Json section_json(const Outcome& outcome, const std::filesystem::path& out) {
   return json;
 }
 
-Json summary(const std::vector<Outcome>& outcomes, const std::filesystem::path& out, const Flags& flags) {
+Json summary(const std::vector<Outcome>& outcomes, const std::filesystem::path& out, const PaperFlags& flags) {
   Json json{{"title", flags.quick ? "The paper, quick run: coarser grids" : "The paper, whole"},
             {"version", PALPATE_VERSION},
             {"command", fmt::format("palpate-lab paper{} --out DIR", flags.quick ? " --quick" : "")}};
@@ -112,7 +112,7 @@ void write_report(Json json, const std::filesystem::path& out) {
   write_text(out / "report.html", render_page(kPaperPage, json));
 }
 
-std::vector<Outcome> chosen(const Flags& flags) {
+std::vector<Outcome> chosen(const PaperFlags& flags) {
   std::vector<Outcome> outcomes;
   for (const Experiment& e : kExperiments)
     if (flags.only.empty() || std::find(flags.only.begin(), flags.only.end(), e.name) != flags.only.end())
@@ -120,7 +120,7 @@ std::vector<Outcome> chosen(const Flags& flags) {
   return outcomes;
 }
 
-int run_paper(const Flags& flags) {
+int run_paper(const PaperFlags& flags) {
   const auto out = make_output_folder(flags.out);
   std::vector<Outcome> outcomes = chosen(flags);
   run_all(outcomes.size(), [&](std::size_t i) { run_one(outcomes[i], out, flags.quick); });
@@ -147,7 +147,7 @@ int run_paper(const Flags& flags) {
 }  // namespace
 
 void add_paper(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<PaperFlags>();
   std::vector<std::string> names;
   for (const Experiment& e : kExperiments) names.emplace_back(e.name);
   CLI::App* c = app.add_subcommand("paper", "all of the paper's experiments, and report.html with its figures beside ours");

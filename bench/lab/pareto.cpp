@@ -15,13 +15,13 @@
 namespace palpate {
 namespace {
 
-struct Flags {
+struct ParetoFlags {
   std::string out, scenes = "scenes", only;
   bool quick = false;
   ShardFlags shards;
 };
 
-using Cells = std::vector<ParetoCell>;
+using ParetoCells = std::vector<ParetoCell>;
 
 struct Cost {
   const char *name, *label;
@@ -34,11 +34,11 @@ constexpr Cost kPatchCosts[] = {{"bytes", "bytes a frame", &ParetoCell::bytes},
 
 struct Group {
   std::string name;
-  Cells cells;
+  ParetoCells cells;
 };
 
-/// Cells of one picture, in the order in which they first appear.
-std::vector<Group> groups_of(const Cells& cells) {
+/// ParetoCells of one picture, in the order in which they first appear.
+std::vector<Group> groups_of(const ParetoCells& cells) {
   std::vector<Group> groups;
   for (const ParetoCell& c : cells) {
     const auto known = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.name == group_of(c); });
@@ -48,7 +48,7 @@ std::vector<Group> groups_of(const Cells& cells) {
 }
 
 /// cost against error [%]: a file for each method, and one for the front.
-std::filesystem::path write_points(const std::filesystem::path& out, const std::string& name, const Cells& cells,
+std::filesystem::path write_points(const std::filesystem::path& out, const std::string& name, const ParetoCells& cells,
                                    const std::vector<std::size_t>& which, double ParetoCell::*cost) {
   std::string csv = "cost,error_pct\n";
   for (const std::size_t i : which)
@@ -96,13 +96,13 @@ void draw(const std::filesystem::path& out, const std::vector<Group>& groups) {
 }
 
 /// For each cell whether it is on the front.
-std::vector<bool> on_front(const Cells& cells, double ParetoCell::*cost) {
+std::vector<bool> on_front(const ParetoCells& cells, double ParetoCell::*cost) {
   std::vector<bool> on(cells.size(), false);
   for (const std::size_t i : pareto_front(cells, cost)) on[i] = true;
   return on;
 }
 
-void print_bodies(const Cells& cells, Json& points) {
+void print_bodies(const ParetoCells& cells, Json& points) {
   fmt::print("  {:<36} {:>9} {:>10} {:>11}\n", "palpate-lab pareto --only ...", "error %", "ms a s", "x real time");
   const std::vector<bool> front = on_front(cells, kBodyCost.value);
   for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -116,7 +116,7 @@ void print_bodies(const Cells& cells, Json& points) {
   }
 }
 
-void print_patches(const Cells& cells, Json& points) {
+void print_patches(const ParetoCells& cells, Json& points) {
   fmt::print("  {:<36} {:>9} {:>8} {:>11} {:>9}\n", "palpate-lab pareto --only ...", "error %", "bytes", "server ms", "tick us");
   std::array<std::vector<bool>, std::size(kPatchCosts)> fronts;
   for (std::size_t k = 0; k < fronts.size(); ++k) fronts[k] = on_front(cells, kPatchCosts[k].value);
@@ -139,7 +139,7 @@ Json print(const Group& group) {
   return points;
 }
 
-void report(const Cells& cells, const std::filesystem::path& out) {
+void report(const ParetoCells& cells, const std::filesystem::path& out) {
   const std::vector<Group> groups = groups_of(cells);
   draw(out, groups);
   Json summary;
@@ -150,18 +150,18 @@ void report(const Cells& cells, const std::filesystem::path& out) {
       (out / "summary.json").string());
 }
 
-int run_pareto(const Flags& flags) {
+int run_pareto(const ParetoFlags& flags) {
   const Shard shard = Shard::from(flags.shards.shard);
   const ParetoGrid grid{flags.scenes, flags.quick};
   const auto out = make_output_folder(flags.out);
-  Cells cells;
+  ParetoCells cells;
   if (flags.shards.merge) {
     cells = merged_cells(out, read_pareto_cells);
     write_text(out / "cells.csv", cells_csv(cells));
     report(cells, out);
     return 0;
   }
-  cells = flags.only.empty() ? shard.part_of(pareto_cells(grid)) : Cells{pareto_cell_from(flags.only, "--only")};
+  cells = flags.only.empty() ? shard.part_of(pareto_cells(grid)) : ParetoCells{pareto_cell_from(flags.only, "--only")};
   fmt::print("{} points\n", cells.size());
   measure_cells(grid, cells, flags.shards.jobs, [&](std::size_t done) {
     if (done % 10 == 0) fmt::print("{} of {}\n", done, cells.size());
@@ -175,7 +175,7 @@ int run_pareto(const Flags& flags) {
 }  // namespace
 
 void add_pareto(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<ParetoFlags>();
   CLI::App* c = app.add_subcommand(
       "pareto", "error against run time: bodies and integrators, schemes and states, and which no other beats");
   c->add_option("--scenes", flags->scenes, "folder of the scenes")->capture_default_str();

@@ -19,7 +19,7 @@ namespace palpate {
 namespace {
 
 constexpr const char* kHeader = "kind,what,variant,method,setting,error,server_ms_s,build_ms,tick_us,bytes";
-constexpr std::size_t kKeyFields = 5;
+constexpr std::size_t kParetoCellsKeyFields = 5;
 const std::array<std::string_view, 2> kKinds{"body", "patch"};
 const std::array<std::string_view, 3> kIntegrators{"tr-bdf2", "explicit", "stabilised"};  // from IntegratorKind::tr_bdf2 on
 constexpr auto kFirstIntegrator = static_cast<std::size_t>(IntegratorKind::tr_bdf2);
@@ -205,7 +205,7 @@ std::string group_of(const ParetoCell& c) {
 
 ParetoCell pareto_cell_from(const std::string& key, const std::string& where) {
   const std::vector<std::string> fields = fields_of(key);
-  if (fields.size() != kKeyFields)
+  if (fields.size() != kParetoCellsKeyFields)
     throw InputError(where, fmt::format("'{}' has {} fields", key, fields.size()), "five, as the table prints them");
   return cell_of(fields, where);
 }
@@ -230,7 +230,7 @@ std::vector<ParetoCell> read_pareto_cells(const std::filesystem::path& file) {
     const std::string where = fmt::format("{}:{}", file.string(), cells.size() + 2);
     ParetoCell c = cell_of(row, where);
     double* const numbers[] = {&c.error, &c.server_ms_s, &c.build_ms, &c.tick_us, &c.bytes};
-    for (std::size_t k = 0; k < std::size(numbers); ++k) *numbers[k] = number_from(row[kKeyFields + k], where);
+    for (std::size_t k = 0; k < std::size(numbers); ++k) *numbers[k] = number_from(row[kParetoCellsKeyFields + k], where);
     cells.push_back(std::move(c));
   }
   return cells;

@@ -21,7 +21,7 @@ namespace {
 const std::map<std::string, PassivityMode> kPassivity{
     {"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}};
 
-struct Flags {
+struct ReleaseFlags {
   std::string scene, scheme = "port", hand = "reference", hand_after = "free", passivity = "off", out;
   bool sweep = false;
   int order = 0;
@@ -29,7 +29,7 @@ struct Flags {
   LinkFlags link;
 };
 
-ReleaseOptions options_of(const Flags& f) {
+ReleaseOptions options_of(const ReleaseFlags& f) {
   ReleaseOptions o;
   o.scheme = available_scheme(f.scheme);
   o.order = f.order;
@@ -73,7 +73,7 @@ Json summary(const ReleaseResult& r) {
           {"hand_over_step_max_n", r.hand_over_step_max_n}};
 }
 
-int run_one(const Flags& flags, const Scene& scene) {
+int run_one(const ReleaseFlags& flags, const Scene& scene) {
   const ReleaseResult r = release(scene, options_of(flags));
   const auto out = make_output_folder(flags.out);
   write_release(out / "release.csv", scene, r);
@@ -95,7 +95,7 @@ int run_one(const Flags& flags, const Scene& scene) {
   return 0;
 }
 
-int run_sweep(const Flags& flags, const Scene& scene) {
+int run_sweep(const ReleaseFlags& flags, const Scene& scene) {
   const auto out = make_output_folder(flags.out);
   const ReleaseSweep result = sweep_release(scene, options_of(flags), false, out);
   print_sweep(result);
@@ -103,7 +103,7 @@ int run_sweep(const Flags& flags, const Scene& scene) {
   return 0;
 }
 
-int run_release(const Flags& flags) {
+int run_release(const ReleaseFlags& flags) {
   const Scene scene = flags.scene.empty() ? paper_cube(ContactKind::attach) : load_scene(flags.scene);
   return flags.sweep ? run_sweep(flags, scene) : run_one(flags, scene);
 }
@@ -111,7 +111,7 @@ int run_release(const Flags& flags) {
 }  // namespace
 
 void add_release(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<ReleaseFlags>();
   CLI::App* c = app.add_subcommand("release", "a hand lets go of the device: does it come to rest? (figure 18 of the paper)");
   c->add_option("--scene", flags->scene, "scene file (JSON) with a grasp; without: the cube of scenes/cube6.json");
   c->add_option("--scheme", flags->scheme, "how patches are made");

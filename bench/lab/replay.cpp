@@ -20,7 +20,7 @@
 namespace palpate {
 namespace {
 
-struct Flags {
+struct ReplayFlags {
   std::string scene, motion, recording, station, scheme, device = "none", out;
   PassivityMode passivity = PassivityMode::off;
   int order = 0;
@@ -28,7 +28,7 @@ struct Flags {
   LinkFlags link;
 };
 
-ReplayOptions options_of(const Flags& flags) {
+ReplayOptions options_of(const ReplayFlags& flags) {
   ReplayOptions o = replay_options(flags.scheme, flags.order, flags.link);
   o.simulated_device = flags.device == "sim";
   o.passivity = flags.passivity;
@@ -95,7 +95,7 @@ std::size_t hand_named(const Session& session, const std::string& name, const st
   throw InputError("--station " + name, "is no hand in " + where, "one of " + names);
 }
 
-Given given_by_recording(const Flags& flags) {
+Given given_by_recording(const ReplayFlags& flags) {
   const std::string where = "--recording " + flags.recording;
   const MappedFile file(flags.recording);
   const RecordingReader recording(file.bytes(), where);
@@ -114,7 +114,7 @@ Given given_by_recording(const Flags& flags) {
           motions_of(session, which, where)};
 }
 
-Given given_by(const Flags& flags) {
+Given given_by(const ReplayFlags& flags) {
   if (!flags.recording.empty()) {
     if (!flags.motion.empty()) throw InputError("--motion", "beside --recording", "one of the two");
     return given_by_recording(flags);
@@ -125,7 +125,7 @@ Given given_by(const Flags& flags) {
   return {load_scene(flags.scene), {read_motion(flags.motion)}};
 }
 
-int run_replay(const Flags& flags) {
+int run_replay(const ReplayFlags& flags) {
   const ReplayOptions options = options_of(flags);
   const auto [scene, motions] = given_by(flags);
   const auto out = make_output_folder(flags.out);
@@ -156,7 +156,7 @@ int run_replay(const Flags& flags) {
 }  // namespace
 
 void add_replay(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<ReplayFlags>();
   CLI::App* c =
       app.add_subcommand("replay", "any motion through any scheme over any link, in virtual time, beside the 1 kHz full model");
   c->add_option("--scene", flags->scene, "scene file (JSON); with --recording: instead of the recorded one");

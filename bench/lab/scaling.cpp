@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-struct Flags {
+struct ScalingFlags {
   int plane = 16, solid = 10;  ///< elements along an edge, up to
   std::string out;
 };
@@ -30,7 +30,7 @@ struct ScalingRun {
 
 constexpr const char* kSpaces[] = {"row", "plane", "solid"};  // 1-D, 2-D, 3-D in file columns
 
-ScalingRun compute(const Flags& flags) {
+ScalingRun compute(const ScalingFlags& flags) {
   // A matrix of all nodes of a face takes a solve a node and axis, a half space eight times the nodes of a block.
   constexpr int kFaceSolid = 5, kContactSolid = 8;
   ScalingRun run;
@@ -137,7 +137,7 @@ void print_table(const ScalingRun& run) {
   }
 }
 
-int run_scaling(const Flags& flags) {
+int run_scaling(const ScalingFlags& flags) {
   const auto out = make_output_folder(flags.out);
   const ScalingRun run = compute(flags);
   write_scaling(out, run);
@@ -149,7 +149,7 @@ int run_scaling(const Flags& flags) {
 }  // namespace
 
 void add_scaling(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<ScalingFlags>();
   CLI::App* c =
       app.add_subcommand("scaling", "stiffness of lattice blocks against their mesh density, in one to three dimensions");
   c->add_option("--plane", flags->plane, "elements along an edge of a block of one or two dimensions, up to")
@@ -164,7 +164,7 @@ void add_scaling(CLI::App& app, Run& run) {
 
 PaperSection paper_scaling(const std::filesystem::path& out, bool quick) {
   make_output_folder(out.string());
-  Flags flags;
+  ScalingFlags flags;
   if (quick) flags = {8, 5, {}};
   const ScalingRun run = compute(flags);
   write_scaling(out, run);

@@ -17,7 +17,7 @@
 namespace palpate {
 namespace {
 
-struct Flags {
+struct SessionSummaryFlags {
   std::string recording, out;
   double over_n = 2;
 };
@@ -109,7 +109,7 @@ Json page_of(const RecordingReader& recording, const Session& session, double ov
                 : "As it was rendered, every millisecond."}};
 }
 
-int run_summary(const Flags& flags) {
+int run_summary(const SessionSummaryFlags& flags) {
   const std::string where = "--recording " + flags.recording;
   const MappedFile file(flags.recording);
   const RecordingReader recording(file.bytes(), where);
@@ -138,7 +138,7 @@ int run_summary(const Flags& flags) {
 }  // namespace
 
 void add_summary(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<SessionSummaryFlags>();
   CLI::App* c = app.add_subcommand("summary", "what each hand did in a recorded session: contact, force, path, smoothness");
   c->add_option("--recording", flags->recording, "made by palpate-server or palpate-client with --record")->required();
   c->add_option("--over-n", flags->over_n, "force whose exceeding is counted")->check(between(0, 1e4));

@@ -20,7 +20,7 @@ namespace {
 constexpr double kFeltBoundN = 0.01;
 constexpr double kIdleShare = 0.005;
 
-struct Flags {
+struct SkipFlags {
   std::string scenes = "scenes", out;
   std::vector<std::string> names = {"touch-cube", "organ", "cube6"};
   double deadband = kForceJnd;
@@ -29,7 +29,7 @@ struct Flags {
 };
 
 /// One thing that is left out, beside the same touch with it.
-struct Row {
+struct SkipRow {
   std::string scene, what;
   SkipCost with, without;
   double deadband = 0;  ///< where that is what leaves out
@@ -40,7 +40,7 @@ using Rooms = std::vector<SkipRoom>;
 SkipCost cost(const Rooms& rooms, double deadband = 0) { return serve(rooms, kVisitS, processor_ns, deadband); }
 
 /// Patches that change less than can be felt are not sent.
-void add_deadband(const std::string& name, const Scene& scene, double deadband, std::vector<Row>& rows) {
+void add_deadband(const std::string& name, const Scene& scene, double deadband, std::vector<SkipRow>& rows) {
   std::vector<std::pair<std::string, Motion>> hands{{"touches", visit(scene)}, {"presses and holds", hold_pressed(scene)}};
   if (scene.tool.contact == ContactKind::touch) hands.emplace_back("lingers", linger(scene));
   for (const auto& [does, hand] : hands) {
@@ -49,7 +49,7 @@ void add_deadband(const std::string& name, const Scene& scene, double deadband, 
   }
 }
 
-void add_scene(const std::string& name, const Scene& scene, double deadband, std::vector<Row>& rows) {
+void add_scene(const std::string& name, const Scene& scene, double deadband, std::vector<SkipRow>& rows) {
   const Motion hand = visit(scene);
   const SkipCost touch = cost({{&scene, &hand}}), stepped = cost({{&scene, &hand, false, false}});
   if (deadband > 0) add_deadband(name, scene, deadband, rows);
@@ -79,14 +79,14 @@ Scene wide_scene() {
                     "wide sheet");
 }
 
-void add_wide(std::vector<Row>& rows) {
+void add_wide(std::vector<SkipRow>& rows) {
   const Scene scene = wide_scene();
   const Motion hand = hold_pressed(scene);
   rows.push_back({scene.name, "regions at rest: no forces", cost({{&scene, &hand}}), cost({{&scene, &hand, false, false}})});
 }
 
 /// `count` rooms of which one is touched; in the others is nobody, or a hand that waits. Returns what the one alone costs.
-SkipCost add_rooms(const std::string& name, const Scene& scene, int count, std::vector<Row>& rows) {
+SkipCost add_rooms(const std::string& name, const Scene& scene, int count, std::vector<SkipRow>& rows) {
   const Motion hand = visit(scene), away = wait_above(scene, kAwayM);
   for (const Motion* other : {static_cast<const Motion*>(nullptr), &away}) {
     Rooms sleeping(static_cast<std::size_t>(count), {&scene, other}), stepped(sleeping.size(), {&scene, other, false, false});
@@ -108,12 +108,12 @@ struct Felt {
 };
 
 /// Prints the table and fills CSV and summary.
-Felt report(const std::vector<Row>& rows, std::string& csv, Json& summary) {
+Felt report(const std::vector<SkipRow>& rows, std::string& csv, Json& summary) {
   Felt felt;
   csv = kHead;
   fmt::print("{:<12} {:<42} {:>10} {:>10} {:>8} {:>8} {:>8} {:>9} {:>9} {:>7}\n", "scene", "left out", "ms/s", "else ms/s",
              "saved %", "kB/s", "else", "patches/s", "felt, mN", "%");
-  for (const Row& r : rows) {
+  for (const SkipRow& r : rows) {
     const double difference_n = felt_difference_n(r.with, r.without), share = felt_difference_share(r.with, r.without);
     const double saved = 1 - r.with.busy_ms_s / std::max(r.without.busy_ms_s, 1e-9);
     if (r.deadband > 0)
@@ -144,9 +144,9 @@ Felt report(const std::vector<Row>& rows, std::string& csv, Json& summary) {
   return felt;
 }
 
-int run_skip(const Flags& flags) {
+int run_skip(const SkipFlags& flags) {
   const auto out = make_output_folder(flags.out);
-  std::vector<Row> rows;
+  std::vector<SkipRow> rows;
   std::vector<std::filesystem::path> files;
   for (const std::string& name : flags.names) {
     files.push_back(std::filesystem::path(flags.scenes) / (name + ".json"));
@@ -183,7 +183,7 @@ int run_skip(const Flags& flags) {
 }  // namespace
 
 void add_skip(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<SkipFlags>();
   CLI::App* c =
       app.add_subcommand("skip", "what is not computed where a scene does not need it: what that saves, and is felt of it");
   c->add_option("--scenes", flags->scenes, "folder of the scenes")->capture_default_str();

@@ -21,11 +21,11 @@ constexpr int kPaperLagMs[] = {1, 49, 65, 1};
 constexpr std::size_t kIdeal = 0, kFiltered = 2, kTangent = 3, kSurface = 4;
 
 /// The same stroke with the device's and with the printed resolution, and a stroke that touches and leaves.
-struct Runs {
+struct Spring1dRuns {
   Spring1d device, printed, contact;
 };
 
-Runs run_all(const Spring1dOptions& options, double contact_hz) {
+Spring1dRuns run_all(const Spring1dOptions& options, double contact_hz) {
   Spring1dOptions printed = options, contact = tapping(options);
   printed.position_step_mm = kPrintedStepMm;
   contact.frequency_hz = contact_hz;
@@ -155,7 +155,7 @@ void print_table(const std::string& title, const Spring1d& run, std::size_t coun
 }
 
 /// Everything that the command writes.
-std::vector<Figure> write_results(const std::filesystem::path& out, const Runs& runs, const Spring1dOptions& options,
+std::vector<Figure> write_results(const std::filesystem::path& out, const Spring1dRuns& runs, const Spring1dOptions& options,
                                   bool quick) {
   write_curves(out / "spring1d.csv", runs.device);
   write_curves(out / "spring1d_printed_step.csv", runs.printed);
@@ -171,7 +171,7 @@ std::vector<Figure> write_results(const std::filesystem::path& out, const Runs& 
   return write_pictures(out, options);
 }
 
-std::vector<Finding> table_findings(const Runs& runs) {
+std::vector<Finding> table_findings(const Spring1dRuns& runs) {
   std::vector<Finding> findings;
   for (std::size_t s = 0; s < kPaperSpringSchemes; ++s) {
     const SpringFigures& f = runs.device.figures[s];
@@ -226,7 +226,7 @@ std::vector<Finding> contact_findings(const Spring1d& contact) {
   return findings;
 }
 
-struct Flags {
+struct Spring1dFlags {
   Spring1dOptions options;
   double contact_hz = 0.95;
   std::string out;
@@ -243,10 +243,10 @@ void check(const Spring1dOptions& o) {
     throw InputError("--amplitude-mm, --frequency-hz", "are zero: nothing moves", "numbers above 0");
 }
 
-int run_command(const Flags& flags) {
+int run_command(const Spring1dFlags& flags) {
   check(flags.options);
   const auto out = make_output_folder(flags.out);
-  const Runs runs = run_all(flags.options, flags.contact_hz);
+  const Spring1dRuns runs = run_all(flags.options, flags.contact_hz);
   print_table(
       fmt::format(
           "In contact, position step {:g} mm, force step {:g} N (the paper: 89 / 43 / 53 / 72 dB, lag <1 / 49 / 65 / <1 ms)",
@@ -269,7 +269,7 @@ int run_command(const Flags& flags) {
 PaperSection paper_spring1d(const std::filesystem::path& folder, bool quick) {
   const auto out = make_output_folder(folder.string());
   const Spring1dOptions options;
-  const Runs runs = run_all(options, tapping(options).frequency_hz);
+  const Spring1dRuns runs = run_all(options, tapping(options).frequency_hz);
   PaperSection section{
       "Section 2, equations 1 to 5, figure 2: a nonlinear spring", "palpate-lab spring1d --out DIR",
       "A hand moves sinusoidally on the spring of eq. 5 while its model runs at 10 Hz; four schemes show a force "
@@ -281,7 +281,7 @@ PaperSection paper_spring1d(const std::filesystem::path& folder, bool quick) {
 }
 
 void add_spring1d(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<Spring1dFlags>();
   Spring1dOptions& o = flags->options;
   CLI::App* c =
       app.add_subcommand("spring1d", "section 2 of the paper: four schemes on one nonlinear spring, in contact and in and out");

@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-struct Flags {
+struct StabilityFlags {
   std::string out, only;
   std::vector<std::string> schemes;
   bool quick = false, body = false, solid = false;
@@ -25,7 +25,7 @@ struct Flags {
   ShardFlags shards;
 };
 
-using Cells = std::vector<StabilityCell>;
+using StabilityCells = std::vector<StabilityCell>;
 
 bool is_ours(Scheme scheme) { return scheme == Scheme::port || scheme == Scheme::cubic; }
 
@@ -41,7 +41,7 @@ Json to_json(const StabilityPoint& p, const StabilityCell& c) {
 }
 
 /// False when a point of ours is not stable.
-bool report(const Cells& cells, StabilityCube cube, const std::filesystem::path& out) {
+bool report(const StabilityCells& cells, StabilityCube cube, const std::filesystem::path& out) {
   draw_stability_maps(out, cells);
   Json summary{{"points", cells.size()}};
   fmt::print("\n  {:<10} {:>7} {:>8} {:>7} {:>7} {:>7} {:>7}   {:>20}   {:>14}\n", "scheme", "points", "stable", "lost", "unrest",
@@ -104,7 +104,7 @@ std::string trace_csv(const StabilityResult& result) {
   return csv;
 }
 
-int run_one(const Flags& flags) {
+int run_one(const StabilityFlags& flags) {
   const StabilityPoint point = point_from(flags.only, "--only");
   const auto out = make_output_folder(flags.out);
   const StabilityResult result = measure_stability(point, reference_of(point, flags.cube()));
@@ -128,7 +128,7 @@ int run_one(const Flags& flags) {
   return 0;
 }
 
-int run_stability(const Flags& flags) {
+int run_stability(const StabilityFlags& flags) {
   if (flags.body) return run_body_sweep({flags.quick, flags.seed, flags.only, flags.out, flags.shards});
   if (!flags.only.empty()) return run_one(flags);
   StabilityPlan plan{{}, cube_stiffness_n_m(), flags.quick, flags.seed};
@@ -136,7 +136,7 @@ int run_stability(const Flags& flags) {
   if (plan.schemes.empty()) plan.schemes = available_schemes();
   const Shard shard = Shard::from(flags.shards.shard);
   const auto out = make_output_folder(flags.out);
-  Cells cells;
+  StabilityCells cells;
   if (flags.shards.merge) {
     cells = merged_cells(out, read_stability_cells);
     write_text(out / "cells.csv", cells_csv(cells));
@@ -156,7 +156,7 @@ int run_stability(const Flags& flags) {
 }  // namespace
 
 void add_stability(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<StabilityFlags>();
   CLI::App* c = app.add_subcommand(
       "stability", "maps of where hand, device and display are stable together, for every scheme; --body: of the full model");
   c->add_flag("--body", flags->body, "the full model alone: bodies, steps and pulls at their extremes");

@@ -18,14 +18,14 @@ namespace {
 
 constexpr const char* kKeys = "treatment,law,amount,ratio,zeta,mass_min_kg,mass_max_kg,step_ms,seed";
 constexpr const char* kMeasures = "holds,finite,steps,cut_steps,failed,hidden_cut,released_j,growth,left,off_spacings,end";
-constexpr std::size_t kKeyFields = 9;
+constexpr std::size_t kStabilityBodyKeyFields = 9;
 constexpr std::array<std::string_view, 3> kLaws{"linear", "stiffening", "thigh-skin"};  // as scene files name them
 
 struct BodyCell {
   BodyTrial trial;
   BodyTrialResult result;
 };
-using Cells = std::vector<BodyCell>;
+using StabilityBodyCells = std::vector<BodyCell>;
 
 std::string key_of(const BodyTrial& t) {
   return fmt::format("{},{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{}", name_of(t.treatment),
@@ -34,7 +34,7 @@ std::string key_of(const BodyTrial& t) {
 }
 
 BodyTrial trial_from(const std::vector<std::string>& f, const std::string& where) {
-  if (f.size() < kKeyFields) throw InputError(where, fmt::format("has {} fields", f.size()), kKeys);
+  if (f.size() < kStabilityBodyKeyFields) throw InputError(where, fmt::format("has {} fields", f.size()), kKeys);
   BodyTrial t;
   t.treatment = static_cast<Treatment>(index_from(f[0], kTreatmentNames, where));
   t.law = static_cast<SpringLaw>(index_from(f[1], kLaws, where));
@@ -44,7 +44,7 @@ BodyTrial trial_from(const std::vector<std::string>& f, const std::string& where
   return t;
 }
 
-std::string cells_csv(const Cells& cells) {
+std::string cells_csv(const StabilityBodyCells& cells) {
   std::string csv = fmt::format("{},{}\n", kKeys, kMeasures);
   for (const BodyCell& c : cells) {
     const BodyTrialResult& r = c.result;
@@ -55,12 +55,12 @@ std::string cells_csv(const Cells& cells) {
   return csv;
 }
 
-Cells read_cells(const std::filesystem::path& file) {
-  Cells cells;
+StabilityBodyCells read_cells(const std::filesystem::path& file) {
+  StabilityBodyCells cells;
   for (const std::vector<std::string>& f : read_rows(file, fmt::format("{},{}", kKeys, kMeasures))) {
     const std::string where = fmt::format("{}:{}", file.string(), cells.size() + 2);
     BodyCell c{trial_from(f, where), {}};
-    const auto number = [&](std::size_t k) { return number_from(f[kKeyFields + k], where); };
+    const auto number = [&](std::size_t k) { return number_from(f[kStabilityBodyKeyFields + k], where); };
     BodyTrialResult& r = c.result;
     r.finite = number(1) > 0;
     r.steps = static_cast<int>(number(2));
@@ -71,13 +71,13 @@ Cells read_cells(const std::filesystem::path& file) {
     r.growth = number(7);
     r.left = number(8);
     r.off_spacings = number(9);
-    r.end = static_cast<BodyEnd>(index_from(f[kKeyFields + 10], kBodyEndNames, where));
+    r.end = static_cast<BodyEnd>(index_from(f[kStabilityBodyKeyFields + 10], kBodyEndNames, where));
     cells.push_back(c);
   }
   return cells;
 }
 
-void draw(const std::filesystem::path& out, const Cells& cells) {
+void draw(const std::filesystem::path& out, const StabilityBodyCells& cells) {
   constexpr std::array kColours{0x009e73, 0x56b4e9, 0xe69f00, 0xd55e00};
   std::string csv = "step_ms,mass_max_kg,ratio,zeta,colour,amount\n";
   for (const BodyCell& c : cells)
@@ -100,7 +100,7 @@ void draw(const std::filesystem::path& out, const Cells& cells) {
 }
 
 /// False when a trial does not hold.
-bool report(const Cells& cells, const std::filesystem::path& out) {
+bool report(const StabilityBodyCells& cells, const std::filesystem::path& out) {
   draw(out, cells);
   Json summary{{"trials", cells.size()}};
   fmt::print("\n  {:<10} {:>7} {:>7} {:>7} {:>7} {:>11} {:>10} {:>6} {:>10} {:>12} {:>8}\n", "treatment", "trials", "hold", "NaN",
@@ -148,7 +148,7 @@ int run_body_sweep(const BodySweep& sweep) {
   constexpr std::size_t kScattered = 400, kScatteredQuick = 40;
   const Shard shard = Shard::from(sweep.shards.shard);
   const auto out = make_output_folder(sweep.out);
-  Cells cells;
+  StabilityBodyCells cells;
   if (sweep.shards.merge) {
     cells = merged_cells(out, read_cells);
   } else {

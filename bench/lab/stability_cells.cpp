@@ -20,7 +20,7 @@ namespace {
 
 constexpr const char* kKeys = "scheme,contact,hand,gesture,stiffness_n_m,rate_hz,rtt_ms,jitter_ms,loss_pct,burst,seed";
 constexpr const char* kMeasures = "fault,tail_mm,growth_1_s,shake_mm,shake_mm_s,generated_mj,cut_ms";
-constexpr std::size_t kKeyFields = 11;
+constexpr std::size_t kStabilityCellsKeyFields = 11;
 constexpr double kTipRadiusM = 0.020;
 
 const std::array<std::string_view, 2> kContacts{"grasp", "touch"};
@@ -105,7 +105,7 @@ std::string key_of(const StabilityPoint& p) {
 
 StabilityPoint point_from(const std::string& key, const std::string& where) {
   const std::vector<std::string> fields = fields_of(key);
-  if (fields.size() != kKeyFields) throw InputError(where, fmt::format("has {} fields", fields.size()), kKeys);
+  if (fields.size() != kStabilityCellsKeyFields) throw InputError(where, fmt::format("has {} fields", fields.size()), kKeys);
   return point_of(fields, where);
 }
 
@@ -123,9 +123,9 @@ std::vector<StabilityCell> read_stability_cells(const std::filesystem::path& fil
     const std::string where = fmt::format("{}:{}", file.string(), cells.size() + 2);
     StabilityCell c;
     c.point = point_of(row, where);
-    c.fault = static_cast<LoopFault>(index_from(row[kKeyFields], kLoopFaultNames, where));
+    c.fault = static_cast<LoopFault>(index_from(row[kStabilityCellsKeyFields], kLoopFaultNames, where));
     double* const numbers[] = {&c.tail_mm, &c.growth_1_s, &c.shake_mm, &c.shake_mm_s, &c.generated_mj, &c.cut_ms};
-    for (std::size_t k = 0; k < std::size(numbers); ++k) *numbers[k] = number_from(row[kKeyFields + 1 + k], where);
+    for (std::size_t k = 0; k < std::size(numbers); ++k) *numbers[k] = number_from(row[kStabilityCellsKeyFields + 1 + k], where);
     cells.push_back(std::move(c));
   }
   return cells;

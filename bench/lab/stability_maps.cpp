@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-using Cells = std::vector<StabilityCell>;
+using StabilityMapsCells = std::vector<StabilityCell>;
 using Place = std::function<std::string(const StabilityPoint&)>;  ///< name on the y axis, empty: not of this map
 
 struct Map {
@@ -90,7 +90,7 @@ struct Table {
   std::vector<std::vector<const StabilityCell*>> cells;  ///< by scheme, the map's alone
 };
 
-Table table_of(const Cells& cells, const Map& map) {
+Table table_of(const StabilityMapsCells& cells, const Map& map) {
   Table table;
   for (const Scheme scheme : available_schemes()) {
     std::vector<const StabilityCell*> mine;
@@ -109,7 +109,7 @@ int colour_of(LoopFault fault) {
   return std::array{kStable, kLost, kUnrest, kShakes}[static_cast<std::size_t>(fault)];
 }
 
-void draw(const std::filesystem::path& out, const Cells& cells, const Map& map, ContactKind contact) {
+void draw(const std::filesystem::path& out, const StabilityMapsCells& cells, const Map& map, ContactKind contact) {
   constexpr int kColumnsLeast = 2, kColumnsMost = 5, kPanelWidth = 225, kLetterWidth = 9, kRowHeight = 17, kAround = 130,
                 kTitle = 60;
   const Table table = table_of(cells, map);
@@ -153,7 +153,7 @@ void draw(const std::filesystem::path& out, const Cells& cells, const Map& map, 
 
 }  // namespace
 
-void draw_stability_maps(const std::filesystem::path& out, const Cells& cells) {
+void draw_stability_maps(const std::filesystem::path& out, const StabilityMapsCells& cells) {
   for (const ContactKind contact : {ContactKind::attach, ContactKind::touch}) {
     draw(out, cells, number_map(contact, "rate", "frames a second", &StabilityPoint::rate_hz, {10, 20, 30, 60}), contact);
     draw(out, cells,

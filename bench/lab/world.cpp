@@ -22,7 +22,7 @@
 namespace palpate {
 namespace {
 
-struct Flags {
+struct WorldFlags {
   DrawOptions draw;
   std::uint64_t seeds = 1;
   double for_s = 0;
@@ -32,7 +32,7 @@ struct Flags {
 };
 
 /// What repeats one seed of this call.
-std::string command(const Flags& f, std::uint64_t seed) {
+std::string command(const WorldFlags& f, std::uint64_t seed) {
   std::string line = fmt::format("palpate-lab world --seed {}", seed);
   if (f.draw.duration_s != DrawOptions{}.duration_s) line += fmt::format(" --duration-s {:g}", f.draw.duration_s);
   if (f.draw.stations_max != DrawOptions{}.stations_max) line += fmt::format(" --stations {}", f.draw.stations_max);
@@ -43,7 +43,7 @@ std::string command(const Flags& f, std::uint64_t seed) {
   return line;
 }
 
-std::string say(const Flags& flags, std::uint64_t seed, const WorldReport& r) {
+std::string say(const WorldFlags& flags, std::uint64_t seed, const WorldReport& r) {
   std::string text = fmt::format(
       "seed {}: {} ticks, {} patches used, oldest {} ms, energy at least {:.2f} mJ, hash {:016x}: {}\n", seed, r.ticks,
       r.patches_used, r.oldest_calm / Micros{1000}, 1e3 * r.energy_lowest_j, r.hash, r.violations.empty() ? "good" : "FAILED");
@@ -55,7 +55,7 @@ std::string say(const Flags& flags, std::uint64_t seed, const WorldReport& r) {
 /// Seeds to be run, handed out to threads until there are no more or the time is up.
 class Work {
  public:
-  explicit Work(const Flags& flags) : flags_(flags), next_(flags.draw.seed) {
+  explicit Work(const WorldFlags& flags) : flags_(flags), next_(flags.draw.seed) {
     if (flags.for_s > 0)
       until_ = std::chrono::steady_clock::now() +
                std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(flags.for_s));
@@ -125,7 +125,7 @@ class Work {
     }
   }
 
-  const Flags& flags_;
+  const WorldFlags& flags_;
   std::atomic<std::uint64_t> next_;
   std::atomic<bool> error_seen_ = false;
   std::chrono::steady_clock::time_point until_{};
@@ -160,7 +160,7 @@ void write_rows(const std::filesystem::path& out, const Scenario& s, const World
   }
 }
 
-int run_one(const Flags& flags) {
+int run_one(const WorldFlags& flags) {
   const Scenario scenario = draw_scenario(flags.draw);
   fmt::print("{}", describe(scenario));
   RunOptions options;
@@ -184,7 +184,7 @@ int run_one(const Flags& flags) {
   return report.violations.empty() ? 0 : 1;
 }
 
-int run_world(Flags flags) {
+int run_world(WorldFlags flags) {
   for (const auto& [flag, value] : {std::pair{"--duration-s", flags.draw.duration_s}, {"--for-s", flags.for_s}})
     if (std::isnan(value)) throw InputError(flag, "is nan", "a number of seconds");
   flags.draw.faults = !flags.no_faults;
@@ -204,7 +204,7 @@ int run_world(Flags flags) {
 }  // namespace
 
 void add_world(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<WorldFlags>();
   CLI::App* c =
       app.add_subcommand("world", "simulated worlds drawn from a seed, with everything that goes wrong, run under checks");
   c->add_option("--seed", flags->draw.seed, "of everything that is drawn; the first of several");

@@ -10,24 +10,24 @@
 namespace palpate {
 namespace {
 
-constexpr double kPressS = 0.3, kTapHz = 3, kTapsS = 1.0, kLandS = 0.2, kStrokeS = 1.0, kStrokeM = 0.020;
-constexpr double kHomeAboveM = 0.020;  // home_of() of a scene that is touched
+constexpr double kGesturePressS = 0.3, kGestureTapHz = 3, kTapsS = 1.0, kLandS = 0.2, kGestureStrokeS = 1.0, kStrokeM = 0.020;
+constexpr double kGestureHomeAboveM = 0.020;  // home_of() of a scene that is touched
 
 /// Depth and sideways offset of what the hand wants [m], over time.
 using Wish = std::function<std::pair<double, double>(double t_s)>;
 
 Wish wish_of(Gesture gesture, double depth_m) {
-  const auto press = [](double t, double depth) { return depth * minimum_jerk(t / kPressS); };
+  const auto press = [](double t, double depth) { return depth * minimum_jerk(t / kGesturePressS); };
   switch (gesture) {
     case Gesture::tap:
       return [=](double t) {
-        const double s = std::sin(std::numbers::pi * kTapHz * t);
+        const double s = std::sin(std::numbers::pi * kGestureTapHz * t);
         const double depth = t < kTapsS ? 0.6 * depth_m * s * s : 0.2 * depth_m * minimum_jerk((t - kTapsS) / kLandS);
         return std::pair(depth, 0.0);
       };
     case Gesture::stroke:
       return [=](double t) {
-        const double u = std::clamp((t - kPressS) / kStrokeS, 0.0, 1.0);
+        const double u = std::clamp((t - kGesturePressS) / kGestureStrokeS, 0.0, 1.0);
         return std::pair(press(t, 0.6 * depth_m), kStrokeM * 0.5 * (1 - std::cos(2 * std::numbers::pi * u)));
       };
     default:
@@ -53,8 +53,9 @@ Vec3 into_body(const Scene& scene) { return scene.body.planar ? Vec3(0, -1, 0) :
 GesturePlan plan_gesture(const Scene& scene, Gesture gesture, double depth_m) {
   constexpr double kStandS = 0.2;  // driven motion dies down before it is judged
   const bool touch = scene.tool.contact == ContactKind::touch;
-  const Vec3 into = into_body(scene), start = home_of(scene) + (touch ? kHomeAboveM - kGapM : 0.0) * into;
-  const double end_s = gesture == Gesture::tap ? kTapsS + kLandS : kPressS + (gesture == Gesture::stroke ? kStrokeS : 0.0);
+  const Vec3 into = into_body(scene), start = home_of(scene) + (touch ? kGestureHomeAboveM - kGapM : 0.0) * into;
+  const double end_s =
+      gesture == Gesture::tap ? kTapsS + kLandS : kGesturePressS + (gesture == Gesture::stroke ? kGestureStrokeS : 0.0);
   const Wish wish = wish_of(gesture, depth_m + (touch ? kGapM : 0.0));
   std::vector<MotionPoint> points;
   for (int ms = 0; ms <= static_cast<int>(std::lround(end_s * 1e3)); ++ms) {
@@ -62,7 +63,9 @@ GesturePlan plan_gesture(const Scene& scene, Gesture gesture, double depth_m) {
     points.push_back({ms * 1e-3, start + depth * into + side * Vec3::UnitX()});
   }
   const double still_s = end_s + kStandS;
-  const double let_go_s = gesture == Gesture::tap ? 0.75 : gesture == Gesture::stroke ? kPressS + kStrokeS / 4 : still_s;
+  const double let_go_s = gesture == Gesture::tap      ? 0.75
+                          : gesture == Gesture::stroke ? kGesturePressS + kGestureStrokeS / 4
+                                                       : still_s;
   return {Motion(std::move(points), std::string(name_of(gesture))), still_s, let_go_s};
 }
 

@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-constexpr Micros kBegin{1'000'000};
+constexpr Micros kLoadBegin{1'000'000};
 
 /// Bytes of a datagram and the station that they are from or for.
 struct Datagram {
@@ -19,14 +19,14 @@ class Loopback {
  public:
   Loopback(const Scene& scene, std::span<const Motion> motions, const ReplayOptions& options, const Stopwatch& stopwatch)
       : room_(scene), server_(facts_of(scene, home_of(scene)), {1, options.rate_hz}), motions_(motions), stopwatch_(stopwatch) {
-    room_.start(kBegin);
+    room_.start(kLoadBegin);
     room_.listen([this](PatchPart part) { enter(&load.patch_ms[static_cast<std::size_t>(part)]); });
     for (std::size_t k = 0; k < motions.size(); ++k) {
       ClientOptions client;
       client.hello.station = "station " + std::to_string(k + 1);
       client.hello.scheme = options.scheme;
       client.hello.order = static_cast<std::uint16_t>(options.order);
-      clients_.push_back(std::make_unique<ClientCore>(client, kBegin));
+      clients_.push_back(std::make_unique<ClientCore>(client, kLoadBegin));
     }
   }
 
@@ -34,7 +34,7 @@ class Loopback {
     std::array<std::byte, kMaxDatagramBytes> bytes;
     std::vector<Datagram> up, down;
     for (std::size_t k = 0; k < clients_.size(); ++k) {
-      clients_[k]->haptic().tick({now, motions_[k].position(now - kBegin)});
+      clients_[k]->haptic().tick({now, motions_[k].position(now - kLoadBegin)});
       clients_[k]->tick(now);
       while (const auto size = clients_[k]->emit(bytes, now)) up.push_back({k + 1, {bytes.begin(), bytes.begin() + size}});
     }
@@ -92,11 +92,11 @@ ServerLoad server_load(const Scene& scene, std::span<const Motion> motions, cons
   Loopback loop(scene, motions, options, stopwatch);
   Micros length = Micros::max();
   for (const Motion& motion : motions) length = std::min(length, motion.duration());
-  Micros t = kBegin;
-  for (; t < kBegin + kLoadSkip; t += kTick) loop.step(t);
+  Micros t = kLoadBegin;
+  for (; t < kLoadBegin + kLoadSkip; t += kTick) loop.step(t);
   loop.load = {};
   const ServerCounts before = loop.counts();
-  for (; t <= kBegin + length; t += kTick) loop.step(t);
+  for (; t <= kLoadBegin + length; t += kTick) loop.step(t);
   const ServerCounts& after = loop.counts();
   ServerLoad load = loop.load;
   const double per_frame = 1.0 / std::max(1, load.frames);

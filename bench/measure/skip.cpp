@@ -14,7 +14,7 @@ namespace palpate {
 namespace {
 
 constexpr Micros kBegin{1'000'000};
-constexpr double kDeepM = 0.006, kRestS = 2, kWayS = 1;
+constexpr double kSkipDeepM = 0.006, kRestS = 2, kWayS = 1;
 
 /// Joins, says now and then that everything came, and looks at nothing.
 class Onlooker {
@@ -131,7 +131,7 @@ Vec3 trembling(double t_s) {
   return kTrembleM * std::sin(2 * std::numbers::pi * kTrembleHz * t_s) * Vec3::UnitX();
 }
 
-Vec3 resting_place(const Scene& scene) { return plan_gesture(scene, Gesture::tap, kDeepM).intention.position(0.0); }
+Vec3 resting_place(const Scene& scene) { return plan_gesture(scene, Gesture::tap, kSkipDeepM).intention.position(0.0); }
 
 }  // namespace
 
@@ -165,8 +165,8 @@ double felt_difference_share(const SkipCost& a, const SkipCost& b) {
 }
 
 Motion visit(const Scene& scene) {
-  if (scene.tool.contact == ContactKind::attach) return plan_gesture(scene, Gesture::press, kDeepM).intention;
-  const Motion taps = plan_gesture(scene, Gesture::tap, kDeepM).intention;
+  if (scene.tool.contact == ContactKind::attach) return plan_gesture(scene, Gesture::press, kSkipDeepM).intention;
+  const Motion taps = plan_gesture(scene, Gesture::tap, kSkipDeepM).intention;
   const Vec3 up = -kAwayM * into_body(scene);
   const double from_s = kRestS + kWayS, to_s = from_s + taps.duration_s();
   std::vector<MotionPoint> points;
@@ -188,7 +188,7 @@ Motion hold_pressed(const Scene& scene) {
   for (int ms = 0; ms <= static_cast<int>(1e3 * kVisitS); ++ms) {
     const double t = 1e-3 * ms;
     const double pressed = minimum_jerk(t / kWayS) - minimum_jerk((t - (kVisitS - kWayS)) / kWayS);
-    points.push_back({t, place + kDeepM * pressed * into + trembling(t)});
+    points.push_back({t, place + kSkipDeepM * pressed * into + trembling(t)});
   }
   return Motion(std::move(points), "hold");
 }

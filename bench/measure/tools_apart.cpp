@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kAboveM = 0.003, kDeepM = 0.008, kSwingM = 0.004;
+constexpr double kAboveM = 0.003, kApartDeepM = 0.008, kSwingM = 0.004;
 constexpr double kDownS = 0.4, kStaggerS = 0.1, kStaggerMostS = 0.5;
 
 /// Height of the surface over (x, y), seen from above.
@@ -62,7 +62,7 @@ std::vector<Motion> tools_apart(const Scene& scene, int count, double apart_m, d
     for (int i = 0; i <= ms; ++i) {
       const double t = i * 1e-3, down_s = t - begin_s;
       const double swing = std::sin(2 * std::numbers::pi * hz * std::max(0.0, down_s - kDownS));
-      const double depth = (kAboveM + kDeepM) * minimum_jerk(down_s / kDownS) + kSwingM * swing;
+      const double depth = (kAboveM + kApartDeepM) * minimum_jerk(down_s / kDownS) + kSwingM * swing;
       const double slid_m = k % 2 == 0 ? slide_m * swing : 0.0;
       points.push_back({t, Vec3(place.x(), place.y() + slid_m, *top + kAboveM - depth)});
     }

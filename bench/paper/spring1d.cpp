@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kTickS = 1.0 / kHapticRateHz, kFeltN = 0.1;
+constexpr double kSpringTickS = 1.0 / kHapticRateHz, kFeltN = 0.1;
 constexpr std::size_t kOnsetTicks = 100;
 
 double rounded(double value, double step) { return step > 0 ? std::round(value / step) * step : value; }
@@ -23,7 +23,7 @@ std::vector<std::size_t> frame_ticks(std::size_t ticks, double rate_hz) {
   std::vector<std::size_t> at(ticks);
   double shown = -1;
   for (std::size_t n = 0; n < ticks; ++n) {
-    const double frame = std::floor(static_cast<double>(n) * rate_hz * kTickS + 1e-9);
+    const double frame = std::floor(static_cast<double>(n) * rate_hz * kSpringTickS + 1e-9);
     at[n] = frame > shown ? n : at[n - 1];
     shown = frame;
   }
@@ -33,7 +33,7 @@ std::vector<std::size_t> frame_ticks(std::size_t ticks, double rate_hz) {
 /// Before rounding.
 std::vector<double> shown_force(SpringScheme scheme, const std::vector<double>& x, const std::vector<std::size_t>& frame,
                                 double low_pass_hz) {
-  const double gain = 1 - std::exp(-2 * std::numbers::pi * low_pass_hz * kTickS);
+  const double gain = 1 - std::exp(-2 * std::numbers::pi * low_pass_hz * kSpringTickS);
   std::vector<double> shown(x.size());
   double filtered = thigh_spring(x.front()).force_n;
   for (std::size_t n = 0; n < x.size(); ++n) {
@@ -76,7 +76,7 @@ std::vector<double> fast_part(const std::vector<double>& values, double rate_hz)
   Eigen::FFT<double> fft;
   std::vector<std::complex<double>> terms;
   fft.fwd(terms, values);
-  const std::size_t n = values.size(), slow = static_cast<std::size_t>(rate_hz / 2 * static_cast<double>(n) * kTickS);
+  const std::size_t n = values.size(), slow = static_cast<std::size_t>(rate_hz / 2 * static_cast<double>(n) * kSpringTickS);
   for (std::size_t k = 0; k < n; ++k)
     if (std::min(k, n - k) <= slow) terms[k] = 0;
   std::vector<double> fast;
@@ -119,12 +119,12 @@ void onset_figures(const Spring1d& run, const std::vector<double>& shown, Spring
     if (x[n] <= 0) figures.ghost_force_n = std::max(figures.ghost_force_n, shown[n]);
     if (x[n] <= 0 && x[n - 1] > 0) {
       const auto on = static_cast<double>(ticks_until(n, end, [&](std::size_t i) { return shown[i] < kFeltN || x[i] > 0; }));
-      figures.ghost_ms_max = std::max(figures.ghost_ms_max, on * kTickS * 1e3);
+      figures.ghost_ms_max = std::max(figures.ghost_ms_max, on * kSpringTickS * 1e3);
     }
     if (reference[n] < kFeltN || reference[n - 1] >= kFeltN) continue;
     ++touches;
     const double late =
-        1e3 * kTickS * static_cast<double>(ticks_until(n, end, [&](std::size_t i) { return shown[i] >= kFeltN; }));
+        1e3 * kSpringTickS * static_cast<double>(ticks_until(n, end, [&](std::size_t i) { return shown[i] >= kFeltN; }));
     delays += late;
     figures.onset_ms_max = std::max(figures.onset_ms_max, late);
     for (std::size_t i = n; i < std::min(end, n + kOnsetTicks); ++i, ++ticks)
@@ -182,7 +182,7 @@ Spring1d run_spring1d(const Spring1dOptions& o) {
   const auto ticks = static_cast<std::size_t>(std::lround(o.duration_s * kHapticRateHz));
   std::vector<double> measured;
   for (std::size_t n = 0; n < ticks; ++n) {
-    const double t = static_cast<double>(n) * kTickS;
+    const double t = static_cast<double>(n) * kSpringTickS;
     const double x = o.middle_mm + o.amplitude_mm * std::sin(2 * std::numbers::pi * o.frequency_hz * t + o.phase_rad);
     run.position_mm.push_back(x);
     run.reference_n.push_back(thigh_spring(x).force_n);

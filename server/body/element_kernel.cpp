@@ -5,26 +5,27 @@
 namespace palpate {
 namespace {
 
-// f(x) = x / (p - q x), x in mm and f in N; followed along its tangent beyond 90 % of the pole at p / q.
-constexpr double p = 5.4398, q = 0.1418, x_end = 0.9 * p / q;
+// f(x) = x / (p - q x), x in mm and f in N (p is skin_p, q is skin_q); followed along its tangent beyond 90 % of the pole at p /
+// q.
+constexpr double skin_p = 5.4398, skin_q = 0.1418, skin_end = 0.9 * skin_p / skin_q;
 
 SpringResponse thigh_skin(double x_m) {
   const double sign = x_m < 0 ? -1.0 : 1.0;
   const double x = std::abs(x_m) * 1e3;
-  const double at = std::min(x, x_end);
-  const double slope = p / ((p - q * at) * (p - q * at));
-  const double force = at / (p - q * at) + slope * (x - at);
+  const double at = std::min(x, skin_end);
+  const double slope = skin_p / ((skin_p - skin_q * at) * (skin_p - skin_q * at));
+  const double force = at / (skin_p - skin_q * at) + slope * (x - at);
   return {sign * force, slope * 1e3};
 }
 
 /// Integral of f from 0 [J].
 double thigh_skin_energy(double x_m) {
-  const double x = std::abs(x_m) * 1e3, at = std::min(x, x_end), beyond = x - at;
-  const double u = q * at / p;
+  const double x = std::abs(x_m) * 1e3, at = std::min(x, skin_end), beyond = x - at;
+  const double u = skin_q * at / skin_p;
   // -u - ln(1 - u), whose terms cancel where u is small
   const double curve = u < 1e-3 ? u * u * (1.0 / 2 + u * (1.0 / 3 + u / 4)) : -u - std::log1p(-u);
-  const double slope = p / ((p - q * at) * (p - q * at));
-  return 1e-3 * (p / (q * q) * curve + beyond * (at / (p - q * at) + slope * beyond / 2));
+  const double slope = skin_p / ((skin_p - skin_q * at) * (skin_p - skin_q * at));
+  return 1e-3 * (skin_p / (skin_q * skin_q) * curve + beyond * (at / (skin_p - skin_q * at) + slope * beyond / 2));
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kExplicitNs = 0.7, kStabilisedNs = 1.0, kImplicitNs = 32, kNewton = 6.6, kWorth = 2, kClearly = 1.5,
+constexpr double kExplicitNs = 0.7, kStabilisedNs = 1.0, kImplicitNs = 32, kNewton = 6.6, kExplicitWorth = 2, kClearly = 1.5,
                  kDear = 0.05;
 
 constexpr const char* kForSprings = "explicit steps are for bodies of linear or stiffening springs";
@@ -95,7 +95,8 @@ ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const
   Rung& best = damped ? stabilised : leapfrog;
   Rung& other = damped ? leapfrog : stabilised;
   const std::string others = other.stepper ? other.figures : "stabilised: too little damping";
-  if (kWorth * best.cost <= implicit.cost) return chosen(std::move(best), fmt::format("{}; {}", others, implicit.figures));
+  if (kExplicitWorth * best.cost <= implicit.cost)
+    return chosen(std::move(best), fmt::format("{}; {}", others, implicit.figures));
   return chosen(std::move(implicit), fmt::format("{}; {}", best.figures, others));
 }
 

@@ -7,8 +7,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kWorth = 0.85;  // of all blocks: if more are needed, all may as well move
-constexpr double kBegin = 0.5;   // of what may be left out, when blocks are chosen or woken
+constexpr double kWorthSharing = 0.85;  // of all blocks: if more are needed, all may as well move
+constexpr double kBegin = 0.5;          // of what may be left out, when blocks are chosen or woken
 
 /// Runs of blocks begin ... end - 1 for which wanted(block).
 template <typename Wanted>
@@ -75,7 +75,7 @@ void RestingBlocks::choose(std::span<const double> unbalanced_n, double most_n) 
   }
   changed_ = true;
   renew();
-  if (needed_share_ > kWorth) wake_all();
+  if (needed_share_ > kWorthSharing) wake_all();
 }
 
 void RestingBlocks::wake(std::size_t block) {

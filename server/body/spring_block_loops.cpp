@@ -4,7 +4,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kBlock = NodeArrays::kBlock;
+constexpr std::size_t kLoopBlock = NodeArrays::kBlock;
 
 template <std::size_t N>
 struct VectorOfFloats;
@@ -93,7 +93,7 @@ PALPATE_INLINE void pull(const SpringShapes& at_rest, const SpringCoefficients& 
 template <std::size_t N>
 PALPATE_INLINE void add_forces(const SpringTables& springs, std::size_t begin, std::size_t end, const NodeArrays& u,
                                const NodeArrays& v, NodeArrays& f) {
-  constexpr std::size_t kParts = kBlock / N;
+  constexpr std::size_t kParts = kLoopBlock / N;
   const Places at{u.x.data(), u.y.data(), u.z.data(), v.x.data(), v.y.data(), v.z.data()};
   float* const to[3] = {f.x.data(), f.y.data(), f.z.data()};
   for (std::size_t block = begin; block < end; ++block) {
@@ -101,7 +101,7 @@ PALPATE_INLINE void add_forces(const SpringTables& springs, std::size_t begin, s
     for (std::uint32_t g = springs.first[block]; g < springs.first[block + 1]; ++g) {
       const SpringsOfBlock& group = springs.groups[g];
       for (std::size_t part = 0; part < kParts; ++part) {
-        const std::size_t a = block * kBlock + part * N, b = a + group.to;
+        const std::size_t a = block * kLoopBlock + part * N, b = a + group.to;
         Floats<N> force[3];
         pull<N>(springs.shapes[group.shapes], springs.coefficients[group.coefficients], springs.stiffening, part * N, a, b, at,
                 force);
@@ -115,7 +115,7 @@ PALPATE_INLINE void add_forces(const SpringTables& springs, std::size_t begin, s
     }
     for (std::size_t part = 0; part < kParts; ++part)
       for (std::size_t r = 0; r < 3; ++r) {
-        float* const own = to[r] + block * kBlock + part * N;
+        float* const own = to[r] + block * kLoopBlock + part * N;
         Floats<N> before;
         load<N>(own, before);
         store<N>(before + sum[part][r], own);

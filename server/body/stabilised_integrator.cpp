@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kProbeN = 0.1, kNearSpacings = 0.3;
+constexpr double kProbeN = 0.1, kStabilisedNearSpacings = 0.3;
 constexpr int kFewestStages = 2;
 
 /// The longest step, up to `longest_s`, in which no mode grows; 0: none that would be worth it.
@@ -151,7 +151,7 @@ void StabilisedIntegrator::respond(std::vector<ToolPort>& ports, double begin_s,
   std::vector<std::size_t> stale;
   for (const std::size_t k : touching_) {
     const Response& r = responses_[k];
-    if (!r.valid || (r.at_rest - contacts_[k].at_rest).norm() > kNearSpacings * body_.spacing_m()) stale.push_back(k);
+    if (!r.valid || (r.at_rest - contacts_[k].at_rest).norm() > kStabilisedNearSpacings * body_.spacing_m()) stale.push_back(k);
   }
   for (const std::size_t k : stale) {
     responses_[k].valid = true;

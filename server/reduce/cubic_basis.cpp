@@ -72,10 +72,10 @@ CubicBasis compress(const Vector& masses, const Matrix& w, const Grams& all, Eig
   return basis;
 }
 
-constexpr double kNegligible = 0.03;  // of the loads' squares
-constexpr double kLooser = 3;         // what is of second order is needed less exactly than the answers to the port
+constexpr double kNegligibleLoads = 0.03;  // of the loads' squares
+constexpr double kLooser = 3;              // what is of second order is needed less exactly than the answers to the port
 
-/// Loads but the smallest, whose squares are together no more than kNegligible of those of all.
+/// Loads but the smallest, whose squares are together no more than kNegligibleLoads of those of all.
 void add_those_that_matter(const std::vector<Vector>& loads, Vector* answers, std::vector<SolveColumn>& columns) {
   std::vector<double> squares;
   for (const Vector& b : loads) squares.push_back(b.squaredNorm());
@@ -85,7 +85,7 @@ void add_those_that_matter(const std::vector<Vector>& loads, Vector* answers, st
   const double all = std::accumulate(squares.begin(), squares.end(), 0.0);
   double left_out = 0;
   for (const std::size_t k : order)
-    if ((left_out += squares[k]) > kNegligible * all) columns.push_back({&loads[k], &answers[k], kLooser});
+    if ((left_out += squares[k]) > kNegligibleLoads * all) columns.push_back({&loads[k], &answers[k], kLooser});
 }
 
 /// Second-order forces of what acts together: the port's shapes and the body's own motion.

@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kSteps = 40;          // of conjugate gradients, a round
+constexpr int kGradientSteps = 40;  // of conjugate gradients, a round
 constexpr double kClose = 3e-2;     // of the residual that a way begins with: a basis forgives
 constexpr double kShortest = 1e-3;  // step along a direction, of the last but one
 constexpr double kAlike = 0.5;      // of a trial: a step that differs from it by less
@@ -154,7 +154,7 @@ class PressedPart {
     Vector r = residual(way, w), z = preconditioned(r), direction = z;
     double size = r.dot(z), trial = 1;
     if (enough == 0) enough = kClose * kClose * size;
-    for (int k = 0; k < kSteps && size > enough; ++k) {
+    for (int k = 0; k < kGradientSteps && size > enough; ++k) {
       const double pull = direction.dot(r);
       if (!(pull > 0)) {
         direction = z;

@@ -16,7 +16,7 @@ using ShapeRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 /// The same where two digits are enough.
 using RoughShapes = Features;
 
-constexpr double kLengthMin = 1e-9;  // below, an element has no direction [m]
+constexpr double kElementLengthMin = 1e-9;  // below, an element has no direction [m]
 
 /// One element's geometry at the state, and how the shapes stretch and turn it.
 struct Axes {
@@ -149,7 +149,7 @@ std::vector<double> spring_weights(const LumpedBody& body, const BodyState& stat
     const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
     const auto motion = static_cast<double>((of_node(e.b) - of_node(e.a)).norm());
     const double rho = (state.x.segment<3>(b) - state.x.segment<3>(a)).norm();
-    weights.push_back(e.stiffness_n_m * motion * motion * motion / std::max(rho, kLengthMin));
+    weights.push_back(e.stiffness_n_m * motion * motion * motion / std::max(rho, kElementLengthMin));
   }
   return weights;
 }
@@ -242,7 +242,7 @@ std::optional<Expansion> expand(const Dynamics& dynamics, const BodyState& state
       const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
       const Vec3 d = state.x.segment<3>(b) - state.x.segment<3>(a);
       const double rho = d.norm();
-      if (!(rho > kLengthMin)) return std::nullopt;
+      if (!(rho > kElementLengthMin)) return std::nullopt;
       batch.coefficient[static_cast<std::size_t>(c)] =
           coefficients(e, spring_series(body.law, body.stiffening, e, rho - e.rest_length_m), rho);
       fill(batch, c, axes_along(d / rho), rows.row(a).data(), rows.row(b).data());
@@ -300,7 +300,7 @@ std::vector<Vector> second_order_forces(const Dynamics& dynamics, const BodyStat
     const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
     const Vec3 d = state.x.segment<3>(b) - state.x.segment<3>(a);
     const double rho = d.norm();
-    if (!(rho > kLengthMin)) continue;
+    if (!(rho > kElementLengthMin)) continue;
     const Vec3 axis = d / rho;
     const Coefficients c = coefficients(e, spring_series(body.law, body.stiffening, e, rho - e.rest_length_m), rho);
     const Eigen::Matrix<double, 3, Eigen::Dynamic> delta = directions.middleRows<3>(b) - directions.middleRows<3>(a);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kSpeedUpM_s = 0.02;
 constexpr double kOwnShare = 0.3;  // of the free motion and the imbalance: the Krylov basis has more of them than of the rest
-constexpr int kSteps = 24;         // of the bridged time; 100 change nothing
+constexpr int kBridgeSteps = 24;   // of the bridged time; 100 change nothing
 
 /// The wide system in the eigenvectors U of its stiffness.
 struct SmallSystem {
@@ -48,20 +48,20 @@ SmallSystem small_system(const Linearisation& at, const Matrix& wide, const std:
 /// y_j(t) by the trapezoidal rule, weighted; a block of columns for each step.
 Matrix responses(const SmallSystem& y, double bridge_s) {
   const Eigen::Index n = y.load.size(), p = y.ports.cols(), inputs = p + 3;
-  const double h = bridge_s / kSteps;
+  const double h = bridge_s / kBridgeSteps;
   Matrix step = 0.5 * h * y.damping;
   step.diagonal() += Vector::Ones(n) + 0.25 * h * h * y.energy;
   const Eigen::LLT<Matrix> solver(step);
-  Matrix q = Matrix::Zero(n, inputs), v = q, u = q, all(n, kSteps * inputs);
+  Matrix q = Matrix::Zero(n, inputs), v = q, u = q, all(n, kBridgeSteps * inputs);
   v.col(p) = v.col(p + 2) = kOwnShare * y.rate;
   u.col(p + 1) = u.col(p + 2) = kOwnShare * y.load;
-  for (int k = 0; k < kSteps; ++k) {
+  for (int k = 0; k < kBridgeSteps; ++k) {
     const double t = (k + 0.5) * h;
     u.leftCols(p) = 0.5 * kSpeedUpM_s / bridge_s * t * t * y.ports;
     const Matrix mean = solver.solve(v + 0.5 * h * (u - y.energy.asDiagonal() * q));
     q += h * mean;
     v = 2 * mean - v;
-    all.middleCols(k * inputs, inputs) = std::sqrt((1 - (k + 1.0) / kSteps) / kSteps) * q;
+    all.middleCols(k * inputs, inputs) = std::sqrt((1 - (k + 1.0) / kBridgeSteps) / kBridgeSteps) * q;
   }
   return all;
 }

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kNegligible = 1e-5;                 // of the bending, in springs that are not looked at
+constexpr double kNegligibleSprings = 1e-5;          // of the bending, in springs that are not looked at
 constexpr double kLengthMin = 1e-9;                  // below, a spring has no direction [m]
 constexpr double kLeastSteep = 4, kMostSteep = 100;  // slopes of a law that stiffens, to that of a spring at rest
 
@@ -100,7 +100,7 @@ class BentSprings {
 
   BentSprings(const Linearisation& at, const Matrix& moved, const Matrix& u)
       : at_(&at), moved_(moved.cast<float>()), way_(u.cast<float>()) {
-    elements_ = elements_that_bend(*at.dynamics, *at.state, moved * root_of(u), kNegligible, kLookedAt);
+    elements_ = elements_that_bend(*at.dynamics, *at.state, moved * root_of(u), kNegligibleSprings, kLookedAt);
   }
   const std::vector<std::uint32_t>& elements() const { return elements_; }
   bool have_length() const {

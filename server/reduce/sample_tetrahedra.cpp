@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kNegligible = 1e-2;  // of the bending, in tetrahedra that are not looked at
+constexpr double kNegligibleTetrahedra = 1e-2;  // of the bending, in tetrahedra that are not looked at
 static_assert(kSamples % kTetraLane == 0);
 
 using Nine = Eigen::Matrix<float, 9, kSamples, Eigen::RowMajor>;
@@ -56,7 +56,7 @@ class BentSolid {
 
   BentSolid(const Linearisation& at, const Matrix& moved, const Matrix& u)
       : at_(&at), moved_(moved.cast<float>()), way_(u.cast<float>()) {
-    elements_ = elements_that_bend(*at.dynamics, *at.state, moved * root_of(u), kNegligible, kLookedAt);
+    elements_ = elements_that_bend(*at.dynamics, *at.state, moved * root_of(u), kNegligibleTetrahedra, kLookedAt);
   }
   const std::vector<std::uint32_t>& elements() const { return elements_; }
   const LumpedBody& body() const { return at_->dynamics->body(); }

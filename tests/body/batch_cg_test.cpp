@@ -11,7 +11,7 @@ using namespace palpate::test;
 
 namespace {
 
-struct System {
+struct BatchSystem {
   LumpedBody body;
   Dynamics dynamics{body};
   BodyState state = random_state(dynamics, 1, 0.002, 0.1);
@@ -19,7 +19,7 @@ struct System {
   BatchConjugateGradients solver;
   std::vector<Vector> b, x;
 
-  explicit System(std::size_t columns, double c_m = 400, double c_d = 20, double c_k = 1, LumpedBody of = box_body(4, 4, 4))
+  explicit BatchSystem(std::size_t columns, double c_m = 400, double c_d = 20, double c_k = 1, LumpedBody of = box_body(4, 4, 4))
       : body(std::move(of)), x(columns) {
     dynamics.assemble(state, c_m, c_d, c_k, body.fixed, true, a);
     solver.prepare(a, body.fixed);
@@ -46,7 +46,7 @@ struct System {
 TEST_CASE("More columns than go side by side, of very different size, are each solved to their tolerance") {
   const double tolerance = GENERATE(1e-1, 1e-3, 1e-5);
   const bool solid = GENERATE(false, true);
-  System system(19, 400, 20, 1, solid ? solid_box(4, 4, 4, {SolidLaw::corotational, 4000, 0.4, 0.05}) : box_body(4, 4, 4));
+  BatchSystem system(19, 400, 20, 1, solid ? solid_box(4, 4, 4, {SolidLaw::corotational, 4000, 0.4, 0.05}) : box_body(4, 4, 4));
   bool definite = true;
   CHECK(system.solve(tolerance, definite) > 19);
   CHECK(definite);
@@ -61,7 +61,7 @@ TEST_CASE("More columns than go side by side, of very different size, are each s
 }
 
 TEST_CASE("A column's answer is the same to the bit whoever goes beside it") {
-  System all(11), alone(11);
+  BatchSystem all(11), alone(11);
   bool definite = true;
   all.solve(1e-3, definite);
   for (std::size_t k = 0; k < alone.b.size(); ++k) {
@@ -72,7 +72,7 @@ TEST_CASE("A column's answer is the same to the bit whoever goes beside it") {
 }
 
 TEST_CASE("A column that is needed less exactly stops earlier, and those beside it do not") {
-  System system(4), exactly(4);
+  BatchSystem system(4), exactly(4);
   constexpr double kTolerance = 1e-4, kLooser = 100;
   bool definite = true;
   std::vector<SolveColumn> columns;
@@ -90,7 +90,7 @@ TEST_CASE("A column that is needed less exactly stops earlier, and those beside 
 }
 
 TEST_CASE("A first guess that answers is left as it is, and one of nothing answers nothing") {
-  System system(3);
+  BatchSystem system(3);
   const auto exact = system.dense_a().llt();
   for (std::size_t k = 0; k < 2; ++k) system.x[k] = exact.solve(system.b[k]);
   system.b[1].setZero();
@@ -103,7 +103,7 @@ TEST_CASE("A first guess that answers is left as it is, and one of nothing answe
 }
 
 TEST_CASE("Rows of held nodes are taken for zero and stay so") {
-  System system(2);
+  BatchSystem system(2);
   for (Vector& b : system.b) b.setOnes();
   for (Vector& x : system.x) x.setOnes(system.b[0].size());
   bool definite = true;
@@ -117,7 +117,7 @@ TEST_CASE("Rows of held nodes are taken for zero and stay so") {
 }
 
 TEST_CASE("Columns side by side report a matrix that is not positive definite") {
-  System system(9, 1, 0, -0.01);
+  BatchSystem system(9, 1, 0, -0.01);
   bool definite = true;
   system.solve(1e-5, definite);
   CHECK_FALSE(definite);

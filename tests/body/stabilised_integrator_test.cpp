@@ -14,7 +14,7 @@ using namespace palpate::test;
 
 namespace {
 
-constexpr double kTopM = 3 * kSpacingM;
+constexpr double kStabilisedTopM = 3 * kSpacingM;
 
 /// b / k = 10 ms
 LumpedBody damped_box() { return box_body(4, 4, 4, 60, 0.6); }
@@ -106,7 +106,7 @@ TEST_CASE("A tool that presses, strokes and lets go of a damped body feels what 
   StabilisedIntegrator stabilised(bench.dynamics, bench.skin);
   const auto way = [](double t) {
     const double in_m = 0.005 * std::min({1.0, t / 0.1, std::max(0.0, (0.45 - t) / 0.05)});
-    return Vec3(0.02 + 0.05 * std::max(0.0, t - 0.15), 0.031, kTopM + 0.001 - in_m);
+    return Vec3(0.02 + 0.05 * std::max(0.0, t - 0.15), 0.031, kStabilisedTopM + 0.001 - in_m);
   };
   const auto truth = bench.felt(bench.fine, 0.0005, 0.6, way);
   const auto felt = bench.felt(stabilised, 0.010, 0.6, way);
@@ -123,7 +123,8 @@ TEST_CASE("Tools held still in a damped body come to the forces of its static ba
     StabilisedIntegrator stabilised(dynamics, skin);
     Integrator implicit(dynamics, skin, {0.010, 1e-11});
     const auto tool = [](std::size_t k, double t) {
-      return ToolAt{Vec3(0.02 + 0.013 * static_cast<double>(k), 0.031, kTopM - 0.004 * std::min(1.0, t / 0.1)), Vec3::Zero()};
+      return ToolAt{Vec3(0.02 + 0.013 * static_cast<double>(k), 0.031, kStabilisedTopM - 0.004 * std::min(1.0, t / 0.1)),
+                    Vec3::Zero()};
     };
     const auto held = [&](Stepper& stepper) {
       BodyState state = dynamics.rest_state();
@@ -158,10 +159,10 @@ TEST_CASE("A damped body that is let go loses energy in every frame, whatever st
 
 TEST_CASE("What a frame comes to does not depend on the frames that an integrator stepped before") {
   ToolBench bench(damped_box(), ContactKind::touch);
-  const auto way = [](double t) { return Vec3(0.02, 0.031, kTopM - 0.005 * std::min(1.0, t / 0.1)); };
+  const auto way = [](double t) { return Vec3(0.02, 0.031, kStabilisedTopM - 0.005 * std::min(1.0, t / 0.1)); };
   StabilisedIntegrator used(bench.dynamics, bench.skin), fresh(bench.dynamics, bench.skin);
   REQUIRE(used.leaves_no_trace());
-  bench.felt(used, 0.010, 0.2, [](double t) { return Vec3(0.04 - 0.1 * t, 0.02, kTopM - 0.003); });
+  bench.felt(used, 0.010, 0.2, [](double t) { return Vec3(0.04 - 0.1 * t, 0.02, kStabilisedTopM - 0.003); });
   CHECK(bench.felt(used, 0.010, 0.2, way) == bench.felt(fresh, 0.010, 0.2, way));
 }
 

@@ -93,7 +93,7 @@ Mat3 block_of(const TetraBlocks& blocks, std::size_t lane, int i, int j) {
   return k;
 }
 
-class Draw {
+class LanesDraw {
  public:
   Mat3 matrix(double size) {
     return Mat3::NullaryExpr([&] { return size * normal_(random_); });
@@ -109,7 +109,7 @@ class Draw {
 /// Kinds that take different numbers of iterations next to each other, all turned at random: little and much strained, very small
 /// and large, flat, thin, inside out and nearly a mirror image.
 std::vector<Mat3> deformations() {
-  Draw draw;
+  LanesDraw draw;
   std::vector<Mat3> all{Mat3::Identity()};
   for (int k = 0; k < 20; ++k) {
     for (const double size : {0.01, 0.1, 0.5}) all.push_back(draw.rotation() * (Mat3::Identity() + draw.matrix(size)));
@@ -154,7 +154,7 @@ TEST_CASE("The force of a tetrahedron does not depend on which others are beside
 }
 
 TEST_CASE("A corotational tetrahedron that several rotations fit has the force of one of them", "[body][tetra]") {
-  Draw draw;
+  LanesDraw draw;
   const TetraMaterial m(SolidMaterial{SolidLaw::corotational, 5e3, 0, 0});
   for (const Vec3& s : {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 1, -1), Vec3(1, 0.5, -0.5), Vec3(1, 1e-9, -1e-10)})
     for (const bool along_axes : {true, false}) {

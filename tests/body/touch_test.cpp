@@ -26,7 +26,7 @@ LumpedBody hung_plate(double stiffness_n_m, double damping_n_s_m) {
   return body;
 }
 
-struct Bench {
+struct TouchBench {
   LumpedBody body;
   Dynamics dynamics{body};
   Skin skin{body};
@@ -34,7 +34,7 @@ struct Bench {
   BodyState state = dynamics.rest_state();
   std::vector<ToolPort> ports{1};
 
-  Bench(LumpedBody b, ContactParameters parameters, double step_s = 0.010, std::uint8_t all_fixed = 0)
+  TouchBench(LumpedBody b, ContactParameters parameters, double step_s = 0.010, std::uint8_t all_fixed = 0)
       : body(std::move(b)), integrator(dynamics, skin, {step_s, 1e-11}) {
     if (all_fixed) body.fixed.assign(body.nodes.size(), 1);
     ports[0].parameters = parameters;
@@ -51,7 +51,7 @@ struct Bench {
 
 TEST_CASE("A resting push on a hung plate is the plate's springs in series with the contact") {
   const double coupling = GENERATE(500.0, 5000.0, 0.0);
-  Bench bench(hung_plate(100, 5), {coupling, 0.0});
+  TouchBench bench(hung_plate(100, 5), {coupling, 0.0});
   // Above the middle: all four corners would share were the plate stiff; this one bends along its diagonal 0-2, which carries
   // alone.
   const Vec3 tool(0.05, 0.05, -0.006);
@@ -63,7 +63,7 @@ TEST_CASE("A resting push on a hung plate is the plate's springs in series with 
 }
 
 TEST_CASE("On rigid ground the force is the contact's own stiffness, and a stroke slides on the friction cone") {
-  Bench bench(hung_plate(100, 5), {800, 0.4}, 0.010, 1);
+  TouchBench bench(hung_plate(100, 5), {800, 0.4}, 0.010, 1);
   REQUIRE(bench.advance(0.1, [](double) { return Vec3(0.03, 0.02, -0.005); }).converged);
   CHECK((bench.ports[0].lambda - Vec3(0, 0, -4)).norm() < 1e-9);
   int slipped = 0;
@@ -82,7 +82,7 @@ TEST_CASE("On rigid ground the force is the contact's own stiffness, and a strok
 
 TEST_CASE("The friction cone holds while a tool strokes a soft cube") {
   const double friction = GENERATE(0.0, 0.3);
-  Bench bench(box_body(4, 4, 4), {1000, friction});
+  TouchBench bench(box_body(4, 4, 4), {1000, friction});
   double worst = 0;
   for (int ms = 1; ms <= 600; ++ms) {
     const auto tool = [](double t) { return Vec3(0.015 + 0.05 * t, 0.031, 0.06 - 0.006 * std::min(1.0, t / 0.1)); };
@@ -98,7 +98,7 @@ TEST_CASE("The friction cone holds while a tool strokes a soft cube") {
 }
 
 TEST_CASE("A tool that leaves lets go: no force, and the body swings back to rest") {
-  Bench bench(box_body(4, 4, 4), {1000, 0.3});
+  TouchBench bench(box_body(4, 4, 4), {1000, 0.3});
   REQUIRE(bench.advance(0.3, [](double) { return Vec3(0.031, 0.031, 0.054); }).converged);
   CHECK(bench.ports[0].touching);
   CHECK(bench.ports[0].lambda.norm() > 0.1);
@@ -110,7 +110,7 @@ TEST_CASE("A tool that leaves lets go: no force, and the body swings back to res
 }
 
 TEST_CASE("A step in which contact begins or ends is redone in short pieces") {
-  Bench bench(box_body(4, 4, 4), {1000, 0.3});
+  TouchBench bench(box_body(4, 4, 4), {1000, 0.3});
   const auto tool = [](double t) { return Vec3(0.031, 0.031, t < 0.1 ? 0.062 - 0.2 * t : 0.062 - 0.02 + 0.2 * (t - 0.1)); };
   // The tool is at the surface after 10 ms.
   CHECK(bench.advance(0.005, tool).cut_steps == 0);

@@ -11,7 +11,7 @@ using namespace palpate::test;
 
 namespace {
 
-struct Bench {
+struct TwoToolsBench {
   LumpedBody body = box_body(4, 4, 4);
   Dynamics dynamics{body};
   Skin skin{body};
@@ -19,7 +19,7 @@ struct Bench {
   BodyState state = dynamics.rest_state();
   std::vector<ToolPort> ports;
 
-  Bench(std::size_t tools, ContactParameters parameters, LinearSolver::Method solver = LinearSolver::Method::automatic)
+  TwoToolsBench(std::size_t tools, ContactParameters parameters, LinearSolver::Method solver = LinearSolver::Method::automatic)
       : integrator(dynamics, skin, {0.010, 1e-8, solver}), ports(tools) {
     for (ToolPort& p : ports) p.parameters = parameters;
   }
@@ -29,14 +29,14 @@ struct Bench {
   double strain() const { return (state.x - dynamics.rest_state().x).cwiseAbs().maxCoeff(); }
 };
 
-constexpr double kTopM = 3 * kSpacingM;
+constexpr double kTwoToolsTopM = 3 * kSpacingM;
 
 }  // namespace
 
 TEST_CASE("A tool that is thrown through the body and out on its far side does not stay hooked to where it went in") {
-  Bench bench(2, {1000, 0.3});
+  TwoToolsBench bench(2, {1000, 0.3});
   const auto tool = [](std::size_t k, double t) {
-    if (k == 1) return Vec3(0.031, 0.010, kTopM - 0.004);
+    if (k == 1) return Vec3(0.031, 0.010, kTwoToolsTopM - 0.004);
     // 0.3 m/s sideways from x+ through the body, out at x-, and on.
     return Vec3(0.070 - 0.3 * t, 0.031, 0.031);
   };
@@ -47,11 +47,11 @@ TEST_CASE("A tool that is thrown through the body and out on its far side does n
 }
 
 TEST_CASE("Solved for by iteration, tools that press and slide feel what they feel when it is solved for directly") {
-  Bench direct(2, {1000, 0.3}, LinearSolver::Method::direct),
+  TwoToolsBench direct(2, {1000, 0.3}, LinearSolver::Method::direct),
       iterative(2, {1000, 0.3}, LinearSolver::Method::conjugate_gradients);
   const auto tool = [](std::size_t k, double t) {
     const double in_m = 0.004 * std::min(1.0, t / 0.1), along_m = k == 0 ? 0.012 * std::sin(9 * t) : 0;
-    return Vec3(0.015 + 0.03 * static_cast<double>(k), 0.031 + along_m, kTopM + 0.001 - in_m);
+    return Vec3(0.015 + 0.03 * static_cast<double>(k), 0.031 + along_m, kTwoToolsTopM + 0.001 - in_m);
   };
   double worst_n = 0, most_n = 0;
   for (int k = 1; k <= 50; ++k) {
@@ -67,8 +67,10 @@ TEST_CASE("Solved for by iteration, tools that press and slide feel what they fe
 }
 
 TEST_CASE("A deep press ends no contact") {
-  Bench bench(1, {1000, 0.3});
-  const auto tool = [](std::size_t, double t) { return Vec3(0.031, 0.031, kTopM + 0.001 - 0.04 * std::min(1.0, t / 0.4)); };
+  TwoToolsBench bench(1, {1000, 0.3});
+  const auto tool = [](std::size_t, double t) {
+    return Vec3(0.031, 0.031, kTwoToolsTopM + 0.001 - 0.04 * std::min(1.0, t / 0.4));
+  };
   for (int ms = 1; ms <= 600; ++ms) {
     REQUIRE(bench.advance(1e-3 * ms, tool).converged);
     if (ms > 50) REQUIRE(bench.ports[0].touching);
@@ -78,10 +80,10 @@ TEST_CASE("A deep press ends no contact") {
 TEST_CASE("Two rigid tools press one another's tissue without exploding, however near they are") {
   const double apart_m = GENERATE(0.0, 0.002, 0.008, 0.020);
   const double softness = GENERATE(0.0, 1e-3);
-  Bench bench(2, {softness > 0 ? 1 / softness : 0, 0.3});
+  TwoToolsBench bench(2, {softness > 0 ? 1 / softness : 0, 0.3});
   const auto tool = [&](std::size_t k, double t) {
     const double depth = 0.006 * std::min(1.0, t / 0.1) + (k == 0 ? 0.002 * std::sin(20 * t) : -0.002 * std::sin(31 * t));
-    return Vec3(0.029 + static_cast<double>(k) * apart_m, 0.031, kTopM + 0.001 - depth);
+    return Vec3(0.029 + static_cast<double>(k) * apart_m, 0.031, kTwoToolsTopM + 0.001 - depth);
   };
   double most_n = 0;
   for (int k = 1; k <= 40; ++k) {
@@ -94,7 +96,7 @@ TEST_CASE("Two rigid tools press one another's tissue without exploding, however
 
 TEST_CASE("Four tools flung about at random leave a body that comes to rest again") {
   const double coupling = GENERATE(1000.0, 0.0);
-  Bench bench(4, {coupling, 0.3});
+  TwoToolsBench bench(4, {coupling, 0.3});
   Random random(7);
   std::array<Vec3, 4> from, to;
   for (std::size_t k = 0; k < 4; ++k) from[k] = to[k] = Vec3(0.03, 0.03, 0.1);

@@ -11,10 +11,10 @@ using namespace palpate;
 
 namespace {
 
-const std::string kSource = PALPATE_SOURCE_DIR;
-constexpr double kMassKg = 0.075, kTickS = 1e-3, kSpringNM = 200;
+const std::string kLoopSource = PALPATE_SOURCE_DIR;
+constexpr double kMassKg = 0.075, kLoopTickS = 1e-3, kSpringNM = 200;
 
-Scene cube6() { return load_scene(kSource + "/scenes/cube6.json"); }
+Scene cube6() { return load_scene(kLoopSource + "/scenes/cube6.json"); }
 
 /// One spring from the ground up to the tool: what `tangent` shows of it is exact.
 Scene one_spring() {
@@ -57,20 +57,20 @@ TEST_CASE("A device on one spring moves as the mass under a sampled spring that 
   const double held_j = result.ticks[kFrom].kinetic_j + result.ticks[kFrom].display_j;
   const auto store = [&](double at, double speed) {
     // The quadratic form that one tick multiplies by that determinant.
-    return 0.5 * kMassKg * speed * speed - 0.25 * kSpringNM * kTickS * at * speed + 0.5 * kSpringNM * at * at;
+    return 0.5 * kMassKg * speed * speed - 0.25 * kSpringNM * kLoopTickS * at * speed + 0.5 * kSpringNM * at * at;
   };
   const double stored = store(x, v);
   for (std::size_t i = kFrom + 1; i < result.ticks.size(); ++i) {
     const double force = -kSpringNM * x;
-    x += kTickS * v + 0.5 * kTickS * kTickS / kMassKg * force;
-    v += kTickS / kMassKg * force;
+    x += kLoopTickS * v + 0.5 * kLoopTickS * kLoopTickS / kMassKg * force;
+    v += kLoopTickS / kMassKg * force;
     const LoopTick& tick = result.ticks[i];
     REQUIRE(std::abs(tick.position.z() - top.z() - x) < 1e-9);
     REQUIRE(std::abs(tick.velocity.z() - v) < 1e-7);
     REQUIRE(std::abs(tick.force.z() + kSpringNM * x) < 1e-6);
     REQUIRE(std::abs(tick.kinetic_j + tick.display_j - held_j) < 1e-12);
   }
-  CHECK(store(x, v) / stored == Approx(std::pow(1 + kSpringNM * kTickS * kTickS / (2 * kMassKg), 600)).epsilon(1e-6));
+  CHECK(store(x, v) / stored == Approx(std::pow(1 + kSpringNM * kLoopTickS * kLoopTickS / (2 * kMassKg), 600)).epsilon(1e-6));
   // Up to the first turn the display has given back what the spring holds then.
   CHECK(result.ticks[kFrom].display_j ==
         Approx(0.5 * kSpringNM * std::pow(result.ticks[kFrom].position.z() - top.z(), 2)).epsilon(0.02));
@@ -153,5 +153,5 @@ TEST_CASE("A run repeated is the same to the last bit") {
 }
 
 TEST_CASE("A body that is touched cannot be let go of") {
-  CHECK_THROWS_AS(release(load_scene(kSource + "/scenes/touch-cube.json"), ReleaseOptions{}), InputError);
+  CHECK_THROWS_AS(release(load_scene(kLoopSource + "/scenes/touch-cube.json"), ReleaseOptions{}), InputError);
 }

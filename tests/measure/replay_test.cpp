@@ -13,9 +13,9 @@ using namespace palpate;
 
 namespace {
 
-const std::string kSource = PALPATE_SOURCE_DIR;
+const std::string kReplaySource = PALPATE_SOURCE_DIR;
 
-Scene cube6() { return load_scene(kSource + "/scenes/cube6.json"); }
+Scene cube6() { return load_scene(kReplaySource + "/scenes/cube6.json"); }
 
 Motion cut(const Motion& motion, double from_s, double until_s) {
   std::vector<MotionPoint> points;
@@ -23,7 +23,7 @@ Motion cut(const Motion& motion, double from_s, double until_s) {
     if (p.t_s >= from_s && p.t_s <= until_s) points.push_back({p.t_s - from_s, p.position});
   return Motion(std::move(points));
 }
-Motion excursion(double until_s) { return cut(read_motion(kSource + "/scenes/motions/base-excursion.csv"), 0, until_s); }
+Motion excursion(double until_s) { return cut(read_motion(kReplaySource + "/scenes/motions/base-excursion.csv"), 0, until_s); }
 
 ReplayOptions options_for(Scheme scheme, int round_trip_ms) {
   ReplayOptions options;
@@ -113,8 +113,8 @@ TEST_CASE("Jitter and loss cost port little") {
 TEST_CASE(
     "Contact is felt in the tick in which it happens with port and cubic, late by more than the round trip with hold, cubic is "
     "twice as true") {
-  const Scene scene = load_scene(kSource + "/scenes/touch-cube.json");
-  const Motion tap = cut(read_motion(kSource + "/scenes/motions/tap.csv"), 0, 0.6);
+  const Scene scene = load_scene(kReplaySource + "/scenes/touch-cube.json");
+  const Motion tap = cut(read_motion(kReplaySource + "/scenes/motions/tap.csv"), 0, 0.6);
   std::vector<MotionPoint> points(tap.points().begin(), tap.points().end());
   // The recorded taps are for a body 0.1 m high: this one's surface is at z = 0.075 m, 2 mm below where the tool waits.
   for (MotionPoint& p : points) p.position += Vec3(0.0121, 0.0127, -0.023);
@@ -202,7 +202,7 @@ TEST_CASE("With a deadband nothing fades over a link that loses and delays at ra
 
 TEST_CASE(
     "A tissue that is pressed to a third of its height and let go of is felt as it is, and never with more force than it has") {
-  Scene scene = load_scene(kSource + "/scenes/touch-cube.json");
+  Scene scene = load_scene(kReplaySource + "/scenes/touch-cube.json");
   // A tip as wide as two of its elements, in fewer than 30 mm of it.
   const double finer = 0.0055 / 0.015;
   for (Vec3& x : scene.body.nodes) x *= finer;
@@ -270,14 +270,14 @@ TEST_CASE("A contact that rolls back over the edge of a block stays on the surfa
 }
 
 TEST_CASE("A body that costs too much to be followed to where its patch ends is not followed part of the way") {
-  const Scene scene = load_scene(kSource + "/scenes/organ-solid.json");
+  const Scene scene = load_scene(kReplaySource + "/scenes/organ-solid.json");
   const ReplayResult run = play(scene, cut(examination(scene), 4.0, 4.76), options_for(Scheme::cubic, 150));
   INFO(run.fidelity.snr_db << " dB");
   CHECK(run.fidelity.snr_db > 40);  // 36.7 dB, in what is felt as it swings back, if it was
 }
 
 TEST_CASE("A patch that lasts long knows where a hand gets that turns aside") {
-  const Scene scene = load_scene(kSource + "/scenes/touch-stiff.json");
+  const Scene scene = load_scene(kReplaySource + "/scenes/touch-stiff.json");
   const ReplayResult run = play(scene, cut(examination(scene), 0, 2), options_for(Scheme::cubic, 300));
   CHECK(run.fidelity.snr_db > 38);  // 23 dB if hands were thought to keep their velocity
 }

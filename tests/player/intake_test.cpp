@@ -11,10 +11,10 @@ using namespace palpate;
 
 namespace {
 
-constexpr Micros kEpoch{1'000'000}, kNow = kEpoch + 200 * kTick;
+constexpr Micros kIntakeEpoch{1'000'000}, kNow = kIntakeEpoch + 200 * kTick;
 
 ToolSample sample_at(int ms) {
-  return {kEpoch + ms * kTick,
+  return {kIntakeEpoch + ms * kTick,
           Vec3(0.003 * std::sin(0.02 * ms), 0.002 * std::cos(0.03 * ms), 0.004 * std::cos(0.015 * ms) - 0.001)};
 }
 
@@ -29,7 +29,7 @@ TEST_CASE("A patch that comes late is caught up to the same bits as one played f
   const bool touch = GENERATE(false, true);
   Side side;
   for (int ms = 0; ms <= 300; ++ms) side.intake.add_sample(sample_at(ms));
-  const Micros stamp = kEpoch + 100 * kTick + Micros{GENERATE(0, 300, 700)};
+  const Micros stamp = kIntakeEpoch + 100 * kTick + Micros{GENERATE(0, 300, 700)};
   const Patch patch = touch ? test::touch_patch(8, 1, stamp) : test::attach_patch(11, 1, stamp);
   REQUIRE(side.intake.accept(patch, kNow));
   PatchPlayer* caught_up = side.slot->take();
@@ -51,24 +51,24 @@ TEST_CASE("A patch that comes late is caught up to the same bits as one played f
 TEST_CASE("Patches that are old news, older than memory or from the future are counted and left") {
   Side side;
   for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
-  CHECK(side.intake.accept(test::attach_patch(3, 7, kEpoch + 50 * kTick), kNow));
-  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 7, kEpoch + 60 * kTick), kNow));
-  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 6, kEpoch + 60 * kTick), kNow));
-  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 8, kEpoch - 5 * kTick), kNow));
-  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 9, kEpoch + 230 * kTick), kNow));
+  CHECK(side.intake.accept(test::attach_patch(3, 7, kIntakeEpoch + 50 * kTick), kNow));
+  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 7, kIntakeEpoch + 60 * kTick), kNow));
+  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 6, kIntakeEpoch + 60 * kTick), kNow));
+  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 8, kIntakeEpoch - 5 * kTick), kNow));
+  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 9, kIntakeEpoch + 230 * kTick), kNow));
   CHECK(side.intake.counts().accepted == 1);
   CHECK(side.intake.counts().stale == 2);
   CHECK(side.intake.counts().too_old == 1);
   CHECK(side.intake.counts().from_future == 1);
   side.intake.reset();
-  CHECK(side.intake.accept(test::attach_patch(3, 1, kEpoch + 60 * kTick), kNow));
+  CHECK(side.intake.accept(test::attach_patch(3, 1, kIntakeEpoch + 60 * kTick), kNow));
 }
 
 TEST_CASE("A patch that waited while the network side stood still is played, although the samples of that time were lost") {
   Side side;
   for (int ms = 0; ms <= 1000; ++ms) side.intake.add_sample(sample_at(ms));  // as many as the ring holds
-  const Micros now = kEpoch + 2200 * kTick;
-  CHECK(side.intake.accept(test::attach_patch(3, 1, kEpoch + 1900 * kTick), now));
+  const Micros now = kIntakeEpoch + 2200 * kTick;
+  CHECK(side.intake.accept(test::attach_patch(3, 1, kIntakeEpoch + 1900 * kTick), now));
   PatchPlayer* const player = side.slot->take();
   REQUIRE(player != nullptr);
   CHECK(player->advance({now, Vec3::Zero()}).force.allFinite());
@@ -79,14 +79,14 @@ TEST_CASE("A patch that waited while the network side stood still is played, alt
 TEST_CASE("Sequence numbers go on past their wrap") {
   Side side;
   for (int ms = 0; ms <= 20; ++ms) side.intake.add_sample(sample_at(ms));
-  CHECK(side.intake.accept(test::attach_patch(3, 0xffffffffu, kEpoch + 5 * kTick), kNow));
-  CHECK(side.intake.accept(test::attach_patch(3, 0, kEpoch + 6 * kTick), kNow));
-  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 0xffffffffu, kEpoch + 6 * kTick), kNow));
+  CHECK(side.intake.accept(test::attach_patch(3, 0xffffffffu, kIntakeEpoch + 5 * kTick), kNow));
+  CHECK(side.intake.accept(test::attach_patch(3, 0, kIntakeEpoch + 6 * kTick), kNow));
+  CHECK_FALSE(side.intake.accept(test::attach_patch(3, 0xffffffffu, kIntakeEpoch + 6 * kTick), kNow));
 }
 
 TEST_CASE("The history keeps the newest samples and finds them by time") {
   SampleHistory history;
-  CHECK(history.first_after(kEpoch) == 0);
+  CHECK(history.first_after(kIntakeEpoch) == 0);
   for (int ms = 0; ms < kSampleHistoryTicks + 500; ++ms) history.add(sample_at(ms));
   CHECK(history.size() == kSampleHistoryTicks);
   CHECK(history[0].t == sample_at(500).t);
@@ -120,7 +120,7 @@ std::vector<Vec3> felt(Side& side, const Patch& patch, const std::vector<PatchTe
 
 TEST_CASE(
     "The pieces of a patch's terms bend it in any order, before or after the patch, and without one of them it plays straight") {
-  const Patch patch = test::attach_patch(11, 5, kEpoch + 100 * kTick);
+  const Patch patch = test::attach_patch(11, 5, kIntakeEpoch + 100 * kTick);
   const CubicTerms terms = test::cubic_terms(patch);
   const std::vector<PatchTerms> pieces = to_pieces(terms, patch.seq);
   REQUIRE(pieces.size() == 3);
@@ -142,7 +142,7 @@ TEST_CASE(
     PatchPlayer expected = whole ? bent : straight;
     for (int ms = 201; ms <= 260; ++ms)
       CHECK(forces[static_cast<std::size_t>(ms - 201)] == expected.advance(sample_at(ms)).force);
-    CHECK(side.intake.accept(test::attach_patch(11, 6, kEpoch + 150 * kTick), kNow));
+    CHECK(side.intake.accept(test::attach_patch(11, 6, kIntakeEpoch + 150 * kTick), kNow));
     CHECK_FALSE(side.intake.accept(pieces[2]));
   }
   CHECK(bent.output().force != straight.output().force);
@@ -151,7 +151,7 @@ TEST_CASE(
 TEST_CASE("Terms that do not fit their patch, or of another whole, do not bend it") {
   Side side;
   for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
-  const Patch patch = test::attach_patch(11, 5, kEpoch + 100 * kTick);
+  const Patch patch = test::attach_patch(11, 5, kIntakeEpoch + 100 * kTick);
   REQUIRE(side.intake.accept(patch, kNow));
   for (const PatchTerms& piece : to_pieces(test::cubic_terms(test::attach_patch(9, 5, patch.stamp)), 5))
     side.intake.accept(piece);
@@ -170,7 +170,7 @@ namespace {
 struct Bent {
   Patch patch;
   std::vector<PatchTerms> pieces;
-  Bent(std::uint32_t seq, int stamp_ms, float size) : patch(test::attach_patch(11, seq, kEpoch + stamp_ms * kTick)) {
+  Bent(std::uint32_t seq, int stamp_ms, float size) : patch(test::attach_patch(11, seq, kIntakeEpoch + stamp_ms * kTick)) {
     patch.scheme = Scheme::cubic;
     CubicTerms terms = test::cubic_terms(patch);
     terms.e3 *= size;

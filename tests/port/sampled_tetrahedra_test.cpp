@@ -16,31 +16,31 @@ using namespace palpate;
 
 namespace {
 
-constexpr int kTool = 3, kModes = 5, kVariables = kTool + kModes, kCount = 11, kNodes = 8;
-constexpr double kTickS = 1e-3, kSizeM = 0.02;
+constexpr int kTetraTool = 3, kTetraModes = 5, kTetraVariables = kTetraTool + kTetraModes, kTetraCount = 11, kTetraNodes = 8;
+constexpr double kTetraTickS = 1e-3, kSizeM = 0.02;
 
 /// Corners of a cube, bent and turned since they were at rest.
-struct Case {
+struct TetraCase {
   SampledTetrahedra solid;
   std::mt19937 random{7};
 
-  explicit Case(SolidLaw law = SolidLaw::neo_hookean, double young_pa = 2e4) {
+  explicit TetraCase(SolidLaw law = SolidLaw::neo_hookean, double young_pa = 2e4) {
     solid.law = law;
     const auto some = [&](Eigen::Index rows, Eigen::Index cols) {
       return Eigen::MatrixXf(Eigen::MatrixXf::NullaryExpr(rows, cols, [&] { return draw(); }));
     };
-    solid.motion = rounded(some(3 * kNodes, kModes), 2);
-    solid.rest.resize(3, kNodes);
-    for (int i = 0; i < kNodes; ++i) solid.rest.col(i) = (kSizeM * Eigen::Vector3d(i & 1, i >> 1 & 1, i >> 2)).cast<float>();
-    solid.rest += 0.1F * static_cast<float>(kSizeM) * some(3, kNodes);
+    solid.motion = rounded(some(3 * kTetraNodes, kTetraModes), 2);
+    solid.rest.resize(3, kTetraNodes);
+    for (int i = 0; i < kTetraNodes; ++i) solid.rest.col(i) = (kSizeM * Eigen::Vector3d(i & 1, i >> 1 & 1, i >> 2)).cast<float>();
+    solid.rest += 0.1F * static_cast<float>(kSizeM) * some(3, kTetraNodes);
     solid.position = Eigen::AngleAxisf(0.5F, Eigen::Vector3f(1, 2, 3).normalized()).matrix() * solid.rest +
-                     0.15F * static_cast<float>(kSizeM) * some(3, kNodes);
-    solid.nodes.resize(4, kCount);
-    for (int e = 0; e < kCount; ++e) {  // any four nodes, the right way round
+                     0.15F * static_cast<float>(kSizeM) * some(3, kTetraNodes);
+    solid.nodes.resize(4, kTetraCount);
+    for (int e = 0; e < kTetraCount; ++e) {  // any four nodes, the right way round
       int k = 0;
       float volume = 0;
       do {
-        for (int i = 0; i < 4; ++i) solid.nodes(i, e) = static_cast<int>(random() % kNodes);
+        for (int i = 0; i < 4; ++i) solid.nodes(i, e) = static_cast<int>(random() % kTetraNodes);
         volume = 0;
         Eigen::Matrix3f edges;
         for (int i = 0; i < 3; ++i) edges.col(i) = solid.rest.col(solid.nodes(i + 1, e)) - solid.rest.col(solid.nodes(0, e));
@@ -49,15 +49,17 @@ struct Case {
       } while (std::abs(volume) < 1e-6F && ++k < 1000);
     }
     const double volume = kSizeM * kSizeM * kSizeM / 6, nu = 0.4;
-    const auto weights = (some(kCount, 1).array() + 1.5F).eval();
+    const auto weights = (some(kTetraCount, 1).array() + 1.5F).eval();
     solid.shear = (static_cast<float>(volume * young_pa / (2 * (1 + nu))) * weights).matrix();
     solid.dilation = (static_cast<float>(volume * young_pa * nu / ((1 + nu) * (1 - 2 * nu))) * weights).matrix();
     solid.damping_s = 0.01F * weights.matrix();
   }
   float draw() { return std::uniform_real_distribution<float>(-1, 1)(random); }
-  SampledSolidForce compiled(bool slowed = false, double step_s = kTickS) const { return {solid, kTool, step_s, slowed}; }
+  SampledSolidForce compiled(bool slowed = false, double step_s = kTetraTickS) const {
+    return {solid, kTetraTool, step_s, slowed};
+  }
   SampledSolidForce::Values displacement(float far) {
-    SampledSolidForce::Values u(kVariables);
+    SampledSolidForce::Values u(kTetraVariables);
     for (float& v : u) v = far * draw();
     return u;
   }
@@ -72,7 +74,7 @@ struct Case {
       x.col(i) = (solid.position.col(solid.nodes(i + 1, e)) - solid.position.col(solid.nodes(0, e))).cast<double>();
       rest.col(i) = (solid.rest.col(solid.nodes(i + 1, e)) - solid.rest.col(solid.nodes(0, e))).cast<double>();
     }
-    const Eigen::VectorXd of_nodes = solid.motion.rows(kTool).cast<double>() * u;
+    const Eigen::VectorXd of_nodes = solid.motion.rows(kTetraTool).cast<double>() * u;
     Eigen::Matrix3d moved;
     for (int i = 0; i < 3; ++i)
       moved.col(i) = of_nodes.segment<3>(3 * solid.nodes(i + 1, e)) - of_nodes.segment<3>(3 * solid.nodes(0, e));
@@ -85,7 +87,7 @@ struct Case {
   /// The energy beyond second order, by the law itself and differences of it; nothing is bounded.
   double expected_energy(const Eigen::VectorXd& u) const {
     double sum = 0;
-    for (int e = 0; e < kCount; ++e) {
+    for (int e = 0; e < kTetraCount; ++e) {
       const OneTetra one = at(e, u);
       const auto psi = [&](double part) {
         const Eigen::Matrix3d f = one.f + part * one.df;
@@ -109,7 +111,7 @@ struct Case {
 }  // namespace
 
 TEST_CASE("the energy of sampled tetrahedra is that of their law beyond its second order") {
-  Case c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
+  TetraCase c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
   SampledSolidForce force = c.compiled(true);
   REQUIRE_FALSE(force.empty());
   for (int k = 0; k < 20; ++k) {
@@ -120,18 +122,18 @@ TEST_CASE("the energy of sampled tetrahedra is that of their law beyond its seco
 }
 
 TEST_CASE("forces of sampled tetrahedra are the gradient of their energy, where elements are inside out or bent no further too") {
-  Case c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
+  TetraCase c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
   SampledSolidForce force = c.compiled(true);
   REQUIRE_FALSE(force.empty());
   for (const float far : {0.004F, 0.02F, 0.1F})
     for (int k = 0; k < 20; ++k) {
       const SampledSolidForce::Values u = c.displacement(far);
-      SampledSolidForce::Values g(kVariables);
+      SampledSolidForce::Values g(kTetraVariables);
       force.move_to(u);
       force.gradient(g);
-      for (int i = 0; i < kVariables; ++i) {
+      for (int i = 0; i < kTetraVariables; ++i) {
         const float step_size = 0.01F * far;
-        const SampledSolidForce::Values step = step_size * SampledSolidForce::Values::Unit(kVariables, i);
+        const SampledSolidForce::Values step = step_size * SampledSolidForce::Values::Unit(kTetraVariables, i);
         const double slope = (energy_at(force, u + step) - energy_at(force, u - step)) / (2.0 * static_cast<double>(step_size));
         CHECK(static_cast<double>(g[i]) == Approx(slope).epsilon(1e-2).margin(1e-2 * static_cast<double>(g.norm())));
       }
@@ -139,10 +141,10 @@ TEST_CASE("forces of sampled tetrahedra are the gradient of their energy, where 
 }
 
 TEST_CASE("at the stamp sampled tetrahedra pull, hold and brake with nothing") {
-  Case c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
+  TetraCase c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
   SampledSolidForce force = c.compiled(true);
-  SampledSolidForce::Values g(kVariables), twice(kVariables), change(kVariables), at_stamp(kVariables);
-  const SampledSolidForce::Values zero = SampledSolidForce::Values::Zero(kVariables), u = c.displacement(1e-4F);
+  SampledSolidForce::Values g(kTetraVariables), twice(kTetraVariables), change(kTetraVariables), at_stamp(kTetraVariables);
+  const SampledSolidForce::Values zero = SampledSolidForce::Values::Zero(kTetraVariables), u = c.displacement(1e-4F);
   CHECK(std::abs(energy_at(force, zero)) < 1e-8);  // rounding of R times mu and lambda
   force.move_to(zero);
   force.gradient(g);
@@ -159,15 +161,15 @@ TEST_CASE("at the stamp sampled tetrahedra pull, hold and brake with nothing") {
 }
 
 TEST_CASE("dampers of sampled tetrahedra that have turned brake by Green's rate of strain there") {
-  Case c;
+  TetraCase c;
   SampledSolidForce force = c.compiled(true);
   const SampledSolidForce::Values u = c.displacement(0.004F), rate = c.displacement(1);
-  SampledSolidForce::Values change(kVariables), at_stamp(kVariables);
+  SampledSolidForce::Values change(kTetraVariables), at_stamp(kTetraVariables);
   force.move_to(u);
   force.damping(rate, change, at_stamp);
-  Eigen::VectorXd exact = Eigen::VectorXd::Zero(kVariables);
-  for (int e = 0; e < kCount; ++e) {
-    const Case::OneTetra one = c.at(e, u.cast<double>());
+  Eigen::VectorXd exact = Eigen::VectorXd::Zero(kTetraVariables);
+  for (int e = 0; e < kTetraCount; ++e) {
+    const TetraCase::OneTetra one = c.at(e, u.cast<double>());
     const Eigen::Matrix3d f_rate = c.at(e, rate.cast<double>()).df;
     const double t = c.solid.damping_s[e], mu = t * c.solid.shear[e], lambda = t * c.solid.dilation[e];
     const auto stress = [&](const Eigen::Matrix3d& f) -> Eigen::Matrix3d {
@@ -175,22 +177,23 @@ TEST_CASE("dampers of sampled tetrahedra that have turned brake by Green's rate 
       return f * (mu * (product + product.transpose()) + lambda * product.trace() * Eigen::Matrix3d::Identity());
     };
     const Eigen::Matrix3d more = stress(one.f + one.df) - stress(one.f);
-    for (int i = 0; i < kVariables; ++i) exact[i] += more.cwiseProduct(c.at(e, Eigen::VectorXd::Unit(kVariables, i)).df).sum();
+    for (int i = 0; i < kTetraVariables; ++i)
+      exact[i] += more.cwiseProduct(c.at(e, Eigen::VectorXd::Unit(kTetraVariables, i)).df).sum();
   }
   CHECK((change.cast<double>() - exact).norm() < 1e-3 * exact.norm());
 }
 
 TEST_CASE("what dampers of sampled tetrahedra brake more is a matrix, once all of them have been asked") {
-  Case c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
+  TetraCase c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
   SampledSolidForce force = c.compiled(true);
   const SampledSolidForce::Values u = c.displacement(0.004F), rate = c.displacement(1);
-  SampledSolidForce::Values more(kVariables), at_stamp(kVariables);
+  SampledSolidForce::Values more(kTetraVariables), at_stamp(kTetraVariables);
   force.move_to(u);
   force.damping(rate, more, at_stamp);
-  ModeMatrix closing = ModeMatrix::Constant(kModes, kModes, 1e-5);
+  ModeMatrix closing = ModeMatrix::Constant(kTetraModes, kTetraModes, 1e-5);
   closing.diagonal().array() += 5e-4;
   const auto asked = [&](double damping) {
-    TurnedDampers dampers(c.compiled(true), damping * ModeMatrix::Identity(kModes, kModes));
+    TurnedDampers dampers(c.compiled(true), damping * ModeMatrix::Identity(kTetraModes, kTetraModes));
     REQUIRE_FALSE(dampers.empty());
     for (int group = 0; group < force.groups(); ++group) {
       dampers.renew(force, closing);
@@ -204,23 +207,23 @@ TEST_CASE("what dampers of sampled tetrahedra brake more is a matrix, once all o
   const TurnedDampers all = asked(1e6), bare = asked(0);
   const Eigen::VectorXd of_all = all.change() * rate.cast<double>(), exact = more.cast<double>();
   CHECK((of_all - exact).norm() < 1e-4 * exact.norm());
-  SampledSolidForce::Square there = SampledSolidForce::Square::Zero(kVariables, kVariables);
+  SampledSolidForce::Square there = SampledSolidForce::Square::Zero(kTetraVariables, kTetraVariables);
   for (int group = 0; group < force.groups(); ++group) force.add_dampers(group, there);
   CHECK((bare.change() - there.cast<double>()).norm() == 0);
   CHECK(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(bare.change(), Eigen::EigenvaluesOnly).eigenvalues()[0] >
         -1e-6 * bare.change().norm());
   const Eigen::MatrixXd inverse =
-      Eigen::MatrixXd(closing).inverse() + Eigen::MatrixXd(all.change().bottomRightCorner(kModes, kModes));
-  CHECK((all.closing() * inverse - Eigen::MatrixXd::Identity(kModes, kModes)).norm() < 1e-9);
+      Eigen::MatrixXd(closing).inverse() + Eigen::MatrixXd(all.change().bottomRightCorner(kTetraModes, kTetraModes));
+  CHECK((all.closing() * inverse - Eigen::MatrixXd::Identity(kTetraModes, kTetraModes)).norm() < 1e-9);
 }
 
 TEST_CASE(
     "however far it goes, sampled tetrahedra push with no more than the linear patch soon outgrows, and with nothing that is not "
     "finite") {
-  Case c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
+  TetraCase c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
   SampledSolidForce force = c.compiled(true);
   const SampledSolidForce::Values way = c.displacement(1);
-  SampledSolidForce::Values near(kVariables), far(kVariables);
+  SampledSolidForce::Values near(kTetraVariables), far(kTetraVariables);
   force.move_to(0.2F * way);
   force.gradient(near);
   force.move_to(20 * way);
@@ -232,13 +235,13 @@ TEST_CASE(
 
 TEST_CASE("a solid too stiff for a step has as much mass as the step takes, and is not taken without") {
   const SolidLaw law = GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational);
-  Case soft(law, 100), stiff(law, 1e8);
+  TetraCase soft(law, 100), stiff(law, 1e8);
   CHECK_FALSE(soft.compiled(false, 1e-4).empty());
   CHECK(soft.compiled(true, 1e-4).added_mass().size() == 0);
   CHECK(stiff.compiled().empty());
   const SampledSolidForce slowed = stiff.compiled(true);
   REQUIRE_FALSE(slowed.empty());
   const ModeMatrix& mass = slowed.added_mass();
-  REQUIRE(mass.rows() == kModes);
+  REQUIRE(mass.rows() == kTetraModes);
   CHECK(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(mass, Eigen::EigenvaluesOnly).eigenvalues()[0] > 0);
 }

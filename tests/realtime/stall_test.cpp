@@ -15,7 +15,7 @@ using namespace palpate;
 
 namespace {
 
-constexpr Micros kEpoch{1'000'000'000};
+constexpr Micros kStallEpoch{1'000'000'000};
 
 ClientOptions named(const std::string& name) {
   ClientOptions options;
@@ -41,10 +41,10 @@ class Still final : public Device {
 }  // namespace
 
 TEST_CASE("Three seconds of ticks without a network side allocate, lock and lose nothing but samples", "[realtime]") {
-  ClientCore core(named("hand"), kEpoch);
+  ClientCore core(named("hand"), kStallEpoch);
   test::RealtimeGuard guard;
   TickOutput out;
-  for (int ms = 1; ms <= 3000; ++ms) out = core.haptic().tick({kEpoch + ms * kTick, Vec3(0, 0, 0.001 * ms)});
+  for (int ms = 1; ms <= 3000; ++ms) out = core.haptic().tick({kStallEpoch + ms * kTick, Vec3(0, 0, 0.001 * ms)});
   const auto faults = guard.end();
   CHECK(faults.none());
   CHECK(core.haptic().counts().ticks == 3000);
@@ -56,20 +56,20 @@ TEST_CASE("A patch that the network side has begun and not finished is not waite
   auto slot = std::make_unique<LatestSlot<PatchPlayer>>();
   auto samples = std::make_unique<SampleRing>();
   HapticTick haptic(*slot, *samples, {});
-  Patch patch = test::attach_patch(8, 1, kEpoch);
+  Patch patch = test::attach_patch(8, 1, kStallEpoch);
   patch.force = Vec3(0, 0, 2);
   slot->back() = PatchPlayer(patch);
   slot->publish();
-  for (int ms = 1; ms <= 100; ++ms) haptic.tick({kEpoch + ms * kTick, Vec3::Zero()});
+  for (int ms = 1; ms <= 100; ++ms) haptic.tick({kStallEpoch + ms * kTick, Vec3::Zero()});
   patch.seq = 2;
   slot->back() = PatchPlayer(patch);  // and there it stalls
   for (int ms = 101; ms <= 200; ++ms) {
-    const TickOutput out = haptic.tick({kEpoch + ms * kTick, Vec3::Zero()});
+    const TickOutput out = haptic.tick({kStallEpoch + ms * kTick, Vec3::Zero()});
     CHECK(out.has_patch);
     CHECK_FALSE(out.swapped);
   }
   slot->publish();
-  CHECK(haptic.tick({kEpoch + 201 * kTick, Vec3::Zero()}).swapped);
+  CHECK(haptic.tick({kStallEpoch + 201 * kTick, Vec3::Zero()}).swapped);
 }
 
 TEST_CASE("The loop ticks on while the thread that drives the session is stuck", "[realtime]") {

@@ -13,13 +13,13 @@ using namespace palpate::test;
 
 namespace {
 
-struct Block {
+struct BalancedBlock {
   LumpedBody body;
   Dynamics dynamics{body};
   Skin skin{body};
   BodyState rest = dynamics.rest_state();
   BalancedBases bases{dynamics, skin, rest};
-  explicit Block(LumpedBody b) : body(std::move(b)) {}
+  explicit BalancedBlock(LumpedBody b) : body(std::move(b)) {}
 };
 
 double error_at(const SecondOrderSystem& y, const Matrix& basis, double omega) {
@@ -33,7 +33,7 @@ double error_at(const SecondOrderSystem& y, const Matrix& basis, double omega) {
 }  // namespace
 
 TEST_CASE("A balanced basis is orthonormal in the masses, still where the body is held, and keeps the statics") {
-  Block block(box_body(4, 4, 4));
+  BalancedBlock block(box_body(4, 4, 4));
   const Matrix& v = block.bases.grasped(54);
   REQUIRE(v.cols() == BalancedBases::kColumns);
   CHECK((v.transpose() * block.dynamics.masses().asDiagonal() * v - Matrix::Identity(v.cols(), v.cols())).norm() < 1e-10);
@@ -48,7 +48,7 @@ TEST_CASE("A balanced basis is orthonormal in the masses, still where the body i
 }
 
 TEST_CASE("The basis of a contact inside a triangle keeps the compliance of that very point") {
-  Block block(box_body(4, 4, 4));
+  BalancedBlock block(box_body(4, 4, 4));
   const SurfacePoint point{20, Vec3(0.2, 0.5, 0.3)};
   const Matrix v = block.bases.touched(point);
   Matrix b = Matrix::Zero(block.rest.x.size(), 3);
@@ -60,7 +60,7 @@ TEST_CASE("The basis of a contact inside a triangle keeps the compliance of that
 }
 
 TEST_CASE("A force between two vertices has the mean of their low-rank factors when they share the shifts") {
-  Block block(box_body(3, 3, 3));
+  BalancedBlock block(box_body(3, 3, 3));
   const auto pushed = [&](const Skin::Weights& weights) {
     Matrix b = Matrix::Zero(block.rest.x.size(), 3);
     for (const auto& [node, weight] : weights) b.middleRows<3>(3 * static_cast<Eigen::Index>(node)) += weight * Mat3::Identity();
@@ -77,7 +77,7 @@ TEST_CASE("A force between two vertices has the mean of their low-rank factors w
 TEST_CASE("A body that is fixed nowhere gets a basis too") {
   LumpedBody loose = box_body(3, 3, 3);
   std::fill(loose.fixed.begin(), loose.fixed.end(), std::uint8_t{0});
-  Block block(std::move(loose));
+  BalancedBlock block(std::move(loose));
   const Matrix touched = block.bases.touched({10, Vec3(1, 0, 0)}), grasped = block.bases.grasped(22);
   CHECK(touched.allFinite());
   CHECK(grasped.allFinite());
@@ -87,7 +87,7 @@ TEST_CASE("A body that is fixed nowhere gets a basis too") {
 
 TEST_CASE("A patch of the scheme balanced passes the receiver's check, at rest and compressed, in a grasp and in a touch") {
   const auto kind = GENERATE(ContactKind::attach, ContactKind::touch);
-  Block block(box_body(4, 4, 4));
+  BalancedBlock block(box_body(4, 4, 4));
   PatchBuilder builder(block.dynamics, block.skin, 0, &block.bases);
   for (const double shift_m : {0.0, 0.001, 0.01}) {
     const BodyState state = random_state(block.dynamics, 3, shift_m, 0.1);

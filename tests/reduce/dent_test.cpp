@@ -12,7 +12,7 @@ using namespace palpate::test;
 
 namespace {
 
-constexpr double kShift = 20;
+constexpr double kDentShift = 20;
 
 /// A body at rest, a port in the middle of its top, and the answers P^-1 B there.
 struct Pressed {
@@ -34,8 +34,8 @@ struct Pressed {
     const Vec3 corner = body.nodes.back();
     point = nearest_point(skin.view(), positions, Vec3(0.5 * corner.x() + 0.002, 0.5 * corner.y() + 0.001, corner.z())).point;
     request.port = skin.weights(point);
-    request.shift_1_s = kShift;
-    REQUIRE(solver.prepare(at, kShift, false));
+    request.shift_1_s = kDentShift;
+    REQUIRE(solver.prepare(at, kDentShift, false));
     request.diagonal = solver.diagonal();
     for (int axis = 0; axis < 3; ++axis) {
       Vector load = Vector::Zero(state.x.size());
@@ -55,10 +55,10 @@ struct Pressed {
   /// s^2 M w - [F(x* + w, s w) - F(x*, 0)] - B f, and B f.
   std::pair<Vector, Vector> left(const Vector& w, const Vec3& way) const {
     Vector there, here, load = Vector::Zero(w.size());
-    dynamics.forces(state.x + w, kShift * w, there);
+    dynamics.forces(state.x + w, kDentShift * w, there);
     dynamics.forces(state.x, Vector::Zero(w.size()), here);
     scatter(request.port, kappa() * (way - gather(request.port, w)), load);
-    Vector left = kShift * kShift * dynamics.masses().cwiseProduct(w) - (there - here) - load;
+    Vector left = kDentShift * kDentShift * dynamics.masses().cwiseProduct(w) - (there - here) - load;
     mask(body.fixed, left);
     mask(body.fixed, load);
     return {left, load};
@@ -131,7 +131,7 @@ TEST_CASE("Of a body larger than its near part the dent is one of all of it, to 
   ShiftedSolver solver(pressed.dynamics);
   Vector w = found[1];
   Vector first_guess = Vector::Zero(w.size());
-  REQUIRE(solver.prepare(pressed.at, kShift, false));
+  REQUIRE(solver.prepare(pressed.at, kDentShift, false));
   for (int k = 0; k < 400; ++k) {
     const Vector left = -pressed.left(w, way).first;
     if (left.norm() < 1e-4 * pressed.left(w, way).second.norm()) break;

@@ -15,10 +15,10 @@ using namespace palpate::test;
 
 namespace {
 
-constexpr Micros kBridge{100'000};
-constexpr double kShift = 20;  // 2 / bridge
+constexpr Micros kFrameBridge{100'000};
+constexpr double kFrameShift = 20;  // 2 / bridge
 
-struct Bench {
+struct FrameBench {
   LumpedBody body = box_body(4, 4, 4);
   Dynamics dynamics{body};
   Skin skin{body};
@@ -39,10 +39,10 @@ struct Bench {
     tools.push_back({position_at(skin.view(), x, port.point), velocity});
   }
   Patch build(std::size_t which, Scheme scheme = Scheme::port) {
-    frame.begin(state, ports, tools, kBridge);
+    frame.begin(state, ports, tools, kFrameBridge);
     PatchRequest request;
     request.scheme = scheme;
-    request.bridge = kBridge;
+    request.bridge = kFrameBridge;
     const auto patch = builder.build(frame, which, request);
     REQUIRE(patch);
     REQUIRE(check(*patch) == PatchFault::none);
@@ -87,7 +87,7 @@ TEST_CASE(
     "A touch beside tools that it is coupled to answers as the body that they press on, to the tool and to the way that they "
     "go") {
   const double friction = GENERATE(10.0, 0.0);  // the others stick, or slip along the surface
-  Bench bench;
+  FrameBench bench;
   bench.touch(40, Vec3(0, 0, -0.4), Vec3::Zero());
   bench.touch(40, Vec3(0.1, 0, -0.5), Vec3(0.02, -0.01, -0.05), friction);
   bench.touch(40, Vec3(0, 0.05, -0.3), Vec3(0, 0, 0.03), friction);
@@ -101,11 +101,11 @@ TEST_CASE(
     const Vec3 n = normal_at(bench.skin.view(), x, bench.ports[k].point);
     springs.push_back(friction > 0 ? Mat3(800 * Mat3::Identity()) : Mat3(800 * n * n.transpose()));
   }
-  const auto whole = bench.dynamic(kShift, springs).lu();
+  const auto whole = bench.dynamic(kFrameShift, springs).lu();
   const Matrix b = bench.input(0);
   const Mat3 exact = b.transpose() * whole.solve(b);
   const PortRows rows = rows_of(patch);
-  const auto reduced = dynamic_of(patch, kShift).lu();
+  const auto reduced = dynamic_of(patch, kFrameShift).lu();
   CHECK((Matrix(rows) * reduced.solve(Matrix(rows).transpose()) - exact).norm() < 1e-8 * exact.norm());
 
   Vector pushed = Vector::Zero(bench.state.x.size()), imbalance;
@@ -122,18 +122,18 @@ TEST_CASE(
   const Vec3 sag = b.transpose() * whole.solve(imbalance);
   const Vector reduced_imbalance = patch.g - patch.damping * patch.q_rate;
   CHECK((Matrix(rows) * reduced.solve(reduced_imbalance) - sag).norm() < 1e-8 * sag.norm());
-  CHECK(patch.load_for == kBridge);
+  CHECK(patch.load_for == kFrameBridge);
 }
 
 TEST_CASE(
     "The modes of a touch that slides on know what the body does when the load has gone where the tool will be and turned with "
     "the surface") {
-  Bench bench;
+  FrameBench bench;
   bench.touch(40, Vec3(0.1, 0, -0.4), Vec3(0.1, 0.04, 0));
   const Positions x(bench.state.x.data(), static_cast<std::size_t>(bench.state.x.size()));
-  const Vec3 lambda = bench.ports[0].lambda, way = seconds(kBridge) * bench.tools[0].velocity;
+  const Vec3 lambda = bench.ports[0].lambda, way = seconds(kFrameBridge) * bench.tools[0].velocity;
   const Matrix b = bench.input(0);
-  const auto whole = bench.dynamic(kShift, {}).lu();
+  const auto whole = bench.dynamic(kFrameShift, {}).lu();
   const auto wrong = [&](double part) {  // of the compliance, along the load
     const SurfacePoint here = bench.ports[0].point, there = slide(bench.skin.view(), x, here, part * way);
     bench.ports[0].point = there;
@@ -158,7 +158,7 @@ TEST_CASE(
     const Matrix gone = b_end - b, r_gone = Matrix(rows) - Matrix(rows_of(patch));
     const Vec3 exact = gone.transpose() * whole.solve(b_end * lambda_end - b * lambda);
     const Vector reduced_load = rows.transpose() * lambda_end - rows_of(patch).transpose() * lambda;
-    const Vec3 reduced = r_gone * dynamic_of(patch, kShift).lu().solve(reduced_load);
+    const Vec3 reduced = r_gone * dynamic_of(patch, kFrameShift).lu().solve(reduced_load);
     return (reduced - exact).norm() / exact.norm();
   };
   CHECK(wrong(1) < 1e-8);
@@ -205,9 +205,9 @@ TEST_CASE("A hand that speeds up or slows down is looked for where that takes it
 }
 
 TEST_CASE("Where hands go on by themselves is told apart from where else a body may be, and forgotten with the frame") {
-  Bench bench;
+  FrameBench bench;
   const auto aside = [&](double m) { return Vector(bench.state.x + Vector::Constant(bench.state.x.size(), m)); };
-  const auto begin = [&] { bench.frame.begin(bench.state, bench.ports, bench.tools, kBridge); };
+  const auto begin = [&] { bench.frame.begin(bench.state, bench.ports, bench.tools, kFrameBridge); };
   begin();
   bench.frame.foresee({}, {aside(0.003)});
   CHECK(bench.frame.ways().going_on == 0);
@@ -224,7 +224,7 @@ TEST_CASE("Where hands go on by themselves is told apart from where else a body 
 }
 
 TEST_CASE("Others that touch nothing, or stand still, add no load that grows") {
-  Bench bench;
+  FrameBench bench;
   bench.touch(40, Vec3(0, 0, -0.4), Vec3(0, 0, -0.1));
   CHECK(bench.build(0).load_rate.size() == 0);
   bench.touch(44, Vec3(0, 0, -0.5), Vec3::Zero());
@@ -236,7 +236,7 @@ TEST_CASE("Others that touch nothing, or stand still, add no load that grows") {
 }
 
 TEST_CASE("Every scheme serves a touch beside others with a patch that passes the receiver's check") {
-  Bench bench;
+  FrameBench bench;
   bench.touch(40, Vec3(0, 0, -0.4), Vec3::Zero());
   bench.touch(40, Vec3(0, 0, -0.4), Vec3(0, 0, -0.1));
   bench.touch(44, Vec3(0.2, 0, -0.5), Vec3(0, 0.3, -0.1));
@@ -246,7 +246,7 @@ TEST_CASE("Every scheme serves a touch beside others with a patch that passes th
 }
 
 TEST_CASE("A grasp beside a node that another tool moves gets the force that its elements pass on") {
-  Bench bench;
+  FrameBench bench;
   for (const std::uint32_t node : {54u, 58u}) {
     ToolPort port;
     port.kind = ContactKind::attach;
@@ -257,21 +257,21 @@ TEST_CASE("A grasp beside a node that another tool moves gets the force that its
   const Patch patch = bench.build(0);
   REQUIRE(patch.load_rate.size() == patch.modes());
   CHECK(patch.load_rate.norm() > 0);
-  CHECK(patch.load_for == kBridge);
+  CHECK(patch.load_for == kFrameBridge);
   bench.tools[1].velocity.setZero();
   CHECK(bench.build(0).load_rate.size() == 0);
 }
 
 TEST_CASE("Stations of one frame share its solves, which are made together") {
-  Bench bench;
+  FrameBench bench;
   for (const std::uint32_t triangle : {40u, 44u, 48u}) bench.touch(triangle, Vec3(0, 0, -0.4), Vec3::Zero());
   bench.ports[2].touching = false;
   bench.build(0);
-  SharedSystem* const p = bench.frame.system(bench.frame.shift(kBridge), false, 1e-2);
+  SharedSystem* const p = bench.frame.system(bench.frame.shift(kFrameBridge), false, 1e-2);
   REQUIRE(p);
   CHECK(bench.frame.system(bench.frame.shift(Micros{30'000}), false, 1e-2) == p);  // of all at their mean bridge
   const PortAnswer& kept = p->port(1);
-  const Mat3 exact = bench.input(1).transpose() * bench.dynamic(kShift, {}).lu().solve(bench.input(1));
+  const Mat3 exact = bench.input(1).transpose() * bench.dynamic(kFrameShift, {}).lu().solve(bench.input(1));
   CHECK((kept.compliance - exact).norm() < 1e-8 * exact.norm());
   const Vector before = kept.answer[2];
   REQUIRE(bench.frame.answer(*p, 1, {.imbalance = true}));
@@ -286,20 +286,20 @@ TEST_CASE("Stations of one frame share its solves, which are made together") {
 
 TEST_CASE("A touch patch of fewer modes than a tool has directions yields statically in all of them, none twice") {
   for (const int states : {2, 4, 6}) {
-    Bench bench;
+    FrameBench bench;
     bench.touch(40, Vec3(0.05, 0, -0.4), Vec3::Zero());
-    bench.frame.begin(bench.state, bench.ports, bench.tools, kBridge);
+    bench.frame.begin(bench.state, bench.ports, bench.tools, kFrameBridge);
     PatchRequest request;
     request.order = states;
-    request.bridge = kBridge;
+    request.bridge = kFrameBridge;
     const auto patch = bench.builder.build(bench.frame, 0, request);
     REQUIRE(patch);
     REQUIRE(check(*patch) == PatchFault::none);
     REQUIRE(patch->modes() == states / 2);
     const Matrix b = bench.input(0);
-    const Mat3 exact = b.transpose() * bench.dynamic(kShift, {Mat3::Zero()}).lu().solve(b);
+    const Mat3 exact = b.transpose() * bench.dynamic(kFrameShift, {Mat3::Zero()}).lu().solve(b);
     const PortRows rows = rows_of(*patch);
-    const Mat3 reduced = Matrix(rows) * dynamic_of(*patch, kShift).lu().solve(Matrix(rows).transpose()) + patch->c_static;
+    const Mat3 reduced = Matrix(rows) * dynamic_of(*patch, kFrameShift).lu().solve(Matrix(rows).transpose()) + patch->c_static;
     INFO(states << " states");
     CHECK((reduced - exact).norm() < 0.02 * exact.norm());
     // What yields at once has done so at the stamp: the surface is where the body has it.
@@ -311,14 +311,14 @@ TEST_CASE("A touch patch of fewer modes than a tool has directions yields static
 }
 
 TEST_CASE("Everywhere on its piece of the surface a frictionless touch is pushed along the normal of the whole surface") {
-  Bench bench;
+  FrameBench bench;
   bench.state = random_state(bench.dynamics, 5, 0.004, 0);
   const std::uint32_t triangle = GENERATE(0u, 40u, 90u);
   bench.touch(triangle, Vec3::Zero(), Vec3::Zero(), 0);
   bench.ports[0].touching = false;
-  bench.frame.begin(bench.state, bench.ports, bench.tools, kBridge);
+  bench.frame.begin(bench.state, bench.ports, bench.tools, kFrameBridge);
   PatchRequest request;
-  request.bridge = kBridge;
+  request.bridge = kFrameBridge;
   request.vertices_max = [](int, bool) { return 6; };  // so few that all are at the rim
   auto patch = bench.builder.build(bench.frame, 0, request);
   REQUIRE(patch);

@@ -19,14 +19,14 @@ LumpedBody loose_body(Filling filling) {
   return body;
 }
 
-struct Bench {
+struct GradedBench {
   LumpedBody body;
   Dynamics dynamics{body};
   GradedBody graded{dynamics};
   BodyState state = dynamics.rest_state();
 
-  explicit Bench(LumpedBody b = large_body()) : body(std::move(b)) {}
-  explicit Bench(Filling filling) : Bench(large_body(filling)) {}
+  explicit GradedBench(LumpedBody b = large_body()) : body(std::move(b)) {}
+  explicit GradedBench(Filling filling) : GradedBench(large_body(filling)) {}
   /// Until no cell is behind.
   void settle() {
     for (int k = 0; k < 40; ++k) graded.take(state);
@@ -71,7 +71,7 @@ Vector product_of_upper(const BlockMatrix& a, const Vector& x) {
 }  // namespace
 
 TEST_CASE("A graded body has the fewer coordinates the further its nodes are from the tools, and those of near ones are theirs") {
-  Bench bench;
+  GradedBench bench;
   focus_on(bench.graded, kTop);
   CHECK(bench.graded.size() < bench.dynamics.nodes() / 3);
   CHECK(bench.graded.coordinate(kTop) != GradedBody::kNone);
@@ -82,7 +82,7 @@ TEST_CASE("A graded body has the fewer coordinates the further its nodes are fro
 }
 
 TEST_CASE("What acts on a graded body is what acts on its nodes: no work is made or lost") {
-  Bench bench(any_filling());
+  GradedBench bench(any_filling());
   focus_on(bench.graded, kTop);
   bench.bend(0.3);
   bench.graded.take(bench.state);
@@ -100,7 +100,7 @@ TEST_CASE("What acts on a graded body is what acts on its nodes: no work is made
 }
 
 TEST_CASE("A motion that is the same everywhere in a graded body costs what it costs in the whole one") {
-  Bench bench(loose_body(any_filling()));
+  GradedBench bench(loose_body(any_filling()));
   focus_on(bench.graded, kTop);
   bench.bend(0.2);
   bench.settle();
@@ -132,7 +132,7 @@ TEST_CASE("A motion that is the same everywhere in a graded body costs what it c
 }
 
 TEST_CASE("Products with the tangents of a graded body are those with the matrix that is put together") {
-  Bench bench(any_filling());
+  GradedBench bench(any_filling());
   focus_on(bench.graded, kTop);
   bench.bend(0.5);
   bench.settle();
@@ -148,7 +148,7 @@ TEST_CASE("Products with the tangents of a graded body are those with the matrix
 }
 
 TEST_CASE("Far tetrahedra are renewed until none is behind, and then are those of the state") {
-  Bench bench(Filling::neo_hookean);
+  GradedBench bench(Filling::neo_hookean);
   focus_on(bench.graded, kTop);
   GradedBody fresh(bench.dynamics);
   focus_on(fresh, kTop);
@@ -183,7 +183,7 @@ TEST_CASE("Far tetrahedra are renewed until none is behind, and then are those o
 }
 
 TEST_CASE("A graded body that is near everywhere is the whole body, its rows in another order") {
-  Bench bench(any_filling());
+  GradedBench bench(any_filling());
   std::vector<std::uint32_t> all(bench.dynamics.nodes());
   for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
   bench.graded.focus(bench.body.nodes, all);
@@ -209,7 +209,7 @@ TEST_CASE("A graded body that is near everywhere is the whole body, its rows in 
 }
 
 TEST_CASE("A tool that slides changes the coordinates of a graded body now and then, and is always among the near") {
-  Bench bench;
+  GradedBench bench;
   std::uint64_t generation = 0;
   int changes = 0;
   constexpr int kSteps = 40;
@@ -228,7 +228,7 @@ TEST_CASE("A tool that slides changes the coordinates of a graded body now and t
 
 TEST_CASE("The port of a graded body is as soft as that of the whole to two per cent, and never softer") {
   const bool bent = GENERATE(false, true);
-  Bench bench(any_filling());
+  GradedBench bench(any_filling());
   if (bent) bench.bend(0.3);
   const Skin skin(bench.body);
   FrameModel frame(bench.dynamics, skin);
@@ -261,7 +261,7 @@ TEST_CASE("The port of a graded body is as soft as that of the whole to two per 
 }
 
 TEST_CASE("A coarse space of the whole body answers what is smooth in a graded one") {
-  Bench bench;
+  GradedBench bench;
   focus_on(bench.graded, kTop);
   bench.graded.take(bench.state);
   const std::vector<std::uint8_t>& held = bench.graded.fixed();
@@ -286,7 +286,7 @@ TEST_CASE("A coarse space of the whole body answers what is smooth in a graded o
 
 TEST_CASE(
     "The patch of a grasped node of a large body is as stiff as the whole body there, to two per cent, and a ring's exactly") {
-  Bench bench(any_filling());
+  GradedBench bench(any_filling());
   bench.bend(0.2);
   const Skin skin;
   FrameModel frame(bench.dynamics, skin);

@@ -16,7 +16,7 @@ using namespace palpate::test;
 namespace {
 
 constexpr Micros kBridge{200'000};
-constexpr double kShift = 10;  // 2 / bridge
+constexpr double kNarrowShift = 10;  // 2 / bridge
 constexpr int kModes = 8, kWide = 12;
 constexpr double kLightDamping = 0.24 / 20;
 
@@ -47,7 +47,8 @@ struct Grasped {
     for (Eigen::Index row = 0; row < whole.size(); ++row)
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto column = static_cast<Eigen::Index>(axis);
-        b[axis][whole.coordinates[static_cast<std::size_t>(row)]] = whole.b_k(row, column) + kShift * whole.b_d(row, column);
+        b[axis][whole.coordinates[static_cast<std::size_t>(row)]] =
+            whole.b_k(row, column) + kNarrowShift * whole.b_d(row, column);
       }
     return b;
   }
@@ -59,14 +60,14 @@ struct Grasped {
   }
   Matrix krylov(int modes, const std::vector<Vector>& ports) const {
     ShiftedSolver solver(dynamics);
-    REQUIRE(solver.prepare(at, kShift, false));
+    REQUIRE(solver.prepare(at, kNarrowShift, false));
     BasisMemory memory;
-    const auto basis = krylov_basis(at, solver, ports, {}, imbalance(), {modes, kShift, 1e-10}, memory);
+    const auto basis = krylov_basis(at, solver, ports, {}, imbalance(), {modes, kNarrowShift, 1e-10}, memory);
     REQUIRE(basis);
     return *basis;
   }
   Matrix chosen(const std::vector<Vector>& ports) const {
-    return narrowed(at, krylov(kWide, ports), ports, imbalance(), {kModes, kShift, seconds(kBridge)});
+    return narrowed(at, krylov(kWide, ports), ports, imbalance(), {kModes, kNarrowShift, seconds(kBridge)});
   }
   SecondOrderSystem projected(const Matrix& v) const { return project(whole, v(whole.coordinates, Eigen::all)); }
 
@@ -121,8 +122,8 @@ TEST_CASE("An axis of the port at which nothing pulls gets no direction of its o
 
 TEST_CASE("Chosen modes answer the port at the shift as the whole body does") {
   const Grasped bench(kLightDamping);
-  const ComplexMatrix exact = TransferFunction(bench.whole)(kShift);
-  const ComplexMatrix reduced = TransferFunction(bench.projected(bench.chosen(bench.ports())))(kShift);
+  const ComplexMatrix exact = TransferFunction(bench.whole)(kNarrowShift);
+  const ComplexMatrix reduced = TransferFunction(bench.projected(bench.chosen(bench.ports())))(kNarrowShift);
   CHECK((reduced - exact).norm() < 1e-7 * exact.norm());
 }
 

@@ -17,10 +17,10 @@ using namespace palpate::test;
 
 namespace {
 
-constexpr Micros kBridge{100'000};
-constexpr double kShift = 20;  // 2 / bridge
+constexpr Micros kBuilderBridge{100'000};
+constexpr double kBuilderShift = 20;  // 2 / bridge
 
-struct Bench {
+struct BuilderBench {
   LumpedBody body;
   Dynamics dynamics{body};
   Skin skin{body};
@@ -30,19 +30,19 @@ struct Bench {
   PatchRequest request;
   ToolAt tool_at;
 
-  Bench(LumpedBody b, ContactKind kind, double shift_m, double speed_m_s)
+  BuilderBench(LumpedBody b, ContactKind kind, double shift_m, double speed_m_s)
       : body(std::move(b)), state(random_state(dynamics, 5, shift_m, speed_m_s)) {
     ports[0].kind = kind;
     ports[0].parameters = {1000, 0.3};
-    request.bridge = kBridge;
+    request.bridge = kBuilderBridge;
   }
-  Bench& attach(std::uint32_t node) {
+  BuilderBench& attach(std::uint32_t node) {
     ports[0].node = node;
     ports[0].lambda = -dynamics.element_force(state, node);
     tool_at = {node_of(state.x, node), node_of(state.v, node)};
     return *this;
   }
-  Bench& touch(std::uint32_t triangle, const Vec3& weight) {
+  BuilderBench& touch(std::uint32_t triangle, const Vec3& weight) {
     ports[0].point = {triangle, weight};
     const Positions x(state.x.data(), static_cast<std::size_t>(state.x.size()));
     tool_at.position = position_at(skin.view(), x, ports[0].point) + 0.001 * normal_at(skin.view(), x, ports[0].point);
@@ -88,7 +88,7 @@ struct Dense {
   Matrix k, d;
   Vector m;
 
-  explicit Dense(const Bench& bench)
+  explicit Dense(const BuilderBench& bench)
       : f(bench.free()),
         t(bench.tool()),
         k(dense_stiffness(bench.dynamics, bench.state)),
@@ -116,20 +116,20 @@ Mat3 stiffness_at(const Patch& p, double s) {
 }  // namespace
 
 TEST_CASE("A Krylov basis is orthonormal in the mass matrix and leaves held nodes alone") {
-  const Bench bench(box_body(4, 4, 4), ContactKind::attach, 0.001, 0.05);
+  const BuilderBench bench(box_body(4, 4, 4), ContactKind::attach, 0.001, 0.05);
   auto held = bench.body.fixed;
   held[54] = 1;
   Tangents tangents(bench.dynamics);
   tangents.take(bench.state);
   const Linearisation at{&bench.dynamics, &bench.state, &held, &tangents};
   ShiftedSolver solver(bench.dynamics);
-  REQUIRE(solver.prepare(at, kShift, false));
+  REQUIRE(solver.prepare(at, kBuilderShift, false));
   std::vector<Vector> inputs;
   for (int axis = 0; axis < 3; ++axis) inputs.push_back(Vector::Unit(bench.state.x.size(), 3 * 53 + axis));
   Vector imbalance;
   bench.dynamics.forces(bench.state.x, bench.state.v, imbalance);
   BasisMemory memory;
-  const auto basis = krylov_basis(at, solver, inputs, {}, imbalance, {kMaxModes, kShift, 1e-8}, memory);
+  const auto basis = krylov_basis(at, solver, inputs, {}, imbalance, {kMaxModes, kBuilderShift, 1e-8}, memory);
   REQUIRE(basis);
   const Matrix& v = *basis;
   CHECK(v.cols() == kMaxModes);
@@ -140,27 +140,27 @@ TEST_CASE("A Krylov basis is orthonormal in the mass matrix and leaves held node
   // A repeated direction adds nothing.
   inputs.push_back(inputs[0] + inputs[1]);
   BasisMemory fresh;
-  const auto repeated = krylov_basis(at, solver, inputs, {}, Vector::Zero(imbalance.size()), {4, kShift, 1e-8}, fresh);
+  const auto repeated = krylov_basis(at, solver, inputs, {}, Vector::Zero(imbalance.size()), {4, kBuilderShift, 1e-8}, fresh);
   REQUIRE(repeated);
   const Matrix& w = *repeated;
   CHECK((w.leftCols(3) - v.leftCols(3)).norm() < 1e-6 * w.norm());
 }
 
 TEST_CASE("The reduced grasp answers as the whole body at the matched frequency, to its first derivative") {
-  Bench bench(box_body(4, 4, 4), ContactKind::attach, 0.0005, 0.05);
+  BuilderBench bench(box_body(4, 4, 4), ContactKind::attach, 0.0005, 0.05);
   bench.attach(54);
   const Patch patch = bench.build(Scheme::port);
   const Dense whole(bench);
-  const Mat3 exact = whole.stiffness_at(kShift);
-  CHECK((stiffness_at(patch, kShift) - exact).norm() < 1e-8 * exact.norm());
+  const Mat3 exact = whole.stiffness_at(kBuilderShift);
+  CHECK((stiffness_at(patch, kBuilderShift) - exact).norm() < 1e-8 * exact.norm());
   constexpr double kStep = 0.01;
-  const Mat3 slope = (whole.stiffness_at(kShift + kStep) - whole.stiffness_at(kShift - kStep)) / (2 * kStep);
-  const Mat3 reduced = (stiffness_at(patch, kShift + kStep) - stiffness_at(patch, kShift - kStep)) / (2 * kStep);
+  const Mat3 slope = (whole.stiffness_at(kBuilderShift + kStep) - whole.stiffness_at(kBuilderShift - kStep)) / (2 * kStep);
+  const Mat3 reduced = (stiffness_at(patch, kBuilderShift + kStep) - stiffness_at(patch, kBuilderShift - kStep)) / (2 * kStep);
   CHECK((reduced - slope).norm() < 1e-5 * slope.norm());
 }
 
 TEST_CASE("A grasp patch of full order plays what the dense linear model of the whole body does") {
-  Bench bench(box_body(2, 2, 2), ContactKind::attach, 0.001, 0.05);
+  BuilderBench bench(box_body(2, 2, 2), ContactKind::attach, 0.001, 0.05);
   bench.attach(7);
   const Patch patch = bench.build(Scheme::port, 2 * kMaxModes);
   REQUIRE(patch.modes() == 9);
@@ -214,7 +214,7 @@ TEST_CASE("A grasp patch is passive even where the compressed body is not") {
   const auto scheme = GENERATE(Scheme::port, Scheme::ring, Scheme::two_layer, Scheme::tangent, Scheme::cubic);
   int lifted = 0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
-    Bench bench(box_body(4, 4, 4), ContactKind::attach, 0, 0);
+    BuilderBench bench(box_body(4, 4, 4), ContactKind::attach, 0, 0);
     bench.state = random_state(bench.dynamics, seed, 0.016, 0.1);
     bench.attach(54);
     const Patch patch = bench.build(scheme);  // which asks check()
@@ -228,7 +228,7 @@ TEST_CASE("K is diagonal, ascending and not negative, D is symmetric and not neg
   const auto scheme = GENERATE(Scheme::port, Scheme::ring, Scheme::two_layer);
   const auto kind = GENERATE(ContactKind::attach, ContactKind::touch);
   const double shift_m = GENERATE(0.0, 0.001, 0.004);
-  Bench bench(box_body(4, 4, 4), kind, shift_m, 0.1);
+  BuilderBench bench(box_body(4, 4, 4), kind, shift_m, 0.1);
   bench.attach(54).touch(20, Vec3(0.3, 0.3, 0.4));
   const Patch patch = bench.build(scheme);
   CHECK(patch.modes() == (kind == ContactKind::attach ? 11 : 8));
@@ -239,7 +239,7 @@ TEST_CASE("K is diagonal, ascending and not negative, D is symmetric and not neg
 }
 
 TEST_CASE("tangent is the Schur complement of the dense stiffness at the tool, or the dense compliance at the point") {
-  Bench bench(box_body(4, 4, 4), ContactKind::attach, 0.0005, 0.05);
+  BuilderBench bench(box_body(4, 4, 4), ContactKind::attach, 0.0005, 0.05);
   bench.attach(54);
   const Patch grasp = bench.build(Scheme::tangent);
   const Mat3 schur = Dense(bench).stiffness_at(0);
@@ -247,7 +247,7 @@ TEST_CASE("tangent is the Schur complement of the dense stiffness at the tool, o
   CHECK((grasp.k_port - schur).norm() < 1e-8 * schur.norm());
   CHECK(grasp.d_port.norm() == 0);
 
-  Bench pressed(box_body(4, 4, 4), ContactKind::touch, 0.0005, 0.05);
+  BuilderBench pressed(box_body(4, 4, 4), ContactKind::touch, 0.0005, 0.05);
   const auto top = static_cast<std::uint32_t>(pressed.body.triangles.size()) - 9;
   pressed.touch(top, Vec3(0.2, 0.5, 0.3));
   const Matrix b = pressed.contact_input();
@@ -256,7 +256,7 @@ TEST_CASE("tangent is the Schur complement of the dense stiffness at the tool, o
 }
 
 TEST_CASE("ring holds the far nodes and is therefore stiffer than the body in every direction") {
-  Bench bench(box_body(5, 5, 5), ContactKind::attach, 0, 0);
+  BuilderBench bench(box_body(5, 5, 5), ContactKind::attach, 0, 0);
   bench.attach(112);
   const Mat3 body = Dense(bench).stiffness_at(0), ring = stiffness_at(bench.build(Scheme::ring, 32), 0);
   CHECK(Eigen::SelfAdjointEigenSolver<Mat3>(ring - body).eigenvalues()[0] > 0.1 * body.norm());
@@ -265,14 +265,14 @@ TEST_CASE("ring holds the far nodes and is therefore stiffer than the body in ev
 }
 
 TEST_CASE("A two-layer patch answers as the unreduced local model at the matched frequency, and starts as the body does") {
-  Bench bench(box_body(6, 6, 6), ContactKind::attach, 0.0005, 0.05);
+  BuilderBench bench(box_body(6, 6, 6), ContactKind::attach, 0.0005, 0.05);
   const std::uint32_t node = 2 + 6 * (2 + 6 * 5);
   bench.attach(node);
   const Patch patch = bench.build(Scheme::two_layer);
   const SecondOrderSystem local = two_layer_system(bench.dynamics, bench.state, node);
   CHECK(patch.modes() < local.size());
-  const Matrix exact = TransferFunction(local)(kShift).real();
-  CHECK((stiffness_at(patch, kShift) - exact).norm() < 1e-8 * exact.norm());
+  const Matrix exact = TransferFunction(local)(kBuilderShift).real();
+  CHECK((stiffness_at(patch, kBuilderShift) - exact).norm() < 1e-8 * exact.norm());
   CHECK((patch.force - bench.dynamics.element_force(bench.state, node)).norm() < 1e-12);
 
   // The body's velocity lies in the basis, so that its kinetic energy there is that of the rescaled masses.
@@ -285,7 +285,7 @@ TEST_CASE("A two-layer patch answers as the unreduced local model at the matched
 TEST_CASE("Asked for two-layer on a body of tetrahedra, the builder makes the ring patch and says so") {
   const auto kind = GENERATE(ContactKind::attach, ContactKind::touch);
   const auto build = [&](Scheme scheme, bool& fell_back) {
-    Bench bench(solid_box(5, 5, 5, {}), kind, 0.0005, 0.05);
+    BuilderBench bench(solid_box(5, 5, 5, {}), kind, 0.0005, 0.05);
     bench.attach(112).touch(20, Vec3(0.3, 0.3, 0.4));
     const Patch patch = bench.build(scheme);
     fell_back = bench.builder.report().fell_back;
@@ -304,7 +304,7 @@ TEST_CASE("Asked for two-layer on a body of tetrahedra, the builder makes the ri
 
 TEST_CASE("A two-layer patch is pushed by the body's own imbalance, not by that of rescaled springs") {
   // Stretched evenly: inside, every node is in balance though every spring is in tension.
-  Bench bench(box_body(6, 6, 6), ContactKind::attach, 0, 0);
+  BuilderBench bench(box_body(6, 6, 6), ContactKind::attach, 0, 0);
   for (Eigen::Index i = 2; i < bench.state.x.size(); i += 3) bench.state.x[i] *= 1.05;
   bench.attach(2 + 6 * (2 + 6 * 3));
   CHECK(bench.build(Scheme::two_layer).g.norm() < 1e-9);
@@ -313,7 +313,7 @@ TEST_CASE("A two-layer patch is pushed by the body's own imbalance, not by that 
 TEST_CASE(
     "A touch patch carries the body's surface at the stamp, moves it as the body moves, and yields as the body at the matched "
     "frequency") {
-  Bench bench(box_body(4, 4, 4), ContactKind::touch, 0.0005, 0.05);
+  BuilderBench bench(box_body(4, 4, 4), ContactKind::touch, 0.0005, 0.05);
   const auto top = static_cast<std::uint32_t>(bench.body.triangles.size()) - 9;
   bench.touch(top, Vec3(0.2, 0.5, 0.3));
   const Patch patch = bench.build(Scheme::port, 2 * kMaxModes);
@@ -334,15 +334,15 @@ TEST_CASE(
   PortRows rows = PortRows::Zero(3, patch.modes());
   for (int k = 0; k < 3; ++k)
     rows += patch.point.weight[k] * patch.surface.vertices[patch.surface.triangles[0][static_cast<std::size_t>(k)]].rows;
-  Matrix dynamic = kShift * Matrix(patch.damping);
-  dynamic.diagonal() += patch.stiffness + kShift * kShift * ModeVector::Ones(patch.modes());
+  Matrix dynamic = kBuilderShift * Matrix(patch.damping);
+  dynamic.diagonal() += patch.stiffness + kBuilderShift * kBuilderShift * ModeVector::Ones(patch.modes());
   const Matrix b = bench.contact_input();
-  const Mat3 exact = b.transpose() * Dense(bench).dynamic(kShift).lu().solve(b);
+  const Mat3 exact = b.transpose() * Dense(bench).dynamic(kBuilderShift).lu().solve(b);
   CHECK((Matrix(rows) * dynamic.lu().solve(Matrix(rows).transpose()) - exact).norm() < 1e-8 * exact.norm());
 }
 
 TEST_CASE("hold and filtered show the force at the stamp and nothing else") {
-  Bench bench(box_body(3, 3, 3), ContactKind::attach, 0.001, 0.05);
+  BuilderBench bench(box_body(3, 3, 3), ContactKind::attach, 0.001, 0.05);
   bench.attach(22);
   const Patch hold = bench.build(Scheme::hold), filtered = bench.build(Scheme::filtered);
   CHECK(hold.constant);
@@ -350,7 +350,7 @@ TEST_CASE("hold and filtered show the force at the stamp and nothing else") {
   CHECK((hold.force - bench.dynamics.element_force(bench.state, 22)).norm() < 1e-15);
   CHECK(hold.low_pass_hz == 0);
   CHECK(filtered.low_pass_hz == 10);
-  CHECK(hold.valid_for > kBridge);
+  CHECK(hold.valid_for > kBuilderBridge);
   CHECK(hold.trust_radius_m > 0);
 }
 
@@ -379,7 +379,7 @@ TEST_CASE("The softest stiffness is the lowest eigenvalue of the body at rest, a
 
 TEST_CASE("No mode of a touch patch is softer than it is told, however the body is compressed", "[reduce]") {
   for (const double floor_1_s2 : {0.0, 400.0, 2000.0}) {
-    Bench bench(box_body(4, 4, 4), ContactKind::touch, 0.009, 0.1);
+    BuilderBench bench(box_body(4, 4, 4), ContactKind::touch, 0.009, 0.1);
     bench.touch(40, Vec3(0.3, 0.3, 0.4));
     bench.request.scheme = Scheme::port;
     PatchBuilder builder(bench.dynamics, bench.skin, floor_1_s2);

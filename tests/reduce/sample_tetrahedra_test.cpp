@@ -11,7 +11,7 @@ using namespace palpate::test;
 
 namespace {
 
-constexpr Eigen::Index kVariables = 6;
+constexpr Eigen::Index kTetraVariables = 6;
 
 /// A block of finite elements and smooth shapes of it: a dent of the top, sheared and twisted.
 struct Block {
@@ -20,7 +20,7 @@ struct Block {
   BodyState state = random_state(dynamics, 5, 0.0005, 0);
   Tangents tangents{dynamics};
   Linearisation at{&dynamics, &state, &body.fixed, &tangents};
-  Matrix moved = Matrix::Zero(state.x.size(), kVariables), stiffness;
+  Matrix moved = Matrix::Zero(state.x.size(), kTetraVariables), stiffness;
   Sampling sampling;
 
   explicit Block(SolidLaw law) : body(solid_box(6, 6, 5, {law, 8e3, 0.45, 0.01})) {
@@ -40,9 +40,9 @@ struct Block {
     Matrix k_moved, d_moved;
     tangents.multiply(moved, k_moved, d_moved);
     stiffness = moved.transpose() * k_moved;
-    sampling.room = {kVariables, false, false, 3};
+    sampling.room = {kTetraVariables, false, false, 3};
     sampling.stiffness = stiffness.diagonal();
-    sampling.likely = 0.004 * Matrix::Identity(kVariables, kVariables);
+    sampling.likely = 0.004 * Matrix::Identity(kTetraVariables, kTetraVariables);
   }
   /// -N(u), by the body itself.
   Vector exact(const Vector& u) const {
@@ -59,8 +59,8 @@ struct Block {
     const Vector unit = sampling.stiffness.cwiseSqrt().cwiseInverse();
     double wrong = 0, all = 0;
     for (int k = 0; k < 50; ++k) {
-      const Vector u = Vector::NullaryExpr(kVariables, [&] { return draw(random); }), should = exact(u);
-      SampledSolidForce::Values g(kVariables);
+      const Vector u = Vector::NullaryExpr(kTetraVariables, [&] { return draw(random); }), should = exact(u);
+      SampledSolidForce::Values g(kTetraVariables);
       force.move_to(u.cast<float>());
       force.gradient(g);
       wrong += unit.cwiseProduct(g.cast<double>() - should).squaredNorm();

@@ -9,11 +9,11 @@ using namespace palpate;
 
 namespace {
 
-constexpr Eigen::Index kVariables = 7;
+constexpr Eigen::Index kSamplingVariables = 7;
 
 /// Of the parts of an element, or of all together, one number for each variable from one another: a column each sum of samples.
 Eigen::MatrixXf by_variable(const Eigen::VectorXf& part) {
-  return part.reshaped(part.size() / kVariables, kVariables).transpose();
+  return part.reshaped(part.size() / kSamplingVariables, kSamplingVariables).transpose();
 }
 
 }  // namespace
@@ -25,16 +25,16 @@ TEST_CASE("What a hand feels of forces counts several times as much in a fit, wh
     return Eigen::MatrixXf(Eigen::MatrixXf::NullaryExpr(rows, cols, [&] { return draw(random); }));
   };
   Sampling sampling;
-  sampling.stiffness = some(kVariables, 1).cwiseAbs2().cast<double>().array() + 0.1;
-  const Matrix u = some(kVariables, kSamples).cast<double>();
-  const Eigen::MatrixXf all = some(kVariables, kSamples);
+  sampling.stiffness = some(kSamplingVariables, 1).cwiseAbs2().cast<double>().array() + 0.1;
+  const Matrix u = some(kSamplingVariables, kSamples).cast<double>();
+  const Eigen::MatrixXf all = some(kSamplingVariables, kSamples);
   constexpr Eigen::Index kElements = 5;
   Bending elements{std::vector<Rows>(3), std::vector<AtSamples>(3)};
   for (std::size_t axis = 0; axis < 3; ++axis)
-    elements.motion[axis] = some(kElements, kVariables), elements.force[axis] = some(kElements, kSamples);
+    elements.motion[axis] = some(kElements, kSamplingVariables), elements.force[axis] = some(kElements, kSamples);
   const Fit without(all, u, sampling);
   const Eigen::MatrixXf parts = without.parts(elements);
-  sampling.felt = some(kVariables, 3).cast<double>();
+  sampling.felt = some(kSamplingVariables, 3).cast<double>();
   sampling.felt.col(2) = sampling.felt.col(0) - 2 * sampling.felt.col(1);  // felt in two directions
   const Fit with(all, u, sampling);
   // In these units felt^T f is (K^1/2 felt)^T (K^-1/2 f).

@@ -12,7 +12,7 @@ using namespace palpate::test;
 
 namespace {
 
-constexpr Micros kStart{7'000'000}, kFrame{50'000};
+constexpr Micros kStart{7'000'000}, kDeadbandFrame{50'000};
 constexpr double kFraction = 0.1;
 
 /// A spring at the origin with its tool 10 mm in: 1 N at 100 N/m.
@@ -49,21 +49,21 @@ bool needless(const Patch& second, Micros bridge = Micros{100'000}) {
 }
 
 /// A room whose one station says at once that it plays what it is given.
-struct Stage {
+struct DeadbandStage {
   Room room;
   Micros now = kStart, stamp{};
   std::optional<Micros> playing;
   double deadband = kFraction;
   int sent = 0, lived_on = 0;
 
-  explicit Stage(const Scene& scene) : room(scene) { room.start(now); }
+  explicit DeadbandStage(const Scene& scene) : room(scene) { room.start(now); }
 
   StationFrame frame(const std::function<Vec3(double)>& tool) {
     FrameJob job;
-    job.target = now + kFrame;
+    job.target = now + kDeadbandFrame;
     StationJob station;
     station.id = 3;
-    station.bridge = kFrame;
+    station.bridge = kDeadbandFrame;
     station.deadband = deadband;
     station.playing = playing;
     for (Micros t = now + kTick; t <= job.target + kTick; t += kTick) station.samples.push_back({t, tool(seconds(t - kStart))});
@@ -80,7 +80,7 @@ struct Stage {
 }  // namespace
 
 TEST_CASE("A change of the force by less than half the fraction need not be sent, one by more is") {
-  const Micros next = kStart + kFrame;
+  const Micros next = kStart + kDeadbandFrame;
   CHECK(needless(spring(next, 100, 1)));
   CHECK(needless(spring(next, 100, 1.04)));
   CHECK(needless(spring(next, 100, 0.96)));
@@ -89,7 +89,7 @@ TEST_CASE("A change of the force by less than half the fraction need not be sent
 }
 
 TEST_CASE("A change of the stiffness that a hand could feel by moving on is sent although the force is the same") {
-  const Micros next = kStart + kFrame;
+  const Micros next = kStart + kDeadbandFrame;
   CHECK(needless(spring(next, 110, 1)));  // 3 mm further in: 1.3 and 1.33 N
   CHECK_FALSE(needless(spring(next, 130, 1)));
   CHECK_FALSE(needless(spring(next, 70, 1)));
@@ -97,36 +97,36 @@ TEST_CASE("A change of the stiffness that a hand could feel by moving on is sent
 
 TEST_CASE("A force that is nearly nothing may be wrong by no more than a twentieth of 0.1 N") {
   Deadband deadband;
-  const Micros next = kStart + kFrame;
+  const Micros next = kStart + kDeadbandFrame;
   const ToolTrack track = resting(next);
   const auto soft = [](Micros stamp, double force_n) { return spring(stamp, 1e-6, force_n); };
-  deadband.pass(soft(kStart, 0.01), {}, {kFraction, kFrame, std::nullopt, &track});
-  CHECK(deadband.pass(soft(next, 0.0149), {}, {kFraction, kFrame, kStart, &track}));
-  CHECK_FALSE(deadband.pass(soft(next, 0.0151), {}, {kFraction, kFrame, kStart, &track}));
+  deadband.pass(soft(kStart, 0.01), {}, {kFraction, kDeadbandFrame, std::nullopt, &track});
+  CHECK(deadband.pass(soft(next, 0.0149), {}, {kFraction, kDeadbandFrame, kStart, &track}));
+  CHECK_FALSE(deadband.pass(soft(next, 0.0151), {}, {kFraction, kDeadbandFrame, kStart, &track}));
 }
 
 TEST_CASE("A patch that begins in contact is sent to a station whose own does not, at the very onset") {
   Patch free = spring(kStart, 1e-9, 0);
   free.touching = false;
   Deadband deadband;
-  const Micros next = kStart + kFrame;
+  const Micros next = kStart + kDeadbandFrame;
   const ToolTrack track = resting(next);
-  deadband.pass(free, {}, {kFraction, kFrame, std::nullopt, &track});
-  CHECK_FALSE(deadband.pass(spring(next, 1e-9, 0), {}, {kFraction, kFrame, kStart, &track}));
+  deadband.pass(free, {}, {kFraction, kDeadbandFrame, std::nullopt, &track});
+  CHECK_FALSE(deadband.pass(spring(next, 1e-9, 0), {}, {kFraction, kDeadbandFrame, kStart, &track}));
 }
 
 TEST_CASE("Nothing lives on that the station has not said it plays, and every patch on its way counts") {
   Deadband deadband;
-  const ToolTrack track = resting(kStart + 3 * kFrame);
+  const ToolTrack track = resting(kStart + 3 * kDeadbandFrame);
   const auto pass = [&](int frame, double force_n, std::optional<Micros> playing) {
-    return deadband.pass(spring(kStart + frame * kFrame, 100, force_n), {}, {kFraction, kFrame, playing, &track});
+    return deadband.pass(spring(kStart + frame * kDeadbandFrame, 100, force_n), {}, {kFraction, kDeadbandFrame, playing, &track});
   };
   CHECK_FALSE(pass(0, 1, std::nullopt));
   CHECK_FALSE(pass(1, 1, std::nullopt));  // not said
   CHECK_FALSE(pass(2, 1.2, kStart));      // too different
   CHECK_FALSE(pass(3, 1.2, kStart));      // the one on its way would do, the one that is played not
-  CHECK(pass(3, 1.2, kStart + 2 * kFrame) == kStart + 2 * kFrame);
-  CHECK_FALSE(pass(3, 1.2, kStart + kFrame / 2));  // no such patch
+  CHECK(pass(3, 1.2, kStart + 2 * kDeadbandFrame) == kStart + 2 * kDeadbandFrame);
+  CHECK_FALSE(pass(3, 1.2, kStart + kDeadbandFrame / 2));  // no such patch
 }
 
 TEST_CASE("No patch lives on for longer than a second") {
@@ -136,7 +136,7 @@ TEST_CASE("No patch lives on for longer than a second") {
 }
 
 TEST_CASE("A link that became longer gets a patch that lasts for it") {
-  Patch longer = spring(kStart + kFrame, 100, 1);
+  Patch longer = spring(kStart + kDeadbandFrame, 100, 1);
   longer.valid_for = Micros{550'000};
   CHECK(needless(longer));
   longer.valid_for = Micros{560'000};
@@ -146,7 +146,7 @@ TEST_CASE("A link that became longer gets a patch that lasts for it") {
 TEST_CASE("A hand that holds a body still is sent two patches a second, one that begins to move gets the next at once") {
   const Scene scene = box_scene(ContactKind::attach);
   const Vec3 home = scene.body.nodes[scene.tool.node];
-  Stage stage(scene);
+  DeadbandStage stage(scene);
   const auto hand = [&](double t_s) { return Vec3(home - Vec3(0, 0, t_s < 4 ? 0.0 : 0.1 * (t_s - 4))); };
   for (int k = 0; k < 79; ++k) stage.frame(hand);
   CHECK(stage.sent <= 6);
@@ -160,7 +160,7 @@ TEST_CASE("A hand that holds a body still is sent two patches a second, one that
 TEST_CASE("Without a deadband every frame has its patch, and with one the patches are the same") {
   const Scene scene = box_scene(ContactKind::attach);
   const Vec3 home = scene.body.nodes[scene.tool.node];
-  Stage all(scene), some(scene);
+  DeadbandStage all(scene), some(scene);
   all.deadband = 0;
   const auto hand = [&](double t_s) { return Vec3(home - Vec3(0, 0, 0.004 * std::sin(6 * t_s))); };
   for (int k = 0; k < 20; ++k) {
@@ -179,7 +179,7 @@ TEST_CASE("Without a deadband every frame has its patch, and with one the patche
 TEST_CASE("A tool that comes down on a body is sent a patch in the frame in which it touches it") {
   Scene scene = box_scene(ContactKind::touch);
   const Vec3 top = scene.body.nodes[scene.tool.node];
-  Stage stage(scene);
+  DeadbandStage stage(scene);
   const auto hand = [&](double t_s) { return Vec3(top + Vec3(0.001, 0.002, 0.003 - (t_s < 1 ? 0.0 : 0.02 * (t_s - 1)))); };
   bool touched = false;
   for (int k = 0; k < 30; ++k) {

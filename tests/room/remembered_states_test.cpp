@@ -91,7 +91,7 @@ TEST_CASE("When a new state comes to a full memory, the one goes that was of no 
 
 namespace {
 
-constexpr StationId kHand = 3;
+constexpr StationId kRememberedHand = 3;
 
 /// A hand over a bed, with patches of scheme cubic.
 struct Bed {
@@ -111,7 +111,7 @@ struct Bed {
       job.target = now + Micros{50'000};
       job.may_sleep = sleep;
       StationJob station;
-      station.id = kHand;
+      station.id = kRememberedHand;
       station.scheme = Scheme::cubic;
       station.bridge = Micros{100'000};
       for (Micros t = now + Micros{1000}; t <= job.target + Micros{1000}; t += Micros{1000})
@@ -121,7 +121,7 @@ struct Bed {
       now = job.target;
       room.run(job);
     }
-    return *room.origin(kHand);
+    return *room.origin(kRememberedHand);
   }
 };
 

@@ -14,7 +14,7 @@ using namespace palpate::test;
 namespace {
 
 constexpr double kOverS = 0.15, kFarM = 0.015;  // a node of a soft solid is pulled one and a half edges sideways and up
-constexpr StationId kHand = 3;
+constexpr StationId kRoughHand = 3;
 
 Scene soft_solid() {
   Scene scene = box_scene(ContactKind::attach);
@@ -107,7 +107,7 @@ TEST_CASE("The modes of a solid that a hand moves hold where it will be when the
     job.begin = now;
     job.target = now + kFrame;
     StationJob station;
-    station.id = kHand;
+    station.id = kRoughHand;
     station.scheme = Scheme::cubic;
     station.bridge = kBridge;
     for (Micros t = now + Micros{1000}; t <= job.target + Micros{1000}; t += Micros{1000})
@@ -115,9 +115,9 @@ TEST_CASE("The modes of a solid that a hand moves hold where it will be when the
     job.stations.push_back(station);
     now = job.target;
     REQUIRE_FALSE(room.run(job).failed);
-    if (k == 2) then = room.origin(kHand);
+    if (k == 2) then = room.origin(kRoughHand);
   }
-  const Vector x = room.origin(kHand)->body.x;
+  const Vector x = room.origin(kRoughHand)->body.x;
   Vector way = x - then->body.x;
   way.segment<3>(3 * static_cast<Eigen::Index>(soft_solid().tool.node)).setZero();  // the tool's own, not the modes'
   const Eigen::ColPivHouseholderQR<Matrix> qr(then->modes);

@@ -12,18 +12,19 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr Micros kFrame{50'000};
-constexpr StationId kHand = 3;
+constexpr Micros kSleepFrame{50'000};
+constexpr StationId kSleepHand = 3;
 constexpr double kTop = 3 * kSpacingM;
 
 using Path = std::function<Vec3(Micros)>;
 
-struct Bed {
+struct SleepBed {
   bool sleep;
   Room room;
   Micros now{7'000'000};
 
-  explicit Bed(bool may_sleep = true, ContactKind contact = ContactKind::touch) : sleep(may_sleep), room(box_scene(contact)) {
+  explicit SleepBed(bool may_sleep = true, ContactKind contact = ContactKind::touch)
+      : sleep(may_sleep), room(box_scene(contact)) {
     room.start(now);
   }
 
@@ -31,13 +32,13 @@ struct Bed {
   FrameResult frame(const Path& path = {}) {
     FrameJob job;
     job.begin = now;
-    job.target = now + kFrame;
-    job.frame = kFrame;
+    job.target = now + kSleepFrame;
+    job.frame = kSleepFrame;
     job.shapes = true;
     job.may_sleep = sleep;
     if (path) {
       StationJob station;
-      station.id = kHand;
+      station.id = kSleepHand;
       station.bridge = 100ms;
       for (Micros t = now + 1ms; t <= job.target + 1ms; t += 1ms) station.samples.push_back({t, path(t)});
       job.stations.push_back(station);
@@ -66,7 +67,7 @@ double farthest(const FrameResult& a, const FrameResult& b) {
 }  // namespace
 
 TEST_CASE("A body that nobody touches sleeps: time passes, no step is made, and it stays where it is to the bit") {
-  Bed bed;
+  SleepBed bed;
   const FrameResult first = bed.frame();
   for (int k = 0; k < 10; ++k) {
     const FrameResult result = bed.frame();
@@ -79,7 +80,7 @@ TEST_CASE("A body that nobody touches sleeps: time passes, no step is made, and 
 
 TEST_CASE(
     "A body that swings after a touch falls asleep when it is still, never further than the bound from one that never sleeps") {
-  Bed bed, awake(false);
+  SleepBed bed, awake(false);
   for (int k = 0; k < 10; ++k) bed.frame(at_height(-0.006)), awake.frame(at_height(-0.006));
   int stepped = 0;
   for (int k = 0; k < 100; ++k) {
@@ -98,7 +99,7 @@ TEST_CASE(
 TEST_CASE("A tool that comes meets a sleeping body in the same frame, with the same force, as one that never sleeps") {
   for (const double speed_m_s : {0.02, 0.11, 0.9}) {
     INFO(speed_m_s << " m/s");
-    Bed bed, awake(false);
+    SleepBed bed, awake(false);
     int asleep = 0, touched = 0;
     for (int k = 0; k < 40 && touched < 5; ++k) {
       const Path path = falling(0.03, speed_m_s);
@@ -117,7 +118,7 @@ TEST_CASE("A tool that comes meets a sleeping body in the same frame, with the s
 }
 
 TEST_CASE("A tool that hovers leaves the body asleep and gets its anticipating patch, one that holds or touches keeps it awake") {
-  Bed bed;
+  SleepBed bed;
   bed.frame(at_height(0.008));
   const FrameResult hover = bed.frame(at_height(0.008));
   CHECK(hover.asleep);
@@ -127,7 +128,7 @@ TEST_CASE("A tool that hovers leaves the body asleep and gets its anticipating p
   FrameResult pressed;
   for (int k = 0; k < 100; ++k) pressed = bed.frame(at_height(-0.003));
   CHECK_FALSE(pressed.asleep);
-  Bed held(true, ContactKind::attach);
+  SleepBed held(true, ContactKind::attach);
   const Vec3 home = box_scene(ContactKind::attach).body.nodes[54];
   for (int k = 0; k < 20; ++k) CHECK_FALSE(held.frame([&](Micros) { return home; }).asleep);
   for (int k = 0; k < 100; ++k) held.frame();
@@ -135,7 +136,7 @@ TEST_CASE("A tool that hovers leaves the body asleep and gets its anticipating p
 }
 
 TEST_CASE("A body that slept for a day is stepped from the beginning of the frame in which it wakes") {
-  Bed bed;
+  SleepBed bed;
   CHECK(bed.frame().asleep);
   bed.now += 24h;
   const FrameResult woken = bed.frame(at_height(-0.002));
@@ -147,7 +148,7 @@ TEST_CASE("A body that slept for a day is stepped from the beginning of the fram
 }
 
 TEST_CASE("A hand that lingers over a sleeping body gets the same patch again, newly stamped, one that moves on gets a new one") {
-  Bed bed;
+  SleepBed bed;
   const auto trembling = [](Micros t) { return Vec3(at_height(0.008)(t) + Vec3(3e-4 * std::sin(25 * seconds(t)), 0, 0)); };
   bed.frame(trembling);
   const Patch first = *bed.frame(trembling).stations.at(0).patch;

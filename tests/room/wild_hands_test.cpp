@@ -8,7 +8,7 @@ using namespace palpate;
 
 namespace {
 
-constexpr Micros kFrame{50'000}, kSample{1'000};
+constexpr Micros kWildFrame{50'000}, kSample{1'000};
 
 class WildHands {
  public:
@@ -23,8 +23,8 @@ class WildHands {
   FrameResult frame(double reach_m, bool away = false) {
     static constexpr std::array kSchemes{Scheme::port, Scheme::cubic, Scheme::tangent, Scheme::ring, Scheme::hold};
     FrameJob job;
-    job.target = now_ + kFrame;
-    job.frame = kFrame;
+    job.target = now_ + kWildFrame;
+    job.frame = kWildFrame;
     job.shapes = true;
     for (std::size_t k = 0; k < at_.size(); ++k) {
       StationJob station;

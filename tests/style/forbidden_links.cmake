@@ -1,12 +1,12 @@
 # Configures small projects with rooms that link each other, one allowed and several forbidden; run as
-#   cmake -DROOMS=cmake/rooms.cmake -DWORK=folder -P forbidden_links.cmake
+#   cmake -DROOMS=cmake/rooms.cmake -DGENERATOR=Ninja -DWORK=folder -P forbidden_links.cmake
 function(configure NAME EXPECTED)
   set(folder ${WORK}/${NAME})
   file(REMOVE_RECURSE ${folder})
   string(JOIN "\n" text "cmake_minimum_required(VERSION 3.25)" "project(Links LANGUAGES NONE)" "add_library(Eigen3::Eigen INTERFACE IMPORTED)"
     "set(CMAKE_CXX_COMPILE_FEATURES cxx_std_20)" "include(${ROOMS})" ${ARGN} "palpate_check_links()" "")
   file(WRITE ${folder}/CMakeLists.txt "${text}")
-  execute_process(COMMAND ${CMAKE_COMMAND} -S ${folder} -B ${folder}/build RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE out)
+  execute_process(COMMAND ${CMAKE_COMMAND} -G ${GENERATOR} -S ${folder} -B ${folder}/build RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE out)
   string(REGEX REPLACE "[ \n]+" " " out "${out}")
   if(EXPECTED STREQUAL "fine" AND NOT result EQUAL 0)
     message(FATAL_ERROR "${NAME}: links that are allowed stopped the configuration: ${out}")

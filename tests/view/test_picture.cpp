@@ -14,14 +14,14 @@ using namespace palpate;
 
 namespace {
 
-constexpr int kWidth = 640, kHeight = 400;
-constexpr float kAspect = static_cast<float>(kWidth) / kHeight;
+constexpr int kPictureWidth = 640, kPictureHeight = 400;
+constexpr float kAspect = static_cast<float>(kPictureWidth) / kPictureHeight;
 
 Picture photograph(const demo::Body& body, const Look& look) {
-  Stage stage(kWidth, kHeight, 1);
+  Stage stage(kPictureWidth, kPictureHeight, 1);
   Camera camera;
   camera.fit(body.triangles, body.rest, kAspect);
-  return stage.photograph(demo::sight_of(body), {"demo", "a test", ""}, camera, look, kWidth, kHeight);
+  return stage.photograph(demo::sight_of(body), {"demo", "a test", ""}, camera, look, kPictureWidth, kPictureHeight);
 }
 
 template <class Test>
@@ -30,7 +30,7 @@ double share(const Picture& picture, const Test& test) {
   for (std::size_t i = 0; i < picture.rgb.size(); i += 3) {
     if (test(int{picture.rgb[i]}, int{picture.rgb[i + 1]}, int{picture.rgb[i + 2]})) ++count;
   }
-  return static_cast<double>(count) / (kWidth * kHeight);
+  return static_cast<double>(count) / (kPictureWidth * kPictureHeight);
 }
 
 const auto kTissue = [](int r, int g, int b) { return r > g + 22 && r > b + 12; };
@@ -42,23 +42,24 @@ double covered(const demo::Body& body) {
   Camera camera;
   camera.fit(body.triangles, body.rest, kAspect);
   const Eigen::Matrix4f m = camera.projection(kAspect) * camera.view();
-  std::vector<bool> hit(static_cast<std::size_t>(kWidth) * kHeight, false);
+  std::vector<bool> hit(static_cast<std::size_t>(kPictureWidth) * kPictureHeight, false);
   for (const Triangle& t : body.triangles) {
     std::array<Eigen::Vector2f, 3> p;
-    for (std::size_t k = 0; k < 3; ++k) p[k] = to_pixels(m, body.positions[t[k]], kWidth, kHeight).head<2>();
+    for (std::size_t k = 0; k < 3; ++k) p[k] = to_pixels(m, body.positions[t[k]], kPictureWidth, kPictureHeight).head<2>();
     const auto side = [](const Eigen::Vector2f& a, const Eigen::Vector2f& b, const Eigen::Vector2f& c) {
       return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
     };
     const Eigen::Vector2f low = p[0].cwiseMin(p[1]).cwiseMin(p[2]), high = p[0].cwiseMax(p[1]).cwiseMax(p[2]);
-    for (int y = std::max(0, static_cast<int>(low.y())); y < kHeight && static_cast<float>(y) < high.y(); ++y) {
-      for (int x = std::max(0, static_cast<int>(low.x())); x < kWidth && static_cast<float>(x) < high.x(); ++x) {
+    for (int y = std::max(0, static_cast<int>(low.y())); y < kPictureHeight && static_cast<float>(y) < high.y(); ++y) {
+      for (int x = std::max(0, static_cast<int>(low.x())); x < kPictureWidth && static_cast<float>(x) < high.x(); ++x) {
         const Eigen::Vector2f c(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F);
         const float a = side(p[0], p[1], c), b = side(p[1], p[2], c), d = side(p[2], p[0], c);
-        if ((a >= 0 && b >= 0 && d >= 0) || (a <= 0 && b <= 0 && d <= 0)) hit[static_cast<std::size_t>(y * kWidth + x)] = true;
+        if ((a >= 0 && b >= 0 && d >= 0) || (a <= 0 && b <= 0 && d <= 0))
+          hit[static_cast<std::size_t>(y * kPictureWidth + x)] = true;
       }
     }
   }
-  return static_cast<double>(std::count(hit.begin(), hit.end(), true)) / (kWidth * kHeight);
+  return static_cast<double>(std::count(hit.begin(), hit.end(), true)) / (kPictureWidth * kPictureHeight);
 }
 
 }  // namespace
@@ -115,15 +116,15 @@ TEST_CASE("The bottom of a dent is darker than the same place of the flat body, 
       Camera camera;
       camera.look_from(Camera::Side::top);
       camera.fit(body.triangles, body.rest, kAspect);
-      const Vec3f at =
-          to_pixels(camera.projection(kAspect) * camera.view(), body.tools[0].position.cast<float>(), kWidth, kHeight);
-      Stage stage(kWidth, kHeight, 1);
-      const Picture picture = stage.photograph(sight, {"demo", "a test", ""}, camera, {}, kWidth, kHeight);
+      const Vec3f at = to_pixels(camera.projection(kAspect) * camera.view(), body.tools[0].position.cast<float>(), kPictureWidth,
+                                 kPictureHeight);
+      Stage stage(kPictureWidth, kPictureHeight, 1);
+      const Picture picture = stage.photograph(sight, {"demo", "a test", ""}, camera, {}, kPictureWidth, kPictureHeight);
       double sum = 0;
       for (int y = -3; y <= 3; ++y)
         for (int x = -3; x <= 3; ++x)
-          sum +=
-              picture.rgb[3 * static_cast<std::size_t>((static_cast<int>(at.y()) + y) * kWidth + static_cast<int>(at.x()) + x)];
+          sum += picture.rgb[3 * static_cast<std::size_t>((static_cast<int>(at.y()) + y) * kPictureWidth +
+                                                          static_cast<int>(at.x()) + x)];
       return sum;
     };
     CHECK(bottom(0.010F) < 0.92 * bottom(0));
@@ -164,8 +165,8 @@ TEST_CASE("The side that faces the key light is brighter than the side that face
   for (std::size_t i = 0; i < body.rest.size(); ++i) {
     const Vec3f& n = normals[i];
     if (n.dot(camera.axes().col(2)) < 0.25F) continue;
-    const Vec3f at = to_pixels(m, body.rest[i], kWidth, kHeight);
-    const auto pixel = 3 * (static_cast<std::size_t>(at.y()) * kWidth + static_cast<std::size_t>(at.x()));
+    const Vec3f at = to_pixels(m, body.rest[i], kPictureWidth, kPictureHeight);
+    const auto pixel = 3 * (static_cast<std::size_t>(at.y()) * kPictureWidth + static_cast<std::size_t>(at.x()));
     const int light = picture.rgb[pixel] + picture.rgb[pixel + 1] + picture.rgb[pixel + 2];
     if (n.z() > 0.6F) up += light, ++ups;
     if (n.z() < -0.2F) down += light, ++downs;

@@ -12,7 +12,7 @@ using namespace palpate;
 
 namespace {
 
-constexpr int kWidth = 320, kHeight = 200;
+constexpr int kRedrawWidth = 320, kRedrawHeight = 200;
 
 struct Shot {
   demo::Body body = demo::pressed_organ(0.008F, 0.9, 3);
@@ -21,15 +21,15 @@ struct Shot {
   float color_max = 0.01F;
   Camera camera = {};
   Look look = {};
-  int width = kWidth;
+  int width = kRedrawWidth;
 
-  Shot() { camera.fit(body.triangles, body.rest, static_cast<float>(kWidth) / kHeight); }
+  Shot() { camera.fit(body.triangles, body.rest, static_cast<float>(kRedrawWidth) / kRedrawHeight); }
   Picture by(Stage& stage) const {
     Sight sight = demo::sight_of(body);
     sight.vertices = vertices;
     sight.shade = shade;
     sight.color_max = color_max;
-    return stage.photograph(sight, {"organ", "", "", {}}, camera, look, width, kHeight);
+    return stage.photograph(sight, {"organ", "", "", {}}, camera, look, width, kRedrawHeight);
   }
 };
 
@@ -77,10 +77,10 @@ TEST_CASE("After every change a stage draws what a new one would", "[view]") {
     shots.push_back(changing);
   }
   for (const Shot& shot : shots) {
-    Stage stage(kWidth, kHeight, 1);
+    Stage stage(kRedrawWidth, kRedrawHeight, 1);
     fresh.push_back(shot.by(stage));
   }
-  Stage stage(kWidth, kHeight, 1);
+  Stage stage(kRedrawWidth, kRedrawHeight, 1);
   CHECK(shots[0].by(stage).rgb == fresh[0].rgb);
   for (std::size_t i = 1; i < shots.size(); ++i) {
     INFO(kChanges[i - 1].what);
@@ -94,7 +94,7 @@ TEST_CASE("A body at rest under a camera at rest is drawn once", "[view]") {
   const auto gl = context();
   if (!gl) return;
   const Shot shot;
-  Stage stage(kWidth, kHeight, 1);
+  Stage stage(kRedrawWidth, kRedrawHeight, 1);
   const Picture first = shot.by(stage);
   CHECK(shot.by(stage).rgb == first.rgb);
   CHECK(shot.by(stage).rgb == first.rgb);

@@ -17,7 +17,7 @@ using namespace palpate;
 
 namespace {
 
-constexpr int kWidth = 480, kHeight = 304, kBlock = 8, kLevels = 10;
+constexpr int kStoredPicturesWidth = 480, kStoredPicturesHeight = 304, kBlock = 8, kLevels = 10;
 constexpr double kTolerated = 0.003;
 
 struct Scenery {
@@ -30,7 +30,7 @@ struct Scenery {
   std::vector<float> shade = {};
   std::vector<PatchPin> pins = {};
   std::vector<Triangle> pin_triangles = {};
-  int width = kWidth, height = kHeight;
+  int width = kStoredPicturesWidth, height = kStoredPicturesHeight;
 
   Sight sight() const {
     Sight s = demo::sight_of(body);

@@ -13,7 +13,7 @@ using namespace palpate;
 
 namespace {
 
-constexpr float kWidth = 1280, kHeight = 800;
+constexpr float kTouchWidth = 1280, kTouchHeight = 800;
 constexpr Micros kPicture{16'667};
 
 struct Hand {
@@ -26,7 +26,7 @@ struct Hand {
   std::vector<Vec3f> rest;
   Camera camera;
   PointerTool tool;
-  Pointer pointer{kWidth / 2, kHeight / 2, kWidth, kHeight, false};
+  Pointer pointer{kTouchWidth / 2, kTouchHeight / 2, kTouchWidth, kTouchHeight, false};
   TickOutput felt;
   Vec3 place = Vec3::Zero();
   double step_max_m = 0;
@@ -51,7 +51,7 @@ struct Hand {
         rest(rest_of(server.facts())),
         tool(server.facts().mesh.triangles, rest, scene.tool.contact, home_of(scene)),
         place(home_of(scene)) {
-    camera.fit(server.facts().mesh.triangles, rest, kWidth / kHeight);
+    camera.fit(server.facts().mesh.triangles, rest, kTouchWidth / kTouchHeight);
     server.tick(now);
     room.start(server.body_time());
   }
@@ -108,8 +108,8 @@ TEST_CASE("A pointer that jumps to another side of the body leads the tool aroun
   Hand hand("touch-cube.json");
   const Box box = bounds(hand.server.facts().mesh.triangles, hand.rest);
   const auto show = [&](const Vec3f& point) {
-    const Eigen::Matrix4f m = hand.camera.projection(kWidth / kHeight) * hand.camera.view();
-    const Vec3f at = to_pixels(m, point, kWidth, kHeight);
+    const Eigen::Matrix4f m = hand.camera.projection(kTouchWidth / kTouchHeight) * hand.camera.view();
+    const Vec3f at = to_pixels(m, point, kTouchWidth, kTouchHeight);
     hand.pointer.x = at.x();
     hand.pointer.y = at.y();
   };
