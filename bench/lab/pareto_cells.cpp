@@ -67,7 +67,7 @@ void add_bodies(bool quick, std::vector<ParetoCell>& cells) {
 
 void add_patches(bool quick, std::vector<ParetoCell>& cells) {
   const std::vector<std::string> scenes =
-      quick ? std::vector<std::string>{"cube6"} : std::vector<std::string>{"cube6", "touch-cube", "organ"};
+      quick ? std::vector<std::string>{"cube6"} : std::vector<std::string>{"cube6", "touch-cube", "organ-buckling"};
   const std::vector<double> round_trips = quick ? std::vector<double>{150} : std::vector<double>{50, 150, 300};
   struct Made {
     Scheme scheme;

@@ -83,6 +83,7 @@ Json summary(const ReplayResult& r) {
 struct Given {
   Scene scene;
   std::vector<Motion> motions;
+  std::vector<Micros> resets = {};  ///< of the body
 };
 
 std::size_t hand_named(const Session& session, const std::string& name, const std::string& where) {
@@ -111,7 +112,7 @@ Given given_by_recording(const ReplayFlags& flags) {
     fmt::print("station \"{}\", with the {} other{} on the body\n", session.hands[which].name, session.hands.size() - 1,
                session.hands.size() > 2 ? "s" : "");
   return {flags.scene.empty() ? read_scene(head.scene, head.scene_file) : load_scene(flags.scene),
-          motions_of(session, which, where)};
+          motions_of(session, which, where), resets_of(session)};
 }
 
 Given given_by(const ReplayFlags& flags) {
@@ -126,8 +127,9 @@ Given given_by(const ReplayFlags& flags) {
 }
 
 int run_replay(const ReplayFlags& flags) {
-  const ReplayOptions options = options_of(flags);
-  const auto [scene, motions] = given_by(flags);
+  ReplayOptions options = options_of(flags);
+  const auto [scene, motions, resets] = given_by(flags);
+  options.resets = resets;
   const auto out = make_output_folder(flags.out);
   if (scene.tool.contact == ContactKind::attach && needs_settling(scene, motions.front().position(0.0)))
     fmt::print(

@@ -22,7 +22,7 @@ constexpr double kIdleShare = 0.005;
 
 struct SkipFlags {
   std::string scenes = "scenes", out;
-  std::vector<std::string> names = {"touch-cube", "organ", "cube6"};
+  std::vector<std::string> names = {"touch-cube", "organ-buckling", "cube6"};
   double deadband = kForceJnd;
   int rooms = 16;
   double wait_s = 5;

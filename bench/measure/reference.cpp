@@ -1,10 +1,12 @@
 #include "bench/measure/reference.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
 
 #include "server/body/settle.hpp"
 #include "server/room/grasp.hpp"
+#include "server/room/let_go.hpp"
 
 namespace palpate {
 namespace {
@@ -30,35 +32,53 @@ struct ReferenceModel::State {
         skin(scene.body, scene.tool.radius_m),
         dynamics(scene.body),
         integrator(dynamics, skin, {scene.body.nodes.size() <= kFineNodes ? kFineStepS : kTickStepS, kToleranceM}),
-        body(settled_state(dynamics, skin)) {}
+        body(settled_state(dynamics, skin)),
+        rest(body) {}
 
   ToolAt tool_at(std::size_t k, double t_s) const { return grasps[k].at(tracks[k], from_seconds(t_s)); }
+  /// A tool takes hold of its node, or may touch.
+  void take_up(std::size_t k, Micros now) {
+    if (scene.tool.contact == ContactKind::attach) {
+      const Vec3 offset = body.x.segment<3>(3 * static_cast<Eigen::Index>(scene.tool.node)) - tracks[k].at(now).position;
+      if (let_go[k] && offset.norm() > Grasp::kReachM) return;
+      grasps[k] = Grasp(now, offset);
+    }
+    ToolPort port;
+    port.kind = scene.tool.contact;
+    port.node = scene.tool.node;
+    port.parameters = {scene.tool.coupling_n_m, scene.tool.friction};
+    ports.push_back(port);
+    tool_of.push_back(k);
+    let_go[k].reset();
+  }
+  const ToolPort* port_of(std::size_t tool) const {
+    const auto at = std::find(tool_of.begin(), tool_of.end(), tool);
+    return at == tool_of.end() ? nullptr : &ports[static_cast<std::size_t>(at - tool_of.begin())];
+  }
 
   Scene scene;
   Skin skin;
   Dynamics dynamics;
   Integrator integrator;
-  BodyState body;
+  BodyState body, rest;
   std::vector<ToolTrack> tracks;
   std::vector<Grasp> grasps;
+  std::vector<std::optional<LetGo>> let_go;
   std::vector<ToolPort> ports;
+  std::vector<std::size_t> tool_of;  // parallel to ports
   std::int64_t ticks = 0;
 };
 
 ReferenceModel::ReferenceModel(const Scene& scene, std::span<const Vec3> tools) : state_(std::make_unique<State>(scene)) {
   State& s = *state_;
-  const bool attach = scene.tool.contact == ContactKind::attach;
-  const Vec3 node = s.body.x.segment<3>(3 * static_cast<Eigen::Index>(scene.tool.node));
   const bool settle = std::any_of(tools.begin(), tools.end(), [&](const Vec3& at) { return needs_settling(scene, at); });
   const Micros begin = settle ? -kSettle : Micros{};
   s.tracks.resize(tools.size());
-  s.ports.resize(tools.size());
+  s.grasps.resize(tools.size());
+  s.let_go.resize(tools.size());
   for (std::size_t k = 0; k < tools.size(); ++k) {
     s.tracks[k].add(std::vector{ToolSample{begin, tools[k]}});
-    s.grasps.emplace_back(begin, attach ? Vec3(node - tools[k]) : Vec3::Zero());
-    s.ports[k].kind = scene.tool.contact;
-    s.ports[k].node = scene.tool.node;
-    s.ports[k].parameters = {scene.tool.coupling_n_m, scene.tool.friction};
+    s.take_up(k, begin);
   }
   s.body.time_s = seconds(begin);
 }
@@ -72,19 +92,37 @@ void ReferenceModel::tick(std::span<const Vec3> tools) {
     s.tracks[k].add(std::vector{ToolSample{now, tools[k]}});
     s.tracks[k].forget_before(now - Micros{10'000});
   }
-  const auto motion = [&](std::size_t k, double t_s) { return s.tool_at(k, t_s); };
+  for (std::size_t k = 0; k < tools.size(); ++k)
+    if (s.let_go[k] && s.let_go[k]->over(now, s.scene.tool.contact, s.skin, s.body.x, tools[k])) s.take_up(k, now);
+  const auto motion = [&](std::size_t port, double t_s) { return s.tool_at(s.tool_of[port], t_s); };
   if (!s.integrator.advance(s.body, s.ports, 1e-3 * static_cast<double>(s.ticks), motion).converged)
     throw std::runtime_error("the reference did not converge " + std::to_string(s.ticks) + " ms into the motion");
   ++s.ticks;
 }
 
-bool ReferenceModel::contact(std::size_t tool) const {
-  return state_->ports[tool].kind == ContactKind::attach || state_->ports[tool].touching;
+void ReferenceModel::reset() {
+  State& s = *state_;
+  const Micros now{1000 * s.ticks};
+  for (std::size_t k = 0; k < s.tracks.size(); ++k) s.let_go[k] = LetGo{now, force(k)};
+  s.body.x = s.rest.x;
+  s.body.v.setZero();
+  s.ports.clear();
+  s.tool_of.clear();
 }
 
-Vec3 ReferenceModel::force(std::size_t tool) const { return contact(tool) ? Vec3(-state_->ports[tool].lambda) : Vec3::Zero(); }
+bool ReferenceModel::contact(std::size_t tool) const {
+  const ToolPort* const port = state_->port_of(tool);
+  return port && (port->kind == ContactKind::attach || port->touching);
+}
 
-std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths) {
+Vec3 ReferenceModel::force(std::size_t tool) const {
+  const State& s = *state_;
+  if (s.let_go[tool]) return s.let_go[tool]->felt(Micros{1000 * (s.ticks - 1)});
+  return contact(tool) ? Vec3(-s.port_of(tool)->lambda) : Vec3::Zero();
+}
+
+std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths,
+                                             std::span<const Micros> resets) {
   std::vector<ReferenceForce> result(paths.size());
   if (paths.empty() || paths[0].empty()) return result;
   std::vector<Vec3> tools(paths.size());
@@ -95,6 +133,8 @@ std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const
   ReferenceModel model(scene, tools);
   for (std::size_t i = 0; i < paths[0].size(); ++i) {
     place(i);
+    for (; !resets.empty() && resets.front() <= Micros{1000 * static_cast<std::int64_t>(i)}; resets = resets.subspan(1))
+      model.reset();
     model.tick(tools);
     for (std::size_t k = 0; k < paths.size(); ++k) {
       result[k].force.push_back(model.force(k));

@@ -23,6 +23,8 @@ class ReferenceModel {
   /// Tools are at `tools` now: 0 ms at the first call, 1 ms at the second, ... Throws std::runtime_error when the model cannot be
   /// stepped.
   void tick(std::span<const Vec3> tools);
+  /// Puts the body back to rest, as a room does (let_go.hpp).
+  void reset();
   bool contact(std::size_t tool) const;
   Vec3 force(std::size_t tool) const;  ///< on the tool [N]
 
@@ -42,7 +44,9 @@ using ToolPath = std::vector<Vec3>;
 /// Throws std::runtime_error when the model cannot be stepped.
 ReferenceForce reference_force(const Scene& scene, const ToolPath& path);
 /// Several tools on one body, in the order of `paths`, which are equally long. `attach` knows one node, so one tool.
-std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths);
+/// The body is reset at `resets`, ascending, into the paths.
+std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths,
+                                             std::span<const Micros> resets = {});
 
 /// Whether taking up the tool at `start` disturbs the body (it hangs in gravity, or the grasp begins beside the node): then both
 /// the server and the reference are given kSettle before the motion begins.

@@ -174,7 +174,11 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
   Times build, frame;
   std::vector<ReplayFrame> frames;  // in world time
   std::vector<LocalStart> starts;   // in the server's
-  world.run_frame = [&](Room& room, const FrameJob& job) {
+  Micros begin = Micros::max();     // of the motions, in world time
+  std::span<const Micros> resets = options.resets;
+  world.run_frame = [&](Room& room, const FrameJob& due) {
+    FrameJob job = due;
+    for (; !resets.empty() && begin <= world.now() - resets.front(); resets = resets.subspan(1)) job.reset = true;
     const auto t0 = stopwatch();
     FrameResult r = room.simulate(job);
     const auto t1 = stopwatch();
@@ -198,7 +202,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
       return out;
     };
 
-  const Micros begin = join(world, stations, scene, motions, options.scheme, slowest_link(options), options.rate_hz);
+  begin = join(world, stations, scene, motions, options.scheme, slowest_link(options), options.rate_hz);
   Micros length = Micros::max();
   for (const Motion& motion : motions) length = std::min(length, motion.duration());
   const auto ticks = static_cast<std::size_t>(length / kTick) + 1;
@@ -225,7 +229,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
   const bool known =
       options.reference && n == 1 && !options.simulated_device && options.reference->force.size() == paths[0].size();
   const std::vector<ReferenceForce> references =
-      known ? std::vector<ReferenceForce>{*options.reference} : reference_forces(scene, paths);
+      known ? std::vector<ReferenceForce>{*options.reference} : reference_forces(scene, paths, options.resets);
   for (std::size_t k = 0; k < n; ++k) {
     measure(results[k], references[k]);
     count(results[k], world, k, before[k], length);

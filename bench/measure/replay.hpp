@@ -24,8 +24,9 @@ struct ReplayOptions {
   bool simulated_device = false;              ///< a Phantom in a hand that follows the motion, instead of the motion itself
   const ReferenceForce* reference = nullptr;  ///< of the same path, when known: without a simulated device runs share it
   PassivityMode passivity = PassivityMode::off;
-  double deadband = 0;       ///< of ServerOptions
-  bool keep_starts = false;  ///< ReplayResult::starts
+  double deadband = 0;              ///< of ServerOptions
+  std::vector<Micros> resets = {};  ///< of the body, into the motions, ascending
+  bool keep_starts = false;         ///< ReplayResult::starts
 };
 
 struct ReplayTick {

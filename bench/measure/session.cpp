@@ -27,12 +27,21 @@ void add_block(Session& session, const RecordingReader& recording, const Recorde
   }
   for (const RecordedTouch& touch : block.touches)
     append(hand_of(session, recording.name_of(touch.station)).forces, {since_begin(touch.t), touch.force, touch.contact});
+  for (const RecordedEvent& event : block.events)
+    if (event.kind == RecordedEventKind::reset) session.resets_s.push_back(since_begin(event.t));
   for (const RecordedTick& tick : block.ticks) {
     if (tick.broken) continue;
     SessionHand& hand = hand_of(session, recording.head().name);
     append(hand.path, {since_begin(tick.t), tick.position});
     append(hand.forces, {since_begin(tick.t), tick.force, tick.contact});
   }
+}
+
+/// When the first hand was seen first.
+double begin_of(const Session& session) {
+  double begin_s = 1e300;
+  for (const SessionHand& hand : session.hands) begin_s = std::min(begin_s, hand.path.front().t_s);
+  return begin_s;
 }
 
 }  // namespace
@@ -51,11 +60,9 @@ Session read_session(const RecordingReader& recording) {
 }
 
 std::vector<Motion> motions_of(const Session& session, std::size_t which, const std::string& name) {
-  double begin_s = 1e300, end_s = -1e300;
-  for (const SessionHand& hand : session.hands) {
-    begin_s = std::min(begin_s, hand.path.front().t_s);
-    end_s = std::max(end_s, hand.path.back().t_s);
-  }
+  const double begin_s = begin_of(session);
+  double end_s = -1e300;
+  for (const SessionHand& hand : session.hands) end_s = std::max(end_s, hand.path.back().t_s);
   std::vector<Motion> motions;
   for (std::size_t k = 0; k < session.hands.size(); ++k) {
     const SessionHand& hand = session.hands[(which + k) % session.hands.size()];
@@ -65,6 +72,12 @@ std::vector<Motion> motions_of(const Session& session, std::size_t which, const 
     motions.emplace_back(std::move(points), name + ", station \"" + hand.name + "\"");
   }
   return motions;
+}
+
+std::vector<Micros> resets_of(const Session& session) {
+  std::vector<Micros> resets;
+  for (const double t_s : session.resets_s) resets.push_back(std::max(Micros{}, from_seconds(t_s - begin_of(session))));
+  return resets;
 }
 
 }  // namespace palpate

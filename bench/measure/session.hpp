@@ -25,6 +25,7 @@ struct SessionHand {
 
 struct Session {
   std::vector<SessionHand> hands;  ///< in the order in which they first moved; a hand that came back goes on
+  std::vector<double> resets_s;    ///< of the body, ascending
   std::size_t blocks_lost = 0;     ///< damaged ones, of which nothing is known
 };
 
@@ -34,5 +35,8 @@ Session read_session(const RecordingReader& recording);
 /// was first and last seen before it came and after it left. InputError, with `name` for the recording, when a hand was seen
 /// less than twice or the session is longer than a motion can be.
 std::vector<Motion> motions_of(const Session& session, std::size_t which, const std::string& name);
+
+/// When the body was put back to rest, in the time of those motions.
+std::vector<Micros> resets_of(const Session& session);
 
 }  // namespace palpate

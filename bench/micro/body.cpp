@@ -242,7 +242,7 @@ void body_substitute(benchmark::State& state, const std::string& name) {
 }  // namespace
 
 void add_body_benchmarks() {
-  const std::string lattices[] = {"cube6", "cube10", "cube15", "cube30", "organ"};
+  const std::string lattices[] = {"cube6", "cube10", "cube15", "cube30", "organ-buckling"};
   for (const std::string& body : lattices)
     benchmark::RegisterBenchmark(("body/forces_in_blocks/" + body).c_str(), body_blocks, body)->MinTime(0.1);
   for (const char* body : {"cube20", "cube30"})
@@ -255,14 +255,14 @@ void add_body_benchmarks() {
           ->UseRealTime()
           ->MinTime(0.5);
     }
-  for (const char* body : {"cube6", "cube15", "organ"})
+  for (const char* body : {"cube6", "cube15", "organ-buckling"})
     benchmark::RegisterBenchmark((std::string("body/dents/") + body).c_str(), body_dents, body)->MinTime(0.1);
   for (const char* body : {"cube14", "cube20", "cube30"})
     for (const bool graded : {false, true})
       benchmark::RegisterBenchmark(("body/port_answers/" + std::string(graded ? "graded/" : "whole/") + body).c_str(),
                                    body_answers, body, graded)
           ->MinTime(0.5);
-  const std::string bodies[] = {"cube6", "cube10", "cube15", "organ", "organ-solid", "organ-solid-corotational"};
+  const std::string bodies[] = {"cube6", "cube10", "cube15", "organ-buckling", "organ-solid", "organ-solid-corotational"};
   const auto add = [&](const char* what, auto function, auto... arguments) {
     for (const std::string& body : bodies)
       benchmark::RegisterBenchmark((std::string("body/") + what + "/" + body).c_str(), function, body, arguments...)

@@ -23,7 +23,7 @@ constexpr Micros kSecond{1'000'000}, kFrame = kSecond / kFrameHz, kEachTick = kS
 /// Two seconds of the organ, every vertex moving.
 const std::vector<std::vector<Vec3>>& organ_shapes() {
   static const auto shapes = [] {
-    std::vector<std::vector<Vec3>> moved(2 * kFrameHz, scene_of("organ").body.nodes);
+    std::vector<std::vector<Vec3>> moved(2 * kFrameHz, scene_of("organ-buckling").body.nodes);
     for (std::size_t k = 0; k < moved.size(); ++k)
       for (Vec3& x : moved[k]) x *= 1 + 1e-3 * static_cast<double>(k);
     return moved;
@@ -34,7 +34,7 @@ const std::vector<std::vector<Vec3>>& organ_shapes() {
 RecordingHead room_head() {
   RecordingHead head;
   head.rate_hz = kFrameHz;
-  head.surface = recorded_surface(scene_of("organ"));
+  head.surface = recorded_surface(scene_of("organ-buckling"));
   return head;
 }
 

@@ -23,7 +23,9 @@ int main(int argc, char** argv) {
   try {
     const auto options = palpate::parse_options(argc, argv);
     if (!options) return 0;
-    return options->check_link ? palpate::check_link(*options, stop_asked) : palpate::run(*options, stop_asked);
+    if (options->check_link) return palpate::check_link(*options, stop_asked);
+    if (options->reset) return palpate::reset_body(*options, stop_asked);
+    return palpate::run(*options, stop_asked);
   } catch (const palpate::InputError& error) {
     std::cerr << "palpate-client: " << error.what() << '\n';
     return 2;

@@ -19,7 +19,7 @@ struct Typed {
   int order = 0;
   std::uint64_t seed = 1;
   double coupling_n_m = 0, coupling_n_s_m = 0;
-  bool check_link = false;
+  bool check_link = false, reset = false;
   double duration_s = std::numeric_limits<double>::quiet_NaN(), release_s = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -62,6 +62,8 @@ void declare(CLI::App& app, Typed& typed) {
       "--check-link", typed.check_link,
       "Measure the link and this machine for --duration-s (default 10) and say whether they serve and what to set; exit 0: "
       "they do, 1: they do not");
+  app.add_flag("--reset", typed.reset,
+               "Have the body put back to rest and end, without a hand; exit 1: no answer within --duration-s (default 5)");
   app.add_option("--realtime", typed.realtime, "auto: ask the operating system for real time; off: do not")
       ->type_name("auto|off")
       ->capture_default_str();
@@ -182,6 +184,8 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
                             {{"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}});
   options.coupling = coupling_of(typed);
   options.check_link = typed.check_link;
+  options.reset = typed.reset;
+  if (typed.reset && typed.check_link) throw InputError("--reset", "with --check-link", "one of the two");
   if (typed.check_link && !typed.record.empty())
     throw InputError("--record", "with --check-link", "a run with a hand: --check-link feels nothing");
   options.record = typed.record;

@@ -36,6 +36,7 @@ struct AppOptions {
   std::optional<double> duration_s;
   bool realtime = true;
   bool check_link = false;  ///< measure the link and the machine, feel nothing
+  bool reset = false;       ///< have the body put back to rest, feel nothing
 };
 
 /// Empty when the program has done what it was asked (--help, --version). Throws InputError for bad usage and bad files.

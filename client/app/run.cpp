@@ -14,6 +14,7 @@
 #include "client/app/station.hpp"
 #include "client/device/replay_device.hpp"
 #include "client/device/sim_phantom.hpp"
+#include "client/io/body_reset.hpp"
 #include "client/io/haptic_loop.hpp"
 #include "client/io/link_check.hpp"
 #include "client/io/session_recording.hpp"
@@ -263,6 +264,15 @@ int check_link(const AppOptions& options, const std::atomic<bool>& stop) {
       : verdict.machine_serves ? "the link does not serve"
                                : "neither the link nor this machine serves");
   return verdict.serves() ? 0 : 1;
+}
+
+int reset_body(const AppOptions& options, const std::atomic<bool>& stop) {
+  constexpr double kWaitS = 5;
+  const std::string fault =
+      reset_body(options.server, "reset", options.room, from_seconds(options.duration_s.value_or(kWaitS)), stop);
+  if (!fault.empty()) fmt::print(stderr, "palpate-client: the body was not reset: {}\n", fault);
+  if (fault.empty()) say("the body is at rest again");
+  return fault.empty() ? 0 : 1;
 }
 
 int run(const AppOptions& options, const std::atomic<bool>& stop) { return Run(options, stop).go(); }

@@ -130,6 +130,7 @@ void ClientCore::take_welcome(const Message& message, Micros now) {
     seq_in_.reset();
     loss_in_.reset();
     pace_.reset();
+    reset_.forget();
     server_report_ = {};
     seq_out_ = 0;
   }
@@ -186,6 +187,7 @@ void ClientCore::take_beat(const Beat& beat, Micros now) {
   contact_in_reach_ = beat.contact_in_reach;
   if (beat.lives_on != 0) live_on(beat, now);
   server_report_ = beat.link;
+  reset_.hear(beat.resets);
   pace_.take(beat.link, now);
   if (!(beat.rate_hz > 0)) return;
   server_pace_.rate_min_hz = server_pace_.rate_hz > 0 ? std::min(server_pace_.rate_min_hz, beat.rate_hz) : beat.rate_hz;
@@ -214,6 +216,8 @@ std::size_t ClientCore::emit(std::span<std::byte> out, Micros now) {
   if (std::exchange(hello_due_, false)) return say(options_.hello, out, now);
   if (send_due_)
     if (const auto size = emit_samples(out, now)) return size;
+  if (link_ == LinkState::joined)
+    if (const auto resets = reset_.due(now)) return say(Reset{*resets}, out, now);
   if (std::exchange(beat_due_, false)) return say(Beat{.link = link_report(), .ticks_late = haptic_.late_ticks()}, out, now);
   return 0;
 }

@@ -18,6 +18,7 @@
 #include "client/intake/intake.hpp"
 #include "common/session/clock_sync.hpp"
 #include "common/session/loss_meter.hpp"
+#include "common/session/reset_request.hpp"
 #include "common/session/seq_tracker.hpp"
 #include "common/wire/codec.hpp"
 #include "common/wire/messages.hpp"
@@ -62,6 +63,9 @@ class ClientCore {
   /// Bytes of the next datagram for the server written into `out`, 0 when there is none. Call until 0.
   std::size_t emit(std::span<std::byte> out, Micros now);
   Micros deadline() const;
+  /// Have the body put back to rest, as soon as the server is there.
+  void ask_reset() { reset_.ask(); }
+  bool reset_pending() const { return reset_.pending(); }
   /// Say goodbye: the next emit() is a Leave.
   void leave(Micros now);
 
@@ -118,6 +122,7 @@ class ClientCore {
   SeqTracker seq_in_;
   LossMeter loss_in_;
   UplinkPace pace_;
+  ResetRequest reset_;
   Welcome welcome_;
   Refuse refusal_;
   Micros heard_{}, next_hello_{}, next_send_{}, next_beat_{}, next_report_{}, ticked_{};

@@ -77,6 +77,7 @@ void ViewCore::take(std::span<const std::byte> bytes, Micros now) {
   clock_.take(message.clock, now);
   if (const auto* piece = std::get_if<MeshPiece>(&message.body)) take_mesh(*piece, now);
   if (const auto* room = std::get_if<RoomView>(&message.body)) room_ = *room;
+  if (const auto* beat = std::get_if<Beat>(&message.body)) reset_.hear(beat->resets);
   const auto* const piece = std::get_if<ShapePiece>(&message.body);
   // Without the mesh a shape means nothing: it counts as lost, and what it held comes again.
   if (piece && !mesh_.complete()) return;
@@ -125,6 +126,7 @@ void ViewCore::take_welcome(const Message& message, Micros now) {
   const bool same_session = message.instance == instance_ && message.station == station_;
   if (!same_session) {
     clock_ = ClockSync{};
+    reset_.forget();
     seq_out_ = 0;
     heard_any_ = false;
   }
@@ -195,6 +197,8 @@ Micros ViewCore::lateness(Micros now) const {
 std::size_t ViewCore::emit(std::span<std::byte> out, Micros now) {
   if (std::exchange(leave_due_, false)) return say(Leave{}, out, now);
   if (std::exchange(hello_due_, false)) return say(hello_, out, now);
+  if (link_ == ViewLink::joined)
+    if (const auto resets = reset_.due(now)) return say(Reset{*resets}, out, now);
   if (std::exchange(beat_due_, false)) return say(Beat{}, out, now);
   if (std::exchange(state_due_, false)) return say_state(out, now);
   if (asking_.empty()) return 0;

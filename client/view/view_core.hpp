@@ -16,6 +16,7 @@
 #include "client/view/playback.hpp"
 #include "client/view/shape_assembly.hpp"
 #include "common/session/clock_sync.hpp"
+#include "common/session/reset_request.hpp"
 #include "common/wire/codec.hpp"
 #include "common/wire/messages.hpp"
 
@@ -49,6 +50,9 @@ class ViewCore {
   Micros deadline() const;
   /// Say goodbye: the next emit() is a Leave.
   void leave();
+  /// Have the body put back to rest, as soon as the server is there.
+  void ask_reset() { reset_.ask(); }
+  bool reset_pending() const { return reset_.pending(); }
   /// Show this channel beside the positions; position: none.
   void show_channel(ShapeChannel channel);
   /// Most that shapes may take, 0 = the server's default.
@@ -102,6 +106,7 @@ class ViewCore {
   std::deque<std::uint32_t> asking_;  ///< mesh pieces to ask for now
   std::size_t asked_ = 0;             ///< pieces still expected of the last round
   ClockSync clock_;
+  ResetRequest reset_;
   MeshAssembly mesh_;
   ShapeAssembly shapes_;
   Playback playback_;

@@ -78,8 +78,9 @@ enum class RecordedEventKind : std::uint8_t {
   overrun,   ///< the server cannot keep its frame rate; `text` has the figures
   kept_up,   ///< it keeps up again
   left_out,  ///< something could not be recorded; `text` says what
+  reset,     ///< this station had the body put back to rest
 };
-inline constexpr std::size_t kRecordedEventKinds = 8;
+inline constexpr std::size_t kRecordedEventKinds = 9;
 const char* name_of(RecordedEventKind kind);
 
 enum class RecordedRole : std::uint8_t { hand, viewer, shadow };  ///< a shadow feels with the tool of another hand

@@ -94,7 +94,8 @@ WireFault read(const wire::Beat& table, Beat& m) {
        Micros{table.behind()},
        {table.judged(), table.lost(), table.longest_run(), Micros{table.patch_age()}},
        table.ticks_late(),
-       table.lives_on()};
+       table.lives_on(),
+       table.resets()};
   Sense sense;
   sense.time(m.body_time);
   sense.number(m.rate_hz, 0, kMaxRateHz);
@@ -103,6 +104,11 @@ WireFault read(const wire::Beat& table, Beat& m) {
 }
 
 WireFault read(const wire::Leave&, Leave&) { return WireFault::none; }
+
+WireFault read(const wire::Reset& table, Reset& m) {
+  m.resets = table.resets();
+  return WireFault::none;
+}
 
 WireFault read(const wire::MeshRequest& table, MeshRequest& m) {
   m.piece = table.piece();
@@ -299,6 +305,8 @@ WireFault read_body(const wire::Datagram& datagram, Message& message) {
       return read_into<Beat>(datagram.body_as_Beat(), message);
     case wire::Body::Leave:
       return read_into<Leave>(datagram.body_as_Leave(), message);
+    case wire::Body::Reset:
+      return read_into<Reset>(datagram.body_as_Reset(), message);
     case wire::Body::MeshRequest:
       return read_into<MeshRequest>(datagram.body_as_MeshRequest(), message);
     case wire::Body::MeshPiece:

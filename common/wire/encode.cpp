@@ -67,8 +67,9 @@ class BodyWriter {
     const auto time = packer_.time(m.body_time);
     return done(wire::Body::Beat, wire::CreateBeat(builder_, &time, m.contact_in_reach, packer_.number(m.rate_hz),
                                                    packer_.duration(m.behind), m.link.judged, m.link.lost, m.link.longest_run,
-                                                   packer_.duration(m.link.patch_age), m.ticks_late, m.lives_on));
+                                                   packer_.duration(m.link.patch_age), m.ticks_late, m.lives_on, m.resets));
   }
+  Offset<void> operator()(const Reset& m) { return done(wire::Body::Reset, wire::CreateReset(builder_, m.resets)); }
   Offset<void> operator()(const Leave&) { return done(wire::Body::Leave, wire::CreateLeave(builder_)); }
   Offset<void> operator()(const MeshRequest& m) {
     return done(wire::Body::MeshRequest, wire::CreateMeshRequest(builder_, m.piece));

@@ -91,6 +91,7 @@ struct Beat {
   std::uint32_t ticks_late = 0;  ///< of the client's haptic loop since it began (client -> server)
   /// Every patch from this seq on is as good as one stamped `body_time` would be (server -> client), 0 = not said.
   std::uint32_t lives_on = 0;
+  std::uint16_t resets = 0;  ///< of the body so far (server -> client)
 };
 
 struct Leave {};
@@ -156,8 +157,13 @@ struct RoomView {
   std::vector<StationView> stations;
 };
 
+/// Client -> server: put the body back to rest. Who says another count than the server's asked for one that is done.
+struct Reset {
+  std::uint16_t resets = 0;  ///< as the newest Beat said
+};
+
 using Body = std::variant<Hello, Welcome, Refuse, Samples, PatchMessage, Beat, Leave, MeshRequest, MeshPiece, ShapePiece, Tools,
-                          PatchTerms, ViewState, RoomView>;
+                          PatchTerms, ViewState, RoomView, Reset>;
 
 struct Message {
   std::uint64_t instance = 0;  ///< the server process, drawn when it starts; 0 in a Hello

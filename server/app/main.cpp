@@ -12,6 +12,7 @@
 
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
+#include "server/app/describe.hpp"
 #include "server/io/server_shell.hpp"
 #include "server/scene/scene.hpp"
 
@@ -24,7 +25,7 @@ struct Options {
   std::string listen = "127.0.0.1:47800", record;
   double rate_hz = 20, duration_s = 0, shapes_hz = RecordOptions{}.shapes_hz, deadband = 0;
   std::size_t threads = 0;
-  bool print_scene = false, has_duration = false, has_record = false, has_shapes = false;
+  bool print_scene = false, describe = false, has_duration = false, has_record = false, has_shapes = false;
 };
 
 void describe_flags(CLI::App& app, Options& o) {
@@ -55,6 +56,8 @@ void describe_flags(CLI::App& app, Options& o) {
       ->type_name("N")
       ->capture_default_str();
   app.add_flag("--print-scene", o.print_scene, "write the scene with all defaults filled in, and end");
+  app.add_flag("--describe", o.describe,
+               "say what the body weighs, how many nodes are held, how stiff it is and what a frame costs here, and end");
 }
 
 /// CLI11's own "required" would hide an unknown flag behind a missing one.
@@ -62,6 +65,7 @@ void check(const Options& o) {
   constexpr double kMostS = 30 * 86400.0;
   if (o.scenes.empty()) throw InputError("--scene", "it is missing", "a scene file");
   if (o.print_scene && o.scenes.size() > 1) throw InputError("--print-scene", "comes with several scenes", "one --scene");
+  if (o.print_scene && o.describe) throw InputError("--describe", "comes with --print-scene", "one of the two");
   if (!(o.rate_hz >= kMinRateHz && o.rate_hz <= kMaxRateHz))
     throw InputError("--rate-hz", fmt::format("is {}", o.rate_hz), fmt::format("{} to {}", kMinRateHz, kMaxRateHz));
   if (!(o.deadband >= 0 && o.deadband <= kMaxDeadband))
@@ -111,6 +115,13 @@ std::vector<NamedScene> load_scenes(const Options& o) {
   return scenes;
 }
 
+void describe_scenes(const Options& o) {
+  for (const NamedScene& room : load_scenes(o)) {
+    fmt::print("scene      \"{}\"\n", room.name);
+    for (const std::string& line : describe(room.scene, o.rate_hz)) fmt::print("{}\n", line);
+  }
+}
+
 void serve(const Options& o) {
   end_while_loading();
   const std::vector<NamedScene> scenes = load_scenes(o);
@@ -139,6 +150,7 @@ void serve(const Options& o) {
     say(fmt::format("{}scene \"{}\" ({} nodes, {} elements) at {}, {} Hz", as, room.scene.name, room.scene.body.nodes.size(),
                     room.scene.body.elements.size() + room.scene.body.tetrahedra.size(), to_string(shell.address()), o.rate_hz));
     say(fmt::format("{}integrator {}", as, shell.integrator(k)));
+    for (const std::string& line : describe(room.scene, o.rate_hz)) say(as + line);
   }
   shell.run();
   for (const std::string& line : shell.summary()) say(line);
@@ -158,6 +170,8 @@ int main(int argc, char** argv) {
     check(options);
     if (options.print_scene)
       fmt::print("{}\n", print_scene(split_name(options.scenes.front()).second));
+    else if (options.describe)
+      describe_scenes(options);
     else
       serve(options);
     return 0;

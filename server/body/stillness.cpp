@@ -2,24 +2,32 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace palpate {
 
-Stillness::Stillness(const Dynamics& dynamics, double softest_1_s2) : dynamics_(&dynamics), w2_(kSofter * softest_1_s2) {
+Stillness::Stillness(const Dynamics& dynamics, double softest_1_s2, Vector rest)
+    : dynamics_(&dynamics), rest_(std::move(rest)), w2_(kSofter * softest_1_s2) {
   double lightest_kg = std::numeric_limits<double>::infinity();
   for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
     if (!dynamics.body().fixed[i]) lightest_kg = std::min(lightest_kg, dynamics.body().masses_kg[i]);
   most_kg_m2_ = lightest_kg * 0.25 * kMovesM * kMovesM;
 }
 
+/// q^T K q, or a bound of it.
+double Stillness::unbalanced(const BodyState& state) {
+  dynamics_->forces(state.x, Vector::Zero(state.x.size()), f_);
+  mask(dynamics_->body().fixed, f_);
+  const double bound = f_.dot(f_.cwiseQuotient(dynamics_->masses())) / w2_;
+  if ((state.x - rest_).lpNorm<Eigen::Infinity>() > kBackM) return bound;
+  return std::clamp(-f_.dot(state.x - rest_), 0.0, bound);
+}
+
 bool Stillness::holds(const BodyState& state) {
   if (!(w2_ > 0)) return false;
   // The speed alone tells while a body swings, for a fraction of what its forces cost.
   const double speed2 = state.v.dot(dynamics_->masses().cwiseProduct(state.v));
-  if (!(speed2 <= most_kg_m2_ * w2_)) return false;
-  dynamics_->forces(state.x, Vector::Zero(state.x.size()), f_);
-  mask(dynamics_->body().fixed, f_);
-  return speed2 + f_.dot(f_.cwiseQuotient(dynamics_->masses())) / w2_ <= most_kg_m2_ * w2_;
+  return speed2 <= most_kg_m2_ * w2_ && speed2 + unbalanced(state) <= most_kg_m2_ * w2_;
 }
 
 }  // namespace palpate

@@ -6,6 +6,9 @@
 // ever, within d / sqrt(m) of x_e, and within twice that of where it is now. w is that of the body at rest; a body that is
 // compressed is softer, hence kSofter.
 //
+// Implicit steps end with forces out of balance in stiff directions, of which w says far too much. A body that is back where it
+// rests, within kBackM of x_r, has q^T K q = -F^T (x - x_r), which is what counts there if it is less.
+//
 // A body that is not fixed anywhere (w = 0) never counts as still.
 #pragma once
 
@@ -15,19 +18,24 @@ namespace palpate {
 
 class Stillness {
  public:
-  /// That no node would ever move further than [m]: a fiftieth of what shapes are drawn within (shape_stream.hpp), a thirtieth of
-  /// what a Phantom's encoders resolve, and 1 mN on tissue of 1,000 N/m.
-  static constexpr double kMovesM = 1e-6;
+  /// That no node would ever move further than [m]: a tenth of what shapes are drawn within (shape_stream.hpp), a seventh of
+  /// what a Phantom's encoders resolve, and 4 mN on tissue of 1,000 N/m.
+  static constexpr double kMovesM = 4e-6;
   static constexpr double kSofter = 0.5;  ///< w^2 of the body as it is, to that at rest
 
-  /// `dynamics` must outlive it. `softest_1_s2`: w^2 at rest, 0 for a body that is not fixed.
-  Stillness(const Dynamics& dynamics, double softest_1_s2);
+  static constexpr double kBackM = 1e-6;
+
+  /// `dynamics` must outlive it. `softest_1_s2`: w^2 at rest, 0 for a body that is not fixed. `rest`: x_r.
+  Stillness(const Dynamics& dynamics, double softest_1_s2, Vector rest);
 
   /// No tool touches the body, no node but the fixed ones is held.
   bool holds(const BodyState& state);
 
  private:
+  double unbalanced(const BodyState& state);
+
   const Dynamics* dynamics_;
+  Vector rest_;
   double w2_, most_kg_m2_ = 0;  // d^2 that is still
   Vector f_;
 };

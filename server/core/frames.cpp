@@ -131,6 +131,7 @@ std::optional<FrameJob> ServerCore::next_job(Micros now) {
   if (!job_ || job_out_) return std::nullopt;
   job_out_ = true;
   job_began_ = now;
+  job_->reset = std::exchange(reset_due_, false);
   return std::exchange(job_, std::nullopt);
 }
 
@@ -255,6 +256,7 @@ void ServerCore::beat(Station& station) {
 
 Beat ServerCore::beat_for(const Station& station) const {
   Beat beat{station_time(station, body_time_), station.contact_in_reach, pace_.rate_hz, std::min(pace_.behind, kLongestSaid), {}};
+  beat.resets = static_cast<std::uint16_t>(counts_.resets);
   station.loss.fill(beat.link);
   return beat;
 }

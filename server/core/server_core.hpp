@@ -30,6 +30,8 @@
 // A room in which the body sleeps (room.hpp) and nobody is has no frames: deadline() is Micros::max(), and its time stands still.
 // With the first Hello it goes on as if it had never stopped: at the frame that is due next, up to which the body has slept.
 //
+// A station or viewer may ask for the body to be put back to rest (reset_request.hpp); the next frame that begins does so.
+//
 // A room that takes longer over its frames than there is time for skips some: it slows down. It says
 // so in its beats (rate_hz, behind), and to stations that get patches in a beat beside them. Stamps stay those of the body.
 //
@@ -87,6 +89,7 @@ struct ServerCounts {
   std::uint64_t unknown_station = 0;  ///< datagrams with an id that nobody here has
   std::uint64_t unexpected = 0;       ///< messages that a server does not take
   std::uint64_t joins = 0, refusals = 0, leaves = 0, timeouts = 0;
+  std::uint64_t resets = 0;            ///< of the body
   std::uint64_t answers_withheld = 0;  ///< larger than the question, or too many at once
   std::uint64_t frames = 0, frames_failed = 0;
   std::uint64_t frames_busy = 0;     ///< skipped: one before was still being computed when the next fell due
@@ -150,6 +153,7 @@ class ServerCore {
   // sessions.cpp
   void take_hello(const Message& message, PeerId from, std::size_t size, Micros now);
   void take_samples(Station& station, const Samples& samples, Micros now);
+  void take_reset(Station& station, const Reset& reset, Micros now);
   static void take_playing(Station& station, std::uint32_t seq);
   void take_from(Station& station, const Message& message, Micros now);
   std::optional<Refuse> objection(const Hello& hello, const Station* in_place_of) const;
@@ -205,6 +209,7 @@ class ServerCore {
   bool started_ = false, job_out_ = false;
   bool owed_ = false;    ///< a frame fell due and has not begun
   bool asleep_ = false;  ///< the body, since the last frame
+  bool reset_due_ = false;
   std::optional<FrameJob> job_;
   Micros first_tick_{}, body_time_{}, job_began_{}, compute_mean_{}, longest_frame_{};
   Micros lag_{};  ///< how old the body's state is already when its frame falls due

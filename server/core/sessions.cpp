@@ -135,6 +135,7 @@ void ServerCore::take_from(Station& station, const Message& message, Micros now)
     stations_.erase(station.id);
     return;
   }
+  if (const auto* reset = std::get_if<Reset>(&message.body)) return take_reset(station, *reset, now);
   if (const auto* state = std::get_if<ViewState>(&message.body); state && station.views())
     return shapes_.heard(station.shape, *state);
   const auto* request = std::get_if<MeshRequest>(&message.body);
@@ -145,6 +146,15 @@ void ServerCore::take_from(Station& station, const Message& message, Micros now)
   auto& pieces = station.outbox.mesh_pieces;
   if (pieces.size() < kMostMeshPieces && std::find(pieces.begin(), pieces.end(), request->piece) == pieces.end())
     pieces.push_back(request->piece);
+}
+
+/// One that knows of another count asked for what is done.
+void ServerCore::take_reset(Station& station, const Reset& reset, Micros now) {
+  station.next_report = now;  // it waits for the new count
+  if (reset.resets != static_cast<std::uint16_t>(counts_.resets)) return;
+  ++counts_.resets;
+  reset_due_ = true;
+  tell(RecordedEventKind::reset, station.id, station.hello, "", now);
 }
 
 /// What a datagram says that others have overtaken is known already.

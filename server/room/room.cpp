@@ -55,6 +55,7 @@ FrameResult Room::simulate(const FrameJob& job) {
   FrameResult result;
   if (s.asleep) s.body.time_s = std::max(s.body.time_s, seconds(job.begin));
   s.take_samples(job);
+  if (job.reset) s.reset_body();
   s.sync_ports(job);
   AdvanceReport report;
   if (s.sleeps_through(job)) {

@@ -2,6 +2,9 @@
 //
 // Body time is the server's clock. The caller (ServerCore) decides how far a frame goes and which samples it may use.
 //
+// A body that is reset is at rest from the beginning of that frame on, and no tool touches it. What a hand felt fades,
+// and then its tool may touch again (let_go.hpp); a grasp takes hold again where it is in reach.
+//
 // A body that is still (stillness.hpp), that no tool holds or touches, and that no tool can get to within the frame sleeps: time
 // passes, it stays exactly where it is. The frame in which a tool may get to it is stepped from its beginning.
 #pragma once
@@ -40,6 +43,7 @@ struct FrameJob {
   Micros target{};                   ///< simulate up to here, server clock
   Micros frame{};                    ///< nominal length of a frame; one that has fallen far behind takes longer steps, 0 = never
   std::vector<StationJob> stations;  ///< a station that is missing has left: its tool lets go
+  bool reset = false;                ///< the body is put back to rest at `begin`, and every tool let go of (room_reset.cpp)
   bool may_sleep = true;             ///< else the body is stepped whatever it does, to measure by
   bool shapes = false;               ///< fill FrameResult::positions
   bool tension = false;              ///< and FrameResult::tension

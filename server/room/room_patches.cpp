@@ -80,7 +80,10 @@ StationFrame Room::State::frame_of(const StationJob& job, Micros stamp, bool get
   StationFrame frame;
   frame.id = job.id;
   const auto which = port_of(job);
-  if (!which) return frame;
+  if (!which) {
+    show_nothing(job, stamp, frame);
+    return frame;
+  }
   const ToolPort& port = ports[*which];
   frame.tool = frame_model.tool(*which).position;
   frame.contact = port.kind == ContactKind::attach || port.touching;

@@ -14,6 +14,7 @@
 #include "server/reduce/patch_builder.hpp"
 #include "server/room/deadband.hpp"
 #include "server/room/grasp.hpp"
+#include "server/room/let_go.hpp"
 #include "server/room/remembered_states.hpp"
 #include "server/room/room.hpp"
 #include "server/room/rough_steps.hpp"
@@ -46,6 +47,7 @@ struct Room::State {
 
   struct Station {
     ToolTrack track;
+    std::optional<LetGo> let_go;
     std::optional<Sight> sight;
     std::optional<Kept> kept;
     Grasp grasp;
@@ -57,7 +59,6 @@ struct Room::State {
   explicit State(const Scene& s)
       : scene(s), skin(scene.body, scene.tool.radius_m), dynamics(scene.body), integrator(choose_stepper(scene, dynamics, skin)) {
     if (!integrator.stepper->leaves_no_trace()) roughly.emplace(dynamics, skin);
-    body = rest = settled_state(dynamics, skin);
     fall_asleep();
   }
 
@@ -67,6 +68,10 @@ struct Room::State {
   }
   void take_samples(const FrameJob& job);
   void sync_ports(const FrameJob& job);
+  // room_reset.cpp
+  void reset_body();
+  bool stays_off(Station& station);
+  void show_nothing(const StationJob& job, Micros stamp, StationFrame& frame);
   void fall_asleep();
   bool sleeps_through(const FrameJob& job);
   bool may_meet(std::size_t which, Micros until);
@@ -96,10 +101,10 @@ struct Room::State {
   Dynamics dynamics;
   ChosenStepper integrator;
   std::optional<RoughSteps> roughly;  // where `integrator` cannot step in thought
-  BodyState body, rest;
+  BodyState rest = settled_state(dynamics, skin), body = rest;
   BalancedBases balanced{dynamics, skin, rest};
   double softest_1_s2 = softest_stiffness(dynamics);
-  Stillness stillness{dynamics, softest_1_s2};
+  Stillness stillness{dynamics, softest_1_s2, rest.x};
   bool asleep = false;
   std::vector<double> placed;  // where the skin of a sleeping body is
   std::map<StationId, Station> stations;

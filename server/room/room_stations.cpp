@@ -29,7 +29,7 @@ void Room::State::sync_ports(const FrameJob& job) {
   for (const StationJob& j : job.stations) {
     Station& station = stations[j.id];
     const bool known = std::find(port_owner.begin(), port_owner.end(), j.id) != port_owner.end();
-    if (known || j.shadow_of != 0 || station.track.empty()) continue;
+    if (known || j.shadow_of != 0 || station.track.empty() || stays_off(station)) continue;
     ToolPort port;
     port.kind = scene.tool.contact;
     port.node = scene.tool.node;

@@ -34,7 +34,7 @@ TEST_CASE("A mass on a spring is still below the amplitude that its energy gives
   const Pendulum p;
   const Dynamics dynamics(p.body);
   const double w2 = 40.0 / 0.01;
-  Stillness stillness(dynamics, w2 / Stillness::kSofter);  // a linear spring does not soften
+  Stillness stillness(dynamics, w2 / Stillness::kSofter, dynamics.rest_state().x);  // a linear spring does not soften
   const double amplitude_m = 0.5 * Stillness::kMovesM;
   BodyState state = dynamics.rest_state();
   CHECK(stillness.holds(state));
@@ -51,7 +51,7 @@ TEST_CASE("A body that counts as still moves less than the bound when it is step
   const LumpedBody body = box_body(4, 4, 4);
   const Dynamics dynamics(body);
   const Skin skin(body, 0);
-  Stillness stillness(dynamics, 400);
+  Stillness stillness(dynamics, 400, dynamics.rest_state().x);
   BodyState state = dynamics.rest_state();
   state.x[3 * 63 + 2] -= 0.01;
   Integrator integrator(dynamics, skin, {0.005});
@@ -72,5 +72,5 @@ TEST_CASE("A body that counts as still moves less than the bound when it is step
 TEST_CASE("A body that is not fixed anywhere never counts as still") {
   const LumpedBody body = box_body(3, 3, 3);
   const Dynamics dynamics(body);
-  CHECK_FALSE(Stillness(dynamics, 0).holds(dynamics.rest_state()));
+  CHECK_FALSE(Stillness(dynamics, 0, dynamics.rest_state().x).holds(dynamics.rest_state()));
 }

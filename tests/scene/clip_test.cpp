@@ -91,7 +91,7 @@ TEST_CASE("A lattice smaller than the shape cuts it flat", "[scene]") {
 }
 
 TEST_CASE("The organ is one smooth closed body of about 1500 nodes", "[scene]") {
-  const auto body = load_scene(std::filesystem::path(PALPATE_SOURCE_DIR) / "scenes/organ.json").body;
+  const auto body = load_scene(std::filesystem::path(PALPATE_SOURCE_DIR) / "scenes/organ-buckling.json").body;
   CHECK(body.nodes.size() > 1400);
   CHECK(body.nodes.size() < 1600);
   CHECK(check_edges(body.triangles).closed());

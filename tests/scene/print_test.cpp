@@ -37,7 +37,7 @@ void check_same(const Scene& a, const Scene& b) {
 TEST_CASE("A printed scene loads to the same body to the bit, and prints the same again", "[scene]") {
   const Folder folder;
   std::vector<std::filesystem::path> files;
-  for (const char* name : {"cube6", "softcore6", "sheet13", "touch-cube", "organ"}) {
+  for (const char* name : {"cube6", "softcore6", "sheet13", "touch-cube", "organ", "organ-buckling"}) {
     files.push_back(std::filesystem::path(PALPATE_SOURCE_DIR) / "scenes" / (std::string(name) + ".json"));
   }
   files.push_back(folder.write("odd.json", replaced(replaced(test::kSoftCube, "0.24", "0.1234567890123456789"), "\"tool\"",

@@ -36,6 +36,7 @@ struct Sensible {
            m.link.lost <= m.link.judged && m.link.longest_run <= m.link.lost;
   }
   bool operator()(const Leave&) const { return true; }
+  bool operator()(const Reset&) const { return true; }
   bool operator()(const MeshRequest& m) const { return m.piece < kMaxMeshVertices; }
   bool operator()(const MeshPiece& m) const {
     return m.piece < m.pieces && m.triangles.size() <= kMaxPieceTriangles && m.vertices.size() <= kMaxPieceVertices &&

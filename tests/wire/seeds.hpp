@@ -239,6 +239,8 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(playing));
   all.push_back(message(Welcome{"v", ContactKind::attach, 20, Vec3::Zero(), 0, 0, 0, 0.125}));
   all.push_back(message(Leave{}));
+  all.push_back(message(Reset{40'000}));
+  all.push_back(message(Beat{.resets = 3}));
   all.push_back(message(MeshRequest{3}));
   MeshPiece mesh{0xabcdef, 1, 4, 116, {}, {}};
   for (std::uint32_t i = 0; i < kMaxPieceTriangles; ++i) mesh.triangles.push_back({i, i + 1, 70000 + i});

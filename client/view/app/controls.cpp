@@ -9,11 +9,12 @@ namespace palpate {
 namespace {
 
 constexpr const char* kLookKeys =
-    "drag turn   right drag move   wheel zoom   F fit   T 1 3 2 sides   L light   W lines   C colours   P panels   R record   Q "
-    "quit";
+    "drag turn   right drag move   wheel zoom   F fit   T 1 3 2 sides   L light   W lines   C colours   P panels   R record   X "
+    "body "
+    "to rest   Q quit";
 constexpr const char* kTouchKeys =
     "left button touch   wheel deeper   right drag turn   middle drag move   F fit   L light   W lines   C colours   "
-    "N next frame   P panels   R record   Q quit";
+    "N next frame   P panels   R record   X body to rest   Q quit";
 constexpr const char* kReplayKeys =
     "space play   , . frame   [ ] speed   page 5 s   home end   drag turn   F fit   L light   W lines   P panels   Q quit";
 
@@ -111,6 +112,9 @@ void Controls::on_key(int key, int mods) {
       return;
     case GLFW_KEY_R:
       if (live_ != nullptr) live_->toggle_recording();
+      return;
+    case GLFW_KEY_X:
+      if (live_ != nullptr) live_->core().ask_reset();
       return;
     case GLFW_KEY_EQUAL:
     case GLFW_KEY_KP_ADD:

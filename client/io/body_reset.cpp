@@ -1,0 +1,31 @@
+#include "client/io/body_reset.hpp"
+
+#include <thread>
+
+#include "client/core/client_core.hpp"
+#include "client/io/udp_client.hpp"
+#include "common/io/monotonic.hpp"
+
+namespace palpate {
+
+std::string reset_body(const std::string& server, const std::string& station, const std::string& room, Micros longest,
+                       const std::atomic<bool>& stop) {
+  constexpr Micros kPoll{10'000};
+  ClientOptions options;
+  options.hello.station = station;
+  options.hello.room = room;
+  options.hello.role = Role::viewer;
+  ClientCore core(options, monotonic_now());
+  core.ask_reset();
+  std::atomic<bool> done{false};
+  UdpClient client(server, core, {}, [&done](const ClientCore& c, auto, auto) { done = !c.reset_pending(); });
+  client.start();
+  const Micros begin = monotonic_now();
+  while (!stop && !done && monotonic_now() - begin < longest) std::this_thread::sleep_for(kPoll);
+  const std::string refusal = client.status().refusal;
+  client.stop();
+  if (done) return {};
+  return refusal.empty() ? "no answer from " + server : "refused: " + refusal;
+}
+
+}  // namespace palpate

@@ -1,0 +1,15 @@
+// Has a server put its body back to rest, from outside: joins as a viewer, asks, and goes when it is done.
+#pragma once
+
+#include <atomic>
+#include <string>
+
+#include "common/base/types.hpp"
+
+namespace palpate {
+
+/// What was in the way; empty: it is done. `server` is HOST:PORT (InputError when it is not). Ends early once `stop` is set.
+std::string reset_body(const std::string& server, const std::string& station, const std::string& room, Micros longest,
+                       const std::atomic<bool>& stop);
+
+}  // namespace palpate

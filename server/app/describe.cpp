@@ -1,0 +1,90 @@
+#include "server/app/describe.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "server/body/finger_stiffness.hpp"
+#include "server/io/frame_cost.hpp"
+#include "server/room/room.hpp"
+
+namespace palpate {
+namespace {
+
+/// Fewer than a third of what one face of a cube with so many nodes has: the body hangs by a corner.
+bool hangs_by_few(std::size_t held, std::size_t nodes) {
+  return static_cast<double>(held) < std::pow(static_cast<double>(nodes), 2.0 / 3) / 3;
+}
+
+/// A height that holds the lowest tenth of the body.
+std::string advice(const LumpedBody& body) {
+  if (body.planar) return "\"fixed_faces\" in body.lattice holds a side, for example [\"x-\"]";
+  const auto [low, high] =
+      std::minmax_element(body.nodes.begin(), body.nodes.end(), [](const Vec3& a, const Vec3& b) { return a.z() < b.z(); });
+  return fmt::format("\"fixed_below_z_m\": {:.3f} beside \"density_kg_m3\" holds the lowest tenth",
+                     low->z() + 0.1 * (high->z() - low->z()));
+}
+
+std::string touch_line(const Scene& scene, const FingerStiffness& finger) {
+  const Vec3 mm = 1e3 * finger.place;
+  const std::string at = fmt::format("at ({:.0f}, {:.0f}, {:.0f}) mm", mm.x(), mm.y(), mm.z());
+  const double n_mm = 1e-3 * finger.stiffness_n_m;
+  if (scene.tool.contact == ContactKind::attach) return fmt::format("stiffness  {:.2f} N/mm where it is grasped, {}", n_mm, at);
+  const double contact_n_mm = 1e-3 * scene.tool.coupling_n_m;
+  return fmt::format(
+      "stiffness  {:.2f} N/mm under a {} {}, of body ({:.2f}) and contact ({:.2f})", n_mm * contact_n_mm / (n_mm + contact_n_mm),
+      scene.tool.radius_m > 0 ? fmt::format("finger of {:.0f} mm radius", 1e3 * scene.tool.radius_m) : "pointed tool", at, n_mm,
+      contact_n_mm);
+}
+
+std::string cost_line(const FrameCost& cost, Scheme scheme, const std::vector<int>& stations, double frame_ms) {
+  constexpr double kBusiest = 0.9;  // of a frame: the sessions take some of it, too
+  std::string line = fmt::format("  {:<8}", name_of(scheme));
+  int most = 0;
+  for (const int n : stations) {
+    line += fmt::format(" {:>8.1f} ms", cost.ms(scheme, n));
+    if (cost.ms(scheme, n) <= kBusiest * frame_ms) most = n;
+  }
+  if (most == stations.back()) return line + "   keeps up";
+  if (most == 0) return line + "   too slow: frames will be skipped";
+  return line + fmt::format("   keeps up with {}", most);
+}
+
+void add_costs(const Scene& scene, const FingerStiffness& finger, double rate_hz, std::vector<std::string>& lines) {
+  const std::optional<FrameCost> cost = frame_cost(scene, finger, rate_hz);
+  if (!cost) {
+    lines.push_back("a frame    not measured (palpate-lab load does it)");
+    return;
+  }
+  const std::vector<int> stations = scene.tool.contact == ContactKind::attach ? std::vector{1} : std::vector{1, 2, 4};
+  lines.push_back(fmt::format("a frame    lasts {:.0f} ms and takes, about, with", 1e3 / rate_hz));
+  std::string columns(10, ' ');
+  for (const int n : stations) columns += fmt::format(" {:>11}", fmt::format("{} station{}", n, n == 1 ? "" : "s"));
+  lines.push_back(columns);
+  for (const Scheme scheme : {Scheme::port, Scheme::cubic}) lines.push_back(cost_line(*cost, scheme, stations, 1e3 / rate_hz));
+}
+
+}  // namespace
+
+std::vector<std::string> describe(const Scene& scene, double rate_hz) {
+  const LumpedBody& body = scene.body;
+  const auto held = static_cast<std::size_t>(std::count_if(body.fixed.begin(), body.fixed.end(), [](auto f) { return f != 0; }));
+  const double mass_kg = std::accumulate(body.masses_kg.begin(), body.masses_kg.end(), 0.0);
+  std::vector<std::string> lines{fmt::format("body       {:.3g} kg, {} of {} nodes held", mass_kg, held, body.nodes.size())};
+  if (hangs_by_few(held, body.nodes.size()))
+    lines.push_back(fmt::format(
+        "warning: {}; {}",
+        held == 0 ? "no node is held, a tool pushes the body away" : "hardly a node is held, the body flops under a tool",
+        advice(body)));
+  constexpr std::size_t kSolvedMost = 20'000;  // nodes of a body whose stiffness is solved for within a second or so
+  const bool small = body.nodes.size() <= kSolvedMost;
+  const std::optional<FingerStiffness> finger = small ? finger_stiffness(scene, home_of(scene)) : std::nullopt;
+  if (!finger) return lines;
+  lines.push_back(touch_line(scene, *finger));
+  add_costs(scene, *finger, rate_hz, lines);
+  return lines;
+}
+
+}  // namespace palpate

@@ -1,0 +1,112 @@
+#include "server/io/frame_cost.hpp"
+
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "common/io/monotonic.hpp"
+#include "common/player/player.hpp"
+#include "server/room/room.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr Micros kLongest{400'000};
+constexpr std::size_t kNodesMost = 5'000;  // of a body whose room is built within a second or so
+constexpr std::size_t kFramesMost = 12;
+constexpr double kDeepM = 0.006, kSwingHz = 1.5, kDownS = 0.2;
+
+/// Of this thread: what else runs on the machine does not count.
+double processor_ms() {
+  timespec used{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return 1e3 * static_cast<double>(used.tv_sec) + 1e-6 * static_cast<double>(used.tv_nsec);
+}
+
+/// Along the outward normal, in units of how deep it goes.
+double height_at(double t_s) {
+  constexpr double kAbove = 0.5, kSwing = 0.3;
+  const double c = std::clamp(t_s / kDownS, 0.0, 1.0);
+  return kAbove - (kAbove + 1) * c * c * (3 - 2 * c) + kSwing * std::sin(2 * M_PI * kSwingHz * t_s) * c;
+}
+
+/// A tenth of what a body measures along its shortest side that is not flat, at most kDeepM.
+double depth_for(const LumpedBody& body) {
+  Vec3 low = body.nodes.front(), high = low;
+  for (const Vec3& x : body.nodes) low = low.cwiseMin(x), high = high.cwiseMax(x);
+  double depth_m = kDeepM;
+  for (const double side_m : high - low)
+    if (side_m > 0) depth_m = std::min(depth_m, 0.1 * side_m);
+  return depth_m;
+}
+
+class Trial {
+ public:
+  Trial(const Scene& scene, const FingerStiffness& place, double rate_hz)
+      : room_(scene), place_(place), depth_m_(depth_for(scene.body)), frame_(from_seconds(1 / rate_hz)) {
+    room_.start(job_.target);
+    job_.frame = frame_;
+  }
+
+  /// From above into the body.
+  void go_in() { room_.simulate(next(from_seconds(kDownS), Scheme::port)); }
+
+  /// Times of the step and of the patch, if there was one [ms].
+  std::pair<double, std::optional<double>> frame(Scheme scheme) {
+    const FrameJob& job = next(frame_, scheme);
+    const double begin = processor_ms();
+    FrameResult result = room_.simulate(job);
+    const double stepped = processor_ms();
+    room_.build_patches(job, result);
+    const double built = processor_ms();
+    const bool patch = result.stations.front().patch.has_value();
+    return {stepped - begin, patch ? std::optional(built - stepped) : std::nullopt};
+  }
+
+ private:
+  const FrameJob& next(Micros length, Scheme scheme) {
+    StationJob hand;
+    hand.id = 1;
+    hand.scheme = scheme;
+    hand.bridge = 2 * frame_;
+    job_.begin = job_.target;
+    job_.target += length;
+    for (Micros t = job_.begin + kTick; t <= job_.target; t += kTick)
+      hand.samples.push_back({t, place_.place + depth_m_ * height_at(seconds(t)) * place_.outward});
+    job_.stations = {std::move(hand)};
+    return job_;
+  }
+
+  Room room_;
+  FingerStiffness place_;
+  double depth_m_;
+  Micros frame_;
+  FrameJob job_;
+};
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+std::optional<FrameCost> frame_cost(const Scene& scene, const FingerStiffness& place, double rate_hz) {
+  if (scene.body.nodes.size() > kNodesMost) return std::nullopt;
+  Trial trial(scene, place, rate_hz);
+  trial.go_in();
+  std::vector<double> steps, port, cubic;
+  for (const Micros begin = monotonic_now(); cubic.size() < kFramesMost && monotonic_now() - begin < kLongest;)
+    for (const Scheme scheme : {Scheme::port, Scheme::cubic}) {
+      const auto [step_ms, patch_ms] = trial.frame(scheme);
+      steps.push_back(step_ms);
+      if (patch_ms) (scheme == Scheme::cubic ? cubic : port).push_back(*patch_ms);
+    }
+  if (cubic.empty() || port.empty()) return std::nullopt;
+  return FrameCost{median(steps), median(port), median(cubic)};
+}
+
+}  // namespace palpate

@@ -1,0 +1,29 @@
+// A tool that was let go of because the body was put back to rest. What the hand felt then fades away along a minimum-jerk curve
+// within kFades, whatever the tool does meanwhile; afterwards the tool may touch again, but not from inside of the body, which it
+// would tear open: it has to come from outside.
+#pragma once
+
+#include <algorithm>
+
+#include "server/body/skin.hpp"
+
+namespace palpate {
+
+struct LetGo {
+  static constexpr Micros kFades{300'000};
+
+  Micros since{};
+  Vec3 force = Vec3::Zero();  ///< on the tool then [N]
+
+  Vec3 felt(Micros t) const {
+    const double c = std::clamp(seconds(t - since) / seconds(kFades), 0.0, 1.0);
+    return (1 - c * c * c * (10 - 15 * c + 6 * c * c)) * force;
+  }
+  /// Whether a tool at `tool` may take hold of, or touch, a body at `x` from now on.
+  bool over(Micros now, ContactKind contact, const Skin& skin, const Vector& x, const Vec3& tool) const {
+    if (now < since + kFades) return false;
+    return contact == ContactKind::attach || skin.empty() || nearest_point(skin.view(), skin.place(x), tool).height_m > 0;
+  }
+};
+
+}  // namespace palpate
