@@ -137,11 +137,12 @@ void draw_facts(Column& c, const std::array<Fact, 4>& facts) {
 void draw_body(Column& c) {
   const RoomView& room = *c.figures.room;
   const bool known = c.figures.holds && room.rate_hz > 0;
-  const std::string none = c.figures.holds && room.asleep ? "asleep" : "-";
+  const auto figure = [known](const std::string& words) { return known ? words : std::string("-"); };
+  const bool asleep = c.figures.holds && room.asleep;
   draw_facts(c, {{{"nodes", fmt::format("{}", room.nodes), kPad},
-                  {"frames, last second", known ? fmt::format("{:.0f}", room.rate_hz) : none, 70},
-                  {"each took", known ? fmt::format("{:.1f} ms", 1e3 * seconds(room.frame_time)) : none, 206},
-                  {"real-time factor", known ? fmt::format("{:.1f}", room.real_time_factor) : none, 290}}});
+                  {"frames, last second", asleep ? "asleep" : figure(fmt::format("{:.0f}", room.rate_hz)), 70},
+                  {"each took", figure(fmt::format("{:.1f} ms", 1e3 * seconds(room.frame_time))), 206},
+                  {"real-time factor", figure(fmt::format("{:.1f}", room.real_time_factor)), 290}}});
 }
 
 /// What the patch of the viewer's own hand said of the next frame.

@@ -148,7 +148,7 @@ std::string ViewSession::status(Micros now) const {
     return fmt::format("no word from the server for {:.1f} s, showing its last shape", seconds(core_.silence(now)));
   const int shapes = core_.shapes_lately(now);
   const std::string body = fmt::format("{} triangles", core_.mesh().triangles.size());
-  if (shapes == 0) return body + "    at rest";
+  if (shapes == 0 || core_.room().asleep) return body + "    at rest";
   return fmt::format("{}    {} shape{} in the last second, shown {:.0f} ms late", body, shapes, shapes == 1 ? "" : "s",
                      1e3 * seconds(core_.lateness(now)));
 }
