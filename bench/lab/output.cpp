@@ -3,14 +3,12 @@
 #include <fstream>
 
 #include "common/base/error.hpp"
+#include "common/io/make_folder.hpp"
 
 namespace palpate {
 
 std::filesystem::path make_output_folder(const std::string& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error || !std::filesystem::is_directory(folder))
-    throw InputError("--out " + folder, "cannot be made: " + error.message(), "a folder to write to");
+  make_folder("--out " + folder, folder);
   return folder;
 }
 

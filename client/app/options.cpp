@@ -7,6 +7,7 @@
 
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
+#include "common/io/make_folder.hpp"
 
 namespace palpate {
 
@@ -37,7 +38,8 @@ void declare(CLI::App& app, Typed& typed) {
       ->capture_default_str();
   app.add_option("--motion", typed.motion, "What the hand intends, or the recorded motion; without it the hand holds still")
       ->type_name("FILE.csv");
-  app.add_option("--station", typed.station, "Name of this station, unique in the room")
+  app.add_option("--station", typed.station,
+                 "Name of this station, which nobody else in the room may have; without the flag it gets a number where it must")
       ->type_name("NAME")
       ->capture_default_str();
   app.add_option("--room", typed.room, "Name of the room on the server; default: its first")->type_name("NAME");
@@ -56,7 +58,8 @@ void declare(CLI::App& app, Typed& typed) {
   app.add_option("--report", typed.report, "Write forces.csv and summary.json there")->type_name("DIR");
   app.add_option("--record", typed.record, "Write every tick, patch and event to a new file (docs/recording.md)")
       ->type_name("FILE");
-  app.add_option("--duration-s", typed.duration_s, "End after so many seconds; default: at the end of the motion")
+  app.add_option("--duration-s", typed.duration_s,
+                 "End after so many seconds, the hand holding still once its motion has ended; default: at the end of the motion")
       ->type_name("N");
   app.add_flag(
       "--check-link", typed.check_link,
@@ -171,6 +174,7 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
   options.scheme = scheme_of("--scheme", typed.scheme);
   options.compare = schemes_of("--compare", typed.compare);
   options.station = station_of(typed.station, options.compare);
+  options.station_given = app.count("--station") > 0;
   options.room = room_of(typed.room);
   options.order = order_of(typed.order);
   options.hand = choose<Hand>("--hand", typed.hand,
@@ -198,10 +202,7 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
   if (!options.motion && options.device == DeviceKind::replay)
     throw InputError("--device replay", "nothing to replay", "--motion FILE.csv");
   options.report = typed.report;
-  std::error_code error;
-  if (!options.report.empty() &&
-      (std::filesystem::create_directories(options.report, error), !std::filesystem::is_directory(options.report)))
-    throw InputError("--report", "'" + typed.report + "' cannot be made", "a folder that can be written to");
+  make_folder("--report " + typed.report, options.report);
   return options;
 }
 
@@ -221,7 +222,7 @@ std::optional<AppOptions> parse_options(int argc, char** argv) {
     std::cout << app.version() << '\n';
     return std::nullopt;
   } catch (const CLI::ParseError& error) {
-    throw InputError("command line", error.what(), "the flags that --help lists");
+    throw InputError("command line", error.what(), "the flags that palpate-client --help lists");
   }
   return checked(typed, app);
 }

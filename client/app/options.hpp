@@ -22,7 +22,8 @@ struct AppOptions {
   DeviceKind device = DeviceKind::sim;
   std::optional<Motion> motion;  ///< none: hold still at the server's home position
   std::string station = "hand";
-  std::string room;  ///< empty: the server's first
+  bool station_given = false;  ///< otherwise a name like it will do
+  std::string room;            ///< empty: the server's first
   Scheme scheme = Scheme::port;
   std::uint16_t order = 0;  ///< 0 = the server's default
   Hand hand;

@@ -147,7 +147,8 @@ std::string describe(const RunReport& run) {
     fmt::format_to(out, "server    had time for only {:.1f} of {:g} frames a second at its slowest, up to {:.0f} ms behind\n",
                    core.server_pace().rate_min_hz, core.welcome().rate_hz, milliseconds(core.server_pace().behind_max));
   fmt::format_to(out, "patches   {} used of {} received, {:.0f} bytes each; largest hand-over step {:.4f} N\n",
-                 felt.haptic.patches_used, core.counts().patches, core.patch_bytes_mean(), felt.haptic.hand_over_step_max_n);
+                 felt.haptic.patches_used, core.counts().patches_accepted, core.patch_bytes_mean(),
+                 felt.haptic.hand_over_step_max_n);
   fmt::format_to(out, "guard     {} not finite, {} clamped, {} slew-limited; least energy {:.2f} mJ\n", felt.guard.not_finite,
                  felt.guard.clamped, felt.guard.slew_limited, felt.guard.energy_min_j * 1e3);
   fmt::format_to(out, "passivity {} ticks damped, by {:.3f} N (rms), {:.3f} N (largest): {:.2f} mJ taken out", felt.guard.damped,

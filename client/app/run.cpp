@@ -29,7 +29,7 @@ constexpr Micros kSilence{1'000'000};         ///< without an answer for so long
 constexpr Micros kSettle{300'000};            ///< after joining, for the clocks to lock before the hand moves
 constexpr Micros kComparisonWait{5'000'000};  ///< for the first patch of a comparison
 constexpr Micros kUntilStart{20'000};         ///< from the decision to start the motion to its start
-constexpr double kReportedMaxS = 600;         ///< of a run without an end
+constexpr double kReportedMaxS = 600;         ///< of a run without an end, or of a hand that holds still after its motion
 constexpr std::size_t kRingTicks = 4096;      ///< that may wait between two polls
 constexpr double kStartMaxM = 5e-4;           ///< attach: the motion should start where the node rests
 
@@ -50,8 +50,6 @@ class Run {
       watch = [this](const ClientCore& core, auto bytes, Micros now) { recording_->datagram(core, bytes, now); };
     }
     stations_.push_back(std::make_unique<ClientStation>(options, options.scheme, "", std::move(watch)));
-    for (const Scheme scheme : options.compare)
-      stations_.push_back(std::make_unique<ClientStation>(options, scheme, options.station));
   }
 
   int go() {
@@ -118,9 +116,13 @@ class Run {
     });
     if (!joined) return false;
     const Welcome welcome = felt().status().welcome;
-    say(fmt::format("joined scene {}: {}, {:g} frames a second", welcome.scene,
+    name_ = welcome.station;
+    say(fmt::format("joined scene {}{}: {}, {:g} frames a second", welcome.scene, name_ != options_.station ? " as " + name_ : "",
                     welcome.contact == ContactKind::attach ? "attach" : "touch", welcome.rate_hz));
-    for (std::size_t i = 1; i < stations_.size(); ++i) stations_[i]->start();
+    for (const Scheme scheme : options_.compare) {
+      stations_.push_back(std::make_unique<ClientStation>(options_, scheme, name_));
+      stations_.back()->start();
+    }
     return true;
   }
 
@@ -145,7 +147,8 @@ class Run {
       say(fmt::format("warning: the motion starts {:.1f} mm from where the attached node rests; the node will be pulled there",
                       off_m * 1e3));
     if (options_.device == DeviceKind::replay) {
-      device_ = std::make_unique<ReplayDevice>(motion);
+      device_ =
+          std::make_unique<ReplayDevice>(motion, options_.duration_s ? ReplayDevice::AtEnd::stays : ReplayDevice::AtEnd::gone);
     } else {
       SimPhantomOptions phantom;
       phantom.hand = options_.hand;
@@ -161,7 +164,7 @@ class Run {
   std::size_t reported_ticks() const {
     double length_s = kReportedMaxS;
     if (options_.motion) length_s = options_.motion->duration_s() + 1;
-    if (options_.duration_s) length_s = std::min(length_s, *options_.duration_s + 1);
+    if (options_.duration_s) length_s = std::min(*options_.duration_s + 1, std::max(length_s, kReportedMaxS));
     return static_cast<std::size_t>(length_s * kHapticRateHz);
   }
 
@@ -185,12 +188,13 @@ class Run {
     if (recording_) recording_->event(start, RecordedEventKind::motion);
     device_->start(start);
     say(options_.motion ? fmt::format("motion of {:g} s starts", options_.motion->duration_s()) : "holding still");
-    bool linked = true, slow = false;
+    bool linked = true, slow = false, moving = options_.motion.has_value();
     wait([&] {
       say_refusals();
       const bool now_linked = felt().status().link == LinkState::joined;
       if (now_linked != linked) say(now_linked ? "joined again" : "server lost: the force fades to zero, trying on");
       linked = now_linked;
+      if (now_linked) keep_comparing();
       const ClientStatus status = felt().status();
       const bool now_slow = status.pace.slow(status.welcome.rate_hz);
       if (now_slow != slow)
@@ -198,9 +202,22 @@ class Run {
                                    status.welcome.rate_hz, seconds(status.pace.behind) * 1e3)
                      : "the server keeps up again");
       slow = now_slow;
-      const bool ended = options_.motion && monotonic_now() > start + options_.motion->duration();
-      return ended || !loop_->running();
+      if (moving && monotonic_now() > start + options_.motion->duration()) {
+        moving = false;
+        if (!options_.duration_s) return true;
+        say(fmt::format("the motion has ended: the hand holds still until {:g} s are over", *options_.duration_s));
+      }
+      return !loop_->running();
     });
+  }
+
+  /// A hand that another server gave another name no longer owns the tool that its comparisons share.
+  void keep_comparing() {
+    const std::string name = felt().status().welcome.station;
+    if (name == name_) return;
+    name_ = name;
+    say(fmt::format("now named {}{}", name, stations_.size() > 1 ? "; the comparisons end" : ""));
+    for (std::size_t i = 1; i < stations_.size(); ++i) stations_[i]->stop();
   }
 
   /// Once per station and reason.
@@ -237,6 +254,7 @@ class Run {
 
   const AppOptions& options_;
   const std::atomic<bool>& stop_;
+  std::string name_;  ///< of the felt station, as the server knows it
   Micros began_, motion_start_ = Micros::max();
   std::unique_ptr<SessionRecording> recording_;
   std::unique_ptr<TickLog> log_;

@@ -21,7 +21,8 @@ GuardLimits limits_of(const AppOptions& options) {
 
 ClientOptions client_options(const AppOptions& options, Scheme scheme, const std::string& shadow_of) {
   ClientOptions client;
-  client.hello.station = shadow_of.empty() ? options.station : options.station + "/" + std::string(name_of(scheme));
+  client.hello.station = shadow_of.empty() ? options.station : shadow_of + "/" + std::string(name_of(scheme));
+  client.hello.alike = shadow_of.empty() && !options.station_given;
   client.hello.scheme = scheme;
   client.hello.order = options.order;
   client.hello.shadow_of = shadow_of;

@@ -138,6 +138,11 @@ void ClientCore::take_welcome(const Message& message, Micros now) {
   instance_ = message.instance;
   station_ = message.station;
   welcome_ = std::get<Welcome>(message.body);
+  // Where the server named it, it asks for that name when it joins again.
+  if (welcome_.station.empty())
+    welcome_.station = options_.hello.station;
+  else
+    options_.hello.station = welcome_.station;
   server_pace_ = {};
   refusal_ = {};
   link_ = LinkState::joined;
@@ -174,7 +179,9 @@ void ClientCore::take_patch(const Patch& patch, std::size_t bytes, Micros now) {
   ++counts_.patches;
   counts_.patch_bytes += bytes;
   contact_in_reach_ = true;
-  if (intake_.accept(patch, now)) last_patch_ = patch;
+  if (!intake_.accept(patch, now)) return;
+  ++counts_.patches_accepted;
+  last_patch_ = patch;
 }
 
 void ClientCore::take_terms(const PatchTerms& piece, std::size_t bytes) {

@@ -44,6 +44,7 @@ struct ClientCounts {
   std::uint64_t samples_outside = 0;                 ///< not finite or beyond the world: neither sent nor caught up with
   std::array<std::uint64_t, kWireFaults> dropped{};  ///< patches that did not pass check() among them
   std::uint64_t patch_bytes = 0, patches = 0;        ///< bytes of the datagrams that carried patches, with their terms
+  std::uint64_t patches_accepted = 0;                ///< of these: new, and in time to be caught up with
   std::uint64_t lived_on = 0;                        ///< beats that said so of the patch in use
 };
 
@@ -73,7 +74,8 @@ class ClientCore {
   const HapticTick& haptic() const { return haptic_; }
 
   LinkState link() const { return link_; }
-  const Welcome& welcome() const { return welcome_; }              ///< meaningful when joined once
+  /// Meaningful when joined once; also of a server that does not say it, with the station's name.
+  const Welcome& welcome() const { return welcome_; }
   const std::string& refusal() const { return refusal_.message; }  ///< why, when refused
   RefuseReason refuse_reason() const { return refusal_.reason; }
   const ClockSync& clock() const { return clock_; }

@@ -64,6 +64,8 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
   }
   if (has_player_) next.inherit(player_);
   renew(std::max(next.patch().stamp, lives_on()), now.t);
+  // The same patch once more is one whose terms have come.
+  if (!has_player_ || next.patch().seq != player_.patch().seq) ++counts_.patches_used;
   const Vec3 step = (has_player_ ? Vec3(player_.advance(now).force + fade_offset_) : Vec3::Zero()) - next.advance(now).force;
   player_ = next;
   if (has_player_) {
@@ -72,7 +74,6 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
     counts_.hand_over_step_max_n = std::max(counts_.hand_over_step_max_n, step.norm());
   }
   has_player_ = true;
-  ++counts_.patches_used;
 }
 
 /// Moves the virtual tool, puts it in the device's place and returns the force on the device.

@@ -1,4 +1,5 @@
-// Device `replay`: the tool is where the recording says, whatever force is written. `ok` is false once the motion has ended.
+// Device `replay`: the tool is where the recording says, whatever force is written. Once the motion has ended `ok` is false, or
+// the tool stays at its end.
 #pragma once
 
 #include "client/device/motion_device.hpp"
@@ -8,7 +9,8 @@ namespace palpate {
 
 class ReplayDevice final : public MotionDevice {
  public:
-  explicit ReplayDevice(Motion motion);
+  enum class AtEnd : bool { gone, stays };
+  explicit ReplayDevice(Motion motion, AtEnd at_end = AtEnd::gone);
 
   const DeviceCaps& caps() const override { return caps_; }
   DeviceReading read(Micros now) noexcept override;
@@ -20,6 +22,7 @@ class ReplayDevice final : public MotionDevice {
 
  private:
   Motion motion_;
+  AtEnd at_end_;
   DeviceCaps caps_;
   Vec3 force_ = Vec3::Zero();
 };

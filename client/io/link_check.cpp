@@ -71,6 +71,7 @@ LinkFigures measure_link(const std::string& server, const std::string& station, 
   LinkFigures figures;
   ClientOptions options;
   options.hello.station = station;
+  options.hello.alike = true;
   options.hello.role = Role::viewer;
   ClientCore core(options, monotonic_now());
   Seen seen;

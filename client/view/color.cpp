@@ -58,11 +58,15 @@ Vec3f miss_color(float s) {
   return none + std::clamp(s, 0.0F, 1.0F) * (full - none);
 }
 
+// Chosen by search: no two nearer than 0.138 in OKLab to any eye (tests/view/test_hues.cpp), none near steel or the body.
 Vec3f station_color(std::size_t index) {
-  static const std::array<Vec3f, 6> kPalette{Vec3f(0.06F, 0.60F, 0.66F), Vec3f(0.38F, 0.42F, 0.88F), Vec3f(0.36F, 0.62F, 0.22F),
-                                             Vec3f(0.74F, 0.30F, 0.66F), Vec3f(0.20F, 0.52F, 0.86F), Vec3f(0.50F, 0.50F, 0.54F)};
+  static const std::array<Vec3f, kStationColors> kPalette{
+      Vec3f(0.06F, 0.60F, 0.66F), Vec3f(0.37F, 0.34F, 0.78F), Vec3f(0.03F, 0.30F, 0.01F), Vec3f(0.61F, 0.72F, 0.08F),
+      Vec3f(0.30F, 0.03F, 0.48F), Vec3f(0.00F, 0.85F, 0.76F), Vec3f(0.48F, 0.29F, 0.42F), Vec3f(0.44F, 0.51F, 0.02F)};
   return kPalette[index % kPalette.size()];
 }
+
+Vec3f held_color() { return {0.10F, 0.115F, 0.14F}; }
 
 const Theme& theme(bool dark) {
   static const Theme kLight{.background_top = Vec3f(0.86F, 0.89F, 0.92F),

@@ -27,8 +27,13 @@ Vec3f strain_color(float s);
 /// Colour of a patch's miss, s in [0, 1] of the legend: from white to a blue that no displacement has.
 Vec3f miss_color(float s);
 
-/// Colour of a station's collar, arrow and label, by its place in the list.
+inline constexpr std::size_t kStationColors = 8;
+/// Colour of a station's collar, arrow and label, by its place in the list. They are told apart by colour-blind eyes too, and
+/// from steel and body.
 Vec3f station_color(std::size_t index);
+
+/// Linear colour of what is held fast.
+Vec3f held_color();
 
 /// Everything that light and dark pictures do not share. Light colours are linear, the others sRGB.
 struct Theme {

@@ -6,13 +6,14 @@
 #include <utility>
 #include <vector>
 
+#include "client/view/color.hpp"
 #include "common/wire/messages.hpp"
 
 namespace palpate {
 
 class Hues {
  public:
-  static constexpr std::size_t kHues = 6;  ///< that station_color() tells apart
+  static constexpr std::size_t kHues = kStationColors;
 
   Hues() = default;
   /// These are known beforehand.

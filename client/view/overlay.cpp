@@ -5,6 +5,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <stdexcept>
 
@@ -17,13 +18,21 @@
 namespace palpate {
 namespace {
 
+/// What a tool feels, and how deep it is.
+std::string felt(const Sight& sight, std::size_t i, int digits) {
+  const std::string force = fmt::format("{:.{}f} N", sight.tools[i].force.norm(), digits);
+  return sight.depth(i) < 5e-5F ? force : force + fmt::format(", {:.1f} mm deep", 1e3F * sight.depth(i));
+}
+
 void draw_head(const Pen& pen, const Sight& sight, const Caption& caption) {
   const float left = 28 * pen.scale;
   float y = 22 * pen.scale;
   pen.text(left, y, 24, pen.theme.ink, caption.title);
   y += 33 * pen.scale;
-  pen.text(left, y, 14, pen.theme.ink_soft, caption.status);
-  y += 30 * pen.scale;
+  if (!caption.status.empty()) {
+    pen.text(left, y, 14, pen.theme.ink_soft, caption.status);
+    y += 30 * pen.scale;
+  }
   for (std::size_t i = 0; i < sight.tools.size() && i < 8; ++i) {
     const ToolView& tool = sight.tools[i];
     const float r = 5 * pen.scale, cy = y + 8.5F * pen.scale;
@@ -33,8 +42,7 @@ void draw_head(const Pen& pen, const Sight& sight, const Caption& caption) {
       pen.list.AddCircle({left + r, cy}, r - 0.5F * pen.scale, packed(station_color(sight.hue(i))), 24, 1.6F * pen.scale);
     }
     const float x = left + 18 * pen.scale + pen.text(left + 18 * pen.scale, y, 15, pen.theme.ink, tool.station);
-    pen.text(x + 9 * pen.scale, y, 15, pen.theme.ink_soft,
-             tool.contact ? fmt::format("{:.2f} N", tool.force.norm()) : std::string("free"));
+    pen.text(x + 9 * pen.scale, y, 15, pen.theme.ink_soft, tool.contact ? felt(sight, i, 2) : std::string("free"));
     y += 23 * pen.scale;
   }
 }
@@ -63,7 +71,7 @@ void draw_contacts(const Pen& pen, const Sight& sight, const Camera& camera) {
     pen.list.AddCircle({at.x(), at.y()}, ring, packed(Vec3f::Ones(), 0.45F), 48, 3.0F * pen.scale);
     pen.list.AddCircle({at.x(), at.y()}, ring, packed(station_color(sight.hue(i)), 0.8F), 48, 1.4F * pen.scale);
     if (end.z() > 1) continue;
-    const std::string words = fmt::format("{:.1f} N", tool.force.norm());
+    const std::string words = felt(sight, i, 1);
     // Beside the arrow's head, on the side away from the instrument, which leans to the right.
     draw_label(pen, words, end.x() - pen.measure(16, words) - 16 * pen.scale, end.y() - 12 * pen.scale);
   }
@@ -86,9 +94,9 @@ Legend legend_of(ShapeChannel color) {
   return {"displacement", 1000, "mm"};
 }
 
-/// A bar of colours whose ends stand for `from` and `to`; `row` 0 is the lowest.
+/// A bar of colours whose ends stand for `from` and `to`, with a mark each `step`; `row` 0 is the lowest.
 template <class Color>
-void draw_color_bar(const Pen& pen, int row, const std::string& title, float from, float to, const char* unit,
+void draw_color_bar(const Pen& pen, int row, const std::string& title, float from, float to, float step, const char* unit,
                     const Color& color) {
   constexpr int kParts = 64;
   const float x = 28 * pen.scale, bar = 210 * pen.scale, thick = 11 * pen.scale;
@@ -98,25 +106,37 @@ void draw_color_bar(const Pen& pen, int row, const std::string& title, float fro
     const auto at = [&](int k) { return x + bar * static_cast<float>(k) / kParts; };
     pen.list.AddRectFilled({at(i), y}, {at(i + 1), y + thick}, packed(color((static_cast<float>(i) + 0.5F) / kParts)));
   }
-  for (int i = 0; i <= 2; ++i) {
-    const std::string number = fmt::format("{:g}", from + 0.5F * static_cast<float>(i) * (to - from));
-    const float centre = x + bar * 0.5F * static_cast<float>(i);
+  const int marks = static_cast<int>(std::lround((to - from) / step));
+  for (int i = 0; i <= marks; ++i) {
+    const float value = from + static_cast<float>(i) * step, centre = x + bar * static_cast<float>(i) / static_cast<float>(marks);
+    const std::string number = fmt::format("{:.4g}", value);
     pen.list.AddLine({centre, y + thick}, {centre, y + thick + 4 * pen.scale}, packed(pen.theme.ink_soft), pen.scale);
     pen.text(i == 0 ? x : centre - 0.5F * pen.measure(13, number), y + thick + 6 * pen.scale, 13, pen.theme.ink_soft,
-             i == 2 ? number + " " + unit : number);
+             i == marks ? number + " " + unit : number);
   }
+}
+
+/// The colour of what is held fast, beside the lowest bar.
+void draw_held(const Pen& pen, const Sight& sight) {
+  if (std::none_of(sight.vertices.begin(), sight.vertices.end(), [](const MeshVertex& v) { return v.fixed; })) return;
+  const float x = 292 * pen.scale, y = pen.bottom - 52 * pen.scale, side = 11 * pen.scale;
+  pen.list.AddRectFilled({x, y}, {x + side, y + side}, packed(to_srgb(held_color())), 2 * pen.scale);
+  pen.text(x + side + 7 * pen.scale, y - 3 * pen.scale, 13, pen.theme.ink_soft, "held fast");
 }
 
 void draw_legends(const Pen& pen, const Sight& sight, const Look& look) {
   const Legend legend = legend_of(sight.color);
-  draw_color_bar(pen, 0, legend.title, 0, legend.per_unit * sight.color_max, legend.unit, &displacement_color);
+  const float step = legend.per_unit * contour_step(sight.color_max);
+  draw_color_bar(pen, 0, fmt::format("{}, a line each {:.3g} {}", legend.title, step, legend.unit), 0,
+                 legend.per_unit * sight.color_max, step, legend.unit, &displacement_color);
+  draw_held(pen, sight);
   int row = 1;
   if (look.lines == Lines::strain)
-    draw_color_bar(pen, row++, "strain of the edges", -100 * kStrainMax, 100 * kStrainMax, "%",
+    draw_color_bar(pen, row++, "strain of the edges", -100 * kStrainMax, 100 * kStrainMax, 100 * kStrainMax, "%",
                    [](float share) { return strain_color(2 * share - 1); });
   if (!sight.pins.empty())
     draw_color_bar(pen, row, fmt::format("the patch beside the next frame, lines x{:g}", miss_magnification(sight)), 0,
-                   1000 * sight.miss_max_m, "mm", &miss_color);
+                   1000 * sight.miss_max_m, 500 * sight.miss_max_m, "mm", &miss_color);
 }
 
 /// A bar of the force, and of the floor's grid, as long as an arrow or a field is at the body's middle.

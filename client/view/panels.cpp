@@ -54,7 +54,8 @@ constexpr std::array<Field, kFieldCount> kFields{{{"RTT", "ms", 140},
                                                   {"states", "", 356},
                                                   {"late", "ticks", 390}}};
 
-std::array<std::string, kFieldCount> values(const StationView& s, bool late_known) {
+std::array<std::string, kFieldCount> values(const StationView& s, const PanelFigures& figures) {
+  if (!figures.holds) return {"-", "-", "-", "-", "-", "-", "-"};
   const double loss_pct = s.judged > 0 ? 100.0 * s.lost / s.judged : 0;
   const auto ms = [](Micros t) {
     const double value = 1e3 * seconds(t);
@@ -66,7 +67,7 @@ std::array<std::string, kFieldCount> values(const StationView& s, bool late_know
           ms(s.patch_age),
           std::string(name_of(s.scheme)),
           s.states > 0 ? fmt::format("{}", s.states) : "-",
-          late_known ? fmt::format("{}", s.ticks_late) : "-"};
+          figures.late_known ? fmt::format("{}", s.ticks_late) : "-"};
 }
 
 void draw_stations(Column& c) {
@@ -88,7 +89,7 @@ void draw_stations(Column& c) {
     std::string name = s.station;
     while (name.size() > 3 && c.pen.measure(13, name) > c.at(84)) name = name.substr(0, name.size() - 2) + ".";
     c.pen.text(c.left + c.at(kPad + 14), y, 13, c.pen.theme.ink, name);
-    const auto words = values(s, c.figures.late_known);
+    const auto words = values(s, c.figures);
     for (std::size_t k = 0; k < kFields.size(); ++k)
       c.pen.text_left_of(c.left + c.at(kFields[k].right), y, 13, c.pen.theme.ink, words[k]);
   }
@@ -135,10 +136,13 @@ void draw_facts(Column& c, const std::array<Fact, 4>& facts) {
 
 void draw_body(Column& c) {
   const RoomView& room = *c.figures.room;
+  const bool known = c.figures.holds && room.rate_hz > 0;
+  const auto figure = [known](const std::string& words) { return known ? words : std::string("-"); };
+  const bool asleep = c.figures.holds && room.asleep;
   draw_facts(c, {{{"nodes", fmt::format("{}", room.nodes), kPad},
-                  {"step takes", fmt::format("{:.1f} ms", 1e3 * seconds(room.frame_time)), 84},
-                  {"frames", fmt::format("{:.1f} a second", room.rate_hz), 172},
-                  {"real-time factor", fmt::format("{:.1f}", room.real_time_factor), 290}}});
+                  {"frames, last second", asleep ? "asleep" : figure(fmt::format("{:.0f}", room.rate_hz)), 70},
+                  {"each took", figure(fmt::format("{:.1f} ms", 1e3 * seconds(room.frame_time))), 206},
+                  {"real-time factor", figure(fmt::format("{:.1f}", room.real_time_factor)), 290}}});
 }
 
 /// What the patch of the viewer's own hand said of the next frame.

@@ -13,6 +13,7 @@ struct Pen;
 
 struct PanelFigures {
   const RoomView* room = nullptr;
+  bool holds = true;                     ///< otherwise it was said too long ago: figures are left out
   bool late_known = true;                ///< whether the ticks that came late are
   const History* forces = nullptr;       ///< [N]
   const History* patch_ages = nullptr;   ///< [ms]

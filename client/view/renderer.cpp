@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "client/view/color.hpp"
+#include "client/view/round_125.hpp"
 #include "client/view/shaders.hpp"
 
 namespace palpate {
@@ -69,6 +71,8 @@ void Renderer::draw_body(const Shown& shown) {
   light(*program, shown.lights);
   program->set("u_colors", 1);
   program->set("u_color_max", shown.color_max);
+  program->set("u_contour", contour_step(shown.color_max));
+  program->set("u_held", held_color());
   program->set("u_floor_z", shown.lights.floor_center.z());
   program->set("u_size", shown.lights.size);
   program->set("u_line", shown.lights.line_pixels);

@@ -21,4 +21,6 @@ float round_down_125(float x) {
   return decade;
 }
 
+float contour_step(float color_max) { return round_up_125(0.199F * color_max); }
+
 }  // namespace palpate

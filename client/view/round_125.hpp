@@ -7,5 +7,7 @@ namespace palpate {
 float round_up_125(float x);
 /// The largest that is not above x > 0.
 float round_down_125(float x);
+/// What lies between two lines of equal value on a body whose legend ends at `color_max`.
+float contour_step(float color_max);
 
 }  // namespace palpate

@@ -123,16 +123,20 @@ in vec3 v_edge;
 centroid in vec3 v_position, v_normal, v_look;
 flat in vec3 v_strain;
 uniform sampler2D u_colors;
-uniform float u_color_max, u_floor_z, u_size, u_bias, u_strain_max, u_line;
+uniform float u_color_max, u_contour, u_floor_z, u_size, u_bias, u_strain_max, u_line;
+uniform vec3 u_held;
 uniform vec3 u_pushed, u_slack, u_pulled;  // StrainColors
 out vec4 color;
 void main() {
   float shade = v_look.x, cavity = v_look.y, fixed_share = v_look.z;
   vec3 n = normalize(v_normal) * (gl_FrontFacing ? 1.0 : -1.0);
   vec3 albedo = texture(u_colors, vec2(shade / u_color_max * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
-  // What is held fast: slate, with a crisp border halfway to the first free vertex.
-  float held = smoothstep(0.5 - fwidth(fixed_share), 0.5 + fwidth(fixed_share), fixed_share);
-  albedo = mix(albedo, vec3(0.10, 0.115, 0.14), 0.82 * held);
+  // What is held fast: slate, softly from the first free vertex on: the border between vertices is nobody's.
+  albedo = mix(albedo, u_held, 0.82 * smoothstep(0.0, 1.0, fixed_share));
+  // A line at each step of the legend, not at zero: of a dent they are its lines of equal depth.
+  float steps = shade / u_contour, across = max(fwidth(steps), 1e-6) * u_line;
+  float contour = 1.0 - smoothstep(0.5, 1.5, abs(fract(steps - 0.5) - 0.5) / across);
+  albedo *= 1.0 - 0.42 * contour * step(0.5, steps) * (1.0 - smoothstep(0.2, 0.6, across));
   float open = clamp(1.0 - 1.3 * cavity, 0.45, 1.08);
   open *= mix(0.62 + 0.38 * clamp(n.z, 0.0, 1.0), 1.0, smoothstep(0.0, 0.30, (v_position.z - u_floor_z) / u_size));
   float lit = lit_fraction(u_key_map, u_key_matrix, v_position + u_bias * (n + 0.6 * u_key_direction), 0.010, grain());
@@ -147,7 +151,8 @@ void main() {
 #elif LINES == 2
   float strain = near.x < min(near.y, near.z) ? v_strain.x : near.y < near.z ? v_strain.y : v_strain.z;
   float s = clamp(strain / u_strain_max, -1.0, 1.0);
-  c = mix(c * 0.55, mix(u_slack, s < 0.0 ? u_pushed : u_pulled, sqrt(abs(s))), edge);
+  float share = sqrt(abs(s));  // an edge at rest is hardly there
+  c = mix(c, mix(u_slack, s < 0.0 ? u_pushed : u_pulled, share), edge * mix(0.08, 1.0, smoothstep(0.0, 0.3, abs(s))));
 #endif
   color = vec4(develop(c), 1.0);
 }

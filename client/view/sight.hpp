@@ -23,6 +23,7 @@ struct Sight {
   std::span<const float> shade;          ///< what colours show in its place; empty: displacement
   std::span<const MeshVertex> vertices;  ///< whose fixed ones are marked; empty: none
   std::span<const ToolView> tools;
+  std::span<const float> depths = {};      ///< of each tool below the surface at rest [m]; empty, or 0 outside: not shown
   std::span<const std::size_t> hues = {};  ///< which station_color() each tool has; empty: that of its place
   std::span<const PatchPin> pins = {};     ///< of the patch that is shown; empty: none
   std::span<const Triangle> pin_triangles = {};
@@ -32,6 +33,7 @@ struct Sight {
   float arrow_m_per_n = 0.02F;                  ///< length of force arrows
   float miss_max_m = 1e-4F;                     ///< end of the legend of misses
 
+  float depth(std::size_t tool) const { return tool < depths.size() ? depths[tool] : 0; }
   std::size_t hue(std::size_t tool) const { return tool < hues.size() ? hues[tool] : tool; }
 };
 

@@ -33,6 +33,18 @@ bool is_closed(std::span<const Triangle> triangles) {
   return !there.empty() && there == back && std::adjacent_find(there.begin(), there.end()) == there.end();
 }
 
+DepthGauge::DepthGauge(std::span<const Triangle> triangles, std::span<const Vec3f> positions) {
+  if (!is_closed(triangles)) return;
+  surface_ = Surface({triangles.begin(), triangles.end()}, positions.size());
+  for (const Vec3f& p : positions)
+    for (int k = 0; k < 3; ++k) positions_.push_back(p[k]);
+}
+
+float DepthGauge::at(const Vec3& point) const {
+  if (surface_.empty()) return 0;
+  return std::max(0.0F, -static_cast<float>(nearest_point(surface_.view(), positions_, point).height_m));
+}
+
 Box bounds(std::span<const Triangle> triangles, std::span<const Vec3f> positions) {
   if (positions.empty()) return {Vec3f::Constant(-0.5F), Vec3f::Constant(0.5F)};
   const Vec3f first = positions[triangles.empty() ? 0 : triangles[0][0]];

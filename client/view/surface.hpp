@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/port/patch.hpp"
+#include "common/port/surface.hpp"
 
 namespace palpate {
 
@@ -18,6 +19,18 @@ void update_normals(std::span<const Triangle> triangles, std::span<const Vec3f> 
 
 /// Every edge lies between two triangles that turn the same way: what is inside cannot be seen.
 bool is_closed(std::span<const Triangle> triangles);
+
+/// How deep `point` lies below a closed surface, by its nearest point [m]; 0 outside, and of a surface that is not closed.
+class DepthGauge {
+ public:
+  DepthGauge() = default;
+  DepthGauge(std::span<const Triangle> triangles, std::span<const Vec3f> positions);
+  float at(const Vec3& point) const;
+
+ private:
+  Surface surface_;  ///< empty where it is not closed
+  std::vector<double> positions_;
+};
 
 struct Box {
   Vec3f low = Vec3f::Zero(), high = Vec3f::Zero();

@@ -4,12 +4,18 @@
 #include <utility>
 
 namespace palpate {
+namespace {
 
-ViewCore::ViewCore(std::string station, Micros now, std::string room)
+constexpr Micros kSecond{1'000'000};
+
+}  // namespace
+
+ViewCore::ViewCore(std::string station, Micros now, std::string room, bool alike)
     : heard_(now), next_hello_(now), next_beat_(now), next_mesh_(now) {
   hello_.station = std::move(station);
   hello_.room = std::move(room);
   hello_.role = Role::viewer;
+  hello_.alike = alike;
 }
 
 void ViewCore::tick(Micros now) {
@@ -133,6 +139,7 @@ void ViewCore::take_welcome(const Message& message, Micros now) {
   instance_ = message.instance;
   station_ = message.station;
   welcome_ = welcome;
+  if (!welcome.station.empty()) hello_.station = welcome.station;
   if (!same_mesh) {
     mesh_.expect(welcome.vertices, welcome.triangles, welcome.mesh_hash);
     rest_.clear();
@@ -172,7 +179,15 @@ template <class Part>
 void ViewCore::take_shape(const Part& part, Micros now) {
   finished_.clear();
   shapes_.take(part, finished_);
-  for (Shape& shape : finished_) playback_.add(std::move(shape), now);
+  for (Shape& shape : finished_) {
+    playback_.add(std::move(shape), now);
+    shapes_came_.push_back(now);
+  }
+  while (!shapes_came_.empty() && now - shapes_came_.front() >= kSecond) shapes_came_.pop_front();
+}
+
+int ViewCore::shapes_lately(Micros now) const {
+  return static_cast<int>(std::count_if(shapes_came_.begin(), shapes_came_.end(), [now](Micros t) { return now - t < kSecond; }));
 }
 
 void ViewCore::join_again(Micros now) {

@@ -38,10 +38,12 @@ struct ViewMoment {
 class ViewCore {
  public:
   static constexpr Micros kHelloEvery{250'000}, kRetryEvery{1'000'000}, kBeatEvery{250'000}, kLostAfter{2'000'000};
+  static constexpr Micros kSilentAfter{500'000};  ///< ten frames at 20 Hz: what was said last need not hold any more
   static constexpr Micros kMeshRetry{150'000}, kStateEvery{50'000};
   static constexpr std::size_t kMeshWindow = 16;  ///< pieces asked for at a time
 
-  ViewCore(std::string station, Micros now, std::string room = {});
+  /// `alike`: another name like `station` will do where that is taken.
+  ViewCore(std::string station, Micros now, std::string room = {}, bool alike = false);
 
   void take(std::span<const std::byte> bytes, Micros now);
   void tick(Micros now);
@@ -76,6 +78,12 @@ class ViewCore {
   Micros lateness(Micros now) const;
   /// How the room does, as the server last said; empty before.
   const RoomView& room() const { return room_; }
+  /// Frames of the body that came in the last second.
+  int shapes_lately(Micros now) const;
+  /// The server is heard: what it said last still holds.
+  bool heard_lately(Micros now) const { return link_ == ViewLink::joined && now - heard_ < kSilentAfter; }
+  /// How long it has been silent.
+  Micros silence(Micros now) const { return now - heard_; }
 
   const Playback& playback() const { return playback_; }
   const ClockSync& clock() const { return clock_; }
@@ -110,6 +118,7 @@ class ViewCore {
   MeshAssembly mesh_;
   ShapeAssembly shapes_;
   Playback playback_;
+  std::deque<Micros> shapes_came_;  ///< in the last second
   std::vector<Shape> finished_;
   std::vector<Eigen::Vector3f> rest_;
   RoomView room_;

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "common/base/error.hpp"
+#include "common/io/make_folder.hpp"
 
 namespace palpate {
 namespace {
@@ -43,6 +44,7 @@ int open_new(const std::filesystem::path& file) {
 
 RecordFile::RecordFile(const std::string& flag, const std::filesystem::path& file, std::vector<std::byte> first) : file_(file) {
   const std::string where = flag + " " + file.string();
+  make_folder(where, file.parent_path());
   descriptor_ = open_new(file);
   if (descriptor_ < 0 && errno == EEXIST) throw InputError(where, "is there already", "a file that is not there yet");
   if (descriptor_ < 0)

@@ -21,7 +21,8 @@ class RecordFile {
  public:
   static constexpr std::size_t kMostWaiting = 64u << 20;  ///< bytes; a disk slower than that for long has failed
 
-  /// Writes `first` before it returns. InputError, with `flag` and the file, when it exists or cannot be written.
+  /// Makes the folder it lies in and writes `first` before it returns. InputError, with `flag` and the file, when it exists or
+  /// cannot be written.
   RecordFile(const std::string& flag, const std::filesystem::path& file, std::vector<std::byte> first);
   /// Writes what is left.
   ~RecordFile();

@@ -121,7 +121,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& asked) {
     return app.exit(asked);
   } catch (const CLI::ParseError& wrong) {
-    fmt::print(stderr, "palpate-relay: {}\n", wrong.what());
+    fmt::print(stderr, "palpate-relay: {}; see palpate-relay --help\n", wrong.what());
     return 2;
   } catch (const palpate::InputError& wrong) {
     fmt::print(stderr, "palpate-relay: {}\n", wrong.what());

@@ -33,6 +33,7 @@ WireFault read(const wire::Hello& table, Hello& m) {
   m.station = view_of(table.station());
   m.shadow_of = view_of(table.shadow_of());
   m.room = view_of(table.room());
+  m.alike = table.alike();
   m.order = table.order();
   return WireFault::none;
 }
@@ -41,6 +42,7 @@ WireFault read(const wire::Welcome& table, Welcome& m) {
   if (!table.home() || !table.mesh_hash()) return WireFault::malformed;
   Sense sense;
   sense.name(view_of(table.scene()), 0);
+  sense.name(view_of(table.station()), 0);
   sense.that(to_enum(table.contact(), ContactKind::touch, m.contact));
   sense.number(table.rate_hz(), kMinRateHz, kMaxRateHz);
   sense.number(table.deadband(), 0, kMaxDeadband);
@@ -49,6 +51,7 @@ WireFault read(const wire::Welcome& table, Welcome& m) {
   sense.that(table.vertices() <= kMaxMeshVertices && table.triangles() <= 4 * kMaxMeshVertices);
   if (!sense.ok()) return sense.fault();
   m.scene = view_of(table.scene());
+  m.station = view_of(table.station());
   m.rate_hz = table.rate_hz();
   m.deadband = table.deadband();
   m.vertices = table.vertices();
@@ -204,6 +207,7 @@ WireFault read(const wire::RoomView& table, RoomView& m) {
   m.frame_time = Micros{table.frame_time()};
   m.rate_hz = table.rate_hz();
   m.real_time_factor = table.real_time_factor();
+  m.asleep = table.asleep();
   Sense sense;
   sense.number(m.rate_hz, 0, kMaxRateHz);
   sense.number(m.real_time_factor, 0, 1e9);

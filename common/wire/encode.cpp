@@ -35,15 +35,16 @@ class BodyWriter {
     const auto shadow_of = m.shadow_of.empty() ? 0 : text(m.shadow_of, kMaxNameBytes);
     const auto room = m.room.empty() ? 0 : text(m.room, kMaxNameBytes);
     return done(wire::Body::Hello, wire::CreateHello(builder_, station, static_cast<std::uint8_t>(m.role),
-                                                     static_cast<std::uint8_t>(m.scheme), m.order, shadow_of, room));
+                                                     static_cast<std::uint8_t>(m.scheme), m.order, shadow_of, room, m.alike));
   }
   Offset<void> operator()(const Welcome& m) {
     const auto scene = text(m.scene, kMaxNameBytes);
+    const auto station = m.station.empty() ? 0 : text(m.station, kMaxNameBytes);
     const auto home = packer_.point(m.home);
     const auto hash = pack::Packer::wide(m.mesh_hash);
     return done(wire::Body::Welcome,
                 wire::CreateWelcome(builder_, scene, static_cast<std::uint8_t>(m.contact), packer_.number(m.rate_hz), &home,
-                                    m.vertices, m.triangles, &hash, packer_.number(m.deadband)));
+                                    m.vertices, m.triangles, &hash, packer_.number(m.deadband), station));
   }
   Offset<void> operator()(const Refuse& m) {
     // Without a text a refusal is no larger than the shortest question that it may have to answer.
@@ -133,7 +134,7 @@ class BodyWriter {
     const auto stations = builder_.CreateVector(views.data(), m.stations.size());
     return done(wire::Body::RoomView,
                 wire::CreateRoomView(builder_, m.nodes, packer_.duration(m.frame_time), packer_.number(m.rate_hz),
-                                     packer_.number(m.real_time_factor), stations));
+                                     packer_.number(m.real_time_factor), stations, m.asleep));
   }
   Offset<void> operator()(const PatchTerms& m) {
     packer_.require(check(m) == TermsFault::none);

@@ -33,6 +33,8 @@ struct Hello {
   std::uint16_t order = 0;  ///< states wanted, 0 = the server's default
   std::string shadow_of;    ///< name of a station whose tool this one shares: it gets patches, it does not push
   std::string room = {};    ///< of the server's rooms; empty: its first
+  /// Where the name is taken another like it will do ("hand-2"): Welcome says which. Otherwise the station is refused.
+  bool alike = false;
 };
 
 /// Server -> client: joined.
@@ -43,7 +45,8 @@ struct Welcome {
   Vec3 home = Vec3::Zero();                   ///< attach: the node's rest position; touch: a point just above the surface
   std::uint32_t vertices = 0, triangles = 0;  ///< of the surface, for viewers
   std::uint64_t mesh_hash = 0;
-  double deadband = 0;  ///< patches that would change the force by less than this share of it are not sent, 0 = all are
+  double deadband = 0;       ///< patches that would change the force by less than this share of it are not sent, 0 = all are
+  std::string station = {};  ///< name that the station has in the room
 };
 
 enum class RefuseReason : std::uint8_t {
@@ -151,10 +154,12 @@ struct StationView {
 };
 struct RoomView {
   std::uint32_t nodes = 0;
-  Micros frame_time{};          ///< mean time that a frame takes to compute
-  double rate_hz = 0;           ///< frames a second that the room has time for
+  // Of the frames of the last second that stepped the body; 0 where there were none:
+  Micros frame_time{};          ///< mean time from a frame's begin to its patches: steps, linearising, reducing
+  double rate_hz = 0;           ///< how many they were
   double real_time_factor = 0;  ///< body time simulated per time spent on it
   std::vector<StationView> stations;
+  bool asleep = false;  ///< the body rests and is not stepped
 };
 
 /// Client -> server: put the body back to rest. Who says another count than the server's asked for one that is done.

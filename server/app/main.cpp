@@ -178,7 +178,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& asked) {
     return app.exit(asked);
   } catch (const CLI::ParseError& wrong) {
-    fmt::print(stderr, "palpate-server: {}\n", wrong.what());
+    fmt::print(stderr, "palpate-server: {}; see palpate-server --help\n", wrong.what());
     return 2;
   } catch (const InputError& wrong) {
     fmt::print(stderr, "palpate-server: {}\n", wrong.what());

@@ -70,7 +70,8 @@ std::size_t ServerCore::emit_welcome(Station& station, std::span<std::byte> out,
                         static_cast<std::uint32_t>(facts_.mesh.vertices.size()),
                         static_cast<std::uint32_t>(facts_.mesh.triangles.size()),
                         facts_.mesh_hash,
-                        station.pushes() ? options_.deadband : 0};
+                        station.pushes() ? options_.deadband : 0,
+                        station.hello.station};
   const auto size = say(station, welcome, out.first(std::min(out.size(), station.outbox.welcome_limit)), to, now);
   if (size == 0) ++counts_.answers_withheld;
   return size;
@@ -110,7 +111,7 @@ std::size_t ServerCore::emit_view(Station& station, std::span<std::byte> out, Pe
   if (station.shape.due)
     if (const auto size = emit_shape(station, out, to, now)) return size;
   if (std::exchange(box.room, false))
-    if (const auto size = say(station, room_view(), out, to, now)) return size;
+    if (const auto size = say(station, room_view(now), out, to, now)) return size;
   if (box.mesh_pieces.empty()) return 0;
   const auto piece = box.mesh_pieces.front();
   box.mesh_pieces.pop_front();
@@ -143,10 +144,11 @@ Tools ServerCore::tools(const Station& viewer) const {
   return list;
 }
 
-RoomView ServerCore::room_view() const {
+RoomView ServerCore::room_view(Micros now) const {
   constexpr std::size_t kMostBytes = 900;
-  const double computing_s = seconds(counts_.stepping), simulated_s = seconds(counts_.simulated);
-  RoomView view{facts_.nodes, compute_mean_, pace_.rate_hz, computing_s > 0 ? simulated_s / computing_s : 0, {}};
+  const FrameMeter::Figures lately = meter_.at(now);
+  RoomView view{facts_.nodes, lately.took_mean, std::min<double>(lately.frames, kMaxRateHz), lately.real_time_factor,
+                {},           asleep_};
   std::size_t bytes = 0;
   for (const auto& [id, station] : stations_) {
     if (station.views()) continue;

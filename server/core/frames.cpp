@@ -149,6 +149,7 @@ void ServerCore::count(const FrameResult& result, Micros took) {
   // What a frame costs in which the body sleeps says nothing of those in which it is touched.
   const bool first = counts_.frames - counts_.frames_asleep == 1;
   compute_mean_ = first ? took : compute_mean_ + (took - compute_mean_) / 8;
+  meter_.add(job_began_ + took, took, result.stamp - body_time_);
   counts_.simulated += result.stamp - body_time_;
   counts_.stepping += took;
 }

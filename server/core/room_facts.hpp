@@ -15,7 +15,7 @@ struct RoomFacts {
   ContactKind contact = ContactKind::touch;
   Vec3 home = Vec3::Zero();            ///< where a tool starts: Room::home()
   std::uint32_t nodes = 0;             ///< of the body, also those inside
-  BodyMesh mesh;                       ///< of its surface; empty for planar bodies
+  BodyMesh mesh;                       ///< of its surface; of a planar body the cells of its lattice, a side of them
   std::vector<std::uint32_t> node_of;  ///< node of each vertex of the mesh
   std::uint64_t mesh_hash = 0;
 };

@@ -53,6 +53,7 @@
 #include "common/record/recording.hpp"
 #include "common/wire/codec.hpp"
 #include "common/wire/messages.hpp"
+#include "server/core/frame_meter.hpp"
 #include "server/core/room_facts.hpp"
 #include "server/core/station.hpp"
 #include "server/room/deadband.hpp"
@@ -160,6 +161,8 @@ class ServerCore {
   void refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit);
   void drop_silent(Micros now);
   void tell(RecordedEventKind kind, StationId id, const Hello& hello, const std::string& text, Micros now) const;
+  Station* asked_before(const Hello& hello, PeerId from);
+  std::string free_name(const std::string& like) const;
   Station* find(const std::string& name);
   const Station* find(const std::string& name) const;
 
@@ -199,7 +202,7 @@ class ServerCore {
   std::size_t emit_view(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
   std::size_t emit_shape(Station& station, std::span<std::byte> out, PeerId& to, Micros now);
   Tools tools(const Station& viewer) const;
-  RoomView room_view() const;
+  RoomView room_view(Micros now) const;
 
   RoomFacts facts_;
   ServerOptions options_;
@@ -217,6 +220,7 @@ class ServerCore {
   std::deque<std::uint8_t>
       lately_;  ///< of the frames that fell due in the last second: 1 skipped because the last one took too long
   Pace pace_;
+  FrameMeter meter_;
   ShapeStream shapes_;
   ServerCounts counts_;
 };

@@ -12,9 +12,17 @@ namespace {
 constexpr std::size_t kMostReplies = 2 * kMaxStations;
 constexpr std::size_t kMostMeshPieces = 64;  // asked for and not yet sent, a viewer
 
+/// Names aside.
 bool same(const Hello& a, const Hello& b) {
-  return a.station == b.station && a.role == b.role && a.scheme == b.scheme && a.order == b.order && a.shadow_of == b.shadow_of &&
-         a.room == b.room;
+  return a.role == b.role && a.scheme == b.scheme && a.order == b.order && a.shadow_of == b.shadow_of && a.room == b.room &&
+         a.alike == b.alike;
+}
+
+/// "hand-2" and "hand" are both like "hand".
+std::string without_number(const std::string& name) {
+  const std::size_t last = name.find_last_not_of("0123456789");
+  const bool numbered = last != std::string::npos && last > 0 && last + 1 < name.size() && name[last] == '-';
+  return numbered ? name.substr(0, last) : name;
 }
 
 /// As few datagrams for each patch as lose no more than kPatchesLost of the patches where each loses `share` of the datagrams.
@@ -53,10 +61,13 @@ void ServerCore::take(WireFault fault, const Message& message, std::size_t size,
 }
 
 void ServerCore::take_hello(const Message& message, PeerId from, std::size_t size, Micros now) {
-  const auto& hello = std::get<Hello>(message.body);
-  Station* const old = find(hello.station);
-  const bool again = old && old->peer == from && same(old->hello, hello);
+  Hello hello = std::get<Hello>(message.body);
+  const std::string asked = hello.station;
+  Station* old = asked_before(hello, from);
+  const bool again = old != nullptr;
   if (!again) {
+    if (hello.alike) hello.station = free_name(asked);
+    old = find(hello.station);
     const bool for_us = hello.room.empty() || hello.room == options_.room;
     const bool taken = for_us && old && old->peer != from && now - old->heard <= kSilentAfter;
     const auto no = taken ? Refuse{RefuseReason::name_taken, "station \"" + hello.station + "\" is in the room already"}
@@ -75,6 +86,7 @@ void ServerCore::take_hello(const Message& message, PeerId from, std::size_t siz
     fresh.id = last_id_;
     fresh.peer = from;
     fresh.hello = hello;
+    fresh.asked = asked;
     fresh.next_report = now + kLinkReportEvery;
     tell(RecordedEventKind::joined, fresh.id, hello, "", now);
   }
@@ -221,6 +233,25 @@ void ServerCore::tell(RecordedEventKind kind, StationId id, const Hello& hello, 
                     : hello.shadow_of.empty()  ? RecordedRole::hand
                                                : RecordedRole::shadow;
   on_event({now, kind, id, role, hello.scheme, hello.station, text});
+}
+
+/// Who sent the same Hello before, by the name that it asked for then or the one that it got.
+Station* ServerCore::asked_before(const Hello& hello, PeerId from) {
+  for (auto& [id, station] : stations_)
+    if (station.peer == from && same(station.hello, hello) &&
+        (station.hello.station == hello.station || station.asked == hello.station))
+      return &station;
+  return nullptr;
+}
+
+/// `like` itself where nobody has it, else the first of "like-2", "like-3" ... that nobody has.
+std::string ServerCore::free_name(const std::string& like) const {
+  std::string name = like;
+  for (int number = 2; find(name) != nullptr; ++number) {
+    const std::string suffix = "-" + std::to_string(number);
+    name = without_number(like).substr(0, static_cast<std::size_t>(kMaxNameBytes) - suffix.size()) + suffix;
+  }
+  return name;
 }
 
 const Station* ServerCore::find(const std::string& name) const {

@@ -43,7 +43,8 @@ struct Outbox {
 struct Station {
   StationId id = 0;
   PeerId peer = 0;
-  Hello hello;
+  Hello hello;          ///< under the name that it has in the room
+  std::string asked;    ///< name that it asked for
   Micros heard{};       ///< newest datagram
   bool proven = false;  ///< it has answered with the id we gave it, so it gets what we send to its address
   ClockSync clock;      ///< its clock is the peer's

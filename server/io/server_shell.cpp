@@ -158,7 +158,7 @@ void ServerShell::report() {
       const Pace& pace = core.pace();
       const bool slow = pace.rate_hz < kSlowBelow * core.options().rate_hz;
       if (core.station_count() > 0 && say_)
-        say_(fmt::format("{}{} stations: {}{}", label(k), core.station_count(),
+        say_(fmt::format("{}{} station{}: {}{}", label(k), core.station_count(), core.station_count() == 1 ? "" : "s",
                          frame_figures(bodies_[k]->reported, counts, core.longest_frame()),
                          slow ? fmt::format(", overrunning: {:.1f} of {:g} frames a second, {:.0f} ms behind", pace.rate_hz,
                                             core.options().rate_hz, ms(pace.behind))

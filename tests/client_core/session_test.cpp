@@ -122,6 +122,26 @@ TEST_CASE("a name that is taken is refused, said, and had once it is free") {
   CHECK(world.server->station_count() == 1);
 }
 
+TEST_CASE("a hand that leaves its name to the server gets one like it, and asks for that when the server restarts") {
+  SmallWorld world;
+  auto& first = world.add(1, "hand");
+  world.run(500ms);
+  ClientOptions options;
+  options.hello.station = "hand";
+  options.hello.alike = true;
+  auto& second = world.add(2, options);
+  world.run(500ms);
+  REQUIRE(second.link() == LinkState::joined);
+  CHECK(second.welcome().station == "hand-2");
+  first.leave(world.clock(1));
+  world.run(300ms);
+  world.start_server(2);
+  world.run(500ms);
+  CHECK(second.link() == LinkState::joined);
+  CHECK(second.counts().joins == 2);
+  CHECK(second.welcome().station == "hand-2");
+}
+
 TEST_CASE("only one hand holds the node of an attach scene") {
   SmallWorld world(ContactKind::attach);
   world.add(1, "a");

@@ -49,6 +49,9 @@ class SmallWorld {
     ClientOptions options;
     options.hello.station = name;
     options.hello.shadow_of = shadow_of;
+    return add(peer, options, clock_offset);
+  }
+  ClientCore& add(PeerId peer, const ClientOptions& options, Micros clock_offset = {}) {
     auto& place = places[peer];
     place.clock_offset = clock_offset;
     place.core = std::make_unique<ClientCore>(options, now + clock_offset);

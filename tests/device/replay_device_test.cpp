@@ -32,6 +32,14 @@ TEST_CASE("A replayed motion ignores force and says when it has ended", "[device
   CHECK(device.force() == Vec3::Zero());
 }
 
+TEST_CASE("A replayed motion that is to stay at its end does so, and stays a device", "[device]") {
+  ReplayDevice device(line(), ReplayDevice::AtEnd::stays);
+  device.read(Micros{0});
+  const auto after = device.read(Micros{100'000'000});
+  CHECK(after.ok);
+  CHECK(after.position == Vec3(1, 0, 1));
+}
+
 TEST_CASE("A motion that waits stands at its beginning until its start", "[device]") {
   ReplayDevice device(line());
   device.wait_for_start();

@@ -59,13 +59,13 @@ TEST_CASE("a recording that was written behind is there when its file is closed"
   CHECK(recording.end() == test::small_touch(199).t);
 }
 
-TEST_CASE("a file that is there, a folder that is not and a full disk are bad input at the start", "[record]") {
+TEST_CASE("a file that is there, a folder that cannot be made and a full disk are bad input at the start", "[record]") {
   const Folder folder;
   const auto there = folder.path / "there.rec";
   std::ofstream(there) << "precious";
   CHECK(error_of(there) == "--record " + there.string() + ": is there already; expected a file that is not there yet");
   CHECK(std::filesystem::file_size(there) == 8);
-  CHECK_THAT(error_of(folder.path / "no" / "folder.rec"), Catch::Contains("cannot be made: No such file or directory"));
+  CHECK_THAT(error_of(there / "in" / "a_file.rec"), Catch::Contains("cannot be made: Not a directory; expected a folder"));
   CHECK_THAT(error_of(folder.path), Catch::Contains("cannot be made: Is a directory"));
   CHECK_THAT(error_of("/dev/full"), Catch::Contains("cannot be written: No space left on device; expected room on the disk"));
   CHECK_THROWS_AS(MappedFile(folder.path / "nothing.rec"), InputError);

@@ -43,6 +43,38 @@ TEST_CASE("a name that is in use is refused while its owner is heard, and given 
   CHECK(reason(bench.sent.back().second) == RefuseReason::unknown_station);
 }
 
+TEST_CASE("a station that leaves its name to the server gets one like it, and keeps it when its Hello comes again") {
+  Bench bench;
+  const auto name_given = [](RawStation& station) {
+    const auto answer = station.ask();
+    REQUIRE(std::holds_alternative<Welcome>(answer.body));
+    return std::get<Welcome>(answer.body).station;
+  };
+  RawStation named(bench, 1, "hand"), second(bench, 2, "hand"), third(bench, 3, "hand"), back(bench, 4, "hand-2");
+  for (RawStation* station : {&second, &third, &back}) station->hello.alike = true;
+  CHECK(name_given(named) == "hand");
+  CHECK(name_given(second) == "hand-2");
+  CHECK(name_given(second) == "hand-2");
+  second.hello.station = "hand-2";  // as a client asks that joins again
+  CHECK(name_given(second) == "hand-2");
+  CHECK(name_given(third) == "hand-3");
+  CHECK(name_given(back) == "hand-4");
+  CHECK(bench.core.station_count() == 4);
+  RawStation strict(bench, 5, "hand-2");
+  CHECK(reason(strict.ask()) == RefuseReason::name_taken);
+}
+
+TEST_CASE("a name that is as long as names may be has room for a number") {
+  Bench bench;
+  const std::string name(static_cast<std::size_t>(kMaxNameBytes), 'h');
+  RawStation first(bench, 1, name), second(bench, 2, name);
+  second.hello.alike = true;
+  first.ask();
+  const auto answer = second.ask();
+  REQUIRE(std::holds_alternative<Welcome>(answer.body));
+  CHECK(std::get<Welcome>(answer.body).station == name.substr(2) + "-2");
+}
+
 TEST_CASE("a full room refuses") {
   Bench bench;
   for (int i = 0; i < kMaxStations; ++i) RawStation(bench, static_cast<PeerId>(100 + i), "s" + std::to_string(i)).join();

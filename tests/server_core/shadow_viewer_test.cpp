@@ -125,11 +125,13 @@ TEST_CASE("a viewer hears four times a second how the room and its stations do")
   });
   CHECK(count >= 3);
   CHECK(count <= 5);
+  hand.live(500ms);
   const auto said = bench.last<RoomView>(1);
   REQUIRE(said);
   const auto& room = std::get<RoomView>(said->body);
   CHECK(room.nodes == 400);
   CHECK(room.rate_hz == 20);
+  CHECK_FALSE(room.asleep);
   REQUIRE(room.stations.size() == 1);  // viewers are not listed
   CHECK(room.stations[0].station == "hand");
   CHECK(room.stations[0].patch_age == Micros{123'000});

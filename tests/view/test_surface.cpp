@@ -159,3 +159,15 @@ TEST_CASE("Scales are round numbers that cover what is seen and never shrink", "
   CHECK(scales.color_max(ShapeChannel::tension) == Approx(0.2F));  // each its own: they have different units
   CHECK(scales.color_max(ShapeChannel::support) == Approx(1));
 }
+
+TEST_CASE("A depth is the way to the surface from inside, nothing outside, and nothing of a surface that is not closed",
+          "[view]") {
+  const std::vector<Vec3f> corners{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  std::vector<Triangle> faces{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  const DepthGauge closed(faces, corners);
+  CHECK(closed.at(Vec3(0.3, 0.3, 0.1)) == Approx(0.1));
+  CHECK(closed.at(Vec3(0.3, 0.3, -0.1)) == 0);
+  CHECK(closed.at(Vec3(1, 1, 1)) == 0);
+  faces.pop_back();
+  CHECK(DepthGauge(faces, corners).at(Vec3(0.3, 0.3, 0.1)) == 0);
+}

@@ -63,7 +63,7 @@ struct World {
     }
     PeerId to = 0;
     while (const auto size = server.emit(out, to, now)) {
-      if (!lost()) down.push_back({now + kDelay, {out.begin(), out.begin() + static_cast<std::ptrdiff_t>(size)}});
+      if (to == 1 && !lost()) down.push_back({now + kDelay, {out.begin(), out.begin() + static_cast<std::ptrdiff_t>(size)}});
     }
   }
 
@@ -127,6 +127,40 @@ TEST_CASE("A viewer waits for a server that is not there, and joins again after 
   REQUIRE(world.viewer.mesh_version() == version);
   ViewMoment moment;
   REQUIRE(world.viewer.show(world.now, moment));
+}
+
+TEST_CASE("What a viewer heard last holds while it hears the server, and no longer than half a second after", "[view]") {
+  World world;
+  world.run_until(Micros{2'000'000});
+  CHECK(world.viewer.heard_lately(world.now));
+  CHECK(world.viewer.shapes_lately(world.now) >= 19);
+  CHECK(world.viewer.shapes_lately(world.now) <= 21);
+  world.run_until(Micros{2'450'000}, false);
+  CHECK(world.viewer.heard_lately(world.now));
+  world.run_until(Micros{2'700'000}, false);
+  CHECK_FALSE(world.viewer.heard_lately(world.now));
+  CHECK(world.viewer.link() == ViewLink::joined);
+  CHECK(world.viewer.shapes_lately(world.now) < 10);
+  world.run_until(Micros{3'200'000}, false);
+  CHECK(world.viewer.shapes_lately(world.now) == 0);
+}
+
+TEST_CASE("A viewer that leaves its name to the server joins beside another, under a name like it, for good", "[view]") {
+  World world;
+  std::array<std::byte, kMaxDatagramBytes> out;
+  ViewCore other("watcher", Micros{0});
+  other.tick(Micros{0});
+  const auto size = other.emit(out, Micros{0});
+  world.server.take(std::span(out).first(size), 2, Micros{0});
+  world.viewer = ViewCore("watcher", Micros{0}, {}, true);
+  world.run_until(Micros{400'000});
+  REQUIRE(world.viewer.link() == ViewLink::joined);
+  CHECK(world.viewer.welcome().station == "watcher-2");
+  world.server = ServerCore(demo::facts_of(world.body), {.instance = 12, .rate_hz = 20});
+  world.run_until(Micros{1'500'000});
+  REQUIRE(world.viewer.link() == ViewLink::joined);
+  CHECK(world.viewer.counts().joins == 2);
+  CHECK(world.viewer.welcome().station == "watcher-2");
 }
 
 TEST_CASE("A viewer that leaves says so once and then is silent", "[view]") {

@@ -69,6 +69,21 @@ TEST_CASE("what a deadband needs arrives as it was sent, and costs nothing where
   CHECK(decode(seeds::bytes_of(seeds::message(wide)), out) == WireFault::out_of_range);
 }
 
+TEST_CASE("what was added to messages later goes there and back, and is absent where it is not said") {
+  Hello hello{"hand", Role::haptic, Scheme::port, 0, ""};
+  CHECK_FALSE(round_trip(hello).alike);
+  hello.alike = true;
+  CHECK(round_trip(hello).alike);
+  Welcome welcome{"s", ContactKind::touch, 20, Vec3::Zero(), 0, 0, 0};
+  CHECK(round_trip(welcome).station.empty());
+  welcome.station = "hand-2";
+  CHECK(round_trip(welcome).station == "hand-2");
+  RoomView room;
+  CHECK_FALSE(round_trip(room).asleep);
+  room.asleep = true;
+  CHECK(round_trip(room).asleep);
+}
+
 TEST_CASE("a Hello is never smaller than the largest answer to it") {
   CHECK(seeds::bytes_of(seeds::message(Hello{"h", Role::haptic, Scheme::port, 0, ""})).size() == kHelloBytes);
   const std::string name(kMaxNameBytes, 'n');

@@ -7,12 +7,15 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <map>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "client/view/app/offscreen.hpp"
 #include "client/view/app/window.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
+#include "common/io/make_folder.hpp"
 
 namespace palpate {
 namespace {
@@ -43,14 +46,9 @@ void check_source(const CLI::App& app, const ViewOptions& options) {
 
 /// Where pictures go, before anybody waits for them.
 void check_outputs(const ViewOptions& options) {
-  std::error_code error;
-  if (!options.frames.empty() &&
-      (std::filesystem::create_directories(options.frames, error), !std::filesystem::is_directory(options.frames, error)))
-    throw InputError("--frames " + options.frames, "cannot be made", "a folder that can be written to");
-  if (options.screenshot.empty()) return;
-  const auto folder = std::filesystem::path(options.screenshot).parent_path();
-  if (!folder.empty() && !std::filesystem::is_directory(folder))
-    throw InputError("--screenshot " + options.screenshot, "has no such folder", "a file in a folder that is there");
+  if (!options.frames.empty()) make_folder("--frames " + options.frames, options.frames);
+  if (!options.screenshot.empty())
+    make_folder("--screenshot " + options.screenshot, std::filesystem::path(options.screenshot).parent_path());
 }
 
 /// What the flags' own ranges let through: "nan" lies in every range, and an unset shell variable is an empty text.
@@ -79,41 +77,77 @@ void check(const CLI::App& app, const ViewOptions& options) {
     throw InputError("--patch", "without --touch", "a hand of this viewer's own, whose patches it has");
 }
 
+/// A flag that takes one of these words; the first is the default.
+template <class Value>
+void add_choice(CLI::App& app, const char* flag, Value& value, const std::string& help,
+                const std::vector<std::pair<std::string, Value>>& choices) {
+  std::string names;
+  for (const auto& [name, choice] : choices) names += (names.empty() ? "" : "|") + name;
+  const auto choose = [flag, &value, choices, names](const std::string& typed) {
+    for (const auto& [name, choice] : choices)
+      if (name == typed) {
+        value = choice;
+        return;
+      }
+    throw InputError(std::string(flag) + " " + typed, "is unknown", "one of " + names);
+  };
+  app.add_option_function<std::string>(flag, choose, help)->type_name(names)->default_str(choices.front().first);
+}
+
 void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& light) {
   app.set_version_flag("--version", "palpate-view " PALPATE_VERSION);
-  app.add_option("--server", options.server, "HOST:PORT of palpate-server");
+  app.add_option("--server", options.server, "where palpate-server listens")->type_name("HOST:PORT");
   app.add_option("--recording", options.recording, "play this recording of palpate-server in place of a server")
       ->type_name("FILE");
   app.add_option("--at", options.at_s, "moment of the recording to begin at, in seconds")
+      ->type_name("N")
       ->capture_default_str()
       ->check(CLI::Range(0.0, kLongestS));
-  app.add_option("--station", options.station, "name of this viewer in the room")->capture_default_str();
+  app.add_option("--station", options.station,
+                 "name of this viewer, which nobody else in the room may have; without the flag it gets a number where it must")
+      ->type_name("NAME")
+      ->capture_default_str();
   app.add_option("--room", options.room, "name of the room on the server; default: its first")->type_name("NAME");
-  app.add_flag("--touch{mouse}", options.touch, "the mouse touches the body, as a station; --touch=NAME names it");
+  app.add_flag(
+      "--touch{mouse}", options.touch,
+      "the mouse touches the body, as a station; --touch=NAME names it, otherwise it is \"mouse\", with a number where it must");
   app.add_flag("--patch", options.look.patch, "with --touch: show what its patches said of the server's next frame");
   app.add_option("--record", options.record, "record what is received, to a new FILE")->type_name("FILE");
-  app.add_option("--size", size, "WIDTHxHEIGHT of window or picture, default 1280x800");
-  app.add_option("--screenshot", options.screenshot, "write one picture to FILE.png, without a display, and end");
-  app.add_option("--after-s", options.after_s, "take the first picture after so many seconds")->check(CLI::Range(0.0, kLongestS));
-  app.add_option("--frames", options.frames,
-                 "write pictures DIR/frame_NNNNN.png, without a display, for --duration-s (default 10)");
-  app.add_option("--fps", options.fps, "pictures a second with --frames")->capture_default_str()->check(CLI::Range(0.01, 60.0));
-  app.add_option("--duration-s", options.duration_s, "end after so many seconds")->check(CLI::Range(0.0, kLongestS));
-  app.add_option("--color", options.look.color, "what colours show: displacement, tension or support")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, ShapeChannel>{
-          {"displacement", ShapeChannel::position}, {"tension", ShapeChannel::tension}, {"support", ShapeChannel::support}}));
-  app.add_option("--lines", options.look.lines, "over the body: none, edges or strain")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, Lines>{{"none", Lines::none}, {"edges", Lines::edges}, {"strain", Lines::strain}}));
-  app.add_flag("--panels,!--no-panels", options.look.panels, "stations, plots and body beside the picture (default on)");
+  app.add_option("--size", size, "of window or picture")->type_name("WIDTHxHEIGHT")->default_str("1280x800");
+  app.add_option("--screenshot", options.screenshot, "write one picture, without a display, and end")->type_name("FILE.png");
+  app.add_option("--after-s", options.after_s, "take the first picture after so many seconds; default: 2, or 0 with --frames")
+      ->type_name("N")
+      ->check(CLI::Range(0.0, kLongestS));
+  app.add_option(
+         "--frames", options.frames,
+         "write pictures DIR/frame_NNNNN.png, without a display, for --duration-s (default 10; of a recording: all of it)")
+      ->type_name("DIR");
+  app.add_option("--fps", options.fps, "pictures a second with --frames")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 60.0));
+  app.add_option("--duration-s", options.duration_s, "end after so many seconds; default: when it is closed")
+      ->type_name("N")
+      ->check(CLI::Range(0.0, kLongestS));
+  add_choice(app, "--color", options.look.color,
+             "what colours show: displacement from rest, the largest force in an element, or "
+             "how far the local patches reach",
+             {{"displacement", ShapeChannel::position}, {"tension", ShapeChannel::tension}, {"support", ShapeChannel::support}});
+  add_choice(app, "--lines", options.look.lines,
+             "over the body: nothing, the edges of its triangles, or these in the colour of their strain",
+             {{"none", Lines::none}, {"edges", Lines::edges}, {"strain", Lines::strain}});
+  app.add_flag("--panels,!--no-panels", options.look.panels,
+               "stations, plots and body beside the picture, and in pictures of a recording its bar; default: they are there");
   app.add_option("--kbit-s", options.kbit_s, "most that shapes may take; 0: what the server thinks right")
+      ->type_name("N")
+      ->capture_default_str()
       ->check(CLI::Range(0, 65535));
   auto* dark = app.add_flag("--dark", options.look.dark, "light things on a dark ground");
   app.add_flag("--light", light, "dark things on a light ground (default)")->excludes(dark);
 }
 
 void watch(const ViewOptions& options) {
-  ViewSession session(options.server, options.station, options.room);
+  ViewSession session(options.server, options.station, options.room, !options.station_given);
   session.show_channel(options.look.color);
   session.core().limit(options.kbit_s);
   if (!options.record.empty()) session.record(options.record);
@@ -138,6 +172,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     if (app.count("--size") > 0) read_size(size, options);
+    options.station_given = app.count("--station") > 0;
     check_source(app, options);
     check(app, options);
     check_outputs(options);
@@ -146,7 +181,7 @@ int run(int argc, char** argv) {
     return 0;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    fmt::print(stderr, "palpate-view: {}\n", error.what());
+    fmt::print(stderr, "palpate-view: {}; see palpate-view --help\n", error.what());
     return 2;
   } catch (const InputError& error) {
     fmt::print(stderr, "palpate-view: {}\n", error.what());

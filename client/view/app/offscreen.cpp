@@ -40,7 +40,12 @@ void watch_until(Micros time, const ViewOptions& options, ViewSession& session, 
 
 Picture take_picture(const ViewOptions& options, Micros now, SceneView& view, Stage& stage) {
   view.update(now, frame_of(options));
-  return stage.photograph(view.sight(), view.caption(now), view.camera(), options.look, options.width, options.height);
+  Caption caption = view.caption(now);
+  if (caption.replay && !options.look.panels) {  // for a page: no bar to click, no words on the file
+    caption.replay.reset();
+    caption.status.clear();
+  }
+  return stage.photograph(view.sight(), caption, view.camera(), options.look, options.width, options.height);
 }
 
 std::filesystem::path frame_file(const ViewOptions& options, int number) {

@@ -10,7 +10,8 @@ namespace palpate {
 
 struct ViewOptions {
   std::string server, station = "viewer", room;
-  std::string recording;  ///< in place of a server; empty: none
+  bool station_given = false;  ///< otherwise a name like it will do
+  std::string recording;       ///< in place of a server; empty: none
   int width = 1280, height = 800;
   std::string touch;                       ///< name of the mouse's station; empty: look only
   std::string screenshot, frames, record;  ///< empty: none

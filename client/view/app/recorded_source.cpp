@@ -41,7 +41,7 @@ Caption RecordedSource::caption(Micros now, const std::vector<ToolView>&) {
   Caption caption{head.name, "", ""};
   const std::chrono::sys_seconds made{std::chrono::duration_cast<std::chrono::seconds>(head.unix_time)};
   caption.status = channel_ == ShapeChannel::position
-                       ? fmt::format("recorded {:%Y-%m-%d %H:%M} UTC    {:g} shapes a second    {} triangles", made,
+                       ? fmt::format("recorded {:%Y-%m-%d %H:%M} UTC    {:.3g} shapes a second    {} triangles", made,
                                      head.shapes_hz, scene_.mesh().triangles.size())
                        : "neither tensions nor the reach of patches are recorded: colours show displacement";
   caption.panels = {

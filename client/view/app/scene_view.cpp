@@ -13,9 +13,12 @@ bool SceneView::update(Micros now, const Frame& frame, const ToolView* own) {
     scales_ = source_.scales();
     hues_ = source_.hues();
     closed_ = is_closed(source_.mesh().triangles);
+    gauge_ = DepthGauge(source_.mesh().triangles, source_.rest());
     fit(frame);
   }
   hues_.see(moment_.tools);
+  depths_.clear();
+  for (const ToolView& tool : moment_.tools) depths_.push_back(tool.contact ? gauge_.at(tool.position) : 0);
   tool_hues_ = hues_of(moment_.tools, hues_.stations());
   const Shape& shape = moment_.shape;
   scales_.see(source_.mesh().triangles, shape.positions, source_.rest(), moment_.tools, shape.channel, shape.shade);
@@ -51,6 +54,7 @@ Sight SceneView::sight() const {
           .shade = moment_.shape.shade,
           .vertices = source_.mesh().vertices,
           .tools = moment_.tools,
+          .depths = depths_,
           .hues = tool_hues_,
           .pins = pins_,
           .pin_triangles = foresight_ ? std::span<const Triangle>(foresight_->triangles) : std::span<const Triangle>(),

@@ -33,6 +33,8 @@ class SceneView {
   ViewMoment moment_;
   Scales scales_;
   Hues hues_;
+  DepthGauge gauge_;
+  std::vector<float> depths_;
   std::vector<std::size_t> tool_hues_;
   Camera camera_;
   std::optional<Foresight> foresight_;

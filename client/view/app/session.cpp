@@ -47,8 +47,8 @@ bool told_to_end() { return g_end != 0; }
 
 Micros now_us() { return std::chrono::duration_cast<Micros>(std::chrono::steady_clock::now().time_since_epoch()); }
 
-ViewSession::ViewSession(const std::string& server, const std::string& station, const std::string& room)
-    : server_(server), core_(station, now_us(), room) {
+ViewSession::ViewSession(const std::string& server, const std::string& station, const std::string& room, bool alike)
+    : server_(server), core_(station, now_us(), room, alike) {
   const udp::endpoint endpoint = resolve(io_, server);
   socket_.open(endpoint.protocol());
   socket_.connect(endpoint);
@@ -126,24 +126,44 @@ void ViewSession::pump_until(Micros time) {
   }
 }
 
+bool ViewSession::show(Micros now, ViewMoment& moment) {
+  if (!core_.show(now, moment)) return false;
+  if (!core_.heard_lately(now)) moment.tools.clear();
+  return true;
+}
+
 void ViewSession::remember(Micros now, const std::vector<ToolView>& tools) {
-  for (const ToolView& tool : tools) forces_.add(now, tool.station, static_cast<float>(tool.force.norm()));
-  for (const StationView& station : core_.room().stations)
-    patch_ages_.add(now, station.station, static_cast<float>(1e3 * seconds(station.patch_age)));
+  if (core_.heard_lately(now)) {
+    for (const ToolView& tool : tools) forces_.add(now, tool.station, static_cast<float>(tool.force.norm()));
+    for (const StationView& station : core_.room().stations)
+      patch_ages_.add(now, station.station, static_cast<float>(1e3 * seconds(station.patch_age)));
+  }
   forces_.forget(now);
   patch_ages_.forget(now);
+}
+
+std::string ViewSession::status(Micros now) const {
+  if (core_.link() != ViewLink::joined) return "server lost, showing its last shape";
+  if (!core_.heard_lately(now))
+    return fmt::format("no word from the server for {:.1f} s, showing its last shape", seconds(core_.silence(now)));
+  const int shapes = core_.shapes_lately(now);
+  const std::string body = fmt::format("{} triangles", core_.mesh().triangles.size());
+  if (shapes == 0 || core_.room().asleep) return body + "    at rest";
+  return fmt::format("{}    {} shape{} in the last second, shown {:.0f} ms late", body, shapes, shapes == 1 ? "" : "s",
+                     1e3 * seconds(core_.lateness(now)));
 }
 
 Caption ViewSession::caption(Micros now, const std::vector<ToolView>& tools) {
   if (core_.link() == ViewLink::refused) return {"refused", core_.refusal(), ""};
   if (!core_.ready()) return {"palpate", "waiting for " + server_, ""};
   remember(now, tools);
-  Caption caption{core_.welcome().scene, "server lost, showing its last shape", ""};
-  caption.panels = {.room = &core_.room(), .forces = &forces_, .patch_ages = &patch_ages_, .stations = {}, .now = now};
-  if (core_.link() != ViewLink::joined) return caption;
-  caption.status =
-      fmt::format("{:.0f} shapes a second, shown {:.0f} ms late    {} triangles", 1 / seconds(core_.playback().period()),
-                  1e3 * seconds(core_.lateness(now)), core_.mesh().triangles.size());
+  Caption caption{core_.welcome().scene, status(now), ""};
+  caption.panels = {.room = &core_.room(),
+                    .holds = core_.heard_lately(now),
+                    .forces = &forces_,
+                    .patch_ages = &patch_ages_,
+                    .stations = {},
+                    .now = now};
   if (!record_note_.empty()) caption.status += "    " + record_note_;
   return caption;
 }

@@ -17,7 +17,8 @@ Micros now_us();
 class ViewSession : public ViewSource {
  public:
   /// `server` is HOST:PORT. Throws InputError when it does not parse or the host does not resolve.
-  ViewSession(const std::string& server, const std::string& station, const std::string& room);
+  /// `alike`: another name like `station` will do where that is taken.
+  ViewSession(const std::string& server, const std::string& station, const std::string& room, bool alike);
   ~ViewSession() override;
 
   /// Everything that is due: datagrams in, the core's clock, datagrams out. Never blocks.
@@ -28,7 +29,8 @@ class ViewSession : public ViewSource {
   const BodyMesh& mesh() const override { return core_.mesh(); }
   const std::vector<Vec3f>& rest() const override { return core_.rest(); }
   std::uint64_t mesh_version() const override { return core_.mesh_version(); }
-  bool show(Micros now, ViewMoment& moment) override { return core_.show(now, moment); }
+  /// Without tools while the server is silent: where they are then, and what they feel, nobody knows.
+  bool show(Micros now, ViewMoment& moment) override;
   void show_channel(ShapeChannel channel) override { core_.show_channel(channel); }
   Scales scales() const override { return {}; }
   Hues hues() const override { return {}; }
@@ -45,6 +47,7 @@ class ViewSession : public ViewSource {
  private:
   void pump_recording();
   void remember(Micros now, const std::vector<ToolView>& tools);
+  std::string status(Micros now) const;
 
   std::string server_;
   asio::io_context io_;

@@ -12,6 +12,7 @@ constexpr double kFeltN = 1e-3;  // below it the tool counts as free
 ClientOptions options_of(const std::string& station, const std::string& room) {
   ClientOptions options;
   options.hello.station = station;
+  options.hello.alike = station == TouchStation::kName;
   options.hello.room = room;
   options.guard.force_max_n = MouseDevice::kForceMaxN;
   return options;
@@ -34,6 +35,7 @@ TouchStation::~TouchStation() {
 
 void TouchStation::poll() {
   const ClientStatus status = udp_.status();
+  if (status.link == LinkState::joined) tool_.station = status.welcome.station;
   if (!loop_ && status.link == LinkState::joined && status.clock_locked) {
     mouse_ = std::make_unique<MouseDevice>(status.welcome.home);
     tool_.position = status.welcome.home;

@@ -14,6 +14,7 @@ namespace palpate {
 
 class TouchStation {
  public:
+  static constexpr const char* kName = "mouse";  ///< which gets a number where another has it
   /// Throws InputError when the server's name is not HOST:PORT or does not resolve.
   TouchStation(const std::string& server, const std::string& station, const std::string& room);
   ~TouchStation();

@@ -1,0 +1,99 @@
+"""Starts the programs as a first user does.
+
+usage: check_programs.py FOLDER_OF_PROGRAMS FOLDER_OF_SCENES
+"""
+
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+SKIPPED = 77
+PATIENCE_S = 120
+
+
+def run(programs, name, *arguments):
+    return subprocess.run([programs / name, *map(str, arguments)], capture_output=True, text=True, timeout=PATIENCE_S)
+
+
+class Room:
+    """A server that records into a folder which is not there yet."""
+
+    def __init__(self, programs, scene, recording):
+        self.server = subprocess.Popen([programs / "palpate-server", "--scene", scene, "--listen", "127.0.0.1:0", "--record", recording],
+                                       stdout=subprocess.PIPE, text=True)
+        self.address = re.search(r"at (127\.0\.0\.1:\d+)", self.server.stdout.readline()).group(1)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.server.send_signal(signal.SIGTERM)
+        self.server.communicate()
+
+
+def check_helps(programs):
+    for name in ("palpate-server", "palpate-client", "palpate-view"):
+        done = run(programs, name, "--help")
+        assert done.returncode == 0 and "->" not in done.stdout, f"{name} --help: {done.stdout}"
+        wrong = run(programs, name, "--colour", "red")
+        assert wrong.returncode == 2 and f"{name} --help" in wrong.stderr, f"{name} names another help: {wrong.stderr}"
+    wrong = run(programs, "palpate-view", "--server", "127.0.0.1:9", "--color", "temperature")
+    assert wrong.returncode == 2 and "one of displacement|tension|support" in wrong.stderr, wrong.stderr
+
+
+def check_two_viewers(programs, room, work):
+    """Both with the default name, at once, into folders that are not there."""
+    pictures = [work / side / "of" / "it.png" for side in ("one", "other")]
+    viewers = [subprocess.Popen([programs / "palpate-view", "--server", room.address, "--size", "320x200", "--screenshot", picture],
+                                stderr=subprocess.PIPE, text=True) for picture in pictures]
+    for viewer, picture in zip(viewers, pictures):
+        complaint = viewer.communicate(timeout=PATIENCE_S)[1]
+        if viewer.returncode == 1 and ("EGL" in complaint or "OpenGL" in complaint):
+            print("skipped:", complaint.strip())
+            sys.exit(SKIPPED)
+        assert viewer.returncode == 0 and picture.exists(), complaint
+    there = work / "a file"
+    there.write_text("precious")
+    done = run(programs, "palpate-view", "--server", room.address, "--screenshot", there / "it.png")
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and "cannot be made" in done.stderr, done.stderr
+
+
+def check_two_hands(programs, scenes, room):
+    """The second beside the first, and both for longer than their motion of 4 s."""
+    begun = time.monotonic()
+    hands = []
+    for device in ("sim", "replay"):
+        hands.append(subprocess.Popen([programs / "palpate-client", "--server", room.address, "--device", device, "--motion",
+                                       scenes / "motions" / "press.csv", "--duration-s", "7", "--realtime", "off"],
+                                      stdout=subprocess.PIPE, text=True))
+        for line in hands[-1].stdout:
+            if line.startswith("joined"):
+                break
+        assert ("as hand-2" in line) == (device == "replay"), line
+    strict = run(programs, "palpate-client", "--server", room.address, "--station", "hand-2", "--duration-s", "1.5", "--realtime", "off")
+    assert strict.returncode == 1 and 'station "hand-2" is in the room already' in strict.stderr, strict.stderr
+    for hand in hands:
+        said = hand.communicate(timeout=PATIENCE_S)[0]
+        assert hand.returncode == 0 and time.monotonic() - begun > 6.9, said
+        assert "the motion has ended: the hand holds still until 7 s are over" in said, said
+        used, received = map(int, re.search(r"patches +(\d+) used of (\d+) received", said).groups())
+        assert 0 < used <= received, said
+
+
+def main():
+    programs, scenes = map(pathlib.Path, sys.argv[1:])
+    check_helps(programs)
+    with tempfile.TemporaryDirectory() as name:
+        work = pathlib.Path(name)
+        with Room(programs, scenes / "touch-cube.json", work / "not" / "there" / "session.rec") as room:
+            check_two_viewers(programs, room, work)
+            check_two_hands(programs, scenes, room)
+        assert (work / "not" / "there" / "session.rec").stat().st_size > 0
+
+
+if __name__ == "__main__":
+    main()
