@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "bench/lab/experiments.hpp"
+#include "bench/lab/fidelity_json.hpp"
 #include "bench/lab/link_flags.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
@@ -18,7 +19,7 @@ namespace {
 
 constexpr double kPullN = 0.07;  ///< one step of a Phantom's force
 
-struct Flags {
+struct HapticFlags {
   std::string scene, motion, out;
   LinkFlags link;
 };
@@ -54,7 +55,7 @@ Motion touch_motion(const Vec3& home) {
   return Motion(std::move(points), "touch");
 }
 
-struct Display {
+struct HapticDisplay {
   Scheme scheme = Scheme::port;
   ReplayResult run;
   std::vector<Vec3> low_rate;  ///< force of the newest frame, held, tick by tick
@@ -81,7 +82,7 @@ int onset(std::size_t count, const Force& force) {
   return -1;
 }
 
-Display show(const Scene& scene, const Motion& motion, const LinkFlags& link, Scheme scheme) {
+HapticDisplay show(const Scene& scene, const Motion& motion, const LinkFlags& link, Scheme scheme) {
   ReplayOptions options;
   options.scheme = scheme;
   options.rate_hz = link.rate_hz;
@@ -89,7 +90,7 @@ Display show(const Scene& scene, const Motion& motion, const LinkFlags& link, Sc
   options.seed = link.seed;
   options.compute = from_seconds(link.compute_ms * 1e-3);
   options.simulated_device = true;
-  Display d;
+  HapticDisplay d;
   d.scheme = scheme;
   d.run = replay(scene, motion, options, stopwatch_ns);
   d.low_rate = held(d.run);
@@ -104,7 +105,7 @@ Display show(const Scene& scene, const Motion& motion, const LinkFlags& link, Sc
   return d;
 }
 
-void write_display(const std::filesystem::path& file, const Display& d) {
+void write_display(const std::filesystem::path& file, const HapticDisplay& d) {
   std::string csv =
       "t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,fx_low_rate_n,fy_low_rate_n,fz_low_rate_n,fx_ref_n,fy_ref_n,fz_ref_n,contact\n";
   for (std::size_t i = 0; i < d.run.ticks.size(); ++i) {
@@ -119,21 +120,18 @@ void write_display(const std::filesystem::path& file, const Display& d) {
 }
 
 Json numbers(const Fidelity& f, int onset_ms, int reference_onset_ms) {
-  return {{"snr_db", f.snr_db},
-          {"rel_rms", f.rel_rms},
-          {"p95_rel_error", f.p95_rel_error},
-          {"lag_ms", f.lag_ms},
-          {"force_step_max_n", f.force_step_max_n},
-          {"onset_error_ms", onset_ms - reference_onset_ms}};
+  Json json = fidelity_json(f);
+  if (f.contact_ticks > 0) json["onset_error_ms"] = onset_ms - reference_onset_ms;
+  return json;
 }
 
-std::vector<Display> run_experiment(const Scene& scene, const Motion& motion, const LinkFlags& link,
-                                    const std::filesystem::path& out) {
-  std::vector<Display> displays;
+std::vector<HapticDisplay> run_experiment(const Scene& scene, const Motion& motion, const LinkFlags& link,
+                                          const std::filesystem::path& out) {
+  std::vector<HapticDisplay> displays;
   Json json;
   for (const Scheme scheme : {Scheme::ring, Scheme::port}) {
     displays.push_back(show(scene, motion, link, scheme));
-    const Display& d = displays.back();
+    const HapticDisplay& d = displays.back();
     write_display(out / fmt::format("{}.csv", name_of(scheme)), d);
     json[std::string(name_of(scheme))] = {{"pull_max_n", d.pull_max_n},
                                           {"displayed", numbers(d.run.fidelity, d.onset_ms, d.reference_onset_ms)},
@@ -143,9 +141,9 @@ std::vector<Display> run_experiment(const Scene& scene, const Motion& motion, co
   return displays;
 }
 
-void plot(const std::filesystem::path& out, const std::vector<Display>& displays, const LinkFlags& link) {
+void plot(const std::filesystem::path& out, const std::vector<HapticDisplay>& displays, const LinkFlags& link) {
   std::vector<Panel> panels;
-  for (const Display& d : displays) {
+  for (const HapticDisplay& d : displays) {
     const auto csv = out / fmt::format("{}.csv", name_of(d.scheme));
     panels.push_back({fmt::format("{}: normal force [N]", name_of(d.scheme)),
                       {{"1:13", "1 kHz full model", 0, csv},
@@ -160,10 +158,10 @@ void plot(const std::filesystem::path& out, const std::vector<Display>& displays
            {.setup = fmt::format("set xrange [{}:{}]", onset_s - 0.03, onset_s + 0.15)});
 }
 
-void print(const std::vector<Display>& displays) {
+void print(const std::vector<HapticDisplay>& displays) {
   fmt::print("\n  {:<22} {:>9} {:>10} {:>9} {:>18} {:>11}\n", "force", "SNR [dB]", "error [%]", "lag [ms]", "largest step [N]",
              "onset [ms]");
-  for (const Display& d : displays) {
+  for (const HapticDisplay& d : displays) {
     const auto line = [&](const std::string& name, const Fidelity& f, int onset_ms) {
       fmt::print("  {:<22} {:>9.1f} {:>10.1f} {:>9} {:>18.3f} {:>+11}\n", name, f.snr_db, 100 * f.rel_rms, f.lag_ms,
                  f.force_step_max_n, onset_ms - d.reference_onset_ms);
@@ -174,11 +172,18 @@ void print(const std::vector<Display>& displays) {
   fmt::print("\n");
 }
 
-int run_haptic(const Flags& flags) {
+int run_haptic(const HapticFlags& flags) {
   const Scene scene = flags.scene.empty() ? paper_cube(ContactKind::touch) : load_scene(flags.scene);
   const Motion motion = flags.motion.empty() ? touch_motion(home_of(scene)) : read_motion(flags.motion);
   const auto out = make_output_folder(flags.out);
   const auto displays = run_experiment(scene, motion, flags.link, out);
+  for (const auto& d : displays)
+    if (d.run.fidelity.contact_ticks == 0) {
+      std::vector<Vec3> path;
+      for (const ReplayTick& tick : d.run.ticks) path.push_back(tick.position);
+      fmt::print(stderr, "palpate-lab: {}, {}\n", name_of(d.scheme), no_contact(scene, path));
+      return 1;
+    }
   plot(out, displays, flags.link);
   print(displays);
   fmt::print("{}\n", (out / "summary.json").string());
@@ -192,7 +197,7 @@ std::string words(const Fidelity& f) {
 }  // namespace
 
 void add_haptic(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<HapticFlags>();
   CLI::App* c = app.add_subcommand(
       "haptic", "a Phantom in a hand touches a body: low-rate force, displayed force (figure 17 of the paper)");
   c->add_option("--scene", flags->scene, "scene file (JSON); without: the cube of scenes/cube6.json, touched");
@@ -217,7 +222,7 @@ PaperSection paper_haptic(const std::filesystem::path& folder, bool /*quick: it 
       "off and taps. The full model runs at 20 Hz, the display at 1 kHz, contact is unilateral with friction. Beside both: the "
       "full "
       "model stepped at 1 kHz or finer along the very path that the tool took.";
-  const Display &ring = displays[0], &port = displays[1];
+  const HapticDisplay &ring = displays[0], &port = displays[1];
   const auto low = ring.low_rate_fidelity.force_step_max_n, high = ring.run.fidelity.force_step_max_n;
   s.findings = {
       {"force of the low-rate model", "a staircase (dashed line)", words(ring.low_rate_fidelity), Verdict::agrees, ""},

@@ -19,22 +19,22 @@
 namespace palpate {
 namespace {
 
-struct Flags {
+struct MaskingFlags {
   std::string out, route, scenes = "scenes";
   std::vector<std::string> schemes, axes;
   bool quick = false;
   ShardFlags shards;
 };
 
-using Cells = std::vector<MaskingCell>;
+using MaskingCells = std::vector<MaskingCell>;
 
-Cells those(const Cells& cells, const std::function<bool(const MaskingCell&)>& wanted) {
-  Cells chosen;
+MaskingCells those(const MaskingCells& cells, const std::function<bool(const MaskingCell&)>& wanted) {
+  MaskingCells chosen;
   std::copy_if(cells.begin(), cells.end(), std::back_inserter(chosen), wanted);
   return chosen;
 }
 
-double median(const Cells& cells, const std::function<double(const MaskingCell&)>& value) {
+double median(const MaskingCells& cells, const std::function<double(const MaskingCell&)>& value) {
   std::vector<double> values;
   for (const MaskingCell& c : cells) values.push_back(value(c));
   return percentile(std::move(values), 0.5);
@@ -48,12 +48,12 @@ struct Digest {
   double onset_median_ms = 0, step_worst_n = 0, step_within = 1, felt_worst_n = 0, felt_within = 1, uplink_bytes_s = 0;
 };
 
-Digest digest(const Cells& cells) {
+Digest digest(const MaskingCells& cells) {
   Digest d;
   d.snr_db = median(cells, [](const MaskingCell& c) { return c.snr_db; });
   d.p95_over_jnd = median(cells, [](const MaskingCell& c) { return c.p95_over_jnd; });
   double step_within = 0, felt_within = 0;
-  Cells met;
+  MaskingCells met;
   for (const MaskingCell& c : cells) {
     d.swaps += c.hand_over.swaps;
     step_within += c.hand_over.share_within * static_cast<double>(c.hand_over.swaps);
@@ -86,7 +86,7 @@ constexpr Axis kAxes[] = {{"rtt", "round trip [ms]", &MaskingLink::rtt_ms, 0},
                           {"burst", "datagrams lost in runs of 4 (mean), each way [%]", &MaskingLink::loss_pct, kBurstMean}};
 
 /// The cells along one axis through (rtt, no jitter, no loss).
-Cells along(const Cells& cells, const Axis& axis, double rtt_ms) {
+MaskingCells along(const MaskingCells& cells, const Axis& axis, double rtt_ms) {
   return those(cells, [&](const MaskingCell& c) {
     MaskingLink l = c.link;
     if (l.loss_pct > 0 && l.burst != axis.burst) return false;
@@ -95,7 +95,7 @@ Cells along(const Cells& cells, const Axis& axis, double rtt_ms) {
   });
 }
 
-void plot_axis(const std::filesystem::path& out, const Axis& axis, const Cells& cells, double rtt_ms) {
+void plot_axis(const std::filesystem::path& out, const Axis& axis, const MaskingCells& cells, double rtt_ms) {
   std::set<double> xs;
   std::vector<Scheme> schemes;
   for (const MaskingCell& c : cells) {
@@ -112,7 +112,7 @@ void plot_axis(const std::filesystem::path& out, const Axis& axis, const Cells& 
   for (const double x : xs) {
     fmt::format_to(std::back_inserter(csv), "{:g}", x);
     for (const Scheme s : schemes) {
-      const Cells here = those(cells, [&](const MaskingCell& c) { return c.scheme == s && c.link.*axis.value == x; });
+      const MaskingCells here = those(cells, [&](const MaskingCell& c) { return c.scheme == s && c.link.*axis.value == x; });
       if (here.empty()) {
         csv += ",nan,nan,nan,nan,nan";
         continue;
@@ -170,7 +170,7 @@ struct Drops {
   std::size_t count = 0;
 };
 
-Drops drops_of(const Cells& lossy, const Cells& clean) {
+Drops drops_of(const MaskingCells& lossy, const MaskingCells& clean) {
   Drops drops;
   for (const MaskingCell& c : lossy)
     for (const MaskingCell& twin : clean) {
@@ -186,7 +186,7 @@ Drops drops_of(const Cells& lossy, const Cells& clean) {
   return drops;
 }
 
-Json promise(const Cells& cells, double rtt_ms) {
+Json promise(const MaskingCells& cells, double rtt_ms) {
   const auto at = [&](Scheme scheme, double jitter_ms, double loss_pct) {
     return those(cells, [&](const MaskingCell& c) {
       return c.scheme == scheme && c.link.rtt_ms == rtt_ms && c.link.jitter_ms == jitter_ms && c.link.loss_pct == loss_pct &&
@@ -202,7 +202,7 @@ Json promise(const Cells& cells, double rtt_ms) {
   Json json;
   for (std::size_t k = 0; k < kSchemeNames.size(); ++k) {
     const auto scheme = static_cast<Scheme>(k);
-    const Cells lossy = at(scheme, kPromisedJitterMs, kPromisedLossPct), clean = at(scheme, kPromisedJitterMs, 0);
+    const MaskingCells lossy = at(scheme, kPromisedJitterMs, kPromisedLossPct), clean = at(scheme, kPromisedJitterMs, 0);
     if (lossy.empty() || clean.empty()) continue;
     const Digest d = digest(lossy);
     const double calm_db = digest(at(scheme, 0, 0)).snr_db, clean_db = digest(clean).snr_db;
@@ -234,8 +234,8 @@ Json promise(const Cells& cells, double rtt_ms) {
   return json;
 }
 
-void port_by_body(const Cells& cells, double rtt_ms) {
-  const Cells port = those(cells, [&](const MaskingCell& c) {
+void port_by_body(const MaskingCells& cells, double rtt_ms) {
+  const MaskingCells port = those(cells, [&](const MaskingCell& c) {
     return c.scheme == Scheme::port && c.link.rtt_ms == rtt_ms && c.link.jitter_ms == kPromisedJitterMs;
   });
   if (port.empty()) return;
@@ -254,7 +254,7 @@ void port_by_body(const Cells& cells, double rtt_ms) {
   }
 }
 
-void report(const Cells& cells, const std::filesystem::path& out, double rtt_ms) {
+void report(const MaskingCells& cells, const std::filesystem::path& out, double rtt_ms) {
   for (const Axis& axis : kAxes) plot_axis(out, axis, along(cells, axis, rtt_ms), rtt_ms);
   Json summary{{"cells", cells.size()}, {"rtt_ms", rtt_ms}, {"jitter_ms", kPromisedJitterMs}, {"loss_pct", kPromisedLossPct}};
   summary["schemes"] = promise(cells, rtt_ms);
@@ -264,13 +264,13 @@ void report(const Cells& cells, const std::filesystem::path& out, double rtt_ms)
 }
 
 int merge(const std::filesystem::path& out, double rtt_ms) {
-  const Cells cells = merged_cells(out, read_cells);
+  const MaskingCells cells = merged_cells(out, read_cells);
   write_text(out / "cells.csv", cells_csv(cells));
   report(cells, out, rtt_ms);
   return 0;
 }
 
-int run_masking(const Flags& flags) {
+int run_masking(const MaskingFlags& flags) {
   MaskingGrid grid;
   grid.quick = flags.quick;
   grid.scenes = flags.scenes;
@@ -288,13 +288,10 @@ int run_masking(const Flags& flags) {
   const Shard shard = Shard::from(flags.shards.shard);
   const auto out = make_output_folder(flags.out);
   if (flags.shards.merge) return merge(out, grid.rtt_ms);
-  const Cells all = masking_cells(grid);
-  Cells cells = shard.part_of(all);
+  const MaskingCells all = masking_cells(grid);
+  MaskingCells cells = shard.part_of(all);
   fmt::print("{} runs of {}\n", cells.size(), all.size());
-  measure_cells(grid, cells, flags.shards.jobs, [&](std::size_t done) {
-    if (done % 100 == 0) fmt::print("{} of {}\n", done, cells.size());
-    std::fflush(stdout);
-  });
+  measure_cells(grid, cells, flags.shards.jobs);
   const auto file = shard.file(out);
   write_text(file, cells_csv(cells));
   if (shard.of > 1)
@@ -307,7 +304,7 @@ int run_masking(const Flags& flags) {
 }  // namespace
 
 void add_masking(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<MaskingFlags>();
   CLI::App* c = app.add_subcommand(
       "masking", "what the hand notices of the network: force error, onset of contact, steps at swaps, for every scheme");
   c->add_option("--route", flags->route,

@@ -15,13 +15,13 @@
 namespace palpate {
 namespace {
 
-struct Flags {
+struct ParetoFlags {
   std::string out, scenes = "scenes", only;
   bool quick = false;
   ShardFlags shards;
 };
 
-using Cells = std::vector<ParetoCell>;
+using ParetoCells = std::vector<ParetoCell>;
 
 struct Cost {
   const char *name, *label;
@@ -34,11 +34,11 @@ constexpr Cost kPatchCosts[] = {{"bytes", "bytes a frame", &ParetoCell::bytes},
 
 struct Group {
   std::string name;
-  Cells cells;
+  ParetoCells cells;
 };
 
-/// Cells of one picture, in the order in which they first appear.
-std::vector<Group> groups_of(const Cells& cells) {
+/// ParetoCells of one picture, in the order in which they first appear.
+std::vector<Group> groups_of(const ParetoCells& cells) {
   std::vector<Group> groups;
   for (const ParetoCell& c : cells) {
     const auto known = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.name == group_of(c); });
@@ -48,7 +48,7 @@ std::vector<Group> groups_of(const Cells& cells) {
 }
 
 /// cost against error [%]: a file for each method, and one for the front.
-std::filesystem::path write_points(const std::filesystem::path& out, const std::string& name, const Cells& cells,
+std::filesystem::path write_points(const std::filesystem::path& out, const std::string& name, const ParetoCells& cells,
                                    const std::vector<std::size_t>& which, double ParetoCell::*cost) {
   std::string csv = "cost,error_pct\n";
   for (const std::size_t i : which)
@@ -61,8 +61,7 @@ std::filesystem::path write_points(const std::filesystem::path& out, const std::
 }
 
 GridPanel panel_of(const std::filesystem::path& out, const Group& group, const Cost& cost) {
-  GridPanel panel{
-      group.name, cost.label, "error of the force [%]", {}, "set logscale xy\nset format xy '%g'\nset key maxrows 3\n"};
+  GridPanel panel{group.name, cost.label, "error of the force [%]", {}, "set logscale xy\nset format xy '%g'\n"};
   panel.curves.push_back(
       {"1:2", "front", 0,
        write_points(out, group.name + "-front-" + cost.name, group.cells, pareto_front(group.cells, cost.value), cost.value),
@@ -77,7 +76,7 @@ GridPanel panel_of(const std::filesystem::path& out, const Group& group, const C
     panel.curves.push_back(
         {"1:2", methods[m], static_cast<int>(m) + 1,
          write_points(out, fmt::format("{}-{}-{}", group.name, methods[m], cost.name), group.cells, which, cost.value),
-         "points pt 7 ps 0.7"});
+         "points ps 0.9"});
   }
   return panel;
 }
@@ -91,18 +90,20 @@ void draw(const std::filesystem::path& out, const std::vector<Group>& groups) {
       for (const Cost& cost : kPatchCosts) patches.push_back(panel_of(out, group, cost));
   }
   constexpr int kColumns = 3;
-  if (!bodies.empty()) plot_grid(out / "pareto-bodies.svg", "Bodies pushed by 10 mm: error against run time", kColumns, bodies);
-  if (!patches.empty()) plot_grid(out / "pareto-patches.svg", "Patches: error against what they cost", kColumns, patches);
+  if (!bodies.empty())
+    plot_grid_with_one_legend(out / "pareto-bodies.svg", "Bodies pushed by 10 mm: error against run time", kColumns, bodies);
+  if (!patches.empty())
+    plot_grid_with_one_legend(out / "pareto-patches.svg", "Patches: error against what they cost", kColumns, patches);
 }
 
 /// For each cell whether it is on the front.
-std::vector<bool> on_front(const Cells& cells, double ParetoCell::*cost) {
+std::vector<bool> on_front(const ParetoCells& cells, double ParetoCell::*cost) {
   std::vector<bool> on(cells.size(), false);
   for (const std::size_t i : pareto_front(cells, cost)) on[i] = true;
   return on;
 }
 
-void print_bodies(const Cells& cells, Json& points) {
+void print_bodies(const ParetoCells& cells, Json& points) {
   fmt::print("  {:<36} {:>9} {:>10} {:>11}\n", "palpate-lab pareto --only ...", "error %", "ms a s", "x real time");
   const std::vector<bool> front = on_front(cells, kBodyCost.value);
   for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -116,7 +117,7 @@ void print_bodies(const Cells& cells, Json& points) {
   }
 }
 
-void print_patches(const Cells& cells, Json& points) {
+void print_patches(const ParetoCells& cells, Json& points) {
   fmt::print("  {:<36} {:>9} {:>8} {:>11} {:>9}\n", "palpate-lab pareto --only ...", "error %", "bytes", "server ms", "tick us");
   std::array<std::vector<bool>, std::size(kPatchCosts)> fronts;
   for (std::size_t k = 0; k < fronts.size(); ++k) fronts[k] = on_front(cells, kPatchCosts[k].value);
@@ -139,7 +140,7 @@ Json print(const Group& group) {
   return points;
 }
 
-void report(const Cells& cells, const std::filesystem::path& out) {
+void report(const ParetoCells& cells, const std::filesystem::path& out) {
   const std::vector<Group> groups = groups_of(cells);
   draw(out, groups);
   Json summary;
@@ -150,23 +151,20 @@ void report(const Cells& cells, const std::filesystem::path& out) {
       (out / "summary.json").string());
 }
 
-int run_pareto(const Flags& flags) {
+int run_pareto(const ParetoFlags& flags) {
   const Shard shard = Shard::from(flags.shards.shard);
   const ParetoGrid grid{flags.scenes, flags.quick};
   const auto out = make_output_folder(flags.out);
-  Cells cells;
+  ParetoCells cells;
   if (flags.shards.merge) {
     cells = merged_cells(out, read_pareto_cells);
     write_text(out / "cells.csv", cells_csv(cells));
     report(cells, out);
     return 0;
   }
-  cells = flags.only.empty() ? shard.part_of(pareto_cells(grid)) : Cells{pareto_cell_from(flags.only, "--only")};
+  cells = flags.only.empty() ? shard.part_of(pareto_cells(grid)) : ParetoCells{pareto_cell_from(flags.only, "--only")};
   fmt::print("{} points\n", cells.size());
-  measure_cells(grid, cells, flags.shards.jobs, [&](std::size_t done) {
-    if (done % 10 == 0) fmt::print("{} of {}\n", done, cells.size());
-    std::fflush(stdout);
-  });
+  measure_cells(grid, cells, flags.shards.jobs);
   write_text(shard.file(out), cells_csv(cells));
   if (shard.of == 1) report(cells, out);
   return 0;
@@ -175,7 +173,7 @@ int run_pareto(const Flags& flags) {
 }  // namespace
 
 void add_pareto(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<ParetoFlags>();
   CLI::App* c = app.add_subcommand(
       "pareto", "error against run time: bodies and integrators, schemes and states, and which no other beats");
   c->add_option("--scenes", flags->scenes, "folder of the scenes")->capture_default_str();

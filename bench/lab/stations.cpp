@@ -9,6 +9,7 @@
 #include "bench/lab/link_flags.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
+#include "bench/lab/progress.hpp"
 #include "bench/measure/replay.hpp"
 #include "bench/measure/tools_apart.hpp"
 #include "common/base/error.hpp"
@@ -16,7 +17,7 @@
 namespace palpate {
 namespace {
 
-struct Flags {
+struct StationsFlags {
   std::string scene, scheme = "port", out;
   int stations = 2, order = 0;
   double apart_mm = 20, duration_s = 4;
@@ -36,8 +37,9 @@ void write_forces(const std::filesystem::path& file, const std::vector<ReplayRes
   write_text(file, csv);
 }
 
-int run_stations(const Flags& flags) {
-  const ReplayOptions options = replay_options(flags.scheme, flags.order, flags.link);
+int run_stations(const StationsFlags& flags) {
+  ReplayOptions options = replay_options(flags.scheme, flags.order, flags.link);
+  options.progress = show_progress();
   const Scene scene = load_scene(flags.scene);
   if (scene.tool.contact != ContactKind::touch)
     throw InputError(flags.scene, "has tools that attach to one node", "a scene with \"contact\": \"touch\"");
@@ -81,7 +83,7 @@ int run_stations(const Flags& flags) {
 }  // namespace
 
 void add_stations(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<StationsFlags>();
   CLI::App* c = app.add_subcommand("stations", "several hands on one body: what each feels of the others, and what it costs");
   c->add_option("--scene", flags->scene, "scene file (JSON) with touch contact")->required();
   c->add_option("--stations", flags->stations, "hands on the body")->check(CLI::Range(1, kMaxStations))->capture_default_str();

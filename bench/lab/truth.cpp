@@ -20,25 +20,25 @@ namespace {
 constexpr double kJndLimit = kForceJnd, kHundredth = 0.01;
 constexpr double kFirmRttMs = 150;  // of the costs that are printed
 
-struct Flags {
+struct TruthFlags {
   std::string out, scenes = "scenes";
   std::vector<std::string> only, schemes;
   bool quick = false;
   ShardFlags shards;
 };
 
-using Cells = std::vector<TruthCell>;
+using TruthCells = std::vector<TruthCell>;
 
 bool same_curve(const TruthCell& a, const TruthCell& b) { return a.scene == b.scene && a.scheme == b.scheme && a.row == b.row; }
 
-/// Cells by curve, in the order in which the curves first appear.
-std::vector<Cells> curves_of(const Cells& cells) {
-  std::vector<Cells> curves;
+/// TruthCells by curve, in the order in which the curves first appear.
+std::vector<TruthCells> curves_of(const TruthCells& cells) {
+  std::vector<TruthCells> curves;
   for (const TruthCell& c : cells) {
-    const auto known = std::find_if(curves.begin(), curves.end(), [&](const Cells& k) { return same_curve(k.front(), c); });
+    const auto known = std::find_if(curves.begin(), curves.end(), [&](const TruthCells& k) { return same_curve(k.front(), c); });
     (known == curves.end() ? curves.emplace_back() : *known).push_back(c);
   }
-  for (Cells& curve : curves)
+  for (TruthCells& curve : curves)
     std::sort(curve.begin(), curve.end(), [](const TruthCell& a, const TruthCell& b) { return a.rtt_ms < b.rtt_ms; });
   return curves;
 }
@@ -67,7 +67,7 @@ std::filesystem::path curve_file(const std::filesystem::path& out, const TruthCe
   return out / fmt::format("truth-{}-{}-{}.csv", c.scene, name_of(c.scheme), name_of(c.row));
 }
 
-void write_curve(const std::filesystem::path& out, const Cells& curve) {
+void write_curve(const std::filesystem::path& out, const TruthCells& curve) {
   std::string csv = "rtt_ms,snr_db,median_jnd,p95_jnd\n";
   for (const TruthCell& c : curve)
     fmt::format_to(std::back_inserter(csv), "{:g},{:.3f},{:.5g},{:.5g}\n", c.rtt_ms, c.snr_db, c.median_error / kForceJnd,
@@ -77,11 +77,11 @@ void write_curve(const std::filesystem::path& out, const Cells& curve) {
 
 /// A panel of the curves of a scene over the round trip, one point alone left out; those with exact states would lie on the ones
 /// as sent.
-GridPanel panel_of(const std::filesystem::path& out, const std::vector<Cells>& curves, const std::string& scene,
+GridPanel panel_of(const std::filesystem::path& out, const std::vector<TruthCells>& curves, const std::string& scene,
                    const std::string& what, const std::string& column, const std::string& setup) {
   const std::vector<Scheme> schemes = available_schemes();
   GridPanel panel{scene, "round trip [ms]", what, {}, setup};
-  for (const Cells& curve : curves) {
+  for (const TruthCells& curve : curves) {
     const TruthCell& c = curve.front();
     if (c.scene != scene || c.row == TruthRow::exact_states || !has_round_trip(c.row)) continue;
     const bool beside = c.row != TruthRow::as_sent;
@@ -91,35 +91,32 @@ GridPanel panel_of(const std::filesystem::path& out, const std::vector<Cells>& c
   return panel;
 }
 
-void draw(const std::filesystem::path& out, const std::vector<Cells>& curves) {
+void draw(const std::filesystem::path& out, const std::vector<TruthCells>& curves) {
   std::vector<std::string> scenes;
-  for (const Cells& curve : curves) {
+  for (const TruthCells& curve : curves) {
     write_curve(out, curve);
     const std::string& scene = curve.front().scene;
     if (std::find(scenes.begin(), scenes.end(), scene) == scenes.end()) scenes.push_back(scene);
   }
   std::vector<GridPanel> panels;
   for (const std::string& scene : scenes) {
-    // One legend for all panels, and room for it.
-    const std::string title = "set tmargin 7.5\nset title offset 0,4\n";
-    const std::string key = title + (panels.empty() ? "set key maxrows 4\n" : "unset key\n");
-    panels.push_back(panel_of(out, curves, scene, "truth of the force [dB]", "1:2", key + "set yrange [-10:80]"));
+    panels.push_back(panel_of(out, curves, scene, "truth of the force [dB]", "1:2", "set yrange [-10:80]"));
     panels.push_back(panel_of(out, curves, scene, "p95 error [noticeable differences]", "1:4",
-                              title + "unset key\nset logscale y\nset format y '%g'\nset yrange [0.003:30]\n"
-                                      "set arrow from graph 0, first 1 to graph 1, first 1 nohead lc rgb '#888888' dt 2\n"
-                                      "set arrow from graph 0, first 0.1 to graph 1, first 0.1 nohead lc rgb '#888888' dt 2"));
+                              "set logscale y\nset format y '%g'\nset yrange [0.003:30]\n"
+                              "set arrow from graph 0, first 1 to graph 1, first 1 nohead lc rgb '#888888' dt 2\n"
+                              "set arrow from graph 0, first 0.1 to graph 1, first 0.1 nohead lc rgb '#888888' dt 2"));
   }
-  plot_grid(out / "truth.svg", "Force error against the round trip: press, stroke, tap, release", 2, panels);
+  plot_grid_with_one_legend(out / "truth.svg", "Force error against the round trip: press, stroke, tap, release", 2, panels);
 }
 
 /// Round trip up to which the p95 error stays below `limit` [ms].
-double holds_until_ms(const Cells& curve, double limit) {
+double holds_until_ms(const TruthCells& curve, double limit) {
   std::vector<ErrorAt> sweep;
   for (const TruthCell& c : curve) sweep.push_back({c.rtt_ms, c.p95_error});
   return reach(std::move(sweep), limit);
 }
 
-Json to_json(const Cells& curve) {
+Json to_json(const TruthCells& curve) {
   Json rows = Json::array();
   for (const TruthCell& c : curve)
     rows.push_back({{"rtt_ms", c.rtt_ms},
@@ -141,14 +138,14 @@ Json to_json(const Cells& curve) {
   return all;
 }
 
-std::string until(const Cells& curve, double limit) {
+std::string until(const TruthCells& curve, double limit) {
   const double ms = holds_until_ms(curve, limit);
   return ms < 0 ? "never" : fmt::format("{:g} ms", ms);
 }
 
-void print(const std::vector<Cells>& curves) {
+void print(const std::vector<TruthCells>& curves) {
   std::string scene;
-  for (const Cells& curve : curves) {
+  for (const TruthCells& curve : curves) {
     const TruthCell& c = curve.front();
     if (c.scene != scene) {
       scene = c.scene;
@@ -170,17 +167,18 @@ void print(const std::vector<Cells>& curves) {
   }
 }
 
-void report(const Cells& cells, const std::filesystem::path& out) {
-  const std::vector<Cells> curves = curves_of(cells);
-  draw(out, curves);
+void report(const TruthCells& cells, const std::vector<std::string>& untouched, const std::filesystem::path& out) {
+  const std::vector<TruthCells> curves = curves_of(cells);
+  if (!curves.empty()) draw(out, curves);
   print(curves);
   Json summary{{"jnd_share", kForceJnd}, {"curves", Json::array()}};
-  for (const Cells& curve : curves) summary["curves"].push_back(to_json(curve));
+  for (const TruthCells& curve : curves) summary["curves"].push_back(to_json(curve));
+  if (!untouched.empty()) summary["scenes_without_contact"] = untouched;
   write_json(out / "summary.json", summary);
   fmt::print("\n{}\n{}\n", (out / "truth.svg").string(), (out / "summary.json").string());
 }
 
-TruthGrid grid_of(const Flags& flags) {
+TruthGrid grid_of(const TruthFlags& flags) {
   TruthGrid grid{flags.scenes, flags.only, {}, {}};
   for (const std::string& name : flags.schemes) grid.schemes.push_back(available_scheme(name));
   grid.rtt_ms = flags.quick ? std::vector<double>{0, 50, 150, 300, 500}
@@ -188,33 +186,32 @@ TruthGrid grid_of(const Flags& flags) {
   return grid;
 }
 
-int run_truth(const Flags& flags) {
+int run_truth(const TruthFlags& flags) {
   const Shard shard = Shard::from(flags.shards.shard);
   const TruthGrid grid = grid_of(flags);
   const auto out = make_output_folder(flags.out);
-  Cells cells;
+  TruthCells cells;
   if (flags.shards.merge) {
     cells = merged_cells(out, read_truth_cells);
     write_text(out / "cells.csv", cells_csv(cells));
-    report(cells, out);
+    report(cells, {}, out);
     return 0;
   }
-  const Cells all = truth_cells(grid);
+  const TruthCells all = truth_cells(grid);
   cells = shard.part_of(all);
   fmt::print("{} runs of {}\n", cells.size(), all.size());
-  measure_cells(grid, cells, flags.shards.jobs, [&](std::size_t done) {
-    if (done % 10 == 0) fmt::print("{} of {}\n", done, cells.size());
-    std::fflush(stdout);
-  });
+  const std::vector<std::string> untouched = measure_cells(grid, cells, flags.shards.jobs);
   write_text(shard.file(out), cells_csv(cells));
-  if (shard.of == 1) report(cells, out);
-  return 0;
+  if (shard.of == 1) report(cells, untouched, out);
+  for (const std::string& scene : untouched)
+    fmt::print(stderr, "palpate-lab: no contact: the examination never meets the body of {}, so it is not scored\n", scene);
+  return untouched.empty() ? 0 : 1;
 }
 
 }  // namespace
 
 void add_truth(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<TruthFlags>();
   CLI::App* c = app.add_subcommand(
       "truth", "force error against the round trip for every scheme on every scene, what limits it, and what it costs");
   c->add_option("--scenes", flags->scenes, "folder of the scenes")->capture_default_str();

@@ -1,6 +1,8 @@
 #include "bench/measure/session.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -35,6 +37,16 @@ void add_block(Session& session, const RecordingReader& recording, const Recorde
   }
 }
 
+/// First and last sample of any hand.
+std::pair<double, double> extent_s(const Session& session) {
+  double begin_s = 1e300, end_s = -1e300;
+  for (const SessionHand& hand : session.hands) {
+    begin_s = std::min(begin_s, hand.path.front().t_s);
+    end_s = std::max(end_s, hand.path.back().t_s);
+  }
+  return {begin_s, end_s};
+}
+
 }  // namespace
 
 Session read_session(const RecordingReader& recording) {
@@ -50,12 +62,31 @@ Session read_session(const RecordingReader& recording) {
   return session;
 }
 
-std::vector<Motion> motions_of(const Session& session, std::size_t which, const std::string& name) {
-  double begin_s = 1e300, end_s = -1e300;
-  for (const SessionHand& hand : session.hands) {
-    begin_s = std::min(begin_s, hand.path.front().t_s);
-    end_s = std::max(end_s, hand.path.back().t_s);
+Session cut(Session session, double from_s, double to_s) {
+  const auto outside = [&](const auto& item) { return item.t_s < from_s || item.t_s > to_s; };
+  for (SessionHand& hand : session.hands) {
+    std::erase_if(hand.path, outside);
+    std::erase_if(hand.forces, outside);
   }
+  std::erase_if(session.hands, [](const SessionHand& hand) { return hand.path.empty(); });
+  return session;
+}
+
+std::vector<std::uint8_t> presence_of(const Session& session, std::size_t which) {
+  const auto [begin_s, end_s] = extent_s(session);
+  const double from_s = begin_s;
+  const auto tick = [&](double t_s) { return static_cast<std::size_t>(std::lround((t_s - from_s) * 1e3)); };
+  std::vector<std::uint8_t> there(tick(end_s) + 1, 0);
+  const std::vector<MotionPoint>& path = session.hands[which].path;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i)
+    if (path[i + 1].t_s - path[i].t_s <= kGoneS)
+      std::fill(there.begin() + static_cast<std::ptrdiff_t>(tick(path[i].t_s)),
+                there.begin() + static_cast<std::ptrdiff_t>(tick(path[i + 1].t_s)) + 1, std::uint8_t{1});
+  return there;
+}
+
+std::vector<Motion> motions_of(const Session& session, std::size_t which, const std::string& name) {
+  const auto [begin_s, end_s] = extent_s(session);
   std::vector<Motion> motions;
   for (std::size_t k = 0; k < session.hands.size(); ++k) {
     const SessionHand& hand = session.hands[(which + k) % session.hands.size()];
