@@ -1,8 +1,6 @@
 // palpate-lab export: a recording as files for other programs.
 #include <fmt/format.h>
 
-#include <map>
-
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/flags.hpp"
 #include "bench/lab/output.hpp"
@@ -45,8 +43,8 @@ void add_export(CLI::App& app, Run& run) {
   c->add_option("--recording", flags->recording, "made by palpate-server or palpate-client with --record")->required();
   c->add_option("--frames-hz", flags->frames_hz, "shapes a second; default: as recorded")->check(between(0.001, kMaxRateHz));
   c->add_option("--format", flags->format, "of the shapes: vtk (for ParaView) or ply")
-      ->transform(
-          CLI::CheckedTransformer(std::map<std::string, ShapeFormat>{{"ply", ShapeFormat::ply}, {"vtk", ShapeFormat::vtk}}));
+      ->transform(one_of_names<ShapeFormat>({{"ply", ShapeFormat::ply}, {"vtk", ShapeFormat::vtk}}))
+      ->default_str("vtk");
   c->add_option("--out", flags->out, "folder for the files")->required();
   c->callback([flags, &run] { run = [flags] { return run_export(*flags); }; });
 }

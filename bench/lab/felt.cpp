@@ -1,14 +1,18 @@
 // palpate-lab felt: what a real run displayed, beside the 1 kHz full model driven with the same recorded tool path.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <sstream>
 
 #include "bench/lab/experiments.hpp"
+#include "bench/lab/fidelity_json.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
+#include "bench/lab/progress.hpp"
 #include "bench/measure/metrics.hpp"
 #include "bench/measure/reference.hpp"
 #include "common/base/error.hpp"
@@ -16,8 +20,10 @@
 namespace palpate {
 namespace {
 
+constexpr std::size_t kFeltSkip = 250;  // the start, in ticks
+
 struct FeltFlags {
-  std::string scene, report, out, felt_name = "port";
+  std::string scene, report, out, felt_name;
   double at_least_db = 0;
 };
 
@@ -39,10 +45,23 @@ std::vector<std::string> split(const std::string& line) {
   return cells;
 }
 
+/// The scheme that the client says it ran, else "felt"; apart from those that it only compared.
+std::string felt_scheme(const FeltFlags& flags, const std::vector<std::string>& compared) {
+  std::string name = flags.felt_name;
+  if (name.empty()) {
+    std::ifstream in(std::filesystem::path(flags.report) / "summary.json");
+    const Json report = Json::parse(in, nullptr, false);
+    const bool known = report.is_object() && report.contains("run") && report["run"].contains("scheme");
+    name = known ? report["run"]["scheme"].get<std::string>() : "felt";
+  }
+  return std::find(compared.begin(), compared.end(), name) == compared.end() ? name : name + ", felt";
+}
+
 /// The client's report: t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact, then NAME_fx_n,NAME_fy_n,NAME_fz_n,NAME_contact of
 /// every comparison. A tick that was skipped gets its neighbours' values in between: the reference needs one position a
 /// millisecond.
-Recording read_recording(const std::filesystem::path& file, const std::string& felt_name) {
+Recording read_recording(const FeltFlags& flags) {
+  const auto file = std::filesystem::path(flags.report) / "forces.csv";
   std::ifstream in(file);
   std::string line;
   if (!std::getline(in, line)) throw InputError(file.string(), "cannot be read", "forces.csv of palpate-client --report");
@@ -51,9 +70,10 @@ Recording read_recording(const std::filesystem::path& file, const std::string& f
   if (header.size() < kFirst || header[0] != "t_s" || (header.size() - kFirst) % kEach != 0)
     throw InputError(file.string() + ":1", "has another header", "t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact,...");
   Recording r;
-  r.displays.push_back({felt_name, {}, {}});
-  for (std::size_t c = kFirst; c < header.size(); c += kEach)
-    r.displays.push_back({header[c].substr(0, header[c].rfind("_fx_n")), {}, {}});
+  std::vector<std::string> compared;
+  for (std::size_t c = kFirst; c < header.size(); c += kEach) compared.push_back(header[c].substr(0, header[c].rfind("_fx_n")));
+  r.displays.push_back({felt_scheme(flags, compared), {}, {}});
+  for (const std::string& name : compared) r.displays.push_back({name, {}, {}});
 
   std::vector<double> last;
   for (std::size_t number = 2; std::getline(in, line); ++number) {
@@ -89,9 +109,12 @@ Recording read_recording(const std::filesystem::path& file, const std::string& f
 int run_felt(const FeltFlags& flags) {
   if (std::isnan(flags.at_least_db)) throw InputError("--at-least-db", "is nan", "a number of decibels");
   const Scene scene = load_scene(flags.scene);
-  const Recording recording = read_recording(std::filesystem::path(flags.report) / "forces.csv", flags.felt_name);
+  const Recording recording = read_recording(flags);
   const auto out = make_output_folder(flags.out);
-  const ReferenceForce reference = reference_force(scene, recording.positions);
+  const auto progress = show_progress();
+  const ReferenceForce reference = reference_forces(scene, std::span(&recording.positions, 1), {}, [&](double share) {
+                                     progress("the full model at 1 kHz", share);
+                                   }).front();
 
   std::string csv = "t_s,ref_fx_n,ref_fy_n,ref_fz_n";
   for (const Display& d : recording.displays) csv += fmt::format(",{0}_fx_n,{0}_fy_n,{0}_fz_n", d.name);
@@ -104,6 +127,11 @@ int run_felt(const FeltFlags& flags) {
     csv += '\n';
   }
   write_text(out / "felt.csv", csv);
+  if (compare(recording.displays[0].force, reference.force, kFeltSkip).contact_ticks == 0) {
+    write_json(out / "felt.json", {{"contact_ticks", 0}});
+    fmt::print(stderr, "palpate-lab: {}; see {}\n", no_contact(scene, recording.positions), (out / "felt.csv").string());
+    return 1;
+  }
 
   fmt::print("\nForce felt, against the full model at 1 kHz on the same tool path ({:.0f} s, {} nodes):\n\n",
              static_cast<double>(recording.positions.size()) * 1e-3, scene.body.nodes.size());
@@ -112,21 +140,16 @@ int run_felt(const FeltFlags& flags) {
   Json summary;
   std::vector<Panel> panels{{"normal force z [N]", {{"1:4", "1 kHz full model", 0}}},
                             {"tangential force x [N]", {{"1:2", "1 kHz full model", 0}}}};
-  double felt_db = 0, hold_db = kSnrCeilingDb;
+  double felt_db = 0;
+  std::optional<double> hold_db;
   for (std::size_t d = 0; d < recording.displays.size(); ++d) {
     const Display& display = recording.displays[d];
-    const Fidelity f = compare(display.force, reference.force, 250);
+    const Fidelity f = compare(display.force, reference.force, kFeltSkip);
     const OnsetErrors onset = onset_errors(display.contact, reference.contact);
     fmt::print("  {:<10} {:>9.1f} {:>11.1f} {:>11.1f} {:>9} {:>12}\n", display.name, f.snr_db, 100 * f.rel_rms,
                100 * f.p95_rel_error, f.lag_ms, onset.missed > 0 ? "missed" : fmt::format("{:+}", onset.worst_ms));
-    summary[display.name] = {{"snr_db", f.snr_db},
-                             {"rel_rms", f.rel_rms},
-                             {"p95_rel_error", f.p95_rel_error},
-                             {"lag_ms", f.lag_ms},
-                             {"force_step_max_n", f.force_step_max_n},
-                             {"onset_error_ms", onset.worst_ms},
-                             {"onsets", onset.onsets},
-                             {"onsets_missed", onset.missed}};
+    summary[display.name] = fidelity_json(f);
+    summary[display.name].update({{"onset_error_ms", onset.worst_ms}, {"onsets", onset.onsets}, {"onsets_missed", onset.missed}});
     if (d == 0) felt_db = f.snr_db;
     if (display.name == "hold") hold_db = f.snr_db;
   }
@@ -146,9 +169,9 @@ int run_felt(const FeltFlags& flags) {
                {.rows = recording.positions.size()}))
     fmt::print("  plot      {}\n", (out / "felt.svg").string());
   fmt::print("  figures   {}\n", (out / "felt.json").string());
-  if (felt_db - hold_db >= flags.at_least_db || recording.displays.size() == 1) return 0;
+  if (!hold_db || felt_db - *hold_db >= flags.at_least_db) return 0;
   fmt::print(stderr, "palpate-lab: {} is {:.1f} dB better than hold; expected at least {:g} dB\n", recording.displays[0].name,
-             felt_db - hold_db, flags.at_least_db);
+             felt_db - *hold_db, flags.at_least_db);
   return 1;
 }
 
@@ -160,8 +183,9 @@ void add_felt(CLI::App& app, Run& run) {
       "felt", "what a real run displayed (palpate-client --report), beside the 1 kHz full model on the same path");
   c->add_option("--scene", flags->scene, "scene file of the run")->required();
   c->add_option("--report", flags->report, "folder that palpate-client --report wrote")->required();
-  c->add_option("--name", flags->felt_name, "scheme that was felt, for the table");
-  c->add_option("--at-least-db", flags->at_least_db, "fail unless the felt scheme is this much better than hold");
+  c->add_option("--name", flags->felt_name, "of what was felt, in the table; default: the scheme that the report names");
+  c->add_option("--at-least-db", flags->at_least_db,
+                "fail unless what was felt is this much better than hold, where hold was compared");
   c->add_option("--out", flags->out, "folder for felt.csv, felt.json, felt.svg")->required();
   c->callback([flags, &run] { run = [flags] { return run_felt(*flags); }; });
 }

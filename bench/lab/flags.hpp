@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include <cmath>
+#include <map>
 #include <string>
 
 namespace palpate {
@@ -17,6 +18,16 @@ inline CLI::Validator between(double low, double high) {
             return fmt::format("'{}' is out of range; expected a number from {:g} to {:g}", text, low, high);
           },
           fmt::format("FLOAT in [{:g} - {:g}]", low, high)};
+}
+
+/// Names of an enumeration: the help shows them, not the numbers that stand for them.
+template <class Value>
+CLI::CheckedTransformer one_of_names(const std::map<std::string, Value>& values) {
+  CLI::CheckedTransformer names(values);
+  std::string text;
+  for (const auto& [name, value] : values) text += (text.empty() ? "{" : ",") + name;
+  names.description(text + "}");
+  return names;
 }
 
 }  // namespace palpate

@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "bench/lab/experiments.hpp"
+#include "bench/lab/fidelity_json.hpp"
 #include "bench/lab/link_flags.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
@@ -119,12 +120,9 @@ void write_display(const std::filesystem::path& file, const HapticDisplay& d) {
 }
 
 Json numbers(const Fidelity& f, int onset_ms, int reference_onset_ms) {
-  return {{"snr_db", f.snr_db},
-          {"rel_rms", f.rel_rms},
-          {"p95_rel_error", f.p95_rel_error},
-          {"lag_ms", f.lag_ms},
-          {"force_step_max_n", f.force_step_max_n},
-          {"onset_error_ms", onset_ms - reference_onset_ms}};
+  Json json = fidelity_json(f);
+  if (f.contact_ticks > 0) json["onset_error_ms"] = onset_ms - reference_onset_ms;
+  return json;
 }
 
 std::vector<HapticDisplay> run_experiment(const Scene& scene, const Motion& motion, const LinkFlags& link,
@@ -179,6 +177,13 @@ int run_haptic(const HapticFlags& flags) {
   const Motion motion = flags.motion.empty() ? touch_motion(home_of(scene)) : read_motion(flags.motion);
   const auto out = make_output_folder(flags.out);
   const auto displays = run_experiment(scene, motion, flags.link, out);
+  for (const auto& d : displays)
+    if (d.run.fidelity.contact_ticks == 0) {
+      std::vector<Vec3> path;
+      for (const ReplayTick& tick : d.run.ticks) path.push_back(tick.position);
+      fmt::print(stderr, "palpate-lab: {}, {}\n", name_of(d.scheme), no_contact(scene, path));
+      return 1;
+    }
   plot(out, displays, flags.link);
   print(displays);
   fmt::print("{}\n", (out / "summary.json").string());

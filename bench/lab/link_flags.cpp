@@ -40,7 +40,8 @@ void LinkFlags::add_to(CLI::App& command) {
           "--route", [this](const std::string& name) { rtt_ms = route_from_name(name).rtt_ms; },
           "round trip of a measured route: san-francisco, bangalore, buenos-aires, shanghai")
       ->excludes(rtt);
-  command.add_option("--jitter-ms", jitter_ms, "each way's latency varies by up to this, either side")->check(between(0, 1'000));
+  command.add_option("--jitter-ms", jitter_ms, "each way's delay is drawn evenly within +- this, in the order sent")
+      ->check(between(0, 1'000));
   command.add_option("--loss-pct", loss_pct, "datagrams lost, each way")->check(between(0, 100));
   command.add_option("--burst", burst, "mean run of lost datagrams, 0: independent losses")->check(between(0, 1'000));
   command.add_option("--seed", seed, "of everything that is drawn")->check(no_sign());

@@ -5,12 +5,17 @@
 #include <csignal>
 #include <cstdlib>
 #include <exception>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "bench/lab/experiments.hpp"
+#include "bench/lab/run_record.hpp"
 #include "common/base/error.hpp"
 
 namespace {
+
+using namespace palpate;
 
 /// Results are written when everything is done: before that there is nothing to end in order.
 void end_on_signals() {
@@ -22,13 +27,92 @@ void end_on_signals() {
     });
 }
 
+/// An experiment: what adds it, and how it is typed.
+struct Experiment {
+  void (*add)(CLI::App&, Run&);
+  const char* example;
+};
+
+/// Experiments by the question that brings somebody here.
+struct Question {
+  const char* asks;
+  std::vector<Experiment> experiments;
+};
+
+const std::vector<Question>& questions() {
+  static const std::vector<Question> all{
+      {"How true is what a hand feels, of a motion or recording of mine?",
+       {{add_replay, "replay --scene scenes/touch-cube.json --gesture press --scheme port --rtt-ms 120 --out out/replay"},
+        {add_felt, "felt --scene scenes/organ.json --report out/demo --out out/felt"},
+        {add_haptic, "haptic --rtt-ms 120 --out out/haptic"},
+        {add_gesture, "gesture --scene scenes/organ.json --kind tour --out out/tour.csv"}}},
+      {"Which scheme, and how far away may the server be?",
+       {{add_truth, "truth --quick --only cube6,touch-cube --out out/truth"},
+        {add_masking, "masking --quick --out out/masking"},
+        {add_pareto, "pareto --quick --out out/pareto"},
+        {add_dominance, "dominance --scene scenes/organ-solid.json --out out/dominance"}}},
+      {"How many hands, how large a body, at what cost?",
+       {{add_stations, "stations --scene scenes/touch-cube.json --stations 3 --out out/stations"},
+        {add_beside, "beside --scene scenes/touch-cube.json --out out/beside"},
+        {add_load, "load --scene scenes/touch-cube.json --stations 8 --out out/load"},
+        {add_bench, "bench --out out/bench"},
+        {add_skip, "skip --out out/skip"}}},
+      {"Is it stable, and does it stay safe when everything goes wrong?",
+       {{add_stability, "stability --quick --schemes port,hold --out out/stability"},
+        {add_world, "world --seed 17"},
+        {add_release, "release --scheme port --rtt-ms 150 --out out/release"}}},
+      {"What happened in a session that was recorded?",
+       {{add_summary, "summary --recording out/session.rec --out out/summary"},
+        {add_export, "export --recording out/session.rec --out out/files"}}},
+      {"What does the paper say, and does it hold? (Cavusoglu and Tendick)",
+       {{add_paper, "paper --quick --out out/paper"},
+        {add_spring1d, "spring1d --out out/spring1d"},
+        {add_chain, "chain --out out/chain"},
+        {add_bode, "bode --out out/bode"},
+        {add_modes, "modes --out out/modes"},
+        {add_scaling, "scaling --out out/scaling"},
+        {add_limits, "limits --out out/limits"},
+        {add_couplings, "couplings --out out/couplings"}}},
+      {"Bodies and worlds drawn by chance", {{add_draw, "draw --out out/scenes"}}}};
+  return all;
+}
+
+void add_experiments(CLI::App& app, Run& run) {
+  app.option_defaults()->always_capture_default();
+  for (const Question& question : questions())
+    for (const Experiment& experiment : question.experiments) {
+      experiment.add(app, run);
+      CLI::App* added = app.get_subcommands({}).back();
+      added->group(question.asks);
+      added->footer(fmt::format("Example:\n  palpate-lab {}", experiment.example));
+    }
+}
+
+int list_experiments(const CLI::App& app) {
+  for (const Question& question : questions()) {
+    fmt::print("{}\n", question.asks);
+    for (const CLI::App* experiment : app.get_subcommands({}))
+      if (experiment->get_group() == question.asks)
+        fmt::print("  {:<10} {}\n", experiment->get_name(), experiment->get_description());
+    fmt::print("\n");
+  }
+  fmt::print("palpate-lab NAME --help: its flags with their defaults, and an example\n");
+  return 0;
+}
+
 void refuse_unknown(const CLI::App& app, const char* name) {
   std::string known;
   for (const CLI::App* experiment : app.get_subcommands({})) {
     if (experiment->get_name() == name) return;
     known += (known.empty() ? "" : ", ") + experiment->get_name();
   }
-  throw palpate::InputError(name, "is not an experiment of this build", "one of " + known);
+  throw InputError(name, "is not an experiment of this build", "one of " + known);
+}
+
+/// "palpate-lab replay --help" once the experiment is known.
+std::string help_for(const CLI::App& app) {
+  const auto chosen = app.get_subcommands();
+  return fmt::format("palpate-lab {}--help", chosen.empty() ? "" : chosen.front()->get_name() + " ");
 }
 
 }  // namespace
@@ -38,43 +122,15 @@ int main(int argc, char** argv) {
   CLI::App app{"Experiments on touch under latency", "palpate-lab"};
   app.set_version_flag("--version", "palpate-lab " PALPATE_VERSION);
   app.require_subcommand(1);
-  palpate::Run run;
-  palpate::add_replay(app, run);
-  palpate::add_felt(app, run);
-  palpate::add_masking(app, run);
-  palpate::add_truth(app, run);
-  palpate::add_draw(app, run);
-  palpate::add_pareto(app, run);
-  palpate::add_bench(app, run);
-  palpate::add_stations(app, run);
-  palpate::add_load(app, run);
-  palpate::add_skip(app, run);
-  palpate::add_beside(app, run);
-  palpate::add_world(app, run);
-  palpate::add_spring1d(app, run);
-  palpate::add_chain(app, run);
-  palpate::add_bode(app, run);
-  palpate::add_modes(app, run);
-  palpate::add_scaling(app, run);
-  palpate::add_haptic(app, run);
-  palpate::add_release(app, run);
-  palpate::add_stability(app, run);
-  palpate::add_limits(app, run);
-  palpate::add_dominance(app, run);
-  palpate::add_couplings(app, run);
-  palpate::add_paper(app, run);
-  palpate::add_export(app, run);
-  palpate::add_summary(app, run);
-  app.add_subcommand("list", "name the experiments, a line each")->callback([&] {
-    run = [&] {
-      for (const CLI::App* experiment : app.get_subcommands({}))
-        if (experiment->get_name() != "list") fmt::print("{:<10} {}\n", experiment->get_name(), experiment->get_description());
-      return 0;
-    };
+  Run run;
+  add_experiments(app, run);
+  app.add_subcommand("list", "name the experiments, by the question that each answers")->callback([&] {
+    run = [&] { return list_experiments(app); };
   });
   try {
     if (argc > 1 && *argv[1] != '-') refuse_unknown(app, argv[1]);
     app.parse(argc, argv);
+    set_run_record(*app.get_subcommands().front());
     return run();
   } catch (const CLI::CallForHelp& e) {
     return app.exit(e);
@@ -83,9 +139,9 @@ int main(int argc, char** argv) {
   } catch (const CLI::CallForVersion& e) {
     return app.exit(e);
   } catch (const CLI::ParseError& e) {
-    fmt::print(stderr, "palpate-lab: {}; see palpate-lab --help\n", e.what());
+    fmt::print(stderr, "palpate-lab: {}; see {}\n", e.what(), help_for(app));
     return 2;
-  } catch (const palpate::InputError& e) {
+  } catch (const InputError& e) {
     fmt::print(stderr, "palpate-lab: {}\n", e.what());
     return 2;
   } catch (const std::exception& e) {

@@ -291,10 +291,7 @@ int run_masking(const MaskingFlags& flags) {
   const MaskingCells all = masking_cells(grid);
   MaskingCells cells = shard.part_of(all);
   fmt::print("{} runs of {}\n", cells.size(), all.size());
-  measure_cells(grid, cells, flags.shards.jobs, [&](std::size_t done) {
-    if (done % 100 == 0) fmt::print("{} of {}\n", done, cells.size());
-    std::fflush(stdout);
-  });
+  measure_cells(grid, cells, flags.shards.jobs);
   const auto file = shard.file(out);
   write_text(file, cells_csv(cells));
   if (shard.of > 1)

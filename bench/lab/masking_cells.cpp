@@ -110,12 +110,11 @@ std::vector<MaskingCell> masking_cells(const MaskingGrid& grid) {
   return cells;
 }
 
-void measure_cells(const MaskingGrid& grid, std::vector<MaskingCell>& cells, unsigned jobs,
-                   const std::function<void(std::size_t)>& done) {
+void measure_cells(const MaskingGrid& grid, std::vector<MaskingCell>& cells, unsigned jobs) {
   SweepTasks tasks = load_tasks(grid, cells);
   add_references(tasks, jobs);
-  run_counted(
-      cells.size(), [&](std::size_t i) { measure_cell(cells[i], tasks.at(task_of(cells[i]))); }, jobs, done);
+  run_all(
+      cells.size(), [&](std::size_t i) { measure_cell(cells[i], tasks.at(task_of(cells[i]))); }, jobs);
 }
 
 std::string cells_csv(const std::vector<MaskingCell>& cells) {

@@ -44,10 +44,9 @@ inline constexpr double kBurstMean = 4;
 
 /// Cells without their measures, in an order that depends on the grid alone.
 std::vector<MaskingCell> masking_cells(const MaskingGrid& grid);
-/// Fills in the measures of all cells, `jobs` at a time; references are computed once per body and motion. `done` hears how many
-/// are done, from any thread, one at a time. Throws what replay() throws.
-void measure_cells(const MaskingGrid& grid, std::vector<MaskingCell>& cells, unsigned jobs,
-                   const std::function<void(std::size_t)>& done);
+/// Fills in the measures of all cells, `jobs` at a time; references are computed once per body and motion. Throws what replay()
+/// throws.
+void measure_cells(const MaskingGrid& grid, std::vector<MaskingCell>& cells, unsigned jobs);
 
 std::string cells_csv(const std::vector<MaskingCell>& cells);
 /// The other way; InputError with file and line.

@@ -1,7 +1,9 @@
 #include "bench/lab/output.hpp"
 
 #include <fstream>
+#include <utility>
 
+#include "bench/lab/run_record.hpp"
 #include "common/base/error.hpp"
 #include "common/io/make_folder.hpp"
 
@@ -17,6 +19,11 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
   out << text;
   out.flush();
   if (!out) throw InputError(file.string(), "cannot be written", "room on the disk and the right to write");
+}
+
+void write_json(const std::filesystem::path& file, Json json) {
+  if (json.is_object() || json.is_null()) json["run"] = run_record();
+  write_text(file, json.dump(2) + "\n");
 }
 
 }  // namespace palpate

@@ -16,7 +16,8 @@ using Json = nlohmann::ordered_json;
 std::filesystem::path make_output_folder(const std::string& folder);
 /// InputError when the file cannot be written whole.
 void write_text(const std::filesystem::path& file, const std::string& text);
-inline void write_json(const std::filesystem::path& file, const Json& json) { write_text(file, json.dump(2) + "\n"); }
+/// With what was run (run_record.hpp) as "run" beside the results, where these are an object.
+void write_json(const std::filesystem::path& file, Json json);
 
 /// Processor time of this thread, not of the wall: what else the machine does is no cost of ours.
 inline std::int64_t processor_ns() {

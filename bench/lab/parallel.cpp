@@ -7,16 +7,20 @@
 #include <thread>
 #include <vector>
 
+#include "bench/lab/progress.hpp"
+
 namespace palpate {
 
-void run_all(std::size_t count, const std::function<void(std::size_t)>& run, unsigned jobs) {
-  std::atomic<std::size_t> next{0};
+void run_all(std::size_t count, const std::function<void(std::size_t)>& run, unsigned jobs, const std::string& what) {
+  Progress progress(what);
+  std::atomic<std::size_t> next{0}, ended{0};
   std::mutex mutex;
   std::exception_ptr failure;
   const auto work = [&] {
     for (std::size_t i = next++; i < count; i = next++) {
       try {
         run(i);
+        progress.at(static_cast<double>(++ended) / static_cast<double>(count));
       } catch (...) {
         const std::lock_guard lock(mutex);
         if (!failure) failure = std::current_exception();
@@ -30,18 +34,6 @@ void run_all(std::size_t count, const std::function<void(std::size_t)>& run, uns
   work();
   threads.clear();
   if (failure) std::rethrow_exception(failure);
-}
-
-void run_counted(std::size_t count, const std::function<void(std::size_t)>& run, unsigned jobs,
-                 const std::function<void(std::size_t)>& done) {
-  std::mutex mutex;
-  std::size_t ended = 0;
-  const auto run_and_count = [&](std::size_t i) {
-    run(i);
-    const std::lock_guard lock(mutex);
-    done(++ended);
-  };
-  run_all(count, run_and_count, jobs);
 }
 
 }  // namespace palpate

@@ -4,15 +4,13 @@
 
 #include <cstddef>
 #include <functional>
+#include <string>
 
 namespace palpate {
 
-/// Calls run(0) ... run(count - 1), each once, `jobs` at a time (0: one a core). The first exception is thrown again once all
-/// have ended.
-void run_all(std::size_t count, const std::function<void(std::size_t)>& run, unsigned jobs = 0);
-
-/// The same; `done` is told after each how many have ended, from one thread at a time.
-void run_counted(std::size_t count, const std::function<void(std::size_t)>& run, unsigned jobs,
-                 const std::function<void(std::size_t)>& done);
+/// Calls run(0) ... run(count - 1), each once, `jobs` at a time (0: one a core), and shows how many have ended (progress.hpp).
+/// The first exception is thrown again once all have ended.
+void run_all(std::size_t count, const std::function<void(std::size_t)>& run, unsigned jobs = 0,
+             const std::string& what = "the runs");
 
 }  // namespace palpate

@@ -61,8 +61,7 @@ std::filesystem::path write_points(const std::filesystem::path& out, const std::
 }
 
 GridPanel panel_of(const std::filesystem::path& out, const Group& group, const Cost& cost) {
-  GridPanel panel{
-      group.name, cost.label, "error of the force [%]", {}, "set logscale xy\nset format xy '%g'\nset key maxrows 3\n"};
+  GridPanel panel{group.name, cost.label, "error of the force [%]", {}, "set logscale xy\nset format xy '%g'\n"};
   panel.curves.push_back(
       {"1:2", "front", 0,
        write_points(out, group.name + "-front-" + cost.name, group.cells, pareto_front(group.cells, cost.value), cost.value),
@@ -77,7 +76,7 @@ GridPanel panel_of(const std::filesystem::path& out, const Group& group, const C
     panel.curves.push_back(
         {"1:2", methods[m], static_cast<int>(m) + 1,
          write_points(out, fmt::format("{}-{}-{}", group.name, methods[m], cost.name), group.cells, which, cost.value),
-         "points pt 7 ps 0.7"});
+         "points ps 0.9"});
   }
   return panel;
 }
@@ -91,8 +90,10 @@ void draw(const std::filesystem::path& out, const std::vector<Group>& groups) {
       for (const Cost& cost : kPatchCosts) patches.push_back(panel_of(out, group, cost));
   }
   constexpr int kColumns = 3;
-  if (!bodies.empty()) plot_grid(out / "pareto-bodies.svg", "Bodies pushed by 10 mm: error against run time", kColumns, bodies);
-  if (!patches.empty()) plot_grid(out / "pareto-patches.svg", "Patches: error against what they cost", kColumns, patches);
+  if (!bodies.empty())
+    plot_grid_with_one_legend(out / "pareto-bodies.svg", "Bodies pushed by 10 mm: error against run time", kColumns, bodies);
+  if (!patches.empty())
+    plot_grid_with_one_legend(out / "pareto-patches.svg", "Patches: error against what they cost", kColumns, patches);
 }
 
 /// For each cell whether it is on the front.
@@ -163,10 +164,7 @@ int run_pareto(const ParetoFlags& flags) {
   }
   cells = flags.only.empty() ? shard.part_of(pareto_cells(grid)) : ParetoCells{pareto_cell_from(flags.only, "--only")};
   fmt::print("{} points\n", cells.size());
-  measure_cells(grid, cells, flags.shards.jobs, [&](std::size_t done) {
-    if (done % 10 == 0) fmt::print("{} of {}\n", done, cells.size());
-    std::fflush(stdout);
-  });
+  measure_cells(grid, cells, flags.shards.jobs);
   write_text(shard.file(out), cells_csv(cells));
   if (shard.of == 1) report(cells, out);
   return 0;

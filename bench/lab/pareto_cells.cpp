@@ -124,7 +124,8 @@ References references_of(const ParetoGrid& grid, const std::vector<ParetoCell>& 
     }
   }
   run_all(
-      bodies.size(), [&](std::size_t i) { *bodies[i].first = push(grid, bodies[i].second).force; }, jobs);
+      bodies.size(), [&](std::size_t i) { *bodies[i].first = push(grid, bodies[i].second).force; }, jobs,
+      "the references of the bodies");
   add_references(references.exams, jobs);
   return references;
 }
@@ -171,8 +172,7 @@ std::vector<ParetoCell> pareto_cells(const ParetoGrid& grid) {
   return cells;
 }
 
-void measure_cells(const ParetoGrid& grid, std::vector<ParetoCell>& cells, unsigned jobs,
-                   const std::function<void(std::size_t)>& done) {
+void measure_cells(const ParetoGrid& grid, std::vector<ParetoCell>& cells, unsigned jobs) {
   const References references = references_of(grid, cells, jobs);
   const auto measure = [&](std::size_t i) {
     if (cells[i].is_patch)
@@ -180,7 +180,7 @@ void measure_cells(const ParetoGrid& grid, std::vector<ParetoCell>& cells, unsig
     else
       measure_body(grid, cells[i], references.bodies.at(group_of(cells[i])));
   };
-  run_counted(cells.size(), measure, jobs, done);
+  run_all(cells.size(), measure, jobs);
 }
 
 std::string key_of(const ParetoCell& c) {

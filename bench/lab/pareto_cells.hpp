@@ -35,9 +35,8 @@ struct ParetoGrid {
 };
 
 std::vector<ParetoCell> pareto_cells(const ParetoGrid& grid);
-/// Fills in the measures, `jobs` at a time; references are computed once. `done` hears how many have ended.
-void measure_cells(const ParetoGrid& grid, std::vector<ParetoCell>& cells, unsigned jobs,
-                   const std::function<void(std::size_t)>& done);
+/// Fills in the measures, `jobs` at a time; references are computed once.
+void measure_cells(const ParetoGrid& grid, std::vector<ParetoCell>& cells, unsigned jobs);
 
 /// "body,10,0.2,explicit,10" (or "solid10", of tetrahedra), "body,organ-solid,own,tr-bdf2,10" or "patch,cube6,port,22,150": what
 /// --only takes, and how a row of cells.csv begins.

@@ -14,13 +14,14 @@ constexpr int kWidth = 960, kPanelHeight = 260, kHeaderHeight = 70;
 constexpr int kReferenceType = 8;
 
 std::string house_style(const std::filesystem::path& svg, int width, int height) {
-  constexpr const char* kColours[] = {"#0072b2", "#e69f00", "#009e73", "#cc79a7", "#d55e00", "#56b4e9", "#b8a900", "#222222"};
+  constexpr int kPoints[] = {5, 7, 9, 11, 13, 4, 6, 8};  // no two alike: filled ones, then open ones
+  constexpr const char* kColours[] = {"#0072b2", "#e69f00", "#009e73", "#cc79a7", "#d55e00", "#7b3fa0", "#8c6a3f", "#222222"};
   std::string s = fmt::format("set terminal svg size {},{} font 'DejaVu Sans,13' background '#ffffff'\nset output {}\n", width,
                               height, quoted(svg.string()));
   s += "set encoding utf8\nset datafile separator ','\nset datafile missing 'nan'\n";
   for (std::size_t k = 0; k < std::size(kColours); ++k)
     s += fmt::format("set linetype {} lc rgb '{}' lw {} pt {} ps 0.6\n", k + 1, kColours[k], k + 1 == kReferenceType ? 3.0 : 1.6,
-                     5 + 2 * (k % 5));
+                     kPoints[k]);
   s += "set grid lc rgb '#dddddd' lw 0.6\nset border 3 lc rgb '#888888'\nset tics nomirror textcolor rgb '#333333'\n";
   return s;
 }
@@ -87,6 +88,47 @@ bool plot_grid(const std::filesystem::path& svg, const std::string& title, int c
     s += "\n";
   }
   return plot_script(svg, kWidth, kHeaderHeight + rows * kGridPanelHeight, s + "unset multiplot\n");
+}
+
+bool plot_grid_with_one_legend(const std::filesystem::path& svg, const std::string& title, int columns,
+                               const std::vector<GridPanel>& panels) {
+  constexpr int kGridPanelHeight = 300, kEntriesALine = 4, kLegendLine = 20, kTitleHeight = 40, kBelow = 60, kBetween = 110;
+  std::vector<const Curve*> entries;  // one a title
+  for (const GridPanel& panel : panels)
+    for (const Curve& c : panel.curves)
+      if (std::none_of(entries.begin(), entries.end(), [&](const Curve* known) { return known->title == c.title; }))
+        entries.push_back(&c);
+  const int lines = (static_cast<int>(entries.size()) + kEntriesALine - 1) / kEntriesALine;
+  const int rows = (static_cast<int>(panels.size()) + columns - 1) / columns;
+  const int head = kTitleHeight + lines * kLegendLine + 40;
+  const int height = head + rows * kGridPanelHeight - (kBetween - kBelow);
+  const auto part = [&](int pixels) { return static_cast<double>(pixels) / height; };
+  std::string s = fmt::format(
+      "set multiplot layout {},{} title {} font ',15' margins screen {},0.97,{:.4f},{:.4f} spacing screen {},{:.4f}\n", rows,
+      columns, quoted(title), columns > 2 ? 0.07 : 0.08, part(kBelow), 1 - part(head), columns > 2 ? 0.075 : 0.1, part(kBetween));
+  for (std::size_t p = 0; p < panels.size(); ++p) {
+    const GridPanel& panel = panels[p];
+    s += "unset logscale\nunset label\nunset arrow\nset xrange [*:*]\nset yrange [*:*]\nset format '% h'\n";
+    s += fmt::format("set title {} font ',13'\nset xlabel {}\nset ylabel {}\n{}\n", quoted(panel.title), quoted(panel.x_label),
+                     quoted(panel.y_label), panel.setup);
+    s += p > 0 ? "unset key\nplot "
+               : fmt::format(
+                     "set key at screen 0.5, screen {:.4f} center top vertical reverse Left maxrows {} samplen 2.5 font ',12' "
+                     "noautotitle\n"
+                     "plot ",
+                     1 - part(kTitleHeight), lines);
+    for (std::size_t k = 0; k < panel.curves.size(); ++k) {
+      Curve untitled = panel.curves[k];
+      untitled.title.clear();
+      s += (k > 0 ? ", " : "") + curve(untitled, {}, 1);
+    }
+    if (p == 0)
+      for (const Curve* entry : entries)
+        s += fmt::format(", keyentry with {} lt {} title {}", entry->with, entry->style == 0 ? kReferenceType : entry->style,
+                         quoted(entry->title));
+    s += "\n";
+  }
+  return plot_script(svg, kWidth, height, s + "unset multiplot\n");
 }
 
 }  // namespace palpate

@@ -1,8 +1,9 @@
 // Plots by gnuplot: scripts over CSV files become SVG pictures in the house style.
 //
-// House style: white ground, DejaVu Sans, light grid, and the palette of Okabe and Ito, which is told apart with any colour
-// vision: line types 1 blue, 2 orange, 3 green, 4 pink, 5 red, 6 sky blue, 7 yellow; 8 is near-black, for references. All of them
-// say on stderr when gnuplot is missing or fails, and return false: plots are an extra, the CSV is the result.
+// House style: white ground, DejaVu Sans, light grid, and line types after the palette of Okabe and Ito: 1 blue, 2 orange, 3
+// green, 4 pink, 5 red, 6 purple, 7 brown; 8 is near-black, for references. Each has a mark of its own, so that they are told
+// apart with any colour vision. All functions say on stderr when gnuplot is missing or fails, and return false: plots are an
+// extra, the CSV is the result.
 #pragma once
 
 #include <filesystem>
@@ -43,8 +44,12 @@ struct GridPanel {
   std::string setup = {};  ///< gnuplot commands, for example "set logscale x"; they end with the panel
 };
 
-/// Panels in rows of `columns`.
+/// Panels in rows of `columns`, each with its own legend.
 bool plot_grid(const std::filesystem::path& svg, const std::string& title, int columns, const std::vector<GridPanel>& panels);
+
+/// The same, with one legend above all panels: curves of one title have one style in all of them.
+bool plot_grid_with_one_legend(const std::filesystem::path& svg, const std::string& title, int columns,
+                               const std::vector<GridPanel>& panels);
 
 /// A picture of its own kind: `body` is gnuplot, run after the house style is set. Paths and texts go through quoted().
 bool plot_script(const std::filesystem::path& svg, int width, int height, const std::string& body);

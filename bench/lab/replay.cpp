@@ -3,16 +3,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iterator>
-#include <map>
 
 #include "bench/lab/experiments.hpp"
+#include "bench/lab/fidelity_json.hpp"
 #include "bench/lab/flags.hpp"
 #include "bench/lab/link_flags.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
+#include "bench/lab/progress.hpp"
 #include "bench/measure/reference.hpp"
 #include "bench/measure/session.hpp"
+#include "bench/measure/surface_gesture.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/io/mapped_file.hpp"
@@ -20,11 +23,14 @@
 namespace palpate {
 namespace {
 
+constexpr double kMostSeconds = 86'400;
+
 struct ReplayFlags {
-  std::string scene, motion, recording, station, scheme, device = "none", out;
+  std::string scene, motion, gesture, recording, station, scheme, device = "none", out;
   PassivityMode passivity = PassivityMode::off;
   int order = 0;
   double deadband = 0;
+  double from_s = 0, to_s = kMostSeconds;
   LinkFlags link;
 };
 
@@ -48,42 +54,40 @@ void write_forces(const std::filesystem::path& file, const ReplayResult& result)
 }
 
 Json summary(const ReplayResult& r) {
-  return {{"snr_db", r.fidelity.snr_db},
-          {"rel_rms", r.fidelity.rel_rms},
-          {"p95_rel_error", r.fidelity.p95_rel_error},
-          {"lag_ms", r.fidelity.lag_ms},
-          {"force_step_max_n", r.fidelity.force_step_max_n},
-          {"patches_used", r.patches_used},
-          {"patch_bytes_mean", r.patch_bytes_mean},
-          {"patch_states", r.patch_states},
-          {"tick_ns_p50", r.tick_ns_p50},
-          {"tick_ns_p99", r.tick_ns_p99},
-          {"patch_build_ms_mean", r.patch_build_ms_mean},
-          {"frame_ms_mean", r.frame_ms_mean},
-          {"hand_over_step_max_n", r.hand_over.max_n},
-          {"hand_over_step_p999_n", r.hand_over.p999_n},
-          {"hand_over_share_within", r.hand_over.share_within},
-          {"felt_step_p999_n", r.felt_step.p999_n},
-          {"felt_step_share_within", r.felt_step.share_within},
-          {"contact_onsets", r.onset.onsets},
-          {"contact_onsets_missed", r.onset.missed},
-          {"contact_onset_worst_ms", r.onset.worst_ms},
-          {"contact_onset_median_ms", r.onset.median_ms},
-          {"patch_age_p95_ms", 1e3 * seconds(r.age_p95)},
-          {"uplink_bytes_s", r.uplink_bytes_s},
-          {"downlink_bytes_s", r.downlink_bytes_s},
-          {"energy_min_j", r.guard.energy_min_j},
-          {"damped_ticks", r.guard.damped},
-          {"dissipated_j", r.guard.dissipated_j},
-          {"damper_max_n", r.guard.damper_max_n},
-          {"damper_rms_n", r.guard.damper_rms_n()}};
+  Json json = fidelity_json(r.fidelity);
+  json.update({{"patches_used", r.patches_used},
+               {"patch_bytes_mean", r.patch_bytes_mean},
+               {"patch_states", r.patch_states},
+               {"tick_ns_p50", r.tick_ns_p50},
+               {"tick_ns_p99", r.tick_ns_p99},
+               {"patch_build_ms_mean", r.patch_build_ms_mean},
+               {"frame_ms_mean", r.frame_ms_mean},
+               {"hand_over_step_max_n", r.hand_over.max_n},
+               {"hand_over_step_p999_n", r.hand_over.p999_n},
+               {"hand_over_share_within", r.hand_over.share_within},
+               {"felt_step_p999_n", r.felt_step.p999_n},
+               {"felt_step_share_within", r.felt_step.share_within},
+               {"contact_onsets", r.onset.onsets},
+               {"contact_onsets_missed", r.onset.missed},
+               {"contact_onset_worst_ms", r.onset.worst_ms},
+               {"contact_onset_median_ms", r.onset.median_ms},
+               {"patch_age_p95_ms", 1e3 * seconds(r.age_p95)},
+               {"uplink_bytes_s", r.uplink_bytes_s},
+               {"downlink_bytes_s", r.downlink_bytes_s},
+               {"energy_min_j", r.guard.energy_min_j},
+               {"damped_ticks", r.guard.damped},
+               {"dissipated_j", r.guard.dissipated_j},
+               {"damper_max_n", r.guard.damper_max_n},
+               {"damper_rms_n", r.guard.damper_rms_n()}});
+  return json;
 }
 
 /// What is replayed: a body, and the motions of the hands on it. The first is the one that is reported.
 struct Given {
   Scene scene;
   std::vector<Motion> motions;
-  std::vector<Micros> resets = {};  ///< of the body
+  std::vector<std::uint8_t> present = {};  ///< by tick: the hand was there; empty: always
+  std::vector<Micros> resets = {};         ///< of the body
 };
 
 std::size_t hand_named(const Session& session, const std::string& name, const std::string& where) {
@@ -92,7 +96,8 @@ std::size_t hand_named(const Session& session, const std::string& name, const st
     if (name.empty() || session.hands[k].name == name) return k;
     names += (names.empty() ? "" : ", ") + session.hands[k].name;
   }
-  if (names.empty()) throw InputError(where, "holds no hand's motion", "a session in which somebody moved a tool");
+  if (names.empty())
+    throw InputError(where, "holds no hand's motion between --from-s and --to-s", "a time in which somebody moved");
   throw InputError("--station " + name, "is no hand in " + where, "one of " + names);
 }
 
@@ -104,7 +109,7 @@ Given given_by_recording(const ReplayFlags& flags) {
   const RecordingHead& head = recording.head();
   if (flags.scene.empty() && head.scene.empty())
     throw InputError(where, "was made by a client, which does not know the scene", "--scene FILE beside it");
-  const Session session = read_session(recording);
+  const Session session = cut(read_session(recording), flags.from_s, flags.to_s);
   const std::size_t which = hand_named(session, flags.station, where);
   if (session.blocks_lost > 0)
     fmt::print(stderr, "{}: {} blocks are damaged; hands move straight through\n", where, session.blocks_lost);
@@ -112,23 +117,43 @@ Given given_by_recording(const ReplayFlags& flags) {
     fmt::print("station \"{}\", with the {} other{} on the body\n", session.hands[which].name, session.hands.size() - 1,
                session.hands.size() > 2 ? "s" : "");
   return {flags.scene.empty() ? read_scene(head.scene, head.scene_file) : load_scene(flags.scene),
-          motions_of(session, which, where), resets_of(session)};
+          motions_of(session, which, where), presence_of(session, which), resets_of(session)};
 }
 
 Given given_by(const ReplayFlags& flags) {
   if (!flags.recording.empty()) {
-    if (!flags.motion.empty()) throw InputError("--motion", "beside --recording", "one of the two");
+    if (!flags.motion.empty() || !flags.gesture.empty())
+      throw InputError(flags.motion.empty() ? "--gesture" : "--motion", "beside --recording", "one of the two");
     return given_by_recording(flags);
   }
   if (!flags.station.empty()) throw InputError("--station", "without a recording", "--recording FILE");
-  if (flags.scene.empty() || flags.motion.empty())
-    throw InputError(flags.scene.empty() ? "--scene" : "--motion", "is missing", "--scene and --motion, or --recording");
-  return {load_scene(flags.scene), {read_motion(flags.motion)}};
+  if (flags.from_s > 0 || flags.to_s < kMostSeconds)
+    throw InputError(flags.from_s > 0 ? "--from-s" : "--to-s", "without a recording", "--recording FILE");
+  if (!flags.motion.empty() && !flags.gesture.empty()) throw InputError("--gesture", "beside --motion", "one of the two");
+  if (flags.scene.empty() || (flags.motion.empty() && flags.gesture.empty()))
+    throw InputError(flags.scene.empty() ? "--scene" : "--motion", "is missing",
+                     "--scene with --motion or --gesture, or --recording");
+  if (!flags.gesture.empty()) {
+    Scene scene = load_scene(flags.scene);
+    Motion motion = surface_gesture(scene, *surface_gesture_from_name(flags.gesture));
+    return {std::move(scene), {std::move(motion)}, {}};
+  }
+  return {load_scene(flags.scene), {read_motion(flags.motion)}, {}};
+}
+
+/// Time with a hand, of the whole; nothing when it was there throughout.
+void say_presence(const std::vector<std::uint8_t>& present) {
+  const auto there = std::count(present.begin(), present.end(), std::uint8_t{1});
+  if (there + 1 < std::ssize(present))
+    fmt::print("a hand was there for {:.1f} of {:.1f} s; the rest is not scored\n", 1e-3 * static_cast<double>(there),
+               1e-3 * static_cast<double>(present.size()));
 }
 
 int run_replay(const ReplayFlags& flags) {
+  if (flags.from_s >= flags.to_s) throw InputError("--from-s", "is not before --to-s", "a time before it");
   ReplayOptions options = options_of(flags);
-  const auto [scene, motions, resets] = given_by(flags);
+  const auto [scene, motions, present, resets] = given_by(flags);
+  options.scored = present;
   options.resets = resets;
   const auto out = make_output_folder(flags.out);
   if (scene.tool.contact == ContactKind::attach && needs_settling(scene, motions.front().position(0.0)))
@@ -136,16 +161,29 @@ int run_replay(const ReplayFlags& flags) {
         stderr,
         "the body is given {:g} s to settle before the motion: it hangs in gravity, or the motion starts beside the node\n",
         seconds(kSettle));
+  options.progress = show_progress();
   const ReplayResult result = replay_together(scene, motions, options, stopwatch_ns).front();
+  options.progress = {};
   write_forces(out / "forces.csv", result);
-  write_json(out / "summary.json", summary(result));
+  Json figures = summary(result);
+  figures["hand_s"] = 1e-3 * static_cast<double>(present.empty() ? std::ssize(result.ticks)
+                                                                 : std::count(present.begin(), present.end(), std::uint8_t{1}));
+  write_json(out / "summary.json", figures);
+  say_presence(present);
+  const bool scored = result.fidelity.contact_ticks > 0;
   plot_csv(out / "forces.csv", out / "forces.svg",
-           fmt::format("{}, {} at {:g} Hz, RTT {:g} ms: {:.1f} dB", scene.name, flags.scheme, flags.link.rate_hz,
-                       flags.link.rtt_ms, result.fidelity.snr_db),
+           fmt::format("{}, {} at {:g} Hz, RTT {:g} ms: {}", scene.name, flags.scheme, flags.link.rate_hz, flags.link.rtt_ms,
+                       scored ? fmt::format("{:.1f} dB", result.fidelity.snr_db) : "no contact"),
            "time [s]",
            {{"force x [N]", {{"1:5", "1 kHz full model", 0}, {"1:2", flags.scheme, 1}}},
             {"force y [N]", {{"1:6", "1 kHz full model", 0}, {"1:3", flags.scheme, 1}}},
             {"force z [N]", {{"1:7", "1 kHz full model", 0}, {"1:4", flags.scheme, 1}}}});
+  if (!scored) {
+    std::vector<Vec3> path;
+    for (const ReplayTick& tick : result.ticks) path.push_back(tick.position);
+    fmt::print(stderr, "palpate-lab: {}; see {}\n", no_contact(scene, path), (out / "forces.csv").string());
+    return 1;
+  }
   fmt::print("{} over {:g} ms RTT: {:.1f} dB, p95 error {:.1f} %, lag {} ms, {} patches of {:.0f} B with {} states\n{}\n",
              flags.scheme, flags.link.rtt_ms, result.fidelity.snr_db, 100 * result.fidelity.p95_rel_error, result.fidelity.lag_ms,
              result.patches_used, result.patch_bytes_mean, result.patch_states, (out / "summary.json").string());
@@ -163,8 +201,14 @@ void add_replay(CLI::App& app, Run& run) {
       app.add_subcommand("replay", "any motion through any scheme over any link, in virtual time, beside the 1 kHz full model");
   c->add_option("--scene", flags->scene, "scene file (JSON); with --recording: instead of the recorded one");
   c->add_option("--motion", flags->motion, "motion file (CSV t_s,x_m,y_m,z_m)");
+  c->add_option("--gesture", flags->gesture, "in place of a motion: one made from the body's own surface")
+      ->check(CLI::IsMember(std::vector<std::string>(kSurfaceGestureNames.begin(), kSurfaceGestureNames.end())));
   c->add_option("--recording", flags->recording, "in place of a motion: the hands of a recorded session, and its scene");
   c->add_option("--station", flags->station, "of the recording: whose force is reported; default: the first that moved");
+  c->add_option("--from-s,--from", flags->from_s, "of the recording: from this time on")->check(between(0, kMostSeconds));
+  c->add_option("--to-s,--to", flags->to_s, "of the recording: to this time; default: to its end")
+      ->check(between(0, kMostSeconds))
+      ->default_str("");
   c->add_option("--scheme", flags->scheme, "how patches are made")->required();
   c->add_option("--order", flags->order, "states of a patch (twice its modes), 0: the scheme's default")
       ->check(CLI::Range(0, 2 * kMaxModes));
@@ -174,8 +218,9 @@ void add_replay(CLI::App& app, Run& run) {
   c->add_option("--deadband", flags->deadband, "share of the force below which a change is not sent, 0: every patch is")
       ->check(between(0, kMaxDeadband));
   c->add_option("--passivity", flags->passivity, "passivity limiter of the guard; observe: energies alone")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, PassivityMode>{
-          {"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}}));
+      ->transform(one_of_names<PassivityMode>(
+          {{"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}}))
+      ->default_str("off");
   c->add_option("--out", flags->out, "folder for forces.csv, summary.json, forces.svg")->required();
   c->callback([flags, &run] { run = [flags] { return run_replay(*flags); }; });
 }

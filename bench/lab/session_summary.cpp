@@ -103,8 +103,8 @@ Json page_of(const RecordingReader& recording, const Session& session, double ov
           {"lost", session.blocks_lost > 0 ? fmt::format("{}", session.blocks_lost) : ""},
           {"threshold", fmt::format("{:g}", over_n)},
           {"force_source",
-           room ? fmt::format("Known at the frames of the server, {:g} a second: short peaks between them are missed; "
-                              "a recording of the client has every millisecond.",
+           room ? fmt::format("Of the server's body at its frames, {:g} a second: not what the hand felt, whose peaks are "
+                              "between them; a recording of the client has that, every millisecond.",
                               head.rate_hz)
                 : "As it was rendered, every millisecond."}};
 }
@@ -117,6 +117,10 @@ int run_summary(const SessionSummaryFlags& flags) {
   export_csv(recording, out);
   const Session session = read_session(recording);
   Json page = page_of(recording, session, flags.over_n), summary = {{"threshold_n", flags.over_n}};
+  const RecordingHead& head = recording.head();
+  const bool sampled = head.kind == RecordingKind::room;
+  summary["force_rate_hz"] = sampled ? head.rate_hz : kHapticRateHz;
+  summary["force_is_felt"] = sampled ? 0 : 1;
   summary["complete"] = recording.complete() && session.blocks_lost == 0 ? 1 : 0;
   summary["stations"] = Json::object();
   for (const SessionHand& hand : session.hands) {
@@ -126,9 +130,16 @@ int run_summary(const SessionSummaryFlags& flags) {
     plot(folder, hand, flags.over_n);
     summary["stations"][hand.name] = figures_of(m);
     page["hands"].push_back(row_of(hand, m, folder));
-    fmt::print("{}: {:.1f} s in contact, {:.2f} N peak, {:.2f} N mean, {:.1f} s over {:g} N, path {:.2f} m, smoothness {:.2f}\n",
-               hand.name, m.contact_s, m.force_peak_n, m.force_mean_n, m.over_s, flags.over_n, m.path_m, m.sparc);
+    fmt::print("{}: {:.1f} s in contact, {:.2f} N {}, {:.2f} N mean, {:.1f} s over {:g} N, path {:.2f} m, smoothness {:.2f}\n",
+               hand.name, m.contact_s, m.force_peak_n, sampled ? "peak of the server's frames" : "peak felt", m.force_mean_n,
+               m.over_s, flags.over_n, m.path_m, m.sparc);
   }
+  if (sampled)
+    fmt::print(
+        "forces are those of the server's body, {:g} a second: a hand felt more in between. What it felt is in a recording of "
+        "its "
+        "client (palpate-client --record), or computed again by palpate-lab replay --recording\n",
+        head.rate_hz);
   write_json(out / "summary.json", summary);
   write_text(out / "report.html", render_page(kSessionPage, page));
   fmt::print("{}\n", (out / "report.html").string());

@@ -145,10 +145,7 @@ int run_stability(const StabilityFlags& flags) {
   const std::vector<StabilityPoint> all = stability_points(plan);
   for (const StabilityPoint& p : shard.part_of(all)) cells.push_back({p});
   fmt::print("{} points of {}\n", cells.size(), all.size());
-  measure_cells(cells, flags.cube(), flags.shards.jobs, [&](std::size_t done) {
-    if (done % 100 == 0) fmt::print("{} of {}\n", done, cells.size());
-    std::fflush(stdout);
-  });
+  measure_cells(cells, flags.cube(), flags.shards.jobs);
   write_text(shard.file(out), cells_csv(cells));
   return shard.of > 1 || report(cells, flags.cube(), out) ? 0 : 1;
 }

@@ -157,12 +157,8 @@ int run_body_sweep(const BodySweep& sweep) {
                                               : std::vector{trial_from(fields_of(sweep.only), "--only")};
     for (const BodyTrial& t : trials) cells.push_back({t, {}});
     fmt::print("{} trials\n", cells.size());
-    const auto done = [&](std::size_t ended) {
-      if (ended % 100 == 0) fmt::print("{} of {}\n", ended, cells.size());
-      std::fflush(stdout);
-    };
-    run_counted(
-        cells.size(), [&](std::size_t i) { cells[i].result = try_body(cells[i].trial); }, sweep.shards.jobs, done);
+    run_all(
+        cells.size(), [&](std::size_t i) { cells[i].result = try_body(cells[i].trial); }, sweep.shards.jobs);
   }
   const bool part = shard.of > 1 && !sweep.shards.merge;
   write_text(part ? shard.file(out) : out / "cells.csv", cells_csv(cells));

@@ -81,8 +81,7 @@ StabilityReference reference_of(const StabilityPoint& point, StabilityCube cube)
   return stability_reference(scene_of(cube, point.contact), point);
 }
 
-void measure_cells(std::vector<StabilityCell>& cells, StabilityCube cube, unsigned jobs,
-                   const std::function<void(std::size_t)>& done) {
+void measure_cells(std::vector<StabilityCell>& cells, StabilityCube cube, unsigned jobs) {
   std::map<ReferenceKey, StabilityReference> references;
   std::map<ReferenceKey, const StabilityPoint*> wanted;
   for (const StabilityCell& c : cells) {
@@ -92,9 +91,9 @@ void measure_cells(std::vector<StabilityCell>& cells, StabilityCube cube, unsign
   std::vector<std::pair<const StabilityPoint*, StabilityReference*>> list;
   for (const auto& [key, point] : wanted) list.emplace_back(point, &references[key]);
   run_all(
-      list.size(), [&](std::size_t i) { *list[i].second = reference_of(*list[i].first, cube); }, jobs);
-  run_counted(
-      cells.size(), [&](std::size_t i) { measure_cell(cells[i], references.at(reference_key(cells[i].point))); }, jobs, done);
+      list.size(), [&](std::size_t i) { *list[i].second = reference_of(*list[i].first, cube); }, jobs, "the references");
+  run_all(
+      cells.size(), [&](std::size_t i) { measure_cell(cells[i], references.at(reference_key(cells[i].point))); }, jobs);
 }
 
 std::string key_of(const StabilityPoint& p) {

@@ -25,9 +25,8 @@ double cube_stiffness_n_m();
 /// Of the paper's springs, or the same cube of finite elements.
 enum class StabilityCube : std::uint8_t { springs, solid };
 
-/// Fills in the measures, `jobs` at a time; `done` hears how many are done, from any thread, one at a time.
-void measure_cells(std::vector<StabilityCell>& cells, StabilityCube cube, unsigned jobs,
-                   const std::function<void(std::size_t)>& done);
+/// Fills in the measures, `jobs` at a time.
+void measure_cells(std::vector<StabilityCell>& cells, StabilityCube cube, unsigned jobs);
 
 /// The scene of a point, and its reference.
 StabilityReference reference_of(const StabilityPoint& point, StabilityCube cube);

@@ -109,9 +109,20 @@ int colour_of(LoopFault fault) {
   return std::array{kStable, kLost, kUnrest, kShakes}[static_cast<std::size_t>(fault)];
 }
 
+/// What colours and marks mean, beside the curves of the first panel.
+std::string map_legend() {
+  std::string s;
+  for (const auto& [fault, meaning] : {std::pair{LoopFault::none, "stable"},
+                                       {LoopFault::shakes, "s: shakes while driven"},
+                                       {LoopFault::unrest, "x: keeps moving when left alone"},
+                                       {LoopFault::lost, "x, dark: runs away"}})
+    s += fmt::format(", keyentry with boxes fs solid noborder fc rgb '#{:06x}' title {}", colour_of(fault), quoted(meaning));
+  return s + ", keyentry with boxes fs solid border rgb '#888888' fc rgb '#ffffff' title 'blank: not run'";
+}
+
 void draw(const std::filesystem::path& out, const StabilityMapsCells& cells, const Map& map, ContactKind contact) {
   constexpr int kColumnsLeast = 2, kColumnsMost = 5, kPanelWidth = 225, kLetterWidth = 9, kRowHeight = 17, kAround = 130,
-                kTitle = 60;
+                kTitle = 60, kLegendLine = 18, kLegendAt = 34;
   const Table table = table_of(cells, map);
   const auto by_length = [](const std::string& a, const std::string& b) { return a.size() < b.size(); };
   const int longest = static_cast<int>(std::max_element(map.rows.begin(), map.rows.end(), by_length)->size());
@@ -124,10 +135,11 @@ void draw(const std::filesystem::path& out, const StabilityMapsCells& cells, con
   for (std::size_t k = 0; k < table.schemes.size(); ++k) {
     panels += fmt::format(
         "set title {} offset 0,-0.6\nset ylabel {}\nplot {} using ($4):($5):(0.47):(0.46):8 every ::{}::{} skip 1 "
-        "with boxxyerror fs solid noborder fc rgb variable, {} using 4:5:9 every ::{}::{} skip 1 with labels "
-        "font ',11' tc rgb '#101010'\n",
+        "with boxxyerror fs solid noborder fc rgb variable notitle, {} using 4:5:9 every ::{}::{} skip 1 with labels "
+        "font ',11' tc rgb '#101010' notitle{}\nunset key\n",
         quoted(std::string(name_of(table.schemes[k]))), quoted(k % kColumnsMost == 0 ? map.title : ""), quoted(file.string()),
-        rows, rows + table.cells[k].size() - 1, quoted(file.string()), rows, rows + table.cells[k].size() - 1);
+        rows, rows + table.cells[k].size() - 1, quoted(file.string()), rows, rows + table.cells[k].size() - 1,
+        k == 0 ? map_legend() : "");
     rows += table.cells[k].size();
     for (const StabilityCell* c : table.cells[k]) {
       const std::string row = map.place(c->point);
@@ -139,11 +151,14 @@ void draw(const std::filesystem::path& out, const StabilityMapsCells& cells, con
   if (table.schemes.empty()) return;
   write_text(file, csv);
   const int lines = (schemes + kColumnsMost - 1) / kColumnsMost;
-  const int height = kTitle + lines * (kAround + kRowHeight * static_cast<int>(map.rows.size()));
-  std::string s = fmt::format("set multiplot layout {},{} title {} noenhanced font ',12'\n", lines, columns,
-                              quoted(fmt::format("{}: x keeps moving or is lost (dark), s shakes while driven",
-                                                 contact == ContactKind::attach ? "Grasp" : "Touch")));
-  s += fmt::format("unset key\nunset grid\nset border 0\nset tics scale 0\nset xtics ({})\nset ytics ({})\n", tics(round_trips),
+  const int legend_lines = columns < kColumnsMost ? 3 : 2;  // what its width has room for
+  const int height = kTitle + legend_lines * kLegendLine + lines * (kAround + kRowHeight * static_cast<int>(map.rows.size()));
+  std::string s = fmt::format("set multiplot layout {},{} title \"{}{}\" noenhanced font ',12'\n", lines, columns,
+                              contact == ContactKind::attach ? "Grasp" : "Touch",
+                              std::string(legend_lines == 2 ? "\\n \\n " : "\\n \\n \\n "));
+  s += fmt::format("set key at screen 0.5, screen {:.4f} center top vertical reverse Left maxrows {} font ',11' samplen 1.5\n",
+                   1 - static_cast<double>(kLegendAt) / height, legend_lines);
+  s += fmt::format("unset grid\nset border 0\nset tics scale 0\nset xtics ({})\nset ytics ({})\n", tics(round_trips),
                    tics(map.rows));
   s += fmt::format("set xrange [-0.5:{}]\nset yrange [-0.5:{}]\nset xlabel 'round trip [ms]'\nset tics font ',10'\n",
                    static_cast<double>(round_trips.size()) - 0.5, static_cast<double>(map.rows.size()) - 0.5);

@@ -9,6 +9,7 @@
 #include "bench/lab/link_flags.hpp"
 #include "bench/lab/output.hpp"
 #include "bench/lab/plot.hpp"
+#include "bench/lab/progress.hpp"
 #include "bench/measure/replay.hpp"
 #include "bench/measure/tools_apart.hpp"
 #include "common/base/error.hpp"
@@ -37,7 +38,8 @@ void write_forces(const std::filesystem::path& file, const std::vector<ReplayRes
 }
 
 int run_stations(const StationsFlags& flags) {
-  const ReplayOptions options = replay_options(flags.scheme, flags.order, flags.link);
+  ReplayOptions options = replay_options(flags.scheme, flags.order, flags.link);
+  options.progress = show_progress();
   const Scene scene = load_scene(flags.scene);
   if (scene.tool.contact != ContactKind::touch)
     throw InputError(flags.scene, "has tools that attach to one node", "a scene with \"contact\": \"touch\"");

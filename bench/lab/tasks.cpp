@@ -17,7 +17,8 @@ void add_references(SweepTasks& tasks, unsigned jobs) {
   std::vector<SweepTask*> list;
   for (auto& [name, task] : tasks) list.push_back(&task);
   run_all(
-      list.size(), [&](std::size_t i) { list[i]->reference = reference_of(list[i]->scene, list[i]->motion); }, jobs);
+      list.size(), [&](std::size_t i) { list[i]->reference = reference_of(list[i]->scene, list[i]->motion); }, jobs,
+      "the references");
 }
 
 }  // namespace palpate

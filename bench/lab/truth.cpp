@@ -100,16 +100,13 @@ void draw(const std::filesystem::path& out, const std::vector<TruthCells>& curve
   }
   std::vector<GridPanel> panels;
   for (const std::string& scene : scenes) {
-    // One legend for all panels, and room for it.
-    const std::string title = "set tmargin 7.5\nset title offset 0,4\n";
-    const std::string key = title + (panels.empty() ? "set key maxrows 4\n" : "unset key\n");
-    panels.push_back(panel_of(out, curves, scene, "truth of the force [dB]", "1:2", key + "set yrange [-10:80]"));
+    panels.push_back(panel_of(out, curves, scene, "truth of the force [dB]", "1:2", "set yrange [-10:80]"));
     panels.push_back(panel_of(out, curves, scene, "p95 error [noticeable differences]", "1:4",
-                              title + "unset key\nset logscale y\nset format y '%g'\nset yrange [0.003:30]\n"
-                                      "set arrow from graph 0, first 1 to graph 1, first 1 nohead lc rgb '#888888' dt 2\n"
-                                      "set arrow from graph 0, first 0.1 to graph 1, first 0.1 nohead lc rgb '#888888' dt 2"));
+                              "set logscale y\nset format y '%g'\nset yrange [0.003:30]\n"
+                              "set arrow from graph 0, first 1 to graph 1, first 1 nohead lc rgb '#888888' dt 2\n"
+                              "set arrow from graph 0, first 0.1 to graph 1, first 0.1 nohead lc rgb '#888888' dt 2"));
   }
-  plot_grid(out / "truth.svg", "Force error against the round trip: press, stroke, tap, release", 2, panels);
+  plot_grid_with_one_legend(out / "truth.svg", "Force error against the round trip: press, stroke, tap, release", 2, panels);
 }
 
 /// Round trip up to which the p95 error stays below `limit` [ms].
@@ -170,12 +167,13 @@ void print(const std::vector<TruthCells>& curves) {
   }
 }
 
-void report(const TruthCells& cells, const std::filesystem::path& out) {
+void report(const TruthCells& cells, const std::vector<std::string>& untouched, const std::filesystem::path& out) {
   const std::vector<TruthCells> curves = curves_of(cells);
-  draw(out, curves);
+  if (!curves.empty()) draw(out, curves);
   print(curves);
   Json summary{{"jnd_share", kForceJnd}, {"curves", Json::array()}};
   for (const TruthCells& curve : curves) summary["curves"].push_back(to_json(curve));
+  if (!untouched.empty()) summary["scenes_without_contact"] = untouched;
   write_json(out / "summary.json", summary);
   fmt::print("\n{}\n{}\n", (out / "truth.svg").string(), (out / "summary.json").string());
 }
@@ -196,19 +194,18 @@ int run_truth(const TruthFlags& flags) {
   if (flags.shards.merge) {
     cells = merged_cells(out, read_truth_cells);
     write_text(out / "cells.csv", cells_csv(cells));
-    report(cells, out);
+    report(cells, {}, out);
     return 0;
   }
   const TruthCells all = truth_cells(grid);
   cells = shard.part_of(all);
   fmt::print("{} runs of {}\n", cells.size(), all.size());
-  measure_cells(grid, cells, flags.shards.jobs, [&](std::size_t done) {
-    if (done % 10 == 0) fmt::print("{} of {}\n", done, cells.size());
-    std::fflush(stdout);
-  });
+  const std::vector<std::string> untouched = measure_cells(grid, cells, flags.shards.jobs);
   write_text(shard.file(out), cells_csv(cells));
-  if (shard.of == 1) report(cells, out);
-  return 0;
+  if (shard.of == 1) report(cells, untouched, out);
+  for (const std::string& scene : untouched)
+    fmt::print(stderr, "palpate-lab: no contact: the examination never meets the body of {}, so it is not scored\n", scene);
+  return untouched.empty() ? 0 : 1;
 }
 
 }  // namespace

@@ -21,17 +21,17 @@ constexpr const char* kHeader = "scene,scheme,row,rtt_ms,served,snr_db,median_er
 std::filesystem::path file_of(const TruthGrid& grid, const std::string& scene) { return grid.scenes / (scene + ".json"); }
 
 std::vector<std::string> scenes_of(const TruthGrid& grid) {
-  for (const std::string& name : grid.only)
-    if (!std::filesystem::exists(file_of(grid, name)))
-      throw InputError("--only " + name, "is no scene of " + grid.scenes.string(), "the name of a file there without .json");
-  if (!grid.only.empty()) return grid.only;
   std::vector<std::string> names;
   if (std::filesystem::is_directory(grid.scenes))
     for (const auto& entry : std::filesystem::directory_iterator(grid.scenes))
       if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
   if (names.empty()) throw InputError("--scenes " + grid.scenes.string(), "holds no scene", "a folder of *.json");
   std::sort(names.begin(), names.end());
-  return names;
+  for (const std::string& name : grid.only)
+    if (!std::filesystem::exists(file_of(grid, name)))
+      throw InputError("--only " + name, "is no scene of " + grid.scenes.string(),
+                       fmt::format("one of {}", fmt::join(names, ", ")));
+  return grid.only.empty() ? names : grid.only;
 }
 
 /// Rows beside the real one: of the schemes that go with them.
@@ -110,13 +110,18 @@ std::vector<TruthCell> truth_cells(const TruthGrid& grid) {
   return cells;
 }
 
-void measure_cells(const TruthGrid& grid, std::vector<TruthCell>& cells, unsigned jobs,
-                   const std::function<void(std::size_t)>& done) {
+std::vector<std::string> measure_cells(const TruthGrid& grid, std::vector<TruthCell>& cells, unsigned jobs) {
   SweepTasks tasks;
   for (const TruthCell& cell : cells) add_examination(tasks, grid.scenes, cell.scene);
   add_references(tasks, jobs);
-  run_counted(
-      cells.size(), [&](std::size_t i) { measure_cell(cells[i], tasks.at(cells[i].scene)); }, jobs, done);
+  std::vector<std::string> untouched;
+  for (const auto& [name, task] : tasks)
+    if (compare(task.reference.force, task.reference.force, kSkipTicks).contact_ticks == 0) untouched.push_back(name);
+  std::erase_if(
+      cells, [&](const TruthCell& cell) { return std::find(untouched.begin(), untouched.end(), cell.scene) != untouched.end(); });
+  run_all(
+      cells.size(), [&](std::size_t i) { measure_cell(cells[i], tasks.at(cells[i].scene)); }, jobs);
+  return untouched;
 }
 
 std::string cells_csv(const std::vector<TruthCell>& cells) {

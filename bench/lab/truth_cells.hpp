@@ -47,10 +47,9 @@ struct TruthGrid {
 
 /// Cells without their measures, in an order that depends on the grid alone. InputError where there is no such scene.
 std::vector<TruthCell> truth_cells(const TruthGrid& grid);
-/// Fills in the measures of all cells, `jobs` at a time; references are computed once a scene. `done` hears how many are done,
-/// from any thread, one at a time. Throws what replay() throws.
-void measure_cells(const TruthGrid& grid, std::vector<TruthCell>& cells, unsigned jobs,
-                   const std::function<void(std::size_t)>& done);
+/// Fills in the measures of all cells, `jobs` at a time; references are computed once a scene. Cells of scenes whose tool never
+/// meets the body in the examination are taken out: there is nothing to score. Returns those scenes. Throws what replay() throws.
+std::vector<std::string> measure_cells(const TruthGrid& grid, std::vector<TruthCell>& cells, unsigned jobs);
 
 std::string cells_csv(const std::vector<TruthCell>& cells);
 /// The other way; InputError with file and line.

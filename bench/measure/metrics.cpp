@@ -112,6 +112,7 @@ Fidelity compare(std::span<const Vec3> felt, std::span<const Vec3> reference, st
     error += (felt[i] - reference[i]).squaredNorm();
     variance += (reference[i] - mean).squaredNorm();
     power += reference[i].squaredNorm();
+    result.contact_ticks += reference[i].squaredNorm() > 0;
   }
   result.snr_db = error > 0 ? std::clamp(10 * std::log10(variance / error), -kSnrCeilingDb, kSnrCeilingDb) : kSnrCeilingDb;
   result.rel_rms = power > 0 ? std::sqrt(error / power) : 0;

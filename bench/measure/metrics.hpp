@@ -7,6 +7,8 @@
 //   a
 //                   period of a motion that repeats itself)
 //   force_step_max  largest change of f between ticks beyond the reference's own, max(|f_n - f_n-1| - |r_n - r_n-1|, 0)
+//   contact_ticks   ticks in which the body pushes on the tool, r != 0. At 0 the two never met: nothing is scored then, the other
+//                   figures say nothing
 // f felt force, r reference force. All over the same ticks, the first `skip` left out.
 #pragma once
 
@@ -21,6 +23,7 @@ namespace palpate {
 struct Fidelity {
   double snr_db = 0, rel_rms = 0, p95_rel_error = 0, force_step_max_n = 0;
   int lag_ms = 0;
+  std::size_t contact_ticks = 0;
 };
 
 inline constexpr int kLagMaxMs = 1200;

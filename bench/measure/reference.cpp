@@ -121,8 +121,8 @@ Vec3 ReferenceModel::force(std::size_t tool) const {
   return contact(tool) ? Vec3(-s.port_of(tool)->lambda) : Vec3::Zero();
 }
 
-std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths,
-                                             std::span<const Micros> resets) {
+std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths, std::span<const Micros> resets,
+                                             const std::function<void(double)>& progress) {
   std::vector<ReferenceForce> result(paths.size());
   if (paths.empty() || paths[0].empty()) return result;
   std::vector<Vec3> tools(paths.size());
@@ -140,6 +140,7 @@ std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const
       result[k].force.push_back(model.force(k));
       result[k].contact.push_back(model.contact(k));
     }
+    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(paths[0].size()));
   }
   return result;
 }

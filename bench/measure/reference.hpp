@@ -4,6 +4,8 @@
 // bodies up to kFineNodes nodes, one tick above). The body starts as the server's does: settled, the tool taken up beforehand.
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -44,9 +46,10 @@ using ToolPath = std::vector<Vec3>;
 /// Throws std::runtime_error when the model cannot be stepped.
 ReferenceForce reference_force(const Scene& scene, const ToolPath& path);
 /// Several tools on one body, in the order of `paths`, which are equally long. `attach` knows one node, so one tool.
-/// The body is reset at `resets`, ascending, into the paths.
+/// The body is reset at `resets`, ascending, into the paths. `progress` hears which share of the paths is done, every tick.
 std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths,
-                                             std::span<const Micros> resets = {});
+                                             std::span<const Micros> resets = {},
+                                             const std::function<void(double)>& progress = {});
 
 /// Whether taking up the tool at `start` disturbs the body (it hangs in gravity, or the grasp begins beside the node): then both
 /// the server and the reference are given kSettle before the motion begins.

@@ -64,7 +64,19 @@ std::vector<HandOver> felt_steps(const std::vector<ReplayTick>& ticks, const std
   return steps;
 }
 
-void measure(ReplayResult& result, const ReferenceForce& reference) {
+/// From kSkipTicks on, where `scored` says so.
+Fidelity fidelity_of(const std::vector<Vec3>& felt, const std::vector<Vec3>& reference, const std::vector<std::uint8_t>& scored) {
+  if (scored.empty()) return compare(felt, reference, kSkipTicks);
+  std::vector<Vec3> felt_there, reference_there;
+  for (std::size_t i = kSkipTicks; i < std::min(felt.size(), scored.size()); ++i) {
+    if (!scored[i]) continue;
+    felt_there.push_back(felt[i]);
+    reference_there.push_back(reference[i]);
+  }
+  return compare(felt_there, reference_there, 0);
+}
+
+void measure(ReplayResult& result, const ReferenceForce& reference, const std::vector<std::uint8_t>& scored) {
   std::vector<Vec3> felt;
   std::vector<std::uint8_t> contact;
   std::vector<double> ages_us;
@@ -76,7 +88,7 @@ void measure(ReplayResult& result, const ReferenceForce& reference) {
     contact.push_back(tick.contact);
     if (tick.patch_age >= Micros{}) ages_us.push_back(static_cast<double>(tick.patch_age.count()));
   }
-  result.fidelity = compare(felt, reference.force, kSkipTicks);
+  result.fidelity = fidelity_of(felt, reference.force, scored);
   result.onset = onset_errors(contact, reference.contact);
   std::vector<HandOver> between;
   for (const ReplaySwap& swap : result.swaps) between.push_back(swap.between);
@@ -216,6 +228,8 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
       if (out.swapped) results[k].swaps.push_back({done.size(), {out.hand_over_step_n, out.force.norm()}});
       done.push_back({position, out.force, Vec3::Zero(), out.has_patch ? out.patch_age : Micros{-1}, out.contact, false});
       paths[k].push_back(position);
+      if (options.progress && k == 0)
+        options.progress("what the hand feels", static_cast<double>(done.size()) / static_cast<double>(ticks));
     };
     tick_ns[k].clear();
     before[k] = tally_of(world, k);
@@ -226,12 +240,15 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
   results[0].starts = std::move(starts);
   for (const ReplayFrame& f : frames)
     if (f.t >= begin) results[0].frames.push_back({f.t - begin, f.force});
+  const auto full_model_progress = [&](double share) {
+    if (options.progress) options.progress("the full model at 1 kHz", share);
+  };
   const bool known =
       options.reference && n == 1 && !options.simulated_device && options.reference->force.size() == paths[0].size();
-  const std::vector<ReferenceForce> references =
-      known ? std::vector<ReferenceForce>{*options.reference} : reference_forces(scene, paths, options.resets);
+  const std::vector<ReferenceForce> references = known ? std::vector<ReferenceForce>{*options.reference}
+                                                       : reference_forces(scene, paths, options.resets, full_model_progress);
   for (std::size_t k = 0; k < n; ++k) {
-    measure(results[k], references[k]);
+    measure(results[k], references[k], k == 0 ? options.scored : std::vector<std::uint8_t>{});
     count(results[k], world, k, before[k], length);
     results[k].tick_ns_p50 = percentile(tick_ns[k], 0.5);
     results[k].tick_ns_p99 = percentile(std::move(tick_ns[k]), 0.99);

@@ -1,6 +1,7 @@
 // Any motion through any scheme over any link, in virtual time, by the real cores (world.hpp), beside the reference.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -27,6 +28,10 @@ struct ReplayOptions {
   double deadband = 0;              ///< of ServerOptions
   std::vector<Micros> resets = {};  ///< of the body, into the motions, ascending
   bool keep_starts = false;         ///< ReplayResult::starts
+  /// By tick of the first station: 0 where nothing is scored, as no hand was there. Empty: all is.
+  std::vector<std::uint8_t> scored = {};
+  /// Hears what is being done, and which share of that is done, every tick.
+  std::function<void(const char* what, double share)> progress = {};
 };
 
 struct ReplayTick {

@@ -1,6 +1,8 @@
 #include "bench/measure/session.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -37,11 +39,14 @@ void add_block(Session& session, const RecordingReader& recording, const Recorde
   }
 }
 
-/// When the first hand was seen first.
-double begin_of(const Session& session) {
-  double begin_s = 1e300;
-  for (const SessionHand& hand : session.hands) begin_s = std::min(begin_s, hand.path.front().t_s);
-  return begin_s;
+/// First and last sample of any hand.
+std::pair<double, double> extent_s(const Session& session) {
+  double begin_s = 1e300, end_s = -1e300;
+  for (const SessionHand& hand : session.hands) {
+    begin_s = std::min(begin_s, hand.path.front().t_s);
+    end_s = std::max(end_s, hand.path.back().t_s);
+  }
+  return {begin_s, end_s};
 }
 
 }  // namespace
@@ -59,10 +64,32 @@ Session read_session(const RecordingReader& recording) {
   return session;
 }
 
+Session cut(Session session, double from_s, double to_s) {
+  const auto outside = [&](const auto& item) { return item.t_s < from_s || item.t_s > to_s; };
+  for (SessionHand& hand : session.hands) {
+    std::erase_if(hand.path, outside);
+    std::erase_if(hand.forces, outside);
+  }
+  std::erase_if(session.hands, [](const SessionHand& hand) { return hand.path.empty(); });
+  std::erase_if(session.resets_s, [&](double t_s) { return t_s < from_s || t_s > to_s; });
+  return session;
+}
+
+std::vector<std::uint8_t> presence_of(const Session& session, std::size_t which) {
+  const auto [begin_s, end_s] = extent_s(session);
+  const double from_s = begin_s;
+  const auto tick = [&](double t_s) { return static_cast<std::size_t>(std::lround((t_s - from_s) * 1e3)); };
+  std::vector<std::uint8_t> there(tick(end_s) + 1, 0);
+  const std::vector<MotionPoint>& path = session.hands[which].path;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i)
+    if (path[i + 1].t_s - path[i].t_s <= kGoneS)
+      std::fill(there.begin() + static_cast<std::ptrdiff_t>(tick(path[i].t_s)),
+                there.begin() + static_cast<std::ptrdiff_t>(tick(path[i + 1].t_s)) + 1, std::uint8_t{1});
+  return there;
+}
+
 std::vector<Motion> motions_of(const Session& session, std::size_t which, const std::string& name) {
-  const double begin_s = begin_of(session);
-  double end_s = -1e300;
-  for (const SessionHand& hand : session.hands) end_s = std::max(end_s, hand.path.back().t_s);
+  const auto [begin_s, end_s] = extent_s(session);
   std::vector<Motion> motions;
   for (std::size_t k = 0; k < session.hands.size(); ++k) {
     const SessionHand& hand = session.hands[(which + k) % session.hands.size()];
@@ -76,7 +103,7 @@ std::vector<Motion> motions_of(const Session& session, std::size_t which, const 
 
 std::vector<Micros> resets_of(const Session& session) {
   std::vector<Micros> resets;
-  for (const double t_s : session.resets_s) resets.push_back(std::max(Micros{}, from_seconds(t_s - begin_of(session))));
+  for (const double t_s : session.resets_s) resets.push_back(std::max(Micros{}, from_seconds(t_s - extent_s(session).first)));
   return resets;
 }
 

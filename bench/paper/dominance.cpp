@@ -1,8 +1,10 @@
 #include "bench/paper/dominance.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
+#include <stdexcept>
 
 #include "server/linear/balance.hpp"
 
@@ -24,6 +26,26 @@ std::vector<int> layers_of(const Specimen& specimen) {
 
 Vec3 at(const Vector& y, std::uint32_t node) { return y.segment<3>(3 * static_cast<Eigen::Index>(node)); }
 
+/// Adds an element's elastic energy to those of its nodes that move, evenly.
+template <class Nodes, class Moves>
+void share(double elastic, const Nodes& nodes, const Moves& moves, std::vector<double>& by_node) {
+  const auto moving = std::count_if(nodes.begin(), nodes.end(), moves);
+  for (const std::uint32_t i : nodes)
+    if (moves(i)) by_node[i] += elastic / static_cast<double>(moving);
+}
+
+/// Of small strains, which both laws of a solid agree on.
+double elastic_energy(const Specimen& specimen, std::size_t tetrahedron, const Vector& q) {
+  const Tetrahedron& t = specimen.body().tetrahedra[tetrahedron];
+  const TetraRest& rest = specimen.dynamics().tetrahedra().rest(static_cast<std::uint32_t>(tetrahedron));
+  const SolidMaterial& m = specimen.body().materials[t.material];
+  Mat3 gradient = Mat3::Zero();
+  for (std::size_t n = 0; n < 4; ++n) gradient += at(q, t.nodes[n]) * rest.b.col(static_cast<Eigen::Index>(n)).transpose();
+  const Mat3 strain = 0.5 * (gradient + gradient.transpose());
+  const double mu = m.young_pa / (2 * (1 + m.poisson)), lambda = 2 * mu * m.poisson / (1 - 2 * m.poisson);
+  return rest.volume_m3 * (mu * strain.squaredNorm() + 0.5 * lambda * strain.trace() * strain.trace());
+}
+
 /// By node, sum 1.
 std::vector<double> energy(const Specimen& specimen, const Vector& q, const Vector& v) {
   const LumpedBody& body = specimen.body();
@@ -33,13 +55,12 @@ std::vector<double> energy(const Specimen& specimen, const Vector& q, const Vect
   for (const Element& e : body.elements) {
     const Vec3 along = (body.nodes[e.b] - body.nodes[e.a]).normalized();
     const double stretch = along.dot(at(q, e.b) - at(q, e.a));
-    const double elastic = 0.5 * e.stiffness_n_m * stretch * stretch;
-    const double share = moves(e.a) && moves(e.b) ? 0.5 : 1.0;
-    if (moves(e.a)) by_node[e.a] += share * elastic;
-    if (moves(e.b)) by_node[e.b] += share * elastic;
+    share(0.5 * e.stiffness_n_m * stretch * stretch, std::array{e.a, e.b}, moves, by_node);
   }
+  for (std::size_t t = 0; t < body.tetrahedra.size(); ++t)
+    share(elastic_energy(specimen, t, q), body.tetrahedra[t].nodes, moves, by_node);
   const double sum = std::accumulate(by_node.begin(), by_node.end(), 0.0);
-  for (double& share : by_node) share /= sum;
+  for (double& part : by_node) part /= sum;
   return by_node;
 }
 
@@ -102,6 +123,7 @@ void fill_layers(const Specimen& specimen, const std::vector<double>& by_node, c
     l.slow_within += d.layers[k - 1].slow_within;
     l.even_within += d.layers[k - 1].even_within;
   }
+  if (by_distance.empty()) throw std::runtime_error("nothing that moves is joined to the node: there is no body to balance");
   while (d.layers.size() > 1 && count.back() == 0) {  // only fixed nodes there
     d.layers.pop_back();
     count.pop_back();

@@ -2,7 +2,8 @@
 //
 // The body at rest is balanced with the instrument at a node, as in section 4. Its dominant states are those that carry kShare of
 // the sum of the Hankel values. State i stands for displacements q_i and velocities v_i of the nodes; its energy at a node is
-//     1/2 m |v|^2 + half of the elastic energy 1/2 k e^2 of each of its elements (all of it where the other end does not move),
+//     1/2 m |v|^2 + its even share of the elastic energy of each of its elements among the nodes of that which move:
+//                   1/2 k e^2 of a spring, V (mu |E|^2 + lambda/2 tr(E)^2) of a tetrahedron of volume V at the small strain E
 // and the dominant energy is the sum over i of hankel_i / sum hankel times the shares of state i. A layer is the nodes that are
 // as many elements away from the contact as its number.
 //
@@ -47,7 +48,8 @@ struct Dominance {
   int ring_layers_all = 0;   ///< ... in 10-100 Hz too
 };
 
-/// `layers_max`: rings to try, at least 1. Throws std::runtime_error when the body is not stable at rest.
+/// `layers_max`: rings to try, at least 1. Throws std::runtime_error when the body is not stable at rest, or the node
+/// alone.
 Dominance dominance(const Specimen& specimen, int layers_max);
 
 }  // namespace palpate

@@ -48,10 +48,11 @@ SecondOrderSystem Specimen::system() const { return second_order_system(dynamics
 std::vector<std::uint8_t> Specimen::near_port(int layers) const {
   std::vector<std::uint8_t> near(body().nodes.size(), 0);
   near[port_node_] = 1;
+  const auto edges = edges_of(body());
   for (int layer = 0; layer < layers; ++layer) {
     const std::vector<std::uint8_t> before = near;
-    for (const Element& e : body().elements)
-      if (before[e.a] || before[e.b]) near[e.a] = near[e.b] = 1;
+    for (const auto& [a, b] : edges)
+      if (before[a] || before[b]) near[a] = near[b] = 1;
   }
   return near;
 }

@@ -36,7 +36,10 @@ void declare(CLI::App& app, Typed& typed) {
                  "sim: a simulated Phantom 1.5 in a simulated hand; replay: the recorded motion as it is")
       ->type_name("sim|replay")
       ->capture_default_str();
-  app.add_option("--motion", typed.motion, "What the hand intends, or the recorded motion; without it the hand holds still")
+  app.add_option(
+         "--motion", typed.motion,
+         "What the hand intends, or the recorded motion (palpate-lab gesture makes one for any scene); without it the hand holds "
+         "still")
       ->type_name("FILE.csv");
   app.add_option("--station", typed.station,
                  "Name of this station, which nobody else in the room may have; without the flag it gets a number where it must")
@@ -198,7 +201,8 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
   options.release_s = seconds_of("--release-s", typed.release_s, app.count("--release-s") > 0, 0);
   if (options.release_s && options.device != DeviceKind::sim)
     throw InputError("--release-s", "with --device " + typed.device, "--device sim: a recording has no hand to let go");
-  if (!typed.motion.empty()) options.motion = read_motion(std::filesystem::path(typed.motion));
+  options.motion_file = typed.motion;
+  if (!typed.motion.empty()) options.motion = read_motion(options.motion_file);
   if (!options.motion && options.device == DeviceKind::replay)
     throw InputError("--device replay", "nothing to replay", "--motion FILE.csv");
   options.report = typed.report;

@@ -20,7 +20,8 @@ enum class DeviceKind : std::uint8_t { sim, replay };
 struct AppOptions {
   std::string server;  ///< HOST:PORT
   DeviceKind device = DeviceKind::sim;
-  std::optional<Motion> motion;  ///< none: hold still at the server's home position
+  std::optional<Motion> motion;       ///< none: hold still at the server's home position
+  std::filesystem::path motion_file;  ///< that it was read from
   std::string station = "hand";
   bool station_given = false;  ///< otherwise a name like it will do
   std::string room;            ///< empty: the server's first

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.hpp"
+#include "common/io/provenance.hpp"
 
 namespace palpate {
 
@@ -51,6 +52,21 @@ Json link_json(const ClientCore& core) {
           {"server_rate_hz", core.server_pace().rate_hz},
           {"server_rate_min_hz", core.server_pace().rate_min_hz},
           {"server_behind_ms_max", milliseconds(core.server_pace().behind_max)}};
+}
+
+Json run_json(const RunReport& run) {
+  Json json{{"program", "palpate-client"}, {"version", PALPATE_VERSION}, {"scheme", run.displays.front().scheme}};
+  json["order"] = run.options.order;
+  json["scene"] = {{"name", run.displays.front().core->welcome().scene}};
+  if (!run.options.motion_file.empty())
+    json["motion"] = {{"file", run.options.motion_file.string()}, {"hash", file_hash(run.options.motion_file)}};
+  json["device"] = run.options.device == DeviceKind::sim ? "sim" : "replay";
+  json["server"] = run.options.server;
+  json["station"] = run.options.station;
+  json["seed"] = run.options.seed;
+  const MachineName machine = this_machine();
+  json["machine"] = {{"processor", machine.processor}, {"cores", machine.cores}, {"system", machine.system}};
+  return json;
 }
 
 Json display_json(const DisplayReport& display) {
@@ -125,6 +141,7 @@ void write_summary(const std::filesystem::path& file, const RunReport& run) {
     compared["patch_bytes_mean"] = run.displays[i].core->patch_bytes_mean();
     compared["patch_states"] = run.displays[i].core->last_patch().states();
   }
+  summary["run"] = run_json(run);
   write(file, summary.dump(2) + '\n');
 }
 
@@ -141,8 +158,9 @@ std::string describe(const RunReport& run) {
     fmt::format_to(out, "tick      {} ns (median), {} ns (99 %); largest force {:.3f} N\n", stats.tick_ns.percentile(0.5),
                    stats.tick_ns.percentile(0.99), stats.force_max_n);
   }
-  fmt::format_to(out, "link      round trip {:.1f} ms, jitter {:.1f} ms, {:.1f} % lost, joined {} time(s)\n",
-                 milliseconds(rtt.mean), milliseconds(rtt.jitter), loss_percent(core.loss()), core.counts().joins);
+  fmt::format_to(
+      out, "link      round trip {:.1f} ms, jitter {:.1f} ms (change from one to the next), {:.1f} % lost, joined {} time(s)\n",
+      milliseconds(rtt.mean), milliseconds(rtt.jitter), loss_percent(core.loss()), core.counts().joins);
   if (core.server_pace().rate_min_hz > 0 && core.server_pace().rate_min_hz < 0.95 * core.welcome().rate_hz)
     fmt::format_to(out, "server    had time for only {:.1f} of {:g} frames a second at its slowest, up to {:.0f} ms behind\n",
                    core.server_pace().rate_min_hz, core.welcome().rate_hz, milliseconds(core.server_pace().behind_max));

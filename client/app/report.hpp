@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "client/app/options.hpp"
 #include "client/app/tick_log.hpp"
 #include "client/core/client_core.hpp"
 #include "client/io/haptic_loop.hpp"
@@ -20,6 +21,7 @@ struct DisplayReport {
 };
 
 struct RunReport {
+  const AppOptions& options;
   std::vector<DisplayReport> displays;  ///< the felt one first
   HapticLoop* loop = nullptr;           ///< ended; none when the run ended before it began
   const TickLog* ticks = nullptr;       ///< none when no report was asked for, or no motion began
@@ -30,6 +32,8 @@ struct RunReport {
 /// comparison. t_s is 0 at the start of the motion; patch_age_ms is -1 while there is no patch. Throws InputError when it cannot
 /// be written.
 void write_forces(const std::filesystem::path& file, const RunReport& run);
+/// With what was run as "run": program, version, scheme, order, scene, motion {file, hash}, device, server, station, seed,
+/// machine.
 void write_summary(const std::filesystem::path& file, const RunReport& run);
 std::string describe(const RunReport& run);
 

@@ -235,7 +235,7 @@ class Run {
   }
 
   void report() {
-    RunReport run;
+    RunReport run{options_, {}, nullptr, nullptr, {}};
     for (auto& station : stations_) {
       ClientCore& core = station->core();
       run.displays.push_back(

@@ -47,7 +47,8 @@ void fill_link(LinkFigures& figures, const ClientCore& core, const Seen& seen, M
   figures.round_trips = seen.rtt_us.count();
   figures.rtt_p50_ms = 1e-3 * static_cast<double>(seen.rtt_us.percentile(0.5));
   figures.rtt_p99_ms = 1e-3 * static_cast<double>(seen.rtt_us.percentile(0.99));
-  figures.jitter_ms = std::max(0.0, figures.rtt_p99_ms - seen.rtt_least_ms);
+  figures.spread_ms = std::max(0.0, figures.rtt_p99_ms - seen.rtt_least_ms);
+  figures.jitter_ms = 1e3 * seconds(core.clock().rtt().jitter);
   figures.up = {seen.reports > 0 ? seen.up_share_sum / static_cast<double>(seen.reports) : 0, seen.up_run};
   figures.down = {sent > 0 ? static_cast<double>(loss.lost) / static_cast<double>(sent) : 0, core.link_report().longest_run};
   figures.datagrams_down_s = static_cast<double>(loss.received) / lasted_s;
@@ -196,8 +197,10 @@ LinkVerdict judge(const LinkFigures& figures) { return Judge(figures).verdict();
 std::string describe(const LinkFigures& f) {
   std::string text;
   const auto out = std::back_inserter(text);
-  fmt::format_to(out, "round trip   {:.1f} ms (median), {:.1f} ms (99 %), jitter {:.1f} ms, of {} measured\n", f.rtt_p50_ms,
-                 f.rtt_p99_ms, f.jitter_ms, f.round_trips);
+  fmt::format_to(out,
+                 "round trip   {:.1f} ms (median), {:.1f} ms (99 %), spread {:.1f} ms (99 % less the shortest), of {} measured\n"
+                 "jitter       {:.1f} ms (change from one round trip to the next)\n",
+                 f.rtt_p50_ms, f.rtt_p99_ms, f.spread_ms, f.round_trips, f.jitter_ms);
   fmt::format_to(out,
                  "lost         {:.1f} % up in runs of up to {}, {:.1f} % down in runs of up to {}; {} out of order, {} twice\n",
                  100 * f.up.share, f.up.longest_run, 100 * f.down.share, f.down.longest_run, f.reordered, f.duplicated);

@@ -28,7 +28,8 @@ struct LinkFigures {
   double rate_hz = 0;   ///< the server's frames
   std::uint64_t round_trips = 0;
   double rtt_p50_ms = 0, rtt_p99_ms = 0;
-  double jitter_ms = 0;  ///< 99 % round trip beyond the shortest
+  double spread_ms = 0;  ///< 99 % round trip beyond the shortest
+  double jitter_ms = 0;  ///< mean change from one round trip to the next (clock_sync.hpp), as client and viewer show it
   LossFigures up, down;
   double datagrams_down_s = 0;                  ///< from the server, a second
   std::uint64_t reordered = 0, duplicated = 0;  ///< of those from the server

@@ -44,7 +44,8 @@ void describe_flags(CLI::App& app, Options& o) {
   app.add_option("--listen", o.listen, "required: HOST:PORT where clients reach the relay, port 0 for any");
   app.add_option("--to", o.to, "required: HOST:PORT of the server");
   app.add_option("--rtt-ms", o.rtt_ms, "required: round trip, half of it each way")->check(number_from(0, 60'000));
-  app.add_option("--jitter-ms", o.jitter_ms, "each way's delay is uniform within +- this")->check(number_from(0, 60'000));
+  app.add_option("--jitter-ms", o.jitter_ms, "each way's delay is drawn evenly within +- this, in the order sent")
+      ->check(number_from(0, 60'000));
   app.add_option("--loss-pct", o.loss_pct, "datagrams lost, each way")->check(number_from(0, 100));
   app.add_option("--burst", o.burst, "mean run of lost datagrams, 0 for independent losses")->check(number_from(0, 1e6));
   app.add_option("--duplicate-pct", o.duplicate_pct, "datagrams that arrive twice, each way")->check(number_from(0, 100));

@@ -1,4 +1,5 @@
 // palpate-server: rooms, each with a body and its stations. See --help.
+#include <spdlog/fmt/chrono.h>
 #include <spdlog/fmt/fmt.h>
 
 #include <CLI/CLI.hpp>
@@ -7,6 +8,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <thread>
 
@@ -84,7 +86,7 @@ void end_while_loading() {
 }
 
 void say(const std::string& line) {
-  fmt::print("palpate-server: {}\n", line);
+  fmt::print("{:%H:%M:%S} palpate-server: {}\n", fmt::localtime(std::time(nullptr)), line);
   std::fflush(stdout);
 }
 

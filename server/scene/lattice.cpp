@@ -68,13 +68,17 @@ std::string millimetres(double metres) {
 }
 
 /// A grid around the solid, if its spacing fits.
-Grid grid_in_reach(const Solid& solid, double spacing, const SceneText& text) {
+Grid grid_in_reach(const Solid& solid, const LatticeSettings& settings, const SceneText& text) {
+  const double spacing = settings.spacing_m;
   const Vec3 extent = solid.bounds().sizes();
   const double widest = extent.minCoeff() / kMinCellsAcross, finest = std::cbrt(extent.prod() / kMaxClipNodes);
   const auto refuse = [&](const std::string& expected) {
     text.refuse("body.lattice.spacing_m",
                 "body.lattice.spacing_m is " + millimetres(spacing) + " for a clip of " + millimetres(extent[0]) + " x " +
-                    millimetres(extent[1]) + " x " + millimetres(extent[2]),
+                    millimetres(extent[1]) + " x " + millimetres(extent[2]) +
+                    (settings.clip && settings.clip->mesh
+                         ? ", whose mesh has scale " + Json::number(settings.clip->mesh->scale).text + " (m per unit of its file)"
+                         : ""),
                 expected);
   };
   if (spacing > widest * (1 + 1e-9)) refuse("at most " + millimetres(widest) + " (two cells across)");
@@ -145,7 +149,7 @@ double fill_box(LatticeBody& lattice, const LatticeSettings& settings) {
 /// The same for a clipped grid.
 double fill_clip(LatticeBody& lattice, const LatticeSettings& settings, const SceneText& text) {
   const auto solid = make_solid(*settings.clip, text);
-  lattice.grid = settings.spacing_m > 0 ? grid_in_reach(*solid, settings.spacing_m, text) : box_grid(settings);
+  lattice.grid = settings.spacing_m > 0 ? grid_in_reach(*solid, settings, text) : box_grid(settings);
   Clipped clipped = clip(lattice.grid, *solid, text);
   if (settings.solid) shorten_moves_of_tetrahedra(clipped, lattice.grid);
   lattice.number = std::move(clipped.nodes.number);

@@ -6,12 +6,14 @@
 #include <unordered_map>
 
 #include "common/base/error.hpp"
+#include "server/scene/json.hpp"
 #include "server/scene/solid.hpp"
 
 namespace palpate {
 namespace {
 
 constexpr std::size_t kMaxVertices = 1'000'000, kMaxCells = 4'000'000;
+constexpr const char* kGmshExpected = "version 2.2 or 4.1 (gmsh -format msh41)";
 constexpr int kGmshTetrahedron = 4, kVtkTetrahedron = 10;
 
 /// Words of a text file, with the number of the line in errors.
@@ -82,7 +84,10 @@ class GmshReader {
   TetraMesh read() {
     std::string word;
     while (in_.next(word)) {
+      if (word == "$NOD") in_.fail("version 1 of the Gmsh format", kGmshExpected);
       if (word == "$MeshFormat") read_format();
+      if ((word == "$Nodes" || word == "$Elements") && version_ == 0)
+        in_.fail("\"" + word + "\" before $MeshFormat", kGmshExpected);
       if (word == "$Entities") read_entities();
       if (word == "$Nodes") version_ < 4 ? read_nodes_2() : read_nodes_4();
       if (word == "$Elements") version_ < 4 ? read_elements_2() : read_elements_4();
@@ -93,7 +98,8 @@ class GmshReader {
  private:
   void read_format() {
     version_ = in_.number();
-    if (version_ != 2.2 && version_ != 4.1) in_.fail("version " + std::to_string(version_), "2.2 or 4.1 of the Gmsh format");
+    if (version_ != 2.2 && version_ != 4.1)
+      in_.fail("version " + Json::number(version_).text + " of the Gmsh format", kGmshExpected);
     if (in_.whole() != 0) in_.fail("a binary file", "a text file (Gmsh: Mesh.Binary = 0)");
   }
   void add_node(std::size_t tag, const Vec3& x) {

@@ -93,7 +93,9 @@ TEST_CASE("a bad link is measured as what it is, and does not serve") {
     CHECK(f.down.longest_run > 2);
     CHECK(f.up.longest_run > 2);
     CHECK(f.duplicated > 0);
+    CHECK(f.spread_ms > 0);
     CHECK(f.jitter_ms > 0);
+    CHECK(f.jitter_ms < f.spread_ms);  // neighbours differ by less than the slowest and the fastest
   }
   const LinkVerdict verdict = judge(f);
   CHECK_FALSE(verdict.link_serves);

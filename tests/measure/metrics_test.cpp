@@ -55,3 +55,10 @@ TEST_CASE("Routes are known by name, and an unknown one is refused with those th
   CHECK(route_from_name("bangalore").rtt_ms == 114);
   CHECK_THROWS_WITH(route_from_name("atlantis"), Catch::Contains("shanghai"));
 }
+
+TEST_CASE("Ticks in which nothing pushes are no contact, and silence has none at all") {
+  std::vector<Vec3> reference(1000, Vec3::Zero());
+  CHECK(compare(reference, reference, 250).contact_ticks == 0);
+  for (std::size_t i = 200; i < 400; ++i) reference[i] = Vec3::UnitZ();
+  CHECK(compare(reference, reference, 250).contact_ticks == 150);
+}

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "bench/measure/session_metrics.hpp"
 #include "tests/record/small_recording.hpp"
@@ -102,4 +103,27 @@ TEST_CASE("the hands of a recording become motions over one time", "[session]") 
   CHECK(early.position(0.1).x() == Approx(0.1));
   CHECK(early.position(0.6).y() == Approx(5));
   CHECK(early.position(0.9).x() == Approx(0.8));
+}
+
+TEST_CASE("a part of a session has what lies in it, and says when a hand was there", "[session]") {
+  Session session;
+  session.hands.resize(2);
+  for (int i = 0; i <= 2000; ++i)
+    if (i <= 500 || i >= 1500) session.hands[0].path.push_back({i * 1e-3, Vec3(i * 1e-6, 0, 0)});
+  for (int i = 900; i <= 1000; ++i) session.hands[1].path.push_back({i * 1e-3, Vec3::Zero()});
+  session.hands[0].forces = {{0.2, Vec3::UnitZ(), true}, {1.8, Vec3::UnitX(), true}};
+
+  const std::vector<std::uint8_t> there = presence_of(session, 0);  // away from 0.5 to 1.5 s
+  CHECK(there.size() == 2001);
+  CHECK(std::accumulate(there.begin(), there.end(), 0) == 2 * 501);
+  CHECK(there[500] == 1);
+  CHECK(there[501] == 0);
+
+  const Session part = cut(session, 1.2, 1.9005);
+  REQUIRE(part.hands.size() == 1);  // the other was not there
+  CHECK(part.hands[0].path.front().t_s == Approx(1.5));
+  CHECK(part.hands[0].path.back().t_s == Approx(1.9));
+  REQUIRE(part.hands[0].forces.size() == 1);
+  CHECK(part.hands[0].forces[0].force == Vec3::UnitX());
+  CHECK(motions_of(part, 0, "part").front().duration_s() == Approx(0.4));
 }

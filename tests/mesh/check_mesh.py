@@ -85,6 +85,24 @@ def check_filled(dev, server, work):
     assert run.returncode == 0 and "filled" in run.stdout and " 0 failed" in run.stdout, run.stdout + run.stderr
 
 
+def check_obj(dev, work):
+    """The same surface as OBJ, in metres; an edge in other units is told from one that is meant."""
+    corners = {}
+    for face in sphere(3):
+        for v in face:
+            corners.setdefault(tuple(numpy.round(v, 9)), len(corners) + 1)
+    lines = ["v {:.7g} {:.7g} {:.7g}".format(*(1e-3 * RADII * v)) for v in corners]
+    lines += ["f {} {} {}".format(*(corners[tuple(numpy.round(v, 9))] for v in face)) for face in sphere(3)]
+    (work / "body.obj").write_text("\n".join(lines) + "\n")
+    done = fill(dev, work / "body.obj", work / "obj.msh", 0.015)
+    assert done.returncode == 0 and "metres" in done.stdout + done.stderr, done
+    cells = tetrahedra(work / "obj.msh")
+    volume = abs(numpy.linalg.det(cells[:, 1:] - cells[:, :1])).sum() / 6
+    assert abs(volume / (4e-9 / 3 * numpy.pi * RADII.prod()) - 1) < 0.05, volume
+    done = fill(dev, work / "body.obj", work / "wrong.msh", 15)
+    assert done.returncode == 2 and "is 0.16 across" in done.stderr and not (work / "wrong.msh").exists(), done
+
+
 def check_refused(dev, work):
     write_stl(work / "open.stl", sphere(3)[40:])
     done = fill(dev, work / "open.stl", work / "open.msh")
@@ -98,11 +116,12 @@ def check_refused(dev, work):
 
 def main():
     dev, server, work = map(pathlib.Path, sys.argv[1:])
-    if not shutil.which("gmsh"):
+    if not shutil.which("gmsh") or not shutil.which("assimp"):
         sys.exit(77)
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True)
     check_filled(dev, server, work)
+    check_obj(dev, work)
     check_refused(dev, work)
 
 

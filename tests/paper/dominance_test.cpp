@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "server/scene/scene.hpp"
+#include "bench/paper/cube.hpp"
 
 using namespace palpate;
 
@@ -36,6 +36,23 @@ TEST_CASE("Shares grow with the layer to one, and in a homogeneous block stay ab
   CHECK(d.distance_50_m <= d.distance_90_m);
   CHECK(d.distance_90_m <= d.extent_m);
   CHECK(d.states_full == 2 * (5 * 36 - 1) * 3);
+}
+
+TEST_CASE("A solid of tetrahedra is examined like a body of springs") {
+  const Scene solid = solid_cube(ContactKind::attach);
+  REQUIRE(solid.body.elements.empty());
+  const Dominance d = dominance(Specimen(solid.body, solid.tool.node), 12);
+  for (std::size_t k = 1; k < d.layers.size(); ++k) {
+    CHECK(d.layers[k].within >= d.layers[k - 1].within);
+    CHECK(d.layers[k].slow_within >= d.layers[k - 1].slow_within);
+  }
+  CHECK(d.layers.back().within == Approx(1));
+  CHECK(d.layers.back().slow_within == Approx(1));
+  CHECK(d.layers.back().even_within == Approx(1));
+  CHECK(d.layers[2].slow_within > d.layers[2].even_within);  // a push deforms what is near more than what is far
+  CHECK(d.distance_50_m > 0);
+  CHECK(d.rings.back().states == d.states_full);
+  CHECK(d.rings.back().dc < 1e-6);  // a ring of all layers is the body
 }
 
 TEST_CASE("A ring of all layers is the body itself") {

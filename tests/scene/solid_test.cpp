@@ -213,6 +213,9 @@ TEST_CASE("What is wrong with a solid or its mesh is said with its place and wha
     return error_of(folder, mesh_scene(name));
   };
   using Catch::Contains;
+  CHECK_THAT(mesh_error("old.msh", "$NOD\n1\n1 0 0 0\n$ENDNOD\n$ELM\n0\n$ENDELM\n"),
+             Contains("version 1 of the Gmsh format") && Contains("version 2.2 or 4.1"));
+  CHECK_THAT(mesh_error("bare.msh", "$Nodes\n1\n1 0 0 0\n$EndNodes\n"), Contains("before $MeshFormat"));
   CHECK_THAT(error_of(folder, replaced(kBlock, "0.4,", "0.5,")),
              Contains("body.lattice.solid.poisson is 0.5") && Contains("0.499"));
   CHECK_THAT(error_of(folder, replaced(kBlock, "\"young_pa\": 5000, ", "")), Contains("body.lattice.solid.young_pa"));

@@ -1,0 +1,40 @@
+// palpate-lab gesture: a motion for any body, made from its own surface, as a file that every program takes.
+#include <fmt/format.h>
+
+#include "bench/lab/experiments.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/measure/surface_gesture.hpp"
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+struct GestureFlags {
+  std::string scene, kind = "press", out;
+};
+
+int run_gesture(const GestureFlags& flags) {
+  const std::filesystem::path file(flags.out);
+  if (file.extension() != ".csv") throw InputError("--out " + flags.out, "is no motion file by its name", "FILE.csv");
+  const Motion motion = surface_gesture(load_scene(flags.scene), *surface_gesture_from_name(flags.kind));
+  if (file.has_parent_path()) make_output_folder(file.parent_path().string());
+  write_motion(file, motion);
+  fmt::print("{} of {:.1f} s in {}: for --motion of palpate-client and palpate-lab replay\n", flags.kind, motion.duration_s(),
+             flags.out);
+  return 0;
+}
+
+}  // namespace
+
+void add_gesture(CLI::App& app, Run& run) {
+  auto flags = std::make_shared<GestureFlags>();
+  CLI::App* c =
+      app.add_subcommand("gesture", "a motion for any body, from its own surface: press, stroke, tap, circle or a tour");
+  c->add_option("--scene", flags->scene, "scene file (JSON)")->required();
+  c->add_option("--kind", flags->kind, "what the hand does")
+      ->check(CLI::IsMember(std::vector<std::string>(kSurfaceGestureNames.begin(), kSurfaceGestureNames.end())));
+  c->add_option("--out", flags->out, "motion file to write (CSV t_s,x_m,y_m,z_m)")->required();
+  c->callback([flags, &run] { run = [flags] { return run_gesture(*flags); }; });
+}
+
+}  // namespace palpate

@@ -1,0 +1,157 @@
+#include "bench/measure/surface_gesture.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+
+#include "bench/measure/gestures.hpp"
+#include "server/room/room.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kAboveM = 0.020, kDeepestM = 0.010, kFarthestM = 0.015;
+constexpr double kPartDepth = 0.6, kDownS = 0.4, kHeldS = 0.6, kStrokeAlongS = 2, kCircleS = 3, kTapsHz = 3, kRestS = 0.3;
+constexpr int kTapCount = 3;
+
+/// Height of the upper side above a point of the plane z = 0; nothing where no face lies there.
+std::optional<double> height_above(const LumpedBody& body, double x, double y) {
+  std::optional<double> top;
+  for (const Triangle& t : body.triangles) {
+    const Vec3 &a = body.nodes[t[0]], &b = body.nodes[t[1]], &c = body.nodes[t[2]];
+    const double area = (b.x() - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (b.y() - a.y());
+    if (area <= 0) continue;  // seen from below
+    const double u = ((x - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (y - a.y())) / area;
+    const double v = ((b.x() - a.x()) * (y - a.y()) - (x - a.x()) * (b.y() - a.y())) / area;
+    constexpr double kEdge = 1e-9;
+    if (u < -kEdge || v < -kEdge || u + v > 1 + kEdge) continue;
+    const double z = a.z() + u * (b.z() - a.z()) + v * (c.z() - a.z());
+    if (!top || z > *top) top = z;
+  }
+  return top;
+}
+
+/// The middle of the face of the upper side that is nearest to a point of the plane, faces that are steep aside.
+Vec3 nearest_upper_face(const LumpedBody& body, const Vec3& home) {
+  constexpr double kSteep = 0.8;  // cosine against the vertical
+  Vec3 nearest = home;
+  double least = std::numeric_limits<double>::max();
+  for (const Triangle& t : body.triangles) {
+    const Vec3 &a = body.nodes[t[0]], &b = body.nodes[t[1]], &c = body.nodes[t[2]];
+    const Vec3 normal = (b - a).cross(c - a).normalized(), middle = (a + b + c) / 3;
+    const auto top = normal.z() >= kSteep ? height_above(body, middle.x(), middle.y()) : std::nullopt;
+    const double distance = (middle - home).head<2>().norm();
+    if (!top || *top > middle.z() + 1e-6 || distance >= least) continue;
+    least = distance;
+    nearest = middle;
+  }
+  return nearest;
+}
+
+class GestureMaker {
+ public:
+  explicit GestureMaker(const Scene& scene) : scene_(scene), touches_(scene.tool.contact == ContactKind::touch) {
+    Vec3 low = scene.body.nodes.front(), high = low;
+    for (const Vec3& x : scene.body.nodes) low = low.cwiseMin(x), high = high.cwiseMax(x);
+    const Vec3 home = home_of(scene);
+    place_ = home;
+    if (touches_) {
+      const auto top = height_above(scene.body, home.x(), home.y());
+      place_ = top ? Vec3(home.x(), home.y(), *top) : nearest_upper_face(scene.body, home);
+    }
+    const Vec3 into = into_body(scene);
+    depth_m_ = std::min(kDeepestM, std::abs((place_ - low).dot(into)) / 8);
+    aside_m_ = std::min(kFarthestM, 0.1 * (high - low).maxCoeff());
+    rest(kRestS);
+  }
+
+  void press() {
+    down(depth_m_);
+    hold(kHeldS, [&](double) { return at(0, 0, depth_m_); });
+    up(depth_m_);
+  }
+  void stroke() {
+    const double depth = kPartDepth * depth_m_;
+    down(depth);
+    hold(kStrokeAlongS, [&](double u) { return at(aside_m_ * std::sin(2 * std::numbers::pi * minimum_jerk(u)), 0, depth); });
+    up(depth);
+  }
+  void circle() {
+    const double depth = kPartDepth * depth_m_;
+    down(depth);
+    const auto aside = [&](double u) { return at(aside_m_ * minimum_jerk(u), 0, depth); };
+    hold(kDownS, aside);
+    hold(kCircleS, [&](double u) {
+      const double angle = 2 * std::numbers::pi * minimum_jerk(u);
+      return at(aside_m_ * std::cos(angle), aside_m_ * std::sin(angle), depth);
+    });
+    hold(kDownS, [&](double u) { return aside(1 - u); });
+    up(depth);
+  }
+  void tap() {
+    const double depth = kPartDepth * depth_m_;
+    down(0);
+    hold(kTapCount / kTapsHz, [&](double u) {
+      const double s = std::sin(std::numbers::pi * kTapCount * u);
+      return at(0, 0, depth * s * s);
+    });
+    up(0);
+  }
+  Motion finish(SurfaceGesture gesture) {
+    rest(kRestS);
+    return Motion(std::move(points_), std::string(name_of(gesture)));
+  }
+
+ private:
+  /// `depth` below the surface at rest, so far aside of the place; a grasp moves its node.
+  Vec3 at(double x, double y, double depth) const {
+    Vec3 p = place_ + Vec3(x, scene_.body.planar ? 0 : y, 0);
+    if (touches_)
+      if (const auto top = height_above(scene_.body, p.x(), p.y())) p.z() = *top;
+    return p + depth * into_body(scene_);
+  }
+  void hold(double length_s, const std::function<Vec3(double)>& path) {
+    const int ticks = static_cast<int>(std::lround(1e3 * length_s));
+    for (int i = 0; i < ticks; ++i)
+      points_.push_back({1e-3 * static_cast<double>(points_.size()), path(static_cast<double>(i) / ticks)});
+  }
+  double above_m() const { return touches_ ? kAboveM : 0.0; }
+  void down(double depth) {
+    hold(kDownS, [&](double u) { return at(0, 0, -above_m() + minimum_jerk(u) * (above_m() + depth)); });
+  }
+  void up(double depth) {
+    hold(kDownS, [&](double u) { return at(0, 0, depth - minimum_jerk(u) * (above_m() + depth)); });
+  }
+  void rest(double length_s) {
+    hold(length_s, [&](double) { return at(0, 0, -above_m()); });
+  }
+
+  const Scene& scene_;
+  bool touches_;
+  Vec3 place_ = Vec3::Zero();
+  double depth_m_ = 0, aside_m_ = 0;
+  std::vector<MotionPoint> points_;
+};
+
+}  // namespace
+
+std::optional<SurfaceGesture> surface_gesture_from_name(std::string_view name) {
+  const auto at = std::find(kSurfaceGestureNames.begin(), kSurfaceGestureNames.end(), name);
+  if (at == kSurfaceGestureNames.end()) return std::nullopt;
+  return static_cast<SurfaceGesture>(at - kSurfaceGestureNames.begin());
+}
+
+Motion surface_gesture(const Scene& scene, SurfaceGesture gesture) {
+  GestureMaker make(scene);
+  const bool all = gesture == SurfaceGesture::tour;
+  if (all || gesture == SurfaceGesture::press) make.press();
+  if (all || gesture == SurfaceGesture::stroke) make.stroke();
+  if (all || gesture == SurfaceGesture::circle) make.circle();
+  if (all || gesture == SurfaceGesture::tap) make.tap();
+  return make.finish(gesture);
+}
+
+}  // namespace palpate

@@ -1,0 +1,124 @@
+"""Runs palpate-lab as a user does and reads what it leaves and says.
+
+usage: check_lab.py PALPATE_LAB SCENES WORK
+"""
+
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+
+
+def lab(program, *arguments, expect=0):
+    done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True)
+    assert done.returncode == expect, (arguments, done.returncode, done.stdout, done.stderr)
+    return done
+
+
+def fnv1a(file):
+    value = 0xcbf29ce484222325
+    for byte in file.read_bytes():
+        value = ((value ^ byte) * 0x100000001b3) % 2**64
+    return f"{value:016x}"
+
+
+def write_motion(file, *points):
+    file.write_text("t_s,x_m,y_m,z_m\n" + "".join("{:g},{:g},{:g},{:g}\n".format(*p) for p in points))
+    return file
+
+
+def check_no_contact(program, scenes, work):
+    """A tool that never meets the body has no score, and the command fails with a line that says so."""
+    aside = write_motion(work / "aside.csv", (0, 0.05, 0.05, 0.3), (1.5, 0.05, 0.05, 0.25))
+    for name, arguments in [("haptic", ["haptic", "--motion", aside]),
+                            ("replay", ["replay", "--scene", scenes / "touch-cube.json", "--motion", aside, "--scheme", "port"])]:
+        done = lab(program, *arguments, "--out", work / name, expect=1)
+        assert "no contact" in done.stderr and done.stderr.count("\n") == 1, done.stderr
+        text = (work / name / "summary.json").read_text()
+        assert "snr_db" not in text and '"contact_ticks": 0' in text, text
+    report = work / "report-aside"
+    report.mkdir()
+    rows = "".join(f"{i / 1000:.3f},0.05,0.05,0.3,0,0,0,20,0\n" for i in range(1200))
+    (report / "forces.csv").write_text("t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact\n" + rows)
+    done = lab(program, "felt", "--scene", scenes / "touch-cube.json", "--report", report, "--out", work / "felt-aside", expect=1)
+    assert "no contact" in done.stderr, done.stderr
+    assert json.loads((work / "felt-aside" / "felt.json").read_text())["contact_ticks"] == 0
+
+
+def check_run(program, scenes, work):
+    """Result files carry what was run; gestures meet the body of their scene."""
+    scene, out = scenes / "touch-cube.json", work / "press"
+    lab(program, "replay", "--scene", scene, "--gesture", "press", "--scheme", "port", "--rtt-ms", 60, "--seed", 7, "--out", out)
+    result = json.loads((out / "summary.json").read_text())
+    assert result["contact_ticks"] > 300 and result["snr_db"] > 10, result
+    run = result["run"]
+    assert run["scheme"] == "port" and run["seed"] == 7 and run["link"]["rtt_ms"] == 60 and run["link"]["loss_pct"] == 0, run
+    assert run["scene"]["name"] == "touch-cube" and run["scene"]["hash"] == fnv1a(scene), run
+    assert run["flags"]["gesture"] == "press" and run["version"] and run["machine"]["cores"] > 0, run
+    motion = work / "stroke.csv"
+    lab(program, "gesture", "--scene", scene, "--kind", "stroke", "--out", motion)
+    lab(program, "replay", "--scene", scene, "--motion", motion, "--scheme", "hold", "--out", work / "stroke")
+    run = json.loads((work / "stroke" / "summary.json").read_text())["run"]
+    assert run["motion"]["hash"] == fnv1a(motion) and run["scheme"] == "hold", run
+
+
+def check_felt(program, scenes, work):
+    """What was felt has the name of its scheme, and no comparison is lost."""
+    forces = [line.split(",") for line in (work / "stroke" / "forces.csv").read_text().splitlines()[1:]]
+    path = [line.split(",") for line in (work / "stroke.csv").read_text().splitlines()[1:]]
+    report = work / "report"
+    report.mkdir()
+    header = "t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact"
+    for name in ("port", "hold"):
+        header += f",{name}_fx_n,{name}_fy_n,{name}_fz_n,{name}_contact"
+    rows = [header]
+    for at, force in zip(path, forces):
+        f = force[1:4]
+        rows.append(",".join([*at, *f, "20", force[8], *f, force[8], *f, force[8]]))
+    (report / "forces.csv").write_text("\n".join(rows) + "\n")
+    for ran, key in [("cubic", "cubic"), ("port", "port, felt")]:
+        (report / "summary.json").write_text(json.dumps({"run": {"scheme": ran}}))
+        lab(program, "felt", "--scene", scenes / "touch-cube.json", "--report", report, "--out", work / "felt")
+        result = json.loads((work / "felt" / "felt.json").read_text())
+        assert list(result) == [key, "port", "hold", "run"], list(result)
+        assert result[key]["snr_db"] == result["port"]["snr_db"], result
+
+
+def check_dominance(program, scenes, work):
+    """A body of tetrahedra is a body."""
+    scene = json.loads((scenes / "touch-cube.json").read_text())
+    lattice = scene["body"]["lattice"]
+    for key in [k for k in lattice if k not in ("nodes", "size_m", "density_kg_m3", "fixed_faces")]:
+        del lattice[key]
+    lattice["nodes"] = [4, 4, 4]
+    lattice["solid"] = {"young_pa": 8000, "damping_s": 0.01}
+    (work / "solid.json").write_text(json.dumps(scene))
+    lab(program, "dominance", "--scene", work / "solid.json", "--layers", 1, "--out", work / "dominance")
+    assert json.loads((work / "dominance" / "summary.json").read_text())["states_full"] == 2 * (3 * 16 - 1) * 3
+
+
+def check_words(program, scenes, work):
+    done = lab(program, "truth", "--scenes", scenes, "--only", "cubee", "--out", work / "x", expect=2)
+    assert "cubee" in done.stderr and "cube6, organ" in done.stderr, done.stderr
+    done = lab(program, "replay", "--no-such-flag", "--out", work / "x", expect=2)
+    assert "palpate-lab replay --help" in done.stderr, done.stderr
+    done = lab(program, "replay", "--help")
+    assert "->" not in done.stdout and "Example" in done.stdout and "20" in done.stdout, done.stdout
+    names = [line.split()[0] for line in lab(program, "list").stdout.splitlines() if line.startswith("  ")]
+    assert len(names) == len(set(names)) > 20 and "truth" in names, names
+
+
+def main():
+    program, scenes, work = map(pathlib.Path, sys.argv[1:])
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True)
+    check_no_contact(program, scenes, work)
+    check_run(program, scenes, work)
+    check_felt(program, scenes, work)
+    check_dominance(program, scenes, work)
+    check_words(program, scenes, work)
+
+
+if __name__ == "__main__":
+    main()
