@@ -22,6 +22,7 @@ usage or input (one line on stderr: what, where, what was expected) and with 1 w
 def said(*command, cwd):
     text = subprocess.run([f"./{command[0]}", *command[1:]], cwd=cwd, check=True, capture_output=True, text=True).stdout
     text = text.replace(f"./{command[0]} ", f"{command[0]} ") if command[0] != "dev" else text
+    text = "".join(c for c in text if c.isprintable() or c == "\n")  # CLI11 prints the value of an enum as a character
     return "\n".join(line.rstrip() for line in text.strip().split("\n"))
 
 
