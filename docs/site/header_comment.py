@@ -4,6 +4,7 @@ usage: header_comment.py HEADER
 """
 
 import pathlib
+import re
 import sys
 
 
@@ -16,7 +17,7 @@ def main():
         if indented != inside:
             said.append("/// @verbatim" if indented else "/// @endverbatim")
             inside = indented
-        said.append("/" + line)
+        said.append("/" + (line if inside else re.sub(r"([<>#])", r"\\\1", line)))
     if inside:
         said.append("/// @endverbatim")
     print("\n".join(said + lines[end:]))
