@@ -11,15 +11,14 @@ import sys
 def main():
     lines = pathlib.Path(sys.argv[1]).read_text(encoding="utf-8").split("\n")
     end = next((i for i, line in enumerate(lines) if not line.startswith("//")), len(lines))
-    inside, said = False, ["/// @file"]
+    inside, said = False, ["/** @file"]
     for line in lines[:end]:
         indented = line.startswith("//   ") or (inside and line == "//")
         if indented != inside:
-            said.append("/// @verbatim" if indented else "/// @endverbatim")
+            said.append("@verbatim" if indented else "@endverbatim")
             inside = indented
-        said.append("/" + (line if inside else re.sub(r"([<>#])", r"\\\1", line)))
-    if inside:
-        said.append("/// @endverbatim")
+        said.append(line[2:] if inside else re.sub(r"([<>#])", r"\\\1", line[2:]))
+    said.append("@endverbatim */" if inside else "*/")
     print("\n".join(said + lines[end:]))
 
 
