@@ -1,5 +1,5 @@
 // A recording as CSV files: OUT/frames.csv, OUT/events.csv, and for each station OUT/STATION/samples.csv (a motion file),
-// forces.csv, links.csv, patches.csv, and hand_overs.csv of a client's recording. docs/recording.md has the columns.
+// forces.csv, links.csv, patches.csv, and hand_overs.csv of a client's recording. docs/reference/recording.md has the columns.
 #pragma once
 
 #include <filesystem>

@@ -66,7 +66,7 @@ StabilityPoint point_of(const std::vector<std::string>& f, const std::string& wh
   p.seed = static_cast<std::uint64_t>(number_from(f[10], where));
   if (!(p.stiffness_n_m > 0)) throw InputError(where, "a stiffness of " + f[4], "more than 0 N/m");
   if (p.rate_hz < kMinRateHz || p.rate_hz > kMaxRateHz) throw InputError(where, "a rate of " + f[5], "a rate that is served");
-  if (!is_possible(p)) throw InputError(where, "no hand can do that", "a combination that docs/stability.md names");
+  if (!is_possible(p)) throw InputError(where, "no hand can do that", "a combination that docs/results/stability.md names");
   return p;
 }
 

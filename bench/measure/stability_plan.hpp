@@ -1,4 +1,4 @@
-// The points of the stability sweep. docs/stability.md says why these.
+// The points of the stability sweep. docs/results/stability.md says why these.
 #pragma once
 
 #include <vector>

@@ -1,4 +1,4 @@
-// palpate-client: the station of one hand. See --help, and docs/devices.md and docs/threads.md.
+// palpate-client: the station of one hand. See --help, and docs/reference/devices.md and docs/reference/threads.md.
 #include <atomic>
 #include <csignal>
 #include <exception>

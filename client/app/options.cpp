@@ -59,7 +59,7 @@ void declare(CLI::App& app, Typed& typed) {
       ->capture_default_str();
   app.add_option("--coupling-n-s-m", typed.coupling_n_s_m, "Its damping")->type_name("N")->capture_default_str();
   app.add_option("--report", typed.report, "Write forces.csv and summary.json there")->type_name("DIR");
-  app.add_option("--record", typed.record, "Write every tick, patch and event to a new file (docs/recording.md)")
+  app.add_option("--record", typed.record, "Write every tick, patch and event to a new file (docs/reference/recording.md)")
       ->type_name("FILE");
   app.add_option("--duration-s", typed.duration_s,
                  "End after so many seconds, the hand holding still once its motion has ended; default: at the end of the motion")

@@ -7,15 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "client/device/hand.hpp"
+#include "client/device/make_device.hpp"
 #include "client/guard/guard.hpp"
 #include "client/guard/virtual_coupling.hpp"
 #include "common/motion/motion.hpp"
 #include "common/port/scheme.hpp"
 
 namespace palpate {
-
-enum class DeviceKind : std::uint8_t { sim, replay };
 
 struct AppOptions {
   std::string server;  ///< HOST:PORT

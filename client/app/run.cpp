@@ -12,8 +12,6 @@
 
 #include "client/app/report.hpp"
 #include "client/app/station.hpp"
-#include "client/device/replay_device.hpp"
-#include "client/device/sim_phantom.hpp"
 #include "client/io/body_reset.hpp"
 #include "client/io/haptic_loop.hpp"
 #include "client/io/link_check.hpp"
@@ -128,7 +126,7 @@ class Run {
 
   void feel() {
     const Welcome welcome = felt().status().welcome;
-    make_device(welcome);
+    prepare_device(welcome);
     std::vector<HapticTick*> displays;
     for (auto& station : stations_) displays.push_back(&station->core().haptic());
     row_.resize(displays.size());
@@ -140,23 +138,16 @@ class Run {
     loop_->stop();
   }
 
-  void make_device(const Welcome& welcome) {
+  void prepare_device(const Welcome& welcome) {
     const Motion motion = options_.motion ? *options_.motion : Motion::rest(welcome.home, 1.0);
     const double off_m = (motion.position(0.0) - welcome.home).norm();
     if (welcome.contact == ContactKind::attach && off_m > kStartMaxM)
       say(fmt::format("warning: the motion starts {:.1f} mm from where the attached node rests; the node will be pulled there",
                       off_m * 1e3));
-    if (options_.device == DeviceKind::replay) {
-      device_ =
-          std::make_unique<ReplayDevice>(motion, options_.duration_s ? ReplayDevice::AtEnd::stays : ReplayDevice::AtEnd::gone);
-    } else {
-      SimPhantomOptions phantom;
-      phantom.hand = options_.hand;
-      phantom.seed = options_.seed;
-      if (options_.release_s) phantom.release_s = *options_.release_s;
-      device_ = std::make_unique<SimPhantom>(motion, phantom);
-    }
-    device_->wait_for_start();
+    DeviceOptions device{options_.device, options_.hand, options_.seed};
+    if (options_.release_s) device.release_s = *options_.release_s;
+    device.stays_at_end = options_.duration_s.has_value();
+    device_ = make_device(motion, device);
   }
 
   std::size_t ring_ticks() const { return options_.report.empty() && !recording_ ? 0 : kRingTicks; }

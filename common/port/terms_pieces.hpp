@@ -1,5 +1,5 @@
-// The terms of a patch in pieces that each fit a datagram (docs/wire.md): a list of numbers of 16 bits, half precision unless
-// said, cut, every piece with all it takes to know the whole.
+// The terms of a patch in pieces that each fit a datagram (docs/reference/wire.md): a list of numbers of 16 bits, half precision
+// unless said, cut, every piece with all it takes to know the whole.
 //
 //     the modes' part of S by rows, E2 where there is a repair; E3, E4, Q of the first kTurning variables, 12 bits each, half
 //     precision less its last four; each in a unit of its own, the largest number some thousands;

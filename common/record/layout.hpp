@@ -1,4 +1,4 @@
-// The bytes around the parts of a recording: preamble, frame of a part, trailer. docs/recording.md, section 1.
+// The bytes around the parts of a recording: preamble, frame of a part, trailer. docs/reference/recording.md, section 1.
 //
 //   preamble   8 bytes "PALPREC\n", uint32 version, uint32 0
 //   part       4 bytes "PART", uint32 CRC-32 of everything after it, int64 first, int64 last [us],

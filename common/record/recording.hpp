@@ -1,4 +1,4 @@
-// What a recording of a session says, as plain structs. docs/recording.md states the file.
+// What a recording of a session says, as plain structs. docs/reference/recording.md states the file.
 //
 // There are two kinds. A room's is made at the server, in the server's clock: the samples that the body was driven with, the
 // frames, what every tool met in them, links and shapes. A station's is made at the client, in the client's clock: every haptic

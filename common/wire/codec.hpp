@@ -1,7 +1,8 @@
 // Messages to datagrams and back. FlatBuffers (schema/wire.fbs) underneath; nothing of it shows here.
 //
 // The wire rounds: positions to 2^-27 m, those of a mesh to 2^-19 m, forces and the numbers of a model to float32, a patch's
-// local surface to 16 bits (docs/wire.md has the table). What decode() returns is what encode() rounded to: encode(decode(bytes))
+// local surface to 16 bits (docs/reference/wire.md has the table). What decode() returns is what encode() rounded to:
+// encode(decode(bytes))
 // == bytes.
 #pragma once
 

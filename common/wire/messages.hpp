@@ -1,4 +1,4 @@
-// What one datagram says, as plain structs. docs/wire.md states bytes, ranges and behaviour over time.
+// What one datagram says, as plain structs. docs/reference/wire.md states bytes, ranges and behaviour over time.
 #pragma once
 
 #include <cstdint>

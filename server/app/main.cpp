@@ -45,10 +45,10 @@ void describe_flags(CLI::App& app, Options& o) {
       ->type_name("N")
       ->check(CLI::Range(1, 256));
   app.add_option("--duration-s", o.duration_s, "end after so many seconds; default: never")->type_name("N");
-  app.add_option(
-         "--record", o.record,
-         "write everything that happens to a new file (docs/recording.md); of several rooms each to its own, FILE with -NAME "
-         "before the extension")
+  app.add_option("--record", o.record,
+                 "write everything that happens to a new file (docs/reference/recording.md); of several rooms each to its own, "
+                 "FILE with -NAME "
+                 "before the extension")
       ->type_name("FILE");
   app.add_option("--record-shapes-hz", o.shapes_hz, "shapes of the body a second in the recording, at most one a frame, 0: none")
       ->type_name("N")

@@ -17,7 +17,7 @@
 //
 // The weight 1 - t/T is how many of the ages that a patch reaches see the response t after its cause. One Gramian is enough:
 // M, D and K are symmetric and the port is collocated, so that of the observer is its mirror image (linear/balance.hpp).
-// What was tried instead, and lost, is in docs/decisions/0015-wide-bases.md. Sources: Meyer and Srinivasan, IEEE TAC 41 (1996),
+// What was tried instead, and lost, is in docs/notebook/0015-wide-bases.md. Sources: Meyer and Srinivasan, IEEE TAC 41 (1996),
 // for balancing positions; Gawronski and Juang, Int. J. Systems Sci. 21 (1990), for Gramians of a limited time.
 #pragma once
 

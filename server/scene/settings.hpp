@@ -1,5 +1,5 @@
 // What a scene file says, with every default filled in and every value in range: all that a body is built from.
-// docs/scenes.md lists the fields; names here are theirs.
+// docs/reference/scenes.md lists the fields; names here are theirs.
 #pragma once
 
 #include <array>

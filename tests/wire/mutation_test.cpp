@@ -14,7 +14,7 @@ bool sensible(const std::string& s) {
          std::none_of(s.begin(), s.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
 }
 
-/// Whether an accepted message keeps the ranges that docs/wire.md promises.
+/// Whether an accepted message keeps the ranges that docs/reference/wire.md promises.
 struct Sensible {
   bool operator()(const Hello& m) const {
     return sensible(m.station) && !m.station.empty() && sensible(m.shadow_of) && m.scheme <= Scheme::cubic &&

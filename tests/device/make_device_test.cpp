@@ -1,0 +1,38 @@
+#include <catch2/catch.hpp>
+
+#include "client/device/make_device.hpp"
+
+using namespace palpate;
+
+namespace {
+
+/// Where the tool is half a second into a motion of 0.1 m/s against a force of 2 N.
+double place_after_half_a_second(const DeviceOptions& options) {
+  const Motion motion({{0, Vec3::Zero()}, {1, Vec3(0.1, 0, 0)}});
+  const auto device = make_device(motion, options);
+  device->start(Micros{0});
+  double x = 0;
+  for (Micros t{0}; t <= Micros{500'000}; t += Micros{1'000}) {
+    x = device->read(t).position.x();
+    device->write(Vec3(-2, 0, 0));
+  }
+  device->stop();
+  return x;
+}
+
+}  // namespace
+
+TEST_CASE("A device waits at the beginning of its motion until it is started", "[device]") {
+  const Motion motion({{0, Vec3(0.01, 0, 0)}, {1, Vec3(0.1, 0, 0)}});
+  const auto device = make_device(motion, {.kind = DeviceKind::replay});
+  CHECK(device->read(Micros{0}).position == Vec3(0.01, 0, 0));
+  CHECK(device->read(Micros{300'000}).position == Vec3(0.01, 0, 0));
+}
+
+TEST_CASE("Force moves the tool of a simulated device and not that of a replayed one", "[device]") {
+  CHECK(place_after_half_a_second({.kind = DeviceKind::replay}) == Approx(0.05));
+  // 2 N against a spring of 500 N/m hold the tool 4 mm behind where the hand wants it; it still swings a little.
+  DeviceOptions firm;
+  firm.hand = *hand_from_name("firm");
+  CHECK(place_after_half_a_second(firm) == Approx(0.046).margin(0.003));
+}

@@ -1,0 +1,46 @@
+#include <cmath>
+#include <cstdio>
+#include <thread>
+
+#include "client/device/device.hpp"
+#include "client/io/haptic_loop.hpp"
+#include "client/io/udp_client.hpp"
+#include "common/io/monotonic.hpp"
+
+using namespace palpate;
+
+/// A motor of its own that presses the tool 8 mm down and up again, once a second, and only feels.
+class Presser final : public Device {
+ public:
+  explicit Presser(const Vec3& home) : home_(home) {}
+  const DeviceCaps& caps() const override { return caps_; }
+  DeviceReading read(Micros now) noexcept override {
+    const double depth = 0.004 * (1 - std::cos(2 * M_PI * seconds(now - begin_)));
+    return {home_ - Vec3(0, 0, depth), true};  // ok = false: the device is gone
+  }
+  void write(const Vec3& force) noexcept override { force_ = force; }  // here a driver would send it to the motors
+  void stop() noexcept override { force_ = Vec3::Zero(); }
+
+ private:
+  DeviceCaps caps_{"presser", 5.0, 2000.0, 800.0};
+  Vec3 home_, force_ = Vec3::Zero();
+  Micros begin_ = monotonic_now();
+};
+
+int main(int, char** argv) {
+  ClientOptions options;
+  options.hello.station = "presser";
+  options.guard.force_max_n = 5.0;  // what the device can render
+  options.guard.slew_max_n_s = 2000.0;
+  ClientCore core(options, monotonic_now());
+  UdpClient udp(argv[1], core);
+  udp.start();
+  while (udp.status().link != LinkState::joined) std::this_thread::sleep_for(Micros{10'000});
+  Presser device(udp.status().welcome.home);
+  HapticLoop loop(device, {&core.haptic()}, {});
+  loop.start();
+  std::this_thread::sleep_for(Micros{3'000'000});
+  loop.stop();
+  udp.stop();
+  std::printf("%llu ticks, at most %.2f N\n", static_cast<unsigned long long>(loop.stats().ticks), loop.stats().force_max_n);
+}
