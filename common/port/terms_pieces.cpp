@@ -5,6 +5,7 @@
 
 #include "common/port/packed_numbers.hpp"
 #include "common/port/terms_numbers.hpp"
+#include "common/port/terms_parity.hpp"
 
 namespace palpate {
 
@@ -63,6 +64,25 @@ bool same_whole(const PatchTerms& a, const PatchTerms& b) {
          a.port_scale == b.port_scale && a.unit == b.unit;
 }
 
+/// Of a piece; the parity is as long as the longest.
+int words_in(int piece, const TermsLayout& l) {
+  return std::min(kPieceNumbers, piece < l.pieces() ? l.total() - piece * kPieceNumbers : l.total());
+}
+
+/// The one piece that is not there, by the parity. False, and nothing is changed, when it would not pass check().
+bool restore(const PatchTerms& head, std::vector<std::uint8_t>& there, std::vector<std::uint16_t>& numbers) {
+  const auto lost = std::find(there.begin(), there.end(), 0) - there.begin();
+  PatchTerms piece = head;
+  piece.piece = static_cast<std::uint8_t>(lost);
+  piece.numbers.assign(static_cast<std::size_t>(words_in(piece.piece, layout(head))), 0);
+  for (std::size_t k = 0; k < there.size(); ++k)
+    for (std::size_t i = 0; i < piece.numbers.size() && there[k]; ++i) piece.numbers[i] ^= numbers[k * kPieceNumbers + i];
+  if (check(piece) != TermsFault::none) return false;
+  there[piece.piece] = 1;
+  std::copy(piece.numbers.begin(), piece.numbers.end(), numbers.begin() + lost * kPieceNumbers);
+  return true;
+}
+
 }  // namespace
 
 TermsFault check(const PatchTerms& p) {
@@ -73,15 +93,14 @@ TermsFault check(const PatchTerms& p) {
     return TermsFault::sizes;
   if (p.vertices > (p.grasp ? 0 : kMaxPortVertices) || p.triangles > (p.grasp ? 0 : kMaxPortTriangles)) return TermsFault::sizes;
   const TermsLayout l = layout(p);
-  if (l.modes < 1 || l.modes > kMaxModes || p.pieces != l.pieces() || p.piece >= p.pieces) return TermsFault::sizes;
-  if (static_cast<int>(p.numbers.size()) != std::min(kPieceNumbers, l.total() - p.piece * kPieceNumbers))
-    return TermsFault::sizes;
+  if (l.modes < 1 || l.modes > kMaxModes || p.pieces != l.pieces() || p.piece > p.pieces) return TermsFault::sizes;
+  if (static_cast<int>(p.numbers.size()) != words_in(p.piece, l)) return TermsFault::sizes;
   std::array<float, 10> reals{p.radius, p.stiffening};
   std::copy(p.port_scale.begin(), p.port_scale.end(), reals.begin() + 2);
   std::copy(p.unit.begin(), p.unit.end(), reals.begin() + 5);
   for (const float v : reals)
     if (!std::isfinite(v)) return TermsFault::not_finite;
-  for (std::size_t k = 0; k < p.numbers.size(); ++k)
+  for (std::size_t k = 0; k < p.numbers.size() && !is_parity(p); ++k)
     if (l.is_half(p.piece * kPieceNumbers + static_cast<int>(k)) && !finite_half(p.numbers[k])) return TermsFault::not_finite;
   const auto within = [](float v, float high) { return v >= 0 && v <= high; };
   const bool fine = within(p.radius, kRadiusMax) && within(p.stiffening, kStiffeningMax) &&
@@ -170,13 +189,14 @@ bool TermsAssembly::take(const PatchTerms& piece) {
     any_ = true;
     head_ = piece;
     missing_ = piece.pieces;
-    there_.assign(piece.pieces, 0);
-    numbers_.assign(static_cast<std::size_t>(layout(piece).total()), 0);
+    there_.assign(piece.pieces + std::size_t{1}, 0);  // the parity behind the pieces, as are its words
+    numbers_.assign(there_.size() * kPieceNumbers, 0);
   }
-  if (!same_whole(piece, head_) || there_[piece.piece]) return false;
+  if (missing_ == 0 || !same_whole(piece, head_) || there_[piece.piece]) return false;
   there_[piece.piece] = 1;
-  --missing_;
+  if (!is_parity(piece)) --missing_;
   std::copy(piece.numbers.begin(), piece.numbers.end(), numbers_.begin() + piece.piece * kPieceNumbers);
+  if (missing_ == 1 && there_.back() && restore(head_, there_, numbers_)) missing_ = 0;
   return true;
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/port/terms_parity.hpp"
 #include "server/core/server_core.hpp"
 #include "server/reduce/patch_builder.hpp"
 
@@ -214,7 +215,8 @@ void ServerCore::send_patch(Station& station, StationFrame& frame) {
   const Micros stamp = frame.patch->stamp;
   frame.patch->stamp = station_time(station, stamp);
   frame.patch->seq = ++station.patch_seq;
-  const auto pieces = frame.terms.variables > 0 ? to_pieces(frame.terms, frame.patch->seq) : std::vector<PatchTerms>{};
+  auto pieces = frame.terms.variables > 0 ? to_pieces(frame.terms, frame.patch->seq) : std::vector<PatchTerms>{};
+  if (!pieces.empty() && station.patch_copies > 1) pieces.push_back(parity_of(pieces));
   station.outbox.terms.assign(pieces.begin(), pieces.end());
   station.outbox.patch = std::move(frame.patch);
   // The patch before one with terms, which has its own, is nearly as good: there is little to lose, and much to send.

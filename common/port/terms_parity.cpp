@@ -1,0 +1,13 @@
+#include "common/port/terms_parity.hpp"
+
+namespace palpate {
+
+PatchTerms parity_of(std::span<const PatchTerms> pieces) {
+  PatchTerms parity = pieces.front();  // the longest, or as long as all
+  parity.piece = parity.pieces;
+  for (const PatchTerms& piece : pieces.subspan(1))
+    for (std::size_t i = 0; i < piece.numbers.size(); ++i) parity.numbers[i] ^= piece.numbers[i];
+  return parity;
+}
+
+}  // namespace palpate
