@@ -16,6 +16,7 @@ using Run = std::function<int()>;
 void add_draw(CLI::App& app, Run& run);
 void add_replay(CLI::App& app, Run& run);
 void add_felt(CLI::App& app, Run& run);
+void add_live(CLI::App& app, Run& run);
 void add_masking(CLI::App& app, Run& run);
 void add_truth(CLI::App& app, Run& run);
 void add_pareto(CLI::App& app, Run& run);

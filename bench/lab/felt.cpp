@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 #include <optional>
-#include <sstream>
 
+#include "bench/lab/client_report.hpp"
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/fidelity_json.hpp"
 #include "bench/lab/output.hpp"
@@ -27,89 +26,10 @@ struct FeltFlags {
   double at_least_db = 0;
 };
 
-struct Display {
-  std::string name;
-  std::vector<Vec3> force;
-  std::vector<std::uint8_t> contact;
-};
-
-struct Recording {
-  std::vector<Vec3> positions;
-  std::vector<Display> displays;  ///< the felt one first
-};
-
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells;
-  std::stringstream in(line);
-  for (std::string cell; std::getline(in, cell, ',');) cells.push_back(cell);
-  return cells;
-}
-
-/// The scheme that the client says it ran, else "felt"; apart from those that it only compared.
-std::string felt_scheme(const FeltFlags& flags, const std::vector<std::string>& compared) {
-  std::string name = flags.felt_name;
-  if (name.empty()) {
-    std::ifstream in(std::filesystem::path(flags.report) / "summary.json");
-    const Json report = Json::parse(in, nullptr, false);
-    const bool known = report.is_object() && report.contains("run") && report["run"].contains("scheme");
-    name = known ? report["run"]["scheme"].get<std::string>() : "felt";
-  }
-  return std::find(compared.begin(), compared.end(), name) == compared.end() ? name : name + ", felt";
-}
-
-/// The client's report: t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact, then NAME_fx_n,NAME_fy_n,NAME_fz_n,NAME_contact of
-/// every comparison. A tick that was skipped gets its neighbours' values in between: the reference needs one position a
-/// millisecond.
-Recording read_recording(const FeltFlags& flags) {
-  const auto file = std::filesystem::path(flags.report) / "forces.csv";
-  std::ifstream in(file);
-  std::string line;
-  if (!std::getline(in, line)) throw InputError(file.string(), "cannot be read", "forces.csv of palpate-client --report");
-  const auto header = split(line);
-  constexpr std::size_t kFirst = 9, kEach = 4;
-  if (header.size() < kFirst || header[0] != "t_s" || (header.size() - kFirst) % kEach != 0)
-    throw InputError(file.string() + ":1", "has another header", "t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact,...");
-  Recording r;
-  std::vector<std::string> compared;
-  for (std::size_t c = kFirst; c < header.size(); c += kEach) compared.push_back(header[c].substr(0, header[c].rfind("_fx_n")));
-  r.displays.push_back({felt_scheme(flags, compared), {}, {}});
-  for (const std::string& name : compared) r.displays.push_back({name, {}, {}});
-
-  std::vector<double> last;
-  for (std::size_t number = 2; std::getline(in, line); ++number) {
-    std::vector<double> row;
-    for (const std::string& cell : split(line)) {
-      char* end = nullptr;
-      row.push_back(std::strtod(cell.c_str(), &end));
-      if (end == cell.c_str())
-        throw InputError(fmt::format("{}:{}", file.string(), number), "'" + cell + "' is no number", "a number");
-    }
-    if (row.size() != header.size())
-      throw InputError(fmt::format("{}:{}", file.string(), number), "has another number of columns",
-                       std::to_string(header.size()));
-    const auto tick = static_cast<std::size_t>(std::max(0.0, std::round(row[0] * 1e3)));
-    const std::size_t from = r.positions.size();
-    for (std::size_t i = from; i <= tick; ++i) {
-      const double part =
-          last.empty() || tick == i ? 1.0 : static_cast<double>(i + 1 - from) / static_cast<double>(tick + 1 - from);
-      const auto value = [&](std::size_t c) { return last.empty() ? row[c] : last[c] + part * (row[c] - last[c]); };
-      r.positions.emplace_back(value(1), value(2), value(3));
-      for (std::size_t d = 0; d < r.displays.size(); ++d) {
-        const std::size_t c = d == 0 ? 4 : kFirst + (d - 1) * kEach;
-        r.displays[d].force.emplace_back(value(c), value(c + 1), value(c + 2));
-        r.displays[d].contact.push_back(row[d == 0 ? 8 : c + 3] > 0.5);
-      }
-    }
-    last = row;
-  }
-  if (r.positions.size() <= 1000) throw InputError(file.string(), "is too short", "more than a second of ticks");
-  return r;
-}
-
 int run_felt(const FeltFlags& flags) {
   if (std::isnan(flags.at_least_db)) throw InputError("--at-least-db", "is nan", "a number of decibels");
   const Scene scene = load_scene(flags.scene);
-  const Recording recording = read_recording(flags);
+  const ClientReport recording = read_client_report(flags.report, flags.felt_name);
   const auto out = make_output_folder(flags.out);
   const auto progress = show_progress();
   const ReferenceForce reference = reference_forces(scene, std::span(&recording.positions, 1), {}, [&](double share) {
@@ -117,12 +37,12 @@ int run_felt(const FeltFlags& flags) {
                                    }).front();
 
   std::string csv = "t_s,ref_fx_n,ref_fy_n,ref_fz_n";
-  for (const Display& d : recording.displays) csv += fmt::format(",{0}_fx_n,{0}_fy_n,{0}_fz_n", d.name);
+  for (const ReportedDisplay& d : recording.displays) csv += fmt::format(",{0}_fx_n,{0}_fy_n,{0}_fz_n", d.name);
   csv += '\n';
   for (std::size_t i = 0; i < recording.positions.size(); ++i) {
     const Vec3& f = reference.force[i];
     fmt::format_to(std::back_inserter(csv), "{:.3f},{:.6g},{:.6g},{:.6g}", static_cast<double>(i) * 1e-3, f.x(), f.y(), f.z());
-    for (const Display& d : recording.displays)
+    for (const ReportedDisplay& d : recording.displays)
       fmt::format_to(std::back_inserter(csv), ",{:.6g},{:.6g},{:.6g}", d.force[i].x(), d.force[i].y(), d.force[i].z());
     csv += '\n';
   }
@@ -143,7 +63,7 @@ int run_felt(const FeltFlags& flags) {
   double felt_db = 0;
   std::optional<double> hold_db;
   for (std::size_t d = 0; d < recording.displays.size(); ++d) {
-    const Display& display = recording.displays[d];
+    const ReportedDisplay& display = recording.displays[d];
     const Fidelity f = compare(display.force, reference.force, kFeltSkip);
     const OnsetErrors onset = onset_errors(display.contact, reference.contact);
     fmt::print("  {:<10} {:>9.1f} {:>11.1f} {:>11.1f} {:>9} {:>12}\n", display.name, f.snr_db, 100 * f.rel_rms,

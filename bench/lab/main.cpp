@@ -44,6 +44,7 @@ const std::vector<Question>& questions() {
       {"How true is what a hand feels, of a motion or recording of mine?",
        {{add_replay, "replay --scene scenes/touch-cube.json --gesture press --scheme port --rtt-ms 120 --out out/replay"},
         {add_felt, "felt --scene scenes/organ.json --report out/demo --out out/felt"},
+        {add_live, "live --scene scenes/organ.json --motion scenes/motions/organ-tour.csv --out out/live"},
         {add_haptic, "haptic --rtt-ms 120 --out out/haptic"},
         {add_gesture, "gesture --scene scenes/organ.json --kind tour --out out/tour.csv"}}},
       {"Which scheme, and how far away may the server be?",

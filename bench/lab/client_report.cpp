@@ -1,0 +1,84 @@
+#include "bench/lab/client_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "bench/lab/output.hpp"
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> cells;
+  std::stringstream in(line);
+  for (std::string cell; std::getline(in, cell, ',');) cells.push_back(cell);
+  return cells;
+}
+
+/// The scheme that the client says it ran where none is given, else "felt"; apart from those that it only compared.
+std::string felt_scheme(const std::filesystem::path& folder, std::string name, const std::vector<std::string>& compared) {
+  if (name.empty()) {
+    std::ifstream in(folder / "summary.json");
+    const Json report = Json::parse(in, nullptr, false);
+    const bool known = report.is_object() && report.contains("run") && report["run"].contains("scheme");
+    name = known ? report["run"]["scheme"].get<std::string>() : "felt";
+  }
+  return std::find(compared.begin(), compared.end(), name) == compared.end() ? name : name + ", felt";
+}
+
+}  // namespace
+
+ClientReport read_client_report(const std::filesystem::path& folder, const std::string& felt_name) {
+  const std::filesystem::path file = folder / "forces.csv";
+  std::ifstream in(file);
+  std::string line;
+  if (!std::getline(in, line)) throw InputError(file.string(), "cannot be read", "forces.csv of palpate-client --report");
+  const auto header = split(line);
+  constexpr std::size_t kFirst = 9, kEach = 4;
+  if (header.size() < kFirst || header[0] != "t_s" || (header.size() - kFirst) % kEach != 0)
+    throw InputError(file.string() + ":1", "has another header", "t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact,...");
+  ClientReport r;
+  std::vector<std::string> compared;
+  for (std::size_t c = kFirst; c < header.size(); c += kEach) compared.push_back(header[c].substr(0, header[c].rfind("_fx_n")));
+  r.displays.push_back({felt_scheme(folder, felt_name, compared), {}, {}});
+  for (const std::string& name : compared) r.displays.push_back({name, {}, {}});
+
+  std::vector<double> last;
+  for (std::size_t number = 2; std::getline(in, line); ++number) {
+    std::vector<double> row;
+    for (const std::string& cell : split(line)) {
+      char* end = nullptr;
+      row.push_back(std::strtod(cell.c_str(), &end));
+      if (end == cell.c_str())
+        throw InputError(fmt::format("{}:{}", file.string(), number), "'" + cell + "' is no number", "a number");
+    }
+    if (row.size() != header.size())
+      throw InputError(fmt::format("{}:{}", file.string(), number), "has another number of columns",
+                       std::to_string(header.size()));
+    const auto tick = static_cast<std::size_t>(std::max(0.0, std::round(row[0] * 1e3)));
+    const std::size_t from = r.positions.size();
+    for (std::size_t i = from; i <= tick; ++i) {
+      const double part =
+          last.empty() || tick == i ? 1.0 : static_cast<double>(i + 1 - from) / static_cast<double>(tick + 1 - from);
+      const auto value = [&](std::size_t c) { return last.empty() ? row[c] : last[c] + part * (row[c] - last[c]); };
+      r.positions.emplace_back(value(1), value(2), value(3));
+      r.patch_age_ms.push_back(row[7]);
+      for (std::size_t d = 0; d < r.displays.size(); ++d) {
+        const std::size_t c = d == 0 ? 4 : kFirst + (d - 1) * kEach;
+        r.displays[d].force.emplace_back(value(c), value(c + 1), value(c + 2));
+        r.displays[d].contact.push_back(row[d == 0 ? 8 : c + 3] > 0.5);
+      }
+    }
+    last = row;
+  }
+  if (r.positions.size() <= 1000) throw InputError(file.string(), "is too short", "more than a second of ticks");
+  return r;
+}
+
+}  // namespace palpate

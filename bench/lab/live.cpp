@@ -1,0 +1,249 @@
+// palpate-lab live: a hand over a bad link in real time, beside the same hand in virtual time, and what each cause takes of it.
+//
+// In virtual time the same motion goes over the same kind of link with the same scheme: with a server that takes for every frame
+// what the live one took in the mean; then without jitter, without loss, without both, and without computing as well. So the
+// difference of neighbouring rows is what one cause takes. What is left between the first two rows is what only real time has:
+// frames that came late or were skipped, threads that woke late, and other draws of the same link.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <vector>
+
+#include "bench/lab/experiments.hpp"
+#include "bench/lab/flags.hpp"
+#include "bench/lab/link_flags.hpp"
+#include "bench/lab/live_run.hpp"
+#include "bench/lab/output.hpp"
+#include "bench/lab/parallel.hpp"
+#include "bench/lab/plot.hpp"
+#include "bench/measure/metrics.hpp"
+#include "bench/measure/replay.hpp"
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+struct Flags {
+  std::string scene, motion, scheme = "cubic", out;
+  double duration_s = 0;
+  LinkFlags link;
+};
+
+struct Row {
+  std::string name;
+  double snr_db = 0, age_mean_ms = 0, age_p95_ms = 0;
+  double bytes = 0;  ///< a patch, with its copies and terms
+};
+
+double share_pct(double part, double all) { return all > 0 ? 100 * part / all : 0; }
+
+void set_ages(Row& row, std::vector<double> ages_ms) {
+  std::erase_if(ages_ms, [](double age) { return age < 0; });
+  double sum = 0;
+  for (const double age : ages_ms) sum += age;
+  row.age_mean_ms = ages_ms.empty() ? 0 : sum / static_cast<double>(ages_ms.size());
+  row.age_p95_ms = percentile(std::move(ages_ms), 0.95);
+}
+
+Row row_of(const LiveRun& run, const ReferenceForce& reference) {
+  Row row{.name = "live"};
+  row.snr_db = compare(run.report.displays.front().force, reference.force, kSkipTicks).snr_db;
+  set_ages(row, run.report.patch_age_ms);
+  row.bytes = run.client.at("patch_bytes_mean").get<double>();
+  return row;
+}
+
+Row row_of(const std::string& name, const ReplayResult& result) {
+  Row row{.name = name};
+  row.snr_db = result.fidelity.snr_db;
+  std::vector<double> ages_ms;
+  for (const ReplayTick& tick : result.ticks) ages_ms.push_back(1e3 * seconds(tick.patch_age));
+  set_ages(row, std::move(ages_ms));
+  row.bytes = result.patch_bytes_mean;
+  return row;
+}
+
+struct Variant {
+  const char* name;
+  bool jitter, loss, computes;
+};
+constexpr Variant kVirtual[] = {{"virtual, same link", true, true, true},
+                                {"without jitter", false, true, true},
+                                {"without loss", true, false, true},
+                                {"without both", false, false, true},
+                                {"and no computing", false, false, false}};
+
+std::vector<ReplayResult> in_virtual_time(const Flags& flags, const Scene& scene, const Motion& motion,
+                                          const ReferenceForce& reference, double compute_ms) {
+  std::vector<ReplayResult> results(std::size(kVirtual));
+  run_all(results.size(), [&](std::size_t k) {
+    ReplayOptions options = replay_options(flags.scheme, 0, flags.link);
+    options.reference = &reference;
+    options.compute = kVirtual[k].computes ? from_seconds(1e-3 * compute_ms) : Micros{};
+    if (!kVirtual[k].jitter) options.link.jitter = Micros{};
+    if (!kVirtual[k].loss) options.link.loss = 0;
+    results[k] = replay(scene, motion, options, stopwatch_ns);
+  });
+  return results;
+}
+
+Motion begin_of(const Motion& motion, double duration_s) {
+  if (!(duration_s > 0) || duration_s >= motion.duration_s()) return motion;
+  std::vector<MotionPoint> points;
+  for (const MotionPoint& point : motion.points())
+    if (point.t_s < duration_s) points.push_back(point);
+  points.push_back({duration_s, motion.position(duration_s)});
+  return Motion(std::move(points));
+}
+
+void write_forces(const std::filesystem::path& file, const std::vector<Vec3>& live, const ReplayResult& same,
+                  const ReferenceForce& reference) {
+  std::string csv = "t_s,ref_fx_n,ref_fy_n,ref_fz_n,live_fx_n,live_fy_n,live_fz_n,virtual_fx_n,virtual_fy_n,virtual_fz_n\n";
+  const std::size_t ticks = std::min({live.size(), same.ticks.size(), reference.force.size()});
+  for (std::size_t i = 0; i < ticks; ++i) {
+    fmt::format_to(std::back_inserter(csv), "{:.3f}", static_cast<double>(i) * 1e-3);
+    for (const Vec3& f : {reference.force[i], live[i], same.ticks[i].felt})
+      fmt::format_to(std::back_inserter(csv), ",{:.6g},{:.6g},{:.6g}", f.x(), f.y(), f.z());
+    csv += '\n';
+  }
+  write_text(file, csv);
+}
+
+void print(const std::vector<Row>& rows) {
+  fmt::print("\n  {:<20} {:>8} {:>13} {:>14} {:>11}\n", "", "SNR [dB]", "mean age [ms]", "95 % age [ms]", "a patch [B]");
+  for (const Row& row : rows)
+    fmt::print("  {:<20} {:>8.1f} {:>13.0f} {:>14.0f} {:>11.0f}\n", row.name, row.snr_db, row.age_mean_ms, row.age_p95_ms,
+               row.bytes);
+}
+
+struct Part {
+  std::string name;
+  double db = 0;
+};
+
+/// Rows: live, then kVirtual.
+std::vector<Part> parts_of(const std::vector<Row>& rows) {
+  const double live = rows[0].snr_db, same = rows[1].snr_db, no_jitter = rows[2].snr_db, no_loss = rows[3].snr_db,
+               neither = rows[4].snr_db, all = rows[5].snr_db;
+  return {{"real time", same - live},
+          {"jitter, with loss there", no_jitter - same},
+          {"loss, with jitter there", no_loss - same},
+          {"jitter alone", neither - no_loss},
+          {"loss alone", neither - no_jitter},
+          {"jitter and loss", neither - same},
+          {"computing", all - neither}};
+}
+
+/// Of the live run.
+struct LiveFigures {
+  double frame_ms_mean = 0, frame_ms_max = 0, skipped_pct = 0;
+  double without_terms_pct = 0;  ///< of the patches, those that lacked a piece of the terms that they were sent with
+  double late_pct = 0;           ///< of the ticks
+};
+
+LiveFigures figures_of(const LiveRun& run, const std::string& scheme) {
+  const ServerCounts& server = run.server;
+  const auto client = [&](const char* name) { return run.client.at(name).get<double>(); };
+  const auto stepped = static_cast<double>(server.frames - server.frames_asleep);
+  LiveFigures figures;
+  figures.frame_ms_mean = stepped > 0 ? 1e3 * seconds(server.frame_time_sum) / stepped : 0;
+  figures.frame_ms_max = 1e3 * seconds(server.frame_time_max);
+  figures.skipped_pct =
+      share_pct(static_cast<double>(server.frames_busy), static_cast<double>(server.frames + server.frames_busy));
+  if (scheme == "cubic") figures.without_terms_pct = 100 - share_pct(client("patches_bent"), client("patches_accepted"));
+  figures.late_pct = share_pct(client("late_ticks"), client("ticks"));
+  return figures;
+}
+
+void print(const LiveFigures& f) {
+  fmt::print(
+      "\n  live: a frame takes {:.1f} ms in the mean and {:.1f} at most; {:.1f} % of the frames were skipped, {:.1f} % of the "
+      "patches\n  lacked some of their terms, {:.2f} % of the ticks woke late\n\n",
+      f.frame_ms_mean, f.frame_ms_max, f.skipped_pct, f.without_terms_pct, f.late_pct);
+}
+
+void print(const std::vector<Part>& parts) {
+  fmt::print("\n  {:<26} {:>6}\n", "what takes how much", "[dB]");
+  for (const Part& part : parts) fmt::print("  {:<26} {:>6.1f}\n", part.name, part.db);
+}
+
+Json to_json(const Row& row) {
+  return {{"name", row.name},
+          {"snr_db", row.snr_db},
+          {"patch_age_mean_ms", row.age_mean_ms},
+          {"patch_age_p95_ms", row.age_p95_ms},
+          {"patch_bytes", row.bytes}};
+}
+
+Json to_json(const LiveFigures& f, const std::vector<Row>& rows, const std::vector<Part>& parts) {
+  Json json{{"frame_ms_mean", f.frame_ms_mean},
+            {"frame_ms_max", f.frame_ms_max},
+            {"frames_skipped_pct", f.skipped_pct},
+            {"patches_without_terms_pct", f.without_terms_pct},
+            {"ticks_late_pct", f.late_pct}};
+  for (const Row& row : rows) json["rows"].push_back(to_json(row));
+  for (const Part& part : parts) json["parts_db"][part.name] = part.db;
+  return json;
+}
+
+void plot(const std::filesystem::path& out, const std::string& scene, const std::vector<Row>& rows, std::size_t ticks) {
+  const auto panel = [](const char* axis, int column) {
+    const auto use = [](int c) { return fmt::format("1:{}", c); };
+    return Panel{fmt::format("force {} [N]", axis),
+                 {{use(column), "1 kHz full model", 0}, {use(column + 6), "virtual time", 2}, {use(column + 3), "live", 1}}};
+  };
+  const auto title = fmt::format("{}: live {:.1f} dB, in virtual time {:.1f} dB", scene, rows[0].snr_db, rows[1].snr_db);
+  if (plot_csv(out / "live.csv", out / "live.svg", title, "time [s]", {panel("x", 2), panel("y", 3), panel("z", 4)},
+               {.rows = ticks}))
+    fmt::print("  plot      {}\n", (out / "live.svg").string());
+}
+
+int run_live_experiment(const Flags& flags) {
+  available_scheme(flags.scheme);
+  const Scene scene = load_scene(flags.scene);
+  const auto out = make_output_folder(flags.out);
+  const Motion motion = begin_of(read_motion(flags.motion), flags.duration_s);
+  write_motion(out / "motion.csv", motion);
+  fmt::print("live: {} over {:g} ms round trip, {:g} ms jitter, {:g} % loss, {:.0f} s\n", scene.name, flags.link.rtt_ms,
+             flags.link.jitter_ms, flags.link.loss_pct, motion.duration_s());
+  std::fflush(stdout);
+  const LiveRun run = run_live({scene, out / "motion.csv", flags.scheme, flags.link.one_way(), flags.link.rate_hz, out});
+  const LiveFigures figures = figures_of(run, flags.scheme);
+  fmt::print("then the same in virtual time, {} runs\n", std::size(kVirtual));
+  std::fflush(stdout);
+  const ReferenceForce reference = reference_of(scene, motion);
+  const auto results = in_virtual_time(flags, scene, motion, reference, figures.frame_ms_mean);
+
+  std::vector<Row> rows{row_of(run, reference_force(scene, run.report.positions))};
+  for (std::size_t k = 0; k < results.size(); ++k) rows.push_back(row_of(kVirtual[k].name, results[k]));
+  const std::vector<Part> parts = parts_of(rows);
+  print(rows);
+  print(parts);
+  print(figures);
+  write_json(out / "live.json", to_json(figures, rows, parts));
+  write_forces(out / "live.csv", run.report.displays.front().force, results.front(), reference);
+  plot(out, scene.name, rows, reference.force.size());
+  fmt::print("  figures   {}\n", (out / "live.json").string());
+  return 0;
+}
+
+}  // namespace
+
+void add_live(CLI::App& app, Run& run) {
+  auto flags = std::make_shared<Flags>();
+  flags->link.rtt_ms = 120;
+  flags->link.jitter_ms = 10;
+  flags->link.loss_pct = 3;
+  CLI::App* c = app.add_subcommand("live", "a hand over a bad link in real time, beside virtual time: what each cause takes");
+  c->add_option("--scene", flags->scene, "scene file (JSON)")->required();
+  c->add_option("--motion", flags->motion, "motion file (CSV t_s,x_m,y_m,z_m)")->required();
+  c->add_option("--scheme", flags->scheme, "how patches are made")->capture_default_str();
+  c->add_option("--duration-s", flags->duration_s, "of the motion's beginning; default: all of it")->check(between(1.5, 3600));
+  flags->link.add_to(*c);
+  c->remove_option(c->get_option("--compute-ms"));  // the live run says
+  c->add_option("--out", flags->out, "folder for live.csv, live.json, live.svg and the client's report")->required();
+  c->callback([flags, &run] { run = [flags] { return run_live_experiment(*flags); }; });
+}
+
+}  // namespace palpate
