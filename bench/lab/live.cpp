@@ -30,7 +30,7 @@ struct Flags {
   LinkFlags link;
 };
 
-struct Row {
+struct LiveRow {
   std::string name;
   double snr_db = 0, age_mean_ms = 0, age_p95_ms = 0;
   double bytes = 0;  ///< a patch, with its copies and terms
@@ -38,7 +38,7 @@ struct Row {
 
 double share_pct(double part, double all) { return all > 0 ? 100 * part / all : 0; }
 
-void set_ages(Row& row, std::vector<double> ages_ms) {
+void set_ages(LiveRow& row, std::vector<double> ages_ms) {
   std::erase_if(ages_ms, [](double age) { return age < 0; });
   double sum = 0;
   for (const double age : ages_ms) sum += age;
@@ -46,16 +46,16 @@ void set_ages(Row& row, std::vector<double> ages_ms) {
   row.age_p95_ms = percentile(std::move(ages_ms), 0.95);
 }
 
-Row row_of(const LiveRun& run, const ReferenceForce& reference) {
-  Row row{.name = "live"};
+LiveRow row_of(const LiveRun& run, const ReferenceForce& reference) {
+  LiveRow row{.name = "live"};
   row.snr_db = compare(run.report.displays.front().force, reference.force, kSkipTicks).snr_db;
   set_ages(row, run.report.patch_age_ms);
   row.bytes = run.client.at("patch_bytes_mean").get<double>();
   return row;
 }
 
-Row row_of(const std::string& name, const ReplayResult& result) {
-  Row row{.name = name};
+LiveRow row_of(const std::string& name, const ReplayResult& result) {
+  LiveRow row{.name = name};
   row.snr_db = result.fidelity.snr_db;
   std::vector<double> ages_ms;
   for (const ReplayTick& tick : result.ticks) ages_ms.push_back(1e3 * seconds(tick.patch_age));
@@ -110,20 +110,20 @@ void write_forces(const std::filesystem::path& file, const std::vector<Vec3>& li
   write_text(file, csv);
 }
 
-void print(const std::vector<Row>& rows) {
+void print(const std::vector<LiveRow>& rows) {
   fmt::print("\n  {:<20} {:>8} {:>13} {:>14} {:>11}\n", "", "SNR [dB]", "mean age [ms]", "95 % age [ms]", "a patch [B]");
-  for (const Row& row : rows)
+  for (const LiveRow& row : rows)
     fmt::print("  {:<20} {:>8.1f} {:>13.0f} {:>14.0f} {:>11.0f}\n", row.name, row.snr_db, row.age_mean_ms, row.age_p95_ms,
                row.bytes);
 }
 
-struct Part {
+struct LivePart {
   std::string name;
   double db = 0;
 };
 
 /// Rows: live, then kVirtual.
-std::vector<Part> parts_of(const std::vector<Row>& rows) {
+std::vector<LivePart> parts_of(const std::vector<LiveRow>& rows) {
   const double live = rows[0].snr_db, same = rows[1].snr_db, no_jitter = rows[2].snr_db, no_loss = rows[3].snr_db,
                neither = rows[4].snr_db, all = rows[5].snr_db;
   return {{"real time", same - live},
@@ -163,12 +163,12 @@ void print(const LiveFigures& f) {
       f.frame_ms_mean, f.frame_ms_max, f.skipped_pct, f.without_terms_pct, f.late_pct);
 }
 
-void print(const std::vector<Part>& parts) {
+void print(const std::vector<LivePart>& parts) {
   fmt::print("\n  {:<26} {:>6}\n", "what takes how much", "[dB]");
-  for (const Part& part : parts) fmt::print("  {:<26} {:>6.1f}\n", part.name, part.db);
+  for (const LivePart& part : parts) fmt::print("  {:<26} {:>6.1f}\n", part.name, part.db);
 }
 
-Json to_json(const Row& row) {
+Json to_json(const LiveRow& row) {
   return {{"name", row.name},
           {"snr_db", row.snr_db},
           {"patch_age_mean_ms", row.age_mean_ms},
@@ -176,18 +176,18 @@ Json to_json(const Row& row) {
           {"patch_bytes", row.bytes}};
 }
 
-Json to_json(const LiveFigures& f, const std::vector<Row>& rows, const std::vector<Part>& parts) {
+Json to_json(const LiveFigures& f, const std::vector<LiveRow>& rows, const std::vector<LivePart>& parts) {
   Json json{{"frame_ms_mean", f.frame_ms_mean},
             {"frame_ms_max", f.frame_ms_max},
             {"frames_skipped_pct", f.skipped_pct},
             {"patches_without_terms_pct", f.without_terms_pct},
             {"ticks_late_pct", f.late_pct}};
-  for (const Row& row : rows) json["rows"].push_back(to_json(row));
-  for (const Part& part : parts) json["parts_db"][part.name] = part.db;
+  for (const LiveRow& row : rows) json["rows"].push_back(to_json(row));
+  for (const LivePart& part : parts) json["parts_db"][part.name] = part.db;
   return json;
 }
 
-void plot(const std::filesystem::path& out, const std::string& scene, const std::vector<Row>& rows, std::size_t ticks) {
+void plot(const std::filesystem::path& out, const std::string& scene, const std::vector<LiveRow>& rows, std::size_t ticks) {
   const auto panel = [](const char* axis, int column) {
     const auto use = [](int c) { return fmt::format("1:{}", c); };
     return Panel{fmt::format("force {} [N]", axis),
@@ -215,9 +215,9 @@ int run_live_experiment(const Flags& flags) {
   const ReferenceForce reference = reference_of(scene, motion);
   const auto results = in_virtual_time(flags, scene, motion, reference, figures.frame_ms_mean);
 
-  std::vector<Row> rows{row_of(run, reference_force(scene, run.report.positions))};
+  std::vector<LiveRow> rows{row_of(run, reference_force(scene, run.report.positions))};
   for (std::size_t k = 0; k < results.size(); ++k) rows.push_back(row_of(kVirtual[k].name, results[k]));
-  const std::vector<Part> parts = parts_of(rows);
+  const std::vector<LivePart> parts = parts_of(rows);
   print(rows);
   print(parts);
   print(figures);

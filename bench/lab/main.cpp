@@ -28,7 +28,7 @@ void end_on_signals() {
 }
 
 /// An experiment: what adds it, and how it is typed.
-struct Experiment {
+struct LabExperiment {
   void (*add)(CLI::App&, Run&);
   const char* example;
 };
@@ -36,7 +36,7 @@ struct Experiment {
 /// Experiments by the question that brings somebody here.
 struct Question {
   const char* asks;
-  std::vector<Experiment> experiments;
+  std::vector<LabExperiment> experiments;
 };
 
 const std::vector<Question>& questions() {
@@ -81,7 +81,7 @@ const std::vector<Question>& questions() {
 void add_experiments(CLI::App& app, Run& run) {
   app.option_defaults()->always_capture_default();
   for (const Question& question : questions())
-    for (const Experiment& experiment : question.experiments) {
+    for (const LabExperiment& experiment : question.experiments) {
       experiment.add(app, run);
       CLI::App* added = app.get_subcommands({}).back();
       added->group(question.asks);

@@ -127,11 +127,11 @@ Json summary(const ModesRun& run) {
 void plot_states(const std::filesystem::path& out, const ModesFlags& flags, const ModesRun& run) {
   const auto count = static_cast<int>(run.shapes.size());
   const int columns = std::min(5, count), rows = (count + columns - 1) / columns;
-  constexpr int kWidth = 960, kHeader = 40, kFooter = 20, kRow = 215;
-  const int height = kHeader + rows * kRow + kFooter;
+  constexpr int kWidth = 960, kHeaderHeight = 40, kFooterHeight = 20, kRow = 215;
+  const int height = kHeaderHeight + rows * kRow + kFooterHeight;
   std::string s = fmt::format("set multiplot layout {},{} title {} font ',15' margins 0.055,0.91,{},{} spacing 0.025,{}\n", rows,
                               columns, quoted("Displacements that each reduced state stands for (1 = largest; position in mm)"),
-                              1.6 * kFooter / height, 1 - 1.6 * kHeader / height, 0.22 * kRow / height);
+                              1.6 * kFooterHeight / height, 1 - 1.6 * kHeaderHeight / height, 0.22 * kRow / height);
   s += map_palette();
   const double half = 50.0 / (flags.nodes - 1);
   s += fmt::format(

@@ -18,7 +18,7 @@
 namespace palpate {
 namespace {
 
-constexpr const char* kHeader = "kind,what,variant,method,setting,error,server_ms_s,build_ms,tick_us,bytes";
+constexpr const char* kParetoHeader = "kind,what,variant,method,setting,error,server_ms_s,build_ms,tick_us,bytes";
 constexpr std::size_t kParetoCellsKeyFields = 5;
 const std::array<std::string_view, 2> kKinds{"body", "patch"};
 const std::array<std::string_view, 3> kIntegrators{"tr-bdf2", "explicit", "stabilised"};  // from IntegratorKind::tr_bdf2 on
@@ -217,7 +217,7 @@ std::vector<std::size_t> pareto_front(const std::vector<ParetoCell>& cells, doub
 }
 
 std::string cells_csv(const std::vector<ParetoCell>& cells) {
-  std::string csv = std::string(kHeader) + '\n';
+  std::string csv = std::string(kParetoHeader) + '\n';
   for (const ParetoCell& c : cells)
     fmt::format_to(std::back_inserter(csv), "{},{:.5g},{:.5g},{:.4g},{:.4g},{:.0f}\n", key_of(c), c.error, c.server_ms_s,
                    c.build_ms, c.tick_us, c.bytes);
@@ -226,7 +226,7 @@ std::string cells_csv(const std::vector<ParetoCell>& cells) {
 
 std::vector<ParetoCell> read_pareto_cells(const std::filesystem::path& file) {
   std::vector<ParetoCell> cells;
-  for (const std::vector<std::string>& row : read_rows(file, kHeader)) {
+  for (const std::vector<std::string>& row : read_rows(file, kParetoHeader)) {
     const std::string where = fmt::format("{}:{}", file.string(), cells.size() + 2);
     ParetoCell c = cell_of(row, where);
     double* const numbers[] = {&c.error, &c.server_ms_s, &c.build_ms, &c.tick_us, &c.bytes};

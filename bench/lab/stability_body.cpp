@@ -16,8 +16,8 @@
 namespace palpate {
 namespace {
 
-constexpr const char* kKeys = "treatment,law,amount,ratio,zeta,mass_min_kg,mass_max_kg,step_ms,seed";
-constexpr const char* kMeasures = "holds,finite,steps,cut_steps,failed,hidden_cut,released_j,growth,left,off_spacings,end";
+constexpr const char* kBodyKeys = "treatment,law,amount,ratio,zeta,mass_min_kg,mass_max_kg,step_ms,seed";
+constexpr const char* kBodyMeasures = "holds,finite,steps,cut_steps,failed,hidden_cut,released_j,growth,left,off_spacings,end";
 constexpr std::size_t kStabilityBodyKeyFields = 9;
 constexpr std::array<std::string_view, 3> kLaws{"linear", "stiffening", "thigh-skin"};  // as scene files name them
 
@@ -34,7 +34,7 @@ std::string key_of(const BodyTrial& t) {
 }
 
 BodyTrial trial_from(const std::vector<std::string>& f, const std::string& where) {
-  if (f.size() < kStabilityBodyKeyFields) throw InputError(where, fmt::format("has {} fields", f.size()), kKeys);
+  if (f.size() < kStabilityBodyKeyFields) throw InputError(where, fmt::format("has {} fields", f.size()), kBodyKeys);
   BodyTrial t;
   t.treatment = static_cast<Treatment>(index_from(f[0], kTreatmentNames, where));
   t.law = static_cast<SpringLaw>(index_from(f[1], kLaws, where));
@@ -45,7 +45,7 @@ BodyTrial trial_from(const std::vector<std::string>& f, const std::string& where
 }
 
 std::string cells_csv(const StabilityBodyCells& cells) {
-  std::string csv = fmt::format("{},{}\n", kKeys, kMeasures);
+  std::string csv = fmt::format("{},{}\n", kBodyKeys, kBodyMeasures);
   for (const BodyCell& c : cells) {
     const BodyTrialResult& r = c.result;
     fmt::format_to(std::back_inserter(csv), "{},{:d},{:d},{},{},{},{:d},{:.4g},{:.4g},{:.4g},{:.4g},{}\n", key_of(c.trial),
@@ -57,7 +57,7 @@ std::string cells_csv(const StabilityBodyCells& cells) {
 
 StabilityBodyCells read_cells(const std::filesystem::path& file) {
   StabilityBodyCells cells;
-  for (const std::vector<std::string>& f : read_rows(file, fmt::format("{},{}", kKeys, kMeasures))) {
+  for (const std::vector<std::string>& f : read_rows(file, fmt::format("{},{}", kBodyKeys, kBodyMeasures))) {
     const std::string where = fmt::format("{}:{}", file.string(), cells.size() + 2);
     BodyCell c{trial_from(f, where), {}};
     const auto number = [&](std::size_t k) { return number_from(f[kStabilityBodyKeyFields + k], where); };

@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-constexpr const char* kHeader = "scene,scheme,row,rtt_ms,served,snr_db,median_error,p95_error,frame_bytes,build_ms,tick_us";
+constexpr const char* kTruthHeader = "scene,scheme,row,rtt_ms,served,snr_db,median_error,p95_error,frame_bytes,build_ms,tick_us";
 
 std::filesystem::path file_of(const TruthGrid& grid, const std::string& scene) { return grid.scenes / (scene + ".json"); }
 
@@ -125,7 +125,7 @@ std::vector<std::string> measure_cells(const TruthGrid& grid, std::vector<TruthC
 }
 
 std::string cells_csv(const std::vector<TruthCell>& cells) {
-  std::string csv = std::string(kHeader) + '\n';
+  std::string csv = std::string(kTruthHeader) + '\n';
   for (const TruthCell& c : cells)
     fmt::format_to(std::back_inserter(csv), "{},{},{},{:g},{},{:.3f},{:.5g},{:.5g},{:.0f},{:.4g},{:.4g}\n", c.scene,
                    name_of(c.scheme), name_of(c.row), c.rtt_ms, name_of(c.served), c.snr_db, c.median_error, c.p95_error,
@@ -135,7 +135,7 @@ std::string cells_csv(const std::vector<TruthCell>& cells) {
 
 std::vector<TruthCell> read_truth_cells(const std::filesystem::path& file) {
   std::vector<TruthCell> cells;
-  for (const std::vector<std::string>& f : read_rows(file, kHeader)) {
+  for (const std::vector<std::string>& f : read_rows(file, kTruthHeader)) {
     const std::string where = fmt::format("{}:{}", file.string(), cells.size() + 2);
     const auto number = [&](std::size_t k) { return number_from(f[k], where); };
     cells.push_back({f[0], scheme_from(f[1], where), static_cast<TruthRow>(index_from(f[2], kTruthRowNames, where)), number(3),

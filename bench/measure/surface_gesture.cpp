@@ -14,7 +14,7 @@ namespace palpate {
 namespace {
 
 constexpr double kAboveM = 0.020, kDeepestM = 0.010, kFarthestM = 0.015;
-constexpr double kPartDepth = 0.6, kDownS = 0.4, kHeldS = 0.6, kStrokeAlongS = 2, kCircleS = 3, kTapsHz = 3, kRestS = 0.3;
+constexpr double kPartDepth = 0.6, kDownS = 0.4, kHeldS = 0.6, kStrokeAlongS = 2, kCircleS = 3, kTapsHz = 3, kGestureRestS = 0.3;
 constexpr int kTapCount = 3;
 
 /// Height of the upper side above a point of the plane z = 0; nothing where no face lies there.
@@ -65,7 +65,7 @@ class GestureMaker {
     const Vec3 into = into_body(scene);
     depth_m_ = std::min(kDeepestM, std::abs((place_ - low).dot(into)) / 8);
     aside_m_ = std::min(kFarthestM, 0.1 * (high - low).maxCoeff());
-    rest(kRestS);
+    rest(kGestureRestS);
   }
 
   void press() {
@@ -101,7 +101,7 @@ class GestureMaker {
     up(0);
   }
   Motion finish(SurfaceGesture gesture) {
-    rest(kRestS);
+    rest(kGestureRestS);
     return Motion(std::move(points_), std::string(name_of(gesture)));
   }
 

@@ -6,13 +6,14 @@
 #include <numbers>
 #include <optional>
 
+#include "bench/measure/gestures.hpp"
 #include "common/base/error.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr double kAboveM = 0.003, kApartDeepM = 0.008, kSwingM = 0.004;
-constexpr double kDownS = 0.4, kStaggerS = 0.1, kStaggerMostS = 0.5;
+constexpr double kApartAboveM = 0.003, kApartDeepM = 0.008, kSwingM = 0.004;
+constexpr double kApartDownS = 0.4, kStaggerS = 0.1, kStaggerMostS = 0.5;
 
 /// Height of the surface over (x, y), seen from above.
 std::optional<double> top_at(const LumpedBody& body, double x, double y) {
@@ -39,11 +40,6 @@ Eigen::Vector2d place_of(int k, int count, double apart_m) {
   return radius * Eigen::Vector2d(std::cos(k * kGoldenAngle), std::sin(k * kGoldenAngle));
 }
 
-double minimum_jerk(double u) {
-  u = std::clamp(u, 0.0, 1.0);
-  return u * u * u * (10 + u * (6 * u - 15));
-}
-
 }  // namespace
 
 std::vector<Motion> tools_apart(const Scene& scene, int count, double apart_m, double duration_s, double slide_m) {
@@ -61,10 +57,10 @@ std::vector<Motion> tools_apart(const Scene& scene, int count, double apart_m, d
     const int ms = static_cast<int>(std::lround(duration_s * 1e3));
     for (int i = 0; i <= ms; ++i) {
       const double t = i * 1e-3, down_s = t - begin_s;
-      const double swing = std::sin(2 * std::numbers::pi * hz * std::max(0.0, down_s - kDownS));
-      const double depth = (kAboveM + kApartDeepM) * minimum_jerk(down_s / kDownS) + kSwingM * swing;
+      const double swing = std::sin(2 * std::numbers::pi * hz * std::max(0.0, down_s - kApartDownS));
+      const double depth = (kApartAboveM + kApartDeepM) * minimum_jerk(down_s / kApartDownS) + kSwingM * swing;
       const double slid_m = k % 2 == 0 ? slide_m * swing : 0.0;
-      points.push_back({t, Vec3(place.x(), place.y() + slid_m, *top + kAboveM - depth)});
+      points.push_back({t, Vec3(place.x(), place.y() + slid_m, *top + kApartAboveM - depth)});
     }
     motions.emplace_back(std::move(points));
   }

@@ -26,7 +26,7 @@ struct SeenTick {
 };
 
 /// What a station that just joined is given: for its clock, and for the way of a grasped node to the tool.
-inline constexpr Micros kSettle{1'000'000};
+inline constexpr Micros kSettleAfterJoin{1'000'000};
 
 /// What a station may do and when it is disturbed; the run works it out from the scenario.
 struct StationBounds {
@@ -50,7 +50,7 @@ struct StationBounds {
 
   /// Joined and undisturbed for long enough: what is promised to a station in order holds.
   bool calm(Micros t) const {
-    if (joined == Micros::max() || t < joined + kSettle + sent_age_max + down_max) return false;
+    if (joined == Micros::max() || t < joined + kSettleAfterJoin + sent_age_max + down_max) return false;
     for (const auto& [begin, end] : disturbed)
       if (t >= begin && t <= end) return false;
     return true;

@@ -18,7 +18,7 @@ void append_steps(const NodeMotion& motion, PatchTerms& head, std::vector<std::u
 }
 
 void take_steps(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, NodeMotion& motion) {
-  motion.tool = head.tool == kNoNode ? -1 : head.tool;
+  motion.tool = head.tool == kNoHeldNode ? -1 : head.tool;
   motion.tool_axes = head.tool_axes;
   motion.scale = take(numbers, at, layout(head).modes, head.unit[0]);
   motion.step = take(numbers, at, head.nodes, 1);

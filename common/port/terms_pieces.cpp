@@ -148,7 +148,7 @@ std::vector<PatchTerms> to_pieces(const CubicTerms& terms, std::uint32_t patch_s
   const NodeMotion& motion = whole.tetrahedra > 0 ? terms.solid.motion : terms.springs.motion;
   whole.nodes = static_cast<std::uint8_t>(motion.nodes());
   whole.tool_axes = static_cast<std::uint8_t>(motion.tool_axes);
-  whole.tool = motion.tool < 0 ? kNoNode : static_cast<std::uint8_t>(motion.tool);
+  whole.tool = motion.tool < 0 ? kNoHeldNode : static_cast<std::uint8_t>(motion.tool);
   whole.vertices = static_cast<std::uint8_t>(terms.vertices.size());
   whole.triangles = static_cast<std::uint8_t>(terms.triangles.size());
   const TermsLayout l = layout(whole);

@@ -30,7 +30,7 @@ namespace palpate {
 inline constexpr int kPieceNumbers = 524;
 inline constexpr int kUsualPieces = 4;  ///< with these and its patch a frame takes at most 6000 bytes
 inline constexpr int kTurning = 8;      ///< variables whose motion turns dampers, on the wire
-inline constexpr std::uint8_t kNoNode = 255;
+inline constexpr std::uint8_t kNoHeldNode = 255;
 
 /// What is known before it is known how many terms there are.
 struct TermsRoom {
@@ -59,7 +59,7 @@ struct PatchTerms {
   std::uint8_t tetrahedra = 0;           ///< the same; never beside springs
   bool corotational = false;             ///< these
   std::uint8_t nodes = 0;                ///< of springs or tetrahedra
-  std::uint8_t tool = kNoNode;           ///< node of these that the tool holds
+  std::uint8_t tool = kNoHeldNode;       ///< node of these that the tool holds
   std::uint8_t tool_axes = 3;            ///< along which it moves that
   float radius = 0;
   float stiffening = 0;               ///< of the springs' law

@@ -46,7 +46,7 @@ struct Fixture {
   }
 };
 
-std::vector<TetraMaterial> materials() {
+std::vector<TetraMaterial> lane_materials() {
   std::vector<TetraMaterial> all;
   for (const SolidLaw law : {SolidLaw::corotational, SolidLaw::neo_hookean})
     for (const double damping_s : {0.0, 0.02}) all.emplace_back(SolidMaterial{law, 5e3, 0.4, damping_s});
@@ -59,15 +59,16 @@ struct Apart {
   TetraGroup group{};
   Vector x;
 
-  explicit Apart(std::span<const Mat3> deformations) : x(Vector::Zero(12 * static_cast<Eigen::Index>(deformations.size()))) {
+  explicit Apart(std::span<const Mat3> lane_deformations)
+      : x(Vector::Zero(12 * static_cast<Eigen::Index>(lane_deformations.size()))) {
     const Mat34 rest_nodes = corners();
     const TetraRest rest(rest_nodes);
-    group.count = static_cast<std::uint32_t>(deformations.size());
+    group.count = static_cast<std::uint32_t>(lane_deformations.size());
     for (std::uint32_t l = 0; l < group.count; ++l) {
       group.volume_m3.of[l] = rest.volume_m3;
       for (std::uint32_t i = 0; i < 4; ++i) {
         group.nodes[i][l] = 4 * l + i;
-        x.segment<3>(12 * l + 3 * i) = deformations[l] * rest_nodes.col(i);
+        x.segment<3>(12 * l + 3 * i) = lane_deformations[l] * rest_nodes.col(i);
       }
       for (std::size_t i = 0; i < 3; ++i) group.b[i][i].of[l] = 1 / kEdge;
     }
@@ -108,7 +109,7 @@ class LanesDraw {
 
 /// Kinds that take different numbers of iterations next to each other, all turned at random: little and much strained, very small
 /// and large, flat, thin, inside out and nearly a mirror image.
-std::vector<Mat3> deformations() {
+std::vector<Mat3> lane_deformations() {
   LanesDraw draw;
   std::vector<Mat3> all{Mat3::Identity()};
   for (int k = 0; k < 20; ++k) {
@@ -128,7 +129,7 @@ std::vector<Mat3> deformations() {
 
 TEST_CASE("Corotational tetrahedra side by side, of whatever deformation, have the stress of one after the other",
           "[body][tetra]") {
-  const std::vector<Mat3> all = deformations();
+  const std::vector<Mat3> all = lane_deformations();
   const TetraMaterial m(SolidMaterial{SolidLaw::corotational, 5e3, 0.4, 0});
   for (const TetraLoops& loops : tetra_loops())
     for (std::size_t first = 0; first < all.size(); first += kTetraLanes) {
@@ -143,8 +144,8 @@ TEST_CASE("Corotational tetrahedra side by side, of whatever deformation, have t
 }
 
 TEST_CASE("The force of a tetrahedron does not depend on which others are beside it", "[body][tetra]") {
-  const std::vector<Mat3> all = deformations();
-  for (const TetraMaterial& m : materials())
+  const std::vector<Mat3> all = lane_deformations();
+  for (const TetraMaterial& m : lane_materials())
     for (const TetraLoops& loops : tetra_loops())
       for (std::size_t first = 0; first + kTetraLanes <= all.size(); first += 5) {
         const std::span some = std::span(all).subspan(first, kTetraLanes);
@@ -172,7 +173,7 @@ TEST_CASE("A corotational tetrahedron that several rotations fit has the force o
 TEST_CASE("Forces of tetrahedra side by side are those of one after the other", "[body][tetra]") {
   const auto count = GENERATE(1U, 3U, 8U);
   const Fixture fixture(count);
-  for (const TetraMaterial& m : materials()) {
+  for (const TetraMaterial& m : lane_materials()) {
     Vector expected = Vector::Constant(fixture.x.size(), 0.25);
     for (std::uint32_t l = 0; l < count; ++l) {
       const TetraRest rest(fixture.rest[l]);
@@ -191,11 +192,11 @@ TEST_CASE("Forces of tetrahedra side by side are those of one after the other", 
 }
 
 TEST_CASE("Tangents of tetrahedra side by side are those of one after the other, or said to be cut", "[body][tetra]") {
-  const std::vector<Mat3> all = deformations();
+  const std::vector<Mat3> all = lane_deformations();
   const TetraRest rest(Apart::corners());
   constexpr double kC = 0.3, kD = 0.01;
   int cut = 0;
-  for (const TetraMaterial& m : materials())
+  for (const TetraMaterial& m : lane_materials())
     for (const TetraLoops& loops : tetra_loops())
       for (std::size_t l = 0; l < all.size(); ++l) {
         const Apart some(
@@ -224,7 +225,7 @@ TEST_CASE("Tangents of tetrahedra side by side are those of one after the other,
 
 TEST_CASE("Tetrahedra give the same bits at every width", "[body][tetra]") {
   const Fixture fixture(7);
-  for (const TetraMaterial& m : materials()) {
+  for (const TetraMaterial& m : lane_materials()) {
     std::vector<Vector> forces;
     for (const TetraLoops& loops : tetra_loops()) {
       forces.push_back(Vector::Zero(fixture.x.size()));
@@ -235,9 +236,9 @@ TEST_CASE("Tetrahedra give the same bits at every width", "[body][tetra]") {
 }
 
 TEST_CASE("Tetrahedra of whatever deformation give the same bits at every width", "[body][tetra]") {
-  const std::vector<Mat3> all = deformations();
+  const std::vector<Mat3> all = lane_deformations();
   const TetraLoops& narrow = tetra_loops().front();
-  for (const TetraMaterial& m : materials())
+  for (const TetraMaterial& m : lane_materials())
     for (std::size_t first = 0; first + kTetraLanes <= all.size(); first += kTetraLanes) {
       const Apart some(std::span<const Mat3>(all).subspan(first, kTetraLanes));
       TetraBlocks expected;

@@ -25,7 +25,7 @@ Motion cut(const Motion& motion, double from_s, double until_s) {
 }
 Motion excursion(double until_s) { return cut(read_motion(kReplaySource + "/scenes/motions/base-excursion.csv"), 0, until_s); }
 
-ReplayOptions options_for(Scheme scheme, int round_trip_ms) {
+ReplayOptions replay_options_for(Scheme scheme, int round_trip_ms) {
   ReplayOptions options;
   options.scheme = scheme;
   options.link.latency = Micros{500 * round_trip_ms};
@@ -46,12 +46,12 @@ int onset(const ReplayResult& result, Vec3 ReplayTick::*force, std::size_t from)
 TEST_CASE("A motion that starts out of reach of the node that it should hold is refused with both distances") {
   const Vec3 away = home_of(cube6()) + Vec3(0, 0, 0.060);
   const Motion motion({{0, away}, {0.5, away}});
-  CHECK_THROWS_WITH(play(cube6(), motion, options_for(Scheme::port, 0)),
+  CHECK_THROWS_WITH(play(cube6(), motion, replay_options_for(Scheme::port, 0)),
                     Catch::Contains("60 mm") && Catch::Contains("at most 50 mm"));
 }
 
 TEST_CASE("A replay is the same bits when it is done again, loss and jitter included") {
-  ReplayOptions options = options_for(Scheme::port, 40);
+  ReplayOptions options = replay_options_for(Scheme::port, 40);
   options.link.jitter = Micros{10'000};
   options.link.loss = 0.1;
   const Motion motion = excursion(0.8);
@@ -76,8 +76,8 @@ TEST_CASE("port feels as true as the design says over 0, 50 and 150 ms, and far 
   // 150 ms needs the whole motion: its beginning is the hardest part.
   const auto row = GENERATE(Row{0, 38, 1.2}, Row{50, 27, 1.2}, Row{150, 15.5, 5});
   const Motion motion = excursion(row.until_s);
-  const Fidelity port = play(cube6(), motion, options_for(Scheme::port, row.round_trip_ms)).fidelity;
-  const Fidelity hold = play(cube6(), motion, options_for(Scheme::hold, row.round_trip_ms)).fidelity;
+  const Fidelity port = play(cube6(), motion, replay_options_for(Scheme::port, row.round_trip_ms)).fidelity;
+  const Fidelity hold = play(cube6(), motion, replay_options_for(Scheme::hold, row.round_trip_ms)).fidelity;
   INFO("round trip " << row.round_trip_ms << " ms: port " << port.snr_db << " dB, hold " << hold.snr_db << " dB");
   CHECK(port.snr_db >= row.least_db);
   CHECK(port.snr_db >= hold.snr_db + 12);
@@ -92,8 +92,8 @@ TEST_CASE("cubic feels ten times as true as port over 50 and 150 ms, for at most
   };
   const auto row = GENERATE(Row{50, 46, 1.2}, Row{150, 38, 5});
   const Motion motion = excursion(row.until_s);
-  const ReplayResult cubic = play(cube6(), motion, options_for(Scheme::cubic, row.round_trip_ms));
-  const Fidelity port = play(cube6(), motion, options_for(Scheme::port, row.round_trip_ms)).fidelity;
+  const ReplayResult cubic = play(cube6(), motion, replay_options_for(Scheme::cubic, row.round_trip_ms));
+  const Fidelity port = play(cube6(), motion, replay_options_for(Scheme::port, row.round_trip_ms)).fidelity;
   INFO("round trip " << row.round_trip_ms << " ms: cubic " << cubic.fidelity.snr_db << " dB, port " << port.snr_db << " dB");
   CHECK(cubic.fidelity.snr_db >= row.least_db);
   CHECK(cubic.fidelity.snr_db >= port.snr_db + 20);
@@ -101,7 +101,7 @@ TEST_CASE("cubic feels ten times as true as port over 50 and 150 ms, for at most
 }
 
 TEST_CASE("Jitter and loss cost port little") {
-  ReplayOptions options = options_for(Scheme::port, 50);
+  ReplayOptions options = replay_options_for(Scheme::port, 50);
   options.link.jitter = Micros{20'000};
   options.link.loss = 0.1;
   const ReplayResult result = play(cube6(), excursion(1.2), options);
@@ -120,25 +120,25 @@ TEST_CASE(
   for (MotionPoint& p : points) p.position += Vec3(0.0121, 0.0127, -0.023);
   const Motion motion(std::move(points));
   constexpr int kRoundTripMs = 120;
-  const ReplayResult port = play(scene, motion, options_for(Scheme::port, kRoundTripMs));
+  const ReplayResult port = play(scene, motion, replay_options_for(Scheme::port, kRoundTripMs));
   const int reference = onset(port, &ReplayTick::reference, 0);
   REQUIRE(reference > 200);
   const int felt = onset(port, &ReplayTick::felt, 0);
   INFO("reference " << reference << " ms, port " << felt << " ms");
   CHECK(std::abs(felt - reference) <= 1);
-  const ReplayResult cubic = play(scene, motion, options_for(Scheme::cubic, kRoundTripMs));
+  const ReplayResult cubic = play(scene, motion, replay_options_for(Scheme::cubic, kRoundTripMs));
   CHECK(std::abs(onset(cubic, &ReplayTick::felt, 0) - reference) <= 1);
   INFO("port " << port.fidelity.snr_db << " dB, cubic " << cubic.fidelity.snr_db << " dB");
   CHECK(cubic.fidelity.snr_db > port.fidelity.snr_db + 6);
   CHECK(cubic.last_patch.scheme == Scheme::cubic);
-  const ReplayResult hold = play(scene, motion, options_for(Scheme::hold, kRoundTripMs));
+  const ReplayResult hold = play(scene, motion, replay_options_for(Scheme::hold, kRoundTripMs));
   const int late = onset(hold, &ReplayTick::felt, 0);
   INFO("hold " << late << " ms");
   CHECK((late < 0 || late - reference > kRoundTripMs));
 }
 
 TEST_CASE("At 150 ms round trip and 20 ms jitter, 5 % loss takes less than 1.5 dB from port, and no swap is felt") {
-  ReplayOptions options = options_for(Scheme::port, 150);
+  ReplayOptions options = replay_options_for(Scheme::port, 150);
   options.link.jitter = Micros{20'000};
   const Motion motion = excursion(5);
   const ReferenceForce reference = reference_of(cube6(), motion);
@@ -160,7 +160,7 @@ TEST_CASE("At 150 ms round trip and 20 ms jitter, 5 % loss takes less than 1.5 d
 TEST_CASE("A reference that is handed over gives the same figures as one that replay computes") {
   const Motion motion = excursion(0.8);
   const ReferenceForce reference = reference_of(cube6(), motion);
-  const ReplayOptions options = options_for(Scheme::tangent, 50);
+  const ReplayOptions options = replay_options_for(Scheme::tangent, 50);
   ReplayOptions known = options;
   known.reference = &reference;
   const ReplayResult reused = play(cube6(), motion, known);
@@ -170,7 +170,7 @@ TEST_CASE("A reference that is handed over gives the same figures as one that re
 TEST_CASE("With a deadband no tick feels different by more than that share of the force, near or far away, for fewer bytes") {
   const Motion motion = excursion(3);
   for (const int round_trip_ms : {0, 60}) {
-    ReplayOptions options = options_for(Scheme::port, round_trip_ms);
+    ReplayOptions options = replay_options_for(Scheme::port, round_trip_ms);
     const ReplayResult all = play(cube6(), motion, options);
     options.deadband = 0.1;
     const ReplayResult some = play(cube6(), motion, options);
@@ -188,7 +188,7 @@ TEST_CASE("With a deadband no tick feels different by more than that share of th
 }
 
 TEST_CASE("With a deadband nothing fades over a link that loses and delays at random, and patches get no older") {
-  ReplayOptions options = options_for(Scheme::cubic, 80);
+  ReplayOptions options = replay_options_for(Scheme::cubic, 80);
   options.link.jitter = Micros{10'000};
   options.link.loss = 0.1;
   const ReplayResult all = play(cube6(), excursion(2), options);
@@ -209,7 +209,7 @@ TEST_CASE(
   for (Element& e : scene.body.elements) e.rest_length_m *= finer, e.stiffness_n_m *= 0.3, e.damping_n_s_m *= 0.3;
   for (double& kg : scene.body.masses_kg) kg *= finer * finer * finer;
   scene.tool.radius_m = 0.010;
-  const ReplayResult run = play(scene, cut(examination(scene), 0, 1.25), options_for(Scheme::cubic, 50));
+  const ReplayResult run = play(scene, cut(examination(scene), 0, 1.25), replay_options_for(Scheme::cubic, 50));
   double most = 0, felt = 0;
   for (const ReplayTick& tick : run.ticks) {
     most = std::max(most, tick.reference.norm());
@@ -235,7 +235,7 @@ TEST_CASE(
   const ReferenceForce reference = reference_of(scene, motion);
   double db[2];
   for (const Scheme scheme : {Scheme::port, Scheme::cubic}) {
-    ReplayOptions options = options_for(scheme, 150);
+    ReplayOptions options = replay_options_for(scheme, 150);
     options.reference = &reference;
     db[scheme == Scheme::cubic] = play(scene, motion, options).fidelity.snr_db;
   }
@@ -248,7 +248,7 @@ TEST_CASE("Where polynomials are badly wrong about how deep a hand may press, sp
     "density_kg_m3": 1000, "stiffness_n_m": 30.4, "damping_n_s_m": 0.07904, "fixed_faces": ["z-"]}},
     "tool": {"contact": "touch", "mu": 0.4, "radius_m": 0.0187}})",
                                  "block");
-  const ReplayResult run = play(scene, cut(examination(scene), 0, 1.25), options_for(Scheme::cubic, 300));
+  const ReplayResult run = play(scene, cut(examination(scene), 0, 1.25), replay_options_for(Scheme::cubic, 300));
   CHECK(run.fidelity.snr_db > 25);  // 9 dB with polynomials
 }
 
@@ -257,27 +257,27 @@ TEST_CASE("A patch knows where a hand gets that speeds up as it did, and what a 
     "density_kg_m3": 1000, "stiffness_n_m": 15.9, "damping_n_s_m": 0.026712, "fixed_faces": ["z-"]}},
     "tool": {"contact": "attach", "node": [3, 3, 5]}})",
                                  "block");
-  const ReplayResult run = play(scene, examination(scene), options_for(Scheme::cubic, 150));
+  const ReplayResult run = play(scene, examination(scene), replay_options_for(Scheme::cubic, 150));
   CHECK(run.fidelity.snr_db > 36);  // 30.5 dB if hands were thought to keep their velocity
 }
 
 TEST_CASE("A contact that rolls back over the edge of a block stays on the surface that its patch brought") {
   const Scene scene = read_scene(drawn_scene(5, true).json, "a block 38 mm wide");
   const Motion stroke = cut(examination(scene), 1.2, 2.55);
-  const Fidelity cubic = play(scene, stroke, options_for(Scheme::cubic, 50)).fidelity;
+  const Fidelity cubic = play(scene, stroke, replay_options_for(Scheme::cubic, 50)).fidelity;
   INFO(cubic.snr_db << " dB");
   CHECK(cubic.snr_db > 38);
 }
 
 TEST_CASE("A body that costs too much to be followed to where its patch ends is not followed part of the way") {
   const Scene scene = load_scene(kReplaySource + "/scenes/organ-solid.json");
-  const ReplayResult run = play(scene, cut(examination(scene), 4.0, 4.76), options_for(Scheme::cubic, 150));
+  const ReplayResult run = play(scene, cut(examination(scene), 4.0, 4.76), replay_options_for(Scheme::cubic, 150));
   INFO(run.fidelity.snr_db << " dB");
   CHECK(run.fidelity.snr_db > 40);  // 36.7 dB, in what is felt as it swings back, if it was
 }
 
 TEST_CASE("A patch that lasts long knows where a hand gets that turns aside") {
   const Scene scene = load_scene(kReplaySource + "/scenes/touch-stiff.json");
-  const ReplayResult run = play(scene, cut(examination(scene), 0, 2), options_for(Scheme::cubic, 300));
+  const ReplayResult run = play(scene, cut(examination(scene), 0, 2), replay_options_for(Scheme::cubic, 300));
   CHECK(run.fidelity.snr_db > 38);  // 23 dB if hands were thought to keep their velocity
 }

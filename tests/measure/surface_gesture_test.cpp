@@ -40,7 +40,7 @@ Scene ring() {
   return scene;
 }
 
-Scene scene_named(const std::string& name) { return load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/" + name); }
+Scene gesture_scene(const std::string& name) { return load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/" + name); }
 
 }  // namespace
 
@@ -58,7 +58,7 @@ TEST_CASE("A press meets a ring, above whose middle there is nothing", "[gesture
 
 TEST_CASE("Every gesture begins and ends at rest, goes below the surface, and never jumps", "[gesture]") {
   for (const char* name : {"touch-cube.json", "organ.json", "cube6.json"}) {
-    const Scene scene = scene_named(name);
+    const Scene scene = gesture_scene(name);
     for (std::size_t k = 0; k < kSurfaceGestureNames.size(); ++k) {
       const Motion motion = surface_gesture(scene, static_cast<SurfaceGesture>(k));
       INFO(name << ", " << kSurfaceGestureNames[k]);

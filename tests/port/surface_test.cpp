@@ -70,7 +70,7 @@ Mesh plane(int n, double cell) {
   return mesh;
 }
 
-Vec3 random_vector(Random& random, double size) {
+Vec3 random_offset(Random& random, double size) {
   const double x = random.uniform(-size, size), y = random.uniform(-size, size), z = random.uniform(-size, size);
   return {x, y, z};
 }
@@ -83,7 +83,7 @@ TEST_CASE("The nearest point is at least as near as any sampled one, and no near
   for (double& value : mesh.x) value += random.uniform(-0.005, 0.005);
   constexpr int kSamples = 40;
   for (int trial = 0; trial < 100; ++trial) {
-    const Vec3 query = random_vector(random, 0.1);
+    const Vec3 query = random_offset(random, 0.1);
     const NearestPoint nearest = nearest_point(mesh.view(), mesh.x, query);
     double best = 1e300;
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
@@ -107,7 +107,7 @@ TEST_CASE("On a sphere the normal is radial, the height is the distance, and its
   const Mesh mesh = sphere(0.05, 4);
   Random random(2);
   for (int trial = 0; trial < 300; ++trial) {
-    const Vec3 away = random_vector(random, 1).normalized();
+    const Vec3 away = random_offset(random, 1).normalized();
     const double height = random.uniform(-0.01, 0.03);
     const NearestPoint nearest = nearest_point(mesh.view(), mesh.x, (0.05 + height) * away);
     CHECK(nearest.normal.dot(away) > std::cos(0.04));

@@ -8,7 +8,7 @@ using namespace palpate;
 
 namespace {
 
-constexpr Micros kFrame{50'000}, kSample{1'000};
+constexpr Micros kOrganFrame{50'000}, kOrganSample{1'000};
 constexpr double kOverM = 0.01, kDownS = 1.0, kHoldS = 1.0, kUpS = 0.5;
 
 /// From 0 to 1 while u goes from 0 to 1, at rest at both ends.
@@ -65,15 +65,16 @@ Return press(const Scene& scene, std::uint32_t node, double depth_m) {
   std::vector<Vec3> rest;
   FrameJob job;
   job.target = begin;
-  job.frame = kFrame;
+  job.frame = kOrganFrame;
   job.shapes = true;
-  for (double out_s = -kDownS - kHoldS - kUpS; out_s < 6; out_s += seconds(kFrame)) {
+  for (double out_s = -kDownS - kHoldS - kUpS; out_s < 6; out_s += seconds(kOrganFrame)) {
     StationJob hand;
     hand.id = 1;
     hand.bridge = Micros{100'000};
     job.begin = job.target;
-    for (Micros t = job.begin + kSample; t <= job.begin + kFrame; t += kSample) hand.samples.push_back({t, tool(t)});
-    job.target += kFrame;
+    for (Micros t = job.begin + kOrganSample; t <= job.begin + kOrganFrame; t += kOrganSample)
+      hand.samples.push_back({t, tool(t)});
+    job.target += kOrganFrame;
     job.stations = {hand};
     const FrameResult frame = room.simulate(job);
     CHECK_FALSE(frame.failed);

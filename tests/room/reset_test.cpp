@@ -11,22 +11,22 @@ using namespace palpate::test;
 
 namespace {
 
-constexpr Micros kFrame{50'000};
-constexpr double kTop = 3 * kSpacingM;
+constexpr Micros kResetFrame{50'000};
+constexpr double kResetTop = 3 * kResetSpacingM;
 
-struct Bed {
+struct ResetBed {
   Room room;
   Micros now{7'000'000};
   double at_m = 0.01;  // over the top
 
-  explicit Bed(ContactKind contact = ContactKind::touch) : room(box_scene(contact)) { room.start(now); }
+  explicit ResetBed(ContactKind contact = ContactKind::touch) : room(box_scene(contact)) { room.start(now); }
 
   /// The hand goes to `height_m` over the top.
   FrameResult frame(double height_m, bool reset = false) {
     FrameJob job;
     job.begin = now;
-    job.target = now + kFrame;
-    job.frame = kFrame;
+    job.target = now + kResetFrame;
+    job.frame = kResetFrame;
     job.reset = reset;
     job.shapes = true;
     StationJob hand;
@@ -34,7 +34,8 @@ struct Bed {
     hand.bridge = Micros{100'000};
     const double from = at_m;
     for (Micros t = now + kTick; t <= job.target; t += kTick)
-      hand.samples.push_back({t, Vec3(0.031, 0.028, kTop + from + (height_m - from) * seconds(t - now) / seconds(kFrame))});
+      hand.samples.push_back(
+          {t, Vec3(0.031, 0.028, kResetTop + from + (height_m - from) * seconds(t - now) / seconds(kResetFrame))});
     at_m = height_m;
     now = job.target;
     job.stations = {hand};
@@ -47,7 +48,7 @@ struct Bed {
   }
 };
 
-double farthest(const FrameResult& a, const FrameResult& b) {
+double farthest_apart(const FrameResult& a, const FrameResult& b) {
   double far = 0;
   for (std::size_t i = 0; i < a.positions.size(); ++i) far = std::max(far, (a.positions[i] - b.positions[i]).norm());
   return far;
@@ -56,25 +57,25 @@ double farthest(const FrameResult& a, const FrameResult& b) {
 }  // namespace
 
 TEST_CASE("A body that is reset is at rest at once and stays there, however deep a tool is in it") {
-  Bed bed;
+  ResetBed bed;
   const FrameResult rest = bed.frame(0.01);
   const FrameResult pressed = bed.hold(-0.008, 20);
-  REQUIRE(farthest(pressed, rest) > 0.003);
-  CHECK(farthest(bed.frame(-0.008, true), rest) < 1e-9);
+  REQUIRE(farthest_apart(pressed, rest) > 0.003);
+  CHECK(farthest_apart(bed.frame(-0.008, true), rest) < 1e-9);
   for (int k = 0; k < 20; ++k) {
     const FrameResult later = bed.frame(-0.008);
-    CHECK(farthest(later, rest) < 1e-9);
+    CHECK(farthest_apart(later, rest) < 1e-9);
     CHECK_FALSE(later.stations.at(0).contact);
     CHECK(later.asleep);
   }
 }
 
 TEST_CASE("What a hand felt of a body that is reset fades to nothing, and its tool is where it is") {
-  Bed bed;
+  ResetBed bed;
   const double felt_n = bed.hold(-0.008, 20).stations.at(0).force.norm();
   REQUIRE(felt_n > 0.3);
   double before_n = felt_n, largest_step_n = 0;
-  for (Micros faded{}; faded < 2 * LetGo::kFades; faded += kFrame) {
+  for (Micros faded{}; faded < 2 * LetGo::kFades; faded += kResetFrame) {
     const StationFrame frame = bed.frame(-0.008, faded == Micros{}).stations.at(0);
     REQUIRE(frame.patch);
     CHECK(check(*frame.patch) == PatchFault::none);
@@ -82,14 +83,14 @@ TEST_CASE("What a hand felt of a body that is reset fades to nothing, and its to
     CHECK(force_n <= before_n);
     largest_step_n = std::max(largest_step_n, before_n - force_n);
     before_n = force_n;
-    CHECK(frame.tool.z() == Approx(kTop - 0.008));
+    CHECK(frame.tool.z() == Approx(kResetTop - 0.008));
   }
   CHECK(before_n == 0);
   CHECK(largest_step_n < 0.4 * felt_n);  // six frames, along a minimum-jerk curve
 }
 
 TEST_CASE("A hand that was let go of touches again once its tool has been outside, and feels what it felt the first time") {
-  Bed bed;
+  ResetBed bed;
   const Vec3 first = bed.hold(-0.006, 40).stations.at(0).force;
   bed.frame(-0.006, true);
   bed.hold(-0.006, 20);
@@ -100,14 +101,14 @@ TEST_CASE("A hand that was let go of touches again once its tool has been outsid
 }
 
 TEST_CASE("A grasp takes hold again by itself, and the node is led back to the tool") {
-  Bed bed(ContactKind::attach);
+  ResetBed bed(ContactKind::attach);
   const Vec3 node = box_scene(ContactKind::attach).body.nodes[54];
   bed.at_m = 0;
   const auto on_node = [&](bool reset) {
     FrameJob job;
     job.begin = bed.now;
-    job.target = bed.now + kFrame;
-    job.frame = kFrame;
+    job.target = bed.now + kResetFrame;
+    job.frame = kResetFrame;
     job.reset = reset;
     StationJob hand;
     hand.id = 3;

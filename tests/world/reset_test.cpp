@@ -26,7 +26,7 @@ Motion press(double x_m) {
   return Motion(std::move(points));
 }
 
-struct Felt {
+struct ResetFelt {
   Vec3 last = Vec3::Zero();
   double steepest_n = 0, at_reset_n = 0, quiet_n = 0, again_n = 0;
 };
@@ -36,7 +36,7 @@ struct Felt {
 TEST_CASE("A reset takes what hands feel away and gives it back without a step, seen by all stations") {
   const Scene scene = load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/touch-cube.json");
   World world(scene, {});
-  std::vector<Felt> felt(2);
+  std::vector<ResetFelt> felt(2);
   std::vector<WorldStation*> stations;
   for (std::size_t k = 0; k < felt.size(); ++k) {
     ClientOptions options;
@@ -49,7 +49,7 @@ TEST_CASE("A reset takes what hands feel away and gives it back without a step, 
     link.seed = 10 * k + 1;
     stations.push_back(&world.add_station(options, std::make_unique<ReplayDevice>(press(k == 0 ? 0.03 : 0.07)), link));
     stations.back()->on_tick = [&, k](Micros t, const Vec3&, const TickOutput& out) {
-      Felt& f = felt[k];
+      ResetFelt& f = felt[k];
       const double s = seconds(t), step_n = (out.force - f.last).norm(), force_n = out.force.norm();
       f.last = out.force;
       CHECK(out.force.allFinite());
@@ -63,7 +63,7 @@ TEST_CASE("A reset takes what hands feel away and gives it back without a step, 
   world.run_until(Micros{7'500'000});
   CHECK(world.server().counts().resets == 1);
   CHECK_FALSE(stations[0]->core().reset_pending());
-  for (const Felt& f : felt) {
+  for (const ResetFelt& f : felt) {
     CHECK(f.at_reset_n > 0.5);
     CHECK(f.quiet_n < 1e-6);
     CHECK(f.steepest_n < std::max(0.05, 0.05 * f.at_reset_n));  // what goes unnoticed from one tick to the next

@@ -10,7 +10,7 @@ using namespace palpate;
 
 namespace {
 
-Scene cube6() { return load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/cube6.json"); }
+Scene world_cube6() { return load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/world_cube6.json"); }
 
 ClientOptions named(const std::string& name, Scheme scheme = Scheme::port) {
   ClientOptions options;
@@ -35,7 +35,7 @@ LinkSpec delayed(int one_way_ms, double loss = 0, int jitter_ms = 0) {
 }  // namespace
 
 TEST_CASE("A station joins over a bad link and gets a patch for every frame that it could, none of them from the future") {
-  const Scene scene = cube6();
+  const Scene scene = world_cube6();
   World world(scene, {});
   WorldStation& station = world.add_station(named("hand"), sway(home_of(scene)), delayed(30, 0.1, 5));
   Micros newest_age{0}, oldest_age{0};
@@ -59,7 +59,7 @@ TEST_CASE("A station joins over a bad link and gets a patch for every frame that
 
 TEST_CASE(
     "Two stations feel the same as each would with the other's link still the same, and one that is named twice is refused") {
-  const Scene scene = cube6();
+  const Scene scene = world_cube6();
   World world(scene, {});
   WorldStation& first = world.add_station(named("hand"), sway(home_of(scene)), delayed(5));
   world.run_until(Micros{500'000});
@@ -71,7 +71,7 @@ TEST_CASE(
 }
 
 TEST_CASE("Clock offsets do not matter: other seeds of them give the same force to the last few bits") {
-  const Scene scene = cube6();
+  const Scene scene = world_cube6();
   const auto felt = [&](std::uint64_t seed) {
     WorldOptions options;
     options.seed = seed;
@@ -92,7 +92,7 @@ TEST_CASE("Clock offsets do not matter: other seeds of them give the same force 
 }
 
 TEST_CASE("A frame that takes the server 30 ms makes its patches 30 ms older") {
-  const Scene scene = cube6();
+  const Scene scene = world_cube6();
   const auto mean_age_ms = [&](Micros compute) {
     WorldOptions options;
     options.compute = compute;
