@@ -14,7 +14,7 @@ using namespace palpate::test;
 
 namespace {
 
-constexpr double kStabilisedTopM = 3 * kStabilisedSpacingM;
+constexpr double kStabilisedTopM = 3 * kSpacingM;
 
 /// b / k = 10 ms
 LumpedBody damped_box() { return box_body(4, 4, 4, 60, 0.6); }
@@ -119,7 +119,7 @@ TEST_CASE("Tools held still in a damped body come to the forces of its static ba
   for (const std::size_t tools : {1, 2}) {
     const LumpedBody body = damped_box();
     const Dynamics dynamics(body);
-    const Skin skin(body, 1.5 * kStabilisedSpacingM);
+    const Skin skin(body, 1.5 * kSpacingM);
     StabilisedIntegrator stabilised(dynamics, skin);
     Integrator implicit(dynamics, skin, {0.010, 1e-11});
     const auto tool = [](std::size_t k, double t) {

@@ -29,7 +29,7 @@ struct TwoToolsBench {
   double strain() const { return (state.x - dynamics.rest_state().x).cwiseAbs().maxCoeff(); }
 };
 
-constexpr double kTwoToolsTopM = 3 * kTwoToolsSpacingM;
+constexpr double kTwoToolsTopM = 3 * kSpacingM;
 
 }  // namespace
 

@@ -12,7 +12,7 @@ using namespace palpate::test;
 namespace {
 
 constexpr Micros kResetFrame{50'000};
-constexpr double kResetTop = 3 * kResetSpacingM;
+constexpr double kResetTop = 3 * kSpacingM;
 
 struct ResetBed {
   Room room;
