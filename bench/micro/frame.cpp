@@ -19,12 +19,9 @@ struct Play {
   double from_s;  ///< what comes before only leads there
   int frames;
 };
-constexpr Play kPlays[] = {{"cube6", "base-excursion", false, 0, 60},
-                           {"touch-cube", "press", true, 0, 60},
-                           {"touch-cube", "stroke", true, 0.5, 60},
-                           {"organ", "organ-tour", false, 0, 60},
-                           {"organ-buckling", "organ-tour", false, 0, 60},
-                           {"organ-buckling", "organ-tour", false, 6, 40}};
+constexpr Play kPlays[] = {{"cube6", "base-excursion", false, 0, 60},      {"touch-cube", "press", true, 0, 60},
+                           {"touch-cube", "stroke", true, 0.5, 60},        {"organ", "organ-tour", false, 0, 60},
+                           {"organ-buckling", "organ-tour", false, 0, 60}, {"organ-buckling", "organ-tour", false, 6, 40}};
 constexpr Scheme kSchemes[] = {Scheme::hold, Scheme::tangent, Scheme::ring, Scheme::port};
 constexpr double kStartHeightM = 0.001;
 
