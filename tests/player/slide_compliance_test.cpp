@@ -15,7 +15,7 @@ using namespace palpate;
 
 namespace {
 
-constexpr Micros kStamp{5'000'000};
+constexpr Micros kSlideStamp{5'000'000};
 
 PortRows random_rows(Random& random, int modes, double size) {
   PortRows rows(3, modes);
@@ -44,7 +44,7 @@ double least(const Mat3& symmetric) {
 
 /// A flat, slippery surface of which the modes move the three vertices at x < 0 alike and the others not at all.
 Patch known_on_one_side(int modes) {
-  Patch patch = test::touch_patch(modes, 1, kStamp);
+  Patch patch = test::touch_patch(modes, 1, kSlideStamp);
   patch.friction = 0;
   patch.c_static = 1e-6 * Mat3::Identity();
   PortRows rows = PortRows::Zero(3, modes);  // each along one axis
@@ -83,7 +83,7 @@ TEST_CASE("Where the modes do not move the surface, it yields at once what it yi
 TEST_CASE("What is missing turns with the frame, is never negative and leaves no more than a share missing") {
   Random random(11);
   for (int trial = 0; trial < 50; ++trial) {
-    Patch patch = test::touch_patch(1 + trial % 13, 1, kStamp);
+    Patch patch = test::touch_patch(1 + trial % 13, 1, kSlideStamp);
     const PortRows a = random_rows(random, patch.modes(), 2), p = random_rows(random, patch.modes(), 2);
     const Vec3 weight(0.2, 0.5, 0.3);
     const Mat3 missing = SlideCompliance(patch, a, weight).missing(p, weight);
@@ -110,7 +110,7 @@ TEST_CASE("A push that slides on never yields less than before") {
 }
 
 TEST_CASE("A body that is held everywhere yields nowhere") {
-  Patch patch = test::touch_patch(4, 1, kStamp);
+  Patch patch = test::touch_patch(4, 1, kSlideStamp);
   patch.c_static.setZero();
   const Vec3 weight(0.2, 0.5, 0.3);
   const SlideCompliance slide(patch, PortRows::Zero(3, 4), weight);
@@ -130,7 +130,7 @@ TEST_CASE("A tool that has slid to where the modes do not follow rests on what t
     constexpr double kDepth = 0.004, kFrom = -0.0195, kTo = 0.001;  // along y = 0, over the vertex in the middle
     for (int ms = 1; ms <= 8000; ++ms) {
       const double in = std::min(1.0, ms / 300.0), along = std::clamp((ms - 500) / 400.0, 0.0, 1.0);
-      player.advance({kStamp + ms * kTick, Vec3(kFrom + along * (kTo - kFrom), 0, -kDepth * in)});
+      player.advance({kSlideStamp + ms * kTick, Vec3(kFrom + along * (kTo - kFrom), 0, -kDepth * in)});
     }
     const Mat3 compliance = bends ? patch.c_static : Mat3(patch.c_static + missing);
     CHECK(player.output().force.z() == Approx(kDepth / (compliance(2, 2) + 1 / patch.coupling_n_m)).epsilon(5e-3));
@@ -149,7 +149,7 @@ TEST_CASE("A tool that slides over a body known in one place gets out no more th
     for (int ms = 1; ms <= 6000; ++ms) {
       const Vec3 tool(0.018 * std::sin(along * ms + from), 0.01 * std::cos(0.7 * along * ms),
                       0.001 - 0.004 * std::sin(fast * ms));
-      const Vec3 now = player.advance({kStamp + ms * kTick, tool}).force;
+      const Vec3 now = player.advance({kSlideStamp + ms * kTick, tool}).force;
       work -= 0.5 * (force + now).dot(tool - last);
       last = tool;
       force = now;
