@@ -216,7 +216,7 @@ void ServerCore::send_patch(Station& station, StationFrame& frame) {
   frame.patch->stamp = station_time(station, stamp);
   frame.patch->seq = ++station.patch_seq;
   auto pieces = frame.terms.variables > 0 ? to_pieces(frame.terms, frame.patch->seq) : std::vector<PatchTerms>{};
-  if (!pieces.empty() && station.patch_copies > 1) pieces.push_back(parity_of(pieces));
+  if (!pieces.empty() && station.loss_known && station.patch_copies > 1) pieces.push_back(parity_of(pieces));
   station.outbox.terms.assign(pieces.begin(), pieces.end());
   station.outbox.patch = std::move(frame.patch);
   // The patch before one with terms, which has its own, is nearly as good: there is little to lose, and much to send.

@@ -136,7 +136,10 @@ void ServerCore::take_from(Station& station, const Message& message, Micros now)
   if (const auto* beat = std::get_if<Beat>(&message.body)) {
     const LinkReport& link = beat->link;
     station.patch_age = link.patch_age;
-    if (link.judged >= kLossJudged) station.patch_copies = copies_for(static_cast<double>(link.lost) / link.judged);
+    if (link.judged >= kLossJudged) {
+      station.loss_known = true;
+      station.patch_copies = copies_for(static_cast<double>(link.lost) / link.judged);
+    }
     station.longest_run = link.longest_run;
     station.ticks_late = beat->ticks_late;
     return;

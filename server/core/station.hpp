@@ -50,9 +50,10 @@ struct Station {
   ClockSync clock;      ///< its clock is the peer's
   SeqTracker seq;
   LossMeter loss;
-  Micros patch_age{};    ///< that its patches in use reach, as it says; 0 = it has not said
-  int patch_copies = 2;  ///< datagrams that carry each patch to it: what it loses decides, once it has said
-  int longest_run = 0;   ///< of datagrams to it that got lost one after the other, as it says
+  Micros patch_age{};       ///< that its patches in use reach, as it says; 0 = it has not said
+  int patch_copies = 2;     ///< datagrams that carry each patch to it: what it loses decides, once it has said
+  bool loss_known = false;  ///< it has said
+  int longest_run = 0;      ///< of datagrams to it that got lost one after the other, as it says
   struct SentPatch {
     std::uint32_t seq = 0;
     Micros stamp{};  ///< server clock

@@ -10,7 +10,7 @@ using namespace palpate;
 
 namespace {
 
-Scene world_cube6() { return load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/world_cube6.json"); }
+Scene world_cube6() { return load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/cube6.json"); }
 
 ClientOptions named(const std::string& name, Scheme scheme = Scheme::port) {
   ClientOptions options;
