@@ -38,8 +38,8 @@ const typename Items::value_type* last_at(const Items& items, Micros t) {
 }  // namespace
 
 const char* name_of(RecordedEventKind kind) {
-  constexpr std::array<const char*, kRecordedEventKinds> kNames{"joined", "left",    "silent",  "refused",
-                                                                "motion", "overrun", "kept_up", "left_out", "reset"};
+  constexpr std::array<const char*, kRecordedEventKinds> kNames{"joined",  "left",    "silent",   "refused", "motion",
+                                                                "overrun", "kept_up", "left_out", "reset"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 
