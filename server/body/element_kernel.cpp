@@ -5,8 +5,8 @@
 namespace palpate {
 namespace {
 
-// f(x) = x / (p - q x), x in mm and f in N (p is skin_p, q is skin_q); followed along its tangent beyond 90 % of the pole at p /
-// q.
+// f(x) = x / (p - q x), x in mm and f in N, p and q being skin_p and skin_q; followed along its tangent beyond 90 % of the pole
+// at p / q.
 constexpr double skin_p = 5.4398, skin_q = 0.1418, skin_end = 0.9 * skin_p / skin_q;
 
 SpringResponse thigh_skin(double x_m) {

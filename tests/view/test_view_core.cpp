@@ -145,13 +145,22 @@ TEST_CASE("What a viewer heard last holds while it hears the server, and no long
   CHECK(world.viewer.shapes_lately(world.now) == 0);
 }
 
-TEST_CASE("A viewer that leaves its name to the server joins beside another, under a name like it, for good", "[view]") {
-  World world;
+namespace {
+
+/// Another viewer, from another address, joins as "watcher".
+void let_another_watch(World& world) {
   std::array<std::byte, kMaxDatagramBytes> out;
   ViewCore other("watcher", Micros{0});
   other.tick(Micros{0});
   const auto size = other.emit(out, Micros{0});
   world.server.take(std::span(out).first(size), 2, Micros{0});
+}
+
+}  // namespace
+
+TEST_CASE("A viewer that leaves its name to the server joins beside another, under a name like it, for good", "[view]") {
+  World world;
+  let_another_watch(world);
   world.viewer = ViewCore("watcher", Micros{0}, {}, true);
   world.run_until(Micros{400'000});
   REQUIRE(world.viewer.link() == ViewLink::joined);
@@ -175,11 +184,7 @@ TEST_CASE("A viewer that leaves says so once and then is silent", "[view]") {
 
 TEST_CASE("A viewer whose name is taken says why and keeps asking once a second", "[view]") {
   World world;
-  std::array<std::byte, kMaxDatagramBytes> out;
-  ViewCore other("watcher", Micros{0});
-  other.tick(Micros{0});
-  const auto size = other.emit(out, Micros{0});
-  world.server.take(std::span(out).first(size), 2, Micros{0});
+  let_another_watch(world);
   world.run_until(Micros{400'000});
   REQUIRE(world.viewer.link() == ViewLink::refused);
   REQUIRE(world.viewer.refusal().find("watcher") != std::string::npos);
