@@ -10,6 +10,7 @@
 
 #include "bench/lab/output.hpp"
 #include "common/base/error.hpp"
+#include "common/port/scheme_in_use.hpp"
 
 namespace palpate {
 namespace {
@@ -28,6 +29,7 @@ std::string felt_scheme(const std::filesystem::path& folder, std::string name, c
     const Json report = Json::parse(in, nullptr, false);
     const bool known = report.is_object() && report.contains("run") && report["run"].contains("scheme");
     name = known ? report["run"]["scheme"].get<std::string>() : "felt";
+    if (known && report["run"].value("scheme_asked", name) == kAutoName) name += " (auto)";
   }
   return std::find(compared.begin(), compared.end(), name) == compared.end() ? name : name + ", felt";
 }

@@ -183,6 +183,15 @@ void World::client_net() {
   }
 }
 
+/// What the frame costs the server, in virtual time.
+void World::charge(FrameResult& result) const {
+  result.step_took = options_.compute;
+  result.patches_took = Micros{};
+  if (!options_.cubic_compute) return;
+  for (const StationFrame& frame : result.stations)
+    if (frame.patch && frame.patch->scheme == Scheme::cubic) result.patches_took += options_.cubic_compute(now_);
+}
+
 void World::server_net() {
   if (!server_up_ || server_stalled_) return;
   const Micros t = server_clock();
@@ -192,8 +201,9 @@ void World::server_net() {
   room_started_ = true;
   if (auto job = server_->next_job(t)) {
     FrameResult result = run_frame(room_, *job);
-    if (options_.compute > Micros{})
-      computing_.push(now_ + options_.compute, {std::move(result)});
+    charge(result);
+    if (const Micros took = result.step_took + result.patches_took; took > Micros{})
+      computing_.push(now_ + took, {std::move(result)});
     else
       server_->finish(std::move(result), t);
   }

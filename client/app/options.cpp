@@ -15,8 +15,8 @@ namespace {
 
 /// Flags as they were typed.
 struct Typed {
-  std::string server, device = "sim", motion, station = "hand", room, scheme = "port", hand = "reference", compare,
-                      passivity = "observe", report, record, realtime = "auto";
+  std::string server, device = "sim", motion, station = "hand", room, scheme = std::string(kAutoName), hand = "reference",
+                      compare, passivity = "observe", report, record, realtime = "auto";
   int order = 0;
   std::uint64_t seed = 1;
   double coupling_n_m = 0, coupling_n_s_m = 0;
@@ -46,7 +46,9 @@ void declare(CLI::App& app, Typed& typed) {
       ->type_name("NAME")
       ->capture_default_str();
   app.add_option("--room", typed.room, "Name of the room on the server; default: its first")->type_name("NAME");
-  app.add_option("--scheme", typed.scheme, "How the server answers touch")->type_name("NAME")->capture_default_str();
+  app.add_option("--scheme", typed.scheme, "How the server answers touch; auto: cubic where there is time for it, port else")
+      ->type_name("NAME")
+      ->capture_default_str();
   app.add_option("--order", typed.order, "States of a patch, 0: the server's default")->type_name("N")->capture_default_str();
   app.add_option("--hand", typed.hand, "The hand of --device sim")->type_name("free|light|reference|firm")->capture_default_str();
   app.add_option("--seed", typed.seed, "Of the simulated tremor")->type_name("N")->capture_default_str()->check(refuse_sign, "");
@@ -92,8 +94,8 @@ DeviceKind device_of(const std::string& typed) {
   throw InputError("--device", "'" + typed + "' is not " + (known ? "in this build" : "a device"), "sim or replay");
 }
 
-Scheme scheme_of(const char* flag, const std::string& typed) {
-  std::string expected;
+/// `expected`: what may be typed beside the names of schemes.
+Scheme scheme_of(const char* flag, const std::string& typed, std::string expected = "") {
   for (const auto name : kSchemeNames) {
     const Scheme scheme = *scheme_from_name(name);
     if (!is_available(scheme)) continue;
@@ -102,6 +104,11 @@ Scheme scheme_of(const char* flag, const std::string& typed) {
   }
   const char* why = scheme_from_name(typed) ? "' is not in this build" : "' is not a scheme";
   throw InputError(flag, "'" + typed + why, "one of " + expected);
+}
+
+SchemeAsked asked_scheme_of(const char* flag, const std::string& typed) {
+  if (typed == kAutoName) return std::nullopt;
+  return scheme_of(flag, typed, std::string(kAutoName));
 }
 
 std::vector<Scheme> schemes_of(const char* flag, const std::string& typed) {
@@ -174,7 +181,7 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
   AppOptions options;
   options.server = typed.server;
   options.device = device_of(typed.device);
-  options.scheme = scheme_of("--scheme", typed.scheme);
+  options.scheme = asked_scheme_of("--scheme", typed.scheme);
   options.compare = schemes_of("--compare", typed.compare);
   options.station = station_of(typed.station, options.compare);
   options.station_given = app.count("--station") > 0;

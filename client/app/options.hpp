@@ -11,7 +11,7 @@
 #include "client/guard/guard.hpp"
 #include "client/guard/virtual_coupling.hpp"
 #include "common/motion/motion.hpp"
-#include "common/port/scheme.hpp"
+#include "common/port/scheme_in_use.hpp"
 
 namespace palpate {
 
@@ -23,8 +23,8 @@ struct AppOptions {
   std::string station = "hand";
   bool station_given = false;  ///< otherwise a name like it will do
   std::string room;            ///< empty: the server's first
-  Scheme scheme = Scheme::port;
-  std::uint16_t order = 0;  ///< 0 = the server's default
+  SchemeAsked scheme;          ///< nothing: the server chooses
+  std::uint16_t order = 0;     ///< 0 = the server's default
   Hand hand;
   std::uint64_t seed = 1;
   std::optional<double> release_s;  ///< motion time at which the hand lets go

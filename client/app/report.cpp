@@ -57,8 +57,35 @@ Json link_json(const ClientCore& core) {
           {"server_behind_ms_max", milliseconds(core.server_pace().behind_max)}};
 }
 
+/// What was felt of what was asked for.
+void add_schemes(const DisplayReport& felt, Json& json) {
+  const SchemesFelt& schemes = felt.core->schemes_felt();
+  json["scheme_asked"] = name_of(felt.asked);
+  json["scheme_reason"] = describe(felt.core->in_use());
+  json["scheme_changes"] = schemes.changes;
+  Json shares = Json::object();
+  for (std::size_t k = 0; k < schemes.patches.size(); ++k)
+    if (schemes.patches[k] > 0)
+      shares[std::string(kSchemeNames[k])] =
+          static_cast<double>(schemes.patches[k]) / static_cast<double>(felt.core->counts().patches_accepted);
+  json["scheme_shares"] = shares;
+}
+
+/// One line.
+std::string schemes_line(const ClientCore& core) {
+  const SchemesFelt& schemes = core.schemes_felt();
+  std::string text;
+  for (std::size_t k = 0; k < schemes.patches.size(); ++k)
+    if (schemes.patches[k] > 0)
+      text += fmt::format("{}{} in {:.0f} % of the patches", text.empty() ? "" : ", ", kSchemeNames[k],
+                          100.0 * static_cast<double>(schemes.patches[k]) / static_cast<double>(core.counts().patches_accepted));
+  const std::string why = describe(core.in_use());
+  return text.empty() ? "none felt" : fmt::format("{}; {} changes; at the end {}", text, schemes.changes, why);
+}
+
 Json run_json(const RunReport& run) {
   Json json{{"program", "palpate-client"}, {"version", PALPATE_VERSION}, {"scheme", run.displays.front().scheme}};
+  add_schemes(run.displays.front(), json);
   json["order"] = run.options.order;
   json["scene"] = {{"name", run.displays.front().core->welcome().scene}};
   if (!run.options.motion_file.empty())
@@ -167,6 +194,7 @@ std::string describe(const RunReport& run) {
   if (core.server_pace().rate_min_hz > 0 && core.server_pace().rate_min_hz < 0.95 * core.welcome().rate_hz)
     fmt::format_to(out, "server    had time for only {:.1f} of {:g} frames a second at its slowest, up to {:.0f} ms behind\n",
                    core.server_pace().rate_min_hz, core.welcome().rate_hz, milliseconds(core.server_pace().behind_max));
+  if (!felt.asked) fmt::format_to(out, "scheme    {}\n", schemes_line(core));
   fmt::format_to(out, "patches   {} used of {} received, {:.0f} bytes each; largest hand-over step {:.4f} N\n",
                  felt.haptic.patches_used, core.counts().patches_accepted, core.patch_bytes_mean(),
                  felt.haptic.hand_over_step_max_n);

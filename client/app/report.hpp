@@ -14,7 +14,8 @@ namespace palpate {
 
 /// One display of the run: the felt one, or a comparison.
 struct DisplayReport {
-  std::string scheme;
+  SchemeAsked asked;
+  std::string scheme;                ///< that was asked for, or of those that the server chose the one that was felt most
   const ClientCore* core = nullptr;  ///< no thread uses it any more
   HapticCounts haptic;
   GuardCounts guard;
@@ -32,8 +33,8 @@ struct RunReport {
 /// comparison. t_s is 0 at the start of the motion; patch_age_ms is -1 while there is no patch. Throws InputError when it cannot
 /// be written.
 void write_forces(const std::filesystem::path& file, const RunReport& run);
-/// With what was run as "run": program, version, scheme, order, scene, motion {file, hash}, device, server, station, seed,
-/// machine.
+/// With what was run as "run": program, version, scheme (asked for, felt, why, changes and shares of patches where the server
+/// chose), order, scene, motion {file, hash}, device, server, station, seed, machine.
 void write_summary(const std::filesystem::path& file, const RunReport& run);
 std::string describe(const RunReport& run);
 

@@ -193,6 +193,7 @@ class Run {
                                    status.welcome.rate_hz, seconds(status.pace.behind) * 1e3)
                      : "the server keeps up again");
       slow = now_slow;
+      say_scheme(status.in_use);
       if (moving && monotonic_now() > start + options_.motion->duration()) {
         moving = false;
         if (!options_.duration_s) return true;
@@ -225,12 +226,26 @@ class Run {
     }
   }
 
+  static std::string felt_name(ClientStation& station) {
+    const SchemeAsked asked = station.scheme();
+    return std::string(name_of(asked ? asked : station.core().schemes_felt().mostly()));
+  }
+
+  /// First, and at each change.
+  void say_scheme(const SchemeInUse& now) {
+    if (options_.scheme || now.reason <= SchemeReason::not_known_yet) return;
+    const bool known = scheme_said_.reason > SchemeReason::not_known_yet;
+    if (known && now.scheme == scheme_said_.scheme) return;
+    scheme_said_ = now;
+    say("scheme " + describe(now));
+  }
+
   void report() {
     RunReport run{options_, {}, nullptr, nullptr, {}};
     for (auto& station : stations_) {
       ClientCore& core = station->core();
       run.displays.push_back(
-          {std::string(name_of(station->scheme())), &core, core.haptic().counts(), core.haptic().guard_counts()});
+          {station->scheme(), felt_name(*station), &core, core.haptic().counts(), core.haptic().guard_counts()});
     }
     run.loop = loop_.get();
     run.ticks = log_.get();
@@ -254,6 +269,7 @@ class Run {
   std::unique_ptr<MotionDevice> device_;
   std::unique_ptr<HapticLoop> loop_;
   RealtimeStatus realtime_;
+  SchemeInUse scheme_said_;
   std::vector<std::string> refusal_said_;
   bool refused_for_good_ = false;
 };

@@ -19,7 +19,7 @@ GuardLimits limits_of(const AppOptions& options) {
   return limits;
 }
 
-ClientOptions client_options(const AppOptions& options, Scheme scheme, const std::string& shadow_of) {
+ClientOptions client_options(const AppOptions& options, SchemeAsked scheme, const std::string& shadow_of) {
   ClientOptions client;
   client.hello.station = shadow_of.empty() ? options.station : shadow_of + "/" + std::string(name_of(scheme));
   client.hello.alike = shadow_of.empty() && !options.station_given;
@@ -34,7 +34,7 @@ ClientOptions client_options(const AppOptions& options, Scheme scheme, const std
 
 }  // namespace
 
-ClientStation::ClientStation(const AppOptions& options, Scheme scheme, const std::string& shadow_of, UdpClient::Watch watch)
+ClientStation::ClientStation(const AppOptions& options, SchemeAsked scheme, const std::string& shadow_of, UdpClient::Watch watch)
     : name_(client_options(options, scheme, shadow_of).hello.station),
       scheme_(scheme),
       core_(client_options(options, scheme, shadow_of), monotonic_now()),

@@ -13,7 +13,7 @@ namespace palpate {
 class ClientStation {
  public:
   /// `shadow_of` is empty for the felt display. Throws InputError when the server's name is not HOST:PORT or does not resolve.
-  ClientStation(const AppOptions& options, Scheme scheme, const std::string& shadow_of, UdpClient::Watch watch = {});
+  ClientStation(const AppOptions& options, SchemeAsked scheme, const std::string& shadow_of, UdpClient::Watch watch = {});
 
   void start() { udp_.start(); }
   /// Says goodbye and ends the thread; from then on core() may be read.
@@ -21,12 +21,12 @@ class ClientStation {
   ClientStatus status() const { return udp_.status(); }
 
   const std::string& name() const { return name_; }
-  Scheme scheme() const { return scheme_; }
+  SchemeAsked scheme() const { return scheme_; }
   ClientCore& core() { return core_; }
 
  private:
   std::string name_;
-  Scheme scheme_;
+  SchemeAsked scheme_;
   ClientCore core_;
   UdpClient udp_;
 };

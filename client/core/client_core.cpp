@@ -5,6 +5,11 @@
 
 namespace palpate {
 
+SchemeAsked SchemesFelt::mostly() const {
+  const auto most = std::max_element(patches.begin(), patches.end());
+  return *most > 0 ? SchemeAsked(static_cast<Scheme>(most - patches.begin())) : std::nullopt;
+}
+
 ClientCore::ClientCore(const ClientOptions& options, Micros now)
     : options_(options),
       heard_(now),
@@ -144,6 +149,7 @@ void ClientCore::take_welcome(const Message& message, Micros now) {
   else
     options_.hello.station = welcome_.station;
   server_pace_ = {};
+  in_use_ = {};
   refusal_ = {};
   link_ = LinkState::joined;
   ++counts_.joins;
@@ -180,7 +186,9 @@ void ClientCore::take_patch(const Patch& patch, std::size_t bytes, Micros now) {
   counts_.patch_bytes += bytes;
   contact_in_reach_ = true;
   if (!intake_.accept(patch, now)) return;
-  ++counts_.patches_accepted;
+  const std::uint64_t before = counts_.patches_accepted++;
+  schemes_felt_.changes += before > 0 && patch.scheme != last_patch_.scheme;
+  ++schemes_felt_.patches[static_cast<std::size_t>(patch.scheme)];
   last_patch_ = patch;
 }
 
@@ -195,6 +203,7 @@ void ClientCore::take_beat(const Beat& beat, Micros now) {
   if (beat.lives_on != 0) live_on(beat, now);
   server_report_ = beat.link;
   reset_.hear(beat.resets);
+  in_use_ = beat.in_use;
   pace_.take(beat.link, now);
   if (!(beat.rate_hz > 0)) return;
   server_pace_.rate_min_hz = server_pace_.rate_hz > 0 ? std::min(server_pace_.rate_min_hz, beat.rate_hz) : beat.rate_hz;

@@ -55,6 +55,13 @@ struct ServerPace {
   bool slow(double nominal_hz) const { return rate_hz > 0 && rate_hz < 0.95 * nominal_hz; }
 };
 
+struct SchemesFelt {
+  std::array<std::uint64_t, kSchemeNames.size()> patches{};
+  std::uint64_t changes = 0;
+  /// Of most patches; nothing before the first.
+  SchemeAsked mostly() const;
+};
+
 class ClientCore {
  public:
   explicit ClientCore(const ClientOptions& options, Micros now);
@@ -97,6 +104,10 @@ class ClientCore {
   bool contact_in_reach() const { return contact_in_reach_; }
   /// What the server last said of its own pace.
   const ServerPace& server_pace() const { return server_pace_; }
+  /// What the server last said that the station gets; of a server that says nothing, `not_said`.
+  const SchemeInUse& in_use() const { return in_use_; }
+  /// Patches accepted, by scheme, and how often a patch was of another scheme than the one before.
+  const SchemesFelt& schemes_felt() const { return schemes_felt_; }
 
  private:
   static constexpr std::size_t kKept = 1024;     ///< samples at hand for sending and repeating
@@ -132,6 +143,8 @@ class ClientCore {
   bool contact_in_reach_ = false;
   ServerPace server_pace_;
   LinkReport server_report_;
+  SchemeInUse in_use_;
+  SchemesFelt schemes_felt_;
   std::deque<ToolSample> recent_;  ///< newest last
   std::size_t unsent_ = 0;         ///< of these, at the end
   Patch last_patch_;

@@ -179,7 +179,7 @@ class Judge {
     if (!v_.link_serves) return;
     constexpr double kRateLeastHz = 20, kRateMostHz = 60;
     const double wanted_hz = std::clamp(std::round(2e3 / std::max(f_.rtt_p50_ms, 1.0) / 5) * 5, kRateLeastHz, kRateMostHz);
-    say(fmt::format("set: palpate-client --scheme port --passivity {}", f_.oldest_patch_ms() > kAgeFeltMs ? "on" : "observe"));
+    say(fmt::format("set: palpate-client --passivity {}", f_.oldest_patch_ms() > kAgeFeltMs ? "on" : "observe"));
     if (f_.rate_hz < 0.8 * wanted_hz)
       say(fmt::format(
           "set: palpate-server --rate-hz {:.0f} (now {:g}) would make patches {:.0f} ms younger, if its machine keeps up",

@@ -105,8 +105,9 @@ void UdpClient::send_all(Micros now) {
 }
 
 void UdpClient::note() {
-  ClientStatus status{core_.link(),           core_.welcome(),     core_.refusal(),      core_.refuse_reason(),
-                      core_.clock().locked(), core_.clock().rtt(), core_.counts().joins, core_.server_pace()};
+  ClientStatus status{core_.link(),          core_.welcome(),        core_.refusal(),
+                      core_.refuse_reason(), core_.clock().locked(), core_.clock().rtt(),
+                      core_.counts().joins,  core_.server_pace(),    core_.in_use()};
   LinkState before;
   bool changed;
   {

@@ -31,6 +31,7 @@ struct ClientStatus {
   RttStats rtt;
   std::uint64_t joins = 0;
   ServerPace pace;
+  SchemeInUse in_use;
 };
 
 class UdpClient {

@@ -65,15 +65,22 @@ std::array<std::string, kFieldCount> values(const StationView& s, const PanelFig
           ms(s.jitter),
           s.judged > 0 ? fmt::format("{:.1f}", loss_pct) : "-",
           ms(s.patch_age),
-          std::string(name_of(s.scheme)),
+          std::string(name_of(s.in_use.scheme)),
           s.states > 0 ? fmt::format("{}", s.states) : "-",
           figures.late_known ? fmt::format("{}", s.ticks_late) : "-"};
+}
+
+/// Where the server chose the scheme: why; a line under the station's.
+std::string choice_line(const StationView& s, const PanelFigures& figures) {
+  return figures.holds && s.in_use.reason > SchemeReason::asked ? describe(s.in_use) : std::string();
 }
 
 void draw_stations(Column& c) {
   const auto& stations = c.figures.room->stations;
   const std::size_t rows = std::min(stations.size(), kMostRows);
-  const float height = kPad + kUnits + kRow * static_cast<float>(1 + std::max<std::size_t>(rows, 1)) + 6;
+  std::size_t lines = 1 + std::max<std::size_t>(rows, 1);
+  for (std::size_t i = 0; i < rows; ++i) lines += !choice_line(stations[i], c.figures).empty();
+  const float height = kPad + kUnits + kRow * static_cast<float>(lines) + 6;
   c.box(height);
   float y = c.y + c.at(9);
   c.pen.text(c.left + c.at(kPad), y, 12, c.pen.theme.ink_soft, "station");
@@ -92,6 +99,10 @@ void draw_stations(Column& c) {
     const auto words = values(s, c.figures);
     for (std::size_t k = 0; k < kFields.size(); ++k)
       c.pen.text_left_of(c.left + c.at(kFields[k].right), y, 13, c.pen.theme.ink, words[k]);
+    if (const std::string why = choice_line(s, c.figures); !why.empty()) {
+      y += c.at(kRow);
+      c.pen.text(c.left + c.at(kPad + 14), y, 12, c.pen.theme.ink_soft, why);
+    }
   }
   c.y += c.at(height + 10);
 }

@@ -190,9 +190,9 @@ ViewMoment RecordedScene::at(Micros t) {
 StationView RecordedScene::station_at(const Hand& hand, Micros t) const {
   StationView view;
   view.station = hand.name;
-  view.scheme = hand.scheme;
+  view.in_use.scheme = hand.scheme;
   if (const auto touch = last_until(hand.touches, t); touch != hand.touches.end() && touch->has_patch) {
-    view.scheme = touch->scheme;
+    view.in_use.scheme = touch->scheme;
     view.states = static_cast<std::uint16_t>(touch->states);
   }
   const auto link = last_until(hand.links, t);

@@ -70,7 +70,7 @@ StationId ViewRecorder::station(const std::string& name, const RoomView& room) {
   ++stations_ever_;
   const StationView* known = find(room, name);
   writer_.add(RecordedEvent{tools_until_, RecordedEventKind::joined, at->second, RecordedRole::hand,
-                            known != nullptr ? known->scheme : Scheme::port, name, ""});
+                            known != nullptr ? known->in_use.scheme : Scheme::port, name, ""});
   return at->second;
 }
 
@@ -88,7 +88,7 @@ void ViewRecorder::take_tools(const Tools& tools, const RoomView& room) {
     touch.contact = tool.contact;
     if (const StationView* known = find(room, tool.station)) {
       touch.has_patch = known->states > 0;
-      touch.scheme = known->scheme;
+      touch.scheme = known->in_use.scheme;
       touch.states = known->states;
     }
     writer_.add(touch);

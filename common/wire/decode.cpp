@@ -28,8 +28,11 @@ WireFault read(const wire::Hello& table, Hello& m) {
   sense.name(view_of(table.shadow_of()), 0);
   sense.name(view_of(table.room()), 0);
   sense.that(to_enum(table.role(), Role::viewer, m.role));
-  sense.that(to_enum(table.scheme(), Scheme::cubic, m.scheme));
+  Scheme scheme{};
+  sense.that(to_enum(table.scheme(), Scheme::cubic, scheme));
+  sense.that(!table.choose() || scheme == kWithoutChoice);
   if (!sense.ok()) return sense.fault();
+  m.scheme = table.choose() ? SchemeAsked{} : scheme;
   m.station = view_of(table.station());
   m.shadow_of = view_of(table.shadow_of());
   m.room = view_of(table.room());
@@ -98,8 +101,11 @@ WireFault read(const wire::Beat& table, Beat& m) {
        {table.judged(), table.lost(), table.longest_run(), Micros{table.patch_age()}},
        table.ticks_late(),
        table.lives_on(),
-       table.resets()};
+       table.resets(),
+       {Scheme::hold, SchemeReason::not_said, Micros{table.patch_cost()}, Micros{table.patch_limit()}}};
   Sense sense;
+  sense.that(to_enum(table.scheme(), Scheme::cubic, m.in_use.scheme));
+  sense.that(to_enum(table.scheme_reason(), SchemeReason::link_lossy, m.in_use.reason));
   sense.time(m.body_time);
   sense.number(m.rate_hz, 0, kMaxRateHz);
   sense.that(m.link.lost <= m.link.judged && m.link.longest_run <= m.link.lost);
@@ -190,7 +196,7 @@ WireFault read(const wire::ViewState& table, ViewState& m) {
 
 WireFault read(const wire::StationFigures& f, StationView& view) {
   Sense sense;
-  sense.that(f.lost() <= f.judged() && f.states() <= 2 * kMaxModes && to_enum(f.scheme(), Scheme::cubic, view.scheme));
+  sense.that(f.lost() <= f.judged() && f.states() <= 2 * kMaxModes && to_enum(f.scheme(), Scheme::cubic, view.in_use.scheme));
   view.rtt = Micros{f.rtt()};
   view.jitter = Micros{f.jitter()};
   view.patch_age = Micros{f.patch_age()};
@@ -218,6 +224,9 @@ WireFault read(const wire::RoomView& table, RoomView& m) {
     StationView view;
     if (const auto fault = read(*station->figures(), view); fault != WireFault::none) return fault;
     view.station = view_of(station->station());
+    sense.that(to_enum(station->scheme_reason(), SchemeReason::link_lossy, view.in_use.reason));
+    view.in_use.cost = Micros{station->patch_cost()};
+    view.in_use.limit = Micros{station->patch_limit()};
     m.stations.push_back(std::move(view));
   }
   return sense.fault();

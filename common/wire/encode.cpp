@@ -34,8 +34,9 @@ class BodyWriter {
     const auto station = text(m.station, kMaxNameBytes);
     const auto shadow_of = m.shadow_of.empty() ? 0 : text(m.shadow_of, kMaxNameBytes);
     const auto room = m.room.empty() ? 0 : text(m.room, kMaxNameBytes);
-    return done(wire::Body::Hello, wire::CreateHello(builder_, station, static_cast<std::uint8_t>(m.role),
-                                                     static_cast<std::uint8_t>(m.scheme), m.order, shadow_of, room, m.alike));
+    const auto scheme = static_cast<std::uint8_t>(m.scheme.value_or(kWithoutChoice));
+    return done(wire::Body::Hello, wire::CreateHello(builder_, station, static_cast<std::uint8_t>(m.role), scheme, m.order,
+                                                     shadow_of, room, m.alike, !m.scheme));
   }
   Offset<void> operator()(const Welcome& m) {
     const auto scene = text(m.scene, kMaxNameBytes);
@@ -66,9 +67,12 @@ class BodyWriter {
   Offset<void> operator()(const PatchMessage& m) { return done(wire::Body::Patch, write_patch(builder_, packer_, m.patch)); }
   Offset<void> operator()(const Beat& m) {
     const auto time = packer_.time(m.body_time);
-    return done(wire::Body::Beat, wire::CreateBeat(builder_, &time, m.contact_in_reach, packer_.number(m.rate_hz),
-                                                   packer_.duration(m.behind), m.link.judged, m.link.lost, m.link.longest_run,
-                                                   packer_.duration(m.link.patch_age), m.ticks_late, m.lives_on, m.resets));
+    return done(wire::Body::Beat,
+                wire::CreateBeat(builder_, &time, m.contact_in_reach, packer_.number(m.rate_hz), packer_.duration(m.behind),
+                                 m.link.judged, m.link.lost, m.link.longest_run, packer_.duration(m.link.patch_age), m.ticks_late,
+                                 m.lives_on, m.resets, static_cast<std::uint8_t>(m.in_use.scheme),
+                                 static_cast<std::uint8_t>(m.in_use.reason), packer_.duration(m.in_use.cost),
+                                 packer_.duration(m.in_use.limit)));
   }
   Offset<void> operator()(const Reset& m) { return done(wire::Body::Reset, wire::CreateReset(builder_, m.resets)); }
   Offset<void> operator()(const Leave&) { return done(wire::Body::Leave, wire::CreateLeave(builder_)); }
@@ -128,8 +132,10 @@ class BodyWriter {
     for (std::size_t i = 0; i < m.stations.size(); ++i) {
       const StationView& s = m.stations[i];
       const wire::StationFigures figures(packer_.duration(s.rtt), packer_.duration(s.jitter), packer_.duration(s.patch_age),
-                                         s.judged, s.lost, s.ticks_late, s.states, static_cast<std::uint8_t>(s.scheme));
-      views[i] = wire::CreateStationView(builder_, text(s.station, kMaxNameBytes), &figures);
+                                         s.judged, s.lost, s.ticks_late, s.states, static_cast<std::uint8_t>(s.in_use.scheme));
+      views[i] =
+          wire::CreateStationView(builder_, text(s.station, kMaxNameBytes), &figures, static_cast<std::uint8_t>(s.in_use.reason),
+                                  packer_.duration(s.in_use.cost), packer_.duration(s.in_use.limit));
     }
     const auto stations = builder_.CreateVector(views.data(), m.stations.size());
     return done(wire::Body::RoomView,

@@ -8,6 +8,7 @@
 
 #include "common/base/types.hpp"
 #include "common/port/patch.hpp"
+#include "common/port/scheme_in_use.hpp"
 #include "common/port/terms_pieces.hpp"
 #include "common/wire/body_mesh.hpp"
 #include "common/wire/shape_blocks.hpp"
@@ -29,7 +30,7 @@ struct ClockStamps {
 struct Hello {
   std::string station;  ///< its name, unique in the room
   Role role = Role::haptic;
-  Scheme scheme = Scheme::port;
+  SchemeAsked scheme = Scheme::port;
   std::uint16_t order = 0;  ///< states wanted, 0 = the server's default
   std::string shadow_of;    ///< name of a station whose tool this one shares: it gets patches, it does not push
   std::string room = {};    ///< of the server's rooms; empty: its first
@@ -95,6 +96,7 @@ struct Beat {
   /// Every patch from this seq on is as good as one stamped `body_time` would be (server -> client), 0 = not said.
   std::uint32_t lives_on = 0;
   std::uint16_t resets = 0;  ///< of the body so far (server -> client)
+  SchemeInUse in_use = {};   ///< what the station gets now, and why (server -> client)
 };
 
 struct Leave {};
@@ -150,7 +152,7 @@ struct StationView {
   std::uint16_t judged = 0, lost = 0;  ///< of the newest datagrams from it
   std::uint32_t ticks_late = 0;        ///< of its haptic loop, as it says
   std::uint16_t states = 0;            ///< of its newest patch
-  Scheme scheme = Scheme::port;
+  SchemeInUse in_use = {};
 };
 struct RoomView {
   std::uint32_t nodes = 0;

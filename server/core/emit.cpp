@@ -137,7 +137,7 @@ Tools ServerCore::tools(const Station& viewer) const {
   std::size_t bytes = 0;
   for (const auto& [id, station] : stations_) {
     if (!station.pushes() || !station.has_shown) continue;
-    bytes += station.hello.station.size() + 64;
+    bytes += station.hello.station.size() + 80;
     if (bytes > kMostBytes) break;
     list.tools.push_back(station.shown);
   }
@@ -158,7 +158,7 @@ RoomView ServerCore::room_view(Micros now) const {
     station.loss.fill(link);
     const RttStats rtt = station.clock.rtt();
     view.stations.push_back({station.hello.station, rtt.mean, rtt.jitter, station.patch_age, link.judged, link.lost,
-                             station.ticks_late, station.states, station.hello.scheme});
+                             station.ticks_late, station.states, station.in_use});
   }
   return view;
 }

@@ -90,7 +90,7 @@ FrameJob ServerCore::make_job(Micros target) const {
 StationJob ServerCore::make_station_job(const Station& station, Micros target) const {
   StationJob job;
   job.id = station.id;
-  job.scheme = station.hello.scheme;
+  job.scheme = station.in_use.scheme;
   job.bridge = bridge(station);
   job.order = order(station, job.bridge);
   job.silence = silence(station);
@@ -106,7 +106,7 @@ StationJob ServerCore::make_station_job(const Station& station, Micros target) c
 /// What it asked for. Who left it to us gets fewer moments where a patch has long to last: from there on a linear patch is wrong
 /// by what it leaves out of the body's bending, and more moments buy nothing but bytes.
 int ServerCore::order(const Station& station, Micros bridged) const {
-  if (station.hello.order > 0 || station.hello.scheme != Scheme::port || facts_.contact != ContactKind::attach)
+  if (station.hello.order > 0 || station.in_use.scheme != Scheme::port || facts_.contact != ContactKind::attach)
     return station.hello.order;
   return bridged >= PatchBuilder::kLongBridge ? kLongBridgeOrder : 0;
 }
@@ -150,9 +150,51 @@ void ServerCore::count(const FrameResult& result, Micros took) {
   // What a frame costs in which the body sleeps says nothing of those in which it is touched.
   const bool first = counts_.frames - counts_.frames_asleep == 1;
   compute_mean_ = first ? took : compute_mean_ + (took - compute_mean_) / 8;
+  learn_costs(result);
   meter_.add(job_began_ + took, took, result.stamp - body_time_);
   counts_.simulated += result.stamp - body_time_;
   counts_.stepping += took;
+}
+
+/// Not of patches that are none of what was to be built: those of a body that is reset, or linear ones where the nonlinear one
+/// could not be had.
+void ServerCore::learn_costs(const FrameResult& result) {
+  if (result.failed || result.asleep || result.step_took == Micros{}) return;
+  costs_.take_step(result.step_took);
+  FrameCosts::Patches patches{result.patches_took, 0, 0};
+  for (const StationFrame& frame : result.stations) {
+    const auto station = stations_.find(frame.id);
+    if (!frame.patch || station == stations_.end()) continue;
+    if (frame.patch->scheme != station->second.in_use.scheme) return;
+    ++(frame.patch->scheme == Scheme::cubic ? patches.nonlinear : patches.linear);
+  }
+  costs_.take_patches(patches, result.stamp - body_time_);
+}
+
+/// For the frame that is about to be made.
+void ServerCore::choose_schemes(Micros now) {
+  SchemeCost cost{from_seconds(1 / options_.rate_hz), costs_.step(), Micros{}, costs_.nonlinear(), 0};
+  for (const auto& [id, station] : stations_) {
+    if (station.views()) continue;
+    if (!station.hello.scheme)
+      ++cost.stations;
+    else
+      cost.others += station.hello.scheme == Scheme::cubic ? costs_.nonlinear() : costs_.linear();
+  }
+  for (auto& [id, station] : stations_) {
+    if (station.views()) continue;
+    const SchemeInUse before = station.in_use;
+    if (station.hello.scheme) {
+      station.in_use = {*station.hello.scheme, SchemeReason::asked, Micros{}, Micros{}};
+      continue;
+    }
+    const bool nonlinear = station.choice.decide(cost, station.lost, now);
+    station.in_use = {nonlinear ? Scheme::cubic : Scheme::port, station.choice.reason(), cost.nonlinear, SchemeChoice::has(cost)};
+    const bool was_known = before.reason > SchemeReason::not_known_yet,
+               known = station.choice.reason() > SchemeReason::not_known_yet;
+    if (on_scheme && known && (!was_known || before.scheme != station.in_use.scheme))
+      on_scheme(station.hello.station, station.in_use);
+  }
 }
 
 void ServerCore::finish(FrameResult result, Micros now) {
@@ -260,6 +302,7 @@ void ServerCore::beat(Station& station) {
 Beat ServerCore::beat_for(const Station& station) const {
   Beat beat{station_time(station, body_time_), station.contact_in_reach, pace_.rate_hz, std::min(pace_.behind, kLongestSaid), {}};
   beat.resets = static_cast<std::uint16_t>(counts_.resets);
+  beat.in_use = station.in_use;
   station.loss.fill(beat.link);
   return beat;
 }

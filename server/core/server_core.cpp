@@ -36,6 +36,7 @@ void ServerCore::tick(Micros now) {
     return beat_all();
   }
   lag_ = now - target;
+  choose_schemes(now);
   job_ = make_job(target);
 }
 
@@ -62,7 +63,7 @@ void ServerCore::shut_down() {
 std::vector<StationReport> ServerCore::stations() const {
   std::vector<StationReport> reports;
   for (const auto& [id, s] : stations_)
-    reports.push_back({id, s.hello.station, s.hello.role, s.hello.scheme, s.hello.shadow_of, s.clock.rtt(), s.clock.offset(),
+    reports.push_back({id, s.hello.station, s.hello.role, s.in_use.scheme, s.hello.shadow_of, s.clock.rtt(), s.clock.offset(),
                        s.clock.drift_ppm(), s.seq.counts(), bridge(s), s.patch_age, s.counts});
   return reports;
 }

@@ -53,6 +53,7 @@
 #include "common/record/recording.hpp"
 #include "common/wire/codec.hpp"
 #include "common/wire/messages.hpp"
+#include "server/core/frame_costs.hpp"
 #include "server/core/frame_meter.hpp"
 #include "server/core/room_facts.hpp"
 #include "server/core/station.hpp"
@@ -130,6 +131,9 @@ class ServerCore {
   /// Hears who comes, goes and is refused, and why.
   std::function<void(const RecordedEvent&)> on_event;
 
+  /// Hears what a station gets that left the scheme to the server: first, and at each change.
+  std::function<void(const std::string& station, const SchemeInUse&)> on_scheme;
+
   /// Everyone is told and forgotten.
   void shut_down();
 
@@ -171,6 +175,8 @@ class ServerCore {
   void wake(Micros now);
   void note_due(bool skipped);
   void count(const FrameResult& result, Micros took);
+  void learn_costs(const FrameResult& result);
+  void choose_schemes(Micros now);
   Micros due(std::uint64_t frame) const;
   Micros playout(Micros now) const;
   FrameJob make_job(Micros target) const;
@@ -221,6 +227,7 @@ class ServerCore {
       lately_;  ///< of the frames that fell due in the last second: 1 skipped because the last one took too long
   Pace pace_;
   FrameMeter meter_;
+  FrameCosts costs_;
   ShapeStream shapes_;
   ServerCounts counts_;
 };

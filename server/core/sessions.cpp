@@ -32,6 +32,12 @@ int copies_for(double share) {
   return copies;
 }
 
+/// Of whatever scheme it may get.
+int most_states_for(SchemeAsked scheme, ContactKind contact) {
+  const auto most = [contact](Scheme s) { return 2 * max_port_modes(contact, s); };
+  return scheme ? most(*scheme) : std::min(most(Scheme::port), most(Scheme::cubic));
+}
+
 }  // namespace
 
 void ServerCore::take(std::span<const std::byte> bytes, PeerId from, Micros now) {
@@ -107,9 +113,9 @@ std::optional<Refuse> ServerCore::objection(const Hello& hello, const Station* i
   if (stations_.size() - (in_place_of ? 1 : 0) >= static_cast<std::size_t>(kMaxStations))
     return Refuse{room_full, "the room is full (" + std::to_string(kMaxStations) + " stations)"};
   if (hello.role == Role::viewer) return std::nullopt;
-  if (!is_available(hello.scheme))
+  if (hello.scheme && !is_available(*hello.scheme))
     return Refuse{bad_request, "scheme " + std::string(name_of(hello.scheme)) + " is not available"};
-  const int most_states = 2 * max_port_modes(facts_.contact, hello.scheme);
+  const int most_states = most_states_for(hello.scheme, facts_.contact);
   if (hello.order > most_states || hello.order % 2 != 0)
     return Refuse{bad_request, "order " + std::to_string(hello.order) + "; expected an even number up to " +
                                    std::to_string(most_states) + ", what fits into a datagram in this scene"};
@@ -138,7 +144,8 @@ void ServerCore::take_from(Station& station, const Message& message, Micros now)
     station.patch_age = link.patch_age;
     if (link.judged >= kLossJudged) {
       station.loss_known = true;
-      station.patch_copies = copies_for(static_cast<double>(link.lost) / link.judged);
+      station.lost = static_cast<double>(link.lost) / link.judged;
+      station.patch_copies = copies_for(station.lost);
     }
     station.longest_run = link.longest_run;
     station.ticks_late = beat->ticks_late;
@@ -235,7 +242,7 @@ void ServerCore::tell(RecordedEventKind kind, StationId id, const Hello& hello, 
   const auto role = hello.role == Role::viewer ? RecordedRole::viewer
                     : hello.shadow_of.empty()  ? RecordedRole::hand
                                                : RecordedRole::shadow;
-  on_event({now, kind, id, role, hello.scheme, hello.station, text});
+  on_event({now, kind, id, role, hello.scheme.value_or(kWithoutChoice), hello.station, text});
 }
 
 /// Who sent the same Hello before, by the name that it asked for then or the one that it got.

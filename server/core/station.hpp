@@ -10,6 +10,7 @@
 #include "common/session/seq_tracker.hpp"
 #include "common/wire/messages.hpp"
 #include "server/core/jitter_buffer.hpp"
+#include "server/core/scheme_choice.hpp"
 #include "server/core/shape_stream.hpp"
 #include "server/core/timeline.hpp"
 
@@ -52,7 +53,10 @@ struct Station {
   LossMeter loss;
   Micros patch_age{};       ///< that its patches in use reach, as it says; 0 = it has not said
   int patch_copies = 2;     ///< datagrams that carry each patch to it: what it loses decides, once it has said
-  bool loss_known = false;  ///< it has said
+  bool loss_known = false;  ///< it has said what it loses
+  double lost = 0;          ///< share of the datagrams to it that get lost, as it says
+  SchemeChoice choice;      ///< where it left the scheme to us
+  SchemeInUse in_use;       ///< in the frame that is out, or was last
   int longest_run = 0;      ///< of datagrams to it that got lost one after the other, as it says
   struct SentPatch {
     std::uint32_t seq = 0;

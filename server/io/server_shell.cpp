@@ -38,6 +38,17 @@ std::vector<ServerRooms::RoomSpec> specs_of(const std::vector<NamedScene>& scene
   return specs;
 }
 
+/// Of the clock on the wall: a frame that others keep from the processor is as late as one that is long.
+FrameResult run_measured(Room& room, const FrameJob& job) {
+  const Micros began = monotonic_now();
+  FrameResult result = room.simulate(job);
+  const Micros stepped = monotonic_now();
+  room.build_patches(job, result);
+  result.step_took = std::max(stepped - began, Micros{1});
+  result.patches_took = monotonic_now() - stepped;
+  return result;
+}
+
 }  // namespace
 
 ServerShell::ServerShell(const std::vector<NamedScene>& scenes, const ShellOptions& options, Say say)
@@ -47,6 +58,10 @@ ServerShell::ServerShell(const std::vector<NamedScene>& scenes, const ShellOptio
       threads_(std::clamp<std::size_t>(options.threads, 1, scenes.size())) {
   const std::size_t threads_a_room = std::max<std::size_t>(options.threads / scenes.size(), 1);
   for (const NamedScene& named : scenes) bodies_.push_back(std::make_unique<Body>(named.scene, threads_a_room));
+  for (std::size_t k = 0; k < bodies_.size(); ++k)
+    cores_[k].on_scheme = [this, k](const std::string& station, const SchemeInUse& in_use) {
+      say_(fmt::format("{}station \"{}\": {}", label(k), station, describe(in_use)));
+    };
   socket_.non_blocking(true);
   if (!options.record.file.empty()) begin_recording(scenes, options);
 }
@@ -117,7 +132,7 @@ void ServerShell::hand_out(std::size_t k, FrameJob job) {
   if (body.recorder) body.recorder->begin_frame(job, monotonic_now());
   asio::post(*pool_, [this, k, &body, job = std::move(job)] {
     try {
-      auto result = body.room.run(job);
+      auto result = run_measured(body.room, job);
       asio::post(io_, [this, k, result = std::move(result)]() mutable {
         const auto now = monotonic_now();
         if (bodies_[k]->recorder) bodies_[k]->recorder->end_frame(result, cores_[k], now);

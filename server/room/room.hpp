@@ -67,6 +67,8 @@ struct FrameResult {
   int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0;
   bool failed = false;  ///< the step did not converge: no patches, the body was put back
   bool asleep = false;  ///< the body was not stepped, or need not be from here on until a tool comes (stillness.hpp)
+  // By whoever ran the job, 0 = not measured:
+  Micros step_took{}, patches_took{};
 };
 
 /// Where a tool should start: rest position of the attached node, or a point 20 mm above the top of the body.

@@ -75,7 +75,7 @@ TEST_CASE("a good link is measured as what it is, and serves") {
   CHECK(f.uplink_kbit_s > 0);
   const LinkVerdict verdict = judge(f);
   CHECK(verdict.link_serves);
-  CHECK(says(verdict, "set: palpate-client --scheme port"));
+  CHECK(says(verdict, "set: palpate-client --passivity"));
 }
 
 TEST_CASE("a bad link is measured as what it is, and does not serve") {

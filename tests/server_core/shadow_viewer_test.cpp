@@ -137,7 +137,7 @@ TEST_CASE("a viewer hears four times a second how the room and its stations do")
   CHECK(room.stations[0].patch_age == Micros{123'000});
   CHECK(room.stations[0].ticks_late == 17);
   CHECK(room.stations[0].lost == 0);
-  CHECK(room.stations[0].scheme == Scheme::port);
+  CHECK(room.stations[0].in_use.scheme == Scheme::port);
 }
 
 TEST_CASE("a mesh hash tells one topology, one rest position and one fixed node from another") {

@@ -89,7 +89,7 @@ struct Words {
                 3.2,
                 {{"hand", Micros{41'000}, Micros{900}, Micros{80'000}, 100, 3, 12, 16, Scheme::port},
                  {"hand/hold", Micros{42'000}, Micros{1'200}, Micros{95'000}, 100, 0, 0, 0, Scheme::hold},
-                 {"hand/tangent", Micros{43'000}, Micros{800}, Micros{95'000}, 100, 1, 0, 0, Scheme::tangent}}};
+                 {"hand/tangent", Micros{43'000}, Micros{800}, Micros{95'000}, 100, 1, 0, 0, {Scheme::tangent}}}};
   History forces, patch_ages;
   Foresight foresight;
   std::vector<float> course;

@@ -74,6 +74,15 @@ TEST_CASE("what was added to messages later goes there and back, and is absent w
   CHECK_FALSE(round_trip(hello).alike);
   hello.alike = true;
   CHECK(round_trip(hello).alike);
+  CHECK(round_trip(hello).scheme == Scheme::port);
+  hello.scheme.reset();
+  CHECK_FALSE(round_trip(hello).scheme.has_value());
+  CHECK(round_trip(Beat{}).in_use.reason == SchemeReason::not_said);
+  const Beat chosen = round_trip(Beat{.in_use = {Scheme::cubic, SchemeReason::fits, Micros{9'000}, Micros{30'000}}});
+  CHECK(chosen.in_use.scheme == Scheme::cubic);
+  CHECK(chosen.in_use.reason == SchemeReason::fits);
+  CHECK(chosen.in_use.cost == Micros{9'000});
+  CHECK(chosen.in_use.limit == Micros{30'000});
   Welcome welcome{"s", ContactKind::touch, 20, Vec3::Zero(), 0, 0, 0};
   CHECK(round_trip(welcome).station.empty());
   welcome.station = "hand-2";
@@ -82,6 +91,11 @@ TEST_CASE("what was added to messages later goes there and back, and is absent w
   CHECK_FALSE(round_trip(room).asleep);
   room.asleep = true;
   CHECK(round_trip(room).asleep);
+  room.stations.push_back(
+      {"hand", {}, {}, {}, 0, 0, 0, 0, {Scheme::port, SchemeReason::server_busy, Micros{41'000}, Micros{30'000}}});
+  const StationView shown = round_trip(room).stations.front();
+  CHECK(shown.in_use.reason == SchemeReason::server_busy);
+  CHECK(shown.in_use.cost == Micros{41'000});
 }
 
 TEST_CASE("a Hello is never smaller than the largest answer to it") {

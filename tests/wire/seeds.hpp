@@ -243,6 +243,8 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(Leave{}));
   all.push_back(message(Reset{40'000}));
   all.push_back(message(Beat{.resets = 3}));
+  all.push_back(message(Beat{.in_use = {Scheme::port, SchemeReason::link_lossy, Micros{9'000}, Micros{30'000}}}));
+  all.push_back(message(Hello{"hand", Role::haptic, std::nullopt, 0, ""}));
   all.push_back(message(MeshRequest{3}));
   MeshPiece mesh{0xabcdef, 1, 4, 116, {}, {}};
   for (std::uint32_t i = 0; i < kMaxPieceTriangles; ++i) mesh.triangles.push_back({i, i + 1, 70000 + i});

@@ -14,6 +14,7 @@ ClientOptions options_of(const std::string& station, const std::string& room) {
   options.hello.station = station;
   options.hello.alike = station == TouchStation::kName;
   options.hello.room = room;
+  options.hello.scheme = std::nullopt;
   options.guard.force_max_n = MouseDevice::kForceMaxN;
   return options;
 }

@@ -1,0 +1,31 @@
+#include "server/core/frame_costs.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+
+void FrameCosts::Mean::take(double sample_s) {
+  constexpr double kLeastS = 1e-6;  // what was measured is known, however short
+  const double sample = std::max(sample_s, kLeastS);
+  ++taken;
+  if (taken <= kFirst)
+    mean_s = taken == 1 ? sample : std::min(mean_s, sample);
+  else
+    mean_s += (std::min(sample, 4 * mean_s) - mean_s) / 8;
+}
+
+void FrameCosts::take_step(Micros took) { step_.take(seconds(took)); }
+
+void FrameCosts::take_patches(const Patches& patches, Micros passed) {
+  const double took_s = seconds(patches.took);
+  if (patches.nonlinear == 0) {
+    nonlinear_.mean_s *= std::exp2(-seconds(passed) / seconds(kForgotten));
+    if (patches.linear > 0) linear_.take(took_s / patches.linear);
+    return;
+  }
+  // Of a frame with both kinds the linear ones are taken to cost what they cost before.
+  nonlinear_.take((took_s - patches.linear * linear_.mean_s) / patches.nonlinear);
+}
+
+}  // namespace palpate

@@ -1,0 +1,123 @@
+// The scheme is left to the server: what hands get of it when patches cost this or that.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "bench/world/world.hpp"
+#include "client/device/replay_device.hpp"
+
+using namespace palpate;
+
+namespace {
+
+constexpr Micros kStep{5'000};
+constexpr Micros kCheap{6'000}, kDear{60'000};
+
+Scene scene_of(const char* name) { return load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/" + name); }
+
+/// Down onto the top of touch-cube at a place of its own, and slowly up and down there.
+Motion press(int k, double length_s) {
+  const Vec3 place(0.03 + 0.04 * (k % 2), 0.03 + 0.04 * (k / 2), 0.075);
+  std::vector<MotionPoint> points;
+  for (int i = 0; i <= static_cast<int>(length_s * 100); ++i) {
+    const double t = i * 1e-2;
+    points.push_back({t, place + Vec3(0, 0, 0.002 - 0.006 * std::min(1.0, t / 0.5) + 0.001 * std::sin(std::numbers::pi * t))});
+  }
+  return Motion(std::move(points));
+}
+
+ClientOptions hand(int k, SchemeAsked asked) {
+  ClientOptions options;
+  options.hello.station = "hand " + std::to_string(k);
+  options.hello.scheme = asked;
+  return options;
+}
+
+LinkSpec near_by() {
+  LinkSpec link;
+  link.latency = Micros{5'000};
+  return link;
+}
+
+WorldOptions charged(std::function<Micros(Micros)> cubic) {
+  WorldOptions options;
+  options.compute = kStep;
+  options.cubic_compute = std::move(cubic);
+  return options;
+}
+
+/// One hand for six seconds, whose nonlinear patches are dear from second 2 to 3.
+double hand_over_step_n(SchemeAsked asked, std::uint64_t& changes) {
+  const Scene scene = scene_of("touch-cube.json");
+  World world(scene, charged([](Micros t) { return t > Micros{2'000'000} && t < Micros{3'000'000} ? kDear : kCheap; }));
+  WorldStation& station = world.add_station(hand(0, asked), std::make_unique<ReplayDevice>(press(0, 6)), near_by());
+  world.run_until(Micros{5'000'000});
+  changes = station.core().schemes_felt().changes;
+  return station.core().haptic().counts().hand_over_step_max_n;
+}
+
+}  // namespace
+
+TEST_CASE("A hand that leaves the scheme to the server gets cubic while that fits, port while it does not, and cubic again") {
+  const Scene scene = scene_of("touch-cube.json");
+  World world(scene, charged([](Micros t) { return t > Micros{2'000'000} && t < Micros{3'000'000} ? kDear : kCheap; }));
+  WorldStation& station = world.add_station(hand(0, std::nullopt), std::make_unique<ReplayDevice>(press(0, 40)), near_by());
+  const ClientCore& core = station.core();
+  world.run_until(Micros{1'900'000});
+  CHECK(core.in_use().scheme == Scheme::cubic);
+  CHECK(core.in_use().reason == SchemeReason::fits);
+  CHECK(core.last_patch().scheme == Scheme::cubic);
+  CHECK(core.in_use().limit == Micros{35'000});  // 0.8 * 50 - 5 ms
+  CHECK(std::abs((core.in_use().cost - kCheap).count()) < 1'000);
+  world.run_until(Micros{2'900'000});
+  CHECK(core.in_use().scheme == Scheme::port);
+  CHECK(core.in_use().reason == SchemeReason::server_busy);
+  CHECK(core.last_patch().scheme == Scheme::port);
+  CHECK(world.server().counts().frames_busy < 10);
+  world.run_until(Micros{30'000'000});
+  CHECK(core.in_use().scheme == Scheme::cubic);
+  CHECK(core.last_patch().scheme == Scheme::cubic);
+  CHECK(core.schemes_felt().changes <= 4);
+}
+
+TEST_CASE("The change from one scheme to the other is felt no more than the change from one patch to the next") {
+  std::uint64_t changes = 0;
+  const double with_port = hand_over_step_n(Scheme::port, changes), with_cubic = hand_over_step_n(Scheme::cubic, changes);
+  const double with_both = hand_over_step_n(std::nullopt, changes);
+  CHECK(changes >= 1);
+  INFO(with_port << " " << with_cubic << " " << with_both);
+  CHECK(with_both <= 1.2 * std::max(with_port, with_cubic));
+}
+
+TEST_CASE(
+    "A room whose hands ask for more than it has time for skips frames, and keeps its rate where they leave it to the server") {
+  const Scene scene = scene_of("touch-cube.json");
+  const auto skipped = [&](SchemeAsked asked) {
+    World world(scene, charged([](Micros) { return Micros{15'000}; }));
+    for (int k = 0; k < 4; ++k) world.add_station(hand(k, asked), std::make_unique<ReplayDevice>(press(k, 6)), near_by());
+    world.run_until(Micros{5'000'000});
+    return world.server().counts().frames_busy;
+  };
+  CHECK(skipped(Scheme::cubic) > 20);
+  CHECK(skipped(std::nullopt) <= 3);
+}
+
+TEST_CASE("A link that loses more than a tenth gets port") {
+  const Scene scene = scene_of("touch-cube.json");
+  World world(scene, charged([](Micros) { return kCheap; }));
+  LinkSpec bad = near_by();
+  bad.loss = 0.25;
+  WorldStation& station = world.add_station(hand(0, std::nullopt), std::make_unique<ReplayDevice>(press(0, 6)), bad);
+  world.run_until(Micros{5'000'000});
+  CHECK(station.core().in_use().scheme == Scheme::port);
+  CHECK(station.core().in_use().reason == SchemeReason::link_lossy);
+}
+
+TEST_CASE("A nonlinear patch that never fits is tried ever more rarely") {
+  const Scene scene = scene_of("touch-cube.json");
+  World world(scene, charged([](Micros) { return kDear; }));
+  WorldStation& station = world.add_station(hand(0, std::nullopt), std::make_unique<ReplayDevice>(press(0, 70)), near_by());
+  world.run_until(Micros{60'000'000});
+  CHECK(station.core().schemes_felt().changes <= 8);
+  CHECK(world.server().counts().frames_busy < 25);
+}
