@@ -138,8 +138,9 @@ std::vector<LivePart> parts_of(const std::vector<LiveRow>& rows) {
 /// Of the live run.
 struct LiveFigures {
   double frame_ms_mean = 0, frame_ms_max = 0, skipped_pct = 0;
-  double without_terms_pct = 0;  ///< of the patches, those that lacked a piece of the terms that they were sent with
-  double late_pct = 0;           ///< of the ticks
+  double without_rollouts_pct = 0;  ///< of the frames that stepped the body
+  double without_terms_pct = 0;     ///< of the patches, those that lacked a piece of the terms that they were sent with
+  double late_pct = 0;              ///< of the ticks
 };
 
 LiveFigures figures_of(const LiveRun& run, const std::string& scheme) {
@@ -151,6 +152,7 @@ LiveFigures figures_of(const LiveRun& run, const std::string& scheme) {
   figures.frame_ms_max = 1e3 * seconds(server.frame_time_max);
   figures.skipped_pct =
       share_pct(static_cast<double>(server.frames_busy), static_cast<double>(server.frames + server.frames_busy));
+  figures.without_rollouts_pct = share_pct(static_cast<double>(server.frames_without_rollouts), stepped);
   if (scheme == "cubic") figures.without_terms_pct = 100 - share_pct(client("patches_bent"), client("patches_accepted"));
   figures.late_pct = share_pct(client("late_ticks"), client("ticks"));
   return figures;
@@ -158,9 +160,9 @@ LiveFigures figures_of(const LiveRun& run, const std::string& scheme) {
 
 void print(const LiveFigures& f) {
   fmt::print(
-      "\n  live: a frame takes {:.1f} ms in the mean and {:.1f} at most; {:.1f} % of the frames were skipped, {:.1f} % of the "
-      "patches\n  lacked some of their terms, {:.2f} % of the ticks woke late\n\n",
-      f.frame_ms_mean, f.frame_ms_max, f.skipped_pct, f.without_terms_pct, f.late_pct);
+      "\n  live: a frame takes {:.1f} ms in the mean and {:.1f} at most; {:.1f} % of the frames were skipped, {:.1f} % had no "
+      "time\n  for rollouts, {:.1f} % of the patches lacked some of their terms, {:.2f} % of the ticks woke late\n\n",
+      f.frame_ms_mean, f.frame_ms_max, f.skipped_pct, f.without_rollouts_pct, f.without_terms_pct, f.late_pct);
 }
 
 void print(const std::vector<LivePart>& parts) {
@@ -180,6 +182,7 @@ Json to_json(const LiveFigures& f, const std::vector<LiveRow>& rows, const std::
   Json json{{"frame_ms_mean", f.frame_ms_mean},
             {"frame_ms_max", f.frame_ms_max},
             {"frames_skipped_pct", f.skipped_pct},
+            {"frames_without_rollouts_pct", f.without_rollouts_pct},
             {"patches_without_terms_pct", f.without_terms_pct},
             {"ticks_late_pct", f.late_pct}};
   for (const LiveRow& row : rows) json["rows"].push_back(to_json(row));

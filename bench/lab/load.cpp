@@ -29,6 +29,7 @@ constexpr Row kRows[] = {
     {"solve", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(PatchPart::solve)]; }},
     {"basis", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(PatchPart::basis)]; }},
     {"project", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(PatchPart::project)]; }},
+    {"rollouts", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(PatchPart::rollouts)]; }},
     {"rest_of_patches", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(PatchPart::other)]; }},
     {"take", [](const ServerLoad& l) { return l.take_ms; }},
     {"emit", [](const ServerLoad& l) { return l.emit_ms; }},

@@ -184,12 +184,14 @@ void World::client_net() {
 }
 
 /// What the frame costs the server, in virtual time.
-void World::charge(FrameResult& result) const {
+void World::charge(const FrameJob& job, FrameResult& result) const {
   result.step_took = options_.compute;
   result.patches_took = Micros{};
   if (!options_.cubic_compute) return;
   for (const StationFrame& frame : result.stations)
     if (frame.patch && frame.patch->scheme == Scheme::cubic) result.patches_took += options_.cubic_compute(now_);
+  if (job.rollouts && result.patches_took > Micros{}) result.rollouts_took = options_.rollouts_compute;
+  result.patches_took += result.rollouts_took;
 }
 
 void World::server_net() {
@@ -201,7 +203,7 @@ void World::server_net() {
   room_started_ = true;
   if (auto job = server_->next_job(t)) {
     FrameResult result = run_frame(room_, *job);
-    charge(result);
+    charge(*job, result);
     if (const Micros took = result.step_took + result.patches_took; took > Micros{})
       computing_.push(now_ + took, {std::move(result)});
     else

@@ -35,8 +35,9 @@ struct WorldOptions {
   std::uint64_t seed = 1;  ///< of clock offsets; links have their own
   double server_drift_ppm = 0;
   double deadband = 0;  ///< of ServerOptions
-  std::function<Micros(Micros)> cubic_compute =
-      {};  ///< what each patch of `cubic` costs on top, at that world time; none: nothing
+  /// What each patch of `cubic` costs on top, at that world time; none: nothing.
+  std::function<Micros(Micros)> cubic_compute = {};
+  Micros rollouts_compute{};  ///< and the rollouts that they share
 };
 
 /// What a station does in its haptic tick; the default calls tick(). Experiments wrap it with a stopwatch.
@@ -168,7 +169,7 @@ class World {
   void haptic_ticks();
   void client_net();
   void server_net();
-  void charge(FrameResult& result) const;
+  void charge(const FrameJob& job, FrameResult& result) const;
   void send(PeerId peer, bool to_server, std::span<const std::byte> bytes);
   PeerId peer_of(std::size_t station);
   WorldStation& station_of(PeerId peer) { return *stations_[peers_[peer - 1]]; }

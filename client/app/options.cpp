@@ -46,7 +46,8 @@ void declare(CLI::App& app, Typed& typed) {
       ->type_name("NAME")
       ->capture_default_str();
   app.add_option("--room", typed.room, "Name of the room on the server; default: its first")->type_name("NAME");
-  app.add_option("--scheme", typed.scheme, "How the server answers touch; auto: cubic where there is time for it, port else")
+  app.add_option("--scheme", typed.scheme,
+                 "What patches are made of; auto: the server gives cubic (nonlinear) while it has the time, port (linear) else")
       ->type_name("NAME")
       ->capture_default_str();
   app.add_option("--order", typed.order, "States of a patch, 0: the server's default")->type_name("N")->capture_default_str();

@@ -13,6 +13,7 @@
 #include "client/io/haptic_loop.hpp"
 #include "client/io/udp_client.hpp"
 #include "common/io/monotonic.hpp"
+#include "common/port/scheme_in_use.hpp"
 
 namespace palpate {
 namespace {
@@ -179,6 +180,10 @@ class Judge {
     if (!v_.link_serves) return;
     constexpr double kRateLeastHz = 20, kRateMostHz = 60;
     const double wanted_hz = std::clamp(std::round(2e3 / std::max(f_.rtt_p50_ms, 1.0) / 5) * 5, kRateLeastHz, kRateMostHz);
+    say(f_.down.share > kNonlinearLossMost
+            ? fmt::format("the server gives scheme port here: cubic, which is truer, wants a link that loses at most {:.0f} %",
+                          100 * kNonlinearLossMost)
+            : std::string("the server gives scheme cubic here while it has the time, port else"));
     say(fmt::format("set: palpate-client --passivity {}", f_.oldest_patch_ms() > kAgeFeltMs ? "on" : "observe"));
     if (f_.rate_hz < 0.8 * wanted_hz)
       say(fmt::format(

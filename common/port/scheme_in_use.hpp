@@ -17,17 +17,20 @@ using SchemeAsked = std::optional<Scheme>;
 inline constexpr Scheme kWithoutChoice = Scheme::port;
 
 inline constexpr std::string_view kAutoName = "auto";
+/// Of the datagrams to a station that may get lost: a nonlinear patch takes several, and all of them have to come.
+inline constexpr double kNonlinearLossMost = 0.1;
 
 inline std::string_view name_of(SchemeAsked asked) { return asked ? name_of(*asked) : kAutoName; }
 
 /// Why a station gets the scheme that it gets.
 enum class SchemeReason : std::uint8_t {
-  not_said,       ///< by a server that knows no `auto`, or nothing was felt yet
-  asked,          ///< the station named the scheme
-  not_known_yet,  ///< what patches cost was not measured so far
-  fits,           ///< a nonlinear patch fits
-  server_busy,    ///< it does not fit the station's share of the frame
-  link_lossy,     ///< the link loses too much of it
+  not_said,               ///< by a server that knows no `auto`, or nothing was felt yet
+  asked,                  ///< the station named the scheme
+  not_known_yet,          ///< what patches cost was not measured so far
+  fits,                   ///< a nonlinear patch fits
+  fits_without_rollouts,  ///< it does, but there is no time to look where the hand may go
+  server_busy,            ///< it does not fit the station's share of the frame
+  link_lossy,             ///< the link loses too much of it
 };
 
 struct SchemeInUse {

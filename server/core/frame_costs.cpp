@@ -15,12 +15,18 @@ void FrameCosts::Mean::take(double sample_s) {
     mean_s += (std::min(sample, 4 * mean_s) - mean_s) / 8;
 }
 
+void FrameCosts::Mean::forget(Micros passed) { mean_s *= std::exp2(-seconds(passed) / seconds(kForgotten)); }
+
 void FrameCosts::take_step(Micros took) { step_.take(seconds(took)); }
 
 void FrameCosts::take_patches(const Patches& patches, Micros passed) {
-  const double took_s = seconds(patches.took);
+  if (patches.rollouts > Micros{})
+    rollouts_.take(seconds(patches.rollouts));
+  else
+    rollouts_.forget(passed);
+  const double took_s = seconds(patches.took - patches.rollouts);
   if (patches.nonlinear == 0) {
-    nonlinear_.mean_s *= std::exp2(-seconds(passed) / seconds(kForgotten));
+    nonlinear_.forget(passed);
     if (patches.linear > 0) linear_.take(took_s / patches.linear);
     return;
   }

@@ -74,6 +74,7 @@ FrameJob ServerCore::make_job(Micros target) const {
   job.begin = body_time_;
   job.target = target;
   job.frame = from_seconds(1 / options_.rate_hz);
+  job.rollouts = rollouts_.taken();
   for (const auto& [id, station] : stations_) {
     if (station.views()) ask_for_shapes(station.shape, job);
     if (station.pushes() && !station.timeline.empty()) job.stations.push_back(make_station_job(station, target));
@@ -161,26 +162,39 @@ void ServerCore::count(const FrameResult& result, Micros took) {
 void ServerCore::learn_costs(const FrameResult& result) {
   if (result.failed || result.asleep || result.step_took == Micros{}) return;
   costs_.take_step(result.step_took);
-  FrameCosts::Patches patches{result.patches_took, 0, 0};
+  FrameCosts::Patches patches{result.patches_took, result.rollouts_took, 0, 0};
   for (const StationFrame& frame : result.stations) {
     const auto station = stations_.find(frame.id);
     if (!frame.patch || station == stations_.end()) continue;
     if (frame.patch->scheme != station->second.in_use.scheme) return;
     ++(frame.patch->scheme == Scheme::cubic ? patches.nonlinear : patches.linear);
   }
+  if (patches.nonlinear == 0) patches.rollouts = {};
+  counts_.frames_without_rollouts += patches.nonlinear > 0 && !rollouts_.taken();
   costs_.take_patches(patches, result.stamp - body_time_);
 }
 
-/// For the frame that is about to be made.
-void ServerCore::choose_schemes(Micros now) {
-  SchemeCost cost{from_seconds(1 / options_.rate_hz), costs_.step(), Micros{}, costs_.nonlinear(), 0};
+/// For the frame that is about to be made: the scheme of each station, then whether there is time for rollouts as well.
+void ServerCore::choose_detail(Micros now) {
+  DetailCost cost{from_seconds(1 / options_.rate_hz), costs_.step(), Micros{}, costs_.nonlinear(), 0};
   for (const auto& [id, station] : stations_) {
     if (station.views()) continue;
     if (!station.hello.scheme)
-      ++cost.stations;
+      ++cost.shares;
     else
       cost.others += station.hello.scheme == Scheme::cubic ? costs_.nonlinear() : costs_.linear();
   }
+  choose_schemes(cost, now);
+  DetailCost all{cost.frame, cost.body, cost.others, costs_.rollouts(), 1};
+  for (const auto& [id, station] : stations_)
+    if (station.chosen()) all.others += station.in_use.scheme == Scheme::cubic ? costs_.nonlinear() : costs_.linear();
+  rollouts_.decide(all, 0, now);
+  for (auto& [id, station] : stations_)
+    if (station.chosen() && station.in_use.reason == SchemeReason::fits && !rollouts_.taken())
+      station.in_use.reason = SchemeReason::fits_without_rollouts;
+}
+
+void ServerCore::choose_schemes(const DetailCost& cost, Micros now) {
   for (auto& [id, station] : stations_) {
     if (station.views()) continue;
     const SchemeInUse before = station.in_use;
@@ -189,7 +203,7 @@ void ServerCore::choose_schemes(Micros now) {
       continue;
     }
     const bool nonlinear = station.choice.decide(cost, station.lost, now);
-    station.in_use = {nonlinear ? Scheme::cubic : Scheme::port, station.choice.reason(), cost.nonlinear, SchemeChoice::has(cost)};
+    station.in_use = {nonlinear ? Scheme::cubic : Scheme::port, station.choice.reason(), cost.cost, DetailChoice::left(cost)};
     const bool was_known = before.reason > SchemeReason::not_known_yet,
                known = station.choice.reason() > SchemeReason::not_known_yet;
     if (on_scheme && known && (!was_known || before.scheme != station.in_use.scheme))

@@ -36,7 +36,7 @@ void ServerCore::tick(Micros now) {
     return beat_all();
   }
   lag_ = now - target;
-  choose_schemes(now);
+  choose_detail(now);
   job_ = make_job(target);
 }
 

@@ -94,9 +94,10 @@ struct ServerCounts {
   std::uint64_t resets = 0;            ///< of the body
   std::uint64_t answers_withheld = 0;  ///< larger than the question, or too many at once
   std::uint64_t frames = 0, frames_failed = 0;
-  std::uint64_t frames_busy = 0;     ///< skipped: one before was still being computed when the next fell due
-  std::uint64_t frames_waiting = 0;  ///< skipped: no newer samples
-  std::uint64_t frames_asleep = 0;   ///< of `frames`: the body slept and was not stepped
+  std::uint64_t frames_busy = 0;              ///< skipped: one before was still being computed when the next fell due
+  std::uint64_t frames_waiting = 0;           ///< skipped: no newer samples
+  std::uint64_t frames_asleep = 0;            ///< of `frames`: the body slept and was not stepped
+  std::uint64_t frames_without_rollouts = 0;  ///< of `frames`: there was no time for them
   std::uint64_t steps = 0, cut_steps = 0;
   Micros frame_time_sum{}, frame_time_max{};  ///< from next_job() to finish()
   Micros simulated{}, stepping{};             ///< by frames that stepped the body; their part of frame_time_sum
@@ -176,7 +177,8 @@ class ServerCore {
   void note_due(bool skipped);
   void count(const FrameResult& result, Micros took);
   void learn_costs(const FrameResult& result);
-  void choose_schemes(Micros now);
+  void choose_detail(Micros now);
+  void choose_schemes(const DetailCost& cost, Micros now);
   Micros due(std::uint64_t frame) const;
   Micros playout(Micros now) const;
   FrameJob make_job(Micros target) const;
@@ -228,6 +230,7 @@ class ServerCore {
   Pace pace_;
   FrameMeter meter_;
   FrameCosts costs_;
+  DetailChoice rollouts_;
   ShapeStream shapes_;
   ServerCounts counts_;
 };

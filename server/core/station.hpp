@@ -9,8 +9,8 @@
 #include "common/session/loss_meter.hpp"
 #include "common/session/seq_tracker.hpp"
 #include "common/wire/messages.hpp"
+#include "server/core/detail_choice.hpp"
 #include "server/core/jitter_buffer.hpp"
-#include "server/core/scheme_choice.hpp"
 #include "server/core/shape_stream.hpp"
 #include "server/core/timeline.hpp"
 
@@ -55,7 +55,7 @@ struct Station {
   int patch_copies = 2;     ///< datagrams that carry each patch to it: what it loses decides, once it has said
   bool loss_known = false;  ///< it has said what it loses
   double lost = 0;          ///< share of the datagrams to it that get lost, as it says
-  SchemeChoice choice;      ///< where it left the scheme to us
+  DetailChoice choice;      ///< where it left the scheme to us
   SchemeInUse in_use;       ///< in the frame that is out, or was last
   int longest_run = 0;      ///< of datagrams to it that got lost one after the other, as it says
   struct SentPatch {
@@ -82,6 +82,8 @@ struct Station {
 
   bool pushes() const { return hello.role == Role::haptic && hello.shadow_of.empty(); }
   bool views() const { return hello.role == Role::viewer; }
+  /// Whether it left the scheme to us.
+  bool chosen() const { return !views() && !hello.scheme; }
 };
 
 /// For reports.

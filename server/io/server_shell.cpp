@@ -25,9 +25,10 @@ std::string frame_figures(const ServerCounts& before, const ServerCounts& after,
   const auto time = after.frame_time_sum - before.frame_time_sum, stepping = after.stepping - before.stepping;
   const double faster = seconds(after.simulated - before.simulated) / std::max(seconds(stepping), 1e-9);
   return fmt::format(
-      "{} frames, {} of them asleep, {:.2f} ms mean, {:.2f} ms max, {}, {} skipped, {} failed, {} cut steps, {} datagrams "
-      "dropped",
-      frames, after.frames_asleep - before.frames_asleep, frames ? ms(time) / static_cast<double>(frames) : 0, ms(longest),
+      "{} frames, {} of them asleep, {} without rollouts, {:.2f} ms mean, {:.2f} ms max, {}, {} skipped, {} failed, {} cut "
+      "steps, {} datagrams dropped",
+      frames, after.frames_asleep - before.frames_asleep, after.frames_without_rollouts - before.frames_without_rollouts,
+      frames ? ms(time) / static_cast<double>(frames) : 0, ms(longest),
       stepping > Micros{} ? fmt::format("{:.1f} x real time", faster) : "never stepped", after.frames_busy - before.frames_busy,
       after.frames_failed - before.frames_failed, after.cut_steps - before.cut_steps, after.dropped_all() - before.dropped_all());
 }
@@ -38,18 +39,29 @@ std::vector<ServerRooms::RoomSpec> specs_of(const std::vector<NamedScene>& scene
   return specs;
 }
 
+}  // namespace
+
+ServerShell::Body::Body(const Scene& scene, std::size_t threads) : crew(threads), room(scene) {
+  room.employ(crew);
+  room.listen([this](PatchPart part) {
+    const Micros now = monotonic_now();
+    if (std::exchange(in_rollouts, part == PatchPart::rollouts)) rollouts_took += now - rollouts_began;
+    if (in_rollouts) rollouts_began = now;
+  });
+}
+
 /// Of the clock on the wall: a frame that others keep from the processor is as late as one that is long.
-FrameResult run_measured(Room& room, const FrameJob& job) {
+FrameResult ServerShell::Body::run(const FrameJob& job) {
+  rollouts_took = {};
   const Micros began = monotonic_now();
   FrameResult result = room.simulate(job);
   const Micros stepped = monotonic_now();
   room.build_patches(job, result);
   result.step_took = std::max(stepped - began, Micros{1});
   result.patches_took = monotonic_now() - stepped;
+  if (job.rollouts) result.rollouts_took = rollouts_took;
   return result;
 }
-
-}  // namespace
 
 ServerShell::ServerShell(const std::vector<NamedScene>& scenes, const ShellOptions& options, Say say)
     : say_(std::move(say)),
@@ -132,7 +144,7 @@ void ServerShell::hand_out(std::size_t k, FrameJob job) {
   if (body.recorder) body.recorder->begin_frame(job, monotonic_now());
   asio::post(*pool_, [this, k, &body, job = std::move(job)] {
     try {
-      auto result = run_measured(body.room, job);
+      auto result = body.run(job);
       asio::post(io_, [this, k, result = std::move(result)]() mutable {
         const auto now = monotonic_now();
         if (bodies_[k]->recorder) bodies_[k]->recorder->end_frame(result, cores_[k], now);

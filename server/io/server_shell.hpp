@@ -75,11 +75,13 @@ class ServerShell {
   static constexpr Micros kReportEvery{5'000'000}, kRecordEvery{200'000};
 
   struct Body {
-    Body(const Scene& scene, std::size_t threads) : crew(threads), room(scene) { room.employ(crew); }
+    Body(const Scene& scene, std::size_t threads);
+    FrameResult run(const FrameJob& job);
     SpinningCrew crew;
     Room room;  ///< used by the job that is out, by none other
-    bool started = false;
-    ServerCounts reported;  ///< counts at the last report
+    bool started = false, in_rollouts = false;
+    Micros rollouts_began{}, rollouts_took{};  ///< of the job that is out
+    ServerCounts reported;                     ///< counts at the last report
     std::unique_ptr<RoomRecorder> recorder;
     std::unique_ptr<RecordFile> file;
   };

@@ -11,8 +11,9 @@ enum class PatchPart : std::uint8_t {
   solve,      ///< with P
   basis,      ///< orthonormal directions
   project,    ///< K and D on them, and the modes of the pair
+  rollouts,   ///< where the body is when hands move on, before nonlinear patches
   other       ///< where tools stand, the local surface, what is left
 };
-inline constexpr std::size_t kPatchParts = 5;
+inline constexpr std::size_t kPatchParts = 6;
 
 }  // namespace palpate

@@ -44,10 +44,11 @@ struct FrameJob {
   Micros frame{};                    ///< nominal length of a frame; one that has fallen far behind takes longer steps, 0 = never
   std::vector<StationJob> stations;  ///< a station that is missing has left: its tool lets go
   bool reset = false;                ///< the body is put back to rest at `begin`, and every tool let go of (room_reset.cpp)
-  bool may_sleep = true;             ///< else the body is stepped whatever it does, to measure by
-  bool shapes = false;               ///< fill FrameResult::positions
-  bool tension = false;              ///< and FrameResult::tension
-  bool support = false;              ///< and FrameResult::support
+  bool rollouts = true;   ///< before nonlinear patches the body is stepped ahead as hands may move on (room_futures.cpp)
+  bool may_sleep = true;  ///< else the body is stepped whatever it does, to measure by
+  bool shapes = false;    ///< fill FrameResult::positions
+  bool tension = false;   ///< and FrameResult::tension
+  bool support = false;   ///< and FrameResult::support
 };
 
 struct StationFrame {
@@ -68,7 +69,7 @@ struct FrameResult {
   bool failed = false;  ///< the step did not converge: no patches, the body was put back
   bool asleep = false;  ///< the body was not stepped, or need not be from here on until a tool comes (stillness.hpp)
   // By whoever ran the job, 0 = not measured:
-  Micros step_took{}, patches_took{};
+  Micros step_took{}, patches_took{}, rollouts_took{};  ///< the last is part of the second
 };
 
 /// Where a tool should start: rest position of the attached node, or a point 20 mm above the top of the body.

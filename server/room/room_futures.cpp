@@ -112,7 +112,7 @@ void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t
     const std::size_t which = *port_of(job.stations[k]);
     if (!kept_for(job.stations[k], which)) feeling.push_back(which);
   }
-  if (feeling.empty()) return;
+  if (feeling.empty() || !job.rollouts) return;
   std::vector<Vector> going_on, others;
   if (!asleep) going_on = as_hands_may_move(bridge);
   const double weight = going_on.empty() ? kRemembered : kBesideFutures;

@@ -34,7 +34,9 @@ std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
     if (gets_patch.back() && !kept_for(j, *which))
       frame_model.want(*which, stations.at(j.id).builder->expected_slide(request_of(j)));
   }
+  frame_model.enter(PatchPart::rollouts);
   look_ahead(job, gets_patch, bridges);
+  frame_model.enter(PatchPart::other);
   return gets_patch;
 }
 

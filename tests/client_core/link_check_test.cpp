@@ -76,6 +76,18 @@ TEST_CASE("a good link is measured as what it is, and serves") {
   const LinkVerdict verdict = judge(f);
   CHECK(verdict.link_serves);
   CHECK(says(verdict, "set: palpate-client --passivity"));
+  CHECK(says(verdict, "gives scheme cubic"));
+}
+
+TEST_CASE("a link that loses too much for nonlinear patches is said to get linear ones") {
+  LinkFigures f;
+  f.joined = true;
+  f.rate_hz = 20;
+  f.rtt_p50_ms = f.rtt_p99_ms = 40;
+  f.down = {0.15, 2};
+  const LinkVerdict verdict = judge(f);
+  REQUIRE(verdict.link_serves);
+  CHECK(says(verdict, "gives scheme port"));
 }
 
 TEST_CASE("a bad link is measured as what it is, and does not serve") {

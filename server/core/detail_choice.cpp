@@ -1,45 +1,45 @@
-#include "server/core/scheme_choice.hpp"
+#include "server/core/detail_choice.hpp"
 
 #include <algorithm>
 
 namespace palpate {
 
-Micros SchemeChoice::has(const SchemeCost& cost) {
+Micros DetailChoice::left(const DetailCost& cost) {
   const Micros most = from_seconds(kShareOfFrame * seconds(cost.frame));
-  return std::max(Micros{}, most - cost.body - cost.others) / std::max(1, cost.stations);
+  return std::max(Micros{}, most - cost.body - cost.others) / std::max(1, cost.shares);
 }
 
 /// `fits`, or nothing known, where there is none within `share` of what there is.
-SchemeReason SchemeChoice::objection(const SchemeCost& cost, double lost, double share) const {
-  if (lost > share * kLostMost) return SchemeReason::link_lossy;
-  if (cost.nonlinear == Micros{}) return SchemeReason::not_known_yet;
-  if (seconds(cost.nonlinear) > share * seconds(has(cost))) return SchemeReason::server_busy;
+SchemeReason DetailChoice::objection(const DetailCost& cost, double lost, double share) const {
+  if (lost > share * kNonlinearLossMost) return SchemeReason::link_lossy;
+  if (cost.cost == Micros{}) return SchemeReason::not_known_yet;
+  if (seconds(cost.cost) > share * seconds(left(cost))) return SchemeReason::server_busy;
   return SchemeReason::fits;
 }
 
-void SchemeChoice::change(bool nonlinear, Micros now) {
-  if (!nonlinear)
+void DetailChoice::change(bool taken, Micros now) {
+  if (!taken)
     comes_back_after_ = now - changed_ < kStayed ? std::min(2 * comes_back_after_, kComesBackAfterMost) : kComesBackAfter;
-  nonlinear_ = nonlinear;
+  taken_ = taken;
   changed_ = now;
   ++changes_;
 }
 
-bool SchemeChoice::decide(const SchemeCost& cost, double lost, Micros now) {
-  const SchemeReason bad = objection(cost, lost, nonlinear_ || !began_ ? 1.0 : kComesBackBelow);
+bool DetailChoice::decide(const DetailCost& cost, double lost, Micros now) {
+  const SchemeReason bad = objection(cost, lost, taken_ || !began_ ? 1.0 : kComesBackBelow);
   const bool fits = bad == SchemeReason::fits || bad == SchemeReason::not_known_yet;
   if (!began_) {
     began_ = true;
-    nonlinear_ = fits;
+    taken_ = fits;
     reason_ = bad;
     changed_ = now;
-    return nonlinear_;
+    return taken_;
   }
-  if (nonlinear_) {
+  if (taken_) {
     if (!fits) change(false, now);
     reason_ = bad;
     objected_ = !fits;
-    return nonlinear_;
+    return taken_;
   }
   if (!fits) {
     objected_ = true;

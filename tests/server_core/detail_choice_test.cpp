@@ -1,4 +1,4 @@
-#include "server/core/scheme_choice.hpp"
+#include "server/core/detail_choice.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -8,9 +8,9 @@ namespace {
 
 constexpr Micros kFrame{50'000};
 
-SchemeCost cost_of(Micros nonlinear, int stations = 1) { return {kFrame, Micros{5'000}, Micros{}, nonlinear, stations}; }
+DetailCost cost_of(Micros nonlinear, int stations = 1) { return {kFrame, Micros{5'000}, Micros{}, nonlinear, stations}; }
 
-std::uint32_t changes_in(SchemeChoice& choice, double length_s, const auto& cost_at) {
+std::uint32_t changes_in(DetailChoice& choice, double length_s, const auto& cost_at) {
   for (Micros t{}; t < from_seconds(length_s); t += kFrame) choice.decide(cost_at(t), 0, t);
   return choice.changes();
 }
@@ -18,18 +18,18 @@ std::uint32_t changes_in(SchemeChoice& choice, double length_s, const auto& cost
 }  // namespace
 
 TEST_CASE("a nonlinear patch that fits its share of the frame is taken at once, and port where it does not") {
-  SchemeChoice one, four, lossy;
+  DetailChoice one, four, lossy;
   CHECK(one.decide(cost_of(Micros{30'000}), 0, {}));  // 0.8 * 50 - 5 = 35 ms
   CHECK(one.reason() == SchemeReason::fits);
   CHECK_FALSE(four.decide(cost_of(Micros{30'000}, 4), 0, {}));
   CHECK(four.reason() == SchemeReason::server_busy);
-  CHECK(SchemeChoice::has(cost_of(Micros{30'000}, 4)) == Micros{8'750});
+  CHECK(DetailChoice::left(cost_of(Micros{30'000}, 4)) == Micros{8'750});
   CHECK_FALSE(lossy.decide(cost_of(Micros{30'000}), 0.12, {}));
   CHECK(lossy.reason() == SchemeReason::link_lossy);
 }
 
 TEST_CASE("a nonlinear patch is given up in the frame in which it does not fit, and comes back two seconds after it fits again") {
-  SchemeChoice choice;
+  DetailChoice choice;
   const Micros dear_from{10'000'000}, dear_to{20'000'000};
   Micros gone{}, back{};
   for (Micros t{}; t < Micros{40'000'000}; t += kFrame) {
@@ -39,13 +39,13 @@ TEST_CASE("a nonlinear patch is given up in the frame in which it does not fit, 
     if (nonlinear && gone > Micros{} && back == Micros{}) back = t;
   }
   CHECK(gone == dear_from);
-  CHECK(back >= dear_to + SchemeChoice::kComesBackAfter);
-  CHECK(back <= dear_to + 2 * SchemeChoice::kComesBackAfter + kFrame);
+  CHECK(back >= dear_to + DetailChoice::kComesBackAfter);
+  CHECK(back <= dear_to + 2 * DetailChoice::kComesBackAfter + kFrame);
   CHECK(choice.changes() == 2);
 }
 
 TEST_CASE("what nobody has measured is tried, but not over a link that loses much") {
-  SchemeChoice open, lossy;
+  DetailChoice open, lossy;
   CHECK(open.decide(cost_of(Micros{}), 0, {}));
   CHECK(open.reason() == SchemeReason::not_known_yet);
   CHECK_FALSE(open.decide(cost_of(Micros{36'000}), 0, kFrame));
@@ -54,7 +54,7 @@ TEST_CASE("what nobody has measured is tried, but not over a link that loses muc
 }
 
 TEST_CASE("a cost that swings about the threshold does not make the scheme flap") {
-  SchemeChoice near, far;
+  DetailChoice near, far;
   // Within the hysteresis: given up once, never back.
   CHECK(changes_in(near, 600,
                    [](Micros t) { return cost_of(t.count() % 300'000 < 150'000 ? Micros{34'000} : Micros{36'000}); }) <= 1);
