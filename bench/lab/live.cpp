@@ -1,13 +1,14 @@
 // palpate-lab live: a hand over a bad link in real time, beside the same hand in virtual time, and what each cause takes of it.
 //
-// In virtual time the same motion goes over the same kind of link with the same scheme: with a server that takes for every frame
-// what the live one took in the mean; then without jitter, without loss, without both, and without computing as well. So the
-// difference of neighbouring rows is what one cause takes. What is left between the first two rows is what only real time has:
-// frames that came late or were skipped, threads that woke late, and other draws of the same link.
+// In virtual time the same motion goes over the same kind of link with the same scheme: with a server whose frames take what the
+// live one's took, one by one; then each what they took in the mean; then also without jitter, without loss, without both, and
+// without computing. So the difference of neighbouring rows is what one cause takes. What is left between the first two rows is
+// what only real time has: rollouts that were left out, threads that woke late, and other draws of the same link.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <iterator>
+#include <numeric>
 #include <vector>
 
 #include "bench/lab/experiments.hpp"
@@ -64,23 +65,29 @@ LiveRow row_of(const std::string& name, const ReplayResult& result) {
   return row;
 }
 
+enum class Computing { frame_by_frame, mean, none };
 struct Variant {
   const char* name;
-  bool jitter, loss, computes;
+  bool jitter, loss;
+  Computing computing;
 };
-constexpr Variant kVirtual[] = {{"virtual, same link", true, true, true},
-                                {"without jitter", false, true, true},
-                                {"without loss", true, false, true},
-                                {"without both", false, false, true},
-                                {"and no computing", false, false, false}};
+constexpr Variant kVirtual[] = {{"virtual, same link", true, true, Computing::frame_by_frame},
+                                {"all frames alike", true, true, Computing::mean},
+                                {"without jitter", false, true, Computing::mean},
+                                {"without loss", true, false, Computing::mean},
+                                {"without both", false, false, Computing::mean},
+                                {"and no computing", false, false, Computing::none}};
 
 std::vector<ReplayResult> in_virtual_time(const Flags& flags, const Scene& scene, const Motion& motion,
-                                          const ReferenceForce& reference, double compute_ms) {
+                                          const ReferenceForce& reference, const std::vector<Micros>& frame_times) {
+  const Micros sum = std::accumulate(frame_times.begin(), frame_times.end(), Micros{});
+  const Micros mean = frame_times.empty() ? Micros{} : sum / static_cast<std::int64_t>(frame_times.size());
   std::vector<ReplayResult> results(std::size(kVirtual));
   run_all(results.size(), [&](std::size_t k) {
     ReplayOptions options = replay_options(flags.scheme, 0, flags.link);
     options.reference = &reference;
-    options.compute = kVirtual[k].computes ? from_seconds(1e-3 * compute_ms) : Micros{};
+    if (kVirtual[k].computing == Computing::frame_by_frame) options.frame_times = frame_times;
+    if (kVirtual[k].computing == Computing::mean) options.compute = mean;
     if (!kVirtual[k].jitter) options.link.jitter = Micros{};
     if (!kVirtual[k].loss) options.link.loss = 0;
     results[k] = replay(scene, motion, options, stopwatch_ns);
@@ -124,14 +131,15 @@ struct LivePart {
 
 /// Rows: live, then kVirtual.
 std::vector<LivePart> parts_of(const std::vector<LiveRow>& rows) {
-  const double live = rows[0].snr_db, same = rows[1].snr_db, no_jitter = rows[2].snr_db, no_loss = rows[3].snr_db,
-               neither = rows[4].snr_db, all = rows[5].snr_db;
+  const double live = rows[0].snr_db, same = rows[1].snr_db, alike = rows[2].snr_db, no_jitter = rows[3].snr_db,
+               no_loss = rows[4].snr_db, neither = rows[5].snr_db, all = rows[6].snr_db;
   return {{"real time", same - live},
-          {"jitter, with loss there", no_jitter - same},
-          {"loss, with jitter there", no_loss - same},
+          {"frames that differ", alike - same},
+          {"jitter, with loss there", no_jitter - alike},
+          {"loss, with jitter there", no_loss - alike},
           {"jitter alone", neither - no_loss},
           {"loss alone", neither - no_jitter},
-          {"jitter and loss", neither - same},
+          {"jitter and loss", neither - alike},
           {"computing", all - neither}};
 }
 
@@ -216,7 +224,7 @@ int run_live_experiment(const Flags& flags) {
   fmt::print("then the same in virtual time, {} runs\n", std::size(kVirtual));
   std::fflush(stdout);
   const ReferenceForce reference = reference_of(scene, motion);
-  const auto results = in_virtual_time(flags, scene, motion, reference, figures.frame_ms_mean);
+  const auto results = in_virtual_time(flags, scene, motion, reference, run.frame_times);
 
   std::vector<LiveRow> rows{row_of(run, reference_force(scene, run.report.positions))};
   for (std::size_t k = 0; k < results.size(); ++k) rows.push_back(row_of(kVirtual[k].name, results[k]));

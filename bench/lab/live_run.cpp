@@ -14,7 +14,9 @@
 #include <vector>
 
 #include "common/base/error.hpp"
+#include "common/io/mapped_file.hpp"
 #include "common/io/udp_relay.hpp"
+#include "common/record/reader.hpp"
 #include "server/io/server_shell.hpp"
 
 extern char** environ;
@@ -27,8 +29,12 @@ constexpr const char* kAnyPort = "127.0.0.1:0";
 /// palpate-server with one room and one thread for it, until stop().
 class LiveServer {
  public:
-  explicit LiveServer(const LiveSetting& setting)
-      : shell_({{"live", setting.scene}}, {.listen = kAnyPort, .rate_hz = setting.rate_hz}, [](const std::string&) {}),
+  LiveServer(const LiveSetting& setting, const std::filesystem::path& recording)
+      : shell_({{"live", setting.scene}},
+               {.listen = kAnyPort,
+                .rate_hz = setting.rate_hz,
+                .record = {.file = recording.string(), .shapes_hz = 0, .program = "palpate-lab live"}},
+               [](const std::string&) {}),
         thread_([this] { run(); }) {}
   ~LiveServer() {
     if (thread_.joinable()) end();
@@ -101,13 +107,25 @@ void run_program(const std::filesystem::path& program, std::vector<std::string> 
   if (status != 0) throw std::runtime_error(fmt::format("{} failed; {} says why", program.filename().string(), log.string()));
 }
 
+std::vector<Micros> frame_times(const std::filesystem::path& file) {
+  const MappedFile bytes(file);
+  const RecordingReader recording(bytes.bytes(), file.string());
+  std::vector<Micros> times;
+  for (std::size_t k = 0; k < recording.blocks().size(); ++k)
+    if (const auto block = recording.read(k))
+      for (const RecordedFrame& frame : block->frames)
+        if (frame.steps > 0) times.push_back(frame.took);
+  return times;
+}
+
 Json read_json(const std::filesystem::path& file) { return Json::parse(std::ifstream(file)); }
 
 }  // namespace
 
 LiveRun run_live(const LiveSetting& setting) {
   const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe").parent_path();
-  LiveServer server(setting);
+  const std::filesystem::path recording = setting.folder / "live.rec";
+  LiveServer server(setting, recording);
   {
     const LiveRelay relay(server.address(), setting.each_way);
     run_program(here / "palpate-client",
@@ -115,7 +133,9 @@ LiveRun run_live(const LiveSetting& setting) {
                  setting.scheme, "--passivity", "off", "--report", setting.folder.string()},
                 setting.folder / "client.log");
   }
-  return {read_client_report(setting.folder, setting.scheme), read_json(setting.folder / "summary.json"), server.stop()};
+  const ServerCounts counts = server.stop();
+  return {read_client_report(setting.folder, setting.scheme), read_json(setting.folder / "summary.json"), counts,
+          frame_times(recording)};
 }
 
 }  // namespace palpate

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "bench/lab/client_report.hpp"
 #include "bench/lab/output.hpp"
@@ -21,13 +22,14 @@ struct LiveSetting {
   std::string scheme;
   LinkSpec each_way;
   double rate_hz = 20;
-  std::filesystem::path folder;  ///< for the client's report and log
+  std::filesystem::path folder;  ///< for the client's report and log, and the room's recording
 };
 
 struct LiveRun {
   ClientReport report;
-  Json client;          ///< summary.json of its report
-  ServerCounts server;  ///< of the whole run, before and after the motion too
+  Json client;                      ///< summary.json of its report
+  ServerCounts server;              ///< of the whole run, before and after the motion too
+  std::vector<Micros> frame_times;  ///< of the frames that stepped the body
 };
 
 /// InputError when palpate-client is not beside this program, std::runtime_error when a part of the run fails.

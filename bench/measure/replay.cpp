@@ -178,8 +178,12 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
                                           const Stopwatch& stopwatch) {
   const auto n = motions.size();
   std::vector<ReplayResult> results(n);
-  World world(scene,
-              {.rate_hz = options.rate_hz, .compute = options.compute, .seed = options.seed, .deadband = options.deadband});
+  WorldOptions in{.rate_hz = options.rate_hz, .compute = options.compute, .seed = options.seed, .deadband = options.deadband};
+  if (!options.frame_times.empty())
+    in.frame_times = [&times = options.frame_times, k = std::size_t{0}](Micros, const FrameJob&, const FrameResult& r) mutable {
+      return FrameTimes{.step = r.steps > 0 ? times[k++ % times.size()] : Micros{}};
+    };
+  World world(scene, in);
   std::vector<WorldStation*> stations;
   for (std::size_t k = 0; k < n; ++k) stations.push_back(&add_station(world, motions[k], options, k));
 

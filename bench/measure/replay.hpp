@@ -22,6 +22,8 @@ struct ReplayOptions {
   std::vector<LinkSpec> links = {};  ///< of several stations, one each; none: `link` for all
   std::uint64_t seed = 1;
   Micros compute{};
+  /// Instead of `compute`, when there are any: of the frames that step the body, one after the other, and again from the first.
+  std::vector<Micros> frame_times = {};
   bool simulated_device = false;              ///< a Phantom in a hand that follows the motion, instead of the motion itself
   const ReferenceForce* reference = nullptr;  ///< of the same path, when known: without a simulated device runs share it
   PassivityMode passivity = PassivityMode::off;

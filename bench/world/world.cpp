@@ -185,13 +185,10 @@ void World::client_net() {
 
 /// What the frame costs the server, in virtual time.
 void World::charge(const FrameJob& job, FrameResult& result) const {
-  result.step_took = options_.compute;
-  result.patches_took = Micros{};
-  if (!options_.cubic_compute) return;
-  for (const StationFrame& frame : result.stations)
-    if (frame.patch && frame.patch->scheme == Scheme::cubic) result.patches_took += options_.cubic_compute(now_);
-  if (job.rollouts && result.patches_took > Micros{}) result.rollouts_took = options_.rollouts_compute;
-  result.patches_took += result.rollouts_took;
+  const FrameTimes times = options_.frame_times ? options_.frame_times(now_, job, result) : FrameTimes{.step = options_.compute};
+  result.step_took = times.step;
+  result.patches_took = times.patches;
+  result.rollouts_took = times.rollouts;
 }
 
 void World::server_net() {

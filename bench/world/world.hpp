@@ -29,15 +29,19 @@
 
 namespace palpate {
 
+/// What a frame costs the server; `patches` with the rollouts.
+struct FrameTimes {
+  Micros step{}, patches{}, rollouts{};
+};
+
 struct WorldOptions {
   double rate_hz = 20;
   Micros compute{};        ///< from frame to patch: what a frame costs the server in virtual time
   std::uint64_t seed = 1;  ///< of clock offsets; links have their own
   double server_drift_ppm = 0;
   double deadband = 0;  ///< of ServerOptions
-  /// What each patch of `cubic` costs on top, at that world time; none: nothing.
-  std::function<Micros(Micros)> cubic_compute = {};
-  Micros rollouts_compute{};  ///< and the rollouts that they share
+  /// Instead of `compute`, when given: of a frame that begins at that world time and comes out so.
+  std::function<FrameTimes(Micros, const FrameJob&, const FrameResult&)> frame_times = {};
 };
 
 /// What a station does in its haptic tick; the default calls tick(). Experiments wrap it with a stopwatch.

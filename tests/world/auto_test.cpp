@@ -39,10 +39,17 @@ LinkSpec near_by() {
   return link;
 }
 
-WorldOptions charged(std::function<Micros(Micros)> cubic) {
+/// Each patch of `cubic` costs that much at that world time, and the rollouts that they share `rollouts`.
+WorldOptions charged(std::function<Micros(Micros)> cubic, Micros rollouts = {}) {
   WorldOptions options;
-  options.compute = kStep;
-  options.cubic_compute = std::move(cubic);
+  options.frame_times = [cubic = std::move(cubic), rollouts](Micros now, const FrameJob& job, const FrameResult& result) {
+    FrameTimes times{.step = kStep};
+    for (const StationFrame& frame : result.stations)
+      if (frame.patch && frame.patch->scheme == Scheme::cubic) times.patches += cubic(now);
+    if (job.rollouts && times.patches > Micros{}) times.rollouts = rollouts;
+    times.patches += times.rollouts;
+    return times;
+  };
   return options;
 }
 
@@ -125,9 +132,7 @@ TEST_CASE("A nonlinear patch that never fits is tried ever more rarely") {
 
 TEST_CASE("A room that has time for nonlinear patches and not for rollouts leaves the rollouts out and keeps scheme and rate") {
   const Scene scene = scene_of("touch-cube.json");
-  WorldOptions options = charged([](Micros) { return Micros{20'000}; });
-  options.rollouts_compute = Micros{30'000};
-  World world(scene, options);
+  World world(scene, charged([](Micros) { return Micros{20'000}; }, Micros{30'000}));
   WorldStation& station = world.add_station(hand(0, std::nullopt), std::make_unique<ReplayDevice>(press(0, 6)), near_by());
   world.run_until(Micros{5'000'000});
   CHECK(station.core().in_use().scheme == Scheme::cubic);
