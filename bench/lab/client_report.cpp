@@ -10,7 +10,7 @@
 
 #include "bench/lab/output.hpp"
 #include "common/base/error.hpp"
-#include "common/port/scheme_in_use.hpp"
+#include "common/wire/scheme_in_use.hpp"
 
 namespace palpate {
 namespace {

@@ -11,7 +11,7 @@
 #include "client/guard/guard.hpp"
 #include "client/guard/virtual_coupling.hpp"
 #include "common/motion/motion.hpp"
-#include "common/port/scheme_in_use.hpp"
+#include "common/wire/scheme_in_use.hpp"
 
 namespace palpate {
 

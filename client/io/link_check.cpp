@@ -13,7 +13,7 @@
 #include "client/io/haptic_loop.hpp"
 #include "client/io/udp_client.hpp"
 #include "common/io/monotonic.hpp"
-#include "common/port/scheme_in_use.hpp"
+#include "common/wire/scheme_in_use.hpp"
 
 namespace palpate {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "common/base/types.hpp"
 #include "common/port/patch.hpp"
-#include "common/port/scheme_in_use.hpp"
 #include "common/port/terms_pieces.hpp"
 #include "common/wire/body_mesh.hpp"
+#include "common/wire/scheme_in_use.hpp"
 #include "common/wire/shape_blocks.hpp"
 
 namespace palpate {

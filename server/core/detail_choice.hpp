@@ -14,7 +14,7 @@
 #include <cstdint>
 
 #include "common/base/types.hpp"
-#include "common/port/scheme_in_use.hpp"
+#include "common/wire/scheme_in_use.hpp"
 
 namespace palpate {
 

@@ -1,4 +1,4 @@
-#include "common/port/scheme_in_use.hpp"
+#include "common/wire/scheme_in_use.hpp"
 
 namespace palpate {
 namespace {
