@@ -5,8 +5,7 @@
 namespace palpate {
 
 Micros DetailChoice::left(const DetailCost& cost) {
-  const Micros most = from_seconds(kShareOfFrame * seconds(cost.frame));
-  return std::max(Micros{}, most - cost.body - cost.others) / std::max(1, cost.shares);
+  return std::max(Micros{}, cost.time - cost.body - cost.others) / std::max(1, cost.shares);
 }
 
 /// `fits`, or nothing known, where there is none within `share` of what there is.
@@ -19,7 +18,8 @@ SchemeReason DetailChoice::objection(const DetailCost& cost, double lost, double
 
 void DetailChoice::change(bool taken, Micros now) {
   if (!taken)
-    comes_back_after_ = now - changed_ < kStayed ? std::min(2 * comes_back_after_, kComesBackAfterMost) : kComesBackAfter;
+    comes_back_after_ =
+        changes_ > 0 && now - changed_ < kStayed ? std::min(2 * comes_back_after_, kComesBackAfterMost) : kComesBackAfter;
   taken_ = taken;
   changed_ = now;
   ++changes_;

@@ -2,13 +2,13 @@
 // station that left it to the server (`auto`), or rollouts for a room. It is done where it fits what is left of the frame and,
 // for a scheme, the link; with
 //
-//     left = (0.8 frame - body - others) / shares
+//     left = (time - body - others) / shares
 //
 // As long as nobody knows what it costs it is tried: a few frames tell.
 //
 // It is told what frames cost and what the link carries; it knows no clock. With hysteresis in both directions: what has become
 // too dear is given up at once, and comes back only after it would have fitted with a margin for a while, and that while doubles
-// each time it had to be given up again soon.
+// each time that it had to be given up again soon after it came back.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace palpate {
 
 /// Time that the thread takes which runs a frame.
 struct DetailCost {
-  Micros frame{};   ///< that a frame lasts
+  Micros time{};    ///< that body and patches may take together
   Micros body{};    ///< the body's step and all that is no patch
   Micros others{};  ///< what else is done in the frame, whatever is chosen here
   Micros cost{};    ///< of what is to be chosen, 0 = never measured
@@ -29,10 +29,8 @@ struct DetailCost {
 
 class DetailChoice {
  public:
-  /// Of the frame that body and patches may take together: the rest is for datagrams, viewers and the scheduler.
-  static constexpr double kShareOfFrame = 0.8;
   /// What was given up comes back only where it takes less than this of what it may.
-  static constexpr double kComesBackBelow = 0.75;
+  static constexpr double kComesBackBelow = 0.85;
   static constexpr Micros kComesBackAfter{2'000'000}, kComesBackAfterMost{64'000'000};
   /// What stayed for so long starts again with kComesBackAfter.
   static constexpr Micros kStayed{30'000'000};

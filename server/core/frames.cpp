@@ -11,7 +11,11 @@ namespace {
 
 constexpr Micros kRemembered{4'000'000};    // of a station's timeline behind the body
 constexpr Micros kLongestSaid{60'000'000};  // of what a beat says of how far the room is behind
-constexpr int kLongBridgeOrder = 16;        // as exact as 22 there, within 0.1 dB
+// Shares of a frame that body and patches may take together. Rollouts leave time for datagrams, viewers and the scheduler, and
+// for frames that take longer than others; the nonlinear scheme, which buys far more than the milliseconds that it makes patches
+// older by, is given up where frames would be skipped.
+constexpr double kSchemesMayTake = 0.95, kRolloutsMayTake = 0.8;
+constexpr int kLongBridgeOrder = 16;  // as exact as 22 there, within 0.1 dB
 
 void ask_for_shapes(const ShapeViewer& viewer, FrameJob& job) {
   job.shapes = true;
@@ -176,7 +180,8 @@ void ServerCore::learn_costs(const FrameResult& result) {
 
 /// For the frame that is about to be made: the scheme of each station, then whether there is time for rollouts as well.
 void ServerCore::choose_detail(Micros now) {
-  DetailCost cost{from_seconds(1 / options_.rate_hz), costs_.step(), Micros{}, costs_.nonlinear(), 0};
+  const double frame_s = 1 / options_.rate_hz;
+  DetailCost cost{from_seconds(kSchemesMayTake * frame_s), costs_.step(), Micros{}, costs_.nonlinear(), 0};
   for (const auto& [id, station] : stations_) {
     if (station.views()) continue;
     if (!station.hello.scheme)
@@ -185,7 +190,7 @@ void ServerCore::choose_detail(Micros now) {
       cost.others += station.hello.scheme == Scheme::cubic ? costs_.nonlinear() : costs_.linear();
   }
   choose_schemes(cost, now);
-  DetailCost all{cost.frame, cost.body, cost.others, costs_.rollouts(), 1};
+  DetailCost all{from_seconds(kRolloutsMayTake * frame_s), cost.body, cost.others, costs_.rollouts(), 1};
   for (const auto& [id, station] : stations_)
     if (station.chosen()) all.others += station.in_use.scheme == Scheme::cubic ? costs_.nonlinear() : costs_.linear();
   rollouts_.decide(all, 0, now);

@@ -6,9 +6,9 @@ using namespace palpate;
 
 namespace {
 
-constexpr Micros kFrame{50'000};
+constexpr Micros kFrame{50'000}, kTime{40'000};
 
-DetailCost cost_of(Micros nonlinear, int stations = 1) { return {kFrame, Micros{5'000}, Micros{}, nonlinear, stations}; }
+DetailCost cost_of(Micros nonlinear, int stations = 1) { return {kTime, Micros{5'000}, Micros{}, nonlinear, stations}; }
 
 std::uint32_t changes_in(DetailChoice& choice, double length_s, const auto& cost_at) {
   for (Micros t{}; t < from_seconds(length_s); t += kFrame) choice.decide(cost_at(t), 0, t);
@@ -19,7 +19,7 @@ std::uint32_t changes_in(DetailChoice& choice, double length_s, const auto& cost
 
 TEST_CASE("a nonlinear patch that fits its share of the frame is taken at once, and port where it does not") {
   DetailChoice one, four, lossy;
-  CHECK(one.decide(cost_of(Micros{30'000}), 0, {}));  // 0.8 * 50 - 5 = 35 ms
+  CHECK(one.decide(cost_of(Micros{30'000}), 0, {}));  // 40 - 5 = 35 ms
   CHECK(one.reason() == SchemeReason::fits);
   CHECK_FALSE(four.decide(cost_of(Micros{30'000}, 4), 0, {}));
   CHECK(four.reason() == SchemeReason::server_busy);

@@ -74,7 +74,7 @@ TEST_CASE("A hand that leaves the scheme to the server gets cubic while that fit
   CHECK(core.in_use().scheme == Scheme::cubic);
   CHECK(core.in_use().reason == SchemeReason::fits);
   CHECK(core.last_patch().scheme == Scheme::cubic);
-  CHECK(core.in_use().limit == Micros{35'000});  // 0.8 * 50 - 5 ms
+  CHECK(core.in_use().limit == Micros{42'500});  // 0.95 * 50 - 5 ms
   CHECK(std::abs((core.in_use().cost - kCheap).count()) < 1'000);
   world.run_until(Micros{2'900'000});
   CHECK(core.in_use().scheme == Scheme::port);
