@@ -24,10 +24,10 @@ bool waits(WorldStation& station, Scheme scheme, bool wants_patch) {
 
 void check_reach(const Scene& scene, const Motion& motion) {
   const double away_m = (motion.position(0.0) - scene.body.nodes[scene.tool.node]).norm();
-  if (away_m <= Grasp::kReachM) return;
+  if (away_m <= kGraspReachM) return;
   throw InputError("motion",
                    fmt::format("starts {:.0f} mm from the node that the tool of scene {} holds", 1e3 * away_m, scene.name),
-                   fmt::format("at most {:.0f} mm: from further away nobody grasps it", 1e3 * Grasp::kReachM));
+                   fmt::format("at most {:.0f} mm: from further away nobody grasps it", 1e3 * kGraspReachM));
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ struct ReferenceModel::State {
   void take_up(std::size_t k, Micros now) {
     if (scene.tool.contact == ContactKind::attach) {
       const Vec3 offset = body.x.segment<3>(3 * static_cast<Eigen::Index>(scene.tool.node)) - tracks[k].at(now).position;
-      if (let_go[k] && offset.norm() > Grasp::kReachM) return;
+      if (let_go[k] && offset.norm() > kGraspReachM) return;
       grasps[k] = Grasp(now, offset);
     }
     ToolPort port;

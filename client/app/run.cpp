@@ -16,6 +16,8 @@
 #include "client/io/haptic_loop.hpp"
 #include "client/io/link_check.hpp"
 #include "client/io/session_recording.hpp"
+#include "common/base/error.hpp"
+#include "common/base/grasp_reach.hpp"
 #include "common/io/monotonic.hpp"
 
 namespace palpate {
@@ -141,6 +143,14 @@ class Run {
   void prepare_device(const Welcome& welcome) {
     const Motion motion = options_.motion ? *options_.motion : Motion::rest(welcome.home, 1.0);
     const double off_m = (motion.position(0.0) - welcome.home).norm();
+    const auto in_mm = [](const Vec3& at) {
+      return fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", 1e3 * at.x(), 1e3 * at.y(), 1e3 * at.z());
+    };
+    if (welcome.contact == ContactKind::attach && off_m > kGraspReachM)
+      throw InputError(
+          "--motion " + options_.motion_file.string(),
+          fmt::format("starts at {}, {:.0f} mm from the node that it should grasp", in_mm(motion.position(0.0)), 1e3 * off_m),
+          fmt::format("a start within {:.0f} mm of {}", 1e3 * kGraspReachM, in_mm(welcome.home)));
     if (welcome.contact == ContactKind::attach && off_m > kStartMaxM)
       say(fmt::format("warning: the motion starts {:.1f} mm from where the attached node rests; the node will be pulled there",
                       off_m * 1e3));

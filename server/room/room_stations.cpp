@@ -37,7 +37,7 @@ void Room::State::sync_ports(const FrameJob& job) {
     if (port.kind == ContactKind::attach) {
       const Micros now = from_seconds(body.time_s);
       const Vec3 offset = body.x.segment<3>(3 * static_cast<Eigen::Index>(port.node)) - station.track.at(now).position;
-      if (offset.norm() > Grasp::kReachM) continue;
+      if (offset.norm() > kGraspReachM) continue;
       station.grasp = Grasp(now, offset);
     }
     ports.push_back(port);

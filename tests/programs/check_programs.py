@@ -84,6 +84,14 @@ def check_two_hands(programs, scenes, room):
         assert 0 < used <= received, said
 
 
+def check_far_grasp(programs, room, work):
+    """A motion that begins where it cannot take hold of its node ends with both places, not with a wait without end."""
+    motion = work / "far.csv"
+    motion.write_text("t_s,x_m,y_m,z_m\n0,0.5,0.5,0.5\n1,0.5,0.5,0.4\n")
+    done = run(programs, "palpate-client", "--server", room.address, "--motion", motion, "--realtime", "off")
+    assert done.returncode == 2 and "(500.0, 500.0, 500.0) mm" in done.stderr and "a start within 50 mm of (" in done.stderr, done.stderr
+
+
 def main():
     programs, scenes = map(pathlib.Path, sys.argv[1:])
     check_helps(programs)
@@ -93,6 +101,8 @@ def main():
             check_two_viewers(programs, room, work)
             check_two_hands(programs, scenes, room)
         assert (work / "not" / "there" / "session.rec").stat().st_size > 0
+        with Room(programs, scenes / "cube6.json", work / "grasp.rec") as room:
+            check_far_grasp(programs, room, work)
 
 
 if __name__ == "__main__":

@@ -73,11 +73,11 @@ TEST_CASE("A tool that comes from far away grasps nothing, and moves nothing, un
   CHECK_FALSE(result.stations.at(0).patch);
   CHECK_FALSE(result.stations.at(0).contact);
   CHECK((result.positions[54] - home()).norm() < 1e-12);
-  for (int k = 0; k < 30; ++k) result = stage.frame({kHand}, at(0.9 * Grasp::kReachM));
+  for (int k = 0; k < 30; ++k) result = stage.frame({kHand}, at(0.9 * kGraspReachM));
   REQUIRE(result.stations.at(0).patch);
-  CHECK((result.positions[54] - home()).norm() == Approx(0.9 * Grasp::kReachM));
-  for (int k = 0; k < 10; ++k) result = stage.frame({kHand}, at(0.9 * Grasp::kReachM + 0.02));  // held, it follows further
-  CHECK((result.positions[54] - home()).norm() == Approx(0.9 * Grasp::kReachM + 0.02));
+  CHECK((result.positions[54] - home()).norm() == Approx(0.9 * kGraspReachM));
+  for (int k = 0; k < 10; ++k) result = stage.frame({kHand}, at(0.9 * kGraspReachM + 0.02));  // held, it follows further
+  CHECK((result.positions[54] - home()).norm() == Approx(0.9 * kGraspReachM + 0.02));
 }
 
 TEST_CASE("A grasp that begins beside its node takes the node to the tool without a jolt") {
