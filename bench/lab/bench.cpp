@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/output.hpp"
+#include "bench/output/output.hpp"
 #include "common/base/error.hpp"
 
 namespace palpate {
@@ -38,9 +38,9 @@ void add_bench(CLI::App& app, Run& run) {
   auto flags = std::make_shared<BenchFlags>();
   CLI::App* c =
       app.add_subcommand("bench", "microbenchmarks of kernels, solves, reduction, codec and tick, beside the machine's limit");
-  c->add_option("--filter", flags->filter, "only these, for example tick/, patch/, body/, frame/organ");
-  c->add_option("--scenes", flags->scenes, "folder of the scenes")->capture_default_str();
-  c->add_option("--out", flags->out, "folder for micro.json")->required();
+  c->add_option("--filter", flags->filter, "only these, for example tick/, patch/, body/, frame/organ")->type_name("TEXT");
+  c->add_option("--scenes", flags->scenes, "folder of the scenes")->type_name("DIR")->capture_default_str();
+  c->add_option("--out", flags->out, "folder for micro.json")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_bench(*flags); }; });
 }
 

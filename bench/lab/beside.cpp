@@ -7,11 +7,12 @@
 
 #include <iterator>
 
+#include "bench/fidelity/replay.hpp"
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/flags.hpp"
-#include "bench/lab/output.hpp"
-#include "bench/measure/replay.hpp"
+#include "bench/lab/parallel.hpp"
 #include "bench/measure/tools_apart.hpp"
+#include "bench/output/output.hpp"
 #include "common/base/error.hpp"
 
 namespace palpate {
@@ -52,14 +53,28 @@ Pair run_pair(const Scene& scene, const std::vector<Motion>& motions, const Link
   return pair;
 }
 
+/// Both hands near; then for each of kFar both of them far, and one of each.
+std::vector<Pair> run_pairs(const Scene& scene, const std::vector<Motion>& motions, const BesideFlags& flags) {
+  const LinkSpec near = link_of({flags.near_rtt_ms, 0, 0}, flags.seed);
+  std::vector<Pair> pairs(1 + 2 * std::size(kFar));
+  run_all(
+      pairs.size(),
+      [&](std::size_t k) {
+        const LinkSpec far = k == 0 ? near : link_of(kFar[(k - 1) / 2], flags.seed);
+        pairs[k] = run_pair(scene, motions, k % 2 == 0 ? near : far, far);
+      },
+      0, "the pairs of hands");
+  return pairs;
+}
+
 int run_beside(const BesideFlags& flags) {
   const Scene scene = load_scene(flags.scene);
   if (scene.tool.contact != ContactKind::touch)
     throw InputError(flags.scene, "has tools that attach to one node", "a scene with \"contact\": \"touch\"");
   const std::vector<Motion> motions = tools_apart(scene, 2, flags.apart_mm * 1e-3, flags.duration_s);
   const auto out = make_output_folder(flags.out);
-  const LinkSpec near = link_of({flags.near_rtt_ms, 0, 0}, flags.seed);
-  const Pair both_near = run_pair(scene, motions, near, near);
+  const std::vector<Pair> pairs = run_pairs(scene, motions, flags);
+  const Pair& both_near = pairs[0];
   std::string csv =
       "far_rtt_ms,far_jitter_ms,far_loss_pct,near_alike_db,near_db,near_age_ms,near_late_pct,far_alike_db,far_db,far_age_alike_"
       "ms,"
@@ -67,9 +82,9 @@ int run_beside(const BesideFlags& flags) {
   fmt::print("{:>23} {:>28} {:>36}\n", "far hand", "near hand (RTT " + fmt::format("{:g} ms)", flags.near_rtt_ms), "far hand");
   fmt::print("{:>8} {:>6} {:>7} {:>10} {:>6} {:>10} {:>10} {:>6} {:>10} {:>7}\n", "RTT [ms]", "jitter", "loss [%]", "alike [dB]",
              "[dB]", "p95 age", "alike [dB]", "[dB]", "p95 age", "late");
-  for (const Far& far : kFar) {
-    const LinkSpec link = link_of(far, flags.seed);
-    const Pair both_far = run_pair(scene, motions, link, link), mixed = run_pair(scene, motions, near, link);
+  for (std::size_t k = 0; k < std::size(kFar); ++k) {
+    const Far& far = kFar[k];
+    const Pair &both_far = pairs[2 * k + 1], &mixed = pairs[2 * k + 2];
     fmt::print("{:>8g} {:>6g} {:>7g} {:>10.1f} {:>6.1f} {:>7.0f} ms {:>10.1f} {:>6.1f} {:>7.0f} ms {:>5.1f} %\n", far.rtt_ms,
                far.jitter_ms, far.loss_pct, both_near.snr_db[0], mixed.snr_db[0], mixed.age_p95_ms[0], both_far.snr_db[1],
                mixed.snr_db[1], mixed.age_p95_ms[1], mixed.late_pct[1]);
@@ -77,7 +92,6 @@ int run_beside(const BesideFlags& flags) {
                    far.rtt_ms, far.jitter_ms, far.loss_pct, both_near.snr_db[0], mixed.snr_db[0], mixed.age_p95_ms[0],
                    mixed.late_pct[0], both_far.snr_db[1], mixed.snr_db[1], both_far.age_p95_ms[1], mixed.age_p95_ms[1],
                    mixed.late_pct[1]);
-    std::fflush(stdout);
   }
   write_text(out / "beside.csv", csv);
   fmt::print("\n  alike: with both hands over that link. late: samples that came when the body had gone past them.\n{}\n",
@@ -90,11 +104,11 @@ int run_beside(const BesideFlags& flags) {
 void add_beside(CLI::App& app, Run& run) {
   auto flags = std::make_shared<BesideFlags>();
   CLI::App* c = app.add_subcommand("beside", "a near and a far hand on one body: what each loses by the other's link");
-  c->add_option("--scene", flags->scene, "scene file (JSON) with touch contact")->required();
-  c->add_option("--near-rtt-ms", flags->near_rtt_ms, "round trip of the near hand")->check(between(0, 10'000));
-  c->add_option("--apart-mm", flags->apart_mm, "distance between the hands")->check(between(0, 1000));
-  c->add_option("--duration-s", flags->duration_s, "length of the motions")->check(between(0.5, 600));
-  c->add_option("--out", flags->out, "folder for beside.csv")->required();
+  c->add_option("--scene", flags->scene, "scene file (JSON) with touch contact")->type_name("FILE")->required();
+  c->add_option("--near-rtt-ms", flags->near_rtt_ms, "round trip of the near hand")->check(number_from<double>(0, 10'000));
+  c->add_option("--apart-mm", flags->apart_mm, "distance between the hands")->check(number_from<double>(0, 1000));
+  c->add_option("--duration-s", flags->duration_s, "length of the motions")->check(number_from<double>(0.5, 600));
+  c->add_option("--out", flags->out, "folder for beside.csv")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_beside(*flags); }; });
 }
 

@@ -7,7 +7,8 @@
 #include "bench/lab/bode_findings.hpp"
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/material_flags.hpp"
-#include "bench/lab/output.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/progress.hpp"
 
 namespace palpate {
 namespace {
@@ -39,6 +40,10 @@ std::vector<double> map_dampings(const Material& material, int count) {
 }
 
 BodeRun compute(const BodeFlags& flags, bool quick) {
+  const bool map = flags.map && !flags.solid;
+  const std::vector<double> dampings = map ? map_dampings(flags.material, quick ? 4 : 13) : std::vector<double>{};
+  Steps steps(2 + dampings.size());
+  steps.begin("balancing the body");
   const Specimen specimen = specimen_of(flags);
   const BalancedReduction balanced(specimen.system());
   PortStudyOptions options;
@@ -57,12 +62,15 @@ BodeRun compute(const BodeFlags& flags, bool quick) {
   }
   BodeRun run;
   run.material = flags.material;
+  steps.begin("its reductions, and their errors");
   run.study = study_port(specimen, balanced, options);
-  if (flags.map && !flags.solid) {
-    std::vector<int> orders;
-    for (int order = 2; order <= 40; order += quick ? 4 : 2) orders.push_back(order);
-    run.map = truncation_map(flags.nodes > 0 ? flags.nodes : kPaperNodes, flags.material,
-                             map_dampings(flags.material, quick ? 4 : 13), orders);
+  std::vector<int> orders;
+  for (int order = 2; order <= 40; order += quick ? 4 : 2) orders.push_back(order);
+  for (const double damping : dampings) {
+    steps.begin(fmt::format("the map, {:.3g} N s/m", damping));
+    for (const MapPoint& point :
+         truncation_map(flags.nodes > 0 ? flags.nodes : kPaperNodes, flags.material, std::array{damping}, orders))
+      run.map.push_back(point);
   }
   return run;
 }
@@ -107,11 +115,11 @@ void add_bode(CLI::App& app, Run& run) {
   add_material(*c, flags->material);
   c->add_option("--order", flags->orders, "states of balanced truncation, for example 10,12,20")
       ->delimiter(',')
-      ->check(CLI::Range(1, 200));
-  c->add_option("--nodes", flags->nodes, "along an edge (default: 13, solid: 10)")->check(CLI::Range(3, 40));
+      ->check(number_from(1, 200));
+  c->add_option("--nodes", flags->nodes, "along an edge (default: 13, solid: 10)")->check(number_from(3, 40));
   c->add_flag("--solid", flags->solid, "a cube of 10 x 10 x 10 free nodes instead: the paper's 6000th order; minutes");
   c->add_flag("--map,!--no-map", flags->map, "error over order and damping");
-  c->add_option("--out", flags->out, "folder for a CSV of every curve, summary.json and plots")->required();
+  c->add_option("--out", flags->out, "folder for a CSV of every curve, summary.json and plots")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_bode(*flags); }; });
 }
 

@@ -8,8 +8,8 @@
 #include <numbers>
 #include <set>
 
-#include "bench/lab/output.hpp"
-#include "bench/lab/plot.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
 
 namespace palpate {
 namespace {

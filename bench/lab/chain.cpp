@@ -9,8 +9,8 @@
 #include <numbers>
 
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/output.hpp"
-#include "bench/lab/plot.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
 
 namespace palpate {
 namespace {
@@ -172,7 +172,7 @@ void add_chain(CLI::App& app, Run& run) {
   c->add_option("--damping-n-s-m", p.damping_n_s_m, "b of every element; critical and strong damping are checked too")
       ->capture_default_str();
   c->add_option("--mass-kg", p.mass_kg, "m of every mass")->capture_default_str();
-  c->add_option("--out", flags->out, "folder for chain.csv, summary.json, chain.svg")->required();
+  c->add_option("--out", flags->out, "folder for chain.csv, summary.json, chain.svg")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_chain(flags->parameters, flags->out); }; });
 }
 

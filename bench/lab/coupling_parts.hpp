@@ -2,8 +2,8 @@
 #pragma once
 
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/output.hpp"
-#include "bench/lab/plot.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
 #include "bench/paper/braking_pulse.hpp"
 #include "bench/paper/norton_study.hpp"
 

@@ -3,6 +3,7 @@
 
 #include "bench/lab/coupling_parts.hpp"
 #include "bench/lab/flags.hpp"
+#include "bench/output/progress.hpp"
 
 namespace palpate {
 namespace {
@@ -33,8 +34,10 @@ struct Shown {
 
 Shown show(const std::filesystem::path& out, const CouplingFlags& flags, const std::string& which) {
   Shown shown;
+  Steps steps(which == "all" ? std::size(kParts) : 1);
   for (const Part& p : kParts) {
     if (which != "all" && which != p.name) continue;
+    steps.begin(p.name);
     CouplingPart part = p.show(out, flags);
     shown.summary[p.name] = std::move(part.summary);
     shown.overview.push_back(std::move(part.key_panel));
@@ -79,10 +82,10 @@ void add_couplings(CLI::App& app, Run& run) {
   CLI::App* c =
       app.add_subcommand("couplings", "related work of section 1: virtual coupling, god-object, braking pulse, Norton coupling");
   c->add_option("--part", flags->part, "which of them")
-      ->check(CLI::IsMember({"virtual-coupling", "proxy", "braking-pulse", "norton", "all"}))
+      ->check(one_of({"virtual-coupling", "proxy", "braking-pulse", "norton", "all"}))
       ->capture_default_str();
   const auto number = [c](const char* name, double& value, const char* text, double low, double high) {
-    c->add_option(name, value, text)->check(between(low, high))->capture_default_str();
+    c->add_option(name, value, text)->check(number_from<double>(low, high))->capture_default_str();
   };
   number("--device-mass-kg", f.device.mass_kg, "device, virtual-coupling and braking-pulse", 0.001, 10);
   number("--device-damping-n-s-m", f.device.damping_n_s_m, "its damping, with what the hand adds", 0, 50);
@@ -95,12 +98,12 @@ void add_couplings(CLI::App& app, Run& run) {
   number("--push-n", f.push_n, "braking-pulse: the hand's push", 0, 5);
   number("--force-max-n", f.force_max_n, "braking-pulse: what the device can show", 0.5, 100);
   c->add_option("--fine-layers", f.sheet.fine_layers, "norton: layers of nodes around the port at 1 kHz")
-      ->check(CLI::Range(1, 5))
+      ->check(number_from(1, 5))
       ->capture_default_str();
   number("--stiffness-n-m", f.sheet.stiffness_n_m, "norton: of every element", 1, 1e5);
   number("--damping-n-s-m", f.sheet.damping_n_s_m, "norton: of every element", 0.01, 50);
   number("--node-mass-kg", f.sheet.node_mass_kg, "norton: of every node", 1e-5, 0.1);
-  c->add_option("--out", flags->out, "folder for summary.json, CSV files and plots")->required();
+  c->add_option("--out", flags->out, "folder for summary.json, CSV files and plots")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_command(*flags); }; });
 }
 

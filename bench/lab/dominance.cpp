@@ -7,8 +7,9 @@
 #include <iterator>
 
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/output.hpp"
-#include "bench/lab/plot.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
+#include "bench/output/progress.hpp"
 #include "common/base/error.hpp"
 #include "server/room/room.hpp"
 
@@ -149,13 +150,19 @@ void write_curves(const std::filesystem::path& out, const std::string& name, con
            {.setup = fmt::format("set xrange [0:{}]\nset xtics 1", last)});
 }
 
+Dominance computed(const Specimen& specimen, int layers) {
+  Steps steps(1);
+  steps.begin("balancing the body, then its rings");
+  return dominance(specimen, layers);
+}
+
 int run_dominance(const DominanceFlags& flags) {
   const Scene scene = load_scene(flags.scene);
   if (scene.body.nodes.size() > kNodesMax)
     throw InputError("--scene", fmt::format("has {} nodes", scene.body.nodes.size()), fmt::format("at most {}", kNodesMax));
   const Specimen specimen(scene.body, port_of(scene, flags));
   const auto out = make_output_folder(flags.out);
-  const Dominance d = dominance(specimen, flags.layers);
+  const Dominance d = computed(specimen, flags.layers);
   write_json(out / "summary.json", summary(d));
   write_curves(out, scene.name, d);
   fmt::print("{:<8}{:>15}{:>12}{:>15}{:>15}\n", "layers", "dominant states", "slow push", "spread evenly", "distance [mm]");
@@ -176,13 +183,15 @@ void add_dominance(CLI::App& app, Run& run) {
   auto flags = std::make_shared<DominanceFlags>();
   CLI::App* c =
       app.add_subcommand("dominance", "are the states that answer the hand local to the contact? (section 7 of the paper)");
-  c->add_option("--scene", flags->scene, "scene file (JSON)")->required();
+  c->add_option("--scene", flags->scene, "scene file (JSON)")->type_name("FILE")->required();
   c->add_option("--node", flags->node,
                 "i,j,k of the node to balance at; default: the attached one, or the surface node nearest to the tool's start")
       ->delimiter(',')
       ->expected(2, 3);
-  c->add_option("--layers", flags->layers, "rings to try, of 1, 2, ... layers")->check(CLI::Range(1, 10));
-  c->add_option("--out", flags->out, "folder for summary.json, layers.csv, rings.csv, hankel.csv, dominance.svg")->required();
+  c->add_option("--layers", flags->layers, "rings to try, of 1, 2, ... layers")->check(number_from(1, 10));
+  c->add_option("--out", flags->out, "folder for summary.json, layers.csv, rings.csv, hankel.csv, dominance.svg")
+      ->type_name("DIR")
+      ->required();
   c->callback([flags, &run] { run = [flags] { return run_dominance(*flags); }; });
 }
 

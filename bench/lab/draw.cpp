@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/output.hpp"
 #include "bench/measure/drawn_scene.hpp"
+#include "bench/output/output.hpp"
 
 namespace palpate {
 namespace {
@@ -32,9 +32,9 @@ void add_draw(CLI::App& app, Run& run) {
   CLI::App* c =
       app.add_subcommand("draw", "scenes drawn by chance, for `truth --scenes` and others: the same of the same numbers");
   c->add_option("--first", flags->first, "number of the first; even ones are grasped, odd ones touched")->capture_default_str();
-  c->add_option("--count", flags->count, "how many")->capture_default_str()->check(CLI::Range(1, 10'000));
+  c->add_option("--count", flags->count, "how many")->capture_default_str()->check(number_from(1, 10'000));
   c->add_flag("--solid", flags->solid, "of finite elements instead of springs");
-  c->add_option("--out", flags->out, "folder for the scene files")->required();
+  c->add_option("--out", flags->out, "folder for the scene files")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_draw(*flags); }; });
 }
 

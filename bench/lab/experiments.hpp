@@ -2,20 +2,16 @@
 // `palpate-lab paper`, which sets what they find beside what is printed there.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
-namespace palpate {
+#include "bench/output/experiment.hpp"
 
-/// What the chosen sub-command does; returns the exit status.
-using Run = std::function<int()>;
+namespace palpate {
 
 void add_draw(CLI::App& app, Run& run);
 void add_replay(CLI::App& app, Run& run);
-void add_felt(CLI::App& app, Run& run);
 void add_live(CLI::App& app, Run& run);
 void add_masking(CLI::App& app, Run& run);
 void add_truth(CLI::App& app, Run& run);

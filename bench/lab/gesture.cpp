@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/output.hpp"
 #include "bench/measure/surface_gesture.hpp"
+#include "bench/output/output.hpp"
 #include "common/base/error.hpp"
 
 namespace palpate {
@@ -30,10 +30,10 @@ void add_gesture(CLI::App& app, Run& run) {
   auto flags = std::make_shared<GestureFlags>();
   CLI::App* c =
       app.add_subcommand("gesture", "a motion for any body, from its own surface: press, stroke, tap, circle or a tour");
-  c->add_option("--scene", flags->scene, "scene file (JSON)")->required();
+  c->add_option("--scene", flags->scene, "scene file (JSON)")->type_name("FILE")->required();
   c->add_option("--kind", flags->kind, "what the hand does")
-      ->check(CLI::IsMember(std::vector<std::string>(kSurfaceGestureNames.begin(), kSurfaceGestureNames.end())));
-  c->add_option("--out", flags->out, "motion file to write (CSV t_s,x_m,y_m,z_m)")->required();
+      ->check(one_of(std::vector<std::string>(kSurfaceGestureNames.begin(), kSurfaceGestureNames.end())));
+  c->add_option("--out", flags->out, "motion file to write (CSV t_s,x_m,y_m,z_m)")->type_name("FILE")->required();
   c->callback([flags, &run] { run = [flags] { return run_gesture(*flags); }; });
 }
 

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <iterator>
 
+#include "bench/fidelity/replay.hpp"
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/fidelity_json.hpp"
 #include "bench/lab/link_flags.hpp"
-#include "bench/lab/output.hpp"
-#include "bench/lab/plot.hpp"
-#include "bench/measure/replay.hpp"
+#include "bench/output/fidelity_json.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
 #include "bench/paper/cube.hpp"
 
 namespace palpate {
@@ -200,10 +200,11 @@ void add_haptic(CLI::App& app, Run& run) {
   auto flags = std::make_shared<HapticFlags>();
   CLI::App* c = app.add_subcommand(
       "haptic", "a Phantom in a hand touches a body: low-rate force, displayed force (figure 17 of the paper)");
-  c->add_option("--scene", flags->scene, "scene file (JSON); without: the cube of scenes/cube6.json, touched");
-  c->add_option("--motion", flags->motion, "what the hand wants (CSV t_s,x_m,y_m,z_m); without: pushes and a stroke of 3 s");
+  c->add_option("--scene", flags->scene, "scene file (JSON); without: the cube of scenes/cube6.json, touched")->type_name("FILE");
+  c->add_option("--motion", flags->motion, "what the hand wants (CSV t_s,x_m,y_m,z_m); without: pushes and a stroke of 3 s")
+      ->type_name("FILE");
   flags->link.add_to(*c);
-  c->add_option("--out", flags->out, "folder for CSV, summary.json and plots")->required();
+  c->add_option("--out", flags->out, "folder for CSV, summary.json and plots")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_haptic(*flags); }; });
 }
 

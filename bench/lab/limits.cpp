@@ -8,14 +8,14 @@
 #include <iterator>
 #include <numbers>
 
+#include "bench/fidelity/reference.hpp"
+#include "bench/fidelity/replay.hpp"
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/flags.hpp"
 #include "bench/lab/link_flags.hpp"
-#include "bench/lab/output.hpp"
 #include "bench/lab/parallel.hpp"
-#include "bench/lab/plot.hpp"
-#include "bench/measure/reference.hpp"
-#include "bench/measure/replay.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
 
 namespace palpate {
 namespace {
@@ -204,8 +204,8 @@ void add_limits(CLI::App& app, Run& run) {
   auto flags = std::make_shared<Flags>();
   CLI::App* c =
       app.add_subcommand("limits", "bodies on which local models fail, and how deep a linear patch is true (section 7)");
-  c->add_option("--rate-hz", flags->rate_hz, "frames of the server a second")->check(between(kMinRateHz, kMaxRateHz));
-  c->add_option("--out", flags->out, "folder for CSV, summary.json and plots")->required();
+  c->add_option("--rate-hz", flags->rate_hz, "frames of the server a second")->check(number_from<double>(kMinRateHz, kMaxRateHz));
+  c->add_option("--out", flags->out, "folder for CSV, summary.json and plots")->type_name("DIR")->required();
   c->callback([flags, &run] {
     run = [flags] {
       const auto out = make_output_folder(flags->out);

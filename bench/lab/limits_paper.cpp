@@ -5,7 +5,7 @@
 
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/limits.hpp"
-#include "bench/lab/output.hpp"
+#include "bench/output/output.hpp"
 
 namespace palpate {
 namespace {

@@ -3,19 +3,12 @@
 #include <fmt/format.h>
 
 #include "bench/lab/flags.hpp"
-#include "bench/measure/routes.hpp"
+#include "bench/output/routes.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/base/types.hpp"
 
 namespace palpate {
-
-CLI::Validator no_sign() {
-  return {[](const std::string& number) {
-            return number.starts_with('-') ? std::string("is negative; expected a number from 0 on") : std::string();
-          },
-          ""};
-}
 
 std::vector<Scheme> available_schemes() {
   std::vector<Scheme> schemes;
@@ -33,19 +26,20 @@ Scheme available_scheme(const std::string& name) {
 }
 
 void LinkFlags::add_to(CLI::App& command) {
-  command.add_option("--rate-hz", rate_hz, "frames of the server a second")->check(between(kMinRateHz, kMaxRateHz));
-  auto* rtt = command.add_option("--rtt-ms", rtt_ms, "round trip; each way takes half")->check(between(0, 10'000));
+  command.add_option("--rate-hz", rate_hz, "frames of the server a second")->check(number_from<double>(kMinRateHz, kMaxRateHz));
+  auto* rtt = command.add_option("--rtt-ms", rtt_ms, "round trip; each way takes half")->check(number_from<double>(0, 10'000));
   command
       .add_option_function<std::string>(
           "--route", [this](const std::string& name) { rtt_ms = route_from_name(name).rtt_ms; },
           "round trip of a measured route: san-francisco, bangalore, buenos-aires, shanghai")
+      ->type_name("NAME")
       ->excludes(rtt);
   command.add_option("--jitter-ms", jitter_ms, "each way's delay is drawn evenly within +- this, in the order sent")
-      ->check(between(0, 1'000));
-  command.add_option("--loss-pct", loss_pct, "datagrams lost, each way")->check(between(0, 100));
-  command.add_option("--burst", burst, "mean run of lost datagrams, 0: independent losses")->check(between(0, 1'000));
-  command.add_option("--seed", seed, "of everything that is drawn")->check(no_sign());
-  command.add_option("--compute-ms", compute_ms, "the server's time from frame to patch")->check(between(0, 10'000));
+      ->check(number_from<double>(0, 1'000));
+  command.add_option("--loss-pct", loss_pct, "datagrams lost, each way")->check(number_from<double>(0, 100));
+  command.add_option("--burst", burst, "mean run of lost datagrams, 0: independent losses")->check(number_from<double>(0, 1'000));
+  command.add_option("--seed", seed, "of everything that is drawn")->check(whole_number());
+  command.add_option("--compute-ms", compute_ms, "the server's time from frame to patch")->check(number_from<double>(0, 10'000));
 }
 
 LinkSpec LinkFlags::one_way() const {

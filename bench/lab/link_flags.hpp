@@ -6,14 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "bench/measure/replay.hpp"
+#include "bench/fidelity/replay.hpp"
 #include "common/link/link_model.hpp"
 #include "common/port/scheme.hpp"
 
 namespace palpate {
-
-/// Check of a flag that the command line would take "-1" for as 2^64 - 1.
-CLI::Validator no_sign();
 
 /// What this build serves, in the order of the names.
 std::vector<Scheme> available_schemes();

@@ -11,15 +11,15 @@
 #include <numeric>
 #include <vector>
 
+#include "bench/fidelity/metrics.hpp"
+#include "bench/fidelity/replay.hpp"
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/flags.hpp"
 #include "bench/lab/link_flags.hpp"
 #include "bench/lab/live_run.hpp"
-#include "bench/lab/output.hpp"
 #include "bench/lab/parallel.hpp"
-#include "bench/lab/plot.hpp"
-#include "bench/measure/metrics.hpp"
-#include "bench/measure/replay.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
 #include "common/base/error.hpp"
 
 namespace palpate {
@@ -247,13 +247,16 @@ void add_live(CLI::App& app, Run& run) {
   flags->link.jitter_ms = 10;
   flags->link.loss_pct = 3;
   CLI::App* c = app.add_subcommand("live", "a hand over a bad link in real time, beside virtual time: what each cause takes");
-  c->add_option("--scene", flags->scene, "scene file (JSON)")->required();
-  c->add_option("--motion", flags->motion, "motion file (CSV t_s,x_m,y_m,z_m)")->required();
-  c->add_option("--scheme", flags->scheme, "how patches are made")->capture_default_str();
-  c->add_option("--duration-s", flags->duration_s, "of the motion's beginning; default: all of it")->check(between(1.5, 3600));
+  c->add_option("--scene", flags->scene, "scene file (JSON)")->type_name("FILE")->required();
+  c->add_option("--motion", flags->motion, "motion file (CSV t_s,x_m,y_m,z_m)")->type_name("FILE")->required();
+  c->add_option("--scheme", flags->scheme, "how patches are made")->type_name("NAME")->capture_default_str();
+  c->add_option("--duration-s", flags->duration_s, "of the motion's beginning; default: all of it")
+      ->check(number_from<double>(1.5, 3600));
   flags->link.add_to(*c);
   c->remove_option(c->get_option("--compute-ms"));  // the live run says
-  c->add_option("--out", flags->out, "folder for live.csv, live.json, live.svg and the client's report")->required();
+  c->add_option("--out", flags->out, "folder for live.csv, live.json, live.svg and the client's report")
+      ->type_name("DIR")
+      ->required();
   c->callback([flags, &run] { run = [flags] { return run_live_experiment(*flags); }; });
 }
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "bench/lab/client_report.hpp"
-#include "bench/lab/output.hpp"
+#include "bench/felt/client_report.hpp"
+#include "bench/output/output.hpp"
 #include "common/link/link_model.hpp"
 #include "server/core/server_core.hpp"
 #include "server/scene/scene.hpp"

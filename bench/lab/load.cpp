@@ -4,9 +4,10 @@
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/flags.hpp"
 #include "bench/lab/link_flags.hpp"
-#include "bench/lab/output.hpp"
 #include "bench/measure/server_load.hpp"
 #include "bench/measure/tools_apart.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/progress.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 
@@ -37,7 +38,9 @@ constexpr Row kRows[] = {
     {"step", [](const ServerLoad& l) { return l.step_ms; }}};
 
 ServerLoad measure(const LoadFlags& flags, const Scene& scene, int stations) {
+  Progress progress(fmt::format("{} stations", stations));
   ReplayOptions options;
+  options.progress = [&](const char*, double share) { progress.at(share); };
   options.scheme = available_scheme(flags.scheme);
   options.order = flags.order;
   options.rate_hz = flags.rate_hz;
@@ -80,19 +83,25 @@ int run_load(const LoadFlags& flags) {
 void add_load(CLI::App& app, Run& run) {
   auto flags = std::make_shared<LoadFlags>();
   CLI::App* c = app.add_subcommand("load", "what a room full of stations costs its server, part by part");
-  c->add_option("--scene", flags->scene, "scene file (JSON) with touch contact")->required();
+  c->add_option("--scene", flags->scene, "scene file (JSON) with touch contact")->type_name("FILE")->required();
   c->add_option("--stations", flags->stations, "hands on the body; half as many are measured beside them")
-      ->check(CLI::Range(2, kMaxStations))
+      ->check(number_from(2, kMaxStations))
       ->capture_default_str();
-  c->add_option("--apart-mm", flags->apart_mm, "distance between neighbours")->check(between(0, 1000))->capture_default_str();
+  c->add_option("--apart-mm", flags->apart_mm, "distance between neighbours")
+      ->check(number_from<double>(0, 1000))
+      ->capture_default_str();
   c->add_option("--slide-mm", flags->slide_mm, "how far every other tool slides to and fro")
-      ->check(between(0, 100))
+      ->check(number_from<double>(0, 100))
       ->capture_default_str();
-  c->add_option("--duration-s", flags->duration_s, "length of the motions")->check(between(1.5, 600))->capture_default_str();
-  c->add_option("--rate-hz", flags->rate_hz, "frames a second")->check(between(kMinRateHz, kMaxRateHz))->capture_default_str();
-  c->add_option("--scheme", flags->scheme, "how patches are made")->capture_default_str();
-  c->add_option("--order", flags->order, "states of a patch, 0: the scheme's default")->check(CLI::Range(0, 2 * kMaxModes));
-  c->add_option("--out", flags->out, "folder for summary.json")->required();
+  c->add_option("--duration-s", flags->duration_s, "length of the motions")
+      ->check(number_from<double>(1.5, 600))
+      ->capture_default_str();
+  c->add_option("--rate-hz", flags->rate_hz, "frames a second")
+      ->check(number_from<double>(kMinRateHz, kMaxRateHz))
+      ->capture_default_str();
+  c->add_option("--scheme", flags->scheme, "how patches are made")->type_name("NAME")->capture_default_str();
+  c->add_option("--order", flags->order, "states of a patch, 0: the scheme's default")->check(number_from(0, 2 * kMaxModes));
+  c->add_option("--out", flags->out, "folder for summary.json")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_load(*flags); }; });
 }
 

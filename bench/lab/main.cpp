@@ -1,31 +1,17 @@
 // palpate-lab: experiments on touch under latency. `palpate-lab list` names them.
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <csignal>
-#include <cstdlib>
-#include <exception>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "bench/felt/felt.hpp"
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/run_record.hpp"
+#include "bench/output/run_record.hpp"
 #include "common/base/error.hpp"
 
 namespace {
 
 using namespace palpate;
-
-/// Results are written when everything is done: before that there is nothing to end in order.
-void end_on_signals() {
-  for (const int signal : {SIGINT, SIGTERM})
-    std::signal(signal, [](int) {
-      constexpr std::string_view kLine = "palpate-lab: ended by a signal before it was done\n";
-      [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kLine.data(), kLine.size());
-      std::_Exit(0);
-    });
-}
 
 /// An experiment: what adds it, and how it is typed.
 struct LabExperiment {
@@ -39,11 +25,13 @@ struct Question {
   std::vector<LabExperiment> experiments;
 };
 
+void add_felt(CLI::App& app, Run& run) { add_felt_flags(*app.add_subcommand("felt", kFeltText), run); }
+
 const std::vector<Question>& questions() {
   static const std::vector<Question> all{
       {"How true is what a hand feels, of a motion or recording of mine?",
        {{add_replay, "replay --scene scenes/touch-cube.json --gesture press --scheme port --rtt-ms 120 --out out/replay"},
-        {add_felt, "felt --scene scenes/organ.json --report out/demo --out out/felt"},
+        {add_felt, kFeltExample},
         {add_live, "live --scene scenes/organ.json --motion scenes/motions/organ-tour.csv --out out/live"},
         {add_haptic, "haptic --rtt-ms 120 --out out/haptic"},
         {add_gesture, "gesture --scene scenes/organ.json --kind tour --out out/tour.csv"}}},
@@ -110,43 +98,22 @@ void refuse_unknown(const CLI::App& app, const char* name) {
   throw InputError(name, "is not an experiment of this build", "one of " + known);
 }
 
-/// "palpate-lab replay --help" once the experiment is known.
-std::string help_for(const CLI::App& app) {
-  const auto chosen = app.get_subcommands();
-  return fmt::format("palpate-lab {}--help", chosen.empty() ? "" : chosen.front()->get_name() + " ");
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  end_on_signals();
-  CLI::App app{"Experiments on touch under latency", "palpate-lab"};
-  app.set_version_flag("--version", "palpate-lab " PALPATE_VERSION);
-  app.require_subcommand(1);
+  CLI::App app{"experiments on touch under latency", "palpate-lab"};
+  describe_program(app, PALPATE_VERSION, "palpate-lab replay --help");
   Run run;
   add_experiments(app, run);
   app.add_subcommand("list", "name the experiments, by the question that each answers")->callback([&] {
     run = [&] { return list_experiments(app); };
   });
-  try {
+  return run_experiments(app, [&] {
     if (argc > 1 && *argv[1] != '-') refuse_unknown(app, argv[1]);
     app.parse(argc, argv);
-    set_run_record(*app.get_subcommands().front());
+    const auto chosen = app.get_subcommands();
+    if (chosen.empty()) throw InputError("EXPERIMENT", "it is missing", "one that palpate-lab list names");
+    set_run_record("palpate-lab", chosen.front()->get_name(), *chosen.front());
     return run();
-  } catch (const CLI::CallForHelp& e) {
-    return app.exit(e);
-  } catch (const CLI::CallForAllHelp& e) {
-    return app.exit(e);
-  } catch (const CLI::CallForVersion& e) {
-    return app.exit(e);
-  } catch (const CLI::ParseError& e) {
-    fmt::print(stderr, "palpate-lab: {}; see {}\n", e.what(), help_for(app));
-    return 2;
-  } catch (const InputError& e) {
-    fmt::print(stderr, "palpate-lab: {}\n", e.what());
-    return 2;
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "palpate-lab: {}\n", e.what());
-    return 1;
-  }
+  });
 }

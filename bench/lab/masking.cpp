@@ -10,10 +10,10 @@
 
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/masking_cells.hpp"
-#include "bench/lab/output.hpp"
-#include "bench/lab/plot.hpp"
 #include "bench/lab/shards.hpp"
-#include "bench/measure/routes.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
+#include "bench/output/routes.hpp"
 #include "common/base/error.hpp"
 
 namespace palpate {
@@ -308,15 +308,16 @@ void add_masking(CLI::App& app, Run& run) {
   CLI::App* c = app.add_subcommand(
       "masking", "what the hand notices of the network: force error, onset of contact, steps at swaps, for every scheme");
   c->add_option("--route", flags->route,
-                "around the round trip of a measured route instead of 150 ms: san-francisco, bangalore, buenos-aires, shanghai");
-  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->delimiter(',');
+                "around the round trip of a measured route instead of 150 ms: san-francisco, bangalore, buenos-aires, shanghai")
+      ->type_name("NAME");
+  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->type_name("NAME")->delimiter(',');
   c->add_option("--axes", flags->axes, "these sweeps beside the link of the promise (20 ms jitter, 5 % loss), or none of them")
       ->delimiter(',')
-      ->check(CLI::IsMember({"rtt", "jitter", "loss", "burst", "none"}));
+      ->check(one_of({"rtt", "jitter", "loss", "burst", "none"}));
   c->add_flag("--quick", flags->quick, "one body, two short motions, the ends of the axes");
-  c->add_option("--scenes", flags->scenes, "folder of the scenes and motions")->capture_default_str();
+  c->add_option("--scenes", flags->scenes, "folder of the scenes and motions")->type_name("DIR")->capture_default_str();
   flags->shards.add_to(*c);
-  c->add_option("--out", flags->out, "folder for summary.json, cells.csv, masking-*.csv and .svg")->required();
+  c->add_option("--out", flags->out, "folder for summary.json, cells.csv, masking-*.csv and .svg")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_masking(*flags); }; });
 }
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/measure/replay.hpp"
+#include "bench/fidelity/replay.hpp"
 
 namespace palpate {
 

@@ -1,19 +1,19 @@
 // The material of the paper's specimens on the command line: flags shared by the experiments on them.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <utility>
 
 #include "bench/paper/specimen.hpp"
 #include "common/base/error.hpp"
+#include "common/command_line/flags.hpp"
 
 namespace palpate {
 
 inline void add_material(CLI::App& command, Material& material) {
-  command.add_option("--stiffness-n-m", material.stiffness_n_m, "of every element")->check(CLI::Range(1e-6, 1e9));
-  command.add_option("--damping-n-s-m", material.damping_n_s_m, "of every element")->check(CLI::Range(1e-9, 1e6));
-  command.add_option("--node-mass-kg", material.node_mass_kg, "of every node")->check(CLI::Range(1e-12, 1e6));
+  command.add_option("--stiffness-n-m", material.stiffness_n_m, "of every element")->check(number_from(1e-6, 1e9));
+  command.add_option("--damping-n-s-m", material.damping_n_s_m, "of every element")->check(number_from(1e-9, 1e6));
+  command.add_option("--node-mass-kg", material.node_mass_kg, "of every node")->check(number_from(1e-12, 1e6));
 }
 
 /// "nan" is a number to the command line, and lies in every range.

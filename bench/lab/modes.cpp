@@ -7,10 +7,11 @@
 
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/material_flags.hpp"
-#include "bench/lab/output.hpp"
-#include "bench/lab/plot.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
+#include "bench/output/progress.hpp"
 #include "bench/paper/locality.hpp"
-#include "server/linear/balance.hpp"
+#include "server/systems/balance.hpp"
 
 namespace palpate {
 namespace {
@@ -62,6 +63,8 @@ Decay decay_of(const std::string& name, const std::string& title, const Specimen
 }
 
 ModesRun compute(const ModesFlags& flags, bool quick) {
+  Steps steps(quick ? 2 : 4);
+  steps.begin("balancing the sheet");
   const Specimen sheet = Specimen::sheet(flags.nodes, flags.material);
   const SecondOrderSystem system = sheet.system();
   const BalancedReduction balanced(system);
@@ -75,8 +78,11 @@ ModesRun compute(const ModesFlags& flags, bool quick) {
   run.shapes = state_shapes(sheet, system, balanced.directions(flags.order), run.radii_m);
   for (int k = 0; k < flags.order; ++k) run.hankel.push_back(balanced.hankel()[k]);
   run.decays.push_back(decay_of("sheet", fmt::format("sheet, {0} x {0} nodes", flags.nodes), sheet));
+  if (!quick) steps.begin("the stress in a fine sheet");
   if (!quick) run.decays.push_back(decay_of("fine-sheet", "sheet, 49 x 49 nodes", Specimen::sheet(49, flags.material)));
+  steps.begin("the stress in a cube");
   run.decays.push_back(decay_of("cube", "cube, 10 x 10 x 10 nodes", Specimen::cube(10, flags.material)));
+  if (!quick) steps.begin("the stress in a fine cube");
   if (!quick) run.decays.push_back(decay_of("fine-cube", "cube, 20 x 20 x 20 nodes", Specimen::cube(20, flags.material)));
   return run;
 }
@@ -209,10 +215,12 @@ int run_modes(const ModesFlags& flags) {
 void add_modes(CLI::App& app, Run& run) {
   auto flags = std::make_shared<ModesFlags>();
   CLI::App* c = app.add_subcommand("modes", "where in the sheet the states of the reduced model live, and how its stress decays");
-  c->add_option("--order", flags->order, "reduced states")->check(CLI::Range(1, 40));
-  c->add_option("--nodes", flags->nodes, "along an edge")->check(CLI::Range(7, 40));
+  c->add_option("--order", flags->order, "reduced states")->check(number_from(1, 40));
+  c->add_option("--nodes", flags->nodes, "along an edge")->check(number_from(7, 40));
   add_material(*c, flags->material);
-  c->add_option("--out", flags->out, "folder for states.csv, energy.csv, stress-*.csv, summary.json and plots")->required();
+  c->add_option("--out", flags->out, "folder for states.csv, energy.csv, stress-*.csv, summary.json and plots")
+      ->type_name("DIR")
+      ->required();
   c->callback([flags, &run] { run = [flags] { return run_modes(*flags); }; });
 }
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "bench/lab/output.hpp"
+#include "bench/output/output.hpp"
 
 namespace palpate {
 

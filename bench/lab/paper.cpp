@@ -5,9 +5,9 @@
 #include <exception>
 
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/output.hpp"
 #include "bench/lab/page.hpp"
 #include "bench/lab/parallel.hpp"
+#include "bench/output/output.hpp"
 #include "common/base/error.hpp"
 #include "paper_page.hpp"
 
@@ -152,8 +152,10 @@ void add_paper(CLI::App& app, Run& run) {
   for (const Experiment& e : kExperiments) names.emplace_back(e.name);
   CLI::App* c = app.add_subcommand("paper", "all of the paper's experiments, and report.html with its figures beside ours");
   c->add_flag("--quick", flags->quick, "coarser grids and shorter runs, the same code");
-  c->add_option("--only", flags->only, "these sections alone")->check(CLI::IsMember(names));
-  c->add_option("--out", flags->out, "folder for report.html, summary.json and one folder a section")->required();
+  c->add_option("--only", flags->only, "these sections alone")->check(one_of(names));
+  c->add_option("--out", flags->out, "folder for report.html, summary.json and one folder a section")
+      ->type_name("DIR")
+      ->required();
   c->callback([flags, &run] { run = [flags] { return run_paper(*flags); }; });
 }
 

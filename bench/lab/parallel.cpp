@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-#include "bench/lab/progress.hpp"
+#include "bench/output/progress.hpp"
 
 namespace palpate {
 

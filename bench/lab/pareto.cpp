@@ -7,10 +7,10 @@
 #include <iterator>
 
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/output.hpp"
 #include "bench/lab/pareto_cells.hpp"
-#include "bench/lab/plot.hpp"
 #include "bench/lab/shards.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
 
 namespace palpate {
 namespace {
@@ -176,11 +176,11 @@ void add_pareto(CLI::App& app, Run& run) {
   auto flags = std::make_shared<ParetoFlags>();
   CLI::App* c = app.add_subcommand(
       "pareto", "error against run time: bodies and integrators, schemes and states, and which no other beats");
-  c->add_option("--scenes", flags->scenes, "folder of the scenes")->capture_default_str();
-  c->add_option("--only", flags->only, "one point, as the table prints it");
+  c->add_option("--scenes", flags->scenes, "folder of the scenes")->type_name("DIR")->capture_default_str();
+  c->add_option("--only", flags->only, "one point, as the table prints it")->type_name("POINT");
   c->add_flag("--quick", flags->quick, "small bodies, one scene and one round trip");
   flags->shards.add_to(*c);
-  c->add_option("--out", flags->out, "folder for cells.csv, summary.json and plots")->required();
+  c->add_option("--out", flags->out, "folder for cells.csv, summary.json and plots")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_pareto(*flags); }; });
 }
 

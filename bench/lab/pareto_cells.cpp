@@ -6,13 +6,13 @@
 #include <iterator>
 #include <map>
 
+#include "bench/fidelity/replay.hpp"
 #include "bench/lab/link_flags.hpp"
-#include "bench/lab/output.hpp"
 #include "bench/lab/parallel.hpp"
 #include "bench/lab/shards.hpp"
 #include "bench/lab/tasks.hpp"
 #include "bench/measure/pareto.hpp"
-#include "bench/measure/replay.hpp"
+#include "bench/output/output.hpp"
 #include "common/base/error.hpp"
 
 namespace palpate {

@@ -9,9 +9,9 @@
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/flags.hpp"
 #include "bench/lab/link_flags.hpp"
-#include "bench/lab/output.hpp"
-#include "bench/lab/plot.hpp"
 #include "bench/lab/release_sweep.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
 #include "bench/paper/cube.hpp"
 #include "common/base/error.hpp"
 
@@ -113,24 +113,27 @@ int run_release(const ReleaseFlags& flags) {
 void add_release(CLI::App& app, Run& run) {
   auto flags = std::make_shared<ReleaseFlags>();
   CLI::App* c = app.add_subcommand("release", "a hand lets go of the device: does it come to rest? (figure 18 of the paper)");
-  c->add_option("--scene", flags->scene, "scene file (JSON) with a grasp; without: the cube of scenes/cube6.json");
-  c->add_option("--scheme", flags->scheme, "how patches are made");
+  c->add_option("--scene", flags->scene, "scene file (JSON) with a grasp; without: the cube of scenes/cube6.json")
+      ->type_name("FILE");
+  c->add_option("--scheme", flags->scheme, "how patches are made")->type_name("NAME");
   c->add_option("--order", flags->order, "states of a patch (twice its modes), 0: the scheme's default")
-      ->check(CLI::Range(0, 2 * kMaxModes));
+      ->check(number_from(0, 2 * kMaxModes));
   flags->link.add_to(*c);
-  c->add_option("--hand", flags->hand, "grip that presses")->check(CLI::IsMember({"light", "reference", "firm"}));
+  c->add_option("--hand", flags->hand, "grip that presses")->check(one_of({"light", "reference", "firm"}));
   c->add_option("--hand-after", flags->hand_after, "what is left of the grip at 0.5 s; free: nothing")
-      ->check(CLI::IsMember({"free", "light", "reference", "firm"}));
-  c->add_option("--depth-mm", flags->depth_mm, "how deep the hand wants to press")->check(between(0.1, 50));
-  c->add_option("--tremor-mm", flags->tremor_mm, "of the hand, as the sine of the same power")->check(between(0, 1));
+      ->check(one_of({"free", "light", "reference", "firm"}));
+  c->add_option("--depth-mm", flags->depth_mm, "how deep the hand wants to press")->check(number_from<double>(0.1, 50));
+  c->add_option("--tremor-mm", flags->tremor_mm, "of the hand, as the sine of the same power")->check(number_from<double>(0, 1));
   c->add_option("--force-step-n", flags->force_step_n, "in which the device renders force (a Phantom: 0.07)")
-      ->check(between(0, 1));
-  c->add_option("--device-damping-n-s-m", flags->device_damping_n_s_m, "friction of the device itself")->check(between(0, 100));
+      ->check(number_from<double>(0, 1));
+  c->add_option("--device-damping-n-s-m", flags->device_damping_n_s_m, "friction of the device itself")
+      ->check(number_from<double>(0, 100));
   c->add_option("--passivity", flags->passivity, "of the guard: off shows the scheme alone")
-      ->check(CLI::IsMember({"off", "observe", "on"}));
-  c->add_option("--observe-s", flags->observe_s, "time after the release, 0: 2.1 s and two round trips")->check(between(0, 60));
+      ->check(one_of({"off", "observe", "on"}));
+  c->add_option("--observe-s", flags->observe_s, "time after the release, 0: 2.1 s and two round trips")
+      ->check(number_from<double>(0, 60));
   c->add_flag("--sweep", flags->sweep, "all schemes over round trips of 0 to 1000 ms, at 20 and 10 Hz");
-  c->add_option("--out", flags->out, "folder for CSV, summary.json and plots")->required();
+  c->add_option("--out", flags->out, "folder for CSV, summary.json and plots")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_release(*flags); }; });
 }
 

@@ -5,9 +5,9 @@
 
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/link_flags.hpp"
-#include "bench/lab/output.hpp"
-#include "bench/lab/plot.hpp"
 #include "bench/lab/release_sweep.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
 #include "bench/paper/cube.hpp"
 
 namespace palpate {

@@ -8,9 +8,9 @@
 #include <limits>
 
 #include "bench/lab/link_flags.hpp"
-#include "bench/lab/output.hpp"
 #include "bench/lab/parallel.hpp"
-#include "bench/lab/plot.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
 
 namespace palpate {
 namespace {

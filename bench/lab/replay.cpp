@@ -1,21 +1,21 @@
 // palpate-lab replay: any motion through any scheme over any link.
-#include "bench/measure/replay.hpp"
+#include "bench/fidelity/replay.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <iterator>
 
+#include "bench/fidelity/reference.hpp"
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/fidelity_json.hpp"
 #include "bench/lab/flags.hpp"
 #include "bench/lab/link_flags.hpp"
-#include "bench/lab/output.hpp"
-#include "bench/lab/plot.hpp"
-#include "bench/lab/progress.hpp"
-#include "bench/measure/reference.hpp"
 #include "bench/measure/session.hpp"
 #include "bench/measure/surface_gesture.hpp"
+#include "bench/output/fidelity_json.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
+#include "bench/output/progress.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/io/mapped_file.hpp"
@@ -199,29 +199,32 @@ void add_replay(CLI::App& app, Run& run) {
   auto flags = std::make_shared<ReplayFlags>();
   CLI::App* c =
       app.add_subcommand("replay", "any motion through any scheme over any link, in virtual time, beside the 1 kHz full model");
-  c->add_option("--scene", flags->scene, "scene file (JSON); with --recording: instead of the recorded one");
-  c->add_option("--motion", flags->motion, "motion file (CSV t_s,x_m,y_m,z_m)");
+  c->add_option("--scene", flags->scene, "scene file (JSON); with --recording: instead of the recorded one")->type_name("FILE");
+  c->add_option("--motion", flags->motion, "motion file (CSV t_s,x_m,y_m,z_m)")->type_name("FILE");
   c->add_option("--gesture", flags->gesture, "in place of a motion: one made from the body's own surface")
-      ->check(CLI::IsMember(std::vector<std::string>(kSurfaceGestureNames.begin(), kSurfaceGestureNames.end())));
-  c->add_option("--recording", flags->recording, "in place of a motion: the hands of a recorded session, and its scene");
-  c->add_option("--station", flags->station, "of the recording: whose force is reported; default: the first that moved");
-  c->add_option("--from-s,--from", flags->from_s, "of the recording: from this time on")->check(between(0, kMostSeconds));
+      ->check(one_of(std::vector<std::string>(kSurfaceGestureNames.begin(), kSurfaceGestureNames.end())));
+  c->add_option("--recording", flags->recording, "in place of a motion: the hands of a recorded session, and its scene")
+      ->type_name("FILE");
+  c->add_option("--station", flags->station, "of the recording: whose force is reported; default: the first that moved")
+      ->type_name("NAME");
+  c->add_option("--from-s,--from", flags->from_s, "of the recording: from this time on")
+      ->check(number_from<double>(0, kMostSeconds));
   c->add_option("--to-s,--to", flags->to_s, "of the recording: to this time; default: to its end")
-      ->check(between(0, kMostSeconds))
+      ->check(number_from<double>(0, kMostSeconds))
       ->default_str("");
-  c->add_option("--scheme", flags->scheme, "how patches are made")->required();
+  c->add_option("--scheme", flags->scheme, "how patches are made")->type_name("NAME")->required();
   c->add_option("--order", flags->order, "states of a patch (twice its modes), 0: the scheme's default")
-      ->check(CLI::Range(0, 2 * kMaxModes));
+      ->check(number_from(0, 2 * kMaxModes));
   flags->link.add_to(*c);
   c->add_option("--device", flags->device, "none: the motion as given; sim: a Phantom in a hand that follows it")
-      ->check(CLI::IsMember({"none", "sim"}));
+      ->check(one_of({"none", "sim"}));
   c->add_option("--deadband", flags->deadband, "share of the force below which a change is not sent, 0: every patch is")
-      ->check(between(0, kMaxDeadband));
+      ->check(number_from<double>(0, kMaxDeadband));
   c->add_option("--passivity", flags->passivity, "passivity limiter of the guard; observe: energies alone")
       ->transform(one_of_names<PassivityMode>(
           {{"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}}))
       ->default_str("off");
-  c->add_option("--out", flags->out, "folder for forces.csv, summary.json, forces.svg")->required();
+  c->add_option("--out", flags->out, "folder for forces.csv, summary.json, forces.svg")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_replay(*flags); }; });
 }
 

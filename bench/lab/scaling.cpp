@@ -6,8 +6,9 @@
 #include <iterator>
 
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/output.hpp"
-#include "bench/lab/plot.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
+#include "bench/output/progress.hpp"
 #include "bench/paper/block_stiffness.hpp"
 #include "server/reduce/block_scaling.hpp"
 
@@ -34,7 +35,9 @@ ScalingRun compute(const ScalingFlags& flags) {
   // A matrix of all nodes of a face takes a solve a node and axis, a half space eight times the nodes of a block.
   constexpr int kFaceSolid = 5, kContactSolid = 8;
   ScalingRun run;
+  Steps steps(std::size(kBlockLoadings));
   for (const BlockLoading loading : kBlockLoadings) {
+    steps.begin(fmt::format("blocks of rising density, loading {}", name_of(loading)));
     run.curves.push_back(block_curve(loading, 1, flags.plane));
     run.curves.push_back(block_curve(loading, 2, flags.plane));
     const int solid = loading == BlockLoading::nodes     ? std::min(flags.solid, kFaceSolid)
@@ -153,12 +156,12 @@ void add_scaling(CLI::App& app, Run& run) {
   CLI::App* c =
       app.add_subcommand("scaling", "stiffness of lattice blocks against their mesh density, in one to three dimensions");
   c->add_option("--plane", flags->plane, "elements along an edge of a block of one or two dimensions, up to")
-      ->check(CLI::Range(3, 60))
+      ->check(number_from(3, 60))
       ->capture_default_str();
   c->add_option("--solid", flags->solid, "the same of three; loaded node by node at most 5, around a contact at most 8")
-      ->check(CLI::Range(3, 20))
+      ->check(number_from(3, 20))
       ->capture_default_str();
-  c->add_option("--out", flags->out, "folder for a CSV per loading, summary.json, scaling.svg")->required();
+  c->add_option("--out", flags->out, "folder for a CSV per loading, summary.json, scaling.svg")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_scaling(*flags); }; });
 }
 

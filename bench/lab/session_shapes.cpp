@@ -7,7 +7,7 @@
 #include <iterator>
 #include <map>
 
-#include "bench/lab/output.hpp"
+#include "bench/output/output.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {

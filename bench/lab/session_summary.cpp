@@ -6,11 +6,11 @@
 
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/flags.hpp"
-#include "bench/lab/output.hpp"
 #include "bench/lab/page.hpp"
-#include "bench/lab/plot.hpp"
 #include "bench/lab/session_csv.hpp"
 #include "bench/measure/session_metrics.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
 #include "common/io/mapped_file.hpp"
 #include "session_page.hpp"
 
@@ -151,9 +151,11 @@ int run_summary(const SessionSummaryFlags& flags) {
 void add_summary(CLI::App& app, Run& run) {
   auto flags = std::make_shared<SessionSummaryFlags>();
   CLI::App* c = app.add_subcommand("summary", "what each hand did in a recorded session: contact, force, path, smoothness");
-  c->add_option("--recording", flags->recording, "made by palpate-server or palpate-client with --record")->required();
-  c->add_option("--over-n", flags->over_n, "force whose exceeding is counted")->check(between(0, 1e4));
-  c->add_option("--out", flags->out, "folder for summary.json, report.html and the CSV files")->required();
+  c->add_option("--recording", flags->recording, "made by palpate-server or palpate-client with --record")
+      ->type_name("FILE")
+      ->required();
+  c->add_option("--over-n", flags->over_n, "force whose exceeding is counted")->check(number_from<double>(0, 1e4));
+  c->add_option("--out", flags->out, "folder for summary.json, report.html and the CSV files")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_summary(*flags); }; });
 }
 

@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "common/base/error.hpp"
+#include "common/command_line/flags.hpp"
 
 namespace palpate {
 std::vector<std::string> fields_of(const std::string& line) {
@@ -35,9 +36,10 @@ std::filesystem::path Shard::file(const std::filesystem::path& folder) const {
 }
 
 void ShardFlags::add_to(CLI::App& command) {
-  command.add_option("--shard", shard, "i/n: every n-th run from the i-th on, into cells-i-of-n.csv; then --merge");
+  command.add_option("--shard", shard, "i/n: every n-th run from the i-th on, into cells-i-of-n.csv; then --merge")
+      ->type_name("I/N");
   command.add_flag("--merge", merge, "no runs: gather what the shards left in --out");
-  command.add_option("--jobs", jobs, "runs at a time; default: one a core")->check(CLI::Range(1U, 256U));
+  command.add_option("--jobs", jobs, "runs at a time; default: one a core")->check(number_from(1U, 256U));
 }
 
 std::vector<std::filesystem::path> shard_files(const std::filesystem::path& folder) {

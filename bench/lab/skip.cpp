@@ -2,13 +2,15 @@
 #include <fmt/format.h>
 
 #include <iterator>
+#include <optional>
 
+#include "bench/fidelity/metrics.hpp"
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/flags.hpp"
-#include "bench/lab/output.hpp"
 #include "bench/lab/skip_idle.hpp"
-#include "bench/measure/metrics.hpp"
 #include "bench/measure/skip.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/progress.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "server/scene/scene.hpp"
@@ -57,8 +59,8 @@ void add_scene(const std::string& name, const Scene& scene, double deadband, std
   rows.push_back({name, "body at rest: no step", touch, stepped});
   rows.push_back({name, "no viewer: no shapes", touch, cost({{&scene, &hand, true}})});
   if (scene.tool.contact == ContactKind::touch) {
-    constexpr double kNearM = 0.002;
-    const Motion away = wait_above(scene, kAwayM), near = wait_above(scene, kNearM), lingering = linger(scene);
+    constexpr double kCloseM = 0.002;
+    const Motion away = wait_above(scene, kAwayM), near = wait_above(scene, kCloseM), lingering = linger(scene);
     rows.push_back(
         {name, "out of reach: no patch", cost({{&scene, &away, false, false}}), cost({{&scene, &near, false, false}})});
     rows.push_back(
@@ -148,16 +150,22 @@ int run_skip(const SkipFlags& flags) {
   const auto out = make_output_folder(flags.out);
   std::vector<SkipRow> rows;
   std::vector<std::filesystem::path> files;
+  std::optional<Steps> steps(std::in_place, flags.names.size() + 3);
   for (const std::string& name : flags.names) {
+    steps->begin("touches of " + name + ", with and without");
     files.push_back(std::filesystem::path(flags.scenes) / (name + ".json"));
     add_scene(name, load_scene(files.back()), flags.deadband, rows);
   }
   const Scene first = load_scene(files.front());
+  steps->begin("a wide sheet of which most rests");
   add_wide(rows);
+  steps->begin(fmt::format("{} rooms", flags.rooms));
   const SkipCost alone = add_rooms(flags.names.front(), first, flags.rooms, rows);
   const double ratio = rows[rows.size() - 2].with.busy_ms_s / alone.busy_ms_s,
                waiting = rows.back().with.busy_ms_s / alone.busy_ms_s;
+  steps->begin("a server where nobody is");
   const IdleCost idle = idle_server(files, flags.wait_s);
+  steps.reset();
   std::string csv;
   Json summary;
   const Felt felt = report(rows, csv, summary);
@@ -186,17 +194,19 @@ void add_skip(CLI::App& app, Run& run) {
   auto flags = std::make_shared<SkipFlags>();
   CLI::App* c =
       app.add_subcommand("skip", "what is not computed where a scene does not need it: what that saves, and is felt of it");
-  c->add_option("--scenes", flags->scenes, "folder of the scenes")->capture_default_str();
-  c->add_option("--scene", flags->names, "names of scenes in it; the first fills the rooms")->capture_default_str();
-  c->add_option("--rooms", flags->rooms, "of which one is touched")->check(CLI::Range(2, 64))->capture_default_str();
+  c->add_option("--scenes", flags->scenes, "folder of the scenes")->type_name("DIR")->capture_default_str();
+  c->add_option("--scene", flags->names, "names of scenes in it; the first fills the rooms")
+      ->type_name("FILE")
+      ->capture_default_str();
+  c->add_option("--rooms", flags->rooms, "of which one is touched")->check(number_from(2, 64))->capture_default_str();
   c->add_option("--deadband", flags->deadband,
                 "share of the force by which patches may be wrong in the rows that try it, 0: none")
-      ->check(between(0, kMaxDeadband))
+      ->check(number_from<double>(0, kMaxDeadband))
       ->capture_default_str();
   c->add_option("--wait-s", flags->wait_s, "how long the idle server is watched, in real time")
-      ->check(between(1, 600))
+      ->check(number_from<double>(1, 600))
       ->capture_default_str();
-  c->add_option("--out", flags->out, "folder for skip.csv and summary.json")->required();
+  c->add_option("--out", flags->out, "folder for skip.csv and summary.json")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_skip(*flags); }; });
 }
 

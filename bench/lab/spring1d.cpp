@@ -8,8 +8,8 @@
 
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/flags.hpp"
-#include "bench/lab/output.hpp"
-#include "bench/lab/plot.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
 #include "common/base/error.hpp"
 
 namespace palpate {
@@ -77,17 +77,17 @@ Json schemes_json(const Spring1d& run, std::size_t count) {
 
 /// Drawn last is drawn on top: the coarse schemes first. `minus`: gnuplot, what is taken off.
 std::vector<Curve> scheme_curves(std::size_t count, const std::string& minus) {
-  struct Drawn {
+  struct DrawnCurve {
     SpringScheme scheme;
     int style;
     const char* with;
   };
-  constexpr Drawn kOrder[] = {{SpringScheme::filtered, 3, "lines"},
-                              {SpringScheme::hold, 2, "lines"},
-                              {SpringScheme::tangent, 1, "lines"},
-                              {SpringScheme::surface, 4, "lines dt 2"}};
+  constexpr DrawnCurve kOrder[] = {{SpringScheme::filtered, 3, "lines"},
+                                   {SpringScheme::hold, 2, "lines"},
+                                   {SpringScheme::tangent, 1, "lines"},
+                                   {SpringScheme::surface, 4, "lines dt 2"}};
   std::vector<Curve> curves;
-  for (const Drawn& d : kOrder) {
+  for (const DrawnCurve& d : kOrder) {
     const auto s = static_cast<std::size_t>(d.scheme);
     if (s < count) curves.push_back({fmt::format("1:(${}{})", 4 + s, minus), kSpringSchemeNames[s], d.style, {}, d.with});
   }
@@ -285,23 +285,29 @@ void add_spring1d(CLI::App& app, Run& run) {
   Spring1dOptions& o = flags->options;
   CLI::App* c =
       app.add_subcommand("spring1d", "section 2 of the paper: four schemes on one nonlinear spring, in contact and in and out");
-  c->add_option("--rate-hz", o.rate_hz, "frames of the model a second")->check(between(1, 1000))->capture_default_str();
-  c->add_option("--low-pass-hz", o.low_pass_hz, "cut-off of `filtered`")->check(between(0.1, 500))->capture_default_str();
+  c->add_option("--rate-hz", o.rate_hz, "frames of the model a second")
+      ->check(number_from<double>(1, 1000))
+      ->capture_default_str();
+  c->add_option("--low-pass-hz", o.low_pass_hz, "cut-off of `filtered`")
+      ->check(number_from<double>(0.1, 500))
+      ->capture_default_str();
   c->add_option("--middle-mm", o.middle_mm, "where the stroke is centred, surface at 0")
-      ->check(between(-30, 34))
+      ->check(number_from<double>(-30, 34))
       ->capture_default_str();
-  c->add_option("--amplitude-mm", o.amplitude_mm, "of the stroke")->check(between(0, 60))->capture_default_str();
-  c->add_option("--frequency-hz", o.frequency_hz, "of the stroke")->check(between(0, 50))->capture_default_str();
-  c->add_option("--phase-rad", o.phase_rad, "of the stroke")->check(between(-10, 10))->capture_default_str();
+  c->add_option("--amplitude-mm", o.amplitude_mm, "of the stroke")->check(number_from<double>(0, 60))->capture_default_str();
+  c->add_option("--frequency-hz", o.frequency_hz, "of the stroke")->check(number_from<double>(0, 50))->capture_default_str();
+  c->add_option("--phase-rad", o.phase_rad, "of the stroke")->check(number_from<double>(-10, 10))->capture_default_str();
   c->add_option("--contact-frequency-hz", flags->contact_hz, "of the stroke in and out of contact")
-      ->check(between(0.1, 50))
+      ->check(number_from<double>(0.1, 50))
       ->capture_default_str();
-  c->add_option("--duration-s", o.duration_s, "of each stroke")->check(between(3, 120))->capture_default_str();
+  c->add_option("--duration-s", o.duration_s, "of each stroke")->check(number_from<double>(3, 120))->capture_default_str();
   c->add_option("--position-step-mm", o.position_step_mm, "resolution of the position; the paper prints 0.3")
-      ->check(between(0, 5))
+      ->check(number_from<double>(0, 5))
       ->capture_default_str();
-  c->add_option("--force-step-n", o.force_step_n, "resolution of the force")->check(between(0, 5))->capture_default_str();
-  c->add_option("--out", flags->out, "folder for summary.json, CSV files and plots")->required();
+  c->add_option("--force-step-n", o.force_step_n, "resolution of the force")
+      ->check(number_from<double>(0, 5))
+      ->capture_default_str();
+  c->add_option("--out", flags->out, "folder for summary.json, CSV files and plots")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_command(*flags); }; });
 }
 

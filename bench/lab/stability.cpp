@@ -7,11 +7,11 @@
 
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/link_flags.hpp"
-#include "bench/lab/output.hpp"
-#include "bench/lab/plot.hpp"
 #include "bench/lab/shards.hpp"
 #include "bench/lab/stability_body.hpp"
 #include "bench/lab/stability_maps.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
 
 namespace palpate {
 namespace {
@@ -158,12 +158,13 @@ void add_stability(CLI::App& app, Run& run) {
       "stability", "maps of where hand, device and display are stable together, for every scheme; --body: of the full model");
   c->add_flag("--body", flags->body, "the full model alone: bodies, steps and pulls at their extremes");
   c->add_flag("--solid", flags->solid, "the cube of finite elements instead of springs");
-  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->delimiter(',');
+  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->type_name("NAME")->delimiter(',');
   c->add_flag("--quick", flags->quick, "a look: few points of each kind");
-  c->add_option("--only", flags->only, "one point, as cells.csv begins: SCHEME,CONTACT,HAND,... with its trace");
-  c->add_option("--seed", flags->seed, "of the scattered points and the links")->check(no_sign());
+  c->add_option("--only", flags->only, "one point, as cells.csv begins: SCHEME,CONTACT,HAND,... with its trace")
+      ->type_name("POINT");
+  c->add_option("--seed", flags->seed, "of the scattered points and the links")->check(whole_number());
   flags->shards.add_to(*c);
-  c->add_option("--out", flags->out, "folder for cells.csv, summary.json and maps")->required();
+  c->add_option("--out", flags->out, "folder for cells.csv, summary.json and maps")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_stability(*flags); }; });
 }
 

@@ -7,10 +7,10 @@
 #include <cstdio>
 #include <iterator>
 
-#include "bench/lab/output.hpp"
 #include "bench/lab/parallel.hpp"
-#include "bench/lab/plot.hpp"
 #include "bench/measure/stability_plan.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
 #include "common/base/error.hpp"
 
 namespace palpate {
@@ -55,7 +55,7 @@ std::string cells_csv(const StabilityBodyCells& cells) {
   return csv;
 }
 
-StabilityBodyCells read_cells(const std::filesystem::path& file) {
+StabilityBodyCells read_body_cells(const std::filesystem::path& file) {
   StabilityBodyCells cells;
   for (const std::vector<std::string>& f : read_rows(file, fmt::format("{},{}", kBodyKeys, kBodyMeasures))) {
     const std::string where = fmt::format("{}:{}", file.string(), cells.size() + 2);
@@ -150,7 +150,7 @@ int run_body_sweep(const BodySweep& sweep) {
   const auto out = make_output_folder(sweep.out);
   StabilityBodyCells cells;
   if (sweep.shards.merge) {
-    cells = merged_cells(out, read_cells);
+    cells = merged_cells(out, read_body_cells);
   } else {
     const std::vector<BodyTrial> trials = sweep.only.empty()
                                               ? shard.part_of(body_trials(sweep.quick ? kScatteredQuick : kScattered, sweep.seed))

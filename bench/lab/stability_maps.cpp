@@ -7,8 +7,8 @@
 #include <iterator>
 
 #include "bench/lab/link_flags.hpp"
-#include "bench/lab/output.hpp"
-#include "bench/lab/plot.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
 
 namespace palpate {
 namespace {

@@ -4,14 +4,14 @@
 #include <ctime>
 #include <iterator>
 
+#include "bench/fidelity/replay.hpp"
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/flags.hpp"
 #include "bench/lab/link_flags.hpp"
-#include "bench/lab/output.hpp"
-#include "bench/lab/plot.hpp"
-#include "bench/lab/progress.hpp"
-#include "bench/measure/replay.hpp"
 #include "bench/measure/tools_apart.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
+#include "bench/output/progress.hpp"
 #include "common/base/error.hpp"
 
 namespace palpate {
@@ -85,14 +85,18 @@ int run_stations(const StationsFlags& flags) {
 void add_stations(CLI::App& app, Run& run) {
   auto flags = std::make_shared<StationsFlags>();
   CLI::App* c = app.add_subcommand("stations", "several hands on one body: what each feels of the others, and what it costs");
-  c->add_option("--scene", flags->scene, "scene file (JSON) with touch contact")->required();
-  c->add_option("--stations", flags->stations, "hands on the body")->check(CLI::Range(1, kMaxStations))->capture_default_str();
-  c->add_option("--apart-mm", flags->apart_mm, "distance between neighbours")->check(between(0, 1000))->capture_default_str();
-  c->add_option("--duration-s", flags->duration_s, "length of the motions")->check(between(0.5, 600))->capture_default_str();
-  c->add_option("--scheme", flags->scheme, "how patches are made")->capture_default_str();
-  c->add_option("--order", flags->order, "states of a patch, 0: the scheme's default")->check(CLI::Range(0, 2 * kMaxModes));
+  c->add_option("--scene", flags->scene, "scene file (JSON) with touch contact")->type_name("FILE")->required();
+  c->add_option("--stations", flags->stations, "hands on the body")->check(number_from(1, kMaxStations))->capture_default_str();
+  c->add_option("--apart-mm", flags->apart_mm, "distance between neighbours")
+      ->check(number_from<double>(0, 1000))
+      ->capture_default_str();
+  c->add_option("--duration-s", flags->duration_s, "length of the motions")
+      ->check(number_from<double>(0.5, 600))
+      ->capture_default_str();
+  c->add_option("--scheme", flags->scheme, "how patches are made")->type_name("NAME")->capture_default_str();
+  c->add_option("--order", flags->order, "states of a patch, 0: the scheme's default")->check(number_from(0, 2 * kMaxModes));
   flags->link.add_to(*c);
-  c->add_option("--out", flags->out, "folder for forces.csv, summary.json, forces.svg")->required();
+  c->add_option("--out", flags->out, "folder for forces.csv, summary.json, forces.svg")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_stations(*flags); }; });
 }
 

@@ -1,8 +1,8 @@
 #include "bench/lab/tasks.hpp"
 
+#include "bench/fidelity/replay.hpp"
 #include "bench/lab/parallel.hpp"
 #include "bench/measure/examination.hpp"
-#include "bench/measure/replay.hpp"
 
 namespace palpate {
 

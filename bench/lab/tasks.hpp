@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-#include "bench/measure/reference.hpp"
+#include "bench/fidelity/reference.hpp"
 #include "common/motion/motion.hpp"
 #include "server/scene/scene.hpp"
 

@@ -5,14 +5,14 @@
 #include <cstdio>
 #include <iterator>
 
+#include "bench/fidelity/metrics.hpp"
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/link_flags.hpp"
-#include "bench/lab/output.hpp"
-#include "bench/lab/plot.hpp"
 #include "bench/lab/shards.hpp"
 #include "bench/lab/truth_cells.hpp"
-#include "bench/measure/metrics.hpp"
 #include "bench/measure/reach.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
 
 namespace palpate {
 namespace {
@@ -214,12 +214,14 @@ void add_truth(CLI::App& app, Run& run) {
   auto flags = std::make_shared<TruthFlags>();
   CLI::App* c = app.add_subcommand(
       "truth", "force error against the round trip for every scheme on every scene, what limits it, and what it costs");
-  c->add_option("--scenes", flags->scenes, "folder of the scenes")->capture_default_str();
-  c->add_option("--only", flags->only, "these scenes alone, by file name without .json, separated by commas")->delimiter(',');
-  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->delimiter(',');
+  c->add_option("--scenes", flags->scenes, "folder of the scenes")->type_name("DIR")->capture_default_str();
+  c->add_option("--only", flags->only, "these scenes alone, by file name without .json, separated by commas")
+      ->type_name("NAME")
+      ->delimiter(',');
+  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->type_name("NAME")->delimiter(',');
   c->add_flag("--quick", flags->quick, "five round trips instead of eleven");
   flags->shards.add_to(*c);
-  c->add_option("--out", flags->out, "folder for cells.csv, summary.json and truth.svg")->required();
+  c->add_option("--out", flags->out, "folder for cells.csv, summary.json and truth.svg")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_truth(*flags); }; });
 }
 

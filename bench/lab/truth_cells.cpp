@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <iterator>
 
+#include "bench/fidelity/replay.hpp"
 #include "bench/lab/link_flags.hpp"
-#include "bench/lab/output.hpp"
 #include "bench/lab/parallel.hpp"
 #include "bench/lab/shards.hpp"
 #include "bench/lab/tasks.hpp"
-#include "bench/measure/replay.hpp"
+#include "bench/measure/local_model.hpp"
+#include "bench/output/output.hpp"
 #include "common/base/error.hpp"
 
 namespace palpate {

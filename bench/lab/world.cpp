@@ -13,8 +13,8 @@
 
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/flags.hpp"
-#include "bench/lab/output.hpp"
-#include "bench/lab/plot.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
 #include "bench/world/run.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
@@ -207,22 +207,22 @@ void add_world(CLI::App& app, Run& run) {
   auto flags = std::make_shared<WorldFlags>();
   CLI::App* c =
       app.add_subcommand("world", "simulated worlds drawn from a seed, with everything that goes wrong, run under checks");
-  c->add_option("--seed", flags->draw.seed, "of everything that is drawn; the first of several");
-  c->add_option("--seeds", flags->seeds, "how many, from --seed on")->check(CLI::Range(1, 1'000'000'000));
-  c->add_option("--for-s", flags->for_s, "instead of --seeds: as many as fit into this time")->check(CLI::Range(0.0, 1e7));
+  c->add_option("--seed", flags->draw.seed, "of everything that is drawn; the first of several")->check(whole_number());
+  c->add_option("--seeds", flags->seeds, "how many, from --seed on")->check(number_from(1, 1'000'000'000));
+  c->add_option("--for-s", flags->for_s, "instead of --seeds: as many as fit into this time")->check(number_from(0.0, 1e7));
   c->add_option("--duration-s", flags->draw.duration_s, "world time until everything is healed")
-      ->check(CLI::Range(1.5, 600.0))
+      ->check(number_from(1.5, 600.0))
       ->capture_default_str();
   c->add_option("--deadband", flags->draw.deadband, "share of the force below which servers send no change; not drawn")
-      ->check(between(0, kMaxDeadband))
+      ->check(number_from<double>(0, kMaxDeadband))
       ->capture_default_str();
-  c->add_option("--stations", flags->draw.stations_max, "at most so many")->check(CLI::Range(1, 16))->capture_default_str();
-  c->add_option("--jobs", flags->jobs, "threads, 0: one a core")->check(CLI::Range(0, 1024));
+  c->add_option("--stations", flags->draw.stations_max, "at most so many")->check(number_from(1, 16))->capture_default_str();
+  c->add_option("--jobs", flags->jobs, "threads, 0: one a core")->check(number_from(0, 1024));
   c->add_flag("--no-faults", flags->no_faults, "leave the faults out");
   c->add_flag("--no-drift", flags->no_drift, "clocks that do not drift");
   c->add_flag("--no-losses", flags->no_losses, "links that lose, double and reorder nothing by themselves");
   c->add_flag("--quiet", flags->quiet, "of several seeds only those that fail");
-  c->add_option("--out", flags->out, "folder for what one seed drew and felt");
+  c->add_option("--out", flags->out, "folder for what one seed drew and felt")->type_name("DIR");
   c->callback([flags, &run] { run = [flags] { return run_world(*flags); }; });
 }
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "bench/measure/join.hpp"
-#include "bench/measure/reference.hpp"
+#include "bench/fidelity/join.hpp"
+#include "bench/fidelity/reference.hpp"
 
 namespace palpate {
 namespace {

@@ -16,8 +16,8 @@
 namespace palpate {
 namespace {
 
-struct Body {
-  explicit Body(const Scene& s) : scene(s), skin(scene.body, scene.tool.radius_m), dynamics(scene.body) {}
+struct ModelBody {
+  explicit ModelBody(const Scene& s) : scene(s), skin(scene.body, scene.tool.radius_m), dynamics(scene.body) {}
   Scene scene;
   Skin skin;
   Dynamics dynamics;
@@ -31,7 +31,7 @@ struct Ways {
 /// M + h/2 D + h^2/4 K, over all nodes or, with `ways`, over modes.
 class StepMatrix {
  public:
-  StepMatrix(const Body& body, const LocalStart& start, const Ways* ways, const std::vector<std::uint8_t>& held, double h)
+  StepMatrix(const ModelBody& body, const LocalStart& start, const Ways* ways, const std::vector<std::uint8_t>& held, double h)
       : h_(h), solver_(body.dynamics.nodes()) {
     if (ways) {
       reduced_ = &start.modes;
@@ -66,7 +66,7 @@ class StepMatrix {
 /// One model, from its stamp on.
 class LocalRun {
  public:
-  LocalRun(const Body& body, const LocalStart& start, const Vec3& tool, LocalModel model)
+  LocalRun(const ModelBody& body, const LocalStart& start, const Vec3& tool, LocalModel model)
       : body_(&body),
         start_(&start),
         full_(model == LocalModel::full_forces),
@@ -128,12 +128,12 @@ class LocalRun {
     return grasp_ ? felt_at_node() : Vec3(port_.touching ? Vec3(-port_.lambda) : Vec3::Zero());
   }
 
-  static std::vector<std::uint8_t> held_by(const Body& body, const LocalStart& start) {
+  static std::vector<std::uint8_t> held_by(const ModelBody& body, const LocalStart& start) {
     std::vector<std::uint8_t> held = body.scene.body.fixed;
     if (start.port.kind == ContactKind::attach) held[start.port.node] = 1;
     return held;
   }
-  static Tangents taken(const Body& body, const LocalStart& start) {
+  static Tangents taken(const ModelBody& body, const LocalStart& start) {
     Tangents tangents(body.dynamics);
     tangents.take(start.body);
     return tangents;
@@ -263,7 +263,7 @@ class LocalRun {
     w_ += h_ / 2 * answers * closure.lambda;
   }
 
-  const Body* body_;
+  const ModelBody* body_;
   const LocalStart* start_;
   bool full_;
   bool grasp_;
@@ -284,7 +284,7 @@ class LocalRun {
 
 std::vector<std::optional<Vec3>> local_forces(const Scene& scene, const ToolPath& path, std::span<const Micros> ages,
                                               std::span<const LocalStart> starts, LocalModel model) {
-  const Body body(scene);
+  const ModelBody body(scene);
   const auto tick_of = [](Micros t) { return static_cast<std::int64_t>(std::llround(1e3 * seconds(t))); };
   const auto at = [&](std::int64_t tick) {
     return path[static_cast<std::size_t>(std::clamp<std::int64_t>(tick, 0, static_cast<std::int64_t>(path.size()) - 1))];
@@ -309,6 +309,24 @@ std::vector<std::optional<Vec3>> local_forces(const Scene& scene, const ToolPath
     while (done < static_cast<std::int64_t>(i)) forces[i] = run->tick(at(++done));
   }
   return forces;
+}
+
+void replace_patches(ReplayResult& result, const Scene& scene, LocalModel model) {
+  ToolPath path;
+  std::vector<Micros> ages;
+  for (const ReplayTick& tick : result.ticks) {
+    path.push_back(tick.position);
+    ages.push_back(tick.patch_age);
+  }
+  const auto forces = local_forces(scene, path, ages, result.starts, model);
+  std::vector<Vec3> felt, reference;
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    ReplayTick& tick = result.ticks[i];
+    if (forces[i]) tick.felt = *forces[i];
+    felt.push_back(tick.felt);
+    reference.push_back(tick.reference);
+  }
+  result.fidelity = compare(felt, reference, kSkipTicks);
 }
 
 }  // namespace palpate

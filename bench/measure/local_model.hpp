@@ -17,26 +17,19 @@
 #include <span>
 #include <vector>
 
-#include "bench/measure/reference.hpp"
-#include "server/body/stepper.hpp"
+#include "bench/fidelity/replay.hpp"
 
 namespace palpate {
 
 enum class LocalModel : std::uint8_t { full_forces, whole_linear };
 
-/// A frame in which a patch was built.
-struct LocalStart {
-  Micros stamp{};  ///< into the motion
-  BodyState body;  ///< there
-  ToolPort port;   ///< there
-  Matrix modes;    ///< V, 3 N x r, orthonormal in M
-  /// Of a touch: what the point under the tool yields at once beside the modes, C_s of the patch [m/N].
-  Mat3 residual = Mat3::Zero();
-};
-
 /// On the tool [N], for every tick of the path; nothing where there was no patch (`ages`, of the one that was played, negative)
 /// and, for full_forces, where it had no modes of its own: it was none of scheme `cubic`. `starts` ascend.
 std::vector<std::optional<Vec3>> local_forces(const Scene& scene, const ToolPath& path, std::span<const Micros> ages,
                                               std::span<const LocalStart> starts, LocalModel model);
+
+/// The run as it would have been felt with such a model in place of every patch that has one, those of `starts`: its ticks'
+/// forces and its fidelity are changed.
+void replace_patches(ReplayResult& result, const Scene& scene, LocalModel model);
 
 }  // namespace palpate

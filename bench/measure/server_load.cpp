@@ -93,10 +93,14 @@ ServerLoad server_load(const Scene& scene, std::span<const Motion> motions, cons
   Micros length = Micros::max();
   for (const Motion& motion : motions) length = std::min(length, motion.duration());
   Micros t = kLoadBegin;
-  for (; t < kLoadBegin + kLoadSkip; t += kTick) loop.step(t);
+  const auto step = [&] {
+    loop.step(t);
+    if (options.progress) options.progress("the room", seconds(t - kLoadBegin) / seconds(length));
+  };
+  for (; t < kLoadBegin + kLoadSkip; t += kTick) step();
   loop.load = {};
   const ServerCounts before = loop.counts();
-  for (; t <= kLoadBegin + length; t += kTick) loop.step(t);
+  for (; t <= kLoadBegin + length; t += kTick) step();
   const ServerCounts& after = loop.counts();
   ServerLoad load = loop.load;
   const double per_frame = 1.0 / std::max(1, load.frames);

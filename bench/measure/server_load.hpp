@@ -6,7 +6,7 @@
 
 #include <array>
 
-#include "bench/measure/replay.hpp"
+#include "bench/fidelity/replay.hpp"
 #include "server/reduce/patch_part.hpp"
 
 namespace palpate {
@@ -25,7 +25,8 @@ struct ServerLoad {
   double beside_step_ms() const { return patches_ms() + take_ms + emit_ms; }
 };
 
-/// Of the whole of the motions but the first kLoadSkip. `stopwatch` is that of this machine, of the calling thread.
+/// Of the whole of the motions but the first kLoadSkip. `stopwatch` is that of this machine, of the calling thread. Of `options`
+/// scheme, order, frame rate and progress count.
 ServerLoad server_load(const Scene& scene, std::span<const Motion> motions, const ReplayOptions& options,
                        const Stopwatch& stopwatch);
 

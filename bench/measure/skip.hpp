@@ -6,7 +6,7 @@
 
 #include <span>
 
-#include "bench/measure/replay.hpp"
+#include "bench/fidelity/replay.hpp"
 
 namespace palpate {
 

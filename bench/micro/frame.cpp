@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "bench/measure/metrics.hpp"
+#include "bench/fidelity/metrics.hpp"
 #include "bench/micro/benchmarks.hpp"
 #include "bench/micro/fixtures.hpp"
 

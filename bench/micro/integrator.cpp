@@ -6,7 +6,7 @@
 // run.
 #include <benchmark/benchmark.h>
 
-#include "bench/measure/replay.hpp"
+#include "bench/fidelity/replay.hpp"
 #include "bench/micro/benchmarks.hpp"
 #include "bench/micro/fixtures.hpp"
 #include "bench/micro/timer.hpp"

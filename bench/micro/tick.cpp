@@ -14,7 +14,7 @@
 #include <memory>
 #include <vector>
 
-#include "bench/measure/metrics.hpp"
+#include "bench/fidelity/metrics.hpp"
 #include "bench/micro/benchmarks.hpp"
 #include "bench/micro/fixtures.hpp"
 #include "bench/micro/machine.hpp"

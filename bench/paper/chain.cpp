@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "common/base/error.hpp"
-#include "server/linear/state_space.hpp"
 #include "server/reduce/two_layer.hpp"
+#include "server/systems/state_space.hpp"
 
 namespace palpate {
 namespace {

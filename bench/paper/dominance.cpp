@@ -6,7 +6,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "server/linear/balance.hpp"
+#include "server/systems/balance.hpp"
 
 namespace palpate {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "bench/measure/metrics.hpp"
+#include "bench/fidelity/metrics.hpp"
 #include "bench/paper/norton.hpp"
 
 namespace palpate {

@@ -10,7 +10,7 @@
 
 #include "bench/paper/response.hpp"
 #include "bench/paper/specimen.hpp"
-#include "server/linear/hinf.hpp"
+#include "server/systems/hinf.hpp"
 
 namespace palpate {
 

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "server/linear/hinf.hpp"
+#include "server/systems/hinf.hpp"
 
 namespace palpate {
 

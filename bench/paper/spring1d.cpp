@@ -7,7 +7,7 @@
 #include <span>
 #include <unsupported/Eigen/FFT>
 
-#include "bench/measure/metrics.hpp"
+#include "bench/fidelity/metrics.hpp"
 #include "server/body/element_kernel.hpp"
 
 namespace palpate {

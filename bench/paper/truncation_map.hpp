@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "bench/paper/specimen.hpp"
-#include "server/linear/hinf.hpp"
+#include "server/systems/hinf.hpp"
 
 namespace palpate {
 

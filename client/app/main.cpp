@@ -1,12 +1,10 @@
 // palpate-client: the station of one hand. See --help, and docs/reference/devices.md and docs/reference/threads.md.
 #include <atomic>
 #include <csignal>
-#include <exception>
-#include <iostream>
 
 #include "client/app/options.hpp"
 #include "client/app/run.hpp"
-#include "common/base/error.hpp"
+#include "common/command_line/flags.hpp"
 
 namespace {
 
@@ -20,17 +18,12 @@ void ask_to_stop(int) { stop_asked = true; }
 int main(int argc, char** argv) {
   std::signal(SIGINT, ask_to_stop);
   std::signal(SIGTERM, ask_to_stop);
-  try {
-    const auto options = palpate::parse_options(argc, argv);
-    if (!options) return 0;
-    if (options->check_link) return palpate::check_link(*options, stop_asked);
-    if (options->reset) return palpate::reset_body(*options, stop_asked);
-    return palpate::run(*options, stop_asked);
-  } catch (const palpate::InputError& error) {
-    std::cerr << "palpate-client: " << error.what() << '\n';
-    return 2;
-  } catch (const std::exception& error) {
-    std::cerr << "palpate-client: " << error.what() << '\n';
-    return 1;
-  }
+  CLI::App app{"the station of one hand: reads a haptic device at 1 kHz, plays the server's patches, writes the force",
+               "palpate-client"};
+  return palpate::run_program(app, [&] {
+    const palpate::AppOptions options = palpate::parse_options(app, argc, argv);
+    if (options.check_link) return palpate::check_link(options, stop_asked);
+    if (options.reset) return palpate::reset_body(options, stop_asked);
+    return palpate::run(options, stop_asked);
+  });
 }

@@ -1,17 +1,19 @@
 #include "client/app/options.hpp"
 
-#include <CLI/CLI.hpp>
-#include <cmath>
-#include <iostream>
-#include <limits>
+#include <fmt/format.h>
+
+#include <algorithm>
 
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
+#include "common/command_line/flags.hpp"
 #include "common/io/make_folder.hpp"
 
 namespace palpate {
 
 namespace {
+
+constexpr double kLeastS = 1e-3, kMostS = 30 * 86400.0, kMostCouplingNM = 1e6, kMostCouplingNSM = 1e3;
 
 /// Flags as they were typed.
 struct Typed {
@@ -21,59 +23,66 @@ struct Typed {
   std::uint64_t seed = 1;
   double coupling_n_m = 0, coupling_n_s_m = 0;
   bool check_link = false, reset = false;
-  double duration_s = std::numeric_limits<double>::quiet_NaN(), release_s = std::numeric_limits<double>::quiet_NaN();
+  std::optional<double> duration_s, release_s;
 };
 
-/// The command line takes "-1" for 2^64 - 1.
-std::string refuse_sign(const std::string& number) {
-  return number.starts_with('-') ? "is negative; expected a number from 0 on" : "";
-}
-
 void declare(CLI::App& app, Typed& typed) {
-  app.set_version_flag("--version", "palpate-client " PALPATE_VERSION);
-  app.add_option("--server", typed.server, "Where the server listens")->required()->type_name("HOST:PORT");
+  describe_program(app, PALPATE_VERSION,
+                   "palpate-client --server 127.0.0.1:47800 --motion scenes/motions/organ-tour.csv --report out/station");
+  app.add_option("--server", typed.server, "where palpate-server (or palpate-relay) listens")->required()->type_name("HOST:PORT");
   app.add_option("--device", typed.device,
-                 "sim: a simulated Phantom 1.5 in a simulated hand; replay: the recorded motion as it is")
+                 "sim: a simulated Phantom 1.5 in a simulated hand; replay: the recorded motion as it is (hid, openhaptics and "
+                 "forcedimension are not in this build)")
       ->type_name("sim|replay")
       ->capture_default_str();
   app.add_option(
          "--motion", typed.motion,
-         "What the hand intends, or the recorded motion (palpate-lab gesture makes one for any scene); without it the hand holds "
+         "what the hand intends, or the recorded motion (palpate-lab gesture makes one for any scene); without it the hand holds "
          "still")
       ->type_name("FILE.csv");
   app.add_option("--station", typed.station,
-                 "Name of this station, which nobody else in the room may have; without the flag it gets a number where it must")
+                 "name of this station, which nobody else in the room may have; without the flag it gets a number where it must")
       ->type_name("NAME")
       ->capture_default_str();
-  app.add_option("--room", typed.room, "Name of the room on the server; default: its first")->type_name("NAME");
+  app.add_option("--room", typed.room, "name of the room on the server; default: its first")->type_name("NAME");
   app.add_option("--scheme", typed.scheme,
-                 "What patches are made of; auto: the server gives cubic (nonlinear) while it has the time, port (linear) else")
+                 "what patches are made of; auto: the server gives cubic (nonlinear) while it has the time, port (linear) else")
       ->type_name("NAME")
       ->capture_default_str();
-  app.add_option("--order", typed.order, "States of a patch, 0: the server's default")->type_name("N")->capture_default_str();
-  app.add_option("--hand", typed.hand, "The hand of --device sim")->type_name("free|light|reference|firm")->capture_default_str();
-  app.add_option("--seed", typed.seed, "Of the simulated tremor")->type_name("N")->capture_default_str()->check(refuse_sign, "");
-  app.add_option("--release-s", typed.release_s, "Motion time at which the hand of --device sim lets go")->type_name("N");
-  app.add_option("--compare", typed.compare, "Schemes to run beside the felt one on the same hand, separated by commas")
-      ->type_name("LIST");
-  app.add_option("--passivity", typed.passivity, "Passivity limiter")->type_name("off|observe|on")->capture_default_str();
-  app.add_option("--coupling-n-m", typed.coupling_n_m, "Virtual coupling between device and model: its stiffness, 0: none")
-      ->type_name("N")
+  app.add_option("--order", typed.order,
+                 fmt::format("states of a patch (twice its modes), even, up to {}; 0: the server's default", 2 * kMaxModes))
       ->capture_default_str();
-  app.add_option("--coupling-n-s-m", typed.coupling_n_s_m, "Its damping")->type_name("N")->capture_default_str();
-  app.add_option("--report", typed.report, "Write forces.csv and summary.json there")->type_name("DIR");
-  app.add_option("--record", typed.record, "Write every tick, patch and event to a new file (docs/reference/recording.md)")
+  app.add_option("--hand", typed.hand, "the hand of --device sim")->type_name("free|light|reference|firm")->capture_default_str();
+  app.add_option("--seed", typed.seed, "of the simulated tremor")->capture_default_str()->check(whole_number());
+  app.add_option("--release-s", typed.release_s, "motion time at which the hand of --device sim lets go")
+      ->check(number_from(0.0, kMostS));
+  app.add_option("--compare", typed.compare, "schemes to run beside the felt one on the same hand, separated by commas")
+      ->type_name("NAME,...");
+  app.add_option("--passivity", typed.passivity,
+                 "observe: account for the energy that the display gives to the hand; on: also damp a display that turns active; "
+                 "off: neither")
+      ->type_name("off|observe|on")
+      ->capture_default_str();
+  app.add_option("--coupling-n-m", typed.coupling_n_m, "stiffness of a virtual coupling between device and model; 0: none")
+      ->check(number_from(0.0, kMostCouplingNM))
+      ->capture_default_str();
+  app.add_option("--coupling-n-s-m", typed.coupling_n_s_m, "damping of the virtual coupling")
+      ->check(number_from(0.0, kMostCouplingNSM))
+      ->capture_default_str();
+  app.add_option("--report", typed.report, "folder for forces.csv and summary.json of what was felt")->type_name("DIR");
+  app.add_option("--record", typed.record, "write every tick, patch and event to a new file (docs/reference/recording.md)")
       ->type_name("FILE");
   app.add_option("--duration-s", typed.duration_s,
-                 "End after so many seconds, the hand holding still once its motion has ended; default: at the end of the motion")
-      ->type_name("N");
+                 "end after so many seconds, the hand holding still once its motion has ended; default: at the end of the motion")
+      ->check(number_from(kLeastS, kMostS));
   app.add_flag(
       "--check-link", typed.check_link,
-      "Measure the link and this machine for --duration-s (default 10) and say whether they serve and what to set; exit 0: "
+      "measure the link and this machine for --duration-s (default 10) and say whether they serve and what to set; exit 0: "
       "they do, 1: they do not");
   app.add_flag("--reset", typed.reset,
-               "Have the body put back to rest and end, without a hand; exit 1: no answer within --duration-s (default 5)");
-  app.add_option("--realtime", typed.realtime, "auto: ask the operating system for real time; off: do not")
+               "have the body put back to rest and end, without a hand; exit 1: no answer within --duration-s (default 5)");
+  app.add_option("--realtime", typed.realtime,
+                 "auto: ask for real-time priority and locked memory, and say what was denied; off: do not ask")
       ->type_name("auto|off")
       ->capture_default_str();
 }
@@ -125,13 +134,6 @@ std::vector<Scheme> schemes_of(const char* flag, const std::string& typed) {
   return schemes;
 }
 
-std::optional<double> seconds_of(const char* flag, double typed, bool given, double low) {
-  if (!given) return std::nullopt;
-  constexpr double kDayS = 86400;
-  if (!(typed >= low && typed <= 30 * kDayS)) throw InputError(flag, "is out of range", "more than 0 s, up to 30 days");
-  return typed;
-}
-
 std::string room_of(const std::string& typed) {
   if (typed.size() > static_cast<std::size_t>(kMaxNameBytes))
     throw InputError("--room", "'" + typed + "' is too long", "at most " + std::to_string(kMaxNameBytes) + " bytes");
@@ -159,11 +161,6 @@ std::uint16_t order_of(int typed) {
 }
 
 CouplingParameters coupling_of(const Typed& typed) {
-  constexpr double kMostNM = 1e6, kMostNSM = 1e3;
-  if (!(typed.coupling_n_m >= 0 && typed.coupling_n_m <= kMostNM))
-    throw InputError("--coupling-n-m", "is out of range", "0 to 1000000 N/m");
-  if (!(typed.coupling_n_s_m >= 0 && typed.coupling_n_s_m <= kMostNSM))
-    throw InputError("--coupling-n-s-m", "is out of range", "0 to 1000 N s/m");
   if (typed.coupling_n_s_m > 0 && typed.coupling_n_m <= 0)
     throw InputError("--coupling-n-s-m", "without a stiffness", "--coupling-n-m above 0");
   return {typed.coupling_n_m, typed.coupling_n_s_m, 0};
@@ -205,8 +202,8 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
     throw InputError("--record", "with --check-link", "a run with a hand: --check-link feels nothing");
   options.record = typed.record;
   options.realtime = choose<bool>("--realtime", typed.realtime, {{"auto", true}, {"off", false}});
-  options.duration_s = seconds_of("--duration-s", typed.duration_s, app.count("--duration-s") > 0, 1e-3);
-  options.release_s = seconds_of("--release-s", typed.release_s, app.count("--release-s") > 0, 0);
+  options.duration_s = typed.duration_s;
+  options.release_s = typed.release_s;
   if (options.release_s && options.device != DeviceKind::sim)
     throw InputError("--release-s", "with --device " + typed.device, "--device sim: a recording has no hand to let go");
   options.motion_file = typed.motion;
@@ -220,22 +217,10 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
 
 }  // namespace
 
-std::optional<AppOptions> parse_options(int argc, char** argv) {
-  CLI::App app{"The station of one hand: reads a haptic device at 1 kHz, plays the server's patches, writes the force.",
-               "palpate-client"};
+AppOptions parse_options(CLI::App& app, int argc, char** argv) {
   Typed typed;
   declare(app, typed);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    std::cout << app.help();
-    return std::nullopt;
-  } catch (const CLI::CallForVersion&) {
-    std::cout << app.version() << '\n';
-    return std::nullopt;
-  } catch (const CLI::ParseError& error) {
-    throw InputError("command line", error.what(), "the flags that palpate-client --help lists");
-  }
+  app.parse(argc, argv);
   return checked(typed, app);
 }
 

@@ -13,6 +13,10 @@
 #include "common/motion/motion.hpp"
 #include "common/wire/scheme_in_use.hpp"
 
+namespace CLI {
+class App;
+}
+
 namespace palpate {
 
 struct AppOptions {
@@ -39,7 +43,7 @@ struct AppOptions {
   bool reset = false;       ///< have the body put back to rest, feel nothing
 };
 
-/// Empty when the program has done what it was asked (--help, --version). Throws InputError for bad usage and bad files.
-std::optional<AppOptions> parse_options(int argc, char** argv);
+/// Reads the line by `app`, to which it adds the flags. Throws InputError for bad usage and bad files, and what CLI11 throws.
+AppOptions parse_options(CLI::App& app, int argc, char** argv);
 
 }  // namespace palpate

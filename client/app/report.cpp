@@ -24,6 +24,8 @@ void write(const std::filesystem::path& file, const std::string& text) {
 
 double milliseconds(Micros t) { return static_cast<double>(t.count()) * 1e-3; }
 
+std::string times(std::uint64_t n) { return n == 1 ? "once" : fmt::format("{} times", n); }
+
 double loss_percent(const SeqCounts& counts) {
   const auto sent = counts.received + counts.lost;
   return sent == 0 ? 0.0 : 100.0 * static_cast<double>(counts.lost) / static_cast<double>(sent);
@@ -87,6 +89,7 @@ Json run_json(const RunReport& run) {
   Json json{{"program", "palpate-client"}, {"version", PALPATE_VERSION}, {"scheme", run.displays.front().scheme}};
   add_schemes(run.displays.front(), json);
   json["order"] = run.options.order;
+  json["rate_hz"] = run.displays.front().core->welcome().rate_hz;
   json["scene"] = {{"name", run.displays.front().core->welcome().scene}};
   if (!run.options.motion_file.empty())
     json["motion"] = {{"file", run.options.motion_file.string()}, {"hash", file_hash(run.options.motion_file)}};
@@ -188,9 +191,9 @@ std::string describe(const RunReport& run) {
     fmt::format_to(out, "tick      {} ns (median), {} ns (99 %); largest force {:.3f} N\n", stats.tick_ns.percentile(0.5),
                    stats.tick_ns.percentile(0.99), stats.force_max_n);
   }
-  fmt::format_to(
-      out, "link      round trip {:.1f} ms, jitter {:.1f} ms (change from one to the next), {:.1f} % lost, joined {} time(s)\n",
-      milliseconds(rtt.mean), milliseconds(rtt.jitter), loss_percent(core.loss()), core.counts().joins);
+  fmt::format_to(out,
+                 "link      round trip {:.1f} ms, jitter {:.1f} ms (change from one to the next), {:.1f} % lost, joined {}\n",
+                 milliseconds(rtt.mean), milliseconds(rtt.jitter), loss_percent(core.loss()), times(core.counts().joins));
   if (core.server_pace().rate_min_hz > 0 && core.server_pace().rate_min_hz < 0.95 * core.welcome().rate_hz)
     fmt::format_to(out, "server    had time for only {:.1f} of {:g} frames a second at its slowest, up to {:.0f} ms behind\n",
                    core.server_pace().rate_min_hz, core.welcome().rate_hz, milliseconds(core.server_pace().behind_max));

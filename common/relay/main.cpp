@@ -1,12 +1,11 @@
 // palpate-relay: a bad link on one machine, for stress tests with real programs.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <asio/signal_set.hpp>
-#include <charconv>
 #include <cstdio>
 
 #include "common/base/error.hpp"
+#include "common/command_line/flags.hpp"
 #include "common/io/udp_relay.hpp"
 
 namespace {
@@ -15,50 +14,26 @@ using namespace palpate;
 
 struct Options {
   std::string listen, to;
-  double rtt_ms = -1, jitter_ms = 0, loss_pct = 0, burst = 0, duplicate_pct = 0, reorder_pct = 0, kbit_s = 0;
+  double rtt_ms = 0, jitter_ms = 0, loss_pct = 0, burst = 0, duplicate_pct = 0, reorder_pct = 0, kbit_s = 0;
   std::uint64_t seed = 1;
 };
 
-CLI::Validator number_from(double low, double high) {
-  const auto judge = [low, high](const std::string& text) {
-    double value = 0;
-    const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (fault == std::errc{} && end == text.data() + text.size() && value >= low && value <= high) return std::string();
-    return fmt::format("is \"{}\"; expected a number from {} to {}", text, low, high);
-  };
-  return {judge, fmt::format("{} to {}", low, high)};
-}
-
-CLI::Validator whole_number() {
-  const auto judge = [](const std::string& text) {
-    std::uint64_t value = 0;
-    const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
-    const bool whole = fault == std::errc{} && end == text.data() + text.size();
-    return whole ? std::string() : fmt::format("is \"{}\"; expected a whole number from 0 to 2^64 - 1", text);
-  };
-  return {judge, ""};
-}
-
 void describe_flags(CLI::App& app, Options& o) {
-  app.set_version_flag("--version", "palpate-relay " PALPATE_VERSION);
-  app.add_option("--listen", o.listen, "required: HOST:PORT where clients reach the relay, port 0 for any");
-  app.add_option("--to", o.to, "required: HOST:PORT of the server");
-  app.add_option("--rtt-ms", o.rtt_ms, "required: round trip, half of it each way")->check(number_from(0, 60'000));
-  app.add_option("--jitter-ms", o.jitter_ms, "each way's delay is drawn evenly within +- this, in the order sent")
-      ->check(number_from(0, 60'000));
-  app.add_option("--loss-pct", o.loss_pct, "datagrams lost, each way")->check(number_from(0, 100));
-  app.add_option("--burst", o.burst, "mean run of lost datagrams, 0 for independent losses")->check(number_from(0, 1e6));
-  app.add_option("--duplicate-pct", o.duplicate_pct, "datagrams that arrive twice, each way")->check(number_from(0, 100));
-  app.add_option("--reorder-pct", o.reorder_pct, "datagrams that others may overtake, each way")->check(number_from(0, 100));
-  app.add_option("--kbit-s", o.kbit_s, "bandwidth of each client, each way, 0 for unlimited")->check(number_from(0, 1e9));
-  app.add_option("--seed", o.seed, "of everything random")->check(whole_number());
-}
-
-/// CLI11's own "required" would hide an unknown flag behind a missing one.
-void require_flags(const Options& o) {
-  if (o.listen.empty()) throw InputError("--listen", "it is missing", "HOST:PORT where clients reach the relay");
-  if (o.to.empty()) throw InputError("--to", "it is missing", "HOST:PORT of the server");
-  if (o.rtt_ms < 0) throw InputError("--rtt-ms", "it is missing", "a round trip in milliseconds");
+  app.option_defaults()->always_capture_default();
+  const auto add = [&](const char* flag, auto& value, const char* type, const char* text) {
+    return app.add_option(flag, value, text)->type_name(type);
+  };
+  add("--listen", o.listen, "HOST:PORT", "where clients reach the relay, port 0 for any")->required();
+  add("--to", o.to, "HOST:PORT", "where the server listens")->required();
+  add("--rtt-ms", o.rtt_ms, "N", "round trip, half of it each way")->required()->check(number_from<double>(0, 60'000));
+  add("--jitter-ms", o.jitter_ms, "N", "each way's delay is drawn evenly within +- this, in the order sent")
+      ->check(number_from<double>(0, 60'000));
+  add("--loss-pct", o.loss_pct, "N", "datagrams lost, each way")->check(number_from<double>(0, 100));
+  add("--burst", o.burst, "N", "mean run of lost datagrams, 0: independent losses")->check(number_from<double>(0, 1e6));
+  add("--duplicate-pct", o.duplicate_pct, "N", "datagrams that arrive twice, each way")->check(number_from<double>(0, 100));
+  add("--reorder-pct", o.reorder_pct, "N", "datagrams that others may overtake, each way")->check(number_from<double>(0, 100));
+  add("--kbit-s", o.kbit_s, "N", "bandwidth of each client, each way, 0: unlimited")->check(number_from<double>(0, 1e9));
+  add("--seed", o.seed, "N", "of everything random")->check(whole_number());
 }
 
 LinkSpec link_of(const Options& o) {
@@ -111,24 +86,16 @@ void run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Passes datagrams between Palpate clients and a server over a bad link.");
+  CLI::App app("passes datagrams between Palpate clients and a server over a bad link", "palpate-relay");
+  palpate::describe_program(
+      app, PALPATE_VERSION,
+      "palpate-relay --listen 127.0.0.1:47801 --to 127.0.0.1:47800 --rtt-ms 120 --jitter-ms 10 --loss-pct 3\n"
+      "  palpate-client --server 127.0.0.1:47801 --motion scenes/motions/organ-tour.csv");
   Options options;
   describe_flags(app, options);
-  try {
+  return palpate::run_program(app, [&] {
     app.parse(argc, argv);
-    require_flags(options);
     run(options);
     return 0;
-  } catch (const CLI::Success& asked) {
-    return app.exit(asked);
-  } catch (const CLI::ParseError& wrong) {
-    fmt::print(stderr, "palpate-relay: {}; see palpate-relay --help\n", wrong.what());
-    return 2;
-  } catch (const palpate::InputError& wrong) {
-    fmt::print(stderr, "palpate-relay: {}\n", wrong.what());
-    return 2;
-  } catch (const std::exception& failure) {
-    fmt::print(stderr, "palpate-relay: {}\n", failure.what());
-    return 1;
-  }
+  });
 }

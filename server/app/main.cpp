@@ -2,7 +2,6 @@
 #include <spdlog/fmt/chrono.h>
 #include <spdlog/fmt/fmt.h>
 
-#include <CLI/CLI.hpp>
 #include <asio/signal_set.hpp>
 #include <cmath>
 #include <csignal>
@@ -14,6 +13,7 @@
 
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
+#include "common/command_line/flags.hpp"
 #include "server/app/describe.hpp"
 #include "server/io/server_shell.hpp"
 #include "server/scene/scene.hpp"
@@ -21,6 +21,8 @@
 namespace {
 
 using namespace palpate;
+
+constexpr double kLeastS = 1e-3, kMostS = 30 * 86400.0;
 
 struct Options {
   std::vector<std::string> scenes;
@@ -31,53 +33,45 @@ struct Options {
 };
 
 void describe_flags(CLI::App& app, Options& o) {
-  app.set_version_flag("--version", "palpate-server " PALPATE_VERSION);
   app.add_option("--scene", o.scenes,
-                 "required: the body and the tool; again for each further room, whose name is the scene's where none is given")
+                 "scene file (docs/reference/scenes.md); NAME names the room, default: the scene's name. Give it again for each "
+                 "further room (a room is one body and the hands on it)")
       ->type_name("[NAME=]FILE")
+      ->required()
       ->allow_extra_args(false);
   app.add_option("--listen", o.listen, "where clients reach the server, port 0 for any")
       ->type_name("HOST:PORT")
       ->capture_default_str();
-  app.add_option("--rate-hz", o.rate_hz, "frames a second")->type_name("N")->capture_default_str();
+  app.add_option("--rate-hz", o.rate_hz,
+                 "frames a second (a frame: one step of the body, after which every station gets a new patch)")
+      ->check(number_from(kMinRateHz, kMaxRateHz))
+      ->capture_default_str();
   app.add_option("--threads", o.threads,
-                 "that step bodies; default: one a room, at most one a processor; with more than rooms large bodies are shared")
-      ->type_name("N")
-      ->check(CLI::Range(1, 256));
-  app.add_option("--duration-s", o.duration_s, "end after so many seconds; default: never")->type_name("N");
+                 "threads that step bodies; default: one a room, at most one a processor; what exceeds the rooms is shared by "
+                 "large bodies")
+      ->check(number_from(1, 256));
+  app.add_option("--duration-s", o.duration_s, "end after so many seconds; default: never")->check(number_from(kLeastS, kMostS));
   app.add_option("--record", o.record,
                  "write everything that happens to a new file (docs/reference/recording.md); of several rooms each to its own, "
-                 "FILE with -NAME "
-                 "before the extension")
+                 "FILE with -NAME before the extension")
       ->type_name("FILE");
   app.add_option("--record-shapes-hz", o.shapes_hz, "shapes of the body a second in the recording, at most one a frame, 0: none")
-      ->type_name("N")
+      ->check(number_from(0.0, kMaxRateHz))
       ->capture_default_str();
   app.add_option("--deadband", o.deadband,
-                 "share of a force below which a change is not sent: the station's patch lives on; 0: every patch is sent")
-      ->type_name("N")
+                 "share of the force: a patch that would change the force by less is not sent; 0: every patch is sent")
+      ->check(number_from(0.0, kMaxDeadband))
       ->capture_default_str();
   app.add_flag("--print-scene", o.print_scene, "write the scene with all defaults filled in, and end");
   app.add_flag("--describe", o.describe,
                "say what the body weighs, how many nodes are held, how stiff it is and what a frame costs here, and end");
 }
 
-/// CLI11's own "required" would hide an unknown flag behind a missing one.
 void check(const Options& o) {
-  constexpr double kMostS = 30 * 86400.0;
-  if (o.scenes.empty()) throw InputError("--scene", "it is missing", "a scene file");
   if (o.print_scene && o.scenes.size() > 1) throw InputError("--print-scene", "comes with several scenes", "one --scene");
   if (o.print_scene && o.describe) throw InputError("--describe", "comes with --print-scene", "one of the two");
-  if (!(o.rate_hz >= kMinRateHz && o.rate_hz <= kMaxRateHz))
-    throw InputError("--rate-hz", fmt::format("is {}", o.rate_hz), fmt::format("{} to {}", kMinRateHz, kMaxRateHz));
-  if (!(o.deadband >= 0 && o.deadband <= kMaxDeadband))
-    throw InputError("--deadband", fmt::format("is {}", o.deadband), fmt::format("0 to {}", kMaxDeadband));
-  if (o.has_duration && !(o.duration_s > 0 && o.duration_s <= kMostS))
-    throw InputError("--duration-s", fmt::format("is {}", o.duration_s), "more than 0 s, up to 30 days");
   if (o.has_record && o.record.empty()) throw InputError("--record", "is empty", "a file, or no such flag");
   if (o.has_shapes && !o.has_record) throw InputError("--record-shapes-hz", "without a recording", "--record FILE");
-  if (!(o.shapes_hz >= 0 && o.shapes_hz <= kMaxRateHz))
-    throw InputError("--record-shapes-hz", fmt::format("is {}", o.shapes_hz), fmt::format("0 to {}", kMaxRateHz));
 }
 
 /// A scene that is being built holds nothing that must be ended in order, and may take long.
@@ -161,10 +155,11 @@ void serve(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Simulates a deformable body and lets stations touch it.");
+  CLI::App app("simulates a deformable body and lets stations touch it", "palpate-server");
+  describe_program(app, PALPATE_VERSION, "palpate-server --scene scenes/organ.json --listen 0.0.0.0:47800");
   Options options;
   describe_flags(app, options);
-  try {
+  return run_program(app, [&] {
     app.parse(argc, argv);
     options.has_duration = app.count("--duration-s") > 0;
     options.has_record = app.count("--record") > 0;
@@ -177,16 +172,5 @@ int main(int argc, char** argv) {
     else
       serve(options);
     return 0;
-  } catch (const CLI::Success& asked) {
-    return app.exit(asked);
-  } catch (const CLI::ParseError& wrong) {
-    fmt::print(stderr, "palpate-server: {}; see palpate-server --help\n", wrong.what());
-    return 2;
-  } catch (const InputError& wrong) {
-    fmt::print(stderr, "palpate-server: {}\n", wrong.what());
-    return 2;
-  } catch (const std::exception& failure) {
-    fmt::print(stderr, "palpate-server: {}\n", failure.what());
-    return 1;
-  }
+  });
 }

@@ -24,13 +24,16 @@ std::string frame_figures(const ServerCounts& before, const ServerCounts& after,
   const auto frames = after.frames - before.frames;
   const auto time = after.frame_time_sum - before.frame_time_sum, stepping = after.stepping - before.stepping;
   const double faster = seconds(after.simulated - before.simulated) / std::max(seconds(stepping), 1e-9);
-  return fmt::format(
-      "{} frames, {} of them asleep, {} without rollouts, {:.2f} ms mean, {:.2f} ms max, {}, {} skipped, {} failed, {} cut "
-      "steps, {} datagrams dropped",
-      frames, after.frames_asleep - before.frames_asleep, after.frames_without_rollouts - before.frames_without_rollouts,
-      frames ? ms(time) / static_cast<double>(frames) : 0, ms(longest),
-      stepping > Micros{} ? fmt::format("{:.1f} x real time", faster) : "never stepped", after.frames_busy - before.frames_busy,
-      after.frames_failed - before.frames_failed, after.cut_steps - before.cut_steps, after.dropped_all() - before.dropped_all());
+  std::string text = fmt::format("{} frames, {} of them asleep, {:.2f} ms mean, {:.2f} ms max, {}", frames,
+                                 after.frames_asleep - before.frames_asleep, frames ? ms(time) / static_cast<double>(frames) : 0,
+                                 ms(longest), stepping > Micros{} ? fmt::format("{:.1f} x real time", faster) : "never stepped");
+  for (const auto& [count, what] : {std::pair{after.frames_without_rollouts - before.frames_without_rollouts, "without rollouts"},
+                                    {after.frames_busy - before.frames_busy, "frames skipped"},
+                                    {after.frames_failed - before.frames_failed, "failed"},
+                                    {after.cut_steps - before.cut_steps, "steps cut"},
+                                    {after.dropped_all() - before.dropped_all(), "datagrams dropped"}})
+    if (count > 0) text += fmt::format(", {} {}", count, what);
+  return text;
 }
 
 std::vector<ServerRooms::RoomSpec> specs_of(const std::vector<NamedScene>& scenes) {

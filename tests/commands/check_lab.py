@@ -83,6 +83,16 @@ def check_felt(program, scenes, work):
         result = json.loads((work / "felt" / "felt.json").read_text())
         assert list(result) == [key, "port", "hold", "run"], list(result)
         assert result[key]["snr_db"] == result["port"]["snr_db"], result
+    # What was felt here was the last force, over no link: by itself, and beside the same without jitter and loss.
+    (report / "summary.json").write_text(json.dumps({"run": {"scheme": "hold", "order": 0, "rate_hz": 20}}))
+    felt_alone = program.parent / "palpate-felt"
+    done = lab(felt_alone, "--scene", scenes / "touch-cube.json", "--report", report, "--clean-rtt-ms", 0, "--out", work / "clean")
+    result = json.loads((work / "clean" / "felt.json").read_text())
+    assert abs(result["clean_link"]["snr_db"] - result["hold, felt"]["snr_db"]) < 1, result
+    assert "Over 0 ms without jitter and loss" in done.stdout and result["run"]["program"] == "palpate-felt", done.stdout
+    (report / "summary.json").unlink()
+    done = lab(felt_alone, "--scene", scenes / "touch-cube.json", "--report", report, "--clean-rtt-ms", 0, "--out", work / "x", expect=2)
+    assert "the report names no scheme" in done.stderr and done.stderr.startswith("palpate-felt: "), done.stderr
 
 
 def check_dominance(program, scenes, work):
@@ -103,6 +113,10 @@ def check_words(program, scenes, work):
     assert "cubee" in done.stderr and "cube6, organ" in done.stderr, done.stderr
     done = lab(program, "replay", "--no-such-flag", "--out", work / "x", expect=2)
     assert "palpate-lab replay --help" in done.stderr, done.stderr
+    done = lab(program, "replay", "--out", work / "x", expect=2)
+    assert "palpate-lab: --scheme: it is missing" in done.stderr, done.stderr
+    done = lab(program, expect=2)
+    assert "EXPERIMENT: it is missing" in done.stderr, done.stderr
     done = lab(program, "replay", "--help")
     assert "->" not in done.stdout and "Example" in done.stdout and "20" in done.stdout, done.stdout
     names = [line.split()[0] for line in lab(program, "list").stdout.splitlines() if line.startswith("  ")]

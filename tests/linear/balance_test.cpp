@@ -1,9 +1,9 @@
 // Balanced truncation against dense Gramians, its own bound, and the figures known of the paper's mesh.
-#include "server/linear/balance.hpp"
+#include "server/systems/balance.hpp"
 
 #include <catch2/catch.hpp>
 
-#include "server/linear/hinf.hpp"
+#include "server/systems/hinf.hpp"
 #include "tests/linear/small_systems.hpp"
 
 using namespace palpate;

@@ -1,5 +1,5 @@
 // The computed H-infinity norm against closed forms and dense sampling.
-#include "server/linear/hinf.hpp"
+#include "server/systems/hinf.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

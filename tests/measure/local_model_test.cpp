@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "bench/measure/replay.hpp"
+#include "bench/fidelity/replay.hpp"
 
 using namespace palpate;
 

@@ -1,9 +1,9 @@
 // Figures of masking against sequences whose answer is plain.
-#include "bench/measure/metrics.hpp"
+#include "bench/fidelity/metrics.hpp"
 
 #include <catch2/catch.hpp>
 
-#include "bench/measure/routes.hpp"
+#include "bench/output/routes.hpp"
 
 using namespace palpate;
 

@@ -1,10 +1,10 @@
 // The reference force against an explicit integrator of its own, and the figures of fidelity against signals made for them.
-#include "bench/measure/reference.hpp"
+#include "bench/fidelity/reference.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "bench/measure/metrics.hpp"
+#include "bench/fidelity/metrics.hpp"
 #include "common/motion/motion.hpp"
 
 using namespace palpate;

@@ -1,5 +1,5 @@
 // What is felt over real links, in virtual time: the figures that the design promises, repeatability, and the moment of contact.
-#include "bench/measure/replay.hpp"
+#include "bench/fidelity/replay.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "bench/measure/reference.hpp"
+#include "bench/fidelity/reference.hpp"
 #include "bench/measure/stability_plan.hpp"
 #include "common/base/error.hpp"
 

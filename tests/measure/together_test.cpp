@@ -1,8 +1,8 @@
 // Two hands on one body: what each feels of the other, against the full model with both tools.
 #include <catch2/catch.hpp>
 
-#include "bench/measure/reference.hpp"
-#include "bench/measure/replay.hpp"
+#include "bench/fidelity/reference.hpp"
+#include "bench/fidelity/replay.hpp"
 #include "bench/measure/tools_apart.hpp"
 
 using namespace palpate;

@@ -23,7 +23,7 @@ PROGRAMS = {  # package: its programs
     "palpate-server": ["palpate-server"],
     "palpate-client": ["palpate-client", "palpate-relay"],
     "palpate-view": ["palpate-view"],
-    "palpate-lab": ["palpate-lab"],
+    "palpate-lab": ["palpate-felt", "palpate-lab"],
 }
 HOLDS = {  # package: files beside programs and texts that have to be there
     "palpate-server": ["lib/systemd/system/palpate-server.service", "etc/default/palpate-server"],

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "server/linear/balance.hpp"
+#include "server/systems/balance.hpp"
 
 namespace palpate {
 namespace {

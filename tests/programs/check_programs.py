@@ -36,9 +36,10 @@ class Room:
 
 
 def check_helps(programs):
-    for name in ("palpate-server", "palpate-client", "palpate-view"):
+    for name in ("palpate-server", "palpate-client", "palpate-view", "palpate-relay"):
         done = run(programs, name, "--help")
         assert done.returncode == 0 and "->" not in done.stdout, f"{name} --help: {done.stdout}"
+        assert not re.search(r"\b(TEXT|FLOAT|UINT|INT)\b", done.stdout) and f"Example:\n  {name}" in done.stdout, done.stdout
         wrong = run(programs, name, "--colour", "red")
         assert wrong.returncode == 2 and f"{name} --help" in wrong.stderr, f"{name} names another help: {wrong.stderr}"
     wrong = run(programs, "palpate-view", "--server", "127.0.0.1:9", "--color", "temperature")

@@ -4,8 +4,8 @@
 #include <Eigen/LU>
 #include <catch2/catch.hpp>
 
-#include "server/linear/balance.hpp"
 #include "server/reduce/patch_builder.hpp"
+#include "server/systems/balance.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;

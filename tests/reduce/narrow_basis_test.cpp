@@ -5,9 +5,9 @@
 #include <catch2/catch.hpp>
 #include <numbers>
 
-#include "server/linear/hinf.hpp"
 #include "server/linear/second_order.hpp"
 #include "server/reduce/patch_builder.hpp"
+#include "server/systems/hinf.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;

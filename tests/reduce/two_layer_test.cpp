@@ -4,8 +4,8 @@
 #include <Eigen/QR>
 #include <catch2/catch.hpp>
 
-#include "server/linear/state_space.hpp"
 #include "server/reduce/block_scaling.hpp"
+#include "server/systems/state_space.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;

@@ -1,11 +1,8 @@
 // palpate-view: shows the body that a server simulates or a recording holds, and the tools that touch it.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -15,6 +12,7 @@
 #include "client/view/app/window.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
+#include "common/command_line/flags.hpp"
 #include "common/io/make_folder.hpp"
 
 namespace palpate {
@@ -51,13 +49,8 @@ void check_outputs(const ViewOptions& options) {
     make_folder("--screenshot " + options.screenshot, std::filesystem::path(options.screenshot).parent_path());
 }
 
-/// What the flags' own ranges let through: "nan" lies in every range, and an unset shell variable is an empty text.
+/// What the flags' own checks let through: an unset shell variable is an empty text.
 void check(const CLI::App& app, const ViewOptions& options) {
-  for (const auto& [flag, value] : {std::pair{"--after-s", options.after_s.value_or(0)},
-                                    {"--duration-s", options.duration_s.value_or(0)},
-                                    {"--at", options.at_s},
-                                    {"--fps", options.fps}})
-    if (std::isnan(value)) throw InputError(flag, "is nan", "a number");
   for (const auto& [flag, value] :
        {std::pair{"--screenshot", &options.screenshot}, {"--frames", &options.frames}, {"--record", &options.record}})
     if (app.count(flag) > 0 && value->empty()) throw InputError(flag, "is empty", "a path");
@@ -95,14 +88,12 @@ void add_choice(CLI::App& app, const char* flag, Value& value, const std::string
 }
 
 void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& light) {
-  app.set_version_flag("--version", "palpate-view " PALPATE_VERSION);
   app.add_option("--server", options.server, "where palpate-server listens")->type_name("HOST:PORT");
   app.add_option("--recording", options.recording, "play this recording of palpate-server in place of a server")
       ->type_name("FILE");
   app.add_option("--at", options.at_s, "moment of the recording to begin at, in seconds")
-      ->type_name("N")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, kLongestS));
+      ->check(number_from(0.0, kLongestS));
   app.add_option("--station", options.station,
                  "name of this viewer, which nobody else in the room may have; without the flag it gets a number where it must")
       ->type_name("NAME")
@@ -116,19 +107,14 @@ void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& lig
   app.add_option("--size", size, "of window or picture")->type_name("WIDTHxHEIGHT")->default_str("1280x800");
   app.add_option("--screenshot", options.screenshot, "write one picture, without a display, and end")->type_name("FILE.png");
   app.add_option("--after-s", options.after_s, "take the first picture after so many seconds; default: 2, or 0 with --frames")
-      ->type_name("N")
-      ->check(CLI::Range(0.0, kLongestS));
+      ->check(number_from(0.0, kLongestS));
   app.add_option(
          "--frames", options.frames,
          "write pictures DIR/frame_NNNNN.png, without a display, for --duration-s (default 10; of a recording: all of it)")
       ->type_name("DIR");
-  app.add_option("--fps", options.fps, "pictures a second with --frames")
-      ->type_name("N")
-      ->capture_default_str()
-      ->check(CLI::Range(0.01, 60.0));
+  app.add_option("--fps", options.fps, "pictures a second with --frames")->capture_default_str()->check(number_from(0.01, 60.0));
   app.add_option("--duration-s", options.duration_s, "end after so many seconds; default: when it is closed")
-      ->type_name("N")
-      ->check(CLI::Range(0.0, kLongestS));
+      ->check(number_from(0.0, kLongestS));
   add_choice(app, "--color", options.look.color,
              "what colours show: displacement from rest, the largest force in an element, or "
              "how far the local patches reach",
@@ -139,9 +125,8 @@ void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& lig
   app.add_flag("--panels,!--no-panels", options.look.panels,
                "stations, plots and body beside the picture, and in pictures of a recording its bar; default: they are there");
   app.add_option("--kbit-s", options.kbit_s, "most that shapes may take; 0: what the server thinks right")
-      ->type_name("N")
       ->capture_default_str()
-      ->check(CLI::Range(0, 65535));
+      ->check(number_from(0, 65535));
   auto* dark = app.add_flag("--dark", options.look.dark, "light things on a dark ground");
   app.add_flag("--light", light, "dark things on a light ground (default)")->excludes(dark);
 }
@@ -167,9 +152,10 @@ int run(int argc, char** argv) {
   ViewOptions options;
   std::string size;
   bool light = false;
-  CLI::App app("Shows the body that a server simulates, and the tools that touch it.", "palpate-view");
+  CLI::App app("shows the body that a server simulates, and the tools that touch it", "palpate-view");
+  describe_program(app, PALPATE_VERSION, "palpate-view --server 127.0.0.1:47800 --touch");
   add_flags(app, options, size, light);
-  try {
+  return run_program(app, [&] {
     app.parse(argc, argv);
     if (app.count("--size") > 0) read_size(size, options);
     options.station_given = app.count("--station") > 0;
@@ -179,17 +165,7 @@ int run(int argc, char** argv) {
     watch_signals();
     options.recording.empty() ? watch(options) : play(options);
     return 0;
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
-    fmt::print(stderr, "palpate-view: {}; see palpate-view --help\n", error.what());
-    return 2;
-  } catch (const InputError& error) {
-    fmt::print(stderr, "palpate-view: {}\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "palpate-view: {}\n", error.what());
-    return 1;
-  }
+  });
 }
 
 }  // namespace

@@ -6,13 +6,23 @@
 #include <string>
 #include <vector>
 
-#include "bench/measure/local_model.hpp"
-#include "bench/measure/metrics.hpp"
-#include "bench/measure/reference.hpp"
+#include "bench/fidelity/metrics.hpp"
+#include "bench/fidelity/reference.hpp"
 #include "bench/world/world.hpp"
 #include "common/motion/motion.hpp"
+#include "server/body/stepper.hpp"
 
 namespace palpate {
+
+/// A frame in which a patch was built.
+struct LocalStart {
+  Micros stamp{};  ///< into the motion
+  BodyState body;  ///< there
+  ToolPort port;   ///< there
+  Matrix modes;    ///< V, 3 N x r, orthonormal in M
+  /// Of a touch: what the point under the tool yields at once beside the modes, C_s of the patch [m/N].
+  Mat3 residual = Mat3::Zero();
+};
 
 struct ReplayOptions {
   Scheme scheme = Scheme::port;
@@ -78,10 +88,6 @@ struct ReplayResult {
 
 /// relative_errors() of what was felt (metrics.hpp).
 std::vector<double> relative_errors(const ReplayResult& result);
-
-/// The run as it would have been felt with such a model in place of every patch that has one, those of `starts`: its ticks'
-/// forces and its fidelity are changed.
-void replace_patches(ReplayResult& result, const Scene& scene, LocalModel model);
 
 /// Nanoseconds of some steady clock; handed in, because measuring is not the experiment's business.
 using Stopwatch = std::function<std::int64_t()>;

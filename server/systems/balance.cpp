@@ -1,4 +1,4 @@
-#include "server/linear/balance.hpp"
+#include "server/systems/balance.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

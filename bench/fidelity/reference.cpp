@@ -1,4 +1,4 @@
-#include "bench/measure/reference.hpp"
+#include "bench/fidelity/reference.hpp"
 
 #include <algorithm>
 #include <optional>

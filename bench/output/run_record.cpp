@@ -1,4 +1,4 @@
-#include "bench/lab/run_record.hpp"
+#include "bench/output/run_record.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <string_view>
 
-#include "bench/measure/routes.hpp"
+#include "bench/output/routes.hpp"
 #include "common/io/provenance.hpp"
 
 namespace palpate {
@@ -58,11 +58,11 @@ Json input_file(const std::string& file) {
 
 }  // namespace
 
-void set_run_record(const CLI::App& experiment) {
+void set_run_record(const std::string& program, const std::string& experiment, const CLI::App& typed) {
   Json& run = the_run();
-  run = {{"program", "palpate-lab"}, {"version", PALPATE_VERSION}, {"experiment", experiment.get_name()}};
+  run = {{"program", program}, {"version", PALPATE_VERSION}, {"experiment", experiment}};
   Json link = Json::object(), flags = Json::object();
-  for (const CLI::Option* flag : experiment.get_options()) {
+  for (const CLI::Option* flag : typed.get_options()) {
     std::string name = flag->get_single_name();
     std::replace(name.begin(), name.end(), '-', '_');
     const Json value = value_of(*flag);

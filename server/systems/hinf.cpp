@@ -1,4 +1,4 @@
-#include "server/linear/hinf.hpp"
+#include "server/systems/hinf.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

@@ -1,4 +1,4 @@
-#include "bench/measure/metrics.hpp"
+#include "bench/fidelity/metrics.hpp"
 
 #include <algorithm>
 #include <cmath>

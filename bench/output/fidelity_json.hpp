@@ -4,8 +4,8 @@
 #include <span>
 #include <string>
 
-#include "bench/lab/output.hpp"
-#include "bench/measure/metrics.hpp"
+#include "bench/fidelity/metrics.hpp"
+#include "bench/output/output.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {

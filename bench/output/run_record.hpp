@@ -1,4 +1,5 @@
-// What was run, as the object "run" of every result file of palpate-lab: without it a file does not say what its figures are of.
+// What was run, as the object "run" of every result file of palpate-lab and palpate-felt: without it a file does not say what its
+// figures are of.
 //
 //     program, version, experiment
 //     scheme, order, seed      as given or by default, where the experiment has such a flag
@@ -11,13 +12,14 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <string>
 
-#include "bench/lab/output.hpp"
+#include "bench/output/output.hpp"
 
 namespace palpate {
 
 /// From the parsed line of an experiment: once, before it runs.
-void set_run_record(const CLI::App& experiment);
+void set_run_record(const std::string& program, const std::string& experiment, const CLI::App& typed);
 /// What was set; an object without entries before that.
 const Json& run_record();
 

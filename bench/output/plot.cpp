@@ -1,4 +1,4 @@
-#include "bench/lab/plot.hpp"
+#include "bench/output/plot.hpp"
 
 #include <fmt/format.h>
 

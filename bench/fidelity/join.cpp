@@ -1,11 +1,11 @@
-#include "bench/measure/join.hpp"
+#include "bench/fidelity/join.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <stdexcept>
 
-#include "bench/measure/reference.hpp"
+#include "bench/fidelity/reference.hpp"
 #include "common/base/error.hpp"
 #include "server/room/grasp.hpp"
 
@@ -14,11 +14,17 @@ namespace {
 
 constexpr Micros kJoinWithin{60'000'000}, kClocksLock{300'000};
 
+/// What the server says may say what it expects.
+[[noreturn]] void refuse(Scheme scheme, const std::string& refusal) {
+  constexpr std::string_view kExpected = "; expected ";
+  const auto at = refusal.find(kExpected);
+  throw InputError("--scheme " + std::string(name_of(scheme)), "refused by the server: " + refusal.substr(0, at),
+                   at == std::string::npos ? "a scheme and order that it takes" : refusal.substr(at + kExpected.size()));
+}
+
 bool waits(WorldStation& station, Scheme scheme, bool wants_patch) {
   const ClientCore& core = station.core();
-  if (core.link() == LinkState::refused)
-    throw InputError("--scheme " + std::string(name_of(scheme)), "refused by the server: " + core.refusal(),
-                     "a scheme and order that it takes");
+  if (core.link() == LinkState::refused) refuse(scheme, core.refusal());
   return core.link() != LinkState::joined || (wants_patch && station.core().haptic().counts().patches_used == 0);
 }
 

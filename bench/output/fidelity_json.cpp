@@ -1,4 +1,4 @@
-#include "bench/lab/fidelity_json.hpp"
+#include "bench/output/fidelity_json.hpp"
 
 #include <fmt/format.h>
 

@@ -15,7 +15,7 @@
 #pragma once
 
 #include "server/linear/low_rank_gramian.hpp"
-#include "server/linear/state_space.hpp"
+#include "server/systems/state_space.hpp"
 
 namespace palpate {
 

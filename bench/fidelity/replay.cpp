@@ -1,9 +1,9 @@
-#include "bench/measure/replay.hpp"
+#include "bench/fidelity/replay.hpp"
 
 #include <algorithm>
 
-#include "bench/measure/join.hpp"
-#include "bench/measure/reference.hpp"
+#include "bench/fidelity/join.hpp"
+#include "bench/fidelity/reference.hpp"
 #include "client/device/replay_device.hpp"
 #include "client/device/sim_phantom.hpp"
 
@@ -144,24 +144,6 @@ std::vector<double> relative_errors(const ReplayResult& result) {
     reference.push_back(tick.reference);
   }
   return relative_errors(felt, reference);
-}
-
-void replace_patches(ReplayResult& result, const Scene& scene, LocalModel model) {
-  ToolPath path;
-  std::vector<Micros> ages;
-  for (const ReplayTick& tick : result.ticks) {
-    path.push_back(tick.position);
-    ages.push_back(tick.patch_age);
-  }
-  const auto forces = local_forces(scene, path, ages, result.starts, model);
-  std::vector<Vec3> felt, reference;
-  for (std::size_t i = 0; i < forces.size(); ++i) {
-    ReplayTick& tick = result.ticks[i];
-    if (forces[i]) tick.felt = *forces[i];
-    felt.push_back(tick.felt);
-    reference.push_back(tick.reference);
-  }
-  result.fidelity = compare(felt, reference, kSkipTicks);
 }
 
 ReferenceForce reference_of(const Scene& scene, const Motion& motion) {

@@ -1,9 +1,9 @@
-#include "bench/lab/output.hpp"
+#include "bench/output/output.hpp"
 
 #include <fstream>
 #include <utility>
 
-#include "bench/lab/run_record.hpp"
+#include "bench/output/run_record.hpp"
 #include "common/base/error.hpp"
 #include "common/io/make_folder.hpp"
 

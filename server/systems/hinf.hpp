@@ -12,7 +12,7 @@
 
 #include <functional>
 
-#include "server/linear/balance.hpp"
+#include "server/systems/balance.hpp"
 
 namespace palpate {
 

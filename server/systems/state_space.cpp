@@ -1,4 +1,4 @@
-#include "server/linear/state_space.hpp"
+#include "server/systems/state_space.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>

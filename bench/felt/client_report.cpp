@@ -1,4 +1,4 @@
-#include "bench/lab/client_report.hpp"
+#include "bench/felt/client_report.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "bench/lab/output.hpp"
+#include "bench/output/output.hpp"
 #include "common/base/error.hpp"
 #include "common/wire/scheme_in_use.hpp"
 
@@ -22,15 +22,20 @@ std::vector<std::string> split(const std::string& line) {
   return cells;
 }
 
-/// The scheme that the client says it ran where none is given, else "felt"; apart from those that it only compared.
-std::string felt_scheme(const std::filesystem::path& folder, std::string name, const std::vector<std::string>& compared) {
-  if (name.empty()) {
-    std::ifstream in(folder / "summary.json");
-    const Json report = Json::parse(in, nullptr, false);
-    const bool known = report.is_object() && report.contains("run") && report["run"].contains("scheme");
-    name = known ? report["run"]["scheme"].get<std::string>() : "felt";
-    if (known && report["run"].value("scheme_asked", name) == kAutoName) name += " (auto)";
-  }
+/// What summary.json says was asked for; as it is where there is no such file.
+void read_summary(const std::filesystem::path& file, ClientReport& report) {
+  std::ifstream in(file);
+  const Json summary = Json::parse(in, nullptr, false);
+  if (!summary.is_object()) return;
+  const Json run = summary.value("run", Json::object());
+  report.scheme = run.value("scheme", "");
+  report.chosen_by_server = run.value("scheme_asked", report.scheme) == kAutoName;
+  report.order = run.value("order", 0);
+  report.rate_hz = run.value("rate_hz", 0.0);
+}
+
+/// Apart from those that it only compared.
+std::string felt_display(const std::string& name, const std::vector<std::string>& compared) {
   return std::find(compared.begin(), compared.end(), name) == compared.end() ? name : name + ", felt";
 }
 
@@ -48,7 +53,10 @@ ClientReport read_client_report(const std::filesystem::path& folder, const std::
   ClientReport r;
   std::vector<std::string> compared;
   for (std::size_t c = kFirst; c < header.size(); c += kEach) compared.push_back(header[c].substr(0, header[c].rfind("_fx_n")));
-  r.displays.push_back({felt_scheme(folder, felt_name, compared), {}, {}});
+  read_summary(folder / "summary.json", r);
+  const std::string scheme = r.scheme + (r.chosen_by_server ? " (auto)" : "");
+  const std::string felt = !felt_name.empty() ? felt_name : !scheme.empty() ? scheme : "felt";
+  r.displays.push_back({felt_display(felt, compared), {}, {}});
   for (const std::string& name : compared) r.displays.push_back({name, {}, {}});
 
   std::vector<double> last;

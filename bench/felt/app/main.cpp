@@ -1,0 +1,19 @@
+// palpate-felt: the experiment `felt` of palpate-lab by itself, for who does not want to compile the others.
+#include <fmt/format.h>
+
+#include "bench/felt/felt.hpp"
+#include "bench/output/run_record.hpp"
+
+int main(int argc, char** argv) {
+  using namespace palpate;
+  CLI::App app{kFeltText, "palpate-felt"};
+  describe_program(app, PALPATE_VERSION, fmt::format("palpate-{}", kFeltExample));
+  app.option_defaults()->always_capture_default();
+  Run run;
+  add_felt_flags(app, run);
+  return run_experiments(app, [&] {
+    app.parse(argc, argv);
+    set_run_record("palpate-felt", "felt", app);
+    return run();
+  });
+}

@@ -1,0 +1,32 @@
+// The path of a real run felt once more, in virtual time, over a link without jitter and loss.
+#pragma once
+
+#include <future>
+#include <string>
+
+#include "bench/felt/client_report.hpp"
+#include "bench/fidelity/replay.hpp"
+
+namespace palpate {
+
+struct CleanLink {
+  std::string scheme;
+  double rtt_ms = 0;
+  Fidelity fidelity;
+};
+
+/// By the scheme, states and frame rate of the report, from a server that takes no time from frame to patch. Runs on a thread of
+/// its own, beside the reference that it is compared with at the end.
+class CleanLinkRun {
+ public:
+  /// InputError when the report names no scheme of this build.
+  CleanLinkRun(const Scene& scene, const ClientReport& report, double rtt_ms);
+  /// Waits. Throws what replay() throws.
+  CleanLink result(const ReferenceForce& reference);
+
+ private:
+  CleanLink clean_;
+  std::future<std::vector<Vec3>> felt_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,174 @@
+#include "bench/felt/felt.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iterator>
+#include <memory>
+#include <optional>
+
+#include "bench/felt/clean_link.hpp"
+#include "bench/felt/client_report.hpp"
+#include "bench/fidelity/metrics.hpp"
+#include "bench/fidelity/reference.hpp"
+#include "bench/output/fidelity_json.hpp"
+#include "bench/output/output.hpp"
+#include "bench/output/plot.hpp"
+#include "bench/output/progress.hpp"
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+struct FeltFlags {
+  std::string scene, report, out, felt_name;
+  double at_least_db = 0;
+  std::optional<double> clean_rtt_ms;
+};
+
+/// One display beside the reference.
+struct FeltRow {
+  std::string name;
+  Fidelity fidelity;
+  OnsetErrors onset;
+};
+
+void write_forces(const std::filesystem::path& file, const ClientReport& report, const ReferenceForce& reference) {
+  std::string csv = "t_s,ref_fx_n,ref_fy_n,ref_fz_n";
+  for (const ReportedDisplay& d : report.displays) csv += fmt::format(",{0}_fx_n,{0}_fy_n,{0}_fz_n", d.name);
+  csv += '\n';
+  for (std::size_t i = 0; i < report.positions.size(); ++i) {
+    const Vec3& f = reference.force[i];
+    fmt::format_to(std::back_inserter(csv), "{:.3f},{:.6g},{:.6g},{:.6g}", static_cast<double>(i) * 1e-3, f.x(), f.y(), f.z());
+    for (const ReportedDisplay& d : report.displays)
+      fmt::format_to(std::back_inserter(csv), ",{:.6g},{:.6g},{:.6g}", d.force[i].x(), d.force[i].y(), d.force[i].z());
+    csv += '\n';
+  }
+  write_text(file, csv);
+}
+
+std::vector<FeltRow> rows_of(const ClientReport& report, const ReferenceForce& reference) {
+  std::vector<FeltRow> rows;
+  for (const ReportedDisplay& display : report.displays)
+    rows.push_back(
+        {display.name, compare(display.force, reference.force, kSkipTicks), onset_errors(display.contact, reference.contact)});
+  return rows;
+}
+
+void print(const std::vector<FeltRow>& rows) {
+  fmt::print("  {:<10} {:>9} {:>11} {:>11} {:>9} {:>12}\n", "scheme", "SNR [dB]", "error [%]", "p95 [%]", "lag [ms]",
+             "onset [ms]");
+  for (const FeltRow& row : rows)
+    fmt::print("  {:<10} {:>9.1f} {:>11.1f} {:>11.1f} {:>9} {:>12}\n", row.name, row.fidelity.snr_db, 100 * row.fidelity.rel_rms,
+               100 * row.fidelity.p95_rel_error, row.fidelity.lag_ms,
+               row.onset.missed > 0 ? "missed" : fmt::format("{:+}", row.onset.worst_ms));
+  fmt::print(
+      "\n  SNR: 20 dB is an error of a tenth, about what a hand can just notice. error: rms of the difference over rms of the "
+      "force.\n"
+      "  p95: in 95 % of the ticks under load the error is smaller. onset: worst time between the true contact and the displayed "
+      "one.\n\n");
+}
+
+void print(const CleanLink& clean, double felt_db) {
+  fmt::print(
+      "  Over {:g} ms without jitter and loss, from a server that takes no time, the same path is felt with {:.1f} dB\n"
+      "  ({}, in virtual time): what jitter, loss and real time took is {:.1f} dB.\n\n",
+      clean.rtt_ms, clean.fidelity.snr_db, clean.scheme, clean.fidelity.snr_db - felt_db);
+}
+
+Json to_json(const std::vector<FeltRow>& rows, const std::optional<CleanLink>& clean) {
+  Json json;
+  for (const FeltRow& row : rows) {
+    json[row.name] = fidelity_json(row.fidelity);
+    json[row.name].update(
+        {{"onset_error_ms", row.onset.worst_ms}, {"onsets", row.onset.onsets}, {"onsets_missed", row.onset.missed}});
+  }
+  if (!clean) return json;
+  json["clean_link"] = {{"scheme", clean->scheme}, {"rtt_ms", clean->rtt_ms}};
+  json["clean_link"].update(fidelity_json(clean->fidelity));
+  return json;
+}
+
+void plot(const std::filesystem::path& out, const Scene& scene, const ClientReport& report) {
+  std::vector<Panel> panels{{"normal force z [N]", {{"1:4", "1 kHz full model", 0}}},
+                            {"tangential force x [N]", {{"1:2", "1 kHz full model", 0}}}};
+  // Drawn last is drawn on top: the felt one.
+  for (std::size_t d = report.displays.size(); d-- > 0;) {
+    const auto style = static_cast<int>(d) + 1;
+    panels[0].curves.push_back({fmt::format("1:{}", 5 + 3 * d + 2), report.displays[d].name, style});
+    panels[1].curves.push_back({fmt::format("1:{}", 5 + 3 * d), report.displays[d].name, style});
+  }
+  if (plot_csv(out / "felt.csv", out / "felt.svg", fmt::format("{}: what the hand felt", scene.name), "time [s]", panels,
+               {.rows = report.positions.size()}))
+    fmt::print("  plot      {}\n", (out / "felt.svg").string());
+}
+
+/// 1, and says so, where what was felt is not as much better than hold as was asked for.
+int judge(const std::vector<FeltRow>& rows, double at_least_db) {
+  const FeltRow& felt = rows.front();
+  for (const FeltRow& row : rows) {
+    const double better_db = felt.fidelity.snr_db - row.fidelity.snr_db;
+    if (row.name != "hold" || better_db >= at_least_db) continue;
+    fmt::print(stderr, "{}: {} is {:.1f} dB better than hold; expected at least {:g} dB\n", program_name(), felt.name, better_db,
+               at_least_db);
+    return 1;
+  }
+  return 0;
+}
+
+int run_felt(const FeltFlags& flags) {
+  if (std::isnan(flags.at_least_db)) throw InputError("--at-least-db", "is nan", "a number of decibels");
+  const Scene scene = load_scene(flags.scene);
+  const ClientReport report = read_client_report(flags.report, flags.felt_name);
+  const auto out = make_output_folder(flags.out);
+  std::optional<CleanLinkRun> clean_run;
+  if (flags.clean_rtt_ms) clean_run.emplace(scene, report, *flags.clean_rtt_ms);
+  const auto progress = show_progress();
+  const ReferenceForce reference = reference_forces(scene, std::span(&report.positions, 1), {}, [&](double share) {
+                                     progress("the full model at 1 kHz", share);
+                                   }).front();
+  write_forces(out / "felt.csv", report, reference);
+  const std::vector<FeltRow> rows = rows_of(report, reference);
+  if (rows.front().fidelity.contact_ticks == 0) {
+    write_json(out / "felt.json", {{"contact_ticks", 0}});
+    fmt::print(stderr, "{}: {}; see {}\n", program_name(), no_contact(scene, report.positions), (out / "felt.csv").string());
+    return 1;
+  }
+  fmt::print("\nForce felt, against the full model at 1 kHz on the same tool path ({:.0f} s, {} nodes):\n\n",
+             static_cast<double>(report.positions.size()) * 1e-3, scene.body.nodes.size());
+  print(rows);
+  std::optional<CleanLink> clean;
+  if (clean_run) {
+    clean = clean_run->result(reference);
+    print(*clean, rows.front().fidelity.snr_db);
+  }
+  write_json(out / "felt.json", to_json(rows, clean));
+  plot(out, scene, report);
+  fmt::print("  figures   {}\n", (out / "felt.json").string());
+  return judge(rows, flags.at_least_db);
+}
+
+}  // namespace
+
+void add_felt_flags(CLI::App& command, Run& run) {
+  auto flags = std::make_shared<FeltFlags>();
+  command.add_option("--scene", flags->scene, "scene file of the run")->required()->type_name("FILE");
+  command.add_option("--report", flags->report, "folder that palpate-client --report wrote")->required()->type_name("DIR");
+  command.add_option("--name", flags->felt_name, "of what was felt, in the table; default: the scheme that the report names")
+      ->type_name("NAME");
+  command
+      .add_option("--at-least-db", flags->at_least_db,
+                  "fail unless what was felt is this much better than hold, where hold was compared")
+      ->type_name("N");
+  command
+      .add_option(
+          "--clean-rtt-ms", flags->clean_rtt_ms,
+          "also say how the same path is felt over a link of this round trip that has neither jitter nor loss, in virtual "
+          "time; default: do not")
+      ->type_name("N")
+      ->check(number_from(0, 10'000));
+  command.add_option("--out", flags->out, "folder for felt.csv, felt.json, felt.svg")->required()->type_name("DIR");
+  command.callback([flags, &run] { run = [flags] { return run_felt(*flags); }; });
+}
+
+}  // namespace palpate

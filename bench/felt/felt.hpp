@@ -1,0 +1,15 @@
+// What a hand felt in a real run, beside what it should have felt: palpate-felt, and the sub-command `felt` of palpate-lab.
+#pragma once
+
+#include "bench/output/experiment.hpp"
+
+namespace palpate {
+
+inline constexpr const char* kFeltText =
+    "what a real run displayed (palpate-client --report), beside the 1 kHz full model on the same path";
+inline constexpr const char* kFeltExample = "felt --scene scenes/organ.json --report out/demo --out out/felt";
+
+/// Adds the flags to `command`; parsing them sets `run`.
+void add_felt_flags(CLI::App& command, Run& run);
+
+}  // namespace palpate
