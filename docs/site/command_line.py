@@ -11,7 +11,7 @@ import subprocess
 import sys
 
 PAGE = "docs/reference/command-line.md"
-PROGRAMS = ("palpate-server", "palpate-client", "palpate-view", "palpate-relay")
+PROGRAMS = ("palpate-server", "palpate-client", "palpate-view", "palpate-relay", "palpate-felt")
 HEAD = """# Command line
 
 Made from what the programs say with `--help` by `./dev docs`; a test compares. Every program has `--version` too, exits with 0 when it did what it was asked, with 2 on bad
@@ -35,7 +35,7 @@ def page(root, programs):
     parts += [section(2, name, said(name, "--help", cwd=programs)) for name in PROGRAMS]
     experiments = said("palpate-lab", "list", cwd=programs)
     parts.append(section(2, "palpate-lab", f"usage: palpate-lab EXPERIMENT [OPTIONS]      (palpate-lab list names them)\n\n{experiments}"))
-    for line in said("palpate-lab", "--help", cwd=programs).split("\n"):
+    for line in said("palpate-lab", "--help", cwd=programs).split("\nExample:")[0].split("\n"):
         if (name := re.match(r"  ([a-z][a-z0-9-]*)(\s|$)", line)) and name.group(1) != "list":
             parts.append(section(3, f"palpate-lab {name.group(1)}", said("palpate-lab", name.group(1), "--help", cwd=programs)))
     return "".join(parts)
