@@ -21,15 +21,4 @@ std::vector<std::uint8_t> take_bytes(const std::vector<std::uint16_t>& numbers, 
   return bytes;
 }
 
-Eigen::VectorXf take_twelve(const std::vector<std::uint16_t>& numbers, int& at, int count, float unit) {
-  Eigen::VectorXf values(count);
-  for (int i = 0; i < count; ++i) {
-    const auto word = static_cast<std::size_t>(at + 3 * i / 4);
-    const unsigned low = static_cast<unsigned>(i) % 4 * 12 % 16, two = low > 4 ? numbers[word + 1] : 0U;
-    values[i] = unit * from_half(static_cast<std::uint16_t>(((numbers[word] | two << 16U) >> low) << 4U));
-  }
-  at += words_of_twelve(count);
-  return values;
-}
-
 }  // namespace palpate::packed

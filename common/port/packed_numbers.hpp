@@ -1,5 +1,5 @@
-// Numbers as they travel in terms (terms_pieces.hpp), in words of 16 bits: halves, two bytes, or four numbers of 12 bits in three
-// words, all in a unit that suits the largest of them.
+// Numbers as they travel in terms (terms_pieces.hpp), in words of 16 bits: halves, in a unit that suits the largest of
+// them, or two bytes.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,8 +11,6 @@
 namespace palpate::packed {
 
 constexpr float kLargest = 8192;  // of the numbers in their unit
-
-constexpr int words_of_twelve(int count) { return (3 * count + 3) / 4; }
 
 constexpr int words_of_bytes(int count) { return (count + 1) / 2; }
 
@@ -41,25 +39,5 @@ Eigen::VectorXf take(const std::vector<std::uint16_t>& numbers, int& at, int cou
 void append_bytes(std::span<const std::uint8_t> bytes, std::vector<std::uint16_t>& out);
 
 std::vector<std::uint8_t> take_bytes(const std::vector<std::uint16_t>& numbers, int& at, int count);
-
-/// Appends numbers of 12 bits, four in three words, the first lowest.
-template <class Values>
-float append_twelve(const Values& values, std::vector<std::uint16_t>& out) {
-  const float unit = unit_of(values);
-  std::uint32_t bits = 0;
-  int filled = 0;
-  for (Eigen::Index i = 0; i < values.size(); ++i) {
-    bits |= ((to_half(values[i] / unit) + 8U) >> 4U) << filled;  // to the nearest
-    filled += 12;
-    if (filled < 16) continue;
-    out.push_back(static_cast<std::uint16_t>(bits));
-    bits >>= 16U;
-    filled -= 16;
-  }
-  if (filled > 0) out.push_back(static_cast<std::uint16_t>(bits));
-  return unit;
-}
-
-Eigen::VectorXf take_twelve(const std::vector<std::uint16_t>& numbers, int& at, int count, float unit);
 
 }  // namespace palpate::packed

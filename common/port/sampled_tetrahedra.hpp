@@ -67,8 +67,6 @@ class SampledSolidForce {
   bool empty() const { return groups() == 0; }
   /// A; nothing where none is needed.
   const ModeMatrix& added_mass() const { return added_mass_; }
-  /// The least stiffness that E has far away.
-  Eigen::MatrixXd far_stiffness() const { return Eigen::MatrixXd::Zero(variables_, variables_); }
   /// To u: the nearer to where it was, the less it takes. No allocation, nor below.
   void move_to(const Values& u) noexcept;
   /// dE/du

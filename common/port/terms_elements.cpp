@@ -72,7 +72,6 @@ bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const Patc
   const TermsLayout l = layout(head);
   const int m = head.springs, nodes = head.nodes;
   SampledSprings& springs = terms.springs;
-  terms.scale.setIdentity();
   springs.stiffening = head.stiffening;
   take_steps(numbers, at, head, springs.motion);
   springs.stiffness = take(numbers, at, m, head.unit[2]);
@@ -89,7 +88,7 @@ bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const Patc
     springs.ends(1, e) = static_cast<int>(word >> 8U);
   }
   if (springs.stiffening > 0) springs.steep = take_bytes(numbers, at, m);
-  terms.e2 = take(numbers, at, l.count[4], head.unit[4]);
+  terms.e2 = take(numbers, at, l.e2, head.unit[4]);
   return fine && springs.ends.maxCoeff() < nodes && springs.rest_length.minCoeff() > 0 && springs.stiffness.minCoeff() >= 0 &&
          springs.damping.minCoeff() >= 0;
 }
@@ -98,7 +97,6 @@ bool take_tetrahedra(const std::vector<std::uint16_t>& numbers, int& at, const P
   const TermsLayout l = layout(head);
   const int m = head.tetrahedra, nodes = head.nodes;
   SampledTetrahedra& solid = terms.solid;
-  terms.scale.setIdentity();
   solid.law = head.corotational ? SolidLaw::corotational : SolidLaw::neo_hookean;
   take_steps(numbers, at, head, solid.motion);
   solid.shear = take(numbers, at, m, head.unit[2]);
@@ -114,7 +112,7 @@ bool take_tetrahedra(const std::vector<std::uint16_t>& numbers, int& at, const P
       solid.nodes(2 * pair, e) = static_cast<int>(word & 0xffU);
       solid.nodes(2 * pair + 1, e) = static_cast<int>(word >> 8U);
     }
-  terms.e2 = take(numbers, at, l.count[4], head.unit[4]);
+  terms.e2 = take(numbers, at, l.e2, head.unit[4]);
   if (solid.nodes.maxCoeff() >= nodes || solid.shear.minCoeff() < 0 || solid.dilation.minCoeff() < 0 ||
       solid.damping_s.minCoeff() < 0)
     return false;

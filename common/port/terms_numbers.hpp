@@ -1,7 +1,6 @@
 // What stands where in the numbers of terms (terms_pieces.hpp), and how each kind of terms gets in and out of them.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -9,11 +8,10 @@
 
 namespace palpate {
 
-/// How many numbers of each kind there are, and words of 16 bits that are not halves: those stand behind `first` halves, and at
-/// the end.
+/// How many modes there are, and products of E2. Halves come `first` and `after` the words of 16 bits that are none (`packed`);
+/// more of these are the `last`.
 struct TermsLayout {
-  int modes, turning;
-  std::array<int, 5> count;
+  int modes, e2;
   int first, packed, after, last;
   int total() const { return first + packed + after + last; }
   int pieces() const { return (total() + kPieceNumbers - 1) / kPieceNumbers; }
@@ -22,7 +20,7 @@ struct TermsLayout {
 
 TermsLayout springs_layout(const PatchTerms& p);
 TermsLayout tetrahedra_layout(const PatchTerms& p);
-/// Of whichever of these, or of polynomials, the head says.
+/// Of whichever of these the head says.
 TermsLayout layout(const PatchTerms& p);
 
 /// Of terms all of whose numbers are finite; the units of what is appended get into the head.

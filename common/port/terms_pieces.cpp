@@ -13,7 +13,7 @@ using namespace packed;
 
 namespace {
 
-constexpr float kUnitMax = 1e6F, kPortScaleMax = 1e6F, kRadiusMax = 1e4F, kStiffeningMax = 1e4F;
+constexpr float kUnitMax = 1e6F, kStiffeningMax = 1e4F;
 
 /// Nothing of the terms yet, the largest surface that a touch may bring.
 PatchTerms surface_for(const TermsRoom& room) {
@@ -26,42 +26,16 @@ PatchTerms surface_for(const TermsRoom& room) {
   return whole;
 }
 
-void append_polynomials(const CubicTerms& terms, const TermsLayout& l, PatchTerms& head, std::vector<std::uint16_t>& out) {
-  if (terms.grasp)
-    for (int i = 0; i < 3; ++i) head.port_scale[static_cast<std::size_t>(i)] = static_cast<float>(terms.scale(i, i));
-  const Eigen::MatrixXf rows = terms.scale.bottomRightCorner(l.modes, l.modes).transpose().cast<float>();
-  const Eigen::MatrixXf q = terms.q.topLeftCorner(l.turning, pairs_of(l.turning));
-  head.unit = {append(rows.reshaped(), out), append(terms.e2, out), append_twelve(terms.e3, out), append_twelve(terms.e4, out),
-               append_twelve(q.reshaped(), out)};
-}
-
-/// False when a number is not finite.
-bool take_polynomials(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, CubicTerms& terms) {
-  const TermsLayout l = layout(head);
-  if (terms.grasp)
-    for (int i = 0; i < 3; ++i) terms.scale(i, i) = static_cast<double>(head.port_scale[static_cast<std::size_t>(i)]);
-  terms.scale.bottomRightCorner(l.modes, l.modes) =
-      take(numbers, at, l.count[0], head.unit[0]).reshaped(l.modes, l.modes).transpose().cast<double>();
-  terms.e2 = take(numbers, at, l.count[1], head.unit[1]);
-  terms.e3 = take_twelve(numbers, at, l.count[2], head.unit[2]);
-  terms.e4 = take_twelve(numbers, at, l.count[3], head.unit[3]);
-  terms.q.setZero(terms.leading, pairs_of(terms.leading));
-  terms.q.topLeftCorner(l.turning, pairs_of(l.turning)) =
-      take_twelve(numbers, at, l.count[4], head.unit[4]).reshaped(l.turning, pairs_of(l.turning));
-  return terms.e3.allFinite() && terms.e4.allFinite() && terms.q.allFinite();
-}
-
 bool is_finite(const std::vector<PortVertex>& vertices) {
   return std::all_of(vertices.begin(), vertices.end(),
                      [](const PortVertex& v) { return v.position.allFinite() && v.rows.allFinite(); });
 }
 
 bool same_whole(const PatchTerms& a, const PatchTerms& b) {
-  return a.patch_seq == b.patch_seq && a.pieces == b.pieces && a.variables == b.variables && a.leading == b.leading &&
-         a.vertices == b.vertices && a.triangles == b.triangles && a.grasp == b.grasp && a.repaired == b.repaired &&
-         a.springs == b.springs && a.tetrahedra == b.tetrahedra && a.corotational == b.corotational && a.nodes == b.nodes &&
-         a.tool == b.tool && a.tool_axes == b.tool_axes && a.stiffening == b.stiffening && a.radius == b.radius &&
-         a.port_scale == b.port_scale && a.unit == b.unit;
+  return a.patch_seq == b.patch_seq && a.pieces == b.pieces && a.variables == b.variables && a.vertices == b.vertices &&
+         a.triangles == b.triangles && a.grasp == b.grasp && a.repaired == b.repaired && a.springs == b.springs &&
+         a.tetrahedra == b.tetrahedra && a.corotational == b.corotational && a.nodes == b.nodes && a.tool == b.tool &&
+         a.tool_axes == b.tool_axes && a.stiffening == b.stiffening && a.unit == b.unit;
 }
 
 /// Of a piece; the parity is as long as the longest.
@@ -87,35 +61,20 @@ bool restore(const PatchTerms& head, std::vector<std::uint8_t>& there, std::vect
 
 TermsFault check(const PatchTerms& p) {
   if (p.variables > kMaxVariables || p.springs > kMaxSprings || p.tetrahedra > kMaxTetrahedra) return TermsFault::sizes;
-  if ((p.springs > 0 && p.tetrahedra > 0) || (p.corotational && p.tetrahedra == 0)) return TermsFault::sizes;
-  if (p.sampled() ? p.nodes == 0 || p.nodes > kMaxSpringNodes || p.tool_axes > 3 : p.nodes > 0) return TermsFault::sizes;
-  if (p.sampled() ? p.leading > 0 : p.leading < 1 || p.leading > std::min<int>(kMaxLeading, p.variables))
-    return TermsFault::sizes;
+  if ((p.springs > 0) == (p.tetrahedra > 0) || (p.corotational && p.tetrahedra == 0)) return TermsFault::sizes;
+  if (p.nodes == 0 || p.nodes > kMaxSpringNodes || p.tool_axes > 3) return TermsFault::sizes;
   if (p.vertices > (p.grasp ? 0 : kMaxPortVertices) || p.triangles > (p.grasp ? 0 : kMaxPortTriangles)) return TermsFault::sizes;
   const TermsLayout l = layout(p);
   if (l.modes < 1 || l.modes > kMaxModes || p.pieces != l.pieces() || p.piece > p.pieces) return TermsFault::sizes;
   if (static_cast<int>(p.numbers.size()) != words_in(p.piece, l)) return TermsFault::sizes;
-  std::array<float, 10> reals{p.radius, p.stiffening};
-  std::copy(p.port_scale.begin(), p.port_scale.end(), reals.begin() + 2);
-  std::copy(p.unit.begin(), p.unit.end(), reals.begin() + 5);
-  for (const float v : reals)
-    if (!std::isfinite(v)) return TermsFault::not_finite;
+  const auto finite = [](float v) { return std::isfinite(v); };
+  if (!finite(p.stiffening) || !std::all_of(p.unit.begin(), p.unit.end(), finite)) return TermsFault::not_finite;
   for (std::size_t k = 0; k < p.numbers.size() && !is_parity(p); ++k)
     if (l.is_half(p.piece * kPieceNumbers + static_cast<int>(k)) && !finite_half(p.numbers[k])) return TermsFault::not_finite;
   const auto within = [](float v, float high) { return v >= 0 && v <= high; };
-  const bool fine = within(p.radius, kRadiusMax) && within(p.stiffening, kStiffeningMax) &&
-                    std::all_of(p.port_scale.begin(), p.port_scale.end(), [&](float v) { return within(v, kPortScaleMax); }) &&
+  const bool fine = within(p.stiffening, kStiffeningMax) &&
                     std::all_of(p.unit.begin(), p.unit.end(), [&](float v) { return within(v, kUnitMax); });
   return fine ? TermsFault::none : TermsFault::out_of_range;
-}
-
-int leading_that_fit(const TermsRoom& room, int most) {
-  PatchTerms whole = surface_for(room);
-  for (; most > 0; --most) {
-    whole.leading = static_cast<std::uint8_t>(most);
-    if (layout(whole).pieces() <= kUsualPieces) break;
-  }
-  return most;
 }
 
 int numbers_of_springs(const TermsRoom& room, int nodes, int springs) {
@@ -137,10 +96,8 @@ std::vector<PatchTerms> to_pieces(const CubicTerms& terms, std::uint32_t patch_s
   PatchTerms whole;
   whole.patch_seq = patch_seq;
   whole.variables = static_cast<std::uint8_t>(terms.variables);
-  whole.leading = static_cast<std::uint8_t>(terms.leading);
   whole.grasp = terms.grasp;
   whole.repaired = terms.e2.size() > 0;
-  whole.radius = static_cast<float>(terms.radius);
   whole.springs = static_cast<std::uint8_t>(terms.springs.count());
   whole.tetrahedra = static_cast<std::uint8_t>(terms.solid.count());
   whole.corotational = whole.tetrahedra > 0 && terms.solid.law == SolidLaw::corotational;
@@ -151,19 +108,18 @@ std::vector<PatchTerms> to_pieces(const CubicTerms& terms, std::uint32_t patch_s
   whole.tool = motion.tool < 0 ? kNoHeldNode : static_cast<std::uint8_t>(motion.tool);
   whole.vertices = static_cast<std::uint8_t>(terms.vertices.size());
   whole.triangles = static_cast<std::uint8_t>(terms.triangles.size());
+  if (whole.springs + whole.tetrahedra == 0) return {};
   const TermsLayout l = layout(whole);
   // Those whose bits are not all looked at by check().
-  if (!terms.e3.allFinite() || !terms.e4.allFinite() || !terms.q.allFinite() || !terms.springs.position.allFinite() ||
-      !terms.springs.rest_length.allFinite() || (whole.stiffening > 0 && terms.springs.steep.size() != whole.springs) ||
-      !terms.solid.position.allFinite() || !terms.solid.rest.allFinite() || !is_finite(terms.vertices))
+  if (!terms.springs.position.allFinite() || !terms.springs.rest_length.allFinite() ||
+      (whole.stiffening > 0 && terms.springs.steep.size() != whole.springs) || !terms.solid.position.allFinite() ||
+      !terms.solid.rest.allFinite() || !is_finite(terms.vertices))
     return {};
   std::vector<std::uint16_t> numbers;
   if (whole.springs > 0)
     append_springs(terms, whole, numbers);
-  else if (whole.tetrahedra > 0)
-    append_tetrahedra(terms, whole, numbers);
   else
-    append_polynomials(terms, l, whole, numbers);
+    append_tetrahedra(terms, whole, numbers);
   append_surface(terms, numbers);
   whole.pieces = static_cast<std::uint8_t>(l.pieces());
   std::vector<PatchTerms> pieces;
@@ -177,11 +133,12 @@ std::vector<PatchTerms> to_pieces(const CubicTerms& terms, std::uint32_t patch_s
   return pieces;
 }
 
-Eigen::VectorXd stamp_rate(const CubicTerms& terms, const Patch& patch) {
-  Eigen::VectorXd rate(terms.scale.cols());
-  if (terms.grasp) rate.head<3>() = patch.tool_velocity;
+Eigen::VectorXd stamp_rate(const Patch& patch) {
+  const bool grasp = patch.contact == ContactKind::attach;
+  Eigen::VectorXd rate(patch.modes() + (grasp ? 3 : 0));
+  if (grasp) rate.head<3>() = patch.tool_velocity;
   rate.tail(patch.modes()) = patch.q_rate;
-  return terms.scale * rate;
+  return rate;
 }
 
 bool TermsAssembly::take(const PatchTerms& piece) {
@@ -207,15 +164,11 @@ std::optional<CubicTerms> TermsAssembly::terms_for(const Patch& patch) const {
   if (!any_ || missing_ > 0 || !fits) return std::nullopt;
   CubicTerms terms;
   terms.variables = head_.variables;
-  terms.leading = head_.leading;
   terms.grasp = head_.grasp;
-  terms.radius = static_cast<double>(head_.radius);
-  const int n = head_.variables;
-  terms.scale.setZero(n, n);
   int at = 0;
-  const auto take_terms = head_.springs > 0 ? take_springs : head_.tetrahedra > 0 ? take_tetrahedra : take_polynomials;
+  const auto take_terms = head_.springs > 0 ? take_springs : take_tetrahedra;
   if (!take_terms(numbers_, at, head_, terms)) return std::nullopt;
-  terms.rate = stamp_rate(terms, patch);
+  terms.rate = stamp_rate(patch);
   if (!take_surface(numbers_, at, head_, terms) || !has_room(patch.surface, terms)) return std::nullopt;
   if (terms.triangles.empty() && terms.vertices.empty()) return terms;
   return check(extended(patch, terms)) == PatchFault::none ? std::optional(std::move(terms)) : std::nullopt;

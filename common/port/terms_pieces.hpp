@@ -1,20 +1,17 @@
 // The terms of a patch in pieces that each fit a datagram (docs/reference/wire.md): a list of numbers of 16 bits, half precision
 // unless said, cut, every piece with all it takes to know the whole.
 //
-//     the modes' part of S by rows, E2 where there is a repair; E3, E4, Q of the first kTurning variables, 12 bits each, half
-//     precision less its last four; each in a unit of its own, the largest number some thousands;
-//     or, of springs: s, h (node_motion.hpp), w k and w c, half precision; then b, two bytes a word, p(i) in bytes too, the
-//     nodes' places and L as whole numbers of a length, and the two ends of each spring in a word; of a law that stiffens a byte
-//     each, how steep it may become; E2 where there is a repair;
-//     or, of tetrahedra: s, h, w V mu_L, w V lambda_L and t, half precision; then b and p(i) as of springs, the nodes' places and
-//     their places at rest as whole numbers of a length, and the four nodes of each in two words; E2 where there is a repair;
+//     of springs: s, h (node_motion.hpp), w k and w c, half precision, each in a unit of its own, the largest number some
+//     thousands; then b, two bytes a word, p(i) in bytes too, the nodes' places and L as whole numbers of a length, and the two
+//     ends of each spring in a word; of a law that stiffens a byte each, how steep it may become; E2 where there is a repair;
+//     or, of tetrahedra: s, h, w V mu_L, w V lambda_L and t, half precision; then b and p(i) as of springs, the nodes' places
+//     and their places at rest as whole numbers of a length, and the four nodes of each in two words; E2 likewise;
 //     the surface that a touch brings: a length and, as a sum of two numbers an axis [1/1024 m], the middle of its vertices; how
 //     the modes move those, s and h as of springs, in [1/kg^1/2]; their normals; then b and p(i), and their places from the
 //     middle as whole numbers of that length; of every triangle its three corners, five bits each
 //
-// Half precision is right to 5e-4 of each number, 12 bits to 8e-3, b to 4e-3 of the largest of its node. Sender and receiver
-// have the energies from the same numbers, so forces from them stay conservative; and as K_e has the same G, no spring pushes at
-// the stamp.
+// Half precision is right to 5e-4 of each number, b to 4e-3 of the largest of its node. Sender and receiver have the energies
+// from the same numbers, so forces from them stay conservative; and as K_e has the same G, no spring pushes at the stamp.
 #pragma once
 
 #include <array>
@@ -29,7 +26,6 @@ namespace palpate {
 
 inline constexpr int kPieceNumbers = 524;
 inline constexpr int kUsualPieces = 4;  ///< with these and its patch a frame takes at most 6000 bytes
-inline constexpr int kTurning = 8;      ///< variables whose motion turns dampers, on the wire
 inline constexpr std::uint8_t kNoHeldNode = 255;
 
 /// What is known before it is known how many terms there are.
@@ -39,10 +35,8 @@ struct TermsRoom {
   int vertices = 3;                      ///< of the patch
   bool stiffens = false;                 ///< the springs' law
 };
-/// As many variables with terms of fourth order, at most `most`, as go into kUsualPieces beside the largest surface that a touch
-/// may bring when `vertices` are in its patch.
-int leading_that_fit(const TermsRoom& room, int most);
-/// Numbers that so many springs between so many nodes take, with that surface; they fit while there are at most kUsualNumbers.
+/// Numbers that so many springs between so many nodes take, beside the largest surface that a touch may bring when `vertices` are
+/// in its patch; they fit while there are at most kUsualNumbers.
 int numbers_of_springs(const TermsRoom& room, int nodes, int springs);
 int numbers_of_tetrahedra(const TermsRoom& room, int nodes, int tetrahedra);
 inline constexpr int kUsualNumbers = kUsualPieces * kPieceNumbers;
@@ -53,20 +47,18 @@ Triangle unpack_corners(std::uint16_t bits);
 
 struct PatchTerms {
   std::uint32_t patch_seq = 0;  ///< of the patch that they go with
-  std::uint8_t piece = 0, pieces = 0, variables = 0, leading = 0, vertices = 0, triangles = 0;
-  bool grasp = false, repaired = false;  ///< u starts with the tool's displacement; there is an E2
-  std::uint8_t springs = 0;              ///< instead of polynomials: leading, radius and port_scale are 0
-  std::uint8_t tetrahedra = 0;           ///< the same; never beside springs
-  bool corotational = false;             ///< these
-  std::uint8_t nodes = 0;                ///< of springs or tetrahedra
-  std::uint8_t tool = kNoHeldNode;       ///< node of these that the tool holds
-  std::uint8_t tool_axes = 3;            ///< along which it moves that
-  float radius = 0;
-  float stiffening = 0;               ///< of the springs' law
-  std::array<float, 3> port_scale{};  ///< of a grasp
-  std::array<float, 5> unit{};        ///< of S, E2, E3, E4, Q; of s, lengths, w k, w c, E2; s, lengths, w V mu, w V lambda, E2
+  std::uint8_t piece = 0, pieces = 0, variables = 0, vertices = 0, triangles = 0;
+  bool grasp = false;               ///< u starts with the tool's displacement
+  bool repaired = false;            ///< there is an E2
+  std::uint8_t springs = 0;         ///< or
+  std::uint8_t tetrahedra = 0;      ///< instead
+  bool corotational = false;        ///< these
+  std::uint8_t nodes = 0;           ///< of springs or tetrahedra
+  std::uint8_t tool = kNoHeldNode;  ///< node of these that the tool holds
+  std::uint8_t tool_axes = 3;       ///< along which it moves that
+  float stiffening = 0;             ///< of the springs' law
+  std::array<float, 5> unit{};      ///< of s, lengths, w k, w c, E2; or of s, lengths, w V mu_L, w V lambda_L, E2
   std::vector<std::uint16_t> numbers;
-  bool sampled() const { return springs > 0 || tetrahedra > 0; }
 };
 
 /// What is wrong with a piece by itself.
@@ -76,8 +68,8 @@ TermsFault check(const PatchTerms& piece);
 /// Nothing when a number is beyond what check() allows.
 std::vector<PatchTerms> to_pieces(const CubicTerms& terms, std::uint32_t patch_seq);
 
-/// y'* of terms that go with `patch`.
-Eigen::VectorXd stamp_rate(const CubicTerms& terms, const Patch& patch);
+/// u'* of `patch`.
+Eigen::VectorXd stamp_rate(const Patch& patch);
 
 /// Collects the pieces of the newest patch of which there was one, in any order.
 class TermsAssembly {

@@ -260,27 +260,21 @@ WireFault read(const wire::PatchTerms& table, PatchTerms& m) {
   const wire::TermsHead& head = *table.head();
   if (table.numbers()->size() > std::size_t{kPieceNumbers} || (head.flags() & ~kAllTermsFlags) != 0) return WireFault::malformed;
   m.patch_seq = head.patch_seq();
-  m.radius = head.radius();
   m.unit = {head.unit_scale(), head.unit_2(), head.unit_3(), head.unit_4(), head.unit_q()};
-  m.port_scale = {head.port_scale().x(), head.port_scale().y(), head.port_scale().z()};
   m.piece = head.piece();
   m.pieces = head.pieces();
   m.variables = head.variables();
-  m.leading = head.leading();
   m.vertices = head.vertices();
   m.triangles = head.triangles();
   m.grasp = (head.flags() & kGraspFlag) != 0;
   m.repaired = (head.flags() & kRepairedFlag) != 0;
   const bool of_springs = (head.flags() & kSpringsFlag) != 0, of_solid = (head.flags() & kSolidFlag) != 0;
-  if ((of_springs && of_solid) || (of_springs || of_solid) != (table.springs() && table.springs()->count() > 0))
-    return WireFault::malformed;
-  if (const wire::SpringsHead* springs = table.springs()) {
-    (of_solid ? m.tetrahedra : m.springs) = springs->count();
-    m.nodes = springs->nodes();
-    m.tool = springs->tool();
-    m.tool_axes = springs->tool_axes();
-    m.stiffening = springs->stiffening();
-  }
+  if (of_springs == of_solid || !table.springs()) return WireFault::malformed;
+  (of_solid ? m.tetrahedra : m.springs) = table.springs()->count();
+  m.nodes = table.springs()->nodes();
+  m.tool = table.springs()->tool();
+  m.tool_axes = table.springs()->tool_axes();
+  m.stiffening = table.springs()->stiffening();
   m.corotational = (head.flags() & kCorotationalFlag) != 0;
   m.numbers.assign(table.numbers()->begin(), table.numbers()->end());
   switch (check(m)) {

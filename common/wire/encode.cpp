@@ -149,11 +149,10 @@ class BodyWriter {
                                                  (m.springs > 0 ? kSpringsFlag : 0) | (m.tetrahedra > 0 ? kSolidFlag : 0) |
                                                  (m.corotational ? kCorotationalFlag : 0));
     const wire::SpringsHead springs(m.stiffening, std::max(m.springs, m.tetrahedra), m.nodes, m.tool, m.tool_axes);
-    const wire::TermsHead head(m.patch_seq, m.radius, m.unit[0], m.unit[1], m.unit[2], m.unit[3], m.unit[4],
-                               wire::Vec(m.port_scale[0], m.port_scale[1], m.port_scale[2]), m.piece, m.pieces, m.variables,
-                               m.leading, flags, m.vertices, m.triangles);
+    const wire::TermsHead head(m.patch_seq, 0, m.unit[0], m.unit[1], m.unit[2], m.unit[3], m.unit[4], wire::Vec(0, 0, 0), m.piece,
+                               m.pieces, m.variables, 0, flags, m.vertices, m.triangles);
     const auto numbers = builder_.CreateVector(m.numbers.data(), m.numbers.size());
-    return done(wire::Body::PatchTerms, wire::CreatePatchTerms(builder_, &head, numbers, m.sampled() ? &springs : nullptr));
+    return done(wire::Body::PatchTerms, wire::CreatePatchTerms(builder_, &head, numbers, &springs));
   }
 
  private:

@@ -64,16 +64,13 @@ double spring_energy(SpringLaw law, double stiffening, const Element& element, d
   return linear;
 }
 
-bool has_series(SpringLaw law) { return law != SpringLaw::thigh_skin; }
+bool is_smooth(SpringLaw law) { return law != SpringLaw::thigh_skin; }
 
 SpringSeries spring_series(SpringLaw law, double stiffening, const Element& element, double elongation_m) {
   const SpringResponse r = spring_response(law, stiffening, element, elongation_m);
-  SpringSeries s{r.tension, r.slope, 0, 0};
-  if (law == SpringLaw::stiffening) {
-    s.third = 6 * element.stiffness_n_m * stiffening / (element.rest_length_m * element.rest_length_m);
-    s.second = s.third * elongation_m;
-  }
-  return s;
+  const double length2 = element.rest_length_m * element.rest_length_m;
+  const bool stiffens = law == SpringLaw::stiffening;
+  return {r.tension, r.slope, stiffens ? 6 * element.stiffness_n_m * stiffening / length2 * elongation_m : 0.0};
 }
 
 }  // namespace palpate

@@ -28,14 +28,13 @@ SpringResponse spring_response(SpringLaw law, double stiffening, const Element& 
 /// Integral of T from 0 to e [J].
 double spring_energy(SpringLaw law, double stiffening, const Element& element, double elongation_m);
 
-/// T and its first three derivatives.
+/// T and its first two derivatives.
 struct SpringSeries {
-  double tension = 0, slope = 0;  ///< [N], [N/m]
-  double second = 0, third = 0;   ///< T'' [N/m^2], T''' [N/m^3]
+  double tension = 0, slope = 0, second = 0;  ///< [N], [N/m], [N/m^2]
 };
 /// Whether the law is smooth at every elongation; thigh_skin is not: it is odd with a curvature, which jumps at rest.
-bool has_series(SpringLaw law);
-/// For laws for which has_series().
+bool is_smooth(SpringLaw law);
+/// For laws that are.
 SpringSeries spring_series(SpringLaw law, double stiffening, const Element& element, double elongation_m);
 
 /// Everything about one element at one state that force and tangents need.

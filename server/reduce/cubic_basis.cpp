@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "server/reduce/expansion.hpp"
+#include "server/reduce/bending.hpp"
 
 namespace palpate {
 namespace {

@@ -1,11 +1,11 @@
 #include "server/reduce/patch_builder.hpp"
-#include "server/reduce/expansion.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "server/reduce/bending.hpp"
 #include "server/reduce/lift.hpp"
 #include "server/reduce/narrow_basis.hpp"
 #include "server/reduce/patch_builder_common.hpp"
@@ -16,11 +16,6 @@ namespace {
 
 Vector unit(const Linearisation& at, std::uint32_t node, int axis) {
   return Vector::Unit(at.masses().size(), 3 * static_cast<Eigen::Index>(node) + axis);
-}
-
-/// Whether polynomials are trusted as far as the body is likely to come.
-bool suits(const CubicTerms& polynomials, const CubicShapes& shapes) {
-  return polynomials.radius >= 1 && (polynomials.scale * likely_ways(shapes)).colwise().norm().maxCoeff() <= polynomials.radius;
 }
 
 }  // namespace
@@ -372,18 +367,8 @@ void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const 
   modes_generation_ = at.graded ? at.graded->generation() : 0;
   shapes.modes = at.moved(std::move(shapes.modes));
   shapes.port = at.moved(std::move(shapes.port));
-  BentBody body(at.bending(), shapes);
   shapes.lifted = true_stiffness - joint_stiffness(patch, patch.stiffness);
-  // Sheets buckle in their plane.
-  const bool no_series =
-      !can_expand(dynamics_->body()) || dynamics_->body().law == SpringLaw::stiffening || dynamics_->body().planar;
-  auto polynomials = no_series ? std::nullopt : cubic_terms(body, patch, shapes, vertices);
-  auto sampled = sampled_terms(body, patch, shapes, vertices);
-  const bool both = polynomials && sampled;
-  if (sampled && (!both || !suits(*polynomials, shapes) || are_truer(body, patch, shapes, *sampled, *polynomials)))
-    terms_ = std::move(*sampled);
-  else if (polynomials)
-    terms_ = std::move(*polynomials);
+  if (auto terms = cubic_terms(at.bending(), patch, shapes, vertices)) terms_ = std::move(*terms);
 }
 
 Matrix PatchBuilder::modes() const {

@@ -9,8 +9,9 @@
 //   balanced         the whole body, balanced off-line at its rest state for this contact (balanced_basis.hpp)
 //   port             the whole body, rational Krylov basis at the port (basis.hpp); a grasp with few modes and long to last: the
 //                    best of more directions (narrow_basis.hpp)
-//   cubic            the whole body, a basis for what it is likely to do (cubic_basis.hpp), and beside the linear patch the terms
-//                    of higher order (cubic_patch.hpp); `port` where they cannot be had, and then the patch says so
+//   cubic            the whole body, a basis for what it is likely to do (cubic_basis.hpp), and beside the linear patch some of
+//   its
+//                    elements (cubic_patch.hpp); `port` where they cannot be had, and then the patch says so
 //
 // Of a large body all but `two-layer` and `balanced` see what is far from the tools coarser (graded_body.hpp).
 //
@@ -49,8 +50,8 @@ struct PatchRequest {
 };
 
 struct PatchBuildReport {
-  /// `cubic` was asked for, `port` was built: a law without a series, finite elements; or `two-layer` was, and
-  /// `ring` was built: the body has tetrahedra.
+  /// `cubic` was asked for, `port` was built: a law that is not smooth, finite elements of several laws, springs too stiff for
+  /// the player's step; or `two-layer` was, and `ring` was built: the body has tetrahedra.
   bool fell_back = false;
   double lifted_1_s2 = 0;  ///< most that the stiffness of a mode was changed by
   int solver_iterations = 0;

@@ -1,6 +1,6 @@
 // Patches of tools that touch the surface.
 #include "common/base/part_above.hpp"
-#include "server/reduce/expansion.hpp"
+#include "server/reduce/bending.hpp"
 #include "server/reduce/patch_builder.hpp"
 #include "server/reduce/patch_builder_common.hpp"
 #include "server/reduce/port_surface.hpp"

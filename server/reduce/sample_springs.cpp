@@ -6,7 +6,7 @@
 #include <span>
 
 #include "server/body/fused.hpp"
-#include "server/reduce/expansion.hpp"
+#include "server/reduce/bending.hpp"
 
 namespace palpate {
 namespace {

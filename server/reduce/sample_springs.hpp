@@ -1,4 +1,4 @@
-// Few springs that bend as all of a body do: the terms of a patch where no polynomial follows it (sampled_springs.hpp).
+// Few springs that bend as all of a body do: the terms of a patch of a lattice (sampled_springs.hpp).
 //
 // r_e(u) = G_e^T (f_e(d + G_e u) - f_e(d) - K_e G_e u) is what spring e adds to the linear force on the variables (sampling.hpp);
 // candidates are the 600 springs with the largest part in the samples.

@@ -6,7 +6,7 @@
 #include <array>
 #include <span>
 
-#include "server/reduce/expansion.hpp"
+#include "server/reduce/bending.hpp"
 
 namespace palpate {
 namespace {

@@ -121,7 +121,7 @@ std::vector<Vec3> felt(Side& side, const Patch& patch, const std::vector<PatchTe
 TEST_CASE(
     "The pieces of a patch's terms bend it in any order, before or after the patch, and without one of them it plays straight") {
   const Patch patch = test::attach_patch(11, 5, kIntakeEpoch + 100 * kTick);
-  const CubicTerms terms = test::cubic_terms(patch);
+  const CubicTerms terms = test::many_spring_terms(patch);
   const std::vector<PatchTerms> pieces = to_pieces(terms, patch.seq);
   REQUIRE(pieces.size() == 3);
   TermsAssembly assembly;
@@ -153,13 +153,13 @@ TEST_CASE("Terms that do not fit their patch, or of another whole, do not bend i
   for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
   const Patch patch = test::attach_patch(11, 5, kIntakeEpoch + 100 * kTick);
   REQUIRE(side.intake.accept(patch, kNow));
-  for (const PatchTerms& piece : to_pieces(test::cubic_terms(test::attach_patch(9, 5, patch.stamp)), 5))
+  for (const PatchTerms& piece : to_pieces(test::many_spring_terms(test::attach_patch(9, 5, patch.stamp)), 5))
     side.intake.accept(piece);
   CHECK(side.intake.counts().bent == 0);
-  auto pieces = to_pieces(test::cubic_terms(patch), 6);
+  auto pieces = to_pieces(test::many_spring_terms(patch), 6);
   CHECK(side.intake.accept(pieces[0]));
   CHECK_FALSE(side.intake.accept(pieces[0]));
-  pieces[1].radius = 2;
+  pieces[1].stiffening = 2;
   CHECK_FALSE(side.intake.accept(pieces[1]));
   CHECK(side.intake.counts().stale_terms == 2);
 }
@@ -172,10 +172,9 @@ struct Bent {
   std::vector<PatchTerms> pieces;
   Bent(std::uint32_t seq, int stamp_ms, float size) : patch(test::attach_patch(11, seq, kIntakeEpoch + stamp_ms * kTick)) {
     patch.scheme = Scheme::cubic;
-    CubicTerms terms = test::cubic_terms(patch);
-    terms.e3 *= size;
-    terms.e4 *= size;
-    terms.q *= size;
+    CubicTerms terms = test::spring_terms(patch);
+    terms.springs.stiffness *= size;
+    terms.springs.damping *= size;
     pieces = to_pieces(terms, seq);
   }
 };
@@ -198,7 +197,7 @@ TEST_CASE("While its terms are on their way a patch waits when the one before, b
   const Bent next(4, 100, 1);
   CHECK(side.intake.accept(next.patch, kNow));
   CHECK(side.slot->take() == nullptr);
-  // One of another scheme is the server's answer to what cannot be expanded: its terms will not come.
+  // One of another scheme is the server's answer to what has no terms: they will not come.
   CHECK(side.intake.accept(test::attach_patch(11, 5, next.patch.stamp), kNow));
   REQUIRE(side.slot->take() != nullptr);
   CHECK(side.intake.accept(Bent(6, 100, 1).patch, kNow));

@@ -265,7 +265,6 @@ TEST_CASE("an arch that snaps through under the hand gives all its energy away, 
   const auto stored = [&](double high) { return kPull * std::pow(std::hypot(kHalf, high) - rest, 2); };
   CubicTerms terms;
   terms.variables = 1;
-  terms.scale = Eigen::MatrixXd::Identity(1, 1);
   terms.rate = Eigen::VectorXd::Zero(1);
   SampledSprings& springs = terms.springs;
   Eigen::MatrixXf rows = Eigen::MatrixXf::Zero(9, 1);

@@ -54,13 +54,13 @@ struct Grasp {
 
 }  // namespace
 
-TEST_CASE("With the modes still, the force of a displaced tool is the body's to fourth order") {
+TEST_CASE("With the modes still, the force of a displaced tool is the body's") {
   Grasp grasp(0);
   const Patch patch = grasp.build();
   const CubicTerms& terms = grasp.builder.terms();
   REQUIRE(terms.variables == patch.modes() + 3);
   CubicForce bend(terms, patch);
-  for (const Vec3& d : {Vec3(0.0005, 0, 0), Vec3(0.0003, -0.0003, 0.0004), Vec3(0, 0.0001, -0.0005)}) {
+  for (const Vec3& d : {Vec3(0.002, 0, 0), Vec3(0.0012, -0.0012, 0.0016), Vec3(0, 0.0004, -0.002)}) {
     CubicForce::Variables u = CubicForce::Variables::Zero(patch.modes() + 3), force;
     u.head<3>() = d;
     BodyState moved = grasp.state;
@@ -70,7 +70,7 @@ TEST_CASE("With the modes still, the force of a displaced tool is the body's to 
     bend.elastic(force);
     INFO("exact " << (exact - patch.force).transpose() << ", linear " << (linear - patch.force).transpose());
     const double least = (exact - linear).norm();
-    CHECK((exact - linear - Vec3(force.head<3>())).norm() < 0.02 * least);
+    CHECK((exact - linear - Vec3(force.head<3>())).norm() < 0.1 * least);
     CHECK(least > 1e-3 * (exact - patch.force).norm());
   }
 }
@@ -99,7 +99,7 @@ TEST_CASE("Terms give back the stiffness that was lifted to make the linear patc
   CHECK(lifted > 0);
 }
 
-TEST_CASE("A body whose law has no series is served the port patch, and the builder says so") {
+TEST_CASE("A body whose law is not smooth is served the port patch, and the builder says so") {
   Grasp grasp(0.002, 0.1, SpringLaw::thigh_skin);
   CHECK(grasp.build().scheme == Scheme::port);
   CHECK(grasp.builder.report().fell_back);
@@ -149,63 +149,6 @@ TEST_CASE("A solid of either law is served some of its tetrahedra, one of both t
     }
 }
 
-TEST_CASE("Trust ends where the last term is as large as the linear force") {
-  Grasp grasp(0);
-  const Patch patch = grasp.build();
-  const CubicTerms& terms = grasp.builder.terms();
-  CHECK(terms.radius == 1);
-  for (int axis = 0; axis < 3; ++axis) {
-    const double linear = patch.k_port(axis, axis) / (terms.scale(axis, axis) * terms.scale(axis, axis));
-    CHECK(4 * std::abs(static_cast<double>(terms.e4[quadruple_at(axis, axis, axis, axis)])) == Approx(linear).epsilon(1e-3));
-  }
-}
-
-TEST_CASE("Springs take the place of a polynomial where the body, asked, does otherwise") {
-  // The last frame's state says how far it goes: the same patch again, a frame later, after a little way and after a long one.
-  for (const double way_m : {0.00001, 0.03}) {
-    Grasp grasp(0);
-    const Vector x = grasp.state.x;
-    Vector way = random_state(grasp.dynamics, 9, way_m, 0).x - grasp.dynamics.rest_state().x;
-    grasp.state.x = x + way;
-    grasp.build();
-    grasp.state.x = x;
-    grasp.state.time_s += 0.05;
-    grasp.build();
-    const CubicTerms& terms = grasp.builder.terms();
-    CAPTURE(way_m, terms.radius);
-    CHECK((terms.springs.count() > 0) == (way_m > 0.001));
-    CHECK((terms.radius == 1) == (way_m < 0.001));
-  }
-}
-
-TEST_CASE(
-    "Springs take the place of a polynomial that gives way of itself, as that of a deeply pressed body does when the tool goes "
-    "back") {
-  const Scene scene = load_scene(PALPATE_SOURCE_DIR "/scenes/solid10.json");
-  const Dynamics dynamics(scene.body);
-  const Skin skin(scene.body);
-  ExplicitIntegrator leapfrog(dynamics, skin);
-  const Vec3 home = scene.body.nodes[scene.tool.node];
-  for (const double deep_m : {0.0003, 0.010}) {
-    BodyState state = dynamics.rest_state();
-    std::vector<ToolPort> ports(1);
-    ports[0].kind = ContactKind::attach;
-    ports[0].node = scene.tool.node;
-    const auto press = [&](std::size_t, double t) { return ToolAt{home - std::min(1.0, t / 0.3) * Vec3(0, 0, deep_m), {}}; };
-    REQUIRE(leapfrog.advance(state, ports, 0.6, 0.010, press).converged);
-    const ToolAt tool{node_of(state.x, scene.tool.node), Vec3::Zero()};
-    PatchBuilder builder(dynamics, skin, 0);
-    PatchRequest request;
-    request.scheme = Scheme::cubic;
-    request.bridge = Micros{100'000};
-    FrameModel frame(dynamics, skin);
-    frame.begin(state, ports, std::span(&tool, 1), request.bridge);
-    REQUIRE(builder.build(frame, 0, request));
-    CAPTURE(deep_m, builder.terms().radius);
-    CHECK((builder.terms().springs.count() > 0) == (deep_m > 0.005));
-  }
-}
-
 TEST_CASE("A planar body has terms, and the tool's way across it changes nothing") {
   const Scene scene = load_scene(PALPATE_SOURCE_DIR "/scenes/sheet13.json");
   const Dynamics dynamics(scene.body);
@@ -238,15 +181,13 @@ TEST_CASE("A planar body has terms, and the tool's way across it changes nothing
   CHECK((across - here).norm() < 1e-3 * here.norm());
 }
 
-TEST_CASE("A body whose springs stiffen has springs for terms, and so has one pressed beyond its polynomials") {
-  Grasp stiffening(0.001, 0, SpringLaw::stiffening);
-  stiffening.build();
-  CHECK(stiffening.builder.terms().springs.count() > 0);
-  CHECK(stiffening.builder.terms().e4.size() == 0);
-  Grasp linear(0);
-  linear.build();
-  CHECK(linear.builder.terms().springs.count() == 0);
-  CHECK(linear.builder.terms().e4.size() > 0);
+TEST_CASE("A lattice has springs for terms, linear ones and ones that stiffen, as many as four datagrams take") {
+  for (const SpringLaw law : {SpringLaw::linear, SpringLaw::stiffening}) {
+    Grasp grasp(0.001, 0, law);
+    grasp.build();
+    CHECK(grasp.builder.terms().springs.count() > 60);
+    CHECK(to_pieces(grasp.builder.terms(), 1).size() == static_cast<std::size_t>(kUsualPieces));
+  }
 }
 
 TEST_CASE("A body too stiff for a tick has springs for terms, too, with mass for it") {

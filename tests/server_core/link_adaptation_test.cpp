@@ -172,7 +172,7 @@ TEST_CASE("a patch with terms goes once whatever the link loses: the patch befor
   hand.join().live();
   hand.say(Beat{.link = {1000, 50, 2, {}}});
   hand.live(Micros{50'000});
-  bench.room.terms = seeds::cubic_terms(6, true, 6, false);
+  bench.room.terms = seeds::spring_terms(6, true, 60, 40);
   CHECK(std::next(copies_in_a_second(bench, hand).begin())->second == 1);
   bench.room.terms = {};
   CHECK(std::next(copies_in_a_second(bench, hand).begin())->second == 3);
@@ -182,7 +182,7 @@ TEST_CASE("terms bring their parity where the link loses datagrams, as the last 
   Bench bench(ContactKind::attach);
   RawStation hand(bench, 1, "hand");
   hand.join().live();
-  bench.room.terms = seeds::cubic_terms(6, true, 6, false);
+  bench.room.terms = seeds::spring_terms(6, true, 60, 40);
   const auto pieces = static_cast<int>(to_pieces(bench.room.terms, 1).size());
   for (const bool loses : {false, true}) {
     hand.say(Beat{.link = loses ? LinkReport{1000, 30, 1, {}} : LinkReport{1000, 0, 0, {}}});

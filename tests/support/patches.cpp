@@ -73,31 +73,6 @@ Patch touch_patch(int modes, std::uint32_t seq, Micros stamp) {
   return patch;
 }
 
-CubicTerms cubic_terms(const Patch& patch) {
-  constexpr double kEnergyJ = 0.01;  // of a mode at the end of its trust
-  const int first = patch.contact == ContactKind::attach ? 3 : 0, n = patch.modes() + first;
-  CubicTerms terms;
-  terms.variables = n;
-  terms.leading = std::min(n, 10);
-  terms.grasp = first > 0;
-  terms.radius = 1;
-  terms.scale.setZero(n, n);
-  for (int i = 0; i < first; ++i) terms.scale(i, i) = 1 / 0.02;
-  for (int i = first; i < n; ++i) terms.scale(i, i) = std::sqrt(patch.stiffness[i - first] / (2 * kEnergyJ));
-  const auto some = [&](int count, double size) {
-    Eigen::VectorXf v(count);
-    for (int i = 0; i < count; ++i) v[i] = static_cast<float>(size * spread(i, count));
-    return v;
-  };
-  terms.e3 = some(triples_of(n), 0.02 * kEnergyJ);
-  terms.e4 = some(quadruples_of(terms.leading), 0.005 * kEnergyJ);
-  for (int i = 0; i < terms.leading; ++i) terms.e4[quadruple_at(i, i, i, i)] = static_cast<float>(0.2 * kEnergyJ);
-  terms.q.setZero(terms.leading, pairs_of(terms.leading));
-  terms.q.topLeftCorner(4, pairs_of(4)) = some(4 * pairs_of(4), 1e-5).reshaped(4, pairs_of(4));
-  terms.rate = stamp_rate(terms, patch);
-  return terms;
-}
-
 namespace {
 
 Eigen::MatrixXf some(int rows, int cols, double size) {
@@ -110,30 +85,44 @@ Eigen::MatrixXf some(int rows, int cols, double size) {
 }  // namespace
 
 CubicTerms sampled_terms(const Patch& patch) {
-  const int first = patch.contact == ContactKind::attach ? 3 : 0, n = patch.modes() + first;
   CubicTerms terms;
-  terms.variables = n;
-  terms.grasp = first > 0;
-  terms.scale.setIdentity(n, n);
-  terms.rate = stamp_rate(terms, patch);
+  terms.grasp = patch.contact == ContactKind::attach;
+  terms.variables = patch.modes() + (terms.grasp ? 3 : 0);
+  terms.rate = stamp_rate(patch);
   return terms;
 }
 
-CubicTerms spring_terms(const Patch& patch) {
-  constexpr int kCount = 20, kNodes = 13;
+namespace {
+
+CubicTerms some_springs(const Patch& patch, int count, int nodes) {
   CubicTerms terms = sampled_terms(patch);
   SampledSprings& springs = terms.springs;
   springs.stiffening = 30;
-  springs.motion = rounded(some(3 * kNodes, patch.modes(), 0.7), terms.grasp ? 4 : -1);
-  springs.position = some(3, kNodes, 0.02);
-  springs.ends.resize(2, kCount);
-  for (int e = 0; e < kCount; ++e) springs.ends.col(e) << e % kNodes, (3 * e + 5 + e / kNodes) % kNodes;
-  springs.rest_length = Eigen::VectorXf::Constant(kCount, 0.02F);
-  springs.stiffness = Eigen::VectorXf::Constant(kCount, static_cast<float>(patch.stiffness.mean() / (3 * kCount)));
+  springs.motion = rounded(some(3 * nodes, patch.modes(), 0.7), terms.grasp ? 4 : -1);
+  springs.position = some(3, nodes, 0.02);
+  springs.ends.resize(2, count);
+  for (int e = 0; e < count; ++e) springs.ends.col(e) << e % nodes, (3 * e + 5 + e / nodes) % nodes;
+  springs.rest_length = Eigen::VectorXf::Constant(count, 0.02F);
+  springs.stiffness = Eigen::VectorXf::Constant(count, static_cast<float>(patch.stiffness.mean() / (3 * count)));
   springs.damping = 0.01F * springs.stiffness;
-  springs.steep = SampledSprings::steep_of(Eigen::ArrayXd::Constant(kCount, 10));
+  springs.steep = SampledSprings::steep_of(Eigen::ArrayXd::Constant(count, 10));
   return terms;
 }
+
+}  // namespace
+
+CubicTerms spring_terms(const Patch& patch) { return some_springs(patch, 20, 13); }
+CubicTerms slack_spring_terms(const Patch& patch) {
+  CubicTerms terms = spring_terms(patch);
+  SampledSprings& springs = terms.springs;
+  springs.stiffening = 0;
+  springs.steep.clear();
+  springs.stiffness *= 0.1F;
+  springs.damping *= 0.1F;
+  springs.rest_length = springs.spans().colwise().norm().transpose().cwiseMax(1e-3F);  // one begins where it ends
+  return terms;
+}
+CubicTerms many_spring_terms(const Patch& patch) { return some_springs(patch, 60, 40); }
 
 CubicTerms solid_terms(const Patch& patch) {
   constexpr int kCount = 20, kNodes = 13;

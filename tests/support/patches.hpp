@@ -14,14 +14,15 @@ Patch attach_patch(int modes, std::uint32_t seq, Micros stamp);
 /// A flat surface of 8 triangles, 40 mm square, in the plane z = 0 with its outside up, borne by `modes` modes, at rest.
 Patch touch_patch(int modes, std::uint32_t seq, Micros stamp);
 
-/// Terms that go with it: third order a tenth, fourth order a fifth of the linear energy at the end of their trust.
-CubicTerms cubic_terms(const Patch& patch);
-
 /// Terms for springs or tetrahedra of which none are there yet.
 CubicTerms sampled_terms(const Patch& patch);
 
 /// Terms that are 20 springs, half as stiff together as the modes are.
 CubicTerms spring_terms(const Patch& patch);
+/// The same, linear, a tenth as stiff, and without tension at the stamp: what they give was put into them.
+CubicTerms slack_spring_terms(const Patch& patch);
+/// With 60 springs: with 11 modes three pieces.
+CubicTerms many_spring_terms(const Patch& patch);
 
 /// Terms that are 20 tetrahedra, some of the modes' stiffness.
 CubicTerms solid_terms(const Patch& patch);

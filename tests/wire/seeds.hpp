@@ -101,28 +101,6 @@ inline Patch touch_patch(int r, int vertices, int triangles) {
   return patch;
 }
 
-/// Terms for a patch of r modes, every number of another size.
-inline CubicTerms cubic_terms(int r, bool grasp, int leading, bool repaired) {
-  std::mt19937 random(300u + static_cast<unsigned>(r));
-  const auto some = [&](Eigen::Index rows, Eigen::Index cols, double scale) {
-    return Eigen::MatrixXd(Eigen::MatrixXd::NullaryExpr(rows, cols, [&] { return scale * noise(random); }));
-  };
-  CubicTerms terms;
-  const int n = r + (grasp ? 3 : 0);
-  terms.variables = n;
-  terms.leading = leading;
-  terms.grasp = grasp;
-  terms.radius = 12.5;
-  terms.scale.setZero(n, n);
-  if (grasp) terms.scale.diagonal().head<3>() = Vec3(123.4, 200, 499.9);
-  terms.scale.bottomRightCorner(r, r) = some(r, r, 3e3) + Eigen::MatrixXd(3e3 * Eigen::MatrixXd::Identity(r, r));
-  if (repaired) terms.e2 = some(pairs_of(n), 1, 1e-3).cast<float>();
-  terms.e3 = some(triples_of(n), 1, 1e-2).cast<float>();
-  terms.e4 = some(quadruples_of(leading), 1, 1e-3).cast<float>();
-  terms.q = some(leading, pairs_of(leading), 1e-4).cast<float>();
-  return terms;
-}
-
 /// Terms that are springs between so many nodes, every number of another size.
 inline CubicTerms spring_terms(int r, bool grasp, int count, int nodes) {
   std::mt19937 random(400u + static_cast<unsigned>(r));
@@ -133,7 +111,6 @@ inline CubicTerms spring_terms(int r, bool grasp, int count, int nodes) {
   const int n = r + (grasp ? 3 : 0);
   terms.variables = n;
   terms.grasp = grasp;
-  terms.scale.setIdentity(n, n);
   terms.springs.stiffening = 30;
   terms.springs.motion = rounded(some(3 * nodes, r, 4), grasp ? nodes / 2 : -1);
   terms.springs.position = some(3, nodes, 0.01F);
@@ -158,7 +135,6 @@ inline CubicTerms solid_terms(int r, bool grasp, int count, int nodes) {
   const int n = r + (grasp ? 3 : 0);
   terms.variables = n;
   terms.grasp = grasp;
-  terms.scale.setIdentity(n, n);
   terms.solid.law = grasp ? SolidLaw::corotational : SolidLaw::neo_hookean;
   terms.solid.motion = rounded(some(3 * nodes, r, 4), grasp ? nodes / 2 : -1);
   // Along a helix any four that follow one another span a volume, all the same way round.
@@ -226,13 +202,13 @@ inline std::vector<Message> every_kind() {
   filtered.constant = true;
   filtered.low_pass_hz = 4.5;
   all.push_back(message(PatchMessage{filtered}));
-  for (const PatchTerms& piece : to_pieces(cubic_terms(6, true, 7, true), 42)) all.push_back(message(piece));
-  CubicTerms touched = cubic_terms(6, false, 6, false);
+  for (const PatchTerms& piece : to_pieces(spring_terms(6, true, 60, 40), 42)) all.push_back(message(piece));
+  CubicTerms touched = spring_terms(6, false, 60, 40);
   Patch rest = touch_patch(6, 12, 16);
   move_surface(7, 5, rest, touched);
   for (const PatchTerms& piece : to_pieces(touched, 43)) all.push_back(message(piece));
-  for (const PatchTerms& piece : to_pieces(spring_terms(6, true, 9, 5), 44)) all.push_back(message(piece));
-  all.push_back(message(parity_of(to_pieces(cubic_terms(6, true, 7, true), 42))));
+  for (const PatchTerms& piece : to_pieces(solid_terms(6, true, 9, 8), 44)) all.push_back(message(piece));
+  all.push_back(message(parity_of(to_pieces(spring_terms(6, true, 60, 40), 42))));
   all.push_back(message(Beat{Micros{-17}, true}));
   all.push_back(message(Beat{Micros{17}, false, 18.5, Micros{31'000}, {1008, 50, 4, Micros{212'345}}, 12}));
   all.push_back(message(Beat{.body_time = Micros{17}, .contact_in_reach = true, .lives_on = 0xfffffff0u}));
