@@ -56,11 +56,13 @@ std::vector<FeltRow> rows_of(const ClientReport& report, const ReferenceForce& r
 }
 
 void print(const std::vector<FeltRow>& rows) {
-  fmt::print("  {:<10} {:>9} {:>11} {:>11} {:>9} {:>12}\n", "scheme", "SNR [dB]", "error [%]", "p95 [%]", "lag [ms]",
+  std::size_t wide = 10;
+  for (const FeltRow& row : rows) wide = std::max(wide, row.name.size());
+  fmt::print("  {:<{}} {:>9} {:>11} {:>11} {:>9} {:>12}\n", "scheme", wide, "SNR [dB]", "error [%]", "p95 [%]", "lag [ms]",
              "onset [ms]");
   for (const FeltRow& row : rows)
-    fmt::print("  {:<10} {:>9.1f} {:>11.1f} {:>11.1f} {:>9} {:>12}\n", row.name, row.fidelity.snr_db, 100 * row.fidelity.rel_rms,
-               100 * row.fidelity.p95_rel_error, row.fidelity.lag_ms,
+    fmt::print("  {:<{}} {:>9.1f} {:>11.1f} {:>11.1f} {:>9} {:>12}\n", row.name, wide, row.fidelity.snr_db,
+               100 * row.fidelity.rel_rms, 100 * row.fidelity.p95_rel_error, row.fidelity.lag_ms,
                row.onset.missed > 0 ? "missed" : fmt::format("{:+}", row.onset.worst_ms));
   fmt::print(
       "\n  SNR: 20 dB is an error of a tenth, about what a hand can just notice. error: rms of the difference over rms of the "
