@@ -26,7 +26,7 @@ namespace palpate {
 namespace {
 
 struct Flags {
-  std::string scene, motion, scheme = "cubic", out;
+  std::string scene, motion, scheme = "hyper", out;
   double duration_s = 0;
   LinkFlags link;
 };
@@ -161,7 +161,7 @@ LiveFigures figures_of(const LiveRun& run, const std::string& scheme) {
   figures.skipped_pct =
       share_pct(static_cast<double>(server.frames_busy), static_cast<double>(server.frames + server.frames_busy));
   figures.without_rollouts_pct = share_pct(static_cast<double>(server.frames_without_rollouts), stepped);
-  if (scheme == "cubic") figures.without_terms_pct = 100 - share_pct(client("patches_bent"), client("patches_accepted"));
+  if (scheme == "hyper") figures.without_terms_pct = 100 - share_pct(client("patches_bent"), client("patches_accepted"));
   figures.late_pct = share_pct(client("late_ticks"), client("ticks"));
   return figures;
 }
@@ -210,8 +210,8 @@ void plot(const std::filesystem::path& out, const std::string& scene, const std:
     fmt::print("  plot      {}\n", (out / "live.svg").string());
 }
 
-int run_live_experiment(const Flags& flags) {
-  available_scheme(flags.scheme);
+int run_live_experiment(Flags flags) {
+  flags.scheme = name_of(available_scheme(flags.scheme));
   const Scene scene = load_scene(flags.scene);
   const auto out = make_output_folder(flags.out);
   const Motion motion = begin_of(read_motion(flags.motion), flags.duration_s);

@@ -74,7 +74,7 @@ void add_patches(bool quick, std::vector<ParetoCell>& cells) {
     int order;
   };
   static constexpr Made kMade[] = {{Scheme::hold, 0},  {Scheme::tangent, 0}, {Scheme::ring, 0},  {Scheme::port, 10},
-                                   {Scheme::port, 14}, {Scheme::port, 18},   {Scheme::port, 22}, {Scheme::cubic, 0}};
+                                   {Scheme::port, 14}, {Scheme::port, 18},   {Scheme::port, 22}, {Scheme::hyper, 0}};
   for (const std::string& scene : scenes)
     for (const double rtt_ms : round_trips)
       for (const auto& [scheme, order] : kMade) {

@@ -27,7 +27,7 @@ struct StabilityFlags {
 
 using StabilityCells = std::vector<StabilityCell>;
 
-bool is_ours(Scheme scheme) { return scheme == Scheme::port || scheme == Scheme::cubic; }
+bool is_ours(Scheme scheme) { return scheme == Scheme::port || scheme == Scheme::hyper; }
 
 Json to_json(const StabilityPoint& p, const StabilityCell& c) {
   return {{"point", key_of(p)},

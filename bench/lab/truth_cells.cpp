@@ -41,10 +41,10 @@ bool has_row(Scheme scheme, TruthRow row) {
     case TruthRow::as_sent:
       return true;
     case TruthRow::exact_states:
-      return scheme == Scheme::port || scheme == Scheme::cubic;
+      return scheme == Scheme::port || scheme == Scheme::hyper;
     case TruthRow::full_forces:
     case TruthRow::hand_aside:
-      return scheme == Scheme::cubic;
+      return scheme == Scheme::hyper;
     case TruthRow::whole_linear:
       return scheme == Scheme::port;
   }

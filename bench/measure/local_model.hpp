@@ -24,7 +24,7 @@ namespace palpate {
 enum class LocalModel : std::uint8_t { full_forces, whole_linear };
 
 /// On the tool [N], for every tick of the path; nothing where there was no patch (`ages`, of the one that was played, negative)
-/// and, for full_forces, where it had no modes of its own: it was none of scheme `cubic`. `starts` ascend.
+/// and, for full_forces, where it had no modes of its own: it was none of scheme `hyper`. `starts` ascend.
 std::vector<std::optional<Vec3>> local_forces(const Scene& scene, const ToolPath& path, std::span<const Micros> ages,
                                               std::span<const LocalStart> starts, LocalModel model);
 

@@ -133,7 +133,7 @@ std::vector<StabilityPoint> stability_points(const StabilityPlan& plan) {
   constexpr std::size_t kScattered = 300, kScatteredBeside = 40, kScatteredQuick = 10;
   Points points(plan);
   for (const Scheme scheme : plan.schemes) {
-    const bool ours = scheme == Scheme::port || scheme == Scheme::cubic;
+    const bool ours = scheme == Scheme::port || scheme == Scheme::hyper;
     for (const ContactKind contact : {ContactKind::attach, ContactKind::touch}) {
       StabilityPoint base = map_base(contact, plan.body_n_m);
       base.scheme = scheme;

@@ -46,7 +46,7 @@ void declare(CLI::App& app, Typed& typed) {
       ->capture_default_str();
   app.add_option("--room", typed.room, "name of the room on the server; default: its first")->type_name("NAME");
   app.add_option("--scheme", typed.scheme,
-                 "what patches are made of; auto: the server gives cubic (nonlinear) while it has the time, port (linear) else")
+                 "what patches are made of; auto: the server gives hyper (nonlinear) while it has the time, port (linear) else")
       ->type_name("NAME")
       ->capture_default_str();
   app.add_option("--order", typed.order,
@@ -106,13 +106,11 @@ DeviceKind device_of(const std::string& typed) {
 
 /// `expected`: what may be typed beside the names of schemes.
 Scheme scheme_of(const char* flag, const std::string& typed, std::string expected = "") {
-  for (const auto name : kSchemeNames) {
-    const Scheme scheme = *scheme_from_name(name);
-    if (!is_available(scheme)) continue;
-    if (name == typed) return scheme;
-    expected += (expected.empty() ? "" : ", ") + std::string(name);
-  }
-  const char* why = scheme_from_name(typed) ? "' is not in this build" : "' is not a scheme";
+  const std::optional<Scheme> scheme = scheme_from_name(typed);
+  if (scheme && is_available(*scheme)) return *scheme;
+  for (const auto name : kSchemeNames)
+    if (is_available(*scheme_from_name(name))) expected += (expected.empty() ? "" : ", ") + std::string(name);
+  const char* why = scheme ? "' is not in this build" : "' is not a scheme";
   throw InputError(flag, "'" + typed + why, "one of " + expected);
 }
 

@@ -74,7 +74,7 @@ void PatchIntake::catch_up(PatchPlayer& player) const {
   for (std::size_t i = history_.first_after(player.time()); i < history_.size(); ++i) player.advance(history_[i]);
 }
 
-void PatchIntake::hand_over(const CubicTerms& terms) {
+void PatchIntake::hand_over(const NonlinearTerms& terms) {
   PatchPlayer& player = slot_.back();
   player = PatchPlayer(patch_, terms);
   catch_up(player);
@@ -84,12 +84,12 @@ void PatchIntake::hand_over(const CubicTerms& terms) {
     bent_ = player;
   }
   bent_plays_ = terms.variables > 0;
-  playing_ = patch_.scheme == Scheme::cubic && terms.variables == 0 ? 0 : patch_.seq;
+  playing_ = patch_.scheme == Scheme::hyper && terms.variables == 0 ? 0 : patch_.seq;
   slot_.publish();
 }
 
 bool PatchIntake::before_is_truer(Micros now) const {
-  if (!bent_plays_ || patch_.scheme != Scheme::cubic) return false;
+  if (!bent_plays_ || patch_.scheme != Scheme::hyper) return false;
   const std::int32_t behind = patches_behind();
   if (behind > kBehindMost || now - bent_->patch().stamp > bent_->patch().valid_for) return false;
   return before_error_n_ * behind <= straight_error_n_;

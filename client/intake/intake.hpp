@@ -1,7 +1,7 @@
 // The network side of the hand-over: a checked patch comes in, is compiled and caught up with the client's own samples,
-// and leaves through a wait-free slot to the haptic thread; once more when the terms that go with it have come (scheme cubic).
+// and leaves through a wait-free slot to the haptic thread; once more when the terms that go with it have come (scheme hyper).
 //
-// Until they have, a patch of scheme cubic is its linear part, and the one before it, bent, may be truer although it is older.
+// Until they have, a patch of scheme hyper is its linear part, and the one before it, bent, may be truer although it is older.
 // Whenever terms come, both are set beside the bent new patch at the newest sample,
 //     e_before = |f_before - f| / (patches it is behind),   e_straight = |f_straight - f|,   running means,
 // and the next patch is held back while e_before times the patches that the bent one is then behind is no more than e_straight,
@@ -72,7 +72,7 @@ class PatchIntake {
   static constexpr int kBehindMost = 4;
 
   void catch_up(PatchPlayer& player) const;
-  void hand_over(const CubicTerms& terms);
+  void hand_over(const NonlinearTerms& terms);
   bool before_is_truer(Micros now) const;
   void compare(const PatchPlayer& bent);
   std::int32_t patches_behind() const;

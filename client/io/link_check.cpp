@@ -181,9 +181,9 @@ class Judge {
     constexpr double kRateLeastHz = 20, kRateMostHz = 60;
     const double wanted_hz = std::clamp(std::round(2e3 / std::max(f_.rtt_p50_ms, 1.0) / 5) * 5, kRateLeastHz, kRateMostHz);
     say(f_.down.share > kNonlinearLossMost
-            ? fmt::format("the server gives scheme port here: cubic, which is truer, wants a link that loses at most {:.0f} %",
+            ? fmt::format("the server gives scheme port here: hyper, which is truer, wants a link that loses at most {:.0f} %",
                           100 * kNonlinearLossMost)
-            : std::string("the server gives scheme cubic here while it has the time, port else"));
+            : std::string("the server gives scheme hyper here while it has the time, port else"));
     say(fmt::format("set: palpate-client --passivity {}", f_.oldest_patch_ms() > kAgeFeltMs ? "on" : "observe"));
     if (f_.rate_hz < 0.8 * wanted_hz)
       say(fmt::format(

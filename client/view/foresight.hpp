@@ -19,7 +19,7 @@ namespace palpate {
 /// Two patches that follow on one another, and what the first needs to be played up to the second.
 struct PatchPair {
   Patch patch, next;
-  CubicTerms terms;                 ///< of the first, where they came
+  NonlinearTerms terms;             ///< of the first, where they came
   std::vector<ToolSample> samples;  ///< from the first stamp to the second
 };
 
@@ -31,7 +31,7 @@ class PatchPairs {
 
  private:
   std::optional<Patch> patch_;
-  CubicTerms terms_;
+  NonlinearTerms terms_;
 };
 
 struct ForeseenVertex {

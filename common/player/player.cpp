@@ -12,23 +12,24 @@ constexpr std::int64_t kTicksMax = 2 * kSampleHistoryTicks;  // of one advance()
 
 }  // namespace
 
-PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(extended(patch, terms)), cubic_(terms, patch) {
+PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
+    : patch_(extended(patch, terms)), nonlinear_(terms, patch) {
   const auto r = patch.modes();
   const auto of_step = [&] {
-    steps_ = cubic_.steps();
+    steps_ = nonlinear_.steps();
     dt_ = 1.0 / (kHapticRateHz * steps_);
-    return make_propagator(patch.stiffness, patch.damping, cubic_.added_mass(), dt_);
+    return make_propagator(patch.stiffness, patch.damping, nonlinear_.added_mass(), dt_);
   };
   Propagator p = of_step();
   z_ = StateVector::Zero(2 * r);
   if (r > 0) {
     z_.tail(r) = patch.q_rate;
-    if (!cubic_.empty()) {
+    if (!nonlinear_.empty()) {
       const ModeMatrix reach = p.phi.topRightCorner(r, r);
       closing_ = p.psi0.bottomRows(r) - p.phi.bottomRightCorner(r, r) * reach.partialPivLu().solve(ModeMatrix(p.psi0.topRows(r)));
       // H, dt / 2 for slow modes; of a mode that goes round in less than three steps
       if (!(closing_.cwiseAbs().maxCoeff() < dt_)) {
-        cubic_ = {};  // the linear patch alone
+        nonlinear_ = {};  // the linear patch alone
         p = of_step();
       }
     }
@@ -85,7 +86,7 @@ PatchPlayer::PatchPlayer(const Patch& patch, const CubicTerms& terms) : patch_(e
   }
   tool_ = {patch.stamp, patch.tool};
   output_ = {patch.force, patch.touching};
-  bent_ = turned_ = CubicForce::Variables::Zero(patch.contact == ContactKind::attach ? r + 3 : r);
+  bent_ = turned_ = NonlinearForce::Variables::Zero(patch.contact == ContactKind::attach ? r + 3 : r);
   bend(Vec3::Zero(), patch.tool_velocity);
 }
 
@@ -135,21 +136,21 @@ void PatchPlayer::step_attach(const Vec3& tool) noexcept {
     u.segment<3>(2 * r + 3) = d_next;
     u.tail<3>() = rate;
     StateVector next = drift_;
-    if (!cubic_.empty()) next.noalias() += psi0_ * (bent_ + turned_).tail(r);
+    if (!nonlinear_.empty()) next.noalias() += psi0_ * (bent_ + turned_).tail(r);
     next.noalias() += transition_ * u;
     z_ = next;
     bend(d_next, (tool - tool_.position) / dt_);
     force.noalias() += felt_ * z_;
     force.noalias() -= patch_.b_d.transpose() * patch_.q_rate;
-    if (!cubic_.empty()) force += bent_.head<3>() + turned_.head<3>();
+    if (!nonlinear_.empty()) force += bent_.head<3>() + turned_.head<3>();
   }
   output_ = {force, true};
 }
 
 void PatchPlayer::bend(const Vec3& displacement, const Vec3& velocity) noexcept {
-  if (cubic_.empty()) return;
+  if (nonlinear_.empty()) return;
   const auto r = patch_.modes();
-  CubicForce::Variables u(r), rate(r);
+  NonlinearForce::Variables u(r), rate(r);
   if (patch_.contact == ContactKind::attach) {
     u.resize(r + 3);
     rate.resize(r + 3);
@@ -157,17 +158,17 @@ void PatchPlayer::bend(const Vec3& displacement, const Vec3& velocity) noexcept 
     rate.head<3>() = velocity;
   }
   u.tail(r) = z_.head(r);
-  CubicForce::Variables bent(u.size()), turned(u.size());
-  cubic_.move_to(u);
-  cubic_.elastic(bent);
+  NonlinearForce::Variables bent(u.size()), turned(u.size());
+  nonlinear_.move_to(u);
+  nonlinear_.elastic(bent);
   rate.tail(r) = z_.tail(r) + closing_ * (bent - bent_).tail(r);
-  cubic_.damping(rate, closing_, turned_, turned);
+  nonlinear_.damping(rate, closing_, turned_, turned);
   if (bent.allFinite() && turned.allFinite()) {
     z_.tail(r) = rate.tail(r) + closing_ * (turned - turned_).tail(r);
     bent_ = bent;
     turned_ = turned;
   } else {
-    cubic_ = {};  // whatever was sent: the linear patch goes on
+    nonlinear_ = {};  // whatever was sent: the linear patch goes on
     bent_.setZero();
     turned_.setZero();
   }
@@ -203,7 +204,7 @@ void PatchPlayer::update_response() noexcept {
   const auto r = patch_.modes();
   if (r == 0) return;
   const PortRows rows = rows_at(point_);
-  if (cubic_.empty()) slid_ = SlideCompliance::grown(slid_, slide_compliance_.missing(rows, point_.weight));
+  if (nonlinear_.empty()) slid_ = SlideCompliance::grown(slid_, slide_compliance_.missing(rows, point_.weight));
   compliance_ += slid_;
   const Triangle& corners = patch_.surface.triangles[point_.triangle];
   response_ = point_.weight[0] * answers_.middleCols<3>(3 * corners[0]);
@@ -218,7 +219,7 @@ void PatchPlayer::step_touch(const Vec3& tool) noexcept {
   const auto r = patch_.modes();
   if (r > 0) {
     StateVector next = drift_ + carried_;
-    if (!cubic_.empty()) next.noalias() += psi0_ * (bent_ + turned_).tail(r);
+    if (!nonlinear_.empty()) next.noalias() += psi0_ * (bent_ + turned_).tail(r);
     next.noalias() += transition_ * z_;
     z_ = next;
     carried_.setZero();

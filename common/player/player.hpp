@@ -1,7 +1,7 @@
 // The patch player: advances one patch by its exact discrete exponential, a tick at a time, and closes the port.
 //
 // With z = (q, q'), one step of length dt is z+ = Phi z + Psi0 w0 + Psi1 w1 (propagator.hpp). It is the tick, or where a
-// patch has terms beyond the tangent a part of it (CubicForce::steps()), as contact law and terms are of second order and the
+// patch has terms beyond the tangent a part of it (NonlinearForce::steps()), as contact law and terms are of second order and the
 // linear part alone is exact:
 //     attach: the tool moves linearly inside the step: w0 = g + B_k d + B_d d', w1 = B_k (d+ - d)
 //     touch:  lambda rises from that of the step before and counts with its mean, w0 = g + (1 - s) R^T lambda + s R-^T lambda-
@@ -25,7 +25,7 @@
 #include "common/player/propagator.hpp"
 #include "common/player/slide_compliance.hpp"
 #include "common/port/contact_law.hpp"
-#include "common/port/cubic_terms.hpp"
+#include "common/port/nonlinear_terms.hpp"
 #include "common/port/patch.hpp"
 #include "common/port/surface.hpp"
 
@@ -42,14 +42,14 @@ class PatchPlayer {
  public:
   PatchPlayer() = default;
   /// `patch` has passed check(). The player stands at the patch's stamp.
-  explicit PatchPlayer(const Patch& patch) : PatchPlayer(patch, CubicTerms{}) {}
+  explicit PatchPlayer(const Patch& patch) : PatchPlayer(patch, NonlinearTerms{}) {}
   /// The same with forces beyond the tangent; `terms` have passed check() for this patch. With f what those push the modes with
   /// at the end of a step, elastic or of dampers that have turned, a step is
   ///     z+ = Phi z + Psi0 (w0 + f) + ...,   then q'+ += H (f+ - f),   H = Psi0_v - Phi_vv Phi_qv^-1 Psi0_q
   /// exact for a force that stays, however fast a mode swings or is braked; second order; time-reversible where nothing brakes,
   /// H = tan(omega dt / 2) / omega there (Gautschi, Numer. Math. 3 (1961); Hairer, Lubich and Wanner, Geometric Numerical
   /// Integration (2006), XIII.1). Modes faster than three steps a turn have no such H: the linear patch alone.
-  PatchPlayer(const Patch& patch, const CubicTerms& terms);
+  PatchPlayer(const Patch& patch, const NonlinearTerms& terms);
 
   /// On to `sample.t`, in ticks, the tool moving linearly from its last position. Nothing happens when that is less than half a
   /// tick.
@@ -79,7 +79,7 @@ class PatchPlayer {
   Positions positions() const noexcept;
 
   Patch patch_;
-  CubicForce cubic_;
+  NonlinearForce nonlinear_;
   int steps_ = 1;  // in a tick
   double dt_ = 0;  // of a step [s]
   static constexpr int kMaxInputs = kMaxStates + 9;
@@ -94,7 +94,7 @@ class PatchPlayer {
   StateInput psi0_;
   ModeMatrix closing_;  // H
   double low_pass_gain_ = 1;
-  CubicForce::Variables bent_, turned_;  // force on (d, q) or q at the end of the step: elastic; of dampers that have turned
+  NonlinearForce::Variables bent_, turned_;  // force on (d, q) or q at the end of the step: elastic; of dampers that have turned
 
   std::array<std::uint32_t, kMaxPortVertices + 1> first_{};
   std::array<std::uint32_t, 3 * kMaxPortTriangles> incident_{};

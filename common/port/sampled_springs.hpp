@@ -1,4 +1,4 @@
-// What the forces of a patch have beyond the linear model, from some of the body's own springs: scheme `cubic`, lattices.
+// What the forces of a patch have beyond the linear model, from some of the body's own springs: scheme `hyper`, lattices.
 //
 // A spring e between nodes a and b has d = x_b - x_a at the stamp, and delta_e = G_e u more, G_e = V_b - V_a, when the variables
 // of the patch are u: u = (displacement of the tool, q) for a grasp, u = q for touch, V_i how node i moves with them, of shape

@@ -1,4 +1,4 @@
-// What the forces of a patch have beyond the linear model, from some of the body's own finite elements: scheme `cubic`, solids.
+// What the forces of a patch have beyond the linear model, from some of the body's own finite elements: scheme `hyper`, solids.
 //
 // A tetrahedron e of the nodes x_0..x_3, at rest X_0..X_3, has b_i, the gradients of its shape functions at rest, the deformation
 // gradient F = sum x_i b_i^T at the stamp, and dF = H_e u more, H_e u = sum_i (V_i u) b_i^T, when the variables of the patch are

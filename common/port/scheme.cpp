@@ -5,7 +5,12 @@ namespace palpate {
 std::optional<Scheme> scheme_from_name(std::string_view name) {
   for (std::size_t i = 0; i < kSchemeNames.size(); ++i)
     if (kSchemeNames[i] == name) return static_cast<Scheme>(i);
-  return std::nullopt;
+  return name == kOlderNameOfHyper ? std::optional(Scheme::hyper) : std::nullopt;
+}
+
+std::string_view current_scheme_name(std::string_view name) {
+  const std::optional<Scheme> scheme = scheme_from_name(name);
+  return scheme ? name_of(*scheme) : name;
 }
 
 bool is_available(Scheme scheme) {
@@ -17,7 +22,7 @@ bool is_available(Scheme scheme) {
     case Scheme::two_layer:
     case Scheme::balanced:
     case Scheme::port:
-    case Scheme::cubic:
+    case Scheme::hyper:
       return true;
   }
   return false;

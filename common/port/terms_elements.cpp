@@ -32,7 +32,7 @@ Eigen::Matrix3Xf places_of(const Eigen::Matrix3Xf& position) {
 
 }  // namespace
 
-void append_springs(const CubicTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out) {
+void append_springs(const NonlinearTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out) {
   constexpr float kLengthMost = 65535;
   const SampledSprings& springs = terms.springs;
   append_steps(springs.motion, head, out);
@@ -50,7 +50,7 @@ void append_springs(const CubicTerms& terms, PatchTerms& head, std::vector<std::
   head.unit[4] = append(terms.e2, out);
 }
 
-void append_tetrahedra(const CubicTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out) {
+void append_tetrahedra(const NonlinearTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out) {
   const SampledTetrahedra& solid = terms.solid;
   append_steps(solid.motion, head, out);
   head.unit[2] = append(solid.shear, out);
@@ -68,7 +68,7 @@ void append_tetrahedra(const CubicTerms& terms, PatchTerms& head, std::vector<st
   head.unit[4] = append(terms.e2, out);
 }
 
-bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, CubicTerms& terms) {
+bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, NonlinearTerms& terms) {
   const TermsLayout l = layout(head);
   const int m = head.springs, nodes = head.nodes;
   SampledSprings& springs = terms.springs;
@@ -93,7 +93,7 @@ bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const Patc
          springs.damping.minCoeff() >= 0;
 }
 
-bool take_tetrahedra(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, CubicTerms& terms) {
+bool take_tetrahedra(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, NonlinearTerms& terms) {
   const TermsLayout l = layout(head);
   const int m = head.tetrahedra, nodes = head.nodes;
   SampledTetrahedra& solid = terms.solid;

@@ -24,14 +24,14 @@ TermsLayout tetrahedra_layout(const PatchTerms& p);
 TermsLayout layout(const PatchTerms& p);
 
 /// Of terms all of whose numbers are finite; the units of what is appended get into the head.
-void append_springs(const CubicTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out);
-void append_tetrahedra(const CubicTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out);
-void append_surface(const CubicTerms& terms, std::vector<std::uint16_t>& out);
+void append_springs(const NonlinearTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out);
+void append_tetrahedra(const NonlinearTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out);
+void append_surface(const NonlinearTerms& terms, std::vector<std::uint16_t>& out);
 
 /// From `at` on, which is behind them then. False when one is not what a spring, or a node, can be; what a tetrahedron can be;
 /// when a corner is no vertex of any surface, or a vertex moves with one that is none before it.
-bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, CubicTerms& terms);
-bool take_tetrahedra(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, CubicTerms& terms);
-bool take_surface(const std::vector<std::uint16_t>& numbers, int at, const PatchTerms& head, CubicTerms& terms);
+bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, NonlinearTerms& terms);
+bool take_tetrahedra(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, NonlinearTerms& terms);
+bool take_surface(const std::vector<std::uint16_t>& numbers, int at, const PatchTerms& head, NonlinearTerms& terms);
 
 }  // namespace palpate

@@ -92,7 +92,7 @@ int numbers_of_tetrahedra(const TermsRoom& room, int nodes, int tetrahedra) {
   return tetrahedra_layout(whole).total();
 }
 
-std::vector<PatchTerms> to_pieces(const CubicTerms& terms, std::uint32_t patch_seq) {
+std::vector<PatchTerms> to_pieces(const NonlinearTerms& terms, std::uint32_t patch_seq) {
   PatchTerms whole;
   whole.patch_seq = patch_seq;
   whole.variables = static_cast<std::uint8_t>(terms.variables);
@@ -157,12 +157,12 @@ bool TermsAssembly::take(const PatchTerms& piece) {
   return true;
 }
 
-std::optional<CubicTerms> TermsAssembly::terms_for(const Patch& patch) const {
+std::optional<NonlinearTerms> TermsAssembly::terms_for(const Patch& patch) const {
   const TermsLayout l = layout(head_);
   const bool fits = patch.seq == head_.patch_seq && !patch.constant && patch.modes() == l.modes &&
                     (patch.contact == ContactKind::attach) == head_.grasp;
   if (!any_ || missing_ > 0 || !fits) return std::nullopt;
-  CubicTerms terms;
+  NonlinearTerms terms;
   terms.variables = head_.variables;
   terms.grasp = head_.grasp;
   int at = 0;

@@ -19,7 +19,7 @@
 #include <optional>
 #include <vector>
 
-#include "common/port/cubic_terms.hpp"
+#include "common/port/nonlinear_terms.hpp"
 #include "common/port/patch.hpp"
 
 namespace palpate {
@@ -66,7 +66,7 @@ enum class TermsFault : std::uint8_t { none, sizes, not_finite, out_of_range };
 TermsFault check(const PatchTerms& piece);
 
 /// Nothing when a number is beyond what check() allows.
-std::vector<PatchTerms> to_pieces(const CubicTerms& terms, std::uint32_t patch_seq);
+std::vector<PatchTerms> to_pieces(const NonlinearTerms& terms, std::uint32_t patch_seq);
 
 /// u'* of `patch`.
 Eigen::VectorXd stamp_rate(const Patch& patch);
@@ -77,7 +77,7 @@ class TermsAssembly {
   /// A piece that passed check(). False when it is old, known, or does not go with those that came before it.
   bool take(const PatchTerms& piece);
   /// The terms for `patch`, when all their pieces are there and they fit it.
-  std::optional<CubicTerms> terms_for(const Patch& patch) const;
+  std::optional<NonlinearTerms> terms_for(const Patch& patch) const;
   void reset() { any_ = false; }
 
  private:

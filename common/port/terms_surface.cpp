@@ -40,7 +40,7 @@ Triangle unpack_corners(std::uint16_t bits) {
   return {bits & mask, bits >> kCornerBits & mask, bits >> 2 * kCornerBits & mask};
 }
 
-void append_surface(const CubicTerms& terms, std::vector<std::uint16_t>& out) {
+void append_surface(const NonlinearTerms& terms, std::vector<std::uint16_t>& out) {
   const auto add = [&](double v) {
     out.push_back(to_half(static_cast<float>(v)));
     return static_cast<double>(from_half(out.back()));
@@ -67,7 +67,7 @@ void append_surface(const CubicTerms& terms, std::vector<std::uint16_t>& out) {
   for (const Triangle& triangle : terms.triangles) out.push_back(pack_corners(triangle));
 }
 
-bool take_surface(const std::vector<std::uint16_t>& numbers, int at, const PatchTerms& head, CubicTerms& terms) {
+bool take_surface(const std::vector<std::uint16_t>& numbers, int at, const PatchTerms& head, NonlinearTerms& terms) {
   const auto next = [&] { return static_cast<double>(from_half(numbers[static_cast<std::size_t>(at++)])); };
   const int modes = layout(head).modes, count = head.vertices;
   terms.vertices.resize(head.vertices);

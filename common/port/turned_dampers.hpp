@@ -7,7 +7,7 @@
 // and those of all brake by D1(u) = sum_e D_e(F_e(u)) - D_e(F_e(0)) more. To put that together takes tens of microseconds, so a
 // few tetrahedra are asked in each tick, and when all have been, S takes the place of what was known before: D1 as it was some
 // milliseconds ago. It serves the step, that is not to be thrown over by what brakes, and not the force: what D1 is beyond S is
-// felt too (cubic_terms.hpp).
+// felt too (nonlinear_terms.hpp).
 //
 // S may brake less than the patch does at the stamp, not by more than kMostTaken of its D: where it would, as weights are those
 // of forces and not of dampers, S is sum_e D_e(F_e(u)), which brakes whatever happens.

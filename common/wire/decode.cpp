@@ -29,7 +29,7 @@ WireFault read(const wire::Hello& table, Hello& m) {
   sense.name(view_of(table.room()), 0);
   sense.that(to_enum(table.role(), Role::viewer, m.role));
   Scheme scheme{};
-  sense.that(to_enum(table.scheme(), Scheme::cubic, scheme));
+  sense.that(to_enum(table.scheme(), Scheme::hyper, scheme));
   sense.that(!table.choose() || scheme == kWithoutChoice);
   if (!sense.ok()) return sense.fault();
   m.scheme = table.choose() ? SchemeAsked{} : scheme;
@@ -104,7 +104,7 @@ WireFault read(const wire::Beat& table, Beat& m) {
        table.resets(),
        {Scheme::hold, SchemeReason::not_said, Micros{table.patch_cost()}, Micros{table.patch_limit()}}};
   Sense sense;
-  sense.that(to_enum(table.scheme(), Scheme::cubic, m.in_use.scheme));
+  sense.that(to_enum(table.scheme(), Scheme::hyper, m.in_use.scheme));
   sense.that(to_enum(table.scheme_reason(), SchemeReason::link_lossy, m.in_use.reason));
   sense.time(m.body_time);
   sense.number(m.rate_hz, 0, kMaxRateHz);
@@ -196,7 +196,7 @@ WireFault read(const wire::ViewState& table, ViewState& m) {
 
 WireFault read(const wire::StationFigures& f, StationView& view) {
   Sense sense;
-  sense.that(f.lost() <= f.judged() && f.states() <= 2 * kMaxModes && to_enum(f.scheme(), Scheme::cubic, view.in_use.scheme));
+  sense.that(f.lost() <= f.judged() && f.states() <= 2 * kMaxModes && to_enum(f.scheme(), Scheme::hyper, view.in_use.scheme));
   view.rtt = Micros{f.rtt()};
   view.jitter = Micros{f.jitter()};
   view.patch_age = Micros{f.patch_age()};

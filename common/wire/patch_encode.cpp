@@ -228,7 +228,7 @@ int max_port_vertices(int modes, int triangles, bool loaded) {
 int max_port_modes(ContactKind contact, Scheme scheme) {
   if (contact == ContactKind::attach) return kMaxModes;
   int modes = kMaxModes;
-  const int least = scheme == Scheme::cubic ? 3 : kMinUsefulVertices;
+  const int least = scheme == Scheme::hyper ? 3 : kMinUsefulVertices;
   while (modes > 0 && max_port_vertices(modes) < least) --modes;
   return modes;
 }

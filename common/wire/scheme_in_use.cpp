@@ -20,16 +20,16 @@ std::string describe(const SchemeInUse& in_use) {
     case SchemeReason::asked:
       return name + ", as asked for";
     case SchemeReason::not_known_yet:
-      return name + ": what cubic takes is not known yet";
+      return name + ": what hyper takes is not known yet";
     case SchemeReason::fits:
       return name + ", a patch takes " + ms_of(in_use.cost) + " of the " + ms_of(in_use.limit) + " ms that it may";
     case SchemeReason::fits_without_rollouts:
       return name + " without rollouts, for which the server has no time; a patch takes " + ms_of(in_use.cost) + " of the " +
              ms_of(in_use.limit) + " ms that it may";
     case SchemeReason::server_busy:
-      return name + ": cubic takes " + ms_of(in_use.cost) + " ms a patch, " + ms_of(in_use.limit) + " may be spent";
+      return name + ": hyper takes " + ms_of(in_use.cost) + " ms a patch, " + ms_of(in_use.limit) + " may be spent";
     case SchemeReason::link_lossy:
-      return name + ": the link loses too much for cubic";
+      return name + ": the link loses too much for hyper";
   }
   return name;
 }

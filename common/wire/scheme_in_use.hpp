@@ -1,5 +1,5 @@
 // The scheme that a station asks for, and the one that it gets: who asks for none in particular (`auto`) gets the nonlinear one
-// (`cubic`) where the server has the time for it and the link carries it, and `port` where not.
+// (`hyper`) where the server has the time for it and the link carries it, and `port` where not.
 #pragma once
 
 #include <optional>
@@ -40,7 +40,7 @@ struct SchemeInUse {
   Micros limit{};  ///< that it may take
 };
 
-/// "cubic, a patch takes 9 of the 30 ms that it may"; empty where nothing was said.
+/// "hyper, a patch takes 9 of the 30 ms that it may"; empty where nothing was said.
 std::string describe(const SchemeInUse& in_use);
 
 }  // namespace palpate

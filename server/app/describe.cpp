@@ -63,7 +63,7 @@ void add_costs(const Scene& scene, const FingerStiffness& finger, double rate_hz
   std::string columns(10, ' ');
   for (const int n : stations) columns += fmt::format(" {:>11}", fmt::format("{} station{}", n, n == 1 ? "" : "s"));
   lines.push_back(columns);
-  for (const Scheme scheme : {Scheme::port, Scheme::cubic}) lines.push_back(cost_line(*cost, scheme, stations, 1e3 / rate_hz));
+  for (const Scheme scheme : {Scheme::port, Scheme::hyper}) lines.push_back(cost_line(*cost, scheme, stations, 1e3 / rate_hz));
 }
 
 }  // namespace

@@ -171,7 +171,7 @@ void ServerCore::learn_costs(const FrameResult& result) {
     const auto station = stations_.find(frame.id);
     if (!frame.patch || station == stations_.end()) continue;
     if (frame.patch->scheme != station->second.in_use.scheme) return;
-    ++(frame.patch->scheme == Scheme::cubic ? patches.nonlinear : patches.linear);
+    ++(frame.patch->scheme == Scheme::hyper ? patches.nonlinear : patches.linear);
   }
   if (patches.nonlinear == 0) patches.rollouts = {};
   counts_.frames_without_rollouts += patches.nonlinear > 0 && !rollouts_.taken();
@@ -187,12 +187,12 @@ void ServerCore::choose_detail(Micros now) {
     if (!station.hello.scheme)
       ++cost.shares;
     else
-      cost.others += station.hello.scheme == Scheme::cubic ? costs_.nonlinear() : costs_.linear();
+      cost.others += station.hello.scheme == Scheme::hyper ? costs_.nonlinear() : costs_.linear();
   }
   choose_schemes(cost, now);
   DetailCost all{from_seconds(kRolloutsMayTake * frame_s), cost.body, cost.others, costs_.rollouts(), 1};
   for (const auto& [id, station] : stations_)
-    if (station.chosen()) all.others += station.in_use.scheme == Scheme::cubic ? costs_.nonlinear() : costs_.linear();
+    if (station.chosen()) all.others += station.in_use.scheme == Scheme::hyper ? costs_.nonlinear() : costs_.linear();
   rollouts_.decide(all, 0, now);
   for (auto& [id, station] : stations_)
     if (station.chosen() && station.in_use.reason == SchemeReason::fits && !rollouts_.taken())
@@ -208,7 +208,7 @@ void ServerCore::choose_schemes(const DetailCost& cost, Micros now) {
       continue;
     }
     const bool nonlinear = station.choice.decide(cost, station.lost, now);
-    station.in_use = {nonlinear ? Scheme::cubic : Scheme::port, station.choice.reason(), cost.cost, DetailChoice::left(cost)};
+    station.in_use = {nonlinear ? Scheme::hyper : Scheme::port, station.choice.reason(), cost.cost, DetailChoice::left(cost)};
     const bool was_known = before.reason > SchemeReason::not_known_yet,
                known = station.choice.reason() > SchemeReason::not_known_yet;
     if (on_scheme && known && (!was_known || before.scheme != station.in_use.scheme))

@@ -35,7 +35,7 @@ int copies_for(double share) {
 /// Of whatever scheme it may get.
 int most_states_for(SchemeAsked scheme, ContactKind contact) {
   const auto most = [contact](Scheme s) { return 2 * max_port_modes(contact, s); };
-  return scheme ? most(*scheme) : std::min(most(Scheme::port), most(Scheme::cubic));
+  return scheme ? most(*scheme) : std::min(most(Scheme::port), most(Scheme::hyper));
 }
 
 }  // namespace

@@ -98,15 +98,15 @@ std::optional<FrameCost> frame_cost(const Scene& scene, const FingerStiffness& p
   if (scene.body.nodes.size() > kNodesMost) return std::nullopt;
   Trial trial(scene, place, rate_hz);
   trial.go_in();
-  std::vector<double> steps, port, cubic;
-  for (const Micros begin = monotonic_now(); cubic.size() < kFramesMost && monotonic_now() - begin < kLongest;)
-    for (const Scheme scheme : {Scheme::port, Scheme::cubic}) {
+  std::vector<double> steps, port, hyper;
+  for (const Micros begin = monotonic_now(); hyper.size() < kFramesMost && monotonic_now() - begin < kLongest;)
+    for (const Scheme scheme : {Scheme::port, Scheme::hyper}) {
       const auto [step_ms, patch_ms] = trial.frame(scheme);
       steps.push_back(step_ms);
-      if (patch_ms) (scheme == Scheme::cubic ? cubic : port).push_back(*patch_ms);
+      if (patch_ms) (scheme == Scheme::hyper ? hyper : port).push_back(*patch_ms);
     }
-  if (cubic.empty() || port.empty()) return std::nullopt;
-  return FrameCost{median(steps), median(port), median(cubic)};
+  if (hyper.empty() || port.empty()) return std::nullopt;
+  return FrameCost{median(steps), median(port), median(hyper)};
 }
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
 // What a frame of a room costs on this machine, measured before anybody comes: a hand in virtual time presses into the body of
-// the scene and swings there, and the processor time of the frames is taken, of those with a patch of `port` and of `cubic`
+// the scene and swings there, and the processor time of the frames is taken, of those with a patch of `port` and of `hyper`
 // in turn. The body's step is shared by all stations; each has a patch of its own, so that n of them take about step + n patch.
 #pragma once
 
@@ -10,8 +10,8 @@
 namespace palpate {
 
 struct FrameCost {
-  double step_ms = 0, port_ms = 0, cubic_ms = 0;  ///< medians; of the body, of one patch
-  double ms(Scheme scheme, int stations) const { return step_ms + stations * (scheme == Scheme::cubic ? cubic_ms : port_ms); }
+  double step_ms = 0, port_ms = 0, hyper_ms = 0;  ///< medians; of the body, of one patch
+  double ms(Scheme scheme, int stations) const { return step_ms + stations * (scheme == Scheme::hyper ? hyper_ms : port_ms); }
 };
 
 /// Frames of 1 / `rate_hz` seconds with a hand at `place`, for four tenths of a second at most; nothing for large bodies.

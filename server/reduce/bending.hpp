@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/port/cubic_terms.hpp"
+#include "common/port/nonlinear_terms.hpp"
 #include "server/body/dynamics.hpp"
 
 namespace palpate {

@@ -1,4 +1,4 @@
-// How a body yields to a tool that goes on into it, by its own forces: candidates for the basis of a touch (cubic_basis.hpp).
+// How a body yields to a tool that goes on into it, by its own forces: candidates for the basis of a touch (hyper_basis.hpp).
 //
 // P^-1 B, the answers to the port, are those of small displacements. Where elements stiffen or turn, a dent as deep as they are
 // long looks otherwise, and a basis that does not know it is too stiff. With s the shift of P, w solves what those linearise,

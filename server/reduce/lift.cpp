@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "common/port/cubic_terms.hpp"
+#include "common/port/nonlinear_terms.hpp"
 
 namespace palpate {
 namespace {

@@ -43,7 +43,7 @@ int PatchBuilder::modes_for(Scheme scheme, ContactKind contact, int order) {
   if (scheme == Scheme::hold || scheme == Scheme::filtered || scheme == Scheme::tangent) return 0;
   const bool attach = contact == ContactKind::attach;
   const int usual =
-      scheme == Scheme::cubic ? (attach ? kCubicAttachOrder : kCubicTouchOrder) : (attach ? kAttachOrder : kTouchOrder);
+      scheme == Scheme::hyper ? (attach ? kHyperAttachOrder : kHyperTouchOrder) : (attach ? kAttachOrder : kTouchOrder);
   const int states = order > 0 ? order : usual;
   return std::clamp(states / 2, 1, kMaxModes);
 }
@@ -125,7 +125,7 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
   if (patch.constant) return patch;
   if (request.scheme == Scheme::balanced && !balanced_) return std::nullopt;
   std::optional<Patch> built;
-  if (request.scheme == Scheme::cubic && !can_bend(dynamics_->body())) return fall_back(frame, which, request, Scheme::port);
+  if (request.scheme == Scheme::hyper && !can_bend(dynamics_->body())) return fall_back(frame, which, request, Scheme::port);
   if (request.scheme == Scheme::two_layer && !dynamics_->tetrahedra().empty())
     return fall_back(frame, which, request, Scheme::ring);
   // What is not definite on fewer coordinates may be on all. A body in the middle of a fold is definite for a hand that is
@@ -134,7 +134,7 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
   std::vector<Footing> footings{Footing{}};
   if (request.scheme != Scheme::tangent && request.scheme != Scheme::balanced) footings.push_back({kFaster});
   if (request.scheme != Scheme::balanced) footings.push_back({1, true});
-  const bool cubic = request.scheme == Scheme::cubic;
+  const bool hyper = request.scheme == Scheme::hyper;
   const bool of_body_itself = request.scheme == Scheme::two_layer || request.scheme == Scheme::balanced;
   std::vector<FrameModel*> models{&frame};
   if (!of_body_itself && &frame.graded() != &frame) models = {&frame.graded(), &frame};
@@ -142,14 +142,14 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
     for (const Footing& footing : footings) {
       if (built) continue;
       held_ = model->held();
-      if (cubic) {
+      if (hyper) {
         model->look_at(which);
         ways_ = &model->ways();
       }
       built = request.scheme == Scheme::two_layer ? build_two_layer(*model, which, request, patch, footing)
                                                   : build_whole(*model, which, request, patch, footing);
     }
-  return cubic && terms_.variables == 0 ? fall_back(frame, which, request, Scheme::port) : built;
+  return hyper && terms_.variables == 0 ? fall_back(frame, which, request, Scheme::port) : built;
 }
 
 std::optional<Patch> PatchBuilder::fall_back(FrameModel& frame, std::size_t which, const PatchRequest& request, Scheme scheme) {
@@ -261,16 +261,16 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
   std::vector<Vector> inputs;
   for (std::size_t column = 0; column < 3; ++column) inputs.push_back(-k_tool[column] - shift * d_tool[column]);
   const int modes = modes_for(request.scheme, port.kind, request.order);
-  const bool cubic = request.scheme == Scheme::cubic;
-  CubicShapes shapes;
-  std::optional<CubicBasis> candidates;
-  if (cubic) candidates = grasp_shapes(model, node, inputs, {modes, shift, seconds(request.bridge)}, tool, shapes);
-  if (cubic && !candidates) return std::nullopt;
-  const auto basis = cubic      ? std::optional(candidates->shapes)
+  const bool hyper = request.scheme == Scheme::hyper;
+  HyperShapes shapes;
+  std::optional<HyperBasis> candidates;
+  if (hyper) candidates = grasp_shapes(model, node, inputs, {modes, shift, seconds(request.bridge)}, tool, shapes);
+  if (hyper && !candidates) return std::nullopt;
+  const auto basis = hyper      ? std::optional(candidates->shapes)
                      : balanced ? restricted_basis(balanced_->grasped(port.node), modes, dynamics_->masses(), held_)
                                 : grasp_basis(model, inputs, request, {modes, shift});
   Reduced reduced;
-  if (!basis || !reduce(at, *basis, cubic ? candidates->at_shapes : at.projected(*basis), model.others, patch, reduced))
+  if (!basis || !reduce(at, *basis, hyper ? candidates->at_shapes : at.projected(*basis), model.others, patch, reduced))
     return std::nullopt;
   Matrix& v = reduced.v;
   if (patch.load_rate.size() > 0) patch.load_for = request.bridge;
@@ -284,9 +284,9 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
   patch.d_port = symmetric(patch.d_port);
   patch.g = v.transpose() * model.imbalance + patch.damping * patch.q_rate;
   Matrix turned;
-  const Matrix true_stiffness = cubic ? joint_stiffness(patch, reduced.stiffness) : Matrix();
-  report_.lifted_1_s2 = std::max(report_.lifted_1_s2, lift_grasp(patch, node_mass_kg, cubic ? &turned : nullptr));
-  if (cubic) {
+  const Matrix true_stiffness = hyper ? joint_stiffness(patch, reduced.stiffness) : Matrix();
+  report_.lifted_1_s2 = std::max(report_.lifted_1_s2, lift_grasp(patch, node_mass_kg, hyper ? &turned : nullptr));
+  if (hyper) {
     shapes.modes = v * turned;
     shapes.coordinates = shapes.modes.transpose() * at.masses().asDiagonal() * basis.value() * candidates->coordinates;
     Matrix turn = Matrix::Identity(v.cols() + 3, v.cols() + 3);
@@ -318,8 +318,8 @@ Matrix PatchBuilder::known_ways() const {
 }
 
 /// Directions for a grasp, and how far the tool is likely to move.
-std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs,
-                                                     CubicBasisRequest wanted, const ToolAt& tool, CubicShapes& shapes) {
+std::optional<HyperBasis> PatchBuilder::grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs,
+                                                     HyperBasisRequest wanted, const ToolAt& tool, HyperShapes& shapes) {
   shapes.amplitude = expected_motion(tool, wanted.bridge_s);
   shapes.port = Matrix::Zero(inputs[0].size(), 3);
   Vector motion = model.at.velocity();
@@ -338,11 +338,11 @@ std::optional<CubicBasis> PatchBuilder::grasp_shapes(const Model& model, std::ui
   const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
     return model.solver->solve(model.at, columns, kBasisTolerance);
   };
-  return cubic_basis(model.at, start, solve, shapes.port, {}, known_ways(), wanted, cubic_memory_);
+  return hyper_basis(model.at, start, solve, shapes.port, {}, known_ways(), wanted, basis_memory_);
 }
 
 /// `true_stiffness`: of modes and tool before anything was lifted, in the modes of the patch; `vertices` of its surface.
-void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes,
+void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, HyperShapes& shapes,
                              int vertices) {
   // Where it was, where it will be if it goes on as it did since the last frame or as its tools do, and where it rests.
   std::vector<Vector> ways;
@@ -368,7 +368,7 @@ void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const 
   shapes.modes = at.moved(std::move(shapes.modes));
   shapes.port = at.moved(std::move(shapes.port));
   shapes.lifted = true_stiffness - joint_stiffness(patch, patch.stiffness);
-  if (auto terms = cubic_terms(at.bending(), patch, shapes, vertices)) terms_ = std::move(*terms);
+  if (auto terms = nonlinear_terms(at.bending(), patch, shapes, vertices)) terms_ = std::move(*terms);
 }
 
 Matrix PatchBuilder::modes() const {

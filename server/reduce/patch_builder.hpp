@@ -9,9 +9,8 @@
 //   balanced         the whole body, balanced off-line at its rest state for this contact (balanced_basis.hpp)
 //   port             the whole body, rational Krylov basis at the port (basis.hpp); a grasp with few modes and long to last: the
 //                    best of more directions (narrow_basis.hpp)
-//   cubic            the whole body, a basis for what it is likely to do (cubic_basis.hpp), and beside the linear patch some of
-//   its
-//                    elements (cubic_patch.hpp); `port` where they cannot be had, and then the patch says so
+//   hyper            the whole body, a basis for what it is likely to do (hyper_basis.hpp), and beside the linear patch
+//                    some of its elements (hyper_patch.hpp); `port` where they cannot be had, and then the patch says so
 //
 // Of a large body all but `two-layer` and `balanced` see what is far from the tools coarser (graded_body.hpp).
 //
@@ -30,10 +29,10 @@
 
 #include "server/body/integrator.hpp"
 #include "server/reduce/balanced_basis.hpp"
-#include "server/reduce/cubic_basis.hpp"
-#include "server/reduce/cubic_patch.hpp"
 #include "server/reduce/dent.hpp"
 #include "server/reduce/frame_model.hpp"
+#include "server/reduce/hyper_basis.hpp"
+#include "server/reduce/hyper_patch.hpp"
 #include "server/reduce/two_layer.hpp"
 
 namespace palpate {
@@ -50,7 +49,7 @@ struct PatchRequest {
 };
 
 struct PatchBuildReport {
-  /// `cubic` was asked for, `port` was built: a law that is not smooth, finite elements of several laws, springs too stiff for
+  /// `hyper` was asked for, `port` was built: a law that is not smooth, finite elements of several laws, springs too stiff for
   /// the player's step; or `two-layer` was, and `ring` was built: the body has tetrahedra.
   bool fell_back = false;
   double lifted_1_s2 = 0;  ///< most that the stiffness of a mode was changed by
@@ -62,7 +61,7 @@ class PatchBuilder {
   static constexpr int kRingLayers = 1;
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
   static constexpr Micros kLongBridge{120'000};  ///< from there on a grasp's few modes are chosen from more (narrow_basis.hpp)
-  static constexpr int kCubicAttachOrder = 32, kCubicTouchOrder = 30;
+  static constexpr int kHyperAttachOrder = 32, kHyperTouchOrder = 30;
   static constexpr double kFilteredHz = 10;  ///< low-pass of `filtered`: the paper's, its model rate
 
   /// `softest_1_s2`: lowest stiffness that a mode may have, softest_stiffness() of the body. `balanced`: off-line bases, shared
@@ -73,8 +72,8 @@ class PatchBuilder {
   /// solved.
   std::optional<Patch> build(FrameModel& frame, std::size_t which, const PatchRequest& request);
   /// Those that go with the patch that was built last; no variables: none.
-  const CubicTerms& terms() const { return terms_; }
-  /// Its modes V, 3 N x r, where it is of scheme `cubic`; else nothing, and where they were those of coordinates that have
+  const NonlinearTerms& terms() const { return terms_; }
+  /// Its modes V, 3 N x r, where it is of scheme `hyper`; else nothing, and where they were those of coordinates that have
   /// changed.
   Matrix modes() const;
   /// For FrameModel::want() of the port that the patch will be for.
@@ -124,15 +123,15 @@ class PatchBuilder {
   bool solve_ports(const Model& model, const std::vector<Vector>& inputs, double tolerance);
   std::optional<Mat3> static_response(const Model& model, const std::vector<Vector>& inputs);
   KrylovStart touch_start(const SharedSystem& p, std::size_t which, const SpringCorrection& correct, bool with_motion) const;
-  std::optional<CubicBasis> touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which, const OtherTools& others,
+  std::optional<HyperBasis> touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which, const OtherTools& others,
                                         const Linearisation& at, const PatchRequest& request);
   std::vector<std::uint32_t> contact_nodes(const ToolPort& port) const;
   bool hold_far_nodes(const FrameModel& frame, const std::vector<std::uint32_t>& seeds);
   void begin_touch(const ToolPort& port, Patch& patch) const;
-  std::optional<CubicBasis> grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs,
-                                         CubicBasisRequest wanted, const ToolAt& tool, CubicShapes& shapes);
+  std::optional<HyperBasis> grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs,
+                                         HyperBasisRequest wanted, const ToolAt& tool, HyperShapes& shapes);
   Matrix known_ways() const;
-  void add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, CubicShapes& shapes, int vertices);
+  void add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, HyperShapes& shapes, int vertices);
   bool reduce(const Linearisation& at, const Matrix& v, const Projection& of_v, const OtherTools& others, Patch& patch,
               Reduced& reduced);
 
@@ -147,9 +146,9 @@ class PatchBuilder {
   BasisMemory memory_;
   std::unique_ptr<TwoLayer> two_layer_;  // made when it is first asked for
   std::unique_ptr<Dents> dents_;         // likewise
-  BasisMemory cubic_memory_;
-  const BodyWays* ways_ = nullptr;  // of the frame, for scheme cubic
-  CubicTerms terms_;
+  BasisMemory basis_memory_;
+  const BodyWays* ways_ = nullptr;  // of the frame, for scheme hyper
+  NonlinearTerms terms_;
   Matrix modes_;
   const GradedBody* modes_of_ = nullptr;  // in whose coordinates they are; null: in those of all nodes
   std::uint64_t modes_generation_ = 0;

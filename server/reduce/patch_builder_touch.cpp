@@ -47,7 +47,7 @@ void scale_to(const Vec3& motion, const Skin::Weights& b, std::vector<Vector>& a
 /// Whether the directions for a touch have P^-1 M v*.
 bool needs_motion(const PatchRequest& request) {
   constexpr int kWithout = 8;  // three answers of the port, v*, three of M^-1 B (or one, and two of slides), the imbalance
-  return request.scheme == Scheme::cubic || PatchBuilder::modes_for(request.scheme, ContactKind::touch, request.order) > kWithout;
+  return request.scheme == Scheme::hyper || PatchBuilder::modes_for(request.scheme, ContactKind::touch, request.order) > kWithout;
 }
 
 }  // namespace
@@ -103,7 +103,7 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
                                                       Patch patch, const Footing& footing) {
   const ToolPort& port = frame.ports()[which];
   const bool ring = request.scheme == Scheme::ring, tangent = request.scheme == Scheme::tangent,
-             cubic = request.scheme == Scheme::cubic;
+             hyper = request.scheme == Scheme::hyper;
   const Linearisation at = linearisation_for(request.scheme, frame, held_);
   begin_touch(port, patch);
 
@@ -125,11 +125,11 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   } else {
     const auto basis = touch_basis(frame, *p, which, others, at, request);
     frame.enter(PatchPart::project);
-    if (!basis || !reduce(at, basis->shapes, cubic ? basis->at_shapes : at.projected(basis->shapes), others, patch, reduced))
+    if (!basis || !reduce(at, basis->shapes, hyper ? basis->at_shapes : at.projected(basis->shapes), others, patch, reduced))
       return std::nullopt;
     vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0);
-    if (cubic) {
-      CubicShapes shapes;
+    if (hyper) {
+      HyperShapes shapes;
       shapes.port.resize(v.rows(), 0);
       shapes.modes = v;
       shapes.coordinates = v.transpose() * at.masses().asDiagonal() * basis->shapes * basis->coordinates;
@@ -140,11 +140,11 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
     if (others.load.size() > 0) imbalance += others.load;
     patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
     if (patch.load_rate.size() > 0) patch.load_for = request.bridge;
-    if (v.cols() < 3 || cubic) {  // no M^-1 B among the directions
+    if (v.cols() < 3 || hyper) {  // no M^-1 B among the directions
       PortRows rows(3, v.cols());
       for (Eigen::Index m = 0; m < v.cols(); ++m) rows.col(m) = gather(p->port(which).b, v.col(m));
       // Terms take back by how much a stiffness was lifted; C(s) of a clamped P is not that of the modes' own.
-      const Vector stiffness = cubic && !footing.clamp ? reduced.stiffness : Vector(patch.stiffness);
+      const Vector stiffness = hyper && !footing.clamp ? reduced.stiffness : Vector(patch.stiffness);
       patch.c_static = residual_compliance(port_compliance(*p, which, others), rows, stiffness, patch.damping, shift);
     }
   }
@@ -163,9 +163,9 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
 }
 
 ExpectedSlide PatchBuilder::expected_slide(const PatchRequest& request) const {
-  const bool cubic = request.scheme == Scheme::cubic;
-  const bool slides = cubic || request.scheme == Scheme::port;
-  const bool bends = cubic && can_bend(dynamics_->body());
+  const bool hyper = request.scheme == Scheme::hyper;
+  const bool slides = hyper || request.scheme == Scheme::port;
+  const bool bends = hyper && can_bend(dynamics_->body());
   return {slides ? seconds(request.bridge) : 0, bends, bends ? request.acceleration : Vec3(Vec3::Zero())};
 }
 
@@ -183,8 +183,8 @@ KrylovStart PatchBuilder::touch_start(const SharedSystem& p, std::size_t which, 
   return start;
 }
 
-/// Directions for a touch; coordinates for scheme cubic only.
-std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which,
+/// Directions for a touch; coordinates for scheme hyper only.
+std::optional<HyperBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which,
                                                     const OtherTools& others, const Linearisation& at,
                                                     const PatchRequest& request) {
   frame.enter(PatchPart::basis);
@@ -203,27 +203,27 @@ std::optional<CubicBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
   const auto add_slides = [&] {
     for (const Vector& x : own.slides) correct.apply(start.ports.emplace_back(x));
   };
-  const bool cubic = request.scheme == Scheme::cubic;
+  const bool hyper = request.scheme == Scheme::hyper;
   const Vec3 inwards = -normal_at(skin_->view(), frame.positions(), frame.ports()[which].point);
-  if (cubic || !own.slides.empty()) {
+  if (hyper || !own.slides.empty()) {
     Vector push = Vector::Zero(at.masses().size());
     for (std::size_t axis = 0; axis < 3; ++axis) push += inwards[static_cast<Eigen::Index>(axis)] * own.input[axis];
     start.fine = {push.cwiseQuotient(at.masses())};
   } else {
     for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(at.masses()));
   }
-  if (cubic) {
+  if (hyper) {
     const double bridge_s = seconds(request.bridge);
     if (!dents_) dents_ = std::make_unique<Dents>(dynamics_->body());
     const auto dents = dents_->shapes(at, {skin_->weights(frame.ports()[which].point), start.ports,
                                            expected_dents(frame.tool(which), inwards, bridge_s), p.shift(), p.diagonal()});
     scale_to(expected_motion(frame.tool(which), bridge_s), own.b, start.ports);
     add_slides();
-    return cubic_basis(at, start, solve, Matrix(), dents, known_ways(), {modes, p.shift(), bridge_s}, cubic_memory_);
+    return hyper_basis(at, start, solve, Matrix(), dents, known_ways(), {modes, p.shift(), bridge_s}, basis_memory_);
   }
   add_slides();
   auto directions = krylov_basis(at, start, solve, {modes, p.shift(), kBasisTolerance});
-  return directions ? std::optional(CubicBasis{std::move(*directions), {}, {}}) : std::nullopt;
+  return directions ? std::optional(HyperBasis{std::move(*directions), {}, {}}) : std::nullopt;
 }
 
 }  // namespace palpate

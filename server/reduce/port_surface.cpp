@@ -73,7 +73,7 @@ SurfacePiece cut_port_surface(const Skin& skin, const std::vector<double>& x,
   return first;
 }
 
-void split_surface(const SurfacePiece& first, PortSurface& surface, CubicTerms& terms) {
+void split_surface(const SurfacePiece& first, PortSurface& surface, NonlinearTerms& terms) {
   terms.vertices.assign(surface.vertices.begin() + first.vertices, surface.vertices.begin() + surface.vertex_count);
   terms.triangles.assign(surface.triangles.begin() + first.triangles, surface.triangles.begin() + surface.triangle_count);
   surface.vertex_count = first.vertices;

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "common/port/cubic_terms.hpp"
+#include "common/port/nonlinear_terms.hpp"
 #include "server/body/dynamics.hpp"
 #include "server/body/skin.hpp"
 
@@ -21,6 +21,6 @@ SurfacePiece cut_port_surface(const Skin& skin, const std::vector<double>& x,
                               const std::function<PortRows(std::uint32_t node)>& rows, const SurfacePoint& point,
                               const Vec3& ahead, int vertices_first, int vertices_max, Patch& patch);
 /// Leaves the first piece to the patch; the rest goes with the terms.
-void split_surface(const SurfacePiece& first, PortSurface& surface, CubicTerms& terms);
+void split_surface(const SurfacePiece& first, PortSurface& surface, NonlinearTerms& terms);
 
 }  // namespace palpate

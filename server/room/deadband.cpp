@@ -62,7 +62,7 @@ bool stay_alike(std::vector<PatchPlayer> old, PatchPlayer next, const Deadband::
 
 }  // namespace
 
-std::optional<Micros> Deadband::pass(const Patch& patch, const CubicTerms& terms, const Station& station) {
+std::optional<Micros> Deadband::pass(const Patch& patch, const NonlinearTerms& terms, const Station& station) {
   PatchPlayer next(patch, terms);
   catch_up(*station.track, patch.stamp);
   if (all_serve(next, station)) return station.playing;

@@ -39,7 +39,7 @@ class Deadband {
 
   /// The stamp from which on all patches of the station do as well as this one, the next; none when it has to be sent, and then
   /// it is taken to be.
-  std::optional<Micros> pass(const Patch& patch, const CubicTerms& terms, const Station& station);
+  std::optional<Micros> pass(const Patch& patch, const NonlinearTerms& terms, const Station& station);
 
  private:
   bool all_serve(const PatchPlayer& next, const Station& station);

@@ -18,7 +18,7 @@
 
 #include "common/base/crew.hpp"
 #include "common/base/types.hpp"
-#include "common/port/cubic_terms.hpp"
+#include "common/port/nonlinear_terms.hpp"
 #include "common/port/patch.hpp"
 #include "server/body/stepper.hpp"
 #include "server/reduce/patch_part.hpp"
@@ -54,7 +54,7 @@ struct FrameJob {
 struct StationFrame {
   StationId id = 0;
   std::optional<Patch> patch;                      ///< stamp in the server's clock; empty: no contact in reach
-  CubicTerms terms;                                ///< that go with it; without variables: none
+  NonlinearTerms terms;                            ///< that go with it; without variables: none
   Vec3 tool = Vec3::Zero(), force = Vec3::Zero();  ///< at the stamp; force on the tool [N]
   bool contact = false;
   std::optional<Micros> lives_on = {};  ///< stamp from which on all patches that it was given do as well as `patch`

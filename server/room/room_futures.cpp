@@ -108,7 +108,7 @@ void Room::State::look_ahead(const FrameJob& job, const std::vector<std::uint8_t
   constexpr double kRemembered = 0.06, kBesideFutures = 0.03;
   std::vector<std::size_t> feeling;
   for (std::size_t k = 0; k < job.stations.size(); ++k) {
-    if (!gets_patch[k] || job.stations[k].scheme != Scheme::cubic) continue;
+    if (!gets_patch[k] || job.stations[k].scheme != Scheme::hyper) continue;
     const std::size_t which = *port_of(job.stations[k]);
     if (!kept_for(job.stations[k], which)) feeling.push_back(which);
   }

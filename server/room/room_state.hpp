@@ -34,7 +34,7 @@ struct Room::State {
   struct Kept {
     PatchRequest request;
     Patch patch;
-    CubicTerms terms;
+    NonlinearTerms terms;
 
     bool serves(const PatchRequest& asked, const ToolAt& tool) const {
       constexpr double kSameM = 0.001, kAheadM = 0.005, kSameBridge = 0.1;  // a hand trembles by 0.2 mm, nodes are 10 mm apart

@@ -76,7 +76,7 @@ TEST_CASE("a good link is measured as what it is, and serves") {
   const LinkVerdict verdict = judge(f);
   CHECK(verdict.link_serves);
   CHECK(says(verdict, "set: palpate-client --passivity"));
-  CHECK(says(verdict, "gives scheme cubic"));
+  CHECK(says(verdict, "gives scheme hyper"));
 }
 
 TEST_CASE("a link that loses too much for nonlinear patches is said to get linear ones") {

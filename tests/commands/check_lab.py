@@ -56,6 +56,11 @@ def check_run(program, scenes, work):
     assert run["scheme"] == "port" and run["seed"] == 7 and run["link"]["rtt_ms"] == 60 and run["link"]["loss_pct"] == 0, run
     assert run["scene"]["name"] == "touch-cube" and run["scene"]["hash"] == fnv1a(scene), run
     assert run["flags"]["gesture"] == "press" and run["version"] and run["machine"]["cores"] > 0, run
+    felt = []
+    for scheme in ("cubic", "hyper"):  # the older name and today's
+        lab(program, "replay", "--scene", scene, "--gesture", "press", "--scheme", scheme, "--out", work / scheme)
+        felt.append((work / scheme / "forces.csv").read_bytes())
+    assert felt[0] == felt[1], "cubic is not hyper"
     motion = work / "stroke.csv"
     lab(program, "gesture", "--scene", scene, "--kind", "stroke", "--out", motion)
     lab(program, "replay", "--scene", scene, "--motion", motion, "--scheme", "hold", "--out", work / "stroke")
@@ -77,7 +82,7 @@ def check_felt(program, scenes, work):
         f = force[1:4]
         rows.append(",".join([*at, *f, "20", force[8], *f, force[8], *f, force[8]]))
     (report / "forces.csv").write_text("\n".join(rows) + "\n")
-    for ran, key in [("cubic", "cubic"), ("port", "port, felt")]:
+    for ran, key in [("hyper", "hyper"), ("cubic", "hyper"), ("port", "port, felt")]:  # cubic: the older name
         (report / "summary.json").write_text(json.dumps({"run": {"scheme": ran}}))
         lab(program, "felt", "--scene", scenes / "touch-cube.json", "--report", report, "--out", work / "felt")
         result = json.loads((work / "felt" / "felt.json").read_text())

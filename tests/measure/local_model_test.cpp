@@ -26,7 +26,7 @@ Motion wave(const Vec3& from, double deep_m, double above_m, double until_s) {
 ReplayResult with_starts(Scene scene, const Motion& motion, int round_trip_ms) {
   scene.solver.step_s = 0.0005;
   ReplayOptions options;
-  options.scheme = Scheme::cubic;
+  options.scheme = Scheme::hyper;
   options.link.latency = Micros{500 * round_trip_ms};
   options.keep_starts = true;
   return replay(scene, motion, options, [] { return std::int64_t{0}; });
@@ -49,7 +49,7 @@ TEST_CASE("Over small motions a body linearised where it was is the body, graspe
   CHECK(db_of(touch, touched, LocalModel::whole_linear) > 35);
 }
 
-TEST_CASE("Where cubic fell back there are no modes to put full forces on, and what was felt stays") {
+TEST_CASE("Where hyper fell back there are no modes to put full forces on, and what was felt stays") {
   Scene scene = scene_named("cube6");
   scene.body.law = SpringLaw::thigh_skin;  // without a series
   ReplayResult run = with_starts(scene, wave(home_of(scene), 0.004, 0, 0.4), 50);

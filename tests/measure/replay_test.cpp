@@ -85,19 +85,19 @@ TEST_CASE("port feels as true as the design says over 0, 50 and 150 ms, and far 
   CHECK(hold.lag_ms >= row.round_trip_ms / 2);
 }
 
-TEST_CASE("cubic feels ten times as true as port over 50 and 150 ms, for at most 6 kB a frame") {
+TEST_CASE("hyper feels ten times as true as port over 50 and 150 ms, for at most 6 kB a frame") {
   struct Row {
     int round_trip_ms;
     double least_db, until_s;
   };
   const auto row = GENERATE(Row{50, 46, 1.2}, Row{150, 38, 5});
   const Motion motion = excursion(row.until_s);
-  const ReplayResult cubic = play(cube6(), motion, replay_options_for(Scheme::cubic, row.round_trip_ms));
+  const ReplayResult hyper = play(cube6(), motion, replay_options_for(Scheme::hyper, row.round_trip_ms));
   const Fidelity port = play(cube6(), motion, replay_options_for(Scheme::port, row.round_trip_ms)).fidelity;
-  INFO("round trip " << row.round_trip_ms << " ms: cubic " << cubic.fidelity.snr_db << " dB, port " << port.snr_db << " dB");
-  CHECK(cubic.fidelity.snr_db >= row.least_db);
-  CHECK(cubic.fidelity.snr_db >= port.snr_db + 20);
-  CHECK(cubic.patch_bytes_mean < 6000);
+  INFO("round trip " << row.round_trip_ms << " ms: hyper " << hyper.fidelity.snr_db << " dB, port " << port.snr_db << " dB");
+  CHECK(hyper.fidelity.snr_db >= row.least_db);
+  CHECK(hyper.fidelity.snr_db >= port.snr_db + 20);
+  CHECK(hyper.patch_bytes_mean < 6000);
 }
 
 TEST_CASE("Jitter and loss cost port little") {
@@ -111,7 +111,7 @@ TEST_CASE("Jitter and loss cost port little") {
 }
 
 TEST_CASE(
-    "Contact is felt in the tick in which it happens with port and cubic, late by more than the round trip with hold, cubic is "
+    "Contact is felt in the tick in which it happens with port and hyper, late by more than the round trip with hold, hyper is "
     "twice as true") {
   const Scene scene = load_scene(kReplaySource + "/scenes/touch-cube.json");
   const Motion tap = cut(read_motion(kReplaySource + "/scenes/motions/tap.csv"), 0, 0.6);
@@ -126,11 +126,11 @@ TEST_CASE(
   const int felt = onset(port, &ReplayTick::felt, 0);
   INFO("reference " << reference << " ms, port " << felt << " ms");
   CHECK(std::abs(felt - reference) <= 1);
-  const ReplayResult cubic = play(scene, motion, replay_options_for(Scheme::cubic, kRoundTripMs));
-  CHECK(std::abs(onset(cubic, &ReplayTick::felt, 0) - reference) <= 1);
-  INFO("port " << port.fidelity.snr_db << " dB, cubic " << cubic.fidelity.snr_db << " dB");
-  CHECK(cubic.fidelity.snr_db > port.fidelity.snr_db + 6);
-  CHECK(cubic.last_patch.scheme == Scheme::cubic);
+  const ReplayResult hyper = play(scene, motion, replay_options_for(Scheme::hyper, kRoundTripMs));
+  CHECK(std::abs(onset(hyper, &ReplayTick::felt, 0) - reference) <= 1);
+  INFO("port " << port.fidelity.snr_db << " dB, hyper " << hyper.fidelity.snr_db << " dB");
+  CHECK(hyper.fidelity.snr_db > port.fidelity.snr_db + 6);
+  CHECK(hyper.last_patch.scheme == Scheme::hyper);
   const ReplayResult hold = play(scene, motion, replay_options_for(Scheme::hold, kRoundTripMs));
   const int late = onset(hold, &ReplayTick::felt, 0);
   INFO("hold " << late << " ms");
@@ -188,7 +188,7 @@ TEST_CASE("With a deadband no tick feels different by more than that share of th
 }
 
 TEST_CASE("With a deadband nothing fades over a link that loses and delays at random, and patches get no older") {
-  ReplayOptions options = replay_options_for(Scheme::cubic, 80);
+  ReplayOptions options = replay_options_for(Scheme::hyper, 80);
   options.link.jitter = Micros{10'000};
   options.link.loss = 0.1;
   const ReplayResult all = play(cube6(), excursion(2), options);
@@ -209,7 +209,7 @@ TEST_CASE(
   for (Element& e : scene.body.elements) e.rest_length_m *= finer, e.stiffness_n_m *= 0.3, e.damping_n_s_m *= 0.3;
   for (double& kg : scene.body.masses_kg) kg *= finer * finer * finer;
   scene.tool.radius_m = 0.010;
-  const ReplayResult run = play(scene, cut(examination(scene), 0, 1.25), replay_options_for(Scheme::cubic, 50));
+  const ReplayResult run = play(scene, cut(examination(scene), 0, 1.25), replay_options_for(Scheme::hyper, 50));
   double most = 0, felt = 0;
   for (const ReplayTick& tick : run.ticks) {
     most = std::max(most, tick.reference.norm());
@@ -220,7 +220,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "A grasp so stiff and braked that a tick takes neither its springs nor its dampers is far truer with cubic than with port") {
+    "A grasp so stiff and braked that a tick takes neither its springs nor its dampers is far truer with hyper than with port") {
   // Half the size of cube6, and as stiff and braked as bodies of 10 mm spacing may be: the tool goes further than to the next
   // node.
   Scene scene = cube6();
@@ -234,10 +234,10 @@ TEST_CASE(
   const Motion motion = examination(scene);
   const ReferenceForce reference = reference_of(scene, motion);
   double db[2];
-  for (const Scheme scheme : {Scheme::port, Scheme::cubic}) {
+  for (const Scheme scheme : {Scheme::port, Scheme::hyper}) {
     ReplayOptions options = replay_options_for(scheme, 150);
     options.reference = &reference;
-    db[scheme == Scheme::cubic] = play(scene, motion, options).fidelity.snr_db;
+    db[scheme == Scheme::hyper] = play(scene, motion, options).fidelity.snr_db;
   }
   CHECK(db[0] > 9);
   CHECK(db[1] > db[0] + 25);  // -29 dB if dampers turned without bounds, 10 without the springs
@@ -248,7 +248,7 @@ TEST_CASE("A hand that presses deep into a soft block feels it through a few of 
     "density_kg_m3": 1000, "stiffness_n_m": 30.4, "damping_n_s_m": 0.07904, "fixed_faces": ["z-"]}},
     "tool": {"contact": "touch", "mu": 0.4, "radius_m": 0.0187}})",
                                  "block");
-  const ReplayResult run = play(scene, cut(examination(scene), 0, 1.25), replay_options_for(Scheme::cubic, 300));
+  const ReplayResult run = play(scene, cut(examination(scene), 0, 1.25), replay_options_for(Scheme::hyper, 300));
   CHECK(run.fidelity.snr_db > 25);
 }
 
@@ -257,27 +257,27 @@ TEST_CASE("A patch knows where a hand gets that speeds up as it did, and what a 
     "density_kg_m3": 1000, "stiffness_n_m": 15.9, "damping_n_s_m": 0.026712, "fixed_faces": ["z-"]}},
     "tool": {"contact": "attach", "node": [3, 3, 5]}})",
                                  "block");
-  const ReplayResult run = play(scene, examination(scene), replay_options_for(Scheme::cubic, 150));
+  const ReplayResult run = play(scene, examination(scene), replay_options_for(Scheme::hyper, 150));
   CHECK(run.fidelity.snr_db > 36);  // 30.5 dB if hands were thought to keep their velocity
 }
 
 TEST_CASE("A contact that rolls back over the edge of a block stays on the surface that its patch brought") {
   const Scene scene = read_scene(drawn_scene(5, true).json, "a block 38 mm wide");
   const Motion stroke = cut(examination(scene), 1.2, 2.55);
-  const Fidelity cubic = play(scene, stroke, replay_options_for(Scheme::cubic, 50)).fidelity;
-  INFO(cubic.snr_db << " dB");
-  CHECK(cubic.snr_db > 38);
+  const Fidelity hyper = play(scene, stroke, replay_options_for(Scheme::hyper, 50)).fidelity;
+  INFO(hyper.snr_db << " dB");
+  CHECK(hyper.snr_db > 38);
 }
 
 TEST_CASE("A body that costs too much to be followed to where its patch ends is not followed part of the way") {
   const Scene scene = load_scene(kReplaySource + "/scenes/organ-solid.json");
-  const ReplayResult run = play(scene, cut(examination(scene), 4.0, 4.76), replay_options_for(Scheme::cubic, 150));
+  const ReplayResult run = play(scene, cut(examination(scene), 4.0, 4.76), replay_options_for(Scheme::hyper, 150));
   INFO(run.fidelity.snr_db << " dB");
   CHECK(run.fidelity.snr_db > 40);  // 36.7 dB, in what is felt as it swings back, if it was
 }
 
 TEST_CASE("A patch that lasts long knows where a hand gets that turns aside") {
   const Scene scene = load_scene(kReplaySource + "/scenes/touch-stiff.json");
-  const ReplayResult run = play(scene, cut(examination(scene), 0, 2), replay_options_for(Scheme::cubic, 300));
+  const ReplayResult run = play(scene, cut(examination(scene), 0, 2), replay_options_for(Scheme::hyper, 300));
   CHECK(run.fidelity.snr_db > 38);  // 23 dB if hands were thought to keep their velocity
 }

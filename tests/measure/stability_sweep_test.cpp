@@ -44,8 +44,8 @@ TEST_CASE("A released device comes to rest with port over round trips up to 400 
   }
 }
 
-TEST_CASE("Points drawn from the sweep are stable with port and with cubic") {
-  StabilityPlan plan{{Scheme::port, Scheme::cubic}, 100, true, 7};
+TEST_CASE("Points drawn from the sweep are stable with port and with hyper") {
+  StabilityPlan plan{{Scheme::port, Scheme::hyper}, 100, true, 7};
   std::vector<StabilityPoint> points = stability_points(plan);
   // The scattered ones of a look, whose seeds go on from the plan's.
   std::erase_if(points, [&](const StabilityPoint& p) { return p.seed == plan.seed; });
@@ -119,7 +119,7 @@ TEST_CASE("What is stiffer than the contact itself is refused") {
 }
 
 TEST_CASE("The plan has every point once and only possible ones") {
-  const std::vector<StabilityPoint> points = stability_points({{Scheme::hold, Scheme::port, Scheme::cubic}, 120, false, 1});
+  const std::vector<StabilityPoint> points = stability_points({{Scheme::hold, Scheme::port, Scheme::hyper}, 120, false, 1});
   for (std::size_t i = 0; i < points.size(); ++i) {
     CHECK(is_possible(points[i]));
     CHECK(std::find(points.begin() + static_cast<std::ptrdiff_t>(i) + 1, points.end(), points[i]) == points.end());

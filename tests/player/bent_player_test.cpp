@@ -35,10 +35,10 @@ struct GraspErrors {
 };
 
 /// Against a fine integration of patch, elastic terms and the dampers of tetrahedra, of a hand that comes and goes.
-GraspErrors grasp_errors(const Patch& patch, const CubicTerms& terms) {
+GraspErrors grasp_errors(const Patch& patch, const NonlinearTerms& terms) {
   constexpr int kFine = 200;
   const auto r = patch.modes();
-  CubicForce bend(terms, patch);
+  NonlinearForce bend(terms, patch);
   SampledSolidForce solid(terms.solid, 3, kTickS, true);
   PatchPlayer player(patch, terms), straight(patch);
   const auto tool = [](double t) { return Vec3(Vec3(0.004, -0.003, -0.006) * std::pow(std::sin(12 * t), 2)); };
@@ -46,7 +46,7 @@ GraspErrors grasp_errors(const Patch& patch, const CubicTerms& terms) {
   GraspErrors found;
   for (int ms = 1; ms <= 400; ++ms) {
     const Vec3 from = tool(kTickS * (ms - 1)), to = tool(kTickS * ms), rate = (to - from) / kTickS;
-    CubicForce::Variables u(r + 3), u_rate(r + 3), beyond(r + 3);
+    NonlinearForce::Variables u(r + 3), u_rate(r + 3), beyond(r + 3);
     const auto push = [&](const Vec3& d, const ModeVector& at, const ModeVector& speed) {
       u << d, at;
       bend.move_to(u);
@@ -83,10 +83,10 @@ struct TouchErrors {
 
 /// Against a fine integration, in `fine` steps a tick, of patch, contact, elastic terms and the dampers of tetrahedra, of a hand
 /// that taps; q'' + D q' + K q = f(q, q') - R^T lambda, lambda = k_c (R q - h) where R q > h.
-TouchErrors touch_errors(const Patch& patch, const CubicTerms& terms, int fine) {
+TouchErrors touch_errors(const Patch& patch, const NonlinearTerms& terms, int fine) {
   const auto r = patch.modes();
   const Eigen::RowVectorXd row = patch.surface.vertices[0].rows.row(2);
-  CubicForce bend(terms, patch);
+  NonlinearForce bend(terms, patch);
   SampledSolidForce solid(terms.solid, 0, kTickS / kTouchSteps, true);
   PatchPlayer player(patch, terms), straight(patch);
   const auto way = [](double t) { return -0.015 * std::pow(std::sin(15 * t), 2); };
@@ -96,7 +96,7 @@ TouchErrors touch_errors(const Patch& patch, const CubicTerms& terms, int fine) 
   for (int ms = 1; ms <= 400; ++ms) {
     const double from = way(kTickS * (ms - 1)), to = way(kTickS * ms);
     const auto acceleration = [&](double part, const ModeVector& at, const ModeVector& speed) {
-      CubicForce::Variables beyond(r);
+      NonlinearForce::Variables beyond(r);
       bend.move_to(at);
       bend.elastic(beyond);
       if (terms.solid.count() > 0) {
@@ -136,7 +136,7 @@ Patch pressed_patch(int r, double part) {
 TEST_CASE("A push on a body that bends is felt as a fine integration of body and contact has it") {
   Patch p = pressed_patch(4, 1);
   p.coupling_n_m = 500;
-  CubicTerms terms = test::spring_terms(p);
+  NonlinearTerms terms = test::spring_terms(p);
   terms.springs.damping.setZero();
   const TouchErrors found = touch_errors(p, terms, 100);
   CAPTURE(found.bent_n, found.straight_n, found.most_n);
@@ -166,9 +166,9 @@ TEST_CASE("A touched body that bends gives back no more than the hand has given 
 
 TEST_CASE("Surface that came with the terms is felt as if it had come with the patch") {
   const Patch whole = test::touch_patch(8, 1, kStamp);
-  const CubicTerms terms = test::spring_terms(whole);
+  const NonlinearTerms terms = test::spring_terms(whole);
   Patch part = whole;
-  CubicTerms rest = terms;
+  NonlinearTerms rest = terms;
   PortSurface& surface = part.surface;
   surface.vertex_count = 6;  // two of three rows
   surface.triangle_count = 4;
@@ -188,7 +188,7 @@ TEST_CASE("Surface that came with the terms is felt as if it had come with the p
 TEST_CASE("Dampers that turn with their elements are not felt by a bent body at rest") {
   Patch patch = GENERATE(true, false) ? test::touch_patch(8, 1, kStamp) : test::attach_patch(8, 1, kStamp);
   patch.friction = 10;  // a tool that slid would keep a trace of its way
-  CubicTerms damped = test::slack_spring_terms(patch), bare = damped;
+  NonlinearTerms damped = test::slack_spring_terms(patch), bare = damped;
   damped.springs.damping *= 10;
   bare.springs.damping.setZero();
   PatchPlayer with(patch, damped), without(patch, bare);
@@ -205,22 +205,22 @@ TEST_CASE("Dampers that turn with their elements are not felt by a bent body at 
 
 TEST_CASE("Dampers that turn never push more than those of the patch brake, however far they turn") {
   const Patch patch = test::attach_patch(8, 1, kStamp);
-  CubicForce force(test::spring_terms(patch), patch);
+  NonlinearForce force(test::spring_terms(patch), patch);
   const Eigen::MatrixXd damping = joint_damping(patch);
   const auto n = damping.rows();
   Random random(5);
   const auto draw = [&](double size) {
-    CubicForce::Variables v(n);
+    NonlinearForce::Variables v(n);
     for (double& number : v) number = size * random.uniform(-1, 1);
     return v;
   };
   int pushed = 0;
   for (int k = 0; k < 200; ++k)
     for (const double far : {0.001, 0.01, 0.1, 1.0}) {
-      const CubicForce::Variables rate = draw(1);
-      CubicForce::Variables push(n);
+      const NonlinearForce::Variables rate = draw(1);
+      NonlinearForce::Variables push(n);
       force.move_to(draw(far));
-      force.damping(rate, ModeMatrix::Zero(8, 8), CubicForce::Variables::Zero(n), push);
+      force.damping(rate, ModeMatrix::Zero(8, 8), NonlinearForce::Variables::Zero(n), push);
       const double power = push.dot(rate), braked = rate.dot(damping * rate);
       CHECK(power <= 1.0001 * double{kDamperChange} * braked);
       pushed += power > 0.25 * braked;
@@ -233,7 +233,7 @@ TEST_CASE("A bent grasp whose modes are braked away within a tick feels what a f
   Patch patch = test::attach_patch(r, 1, kStamp);
   for (int i = 0; i < r; ++i) patch.damping(i, i) = 100.0 * (1 + 5 * i);  // D dt from 0.1 to 2.6
   patch.b_d = 0.02 * patch.b_k;
-  CubicTerms terms = test::slack_spring_terms(patch);
+  NonlinearTerms terms = test::slack_spring_terms(patch);
   terms.springs.damping.setZero();
   const GraspErrors found = grasp_errors(patch, terms);
   CAPTURE(found.bent_n, found.straight_n);
@@ -251,7 +251,7 @@ TEST_CASE("A grasp of a spring too stiff for a tick feels it turn as a fine inte
   patch.b_d.setZero();
   patch.b_k(1, 2) = kFar * kSoft;
   patch.k_port = patch.b_k.transpose() * patch.b_k / kSoft + 50 * Mat3::Identity();
-  CubicTerms terms = test::sampled_terms(patch);
+  NonlinearTerms terms = test::sampled_terms(patch);
   SampledSprings& springs = terms.springs;
   Eigen::MatrixXf moved = Eigen::MatrixXf::Zero(6, 2);
   moved.block<2, 2>(3, 0).setIdentity();
@@ -263,7 +263,7 @@ TEST_CASE("A grasp of a spring too stiff for a tick feels it turn as a fine inte
   springs.rest_length.setConstant(1, static_cast<float>(kLong));
   springs.stiffness.setConstant(1, static_cast<float>(kStiff));
   springs.damping.setZero(1);
-  REQUIRE(CubicForce(terms, patch).added_mass().size() > 0);
+  REQUIRE(NonlinearForce(terms, patch).added_mass().size() > 0);
   const GraspErrors found = grasp_errors(patch, terms);
   CAPTURE(found.bent_n, found.straight_n);
   CHECK(found.straight_n > 100);
@@ -280,7 +280,7 @@ TEST_CASE("A solid whose dampers grow to many times theirs as it stretches is fe
   patch.b_k << 0, 0, -kStiffness;
   patch.b_d.setZero();
   patch.k_port = patch.b_k.transpose() * patch.b_k / kStiffness + 50 * Mat3::Identity();
-  CubicTerms terms = test::sampled_terms(patch);
+  NonlinearTerms terms = test::sampled_terms(patch);
   SampledTetrahedra& solid = terms.solid;
   Eigen::MatrixXf moved = Eigen::MatrixXf::Zero(12, 1);
   moved(11, 0) = static_cast<float>(kStretch * kSizeM);
@@ -303,7 +303,7 @@ TEST_CASE("A grasped solid whose dampers turn in all its modes at once is felt a
   const double damping = GENERATE(100.0, 300.0);
   Patch patch = test::attach_patch(8, 1, kStamp);
   patch.damping = damping * ModeMatrix::Identity(8, 8);
-  CubicTerms terms = test::solid_terms(patch);
+  NonlinearTerms terms = test::solid_terms(patch);
   terms.solid.damping_s.setConstant(static_cast<float>(0.1 * damping / patch.stiffness.mean()));
   const GraspErrors found = grasp_errors(patch, terms);
   CAPTURE(damping, found.bent_n, found.straight_n, found.turned);
@@ -317,7 +317,7 @@ TEST_CASE("A touched solid whose dampers turn, far faster than a step, is felt a
   p.stiffness *= damping / (0.005 * p.stiffness.mean());
   p.coupling_n_m = p.stiffness.mean();
   p.damping = damping * ModeMatrix::Identity(8, 8);
-  CubicTerms terms = test::solid_terms(p);
+  NonlinearTerms terms = test::solid_terms(p);
   terms.solid.damping_s.setConstant(static_cast<float>(0.1 * damping / p.stiffness.mean()));
   const TouchErrors found = touch_errors(p, terms, 400);
   CAPTURE(damping, found.bent_n, found.straight_n, found.most_n, found.turned);
@@ -332,7 +332,7 @@ TEST_CASE("Dampers that grow a hundredfold take from a motion, however fast they
   patch.damping *= 0.1;
   patch.b_d *= 0.1;
   for (int i = 0; i < patch.modes(); ++i) patch.q_rate[i] = (i % 2 == 0 ? 3.0 : -2.0);
-  CubicTerms terms = test::solid_terms(patch);
+  NonlinearTerms terms = test::solid_terms(patch);
   terms.solid.damping_s.setConstant(static_cast<float>(GENERATE(0.1, 10.0, 1000.0)));
   PatchPlayer player(patch, terms), straight(patch);
   const double begin_j = player.energy();
@@ -357,7 +357,7 @@ TEST_CASE("What swings in a bent patch that nothing brakes neither grows nor fad
   const double fastest = std::sqrt(patch.stiffness.maxCoeff()) * 1e-3;
   REQUIRE(fastest > 0.3);
   for (int i = 0; i < patch.modes(); ++i) patch.q_rate[i] = (i % 2 == 0 ? 0.03 : -0.02);
-  CubicTerms terms = GENERATE(true, false) ? test::spring_terms(patch) : test::solid_terms(patch);
+  NonlinearTerms terms = GENERATE(true, false) ? test::spring_terms(patch) : test::solid_terms(patch);
   terms.solid.damping_s.setZero();
   CAPTURE(terms.solid.count());
   PatchPlayer player(patch, terms), straight(patch);

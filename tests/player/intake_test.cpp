@@ -121,7 +121,7 @@ std::vector<Vec3> felt(Side& side, const Patch& patch, const std::vector<PatchTe
 TEST_CASE(
     "The pieces of a patch's terms bend it in any order, before or after the patch, and without one of them it plays straight") {
   const Patch patch = test::attach_patch(11, 5, kIntakeEpoch + 100 * kTick);
-  const CubicTerms terms = test::many_spring_terms(patch);
+  const NonlinearTerms terms = test::many_spring_terms(patch);
   const std::vector<PatchTerms> pieces = to_pieces(terms, patch.seq);
   REQUIRE(pieces.size() == 3);
   TermsAssembly assembly;
@@ -166,13 +166,13 @@ TEST_CASE("Terms that do not fit their patch, or of another whole, do not bend i
 
 namespace {
 
-/// A patch of scheme cubic and the pieces of its terms, `size` times as strong as usual.
+/// A patch of scheme hyper and the pieces of its terms, `size` times as strong as usual.
 struct Bent {
   Patch patch;
   std::vector<PatchTerms> pieces;
   Bent(std::uint32_t seq, int stamp_ms, float size) : patch(test::attach_patch(11, seq, kIntakeEpoch + stamp_ms * kTick)) {
-    patch.scheme = Scheme::cubic;
-    CubicTerms terms = test::spring_terms(patch);
+    patch.scheme = Scheme::hyper;
+    NonlinearTerms terms = test::spring_terms(patch);
     terms.springs.stiffness *= size;
     terms.springs.damping *= size;
     pieces = to_pieces(terms, seq);

@@ -119,14 +119,14 @@ TEST_CASE("A body that is held everywhere yields nowhere") {
 
 TEST_CASE("A tool that has slid to where the modes do not follow rests on what the body yields there, with terms on c_static") {
   const Patch patch = known_on_one_side(8);
-  CubicTerms terms = test::spring_terms(patch);
+  NonlinearTerms terms = test::spring_terms(patch);
   terms.springs.stiffness.setZero();  // they push nothing
   terms.springs.damping.setZero();
   const SlideCompliance slide(patch, patch.surface.vertices[0].rows, patch.point.weight);
   const Mat3 missing = slide.missing(PortRows::Zero(3, 8), patch.point.weight);
   REQUIRE(missing(2, 2) > 2 * patch.c_static(2, 2));
   for (const bool bends : {false, true}) {
-    PatchPlayer player(patch, bends ? terms : CubicTerms{});
+    PatchPlayer player(patch, bends ? terms : NonlinearTerms{});
     constexpr double kDepth = 0.004, kFrom = -0.0195, kTo = 0.001;  // along y = 0, over the vertex in the middle
     for (int ms = 1; ms <= 8000; ++ms) {
       const double in = std::min(1.0, ms / 300.0), along = std::clamp((ms - 500) / 400.0, 0.0, 1.0);
@@ -142,7 +142,7 @@ TEST_CASE("A tool that slides over a body known in one place gets out no more th
   Random random(13);
   for (int trial = 0; trial < 20; ++trial) {
     const Patch patch = known_on_one_side(8);
-    PatchPlayer player(patch, bends ? test::slack_spring_terms(patch) : CubicTerms{});
+    PatchPlayer player(patch, bends ? test::slack_spring_terms(patch) : NonlinearTerms{});
     const double fast = random.uniform(0.01, 0.1), along = random.uniform(0.005, 0.05), from = random.uniform(0, 6);
     Vec3 last(0, 0, 0.003), force = Vec3::Zero();
     double work = 0;

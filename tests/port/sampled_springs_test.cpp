@@ -8,7 +8,7 @@
 #include <random>
 
 #include "common/base/types.hpp"
-#include "common/port/cubic_terms.hpp"
+#include "common/port/nonlinear_terms.hpp"
 #include "tests/support/bending.hpp"
 
 using namespace palpate;
@@ -263,7 +263,7 @@ TEST_CASE("an arch that snaps through under the hand gives all its energy away, 
     return -2 * kPull * (length - rest) * high / length;
   };
   const auto stored = [&](double high) { return kPull * std::pow(std::hypot(kHalf, high) - rest, 2); };
-  CubicTerms terms;
+  NonlinearTerms terms;
   terms.variables = 1;
   terms.rate = Eigen::VectorXd::Zero(1);
   SampledSprings& springs = terms.springs;
@@ -286,12 +286,12 @@ TEST_CASE("an arch that snaps through under the hand gives all its energy away, 
   patch.contact = ContactKind::touch;
   patch.stiffness = Eigen::VectorXd::Constant(1, stiffness);
   patch.damping = Eigen::MatrixXd::Zero(1, 1);
-  CubicForce force(terms, patch);
+  NonlinearForce force(terms, patch);
   REQUIRE_FALSE(force.empty());
   bool fell = false;
   for (double high = kPressed; high > -1.2 * kHigh; high -= 1e-4) {
-    const CubicForce::Variables u = CubicForce::Variables::Constant(1, high - kPressed);
-    CubicForce::Variables beyond;
+    const NonlinearForce::Variables u = NonlinearForce::Variables::Constant(1, high - kPressed);
+    NonlinearForce::Variables beyond;
     force.move_to(u);
     force.elastic(beyond);
     CHECK(push(kPressed) - stiffness * u[0] + beyond[0] == Approx(push(high)).margin(1e-4));

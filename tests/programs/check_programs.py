@@ -46,6 +46,14 @@ def check_helps(programs):
     assert wrong.returncode == 2 and "one of displacement|tension|support" in wrong.stderr, wrong.stderr
 
 
+def check_older_scheme_name(programs):
+    """`cubic` is `hyper`: twice the same to compare."""
+    done = run(programs, "palpate-client", "--server", "127.0.0.1:9", "--scheme", "cubic", "--compare", "cubic,hyper")
+    assert done.returncode == 2 and "--compare: 'hyper' twice" in done.stderr, done.stderr
+    done = run(programs, "palpate-client", "--server", "127.0.0.1:9", "--scheme", "cubics")
+    assert done.returncode == 2 and "'cubics' is not a scheme" in done.stderr and "hyper" in done.stderr, done.stderr
+
+
 def check_two_viewers(programs, room, work):
     """Both with the default name, at once, into folders that are not there."""
     pictures = [work / side / "of" / "it.png" for side in ("one", "other")]
@@ -96,6 +104,7 @@ def check_far_grasp(programs, room, work):
 def main():
     programs, scenes = map(pathlib.Path, sys.argv[1:])
     check_helps(programs)
+    check_older_scheme_name(programs)
     with tempfile.TemporaryDirectory() as name:
         work = pathlib.Path(name)
         with Room(programs, scenes / "touch-cube.json", work / "not" / "there" / "session.rec") as room:

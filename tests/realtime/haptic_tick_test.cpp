@@ -45,14 +45,14 @@ struct Run {
 /// A hand on a simulated Phantom; a new patch 30 ms old every 50 ticks. The patches are compiled before, as the network side
 /// does.
 Run play(const std::function<Patch(std::uint32_t, Micros)>& patch_at, Micros valid_for,
-         const std::function<palpate::CubicTerms(const Patch&)>& terms_of = {}) {
+         const std::function<palpate::NonlinearTerms(const Patch&)>& terms_of = {}) {
   std::vector<PatchPlayer> players;
   for (int tick = 0; tick < kTicks; tick += kPatchEvery) {
     const auto stamp = kEpoch + tick * kTick - Micros{30'000};
     Patch patch = patch_at(static_cast<std::uint32_t>(tick / kPatchEvery + 1), stamp);
     patch.valid_for = valid_for;
     REQUIRE(palpate::check(patch) == palpate::PatchFault::none);
-    players.emplace_back(patch, terms_of ? terms_of(patch) : palpate::CubicTerms{});
+    players.emplace_back(patch, terms_of ? terms_of(patch) : palpate::NonlinearTerms{});
   }
   const auto slot = std::make_unique<palpate::LatestSlot<PatchPlayer>>();
   const auto samples = std::make_unique<palpate::SampleRing>();

@@ -1,4 +1,4 @@
-// What of a large body bends by its own forces, and the patches of scheme `cubic` that are made of it, against the whole body.
+// What of a large body bends by its own forces, and the patches of scheme `hyper` that are made of it, against the whole body.
 #include "server/reduce/near_part.hpp"
 
 #include <catch2/catch.hpp>
@@ -126,7 +126,7 @@ TEST_CASE("Where a large body was in the last frames is kept in the coordinates 
   }
 }
 
-TEST_CASE("A cubic patch of a large body bends as the whole body does on its modes, where the linear one does not") {
+TEST_CASE("A hyper-reduced patch of a large body bends as the whole body does on its modes, where the linear one does not") {
   Large large;
   const Skin skin;
   FrameModel frame(large.dynamics, skin);
@@ -135,13 +135,13 @@ TEST_CASE("A cubic patch of a large body bends as the whole body does on its mod
   ports[0].lambda = -large.dynamics.element_force(large.state, kTop);
   const ToolAt tool{at_node(large.state.x, kTop), Vec3::Zero()};
   PatchRequest request;
-  request.scheme = Scheme::cubic;
+  request.scheme = Scheme::hyper;
   request.bridge = Micros{100'000};
   frame.begin(large.state, ports, std::span(&tool, 1), request.bridge);
   const auto patch = builder.build(frame, 0, request);
   REQUIRE(patch);
   REQUIRE(check(*patch) == PatchFault::none);
-  REQUIRE(patch->scheme == Scheme::cubic);
+  REQUIRE(patch->scheme == Scheme::hyper);
   const Matrix modes = builder.modes();
   REQUIRE(modes.rows() == large.state.x.size());
   Matrix moved(modes.rows(), modes.cols() + 3);
@@ -151,7 +151,7 @@ TEST_CASE("A cubic patch of a large body bends as the whole body does on its mod
   const Vector still = Vector::Zero(modes.rows());
   Vector here, there;
   large.dynamics.forces(large.state.x, still, here);
-  CubicForce bend(builder.terms(), *patch);
+  NonlinearForce bend(builder.terms(), *patch);
   Random random(4);
   for (int k = 0; k < 5; ++k) {
     // The tool goes a third of a spacing any way, and the modes follow.
@@ -163,7 +163,7 @@ TEST_CASE("A cubic patch of a large body bends as the whole body does on its mod
     Vector k_u, d_u;
     large.dynamics.multiply_tangents(large.state, moved * u, k_u, d_u);
     const Vector exact = moved.transpose() * (there - here + k_u);
-    CubicForce::Variables force;
+    NonlinearForce::Variables force;
     bend.move_to(u);
     bend.elastic(force);
     INFO("exact " << exact.transpose() << "\n got  " << force.transpose());

@@ -93,7 +93,7 @@ namespace {
 
 constexpr StationId kRememberedHand = 3;
 
-/// A hand over a bed, with patches of scheme cubic.
+/// A hand over a bed, with patches of scheme hyper.
 struct Bed {
   bool sleep;
   Room room;
@@ -112,7 +112,7 @@ struct Bed {
       job.may_sleep = sleep;
       StationJob station;
       station.id = kRememberedHand;
-      station.scheme = Scheme::cubic;
+      station.scheme = Scheme::hyper;
       station.bridge = Micros{100'000};
       for (Micros t = now + Micros{1000}; t <= job.target + Micros{1000}; t += Micros{1000})
         station.samples.push_back(

@@ -108,7 +108,7 @@ TEST_CASE("The modes of a solid that a hand moves hold where it will be when the
     job.target = now + kFrame;
     StationJob station;
     station.id = kRoughHand;
-    station.scheme = Scheme::cubic;
+    station.scheme = Scheme::hyper;
     station.bridge = kBridge;
     for (Micros t = now + Micros{1000}; t <= job.target + Micros{1000}; t += Micros{1000})
       station.samples.push_back({t, Vec3(home + 0.12 * seconds(t - begin) * Vec3(0.8, 0, 0.6))});

@@ -21,7 +21,7 @@ class WildHands {
 
   /// One frame in which each hand goes for new places now and then, within `reach_m`; or away from the body.
   FrameResult frame(double reach_m, bool away = false) {
-    static constexpr std::array kSchemes{Scheme::port, Scheme::cubic, Scheme::tangent, Scheme::ring, Scheme::hold};
+    static constexpr std::array kSchemes{Scheme::port, Scheme::hyper, Scheme::tangent, Scheme::ring, Scheme::hold};
     FrameJob job;
     job.target = now_ + kWildFrame;
     job.frame = kWildFrame;

@@ -27,7 +27,7 @@ struct FakeRoom {
   bool fail = false;
   bool asleep = false;
   bool lives_on = false;  ///< what a station plays stands for the next patch
-  CubicTerms terms;       ///< that go with its patches
+  NonlinearTerms terms;   ///< that go with its patches
   std::vector<FrameJob> jobs;
 
   FrameResult run(const FrameJob& job) {

@@ -84,8 +84,8 @@ Eigen::MatrixXf some(int rows, int cols, double size) {
 
 }  // namespace
 
-CubicTerms sampled_terms(const Patch& patch) {
-  CubicTerms terms;
+NonlinearTerms sampled_terms(const Patch& patch) {
+  NonlinearTerms terms;
   terms.grasp = patch.contact == ContactKind::attach;
   terms.variables = patch.modes() + (terms.grasp ? 3 : 0);
   terms.rate = stamp_rate(patch);
@@ -94,8 +94,8 @@ CubicTerms sampled_terms(const Patch& patch) {
 
 namespace {
 
-CubicTerms some_springs(const Patch& patch, int count, int nodes) {
-  CubicTerms terms = sampled_terms(patch);
+NonlinearTerms some_springs(const Patch& patch, int count, int nodes) {
+  NonlinearTerms terms = sampled_terms(patch);
   SampledSprings& springs = terms.springs;
   springs.stiffening = 30;
   springs.motion = rounded(some(3 * nodes, patch.modes(), 0.7), terms.grasp ? 4 : -1);
@@ -111,9 +111,9 @@ CubicTerms some_springs(const Patch& patch, int count, int nodes) {
 
 }  // namespace
 
-CubicTerms spring_terms(const Patch& patch) { return some_springs(patch, 20, 13); }
-CubicTerms slack_spring_terms(const Patch& patch) {
-  CubicTerms terms = spring_terms(patch);
+NonlinearTerms spring_terms(const Patch& patch) { return some_springs(patch, 20, 13); }
+NonlinearTerms slack_spring_terms(const Patch& patch) {
+  NonlinearTerms terms = spring_terms(patch);
   SampledSprings& springs = terms.springs;
   springs.stiffening = 0;
   springs.steep.clear();
@@ -122,11 +122,11 @@ CubicTerms slack_spring_terms(const Patch& patch) {
   springs.rest_length = springs.spans().colwise().norm().transpose().cwiseMax(1e-3F);  // one begins where it ends
   return terms;
 }
-CubicTerms many_spring_terms(const Patch& patch) { return some_springs(patch, 60, 40); }
+NonlinearTerms many_spring_terms(const Patch& patch) { return some_springs(patch, 60, 40); }
 
-CubicTerms solid_terms(const Patch& patch) {
+NonlinearTerms solid_terms(const Patch& patch) {
   constexpr int kCount = 20, kNodes = 13;
-  CubicTerms terms = sampled_terms(patch);
+  NonlinearTerms terms = sampled_terms(patch);
   SampledTetrahedra& solid = terms.solid;
   solid.motion = rounded(some(3 * kNodes, patch.modes(), 0.7), terms.grasp ? 4 : -1);
   // Along a helix any four that follow one another span a volume, all the same way round.

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "common/port/cubic_terms.hpp"
+#include "common/port/nonlinear_terms.hpp"
 #include "common/port/patch.hpp"
 
 namespace palpate::test {
@@ -15,16 +15,16 @@ Patch attach_patch(int modes, std::uint32_t seq, Micros stamp);
 Patch touch_patch(int modes, std::uint32_t seq, Micros stamp);
 
 /// Terms for springs or tetrahedra of which none are there yet.
-CubicTerms sampled_terms(const Patch& patch);
+NonlinearTerms sampled_terms(const Patch& patch);
 
 /// Terms that are 20 springs, half as stiff together as the modes are.
-CubicTerms spring_terms(const Patch& patch);
+NonlinearTerms spring_terms(const Patch& patch);
 /// The same, linear, a tenth as stiff, and without tension at the stamp: what they give was put into them.
-CubicTerms slack_spring_terms(const Patch& patch);
+NonlinearTerms slack_spring_terms(const Patch& patch);
 /// With 60 springs: with 11 modes three pieces.
-CubicTerms many_spring_terms(const Patch& patch);
+NonlinearTerms many_spring_terms(const Patch& patch);
 
 /// Terms that are 20 tetrahedra, some of the modes' stiffness.
-CubicTerms solid_terms(const Patch& patch);
+NonlinearTerms solid_terms(const Patch& patch);
 
 }  // namespace palpate::test

@@ -158,10 +158,11 @@ TEST_CASE("Under a pressing hand a patch tells the server's next frame better th
   CHECK(squares < 0.0025 * still_squares);
 }
 
-TEST_CASE("A cubic patch is played with its terms, and foresees a pressed grasp better than without", "[view][foresight]") {
+TEST_CASE("A hyper-reduced patch is played with its terms, and foresees a pressed grasp better than without",
+          "[view][foresight]") {
   double squares = 0, straight_squares = 0;
   int bent = 0;
-  press("cube6.json", Scheme::cubic, [&](PatchPair& pair) {
+  press("cube6.json", Scheme::hyper, [&](PatchPair& pair) {
     // Before it the hand stands still; after it, 20 mm deep, the lattice snaps.
     if (pair.patch.stamp < Micros{1'300'000} || pair.next.stamp > Micros{1'600'000}) return;
     bent += pair.terms.variables > 0;

@@ -78,8 +78,8 @@ TEST_CASE("what was added to messages later goes there and back, and is absent w
   hello.scheme.reset();
   CHECK_FALSE(round_trip(hello).scheme.has_value());
   CHECK(round_trip(Beat{}).in_use.reason == SchemeReason::not_said);
-  const Beat chosen = round_trip(Beat{.in_use = {Scheme::cubic, SchemeReason::fits, Micros{9'000}, Micros{30'000}}});
-  CHECK(chosen.in_use.scheme == Scheme::cubic);
+  const Beat chosen = round_trip(Beat{.in_use = {Scheme::hyper, SchemeReason::fits, Micros{9'000}, Micros{30'000}}});
+  CHECK(chosen.in_use.scheme == Scheme::hyper);
   CHECK(chosen.in_use.reason == SchemeReason::fits);
   CHECK(chosen.in_use.cost == Micros{9'000});
   CHECK(chosen.in_use.limit == Micros{30'000});
@@ -132,11 +132,11 @@ TEST_CASE("a patch of 11 modes for a grasp and one of 8 modes with 12 vertices f
 }
 
 TEST_CASE("the most modes that a station may ask for fit: all for a grasp and for a touch that has terms, with a triangle") {
-  for (const Scheme scheme : {Scheme::port, Scheme::cubic}) CHECK(max_port_modes(ContactKind::attach, scheme) == kMaxModes);
+  for (const Scheme scheme : {Scheme::port, Scheme::hyper}) CHECK(max_port_modes(ContactKind::attach, scheme) == kMaxModes);
   Patch loaded = seeds::attach_patch(kMaxModes);
   loaded.load_rate = ModeVector::Ones(kMaxModes);
   CHECK(seeds::bytes_of(seeds::message(PatchMessage{loaded})).size() > 0);
-  CHECK(max_port_modes(ContactKind::touch, Scheme::cubic) == kMaxModes);
+  CHECK(max_port_modes(ContactKind::touch, Scheme::hyper) == kMaxModes);
   CHECK(max_port_vertices(kMaxModes, kMaxPortTriangles, true) >= 3);
   const int touch = max_port_modes(ContactKind::touch, Scheme::port);
   CHECK(max_port_vertices(touch) >= kMinUsefulVertices);

@@ -17,7 +17,7 @@ bool sensible(const std::string& s) {
 /// Whether an accepted message keeps the ranges that docs/reference/wire.md promises.
 struct Sensible {
   bool operator()(const Hello& m) const {
-    return sensible(m.station) && !m.station.empty() && sensible(m.shadow_of) && m.scheme <= Scheme::cubic &&
+    return sensible(m.station) && !m.station.empty() && sensible(m.shadow_of) && m.scheme <= Scheme::hyper &&
            m.role <= Role::viewer;
   }
   bool operator()(const Welcome& m) const {

@@ -102,12 +102,12 @@ inline Patch touch_patch(int r, int vertices, int triangles) {
 }
 
 /// Terms that are springs between so many nodes, every number of another size.
-inline CubicTerms spring_terms(int r, bool grasp, int count, int nodes) {
+inline NonlinearTerms spring_terms(int r, bool grasp, int count, int nodes) {
   std::mt19937 random(400u + static_cast<unsigned>(r));
   const auto some = [&](Eigen::Index rows, Eigen::Index cols, float scale) {
     return Eigen::MatrixXf(Eigen::MatrixXf::NullaryExpr(rows, cols, [&] { return scale * static_cast<float>(noise(random)); }));
   };
-  CubicTerms terms;
+  NonlinearTerms terms;
   const int n = r + (grasp ? 3 : 0);
   terms.variables = n;
   terms.grasp = grasp;
@@ -126,12 +126,12 @@ inline CubicTerms spring_terms(int r, bool grasp, int count, int nodes) {
 }
 
 /// Terms that are tetrahedra between so many nodes, eight and more, every number of another size.
-inline CubicTerms solid_terms(int r, bool grasp, int count, int nodes) {
+inline NonlinearTerms solid_terms(int r, bool grasp, int count, int nodes) {
   std::mt19937 random(500u + static_cast<unsigned>(r));
   const auto some = [&](Eigen::Index rows, Eigen::Index cols, float scale) {
     return Eigen::MatrixXf(Eigen::MatrixXf::NullaryExpr(rows, cols, [&] { return scale * static_cast<float>(noise(random)); }));
   };
-  CubicTerms terms;
+  NonlinearTerms terms;
   const int n = r + (grasp ? 3 : 0);
   terms.variables = n;
   terms.grasp = grasp;
@@ -156,7 +156,7 @@ inline CubicTerms solid_terms(int r, bool grasp, int count, int nodes) {
 }
 
 /// Leaves the first vertices and triangles to the patch, gives the others to the terms.
-inline void move_surface(int vertices, int triangles, Patch& patch, CubicTerms& terms) {
+inline void move_surface(int vertices, int triangles, Patch& patch, NonlinearTerms& terms) {
   PortSurface& s = patch.surface;
   terms.vertices.assign(s.vertices.begin() + vertices, s.vertices.begin() + s.vertex_count);
   terms.triangles.assign(s.triangles.begin() + triangles, s.triangles.begin() + s.triangle_count);
@@ -203,7 +203,7 @@ inline std::vector<Message> every_kind() {
   filtered.low_pass_hz = 4.5;
   all.push_back(message(PatchMessage{filtered}));
   for (const PatchTerms& piece : to_pieces(spring_terms(6, true, 60, 40), 42)) all.push_back(message(piece));
-  CubicTerms touched = spring_terms(6, false, 60, 40);
+  NonlinearTerms touched = spring_terms(6, false, 60, 40);
   Patch rest = touch_patch(6, 12, 16);
   move_surface(7, 5, rest, touched);
   for (const PatchTerms& piece : to_pieces(touched, 43)) all.push_back(message(piece));
@@ -234,7 +234,7 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(ViewState{123456, 0xfedcba9876543210ull, 2, 1500}));
   RoomView room{
       1515, Micros{12'345}, 19.5, 3.25, {{"left hand", Micros{120'000}, Micros{4'000}, Micros{190'000}, 1008, 30, 7, 22}}};
-  room.stations.push_back({"r", {}, {}, {}, 0, 0, 0, 0, Scheme::cubic});
+  room.stations.push_back({"r", {}, {}, {}, 0, 0, 0, 0, Scheme::hyper});
   all.push_back(message(room));
   all.push_back(
       message(Tools{17,

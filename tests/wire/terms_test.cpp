@@ -23,14 +23,14 @@ PatchTerms round_trip(const PatchTerms& piece) {
 }
 
 /// What a client has of terms for a patch, when all their pieces came.
-std::optional<CubicTerms> arrived(const CubicTerms& terms, const Patch& patch) {
+std::optional<NonlinearTerms> arrived(const NonlinearTerms& terms, const Patch& patch) {
   TermsAssembly assembly;
   for (const PatchTerms& piece : to_pieces(terms, patch.seq)) CHECK(assembly.take(round_trip(piece)));
   return assembly.terms_for(patch);
 }
 
 /// Of a patch and its terms, datagrams and all.
-std::size_t bytes_of(const Patch& patch, const CubicTerms& terms) {
+std::size_t bytes_of(const Patch& patch, const NonlinearTerms& terms) {
   std::size_t bytes = seeds::bytes_of(seeds::message(PatchMessage{patch})).size();
   for (const PatchTerms& piece : to_pieces(terms, patch.seq)) bytes += seeds::bytes_of(seeds::message(piece)).size();
   return bytes;
@@ -48,7 +48,7 @@ void check_half(const A& got, const B& sent) {
 TEST_CASE("terms that are springs arrive, how nodes move to the last bit, and those that no spring can be do not count") {
   for (const bool grasp : {true, false}) {
     const int tool = grasp ? 3 : 0;
-    const CubicTerms sent = seeds::spring_terms(12, grasp, 34, 15);
+    const NonlinearTerms sent = seeds::spring_terms(12, grasp, 34, 15);
     const Patch patch = grasp ? seeds::attach_patch(12) : seeds::touch_patch(12, 4, 3);
     const auto got = arrived(sent, patch);
     REQUIRE(got);
@@ -64,7 +64,7 @@ TEST_CASE("terms that are springs arrive, how nodes move to the last bit, and th
     CHECK(got->springs.steep == sent.springs.steep);
     check_half(got->e2, sent.e2);
     CHECK(got->rate == stamp_rate(patch));
-    CubicTerms bad = sent;
+    NonlinearTerms bad = sent;
     bad.springs.stiffness[3] = -1;
     CHECK_FALSE(arrived(bad, patch));
     bad = sent;
@@ -93,7 +93,7 @@ TEST_CASE("terms that are springs arrive, how nodes move to the last bit, and th
 TEST_CASE("terms that are tetrahedra arrive, how nodes move to the last bit, and those that no tetrahedron can be do not count") {
   for (const bool grasp : {true, false}) {
     const int tool = grasp ? 3 : 0;
-    const CubicTerms sent = seeds::solid_terms(12, grasp, 34, 15);
+    const NonlinearTerms sent = seeds::solid_terms(12, grasp, 34, 15);
     const Patch patch = grasp ? seeds::attach_patch(12) : seeds::touch_patch(12, 4, 3);
     const auto got = arrived(sent, patch);
     REQUIRE(got);
@@ -112,7 +112,7 @@ TEST_CASE("terms that are tetrahedra arrive, how nodes move to the last bit, and
     check_half(got->solid.damping_s, sent.solid.damping_s);
     check_half(got->e2, sent.e2);
     const auto refused = [&](auto change) {
-      CubicTerms bad = sent;
+      NonlinearTerms bad = sent;
       change(bad.solid);
       return !arrived(bad, patch);
     };
@@ -128,7 +128,7 @@ TEST_CASE("terms that are tetrahedra arrive, how nodes move to the last bit, and
   }
   CHECK(to_pieces(seeds::solid_terms(12, true, kMaxTetrahedra + 1, 15), 1).empty());
   CHECK(to_pieces(seeds::solid_terms(12, true, 34, kMaxSpringNodes + 1), 1).empty());
-  CubicTerms both = seeds::solid_terms(12, true, 34, 15);
+  NonlinearTerms both = seeds::solid_terms(12, true, 34, 15);
   both.springs = seeds::spring_terms(12, true, 34, 15).springs;
   CHECK(to_pieces(both, 1).empty());
 }
@@ -165,7 +165,7 @@ TEST_CASE("A patch of any number of modes and terms that fill their room take at
         int nodes = 0;
         while (nodes < kMaxSpringNodes && numbers_of_springs(room, nodes + 1, 2 * nodes + 2) <= kUsualNumbers) ++nodes;
         REQUIRE(nodes >= 32);
-        CubicTerms terms = seeds::spring_terms(modes, grasp, 2 * nodes, nodes);
+        NonlinearTerms terms = seeds::spring_terms(modes, grasp, 2 * nodes, nodes);
         if (!repaired) terms.e2.resize(0);
         Patch patch = grasp ? seeds::attach_patch(modes) : seeds::touch_patch(modes, kMaxPortVertices, kMaxPortTriangles);
         if (!grasp) seeds::move_surface(first, 1, patch, terms);
@@ -177,7 +177,7 @@ TEST_CASE("the surface that terms bring joins the patch's own, or the terms do n
   constexpr int kTriangles = 20;
   const Patch whole = seeds::touch_patch(12, kMaxPortVertices, kTriangles);
   Patch patch = whole;
-  CubicTerms sent = seeds::spring_terms(12, false, 60, 30);
+  NonlinearTerms sent = seeds::spring_terms(12, false, 60, 30);
   seeds::move_surface(5, 3, patch, sent);
   const auto got = arrived(sent, patch);
   REQUIRE(got);
@@ -197,7 +197,7 @@ TEST_CASE("the surface that terms bring joins the patch's own, or the terms do n
   }
   CHECK(bytes_of(patch, sent) < 6000);
 
-  CubicTerms bad = sent;
+  NonlinearTerms bad = sent;
   bad.triangles[2][1] = kMaxPortVertices - 1;
   CHECK(arrived(bad, patch));
   bad.vertices.pop_back();  // that vertex is not there any more
@@ -218,7 +218,7 @@ TEST_CASE("the surface that terms bring joins the patch's own, or the terms do n
     (part == 0 ? bad.vertices[4].position.y() : bad.vertices[4].rows(2, 7)) = std::numeric_limits<double>::quiet_NaN();
     CHECK(to_pieces(bad, 1).empty());
   }
-  CubicTerms grasp = seeds::spring_terms(6, true, 9, 5);
+  NonlinearTerms grasp = seeds::spring_terms(6, true, 9, 5);
   grasp.triangles.push_back({0, 1, 2});
   CHECK(to_pieces(grasp, 1).empty());
 }
@@ -252,11 +252,11 @@ TEST_CASE("pieces that are not sane are not sent, and are dropped and counted wh
   CHECK(check(bad) == TermsFault::sizes);
   for (const float number : {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
     for (const auto place : {&NodeMotion::scale, &NodeMotion::step}) {
-      CubicTerms springs = seeds::spring_terms(6, true, 9, 5);
+      NonlinearTerms springs = seeds::spring_terms(6, true, 9, 5);
       (springs.springs.motion.*place)[4] = number;
       CHECK(to_pieces(springs, 1).empty());
     }
-    CubicTerms springs = seeds::spring_terms(6, true, 9, 5);
+    NonlinearTerms springs = seeds::spring_terms(6, true, 9, 5);
     springs.springs.position(1, 3) = number;
     CHECK(to_pieces(springs, 1).empty());
   }
@@ -281,14 +281,15 @@ TEST_CASE("polynomials, as they were sent once, are dropped: their patch plays w
 namespace {
 
 /// Numbers of all pieces, which say everything that the terms do.
-std::vector<std::uint16_t> numbers_of(const CubicTerms& terms) {
+std::vector<std::uint16_t> numbers_of(const NonlinearTerms& terms) {
   std::vector<std::uint16_t> all;
   for (const PatchTerms& piece : to_pieces(terms, 1)) all.insert(all.end(), piece.numbers.begin(), piece.numbers.end());
   return all;
 }
 
 /// Of all pieces k of which bit k of `lost` is not set, and the parity as the `parity_at`th.
-std::optional<CubicTerms> arrived_without(unsigned lost, std::size_t parity_at, const CubicTerms& terms, const Patch& patch) {
+std::optional<NonlinearTerms> arrived_without(unsigned lost, std::size_t parity_at, const NonlinearTerms& terms,
+                                              const Patch& patch) {
   const auto pieces = to_pieces(terms, patch.seq);
   const PatchTerms parity = parity_of(pieces);
   std::vector<PatchTerms> come;
@@ -304,7 +305,7 @@ std::optional<CubicTerms> arrived_without(unsigned lost, std::size_t parity_at, 
 
 TEST_CASE("any one piece of a patch's terms that is lost is restored by their parity, to the last bit, and no two are") {
   const Patch grasp = seeds::attach_patch(12);
-  for (const CubicTerms& sent : {seeds::spring_terms(12, true, 100, 40), seeds::solid_terms(12, true, 60, 30)}) {
+  for (const NonlinearTerms& sent : {seeds::spring_terms(12, true, 100, 40), seeds::solid_terms(12, true, 60, 30)}) {
     const auto whole = arrived(sent, grasp);
     REQUIRE(whole);
     const std::size_t pieces = to_pieces(sent, 1).size();

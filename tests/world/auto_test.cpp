@@ -39,13 +39,13 @@ LinkSpec near_by() {
   return link;
 }
 
-/// Each patch of `cubic` costs that much at that world time, and the rollouts that they share `rollouts`.
-WorldOptions charged(std::function<Micros(Micros)> cubic, Micros rollouts = {}) {
+/// Each patch of `hyper` costs that much at that world time, and the rollouts that they share `rollouts`.
+WorldOptions charged(std::function<Micros(Micros)> hyper, Micros rollouts = {}) {
   WorldOptions options;
-  options.frame_times = [cubic = std::move(cubic), rollouts](Micros now, const FrameJob& job, const FrameResult& result) {
+  options.frame_times = [hyper = std::move(hyper), rollouts](Micros now, const FrameJob& job, const FrameResult& result) {
     FrameTimes times{.step = kStep};
     for (const StationFrame& frame : result.stations)
-      if (frame.patch && frame.patch->scheme == Scheme::cubic) times.patches += cubic(now);
+      if (frame.patch && frame.patch->scheme == Scheme::hyper) times.patches += hyper(now);
     if (job.rollouts && times.patches > Micros{}) times.rollouts = rollouts;
     times.patches += times.rollouts;
     return times;
@@ -65,15 +65,15 @@ double hand_over_step_n(SchemeAsked asked, std::uint64_t& changes) {
 
 }  // namespace
 
-TEST_CASE("A hand that leaves the scheme to the server gets cubic while that fits, port while it does not, and cubic again") {
+TEST_CASE("A hand that leaves the scheme to the server gets hyper while that fits, port while it does not, and hyper again") {
   const Scene scene = scene_of("touch-cube.json");
   World world(scene, charged([](Micros t) { return t > Micros{2'000'000} && t < Micros{3'000'000} ? kDear : kCheap; }));
   WorldStation& station = world.add_station(hand(0, std::nullopt), std::make_unique<ReplayDevice>(press(0, 40)), near_by());
   const ClientCore& core = station.core();
   world.run_until(Micros{1'900'000});
-  CHECK(core.in_use().scheme == Scheme::cubic);
+  CHECK(core.in_use().scheme == Scheme::hyper);
   CHECK(core.in_use().reason == SchemeReason::fits);
-  CHECK(core.last_patch().scheme == Scheme::cubic);
+  CHECK(core.last_patch().scheme == Scheme::hyper);
   CHECK(core.in_use().limit == Micros{42'500});  // 0.95 * 50 - 5 ms
   CHECK(std::abs((core.in_use().cost - kCheap).count()) < 1'000);
   world.run_until(Micros{2'900'000});
@@ -82,18 +82,18 @@ TEST_CASE("A hand that leaves the scheme to the server gets cubic while that fit
   CHECK(core.last_patch().scheme == Scheme::port);
   CHECK(world.server().counts().frames_busy < 10);
   world.run_until(Micros{30'000'000});
-  CHECK(core.in_use().scheme == Scheme::cubic);
-  CHECK(core.last_patch().scheme == Scheme::cubic);
+  CHECK(core.in_use().scheme == Scheme::hyper);
+  CHECK(core.last_patch().scheme == Scheme::hyper);
   CHECK(core.schemes_felt().changes <= 4);
 }
 
 TEST_CASE("The change from one scheme to the other is felt no more than the change from one patch to the next") {
   std::uint64_t changes = 0;
-  const double with_port = hand_over_step_n(Scheme::port, changes), with_cubic = hand_over_step_n(Scheme::cubic, changes);
+  const double with_port = hand_over_step_n(Scheme::port, changes), with_hyper = hand_over_step_n(Scheme::hyper, changes);
   const double with_both = hand_over_step_n(std::nullopt, changes);
   CHECK(changes >= 1);
-  INFO(with_port << " " << with_cubic << " " << with_both);
-  CHECK(with_both <= 1.2 * std::max(with_port, with_cubic));
+  INFO(with_port << " " << with_hyper << " " << with_both);
+  CHECK(with_both <= 1.2 * std::max(with_port, with_hyper));
 }
 
 TEST_CASE(
@@ -106,7 +106,7 @@ TEST_CASE(
     return world.server().counts().frames;
   };
   // 20 a second for 5 s; with four patches of 15 ms, 65 ms each.
-  CHECK(frames(Scheme::cubic) < 80);
+  CHECK(frames(Scheme::hyper) < 80);
   CHECK(frames(std::nullopt) >= 95);
 }
 
@@ -135,7 +135,7 @@ TEST_CASE("A room that has time for nonlinear patches and not for rollouts leave
   World world(scene, charged([](Micros) { return Micros{20'000}; }, Micros{30'000}));
   WorldStation& station = world.add_station(hand(0, std::nullopt), std::make_unique<ReplayDevice>(press(0, 6)), near_by());
   world.run_until(Micros{5'000'000});
-  CHECK(station.core().in_use().scheme == Scheme::cubic);
+  CHECK(station.core().in_use().scheme == Scheme::hyper);
   CHECK(station.core().in_use().reason == SchemeReason::fits_without_rollouts);
   CHECK(station.core().schemes_felt().changes == 0);
   CHECK(world.server().counts().frames_without_rollouts > 40);

@@ -40,8 +40,8 @@ TEST_CASE("A reset takes what hands feel away and gives it back without a step, 
   std::vector<WorldStation*> stations;
   for (std::size_t k = 0; k < felt.size(); ++k) {
     ClientOptions options;
-    options.hello.station = k == 0 ? "port" : "cubic";
-    options.hello.scheme = k == 0 ? Scheme::port : Scheme::cubic;
+    options.hello.station = k == 0 ? "port" : "hyper";
+    options.hello.scheme = k == 0 ? Scheme::port : Scheme::hyper;
     LinkSpec link;
     link.latency = Micros{30'000};
     link.jitter = Micros{5'000};

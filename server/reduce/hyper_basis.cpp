@@ -1,4 +1,4 @@
-#include "server/reduce/cubic_basis.hpp"
+#include "server/reduce/hyper_basis.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -30,7 +30,7 @@ Grams grams(const Vector& masses, const Matrix& w, const Projection& on_ports, c
 }
 
 /// The leading directions of W in the energy of P, and those columns of W that come `beside` them, its last, orthonormal in M.
-CubicBasis compress(const Vector& masses, const Matrix& w, const Grams& all, Eigen::Index beside, double s, int modes) {
+HyperBasis compress(const Vector& masses, const Matrix& w, const Grams& all, Eigen::Index beside, double s, int modes) {
   const Eigen::Index count = w.cols() - beside;
   const Matrix energy = (all.k + s * all.d + s * s * all.m).topLeftCorner(count, count);
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(energy);
@@ -65,7 +65,7 @@ CubicBasis compress(const Vector& masses, const Matrix& w, const Grams& all, Eig
       to->rightCols<1>() = *column / left;
     }
   }
-  CubicBasis basis;
+  HyperBasis basis;
   basis.coordinates = made.transpose() * all.m.leftCols(count);
   basis.at_shapes = {made.transpose() * all.k * made, made.transpose() * all.d * made};
   basis.shapes = std::move(directions);
@@ -101,9 +101,9 @@ std::vector<Vector> bending(const Linearisation& at, std::span<const Vector> por
 
 }  // namespace
 
-std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
+std::optional<HyperBasis> hyper_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
                                       const Matrix& prescribed, std::span<const Vector> dents, const Matrix& ways,
-                                      const CubicBasisRequest& request, BasisMemory& memory) {
+                                      const HyperBasisRequest& request, BasisMemory& memory) {
   const double s = request.shift_1_s;
   const Matrix ports = side_by_side(start.ports);
   Matrix k_ports, d_ports;
@@ -133,7 +133,7 @@ std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart
   Matrix k_rest, d_rest, w(ports.rows(), ports.cols() + rest.cols());
   at.multiply(rest, k_rest, d_rest);
   w << ports, rest;
-  CubicBasis basis = compress(
+  HyperBasis basis = compress(
       at.masses(), w, grams(at.masses(), w, {std::move(k_ports), std::move(d_ports)}, {std::move(k_rest), std::move(d_rest)}),
       static_cast<Eigen::Index>(beside), s, request.modes);
   basis.dents = static_cast<int>(dents.size());

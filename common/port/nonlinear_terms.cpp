@@ -1,4 +1,4 @@
-#include "common/port/cubic_terms.hpp"
+#include "common/port/nonlinear_terms.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -11,8 +11,8 @@ constexpr double kRounding = 1e-6;  // numbers travel in single precision
 
 /// alpha of dampers that push g, without which the rates at the end are `at_end`; none where they do not brake. `closing`: of the
 /// modes, the last.
-std::optional<double> share_at_end(const CubicForce::Variables& g, const CubicForce::Variables& rate,
-                                   const CubicForce::Variables& at_end, const ModeMatrix& closing) {
+std::optional<double> share_at_end(const NonlinearForce::Variables& g, const NonlinearForce::Variables& rate,
+                                   const NonlinearForce::Variables& at_end, const ModeMatrix& closing) {
   const auto r = closing.rows();
   const double power = rate.dot(g), taken = g.tail(r).dot(closing * g.tail(r));
   if (!(power > 0) || !(taken >= 0)) return {};
@@ -21,12 +21,12 @@ std::optional<double> share_at_end(const CubicForce::Variables& g, const CubicFo
 
 }  // namespace
 
-bool has_room(const PortSurface& surface, const CubicTerms& terms) {
+bool has_room(const PortSurface& surface, const NonlinearTerms& terms) {
   return surface.vertex_count + static_cast<int>(terms.vertices.size()) <= kMaxPortVertices &&
          surface.triangle_count + static_cast<int>(terms.triangles.size()) <= kMaxPortTriangles;
 }
 
-Patch extended(Patch patch, const CubicTerms& terms) {
+Patch extended(Patch patch, const NonlinearTerms& terms) {
   PortSurface& surface = patch.surface;
   std::copy(terms.vertices.begin(), terms.vertices.end(), surface.vertices.begin() + surface.vertex_count);
   std::copy(terms.triangles.begin(), terms.triangles.end(), surface.triangles.begin() + surface.triangle_count);
@@ -59,7 +59,7 @@ Eigen::MatrixXd joint_damping(const Patch& patch) {
   return d;
 }
 
-void CubicForce::take_e2(const CubicTerms& terms, const Patch& patch) {
+void NonlinearForce::take_e2(const NonlinearTerms& terms, const Patch& patch) {
   const int n = variables_;
   e2_.resize(n, n);
   for (int p = 0; p < n; ++p)
@@ -70,7 +70,7 @@ void CubicForce::take_e2(const CubicTerms& terms, const Patch& patch) {
   has_e2_ = Eigen::LLT<Eigen::MatrixXd>(far).info() == Eigen::Success;
 }
 
-CubicForce::CubicForce(const CubicTerms& terms, const Patch& patch) {
+NonlinearForce::NonlinearForce(const NonlinearTerms& terms, const Patch& patch) {
   constexpr double kTouchBraked = 20;  // norm of D in steps, below which a touch gains nothing by S
   if (terms.variables == 0) return;
   steps_ = terms.grasp ? kGraspSteps : kTouchSteps;
@@ -96,11 +96,11 @@ CubicForce::CubicForce(const CubicTerms& terms, const Patch& patch) {
   if (solid != nullptr && brakes) turned_ = TurnedDampers(*solid, patch.damping);
 }
 
-const ModeMatrix& CubicForce::added_mass() const {
+const ModeMatrix& NonlinearForce::added_mass() const {
   return of_sampled([](const auto& s) -> const ModeMatrix& { return s.added_mass(); });
 }
 
-bool CubicForce::take_elements(const CubicTerms& terms, bool slowed) {
+bool NonlinearForce::take_elements(const NonlinearTerms& terms, bool slowed) {
   const int tool = terms.grasp ? 3 : 0;
   const double step_s = 1.0 / (kHapticRateHz * steps_);
   if (terms.springs.count() > 0)
@@ -110,19 +110,20 @@ bool CubicForce::take_elements(const CubicTerms& terms, bool slowed) {
   return of_sampled([](const auto& s) { return !s.empty(); });
 }
 
-void CubicForce::move_to(const Variables& u) noexcept {
+void NonlinearForce::move_to(const Variables& u) noexcept {
   u_ = u.cast<float>();
   std::visit([&](auto& s) { s.move_to(u_); }, sampled_);
 }
 
-void CubicForce::elastic(Variables& force) const noexcept {
+void NonlinearForce::elastic(Variables& force) const noexcept {
   Values g(variables_);
   of_sampled([&](const auto& s) { s.gradient(g); });
   if (has_e2_) g.noalias() += e2_ * u_;
   force = -g.cast<double>();
 }
 
-void CubicForce::damping(const Variables& u_rate, const ModeMatrix& closing, const Variables& before, Variables& force) noexcept {
+void NonlinearForce::damping(const Variables& u_rate, const ModeMatrix& closing, const Variables& before,
+                             Variables& force) noexcept {
   force.setZero(u_rate.size());
   if (!has_damping_) return;
   const Values rate = u_rate.cast<float>();
@@ -143,8 +144,8 @@ void CubicForce::damping(const Variables& u_rate, const ModeMatrix& closing, con
   force *= share_at_end(change.cast<double>(), u_rate, at_end, closing).value_or(static_cast<double>(most / size));
 }
 
-void CubicForce::brake_at_end(const Variables& change, const Variables& u_rate, const ModeMatrix& closing,
-                              const Variables& before, float most, Variables& force) const noexcept {
+void NonlinearForce::brake_at_end(const Variables& change, const Variables& u_rate, const ModeMatrix& closing,
+                                  const Variables& before, float most, Variables& force) const noexcept {
   const auto r = closing.rows();
   const TurnedDampers::ForVariables& s = turned_.change();
   const ModeMatrix& closing_held = turned_.closing().size() > 0 ? turned_.closing() : closing;
@@ -163,7 +164,7 @@ void CubicForce::brake_at_end(const Variables& change, const Variables& u_rate, 
   force.noalias() = -held - part * g - s.rightCols(r) * slowed;
 }
 
-double CubicForce::energy() const noexcept {
+double NonlinearForce::energy() const noexcept {
   const double energy = of_sampled([](const auto& s) { return s.energy(); });
   return has_e2_ ? energy + static_cast<double>(u_.dot(e2_ * u_) / 2) : energy;
 }

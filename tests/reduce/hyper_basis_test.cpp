@@ -1,5 +1,5 @@
 // The directions of a nonlinear patch: what they are orthonormal in, and that K and D on them are what it is said to be.
-#include "server/reduce/cubic_basis.hpp"
+#include "server/reduce/hyper_basis.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -36,10 +36,10 @@ struct Bench {
     REQUIRE(solver.solve(at, b, 1e-6, x));
     return x;
   }
-  std::optional<CubicBasis> basis(const KrylovStart& start) {
+  std::optional<HyperBasis> basis(const KrylovStart& start) {
     const KrylovSolve solve = [&](std::span<const SolveColumn> columns) { return solver.solve(at, columns, 1e-3); };
     const std::vector<Vector> dents{start.ports.front()};
-    return cubic_basis(at, start, solve, Matrix(), dents, Matrix(dynamics.masses().size(), 0), {8, kShift, 0.1}, memory);
+    return hyper_basis(at, start, solve, Matrix(), dents, Matrix(dynamics.masses().size(), 0), {8, kShift, 0.1}, memory);
   }
 };
 

@@ -1,5 +1,5 @@
-// A patch of scheme cubic against the body: forces far beyond the tangent, and what cannot be had.
-#include "server/reduce/cubic_patch.hpp"
+// A patch of scheme hyper against the body: forces far beyond the tangent, and what cannot be had.
+#include "server/reduce/hyper_patch.hpp"
 
 #include <array>
 #include <catch2/catch.hpp>
@@ -42,7 +42,7 @@ struct Grasp {
   }
   Patch build() {
     PatchRequest request;
-    request.scheme = Scheme::cubic;
+    request.scheme = Scheme::hyper;
     request.bridge = Micros{100'000};
     frame.begin(state, ports, std::span(&tool, 1), request.bridge);
     auto patch = builder.build(frame, 0, request);
@@ -57,11 +57,11 @@ struct Grasp {
 TEST_CASE("With the modes still, the force of a displaced tool is the body's") {
   Grasp grasp(0);
   const Patch patch = grasp.build();
-  const CubicTerms& terms = grasp.builder.terms();
+  const NonlinearTerms& terms = grasp.builder.terms();
   REQUIRE(terms.variables == patch.modes() + 3);
-  CubicForce bend(terms, patch);
+  NonlinearForce bend(terms, patch);
   for (const Vec3& d : {Vec3(0.002, 0, 0), Vec3(0.0012, -0.0012, 0.0016), Vec3(0, 0.0004, -0.002)}) {
-    CubicForce::Variables u = CubicForce::Variables::Zero(patch.modes() + 3), force;
+    NonlinearForce::Variables u = NonlinearForce::Variables::Zero(patch.modes() + 3), force;
     u.head<3>() = d;
     BodyState moved = grasp.state;
     moved.x.segment<3>(3 * kNode) += d;
@@ -80,14 +80,14 @@ TEST_CASE("Terms give back the stiffness that was lifted to make the linear patc
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     Grasp grasp(0.016, 0, SpringLaw::linear, seed);
     const Patch patch = grasp.build();
-    const CubicTerms& terms = grasp.builder.terms();
+    const NonlinearTerms& terms = grasp.builder.terms();
     if (terms.variables == 0 || grasp.builder.report().lifted_1_s2 == 0) continue;
     ++lifted;
-    CubicForce bend(terms, patch);
+    NonlinearForce bend(terms, patch);
     for (int axis = 0; axis < 3; ++axis) {
       Vector k, d, e = Vector::Unit(grasp.state.x.size(), 3 * kNode + axis);
       grasp.dynamics.multiply_tangents(grasp.state, e, k, d);
-      CubicForce::Variables u = CubicForce::Variables::Zero(patch.modes() + 3), force;
+      NonlinearForce::Variables u = NonlinearForce::Variables::Zero(patch.modes() + 3), force;
       constexpr double kSmallM = 1e-7;
       u[axis] = kSmallM;
       bend.move_to(u);
@@ -105,7 +105,7 @@ TEST_CASE("A body whose law is not smooth is served the port patch, and the buil
   CHECK(grasp.builder.report().fell_back);
   CHECK(grasp.builder.terms().variables == 0);
   Grasp other(0.002, 0.1);
-  CHECK(other.build().scheme == Scheme::cubic);
+  CHECK(other.build().scheme == Scheme::hyper);
   CHECK_FALSE(other.builder.report().fell_back);
 }
 
@@ -134,7 +134,7 @@ TEST_CASE("A solid of either law is served some of its tetrahedra, one of both t
       PatchBuilder builder(dynamics, skin, 0);
       FrameModel frame(dynamics, skin);
       PatchRequest request;
-      request.scheme = Scheme::cubic;
+      request.scheme = Scheme::hyper;
       request.bridge = Micros{100'000};
       frame.begin(state, ports, std::span(&tool, 1), request.bridge);
       const auto patch = builder.build(frame, 0, request);
@@ -142,7 +142,7 @@ TEST_CASE("A solid of either law is served some of its tetrahedra, one of both t
       REQUIRE(check(*patch) == PatchFault::none);
       CAPTURE(touch);
       const bool known = laws < 2;
-      CHECK((patch->scheme == Scheme::cubic) == known);
+      CHECK((patch->scheme == Scheme::hyper) == known);
       CHECK(builder.report().fell_back == !known);
       CHECK((builder.terms().solid.count() > 20) == known);
       if (known) CHECK(to_pieces(builder.terms(), 1).size() <= static_cast<std::size_t>(kUsualPieces));
@@ -160,17 +160,17 @@ TEST_CASE("A planar body has terms, and the tool's way across it changes nothing
   const ToolAt tool{node_of(state.x, scene.tool.node), Vec3::Zero()};
   PatchBuilder builder(dynamics, skin, 0);
   PatchRequest request;
-  request.scheme = Scheme::cubic;
+  request.scheme = Scheme::hyper;
   FrameModel frame(dynamics, skin);
   frame.begin(state, ports, std::span(&tool, 1), request.bridge);
   const auto patch = builder.build(frame, 0, request);
   REQUIRE(patch);
-  CHECK(patch->scheme == Scheme::cubic);
+  CHECK(patch->scheme == Scheme::hyper);
   CHECK_FALSE(builder.report().fell_back);
   REQUIRE(builder.terms().variables > 0);
   REQUIRE_FALSE(to_pieces(builder.terms(), 1).empty());
-  CubicForce force(builder.terms(), *patch);
-  CubicForce::Variables u = CubicForce::Variables::Constant(patch->modes() + 3, 1e-3), here, across;
+  NonlinearForce force(builder.terms(), *patch);
+  NonlinearForce::Variables u = NonlinearForce::Variables::Constant(patch->modes() + 3, 1e-3), here, across;
   u[2] = 0;
   force.move_to(u);
   force.elastic(here);
@@ -194,10 +194,10 @@ TEST_CASE("A body too stiff for a tick has springs for terms, too, with mass for
   Grasp stiff(0.001, 0, SpringLaw::stiffening, 5, 1e4);
   const Patch patch = stiff.build();
   REQUIRE(stiff.builder.terms().springs.count() > 0);
-  CHECK(CubicForce(stiff.builder.terms(), patch).added_mass().size() > 0);
+  CHECK(NonlinearForce(stiff.builder.terms(), patch).added_mass().size() > 0);
 }
 
-TEST_CASE("A cubic patch knows the way back to where the body rests, whatever bent it") {
+TEST_CASE("A hyper-reduced patch knows the way back to where the body rests, whatever bent it") {
   Grasp grasp(0.002);
   grasp.build();
   const Matrix v = grasp.builder.modes();

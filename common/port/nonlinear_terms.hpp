@@ -1,4 +1,4 @@
-// What the forces of a patch have beyond the linear model: some of the body's own elements, with weights. Scheme `cubic`.
+// What the forces of a patch have beyond the linear model: some of the body's own elements, with weights. Scheme `hyper`.
 //
 // The n variables are u = (d, q) for a grasp (d the tool's displacement from the stamp), u = q for touch. The elements are
 // springs (sampled_springs.hpp) or, of a solid, finite elements (sampled_tetrahedra.hpp), and have
@@ -49,7 +49,7 @@ namespace palpate {
 constexpr int pair_at(int i, int j) { return i + j * (j + 1) / 2; }
 constexpr int pairs_of(int n) { return pair_at(0, n); }
 
-struct CubicTerms {
+struct NonlinearTerms {
   int variables = 0;     ///< 0: there are no terms
   bool grasp = false;    ///< u starts with the tool's displacement
   Eigen::VectorXd rate;  ///< u'* at the stamp [m/s, m kg^1/2 / s]
@@ -62,9 +62,9 @@ struct CubicTerms {
 };
 
 /// Whether patch and terms together keep to the limits of a surface.
-bool has_room(const PortSurface& surface, const CubicTerms& terms);
+bool has_room(const PortSurface& surface, const NonlinearTerms& terms);
 /// `patch` with the surface that its terms bring, for which it has room.
-Patch extended(Patch patch, const CubicTerms& terms);
+Patch extended(Patch patch, const NonlinearTerms& terms);
 
 /// Of the player in a tick, with terms: contact law and terms are of second order in the step. Twice as many where springs are
 /// too stiff for that.
@@ -77,14 +77,14 @@ Eigen::MatrixXd joint_stiffness(const Patch& patch, const Eigen::VectorXd& stiff
 Eigen::MatrixXd joint_damping(const Patch& patch);
 
 /// Compiled for the haptic thread.
-class CubicForce {
+class NonlinearForce {
  public:
   using Variables = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxVariables, 1>;
 
-  CubicForce() = default;
+  NonlinearForce() = default;
   /// Beside the patch that the terms go with; where its damping is not positive definite no damper turns. Empty where nothing
   /// is stable. Allocates nothing that outlives it, but takes some microseconds.
-  CubicForce(const CubicTerms& terms, const Patch& patch);
+  NonlinearForce(const NonlinearTerms& terms, const Patch& patch);
 
   bool empty() const { return variables_ == 0; }
   /// In which the player takes them, in a tick.
@@ -111,9 +111,9 @@ class CubicForce {
   decltype(auto) of_sampled(const Of& of) const {
     return std::visit(of, sampled_);
   }
-  void take_e2(const CubicTerms& terms, const Patch& patch);
+  void take_e2(const NonlinearTerms& terms, const Patch& patch);
   /// In steps of this many a tick; false where that is not stable.
-  bool take_elements(const CubicTerms& terms, bool slowed);
+  bool take_elements(const NonlinearTerms& terms, bool slowed);
 
   int variables_ = 0, steps_ = 1;
   std::variant<SampledForce, SampledSolidForce> sampled_;

@@ -23,13 +23,13 @@
 
 namespace palpate {
 
-struct CubicBasisRequest {
+struct HyperBasisRequest {
   int modes = 13;
   double shift_1_s = 20;  ///< s
   double bridge_s = 0.1;  ///< tau
 };
 
-struct CubicBasis {
+struct HyperBasis {
   Matrix shapes;       ///< V, 3 N x r, orthonormal in M
   Matrix coordinates;  ///< V^T M W, r x candidates: what is expected of the modes; those of dents are the last
   Projection at_shapes;
@@ -40,8 +40,8 @@ struct CubicBasis {
 /// `prescribed`: how the port itself moves for them (3 N x 3; no columns for touch); `dents`: where there are any, nothing of
 /// second order; `start.fine`: taken beside the leading ones where these do not span it; `ways`: where the body was, will be and
 /// rests, less where it is. `memory`: warm starts. Nothing when P is not positive definite.
-std::optional<CubicBasis> cubic_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
+std::optional<HyperBasis> hyper_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
                                       const Matrix& prescribed, std::span<const Vector> dents, const Matrix& ways,
-                                      const CubicBasisRequest& request, BasisMemory& memory);
+                                      const HyperBasisRequest& request, BasisMemory& memory);
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
-// A touched patch of scheme cubic against the body: pressed on, slid on, squeezed.
-#include "server/reduce/cubic_patch.hpp"
+// A touched patch of scheme hyper against the body: pressed on, slid on, squeezed.
+#include "server/reduce/hyper_patch.hpp"
 
 #include <Eigen/LU>
 #include <array>
@@ -29,7 +29,7 @@ Vec3 along(double u) { return u * Vec3(0.008, 0, 0); }
 struct Touch {
   static constexpr double kPressS = 0.1, kOnS = 0.15;
   Micros bridge{200'000};
-  int order = PatchBuilder::kCubicTouchOrder;
+  int order = PatchBuilder::kHyperTouchOrder;
 
   LumpedBody body = box_body(6, 6, 4);
   Dynamics dynamics;
@@ -79,13 +79,13 @@ struct Touch {
     CHECK(made->surface.vertex_count <= request.vertices_max(made->modes(), false));
     const Patch joined = extended(*made, builder.terms());
     CHECK(check(joined) == PatchFault::none);
-    if (whole_surface) CHECK((joined.surface.vertex_count == kMaxPortVertices) == (scheme == Scheme::cubic));
+    if (whole_surface) CHECK((joined.surface.vertex_count == kMaxPortVertices) == (scheme == Scheme::hyper));
     return *made;
   }
   /// Energy of the force's error to that of the force over the 150 ms after the patch: linear, with its terms.
   std::array<double, 2> errors() {
     REQUIRE(ports[0].touching);
-    PatchPlayer linear = player(Scheme::port), bent = player(Scheme::cubic);
+    PatchPlayer linear = player(Scheme::port), bent = player(Scheme::hyper);
     CHECK(linear.patch().states() == bent.patch().states());
     double linear_error = 0, bent_error = 0, force = 0;
     for (int ms = 1; ms <= 150; ++ms) {
@@ -128,7 +128,7 @@ TEST_CASE("Slid on along the surface, a touched patch knows how the body yields 
 
 TEST_CASE("Among the directions of a touch is the way that the body begins to yield along the normal") {
   Touch touch(0.3, deeper);
-  touch.player(Scheme::cubic);
+  touch.player(Scheme::hyper);
   const Matrix v = touch.builder.modes();
   std::vector<double> positions;
   touch.skin.place(touch.state.x, positions);
@@ -145,9 +145,9 @@ TEST_CASE("A touched body of which one node moves has no modes but its own, and 
   const std::uint32_t node = touch.skin.view().triangles[touch.ports[0].point.triangle][0];
   touch.body.fixed.assign(touch.body.fixed.size(), 1);
   touch.body.fixed[node] = 0;
-  for (const int order : {2, PatchBuilder::kCubicTouchOrder}) {
+  for (const int order : {2, PatchBuilder::kHyperTouchOrder}) {
     touch.order = order;
-    CHECK(touch.patch(Scheme::cubic, false).modes() <= std::min(order / 2, 3));
+    CHECK(touch.patch(Scheme::hyper, false).modes() <= std::min(order / 2, 3));
     Matrix v = touch.builder.modes();
     v.middleRows<3>(3 * static_cast<Eigen::Index>(node)).setZero();
     CAPTURE(order, v.cwiseAbs().maxCoeff());
@@ -199,7 +199,7 @@ int well_answered(std::initializer_list<double> parts, const Found& found) {
   for (const double squeezed : parts) {
     Touch touch(0.3, deeper);
     squeeze(touch, squeezed);
-    const std::optional<Compliances> both = found(touch, touch.patch(Scheme::cubic), shift_for(touch.bridge));
+    const std::optional<Compliances> both = found(touch, touch.patch(Scheme::hyper), shift_for(touch.bridge));
     if (!both) continue;
     ++count;
     CAPTURE(squeezed);
@@ -225,7 +225,7 @@ TEST_CASE("A body so squeezed that it gives way of itself is answered for as it 
 TEST_CASE("Under a touch dampers turn with their springs unless they brake away what moves within a tick") {
   for (const bool stiff : {false, true}) {
     Touch touch(2, deeper, SpringLaw::stiffening, stiff ? 30 : 1);
-    touch.player(Scheme::cubic);
+    touch.player(Scheme::hyper);
     const SampledSprings& springs = touch.builder.terms().springs;
     REQUIRE(springs.count() > 0);
     CHECK((springs.damping.maxCoeff() > 0) != stiff);

@@ -1,4 +1,4 @@
-#include "server/reduce/cubic_patch.hpp"
+#include "server/reduce/hyper_patch.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -15,7 +15,7 @@ constexpr double kSoftest = 1e-8;    // of the largest stiffness, where a mode h
 constexpr double kNotLifted = 1e-9;  // of the largest stiffness: rounding
 constexpr double kMostBraked = 3;    // largest eigenvalue of D in steps: beyond, no spring's damper turns under a touch
 
-bool is_lifted(const Patch& patch, const CubicShapes& shapes) {
+bool is_lifted(const Patch& patch, const HyperShapes& shapes) {
   return shapes.lifted.cwiseAbs().maxCoeff() > kNotLifted * patch.stiffness.maxCoeff();
 }
 
@@ -51,7 +51,7 @@ Matrix every_second(const Matrix& of) {
 /// What samples lie on, and around: dents that a hand is likely to make; where a grasped body will be. All ways there of a solid;
 /// of springs, which are exact where they are few enough and must then not be asked for too much that is alike, the one of a hand
 /// that goes on, half and whole.
-Matrix path_of(const CubicShapes& shapes, bool solid, const Matrix& dents) {
+Matrix path_of(const HyperShapes& shapes, bool solid, const Matrix& dents) {
   if (shapes.dents > 0) return dents;
   const Matrix ahead = shapes.ways.rightCols(shapes.ahead);
   if (solid) return every_second(ahead);
@@ -66,7 +66,7 @@ bool braked_fast(const Patch& patch, int steps) {
 }
 
 /// How the body moves with the variables of the patch, 3 N x n.
-Matrix moved_by_variables(const CubicShapes& shapes) {
+Matrix moved_by_variables(const HyperShapes& shapes) {
   const Eigen::Index first = shapes.port.cols();
   Matrix moved(shapes.modes.rows(), first + shapes.modes.cols());
   if (first > 0) moved.leftCols(first) = shapes.port * shapes.amplitude.cwiseInverse().asDiagonal();
@@ -76,7 +76,8 @@ Matrix moved_by_variables(const CubicShapes& shapes) {
 
 }  // namespace
 
-std::optional<CubicTerms> cubic_terms(const Linearisation& at, const Patch& patch, const CubicShapes& shapes, int vertices) {
+std::optional<NonlinearTerms> nonlinear_terms(const Linearisation& at, const Patch& patch, const HyperShapes& shapes,
+                                              int vertices) {
   const auto r = patch.stiffness.size(), first = shapes.port.cols(), n = r + first;
   if (r == 0 || !(patch.stiffness.maxCoeff() > 0)) return std::nullopt;
   const bool repaired = is_lifted(patch, shapes);
@@ -97,7 +98,7 @@ std::optional<CubicTerms> cubic_terms(const Linearisation& at, const Patch& patc
   if (solid && first > 0) sampling.felt = held_tool(patch, sampling.stiffness);
   if (first > 0) sampling.likely.topLeftCorner(first, first) = shapes.amplitude.asDiagonal();
   const Matrix moved = moved_by_variables(shapes);
-  CubicTerms terms;
+  NonlinearTerms terms;
   terms.variables = variables;
   terms.grasp = first > 0;
   if (solid) {
@@ -108,7 +109,7 @@ std::optional<CubicTerms> cubic_terms(const Linearisation& at, const Patch& patc
   if (terms.solid.count() == 0 && terms.springs.count() == 0) return std::nullopt;
   if (repaired) terms.e2 = repair(shapes.lifted);
   terms.rate = stamp_rate(patch);
-  const CubicForce force(terms, patch);
+  const NonlinearForce force(terms, patch);
   if (force.empty()) return std::nullopt;
   if (first == 0 && braked_fast(patch, force.steps())) terms.springs.damping.setZero();
   return terms;
