@@ -50,7 +50,7 @@ PaperSection paper_limits(const std::filesystem::path& folder, bool quick) {
       "excursion at "
       "20 Hz; fidelity against the full model at 1 kHz. Then the homogeneous cube, deeper and deeper, with scheme port: a linear "
       "patch "
-      "is true as far as the body is linear over the time it bridges.";
+      "is true as far as the body is linear over its prediction horizon.";
   for (const Claim& claim : kClaims) {
     const LimitCurve& ring = find(limits.flaws, name_of(claim.flaw), Scheme::ring, plan.rtt_ms.front());
     const LimitCurve& port = find(limits.flaws, name_of(claim.flaw), Scheme::port, plan.rtt_ms.front());

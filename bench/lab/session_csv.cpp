@@ -98,7 +98,7 @@ class Exporter {
                 t.contact, t.tool.x(), t.tool.y(), t.tool.z());
     if (t.has_patch)
       tables_.row(to / "patches.csv", "stamp_s,scheme,states,bytes,bridge_ms", "{:.6f},{},{},{},{:.3f}", t_s(t.t),
-                  palpate::name_of(t.scheme), t.states, t.bytes, ms(t.bridge));
+                  palpate::name_of(t.scheme), t.states, t.bytes, ms(t.horizon));
   }
   void add(const RecordedTick& t) {
     const std::string& name = recording_.head().name;

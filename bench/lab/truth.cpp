@@ -57,8 +57,8 @@ std::string title_of(const TruthCell& c) {
       return title + ", full forces";
     case TruthRow::whole_linear:
       return "whole body, linear";
-    case TruthRow::hand_aside:
-      return fmt::format("full model, hand {:g} um aside", 1e6 * kHandAsideM);
+    case TruthRow::tremor_floor:
+      return fmt::format("full model, hand {:g} um aside", 1e6 * kTremorFloorM);
   }
   return title;
 }

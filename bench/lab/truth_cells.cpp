@@ -43,7 +43,7 @@ bool has_row(Scheme scheme, TruthRow row) {
     case TruthRow::exact_states:
       return scheme == Scheme::port || scheme == Scheme::hyper;
     case TruthRow::full_forces:
-    case TruthRow::hand_aside:
+    case TruthRow::tremor_floor:
       return scheme == Scheme::hyper;
     case TruthRow::whole_linear:
       return scheme == Scheme::port;
@@ -51,9 +51,9 @@ bool has_row(Scheme scheme, TruthRow row) {
   return false;
 }
 
-void measure_aside(TruthCell& cell, const SweepTask& task) {
+void measure_tremor_floor(TruthCell& cell, const SweepTask& task) {
   std::vector<MotionPoint> points(task.motion.points().begin(), task.motion.points().end());
-  for (MotionPoint& p : points) p.position += kHandAsideM * Vec3::Ones().normalized();
+  for (MotionPoint& p : points) p.position += kTremorFloorM * Vec3::Ones().normalized();
   const ReferenceForce aside = reference_of(task.scene, Motion(std::move(points)));
   const std::vector<double> errors = relative_errors(aside.force, task.reference.force);
   cell.served = cell.scheme;
@@ -63,7 +63,7 @@ void measure_aside(TruthCell& cell, const SweepTask& task) {
 }
 
 void measure_cell(TruthCell& cell, const SweepTask& task) {
-  if (cell.row == TruthRow::hand_aside) return measure_aside(cell, task);
+  if (cell.row == TruthRow::tremor_floor) return measure_tremor_floor(cell, task);
   Scene scene = task.scene;
   if (cell.row != TruthRow::as_sent) scene.solver.step_s = scene.body.nodes.size() > kFineNodes ? kTickStepS : kFineStepS;
   ReplayOptions options;
@@ -97,7 +97,7 @@ std::vector<TruthCell> truth_cells(const TruthGrid& grid) {
   for (const std::string& scene : scenes_of(grid))
     for (const Scheme scheme : grid.schemes.empty() ? available_schemes() : grid.schemes)
       for (const TruthRow row :
-           {TruthRow::as_sent, TruthRow::exact_states, TruthRow::full_forces, TruthRow::whole_linear, TruthRow::hand_aside}) {
+           {TruthRow::as_sent, TruthRow::exact_states, TruthRow::full_forces, TruthRow::whole_linear, TruthRow::tremor_floor}) {
         if (!has_row(scheme, row)) continue;
         const std::vector<double> none{0};
         for (const double rtt_ms : has_round_trip(row) ? grid.rtt_ms : none) {

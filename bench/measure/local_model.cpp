@@ -24,18 +24,19 @@ struct ModelBody {
 };
 
 /// What moves with the modes, and with the tool that holds a node, and K and D on it.
-struct Ways {
+struct ModeProducts {
   Matrix of, k, d;
 };
 
-/// M + h/2 D + h^2/4 K, over all nodes or, with `ways`, over modes.
+/// M + h/2 D + h^2/4 K, over all nodes or, with `products`, over modes.
 class StepMatrix {
  public:
-  StepMatrix(const ModelBody& body, const LocalStart& start, const Ways* ways, const std::vector<std::uint8_t>& held, double h)
+  StepMatrix(const ModelBody& body, const LocalStart& start, const ModeProducts* products, const std::vector<std::uint8_t>& held,
+             double h)
       : h_(h), solver_(body.dynamics.nodes()) {
-    if (ways) {
+    if (products) {
       reduced_ = &start.modes;
-      take(*ways);
+      take(*products);
     } else {
       matrix_ = body.dynamics.make_matrix();
       body.dynamics.assemble(start.body, 1, h_ / 2, h_ * h_ / 4, held, false, matrix_);
@@ -43,9 +44,9 @@ class StepMatrix {
     }
   }
   /// Of modes, whose K and D are others from here on.
-  void take(const Ways& ways) {
+  void take(const ModeProducts& products) {
     const Eigen::Index modes = reduced_->cols();
-    const Matrix a = reduced_->transpose() * (h_ / 2 * ways.d.leftCols(modes) + h_ * h_ / 4 * ways.k.leftCols(modes));
+    const Matrix a = reduced_->transpose() * (h_ / 2 * products.d.leftCols(modes) + h_ * h_ / 4 * products.k.leftCols(modes));
     modes_.compute(Matrix::Identity(modes, modes) + 0.5 * (a + a.transpose()));
   }
   /// What the nodes' velocities are when this is what they are pushed by, near `x`; rows of held nodes zero, in `x` too.
@@ -73,10 +74,10 @@ class LocalRun {
         grasp_(start.port.kind == ContactKind::attach),
         held_(held_by(body, start)),
         tangents_(taken(body, start)),
-        ways_(full_ ? ways_of(tangents_, start) : Ways()),
-        pace_(full_ ? pace_of(ways_, start.modes) : Pace()),
+        products_(full_ ? products_of(tangents_, start) : ModeProducts()),
+        pace_(full_ ? pace_of(products_, start.modes) : Pace()),
         h_(0.001 / pace_.steps),
-        step_(body, start, full_ ? &ways_ : nullptr, held_, h_),
+        step_(body, start, full_ ? &products_ : nullptr, held_, h_),
         port_(start.port),
         tool_begin_(tool),
         tool_(tool),
@@ -144,7 +145,7 @@ class LocalRun {
     int steps = 1;  ///< in a tick
     bool dampers_explicit = true;
   };
-  static Pace pace_of(const Ways& ways, const Matrix& modes) {
+  static Pace pace_of(const ModeProducts& products, const Matrix& modes) {
     constexpr double kTickS = 0.001, kPartOfStable = 0.5, kMostBraked = 1;
     constexpr int kMostSteps = 8;
     const auto largest = [&](const Matrix& of) {
@@ -153,8 +154,8 @@ class LocalRun {
           .cwiseAbs()
           .maxCoeff();
     };
-    const int steps = std::max(2, static_cast<int>(std::ceil(kTickS * std::sqrt(largest(ways.k)) / (2 * kPartOfStable))));
-    const double braked = kTickS * largest(ways.d) / kMostBraked;
+    const int steps = std::max(2, static_cast<int>(std::ceil(kTickS * std::sqrt(largest(products.k)) / (2 * kPartOfStable))));
+    const double braked = kTickS * largest(products.d) / kMostBraked;
     if (braked > std::max(steps, kMostSteps)) return {steps, false};
     return {std::max(steps, static_cast<int>(std::ceil(braked))), true};
   }
@@ -163,23 +164,23 @@ class LocalRun {
     return y;
   }
   Vector linear_forces(const Vector& w, const Vector& v) const {
-    if (full_) return at_stamp_ + d_stamp_ - ways_.k * coordinates(w) - ways_.d * coordinates(v);
-    Matrix ways(w.size(), 2), k, d;
-    ways << w, v - start_->body.v;
-    tangents_.multiply(ways, k, d);
+    if (full_) return at_stamp_ + d_stamp_ - products_.k * coordinates(w) - products_.d * coordinates(v);
+    Matrix change(w.size(), 2), k, d;
+    change << w, v - start_->body.v;
+    tangents_.multiply(change, k, d);
     return at_stamp_ - k.col(0) - d.col(1);
   }
-  static Ways ways_of(const Tangents& tangents, const LocalStart& start) {
+  static ModeProducts products_of(const Tangents& tangents, const LocalStart& start) {
     const bool grasp = start.port.kind == ContactKind::attach;
-    Ways ways;
-    ways.of = start.modes;
+    ModeProducts products;
+    products.of = start.modes;
     if (grasp) {
-      ways.of.conservativeResize(Eigen::NoChange, ways.of.cols() + 3);
-      ways.of.rightCols<3>().setZero();
-      ways.of.block<3, 3>(3 * static_cast<Eigen::Index>(start.port.node), start.modes.cols()).setIdentity();
+      products.of.conservativeResize(Eigen::NoChange, products.of.cols() + 3);
+      products.of.rightCols<3>().setZero();
+      products.of.block<3, 3>(3 * static_cast<Eigen::Index>(start.port.node), start.modes.cols()).setIdentity();
     }
-    tangents.multiply(ways.of, ways.k, ways.d);
-    return ways;
+    tangents.multiply(products.of, products.k, products.d);
+    return products;
   }
   Vector d_on(const Vector& v) const {
     Matrix k, d;
@@ -187,7 +188,7 @@ class LocalRun {
     return d.col(0);
   }
   Vector coordinates(const Vector& y) const {
-    Vector of(ways_.k.cols());
+    Vector of(products_.k.cols());
     of.head(start_->modes.cols()) = start_->modes.transpose() * body_->dynamics.masses().cwiseProduct(y);
     if (grasp_) of.tail<3>() = at_node(y, port_.node);
     return of;
@@ -200,16 +201,16 @@ class LocalRun {
       return f;
     }
     body_->dynamics.forces(start_->body.x + w, Vector::Zero(v.size()), f);
-    return f - ways_.d * coordinates(v);
+    return f - products_.d * coordinates(v);
   }
   /// D where the body is halfway through the tick, its forces being linear in velocities there.
   void renew_dampers(const Vec3& to) {
     BodyState halfway{0, start_->body.x + w_ + 0.5 * pace_.steps * h_ * v_, Vector::Zero(v_.size())};
     if (grasp_) at_node(halfway.x, port_.node) += 0.5 * (tool_ + to) - tool_begin_ - at_node(w_, port_.node);
     tangents_.take(halfway);
-    tangents_.multiply_sum(ways_.of, 0, 1, ways_.d);
-    step_.take(ways_);
-    answers_.clear();
+    tangents_.multiply_sum(products_.of, 0, 1, products_.d);
+    step_.take(products_);
+    responses_.clear();
   }
   Vec3 felt_at_node() const {
     if (full_) return body_->dynamics.element_force({0, start_->body.x + w_, v_}, port_.node);
@@ -217,8 +218,8 @@ class LocalRun {
            Vec3(at_node(linear_forces(w_, v_), port_.node) - at_node(at_stamp_, port_.node));
   }
   /// Velocities of the nodes within a step for a unit force along each axis at a vertex of the skin.
-  const Matrix& answers_at(std::uint32_t vertex) {
-    const auto [known, is_new] = answers_.try_emplace(vertex);
+  const Matrix& responses_at(std::uint32_t vertex) {
+    const auto [known, is_new] = responses_.try_emplace(vertex);
     if (is_new) {
       known->second.resize(w_.size(), 3);
       for (int axis = 0; axis < 3; ++axis) {
@@ -242,15 +243,15 @@ class LocalRun {
       port_.point = nearest.point;
     }
     const Mat3 residual = full_ ? start_->residual : Mat3::Zero();  // what lambda* did is in x*
-    Matrix answers;
+    Matrix responses;
     ContactClosure closure;
     for (int slides = 0;; ++slides) {
       const Skin::Weights b = skin.weights(port_.point);
       const Triangle& t = skin.view().triangles[port_.point.triangle];
-      answers = Matrix::Zero(w_.size(), 3);
-      for (std::size_t k = 0; k < 3; ++k) answers += port_.point.weight[static_cast<int>(k)] * answers_at(t[k]);
+      responses = Matrix::Zero(w_.size(), 3);
+      for (std::size_t k = 0; k < 3; ++k) responses += port_.point.weight[static_cast<int>(k)] * responses_at(t[k]);
       Mat3 compliance;
-      for (int axis = 0; axis < 3; ++axis) compliance.col(axis) = h_ / 2 * gather(b, answers.col(axis));
+      for (int axis = 0; axis < 3; ++axis) compliance.col(axis) = h_ / 2 * gather(b, responses.col(axis));
       closure = close_contact(skin.position(port_.point, b, x) - residual * start_->port.lambda,
                               0.5 * (compliance + compliance.transpose()) + residual,
                               normal_at(skin.view(), positions_, port_.point), tool, port_.parameters);
@@ -259,8 +260,8 @@ class LocalRun {
     }
     port_.lambda = closure.lambda;
     port_.touching = closure.lambda.squaredNorm() > 0;
-    v_ += answers * closure.lambda;
-    w_ += h_ / 2 * answers * closure.lambda;
+    v_ += responses * closure.lambda;
+    w_ += h_ / 2 * responses * closure.lambda;
   }
 
   const ModelBody* body_;
@@ -269,14 +270,14 @@ class LocalRun {
   bool grasp_;
   std::vector<std::uint8_t> held_;
   Tangents tangents_;
-  Ways ways_;
+  ModeProducts products_;
   Pace pace_;
   double h_;  // of a step [s]
   StepMatrix step_;
   ToolPort port_;
   Vec3 tool_begin_, tool_;
   Vector w_, v_, at_stamp_, d_stamp_;  // F(x*, v*), D v*
-  std::unordered_map<std::uint32_t, Matrix> answers_;
+  std::unordered_map<std::uint32_t, Matrix> responses_;
   std::vector<double> positions_;
 };
 

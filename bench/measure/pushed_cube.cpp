@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "bench/measure/gestures.hpp"
-#include "server/body/ladder.hpp"
+#include "server/body/integrator_selection.hpp"
 #include "server/body/settle.hpp"
 #include "server/scene/settings.hpp"
 

@@ -13,14 +13,14 @@
 #include "bench/micro/fixtures.hpp"
 #include "bench/micro/machine.hpp"
 #include "bench/micro/timer.hpp"
-#include "common/io/spinning_crew.hpp"
+#include "common/io/spinning_thread_pool.hpp"
 #include "server/body/dynamics.hpp"
 #include "server/body/explicit_integrator.hpp"
 #include "server/body/linear_solver.hpp"
 #include "server/body/spring_blocks.hpp"
 #include "server/body/stabilised_integrator.hpp"
-#include "server/reduce/dent.hpp"
 #include "server/reduce/frame_model.hpp"
+#include "server/reduce/static_indentation.hpp"
 
 namespace palpate {
 namespace {
@@ -114,8 +114,8 @@ void body_steps(benchmark::State& state, const std::string& name, std::size_t th
   BodyCase body(name);
   const Skin nothing_to_touch;
   Steps stepper(body.dynamics, nothing_to_touch);
-  SpinningCrew crew(threads);
-  stepper.employ(crew);
+  SpinningThreadPool pool(threads);
+  stepper.use_threads(pool);
   std::vector<ToolPort> no_tools;
   int steps = 0;
   double moved_s = 0;
@@ -128,36 +128,36 @@ void body_steps(benchmark::State& state, const std::string& name, std::size_t th
   state.counters["times_real_time"] = benchmark::Counter(moved_s, benchmark::Counter::kIsRate);
 }
 
-/// Three dents under a tool on the middle of the top.
-void body_dents(benchmark::State& state, const std::string& name) {
+/// Three indentations under a tool on the middle of the top.
+void body_indentations(benchmark::State& state, const std::string& name) {
   BodyCase body(name);
   const Skin skin(body.scene.body);
   const SurfacePoint top = nearest_point(skin.view(), skin.place(body.state.x), home_of(body.scene)).point;
   constexpr double kShift = 2.0 / 0.150;
-  DentRequest request{skin.weights(top), {}, {}, kShift, {}};
-  for (const double deep_m : {0.001, 0.004, 0.009}) request.ways.push_back(-deep_m * Vec3::UnitZ());
+  IndentationRequest request{skin.weights(top), {}, {}, kShift, {}};
+  for (const double deep_m : {0.001, 0.004, 0.009}) request.displacements.push_back(-deep_m * Vec3::UnitZ());
   Tangents tangents(body.dynamics);
   tangents.take(body.state);
   const Linearisation at{&body.dynamics, &body.state, &body.scene.body.fixed, &tangents};
   ShiftedSolver solver(body.dynamics);
   solver.prepare(at, kShift, true);
-  std::vector<Vector> answers(3, Vector::Zero(body.state.x.size()));
+  std::vector<Vector> responses(3, Vector::Zero(body.state.x.size()));
   for (int axis = 0; axis < 3; ++axis) {
     Vector load = Vector::Zero(body.state.x.size());
     scatter(request.port, Vec3::Unit(axis), load);
     mask(body.scene.body.fixed, load);
-    if (!solver.solve(at, load, 1e-3, answers[static_cast<std::size_t>(axis)])) state.SkipWithError("not definite");
+    if (!solver.solve(at, load, 1e-3, responses[static_cast<std::size_t>(axis)])) state.SkipWithError("not definite");
   }
-  request.answers = answers;
-  Dents dents(body.scene.body);
+  request.responses = responses;
+  StaticIndentations indentations(body.scene.body);
   const ProcessorTimer timer;
-  for (auto _ : state) benchmark::DoNotOptimize(dents.shapes(at, request).data());
+  for (auto _ : state) benchmark::DoNotOptimize(indentations.shapes(at, request).data());
   report(state, body, timer);
 }
 
-/// What a patch is made of: the matrix, and the body's answers under a tool on the middle of the top that is 5 mm further on, or
-/// back, in every frame. The body whole or graded (graded_body.hpp).
-void body_answers(benchmark::State& state, const std::string& name, bool graded) {
+/// What a patch is made of: the matrix, and the body's responses under a tool on the middle of the top that is 5 mm further on,
+/// or back, in every frame. The body whole or locally refined (refined_body.hpp).
+void port_responses(benchmark::State& state, const std::string& name, bool refined) {
   BodyCase body(name);
   const Skin skin(body.scene.body);
   FrameModel frame(body.dynamics, skin);
@@ -170,14 +170,14 @@ void body_answers(benchmark::State& state, const std::string& name, bool graded)
   std::vector<ToolPort> ports{port};
   const ToolAt at{home, Vec3::Zero()};
   constexpr double kShift = 2.0 / 0.150, kTolerance = 1e-2;
-  FrameModel& model = graded ? frame.graded() : frame;
+  FrameModel& model = refined ? frame.refined() : frame;
   const ProcessorTimer timer;
   std::size_t frames = 0;
   for (auto _ : state) {
     ports[0].point = places[frames++ % 2];
     frame.begin(body.state, ports, std::span(&at, 1), Micros{150'000});
     SharedSystem* const p = model.system(kShift, false, kTolerance);
-    if (!p || !model.answer(*p, 0, {true, false})) state.SkipWithError("the matrix is not definite");
+    if (!p || !model.respond(*p, 0, {true, false})) state.SkipWithError("the matrix is not definite");
   }
   report(state, body, timer);
 }
@@ -256,11 +256,11 @@ void add_body_benchmarks() {
           ->MinTime(0.5);
     }
   for (const char* body : {"cube6", "cube15", "organ-buckling"})
-    benchmark::RegisterBenchmark((std::string("body/dents/") + body).c_str(), body_dents, body)->MinTime(0.1);
+    benchmark::RegisterBenchmark((std::string("body/indentations/") + body).c_str(), body_indentations, body)->MinTime(0.1);
   for (const char* body : {"cube14", "cube20", "cube30"})
-    for (const bool graded : {false, true})
-      benchmark::RegisterBenchmark(("body/port_answers/" + std::string(graded ? "graded/" : "whole/") + body).c_str(),
-                                   body_answers, body, graded)
+    for (const bool refined : {false, true})
+      benchmark::RegisterBenchmark(("body/port_responses/" + std::string(refined ? "refined/" : "whole/") + body).c_str(),
+                                   port_responses, body, refined)
           ->MinTime(0.5);
   const std::string bodies[] = {"cube6", "cube10", "cube15", "organ-buckling", "organ-solid", "organ-solid-corotational"};
   const auto add = [&](const char* what, auto function, auto... arguments) {

@@ -50,7 +50,7 @@ FrameDriver::FrameDriver(const Scene& scene, const Motion& motion, Scheme scheme
   StationJob station;
   station.id = kStation;
   station.scheme = scheme;
-  station.bridge = kBridge;
+  station.horizon = kHorizon;
   station.samples.push_back({Micros{0}, motion_.position(0.0)});
   job_.stations.push_back(station);
 }

@@ -23,7 +23,7 @@ Motion above(const Scene& scene, const Motion& motion, double height_m);
 class FrameDriver {
  public:
   static constexpr Micros kFrame{50'000};
-  static constexpr Micros kBridge{150'000};  ///< 100 ms of latency and a frame
+  static constexpr Micros kHorizon{150'000};  ///< 100 ms of latency and a frame
 
   FrameDriver(const Scene& scene, const Motion& motion, Scheme scheme);
   /// Simulates one more frame and builds its patch.

@@ -115,7 +115,7 @@ SecondOrderSystem patch_model(const Specimen& specimen, const SecondOrderSystem&
   const std::vector<ToolPort> ports{port};
   const ToolAt tool{specimen.body().nodes[port.node], Vec3::Zero()};
   FrameModel frame(specimen.dynamics(), skin);
-  frame.begin(rest, ports, std::span(&tool, 1), request.bridge);
+  frame.begin(rest, ports, std::span(&tool, 1), request.horizon);
   const auto patch = builder.build(frame, 0, request);
   if (!patch) throw std::runtime_error("patch_model: no patch at rest");
 

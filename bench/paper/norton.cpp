@@ -183,11 +183,11 @@ std::vector<Vector> play_patches(const Specimen& specimen, const SecondOrderSyst
       const BodyState state = body_at(n);
       PatchRequest request;
       request.scheme = scheme;
-      request.bridge = kTick * ticks_per_frame;
+      request.horizon = kTick * ticks_per_frame;
       const ToolAt tool{state.x.segment<3>(port_row), state.v.segment<3>(port_row)};
       ports[0].lambda = -specimen.dynamics().element_force(state, specimen.port_node());
       FrameModel frame(specimen.dynamics(), skin);
-      frame.begin(state, ports, std::span(&tool, 1), request.bridge);
+      frame.begin(state, ports, std::span(&tool, 1), request.horizon);
       auto patch = builder.build(frame, 0, request);
       if (!patch) throw std::runtime_error("play_patches: the body gives no patch");
       patch->stamp = now;

@@ -75,7 +75,7 @@ StationPlan draw_station(const Scenario& s, std::size_t index) {
   draw_hand(s, index, plan);
   draw_links(s, index, plan);
   draw_clock(s, index, plan);
-  Random random = part_of(s.drawn_with.seed, Part::crew, 1 + index);
+  Random random = part_of(s.drawn_with.seed, Part::stations, 1 + index);
   plan.client.hello.station = fmt::format("hand{}", index);
   plan.client.hello.scheme = draw_scheme(random, !plan.simulated);
   plan.client.hello.order = static_cast<std::uint16_t>(draw_order(s, random));
@@ -85,7 +85,7 @@ StationPlan draw_station(const Scenario& s, std::size_t index) {
 }
 
 void make_shadow(const Scenario& s, StationPlan& plan, int owner, const StationPlan& of) {
-  Random random = part_of(s.drawn_with.seed, Part::crew, 1000 + static_cast<std::uint64_t>(owner));
+  Random random = part_of(s.drawn_with.seed, Part::stations, 1000 + static_cast<std::uint64_t>(owner));
   plan.owner = owner;
   plan.drift_ppm = of.drift_ppm;
   plan.client.hello.shadow_of = of.client.hello.station;
@@ -96,7 +96,7 @@ void make_shadow(const Scenario& s, StationPlan& plan, int owner, const StationP
 }  // namespace
 
 std::vector<StationPlan> draw_stations(const Scenario& s) {
-  Random random = part_of(s.drawn_with.seed, Part::crew);
+  Random random = part_of(s.drawn_with.seed, Part::stations);
   const bool attach = s.scene.tool.contact == ContactKind::attach;
   const auto hands = std::min(static_cast<std::uint64_t>(s.drawn_with.stations_max),
                               attach ? 1 : pick<std::uint64_t>(random, {1, 1, 1, 2, 2, 3}));

@@ -50,7 +50,7 @@ Json link_json(const ClientCore& core) {
           {"patches_received", counts.patches},
           {"patches_refused", refused},
           {"patches_accepted", core.intake_counts().accepted},
-          {"patches_bent", core.intake_counts().bent},
+          {"patches_bent", core.intake_counts().nonlinear},
           {"patches_held_back", core.intake_counts().held_back},
           {"patch_bytes_mean", core.patch_bytes_mean()},
           {"patch_states", core.last_patch().states()},

@@ -112,7 +112,7 @@ double ClientCore::patch_bytes_mean() const {
 LinkReport ClientCore::link_report() const {
   LinkReport report;
   loss_in_.fill(report);
-  report.patch_age = std::max(Micros{}, haptic_.bridged());  // a shadow's patches may be ahead of its clock
+  report.patch_age = std::max(Micros{}, haptic_.horizon());  // a shadow's patches may be ahead of its clock
   return report;
 }
 

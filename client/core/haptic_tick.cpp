@@ -32,7 +32,7 @@ void HapticTick::note_ages(Micros next_stamp, Micros now) noexcept {
   const Micros reached = now - stamp_, came = now - next_stamp;
   if (reached <= player_.patch().valid_for)
     note_age(reached);
-  else if (came > bridged())
+  else if (came > horizon())
     note_age(came);
 }
 
@@ -45,7 +45,7 @@ void HapticTick::note_age(Micros age) noexcept {
     age_deviation_us_ += (std::abs(us - age_mean_us_) - age_deviation_us_) / 8;
     age_mean_us_ += (us - age_mean_us_) / 16;
   }
-  bridged_us_.store(static_cast<std::int64_t>(age_mean_us_ + 2 * age_deviation_us_), std::memory_order_relaxed);
+  horizon_us_.store(static_cast<std::int64_t>(age_mean_us_ + 2 * age_deviation_us_), std::memory_order_relaxed);
 }
 
 int HapticTick::cross_fade_ticks(double step_n, double force_n) noexcept {

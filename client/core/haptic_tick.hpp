@@ -57,7 +57,7 @@ class HapticTick {
   TickOutput tick(const ToolSample& reading) noexcept;
   /// Age that patches reach before the next one takes over: smoothed mean and twice the mean deviation (as TCP does with round
   /// trips); 0 before the second patch. Any thread.
-  Micros bridged() const noexcept { return Micros{bridged_us_.load(std::memory_order_relaxed)}; }
+  Micros horizon() const noexcept { return Micros{horizon_us_.load(std::memory_order_relaxed)}; }
   /// The server says that the patch in use is as good as one stamped `stamp` would be. Any thread, one at a time.
   void live_on(Micros stamp) noexcept { lives_on_us_.store(stamp.count(), std::memory_order_relaxed); }
   /// The haptic thread woke late for this tick.
@@ -97,7 +97,7 @@ class HapticTick {
   int fade_left_ = 0;
   double gain_ = 0;
   double age_mean_us_ = 0, age_deviation_us_ = 0;
-  std::atomic<std::int64_t> bridged_us_{0}, lives_on_us_{Micros::min().count()};
+  std::atomic<std::int64_t> horizon_us_{0}, lives_on_us_{Micros::min().count()};
   std::atomic<std::uint32_t> late_ticks_{0};
   HapticCounts counts_;
 };

@@ -79,43 +79,43 @@ void PatchIntake::hand_over(const NonlinearTerms& terms) {
   player = PatchPlayer(patch_, terms);
   catch_up(player);
   if (terms.variables > 0) {
-    ++counts_.bent;
+    ++counts_.nonlinear;
     compare(player);
-    bent_ = player;
+    nonlinear_ = player;
   }
-  bent_plays_ = terms.variables > 0;
+  nonlinear_plays_ = terms.variables > 0;
   playing_ = patch_.scheme == Scheme::hyper && terms.variables == 0 ? 0 : patch_.seq;
   slot_.publish();
 }
 
 bool PatchIntake::before_is_truer(Micros now) const {
-  if (!bent_plays_ || patch_.scheme != Scheme::hyper) return false;
+  if (!nonlinear_plays_ || patch_.scheme != Scheme::hyper) return false;
   const std::int32_t behind = patches_behind();
-  if (behind > kBehindMost || now - bent_->patch().stamp > bent_->patch().valid_for) return false;
-  return before_error_n_ * behind <= straight_error_n_;
+  if (behind > kBehindMost || now - nonlinear_->patch().stamp > nonlinear_->patch().valid_for) return false;
+  return before_error_n_ * behind <= linear_error_n_;
 }
 
 /// What was handed over last with its terms, to the newest.
-std::int32_t PatchIntake::patches_behind() const { return static_cast<std::int32_t>(patch_.seq - bent_->patch().seq); }
+std::int32_t PatchIntake::patches_behind() const { return static_cast<std::int32_t>(patch_.seq - nonlinear_->patch().seq); }
 
-void PatchIntake::compare(const PatchPlayer& bent) {
-  if (!bent_ || patches_behind() > kBehindMost) return;
+void PatchIntake::compare(const PatchPlayer& nonlinear) {
+  if (!nonlinear_ || patches_behind() > kBehindMost) return;
   constexpr double kShare = 0.125;
-  PatchPlayer straight(patch_);
-  catch_up(straight);
-  catch_up(*bent_);
-  const Vec3 force = bent.output().force;
+  PatchPlayer linear(patch_);
+  catch_up(linear);
+  catch_up(*nonlinear_);
+  const Vec3 force = nonlinear.output().force;
   const double behind = std::max(1, patches_behind());
-  before_error_n_ += kShare * ((bent_->output().force - force).norm() / behind - before_error_n_);
-  straight_error_n_ += kShare * ((straight.output().force - force).norm() - straight_error_n_);
+  before_error_n_ += kShare * ((nonlinear_->output().force - force).norm() / behind - before_error_n_);
+  linear_error_n_ += kShare * ((linear.output().force - force).norm() - linear_error_n_);
 }
 
 void PatchIntake::reset() {
   last_seq_ = playing_ = 0;
   counts_.accepted = 0;
   terms_.reset();
-  bent_.reset();
-  bent_plays_ = false;
+  nonlinear_.reset();
+  nonlinear_plays_ = false;
 }
 
 }  // namespace palpate

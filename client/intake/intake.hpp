@@ -1,11 +1,11 @@
 // The network side of the hand-over: a checked patch comes in, is compiled and caught up with the client's own samples,
 // and leaves through a wait-free slot to the haptic thread; once more when the terms that go with it have come (scheme hyper).
 //
-// Until they have, a patch of scheme hyper is its linear part, and the one before it, bent, may be truer although it is older.
-// Whenever terms come, both are set beside the bent new patch at the newest sample,
-//     e_before = |f_before - f| / (patches it is behind),   e_straight = |f_straight - f|,   running means,
-// and the next patch is held back while e_before times the patches that the bent one is then behind is no more than e_straight,
-// for at most kBehindMost patches and no longer than the bent one is valid.
+// Until they have, a patch of scheme hyper is its linear part, and the nonlinear one before it may be truer, if older.
+// Whenever terms come, both are set beside the new nonlinear patch at the newest sample,
+//     e_before = |f_before - f| / (patches it is behind),   e_linear = |f_linear - f|,   running means,
+// and the next patch is held back while e_before times the patches that the nonlinear one is then behind is at most e_linear,
+// for at most kBehindMost patches and no longer than the nonlinear one is valid.
 // Runs off the haptic thread; one writer.
 #pragma once
 
@@ -39,8 +39,8 @@ class SampleHistory {
 
 struct IntakeCounts {
   std::uint64_t accepted = 0, stale = 0, too_old = 0, from_future = 0;
-  std::uint64_t bent = 0;         ///< patches that were played with their terms
-  std::uint64_t held_back = 0;    ///< patches that waited for their terms while the one before, bent, went on
+  std::uint64_t nonlinear = 0;    ///< patches that were played with their terms
+  std::uint64_t held_back = 0;    ///< patches that waited for their terms while the one before, nonlinear, went on
   std::uint64_t stale_terms = 0;  ///< pieces of terms that were old, known, or of another whole
 };
 
@@ -74,7 +74,7 @@ class PatchIntake {
   void catch_up(PatchPlayer& player) const;
   void hand_over(const NonlinearTerms& terms);
   bool before_is_truer(Micros now) const;
-  void compare(const PatchPlayer& bent);
+  void compare(const PatchPlayer& nonlinear);
   std::int32_t patches_behind() const;
 
   LatestSlot<PatchPlayer>& slot_;
@@ -83,9 +83,9 @@ class PatchIntake {
   Patch patch_;  ///< the last one that was accepted
   TermsAssembly terms_;
   std::uint32_t last_seq_ = 0, playing_ = 0;
-  std::optional<PatchPlayer> bent_;  ///< what was handed over last with its terms
-  bool bent_plays_ = false;          ///< and nothing since
-  double before_error_n_ = 0, straight_error_n_ = 0;
+  std::optional<PatchPlayer> nonlinear_;  ///< what was handed over last with its terms
+  bool nonlinear_plays_ = false;          ///< and nothing since
+  double before_error_n_ = 0, linear_error_n_ = 0;
   IntakeCounts counts_;
 };
 

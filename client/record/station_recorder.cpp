@@ -24,7 +24,7 @@ void StationRecorder::datagram(const ClientCore& core, std::span<const std::byte
   if (now < next_links_ || core.link() != LinkState::joined) return;
   next_links_ = now + kLinksEvery;
   const RttStats& rtt = core.clock().rtt();
-  writer_.add(RecordedLink{now, 0, rtt.mean, rtt.min, rtt.jitter, core.haptic().bridged(), core.clock().offset(),
+  writer_.add(RecordedLink{now, 0, rtt.mean, rtt.min, rtt.jitter, core.haptic().horizon(), core.clock().offset(),
                            core.loss().received, core.loss().lost});
 }
 

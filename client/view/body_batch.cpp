@@ -52,7 +52,7 @@ bool BodyBatch::show(const Sight& sight, const Look& look) {
   next_.triangles.assign(sight.triangles.begin(), sight.triangles.end());
   next_.positions.assign(sight.positions.begin(), sight.positions.end());
   next_.rest.assign(sight.rest.begin(), sight.rest.end());
-  next_.shade.assign(sight.shade.begin(), sight.shade.end());
+  next_.scalars.assign(sight.scalars.begin(), sight.scalars.end());
   next_.fixed.resize(sight.vertices.size());
   std::transform(sight.vertices.begin(), sight.vertices.end(), next_.fixed.begin(), [](const MeshVertex& v) { return v.fixed; });
   next_.closed = sight.closed;
@@ -89,9 +89,9 @@ void BodyBatch::fill() {
   for (const Triangle& t : made_.triangles) {
     const Vec3f strain = strain_of(t);
     for (const std::uint32_t i : t) {
-      const float shade = made_.shade.empty() ? (made_.positions[i] - made_.rest[i]).norm() : made_.shade[i];
+      const float scalar = made_.scalars.empty() ? (made_.positions[i] - made_.rest[i]).norm() : made_.scalars[i];
       const float fixed = !made_.fixed.empty() && made_.fixed[i] ? 1.0F : 0.0F;
-      corners_.push_back({made_.positions[i], normals_[i], Vec3f(shade, hollow_[i], fixed), strain});
+      corners_.push_back({made_.positions[i], normals_[i], Vec3f(scalar, hollow_[i], fixed), strain});
     }
   }
   upload(corner_buffer_, std::as_bytes(std::span(corners_)));

@@ -26,13 +26,13 @@ class BodyBatch {
  private:
   /// What vertex `corner` of a triangle brings along; three are a triangle.
   struct Corner {
-    Vec3f position, normal, look, strain;  ///< look: shade, cavity, fixed; strain: of the edge across from each corner
+    Vec3f position, normal, look, strain;  ///< look: scalar, cavity, fixed; strain: of the edge across from each corner
   };
   /// Everything that the corners are made from.
   struct Made {
     std::vector<Triangle> triangles;
     std::vector<Vec3f> positions, rest;
-    std::vector<float> shade;
+    std::vector<float> scalars;
     std::vector<bool> fixed;
     bool closed = false, strained = false;
     int level = 0;

@@ -31,7 +31,7 @@ class Camera {
   Eigen::Matrix3f axes() const;
 
  private:
-  static constexpr float kAzimuth = -0.95F, kElevation = 0.62F;  ///< three quarters, high enough to look into a dent
+  static constexpr float kAzimuth = -0.95F, kElevation = 0.62F;  ///< three quarters, high enough to look into an indentation
   float azimuth_ = kAzimuth, elevation_ = kElevation, distance_ = 1.0F, size_ = 1.0F, covered_ = 0;
   Vec3f target_ = Vec3f::Zero();
 };

@@ -1,5 +1,5 @@
-// Where a deformed surface is hollow: its dents get less light from around, as by ambient occlusion, for the price of a few
-// products a vertex.
+// Where a deformed surface is hollow: its indentations get less light from around, as by ambient occlusion, for the price of a
+// few products a vertex.
 //
 // Of the body at rest, around each vertex i, the vertices are found that lie nearest to the distance R in each of kSectors
 // directions along the surface. Of the deformed body, with normals n,
@@ -7,7 +7,7 @@
 //     cavity_i = mean over these j of clamp(R n_i . (x_j - x_i) / |x_j - x_i|^2, -1, 1):
 //
 // how far the surface at R rises above the tangent plane, as a share of R; about R times the mean curvature over 2, positive in
-// a dent and negative on a ridge. It is the same for a coarse and for a fine mesh of one surface.
+// an indentation and negative on a ridge. It is the same for a coarse and for a fine mesh of one surface.
 #pragma once
 
 #include <span>

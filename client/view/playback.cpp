@@ -32,7 +32,7 @@ void blend(const Between<Shape>& pair, Shape& shape) {
   const auto s = static_cast<float>(pair.s);
   blend(pair.from->positions, pair.to->positions, s, shape.positions);
   shape.channel = pair.from->channel;
-  blend(pair.from->shade, pair.to->shade, pair.to->channel == shape.channel ? s : 0, shape.shade);
+  blend(pair.from->scalars, pair.to->scalars, pair.to->channel == shape.channel ? s : 0, shape.scalars);
 }
 
 void blend(const Between<Tools>& pair, std::vector<ToolView>& tools) {

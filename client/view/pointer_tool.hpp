@@ -2,7 +2,7 @@
 //
 // Touch scenes: the tool hovers kHover of the body's size above the point of the resting body under the pointer, along its
 // normal; with the button held it goes the press depth below that point, so dragging strokes and the wheel presses deeper. The
-// resting body is used on purpose: a target that followed the dent it makes would sink by itself. A pointer that jumps would lead
+// resting body is used on purpose: a target that followed the pit it makes would sink by itself. A pointer that jumps would lead
 // the tool straight through the body: it is followed along the picture at kWalk, so the tool goes over what is in sight, higher
 // the farther it has to go, and presses once it is there. Beside the body the tool goes along in the plane of the picture. Attach
 // scenes: the button takes the node, and the tool moves with the pointer in the plane of the picture through it; let go, it

@@ -57,7 +57,7 @@ std::string plain_body_vertex() {
   return R"GLSL(
 layout(location = 0) in vec3 a_position;
 layout(location = 1) in vec3 a_normal;
-layout(location = 2) in vec3 a_look;    // shade, cavity, fixed
+layout(location = 2) in vec3 a_look;    // scalar, cavity, fixed
 layout(location = 3) in vec3 a_strain;  // of the triangle's edge across from each corner
 uniform mat4 u_view_projection;
 out vec3 v_edge;
@@ -128,19 +128,19 @@ uniform vec3 u_held;
 uniform vec3 u_pushed, u_slack, u_pulled;  // StrainColors
 out vec4 color;
 void main() {
-  float shade = v_look.x, cavity = v_look.y, fixed_share = v_look.z;
+  float scalar = v_look.x, cavity = v_look.y, fixed_share = v_look.z;
   vec3 n = normalize(v_normal) * (gl_FrontFacing ? 1.0 : -1.0);
-  vec3 albedo = texture(u_colors, vec2(shade / u_color_max * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
+  vec3 albedo = texture(u_colors, vec2(scalar / u_color_max * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
   // What is held fast: slate, softly from the first free vertex on: the border between vertices is nobody's.
   albedo = mix(albedo, u_held, 0.82 * smoothstep(0.0, 1.0, fixed_share));
-  // A line at each step of the legend, not at zero: of a dent they are its lines of equal depth.
-  float steps = shade / u_contour, across = max(fwidth(steps), 1e-6) * u_line;
+  // A line at each step of the legend, not at zero: of an indentation they are its lines of equal depth.
+  float steps = scalar / u_contour, across = max(fwidth(steps), 1e-6) * u_line;
   float contour = 1.0 - smoothstep(0.5, 1.5, abs(fract(steps - 0.5) - 0.5) / across);
   albedo *= 1.0 - 0.42 * contour * step(0.5, steps) * (1.0 - smoothstep(0.2, 0.6, across));
   float open = clamp(1.0 - 1.3 * cavity, 0.45, 1.08);
   open *= mix(0.62 + 0.38 * clamp(n.z, 0.0, 1.0), 1.0, smoothstep(0.0, 0.30, (v_position.z - u_floor_z) / u_size));
   float lit = lit_fraction(u_key_map, u_key_matrix, v_position + u_bias * (n + 0.6 * u_key_direction), 0.010, grain());
-  lit *= min(1.0, 0.5 + 0.5 * open);  // the key light is as wide as a window: a dent hides a part of it too
+  lit *= min(1.0, 0.5 + 0.5 * open);  // the key light is as wide as a window: an indentation hides a part of it too
   vec3 c = studio(albedo, n, v_position, 1.0, 0.42, open, lit);
 #if LINES > 0  // Lines
   vec3 w = u_line * fwidth(v_edge), near = smoothstep((LINES == 2 ? 0.7 : 0.4) * w, (LINES == 2 ? 1.7 : 1.3) * w, v_edge);

@@ -13,7 +13,7 @@ void ShapeAssembly::rest(const std::vector<MeshVertex>& vertices) {
   rest_.clear();
   for (const MeshVertex& vertex : vertices) rest_.push_back(vertex.rest.cast<float>());
   positions_ = rest_;
-  for (auto& shade : shades_) shade.assign(rest_.size(), 0.0F);
+  for (auto& scalars : fields_) scalars.assign(rest_.size(), 0.0F);
   for (auto& frames : block_frames_) frames.assign((rest_.size() + kBlockVertices - 1) / kBlockVertices, 0);
   frame_ = 0;
   open_ = false;
@@ -23,7 +23,7 @@ void ShapeAssembly::emit(std::vector<Shape>& finished) {
   open_ = false;
   ++(came_ + 1 == expected_ ? counts_.complete : counts_.healed);
   finished.push_back({body_time_, positions_,
-                      shown_ == ShapeChannel::position ? std::vector<float>{} : shades_[static_cast<std::size_t>(shown_)],
+                      shown_ == ShapeChannel::position ? std::vector<float>{} : fields_[static_cast<std::size_t>(shown_)],
                       shown_});
 }
 
@@ -71,7 +71,7 @@ void ShapeAssembly::apply(const ShapeBlock& block, const ShapePiece& piece) {
     if (piece.channel == ShapeChannel::position)
       positions_[first + i] = rest_[first + i] + Eigen::Vector3f(number(3 * i), number(3 * i + 1), number(3 * i + 2));
     else
-      shades_[channel][first + i] = number(i);
+      fields_[channel][first + i] = number(i);
   }
 }
 

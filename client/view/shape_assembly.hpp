@@ -17,7 +17,7 @@ namespace palpate {
 struct Shape {
   Micros body_time{};
   std::vector<Eigen::Vector3f> positions;  ///< of every vertex [m]
-  std::vector<float> shade;                ///< of every vertex in `channel`; empty: none
+  std::vector<float> scalars;              ///< of every vertex in `channel`; empty: none
   ShapeChannel channel = ShapeChannel::position;
 };
 
@@ -45,7 +45,7 @@ class ShapeAssembly {
   void emit(std::vector<Shape>& finished);
 
   std::vector<Eigen::Vector3f> rest_, positions_;
-  std::array<std::vector<float>, kShapeChannels> shades_;                ///< [0] is not used
+  std::array<std::vector<float>, kShapeChannels> fields_;                ///< [0] is not used
   std::array<std::vector<std::uint32_t>, kShapeChannels> block_frames_;  ///< in which a block was last heard of, 0 = never
   ShapeChannel shown_ = ShapeChannel::position;
   std::uint32_t frame_ = 0;  ///< 0: none yet

@@ -20,16 +20,16 @@ struct PatchPin {
 struct Sight {
   std::span<const Triangle> triangles;
   std::span<const Vec3f> positions, rest;
-  std::span<const float> shade;          ///< what colours show in its place; empty: displacement
+  std::span<const float> scalars;        ///< what colours show in its place; empty: displacement
   std::span<const MeshVertex> vertices;  ///< whose fixed ones are marked; empty: none
   std::span<const ToolView> tools;
   std::span<const float> depths = {};      ///< of each tool below the surface at rest [m]; empty, or 0 outside: not shown
   std::span<const std::size_t> hues = {};  ///< which station_color() each tool has; empty: that of its place
   std::span<const PatchPin> pins = {};     ///< of the patch that is shown; empty: none
   std::span<const Triangle> pin_triangles = {};
-  ShapeChannel color = ShapeChannel::position;  ///< what the shade is of
+  ShapeChannel color = ShapeChannel::position;  ///< what the scalars are of
   bool closed = false;                          ///< is_closed(triangles): back faces need no drawing
-  float color_max = 0.002F;                     ///< end of the colour legend, [m] or the unit of the shade
+  float color_max = 0.002F;                     ///< end of the colour legend, [m] or the unit of the scalars
   float arrow_m_per_n = 0.02F;                  ///< length of force arrows
   float miss_max_m = 1e-4F;                     ///< end of the legend of misses
 

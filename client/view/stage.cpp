@@ -24,7 +24,7 @@ float covered_by_panels(const Look& look, int width, int height, float density) 
 }
 
 void Scales::see(std::span<const Triangle> triangles, std::span<const Vec3f> positions, std::span<const Vec3f> rest,
-                 std::span<const ToolView> tools, ShapeChannel channel, std::span<const float> shade) {
+                 std::span<const ToolView> tools, ShapeChannel channel, std::span<const float> scalars) {
   float moved = 0;
   for (const Triangle& t : triangles) {
     for (const std::uint32_t i : t) moved = std::max(moved, (positions[i] - rest[i]).norm());
@@ -32,8 +32,8 @@ void Scales::see(std::span<const Triangle> triangles, std::span<const Vec3f> pos
   float strongest = 0;
   for (const ToolView& tool : tools) strongest = std::max(strongest, static_cast<float>(tool.force.norm()));
   expect(moved, strongest);
-  float& shade_max = color_max_[static_cast<std::size_t>(channel)];
-  for (const float s : shade) shade_max = std::max(shade_max, round_up_125(std::max(s, 1e-4F)));
+  float& scalar_max = color_max_[static_cast<std::size_t>(channel)];
+  for (const float s : scalars) scalar_max = std::max(scalar_max, round_up_125(std::max(s, 1e-4F)));
   const float wanted = kArrowShare * bounds(triangles, rest).diagonal() / force_peak_n_;
   arrow_m_per_n_ = round_down_125(wanted);
 }

@@ -14,13 +14,13 @@ namespace palpate {
 /// Scales that a viewer can read off a legend: rounded, and never shrinking while one watches.
 class Scales {
  public:
-  /// Without a shade the colours are those of displacement; each channel has a legend of its own.
+  /// Without scalars the colours are those of displacement; each channel has a legend of its own.
   void see(std::span<const Triangle> triangles, std::span<const Vec3f> positions, std::span<const Vec3f> rest,
-           std::span<const ToolView> tools, ShapeChannel channel = ShapeChannel::position, std::span<const float> shade = {});
+           std::span<const ToolView> tools, ShapeChannel channel = ShapeChannel::position, std::span<const float> scalars = {});
   /// The same of what is known to come: the most that vertices move, the largest force.
   void expect(float displacement_m, float force_n);
   void see_misses(std::span<const PatchPin> pins);
-  /// End of the legend: [m] of displacement, or in the unit of the shade.
+  /// End of the legend: [m] of displacement, or in the unit of the scalars.
   float color_max(ShapeChannel channel) const { return color_max_[static_cast<std::size_t>(channel)]; }
   float arrow_m_per_n() const { return arrow_m_per_n_; }
   float miss_max_m() const { return miss_max_m_; }

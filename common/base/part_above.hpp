@@ -13,8 +13,8 @@ inline Mat3 part_above(const Mat3& symmetric, double least) noexcept {
   const bool nothing = below(0, 0) > 0 && below(0, 0) * below(1, 1) > below(0, 1) * below(1, 0) && below.determinant() > 0;
   if (nothing) return Mat3::Zero();  // for less than its eigenvalues
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(symmetric);
-  const Mat3& ways = eigen.eigenvectors();
-  return ways * (eigen.eigenvalues().array() - least).cwiseMax(0).matrix().asDiagonal() * ways.transpose();
+  const Mat3& directions = eigen.eigenvectors();
+  return directions * (eigen.eigenvalues().array() - least).cwiseMax(0).matrix().asDiagonal() * directions.transpose();
 }
 
 }  // namespace palpate

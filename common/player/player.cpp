@@ -67,7 +67,7 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
     rest_.segment<3>(at) = patch_.surface.vertices[i].position;
     if (r > 0) rows_.middleRows<3>(at) = patch_.surface.vertices[i].rows;
   }
-  if (patch.contact == ContactKind::touch && r > 0) answers_ = psi0_ * rows_.transpose();
+  if (patch.contact == ContactKind::touch && r > 0) responses_ = psi0_ * rows_.transpose();
   vertices_ = rest_;
   lean_.fill(Vec3::Zero());
   for (std::uint32_t i = 0; i < vertices; ++i) {
@@ -86,7 +86,7 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
   }
   tool_ = {patch.stamp, patch.tool};
   output_ = {patch.force, patch.touching};
-  bent_ = turned_ = NonlinearForce::Variables::Zero(patch.contact == ContactKind::attach ? r + 3 : r);
+  elastic_ = viscous_ = NonlinearForce::Variables::Zero(patch.contact == ContactKind::attach ? r + 3 : r);
   bend(Vec3::Zero(), patch.tool_velocity);
 }
 
@@ -136,13 +136,13 @@ void PatchPlayer::step_attach(const Vec3& tool) noexcept {
     u.segment<3>(2 * r + 3) = d_next;
     u.tail<3>() = rate;
     StateVector next = drift_;
-    if (!nonlinear_.empty()) next.noalias() += psi0_ * (bent_ + turned_).tail(r);
+    if (!nonlinear_.empty()) next.noalias() += psi0_ * (elastic_ + viscous_).tail(r);
     next.noalias() += transition_ * u;
     z_ = next;
     bend(d_next, (tool - tool_.position) / dt_);
     force.noalias() += felt_ * z_;
     force.noalias() -= patch_.b_d.transpose() * patch_.q_rate;
-    if (!nonlinear_.empty()) force += bent_.head<3>() + turned_.head<3>();
+    if (!nonlinear_.empty()) force += elastic_.head<3>() + viscous_.head<3>();
   }
   output_ = {force, true};
 }
@@ -158,19 +158,19 @@ void PatchPlayer::bend(const Vec3& displacement, const Vec3& velocity) noexcept 
     rate.head<3>() = velocity;
   }
   u.tail(r) = z_.head(r);
-  NonlinearForce::Variables bent(u.size()), turned(u.size());
+  NonlinearForce::Variables elastic(u.size()), viscous(u.size());
   nonlinear_.move_to(u);
-  nonlinear_.elastic(bent);
-  rate.tail(r) = z_.tail(r) + closing_ * (bent - bent_).tail(r);
-  nonlinear_.damping(rate, closing_, turned_, turned);
-  if (bent.allFinite() && turned.allFinite()) {
-    z_.tail(r) = rate.tail(r) + closing_ * (turned - turned_).tail(r);
-    bent_ = bent;
-    turned_ = turned;
+  nonlinear_.elastic(elastic);
+  rate.tail(r) = z_.tail(r) + closing_ * (elastic - elastic_).tail(r);
+  nonlinear_.damping(rate, closing_, viscous_, viscous);
+  if (elastic.allFinite() && viscous.allFinite()) {
+    z_.tail(r) = rate.tail(r) + closing_ * (viscous - viscous_).tail(r);
+    elastic_ = elastic;
+    viscous_ = viscous;
   } else {
     nonlinear_ = {};  // whatever was sent: the linear patch goes on
-    bent_.setZero();
-    turned_.setZero();
+    elastic_.setZero();
+    viscous_.setZero();
   }
 }
 
@@ -207,8 +207,8 @@ void PatchPlayer::update_response() noexcept {
   if (nonlinear_.empty()) slid_ = SlideCompliance::grown(slid_, slide_compliance_.missing(rows, point_.weight));
   compliance_ += slid_;
   const Triangle& corners = patch_.surface.triangles[point_.triangle];
-  response_ = point_.weight[0] * answers_.middleCols<3>(3 * corners[0]);
-  for (std::size_t k = 1; k < 3; ++k) response_ += point_.weight[static_cast<int>(k)] * answers_.middleCols<3>(3 * corners[k]);
+  response_ = point_.weight[0] * responses_.middleCols<3>(3 * corners[0]);
+  for (std::size_t k = 1; k < 3; ++k) response_ += point_.weight[static_cast<int>(k)] * responses_.middleCols<3>(3 * corners[k]);
   const Mat3 moved = rows * response_.topRows(r);
   const double stiffness = patch_.coupling_n_m * moved.trace();
   share_before_ = patch_.coupling_n_m > 0 ? 0.5 / std::max(stiffness, 1.0) : 0.0;
@@ -219,7 +219,7 @@ void PatchPlayer::step_touch(const Vec3& tool) noexcept {
   const auto r = patch_.modes();
   if (r > 0) {
     StateVector next = drift_ + carried_;
-    if (!nonlinear_.empty()) next.noalias() += psi0_ * (bent_ + turned_).tail(r);
+    if (!nonlinear_.empty()) next.noalias() += psi0_ * (elastic_ + viscous_).tail(r);
     next.noalias() += transition_ * z_;
     z_ = next;
     carried_.setZero();

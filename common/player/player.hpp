@@ -94,7 +94,7 @@ class PatchPlayer {
   StateInput psi0_;
   ModeMatrix closing_;  // H
   double low_pass_gain_ = 1;
-  NonlinearForce::Variables bent_, turned_;  // force on (d, q) or q at the end of the step: elastic; of dampers that have turned
+  NonlinearForce::Variables elastic_, viscous_;  // force on (d, q) or q at a step's end: elastic; of dampers that have turned
 
   std::array<std::uint32_t, kMaxPortVertices + 1> first_{};
   std::array<std::uint32_t, 3 * kMaxPortTriangles> incident_{};
@@ -108,8 +108,8 @@ class PatchPlayer {
   SlideCompliance slide_compliance_;
   Mat3 slid_ = Mat3::Zero();  // what it has yielded since contact began or the stamp
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxStates, 3 * kMaxPortVertices>
-      answers_;  // Psi0 R_i^T
-  // Answer of the body to lambda at point_; a point that sticks keeps it.
+      responses_;  // Psi0 R_i^T
+  // Response of the body to lambda at point_; a point that sticks keeps it.
   bool has_response_ = false;
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxStates, 3> response_;  // Psi0 R^T
   double share_before_ = 0;                                                            // s

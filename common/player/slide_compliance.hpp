@@ -1,6 +1,6 @@
 // What the modes of a patch miss where the tool has slid to.
 //
-// The modes answer a push at the contact point of the stamp, a. With G = (s^2 + s D + K)^-1 and R_p the port rows at p, they
+// The modes respond to a push at the contact point of the stamp, a. With G = (s^2 + s D + K)^-1 and R_p the port rows at p, they
 // yield
 //     C_p = R_p G R_p^T
 // within a time of 1 / s. Away from a they hardly do, while the body yields there about as it does at a, or less where p lies

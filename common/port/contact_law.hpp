@@ -30,7 +30,7 @@ struct ContactClosure {
 
 /// Point and normal are those of the end of the tick or stage, too: a contact that slips by more than kSettledM is closed again
 /// where it has slid to, at most kMostSlides times. Closed where the tick found it, its normal would be a tick old, an error of
-/// first order in the tick (docs/decisions/0037).
+/// first order in the tick (docs/notebook/0037).
 inline constexpr double kSettledM = 1e-6;
 inline constexpr int kMostSlides = 3;
 

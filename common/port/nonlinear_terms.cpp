@@ -93,7 +93,7 @@ NonlinearForce::NonlinearForce(const NonlinearTerms& terms, const Patch& patch) 
   inverse_ = factor.matrixL().solve(Eigen::MatrixXd::Identity(n, n)).cast<float>();
   const auto* const solid = std::get_if<SampledSolidForce>(&sampled_);
   const bool brakes = terms.grasp || patch.damping.norm() > kTouchBraked * kHapticRateHz * steps_;
-  if (solid != nullptr && brakes) turned_ = TurnedDampers(*solid, patch.damping);
+  if (solid != nullptr && brakes) lagged_damping_ = LaggedDamping(*solid, patch.damping);
 }
 
 const ModeMatrix& NonlinearForce::added_mass() const {
@@ -130,10 +130,10 @@ void NonlinearForce::damping(const Variables& u_rate, const ModeMatrix& closing,
   Values change(variables_), at_stamp(variables_);
   of_sampled([&](const auto& s) { s.damping(rate, change, at_stamp); });
   const float most = kDamperChange * (root_ * rate).norm();
-  if (!turned_.empty()) {
+  if (!lagged_damping_.empty()) {
     brake_at_end(change.cast<double>(), u_rate, closing, before, most, force);
     since_asked_ = (since_asked_ + 1) % steps_;
-    if (since_asked_ == 0) turned_.renew(std::get<SampledSolidForce>(sampled_), closing);
+    if (since_asked_ == 0) lagged_damping_.renew(std::get<SampledSolidForce>(sampled_), closing);
     return;
   }
   force = -(change - at_stamp).cast<double>();
@@ -147,8 +147,8 @@ void NonlinearForce::damping(const Variables& u_rate, const ModeMatrix& closing,
 void NonlinearForce::brake_at_end(const Variables& change, const Variables& u_rate, const ModeMatrix& closing,
                                   const Variables& before, float most, Variables& force) const noexcept {
   const auto r = closing.rows();
-  const TurnedDampers::ForVariables& s = turned_.change();
-  const ModeMatrix& closing_held = turned_.closing().size() > 0 ? turned_.closing() : closing;
+  const LaggedDamping::ForVariables& s = lagged_damping_.change();
+  const ModeMatrix& closing_held = lagged_damping_.closing().size() > 0 ? lagged_damping_.closing() : closing;
   const Variables held = s * u_rate, g = change - held;
   const ModeVector carried = closing * before.tail(r);
   ModeVector push = s.bottomRightCorner(r, r) * carried - held.tail(r);

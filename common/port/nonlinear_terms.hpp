@@ -19,12 +19,12 @@
 //     f = -alpha g,   alpha = g^T (u' - C f_b) / (u'^T g + g^T C g)
 // of second order where C g is small; from step to step (1 + C R)^-1 (1 - (W - C) R), W what a whole step gives, W / 2 <= C <= W,
 // is a contraction in the norm of C^-1 however large R is. One direction is not enough for a solid that is grasped and let go of:
-// there S, D1 as it was some milliseconds ago (turned_dampers.hpp), is taken at the end of the step, and g = (D1 - S) u' is what
+// there S, D1 as it was some milliseconds ago (lagged_damping.hpp), is taken at the end of the step, and g = (D1 - S) u' is what
 // is left for all this:
 //     f = -S u'_e - alpha g,   u'_e = u' + C (f - f_b),   alpha as above with (1 + C S)^-1 C for C and the u'_e of g = 0.
 // A touch has S where D brakes its modes away many times within a step.
 //
-// E2 gives back by how much the stiffness of the linear patch was lifted to be passive; it is zero elsewhere. It has no end, so
+// E2 gives back what PSD projection took from the stiffness of the linear patch; it is zero elsewhere. It has no end, so
 // it is left out unless patch and springs, these stretched without end, hold the body up in spite of it.
 //
 // The terms of a touch bring more of the surface too, what the patch's own datagram had no room for: the tool goes on where the
@@ -38,10 +38,10 @@
 #include <vector>
 
 #include "common/base/limits.hpp"
+#include "common/port/lagged_damping.hpp"
 #include "common/port/patch.hpp"
 #include "common/port/sampled_springs.hpp"
 #include "common/port/sampled_tetrahedra.hpp"
-#include "common/port/turned_dampers.hpp"
 
 namespace palpate {
 
@@ -117,8 +117,8 @@ class NonlinearForce {
 
   int variables_ = 0, steps_ = 1;
   std::variant<SampledForce, SampledSolidForce> sampled_;
-  TurnedDampers turned_;  // of a solid
-  int since_asked_ = 0;   // steps since those were asked
+  LaggedDamping lagged_damping_;  // of a solid
+  int since_asked_ = 0;           // steps since those were asked
   bool has_e2_ = false, has_damping_ = false;
   Values u_;
   // The second derivatives of E2; L^T and L^-1, D = L L^T.

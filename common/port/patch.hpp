@@ -80,7 +80,7 @@ struct Patch {
   // reduced dynamics
   ModeVector stiffness;  ///< K, r non-negative entries, ascending [1/s^2]
   ModeMatrix damping;    ///< D, symmetric positive semi-definite [1/s]
-  ModeVector g;          ///< imbalance at the stamp
+  ModeVector g;          ///< residual force at the stamp
   ModeVector q_rate;     ///< free motion at the stamp
   ModeVector load_rate;  ///< how the forces of other tools change [1/s]; r entries, or none: nothing changes
   Micros load_for{};     ///< for so long after the stamp

@@ -74,17 +74,17 @@ SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen:
   const double times = stable / std::max(stiffest(weighted(steepest, g), tool), kSoftest);
   if (!slowed && !(times >= 1)) return;
   const Eigen::MatrixXd stretched = weighted(stiffness, g);
-  Eigen::ArrayXd straight_strain = Eigen::ArrayXd::Zero(m);
-  if (stiffening > 0) straight_strain = ((std::max(times, 1.0) * slopes - 1) / (3 * stiffening)).sqrt();
-  straight_from_ = straight_strain.minCoeff();
+  Eigen::ArrayXd linear_strain = Eigen::ArrayXd::Zero(m);
+  if (stiffening > 0) linear_strain = ((std::max(times, 1.0) * slopes - 1) / (3 * stiffening)).sqrt();
+  linear_from_ = linear_strain.minCoeff();
 
   const Eigen::ArrayXd length = d.colwise().norm().transpose().array().max(static_cast<double>(kLengthMin)),
                        elongation = length - rest;
   const Eigen::Matrix3Xd axes = d * length.inverse().matrix().asDiagonal();
-  const Eigen::ArrayXd straight = straight_strain * rest, bent = elongation.max(-straight).min(straight);
+  const Eigen::ArrayXd linear_beyond = linear_strain * rest, in_law = elongation.max(-linear_beyond).min(linear_beyond);
   const Eigen::ArrayXd third = stiffness * stiffening / rest.square();
-  const Eigen::ArrayXd slope = stiffness + 3 * third * bent.square();
-  const Eigen::ArrayXd across = (stiffness * elongation + third * bent.square() * (3 * elongation - 2 * bent)) / length;
+  const Eigen::ArrayXd slope = stiffness + 3 * third * in_law.square();
+  const Eigen::ArrayXd across = (stiffness * elongation + third * in_law.square() * (3 * elongation - 2 * in_law)) / length;
   far_stiffness_ = stretched - weighted(across, g) - weighted_along(slope - across, g, axes);
   if (!(times >= 1)) {
     const Eigen::ArrayXd at_most = steepest * (rest / length).max(1.0).min(kMostCompressed);
@@ -111,8 +111,8 @@ SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen:
   if (stiffening > 0) {
     stiffening_ = of_each(third, 0);
     elongation_ = of_each(elongation, 0);
-    straight_at_ = of_each(straight, 0);
-    bent_to_ = of_each(bent, 0);
+    linear_at_ = of_each(linear_beyond, 0);
+    in_law_ = of_each(in_law, 0);
   }
   const Each braked = damping_ * dot(axis_, moved(rate.cast<float>())) / length_;
   braked_.resize(variables_, variables_);
@@ -148,7 +148,7 @@ SampledForce::Values SampledForce::collect(const Vectors& f) const noexcept {
 
 void SampledForce::move_to(const Values& u) noexcept {
   u_ = u;
-  auto& [delta, along, longer, length, more] = bent_;
+  auto& [delta, along, longer, length, more] = deformed_;
   delta = moved(u);
   along = dot(axis_, delta);
   const Each gained = 2 * length_ * along + dot(delta, delta);
@@ -158,12 +158,12 @@ void SampledForce::move_to(const Values& u) noexcept {
     more.setZero(count_);
     return;
   }
-  const Each elongation = elongation_ + longer, to = elongation.max(-straight_at_).min(straight_at_), further = to - bent_to_;
-  more = stiffening_ * further * (3 * (elongation - to) * (to + bent_to_) + further * (to + 2 * bent_to_));
+  const Each elongation = elongation_ + longer, to = elongation.max(-linear_at_).min(linear_at_), further = to - in_law_;
+  more = stiffening_ * further * (3 * (elongation - to) * (to + in_law_) + further * (to + 2 * in_law_));
 }
 
 void SampledForce::gradient(Values& g) const noexcept {
-  const Bent& b = bent_;
+  const Deformed& b = deformed_;
   const Each left = (b.along * b.longer - dot(b.delta, b.delta)) / (b.length + length_);
   const Each by_delta = (turning_ * b.longer + b.more) / b.length;
   const Each by_axis = (length_ * b.more - turning_ * (length_ * left + b.along * b.longer)) / b.length;
@@ -171,11 +171,11 @@ void SampledForce::gradient(Values& g) const noexcept {
 }
 
 double SampledForce::energy() const noexcept {
-  const Bent& b = bent_;
+  const Deformed& b = deformed_;
   const Each left = (b.along * b.longer - dot(b.delta, b.delta)) / (b.length + length_);
   const double linear = static_cast<double>(-0.5F * (turning_ * left * (b.longer + b.along)).sum());
   if (stiffening_.size() == 0) return linear;
-  const Eigen::ArrayXd from = elongation_.cast<double>(), longer = b.longer.cast<double>(), bends = straight_at_.cast<double>();
+  const Eigen::ArrayXd from = elongation_.cast<double>(), longer = b.longer.cast<double>(), bends = linear_at_.cast<double>();
   const auto stored = [&](const Eigen::ArrayXd& e) -> Eigen::ArrayXd {
     const Eigen::ArrayXd to = e.max(-bends).min(bends), squared = to.square(), beyond = e - to;
     return squared * (0.25 * squared + to * beyond + 1.5 * beyond.square());
@@ -188,7 +188,7 @@ double SampledForce::energy() const noexcept {
 }
 
 void SampledForce::damping(const Values& rate, Values& change, Values& at_stamp) const noexcept {
-  const Vectors there = sum(length_, axis_, Each::Ones(count_), bent_.delta), motion = moved(rate);
+  const Vectors there = sum(length_, axis_, Each::Ones(count_), deformed_.delta), motion = moved(rate);
   const Each now = damping_ * dot(there, motion) / dot(there, there).max(kLengthMin * kLengthMin);
   const Each before = damping_ * dot(axis_, motion);
   change = collect(sum(now, there, -before, axis_));

@@ -17,9 +17,9 @@
 // L)^2) with e = |d| - L.
 //
 // The player takes these forces a step of length h at a time, which is stable for a stiffness below 4 / h^2 of unit mass. A
-// spring whose law stiffens keeps to it up to a slope of sigma_e k, at least, and goes on straight: sigma_e is what the springs
+// spring whose law stiffens keeps to it up to a slope of sigma_e k, at least, and goes on linearly: sigma_e is what the springs
 // are likely to come to, the server's to say; 1 of a linear law. Let kappa be the largest eigenvalue of sum w sigma k G_q^T G_q.
-// The law goes on straight at kStiffest / (h^2 kappa) times that slope. Where that is below 1 time, the body is too stiff for the
+// The law goes on linearly at kStiffest / (h^2 kappa) times that slope. Where that is below 1 time, the body is too stiff for the
 // step: its modes are given
 //     A = (h^2 / 4 - 1 / s) S,   S = sum w sigma k G_q^T G_q min(max(1, L / |d|), 2)
 // more mass, s the largest eigenvalue of S. Then no way that springs turn makes a motion stiffer than 4 / h^2 of its mass;
@@ -85,8 +85,8 @@ class SampledForce {
   bool empty() const { return count_ == 0; }
   /// A; nothing where the springs need none.
   const ModeMatrix& added_mass() const { return added_mass_; }
-  /// Least strain beyond which the law of a spring goes on straight; 0 for a linear one.
-  double straight_from() const { return straight_from_; }
+  /// Least strain beyond which the law of a spring goes on linearly; 0 for a linear one.
+  double linear_from() const { return linear_from_; }
   /// sum w G^T (k - K_e) G: the least stiffness that E has far away, where every spring is stretched along its way.
   Eigen::MatrixXd far_stiffness() const { return far_stiffness_; }
   /// To u. No allocation, nor below.
@@ -104,7 +104,7 @@ class SampledForce {
   using Vectors = Eigen::Array<float, Eigen::Dynamic, 3, Eigen::ColMajor, kRoom, 3>;  // of every spring
   using OfVariables = BoundedMatrix<kMaxVariables, kMaxVariables>;
 
-  struct Bent {  // delta, a, Delta, |d + delta|, T_2
+  struct Deformed {  // delta, a, Delta, |d + delta|, T_2
     Vectors delta;
     Each along, longer, length, more;
   };
@@ -115,16 +115,16 @@ class SampledForce {
   Values collect(const Vectors& f) const noexcept;
 
   int count_ = 0, variables_ = 0;  // springs with as many more, of no stiffness, as fill the last register
-  double straight_from_ = 0;
+  double linear_from_ = 0;
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kRoom, kMaxVariables> motion_;  // G, axis by axis
   Vectors axis_;
-  Each length_, turning_, damping_;                       // l, kappa_e, w c_e
-  Each stiffening_, elongation_, bent_to_, straight_at_;  // w k c / L^2, and at the stamp e, b_0; where it goes on straight: of
-                                                          // a law that stiffens
-  OfVariables braked_, far_stiffness_;                    // B
+  Each length_, turning_, damping_;                    // l, kappa_e, w c_e
+  Each stiffening_, elongation_, in_law_, linear_at_;  // w k c / L^2, and at the stamp e, b_0; where it goes on linearly: of
+                                                       // a law that stiffens
+  OfVariables braked_, far_stiffness_;                 // B
   ModeMatrix added_mass_;
   Values u_;
-  Bent bent_;
+  Deformed deformed_;
 };
 
 }  // namespace palpate

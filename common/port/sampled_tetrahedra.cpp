@@ -162,7 +162,7 @@ void SampledSolidForce::gradient(Values& g) const noexcept {
   sums.fill(TetraLane::Zero());
   for (int k = 0; k < groups_; ++k) {
     const Group& at = group_[static_cast<std::size_t>(k)];
-    TetraLanes q = stress_beyond_linear(law_, at.stamp, at.df, at.turned);
+    TetraLanes q = nonlinear_residual_stress(law_, at.stamp, at.df, at.turned);
     if (!at.free) {
       const TetraLane along = (at.slope - at.part) * inner(q, at.df) / inner(at.df, at.df).max(kNothing);
       for (std::size_t i = 0; i < 9; ++i) q[i] = at.part * q[i] + along * at.df[i];
@@ -176,7 +176,7 @@ double SampledSolidForce::energy() const noexcept {
   double sum = 0;
   for (int k = 0; k < groups_; ++k) {
     const Group& at = group_[static_cast<std::size_t>(k)];
-    sum += energy_beyond_linear(law_, at.stamp, at.df, at.turned).cast<double>().sum();
+    sum += nonlinear_residual_energy(law_, at.stamp, at.df, at.turned).cast<double>().sum();
   }
   return sum;
 }

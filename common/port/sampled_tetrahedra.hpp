@@ -3,7 +3,7 @@
 // A tetrahedron e of the nodes x_0..x_3, at rest X_0..X_3, has b_i, the gradients of its shape functions at rest, the deformation
 // gradient F = sum x_i b_i^T at the stamp, and dF = H_e u more, H_e u = sum_i (V_i u) b_i^T, when the variables of the patch are
 // u (sampled_springs.hpp; V_i: node_motion.hpp). With the energy density U beyond its second order at the stamp
-// (bent_tetrahedron.hpp) and w_e V_e, what it counts times its volume,
+// (nonlinear_tetrahedron.hpp) and w_e V_e, what it counts times its volume,
 //
 //     E(u) = sum_e w_e V_e U_e(phi(|dF|) dF / |dF|)      [J]
 //     elastic:  f = - dE/du
@@ -26,7 +26,7 @@
 
 #include <array>
 
-#include "common/port/bent_tetrahedron.hpp"
+#include "common/port/nonlinear_tetrahedron.hpp"
 #include "common/port/sampled_springs.hpp"
 
 namespace palpate {
@@ -79,7 +79,7 @@ class SampledSolidForce {
   int variables() const { return variables_; }
   /// Tetrahedra side by side, so many times.
   int groups() const { return groups_; }
-  /// Adds sum of D_e over a group (turned_dampers.hpp).
+  /// Adds sum of D_e over a group (lagged_damping.hpp).
   void add_dampers(int group, Square& dampers) const noexcept;
 
  private:

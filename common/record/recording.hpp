@@ -61,7 +61,7 @@ struct RecordedTouch {
   Scheme scheme = Scheme::hold;
   int states = 0;
   std::uint32_t bytes = 0;  ///< of its datagrams, with its terms
-  Micros bridge{};          ///< age that it was made to reach
+  Micros horizon{};         ///< age that it was made to reach
 };
 
 struct RecordedShape {

@@ -18,7 +18,9 @@ ExplicitBody::ExplicitBody(const Dynamics& dynamics)
       spacing_m_(mean_edge_m(dynamics.body())),
       nowhere_(u.x.size(), 0.0F) {}
 
-void ExplicitBody::employ(Crew& crew) { crew_ = crew.size() > 1 && springs_.size() >= kWorthSharing ? &crew : nullptr; }
+void ExplicitBody::use_threads(ThreadPool& pool) {
+  pool_ = pool.size() > 1 && springs_.size() >= kWorthSharing ? &pool : nullptr;
+}
 
 node_loops::Nodes ExplicitBody::nodes_of(std::size_t part) const {
   const std::size_t blocks = u.x.size() / NodeArrays::kBlock, parts = node_parts();

@@ -2,8 +2,8 @@
 //
 //     a = M^-1 (F(u, v) + ...) + gravity for nodes that move, 0 for those that are held
 //
-// Displacements u [m] from the shape at rest (spring_blocks.hpp): one of 10 mm is right to 1 nm. A crew shares the springs, slab
-// by slab, and the loops over nodes: same bits whatever its size. Blocks of nodes where nothing happens may rest
+// Displacements u [m] from the shape at rest (spring_blocks.hpp): one of 10 mm is right to 1 nm. A thread pool shares the
+// springs, slab by slab, and the loops over nodes: same bits whatever its size. Blocks of nodes where nothing happens may rest
 // (resting_blocks.hpp): they are where they are, v = a = 0, and what acts on them is not asked.
 #pragma once
 
@@ -27,7 +27,7 @@ class ExplicitBody {
 
   /// `dynamics` must outlive it. SpringBlocks::covers() the body.
   explicit ExplicitBody(const Dynamics& dynamics);
-  void employ(Crew& crew);
+  void use_threads(ThreadPool& pool);
 
   void take(const BodyState& state, const std::vector<ToolPort>& ports);
   /// Nodes that tools hold are where those are; their velocity is that of the way over the last kHeldOverS: one reading of a
@@ -65,7 +65,7 @@ class ExplicitBody {
   /// Of the springs, those that were needed on average since take().
   double needed_share() const { return evaluations_ > 0 ? needed_ / evaluations_ : 1; }
 
-  /// work(axis, nodes) on every axis of every part of the nodes that move, with the crew where there is one.
+  /// work(axis, nodes) on every axis of every part of the nodes that move, with the thread pool where there is one.
   template <typename Work>
   void on_each_axis(const Work& work) const {
     on_parts(blocks_.moving(), [&](node_loops::Nodes nodes) {
@@ -78,7 +78,7 @@ class ExplicitBody {
  private:
   static constexpr double kHeldOverS = 0.006;
 
-  std::size_t node_parts() const { return crew_ ? crew_->size() : 1; }
+  std::size_t node_parts() const { return pool_ ? pool_->size() : 1; }
   node_loops::Nodes nodes_of(std::size_t part) const;
   double unbalanced_n(std::size_t block, const NodeArrays& a, double per_s) const;
   /// work(nodes) on these runs, cut where the parts are.
@@ -94,8 +94,8 @@ class ExplicitBody {
   }
   template <typename Work>
   void share(std::size_t parts, const Work& work) const {
-    if (crew_)
-      crew_->run(parts, std::ref(work));
+    if (pool_)
+      pool_->run(parts, std::ref(work));
     else
       for (std::size_t part = 0; part < parts; ++part) work(part);
   }
@@ -105,7 +105,7 @@ class ExplicitBody {
   RestingBlocks blocks_;
   std::vector<double> unbalanced_;  // of blocks [N]
   double left_out_n_ = 0, needed_ = 0, evaluations_ = 0;
-  Crew* crew_ = nullptr;
+  ThreadPool* pool_ = nullptr;
   double spacing_m_ = 0;
   std::vector<float> inverse_mass_;  // 0: held
   std::vector<float> nowhere_;       // zeros: the same along an axis in which nothing moves

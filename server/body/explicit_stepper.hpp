@@ -15,7 +15,7 @@ class ExplicitStepper : public Stepper {
                         const ToolMotion& tools) final;
   bool leaves_no_trace() const final { return true; }
   void leave_out(double most_n) final { body_.leave_out(most_n); }
-  void employ(Crew& crew) final { body_.employ(crew); }
+  void use_threads(ThreadPool& pool) final { body_.use_threads(pool); }
   /// Springs, with gaps, that an evaluation goes through.
   std::size_t springs() const { return body_.springs().size(); }
 

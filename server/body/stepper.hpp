@@ -1,10 +1,10 @@
-// What every integrator of the ladder does: it moves a body, with tools on it, on in time.
+// What every integrator does: it moves a body, with tools on it, on in time.
 #pragma once
 
 #include <functional>
 #include <vector>
 
-#include "common/base/crew.hpp"
+#include "common/base/thread_pool.hpp"
 #include "common/port/contact_law.hpp"
 #include "common/port/surface.hpp"
 #include "server/body/dynamics.hpp"
@@ -53,15 +53,15 @@ class Stepper {
   /// Moves `state` and `ports` on to body time `until_s`, in steps of `step_s` at most.
   virtual AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
                                 const ToolMotion& tools) = 0;
-  /// Whether advance() leaves nothing behind that the next one could tell, first guesses of solves aside: one may then look ahead
-  /// with it.
+  /// Whether advance() leaves nothing behind that the next one could tell, first guesses of solves aside: rollouts may then
+  /// use it.
   virtual bool leaves_no_trace() const { return false; }
   /// Forces that may be left out of balance, in total [N], in regions where nothing happens and which need not be computed then;
   /// 0, as at first: none. Explicit integrators of large bodies do so.
   virtual void leave_out(double most_n) { (void)most_n; }
-  /// Lets it share its work with a crew, which must outlive it. Not all do, and none for small bodies; what they compute is the
-  /// same.
-  virtual void employ(Crew& crew) { (void)crew; }
+  /// Lets it share its work with a thread pool, which must outlive it. Not all do, and none for small bodies; what they compute
+  /// is the same.
+  virtual void use_threads(ThreadPool& pool) { (void)pool; }
 };
 
 }  // namespace palpate

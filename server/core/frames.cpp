@@ -9,13 +9,13 @@
 namespace palpate {
 namespace {
 
-constexpr Micros kRemembered{4'000'000};    // of a station's timeline behind the body
+constexpr Micros kTimelineKept{4'000'000};  // of a station's timeline behind the body
 constexpr Micros kLongestSaid{60'000'000};  // of what a beat says of how far the room is behind
 // Shares of a frame that body and patches may take together. Rollouts leave time for datagrams, viewers and the scheduler, and
 // for frames that take longer than others; the nonlinear scheme, which buys far more than the milliseconds that it makes patches
 // older by, is given up where frames would be skipped.
 constexpr double kSchemesMayTake = 0.95, kRolloutsMayTake = 0.8;
-constexpr int kLongBridgeOrder = 16;  // as exact as 22 there, within 0.1 dB
+constexpr int kLongHorizonOrder = 16;  // as exact as 22 there, within 0.1 dB
 
 void ask_for_shapes(const ShapeViewer& viewer, FrameJob& job) {
   job.shapes = true;
@@ -30,7 +30,7 @@ Micros ServerCore::due(std::uint64_t frame) const {
   return first_tick_ + from_seconds(static_cast<double>(frame) / options_.rate_hz);
 }
 
-/// To the last frame that fell due while the room dozed, the next of them being the first not before `now`.
+/// To the last frame that fell due while the room was idle, the next of them being the first not before `now`.
 void ServerCore::wake(Micros now) {
   next_frame_ = static_cast<std::uint64_t>(seconds(now - first_tick_) * options_.rate_hz);
   while (due(next_frame_) < now) ++next_frame_;
@@ -96,8 +96,8 @@ StationJob ServerCore::make_station_job(const Station& station, Micros target) c
   StationJob job;
   job.id = station.id;
   job.scheme = station.in_use.scheme;
-  job.bridge = bridge(station);
-  job.order = order(station, job.bridge);
+  job.horizon = horizon(station);
+  job.order = order(station, job.horizon);
   job.silence = silence(station);
   job.deadband = options_.deadband;
   job.playing = station.playing;
@@ -110,18 +110,18 @@ StationJob ServerCore::make_station_job(const Station& station, Micros target) c
 
 /// What it asked for. Who left it to us gets fewer moments where a patch has long to last: from there on a linear patch is wrong
 /// by what it leaves out of the body's bending, and more moments buy nothing but bytes.
-int ServerCore::order(const Station& station, Micros bridged) const {
+int ServerCore::order(const Station& station, Micros horizon) const {
   if (station.hello.order > 0 || station.in_use.scheme != Scheme::port || facts_.contact != ContactKind::attach)
     return station.hello.order;
-  return bridged >= PatchBuilder::kLongBridge ? kLongBridgeOrder : 0;
+  return horizon >= PatchBuilder::kLongHorizon ? kLongHorizonOrder : 0;
 }
 
 /// How old its patches get before the next: as the station measures it, and no less than the body's age in this frame lets
 /// expect. That is known before the station has said anything, and at once when the body lags behind for another's samples.
-Micros ServerCore::bridge(const Station& station) const {
+Micros ServerCore::horizon(const Station& station) const {
   const auto rtt = station.clock.rtt().mean;
   const auto expected = std::max(rtt, lag_ + rtt / 2) + compute_mean_ + from_seconds(1 / options_.rate_hz);
-  return std::min(std::max(station.patch_age, expected), kBridgeMost);
+  return std::min(std::max(station.patch_age, expected), kHorizonMost);
 }
 
 /// From the last patch before the longest run of losses that the station has seen to the first behind it, and half as long again:
@@ -232,7 +232,7 @@ void ServerCore::finish(FrameResult result, Micros now) {
       report(station, now);
     else
       beat(station);
-    station.timeline.forget_before(body_time_ - kRemembered);
+    station.timeline.forget_before(body_time_ - kTimelineKept);
   }
   if (!result.positions.empty()) show(result, now);
 }
@@ -300,11 +300,11 @@ void ServerCore::let_live_on(Station& station, Micros stamp) {
 }
 
 /// Whether nothing is known of the tool for longer than the patch lasts: it would be played from where the tool is not any more.
-/// The samples of a shadow's tool come over the way of another station, and may take as long as that one's patches bridge.
+/// The samples of a shadow's tool come over the way of another station, and may take as long as that one's prediction horizon.
 bool ServerCore::is_lost(const Station& station, const Patch& patch) const {
   const Station* const owner = tool_of(station);
   if (!owner || owner->timeline.empty()) return false;
-  const Micros allowed = owner == &station ? patch.valid_for : std::max(patch.valid_for, 2 * bridge(*owner));
+  const Micros allowed = owner == &station ? patch.valid_for : std::max(patch.valid_for, 2 * horizon(*owner));
   return patch.stamp - owner->timeline.newest() > allowed;
 }
 

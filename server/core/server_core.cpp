@@ -18,7 +18,7 @@ void ServerCore::tick(Micros now) {
     first_tick_ = body_time_ = now;
   }
   drop_silent(now);
-  if (dozes()) return;
+  if (is_idle()) return;
   const std::uint64_t before = next_frame_;
   for (; due(next_frame_) <= now; ++next_frame_) {
     const bool skipped = job_out_ && owed_;
@@ -42,7 +42,7 @@ void ServerCore::tick(Micros now) {
 
 Micros ServerCore::deadline() const {
   if (!started_) return Micros{};
-  if (dozes()) return Micros::max();
+  if (is_idle()) return Micros::max();
   if (owed_ && !job_out_) return Micros{};
   auto earliest = due(next_frame_);
   for (const auto& [id, station] : stations_) earliest = std::min(earliest, station.heard + kGoneAfter);
@@ -64,7 +64,7 @@ std::vector<StationReport> ServerCore::stations() const {
   std::vector<StationReport> reports;
   for (const auto& [id, s] : stations_)
     reports.push_back({id, s.hello.station, s.hello.role, s.in_use.scheme, s.hello.shadow_of, s.clock.rtt(), s.clock.offset(),
-                       s.clock.drift_ppm(), s.seq.counts(), bridge(s), s.patch_age, s.counts});
+                       s.clock.drift_ppm(), s.seq.counts(), horizon(s), s.patch_age, s.counts});
   return reports;
 }
 

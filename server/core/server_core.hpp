@@ -76,7 +76,7 @@ inline constexpr Micros kLateAfter{150'000};      ///< no newer sample for so lo
 inline constexpr Micros kMostWait{20'000};        ///< that patches are older for the sake of a slower station's samples
 inline constexpr Micros kSampleAhead{250'000};    ///< a sample may lie so far in the future while the clocks settle
 inline constexpr Micros kLeastFrame{1'000};
-inline constexpr Micros kBridgeMost{2'000'000};     ///< a station that says more is not believed
+inline constexpr Micros kHorizonMost{2'000'000};    ///< a station that says more is not believed
 inline constexpr Micros kSilenceMost{1'000'000};    ///< patches are not valid for longer for the sake of a link that loses them
 inline constexpr double kPatchesLost = 0.002;       ///< share of the patches that may get lost: else they go more than once
 inline constexpr int kPatchCopiesMost = 3;          ///< datagrams that carry the same patch
@@ -172,7 +172,7 @@ class ServerCore {
   const Station* find(const std::string& name) const;
 
   // frames.cpp
-  bool dozes() const { return asleep_ && !job_out_ && stations_.empty(); }
+  bool is_idle() const { return asleep_ && !job_out_ && stations_.empty(); }
   void wake(Micros now);
   void note_due(bool skipped);
   void count(const FrameResult& result, Micros took);
@@ -183,9 +183,9 @@ class ServerCore {
   Micros playout(Micros now) const;
   FrameJob make_job(Micros target) const;
   StationJob make_station_job(const Station& station, Micros target) const;
-  Micros bridge(const Station& station) const;
+  Micros horizon(const Station& station) const;
   Micros silence(const Station& station) const;
-  int order(const Station& station, Micros bridged) const;
+  int order(const Station& station, Micros horizon) const;
   Beat beat_for(const Station& station) const;
   void beat_all();
   void beat(Station& station);

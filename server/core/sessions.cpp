@@ -87,7 +87,7 @@ void ServerCore::take_hello(const Message& message, PeerId from, std::size_t siz
       stations_.erase(old->id);
     }
     ++counts_.joins;
-    if (dozes()) wake(now);
+    if (is_idle()) wake(now);
     Station& fresh = stations_[++last_id_];
     fresh.id = last_id_;
     fresh.peer = from;

@@ -12,7 +12,7 @@ constexpr double kHeadBytes = 28 + 140;  // UDP and IP; what encode() puts aroun
 constexpr double kBurstFrames = 2;       // what a viewer may save up of its budget
 constexpr double kNearTool = 64;         // times as visible as elsewhere
 constexpr double kNearShare = 0.08;      // of the body's diagonal
-constexpr double kShadeSteps = 255, kHoldShade = 1.5;
+constexpr double kScalarSteps = 255, kHoldScalar = 1.5;
 
 std::size_t at(ShapeChannel channel) { return static_cast<std::size_t>(channel); }
 bool wants(const ShapeViewer& viewer, ShapeChannel channel) {
@@ -51,7 +51,7 @@ ShapeStream::ShapeStream(const RoomFacts& facts, double rate_hz) : node_of_(fact
   }
   channels_[at(ShapeChannel::position)].unit = kShapeStepM;
   channels_[at(ShapeChannel::tension)].unit = 0x1p-20;
-  channels_[at(ShapeChannel::support)].unit = 1 / kShadeSteps;
+  channels_[at(ShapeChannel::support)].unit = 1 / kScalarSteps;
 }
 
 /// Moves the numbers of a channel to `value(vertex, component)`, in units of it, where they are further than `hold` away.
@@ -84,18 +84,19 @@ void ShapeStream::take(const ShapeFrame& frame) {
   renew(ShapeChannel::position, kHoldSteps,
         [&](std::size_t v, int k) { return (frame.positions[node_of_[v]][k] - rest_[v][k]) * (1 / kShapeStepM); });
   for (const ShapeChannel which : {ShapeChannel::tension, ShapeChannel::support})
-    if (!frame.shades[at(which)].empty()) take_shade(which, frame.shades[at(which)]);
+    if (!frame.fields[at(which)].empty()) take_scalars(which, frame.fields[at(which)]);
   weigh(frame.tools);
 }
 
 /// A tension has no limit known beforehand: its unit doubles until the largest fits into 8 bits.
-void ShapeStream::take_shade(ShapeChannel which, std::span<const float> shade) {
+void ShapeStream::take_scalars(ShapeChannel which, std::span<const float> scalars) {
   Channel& channel = channels_[at(which)];
   float largest = 0;
-  for (const std::uint32_t node : node_of_) largest = std::max(largest, shade[node]);
+  for (const std::uint32_t node : node_of_) largest = std::max(largest, scalars[node]);
   if (which == ShapeChannel::tension && std::isfinite(largest))
-    while (largest > kShadeSteps * channel.unit) channel.unit *= 2;
-  renew(which, kHoldShade, [&](std::size_t v, int) { return std::clamp(shade[node_of_[v]] / channel.unit, 0.0, kShadeSteps); });
+    while (largest > kScalarSteps * channel.unit) channel.unit *= 2;
+  renew(which, kHoldScalar,
+        [&](std::size_t v, int) { return std::clamp(scalars[node_of_[v]] / channel.unit, 0.0, kScalarSteps); });
 }
 
 Vec3 ShapeStream::vertex(std::size_t v) const {

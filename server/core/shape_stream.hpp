@@ -62,7 +62,7 @@ struct ShapeViewer {
 struct ShapeFrame {
   Micros body_time{};
   std::span<const Vec3> positions;
-  std::array<std::span<const float>, kShapeChannels> shades{};  ///< [0] is not used
+  std::array<std::span<const float>, kShapeChannels> fields{};  ///< [0] is not used
   std::vector<Vec3> tools;                                      ///< in contact
 };
 
@@ -101,7 +101,7 @@ class ShapeStream {
 
   template <class Value>
   void renew(ShapeChannel which, double hold, const Value& value);
-  void take_shade(ShapeChannel which, std::span<const float> shade);
+  void take_scalars(ShapeChannel which, std::span<const float> scalars);
   void weigh(const std::vector<Vec3>& tools);
   Vec3 vertex(std::size_t v) const;
   const std::vector<std::uint8_t>& packed(ShapeChannel which, std::uint32_t block);

@@ -97,7 +97,7 @@ struct StationReport {
   Micros offset{};  ///< its clock minus ours
   double drift_ppm = 0;
   SeqCounts link;      ///< of the datagrams from it
-  Micros bridge{};     ///< what its patches are made to bridge
+  Micros horizon{};    ///< age that its patches are made to reach
   Micros patch_age{};  ///< that its patches reach, as it says; 0 = it has not said
   StationCounts counts;
 };

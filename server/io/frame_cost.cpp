@@ -70,7 +70,7 @@ class Trial {
     StationJob hand;
     hand.id = 1;
     hand.scheme = scheme;
-    hand.bridge = 2 * frame_;
+    hand.horizon = 2 * frame_;
     job_.begin = job_.target;
     job_.target += length;
     for (Micros t = job_.begin + kTick; t <= job_.target; t += kTick)

@@ -44,8 +44,8 @@ std::vector<ServerRooms::RoomSpec> specs_of(const std::vector<NamedScene>& scene
 
 }  // namespace
 
-ServerShell::Body::Body(const Scene& scene, std::size_t threads) : crew(threads), room(scene) {
-  room.employ(crew);
+ServerShell::Body::Body(const Scene& scene, std::size_t threads) : step_pool(threads), room(scene) {
+  room.use_threads(step_pool);
   room.listen([this](PatchPart part) {
     const Micros now = monotonic_now();
     if (std::exchange(in_rollouts, part == PatchPart::rollouts)) rollouts_took += now - rollouts_began;
@@ -131,7 +131,7 @@ void ServerShell::step() {
   send_all(now);
   const Micros due = cores_.deadline();
   if (due == Micros::max()) {
-    timer_.cancel();  // all rooms doze until a datagram comes
+    timer_.cancel();  // all rooms are idle until a datagram comes
     return;
   }
   timer_.expires_at(monotonic_at(due));

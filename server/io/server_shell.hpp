@@ -1,7 +1,7 @@
 // Drives rooms in real time: a UDP socket and a ServerCore a room on the thread that calls run(), the bodies on a pool of
 // threads.
 //
-// The network thread sleeps until a datagram comes or the first core's deadline (for good when all rooms doze, but for the
+// The network thread sleeps until a datagram comes or the first core's deadline (for good when all rooms are idle, but for the
 // recordings), takes everything that waits, ticks, sends. The
 // frame job of a room goes to the pool, its result comes back as a task of the network thread; the two share nothing else. A room
 // has one job out at most, and jobs are taken up in the order in which they were handed out: a room that overruns keeps one
@@ -21,7 +21,7 @@
 
 #include "common/io/endpoint.hpp"
 #include "common/io/record_file.hpp"
-#include "common/io/spinning_crew.hpp"
+#include "common/io/spinning_thread_pool.hpp"
 #include "server/core/server_rooms.hpp"
 #include "server/io/peers.hpp"
 #include "server/record/room_recorder.hpp"
@@ -77,7 +77,7 @@ class ServerShell {
   struct Body {
     Body(const Scene& scene, std::size_t threads);
     FrameResult run(const FrameJob& job);
-    SpinningCrew crew;
+    SpinningThreadPool step_pool;
     Room room;  ///< used by the job that is out, by none other
     bool started = false, in_rollouts = false;
     Micros rollouts_began{}, rollouts_took{};  ///< of the job that is out

@@ -45,7 +45,7 @@ void RoomRecorder::begin_frame(FrameJob& job, Micros now) {
       newest = sample.t;
     }
     writer_.add(path);
-    jobs_[station.id] = {station.id, station.scheme, station.order, station.shadow_of, station.bridge, {}, station.silence};
+    jobs_[station.id] = {station.id, station.scheme, station.order, station.shadow_of, station.horizon, {}, station.silence};
   }
   std::erase_if(newest_, [this](const auto& entry) { return !jobs_.contains(entry.first); });
 }
@@ -58,7 +58,7 @@ RecordedTouch RoomRecorder::touch_of(const StationFrame& frame, Micros stamp) co
   touch.force = frame.force;
   touch.contact = frame.contact;
   touch.has_patch = frame.patch.has_value();
-  if (const auto job = jobs_.find(frame.id); job != jobs_.end()) touch.bridge = job->second.bridge;
+  if (const auto job = jobs_.find(frame.id); job != jobs_.end()) touch.horizon = job->second.horizon;
   if (!frame.patch) return touch;
   touch.scheme = frame.patch->scheme;
   touch.states = frame.patch->states();

@@ -39,8 +39,8 @@ class Orthonormal {
 }  // namespace
 
 Linearisation Linearisation::bending() const {
-  if (!near) return *this;
-  return {&near->dynamics(), &near->state(), &near->dynamics().body().fixed, &near->tangents()};
+  if (!subdomain) return *this;
+  return {&subdomain->dynamics(), &subdomain->state(), &subdomain->dynamics().body().fixed, &subdomain->tangents()};
 }
 
 Matrix side_by_side(std::span<const Vector> columns) {
@@ -61,10 +61,10 @@ std::vector<Vector> moment_inputs(const Linearisation& at, double shift_1_s, std
 bool ShiftedSolver::prepare(const Linearisation& at, double shift, bool clamp) {
   iterations_ = 0;
   UpperBlocks& upper = batch_.matrix();
-  if (at.graded) {
-    if (generation_ != at.graded->generation()) matrix_ = at.graded->make_matrix();
-    generation_ = at.graded->generation();
-    at.graded->assemble(shift * shift, shift, 1, *at.held, clamp, *matrix_);
+  if (at.refined) {
+    if (generation_ != at.refined->generation()) matrix_ = at.refined->make_matrix();
+    generation_ = at.refined->generation();
+    at.refined->assemble(shift * shift, shift, 1, *at.held, clamp, *matrix_);
     upper.take(*matrix_);
   } else if (!small_ && at.tangents->can_assemble()) {
     at.tangents->assemble(shift * shift, shift, 1, *at.held, clamp, upper);
@@ -105,9 +105,9 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& s
   for (const Vector& x : start.ports) basis.add(x);
   basis.add(free_motion);
   for (const Vector& x : start.fine) basis.add(x);
-  basis.add(start.imbalance);
+  basis.add(start.residual);
   std::vector<Vector> moment = start.ports;
-  moment.push_back(start.imbalance);
+  moment.push_back(start.residual);
   if (start.motion.size() > 0) {
     basis.add(start.motion);
     moment.push_back(start.motion);
@@ -131,7 +131,7 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& s
 }
 
 std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
-                                   const std::vector<Vector>& fine, const Vector& imbalance, const BasisRequest& request,
+                                   const std::vector<Vector>& fine, const Vector& residual, const BasisRequest& request,
                                    BasisMemory& memory) {
   std::size_t solves = 0;
   const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
@@ -150,7 +150,7 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solve
   start.ports.resize(ports.size());
   std::vector<SolveColumn> columns;
   for (std::size_t k = 0; k < ports.size(); ++k) columns.push_back({&ports[k], &start.ports[k]});
-  columns.push_back({&imbalance, &start.imbalance, kOwnLooser});
+  columns.push_back({&residual, &start.residual, kOwnLooser});
   columns.push_back({&motion, &start.motion, kOwnLooser});
   if (!solve(columns)) return std::nullopt;
   return krylov_basis(at, start, solve, request);

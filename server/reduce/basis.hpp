@@ -2,8 +2,8 @@
 //
 // With P = s^2 M + s D + K at the state (x*, v*), the directions are, in the order in which they are worth having,
 //     P^-1 B,  v*,  P^-1 F*,  P^-1 M v*,   then their next moments  X <- P^-1 (2 s M + D) X
-// which match the response of the whole body to the port, to its own imbalance and to its own motion around the frequency s:
-// the reciprocal of the time that the model has to bridge. Directions that add nothing (nearly dependent) are left out.
+// which match the response of the whole body to the port, to its own residual force and to its own motion around the frequency s:
+// the reciprocal of the prediction horizon. Directions that add nothing (nearly dependent) are left out.
 // Source: rational Krylov (moment matching) for second-order systems, Bai and Su, SIAM J. Sci. Comput. 26 (2005).
 #pragma once
 
@@ -15,7 +15,7 @@
 #include "server/body/batch_cg.hpp"
 #include "server/body/linear_solver.hpp"
 #include "server/body/tangents.hpp"
-#include "server/reduce/near_part.hpp"
+#include "server/reduce/nonlinear_subdomain.hpp"
 
 namespace palpate {
 
@@ -24,26 +24,27 @@ struct Projection {
   Matrix k, d;
 };
 
-/// Where a model is linearised and what it may move: M, K and D over the nodes of a body, or over the fewer of a graded one.
+/// Where a model is linearised and what it may move: M, K and D over the nodes of a body, or over the fewer of a locally refined
+/// one.
 struct Linearisation {
   const Dynamics* dynamics = nullptr;
   const BodyState* state = nullptr;
-  const std::vector<std::uint8_t>* held = nullptr;  ///< nodes that the model keeps still; of `graded`: coordinates
-  const Tangents* tangents = nullptr;               ///< of `dynamics` at `state`; null beside `graded`
-  const GradedBody* graded = nullptr;               ///< at `state`
-  const NearPart* near = nullptr;                   ///< of `graded`, for bending()
+  const std::vector<std::uint8_t>* held = nullptr;  ///< nodes that the model keeps still; of `refined`: coordinates
+  const Tangents* tangents = nullptr;               ///< of `dynamics` at `state`; null beside `refined`
+  const RefinedBody* refined = nullptr;             ///< at `state`
+  const NonlinearSubdomain* subdomain = nullptr;    ///< of `refined`, for bending()
   CoarseSpace* coarse = nullptr;                    ///< for iterative solves; null: none
-  std::span<const CoarseSpace::Node> pieces = {};   ///< where in it each node is, or each coordinate of `graded`
+  std::span<const CoarseSpace::Node> pieces = {};   ///< where in it each node is, or each coordinate of `refined`
 
-  const Vector& masses() const { return graded ? graded->masses() : dynamics->masses(); }
-  const Vector& velocity() const { return graded ? graded->velocity() : state->v; }
+  const Vector& masses() const { return refined ? refined->masses() : dynamics->masses(); }
+  const Vector& velocity() const { return refined ? refined->velocity() : state->v; }
   /// K Y and D Y, nothing held.
   void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
-    graded ? graded->multiply(y, k_y, d_y) : tangents->multiply(y, k_y, d_y);
+    refined ? refined->multiply(y, k_y, d_y) : tangents->multiply(y, k_y, d_y);
   }
   /// (c_k K + c_d D) Y.
   void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const {
-    graded ? graded->multiply_sum(y, c_k, c_d, sum) : tangents->multiply_sum(y, c_k, c_d, sum);
+    refined ? refined->multiply_sum(y, c_k, c_d, sum) : tangents->multiply_sum(y, c_k, c_d, sum);
   }
   Projection projected(const Matrix& v) const {
     Matrix k_v, d_v;
@@ -51,16 +52,16 @@ struct Linearisation {
     return {v.transpose() * k_v, v.transpose() * d_v};
   }
   /// Of a node that is held, or near a tool.
-  std::uint32_t coordinate(std::uint32_t node) const { return graded ? graded->coordinate(node) : node; }
+  std::uint32_t coordinate(std::uint32_t node) const { return refined ? refined->coordinate(node) : node; }
   /// Rows of a basis for one node.
   PortRows rows(std::uint32_t node, const Matrix& v) const {
-    return graded ? graded->at(node, v) : PortRows(v.middleRows<3>(3 * static_cast<Eigen::Index>(node)));
+    return refined ? refined->at(node, v) : PortRows(v.middleRows<3>(3 * static_cast<Eigen::Index>(node)));
   }
-  /// The part whose forces are known beyond their tangents: the whole, or of a graded body the part near the tool.
+  /// The part whose forces are known beyond their tangents: the whole, or of a locally refined body the part near the tool.
   Linearisation bending() const;
   /// How the nodes of that part move, and what forces on them do to the coordinates.
-  Matrix moved(Matrix y) const { return near ? near->moved(y) : std::move(y); }
-  Vector gathered(Vector forces) const { return near ? near->gathered(forces) : std::move(forces); }
+  Matrix moved(Matrix y) const { return subdomain ? subdomain->moved(y) : std::move(y); }
+  Vector gathered(Vector forces) const { return subdomain ? subdomain->gathered(forces) : std::move(forces); }
 };
 
 /// Solves with P. Where that costs next to nothing it is factorised (linear_solver.hpp); on other bodies all right-hand sides go
@@ -89,7 +90,7 @@ class ShiftedSolver {
  private:
   bool small_;
   std::optional<BlockMatrix> matrix_;  // made when first needed: springs have none, nor has every station every kind of solver
-  std::uint64_t generation_ = 0;       // of the graded body that it is for; 0: the whole one
+  std::uint64_t generation_ = 0;       // of the locally refined body that it is for; 0: the whole one
   LinearSolver factor_;
   BatchConjugateGradients batch_;
   int iterations_ = 0;
@@ -104,7 +105,7 @@ struct BasisRequest {
   double tolerance = 1e-2;  ///< of the iterative solves: a Galerkin basis forgives
 };
 
-/// Warm starts: the answers of the last frame, in order of request.
+/// Warm starts: the responses of the last frame, in order of request.
 using BasisMemory = std::vector<Vector>;
 
 /// The body's own loads, F* and M v*, take up to twice the iterations of a port's, and are felt through few directions.
@@ -114,7 +115,7 @@ inline constexpr double kOwnLooser = 20;  ///< SolveColumn::looser
 struct KrylovStart {
   std::vector<Vector> ports;  ///< P^-1 B
   std::vector<Vector> fine;   ///< M^-1 B, for fast response; may be empty
-  Vector imbalance, motion;   ///< P^-1 F*, P^-1 M v*; the latter may be empty where no more modes are wanted than come before it
+  Vector residual, motion;    ///< P^-1 F*, P^-1 M v*; the latter may be empty where no more modes are wanted than come before it
 };
 /// x = P^-1 b for every column. False when P turns out not to be positive definite.
 using KrylovSolve = std::function<bool(std::span<const SolveColumn> columns)>;
@@ -122,15 +123,15 @@ using KrylovSolve = std::function<bool(std::span<const SolveColumn> columns)>;
 /// Columns, at least one, as a matrix.
 Matrix side_by_side(std::span<const Vector> columns);
 
-/// What the next moments answer: (2 s M + D) x.
+/// What the next moments respond to: (2 s M + D) x.
 std::vector<Vector> moment_inputs(const Linearisation& at, double shift_1_s, std::span<const Vector> x);
 
 /// Columns are M-orthonormal; fewer than asked when the body has no more to give; nothing when P is not positive definite.
 std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
                                    const BasisRequest& request);
-/// The same from the input directions B_s (3 N each) and the imbalance F*.
+/// The same from the input directions B_s (3 N each) and the residual force F*.
 std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
-                                   const std::vector<Vector>& fine, const Vector& imbalance, const BasisRequest& request,
+                                   const std::vector<Vector>& fine, const Vector& residual, const BasisRequest& request,
                                    BasisMemory& memory);
 
 /// Lowest eigenvalue of K y = mu M y at rest with the fixed nodes held [1/s^2]: the square of the body's lowest frequency, by

@@ -133,7 +133,7 @@ FarField::Samples FarField::samples(std::uint32_t cell, const Vector& x) const {
   return at;
 }
 
-double FarField::bent(const Samples& from, const Samples& to) const {
+double FarField::distortion(const Samples& from, const Samples& to) const {
   Samples moved;
   Vec3 mean = Vec3::Zero();
   for (std::size_t k = 0; k < kCorners; ++k) {

@@ -48,7 +48,7 @@ class FarField {
   using Samples = std::array<Vec3, kCorners>;
   Samples samples(std::uint32_t cell, const Vector& x) const;
   /// How far they moved to each other, of the edge of a cell.
-  double bent(const Samples& from, const Samples& to) const;
+  double distortion(const Samples& from, const Samples& to) const;
 
  private:
   struct Cell {

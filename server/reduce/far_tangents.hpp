@@ -29,7 +29,7 @@ using CornerTangent = std::array<typename TangentMatrices<kNumbers>::Pair, kCorn
 template <class Elements>
 class FarTangents {
  public:
-  static constexpr double kBent = 2e-3;  ///< of the edge of a cell, that its nodes moved to each other
+  static constexpr double kDistortion = 2e-3;  ///< of the edge of a cell, that its nodes moved to each other
   using Tangent = CornerTangent<Elements::kNumbers>;
 
   /// At the body's rest; `field` must outlive it.
@@ -136,15 +136,16 @@ void FarTangents<Elements>::add_up(Cell& cell, const std::vector<std::uint8_t>& 
 template <class Elements>
 void FarTangents<Elements>::take(const BodyState& state, const std::vector<std::uint8_t>& near) {
   struct Old {
-    double bent;
+    double distortion;
     std::uint32_t cell;
   };
   std::vector<Old> old;
   for (std::uint32_t c = 0; c < cells_.size(); ++c)
-    if (const double by = near[c] ? 0.0 : field_->bent(cells_[c].then, field_->samples(c, state.x)); by > kBent)
+    if (const double by = near[c] ? 0.0 : field_->distortion(cells_[c].then, field_->samples(c, state.x)); by > kDistortion)
       old.push_back({by, c});
-  std::sort(old.begin(), old.end(),
-            [](const Old& p, const Old& q) { return p.bent != q.bent ? p.bent > q.bent : p.cell < q.cell; });
+  std::sort(old.begin(), old.end(), [](const Old& p, const Old& q) {
+    return p.distortion != q.distortion ? p.distortion > q.distortion : p.cell < q.cell;
+  });
   std::size_t renewed = 0;
   for (const Old& o : old) {
     if (renewed >= Elements::kAFrame) break;

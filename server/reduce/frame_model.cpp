@@ -11,32 +11,32 @@ constexpr double kSlidesLooser = 2.5;  // what a tool may slide to is less certa
 
 }  // namespace
 
-double shift_for(Micros bridge) { return std::clamp(2.0 / std::max(seconds(bridge), 1e-3), 5.0, 60.0); }
+double shift_for(Micros horizon) { return std::clamp(2.0 / std::max(seconds(horizon), 1e-3), 5.0, 60.0); }
 
 bool SharedSystem::prepare(const Linearisation& at, double shift, bool clamp, double tolerance) {
   at_ = at;
   shift_ = shift;
   tolerance_ = tolerance;
   fresh_.clear();
-  imbalance_.fresh = motion_.fresh = false;
+  residual_.fresh = motion_.fresh = false;
   return definite_ = solver_.prepare(at, shift, clamp);
 }
 
-bool SharedSystem::answer(std::span<const PortPlace> places, const OwnLoads& own) {
+bool SharedSystem::respond(std::span<const PortPlace> places, const OwnLoads& own) {
   std::vector<SolveColumn> columns;
   std::vector<std::size_t> asked;
   for (const PortPlace& place : places) {
     const auto known = fresh_.find(place.port);
     const bool here = known != fresh_.end() && known->second.point.triangle == place.point.triangle &&
                       known->second.point.weight == place.point.weight;
-    PortAnswer& port = ports_[place.port];
+    PortResponse& port = ports_[place.port];
     if (!here) {
       port.b = place.b;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         port.input[axis] = Vector::Zero(at_.masses().size());
         scatter(port.b, Vec3::Unit(static_cast<int>(axis)), port.input[axis]);
         mask(*at_.held, port.input[axis]);
-        columns.push_back({&port.input[axis], &port.answer[axis]});
+        columns.push_back({&port.input[axis], &port.response[axis]});
       }
       asked.push_back(place.port);
     }
@@ -46,59 +46,60 @@ bool SharedSystem::answer(std::span<const PortPlace> places, const OwnLoads& own
     for (std::size_t k = 0; k < place.slides.size(); ++k) columns.push_back({&place.slides[k], &port.slides[k], kSlidesLooser});
     fresh.slides = !place.slides.empty();
   }
-  for (const auto& [load, answer] : {std::pair{own.imbalance, &imbalance_}, std::pair{own.motion, &motion_}}) {
-    if (!load || answer->fresh) continue;
-    columns.push_back({load, &answer->x, kOwnLooser});
-    answer->fresh = true;
+  for (const auto& [load, response] : {std::pair{own.residual, &residual_}, std::pair{own.motion, &motion_}}) {
+    if (!load || response->fresh) continue;
+    columns.push_back({load, &response->x, kOwnLooser});
+    response->fresh = true;
   }
   if (columns.empty()) return definite_;
   definite_ = definite_ && solve(columns);
-  if (!definite_) return false;  // there may be no answers
+  if (!definite_) return false;  // there may be no responses
   for (const std::size_t k : asked) {
-    PortAnswer& port = ports_[k];
+    PortResponse& port = ports_[k];
     for (int row = 0; row < 3; ++row)
       for (int column = 0; column < 3; ++column)
         port.compliance(row, column) =
-            port.input[static_cast<std::size_t>(row)].dot(port.answer[static_cast<std::size_t>(column)]);
+            port.input[static_cast<std::size_t>(row)].dot(port.response[static_cast<std::size_t>(column)]);
   }
   return definite_;
 }
 
 FrameModel::FrameModel(const Dynamics& dynamics, const Skin& skin) : dynamics_(&dynamics), skin_(&skin), tangents_(dynamics) {
-  if (GradedBody::suits(dynamics)) graded_.reset(new FrameModel(this));
+  if (RefinedBody::suits(dynamics)) refined_.reset(new FrameModel(this));
 }
 
 FrameModel::FrameModel(FrameModel* whole) : dynamics_(whole->dynamics_), skin_(whole->skin_), whole_(whole), body_(*dynamics_) {}
 
-void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& ports, std::span<const ToolAt> tools, Micros bridge) {
+void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& ports, std::span<const ToolAt> tools,
+                       Micros horizon) {
   state_ = &state;
   ports_ = &ports;
   tools_.assign(tools.begin(), tools.end());
-  bridge_ = bridge;
+  horizon_ = horizon;
   wanted_.assign(ports.size(), {});
   settled_ = linearised_ = placed_ = false;
   forces_.resize(0);
   total_.resize(0);
   ahead_.clear();
   going_on_ = 0;
-  ways_.reset();
-  looked_at_ = nullptr;
-  remember();
+  snapshots_.reset();
+  subdomain_ = nullptr;
+  record_snapshot();
   for (Slot& slot : slots_) slot.in_use = false;
-  if (graded_) graded_->begin(state, ports, tools, bridge);
+  if (refined_) refined_->begin(state, ports, tools, horizon);
 }
 
 void FrameModel::want(std::size_t k, const ExpectedSlide& slide) {
   wanted_[k] = {true, slide, {}};
-  if (graded_) graded_->want(k, slide);
+  if (refined_) refined_->want(k, slide);
 }
 
 void FrameModel::listen(std::function<void(PatchPart)> listener) {
-  if (graded_) graded_->listen(listener);
+  if (refined_) refined_->listen(listener);
   listener_ = std::move(listener);
 }
 
-void FrameModel::remember() {
+void FrameModel::record_snapshot() {
   if (now_) {
     if (past_.size() == kPast) past_.pop_front();
     past_.push_back(std::move(*now_));
@@ -107,7 +108,7 @@ void FrameModel::remember() {
   if (!past_.empty() && past_.back().time_s > state_->time_s) past_.clear();  // the room began anew
 }
 
-/// What is held, and of a graded body what its coordinates are: once all ports are where they are for this frame.
+/// What is held, and of a locally refined body what its coordinates are: once all ports are where they are for this frame.
 void FrameModel::settle() {
   if (settled_) return;
   settled_ = true;
@@ -143,39 +144,40 @@ const std::vector<std::uint8_t>& FrameModel::held() {
   return held_;
 }
 
-const BodyWays& FrameModel::ways() {
-  if (ways_) return *ways_;
+const DisplacementSnapshots& FrameModel::snapshots() {
+  if (snapshots_) return *snapshots_;
   settle();
   FrameModel& whole = whole_ ? *whole_ : *this;
   const auto moved = [&](const Vector& x) { return body_ ? body_->moved_since_rest(x) : x; };
   const Vector here = moved(state_->x);
-  const auto way_to = [&](Known& known) -> Vector {
+  const auto displacement_to = [&](Known& known) -> Vector {
     if (body_ && known.moved.size() == 0) known.moved = moved(known.x);
     return (body_ ? known.moved : known.x) - here;
   };
-  BodyWays& ways = ways_.emplace();
-  ways.past.resize(here.size(), static_cast<Eigen::Index>(whole.past_.size()));
-  for (std::size_t k = 0; k < whole.past_.size(); ++k) ways.past.col(static_cast<Eigen::Index>(k)) = way_to(whole.past_[k]);
-  ways.going_on = static_cast<int>(whole.going_on_);
-  ways.ahead.resize(here.size(), static_cast<Eigen::Index>(whole.ahead_.size()));
+  DisplacementSnapshots& snapshots = snapshots_.emplace();
+  snapshots.past.resize(here.size(), static_cast<Eigen::Index>(whole.past_.size()));
+  for (std::size_t k = 0; k < whole.past_.size(); ++k)
+    snapshots.past.col(static_cast<Eigen::Index>(k)) = displacement_to(whole.past_[k]);
+  snapshots.going_on = static_cast<int>(whole.going_on_);
+  snapshots.ahead.resize(here.size(), static_cast<Eigen::Index>(whole.ahead_.size()));
   for (std::size_t k = 0; k < whole.ahead_.size(); ++k)
-    ways.ahead.col(static_cast<Eigen::Index>(k)) = moved(whole.ahead_[k]) - here;
+    snapshots.ahead.col(static_cast<Eigen::Index>(k)) = moved(whole.ahead_[k]) - here;
   if (body_) {
-    ways.rest = -here;
+    snapshots.rest = -here;
   } else {
     if (rest_.size() == 0) rest_ = dynamics_->rest_state().x;
-    ways.rest = rest_ - here;
+    snapshots.rest = rest_ - here;
   }
   if (whole.past_.empty() || state_->time_s - whole.past_.back().time_s >= kApartS)
     whole.now_ = Known{state_->time_s, state_->x, body_ ? here : Vector()};
-  return ways;
+  return snapshots;
 }
 
 Linearisation FrameModel::linearisation(const std::vector<std::uint8_t>& held) {
   settle();
   if (!linearised_) body_ ? body_->take(*state_) : tangents_->take(*state_);
   linearised_ = true;
-  if (body_) return {dynamics_, state_, &held, nullptr, &*body_, looked_at_, &body_->coarse(), body_->pieces()};
+  if (body_) return {dynamics_, state_, &held, nullptr, &*body_, subdomain_, &body_->coarse(), body_->pieces()};
   Linearisation at{dynamics_, state_, &held, &*tangents_};
   if (!coarse_) coarse_ = coarse_space_of(*dynamics_);
   if (coarse_) at.coarse = &*coarse_, at.pieces = coarse_->nodes();
@@ -192,12 +194,12 @@ Vec3 FrameModel::place_of(const ToolPort& port) const {
                                           : position_at(skin_->view(), skin_->rest(), port.point);
 }
 
-void FrameModel::look_at(std::size_t which) {
+void FrameModel::select_subdomain(std::size_t which) {
   if (!body_) return;
   linearisation();
-  NearPart& near = near_.try_emplace(which, *body_).first->second;
-  near.take(place_of((*ports_)[which]), *state_);
-  looked_at_ = &near;
+  NonlinearSubdomain& subdomain = subdomains_.try_emplace(which, *body_).first->second;
+  subdomain.take(place_of((*ports_)[which]), *state_);
+  subdomain_ = &subdomain;
 }
 
 const Vector& FrameModel::forces() {
@@ -240,7 +242,7 @@ const std::vector<double>& FrameModel::positions() {
   return positions_;
 }
 
-double FrameModel::shift(Micros bridge) const { return shift_for(ports_->size() > 1 ? bridge_ : bridge); }
+double FrameModel::shift(Micros horizon) const { return shift_for(ports_->size() > 1 ? horizon_ : horizon); }
 
 SharedSystem* FrameModel::system(double shift, bool clamp, double tolerance) {
   settle();
@@ -263,9 +265,9 @@ SharedSystem* FrameModel::system(double shift, bool clamp, double tolerance) {
   return best->definite ? best->system.get() : nullptr;
 }
 
-Mat3 FrameModel::contact_stiffness(std::size_t k, const PortAnswer& answer) {
+Mat3 FrameModel::contact_stiffness(std::size_t k, const PortResponse& response) {
   const ToolPort& port = (*ports_)[k];
-  const double tissue_n_m = 3 / std::max(answer.compliance.trace(), 1e-12);
+  const double tissue_n_m = 3 / std::max(response.compliance.trace(), 1e-12);
   const double coupling_n_m = port.parameters.coupling_n_m;
   const double k_o = coupling_n_m > 0 ? std::min(coupling_n_m, kRigid * tissue_n_m) : kRigid * tissue_n_m;
   const Vec3 n = normal_at(skin_->view(), positions(), port.point);
@@ -316,7 +318,7 @@ std::span<const Vector> FrameModel::sliding_loads(std::size_t k) {
   return loads;
 }
 
-bool FrameModel::answer(SharedSystem& p, std::size_t which, Own own) {
+bool FrameModel::respond(SharedSystem& p, std::size_t which, Own own) {
   std::vector<SharedSystem::PortPlace> places;
   for (std::size_t k = 0; k < ports_->size(); ++k) {
     const ToolPort& port = (*ports_)[k];
@@ -330,29 +332,29 @@ bool FrameModel::answer(SharedSystem& p, std::size_t which, Own own) {
     mask(held(), motion);
   }
   enter(PatchPart::solve);
-  const bool definite = p.answer(places, {own.imbalance ? &total() : nullptr, own.motion ? &motion : nullptr});
+  const bool definite = p.respond(places, {own.residual ? &total() : nullptr, own.motion ? &motion : nullptr});
   enter(PatchPart::other);
   return definite;
 }
 
 OtherTools FrameModel::others(const SharedSystem& p, std::size_t which) {
   OtherTools others = other_nodes(which);
-  const PortAnswer& own = p.port(which);
+  const PortResponse& own = p.port(which);
   for (std::size_t k = 0; k < ports_->size(); ++k) {
     const ToolPort& port = (*ports_)[k];
     if (k == which || port.kind != ContactKind::touch || !port.touching) continue;
-    const PortAnswer& answer = p.port(k);
-    const Mat3 stiffness = contact_stiffness(k, answer);
+    const PortResponse& response = p.port(k);
+    const Mat3 stiffness = contact_stiffness(k, response);
     Mat3 across;
-    for (int axis = 0; axis < 3; ++axis) across.col(axis) = gather(own.b, answer.answer[static_cast<std::size_t>(axis)]);
-    const double mean = std::sqrt(own.compliance.norm() * answer.compliance.norm());
-    others.springs.push_back({&answer, stiffness, across.norm() > kCoupled * mean});
+    for (int axis = 0; axis < 3; ++axis) across.col(axis) = gather(own.b, response.response[static_cast<std::size_t>(axis)]);
+    const double mean = std::sqrt(own.compliance.norm() * response.compliance.norm());
+    others.springs.push_back({&response, stiffness, across.norm() > kCoupled * mean});
     if (others.load.size() == 0) others.load = Vector::Zero(size());
-    scatter(answer.b, port.lambda, others.load);
+    scatter(response.b, port.lambda, others.load);
     const Vec3 rate = stiffness * tools_[k].velocity;
     if (rate.isZero(0)) continue;
     if (others.load_rate.size() == 0) others.load_rate = Vector::Zero(size());
-    scatter(answer.b, rate, others.load_rate);
+    scatter(response.b, rate, others.load_rate);
   }
   if (others.load.size() > 0) mask(held(), others.load);
   if (others.load_rate.size() > 0) mask(held(), others.load_rate);
@@ -368,8 +370,8 @@ SpringCorrection::SpringCorrection(const OtherTools& others) {
     const OtherTools::Spring& row = *coupled_[static_cast<std::size_t>(i)];
     stiffness.block<3, 3>(3 * i, 3 * i) = row.stiffness;
     for (Eigen::Index j = 0; j < n; ++j) {
-      const PortAnswer& column = *coupled_[static_cast<std::size_t>(j / 3)]->port;
-      system.block<3, 1>(3 * i, j) += row.stiffness * gather(row.port->b, column.answer[static_cast<std::size_t>(j % 3)]);
+      const PortResponse& column = *coupled_[static_cast<std::size_t>(j / 3)]->port;
+      system.block<3, 1>(3 * i, j) += row.stiffness * gather(row.port->b, column.response[static_cast<std::size_t>(j % 3)]);
     }
   }
   if (n > 0) gain_ = system.partialPivLu().solve(stiffness);
@@ -382,9 +384,9 @@ void SpringCorrection::apply(Vector& x) const {
     at_ports.segment<3>(3 * static_cast<Eigen::Index>(i)) = gather(coupled_[i]->port->b, x);
   const Vector forces = gain_ * at_ports;
   for (std::size_t i = 0; i < coupled_.size(); ++i) {
-    const auto& answer = coupled_[i]->port->answer;
+    const auto& response = coupled_[i]->port->response;
     const Vec3 force = forces.segment<3>(static_cast<Eigen::Index>(3 * i));
-    x -= force.x() * answer[0] + force.y() * answer[1] + force.z() * answer[2];
+    x -= force.x() * response[0] + force.y() * response[1] + force.z() * response[2];
   }
 }
 

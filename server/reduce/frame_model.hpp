@@ -1,19 +1,19 @@
-// What the patches of one frame have in common, computed once: the linearised body under all tools, and its answers at their
-// ports.
+// What the patches of one frame have in common, computed once: the linearised body under all tools, and its responses at
+// their ports.
 //
 // With P = s^2 M + s D + K at the state (x*, v*) and B_k the port of tool k, the patches of all touching stations are made of
 //     X_k = P^-1 B_k,   P^-1 F,   P^-1 M v*,      F = F(x*, v*) + sum_k B_k lambda_k
 // so a frame takes three solves a tool (five or six, where it may slide to: P^-1 (B_end lambda_end - B lambda), lambda_end turned
-// with the normal, expected_ways.hpp) and two for all, at one shift s, and all of them go through P together. A model is hardly
-// the worse for an s that is not quite its own: with one tool s is that of its patch, with several that of their mean bridge.
+// with the normal, tool_prediction.hpp) and two for all, at one shift s, and all of them go through P together. A model is hardly
+// the worse for an s that is not quite its own: with one tool s is that of its patch, with several that of their mean horizon.
 //
 // The other tools stay on the body while a patch lasts. Tool o moves on at its velocity v_o, and its contact is a spring between
 // it and the tissue,
 //     lambda_o(t) = lambda_o* + S_o (v_o (t - t*) - B_o^T (x - x*)),    S_o = k_o I (it sticks) or k_o n n^T (it slips)
 // so for the patch of station a the body is pushed by lambda_o*, stiffer by B_o S_o B_o^T, and pushed more as time goes by:
-//     imbalance  F(x*, v*) + sum B_o lambda_o*,   stiffness K + sum B_o S_o B_o^T,   growing load  sum B_o S_o v_o
+//     residual force  F(x*, v*) + sum B_o lambda_o*,   stiffness K + sum B_o S_o B_o^T,   growing load  sum B_o S_o v_o
 // and its P_a = P + sum B_o S_o B_o^T is inverted by the matrix inversion lemma, x -> x - X_O (I + S_O B_O^T X_O)^-1 S_O B_O^T x,
-// where O are the tools that are coupled to it (kCoupled); those of others hardly change the answer at a's port.
+// where O are the tools that are coupled to it (kCoupled); those of others hardly change the response at a's port.
 // A node held by another tool (attach) moves on at its velocity: a growing load -K_o v_o. A scene has one kind of contact, so a
 // grasp's patch meets held nodes only.
 // k_o is the contact stiffness of the tool, but at most kRigid times the tissue's own at that point (which also stands for
@@ -32,23 +32,23 @@
 
 #include "server/body/integrator.hpp"
 #include "server/reduce/basis.hpp"
-#include "server/reduce/expected_ways.hpp"
 #include "server/reduce/patch_part.hpp"
+#include "server/reduce/tool_prediction.hpp"
 
 namespace palpate {
 
 /// A port under P: three columns each.
-struct PortAnswer {
+struct PortResponse {
   Skin::Weights b;
-  std::array<Vector, 3> input, answer;  ///< B, masked; P^-1 B
-  Mat3 compliance = Mat3::Zero();       ///< B^T P^-1 B
-  std::vector<Vector> slides;           ///< P^-1 of the loads of a tool that slides on; none where none was asked for
+  std::array<Vector, 3> input, response;  ///< B, masked; P^-1 B
+  Mat3 compliance = Mat3::Zero();         ///< B^T P^-1 B
+  std::vector<Vector> slides;             ///< P^-1 of the loads of a tool that slides on; none where none was asked for
 };
 
 /// What other tools do to the body while the patch of one lasts.
 struct OtherTools {
   struct Spring {
-    const PortAnswer* port = nullptr;
+    const PortResponse* port = nullptr;
     Mat3 stiffness = Mat3::Zero();  ///< S_o
     bool coupled = false;
   };
@@ -72,14 +72,14 @@ class SharedSystem {
   };
   /// The body's own: what is out of balance, and M v*. Null where it is not asked for.
   struct OwnLoads {
-    const Vector *imbalance = nullptr, *motion = nullptr;
+    const Vector *residual = nullptr, *motion = nullptr;
   };
-  /// Answers to all of these together, as far as they are not known in this frame. The first guess of each is its last answer.
+  /// Responses to all of these together, as far as they are not known in this frame. The first guess of each is its last one.
   /// False when P turns out not to be positive definite.
-  bool answer(std::span<const PortPlace> places, const OwnLoads& own);
-  /// What answer() found.
-  const PortAnswer& port(std::size_t k) const { return ports_.at(k); }
-  const Vector& imbalance() const { return imbalance_.x; }
+  bool respond(std::span<const PortPlace> places, const OwnLoads& own);
+  /// What respond() found.
+  const PortResponse& port(std::size_t k) const { return ports_.at(k); }
+  const Vector& residual() const { return residual_.x; }
   const Vector& motion() const { return motion_.x; }
   bool solve(std::span<const SolveColumn> columns) { return solver_.solve(at_, columns, tolerance_); }
   /// Blocks of the diagonal of P.
@@ -101,15 +101,15 @@ class SharedSystem {
   Linearisation at_;
   double shift_ = 0, tolerance_ = 0;
   bool definite_ = false;
-  std::map<std::size_t, PortAnswer> ports_;
+  std::map<std::size_t, PortResponse> ports_;
   std::map<std::size_t, Fresh> fresh_;
-  Kept imbalance_, motion_;
+  Kept residual_, motion_;
 };
 
 /// How the coordinates move from where the body is to where it was and will be, a column each.
-struct BodyWays {
+struct DisplacementSnapshots {
   Matrix past;   ///< in the last frames in which this was asked for, some 50 ms apart, the newest last
-  Matrix ahead;  ///< see FrameModel::foresee()
+  Matrix ahead;  ///< see FrameModel::set_predicted_states()
   int going_on = 0;
   Vector rest;
 };
@@ -124,14 +124,14 @@ class FrameModel {
   FrameModel(const Dynamics& dynamics, const Skin& skin);
 
   /// A new frame: the arguments must outlive it, and a port's point is settled before the first patch is built. `tools` are
-  /// parallel to `ports`; `bridge` is the mean of the patches to come.
-  void begin(const BodyState& state, const std::vector<ToolPort>& ports, std::span<const ToolAt> tools, Micros bridge);
+  /// parallel to `ports`; `horizon` is the mean of the patches to come.
+  void begin(const BodyState& state, const std::vector<ToolPort>& ports, std::span<const ToolAt> tools, Micros horizon);
 
-  /// A patch will be built for this port, although it may not touch: its answers are found together with those of the others,
+  /// A patch will be built for this port, although it may not touch: its responses are found together with those of the others,
   /// and those to its load where it may have slid to, less its load where it is: B_end lambda_end - B lambda.
   void want(std::size_t k, const ExpectedSlide& slide = {});
-  /// The same frame in the coordinates of a graded body (graded_body.hpp), where the body is one for it; else this.
-  FrameModel& graded() { return graded_ ? *graded_ : *this; }
+  /// The same frame in the coordinates of a locally refined body (refined_body.hpp), where the body is one for it; else this.
+  FrameModel& refined() { return refined_ ? *refined_ : *this; }
   /// Hears of each part when it begins. The model itself knows no clock.
   void listen(std::function<void(PatchPart)> listener);
   void enter(PatchPart part) const {
@@ -141,43 +141,43 @@ class FrameModel {
   const BodyState& state() const { return *state_; }
   const std::vector<ToolPort>& ports() const { return *ports_; }
   const ToolAt& tool(std::size_t k) const { return tools_[k]; }
-  /// Nodes, or the coordinates of a graded body, that the tools and the scene hold.
+  /// Nodes, or the coordinates of a locally refined body, that the tools and the scene hold.
   const std::vector<std::uint8_t>& held();
   /// With others held.
   Linearisation linearisation(const std::vector<std::uint8_t>& held);
   Linearisation linearisation() { return linearisation(this->held()); }
-  /// From here on with what is near this tool, of a graded body, for Linearisation::bending().
-  void look_at(std::size_t which);
+  /// From here on with what is near this tool, of a locally refined body, for Linearisation::bending().
+  void select_subdomain(std::size_t which);
   /// Of a node that is held, or near a tool.
   std::uint32_t coordinate(std::uint32_t node) const { return body_ ? body_->coordinate(node) : node; }
   /// B at a point of the skin.
   Skin::Weights weights(const SurfacePoint& point) const;
   /// Where it is on the body at rest.
   Vec3 place_of(const ToolPort& port) const;
-  /// Where its nodes may be until the next patches take over, as far from here as that counts; empty where nobody looked.
-  /// `going_on`: as hands go on by themselves, evenly to when the patches do.
-  void foresee(std::vector<Vector> going_on, std::vector<Vector> others) {
+  /// Where its nodes may be until the next patches take over, as far from here as that counts; empty where there are no
+  /// snapshots. `going_on`: as hands go on by themselves, evenly to when the patches do.
+  void set_predicted_states(std::vector<Vector> going_on, std::vector<Vector> others) {
     going_on_ = going_on.size();
     ahead_ = std::move(going_on);
     std::move(others.begin(), others.end(), std::back_inserter(ahead_));
   }
-  const BodyWays& ways();
+  const DisplacementSnapshots& snapshots();
   /// F(x*, v*), rows of held nodes zero.
   const Vector& forces();
   /// The skin's vertices.
   const std::vector<double>& positions();
-  /// The shift for a patch with this bridge in this frame.
-  double shift(Micros bridge) const;
+  /// The shift for a patch with this horizon in this frame.
+  double shift(Micros horizon) const;
 
   /// P at a shift; nullptr when it is not positive definite. `tolerance` of its solves.
   SharedSystem* system(double shift, bool clamp, double tolerance);
-  /// Has P answer at all ports that touch or are wanted, at `which` and to the body's own loads that are asked for. False when P
+  /// Has P respond at all ports that touch or are wanted, at `which` and to the body's own loads that are asked for. False when P
   /// turns out not to be positive definite.
   struct Own {
-    bool imbalance = false, motion = false;
+    bool residual = false, motion = false;
   };
-  bool answer(SharedSystem& p, std::size_t which, Own own);
-  /// The tools besides `which`, a port that touches, once P has answered.
+  bool respond(SharedSystem& p, std::size_t which, Own own);
+  /// The tools besides `which`, a port that touches, once P has responded.
   OtherTools others(const SharedSystem& p, std::size_t which);
   /// The same for a node that is held.
   OtherTools other_nodes(std::size_t which);
@@ -199,14 +199,14 @@ class FrameModel {
   struct Known {
     double time_s = 0;
     Vector x;
-    Vector moved;  // of the graded body, since rest; empty where it was not asked for
+    Vector moved;  // of the locally refined body, since rest; empty where it was not asked for
   };
   explicit FrameModel(FrameModel* whole);
-  void remember();
+  void record_snapshot();
   void settle();
   Eigen::Index size() { return linearisation().masses().size(); }
   std::span<const Vector> sliding_loads(std::size_t k);
-  Mat3 contact_stiffness(std::size_t k, const PortAnswer& answer);
+  Mat3 contact_stiffness(std::size_t k, const PortResponse& response);
   void add_held_nodes(std::size_t which, Vector& load_rate);
 
   const Dynamics* dynamics_;
@@ -219,17 +219,17 @@ class FrameModel {
   std::deque<Known> past_;    // of the whole, like the next two
   std::optional<Known> now_;  // will be past
   Vector rest_;
-  std::optional<BodyWays> ways_;
+  std::optional<DisplacementSnapshots> snapshots_;
   std::vector<std::uint8_t> held_;
   std::vector<Wanted> wanted_;
-  Micros bridge_{};
-  std::optional<CoarseSpace> coarse_;     // of the whole; made when it is first needed
-  FrameModel* whole_ = nullptr;           // of a graded one
-  std::optional<GradedBody> body_;        // of a graded one
-  std::map<std::size_t, NearPart> near_;  // of its tools
-  const NearPart* looked_at_ = nullptr;
-  std::unique_ptr<FrameModel> graded_;  // of the whole of a large body
-  std::optional<Tangents> tangents_;    // of the whole
+  Micros horizon_{};
+  std::optional<CoarseSpace> coarse_;                     // of the whole; made when it is first needed
+  FrameModel* whole_ = nullptr;                           // of a locally refined one
+  std::optional<RefinedBody> body_;                       // of a locally refined one
+  std::map<std::size_t, NonlinearSubdomain> subdomains_;  // of its tools
+  const NonlinearSubdomain* subdomain_ = nullptr;
+  std::unique_ptr<FrameModel> refined_;  // of the whole of a large body
+  std::optional<Tangents> tangents_;     // of the whole
   bool settled_ = false, linearised_ = false, placed_ = false;
   std::function<void(PatchPart)> listener_;
   Vector forces_, total_;
@@ -248,7 +248,7 @@ class SpringCorrection {
   Matrix gain_;  // (I + S_O B_O^T X_O)^-1 S_O
 };
 
-/// 2 / bridge within bounds [1/s].
-double shift_for(Micros bridge);
+/// 2 / horizon within bounds [1/s].
+double shift_for(Micros horizon);
 
 }  // namespace palpate

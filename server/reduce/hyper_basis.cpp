@@ -49,7 +49,7 @@ HyperBasis compress(const Vector& masses, const Matrix& w, const Grams& all, Eig
     factor.matrixU().solveInPlace<Eigen::OnTheRight>(made);
   }
   for (Eigen::Index k = count; k < w.cols(); ++k) {
-    constexpr double kOfItsOwn = 1e-6;  // else the leading ones span it
+    constexpr double kIndependentShare = 1e-6;  // else the leading ones span it
     Vector x = w.col(k), of_columns = Vector::Unit(w.cols(), k);
     const auto length = [&] { return std::sqrt(x.dot(masses.cwiseProduct(x))); };
     const double before = length();
@@ -59,7 +59,7 @@ HyperBasis compress(const Vector& masses, const Matrix& w, const Grams& all, Eig
       of_columns -= made * along;
     }
     const double left = length();
-    if (!(left > kOfItsOwn * before)) continue;
+    if (!(left > kIndependentShare * before)) continue;
     for (auto& [to, column] : {std::pair{&directions, &x}, std::pair{&made, &of_columns}}) {
       to->conservativeResize(Eigen::NoChange, to->cols() + 1);
       to->rightCols<1>() = *column / left;
@@ -73,10 +73,10 @@ HyperBasis compress(const Vector& masses, const Matrix& w, const Grams& all, Eig
 }
 
 constexpr double kNegligibleLoads = 0.03;  // of the loads' squares
-constexpr double kLooser = 3;              // what is of second order is needed less exactly than the answers to the port
+constexpr double kSecondOrderLooser = 3;   // what is of second order is needed less exactly than the port responses
 
 /// Loads but the smallest, whose squares are together no more than kNegligibleLoads of those of all.
-void add_those_that_matter(const std::vector<Vector>& loads, Vector* answers, std::vector<SolveColumn>& columns) {
+void add_those_that_matter(const std::vector<Vector>& loads, Vector* responses, std::vector<SolveColumn>& columns) {
   std::vector<double> squares;
   for (const Vector& b : loads) squares.push_back(b.squaredNorm());
   std::vector<std::size_t> order(loads.size());
@@ -85,14 +85,14 @@ void add_those_that_matter(const std::vector<Vector>& loads, Vector* answers, st
   const double all = std::accumulate(squares.begin(), squares.end(), 0.0);
   double left_out = 0;
   for (const std::size_t k : order)
-    if ((left_out += squares[k]) > kNegligibleLoads * all) columns.push_back({&loads[k], &answers[k], kLooser});
+    if ((left_out += squares[k]) > kNegligibleLoads * all) columns.push_back({&loads[k], &responses[k], kSecondOrderLooser});
 }
 
 /// Second-order forces of what acts together: the port's shapes and the body's own motion.
-std::vector<Vector> bending(const Linearisation& at, std::span<const Vector> ports, const Matrix& prescribed, double bridge_s) {
+std::vector<Vector> bending(const Linearisation& at, std::span<const Vector> ports, const Matrix& prescribed, double horizon_s) {
   std::vector<Vector> acting(ports.begin(), ports.end());
   for (Eigen::Index i = 0; i < prescribed.cols(); ++i) acting[static_cast<std::size_t>(i)] += prescribed.col(i);
-  acting.push_back(bridge_s * at.velocity());
+  acting.push_back(horizon_s * at.velocity());
   const Linearisation part = at.bending();
   std::vector<Vector> forces = second_order_forces(*part.dynamics, *part.state, at.moved(side_by_side(acting)));
   for (Vector& f : forces) f = at.gathered(f);
@@ -102,7 +102,7 @@ std::vector<Vector> bending(const Linearisation& at, std::span<const Vector> por
 }  // namespace
 
 std::optional<HyperBasis> hyper_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
-                                      const Matrix& prescribed, std::span<const Vector> dents, const Matrix& ways,
+                                      const Matrix& prescribed, std::span<const Vector> indentations, const Matrix& snapshots,
                                       const HyperBasisRequest& request, BasisMemory& memory) {
   const double s = request.shift_1_s;
   const Matrix ports = side_by_side(start.ports);
@@ -111,22 +111,22 @@ std::optional<HyperBasis> hyper_basis(const Linearisation& at, const KrylovStart
   std::vector<Vector> moments, bends;
   for (Eigen::Index k = 0; k < ports.cols(); ++k)
     moments.emplace_back(s * (2 * s * at.masses().cwiseProduct(ports.col(k)) + d_ports.col(k)));
-  if (dents.empty()) bends = bending(at, start.ports, prescribed, request.bridge_s);
+  if (indentations.empty()) bends = bending(at, start.ports, prescribed, request.horizon_s);
   memory.resize(moments.size() + bends.size());
   std::vector<SolveColumn> solves;
   add_those_that_matter(moments, memory.data(), solves);
   add_those_that_matter(bends, memory.data() + moments.size(), solves);
   if (!solve(solves)) return std::nullopt;
 
-  Vector motion = request.bridge_s * at.velocity();
+  Vector motion = request.horizon_s * at.velocity();
   mask(*at.held, motion);
-  std::vector<Vector> others{motion, start.imbalance, s * start.motion};
+  std::vector<Vector> others{motion, start.residual, s * start.motion};
   for (const SolveColumn& column : solves) others.push_back(*column.x);
-  for (const auto& way : ways.colwise()) {
-    others.emplace_back(way);
+  for (const auto& snapshot : snapshots.colwise()) {
+    others.emplace_back(snapshot);
     mask(*at.held, others.back());
   }
-  others.insert(others.end(), dents.begin(), dents.end());
+  others.insert(others.end(), indentations.begin(), indentations.end());
   const auto beside = std::min<std::size_t>(start.fine.size(), static_cast<std::size_t>(request.modes - 1));
   others.insert(others.end(), start.fine.begin(), start.fine.begin() + static_cast<std::ptrdiff_t>(beside));
   const Matrix rest = side_by_side(others);
@@ -136,7 +136,7 @@ std::optional<HyperBasis> hyper_basis(const Linearisation& at, const KrylovStart
   HyperBasis basis = compress(
       at.masses(), w, grams(at.masses(), w, {std::move(k_ports), std::move(d_ports)}, {std::move(k_rest), std::move(d_rest)}),
       static_cast<Eigen::Index>(beside), s, request.modes);
-  basis.dents = static_cast<int>(dents.size());
+  basis.indentations = static_cast<int>(indentations.size());
   return basis;
 }
 

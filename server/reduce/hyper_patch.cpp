@@ -11,19 +11,19 @@
 namespace palpate {
 namespace {
 
-constexpr double kSoftest = 1e-8;    // of the largest stiffness, where a mode has lost its own
-constexpr double kNotLifted = 1e-9;  // of the largest stiffness: rounding
-constexpr double kMostBraked = 3;    // largest eigenvalue of D in steps: beyond, no spring's damper turns under a touch
+constexpr double kSoftest = 1e-8;      // of the largest stiffness, where a mode has lost its own
+constexpr double kPsdRounding = 1e-9;  // of the largest stiffness: rounding
+constexpr double kMostBraked = 3;      // largest eigenvalue of D in steps: beyond, no spring's damper turns under a touch
 
-bool is_lifted(const Patch& patch, const HyperShapes& shapes) {
-  return shapes.lifted.cwiseAbs().maxCoeff() > kNotLifted * patch.stiffness.maxCoeff();
+bool is_projected(const Patch& patch, const HyperShapes& shapes) {
+  return shapes.psd_change.cwiseAbs().maxCoeff() > kPsdRounding * patch.stiffness.maxCoeff();
 }
 
-/// Coefficients of u^T lifted u / 2.
-Eigen::VectorXf repair(const Matrix& lifted) {
-  Eigen::VectorXf e2(pairs_of(static_cast<int>(lifted.cols())));
-  for (int j = 0; j < lifted.cols(); ++j)
-    for (int i = 0; i <= j; ++i) e2[pair_at(i, j)] = static_cast<float>((i == j ? 0.5 : 1.0) * lifted(i, j));
+/// Coefficients of u^T psd_change u / 2.
+Eigen::VectorXf repair(const Matrix& psd_change) {
+  Eigen::VectorXf e2(pairs_of(static_cast<int>(psd_change.cols())));
+  for (int j = 0; j < psd_change.cols(); ++j)
+    for (int i = 0; i <= j; ++i) e2[pair_at(i, j)] = static_cast<float>((i == j ? 0.5 : 1.0) * psd_change(i, j));
   return e2;
 }
 
@@ -37,9 +37,9 @@ Vector stiffness_of(const Patch& patch, Eigen::Index first) {
 
 /// Of forces on the variables of a grasp, the one that holds the tool where the modes have followed: F = f_p + B_k^T K^-1 f_q.
 Matrix held_tool(const Patch& patch, const Vector& stiffness) {
-  Matrix felt(stiffness.size(), 3);
-  felt << Mat3::Identity(), stiffness.tail(patch.modes()).cwiseInverse().asDiagonal() * patch.b_k;
-  return felt;
+  Matrix at_port(stiffness.size(), 3);
+  at_port << Mat3::Identity(), stiffness.tail(patch.modes()).cwiseInverse().asDiagonal() * patch.b_k;
+  return at_port;
 }
 
 /// The last of the columns among them.
@@ -48,12 +48,12 @@ Matrix every_second(const Matrix& of) {
   return of(Eigen::all, Eigen::seqN((of.cols() + 1) % 2, taken, 2));
 }
 
-/// What samples lie on, and around: dents that a hand is likely to make; where a grasped body will be. All ways there of a solid;
-/// of springs, which are exact where they are few enough and must then not be asked for too much that is alike, the one of a hand
-/// that goes on, half and whole.
-Matrix path_of(const HyperShapes& shapes, bool solid, const Matrix& dents) {
-  if (shapes.dents > 0) return dents;
-  const Matrix ahead = shapes.ways.rightCols(shapes.ahead);
+/// What samples lie on, and around: indentations that a hand is likely to make; where a grasped body will be. Of a solid all
+/// snapshots of that; of springs, which are exact where they are few enough and must then not be asked for too much that is
+/// alike, the one of a hand that goes on, half and whole.
+Matrix path_of(const HyperShapes& shapes, bool solid, const Matrix& indentations) {
+  if (shapes.indentations > 0) return indentations;
+  const Matrix ahead = shapes.snapshots.rightCols(shapes.ahead);
   if (solid) return every_second(ahead);
   if (shapes.port.cols() == 0 || shapes.going_on < 2) return {};
   return ahead(Eigen::all, std::array<Eigen::Index, 2>{shapes.going_on / 2 - 1, shapes.going_on - 1});
@@ -80,7 +80,7 @@ std::optional<NonlinearTerms> nonlinear_terms(const Linearisation& at, const Pat
                                               int vertices) {
   const auto r = patch.stiffness.size(), first = shapes.port.cols(), n = r + first;
   if (r == 0 || !(patch.stiffness.maxCoeff() > 0)) return std::nullopt;
-  const bool repaired = is_lifted(patch, shapes);
+  const bool repaired = is_projected(patch, shapes);
   const int variables = static_cast<int>(n);
   Sampling sampling;
   sampling.room = {variables, first > 0, repaired, vertices, at.dynamics->body().law == SpringLaw::stiffening};
@@ -89,13 +89,14 @@ std::optional<NonlinearTerms> nonlinear_terms(const Linearisation& at, const Pat
     shapes.port.cwiseAbs().rowwise().maxCoeff().maxCoeff(&row);
     sampling.tool = static_cast<int>(row / 3);
   }
-  sampling.likely = Matrix::Zero(n, shapes.coordinates.cols() + shapes.ways.cols());
+  sampling.likely = Matrix::Zero(n, shapes.coordinates.cols() + shapes.snapshots.cols());
   sampling.likely.bottomLeftCorner(r, shapes.coordinates.cols()) = shapes.coordinates;
-  sampling.likely.rightCols(shapes.ways.cols()) = shapes.ways;
+  sampling.likely.rightCols(shapes.snapshots.cols()) = shapes.snapshots;
   const bool solid = !at.dynamics->tetrahedra().empty();
-  sampling.path = path_of(shapes, solid, sampling.likely.middleCols(shapes.coordinates.cols() - shapes.dents, shapes.dents));
+  sampling.path =
+      path_of(shapes, solid, sampling.likely.middleCols(shapes.coordinates.cols() - shapes.indentations, shapes.indentations));
   sampling.stiffness = stiffness_of(patch, first);
-  if (solid && first > 0) sampling.felt = held_tool(patch, sampling.stiffness);
+  if (solid && first > 0) sampling.at_port = held_tool(patch, sampling.stiffness);
   if (first > 0) sampling.likely.topLeftCorner(first, first) = shapes.amplitude.asDiagonal();
   const Matrix moved = moved_by_variables(shapes);
   NonlinearTerms terms;
@@ -107,7 +108,7 @@ std::optional<NonlinearTerms> nonlinear_terms(const Linearisation& at, const Pat
     terms.springs = std::move(*springs);
   }
   if (terms.solid.count() == 0 && terms.springs.count() == 0) return std::nullopt;
-  if (repaired) terms.e2 = repair(shapes.lifted);
+  if (repaired) terms.e2 = repair(shapes.psd_change);
   terms.rate = stamp_rate(patch);
   const NonlinearForce force(terms, patch);
   if (force.empty()) return std::nullopt;

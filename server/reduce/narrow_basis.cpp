@@ -10,8 +10,8 @@ namespace palpate {
 namespace {
 
 constexpr double kSpeedUpM_s = 0.02;
-constexpr double kOwnShare = 0.3;  // of the free motion and the imbalance: the Krylov basis has more of them than of the rest
-constexpr int kBridgeSteps = 24;   // of the bridged time; 100 change nothing
+constexpr double kOwnShare = 0.3;  // of free motion and residual force: the Krylov basis has more of them than of the rest
+constexpr int kHorizonSteps = 24;  // of the prediction horizon; 100 change nothing
 
 /// The wide system in the eigenvectors U of its stiffness.
 struct SmallSystem {
@@ -23,7 +23,7 @@ struct SmallSystem {
   Vector load, rate;  ///< g and y'(0)
 };
 
-SmallSystem small_system(const Linearisation& at, const Matrix& wide, const std::vector<Vector>& ports, const Vector& imbalance) {
+SmallSystem small_system(const Linearisation& at, const Matrix& wide, const std::vector<Vector>& ports, const Vector& residual) {
   Matrix k_w, d_w;
   at.multiply(wide, k_w, d_w);
   const Matrix k = wide.transpose() * k_w, d = wide.transpose() * d_w;
@@ -41,27 +41,27 @@ SmallSystem small_system(const Linearisation& at, const Matrix& wide, const std:
   Vector motion = at.velocity();
   mask(*at.held, motion);
   y.rate = y.modes.transpose() * at.masses().cwiseProduct(motion);
-  y.load = y.modes.transpose() * imbalance + y.damping * y.rate;
+  y.load = y.modes.transpose() * residual + y.damping * y.rate;
   return y;
 }
 
 /// y_j(t) by the trapezoidal rule, weighted; a block of columns for each step.
-Matrix responses(const SmallSystem& y, double bridge_s) {
+Matrix responses(const SmallSystem& y, double horizon_s) {
   const Eigen::Index n = y.load.size(), p = y.ports.cols(), inputs = p + 3;
-  const double h = bridge_s / kBridgeSteps;
+  const double h = horizon_s / kHorizonSteps;
   Matrix step = 0.5 * h * y.damping;
   step.diagonal() += Vector::Ones(n) + 0.25 * h * h * y.energy;
   const Eigen::LLT<Matrix> solver(step);
-  Matrix q = Matrix::Zero(n, inputs), v = q, u = q, all(n, kBridgeSteps * inputs);
+  Matrix q = Matrix::Zero(n, inputs), v = q, u = q, all(n, kHorizonSteps * inputs);
   v.col(p) = v.col(p + 2) = kOwnShare * y.rate;
   u.col(p + 1) = u.col(p + 2) = kOwnShare * y.load;
-  for (int k = 0; k < kBridgeSteps; ++k) {
+  for (int k = 0; k < kHorizonSteps; ++k) {
     const double t = (k + 0.5) * h;
-    u.leftCols(p) = 0.5 * kSpeedUpM_s / bridge_s * t * t * y.ports;
+    u.leftCols(p) = 0.5 * kSpeedUpM_s / horizon_s * t * t * y.ports;
     const Matrix mean = solver.solve(v + 0.5 * h * (u - y.energy.asDiagonal() * q));
     q += h * mean;
     v = 2 * mean - v;
-    all.middleCols(k * inputs, inputs) = std::sqrt((1 - (k + 1.0) / kBridgeSteps) / kBridgeSteps) * q;
+    all.middleCols(k * inputs, inputs) = std::sqrt((1 - (k + 1.0) / kHorizonSteps) / kHorizonSteps) * q;
   }
   return all;
 }
@@ -76,16 +76,16 @@ Matrix leading(const Matrix& x, Eigen::Index most) {
 
 }  // namespace
 
-Matrix narrowed(const Linearisation& at, const Matrix& wide, const std::vector<Vector>& ports, const Vector& imbalance,
+Matrix narrowed(const Linearisation& at, const Matrix& wide, const std::vector<Vector>& ports, const Vector& residual,
                 const NarrowRequest& request) {
   if (wide.cols() <= request.modes) return wide;
-  const SmallSystem y = small_system(at, wide, ports, imbalance);
+  const SmallSystem y = small_system(at, wide, ports, residual);
   const double s = request.shift_1_s;
   Matrix p = s * y.damping;
   p.diagonal() += y.stiffness + Vector::Constant(y.load.size(), s * s);
   const Vector root = y.energy.cwiseSqrt();  // to coordinates in which the energy is the square
   const Matrix at_shift = leading(root.asDiagonal() * p.ldlt().solve(y.ports), request.modes);
-  const Matrix rest = root.asDiagonal() * responses(y, request.bridge_s);
+  const Matrix rest = root.asDiagonal() * responses(y, request.horizon_s);
   const Matrix over_time = leading(rest - at_shift * (at_shift.transpose() * rest), request.modes - at_shift.cols());
   Matrix chosen(y.load.size(), at_shift.cols() + over_time.cols());
   chosen << at_shift, over_time;

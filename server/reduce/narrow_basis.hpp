@@ -9,11 +9,11 @@
 // is reduced once more, by an orthogonal projection, so K and D stay symmetric and positive semi-definite where they were. Its
 // r directions are, in this order,
 //
-//   1. W^T M P^-1 B, what answers the port at the shift s: there the patch stays as exact as its Krylov basis;
-//   2. the leading eigenvectors, in the energy |K|, of the position block of the Gramian of the bridged time T,
+//   1. W^T M P^-1 B, the port responses at the shift s: there the patch stays as exact as its Krylov basis;
+//   2. the leading eigenvectors, in the energy |K|, of the position block of the Gramian of the prediction horizon T,
 //          S = 1/T int_0^T (1 - t/T) sum_j y_j(t) y_j(t)^T dt,
 //      of the responses y_j to a tool that speeds up along each axis, d = a t^2 / 2 with a T = 20 mm/s, and, at a third of
-//      their size, to the free motion y'(0) = W^T M v*, to the imbalance u = W^T F* + D y'(0) and to both together.
+//      their size, to the free motion y'(0) = W^T M v*, to the residual force u = W^T F* + D y'(0) and to both together.
 //
 // The weight 1 - t/T is how many of the ages that a patch reaches see the response t after its cause. One Gramian is enough:
 // M, D and K are symmetric and the port is collocated, so that of the observer is its mirror image (linear/balance.hpp).
@@ -28,12 +28,12 @@ namespace palpate {
 struct NarrowRequest {
   int modes = 8;
   double shift_1_s = 20;
-  double bridge_s = 0.1;  ///< T
+  double horizon_s = 0.1;  ///< T
 };
 
-/// `wide`: M-orthonormal columns that hold P^-1 B for the `ports` B (3 N each); `imbalance` F*. M-orthonormal columns, as many as
+/// `wide`: M-orthonormal columns that hold P^-1 B for the `ports` B (3 N each); `residual` F*. M-orthonormal columns, as many as
 /// asked or as the wide basis has to give.
-Matrix narrowed(const Linearisation& at, const Matrix& wide, const std::vector<Vector>& ports, const Vector& imbalance,
+Matrix narrowed(const Linearisation& at, const Matrix& wide, const std::vector<Vector>& ports, const Vector& residual,
                 const NarrowRequest& request);
 
 }  // namespace palpate

@@ -6,10 +6,10 @@
 #include <numeric>
 
 #include "server/reduce/bending.hpp"
-#include "server/reduce/lift.hpp"
 #include "server/reduce/narrow_basis.hpp"
 #include "server/reduce/patch_builder_common.hpp"
 #include "server/reduce/port_surface.hpp"
+#include "server/reduce/psd_projection.hpp"
 
 namespace palpate {
 namespace {
@@ -67,7 +67,7 @@ bool PatchBuilder::hold_far_nodes(const FrameModel& frame, const std::vector<std
   for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
     if (!near[i]) continue;
     const std::uint32_t row = frame.coordinate(i);
-    if (row == GradedBody::kNone) return false;
+    if (row == RefinedBody::kNone) return false;
     held[row] = held_[row];
   }
   held_ = std::move(held);
@@ -96,7 +96,7 @@ bool PatchBuilder::reduce(const Linearisation& at, const Matrix& v, const Projec
   reduced.stiffness = eigen.eigenvalues();
   const Matrix d = u.transpose() * of_v.d * u;
   patch.stiffness = eigen.eigenvalues().cwiseAbs().cwiseMax(softest_1_s2_);
-  report_.lifted_1_s2 = (patch.stiffness - eigen.eigenvalues()).maxCoeff();
+  report_.psd_change_1_s2 = (patch.stiffness - eigen.eigenvalues()).maxCoeff();
   patch.damping = 0.5 * (d + d.transpose());
   Vector motion = at.velocity();
   mask(*at.held, motion);
@@ -120,7 +120,7 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
   patch.tool_velocity = frame.tool(which).velocity;
   patch.force = port.kind == ContactKind::attach || port.touching ? Vec3(-port.lambda) : Vec3::Zero();
   patch.touching = port.kind == ContactKind::attach || port.touching;
-  patch.valid_for = 2 * request.bridge + request.silence;
+  patch.valid_for = 2 * request.horizon + request.silence;
   patch.trust_radius_m = extent_m_;
   if (patch.constant) return patch;
   if (request.scheme == Scheme::balanced && !balanced_) return std::nullopt;
@@ -129,7 +129,7 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
   if (request.scheme == Scheme::two_layer && !dynamics_->tetrahedra().empty())
     return fall_back(frame, which, request, Scheme::ring);
   // What is not definite on fewer coordinates may be on all. A body in the middle of a fold is definite for a hand that is
-  // faster, and its own directions then are worth more than those of a body that cannot fold (docs/decisions/0025).
+  // faster, and its own directions then are worth more than those of a body that cannot fold (docs/notebook/0025).
   constexpr double kFaster = 8;
   std::vector<Footing> footings{Footing{}};
   if (request.scheme != Scheme::tangent && request.scheme != Scheme::balanced) footings.push_back({kFaster});
@@ -137,14 +137,14 @@ std::optional<Patch> PatchBuilder::build(FrameModel& frame, std::size_t which, c
   const bool hyper = request.scheme == Scheme::hyper;
   const bool of_body_itself = request.scheme == Scheme::two_layer || request.scheme == Scheme::balanced;
   std::vector<FrameModel*> models{&frame};
-  if (!of_body_itself && &frame.graded() != &frame) models = {&frame.graded(), &frame};
+  if (!of_body_itself && &frame.refined() != &frame) models = {&frame.refined(), &frame};
   for (FrameModel* model : models)
     for (const Footing& footing : footings) {
       if (built) continue;
       held_ = model->held();
       if (hyper) {
-        model->look_at(which);
-        ways_ = &model->ways();
+        model->select_subdomain(which);
+        snapshots_ = &model->snapshots();
       }
       built = request.scheme == Scheme::two_layer ? build_two_layer(*model, which, request, patch, footing)
                                                   : build_whole(*model, which, request, patch, footing);
@@ -178,7 +178,7 @@ std::optional<Patch> PatchBuilder::build_whole(FrameModel& frame, std::size_t wh
   if (port.kind == ContactKind::attach) held_[frame.coordinate(port.node)] = 1;
   const Linearisation at = linearisation_for(request.scheme, frame, held_);
   Model model{at, frame.forces_beside(which), &solver_, &memory_, nullptr, frame.other_nodes(which)};
-  mask(held_, model.imbalance);
+  mask(held_, model.residual);
   const auto built = port.kind == ContactKind::attach ? build_attach(model, port, request, patch, footing, frame.tool(which))
                                                       : build_touch(model, frame, which, request, patch, footing);
   report_.solver_iterations += solver_.iterations();
@@ -203,7 +203,7 @@ std::optional<Patch> PatchBuilder::build_two_layer(FrameModel& frame, std::size_
               &memory,
               &local,
               {}};
-  mask(local.body.fixed, model.imbalance);
+  mask(local.body.fixed, model.residual);
   return port.kind == ContactKind::attach ? build_attach(model, port, request, patch, footing, frame.tool(which))
                                           : build_touch(model, frame, which, request, patch, footing);
 }
@@ -245,7 +245,7 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
     mask(*at.held, d_tool[column]);
   }
   const double node_mass_kg = at.masses()[3 * static_cast<Eigen::Index>(node)];
-  const double shift = footing.shift(request, shift_for(request.bridge));
+  const double shift = footing.shift(request, shift_for(request.horizon));
   const bool balanced = request.scheme == Scheme::balanced;
   if (!balanced && !model.solver->prepare(at, shift, footing.clamp)) return std::nullopt;
 
@@ -254,7 +254,7 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
     if (!released) return std::nullopt;
     patch.k_port = symmetric(patch.k_port) - *released;
     patch.d_port.setZero();
-    report_.lifted_1_s2 = lift_grasp(patch, node_mass_kg);
+    report_.psd_change_1_s2 = project_grasp(patch, node_mass_kg);
     return patch;
   }
 
@@ -264,7 +264,7 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
   const bool hyper = request.scheme == Scheme::hyper;
   HyperShapes shapes;
   std::optional<HyperBasis> candidates;
-  if (hyper) candidates = grasp_shapes(model, node, inputs, {modes, shift, seconds(request.bridge)}, tool, shapes);
+  if (hyper) candidates = grasp_shapes(model, node, inputs, {modes, shift, seconds(request.horizon)}, tool, shapes);
   if (hyper && !candidates) return std::nullopt;
   const auto basis = hyper      ? std::optional(candidates->shapes)
                      : balanced ? restricted_basis(balanced_->grasped(port.node), modes, dynamics_->masses(), held_)
@@ -273,7 +273,7 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
   if (!basis || !reduce(at, *basis, hyper ? candidates->at_shapes : at.projected(*basis), model.others, patch, reduced))
     return std::nullopt;
   Matrix& v = reduced.v;
-  if (patch.load_rate.size() > 0) patch.load_for = request.bridge;
+  if (patch.load_rate.size() > 0) patch.load_for = request.horizon;
   patch.b_k.resize(v.cols(), 3);
   patch.b_d.resize(v.cols(), 3);
   for (int axis = 0; axis < 3; ++axis) {
@@ -282,15 +282,15 @@ std::optional<Patch> PatchBuilder::build_attach(const Model& model, const ToolPo
   }
   patch.k_port = symmetric(patch.k_port);
   patch.d_port = symmetric(patch.d_port);
-  patch.g = v.transpose() * model.imbalance + patch.damping * patch.q_rate;
-  Matrix turned;
+  patch.g = v.transpose() * model.residual + patch.damping * patch.q_rate;
+  Matrix rotation;
   const Matrix true_stiffness = hyper ? joint_stiffness(patch, reduced.stiffness) : Matrix();
-  report_.lifted_1_s2 = std::max(report_.lifted_1_s2, lift_grasp(patch, node_mass_kg, hyper ? &turned : nullptr));
+  report_.psd_change_1_s2 = std::max(report_.psd_change_1_s2, project_grasp(patch, node_mass_kg, hyper ? &rotation : nullptr));
   if (hyper) {
-    shapes.modes = v * turned;
+    shapes.modes = v * rotation;
     shapes.coordinates = shapes.modes.transpose() * at.masses().asDiagonal() * basis.value() * candidates->coordinates;
     Matrix turn = Matrix::Identity(v.cols() + 3, v.cols() + 3);
-    turn.bottomRightCorner(v.cols(), v.cols()) = turned;
+    turn.bottomRightCorner(v.cols(), v.cols()) = rotation;
     add_terms(model.at, patch, turn.transpose() * true_stiffness * turn, shapes, 0);
   }
   return patch;
@@ -302,72 +302,72 @@ std::optional<Matrix> PatchBuilder::grasp_basis(const Model& model, const std::v
                                                 const PatchRequest& request, BasisRequest wanted) {
   constexpr int kMore = 4;
   const int modes = wanted.modes;
-  const bool choose = request.scheme == Scheme::port && request.bridge >= kLongBridge && modes < kAttachOrder / 2;
+  const bool choose = request.scheme == Scheme::port && request.horizon >= kLongHorizon && modes < kAttachOrder / 2;
   if (choose) wanted.modes += kMore;
-  auto basis = krylov_basis(model.at, *model.solver, inputs, {}, model.imbalance, wanted, *model.memory);
+  auto basis = krylov_basis(model.at, *model.solver, inputs, {}, model.residual, wanted, *model.memory);
   if (basis && choose)
-    basis = narrowed(model.at, *basis, inputs, model.imbalance, {modes, wanted.shift_1_s, seconds(request.bridge)});
+    basis = narrowed(model.at, *basis, inputs, model.residual, {modes, wanted.shift_1_s, seconds(request.horizon)});
   return basis;
 }
 
 /// Where the body was and will be, and where it rests, less where it is.
-Matrix PatchBuilder::known_ways() const {
-  Matrix ways(ways_->past.rows(), ways_->past.cols() + ways_->ahead.cols() + 1);
-  ways << ways_->past, ways_->ahead, ways_->rest;
-  return ways;
+Matrix PatchBuilder::known_snapshots() const {
+  Matrix snapshots(snapshots_->past.rows(), snapshots_->past.cols() + snapshots_->ahead.cols() + 1);
+  snapshots << snapshots_->past, snapshots_->ahead, snapshots_->rest;
+  return snapshots;
 }
 
 /// Directions for a grasp, and how far the tool is likely to move.
 std::optional<HyperBasis> PatchBuilder::grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs,
                                                      HyperBasisRequest wanted, const ToolAt& tool, HyperShapes& shapes) {
-  shapes.amplitude = expected_motion(tool, wanted.bridge_s);
+  shapes.amplitude = expected_motion(tool, wanted.horizon_s);
   shapes.port = Matrix::Zero(inputs[0].size(), 3);
   Vector motion = model.at.velocity();
   mask(*model.at.held, motion);
-  inputs.push_back(model.imbalance);
+  inputs.push_back(model.residual);
   inputs.push_back(model.at.masses().cwiseProduct(motion));
   if (!solve_ports(model, inputs, kBasisTolerance)) return std::nullopt;
-  const BasisMemory& answers = *model.memory;
-  KrylovStart start{{}, {}, answers[3], answers[4]};
+  const BasisMemory& responses = *model.memory;
+  KrylovStart start{{}, {}, responses[3], responses[4]};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto column = static_cast<Eigen::Index>(axis);
     const bool across = axis == 2 && dynamics_->body().planar;  // where nothing moves
     shapes.port(3 * static_cast<Eigen::Index>(node) + column, column) = across ? 0 : shapes.amplitude[column];
-    start.ports.push_back(shapes.amplitude[column] * answers[axis]);
+    start.ports.push_back(shapes.amplitude[column] * responses[axis]);
   }
   const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
     return model.solver->solve(model.at, columns, kBasisTolerance);
   };
-  return hyper_basis(model.at, start, solve, shapes.port, {}, known_ways(), wanted, basis_memory_);
+  return hyper_basis(model.at, start, solve, shapes.port, {}, known_snapshots(), wanted, basis_memory_);
 }
 
-/// `true_stiffness`: of modes and tool before anything was lifted, in the modes of the patch; `vertices` of its surface.
+/// `true_stiffness`: of modes and tool before PSD projection, in the modes of the patch; `vertices` of its surface.
 void PatchBuilder::add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, HyperShapes& shapes,
                              int vertices) {
   // Where it was, where it will be if it goes on as it did since the last frame or as its tools do, and where it rests.
-  std::vector<Vector> ways;
-  const Matrix& past = ways_->past;
-  if (past.cols() > 0) ways.emplace_back(past.rightCols<1>());
-  if (past.cols() > 1) ways.emplace_back(past.col(0));
-  if (past.cols() > 0) ways.emplace_back(-ways.front());
-  ways.push_back(ways_->rest);
-  for (const auto& way : ways_->ahead.colwise()) ways.emplace_back(way);
+  std::vector<Vector> snapshots;
+  const Matrix& past = snapshots_->past;
+  if (past.cols() > 0) snapshots.emplace_back(past.rightCols<1>());
+  if (past.cols() > 1) snapshots.emplace_back(past.col(0));
+  if (past.cols() > 0) snapshots.emplace_back(-snapshots.front());
+  snapshots.push_back(snapshots_->rest);
+  for (const auto& snapshot : snapshots_->ahead.colwise()) snapshots.emplace_back(snapshot);
   const Eigen::Index first = shapes.port.cols(), r = shapes.modes.cols();
-  shapes.ahead = static_cast<int>(ways_->ahead.cols());
-  shapes.going_on = ways_->going_on;
-  shapes.ways.resize(first + r, static_cast<Eigen::Index>(ways.size()));
-  for (std::size_t k = 0; k < ways.size(); ++k) {
-    auto u = shapes.ways.col(static_cast<Eigen::Index>(k));
-    if (first > 0) u.head<3>() = (shapes.port.transpose() * ways[k]).cwiseQuotient(shapes.amplitude);
-    mask(*at.held, ways[k]);
-    u.tail(r) = shapes.modes.transpose() * at.masses().cwiseProduct(ways[k]);
+  shapes.ahead = static_cast<int>(snapshots_->ahead.cols());
+  shapes.going_on = snapshots_->going_on;
+  shapes.snapshots.resize(first + r, static_cast<Eigen::Index>(snapshots.size()));
+  for (std::size_t k = 0; k < snapshots.size(); ++k) {
+    auto u = shapes.snapshots.col(static_cast<Eigen::Index>(k));
+    if (first > 0) u.head<3>() = (shapes.port.transpose() * snapshots[k]).cwiseQuotient(shapes.amplitude);
+    mask(*at.held, snapshots[k]);
+    u.tail(r) = shapes.modes.transpose() * at.masses().cwiseProduct(snapshots[k]);
   }
   modes_ = shapes.modes;
-  modes_of_ = at.graded;
-  modes_generation_ = at.graded ? at.graded->generation() : 0;
+  modes_of_ = at.refined;
+  modes_generation_ = at.refined ? at.refined->generation() : 0;
   shapes.modes = at.moved(std::move(shapes.modes));
   shapes.port = at.moved(std::move(shapes.port));
-  shapes.lifted = true_stiffness - joint_stiffness(patch, patch.stiffness);
+  shapes.psd_change = true_stiffness - joint_stiffness(patch, patch.stiffness);
   if (auto terms = nonlinear_terms(at.bending(), patch, shapes, vertices)) terms_ = std::move(*terms);
 }
 

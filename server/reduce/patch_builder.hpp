@@ -12,7 +12,7 @@
 //   hyper            the whole body, a basis for what it is likely to do (hyper_basis.hpp), and beside the linear patch
 //                    some of its elements (hyper_patch.hpp); `port` where they cannot be had, and then the patch says so
 //
-// Of a large body all but `two-layer` and `balanced` see what is far from the tools coarser (graded_body.hpp).
+// Of a large body all but `two-layer` and `balanced` see what is far from the tools coarser (refined_body.hpp).
 //
 // K and D are the symmetric tangents, so an orthogonal projection keeps them positive semi-definite where the body's own are.
 // A compressed body may have a direction without stiffness, or with a negative one along which it snaps. There a linear model
@@ -20,8 +20,8 @@
 // mode is taken for softer than the softest of the body at rest: its stiffness is max(|k|, softest), and by how much that differs
 // is reported. What several stations of a room have in common is solved once a frame, and the tools of the others stay on the
 // body while a patch lasts (frame_model.hpp); the basis has the direction in which their growing load moves the body where they
-// are coupled to the port. For a grasp the joint stiffness of modes and tool is then lifted to zero where it is still negative
-// (lift.hpp).
+// are coupled to the port. For a grasp the joint stiffness of modes and tool is then projected onto the positive semi-definite
+// ones (psd_projection.hpp).
 #pragma once
 
 #include <memory>
@@ -29,19 +29,19 @@
 
 #include "server/body/integrator.hpp"
 #include "server/reduce/balanced_basis.hpp"
-#include "server/reduce/dent.hpp"
 #include "server/reduce/frame_model.hpp"
 #include "server/reduce/hyper_basis.hpp"
 #include "server/reduce/hyper_patch.hpp"
+#include "server/reduce/static_indentation.hpp"
 #include "server/reduce/two_layer.hpp"
 
 namespace palpate {
 
 struct PatchRequest {
   Scheme scheme = Scheme::port;
-  int order = 0;          ///< states wanted, 0 = default of the scheme
-  Micros bridge{50'000};  ///< age that the patch will reach
-  /// That the link may make between two patches: valid for twice `bridge` and this.
+  int order = 0;           ///< states wanted, 0 = default of the scheme
+  Micros horizon{50'000};  ///< age that the patch will reach
+  /// That the link may make between two patches: valid for twice `horizon` and this.
   Micros silence = kSilenceLeast;
   /// Surface vertices that fit into a datagram beside so many modes, without and with a load_rate.
   int (*vertices_max)(int modes, bool loaded) = [](int, bool) { return 12; };
@@ -52,7 +52,7 @@ struct PatchBuildReport {
   /// `hyper` was asked for, `port` was built: a law that is not smooth, finite elements of several laws, springs too stiff for
   /// the player's step; or `two-layer` was, and `ring` was built: the body has tetrahedra.
   bool fell_back = false;
-  double lifted_1_s2 = 0;  ///< most that the stiffness of a mode was changed by
+  double psd_change_1_s2 = 0;  ///< most that the stiffness of a mode was changed by
   int solver_iterations = 0;
 };
 
@@ -60,7 +60,7 @@ class PatchBuilder {
  public:
   static constexpr int kRingLayers = 1;
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
-  static constexpr Micros kLongBridge{120'000};  ///< from there on a grasp's few modes are chosen from more (narrow_basis.hpp)
+  static constexpr Micros kLongHorizon{120'000};  ///< from there on a grasp's few modes are chosen from more (narrow_basis.hpp)
   static constexpr int kHyperAttachOrder = 32, kHyperTouchOrder = 30;
   static constexpr double kFilteredHz = 10;  ///< low-pass of `filtered`: the paper's, its model rate
 
@@ -85,7 +85,7 @@ class PatchBuilder {
   /// What is reduced, and with what.
   struct Model {
     Linearisation at;
-    Vector imbalance;  ///< F* of its nodes, zero where they are held
+    Vector residual;  ///< F* of its nodes, zero where they are held
     ShiftedSolver* solver = nullptr;
     BasisMemory* memory = nullptr;
     const LocalBody* local = nullptr;  ///< null: all of the body
@@ -94,11 +94,11 @@ class PatchBuilder {
 
   struct Reduced {
     Matrix v;          ///< modes, 3 N x r
-    Vector stiffness;  ///< before it was lifted
+    Vector stiffness;  ///< before PSD projection
   };
 
-  /// What directions are solved for with: P at so many times the shift of the bridged time, and with `clamp` compressed elements
-  /// do not soften it.
+  /// What directions are solved for with: P at so many times the shift of the prediction horizon, and with `clamp` compressed
+  /// elements do not soften it.
   struct Footing {
     double faster = 1;
     bool clamp = false;
@@ -130,7 +130,7 @@ class PatchBuilder {
   void begin_touch(const ToolPort& port, Patch& patch) const;
   std::optional<HyperBasis> grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs,
                                          HyperBasisRequest wanted, const ToolAt& tool, HyperShapes& shapes);
-  Matrix known_ways() const;
+  Matrix known_snapshots() const;
   void add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, HyperShapes& shapes, int vertices);
   bool reduce(const Linearisation& at, const Matrix& v, const Projection& of_v, const OtherTools& others, Patch& patch,
               Reduced& reduced);
@@ -144,13 +144,13 @@ class PatchBuilder {
   ShiftedSolver solver_;  // of a grasp: its own node is held
   SharedSystem ring_;     // of a ring: its far nodes are held
   BasisMemory memory_;
-  std::unique_ptr<TwoLayer> two_layer_;  // made when it is first asked for
-  std::unique_ptr<Dents> dents_;         // likewise
+  std::unique_ptr<TwoLayer> two_layer_;               // made when it is first asked for
+  std::unique_ptr<StaticIndentations> indentations_;  // likewise
   BasisMemory basis_memory_;
-  const BodyWays* ways_ = nullptr;  // of the frame, for scheme hyper
+  const DisplacementSnapshots* snapshots_ = nullptr;  // of the frame, for scheme hyper
   NonlinearTerms terms_;
   Matrix modes_;
-  const GradedBody* modes_of_ = nullptr;  // in whose coordinates they are; null: in those of all nodes
+  const RefinedBody* modes_of_ = nullptr;  // in whose coordinates they are; null: in those of all nodes
   std::uint64_t modes_generation_ = 0;
   PatchBuildReport report_;
 };

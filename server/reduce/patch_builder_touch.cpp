@@ -15,10 +15,10 @@ constexpr double kContactOfTool = 1.5;
 /// Of port `which` under P, with the springs of other tools: B^T P^-1 B.
 Mat3 port_compliance(const SharedSystem& p, std::size_t which, const OtherTools& others) {
   const SpringCorrection correct(others);
-  const PortAnswer& own = p.port(which);
+  const PortResponse& own = p.port(which);
   Mat3 compliance;
   for (int axis = 0; axis < 3; ++axis) {
-    Vector x = own.answer[static_cast<std::size_t>(axis)];
+    Vector x = own.response[static_cast<std::size_t>(axis)];
     correct.apply(x);
     compliance.col(axis) = gather(own.b, x);
   }
@@ -35,10 +35,10 @@ Mat3 residual_compliance(const Mat3& compliance, const PortRows& rows, const Vec
   return part_above(symmetric(compliance - rows * dynamic.ldlt().solve(Matrix(rows.transpose()))), 0);
 }
 
-/// The port's answers, as large as the tool's motion along each axis [m] would make them.
-void scale_to(const Vec3& motion, const Skin::Weights& b, std::vector<Vector>& answers) {
+/// The port's responses, as large as the tool's motion along each axis [m] would make them.
+void scale_to(const Vec3& motion, const Skin::Weights& b, std::vector<Vector>& responses) {
   for (int axis = 0; axis < 3; ++axis) {
-    Vector& x = answers[static_cast<std::size_t>(axis)];
+    Vector& x = responses[static_cast<std::size_t>(axis)];
     const double moved = gather(b, x)[axis];
     if (moved > 0) x *= motion[axis] / moved;  // not where the body is fixed
   }
@@ -46,7 +46,7 @@ void scale_to(const Vec3& motion, const Skin::Weights& b, std::vector<Vector>& a
 
 /// Whether the directions for a touch have P^-1 M v*.
 bool needs_motion(const PatchRequest& request) {
-  constexpr int kWithout = 8;  // three answers of the port, v*, three of M^-1 B (or one, and two of slides), the imbalance
+  constexpr int kWithout = 8;  // three responses of the port, v*, three of M^-1 B (or one, and two of slides), the residual force
   return request.scheme == Scheme::hyper || PatchBuilder::modes_for(request.scheme, ContactKind::touch, request.order) > kWithout;
 }
 
@@ -71,7 +71,7 @@ std::optional<Patch> PatchBuilder::build_touch(const Model& model, FrameModel& f
     mask(*at.held, b);
   }
 
-  const double shift = footing.shift(request, shift_for(request.bridge));
+  const double shift = footing.shift(request, shift_for(request.horizon));
   const bool balanced = request.scheme == Scheme::balanced;
   if (!balanced && !model.solver->prepare(at, shift, footing.clamp)) return std::nullopt;
   Reduced reduced;
@@ -85,13 +85,13 @@ std::optional<Patch> PatchBuilder::build_touch(const Model& model, FrameModel& f
     for (const Vector& b : inputs) fine.push_back(b.cwiseQuotient(at.masses()));
     const int modes = modes_for(request.scheme, port.kind, request.order);
     const auto basis = balanced ? restricted_basis(balanced_->touched(port.point), modes, dynamics_->masses(), held_)
-                                : krylov_basis(at, *model.solver, inputs, fine, model.imbalance, {modes, shift}, *model.memory);
+                                : krylov_basis(at, *model.solver, inputs, fine, model.residual, {modes, shift}, *model.memory);
     if (!basis || !reduce(at, *basis, at.projected(*basis), model.others, patch, reduced)) return std::nullopt;
-    patch.g = v.transpose() * model.imbalance + patch.damping * patch.q_rate;
+    patch.g = v.transpose() * model.residual + patch.damping * patch.q_rate;
   }
   const int vertices = request.vertices_max(patch.modes(), false);
   const auto rows = [&](std::uint32_t node) { return model.local ? model.local->rows(node, v) : at.rows(node, v); };
-  cut_port_surface(*skin_, frame.positions(), rows, port.point, seconds(request.bridge) * frame.tool(which).velocity, vertices,
+  cut_port_surface(*skin_, frame.positions(), rows, port.point, seconds(request.horizon) * frame.tool(which).velocity, vertices,
                    vertices, patch);
   if (request.scheme == Scheme::tangent && port.touching)
     for (int i = 0; i < patch.surface.vertex_count; ++i)
@@ -107,14 +107,14 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   const Linearisation at = linearisation_for(request.scheme, frame, held_);
   begin_touch(port, patch);
 
-  const double shift = footing.shift(request, frame.shift(request.bridge));
+  const double shift = footing.shift(request, frame.shift(request.horizon));
   const double tolerance = tangent ? kStaticTolerance : kBasisTolerance;
   SharedSystem* const p = ring ? (ring_.prepare(at, shift, footing.clamp, tolerance) ? &ring_ : nullptr)
                                : frame.system(shift, footing.clamp, tolerance);
   if (!p) return std::nullopt;
   const int before = p->iterations();
   frame.want(which, expected_slide(request));
-  if (!frame.answer(*p, which, {!tangent, needs_motion(request)})) return std::nullopt;
+  if (!frame.respond(*p, which, {!tangent, needs_motion(request)})) return std::nullopt;
   const OtherTools others = frame.others(*p, which);
   Reduced reduced;
   Matrix& v = reduced.v;
@@ -133,17 +133,17 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
       shapes.port.resize(v.rows(), 0);
       shapes.modes = v;
       shapes.coordinates = v.transpose() * at.masses().asDiagonal() * basis->shapes * basis->coordinates;
-      shapes.dents = basis->dents;
+      shapes.indentations = basis->indentations;
       add_terms(at, patch, reduced.stiffness.asDiagonal(), shapes, vertices);
     }
-    Vector imbalance = frame.forces();
-    if (others.load.size() > 0) imbalance += others.load;
-    patch.g = v.transpose() * imbalance + patch.damping * patch.q_rate;
-    if (patch.load_rate.size() > 0) patch.load_for = request.bridge;
+    Vector residual = frame.forces();
+    if (others.load.size() > 0) residual += others.load;
+    patch.g = v.transpose() * residual + patch.damping * patch.q_rate;
+    if (patch.load_rate.size() > 0) patch.load_for = request.horizon;
     if (v.cols() < 3 || hyper) {  // no M^-1 B among the directions
       PortRows rows(3, v.cols());
       for (Eigen::Index m = 0; m < v.cols(); ++m) rows.col(m) = gather(p->port(which).b, v.col(m));
-      // Terms take back by how much a stiffness was lifted; C(s) of a clamped P is not that of the modes' own.
+      // Terms take back what PSD projection changed; C(s) of a clamped P is not that of the modes' own.
       const Vector stiffness = hyper && !footing.clamp ? reduced.stiffness : Vector(patch.stiffness);
       patch.c_static = residual_compliance(port_compliance(*p, which, others), rows, stiffness, patch.damping, shift);
     }
@@ -153,7 +153,7 @@ std::optional<Patch> PatchBuilder::build_shared_touch(FrameModel& frame, std::si
   const bool with_terms = terms_.variables > 0;
   const SurfacePiece first = cut_port_surface(
       *skin_, frame.positions(), [&](std::uint32_t node) { return at.rows(node, v); }, port.point,
-      (with_terms ? kContactOfTool : 1.0) * seconds(request.bridge) * frame.tool(which).velocity, vertices,
+      (with_terms ? kContactOfTool : 1.0) * seconds(request.horizon) * frame.tool(which).velocity, vertices,
       with_terms ? kMaxPortVertices : vertices, patch);
   if (port.touching)  // what yields at once has done so at the stamp
     for (int i = 0; i < patch.surface.vertex_count; ++i)
@@ -166,20 +166,20 @@ ExpectedSlide PatchBuilder::expected_slide(const PatchRequest& request) const {
   const bool hyper = request.scheme == Scheme::hyper;
   const bool slides = hyper || request.scheme == Scheme::port;
   const bool bends = hyper && can_bend(dynamics_->body());
-  return {slides ? seconds(request.bridge) : 0, bends, bends ? request.acceleration : Vec3(Vec3::Zero())};
+  return {slides ? seconds(request.horizon) : 0, bends, bends ? request.acceleration : Vec3(Vec3::Zero())};
 }
 
 /// What the directions for a touch start from, the springs of coupled tools in P.
 KrylovStart PatchBuilder::touch_start(const SharedSystem& p, std::size_t which, const SpringCorrection& correct,
                                       bool with_motion) const {
-  const PortAnswer& own = p.port(which);
-  KrylovStart start{{own.answer.begin(), own.answer.end()}, {}, p.imbalance(), {}};
+  const PortResponse& own = p.port(which);
+  KrylovStart start{{own.response.begin(), own.response.end()}, {}, p.residual(), {}};
   if (with_motion) {
     start.motion = p.motion();
     correct.apply(start.motion);
   }
   for (Vector& x : start.ports) correct.apply(x);
-  correct.apply(start.imbalance);
+  correct.apply(start.residual);
   return start;
 }
 
@@ -199,7 +199,7 @@ std::optional<HyperBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
     for (const SolveColumn& column : columns) correct.apply(*column.x);
     return true;
   };
-  const PortAnswer& own = p.port(which);
+  const PortResponse& own = p.port(which);
   const auto add_slides = [&] {
     for (const Vector& x : own.slides) correct.apply(start.ports.emplace_back(x));
   };
@@ -213,13 +213,14 @@ std::optional<HyperBasis> PatchBuilder::touch_basis(FrameModel& frame, SharedSys
     for (const Vector& b : own.input) start.fine.push_back(b.cwiseQuotient(at.masses()));
   }
   if (hyper) {
-    const double bridge_s = seconds(request.bridge);
-    if (!dents_) dents_ = std::make_unique<Dents>(dynamics_->body());
-    const auto dents = dents_->shapes(at, {skin_->weights(frame.ports()[which].point), start.ports,
-                                           expected_dents(frame.tool(which), inwards, bridge_s), p.shift(), p.diagonal()});
-    scale_to(expected_motion(frame.tool(which), bridge_s), own.b, start.ports);
+    const double horizon_s = seconds(request.horizon);
+    if (!indentations_) indentations_ = std::make_unique<StaticIndentations>(dynamics_->body());
+    const auto indentations =
+        indentations_->shapes(at, {skin_->weights(frame.ports()[which].point), start.ports,
+                                   expected_indentations(frame.tool(which), inwards, horizon_s), p.shift(), p.diagonal()});
+    scale_to(expected_motion(frame.tool(which), horizon_s), own.b, start.ports);
     add_slides();
-    return hyper_basis(at, start, solve, Matrix(), dents, known_ways(), {modes, p.shift(), bridge_s}, basis_memory_);
+    return hyper_basis(at, start, solve, Matrix(), indentations, known_snapshots(), {modes, p.shift(), horizon_s}, basis_memory_);
   }
   add_slides();
   auto directions = krylov_basis(at, start, solve, {modes, p.shift(), kBasisTolerance});

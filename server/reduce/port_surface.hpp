@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// Fills patch.surface and patch.point. `ahead` is how far the contact is thought to get [m]: the piece grows around the line
+/// Fills patch.surface and patch.point. `ahead` is how far the contact is expected to get [m]: the piece grows around the line
 /// from the contact point to there. `x` are the skin's vertices; `rows` are those of the patch's basis for a node; vertex i of
 /// the piece gets its position, its rows and, at the rim, the normal that it has on the whole surface. Of its `vertices_max`
 /// vertices and the triangles between them the first `vertices_first` at most, and some triangles, make a piece of their own: its

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kNegligibleSprings = 1e-5;          // of the bending, in springs that are not looked at
+constexpr double kNegligibleSprings = 1e-5;          // of the bending, in springs that are left out
 constexpr double kLengthMin = 1e-9;                  // below, a spring has no direction [m]
 constexpr double kLeastSteep = 4, kMostSteep = 100;  // slopes of a law that stiffens, to that of a spring at rest
 
@@ -47,10 +47,10 @@ using Lane = EightFloats;
 }
 
 /// What a spring pulls with beyond the linear force.
-class PullBeyondLinear {
+class NonlinearResidualForce {
  public:
   /// `d`: from its one end to the other.
-  PullBeyondLinear(const Element& element, float stiffening, const Eigen::Vector3f& d)
+  NonlinearResidualForce(const Element& element, float stiffening, const Eigen::Vector3f& d)
       : d_(d),
         k_(static_cast<float>(element.stiffness_n_m)),
         rest_(static_cast<float>(element.rest_length_m)),
@@ -92,13 +92,13 @@ class PullBeyondLinear {
 }
 
 /// The springs of a body at the samples.
-class BentSprings {
+class CandidateSprings {
  public:
   using Sample = SampledSprings;
   static constexpr std::size_t kLookedAt = 5000, kCandidates = 600;
   static constexpr int kNodes = 2, kMost = kMaxSprings;
 
-  BentSprings(const Linearisation& at, const Matrix& moved, const Matrix& u)
+  CandidateSprings(const Linearisation& at, const Matrix& moved, const Matrix& u)
       : at_(&at), moved_(moved.cast<float>()), way_(u.cast<float>()) {
     elements_ = elements_that_bend(*at.dynamics, *at.state, moved * root_of(u), kNegligibleSprings, kLookedAt);
   }
@@ -142,7 +142,7 @@ class BentSprings {
     }
     for (Eigen::Index k = 0; k < count; ++k) {
       const std::uint32_t e = elements[static_cast<std::size_t>(k)];
-      const PullBeyondLinear pull = pull_of(e);
+      const NonlinearResidualForce pull = pull_of(e);
       float *const x = b.force[0].row(k).data(), *const y = b.force[1].row(k).data(), *const z = b.force[2].row(k).data();
       for (Eigen::Index first = 0; first < kSamples; first += kLane) {
         Lane rx = lane(x, first), ry = lane(y, first), rz = lane(z, first);
@@ -163,7 +163,7 @@ class BentSprings {
     parts.resize(static_cast<Eigen::Index>(elements_.size()));
     for (std::size_t k = 0; k < elements_.size(); ++k) {
       const Element& e = body().elements[elements_[k]];
-      const PullBeyondLinear pull = pull_of(elements_[k]);
+      const NonlinearResidualForce pull = pull_of(elements_[k]);
       const auto a = 3 * kSamples * static_cast<Eigen::Index>(e.a), b = 3 * kSamples * static_cast<Eigen::Index>(e.b);
       Lane square{};
       for (Eigen::Index first = 0; first < kSamples; first += kLane) {
@@ -207,7 +207,7 @@ class BentSprings {
     return springs;
   }
   /// Those of some springs that have weights, with them.
-  static SampledSprings weighed(SampledSprings springs, const SparseWeights& w) {
+  static SampledSprings weighed(SampledSprings springs, const SparseSolution& w) {
     const auto of = [&](const Eigen::VectorXf& v) { return Eigen::VectorXf(v(w.columns)); };
     springs.ends = Eigen::Matrix2Xi(springs.ends(Eigen::all, w.columns));
     springs.rest_length = of(springs.rest_length);
@@ -217,7 +217,7 @@ class BentSprings {
   }
 
  private:
-  PullBeyondLinear pull_of(std::uint32_t element) const {
+  NonlinearResidualForce pull_of(std::uint32_t element) const {
     return {body().elements[element], stiffening_of(body()), span(element).cast<float>()};
   }
   const Linearisation* at_;
@@ -226,7 +226,7 @@ class BentSprings {
   std::vector<std::uint32_t> elements_;
 };
 
-/// The steepest slope that each spring comes to, to that at rest, in answers of the body as large as they are likely to become,
+/// The steepest slope that each spring comes to, to that at rest, in responses of the body as large as they are likely to become,
 /// either way: samples go further, and what stiffness is reckoned with takes mass (sampled_springs.hpp).
 Eigen::ArrayXd steepest_slopes(const SampledSprings& springs, const Matrix& likely, int tool) {
   const Eigen::MatrixXf moved = springs.motions(tool) * likely.cast<float>();
@@ -234,11 +234,11 @@ Eigen::ArrayXd steepest_slopes(const SampledSprings& springs, const Matrix& like
   Eigen::ArrayXd slopes(springs.count());
   for (Eigen::Index e = 0; e < slopes.size(); ++e) {
     const auto from = spans.col(e);
-    const auto ways = moved.middleRows<3>(3 * e);
+    const auto displacements = moved.middleRows<3>(3 * e);
     const float rest = springs.rest_length[e];
     const auto largest = [&](const auto& lengths) { return (lengths.array() / rest - 1).abs().maxCoeff(); };
-    const float strain = std::max({std::abs(from.norm() / rest - 1), largest((ways.colwise() + from).colwise().norm()),
-                                   largest((ways.colwise() - from).colwise().norm())});
+    const float strain = std::max({std::abs(from.norm() / rest - 1), largest((displacements.colwise() + from).colwise().norm()),
+                                   largest((displacements.colwise() - from).colwise().norm())});
     slopes[e] = 1 + 3 * static_cast<double>(springs.stiffening * strain * strain);
   }
   return slopes.max(kLeastSteep).min(kMostSteep);
@@ -248,7 +248,7 @@ Eigen::ArrayXd steepest_slopes(const SampledSprings& springs, const Matrix& like
 
 std::optional<SampledSprings> sample_springs(const Linearisation& at, const Matrix& moved, const Sampling& sampling) {
   const Matrix u = samples(sampling);
-  const BentSprings springs(at, moved, u);
+  const CandidateSprings springs(at, moved, u);
   if (springs.elements().empty() || !springs.have_length()) return std::nullopt;
   auto found = sample(springs, u, sampling);
   if (found && found->stiffening > 0)

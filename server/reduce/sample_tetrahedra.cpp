@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kNegligibleTetrahedra = 1e-2;  // of the bending, in tetrahedra that are not looked at
+constexpr double kNegligibleTetrahedra = 1e-2;  // of the bending, in tetrahedra that are left out
 static_assert(kSamples % kTetraLane == 0);
 
 using Nine = Eigen::Matrix<float, 9, kSamples, Eigen::RowMajor>;
@@ -41,20 +41,20 @@ void stresses(SolidLaw law, const Stamp& stamp, const Nine& df, Nine& q) {
     TetraTurn turned;
     if (law == SolidLaw::corotational) lanes = turned_by(stamp.frame.transpose(), lanes);
     turn(law, stamp.at, lanes, turned);
-    TetraLanes more = stress_beyond_linear(law, stamp.at, lanes, turned);
+    TetraLanes more = nonlinear_residual_stress(law, stamp.at, lanes, turned);
     if (law == SolidLaw::corotational) more = turned_by(stamp.frame, more);
     for (std::size_t i = 0; i < 9; ++i) q.row(static_cast<Eigen::Index>(i)).segment<kTetraLane>(s) = more[i].matrix().transpose();
   }
 }
 
 /// The tetrahedra of a body at the samples.
-class BentSolid {
+class CandidateTetrahedra {
  public:
   using Sample = SampledTetrahedra;
   static constexpr std::size_t kLookedAt = 2000, kCandidates = 200;
   static constexpr int kNodes = 4, kMost = kMaxTetrahedra;
 
-  BentSolid(const Linearisation& at, const Matrix& moved, const Matrix& u)
+  CandidateTetrahedra(const Linearisation& at, const Matrix& moved, const Matrix& u)
       : at_(&at), moved_(moved.cast<float>()), way_(u.cast<float>()) {
     elements_ = elements_that_bend(*at.dynamics, *at.state, moved * root_of(u), kNegligibleTetrahedra, kLookedAt);
   }
@@ -171,7 +171,7 @@ class BentSolid {
     return solid;
   }
   /// Those of some tetrahedra that have weights, with them.
-  static SampledTetrahedra weighed(SampledTetrahedra solid, const SparseWeights& w) {
+  static SampledTetrahedra weighed(SampledTetrahedra solid, const SparseSolution& w) {
     solid.nodes = Eigen::Matrix<int, 4, Eigen::Dynamic>(solid.nodes(Eigen::all, w.columns));
     solid.shear = Eigen::VectorXf(solid.shear(w.columns)).cwiseProduct(w.weights);
     solid.dilation = Eigen::VectorXf(solid.dilation(w.columns)).cwiseProduct(w.weights);
@@ -191,7 +191,7 @@ class BentSolid {
 
 std::optional<SampledTetrahedra> sample_tetrahedra(const Linearisation& at, const Matrix& moved, const Sampling& sampling) {
   const Matrix u = samples(sampling);
-  const BentSolid solid(at, moved, u);
+  const CandidateTetrahedra solid(at, moved, u);
   if (solid.elements().empty()) return std::nullopt;
   return sample(solid, u, sampling);
 }

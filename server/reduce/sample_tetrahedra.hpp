@@ -1,7 +1,7 @@
 // Few tetrahedra that bend as all of a solid do: the terms of a patch for finite elements (sampled_tetrahedra.hpp).
 //
-// r_e(u) = -V_e H_e^T Q_e(H_e u), Q the stress beyond the linear one (bent_tetrahedron.hpp), is what tetrahedron e adds to the
-// linear force on the variables (sampling.hpp); candidates are the 200 with the largest part in the samples.
+// r_e(u) = -V_e H_e^T Q_e(H_e u), Q the stress beyond the linear one (nonlinear_tetrahedron.hpp), is what tetrahedron e adds to
+// the linear force on the variables (sampling.hpp); candidates are the 200 with the largest part in the samples.
 //
 // Source: see sampled_springs.hpp.
 #pragma once

@@ -37,16 +37,16 @@ const Eigen::MatrixXf& mixing() {
   return mix;
 }
 
-/// What is felt of forces, that in the span of the columns of `felt` (orthonormal), made to count.
+/// The part of forces that is felt at the port, in the span of the columns of `at_port` (orthonormal), made to count.
 template <typename Forces>
-void count_felt(const Eigen::MatrixXf& felt, Forces& forces) {
-  if (felt.cols() > 0) forces += (kFelt - 1) * felt * (felt.transpose() * forces);
+void weigh_port(const Eigen::MatrixXf& at_port, Forces& forces) {
+  if (at_port.cols() > 0) forces += (kPortWeight - 1) * at_port * (at_port.transpose() * forces);
 }
 
 }  // namespace
 
 Matrix samples(const Sampling& sampling) {
-  constexpr double kFar = 1.5, kLittle = 0.3;
+  constexpr double kLargeShare = 1.5, kSmallShare = 0.3;
   const Matrix &likely = sampling.likely, &path = sampling.path;
   Random random(1);
   const auto draw = [&] { return random.uniform(-1, 1); };
@@ -56,16 +56,16 @@ Matrix samples(const Sampling& sampling) {
     for (const double much : {0.5, 1.0, 1.5}) u.col(k++) = much * path.col(i);
   for (Eigen::Index i = 0; path.cols() > 0 && i < kAround; ++i) {
     Vector mixture(likely.cols());
-    for (double& part : mixture) part = kLittle * draw();
-    u.col(k++) = random.uniform(0, kFar) * path.col(i % path.cols()) + 0.5 * draw() * path.col((i + 1) % path.cols()) +
+    for (double& part : mixture) part = kSmallShare * draw();
+    u.col(k++) = random.uniform(0, kLargeShare) * path.col(i % path.cols()) + 0.5 * draw() * path.col((i + 1) % path.cols()) +
                  0.5 * likely * mixture;
   }
   for (Eigen::Index i = 0; i < std::min<Eigen::Index>(kAlone, likely.cols()); ++i)
     for (const double much : {1.0, -1.0, 2.0, -2.0}) u.col(k++) = much * likely.col(i);
   for (; k < u.cols(); ++k) {
     Vector mixture(likely.cols());
-    for (double& part : mixture) part = draw() * (draw() > 1.0 / 3 ? kFar : kLittle);
-    u.col(k) = kFar * draw() * (likely * mixture);
+    for (double& part : mixture) part = draw() * (draw() > 1.0 / 3 ? kLargeShare : kSmallShare);
+    u.col(k) = kLargeShare * draw() * (likely * mixture);
   }
   return u;
 }
@@ -90,17 +90,17 @@ std::vector<std::uint32_t> largest(const std::vector<std::uint32_t>& elements, c
 
 Fit::Fit(const Eigen::MatrixXf& all, const Matrix& u, const Sampling& sampling)
     : unit_(sampling.stiffness.cwiseSqrt().cwiseInverse().cast<float>()) {
-  if (sampling.felt.cols() > 0) {
-    const Eigen::ColPivHouseholderQR<Matrix> felt(sampling.stiffness.cwiseSqrt().asDiagonal() * sampling.felt);
-    felt_ = (felt.householderQ() * Matrix::Identity(unit_.size(), felt.rank())).cast<float>();
+  if (sampling.at_port.cols() > 0) {
+    const Eigen::ColPivHouseholderQR<Matrix> at_port(sampling.stiffness.cwiseSqrt().asDiagonal() * sampling.at_port);
+    at_port_ = (at_port.householderQ() * Matrix::Identity(unit_.size(), at_port.rank())).cast<float>();
   }
-  Eigen::MatrixXf bent = unit_.asDiagonal() * all;
+  Eigen::MatrixXf nonlinear = unit_.asDiagonal() * all;
   const Eigen::MatrixXf linear = unit_.cwiseInverse().asDiagonal() * u.cast<float>();
   const Eigen::VectorXf size =
-      (bent.colwise().norm() + static_cast<float>(kOfLinear) * linear.colwise().norm()).cwiseMax(1e-30F).transpose();
+      (nonlinear.colwise().norm() + static_cast<float>(kOfLinear) * linear.colwise().norm()).cwiseMax(1e-30F).transpose();
   mix_ = size.cwiseInverse().asDiagonal() * mixing();
-  count_felt(felt_, bent);
-  all_ = (mix_.transpose() * bent.transpose()).reshaped();
+  weigh_port(at_port_, nonlinear);
+  all_ = (mix_.transpose() * nonlinear.transpose()).reshaped();
 }
 
 const Eigen::MatrixXf& Fit::parts(const Bending& elements) const {
@@ -118,12 +118,12 @@ const Eigen::MatrixXf& Fit::parts(const Bending& elements) const {
       Eigen::Map<Eigen::Array<float, 1, kMixed>>(to + kMixed * i) = unit_[i] * sum;
     }
     Eigen::Map<AtSums> part(to, n, kMixed);
-    count_felt(felt_, part);
+    weigh_port(at_port_, part);
   }
   return parts;
 }
 
-void NodePrices::with(const std::vector<Eigen::Index>& there) {
+void ByteCosts::with(const std::vector<Eigen::Index>& there) {
   std::fill(used_.begin(), used_.end(), std::uint8_t{0});
   int nodes = 0;
   for (const Eigen::Index column : there) {
@@ -135,11 +135,11 @@ void NodePrices::with(const std::vector<Eigen::Index>& there) {
   for (int more = 0; more <= of_each_; ++more) {
     const int then = numbers_(nodes + more, elements + 1);
     const bool fits = then <= kUsualNumbers && nodes + more <= kMaxSpringNodes;
-    price_[static_cast<std::size_t>(more)] = fits ? static_cast<float>(then - now) : std::numeric_limits<float>::infinity();
+    cost_[static_cast<std::size_t>(more)] = fits ? static_cast<float>(then - now) : std::numeric_limits<float>::infinity();
   }
 }
 
-int NodePrices::new_nodes(Eigen::Index column) const {
+int ByteCosts::new_nodes(Eigen::Index column) const {
   int fresh = 0;
   for (const std::uint32_t node : nodes_of(column)) fresh += 1 - used_[node];
   return fresh;

@@ -6,13 +6,13 @@
 //
 //     sum_s | sum_e w_e r_e(u_s) - sum_(all e) r_e(u_s) |^2 / g_s^2       is small, g_s = |sum r_e(u_s)| + kOfLinear |K u_s|
 //
-// forces in units that make the stiffness of each variable 1, but what a hand feels of them is kFelt times as large. A greedy
-// non-negative least squares (sparse_weights.hpp), elements between nodes that travel anyway being cheap: candidates are those
+// forces in units that make the stiffness of each variable 1, but those at the port are kPortWeight times as large. A greedy
+// non-negative least squares (sparse_nnls.hpp), elements between nodes that travel anyway being cheap: candidates are those
 // with the largest part in the samples, and weights are found once more for the nodes' motions as they travel. As no w_e is
 // negative, what is sent stiffens and buckles as elements do, and stores energy as they do beyond its second order at the stamp.
 //
-// Samples are the answers that a patch's basis was made of, alone, doubled, back, and mixed by chance, the same in every run;
-// where dents are known that a hand is likely to make, or where a grasped body will be, some lie on and around these.
+// Samples are the responses that a patch's basis was made of, alone, doubled, back, and mixed by chance, the same in every run;
+// where indentations are known that a hand is likely to make, or where a grasped body will be, some lie on and around these.
 //
 // Source: see common/port/sampled_springs.hpp; sums of samples: Woodruff, FnTTCS 10 (2014), chapter 2.
 #pragma once
@@ -26,23 +26,23 @@
 
 #include "common/port/terms_pieces.hpp"
 #include "server/body/body_state.hpp"
-#include "server/reduce/sparse_weights.hpp"
+#include "server/reduce/sparse_nnls.hpp"
 
 namespace palpate {
 
 inline constexpr double kOfLinear = 0.1;  ///< an error that small beside the linear force is felt by nobody
 inline constexpr int kSamples = 72;
-inline constexpr float kFelt = 4;
+inline constexpr float kPortWeight = 4;
 inline constexpr float kCloseEnough = 3e-3F;  ///< of all samples together
 
 using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using AtSamples = Eigen::Matrix<float, Eigen::Dynamic, kSamples, Eigen::RowMajor>;
 
 struct Sampling {
-  Matrix likely;     ///< u of answers of the body, each as large as it is likely to become, a column each
-  Matrix path;       ///< u of dents on the way of a hand that goes on, or of where a grasped body will be; may have no columns
+  Matrix likely;  ///< u of responses of the body, each as large as it is likely to become, a column each
+  Matrix path;  ///< u of indentations on the way of a hand that goes on, or of where a grasped body will be; may have no columns
   Vector stiffness;  ///< of each variable, > 0
-  Matrix felt;       ///< of forces f on the variables a hand feels felt^T f; may have no columns
+  Matrix at_port;    ///< forces f on the variables are at_port^T f at the port; may have no columns
   TermsRoom room;    ///< that elements have
   int tool = -1;     ///< the node that a tool holds; the first three variables are how it moves
 };
@@ -72,18 +72,18 @@ class Fit {
 
  private:
   Eigen::VectorXf unit_, all_;
-  Eigen::MatrixXf felt_;  // orthonormal, any columns
+  Eigen::MatrixXf at_port_;  // orthonormal, any columns
   Eigen::MatrixXf mix_;
 };
 
 /// Numbers that elements take on their way: few where their nodes are there already.
-class NodePrices : public ColumnPrices {
+class ByteCosts : public ColumnCosts {
  public:
   /// `nodes`: of each candidate, `of_each` of them one after the other; `numbers`: of so many nodes and elements.
-  NodePrices(std::vector<std::uint32_t> nodes, int of_each, std::size_t body_nodes, std::function<int(int, int)> numbers)
+  ByteCosts(std::vector<std::uint32_t> nodes, int of_each, std::size_t body_nodes, std::function<int(int, int)> numbers)
       : nodes_(std::move(nodes)), of_each_(of_each), numbers_(std::move(numbers)), used_(body_nodes, 0) {}
   void with(const std::vector<Eigen::Index>& there) override;
-  float of(Eigen::Index column) const override { return price_[static_cast<std::size_t>(new_nodes(column))]; }
+  float of(Eigen::Index column) const override { return cost_[static_cast<std::size_t>(new_nodes(column))]; }
 
  private:
   std::span<const std::uint32_t> nodes_of(Eigen::Index column) const {
@@ -94,7 +94,7 @@ class NodePrices : public ColumnPrices {
   int of_each_;
   std::function<int(int, int)> numbers_;
   std::vector<std::uint8_t> used_;
-  std::array<float, 5> price_{};  // with so many new nodes
+  std::array<float, 5> cost_{};  // with so many new nodes
 };
 
 /// Nodes that elements join, numbered in the order in which they are met.
@@ -112,26 +112,27 @@ class MetNodes {
   std::vector<int> numbers_;
 };
 
-/// Elements of one kind, `Bent` (of sample_springs.cpp, sample_tetrahedra.cpp), chosen and weighed as said above. `u`: samples.
-template <typename Bent>
-std::optional<typename Bent::Sample> sample(const Bent& all, const Matrix& u, const Sampling& sampling) {
+/// Elements of one kind, `Elements` (of sample_springs.cpp, sample_tetrahedra.cpp), chosen and weighed as said above. `u`:
+/// samples.
+template <typename Elements>
+std::optional<typename Elements::Sample> sample(const Elements& all, const Matrix& u, const Sampling& sampling) {
   Eigen::VectorXf parts;
   const Fit fit(all.all_together(parts), u, sampling);
-  const std::vector<std::uint32_t> candidates = largest(all.elements(), parts, Bent::kCandidates);
+  const std::vector<std::uint32_t> candidates = largest(all.elements(), parts, Elements::kCandidates);
   std::vector<std::uint32_t> nodes;
   for (const std::uint32_t e : candidates)
-    for (int i = 0; i < Bent::kNodes; ++i) nodes.push_back(all.node(e, i));
-  NodePrices prices(std::move(nodes), Bent::kNodes, all.body().nodes.size(),
-                    [&](int met, int count) { return Bent::numbers_of(sampling.room, met, count); });
-  const SparseWeights few =
-      sparse_weights(fit.parts(all.bend(candidates, all.motions(candidates))), fit.all(), Bent::kMost, kCloseEnough, prices);
+    for (int i = 0; i < Elements::kNodes; ++i) nodes.push_back(all.node(e, i));
+  ByteCosts costs(std::move(nodes), Elements::kNodes, all.body().nodes.size(),
+                  [&](int met, int count) { return Elements::numbers_of(sampling.room, met, count); });
+  const SparseSolution few =
+      sparse_nnls(fit.parts(all.bend(candidates, all.motions(candidates))), fit.all(), Elements::kMost, kCloseEnough, costs);
   if (few.columns.empty()) return std::nullopt;
   std::vector<std::uint32_t> elements;
   for (const Eigen::Index column : few.columns) elements.push_back(candidates[static_cast<std::size_t>(column)]);
-  typename Bent::Sample chosen = all.taken(elements, sampling.tool);
-  const SparseWeights w = positive_weights(fit.parts(all.bend(elements, chosen.motions(sampling.tool < 0 ? 0 : 3))), fit.all());
+  typename Elements::Sample chosen = all.taken(elements, sampling.tool);
+  const SparseSolution w = positive_weights(fit.parts(all.bend(elements, chosen.motions(sampling.tool < 0 ? 0 : 3))), fit.all());
   if (w.columns.empty()) return std::nullopt;
-  return Bent::weighed(std::move(chosen), w);
+  return Elements::weighed(std::move(chosen), w);
 }
 
 }  // namespace palpate

@@ -49,7 +49,7 @@ bool stay_alike(std::vector<PatchPlayer> old, PatchPlayer next, const Deadband::
   constexpr Micros kLook{5'000};
   const Micros stamp = next.patch().stamp;
   next.inherit(old.front());
-  for (Micros t = stamp + kLook; t <= stamp + station.bridge; t += kLook) {
+  for (Micros t = stamp + kLook; t <= stamp + station.horizon; t += kLook) {
     const Vec3 tool = station.track->on_path(t).position + smooth(seconds(t - stamp) / Deadband::kProbeS) * off;
     next.advance({t, tool});
     for (PatchPlayer& player : old) {
@@ -84,7 +84,7 @@ bool Deadband::all_serve(const PatchPlayer& next, const Station& station) {
   while (!sent_.empty() && sent_.front().patch().stamp < *station.playing) sent_.pop_front();
   if (sent_.empty() || sent_.front().patch().stamp != *station.playing) return false;
   const Micros stamp = next.patch().stamp;
-  if (stamp + station.bridge - *station.playing > kLivesMost) return false;
+  if (stamp + station.horizon - *station.playing > kLivesMost) return false;
   std::vector<PatchPlayer> old(sent_.begin(), sent_.end());
   for (PatchPlayer& player : old) {
     player.advance({stamp, station.track->on_path(stamp).position});

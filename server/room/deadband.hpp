@@ -2,8 +2,9 @@
 //
 // The server knows every patch that the station may play, from the one that it says it plays to the newest that was sent, and the
 // samples that it plays them with. It plays them too, and sets each beside the new patch over the time that the new one would be
-// used: from its stamp t* to t* + bridge, with the tool going on as it went, and going kProbeM off that way within kProbeS, along
-// the force and along both directions across it (which asks for the stiffness). The new patch is not needed when for each of them
+// used: from its stamp t* to t* + horizon, with the tool going on as it went, and going kProbeM off that way within kProbeS,
+// along the force and along both directions across it (which asks for the stiffness). The new patch is not needed when for each
+// of them
 //
 //     |f_old(t) - f_new(t)| <= kKnown w max(|f_new(t)|, kLeastN)          at all these times, w the Weber fraction
 //
@@ -32,7 +33,7 @@ class Deadband {
   /// Whom a patch is for.
   struct Station {
     double fraction = 0;            ///< w
-    Micros bridge{};                ///< age that the patch will reach
+    Micros horizon{};               ///< age that the patch will reach
     std::optional<Micros> playing;  ///< stamp of the patch that it is known to play
     const ToolTrack* track = nullptr;
   };

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "server/room/nodal_fields.hpp"
 #include "server/room/room_state.hpp"
-#include "server/room/shades.hpp"
 
 namespace palpate {
 namespace {
@@ -29,7 +29,7 @@ Vec3 home_of(const Scene& scene) {
   return {centre.x(), centre.y(), top + kHomeHeightM};
 }
 
-void Room::employ(Crew& crew) { state_->integrator.stepper->employ(crew); }
+void Room::use_threads(ThreadPool& pool) { state_->integrator.stepper->use_threads(pool); }
 
 std::optional<Room::Origin> Room::origin(StationId id) const {
   const auto owner = std::find(state_->port_owner.begin(), state_->port_owner.end(), id);
@@ -46,8 +46,8 @@ void Room::start(Micros body_time) {
   state_->stations.clear();
   state_->ports.clear();
   state_->port_owner.clear();
-  state_->remembered.clear();
-  state_->rehearsed.clear();
+  state_->snapshot_cache.clear();
+  state_->warm_started.clear();
 }
 
 FrameResult Room::simulate(const FrameJob& job) {

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/crew.hpp"
+#include "common/base/thread_pool.hpp"
 #include "common/base/types.hpp"
 #include "common/port/nonlinear_terms.hpp"
 #include "common/port/patch.hpp"
@@ -31,7 +31,7 @@ struct StationJob {
   Scheme scheme = Scheme::port;
   int order = 0;                       ///< states wanted, 0 = default
   StationId shadow_of = 0;             ///< not 0: shares that station's tool, gets a patch, does not push
-  Micros bridge{};                     ///< age that a patch will reach before the next one takes over: latency + frame
+  Micros horizon{};                    ///< age that a patch will reach before the next one takes over: latency + frame
   std::vector<ToolSample> samples;     ///< since the last frame, ascending, server clock; the last one may lie beyond the target
   Micros silence = kSilenceLeast;      ///< that its link may make between two patches
   double deadband = 0;                 ///< share of the force by which its patch may be wrong (deadband.hpp), 0 = none
@@ -44,7 +44,7 @@ struct FrameJob {
   Micros frame{};                    ///< nominal length of a frame; one that has fallen far behind takes longer steps, 0 = never
   std::vector<StationJob> stations;  ///< a station that is missing has left: its tool lets go
   bool reset = false;                ///< the body is put back to rest at `begin`, and every tool let go of (room_reset.cpp)
-  bool rollouts = true;   ///< before nonlinear patches the body is stepped ahead as hands may move on (room_futures.cpp)
+  bool rollouts = true;   ///< before nonlinear patches the body is stepped ahead as hands may move on (room_rollouts.cpp)
   bool may_sleep = true;  ///< else the body is stepped whatever it does, to measure by
   bool shapes = false;    ///< fill FrameResult::positions
   bool tension = false;   ///< and FrameResult::tension
@@ -64,7 +64,7 @@ struct FrameResult {
   Micros stamp{};  ///< moment up to which the body was simulated, server clock
   std::vector<StationFrame> stations;
   std::vector<Vec3> positions;          ///< of the surface vertices (all nodes), when asked for
-  std::vector<float> tension, support;  ///< of all nodes (shades.hpp), when asked for
+  std::vector<float> tension, support;  ///< of all nodes (nodal_fields.hpp), when asked for
   int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0;
   bool failed = false;  ///< the step did not converge: no patches, the body was put back
   bool asleep = false;  ///< the body was not stepped, or need not be from here on until a tool comes (stillness.hpp)
@@ -91,8 +91,8 @@ class Room {
   FrameResult simulate(const FrameJob& job);
   /// Fills `result.stations` at the body's present state; none of them has a patch when the step failed.
   void build_patches(const FrameJob& job, FrameResult& result);
-  /// Lets a large body's steps be shared by a crew, which must outlive the room.
-  void employ(Crew& crew);
+  /// Lets a large body's steps be shared by a thread pool, which must outlive the room.
+  void use_threads(ThreadPool& pool);
   /// What a station's last patch was made of, for measurement: the body as it is, the station's port, the patch's modes.
   struct Origin {
     BodyState body;

@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "common/wire/codec.hpp"
-#include "server/room/hand_futures.hpp"
+#include "server/room/hand_rollouts.hpp"
 #include "server/room/room_state.hpp"
 
 namespace palpate {
@@ -10,7 +10,7 @@ namespace palpate {
 PatchRequest Room::State::request_of(const StationJob& job) const {
   return {job.scheme,
           job.order,
-          job.bridge,
+          job.horizon,
           job.silence,
           [](int modes, bool loaded) { return max_port_vertices(modes, kMaxPortTriangles, loaded); },
           hand_acceleration(stations.at(job.id))};
@@ -23,31 +23,31 @@ std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
     // The velocity that the body felt: a patch's forces hold for it.
     if (ports[k].kind == ContactKind::attach) tools[k].velocity = body.v.segment<3>(3 * static_cast<Eigen::Index>(ports[k].node));
   }
-  Micros bridges{};
-  for (const StationJob& j : job.stations) bridges += j.bridge / static_cast<std::int64_t>(job.stations.size());
-  frame_model.begin(body, ports, tools, bridges);
+  Micros mean_horizon{};
+  for (const StationJob& j : job.stations) mean_horizon += j.horizon / static_cast<std::int64_t>(job.stations.size());
+  frame_model.begin(body, ports, tools, mean_horizon);
   // Known for all before the first patch is built: what the patches of a frame have in common is computed together.
   std::vector<std::uint8_t> gets_patch;
   for (const StationJob& j : job.stations) {
     const auto which = port_of(j);
-    gets_patch.push_back(which && in_reach(*which, j.bridge));
+    gets_patch.push_back(which && in_reach(*which, j.horizon));
     if (gets_patch.back() && !kept_for(j, *which))
       frame_model.want(*which, stations.at(j.id).builder->expected_slide(request_of(j)));
   }
   frame_model.enter(PatchPart::rollouts);
-  look_ahead(job, gets_patch, bridges);
+  collect_snapshots(job, gets_patch, mean_horizon);
   frame_model.enter(PatchPart::other);
   return gets_patch;
 }
 
 /// Moves the point of a tool that does not touch to where it is nearest.
-bool Room::State::in_reach(std::size_t which, Micros bridge) {
+bool Room::State::in_reach(std::size_t which, Micros horizon) {
   ToolPort& port = ports[which];
   if (port.kind == ContactKind::attach || port.touching) return true;
   // How far the tool can get before the next patch: its speed, and a hand's acceleration on top, each way.
   constexpr double kMarginM = 0.005;
   const ToolAt& tool = frame_model.tool(which);
-  const double t = seconds(bridge);
+  const double t = seconds(horizon);
   const double reach = tool.velocity.norm() * t + 0.5 * kHandMostMs2 * t * t + kMarginM;
   const auto nearest = seen_within(
       which, tool.position, reach, [this]() -> const auto& { return frame_model.positions(); });
@@ -97,7 +97,7 @@ StationFrame Room::State::frame_of(const StationJob& job, Micros stamp, bool get
   frame.patch->seq = ++station.seq;
   frame.patch->stamp = stamp;
   if (job.deadband > 0 && job.shadow_of == 0)
-    frame.lives_on = station.deadband.pass(*frame.patch, frame.terms, {job.deadband, job.bridge, job.playing, &station.track});
+    frame.lives_on = station.deadband.pass(*frame.patch, frame.terms, {job.deadband, job.horizon, job.playing, &station.track});
   return frame;
 }
 

@@ -41,7 +41,7 @@ void Room::State::show_nothing(const StationJob& job, Micros stamp, StationFrame
   patch.tool = tool.position;
   patch.tool_velocity = tool.velocity;
   patch.trust_radius_m = kWorldExtentM;
-  patch.valid_for = 2 * job.bridge + job.silence;
+  patch.valid_for = 2 * job.horizon + job.silence;
   frame.patch = patch;
 }
 

@@ -16,7 +16,7 @@ void Room::State::fall_asleep() {
 /// Whether a tool that does not touch may meet the body, where it is, before `until`.
 bool Room::State::may_meet(std::size_t which, Micros until) {
   constexpr Micros kLook{1'000'000 / kHapticRateHz};
-  constexpr double kMarginM = 0.001;  // a hand strays less between two looks
+  constexpr double kMarginM = 0.001;  // a hand strays less between two checks
   if (ports[which].kind == ContactKind::attach) return true;
   const Station& station = stations.at(port_owner[which]);
   const Micros begin = from_seconds(body.time_s);

@@ -8,16 +8,16 @@
 #include <optional>
 #include <vector>
 
-#include "server/body/ladder.hpp"
+#include "server/body/integrator_selection.hpp"
 #include "server/body/settle.hpp"
 #include "server/body/stillness.hpp"
 #include "server/reduce/patch_builder.hpp"
 #include "server/room/deadband.hpp"
 #include "server/room/grasp.hpp"
 #include "server/room/let_go.hpp"
-#include "server/room/remembered_states.hpp"
 #include "server/room/room.hpp"
 #include "server/room/rough_steps.hpp"
+#include "server/room/snapshot_cache.hpp"
 #include "server/room/tool_track.hpp"
 
 namespace palpate {
@@ -37,11 +37,11 @@ struct Room::State {
     NonlinearTerms terms;
 
     bool serves(const PatchRequest& asked, const ToolAt& tool) const {
-      constexpr double kSameM = 0.001, kAheadM = 0.005, kSameBridge = 0.1;  // a hand trembles by 0.2 mm, nodes are 10 mm apart
-      const double bridge_s = seconds(asked.bridge);
+      constexpr double kSameM = 0.001, kAheadM = 0.005, kSameHorizon = 0.1;  // a hand trembles by 0.2 mm, nodes are 10 mm apart
+      const double horizon_s = seconds(asked.horizon);
       return asked.scheme == request.scheme && asked.order == request.order && asked.silence == request.silence &&
-             std::abs(bridge_s - seconds(request.bridge)) <= kSameBridge * bridge_s &&
-             (tool.position - patch.tool).norm() <= kSameM && bridge_s * (tool.velocity - patch.tool_velocity).norm() <= kAheadM;
+             std::abs(horizon_s - seconds(request.horizon)) <= kSameHorizon * horizon_s &&
+             (tool.position - patch.tool).norm() <= kSameM && horizon_s * (tool.velocity - patch.tool_velocity).norm() <= kAheadM;
     }
   };
 
@@ -80,17 +80,18 @@ struct Room::State {
   AdvanceReport advance(const FrameJob& job);
   Vec3 hand_acceleration(const Station& station) const;
   PatchRequest request_of(const StationJob& job) const;
-  /// From where the body is, `look`ed at kLooksMost times or, roughly, kRoughLooks: which of kLooksMost it is, and x.
-  bool step_in_thought(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& look);
-  std::size_t affordable_futures(Micros bridge);
-  std::vector<Vector> as_hands_may_move(Micros bridge);
-  void rehearse(const std::vector<std::size_t>& feeling);
-  void look_ahead(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros bridge);
+  /// A rollout from where the body is: `snapshot` gets which of kRolloutSnapshots moments it is, and x; roughly, it gets
+  /// kRoughRolloutSnapshots of them.
+  bool roll_out(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& snapshot);
+  std::size_t affordable_rollouts(Micros horizon);
+  std::vector<Vector> hand_rollouts(Micros horizon);
+  void warm_start(const std::vector<std::size_t>& feeling);
+  void collect_snapshots(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros horizon);
   /// The port of the tool that a station feels with.
   std::optional<std::size_t> port_of(const StationJob& job) const;
   /// For each station whether it gets a patch.
   std::vector<std::uint8_t> begin_patches(const FrameJob& job);
-  bool in_reach(std::size_t which, Micros bridge);
+  bool in_reach(std::size_t which, Micros horizon);
   /// The patch that the station got last, where it still says what a new one would.
   const Kept* kept_for(const StationJob& job, std::size_t which) const;
   void give_patch(const StationJob& job, std::size_t which, StationFrame& frame);
@@ -100,7 +101,7 @@ struct Room::State {
   Skin skin;
   Dynamics dynamics;
   ChosenStepper integrator;
-  std::optional<RoughSteps> roughly;  // where `integrator` cannot step in thought
+  std::optional<RoughSteps> roughly;  // where `integrator` cannot roll out
   BodyState rest = settled_state(dynamics, skin), body = rest;
   BalancedBases balanced{dynamics, skin, rest};
   double softest_1_s2 = softest_stiffness(dynamics);
@@ -111,8 +112,8 @@ struct Room::State {
   std::vector<StationId> port_owner;  // parallel to ports
   std::vector<ToolPort> ports;
   FrameModel frame_model{dynamics, skin};
-  RememberedStates remembered{mean_edge_m(scene.body)};
-  std::deque<Vec3> rehearsed;  // places on the body at rest
+  SnapshotCache snapshot_cache{mean_edge_m(scene.body)};
+  std::deque<Vec3> warm_started;  // places on the body at rest
 };
 
 }  // namespace palpate

@@ -5,7 +5,7 @@ namespace {
 
 constexpr double kIterationNs = 32, kMatrixNs = 80, kProductNs = 3.5, kStepNs = 200;  // of an edge; measured
 constexpr double kTolerance = 0.01;                                                   // of an edge's length
-constexpr double kSolveTolerance = 0.1, kEventStepS = 0.01;  // finer ones take time that looks are worth more
+constexpr double kSolveTolerance = 0.1, kEventStepS = 0.01;  // finer ones take time that snapshots are worth more
 constexpr int kMostIterations = 24;                          // of a step; grasps take two or three
 
 }  // namespace

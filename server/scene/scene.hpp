@@ -69,7 +69,7 @@ struct ToolSpec {
   double radius_m = 0;         ///< touch: contact radius of the tip (skin.hpp), 0 = a point
 };
 
-/// What moves the body on (server/body/ladder.hpp).
+/// What moves the body on (server/body/integrator_selection.hpp).
 enum class IntegratorKind : std::uint8_t { automatic, tr_bdf2, leapfrog, stabilised };
 
 struct SolverSpec {

@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "common/io/spinning_crew.hpp"
+#include "common/io/spinning_thread_pool.hpp"
 #include "server/body/explicit_integrator.hpp"
 #include "server/body/stabilised_integrator.hpp"
 #include "tests/support/bodies.hpp"
@@ -33,10 +33,10 @@ TEMPLATE_TEST_CASE("A body that threads share moves to the same bits as one that
   const Dynamics dynamics(body);
   const Skin skin(body);
   const auto moved_by = [&](std::size_t threads) {
-    SpinningCrew crew(threads);
+    SpinningThreadPool pool(threads);
     TestType stepper(dynamics, skin);
     REQUIRE(stepper.springs() >= ExplicitBody::kWorthSharing);
-    stepper.employ(crew);
+    stepper.use_threads(pool);
     BodyState state = random_state(dynamics, 3, 0.001, 0.1);
     std::vector<ToolPort> ports(1);
     ports[0].parameters = {800, 0.3};

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "common/io/spinning_crew.hpp"
+#include "common/io/spinning_thread_pool.hpp"
 #include "server/body/explicit_integrator.hpp"
 #include "server/body/stabilised_integrator.hpp"
 #include "tests/support/bodies.hpp"
@@ -37,8 +37,8 @@ Felt touch(double left_out_n, int frames, std::size_t threads = 1) {
   const Skin skin(body, 0.03);
   Integrator stepper(dynamics, skin);
   stepper.leave_out(left_out_n);
-  SpinningCrew crew(threads);
-  stepper.employ(crew);
+  SpinningThreadPool pool(threads);
+  stepper.use_threads(pool);
   REQUIRE(stepper.springs() >= ExplicitBody::kWorthSharing);
   Felt felt;
   felt.state = dynamics.rest_state();

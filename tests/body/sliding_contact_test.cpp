@@ -17,7 +17,7 @@ struct Stroke {
   ToolBench bench;
   explicit Stroke(LumpedBody body) : bench(std::move(body), ContactKind::touch) { bench.port.parameters = {1500, 0}; }
 
-  /// Pressed in smoothly, then to and fro over the dent that it makes.
+  /// Pressed in smoothly, then to and fro over the indentation that it makes.
   std::vector<Vec3> felt(Stepper& stepper, double step_s) const {
     const double top_m = 3 * kSpacingM;
     return bench.felt(stepper, step_s, 0.6, [&](double t) {

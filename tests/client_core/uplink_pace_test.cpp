@@ -74,18 +74,18 @@ TEST_CASE("a link that calms down is soon sent half the bytes, and one that turn
   CHECK(world.server->stations()[0].counts.patches > 100);
 }
 
-TEST_CASE("a station says how old its patches get, and they are made to bridge that") {
+TEST_CASE("a station says how old its patches get, and they are made for that horizon") {
   SmallWorld world;
   world.link = {40ms, 0ms, 0.0, 0.0};
   world.add(1, "hand");
   world.run(5s);
   const auto expected = 80ms + 50ms;  // round trip and frame
-  const Micros calm = world.server->stations()[0].bridge;
+  const Micros calm = world.server->stations()[0].horizon;
   CHECK(calm >= expected);
   CHECK(calm <= expected + 30ms);
   world.link = {40ms, 30ms, 0.3, 0.0};
   world.run(10s);
-  const Micros shaky = world.server->stations()[0].bridge;
+  const Micros shaky = world.server->stations()[0].horizon;
   INFO(calm.count() << " us, then " << shaky.count() << " us");
   CHECK(shaky > calm + 30ms);
   CHECK(shaky < 1s);

@@ -83,7 +83,7 @@ TEST_CASE("Static condensation keeps the stiffness at rest with the ring's numbe
   CHECK(distance(TransferFunction(small)(Complex(0, 300)), TransferFunction(system)(Complex(0, 300))) > 1e-3);
 }
 
-TEST_CASE("A port basis answers exactly at its shifts, real and imaginary", "[paper]") {
+TEST_CASE("A port basis responds exactly at its shifts, real and imaginary", "[paper]") {
   const Specimen sheet = Specimen::sheet(9, {100, 0.1, 0.001});
   const SecondOrderSystem system = sheet.system();
   const std::vector<Complex> shifts{20, Complex(0, 100), Complex(0, 300)};
@@ -103,7 +103,7 @@ TEST_CASE("The server's basis matches the response and its slope at its shift", 
   CHECK(distance(r(20 + step) - r(20 - step), g(20 + step) - g(20 - step)) < 1e-7);
 }
 
-TEST_CASE("The patch that is sent answers as the whole sheet where it is made for", "[paper]") {
+TEST_CASE("The patch that is sent responds as the whole sheet where it is made for", "[paper]") {
   const Specimen sheet = Specimen::sheet(kPaperNodes, {});
   const SecondOrderSystem system = sheet.system(), patch = patch_model(sheet, system, 22);
   CHECK(2 * patch.size() == 22);

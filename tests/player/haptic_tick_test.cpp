@@ -144,8 +144,8 @@ TEST_CASE("A patch that lives on is as young as the moment up to which it does, 
     CHECK_FALSE(out.outlived);
     CHECK(out.force.z() == Approx(2));
   }
-  CHECK(hand.haptic.bridged() >= Micros{165'000});
-  CHECK(hand.haptic.bridged() <= Micros{185'000});
+  CHECK(hand.haptic.horizon() >= Micros{165'000});
+  CHECK(hand.haptic.horizon() <= Micros{185'000});
   CHECK(hand.ticks(30).gain == 1);
   CHECK(hand.ticks(60).force.norm() == 0);
 }
@@ -315,20 +315,20 @@ TEST_CASE("Energy that a swap of patches injects is observed, and taken out agai
 
 TEST_CASE("The age that patches reach before the next takes over is known, and a pause does not count") {
   Hand hand;
-  CHECK(hand.haptic.bridged() == Micros{0});
+  CHECK(hand.haptic.horizon() == Micros{0});
   std::uint32_t seq = 0;
   const auto swap = [&] { hand.give(constant(Vec3(1, 0, 0), ++seq, hand.now() - Micros{30'000}, Micros{500'000})); };
   for (int k = 0; k < 100; ++k) {
     swap();
     hand.ticks(50);
   }
-  const auto bridged = hand.haptic.bridged();
-  CHECK(bridged >= Micros{80'000});
-  CHECK(bridged <= Micros{83'000});
+  const auto horizon = hand.haptic.horizon();
+  CHECK(horizon >= Micros{80'000});
+  CHECK(horizon <= Micros{83'000});
   hand.ticks(3000);
   swap();
   hand.tick();
-  CHECK(hand.haptic.bridged() == bridged);
+  CHECK(hand.haptic.horizon() == horizon);
 }
 
 TEST_CASE("Patches whose way became longer than they are valid for are known to be older before long") {
@@ -336,16 +336,16 @@ TEST_CASE("Patches whose way became longer than they are valid for are known to 
   std::uint32_t seq = 0;
   const auto swaps = [&](int count, Micros way) {
     for (int k = 0; k < count; ++k) {
-      hand.give(constant(Vec3(1, 0, 0), ++seq, hand.now() - way, 2 * hand.haptic.bridged() + Micros{250'000}));
+      hand.give(constant(Vec3(1, 0, 0), ++seq, hand.now() - way, 2 * hand.haptic.horizon() + Micros{250'000}));
       hand.ticks(20);
     }
   };
   swaps(100, Micros{5'000});
-  REQUIRE(hand.haptic.bridged() < Micros{30'000});
+  REQUIRE(hand.haptic.horizon() < Micros{30'000});
   swaps(10, Micros{340'000});
-  CHECK(hand.haptic.bridged() > Micros{150'000});
+  CHECK(hand.haptic.horizon() > Micros{150'000});
   swaps(200, Micros{340'000});
-  CHECK(hand.haptic.bridged() >= Micros{360'000});
-  CHECK(hand.haptic.bridged() < Micros{370'000});
+  CHECK(hand.haptic.horizon() >= Micros{360'000});
+  CHECK(hand.haptic.horizon() < Micros{370'000});
   CHECK(hand.ticks(1).force.x() == Approx(1));
 }

@@ -101,7 +101,7 @@ TEST_CASE("The history keeps the newest samples and finds them by time") {
 
 namespace {
 
-/// Bent as by `order` of the pieces of its terms, -1 the patch itself; then the same motion on.
+/// Nonlinear as by `order` of the pieces of its terms, -1 the patch itself; then the same motion on.
 std::vector<Vec3> felt(Side& side, const Patch& patch, const std::vector<PatchTerms>& pieces, const std::vector<int>& order) {
   for (const int k : order) {
     if (k < 0)
@@ -118,8 +118,7 @@ std::vector<Vec3> felt(Side& side, const Patch& patch, const std::vector<PatchTe
 
 }  // namespace
 
-TEST_CASE(
-    "The pieces of a patch's terms bend it in any order, before or after the patch, and without one of them it plays straight") {
+TEST_CASE("The pieces of a patch's terms bend it in any order, before or after the patch, and without one of them it is linear") {
   const Patch patch = test::attach_patch(11, 5, kIntakeEpoch + 100 * kTick);
   const NonlinearTerms terms = test::many_spring_terms(patch);
   const std::vector<PatchTerms> pieces = to_pieces(terms, patch.seq);
@@ -128,24 +127,24 @@ TEST_CASE(
   for (const PatchTerms& piece : pieces) CHECK(assembly.take(piece));
   const auto received = assembly.terms_for(patch);
   REQUIRE(received);
-  PatchPlayer bent(patch, *received), straight(patch);
+  PatchPlayer nonlinear(patch, *received), linear(patch);
   for (int ms = 101; ms <= 200; ++ms) {
-    bent.advance(sample_at(ms));
-    straight.advance(sample_at(ms));
+    nonlinear.advance(sample_at(ms));
+    linear.advance(sample_at(ms));
   }
   for (const std::vector<int>& order : {std::vector<int>{-1, 0, 1, 2}, {2, 1, -1, 0}, {1, 2, 0, -1}, {-1, 0, 2}}) {
     Side side;
     for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
     const bool whole = order.size() == 4;
     const auto forces = felt(side, patch, pieces, order);
-    CHECK(side.intake.counts().bent == (whole ? 1 : 0));
-    PatchPlayer expected = whole ? bent : straight;
+    CHECK(side.intake.counts().nonlinear == (whole ? 1 : 0));
+    PatchPlayer expected = whole ? nonlinear : linear;
     for (int ms = 201; ms <= 260; ++ms)
       CHECK(forces[static_cast<std::size_t>(ms - 201)] == expected.advance(sample_at(ms)).force);
     CHECK(side.intake.accept(test::attach_patch(11, 6, kIntakeEpoch + 150 * kTick), kNow));
     CHECK_FALSE(side.intake.accept(pieces[2]));
   }
-  CHECK(bent.output().force != straight.output().force);
+  CHECK(nonlinear.output().force != linear.output().force);
 }
 
 TEST_CASE("Terms that do not fit their patch, or of another whole, do not bend it") {
@@ -155,7 +154,7 @@ TEST_CASE("Terms that do not fit their patch, or of another whole, do not bend i
   REQUIRE(side.intake.accept(patch, kNow));
   for (const PatchTerms& piece : to_pieces(test::many_spring_terms(test::attach_patch(9, 5, patch.stamp)), 5))
     side.intake.accept(piece);
-  CHECK(side.intake.counts().bent == 0);
+  CHECK(side.intake.counts().nonlinear == 0);
   auto pieces = to_pieces(test::many_spring_terms(patch), 6);
   CHECK(side.intake.accept(pieces[0]));
   CHECK_FALSE(side.intake.accept(pieces[0]));
@@ -167,10 +166,11 @@ TEST_CASE("Terms that do not fit their patch, or of another whole, do not bend i
 namespace {
 
 /// A patch of scheme hyper and the pieces of its terms, `size` times as strong as usual.
-struct Bent {
+struct NonlinearPatch {
   Patch patch;
   std::vector<PatchTerms> pieces;
-  Bent(std::uint32_t seq, int stamp_ms, float size) : patch(test::attach_patch(11, seq, kIntakeEpoch + stamp_ms * kTick)) {
+  NonlinearPatch(std::uint32_t seq, int stamp_ms, float size)
+      : patch(test::attach_patch(11, seq, kIntakeEpoch + stamp_ms * kTick)) {
     patch.scheme = Scheme::hyper;
     NonlinearTerms terms = test::spring_terms(patch);
     terms.springs.stiffness *= size;
@@ -179,66 +179,66 @@ struct Bent {
   }
 };
 
-void give(Side& side, const Bent& bent) {
-  REQUIRE(side.intake.accept(bent.patch, kNow));
-  for (const PatchTerms& piece : bent.pieces) CHECK(side.intake.accept(piece));
+void give(Side& side, const NonlinearPatch& nonlinear) {
+  REQUIRE(side.intake.accept(nonlinear.patch, kNow));
+  for (const PatchTerms& piece : nonlinear.pieces) CHECK(side.intake.accept(piece));
 }
 
 }  // namespace
 
-TEST_CASE("While its terms are on their way a patch waits when the one before, bent, is the truer") {
+TEST_CASE("While its terms are on their way a patch waits when the one before, nonlinear, is the truer") {
   Side side;
   for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
   // The same patch at the same stamp: what the terms bend is all the difference.
-  for (std::uint32_t seq = 1; seq <= 3; ++seq) give(side, Bent(seq, 100, 1));
+  for (std::uint32_t seq = 1; seq <= 3; ++seq) give(side, NonlinearPatch(seq, 100, 1));
   CHECK(side.intake.counts().held_back == 2);
-  CHECK(side.intake.counts().bent == 3);
+  CHECK(side.intake.counts().nonlinear == 3);
   REQUIRE(side.slot->take() != nullptr);
-  const Bent next(4, 100, 1);
+  const NonlinearPatch next(4, 100, 1);
   CHECK(side.intake.accept(next.patch, kNow));
   CHECK(side.slot->take() == nullptr);
   // One of another scheme is the server's answer to what has no terms: they will not come.
   CHECK(side.intake.accept(test::attach_patch(11, 5, next.patch.stamp), kNow));
   REQUIRE(side.slot->take() != nullptr);
-  CHECK(side.intake.accept(Bent(6, 100, 1).patch, kNow));
+  CHECK(side.intake.accept(NonlinearPatch(6, 100, 1).patch, kNow));
   CHECK(side.slot->take() != nullptr);
 }
 
 TEST_CASE("Patches wait again as soon as the one before is the truer again, however long they did not") {
   Side side;
   for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
-  give(side, Bent(1, 100, 0));
+  give(side, NonlinearPatch(1, 100, 0));
   std::uint32_t seq = 2;
-  for (; seq < 20; ++seq) {  // each far from the one before, and straight: no patch waits
-    Bent off(seq, 100, 0);
+  for (; seq < 20; ++seq) {  // each far from the one before, and linear: no patch waits
+    NonlinearPatch off(seq, 100, 0);
     off.patch.force += Vec3(0, 0, seq % 2 == 0 ? 0.001 : 0);
     give(side, off);
   }
   const std::uint64_t held = side.intake.counts().held_back;
   CHECK(held < 3);
-  for (; seq < 40; ++seq) give(side, Bent(seq, 100, 1));
+  for (; seq < 40; ++seq) give(side, NonlinearPatch(seq, 100, 1));
   CHECK(side.intake.counts().held_back > held + 10);
 }
 
 TEST_CASE("A patch does not wait for terms that bend it less than the one before is off, nor for a lost one for ever") {
   Side side;
   for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
-  give(side, Bent(1, 60, 0));
-  Bent off(2, 100, 0);
+  give(side, NonlinearPatch(1, 60, 0));
+  NonlinearPatch off(2, 100, 0);
   off.patch.force += Vec3(0, 0, 0.5);
   give(side, off);
   const std::uint64_t held = side.intake.counts().held_back;
   REQUIRE(side.slot->take() != nullptr);
-  CHECK(side.intake.accept(Bent(3, 100, 0).patch, kNow));
+  CHECK(side.intake.accept(NonlinearPatch(3, 100, 0).patch, kNow));
   CHECK(side.slot->take() != nullptr);
   CHECK(side.intake.counts().held_back == held);
 
   Side lossy;
   for (int ms = 0; ms <= 200; ++ms) lossy.intake.add_sample(sample_at(ms));
-  give(lossy, Bent(1, 100, 1));
+  give(lossy, NonlinearPatch(1, 100, 1));
   REQUIRE(lossy.slot->take() != nullptr);
   std::uint32_t seq = 1;
-  while (seq < 20 && lossy.slot->take() == nullptr) lossy.intake.accept(Bent(++seq, 100, 1).patch, kNow);
+  while (seq < 20 && lossy.slot->take() == nullptr) lossy.intake.accept(NonlinearPatch(++seq, 100, 1).patch, kNow);
   CHECK(seq > 2);
   CHECK(seq < 10);
 }

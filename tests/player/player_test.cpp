@@ -29,7 +29,7 @@ ModeMatrix random_damping(Random& random, int r, double size) {
   return size * a * a.transpose();
 }
 
-/// A grasp in motion with full, random damping and an imbalance.
+/// A grasp in motion with full, random damping and a residual force.
 Patch moving_grasp(Random& random, int r) {
   Patch p = test::attach_patch(r, 1, kStamp);
   p.damping = random_damping(random, r, 3);
@@ -146,7 +146,7 @@ TEST_CASE("The energy of a patch that nothing drives never grows") {
   }
 }
 
-TEST_CASE("A grasp at rest answers a slow tool with the static stiffness of the patch") {
+TEST_CASE("A grasp at rest responds to a slow tool with the static stiffness of the patch") {
   Patch p = test::attach_patch(6, 1, kStamp);
   PatchPlayer player(p);
   const Vec3 d(0.003, -0.002, 0.001);

@@ -84,11 +84,11 @@ TEST_CASE("what sampled springs pull with beyond the linear patch is what each s
   }
 }
 
-TEST_CASE("forces of sampled springs are the gradient of their energy, beyond the strain where their law goes on straight too") {
+TEST_CASE("forces of sampled springs are the gradient of their energy, beyond the strain where their law goes on linearly too") {
   Case c(300, 400);
   SampledForce force = c.compiled();
   REQUIRE_FALSE(force.empty());
-  REQUIRE(force.straight_from() < 1);
+  REQUIRE(force.linear_from() < 1);
   for (int k = 0; k < 20; ++k) {
     const SampledForce::Values u = c.displacement(0.05F);
     SampledForce::Values g(kVariables);
@@ -150,7 +150,7 @@ TEST_CASE("springs too stiff for a tick are not taken, and stiffening ends befor
   const Case soft(100, 40), firm(100, 4000);
   CHECK_FALSE(soft.compiled().empty());
   CHECK_FALSE(firm.compiled().empty());
-  CHECK(firm.compiled().straight_from() < soft.compiled().straight_from());
+  CHECK(firm.compiled().linear_from() < soft.compiled().linear_from());
 }
 
 TEST_CASE("springs whose ends meet pull with finite forces") {
@@ -211,10 +211,10 @@ TEST_CASE("springs too stiff for a tick add mass enough for it, however they tur
 TEST_CASE(
     "springs that stiffen keep to their law as steep as they are said to become, each, in a body too stiff for a tick too") {
   Case c(30, 1e6F);
-  std::vector<SampledForce::Values> ways;
-  for (int k = 0; k < 20; ++k) ways.push_back(c.displacement(0.006F));
+  std::vector<SampledForce::Values> displacements;
+  for (int k = 0; k < 20; ++k) displacements.push_back(c.displacement(0.006F));
   Eigen::ArrayXd slopes = Eigen::ArrayXd::Ones(kCount);
-  for (const SampledForce::Values& u : ways) {
+  for (const SampledForce::Values& u : displacements) {
     const Eigen::VectorXf delta = c.springs.motions(kTool) * u;
     for (int e = 0; e < kCount; ++e) {
       const double rest = c.springs.rest_length[e], length = (c.springs.spans().col(e) + delta.segment<3>(3 * e)).norm();
@@ -229,7 +229,7 @@ TEST_CASE(
     REQUIRE_FALSE(force.empty());
     REQUIRE(force.added_mass().size() > 0);
     double most = 0;
-    for (const SampledForce::Values& u : ways) {
+    for (const SampledForce::Values& u : displacements) {
       SampledForce::Values g(kVariables);
       force.move_to(u);
       force.gradient(g);
@@ -291,10 +291,10 @@ TEST_CASE("an arch that snaps through under the hand gives all its energy away, 
   bool fell = false;
   for (double high = kPressed; high > -1.2 * kHigh; high -= 1e-4) {
     const NonlinearForce::Variables u = NonlinearForce::Variables::Constant(1, high - kPressed);
-    NonlinearForce::Variables beyond;
+    NonlinearForce::Variables residual;
     force.move_to(u);
-    force.elastic(beyond);
-    CHECK(push(kPressed) - stiffness * u[0] + beyond[0] == Approx(push(high)).margin(1e-4));
+    force.elastic(residual);
+    CHECK(push(kPressed) - stiffness * u[0] + residual[0] == Approx(push(high)).margin(1e-4));
     const double linear = 0.5 * stiffness * u[0] * u[0];
     CHECK(energy_at(force, u) == Approx(stored(high) - stored(kPressed) + push(kPressed) * u[0] - linear).margin(1e-7));
     fell = fell || energy_at(force, u) < -linear;

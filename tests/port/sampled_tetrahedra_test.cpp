@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/base/types.hpp"
-#include "common/port/turned_dampers.hpp"
+#include "common/port/lagged_damping.hpp"
 #include "tests/support/bending.hpp"
 
 using namespace palpate;
@@ -193,7 +193,7 @@ TEST_CASE("what dampers of sampled tetrahedra brake more is a matrix, once all o
   ModeMatrix closing = ModeMatrix::Constant(kTetraModes, kTetraModes, 1e-5);
   closing.diagonal().array() += 5e-4;
   const auto asked = [&](double damping) {
-    TurnedDampers dampers(c.compiled(true), damping * ModeMatrix::Identity(kTetraModes, kTetraModes));
+    LaggedDamping dampers(c.compiled(true), damping * ModeMatrix::Identity(kTetraModes, kTetraModes));
     REQUIRE_FALSE(dampers.empty());
     for (int group = 0; group < force.groups(); ++group) {
       dampers.renew(force, closing);
@@ -204,7 +204,7 @@ TEST_CASE("what dampers of sampled tetrahedra brake more is a matrix, once all o
     return dampers;
   };
   // Beside a patch that brakes enough, and beside one that brakes with nothing.
-  const TurnedDampers all = asked(1e6), bare = asked(0);
+  const LaggedDamping all = asked(1e6), bare = asked(0);
   const Eigen::VectorXd of_all = all.change() * rate.cast<double>(), exact = more.cast<double>();
   CHECK((of_all - exact).norm() < 1e-4 * exact.norm());
   SampledSolidForce::Square there = SampledSolidForce::Square::Zero(kTetraVariables, kTetraVariables);

@@ -98,13 +98,13 @@ TEST_CASE("A grasp is felt through fresh patches without allocation, lock or exc
 
 TEST_CASE("A grasp with springs or tetrahedra for terms is felt without allocation, lock or exception", "[realtime]") {
   const auto patch_at = [](auto seq, auto stamp) { return palpate::test::attach_patch(kModes, seq, stamp); };
-  const Run straight = play(patch_at, Micros{500'000});
+  const Run linear = play(patch_at, Micros{500'000});
   for (const auto& terms_of : {palpate::test::spring_terms, palpate::test::solid_terms}) {
-    const Run bent = play(patch_at, Micros{500'000}, terms_of);
-    check_clean(bent.faults);
-    CHECK(bent.counts.patches_used == kTicks / kPatchEvery);
-    CHECK(bent.force_max_n > 0.05);
-    CHECK(bent.force_max_n != straight.force_max_n);
+    const Run nonlinear = play(patch_at, Micros{500'000}, terms_of);
+    check_clean(nonlinear.faults);
+    CHECK(nonlinear.counts.patches_used == kTicks / kPatchEvery);
+    CHECK(nonlinear.force_max_n > 0.05);
+    CHECK(nonlinear.force_max_n != linear.force_max_n);
   }
 }
 
@@ -117,12 +117,12 @@ TEST_CASE("A touch with onset, stroke and release is felt without allocation, lo
     CHECK(run.contact_ticks < kTicks);
     CHECK(run.force_max_n > 0.05);
   };
-  const Run straight = play(patch_at, Micros{500'000});
-  check(straight);
+  const Run linear = play(patch_at, Micros{500'000});
+  check(linear);
   for (const auto& terms_of : {palpate::test::spring_terms, palpate::test::solid_terms}) {
-    const Run bent = play(patch_at, Micros{500'000}, terms_of);
-    check(bent);
-    CHECK(bent.force_max_n != straight.force_max_n);
+    const Run nonlinear = play(patch_at, Micros{500'000}, terms_of);
+    check(nonlinear);
+    CHECK(nonlinear.force_max_n != linear.force_max_n);
   }
 }
 

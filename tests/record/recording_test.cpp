@@ -58,7 +58,7 @@ TEST_CASE("every item comes back in order, in its numbers' resolution", "[record
       CHECK(touch.contact == expected.contact);
       CHECK(touch.scheme == Scheme::port);
       CHECK(touch.states == 16);
-      CHECK(touch.bridge == Micros{120'000});
+      CHECK(touch.horizon == Micros{120'000});
       CHECK(block->ticks[i].force == Vec3(0, 0, 1.5));
       CHECK(block->ticks[i].patch_age == Micros{70'000});
       CHECK(block->hand_overs[i].stamp == expected.t - Micros{70'000});

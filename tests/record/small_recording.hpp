@@ -39,7 +39,7 @@ inline RecordedTouch small_touch(int k) {
   touch.scheme = Scheme::port;
   touch.states = 16;
   touch.bytes = 1000;
-  touch.bridge = Micros{120'000};
+  touch.horizon = Micros{120'000};
   return touch;
 }
 

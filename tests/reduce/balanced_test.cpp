@@ -100,7 +100,7 @@ TEST_CASE("A patch of the scheme balanced passes the receiver's check, at rest a
     request.scheme = Scheme::balanced;
     const ToolAt tool{node_of(state.x, 54), Vec3::Zero()};
     FrameModel frame(block.dynamics, block.skin);
-    frame.begin(state, ports, std::span(&tool, 1), request.bridge);
+    frame.begin(state, ports, std::span(&tool, 1), request.horizon);
     const auto patch = builder.build(frame, 0, request);
     REQUIRE(patch);
     CHECK(check(*patch) == PatchFault::none);

@@ -15,8 +15,8 @@ using namespace palpate::test;
 
 namespace {
 
-constexpr Micros kFrameBridge{100'000};
-constexpr double kFrameShift = 20;  // 2 / bridge
+constexpr Micros kFrameHorizon{100'000};
+constexpr double kFrameShift = 20;  // 2 / horizon
 
 struct FrameBench {
   LumpedBody body = box_body(4, 4, 4);
@@ -39,10 +39,10 @@ struct FrameBench {
     tools.push_back({position_at(skin.view(), x, port.point), velocity});
   }
   Patch build(std::size_t which, Scheme scheme = Scheme::port) {
-    frame.begin(state, ports, tools, kFrameBridge);
+    frame.begin(state, ports, tools, kFrameHorizon);
     PatchRequest request;
     request.scheme = scheme;
-    request.bridge = kFrameBridge;
+    request.horizon = kFrameHorizon;
     const auto patch = builder.build(frame, which, request);
     REQUIRE(patch);
     REQUIRE(check(*patch) == PatchFault::none);
@@ -84,7 +84,7 @@ Matrix dynamic_of(const Patch& p, double s) {
 }  // namespace
 
 TEST_CASE(
-    "A touch beside tools that it is coupled to answers as the body that they press on, to the tool and to the way that they "
+    "A touch beside tools that it is coupled to responds as the body that they press on, to the tool and to the way that they "
     "go") {
   const double friction = GENERATE(10.0, 0.0);  // the others stick, or slip along the surface
   FrameBench bench;
@@ -108,21 +108,21 @@ TEST_CASE(
   const auto reduced = dynamic_of(patch, kFrameShift).lu();
   CHECK((Matrix(rows) * reduced.solve(Matrix(rows).transpose()) - exact).norm() < 1e-8 * exact.norm());
 
-  Vector pushed = Vector::Zero(bench.state.x.size()), imbalance;
-  bench.dynamics.forces(bench.state.x, bench.state.v, imbalance);
+  Vector pushed = Vector::Zero(bench.state.x.size()), residual;
+  bench.dynamics.forces(bench.state.x, bench.state.v, residual);
   for (const std::size_t k : {1u, 2u}) {
     pushed += bench.input(k) * springs[k] * bench.tools[k].velocity;
-    imbalance += bench.input(k) * bench.ports[k].lambda;
+    residual += bench.input(k) * bench.ports[k].lambda;
   }
   mask(bench.body.fixed, pushed);
-  mask(bench.body.fixed, imbalance);
+  mask(bench.body.fixed, residual);
   const Vec3 way = b.transpose() * whole.solve(pushed);
   REQUIRE(patch.load_rate.size() == patch.modes());
   CHECK((Matrix(rows) * reduced.solve(Vector(patch.load_rate)) - way).norm() < 1e-8 * way.norm());
-  const Vec3 sag = b.transpose() * whole.solve(imbalance);
-  const Vector reduced_imbalance = patch.g - patch.damping * patch.q_rate;
-  CHECK((Matrix(rows) * reduced.solve(reduced_imbalance) - sag).norm() < 1e-8 * sag.norm());
-  CHECK(patch.load_for == kFrameBridge);
+  const Vec3 sag = b.transpose() * whole.solve(residual);
+  const Vector reduced_residual = patch.g - patch.damping * patch.q_rate;
+  CHECK((Matrix(rows) * reduced.solve(reduced_residual) - sag).norm() < 1e-8 * sag.norm());
+  CHECK(patch.load_for == kFrameHorizon);
 }
 
 TEST_CASE(
@@ -131,7 +131,7 @@ TEST_CASE(
   FrameBench bench;
   bench.touch(40, Vec3(0.1, 0, -0.4), Vec3(0.1, 0.04, 0));
   const Positions x(bench.state.x.data(), static_cast<std::size_t>(bench.state.x.size()));
-  const Vec3 lambda = bench.ports[0].lambda, way = seconds(kFrameBridge) * bench.tools[0].velocity;
+  const Vec3 lambda = bench.ports[0].lambda, way = seconds(kFrameHorizon) * bench.tools[0].velocity;
   const Matrix b = bench.input(0);
   const auto whole = bench.dynamic(kFrameShift, {}).lu();
   const auto wrong = [&](double part) {  // of the compliance, along the load
@@ -171,29 +171,29 @@ TEST_CASE("A hand that slides goes on, one that rests may set off any way, for t
   const Vec3 normal = Vec3(0.1, -0.2, 1).normalized(), velocity(0.1, 0, 0.02);
   CHECK(expected_slides(velocity, normal, {}).empty());
   for (const bool from_rest : {false, true}) {
-    const auto ways = expected_slides(velocity, normal, {0.1, from_rest});
-    REQUIRE(ways.size() == 2);
-    CHECK((ways[0] - 0.1 * velocity).norm() < 1e-15);
-    CHECK((ways[1] - 0.05 * velocity).norm() < 1e-15);
+    const auto slides = expected_slides(velocity, normal, {0.1, from_rest});
+    REQUIRE(slides.size() == 2);
+    CHECK((slides[0] - 0.1 * velocity).norm() < 1e-15);
+    CHECK((slides[1] - 0.05 * velocity).norm() < 1e-15);
   }
   for (const Vec3& still : {Vec3(Vec3::Zero()), Vec3(-0.3 * normal)}) {  // the latter only presses
     CHECK(expected_slides(still, normal, {0.1, false}).empty());
-    const auto ways = expected_slides(still, normal, {0.1, true});
-    REQUIRE(ways.size() == 2);
-    for (const Vec3& way : ways) {
+    const auto slides = expected_slides(still, normal, {0.1, true});
+    REQUIRE(slides.size() == 2);
+    for (const Vec3& way : slides) {
       CHECK(way.norm() == Approx(0.25 * 0.5 * 0.4 * 0.1 * 0.1));
       CHECK(std::abs(way.dot(normal)) < 1e-15);
     }
-    CHECK(std::abs(ways[0].dot(ways[1])) < 1e-15);
+    CHECK(std::abs(slides[0].dot(slides[1])) < 1e-15);
   }
 }
 
 TEST_CASE("A hand that speeds up or slows down is looked for where that takes it, if it is elsewhere") {
   const Vec3 normal = Vec3::UnitZ(), velocity(0.1, 0, 0), sideways(0, 0.5, 0);
-  const auto ways = expected_slides(velocity, normal, {0.2, true, sideways});
-  REQUIRE(ways.size() == 3);
+  const auto slides = expected_slides(velocity, normal, {0.2, true, sideways});
+  REQUIRE(slides.size() == 3);
   // The first 0.1 s of 0.2 s: 2.5 mm by then, and at 50 mm/s from there on.
-  CHECK((ways[2] - Vec3(0.02, 0.0075, 0)).norm() < 1e-15);
+  CHECK((slides[2] - Vec3(0.02, 0.0075, 0)).norm() < 1e-15);
   CHECK((expected_slides(velocity, normal, {0.05, true, sideways})[2] - Vec3(0.005, 0.5 * 0.5 * 0.0025, 0)).norm() < 1e-15);
   // No hand gets further than 12 mm by that.
   CHECK((expected_slides(velocity, normal, {0.2, true, 100 * sideways})[2] - Vec3(0.02, 0.012, 0)).norm() < 1e-15);
@@ -207,20 +207,20 @@ TEST_CASE("A hand that speeds up or slows down is looked for where that takes it
 TEST_CASE("Where hands go on by themselves is told apart from where else a body may be, and forgotten with the frame") {
   FrameBench bench;
   const auto aside = [&](double m) { return Vector(bench.state.x + Vector::Constant(bench.state.x.size(), m)); };
-  const auto begin = [&] { bench.frame.begin(bench.state, bench.ports, bench.tools, kFrameBridge); };
+  const auto begin = [&] { bench.frame.begin(bench.state, bench.ports, bench.tools, kFrameHorizon); };
   begin();
-  bench.frame.foresee({}, {aside(0.003)});
-  CHECK(bench.frame.ways().going_on == 0);
-  CHECK(bench.frame.ways().ahead.cols() == 1);
+  bench.frame.set_predicted_states({}, {aside(0.003)});
+  CHECK(bench.frame.snapshots().going_on == 0);
+  CHECK(bench.frame.snapshots().ahead.cols() == 1);
   begin();
-  bench.frame.foresee({aside(0.001), aside(0.002)}, {aside(0.003)});
-  const BodyWays& ways = bench.frame.ways();
-  CHECK(ways.going_on == 2);
-  REQUIRE(ways.ahead.cols() == 3);
-  for (int k = 0; k < 3; ++k) CHECK((ways.ahead.col(k).array() - 0.001 * (k + 1)).abs().maxCoeff() < 1e-12);
+  bench.frame.set_predicted_states({aside(0.001), aside(0.002)}, {aside(0.003)});
+  const DisplacementSnapshots& snapshots = bench.frame.snapshots();
+  CHECK(snapshots.going_on == 2);
+  REQUIRE(snapshots.ahead.cols() == 3);
+  for (int k = 0; k < 3; ++k) CHECK((snapshots.ahead.col(k).array() - 0.001 * (k + 1)).abs().maxCoeff() < 1e-12);
   begin();
-  CHECK(bench.frame.ways().going_on == 0);
-  CHECK(bench.frame.ways().ahead.cols() == 0);
+  CHECK(bench.frame.snapshots().going_on == 0);
+  CHECK(bench.frame.snapshots().ahead.cols() == 0);
 }
 
 TEST_CASE("Others that touch nothing, or stand still, add no load that grows") {
@@ -257,7 +257,7 @@ TEST_CASE("A grasp beside a node that another tool moves gets the force that its
   const Patch patch = bench.build(0);
   REQUIRE(patch.load_rate.size() == patch.modes());
   CHECK(patch.load_rate.norm() > 0);
-  CHECK(patch.load_for == kFrameBridge);
+  CHECK(patch.load_for == kFrameHorizon);
   bench.tools[1].velocity.setZero();
   CHECK(bench.build(0).load_rate.size() == 0);
 }
@@ -267,31 +267,31 @@ TEST_CASE("Stations of one frame share its solves, which are made together") {
   for (const std::uint32_t triangle : {40u, 44u, 48u}) bench.touch(triangle, Vec3(0, 0, -0.4), Vec3::Zero());
   bench.ports[2].touching = false;
   bench.build(0);
-  SharedSystem* const p = bench.frame.system(bench.frame.shift(kFrameBridge), false, 1e-2);
+  SharedSystem* const p = bench.frame.system(bench.frame.shift(kFrameHorizon), false, 1e-2);
   REQUIRE(p);
-  CHECK(bench.frame.system(bench.frame.shift(Micros{30'000}), false, 1e-2) == p);  // of all at their mean bridge
-  const PortAnswer& kept = p->port(1);
+  CHECK(bench.frame.system(bench.frame.shift(Micros{30'000}), false, 1e-2) == p);  // of all at their mean horizon
+  const PortResponse& kept = p->port(1);
   const Mat3 exact = bench.input(1).transpose() * bench.dynamic(kFrameShift, {}).lu().solve(bench.input(1));
   CHECK((kept.compliance - exact).norm() < 1e-8 * exact.norm());
-  const Vector before = kept.answer[2];
-  REQUIRE(bench.frame.answer(*p, 1, {.imbalance = true}));
+  const Vector before = kept.response[2];
+  REQUIRE(bench.frame.respond(*p, 1, {.residual = true}));
   CHECK(&p->port(1) == &kept);
-  CHECK(kept.answer[2] == before);
+  CHECK(kept.response[2] == before);
   CHECK_THROWS(p->port(2));  // neither touches nor is wanted
   bench.frame.want(2);
-  REQUIRE(bench.frame.answer(*p, 1, {.imbalance = true}));
+  REQUIRE(bench.frame.respond(*p, 1, {.residual = true}));
   CHECK(p->port(2).compliance.trace() > 0);
-  CHECK(kept.answer[2] == before);
+  CHECK(kept.response[2] == before);
 }
 
 TEST_CASE("A touch patch of fewer modes than a tool has directions yields statically in all of them, none twice") {
   for (const int states : {2, 4, 6}) {
     FrameBench bench;
     bench.touch(40, Vec3(0.05, 0, -0.4), Vec3::Zero());
-    bench.frame.begin(bench.state, bench.ports, bench.tools, kFrameBridge);
+    bench.frame.begin(bench.state, bench.ports, bench.tools, kFrameHorizon);
     PatchRequest request;
     request.order = states;
-    request.bridge = kFrameBridge;
+    request.horizon = kFrameHorizon;
     const auto patch = bench.builder.build(bench.frame, 0, request);
     REQUIRE(patch);
     REQUIRE(check(*patch) == PatchFault::none);
@@ -316,9 +316,9 @@ TEST_CASE("Everywhere on its piece of the surface a frictionless touch is pushed
   const std::uint32_t triangle = GENERATE(0u, 40u, 90u);
   bench.touch(triangle, Vec3::Zero(), Vec3::Zero(), 0);
   bench.ports[0].touching = false;
-  bench.frame.begin(bench.state, bench.ports, bench.tools, kFrameBridge);
+  bench.frame.begin(bench.state, bench.ports, bench.tools, kFrameHorizon);
   PatchRequest request;
-  request.bridge = kFrameBridge;
+  request.horizon = kFrameHorizon;
   request.vertices_max = [](int, bool) { return 6; };  // so few that all are at the rim
   auto patch = bench.builder.build(bench.frame, 0, request);
   REQUIRE(patch);

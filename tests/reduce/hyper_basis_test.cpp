@@ -31,15 +31,15 @@ struct Bench {
     mask(body.fixed, b);
     return b;
   }
-  Vector answer(const Vector& b) {
+  Vector response(const Vector& b) {
     Vector x = Vector::Zero(b.size());
     REQUIRE(solver.solve(at, b, 1e-6, x));
     return x;
   }
   std::optional<HyperBasis> basis(const KrylovStart& start) {
     const KrylovSolve solve = [&](std::span<const SolveColumn> columns) { return solver.solve(at, columns, 1e-3); };
-    const std::vector<Vector> dents{start.ports.front()};
-    return hyper_basis(at, start, solve, Matrix(), dents, Matrix(dynamics.masses().size(), 0), {8, kShift, 0.1}, memory);
+    const std::vector<Vector> indentations{start.ports.front()};
+    return hyper_basis(at, start, solve, Matrix(), indentations, Matrix(dynamics.masses().size(), 0), {8, kShift, 0.1}, memory);
   }
 };
 
@@ -49,9 +49,9 @@ TEST_CASE("Directions of a nonlinear patch are orthonormal in M, however alike t
   Bench bench;
   const Vector zero = Vector::Zero(bench.dynamics.masses().size());
   const auto last = static_cast<std::uint32_t>(bench.dynamics.nodes() - 1);
-  const Vector first = bench.answer(bench.load(last)), other = bench.answer(bench.load(last - 8));
+  const Vector first = bench.response(bench.load(last)), other = bench.response(bench.load(last - 8));
   // Of the energy of the first the third adds some 1e-9.
-  KrylovStart start{{first, 0.3 * other, first + 1e-3 * bench.answer(bench.load(last - 3))}, {bench.load(last)}, zero, zero};
+  KrylovStart start{{first, 0.3 * other, first + 1e-3 * bench.response(bench.load(last - 3))}, {bench.load(last)}, zero, zero};
   const auto basis = bench.basis(start);
   REQUIRE(basis);
   const Matrix& v = basis->shapes;

@@ -43,8 +43,8 @@ struct Grasp {
   Patch build() {
     PatchRequest request;
     request.scheme = Scheme::hyper;
-    request.bridge = Micros{100'000};
-    frame.begin(state, ports, std::span(&tool, 1), request.bridge);
+    request.horizon = Micros{100'000};
+    frame.begin(state, ports, std::span(&tool, 1), request.horizon);
     auto patch = builder.build(frame, 0, request);
     REQUIRE(patch);
     REQUIRE(check(*patch) == PatchFault::none);
@@ -75,14 +75,14 @@ TEST_CASE("With the modes still, the force of a displaced tool is the body's") {
   }
 }
 
-TEST_CASE("Terms give back the stiffness that was lifted to make the linear patch passive") {
-  int lifted = 0;
+TEST_CASE("Terms give back the stiffness that PSD projection changed to make the linear patch passive") {
+  int projected = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     Grasp grasp(0.016, 0, SpringLaw::linear, seed);
     const Patch patch = grasp.build();
     const NonlinearTerms& terms = grasp.builder.terms();
-    if (terms.variables == 0 || grasp.builder.report().lifted_1_s2 == 0) continue;
-    ++lifted;
+    if (terms.variables == 0 || grasp.builder.report().psd_change_1_s2 == 0) continue;
+    ++projected;
     NonlinearForce bend(terms, patch);
     for (int axis = 0; axis < 3; ++axis) {
       Vector k, d, e = Vector::Unit(grasp.state.x.size(), 3 * kNode + axis);
@@ -96,7 +96,7 @@ TEST_CASE("Terms give back the stiffness that was lifted to make the linear patc
       CHECK((stiffness - k.segment<3>(3 * kNode)).norm() < 1e-3 * k.segment<3>(3 * kNode).norm());
     }
   }
-  CHECK(lifted > 0);
+  CHECK(projected > 0);
 }
 
 TEST_CASE("A body whose law is not smooth is served the port patch, and the builder says so") {
@@ -135,8 +135,8 @@ TEST_CASE("A solid of either law is served some of its tetrahedra, one of both t
       FrameModel frame(dynamics, skin);
       PatchRequest request;
       request.scheme = Scheme::hyper;
-      request.bridge = Micros{100'000};
-      frame.begin(state, ports, std::span(&tool, 1), request.bridge);
+      request.horizon = Micros{100'000};
+      frame.begin(state, ports, std::span(&tool, 1), request.horizon);
       const auto patch = builder.build(frame, 0, request);
       REQUIRE(patch);
       REQUIRE(check(*patch) == PatchFault::none);
@@ -162,7 +162,7 @@ TEST_CASE("A planar body has terms, and the tool's way across it changes nothing
   PatchRequest request;
   request.scheme = Scheme::hyper;
   FrameModel frame(dynamics, skin);
-  frame.begin(state, ports, std::span(&tool, 1), request.bridge);
+  frame.begin(state, ports, std::span(&tool, 1), request.horizon);
   const auto patch = builder.build(frame, 0, request);
   REQUIRE(patch);
   CHECK(patch->scheme == Scheme::hyper);

@@ -28,7 +28,7 @@ Vec3 along(double u) { return u * Vec3(0.008, 0, 0); }
 /// A tool that presses 4 mm into the top of a block in 0.1 s, and there is a patch; it then goes on.
 struct Touch {
   static constexpr double kPressS = 0.1, kOnS = 0.15;
-  Micros bridge{200'000};
+  Micros horizon{200'000};
   int order = PatchBuilder::kHyperTouchOrder;
 
   LumpedBody body = box_body(6, 6, 4);
@@ -68,10 +68,10 @@ struct Touch {
     PatchRequest request;
     request.scheme = scheme;
     request.order = order;
-    request.bridge = bridge;
+    request.horizon = horizon;
     const ToolAt at = tool_at(kPressS);
     FrameModel frame(dynamics, skin);
-    frame.begin(state, ports, std::span(&at, 1), request.bridge);
+    frame.begin(state, ports, std::span(&at, 1), request.horizon);
     auto made = builder.build(frame, 0, request);
     REQUIRE(made);
     CHECK(made->scheme == scheme);
@@ -85,19 +85,20 @@ struct Touch {
   /// Energy of the force's error to that of the force over the 150 ms after the patch: linear, with its terms.
   std::array<double, 2> errors() {
     REQUIRE(ports[0].touching);
-    PatchPlayer linear = player(Scheme::port), bent = player(Scheme::hyper);
-    CHECK(linear.patch().states() == bent.patch().states());
-    double linear_error = 0, bent_error = 0, force = 0;
+    PatchPlayer linear = player(Scheme::port), nonlinear = player(Scheme::hyper);
+    CHECK(linear.patch().states() == nonlinear.patch().states());
+    double linear_error = 0, nonlinear_error = 0, force = 0;
     for (int ms = 1; ms <= 150; ++ms) {
       const ToolSample sample{ms * kTick, tool(kPressS + 1e-3 * ms)};
       to(kPressS + 1e-3 * ms);
       const Vec3 truth = -ports[0].lambda;
       linear_error += (linear.advance(sample).force - truth).squaredNorm();
-      bent_error += (bent.advance(sample).force - truth).squaredNorm();
+      nonlinear_error += (nonlinear.advance(sample).force - truth).squaredNorm();
       force += truth.squaredNorm();
     }
-    UNSCOPED_INFO("of the force: linear " << std::sqrt(linear_error / force) << ", with terms " << std::sqrt(bent_error / force));
-    return {linear_error / force, bent_error / force};
+    UNSCOPED_INFO("of the force: linear " << std::sqrt(linear_error / force) << ", with terms "
+                                          << std::sqrt(nonlinear_error / force));
+    return {linear_error / force, nonlinear_error / force};
   }
 };
 
@@ -105,25 +106,25 @@ struct Touch {
 
 TEST_CASE("Pressed on deep, a touched patch with its terms stays with the body where the linear one leaves it") {
   Touch touch(2, deeper);
-  const auto [linear, bent] = touch.errors();
-  CHECK(bent < 0.1 * linear);
-  CHECK(bent < 1e-4);
+  const auto [linear, nonlinear] = touch.errors();
+  CHECK(nonlinear < 0.1 * linear);
+  CHECK(nonlinear < 1e-4);
 }
 
 TEST_CASE("Pressed on deep into springs that stiffen, the patch with some of them stays with the body") {
   Touch touch(2, deeper, SpringLaw::stiffening);
-  const auto [linear, bent] = touch.errors();
+  const auto [linear, nonlinear] = touch.errors();
   CHECK(touch.builder.terms().springs.count() > 0);
-  CHECK(bent < 0.02 * linear);
-  CHECK(bent < 1e-3);
+  CHECK(nonlinear < 0.02 * linear);
+  CHECK(nonlinear < 1e-3);
 }
 
 TEST_CASE("Slid on along the surface, a touched patch knows how the body yields where the tool gets to, with terms or without") {
   Touch touch(0.3, along);
-  const auto [linear, bent] = touch.errors();
+  const auto [linear, nonlinear] = touch.errors();
   CHECK(linear < 1e-3);
-  CHECK(bent < 1e-4);
-  CHECK(bent < 0.5 * linear);
+  CHECK(nonlinear < 1e-4);
+  CHECK(nonlinear < 0.5 * linear);
 }
 
 TEST_CASE("Among the directions of a touch is the way that the body begins to yield along the normal") {
@@ -177,29 +178,29 @@ std::optional<Compliances> compliances(Touch& touch, const Patch& patch, double 
   Matrix rows = Matrix::Zero(3, v.cols());
   for (const auto& [node, weight] : b) rows += weight * v.middleRows<3>(3 * static_cast<Eigen::Index>(node));
   for (int axis = 0; axis < 3; ++axis) {
-    Vector load = Vector::Zero(v.rows()), answer = load;
+    Vector load = Vector::Zero(v.rows()), response = load;
     scatter(b, Vec3::Unit(axis), load);
     mask(touch.body.fixed, load);
-    if (!solver.solve(load, 1e-8, answer).positive_definite) return std::nullopt;
-    whole.col(axis) = gather(b, answer);
+    if (!solver.solve(load, 1e-8, response).positive_definite) return std::nullopt;
+    whole.col(axis) = gather(b, response);
   }
   return Compliances{rows * p_v.lu().solve(Matrix(rows.transpose())) + patch.c_static, whole};
 }
 
 void squeeze(Touch& touch, double part) {
-  touch.bridge = Micros{40'000};
+  touch.horizon = Micros{40'000};
   touch.state = random_state(touch.dynamics, 1, 0.0005, 0);
   for (std::uint32_t i = 0; i < touch.dynamics.nodes(); ++i) at_node(touch.state.x, i).z() *= 1 - part;
 }
 
-/// How many bodies, squeezed by these parts, `found` has compliances of; the patch answers as the whole body for all of them.
+/// How many bodies, squeezed by these parts, `found` has compliances of; the patch responds as the whole body for all of them.
 template <typename Found>
-int well_answered(std::initializer_list<double> parts, const Found& found) {
+int matching_responses(std::initializer_list<double> parts, const Found& found) {
   int count = 0;
   for (const double squeezed : parts) {
     Touch touch(0.3, deeper);
     squeeze(touch, squeezed);
-    const std::optional<Compliances> both = found(touch, touch.patch(Scheme::hyper), shift_for(touch.bridge));
+    const std::optional<Compliances> both = found(touch, touch.patch(Scheme::hyper), shift_for(touch.horizon));
     if (!both) continue;
     ++count;
     CAPTURE(squeezed);
@@ -209,17 +210,17 @@ int well_answered(std::initializer_list<double> parts, const Found& found) {
 }
 
 TEST_CASE("What yields at once beside the modes makes good for those alone, not for a stiffness that terms give back") {
-  const int lifted = well_answered({0.22, 0.25, 0.28}, [](Touch& touch, const Patch& patch, double s) {
+  const int projected = matching_responses({0.22, 0.25, 0.28}, [](Touch& touch, const Patch& patch, double s) {
     return touch.builder.terms().e2.size() == 0 ? std::nullopt : compliances(touch, patch, s);
   });
-  CHECK(lifted == 3);
+  CHECK(projected == 3);
 }
 
-TEST_CASE("A body so squeezed that it gives way of itself is answered for as it is, to a hand eight times as fast") {
-  const int given_way = well_answered({0.4, 0.45, 0.5}, [](Touch& touch, const Patch& patch, double s) {
+TEST_CASE("A body so squeezed that it gives way of itself has a patch as it is, for a hand eight times as fast") {
+  const int softened = matching_responses({0.4, 0.45, 0.5}, [](Touch& touch, const Patch& patch, double s) {
     return compliances(touch, patch, s) ? std::nullopt : compliances(touch, patch, 8 * s);
   });
-  CHECK(given_way == 3);
+  CHECK(softened == 3);
 }
 
 TEST_CASE("Under a touch dampers turn with their springs unless they brake away what moves within a tick") {

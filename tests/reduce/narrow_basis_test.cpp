@@ -15,8 +15,8 @@ using namespace palpate::test;
 
 namespace {
 
-constexpr Micros kBridge{200'000};
-constexpr double kNarrowShift = 10;  // 2 / bridge
+constexpr Micros kHorizon{200'000};
+constexpr double kNarrowShift = 10;  // 2 / horizon
 constexpr int kModes = 8, kWide = 12;
 constexpr double kLightDamping = 0.24 / 20;
 
@@ -52,7 +52,7 @@ struct Grasped {
       }
     return b;
   }
-  Vector imbalance() const {
+  Vector residual() const {
     Vector f;
     dynamics.forces(state.x, state.v, f);
     mask(held, f);
@@ -62,12 +62,12 @@ struct Grasped {
     ShiftedSolver solver(dynamics);
     REQUIRE(solver.prepare(at, kNarrowShift, false));
     BasisMemory memory;
-    const auto basis = krylov_basis(at, solver, ports, {}, imbalance(), {modes, kNarrowShift, 1e-10}, memory);
+    const auto basis = krylov_basis(at, solver, ports, {}, residual(), {modes, kNarrowShift, 1e-10}, memory);
     REQUIRE(basis);
     return *basis;
   }
   Matrix chosen(const std::vector<Vector>& ports) const {
-    return narrowed(at, krylov(kWide, ports), ports, imbalance(), {kModes, kNarrowShift, seconds(kBridge)});
+    return narrowed(at, krylov(kWide, ports), ports, residual(), {kModes, kNarrowShift, seconds(kHorizon)});
   }
   SecondOrderSystem projected(const Matrix& v) const { return project(whole, v(whole.coordinates, Eigen::all)); }
 
@@ -77,22 +77,22 @@ struct Grasped {
     ports[0].node = node;
     ports[0].lambda = -dynamics.element_force(state, node);
     const ToolAt tool{node_of(state.x, node), node_of(state.v, node)};
-    PatchRequest request{.scheme = Scheme::port, .order = 2 * kModes, .bridge = kBridge};
+    PatchRequest request{.scheme = Scheme::port, .order = 2 * kModes, .horizon = kHorizon};
     FrameModel frame(dynamics, skin);
-    frame.begin(state, ports, std::span(&tool, 1), request.bridge);
+    frame.begin(state, ports, std::span(&tool, 1), request.horizon);
     auto built = builder.build(frame, 0, request);
     REQUIRE(built);
     return *built;
   }
 };
 
-/// Largest error of the force per displacement that a tool feels who moves at up to 10 Hz, over the bridged time: s = 1 / T + i
-/// w.
+/// Largest error of the force per displacement that a tool feels who moves at up to 10 Hz, over the prediction horizon: s = 1 / T
+/// + i w.
 double error(const SecondOrderSystem& whole, const SecondOrderSystem& reduced) {
   const TransferFunction g(whole), g_r(reduced);
   double worst = 0;
   for (double hz = 0; hz <= 10; hz += 0.25) {
-    const Complex s(1 / seconds(kBridge), 2 * std::numbers::pi * hz);
+    const Complex s(1 / seconds(kHorizon), 2 * std::numbers::pi * hz);
     worst = std::max(worst, largest_singular_value(g(s) - g_r(s)) / largest_singular_value(g(s)));
   }
   return worst;
@@ -120,7 +120,7 @@ TEST_CASE("An axis of the port at which nothing pulls gets no direction of its o
   CHECK(gram(bench, v).isApprox(Matrix::Identity(kModes, kModes), 1e-10));
 }
 
-TEST_CASE("Chosen modes answer the port at the shift as the whole body does") {
+TEST_CASE("Chosen modes respond at the port at the shift as the whole body does") {
   const Grasped bench(kLightDamping);
   const ComplexMatrix exact = TransferFunction(bench.whole)(kNarrowShift);
   const ComplexMatrix reduced = TransferFunction(bench.projected(bench.chosen(bench.ports())))(kNarrowShift);
@@ -144,7 +144,7 @@ TEST_CASE("Chosen modes are passive: no damping and no stiffness below zero") {
 }
 
 TEST_CASE("A patch with few modes and long to last has chosen modes, to the last bit the same ones every time") {
-  constexpr int kSmallEnoughToFactorise = 4;  // exact answers
+  constexpr int kSmallEnoughToFactorise = 4;  // exact solves
   Grasped bench(kLightDamping, kSmallEnoughToFactorise);
   PatchBuilder builder(bench.dynamics, bench.skin, 0), again(bench.dynamics, bench.skin, 0);
   const Patch patch = bench.patch(builder), other = bench.patch(again);
@@ -156,7 +156,7 @@ TEST_CASE("A patch with few modes and long to last has chosen modes, to the last
   CHECK(patch.b_k == other.b_k);
 }
 
-TEST_CASE("Chosen modes start from the answers of the frame before") {
+TEST_CASE("Chosen modes start from the responses of the frame before") {
   constexpr int kTooLargeToFactorise = 11;
   Grasped bench(kLightDamping, kTooLargeToFactorise);
   PatchBuilder builder(bench.dynamics, bench.skin, 0);

@@ -17,8 +17,8 @@ using namespace palpate::test;
 
 namespace {
 
-constexpr Micros kBuilderBridge{100'000};
-constexpr double kBuilderShift = 20;  // 2 / bridge
+constexpr Micros kBuilderHorizon{100'000};
+constexpr double kBuilderShift = 20;  // 2 / horizon
 
 struct BuilderBench {
   LumpedBody body;
@@ -34,7 +34,7 @@ struct BuilderBench {
       : body(std::move(b)), state(random_state(dynamics, 5, shift_m, speed_m_s)) {
     ports[0].kind = kind;
     ports[0].parameters = {1000, 0.3};
-    request.bridge = kBuilderBridge;
+    request.horizon = kBuilderHorizon;
   }
   BuilderBench& attach(std::uint32_t node) {
     ports[0].node = node;
@@ -52,7 +52,7 @@ struct BuilderBench {
     request.scheme = scheme;
     request.order = order;
     FrameModel frame(dynamics, skin);
-    frame.begin(state, ports, std::span(&tool_at, 1), request.bridge);
+    frame.begin(state, ports, std::span(&tool_at, 1), request.horizon);
     auto patch = builder.build(frame, 0, request);
     REQUIRE(patch);
     REQUIRE(check(*patch) == PatchFault::none);
@@ -126,10 +126,10 @@ TEST_CASE("A Krylov basis is orthonormal in the mass matrix and leaves held node
   REQUIRE(solver.prepare(at, kBuilderShift, false));
   std::vector<Vector> inputs;
   for (int axis = 0; axis < 3; ++axis) inputs.push_back(Vector::Unit(bench.state.x.size(), 3 * 53 + axis));
-  Vector imbalance;
-  bench.dynamics.forces(bench.state.x, bench.state.v, imbalance);
+  Vector residual;
+  bench.dynamics.forces(bench.state.x, bench.state.v, residual);
   BasisMemory memory;
-  const auto basis = krylov_basis(at, solver, inputs, {}, imbalance, {kMaxModes, kBuilderShift, 1e-8}, memory);
+  const auto basis = krylov_basis(at, solver, inputs, {}, residual, {kMaxModes, kBuilderShift, 1e-8}, memory);
   REQUIRE(basis);
   const Matrix& v = *basis;
   CHECK(v.cols() == kMaxModes);
@@ -140,13 +140,13 @@ TEST_CASE("A Krylov basis is orthonormal in the mass matrix and leaves held node
   // A repeated direction adds nothing.
   inputs.push_back(inputs[0] + inputs[1]);
   BasisMemory fresh;
-  const auto repeated = krylov_basis(at, solver, inputs, {}, Vector::Zero(imbalance.size()), {4, kBuilderShift, 1e-8}, fresh);
+  const auto repeated = krylov_basis(at, solver, inputs, {}, Vector::Zero(residual.size()), {4, kBuilderShift, 1e-8}, fresh);
   REQUIRE(repeated);
   const Matrix& w = *repeated;
   CHECK((w.leftCols(3) - v.leftCols(3)).norm() < 1e-6 * w.norm());
 }
 
-TEST_CASE("The reduced grasp answers as the whole body at the matched frequency, to its first derivative") {
+TEST_CASE("The reduced grasp responds as the whole body at the matched frequency, to its first derivative") {
   BuilderBench bench(box_body(4, 4, 4), ContactKind::attach, 0.0005, 0.05);
   bench.attach(54);
   const Patch patch = bench.build(Scheme::port);
@@ -212,16 +212,16 @@ TEST_CASE("A grasp patch of full order plays what the dense linear model of the 
 
 TEST_CASE("A grasp patch is passive even where the compressed body is not") {
   const auto scheme = GENERATE(Scheme::port, Scheme::ring, Scheme::two_layer, Scheme::tangent, Scheme::hyper);
-  int lifted = 0;
+  int projected = 0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     BuilderBench bench(box_body(4, 4, 4), ContactKind::attach, 0, 0);
     bench.state = random_state(bench.dynamics, seed, 0.016, 0.1);
     bench.attach(54);
     const Patch patch = bench.build(scheme);  // which asks check()
-    lifted += bench.builder.report().lifted_1_s2 > 0;
+    projected += bench.builder.report().psd_change_1_s2 > 0;
     CHECK(patch.damping.allFinite());
   }
-  CHECK(lifted > 0);
+  CHECK(projected > 0);
 }
 
 TEST_CASE("K is diagonal, ascending and not negative, D is symmetric and not negative, for every scheme with modes") {
@@ -264,7 +264,7 @@ TEST_CASE("ring holds the far nodes and is therefore stiffer than the body in ev
   CHECK((port - body).norm() < 0.01 * body.norm());
 }
 
-TEST_CASE("A two-layer patch answers as the unreduced local model at the matched frequency, and starts as the body does") {
+TEST_CASE("A two-layer patch responds as the unreduced local model at the matched frequency, and starts as the body does") {
   BuilderBench bench(box_body(6, 6, 6), ContactKind::attach, 0.0005, 0.05);
   const std::uint32_t node = 2 + 6 * (2 + 6 * 5);
   bench.attach(node);
@@ -302,7 +302,7 @@ TEST_CASE("Asked for two-layer on a body of tetrahedra, the builder makes the ri
   CHECK(patch.g == ring.g);
 }
 
-TEST_CASE("A two-layer patch is pushed by the body's own imbalance, not by that of rescaled springs") {
+TEST_CASE("A two-layer patch is pushed by the body's own residual force, not by that of rescaled springs") {
   // Stretched evenly: inside, every node is in balance though every spring is in tension.
   BuilderBench bench(box_body(6, 6, 6), ContactKind::attach, 0, 0);
   for (Eigen::Index i = 2; i < bench.state.x.size(); i += 3) bench.state.x[i] *= 1.05;
@@ -350,7 +350,7 @@ TEST_CASE("hold and filtered show the force at the stamp and nothing else") {
   CHECK((hold.force - bench.dynamics.element_force(bench.state, 22)).norm() < 1e-15);
   CHECK(hold.low_pass_hz == 0);
   CHECK(filtered.low_pass_hz == 10);
-  CHECK(hold.valid_for > kBuilderBridge);
+  CHECK(hold.valid_for > kBuilderHorizon);
   CHECK(hold.trust_radius_m > 0);
 }
 
@@ -384,7 +384,7 @@ TEST_CASE("No mode of a touch patch is softer than it is told, however the body 
     bench.request.scheme = Scheme::port;
     PatchBuilder builder(bench.dynamics, bench.skin, floor_1_s2);
     FrameModel frame(bench.dynamics, bench.skin);
-    frame.begin(bench.state, bench.ports, std::span(&bench.tool_at, 1), bench.request.bridge);
+    frame.begin(bench.state, bench.ports, std::span(&bench.tool_at, 1), bench.request.horizon);
     const auto patch = builder.build(frame, 0, bench.request);
     REQUIRE(patch);
     REQUIRE(patch->modes() > 0);

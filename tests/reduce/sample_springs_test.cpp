@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "server/reduce/sparse_weights.hpp"
+#include "server/reduce/sparse_nnls.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -14,14 +14,14 @@ using namespace palpate::test;
 
 namespace {
 
-struct OnePrice : ColumnPrices {
+struct OneCost : ColumnCosts {
   void with(const std::vector<Eigen::Index>& /*there*/) override {}
   float of(Eigen::Index /*column*/) const override { return 1; }
 };
 
 /// Columns in pairs: the second of one is cheap, the first, and what stands alone, is not; no room for more than `most`.
-struct PairPrices : ColumnPrices {
-  explicit PairPrices(std::size_t room) : most(room) {}
+struct PairCost : ColumnCosts {
+  explicit PairCost(std::size_t room) : most(room) {}
   void with(const std::vector<Eigen::Index>& columns) override { there = columns; }
   float of(Eigen::Index column) const override {
     if (there.size() >= most) return std::numeric_limits<float>::infinity();
@@ -38,8 +38,8 @@ TEST_CASE("sparse weights find the few columns that a sum was made of, and none 
   std::normal_distribution<float> draw;
   const Eigen::MatrixXf a = Eigen::MatrixXf::NullaryExpr(60, 40, [&] { return draw(random); });
   const Eigen::VectorXf t = 2 * a.col(7) + 0.5F * a.col(21) + 3 * a.col(33);
-  OnePrice one;
-  const SparseWeights found = sparse_weights(a, t, 10, 1e-4F, one);
+  OneCost one;
+  const SparseSolution found = sparse_nnls(a, t, 10, 1e-4F, one);
   CHECK(found.left <= 2e-3F);  // columns are weighed with a small ridge
   CHECK(found.weights.minCoeff() > 0);
   Eigen::VectorXf w = Eigen::VectorXf::Zero(40);
@@ -48,7 +48,7 @@ TEST_CASE("sparse weights find the few columns that a sum was made of, and none 
   CHECK(w[21] == Approx(0.5).epsilon(1e-2));
   CHECK(w[33] == Approx(3).epsilon(1e-3));
   // What only a negative weight could give is left.
-  const SparseWeights none = sparse_weights(a.leftCols(1), -a.col(0), 10, 1e-4F, one);
+  const SparseSolution none = sparse_nnls(a.leftCols(1), -a.col(0), 10, 1e-4F, one);
   CHECK(none.columns.empty());
 }
 
@@ -56,8 +56,8 @@ TEST_CASE("sparse weights prefer columns that cost little for what they bring, a
   // Orthogonal columns: what each brings is its own part of t.
   const Eigen::MatrixXf a = Eigen::MatrixXf::Identity(6, 6);
   const Eigen::VectorXf t = (Eigen::VectorXf(6) << 1, 0.5F, 0.9F, 0.2F, 0.8F, 0.1F).finished();
-  PairPrices prices(3);
-  const SparseWeights found = sparse_weights(a, t, 6, 1e-4F, prices);
+  PairCost costs(3);
+  const SparseSolution found = sparse_nnls(a, t, 6, 1e-4F, costs);
   // After the first its fellow, half as large but a ninth of the price, goes before 0.9; then 0.9 before 0.8.
   CHECK(found.columns == std::vector<Eigen::Index>{0, 1, 2});
 }
@@ -67,19 +67,19 @@ TEST_CASE("positive weights are those of least squares without the columns that 
   std::normal_distribution<float> draw;
   const Eigen::MatrixXf a = Eigen::MatrixXf::NullaryExpr(80, 12, [&] { return draw(random); });
   Eigen::VectorXf w = Eigen::VectorXf::LinSpaced(12, 0.5F, 3);
-  const SparseWeights all = positive_weights(a, a * w);
+  const SparseSolution all = positive_weights(a, a * w);
   CHECK(all.columns.size() == 12);
   CHECK((all.weights - w).norm() < 1e-3F * w.norm());
   CHECK(all.left < 1e-3F);
   w[3] = w[8] = -1;
-  const SparseWeights some = positive_weights(a, a * w);
+  const SparseSolution some = positive_weights(a, a * w);
   CHECK(some.columns.size() <= 10);
   CHECK(some.weights.minCoeff() > 0);
   const Eigen::MatrixXf rest = a(Eigen::all, some.columns);
   CHECK((rest.transpose() * (rest * some.weights - a * w)).norm() < 1e-2F * (rest.transpose() * (a * w)).norm());
 }
 
-TEST_CASE("A tenth of the springs of a block bends as all of them do where it was not looked, within a few hundredths") {
+TEST_CASE("A tenth of the springs of a block bends as all of them do where it was not sampled, within a few hundredths") {
   for (const SpringLaw law : {SpringLaw::linear, SpringLaw::stiffening}) {
     LumpedBody body = box_body(6, 6, 5);
     body.law = law;
@@ -89,18 +89,18 @@ TEST_CASE("A tenth of the springs of a block bends as all of them do where it wa
     Tangents tangents(dynamics);
     tangents.take(state);
     const Linearisation at{&dynamics, &state, &body.fixed, &tangents};
-    // Smooth shapes: a dent of the top, sheared and twisted.
+    // Smooth shapes: an indentation of the top, sheared and twisted.
     constexpr Eigen::Index kVariables = 6;
     Sampling sampling;
     sampling.room = {kVariables, false, false, 3, law == SpringLaw::stiffening};
     Matrix moved = Matrix::Zero(state.x.size(), kVariables);
     for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
       const Vec3& x = body.nodes[i];
-      const double far = (x - body.nodes.back()).norm(), dent = std::exp(-far * far / (0.04 * 0.04)), up = x.z() / 0.1;
+      const double far = (x - body.nodes.back()).norm(), indentation = std::exp(-far * far / (0.04 * 0.04)), up = x.z() / 0.1;
       auto rows = moved.middleRows<3>(3 * static_cast<Eigen::Index>(i));
-      rows.col(0) = dent * Vec3::UnitX();
-      rows.col(1) = dent * Vec3::UnitY();
-      rows.col(2) = dent * Vec3::UnitZ();
+      rows.col(0) = indentation * Vec3::UnitX();
+      rows.col(1) = indentation * Vec3::UnitY();
+      rows.col(2) = indentation * Vec3::UnitZ();
       rows.col(3) = up * Vec3::UnitX();
       rows.col(4) = up * up * Vec3::UnitY();
       rows.col(5) = up * Vec3(-x.y(), x.x(), 0) / 0.1;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr Eigen::Index kTetraVariables = 6;
 
-/// A block of finite elements and smooth shapes of it: a dent of the top, sheared and twisted.
+/// A block of finite elements and smooth shapes of it: an indentation of the top, sheared and twisted.
 struct Block {
   LumpedBody body;
   Dynamics dynamics{body};
@@ -28,11 +28,11 @@ struct Block {
     for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
       if (body.fixed[i]) continue;
       const Vec3& x = body.nodes[i];
-      const double far = (x - body.nodes.back()).norm(), dent = std::exp(-far * far / (0.04 * 0.04)), up = x.z() / 0.1;
+      const double far = (x - body.nodes.back()).norm(), indentation = std::exp(-far * far / (0.04 * 0.04)), up = x.z() / 0.1;
       auto rows = moved.middleRows<3>(3 * static_cast<Eigen::Index>(i));
-      rows.col(0) = dent * Vec3::UnitX();
-      rows.col(1) = dent * Vec3::UnitY();
-      rows.col(2) = dent * Vec3::UnitZ();
+      rows.col(0) = indentation * Vec3::UnitX();
+      rows.col(1) = indentation * Vec3::UnitY();
+      rows.col(2) = indentation * Vec3::UnitZ();
       rows.col(3) = up * Vec3::UnitX();
       rows.col(4) = up * up * Vec3::UnitY();
       rows.col(5) = up * Vec3(-x.y(), x.x(), 0) / 0.1;
@@ -72,7 +72,7 @@ struct Block {
 
 }  // namespace
 
-TEST_CASE("A tenth of the tetrahedra of a block bends as all of them do where it was not looked, within a few hundredths") {
+TEST_CASE("A tenth of the tetrahedra of a block bends as all of them do where it was not sampled, within a few hundredths") {
   const Block block(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
   const auto solid = sample_tetrahedra(block.at, block.moved, block.sampling);
   REQUIRE(solid);

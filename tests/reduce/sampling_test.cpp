@@ -1,4 +1,4 @@
-// What a fit of few elements asks of them: forces as large as each variable is stiff, and larger as a hand feels them.
+// What a fit of few elements asks of them: forces as large as each variable is stiff, and larger at the port.
 #include "server/reduce/sampling.hpp"
 
 #include <Eigen/LU>
@@ -18,7 +18,7 @@ Eigen::MatrixXf by_variable(const Eigen::VectorXf& part) {
 
 }  // namespace
 
-TEST_CASE("What a hand feels of forces counts several times as much in a fit, what it does not feel as much as without a hand") {
+TEST_CASE("Forces at the port count several times as much in a fit, others as much as without a port") {
   std::mt19937 random(3);
   std::normal_distribution<float> draw;
   const auto some = [&](Eigen::Index rows, Eigen::Index cols) {
@@ -34,17 +34,17 @@ TEST_CASE("What a hand feels of forces counts several times as much in a fit, wh
     elements.motion[axis] = some(kElements, kSamplingVariables), elements.force[axis] = some(kElements, kSamples);
   const Fit without(all, u, sampling);
   const Eigen::MatrixXf parts = without.parts(elements);
-  sampling.felt = some(kSamplingVariables, 3).cast<double>();
-  sampling.felt.col(2) = sampling.felt.col(0) - 2 * sampling.felt.col(1);  // felt in two directions
+  sampling.at_port = some(kSamplingVariables, 3).cast<double>();
+  sampling.at_port.col(2) = sampling.at_port.col(0) - 2 * sampling.at_port.col(1);  // felt in two directions
   const Fit with(all, u, sampling);
-  // In these units felt^T f is (K^1/2 felt)^T (K^-1/2 f).
-  const Matrix directions = (sampling.stiffness.cwiseSqrt().asDiagonal() * sampling.felt).leftCols<2>();
+  // In these units at_port^T f is (K^1/2 at_port)^T (K^-1/2 f).
+  const Matrix directions = (sampling.stiffness.cwiseSqrt().asDiagonal() * sampling.at_port).leftCols<2>();
   const Eigen::MatrixXf projection =
       (directions * (directions.transpose() * directions).inverse() * directions.transpose()).cast<float>();
   const auto check = [&](const Eigen::VectorXf& has, const Eigen::VectorXf& had) {
     const Eigen::MatrixXf now = by_variable(has), before = by_variable(had);
     const float size = before.norm();
-    CHECK((projection * now - kFelt * projection * before).norm() < 1e-4F * size);
+    CHECK((projection * now - kPortWeight * projection * before).norm() < 1e-4F * size);
     CHECK((now - projection * now - (before - projection * before)).norm() < 1e-4F * size);
     CHECK((projection * before).norm() > 0.1F * size);
   };

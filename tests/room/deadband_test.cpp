@@ -39,11 +39,11 @@ ToolTrack resting(Micros until) {
 }
 
 /// Whether a second patch, a frame after one of 1 N at 100 N/m, need not be sent to a station that plays the first.
-bool needless(const Patch& second, Micros bridge = Micros{100'000}) {
+bool needless(const Patch& second, Micros horizon = Micros{100'000}) {
   Deadband deadband;
   const ToolTrack track = resting(second.stamp);
-  CHECK_FALSE(deadband.pass(spring(kStart, 100, 1), {}, {kFraction, bridge, std::nullopt, &track}));
-  const auto lives_on = deadband.pass(second, {}, {kFraction, bridge, kStart, &track});
+  CHECK_FALSE(deadband.pass(spring(kStart, 100, 1), {}, {kFraction, horizon, std::nullopt, &track}));
+  const auto lives_on = deadband.pass(second, {}, {kFraction, horizon, kStart, &track});
   if (lives_on) CHECK(*lives_on == kStart);
   return lives_on.has_value();
 }
@@ -63,7 +63,7 @@ struct DeadbandStage {
     job.target = now + kDeadbandFrame;
     StationJob station;
     station.id = 3;
-    station.bridge = kDeadbandFrame;
+    station.horizon = kDeadbandFrame;
     station.deadband = deadband;
     station.playing = playing;
     for (Micros t = now + kTick; t <= job.target + kTick; t += kTick) station.samples.push_back({t, tool(seconds(t - kStart))});
@@ -130,9 +130,9 @@ TEST_CASE("Nothing lives on that the station has not said it plays, and every pa
 }
 
 TEST_CASE("No patch lives on for longer than a second") {
-  const Micros bridge{100'000}, last = kStart + Deadband::kLivesMost - bridge;
-  CHECK(needless(spring(last, 100, 1), bridge));
-  CHECK_FALSE(needless(spring(last + Micros{1}, 100, 1), bridge));
+  const Micros horizon{100'000}, last = kStart + Deadband::kLivesMost - horizon;
+  CHECK(needless(spring(last, 100, 1), horizon));
+  CHECK_FALSE(needless(spring(last + Micros{1}, 100, 1), horizon));
 }
 
 TEST_CASE("A link that became longer gets a patch that lasts for it") {

@@ -70,7 +70,7 @@ Return press(const Scene& scene, std::uint32_t node, double depth_m) {
   for (double out_s = -kDownS - kHoldS - kUpS; out_s < 6; out_s += seconds(kOrganFrame)) {
     StationJob hand;
     hand.id = 1;
-    hand.bridge = Micros{100'000};
+    hand.horizon = Micros{100'000};
     job.begin = job.target;
     for (Micros t = job.begin + kOrganSample; t <= job.begin + kOrganFrame; t += kOrganSample)
       hand.samples.push_back({t, tool(t)});

@@ -31,7 +31,7 @@ struct ResetBed {
     job.shapes = true;
     StationJob hand;
     hand.id = 3;
-    hand.bridge = Micros{100'000};
+    hand.horizon = Micros{100'000};
     const double from = at_m;
     for (Micros t = now + kTick; t <= job.target; t += kTick)
       hand.samples.push_back(
@@ -112,7 +112,7 @@ TEST_CASE("A grasp takes hold again by itself, and the node is led back to the t
     job.reset = reset;
     StationJob hand;
     hand.id = 3;
-    hand.bridge = Micros{100'000};
+    hand.horizon = Micros{100'000};
     for (Micros t = bed.now + kTick; t <= job.target; t += kTick) hand.samples.push_back({t, node + Vec3(0, 0, -0.005)});
     bed.now = job.target;
     job.stations = {hand};

@@ -4,9 +4,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "server/body/coasting.hpp"
+#include "server/body/dead_reckoning.hpp"
 #include "server/room/grasp.hpp"
-#include "server/room/hand_futures.hpp"
+#include "server/room/hand_rollouts.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -33,7 +33,7 @@ struct Stage {
       StationJob station;
       station.id = id;
       station.scheme = scheme;
-      station.bridge = Micros{100'000};
+      station.horizon = Micros{100'000};
       for (Micros t = now + Micros{1000}; t <= job.target + Micros{1000}; t += Micros{1000})
         station.samples.push_back({t, tool(t)});
       job.stations.push_back(station);
@@ -221,11 +221,11 @@ TEST_CASE("A tool's path is linear between its samples, still before them and sl
   CHECK((track.at(Micros{3000}).position - Vec3(1, 2, 0)).norm() < 1e-12);
   CHECK((track.at(Micros{4000}).velocity - Vec3(0, 2000, 0)).norm() < 1e-9);
   // On at the mean velocity over the whole of this short path, (333, 1333) m/s, and still when kGoOn has passed.
-  const double on_s = 0.005, over_s = kCoastS, velocity = 4 / 0.003;
+  const double on_s = 0.005, over_s = kDeadReckoningS, velocity = 4 / 0.003;
   CHECK(track.at(Micros{9000}).position.y() == Approx(4 + velocity * (on_s - on_s * on_s / (2 * over_s))));
   CHECK(track.at(Micros{9000}).velocity.y() == Approx(velocity * (1 - on_s / over_s)));
-  CHECK(track.at(Micros{4000} + from_seconds(kCoastS)).velocity == Vec3(0, 0, 0));
-  CHECK(track.at(Micros{900'000}).position == track.at(Micros{4000} + from_seconds(kCoastS)).position);
+  CHECK(track.at(Micros{4000} + from_seconds(kDeadReckoningS)).velocity == Vec3(0, 0, 0));
+  CHECK(track.at(Micros{900'000}).position == track.at(Micros{4000} + from_seconds(kDeadReckoningS)).position);
   track.forget_before(Micros{3000});
   CHECK((track.at(Micros{3000}).position - Vec3(1, 2, 0)).norm() < 1e-12);
 }
@@ -236,14 +236,14 @@ TEST_CASE("A hand that moves on starts as it goes, its velocity is its derivativ
   CHECK(moved_on(now, acceleration, 0).position == now.position);
   CHECK(moved_on(now, acceleration, 0).velocity == now.velocity);
   constexpr double kH = 1e-6;
-  for (const double t : {0.01, kSpeedsUpS, 0.1, kGoesOnS - 1e-3}) {
+  for (const double t : {0.01, kAccelerationS, 0.1, kPredictionMostS - 1e-3}) {
     const Vec3 rate = (moved_on(now, acceleration, t + kH).position - moved_on(now, acceleration, t - kH).position) / (2 * kH);
     CHECK((moved_on(now, acceleration, t).velocity - rate).norm() < 1e-5);
   }
   CHECK((moved_on(now, acceleration, 0.02).velocity - now.velocity - 0.02 * acceleration).norm() < 1e-12);
-  CHECK((moved_on(now, acceleration, 0.2).velocity - now.velocity - kSpeedsUpS * acceleration).norm() < 1e-12);
+  CHECK((moved_on(now, acceleration, 0.2).velocity - now.velocity - kAccelerationS * acceleration).norm() < 1e-12);
   CHECK(moved_on(now, acceleration, 1).velocity == Vec3(0, 0, 0));
-  CHECK((moved_on(now, acceleration, 1).position - moved_on(now, acceleration, kGoesOnS).position).norm() < 1e-12);
+  CHECK((moved_on(now, acceleration, 1).position - moved_on(now, acceleration, kPredictionMostS).position).norm() < 1e-12);
 }
 
 TEST_CASE("Samples that come late lead the tool back to where it truly was, without a step of position or velocity") {

@@ -1,4 +1,4 @@
-// Steps in thought of bodies whose own integrator may not be asked: where they lead, what they may cost, what patches make of it.
+// Rollouts of bodies whose own integrator may not be asked: where they lead, what they may cost, what patches make of it.
 #include "server/room/rough_steps.hpp"
 
 #include <Eigen/QR>
@@ -54,9 +54,9 @@ TEST_CASE("Rough steps take a solid within a tenth of the way to where steps of 
     REQUIRE(steps.advance(rough.state, rough.ports, kOverS * k / kSteps, rough.tool(), kSteps + 1 - k));
   Integrator exact(fine.dynamics, fine.skin, {.step_s = 1e-3});
   REQUIRE(exact.advance(fine.state, fine.ports, kOverS, fine.tool()).converged);
-  const Vector way = fine.state.x - fine.dynamics.rest_state().x;
+  const Vector displacement = fine.state.x - fine.dynamics.rest_state().x;
   CHECK(rough.state.time_s == Approx(kOverS));
-  CHECK((rough.state.x - fine.state.x).norm() < 0.1 * way.norm());
+  CHECK((rough.state.x - fine.state.x).norm() < 0.1 * displacement.norm());
 }
 
 TEST_CASE("Rough steps end where what they may cost is spent, and none begins that would spend it") {
@@ -99,7 +99,7 @@ TEST_CASE("The modes of a solid that a hand moves hold where it will be when the
   Micros now{7'000'000};
   room.start(now);
   const Vec3 home = home_of(soft_solid());
-  constexpr Micros kFrame{50'000}, kBridge{200'000};
+  constexpr Micros kFrame{50'000}, kHorizon{200'000};
   const auto begin = now;
   std::optional<Room::Origin> then;
   for (int k = 0; k < 7; ++k) {
@@ -109,7 +109,7 @@ TEST_CASE("The modes of a solid that a hand moves hold where it will be when the
     StationJob station;
     station.id = kRoughHand;
     station.scheme = Scheme::hyper;
-    station.bridge = kBridge;
+    station.horizon = kHorizon;
     for (Micros t = now + Micros{1000}; t <= job.target + Micros{1000}; t += Micros{1000})
       station.samples.push_back({t, Vec3(home + 0.12 * seconds(t - begin) * Vec3(0.8, 0, 0.6))});
     job.stations.push_back(station);
@@ -118,10 +118,11 @@ TEST_CASE("The modes of a solid that a hand moves hold where it will be when the
     if (k == 2) then = room.origin(kRoughHand);
   }
   const Vector x = room.origin(kRoughHand)->body.x;
-  Vector way = x - then->body.x;
-  way.segment<3>(3 * static_cast<Eigen::Index>(soft_solid().tool.node)).setZero();  // the tool's own, not the modes'
+  Vector displacement = x - then->body.x;
+  displacement.segment<3>(3 * static_cast<Eigen::Index>(soft_solid().tool.node)).setZero();  // the tool's own, not the modes'
   const Eigen::ColPivHouseholderQR<Matrix> qr(then->modes);
-  const double left = (way - then->modes * qr.solve(way)).norm() / way.norm();  // 4e-3 of a patch that did not look
+  const double left =
+      (displacement - then->modes * qr.solve(displacement)).norm() / displacement.norm();  // 4e-3 of a patch without rollouts
   CAPTURE(left);
   CHECK(left < 1e-3);
 }

@@ -39,7 +39,7 @@ struct SleepBed {
     if (path) {
       StationJob station;
       station.id = kSleepHand;
-      station.bridge = 100ms;
+      station.horizon = 100ms;
       for (Micros t = now + 1ms; t <= job.target + 1ms; t += 1ms) station.samples.push_back({t, path(t)});
       job.stations.push_back(station);
     }

@@ -30,7 +30,7 @@ class WildHands {
       StationJob station;
       station.id = static_cast<StationId>(k + 1);
       station.scheme = kSchemes[k % kSchemes.size()];
-      station.bridge = Micros{150'000};
+      station.horizon = Micros{150'000};
       job.stations.push_back(station);
     }
     for (Micros t = now_; t <= job.target; t += kSample)

@@ -7,7 +7,7 @@
 using namespace palpate;
 using namespace std::chrono_literals;
 
-TEST_CASE("a patch is asked to bridge round trip, computation and frame") {
+TEST_CASE("the prediction horizon of a patch is round trip, computation and frame") {
   Bench bench;
   RawStation hand(bench, 1, "hand");
   hand.join();
@@ -21,22 +21,23 @@ TEST_CASE("a patch is asked to bridge round trip, computation and frame") {
     hand.say_samples({hand.sample()});
     bench.tick();
   }
-  CHECK(std::abs((bench.room.jobs.back().stations[0].bridge - 110ms).count()) < 2000);
+  CHECK(std::abs((bench.room.jobs.back().stations[0].horizon - 110ms).count()) < 2000);
 }
 
 TEST_CASE(
-    "what a station's patches bridge is the age that it measures, within reason, and before that what the round trip says") {
+    "the prediction horizon of a station's patches is the age that it measures, within reason, and before that what the round "
+    "trip says") {
   Bench bench;
   RawStation hand(bench, 1, "hand");
   hand.join().live();
-  CHECK(bench.room.jobs.back().stations.at(0).bridge >= Micros{50'000});
-  CHECK(bench.room.jobs.back().stations.at(0).bridge < Micros{60'000});
+  CHECK(bench.room.jobs.back().stations.at(0).horizon >= Micros{50'000});
+  CHECK(bench.room.jobs.back().stations.at(0).horizon < Micros{60'000});
   hand.say(Beat{.link = {0, 0, 0, Micros{187'000}}});
   hand.live(Micros{100'000});
-  CHECK(bench.room.jobs.back().stations.at(0).bridge == Micros{187'000});
+  CHECK(bench.room.jobs.back().stations.at(0).horizon == Micros{187'000});
   hand.say(Beat{.link = {0, 0, 0, Micros{4'000'000'000}}});
   hand.live(Micros{100'000});
-  CHECK(bench.room.jobs.back().stations.at(0).bridge == kBridgeMost);
+  CHECK(bench.room.jobs.back().stations.at(0).horizon == kHorizonMost);
 }
 
 TEST_CASE("A patch for a quick station beside a slow one, or for its shadow, is made for the age that the slow one gives it") {
@@ -56,7 +57,7 @@ TEST_CASE("A patch for a quick station beside a slow one, or for its shadow, is 
   const auto& job = bench.room.jobs.back();
   const auto behind = bench.now - job.target;
   REQUIRE(job.stations.size() == 3);
-  for (const StationJob& station : job.stations) CHECK(station.bridge >= behind + 50ms);
+  for (const StationJob& station : job.stations) CHECK(station.horizon >= behind + 50ms);
 
   Bench late;
   RawStation far(late, 1, "far"), beside(late, 2, "beside");
@@ -69,7 +70,7 @@ TEST_CASE("A patch for a quick station beside a slow one, or for its shadow, is 
     if (i % 50 == 0) beside.say(Beat{});
     late.tick();
   }
-  for (const StationJob& station : late.room.jobs.back().stations) CHECK(station.bridge >= 450ms);
+  for (const StationJob& station : late.room.jobs.back().stations) CHECK(station.horizon >= 450ms);
 }
 
 TEST_CASE(

@@ -7,7 +7,7 @@ core       sockets, windows, devices, threads, streams and clocks stay in io/, a
 real time  no allocation, lock, log, throw or string in what runs in the 1 kHz tick
 names      a type has a name of its own: two of one name in one program are one to the linker, silently
 tests      every tests/**/*.cpp is compiled (COMPILE_COMMANDS is CMake's compile_commands.json)
-words      nothing is left marked as still to be done
+words      nothing is left marked as still to be done; the field's terms (docs/glossary.md), not those that the project once had
 """
 
 import json
@@ -49,6 +49,38 @@ NAMESPACE_END = re.compile(r"\}  // namespace")
 TYPE = re.compile(r"(?:struct|class|union|enum class)\s+(?:alignas\(.*?\)+ |\[\[.*?\]\] )?(?P<name>\w+)(?!:)(?: final)?(?: ?:[^;{]*)? \{")
 
 UNFINISHED = re.compile(r"\b(" + "TO" + "DO|FIX" + r"ME)\b")
+# Names of our own that gave way to the field's: a pattern, the usual term, and files that may have it still.
+OLD_WORDS = [(re.compile(pattern), term, re.compile(allowed) if allowed else None) for pattern, term, allowed in [
+    (r"\bcubic\b(?! lattice)|\bcubic_|[Cc]ubic(Terms|Force|Basis|Shapes)", "hyper",
+     r"common/port/scheme\.hpp|docs/concepts/schemes\.md|tests/(port/scheme_test\.cpp|scene/input_error_test\.cpp|commands/|programs/)"),
+    (r"\b[Dd]ent(s|ed|_\w*)?\b|\bDents?[A-Z]", "static indentation", None),
+    (r"BodyWays|known_ways|expected_ways", "displacement snapshots, tool prediction", None),
+    (r"[Hh]and_?[Ff]utures?\b|affordable_futures|room_futures|\b(in|in_)thought\b|step_in_thought", "rollout", None),
+    (r"\b[Rr]ehears\w*", "warm-start indentation", None),
+    (r"[Rr]emembered_?[Ss]tates?|remembered states", "snapshot cache", None),
+    (r"\bcoast(s|ed|ing)\b|kCoastS", "dead reckoning", None),
+    (r"\b[Hh]indsight\b", "oracle trajectory", None),
+    (r"PortAnswer|port_answers|\banswers (of|to|at) the ports?\b", "port responses", None),
+    (r"\bimbalance", "residual force", None),
+    (r"\blift_grasp\b|\blifted_1_s2\b|\bstiffness (that )?was lifted\b", "PSD projection", None),
+    (r"\bGraded[A-Z]|\bgraded_\w+|\b[Gg]raded (body|one)\b", "locally refined", None),
+    (r"NearPart|near_part|\bnear part\b", "nonlinear subdomain", None),
+    (r"TurnedDampers|turned_dampers|turned dampers", "lagged damping", None),
+    (r"beyond_linear|BeyondLinear", "nonlinear residual", None),
+    (r"\bk?[Bb]ridge[ds]?(_\w*)?\b|\bk\w*Bridge\w*", "prediction horizon",
+     r"schema/recording\.fbs|common/record/block_decode\.cpp|docs/reference/recording\.md|bench/lab/session_csv\.cpp"),
+    (r"\b[Cc]rews?_?\b|SpinningCrew|spinning_crew|\bemploy\b", "thread pool", None),
+    (r"\bdoz(e|es|ed|ing)\b", "idle", None),
+    (r"\b[Ss]hades?_?\b", "nodal scalar fields", None),
+    (r"\b[Ll]adder", "selection of the integrator", None),
+    (r"\bbent (patch|patches|grasp|one|_)|\bbent_\w*|\bBent[A-Z]|\bstraight (patch|one)\b|\bstraight_\w+", "nonlinear, linear",
+     r"client/app/report\.cpp"),
+    (r"NodePrices|ColumnPrices", "cost model", None),
+    (r"\bk(Harmless|Unknown|Seldom|HardlyM?|Dear|Cheap|Little|Clearly)\b", "the quantity that it bounds", None),
+]]
+OLD_WORDS_PLACES = ("docs/notebook/", "docs/glossary.md", "CHANGELOG.md", "tests/style/")  # history, the translation, this list
+FILE_NAMES = re.compile(r"notebook/[\w.-]+|\"patches_bent\"")  # as they were given; a key of summary.json
+
 TEXT = {".cpp", ".hpp", ".py", ".cmake", ".txt", ".md", ".fbs", ".json", ".yml", ".yaml", ".sh", ".in"}
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
@@ -126,10 +158,18 @@ def check_names(files):
                 first[program, space, name] = f"{path}:{number}"
 
 
-def check_words(text):
+def check_words(path, text):
+    words = [] if path.startswith(OLD_WORDS_PLACES) else [w for w in OLD_WORDS if not (w[2] and w[2].match(path))]
+    for pattern, term, _ in words:
+        if match := pattern.search(path):
+            yield 1, f"words: the file's name has {match.group(0)}; the usual term: {term}"
     for number, line in enumerate(text.split("\n"), 1):
         if UNFINISHED.search(line):
             yield number, "words: " + UNFINISHED.search(line).group(0)
+        line = FILE_NAMES.sub("", line)
+        for pattern, term, _ in words:
+            if match := pattern.search(line):
+                yield number, f"words: {match.group(0)}; the usual term: {term}"
 
 
 def check_registered(root, compile_commands):
@@ -158,7 +198,7 @@ def breaches(root, compile_commands=None):
         if file.suffix not in TEXT and path not in ("dev", ".ci/run") and file.name != "Dockerfile":
             continue
         text = file.read_text(encoding="utf-8")
-        faults = list(check_words(text))
+        faults = list(check_words(path, text))
         if file.suffix in (".cpp", ".hpp") and path.split("/")[0] in SIDES:
             faults += [*check_includes(path, text), *check_code(path, text)]
             sources.append((path, text))

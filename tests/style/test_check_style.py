@@ -45,6 +45,16 @@ class CheckStyle(unittest.TestCase):
         self.assert_clean("server/scene/a.cpp", "#include <fstream>\n")
         self.assert_clean("client/core/a.cpp", "#include <chrono>\n#include <atomic>\n")
 
+    def test_words_that_gave_way_to_the_fields(self):
+        for code in ("// a dent as deep as that", "BodyWays ways;", "class Crew {};", "double bridge_s = 0;", "scheme = \"cubic\";",
+                     "// remembered states", "Vector imbalance;", "constexpr double kSeldom = 8;", "// of a graded body"):
+            self.assert_breach("server/reduce/a.cpp", 3, code, "words")
+        self.assert_breach("docs/a.md", 2, "as in the ladder of integrators", "words")
+        self.assert_breach("server/room/hand_futures.hpp", 1, "", "words")
+        self.assert_clean("docs/notebook/0012-ladder.md", "# The ladder, dents and bridges\n")
+        self.assert_clean("docs/a.md", "a cubic lattice; see [12](notebook/0012-ladder.md)\n")
+        self.assert_clean("server/reduce/a.cpp", "// an accident of indentation, independent of the horizon\n")
+
     def test_two_types_of_one_name(self):
         types = "namespace palpate {\n\nstruct A {\n  int x;\n};\n\nnamespace {\n\nclass B : public A {\n};\n\n}  // namespace\n\n}  // namespace palpate\n"
         other = "namespace palpate {\nclass A final : public C {\n};\n}  // namespace palpate\n"

@@ -1,7 +1,7 @@
-// A body that is large enough to be graded.
+// A body that is large enough to be locally refined.
 #pragma once
 
-#include "server/reduce/graded_body.hpp"
+#include "server/reduce/refined_body.hpp"
 #include "tests/support/bodies.hpp"
 
 namespace palpate::test {
@@ -24,15 +24,15 @@ inline LumpedBody large_body(Filling filling = Filling::springs) {
 }
 
 /// T y of one column, node by node.
-inline Vector moved_by(const GradedBody& graded, const Vector& y) {
-  Vector x(3 * static_cast<Eigen::Index>(graded.dynamics().nodes()));
-  for (std::uint32_t i = 0; i < graded.dynamics().nodes(); ++i) at_node(x, i) = graded.at(i, y);
+inline Vector moved_by(const RefinedBody& refined, const Vector& y) {
+  Vector x(3 * static_cast<Eigen::Index>(refined.dynamics().nodes()));
+  for (std::uint32_t i = 0; i < refined.dynamics().nodes(); ++i) at_node(x, i) = refined.at(i, y);
   return x;
 }
 
-inline void focus_on(GradedBody& graded, std::uint32_t node) {
-  const Vec3 place = graded.dynamics().body().nodes[node];
-  graded.focus(std::span(&place, 1), std::span(&node, 1));
+inline void focus_on(RefinedBody& refined, std::uint32_t node) {
+  const Vec3 place = refined.dynamics().body().nodes[node];
+  refined.focus(std::span(&place, 1), std::span(&node, 1));
 }
 
 /// A tool that holds the middle of the top.

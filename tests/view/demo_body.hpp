@@ -41,7 +41,7 @@ inline Body unit_sphere(int levels) {
   return body;
 }
 
-/// A liver-like shape, 160 mm long, dented by `depth_m` where a tool presses with `force_n`.
+/// A liver-like shape, 160 mm long, indented by `depth_m` where a tool presses with `force_n`.
 inline Body pressed_organ(float depth_m, double force_n, int levels = 4) {
   Body body = unit_sphere(levels);
   for (Vec3f& p : body.rest) {
@@ -82,7 +82,7 @@ inline Sight sight_of(const Body& body) {
   return {.triangles = body.triangles,
           .positions = body.positions,
           .rest = body.rest,
-          .shade = {},
+          .scalars = {},
           .vertices = {},
           .tools = body.tools,
           .closed = is_closed(body.triangles),

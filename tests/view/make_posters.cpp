@@ -25,7 +25,7 @@ struct Moment {
   ShapeChannel color = ShapeChannel::position;
   Lines lines = Lines::none;
 };
-/// At the release the tool left the body 10 ms ago: a third of the dent is still there.
+/// At the release the tool left the body 10 ms ago: a third of the indentation is still there.
 constexpr Moment kMoments[] = {{"press", 0.95},
                                {"tension", 0.95, ShapeChannel::tension},
                                {"support", 0.95, ShapeChannel::support},
@@ -33,12 +33,12 @@ constexpr Moment kMoments[] = {{"press", 0.95},
                                {"stroke", 1.55},
                                {"release", 2.02}};
 
-std::vector<float> shade_of(const RoomFacts& facts, const FrameResult& frame, ShapeChannel color) {
-  std::vector<float> shade;
-  if (color == ShapeChannel::position) return shade;
+std::vector<float> scalars_of(const RoomFacts& facts, const FrameResult& frame, ShapeChannel color) {
+  std::vector<float> scalars;
+  if (color == ShapeChannel::position) return scalars;
   for (const std::uint32_t node : facts.node_of)
-    shade.push_back(color == ShapeChannel::tension ? frame.tension[node] : frame.support[node]);
-  return shade;
+    scalars.push_back(color == ShapeChannel::tension ? frame.tension[node] : frame.support[node]);
+  return scalars;
 }
 
 void draw(const Moment& moment, const RoomFacts& facts, const FrameResult& frame, Scales& scales) {
@@ -49,12 +49,12 @@ void draw(const Moment& moment, const RoomFacts& facts, const FrameResult& frame
   }
   const StationFrame& hand = frame.stations[0];
   const std::vector<ToolView> tools{{"hand", hand.tool, hand.force, hand.contact}};
-  const std::vector<float> shade = shade_of(facts, frame, moment.color);
-  scales.see(facts.mesh.triangles, positions, rest, tools, moment.color, shade);
+  const std::vector<float> scalars = scalars_of(facts, frame, moment.color);
+  scales.see(facts.mesh.triangles, positions, rest, tools, moment.color, scalars);
   const Sight sight{.triangles = facts.mesh.triangles,
                     .positions = positions,
                     .rest = rest,
-                    .shade = shade,
+                    .scalars = scalars,
                     .vertices = facts.mesh.vertices,
                     .tools = tools,
                     .color = moment.color,
@@ -93,7 +93,7 @@ TEST_CASE("The pictures of the documents", "[.posters]") {
       job.target += Micros{10'000};
       StationJob hand;
       hand.id = 1;
-      hand.bridge = Micros{100'000};
+      hand.horizon = Micros{100'000};
       for (; sampled <= job.target; sampled += Micros{1'000})
         hand.samples.push_back({sampled, hand_at(facts.home, seconds(sampled))});
       job.stations = {hand};

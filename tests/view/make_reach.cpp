@@ -37,7 +37,7 @@ demo::Body fine_sphere() {
   return body;
 }
 
-/// Dented by a tool over (x, 0); everything gives way a little.
+/// Indented by a tool over (x, 0); everything gives way a little.
 void press(const demo::Body& body, float x, std::vector<Vec3>& positions, Vec3& tool) {
   const Vec3f at(x, 0, 0.04F * std::sqrt(1 - x * x / 0.0064F));
   positions.clear();

@@ -160,23 +160,23 @@ TEST_CASE("Under a pressing hand a patch tells the server's next frame better th
 
 TEST_CASE("A hyper-reduced patch is played with its terms, and foresees a pressed grasp better than without",
           "[view][foresight]") {
-  double squares = 0, straight_squares = 0;
-  int bent = 0;
+  double squares = 0, linear_squares = 0;
+  int nonlinear = 0;
   press("cube6.json", Scheme::hyper, [&](PatchPair& pair) {
     // Before it the hand stands still; after it, 20 mm deep, the lattice snaps.
     if (pair.patch.stamp < Micros{1'300'000} || pair.next.stamp > Micros{1'600'000}) return;
-    bent += pair.terms.variables > 0;
+    nonlinear += pair.terms.variables > 0;
     const auto off = [](const PatchPair& p) {
       const Foresight foresight = foresee(p);
       return (foresight.force - foresight.force_found).squaredNorm();
     };
     squares += off(pair);
     pair.terms = {};
-    straight_squares += off(pair);
+    linear_squares += off(pair);
   });
-  REQUIRE(bent > 4);
-  INFO("off by " << std::sqrt(squares / bent) << " N rms, without terms " << std::sqrt(straight_squares / bent));
-  CHECK(squares < 0.01 * straight_squares);
+  REQUIRE(nonlinear > 4);
+  INFO("off by " << std::sqrt(squares / nonlinear) << " N rms, without terms " << std::sqrt(linear_squares / nonlinear));
+  CHECK(squares < 0.01 * linear_squares);
 }
 
 TEST_CASE("Pins stand on the vertices that the frame has there, drawn where the body is now", "[view][foresight]") {

@@ -103,16 +103,17 @@ TEST_CASE("The force of a pull, which points into the body, shows through it", "
   CHECK(share(photograph(body, {}), kTeal) > free + 4e-4);
 }
 
-TEST_CASE("The bottom of a dent is darker than the same place of the flat body, for what hides the light around it", "[view]") {
+TEST_CASE("The bottom of an indentation is darker than the same place of the flat body, for what hides the light around it",
+          "[view]") {
   const auto gl = context();
   if (!gl) return;
   for (const int levels : {4, 5}) {  // refined, and as it is
     const auto bottom = [&](float depth_m) {
       demo::Body body = demo::pressed_organ(depth_m, 0, levels);
-      const std::vector<float> shade(body.rest.size(), 0.0F);  // one colour
+      const std::vector<float> scalars(body.rest.size(), 0.0F);  // one colour
       Sight sight = demo::sight_of(body);
       sight.tools = {};
-      sight.shade = shade;
+      sight.scalars = scalars;
       Camera camera;
       camera.look_from(Camera::Side::top);
       camera.fit(body.triangles, body.rest, kAspect);
@@ -139,7 +140,7 @@ TEST_CASE("While colours show displacement the legend says so, whatever was aske
   CHECK(asked.rgb == displacement.rgb);
 }
 
-TEST_CASE("A dent glows where it is deep and a body at rest does not", "[view]") {
+TEST_CASE("An indentation glows where it is deep and a body at rest does not", "[view]") {
   const auto gl = context();
   if (!gl) return;
   demo::Body rest = demo::pressed_organ(0, 0), deep = demo::pressed_organ(0.010F, 0);

@@ -51,23 +51,23 @@ TEST_CASE("When shapes stop the last one stays, and a body time that starts over
   REQUIRE(shape.positions[0].x() == -1);
 }
 
-TEST_CASE("What a shade is of is known with it, and newtons are not mixed with shares", "[view]") {
+TEST_CASE("What nodal scalars are of is known with them, and newtons are not mixed with shares", "[view]") {
   Playback playback;
   for (int i = 0; i < 4; ++i) {
     Shape shape = moving(kOtherClock + i * kPeriod);
     shape.channel = i < 2 ? ShapeChannel::tension : ShapeChannel::support;
-    shape.shade = {i < 2 ? 5.0F : 0.5F};
+    shape.scalars = {i < 2 ? 5.0F : 0.5F};
     playback.add(shape, kPath + i * kPeriod);
   }
   Shape shape;
   std::vector<ToolView> tools;
   REQUIRE(playback.at(kPath + playback.delay() + 3 * kPeriod / 2, shape, tools));
   CHECK(shape.channel == ShapeChannel::tension);
-  CHECK(shape.shade[0] == 5);
+  CHECK(shape.scalars[0] == 5);
   CHECK(shape.positions[0].x() == Approx(1.5 * seconds(kPeriod)));
   REQUIRE(playback.at(kPath + playback.delay() + 9 * kPeriod / 4, shape, tools));
   CHECK(shape.channel == ShapeChannel::support);
-  CHECK(shape.shade[0] == 0.5F);
+  CHECK(shape.scalars[0] == 0.5F);
 }
 
 TEST_CASE("A tool moves between its two reported places and new tools appear", "[view]") {

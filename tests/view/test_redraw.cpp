@@ -17,7 +17,7 @@ constexpr int kRedrawWidth = 320, kRedrawHeight = 200;
 struct Shot {
   demo::Body body = demo::pressed_organ(0.008F, 0.9, 3);
   std::vector<MeshVertex> vertices = std::vector<MeshVertex>(body.rest.size(), MeshVertex{});
-  std::vector<float> shade = {};
+  std::vector<float> scalars = {};
   float color_max = 0.01F;
   Camera camera = {};
   Look look = {};
@@ -27,7 +27,7 @@ struct Shot {
   Picture by(Stage& stage) const {
     Sight sight = demo::sight_of(body);
     sight.vertices = vertices;
-    sight.shade = shade;
+    sight.scalars = scalars;
     sight.color_max = color_max;
     return stage.photograph(sight, {"organ", "", "", {}}, camera, look, width, kRedrawHeight);
   }
@@ -42,8 +42,8 @@ const std::vector<Change> kChanges{
     {"the camera turns", [](Shot& s) { s.camera.orbit(0.1F, 0); }},
     {"a vertex moves", [](Shot& s) { s.body.positions[3].z() += 0.01F; }},
     {"a vertex lies elsewhere at rest", [](Shot& s) { s.body.rest[7].x() -= 0.004F; }},
-    {"colours show something else", [](Shot& s) { s.shade.assign(s.body.rest.size(), 0.004F); }},
-    {"that changes", [](Shot& s) { s.shade[4] = 0.01F; }},
+    {"colours show something else", [](Shot& s) { s.scalars.assign(s.body.rest.size(), 0.004F); }},
+    {"that changes", [](Shot& s) { s.scalars[4] = 0.01F; }},
     {"the legend ends elsewhere", [](Shot& s) { s.color_max = 0.02F; }},
     {"an end is held fast",
      [](Shot& s) {

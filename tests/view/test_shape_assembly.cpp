@@ -111,12 +111,12 @@ TEST_CASE("A channel is in the shapes while it is shown", "[view]") {
   Fixture f;
   f.shapes.take(piece(1, {1}, ShapeChannel::tension), f.out);
   f.shapes.take(end_of(1, 1), f.out);
-  CHECK(f.out[0].shade.empty());
+  CHECK(f.out[0].scalars.empty());
   CHECK(f.out[0].channel == ShapeChannel::position);
   f.shapes.show(ShapeChannel::tension);
   f.shapes.take(end_of(2, 0), f.out);
-  REQUIRE(f.out[1].shade.size() == kVertices);
-  CHECK(f.out[1].shade[64] == Approx(kUnit));
-  CHECK(f.out[1].shade[0] == 0);
+  REQUIRE(f.out[1].scalars.size() == kVertices);
+  CHECK(f.out[1].scalars[64] == Approx(kUnit));
+  CHECK(f.out[1].scalars[0] == 0);
   CHECK(f.out[1].channel == ShapeChannel::tension);
 }

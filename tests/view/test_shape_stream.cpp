@@ -39,7 +39,7 @@ Vec3 tool_at(double t_s) {
   return {0.07 + 0.03 * std::cos(angle), 0.07 + 0.03 * std::sin(angle), -0.010 - 0.003 * std::sin(2 * M_PI * 2 * t_s)};
 }
 
-/// A dent, and around it the slow decay of an elastic half space: everything moves in every frame.
+/// An indentation, and around it the slow decay of an elastic half space: everything moves in every frame.
 Vec3 deformed(const Vec3& rest, double t_s) {
   const Vec3 tool = tool_at(t_s);
   const double r = (rest - tool).head<2>().norm();
@@ -190,18 +190,18 @@ TEST_CASE("A channel that a viewer asks for comes to it and to no other, and sto
   ViewMoment moment, other;
   REQUIRE(world.viewers[0]->show(world.now + Micros{10'000'000}, moment));
   REQUIRE(world.viewers[1]->show(world.now + Micros{10'000'000}, other));
-  CHECK(other.shape.shade.empty());
-  REQUIRE(moment.shape.shade.size() == moment.shape.positions.size());
+  CHECK(other.shape.scalars.empty());
+  REQUIRE(moment.shape.scalars.size() == moment.shape.positions.size());
   float most = 0;
-  for (std::size_t v = 0; v < moment.shape.shade.size(); ++v) {
-    most = std::max(most, moment.shape.shade[v]);
-    CHECK(moment.shape.shade[v] == Approx(-moment.shape.positions[v].z()).margin(0.02 * 0.013));
+  for (std::size_t v = 0; v < moment.shape.scalars.size(); ++v) {
+    most = std::max(most, moment.shape.scalars[v]);
+    CHECK(moment.shape.scalars[v] == Approx(-moment.shape.positions[v].z()).margin(0.02 * 0.013));
   }
   CHECK(most > 0.008F);
   world.viewers[0]->show_channel(ShapeChannel::position);
   world.run(Micros{200'000});
   REQUIRE(world.viewers[0]->show(world.now + Micros{10'000'000}, moment));
-  CHECK(moment.shape.shade.empty());
+  CHECK(moment.shape.scalars.empty());
 }
 
 TEST_CASE("A smaller budget is kept, and what is near the tool is the last to suffer", "[view]") {

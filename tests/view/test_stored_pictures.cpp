@@ -27,7 +27,7 @@ struct Scenery {
   std::vector<MeshVertex> vertices = {};  ///< those on one side are held fast
   float zoom = 0;
   bool words = false;  ///< panels, the replay bar, and what the patch said
-  std::vector<float> shade = {};
+  std::vector<float> scalars = {};
   std::vector<PatchPin> pins = {};
   std::vector<Triangle> pin_triangles = {};
   int width = kStoredPicturesWidth, height = kStoredPicturesHeight;
@@ -35,10 +35,10 @@ struct Scenery {
   Sight sight() const {
     Sight s = demo::sight_of(body);
     s.vertices = vertices;
-    s.shade = shade;
+    s.scalars = scalars;
     s.pins = pins;
     s.pin_triangles = pin_triangles;
-    if (!shade.empty()) s.color = ShapeChannel::tension, s.color_max = 1;
+    if (!scalars.empty()) s.color = ShapeChannel::tension, s.color_max = 1;
     return s;
   }
 };
@@ -60,7 +60,7 @@ Scenery pulled() {
   Scenery s{.name = "pulled", .look = {.lines = Lines::edges}, .words = true, .width = 960, .height = 608};
   s.body = demo::pressed_organ(-0.012F, -0.9, 3);
   s.body.tools[0].contact = true;
-  for (std::size_t i = 0; i < s.body.rest.size(); ++i) s.shade.push_back(80 * (s.body.positions[i] - s.body.rest[i]).norm());
+  for (std::size_t i = 0; i < s.body.rest.size(); ++i) s.scalars.push_back(80 * (s.body.positions[i] - s.body.rest[i]).norm());
   const Vec3f tool = s.body.tools[0].position.cast<float>();
   for (const Triangle& t : s.body.triangles) {
     if ((s.body.positions[t[0]] - tool).norm() > 0.03F) continue;
@@ -210,7 +210,7 @@ TEST_CASE("A picture without its tool, with flipped normals or other faults is t
   CHECK(with([&](Sight& s) { s.triangles = turned.triangles; }) > 2 * kTolerated);
   CHECK(with([&](Sight& s) { s.tools = moved.tools; }) > 2 * kTolerated);
   CHECK(with([&](Sight& s) { s.tools = free.tools; }) > 2 * kTolerated);
-  CHECK(with([&](Sight& s) { s.positions = scenery.body.rest; }) > 2 * kTolerated);  // colours and dent
+  CHECK(with([&](Sight& s) { s.positions = scenery.body.rest; }) > 2 * kTolerated);  // colours and indentation
   CHECK(with([](Sight& s) { s.color_max *= 2; }) > 2 * kTolerated);
   CHECK(with([](Sight& s) { s.vertices = {}; }) > 2 * kTolerated);  // what is held fast
   Scenery unlit = scenery, lines = scenery;

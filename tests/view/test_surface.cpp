@@ -38,7 +38,7 @@ TEST_CASE("On a sphere the normals are the positions, and it is equally convex e
   }
 }
 
-TEST_CASE("The bottom of a dent is as hollow in a coarse mesh as in a fine one, and its surroundings are not", "[view]") {
+TEST_CASE("The bottom of an indentation is as hollow in a coarse mesh as in a fine one, and its surroundings are not", "[view]") {
   for (const int levels : {4, 5, 6}) {
     const demo::Body body = demo::pressed_organ(0.009F, 1, levels);
     const Shape shape = shape_of(body, body.positions);

@@ -11,7 +11,7 @@ using namespace palpate;
 namespace {
 
 constexpr Micros kStep{5'000};
-constexpr Micros kCheap{6'000}, kDear{60'000};
+constexpr Micros kCheapPatch{6'000}, kCostlyPatch{60'000};
 
 Scene scene_of(const char* name) { return load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/" + name); }
 
@@ -56,7 +56,8 @@ WorldOptions charged(std::function<Micros(Micros)> hyper, Micros rollouts = {}) 
 /// One hand for six seconds, whose nonlinear patches are dear from second 2 to 3.
 double hand_over_step_n(SchemeAsked asked, std::uint64_t& changes) {
   const Scene scene = scene_of("touch-cube.json");
-  World world(scene, charged([](Micros t) { return t > Micros{2'000'000} && t < Micros{3'000'000} ? kDear : kCheap; }));
+  World world(scene,
+              charged([](Micros t) { return t > Micros{2'000'000} && t < Micros{3'000'000} ? kCostlyPatch : kCheapPatch; }));
   WorldStation& station = world.add_station(hand(0, asked), std::make_unique<ReplayDevice>(press(0, 6)), near_by());
   world.run_until(Micros{5'000'000});
   changes = station.core().schemes_felt().changes;
@@ -67,7 +68,8 @@ double hand_over_step_n(SchemeAsked asked, std::uint64_t& changes) {
 
 TEST_CASE("A hand that leaves the scheme to the server gets hyper while that fits, port while it does not, and hyper again") {
   const Scene scene = scene_of("touch-cube.json");
-  World world(scene, charged([](Micros t) { return t > Micros{2'000'000} && t < Micros{3'000'000} ? kDear : kCheap; }));
+  World world(scene,
+              charged([](Micros t) { return t > Micros{2'000'000} && t < Micros{3'000'000} ? kCostlyPatch : kCheapPatch; }));
   WorldStation& station = world.add_station(hand(0, std::nullopt), std::make_unique<ReplayDevice>(press(0, 40)), near_by());
   const ClientCore& core = station.core();
   world.run_until(Micros{1'900'000});
@@ -75,7 +77,7 @@ TEST_CASE("A hand that leaves the scheme to the server gets hyper while that fit
   CHECK(core.in_use().reason == SchemeReason::fits);
   CHECK(core.last_patch().scheme == Scheme::hyper);
   CHECK(core.in_use().limit == Micros{42'500});  // 0.95 * 50 - 5 ms
-  CHECK(std::abs((core.in_use().cost - kCheap).count()) < 1'000);
+  CHECK(std::abs((core.in_use().cost - kCheapPatch).count()) < 1'000);
   world.run_until(Micros{2'900'000});
   CHECK(core.in_use().scheme == Scheme::port);
   CHECK(core.in_use().reason == SchemeReason::server_busy);
@@ -112,7 +114,7 @@ TEST_CASE(
 
 TEST_CASE("A link that loses more than a tenth gets port") {
   const Scene scene = scene_of("touch-cube.json");
-  World world(scene, charged([](Micros) { return kCheap; }));
+  World world(scene, charged([](Micros) { return kCheapPatch; }));
   LinkSpec bad = near_by();
   bad.loss = 0.25;
   WorldStation& station = world.add_station(hand(0, std::nullopt), std::make_unique<ReplayDevice>(press(0, 6)), bad);
@@ -123,7 +125,7 @@ TEST_CASE("A link that loses more than a tenth gets port") {
 
 TEST_CASE("A nonlinear patch that never fits is tried ever more rarely") {
   const Scene scene = scene_of("touch-cube.json");
-  World world(scene, charged([](Micros) { return kDear; }));
+  World world(scene, charged([](Micros) { return kCostlyPatch; }));
   WorldStation& station = world.add_station(hand(0, std::nullopt), std::make_unique<ReplayDevice>(press(0, 70)), near_by());
   world.run_until(Micros{60'000'000});
   CHECK(station.core().schemes_felt().changes <= 8);

@@ -89,7 +89,7 @@ TEST_CASE("The check of limits sees a guard that was told no limits", "[checks]"
 
 TEST_CASE("The check of the fade sees a force that is held after its patch's validity", "[checks]") {
   Scenario s = quiet();
-  s.healed += Micros{1'500'000};  // a patch is valid for two bridges and a quarter of a second
+  s.healed += Micros{1'500'000};  // a patch is valid for two horizons and a quarter of a second
   s.faults.push_back({FaultKind::cut, 0, Micros{1'000'000}, s.healed, 0});
   CHECK_FALSE(found(run_scenario(s), "fade"));
   Vec3 held = Vec3(0, 0, 1);

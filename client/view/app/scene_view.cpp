@@ -21,7 +21,7 @@ bool SceneView::update(Micros now, const Frame& frame, const ToolView* own) {
   for (const ToolView& tool : moment_.tools) depths_.push_back(tool.contact ? gauge_.at(tool.position) : 0);
   tool_hues_ = hues_of(moment_.tools, hues_.stations());
   const Shape& shape = moment_.shape;
-  scales_.see(source_.mesh().triangles, shape.positions, source_.rest(), moment_.tools, shape.channel, shape.shade);
+  scales_.see(source_.mesh().triangles, shape.positions, source_.rest(), moment_.tools, shape.channel, shape.scalars);
   return true;
 }
 
@@ -51,7 +51,7 @@ Sight SceneView::sight() const {
   return {.triangles = source_.mesh().triangles,
           .positions = moment_.shape.positions,
           .rest = source_.rest(),
-          .shade = moment_.shape.shade,
+          .scalars = moment_.shape.scalars,
           .vertices = source_.mesh().vertices,
           .tools = moment_.tools,
           .depths = depths_,

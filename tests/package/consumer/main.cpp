@@ -11,7 +11,7 @@ int main(int, char** argv) {
   room.start(Micros{0});
   FrameJob job;  // a frame of 50 ms in which the hand, station 1, goes down by 5 mm
   job.target = Micros{50'000};
-  job.stations = {{.id = 1, .bridge = Micros{150'000}, .samples = {{Micros{0}, above}, {job.target, pressed}}}};
+  job.stations = {{.id = 1, .horizon = Micros{150'000}, .samples = {{Micros{0}, above}, {job.target, pressed}}}};
   const StationFrame frame = room.run(job).stations.at(0);
   PatchPlayer player(frame.patch.value(), frame.terms);  // the client's side, once a millisecond
   for (Micros t = job.target; t <= Micros{200'000}; t += kTick) player.advance({t, pressed});

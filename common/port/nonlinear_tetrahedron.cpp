@@ -1,0 +1,240 @@
+#include "common/port/nonlinear_tetrahedron.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+#include "common/port/polar.hpp"
+#include "common/port/polar_lanes.hpp"
+
+namespace palpate {
+namespace {
+
+TetraLanes product(const TetraLanes& a, const TetraLanes& b) {
+  TetraLanes c;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) c[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
+  return c;
+}
+/// What the cofactors of A change by with B, to first order.
+TetraLanes mixed_cofactors(const TetraLanes& a, const TetraLanes& b) {
+  TetraLanes x;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) {
+      const std::size_t r = 3 * ((i + 1) % 3), s = 3 * ((i + 2) % 3), p = (j + 1) % 3, q = (j + 2) % 3;
+      x[3 * i + j] = a[r + p] * b[s + q] + b[r + p] * a[s + q] - a[r + q] * b[s + p] - b[r + q] * a[s + p];
+    }
+  return x;
+}
+TetraLanes cofactors_of(const TetraLanes& a) {
+  TetraLanes g;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) {
+      const std::size_t r = 3 * ((i + 1) % 3), s = 3 * ((i + 2) % 3), p = (j + 1) % 3, q = (j + 2) % 3;
+      g[3 * i + j] = a[r + p] * a[s + q] - a[r + q] * a[s + p];
+    }
+  return g;
+}
+
+using Axial = std::array<TetraLane, 3>;
+
+/// t of A: A_32 - A_23, ...
+Axial axial_part(const TetraLanes& a) { return {a[7] - a[5], a[2] - a[6], a[3] - a[1]}; }
+
+Axial times(const TetraLanes& a, const Axial& t) {
+  Axial v;
+  for (std::size_t i = 0; i < 3; ++i) v[i] = a[3 * i] * t[0] + a[3 * i + 1] * t[1] + a[3 * i + 2] * t[2];
+  return v;
+}
+
+/// [w]x
+TetraLanes skew(const Axial& w) {
+  const TetraLane none = TetraLane::Zero();
+  return {none, -w[2], w[1], w[2], none, -w[0], -w[1], w[0], none};
+}
+
+/// A rotation less 1. Of a quaternion that is nearly as long as 1.
+TetraLanes turned_by(const std::array<TetraLane, 4>& q) {
+  const TetraLane &w = q[0], &x = q[1], &y = q[2], &z = q[3];
+  const TetraLane twice = 2.0F / (w * w + x * x + y * y + z * z);
+  const TetraLane ax = twice * x, ay = twice * y, az = twice * z;
+  const TetraLane xx = ax * x, yy = ay * y, zz = az * z, xy = ax * y, yz = ay * z, zx = az * x;
+  const TetraLane wx = ax * w, wy = ay * w, wz = az * w;
+  return {-(yy + zz), xy - wz, zx + wy, xy + wz, -(zz + xx), yz - wx, zx - wy, yz + wx, -(xx + yy)};
+}
+
+/// R' from F', in doubles as the body's is.
+void find(const TetraLanes& f, TetraTurn& turned) {
+  Mat<kTetraLane> of, r;
+  Quaternion<kTetraLane> q;
+  for (std::size_t i = 0; i < 9; ++i)
+    for (int l = 0; l < kTetraLane; ++l) of.of[i / 3][i % 3][l] = static_cast<double>(f[i][l]);
+  polar_rotations(of, q, r);
+  Doubles<kTetraLane> length;
+  roots<kTetraLane>(q.of[0] * q.of[0] + q.of[1] * q.of[1] + q.of[2] * q.of[2] + q.of[3] * q.of[3], length);
+  for (std::size_t i = 0; i < 4; ++i)
+    for (int l = 0; l < kTetraLane; ++l) turned.q[i][l] = static_cast<float>(q.of[i][l] / length[l]);
+  turned.d = turned_by(turned.q);
+}
+
+/// The same by Newton's method from an R' nearby, in turns by 2 atan(|w| / 2) instead of atan |w|: of the same order, without a
+/// root. False where that does not lead there.
+bool turn_to(const TetraLanes& at_stamp, const TetraLanes& df, TetraTurn& turned) {
+  constexpr int kTurns = 4;
+  constexpr float kMost = 2, kLast = 1e-5F;  // of |w|^2: near; the third power of such a turn is lost in rounding
+  constexpr float kLeastPair = 0.02F;        // of the trace
+  const TetraLanes f = sum(at_stamp, df);
+  for (int k = 0; k < kTurns; ++k) {
+    const TetraLanes more = sum(transposed_product(turned.d, f), df), s = sum(at_stamp, more);  // R'^T F' less F, and all
+    const Axial t = axial_part(more);
+    const TetraLane trace = s[0] + s[4] + s[8];
+    // H = (trace) 1 - R'^T F', symmetric, and its cofactors
+    const TetraLane xx = s[4] + s[8], yy = s[8] + s[0], zz = s[0] + s[4];
+    const TetraLane xy = -0.5F * (s[1] + s[3]), yz = -0.5F * (s[5] + s[7]), zx = -0.5F * (s[2] + s[6]);
+    const TetraLane gxx = yy * zz - yz * yz, gxy = yz * zx - xy * zz, gzx = xy * yz - yy * zx;
+    const TetraLane gyy = zz * xx - zx * zx, gyz = xy * zx - xx * yz, gzz = xx * yy - xy * xy;
+    const TetraLane det = xx * gxx + xy * gxy + zx * gzx, half = 0.5F / det;
+    const Axial h{half * (gxx * t[0] + gxy * t[1] + gzx * t[2]), half * (gxy * t[0] + gyy * t[1] + gyz * t[2]),
+                  half * (gzx * t[0] + gyz * t[1] + gzz * t[2])};  // w / 2
+    const TetraLane size = 4.0F * (h[0] * h[0] + h[1] * h[1] + h[2] * h[2]), least = kLeastPair * trace;
+    const auto near =
+        (size <= kMost) && (trace > 0.0F) && (xx > least) && (gzz > least * trace) && (det > least * trace.square());
+    if (!near.all()) return false;
+    auto& q = turned.q;
+    const TetraLane shorter = 1.5F - 0.5F * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    const TetraLane w = shorter * q[0], x = shorter * q[1], y = shorter * q[2], z = shorter * q[3];
+    q = {w - (x * h[0] + y * h[1] + z * h[2]), x + w * h[0] + (y * h[2] - z * h[1]), y + w * h[1] + (z * h[0] - x * h[2]),
+         z + w * h[2] + (x * h[1] - y * h[0])};
+    turned.d = turned_by(q);
+    if ((size <= kLast).all()) return true;
+  }
+  return false;
+}
+
+struct NeoHookeanResidual {
+  TetraLanes c;
+  TetraLane f, q, det, d, e, j;
+
+  NeoHookeanResidual(const TetraStamp& at, const TetraLanes& df)
+      : c(cofactors_of(df)),
+        f(inner(at.f, df)),
+        q(inner(df, df)),
+        det(inner(df, c) * (1.0F / 3)),
+        d(2 * f + q),
+        e(inner(at.f, c) + det),
+        j(inner(at.g, df) + e) {}
+};
+
+TetraLanes neo_hookean_stress(const TetraStamp& at, const TetraLanes& df) {
+  const NeoHookeanResidual b(at, df);
+  const TetraLane inverse = 1 / (at.size * (at.size + b.d));
+  const TetraLane by_df = at.mu * b.d * inverse, by_f = at.mu * (b.q * at.size - 2 * b.f * b.d) * inverse / at.size;
+  const TetraLane by_x = at.lambda * b.j, by_g = at.lambda * b.e, by_c = by_x + at.pressure;
+  const TetraLanes x = mixed_cofactors(at.f, df);
+  TetraLanes q;
+  for (std::size_t i = 0; i < 9; ++i) q[i] = by_df * df[i] + by_f * at.f[i] + by_x * x[i] + by_g * at.g[i] + by_c * b.c[i];
+  return q;
+}
+
+struct CorotationalResidual {
+  Axial first;  // W t
+  TetraLane r, e;
+
+  CorotationalResidual(const TetraStamp& at, const TetraLanes& df, const TetraLanes& change)
+      : first(times(at.w, axial_part(df))), r(df[0] + df[4] + df[8]), e(inner(change, sum(at.f, df))) {}
+};
+
+TetraLanes corotational_stress(const TetraStamp& at, const TetraLanes& df, const TetraLanes& change) {
+  const CorotationalResidual b(at, df, change);
+  const TetraLane by_turned = at.lambda * b.e, by_change = by_turned + at.lambda * b.r;
+  const TetraLanes first = skew(b.first);
+  TetraLanes q;
+  for (std::size_t i = 0; i < 9; ++i) q[i] = at.pressure * (change[i] - first[i]) + by_change * change[i];
+  for (const std::size_t i : {0U, 4U, 8U}) q[i] += by_turned;
+  return q;
+}
+
+}  // namespace
+
+Eigen::Matrix3d frame_of(SolidLaw law, const Eigen::Matrix3d& deformation) {
+  return law == SolidLaw::corotational ? polar_rotation(deformation) : Eigen::Matrix3d::Identity();
+}
+
+TetraTurn::TetraTurn() {
+  for (std::size_t i = 0; i < 4; ++i) q[i] = TetraLane::Constant(i == 0 ? 1.0F : 0.0F);
+  d.fill(TetraLane::Zero());
+}
+
+TetraStamp::TetraStamp() {
+  for (TetraLanes* const lanes : {&f, &g, &w})
+    for (std::size_t i = 0; i < 9; ++i) (*lanes)[i] = TetraLane::Constant(i % 4 == 0 ? 1.0F : 0.0F);
+  size = TetraLane::Constant(4);
+  mu = lambda = pressure = TetraLane::Zero();
+}
+
+void TetraStamp::set(int lane, SolidLaw law, const Eigen::Matrix3d& deformation, double mu_l, double lambda_l) {
+  Eigen::Matrix3d of_f = deformation;
+  Eigen::Matrix3d of_g = Eigen::Matrix3d::Identity(), of_w = of_g;
+  double of_size = 0, of_mu = mu_l, of_lambda = lambda_l, of_pressure = 0;
+  if (law == SolidLaw::neo_hookean) {
+    of_mu = 4.0 / 3 * mu_l;
+    of_lambda = lambda_l + 5.0 / 6 * mu_l;
+    of_g = cofactors(deformation);
+    of_size = deformation.squaredNorm() + 1;
+    of_pressure = of_lambda * (deformation.col(0).dot(of_g.col(0)) - 1) - 0.75 * of_mu;
+  } else {
+    of_f = 0.5 * (deformation + deformation.transpose());
+    of_size = of_f.trace() - 3;
+    of_pressure = of_lambda * of_size - 2 * of_mu;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(of_f);
+    const Eigen::Vector3d pairs = (of_f.trace() - eigen.eigenvalues().array()).max(kLeastPairSum);
+    of_w = eigen.eigenvectors() * pairs.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
+  }
+  for (int i = 0; i < 9; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    f[k][lane] = static_cast<float>(of_f(i / 3, i % 3));
+    g[k][lane] = static_cast<float>(of_g(i / 3, i % 3));
+    w[k][lane] = static_cast<float>(of_w(i / 3, i % 3));
+  }
+  size[lane] = static_cast<float>(of_size);
+  mu[lane] = static_cast<float>(of_mu);
+  lambda[lane] = static_cast<float>(of_lambda);
+  pressure[lane] = static_cast<float>(of_pressure);
+}
+
+void TetraStamp::spread() {
+  const auto all = [](TetraLane& lane) { lane = TetraLane::Constant(lane[0]); };
+  for (TetraLanes* const lanes : {&f, &g, &w}) std::for_each(lanes->begin(), lanes->end(), all);
+  for (TetraLane* const lane : {&size, &mu, &lambda, &pressure}) all(*lane);
+}
+
+void turn(SolidLaw law, const TetraStamp& at, const TetraLanes& df, TetraTurn& turned) noexcept {
+  if (law != SolidLaw::corotational) return;
+  if (!turn_to(at.f, df, turned)) find(sum(at.f, df), turned);
+}
+
+TetraLanes nonlinear_residual_stress(SolidLaw law, const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept {
+  return law == SolidLaw::neo_hookean ? neo_hookean_stress(at, df) : corotational_stress(at, df, turned.d);
+}
+
+TetraLane nonlinear_residual_energy(SolidLaw law, const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept {
+  if (law == SolidLaw::neo_hookean) {
+    const NeoHookeanResidual b(at, df);
+    const TetraLane z = b.d / at.size, first = 2 * b.f / at.size;
+    return 0.5F * at.mu * (z - z.log1p() - 0.5F * first.square()) + 0.5F * at.lambda * b.e * (2 * b.j - b.e) +
+           at.pressure * b.det;
+  }
+  const CorotationalResidual b(at, df, turned.d);
+  return (0.5F * at.lambda * at.size - at.mu) * (2 * b.e - inner(skew(b.first), df)) + 0.5F * at.lambda * b.e * (b.e + 2 * b.r);
+}
+
+TetraLanes viscous_stress(const TetraLane& mu, const TetraLane& lambda, const TetraLanes& f, const TetraLanes& rate) noexcept {
+  const TetraLanes b = transposed_product(f, rate);
+  const TetraLane volume = lambda * (b[0] + b[4] + b[8]);
+  TetraLanes s;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) s[3 * i + j] = mu * (b[3 * i + j] + b[3 * j + i]);
+  for (const std::size_t i : {0U, 4U, 8U}) s[i] += volume;
+  return product(f, s);
+}
+
+}  // namespace palpate

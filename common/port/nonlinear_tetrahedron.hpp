@@ -1,0 +1,93 @@
+// What one linear tetrahedron of a solid pushes beyond its linear force, in every lane of a vector (server/body/tetra_kernel.hpp
+// has the laws).
+//
+// With F the deformation gradient at the stamp, dF more, F' = F + dF, its stress beyond the linear one is, without a difference
+// of what nearly cancels, Q = P(F') - P(F) - A(F) dF =
+//
+// stable neo-Hookean, G the cofactors of F, s = |F|^2 + 1, J = det F, Psi = mu/2 (|F|^2 - 3 - ln(s / 4)) + lambda/2 (J -
+// alpha)^2:
+//     mu [ d / (s (s + d)) dF + (q s - 2 f d) / (s^2 (s + d)) F ] + lambda [ j (X + C) + e G ] + lambda (J - alpha) C
+//     f = F : dF,  q = |dF|^2,  d = 2 f + q,  C = cofactors of dF,  X = d(cofactors)/dF [dF]
+//     e = F : C + det dF,  j = G : dF + e
+// and its energy beyond the second order
+//     mu/2 (z - ln(1 + z) - (2 f / s)^2 / 2) + lambda/2 e (2 j - e) + lambda (J - alpha) det dF,   z = d / s
+//
+// corotational, in its own frame, in which R, the rotation of F, is 1 and F symmetric (frame_of()); R' that of F', c = tr F - 3,
+// Psi = mu |F - R|^2 + lambda/2 c^2:
+//     (lambda c - 2 mu) (R' - 1 - [W t]x) + lambda [ e R' + r (R' - 1) ]
+//     W = ((tr F) 1 - F)^-1 (pairs of principal stretches that add to less than kLeastPairSum count as that), t the axial part of
+//     dF;  r = tr dF,  e = (R' - 1) : F'
+// and its energy beyond the second order
+//     (lambda c / 2 - mu) (2 e - [W t]x : dF) + lambda/2 e (e + 2 r)
+// R' is the rotation with the largest tr(R'^T F') as the body's own is (polar_lanes.hpp), however far an element has turned since
+// the stamp and inside out too. From an R' nearby Newton's method (3. there; R'^T F' - F = (R' - 1)^T F' + dF) comes to it, and
+// it is the one if the sums of two principal stretches are all above 0; where that fails it is found anew from F'.
+//
+// Its viscous stress is P_v(F, F_t) = F (mu_v (B + B^T) + lambda_v tr(B) 1), B = F^T F_t.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "common/port/solid_law.hpp"
+
+namespace palpate {
+
+inline constexpr int kTetraLane = 8;  ///< a vector register
+using TetraLane = Eigen::Array<float, kTetraLane, 1>;
+using TetraLanes = std::array<TetraLane, 9>;  ///< a matrix, row by row
+
+inline TetraLane inner(const TetraLanes& a, const TetraLanes& b) {
+  TetraLane sum = a[0] * b[0];
+  for (std::size_t i = 1; i < 9; ++i) sum += a[i] * b[i];
+  return sum;
+}
+inline TetraLanes sum(const TetraLanes& a, const TetraLanes& b) {
+  TetraLanes c;
+  for (std::size_t i = 0; i < 9; ++i) c[i] = a[i] + b[i];
+  return c;
+}
+/// A^T B
+inline TetraLanes transposed_product(const TetraLanes& a, const TetraLanes& b) {
+  TetraLanes c;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) c[3 * i + j] = a[i] * b[j] + a[3 + i] * b[3 + j] + a[6 + i] * b[6 + j];
+  return c;
+}
+/// R: in this frame a corotational tetrahedron is given, dF as R^T dF, and pushes, Q as R Q. 1 where the law needs none.
+Eigen::Matrix3d frame_of(SolidLaw law, const Eigen::Matrix3d& deformation);
+
+/// How far a corotational one has turned.
+struct TetraTurn {
+  std::array<TetraLane, 4> q;  ///< w, x, y, z of R'
+  TetraLanes d;                ///< R' - 1
+
+  /// Not at all.
+  TetraTurn();
+};
+/// A tetrahedron of one material at a deformation gradient, in every lane its own.
+struct TetraStamp {
+  TetraLanes f, g;       ///< F; G, of a corotational one 1
+  TetraLanes w;          ///< W of a corotational one
+  TetraLane size;        ///< s, of a corotational one c
+  TetraLane mu, lambda;  ///< of the law, times what the tetrahedron counts [J]
+  TetraLane pressure;    ///< lambda (J - alpha), of a corotational one lambda c - 2 mu
+
+  /// What does not resist.
+  TetraStamp();
+  /// `deformation` in its frame. `mu_l`, `lambda_l`: Lame's parameters of small strains.
+  void set(int lane, SolidLaw law, const Eigen::Matrix3d& deformation, double mu_l, double lambda_l);
+  /// What lane 0 has, in all.
+  void spread();
+};
+
+/// To dF, from the stamp or better from a little before; nothing where the law does not turn.
+void turn(SolidLaw law, const TetraStamp& at, const TetraLanes& df, TetraTurn& turned) noexcept;
+/// Q, and the energy beyond the second order. `turned` to dF.
+TetraLanes nonlinear_residual_stress(SolidLaw law, const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept;
+TetraLane nonlinear_residual_energy(SolidLaw law, const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept;
+
+/// P_v
+TetraLanes viscous_stress(const TetraLane& mu, const TetraLane& lambda, const TetraLanes& f, const TetraLanes& rate) noexcept;
+
+}  // namespace palpate

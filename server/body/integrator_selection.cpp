@@ -1,0 +1,104 @@
+#include "server/body/integrator_selection.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "common/base/error.hpp"
+#include "server/body/explicit_integrator.hpp"
+#include "server/body/stabilised_integrator.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kExplicitNs = 0.7, kStabilisedNs = 1.0, kImplicitNs = 32, kNewton = 6.6, kExplicitWorth = 2,
+                 kStabilisedWorth = 1.5, kLeapfrogMost = 0.05;
+
+constexpr const char* kForSprings = "explicit steps are for bodies of linear or stiffening springs";
+
+/// An integrator for one body.
+struct Candidate {
+  std::unique_ptr<Stepper> stepper;
+  std::string figures;          // its name and how it would go, for people
+  double cost = 0, step_s = 0;  // the longest to ask it for
+};
+
+Candidate candidate(std::unique_ptr<Stepper> stepper, const char* name, const std::string& steps, double cost, double step_s) {
+  const double percent = 100 * cost;
+  const std::string share = percent < 99.5 ? fmt::format("{:.2g}", percent) : fmt::format("{:.0f}", percent);
+  return {std::move(stepper), fmt::format("{}, {}, about {} % of a core", name, steps, share), cost, step_s};
+}
+
+/// In steps as long as the scene allows, or `finely`: in those that take no more than kAffordable of a core.
+Candidate implicit_candidate(const Scene& scene, const Dynamics& dynamics, const Skin& skin, bool finely) {
+  constexpr double kAffordable = 0.1, kShortestS = 0.0025;
+  const double step_cost_s = 1e-9 * static_cast<double>(edges_of(dynamics.body()).size()) * kImplicitNs * kNewton;
+  double step_s = scene.solver.step_s;
+  if (finely) step_s = std::min(step_s, std::max(kShortestS, step_cost_s / kAffordable));
+  return candidate(std::make_unique<Integrator>(dynamics, skin, IntegratorOptions{step_s}), "tr-bdf2",
+                   fmt::format("steps of {:.2g} ms", 1e3 * step_s), step_cost_s / step_s, step_s);
+}
+
+Candidate leapfrog_candidate(const Scene& scene, const Dynamics& dynamics, const Skin& skin, const Spectrum& spectrum) {
+  auto leapfrog = std::make_unique<ExplicitIntegrator>(dynamics, skin, spectrum);
+  const double step_s = std::min(leapfrog->step_s(), scene.solver.step_s);
+  const double cost = 1e-9 * static_cast<double>(leapfrog->springs()) * kExplicitNs / step_s;
+  return candidate(std::move(leapfrog), "explicit", fmt::format("steps of {:.2g} ms", 1e3 * step_s), cost, scene.solver.step_s);
+}
+
+/// Without a stepper where the body's damping is too low for it.
+Candidate stabilised_candidate(const Scene& scene, const Dynamics& dynamics, const Skin& skin, const Spectrum& spectrum) {
+  auto stabilised = std::make_unique<StabilisedIntegrator>(dynamics, skin, spectrum);
+  const auto [stages, h] = stabilised->plan(scene.solver.step_s, scene.tool.contact);
+  if (stages == 0) return {};
+  const double cost = 1e-9 * static_cast<double>(stabilised->springs()) * kStabilisedNs * stages / h;
+  return candidate(std::move(stabilised), "stabilised", fmt::format("{} stages in steps of {:.2g} ms", stages, 1e3 * h), cost,
+                   scene.solver.step_s);
+}
+
+ChosenStepper chosen(Candidate candidate, const std::string& why) {
+  return {std::move(candidate.stepper), fmt::format("{} ({})", candidate.figures, why), candidate.cost, candidate.step_s};
+}
+
+/// That which the scene asks for; an empty one where it leaves it to us.
+Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
+  const auto refuse = [](const char* kind, const char* instead, const char* why) {
+    throw InputError("solver.integrator", fmt::format("is \"{}\"", kind), fmt::format("{} or \"automatic\": {}", instead, why));
+  };
+  const bool covered = SpringBlocks::covers(dynamics.body());
+  switch (scene.solver.integrator) {
+    case IntegratorKind::automatic:
+      return {};
+    case IntegratorKind::tr_bdf2:
+      return implicit_candidate(scene, dynamics, skin, false);
+    case IntegratorKind::leapfrog:
+      if (!covered) refuse("explicit", "\"tr-bdf2\"", kForSprings);
+      return leapfrog_candidate(scene, dynamics, skin, spectrum_of(dynamics));
+    case IntegratorKind::stabilised:
+      if (!covered) refuse("stabilised", "\"tr-bdf2\"", kForSprings);
+      break;
+  }
+  Candidate stabilised = stabilised_candidate(scene, dynamics, skin, spectrum_of(dynamics));
+  if (!stabilised.stepper) refuse("stabilised", "\"explicit\"", "the body has too little damping for stabilised steps");
+  return stabilised;
+}
+
+}  // namespace
+
+ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
+  if (Candidate asked = asked_for(scene, dynamics, skin); asked.stepper) return chosen(std::move(asked), "as the scene says");
+  if (!SpringBlocks::covers(dynamics.body())) return chosen(implicit_candidate(scene, dynamics, skin, true), kForSprings);
+  Candidate implicit = implicit_candidate(scene, dynamics, skin, false);
+  const Spectrum spectrum = spectrum_of(dynamics);
+  Candidate leapfrog = leapfrog_candidate(scene, dynamics, skin, spectrum),
+            stabilised = stabilised_candidate(scene, dynamics, skin, spectrum);
+  const bool damped = stabilised.stepper && leapfrog.cost > kLeapfrogMost && kStabilisedWorth * stabilised.cost <= leapfrog.cost;
+  Candidate& best = damped ? stabilised : leapfrog;
+  Candidate& other = damped ? leapfrog : stabilised;
+  const std::string others = other.stepper ? other.figures : "stabilised: too little damping";
+  if (kExplicitWorth * best.cost <= implicit.cost)
+    return chosen(std::move(best), fmt::format("{}; {}", others, implicit.figures));
+  return chosen(std::move(implicit), fmt::format("{}; {}", best.figures, others));
+}
+
+}  // namespace palpate

@@ -1,0 +1,33 @@
+// Which integrator a body gets: the cheapest that is stable, by how long its steps may be and what one costs.
+//
+//     explicit    springs (with gaps) * kExplicitNs / its stable step
+//     stabilised  springs (with gaps) * kStabilisedNs * stages / its step, which is shorter where the scene's tools touch
+//     tr-bdf2     springs and edges of elements * kImplicitNs * kNewton / its longest step
+//
+// are the estimated costs of a second of body time. Stabilised steps have to be kStabilisedWorth times cheaper than leapfrog,
+// which is truer, and that has to take more than kLeapfrogMost of a core; explicit ones of either kind kExplicitWorth times
+// cheaper than implicit ones, because the estimate leaves out what touching tools cost: of leapfrog a clipped lattice of 1,500
+// nodes takes a third more than it says with two of them, three times as much with sixteen. The constants were measured; no clock
+// is read, so that a scene has the same integrator in every run. Bodies that have implicit steps alone take shorter ones than the
+// scene's longest as long as these cost no more than a tenth of a core: to 2.5 ms.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "server/body/skin.hpp"
+#include "server/body/stepper.hpp"
+
+namespace palpate {
+
+struct ChosenStepper {
+  std::unique_ptr<Stepper> stepper;
+  std::string reason;  ///< one line for people: which one and why
+  double cost = 0;     ///< estimate: share of a core
+  double step_s = 0;   ///< the longest to ask it for
+};
+
+/// `dynamics` and `skin` must outlive it. Throws InputError where the scene asks for one that its body does not suit.
+ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const Skin& skin);
+
+}  // namespace palpate

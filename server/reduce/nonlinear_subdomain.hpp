@@ -1,0 +1,47 @@
+// The part of a locally refined body whose forces are known beyond their tangents: elements around a tool, a body of its own.
+//
+// It has the springs or tetrahedra with a node within kSpacings of the place of the tool, among those with a node that keeps its
+// coordinates (refined_body.hpp), and all their nodes. These move as rows T_p of the refined body's T do: with y its coordinates,
+//     x_p = x_p* + T_p y,     F(y) = F* - K y + T_p^T (F_p(x_p) - F_p(x_p*) + K_p T_p y),
+// F_p and K_p of these elements alone. All others are as the tangents of the locally refined body say.
+#pragma once
+
+#include "server/body/tangents.hpp"
+#include "server/reduce/local_body.hpp"
+#include "server/reduce/refined_body.hpp"
+
+namespace palpate {
+
+class NonlinearSubdomain {
+ public:
+  static constexpr double kSpacings = 4;      ///< of nodes
+  static constexpr double kKeptSpacings = 1;  ///< a tool that slides less has the same elements
+
+  /// `body` must outlive it.
+  explicit NonlinearSubdomain(const RefinedBody& body) : refined_(&body) {}
+  /// Around this place of the body at rest, at the state that the locally refined body was taken at.
+  void take(const Vec3& place, const BodyState& state);
+
+  const Dynamics& dynamics() const { return cut_->dynamics; }
+  const BodyState& state() const { return state_; }
+  const Tangents& tangents() const { return cut_->tangents; }
+  /// T_p Y, and T_p^T F.
+  Matrix moved(const Matrix& y) const;
+  Vector gathered(const Vector& forces) const;
+
+ private:
+  struct Cut {
+    explicit Cut(LocalBody body) : local(std::move(body)), dynamics(local.body), tangents(dynamics) {}
+    LocalBody local;
+    Dynamics dynamics;
+    Tangents tangents;
+  };
+  void cut(const Vec3& place);
+
+  const RefinedBody* refined_;
+  Vec3 place_ = Vec3::Zero();
+  std::unique_ptr<Cut> cut_;
+  BodyState state_;
+};
+
+}  // namespace palpate

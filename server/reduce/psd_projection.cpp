@@ -1,0 +1,52 @@
+#include "server/reduce/psd_projection.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+#include "common/port/nonlinear_terms.hpp"
+
+namespace palpate {
+namespace {
+
+using Joint = Eigen::MatrixXd;
+
+/// New modes q = U q~ that make `k` diagonal; the port's b_k is already that of `k`.
+Joint turn_modes(Patch& p, const Joint& k) {
+  const Eigen::SelfAdjointEigenSolver<Joint> eigen(k);
+  const Joint& u = eigen.eigenvectors();
+  p.stiffness = eigen.eigenvalues().cwiseMax(0.0);
+  const Joint d = u.transpose() * p.damping * u;
+  p.damping = 0.5 * (d + d.transpose());
+  p.b_k = (u.transpose() * p.b_k).eval();
+  p.b_d = (u.transpose() * p.b_d).eval();
+  p.g = (u.transpose() * p.g).eval();
+  p.q_rate = (u.transpose() * p.q_rate).eval();
+  return u;
+}
+
+}  // namespace
+
+double project_grasp(Patch& patch, double node_mass_kg, Eigen::MatrixXd* rotation) {
+  const double scale = std::sqrt(node_mass_kg);
+  const auto r = patch.modes();
+  if (rotation) rotation->setIdentity(r, r);
+  Joint joint = joint_stiffness(patch, patch.stiffness);
+  joint.topRows<3>() /= scale;
+  joint.leftCols<3>() /= scale;
+  if (!joint.allFinite()) return 0;
+  const Eigen::SelfAdjointEigenSolver<Joint> eigen(joint);
+  constexpr double kRounding = 1e-12;
+  if (eigen.info() != Eigen::Success || eigen.eigenvalues()[0] >= -kRounding * eigen.eigenvalues()[r + 2]) return 0;
+  const Joint projected =
+      eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * eigen.eigenvectors().transpose();
+  const Mat3 k_port = scale * scale * projected.topLeftCorner<3, 3>();
+  patch.k_port = 0.5 * (k_port + k_port.transpose());
+  if (r > 0) {
+    patch.b_k = -scale * projected.bottomLeftCorner(r, 3);
+    const Joint u = turn_modes(patch, projected.bottomRightCorner(r, r));
+    if (rotation) *rotation = u;
+  }
+  return -eigen.eigenvalues()[0];
+}
+
+}  // namespace palpate

@@ -1,0 +1,115 @@
+// A locally refined body: fewer coordinates, fine around the tools and coarse elsewhere. Patches of a large body are made of it.
+//
+// Cells of the far field (far_field.hpp) with their centre near a tool are near. Nodes of near cells keep their own coordinates,
+// those of the others move as the corners of their cell. With T the map from the coordinates y to the nodes, x - x* = T y,
+//
+//     M_y = lumped T^T M T (its rows summed),   K_y = T^T K T,   D_y = T^T D T,   F_y = T^T F,   v_y = M_y^-1 T^T M v
+//
+// K and D of elements that have a near node are those of the state; of the others FarTangents keeps them. A load on near nodes
+// has a stiffer response than of the body, as with any Galerkin projection: docs/notebook/0014 has by how much. The number of
+// coordinates grows with the tools, and with the body by one for each 27 nodes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/port/patch.hpp"
+#include "server/body/coarse_space.hpp"
+#include "server/body/skin.hpp"
+#include "server/reduce/refined_tangents.hpp"
+
+namespace palpate {
+
+class RefinedBody {
+ public:
+  static constexpr double kNearSpacings = 6;          ///< of nodes: centres of near cells are no further from a tool
+  static constexpr std::size_t kPieces = 16;          ///< of a coarse space for solves: its far field is coarse already
+  static constexpr std::uint32_t kNodesLeast = 2500;  ///< a smaller body is as well taken whole
+  static constexpr std::uint32_t kNone = 0xffffffff;
+
+  /// Springs or finite elements in three dimensions, kNodesLeast nodes and more.
+  static bool suits(const Dynamics& dynamics);
+  /// `dynamics` must outlive it.
+  explicit RefinedBody(const Dynamics& dynamics);
+
+  /// Near are the cells around these places of the body at rest, and those of these nodes. Coordinates stay what they were as
+  /// long as all that are close enough are among them.
+  void focus(std::span<const Vec3> places, std::span<const std::uint32_t> nodes);
+  /// Changes with the coordinates.
+  std::uint64_t generation() const { return generation_; }
+  /// From here on at this state.
+  void take(const BodyState& state);
+
+  RefinedBody(const RefinedBody&) = delete;
+  RefinedBody& operator=(const RefinedBody&) = delete;
+
+  const Dynamics& dynamics() const { return *dynamics_; }
+  const FarField& far() const { return far_; }
+  double spacing_m() const { return far_.spacing_m(); }  ///< of nodes, on average
+  /// Per cell, 1 = near.
+  const std::vector<std::uint8_t>& near() const { return near_; }
+  /// Elements with a near node.
+  std::vector<std::uint32_t> near_elements() const { return tangents_->near_elements(); }
+  std::uint32_t size() const { return rows_; }                       ///< coordinates, three numbers each
+  const Vector& masses() const { return masses_; }                   ///< M_y [kg]
+  const Vector& velocity() const { return velocity_; }               ///< v_y [m/s]
+  const std::vector<std::uint8_t>& fixed() const { return fixed_; }  ///< per coordinate
+  /// Of a node; kNone: it is far.
+  std::uint32_t coordinate(std::uint32_t node) const { return coordinate_[node]; }
+  /// Of a corner of far cells.
+  std::uint32_t corner(std::uint32_t corner) const { return corner_[corner]; }
+  /// T^T F(x, v), of the elements in single precision [N].
+  const Vector& forces() const { return loads_; }
+  /// M_y^-1 T^T M (x - X): how the coordinates moved since the body was at rest [m].
+  Vector moved_since_rest(const Vector& x) const;
+  Skin::Weights restricted(const Skin::Weights& weights) const;
+  /// What a node moves with: itself, or the corners of its cell.
+  struct Share {
+    std::uint32_t coordinate = 0;
+    double weight = 0;
+  };
+  std::span<const Share> shares(std::uint32_t node, std::array<Share, FarField::kCorners>& room) const;
+  /// Rows of T v for one node.
+  PortRows at(std::uint32_t node, const Matrix& v) const;
+
+  /// Rows of T Y for these nodes.
+  Matrix moved(const Matrix& y, std::span<const std::uint32_t> nodes) const;
+
+  /// Of the body, for solves, and where in it each coordinate is.
+  CoarseSpace& coarse() { return coarse_; }
+  std::span<const CoarseSpace::Node> pieces() const { return pieces_; }
+
+  /// For assemble(): the upper triangle.
+  BlockMatrix make_matrix() const { return BlockMatrix(tangents_->pattern()); }
+  /// As Dynamics::assemble and Tangents::multiply.
+  void assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp, BlockMatrix& a) const;
+  void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const { tangents_->multiply(y, k_y, d_y); }
+  void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const { tangents_->multiply_sum(y, c_k, c_d, sum); }
+
+ private:
+  bool is_close(std::uint32_t cell, std::span<const Vec3> places, double spacings) const;
+  /// A corner goes with the nearest node of a cell that it moves.
+  void place_corners();
+  void number();
+  void take_loads(const BodyState& state);
+  /// T^T of N vectors at once: of(node) is what they are at a node.
+  template <std::size_t N, typename Of>
+  std::array<Vector, N> restricted_of(const Of& of) const;
+
+  const Dynamics* dynamics_;
+  FarField far_;
+  CoarseSpace coarse_;
+  std::vector<CoarseSpace::Node> corner_pieces_, pieces_;  // of corners, and of coordinates
+  std::uint64_t generation_ = 0;
+  std::vector<std::uint8_t> near_;         // per cell
+  std::vector<std::uint32_t> coordinate_;  // per node
+  std::vector<std::uint32_t> corner_;      // coordinate of a corner
+  std::uint32_t rows_ = 0;
+  std::vector<std::uint8_t> fixed_;
+  std::unique_ptr<RefinedTangents> tangents_;
+  Vector masses_, velocity_, loads_;
+};
+
+}  // namespace palpate

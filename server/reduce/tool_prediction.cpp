@@ -1,0 +1,58 @@
+#include "server/reduce/tool_prediction.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "server/body/dead_reckoning.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kAcceleratedMostM = 0.012;
+
+}  // namespace
+
+double accelerated_distance(double time_s) { return std::min(0.5 * kHandMs2 * time_s * time_s, kAcceleratedMostM); }
+
+double accelerated_speed(double time_s) { return accelerated_distance(time_s) < kAcceleratedMostM ? kHandMs2 * time_s : 0; }
+
+Vec3 accelerated_displacement(const Vec3& acceleration_m_s2, double time_s, double acceleration_s) {
+  const double e = std::min(time_s, acceleration_s);
+  return (time_s - 0.5 * e) * e * acceleration_m_s2;
+}
+
+Vec3 expected_motion(const ToolAt& tool, double horizon_s) {
+  constexpr double kLeastM = 0.002;
+  Vec3 far;
+  for (int axis = 0; axis < 3; ++axis) far[axis] = std::hypot(tool.velocity[axis] * horizon_s, kLeastM);
+  return far;
+}
+
+std::vector<Vec3> expected_indentations(const ToolAt& tool, const Vec3& inwards, double horizon_s) {
+  std::vector<Vec3> displacements;
+  for (const double part : {1.0 / 3, 2.0 / 3, 1.0})
+    displacements.push_back(part * part * accelerated_distance(horizon_s) * inwards +
+                            dead_reckoned_displacement(tool.velocity, part * horizon_s));
+  return displacements;
+}
+
+std::vector<Vec3> expected_slides(const Vec3& velocity, const Vec3& normal, const ExpectedSlide& slide) {
+  constexpr double kDistinctM = 5e-4, kFromRestShare = 0.25;  // of as far as a hand could
+  const Vec3 by_velocity = slide.time_s * velocity;
+  const auto along = [&](const Vec3& m) { return m.cross(normal).norm() > kDistinctM; };
+  std::vector<Vec3> displacements;
+  if (along(by_velocity)) {
+    displacements = {by_velocity, 0.5 * by_velocity};
+  } else if (slide.time_s > 0 && slide.from_rest) {
+    const Vec3 side = normal.unitOrthogonal();
+    const double far = kFromRestShare * accelerated_distance(slide.time_s);
+    displacements = {far * side, far * normal.cross(side)};
+  }
+  Vec3 beside = accelerated_displacement(slide.acceleration, slide.time_s, kSlideAccelerationS);
+  beside /= std::max(1.0, beside.norm() / kAcceleratedMostM);
+  if (along(beside) && along(by_velocity + beside)) displacements.push_back(by_velocity + beside);
+  return displacements;
+}
+
+}  // namespace palpate
