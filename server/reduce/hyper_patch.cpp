@@ -11,9 +11,9 @@
 namespace palpate {
 namespace {
 
-constexpr double kSoftest = 1e-8;      // of the largest stiffness, where a mode has lost its own
-constexpr double kPsdRounding = 1e-9;  // of the largest stiffness: rounding
-constexpr double kMostBraked = 3;      // largest eigenvalue of D in steps: beyond, no spring's damper turns under a touch
+constexpr double kSoftestOfLargest = 1e-8;  // of the largest stiffness, where a mode has lost its own
+constexpr double kPsdRounding = 1e-9;       // of the largest stiffness: rounding
+constexpr double kMostBraked = 3;           // largest eigenvalue of D in steps: beyond, no spring's damper turns under a touch
 
 bool is_projected(const Patch& patch, const HyperShapes& shapes) {
   return shapes.psd_change.cwiseAbs().maxCoeff() > kPsdRounding * patch.stiffness.maxCoeff();
@@ -30,8 +30,9 @@ Eigen::VectorXf repair(const Matrix& psd_change) {
 /// Of each variable alone, > 0.
 Vector stiffness_of(const Patch& patch, Eigen::Index first) {
   Vector stiffness = joint_stiffness(patch, patch.stiffness).diagonal();
-  stiffness.tail(patch.stiffness.size()) = stiffness.tail(patch.stiffness.size()).cwiseMax(kSoftest * patch.stiffness.maxCoeff());
-  if (first > 0) stiffness.head(first) = stiffness.head(first).cwiseMax(kSoftest * stiffness.head(first).maxCoeff());
+  stiffness.tail(patch.stiffness.size()) =
+      stiffness.tail(patch.stiffness.size()).cwiseMax(kSoftestOfLargest * patch.stiffness.maxCoeff());
+  if (first > 0) stiffness.head(first) = stiffness.head(first).cwiseMax(kSoftestOfLargest * stiffness.head(first).maxCoeff());
   return stiffness;
 }
 
