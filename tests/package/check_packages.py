@@ -31,7 +31,7 @@ HOLDS = {  # package: files beside programs and texts that have to be there
     "palpate-view": [],
     "palpate-lab": ["usr/share/man/man1/palpate-lab-replay.1.gz"],
     "palpate-data": ["usr/share/palpate/scenes/organ.json", "usr/share/palpate/scenes/motions/organ-tour.csv"],
-    "palpate-doc": ["usr/share/doc/palpate/README.md", "usr/share/doc/palpate/scenes.md"],
+    "palpate-doc": ["usr/share/doc/palpate/README.md", "usr/share/doc/palpate/reference/scenes.md"],
     "libpalpate-dev": ["usr/include/palpate/common/player/player.hpp"],
 }
 OK = 4.0  # exposure as systemd-analyze scores it: 0 is the safest, 10 the least
