@@ -166,7 +166,7 @@ TEST_CASE("What a frame comes to does not depend on the frames that an integrato
   CHECK(bench.felt(used, 0.010, 0.2, way) == bench.felt(fresh, 0.010, 0.2, way));
 }
 
-TEST_CASE("A damped body gets stabilised steps where leapfrog costs much; elsewhere it is said why not") {
+TEST_CASE("A damped body gets stabilised steps where leapfrog costs much, elsewhere it is said why not") {
   const auto reason = [](const LumpedBody& body, IntegratorKind integrator) {
     Scene scene;
     scene.body = body;
