@@ -1,6 +1,6 @@
 // How an attached node gets to the tool. The node follows the tool point exactly; when the grasp begins elsewhere the
-// difference is taken back along a minimum-jerk curve, so that the body is not torn by a jump. A tool further than kGraspReachM from
-// its node does not grasp it: a hand that comes back from elsewhere would be pulled, and the body with it.
+// difference is taken back along a minimum-jerk curve, so that the body is not torn by a jump. A tool further than kGraspReachM
+// from its node does not grasp it: a hand that comes back from elsewhere would be pulled, and the body with it.
 #pragma once
 
 #include "common/base/grasp_reach.hpp"
