@@ -59,30 +59,32 @@ Json link_json(const ClientCore& core) {
           {"server_behind_ms_max", milliseconds(core.server_pace().behind_max)}};
 }
 
+/// Of the patches, by the name of their scheme: those that there were.
+std::vector<std::pair<std::string_view, double>> scheme_shares(const ClientCore& core) {
+  std::vector<std::pair<std::string_view, double>> shares;
+  const auto& patches = core.schemes_felt().patches;
+  for (std::size_t k = 0; k < patches.size(); ++k)
+    if (patches[k] > 0)
+      shares.emplace_back(kSchemeNames[k], static_cast<double>(patches[k]) / static_cast<double>(core.counts().patches_accepted));
+  return shares;
+}
+
 /// What was felt of what was asked for.
 void add_schemes(const DisplayReport& felt, Json& json) {
-  const SchemesFelt& schemes = felt.core->schemes_felt();
   json["scheme_asked"] = name_of(felt.asked);
   json["scheme_reason"] = describe(felt.core->in_use());
-  json["scheme_changes"] = schemes.changes;
-  Json shares = Json::object();
-  for (std::size_t k = 0; k < schemes.patches.size(); ++k)
-    if (schemes.patches[k] > 0)
-      shares[std::string(kSchemeNames[k])] =
-          static_cast<double>(schemes.patches[k]) / static_cast<double>(felt.core->counts().patches_accepted);
-  json["scheme_shares"] = shares;
+  json["scheme_changes"] = felt.core->schemes_felt().changes;
+  json["scheme_shares"] = Json::object();
+  for (const auto& [name, share] : scheme_shares(*felt.core)) json["scheme_shares"][std::string(name)] = share;
 }
 
 /// One line.
 std::string schemes_line(const ClientCore& core) {
-  const SchemesFelt& schemes = core.schemes_felt();
   std::string text;
-  for (std::size_t k = 0; k < schemes.patches.size(); ++k)
-    if (schemes.patches[k] > 0)
-      text += fmt::format("{}{} in {:.0f} % of the patches", text.empty() ? "" : ", ", kSchemeNames[k],
-                          100.0 * static_cast<double>(schemes.patches[k]) / static_cast<double>(core.counts().patches_accepted));
-  const std::string why = describe(core.in_use());
-  return text.empty() ? "none felt" : fmt::format("{}; {} changes; at the end {}", text, schemes.changes, why);
+  for (const auto& [name, share] : scheme_shares(core))
+    text += fmt::format("{}{} in {:.0f} % of the patches", text.empty() ? "" : ", ", name, 100 * share);
+  const auto changes = core.schemes_felt().changes;
+  return text.empty() ? "none felt" : fmt::format("{}; {} changes; at the end {}", text, changes, describe(core.in_use()));
 }
 
 Json run_json(const RunReport& run) {

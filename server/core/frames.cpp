@@ -161,8 +161,8 @@ void ServerCore::count(const FrameResult& result, Micros took) {
   counts_.stepping += took;
 }
 
-/// Not of patches that are none of what was to be built: those of a body that is reset, or linear ones where the nonlinear one
-/// could not be had.
+/// Patches count as what was asked for: where a nonlinear one could not be had, to try it took the time. Those of a body that is
+/// reset were not built.
 void ServerCore::learn_costs(const FrameResult& result) {
   if (result.failed || result.asleep || result.step_took == Micros{}) return;
   costs_.take_step(result.step_took);
@@ -170,8 +170,9 @@ void ServerCore::learn_costs(const FrameResult& result) {
   for (const StationFrame& frame : result.stations) {
     const auto station = stations_.find(frame.id);
     if (!frame.patch || station == stations_.end()) continue;
-    if (frame.patch->scheme != station->second.in_use.scheme) return;
-    ++(frame.patch->scheme == Scheme::hyper ? patches.nonlinear : patches.linear);
+    const Scheme asked = station->second.in_use.scheme;
+    if (frame.patch->scheme == Scheme::hold && asked != Scheme::hold) return;
+    ++(asked == Scheme::hyper ? patches.nonlinear : patches.linear);
   }
   if (patches.nonlinear == 0) patches.rollouts = {};
   counts_.frames_without_rollouts += patches.nonlinear > 0 && !rollouts_.taken();
@@ -181,19 +182,17 @@ void ServerCore::learn_costs(const FrameResult& result) {
 /// For the frame that is about to be made: the scheme of each station, then whether there is time for rollouts as well.
 void ServerCore::choose_detail(Micros now) {
   const double frame_s = 1 / options_.rate_hz;
-  DetailCost cost{from_seconds(kSchemesMayTake * frame_s), costs_.step(), Micros{}, costs_.nonlinear(), 0};
+  const auto patch_cost = [this](Scheme scheme) { return scheme == Scheme::hyper ? costs_.nonlinear() : costs_.linear(); };
+  DetailCost schemes{from_seconds(kSchemesMayTake * frame_s), costs_.step(), Micros{}, costs_.nonlinear(), 0};
   for (const auto& [id, station] : stations_) {
-    if (station.views()) continue;
-    if (!station.hello.scheme)
-      ++cost.shares;
-    else
-      cost.others += station.hello.scheme == Scheme::hyper ? costs_.nonlinear() : costs_.linear();
+    if (station.chosen()) ++schemes.shares;
+    if (!station.views() && !station.chosen()) schemes.others += patch_cost(*station.hello.scheme);
   }
-  choose_schemes(cost, now);
-  DetailCost all{from_seconds(kRolloutsMayTake * frame_s), cost.body, cost.others, costs_.rollouts(), 1};
+  choose_schemes(schemes, now);
+  DetailCost rollouts{from_seconds(kRolloutsMayTake * frame_s), costs_.step(), Micros{}, costs_.rollouts(), 1};
   for (const auto& [id, station] : stations_)
-    if (station.chosen()) all.others += station.in_use.scheme == Scheme::hyper ? costs_.nonlinear() : costs_.linear();
-  rollouts_.decide(all, 0, now);
+    if (!station.views()) rollouts.others += patch_cost(station.in_use.scheme);
+  rollouts_.decide(rollouts, 0, now);
   for (auto& [id, station] : stations_)
     if (station.chosen() && station.in_use.reason == SchemeReason::fits && !rollouts_.taken())
       station.in_use.reason = SchemeReason::fits_without_rollouts;

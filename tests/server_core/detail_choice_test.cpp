@@ -2,6 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "raw_station.hpp"
+
 using namespace palpate;
 
 namespace {
@@ -61,4 +63,17 @@ TEST_CASE("a cost that swings about the threshold does not make the scheme flap"
   // Beyond it, with a period that lets it come back each time at first: two changes for each doubling of the wait, no more.
   CHECK(changes_in(far, 600,
                    [](Micros t) { return cost_of(t.count() % 10'000'000 < 8'000'000 ? Micros{10'000} : Micros{40'000}); }) <= 6);
+}
+
+TEST_CASE("nonlinear patches that cannot be had are given up by what it takes to try them") {
+  Bench bench;
+  bench.room.built = Scheme::port;
+  bench.room.step_took = Micros{5'000};
+  bench.room.patches_took = Micros{60'000};
+  RawStation hand(bench, 1, "hand");
+  hand.hello.scheme = std::nullopt;
+  hand.join().live();
+  hand.live(Micros{500'000});
+  CHECK(bench.room.jobs.front().stations.at(0).scheme == Scheme::hyper);
+  CHECK(bench.room.jobs.back().stations.at(0).scheme == Scheme::port);
 }

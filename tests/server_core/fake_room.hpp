@@ -26,8 +26,10 @@ struct FakeRoom {
   bool in_reach = true;
   bool fail = false;
   bool asleep = false;
-  bool lives_on = false;  ///< what a station plays stands for the next patch
-  NonlinearTerms terms;   ///< that go with its patches
+  bool lives_on = false;        ///< what a station plays stands for the next patch
+  Scheme built = Scheme::hold;  ///< whatever is asked for
+  NonlinearTerms terms;         ///< that go with its patches
+  Micros step_took{}, patches_took{};
   std::vector<FrameJob> jobs;
 
   FrameResult run(const FrameJob& job) {
@@ -36,9 +38,12 @@ struct FakeRoom {
     result.asleep = asleep;
     result.steps = asleep ? 0 : 1;
     result.stamp = job.target;
+    result.step_took = step_took;
+    result.patches_took = patches_took;
     for (const auto& station : job.stations) {
       StationFrame frame{station.id, std::nullopt, {}, Vec3(1, 2, 3) * 1e-3, Vec3(0, 0, 1), in_reach};
       if (in_reach && !fail) frame.patch = patch(job.target);
+      if (frame.patch) frame.patch->scheme = built;
       frame.terms = terms;
       if (lives_on) frame.lives_on = station.playing;
       result.stations.push_back(frame);
