@@ -147,7 +147,7 @@ void World::haptic_ticks() {
     if (t < s->next_tick_) continue;
     s->next_tick_ = t / kTick * kTick + kTick;  // late ticks are skipped, never squeezed
     s->reading_ = s->owner_ ? s->owner_->reading_ : s->device_->read(t);
-    if (!s->reading_.ok) continue;
+    if (!s->reading_.ok()) continue;
     const TickOutput out = s->run_tick(s->core_->haptic(), {t, s->reading_.position});
     if (s->device_) s->device_->write(out.force);
     if (s->on_tick) s->on_tick(now_, s->reading_.position, out);

@@ -8,6 +8,7 @@ namespace palpate {
 MouseDevice::MouseDevice(const Vec3& at) : target_(at), position_(at) {
   caps_.name = "mouse";
   caps_.force_max_n = kForceMaxN;
+  caps_.renders_force = false;
 }
 
 void MouseDevice::aim(const Vec3& target) {
@@ -28,7 +29,7 @@ DeviceReading MouseDevice::read(Micros now) noexcept {
   const double fading = std::exp(-kPace * dt);
   position_ = target + (e + c * dt) * fading;
   velocity_ = (velocity_ - kPace * dt * c) * fading;
-  return {position_, true};
+  return {position_, DeviceState::ok};
 }
 
 void MouseDevice::write(const Vec3& force) noexcept {

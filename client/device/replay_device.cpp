@@ -2,11 +2,15 @@
 
 namespace palpate {
 
-ReplayDevice::ReplayDevice(Motion motion, AtEnd at_end) : motion_(std::move(motion)), at_end_(at_end) { caps_.name = "replay"; }
+ReplayDevice::ReplayDevice(Motion motion, AtEnd at_end) : motion_(std::move(motion)), at_end_(at_end) {
+  caps_.name = "replay";
+  caps_.renders_force = false;
+}
 
 DeviceReading ReplayDevice::read(Micros now) noexcept {
   const Micros t = clock_.elapsed(now);
-  return {motion_.position(t), at_end_ == AtEnd::stays || t <= motion_.duration()};
+  const bool moves = at_end_ == AtEnd::stays || t <= motion_.duration();
+  return {motion_.position(t), moves ? DeviceState::ok : DeviceState::ended};
 }
 
 }  // namespace palpate

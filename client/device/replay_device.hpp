@@ -1,5 +1,5 @@
-// Device `replay`: the tool is where the recording says, whatever force is written. Once the motion has ended `ok` is false, or
-// the tool stays at its end.
+// Device `replay`: the tool is where the recording says, whatever force is written. Once the motion has ended readings say
+// so, or the tool stays at its end.
 #pragma once
 
 #include "client/device/motion_device.hpp"

@@ -45,6 +45,8 @@ SimPhantom::SimPhantom(Motion intention, const SimPhantomOptions& options)
   origin_ = position_ = intention_.position(0.0);
   if (options_.release_s < kMaxMotionS) release_ = from_seconds(options_.release_s);
   caps_ = {"sim", options_.force_max_n, kSlewMaxNS, kRenderedStiffnessMaxNM};
+  caps_.force_continuous_n = options_.force_max_n;  // simulated motors stay cold
+  caps_.velocity_max_m_s = kSpeedMaxMS;
 }
 
 DeviceReading SimPhantom::read(Micros now) noexcept {
@@ -55,7 +57,7 @@ DeviceReading SimPhantom::read(Micros now) noexcept {
     step(time_, next);
     time_ = next;
   }
-  return {origin_ + quantised(position_ - origin_, options_.position_step_m), true};
+  return {origin_ + quantised(position_ - origin_, options_.position_step_m), DeviceState::ok};
 }
 
 void SimPhantom::write(const Vec3& force) noexcept {

@@ -40,7 +40,7 @@ class SimPhantom final : public MotionDevice {
   SimPhantom(Motion intention, const SimPhantomOptions& options);
 
   const DeviceCaps& caps() const override { return caps_; }
-  /// Advances to `now`; `ok` stays true: after its motion the hand holds still. A `now` that goes back changes nothing; a gap of
+  /// Advances to `now`; always ok: after its motion the hand holds still. A `now` that goes back changes nothing; a gap of
   /// more than kGapMax is not made up for, the hand stood still for the rest of it.
   DeviceReading read(Micros now) noexcept override;
   void write(const Vec3& force) noexcept override;
@@ -54,6 +54,7 @@ class SimPhantom final : public MotionDevice {
 
   // The vendor states no limit; a step from nothing to the peak force in about four ticks is felt as a knock, not as a blow.
   static constexpr double kSlewMaxNS = 2000;
+  static constexpr double kSpeedMaxMS = 5;  ///< faster than people move a tool; a limit for who reads, not of the simulation
   static constexpr Micros kSubStepMax{250};
   static constexpr Micros kGapMax{100'000};
 

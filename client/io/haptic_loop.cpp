@@ -88,7 +88,7 @@ void HapticLoop::run() noexcept {
 bool HapticLoop::tick(Micros due) noexcept {
   const std::int64_t begin_ns = now_ns();
   const DeviceReading reading = device_.read(due);
-  if (!reading.ok) {
+  if (!reading.ok()) {
     stats_.device_ended = true;
     return false;
   }
@@ -122,7 +122,7 @@ void HapticLoop::make_safe(Micros due) noexcept {
     device_.write(force_ * (static_cast<double>(left) / kRampTicks));
     due += kTick;
     sleep_until(due);
-    if (!device_.read(due).ok) break;
+    if (!device_.read(due).ok()) break;
   }
   device_.stop();
 }

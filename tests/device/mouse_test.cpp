@@ -28,7 +28,7 @@ Ride ride(const Path& path, Micros length) {
       next_picture += Micros{16'667};
     }
     const DeviceReading reading = mouse.read(t);
-    REQUIRE(reading.ok);
+    REQUIRE(reading.ok());
     const Vec3 velocity = (reading.position - before) * kHapticRateHz;
     ride.velocity_jump_max = std::max(ride.velocity_jump_max, (velocity - velocity_before).norm());
     ride.speed_max = std::max(ride.speed_max, velocity.norm());

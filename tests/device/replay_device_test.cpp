@@ -23,9 +23,9 @@ TEST_CASE("A replayed motion ignores force and says when it has ended", "[device
   device.read(Micros{0});
   device.write(Vec3(5, 5, 5));
   CHECK(device.read(Micros{500'000}).position.isApprox(Vec3(0.5, 0, 1)));
-  CHECK(device.read(Micros{1'000'000}).ok);
+  CHECK(device.read(Micros{1'000'000}).ok());
   const auto after = device.read(Micros{1'001'000});
-  CHECK_FALSE(after.ok);
+  CHECK_FALSE(after.ok());
   CHECK(after.position == Vec3(1, 0, 1));
   CHECK(device.force() == Vec3(5, 5, 5));
   device.stop();
@@ -36,7 +36,7 @@ TEST_CASE("A replayed motion that is to stay at its end does so, and stays a dev
   ReplayDevice device(line(), ReplayDevice::AtEnd::stays);
   device.read(Micros{0});
   const auto after = device.read(Micros{100'000'000});
-  CHECK(after.ok);
+  CHECK(after.ok());
   CHECK(after.position == Vec3(1, 0, 1));
 }
 
@@ -44,7 +44,7 @@ TEST_CASE("A motion that waits stands at its beginning until its start", "[devic
   ReplayDevice device(line());
   device.wait_for_start();
   CHECK(device.read(Micros{10'000'000}).position == Vec3(0, 0, 1));
-  CHECK(device.read(Micros{60'000'000}).ok);
+  CHECK(device.read(Micros{60'000'000}).ok());
   device.start(Micros{70'000'000});
   CHECK(device.read(Micros{69'000'000}).position == Vec3(0, 0, 1));
   CHECK(device.read(Micros{70'500'000}).position.isApprox(Vec3(0.5, 0, 1)));

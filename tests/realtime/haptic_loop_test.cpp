@@ -32,7 +32,7 @@ class Watcher final : public palpate::Device {
     ++readings_;
     if (readings_ == kFirst) guard_.emplace();
     if (readings_ == kLast) seen = guard_->end();
-    return {Vec3(0, 0, -0.005), readings_ <= kLast};
+    return {Vec3(0, 0, -0.005), readings_ <= kLast ? palpate::DeviceState::ok : palpate::DeviceState::ended};
   }
   void write(const Vec3&) noexcept override {}
   void stop() noexcept override {}
@@ -55,7 +55,7 @@ class Witness final : public palpate::Device {
   const palpate::DeviceCaps& caps() const override { return caps_; }
   palpate::DeviceReading read(Micros now) noexcept override {
     read_at.push_back(now);
-    return {Vec3(0, 0, -0.005), read_at.size() <= readings_max_};
+    return {Vec3(0, 0, -0.005), read_at.size() <= readings_max_ ? palpate::DeviceState::ok : palpate::DeviceState::gone};
   }
   void write(const Vec3& force) noexcept override { written.push_back(force); }
   void stop() noexcept override { ++stops; }

@@ -28,7 +28,7 @@ class Still final : public Device {
   const DeviceCaps& caps() const override { return caps_; }
   DeviceReading read(Micros) noexcept override {
     readings.fetch_add(1);
-    return {Vec3(0, 0, -0.005), true};
+    return {Vec3(0, 0, -0.005), DeviceState::ok};
   }
   void write(const Vec3&) noexcept override {}
   void stop() noexcept override {}
