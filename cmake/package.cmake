@@ -32,6 +32,7 @@ add_dependencies(palpate_package ${rooms})
 
 install(FILES ${files}/server/palpate-server.service DESTINATION /lib/systemd/system COMPONENT palpate-server)
 install(FILES ${files}/server/palpate-server.default DESTINATION /etc/default RENAME palpate-server COMPONENT palpate-server)
+install(FILES ${files}/client/60-palpate.rules DESTINATION /lib/udev/rules.d COMPONENT palpate-client)
 install(FILES ${files}/client/limits.conf DESTINATION ${doc}/palpate-client/examples COMPONENT palpate-client)
 install(DIRECTORY scenes DESTINATION ${share} COMPONENT palpate-data PATTERN "*.py" EXCLUDE)
 install(DIRECTORY docs/ DESTINATION ${doc}/palpate COMPONENT palpate-doc)

@@ -2,6 +2,7 @@
 #include <atomic>
 #include <csignal>
 
+#include "client/app/device_check.hpp"
 #include "client/app/options.hpp"
 #include "client/app/run.hpp"
 #include "common/command_line/flags.hpp"
@@ -22,6 +23,8 @@ int main(int argc, char** argv) {
                "palpate-client"};
   return palpate::run_program(app, [&] {
     const palpate::AppOptions options = palpate::parse_options(app, argc, argv);
+    if (options.list_devices) return palpate::list_devices();
+    if (options.check_device) return palpate::check_device(options, stop_asked);
     if (options.check_link) return palpate::check_link(options, stop_asked);
     if (options.reset) return palpate::reset_body(options, stop_asked);
     return palpate::run(options, stop_asked);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "client/device/hardware/open_device.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/command_line/flags.hpp"
@@ -22,18 +23,22 @@ struct Typed {
   int order = 0;
   std::uint64_t seed = 1;
   double coupling_n_m = 0, coupling_n_s_m = 0;
-  bool check_link = false, reset = false;
+  bool check_link = false, reset = false, list_devices = false;
+  std::optional<std::string> check_device;
   std::optional<double> duration_s, release_s;
 };
 
 void declare(CLI::App& app, Typed& typed) {
   describe_program(app, PALPATE_VERSION,
                    "palpate-client --server 127.0.0.1:47800 --motion scenes/motions/organ-tour.csv --report out/station");
-  app.add_option("--server", typed.server, "where palpate-server (or palpate-relay) listens")->required()->type_name("HOST:PORT");
+  CLI::Option* const server = app.add_option("--server", typed.server, "where palpate-server (or palpate-relay) listens")
+                                  ->required()
+                                  ->type_name("HOST:PORT");
   app.add_option("--device", typed.device,
-                 "sim: a simulated Phantom 1.5 in a simulated hand; replay: the recorded motion as it is (hid, openhaptics and "
-                 "forcedimension are not in this build)")
-      ->type_name("sim|replay")
+                 "sim: a simulated Phantom 1.5 in a simulated hand; replay: the recorded motion as it is; openhaptics[:NAME]: 3D "
+                 "Systems Touch and Phantom; forcedimension[:NUMBER]: omega, delta, sigma, lambda, Falcon "
+                 "(docs/reference/devices.md)")
+      ->type_name(fmt::format("sim|replay|{}", kHardwareKinds))
       ->capture_default_str();
   app.add_option(
          "--motion", typed.motion,
@@ -75,6 +80,17 @@ void declare(CLI::App& app, Typed& typed) {
   app.add_option("--duration-s", typed.duration_s,
                  "end after so many seconds, the hand holding still once its motion has ended; default: at the end of the motion")
       ->check(number_from(kLeastS, kMostS));
+  // Of what works without a server.
+  const auto alone = [server](const std::string&) { server->required(false); };
+  app.add_flag("--list-devices", typed.list_devices,
+               "say which devices are plugged in, whether they can be used, and what is missing")
+      ->each(alone);
+  app.add_option(
+         "--check-device", typed.check_device,
+         "try a device without a server for --duration-s (default 10): the loop's rate and jitter, steps and noise of the "
+         "position, workspace, buttons, and, when asked for, its forces; exit 0: it serves, 1: it does not")
+      ->type_name("NAME")
+      ->each(alone);
   app.add_flag(
       "--check-link", typed.check_link,
       "measure the link and this machine for --duration-s (default 10) and say whether they serve and what to set; exit 0: "
@@ -100,8 +116,9 @@ Value choose(const char* flag, const std::string& typed, std::initializer_list<s
 DeviceKind device_of(const std::string& typed) {
   if (typed == "sim") return DeviceKind::sim;
   if (typed == "replay") return DeviceKind::replay;
-  const bool known = typed == "hid" || typed == "openhaptics" || typed == "forcedimension";
-  throw InputError("--device", "'" + typed + "' is not " + (known ? "in this build" : "a device"), "sim or replay");
+  if (is_hardware(typed)) return DeviceKind::sim;  // not asked for
+  throw InputError("--device", "'" + typed + "' is not " + (typed == "hid" ? "in this build" : "a device"),
+                   fmt::format("sim|replay|{}", kHardwareKinds));
 }
 
 /// `expected`: what may be typed beside the names of schemes.
@@ -177,6 +194,9 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
   AppOptions options;
   options.server = typed.server;
   options.device = device_of(typed.device);
+  if (is_hardware(typed.device)) options.hardware = typed.device;
+  options.list_devices = typed.list_devices;
+  options.check_device = typed.check_device;
   options.scheme = asked_scheme_of("--scheme", typed.scheme);
   options.compare = schemes_of("--compare", typed.compare);
   options.station = station_of(typed.station, options.compare);
@@ -202,7 +222,10 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
   options.realtime = choose<bool>("--realtime", typed.realtime, {{"auto", true}, {"off", false}});
   options.duration_s = typed.duration_s;
   options.release_s = typed.release_s;
-  if (options.release_s && options.device != DeviceKind::sim)
+  if (!options.hardware.empty() && !typed.motion.empty())
+    throw InputError("--motion", "with --device " + typed.device,
+                     "--device sim or replay: a hand that holds a device moves by itself");
+  if (options.release_s && (options.device != DeviceKind::sim || !options.hardware.empty()))
     throw InputError("--release-s", "with --device " + typed.device, "--device sim: a recording has no hand to let go");
   options.motion_file = typed.motion;
   if (!typed.motion.empty()) options.motion = read_motion(options.motion_file);

@@ -22,6 +22,7 @@ namespace palpate {
 struct AppOptions {
   std::string server;  ///< HOST:PORT
   DeviceKind device = DeviceKind::sim;
+  std::string hardware;               ///< a device that a hand holds, instead (open_device.hpp); empty: none
   std::optional<Motion> motion;       ///< none: hold still at the server's home position
   std::filesystem::path motion_file;  ///< that it was read from
   std::string station = "hand";
@@ -39,8 +40,10 @@ struct AppOptions {
   std::filesystem::path record;  ///< empty: none
   std::optional<double> duration_s;
   bool realtime = true;
-  bool check_link = false;  ///< measure the link and the machine, feel nothing
-  bool reset = false;       ///< have the body put back to rest, feel nothing
+  bool list_devices = false;                ///< say what is plugged in, feel nothing
+  std::optional<std::string> check_device;  ///< of this name: try it without a server
+  bool check_link = false;                  ///< measure the link and the machine, feel nothing
+  bool reset = false;                       ///< have the body put back to rest, feel nothing
 };
 
 /// Reads the line by `app`, to which it adds the flags. Throws InputError for bad usage and bad files, and what CLI11 throws.

@@ -95,7 +95,9 @@ Json run_json(const RunReport& run) {
   json["scene"] = {{"name", run.displays.front().core->welcome().scene}};
   if (!run.options.motion_file.empty())
     json["motion"] = {{"file", run.options.motion_file.string()}, {"hash", file_hash(run.options.motion_file)}};
-  json["device"] = run.options.device == DeviceKind::sim ? "sim" : "replay";
+  json["device"] = !run.options.hardware.empty()           ? run.options.hardware
+                   : run.options.device == DeviceKind::sim ? "sim"
+                                                           : "replay";
   json["server"] = run.options.server;
   json["station"] = run.options.station;
   json["seed"] = run.options.seed;

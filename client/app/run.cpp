@@ -12,7 +12,10 @@
 
 #include "client/app/report.hpp"
 #include "client/app/station.hpp"
+#include "client/device/hardware/open_device.hpp"
+#include "client/device/placed_device.hpp"
 #include "client/io/body_reset.hpp"
+#include "client/io/device_check.hpp"
 #include "client/io/haptic_loop.hpp"
 #include "client/io/link_check.hpp"
 #include "client/io/session_recording.hpp"
@@ -49,7 +52,8 @@ class Run {
       recording_ = std::make_unique<SessionRecording>(options.record, "palpate-client " PALPATE_VERSION, options.station);
       watch = [this](const ClientCore& core, auto bytes, Micros now) { recording_->datagram(core, bytes, now); };
     }
-    stations_.push_back(std::make_unique<ClientStation>(options, options.scheme, "", std::move(watch)));
+    if (!options.hardware.empty()) hardware_ = open_hardware(options.hardware);
+    stations_.push_back(std::make_unique<ClientStation>(options, options.scheme, "", std::move(watch), caps()));
   }
 
   int go() {
@@ -120,7 +124,7 @@ class Run {
     say(fmt::format("joined scene {}{}: {}, {:g} frames a second", welcome.scene, name_ != options_.station ? " as " + name_ : "",
                     welcome.contact == ContactKind::attach ? "attach" : "touch", welcome.rate_hz));
     for (const Scheme scheme : options_.compare) {
-      stations_.push_back(std::make_unique<ClientStation>(options_, scheme, name_));
+      stations_.push_back(std::make_unique<ClientStation>(options_, scheme, name_, UdpClient::Watch{}, caps()));
       stations_.back()->start();
     }
     return true;
@@ -128,7 +132,7 @@ class Run {
 
   void feel() {
     const Welcome welcome = felt().status().welcome;
-    prepare_device(welcome);
+    if (hardware_ ? !take_up(welcome) : (prepare_device(welcome), false)) return;
     std::vector<HapticTick*> displays;
     for (auto& station : stations_) displays.push_back(&station->core().haptic());
     row_.resize(displays.size());
@@ -138,6 +142,21 @@ class Run {
     if (realtime_.asked) say(describe(realtime_));
     if (wait_until_felt(welcome)) move();
     loop_->stop();
+  }
+
+  /// What the hardware can do; null where there is none.
+  const DeviceCaps* caps() const { return hardware_ ? &hardware_->caps() : nullptr; }
+
+  /// The device that a hand holds, once it is ready. False when the run is over first.
+  bool take_up(const Welcome& welcome) {
+    constexpr Micros kEver = Micros::max();
+    say(fmt::format("device {}: {}", options_.hardware, hardware_->caps().model));
+    const auto says = [](const DeviceReading& reading) {
+      say(fmt::format("the device is not ready: {}", reading.reason.text()));
+    };
+    if (!wait_until_ready(*hardware_, kEver, stop_, says)) return false;
+    device_ = std::make_unique<PlacedDevice>(std::move(hardware_), welcome.home);
+    return true;
   }
 
   void prepare_device(const Welcome& welcome) {
@@ -188,7 +207,9 @@ class Run {
     motion_start_ = start;
     if (recording_) recording_->event(start, RecordedEventKind::motion);
     device_->start(start);
-    say(options_.motion ? fmt::format("motion of {:g} s starts", options_.motion->duration_s()) : "holding still");
+    say(options_.motion             ? fmt::format("motion of {:g} s starts", options_.motion->duration_s())
+        : options_.hardware.empty() ? "holding still"
+                                    : "where the hand is now is where the tool begins: feel");
     bool linked = true, slow = false, moving = options_.motion.has_value();
     wait([&] {
       say_refusals();
@@ -276,6 +297,7 @@ class Run {
   std::unique_ptr<TickLog> log_;
   std::vector<DisplayRecord> row_;
   std::vector<std::unique_ptr<ClientStation>> stations_;
+  std::unique_ptr<Device> hardware_;  ///< until it is placed
   std::unique_ptr<MotionDevice> device_;
   std::unique_ptr<HapticLoop> loop_;
   RealtimeStatus realtime_;

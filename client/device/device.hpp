@@ -60,14 +60,24 @@ class DeviceReason {
   std::uint8_t size_ = 0;
 };
 
+/// T, the tool's axes: z along the shaft from the tip to the hand; held level before a person, pointing away, x to the right and
+/// y up.
 struct DeviceReading {
   Vec3 position = Vec3::Zero();  ///< tool point in frame W [m]
   DeviceState state = DeviceState::gone;
-  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< R_WT, of unit length; T: the tool's axes
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< R_WT, of unit length
   std::uint32_t buttons = 0;                                        ///< bit n: button n is pressed
   DeviceReason reason{};                                            ///< empty while ok
   bool ok() const noexcept { return state == DeviceState::ok; }
 };
+
+/// Nothing but why there is nothing.
+inline DeviceReading not_ok(DeviceState state, const DeviceReason& reason) noexcept {
+  DeviceReading reading;
+  reading.state = state;
+  reading.reason = reason;
+  return reading;
+}
 
 class Device {
  public:

@@ -3,7 +3,8 @@
 usage: check_style.py ROOT [COMPILE_COMMANDS]      exit 0 when there is none, 1 when there is
 
 layers     includes point one way: common <- {server, client} <- bench <- tests; server and client never meet
-core       sockets, windows, devices, threads, streams and clocks stay in io/, app/, view/, relay/ and in the programs of bench/
+core       sockets, windows, devices, threads, streams and clocks stay in io/, app/, view/, relay/, in drivers of devices and in the
+           programs of bench/
 real time  no allocation, lock, log, throw or string in what runs in the 1 kHz tick
 names      a type has a name of its own: two of one name in one program are one to the linker, silently
 tests      every tests/**/*.cpp is compiled (COMPILE_COMMANDS is CMake's compile_commands.json)
@@ -24,7 +25,7 @@ SIDES = {  # who may include whom
 }
 ALL_SIDES = set(SIDES) | {"schema"}
 
-OUTSIDE_FOLDERS = {"io", "app", "view", "relay"}  # may meet the operating system
+OUTSIDE_FOLDERS = {"io", "app", "view", "relay", "openhaptics", "forcedimension", "hardware"}  # may meet the operating system
 OUTSIDE_PLACES = ("bench/lab/", "bench/output/", "bench/felt/", "bench/micro/", "common/command_line/", "tests/")
 OUTSIDE_HEADERS = re.compile(
     r"asio|GLFW/|GL/|EGL/|epoxy/|hidapi|spdlog/|thread$|mutex$|shared_mutex$|condition_variable$|iostream$|csignal$|signal\.h$|unistd\.h$|"

@@ -1,0 +1,128 @@
+#include "client/app/device_check.hpp"
+
+#include <fmt/core.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "client/device/hardware/find_devices.hpp"
+#include "client/device/hardware/open_device.hpp"
+#include "client/io/device_check.hpp"
+#include "common/base/error.hpp"
+#include "common/io/monotonic.hpp"
+
+namespace palpate {
+
+namespace {
+
+constexpr Micros kLook{20'000}, kReadyMost{120'000'000};
+constexpr double kTrialS = 10;
+constexpr std::array kPushes{"to the right", "away from you", "up"};
+
+void tell(const std::string& line) {
+  fmt::print("{}\n", line);
+  std::fflush(stdout);
+}
+
+std::unique_ptr<Device> open_named(const AppOptions& options, const std::string& name) {
+  if (is_hardware(name)) return open_hardware(name);
+  if (name != "sim")
+    throw InputError("--check-device", "'" + name + "' is no device to try", "sim|" + std::string(kHardwareKinds));
+  DeviceOptions sim{DeviceKind::sim, options.hand, options.seed};
+  auto device = make_device(Motion::rest(Vec3::Zero(), 1.0), sim);
+  device->start(monotonic_now());
+  return device;
+}
+
+/// Reads standard input until a line is there; empty at its end, or when `stop` is set or the device is not ok any more.
+std::string answer(const DeviceCheck& check, const std::atomic<bool>& stop) {
+  std::string line;
+  while (!stop && check.running()) {
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    if (poll(&input, 1, static_cast<int>(kLook.count() / 1000)) <= 0) continue;
+    char c = 0;
+    if (read(STDIN_FILENO, &c, 1) != 1 || c == '\n') return line;
+    line += c;
+  }
+  return "";
+}
+
+void watch(DeviceCheck& check, Micros duration, const std::atomic<bool>& stop) {
+  std::uint32_t buttons = 0;
+  for (const Micros begin = monotonic_now(); monotonic_now() - begin < duration && !stop && check.running();
+       std::this_thread::sleep_for(kLook)) {
+    const DeviceReading* reading = check.newest();
+    if (!reading || !reading->ok() || reading->buttons == buttons) continue;
+    for (int button = 0; button < 32; ++button)
+      if ((reading->buttons ^ buttons) >> button & 1U)
+        tell(fmt::format("  button {} {}", button, reading->buttons >> button & 1U ? "pressed" : "released"));
+    buttons = reading->buttons;
+  }
+}
+
+/// False when an axis pushed the wrong way.
+bool test_forces(DeviceCheck& check, const std::atomic<bool>& stop) {
+  tell(fmt::format(
+      "force test: it will push {:.2f} N to the right, then away from you, then up, for a second each. Hold it lightly in "
+      "its middle and let it move. Type yes to begin, anything else to leave it out:",
+      check.test_force_n()));
+  if (answer(check, stop) != "yes") {
+    tell("force test left out");
+    return true;
+  }
+  for (int axis = 0; axis < 3 && !stop && check.running(); ++axis) {
+    const char* const way = kPushes[static_cast<std::size_t>(axis)];
+    switch (check.push(axis, stop)) {
+      case Yield::along:
+        tell(fmt::format("  pushed {}: the hand yielded that way", way));
+        break;
+      case Yield::not_at_all:
+        tell(fmt::format("  pushed {}: the hand did not yield; hold it more lightly and try again", way));
+        break;
+      case Yield::against:
+        tell(fmt::format("  pushed {}: it went the other way: its axes are not what Palpate takes them for. Do not feel with it",
+                         way));
+        return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+int list_devices() {
+  const auto devices = find_usb_devices();
+  fmt::print("{}", describe(devices, find_libraries()));
+  return std::any_of(devices.begin(), devices.end(), [](const FoundDevice& d) { return d.usable; }) ? 0 : 1;
+}
+
+int check_device(const AppOptions& options, const std::atomic<bool>& stop) {
+  const std::unique_ptr<Device> device = open_named(options, *options.check_device);
+  const auto says = [](const DeviceReading& reading) { tell(fmt::format("not ready: {}", reading.reason.text())); };
+  if (!wait_until_ready(*device, kReadyMost, stop, says)) {
+    tell("does not serve: it did not get ready");
+    return 1;
+  }
+  const double trial_s = options.duration_s.value_or(kTrialS);
+  tell(fmt::format("trying {} for {:g} s: leave it alone for some seconds, then move it to all its ends and press its buttons",
+                   *options.check_device, trial_s));
+  DeviceCheck check(*device, options.realtime);
+  watch(check, from_seconds(trial_s), stop);
+  const bool can_push = device->caps().renders_force && check.test_force_n() > 0 && !stop && check.running();
+  const bool pushes_right = !can_push || test_forces(check, stop);
+  const DeviceFigures figures = check.finish();
+  fmt::print("{}", describe(figures, device->caps()));
+  const std::vector<std::string> faults = faults_of(figures, device->caps());
+  for (const std::string& fault : faults) tell("  " + fault);
+  const bool serves = pushes_right && faults.empty();
+  tell(serves ? "serves" : "does not serve");
+  return serves ? 0 : 1;
+}
+
+}  // namespace palpate

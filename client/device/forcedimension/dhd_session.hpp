@@ -1,0 +1,56 @@
+// One device that DHD has open, and one exchange with it:
+//
+//     read position, orientation and buttons, hand the reading over and take the newest force (driver_exchange.hpp), send it.
+//
+// A force goes out in every turn, zero where there is none: gravity compensation is computed on the host and sent along with it,
+// so an arm that gets no force command sinks. Torque and grip are sent as zero; devices without them ignore that.
+// The device's own watchdog is armed: it takes the force away when the host, or this program, sends nothing for kWatchdog.
+#pragma once
+
+#include "client/device/device.hpp"
+#include "client/device/driver_exchange.hpp"
+#include "client/device/forcedimension/dhd_abi.hpp"
+#include "client/device/reading_gate.hpp"
+
+namespace palpate::dhd {
+
+inline constexpr double kTurnHz = 2000;
+inline constexpr double kVelocityMaxMS = 5;  ///< faster than people move a handle; the device has a limit of its own
+inline constexpr Micros kWatchdog{20'000};
+
+class Session {
+ public:
+  /// Opens the device of that number, 0 the first. Throws InputError when there is none or it is in use.
+  Session(const Functions& functions, int index, DriverExchange& exchange);
+  /// Sends zero force, takes it off and closes.
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  const DeviceCaps& caps() const { return caps_; }
+  bool lost() const { return lost_; }  ///< the connection broke: close, and open anew
+  /// It moves by itself before it can be used.
+  bool must_home() const;
+  /// Moves by itself, for seconds. False when it could not.
+  bool home() noexcept;
+  void turn() noexcept;
+
+ private:
+  void read_caps(int index);
+  DeviceReading measure() noexcept;
+  void look_after_force() noexcept;
+  void note(int code) noexcept;
+  void check(int result) noexcept;
+  [[noreturn]] void fail(int index) const;
+
+  const Functions& dhd_;
+  DriverExchange& exchange_;
+  int id_ = -1;
+  bool drd_ = false;
+  DeviceCaps caps_;
+  ReadingGate gate_;
+  bool lost_ = false, not_ready_ = false;
+  int until_check_ = 0, checks_without_force_ = 0;
+};
+
+}  // namespace palpate::dhd

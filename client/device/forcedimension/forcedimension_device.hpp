@@ -1,0 +1,45 @@
+// Device `forcedimension`: omega, delta, sigma, lambda, and a Falcon, through Force Dimension's libdrd.so or libdhd.so.
+//
+// The library has no thread of its own for this: it is called from one of ours, kTurnHz times a second, which exchanges the
+// newest reading and force with the 1 kHz loop (driver_exchange.hpp), so that a call that waits for the USB does not make the
+// loop wait. That thread also homes the device, which then moves by itself, and opens it again once a second when the connection
+// broke. Several devices may be open at once. A call that hangs cannot be ended; its memory is left to it when the device is
+// destroyed.
+#pragma once
+
+#include <memory>
+
+#include "client/device/device.hpp"
+
+namespace palpate {
+
+struct ForceDimensionOptions {
+  int index = 0;                ///< among the devices that the library sees, the first is 0
+  Micros hands_off{3'000'000};  ///< from the warning that it will move by itself until it does
+  bool own_thread = true;       ///< false, for tests: turn() is called by who made it, and it is never homed or opened again
+};
+
+class ForceDimensionDevice final : public Device {
+ public:
+  /// Throws InputError when the library or the device is not there, or the device is open already.
+  explicit ForceDimensionDevice(const ForceDimensionOptions& options = {});
+  ~ForceDimensionDevice() override;
+  ForceDimensionDevice(const ForceDimensionDevice&) = delete;
+  ForceDimensionDevice& operator=(const ForceDimensionDevice&) = delete;
+
+  const DeviceCaps& caps() const override { return caps_; }
+  DeviceReading read(Micros now) noexcept override;
+  void write(const Vec3& force) noexcept override;
+  void stop() noexcept override;
+  void halt() noexcept override;
+  void resume() noexcept override;
+
+  void turn() noexcept;
+
+ private:
+  struct Driver;
+  std::unique_ptr<Driver> driver_;
+  DeviceCaps caps_;
+};
+
+}  // namespace palpate

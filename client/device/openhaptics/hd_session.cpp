@@ -1,0 +1,206 @@
+#include "client/device/openhaptics/hd_session.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <thread>
+
+#include "client/device/openhaptics/hd_frame.hpp"
+#include "common/base/error.hpp"
+
+namespace palpate::hd {
+
+namespace {
+
+constexpr int kErrorsMax = 16;    // taken from the stack at once: it has an end, whatever the library does
+constexpr int kCheckTurns = 100;  // between two looks at calibration and force output
+constexpr double kNewtonsPerMillimetre = 1000;
+constexpr double kPeakInS = 0.004;  // a step to the peak force in four ticks is felt as a knock, not as a blow
+constexpr Micros kZeroWait{50'000}, kZeroPoll{1'000};
+constexpr int kZeroTurns = 3;
+constexpr int kStylusButtons = 2, kDofWithOrientation = 6;
+
+const char* calibration_request(unsigned int style) {
+  if (style & calibration::kInkwell) return "it is not calibrated: put the stylus into the inkwell";
+  if (style & calibration::kEncoderReset) return "it is not calibrated: hold the arm in its reset position and press the button";
+  return "it is not calibrated: move the stylus about slowly";
+}
+
+/// The way that asks least of the person.
+unsigned int best_style(unsigned int styles) {
+  for (const unsigned int style : {calibration::kAuto, calibration::kInkwell, calibration::kEncoderReset})
+    if (styles & style) return style;
+  return 0;
+}
+
+/// Null for what needs no fault, such as a call at a wrong time, which is ours.
+const char* fault_of(unsigned int code) {
+  switch (code) {
+    case error::kWarmMotors:
+      return "its motors are too hot: let them cool";
+    case error::kExceededMaxForce:
+      return "its driver's force limit was exceeded";
+    case error::kExceededMaxForceImpulse:
+      return "its driver's limit of force changes was exceeded";
+    case error::kExceededMaxVelocity:
+      return "its driver's velocity limit was exceeded";
+    case error::kForceError:
+      return "its driver cannot render the force";
+    default:
+      return nullptr;
+  }
+}
+
+bool is_loss(unsigned int code) {
+  return code == error::kDeviceFault || code == error::kCommError || code == error::kCommConfigError ||
+         code == error::kTimerError;
+}
+
+std::string text_of(const char* text) { return text ? text : ""; }
+
+}  // namespace
+
+Session::Session(const Functions& functions, const std::string& config, DriverExchange& exchange)
+    : hd_(functions), exchange_(exchange), gate_(kSchedulerHz, kVelocityMaxMS) {
+  take_errors();  // of who used the library before
+  handle_ = hd_.hdInitDevice(config.empty() ? nullptr : config.c_str());
+  const unsigned int code = hd_.hdGetError().code;
+  if (handle_ == kInvalidHandle || code != error::kSuccess) fail(config, code);
+  hd_.hdMakeCurrentDevice(handle_);
+  read_caps();
+  hd_.hdEnable(capability::kForceOutput);
+  hd_.hdEnable(capability::kMaxForceClamping);
+  hd_.hdEnable(capability::kSoftwareForceLimit);
+  hd_.hdSetSchedulerRate(static_cast<unsigned long>(kSchedulerHz));
+  scheduled_ = hd_.hdScheduleAsynchronous(&Session::tick, this, kPriorityMax);
+  take_errors();
+  hd_.hdStartScheduler();
+}
+
+Session::~Session() {
+  closes_ = true;
+  const std::uint64_t before = turns();
+  for (Micros waited{}; turns() < before + kZeroTurns && waited < kZeroWait; waited += kZeroPoll)
+    std::this_thread::sleep_for(kZeroPoll);
+  hd_.hdStopScheduler();
+  hd_.hdUnschedule(scheduled_);
+  hd_.hdMakeCurrentDevice(handle_);
+  hd_.hdDisable(capability::kForceOutput);
+  hd_.hdDisableDevice(handle_);
+}
+
+void Session::fail(const std::string& config, unsigned int code) {
+  const std::string device = config.empty() ? "the default device" : "the device '" + config + "'";
+  if (code == error::kDeviceAlreadyInitiated)
+    throw InputError("openhaptics", device + " is already open", "one program, and one station of it, for each device");
+  const std::string said = text_of(hd_.hdGetErrorString(code));
+  const bool has_folder = std::getenv("GTDD_HOME") != nullptr;
+  throw InputError("openhaptics", device + " does not open" + (said.empty() ? "" : ": " + said),
+                   std::string("a device that is plugged in, switched on, set up with the vendor's setup program and readable "
+                               "(--list-devices)") +
+                       (has_folder ? "" : "; the 2022 driver also wants GTDD_HOME to name its configuration folder"));
+}
+
+void Session::read_caps() {
+  const auto number = [this](unsigned int parameter) {
+    double value = 0;
+    hd_.hdGetDoublev(parameter, &value);
+    return std::max(0.0, value);
+  };
+  const auto text = [this](unsigned int parameter) { return text_of(hd_.hdGetString(parameter)); };
+  caps_.name = "openhaptics";
+  caps_.force_max_n = number(parameter::kNominalMaxForce);
+  caps_.force_continuous_n = number(parameter::kNominalMaxContinuousForce);
+  caps_.stiffness_max_n_m = kNewtonsPerMillimetre * number(parameter::kNominalMaxStiffness);
+  caps_.slew_max_n_s = caps_.force_max_n / kPeakInS;
+  caps_.velocity_max_m_s = kVelocityMaxMS;
+  std::array<double, 6> box{};
+  hd_.hdGetDoublev(parameter::kUsableWorkspace, box.data());
+  if (box[3] > box[0]) {
+    caps_.workspace.extend(position_from(box.data()));
+    caps_.workspace.extend(position_from(box.data() + 3));
+  }
+  int dof = 0, styles = 0;
+  hd_.hdGetIntegerv(parameter::kInputDof, &dof);
+  hd_.hdGetIntegerv(parameter::kCalibrationStyle, &styles);
+  calibration_style_ = best_style(static_cast<unsigned int>(styles));
+  caps_.has_orientation = dof >= kDofWithOrientation;
+  caps_.buttons = kStylusButtons;
+  caps_.watchdog = DriverExchange::kStaleAfter;
+  caps_.model = text(parameter::kDeviceVendor) + " " + text(parameter::kDeviceModelType) + ", serial number " +
+                text(parameter::kDeviceSerialNumber) + ", driver " + text(parameter::kDeviceDriverVersion);
+  take_errors();
+}
+
+unsigned int Session::tick(void* self) noexcept {
+  static_cast<Session*>(self)->turn();
+  return kCallbackContinue;
+}
+
+void Session::turn() noexcept {
+  inside_.store(true, std::memory_order_release);
+  hd_.hdMakeCurrentDevice(handle_);
+  hd_.hdBeginFrame(handle_);
+  const DeviceReading measured = measure();
+  take_errors();
+  DeviceReading reading = gate_.pass(measured);
+  if (lost()) {
+    reading.state = DeviceState::gone;
+    reading.reason = "the connection to it broke";
+  }
+  std::array<double, 3> force{};
+  const Vec3 asked = exchange_.turn(reading);
+  if (!closes_.load(std::memory_order_acquire)) force_to(asked, force.data());
+  hd_.hdSetDoublev(parameter::kCurrentForce, force.data());
+  hd_.hdEndFrame(handle_);
+  take_errors();
+  turns_.fetch_add(1, std::memory_order_release);
+  inside_.store(false, std::memory_order_release);
+}
+
+DeviceReading Session::measure() noexcept {
+  std::array<double, 3> position{};
+  std::array<double, 16> transform{};
+  int buttons = 0;
+  hd_.hdGetDoublev(parameter::kCurrentPosition, position.data());
+  hd_.hdGetIntegerv(parameter::kCurrentButtons, &buttons);
+  DeviceReading reading;
+  reading.position = position_from(position.data());
+  reading.buttons = static_cast<std::uint32_t>(buttons);
+  if (caps_.has_orientation) {
+    hd_.hdGetDoublev(parameter::kCurrentTransform, transform.data());
+    reading.orientation = orientation_from(transform.data());
+  }
+  look_after(reading.buttons);
+  reading.state = calibration_ == calibration::kOk ? DeviceState::ok : DeviceState::not_ready;
+  if (!reading.ok()) reading.reason = calibration_request(calibration_style_);
+  return reading;
+}
+
+/// Now and then: is it calibrated, and is its force on. Encoders are reset when the person says so, by the button, and only then.
+void Session::look_after(std::uint32_t buttons) noexcept {
+  const bool pressed = buttons != 0 && buttons_before_ == 0;
+  buttons_before_ = buttons;
+  if (--until_check_ > 0 && !pressed) return;
+  until_check_ = kCheckTurns;
+  if (!hd_.hdIsEnabled(capability::kForceOutput)) hd_.hdEnable(capability::kForceOutput);
+  calibration_ = hd_.hdCheckCalibration();
+  const bool by_hand = calibration_style_ == calibration::kEncoderReset;
+  if (by_hand ? pressed && calibration_ != calibration::kOk : calibration_ == calibration::kNeedsUpdate)
+    hd_.hdUpdateCalibration(calibration_style_);
+}
+
+void Session::take_errors() noexcept {
+  for (int i = 0; i < kErrorsMax; ++i) {
+    const ErrorInfo info = hd_.hdGetError();
+    if (info.code == error::kSuccess) return;
+    note(info.code);
+  }
+}
+
+void Session::note(unsigned int code) noexcept {
+  if (const char* fault = fault_of(code)) gate_.refuse(fault);
+  if (is_loss(code)) lost_.store(true, std::memory_order_release);
+}
+
+}  // namespace palpate::hd

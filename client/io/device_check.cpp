@@ -1,0 +1,230 @@
+#include "client/io/device_check.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <thread>
+
+#include "common/io/monotonic.hpp"
+
+namespace palpate {
+
+namespace {
+
+constexpr std::uint64_t kSecondTicks = 1000;
+constexpr double kTestMostN = 0.5, kTestShare = 0.25;  // of the force that its motors can hold
+constexpr double kTestRiseNTick = 0.005;               // 5 N/s: felt as a push, not as a knock
+constexpr double kYieldM = 0.0005;
+constexpr Micros kPushTime{1'000'000}, kRestTime{500'000}, kMeanTime{200'000}, kPollDevice{2'000};
+constexpr double kLateShareMax = 0.01, kSkippedShareMax = 0.001;
+
+/// Least of the ranges that a coordinate had within a second.
+class Stillness {
+ public:
+  void add(const Vec3& position) noexcept {
+    second_.extend(position);
+    if (++ticks_ % kSecondTicks != 0) return;
+    const Vec3 range = second_.sizes();
+    if (range.norm() < noise_.norm()) noise_ = range;
+    second_.setEmpty();
+  }
+  Vec3 noise() const { return ticks_ < kSecondTicks ? Vec3(Vec3::Zero()) : noise_; }
+
+ private:
+  Eigen::AlignedBox3d second_;
+  Vec3 noise_ = Vec3::Constant(1e3);
+  std::uint64_t ticks_ = 0;
+};
+
+}  // namespace
+
+/// The device, watched, and pushed when asked to.
+class DeviceCheck::Probe final : public Device {
+ public:
+  explicit Probe(Device& device) : device_(device) {}
+
+  const DeviceCaps& caps() const override { return device_.caps(); }
+  DeviceReading read(Micros now) noexcept override {
+    const DeviceReading reading = device_.read(now);
+    ok_ = reading.ok();
+    if (ok_) watch(reading);
+    newest_.back() = last_ = reading;
+    newest_.publish();
+    return reading;
+  }
+  void write(const Vec3& force) noexcept override {
+    if (const Vec3* target = targets_.take()) target_ = *target;
+    const Vec3 way = (ok_ ? target_ : Vec3(Vec3::Zero())) - push_;
+    push_ += way.norm() > kTestRiseNTick ? Vec3(way.normalized() * kTestRiseNTick) : way;
+    if (!ok_) push_.setZero();
+    device_.write(force + push_);
+  }
+  void stop() noexcept override { device_.stop(); }
+  void halt() noexcept override { device_.halt(); }
+  void resume() noexcept override {
+    push_.setZero();
+    device_.resume();
+  }
+
+  // the other thread's
+  const DeviceReading* newest() { return newest_.take(); }
+  void aim(const Vec3& force) {
+    targets_.back() = force;
+    targets_.publish();
+  }
+  /// After the loop.
+  void report(DeviceFigures& figures) const {
+    figures.seconds = static_cast<double>(watched_) / static_cast<double>(kSecondTicks);
+    figures.step_m = step_ < std::numeric_limits<double>::infinity() ? step_ : 0;
+    figures.noise_m = stillness_.noise();
+    figures.reached = reached_;
+    figures.buttons = buttons_;
+    figures.state = last_.state;
+    figures.reason = last_.reason.text();
+  }
+
+ private:
+  void watch(const DeviceReading& reading) noexcept {
+    constexpr double kRounding = 1e-9;
+    if (watched_++ > 0)
+      for (const double change : reading.position - place_)
+        if (std::abs(change) > kRounding) step_ = std::min(step_, std::abs(change));
+    place_ = reading.position;
+    reached_.extend(place_);
+    stillness_.add(place_);
+    buttons_ |= reading.buttons;
+  }
+
+  Device& device_;
+  bool ok_ = false;
+  Vec3 target_ = Vec3::Zero(), push_ = Vec3::Zero(), place_ = Vec3::Zero();
+  std::uint64_t watched_ = 0;
+  double step_ = std::numeric_limits<double>::infinity();
+  Stillness stillness_;
+  Eigen::AlignedBox3d reached_;
+  std::uint32_t buttons_ = 0;
+  DeviceReading last_;
+  LatestSlot<DeviceReading> newest_;
+  LatestSlot<Vec3> targets_;
+};
+
+/// A display that never gets a patch: its force is zero.
+struct DeviceCheck::Display {
+  LatestSlot<PatchPlayer> patches;
+  SampleRing samples;
+  HapticTick tick{patches, samples, GuardLimits{}};
+};
+
+DeviceCheck::DeviceCheck(Device& device, bool realtime)
+    : probe_(std::make_unique<Probe>(device)), display_(std::make_unique<Display>()) {
+  HapticLoopOptions options;
+  options.realtime = realtime;
+  loop_ = std::make_unique<HapticLoop>(*probe_, std::vector<HapticTick*>{&display_->tick}, options);
+  loop_->start();
+}
+
+DeviceCheck::~DeviceCheck() { loop_->stop(); }
+
+const DeviceReading* DeviceCheck::newest() { return probe_->newest(); }
+bool DeviceCheck::running() const { return loop_->running(); }
+
+double DeviceCheck::test_force_n() const { return std::min(kTestMostN, kTestShare * probe_->caps().force_continuous_n); }
+
+Yield DeviceCheck::push(int axis, const std::atomic<bool>& stop) {
+  /// Where the tool is on that axis in the mean over the last kMeanTime of `time`.
+  const auto place_after = [&](Micros time) {
+    const Micros begin = monotonic_now();
+    double sum = 0;
+    int count = 0;
+    for (Micros passed{}; passed < time && !stop && running(); passed = monotonic_now() - begin) {
+      std::this_thread::sleep_for(kPollDevice);
+      const DeviceReading* reading = newest();
+      if (!reading || passed < time - kMeanTime) continue;
+      sum += reading->position[axis];
+      ++count;
+    }
+    return count > 0 ? sum / count : 0.0;
+  };
+  const double before = place_after(kRestTime);
+  probe_->aim(test_force_n() * Vec3::Unit(axis));
+  const double after = place_after(kPushTime);
+  probe_->aim(Vec3::Zero());
+  if (stop || !running() || std::abs(after - before) < kYieldM) return Yield::not_at_all;
+  return after > before ? Yield::along : Yield::against;
+}
+
+DeviceFigures DeviceCheck::finish() {
+  loop_->stop();
+  DeviceFigures figures;
+  const HapticLoopStats& stats = loop_->stats();
+  figures.ticks = stats.ticks;
+  figures.late_ticks = stats.late;
+  figures.skipped_ticks = stats.skipped;
+  figures.late_us = stats.late_us;
+  probe_->report(figures);
+  return figures;
+}
+
+bool wait_until_ready(Device& device, Micros most, const std::atomic<bool>& stop,
+                      const std::function<void(const DeviceReading&)>& say) {
+  std::string said;
+  for (const Micros begin = monotonic_now(); !stop; std::this_thread::sleep_for(kTick)) {
+    const DeviceReading reading = device.read(monotonic_now());
+    if (reading.ok()) return true;
+    device.write(Vec3::Zero());
+    if (monotonic_now() - begin > most) return false;
+    if (reading.reason.text() == said) continue;
+    said = reading.reason.text();
+    say(reading);
+  }
+  return false;
+}
+
+std::string describe(const DeviceFigures& f, const DeviceCaps& caps) {
+  const auto known = [](double value, const char* unit) {
+    return value > 0 ? fmt::format("{:.3g} {}", value, unit) : "not known";
+  };
+  const auto in_mm = [](const Vec3& v) {
+    return fmt::format("{:.3g}, {:.3g}, {:.3g} mm", 1e3 * v.x(), 1e3 * v.y(), 1e3 * v.z());
+  };
+  std::string text;
+  if (!caps.model.empty()) text += fmt::format("model       {}\n", caps.model);
+  text += fmt::format("limits      peak {}, lasting {}, stiffness {}\n", known(caps.force_max_n, "N"),
+                      known(caps.force_continuous_n, "N"), known(caps.stiffness_max_n_m, "N/m"));
+  text += fmt::format(
+      "loop        {} ticks, {} late by more than 0.2 ms, {} skipped; lateness median {} us, 99 % {} us, most {} us\n", f.ticks,
+      f.late_ticks, f.skipped_ticks, f.late_us.percentile(0.5), f.late_us.percentile(0.99), f.late_us.max());
+  constexpr std::array kShares{0.5, 0.9, 0.99, 0.999};
+  for (const double share : kShares) {
+    const auto late = f.late_us.percentile(share);
+    constexpr std::int64_t kUsPerMark = 20, kMarksMost = 60;
+    text += fmt::format("  {:>5.4g} %   {:>6} us {}\n", 100 * share, late,
+                        std::string(static_cast<std::size_t>(std::min(late / kUsPerMark, kMarksMost)), '#'));
+  }
+  text += fmt::format("position    steps of {}, moves by {} peak to peak in its stillest second\n",
+                      f.step_m > 0 ? fmt::format("{:.3g} mm", 1e3 * f.step_m) : "nothing: it never moved", in_mm(f.noise_m));
+  if (!f.reached.isEmpty()) text += fmt::format("was moved   over {} (right, away, up)\n", in_mm(f.reached.sizes()));
+  if (!caps.workspace.isEmpty()) text += fmt::format("workspace   {}\n", in_mm(caps.workspace.sizes()));
+  std::string pressed;
+  for (int button = 0; button < 32; ++button)
+    if (f.buttons >> button & 1U) pressed += fmt::format(" {}", button);
+  text += fmt::format("buttons     {} it has, pressed:{}\n", caps.buttons, pressed.empty() ? " none" : pressed);
+  return text;
+}
+
+std::vector<std::string> faults_of(const DeviceFigures& f, const DeviceCaps& caps) {
+  std::vector<std::string> faults;
+  const auto all = static_cast<double>(std::max<std::uint64_t>(1, f.ticks));
+  if (f.state != DeviceState::ok) faults.push_back("the device was not ok at the end: " + f.reason);
+  if (caps.renders_force && (caps.force_max_n <= 0 || caps.slew_max_n_s <= 0))
+    faults.push_back("the device does not say what force it can render: it cannot be felt with");
+  if (static_cast<double>(f.late_ticks) > kLateShareMax * all)
+    faults.push_back(fmt::format("{:.1f} % of the ticks are late: give the loop real-time priority (docs/reference/threads.md)",
+                                 100 * static_cast<double>(f.late_ticks) / all));
+  if (static_cast<double>(f.skipped_ticks) > kSkippedShareMax * all)
+    faults.push_back(fmt::format("{} ticks never ran: this machine has too much else to do", f.skipped_ticks));
+  return faults;
+}
+
+}  // namespace palpate

@@ -1,0 +1,118 @@
+"""Lists, tries and feels with devices as a user does, over the stand-ins for their vendors' libraries (tests/device/standin).
+
+usage: check_devices.py FOLDER_OF_PROGRAMS FOLDER_OF_SCENES FOLDER_OF_STANDINS
+"""
+
+import json
+import math
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+
+PATIENCE_S = 120
+VARIABLES = {"openhaptics": ("PALPATE_LIBHD", "libstandin_hd.so"), "forcedimension": ("PALPATE_LIBDHD", "libstandin_dhd.so")}
+
+
+class Client:
+    """palpate-client, with or without the stand-ins."""
+
+    def __init__(self, programs, standins):
+        self.program, self.standins = programs / "palpate-client", standins
+
+    def run(self, *arguments, stdin="", **standin):
+        environment = {**os.environ, **{f"STANDIN_{name.upper()}": str(value) for name, value in standin.items()}}
+        for variable, library in VARIABLES.values():
+            environment.setdefault(variable, str(self.standins / library))
+        return subprocess.run([self.program, *map(str, arguments)], input=stdin, capture_output=True, text=True, timeout=PATIENCE_S,
+                              env=environment)
+
+    def run_without(self, *arguments):
+        environment = {**os.environ, "PALPATE_LIBHD": "/nowhere/libHD.so", "PALPATE_LIBDHD": "/nowhere/libdrd.so"}
+        return subprocess.run([self.program, *map(str, arguments)], capture_output=True, text=True, timeout=PATIENCE_S, env=environment)
+
+
+def check_missing_library(client):
+    for device, (variable, _) in VARIABLES.items():
+        done = client.run_without("--server", "127.0.0.1:9", "--device", device)
+        assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+        assert f"{variable}=/nowhere/" in done.stderr and "there is no such file" in done.stderr, done.stderr
+    listed = client.run_without("--list-devices")
+    assert listed.returncode in (0, 1) and listed.stdout.count("there is no such file") == 2, listed.stdout
+
+
+def check_wrong_names(client):
+    for device, words in (("openhaptics:nobody", "the device 'nobody' does not open"), ("forcedimension:two", "'two' is not a number"),
+                          ("forcedimension:5", "expected 0 to 0"), ("haptics", "'haptics' is not a device")):
+        done = client.run("--server", "127.0.0.1:9", "--device", device)
+        assert done.returncode == 2 and words in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    done = client.run("--check-device", "replay")
+    assert done.returncode == 2 and "no device to try" in done.stderr, done.stderr
+    done = client.run("--server", "127.0.0.1:9", "--device", "openhaptics", fault="no_device")
+    assert done.returncode == 2 and "--list-devices" in done.stderr, done.stderr
+
+
+def check_listing(client):
+    done = client.run("--list-devices")
+    for device in VARIABLES:
+        assert f"{device}: its library can be loaded" in done.stdout, done.stdout
+
+
+def check_trial(client):
+    """Signs and steps; whether this machine keeps up is not this test's to say."""
+    for device in (*VARIABLES, "sim"):
+        hand = ["--hand", "light"] if device == "sim" else []
+        done = client.run("--check-device", device, "--duration-s", "1.5", "--realtime", "off", *hand, stdin="yes\n", hand="light")
+        for way in ("to the right", "away from you", "up"):
+            assert f"pushed {way}: the hand yielded that way" in done.stdout, done.stdout
+        assert "steps of 0.03 mm" in done.stdout, done.stdout
+    done = client.run("--check-device", "openhaptics", "--duration-s", "1", stdin="yes\n", hand="light", fault="mirrored")
+    assert done.returncode == 1 and "pushed to the right: it went the other way" in done.stdout, done.stdout
+    assert "pushed up" not in done.stdout, done.stdout
+    done = client.run("--check-device", "openhaptics", "--duration-s", "1", stdin="\n")
+    assert "force test left out" in done.stdout, done.stdout
+
+
+def forces(log):
+    return [math.dist((0, 0, 0), tuple(map(float, line.split()[4:7]))) for line in log.read_text().splitlines() if line.count(" ") == 6]
+
+
+def check_feel(client, scenes, server, work):
+    """A hand that presses the held node 15 mm down feels it, and nothing at the end."""
+    motion = work / "press.csv"
+    motion.write_text("t_s,x_m,y_m,z_m\n0,0,0,0\n2,0,0,0\n2.5,0,0,-0.015\n9,0,0,-0.015\n")
+    for device in VARIABLES:
+        log, report = work / f"{device}.log", work / device
+        done = client.run("--server", server, "--device", device, "--duration-s", "5", "--realtime", "off", "--report", report,
+                          motion=motion, hand="firm", log=log)
+        assert done.returncode == 0 and "where the hand is now is where the tool begins" in done.stdout, done.stdout + done.stderr
+        felt = forces(log)
+        assert max(felt) > 0.5 and felt[-1] == 0, (device, max(felt), felt[-1])
+        assert json.loads((report / "summary.json").read_text())["run"]["device"] == device
+    done = client.run("--server", server, "--device", "openhaptics", "--motion", motion)
+    assert done.returncode == 2 and "moves by itself" in done.stderr, done.stderr
+
+
+def main():
+    programs, scenes, standins = map(pathlib.Path, sys.argv[1:])
+    client = Client(programs, standins)
+    check_missing_library(client)
+    check_wrong_names(client)
+    check_listing(client)
+    check_trial(client)
+    room = subprocess.Popen([programs / "palpate-server", "--scene", scenes / "cube6.json", "--listen", "127.0.0.1:0"],
+                            stdout=subprocess.PIPE, text=True)
+    try:
+        server = re.search(r"at (127\.0\.0\.1:\d+)", room.stdout.readline()).group(1)
+        with tempfile.TemporaryDirectory() as name:
+            check_feel(client, scenes, server, pathlib.Path(name))
+    finally:
+        room.send_signal(signal.SIGTERM)
+        room.communicate()
+
+
+if __name__ == "__main__":
+    main()
