@@ -82,8 +82,9 @@ void declare(CLI::App& app, Typed& typed) {
       ->check(number_from(kLeastS, kMostS));
   // Of what works without a server.
   const auto alone = [server](const std::string&) { server->required(false); };
-  app.add_flag("--list-devices", typed.list_devices,
-               "say which devices are plugged in, whether they can be used, and what is missing")
+  app.add_flag(
+         "--list-devices", typed.list_devices,
+         "say which devices are plugged in, whether they can be used, and what is missing; exit 0: one can be used, 1: none")
       ->each(alone);
   app.add_option(
          "--check-device", typed.check_device,

@@ -44,7 +44,8 @@ enum class DeviceState : std::uint8_t {
   ended       ///< a recorded motion is over: there will be no more
 };
 
-/// Why, in a few words for a person; of fixed size, cut when longer. Set and copied without allocating.
+/// Why, in a few words for a person: a clause about the device, which is "it" ("its motors are too hot: let them cool"). Of fixed
+/// size, cut when longer; set and copied without allocating.
 class DeviceReason {
  public:
   static constexpr std::size_t kMaxBytes = 95;

@@ -6,7 +6,8 @@ namespace palpate {
 
 PlacedDevice::PlacedDevice(std::unique_ptr<Device> device, const Vec3& home)
     : device_(std::move(device)), caps_(device_->caps()), home_(home) {
-  caps_.workspace.setEmpty();
+  if (const Eigen::AlignedBox3d& own = caps_.workspace; !own.isEmpty())
+    caps_.workspace = Eigen::AlignedBox3d(Vec3(home_ - own.sizes()), Vec3(home_ + own.sizes()));
   wait_for_start();
 }
 

@@ -19,7 +19,8 @@ class PlacedDevice final : public MotionDevice {
   /// Waits for start().
   PlacedDevice(std::unique_ptr<Device> device, const Vec3& home);
 
-  /// Of the device; its workspace is not known in W before start() and stays so.
+  /// Of the device, with a workspace in W that holds wherever in its own it starts: home plus every way from one end to the
+  /// other.
   const DeviceCaps& caps() const override { return caps_; }
   DeviceReading read(Micros now) noexcept override;
   void write(const Vec3& force) noexcept override;

@@ -37,7 +37,7 @@ struct DhdBench {
     standin.begin(Motion::rest(Vec3(0.01, 0.02, 0.03), 1.0), hand);
     standin.by_hand(!threads);
     standin.misbehave(fault);
-    device = std::make_unique<ForceDimensionDevice>(ForceDimensionOptions{0, Micros{20'000}, threads});
+    device = std::make_unique<ForceDimensionDevice>(ForceDimensionOptions{0, Micros{60'000}, threads});
   }
   ~DhdBench() {
     standin.misbehave(StandinFault::none);

@@ -99,7 +99,8 @@ TEST_CASE("The rules that are printed are those of the package", "[device]") {
 
 TEST_CASE("A machine without devices and without sysfs has none", "[device]") {
   CHECK(find_usb_devices("/nowhere", "/nowhere").empty());
-  CHECK(has(describe({}, {{"openhaptics", "is missing"}}), "openhaptics: is missing"));
+  CHECK(has(describe({}, {{"openhaptics", "is missing"}, {"forcedimension", "", 2}}),
+            "openhaptics: is missing\nforcedimension: its library can be loaded and sees 2 devices\n"));
 }
 
 TEST_CASE("A library that is missing says what was looked for, where, what to install and which variable to set", "[device]") {

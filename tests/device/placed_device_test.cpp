@@ -43,6 +43,15 @@ TEST_CASE("A held device stands at home without force until it starts, then move
   CHECK((bench.placed->read(Micros{2'000}).position - Vec3(0.051, 0.052, 0.097)).norm() < 1e-12);
 }
 
+TEST_CASE("The workspace of a held device holds every place that it can get to from any start", "[device]") {
+  Vec3 felt;
+  auto device = std::make_unique<HandHeld>(&felt);
+  device->held_caps.workspace = Eigen::AlignedBox3d(Vec3(-0.2, -0.1, 0), Vec3(0.1, 0.1, 0.3));
+  const PlacedDevice placed(std::move(device), Vec3(1, 1, 1));
+  CHECK((placed.caps().workspace.min() - Vec3(0.7, 0.8, 0.7)).norm() < 1e-12);
+  CHECK((placed.caps().workspace.max() - Vec3(1.3, 1.2, 1.3)).norm() < 1e-12);
+}
+
 TEST_CASE("The force of a held device grows evenly from nothing after its start and after every fault", "[device]") {
   PlacedBench bench(Vec3::Zero());
   bench.placed->start(Micros{0});

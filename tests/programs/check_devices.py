@@ -59,6 +59,7 @@ def check_listing(client):
     done = client.run("--list-devices")
     for device in VARIABLES:
         assert f"{device}: its library can be loaded" in done.stdout, done.stdout
+    assert "forcedimension: its library can be loaded and sees 1 device\n" in done.stdout, done.stdout
 
 
 def check_trial(client):
@@ -76,24 +77,60 @@ def check_trial(client):
     assert "force test left out" in done.stdout, done.stdout
 
 
+def check_library_without_homing(client):
+    """libdhd alone does not home: what to do is said, and nothing is waited for when the person gives up."""
+    alone = {**os.environ, "PALPATE_LIBDHD": str(client.standins / "libstandin_dhd_alone.so"), "STANDIN_FAULT": "not_calibrated"}
+    trial = subprocess.Popen([client.program, "--check-device", "forcedimension"], stdout=subprocess.PIPE, text=True, env=alone)
+    for line in trial.stdout:
+        if "it is not calibrated" in line:
+            break
+    assert "not ready: it is not calibrated: do what its manual says" in line, line
+    trial.send_signal(signal.SIGTERM)
+    said = trial.communicate(timeout=PATIENCE_S)[0]
+    assert trial.returncode == 1 and "it did not get ready" in said, said
+    del alone["STANDIN_FAULT"]
+    done = subprocess.run([client.program, "--check-device", "forcedimension", "--duration-s", "1"], stdin=subprocess.DEVNULL,
+                          capture_output=True, text=True, timeout=PATIENCE_S, env=alone)
+    assert "omega.3 stand-in, serial number 42" in done.stdout and "steps of" in done.stdout, done.stdout
+
+
 def forces(log):
-    return [math.dist((0, 0, 0), tuple(map(float, line.split()[4:7]))) for line in log.read_text().splitlines() if line.count(" ") == 6]
+    """(time, strength) of each millisecond of the device."""
+    rows = [tuple(map(float, line.split())) for line in log.read_text().splitlines() if line.count(" ") == 6]
+    return [(row[0], math.hypot(*row[4:7])) for row in rows]
 
 
-def check_feel(client, scenes, server, work):
-    """A hand that presses the held node 15 mm down feels it, and nothing at the end."""
+def pressing(work):
+    """15 mm down and up, once a second: whenever the run begins, the hand is soon away from there."""
     motion = work / "press.csv"
-    motion.write_text("t_s,x_m,y_m,z_m\n0,0,0,0\n2,0,0,0\n2.5,0,0,-0.015\n9,0,0,-0.015\n")
+    motion.write_text("t_s,x_m,y_m,z_m\n" + "".join(f"{k / 2},0,0,{-0.015 * (k % 2)}\n" for k in range(120)))
+    return motion
+
+
+def check_feel(client, server, work):
+    """A hand that moves the held node feels it, and nothing at the end."""
+    motion = pressing(work)
     for device in VARIABLES:
         log, report = work / f"{device}.log", work / device
         done = client.run("--server", server, "--device", device, "--duration-s", "5", "--realtime", "off", "--report", report,
                           motion=motion, hand="firm", log=log)
         assert done.returncode == 0 and "where the hand is now is where the tool begins" in done.stdout, done.stdout + done.stderr
-        felt = forces(log)
+        felt = [strength for _, strength in forces(log)]
         assert max(felt) > 0.5 and felt[-1] == 0, (device, max(felt), felt[-1])
         assert json.loads((report / "summary.json").read_text())["run"]["device"] == device
     done = client.run("--server", server, "--device", "openhaptics", "--motion", motion)
     assert done.returncode == 2 and "moves by itself" in done.stderr, done.stderr
+
+
+def check_lost(client, server, work):
+    """A cable that is pulled 6 s after the device was opened: no force from that millisecond on, and a report all the same."""
+    log, report = work / "lost.log", work / "lost"
+    done = client.run("--server", server, "--device", "openhaptics", "--duration-s", "8", "--realtime", "off", "--report", report,
+                      motion=pressing(work), hand="firm", log=log, fault="lost@6")
+    felt = forces(log)
+    assert done.returncode in (0, 1) and max(strength for at, strength in felt if at < 6) > 0.5, done.stdout + done.stderr
+    assert all(strength == 0 for at, strength in felt if at >= 6), [row for row in felt if row[0] >= 6 and row[1] > 0][:5]
+    assert (report / "summary.json").exists(), done.stdout
 
 
 def main():
@@ -103,12 +140,14 @@ def main():
     check_wrong_names(client)
     check_listing(client)
     check_trial(client)
+    check_library_without_homing(client)
     room = subprocess.Popen([programs / "palpate-server", "--scene", scenes / "cube6.json", "--listen", "127.0.0.1:0"],
                             stdout=subprocess.PIPE, text=True)
     try:
         server = re.search(r"at (127\.0\.0\.1:\d+)", room.stdout.readline()).group(1)
         with tempfile.TemporaryDirectory() as name:
-            check_feel(client, scenes, server, pathlib.Path(name))
+            check_feel(client, server, pathlib.Path(name))
+            check_lost(client, server, pathlib.Path(name))
     finally:
         room.send_signal(signal.SIGTERM)
         room.communicate()

@@ -109,6 +109,7 @@ bool Session::must_home() const { return drd_ && !dhd_.drdIsInitialized(static_c
 
 bool Session::home() noexcept {
   const auto id = static_cast<char>(id_);
+  dhd_.dhdEnableForce(kOn, id);  // which the watchdog may have taken while the person was warned
   const bool done = dhd_.drdAutoInit(id) >= 0;
   dhd_.drdStop(done, id);  // ends the motion control; the force stays on
   dhd_.dhdEnableForce(kOn, id);

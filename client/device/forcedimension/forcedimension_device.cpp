@@ -31,7 +31,7 @@ void ask_for_priority() noexcept {
 
 }  // namespace
 
-/// What the thread touches; it may outlive the device when a call of the library hangs.
+/// What the thread and the device share; the thread may be the last to have it, when a call of the library hangs.
 struct ForceDimensionDevice::Driver {
   explicit Driver(const ForceDimensionOptions& given) : options(given) {}
 
@@ -93,13 +93,13 @@ struct ForceDimensionDevice::Driver {
   }
 };
 
-ForceDimensionDevice::ForceDimensionDevice(const ForceDimensionOptions& options) : driver_(std::make_unique<Driver>(options)) {
+ForceDimensionDevice::ForceDimensionDevice(const ForceDimensionOptions& options) : driver_(std::make_shared<Driver>(options)) {
   if (options.index < 0 || options.index > 127)
     throw InputError("forcedimension", "device " + std::to_string(options.index), "a number from 0");
   driver_->session = std::make_unique<dhd::Session>(dhd::functions(), options.index, driver_->exchange);
   caps_ = driver_->session->caps();
   driver_->model = caps_.model;
-  if (options.own_thread) driver_->thread = std::thread([driver = driver_.get()] { driver->run(); });
+  if (options.own_thread) driver_->thread = std::thread([driver = driver_] { driver->run(); });
 }
 
 ForceDimensionDevice::~ForceDimensionDevice() {
@@ -111,7 +111,6 @@ ForceDimensionDevice::~ForceDimensionDevice() {
     driver_->thread.join();
   } else {
     driver_->thread.detach();
-    static_cast<void>(driver_.release());
   }
 }
 

@@ -3,8 +3,8 @@
 // The library has no thread of its own for this: it is called from one of ours, kTurnHz times a second, which exchanges the
 // newest reading and force with the 1 kHz loop (driver_exchange.hpp), so that a call that waits for the USB does not make the
 // loop wait. That thread also homes the device, which then moves by itself, and opens it again once a second when the connection
-// broke. Several devices may be open at once. A call that hangs cannot be ended; its memory is left to it when the device is
-// destroyed.
+// broke. Several devices may be open at once. A call that hangs cannot be ended: the thread is then left to itself when the
+// device is destroyed, and closes what it has when the call returns.
 #pragma once
 
 #include <memory>
@@ -38,7 +38,7 @@ class ForceDimensionDevice final : public Device {
 
  private:
   struct Driver;
-  std::unique_ptr<Driver> driver_;
+  std::shared_ptr<Driver> driver_;
   DeviceCaps caps_;
 };
 

@@ -77,10 +77,9 @@ FoundDevice found(const KnownUsb& known, const fs::path& device, const fs::path&
 template <class Load>
 FoundLibrary try_library(const char* kind, Load load) {
   try {
-    load();
-    return {kind, ""};
+    return {kind, "", load()};
   } catch (const InputError& error) {
-    return {kind, error.what()};
+    return {kind, error.what(), std::nullopt};
   }
 }
 
@@ -103,7 +102,12 @@ std::vector<FoundDevice> find_usb_devices(const fs::path& system, const fs::path
 }
 
 std::vector<FoundLibrary> find_libraries() {
-  return {try_library("openhaptics", [] { hd::functions(); }), try_library("forcedimension", [] { dhd::functions(); })};
+  const auto openhaptics = [] {
+    hd::functions();
+    return std::optional<int>();
+  };
+  return {try_library("openhaptics", openhaptics),
+          try_library("forcedimension", [] { return std::optional(std::max(0, dhd::functions().dhdGetDeviceCount())); })};
 }
 
 std::string describe(const std::vector<FoundDevice>& devices, const std::vector<FoundLibrary>& libraries) {
@@ -123,8 +127,12 @@ std::string describe(const std::vector<FoundDevice>& devices, const std::vector<
     for (const std::string& rule : rules) text += "  " + rule + "\n";
     text += "then: sudo udevadm control --reload && sudo udevadm trigger, and plug the device in anew\n";
   }
-  for (const FoundLibrary& library : libraries)
-    text += library.kind + ": " + (library.fault.empty() ? "its library can be loaded" : library.fault) + "\n";
+  for (const FoundLibrary& library : libraries) {
+    text += library.kind + ": " + (library.fault.empty() ? "its library can be loaded" : library.fault);
+    if (library.devices)
+      text += " and sees " + std::to_string(*library.devices) + (*library.devices == 1 ? " device" : " devices");
+    text += "\n";
+  }
   return text + "devices on Ethernet, FireWire or a card are known to their vendor's library alone\n";
 }
 

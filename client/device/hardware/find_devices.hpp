@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,8 @@ struct FoundDevice {
 
 struct FoundLibrary {
   std::string kind;
-  std::string fault;  ///< empty: it can be loaded
+  std::string fault;             ///< empty: it can be loaded
+  std::optional<int> devices{};  ///< that it sees; not every library says it
 };
 
 /// `system`, `devices`: where sysfs and the nodes are, for tests.

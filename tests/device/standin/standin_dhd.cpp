@@ -159,9 +159,12 @@ DHD_API int dhdErrorGetLast() { return last_error; }
 DHD_API const char* dhdErrorGetStr(int code) { return code == 5 ? "no device found" : "an error"; }
 DHD_API int dhdEnableExpertMode() { return dhd().expert(); }
 DHD_API int dhdSetWatchdog(unsigned char units, char id) { return dhd().watchdog(units, id); }
+// An older or smaller installation has libdhd alone.
+#ifndef STANDIN_WITHOUT_DRD
 DHD_API int drdOpenID(char index) { return dhd().open(index); }
 DHD_API int drdClose(char id) { return dhd().close(id); }
 DHD_API bool drdIsSupported(char) { return true; }
 DHD_API bool drdIsInitialized(char) { return dhd().homed(); }
 DHD_API int drdAutoInit(char) { return dhd().home(); }
 DHD_API int drdStop(bool, char) { return 0; }
+#endif
