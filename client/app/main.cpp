@@ -21,9 +21,9 @@ int main(int argc, char** argv) {
   CLI::App app{"the station of one hand: reads a haptic device at 1 kHz, plays the server's patches, writes the force",
                "palpate-client"};
   return palpate::run_program(app, [&] {
-    const palpate::AppOptions options = palpate::parse_options(app, argc, argv);
-    if (options.check_link) return palpate::check_link(options, stop_asked);
-    if (options.reset) return palpate::reset_body(options, stop_asked);
-    return palpate::run(options, stop_asked);
+    const std::vector<palpate::AppOptions> hands = palpate::parse_options(app, argc, argv);
+    if (hands.front().check_link) return palpate::check_link(hands.front(), stop_asked);
+    if (hands.front().reset) return palpate::reset_body(hands.front(), stop_asked);
+    return palpate::run(hands, stop_asked);
   });
 }
