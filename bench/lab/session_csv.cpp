@@ -5,6 +5,7 @@
 
 #include <fstream>
 #include <map>
+#include <utility>
 
 #include "common/base/error.hpp"
 #include "common/io/record_file.hpp"
@@ -63,6 +64,8 @@ class Exporter {
                   t_s(swap.stamp), swap.step_n);
     for (const RecordedPacket& packet : block.packets) add(packet);
     for (const RecordedLink& link : block.links) add(link);
+    for (const RecordedTurn& turn : block.turns) add(turn);
+    for (const RecordedButtons& change : block.buttons) add(change);
   }
   std::size_t close() { return tables_.close(); }
 
@@ -125,8 +128,23 @@ class Exporter {
                 ms(l.patch_age), ms(l.offset), l.received, l.lost);
   }
 
+  // Blocks repeat at their beginning what they were left with.
+  void add(const RecordedTurn& t) {
+    const Eigen::Vector4d q = t.orientation.coeffs();
+    const auto [at, first] = turns_.try_emplace(t.station, q);
+    if (!first && std::exchange(at->second, q) == q) return;
+    tables_.row(folder(name_of(t.station)) / "orientation.csv", "t_s,qx,qy,qz,qw", "{:.6f},{:.6f},{:.6f},{:.6f},{:.6f}", t_s(t.t),
+                q.x(), q.y(), q.z(), q.w());
+  }
+  void add(const RecordedButtons& b) {
+    if (b.pressed == std::exchange(buttons_[b.station], b.pressed)) return;
+    tables_.row(folder(name_of(b.station)) / "buttons.csv", "t_s,buttons", "{:.6f},{}", t_s(b.t), b.pressed);
+  }
+
   const RecordingReader& recording_;
   Tables tables_;
+  std::map<StationId, Eigen::Vector4d> turns_;
+  std::map<StationId, std::uint32_t> buttons_;
 };
 
 }  // namespace

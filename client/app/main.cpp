@@ -22,11 +22,12 @@ int main(int argc, char** argv) {
   CLI::App app{"the station of one hand: reads a haptic device at 1 kHz, plays the server's patches, writes the force",
                "palpate-client"};
   return palpate::run_program(app, [&] {
-    const palpate::AppOptions options = palpate::parse_options(app, argc, argv);
-    if (options.list_devices) return palpate::list_devices();
-    if (options.check_device) return palpate::check_device(options, stop_asked);
-    if (options.check_link) return palpate::check_link(options, stop_asked);
-    if (options.reset) return palpate::reset_body(options, stop_asked);
-    return palpate::run(options, stop_asked);
+    const std::vector<palpate::AppOptions> hands = palpate::parse_options(app, argc, argv);
+    const palpate::AppOptions& first = hands.front();
+    if (first.list_devices) return palpate::list_devices();
+    if (first.check_device) return palpate::check_device(first, stop_asked);
+    if (first.check_link) return palpate::check_link(first, stop_asked);
+    if (first.reset) return palpate::reset_body(first, stop_asked);
+    return palpate::run(hands, stop_asked);
   });
 }

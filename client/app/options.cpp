@@ -5,10 +5,12 @@
 #include <algorithm>
 
 #include "client/device/hardware/open_device.hpp"
+#include "client/mapping/workspace_file.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/command_line/flags.hpp"
 #include "common/io/make_folder.hpp"
+#include "common/io/record_file.hpp"
 
 namespace palpate {
 
@@ -16,7 +18,13 @@ namespace {
 
 constexpr double kLeastS = 1e-3, kMostS = 30 * 86400.0, kMostCouplingNM = 1e6, kMostCouplingNSM = 1e3;
 
-/// Flags as they were typed.
+/// What each hand has of its own: typed once it counts for all of them, or once for each --device, in their order.
+struct TypedOfHands {
+  std::vector<std::string> devices{"sim"}, motions, stations{"hand"}, hands{"reference"};
+  std::vector<double> scales;
+};
+
+/// Flags as they were typed, of one hand.
 struct Typed {
   std::string server, device = "sim", motion, station = "hand", room, scheme = std::string(kAutoName), hand = "reference",
                       compare, passivity = "observe", report, record, realtime = "auto";
@@ -26,29 +34,48 @@ struct Typed {
   bool check_link = false, reset = false, list_devices = false;
   std::optional<std::string> check_device;
   std::optional<double> duration_s, release_s;
+  std::string workspace, save_workspace;
+  std::optional<double> scale;
 };
 
-void declare(CLI::App& app, Typed& typed) {
+void declare_hands(CLI::App& app, TypedOfHands& typed) {
+  app.add_option("--device", typed.devices,
+                 "sim: a simulated Phantom 1.5 in a simulated hand; replay: the recorded motion as it is; openhaptics[:NAME]: 3D "
+                 "Systems Touch and Phantom; forcedimension[:NUMBER]: omega, delta, sigma, lambda, Falcon "
+                 "(docs/reference/devices.md); again for each further hand of this person")
+      ->type_name(fmt::format("sim|replay|{}", kHardwareKinds))
+      ->allow_extra_args(false)
+      ->capture_default_str();
+  app.add_option(
+         "--motion", typed.motions,
+         "what the hand intends, or the recorded motion (palpate-lab gesture makes one for any scene); without it the hand holds "
+         "still")
+      ->type_name("FILE.csv")
+      ->allow_extra_args(false);
+  app.add_option("--station", typed.stations,
+                 "name of this station, which nobody else in the room may have; without the flag it gets a number where it must; "
+                 "one name for several devices gets -1, -2 ... behind it")
+      ->type_name("NAME")
+      ->allow_extra_args(false)
+      ->capture_default_str();
+  app.add_option("--hand", typed.hands, "the hand of --device sim")
+      ->type_name("free|light|reference|firm")
+      ->allow_extra_args(false)
+      ->capture_default_str();
+  app.add_option(
+         "--scale", typed.scales,
+         "metres that the tool moves in the scene for one that the device moves; in place of what --workspace says, else 1")
+      ->allow_extra_args(false)
+      ->check(number_from(kScaleLeast, kScaleMost));
+}
+
+void declare(CLI::App& app, Typed& typed, TypedOfHands& each) {
   describe_program(app, PALPATE_VERSION,
                    "palpate-client --server 127.0.0.1:47800 --motion scenes/motions/organ-tour.csv --report out/station");
   CLI::Option* const server = app.add_option("--server", typed.server, "where palpate-server (or palpate-relay) listens")
                                   ->required()
                                   ->type_name("HOST:PORT");
-  app.add_option("--device", typed.device,
-                 "sim: a simulated Phantom 1.5 in a simulated hand; replay: the recorded motion as it is; openhaptics[:NAME]: 3D "
-                 "Systems Touch and Phantom; forcedimension[:NUMBER]: omega, delta, sigma, lambda, Falcon "
-                 "(docs/reference/devices.md)")
-      ->type_name(fmt::format("sim|replay|{}", kHardwareKinds))
-      ->capture_default_str();
-  app.add_option(
-         "--motion", typed.motion,
-         "what the hand intends, or the recorded motion (palpate-lab gesture makes one for any scene); without it the hand holds "
-         "still")
-      ->type_name("FILE.csv");
-  app.add_option("--station", typed.station,
-                 "name of this station, which nobody else in the room may have; without the flag it gets a number where it must")
-      ->type_name("NAME")
-      ->capture_default_str();
+  declare_hands(app, each);
   app.add_option("--room", typed.room, "name of the room on the server; default: its first")->type_name("NAME");
   app.add_option("--scheme", typed.scheme,
                  "what patches are made of; auto: the server gives hyper (nonlinear) while it has the time, port (linear) else")
@@ -57,7 +84,6 @@ void declare(CLI::App& app, Typed& typed) {
   app.add_option("--order", typed.order,
                  fmt::format("states of a patch (twice its modes), even, up to {}; 0: the server's default", 2 * kMaxModes))
       ->capture_default_str();
-  app.add_option("--hand", typed.hand, "the hand of --device sim")->type_name("free|light|reference|firm")->capture_default_str();
   app.add_option("--seed", typed.seed, "of the simulated tremor")->capture_default_str()->check(whole_number());
   app.add_option("--release-s", typed.release_s, "motion time at which the hand of --device sim lets go")
       ->check(number_from(0.0, kMostS));
@@ -77,6 +103,14 @@ void declare(CLI::App& app, Typed& typed) {
   app.add_option("--report", typed.report, "folder for forces.csv and summary.json of what was felt")->type_name("DIR");
   app.add_option("--record", typed.record, "write every tick, patch and event to a new file (docs/reference/recording.md)")
       ->type_name("FILE");
+  app.add_option(
+         "--workspace", typed.workspace,
+         "where each device's space lies in the scene, its scale, clutch and dead-man buttons and the weight of its tool "
+         "(docs/reference/workspace.md); default: the middle of what a real device reaches at the scene's home, scale 1; sim "
+         "and replay are in the scene's own coordinates")
+      ->type_name("FILE.json");
+  app.add_option("--save-workspace", typed.save_workspace, "write what is in use of that, to be edited and read by --workspace")
+      ->type_name("FILE.json");
   app.add_option("--duration-s", typed.duration_s,
                  "end after so many seconds, the hand holding still once its motion has ended; default: at the end of the motion")
       ->check(number_from(kLeastS, kMostS));
@@ -188,16 +222,32 @@ void refuse_empty(const CLI::App& app, std::initializer_list<std::pair<const cha
     if (app.count(flag) > 0 && typed->empty()) throw InputError(flag, "is empty", "a value, or no such flag");
 }
 
+void add_workspace(const Typed& typed, AppOptions& options) {
+  if (options.held || typed.scale) options.workspace.emplace();  // the others read in the scene's own frame
+  options.workspace_place = "--device " + typed.device;
+  if (!typed.workspace.empty()) {
+    options.workspace_place = typed.workspace;
+    options.workspace = mapping_for(read_workspace(std::filesystem::path(typed.workspace)), typed.device);
+    if (!options.workspace) throw InputError(typed.workspace, "says nothing of " + typed.device, "an entry with this \"device\"");
+  }
+  if (typed.scale) options.workspace->scale = *typed.scale;
+}
+
 AppOptions checked(const Typed& typed, const CLI::App& app) {
-  refuse_empty(
-      app,
-      {{"--motion", &typed.motion}, {"--compare", &typed.compare}, {"--report", &typed.report}, {"--record", &typed.record}});
+  refuse_empty(app, {{"--motion", &typed.motion},
+                     {"--compare", &typed.compare},
+                     {"--report", &typed.report},
+                     {"--record", &typed.record},
+                     {"--workspace", &typed.workspace},
+                     {"--save-workspace", &typed.save_workspace}});
   AppOptions options;
   options.server = typed.server;
   options.device = device_of(typed.device);
-  if (is_hardware(typed.device)) options.hardware = typed.device;
+  options.held = is_hardware(typed.device);
+  options.device_name = typed.device;
   options.list_devices = typed.list_devices;
   options.check_device = typed.check_device;
+  add_workspace(typed, options);
   options.scheme = asked_scheme_of("--scheme", typed.scheme);
   options.compare = schemes_of("--compare", typed.compare);
   options.station = station_of(typed.station, options.compare);
@@ -223,10 +273,10 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
   options.realtime = choose<bool>("--realtime", typed.realtime, {{"auto", true}, {"off", false}});
   options.duration_s = typed.duration_s;
   options.release_s = typed.release_s;
-  if (!options.hardware.empty() && !typed.motion.empty())
+  if (options.held && !typed.motion.empty())
     throw InputError("--motion", "with --device " + typed.device,
                      "--device sim or replay: a hand that holds a device moves by itself");
-  if (options.release_s && (options.device != DeviceKind::sim || !options.hardware.empty()))
+  if (options.release_s && (options.device != DeviceKind::sim || options.held))
     throw InputError("--release-s", "with --device " + typed.device, "--device sim: a recording has no hand to let go");
   options.motion_file = typed.motion;
   if (!typed.motion.empty()) options.motion = read_motion(options.motion_file);
@@ -237,13 +287,62 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
   return options;
 }
 
+/// What was typed for hand k of n, of a flag that counts for all hands or for each one.
+template <class Value>
+std::optional<Value> typed_for(const char* flag, const std::vector<Value>& values, std::size_t k, std::size_t n) {
+  if (values.empty()) return std::nullopt;
+  if (values.size() != 1 && values.size() != n)
+    throw InputError(flag, fmt::format("is there {} times for {} devices", values.size(), n),
+                     n == 1 ? "once" : fmt::format("once for all, or {} times", n));
+  return values[values.size() == 1 ? 0 : k];
+}
+
+/// Hand k of n: names, reports and recordings are kept apart.
+Typed hand_of(const Typed& all, const TypedOfHands& each, std::size_t k) {
+  const std::size_t n = each.devices.size();
+  Typed typed = all;
+  typed.device = each.devices[k];
+  typed.motion = typed_for("--motion", each.motions, k, n).value_or("");
+  typed.station = *typed_for("--station", each.stations, k, n);
+  typed.hand = *typed_for("--hand", each.hands, k, n);
+  typed.scale = typed_for("--scale", each.scales, k, n);
+  if (n == 1) return typed;
+  if (each.stations.size() == 1) typed.station += fmt::format("-{}", k + 1);
+  typed.seed += k;
+  if (!all.report.empty()) typed.report = (std::filesystem::path(all.report) / plain_name(typed.station)).string();
+  if (!all.record.empty()) typed.record = named_after(all.record, typed.station).string();
+  return typed;
+}
+
+void check_together(const std::vector<AppOptions>& hands) {
+  for (std::size_t k = 1; k < hands.size(); ++k) {
+    for (std::size_t i = 0; i < k; ++i)
+      if (plain_name(hands[i].station) == plain_name(hands[k].station))
+        throw InputError("--station", fmt::format("'{}' twice", hands[k].station), "a name of its own for each device");
+    if (hands[k].check_link || hands[k].reset)
+      throw InputError(hands[k].reset ? "--reset" : "--check-link", "with several devices", "none: no device takes part");
+  }
+}
+
+void save_workspace(const std::string& file, const std::vector<AppOptions>& hands) {
+  std::vector<NamedMapping> all;
+  for (const AppOptions& hand : hands)
+    if (!mapping_for(all, hand.device_name)) all.push_back({hand.device_name, hand.workspace.value_or(WorkspaceMapping{})});
+  write_workspace(file, all);
+}
+
 }  // namespace
 
-AppOptions parse_options(CLI::App& app, int argc, char** argv) {
+std::vector<AppOptions> parse_options(CLI::App& app, int argc, char** argv) {
   Typed typed;
-  declare(app, typed);
+  TypedOfHands each;
+  declare(app, typed, each);
   app.parse(argc, argv);
-  return checked(typed, app);
+  std::vector<AppOptions> hands;
+  for (std::size_t k = 0; k < each.devices.size(); ++k) hands.push_back(checked(hand_of(typed, each, k), app));
+  check_together(hands);
+  if (!typed.save_workspace.empty()) save_workspace(typed.save_workspace, hands);
+  return hands;
 }
 
 }  // namespace palpate

@@ -10,6 +10,7 @@
 #include "client/device/make_device.hpp"
 #include "client/guard/guard.hpp"
 #include "client/guard/virtual_coupling.hpp"
+#include "client/mapping/workspace_mapping.hpp"
 #include "common/motion/motion.hpp"
 #include "common/wire/scheme_in_use.hpp"
 
@@ -19,12 +20,16 @@ class App;
 
 namespace palpate {
 
+/// Of one hand.
 struct AppOptions {
   std::string server;  ///< HOST:PORT
   DeviceKind device = DeviceKind::sim;
-  std::string hardware;               ///< a device that a hand holds, instead (open_device.hpp); empty: none
-  std::optional<Motion> motion;       ///< none: hold still at the server's home position
-  std::filesystem::path motion_file;  ///< that it was read from
+  std::string device_name = "sim";            ///< as it was typed
+  bool held = false;                          ///< by a hand: hardware of that name (open_device.hpp), and no `device`
+  std::optional<WorkspaceMapping> workspace;  ///< none: the device's readings are the scene's
+  std::string workspace_place;                ///< where that was said, for errors
+  std::optional<Motion> motion;               ///< none: hold still at the server's home position
+  std::filesystem::path motion_file;          ///< that it was read from
   std::string station = "hand";
   bool station_given = false;  ///< otherwise a name like it will do
   std::string room;            ///< empty: the server's first
@@ -46,7 +51,8 @@ struct AppOptions {
   bool reset = false;                       ///< have the body put back to rest, feel nothing
 };
 
-/// Reads the line by `app`, to which it adds the flags. Throws InputError for bad usage and bad files, and what CLI11 throws.
-AppOptions parse_options(CLI::App& app, int argc, char** argv);
+/// One for each --device, named apart. Reads the line by `app`, to which it adds the flags. Throws InputError for bad usage and
+/// bad files, and what CLI11 throws.
+std::vector<AppOptions> parse_options(CLI::App& app, int argc, char** argv);
 
 }  // namespace palpate

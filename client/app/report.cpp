@@ -22,6 +22,8 @@ void write(const std::filesystem::path& file, const std::string& text) {
   if (!out) throw InputError(file.string(), "cannot be written", "room on the disk and the right to write");
 }
 
+Json list(const Vec3& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
 double milliseconds(Micros t) { return static_cast<double>(t.count()) * 1e-3; }
 
 std::string times(std::uint64_t n) { return n == 1 ? "once" : fmt::format("{} times", n); }
@@ -95,9 +97,13 @@ Json run_json(const RunReport& run) {
   json["scene"] = {{"name", run.displays.front().core->welcome().scene}};
   if (!run.options.motion_file.empty())
     json["motion"] = {{"file", run.options.motion_file.string()}, {"hash", file_hash(run.options.motion_file)}};
-  json["device"] = !run.options.hardware.empty()           ? run.options.hardware
-                   : run.options.device == DeviceKind::sim ? "sim"
-                                                           : "replay";
+  json["device"] = run.options.device_name;
+  if (const auto& workspace = run.options.workspace)
+    json["workspace"] = {{"scale", workspace->scale},
+                         {"force_scale", workspace->force_scale},
+                         {"rotation_deg", list(workspace->rotation_deg)},
+                         {"offset_m", list(workspace->offset_m)},
+                         {"tool_weight_n", list(workspace->tool_weight_n)}};
   json["server"] = run.options.server;
   json["station"] = run.options.station;
   json["seed"] = run.options.seed;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <thread>
@@ -13,12 +14,12 @@
 #include "client/app/report.hpp"
 #include "client/app/station.hpp"
 #include "client/device/hardware/open_device.hpp"
-#include "client/device/placed_device.hpp"
 #include "client/io/body_reset.hpp"
 #include "client/io/device_check.hpp"
 #include "client/io/haptic_loop.hpp"
 #include "client/io/link_check.hpp"
 #include "client/io/session_recording.hpp"
+#include "client/mapping/mapped_device.hpp"
 #include "common/base/error.hpp"
 #include "common/base/grasp_reach.hpp"
 #include "common/io/monotonic.hpp"
@@ -36,8 +37,16 @@ constexpr double kReportedMaxS = 600;         ///< of a run without an end, or o
 constexpr std::size_t kRingTicks = 4096;      ///< that may wait between two polls
 constexpr double kStartMaxM = 5e-4;           ///< attach: the motion should start where the node rests
 
-void say(const std::string& line) {
-  fmt::print("{}\n", line);
+/// Of several hands: whose lines these are, at the beginning of each. A hand runs on a thread of its own.
+thread_local std::string speaker;
+
+void say(const std::string& lines) {
+  std::string text = speaker;
+  for (const char c : lines) {
+    text += c;
+    if (c == '\n') text += speaker;
+  }
+  fmt::print("{}\n", text);
   std::fflush(stdout);
 }
 
@@ -52,7 +61,7 @@ class Run {
       recording_ = std::make_unique<SessionRecording>(options.record, "palpate-client " PALPATE_VERSION, options.station);
       watch = [this](const ClientCore& core, auto bytes, Micros now) { recording_->datagram(core, bytes, now); };
     }
-    if (!options.hardware.empty()) hardware_ = open_hardware(options.hardware);
+    if (options.held) hardware_ = open_hardware(options.device_name);
     stations_.push_back(std::make_unique<ClientStation>(options, options.scheme, "", std::move(watch), caps()));
   }
 
@@ -137,7 +146,7 @@ class Run {
     for (auto& station : stations_) displays.push_back(&station->core().haptic());
     row_.resize(displays.size());
     if (!options_.report.empty()) log_ = std::make_unique<TickLog>(reported_ticks(), displays.size());
-    loop_ = std::make_unique<HapticLoop>(*device_, displays, HapticLoopOptions{options_.realtime, ring_ticks()});
+    loop_ = std::make_unique<HapticLoop>(felt_device(), displays, HapticLoopOptions{options_.realtime, ring_ticks()});
     realtime_ = loop_->start();
     if (realtime_.asked) say(describe(realtime_));
     if (wait_until_felt(welcome)) move();
@@ -146,37 +155,56 @@ class Run {
 
   /// What the hardware can do; null where there is none.
   const DeviceCaps* caps() const { return hardware_ ? &hardware_->caps() : nullptr; }
+  /// The device, as the scene sees it.
+  Device& felt_device() { return mapped_ ? static_cast<Device&>(*mapped_) : *device_; }
+
+  void map(Device& device, const Welcome& welcome) {
+    const SceneSpot spot{welcome.home, welcome.contact == ContactKind::attach};
+    mapped_ = std::make_unique<MappedDevice>(device, *options_.workspace, spot, options_.workspace_place);
+  }
 
   /// The device that a hand holds, once it is ready. False when the run is over first.
   bool take_up(const Welcome& welcome) {
     constexpr Micros kEver = Micros::max();
-    say(fmt::format("device {}: {}", options_.hardware, hardware_->caps().model));
+    say(fmt::format("device {}: {}", options_.device_name, hardware_->caps().model));
     const auto says = [](const DeviceReading& reading) {
       say(fmt::format("the device is not ready: {}", reading.reason.text()));
     };
     if (!wait_until_ready(*hardware_, kEver, stop_, says)) return false;
-    device_ = std::make_unique<PlacedDevice>(std::move(hardware_), welcome.home);
+    map(*hardware_, welcome);
+    mapped_->wait_for_start();
     return true;
   }
 
+  /// Without a motion the hand holds still at the scene's home.
+  Motion intention(const Welcome& welcome) const {
+    if (options_.motion) return *options_.motion;
+    const bool mapped = options_.workspace.has_value();
+    return Motion::rest(mapped ? options_.workspace->centre_m.value_or(Vec3::Zero()) : welcome.home, 1.0);
+  }
+
   void prepare_device(const Welcome& welcome) {
-    const Motion motion = options_.motion ? *options_.motion : Motion::rest(welcome.home, 1.0);
-    const double off_m = (motion.position(0.0) - welcome.home).norm();
-    const auto in_mm = [](const Vec3& at) {
-      return fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", 1e3 * at.x(), 1e3 * at.y(), 1e3 * at.z());
-    };
-    if (welcome.contact == ContactKind::attach && off_m > kGraspReachM)
-      throw InputError(
-          "--motion " + options_.motion_file.string(),
-          fmt::format("starts at {}, {:.0f} mm from the node that it should grasp", in_mm(motion.position(0.0)), 1e3 * off_m),
-          fmt::format("a start within {:.0f} mm of {}", 1e3 * kGraspReachM, in_mm(welcome.home)));
-    if (welcome.contact == ContactKind::attach && off_m > kStartMaxM)
-      say(fmt::format("warning: the motion starts {:.1f} mm from where the attached node rests; the node will be pulled there",
-                      off_m * 1e3));
+    const Motion motion = intention(welcome);
     DeviceOptions device{options_.device, options_.hand, options_.seed};
     if (options_.release_s) device.release_s = *options_.release_s;
     device.stays_at_end = options_.duration_s.has_value();
     device_ = make_device(motion, device);
+    if (options_.workspace) map(*device_, welcome);
+    check_start(welcome, mapped_ ? mapped_->place(motion.position(0.0)) : motion.position(0.0));
+  }
+
+  void check_start(const Welcome& welcome, const Vec3& start) const {
+    const double off_m = (start - welcome.home).norm();
+    const auto in_mm = [](const Vec3& at) {
+      return fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", 1e3 * at.x(), 1e3 * at.y(), 1e3 * at.z());
+    };
+    if (welcome.contact == ContactKind::attach && off_m > kGraspReachM)
+      throw InputError("--motion " + options_.motion_file.string(),
+                       fmt::format("starts at {}, {:.0f} mm from the node that it should grasp", in_mm(start), 1e3 * off_m),
+                       fmt::format("a start within {:.0f} mm of {}", 1e3 * kGraspReachM, in_mm(welcome.home)));
+    if (welcome.contact == ContactKind::attach && off_m > kStartMaxM)
+      say(fmt::format("warning: the motion starts {:.1f} mm from where the attached node rests; the node will be pulled there",
+                      off_m * 1e3));
   }
 
   std::size_t ring_ticks() const { return options_.report.empty() && !recording_ ? 0 : kRingTicks; }
@@ -206,10 +234,10 @@ class Run {
     const Micros start = loop_->due_after(kUntilStart);
     motion_start_ = start;
     if (recording_) recording_->event(start, RecordedEventKind::motion);
-    device_->start(start);
-    say(options_.motion             ? fmt::format("motion of {:g} s starts", options_.motion->duration_s())
-        : options_.hardware.empty() ? "holding still"
-                                    : "where the hand is now is where the tool begins: feel");
+    hardware_ ? mapped_->start(start) : device_->start(start);
+    say(options_.motion ? fmt::format("motion of {:g} s starts", options_.motion->duration_s())
+        : options_.held ? "feel"
+                        : "holding still");
     bool linked = true, slow = false, moving = options_.motion.has_value();
     wait([&] {
       say_refusals();
@@ -297,8 +325,9 @@ class Run {
   std::unique_ptr<TickLog> log_;
   std::vector<DisplayRecord> row_;
   std::vector<std::unique_ptr<ClientStation>> stations_;
-  std::unique_ptr<Device> hardware_;  ///< until it is placed
-  std::unique_ptr<MotionDevice> device_;
+  std::unique_ptr<Device> hardware_;      ///< that a hand holds, or
+  std::unique_ptr<MotionDevice> device_;  ///< a simulated one
+  std::unique_ptr<MappedDevice> mapped_;
   std::unique_ptr<HapticLoop> loop_;
   RealtimeStatus realtime_;
   SchemeInUse scheme_said_;
@@ -332,6 +361,32 @@ int reset_body(const AppOptions& options, const std::atomic<bool>& stop) {
   return fault.empty() ? 0 : 1;
 }
 
-int run(const AppOptions& options, const std::atomic<bool>& stop) { return Run(options, stop).go(); }
+int run(const std::vector<AppOptions>& hands, const std::atomic<bool>& stop) {
+  if (hands.size() == 1) return Run(hands.front(), stop).go();
+  std::atomic<bool> end{false};
+  std::atomic<std::size_t> going{hands.size()};
+  std::vector<int> codes(hands.size());
+  std::vector<std::exception_ptr> faults(hands.size());
+  std::vector<std::thread> threads;
+  for (std::size_t k = 0; k < hands.size(); ++k)
+    threads.emplace_back([&, k] {
+      speaker = hands[k].station + ": ";
+      try {
+        codes[k] = Run(hands[k], end).go();
+      } catch (...) {
+        faults[k] = std::current_exception();
+        end = true;
+      }
+      --going;
+    });
+  while (going > 0) {
+    if (stop) end = true;
+    std::this_thread::sleep_for(kPoll);
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const std::exception_ptr& fault : faults)
+    if (fault) std::rethrow_exception(fault);
+  return *std::max_element(codes.begin(), codes.end());
+}
 
 }  // namespace palpate

@@ -1,7 +1,9 @@
-// One run of palpate-client: join, wait until the body can be felt, let the hand move, end safely, report.
+// One run of palpate-client: join, wait until the body can be felt, let the hand move, end safely, report. Several hands of one
+// person run side by side, each a station of its own with its own threads, report and recording.
 #pragma once
 
 #include <atomic>
+#include <vector>
 
 #include "client/app/options.hpp"
 
@@ -13,7 +15,8 @@ int check_link(const AppOptions& options, const std::atomic<bool>& stop);
 /// --reset: 0 when the body was put back to rest, else 1.
 int reset_body(const AppOptions& options, const std::atomic<bool>& stop);
 
-/// The program's exit code. Ends early, and well, once `stop` is set. Throws InputError when the report cannot be written.
-int run(const AppOptions& options, const std::atomic<bool>& stop);
+/// The program's exit code, of several hands the worst. Ends early, and well, once `stop` is set; a hand that fails ends the
+/// others so. Throws InputError when a report cannot be written.
+int run(const std::vector<AppOptions>& hands, const std::atomic<bool>& stop);
 
 }  // namespace palpate

@@ -15,7 +15,7 @@ GuardLimits limits_of(const AppOptions& options, const DeviceCaps* hardware) {
   limits.passivity = options.passivity;
   if (hardware) {
     if (hardware->force_max_n <= 0 || hardware->slew_max_n_s <= 0)
-      throw InputError("--device " + options.hardware, hardware->model + " does not say what force it can render",
+      throw InputError("--device " + options.device_name, hardware->model + " does not say what force it can render",
                        "a device that does");
     limits.force_max_n = hardware->force_max_n;
     limits.slew_max_n_s = hardware->slew_max_n_s;

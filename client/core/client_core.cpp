@@ -69,10 +69,19 @@ void ClientCore::drain() {
     recent_.push_back(sample);
     ++unsent_;
   }
+  drain_hold();
   while (recent_.size() > kKept) recent_.pop_front();
   // Before joining, what was done is past; the server starts with the newest.
   const std::size_t most = link_ == LinkState::joined ? recent_.size() : static_cast<std::size_t>(kMaxSamplesPerDatagram);
   unsent_ = std::min({unsent_, most, recent_.size()});
+}
+
+void ClientCore::drain_hold() {
+  if (const Orientation* newest = haptic_.hold().take_orientation()) orientation_ = *newest;
+  for (ButtonChange change; haptic_.hold().take_change(change);) {
+    if (button_changes_.size() == std::size_t{kMaxButtonChanges}) button_changes_.erase(button_changes_.begin());
+    button_changes_.push_back(change);
+  }
 }
 
 void ClientCore::take(std::span<const std::byte> bytes, Micros now) {
@@ -258,7 +267,10 @@ std::size_t ClientCore::emit_samples(std::span<std::byte> out, Micros now) {
     const auto fresh = std::min(unsent_, most - repeat);
     const auto first = recent_.begin() + static_cast<std::ptrdiff_t>(sent - repeat);
     unsent_ -= fresh;
-    Samples samples{{first, first + static_cast<std::ptrdiff_t>(repeat + fresh)}, welcome_.deadband > 0 ? intake_.playing() : 0};
+    Samples samples{{first, first + static_cast<std::ptrdiff_t>(repeat + fresh)},
+                    welcome_.deadband > 0 ? intake_.playing() : 0,
+                    orientation_,
+                    button_changes_};
     if (const auto size = say(std::move(samples), out, now)) return size;
   }
   send_due_ = false;

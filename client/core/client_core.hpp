@@ -114,6 +114,7 @@ class ClientCore {
   static constexpr Micros kDrainEvery{100'000};  ///< at least; the ring between the threads holds a second
 
   void drain();
+  void drain_hold();
   bool is_ours(const Message& message) const;
   void take_welcome(const Message& message, Micros now);
   void take_refuse(const Message& message, Micros now);
@@ -145,8 +146,10 @@ class ClientCore {
   LinkReport server_report_;
   SchemeInUse in_use_;
   SchemesFelt schemes_felt_;
-  std::deque<ToolSample> recent_;  ///< newest last
-  std::size_t unsent_ = 0;         ///< of these, at the end
+  std::deque<ToolSample> recent_;             ///< newest last
+  std::size_t unsent_ = 0;                    ///< of these, at the end
+  Orientation orientation_;                   ///< newest
+  std::vector<ButtonChange> button_changes_;  ///< newest last, kMaxButtonChanges at most: every datagram of samples repeats them
   Patch last_patch_;
   ClientCounts counts_;
 

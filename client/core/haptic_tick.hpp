@@ -13,6 +13,7 @@
 #include <array>
 #include <atomic>
 
+#include "client/core/tool_hold.hpp"
 #include "client/guard/guard.hpp"
 #include "client/guard/virtual_coupling.hpp"
 #include "common/base/latest_slot.hpp"
@@ -60,6 +61,8 @@ class HapticTick {
   Micros horizon() const noexcept { return Micros{horizon_us_.load(std::memory_order_relaxed)}; }
   /// The server says that the patch in use is as good as one stamped `stamp` would be. Any thread, one at a time.
   void live_on(Micros stamp) noexcept { lives_on_us_.store(stamp.count(), std::memory_order_relaxed); }
+  /// How the tool is held and its buttons, which the haptic thread leaves for the network thread.
+  ToolHold& hold() noexcept { return hold_; }
   /// The haptic thread woke late for this tick.
   void note_late() noexcept { late_ticks_.store(late_ticks() + 1, std::memory_order_relaxed); }
   /// How often it did. Any thread.
@@ -99,6 +102,7 @@ class HapticTick {
   double age_mean_us_ = 0, age_deviation_us_ = 0;
   std::atomic<std::int64_t> horizon_us_{0}, lives_on_us_{Micros::min().count()};
   std::atomic<std::uint32_t> late_ticks_{0};
+  ToolHold hold_;
   HapticCounts counts_;
 };
 

@@ -69,6 +69,7 @@ struct DeviceReading {
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< R_WT, of unit length
   std::uint32_t buttons = 0;                                        ///< bit n: button n is pressed
   DeviceReason reason{};                                            ///< empty while ok
+  double share = 1;  ///< of what is written next that the hand feels: less where a clutch fades the force
   bool ok() const noexcept { return state == DeviceState::ok; }
 };
 

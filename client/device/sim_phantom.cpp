@@ -47,6 +47,8 @@ SimPhantom::SimPhantom(Motion intention, const SimPhantomOptions& options)
   caps_ = {"sim", options_.force_max_n, kSlewMaxNS, kRenderedStiffnessMaxNM};
   caps_.force_continuous_n = options_.force_max_n;  // simulated motors stay cold
   caps_.velocity_max_m_s = kSpeedMaxMS;
+  caps_.has_orientation = intention_.has_orientation();
+  caps_.buttons = intention_.button_count();
 }
 
 DeviceReading SimPhantom::read(Micros now) noexcept {
@@ -57,7 +59,8 @@ DeviceReading SimPhantom::read(Micros now) noexcept {
     step(time_, next);
     time_ = next;
   }
-  return {origin_ + quantised(position_ - origin_, options_.position_step_m), DeviceState::ok};
+  return {origin_ + quantised(position_ - origin_, options_.position_step_m), DeviceState::ok,
+          intention_.orientation(time_).value_or(Eigen::Quaterniond::Identity()), intention_.buttons(time_)};
 }
 
 void SimPhantom::write(const Vec3& force) noexcept {

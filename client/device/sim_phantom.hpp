@@ -7,6 +7,8 @@
 // 0.03 mm per axis from where it was switched on. It has no gravity, and no friction unless b_device is given: the least damped
 // case.
 //
+// Where the intention says how the tool is held and which buttons are pressed, the readings do.
+//
 // The equation is linear; with F constant and w linear inside a sub-step of at most 0.25 ms its Taylor series to 16th order is
 // exact to rounding, so nothing but the stated quantisation and the sampling of w separates it from the closed form.
 // The same seed and the same calls give the same bits.

@@ -95,6 +95,7 @@ bool HapticLoop::tick(Micros due) noexcept {
   const ToolSample sample{due, reading.position};
   const std::int64_t before_ns = now_ns();
   outputs_[0] = displays_[0]->tick(sample);
+  displays_[0]->hold().say(due, orientation_of(reading), reading.buttons);
   stats_.tick_ns.add(now_ns() - before_ns);
   force_ = outputs_[0].force;
   device_.write(force_);
@@ -104,16 +105,21 @@ bool HapticLoop::tick(Micros due) noexcept {
   for (const TickOutput& output : outputs_) with_patch += output.has_patch;
   with_patch_.store(outputs_[0].has_patch ? with_patch : 0, std::memory_order_release);
   ++stats_.ticks;
-  stats_.force_max_n = std::max(stats_.force_max_n, force_.norm());
-  record(due, reading.position, outputs_[0]);
+  stats_.force_max_n = std::max(stats_.force_max_n, reading.share * force_.norm());
+  record(due, reading, outputs_[0]);
   stats_.work_ns.add(now_ns() - begin_ns);
   return true;
 }
 
-void HapticLoop::record(Micros due, const Vec3& position, const TickOutput& main) noexcept {
-  if (!recorder_.begin({due, position, main.model_force, main.patch_age, main.has_patch, main.swapped, main.hand_over_step_n}))
+Orientation HapticLoop::orientation_of(const DeviceReading& reading) const noexcept {
+  return device_.caps().has_orientation ? Orientation(reading.orientation) : Orientation();
+}
+
+void HapticLoop::record(Micros due, const DeviceReading& reading, const TickOutput& main) noexcept {
+  if (!recorder_.begin({due, reading.position, main.model_force, main.patch_age, main.has_patch, main.swapped,
+                        main.hand_over_step_n, orientation_of(reading), reading.buttons}))
     return;
-  for (std::size_t i = 0; i < outputs_.size(); ++i) recorder_.set(i, {outputs_[i].force, outputs_[i].contact});
+  for (std::size_t i = 0; i < outputs_.size(); ++i) recorder_.set(i, {reading.share * outputs_[i].force, outputs_[i].contact});
   recorder_.end();
 }
 

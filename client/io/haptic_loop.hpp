@@ -70,7 +70,8 @@ class HapticLoop {
  private:
   void run() noexcept;
   bool tick(Micros due) noexcept;
-  void record(Micros due, const Vec3& position, const TickOutput& main) noexcept;
+  void record(Micros due, const DeviceReading& reading, const TickOutput& main) noexcept;
+  Orientation orientation_of(const DeviceReading& reading) const noexcept;
   void make_safe(Micros due) noexcept;
 
   Device& device_;

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "common/base/tool_pose.hpp"
 #include "common/base/types.hpp"
 
 namespace palpate {
@@ -25,6 +26,8 @@ struct TickRecord {
   bool has_patch = false;
   bool swapped = false;  ///< a new patch took over, with this step before the cross-fade
   double step_n = 0;
+  Orientation orientation = {};
+  std::uint32_t buttons = 0;
 };
 
 class Recorder {

@@ -32,6 +32,7 @@ void SessionRecording::tick(const TickRecord& tick, const DisplayRecord& felt) {
   const std::lock_guard lock(mutex_);
   recorder_.tick({tick.t, tick.position, tick.model_force, felt.force, tick.patch_age, tick.has_patch, felt.contact, false});
   if (tick.swapped) recorder_.hand_over({tick.t, tick.t - tick.patch_age, tick.step_n});
+  recorder_.hold(tick.t, tick.orientation, tick.buttons);
 }
 
 void SessionRecording::event(Micros t, RecordedEventKind kind, const std::string& text) {

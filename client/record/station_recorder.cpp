@@ -14,6 +14,13 @@ void StationRecorder::event(Micros t, RecordedEventKind kind, const std::string&
   writer_.add(event);
 }
 
+void StationRecorder::hold(Micros t, const Orientation& orientation, std::uint32_t buttons) {
+  const bool turned = orientation && (!orientation_ || orientation->coeffs() != orientation_->coeffs());
+  if (turned) writer_.add(RecordedTurn{t, 0, *orientation});
+  orientation_ = orientation;
+  if (buttons != std::exchange(buttons_, buttons)) writer_.add(RecordedButtons{t, 0, buttons});
+}
+
 void StationRecorder::datagram(const ClientCore& core, std::span<const std::byte> bytes, Micros now) {
   const ClientCounts& counts = core.counts();
   const std::uint64_t refused = counts.dropped[static_cast<std::size_t>(WireFault::patch_refused)];

@@ -13,6 +13,8 @@ class StationRecorder {
   explicit StationRecorder(const RecordingHead& head) : writer_(head) {}
 
   void tick(const RecordedTick& tick) { writer_.add(tick); }
+  /// How the tool is held and its buttons, once a tick: kept where they change.
+  void hold(Micros t, const Orientation& orientation, std::uint32_t buttons);
   void hand_over(const RecordedHandOver& hand_over) { writer_.add(hand_over); }
   /// The core has just taken `bytes`. Patches and their terms are kept as they came, also those that it refused.
   void datagram(const ClientCore& core, std::span<const std::byte> bytes, Micros now);
@@ -27,6 +29,8 @@ class StationRecorder {
   LinkState link_ = LinkState::joining;
   std::string refusal_;
   bool slow_ = false;
+  Orientation orientation_;
+  std::uint32_t buttons_ = 0;
   Micros next_links_{};
   std::uint64_t patch_bytes_ = 0, refused_ = 0;
 };

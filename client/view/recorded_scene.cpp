@@ -66,6 +66,8 @@ RecordedScene::RecordedScene(const RecordingReader& recording, const std::string
   for (auto& [id, hand] : hands_) {
     sort_by_time(hand.touches);
     sort_by_time(hand.links);
+    sort_by_time(hand.turns);
+    sort_by_time(hand.buttons);
   }
   make_course();
 }
@@ -82,6 +84,8 @@ void RecordedScene::take(const RecordedBlock& block, std::size_t k) {
     force_max_n_ = std::max(force_max_n_, static_cast<float>(touch.force.norm()));
   }
   for (const RecordedLink& link : block.links) hands_[link.station].links.push_back(link);
+  for (const RecordedTurn& turn : block.turns) hands_[turn.station].turns.push_back(turn);
+  for (const RecordedButtons& change : block.buttons) hands_[change.station].buttons.push_back(change);
 }
 
 void RecordedScene::take_events(const RecordedBlock& block) {
@@ -175,9 +179,21 @@ std::vector<ToolView> RecordedScene::tools_at(Micros t) const {
       tool.force += s * (b->force - a->force);
       tool.contact = s < 0.5 ? a->contact : b->contact;
     }
+    hold_at(hand, t, tool);
     tools.push_back(std::move(tool));
   }
   return tools;
+}
+
+/// How the tool is held and its buttons.
+void RecordedScene::hold_at(const Hand& hand, Micros t, ToolView& tool) {
+  if (const auto change = last_until(hand.buttons, t); change != hand.buttons.end()) tool.buttons = change->pressed;
+  const auto a = last_until(hand.turns, t);
+  if (a == hand.turns.end()) return;
+  tool.orientation = a->orientation;
+  const auto b = std::next(a);
+  if (b != hand.turns.end() && b->t - a->t <= kFarFrames && b->t > a->t)
+    tool.orientation = a->orientation.slerp(seconds(t - a->t) / seconds(b->t - a->t), b->orientation);
 }
 
 ViewMoment RecordedScene::at(Micros t) {

@@ -63,10 +63,13 @@ class RecordedScene {
     Micros joined{}, gone = Micros::max();
     std::vector<RecordedTouch> touches;
     std::vector<RecordedLink> links;
+    std::vector<RecordedTurn> turns;
+    std::vector<RecordedButtons> buttons;
   };
 
   void take(const RecordedBlock& block, std::size_t k);
   void take_events(const RecordedBlock& block);
+  static void hold_at(const Hand& hand, Micros t, ToolView& tool);
   void note_displacement(const RecordedShape& shape);
   void make_course();
   const std::vector<Vec3>& positions(std::size_t shape);

@@ -7,6 +7,15 @@
 #include "client/view/color.hpp"
 
 namespace palpate {
+namespace {
+
+Stylus stylus_of(const ToolView& tool, float tip_radius, const Vec3f& color) {
+  Stylus stylus{tool.position.cast<float>(), tip_radius, color, {}, tool.buttons != 0};
+  if (tool.orientation) stylus.axes = tool.orientation->normalized().toRotationMatrix().cast<float>();
+  return stylus;
+}
+
+}  // namespace
 
 SolidBatch::SolidBatch() {
   constexpr int kFloats = sizeof(SolidVertex) / sizeof(float);
@@ -21,7 +30,7 @@ bool SolidBatch::show(const Sight& sight, const Box& rest) {
   next_.clear();
   const float tip = tip_radius(rest);
   for (std::size_t i = 0; i < sight.tools.size(); ++i)
-    append_stylus(next_, sight.tools[i].position.cast<float>(), tip, station_color(sight.hue(i)));
+    append_stylus(next_, stylus_of(sight.tools[i], tip, station_color(sight.hue(i))));
   arrows_from_ = next_.size();
   for (std::size_t i = 0; i < sight.tools.size(); ++i) {
     const ToolView& tool = sight.tools[i];

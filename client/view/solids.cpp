@@ -23,6 +23,22 @@ Vec2f shared(const Vec2f& own, const Vec2f& neighbour) {
   return own.dot(neighbour) > kSharedNormalCosine ? Vec2f((own + neighbour).normalized()) : own;
 }
 
+const Vec3f kGrip(0.16F, 0.17F, 0.19F);
+
+/// A short rocker along the grip, on the side of x: shows how the stylus is rolled, and whether a button is pressed.
+void append_button(SolidMesh& mesh, const Stylus& stylus) {
+  const Vec3f idle(0.42F, 0.44F, 0.47F), color = stylus.pressed ? stylus.color : idle;
+  const float r = stylus.tip_radius, sunk = stylus.pressed ? 0.62F : 0.80F;
+  std::vector<Ring> profile{{0.00F, -1.6F, color, 0.4F}, {0.30F, -1.5F, color, 0.4F}, {0.42F, -1.2F, color, 0.4F},
+                            {0.42F, 1.2F, color, 0.4F},  {0.30F, 1.5F, color, 0.4F},  {0.00F, 1.6F, color, 0.4F}};
+  for (Ring& ring : profile) {
+    ring.radius *= r;
+    ring.height *= r;
+  }
+  const Vec3f side = stylus.axes->col(0), along = stylus.axes->col(2);
+  append_turned(mesh, stylus.tip + r * (13.6F * along + sunk * side), along, profile);
+}
+
 }  // namespace
 
 void append_turned(SolidMesh& mesh, const Vec3f& base, const Vec3f& axis, const std::vector<Ring>& profile) {
@@ -46,8 +62,8 @@ void append_turned(SolidMesh& mesh, const Vec3f& base, const Vec3f& axis, const 
   }
 }
 
-void append_stylus(SolidMesh& mesh, const Vec3f& tip, float tip_radius, const Vec3f& collar_srgb) {
-  const Vec3f steel(0.72F, 0.74F, 0.77F), grip(0.16F, 0.17F, 0.19F), lean = Vec3f(0.50F, 0.36F, 0.79F);
+void append_stylus(SolidMesh& mesh, const Stylus& stylus) {
+  const Vec3f steel(0.72F, 0.74F, 0.77F), grip = kGrip, lean = Vec3f(0.50F, 0.36F, 0.79F), collar_srgb = stylus.color;
   std::vector<Ring> profile;
   constexpr int kArc = 10;
   for (int i = 0; i < kArc; ++i) {
@@ -67,10 +83,11 @@ void append_stylus(SolidMesh& mesh, const Vec3f& tip, float tip_radius, const Ve
                                  {0.60F, 23.2F, grip, 0.25F},
                                  {0.00F, 23.4F, grip, 0.25F}});
   for (Ring& ring : profile) {
-    ring.radius *= tip_radius;
-    ring.height *= tip_radius;
+    ring.radius *= stylus.tip_radius;
+    ring.height *= stylus.tip_radius;
   }
-  append_turned(mesh, tip, lean, profile);
+  append_turned(mesh, stylus.tip, stylus.axes ? Vec3f(stylus.axes->col(2)) : lean, profile);
+  if (stylus.axes) append_button(mesh, stylus);
 }
 
 void append_arrow(SolidMesh& mesh, const Vec3f& from, const Vec3f& along, float width, const Vec3f& color_srgb) {

@@ -1,6 +1,7 @@
 // Triangles of the things that are not the body: instruments and force arrows, built anew for each frame (a few hundred each).
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "client/view/surface.hpp"
@@ -25,9 +26,17 @@ struct Ring {
 /// Turns a profile around an axis through `base`. Neighbouring stretches share normals where they bend by less than 45 degrees.
 void append_turned(SolidMesh& mesh, const Vec3f& base, const Vec3f& axis, const std::vector<Ring>& profile);
 
-/// A slender stylus whose ball tip is centred on the tool point. The point has three degrees of freedom, so the
-/// direction of the shaft is a convention: up, leaning to the back right.
-void append_stylus(SolidMesh& mesh, const Vec3f& tip, float tip_radius, const Vec3f& collar_srgb);
+/// A slender stylus whose ball tip is centred on the tool point.
+struct Stylus {
+  Vec3f tip = Vec3f::Zero();
+  float tip_radius = 0;
+  Vec3f color = Vec3f::Ones();  ///< of its collar, and of its button while that is pressed; sRGB
+  /// Axes of T (common/base/tool_pose.hpp) in W. Without them the device has three degrees of freedom: the direction of the shaft
+  /// is a convention, up, leaning to the back right, and there is no button.
+  std::optional<Eigen::Matrix3f> axes = {};
+  bool pressed = false;
+};
+void append_stylus(SolidMesh& mesh, const Stylus& stylus);
 
 /// An arrow of the given length starting at `from`; nothing when it is shorter than its own width.
 void append_arrow(SolidMesh& mesh, const Vec3f& from, const Vec3f& along, float width, const Vec3f& color_srgb);

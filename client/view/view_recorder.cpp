@@ -1,6 +1,7 @@
 #include "client/view/view_recorder.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -93,6 +94,9 @@ void ViewRecorder::take_tools(const Tools& tools, const RoomView& room) {
     }
     writer_.add(touch);
     writer_.add(RecordedPath{touch.station, {{tools.body_time, tool.position}}});
+    if (tool.orientation) writer_.add(RecordedTurn{touch.t, touch.station, tool.orientation->normalized()});
+    if (tool.buttons != std::exchange(buttons_[touch.station], tool.buttons))
+      writer_.add(RecordedButtons{touch.t, touch.station, tool.buttons});
   }
   std::erase_if(stations_, [&](const auto& entry) {
     const auto here = [&](const ToolView& tool) { return tool.station == entry.first; };

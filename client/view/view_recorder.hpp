@@ -36,7 +36,8 @@ class ViewRecorder {
 
   std::uint64_t mesh_version_;
   RecordingWriter writer_;
-  std::map<std::string, StationId> stations_;  ///< that are here
+  std::map<std::string, StationId> stations_;   ///< that are here
+  std::map<StationId, std::uint32_t> buttons_;  ///< that were pressed last
   StationId stations_ever_ = 0;
   Micros shape_until_ = Micros::min(), tools_until_ = Micros::min(), next_links_ = Micros::min();
 };

@@ -57,6 +57,12 @@ Vec3 force_of(const wire::Vec& vec, Sense& sense) {
   return force;
 }
 
+Eigen::Quaterniond orientation_of(const wire::Turn& turn, Sense& sense) {
+  const Eigen::Quaterniond orientation = pack::from(turn);
+  sense.orientation(orientation);
+  return orientation.normalized();
+}
+
 Micros time_of(std::int64_t t, Sense& sense) {
   sense.time(Micros{t});
   return sense.ok() ? Micros{t} : Micros{};
@@ -203,6 +209,12 @@ std::optional<RecordedBlock> decode_block(std::span<const std::byte> part, std::
   RecordedBlock block;
   if (!decode_room(*table, base, vertices, block, sense)) return std::nullopt;
   decode_station(*table, base, block, sense);
+  each(table->turns(), [&](const record::Turn& t) {
+    block.turns.push_back({base + Micros{t.at()}, t.station(), orientation_of(t.turn(), sense)});
+  });
+  each(table->buttons(), [&](const record::Buttons& b) {
+    block.buttons.push_back({base + Micros{b.at()}, b.station(), b.pressed()});
+  });
   each(table->events(), [&](const record::Event& event) { block.events.push_back(event_of(event, base, sense)); });
   each(table->links(), [&](const record::Link& l) {
     block.links.push_back({base + Micros{l.at()}, l.station(), Micros{l.rtt()}, Micros{l.rtt_min()}, Micros{l.jitter()},

@@ -35,6 +35,14 @@ const typename Items::value_type* last_at(const Items& items, Micros t) {
   return last;
 }
 
+/// How the tool is held and its buttons, as the block says.
+void add_hold(const RecordedBlock& block, Micros t, RecordedTool& tool) {
+  for (const RecordedTurn& turn : block.turns)
+    if (turn.station == tool.station && turn.t <= t) tool.orientation = turn.orientation;
+  for (const RecordedButtons& change : block.buttons)
+    if (change.station == tool.station && change.t <= t) tool.buttons = change.pressed;
+}
+
 }  // namespace
 
 const char* name_of(RecordedEventKind kind) {
@@ -153,6 +161,7 @@ std::vector<RecordedTool> RecordingReader::tools_at(Micros t) {
     for (const RecordedTouch& touch : block->touches)
       if (frame && touch.t == frame->t)
         tools.push_back({touch.station, name_of(touch.station), touch.tool, touch.force, touch.contact});
+    for (RecordedTool& tool : tools) add_hold(*block, t, tool);
     if (frame) break;
   }
   return tools;

@@ -40,6 +40,8 @@ struct RecordedTool {
   std::string name;
   Vec3 position = Vec3::Zero(), force = Vec3::Zero();
   bool contact = false;
+  Orientation orientation = {};
+  std::uint32_t buttons = 0;
 };
 
 class RecordingReader {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/tool_pose.hpp"
 #include "common/base/types.hpp"
 #include "common/port/patch.hpp"
 
@@ -118,6 +119,20 @@ struct RecordedHandOver {
   double step_n = 0;    ///< before the cross-fade
 };
 
+/// How a tool is held from then on, until the next.
+struct RecordedTurn {
+  Micros t{};
+  StationId station = 0;
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< R_WT, of unit length (common/base/tool_pose.hpp)
+};
+
+/// Which buttons of a tool are pressed from then on, until the next; none before the first.
+struct RecordedButtons {
+  Micros t{};
+  StationId station = 0;
+  std::uint32_t pressed = 0;  ///< bit n: button n
+};
+
 /// A datagram with a patch or its terms, as it came.
 struct RecordedPacket {
   Micros t{};
@@ -135,6 +150,8 @@ struct RecordedBlock {
   std::vector<RecordedTick> ticks;
   std::vector<RecordedHandOver> hand_overs;
   std::vector<RecordedPacket> packets;
+  std::vector<RecordedTurn> turns;
+  std::vector<RecordedButtons> buttons;
 };
 
 }  // namespace palpate

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include "common/record/layout.hpp"
@@ -111,6 +112,8 @@ struct RecordingWriter::State {
   Micros base{}, first{}, last{}, opened_at{};
   std::size_t gathered = 0;                    ///< bytes in the block, about
   const record::ShapeT* last_shape = nullptr;  ///< of the block
+  std::map<StationId, wire::Turn> turned;      ///< last, of stations that are here
+  std::map<StationId, std::uint32_t> pressed;
 
   std::size_t size() const { return taken + waiting.size(); }
 
@@ -134,10 +137,17 @@ struct RecordingWriter::State {
   std::int32_t at(Micros t, std::size_t bytes) {
     constexpr Micros kFar{1'000'000'000};
     if (!empty && (std::chrono::abs(t - base) > kFar || gathered >= kBlockBytes)) close();
-    if (empty) base = first = last = t;
-    empty = false;
+    if (empty) open(t);
     gathered += bytes;
     return since_base(t);
+  }
+
+  void open(Micros t) {
+    base = first = last = t;
+    empty = false;
+    for (const auto& [station, turn] : turned) block.turns.emplace_back(0, station, turn);
+    for (const auto& [station, buttons] : pressed)
+      if (buttons != 0) block.buttons.emplace_back(0, station, buttons);
   }
 
   void close() {
@@ -201,6 +211,11 @@ void RecordingWriter::add_shape(Micros t, const std::vector<Vec3>& positions) {
 void RecordingWriter::add(const RecordedEvent& event) {
   const std::int32_t at = state_->at(event.t, event.name.size() + event.text.size() + 64);
   state_->block.events.push_back(table_of(event, at));
+  const bool gone = event.kind == RecordedEventKind::left || event.kind == RecordedEventKind::silent;
+  if (gone && event.station != 0) {
+    state_->turned.erase(event.station);
+    state_->pressed.erase(event.station);
+  }
   if (event.kind != RecordedEventKind::joined) return;
   state_->index.joins.push_back(table_of(event, 0));
 }
@@ -223,6 +238,21 @@ void RecordingWriter::add(const RecordedTick& t) {
 void RecordingWriter::add(const RecordedHandOver& h) {
   const std::int32_t at = state_->at(h.t, sizeof(record::HandOver));
   state_->block.hand_overs.emplace_back(h.stamp.count(), at, pack::Packer().number(h.step_n));
+}
+
+void RecordingWriter::add(const RecordedTurn& t) {
+  pack::Packer packer;
+  const wire::Turn turn = packer.turn(t.orientation);
+  if (!packer.ok()) return;
+  const std::int32_t at = state_->at(t.t, sizeof(record::Turn));
+  state_->block.turns.emplace_back(at, t.station, turn);
+  state_->turned[t.station] = turn;
+}
+
+void RecordingWriter::add(const RecordedButtons& b) {
+  const std::int32_t at = state_->at(b.t, sizeof(record::Buttons));
+  state_->block.buttons.emplace_back(at, b.station, b.pressed);
+  state_->pressed[b.station] = b.pressed;
 }
 
 void RecordingWriter::add(const RecordedPacket& packet) {

@@ -32,6 +32,9 @@ class RecordingWriter {
   void add(const RecordedTick& tick);
   void add(const RecordedHandOver& hand_over);
   void add(const RecordedPacket& packet);
+  // Each block begins with what was last added of every station that has not left, so that it can be read by itself.
+  void add(const RecordedTurn& turn);
+  void add(const RecordedButtons& buttons);
 
   /// Closes the block when it is due; `now` in any clock that goes forward.
   void tick(Micros now);

@@ -72,8 +72,27 @@ WireFault read(const wire::Refuse& table, Refuse& m) {
   return WireFault::none;
 }
 
+/// How the tool is held and its buttons.
+WireFault read_hold(const wire::Samples& table, Samples& m) {
+  Sense sense;
+  if (table.turn()) {
+    m.orientation = pack::from(*table.turn());
+    sense.orientation(*m.orientation);
+  }
+  if (!table.buttons()) return sense.fault();
+  if (table.buttons()->size() > std::size_t{kMaxButtonChanges}) return WireFault::malformed;
+  for (const wire::Buttons* change : *table.buttons()) {
+    const ButtonChange read{pack::time_from(change->at()), change->pressed()};
+    sense.time(read.t);
+    sense.that(m.buttons.empty() || read.t > m.buttons.back().t);
+    m.buttons.push_back(read);
+  }
+  return sense.fault();
+}
+
 WireFault read(const wire::Samples& table, Samples& m) {
   m.playing = table.playing();
+  if (const auto fault = read_hold(table, m); fault != WireFault::none) return fault;
   if (!table.samples()) return WireFault::none;
   const auto count = table.samples()->size();
   if (!table.base() || count < 1 || count > std::size_t{kMaxSamplesPerDatagram}) return WireFault::malformed;
@@ -248,6 +267,11 @@ WireFault read(const wire::Tools& table, Tools& m) {
                   tool->state()->contact() == 1};
     sense.position(view.position);
     sense.force(view.force);
+    if (tool->turn()) {
+      view.orientation = pack::from(*tool->turn());
+      sense.orientation(*view.orientation);
+    }
+    view.buttons = tool->buttons();
     if (!sense.ok()) return sense.fault();
     view.station = view_of(tool->station());
     m.tools.push_back(std::move(view));

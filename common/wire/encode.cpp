@@ -55,14 +55,19 @@ class BodyWriter {
   }
   Offset<void> operator()(const Samples& m) {
     packer_.require(m.samples.size() <= std::size_t{kMaxSamplesPerDatagram});
-    if (m.samples.empty() || !packer_.ok())
-      return done(wire::Body::Samples, wire::CreateSamples(builder_, nullptr, 0, m.playing));
+    packer_.require(m.buttons.size() <= std::size_t{kMaxButtonChanges});
+    if (!packer_.ok()) return {};
+    const auto turn = m.orientation ? packer_.turn(*m.orientation) : wire::Turn();
+    const wire::Turn* const turned = m.orientation ? &turn : nullptr;
+    const auto buttons = button_changes(m.buttons);
+    if (m.samples.empty())
+      return done(wire::Body::Samples, wire::CreateSamples(builder_, nullptr, 0, m.playing, turned, buttons));
     std::array<wire::Sample, kMaxSamplesPerDatagram> packed;
     for (std::size_t i = 0; i < m.samples.size(); ++i)
       packed[i] = {packer_.duration(m.samples[i].t - m.samples[0].t), packer_.point(m.samples[i].position)};
     const auto base = packer_.time(m.samples[0].t);
     const auto samples = builder_.CreateVectorOfStructs(packed.data(), m.samples.size());
-    return done(wire::Body::Samples, wire::CreateSamples(builder_, &base, samples, m.playing));
+    return done(wire::Body::Samples, wire::CreateSamples(builder_, &base, samples, m.playing, turned, buttons));
   }
   Offset<void> operator()(const PatchMessage& m) { return done(wire::Body::Patch, write_patch(builder_, packer_, m.patch)); }
   Offset<void> operator()(const Beat& m) {
@@ -119,7 +124,9 @@ class BodyWriter {
     for (std::size_t i = 0; i < m.tools.size(); ++i) {
       const ToolView& tool = m.tools[i];
       const wire::ToolState state{packer_.point(tool.position), packer_.vec(tool.force), tool.contact};
-      views[i] = wire::CreateToolView(builder_, text(tool.station, kMaxNameBytes), &state);
+      const auto turn = tool.orientation ? packer_.turn(*tool.orientation) : wire::Turn();
+      views[i] = wire::CreateToolView(builder_, text(tool.station, kMaxNameBytes), &state, tool.orientation ? &turn : nullptr,
+                                      tool.buttons);
     }
     const auto tools = builder_.CreateVector(views.data(), m.tools.size());
     const auto time = packer_.time(m.body_time);
@@ -156,6 +163,12 @@ class BodyWriter {
   }
 
  private:
+  Offset<flatbuffers::Vector<const wire::Buttons*>> button_changes(const std::vector<ButtonChange>& changes) {
+    if (changes.empty()) return {};
+    std::array<wire::Buttons, kMaxButtonChanges> packed;
+    for (std::size_t i = 0; i < changes.size(); ++i) packed[i] = {packer_.time(changes[i].t), changes[i].pressed};
+    return builder_.CreateVectorOfStructs(packed.data(), changes.size());
+  }
   Offset<flatbuffers::String> text(const std::string& s, std::size_t most) {
     packer_.require(s.size() <= most);
     return builder_.CreateString(s.data(), std::min(s.size(), most));

@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/base/tool_pose.hpp"
 #include "common/base/types.hpp"
 #include "common/port/patch.hpp"
 #include "common/port/terms_pieces.hpp"
@@ -66,10 +67,14 @@ struct Refuse {
   std::string message;  ///< one line for a person
 };
 
+inline constexpr int kMaxButtonChanges = 4;  ///< of a tool's buttons in one datagram
+
 /// Client -> server: the newest tool samples (client clock, ascending), repeating those of the last datagrams.
 struct Samples {
   std::vector<ToolSample> samples;
-  std::uint32_t playing = 0;  ///< seq of the patch that is played, all of it; 0 = none, or the server has no deadband
+  std::uint32_t playing = 0;     ///< seq of the patch that is played, all of it; 0 = none, or the server has no deadband
+  Orientation orientation = {};  ///< at the last sample
+  std::vector<ButtonChange> buttons = {};  ///< the newest changes, ascending, at most kMaxButtonChanges; client's clock
 };
 
 /// Server -> client: the newest patch.
@@ -136,6 +141,8 @@ struct ToolView {
   std::string station;
   Vec3 position = Vec3::Zero(), force = Vec3::Zero();  ///< [m], force on the tool [N]
   bool contact = false;
+  Orientation orientation = {};  ///< the newest that came from the station
+  std::uint32_t buttons = 0;     ///< bit n: button n is pressed
 };
 struct Tools {
   std::uint32_t frame = 0;

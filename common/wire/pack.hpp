@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "common/base/limits.hpp"
+#include "common/base/tool_pose.hpp"
 #include "common/base/types.hpp"
 #include "common/wire/body_mesh.hpp"
 #include "wire_generated.h"
@@ -41,6 +42,10 @@ class Packer {
             number(m(2, 2))};
   }
   wire::Point point(const Vec3& v) { return {coordinate(v.x()), coordinate(v.y()), coordinate(v.z())}; }
+  wire::Turn turn(const Eigen::Quaterniond& q) {
+    require(is_unit(q));
+    return {turn_steps(q.x()), turn_steps(q.y()), turn_steps(q.z()), turn_steps(q.w())};
+  }
   /// Steps of a mesh's rest position, as 24 bits hold them.
   std::uint32_t rest(double metres) {
     require(std::abs(metres) <= kWorldExtentM);
@@ -62,6 +67,10 @@ class Packer {
     return ok_ ? static_cast<std::int32_t>(std::lround(metres / kPositionStepM)) : 0;
   }
 
+  std::int16_t turn_steps(double share) const {
+    return ok_ ? static_cast<std::int16_t>(std::lround(share * kShortMax)) : std::int16_t{0};
+  }
+
   bool ok_ = true;
 };
 
@@ -76,6 +85,10 @@ inline std::uint64_t from(const wire::Wide& w) { return std::uint64_t{w.high()} 
 inline Micros time_from(const wire::Wide& w) { return Micros{static_cast<std::int64_t>(from(w))}; }
 inline Vec3 from(const wire::Vec& v) { return {v.x(), v.y(), v.z()}; }
 inline Vec3 from(const wire::Point& p) { return Vec3(p.x(), p.y(), p.z()) * kPositionStepM; }
+/// Of unit length within the rounding: normalising it here would change what it encodes to again.
+inline Eigen::Quaterniond from(const wire::Turn& t) {
+  return Eigen::Quaterniond(Eigen::Vector4d(t.x(), t.y(), t.z(), t.w()) / kShortMax);
+}
 inline Mat3 from(const wire::Sym& s) {
   Mat3 m;
   m << s.xx(), s.yx(), s.zx(), s.yx(), s.yy(), s.zy(), s.zx(), s.zy(), s.zz();

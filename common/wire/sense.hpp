@@ -28,6 +28,7 @@ class Sense {
   }
   void position(const Vec3& v) { vec(v, kWorldExtentM); }
   void force(const Vec3& v) { vec(v, kMaxForceN); }
+  void orientation(const Eigen::Quaterniond& q) { that(is_unit(q)); }
   void time(Micros t) { number(static_cast<double>(t.count()), -pack::kMaxMicros, pack::kMaxMicros); }
   /// Text goes into logs and onto screens: bounded, and free of control characters.
   void text(std::string_view s, std::size_t least, std::size_t most) {

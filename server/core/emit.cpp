@@ -137,7 +137,7 @@ Tools ServerCore::tools(const Station& viewer) const {
   std::size_t bytes = 0;
   for (const auto& [id, station] : stations_) {
     if (!station.pushes() || !station.has_shown) continue;
-    bytes += station.hello.station.size() + 80;
+    bytes += station.hello.station.size() + 92;
     if (bytes > kMostBytes) break;
     list.tools.push_back(station.shown);
   }

@@ -255,7 +255,7 @@ void ServerCore::show(const FrameResult& result, Micros now) {
 }
 
 void ServerCore::give(Station& station, StationFrame& frame, Micros now) {
-  station.shown = {station.hello.station, frame.tool, frame.force, frame.contact};
+  station.shown = {station.hello.station, frame.tool, frame.force, frame.contact, station.orientation, station.buttons.pressed};
   station.has_shown = true;
   station.contact_in_reach = frame.patch.has_value();
   if (!frame.patch || is_lost(station, *frame.patch)) return beat(station);

@@ -60,6 +60,11 @@ void ServerCore::shut_down() {
   job_.reset();
 }
 
+Orientation ServerCore::orientation(StationId id) const {
+  const auto station = stations_.find(id);
+  return station != stations_.end() ? station->second.orientation : Orientation();
+}
+
 std::vector<StationReport> ServerCore::stations() const {
   std::vector<StationReport> reports;
   for (const auto& [id, s] : stations_)

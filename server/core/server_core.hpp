@@ -132,6 +132,9 @@ class ServerCore {
   /// Hears who comes, goes and is refused, and why.
   std::function<void(const RecordedEvent&)> on_event;
 
+  /// Hears each change of the buttons of a station's tool, once; server's clock.
+  std::function<void(StationId, const ButtonChange&)> on_buttons;
+
   /// Hears what a station gets that left the scheme to the server: first, and at each change.
   std::function<void(const std::string& station, const SchemeInUse&)> on_scheme;
 
@@ -143,6 +146,8 @@ class ServerCore {
   Micros longest_frame() const { return longest_frame_; }
   void reset_longest_frame() { longest_frame_ = Micros{}; }
   std::vector<StationReport> stations() const;
+  /// Of a station's tool, the newest that came; nothing where the device has none.
+  Orientation orientation(StationId id) const;
   const Pace& pace() const { return pace_; }
   std::size_t station_count() const { return stations_.size(); }
   const ServerOptions& options() const { return options_; }
@@ -159,6 +164,7 @@ class ServerCore {
   // sessions.cpp
   void take_hello(const Message& message, PeerId from, std::size_t size, Micros now);
   void take_samples(Station& station, const Samples& samples, Micros now);
+  void take_hold(Station& station, const Samples& samples);
   void take_reset(Station& station, const Reset& reset, Micros now);
   static void take_playing(Station& station, std::uint32_t seq);
   void take_from(Station& station, const Message& message, Micros now);

@@ -208,10 +208,22 @@ void ServerCore::take_samples(Station& station, const Samples& samples, Micros n
     station.sample_lag = std::max(Micros{}, now - station.timeline.newest());
   }
   if (station.sample_heard == before) return;
+  take_hold(station, samples);
   if (first)
     station.buffer.begin(station.sample_lag, now);
   else
     station.buffer.take(age, now);
+}
+
+/// How the tool is held and its buttons. Changes are repeated, and come again out of order.
+void ServerCore::take_hold(Station& station, const Samples& samples) {
+  station.orientation = samples.orientation;
+  for (const ButtonChange& change : samples.buttons) {
+    if (change.t <= station.buttons.t) continue;
+    const bool changed = change.pressed != station.buttons.pressed;
+    station.buttons = change;
+    if (changed && on_buttons) on_buttons(station.id, {station.clock.from_peer(change.t), change.pressed});
+  }
 }
 
 /// Queues an answer to someone who is not, or not any more, in the room.

@@ -76,6 +76,8 @@ struct Station {
   bool slow_known = false;       ///< it was told that the room falls behind
   ToolView shown;                ///< at the body time, for viewers
   bool has_shown = false;
+  Orientation orientation;                 ///< of its tool, the newest that came
+  ButtonChange buttons{Micros::min(), 0};  ///< the newest change; its clock
   Outbox outbox;
   ShapeViewer shape;  ///< what a viewer was sent
   StationCounts counts;

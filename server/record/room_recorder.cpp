@@ -71,7 +71,10 @@ void RoomRecorder::end_frame(const FrameResult& result, const ServerCore& core, 
   writer_.add(RecordedFrame{result.stamp, now - began_, now - result.stamp,
                             static_cast<std::uint32_t>(skipped - std::exchange(skipped_before_, skipped)), result.steps,
                             result.cut_steps, result.newton_iterations, result.failed});
-  for (const StationFrame& frame : result.stations) writer_.add(touch_of(frame, result.stamp));
+  for (const StationFrame& frame : result.stations) {
+    writer_.add(touch_of(frame, result.stamp));
+    if (const Orientation held = core.orientation(frame.id)) writer_.add(RecordedTurn{result.stamp, frame.id, *held});
+  }
   if (wants_shape_ && !result.positions.empty()) writer_.add_shape(result.stamp, result.positions);
 }
 

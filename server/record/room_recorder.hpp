@@ -19,6 +19,7 @@ class RoomRecorder {
   /// It is done; the core has not taken it yet.
   void end_frame(const FrameResult& result, const ServerCore& core, Micros now);
   void event(const RecordedEvent& event) { writer_.add(event); }
+  void buttons(StationId id, const ButtonChange& change) { writer_.add(RecordedButtons{change.t, id, change.pressed}); }
   /// Several times a second: links, the room's pace, blocks that are due.
   void tick(const ServerCore& core, Micros now);
   void finish() { writer_.finish(); }

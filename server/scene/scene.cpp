@@ -1,6 +1,6 @@
 #include "server/scene/scene.hpp"
 
-#include "server/scene/json.hpp"
+#include "common/json/json.hpp"
 #include "server/scene/lattice.hpp"
 #include "server/scene/mesh_body.hpp"
 #include "server/scene/scene_text.hpp"

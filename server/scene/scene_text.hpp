@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <string>
 
+#include "common/json/json.hpp"
 #include "scene_generated.h"
-#include "server/scene/json.hpp"
 
 namespace palpate {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "server/scene/json.hpp"
+#include "common/json/json.hpp"
 
 namespace flatbuffers {
 class Parser;

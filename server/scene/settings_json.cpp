@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "server/scene/json.hpp"
+#include "common/json/json.hpp"
 #include "server/scene/settings.hpp"
 
 namespace palpate {

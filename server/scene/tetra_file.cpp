@@ -6,7 +6,7 @@
 #include <unordered_map>
 
 #include "common/base/error.hpp"
-#include "server/scene/json.hpp"
+#include "common/json/json.hpp"
 #include "server/scene/solid.hpp"
 
 namespace palpate {

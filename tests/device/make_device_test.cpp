@@ -1,4 +1,5 @@
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "client/device/make_device.hpp"
 
@@ -35,4 +36,28 @@ TEST_CASE("Force moves the tool of a simulated device and not that of a replayed
   DeviceOptions firm;
   firm.hand = *hand_from_name("firm");
   CHECK(place_after_half_a_second(firm) == Approx(0.046).margin(0.003));
+}
+
+TEST_CASE("Where a motion says how the tool is held and what is pressed, sim and replay report it at its time", "[device]") {
+  const Eigen::Quaterniond quarter(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitX()));
+  const Motion held({{0, Vec3::Zero()}, {1, Vec3::Zero()}, {2, Vec3::Zero()}},
+                    {{Eigen::Quaterniond::Identity(), quarter, quarter}, {0, 5, 0}});
+  for (const DeviceKind kind : {DeviceKind::sim, DeviceKind::replay}) {
+    const auto device = palpate::make_device(held, {.kind = kind});
+    CHECK(device->caps().has_orientation);
+    CHECK(device->caps().buttons == 3);
+    device->start(Micros{7'000'000});
+    const auto at = [&](std::int64_t us) {
+      palpate::DeviceReading reading;
+      for (std::int64_t t = 7'000'000; t <= 7'000'000 + us; t += 50'000) reading = device->read(Micros{t});
+      return reading;
+    };
+    CHECK(at(500'000).orientation.angularDistance(Eigen::Quaterniond(Eigen::AngleAxisd(M_PI / 4, Vec3::UnitX()))) < 1e-9);
+    CHECK(at(950'000).buttons == 0);
+    CHECK(at(1'000'000).buttons == 5);
+    CHECK(at(2'000'000).orientation.angularDistance(quarter) < 1e-9);
+  }
+  const auto plain = palpate::make_device(Motion::rest(Vec3::Zero(), 1));
+  CHECK_FALSE(plain->caps().has_orientation);
+  CHECK(plain->caps().buttons == 0);
 }

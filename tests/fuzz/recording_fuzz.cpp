@@ -40,6 +40,8 @@ void read_all(std::span<const std::byte> bytes) {
       if (shape.positions.size() != surface.nodes.size()) std::abort();
     for (const RecordedTick& tick : block->ticks)
       if (!tick.position.allFinite() || !tick.force.allFinite()) std::abort();
+    for (const RecordedTurn& turn : block->turns)
+      if (!is_unit(turn.orientation)) std::abort();
   }
   if (recording.blocks().empty()) return;
   recording.shape_at(recording.end());

@@ -30,7 +30,7 @@ std::string fault(const std::string& text) {
   return "";
 }
 
-const std::string kHead = "t_s,x_m,y_m,z_m\n";
+const std::string kHead = "t_s,x_m,y_m,z_m\n", kTurnHead = "t_s,x_m,y_m,z_m,qx,qy,qz,qw,buttons\n";
 
 }  // namespace
 
@@ -76,6 +76,12 @@ TEST_CASE("What is wrong with a motion is said with file, line and what was expe
       {kHead + "0,0,0,0\n1,0,0\n", "m.csv:3: ", "3 columns"},
       {kHead + "0,0,0,0\n1,0,0,0,0\n", "m.csv:3: ", "5 columns"},
       {kHead + "0,0,0,0\n\n1,0,0,0\n", "m.csv:3: ", "empty"},
+      {kTurnHead + "0,0,0,0,0,0,0,1,0\n1,0,0,0,0,0,0.5,0.5,0\n", "m.csv:3: ", "qx,qy,qz,qw have the length 0.7"},
+      {kTurnHead + "0,0,0,0,0,0,0,1,0\n1,0,0,0,0,0,0,1,-1\n", "m.csv:3: ", "buttons is -1"},
+      {kTurnHead + "0,0,0,0,0,0,0,1,0\n1,0,0,0,0,0,0,1,0.5\n", "m.csv:3: ", "buttons is 0.5"},
+      {kTurnHead + "0,0,0,0,0,0,0,1,4294967296\n1,0,0,0,0,0,0,1,0\n", "m.csv:2: ", "buttons is 4294967296"},
+      {kTurnHead + "0,0,0,0,0,0,0,1,0\n1,0,0,0,0,0,0,1\n", "m.csv:3: ", "8 columns; expected 9"},
+      {"t_s,x_m,y_m,z_m,qx,qy,qz\n0,0,0,0,0,0,0\n", "m.csv:1: ", "header"},
       {kHead + "0;0;0;0\n1;0;0;0\n", "m.csv:2: ", "t_s is '0;0;0;0'"},
   };
   for (const Wrong& wrong : cases) {
@@ -144,5 +150,48 @@ TEST_CASE("The base excursion starts at rest on its node and is the stated motio
   for (double t = 0.25; t <= 5.0; t += 0.25) {
     const Vec3 stated(wave(4e-3, 1.1, t), wave(3e-3, 0.7, t), -(10e-3 + wave(4e-3, 1.5, t) + wave(0.3e-3, 9, t)));
     CHECK((m.position(t) - node - stated).norm() < 2e-9);
+  }
+}
+
+TEST_CASE("A motion may say how the tool is held: turned evenly between rows, buttons from their row on", "[motion]") {
+  // A quarter turn about z in the second after t = 1.
+  const Motion m =
+      read(kTurnHead + "1,0,0,0,0,0,0,1,0\n2,0,0,0,0,0,0.70710678,0.70710678,5\n3,0,0,0,0,0,0.70710678,0.70710678,2\n");
+  CHECK(m.has_orientation());
+  CHECK(m.button_count() == 3);
+  const auto x_at = [&](double t_s) { return Vec3(*m.orientation(palpate::from_seconds(t_s)) * Vec3::UnitX()); };
+  CHECK(x_at(0.5).isApprox(Vec3::UnitX()));
+  CHECK(x_at(1.5).isApprox(Vec3(std::sqrt(0.5), std::sqrt(0.5), 0), 1e-8));
+  CHECK(x_at(9).isApprox(Vec3::UnitY(), 1e-8));
+  const auto buttons = [&](double t_s) { return m.buttons(palpate::from_seconds(t_s)); };
+  CHECK(buttons(0.5) == 0);
+  CHECK(buttons(1.999999) == 0);
+  CHECK(buttons(2) == 5);
+  CHECK(buttons(9) == 2);
+  const Motion without = read(kHead + "0,0,0,0\n1,0,0,0\n");
+  CHECK_FALSE(without.orientation(palpate::Micros{0}));
+  CHECK(without.buttons(palpate::Micros{500'000}) == 0);
+  CHECK(without.button_count() == 0);
+  const Motion only_buttons = read("t_s,x_m,y_m,z_m,buttons\n0,0,0,0,1\n1,0,0,0,0\n");
+  CHECK_FALSE(only_buttons.has_orientation());
+  CHECK(only_buttons.buttons(palpate::Micros{0}) == 1);
+}
+
+TEST_CASE("Holds that are written are read back", "[motion]") {
+  std::vector<palpate::MotionPoint> points;
+  palpate::MotionHolds holds;
+  for (int i = 0; i < 50; ++i) {
+    points.push_back({i * 0.1, Vec3::Zero()});
+    holds.orientations.push_back(Eigen::Quaterniond(std::cos(i * 0.1), std::sin(i * 0.1), 0, 0));
+    holds.buttons.push_back(0xffffffffU - static_cast<unsigned>(i));
+  }
+  const Motion m(points, holds);
+  const auto file = std::filesystem::temp_directory_path() / ("palpate-holds-test-" + std::to_string(getpid()) + ".csv");
+  palpate::write_motion(file, m);
+  const Motion back = palpate::read_motion(file);
+  std::filesystem::remove(file);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    CHECK((back.holds().orientations[i].coeffs() - m.holds().orientations[i].coeffs()).norm() < 1e-15);  // made of unit length
+    CHECK(back.holds().buttons[i] == holds.buttons[i]);
   }
 }

@@ -3,6 +3,7 @@
 usage: check_programs.py FOLDER_OF_PROGRAMS FOLDER_OF_SCENES
 """
 
+import json
 import pathlib
 import re
 import signal
@@ -93,6 +94,34 @@ def check_two_hands(programs, scenes, room):
         assert 0 < used <= received, said
 
 
+def check_two_devices(programs, room, work):
+    """One program, two hands: named, reported and recorded apart, both with a workspace of their own device's."""
+    motion, desk = work / "desk.csv", work / "desk.json"
+    motion.write_text("t_s,x_m,y_m,z_m,buttons\n0,0,0,0.01,0\n0.5,0,0,0.03,0\n1,0,0,0.03,1\n2,0.02,0,0,1\n")
+    desk.write_text('{"devices": [{"device": "sim", "scale": 2, "clutch_button": 0}]}')
+    common = ["--server", room.address, "--realtime", "off", "--device", "sim", "--device", "sim"]
+    done = run(programs, "palpate-client", *common, "--motion", motion, "--workspace", desk, "--station", "trainee", "--scale", "2",
+               "--scale", "0.5", "--report", work / "two", "--record", work / "two.rec", "--save-workspace", work / "saved.json")
+    assert done.returncode == 0, done.stderr
+    assert "trainee-1: joined scene" in done.stdout and "trainee-2: joined scene" in done.stdout, done.stdout
+    for name, scale in (("trainee-1", 2), ("trainee-2", 0.5)):
+        summary = json.loads((work / "two" / name / "summary.json").read_text())
+        assert summary["run"]["station"] == name and summary["run"]["workspace"]["scale"] == scale, summary["run"]
+        assert (work / f"two-{name}.rec").stat().st_size > 0
+        rows = (work / "two" / name / "forces.csv").read_text().split()
+        first, last = ([float(x) for x in rows[k].split(",")[1:4]] for k in (1, -1))
+        # The tool goes up with the hand, scaled; then the clutch holds it while the hand goes elsewhere.
+        assert abs(last[2] - first[2] - 0.02 * scale) < 0.002 * scale and abs(last[0] - first[0]) < 0.002 * scale, (first, last)
+    saved = json.loads((work / "saved.json").read_text())
+    assert saved["devices"][0]["clutch_button"] == 0 and saved["devices"][0]["device"] == "sim", saved
+    for wrong, said in ((["--station", "a", "--station", "a"], "--station: 'a' twice"),
+                        (["--scale", "1", "--scale", "2", "--scale", "3"], "--scale: is there 3 times for 2 devices"),
+                        (["--reset"], "--reset: with several devices"),
+                        (["--workspace", work / "no.json"], "no.json: cannot be read")):
+        done = run(programs, "palpate-client", *common, *wrong)
+        assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1, done.stderr
+
+
 def check_far_grasp(programs, room, work):
     """A motion that begins where it cannot take hold of its node ends with both places, not with a wait without end."""
     motion = work / "far.csv"
@@ -110,6 +139,7 @@ def main():
         with Room(programs, scenes / "touch-cube.json", work / "not" / "there" / "session.rec") as room:
             check_two_viewers(programs, room, work)
             check_two_hands(programs, scenes, room)
+            check_two_devices(programs, room, work)
         assert (work / "not" / "there" / "session.rec").stat().st_size > 0
         with Room(programs, scenes / "cube6.json", work / "grasp.rec") as room:
             check_far_grasp(programs, room, work)

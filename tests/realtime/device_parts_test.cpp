@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "client/device/driver_exchange.hpp"
-#include "client/device/placed_device.hpp"
 #include "client/device/reading_gate.hpp"
+#include "client/mapping/mapped_device.hpp"
 #include "tests/support/realtime_guard.hpp"
 
 using namespace palpate;
@@ -43,9 +43,8 @@ class Turned final : public Device {
 }  // namespace
 
 TEST_CASE("Readings and forces pass between a driver and the loop without memory or locks, faults included", "[realtime]") {
-  auto turned = std::make_unique<Turned>();
-  const Turned& driver = *turned;
-  PlacedDevice device(std::move(turned), Vec3::Zero());
+  Turned driver;
+  MappedDevice device(driver, {}, {});
   device.start(Micros{1'000});
   int faults = 0;
   test::RealtimeGuard guard;

@@ -1,4 +1,5 @@
 // What is written is what is read.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
 
@@ -205,4 +206,40 @@ TEST_CASE("times far apart do not share a block", "[record]") {
   CHECK(recording.read(1)->frames.front().t == Micros{5'000'000'000'000});
   CHECK(recording.block_at(Micros{4'999'999'999'999}) == 0);
   CHECK(recording.block_at(Micros{5'000'000'000'000}) == 1);
+}
+
+TEST_CASE("how tools are held and their buttons come back, and each block says them anew until the tool has left", "[record]") {
+  RecordingWriter writer(small_head());
+  const Eigen::Quaterniond held = Eigen::Quaterniond(0.2, 0.4, -0.4, 0.8).normalized();
+  writer.add(RecordedEvent{kSmallBegin, RecordedEventKind::joined, 3, RecordedRole::hand, Scheme::port, "hand", ""});
+  writer.add(RecordedTurn{kSmallBegin, 3, held});
+  writer.add(RecordedButtons{kSmallBegin + Micros{1234}, 3, 5});
+  for (int k = 0; k < 40; ++k) {
+    const Micros t = small_touch(k).t;
+    if (k == 30) writer.add(RecordedEvent{t, RecordedEventKind::left, 3, RecordedRole::hand, Scheme::port, "hand", ""});
+    writer.add(RecordedFrame{t, Micros{4000}, Micros{60'000}, 0, 5, 1, 12, false});
+    if (k < 30) writer.add(small_touch(k));
+    writer.tick(t);
+  }
+  writer.finish();
+  const auto bytes = writer.take();
+  RecordingReader recording(bytes, "small");
+  REQUIRE(recording.blocks().size() > 3);
+  const auto first = recording.read(0), second = recording.read(1), last = recording.read(recording.blocks().size() - 1);
+  REQUIRE(first->buttons.size() == 1);
+  CHECK(first->buttons[0].t == kSmallBegin + Micros{1234});
+  CHECK(first->buttons[0].station == 3);
+  CHECK(first->buttons[0].pressed == 5);
+  REQUIRE(second->turns.size() == 1);
+  CHECK(second->turns[0].orientation.angularDistance(held) < 1e-4);
+  CHECK(second->turns[0].orientation.norm() == Approx(1).epsilon(1e-12));
+  REQUIRE(second->buttons.size() == 1);
+  CHECK(second->buttons[0].pressed == 5);
+  CHECK(last->turns.empty());
+  CHECK(last->buttons.empty());
+  const auto tools = recording.tools_at(second->frames.back().t);
+  const auto pen = std::find_if(tools.begin(), tools.end(), [](const RecordedTool& tool) { return tool.station == 3; });
+  REQUIRE(pen != tools.end());
+  CHECK(pen->buttons == 5);
+  CHECK(pen->orientation->angularDistance(held) < 1e-4);
 }

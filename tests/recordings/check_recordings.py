@@ -29,17 +29,35 @@ def column(rows, *names):
     return numpy.array([[float(row[name]) for name in names] for row in rows])
 
 
+TURN_RAD_S = 0.5
+PRESSES = [(0.5, 1), (1.0, 2), (1.2, 0)]  # from then on, in seconds of the motion
+
+
+def write_held_motion(motion, file):
+    """The same, the tool turning steadily about z, buttons pressed in between."""
+    rows = motion.read_text().split()
+    with open(file, "w") as out:
+        print(rows[0] + ",qx,qy,qz,qw,buttons", file=out)
+        for row in rows[1:]:
+            t_s = float(row.split(",")[0])
+            half = TURN_RAD_S * t_s / 2
+            pressed = ([0] + [state for begin, state in PRESSES if begin <= t_s])[-1]
+            print(f"{row},0,0,{numpy.sin(half)!r},{numpy.cos(half)!r},{pressed}", file=out)
+    return file
+
+
 class Session:
     """A server and a client that record, until they are ended with one signal or the other."""
 
     def __init__(self, programs, scenes, work):
+        motion = write_held_motion(scenes / "motions" / "press.csv", work / "held.csv")
         self.server_file, self.client_file = work / "server.rec", work / "client.rec"
         self.server = subprocess.Popen(
             [programs / "palpate-server", "--scene", scenes / "cube6.json", "--listen", "127.0.0.1:0", "--record", self.server_file],
             stdout=subprocess.PIPE, text=True)
         address = re.search(r"at (127\.0\.0\.1:\d+)", self.server.stdout.readline()).group(1)
         self.client = subprocess.Popen(
-            [programs / "palpate-client", "--server", address, "--device", "replay", "--motion", scenes / "motions" / "press.csv",
+            [programs / "palpate-client", "--server", address, "--device", "replay", "--motion", motion,
              "--realtime", "off", "--record", self.client_file],
             stdout=subprocess.PIPE, text=True)
         while "motion of" not in self.client.stdout.readline():
@@ -100,6 +118,25 @@ def check_tables(work):
     # A busy machine has time for few frames.
     assert len(lines_of(server / "frames.csv")) > 5 and len(lines_of(server / "hand" / "links.csv")) > 2
     assert len(lines_of(client / "hand" / "hand_overs.csv")) > 1
+
+
+def check_held(work):
+    """How the tool was held, and its buttons, as the motion had them: at the client every tick, at the server as they came."""
+    server, client = work / "server", work / "client"
+    begin_s = next(float(row["t_s"]) for row in lines_of(client / "events.csv") if row["event"] == "motion")
+    turns = column(lines_of(client / "hand" / "orientation.csv"), "t_s", "qx", "qy", "qz", "qw")
+    turns = turns[turns[:, 0] > begin_s]
+    assert len(turns) > 500 and (numpy.abs(turns[:, 1:3]) < 1e-4).all(), "the tool did not turn about z"
+    angle = 2 * numpy.arctan2(turns[:, 3], turns[:, 4])
+    assert numpy.abs(angle - TURN_RAD_S * (turns[:, 0] - begin_s)).max() < 2e-3, "the tool was not held as the motion says"
+    presses = column(lines_of(client / "hand" / "buttons.csv"), "t_s", "buttons")
+    assert [state for _, state in presses] == [state for _, state in PRESSES], presses
+    # A tick that was slept through sees a button a little later.
+    late = presses[:, 0] - begin_s - [begin for begin, _ in PRESSES]
+    assert (late > -1e-6).all() and (late < 0.5).all(), late
+    assert [state for _, state in column(lines_of(server / "hand" / "buttons.csv"), "t_s", "buttons")] == [1, 2, 0]
+    seen = column(lines_of(server / "hand" / "orientation.csv"), "qx", "qy", "qz", "qw")
+    assert len(seen) > 5 and seen[-1][2] > 0.1, "the server did not see the tool turn"
 
 
 def array_of(parent, name, kind):
@@ -229,6 +266,7 @@ def main():
             break
     assert max(tries[-1]) <= LOST_MOST_S, f"lost at the end, server and client [s]: {tries}"
     check_tables(work)
+    check_held(work)
     check_shapes(programs, work)
     check_summary(programs, work)
     check_replay(programs, work)

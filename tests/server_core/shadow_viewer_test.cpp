@@ -111,6 +111,29 @@ TEST_CASE("a viewer can fetch the whole mesh and sees every vertex and tool of a
   CHECK(bench.core.counts().unexpected == 1);
 }
 
+TEST_CASE("a viewer sees how a tool is held and which of its buttons are pressed, as the hand said it last") {
+  Bench bench;
+  RawStation eye(bench, 1, "eye"), hand(bench, 2, "hand");
+  eye.hello.role = Role::viewer;
+  eye.join();
+  hand.join().live(200ms);
+  CHECK_FALSE(std::get<Tools>(bench.last<Tools>(1)->body).tools.at(0).orientation);
+  const Eigen::Quaterniond held(0, 0.6, 0.8, 0);
+  bench.now += 1ms;
+  Samples samples{{hand.sample()}};
+  samples.orientation = held;
+  samples.buttons = {{hand.clock() - 3ms, 1}, {hand.clock() - 1ms, 2}};
+  hand.say(samples);
+  for (int k = 0; k < 100; ++k) {
+    bench.now += 1ms;
+    bench.tick();
+  }
+  const ToolView tool = std::get<Tools>(bench.last<Tools>(1)->body).tools.at(0);
+  REQUIRE(tool.orientation);
+  CHECK(tool.orientation->angularDistance(held) < 1e-4);
+  CHECK(tool.buttons == 2);
+}
+
 TEST_CASE("a viewer hears four times a second how the room and its stations do") {
   Bench bench;
   RawStation eye(bench, 1, "eye"), hand(bench, 2, "hand");

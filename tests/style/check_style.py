@@ -31,11 +31,11 @@ OUTSIDE_HEADERS = re.compile(
     r"asio|GLFW/|GL/|EGL/|epoxy/|hidapi|spdlog/|thread$|mutex$|shared_mutex$|condition_variable$|iostream$|csignal$|signal\.h$|unistd\.h$|"
     r"pthread\.h$|sched\.h$|poll\.h$|netdb\.h$|fcntl\.h$|ctime$|time\.h$|sys/|netinet/|arpa/|linux/")
 FILE_HEADERS = re.compile(r"fstream$|cstdio$|stdio\.h$")
-FILE_PLACES = ("server/scene/", "common/motion/")  # these read files, at set-up
+FILE_PLACES = ("server/scene/", "common/motion/", "client/mapping/")  # these read files, at set-up
 CLOCKS = re.compile(r"_clock\s*::\s*now\b|\bclock_gettime\b|\bgettimeofday\b|\brandom_device\b|\bstd::time\s*\(")
 CLOCK_PLACES = ("bench/",)  # costs are measured there; nothing else depends on them
 
-REAL_TIME = re.compile(r"client/core/haptic_tick\.|common/player/player\.|client/guard/|common/port/|common/base/(latest_slot|spsc_ring)\.")
+REAL_TIME = re.compile(r"client/core/(haptic_tick|tool_hold)\.|client/mapping/(mapped_device|force_fade)\.|common/player/player\.|client/guard/|common/port/|common/base/(latest_slot|spsc_ring)\.")
 REAL_TIME_BANS = [
     (re.compile(r"\bnew\s+[A-Za-z_:(]|\b(malloc|calloc|realloc)\s*\(|\bmake_(unique|shared)\b"), "allocates"),
     (re.compile(r"\bstd::function\b"), "std::function may allocate"),

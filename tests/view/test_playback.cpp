@@ -89,3 +89,20 @@ TEST_CASE("A tool moves between its two reported places and new tools appear", "
   REQUIRE(playback.at(Micros{1'000'000}, shape, tools));
   REQUIRE(tools.size() == 2);
 }
+
+TEST_CASE("A tool turns between its two reported orientations", "[view]") {
+  Playback playback;
+  for (int i = 0; i < 4; ++i) {
+    const Micros t = kOtherClock + i * kPeriod;
+    playback.add(moving(t), kPath + i * kPeriod);
+    const Eigen::Quaterniond held(Eigen::AngleAxisd(0.4 * i, Vec3::UnitY()));
+    playback.add(Tools{0, t, 0, {{"pen", Vec3::Zero(), Vec3::Zero(), false, held, 1}}}, kPath + i * kPeriod);
+  }
+  Shape shape;
+  std::vector<ToolView> tools;
+  REQUIRE(playback.at(kPath + playback.delay() + kPeriod + kPeriod / 4, shape, tools));
+  REQUIRE(tools.size() == 1);
+  const Eigen::Quaterniond expected(Eigen::AngleAxisd(0.5, Vec3::UnitY()));
+  CHECK(tools[0].orientation->angularDistance(expected) < 1e-9);
+  CHECK(tools[0].buttons == 1);
+}

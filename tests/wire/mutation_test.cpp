@@ -28,7 +28,10 @@ struct Sensible {
   bool operator()(const Samples& m) const {
     for (std::size_t i = 0; i < m.samples.size(); ++i)
       if (!sensible(m.samples[i].position, kWorldExtentM) || (i > 0 && m.samples[i].t <= m.samples[i - 1].t)) return false;
-    return m.samples.size() <= std::size_t{kMaxSamplesPerDatagram};
+    for (std::size_t i = 1; i < m.buttons.size(); ++i)
+      if (m.buttons[i].t <= m.buttons[i - 1].t) return false;
+    return m.samples.size() <= std::size_t{kMaxSamplesPerDatagram} && m.buttons.size() <= std::size_t{kMaxButtonChanges} &&
+           (!m.orientation || is_unit(*m.orientation));
   }
   bool operator()(const PatchMessage& m) const { return check(m.patch) == PatchFault::none; }
   bool operator()(const Beat& m) const {
@@ -58,7 +61,8 @@ struct Sensible {
   bool operator()(const PatchTerms& m) const { return check(m) == TermsFault::none; }
   bool operator()(const Tools& m) const {
     return std::all_of(m.tools.begin(), m.tools.end(), [](const ToolView& t) {
-      return sensible(t.station) && sensible(t.position, kWorldExtentM) && sensible(t.force, 1e4);
+      return sensible(t.station) && sensible(t.position, kWorldExtentM) && sensible(t.force, 1e4) &&
+             (!t.orientation || is_unit(*t.orientation));
     });
   }
 };

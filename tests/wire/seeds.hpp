@@ -215,6 +215,13 @@ inline std::vector<Message> every_kind() {
   Samples playing = samples(3);
   playing.playing = 4711;
   all.push_back(message(playing));
+  Samples held = samples(5);
+  held.orientation = Eigen::Quaterniond(0.5, -0.5, 0.1, 0.7).normalized();
+  held.buttons = {{Micros{8'000'000'000}, 1}, {Micros{9'000'001'234}, 0xffffffffu}};
+  all.push_back(message(held));
+  held = samples(0);
+  held.buttons = {{Micros{-5}, 2}};
+  all.push_back(message(held));
   all.push_back(message(Welcome{"v", ContactKind::attach, 20, Vec3::Zero(), 0, 0, 0, 0.125}));
   all.push_back(message(Leave{}));
   all.push_back(message(Reset{40'000}));
@@ -241,6 +248,9 @@ inline std::vector<Message> every_kind() {
                     Micros{99},
                     3,
                     {{"left hand", Vec3(0.01, 0.02, 0.03), Vec3(1, 2, 3.3), true}, {"r", Vec3(1, 1, 1), Vec3::Zero(), false}}}));
+  Tools turned{18, Micros{99}, 1, {{"pen", Vec3(1, 1, 1), Vec3::Zero(), true, Eigen::Quaterniond(0, 1, 0, 0), 3}}};
+  turned.tools.push_back({"buttons", Vec3::Zero(), Vec3::Zero(), false, {}, 1});
+  all.push_back(message(turned));
   return all;
 }
 

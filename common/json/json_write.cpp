@@ -1,7 +1,7 @@
 #include <algorithm>
-#include <cstdio>
+#include <string_view>
 
-#include "server/scene/json.hpp"
+#include "common/json/json.hpp"
 
 namespace palpate {
 
@@ -14,9 +14,10 @@ std::string quoted(const std::string& text) {
       out += '\\';
       out += c;
     } else if (static_cast<unsigned char>(c) < 0x20) {
-      char escape[8];
-      std::snprintf(escape, sizeof escape, "\\u%04x", static_cast<unsigned>(c));
-      out += escape;
+      constexpr std::string_view kHex = "0123456789abcdef";
+      out += "\\u00";
+      out += kHex[static_cast<unsigned char>(c) >> 4];
+      out += kHex[static_cast<unsigned char>(c) & 15];
     } else {
       out += c;
     }

@@ -1,4 +1,4 @@
-#include "server/scene/json.hpp"
+#include "common/json/json.hpp"
 
 #include <charconv>
 #include <cmath>
@@ -20,7 +20,7 @@ class Scanner {
   Json document() {
     Json value = this->value(0);
     skip_space();
-    if (at_ < text_.size()) fail("something follows the end of the scene", "the end of the file");
+    if (at_ < text_.size()) fail("something follows the end of the document", "the end of the file");
     return value;
   }
 

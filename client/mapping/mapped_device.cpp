@@ -1,0 +1,73 @@
+#include "client/mapping/mapped_device.hpp"
+
+namespace palpate {
+
+MappedDevice::MappedDevice(Device& device, const WorkspaceMapping& mapping, const SceneSpot& spot, std::string_view where)
+    : device_(device),
+      mapping_(mapping),
+      place_(spot.home + mapping.offset_m),
+      turn_(mapping.scale * mapping.rotation()),
+      rotation_(mapping.rotation()),
+      force_turn_(mapping.force_scale * mapping.rotation().transpose()),
+      tool_(place_) {
+  const std::optional<Vec3> centre = centre_of(mapping, device.caps(), spot.grasps);
+  if (centre) origin_ = place_ - turn_ * *centre;
+  caps_ = mapped_caps(device.caps(), mapping, place_, centre, where);
+}
+
+bool MappedDevice::held(const std::optional<int>& button, std::uint32_t buttons, bool otherwise) const noexcept {
+  return button ? (buttons >> *button & 1u) != 0 : otherwise;
+}
+
+void MappedDevice::follow(const Vec3& p_dt, bool engaged) noexcept {
+  if (!origin_) origin_ = place_ - turn_ * p_dt;
+  if (!placed_) tool_ = *origin_ + turn_ * p_dt;
+  placed_ = true;
+  if (engaged && !followed_ && mapping_.indexes()) origin_ = tool_ - turn_ * p_dt;
+  if (engaged) tool_ = *origin_ + turn_ * p_dt;
+  followed_ = engaged;
+}
+
+DeviceReading MappedDevice::read(Micros now) noexcept {
+  DeviceReading reading = device_.read(now);
+  const bool usable = reading.ok() && reading.position.allFinite();
+  const Micros passed = well_ ? now - last_ : Micros{};
+  last_ = now;
+  well_ = reading.ok();
+  if (!well_) {
+    body_.reset();
+    weight_.reset();
+    followed_ = false;
+  }
+  const bool alive = held(mapping_.dead_man_button, reading.buttons, true);
+  const bool engaged = alive && !held(mapping_.clutch_button, reading.buttons, false);
+  if (usable) follow(reading.position, engaged);
+  clock_.elapsed(now);
+  reading.share *= body_.step(well_ && engaged && clock_.started(now), passed);
+  weight_.step(well_ && alive, passed);
+  // What is no number is for whoever reads this to notice.
+  if (usable || !reading.ok()) reading.position = tool_;
+  reading.orientation = rotation_ * reading.orientation;
+  return reading;
+}
+
+void MappedDevice::write(const Vec3& force) noexcept {
+  const Vec3 of_body = force.allFinite() ? force : Vec3::Zero();
+  const Vec3 at_device = body_.share() * (force_turn_ * of_body) - weight_.share() * mapping_.tool_weight_n;
+  const double norm = at_device.stableNorm(), most = device_.caps().force_max_n;
+  device_.write(most > 0 && norm > most ? Vec3((most / norm) * at_device) : at_device);
+}
+
+void MappedDevice::stop() noexcept {
+  body_.reset();
+  weight_.reset();
+  device_.stop();
+}
+
+void MappedDevice::resume() noexcept {
+  body_.reset();
+  weight_.reset();
+  device_.resume();
+}
+
+}  // namespace palpate

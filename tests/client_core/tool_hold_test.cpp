@@ -1,0 +1,65 @@
+// How a tool is held and its buttons, from the haptic thread over a bad link to the server.
+#include <algorithm>
+
+#include "small_world.hpp"
+
+using namespace palpate;
+using namespace std::chrono_literals;
+
+TEST_CASE("every change of the buttons reaches the server once, in order and at its moment, over a link that loses and repeats") {
+  SmallWorld world;
+  world.link = {20ms, 15ms, 0.2, 0.2};
+  std::vector<ButtonChange> heard, said;
+  world.server->on_buttons = [&](StationId, const ButtonChange& change) { heard.push_back(change); };
+  ClientCore& core = world.add(1, "hand", 77s);
+  world.run(2s);
+  std::uint32_t pressed = 0;
+  for (int k = 0; k < 60; ++k) {
+    pressed = pressed == 0 ? 1u << k % 32 : 0;
+    const Micros t = world.clock(1);
+    core.haptic().hold().say(t, {}, pressed);
+    core.haptic().hold().say(t + 1us, {}, pressed);  // nothing new
+    said.push_back({t - 77s, pressed});
+    world.run(std::chrono::milliseconds(20 + 7 * (k % 20)));
+  }
+  world.run(500ms);
+  REQUIRE(heard.size() == said.size());
+  for (std::size_t i = 0; i < said.size(); ++i) {
+    CHECK(heard[i].pressed == said[i].pressed);
+    CHECK(std::chrono::abs(heard[i].t - said[i].t) < 40ms);  // what the server knows of the clock over this link
+    CHECK((i == 0 || heard[i].t > heard[i - 1].t));
+  }
+}
+
+TEST_CASE("the orientation at the server is the newest of the hand's, and nothing once the device has none") {
+  SmallWorld world;
+  ClientCore& core = world.add(1, "hand");
+  world.run(500ms);
+  const StationId id = world.server->stations().front().id;
+  CHECK_FALSE(world.server->orientation(id));
+  CHECK_FALSE(world.server->orientation(id + 1));
+  const Eigen::Quaterniond held = Eigen::Quaterniond(0.1, 0.2, -0.3, 0.9).normalized();
+  core.haptic().hold().say(world.clock(1), Eigen::Quaterniond::Identity(), 0);
+  core.haptic().hold().say(world.clock(1), held, 0);
+  world.run(20ms);
+  REQUIRE(world.server->orientation(id));
+  CHECK(world.server->orientation(id)->angularDistance(held) < 1e-4);
+  core.haptic().hold().say(world.clock(1), Eigen::Quaterniond(NAN, 0, 0, 0), 0);
+  world.run(20ms);
+  CHECK_FALSE(world.server->orientation(id));
+}
+
+TEST_CASE("a server that begins anew learns which buttons are pressed") {
+  SmallWorld world;
+  ClientCore& core = world.add(1, "hand");
+  world.run(500ms);
+  core.haptic().hold().say(world.clock(1), {}, 4);
+  world.run(500ms);
+  world.start_server(2);
+  std::vector<ButtonChange> heard;
+  world.server->on_buttons = [&](StationId, const ButtonChange& change) { heard.push_back(change); };
+  world.run(5s);
+  REQUIRE(core.counts().joins == 2);
+  REQUIRE(heard.size() == 1);
+  CHECK(heard[0].pressed == 4);
+}
