@@ -38,6 +38,18 @@ TEST_CASE("Force begins at zero and fades in without a step") {
   CHECK(bench.force_step_max_n() <= kInStepN + 1e-12);
 }
 
+TEST_CASE("A hand that waits feels nothing, wherever it moves, until it is told to start, and then no step") {
+  Bench bench({});
+  bench.mapped.wait_for_start();
+  bench.run(2 * kWholeFade, kForce, move);
+  for (const Vec3& force : bench.forces) CHECK(force.norm() == 0);
+  CHECK(bench.tools.back().x() == Approx(bench.device.reading.position.x()).margin(1e-12));
+  bench.mapped.start(bench.now);
+  bench.run(kWholeFade, kForce, move);
+  CHECK(bench.force_step_max_n() <= kInStepN + 1e-12);
+  CHECK(bench.forces.back().isApprox(kForce));
+}
+
 TEST_CASE("While the clutch is held the tool stays, the hand is free, and goes on from there without a step") {
   for (const double scale : {1.0, 3.0}) {
     Bench bench(with_clutch(scale));
