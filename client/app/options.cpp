@@ -41,8 +41,9 @@ struct Typed {
 void declare_hands(CLI::App& app, TypedOfHands& typed) {
   app.add_option("--device", typed.devices,
                  "sim: a simulated Phantom 1.5 in a simulated hand; replay: the recorded motion as it is; openhaptics[:NAME]: 3D "
-                 "Systems Touch and Phantom; forcedimension[:NUMBER]: omega, delta, sigma, lambda, Falcon "
-                 "(docs/reference/devices.md); again for each further hand of this person")
+                 "Systems Touch and Phantom; forcedimension[:NUMBER]: omega, delta, sigma, lambda, Falcon; "
+                 "hid[:WHICH]: force devices of the open HID profile, six-axis mice, PID joysticks (docs/reference/devices.md); "
+                 "again for each further hand of this person")
       ->type_name(fmt::format("sim|replay|{}", kHardwareKinds))
       ->allow_extra_args(false)
       ->capture_default_str();
@@ -152,8 +153,7 @@ DeviceKind device_of(const std::string& typed) {
   if (typed == "sim") return DeviceKind::sim;
   if (typed == "replay") return DeviceKind::replay;
   if (is_hardware(typed)) return DeviceKind::sim;  // not asked for
-  throw InputError("--device", "'" + typed + "' is not " + (typed == "hid" ? "in this build" : "a device"),
-                   fmt::format("sim|replay|{}", kHardwareKinds));
+  throw InputError("--device", "'" + typed + "' is not a device", fmt::format("sim|replay|{}", kHardwareKinds));
 }
 
 /// `expected`: what may be typed beside the names of schemes.

@@ -61,7 +61,7 @@ class Run {
       recording_ = std::make_unique<SessionRecording>(options.record, "palpate-client " PALPATE_VERSION, options.station);
       watch = [this](const ClientCore& core, auto bytes, Micros now) { recording_->datagram(core, bytes, now); };
     }
-    if (options.held) hardware_ = open_hardware(options.device_name);
+    if (options.held) hardware_ = open_hardware(options.device_name, realtime_setup(options.realtime));
     stations_.push_back(std::make_unique<ClientStation>(options, options.scheme, "", std::move(watch), caps()));
   }
 
