@@ -23,7 +23,8 @@ constexpr double kFirmRttMs = 150;  // of the costs that are printed
 struct TruthFlags {
   std::string out, scenes = "scenes";
   std::vector<std::string> only, schemes;
-  bool quick = false;
+  std::vector<double> rtt_ms;
+  bool quick = false, as_sent = false;
   ShardFlags shards;
 };
 
@@ -179,10 +180,11 @@ void report(const TruthCells& cells, const std::vector<std::string>& untouched, 
 }
 
 TruthGrid grid_of(const TruthFlags& flags) {
-  TruthGrid grid{flags.scenes, flags.only, {}, {}};
+  TruthGrid grid{flags.scenes, flags.only, {}, flags.rtt_ms, flags.as_sent};
   for (const std::string& name : flags.schemes) grid.schemes.push_back(available_scheme(name));
-  grid.rtt_ms = flags.quick ? std::vector<double>{0, 50, 150, 300, 500}
-                            : std::vector<double>{0, 25, 50, 75, 100, 150, 200, 250, 300, 400, 500};
+  if (grid.rtt_ms.empty())
+    grid.rtt_ms = flags.quick ? std::vector<double>{0, 50, 150, 300, 500}
+                              : std::vector<double>{0, 25, 50, 75, 100, 150, 200, 250, 300, 400, 500};
   return grid;
 }
 
@@ -220,6 +222,11 @@ void add_truth(CLI::App& app, Run& run) {
       ->delimiter(',');
   c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->type_name("NAME")->delimiter(',');
   c->add_flag("--quick", flags->quick, "five round trips instead of eleven");
+  c->add_option("--rtt-ms", flags->rtt_ms, "these round trips alone, separated by commas")
+      ->type_name("MS")
+      ->delimiter(',')
+      ->check(CLI::Range(0.0, 2000.0));
+  c->add_flag("--as-sent", flags->as_sent, "without what limits a scheme: what is sent alone");
   flags->shards.add_to(*c);
   c->add_option("--out", flags->out, "folder for cells.csv, summary.json and truth.svg")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_truth(*flags); }; });

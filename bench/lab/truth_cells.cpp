@@ -98,7 +98,7 @@ std::vector<TruthCell> truth_cells(const TruthGrid& grid) {
     for (const Scheme scheme : grid.schemes.empty() ? available_schemes() : grid.schemes)
       for (const TruthRow row :
            {TruthRow::as_sent, TruthRow::exact_states, TruthRow::full_forces, TruthRow::whole_linear, TruthRow::tremor_floor}) {
-        if (!has_row(scheme, row)) continue;
+        if (!has_row(scheme, row) || (grid.as_sent && row != TruthRow::as_sent)) continue;
         const std::vector<double> none{0};
         for (const double rtt_ms : has_round_trip(row) ? grid.rtt_ms : none) {
           TruthCell& cell = cells.emplace_back();

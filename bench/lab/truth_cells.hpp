@@ -43,6 +43,7 @@ struct TruthGrid {
   std::vector<std::string> only = {};  ///< scenes, by the names of their files; none: all of the folder
   std::vector<Scheme> schemes = {};    ///< none: all that this build has
   std::vector<double> rtt_ms;
+  bool as_sent = false;  ///< that row alone
 };
 
 /// Cells without their measures, in an order that depends on the grid alone. InputError where there is no such scene.

@@ -116,14 +116,15 @@ SecondOrderSystem patch_model(const Specimen& specimen, const SecondOrderSystem&
   const ToolAt tool{specimen.body().nodes[port.node], Vec3::Zero()};
   FrameModel frame(specimen.dynamics(), skin);
   frame.begin(rest, ports, std::span(&tool, 1), request.horizon);
-  const auto patch = builder.build(frame, 0, request);
-  if (!patch) throw std::runtime_error("patch_model: no patch at rest");
+  const auto built = builder.build(frame, 0, request);
+  if (!built) throw std::runtime_error("patch_model: no patch at rest");
+  const Patch& patch = built->patch;
 
   SecondOrderSystem s;
-  const Eigen::Index r = patch->modes(), p = system.ports();
+  const Eigen::Index r = patch.modes(), p = system.ports();
   s.mass = Vector::Ones(r);
-  s.stiffness = Matrix(patch->stiffness.asDiagonal()).sparseView();
-  s.damping = Matrix(patch->damping).sparseView();
+  s.stiffness = Matrix(patch.stiffness.asDiagonal()).sparseView();
+  s.damping = Matrix(patch.damping).sparseView();
   s.b_k.resize(r, p);
   s.b_d.resize(r, p);
   s.k_port.resize(p, p);
@@ -131,12 +132,12 @@ SecondOrderSystem patch_model(const Specimen& specimen, const SecondOrderSystem&
   s.port_axes = system.port_axes;
   for (Eigen::Index j = 0; j < p; ++j) {
     const auto axis = static_cast<Eigen::Index>(s.port_axes[static_cast<std::size_t>(j)]);
-    s.b_k.col(j) = patch->b_k.col(axis);
-    s.b_d.col(j) = patch->b_d.col(axis);
+    s.b_k.col(j) = patch.b_k.col(axis);
+    s.b_d.col(j) = patch.b_d.col(axis);
     for (Eigen::Index i = 0; i < p; ++i) {
       const auto row = static_cast<Eigen::Index>(s.port_axes[static_cast<std::size_t>(i)]);
-      s.k_port(i, j) = patch->k_port(row, axis);
-      s.d_port(i, j) = patch->d_port(row, axis);
+      s.k_port(i, j) = patch.k_port(row, axis);
+      s.d_port(i, j) = patch.d_port(row, axis);
     }
   }
   return s;

@@ -188,10 +188,10 @@ std::vector<Vector> play_patches(const Specimen& specimen, const SecondOrderSyst
       ports[0].lambda = -specimen.dynamics().element_force(state, specimen.port_node());
       FrameModel frame(specimen.dynamics(), skin);
       frame.begin(state, ports, std::span(&tool, 1), request.horizon);
-      auto patch = builder.build(frame, 0, request);
-      if (!patch) throw std::runtime_error("play_patches: the body gives no patch");
-      patch->stamp = now;
-      player = PatchPlayer(*patch);
+      auto built = builder.build(frame, 0, request);
+      if (!built) throw std::runtime_error("play_patches: the body gives no patch");
+      built->patch.stamp = now;
+      player = PatchPlayer(built->patch);
       force.push_back(whole.force[n]);
       continue;
     }

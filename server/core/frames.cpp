@@ -15,6 +15,7 @@ constexpr Micros kLongestSaid{60'000'000};  // of what a beat says of how far th
 // for frames that take longer than others; the nonlinear scheme, which buys far more than the milliseconds that it makes patches
 // older by, is given up where frames would be skipped.
 constexpr double kSchemesMayTake = 0.95, kRolloutsMayTake = 0.8;
+constexpr Micros kLongHorizon{120'000};
 constexpr int kLongHorizonOrder = 16;  // as exact as 22 there, within 0.1 dB
 
 void ask_for_shapes(const ShapeViewer& viewer, FrameJob& job) {
@@ -113,7 +114,7 @@ StationJob ServerCore::make_station_job(const Station& station, Micros target) c
 int ServerCore::order(const Station& station, Micros horizon) const {
   if (station.hello.order > 0 || station.in_use.scheme != Scheme::port || facts_.contact != ContactKind::attach)
     return station.hello.order;
-  return horizon >= PatchBuilder::kLongHorizon ? kLongHorizonOrder : 0;
+  return horizon >= kLongHorizon ? kLongHorizonOrder : 0;
 }
 
 /// How old its patches get before the next: as the station measures it, and no less than the body's age in this frame lets

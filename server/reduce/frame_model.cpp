@@ -80,8 +80,7 @@ void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& port
   settled_ = linearised_ = placed_ = false;
   forces_.resize(0);
   total_.resize(0);
-  ahead_.clear();
-  going_on_ = 0;
+  predicted_.clear();
   snapshots_.reset();
   subdomain_ = nullptr;
   record_snapshot();
@@ -144,30 +143,20 @@ const std::vector<std::uint8_t>& FrameModel::held() {
   return held_;
 }
 
-const DisplacementSnapshots& FrameModel::snapshots() {
+const SnapshotSet& FrameModel::snapshots() {
   if (snapshots_) return *snapshots_;
   settle();
   FrameModel& whole = whole_ ? *whole_ : *this;
   const auto moved = [&](const Vector& x) { return body_ ? body_->moved_since_rest(x) : x; };
   const Vector here = moved(state_->x);
-  const auto displacement_to = [&](Known& known) -> Vector {
+  SnapshotSet& snapshots = snapshots_.emplace();
+  for (Known& known : whole.past_) {
     if (body_ && known.moved.size() == 0) known.moved = moved(known.x);
-    return (body_ ? known.moved : known.x) - here;
-  };
-  DisplacementSnapshots& snapshots = snapshots_.emplace();
-  snapshots.past.resize(here.size(), static_cast<Eigen::Index>(whole.past_.size()));
-  for (std::size_t k = 0; k < whole.past_.size(); ++k)
-    snapshots.past.col(static_cast<Eigen::Index>(k)) = displacement_to(whole.past_[k]);
-  snapshots.going_on = static_cast<int>(whole.going_on_);
-  snapshots.ahead.resize(here.size(), static_cast<Eigen::Index>(whole.ahead_.size()));
-  for (std::size_t k = 0; k < whole.ahead_.size(); ++k)
-    snapshots.ahead.col(static_cast<Eigen::Index>(k)) = moved(whole.ahead_[k]) - here;
-  if (body_) {
-    snapshots.rest = -here;
-  } else {
-    if (rest_.size() == 0) rest_ = dynamics_->rest_state().x;
-    snapshots.rest = rest_ - here;
+    snapshots.add(SnapshotKind::history, (body_ ? known.moved : known.x) - here);
   }
+  for (const PredictedState& state : whole.predicted_) snapshots.add(state.kind, moved(state.x) - here, state.weight);
+  if (!body_ && rest_.size() == 0) rest_ = dynamics_->rest_state().x;
+  snapshots.add(SnapshotKind::rest, body_ ? Vector(-here) : Vector(rest_ - here));
   if (whole.past_.empty() || state_->time_s - whole.past_.back().time_s >= kApartS)
     whole.now_ = Known{state_->time_s, state_->x, body_ ? here : Vector()};
   return snapshots;

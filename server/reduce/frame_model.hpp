@@ -24,7 +24,6 @@
 #include <array>
 #include <deque>
 #include <functional>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -33,6 +32,7 @@
 #include "server/body/integrator.hpp"
 #include "server/reduce/basis.hpp"
 #include "server/reduce/patch_part.hpp"
+#include "server/reduce/snapshot_set.hpp"
 #include "server/reduce/tool_prediction.hpp"
 
 namespace palpate {
@@ -106,12 +106,11 @@ class SharedSystem {
   Kept residual_, motion_;
 };
 
-/// How the coordinates move from where the body is to where it was and will be, a column each.
-struct DisplacementSnapshots {
-  Matrix past;   ///< in the last frames in which this was asked for, some 50 ms apart, the newest last
-  Matrix ahead;  ///< see FrameModel::set_predicted_states()
-  int going_on = 0;
-  Vector rest;
+/// Where the nodes of the body may be until the next patches take over.
+struct PredictedState {
+  SnapshotKind kind = SnapshotKind::rollout;
+  double weight = 1;  ///< of the snapshot that it makes
+  Vector x;
 };
 
 class FrameModel {
@@ -154,14 +153,11 @@ class FrameModel {
   Skin::Weights weights(const SurfacePoint& point) const;
   /// Where it is on the body at rest.
   Vec3 place_of(const ToolPort& port) const;
-  /// Where its nodes may be until the next patches take over, as far from here as that counts; empty where there are no
-  /// snapshots. `going_on`: as hands go on by themselves, evenly to when the patches do.
-  void set_predicted_states(std::vector<Vector> going_on, std::vector<Vector> others) {
-    going_on_ = going_on.size();
-    ahead_ = std::move(going_on);
-    std::move(others.begin(), others.end(), std::back_inserter(ahead_));
-  }
-  const DisplacementSnapshots& snapshots();
+  /// For snapshots() of this frame; none where nobody says.
+  void set_predicted_states(std::vector<PredictedState> states) { predicted_ = std::move(states); }
+  /// How the coordinates move from where the body is to where it was in the last frames in which this was asked for, some 50 ms
+  /// apart, to where it may be, and to where it rests, in this order; `history` the oldest first.
+  const SnapshotSet& snapshots();
   /// F(x*, v*), rows of held nodes zero.
   const Vector& forces();
   /// The skin's vertices.
@@ -214,12 +210,11 @@ class FrameModel {
   const BodyState* state_ = nullptr;
   const std::vector<ToolPort>* ports_ = nullptr;
   std::vector<ToolAt> tools_;
-  std::vector<Vector> ahead_;
-  std::size_t going_on_ = 0;
+  std::vector<PredictedState> predicted_;
   std::deque<Known> past_;    // of the whole, like the next two
   std::optional<Known> now_;  // will be past
   Vector rest_;
-  std::optional<DisplacementSnapshots> snapshots_;
+  std::optional<SnapshotSet> snapshots_;
   std::vector<std::uint8_t> held_;
   std::vector<Wanted> wanted_;
   Micros horizon_{};

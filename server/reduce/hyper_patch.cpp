@@ -2,7 +2,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
+#include <cassert>
+#include <vector>
 
 #include "common/port/terms_pieces.hpp"
 #include "server/reduce/sample_springs.hpp"
@@ -15,8 +16,8 @@ constexpr double kSoftestOfLargest = 1e-8;  // of the largest stiffness, where a
 constexpr double kPsdRounding = 1e-9;       // of the largest stiffness: rounding
 constexpr double kMostBraked = 3;           // largest eigenvalue of D in steps: beyond, no spring's damper turns under a touch
 
-bool is_projected(const Patch& patch, const HyperShapes& shapes) {
-  return shapes.psd_change.cwiseAbs().maxCoeff() > kPsdRounding * patch.stiffness.maxCoeff();
+bool is_projected(const Patch& patch, const HyperModel& model) {
+  return model.psd_change.cwiseAbs().maxCoeff() > kPsdRounding * patch.stiffness.maxCoeff();
 }
 
 /// Coefficients of u^T psd_change u / 2.
@@ -43,21 +44,26 @@ Matrix held_tool(const Patch& patch, const Vector& stiffness) {
   return at_port;
 }
 
-/// The last of the columns among them.
-Matrix every_second(const Matrix& of) {
-  const Eigen::Index taken = (of.cols() + 1) / 2;
-  return of(Eigen::all, Eigen::seqN((of.cols() + 1) % 2, taken, 2));
+/// The last of them among these.
+std::vector<Eigen::Index> every_second(const std::vector<Eigen::Index>& of) {
+  std::vector<Eigen::Index> taken;
+  for (std::size_t k = (of.size() + 1) % 2; k < of.size(); k += 2) taken.push_back(of[k]);
+  return taken;
 }
 
-/// What samples lie on, and around: indentations that a hand is likely to make; where a grasped body will be. Of a solid all
-/// snapshots of that; of springs, which are exact where they are few enough and must then not be asked for too much that is
-/// alike, the one of a hand that goes on, half and whole.
-Matrix path_of(const HyperShapes& shapes, bool solid, const Matrix& indentations) {
-  if (shapes.indentations > 0) return indentations;
-  const Matrix ahead = shapes.snapshots.rightCols(shapes.ahead);
-  if (solid) return every_second(ahead);
-  if (shapes.port.cols() == 0 || shapes.going_on < 2) return {};
-  return ahead(Eigen::all, std::array<Eigen::Index, 2>{shapes.going_on / 2 - 1, shapes.going_on - 1});
+/// The snapshots that samples lie on, and around: indentations that a hand is likely to make; where a grasped body will be. Of a
+/// solid all snapshots of that; of springs, which are exact where they are few enough and must then not be asked for too much
+/// that is alike, the one of a hand that goes on, half and whole.
+std::vector<Eigen::Index> path_of(const SnapshotSet& snapshots, bool solid, bool grasp) {
+  if (const auto indentations = snapshots.of(SnapshotKind::indentation); !indentations.empty()) return indentations;
+  std::vector<Eigen::Index> rollouts = snapshots.of(SnapshotKind::rollout);
+  if (solid) {
+    const auto others = snapshots.of(SnapshotKind::other_rollout);
+    rollouts.insert(rollouts.end(), others.begin(), others.end());
+    return every_second(rollouts);
+  }
+  if (!grasp || rollouts.size() < 2) return {};
+  return {rollouts[rollouts.size() / 2 - 1], rollouts.back()};
 }
 
 /// Whether a mode is braked away within a third of a step of the player.
@@ -67,39 +73,34 @@ bool braked_fast(const Patch& patch, int steps) {
 }
 
 /// How the body moves with the variables of the patch, 3 N x n.
-Matrix moved_by_variables(const HyperShapes& shapes) {
-  const Eigen::Index first = shapes.port.cols();
-  Matrix moved(shapes.modes.rows(), first + shapes.modes.cols());
-  if (first > 0) moved.leftCols(first) = shapes.port * shapes.amplitude.cwiseInverse().asDiagonal();
-  moved.rightCols(shapes.modes.cols()) = shapes.modes;
+Matrix moved_by_variables(const HyperModel& model) {
+  Matrix moved(model.modes.rows(), model.port.cols() + model.modes.cols());
+  moved << model.port, model.modes;
   return moved;
 }
 
 }  // namespace
 
-std::optional<NonlinearTerms> nonlinear_terms(const Linearisation& at, const Patch& patch, const HyperShapes& shapes,
+std::optional<NonlinearTerms> nonlinear_terms(const Linearisation& at, const Patch& patch, const HyperModel& model,
                                               int vertices) {
-  const auto r = patch.stiffness.size(), first = shapes.port.cols(), n = r + first;
+  const auto r = patch.stiffness.size(), first = model.port.cols();
   if (r == 0 || !(patch.stiffness.maxCoeff() > 0)) return std::nullopt;
-  const bool repaired = is_projected(patch, shapes);
-  const int variables = static_cast<int>(n);
+  assert(model.snapshots.rows() == first + r && model.snapshots.cols() == model.of->count() && model.modes.cols() == r);
+  assert(model.psd_change.rows() == first + r && model.psd_change.cols() == first + r);
+  const bool repaired = is_projected(patch, model), solid = !at.dynamics->tetrahedra().empty();
+  const int variables = static_cast<int>(first + r);
   Sampling sampling;
   sampling.room = {variables, first > 0, repaired, vertices, at.dynamics->body().law == SpringLaw::stiffening};
   if (first > 0) {
     Eigen::Index row = 0;
-    shapes.port.cwiseAbs().rowwise().maxCoeff().maxCoeff(&row);
+    model.port.cwiseAbs().rowwise().maxCoeff().maxCoeff(&row);
     sampling.tool = static_cast<int>(row / 3);
   }
-  sampling.likely = Matrix::Zero(n, shapes.coordinates.cols() + shapes.snapshots.cols());
-  sampling.likely.bottomLeftCorner(r, shapes.coordinates.cols()) = shapes.coordinates;
-  sampling.likely.rightCols(shapes.snapshots.cols()) = shapes.snapshots;
-  const bool solid = !at.dynamics->tetrahedra().empty();
-  sampling.path =
-      path_of(shapes, solid, sampling.likely.middleCols(shapes.coordinates.cols() - shapes.indentations, shapes.indentations));
+  sampling.likely = model.snapshots;
+  sampling.path = model.snapshots(Eigen::all, path_of(*model.of, solid, first > 0));
   sampling.stiffness = stiffness_of(patch, first);
   if (solid && first > 0) sampling.at_port = held_tool(patch, sampling.stiffness);
-  if (first > 0) sampling.likely.topLeftCorner(first, first) = shapes.amplitude.asDiagonal();
-  const Matrix moved = moved_by_variables(shapes);
+  const Matrix moved = moved_by_variables(model);
   NonlinearTerms terms;
   terms.variables = variables;
   terms.grasp = first > 0;
@@ -109,7 +110,7 @@ std::optional<NonlinearTerms> nonlinear_terms(const Linearisation& at, const Pat
     terms.springs = std::move(*springs);
   }
   if (terms.solid.count() == 0 && terms.springs.count() == 0) return std::nullopt;
-  if (repaired) terms.e2 = repair(shapes.psd_change);
+  if (repaired) terms.e2 = repair(model.psd_change);
   terms.rate = stamp_rate(patch);
   const NonlinearForce force(terms, patch);
   if (force.empty()) return std::nullopt;

@@ -49,6 +49,13 @@ Vector LocalBody::restricted(const Vector& whole) const {
   return y;
 }
 
+Skin::Weights LocalBody::restricted(const Skin::Weights& whole) const {
+  Skin::Weights here;
+  for (const auto& [node, weight] : whole)
+    if (const std::uint32_t i = index(node); i < nodes.size()) here.emplace_back(i, weight);
+  return here;
+}
+
 PortRows LocalBody::rows(std::uint32_t node, const Matrix& v) const {
   const std::uint32_t i = index(node);
   return i < nodes.size() ? PortRows(v.middleRows<3>(3 * static_cast<Eigen::Index>(i))) : PortRows::Zero(3, v.cols());

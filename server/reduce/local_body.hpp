@@ -8,6 +8,7 @@
 
 #include "common/port/patch.hpp"
 #include "server/body/dynamics.hpp"
+#include "server/body/skin.hpp"
 
 namespace palpate {
 
@@ -30,6 +31,8 @@ struct LocalBody {
   PortRows rows(std::uint32_t node, const Matrix& v) const;
   /// The rows of a vector of the whole body (3 N).
   Vector restricted(const Vector& whole) const;
+  /// Those of nodes that are here.
+  Skin::Weights restricted(const Skin::Weights& whole) const;
   BodyState restricted(const BodyState& whole) const { return {whole.time_s, restricted(whole.x), restricted(whole.v)}; }
 };
 

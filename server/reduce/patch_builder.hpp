@@ -7,12 +7,13 @@
 //                    like `port`; forces and velocities at the stamp are the body's own; `ring` for a body of tetrahedra, and
 //                    then the patch says so
 //   balanced         the whole body, balanced off-line at its rest state for this contact (balanced_basis.hpp)
-//   port             the whole body, rational Krylov basis at the port (basis.hpp); a grasp with few modes and long to last: the
-//                    best of more directions (narrow_basis.hpp)
-//   hyper            the whole body, a basis for what it is likely to do (hyper_basis.hpp), and beside the linear patch
-//                    some of its elements (hyper_patch.hpp); `port` where they cannot be had, and then the patch says so
+//   port             the whole body, rational Krylov basis at the port (basis.hpp)
+//   hyper            the whole body, a basis for what it is likely to do (pod_basis.hpp), and beside the linear patch some of its
+//                    elements (hyper_patch.hpp); `port` where they cannot be had, and then the patch says so
 //
-// Of a large body all but `two-layer` and `balanced` see what is far from the tools coarser (refined_body.hpp).
+// All but the first two are one pipeline for both kinds of port: what the body answers the port with under
+// P = s^2 M + s D + K (PortModel), a basis of that, K and D on the basis, and what the port adds. Of a large body all but
+// `two-layer` and `balanced` see what is far from the tools coarser (refined_body.hpp).
 //
 // K and D are the symmetric tangents, so an orthogonal projection keeps them positive semi-definite where the body's own are.
 // A compressed body may have a direction without stiffness, or with a negative one along which it snaps. There a linear model
@@ -30,8 +31,8 @@
 #include "server/body/integrator.hpp"
 #include "server/reduce/balanced_basis.hpp"
 #include "server/reduce/frame_model.hpp"
-#include "server/reduce/hyper_basis.hpp"
 #include "server/reduce/hyper_patch.hpp"
+#include "server/reduce/pod_basis.hpp"
 #include "server/reduce/static_indentation.hpp"
 #include "server/reduce/two_layer.hpp"
 
@@ -48,7 +49,25 @@ struct PatchRequest {
   Vec3 acceleration = Vec3::Zero();  ///< of the hand [m/s^2]
 };
 
-struct PatchBuildReport {
+/// Modes of a patch, in the coordinates that they were found in.
+class PatchModes {
+ public:
+  PatchModes() = default;
+  explicit PatchModes(Matrix v, const RefinedBody* refined)
+      : v_(std::move(v)), refined_(refined), generation_(refined ? refined->generation() : 0) {}
+  /// V, 3 N x r, for all nodes; nothing where the coordinates have changed since.
+  Matrix of_nodes() const;
+
+ private:
+  Matrix v_;
+  const RefinedBody* refined_ = nullptr;
+  std::uint64_t generation_ = 0;
+};
+
+struct BuiltPatch {
+  Patch patch;
+  NonlinearTerms terms;  ///< that go with it; no variables: none
+  PatchModes modes;      ///< of scheme `hyper`
   /// `hyper` was asked for, `port` was built: a law that is not smooth, finite elements of several laws, springs too stiff for
   /// the player's step; or `two-layer` was, and `ring` was built: the body has tetrahedra.
   bool fell_back = false;
@@ -60,7 +79,6 @@ class PatchBuilder {
  public:
   static constexpr int kRingLayers = 1;
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
-  static constexpr Micros kLongHorizon{120'000};  ///< from there on a grasp's few modes are chosen from more (narrow_basis.hpp)
   static constexpr int kHyperAttachOrder = 32, kHyperTouchOrder = 30;
   static constexpr double kFilteredHz = 10;  ///< low-pass of `filtered`: the paper's, its model rate
 
@@ -70,70 +88,75 @@ class PatchBuilder {
 
   /// A patch for port `which` of the frame; seq and stamp are left to the caller. Nothing when the port's matrix cannot be
   /// solved.
-  std::optional<Patch> build(FrameModel& frame, std::size_t which, const PatchRequest& request);
-  /// Those that go with the patch that was built last; no variables: none.
-  const NonlinearTerms& terms() const { return terms_; }
-  /// Its modes V, 3 N x r, where it is of scheme `hyper`; else nothing, and where they were those of coordinates that have
-  /// changed.
-  Matrix modes() const;
+  std::optional<BuiltPatch> build(FrameModel& frame, std::size_t which, const PatchRequest& request);
   /// For FrameModel::want() of the port that the patch will be for.
   ExpectedSlide expected_slide(const PatchRequest& request) const;
-  const PatchBuildReport& report() const { return report_; }
   static int modes_for(Scheme scheme, ContactKind contact, int order);
 
  private:
-  /// What is reduced, and with what.
-  struct Model {
-    Linearisation at;
-    Vector residual;  ///< F* of its nodes, zero where they are held
-    ShiftedSolver* solver = nullptr;
-    BasisMemory* memory = nullptr;
-    const LocalBody* local = nullptr;  ///< null: all of the body
-    OtherTools others;                 ///< those whose growing load or springs are in it
-  };
-
-  struct Reduced {
-    Matrix v;          ///< modes, 3 N x r
-    Vector stiffness;  ///< before PSD projection
-  };
-
   /// What directions are solved for with: P at so many times the shift of the prediction horizon, and with `clamp` compressed
   /// elements do not soften it.
   struct Footing {
     double faster = 1;
     bool clamp = false;
-    double shift(const PatchRequest& request, double usual) const {
-      return request.scheme == Scheme::tangent ? 0 : faster * usual;
-    }
   };
 
-  std::optional<Patch> build_whole(FrameModel& frame, std::size_t which, const PatchRequest& request, const Patch& patch,
-                                   const Footing& footing);
-  std::optional<Patch> fall_back(FrameModel& frame, std::size_t which, const PatchRequest& request, Scheme scheme);
-  std::optional<Patch> build_two_layer(FrameModel& frame, std::size_t which, const PatchRequest& request, const Patch& patch,
-                                       const Footing& footing);
-  std::optional<Patch> build_attach(const Model& model, const ToolPort& port, const PatchRequest& request, Patch patch,
-                                    const Footing& footing, const ToolAt& tool);
-  std::optional<Patch> build_touch(const Model& model, FrameModel& frame, std::size_t which, const PatchRequest& request,
-                                   Patch patch, const Footing& footing);
-  std::optional<Patch> build_shared_touch(FrameModel& frame, std::size_t which, const PatchRequest& request, Patch patch,
-                                          const Footing& footing);
-  std::optional<Matrix> grasp_basis(const Model& model, const std::vector<Vector>& inputs, const PatchRequest& request,
-                                    BasisRequest wanted);
-  bool solve_ports(const Model& model, const std::vector<Vector>& inputs, double tolerance);
-  std::optional<Mat3> static_response(const Model& model, const std::vector<Vector>& inputs);
-  KrylovStart touch_start(const SharedSystem& p, std::size_t which, const SpringCorrection& correct, bool with_motion) const;
-  std::optional<HyperBasis> touch_basis(FrameModel& frame, SharedSystem& p, std::size_t which, const OtherTools& others,
-                                        const Linearisation& at, const PatchRequest& request);
+  /// A patch in the making.
+  struct Job {
+    FrameModel* frame = nullptr;
+    std::size_t which = 0;
+    const PatchRequest* request = nullptr;
+    Footing footing;
+    const ToolPort& port() const { return frame->ports()[which]; }
+    const ToolAt& tool() const { return frame->tool(which); }
+    double shift(double usual) const { return request->scheme == Scheme::tangent ? 0 : footing.faster * usual; }
+    bool hyper() const { return request->scheme == Scheme::hyper; }
+  };
+
+  /// What is reduced: a body, or some of its nodes.
+  struct Model {
+    Linearisation at;
+    Vector residual;                   ///< F* of its nodes, with the loads of others' tools, zero where they are held
+    const LocalBody* local = nullptr;  ///< null: all of the body
+    OtherTools others;                 ///< those whose growing load or springs are in it
+    PortRows rows(std::uint32_t node, const Matrix& v) const { return local ? local->rows(node, v) : at.rows(node, v); }
+  };
+
+  /// What it answers the port with, and what directions are made of.
+  struct PortModel {
+    double shift_1_s = 0;
+    KrylovStart start;
+    KrylovSolve solve;
+    Matrix prescribed;               ///< how the tool moves its node, 3 N x 3; no columns for touch
+    SnapshotSet snapshots;           ///< of scheme `hyper`, but for those that all ports have
+    std::optional<Matrix> balanced;  ///< directions of scheme `balanced`
+  };
+
+  struct Reduced {
+    Matrix v, rotation;  ///< modes, 3 N x r, and how they are made of the basis
+    Vector stiffness;    ///< before PSD projection
+    Matrix coordinates;  ///< of snapshots, in the basis
+    SnapshotSet snapshots;
+  };
+
+  bool attempt(const Job& job, BuiltPatch& made);
+  bool attempt_two_layer(const Job& job, BuiltPatch& made);
+  std::optional<BuiltPatch> fall_back(FrameModel& frame, std::size_t which, const PatchRequest& request, Scheme scheme);
+  bool reduce(const Job& job, const Model& model, PortModel& port, BuiltPatch& made, Reduced& reduced);
+  bool take_basis(const Model& model, const Matrix& basis, const Projection& projected, BuiltPatch& made, Reduced& reduced) const;
+  void add_terms(const Model& model, const Matrix& port, const Matrix& true_stiffness, int vertices, const Reduced& reduced,
+                 BuiltPatch& made) const;
   std::vector<std::uint32_t> contact_nodes(const ToolPort& port) const;
   bool hold_far_nodes(const FrameModel& frame, const std::vector<std::uint32_t>& seeds);
-  void begin_touch(const ToolPort& port, Patch& patch) const;
-  std::optional<HyperBasis> grasp_shapes(const Model& model, std::uint32_t node, std::vector<Vector> inputs,
-                                         HyperBasisRequest wanted, const ToolAt& tool, HyperShapes& shapes);
-  Matrix known_snapshots() const;
-  void add_terms(const Linearisation& at, const Patch& patch, const Matrix& true_stiffness, HyperShapes& shapes, int vertices);
-  bool reduce(const Linearisation& at, const Matrix& v, const Projection& of_v, const OtherTools& others, Patch& patch,
-              Reduced& reduced);
+
+  // patch_builder_grasp.cpp
+  bool build_grasp(const Job& job, const Model& model, ShiftedSolver& solver, BasisMemory& memory, BuiltPatch& made);
+
+  // patch_builder_touch.cpp
+  bool respond(const Job& job, Model& model, SharedSystem& p);
+  bool build_touch(const Job& job, const Model& model, SharedSystem* p, BuiltPatch& made);
+  PortModel touch_model(const Job& job, const Model& model, SharedSystem& p);
+  void add_touch_snapshots(const Job& job, const Model& model, const SharedSystem& p, const Vec3& inwards, PortModel& port);
 
   const Dynamics* dynamics_;
   const Skin* skin_;
@@ -143,16 +166,9 @@ class PatchBuilder {
   std::vector<std::uint8_t> held_;
   ShiftedSolver solver_;  // of a grasp: its own node is held
   SharedSystem ring_;     // of a ring: its far nodes are held
-  BasisMemory memory_;
+  BasisMemory memory_, response_memory_;
   std::unique_ptr<TwoLayer> two_layer_;               // made when it is first asked for
   std::unique_ptr<StaticIndentations> indentations_;  // likewise
-  BasisMemory basis_memory_;
-  const DisplacementSnapshots* snapshots_ = nullptr;  // of the frame, for scheme hyper
-  NonlinearTerms terms_;
-  Matrix modes_;
-  const RefinedBody* modes_of_ = nullptr;  // in whose coordinates they are; null: in those of all nodes
-  std::uint64_t modes_generation_ = 0;
-  PatchBuildReport report_;
 };
 
 }  // namespace palpate

@@ -21,6 +21,7 @@ Joint turn_modes(Patch& p, const Joint& k) {
   p.b_d = (u.transpose() * p.b_d).eval();
   p.g = (u.transpose() * p.g).eval();
   p.q_rate = (u.transpose() * p.q_rate).eval();
+  if (p.load_rate.size() > 0) p.load_rate = (u.transpose() * p.load_rate).eval();
   return u;
 }
 

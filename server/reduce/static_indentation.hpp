@@ -1,4 +1,4 @@
-// How a body yields to a tool that goes on into it, by its own forces: candidates for the basis of a touch (hyper_basis.hpp).
+// How a body yields to a tool that goes on into it, by its own forces: snapshots of a touch (snapshot_set.hpp).
 //
 // P^-1 B, the port responses, are those of small displacements. Where elements stiffen or turn, an indentation as deep as they
 // are long has another shape, and a basis that does not know it is too stiff. With s the shift of P, w solves what those

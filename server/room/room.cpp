@@ -34,9 +34,8 @@ void Room::use_threads(ThreadPool& pool) { state_->integrator.stepper->use_threa
 std::optional<Room::Origin> Room::origin(StationId id) const {
   const auto owner = std::find(state_->port_owner.begin(), state_->port_owner.end(), id);
   if (owner == state_->port_owner.end()) return std::nullopt;
-  const auto& builder = state_->stations.at(id).builder;
   return Origin{state_->body, state_->ports[static_cast<std::size_t>(owner - state_->port_owner.begin())],
-                builder ? builder->modes() : Matrix()};
+                state_->stations.at(id).modes.of_nodes()};
 }
 
 const std::string& Room::integrator() const { return state_->integrator.reason; }

@@ -97,7 +97,7 @@ class Room {
   struct Origin {
     BodyState body;
     ToolPort port;
-    Matrix modes;  ///< as in PatchBuilder::modes()
+    Matrix modes;  ///< PatchModes::of_nodes()
   };
   /// Nothing for a station that has no port.
   std::optional<Origin> origin(StationId id) const;

@@ -71,10 +71,12 @@ void Room::State::give_patch(const StationJob& job, std::size_t which, StationFr
   }
   station.kept.reset();
   const PatchRequest request = request_of(job);
-  frame.patch = station.builder->build(frame_model, which, request);
-  if (!frame.patch) return;
+  auto built = station.builder->build(frame_model, which, request);
+  if (!built) return;
+  frame.patch = std::move(built->patch);
   leave_room_for_rounding(*frame.patch);
-  frame.terms = station.builder->terms();
+  frame.terms = std::move(built->terms);
+  station.modes = std::move(built->modes);
   if (asleep) station.kept = Kept{request, *frame.patch, frame.terms};
 }
 

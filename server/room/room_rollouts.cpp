@@ -1,7 +1,6 @@
 // Snapshots of where the body may be until the next patches: rollouts of its hands, the cache, a warm-start indentation.
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <iterator>
 #include <span>
 
 #include "server/room/hand_rollouts.hpp"
@@ -50,14 +49,14 @@ std::size_t Room::State::affordable_rollouts(Micros horizon) {
 
 /// None where the likeliest rollout does not get to its end: modes of where the body is before count for less than those
 /// that they would take the place of.
-std::vector<Vector> Room::State::hand_rollouts(Micros horizon) {
+std::vector<PredictedState> Room::State::hand_rollouts(Micros horizon) {
   std::vector<ToolAt> now;
   std::vector<Vec3> acceleration;
   for (const StationId id : port_owner) {
     now.push_back(tool_at(stations.at(id), from_seconds(body.time_s)));
     acceleration.push_back(hand_acceleration(stations.at(id)));
   }
-  std::vector<Vector> ahead;
+  std::vector<PredictedState> ahead;
   for (const HandRollout& rollout : std::span(kHandRollouts).first(affordable_rollouts(horizon))) {
     const auto tool = [&](std::size_t k, double t) {
       if (rollout.dead_reckoned) return tool_at(stations.at(port_owner[k]), from_seconds(t));
@@ -65,7 +64,8 @@ std::vector<Vector> Room::State::hand_rollouts(Micros horizon) {
                       t - body.time_s);
     };
     const bool to_its_end = roll_out(seconds(horizon), tool, [&](int snapshot, const Vector& x) {
-      if (snapshot * rollout.snapshots % kRolloutSnapshots == 0) ahead.push_back(body.x + rollout.weight * (x - body.x));
+      if (snapshot * rollout.snapshots % kRolloutSnapshots == 0)
+        ahead.push_back({rollout.dead_reckoned ? SnapshotKind::rollout : SnapshotKind::other_rollout, rollout.weight, x});
     });
     if (rollout.dead_reckoned && !to_its_end) return {};
   }
@@ -106,7 +106,6 @@ void Room::State::warm_start(const std::vector<std::size_t>& feeling) {
 /// rollouts are to come, and count for less, in finely meshed bodies above all. Bodies that are stepped roughly, solids mostly,
 /// gain nothing by the cache.
 void Room::State::collect_snapshots(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros horizon) {
-  constexpr double kCachedAlone = 0.06, kCachedBesideRollouts = 0.03;
   std::vector<std::size_t> feeling;
   for (std::size_t k = 0; k < job.stations.size(); ++k) {
     if (!gets_patch[k] || job.stations[k].scheme != Scheme::hyper) continue;
@@ -114,26 +113,23 @@ void Room::State::collect_snapshots(const FrameJob& job, const std::vector<std::
     if (!kept_for(job.stations[k], which)) feeling.push_back(which);
   }
   if (feeling.empty() || !job.rollouts) return;
-  std::vector<Vector> going_on, others;
-  if (!asleep) going_on = hand_rollouts(horizon);
-  const double weight = going_on.empty() ? kCachedAlone : kCachedBesideRollouts;
-  if (const std::size_t snapshots = roughly ? kRoughRolloutSnapshots : kRolloutSnapshots; going_on.size() > snapshots) {
-    const auto end = going_on.begin() + static_cast<std::ptrdiff_t>(snapshots);
-    others.assign(std::make_move_iterator(end), std::make_move_iterator(going_on.end()));
-    going_on.erase(end, going_on.end());
-  }
-  if (roughly) {
-    frame_model.set_predicted_states(std::move(going_on), std::move(others));
-    return;
-  }
+  std::vector<PredictedState> predicted;
+  if (!asleep) predicted = hand_rollouts(horizon);
+  if (!roughly) add_cached(feeling, predicted);
+  frame_model.set_predicted_states(std::move(predicted));
+}
+
+/// Of the snapshot cache, which then takes in the body as it is.
+void Room::State::add_cached(const std::vector<std::size_t>& feeling, std::vector<PredictedState>& predicted) {
+  constexpr double kCachedAlone = 0.06, kCachedBesideRollouts = 0.03;
+  const double weight = predicted.empty() ? kCachedAlone : kCachedBesideRollouts;
   if (asleep) warm_start(feeling);
   std::vector<Vec3> near, holding;
   for (const std::size_t k : feeling) near.push_back(frame_model.place_of(ports[k]));
-  for (const Vector* x : snapshot_cache.most_informative(near, body.x)) others.push_back(body.x + weight * (*x - body.x));
+  for (const Vector* x : snapshot_cache.most_informative(near, body.x)) predicted.push_back({SnapshotKind::cached, weight, *x});
   for (const ToolPort& port : ports)
     if (port.kind == ContactKind::attach || port.touching) holding.push_back(frame_model.place_of(port));
   if (!holding.empty()) snapshot_cache.keep(holding, body.x);
-  frame_model.set_predicted_states(std::move(going_on), std::move(others));
 }
 
 }  // namespace palpate

@@ -52,6 +52,7 @@ struct Room::State {
     std::optional<Kept> kept;
     Grasp grasp;
     std::unique_ptr<PatchBuilder> builder;
+    PatchModes modes;  // of the newest patch that was built
     Deadband deadband;
     std::uint32_t seq = 0;
   };
@@ -84,8 +85,9 @@ struct Room::State {
   /// kRoughRolloutSnapshots of them.
   bool roll_out(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& snapshot);
   std::size_t affordable_rollouts(Micros horizon);
-  std::vector<Vector> hand_rollouts(Micros horizon);
+  std::vector<PredictedState> hand_rollouts(Micros horizon);
   void warm_start(const std::vector<std::size_t>& feeling);
+  void add_cached(const std::vector<std::size_t>& feeling, std::vector<PredictedState>& predicted);
   void collect_snapshots(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros horizon);
   /// The port of the tool that a station feels with.
   std::optional<std::size_t> port_of(const StationJob& job) const;

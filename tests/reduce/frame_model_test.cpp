@@ -43,10 +43,10 @@ struct FrameBench {
     PatchRequest request;
     request.scheme = scheme;
     request.horizon = kFrameHorizon;
-    const auto patch = builder.build(frame, which, request);
-    REQUIRE(patch);
-    REQUIRE(check(*patch) == PatchFault::none);
-    return *patch;
+    const auto built = builder.build(frame, which, request);
+    REQUIRE(built);
+    REQUIRE(check(built->patch) == PatchFault::none);
+    return built->patch;
   }
   Matrix input(std::size_t k) const {
     Matrix b = Matrix::Zero(state.x.size(), 3);
@@ -204,23 +204,27 @@ TEST_CASE("A hand that speeds up or slows down is looked for where that takes it
   CHECK(expected_slides(Vec3::Zero(), normal, {0.2, false, sideways}).size() == 1);
 }
 
-TEST_CASE("Where hands go on by themselves is told apart from where else a body may be, and forgotten with the frame") {
+TEST_CASE("Predicted states become snapshots of the frame, with their kinds and weights, and are forgotten with it") {
   FrameBench bench;
   const auto aside = [&](double m) { return Vector(bench.state.x + Vector::Constant(bench.state.x.size(), m)); };
   const auto begin = [&] { bench.frame.begin(bench.state, bench.ports, bench.tools, kFrameHorizon); };
   begin();
-  bench.frame.set_predicted_states({}, {aside(0.003)});
-  CHECK(bench.frame.snapshots().going_on == 0);
-  CHECK(bench.frame.snapshots().ahead.cols() == 1);
+  bench.frame.set_predicted_states({{SnapshotKind::rollout, 1, aside(0.001)},
+                                    {SnapshotKind::rollout, 1, aside(0.002)},
+                                    {SnapshotKind::cached, 0.5, aside(0.003)}});
+  const SnapshotSet& snapshots = bench.frame.snapshots();
+  const Matrix weighted = snapshots.weighted();
+  CHECK(snapshots.of(SnapshotKind::history).empty());
+  CHECK(snapshots.of(SnapshotKind::rest).size() == 1);
+  const auto rollouts = snapshots.of(SnapshotKind::rollout), cached = snapshots.of(SnapshotKind::cached);
+  REQUIRE(rollouts.size() == 2);
+  REQUIRE(cached.size() == 1);
+  CHECK((weighted.col(rollouts[0]).array() - 0.001).abs().maxCoeff() < 1e-12);
+  CHECK((weighted.col(rollouts[1]).array() - 0.002).abs().maxCoeff() < 1e-12);
+  CHECK((weighted.col(cached[0]).array() - 0.0015).abs().maxCoeff() < 1e-12);
   begin();
-  bench.frame.set_predicted_states({aside(0.001), aside(0.002)}, {aside(0.003)});
-  const DisplacementSnapshots& snapshots = bench.frame.snapshots();
-  CHECK(snapshots.going_on == 2);
-  REQUIRE(snapshots.ahead.cols() == 3);
-  for (int k = 0; k < 3; ++k) CHECK((snapshots.ahead.col(k).array() - 0.001 * (k + 1)).abs().maxCoeff() < 1e-12);
-  begin();
-  CHECK(bench.frame.snapshots().going_on == 0);
-  CHECK(bench.frame.snapshots().ahead.cols() == 0);
+  CHECK(bench.frame.snapshots().of(SnapshotKind::rollout).empty());
+  CHECK(bench.frame.snapshots().of(SnapshotKind::cached).empty());
 }
 
 TEST_CASE("Others that touch nothing, or stand still, add no load that grows") {
@@ -292,8 +296,9 @@ TEST_CASE("A touch patch of fewer modes than a tool has directions yields static
     PatchRequest request;
     request.order = states;
     request.horizon = kFrameHorizon;
-    const auto patch = bench.builder.build(bench.frame, 0, request);
-    REQUIRE(patch);
+    const auto built = bench.builder.build(bench.frame, 0, request);
+    REQUIRE(built);
+    const Patch* const patch = &built->patch;
     REQUIRE(check(*patch) == PatchFault::none);
     REQUIRE(patch->modes() == states / 2);
     const Matrix b = bench.input(0);
@@ -320,8 +325,9 @@ TEST_CASE("Everywhere on its piece of the surface a frictionless touch is pushed
   PatchRequest request;
   request.horizon = kFrameHorizon;
   request.vertices_max = [](int, bool) { return 6; };  // so few that all are at the rim
-  auto patch = bench.builder.build(bench.frame, 0, request);
-  REQUIRE(patch);
+  auto built = bench.builder.build(bench.frame, 0, request);
+  REQUIRE(built);
+  Patch* const patch = &built->patch;
   const Positions x(bench.state.x.data(), static_cast<std::size_t>(bench.state.x.size()));
   patch->coupling_n_m = 800;
   patch->friction = 0;

@@ -40,15 +40,15 @@ struct Grasp {
     for (Element& e : body.elements) e.stiffness_n_m *= more;
     return body;
   }
-  Patch build() {
+  BuiltPatch build() {
     PatchRequest request;
     request.scheme = Scheme::hyper;
     request.horizon = Micros{100'000};
     frame.begin(state, ports, std::span(&tool, 1), request.horizon);
-    auto patch = builder.build(frame, 0, request);
-    REQUIRE(patch);
-    REQUIRE(check(*patch) == PatchFault::none);
-    return *patch;
+    auto built = builder.build(frame, 0, request);
+    REQUIRE(built);
+    REQUIRE(check(built->patch) == PatchFault::none);
+    return *built;
   }
 };
 
@@ -56,8 +56,9 @@ struct Grasp {
 
 TEST_CASE("With the modes still, the force of a displaced tool is the body's") {
   Grasp grasp(0);
-  const Patch patch = grasp.build();
-  const NonlinearTerms& terms = grasp.builder.terms();
+  const BuiltPatch built = grasp.build();
+  const Patch& patch = built.patch;
+  const NonlinearTerms& terms = built.terms;
   REQUIRE(terms.variables == patch.modes() + 3);
   NonlinearForce bend(terms, patch);
   for (const Vec3& d : {Vec3(0.002, 0, 0), Vec3(0.0012, -0.0012, 0.0016), Vec3(0, 0.0004, -0.002)}) {
@@ -79,9 +80,10 @@ TEST_CASE("Terms give back the stiffness that PSD projection changed to make the
   int projected = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     Grasp grasp(0.016, 0, SpringLaw::linear, seed);
-    const Patch patch = grasp.build();
-    const NonlinearTerms& terms = grasp.builder.terms();
-    if (terms.variables == 0 || grasp.builder.report().psd_change_1_s2 == 0) continue;
+    const BuiltPatch built = grasp.build();
+    const Patch& patch = built.patch;
+    const NonlinearTerms& terms = built.terms;
+    if (terms.variables == 0 || built.psd_change_1_s2 == 0) continue;
     ++projected;
     NonlinearForce bend(terms, patch);
     for (int axis = 0; axis < 3; ++axis) {
@@ -101,12 +103,13 @@ TEST_CASE("Terms give back the stiffness that PSD projection changed to make the
 
 TEST_CASE("A body whose law is not smooth is served the port patch, and the builder says so") {
   Grasp grasp(0.002, 0.1, SpringLaw::thigh_skin);
-  CHECK(grasp.build().scheme == Scheme::port);
-  CHECK(grasp.builder.report().fell_back);
-  CHECK(grasp.builder.terms().variables == 0);
-  Grasp other(0.002, 0.1);
-  CHECK(other.build().scheme == Scheme::hyper);
-  CHECK_FALSE(other.builder.report().fell_back);
+  const BuiltPatch built = grasp.build();
+  CHECK(built.patch.scheme == Scheme::port);
+  CHECK(built.fell_back);
+  CHECK(built.terms.variables == 0);
+  const BuiltPatch other = Grasp(0.002, 0.1).build();
+  CHECK(other.patch.scheme == Scheme::hyper);
+  CHECK_FALSE(other.fell_back);
 }
 
 TEST_CASE("A solid of either law is served some of its tetrahedra, one of both the port patch") {
@@ -137,15 +140,16 @@ TEST_CASE("A solid of either law is served some of its tetrahedra, one of both t
       request.scheme = Scheme::hyper;
       request.horizon = Micros{100'000};
       frame.begin(state, ports, std::span(&tool, 1), request.horizon);
-      const auto patch = builder.build(frame, 0, request);
-      REQUIRE(patch);
+      const auto built = builder.build(frame, 0, request);
+      REQUIRE(built);
+      const Patch* const patch = &built->patch;
       REQUIRE(check(*patch) == PatchFault::none);
       CAPTURE(touch);
       const bool known = laws < 2;
       CHECK((patch->scheme == Scheme::hyper) == known);
-      CHECK(builder.report().fell_back == !known);
-      CHECK((builder.terms().solid.count() > 20) == known);
-      if (known) CHECK(to_pieces(builder.terms(), 1).size() <= static_cast<std::size_t>(kUsualPieces));
+      CHECK(built->fell_back == !known);
+      CHECK((built->terms.solid.count() > 20) == known);
+      if (known) CHECK(to_pieces(built->terms, 1).size() <= static_cast<std::size_t>(kUsualPieces));
     }
 }
 
@@ -163,13 +167,14 @@ TEST_CASE("A planar body has terms, and the tool's way across it changes nothing
   request.scheme = Scheme::hyper;
   FrameModel frame(dynamics, skin);
   frame.begin(state, ports, std::span(&tool, 1), request.horizon);
-  const auto patch = builder.build(frame, 0, request);
-  REQUIRE(patch);
+  const auto built = builder.build(frame, 0, request);
+  REQUIRE(built);
+  const Patch* const patch = &built->patch;
   CHECK(patch->scheme == Scheme::hyper);
-  CHECK_FALSE(builder.report().fell_back);
-  REQUIRE(builder.terms().variables > 0);
-  REQUIRE_FALSE(to_pieces(builder.terms(), 1).empty());
-  NonlinearForce force(builder.terms(), *patch);
+  CHECK_FALSE(built->fell_back);
+  REQUIRE(built->terms.variables > 0);
+  REQUIRE_FALSE(to_pieces(built->terms, 1).empty());
+  NonlinearForce force(built->terms, *patch);
   NonlinearForce::Variables u = NonlinearForce::Variables::Constant(patch->modes() + 3, 1e-3), here, across;
   u[2] = 0;
   force.move_to(u);
@@ -184,26 +189,50 @@ TEST_CASE("A planar body has terms, and the tool's way across it changes nothing
 TEST_CASE("A lattice has springs for terms, linear ones and ones that stiffen, as many as four datagrams take") {
   for (const SpringLaw law : {SpringLaw::linear, SpringLaw::stiffening}) {
     Grasp grasp(0.001, 0, law);
-    grasp.build();
-    CHECK(grasp.builder.terms().springs.count() > 60);
-    CHECK(to_pieces(grasp.builder.terms(), 1).size() == static_cast<std::size_t>(kUsualPieces));
+    const NonlinearTerms terms = grasp.build().terms;
+    CHECK(terms.springs.count() > 60);
+    CHECK(to_pieces(terms, 1).size() == static_cast<std::size_t>(kUsualPieces));
   }
 }
 
 TEST_CASE("A body too stiff for a tick has springs for terms, too, with mass for it") {
   Grasp stiff(0.001, 0, SpringLaw::stiffening, 5, 1e4);
-  const Patch patch = stiff.build();
-  REQUIRE(stiff.builder.terms().springs.count() > 0);
-  CHECK(NonlinearForce(stiff.builder.terms(), patch).added_mass().size() > 0);
+  const BuiltPatch built = stiff.build();
+  REQUIRE(built.terms.springs.count() > 0);
+  CHECK(NonlinearForce(built.terms, built.patch).added_mass().size() > 0);
 }
 
 TEST_CASE("A hyper-reduced patch knows the way back to where the body rests, whatever bent it") {
   Grasp grasp(0.002);
-  grasp.build();
-  const Matrix v = grasp.builder.modes();
+  const Matrix v = grasp.build().modes.of_nodes();
   Vector way = grasp.dynamics.rest_state().x - grasp.state.x;
   way.segment<3>(3 * kNode).setZero();  // the tool's
   const Vector missed = way - v * (v.transpose() * grasp.dynamics.masses().cwiseProduct(way));
   const auto size = [&](const Vector& x) { return std::sqrt(x.dot(grasp.dynamics.masses().cwiseProduct(x))); };
   CHECK(size(missed) < 0.02 * size(way));
+}
+
+TEST_CASE("The load of another hand that moves on grows in the modes that a patch has, PSD-projected or not") {
+  constexpr std::uint32_t kOther = 54;
+  int projected = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    Grasp grasp(0.016, 0, SpringLaw::linear, seed);
+    grasp.ports.push_back(grasp.ports[0]);
+    grasp.ports[1].node = kOther;
+    const std::array<ToolAt, 2> tools{grasp.tool, ToolAt{node_of(grasp.state.x, kOther), Vec3(0.05, -0.02, 0.1)}};
+    PatchRequest request;
+    request.scheme = Scheme::hyper;
+    grasp.frame.begin(grasp.state, grasp.ports, tools, request.horizon);
+    const auto built = grasp.builder.build(grasp.frame, 0, request);
+    REQUIRE(built);
+    const Matrix v = built->modes.of_nodes();
+    if (v.cols() == 0) continue;
+    projected += built->psd_change_1_s2 > 0;
+    Vector motion = Vector::Zero(grasp.state.x.size()), k, d;
+    at_node(motion, kOther) = tools[1].velocity;
+    grasp.dynamics.multiply_tangents(grasp.state, motion, k, d);
+    const Vector expected = -v.transpose() * k;
+    CHECK((built->patch.load_rate - expected).norm() < 1e-9 * expected.norm());
+  }
+  CHECK(projected > 0);
 }

@@ -61,10 +61,10 @@ struct Touch {
     return body;
   }
   PatchPlayer player(Scheme scheme) {
-    const Patch made = patch(scheme);
-    return PatchPlayer(made, builder.terms());
+    const BuiltPatch made = patch(scheme);
+    return PatchPlayer(made.patch, made.terms);
   }
-  Patch patch(Scheme scheme, bool whole_surface = true) {
+  BuiltPatch patch(Scheme scheme, bool whole_surface = true) {
     PatchRequest request;
     request.scheme = scheme;
     request.order = order;
@@ -72,15 +72,16 @@ struct Touch {
     const ToolAt at = tool_at(kPressS);
     FrameModel frame(dynamics, skin);
     frame.begin(state, ports, std::span(&at, 1), request.horizon);
-    auto made = builder.build(frame, 0, request);
-    REQUIRE(made);
-    CHECK(made->scheme == scheme);
-    CHECK(check(*made) == PatchFault::none);
-    CHECK(made->surface.vertex_count <= request.vertices_max(made->modes(), false));
-    const Patch joined = extended(*made, builder.terms());
+    auto built = builder.build(frame, 0, request);
+    REQUIRE(built);
+    const Patch& made = built->patch;
+    CHECK(made.scheme == scheme);
+    CHECK(check(made) == PatchFault::none);
+    CHECK(made.surface.vertex_count <= request.vertices_max(made.modes(), false));
+    const Patch joined = extended(made, built->terms);
     CHECK(check(joined) == PatchFault::none);
     if (whole_surface) CHECK((joined.surface.vertex_count == kMaxPortVertices) == (scheme == Scheme::hyper));
-    return *made;
+    return *built;
   }
   /// Energy of the force's error to that of the force over the 150 ms after the patch: linear, with its terms.
   std::array<double, 2> errors() {
@@ -114,7 +115,7 @@ TEST_CASE("Pressed on deep, a touched patch with its terms stays with the body w
 TEST_CASE("Pressed on deep into springs that stiffen, the patch with some of them stays with the body") {
   Touch touch(2, deeper, SpringLaw::stiffening);
   const auto [linear, nonlinear] = touch.errors();
-  CHECK(touch.builder.terms().springs.count() > 0);
+  CHECK(Touch(2, deeper, SpringLaw::stiffening).patch(Scheme::hyper).terms.springs.count() > 0);
   CHECK(nonlinear < 0.02 * linear);
   CHECK(nonlinear < 1e-3);
 }
@@ -129,8 +130,7 @@ TEST_CASE("Slid on along the surface, a touched patch knows how the body yields 
 
 TEST_CASE("Among the directions of a touch is the way that the body begins to yield along the normal") {
   Touch touch(0.3, deeper);
-  touch.player(Scheme::hyper);
-  const Matrix v = touch.builder.modes();
+  const Matrix v = touch.patch(Scheme::hyper).modes.of_nodes();
   std::vector<double> positions;
   touch.skin.place(touch.state.x, positions);
   Vector load = Vector::Zero(touch.state.x.size());
@@ -148,8 +148,9 @@ TEST_CASE("A touched body of which one node moves has no modes but its own, and 
   touch.body.fixed[node] = 0;
   for (const int order : {2, PatchBuilder::kHyperTouchOrder}) {
     touch.order = order;
-    CHECK(touch.patch(Scheme::hyper, false).modes() <= std::min(order / 2, 3));
-    Matrix v = touch.builder.modes();
+    const BuiltPatch built = touch.patch(Scheme::hyper, false);
+    CHECK(built.patch.modes() <= std::min(order / 2, 3));
+    Matrix v = built.modes.of_nodes();
     v.middleRows<3>(3 * static_cast<Eigen::Index>(node)).setZero();
     CAPTURE(order, v.cwiseAbs().maxCoeff());
     CHECK(v.isZero(1e-12));
@@ -162,8 +163,8 @@ struct Compliances {
   double apart() const { return (of_patch - whole).norm() / whole.norm(); }
 };
 /// Nothing where P of the whole body is not definite there.
-std::optional<Compliances> compliances(Touch& touch, const Patch& patch, double s) {
-  const Matrix v = touch.builder.modes();
+std::optional<Compliances> compliances(Touch& touch, const BuiltPatch& built, double s) {
+  const Matrix v = built.modes.of_nodes();
   Matrix k_v, d_v;
   Tangents tangents(touch.dynamics);
   tangents.take(touch.state);
@@ -184,7 +185,7 @@ std::optional<Compliances> compliances(Touch& touch, const Patch& patch, double 
     if (!solver.solve(load, 1e-8, response).positive_definite) return std::nullopt;
     whole.col(axis) = gather(b, response);
   }
-  return Compliances{rows * p_v.lu().solve(Matrix(rows.transpose())) + patch.c_static, whole};
+  return Compliances{rows * p_v.lu().solve(Matrix(rows.transpose())) + built.patch.c_static, whole};
 }
 
 void squeeze(Touch& touch, double part) {
@@ -210,14 +211,14 @@ int matching_responses(std::initializer_list<double> parts, const Found& found) 
 }
 
 TEST_CASE("What yields at once beside the modes makes good for those alone, not for a stiffness that terms give back") {
-  const int projected = matching_responses({0.22, 0.25, 0.28}, [](Touch& touch, const Patch& patch, double s) {
-    return touch.builder.terms().e2.size() == 0 ? std::nullopt : compliances(touch, patch, s);
+  const int projected = matching_responses({0.22, 0.25, 0.28}, [](Touch& touch, const BuiltPatch& patch, double s) {
+    return patch.terms.e2.size() == 0 ? std::nullopt : compliances(touch, patch, s);
   });
   CHECK(projected == 3);
 }
 
 TEST_CASE("A body so squeezed that it gives way of itself has a patch as it is, for a hand eight times as fast") {
-  const int softened = matching_responses({0.4, 0.45, 0.5}, [](Touch& touch, const Patch& patch, double s) {
+  const int softened = matching_responses({0.4, 0.45, 0.5}, [](Touch& touch, const BuiltPatch& patch, double s) {
     return compliances(touch, patch, s) ? std::nullopt : compliances(touch, patch, 8 * s);
   });
   CHECK(softened == 3);
@@ -226,8 +227,7 @@ TEST_CASE("A body so squeezed that it gives way of itself has a patch as it is, 
 TEST_CASE("Under a touch dampers turn with their springs unless they brake away what moves within a tick") {
   for (const bool stiff : {false, true}) {
     Touch touch(2, deeper, SpringLaw::stiffening, stiff ? 30 : 1);
-    touch.player(Scheme::hyper);
-    const SampledSprings& springs = touch.builder.terms().springs;
+    const SampledSprings springs = touch.patch(Scheme::hyper).terms.springs;
     REQUIRE(springs.count() > 0);
     CHECK((springs.damping.maxCoeff() > 0) != stiff);
   }

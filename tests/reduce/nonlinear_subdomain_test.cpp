@@ -115,16 +115,20 @@ TEST_CASE("Where a large body was in the last frames is kept in the coordinates 
     large.state.time_s = 0.05 * k;
     frame.begin(large.state, ports, std::span(&tool, 1), Micros{50'000});
     shapes.push_back(large.state.x);
-    const DisplacementSnapshots& snapshots = frame.refined().snapshots();
-    REQUIRE(snapshots.past.cols() == k);
+    const SnapshotSet& snapshots = frame.refined().snapshots();
+    const Matrix states = snapshots.weighted();
+    const auto history = snapshots.of(SnapshotKind::history), rest = snapshots.of(SnapshotKind::rest);
+    REQUIRE(history.size() == static_cast<std::size_t>(k));
+    REQUIRE(rest.size() == 1);
     const Linearisation at = frame.refined().linearisation();
     const Vector y = Vector::LinSpaced(at.masses().size(), -1, 1), moved = moved_by(*at.refined, y);
     for (int past = 0; past < k; ++past) {
       const Vector way = large.dynamics.masses().cwiseProduct(shapes[static_cast<std::size_t>(past)] - large.state.x);
-      CHECK(at.masses().cwiseProduct(snapshots.past.col(past)).dot(y) == Approx(way.dot(moved)).epsilon(1e-9));
+      CHECK(at.masses().cwiseProduct(states.col(history[static_cast<std::size_t>(past)])).dot(y) ==
+            Approx(way.dot(moved)).epsilon(1e-9));
     }
     const Vector home = large.dynamics.masses().cwiseProduct(large.dynamics.rest_state().x - large.state.x);
-    CHECK(at.masses().cwiseProduct(snapshots.rest).dot(y) == Approx(home.dot(moved)).epsilon(1e-9));
+    CHECK(at.masses().cwiseProduct(states.col(rest[0])).dot(y) == Approx(home.dot(moved)).epsilon(1e-9));
   }
 }
 
@@ -140,11 +144,12 @@ TEST_CASE("A hyper-reduced patch of a large body bends as the whole body does on
   request.scheme = Scheme::hyper;
   request.horizon = Micros{100'000};
   frame.begin(large.state, ports, std::span(&tool, 1), request.horizon);
-  const auto patch = builder.build(frame, 0, request);
-  REQUIRE(patch);
+  const auto built = builder.build(frame, 0, request);
+  REQUIRE(built);
+  const Patch* const patch = &built->patch;
   REQUIRE(check(*patch) == PatchFault::none);
   REQUIRE(patch->scheme == Scheme::hyper);
-  const Matrix modes = builder.modes();
+  const Matrix modes = built->modes.of_nodes();
   REQUIRE(modes.rows() == large.state.x.size());
   Matrix moved(modes.rows(), modes.cols() + 3);
   moved.leftCols<3>().setZero();
@@ -153,7 +158,7 @@ TEST_CASE("A hyper-reduced patch of a large body bends as the whole body does on
   const Vector still = Vector::Zero(modes.rows());
   Vector here, there;
   large.dynamics.forces(large.state.x, still, here);
-  NonlinearForce bend(builder.terms(), *patch);
+  NonlinearForce bend(built->terms, *patch);
   Random random(4);
   for (int k = 0; k < 5; ++k) {
     // The tool goes a third of a spacing any way, and the modes follow.

@@ -302,7 +302,7 @@ TEST_CASE(
   std::optional<Patch> patch;
   for (int frames = 0; frames < 10; ++frames) {
     frame.begin(bench.state, ports, std::span(&tool, 1), request.horizon);
-    patch = builder.build(frame, 0, request);
+    if (const auto built = builder.build(frame, 0, request)) patch = built->patch;
   }
   REQUIRE(patch);
   REQUIRE(check(*patch) == PatchFault::none);

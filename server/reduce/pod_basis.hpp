@@ -1,0 +1,34 @@
+// A basis for a nonlinear patch: proper orthogonal decomposition of snapshots (snapshot_set.hpp) in the energy of P = s^2 M + s D
+// + K.
+//
+//     W = (alpha_k w_k), rows of held nodes zero;   W^T P W = U Lambda U^T;   V = leading columns of W U Lambda^-1/2, made
+//                                                                             orthonormal in M
+//
+// so V has what the body is likely to do for a time of 1 / s, by energy. Beside the leading directions it takes some that have
+// little energy and all the haste, where those do not span them: of a touch M^-1 B n, how the body begins to yield along the
+// normal n, which is what an onset is made of (3 to 8 dB where little is damped).
+//
+// Shapes: N coordinates' nodes, m snapshots, r modes; V is 3 N x r [kg^-1/2]. Fewer modes than asked where snapshots are alike to
+// kRounding of the largest energy, none where nothing moves.
+// Sources: Sirovich, Quart. Appl. Math. 45 (1987), for the method of snapshots; Rathinam and Petzold, SIAM J. Numer. Anal. 41
+// (2003), for the weight.
+#pragma once
+
+#include <span>
+
+#include "server/reduce/basis.hpp"
+#include "server/reduce/snapshot_set.hpp"
+
+namespace palpate {
+
+struct PodBasis {
+  Matrix modes;         ///< V, orthonormal in M
+  Matrix coordinates;   ///< V^T M W, r x m
+  Projection at_modes;  ///< V^T K V and V^T D V
+};
+
+/// `beside`: 3 N each, fewer than `modes`. `snapshots`: at least one.
+PodBasis pod_basis(const Linearisation& at, const SnapshotSet& snapshots, std::span<const Vector> beside, double shift_1_s,
+                   int modes);
+
+}  // namespace palpate

@@ -1,0 +1,28 @@
+// Snapshots (snapshot_set.hpp) that are responses of the body to second order, with P = s^2 M + s D + K, s about two over the
+// prediction horizon tau:
+//
+//     tau v*,   P^-1 F*,   s P^-1 M v*     the body's own motion
+//     s P^-1 (2 s M + D) x                 the next moment of each port response and slide x
+//     P^-1 F2(b_i, b_j)                    where two that act together bend the body: F2 the second-order forces (bending.hpp),
+//                                          b of {port responses, slides, tau v*}
+//
+// Loads whose squares are together kNegligibleLoads of all are left out.
+#pragma once
+
+#include "server/reduce/basis.hpp"
+#include "server/reduce/snapshot_set.hpp"
+
+namespace palpate {
+
+struct ResponseRequest {
+  double shift_1_s = 20;      ///< s
+  double horizon_s = 0.1;     ///< tau
+  bool second_order = false;  ///< for a body that can_bend()
+};
+
+/// From port responses and slides in `to` and `start`: P^-1 F* and P^-1 M v*. `memory`: warm starts. False when P is not positive
+/// definite.
+bool add_responses(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve, const ResponseRequest& request,
+                   BasisMemory& memory, SnapshotSet& to);
+
+}  // namespace palpate

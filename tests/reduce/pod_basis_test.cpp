@@ -1,0 +1,95 @@
+// The directions of a nonlinear patch: what they are orthonormal in, and that K and D on them are what it is said to be.
+#include "server/reduce/pod_basis.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "tests/support/bodies.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+namespace {
+
+constexpr double kShift = 20;
+
+struct Bench {
+  LumpedBody body = box_body(6, 5, 5);
+  Dynamics dynamics{body};
+  BodyState state = random_state(dynamics, 2, 0.001, 0.05);
+  Tangents tangents{dynamics};
+  Linearisation at{&dynamics, &state, &body.fixed, &tangents};
+  ShiftedSolver solver{dynamics};
+
+  Bench() {
+    tangents.take(state);
+    REQUIRE(solver.prepare(at, kShift, true));
+  }
+  Vector load(std::uint32_t node) const {
+    Vector b = Vector::Zero(dynamics.masses().size());
+    at_node(b, node) = Vec3(0.3, 0.1, -1);
+    mask(body.fixed, b);
+    return b;
+  }
+  Vector response(const Vector& b) {
+    Vector x = Vector::Zero(b.size());
+    REQUIRE(solver.solve(at, b, 1e-6, x));
+    return x;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("Directions of snapshots are orthonormal in M, however alike these are, and K and D on them are theirs") {
+  Bench bench;
+  const Vector zero = Vector::Zero(bench.dynamics.masses().size());
+  const auto last = static_cast<std::uint32_t>(bench.dynamics.nodes() - 1);
+  const Vector first = bench.response(bench.load(last)), other = bench.response(bench.load(last - 8));
+  // Of the energy of the first the third adds some 1e-9.
+  SnapshotSet snapshots;
+  snapshots.add(SnapshotKind::port_response, first);
+  snapshots.add(SnapshotKind::port_response, other, 0.3);
+  snapshots.add(SnapshotKind::port_response, first + 1e-3 * bench.response(bench.load(last - 3)));
+  snapshots.add(SnapshotKind::own_motion, bench.state.v, 0.1);
+  snapshots.add(SnapshotKind::residual, zero);
+  const std::vector<Vector> beside{bench.load(last)};
+  const PodBasis basis = pod_basis(bench.at, snapshots, beside, kShift, 8);
+  const Matrix& v = basis.modes;
+  REQUIRE(v.cols() == 5);
+  const auto along_modes = [&](const Vector& x) -> Vector { return v.transpose() * bench.dynamics.masses().cwiseProduct(x); };
+  CHECK((v.transpose() * bench.dynamics.masses().asDiagonal() * v - Matrix::Identity(v.cols(), v.cols())).norm() < 1e-9);
+  const Projection projected = bench.at.projected(v);
+  CHECK((basis.at_modes.k - projected.k).norm() < 1e-7 * projected.k.norm());
+  CHECK((basis.at_modes.d - projected.d).norm() < 1e-7 * projected.d.norm());
+  // Snapshots are spanned but for 1e-10 of the energy, and their coordinates say how; what comes beside is spanned exactly.
+  CHECK((v * basis.coordinates.col(0) - first).norm() < 1e-5 * first.norm());
+  const Vector apart = snapshots.all()[2].state - first;
+  CHECK((v * along_modes(apart) - apart).norm() < 0.05 * apart.norm());
+  CHECK((v * along_modes(beside[0]) - beside[0]).norm() < 1e-9 * beside[0].norm());
+  for (Eigen::Index k = 0; k < snapshots.count(); ++k) {
+    Matrix state = snapshots.weighted().col(k);
+    mask(bench.body.fixed, state);
+    CHECK((basis.coordinates.col(k) - along_modes(state)).norm() < 1e-9 * (1e-12 + along_modes(state).norm()));
+  }
+}
+
+TEST_CASE("Snapshots have no directions where nothing moves") {
+  Bench bench;
+  SnapshotSet snapshots;
+  for (int k = 0; k < 3; ++k) snapshots.add(SnapshotKind::rest, Vector::Zero(bench.dynamics.masses().size()));
+  const PodBasis basis = pod_basis(bench.at, snapshots, {}, kShift, 8);
+  CHECK(basis.modes.cols() == 0);
+  CHECK(basis.modes.rows() == bench.dynamics.masses().size());
+}
+
+TEST_CASE("A set of snapshots knows which are of a kind, and counts each by its weight") {
+  SnapshotSet snapshots, more;
+  snapshots.add(SnapshotKind::rollout, Vector::Constant(3, 2.0), 0.5);
+  more.add(SnapshotKind::rest, Vector::Constant(3, 1.0));
+  more.add(SnapshotKind::rollout, Vector::Constant(3, 3.0));
+  snapshots.add(more);
+  CHECK(snapshots.of(SnapshotKind::rollout) == std::vector<Eigen::Index>{0, 2});
+  CHECK(snapshots.of(SnapshotKind::cached).empty());
+  Matrix expected(3, 3);
+  expected.rowwise() = Eigen::RowVector3d(1, 1, 3);
+  CHECK(snapshots.weighted() == expected);
+}
