@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <thread>
 
@@ -122,6 +123,7 @@ DeviceCheck::DeviceCheck(Device& device, bool realtime)
   options.realtime = realtime;
   loop_ = std::make_unique<HapticLoop>(*probe_, std::vector<HapticTick*>{&display_->tick}, options);
   loop_->start();
+  begin_ = monotonic_now();
 }
 
 DeviceCheck::~DeviceCheck() { loop_->stop(); }
@@ -155,10 +157,12 @@ Yield DeviceCheck::push(int axis, const std::atomic<bool>& stop) {
 }
 
 DeviceFigures DeviceCheck::finish() {
+  const double passed_s = palpate::seconds(monotonic_now() - begin_);
   loop_->stop();
   DeviceFigures figures;
   const HapticLoopStats& stats = loop_->stats();
   figures.ticks = stats.ticks;
+  figures.rate_hz = static_cast<double>(stats.ticks) / std::max(1e-3, passed_s);
   figures.late_ticks = stats.late;
   figures.skipped_ticks = stats.skipped;
   figures.late_us = stats.late_us;
@@ -181,6 +185,23 @@ bool wait_until_ready(Device& device, Micros most, const std::atomic<bool>& stop
   return false;
 }
 
+namespace {
+
+/// The histogram of lateness, a row for each decade and its half; bars grow with the logarithm, so that a single tick is seen.
+std::string lateness_rows(const DeviceFigures& f) {
+  constexpr std::array<std::int64_t, 9> kEdgesUs{0, 10, 20, 50, 100, 200, 500, 1000, 10'000};
+  constexpr double kMarksPerDecade = 8;
+  std::string rows;
+  for (std::size_t i = 0; i + 1 < kEdgesUs.size(); ++i) {
+    const std::uint64_t ticks = f.late_us.below(kEdgesUs[i + 1]) - f.late_us.below(kEdgesUs[i]);
+    const auto marks = ticks == 0 ? 0 : static_cast<std::size_t>(1 + kMarksPerDecade * std::log10(static_cast<double>(ticks)));
+    rows += fmt::format("  {:>4} to {:>5} us {:>7} {}\n", kEdgesUs[i], kEdgesUs[i + 1], ticks, std::string(marks, '#'));
+  }
+  return rows;
+}
+
+}  // namespace
+
 std::string describe(const DeviceFigures& f, const DeviceCaps& caps) {
   const auto known = [](double value, const char* unit) {
     return value > 0 ? fmt::format("{:.3g} {}", value, unit) : "not known";
@@ -193,15 +214,10 @@ std::string describe(const DeviceFigures& f, const DeviceCaps& caps) {
   text += fmt::format("limits      peak {}, lasting {}, stiffness {}\n", known(caps.force_max_n, "N"),
                       known(caps.force_continuous_n, "N"), known(caps.stiffness_max_n_m, "N/m"));
   text += fmt::format(
-      "loop        {} ticks, {} late by more than 0.2 ms, {} skipped; lateness median {} us, 99 % {} us, most {} us\n", f.ticks,
-      f.late_ticks, f.skipped_ticks, f.late_us.percentile(0.5), f.late_us.percentile(0.99), f.late_us.max());
-  constexpr std::array kShares{0.5, 0.9, 0.99, 0.999};
-  for (const double share : kShares) {
-    const auto late = f.late_us.percentile(share);
-    constexpr std::int64_t kUsPerMark = 20, kMarksMost = 60;
-    text += fmt::format("  {:>5.4g} %   {:>6} us {}\n", 100 * share, late,
-                        std::string(static_cast<std::size_t>(std::min(late / kUsPerMark, kMarksMost)), '#'));
-  }
+      "loop        {:.1f} ticks a second, {} late by more than 0.2 ms, {} skipped; woken late by (median) {} us, (99 %) {} us, "
+      "(most) {} us\n",
+      f.rate_hz, f.late_ticks, f.skipped_ticks, f.late_us.percentile(0.5), f.late_us.percentile(0.99), f.late_us.max());
+  text += lateness_rows(f);
   text += fmt::format("position    steps of {}, moves by {} peak to peak in its stillest second\n",
                       f.step_m > 0 ? fmt::format("{:.3g} mm", 1e3 * f.step_m) : "nothing: it never moved", in_mm(f.noise_m));
   if (!f.reached.isEmpty()) text += fmt::format("was moved   over {} (right, away, up)\n", in_mm(f.reached.sizes()));

@@ -20,6 +20,7 @@ namespace palpate {
 struct DeviceFigures {
   std::uint64_t ticks = 0, late_ticks = 0, skipped_ticks = 0;  ///< late: by more than 0.2 ms
   Histogram<10'000> late_us{1};                                ///< from due to awake
+  double rate_hz = 0;                                          ///< ticks a second by the clock
   double seconds = 0;                                          ///< that it was ok for
   double step_m = 0;            ///< smallest change of a coordinate between two readings; 0: it never changed
   Vec3 noise_m = Vec3::Zero();  ///< peak to peak in the stillest second, per axis
@@ -54,6 +55,7 @@ class DeviceCheck {
   std::unique_ptr<Probe> probe_;
   std::unique_ptr<Display> display_;
   std::unique_ptr<HapticLoop> loop_;
+  Micros begin_{};
 };
 
 /// Waits until `device` is ok, reading it, and says each new reason why it is not. False when `stop` was set or `most` went by.

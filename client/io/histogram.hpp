@@ -24,6 +24,15 @@ class Histogram {
   std::uint64_t count() const noexcept { return count_; }
   std::int64_t max() const noexcept { return max_; }
 
+  /// How many values lie in the bins that end at or below `value`: those below it, when it is an edge. All, from the last bin on.
+  std::uint64_t below(std::int64_t value) const noexcept {
+    const auto bins = static_cast<std::size_t>(std::max<std::int64_t>(value, 0) / width_);
+    if (bins >= kBins) return count_;
+    std::uint64_t sum = 0;
+    for (std::size_t bin = 0; bin < bins; ++bin) sum += bins_[bin];
+    return sum;
+  }
+
   /// Upper edge of the bin that holds the given share (0 to 1) of the values, never above the largest; 0 without values.
   std::int64_t percentile(double share) const noexcept {
     const auto wanted = static_cast<std::uint64_t>(share * static_cast<double>(count_));

@@ -123,3 +123,13 @@ TEST_CASE("A histogram's percentiles bound the share of values below them", "[re
   CHECK(histogram.percentile(0.0) == 10);
   CHECK(histogram.percentile(1.0) == 1'000'000);
 }
+
+TEST_CASE("A histogram counts the values below an edge, and all from its last bin on", "[realtime]") {
+  palpate::Histogram<100> histogram(10);
+  for (const int value : {0, 9, 10, 25, 999, 5000}) histogram.add(value);
+  CHECK(histogram.below(0) == 0);
+  CHECK(histogram.below(10) == 2);
+  CHECK(histogram.below(20) == 3);
+  CHECK(histogram.below(990) == 4);
+  CHECK(histogram.below(1000) == 6);
+}
