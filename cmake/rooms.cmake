@@ -16,7 +16,7 @@ target_compile_options(palpate_flags INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   # In a unit of several files it takes a file's own types for ones from a header.
-  $<$<AND:$<CXX_COMPILER_ID:GNU>,$<BOOL:${PALPATE_UNITY}>>:-Wno-subobject-linkage>
+  $<$<AND:$<COMPILE_LANG_AND_ID:CXX,GNU>,$<BOOL:${PALPATE_UNITY}>>:-Wno-subobject-linkage>
   $<$<BOOL:${PALPATE_WERROR}>:-Werror>)
 
 # AVX-512 is left to kernels that ask for it: GCC 12's headers for it warn through Eigen, and small matrices gain nothing.
@@ -144,7 +144,7 @@ function(palpate_export)
     COMPONENT libpalpate-dev)
   foreach(folder common server client bench)
     install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpate COMPONENT libpalpate-dev
-      FILES_MATCHING PATTERN "*.hpp" PATTERN "app" EXCLUDE PATTERN "view" EXCLUDE PATTERN "lab" EXCLUDE PATTERN "command_line" EXCLUDE PATTERN "output" EXCLUDE PATTERN "felt" EXCLUDE PATTERN "micro" EXCLUDE)
+      FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h" PATTERN "app" EXCLUDE PATTERN "view" EXCLUDE PATTERN "lab" EXCLUDE PATTERN "command_line" EXCLUDE PATTERN "output" EXCLUDE PATTERN "felt" EXCLUDE PATTERN "micro" EXCLUDE)
   endforeach()
   include(CMakePackageConfigHelpers)
   configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/PalpateConfig.cmake.in

@@ -82,7 +82,7 @@ OLD_WORDS = [(re.compile(pattern), term, re.compile(allowed) if allowed else Non
 OLD_WORDS_PLACES = ("docs/notebook/", "docs/glossary.md", "CHANGELOG.md", "tests/style/")  # history, the translation, this list
 FILE_NAMES = re.compile(r"notebook/[\w.-]+|\"patches_bent\"")  # as they were given; a key of summary.json
 
-TEXT = {".cpp", ".hpp", ".py", ".cmake", ".txt", ".md", ".fbs", ".json", ".yml", ".yaml", ".sh", ".in"}
+TEXT = {".cpp", ".hpp", ".c", ".h", ".py", ".cmake", ".txt", ".md", ".fbs", ".json", ".yml", ".yaml", ".sh", ".in"}
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 TOKENS = re.compile(

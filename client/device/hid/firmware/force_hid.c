@@ -1,0 +1,204 @@
+#include "client/device/hid/firmware/force_hid.h"
+
+enum { WHOLE_GAIN = 65536, WARMTH_STEPS = 65536, LONGEST_STEP_US = 10000 };
+
+static uint8_t* put(uint8_t* at, uint32_t value, int bytes) {
+  for (int i = 0; i < bytes; ++i) *at++ = (uint8_t)(value >> (8 * i));
+  return at;
+}
+
+static uint32_t get(const uint8_t* at, int bytes) {
+  uint32_t value = 0;
+  for (int i = 0; i < bytes; ++i) value |= (uint32_t)at[i] << (8 * i);
+  return value;
+}
+
+// Two's complement without a conversion that C leaves to the compiler.
+static int32_t signed32(uint32_t bits) { return bits <= INT32_MAX ? (int32_t)bits : -1 - (int32_t)(UINT32_MAX - bits); }
+
+// Of a sum of three squares of 32-bit numbers: the largest integer whose square is not above it.
+static uint64_t square_root(uint64_t square) {
+  uint64_t root = 0;
+  for (uint64_t bit = (uint64_t)1 << 31; bit != 0; bit >>= 1) {
+    const uint64_t tried = root | bit;
+    if (tried * tried <= square) root = tried;
+  }
+  return root;
+}
+
+static uint64_t squared(int64_t value) { return (uint64_t)(value * value); }
+
+static void go_to(force_hid_core* core, force_hid_state state) {
+  core->state = state;
+  core->may_arm = false;
+  core->arm = false;
+  core->gain = 0;
+  if (state != FORCE_HID_STATE_FAULT) core->faults = 0;
+  for (int i = 0; i < 3; ++i) core->command_mn[i] = 0;
+}
+
+static uint32_t between(uint32_t value, uint32_t least, uint32_t most) {
+  return value < least ? least : value > most ? most : value;
+}
+
+void force_hid_init(force_hid_core* core, const force_hid_limits* limits) {
+  *core = (force_hid_core){.limits = *limits};
+  core->limits.peak_mn = between(limits->peak_mn, 1, FORCE_HID_PEAK_MAX_MN);
+  core->limits.continuous_mn = between(limits->continuous_mn, 1, core->limits.peak_mn);
+  core->limits.watchdog_ms = (uint16_t)between(limits->watchdog_ms, 1, FORCE_HID_WATCHDOG_MAX_MS);
+  go_to(core, FORCE_HID_STATE_HOMING);
+}
+
+static void take_flags(force_hid_core* core, uint8_t flags) {
+  const bool arm = (flags & FORCE_HID_FLAG_ARM) != 0;
+  core->ramp = (flags & FORCE_HID_FLAG_RAMP) != 0;
+  if (core->state == FORCE_HID_STATE_ARMED) {
+    core->arm = arm;
+  } else if (!arm) {
+    const bool cleared = core->state == FORCE_HID_STATE_FAULT && (flags & FORCE_HID_FLAG_CLEAR) != 0 &&
+                         (core->sensors.faults & FORCE_HID_STATUS_FAULTS) == 0;
+    if (cleared || core->state == FORCE_HID_STATE_TIMED_OUT) go_to(core, FORCE_HID_STATE_READY);
+    core->may_arm = core->state == FORCE_HID_STATE_READY;
+  } else if (core->state == FORCE_HID_STATE_READY && core->may_arm) {
+    core->state = FORCE_HID_STATE_ARMED;
+    core->arm = true;
+  }
+}
+
+bool force_hid_receive(force_hid_core* core, const uint8_t* report, size_t size, uint32_t now_us) {
+  if (size < FORCE_HID_OUTPUT_BYTES || report[0] != FORCE_HID_OUTPUT_ID) return false;
+  const uint16_t sequence = (uint16_t)get(report + 1, 2);
+  const uint16_t ahead = (uint16_t)(sequence - core->taken_sequence);
+  if (core->state == FORCE_HID_STATE_ARMED && (ahead == 0 || ahead > INT16_MAX)) return false;
+  core->taken_sequence = sequence;
+  core->taken_us = now_us;
+  take_flags(core, report[3]);
+  if (core->state != FORCE_HID_STATE_ARMED) return true;
+  for (int i = 0; i < 3; ++i) core->command_mn[i] = signed32(get(report + 4 + 4 * i, 4));
+  return true;
+}
+
+static bool too_fast(const force_hid_core* core, const force_hid_sensors* sensors, uint32_t elapsed_us) {
+  const int64_t reach_nm = (int64_t)core->limits.speed_max_mm_s * elapsed_us;
+  if (core->limits.speed_max_mm_s == 0 || !core->has_position || elapsed_us > LONGEST_STEP_US) return false;
+  uint64_t moved = 0;
+  for (int i = 0; i < 3; ++i) {
+    const int64_t way = (int64_t)sensors->position_nm[i] - core->sensors.position_nm[i];
+    if (way > reach_nm || way < -reach_nm) return true;
+    moved += squared(way);
+  }
+  return moved > squared(reach_nm);
+}
+
+static void step_state(force_hid_core* core, const force_hid_sensors* sensors, uint16_t faults, uint32_t now_us) {
+  if (faults != 0) {
+    go_to(core, FORCE_HID_STATE_FAULT);
+    core->faults |= faults;
+  } else if (core->state == FORCE_HID_STATE_FAULT) {
+    return;
+  } else if (!sensors->homed) {
+    go_to(core, FORCE_HID_STATE_HOMING);
+  } else if (core->state == FORCE_HID_STATE_HOMING) {
+    go_to(core, FORCE_HID_STATE_READY);
+  } else if (core->state == FORCE_HID_STATE_ARMED && now_us - core->taken_us >= 1000u * core->limits.watchdog_ms) {
+    go_to(core, FORCE_HID_STATE_TIMED_OUT);
+  }
+}
+
+static void step_gain(force_hid_core* core, uint32_t dt_us) {
+  if (core->state != FORCE_HID_STATE_ARMED) return;
+  const uint32_t ramp_us = core->ramp ? 1000u * core->limits.ramp_ms : 0;
+  const uint32_t change = ramp_us > dt_us ? (uint32_t)(((uint64_t)WHOLE_GAIN * dt_us + ramp_us - 1) / ramp_us) : WHOLE_GAIN;
+  if (core->arm) {
+    core->gain = core->gain + change < WHOLE_GAIN ? core->gain + change : WHOLE_GAIN;
+  } else if (core->gain > change) {
+    core->gain -= change;
+  } else {
+    go_to(core, FORCE_HID_STATE_READY);
+    core->may_arm = true;
+  }
+}
+
+// What may be rendered now; see force_hid_limits.
+static uint32_t force_limit(const force_hid_core* core) {
+  const uint64_t peak = core->limits.peak_mn, continuous = core->limits.continuous_mn;
+  if (core->limits.heat_time_ds == 0) return core->limits.peak_mn;
+  const uint64_t hot = continuous * continuous, warm = hot - hot / 4, now = core->warmth / WARMTH_STEPS;
+  if (now <= warm) return (uint32_t)peak;
+  if (now >= hot) return (uint32_t)continuous;
+  return (uint32_t)(peak - (peak - continuous) * (now - warm) / (hot - warm));
+}
+
+static void warm(force_hid_core* core, const int32_t force_mn[3], uint32_t dt_us) {
+  if (core->limits.heat_time_ds == 0) return;
+  uint64_t square = 0;
+  for (int i = 0; i < 3; ++i) square += squared(force_mn[i]);
+  const int64_t gap = (int64_t)(square * WARMTH_STEPS) - (int64_t)core->warmth;  // below 10^15: the product fits
+  core->warmth = (uint64_t)((int64_t)core->warmth + gap * dt_us / (100000 * (int64_t)core->limits.heat_time_ds));
+}
+
+// The commanded force, no longer than the limit, times the gain.
+static void limited_force(force_hid_core* core, int32_t force_mn[3]) {
+  const uint32_t limit = force_limit(core);
+  uint64_t square = 0;
+  for (int i = 0; i < 3; ++i) square += squared(core->command_mn[i]);
+  const bool clamped = square > (uint64_t)limit * limit;
+  const int64_t norm = clamped ? (int64_t)square_root(square) + 1 : 1, whole = clamped ? limit : 1;
+  for (int i = 0; i < 3; ++i) {
+    const int64_t force = core->command_mn[i] * whole / norm;
+    force_mn[i] = (int32_t)(force * core->gain / WHOLE_GAIN);
+  }
+  if (clamped) core->status |= FORCE_HID_STATUS_CLAMPED;
+  if (limit < core->limits.peak_mn) core->status |= FORCE_HID_STATUS_WARM;
+  if (core->gain > 0 && core->gain < WHOLE_GAIN) core->status |= FORCE_HID_STATUS_RAMPING;
+}
+
+void force_hid_step(force_hid_core* core, const force_hid_sensors* sensors, uint32_t now_us, int32_t force_mn[3]) {
+  const uint32_t elapsed_us = now_us - core->step_us;
+  const uint32_t dt_us = elapsed_us < LONGEST_STEP_US ? elapsed_us : LONGEST_STEP_US;
+  uint16_t faults = sensors->faults & FORCE_HID_STATUS_FAULTS;
+  if (sensors->homed && too_fast(core, sensors, elapsed_us)) faults |= FORCE_HID_STATUS_TOO_FAST;
+  step_state(core, sensors, faults, now_us);
+  step_gain(core, dt_us);
+  core->step_us = now_us;
+  core->has_position = sensors->homed;
+  core->sensors = *sensors;
+  core->status = core->faults;
+  limited_force(core, force_mn);
+  warm(core, force_mn, dt_us);
+}
+
+size_t force_hid_input_report(force_hid_core* core, uint8_t report[FORCE_HID_INPUT_BYTES]) {
+  uint8_t* at = put(report, FORCE_HID_INPUT_ID, 1);
+  at = put(at, core->input_sequence++, 2);
+  at = put(at, core->step_us, 4);
+  for (int i = 0; i < 3; ++i) at = put(at, (uint32_t)core->sensors.position_nm[i], 4);
+  for (int i = 0; i < 4; ++i) at = put(at, (uint16_t)core->sensors.orientation[i], 2);
+  at = put(at, core->sensors.buttons, 2);
+  at = put(at, core->status, 2);
+  at = put(at, (uint32_t)core->state, 1);
+  at = put(at, core->taken_sequence, 2);
+  return (size_t)(at - report);
+}
+
+size_t force_hid_feature_report(const force_hid_core* core, uint8_t report[FORCE_HID_FEATURE_BYTES]) {
+  const force_hid_limits* limits = &core->limits;
+  uint8_t* at = put(report, FORCE_HID_FEATURE_ID, 1);
+  at = put(at, FORCE_HID_VERSION_MAJOR, 1);
+  at = put(at, FORCE_HID_VERSION_MINOR, 1);
+  at = put(at, limits->firmware_version, 2);
+  at = put(at, limits->rate_hz, 2);
+  at = put(at, limits->watchdog_ms, 2);
+  at = put(at, limits->ramp_ms, 2);
+  at = put(at, limits->peak_mn, 4);
+  at = put(at, limits->continuous_mn, 4);
+  at = put(at, limits->heat_time_ds, 2);
+  at = put(at, limits->stiffness_n_m, 4);
+  at = put(at, limits->slew_n_s, 4);
+  at = put(at, limits->speed_max_mm_s, 2);
+  for (int i = 0; i < 3; ++i) at = put(at, (uint32_t)limits->workspace_min_nm[i], 4);
+  for (int i = 0; i < 3; ++i) at = put(at, (uint32_t)limits->workspace_max_nm[i], 4);
+  at = put(at, limits->buttons, 1);
+  at = put(at, limits->features, 1);
+  return (size_t)(at - report);
+}

@@ -1,0 +1,82 @@
+// A HID device in the 1 kHz loop: `read` and `write` of the haptic thread touch two mailboxes, two threads talk to the device.
+//
+//     reader   waits for input reports, hands the newest over; opens the device, and opens it again when it was unplugged
+//     writer   sends the newest command; Linux's write waits for the transfer, up to a millisecond, and so would the tick
+//
+// Forces that nobody renews are taken back: kStale after the last write() the writer sends a disarmed command, whatever became of
+// the haptic thread. An unplugged device reads as `gone`, is looked for every kLookAgain, and comes back as the same device only:
+// other limits than at first, and it stays away, with the reason. halt() leaves the sending to the writer; where the whole
+// process dies, the device's own watchdog is what remains.
+#pragma once
+
+#include <semaphore.h>
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "client/device/device.hpp"
+#include "client/device/hid/hid_protocol.hpp"
+#include "common/base/latest_slot.hpp"
+
+namespace palpate {
+
+struct HidDeviceOptions {
+  /// Opens the device; nullptr: it is not there, or may not be opened, for the reason put into the string. Called by the
+  /// constructor and then by the reader.
+  std::function<std::unique_ptr<HidTransport>(std::string&)> open;
+  std::string model;              ///< for reports
+  void (*on_thread)() = nullptr;  ///< each thread calls it first, for example to ask for real time
+};
+
+class HidDevice final : public Device {
+ public:
+  static constexpr Micros kStale{20'000}, kLookAgain{300'000}, kReadWait{50'000};
+
+  /// Opens the device and starts the threads. Throws InputError where it is not there or is not what `protocol` expects.
+  HidDevice(std::unique_ptr<HidProtocol> protocol, HidDeviceOptions options);
+  ~HidDevice() override;
+
+  const DeviceCaps& caps() const override { return caps_; }
+  DeviceReading read(Micros now) noexcept override;
+  void write(const Vec3& force) noexcept override;
+  void stop() noexcept override;
+  void halt() noexcept override;
+  void resume() noexcept override { halted_.store(false, std::memory_order_release); }
+
+  /// Input reports taken, and commands sent. Any thread.
+  std::uint64_t reports() const noexcept { return reports_.load(std::memory_order_relaxed); }
+  std::uint64_t commands() const noexcept { return sent_.load(std::memory_order_relaxed); }
+
+ private:
+  struct Heard {
+    HidInput input;
+    Micros at{};
+  };
+  void run_reader() noexcept;
+  void run_writer() noexcept;
+  bool listen() noexcept;
+  bool open_again() noexcept;
+  void publish(const HidInput& input) noexcept;
+  void publish_gone(DeviceReason reason) noexcept;
+  void send(const HidCommand& command) noexcept;
+  void command(const HidCommand& command) noexcept;
+
+  std::unique_ptr<HidProtocol> protocol_;
+  HidDeviceOptions options_;
+  DeviceCaps caps_;
+  std::unique_ptr<HidTransport> transport_;  ///< changed by the reader, under use_
+  std::mutex use_;                           ///< of transport_ by the writer; the haptic thread never sees it
+  HidInput input_;                           ///< the reader's
+  LatestSlot<Heard> heard_;
+  LatestSlot<HidCommand> commands_;
+  Heard newest_;  ///< the haptic thread's
+  sem_t wake_;    ///< of the writer; sem_post may be called anywhere, in a signal handler too
+  std::atomic<bool> end_{false}, halted_{false}, lost_{false};
+  std::atomic<std::uint64_t> reports_{0}, sent_{0};
+  std::thread reader_, writer_;
+};
+
+}  // namespace palpate

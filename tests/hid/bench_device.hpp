@@ -1,0 +1,75 @@
+// A device of the force profile on a bench: the reference firmware with encoders that are set by hand, and the bytes of its
+// cable.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <vector>
+
+#include "client/device/hid/firmware/force_hid.h"
+
+namespace palpate::test {
+
+/// 8.5 N, 1.4 N for ever, 20 ms of watchdog, no ramp.
+inline force_hid_limits bench_limits() {
+  force_hid_limits limits{};
+  limits.firmware_version = 7;
+  limits.rate_hz = 1000;
+  limits.watchdog_ms = 20;
+  limits.peak_mn = 8500;
+  limits.continuous_mn = 1400;
+  limits.heat_time_ds = 100;
+  limits.stiffness_n_m = 1000;
+  limits.slew_n_s = 2000;
+  limits.speed_max_mm_s = 2000;
+  for (int i = 0; i < 3; ++i) {
+    limits.workspace_min_nm[i] = -100'000'000;
+    limits.workspace_max_nm[i] = 100'000'000 + i;
+  }
+  limits.buttons = 2;
+  limits.features = FORCE_HID_FEATURE_ORIENTATION;
+  return limits;
+}
+
+struct BenchDevice {
+  force_hid_core core{};
+  force_hid_sensors sensors{};
+  std::uint32_t now_us = 0;
+  std::uint16_t sequence = 0;
+  std::array<std::int32_t, 3> force_mn{};
+
+  explicit BenchDevice(const force_hid_limits& limits = bench_limits()) {
+    force_hid_init(&core, &limits);
+    sensors.homed = true;
+  }
+
+  /// `us` later: the force on the motors.
+  std::array<std::int32_t, 3> step(std::uint32_t us = 1000) {
+    now_us += us;
+    force_hid_step(&core, &sensors, now_us, force_mn.data());
+    return force_mn;
+  }
+
+  /// The next output report.
+  bool send(std::uint8_t flags, std::array<std::int32_t, 3> force = {}) { return send_as(++sequence, flags, force); }
+  bool send_as(std::uint16_t number, std::uint8_t flags, std::array<std::int32_t, 3> force = {}) {
+    std::array<std::uint8_t, FORCE_HID_OUTPUT_BYTES> report{FORCE_HID_OUTPUT_ID, static_cast<std::uint8_t>(number),
+                                                            static_cast<std::uint8_t>(number >> 8), flags};
+    for (std::size_t i = 0; i < 12; ++i)
+      report[4 + i] = static_cast<std::uint8_t>(static_cast<std::uint32_t>(force[i / 4]) >> (8 * (i % 4)));
+    return force_hid_receive(&core, report.data(), report.size(), now_us);
+  }
+
+  /// To ARMED, with this force.
+  void arm(std::array<std::int32_t, 3> force = {}) {
+    step();
+    send(0);
+    step();
+    send(FORCE_HID_FLAG_ARM, force);
+    step();
+  }
+};
+
+}  // namespace palpate::test
