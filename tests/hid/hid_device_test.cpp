@@ -5,6 +5,7 @@
 
 #include "client/device/hid/force_profile.hpp"
 #include "client/device/hid/io/find_hid.hpp"
+#include "client/device/hid/io/open_hid_device.hpp"
 #include "common/base/error.hpp"
 #include "common/io/monotonic.hpp"
 #include "tests/hid/fake_hidapi.hpp"
@@ -199,4 +200,41 @@ TEST_CASE("read, write, halt, resume and stop suit a real-time thread", "[hid]")
   device->resume();
   device->stop();
   CHECK(guard.end().none());
+}
+
+TEST_CASE("A device is opened by its serial number or node, and the only one without a name", "[hid]") {
+  FakeHidapi hidapi;
+  CHECK_THROWS_WITH(open_hid_device("", nullptr, hidapi.sysfs()), Catch::Contains("none is plugged in"));
+  const auto live = std::make_shared<LiveDevice>();
+  hidapi.plug_in("hidraw0", plugged_in(live), kProfile);
+  CHECK(open_hid_device("", nullptr, hidapi.sysfs())->caps().model == "Workshop Arm, Palpate HID 1, serial number 7, firmware 7");
+  PluggedIn other = plugged_in(std::make_shared<LiveDevice>());
+  other.serial = L"8";
+  hidapi.plug_in("hidraw1", other, kProfile);
+  CHECK_THROWS_WITH(open_hid_device("", nullptr, hidapi.sysfs()),
+                    Catch::Contains("several fit; expected hid:WHICH with one of hidraw0 (force device: Workshop Arm"));
+  CHECK_THROWS_WITH(open_hid_device("9", nullptr, hidapi.sysfs()), Catch::Contains("there is no \"9\""));
+  CHECK_THROWS_WITH(open_hid_device("7,reach-m=1", nullptr, hidapi.sysfs()), Catch::Contains("takes no reach-m"));
+  for (const char* which : {"7", "hidraw0"}) {
+    const auto device = open_hid_device(which, nullptr, hidapi.sysfs());
+    CHECK(loop(*device, Vec3(0, 0, 2), [&](const DeviceReading&) { return live->force()[2] == 2000; }));
+  }
+}
+
+TEST_CASE("Two devices on one machine are two hands", "[hid]") {
+  FakeHidapi hidapi;
+  std::array<std::shared_ptr<LiveDevice>, 2> live;
+  std::array<std::unique_ptr<Device>, 2> devices;
+  for (std::size_t i = 0; i < 2; ++i) {
+    live[i] = std::make_shared<LiveDevice>();
+    PluggedIn arm = plugged_in(live[i]);
+    arm.serial = std::to_wstring(i);
+    hidapi.plug_in("hidraw" + std::to_string(i), arm, kProfile);
+    devices[i] = open_hid_device(std::to_string(i), nullptr, hidapi.sysfs());
+  }
+  CHECK(loop(*devices[0], Vec3(1, 0, 0), [&](const DeviceReading&) {
+    devices[1]->read(monotonic_now());
+    devices[1]->write(Vec3(0, 3, 0));
+    return live[0]->force() == Newtons{1000, 0, 0} && live[1]->force() == Newtons{0, 3000, 0};
+  }));
 }
