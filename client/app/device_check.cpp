@@ -31,7 +31,7 @@ void tell(const std::string& line) {
 }
 
 std::unique_ptr<Device> open_named(const AppOptions& options, const std::string& name) {
-  if (is_hardware(name)) return open_hardware(name);
+  if (is_hardware(name)) return open_hardware(name, realtime_setup(options.realtime));
   if (name != "sim")
     throw InputError("--check-device", "'" + name + "' is no device to try", "sim|" + std::string(kHardwareKinds));
   DeviceOptions sim{DeviceKind::sim, options.hand, options.seed};
@@ -97,7 +97,9 @@ bool test_forces(DeviceCheck& check, const std::atomic<bool>& stop) {
 }  // namespace
 
 int list_devices() {
-  const auto devices = find_usb_devices();
+  auto devices = find_usb_devices();
+  const auto hid = find_hid_devices();
+  devices.insert(devices.end(), hid.begin(), hid.end());
   fmt::print("{}", describe(devices, find_libraries()));
   return std::any_of(devices.begin(), devices.end(), [](const FoundDevice& d) { return d.usable; }) ? 0 : 1;
 }

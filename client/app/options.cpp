@@ -36,8 +36,8 @@ void declare(CLI::App& app, Typed& typed) {
                                   ->type_name("HOST:PORT");
   app.add_option("--device", typed.device,
                  "sim: a simulated Phantom 1.5 in a simulated hand; replay: the recorded motion as it is; openhaptics[:NAME]: 3D "
-                 "Systems Touch and Phantom; forcedimension[:NUMBER]: omega, delta, sigma, lambda, Falcon "
-                 "(docs/reference/devices.md)")
+                 "Systems Touch and Phantom; forcedimension[:NUMBER]: omega, delta, sigma, lambda, Falcon; "
+                 "hid[:WHICH]: force devices of the open HID profile, six-axis mice, PID joysticks (docs/reference/devices.md)")
       ->type_name(fmt::format("sim|replay|{}", kHardwareKinds))
       ->capture_default_str();
   app.add_option(
@@ -118,8 +118,7 @@ DeviceKind device_of(const std::string& typed) {
   if (typed == "sim") return DeviceKind::sim;
   if (typed == "replay") return DeviceKind::replay;
   if (is_hardware(typed)) return DeviceKind::sim;  // not asked for
-  throw InputError("--device", "'" + typed + "' is not " + (typed == "hid" ? "in this build" : "a device"),
-                   fmt::format("sim|replay|{}", kHardwareKinds));
+  throw InputError("--device", "'" + typed + "' is not a device", fmt::format("sim|replay|{}", kHardwareKinds));
 }
 
 /// `expected`: what may be typed beside the names of schemes.

@@ -52,7 +52,7 @@ class Run {
       recording_ = std::make_unique<SessionRecording>(options.record, "palpate-client " PALPATE_VERSION, options.station);
       watch = [this](const ClientCore& core, auto bytes, Micros now) { recording_->datagram(core, bytes, now); };
     }
-    if (!options.hardware.empty()) hardware_ = open_hardware(options.hardware);
+    if (!options.hardware.empty()) hardware_ = open_hardware(options.hardware, realtime_setup(options.realtime));
     stations_.push_back(std::make_unique<ClientStation>(options, options.scheme, "", std::move(watch), caps()));
   }
 

@@ -23,6 +23,10 @@ RealtimeStatus request_realtime() noexcept {
   return status;
 }
 
+ThreadSetup realtime_setup(bool wanted) noexcept {
+  return wanted ? +[] { request_realtime(); } : nullptr;
+}
+
 std::string describe(const RealtimeStatus& status) {
   if (!status.asked) return "real time: off";
   if (status.granted()) return "real time: granted";

@@ -17,6 +17,10 @@ struct RealtimeStatus {
 /// For the calling thread (memory: the whole process). Does not throw; call before the loop, it may take milliseconds.
 RealtimeStatus request_realtime() noexcept;
 
+/// What threads of a device call first: request_realtime(), or nothing (null) where it is not wanted.
+using ThreadSetup = void (*)();
+ThreadSetup realtime_setup(bool wanted) noexcept;
+
 /// One line for a person: what was denied and what to do about it; "real time: granted" or "real time: off".
 std::string describe(const RealtimeStatus& status);
 

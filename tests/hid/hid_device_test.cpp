@@ -171,12 +171,19 @@ TEST_CASE("Another device in the place of the one that was unplugged is not take
 TEST_CASE("A device whose reports stop is at fault while it lasts", "[hid]") {
   Machine machine;
   const auto device = machine.open();
-  REQUIRE(loop(*device, Vec3::Zero(), [](const DeviceReading& reading) { return reading.ok(); }));
+  REQUIRE(loop(*device, Vec3(1, 0, 0), [&](const DeviceReading&) { return machine.live->force()[0] == 1000; }));
   machine.live->set_mute(true);
   DeviceReading silent;
   CHECK(
       loop(*device, Vec3::Zero(), [&](const DeviceReading& reading) { return (silent = reading).state == DeviceState::fault; }));
   CHECK(silent.reason.text() == "its reports have stopped");
+  // Whoever goes on writing all the same pushes nobody.
+  for (int ms = 0; ms < kPatienceMs && machine.live->force() != Newtons{}; ++ms) {
+    device->read(monotonic_now());
+    device->write(Vec3(1, 0, 0));
+    std::this_thread::sleep_for(Micros{1000});
+  }
+  CHECK(machine.live->force() == Newtons{});
   machine.live->set_mute(false);
   CHECK(loop(*device, Vec3::Zero(), [](const DeviceReading& reading) { return reading.ok(); }));
 }

@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <cstdio>
 #include <fstream>
 #include <string_view>
 
 #include "client/device/forcedimension/dhd_abi.hpp"
+#include "client/device/hid/io/find_hid.hpp"
 #include "client/device/openhaptics/hd_abi.hpp"
 #include "common/base/error.hpp"
 
@@ -74,6 +77,25 @@ FoundDevice found(const KnownUsb& known, const fs::path& device, const fs::path&
   return result;
 }
 
+std::string hexadecimal4(std::uint16_t number) {
+  char text[5];
+  std::snprintf(text, sizeof text, "%04x", number);
+  return text;
+}
+
+FoundDevice found(const FoundHid& hid) {
+  const std::string vendor = hexadecimal4(hid.vendor), product = hexadecimal4(hid.product);
+  FoundDevice result;
+  result.kind = "hid";
+  result.text = std::string(name_of(hid.kind)) + ": " + hid.model + (hid.serial.empty() ? "" : ", serial number " + hid.serial) +
+                " (USB " + vendor + ":" + product + ")";
+  result.node = hid.path;
+  result.usable = hid.may_open;
+  result.rule =
+      "SUBSYSTEM==\"hidraw\", ATTRS{idVendor}==\"" + vendor + "\", ATTRS{idProduct}==\"" + product + "\", TAG+=\"uaccess\"";
+  return result;
+}
+
 template <class Load>
 FoundLibrary try_library(const char* kind, Load load) {
   try {
@@ -98,6 +120,12 @@ std::vector<FoundDevice> find_usb_devices(const fs::path& system, const fs::path
     });
     if (known != kKnownUsb.end()) result.push_back(found(*known, place, devices));
   }
+  return result;
+}
+
+std::vector<FoundDevice> find_hid_devices(const fs::path& system) {
+  std::vector<FoundDevice> result;
+  for (const FoundHid& hid : find_hid(system)) result.push_back(found(hid));
   return result;
 }
 

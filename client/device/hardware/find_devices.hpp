@@ -28,6 +28,9 @@ struct FoundLibrary {
 std::vector<FoundDevice> find_usb_devices(const std::filesystem::path& system = "/sys",
                                           const std::filesystem::path& devices = "/dev");
 
+/// Of use with --device hid, asked of hidapi, the ones that may not be opened too.
+std::vector<FoundDevice> find_hid_devices(const std::filesystem::path& system = "/sys");
+
 std::vector<FoundLibrary> find_libraries();
 
 /// For a person; with what to do about what is missing.

@@ -3,6 +3,7 @@
 #include <charconv>
 
 #include "client/device/forcedimension/forcedimension_device.hpp"
+#include "client/device/hid/io/open_hid_device.hpp"
 #include "client/device/openhaptics/openhaptics_device.hpp"
 #include "common/base/error.hpp"
 
@@ -32,10 +33,10 @@ int number_of(const std::string& name, const std::string& which) {
 
 bool is_hardware(std::string_view name) {
   const std::string_view kind = kind_of(name);
-  return kind == "openhaptics" || kind == "forcedimension";
+  return kind == "openhaptics" || kind == "forcedimension" || kind == "hid";
 }
 
-std::unique_ptr<Device> open_hardware(const std::string& name) {
+std::unique_ptr<Device> open_hardware(const std::string& name, void (*on_thread)()) {
   const std::string which = which_of(name);
   if (name.ends_with(':')) throw InputError("--device " + name, "nothing behind the colon", "KIND or KIND:WHICH");
   if (kind_of(name) == "openhaptics") return std::make_unique<OpenHapticsDevice>(which);
@@ -44,6 +45,7 @@ std::unique_ptr<Device> open_hardware(const std::string& name) {
     options.index = number_of(name, which);
     return std::make_unique<ForceDimensionDevice>(options);
   }
+  if (kind_of(name) == "hid") return open_hid_device(which, on_thread);
   throw InputError("--device", "'" + name + "' is no device for a hand", std::string(kHardwareKinds));
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "client/device/mouse_device.hpp"
+#include "client/device/sim_phantom.hpp"
 #include "common/base/error.hpp"
 
 namespace palpate {
@@ -115,10 +117,11 @@ DeviceCaps SpaceMouse::begin(HidTransport& transport) {
   DeviceCaps caps;
   caps.name = "hid";
   caps.renders_force = false;
+  caps.force_max_n = MouseDevice::kForceMaxN;  // as with the pointer: what one sees is what a hand could feel
+  caps.slew_max_n_s = SimPhantom::kSlewMaxNS;
   caps.has_orientation = true;
   caps.buttons = static_cast<int>(buttons_.size());
   caps.workspace = options_.workspace;
-  caps.velocity_max_m_s = 0;
   return caps;
 }
 

@@ -67,10 +67,14 @@ DeviceReading HidDevice::read(Micros now) noexcept {
     reading.state = DeviceState::fault;
     reading.reason = "its reports have stopped";
   }
+  was_ok_ = reading.ok();
   return reading;
 }
 
-void HidDevice::write(const Vec3& force) noexcept { command({force.allFinite() ? force : Vec3(Vec3::Zero()), true, true}); }
+void HidDevice::write(const Vec3& force) noexcept {
+  const bool counts = was_ok_ && force.allFinite();
+  command({counts ? force : Vec3(Vec3::Zero()), was_ok_, true});
+}
 
 void HidDevice::stop() noexcept { command({Vec3::Zero(), false, false}); }
 
@@ -104,7 +108,6 @@ bool HidDevice::listen() noexcept {
     const int got = lost_.load(std::memory_order_acquire) ? -1 : transport_->read(report, kReadWait);
     if (got < 0) return true;
     if (got == 0 || !protocol_->take(std::span(report).first(static_cast<std::size_t>(got)), input_)) continue;
-    reports_.fetch_add(1, std::memory_order_relaxed);
     publish(input_);
   }
   return false;
@@ -147,10 +150,7 @@ void HidDevice::run_reader() noexcept {
 void HidDevice::send(const HidCommand& command) noexcept {
   const std::lock_guard lock(use_);
   if (!transport_) return;
-  if (protocol_->send(*transport_, command, monotonic_now()))
-    sent_.fetch_add(1, std::memory_order_relaxed);
-  else
-    lost_.store(true, std::memory_order_release);
+  if (!protocol_->send(*transport_, command, monotonic_now())) lost_.store(true, std::memory_order_release);
 }
 
 void HidDevice::run_writer() noexcept {

@@ -41,14 +41,11 @@ class HidDevice final : public Device {
 
   const DeviceCaps& caps() const override { return caps_; }
   DeviceReading read(Micros now) noexcept override;
+  /// Counts as zero when it is not finite, and as disarmed while the last read() was not ok.
   void write(const Vec3& force) noexcept override;
   void stop() noexcept override;
   void halt() noexcept override;
   void resume() noexcept override { halted_.store(false, std::memory_order_release); }
-
-  /// Input reports taken, and commands sent. Any thread.
-  std::uint64_t reports() const noexcept { return reports_.load(std::memory_order_relaxed); }
-  std::uint64_t commands() const noexcept { return sent_.load(std::memory_order_relaxed); }
 
  private:
   struct Heard {
@@ -72,10 +69,10 @@ class HidDevice final : public Device {
   HidInput input_;                           ///< the reader's
   LatestSlot<Heard> heard_;
   LatestSlot<HidCommand> commands_;
-  Heard newest_;  ///< the haptic thread's
-  sem_t wake_;    ///< of the writer; sem_post may be called anywhere, in a signal handler too
+  Heard newest_;         ///< the haptic thread's
+  bool was_ok_ = false;  ///< its last reading
+  sem_t wake_;           ///< of the writer; sem_post may be called anywhere, in a signal handler too
   std::atomic<bool> end_{false}, halted_{false}, lost_{false};
-  std::atomic<std::uint64_t> reports_{0}, sent_{0};
   std::thread reader_, writer_;
 };
 
