@@ -14,8 +14,9 @@ struct RealtimeStatus {
   bool granted() const { return priority && memory_locked && precise_timers; }
 };
 
-/// For the calling thread (memory: the whole process). Does not throw; call before the loop, it may take milliseconds.
-RealtimeStatus request_realtime() noexcept;
+/// For the calling thread (memory: the whole process), `above` steps in front of other 1 kHz threads. Does not throw; call before
+/// the loop, it may take milliseconds.
+RealtimeStatus request_realtime(int above = 0) noexcept;
 
 /// One line for a person: what was denied and what to do about it; "real time: granted" or "real time: off".
 std::string describe(const RealtimeStatus& status);
