@@ -1,24 +1,20 @@
 // palpate-client: the station of one hand. See --help, and docs/reference/devices.md and docs/reference/threads.md.
 #include <atomic>
-#include <csignal>
 
 #include "client/app/device_check.hpp"
 #include "client/app/options.hpp"
 #include "client/app/run.hpp"
+#include "client/io/end_signals.hpp"
 #include "common/command_line/flags.hpp"
 
 namespace {
 
 std::atomic<bool> stop_asked{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
-
-void ask_to_stop(int) { stop_asked = true; }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGINT, ask_to_stop);
-  std::signal(SIGTERM, ask_to_stop);
+  palpate::end_by_signals(stop_asked);
   CLI::App app{"the station of one hand: reads a haptic device at 1 kHz, plays the server's patches, writes the force",
                "palpate-client"};
   return palpate::run_program(app, [&] {

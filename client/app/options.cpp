@@ -27,7 +27,7 @@ struct TypedOfHands {
 /// Flags as they were typed, of one hand.
 struct Typed {
   std::string server, device = "sim", motion, station = "hand", room, scheme = std::string(kAutoName), hand = "reference",
-                      compare, passivity = "observe", report, record, realtime = "auto";
+                      compare, passivity = "auto", report, record, realtime = "auto";
   int order = 0;
   std::uint64_t seed = 1;
   double coupling_n_m = 0, coupling_n_s_m = 0;
@@ -156,6 +156,13 @@ DeviceKind device_of(const std::string& typed) {
   throw InputError("--device", "'" + typed + "' is not a device", fmt::format("sim|replay|{}", kHardwareKinds));
 }
 
+PassivityMode passivity_of(const std::string& typed, DeviceKind device) {
+  const PassivityMode usual = device == DeviceKind::replay ? PassivityMode::observe : PassivityMode::on;
+  return choose<PassivityMode>(
+      "--passivity", typed,
+      {{"auto", usual}, {"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}});
+}
+
 /// `expected`: what may be typed beside the names of schemes.
 Scheme scheme_of(const char* flag, const std::string& typed, std::string expected = "") {
   const std::optional<Scheme> scheme = scheme_from_name(typed);
@@ -260,9 +267,7 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
                                {"reference", *hand_from_name("reference")},
                                {"firm", *hand_from_name("firm")}});
   options.seed = typed.seed;
-  options.passivity =
-      choose<PassivityMode>("--passivity", typed.passivity,
-                            {{"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}});
+  options.passivity = passivity_of(typed.passivity, options.device);
   options.coupling = coupling_of(typed);
   options.check_link = typed.check_link;
   options.reset = typed.reset;

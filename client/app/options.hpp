@@ -39,7 +39,7 @@ struct AppOptions {
   std::uint64_t seed = 1;
   std::optional<double> release_s;  ///< motion time at which the hand lets go
   std::vector<Scheme> compare;
-  PassivityMode passivity = PassivityMode::observe;
+  PassivityMode passivity = PassivityMode::on;
   CouplingParameters coupling;   ///< no stiffness: none
   std::filesystem::path report;  ///< empty: none
   std::filesystem::path record;  ///< empty: none

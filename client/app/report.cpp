@@ -15,11 +15,16 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// Whole or not at all.
 void write(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
+  std::filesystem::path part = file;
+  part += ".part";
+  std::ofstream out(part, std::ios::binary);
   out << text;
-  out.flush();
-  if (!out) throw InputError(file.string(), "cannot be written", "room on the disk and the right to write");
+  out.close();
+  std::error_code fault;
+  if (out) std::filesystem::rename(part, file, fault);
+  if (!out || fault) throw InputError(file.string(), "cannot be written", "room on the disk and the right to write");
 }
 
 Json list(const Vec3& v) { return Json::array({v.x(), v.y(), v.z()}); }
@@ -49,9 +54,11 @@ Json link_json(const ClientCore& core) {
           {"bytes_sent", counts.bytes_sent},
           {"bytes_received", counts.bytes_received},
           {"datagrams_dropped", dropped},
+          {"datagrams_unproven", counts.unproven},
           {"patches_received", counts.patches},
           {"patches_refused", refused},
           {"patches_accepted", core.intake_counts().accepted},
+          {"patches_jumped", core.intake_counts().jumped},
           {"patches_bent", core.intake_counts().nonlinear},
           {"patches_held_back", core.intake_counts().held_back},
           {"patch_bytes_mean", core.patch_bytes_mean()},
@@ -116,12 +123,16 @@ Json display_json(const DisplayReport& display) {
   const GuardCounts& guard = display.guard;
   return {{"patches_used", display.haptic.patches_used},
           {"faded_ticks", display.haptic.faded_ticks},
+          {"softened_patches", display.haptic.softened},
           {"samples_dropped", display.haptic.samples_dropped},
           {"hand_over_step_max_n", display.haptic.hand_over_step_max_n},
           {"guard",
            {{"not_finite", guard.not_finite},
             {"clamped", guard.clamped},
             {"slew_limited", guard.slew_limited},
+            {"heat_limited", guard.heat_limited},
+            {"too_fast", guard.too_fast},
+            {"restarts", guard.restarts},
             {"damped", guard.damped},
             {"energy_min_j", guard.energy_min_j},
             {"dissipated_j", guard.dissipated_j},
@@ -145,6 +156,9 @@ Json loop_json(HapticLoop& loop, const TickLog* ticks, const RealtimeStatus& rea
           {"work_ns_p50", stats.work_ns.percentile(0.5)},
           {"work_ns_p99", stats.work_ns.percentile(0.99)},
           {"force_max_n", stats.force_max_n},
+          {"device_away_ticks", stats.away},
+          {"device_not_believed_ticks", stats.not_believed},
+          {"watchdog_halts", stats.halts},
           {"recorded_ticks", ticks ? ticks->size() : 0},
           {"unrecorded_ticks", (ticks ? ticks->missed() : 0) + loop.recorder().missed()}};
 }
@@ -200,6 +214,9 @@ std::string describe(const RunReport& run) {
                    stats.ticks, stats.late, stats.skipped, stats.late_us.percentile(0.5), stats.late_us.percentile(0.99));
     fmt::format_to(out, "tick      {} ns (median), {} ns (99 %); largest force {:.3f} N\n", stats.tick_ns.percentile(0.5),
                    stats.tick_ns.percentile(0.99), stats.force_max_n);
+    if (stats.away + stats.not_believed + stats.halts > 0)
+      fmt::format_to(out, "device    {} ms away, {} ms not believed; force taken away {} by the watchdog\n", stats.away,
+                     stats.not_believed, times(stats.halts));
   }
   fmt::format_to(out,
                  "link      round trip {:.1f} ms, jitter {:.1f} ms (change from one to the next), {:.1f} % lost, joined {}\n",
@@ -211,8 +228,17 @@ std::string describe(const RunReport& run) {
   fmt::format_to(out, "patches   {} used of {} received, {:.0f} bytes each; largest hand-over step {:.4f} N\n",
                  felt.haptic.patches_used, core.counts().patches_accepted, core.patch_bytes_mean(),
                  felt.haptic.hand_over_step_max_n);
-  fmt::format_to(out, "guard     {} not finite, {} clamped, {} slew-limited; least energy {:.2f} mJ\n", felt.guard.not_finite,
-                 felt.guard.clamped, felt.guard.slew_limited, felt.guard.energy_min_j * 1e3);
+  fmt::format_to(
+      out, "guard     {} not finite, {} clamped, {} slew-limited, {} warm, {} too fast, begun again {}; least energy {:.2f} mJ\n",
+      felt.guard.not_finite, felt.guard.clamped, felt.guard.slew_limited, felt.guard.heat_limited, felt.guard.too_fast,
+      times(felt.guard.restarts), felt.guard.energy_min_j * 1e3);
+  if (felt.haptic.softened > 0)
+    fmt::format_to(
+        out, "stiffness {} patches were stiffer than the device can render, and shown with {:.2f} of their force at the least\n",
+        felt.haptic.softened, felt.haptic.softened_most);
+  if (core.counts().unproven + core.intake_counts().jumped > 0)
+    fmt::format_to(out, "refused   {} datagrams in the server's name without an echo of ours, {} patches that jumped ahead\n",
+                   core.counts().unproven, core.intake_counts().jumped);
   fmt::format_to(out, "passivity {} ticks damped, by {:.3f} N (rms), {:.3f} N (largest): {:.2f} mJ taken out", felt.guard.damped,
                  felt.guard.damper_rms_n(), felt.guard.damper_max_n, felt.guard.dissipated_j * 1e3);
   return text;

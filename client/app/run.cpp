@@ -1,14 +1,17 @@
 #include "client/app/run.hpp"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <functional>
 #include <memory>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "client/app/report.hpp"
@@ -16,6 +19,7 @@
 #include "client/device/hardware/open_device.hpp"
 #include "client/io/body_reset.hpp"
 #include "client/io/device_check.hpp"
+#include "client/io/device_limits.hpp"
 #include "client/io/haptic_loop.hpp"
 #include "client/io/link_check.hpp"
 #include "client/io/session_recording.hpp"
@@ -29,6 +33,7 @@ namespace palpate {
 namespace {
 
 constexpr Micros kPoll{20'000};
+constexpr Micros kVersionMost{3'000'000};     ///< for so long a server may seem to speak another version
 constexpr Micros kSilence{1'000'000};         ///< without an answer for so long, the server is said not to be there
 constexpr Micros kSettle{300'000};            ///< after joining, for the clocks to lock before the hand moves
 constexpr Micros kComparisonWait{5'000'000};  ///< for the first patch of a comparison
@@ -40,18 +45,48 @@ constexpr double kStartMaxM = 5e-4;           ///< attach: the motion should sta
 /// Of several hands: whose lines these are, at the beginning of each. A hand runs on a thread of its own.
 thread_local std::string speaker;
 
-void say(const std::string& lines) {
+/// Where nobody reads any more (a pipe, a terminal that is gone) nothing is said, and no more comes of it.
+void put(std::FILE* out, const std::string& lines) {
   std::string text = speaker;
   for (const char c : lines) {
     text += c;
     if (c == '\n') text += speaker;
   }
-  fmt::print("{}\n", text);
-  std::fflush(stdout);
+  text += '\n';
+  std::fwrite(text.data(), 1, text.size(), out);
+  std::fflush(out);
 }
 
-/// Refusals that asking again will not change.
-bool is_final(RefuseReason reason) { return reason == RefuseReason::version || reason == RefuseReason::bad_request; }
+void say(const std::string& line) { put(stdout, line); }
+void complain(const std::string& line) { put(stderr, "palpate-client: " + line); }
+
+std::string describe(const DeviceNote& note) {
+  const std::string reason(note.reason.text());
+  switch (note.state) {
+    case DeviceState::ok:
+      return "the device is well: the force comes back";
+    case DeviceState::not_ready:
+      return "the device is not ready: " + reason;
+    case DeviceState::fault:
+      return "no force: the device " + reason;
+    case DeviceState::gone:
+      return "no force, waiting for the device: " + reason;
+    case DeviceState::ended:
+      break;
+  }
+  return "the motion has ended";
+}
+
+/// Ctrl-Z stops the program when no hand of it has a force any more.
+struct Pausing {
+  std::atomic<bool> asked{false};
+  std::atomic<int> hands{0}, waiting{0};
+  std::atomic<unsigned> times{0};
+};
+Pausing pausing;
+
+/// A device does not come back from a call, and no thread can be made to: nothing of it may be waited for.
+std::atomic<bool> left_behind{false};
 
 class Run {
  public:
@@ -61,23 +96,34 @@ class Run {
       recording_ = std::make_unique<SessionRecording>(options.record, "palpate-client " PALPATE_VERSION, options.station);
       watch = [this](const ClientCore& core, auto bytes, Micros now) { recording_->datagram(core, bytes, now); };
     }
-    if (options.held) hardware_ = open_hardware(options.device_name, realtime_setup(options.realtime));
-    stations_.push_back(std::make_unique<ClientStation>(options, options.scheme, "", std::move(watch), caps()));
+    if (options.held) {
+      hardware_ = open_hardware(options.device_name, realtime_setup(options.realtime));
+      limits_of(hardware_->caps(), options.passivity);  // refused before anybody is asked to let us in
+    }
+    stations_.push_back(std::make_unique<ClientStation>(options, options.scheme, "", std::move(watch)));
   }
 
+  /// The program's exit code.
   int go() {
     say(fmt::format("joining {} as {} ({})", options_.server, options_.station, name_of(options_.scheme)));
     const bool joined = join();
     if (joined) feel();
     for (auto& station : stations_) station->stop();
     end_recording();
-    if (refused_for_good_) return 1;
-    report();
-    const bool never_there = !joined && !stop_;
+    if (refused_for_good_ && !loop_) return 1;
+    try {
+      report();
+    } catch (const InputError& fault) {
+      if (!stuck()) throw;
+      complain(fault.what());
+    }
+    const bool never_there = !joined && !stop_ && !refused_for_good_;
     const bool refused = felt().status().link == LinkState::refused;
-    if (never_there) fmt::print(stderr, "palpate-client: {}: {}\n", options_.server, refused ? "never let in" : "no answer");
-    return never_there ? 1 : 0;
+    if (never_there) complain(fmt::format("{}: {}", options_.server, refused ? "never let in" : "no answer"));
+    return never_there || refused_for_good_ || failed_ ? 1 : 0;
   }
+  /// After go(): the device hangs in a call, and destroying this would wait for it.
+  bool stuck() const { return loop_ && loop_->stuck(); }
 
  private:
   ClientStation& felt() { return *stations_.front(); }
@@ -86,7 +132,7 @@ class Run {
   /// Polls until `done` says so; false when the run is over first.
   bool wait(const std::function<bool()>& done) {
     while (!done()) {
-      if (over() || refused_for_good_) return false;
+      if (over() || refused_for_good_ || failed_) return false;
       look_around();
       std::this_thread::sleep_for(kPoll);
     }
@@ -95,6 +141,10 @@ class Run {
 
   /// Moves the ticks on to where they are kept, and lets the recording go on.
   void look_around() {
+    look_at_device();
+    if (const std::string fault = felt().status().fault; !fault.empty() && !std::exchange(failed_, true))
+      complain("the session with the server ended by an error: " + fault);
+    if (pausing.asked) pause();
     TickRecord tick;
     while (loop_ && loop_->recorder().take(tick, row_)) {
       if (recording_) recording_->tick(tick, row_.front());
@@ -104,6 +154,34 @@ class Run {
     }
     if (!recording_) return;
     if (const auto fault = recording_->look(felt().status(), monotonic_now())) say("warning: " + *fault);
+  }
+
+  void look_at_device() {
+    if (!loop_) return;
+    if (const DeviceNote* const note = loop_->changed()) say(describe(*note));
+    if (const auto halts = loop_->halts(); halts != std::exchange(halts_said_, halts))
+      say(fmt::format("no force: the loop stood still for more than {} ms", Watchdog::kMost.count() / 1000));
+  }
+
+  /// Ctrl-Z: the force is gone before the program stops, and fades in when it goes on. The last of several hands stops it, or one
+  /// that has waited for the others long enough.
+  void pause() {
+    constexpr Micros kMost{200'000};
+    const unsigned before = pausing.times;
+    const auto until = [&](const auto& done) {
+      for (const Micros begin = monotonic_now(); !done() && monotonic_now() - begin < kMost;) std::this_thread::sleep_for(kTick);
+    };
+    if (loop_) {
+      loop_->hold(true);
+      until([&] { return loop_->at_zero(); });
+    }
+    if (++pausing.waiting < pausing.hands) until([&] { return pausing.times != before; });
+    if (pausing.asked.exchange(false)) {
+      std::raise(SIGSTOP);
+      ++pausing.times;
+    }
+    --pausing.waiting;
+    if (loop_) loop_->hold(false);
   }
 
   void end_recording() {
@@ -133,7 +211,7 @@ class Run {
     say(fmt::format("joined scene {}{}: {}, {:g} frames a second", welcome.scene, name_ != options_.station ? " as " + name_ : "",
                     welcome.contact == ContactKind::attach ? "attach" : "touch", welcome.rate_hz));
     for (const Scheme scheme : options_.compare) {
-      stations_.push_back(std::make_unique<ClientStation>(options_, scheme, name_, UdpClient::Watch{}, caps()));
+      stations_.push_back(std::make_unique<ClientStation>(options_, scheme, name_));
       stations_.back()->start();
     }
     return true;
@@ -146,15 +224,14 @@ class Run {
     for (auto& station : stations_) displays.push_back(&station->core().haptic());
     row_.resize(displays.size());
     if (!options_.report.empty()) log_ = std::make_unique<TickLog>(reported_ticks(), displays.size());
-    loop_ = std::make_unique<HapticLoop>(felt_device(), displays, HapticLoopOptions{options_.realtime, ring_ticks()});
+    loop_ = std::make_unique<HapticLoop>(felt_device(), displays,
+                                         HapticLoopOptions{options_.realtime, ring_ticks(), options_.passivity});
     realtime_ = loop_->start();
     if (realtime_.asked) say(describe(realtime_));
     if (wait_until_felt(welcome)) move();
     loop_->stop();
   }
 
-  /// What the hardware can do; null where there is none.
-  const DeviceCaps* caps() const { return hardware_ ? &hardware_->caps() : nullptr; }
   /// The device, as the scene sees it.
   Device& felt_device() { return mapped_ ? static_cast<Device&>(*mapped_) : *device_; }
 
@@ -278,11 +355,20 @@ class Run {
       const ClientStatus status = stations_[i]->status();
       if (status.link != LinkState::refused || status.refusal == refusal_said_[i]) continue;
       refusal_said_[i] = status.refusal;
-      const bool felt_one = i == 0, final = felt_one && is_final(status.refuse_reason);
-      fmt::print(stderr, "palpate-client: {} refused {}: {}{}\n", options_.server, stations_[i]->name(), status.refusal,
-                 final ? "" : "; trying on");
+      const bool final = i == 0 && status.refuse_reason == RefuseReason::bad_request;
+      complain(
+          fmt::format("{} refused {}: {}{}", options_.server, stations_[i]->name(), status.refusal, final ? "" : "; trying on"));
       refused_for_good_ = refused_for_good_ || final;
     }
+    say_other_version();
+  }
+
+  /// What says so proves nothing, and anybody can say it once: it counts when nothing else comes for kVersionMost.
+  void say_other_version() {
+    const ClientStatus status = felt().status();
+    const Micros now = monotonic_now();
+    if (status.link != LinkState::refused || status.refuse_reason != RefuseReason::version) other_version_since_ = now;
+    if (now - other_version_since_ > kVersionMost) refused_for_good_ = true;
   }
 
   static std::string felt_name(ClientStation& station) {
@@ -332,8 +418,20 @@ class Run {
   RealtimeStatus realtime_;
   SchemeInUse scheme_said_;
   std::vector<std::string> refusal_said_;
-  bool refused_for_good_ = false;
+  std::uint32_t halts_said_ = 0;
+  Micros other_version_since_ = monotonic_now();
+  bool refused_for_good_ = false, failed_ = false;
 };
+
+int run_hand(const AppOptions& options, const std::atomic<bool>& stop) {
+  auto run = std::make_unique<Run>(options, stop);
+  const int code = run->go();
+  if (run->stuck()) {
+    left_behind = true;
+    run.release();
+  }
+  return code;
+}
 
 }  // namespace
 
@@ -356,27 +454,29 @@ int reset_body(const AppOptions& options, const std::atomic<bool>& stop) {
   constexpr double kWaitS = 5;
   const std::string fault =
       reset_body(options.server, "reset", options.room, from_seconds(options.duration_s.value_or(kWaitS)), stop);
-  if (!fault.empty()) fmt::print(stderr, "palpate-client: the body was not reset: {}\n", fault);
+  if (!fault.empty()) complain("the body was not reset: " + fault);
   if (fault.empty()) say("the body is at rest again");
   return fault.empty() ? 0 : 1;
 }
 
 int run(const std::vector<AppOptions>& hands, const std::atomic<bool>& stop) {
-  if (hands.size() == 1) return Run(hands.front(), stop).go();
+  std::signal(SIGTSTP, [](int) { pausing.asked = true; });
   std::atomic<bool> end{false};
   std::atomic<std::size_t> going{hands.size()};
   std::vector<int> codes(hands.size());
   std::vector<std::exception_ptr> faults(hands.size());
   std::vector<std::thread> threads;
+  pausing.hands = static_cast<int>(hands.size());
   for (std::size_t k = 0; k < hands.size(); ++k)
     threads.emplace_back([&, k] {
-      speaker = hands[k].station + ": ";
+      if (hands.size() > 1) speaker = hands[k].station + ": ";
       try {
-        codes[k] = Run(hands[k], end).go();
+        codes[k] = run_hand(hands[k], end);
       } catch (...) {
         faults[k] = std::current_exception();
         end = true;
       }
+      --pausing.hands;
       --going;
     });
   while (going > 0) {
@@ -384,6 +484,10 @@ int run(const std::vector<AppOptions>& hands, const std::atomic<bool>& stop) {
     std::this_thread::sleep_for(kPoll);
   }
   for (std::thread& thread : threads) thread.join();
+  if (left_behind) {
+    complain("the device does not come back from a call: it was halted and left behind");
+    std::_Exit(1);
+  }
   for (const std::exception_ptr& fault : faults)
     if (fault) std::rethrow_exception(fault);
   return *std::max_element(codes.begin(), codes.end());

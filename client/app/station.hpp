@@ -12,10 +12,8 @@ namespace palpate {
 
 class ClientStation {
  public:
-  /// `shadow_of` is empty for the felt display; `hardware`: what the device that a hand holds can do, null without one. Throws
-  /// InputError when the server's name is not HOST:PORT or does not resolve.
-  ClientStation(const AppOptions& options, SchemeAsked scheme, const std::string& shadow_of, UdpClient::Watch watch,
-                const DeviceCaps* hardware);
+  /// `shadow_of` is empty for the felt display. Throws InputError when the server's name is not HOST:PORT or does not resolve.
+  ClientStation(const AppOptions& options, SchemeAsked scheme, const std::string& shadow_of, UdpClient::Watch watch = {});
 
   void start() { udp_.start(); }
   /// Says goodbye and ends the thread; from then on core() may be read.

@@ -52,6 +52,7 @@ Micros ClientCore::deadline() const {
 }
 
 void ClientCore::leave(Micros) {
+  let_go();
   leave_due_ = link_ == LinkState::joined;
   left_ = true;
   hello_due_ = send_due_ = beat_due_ = false;
@@ -89,28 +90,41 @@ void ClientCore::take(std::span<const std::byte> bytes, Micros now) {
   counts_.bytes_received += bytes.size();
   if (left_) return;
   Message message;
-  const auto fault = decode(bytes, message);
-  if (fault != WireFault::none) {
-    ++counts_.dropped[static_cast<std::size_t>(fault)];
-    if (fault == WireFault::version && link_ != LinkState::joined) {
-      link_ = LinkState::refused;
-      refusal_ = {RefuseReason::version, "the server speaks another wire version than " + std::to_string(kWireVersion)};
-    }
+  if (const auto fault = decode(bytes, message); fault != WireFault::none) return take_fault(fault);
+  const bool answers = std::holds_alternative<Welcome>(message.body) || std::holds_alternative<Refuse>(message.body);
+  if (!answers && !is_ours(message)) {
+    ++counts_.stale;
+    return;
+  }
+  if (!sent_.has(message.clock.echo)) {
+    ++counts_.unproven;
     return;
   }
   if (std::holds_alternative<Welcome>(message.body)) return take_welcome(message, now);
   if (std::holds_alternative<Refuse>(message.body)) return take_refuse(message, now);
-  if (!is_ours(message)) {
-    ++counts_.stale;
-    return;
-  }
-  heard_ = now;
+  hear(now);
   seq_in_.take(message.seq);
   loss_in_.take(message.seq);
   clock_.take(message.clock, now);
   if (const auto* patch = std::get_if<PatchMessage>(&message.body)) take_patch(patch->patch, bytes.size(), now);
   if (const auto* piece = std::get_if<PatchTerms>(&message.body)) take_terms(*piece, bytes.size());
   if (const auto* beat = std::get_if<Beat>(&message.body)) take_beat(*beat, now);
+}
+
+void ClientCore::take_fault(WireFault fault) {
+  ++counts_.dropped[static_cast<std::size_t>(fault)];
+  if (fault != WireFault::version || link_ == LinkState::joined) return;
+  link_ = LinkState::refused;
+  refusal_ = {RefuseReason::version, "the server speaks another wire version than " + std::to_string(kWireVersion)};
+}
+
+/// Our server has said something.
+void ClientCore::hear(Micros now) {
+  heard_ = now;
+  unproven_before_ = counts_.unproven;
+  if (!vouched_) return;
+  pause_.take(now);
+  haptic_.server_until(now + std::clamp(2 * pause_.longest(), kServerSilenceLeast, kServerSilenceMost));
 }
 
 double ClientCore::patch_bytes_mean() const {
@@ -133,13 +147,14 @@ void ClientCore::take_welcome(const Message& message, Micros now) {
   if (link_ == LinkState::joined) {
     // The answer to a Hello that was repeated meanwhile, or one from another life of the server.
     if (is_ours(message))
-      heard_ = now;
+      hear(now);
     else
       ++counts_.stale;
     return;
   }
   if (message.instance != instance_ || message.station != station_) {
     intake_.reset();
+    pause_.reset();
     clock_ = ClockSync{};
     seq_in_.reset();
     loss_in_.reset();
@@ -152,6 +167,7 @@ void ClientCore::take_welcome(const Message& message, Micros now) {
   instance_ = message.instance;
   station_ = message.station;
   welcome_ = std::get<Welcome>(message.body);
+  intake_.expect(welcome_.rate_hz);
   // Where the server named it, it asks for that name when it joins again.
   if (welcome_.station.empty())
     welcome_.station = options_.hello.station;
@@ -163,7 +179,8 @@ void ClientCore::take_welcome(const Message& message, Micros now) {
   link_ = LinkState::joined;
   ++counts_.joins;
   hello_due_ = false;
-  heard_ = next_send_ = next_beat_ = now;
+  hear(now);
+  next_send_ = next_beat_ = now;
   next_report_ = now + kReportEvery;
   seq_in_.take(message.seq);
   clock_.take(message.clock, now);
@@ -199,6 +216,7 @@ void ClientCore::take_patch(const Patch& patch, std::size_t bytes, Micros now) {
   schemes_felt_.changes += before > 0 && patch.scheme != last_patch_.scheme;
   ++schemes_felt_.patches[static_cast<std::size_t>(patch.scheme)];
   last_patch_ = patch;
+  if (!std::exchange(vouched_, true)) hear(now);
 }
 
 void ClientCore::take_terms(const PatchTerms& piece, std::size_t bytes) {
@@ -209,6 +227,7 @@ void ClientCore::take_terms(const PatchTerms& piece, std::size_t bytes) {
 
 void ClientCore::take_beat(const Beat& beat, Micros now) {
   contact_in_reach_ = beat.contact_in_reach;
+  if (!contact_in_reach_) pause_.interrupt();
   if (beat.lives_on != 0) live_on(beat, now);
   server_report_ = beat.link;
   reset_.hear(beat.resets);
@@ -231,9 +250,19 @@ void ClientCore::live_on(const Beat& beat, Micros now) {
 }
 
 void ClientCore::join_again(Micros now) {
+  let_go();
+  // A server that answers, but not us, thinks of us as of another: it shall forget that one.
+  leave_due_ = counts_.unproven > unproven_before_;
   link_ = LinkState::joining;
   next_hello_ = now;
   send_due_ = beat_due_ = false;
+}
+
+/// No force until a patch comes.
+void ClientCore::let_go() {
+  vouched_ = false;
+  pause_.interrupt();
+  haptic_.server_until(Micros::min());
 }
 
 std::size_t ClientCore::emit(std::span<std::byte> out, Micros now) {
@@ -252,6 +281,7 @@ std::size_t ClientCore::say(Body body, std::span<std::byte> out, Micros now) {
   const Message message{stranger ? 0 : instance_, stranger ? 0 : station_, seq_out_, clock_.stamp(now), std::move(body)};
   const auto size = encode(message, out);
   if (size == 0) return 0;
+  sent_.add(now);
   ++seq_out_;
   ++counts_.sent;
   counts_.bytes_sent += size;

@@ -3,8 +3,16 @@
 // Life of a station: joining (Hello every 250 ms until Welcome) -> joined (Samples up, patches down) -> joining again when the
 // server refuses us as unknown or was not heard for kLostAfter (a server that restarted has another instance number).
 // Refused for another reason (name taken, wrong version, ...): it says so and keeps asking, once a second.
-// A shadow sends no samples, only beats: the tool it feels with is another station's.
-// All calls but haptic() come from one thread; haptic() belongs to the haptic thread and shares only wait-free hand-offs.
+//
+// What another than the server sends in its name. Every datagram of a server says which of ours it got last, by the microsecond
+// at which we sent it (ClockStamps::echo; a Refuse: that which it answers). One that names none of our last kSentKept says
+// nothing that counts: who does not see our datagrams has to guess one of several hundred microseconds of the last second. That
+// is no secret from somebody on the way, whom only a key keeps out.
+//
+// The force needs the server: it ends (HapticTick::server_until) when nothing has come for twice the longest pause in contact of
+// the last 10 s, from kServerSilenceLeast to kServerSilenceMost, and at once when the server refuses us or is given up, until a
+// patch comes. A shadow sends no samples, only beats: the tool it feels with is another station's. All calls but haptic() come
+// from one thread; haptic() belongs to the haptic thread and shares only wait-free hand-offs.
 #pragma once
 
 #include <array>
@@ -14,6 +22,8 @@
 #include <string>
 
 #include "client/core/haptic_tick.hpp"
+#include "client/core/longest_pause.hpp"
+#include "client/core/sent_stamps.hpp"
 #include "client/core/uplink_pace.hpp"
 #include "client/intake/intake.hpp"
 #include "common/session/clock_sync.hpp"
@@ -37,6 +47,8 @@ inline constexpr Micros kBeatEvery{50'000};      ///< when there are no samples 
 inline constexpr Micros kReportEvery{250'000};   ///< Beat beside the samples, that tells how the link does
 inline constexpr Micros kLostAfter{3'000'000};   ///< a server silent for so long is gone
 
+inline constexpr Micros kServerSilenceLeast{300'000}, kServerSilenceMost{1'000'000};  ///< of the server, that the force outlasts
+
 enum class LinkState : std::uint8_t { joining, joined, refused };
 
 struct ClientCounts {
@@ -46,6 +58,7 @@ struct ClientCounts {
   std::uint64_t patch_bytes = 0, patches = 0;        ///< bytes of the datagrams that carried patches, with their terms
   std::uint64_t patches_accepted = 0;                ///< of these: new, and in time to be caught up with
   std::uint64_t lived_on = 0;                        ///< beats that said so of the patch in use
+  std::uint64_t unproven = 0;                        ///< in the server's name, but without an echo of ours
 };
 
 /// Frames a second that the room has time for (0: not said yet), and how old its newest state was when it was computed.
@@ -115,7 +128,9 @@ class ClientCore {
 
   void drain();
   void drain_hold();
+  void take_fault(WireFault fault);
   bool is_ours(const Message& message) const;
+  void hear(Micros now);
   void take_welcome(const Message& message, Micros now);
   void take_refuse(const Message& message, Micros now);
   void take_patch(const Patch& patch, std::size_t bytes, Micros now);
@@ -123,6 +138,7 @@ class ClientCore {
   void take_beat(const Beat& beat, Micros now);
   void live_on(const Beat& beat, Micros now);
   void join_again(Micros now);
+  void let_go();
   bool has_unsent() const { return unsent_ > 0 && options_.hello.shadow_of.empty(); }
   std::size_t say(Body body, std::span<std::byte> out, Micros now);
   std::size_t emit_samples(std::span<std::byte> out, Micros now);
@@ -133,6 +149,10 @@ class ClientCore {
   StationId station_ = 0;
   std::uint32_t seq_out_ = 0;
   ClockSync clock_;
+  SentStamps sent_;
+  LongestPause pause_;
+  bool vouched_ = false;               ///< a patch came since we joined, and nothing spoke against it
+  std::uint64_t unproven_before_ = 0;  ///< when the server was last heard
   SeqTracker seq_in_;
   LossMeter loss_in_;
   UplinkPace pace_;

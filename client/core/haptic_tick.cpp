@@ -1,10 +1,31 @@
 #include "client/core/haptic_tick.hpp"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 namespace palpate {
 namespace {
+
+constexpr double kNoStiffness = 1e-9;  // [1/s^2]: a mode that moves freely
+
+/// n^T (R K^-1 R^T + c_static) n at the patch's point [m/N].
+double compliance_of_touch(const Patch& patch) {
+  const Triangle& corner = patch.surface.triangles[patch.point.triangle];
+  const auto vertex = [&](std::size_t k) -> const PortVertex& { return patch.surface.vertices[corner[k]]; };
+  const Vec3 across = (vertex(1).position - vertex(0).position).cross(vertex(2).position - vertex(0).position);
+  if (!(across.squaredNorm() > 0)) return 0;
+  const Vec3 normal = across.normalized();
+  double compliance = normal.dot(patch.c_static * normal);
+  for (int mode = 0; mode < patch.modes(); ++mode) {
+    double moves = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      moves += patch.point.weight[static_cast<Eigen::Index>(k)] * vertex(k).rows.col(mode).dot(normal);
+    if (patch.stiffness[mode] > kNoStiffness) compliance += moves * moves / patch.stiffness[mode];
+  }
+  return patch.coupling_n_m > 0 ? compliance + 1 / patch.coupling_n_m : compliance;
+}
 
 /// How fast a patch's force grows against a tool that moves on in the next tick, at most [N/m].
 double stiffness_of(const Patch& patch, double dt_s) {
@@ -15,9 +36,53 @@ double stiffness_of(const Patch& patch, double dt_s) {
 
 }  // namespace
 
+double stiffness_of_port(const Patch& patch) noexcept {
+  if (patch.constant) return 0;
+  if (patch.contact == ContactKind::attach) {
+    Eigen::SelfAdjointEigenSolver<Mat3> values;
+    values.computeDirect(patch.k_port, Eigen::EigenvaluesOnly);
+    return values.eigenvalues()[2];
+  }
+  const double compliance = compliance_of_touch(patch);
+  return compliance > 0 ? 1 / compliance : 0;
+}
+
 HapticTick::HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, const GuardLimits& limits,
                        const CouplingParameters& coupling)
     : patches_(patches), samples_(samples), guard_(limits), coupling_(coupling) {}
+
+void HapticTick::restart() noexcept {
+  guard_.restart();
+  gain_ = 0;
+  fade_offset_ = Vec3::Zero();
+  fade_left_ = 0;
+}
+
+/// What the patch would say of ticks that never were is worth nothing once it is too old, and the time to play them is not there.
+void HapticTick::restart_after_gap(Micros now) noexcept {
+  restart();
+  if (has_player_ && now - stamp_ > valid_for()) {
+    has_player_ = false;
+    environment_ = Vec3::Zero();
+  }
+}
+
+/// Of the patch in use, within our own bounds.
+Micros HapticTick::valid_for() const noexcept {
+  const Micros most = horizon() > Micros{} ? kValidBeyondAge + horizon() : kValidMost;
+  return std::min(player_.patch().valid_for, most);
+}
+
+/// k_max / k above; counted.
+double HapticTick::share_of(const Patch& patch) noexcept {
+  const double most = guard_.limits().stiffness_max_n_m;
+  if (most <= 0) return 1;
+  const double stiffness = stiffness_of_port(patch);
+  if (!(stiffness > most)) return 1;
+  ++counts_.softened;
+  counts_.softened_most = std::min(counts_.softened_most, most / stiffness);
+  return most / stiffness;
+}
 
 /// The patch in use, new or known to live on, is as good as one stamped `stamp`.
 void HapticTick::renew(Micros stamp, Micros now) noexcept {
@@ -30,7 +95,7 @@ void HapticTick::renew(Micros stamp, Micros now) noexcept {
 /// became longer.
 void HapticTick::note_ages(Micros next_stamp, Micros now) noexcept {
   const Micros reached = now - stamp_, came = now - next_stamp;
-  if (reached <= player_.patch().valid_for)
+  if (reached <= valid_for())
     note_age(reached);
   else if (came > horizon())
     note_age(came);
@@ -63,14 +128,16 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
     if (sample.t > next.time()) next.advance(sample);
   }
   if (has_player_) next.inherit(player_);
-  renew(std::max(next.patch().stamp, lives_on()), now.t);
+  renew(std::max(next.patch().stamp, std::min(lives_on(), next.patch().stamp + kLivesOnMost)), now.t);
   // The same patch once more is one whose terms have come.
   if (!has_player_ || next.patch().seq != player_.patch().seq) ++counts_.patches_used;
-  const Vec3 step = (has_player_ ? Vec3(player_.advance(now).force + fade_offset_) : Vec3::Zero()) - next.advance(now).force;
+  const Vec3 before = has_player_ ? Vec3(softening_ * player_.advance(now).force + fade_offset_) : Vec3::Zero();
+  softening_ = share_of(next.patch());
+  const Vec3 after = softening_ * next.advance(now).force, step = before - after;
   player_ = next;
   if (has_player_) {
     fade_offset_ = step;
-    fade_left_ = cross_fade_ticks(step.norm(), next.output().force.norm());
+    fade_left_ = cross_fade_ticks(step.norm(), after.norm());
     counts_.hand_over_step_max_n = std::max(counts_.hand_over_step_max_n, step.norm());
   }
   has_player_ = true;
@@ -92,13 +159,13 @@ Vec3 HapticTick::patch_force(const ToolSample& sample, TickOutput& out) noexcept
   out.contact = player_.output().contact;
   out.patch_stamp = stamp_;
   out.patch_age = sample.t - stamp_;
-  Vec3 force = player_.output().force;
+  Vec3 force = softening_ * player_.output().force;
   if (fade_left_ > 0) {
     force += fade_offset_;
     fade_offset_ *= static_cast<double>(fade_left_ - 1) / fade_left_;
     --fade_left_;
   }
-  out.outlived = out.patch_age > patch.valid_for;
+  out.outlived = out.patch_age > valid_for() || sample.t.count() > server_until_us_.load(std::memory_order_acquire);
   const bool good = !out.outlived && (sample.position - patch.tool).norm() <= patch.trust_radius_m;
   const double target = good ? 1.0 : 0.0;
   // Nothing is felt at zero force, so nothing need be faded: a contact that begins with a fresh patch is felt at once.
@@ -123,14 +190,19 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
   if (first && !usable) return {};
 
   TickOutput out;
-  if (PatchPlayer* next = patches_.take()) {
+  if (seconds(passed) > Guard::kGapMaxS) restart_after_gap(sample.t);
+  // One that stands so far back came from before a pause: to play it up to now would take longer than a tick.
+  PatchPlayer* const next = patches_.take();
+  if (next && sample.t - next->time() <= kValidBeyondAge) {
     hand_over(*next, sample);
     out.swapped = true;
     out.hand_over_step_n = fade_offset_.norm();
   } else if (has_player_) {
     player_.advance(sample);
   }
-  if (has_player_ && lives_on() > stamp_) renew(lives_on(), sample.t);
+  if (has_player_)
+    if (const Micros renewed = std::min(lives_on(), player_.patch().stamp + kLivesOnMost); renewed > stamp_)
+      renew(renewed, sample.t);
   recent_[recent_count_++ % kRecent] = sample;
   if (has_player_) environment_ = patch_force(sample, out);
   out.model_force = coupled ? coupling_force : environment_;

@@ -49,6 +49,7 @@ SimPhantom::SimPhantom(Motion intention, const SimPhantomOptions& options)
   caps_.velocity_max_m_s = kSpeedMaxMS;
   caps_.has_orientation = intention_.has_orientation();
   caps_.buttons = intention_.button_count();
+  caps_.workspace = Eigen::AlignedBox3d(origin_ - Vec3::Constant(kReachM), origin_ + Vec3::Constant(kReachM));
 }
 
 DeviceReading SimPhantom::read(Micros now) noexcept {
@@ -87,7 +88,8 @@ void SimPhantom::step(Micros from, Micros to) noexcept {
   Vec3 low = position_ - begin, high = velocity_ - drift;
   Vec3 y = low, rate = Vec3::Zero();
   double power = 1;  // h^n / n!
-  Vec3 source = (force_ - options_.device_damping_n_s_m * drift) / mass;
+  const Vec3 rendered = halted_.load(std::memory_order_acquire) ? Vec3::Zero() : force_;
+  Vec3 source = (rendered - options_.device_damping_n_s_m * drift) / mass;
   for (int n = 0; n < kTaylorOrder; ++n) {
     rate += power * high;
     power *= h / (n + 1);

@@ -14,6 +14,7 @@
 // The same seed and the same calls give the same bits.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <limits>
 
@@ -47,6 +48,8 @@ class SimPhantom final : public MotionDevice {
   DeviceReading read(Micros now) noexcept override;
   void write(const Vec3& force) noexcept override;
   void stop() noexcept override { force_ = Vec3::Zero(); }
+  void halt() noexcept override { halted_.store(true, std::memory_order_release); }
+  void resume() noexcept override { halted_.store(false, std::memory_order_release); }
 
   /// The state behind the quantised reading, for experiments and tests.
   const Vec3& position() const noexcept { return position_; }
@@ -56,7 +59,9 @@ class SimPhantom final : public MotionDevice {
 
   // The vendor states no limit; a step from nothing to the peak force in about four ticks is felt as a knock, not as a blow.
   static constexpr double kSlewMaxNS = 2000;
-  static constexpr double kSpeedMaxMS = 5;  ///< faster than people move a tool; a limit for who reads, not of the simulation
+  // Limits for who reads, not of the simulation, which has neither motors that get warm nor arms that end: faster than people
+  // move a tool, and as far as an arm reaches, each way from where it was switched on.
+  static constexpr double kSpeedMaxMS = 5, kReachM = 0.5;
   static constexpr Micros kSubStepMax{250};
   static constexpr Micros kGapMax{100'000};
 
@@ -68,6 +73,7 @@ class SimPhantom final : public MotionDevice {
   SimPhantomOptions options_;
   DeviceCaps caps_;
   Tremor tremor_;
+  std::atomic<bool> halted_{false};
   Vec3 origin_, position_, velocity_ = Vec3::Zero(), force_ = Vec3::Zero();
   Micros release_ = Micros::max();  ///< motion time
   Micros time_{};                   ///< motion time of the state

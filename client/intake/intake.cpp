@@ -48,7 +48,12 @@ bool PatchIntake::accept(const Patch& patch, Micros now) {
     ++counts_.from_future;
     return false;
   }
+  if (leads_too_far(patch, now)) {
+    ++counts_.jumped;
+    return false;
+  }
   last_seq_ = patch.seq;
+  last_came_ = now;
   ++counts_.accepted;
   patch_ = patch;
   if (const auto terms = terms_.terms_for(patch_))
@@ -68,6 +73,14 @@ bool PatchIntake::accept(const PatchTerms& piece) {
   if (counts_.accepted == 0 || (history_.size() > 0 && history_.first_after(patch_.stamp) == 0)) return true;
   if (const auto terms = terms_.terms_for(patch_)) hand_over(*terms);
   return true;
+}
+
+/// Of a patch that is newer than the last one.
+bool PatchIntake::leads_too_far(const Patch& patch, Micros now) const {
+  constexpr double kSlack = 1.25;  // clocks, and frames that were late
+  if (counts_.accepted == 0) return false;
+  const Micros since = std::max({now - last_came_, patch.stamp - patch_.stamp, Micros{}});
+  return static_cast<double>(patch.seq - last_seq_) > kJumpFree + kSlack * rate_hz_ * seconds(since);
 }
 
 void PatchIntake::catch_up(PatchPlayer& player) const {

@@ -6,6 +6,10 @@
 //     e_before = |f_before - f| / (patches it is behind),   e_linear = |f_linear - f|,   running means,
 // and the next patch is held back while e_before times the patches that the nonlinear one is then behind is at most e_linear,
 // for at most kBehindMost patches and no longer than the nonlinear one is valid.
+//
+// A seq that leads further than patches can have been made is refused, or one datagram would make all that follow it old news:
+// with t the time that stamps or our clock have gone on since the last patch, and f the server's frames a second, it may lead by
+// kJumpFree + 1.25 f t.
 // Runs off the haptic thread; one writer.
 #pragma once
 
@@ -39,6 +43,7 @@ class SampleHistory {
 
 struct IntakeCounts {
   std::uint64_t accepted = 0, stale = 0, too_old = 0, from_future = 0;
+  std::uint64_t jumped = 0;       ///< whose seq lead too far
   std::uint64_t nonlinear = 0;    ///< patches that were played with their terms
   std::uint64_t held_back = 0;    ///< patches that waited for their terms while the one before, nonlinear, went on
   std::uint64_t stale_terms = 0;  ///< pieces of terms that were old, known, or of another whole
@@ -49,12 +54,16 @@ class PatchIntake {
   static constexpr Micros kFutureMax{20'000};  ///< a stamp further ahead of our own clock than this is nonsense
   /// A shadow's stamps come by way of its hand's link, whose two ways may differ by much more than its own way takes.
   static constexpr Micros kShadowFutureMax{250'000};
+  static constexpr int kJumpFree = 8;
   explicit PatchIntake(LatestSlot<PatchPlayer>& slot, Micros future_max = kFutureMax) : slot_(slot), future_max_(future_max) {}
   /// Every sample of the haptic thread, in order.
   void add_sample(const ToolSample& sample) { history_.add(sample); }
   const SampleHistory& history() const { return history_; }
-  /// Takes a patch that passed check(): false (and counted) when it is not newer than the last one, older than the history, or
-  /// from the future. `now` is the clock of the samples; the newest of them may be older, after this side stood still.
+  /// Frames a second of the server, kMaxRateHz before the first call.
+  void expect(double rate_hz) { rate_hz_ = rate_hz; }
+  /// Takes a patch that passed check(): false (and counted) when it is not newer than the last one, leads too far, is older than
+  /// the history, or from the future. `now` is the clock of the samples; the newest of them may be older, after this side stood
+  /// still.
   bool accept(const Patch& patch, Micros now);
   /// Takes a piece of the terms of a patch, before or after the patch itself. When the last one is there the patch is compiled
   /// anew with them, caught up and handed over like a new one; until then, and for ever when one is lost, it plays without, or
@@ -71,6 +80,7 @@ class PatchIntake {
  private:
   static constexpr int kBehindMost = 4;
 
+  bool leads_too_far(const Patch& patch, Micros now) const;
   void catch_up(PatchPlayer& player) const;
   void hand_over(const NonlinearTerms& terms);
   bool before_is_truer(Micros now) const;
@@ -83,6 +93,8 @@ class PatchIntake {
   Patch patch_;  ///< the last one that was accepted
   TermsAssembly terms_;
   std::uint32_t last_seq_ = 0, playing_ = 0;
+  double rate_hz_ = kMaxRateHz;
+  Micros last_came_{};
   std::optional<PatchPlayer> nonlinear_;  ///< what was handed over last with its terms
   bool nonlinear_plays_ = false;          ///< and nothing since
   double before_error_n_ = 0, linear_error_n_ = 0;

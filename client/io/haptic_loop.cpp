@@ -1,29 +1,27 @@
 #include "client/io/haptic_loop.hpp"
 
-#include <time.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
+#include "client/io/device_limits.hpp"
+#include "client/io/sleep_until.hpp"
 #include "common/io/monotonic.hpp"
 
 namespace palpate {
 
 namespace {
 
-constexpr std::int64_t kNanosPerMicro = 1000, kNanosPerSecond = 1'000'000'000;
-constexpr Micros kLate{200}, kVeryLate{1000};
+constexpr Micros kLate{200}, kVeryLate{1000}, kLook{1000};
 
 std::int64_t now_ns() noexcept {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-void sleep_until(Micros due) noexcept {
-  const std::int64_t ns = due.count() * kNanosPerMicro;
-  const timespec t{ns / kNanosPerSecond, ns % kNanosPerSecond};
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) != 0) {
-  }
-}
+int this_thread() noexcept { return static_cast<int>(::syscall(SYS_gettid)); }
 
 }  // namespace
 
@@ -32,20 +30,39 @@ HapticLoop::HapticLoop(Device& device, std::vector<HapticTick*> displays, const 
       displays_(std::move(displays)),
       outputs_(displays_.size()),
       options_(options),
-      recorder_(options.record_ticks, displays_.size()) {}
+      recorder_(options.record_ticks, displays_.size()),
+      check_(device.caps()),
+      watchdog_(device) {
+  const GuardLimits limits = limits_of(device.caps(), options.passivity);
+  for (HapticTick* const display : displays_) display->limit(limits);
+}
 
-HapticLoop::~HapticLoop() { stop(); }
+HapticLoop::~HapticLoop() {
+  stop();
+  if (thread_.joinable()) thread_.join();
+}
 
 RealtimeStatus HapticLoop::start() {
+  watch_crashes();
   running_ = true;
   thread_ = std::thread([this] { run(); });
   ready_.wait(false);
+  if (device_.caps().renders_force) watchdog_.start(options_.realtime);
   return realtime_;
 }
 
 void HapticLoop::stop() {
   stop_ = true;
-  if (thread_.joinable()) thread_.join();
+  if (!thread_.joinable() || stuck_) return;
+  for (const Micros end = monotonic_now() + kStopMost; running() && monotonic_now() < end;) sleep_until(monotonic_now() + kLook);
+  stuck_ = running();
+  if (stuck_)
+    device_.halt();
+  else
+    thread_.join();
+  watchdog_.stop();
+  stats_.halts = watchdog_.halts();
+  forget_crashes();
 }
 
 Micros HapticLoop::due_after(Micros after) const noexcept {
@@ -54,7 +71,16 @@ Micros HapticLoop::due_after(Micros after) const noexcept {
 }
 
 void HapticLoop::run() noexcept {
+  block_signals();
+  const CrashStack stack;
   if (options_.realtime) realtime_ = request_realtime();
+  thread_id_ = this_thread();
+  loop();
+  watchdog_.rest();
+  running_.store(false, std::memory_order_release);
+}
+
+void HapticLoop::loop() noexcept {
   Micros due = monotonic_now() + kTick;
   first_due_us_ = due.count();
   ready_ = true;
@@ -81,24 +107,46 @@ void HapticLoop::run() noexcept {
     }
   }
   make_safe(due);
-  running_.store(false, std::memory_order_release);
 }
 
-/// False when the device is gone or at its end.
+/// False when the motion has ended.
 bool HapticLoop::tick(Micros due) noexcept {
   const std::int64_t begin_ns = now_ns();
+  watchdog_.tick(monotonic_now());
+  bool halted = false;
+  const bool may_write = watchdog_.resumes(halted);
+  if (halted) begin_again(false);
   const DeviceReading reading = device_.read(due);
-  if (!reading.ok()) {
+  if (reading.state == DeviceState::ended) {
     stats_.device_ended = true;
     return false;
+  }
+  if (!reading.ok()) {
+    stay_away(reading);
+    return true;
+  }
+  if (std::exchange(was_away_, false)) {
+    check_.restart();
+    begin_again(false);
+  }
+  const Micros gap = due - std::exchange(last_due_, due), own_watchdog = device_.caps().watchdog;
+  if (!halted && gap != due && seconds(gap) > Guard::kGapMaxS) begin_again(own_watchdog == Micros{} || gap < own_watchdog);
+  const ReadingFault fault = check_.look(reading.position, due, reading.share * force_.norm());
+  stats_.not_believed += fault != ReadingFault::none;
+  note(fault == ReadingFault::none ? DeviceState::ok : DeviceState::fault, describe(fault));
+  if (fault == ReadingFault::jumped) begin_again(true);
+  const bool shown = fault == ReadingFault::none && may_write && !hold_.load(std::memory_order_relaxed);
+  if (shown && share_ == 0) {
+    begin_again(false);
+    share_ = 1;
   }
   const ToolSample sample{due, reading.position};
   const std::int64_t before_ns = now_ns();
   outputs_[0] = displays_[0]->tick(sample);
   displays_[0]->hold().say(due, orientation_of(reading), reading.buttons);
   stats_.tick_ns.add(now_ns() - before_ns);
-  force_ = outputs_[0].force;
-  device_.write(force_);
+  write(faded(outputs_[0].force, shown) + left_over());
+  outputs_[0].force = force_;
 
   for (std::size_t i = 1; i < displays_.size(); ++i) outputs_[i] = displays_[i]->tick(sample);
   int with_patch = 0;
@@ -109,6 +157,47 @@ bool HapticLoop::tick(Micros due) noexcept {
   record(due, reading, outputs_[0]);
   stats_.work_ns.add(now_ns() - begin_ns);
   return true;
+}
+
+/// The device took its force away by itself, and where its tool is nobody knows.
+void HapticLoop::stay_away(const DeviceReading& reading) noexcept {
+  was_away_ = true;
+  ++stats_.away;
+  force_ = Vec3::Zero();
+  at_zero_.store(true, std::memory_order_release);
+  note(reading.state, reading.reason);
+}
+
+/// Down over kRampTicks while not `shown`, up over Guard::kRampTicks.
+Vec3 HapticLoop::faded(const Vec3& force, bool shown) noexcept {
+  share_ = std::clamp(share_ + (shown ? 1.0 / Guard::kRampTicks : -1.0 / kRampTicks), 0.0, 1.0);
+  return share_ * force;
+}
+
+/// Of what the displays say nothing is shown yet; the device shows what was written last where it `holds` that.
+void HapticLoop::begin_again(bool holds) noexcept {
+  displays_.front()->restart();
+  held_ = force_;
+  held_ticks_ = holds ? kRampTicks : 0;
+}
+
+/// Of the force that the device was left with.
+Vec3 HapticLoop::left_over() noexcept {
+  if (held_ticks_ == 0) return Vec3::Zero();
+  return (static_cast<double>(--held_ticks_) / kRampTicks) * held_;
+}
+
+void HapticLoop::write(const Vec3& force) noexcept {
+  force_ = force;
+  device_.write(force_);
+  at_zero_.store(force_.isZero(0), std::memory_order_release);
+}
+
+void HapticLoop::note(DeviceState state, const DeviceReason& reason) noexcept {
+  if (state == noted_.state && reason.text() == noted_.reason.text()) return;
+  noted_ = {state, reason};
+  notes_.back() = noted_;
+  notes_.publish();
 }
 
 Orientation HapticLoop::orientation_of(const DeviceReading& reading) const noexcept {
@@ -124,13 +213,23 @@ void HapticLoop::record(Micros due, const DeviceReading& reading, const TickOutp
 }
 
 void HapticLoop::make_safe(Micros due) noexcept {
-  for (int left = kRampTicks - 1; left >= 0 && !stats_.device_ended; --left) {
-    device_.write(force_ * (static_cast<double>(left) / kRampTicks));
+  const Vec3 from = force_;
+  for (int left = kRampTicks - 1; left >= 0 && !stats_.device_ended && !was_away_; --left) {
+    write(from * (static_cast<double>(left) / kRampTicks));
     due += kTick;
     sleep_until(due);
+    watchdog_.tick(monotonic_now());
     if (!device_.read(due).ok()) break;
   }
   device_.stop();
+}
+
+void HapticLoop::stop_in_crash() noexcept {
+  constexpr int kLooks = 40;
+  stop_.store(true);
+  if (thread_id_.load() != this_thread())
+    for (int look = 0; look < kLooks && running(); ++look) sleep_until(monotonic_now() + kLook);
+  device_.halt();
 }
 
 }  // namespace palpate

@@ -4,29 +4,48 @@
 // (absolute time, so that lateness never adds up), reads the device, runs the displays and writes the force of the main one. A
 // tick that is due before the one in hand is done is skipped, never made up for by running two in a row.
 //
-// Displays after the first are comparisons on the same hand: they get the same samples, their force is only recorded.
-// Ways out: stop(), or a device that is gone or at its end. On all of them the force first goes to zero over kRampTicks (a device
-// that is gone cannot be written to), then Device::stop() is called.
+// Displays after the first are comparisons on the same hand: they get the same samples, their force is only recorded. All are
+// held to the limits of the device (device_limits.hpp), which one that renders a force must have.
+//
+// When the force is zero, whatever the displays say:
+//     the device is not ok (not ready, at fault, gone): nothing is read of it and nothing written, until it is ok again
+//     its positions cannot be believed (reading_check.hpp): from a jump on at once, otherwise faded over kRampTicks
+//     hold(true): faded over kRampTicks
+//     ticks stopped for longer than the watchdog waits (watchdog.hpp)
+// After each of them, and after a gap of more than Guard::kGapMaxS, the force begins at zero (HapticTick::restart). What the
+// device still holds from before a gap or a jump, having no watchdog of its own or none that was due, goes to zero over
+// kRampTicks beside it.
+//
+// Ways out: stop(), or a motion that ends. On both the force first goes to zero over kRampTicks (but not that of a motion that
+// has ended), then Device::stop() is called. A device that does not come back from a call within kStopMost is halted and left
+// behind: then stuck() is true, and the program should end without waiting for it. A program that falls (end_signals.hpp) ramps
+// and stops too, from the handler of the signal, or halts the device where the loop's own thread fell.
 //
 // Inside the loop nothing is allocated, locked, logged or thrown.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <thread>
 #include <vector>
 
 #include "client/core/haptic_tick.hpp"
 #include "client/device/device.hpp"
+#include "client/io/end_signals.hpp"
 #include "client/io/histogram.hpp"
+#include "client/io/reading_check.hpp"
 #include "client/io/realtime.hpp"
 #include "client/io/recorder.hpp"
+#include "client/io/watchdog.hpp"
+#include "common/base/latest_slot.hpp"
 
 namespace palpate {
 
 struct HapticLoopOptions {
   bool realtime = true;          ///< ask the operating system for it
   std::size_t record_ticks = 0;  ///< rows of the recorder's ring: how far its reader may fall behind; 0: nobody reads it
+  PassivityMode passivity = PassivityMode::on;
 };
 
 /// Written by the loop, to be read after it has ended.
@@ -34,6 +53,9 @@ struct HapticLoopStats {
   std::uint64_t ticks = 0;
   std::uint64_t late = 0, very_late = 0;  ///< woken more than 200 us, more than 1 ms after they were due
   std::uint64_t skipped = 0;              ///< ticks that never ran
+  std::uint64_t away = 0;                 ///< ticks in which the device was not ok
+  std::uint64_t not_believed = 0;         ///< ticks whose position could not be believed
+  std::uint64_t halts = 0;                ///< times that the watchdog took the force away
   double force_max_n = 0;
   bool device_ended = false;
   Histogram<10'000> late_us{1};    ///< from due to awake
@@ -41,20 +63,32 @@ struct HapticLoopStats {
   Histogram<10'000> work_ns{200};  ///< the whole tick: device, all displays, recorder
 };
 
-class HapticLoop {
+/// How the device does, for a person.
+struct DeviceNote {
+  DeviceState state = DeviceState::ok;
+  DeviceReason reason;  ///< why it is not ok, or why its positions are not believed: then the state is `fault`
+};
+
+class HapticLoop final : private CrashStop {
  public:
   static constexpr int kRampTicks = 20;
+  static constexpr Micros kStopMost{500'000};
 
-  /// `displays` is not empty; the first one is felt. Everything outlives the loop.
+  /// `displays` is not empty; the first one is felt. Everything outlives the loop. Throws InputError when the device renders a
+  /// force and does not say its limits.
   HapticLoop(Device& device, std::vector<HapticTick*> displays, const HapticLoopOptions& options);
-  ~HapticLoop();
-  HapticLoop(const HapticLoop&) = delete;
-  HapticLoop& operator=(const HapticLoop&) = delete;
+  ~HapticLoop() override;
 
   /// Starts the thread and returns once it runs; what real-time properties it got.
   RealtimeStatus start();
   /// Makes the device safe and ends the thread. Harmless when it has ended.
   void stop();
+  /// After stop(): the thread hangs in the device, which was halted. Destroying the loop waits for it.
+  bool stuck() const noexcept { return stuck_; }
+  /// Fades the force to zero and keeps it there, or lets it come back. Any thread.
+  void hold(bool on) noexcept { hold_.store(on, std::memory_order_relaxed); }
+  /// The force that was written last is zero. Any thread.
+  bool at_zero() const noexcept { return at_zero_.load(std::memory_order_acquire); }
 
   /// A moment at which a tick is due, the first one at least `after` from now: where to start a motion. While the loop runs. Any
   /// thread.
@@ -62,6 +96,10 @@ class HapticLoop {
   bool running() const noexcept { return running_.load(std::memory_order_acquire); }
   /// How many displays have a patch, 0 while the felt one has none. Any thread.
   int displays_with_patch() const noexcept { return with_patch_.load(std::memory_order_acquire); }
+  /// The newest change since the last call, or nullptr. One thread.
+  const DeviceNote* changed() { return notes_.take(); }
+  /// How often the watchdog took the force away. Any thread.
+  std::uint32_t halts() const noexcept { return watchdog_.halts(); }
   /// After stop().
   const HapticLoopStats& stats() const { return stats_; }
   /// Every tick, for one reader; any time.
@@ -69,22 +107,40 @@ class HapticLoop {
 
  private:
   void run() noexcept;
+  void loop() noexcept;
   bool tick(Micros due) noexcept;
+  void stay_away(const DeviceReading& reading) noexcept;
+  Vec3 faded(const Vec3& force, bool shown) noexcept;
+  void begin_again(bool holds) noexcept;
+  Vec3 left_over() noexcept;
+  void write(const Vec3& force) noexcept;
+  void note(DeviceState state, const DeviceReason& reason) noexcept;
   void record(Micros due, const DeviceReading& reading, const TickOutput& main) noexcept;
   Orientation orientation_of(const DeviceReading& reading) const noexcept;
   void make_safe(Micros due) noexcept;
+  void stop_in_crash() noexcept override;
 
   Device& device_;
   std::vector<HapticTick*> displays_;
   std::vector<TickOutput> outputs_;
   HapticLoopOptions options_;
   Recorder recorder_;
+  ReadingCheck check_;
   HapticLoopStats stats_;
   RealtimeStatus realtime_;
   Vec3 force_ = Vec3::Zero();
+  double share_ = 1;          ///< of the force, less while it fades
+  Vec3 held_ = Vec3::Zero();  ///< that the device was left with, and for how many ticks more some of it is
+  int held_ticks_ = 0;
+  Micros last_due_{};
+  bool was_away_ = false;  ///< the device was not ok in the last tick
+  DeviceNote noted_;
+  LatestSlot<DeviceNote> notes_;
+  Watchdog watchdog_;
   std::atomic<std::int64_t> first_due_us_{0};
-  std::atomic<int> with_patch_{0};
-  std::atomic<bool> stop_{false}, running_{false}, ready_{false};
+  std::atomic<int> with_patch_{0}, thread_id_{0};
+  std::atomic<bool> stop_{false}, running_{false}, ready_{false}, hold_{false}, at_zero_{true};
+  bool stuck_ = false;
   std::thread thread_;
 };
 

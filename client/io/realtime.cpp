@@ -12,11 +12,11 @@ namespace {
 constexpr int kPriority = 49;
 }  // namespace
 
-RealtimeStatus request_realtime() noexcept {
+RealtimeStatus request_realtime(int above) noexcept {
   RealtimeStatus status;
   status.asked = true;
   sched_param parameters{};
-  parameters.sched_priority = kPriority;
+  parameters.sched_priority = kPriority + above;
   status.priority = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
   status.memory_locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
   status.precise_timers = prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL) == 0;

@@ -14,8 +14,9 @@ struct RealtimeStatus {
   bool granted() const { return priority && memory_locked && precise_timers; }
 };
 
-/// For the calling thread (memory: the whole process). Does not throw; call before the loop, it may take milliseconds.
-RealtimeStatus request_realtime() noexcept;
+/// For the calling thread (memory: the whole process), `above` steps in front of other 1 kHz threads. Does not throw; call before
+/// the loop, it may take milliseconds.
+RealtimeStatus request_realtime(int above = 0) noexcept;
 
 /// What threads of a device call first: request_realtime(), or nothing (null) where it is not wanted.
 using ThreadSetup = void (*)();

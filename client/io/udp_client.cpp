@@ -4,6 +4,7 @@
 #include <asio/post.hpp>
 #include <cstdio>
 
+#include "client/io/end_signals.hpp"
 #include "common/base/error.hpp"
 #include "common/io/monotonic.hpp"
 
@@ -40,7 +41,18 @@ void UdpClient::start() {
   if (thread_.joinable()) return;
   receive();
   asio::post(io_, [this] { step(); });
-  thread_ = std::thread([this] { io_.run(); });
+  thread_ = std::thread([this] { run(); });
+}
+
+void UdpClient::run() {
+  block_signals();
+  const CrashStack stack;
+  try {
+    io_.run();
+  } catch (const std::exception& error) {
+    const std::lock_guard lock(mutex_);
+    status_.fault = error.what();
+  }
 }
 
 void UdpClient::stop() {
@@ -105,9 +117,9 @@ void UdpClient::send_all(Micros now) {
 }
 
 void UdpClient::note() {
-  ClientStatus status{core_.link(),          core_.welcome(),        core_.refusal(),
-                      core_.refuse_reason(), core_.clock().locked(), core_.clock().rtt(),
-                      core_.counts().joins,  core_.server_pace(),    core_.in_use()};
+  ClientStatus status{
+      core_.link(),        core_.welcome(),      core_.refusal(),     core_.refuse_reason(), core_.clock().locked(),
+      core_.clock().rtt(), core_.counts().joins, core_.server_pace(), core_.in_use(),        {}};
   LinkState before;
   bool changed;
   {

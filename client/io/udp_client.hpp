@@ -2,7 +2,8 @@
 //
 // The thread sleeps until a datagram comes or the core's deadline, at most kWake while joined, so that samples of the haptic
 // thread go out in time. Every datagram that waits is taken before the core ticks. The clock is steady_clock, the same that the
-// haptic loop reads. From start() to stop() the core belongs to the thread (its haptic() to the haptic thread).
+// haptic loop reads. An error that nobody expected ends the thread, not the program: status() says so, and the force ends for
+// want of a server. From start() to stop() the core belongs to the thread (its haptic() to the haptic thread).
 #pragma once
 
 #include <array>
@@ -32,6 +33,7 @@ struct ClientStatus {
   std::uint64_t joins = 0;
   ServerPace pace;
   SchemeInUse in_use;
+  std::string fault;  ///< what ended the network thread; empty while it runs
 };
 
 class UdpClient {
@@ -58,6 +60,7 @@ class UdpClient {
  private:
   static constexpr Micros kWake{1'000};
 
+  void run();
   void receive();
   void wake();
   void step();

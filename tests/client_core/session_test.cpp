@@ -255,6 +255,12 @@ TEST_CASE("what is not from our server is dropped and counted") {
   hand.take(std::span(bytes).first(encode(refusal, bytes)), t);
   const Message late{1, 1, 0, {}, Refuse{RefuseReason::name_taken, "late"}};
   hand.take(std::span(bytes).first(encode(late, bytes)), t);
+  CHECK(hand.counts().stale == 1);
+  CHECK(hand.counts().unproven == 2);
+  const ClockStamps echoing{world.now, world.places[1].sent, {}};
+  for (const Message& answer : {Message{555, 99, 0, echoing, Refuse{RefuseReason::unknown_station, ""}},
+                                Message{1, 1, 0, echoing, Refuse{RefuseReason::name_taken, "late"}}})
+    hand.take(std::span(bytes).first(encode(answer, bytes)), t);
   CHECK(hand.counts().stale == 3);
   CHECK(hand.link() == LinkState::joined);
 }

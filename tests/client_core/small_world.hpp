@@ -26,6 +26,7 @@ class SmallWorld {
     std::unique_ptr<ClientCore> core;
     Micros clock_offset{};  ///< its clock minus the server's
     bool moves = true;      ///< the haptic thread runs
+    Micros sent{};          ///< when its newest datagram was, by its clock
     std::vector<TickOutput> ticks;
   };
 
@@ -104,7 +105,10 @@ class SmallWorld {
     if (place.moves) place.ticks.push_back(place.core->haptic().tick({t, Vec3(0, 0, 0.01 * std::sin(seconds(t)))}));
     place.core->tick(t);
     std::array<std::byte, kMaxDatagramBytes> bytes;
-    while (const auto size = place.core->emit(bytes, t)) send(peer, kServer, std::span(bytes).first(size));
+    while (const auto size = place.core->emit(bytes, t)) {
+      place.sent = t;
+      send(peer, kServer, std::span(bytes).first(size));
+    }
   }
 
   ContactKind contact_;

@@ -6,6 +6,8 @@
 #include <limits>
 
 using palpate::Guard;
+using palpate::GuardLimits;
+using palpate::MotorHeat;
 using palpate::Passivity;
 using palpate::PassivityMode;
 using palpate::Vec3;
@@ -83,12 +85,85 @@ TEST_CASE("The clamp bounds the norm and keeps the direction", "[guard]") {
   CHECK(guard.counts().clamped == 1);
 }
 
-TEST_CASE("The slew limit bounds the change between ticks, from the first one on, by the tick's length", "[guard]") {
+TEST_CASE("The slew limit bounds the change between ticks, from the first one on, and a late tick gets no more than one",
+          "[guard]") {
   Guard guard({0, 500, PassivityMode::off});
   CHECK(guard.pass(Vec3(3, 0, 0), Vec3::Zero(), kDt).isApprox(Vec3(0.5, 0, 0)));
-  CHECK(guard.pass(Vec3(3, 0, 0), Vec3::Zero(), 2 * kDt).isApprox(Vec3(1.5, 0, 0)));
-  CHECK(guard.pass(Vec3(1.4, 0, 0), Vec3::Zero(), kDt) == Vec3(1.4, 0, 0));
-  CHECK(guard.counts().slew_limited == 2);
+  CHECK(guard.pass(Vec3(3, 0, 0), Vec3::Zero(), 15 * kDt).isApprox(Vec3(1, 0, 0)));
+  CHECK(guard.pass(Vec3(3, 0, 0), Vec3::Zero(), 0.5 * kDt).isApprox(Vec3(1.25, 0, 0)));
+  CHECK(guard.pass(Vec3(1.2, 0, 0), Vec3::Zero(), kDt) == Vec3(1.2, 0, 0));
+  CHECK(guard.counts().slew_limited == 3);
+}
+
+TEST_CASE("After a gap between two ticks the force begins at zero and is whole after the ramp, whatever it was before",
+          "[guard]") {
+  Guard guard({8.5, 0, PassivityMode::on});
+  for (int i = 0; i < 10; ++i) guard.pass(Vec3(5, 0, 0), Vec3::Zero(), kDt);
+  CHECK(guard.pass(Vec3(-7, 0, 0), Vec3(0.03, 0, 0), 0.021).norm() == 0);
+  Vec3 before = Vec3::Zero();
+  for (int i = 1; i <= Guard::kRampTicks; ++i) {
+    const Vec3 out = guard.pass(Vec3(-7, 0, 0), Vec3(0.03, 0, 0), kDt);
+    CHECK(out.isApprox(Vec3(-7.0 * i / Guard::kRampTicks, 0, 0)));
+    CHECK((out - before).norm() <= 7.0 / Guard::kRampTicks + 1e-12);
+    before = out;
+  }
+  CHECK(guard.pass(Vec3(-7, 0, 0), Vec3(0.03, 0, 0), 0.02) == Vec3(-7, 0, 0));  // no gap yet
+  CHECK(guard.counts().restarts == 1);
+}
+
+TEST_CASE("A tool that is faster than its device is let go within 20 ms and taken again by the ramp", "[guard]") {
+  GuardLimits limits{8.5, 0, PassivityMode::off};
+  limits.velocity_max_m_s = 1;
+  Guard guard(limits);
+  double x = 0;
+  const auto moved = [&](double speed) { return guard.pass(Vec3(4, 0, 0), Vec3(x += speed * kDt, 0, 0), kDt).x(); };
+  for (int i = 0; i < 200; ++i) CHECK(moved(0.95) == 4);
+  int ticks = 0;
+  while (moved(1.2) > 0) REQUIRE(++ticks < 40);
+  CHECK(ticks <= static_cast<int>(Guard::kSpeedTicks) + Guard::kStopTicks);
+  for (int i = 0; i < 10; ++i) CHECK(moved(1.2) == 0);
+  double before = 0;
+  for (int i = 0; i < 100; ++i) {
+    const double force = moved(0.1);
+    CHECK(force - before <= 4.0 / Guard::kRampTicks + 1e-12);
+    before = force;
+  }
+  CHECK(before == 4);
+  CHECK(guard.counts().too_fast > 10);
+}
+
+TEST_CASE("Motors that are warm are asked for less and less, down to what they hold for ever, without an edge", "[guard]") {
+  GuardLimits limits{8.5, 0, PassivityMode::off};
+  limits.force_continuous_n = 1.4;
+  Guard guard(limits);
+  double heat = 0, before = 8.5, whole_s = 0;
+  for (int i = 0; i < 240'000; ++i) {
+    const double force = guard.pass(Vec3(0, 0, 20), Vec3::Zero(), kDt).z();
+    REQUIRE(force <= before + 1e-9);
+    REQUIRE(before - force < 0.05);
+    REQUIRE(force >= 1.4 - 1e-9);
+    heat += kDt / MotorHeat::kTimeS * (force * force / (1.4 * 1.4) - heat);  // Euler, beside the closed form
+    REQUIRE(heat < 1 + 1e-3);
+    if (force == 8.5) whole_s += kDt;
+    before = force;
+  }
+  CHECK(before == Approx(1.4).epsilon(1e-2));
+  // Until 0.8 of the rise: T ln(n / (n - 0.8)) with n = (8.5 / 1.4)^2.
+  const double n = 8.5 * 8.5 / (1.4 * 1.4);
+  CHECK(whole_s == Approx(MotorHeat::kTimeS * std::log(n / (n - (1 - MotorHeat::kBand)))).epsilon(2e-3));
+  CHECK(guard.counts().heat_limited > 200'000);
+  for (int i = 0; i < 240'000; ++i) guard.pass(Vec3::Zero(), Vec3::Zero(), kDt);
+  CHECK(guard.pass(Vec3(0, 0, 8), Vec3::Zero(), kDt).z() == 8);  // cold again
+}
+
+TEST_CASE("What motors hold for ever is never limited by their heat", "[guard]") {
+  for (const double continuous : {1.4, 0.0, 12.0}) {
+    GuardLimits limits{8.5, 0, PassivityMode::off};
+    limits.force_continuous_n = continuous;
+    Guard guard(limits);
+    const double force = continuous == 1.4 ? 1.25 : 8.5;  // at 1.25 N they reach 0.797 of the rise
+    for (int i = 0; i < 400'000; ++i) REQUIRE(guard.pass(Vec3(force, 0, 0), Vec3::Zero(), kDt).x() == force);
+  }
 }
 
 TEST_CASE("The clamp comes before the slew limit: a clamped force is reached, not passed", "[guard]") {
@@ -119,11 +194,12 @@ TEST_CASE("A tick without a length changes nothing", "[guard]") {
   for (const double dt : {0.0, -1e-3, kNan, kInf}) CHECK(guard.pass(Vec3(3, 0, 0), Vec3::Zero(), dt) == before);
 }
 
-TEST_CASE("After a reset the guard starts from zero force", "[guard]") {
+TEST_CASE("After a restart the guard begins at zero force", "[guard]") {
   Guard guard({0, 500, PassivityMode::on});
   for (int i = 0; i < 10; ++i) guard.pass(Vec3(3, 0, 0), Vec3(i * 1e-3, 0, 0), kDt);
-  guard.reset();
-  CHECK(guard.pass(Vec3(3, 0, 0), Vec3::Zero(), kDt).isApprox(Vec3(0.5, 0, 0)));
+  guard.restart();
+  CHECK(guard.pass(Vec3(3, 0, 0), Vec3::Zero(), kDt).norm() == 0);
+  CHECK(guard.pass(Vec3(3, 0, 0), Vec3::Zero(), kDt).isApprox(Vec3(3.0 / Guard::kRampTicks, 0, 0)));
 }
 
 TEST_CASE("A spring without delay counts as lossless and is not touched", "[guard]") {
@@ -253,7 +329,7 @@ TEST_CASE("What the limiter did to the force is counted: ticks, largest, root me
   CHECK(guard.counts().dissipated_j == Approx(taken - 0).epsilon(1e-9));
   // All that the display would have given, but for the deficit that it takes to stop it.
   CHECK(guard.counts().dissipated_j == Approx(0.5 * 0.02 - Passivity::kFullJ).epsilon(0.02));
-  guard.reset();
+  guard.restart();
   CHECK(guard.counts().dissipated_j > 0);
 }
 
@@ -297,7 +373,7 @@ TEST_CASE("A force that comes back to a hand inside a body does not throw it, an
 TEST_CASE("What a hand went into a body in a tick that was skipped did not cost it anything") {
   Guard guard({8.5, 0, PassivityMode::on});
   for (int i = 0; i < 5; ++i) guard.pass(Vec3::Zero(), Vec3::Zero(), kDt);
-  guard.pass(Vec3(3, 0, 0), Vec3(-0.03, 0, 0), 0.3);
+  guard.pass(Vec3(3, 0, 0), Vec3(-0.03, 0, 0), 0.019);
   guard.pass(Vec3(3, 0, 0), Vec3(-0.0295, 0, 0), kDt);
   CHECK(guard.counts().energy_min_j == Approx(-3 * 0.0005));  // nothing was stored that could be given back
 }

@@ -1,6 +1,7 @@
 // The haptic tick: hand-over without jumps, fading of what cannot be trusted, and no number that is none.
 #include "client/core/haptic_tick.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <memory>
@@ -136,10 +137,15 @@ TEST_CASE("A patch that lives on is as young as the moment up to which it does, 
   hand.give(constant(Vec3(0, 0, 2), 1, hand.now(), Micros{200'000}));
   hand.ticks(100);
   for (int k = 0; k < 60; ++k) {
-    hand.haptic.live_on(hand.now() - Micros{70'000});
+    const bool another = k % 8 == 7;  // none lives on for more than a second
+    const Micros stamp = hand.now() - Micros{70'000};
+    if (another)
+      hand.give(constant(Vec3(0, 0, 2), static_cast<std::uint32_t>(k), stamp, Micros{200'000}));
+    else
+      hand.haptic.live_on(stamp);
     const TickOutput first = hand.tick();
     CHECK(first.patch_age <= Micros{72'000});
-    CHECK_FALSE(first.swapped);
+    CHECK(first.swapped == another);
     const TickOutput out = hand.ticks(99);
     CHECK_FALSE(out.outlived);
     CHECK(out.force.z() == Approx(2));
@@ -348,4 +354,138 @@ TEST_CASE("Patches whose way became longer than they are valid for are known to 
   CHECK(hand.haptic.horizon() >= Micros{360'000});
   CHECK(hand.haptic.horizon() < Micros{370'000});
   CHECK(hand.ticks(1).force.x() == Approx(1));
+}
+
+TEST_CASE("After a gap between ticks the force begins at zero and fades in, and a patch that is too old by then is forgotten") {
+  const Micros gap = GENERATE(Micros{25'000}, Micros{3'000'000});
+  LatestSlot<PatchPlayer> slot;
+  SampleRing ring;
+  HapticTick haptic(slot, ring, GuardLimits{});
+  Patch patch = constant(Vec3(4, 0, 0), 1, kEpoch, Micros{300'000});
+  const auto give = [&](Micros stamp) {
+    patch.stamp = stamp;
+    ++patch.seq;
+    slot.back() = PatchPlayer(patch);
+    slot.publish();
+  };
+  give(kEpoch);
+  for (int ms = 1; ms <= 100; ++ms) haptic.tick({kEpoch + ms * kTick, Vec3::Zero()});
+  const Micros back = kEpoch + 100 * kTick + gap;
+  const TickOutput first = haptic.tick({back, Vec3(0.02, 0, 0)});
+  CHECK(first.force.norm() == 0);
+  CHECK(first.has_patch == (gap < Micros{300'000}));
+  patch.force = Vec3(-5, 0, 0);
+  give(back);
+  double before = 0;
+  for (int ms = 1; ms <= 200; ++ms) {
+    const double force = haptic.tick({back + ms * kTick, Vec3(0.02, 0, 0)}).force.x();
+    CHECK(std::abs(force - before) < 0.25);
+    before = force;
+  }
+  CHECK(before == -5);
+  CHECK(haptic.guard_counts().restarts == 1);
+}
+
+TEST_CASE("A player from before a pause is not made up for") {
+  Hand hand;
+  hand.give(constant(Vec3(1, 0, 0), 1, hand.now(), Micros{4'000'000}));
+  hand.ms += 1500;
+  const TickOutput out = hand.tick();
+  CHECK_FALSE(out.has_patch);
+  CHECK(out.force.norm() == 0);
+}
+
+TEST_CASE("However long a server says that a patch is good, it is for 5 s, and for 1 s beyond the usual age once that is known") {
+  Hand hand;
+  const auto lasts = [&] {
+    Micros began = hand.now();
+    while (hand.tick().gain == 1) REQUIRE(hand.now() - began < Micros{20'000'000});
+    return hand.now() - began;
+  };
+  hand.give(constant(Vec3(1, 0, 0), 1, hand.now(), Micros{60'000'000}));
+  hand.ticks(100);
+  CHECK(lasts() == kValidMost - 99 * kTick);
+  for (std::uint32_t seq = 2; seq < 200; ++seq) {
+    hand.give(constant(Vec3(1, 0, 0), seq, hand.now() - Micros{30'000}, Micros{60'000'000}));
+    hand.ticks(50);
+  }
+  const Micros usual = hand.haptic.horizon();
+  CHECK(usual < Micros{200'000});
+  hand.give(constant(Vec3(1, 0, 0), 200, hand.now(), Micros{60'000'000}));
+  CHECK(lasts() <= kValidBeyondAge + usual + kTick);
+  CHECK(hand.ticks(60).force.norm() == 0);
+}
+
+TEST_CASE("A patch lives on for a second after its stamp, however often a server says so") {
+  Hand hand;
+  hand.give(constant(Vec3(1, 0, 0), 1, hand.now(), Micros{300'000}));
+  const Micros stamp = hand.now();
+  for (int ms = 0; ms < 1290; ++ms) {
+    hand.haptic.live_on(hand.now());
+    const TickOutput out = hand.tick();
+    if (ms > 60) CHECK(out.force.x() == 1);
+    CHECK(out.patch_stamp <= stamp + kLivesOnMost);
+  }
+  for (int ms = 0; ms < 100; ++ms) {
+    hand.haptic.live_on(hand.now());
+    hand.tick();
+  }
+  CHECK(hand.tick().force.norm() == 0);
+}
+
+TEST_CASE("When the server is not there any more the force fades within 50 ms, and comes back with it") {
+  Hand hand;
+  hand.give(constant(Vec3(3, 0, 0), 1, hand.now()));
+  CHECK(hand.ticks(100).force.x() == 3);
+  hand.haptic.server_until(hand.now() + 10 * kTick);
+  CHECK(hand.ticks(10).force.x() == 3);
+  double before = 3;
+  for (int ms = 1; ms <= 50; ++ms) {
+    const double force = hand.tick().force.x();
+    CHECK(before - force < 0.07);
+    before = force;
+  }
+  CHECK(before == 0);
+  hand.haptic.server_until(hand.now() + Micros{1'000'000});
+  CHECK(hand.ticks(60).force.x() == 3);
+}
+
+TEST_CASE("What a patch shows a hand of stiffness is that of its port, and a device that renders less shows it weaker") {
+  Patch grasp = test::attach_patch(6, 1, kEpoch);
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(grasp.k_port);
+  CHECK(stiffness_of_port(grasp) == Approx(eigen.eigenvalues().maxCoeff()));
+  CHECK(stiffness_of_port(constant(Vec3(1, 0, 0), 1, kEpoch)) == 0);
+
+  // Of a touch: what a slow push along the normal is answered with.
+  Patch touch = test::touch_patch(6, 1, kEpoch);
+  touch.coupling_n_m = 500;
+  PatchPlayer player(touch);
+  const auto pressed = [&](double depth) {
+    Vec3 force = Vec3::Zero();
+    for (int ms = 1; ms <= 4000; ++ms) force = player.advance({player.time() + kTick, Vec3(0.001, 0.002, -depth)}).force;
+    return force.norm();
+  };
+  const double slope = (pressed(0.0022) - pressed(0.002)) / 0.0002;
+  CHECK(stiffness_of_port(touch) == Approx(slope).epsilon(0.15));
+
+  GuardLimits limits;
+  limits.stiffness_max_n_m = 100;
+  Hand stiff;
+  stiff.haptic.limit(limits);
+  Patch patch = constant(Vec3::Zero(), 1, stiff.now());
+  patch.constant = false;
+  patch.scheme = Scheme::tangent;
+  patch.contact = ContactKind::attach;
+  patch.k_port = 400 * Mat3::Identity();
+  stiff.give(patch);
+  CHECK(stiff.ticks(100, Vec3(0.01, 0, 0)).force.x() == Approx(-1));
+  CHECK(stiff.haptic.counts().softened == 1);
+  CHECK(stiff.haptic.counts().softened_most == Approx(0.25));
+  // A softer one that gives the same force takes over without a step of what is shown.
+  patch.k_port = 50 * Mat3::Identity();
+  patch.seq = 2;
+  patch.stamp = stiff.now();
+  stiff.give(patch);
+  CHECK(stiff.tick(Vec3(0.01, 0, 0)).force.x() == Approx(-1));
+  CHECK(stiff.ticks(100, Vec3(0.01, 0, 0)).force.x() == Approx(-0.5));
 }

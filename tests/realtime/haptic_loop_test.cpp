@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/io/monotonic.hpp"
+#include "tests/support/felt_device.hpp"
 #include "tests/support/patches.hpp"
 #include "tests/support/realtime_guard.hpp"
 
@@ -36,13 +37,14 @@ class Watcher final : public palpate::Device {
   }
   void write(const Vec3&) noexcept override {}
   void stop() noexcept override {}
+  void halt() noexcept override {}
 
   std::optional<palpate::test::RealtimeFaults> seen;
 
  private:
   int readings_ = 0;
   std::optional<palpate::test::RealtimeGuard> guard_;
-  palpate::DeviceCaps caps_;
+  palpate::DeviceCaps caps_ = palpate::test::felt_caps();
 };
 
 /// Remembers what it was asked and told; ends after `readings_max` readings.
@@ -55,10 +57,11 @@ class Witness final : public palpate::Device {
   const palpate::DeviceCaps& caps() const override { return caps_; }
   palpate::DeviceReading read(Micros now) noexcept override {
     read_at.push_back(now);
-    return {Vec3(0, 0, -0.005), read_at.size() <= readings_max_ ? palpate::DeviceState::ok : palpate::DeviceState::gone};
+    return {Vec3(0, 0, -0.005), read_at.size() <= readings_max_ ? palpate::DeviceState::ok : palpate::DeviceState::ended};
   }
   void write(const Vec3& force) noexcept override { written.push_back(force); }
   void stop() noexcept override { ++stops; }
+  void halt() noexcept override {}
 
   std::vector<Micros> read_at;
   std::vector<Vec3> written;
@@ -66,7 +69,7 @@ class Witness final : public palpate::Device {
 
  private:
   std::size_t readings_max_;
-  palpate::DeviceCaps caps_;
+  palpate::DeviceCaps caps_ = palpate::test::felt_caps();
 };
 
 struct Display {
@@ -121,7 +124,7 @@ TEST_CASE("Every way out ramps the force to zero and stops the device once", "[r
   {
     HapticLoop loop(device, {&display.haptic}, {false, 0});
     loop.start();
-    std::this_thread::sleep_for(std::chrono::milliseconds(150));
+    for (int ms = 0; ms < 150 || (loop.at_zero() && ms < 20'000); ++ms) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     loop.stop();
     loop.stop();
   }
@@ -136,7 +139,7 @@ TEST_CASE("Every way out ramps the force to zero and stops the device once", "[r
   }
 }
 
-TEST_CASE("A device that ends or is gone ends the loop and is stopped without being written to", "[realtime]") {
+TEST_CASE("A motion that has ended ends the loop, and its device is stopped without being written to", "[realtime]") {
   Witness device(20);
   Display display;
   HapticLoop loop(device, {&display.haptic}, {false, 0});

@@ -8,6 +8,7 @@
 #include "client/core/client_core.hpp"
 #include "client/io/haptic_loop.hpp"
 #include "common/io/monotonic.hpp"
+#include "tests/support/felt_device.hpp"
 #include "tests/support/patches.hpp"
 #include "tests/support/realtime_guard.hpp"
 
@@ -35,7 +36,7 @@ class Still final : public Device {
   std::atomic<int> readings{0};
 
  private:
-  DeviceCaps caps_;
+  DeviceCaps caps_ = test::felt_caps();
 };
 
 }  // namespace

@@ -23,10 +23,12 @@ inline RoomFacts test_facts(ContactKind contact = ContactKind::touch) {
 }
 
 struct FakeRoom {
+  static constexpr Micros kLivesMost{1'000'000};
   bool in_reach = true;
   bool fail = false;
   bool asleep = false;
-  bool lives_on = false;        ///< what a station plays stands for the next patch
+  bool lives_on = false;        ///< what a station plays stands for the next patch, for a second
+  Micros valid_for{1'000'000};  ///< of its patches
   Scheme built = Scheme::hold;  ///< whatever is asked for
   NonlinearTerms terms;         ///< that go with its patches
   Micros step_took{}, patches_took{};
@@ -44,8 +46,10 @@ struct FakeRoom {
       StationFrame frame{station.id, std::nullopt, {}, Vec3(1, 2, 3) * 1e-3, Vec3(0, 0, 1), in_reach};
       if (in_reach && !fail) frame.patch = patch(job.target);
       if (frame.patch) frame.patch->scheme = built;
+      if (frame.patch) frame.patch->valid_for = valid_for;
       frame.terms = terms;
-      if (lives_on) frame.lives_on = station.playing;
+      const bool young = station.playing && job.target + station.horizon - *station.playing <= kLivesMost;
+      if (lives_on && young) frame.lives_on = station.playing;
       result.stations.push_back(frame);
     }
     if (job.shapes) result.positions.assign(400, Vec3(0.1, 0, 0));

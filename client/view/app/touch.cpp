@@ -15,7 +15,6 @@ ClientOptions options_of(const std::string& station, const std::string& room) {
   options.hello.alike = station == TouchStation::kName;
   options.hello.room = room;
   options.hello.scheme = std::nullopt;
-  options.guard.force_max_n = MouseDevice::kForceMaxN;
   return options;
 }
 
@@ -40,7 +39,8 @@ void TouchStation::poll() {
   if (!loop_ && status.link == LinkState::joined && status.clock_locked) {
     mouse_ = std::make_unique<MouseDevice>(status.welcome.home);
     tool_.position = status.welcome.home;
-    loop_ = std::make_unique<HapticLoop>(*mouse_, std::vector<HapticTick*>{&core_.haptic()}, HapticLoopOptions{});
+    loop_ = std::make_unique<HapticLoop>(*mouse_, std::vector<HapticTick*>{&core_.haptic()},
+                                         HapticLoopOptions{.passivity = PassivityMode::off});
     loop_->start();
   }
   if (!mouse_) return;

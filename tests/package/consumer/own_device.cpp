@@ -22,16 +22,15 @@ class Presser final : public Device {
   void stop() noexcept override { force_ = Vec3::Zero(); }
 
  private:
-  DeviceCaps caps_{"presser", 5.0, 2000.0, 800.0};
   Vec3 home_, force_ = Vec3::Zero();
+  // Peak [N], slew [N/s], stiffness [N/m], continuous force [N], speed [m/s] and the place that it stays in: no limit, no force.
+  DeviceCaps caps_{"presser", 5.0, 2000.0, 800.0, 1.5, 1.0, {home_ - Vec3::Constant(0.05), home_ + Vec3::Constant(0.05)}};
   Micros begin_ = monotonic_now();
 };
 
 int main(int, char** argv) {
   ClientOptions options;
   options.hello.station = "presser";
-  options.guard.force_max_n = 5.0;  // what the device can render
-  options.guard.slew_max_n_s = 2000.0;
   ClientCore core(options, monotonic_now());
   UdpClient udp(argv[1], core);
   udp.start();

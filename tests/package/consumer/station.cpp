@@ -10,7 +10,6 @@ int main(int, char** argv) {
   using namespace palpate;
   ClientOptions options;
   options.hello.station = "mine";
-  options.guard.force_max_n = 8.5;
   ClientCore core(options, monotonic_now());
   UdpClient udp(argv[1], core);
   udp.start();
