@@ -161,6 +161,22 @@ TEST_CASE("A device that homes, times out or faults says so in words, and is arm
   CHECK(bench.felt().x() == Approx(1));
 }
 
+TEST_CASE("A device that was reset behind the host's back is armed again", "[hid]") {
+  Bench bench;
+  for (int ms = 0; ms < 5; ++ms) bench.tick(Vec3(1, 0, 0));
+  REQUIRE(bench.felt().x() == Approx(1));
+  const force_hid_limits limits = bench_limits();
+  force_hid_init(&bench.device.core, &limits);
+  bench.device.step();
+  REQUIRE(bench.device.core.state == FORCE_HID_STATE_READY);
+  int ms = 0;
+  for (; bench.felt().x() == 0; ++ms) {
+    REQUIRE(ms < 2 * ForceProfile::kArmingTries);
+    bench.tick(Vec3(1, 0, 0));
+  }
+  CHECK(ms > ForceProfile::kArmingTries);
+}
+
 TEST_CASE("The first force after arming grows over the device's own ramp, whatever the host asks for", "[hid]") {
   force_hid_limits limits = bench_limits();
   limits.ramp_ms = 50;

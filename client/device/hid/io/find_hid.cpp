@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <mutex>
 
 #include "client/device/hid/force_joystick.hpp"
 #include "client/device/hid/force_profile.hpp"
@@ -19,6 +20,12 @@ namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// hidapi keeps one error text for all calls without a device, so those are made one at a time.
+std::mutex& hidapi_use() {
+  static std::mutex mutex;
+  return mutex;
+}
 
 /// What hidapi says in wide characters, those beyond ASCII replaced.
 std::string narrow(const wchar_t* text) {
@@ -115,6 +122,7 @@ const char* name_of(HidKind kind) {
 }
 
 std::vector<FoundHid> find_hid(const fs::path& sysfs) {
+  const std::lock_guard lock(hidapi_use());
   std::vector<FoundHid> devices;
   hid_device_info* const all = hid_enumerate(0, 0);
   for (const hid_device_info* info = all; info; info = info->next) {
@@ -131,6 +139,7 @@ std::unique_ptr<HidTransport> open_hid(const FoundHid& device, std::string& faul
   std::vector<std::byte> descriptor = read_descriptor(device.path, sysfs);
   try {
     const bool numbered = ReportDescriptor(descriptor).numbered();
+    const std::lock_guard lock(hidapi_use());
     Handle reader(hid_open_path(device.path.c_str())), writer(hid_open_path(device.path.c_str()));
     if (reader && writer)
       return std::make_unique<HidapiTransport>(std::move(reader), std::move(writer), std::move(descriptor), numbered);
