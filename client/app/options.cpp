@@ -92,8 +92,8 @@ void declare(CLI::App& app, Typed& typed, TypedOfHands& each) {
       ->type_name("NAME,...");
   app.add_option("--passivity", typed.passivity,
                  "observe: account for the energy that the display gives to the hand; on: also damp a display that turns active; "
-                 "off: neither")
-      ->type_name("off|observe|on")
+                 "off: neither; auto: on, and observe for --device replay, which nobody feels")
+      ->type_name("auto|off|observe|on")
       ->capture_default_str();
   app.add_option("--coupling-n-m", typed.coupling_n_m, "stiffness of a virtual coupling between device and model; 0: none")
       ->check(number_from(0.0, kMostCouplingNM))
