@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "client/device/hardware/find_devices.hpp"
 #include "client/device/hid/force_profile.hpp"
 #include "client/device/hid/io/find_hid.hpp"
 #include "client/device/hid/io/open_hid_device.hpp"
@@ -82,6 +83,18 @@ TEST_CASE("Devices are found with their kind, model and serial number, also thos
   std::string fault;
   CHECK(open_hid(found[0], fault, hidapi.sysfs()) == nullptr);
   CHECK(fault.find("cannot be opened: No such file") == 0);
+}
+
+TEST_CASE("A found device is listed with what opens it, and with the rule that lets its user in", "[hid]") {
+  FakeHidapi hidapi;
+  hidapi.plug_in("hidraw1", {{}, L"3Dconnexion", L"SpaceNavigator", L"", 0x046D, 0xC626, nullptr, 1},
+                 test::two_report_descriptor());
+  const auto listed = find_hid_devices(hidapi.sysfs());
+  REQUIRE(listed.size() == 1);
+  CHECK(listed[0].kind == "hid");
+  CHECK(listed[0].text == "six-axis mouse, no force: 3Dconnexion SpaceNavigator (USB 046d:c626)");
+  CHECK_FALSE(listed[0].usable);
+  CHECK(listed[0].rule == R"(SUBSYSTEM=="hidraw", ATTRS{idVendor}=="046d", ATTRS{idProduct}=="c626", TAG+="uaccess")");
 }
 
 TEST_CASE("Force written by the loop is what the motors render, and positions come back", "[hid]") {
