@@ -313,7 +313,7 @@ class Run {
     if (recording_) recording_->event(start, RecordedEventKind::motion);
     hardware_ ? mapped_->start(start) : device_->start(start);
     say(options_.motion ? fmt::format("motion of {:g} s starts", options_.motion->duration_s())
-        : options_.held ? "feel"
+        : options_.held ? "the hand feels the body from now on"
                         : "holding still");
     bool linked = true, slow = false, moving = options_.motion.has_value();
     wait([&] {

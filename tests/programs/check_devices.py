@@ -114,7 +114,7 @@ def check_feel(client, server, work):
         log, report = work / f"{device}.log", work / device
         done = client.run("--server", server, "--device", device, "--duration-s", "5", "--realtime", "off", "--report", report,
                           motion=motion, hand="firm", log=log)
-        assert done.returncode == 0 and "where the hand is now is where the tool begins" in done.stdout, done.stdout + done.stderr
+        assert done.returncode == 0 and "the hand feels the body from now on" in done.stdout, done.stdout + done.stderr
         felt = [strength for _, strength in forces(log)]
         assert max(felt) > 0.5 and felt[-1] == 0, (device, max(felt), felt[-1])
         assert json.loads((report / "summary.json").read_text())["run"]["device"] == device

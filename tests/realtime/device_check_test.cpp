@@ -18,6 +18,9 @@ class Yielding final : public Device {
     caps_.force_max_n = 4;
     caps_.force_continuous_n = 1;
     caps_.slew_max_n_s = 1000;
+    caps_.stiffness_max_n_m = 1000;
+    caps_.velocity_max_m_s = 100;
+    caps_.workspace = Eigen::AlignedBox3d(Vec3::Constant(-1), Vec3::Constant(1));
     caps_.buttons = 2;
   }
   const DeviceCaps& caps() const override { return caps_; }
