@@ -331,8 +331,11 @@ void check_together(const std::vector<AppOptions>& hands) {
 
 void save_workspace(const std::string& file, const std::vector<AppOptions>& hands) {
   std::vector<NamedMapping> all;
-  for (const AppOptions& hand : hands)
-    if (!mapping_for(all, hand.device_name)) all.push_back({hand.device_name, hand.workspace.value_or(WorkspaceMapping{})});
+  for (const AppOptions& hand : hands) {
+    const auto same = [&](const NamedMapping& named) { return named.device == hand.device_name; };
+    if (std::none_of(all.begin(), all.end(), same))
+      all.push_back({hand.device_name, hand.workspace.value_or(WorkspaceMapping{})});
+  }
   write_workspace(file, all);
 }
 

@@ -57,12 +57,17 @@ class Witness final : public palpate::Device {
   const palpate::DeviceCaps& caps() const override { return caps_; }
   palpate::DeviceReading read(Micros now) noexcept override {
     read_at.push_back(now);
-    return {Vec3(0, 0, -0.005), read_at.size() <= readings_max_ ? palpate::DeviceState::ok : palpate::DeviceState::ended};
+    palpate::DeviceReading reading;
+    reading.position = Vec3(0, 0, -0.005);
+    reading.state = read_at.size() <= readings_max_ ? palpate::DeviceState::ok : palpate::DeviceState::ended;
+    reading.share = share;
+    return reading;
   }
   void write(const Vec3& force) noexcept override { written.push_back(force); }
   void stop() noexcept override { ++stops; }
   void halt() noexcept override {}
 
+  double share = 1;  ///< that the hand feels
   std::vector<Micros> read_at;
   std::vector<Vec3> written;
   int stops = 0;
@@ -196,6 +201,28 @@ TEST_CASE("Every tick can be read while the loop runs, main display and comparis
   CHECK(loop.recorder().missed() == 0);
   CHECK(tick.has_patch);
   for (std::size_t i = 0; i < seen.size(); ++i) REQUIRE(seen[i] == device.read_at[i]);
+}
+
+TEST_CASE("What is recorded and reported is the share of the force that the hand feels", "[realtime]") {
+  Witness device(400);
+  device.share = 0.25;
+  Display display;
+  HapticLoop loop(device, {&display.haptic}, {false, 1000});
+  loop.start();
+  for (int ms = 0; ms < 20'000 && loop.running(); ++ms) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  loop.stop();
+  palpate::TickRecord tick;
+  std::array<palpate::DisplayRecord, 1> row;
+  std::size_t k = 0;
+  double most_n = 0;
+  for (; loop.recorder().take(tick, row); ++k) {
+    REQUIRE(k < device.written.size());
+    CHECK(row[0].force == 0.25 * device.written[k]);
+    most_n = std::max(most_n, row[0].force.norm());
+  }
+  CHECK(k == 400);
+  CHECK(most_n > 0);
+  CHECK(loop.stats().force_max_n == most_n);
 }
 
 TEST_CASE("What the operating system granted or denied is said in one line", "[realtime]") {
