@@ -199,12 +199,25 @@ TEST_CASE("A Force Dimension cable that is pulled is said, and the device comes 
   CHECK(bench.comes(DeviceState::ok));
 }
 
-TEST_CASE("A call of DHD that hangs leaves the loop and the program's end alone", "[device]") {
+TEST_CASE("A call of DHD that hangs leaves the loop and the program's end alone, and the device takes the force away",
+          "[device]") {
   DhdBench bench(true);
-  REQUIRE(bench.comes(DeviceState::ok));
+  bench.pushed = Vec3(0, 0, 2.1);
+  const auto push_until = [&](const std::function<bool()>& done) {
+    for (int i = 0; i < 5000 && !done(); ++i) {
+      bench.device->read(bench.now);
+      bench.device->write(bench.pushed);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return done();
+  };
+  REQUIRE(push_until([&] { return !bench.standin.log().empty() && bench.felt().z() > 2; }));
   bench.standin.misbehave(StandinFault::blocks);
-  for (int i = 0; i < 25; ++i) bench.device->read(bench.now);
+  const std::size_t hung = bench.standin.log().size();
+  REQUIRE(push_until([&] { return bench.standin.log().size() > hung + 100; }));
   CHECK(bench.comes(DeviceState::gone));
+  const auto log = bench.standin.log();
+  for (std::size_t i = hung + 60; i < log.size(); ++i) CHECK(log[i].force == Vec3(Vec3::Zero()));
   bench.device.reset();
   bench.standin.misbehave(StandinFault::none);
   while (bench.standin.in_use()) std::this_thread::sleep_for(std::chrono::milliseconds(1));  // what was left hanging ends

@@ -79,8 +79,8 @@ Session::Session(const Functions& functions, const std::string& config, DriverEx
 
 Session::~Session() {
   closes_ = true;
-  const std::uint64_t before = turns();
-  for (Micros waited{}; turns() < before + kZeroTurns && waited < kZeroWait; waited += kZeroPoll)
+  const std::uint64_t before = turns_;
+  for (Micros waited{}; turns_ < before + kZeroTurns && waited < kZeroWait; waited += kZeroPoll)
     std::this_thread::sleep_for(kZeroPoll);
   hd_.hdStopScheduler();
   hd_.hdUnschedule(scheduled_);
@@ -138,7 +138,6 @@ unsigned int Session::tick(void* self) noexcept {
 }
 
 void Session::turn() noexcept {
-  inside_.store(true, std::memory_order_release);
   hd_.hdMakeCurrentDevice(handle_);
   hd_.hdBeginFrame(handle_);
   const DeviceReading measured = measure();
@@ -155,7 +154,6 @@ void Session::turn() noexcept {
   hd_.hdEndFrame(handle_);
   take_errors();
   turns_.fetch_add(1, std::memory_order_release);
-  inside_.store(false, std::memory_order_release);
 }
 
 DeviceReading Session::measure() noexcept {

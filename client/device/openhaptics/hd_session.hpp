@@ -24,7 +24,7 @@ class Session {
  public:
   /// Opens `config`, empty: the default device; starts the scheduler. Throws InputError when there is no such device.
   Session(const Functions& functions, const std::string& config, DriverExchange& exchange);
-  /// Sees that zero force went out, then closes. Must not be called while stuck().
+  /// Sees that zero force went out, then closes. Hangs as long as the driver does.
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
@@ -32,9 +32,6 @@ class Session {
   const DeviceCaps& caps() const { return caps_; }
   // any thread
   bool lost() const { return lost_.load(std::memory_order_acquire); }  ///< the connection broke: close, and open anew
-  std::uint64_t turns() const { return turns_.load(std::memory_order_acquire); }
-  /// The scheduler's thread is inside the library or this callback.
-  bool inside() const { return inside_.load(std::memory_order_acquire); }
 
  private:
   static unsigned int tick(void* self) noexcept;
@@ -56,7 +53,7 @@ class Session {
   unsigned int calibration_style_ = 0;
   int until_check_ = 0;
   std::uint32_t buttons_before_ = 0;
-  std::atomic<bool> lost_{false}, inside_{false}, closes_{false};
+  std::atomic<bool> lost_{false}, closes_{false};
   std::atomic<std::uint64_t> turns_{0};
 };
 

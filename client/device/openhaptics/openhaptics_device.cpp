@@ -1,5 +1,9 @@
 #include "client/device/openhaptics/openhaptics_device.hpp"
 
+#include <atomic>
+#include <thread>
+
+#include "client/device/driver_exchange.hpp"
 #include "client/device/openhaptics/hd_session.hpp"
 #include "common/base/error.hpp"
 
@@ -7,68 +11,66 @@ namespace palpate {
 
 namespace {
 
-constexpr Micros kKeeperPoll{50'000}, kOpenAgainEvery{1'000'000}, kStuckAfter{200'000};
+constexpr Micros kKeeperPoll{20'000}, kOpenAgainEvery{1'000'000}, kCloseMost{1'000'000}, kClosePoll{1'000};
 
 }  // namespace
 
-/// What a driver that hangs may still touch when the device is gone.
-struct OpenHapticsDevice::Shared {
+/// What opens and closes the device, on a thread of its own that may be the last to have it, when the driver hangs.
+struct OpenHapticsDevice::Keeper {
+  explicit Keeper(const std::string& name) : config(name) {}
+
+  std::string config, model;
   DriverExchange exchange{hd::kSchedulerHz};
   std::unique_ptr<hd::Session> session;
+  std::atomic<bool> ends{false}, closed{false};
+  std::thread thread;
+
+  void run() noexcept {
+    Micros away{};
+    while (!ends) {
+      std::this_thread::sleep_for(kKeeperPoll);
+      away = session && !session->lost() ? Micros{} : away + kKeeperPoll;
+      if (away < kOpenAgainEvery) continue;
+      away = Micros{};
+      open_again();
+    }
+    session.reset();
+    closed = true;
+  }
+
+  void open_again() noexcept {
+    session.reset();
+    try {
+      session = std::make_unique<hd::Session>(hd::functions(), config, exchange);
+    } catch (const std::exception&) {
+      return;  // still away; the next try comes
+    }
+    // Another device has other limits than those that the guard was given.
+    if (session->caps().model != model) session.reset();
+  }
 };
 
-OpenHapticsDevice::OpenHapticsDevice(const std::string& config) : config_(config), shared_(std::make_unique<Shared>()) {
-  shared_->session = std::make_unique<hd::Session>(hd::functions(), config_, shared_->exchange);
-  caps_ = shared_->session->caps();
-  keeper_ = std::thread([this] { keep_open(); });
+OpenHapticsDevice::OpenHapticsDevice(const std::string& config) : keeper_(std::make_shared<Keeper>(config)) {
+  keeper_->session = std::make_unique<hd::Session>(hd::functions(), config, keeper_->exchange);
+  caps_ = keeper_->session->caps();
+  keeper_->model = caps_.model;
+  keeper_->thread = std::thread([keeper = keeper_] { keeper->run(); });
 }
 
 OpenHapticsDevice::~OpenHapticsDevice() {
-  shared_->exchange.halt();
-  ends_ = true;
-  keeper_.join();
-  if (stuck()) static_cast<void>(shared_.release());
+  keeper_->exchange.halt();
+  keeper_->ends = true;
+  for (Micros waited{}; !keeper_->closed && waited < kCloseMost; waited += kClosePoll) std::this_thread::sleep_for(kClosePoll);
+  if (keeper_->closed)
+    keeper_->thread.join();
+  else
+    keeper_->thread.detach();
 }
 
-DeviceReading OpenHapticsDevice::read(Micros) noexcept { return shared_->exchange.read(); }
-void OpenHapticsDevice::write(const Vec3& force) noexcept { shared_->exchange.write(force); }
-void OpenHapticsDevice::stop() noexcept { shared_->exchange.write(Vec3::Zero()); }
-void OpenHapticsDevice::halt() noexcept { shared_->exchange.halt(); }
-void OpenHapticsDevice::resume() noexcept { shared_->exchange.resume(); }
-
-/// The scheduler's thread is in one call for kStuckAfter.
-bool OpenHapticsDevice::stuck() const {
-  const hd::Session* session = shared_->session.get();
-  if (!session) return false;
-  const std::uint64_t turns = session->turns();
-  for (Micros waited{}; waited < kStuckAfter; waited += Micros{1'000}) {
-    if (!session->inside() || session->turns() != turns) return false;
-    std::this_thread::sleep_for(Micros{1'000});
-  }
-  return true;
-}
-
-void OpenHapticsDevice::keep_open() noexcept {
-  Micros since_try{};
-  while (!ends_) {
-    std::this_thread::sleep_for(kKeeperPoll);
-    const bool open = shared_->session && !shared_->session->lost();
-    since_try = open ? Micros{} : since_try + kKeeperPoll;
-    if (since_try < kOpenAgainEvery || stuck()) continue;
-    since_try = Micros{};
-    open_again();
-  }
-}
-
-void OpenHapticsDevice::open_again() noexcept {
-  shared_->session.reset();
-  try {
-    shared_->session = std::make_unique<hd::Session>(hd::functions(), config_, shared_->exchange);
-  } catch (const std::exception&) {
-    return;  // still away; the next try comes
-  }
-  // Another device has other limits than those that the guard was given.
-  if (shared_->session->caps().model != caps_.model) shared_->session.reset();
-}
+DeviceReading OpenHapticsDevice::read(Micros) noexcept { return keeper_->exchange.read(); }
+void OpenHapticsDevice::write(const Vec3& force) noexcept { keeper_->exchange.write(force); }
+void OpenHapticsDevice::stop() noexcept { keeper_->exchange.write(Vec3::Zero()); }
+void OpenHapticsDevice::halt() noexcept { keeper_->exchange.halt(); }
+void OpenHapticsDevice::resume() noexcept { keeper_->exchange.resume(); }
 
 }  // namespace palpate

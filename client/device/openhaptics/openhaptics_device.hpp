@@ -4,23 +4,16 @@
 // (driver_exchange.hpp says why the loop is not run inside it, and what that costs). When the connection breaks, a third thread
 // closes the device and opens it again once a second; readings are `gone` meanwhile.
 //
-// One device in a process: the library's own wrappers know no more on Linux. A driver that hangs inside a call cannot be closed;
-// its memory is then left to it when this device is destroyed.
+// One device in a process: the library's own wrappers know no more on Linux. A driver that hangs cannot be closed: the third
+// thread is then left to itself when this device is destroyed, and closes it when the driver goes on.
 #pragma once
 
-#include <atomic>
 #include <memory>
 #include <string>
-#include <thread>
 
 #include "client/device/device.hpp"
-#include "client/device/driver_exchange.hpp"
 
 namespace palpate {
-
-namespace hd {
-class Session;
-}
 
 class OpenHapticsDevice final : public Device {
  public:
@@ -39,17 +32,9 @@ class OpenHapticsDevice final : public Device {
   void resume() noexcept override;
 
  private:
-  struct Shared;
-
-  void keep_open() noexcept;
-  void open_again() noexcept;
-  bool stuck() const;
-
-  std::string config_;
-  std::unique_ptr<Shared> shared_;
+  struct Keeper;
+  std::shared_ptr<Keeper> keeper_;
   DeviceCaps caps_;
-  std::atomic<bool> ends_{false};
-  std::thread keeper_;
 };
 
 }  // namespace palpate

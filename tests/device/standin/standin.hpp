@@ -46,7 +46,7 @@ struct StandinTick {
 class Standin {
  public:
   virtual ~Standin() = default;
-  /// A new arm in a new hand that nobody uses and that does not misbehave. Its motion starts with the first tick.
+  /// A new arm in a new hand that does not misbehave. While no device is open. Its motion starts with the first tick.
   virtual void begin(const Motion& intention, const SimPhantomOptions& hand) = 0;
   /// The hand rests where its motion begins until start(), which says how long ago that was at the next tick.
   virtual void wait_for_start() = 0;

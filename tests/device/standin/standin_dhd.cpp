@@ -36,8 +36,8 @@ class StandinDhd final : public palpate::StandinArm {
   int close(char id) {
     if (!open_ || id != kId) return failed(5);
     if (forces_ && fault() != StandinFault::lost) breach("closed with the force on");
-    open_ = false;
     stop_time();
+    open_ = false;  // the last thing: who waits for it may open anew at once
     return 0;
   }
   /// -1 with the reason kept, or 0.

@@ -141,10 +141,6 @@ class StandinHd final : public palpate::StandinArm {
     StandinArm::misbehave(fault);
   }
   void begin(const Motion& intention, const palpate::SimPhantomOptions& hand) override {
-    StandinArm::misbehave(StandinFault::none);
-    stop_scheduler();  // of a user that was left hanging
-    open_ = forces_ = false;
-    servo_ = nullptr;
     StandinArm::begin(intention, hand);
     updated_ = true;
     errors_.clear();
