@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/felt_device.hpp"
+
 using namespace palpate;
 
 namespace {
@@ -37,7 +39,7 @@ class Yielding final : public Device {
   double most() const { return most_; }
 
  private:
-  DeviceCaps caps_;
+  DeviceCaps caps_ = test::felt_caps();
   double m_per_n_, most_ = 0;
   Vec3 force_ = Vec3::Zero();
 };
