@@ -1,5 +1,6 @@
 #include "client/device/hid/force_joystick.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -94,6 +95,30 @@ TEST_CASE("A turned force turns alone", "[hid]") {
   joystick.send(stick, {Vec3(2, 2, 0), true, true}, Micros{0});
   CHECK(stick.force()[0] == Approx(-0.5).margin(1e-3));
   CHECK(stick.force()[1] == Approx(0.5).margin(1e-3));
+}
+
+TEST_CASE("A joystick that spreads what belongs together over reports is refused", "[hid]") {
+  /// From the field with this usage on, another report.
+  struct SpreadStick final : PidStick {
+    SpreadStick(std::uint8_t usage, std::uint8_t next) : PidStick(PidManner::arrays) {
+      const auto whole = PidStick::descriptor();
+      bytes.assign(whole.begin(), whole.end());
+      const std::array<std::byte, 3> begin{std::byte{0x09}, std::byte{usage}, std::byte{next}};
+      const auto at = std::search(bytes.begin(), bytes.end(), begin.begin(), begin.end());
+      REQUIRE(at != bytes.end());
+      bytes.insert(at, {std::byte{0x85}, std::byte{0x30}});
+    }
+    std::span<const std::byte> descriptor() const override { return bytes; }
+    std::vector<std::byte> bytes;
+  };
+  struct Place {
+    std::uint8_t usage, next;
+  };
+  for (const Place& place : {Place{0x70, 0x16}, Place{0x78, 0xA1}, Place{0x8B, 0xA1}, Place{0x25, 0xA1}, Place{0x50, 0x09}}) {
+    SpreadStick stick(place.usage, place.next);
+    ForceJoystick joystick(four_newtons());
+    CHECK_THROWS_WITH(joystick.begin(stick), Catch::Contains("in a report of its own"));
+  }
 }
 
 TEST_CASE("A joystick without a known force, without room or that never loads is refused in words", "[hid]") {

@@ -40,6 +40,15 @@ Report report_of(const ReportDescriptor& descriptor, const HidField& field) {
   return report;
 }
 
+/// A field that has to be in this very report; a descriptor may spread what belongs together over several.
+const HidField& need_in(const Report& report, const ReportDescriptor& descriptor, HidReportKind kind, std::uint32_t usage,
+                        std::uint32_t within, const char* name) {
+  const HidField& field = need(descriptor, kind, usage, within, name);
+  if (!holds(field, report))
+    throw InputError(kWhat, std::string("its ") + name + " is in a report of its own", "one report with its index");
+  return field;
+}
+
 /// Writes a value where the descriptor has a field for it in this very report.
 void set_if(const ReportDescriptor& descriptor, Report& report, HidReportKind kind, std::uint32_t usage, std::uint32_t within,
             std::int64_t value) {
@@ -75,7 +84,8 @@ std::int64_t create_effect(HidTransport& transport, const ReportDescriptor& desc
   choose(type, create, kConstantType);
   if (!transport.set_feature(create)) throw InputError(kWhat, "it refused a new effect", "room for two effects");
   const HidField& index = need(descriptor, HidReportKind::feature, kBlockIndex, kBlockLoad, "Block Load");
-  const HidField& success = need(descriptor, HidReportKind::feature, kLoadSuccess, kBlockLoad, "Block Load status");
+  const HidField& success =
+      need_in(report_of(descriptor, index), descriptor, HidReportKind::feature, kLoadSuccess, kBlockLoad, "Block Load status");
   for (int attempt = 0; attempt < ForceJoystick::kLoadTries; ++attempt) {
     Report load = report_of(descriptor, index);
     if (transport.get_feature(load) < static_cast<int>(load.size())) continue;
@@ -113,10 +123,10 @@ Report effect_report(const ReportDescriptor& descriptor, std::int64_t index, int
   const HidField& block = need(descriptor, HidReportKind::output, kBlockIndex, kSetEffect, "Set Effect");
   Report report = report_of(descriptor, block);
   set_value(block, report, index);
-  choose(need(descriptor, HidReportKind::output, kConstantType, kSetEffect, "effect type"), report, kConstantType);
-  const HidField& duration = need(descriptor, HidReportKind::output, kDuration, kSetEffect, "duration of effects");
+  choose(need_in(report, descriptor, HidReportKind::output, kConstantType, kSetEffect, "effect type"), report, kConstantType);
+  const HidField& duration = need_in(report, descriptor, HidReportKind::output, kDuration, kSetEffect, "duration of effects");
   set_value(duration, report, in_unit(duration, ForceJoystick::kEffectTime));
-  if (const HidField* gain = descriptor.find(HidReportKind::output, kGain, kSetEffect))
+  if (const HidField* gain = descriptor.find(HidReportKind::output, kGain, kSetEffect); gain && holds(*gain, report))
     set_value(*gain, report, gain->logical_max);
   set_if(descriptor, report, HidReportKind::output, kTrigger, kSetEffect, kNoTrigger);
   set_if(descriptor, report, HidReportKind::output, kDirectionEnable, kSetEffect, 1);
@@ -164,11 +174,12 @@ DeviceCaps ForceJoystick::begin(HidTransport& transport) {
         need(descriptor, HidReportKind::output, kBlockIndex, kSetConstant, "effect index in Set Constant Force");
     effect.constant = report_of(descriptor, block);
     set_value(block, effect.constant, effect.index);
+    need_in(effect.constant, descriptor, HidReportKind::output, kMagnitude, kSetConstant, "magnitude");
     const HidField& operated = need(descriptor, HidReportKind::output, kBlockIndex, kOperation, "Effect Operation");
     effect.start = report_of(descriptor, operated);
     set_value(operated, effect.start, effect.index);
-    choose(need(descriptor, HidReportKind::output, kOperationStart, kOperation, "start of effects"), effect.start,
-           kOperationStart);
+    choose(need_in(effect.start, descriptor, HidReportKind::output, kOperationStart, kOperation, "start of effects"),
+           effect.start, kOperationStart);
     set_if(descriptor, effect.start, HidReportKind::output, kLoopCount, kOperation, 1);
     effect.sent = 0;
     set_value(magnitude_, effect.constant, 0);

@@ -121,6 +121,8 @@ void ForceProfile::bind(const ReportDescriptor& descriptor) {
   }
   in_.has_orientation = descriptor.find(HidReportKind::input, usage_of(FORCE_HID_ORIENTATION_X)) != nullptr;
   for (int i = 0; i < 4 && in_.has_orientation; ++i) in_.orientation[i] = input(FORCE_HID_ORIENTATION_X + i, 16);
+  if (in_.has_orientation)
+    for (const HidField& field : in_.orientation) expect_one_report(in_.state, field);
   for (const HidField* field : {&in_.buttons, &in_.status}) expect_one_report(in_.state, *field);
   expect_one_report(out_.flags, out_.sequence);
   report_.assign(descriptor.report_bytes(HidReportKind::output, out_.flags.report_id), std::byte{0});
@@ -168,6 +170,8 @@ bool ForceProfile::take(std::span<const std::byte> report, HidInput& input) noex
   if (!holds(in_.state, report) || !holds(in_.status, report) || !holds(in_.buttons, report)) return false;
   for (const HidField& field : in_.position)
     if (!holds(field, report)) return false;
+  for (const HidField& field : in_.orientation)
+    if (in_.has_orientation && !holds(field, report)) return false;
   const std::int64_t state = value_of(in_.state, report);
   DeviceReading& reading = input.reading;
   for (int i = 0; i < 3; ++i) reading.position[i] = static_cast<double>(value_of(in_.position[i], report)) * kMPerNm;
@@ -175,7 +179,7 @@ bool ForceProfile::take(std::span<const std::byte> report, HidInput& input) noex
   reading.state = device_state(state);
   reading.reason = reason_of(state, value_of(in_.status, report));
   state_.store(static_cast<std::uint8_t>(state), std::memory_order_relaxed);
-  if (!in_.has_orientation || !holds(in_.orientation[3], report)) return true;
+  if (!in_.has_orientation) return true;
   Eigen::Vector4d q;
   for (int i = 0; i < 4; ++i) q[i] = static_cast<double>(value_of(in_.orientation[i], report)) / kWhole;
   reading.orientation = q.norm() > 0.5 ? Eigen::Quaterniond(q.normalized()) : Eigen::Quaterniond::Identity();
