@@ -62,17 +62,35 @@ def check_listing(client):
     assert "forcedimension: its library can be loaded and sees 1 device\n" in done.stdout, done.stdout
 
 
-def check_trial(client):
-    """Signs and steps; whether this machine keeps up is not this test's to say."""
-    for device in (*VARIABLES, "sim"):
-        hand = ["--hand", "light"] if device == "sim" else []
-        done = client.run("--check-device", device, "--duration-s", "1.5", "--realtime", "off", *hand, stdin="yes\n", hand="light")
-        for way in ("to the right", "away from you", "up"):
-            assert f"pushed {way}: the hand yielded that way" in done.stdout, done.stdout
-        assert "steps of 0.03 mm" in done.stdout, done.stdout
+def at_last(check, *arguments):
+    """A machine that stands still for tens of milliseconds has the watchdog take a force away: then the same is tried again."""
+    for attempt in range(4):
+        try:
+            return check(*arguments)
+        except AssertionError:
+            if attempt == 3:
+                raise
+
+
+def check_pushes(client, device):
+    hand = ["--hand", "light"] if device == "sim" else []
+    done = client.run("--check-device", device, "--duration-s", "1.5", "--realtime", "off", *hand, stdin="yes\n", hand="light")
+    for way in ("to the right", "away from you", "up"):
+        assert f"pushed {way}: the hand yielded that way" in done.stdout, done.stdout
+    assert "steps of 0.03 mm" in done.stdout, done.stdout
+
+
+def check_mirrored(client):
     done = client.run("--check-device", "openhaptics", "--duration-s", "1", stdin="yes\n", hand="light", fault="mirrored")
     assert done.returncode == 1 and "pushed to the right: it went the other way" in done.stdout, done.stdout
     assert "pushed up" not in done.stdout, done.stdout
+
+
+def check_trial(client):
+    """Signs and steps; whether this machine keeps up is not this test's to say."""
+    for device in (*VARIABLES, "sim"):
+        at_last(check_pushes, client, device)
+    at_last(check_mirrored, client)
     done = client.run("--check-device", "openhaptics", "--duration-s", "1", stdin="\n")
     assert "force test left out" in done.stdout, done.stdout
 
@@ -146,8 +164,8 @@ def main():
     try:
         server = re.search(r"at (127\.0\.0\.1:\d+)", room.stdout.readline()).group(1)
         with tempfile.TemporaryDirectory() as name:
-            check_feel(client, server, pathlib.Path(name))
-            check_lost(client, server, pathlib.Path(name))
+            at_last(check_feel, client, server, pathlib.Path(name))
+            at_last(check_lost, client, server, pathlib.Path(name))
     finally:
         room.send_signal(signal.SIGTERM)
         room.communicate()
