@@ -35,13 +35,13 @@ bool Watchdog::resumes(bool& began_again) noexcept {
 }
 
 void Watchdog::run() noexcept {
-  Micros due = monotonic_now();
+  Micros due = monotonic_now(), awake_since = due;
   while (!stop_.load(std::memory_order_relaxed)) {
     due = std::max(due + kLookEvery, monotonic_now());
     sleep_until(due);
-    if (monotonic_now() - due > kMost) continue;  // the machine stood still, or the program was stopped: not the loop alone
-    const Micros ticked{ticked_us_.load(std::memory_order_acquire)};
-    if (ticked == Micros{} || monotonic_now() - ticked <= kMost) continue;
+    const Micros now = monotonic_now(), ticked{ticked_us_.load(std::memory_order_acquire)};
+    if (now - due > kMost) awake_since = now;  // the machine stood still, or the program was stopped: not the loop alone
+    if (ticked == Micros{} || now - std::max(ticked, awake_since) <= kMost) continue;
     State watching = State::watching;
     if (!state_.compare_exchange_strong(watching, State::halting, std::memory_order_acq_rel)) continue;
     device_.halt();

@@ -1,8 +1,8 @@
 // Takes the force away when the loop's ticks stop: a thread of its own that nothing of the loop, the network or the disk can hold
 // up. It looks every kLookEvery; when the last tick is older than kMost it calls Device::halt(), from which the device shows zero
 // whatever is written, until the loop, ticking again, has called resumes(). So the force is gone kMost + kLookEvery after the
-// last tick, 17 ms, where the operating system lets a thread of real-time priority run when it is due. A look that comes late
-// itself says nothing of the loop; the next one does.
+// last tick, 17 ms, where the operating system lets a thread of real-time priority run when it is due. Where its own look came
+// late by more than kMost, the program was stopped or the machine stood still: the loop then has kMost from there.
 //
 // No help against a process that is killed or stopped whole: that is for the device's own watchdog (DeviceCaps::watchdog).
 #pragma once

@@ -104,8 +104,10 @@ def check_stop(programs, server, motion, work):
         gap = numpy.diff(rows[:, 0]).argmax()
         assert rows[gap + 1, 0] - rows[gap, 0] > 2.9, device
         assert numpy.linalg.norm(rows[gap, 1:]) > 0.1, f"{device}: nothing was felt before the stop"
-        over_gap = numpy.linalg.norm(rows[gap + 1, 1:] - rows[gap, 1:])
-        assert over_gap < STEP_MOST_N, f"{device}: {over_gap} N from the last tick before the stop to the first after it"
+        # On a machine so busy that the watchdog acted, the device shows zero; else what it showed when the program was stopped.
+        shown = rows[gap, 1:] * (hand.summary()["watchdog_halts"] == 0)
+        over_gap = numpy.linalg.norm(rows[gap + 1, 1:] - shown)
+        assert over_gap < STEP_MOST_N, f"{device}: {over_gap} N from what the device showed to the first tick after the stop"
         assert largest_step(rows) < STEP_MOST_N, f"{device}: a step of {largest_step(rows)} N"
         assert hand.summary()["guard"]["restarts"] >= 1, device
 
