@@ -27,7 +27,7 @@ PROGRAMS = {  # package: its programs
 }
 HOLDS = {  # package: files beside programs and texts that have to be there
     "palpate-server": ["lib/systemd/system/palpate-server.service", "etc/default/palpate-server"],
-    "palpate-client": ["usr/share/doc/palpate-client/examples/limits.conf", "lib/udev/rules.d/60-palpate.rules"],
+    "palpate-client": ["usr/share/doc/palpate-client/examples/limits.conf", "lib/udev/rules.d/60-palpate.rules", "usr/share/lintian/overrides/palpate-client"],
     "palpate-view": [],
     "palpate-lab": ["usr/share/man/man1/palpate-lab-replay.1.gz"],
     "palpate-data": ["usr/share/palpate/scenes/organ.json", "usr/share/palpate/scenes/motions/organ-tour.csv"],
