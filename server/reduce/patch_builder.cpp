@@ -259,7 +259,8 @@ void PatchBuilder::add_terms(const Model& model, const Matrix& port, const Matri
   hyper.of = &reduced.snapshots;
   hyper.psd_change = true_stiffness - joint_stiffness(made.patch, made.patch.stiffness);
   hyper.snapshots.resize(port.cols() + reduced.v.cols(), reduced.snapshots.count());
-  hyper.snapshots << port.transpose() * reduced.snapshots.weighted(), reduced.coordinates;
+  if (port.cols() > 0) hyper.snapshots.topRows(port.cols()) = port.transpose() * reduced.snapshots.weighted();
+  hyper.snapshots.bottomRows(reduced.v.cols()) = reduced.coordinates;
   hyper.modes = at.moved(reduced.v);
   hyper.port = at.moved(port);
   if (auto terms = nonlinear_terms(at.bending(), made.patch, hyper, vertices)) made.terms = std::move(*terms);
