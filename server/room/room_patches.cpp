@@ -7,13 +7,13 @@
 
 namespace palpate {
 
-PatchRequest Room::State::request_of(const StationJob& job) const {
+PatchRequest Room::State::request_of(const StationJob& job, std::size_t which) const {
   return {job.scheme,
           job.order,
           job.horizon,
           job.silence,
           [](int modes, bool loaded) { return max_port_vertices(modes, kMaxPortTriangles, loaded); },
-          hand_acceleration(stations.at(job.id))};
+          hand_acceleration(stations.at(port_owner[which]))};
 }
 
 std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
@@ -32,7 +32,7 @@ std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
     const auto which = port_of(j);
     gets_patch.push_back(which && in_reach(*which, j.horizon));
     if (gets_patch.back() && !kept_for(j, *which))
-      frame_model.want(*which, stations.at(j.id).builder->expected_slide(request_of(j)));
+      frame_model.want(*which, stations.at(j.id).builder->expected_slide(request_of(j, *which)));
   }
   frame_model.enter(PatchPart::rollouts);
   collect_snapshots(job, gets_patch, mean_horizon);
@@ -57,7 +57,7 @@ bool Room::State::in_reach(std::size_t which, Micros horizon) {
 
 const Room::State::Kept* Room::State::kept_for(const StationJob& job, std::size_t which) const {
   const std::optional<Kept>& kept = stations.at(job.id).kept;
-  return asleep && kept && kept->serves(request_of(job), frame_model.tool(which)) ? &*kept : nullptr;
+  return asleep && kept && kept->serves(request_of(job, which), frame_model.tool(which)) ? &*kept : nullptr;
 }
 
 void Room::State::give_patch(const StationJob& job, std::size_t which, StationFrame& frame) {
@@ -70,7 +70,7 @@ void Room::State::give_patch(const StationJob& job, std::size_t which, StationFr
     return;
   }
   station.kept.reset();
-  const PatchRequest request = request_of(job);
+  const PatchRequest request = request_of(job, which);
   auto built = station.builder->build(frame_model, which, request);
   if (!built) return;
   frame.patch = std::move(built->patch);

@@ -80,7 +80,8 @@ struct Room::State {
                                           const std::function<const std::vector<double>&()>& positions);
   AdvanceReport advance(const FrameJob& job);
   Vec3 hand_acceleration(const Station& station) const;
-  PatchRequest request_of(const StationJob& job) const;
+  /// `which`: port_of() the station.
+  PatchRequest request_of(const StationJob& job, std::size_t which) const;
   /// A rollout from where the body is: `snapshot` gets which of kRolloutSnapshots moments it is, and x; roughly, it gets
   /// kRoughRolloutSnapshots of them.
   bool roll_out(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& snapshot);

@@ -28,6 +28,7 @@ ToolAt ToolTrack::at(Micros t) const {
 }
 
 ToolAt ToolTrack::on_path(Micros t) const {
+  assert(!empty());
   if (t <= samples_.front().t) return {samples_.front().position, Vec3::Zero()};
   if (t > samples_.back().t) {
     const ToolSample& end = samples_.back();

@@ -5,6 +5,7 @@
 // path jumps by at the body's time is given back over kLeadBack, so that no body is torn.
 #pragma once
 
+#include <cassert>
 #include <deque>
 #include <span>
 
@@ -17,9 +18,15 @@ class ToolTrack {
   static constexpr Micros kSpeedOver{8'000}, kLeadBack{100'000};
 
   bool empty() const { return samples_.empty(); }
-  Micros begin() const { return samples_.front().t; }
-  Micros newest() const { return samples_.back().t; }
-  const Vec3& last() const { return samples_.back().position; }
+  // Of a path that has samples, as all below but add() and forget_before().
+  Micros begin() const {
+    assert(!empty());
+    return samples_.front().t;
+  }
+  Micros newest() const {
+    assert(!empty());
+    return samples_.back().t;
+  }
   /// Ascending; a sample that is not newer than the last one is left out. `body_time`: how far the body has gone along the path.
   void add(std::span<const ToolSample> samples, Micros body_time);
   /// All of a path, before any of it was gone along.

@@ -157,6 +157,32 @@ TEST_CASE("A shadow gets patches of the tool that it shares, and does not push")
   CHECK(result.stations[1].patch->force == result.stations[0].patch->force);
 }
 
+TEST_CASE("A shadow's patch is made for the tool that it shares, wherever that speeds up to") {
+  Stage stage(box_scene(ContactKind::touch));
+  FrameResult result;
+  for (int k = 0; k < 8; ++k) {
+    FrameJob job;
+    job.target = stage.now + kFrame;
+    StationJob hand{kHand, Scheme::hyper, 0, 0, Micros{100'000}, {}},
+        shadow{kOther, Scheme::hyper, 0, kHand, Micros{100'000}, {}};
+    for (Micros t = stage.now + Micros{1000}; t <= job.target; t += Micros{1000}) {
+      const double s = seconds(t - Micros{7'000'000});
+      hand.samples.push_back({t, home() + Vec3(0.05 * s * s, 0, 0.004 - 0.03 * s)});
+    }
+    job.stations = {hand, shadow};
+    stage.now = job.target;
+    result = stage.room.run(job);
+  }
+  REQUIRE(result.stations[0].patch);
+  REQUIRE(result.stations[1].patch);
+  const Patch &of_hand = *result.stations[0].patch, &of_shadow = *result.stations[1].patch;
+  CHECK(of_hand.touching);
+  CHECK(of_shadow.scheme == Scheme::hyper);
+  CHECK(of_shadow.stiffness == of_hand.stiffness);
+  CHECK(of_shadow.g == of_hand.g);
+  CHECK(result.stations[1].terms.springs.stiffness == result.stations[0].terms.springs.stiffness);
+}
+
 TEST_CASE("A tool that tears at the body beyond sense does not stop the room, and the body finds its rest again") {
   const double far_m = GENERATE(0.3, 9.0);
   Stage stage(ContactKind::attach);
