@@ -13,12 +13,20 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 namespace palpate {
 
 using Bytes = std::span<const std::uint8_t>;
 using BytesOut = std::span<std::uint8_t>;
 inline constexpr std::size_t kKeyBytes = 32;
+
+/// The same bytes, as numbers.
+template <class Byte, std::size_t n>
+auto octets(std::span<Byte, n> bytes) {
+  using Octet = std::conditional_t<std::is_const_v<Byte>, const std::uint8_t, std::uint8_t>;
+  return std::span<Octet>(reinterpret_cast<Octet*>(bytes.data()), bytes.size());
+}
 
 /// Fills the bytes with what nobody can guess; in a simulation with what a seed says.
 using DrawBytes = std::function<void(BytesOut)>;
