@@ -7,7 +7,7 @@ namespace palpate {
 void NonlinearSubdomain::take(const Vec3& place, const BodyState& state) {
   if (!cut_ || (place - place_).norm() > kKeptSpacings * refined_->spacing_m()) cut(place);
   state_ = cut_->local.restricted(state);
-  cut_->tangents.take(state_);
+  cut_->whole.take(state_);
 }
 
 void NonlinearSubdomain::cut(const Vec3& place) {

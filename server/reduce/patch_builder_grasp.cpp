@@ -16,7 +16,7 @@ ToolColumns tool_columns(const Linearisation& at, std::uint32_t node) {
   const auto row = 3 * static_cast<Eigen::Index>(node);
   Matrix units = Matrix::Zero(at.masses().size(), 3), k, d;
   units.middleRows<3>(row).setIdentity();
-  at.multiply(units, k, d);
+  at.body->multiply(units, k, d);
   ToolColumns tool{{}, {}, k.middleRows<3>(row), d.middleRows<3>(row)};
   for (int axis = 0; axis < 3; ++axis) {
     mask(*at.held, tool.k.emplace_back(k.col(axis)));
@@ -63,7 +63,7 @@ std::optional<Mat3> released(const Linearisation& at, ShiftedSolver& solver, con
 bool PatchBuilder::build_grasp(const Job& job, const Model& model, ShiftedSolver& solver, BasisMemory& memory, BuiltPatch& made) {
   const Linearisation& at = model.at;
   const PatchRequest& request = *job.request;
-  const std::uint32_t node = model.local ? model.local->index(job.port().node) : at.coordinate(job.port().node);
+  const std::uint32_t node = model.local ? model.local->index(job.port().node) : at.body->coordinate(job.port().node);
   const auto row = 3 * static_cast<Eigen::Index>(node);
   Patch& patch = made.patch;
   const ToolColumns tool = tool_columns(at, node);

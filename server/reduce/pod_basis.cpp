@@ -20,7 +20,7 @@ struct Grams {
 
 Grams grams(const Linearisation& at, const Matrix& w) {
   Matrix k_w, d_w;
-  at.multiply(w, k_w, d_w);
+  at.body->multiply(w, k_w, d_w);
   return {w.transpose() * (at.masses().asDiagonal() * w), w.transpose() * k_w, w.transpose() * d_w};
 }
 

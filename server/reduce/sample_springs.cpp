@@ -98,21 +98,21 @@ class CandidateSprings {
   static constexpr std::size_t kLookedAt = 5000, kCandidates = 600;
   static constexpr int kNodes = 2, kMost = kMaxSprings;
 
-  CandidateSprings(const Linearisation& at, const Matrix& moved, const Matrix& u)
-      : at_(&at), moved_(moved.cast<float>()), way_(u.cast<float>()) {
-    elements_ = elements_that_bend(*at.dynamics, *at.state, moved * root_of(u), kNegligibleSprings, kLookedAt);
+  CandidateSprings(const WholeBody& body, const Matrix& moved, const Matrix& u)
+      : at_(&body), moved_(moved.cast<float>()), way_(u.cast<float>()) {
+    elements_ = elements_that_bend(body.dynamics(), body.state(), moved * root_of(u), kNegligibleSprings, kLookedAt);
   }
   const std::vector<std::uint32_t>& elements() const { return elements_; }
   bool have_length() const {
     return std::all_of(elements_.begin(), elements_.end(), [&](std::uint32_t e) { return span(e).norm() > kLengthMin; });
   }
-  const LumpedBody& body() const { return at_->dynamics->body(); }
+  const LumpedBody& body() const { return at_->dynamics().body(); }
   std::uint32_t node(std::uint32_t element, int end) const {
     const Element& e = body().elements[element];
     return end == 0 ? e.a : e.b;
   }
   static int numbers_of(const TermsRoom& room, int nodes, int springs) { return numbers_of_springs(room, nodes, springs); }
-  Vec3 place_of(std::uint32_t node) const { return at_node(at_->state->x, node); }
+  Vec3 place_of(std::uint32_t node) const { return at_node(at_->state().x, node); }
   /// d
   Vec3 span(std::uint32_t element) const {
     const Element& e = body().elements[element];
@@ -202,7 +202,7 @@ class CandidateSprings {
       springs.stiffness[k] = static_cast<float>(e.stiffness_n_m);
       springs.damping[k] = static_cast<float>(e.damping_n_s_m);
     }
-    springs.position = met.places(at_->state->x);
+    springs.position = met.places(at_->state().x);
     springs.motion = met.motion(moved_, tool, body().planar ? 2 : 3);
     return springs;
   }
@@ -220,7 +220,7 @@ class CandidateSprings {
   NonlinearResidualForce pull_of(std::uint32_t element) const {
     return {body().elements[element], stiffening_of(body()), span(element).cast<float>()};
   }
-  const Linearisation* at_;
+  const WholeBody* at_;
   Rows moved_;
   Eigen::MatrixXf way_;
   std::vector<std::uint32_t> elements_;
@@ -246,9 +246,9 @@ Eigen::ArrayXd steepest_slopes(const SampledSprings& springs, const Matrix& like
 
 }  // namespace
 
-std::optional<SampledSprings> sample_springs(const Linearisation& at, const Matrix& moved, const Sampling& sampling) {
+std::optional<SampledSprings> sample_springs(const WholeBody& body, const Matrix& moved, const Sampling& sampling) {
   const Matrix u = samples(sampling);
-  const CandidateSprings springs(at, moved, u);
+  const CandidateSprings springs(body, moved, u);
   if (springs.elements().empty() || !springs.have_length()) return std::nullopt;
   auto found = sample(springs, u, sampling);
   if (found && found->stiffening > 0)

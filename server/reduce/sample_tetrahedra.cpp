@@ -54,19 +54,19 @@ class CandidateTetrahedra {
   static constexpr std::size_t kLookedAt = 2000, kCandidates = 200;
   static constexpr int kNodes = 4, kMost = kMaxTetrahedra;
 
-  CandidateTetrahedra(const Linearisation& at, const Matrix& moved, const Matrix& u)
-      : at_(&at), moved_(moved.cast<float>()), way_(u.cast<float>()) {
-    elements_ = elements_that_bend(*at.dynamics, *at.state, moved * root_of(u), kNegligibleTetrahedra, kLookedAt);
+  CandidateTetrahedra(const WholeBody& body, const Matrix& moved, const Matrix& u)
+      : at_(&body), moved_(moved.cast<float>()), way_(u.cast<float>()) {
+    elements_ = elements_that_bend(body.dynamics(), body.state(), moved * root_of(u), kNegligibleTetrahedra, kLookedAt);
   }
   const std::vector<std::uint32_t>& elements() const { return elements_; }
-  const LumpedBody& body() const { return at_->dynamics->body(); }
+  const LumpedBody& body() const { return at_->dynamics().body(); }
   /// Its b_1, b_2, b_3 are the rows.
   Eigen::Matrix3f gradients(std::uint32_t element) const { return rest_of(element).b.rightCols<3>().transpose().cast<float>(); }
-  const TetraRest& rest_of(std::uint32_t element) const { return at_->dynamics->tetrahedra().rest(element); }
+  const TetraRest& rest_of(std::uint32_t element) const { return at_->dynamics().tetrahedra().rest(element); }
   Stamp stamp(std::uint32_t element) const {
     const TetraRest& rest = rest_of(element);
     Mat3 f = Mat3::Zero();
-    for (int i = 0; i < 4; ++i) f += at_node(at_->state->x, node(element, i)) * rest.b.col(i).transpose();
+    for (int i = 0; i < 4; ++i) f += at_node(at_->state().x, node(element, i)) * rest.b.col(i).transpose();
     const Lame lame = lame_of(element);
     const Mat3 frame = frame_of(law(), f);
     Stamp stamp{{}, frame.cast<float>()};
@@ -163,7 +163,7 @@ class CandidateTetrahedra {
       solid.dilation[k] = static_cast<float>(lame.lambda);
       solid.damping_s[k] = static_cast<float>(body().materials[body().tetrahedra[e].material].damping_s);
     }
-    solid.position = met.places(at_->state->x);
+    solid.position = met.places(at_->state().x);
     Vector rest(3 * static_cast<Eigen::Index>(body().nodes.size()));
     for (std::uint32_t i = 0; i < body().nodes.size(); ++i) at_node(rest, i) = body().nodes[i];
     solid.rest = met.places(rest);
@@ -181,7 +181,7 @@ class CandidateTetrahedra {
 
  private:
   Eigen::Index row(std::uint32_t element, int i) const { return 3 * static_cast<Eigen::Index>(node(element, i)); }
-  const Linearisation* at_;
+  const WholeBody* at_;
   Rows moved_;
   Eigen::MatrixXf way_;
   std::vector<std::uint32_t> elements_;
@@ -189,9 +189,9 @@ class CandidateTetrahedra {
 
 }  // namespace
 
-std::optional<SampledTetrahedra> sample_tetrahedra(const Linearisation& at, const Matrix& moved, const Sampling& sampling) {
+std::optional<SampledTetrahedra> sample_tetrahedra(const WholeBody& body, const Matrix& moved, const Sampling& sampling) {
   const Matrix u = samples(sampling);
-  const CandidateTetrahedra solid(at, moved, u);
+  const CandidateTetrahedra solid(body, moved, u);
   if (solid.elements().empty()) return std::nullopt;
   return sample(solid, u, sampling);
 }
