@@ -140,6 +140,10 @@ class ServerCore {
 
   /// Everyone is told and forgotten.
   void shut_down();
+  /// All that this peer has in the room is told so, and forgotten: its key does not count any more.
+  void expel(PeerId peer, Micros now);
+  /// Queues an answer to someone who is not, or not any more, in the room; of at most `limit` bytes.
+  void refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit);
 
   const ServerCounts& counts() const { return counts_; }
   /// Longest frame time since the last reset, for reports at intervals.
@@ -169,7 +173,6 @@ class ServerCore {
   static void take_playing(Station& station, std::uint32_t seq);
   void take_from(Station& station, const Message& message, Micros now);
   std::optional<Refuse> objection(const Hello& hello, const Station* in_place_of) const;
-  void refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit);
   void drop_silent(Micros now);
   void tell(RecordedEventKind kind, StationId id, const Hello& hello, const std::string& text, Micros now) const;
   Station* asked_before(const Hello& hello, PeerId from);

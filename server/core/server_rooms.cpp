@@ -27,7 +27,19 @@ ServerCore& ServerRooms::room_of(WireFault fault, const Message& message) {
 void ServerRooms::take(std::span<const std::byte> bytes, PeerId from, Micros now) {
   Message message;
   const WireFault fault = decode(bytes, message);
-  room_of(fault, message).take(fault, message, bytes.size(), from, now);
+  take(fault, message, bytes.size(), from, now);
+}
+
+void ServerRooms::take(WireFault fault, const Message& message, std::size_t size, PeerId from, Micros now) {
+  room_of(fault, message).take(fault, message, size, from, now);
+}
+
+void ServerRooms::refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit) {
+  room_of(WireFault::none, question).refuse(question, to, refusal, limit);
+}
+
+void ServerRooms::expel(PeerId peer, Micros now) {
+  for (const auto& core : cores_) core->expel(peer, now);
 }
 
 void ServerRooms::tick(Micros now) {

@@ -28,6 +28,11 @@ class ServerRooms {
   const std::string& name(std::size_t k) const { return cores_[k]->options().room; }
 
   void take(std::span<const std::byte> bytes, PeerId from, Micros now);
+  /// What decode() made of `size` bytes.
+  void take(WireFault fault, const Message& message, std::size_t size, PeerId from, Micros now);
+  /// In place of an answer to this message.
+  void refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit);
+  void expel(PeerId peer, Micros now);
   /// Of all rooms.
   void tick(Micros now);
   std::size_t emit(std::span<std::byte> out, PeerId& to, Micros now);

@@ -226,7 +226,19 @@ void ServerCore::take_hold(Station& station, const Samples& samples) {
   }
 }
 
-/// Queues an answer to someone who is not, or not any more, in the room.
+void ServerCore::expel(PeerId peer, Micros now) {
+  std::erase_if(stations_, [&](const auto& entry) {
+    const Station& station = entry.second;
+    if (station.peer != peer) return false;
+    tell(RecordedEventKind::left, station.id, station.hello, "its key is not valid any more", now);
+    Message last;
+    last.station = station.id;
+    last.clock.sent = station.clock.stamp(now).echo;
+    refuse(last, peer, {RefuseReason::unknown_station, "this station's key is not valid any more"}, kMaxDatagramBytes);
+    return true;
+  });
+}
+
 void ServerCore::refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit) {
   ++counts_.refusals;
   if (replies_.size() >= kMostReplies) {

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <asio/post.hpp>
+#include <chrono>
 #include <random>
 #include <utility>
 
+#include "common/io/channel_endpoint.hpp"
 #include "common/io/monotonic.hpp"
 
 namespace palpate {
@@ -18,6 +20,10 @@ std::uint64_t draw_instance() {
 }
 
 double ms(Micros t) { return seconds(t) * 1e3; }
+
+std::int64_t unix_now() {
+  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
 
 /// Frames from `before` to `after`; `longest` among them.
 std::string frame_figures(const ServerCounts& before, const ServerCounts& after, Micros longest) {
@@ -78,6 +84,7 @@ ServerShell::ServerShell(const std::vector<NamedScene>& scenes, const ShellOptio
       say_(fmt::format("{}station \"{}\": {}", label(k), station, describe(in_use)));
     };
   socket_.non_blocking(true);
+  if (options.keys) trust_.emplace(*options.keys, system_random(), unix_now);
   if (!options.record.file.empty()) begin_recording(scenes, options);
 }
 
@@ -112,19 +119,60 @@ void ServerShell::receive() {
       const auto size = socket_.receive_from(asio::buffer(in_), from, 0, none);
       if (none == asio::error::would_block || none == asio::error::try_again) break;
       if (none) continue;  // an ICMP answer: a station's port is closed; it will time out
-      const auto now = monotonic_now();
-      if (const auto peer = peers_.id_of(from, now))
-        cores_.take(std::span(in_).first(size), *peer, now);
-      else
-        ++strangers_dropped_;
+      take(std::span(in_).first(size), from, monotonic_now());
     }
     step();
     receive();
   });
 }
 
+void ServerShell::take(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now) {
+  if (trust_) return take_sealed(datagram, from, now);
+  if (const auto peer = peers_.id_of(from, now))
+    cores_.take(datagram, *peer, now);
+  else
+    ++strangers_dropped_;
+}
+
+void ServerShell::take_sealed(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now) {
+  const auto letter = trust_->take(datagram, channel_address(from), now);
+  if (!letter) return say_refused(now);
+  if (letter->ruling.anew) cores_.expel(letter->from, now);
+  if (letter->ruling.refused)
+    cores_.refuse(letter->message, letter->from, *letter->ruling.refused, letter->size);
+  else
+    cores_.take(letter->fault, letter->message, letter->size, letter->from, now);
+}
+
+/// A line for a person, so that a wrong key is found; a flood of them fills no disk.
+void ServerShell::say_refused(Micros now) {
+  const auto refusal = trust_->channel().take_refusal();
+  if (!refusal || !say_ || now < next_refused_line_) return;
+  next_refused_line_ = now + kRefusedLineEvery;
+  const auto from = endpoint_of(refusal->from, socket_.local_endpoint().protocol());
+  say_(fmt::format("no session for {}: {}{}", to_string(from), describe(refusal->fault),
+                   refusal->key ? " (key " + to_text(*refusal->key) + ")" : ""));
+}
+
+void ServerShell::end_sessions(Micros now) {
+  const auto ended = trust_->channel().take_ended();
+  if (ended.empty()) return;
+  for (const ChannelPeer peer : ended) cores_.expel(peer, now);
+  send_all(now);
+  for (const ChannelPeer peer : ended) trust_->forget(peer);
+}
+
+void ServerShell::change_keys(SiteKeys keys) {
+  trust_->channel().change_keys(std::move(keys));
+  step();
+}
+
 void ServerShell::step() {
   const auto now = monotonic_now();
+  if (trust_) {
+    trust_->channel().tick(now);
+    end_sessions(now);
+  }
   cores_.tick(now);
   for (std::size_t k = 0; k < cores_.size(); ++k)
     if (auto job = cores_[k].next_job(now)) hand_out(k, std::move(*job));
@@ -164,13 +212,35 @@ void ServerShell::hand_out(std::size_t k, FrameJob job) {
 }
 
 void ServerShell::send_all(Micros now) {
+  ChannelAddress address;
+  while (const auto size = trust_ ? trust_->channel().emit(octets(std::span(sealed_)), address) : 0)
+    send(std::span(sealed_).first(size), endpoint_of(address, socket_.local_endpoint().protocol()));
   PeerId to = 0;
   while (const auto size = cores_.emit(out_, to, now)) {
-    const auto* address = peers_.address_of(to);
-    asio::error_code fault;
-    if (address) socket_.send_to(asio::buffer(out_.data(), size), *address, 0, fault);
-    if (!address || fault) ++send_failed_;
+    const auto datagram = std::span(out_).first(size);
+    if (trust_)
+      send_sealed(datagram, to, now);
+    else if (const auto* known = peers_.address_of(to))
+      send(datagram, *known);
+    else
+      ++send_failed_;
   }
+}
+
+void ServerShell::send(std::span<const std::byte> datagram, const UdpEndpoint& to) {
+  asio::error_code fault;
+  socket_.send_to(asio::buffer(datagram.data(), datagram.size()), to, 0, fault);
+  if (fault) ++send_failed_;
+}
+
+void ServerShell::send_sealed(std::span<const std::byte> datagram, PeerId to, Micros now) {
+  ChannelAddress address;
+  const auto size = trust_->seal(to, datagram, sealed_, address, now);
+  if (size == 0) {
+    ++send_failed_;
+    return;
+  }
+  send(std::span(sealed_).first(size), endpoint_of(address, socket_.local_endpoint().protocol()));
 }
 
 std::string ServerShell::label(std::size_t k) const {

@@ -7,6 +7,9 @@
 // has one job out at most, and jobs are taken up in the order in which they were handed out: a room that overruns keeps one
 // thread busy and skips its own frames, not those of others while there are as many threads as rooms that overrun, and one more.
 // The clock is steady_clock, read when a datagram is taken from the socket.
+//
+// With keys every datagram goes through the trust channel (server_trust.hpp) on the network thread: bodies and frames know
+// nothing of it.
 #pragma once
 
 #include <array>
@@ -26,6 +29,7 @@
 #include "server/io/peers.hpp"
 #include "server/record/room_recorder.hpp"
 #include "server/room/room.hpp"
+#include "server/trust/server_trust.hpp"
 
 namespace palpate {
 
@@ -48,7 +52,8 @@ struct ShellOptions {
   std::size_t threads =
       1;  ///< that move bodies: a pool of one a room at most; each room's share of more than that helps with its body
   RecordOptions record = {};
-  double deadband = 0;  ///< of ServerOptions
+  double deadband = 0;                ///< of ServerOptions
+  std::optional<SiteKeys> keys = {};  ///< none: whoever reaches the port may touch
 };
 
 class ServerShell {
@@ -63,6 +68,8 @@ class ServerShell {
   void run();
   /// Stations are told; run() returns once the frames in hand are done. From a task of context().
   void stop();
+  /// From a task of context(): sessions whose key is not there any more, or has other rights, end now.
+  void change_keys(SiteKeys keys);
   /// For signals and timers beside ours.
   asio::io_context& context() { return io_; }
   const ServerRooms& rooms() const { return cores_; }
@@ -72,7 +79,7 @@ class ServerShell {
   std::vector<std::string> summary() const;
 
  private:
-  static constexpr Micros kReportEvery{5'000'000}, kRecordEvery{200'000};
+  static constexpr Micros kReportEvery{5'000'000}, kRecordEvery{200'000}, kRefusedLineEvery{1'000'000};
 
   struct Body {
     Body(const Scene& scene, std::size_t threads);
@@ -87,8 +94,14 @@ class ServerShell {
   };
 
   void receive();
+  void take(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now);
+  void take_sealed(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now);
+  void say_refused(Micros now);
+  void end_sessions(Micros now);
   void step();
   void send_all(Micros now);
+  void send(std::span<const std::byte> datagram, const UdpEndpoint& to);
+  void send_sealed(std::span<const std::byte> datagram, PeerId to, Micros now);
   void hand_out(std::size_t k, FrameJob job);
   void report();
   void begin_recording(const std::vector<NamedScene>& scenes, const ShellOptions& options);
@@ -105,6 +118,9 @@ class ServerShell {
   Peers peers_;
   std::array<std::byte, 2048> in_{};
   std::array<std::byte, kMaxDatagramBytes> out_{};
+  std::array<std::byte, kMaxSealedBytes> sealed_{};
+  std::optional<ServerTrust> trust_;
+  Micros next_refused_line_{};
   std::uint64_t send_failed_ = 0, strangers_dropped_ = 0;
   bool reporting_ = false;  ///< report_timer_ runs
   std::exception_ptr failure_;
