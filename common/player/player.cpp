@@ -27,7 +27,7 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
     if (!nonlinear_.empty()) {
       const ModeMatrix reach = p.phi.topRightCorner(r, r);
       closing_ = p.psi0.bottomRows(r) - p.phi.bottomRightCorner(r, r) * reach.partialPivLu().solve(ModeMatrix(p.psi0.topRows(r)));
-      // H, dt / 2 for slow modes; of a mode that goes round in less than three steps
+      // H, dt / 2 for slow modes; of a mode that goes round in less than 2.7 steps
       if (!(closing_.cwiseAbs().maxCoeff() < dt_)) {
         nonlinear_ = {};  // the linear patch alone
         p = of_step();
