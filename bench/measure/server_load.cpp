@@ -49,7 +49,7 @@ class Loopback {
     for (const Datagram& d : down) clients_[d.station - 1]->take(d.bytes, now);
   }
 
-  const ServerCounts& counts() const { return server_.counts(); }
+  ServerCounts counts() const { return server_.counts(); }
 
   ServerLoad load;  // sums, in milliseconds
 
@@ -101,7 +101,7 @@ ServerLoad server_load(const Scene& scene, std::span<const Motion> motions, cons
   loop.load = {};
   const ServerCounts before = loop.counts();
   for (; t <= kLoadBegin + length; t += kTick) step();
-  const ServerCounts& after = loop.counts();
+  const ServerCounts after = loop.counts();
   ServerLoad load = loop.load;
   const double per_frame = 1.0 / std::max(1, load.frames);
   load.step_ms *= per_frame;

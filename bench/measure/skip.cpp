@@ -9,6 +9,7 @@
 #include "bench/measure/gestures.hpp"
 #include "client/core/client_core.hpp"
 #include "server/core/server_rooms.hpp"
+#include "server/room/deadband.hpp"
 
 namespace palpate {
 namespace {

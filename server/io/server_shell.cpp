@@ -74,9 +74,9 @@ ServerShell::ServerShell(const std::vector<NamedScene>& scenes, const ShellOptio
   const std::size_t threads_a_room = std::max<std::size_t>(options.threads / scenes.size(), 1);
   for (const NamedScene& named : scenes) bodies_.push_back(std::make_unique<Body>(named.scene, threads_a_room));
   for (std::size_t k = 0; k < bodies_.size(); ++k)
-    cores_[k].on_scheme = [this, k](const std::string& station, const SchemeInUse& in_use) {
+    cores_[k].on_scheme([this, k](const std::string& station, const SchemeInUse& in_use) {
       say_(fmt::format("{}station \"{}\": {}", label(k), station, describe(in_use)));
-    };
+    });
   socket_.non_blocking(true);
   if (!options.record.file.empty()) begin_recording(scenes, options);
 }
@@ -184,7 +184,7 @@ void ServerShell::report() {
     reporting_ = false;  // until the next frame, or on if there have been any
     for (std::size_t k = 0; k < cores_.size(); ++k) {
       ServerCore& core = cores_[k];
-      const auto& counts = core.counts();
+      const ServerCounts counts = core.counts();
       const Pace& pace = core.pace();
       const bool slow = pace.rate_hz < kSlowBelow * core.options().rate_hz;
       if (core.station_count() > 0 && say_)
@@ -204,7 +204,7 @@ void ServerShell::report() {
 std::vector<std::string> ServerShell::summary() const {
   std::vector<std::string> lines;
   for (std::size_t k = 0; k < cores_.size(); ++k) {
-    const auto& c = cores_[k].counts();
+    const ServerCounts c = cores_[k].counts();
     lines.push_back(fmt::format("{}in all {} joins, {} refusals, {} timeouts, {} datagrams in, {} out, {}", label(k), c.joins,
                                 c.refusals, c.timeouts, c.received, c.sent, frame_figures({}, c, c.frame_time_max)));
   }

@@ -82,7 +82,7 @@ TEST_CASE(
   RawStation hand(bench, 1, "hand");
   hand.join();
   hand.live(1s);
-  const ServerCounts& counts = bench.core.counts();
+  const ServerCounts counts = bench.core.counts();
   CHECK(counts.frames >= 20);
   CHECK(counts.frames_asleep == counts.frames);
   CHECK(counts.steps == 0);
