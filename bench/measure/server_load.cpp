@@ -18,7 +18,10 @@ struct Datagram {
 class Loopback {
  public:
   Loopback(const Scene& scene, std::span<const Motion> motions, const ReplayOptions& options, const Stopwatch& stopwatch)
-      : room_(scene), server_(facts_of(scene, home_of(scene)), {1, options.rate_hz}), motions_(motions), stopwatch_(stopwatch) {
+      : room_(scene),
+        server_(facts_of(scene, home_of(scene)), {repeatable(1), options.rate_hz}),
+        motions_(motions),
+        stopwatch_(stopwatch) {
     room_.start(kLoadBegin);
     room_.listen([this](PatchPart part) { enter(&load.patch_ms[static_cast<std::size_t>(part)]); });
     for (std::size_t k = 0; k < motions.size(); ++k) {

@@ -54,7 +54,7 @@ class Onlooker {
 class Server {
  public:
   Server(std::span<const SkipRoom> rooms, const Stopwatch& stopwatch, double deadband)
-      : rooms_(rooms), stopwatch_(stopwatch), cores_(specs(rooms), 1, kSkipRateHz, deadband) {
+      : rooms_(rooms), stopwatch_(stopwatch), cores_(specs(rooms), repeatable(1), kSkipRateHz, deadband) {
     for (std::size_t k = 0; k < rooms.size(); ++k) {
       bodies_.emplace_back(*rooms[k].scene);
       bodies_.back().start(kBegin);

@@ -108,6 +108,7 @@ StationJob FrameScheduler::make_station_job(const Stations& stations, const Stat
   job.silence = silence(station);
   job.deadband = deadband_;
   job.playing = station.playing;
+  job.wants_patch = station.served;
   if (station.pushes())
     job.samples = station.tool.timeline().between(body_time_, target);
   else
@@ -152,6 +153,12 @@ void FrameScheduler::finish(const FrameResult& result, Stations& stations, Micro
   body_time_ = result.stamp;
   pace_.behind = std::max(Micros{}, now - body_time_);
   for (auto& [id, station] : stations) station.horizon = horizon(station);
+  for (const StationFrame& frame : result.stations) {
+    const auto station = stations.find(frame.id);
+    if (station == stations.end()) continue;
+    std::optional<Micros>& touched = station->second.touched;
+    if (frame.patch || (touched && !station->second.served)) touched = now;
+  }
 }
 
 void FrameScheduler::count(const FrameResult& result, const Stations& stations, Micros took) {
@@ -172,6 +179,11 @@ void FrameScheduler::count(const FrameResult& result, const Stations& stations, 
   meter_.add(job_began_ + took, took, result.stamp - body_time_);
   counts_.simulated += result.stamp - body_time_;
   counts_.stepping += took;
+}
+
+void FrameScheduler::drop_job(bool ended) {
+  ended_ = ended_ || ended;
+  job_.reset();
 }
 
 bool FrameScheduler::reset(std::uint16_t resets) {

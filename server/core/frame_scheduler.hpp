@@ -82,8 +82,9 @@ class FrameScheduler {
 
   /// The body is put back to rest with the next frame, where the count is ours: who knows another asked for what is done.
   bool reset(std::uint16_t resets);
-  /// The frame that has not begun is not wanted any more.
-  void drop_job() { job_.reset(); }
+  /// The frame that has not begun is not wanted any more; `ended`: nor any other.
+  void drop_job(bool ended);
+  bool ended() const { return ended_; }
 
   Micros body_time() const { return body_time_; }
   BodyNow body(Micros now) const;
@@ -96,7 +97,7 @@ class FrameScheduler {
   void reset_longest_frame() { longest_frame_ = Micros{}; }
 
  private:
-  bool is_idle(const Stations& stations) const { return asleep_ && !job_out_ && stations.empty(); }
+  bool is_idle(const Stations& stations) const { return ended_ || (asleep_ && !job_out_ && stations.empty()); }
   Micros due(std::uint64_t frame) const;
   void note_due(bool skipped);
   void count(const FrameResult& result, const Stations& stations, Micros took);
@@ -107,7 +108,7 @@ class FrameScheduler {
 
   ContactKind contact_;
   double rate_hz_, deadband_;
-  bool started_ = false, job_out_ = false;
+  bool started_ = false, job_out_ = false, ended_ = false;
   bool owed_ = false;    ///< a frame fell due and has not begun
   bool asleep_ = false;  ///< the body, since the last frame
   bool reset_due_ = false;

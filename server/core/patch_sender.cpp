@@ -41,6 +41,7 @@ void PatchSender::give(const Stations& stations, Station& station, StationFrame&
   station.shown = {station.hello.station, frame.tool, frame.force, frame.contact, station.tool.orientation(),
                    station.tool.pressed()};
   station.has_shown = true;
+  if (!station.served) return beat(stations, station);
   station.contact_in_reach = frame.patch.has_value();
   if (!frame.patch || is_lost(stations, station, frame)) return beat(stations, station);
   station.states = static_cast<std::uint16_t>(2 * frame.patch->modes());

@@ -99,8 +99,6 @@ std::size_t ServerCore::emit_to_next(std::span<std::byte> out, PeerId& to, Micro
     Station& station = next->second;
     emit_after_ = station.id;
     to = station.peer;
-    if (const auto size = sessions_.welcome(station, out, now)) return size;
-    if (!station.proven) continue;
     if (const auto size = patches_.emit(stations, station, out, now)) return size;
     if (!station.views()) continue;
     if (const auto size = views_.emit(stations, station, out, now)) return size;
@@ -108,9 +106,9 @@ std::size_t ServerCore::emit_to_next(std::span<std::byte> out, PeerId& to, Micro
   return 0;
 }
 
-void ServerCore::shut_down() {
-  sessions_.shut_down();
-  frames_.drop_job();
+void ServerCore::close(const std::string& why, bool ended, Micros now) {
+  sessions_.shut_down(why, ended, now);
+  frames_.drop_job(ended);
 }
 
 Orientation ServerCore::orientation(StationId id) const {

@@ -72,7 +72,14 @@ class ServerCore {
   }
 
   /// Everyone is told and forgotten.
-  void shut_down();
+  void shut_down(Micros now) { close("the server is shutting down", false, now); }
+  /// The body cannot go on: everyone is told why and forgotten, who comes is refused with that, and no frame begins any more.
+  void end(const std::string& why, Micros now) { close(why, true, now); }
+  bool ended() const { return frames_.ended(); }
+  /// Whether it is for a station of this room, or for one that is about to be.
+  bool knows(const Message& message, PeerId from, Micros now) const { return sessions_.knows(message, from, now); }
+  /// Whether a station of this room is there.
+  bool serves(PeerId peer) const { return sessions_.serves(peer); }
 
   ServerCounts counts() const { return {counts_, sessions_.counts(), frames_.counts()}; }
   /// Longest frame time since the last reset, for reports at intervals.
@@ -89,6 +96,7 @@ class ServerCore {
  private:
   /// False for a message that a server does not take from such a station.
   bool take_from(Station& station, const Body& body, Micros now);
+  void close(const std::string& why, bool ended, Micros now);
   void take_samples(Station& station, const Samples& samples, Micros now);
   void take_reset(Station& station, const Reset& reset, Micros now);
   std::size_t emit_to_next(std::span<std::byte> out, PeerId& to, Micros now);

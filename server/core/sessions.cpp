@@ -4,16 +4,12 @@
 #include <cassert>
 #include <utility>
 
+#include "common/base/plain_text.hpp"
+
 namespace palpate {
 namespace {
 
-constexpr std::size_t kMostReplies = 2 * kMaxStations;
-
-/// Names aside.
-bool same(const Hello& a, const Hello& b) {
-  return a.role == b.role && a.scheme == b.scheme && a.order == b.order && a.shadow_of == b.shadow_of && a.room == b.room &&
-         a.alike == b.alike;
-}
+constexpr std::size_t kMostReplies = 256;  // as many as datagrams are taken at once
 
 /// "hand-2" and "hand" are both like "hand".
 std::string without_number(const std::string& name) {
@@ -40,78 +36,115 @@ Sessions::Sessions(const RoomFacts& facts, const ServerOptions& options)
                facts.mesh_hash,
                options.deadband,
                {}},
-      instance_(options.instance),
+      draw_(options.draw),
       room_(options.room),
-      rooms_(options.rooms) {}
+      rooms_(options.rooms) {
+  assert(draw_);
+}
 
 Station* Sessions::take(WireFault fault, const Message& message, std::size_t size, PeerId from, Micros now) {
   if (fault == WireFault::version)
     refuse(message, from,
            {RefuseReason::version, "this server speaks wire version " + std::to_string(kWireVersion) + ", the station another"},
-           size);
+           size, now);
   if (fault != WireFault::none) return nullptr;
   if (std::holds_alternative<Hello>(message.body)) {
     take_hello(message, from, size, now);
     return nullptr;
   }
-  const auto known = stations_.find(message.station);
-  if (known != stations_.end() && known->second.peer == from && message.instance == instance_)
-    return take_from(known->second, message, now);
+  if (Station* const station = find(message, from)) return take_from(*station, message, now);
+  const bool leaves = std::holds_alternative<Leave>(message.body);
+  if (Handshake* const handshake = handshakes_.proven(message.station, message.instance, from, now)) {
+    Station* const station = leaves ? nullptr : admit(*handshake, now);
+    handshakes_.end(*handshake);
+    if (leaves) return nullptr;
+    if (station) return take_from(*station, message, now);
+  }
   ++counts_.unknown_station;
-  if (!std::holds_alternative<Leave>(message.body))
-    refuse(message, from, {RefuseReason::unknown_station, "this station is not in the room"}, size);
+  if (!leaves) refuse(message, from, {RefuseReason::unknown_station, "this station is not in the room"}, size, now);
   return nullptr;
+}
+
+const Station* Sessions::find(const Message& message, PeerId from) const {
+  const auto known = stations_.find(message.station);
+  const bool is_its = known != stations_.end() && known->second.peer == from && known->second.secret == message.instance;
+  return is_its ? &known->second : nullptr;
+}
+
+bool Sessions::knows(const Message& message, PeerId from, Micros now) const {
+  return find(message, from) || handshakes_.proven(message.station, message.instance, from, now);
+}
+
+bool Sessions::serves(PeerId peer) const {
+  return std::any_of(stations_.begin(), stations_.end(), [peer](const auto& entry) { return entry.second.peer == peer; });
 }
 
 void Sessions::take_hello(const Message& message, PeerId from, std::size_t size, Micros now) {
   Hello hello = std::get<Hello>(message.body);
-  const std::string asked = hello.station;
-  Station* station = asked_before(hello, from);
-  if (!station) {
+  if (Station* const seated = asked_before(hello, from))
+    return answer(message, {seated->secret, seated->id, seated->seq_out++, {}, welcome_for(seated->hello)}, from, size, now);
+  Handshake* handshake = handshakes_.begun(from, hello, now);
+  if (!handshake) {
+    const std::string asked = hello.station;
     if (hello.alike) hello.station = free_name(asked);
-    const Station* old = stations_.named(hello.station);
-    const bool for_us = hello.room.empty() || hello.room == room_;
-    const bool taken = for_us && old && old->peer != from && now - old->heard <= kSilentAfter;
-    const auto no = taken ? Refuse{RefuseReason::name_taken, "station \"" + hello.station + "\" is in the room already"}
-                          : objection(hello, old);
-    if (no) {
-      tell(RecordedEventKind::refused, 0, hello, no->message, now);
-      return refuse(message, from, *no, size);
+    if (const auto no = objection(hello, from, now)) {
+      if (now - refusal_told_ >= kRefusalTold) {
+        refusal_told_ = now;
+        tell(RecordedEventKind::refused, 0, hello, no->message, now);
+      }
+      return refuse(message, from, *no, size, now);
     }
-    if (old) {
-      tell(RecordedEventKind::silent, *old, "another takes its name", now);
-      stations_.erase(old->id);
-    }
-    station = &seat(hello, asked, from, now);
+    handshake = &handshakes_.begin({new_id(), draw_(), from, hello, asked, now});
   }
-  station->heard = now;
-  station->clock.take(message.clock, now);
-  station->welcome_limit = size;
+  handshake->at = now;
+  answer(message, {handshake->secret, handshake->id, 0, {}, welcome_for(handshake->hello)}, from, size, now);
 }
 
-Station& Sessions::seat(const Hello& hello, const std::string& asked, PeerId from, Micros now) {
+/// nullptr when others were quicker.
+Station* Sessions::admit(Handshake& handshake, Micros now) {
+  if (objection(handshake.hello, handshake.peer, now)) return nullptr;
+  if (const Station* const old = stations_.named(handshake.hello.station)) {
+    tell(RecordedEventKind::silent, *old, "another takes its name", now);
+    stations_.erase(old->id);
+  }
   assert(stations_.size() < static_cast<std::size_t>(kMaxStations));
   ++counts_.joins;
-  Station& fresh = stations_[++last_id_];
-  fresh.id = last_id_;
-  fresh.instance = instance_;
-  fresh.peer = from;
-  fresh.hello = hello;
-  fresh.asked = asked;
+  Station& fresh = stations_[handshake.id];
+  fresh.id = handshake.id;
+  fresh.secret = handshake.secret;
+  fresh.peer = handshake.peer;
+  fresh.hello = handshake.hello;
+  fresh.asked = handshake.asked;
   fresh.next_report = now + kLinkReportEvery;
   tell(RecordedEventKind::joined, fresh, "", now);
-  return fresh;
+  return &fresh;
 }
 
-/// Why this Hello cannot be granted. `in_place_of` leaves the room if it is.
-std::optional<Refuse> Sessions::objection(const Hello& hello, const Station* in_place_of) const {
+StationId Sessions::new_id() {
+  do ++last_id_;
+  while (last_id_ == 0 || stations_.contains(last_id_));
+  return last_id_;
+}
+
+Welcome Sessions::welcome_for(const Hello& hello) const {
+  Welcome welcome = welcome_;
+  if (hello.role != Role::haptic || !hello.shadow_of.empty()) welcome.deadband = 0;
+  welcome.station = hello.station;
+  return welcome;
+}
+
+/// Why this Hello cannot be granted.
+std::optional<Refuse> Sessions::objection(const Hello& hello, PeerId from, Micros now) const {
   using enum RefuseReason;
+  if (!ended_.empty()) return Refuse{bad_request, ended_};
   if (hello.station.empty()) return Refuse{bad_request, "the station has no name"};
   if (!hello.room.empty() && hello.room != room_)
     return Refuse{bad_request,
                   "no room \"" + hello.room + "\" here; " + (rooms_.empty() ? "the rooms have no names" : "there is " + rooms_)};
-  if (stations_.size() - (in_place_of ? 1 : 0) >= static_cast<std::size_t>(kMaxStations))
-    return Refuse{room_full, "the room is full (" + std::to_string(kMaxStations) + " stations)"};
+  const Station* const in_place_of = stations_.named(hello.station);
+  if (in_place_of && in_place_of->peer != from && now - in_place_of->heard <= kSilentAfter)
+    return Refuse{name_taken, "station \"" + hello.station + "\" is in the room already"};
+  if (const auto full = lack_of_seats(hello, in_place_of)) return full;
   if (hello.role == Role::viewer) return std::nullopt;
   if (hello.scheme && !is_available(*hello.scheme))
     return Refuse{bad_request, "scheme " + std::string(name_of(hello.scheme)) + " is not available"};
@@ -132,9 +165,25 @@ std::optional<Refuse> Sessions::objection(const Hello& hello, const Station* in_
   return std::nullopt;
 }
 
+std::optional<Refuse> Sessions::lack_of_seats(const Hello& hello, const Station* in_place_of) const {
+  int all = 0, shadows = 0, viewers = 0;
+  for (const auto& [id, station] : stations_) {
+    if (&station == in_place_of) continue;
+    ++all;
+    viewers += station.views();
+    shadows += !station.views() && !station.pushes();
+  }
+  const auto full = [](int most, const char* of) {
+    return Refuse{RefuseReason::room_full, "the room is full (" + std::to_string(most) + of};
+  };
+  if (all >= kMaxStations) return full(kMaxStations, " stations)");
+  if (hello.role == Role::viewer && viewers >= kMostViewers) return full(kMostViewers, " viewers)");
+  if (!hello.shadow_of.empty() && shadows >= kMostShadows) return full(kMostShadows, " shadows)");
+  return std::nullopt;
+}
+
 Station* Sessions::take_from(Station& station, const Message& message, Micros now) {
   station.heard = now;
-  station.proven = true;
   station.seq.take(message.seq);
   station.loss.take(message.seq);
   station.clock.take(message.clock, now);
@@ -145,19 +194,19 @@ Station* Sessions::take_from(Station& station, const Message& message, Micros no
   return nullptr;
 }
 
-/// Queues an answer to someone who is not, or not any more, in the room.
-void Sessions::refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit) {
+/// Queues an answer to someone who is not, or not any more, in the room: of his own instance number, not of ours.
+void Sessions::refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit, Micros now) {
   ++counts_.refusals;
+  answer(question, {question.instance, question.station, 0, {}, refusal}, to, limit, now);
+}
+
+void Sessions::answer(const Message& question, Message answer, PeerId to, std::size_t limit, Micros now) {
   if (replies_.size() >= kMostReplies) {
     ++counts_.answers_withheld;
     return;
   }
-  Message answer;
-  answer.instance = instance_;
-  answer.station = question.station;
   answer.clock.echo = question.clock.sent;
-  answer.body = refusal;
-  replies_.push_back({to, std::move(answer), limit});
+  replies_.push_back({to, std::move(answer), limit, now});
 }
 
 void Sessions::drop_silent(Micros now) {
@@ -174,13 +223,11 @@ Micros Sessions::deadline() const {
   return earliest;
 }
 
-void Sessions::shut_down() {
-  for (const auto& [id, station] : stations_) {
-    if (!station.proven) continue;
-    Message question;
-    question.station = id;
-    refuse(question, station.peer, {RefuseReason::shutting_down, "the server is shutting down"}, kMaxDatagramBytes);
-  }
+void Sessions::shut_down(const std::string& why, bool ended, Micros now) {
+  if (ended) ended_ = why;
+  for (const auto& [id, station] : stations_)
+    refuse({station.secret, id, 0, {station.clock.stamp(now).echo, {}, {}}, {}}, station.peer, {RefuseReason::shutting_down, why},
+           kMaxDatagramBytes, now);
   stations_.clear();
 }
 
@@ -199,7 +246,7 @@ void Sessions::tell(RecordedEventKind kind, StationId id, const Hello& hello, co
 /// Who sent the same Hello before, by the name that it asked for then or the one that it got.
 Station* Sessions::asked_before(const Hello& hello, PeerId from) {
   for (auto& [id, station] : stations_)
-    if (station.peer == from && same(station.hello, hello) &&
+    if (station.peer == from && same_wish(station.hello, hello) &&
         (station.hello.station == hello.station || station.asked == hello.station))
       return &station;
   return nullptr;
@@ -210,35 +257,26 @@ std::string Sessions::free_name(const std::string& like) const {
   std::string name = like;
   for (int number = 2; stations_.named(name) != nullptr; ++number) {
     const std::string suffix = "-" + std::to_string(number);
-    name = without_number(like).substr(0, static_cast<std::size_t>(kMaxNameBytes) - suffix.size()) + suffix;
+    name = std::string(cut_text(without_number(like), static_cast<std::size_t>(kMaxNameBytes) - suffix.size())) + suffix;
   }
   return name;
 }
 
 std::size_t Sessions::emit(std::span<std::byte> out, PeerId& to, Micros now) {
   while (!replies_.empty()) {
-    auto reply = std::move(replies_.front());
+    Reply reply = std::move(replies_.front());
     replies_.pop_front();
     reply.message.clock.sent = now;
+    reply.message.clock.echo_hold = now - reply.at;
     const auto room = out.first(std::min(out.size(), reply.limit));
     to = reply.to;
     if (const auto size = encode(reply.message, room)) return size;
-    reply.refusal().message.clear();  // the reason alone may fit
-    if (const auto size = encode(reply.message, room)) return size;
+    auto* const refusal = std::get_if<Refuse>(&reply.message.body);
+    if (refusal) refusal->message.clear();  // the reason alone may fit
+    if (const auto size = refusal ? encode(reply.message, room) : 0) return size;
     ++counts_.answers_withheld;
   }
   return 0;
-}
-
-std::size_t Sessions::welcome(Station& station, std::span<std::byte> out, Micros now) {
-  if (station.welcome_limit == 0) return 0;
-  const auto limit = std::min(out.size(), std::exchange(station.welcome_limit, 0));
-  Welcome welcome = welcome_;
-  if (!station.pushes()) welcome.deadband = 0;
-  welcome.station = station.hello.station;
-  const auto size = encode_for(station, std::move(welcome), out.first(limit), now);
-  if (size == 0) ++counts_.answers_withheld;
-  return size;
 }
 
 }  // namespace palpate

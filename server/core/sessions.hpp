@@ -1,11 +1,15 @@
 // Who is in the room: handshake, names, seats, leaving, silence.
 //
-// A Hello is granted with Welcome or refused. The same Hello from the same sender has the same answer, as it may have been lost;
-// a name belongs to one station, and may be taken by another after kSilentAfter of silence. Everything after Welcome is known by
-// instance, station number and sender together; who says something without is refused as unknown.
+// A Hello is granted with Welcome or refused. Welcome gives a station number and, as instance, a secret (handshakes.hpp); who
+// uses both from the same address receives there, and only then has a name, a seat, a node or a frame, if what it asked for can
+// still be granted: else it is refused as unknown, and hears why when it asks again. The same Hello from the same sender has the
+// same answer, as it may have been lost. A name belongs to one station; another one gets it after kSilentAfter of silence, or
+// when it has shown that it receives at the very address of the one before. Datagrams with another secret, number or sender
+// change nothing: who does not see a station's datagrams can neither end it nor speak for it, except by guessing 64 bits.
 //
-// Trust: an unknown sender is answered with at most as many bytes as it sent; a new station gets nothing but Welcome until it
-// has shown, by using its id, that it receives at its address.
+// An unknown sender is answered with at most as many bytes as it sent, and with no secret but its own.
+//
+// Seats: kMaxStations in a room, of which shadows have at most kMostShadows and viewers kMostViewers, so that hands find one.
 #pragma once
 
 #include <deque>
@@ -13,17 +17,21 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "common/record/recording.hpp"
 #include "common/wire/codec.hpp"
+#include "server/core/handshakes.hpp"
 #include "server/core/room_facts.hpp"
 #include "server/core/server_options.hpp"
 #include "server/core/station.hpp"
 
 namespace palpate {
 
-inline constexpr Micros kSilentAfter{1'000'000};  ///< another peer may take the name of a station silent for so long
-inline constexpr Micros kGoneAfter{3'000'000};    ///< a station silent for so long has left
+inline constexpr Micros kSilentAfter{1'000'000};            ///< another peer may take the name of a station silent for so long
+inline constexpr Micros kGoneAfter{3'000'000};              ///< a station silent for so long has left
+inline constexpr int kMostShadows = 16, kMostViewers = 16;  ///< of a room
+inline constexpr Micros kRefusalTold{100'000};              ///< at least, from one refusal that listeners hear of to the next
 
 struct SessionCounts {
   std::uint64_t unknown_station = 0;  ///< datagrams with an id that nobody here has
@@ -41,12 +49,13 @@ class Sessions {
   void drop_silent(Micros now);
   /// When the next of them will have; Micros::max() when there is nobody.
   Micros deadline() const;
-  /// Bytes of the next refusal, 0 when there is none.
+  /// Whether a station or a handshake is meant.
+  bool knows(const Message& message, PeerId from, Micros now) const;
+  bool serves(PeerId peer) const;
+  /// Bytes of the next answer to a Hello or to a stranger, 0 when there is none.
   std::size_t emit(std::span<std::byte> out, PeerId& to, Micros now);
-  /// Bytes of the answer to the station's Hello, 0 when it waits for none.
-  std::size_t welcome(Station& station, std::span<std::byte> out, Micros now);
-  /// Everyone is told and forgotten.
-  void shut_down();
+  /// Everyone is told and forgotten; `ended`: for good, so that whoever comes is refused with that.
+  void shut_down(const std::string& why, bool ended, Micros now);
 
   Stations& stations() { return stations_; }
   const Stations& stations() const { return stations_; }
@@ -59,25 +68,34 @@ class Sessions {
  private:
   struct Reply {
     PeerId to = 0;
-    Message message;  ///< a Refuse
+    Message message;  ///< a Welcome or Refuse
     std::size_t limit = 0;
-    Refuse& refusal() { return std::get<Refuse>(message.body); }
+    Micros at{};
   };
 
   void take_hello(const Message& message, PeerId from, std::size_t size, Micros now);
   Station* take_from(Station& station, const Message& message, Micros now);
-  Station& seat(const Hello& hello, const std::string& asked, PeerId from, Micros now);
-  std::optional<Refuse> objection(const Hello& hello, const Station* in_place_of) const;
-  void refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit);
+  const Station* find(const Message& message, PeerId from) const;
+  Station* find(const Message& message, PeerId from) { return const_cast<Station*>(std::as_const(*this).find(message, from)); }
+  Station* admit(Handshake& handshake, Micros now);
+  StationId new_id();
+  Welcome welcome_for(const Hello& hello) const;
+  std::optional<Refuse> objection(const Hello& hello, PeerId from, Micros now) const;
+  std::optional<Refuse> lack_of_seats(const Hello& hello, const Station* in_place_of) const;
+  void answer(const Message& question, Message answer, PeerId to, std::size_t limit, Micros now);
+  void refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit, Micros now);
   Station* asked_before(const Hello& hello, PeerId from);
   std::string free_name(const std::string& like) const;
   void tell(RecordedEventKind kind, StationId id, const Hello& hello, const std::string& text, Micros now) const;
 
   Welcome welcome_;  ///< but for the station's name, and deadband where it gets none
-  std::uint64_t instance_;
+  Draw draw_;
   std::string room_, rooms_;
   Stations stations_;
+  Handshakes handshakes_;
   StationId last_id_ = 0;
+  Micros refusal_told_ = -kRefusalTold;
+  std::string ended_;  ///< why nobody is let in any more, empty: everybody is
   std::deque<Reply> replies_;
   SessionCounts counts_;
 };

@@ -13,6 +13,7 @@
 #include "common/session/seq_tracker.hpp"
 #include "common/wire/messages.hpp"
 #include "server/core/detail_choice.hpp"
+#include "server/core/handshakes.hpp"
 #include "server/core/link_said.hpp"
 #include "server/core/shape_stream.hpp"
 #include "server/core/tool_input.hpp"
@@ -20,9 +21,6 @@
 namespace palpate {
 
 inline constexpr Micros kLinkReportEvery{250'000};  ///< how often a station is told how link and room do
-
-/// Whoever sent a datagram; the io side maps it to an address. Compared for equality only.
-using PeerId = std::uint64_t;
 
 struct PatchCounts {
   std::uint64_t patches = 0, patch_bytes = 0;
@@ -45,24 +43,25 @@ struct Outbox {
 struct Station {
   // Sessions
   StationId id = 0;
-  std::uint64_t instance = 0;  ///< what its datagrams and ours carry
+  std::uint64_t secret = 0;  ///< what its datagrams and ours carry as instance
   PeerId peer = 0;
-  Hello hello;                    ///< under the name that it has in the room
-  std::string asked;              ///< name that it asked for
-  Micros heard{};                 ///< newest datagram
-  bool proven = false;            ///< it has answered with the id we gave it, so it gets what we send to its address
-  std::size_t welcome_limit = 0;  ///< bytes of a Hello that waits for its answer, which is not larger; 0: none does
-  ClockSync clock;                ///< its clock is the peer's
+  Hello hello;        ///< under the name that it has in the room
+  std::string asked;  ///< name that it asked for
+  Micros heard{};     ///< newest datagram
+  ClockSync clock;    ///< its clock is the peer's
   SeqTracker seq;
   LossMeter loss;
   LinkSaid link;
-  std::uint32_t seq_out = 0;
+  std::uint32_t seq_out = 1;  ///< Welcome was 0
 
   // FrameScheduler
   ToolInput tool;
-  DetailChoice choice;  ///< where it left the scheme to us
-  SchemeInUse in_use;   ///< in the frame that is out, or was last
-  Micros horizon{};     ///< age that its patches reach, by the last frame
+  DetailChoice choice;            ///< where it left the scheme to us
+  SchemeInUse in_use;             ///< in the frame that is out, or was last
+  Micros horizon{};               ///< age that its patches reach, by the last frame
+  bool served = true;             ///< there is time for its patch in the frame that is out, or was last
+  Micros served_at{};             ///< when there was last
+  std::optional<Micros> touched;  ///< when it last had a patch, or would have had one but for time
 
   // PatchSender
   struct SentPatch {

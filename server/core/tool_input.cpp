@@ -5,6 +5,7 @@
 namespace palpate {
 
 bool ToolInput::add(const Samples& samples, const ClockSync& clock, Micros body_time, Micros now) {
+  if (clock.locked()) timeline_.forget_after(clock.to_peer(now) + kSampleAhead);
   const bool first = timeline_.empty();
   const auto age = first ? Micros{} : std::max(Micros{}, now - timeline_.newest());
   const auto before = heard_;

@@ -1,7 +1,9 @@
 // What the server knows of a station's tool: its samples on the server's clock, how late they come, how it is held.
 //
-// A sample of the client's time t counts from t - offset on, offset being that of the two clocks (clock_sync.hpp). One that would
-// lie more than kSampleAhead after the moment at which it came is refused: clocks that settle are off by less.
+// A sample of the client's time t counts from t - offset on, offset being that of the two clocks (clock_sync.hpp). No datagram is
+// mapped to after it came, so that a sample that would lie more than kSampleAhead after that is refused; and so that those which
+// are there do not keep out the true ones, they are forgotten where they turn out to lie in the future, as the clock was found
+// anew.
 //
 //     age of the tool   now - newest sample, both on the server's clock
 //     lag               that age when the newest sample came
@@ -15,7 +17,7 @@
 
 namespace palpate {
 
-inline constexpr Micros kSampleAhead{250'000};  ///< a sample may lie so far in the future while the clocks settle
+inline constexpr Micros kSampleAhead{20'000};  ///< of rounding, and of a tick that is stamped before it is due
 
 struct SampleCounts {
   std::uint64_t samples = 0;          ///< new ones

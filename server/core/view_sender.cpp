@@ -26,8 +26,9 @@ void ViewSender::take(const FrameResult& result, Stations& stations, const BodyN
   for (const StationFrame& station : result.stations)
     if (station.contact) frame.tools.push_back(station.tool);
   shapes_.take(frame);
+  const auto viewers = std::count_if(stations.begin(), stations.end(), [](const auto& entry) { return entry.second.views(); });
   for (auto& [id, station] : stations)
-    if (station.views()) shapes_.begin(station.shape, now);
+    if (station.views()) shapes_.begin(station.shape, now, static_cast<int>(viewers));
 }
 
 bool ViewSender::asked(Station& viewer, const MeshRequest& request) const {

@@ -51,7 +51,7 @@ TEST_CASE("Hands that are all late move the body on at the lag of the least late
 
 TEST_CASE("The scheduler has a job out at most once, owes the frame that fell due meanwhile, and skips those between") {
   Stations stations;
-  FrameScheduler frames(ContactKind::touch, ServerOptions{.rate_hz = 20});
+  FrameScheduler frames(ContactKind::touch, ServerOptions{.draw = {}, .rate_hz = 20});
   CHECK_FALSE(frames.tick(stations, kBegin));  // the body is there already
   CHECK_FALSE(frames.next_job(kBegin));
   CHECK(frames.tick(stations, kBegin + 50ms));
@@ -75,7 +75,7 @@ TEST_CASE("The scheduler has a job out at most once, owes the frame that fell du
 }
 
 TEST_CASE("A reset that knows another count than the scheduler's was done before") {
-  FrameScheduler frames(ContactKind::touch, ServerOptions{});
+  FrameScheduler frames(ContactKind::touch, ServerOptions{.draw = {}, .rate_hz = 20});
   CHECK(frames.reset(0));
   CHECK_FALSE(frames.reset(0));
   CHECK(frames.reset(1));

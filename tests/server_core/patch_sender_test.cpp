@@ -25,7 +25,7 @@ Station hand() {
 
 struct Sent {
   Stations stations;
-  PatchSender sender{ServerOptions{.rate_hz = 20}};
+  PatchSender sender{ServerOptions{.draw = {}, .rate_hz = 20}};
   BodyNow body{kNow, {20, 1ms}, 0, false, {}};
 
   Sent() { stations[1] = hand(); }
