@@ -32,7 +32,7 @@ std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
   std::vector<std::uint8_t> gets_patch;
   for (const StationJob& j : job.stations) {
     const auto which = port_of(j);
-    gets_patch.push_back(which && in_reach(*which, j.horizon));
+    gets_patch.push_back(which && in_reach(*which, j.horizon) && j.wants_patch);
     if (gets_patch.back() && !kept_for(j, *which))
       frame_model.want(*which, stations.at(j.id).builder->expected_slide(request_of(j, *which)));
   }
