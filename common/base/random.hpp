@@ -48,9 +48,9 @@ class Random {
   std::array<std::uint64_t, 4> state_{};
 };
 
-/// Numbers that nobody can guess; in virtual time such that repeat.
-using Draw = std::function<std::uint64_t()>;
-inline Draw repeatable(std::uint64_t seed) {
+/// Draws numbers that nobody can guess; in virtual time such that repeat.
+using SecretSource = std::function<std::uint64_t()>;
+inline SecretSource repeatable(std::uint64_t seed) {
   return [random = Random(seed)]() mutable { return random.bits(); };
 }
 

@@ -8,7 +8,7 @@
 namespace palpate {
 
 struct ServerOptions {
-  Draw draw;  ///< secrets of sessions
+  SecretSource draw;  ///< secrets of sessions
   double rate_hz = 20;
   std::string room = {};   ///< its name, for stations that ask for one; empty: it has none
   std::string rooms = {};  ///< names of all rooms of the process, for a station that asks for another

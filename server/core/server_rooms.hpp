@@ -20,7 +20,7 @@ class ServerRooms {
     RoomFacts facts;
   };
   /// At least one room; names differ.
-  ServerRooms(std::vector<RoomSpec> rooms, const Draw& draw, double rate_hz, double deadband = 0);
+  ServerRooms(std::vector<RoomSpec> rooms, const SecretSource& draw, double rate_hz, double deadband = 0);
 
   std::size_t size() const { return cores_.size(); }
   ServerCore& operator[](std::size_t k) { return *cores_[k]; }

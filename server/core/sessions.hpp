@@ -89,7 +89,7 @@ class Sessions {
   void tell(RecordedEventKind kind, StationId id, const Hello& hello, const std::string& text, Micros now) const;
 
   Welcome welcome_;  ///< but for the station's name, and deadband where it gets none
-  Draw draw_;
+  SecretSource draw_;
   std::string room_, rooms_;
   Stations stations_;
   Handshakes handshakes_;

@@ -17,7 +17,7 @@ namespace palpate {
 
 class Peers {
  public:
-  explicit Peers(const Draw& draw) : key_{draw(), draw()} {}
+  explicit Peers(const SecretSource& draw) : key_{draw(), draw()} {}
 
   PeerId id_of(const UdpEndpoint& address);
   /// nullptr when forgotten.
