@@ -29,7 +29,7 @@ std::vector<Vec3> lifted(const demo::Body& body, Micros stamp) {
 
 struct World {
   demo::Body body = demo::pressed_organ(0, 0, 3);
-  ServerCore server{demo::facts_of(body), {.instance = 11, .rate_hz = 20}};
+  ServerCore server{demo::facts_of(body), {.draw = repeatable(11), .rate_hz = 20}};
   ViewCore viewer{"watcher", Micros{0}};
   double loss = 0;
   std::mt19937 random{5};
@@ -120,7 +120,7 @@ TEST_CASE("A viewer waits for a server that is not there, and joins again after 
   world.run_until(Micros{3'000'000});
   REQUIRE(world.viewer.ready());
   const auto version = world.viewer.mesh_version();
-  world.server = ServerCore(demo::facts_of(world.body), {.instance = 12, .rate_hz = 20});
+  world.server = ServerCore(demo::facts_of(world.body), {.draw = repeatable(12), .rate_hz = 20});
   world.run_until(Micros{4'500'000});
   REQUIRE(world.viewer.link() == ViewLink::joined);
   REQUIRE(world.viewer.counts().joins == 2);
@@ -165,7 +165,7 @@ TEST_CASE("A viewer that leaves its name to the server joins beside another, und
   world.run_until(Micros{400'000});
   REQUIRE(world.viewer.link() == ViewLink::joined);
   CHECK(world.viewer.welcome().station == "watcher-2");
-  world.server = ServerCore(demo::facts_of(world.body), {.instance = 12, .rate_hz = 20});
+  world.server = ServerCore(demo::facts_of(world.body), {.draw = repeatable(12), .rate_hz = 20});
   world.run_until(Micros{1'500'000});
   REQUIRE(world.viewer.link() == ViewLink::joined);
   CHECK(world.viewer.counts().joins == 2);
