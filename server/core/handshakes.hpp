@@ -31,6 +31,8 @@ struct Handshake {
   Hello hello;        ///< under the name that the station would have
   std::string asked;  ///< name that it asked for
   Micros at{};
+  ClockStamps began_clock{};  ///< of the first of the same Hellos, which came at
+  Micros began{};             ///< this moment: the first exchange may span a step of our clock
 };
 
 class Handshakes {

@@ -94,7 +94,7 @@ void Sessions::take_hello(const Message& message, PeerId from, std::size_t size,
       }
       return refuse(message, from, *no, size, now);
     }
-    handshake = &handshakes_.begin({new_id(), draw_(), from, hello, asked, now});
+    handshake = &handshakes_.begin({new_id(), draw_(), from, hello, asked, now, message.clock, now});
   }
   handshake->at = now;
   answer(message, {handshake->secret, handshake->id, 0, {}, welcome_for(handshake->hello)}, from, size, now);
@@ -115,6 +115,7 @@ Station* Sessions::admit(Handshake& handshake, Micros now) {
   fresh.peer = handshake.peer;
   fresh.hello = handshake.hello;
   fresh.asked = handshake.asked;
+  fresh.clock.take(handshake.began_clock, handshake.began);
   fresh.next_report = now + kLinkReportEvery;
   tell(RecordedEventKind::joined, fresh, "", now);
   return &fresh;

@@ -8,7 +8,7 @@ using namespace std::chrono_literals;
 namespace {
 
 Handshake handshake(StationId id, PeerId peer, const std::string& name = "hand") {
-  return {id, 1000 + id, peer, Hello{name, Role::haptic, Scheme::port, 0, ""}, name, 1s};
+  return {id, 1000 + id, peer, Hello{name, Role::haptic, Scheme::port, 0, ""}, name, 1s, {}, 1s};
 }
 
 }  // namespace

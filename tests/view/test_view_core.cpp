@@ -151,9 +151,14 @@ namespace {
 void let_another_watch(World& world) {
   std::array<std::byte, kMaxDatagramBytes> out;
   ViewCore other("watcher", Micros{0});
-  other.tick(Micros{0});
-  const auto size = other.emit(out, Micros{0});
-  world.server.take(std::span(out).first(size), 2, Micros{0});
+  PeerId to = 0;
+  for (int exchange = 0; exchange < 2; ++exchange) {  // a Hello, and what shows that its answer came
+    other.tick(Micros{0});
+    while (const auto size = other.emit(out, Micros{0})) world.server.take(std::span(out).first(size), 2, Micros{0});
+    while (const auto size = world.server.emit(out, to, Micros{0}))
+      if (to == 2) other.take(std::span(out).first(size), Micros{0});
+  }
+  REQUIRE(world.server.station_count() == 1);
 }
 
 }  // namespace
