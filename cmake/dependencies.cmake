@@ -7,7 +7,6 @@ find_package(CLI11 REQUIRED)
 find_package(fmt REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(nlohmann_json REQUIRED)
-find_package(assimp REQUIRED)
 find_package(ZLIB REQUIRED)
 # The back end that asks the kernel: it leaves other programs their devices, and knows what each device is for.
 pkg_check_modules(hidapi REQUIRED IMPORTED_TARGET hidapi-hidraw)

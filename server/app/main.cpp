@@ -13,7 +13,7 @@
 
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
-#include "common/command_line/flags.hpp"
+#include "common/command_line/mesh_folders.hpp"
 #include "common/io/key_files.hpp"
 #include "server/app/describe.hpp"
 #include "server/io/server_shell.hpp"
@@ -27,6 +27,7 @@ constexpr double kLeastS = 1e-3, kMostS = 30 * 86400.0;
 
 struct Options {
   std::vector<std::string> scenes;
+  MeshFolders mesh_folders;
   std::string listen = "127.0.0.1:47800", record, keys;
   double rate_hz = 20, duration_s = 0, shapes_hz = RecordOptions{}.shapes_hz, deadband = 0;
   std::size_t threads = 0;
@@ -41,6 +42,7 @@ void describe_flags(CLI::App& app, Options& o) {
       ->type_name("[NAME=]FILE")
       ->required()
       ->allow_extra_args(false);
+  add_mesh_folders(app, o.mesh_folders);
   app.add_option("--listen", o.listen, "where clients reach the server, port 0 for any")
       ->type_name("HOST:PORT")
       ->capture_default_str();
@@ -106,7 +108,7 @@ std::vector<NamedScene> load_scenes(const Options& o) {
   std::vector<NamedScene> scenes;
   for (const std::string& given : o.scenes) {
     auto [name, file] = split_name(given);
-    Scene scene = load_scene(file);
+    Scene scene = load_scene(file, o.mesh_folders);
     if (name.empty()) name = scene.name;
     if (name.empty() && o.scenes.size() > 1) throw InputError("--scene " + given, "the room has no name", "NAME=FILE");
     if (name.size() > static_cast<std::size_t>(kMaxNameBytes))
@@ -117,7 +119,7 @@ std::vector<NamedScene> load_scenes(const Options& o) {
     scenes.push_back({name, std::move(scene)});
     if (!o.has_record) continue;
     scenes.back().file = std::filesystem::absolute(file).lexically_normal().string();
-    scenes.back().text = print_scene(file);
+    scenes.back().text = print_scene(file, o.mesh_folders);
   }
   return scenes;
 }
@@ -221,7 +223,7 @@ int main(int argc, char** argv) {
     options.has_shapes = app.count("--record-shapes-hz") > 0;
     check(options);
     if (options.print_scene)
-      fmt::print("{}\n", print_scene(split_name(options.scenes.front()).second));
+      fmt::print("{}\n", print_scene(split_name(options.scenes.front()).second, options.mesh_folders));
     else if (options.describe)
       describe_scenes(options);
     else

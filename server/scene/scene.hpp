@@ -84,13 +84,17 @@ struct Scene {
   SolverSpec solver;
 };
 
+/// Folders below which a scene may name meshes. Links are followed first: what lies elsewhere in truth is refused.
+using MeshFolders = std::vector<std::filesystem::path>;
+
 /// Reads and checks a scene file. Throws InputError with file, line, field, value and what was expected.
-/// Paths inside a scene (meshes) are relative to the scene file.
-Scene load_scene(const std::filesystem::path& file);
-/// The same from memory; `name` stands for the file in errors.
-Scene read_scene(const std::string& json, const std::string& name);
+/// Paths inside a scene (meshes) are relative to the scene file, and lie below its folder or one of `besides`.
+Scene load_scene(const std::filesystem::path& file, const MeshFolders& besides = {});
+/// The same from memory; `name` stands for the file in errors, and paths are relative to it. It came from elsewhere, perhaps with
+/// the scene itself, so meshes lie below one of `folders` alone.
+Scene read_scene(const std::string& json, const std::string& name, const MeshFolders& folders = {});
 
 /// The scene with every default filled in, as JSON that load_scene takes.
-std::string print_scene(const std::filesystem::path& file);
+std::string print_scene(const std::filesystem::path& file, const MeshFolders& besides = {});
 
 }  // namespace palpate

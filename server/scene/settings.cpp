@@ -75,7 +75,7 @@ ClipSettings read_clip(const SceneText& text, const schema::ClipT& in) {
     text.refuse(path + ".blend_m", path + ".blend_m is given with a mesh", "it only with ellipsoids");
   if (in.mesh->file.empty()) text.refuse(p + "file", "the name of an OBJ or STL file");
   text.in_range(p + "scale", in.mesh->scale, 1e-6, 1e3, "m per unit of the file");
-  out.mesh = MeshSettings{in.mesh->file, text.file().parent_path() / in.mesh->file, in.mesh->scale,
+  out.mesh = MeshSettings{in.mesh->file, text.mesh_path(p + "file", in.mesh->file), in.mesh->scale,
                           vector(text, p + "rotation_deg", in.mesh->rotation_deg, -360, 360, "degrees", Vec3(0, 0, 0)),
                           vector(text, p + "offset_m", in.mesh->offset_m, -kMaxCoordinateM, kMaxCoordinateM, "m", Vec3(0, 0, 0))};
   return out;
@@ -211,17 +211,14 @@ void read_lattice(const SceneText& text, const schema::BodyT& body, LatticeSetti
 }  // namespace
 
 /// As the wire has it: names go into logs and onto screens.
-bool is_name(const std::string& name) {
-  const bool printable = std::all_of(name.begin(), name.end(), [](unsigned char c) { return c >= 0x20 && c != 0x7f; });
-  return !name.empty() && name.size() <= kMaxNameBytes && printable;
-}
+bool is_name(const std::string& name) { return !name.empty() && name.size() <= kMaxNameBytes && is_plain_text(name); }
 
 SceneSettings read_settings(const SceneText& text) {
   const auto& in = text.values();
   SceneSettings out;
   out.name = text.has("name") ? in.name : text.file().stem().string();
   if (text.has("name") && !is_name(in.name)) text.refuse("name", "1 to 64 bytes without control characters");
-  out.name.resize(std::min<std::size_t>(out.name.size(), kMaxNameBytes));
+  if (!text.has("name")) out.name = is_plain_text(out.name) ? cut_text(out.name, kMaxNameBytes) : "scene";
   if (!in.body) text.refuse("body", "an object with a lattice or a mesh");
   if (in.body->mesh)
     out.mesh = read_mesh_body(text, *in.body);

@@ -99,6 +99,8 @@ SceneSettings read_settings(const SceneText& text);
 /// The settings as a scene file that reads back to the same settings.
 Json to_json(const SceneSettings& settings);
 
+inline constexpr double kMaxCoordinateM = 5;  ///< every node stays well inside kWorldExtentM
+
 inline constexpr std::array<const char*, 6> kFaceNames = {"x-", "x+", "y-", "y+", "z-", "z+"};
 inline constexpr std::array<const char*, 3> kSpringLawNames = {"linear", "stiffening", "thigh-skin"};
 inline constexpr std::array<const char*, 4> kIntegratorNames = {"automatic", "tr-bdf2", "explicit", "stabilised"};

@@ -11,8 +11,6 @@
 
 namespace palpate {
 
-inline constexpr double kMaxCoordinateM = 5;  ///< every node stays well inside kWorldExtentM
-
 inline std::string at(const std::string& path, std::size_t i) { return path + "[" + std::to_string(i) + "]"; }
 
 /// A number that the schema leaves without a default.

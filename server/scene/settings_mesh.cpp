@@ -60,7 +60,7 @@ MeshBodySettings read_mesh_body(const SceneText& text, const schema::BodyT& body
   MeshBodySettings out;
   if (in.file.empty()) text.refuse(kMesh + ".file", "the name of a .msh or .vtk file");
   text.in_range(kMesh + ".scale", in.scale, 1e-6, 1e3, "m per unit of the file");
-  out.mesh = MeshSettings{in.file, text.file().parent_path() / in.file, in.scale,
+  out.mesh = MeshSettings{in.file, text.mesh_path(kMesh + ".file", in.file), in.scale,
                           vector(text, kMesh + ".rotation_deg", in.rotation_deg, -360, 360, "degrees", Vec3(0, 0, 0)),
                           vector(text, kMesh + ".offset_m", in.offset_m, -kMaxCoordinateM, kMaxCoordinateM, "m", Vec3(0, 0, 0))};
   text.in_range(kMesh + ".density_kg_m3", in.density_kg_m3, 1, 30000, "kg/m^3");
