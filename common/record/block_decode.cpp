@@ -62,6 +62,9 @@ class Verified {
 template <class Item, class Take>
 void each(const flatbuffers::Vector<const Item*>* vector, PartSense& sense, Take take) {
   if (!vector || !sense.take(vector->size(), sizeof(Item))) return;
+  // The verifier sees to the alignment of the length alone.
+  sense.that(reinterpret_cast<std::uintptr_t>(vector->Data()) % alignof(Item) == 0);
+  if (!sense.ok()) return;
   for (const Item* item : *vector) take(*item);
 }
 template <class Item, class Take>

@@ -100,7 +100,9 @@ Clipped clip(const Grid& grid, const Solid& solid, const SceneText& text) {
 /// The elements of a set of cells, in the order of the grid.
 std::vector<Element> join_neighbours(const LatticeBody& lattice, const CellSet& cells, const LatticeSettings& settings) {
   const auto neighbours = forward_neighbours();
-  const auto& [body, grid, number] = lattice;
+  const LumpedBody& body = lattice.body;
+  const Grid& grid = lattice.grid;
+  const auto& number = lattice.number;
   std::vector<Element> elements;
   grid.each([&](const Index3& n) {
     const auto a = number[grid.index(n)];

@@ -134,7 +134,7 @@ std::string in_words(const Vec3& p) {
 
 void check_place(std::span<const Vec3> vertices, const std::string& where) {
   for (const Vec3& x : vertices)
-    if (!(x.cwiseAbs().maxCoeff() <= kMaxCoordinateM))
+    if (!x.allFinite() || x.cwiseAbs().maxCoeff() > kMaxCoordinateM)
       throw InputError(where, "has a vertex at " + in_words(x),
                        "one within " + Json::number(kMaxCoordinateM).text + " m of the origin");
 }

@@ -116,7 +116,8 @@ TriangleMesh read_binary_stl(std::string_view bytes, std::size_t triangles, cons
       std::array<float, 3> x;
       std::memcpy(x.data(), at, sizeof x);
       mesh.vertices.emplace_back(static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2]));
-      if (!(mesh.vertices.back().cwiseAbs().maxCoeff() <= kMaxUnits))
+      const Vec3& vertex = mesh.vertices.back();
+      if (!vertex.allFinite() || vertex.cwiseAbs().maxCoeff() > kMaxUnits)
         throw InputError(where, "triangle " + std::to_string(t) + " has a corner that is nowhere", "coordinates up to 1e12");
     }
     add_triangle(mesh);

@@ -71,7 +71,7 @@ class Stage {
         for (Datagram& datagram : pair_.from_client()) up_.send(std::move(datagram));
         return;
       case 14:
-        return pass(Micros{1000} << how);
+        return pass(Micros{std::int64_t{1000} << how});
       default:
         return raw(script, how);
     }

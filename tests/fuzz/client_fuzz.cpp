@@ -32,6 +32,18 @@ ClientOptions options() {
 
 class Stage {
  public:
+  /// A client that was let in and has felt a patch of this contact.
+  void begin(ContactKind contact) {
+    settle();
+    say(Welcome{"cube", contact, 20, Vec3::Zero(), 0, 0, 0});
+    for (int frame = 0; frame < 6; ++frame) {
+      say(Beat{.body_time = now_ - 50ms, .contact_in_reach = true});
+      say(patch_of(contact == ContactKind::attach ? 0 : 1, ++seq_, 20ms));
+      tick(Vec3(0, 0, -1e-5), 10);
+    }
+    require(core_.counts().patches_accepted > 0 && core_.haptic().counts().patches_used > 0 && force_.norm() > 0);
+  }
+
   void act(Script& script) {
     const std::uint64_t what = script.number(1), how = what >> 4;
     switch (what & 15u) {
@@ -77,11 +89,14 @@ class Stage {
   void say_kind(Script& script) { say(kinds_[script.number(1) % kinds_.size()].body); }
   /// One of the client's contact or the other's, in time.
   Body patch(Script& script, std::uint64_t how) {
+    return patch_of(script.number(1), how == 15 ? seq_ + 0x7fffffffu : ++seq_, Micros{10'000} * static_cast<int>(how));
+  }
+  Body patch_of(std::size_t which, std::uint32_t seq, Micros age) {
     static const std::array<Patch, 3> patches{seeds::attach_patch(11), seeds::touch_patch(8, 12, 16),
                                               seeds::touch_patch(0, 7, 6)};
-    Patch patch = patches[script.number(1) % patches.size()];
-    patch.seq = how == 15 ? seq_ + 0x7fffffffu : ++seq_;
-    patch.stamp = now_ - Micros{1000} * static_cast<int>(10 * how);
+    Patch patch = patches[which % patches.size()];
+    patch.seq = seq;
+    patch.stamp = now_ - age;
     patch.tool = at_ + Vec3(0, 0, 0.001);
     return PatchMessage{patch};
   }
@@ -100,9 +115,9 @@ class Stage {
     const auto bytes = std::as_bytes(script.bytes(script.number(2) % 1400));
     deliver({bytes.begin(), bytes.end()});
   }
-  void deliver(const Datagram& datagram) {
-    if (said_.size() < kKept) said_.push_back(datagram);
+  void deliver(Datagram datagram) {
     core_.take(datagram, now_);
+    if (said_.size() < kKept) said_.push_back(std::move(datagram));
     settle();
   }
 
@@ -112,7 +127,9 @@ class Stage {
   }
   /// So many ticks towards somewhere near.
   void move(Script& script, std::uint64_t ticks) {
-    const Vec3 step = 1e-5 * Vec3(static_cast<double>(script.number(1)) - 128, 0, static_cast<double>(script.number(1)) - 128);
+    tick(1e-5 * Vec3(static_cast<double>(script.number(1)) - 128, 0, static_cast<double>(script.number(1)) - 128), ticks);
+  }
+  void tick(const Vec3& step, std::uint64_t ticks) {
     for (; ticks > 0; --ticks) {
       now_ += kTick;
       at_ += step;
@@ -151,6 +168,7 @@ const NonlinearTerms Stage::spring_terms_ = seeds::spring_terms(8, false, 60, 40
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   Stage stage;
   Script script(data, size);
+  if (const auto how = script.number(1); how % 4 != 0) stage.begin(how % 2 != 0 ? ContactKind::attach : ContactKind::touch);
   while (!script.ended()) stage.act(script);
   return 0;
 }

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "client/core/haptic_tick.hpp"
+#include "common/base/plain_text.hpp"
 #include "common/base/random.hpp"
 #include "common/session/clock_sync.hpp"
 #include "tests/fuzz/script.hpp"
@@ -31,6 +32,7 @@ struct Peer {
   Micros offset{};  ///< of its clock
   ClockSync sync;
   bool proven = false;
+  std::uint32_t newest = 0;  ///< datagram of the server's
   std::size_t sent = 0, got = 0;
 };
 
@@ -39,6 +41,18 @@ class Stage {
   Stage() {
     for (std::size_t k = 0; k < kPeers; ++k) peers_[k].offset = 10s * static_cast<int>(k);
     core_.on_event([](const RecordedEvent& event) { require(is_plain_text(event.name)); });
+  }
+
+  /// A hand that has got patches, and a viewer that has seen the body.
+  void begin() {
+    join_as(0, Hello{"s0", Role::haptic, Scheme::hold, 0, ""});
+    join_as(1, Hello{"s1", Role::viewer, Scheme::hold, 0, ""});
+    deliver(1, say(1, MeshRequest{0}));
+    for (std::uint32_t k = 0; k < 30; ++k) {
+      live(0, 10, 1);
+      if (k % 5 == 0) deliver(1, say(1, ViewState{peers_[1].newest, ~0ull, 3, 2000}));
+    }
+    require(patches_ > 0 && shapes_ > 0 && core_.station_count() == 2);
   }
 
   void act(Script& script) {
@@ -103,19 +117,25 @@ class Stage {
     Hello hello{"s" + std::to_string(how & 7u), (how & 8u) != 0 ? Role::viewer : Role::haptic, Scheme::hold, 0, ""};
     if ((how & 16u) != 0) hello.shadow_of = "s" + std::to_string(how >> 5);
     hello.alike = (how & 32u) != 0;
+    join_as(k, hello);
+  }
+  void join_as(std::size_t k, const Hello& hello) {
     peers_[k].as = {};
     deliver(k, say(k, hello));
     if (peers_[k].as.station != 0) deliver(k, say(k, Beat{.link = {1000, 0, 0, {}}}));
   }
   /// Some of its samples, as a device would give them.
   void live(std::size_t k, Script& script) {
-    Samples samples;
     const std::uint64_t how = script.number(1);
-    for (std::uint64_t n = how % 16 + 1; n > 0; --n) {
+    live(k, how % 16 + 1, static_cast<std::uint32_t>(how >> 4));
+  }
+  void live(std::size_t k, std::uint64_t ticks, std::uint32_t playing) {
+    Samples samples;
+    for (std::uint64_t n = ticks; n > 0; --n) {
       now_ += 1ms;
       samples.samples.push_back({clock(k), Vec3(0, 0, 0.001 * static_cast<double>(n))});
     }
-    samples.playing = static_cast<std::uint32_t>(how >> 4);
+    samples.playing = playing;
     deliver(k, say(k, samples));
     settle();
   }
@@ -151,15 +171,17 @@ class Stage {
     room_.asleep = (how & 4u) != 0;
     room_.lives_on = (how & 8u) != 0;
     room_.valid_for = (how & 16u) != 0 ? Micros{1000} : Micros{1'000'000};
+    static const NonlinearTerms terms = seeds::spring_terms(6, false, 60, 40);
+    room_.terms = (how & 32u) != 0 ? terms : NonlinearTerms{};
     room_.step_took = Micros{1000} * static_cast<int>(how >> 4);
   }
 
-  void deliver(std::size_t from, const Datagram& datagram) {
+  void deliver(std::size_t from, Datagram datagram) {
     Peer& peer = peers_[from];
     peer.sent += datagram.size();
     peer.proven = peer.proven || peer.as.station != 0;
-    if (said_.size() < kKept) said_.push_back(datagram);
     core_.take(datagram, from, now_);
+    if (said_.size() < kKept) said_.push_back(std::move(datagram));
     require(core_.station_count() <= kMaxStations);
     collect();
   }
@@ -181,6 +203,9 @@ class Stage {
       peer.as.instance = message.instance;
       peer.as.station = message.station;
     }
+    patches_ += std::holds_alternative<PatchMessage>(message.body);
+    shapes_ += std::holds_alternative<ShapePiece>(message.body);
+    peer.newest = message.seq;
     peer.sync.take(message.clock, now);
   }
 
@@ -198,6 +223,7 @@ class Stage {
   Micros now_{5'000'000};
   std::array<Peer, kPeers> peers_;
   std::vector<Datagram> said_;
+  int patches_ = 0, shapes_ = 0;
 };
 
 }  // namespace
@@ -206,6 +232,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Stage stage;
   Script script(data, size);
   stage.settle();
+  if (script.number(1) % 4 != 0) stage.begin();
   while (!script.ended()) stage.act(script);
   return 0;
 }

@@ -156,6 +156,24 @@ TEST_CASE("a part that names one list a million times is damage, not gigabytes",
   }
 }
 
+TEST_CASE("numbers that lie where the machine would not read them are damage", "[record][hostile]") {
+  int read = 0;
+  for (const std::size_t words : {0u, 1u}) {  // before them, of four bytes
+    flatbuffers::FlatBufferBuilder builder;
+    const std::vector<std::uint8_t> stuffing(4 * words), bytes(sizeof(record::HandOver));
+    for (const std::uint8_t byte : stuffing) builder.PushElement(byte);
+    builder.StartVector(bytes.size(), 1);
+    for (const std::uint8_t byte : bytes) builder.PushElement(byte);
+    const auto list = builder.EndVector(1);
+    record::BlockBuilder block(builder);
+    block.add_hand_overs(flatbuffers::Offset<flatbuffers::Vector<const record::HandOver*>>(list));
+    const auto content = block.Finish();
+    builder.FinishSizePrefixed(record::CreatePart(builder, record::Content::Block, content.Union()), record::PartIdentifier());
+    read += decode_block(std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize())), 0).has_value();
+  }
+  CHECK(read == 1);
+}
+
 TEST_CASE("a name that is no text is damage before a report trips over it", "[record][hostile]") {
   record::HeadT head;
   CHECK_NOTHROW(RecordingReader(file_of(head, {}), "plain.rec"));

@@ -1,5 +1,6 @@
 // Files that mean harm: a number in them is no order for memory, a name in them opens no other folder, and a message says it.
 #include <catch2/catch.hpp>
+#include <cstring>
 #include <filesystem>
 
 #include "common/base/error.hpp"
@@ -78,6 +79,18 @@ TEST_CASE("An STL file that says more triangles than it has is refused", "[scene
   std::string stl = test::as_binary_stl(test::icosphere(1, 0.05));
   for (std::size_t byte = 80; byte < 84; ++byte) stl[byte] = '\x7f';
   check_words(error_of(folder, kClipScene, "a.stl", stl), "ends too early");
+}
+
+TEST_CASE("A binary STL file with a corner that is no number is refused", "[scene][hostile]") {
+  const Folder folder;
+  for (const std::uint32_t bits : {0x7fc00000u, 0xffc00000u, 0x7f800000u}) {
+    std::string stl = test::as_binary_stl(test::icosphere(1, 0.05));
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      std::string bad = stl;
+      std::memcpy(bad.data() + 84 + 12 + 12 * corner + 4, &bits, sizeof bits);
+      check_words(error_of(folder, kClipScene, "a.stl", bad), "triangle 0 has a corner that is nowhere");
+    }
+  }
 }
 
 TEST_CASE("A scene names meshes of its own folder, and of others that are allowed, by whatever way it names them",
