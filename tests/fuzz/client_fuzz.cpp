@@ -36,7 +36,7 @@ class Stage {
   void begin(ContactKind contact) {
     settle();
     say(Welcome{"cube", contact, 20, Vec3::Zero(), 0, 0, 0});
-    for (int frame = 0; frame < 6; ++frame) {
+    for (int frame = 0; frame < 6 && force_.norm() == 0; ++frame) {
       say(Beat{.body_time = now_ - 50ms, .contact_in_reach = true});
       say(patch_of(contact == ContactKind::attach ? 0 : 1, ++seq_, 20ms));
       tick(Vec3(0, 0, -1e-5), 10);

@@ -20,7 +20,8 @@ const std::vector<std::string_view> kWords{"t_s,x_m,y_m,z_m", ",qx,qy,qz,qw", ",
 
 void check(const Motion& motion) {
   for (double t_s = -1; t_s < motion.duration_s() + 1; t_s += std::max(0.1, motion.duration_s() / 50)) {
-    if (!(motion.position(t_s).cwiseAbs().maxCoeff() <= kWorldExtentM)) std::abort();
+    const Vec3 position = motion.position(t_s);
+    if (!position.allFinite() || position.cwiseAbs().maxCoeff() > kWorldExtentM) std::abort();
     const Orientation turn = motion.orientation(from_seconds(t_s));
     if (turn && !is_unit(*turn)) std::abort();
     motion.buttons(from_seconds(t_s));

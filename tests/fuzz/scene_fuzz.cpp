@@ -77,7 +77,7 @@ SceneSettings settings_of(const std::string& json) { return read_settings(SceneT
 
 void check(const Scene& scene) {
   for (const Vec3& x : scene.body.nodes)
-    if (!(x.cwiseAbs().maxCoeff() <= 2 * kMaxCoordinateM)) std::abort();
+    if (!x.allFinite() || x.cwiseAbs().maxCoeff() > 2 * kMaxCoordinateM) std::abort();
   for (const double mass : scene.body.masses_kg)
     if (!(mass > 0)) std::abort();
   for (const Element& e : scene.body.elements)

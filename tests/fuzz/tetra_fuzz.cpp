@@ -38,7 +38,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const TetraMesh mesh = tetra_mesh(text, data[0] % 2 != 0 ? TetraFormat::gmsh : TetraFormat::vtk, settings, "a mesh");
     if (mesh.vertices.size() > size || mesh.cells.size() > size) std::abort();
     for (const Vec3& x : mesh.vertices)
-      if (!(x.cwiseAbs().maxCoeff() <= kMaxCoordinateM)) std::abort();
+      if (!x.allFinite() || x.cwiseAbs().maxCoeff() > kMaxCoordinateM) std::abort();
     for (const Tetrahedron& t : mesh.cells) {
       for (const std::uint32_t node : t.nodes)
         if (node >= mesh.vertices.size()) std::abort();

@@ -166,6 +166,7 @@ TEST_CASE("numbers that lie where the machine would not read them are damage", "
     for (const std::uint8_t byte : bytes) builder.PushElement(byte);
     const auto list = builder.EndVector(1);
     record::BlockBuilder block(builder);
+    block.add_base(1);  // of eight bytes: the whole lies at a multiple of them
     block.add_hand_overs(flatbuffers::Offset<flatbuffers::Vector<const record::HandOver*>>(list));
     const auto content = block.Finish();
     builder.FinishSizePrefixed(record::CreatePart(builder, record::Content::Block, content.Union()), record::PartIdentifier());
