@@ -133,6 +133,8 @@ class Stage {
     for (; ticks > 0; --ticks) {
       now_ += kTick;
       at_ += step;
+      if (seconds(now_ - ticked_) > Guard::kGapMaxS) force_ = Vec3::Zero();  // from there it begins again
+      ticked_ = now_;
       const TickOutput out = core_.haptic().tick({now_, at_});
       require(out.force.allFinite() && out.force.norm() <= kForceMaxN + kRound);
       require((out.force - force_).norm() <= kSlewMaxNS * 1e-3 + kRound);
@@ -152,7 +154,7 @@ class Stage {
 
   static const std::vector<Message> kinds_;
   static const NonlinearTerms spring_terms_, solid_terms_;
-  Micros now_{1'000'000'000}, heard_{};
+  Micros now_{1'000'000'000}, heard_{}, ticked_ = now_;
   ClientCore core_{options(), now_};
   Vec3 at_ = Vec3(0.0512, -0.0312, 0.101), force_ = Vec3::Zero();
   std::uint32_t seq_ = 0, seq_out_ = 0;

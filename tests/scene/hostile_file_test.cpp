@@ -153,6 +153,14 @@ TEST_CASE("What a file says reaches a message short, on one line and without con
   }
 }
 
+TEST_CASE("A clip so small that it keeps a single loose cell keeps none, and is refused", "[scene][hostile]") {
+  const Folder folder;
+  const char* const scene = R"({ "body": { "lattice": { "nodes": [4, 4, 4], "size_m": [0.09, 0.09, 0.09],
+    "clip": { "ellipsoids": [ { "center_m": [0.015, 0.015, 0.015], "radii_m": [0.01, 0.01, 0.01] } ] },
+    "density_kg_m3": 1000, "stiffness_n_m": 25, "damping_n_s_m": 0.1 } } })";
+  check_words(test::error_of(folder, scene), "no cell of the lattice lies inside the clip");
+}
+
 TEST_CASE("A scene of very many fields or bytes is refused soon", "[scene][hostile]") {
   const Folder folder;
   std::string many = "{ ";
