@@ -26,7 +26,7 @@ Scene pushed_cube_scene(const PushedCube& cube) {
   const double k = kCube6 * kCube6Edges / (cube.n - 1);
   const std::string material =
       cube.solid
-          ? fmt::format(R"("solid": {{ "law": "neo-hookean", "young_pa": 10000, "damping_s": {} }})",
+          ? fmt::format(R"("solid": {{ "element": "tetrahedron", "law": "neo-hookean", "young_pa": 10000, "damping_s": {} }})",
                         cube.damping_s)
           : fmt::format(R"("stiffness_n_m": {}, "damping_n_s_m": {})", k, k * cube.damping_s);
   return read_scene(fmt::format(R"({{

@@ -144,7 +144,8 @@ void serve(const Options& o) {
     const NamedScene& room = scenes[k];
     const std::string as = scenes.size() > 1 ? fmt::format("room \"{}\": ", room.name) : "";
     say(fmt::format("{}scene \"{}\" ({} nodes, {} elements) at {}, {} Hz", as, room.scene.name, room.scene.body.nodes.size(),
-                    room.scene.body.elements.size() + room.scene.body.tetrahedra.size(), to_string(shell.address()), o.rate_hz));
+                    room.scene.body.elements.size() + room.scene.body.tetrahedra.size() + room.scene.body.hexahedra.size(),
+                    to_string(shell.address()), o.rate_hz));
     say(fmt::format("{}integrator {}", as, shell.integrator(k)));
     for (const std::string& line : describe(room.scene, o.rate_hz)) say(as + line);
   }

@@ -6,6 +6,7 @@
 
 #include "server/scene/clip.hpp"
 #include "server/scene/fixing.hpp"
+#include "server/scene/hexa_mesh.hpp"
 #include "server/scene/mesh_solid.hpp"
 #include "server/scene/scene_text.hpp"
 #include "server/scene/surface.hpp"
@@ -119,15 +120,26 @@ std::vector<Element> join_neighbours(const LatticeBody& lattice, const CellSet& 
   return elements;
 }
 
-/// Finite elements in the cells, and the surface that they have.
+/// Finite elements in the cells, their masses and the surface that they have, its faces split along the diagonals of
+/// split_cells().
 void fill_cells(LatticeBody& lattice, const CellSet& cells, const LatticeSettings& settings) {
   LumpedBody& body = lattice.body;
   body.mass_damping_1_s = settings.solid->mass_damping_1_s;
   body.materials = {settings.solid->material};
   for (const LayerSettings& layer : settings.layers) body.materials.push_back(layer.material);
-  body.tetrahedra = split_cells(cells, lattice.grid, lattice.number);
-  for (Tetrahedron& t : body.tetrahedra) t.material = layer_at(centre_of(t, body.nodes), settings);
-  body.triangles = outer_faces(body.tetrahedra);
+  const auto place = [&](auto& elements) {
+    for (auto& element : elements) element.material = layer_at(centre_of(element, body.nodes), settings);
+    body.masses_kg = lumped_masses(elements, body.nodes, settings.density_kg_m3);
+  };
+  const std::vector<Tetrahedron> split = split_cells(cells, lattice.grid, lattice.number);
+  body.triangles = outer_faces(split);
+  if (settings.solid->element == SolidElement::tetrahedron) {
+    body.tetrahedra = split;
+    place(body.tetrahedra);
+  } else {
+    body.hexahedra = cells_as_hexahedra(cells, lattice.grid, lattice.number);
+    place(body.hexahedra);
+  }
 }
 
 /// Nodes, elements and surface of a whole grid; returns its volume.
@@ -170,9 +182,7 @@ void finish(LatticeBody& lattice, const LatticeSettings& settings, double volume
   body.law = settings.law;
   body.stiffening = settings.law == SpringLaw::stiffening ? settings.stiffening : 0;
   body.gravity_m_s2 = settings.gravity_m_s2;
-  if (settings.solid)
-    body.masses_kg = lumped_masses(body.tetrahedra, body.nodes, settings.density_kg_m3);
-  else
+  if (!settings.solid)
     body.masses_kg.assign(body.nodes.size(), settings.density_kg_m3 * volume / static_cast<double>(body.nodes.size()));
   fix_nodes(body, settings.fixed, lattice.grid.spacing());
 }

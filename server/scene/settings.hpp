@@ -15,8 +15,12 @@ namespace palpate {
 class SceneText;
 struct Json;
 
+/// What a solid's cells are where a scene does not say.
+inline constexpr SolidElement kUsualElement = SolidElement::tetrahedron;
+
 /// What a body of finite elements is made of.
 struct SolidSettings {
+  SolidElement element = kUsualElement;
   SolidMaterial material;
   double mass_damping_1_s = 0;
 };
@@ -103,6 +107,7 @@ inline constexpr std::array<const char*, 6> kFaceNames = {"x-", "x+", "y-", "y+"
 inline constexpr std::array<const char*, 3> kSpringLawNames = {"linear", "stiffening", "thigh-skin"};
 inline constexpr std::array<const char*, 4> kIntegratorNames = {"automatic", "tr-bdf2", "explicit", "stabilised"};
 inline constexpr std::array<const char*, 2> kSolidLawNames = {"corotational", "neo-hookean"};
+inline constexpr std::array<const char*, 2> kSolidElementNames = {"hexahedron", "tetrahedron"};
 inline constexpr std::array<const char*, 2> kContactNames = {"attach", "touch"};
 
 }  // namespace palpate

@@ -50,6 +50,7 @@ void add_material(Json& out, const SolidMaterial& material) {
 
 Json to_json(const SolidSettings& solid) {
   Json out = Json::object();
+  out.add("element", Json::string(kSolidElementNames[static_cast<std::size_t>(solid.element)]));
   out.add("law", Json::string(kSolidLawNames[static_cast<std::size_t>(solid.material.law)]));
   add_material(out, solid.material);
   out.add("mass_damping_1_s", Json::number(solid.mass_damping_1_s));

@@ -21,6 +21,8 @@ SolidMaterial read_part(const SceneText& text, const std::string& path, SolidMat
 
 SolidSettings read_solid(const SceneText& text, const std::string& path, const schema::SolidT& in) {
   SolidSettings out;
+  out.element = static_cast<SolidElement>(
+      choice(text, path + ".element", in.element, kSolidElementNames, static_cast<std::size_t>(kUsualElement)));
   out.material.law =
       static_cast<SolidLaw>(choice(text, path + ".law", in.law, kSolidLawNames, static_cast<std::size_t>(SolidLaw::neo_hookean)));
   if (!in.young_pa) text.refuse(path + ".young_pa", "a number of Pa");
@@ -67,6 +69,10 @@ MeshBodySettings read_mesh_body(const SceneText& text, const schema::BodyT& body
   out.density_kg_m3 = in.density_kg_m3;
   if (!in.solid) text.refuse(kMesh + ".solid", "an object with young_pa");
   out.solid = read_solid(text, kMesh + ".solid", *in.solid);
+  if (text.has(kMesh + ".solid.element") && out.solid.element != SolidElement::tetrahedron)
+    text.refuse(kMesh + ".solid.element",
+                "\"tetrahedron\": that is what the file's cells are; a lattice with a clip has hexahedra");
+  out.solid.element = SolidElement::tetrahedron;
   for (std::size_t i = 0; i < in.regions.size(); ++i) {
     const auto& region = *in.regions[i];
     const std::string path = at(kMesh + ".regions", i);
