@@ -47,7 +47,7 @@ struct RefinedBench {
   }
 };
 
-Filling any_filling() { return GENERATE(Filling::springs, Filling::neo_hookean, Filling::corotational); }
+Filling any_filling() { return GENERATE(Filling::springs, Filling::neo_hookean, Filling::corotational, Filling::hexahedra); }
 
 /// T^T f, node by node.
 Vector gathered(const RefinedBody& refined, const Vector& f) {
