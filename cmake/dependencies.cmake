@@ -11,6 +11,7 @@ find_package(assimp REQUIRED)
 find_package(ZLIB REQUIRED)
 # The back end that asks the kernel: it leaves other programs their devices, and knows what each device is for.
 pkg_check_modules(hidapi REQUIRED IMPORTED_TARGET hidapi-hidraw)
+pkg_check_modules(sodium REQUIRED IMPORTED_TARGET libsodium)
 
 find_path(ASIO_INCLUDE_DIR asio.hpp REQUIRED)
 add_library(palpate_asio INTERFACE)

@@ -8,6 +8,7 @@ void add_patch_benchmarks();       ///< a patch on its way: encode, decode, chec
 void add_body_benchmarks();        ///< forces, tangents and solvers over body size
 void add_frame_benchmarks();       ///< a server's frame: scenes and schemes
 void add_integrator_benchmarks();  ///< error of the felt force against the server's run time, over its step
+void add_trust_benchmarks();       ///< the trust channel: seal, open, refuse, answer, shake hands
 void add_record_benchmarks();      ///< a recording, per second of the session: written at server and client, read
 
 }  // namespace palpate

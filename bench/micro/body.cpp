@@ -136,9 +136,8 @@ void body_indentations(benchmark::State& state, const std::string& name) {
   constexpr double kShift = 2.0 / 0.150;
   IndentationRequest request{skin.weights(top), {}, {}, kShift, {}};
   for (const double deep_m : {0.001, 0.004, 0.009}) request.displacements.push_back(-deep_m * Vec3::UnitZ());
-  Tangents tangents(body.dynamics);
-  tangents.take(body.state);
-  const Linearisation at{&body.dynamics, &body.state, &body.scene.body.fixed, &tangents};
+  const WholeBody whole(body.dynamics, body.state);
+  const Linearisation at(whole, body.scene.body.fixed);
   ShiftedSolver solver(body.dynamics);
   solver.prepare(at, kShift, true);
   std::vector<Vector> responses(3, Vector::Zero(body.state.x.size()));

@@ -83,9 +83,8 @@ SecondOrderSystem krylov(const SecondOrderSystem& system, const std::vector<Comp
 SecondOrderSystem krylov_moments(const Specimen& specimen, const SecondOrderSystem& system, double shift_1_s, int modes) {
   std::vector<std::uint8_t> held = specimen.body().fixed;
   held[specimen.port_node()] = 1;
-  Tangents tangents(specimen.dynamics());
-  tangents.take(specimen.rest());
-  const Linearisation at{&specimen.dynamics(), &specimen.rest(), &held, &tangents};
+  const WholeBody whole(specimen.dynamics(), specimen.rest());
+  const Linearisation at(whole, held);
   ShiftedSolver solver(specimen.dynamics());
   if (!solver.prepare(at, shift_1_s, false)) throw std::runtime_error("krylov_moments: the shifted matrix is not definite");
   std::vector<Vector> ports;

@@ -9,6 +9,7 @@
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/command_line/flags.hpp"
+#include "common/io/key_files.hpp"
 #include "common/io/make_folder.hpp"
 #include "common/io/record_file.hpp"
 
@@ -27,7 +28,7 @@ struct TypedOfHands {
 /// Flags as they were typed, of one hand.
 struct Typed {
   std::string server, device = "sim", motion, station = "hand", room, scheme = std::string(kAutoName), hand = "reference",
-                      compare, passivity = "auto", report, record, realtime = "auto";
+                      compare, passivity = "auto", report, record, realtime = "auto", key, token;
   int order = 0;
   std::uint64_t seed = 1;
   double coupling_n_m = 0, coupling_n_s_m = 0;
@@ -76,6 +77,11 @@ void declare(CLI::App& app, Typed& typed, TypedOfHands& each) {
   CLI::Option* const server = app.add_option("--server", typed.server, "where palpate-server (or palpate-relay) listens")
                                   ->required()
                                   ->type_name("HOST:PORT");
+  app.add_option("--key", typed.key,
+                 "key file of this station (palpate-key new), for a server with --keys; it names the server that is believed")
+      ->type_name("FILE");
+  app.add_option("--token", typed.token, "leave to join, from palpate-key issue, for a server that does not know this key")
+      ->type_name("FILE");
   declare_hands(app, each);
   app.add_option("--room", typed.room, "name of the room on the server; default: its first")->type_name("NAME");
   app.add_option("--scheme", typed.scheme,
@@ -243,12 +249,16 @@ void add_workspace(const Typed& typed, AppOptions& options) {
 AppOptions checked(const Typed& typed, const CLI::App& app) {
   refuse_empty(app, {{"--motion", &typed.motion},
                      {"--compare", &typed.compare},
+                     {"--key", &typed.key},
+                     {"--token", &typed.token},
                      {"--report", &typed.report},
                      {"--record", &typed.record},
                      {"--workspace", &typed.workspace},
                      {"--save-workspace", &typed.save_workspace}});
   AppOptions options;
   options.server = typed.server;
+  if (!typed.token.empty() && typed.key.empty()) throw InputError("--token", "without --key", "the key that it was issued for");
+  if (!typed.key.empty()) options.keys = read_client_keys(typed.key, typed.token);
   options.device = device_of(typed.device);
   options.held = is_hardware(typed.device);
   options.device_name = typed.device;

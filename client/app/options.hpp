@@ -12,6 +12,7 @@
 #include "client/guard/virtual_coupling.hpp"
 #include "client/mapping/workspace_mapping.hpp"
 #include "common/motion/motion.hpp"
+#include "common/trust/client_channel.hpp"
 #include "common/wire/scheme_in_use.hpp"
 
 namespace CLI {
@@ -22,7 +23,8 @@ namespace palpate {
 
 /// Of one hand.
 struct AppOptions {
-  std::string server;  ///< HOST:PORT
+  std::string server;              ///< HOST:PORT
+  std::optional<ClientKeys> keys;  ///< none: of a server that has none either
   DeviceKind device = DeviceKind::sim;
   std::string device_name = "sim";            ///< as it was typed
   bool held = false;                          ///< by a hand: hardware of that name (open_device.hpp), and no `device`

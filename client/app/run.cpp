@@ -439,7 +439,7 @@ int check_link(const AppOptions& options, const std::atomic<bool>& stop) {
   constexpr double kTrialS = 10;
   const Micros duration = from_seconds(options.duration_s.value_or(kTrialS));
   say(fmt::format("checking the link to {} for {:g} s", options.server, seconds(duration)));
-  const LinkFigures figures = measure_link(options.server, options.station, duration, options.realtime, stop);
+  const LinkFigures figures = measure_link(options.server, options.station, duration, options.realtime, stop, options.keys);
   if (figures.joined) say(describe(figures));
   const LinkVerdict verdict = judge(figures);
   for (const std::string& word : verdict.words) say("  " + word);
@@ -453,7 +453,7 @@ int check_link(const AppOptions& options, const std::atomic<bool>& stop) {
 int reset_body(const AppOptions& options, const std::atomic<bool>& stop) {
   constexpr double kWaitS = 5;
   const std::string fault =
-      reset_body(options.server, "reset", options.room, from_seconds(options.duration_s.value_or(kWaitS)), stop);
+      reset_body(options.server, "reset", options.room, from_seconds(options.duration_s.value_or(kWaitS)), stop, options.keys);
   if (!fault.empty()) complain("the body was not reset: " + fault);
   if (fault.empty()) say("the body is at rest again");
   return fault.empty() ? 0 : 1;

@@ -26,6 +26,6 @@ ClientStation::ClientStation(const AppOptions& options, SchemeAsked scheme, cons
     : name_(client_options(options, scheme, shadow_of).hello.station),
       scheme_(scheme),
       core_(client_options(options, scheme, shadow_of), monotonic_now()),
-      udp_(options.server, core_, {}, std::move(watch)) {}
+      udp_(options.server, core_, {}, std::move(watch), options.keys) {}
 
 }  // namespace palpate

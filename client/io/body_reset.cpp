@@ -9,16 +9,18 @@
 namespace palpate {
 
 std::string reset_body(const std::string& server, const std::string& station, const std::string& room, Micros longest,
-                       const std::atomic<bool>& stop) {
+                       const std::atomic<bool>& stop, const std::optional<ClientKeys>& keys) {
   constexpr Micros kPoll{10'000};
   ClientOptions options;
   options.hello.station = station;
+  options.hello.alike = true;
   options.hello.room = room;
   options.hello.role = Role::viewer;
   ClientCore core(options, monotonic_now());
   core.ask_reset();
   std::atomic<bool> done{false};
-  UdpClient client(server, core, {}, [&done](const ClientCore& c, auto, auto) { done = !c.reset_pending(); });
+  UdpClient client(
+      server, core, {}, [&done](const ClientCore& c, auto, auto) { done = !c.reset_pending(); }, keys);
   client.start();
   const Micros begin = monotonic_now();
   while (!stop && !done && monotonic_now() - begin < longest) std::this_thread::sleep_for(kPoll);

@@ -69,7 +69,7 @@ void fill_loop(LinkFigures& figures, const HapticLoopStats& stats) {
 }  // namespace
 
 LinkFigures measure_link(const std::string& server, const std::string& station, Micros duration, bool realtime,
-                         const std::atomic<bool>& stop) {
+                         const std::atomic<bool>& stop, const std::optional<ClientKeys>& keys) {
   LinkFigures figures;
   ClientOptions options;
   options.hello.station = station;
@@ -77,7 +77,8 @@ LinkFigures measure_link(const std::string& server, const std::string& station, 
   options.hello.role = Role::viewer;
   ClientCore core(options, monotonic_now());
   Seen seen;
-  UdpClient client(server, core, {}, [&seen](const ClientCore& c, auto, auto) { seen.look(c); });
+  UdpClient client(
+      server, core, {}, [&seen](const ClientCore& c, auto, auto) { seen.look(c); }, keys);
   client.start();
   Micros begin = monotonic_now();
   const auto wait_until = [&](const auto& done) {

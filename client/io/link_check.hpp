@@ -10,10 +10,12 @@
 #pragma once
 
 #include <atomic>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/base/types.hpp"
+#include "common/trust/client_channel.hpp"
 
 namespace palpate {
 
@@ -50,7 +52,7 @@ struct LinkVerdict {
 
 /// `server` is HOST:PORT (InputError when it is not). Ends early once `stop` is set.
 LinkFigures measure_link(const std::string& server, const std::string& station, Micros duration, bool realtime,
-                         const std::atomic<bool>& stop);
+                         const std::atomic<bool>& stop, const std::optional<ClientKeys>& keys = {});
 LinkVerdict judge(const LinkFigures& figures);
 /// The numbers as a table.
 std::string describe(const LinkFigures& figures);

@@ -25,7 +25,7 @@ std::string joined_text(const ClientStatus& status) {
 
 }  // namespace
 
-UdpClient::UdpClient(const std::string& server, ClientCore& core, Say say, Watch watch)
+UdpClient::UdpClient(const std::string& server, ClientCore& core, Say say, Watch watch, const std::optional<ClientKeys>& keys)
     : core_(core),
       say_(std::move(say)),
       watch_(std::move(watch)),
@@ -33,6 +33,7 @@ UdpClient::UdpClient(const std::string& server, ClientCore& core, Say say, Watch
       server_(server_at(server)),
       socket_(open_udp_towards(io_, server_)) {
   socket_.non_blocking(true);
+  if (keys) channel_.emplace(*keys, kWireVersion, system_random(), monotonic_now());
 }
 
 UdpClient::~UdpClient() { stop(); }
@@ -81,18 +82,26 @@ void UdpClient::receive() {
       if (none == asio::error::would_block || none == asio::error::try_again) break;
       if (none) continue;  // an ICMP answer to an earlier datagram: the server is not there yet
       if (from != server_) continue;
-      const auto datagram = std::span(in_).first(size);
-      const auto now = monotonic_now();
-      core_.take(datagram, now);
-      if (watch_) watch_(core_, datagram, now);
+      take(std::span(in_).first(size), monotonic_now());
     }
     step();
     receive();
   });
 }
 
+void UdpClient::take(std::span<const std::byte> datagram, Micros now) {
+  if (channel_) {
+    const auto size = channel_->take(octets(datagram), now, octets(std::span(opened_)));
+    if (size == 0) return;
+    datagram = std::span(opened_).first(size);
+  }
+  core_.take(datagram, now);
+  if (watch_) watch_(core_, datagram, now);
+}
+
 void UdpClient::wake() {
   auto at = core_.deadline();
+  if (channel_) at = std::min(at, channel_->deadline());
   if (core_.link() == LinkState::joined) at = std::min(at, monotonic_now() + kWake);
   timer_.expires_at(monotonic_at(at));
   timer_.async_wait([this](const asio::error_code& fault) {
@@ -102,6 +111,7 @@ void UdpClient::wake() {
 
 void UdpClient::step() {
   const auto now = monotonic_now();
+  if (channel_) channel_->tick(now);
   core_.tick(now);
   send_all(now);
   note();
@@ -109,11 +119,21 @@ void UdpClient::step() {
 }
 
 void UdpClient::send_all(Micros now) {
+  while (const auto size = channel_ ? channel_->emit(octets(std::span(sealed_)), now) : 0) send(std::span(sealed_).first(size));
+  if (channel_ && !channel_->ready(now)) return;
   while (const auto size = core_.emit(out_, now)) {
-    asio::error_code fault;
-    socket_.send_to(asio::buffer(out_.data(), size), server_, 0, fault);
-    if (fault) ++send_failed_;
+    const auto datagram = std::span(out_).first(size);
+    if (channel_)
+      send(std::span(sealed_).first(channel_->seal(octets(datagram), octets(std::span(sealed_)), now)));
+    else
+      send(datagram);
   }
+}
+
+void UdpClient::send(std::span<const std::byte> datagram) {
+  asio::error_code fault;
+  socket_.send_to(asio::buffer(datagram.data(), datagram.size()), server_, 0, fault);
+  if (fault) ++send_failed_;
 }
 
 void UdpClient::note() {
@@ -140,7 +160,7 @@ void UdpClient::tell(LinkState before, const ClientStatus& after) {
   else if (before == LinkState::joined)
     say_("server silent, trying again");
   else
-    say_("waiting for server at " + server_name_);
+    say_("waiting for server at " + server_name_ + (channel_ ? ", which answers only a key that it knows" : ""));
 }
 
 }  // namespace palpate

@@ -3,7 +3,8 @@
 // The thread sleeps until a datagram comes or the core's deadline, at most kWake while joined, so that samples of the haptic
 // thread go out in time. Every datagram that waits is taken before the core ticks. The clock is steady_clock, the same that the
 // haptic loop reads. An error that nobody expected ends the thread, not the program: status() says so, and the force ends for
-// want of a server. From start() to stop() the core belongs to the thread (its haptic() to the haptic thread).
+// want of a server. With keys every datagram goes through the trust channel on this thread; what the core has to say waits until
+// there are keys for it. From start() to stop() the core belongs to the thread (its haptic() to the haptic thread).
 #pragma once
 
 #include <array>
@@ -13,12 +14,14 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <thread>
 
 #include "client/core/client_core.hpp"
 #include "common/io/endpoint.hpp"
+#include "common/trust/client_channel.hpp"
 
 namespace palpate {
 
@@ -44,7 +47,9 @@ class UdpClient {
   using Watch = std::function<void(const ClientCore&, std::span<const std::byte>, Micros)>;
 
   /// `server` is HOST:PORT; InputError when it is not, or does not resolve. The core outlives this object.
-  UdpClient(const std::string& server, ClientCore& core, Say say = {}, Watch watch = {});
+  /// `keys`: none where the server has none.
+  UdpClient(const std::string& server, ClientCore& core, Say say = {}, Watch watch = {},
+            const std::optional<ClientKeys>& keys = {});
   ~UdpClient();
   UdpClient(const UdpClient&) = delete;
   UdpClient& operator=(const UdpClient&) = delete;
@@ -62,9 +67,11 @@ class UdpClient {
 
   void run();
   void receive();
+  void take(std::span<const std::byte> datagram, Micros now);
   void wake();
   void step();
   void send_all(Micros now);
+  void send(std::span<const std::byte> datagram);
   void note();
   void tell(LinkState before, const ClientStatus& after);
 
@@ -77,7 +84,9 @@ class UdpClient {
   UdpSocket socket_;
   asio::steady_timer timer_{io_};
   std::array<std::byte, 2048> in_{};
-  std::array<std::byte, kMaxDatagramBytes> out_{};
+  std::array<std::byte, kMaxDatagramBytes> out_{}, opened_{};
+  std::array<std::byte, kMaxSealedBytes> sealed_{};
+  std::optional<ClientChannel> channel_;
   std::uint64_t send_failed_ = 0;
   bool waiting_said_ = false;
   mutable std::mutex mutex_;  ///< of status_; the haptic thread never asks

@@ -64,12 +64,16 @@ Simulates soft bodies and sends each hand that touches them a small local
 model of what it touches, over UDP.
 .
 A systemd service is included; it is not started by itself."
-  DEPENDS "palpate-data ${same}")
+  DEPENDS "palpate-data ${same}" RECOMMENDS "palpate-key")
 describe(palpate-client "touch of a deformable body over a network: station of a hand
 Reads a haptic device a thousand times a second, plays the local models that
 palpate-server sends, and writes the force; palpate-relay stands between the
 two as a link that delays and loses what it passes on."
-  RECOMMENDS "palpate-data" SUGGESTS "palpate-doc, palpate-view")
+  RECOMMENDS "palpate-data, palpate-key" SUGGESTS "palpate-doc, palpate-view")
+describe(palpate-key "touch of a deformable body over a network: keys
+Makes the keys by which palpate-server and its stations know each other, and
+signs tokens that let a station join once."
+  SUGGESTS "palpate-doc")
 describe(palpate-view "touch of a deformable body over a network: viewer
 Shows the body that palpate-server simulates and the tools that touch it, in
 a window or as pictures without a display; the mouse can be a hand."
@@ -90,7 +94,7 @@ describe(libpalpate-dev "touch of a deformable body over a network: development 
 Headers, static libraries and the CMake package for stations, servers and
 experiments of one's own: find_package(Palpate)."
   SECTION libdevel SHLIBDEPS OFF
-  DEPENDS "libassimp-dev, libasio-dev, libeigen3-dev (>= 3.4), libflatbuffers-dev, libfmt-dev, libhidapi-dev, libspdlog-dev, nlohmann-json3-dev, pkg-config, zlib1g-dev")
+  DEPENDS "libassimp-dev, libasio-dev, libeigen3-dev (>= 3.4), libflatbuffers-dev, libfmt-dev, libhidapi-dev, libsodium-dev, libspdlog-dev, nlohmann-json3-dev, pkg-config, zlib1g-dev")
 
 set(scripts ${CPACK_PALPATE_SOURCE_DIR}/cmake/package/server)
 set(CPACK_DEBIAN_PALPATE-SERVER_PACKAGE_CONTROL_EXTRA ${scripts}/conffiles ${scripts}/postinst ${scripts}/prerm ${scripts}/postrm)

@@ -11,7 +11,8 @@ import subprocess
 import sys
 
 PAGE = "docs/reference/command-line.md"
-PROGRAMS = ("palpate-server", "palpate-client", "palpate-view", "palpate-relay", "palpate-felt")
+PROGRAMS = ("palpate-server", "palpate-client", "palpate-view", "palpate-relay", "palpate-felt", "palpate-key")
+KEY_COMMANDS = ("new", "trust", "admit", "show", "issue")
 HEAD = """# Command line
 
 Made from what the programs say with `--help` by `./dev docs`; a test compares. Every program has `--version` too, exits with 0 when it did what it was asked, with 2 on bad
@@ -33,6 +34,7 @@ def section(level, name, text):
 def page(root, programs):
     parts = [HEAD, section(2, "dev", said("dev", "help", cwd=root))]
     parts += [section(2, name, said(name, "--help", cwd=programs)) for name in PROGRAMS]
+    parts += [section(3, f"palpate-key {name}", said("palpate-key", name, "--help", cwd=programs)) for name in KEY_COMMANDS]
     experiments = said("palpate-lab", "list", cwd=programs)
     parts.append(section(2, "palpate-lab", f"usage: palpate-lab EXPERIMENT [OPTIONS]      (palpate-lab list names them)\n\n{experiments}"))
     for line in said("palpate-lab", "--help", cwd=programs).split("\nExample:")[0].split("\n"):

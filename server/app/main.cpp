@@ -14,6 +14,7 @@
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/command_line/flags.hpp"
+#include "common/io/key_files.hpp"
 #include "server/app/describe.hpp"
 #include "server/io/server_shell.hpp"
 #include "server/scene/scene.hpp"
@@ -26,10 +27,11 @@ constexpr double kLeastS = 1e-3, kMostS = 30 * 86400.0;
 
 struct Options {
   std::vector<std::string> scenes;
-  std::string listen = "127.0.0.1:47800", record;
+  std::string listen = "127.0.0.1:47800", record, keys;
   double rate_hz = 20, duration_s = 0, shapes_hz = RecordOptions{}.shapes_hz, deadband = 0;
   std::size_t threads = 0;
-  bool print_scene = false, describe = false, has_duration = false, has_record = false, has_shapes = false;
+  bool print_scene = false, describe = false, insecure = false, has_keys = false, has_duration = false, has_record = false,
+       has_shapes = false;
 };
 
 void describe_flags(CLI::App& app, Options& o) {
@@ -42,6 +44,13 @@ void describe_flags(CLI::App& app, Options& o) {
   app.add_option("--listen", o.listen, "where clients reach the server, port 0 for any")
       ->type_name("HOST:PORT")
       ->capture_default_str();
+  app.add_option(
+         "--keys", o.keys,
+         "key file of this server (docs/tutorials/two-machines.md): whoever has none of the keys in it hears nothing; read "
+         "again at SIGHUP")
+      ->type_name("FILE");
+  app.add_flag("--insecure", o.insecure,
+               "listen beyond this machine without keys: whoever reaches the port may touch, read and take over");
   app.add_option("--rate-hz", o.rate_hz,
                  "frames a second (a frame: one step of the body, after which every station gets a new patch)")
       ->check(number_from(kMinRateHz, kMaxRateHz))
@@ -70,6 +79,8 @@ void describe_flags(CLI::App& app, Options& o) {
 void check(const Options& o) {
   if (o.print_scene && o.scenes.size() > 1) throw InputError("--print-scene", "comes with several scenes", "one --scene");
   if (o.print_scene && o.describe) throw InputError("--describe", "comes with --print-scene", "one of the two");
+  if (o.has_keys && o.keys.empty()) throw InputError("--keys", "is empty", "a file, or no such flag");
+  if (o.has_keys && o.insecure) throw InputError("--insecure", "comes with --keys", "one of the two");
   if (o.has_record && o.record.empty()) throw InputError("--record", "is empty", "a file, or no such flag");
   if (o.has_shapes && !o.has_record) throw InputError("--record-shapes-hz", "without a recording", "--record FILE");
 }
@@ -118,8 +129,41 @@ void describe_scenes(const Options& o) {
   }
 }
 
+/// Beyond this machine only with keys, unless that is asked for.
+void check_reach(const Options& o) {
+  if (o.has_keys || o.insecure || resolve_udp("--listen", o.listen).address().is_loopback()) return;
+  throw InputError("--listen " + o.listen, "would let in whoever reaches the port",
+                   "--keys FILE (palpate-key new FILE makes one), or --insecure");
+}
+
+constexpr std::chrono::minutes kInsecureEvery{1};
+
+void warn_insecure(asio::steady_timer& timer) {
+  say("warning: --insecure: whoever reaches this port may touch, read and take over; --keys FILE ends that");
+  timer.expires_after(kInsecureEvery);
+  timer.async_wait([&timer](const asio::error_code& fault) {
+    if (!fault) warn_insecure(timer);
+  });
+}
+
+/// A file that is wrong leaves the keys as they are.
+void read_keys_at(asio::signal_set& hang_up, ServerShell& shell, const std::string& file) {
+  hang_up.async_wait([&hang_up, &shell, file](const asio::error_code& fault, int) {
+    if (fault) return;
+    try {
+      shell.change_keys(read_site(file));
+      say("keys read again from " + file);
+    } catch (const InputError& wrong) {
+      say(std::string("keys stay as they were: ") + wrong.what());
+    }
+    read_keys_at(hang_up, shell, file);
+  });
+}
+
 void serve(const Options& o) {
   end_while_loading();
+  check_reach(o);
+  const auto keys = o.has_keys ? std::optional(read_site(o.keys)) : std::nullopt;
   const std::vector<NamedScene> scenes = load_scenes(o);
   const std::size_t processors = std::max(1u, std::thread::hardware_concurrency());
   ServerShell shell(scenes,
@@ -127,8 +171,18 @@ void serve(const Options& o) {
                      o.rate_hz,
                      o.threads > 0 ? o.threads : std::min(scenes.size(), processors),
                      {o.record, o.shapes_hz, "palpate-server " PALPATE_VERSION},
-                     o.deadband},
+                     o.deadband,
+                     keys},
                     say);
+  asio::signal_set hang_up(shell.context());
+  if (keys) {
+    hang_up.add(SIGHUP);
+    read_keys_at(hang_up, shell, o.keys);
+    say(fmt::format("public key {}; {} stations and {} issuers are let in", to_text(public_of(keys->self)), keys->stations.size(),
+                    keys->issuers.size()));
+  }
+  asio::steady_timer insecure(shell.context());
+  if (o.insecure) warn_insecure(insecure);
   asio::signal_set signals(shell.context(), SIGINT, SIGTERM);
   signals.async_wait([&shell](const asio::error_code& fault, int) {
     if (!fault) shell.stop();
@@ -157,13 +211,14 @@ void serve(const Options& o) {
 
 int main(int argc, char** argv) {
   CLI::App app("simulates a deformable body and lets stations touch it", "palpate-server");
-  describe_program(app, PALPATE_VERSION, "palpate-server --scene scenes/organ.json --listen 0.0.0.0:47800");
+  describe_program(app, PALPATE_VERSION, "palpate-server --scene scenes/organ.json --listen 0.0.0.0:47800 --keys site.keys");
   Options options;
   describe_flags(app, options);
   return run_program(app, [&] {
     app.parse(argc, argv);
     options.has_duration = app.count("--duration-s") > 0;
     options.has_record = app.count("--record") > 0;
+    options.has_keys = app.count("--keys") > 0;
     options.has_shapes = app.count("--record-shapes-hz") > 0;
     check(options);
     if (options.print_scene)

@@ -1,6 +1,7 @@
 #include "server/reduce/basis.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace palpate {
@@ -15,6 +16,7 @@ class Orthonormal {
   Eigen::Index room() const { return v_.cols() - count_; }
   void add(Vector y) {
     if (full()) return;
+    assert(y.size() == masses_.size());
     const double before = norm(y);
     if (!(before > 0) || !std::isfinite(before)) return;
     for (int pass = 0; pass < 2; ++pass) {
@@ -38,20 +40,17 @@ class Orthonormal {
 
 }  // namespace
 
-Linearisation Linearisation::bending() const {
-  if (!subdomain) return *this;
-  return {&subdomain->dynamics(), &subdomain->state(), &subdomain->dynamics().body().fixed, &subdomain->tangents()};
-}
-
 Matrix side_by_side(std::span<const Vector> columns) {
+  assert(!columns.empty());
   Matrix w(columns.front().size(), static_cast<Eigen::Index>(columns.size()));
   for (std::size_t c = 0; c < columns.size(); ++c) w.col(static_cast<Eigen::Index>(c)) = columns[c];
   return w;
 }
 
 std::vector<Vector> moment_inputs(const Linearisation& at, double shift_1_s, std::span<const Vector> x) {
+  assert(shift_1_s >= 0);
   Matrix d_x;
-  at.multiply_sum(side_by_side(x), 0, 1, d_x);
+  at.body->multiply_sum(side_by_side(x), 0, 1, d_x);
   std::vector<Vector> inputs;
   for (std::size_t k = 0; k < x.size(); ++k)
     inputs.emplace_back(2 * shift_1_s * at.masses().cwiseProduct(x[k]) + d_x.col(static_cast<Eigen::Index>(k)));
@@ -59,19 +58,14 @@ std::vector<Vector> moment_inputs(const Linearisation& at, double shift_1_s, std
 }
 
 bool ShiftedSolver::prepare(const Linearisation& at, double shift, bool clamp) {
+  assert(at.body && at.held && shift >= 0);
+  assert(3 * static_cast<Eigen::Index>(at.held->size()) == at.masses().size());
   iterations_ = 0;
   UpperBlocks& upper = batch_.matrix();
-  if (at.refined) {
-    if (generation_ != at.refined->generation()) matrix_ = at.refined->make_matrix();
-    generation_ = at.refined->generation();
-    at.refined->assemble(shift * shift, shift, 1, *at.held, clamp, *matrix_);
-    upper.take(*matrix_);
-  } else if (!small_ && at.tangents->can_assemble()) {
-    at.tangents->assemble(shift * shift, shift, 1, *at.held, clamp, upper);
-  } else {
-    if (!matrix_ || generation_ != 0) matrix_ = at.dynamics->make_matrix();
-    generation_ = 0;
-    at.dynamics->assemble(*at.state, shift * shift, shift, 1, *at.held, clamp, *matrix_);
+  if (!at.body->assemble(shift * shift, shift, 1, *at.held, clamp, upper)) {
+    if (!matrix_ || generation_ != at.body->generation()) matrix_ = at.body->make_matrix();
+    generation_ = at.body->generation();
+    at.body->assemble(shift * shift, shift, 1, *at.held, clamp, *matrix_);
     upper.take(*matrix_);
     if (small_) return factor_.factorise(*matrix_);
   }
@@ -80,6 +74,8 @@ bool ShiftedSolver::prepare(const Linearisation& at, double shift, bool clamp) {
 }
 
 bool ShiftedSolver::solve(const Linearisation& at, std::span<const SolveColumn> columns, double tolerance) {
+  assert(tolerance > 0);
+  assert(std::all_of(columns.begin(), columns.end(), [&](const SolveColumn& c) { return c.b->size() == at.masses().size(); }));
   bool definite = true;
   if (!small_) {
     iterations_ += batch_.solve(columns, tolerance, definite);
@@ -99,6 +95,7 @@ bool ShiftedSolver::solve(const Linearisation& at, std::span<const SolveColumn> 
 std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
                                    const BasisRequest& request) {
   const Vector& masses = at.masses();
+  assert(request.modes > 0 && masses.minCoeff() > 0);
   Orthonormal basis(masses, request.modes);
   Vector free_motion = at.velocity();
   mask(*at.held, free_motion);
@@ -156,20 +153,14 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solve
   return krylov_basis(at, start, solve, request);
 }
 
-std::optional<CoarseSpace> coarse_space_of(const Dynamics& dynamics) {
-  if (ShiftedSolver::factorises(dynamics) || dynamics.body().planar) return std::nullopt;
-  return std::optional<CoarseSpace>(std::in_place, dynamics);
-}
-
 double softest_stiffness(const Dynamics& dynamics) {
   const auto& fixed = dynamics.body().fixed;
   if (std::find(fixed.begin(), fixed.end(), 1) == fixed.end()) return 0;
   const BodyState rest = dynamics.rest_state();
-  Tangents tangents(dynamics);
-  tangents.take(rest);
-  Linearisation at{&dynamics, &rest, &fixed, &tangents};
-  std::optional<CoarseSpace> coarse = coarse_space_of(dynamics);
-  if (coarse) at.coarse = &*coarse, at.pieces = coarse->nodes();
+  WholeBody whole(dynamics, rest);
+  Linearisation at(whole, fixed);
+  at.coarse = whole.coarse();
+  at.pieces = whole.pieces();
   ShiftedSolver solver(dynamics);
   if (!solver.prepare(at, 0, false)) return 0;
   constexpr int kIterations = 12;

@@ -14,7 +14,6 @@
 
 #include "server/body/batch_cg.hpp"
 #include "server/body/linear_solver.hpp"
-#include "server/body/tangents.hpp"
 #include "server/reduce/nonlinear_subdomain.hpp"
 
 namespace palpate {
@@ -24,42 +23,26 @@ struct Projection {
   Matrix k, d;
 };
 
-/// Where a model is linearised and what it may move: M, K and D over the nodes of a body, or over the fewer of a locally refined
-/// one.
+/// Where a model is linearised and what it may move.
 struct Linearisation {
-  const Dynamics* dynamics = nullptr;
-  const BodyState* state = nullptr;
-  const std::vector<std::uint8_t>* held = nullptr;  ///< nodes that the model keeps still; of `refined`: coordinates
-  const Tangents* tangents = nullptr;               ///< of `dynamics` at `state`; null beside `refined`
-  const RefinedBody* refined = nullptr;             ///< at `state`
-  const NonlinearSubdomain* subdomain = nullptr;    ///< of `refined`, for bending()
-  CoarseSpace* coarse = nullptr;                    ///< for iterative solves; null: none
-  std::span<const CoarseSpace::Node> pieces = {};   ///< where in it each node is, or each coordinate of `refined`
+  const BodyOperator* body = nullptr;               ///< M, K and D
+  const std::vector<std::uint8_t>* held = nullptr;  ///< coordinates that the model keeps still
+  const WholeBody* part = nullptr;                ///< whose forces are known beyond their tangents: all, or what is near the tool
+  const NonlinearSubdomain* subdomain = nullptr;  ///< how that part moves; null: it is all
+  CoarseSpace* coarse = nullptr;                  ///< for iterative solves; null: none
+  std::span<const CoarseSpace::Node> pieces = {};  ///< where in it each coordinate is
 
-  const Vector& masses() const { return refined ? refined->masses() : dynamics->masses(); }
-  const Vector& velocity() const { return refined ? refined->velocity() : state->v; }
-  /// K Y and D Y, nothing held.
-  void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
-    refined ? refined->multiply(y, k_y, d_y) : tangents->multiply(y, k_y, d_y);
-  }
-  /// (c_k K + c_d D) Y.
-  void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const {
-    refined ? refined->multiply_sum(y, c_k, c_d, sum) : tangents->multiply_sum(y, c_k, c_d, sum);
-  }
+  Linearisation() = default;
+  Linearisation(const WholeBody& whole, const std::vector<std::uint8_t>& still) : body(&whole), held(&still), part(&whole) {}
+
+  const Vector& masses() const { return body->masses(); }
+  const Vector& velocity() const { return body->velocity(); }
   Projection projected(const Matrix& v) const {
     Matrix k_v, d_v;
-    multiply(v, k_v, d_v);
+    body->multiply(v, k_v, d_v);
     return {v.transpose() * k_v, v.transpose() * d_v};
   }
-  /// Of a node that is held, or near a tool.
-  std::uint32_t coordinate(std::uint32_t node) const { return refined ? refined->coordinate(node) : node; }
-  /// Rows of a basis for one node.
-  PortRows rows(std::uint32_t node, const Matrix& v) const {
-    return refined ? refined->at(node, v) : PortRows(v.middleRows<3>(3 * static_cast<Eigen::Index>(node)));
-  }
-  /// The part whose forces are known beyond their tangents: the whole, or of a locally refined body the part near the tool.
-  Linearisation bending() const;
-  /// How the nodes of that part move, and what forces on them do to the coordinates.
+  /// How the nodes of the part move, and what forces on them do to the coordinates.
   Matrix moved(Matrix y) const { return subdomain ? subdomain->moved(y) : std::move(y); }
   Vector gathered(Vector forces) const { return subdomain ? subdomain->gathered(forces) : std::move(forces); }
 };
@@ -68,11 +51,7 @@ struct Linearisation {
 /// through the matrix side by side (batch_cg.hpp).
 class ShiftedSolver {
  public:
-  static constexpr std::uint32_t kFactorisedMost = 100, kFactorisedPlanarMost = 600;  ///< nodes
-  static bool factorises(const Dynamics& dynamics) {
-    return dynamics.nodes() <= (dynamics.body().planar ? kFactorisedPlanarMost : kFactorisedMost);
-  }
-  explicit ShiftedSolver(const Dynamics& dynamics) : small_(factorises(dynamics)), factor_(dynamics.nodes()) {}
+  explicit ShiftedSolver(const Dynamics& dynamics) : small_(WholeBody::factorises(dynamics)), factor_(dynamics.nodes()) {}
   /// P = s^2 M + s D + K; with `clamp` compressed elements do not soften K. False when P turns out not to be positive definite.
   bool prepare(const Linearisation& at, double shift, bool clamp);
   /// x = P^-1 b, rows of held nodes zero; x holds the first guess. `tolerance` matters to the iterative method only.
@@ -90,14 +69,11 @@ class ShiftedSolver {
  private:
   bool small_;
   std::optional<BlockMatrix> matrix_;  // made when first needed: springs have none, nor has every station every kind of solver
-  std::uint64_t generation_ = 0;       // of the locally refined body that it is for; 0: the whole one
+  std::uint64_t generation_ = 0;       // of the coordinates that it is for
   LinearSolver factor_;
   BatchConjugateGradients batch_;
   int iterations_ = 0;
 };
-
-/// Of a body that is solved for by iteration, where there is one.
-std::optional<CoarseSpace> coarse_space_of(const Dynamics& dynamics);
 
 struct BasisRequest {
   int modes = 11;

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <cassert>
 
 namespace palpate {
 namespace {
@@ -16,6 +17,7 @@ double shift_for(Micros horizon) { return std::clamp(2.0 / std::max(seconds(hori
 bool SharedSystem::prepare(const Linearisation& at, double shift, bool clamp, double tolerance) {
   at_ = at;
   shift_ = shift;
+  assert(shift >= 0 && tolerance > 0);
   tolerance_ = tolerance;
   fresh_.clear();
   residual_.fresh = motion_.fresh = false;
@@ -64,16 +66,23 @@ bool SharedSystem::respond(std::span<const PortPlace> places, const OwnLoads& ow
   return definite_;
 }
 
-FrameModel::FrameModel(const Dynamics& dynamics, const Skin& skin) : dynamics_(&dynamics), skin_(&skin), tangents_(dynamics) {
+FrameModel::FrameModel(const Dynamics& dynamics, const Skin& skin)
+    : dynamics_(&dynamics), skin_(&skin), whole_body_(new WholeBody(dynamics)), body_(whole_body_) {
   if (RefinedBody::suits(dynamics)) refined_.reset(new FrameModel(this));
 }
 
-FrameModel::FrameModel(FrameModel* whole) : dynamics_(whole->dynamics_), skin_(whole->skin_), whole_(whole), body_(*dynamics_) {}
+FrameModel::FrameModel(FrameModel* whole)
+    : dynamics_(whole->dynamics_),
+      skin_(whole->skin_),
+      whole_(whole),
+      refined_body_(new RefinedBody(*dynamics_)),
+      body_(refined_body_) {}
 
 void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& ports, std::span<const ToolAt> tools,
                        Micros horizon) {
   state_ = &state;
   ports_ = &ports;
+  assert(ports.size() == tools.size() && state.x.size() == dynamics_->masses().size());
   tools_.assign(tools.begin(), tools.end());
   horizon_ = horizon;
   wanted_.assign(ports.size(), {});
@@ -83,12 +92,13 @@ void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& port
   predicted_.clear();
   snapshots_.reset();
   subdomain_ = nullptr;
-  record_snapshot();
+  record_history();
   for (Slot& slot : slots_) slot.in_use = false;
   if (refined_) refined_->begin(state, ports, tools, horizon);
 }
 
 void FrameModel::want(std::size_t k, const ExpectedSlide& slide) {
+  assert(k < wanted_.size() && slide.time_s >= 0);
   wanted_[k] = {true, slide, {}};
   if (refined_) refined_->want(k, slide);
 }
@@ -98,7 +108,7 @@ void FrameModel::listen(std::function<void(PatchPart)> listener) {
   listener_ = std::move(listener);
 }
 
-void FrameModel::record_snapshot() {
+void FrameModel::record_history() {
   if (now_) {
     if (past_.size() == kPast) past_.pop_front();
     past_.push_back(std::move(*now_));
@@ -111,10 +121,6 @@ void FrameModel::record_snapshot() {
 void FrameModel::settle() {
   if (settled_) return;
   settled_ = true;
-  if (!body_) {
-    held_ = held_nodes(dynamics_->body(), *ports_);
-    return;
-  }
   std::vector<Vec3> places;
   std::vector<std::uint32_t> nodes;
   for (std::size_t k = 0; k < ports_->size(); ++k) {
@@ -129,13 +135,10 @@ void FrameModel::settle() {
   }
   const std::uint64_t before = body_->generation();
   body_->focus(places, nodes);
-  if (body_->generation() != before) {
-    slots_.clear();
-    for (Known& known : whole_->past_) known.moved.resize(0);
-  }
+  if (body_->generation() != before) slots_.clear();
   held_ = body_->fixed();
   for (const ToolPort& port : *ports_)
-    if (port.kind == ContactKind::attach) held_[body_->coordinate(port.node)] = 1;
+    if (port.kind == ContactKind::attach) held_[coordinate(port.node)] = 1;
 }
 
 const std::vector<std::uint8_t>& FrameModel::held() {
@@ -146,37 +149,32 @@ const std::vector<std::uint8_t>& FrameModel::held() {
 const SnapshotSet& FrameModel::snapshots() {
   if (snapshots_) return *snapshots_;
   settle();
-  FrameModel& whole = whole_ ? *whole_ : *this;
-  const auto moved = [&](const Vector& x) { return body_ ? body_->moved_since_rest(x) : x; };
-  const Vector here = moved(state_->x);
+  const auto moved_to = [&](const Vector& x) { return body_->displacement(state_->x, x); };
   SnapshotSet& snapshots = snapshots_.emplace();
-  for (Known& known : whole.past_) {
-    if (body_ && known.moved.size() == 0) known.moved = moved(known.x);
-    snapshots.add(SnapshotKind::history, (body_ ? known.moved : known.x) - here);
-  }
-  for (const PredictedState& state : whole.predicted_) snapshots.add(state.kind, moved(state.x) - here, state.weight);
-  if (!body_ && rest_.size() == 0) rest_ = dynamics_->rest_state().x;
-  snapshots.add(SnapshotKind::rest, body_ ? Vector(-here) : Vector(rest_ - here));
-  if (whole.past_.empty() || state_->time_s - whole.past_.back().time_s >= kApartS)
-    whole.now_ = Known{state_->time_s, state_->x, body_ ? here : Vector()};
+  FrameModel& whole = whole_ ? *whole_ : *this;
+  for (const Known& known : whole.past_) snapshots.add(SnapshotKind::history, moved_to(known.x));
+  for (const PredictedState& state : whole.predicted_) snapshots.add(state.kind, moved_to(state.x), state.weight);
+  snapshots.add(SnapshotKind::rest, moved_to(dynamics_->rest_state().x));
+  if (whole.past_.empty() || state_->time_s - whole.past_.back().time_s >= kApartS) whole.now_ = Known{state_->time_s, state_->x};
   return snapshots;
 }
 
 Linearisation FrameModel::linearisation(const std::vector<std::uint8_t>& held) {
+  assert(state_);
   settle();
-  if (!linearised_) body_ ? body_->take(*state_) : tangents_->take(*state_);
+  if (!linearised_) body_->take(*state_);
   linearised_ = true;
-  if (body_) return {dynamics_, state_, &held, nullptr, &*body_, subdomain_, &body_->coarse(), body_->pieces()};
-  Linearisation at{dynamics_, state_, &held, &*tangents_};
-  if (!coarse_) coarse_ = coarse_space_of(*dynamics_);
-  if (coarse_) at.coarse = &*coarse_, at.pieces = coarse_->nodes();
+  Linearisation at;
+  at.body = body_.get();
+  at.held = &held;
+  at.part = subdomain_ ? &subdomain_->body() : whole_body_;
+  at.subdomain = subdomain_;
+  at.coarse = body_->coarse();
+  at.pieces = body_->pieces();
   return at;
 }
 
-Skin::Weights FrameModel::weights(const SurfacePoint& point) const {
-  const Skin::Weights of_nodes = skin_->weights(point);
-  return body_ ? body_->restricted(of_nodes) : of_nodes;
-}
+Skin::Weights FrameModel::weights(const SurfacePoint& point) const { return body_->restricted(skin_->weights(point)); }
 
 Vec3 FrameModel::place_of(const ToolPort& port) const {
   return port.kind == ContactKind::attach ? dynamics_->body().nodes[port.node]
@@ -184,21 +182,17 @@ Vec3 FrameModel::place_of(const ToolPort& port) const {
 }
 
 void FrameModel::select_subdomain(std::size_t which) {
-  if (!body_) return;
+  if (!refined_body_) return;
   linearisation();
-  NonlinearSubdomain& subdomain = subdomains_.try_emplace(which, *body_).first->second;
+  NonlinearSubdomain& subdomain = subdomains_.try_emplace(which, *refined_body_).first->second;
   subdomain.take(place_of((*ports_)[which]), *state_);
   subdomain_ = &subdomain;
 }
 
 const Vector& FrameModel::forces() {
   if (forces_.size() == 0) {
-    if (body_) {
-      linearisation();
-      forces_ = body_->forces();
-    } else {
-      dynamics_->forces(state_->x, state_->v, forces_);
-    }
+    linearisation();
+    forces_ = body_->forces();
     mask(held(), forces_);
   }
   return forces_;
@@ -258,6 +252,7 @@ Mat3 FrameModel::contact_stiffness(std::size_t k, const PortResponse& response) 
   const ToolPort& port = (*ports_)[k];
   const double tissue_n_m = 3 / std::max(response.compliance.trace(), 1e-12);
   const double coupling_n_m = port.parameters.coupling_n_m;
+  assert(coupling_n_m >= 0);
   const double k_o = coupling_n_m > 0 ? std::min(coupling_n_m, kRigid * tissue_n_m) : kRigid * tissue_n_m;
   const Vec3 n = normal_at(skin_->view(), positions(), port.point);
   const double push = -port.lambda.dot(n);
@@ -276,7 +271,7 @@ void FrameModel::add_held_nodes(std::size_t which, Vector& load_rate) {
   }
   if (motion.size() == 0) return;
   Matrix k_motion, d_motion;
-  linearisation().multiply(motion, k_motion, d_motion);
+  linearisation().body->multiply(motion, k_motion, d_motion);
   if (load_rate.size() == 0) load_rate = Vector::Zero(motion.size());
   load_rate -= k_motion;
   mask(held(), load_rate);
@@ -327,6 +322,7 @@ bool FrameModel::respond(SharedSystem& p, std::size_t which, Own own) {
 }
 
 OtherTools FrameModel::others(const SharedSystem& p, std::size_t which) {
+  assert(which < ports_->size());
   OtherTools others = other_nodes(which);
   const PortResponse& own = p.port(which);
   for (std::size_t k = 0; k < ports_->size(); ++k) {

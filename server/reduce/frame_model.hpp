@@ -145,10 +145,10 @@ class FrameModel {
   /// With others held.
   Linearisation linearisation(const std::vector<std::uint8_t>& held);
   Linearisation linearisation() { return linearisation(this->held()); }
-  /// From here on with what is near this tool, of a locally refined body, for Linearisation::bending().
+  /// From here on with what is near this tool, of a locally refined body, for Linearisation::part.
   void select_subdomain(std::size_t which);
   /// Of a node that is held, or near a tool.
-  std::uint32_t coordinate(std::uint32_t node) const { return body_ ? body_->coordinate(node) : node; }
+  std::uint32_t coordinate(std::uint32_t node) const { return body_->coordinate(node); }
   /// B at a point of the skin.
   Skin::Weights weights(const SurfacePoint& point) const;
   /// Where it is on the body at rest.
@@ -195,10 +195,9 @@ class FrameModel {
   struct Known {
     double time_s = 0;
     Vector x;
-    Vector moved;  // of the locally refined body, since rest; empty where it was not asked for
   };
   explicit FrameModel(FrameModel* whole);
-  void record_snapshot();
+  void record_history();
   void settle();
   Eigen::Index size() { return linearisation().masses().size(); }
   std::span<const Vector> sliding_loads(std::size_t k);
@@ -211,20 +210,19 @@ class FrameModel {
   const std::vector<ToolPort>* ports_ = nullptr;
   std::vector<ToolAt> tools_;
   std::vector<PredictedState> predicted_;
-  std::deque<Known> past_;    // of the whole, like the next two
+  std::deque<Known> past_;    // of the whole, like the next
   std::optional<Known> now_;  // will be past
-  Vector rest_;
   std::optional<SnapshotSet> snapshots_;
   std::vector<std::uint8_t> held_;
   std::vector<Wanted> wanted_;
   Micros horizon_{};
-  std::optional<CoarseSpace> coarse_;                     // of the whole; made when it is first needed
-  FrameModel* whole_ = nullptr;                           // of a locally refined one
-  std::optional<RefinedBody> body_;                       // of a locally refined one
+  FrameModel* whole_ = nullptr;      // of a locally refined one
+  WholeBody* whole_body_ = nullptr;  // either
+  RefinedBody* refined_body_ = nullptr;
+  std::unique_ptr<BodyOperator> body_;                    // the same
   std::map<std::size_t, NonlinearSubdomain> subdomains_;  // of its tools
   const NonlinearSubdomain* subdomain_ = nullptr;
   std::unique_ptr<FrameModel> refined_;  // of the whole of a large body
-  std::optional<Tangents> tangents_;     // of the whole
   bool settled_ = false, linearised_ = false, placed_ = false;
   std::function<void(PatchPart)> listener_;
   Vector forces_, total_;

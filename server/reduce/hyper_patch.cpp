@@ -81,16 +81,15 @@ Matrix moved_by_variables(const HyperModel& model) {
 
 }  // namespace
 
-std::optional<NonlinearTerms> nonlinear_terms(const Linearisation& at, const Patch& patch, const HyperModel& model,
-                                              int vertices) {
+std::optional<NonlinearTerms> nonlinear_terms(const WholeBody& body, const Patch& patch, const HyperModel& model, int vertices) {
   const auto r = patch.stiffness.size(), first = model.port.cols();
   if (r == 0 || !(patch.stiffness.maxCoeff() > 0)) return std::nullopt;
   assert(model.snapshots.rows() == first + r && model.snapshots.cols() == model.of->count() && model.modes.cols() == r);
   assert(model.psd_change.rows() == first + r && model.psd_change.cols() == first + r);
-  const bool repaired = is_projected(patch, model), solid = at.dynamics->body().is_solid();
+  const bool repaired = is_projected(patch, model), solid = body.dynamics().body().is_solid();
   const int variables = static_cast<int>(first + r);
   Sampling sampling;
-  sampling.room = {variables, first > 0, repaired, vertices, at.dynamics->body().law == SpringLaw::stiffening};
+  sampling.room = {variables, first > 0, repaired, vertices, body.dynamics().body().law == SpringLaw::stiffening};
   if (first > 0) {
     Eigen::Index row = 0;
     model.port.cwiseAbs().rowwise().maxCoeff().maxCoeff(&row);
@@ -105,8 +104,8 @@ std::optional<NonlinearTerms> nonlinear_terms(const Linearisation& at, const Pat
   terms.variables = variables;
   terms.grasp = first > 0;
   if (solid) {
-    if (auto tetrahedra = sample_tetrahedra(at, moved, sampling)) terms.solid = std::move(*tetrahedra);
-  } else if (auto springs = sample_springs(at, moved, sampling)) {
+    if (auto tetrahedra = sample_tetrahedra(body, moved, sampling)) terms.solid = std::move(*tetrahedra);
+  } else if (auto springs = sample_springs(body, moved, sampling)) {
     terms.springs = std::move(*springs);
   }
   if (terms.solid.count() == 0 && terms.springs.count() == 0) return std::nullopt;

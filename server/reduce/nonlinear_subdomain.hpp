@@ -6,7 +6,6 @@
 // F_p and K_p of these elements alone. All others are as the tangents of the locally refined body say.
 #pragma once
 
-#include "server/body/tangents.hpp"
 #include "server/reduce/local_body.hpp"
 #include "server/reduce/refined_body.hpp"
 
@@ -22,19 +21,18 @@ class NonlinearSubdomain {
   /// Around this place of the body at rest, at the state that the locally refined body was taken at.
   void take(const Vec3& place, const BodyState& state);
 
-  const Dynamics& dynamics() const { return cut_->dynamics; }
-  const BodyState& state() const { return state_; }
-  const Tangents& tangents() const { return cut_->tangents; }
+  /// F_p and K_p at x_p*.
+  const WholeBody& body() const { return cut_->whole; }
   /// T_p Y, and T_p^T F.
   Matrix moved(const Matrix& y) const;
   Vector gathered(const Vector& forces) const;
 
  private:
   struct Cut {
-    explicit Cut(LocalBody body) : local(std::move(body)), dynamics(local.body), tangents(dynamics) {}
+    explicit Cut(LocalBody body) : local(std::move(body)), dynamics(local.body), whole(dynamics) {}
     LocalBody local;
     Dynamics dynamics;
-    Tangents tangents;
+    WholeBody whole;
   };
   void cut(const Vec3& place);
 

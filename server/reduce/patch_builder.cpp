@@ -3,7 +3,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cassert>
-#include <numeric>
 
 #include "server/reduce/bending.hpp"
 #include "server/reduce/patch_builder_common.hpp"
@@ -58,7 +57,7 @@ bool PatchBuilder::hold_far_nodes(const FrameModel& frame, const std::vector<std
   for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
     if (!near[i]) continue;
     const std::uint32_t row = frame.coordinate(i);
-    if (row == RefinedBody::kNone) return false;
+    if (row == BodyOperator::kNone) return false;
     held[row] = held_[row];
   }
   held_ = std::move(held);
@@ -68,6 +67,7 @@ bool PatchBuilder::hold_far_nodes(const FrameModel& frame, const std::vector<std
 std::optional<BuiltPatch> PatchBuilder::build(FrameModel& frame, std::size_t which, const PatchRequest& request) {
   const ToolPort& port = frame.ports()[which];
   BuiltPatch made;
+  assert(request.horizon > Micros{0} && request.order >= 0);
   Patch& patch = made.patch;
   patch.scheme = request.scheme;
   patch.contact = port.kind;
@@ -162,10 +162,9 @@ bool PatchBuilder::attempt_two_layer(const Job& job, BuiltPatch& made) {
   LocalBody local = two_layer_->around(contact_nodes(port), held_);
   const Dynamics dynamics(local.body);
   const BodyState at_stamp = local.restricted(job.frame->state());
-  Tangents tangents(dynamics);
-  tangents.take(at_stamp);
+  const WholeBody whole(dynamics, at_stamp);
   if (port.kind == ContactKind::attach) local.body.fixed[local.index(port.node)] = 1;
-  const Linearisation at{&dynamics, &at_stamp, &local.body.fixed, &tangents};
+  const Linearisation at(whole, local.body.fixed);
   Model model{at, local.restricted(job.frame->forces_beside(job.which)), &local, {}};
   mask(local.body.fixed, model.residual);
   if (port.kind == ContactKind::attach) {
@@ -187,6 +186,7 @@ bool PatchBuilder::attempt_two_layer(const Job& job, BuiltPatch& made) {
 bool PatchBuilder::reduce(const Job& job, const Model& model, PortModel& port, BuiltPatch& made, Reduced& reduced) {
   FrameModel& frame = *job.frame;
   const int modes = modes_for(job.request->scheme, job.port().kind, job.request->order);
+  assert(modes > 0 && modes <= kMaxModes);
   frame.enter(PatchPart::basis);
   if (port.balanced) {
     const Matrix basis = restricted_basis(*port.balanced, modes, dynamics_->masses(), held_);
@@ -255,6 +255,7 @@ void PatchBuilder::add_terms(const Model& model, const Matrix& port, const Matri
                              const Reduced& reduced, BuiltPatch& made) const {
   const Linearisation& at = model.at;
   HyperModel hyper;
+  assert(at.part && reduced.coordinates.rows() == reduced.v.cols() && reduced.coordinates.cols() == reduced.snapshots.count());
   hyper.of = &reduced.snapshots;
   hyper.psd_change = true_stiffness - joint_stiffness(made.patch, made.patch.stiffness);
   hyper.snapshots.resize(port.cols() + reduced.v.cols(), reduced.snapshots.count());
@@ -262,16 +263,14 @@ void PatchBuilder::add_terms(const Model& model, const Matrix& port, const Matri
   hyper.snapshots.bottomRows(reduced.v.cols()) = reduced.coordinates;
   hyper.modes = at.moved(reduced.v);
   hyper.port = at.moved(port);
-  if (auto terms = nonlinear_terms(at.bending(), made.patch, hyper, vertices)) made.terms = std::move(*terms);
-  made.modes = PatchModes(reduced.v, at.refined);
+  if (auto terms = nonlinear_terms(*at.part, made.patch, hyper, vertices)) made.terms = std::move(*terms);
+  made.modes = PatchModes(reduced.v, *at.body);
 }
 
 Matrix PatchModes::of_nodes() const {
-  if (!refined_) return v_;
-  if (generation_ != refined_->generation()) return {};
-  std::vector<std::uint32_t> all(refined_->dynamics().nodes());
-  std::iota(all.begin(), all.end(), 0U);
-  return refined_->moved(v_, all);
+  if (generation_ == 0) return v_;
+  if (generation_ != body_->generation()) return {};
+  return body_->of_nodes(v_);
 }
 
 }  // namespace palpate

@@ -53,14 +53,13 @@ struct PatchRequest {
 class PatchModes {
  public:
   PatchModes() = default;
-  explicit PatchModes(Matrix v, const RefinedBody* refined)
-      : v_(std::move(v)), refined_(refined), generation_(refined ? refined->generation() : 0) {}
+  PatchModes(Matrix v, const BodyOperator& body) : v_(std::move(v)), body_(&body), generation_(body.generation()) {}
   /// V, 3 N x r, for all nodes; nothing where the coordinates have changed since.
   Matrix of_nodes() const;
 
  private:
   Matrix v_;
-  const RefinedBody* refined_ = nullptr;
+  const BodyOperator* body_ = nullptr;
   std::uint64_t generation_ = 0;
 };
 
@@ -119,7 +118,7 @@ class PatchBuilder {
     Vector residual;                   ///< F* of its nodes, with the loads of others' tools, zero where they are held
     const LocalBody* local = nullptr;  ///< null: all of the body
     OtherTools others;                 ///< those whose growing load or springs are in it
-    PortRows rows(std::uint32_t node, const Matrix& v) const { return local ? local->rows(node, v) : at.rows(node, v); }
+    PortRows rows(std::uint32_t node, const Matrix& v) const { return local ? local->rows(node, v) : at.body->rows(node, v); }
   };
 
   /// What it answers the port with, and what directions are made of.

@@ -1,5 +1,7 @@
 // Patches of tools that hold a node.
 #include "server/reduce/patch_builder.hpp"
+
+#include <cassert>
 #include "server/reduce/patch_builder_common.hpp"
 #include "server/reduce/psd_projection.hpp"
 
@@ -16,7 +18,7 @@ ToolColumns tool_columns(const Linearisation& at, std::uint32_t node) {
   const auto row = 3 * static_cast<Eigen::Index>(node);
   Matrix units = Matrix::Zero(at.masses().size(), 3), k, d;
   units.middleRows<3>(row).setIdentity();
-  at.multiply(units, k, d);
+  at.body->multiply(units, k, d);
   ToolColumns tool{{}, {}, k.middleRows<3>(row), d.middleRows<3>(row)};
   for (int axis = 0; axis < 3; ++axis) {
     mask(*at.held, tool.k.emplace_back(k.col(axis)));
@@ -63,9 +65,10 @@ std::optional<Mat3> released(const Linearisation& at, ShiftedSolver& solver, con
 bool PatchBuilder::build_grasp(const Job& job, const Model& model, ShiftedSolver& solver, BasisMemory& memory, BuiltPatch& made) {
   const Linearisation& at = model.at;
   const PatchRequest& request = *job.request;
-  const std::uint32_t node = model.local ? model.local->index(job.port().node) : at.coordinate(job.port().node);
+  const std::uint32_t node = model.local ? model.local->index(job.port().node) : at.body->coordinate(job.port().node);
   const auto row = 3 * static_cast<Eigen::Index>(node);
   Patch& patch = made.patch;
+  assert(node != BodyOperator::kNone && row + 3 <= at.masses().size() && (*at.held)[node]);
   const ToolColumns tool = tool_columns(at, node);
   patch.k_port = symmetric(tool.k_port);
   patch.d_port = symmetric(tool.d_port);
@@ -107,6 +110,7 @@ bool PatchBuilder::build_grasp(const Job& job, const Model& model, ShiftedSolver
   }
   Reduced reduced;
   if (!reduce(job, model, port, made, reduced)) return false;
+  assert(reduced.v.rows() == at.masses().size());
   Matrix& v = reduced.v;
   patch.b_k.resize(v.cols(), 3);
   patch.b_d.resize(v.cols(), 3);

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "server/reduce/refined_solid.hpp"
 #include "server/reduce/refined_springs.hpp"
@@ -118,6 +120,7 @@ std::span<const RefinedBody::Share> RefinedBody::shares(std::uint32_t node, std:
 }
 
 void RefinedBody::take(const BodyState& state) {
+  state_ = &state;
   tangents_->take(state);
   take_loads(state);
 }
@@ -173,10 +176,11 @@ std::array<Vector, N> RefinedBody::restricted_of(const Of& of) const {
   return y;
 }
 
-Vector RefinedBody::moved_since_rest(const Vector& x) const {
+Vector RefinedBody::displacement(const Vector& from, const Vector& to) const {
+  assert(from.size() == to.size());
   const LumpedBody& body = dynamics_->body();
-  const auto moved =
-      restricted_of<1>([&](std::uint32_t i) { return std::array<Vec3, 1>{body.masses_kg[i] * (at_node(x, i) - body.nodes[i])}; });
+  const auto moved = restricted_of<1>(
+      [&](std::uint32_t i) { return std::array<Vec3, 1>{body.masses_kg[i] * (at_node(to, i) - at_node(from, i))}; });
   return moved[0].cwiseQuotient(masses_);
 }
 
@@ -188,7 +192,8 @@ Skin::Weights RefinedBody::restricted(const Skin::Weights& weights) const {
   return to;
 }
 
-PortRows RefinedBody::at(std::uint32_t node, const Matrix& v) const {
+PortRows RefinedBody::rows(std::uint32_t node, const Matrix& v) const {
+  assert(node < coordinate_.size() && v.rows() == masses_.size());
   PortRows rows = PortRows::Zero(3, v.cols());
   std::array<Share, FarField::kCorners> room;
   for (const Share& share : shares(node, room))
@@ -198,8 +203,14 @@ PortRows RefinedBody::at(std::uint32_t node, const Matrix& v) const {
 
 Matrix RefinedBody::moved(const Matrix& y, std::span<const std::uint32_t> nodes) const {
   Matrix moved(3 * static_cast<Eigen::Index>(nodes.size()), y.cols());
-  for (std::size_t i = 0; i < nodes.size(); ++i) moved.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = at(nodes[i], y);
+  for (std::size_t i = 0; i < nodes.size(); ++i) moved.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = rows(nodes[i], y);
   return moved;
+}
+
+Matrix RefinedBody::of_nodes(const Matrix& v) const {
+  std::vector<std::uint32_t> all(dynamics_->nodes());
+  std::iota(all.begin(), all.end(), 0U);
+  return moved(v, all);
 }
 
 }  // namespace palpate

@@ -10,6 +10,7 @@
 // coordinates grows with the tools, and with the body by one for each 27 nodes.
 #pragma once
 
+#include <cassert>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -18,16 +19,16 @@
 #include "common/port/patch.hpp"
 #include "server/body/coarse_space.hpp"
 #include "server/body/skin.hpp"
+#include "server/reduce/body_operator.hpp"
 #include "server/reduce/refined_tangents.hpp"
 
 namespace palpate {
 
-class RefinedBody {
+class RefinedBody final : public BodyOperator {
  public:
   static constexpr double kNearSpacings = 6;          ///< of nodes: centres of near cells are no further from a tool
   static constexpr std::size_t kPieces = 16;          ///< of a coarse space for solves: its far field is coarse already
   static constexpr std::uint32_t kNodesLeast = 2500;  ///< a smaller body is as well taken whole
-  static constexpr std::uint32_t kNone = 0xffffffff;
 
   /// Springs or finite elements in three dimensions, kNodesLeast nodes and more.
   static bool suits(const Dynamics& dynamics);
@@ -36,57 +37,55 @@ class RefinedBody {
 
   /// Near are the cells around these places of the body at rest, and those of these nodes. Coordinates stay what they were as
   /// long as all that are close enough are among them.
-  void focus(std::span<const Vec3> places, std::span<const std::uint32_t> nodes);
-  /// Changes with the coordinates.
-  std::uint64_t generation() const { return generation_; }
-  /// From here on at this state.
-  void take(const BodyState& state);
+  void focus(std::span<const Vec3> places, std::span<const std::uint32_t> nodes) override;
+  std::uint64_t generation() const override { return generation_; }
+  void take(const BodyState& state) override;
+  const BodyState& state() const override {
+    assert(state_);
+    return *state_;
+  }
 
-  RefinedBody(const RefinedBody&) = delete;
-  RefinedBody& operator=(const RefinedBody&) = delete;
-
-  const Dynamics& dynamics() const { return *dynamics_; }
+  const Dynamics& dynamics() const override { return *dynamics_; }
   const FarField& far() const { return far_; }
   double spacing_m() const { return far_.spacing_m(); }  ///< of nodes, on average
   /// Per cell, 1 = near.
   const std::vector<std::uint8_t>& near() const { return near_; }
   /// Elements with a near node.
   std::vector<std::uint32_t> near_elements() const { return tangents_->near_elements(); }
-  std::uint32_t size() const { return rows_; }                       ///< coordinates, three numbers each
-  const Vector& masses() const { return masses_; }                   ///< M_y [kg]
-  const Vector& velocity() const { return velocity_; }               ///< v_y [m/s]
-  const std::vector<std::uint8_t>& fixed() const { return fixed_; }  ///< per coordinate
-  /// Of a node; kNone: it is far.
-  std::uint32_t coordinate(std::uint32_t node) const { return coordinate_[node]; }
+  std::uint32_t size() const { return rows_; }  ///< coordinates, three numbers each
+  const Vector& masses() const override { return masses_; }
+  const Vector& velocity() const override { return velocity_; }
+  const std::vector<std::uint8_t>& fixed() const override { return fixed_; }
+  /// kNone: it is far.
+  std::uint32_t coordinate(std::uint32_t node) const override { return coordinate_[node]; }
   /// Of a corner of far cells.
   std::uint32_t corner(std::uint32_t corner) const { return corner_[corner]; }
-  /// T^T F(x, v), of the elements in single precision [N].
-  const Vector& forces() const { return loads_; }
-  /// M_y^-1 T^T M (x - X): how the coordinates moved since the body was at rest [m].
-  Vector moved_since_rest(const Vector& x) const;
-  Skin::Weights restricted(const Skin::Weights& weights) const;
+  /// Those of elements in single precision.
+  Vector forces() const override { return loads_; }
+  Vector displacement(const Vector& from, const Vector& to) const override;
+  Skin::Weights restricted(const Skin::Weights& weights) const override;
   /// What a node moves with: itself, or the corners of its cell.
   struct Share {
     std::uint32_t coordinate = 0;
     double weight = 0;
   };
   std::span<const Share> shares(std::uint32_t node, std::array<Share, FarField::kCorners>& room) const;
-  /// Rows of T v for one node.
-  PortRows at(std::uint32_t node, const Matrix& v) const;
-
+  PortRows rows(std::uint32_t node, const Matrix& v) const override;
   /// Rows of T Y for these nodes.
   Matrix moved(const Matrix& y, std::span<const std::uint32_t> nodes) const;
+  Matrix of_nodes(const Matrix& v) const override;
 
-  /// Of the body, for solves, and where in it each coordinate is.
-  CoarseSpace& coarse() { return coarse_; }
-  std::span<const CoarseSpace::Node> pieces() const { return pieces_; }
+  CoarseSpace* coarse() override { return &coarse_; }
+  std::span<const CoarseSpace::Node> pieces() const override { return pieces_; }
 
-  /// For assemble(): the upper triangle.
-  BlockMatrix make_matrix() const { return BlockMatrix(tangents_->pattern()); }
-  /// As Dynamics::assemble and Tangents::multiply.
-  void assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp, BlockMatrix& a) const;
-  void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const { tangents_->multiply(y, k_y, d_y); }
-  void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const { tangents_->multiply_sum(y, c_k, c_d, sum); }
+  BlockMatrix make_matrix() const override { return BlockMatrix(tangents_->pattern()); }
+  void assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
+                BlockMatrix& a) const override;
+  bool assemble(double, double, double, const std::vector<std::uint8_t>&, bool, UpperBlocks&) const override { return false; }
+  void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const override { tangents_->multiply(y, k_y, d_y); }
+  void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const override {
+    tangents_->multiply_sum(y, c_k, c_d, sum);
+  }
 
  private:
   bool is_close(std::uint32_t cell, std::span<const Vec3> places, double spacings) const;
@@ -99,6 +98,7 @@ class RefinedBody {
   std::array<Vector, N> restricted_of(const Of& of) const;
 
   const Dynamics* dynamics_;
+  const BodyState* state_ = nullptr;
   FarField far_;
   CoarseSpace coarse_;
   std::vector<CoarseSpace::Node> corner_pieces_, pieces_;  // of corners, and of coordinates

@@ -1,6 +1,7 @@
 #include "server/reduce/response_snapshots.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <numeric>
 
 #include "server/reduce/bending.hpp"
@@ -27,8 +28,8 @@ std::vector<std::size_t> those_that_matter(const std::vector<Vector>& loads) {
 /// Second-order forces of what acts together.
 std::vector<Vector> second_order_loads(const Linearisation& at, std::vector<Vector> acting, double horizon_s) {
   acting.emplace_back(horizon_s * at.velocity());
-  const Linearisation part = at.bending();
-  std::vector<Vector> forces = second_order_forces(*part.dynamics, *part.state, at.moved(side_by_side(acting)));
+  assert(at.part);
+  std::vector<Vector> forces = second_order_forces(at.part->dynamics(), at.part->state(), at.moved(side_by_side(acting)));
   for (Vector& f : forces) f = at.gathered(f);
   return forces;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <span>
 
@@ -98,22 +99,23 @@ class CandidateSprings {
   static constexpr std::size_t kLookedAt = 5000, kCandidates = 600;
   static constexpr int kNodes = 2, kMost = kMaxSprings;
 
-  CandidateSprings(const Linearisation& at, const Matrix& moved, const Matrix& u)
-      : at_(&at), moved_(moved.cast<float>()), way_(u.cast<float>()) {
-    elements_ = elements_that_bend(*at.dynamics, *at.state, moved * root_of(u), kNegligibleSprings, kLookedAt);
+  CandidateSprings(const WholeBody& body, const Matrix& moved, const Matrix& u)
+      : at_(&body), moved_(moved.cast<float>()), way_(u.cast<float>()) {
+    assert(moved.rows() == body.state().x.size() && moved.cols() == u.rows() && u.cols() == kSamples);
+    elements_ = elements_that_bend(body.dynamics(), body.state(), moved * root_of(u), kNegligibleSprings, kLookedAt);
   }
   const std::vector<std::uint32_t>& elements() const { return elements_; }
   bool have_length() const {
     return std::all_of(elements_.begin(), elements_.end(), [&](std::uint32_t e) { return span(e).norm() > kLengthMin; });
   }
-  const LumpedBody& body() const { return at_->dynamics->body(); }
+  const LumpedBody& body() const { return at_->dynamics().body(); }
   std::size_t nodes() const { return body().nodes.size(); }
   std::uint32_t node(std::uint32_t element, int end) const {
     const Element& e = body().elements[element];
     return end == 0 ? e.a : e.b;
   }
   static int numbers_of(const TermsRoom& room, int nodes, int springs) { return numbers_of_springs(room, nodes, springs); }
-  Vec3 place_of(std::uint32_t node) const { return at_node(at_->state->x, node); }
+  Vec3 place_of(std::uint32_t node) const { return at_node(at_->state().x, node); }
   /// d
   Vec3 span(std::uint32_t element) const {
     const Element& e = body().elements[element];
@@ -134,6 +136,7 @@ class CandidateSprings {
   }
   /// With G as given, 3 rows a spring.
   Bending bend(std::span<const std::uint32_t> elements, const Eigen::MatrixXf& motions) const {
+    assert(motions.rows() == 3 * static_cast<Eigen::Index>(elements.size()) && motions.cols() == way_.rows());
     Bending b{std::vector<Rows>(3), std::vector<AtSamples>(3)};
     const auto count = static_cast<Eigen::Index>(elements.size());
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -203,12 +206,13 @@ class CandidateSprings {
       springs.stiffness[k] = static_cast<float>(e.stiffness_n_m);
       springs.damping[k] = static_cast<float>(e.damping_n_s_m);
     }
-    springs.position = met.places(at_->state->x);
+    springs.position = met.places(at_->state().x);
     springs.motion = met.motion(moved_, tool, body().planar ? 2 : 3);
     return springs;
   }
   /// Those of some springs that have weights, with them.
   static SampledSprings weighed(SampledSprings springs, const SparseSolution& w) {
+    assert(w.weights.size() > 0 && w.weights.minCoeff() > 0);
     const auto of = [&](const Eigen::VectorXf& v) { return Eigen::VectorXf(v(w.columns)); };
     springs.ends = Eigen::Matrix2Xi(springs.ends(Eigen::all, w.columns));
     springs.rest_length = of(springs.rest_length);
@@ -221,7 +225,7 @@ class CandidateSprings {
   NonlinearResidualForce pull_of(std::uint32_t element) const {
     return {body().elements[element], stiffening_of(body()), span(element).cast<float>()};
   }
-  const Linearisation* at_;
+  const WholeBody* at_;
   Rows moved_;
   Eigen::MatrixXf way_;
   std::vector<std::uint32_t> elements_;
@@ -230,6 +234,7 @@ class CandidateSprings {
 /// The steepest slope that each spring comes to, to that at rest, in responses of the body as large as they are likely to become,
 /// either way: samples go further, and what stiffness is reckoned with takes mass (sampled_springs.hpp).
 Eigen::ArrayXd steepest_slopes(const SampledSprings& springs, const Matrix& likely, int tool) {
+  assert(springs.stiffening > 0 && springs.rest_length.minCoeff() > 0);
   const Eigen::MatrixXf moved = springs.motions(tool) * likely.cast<float>();
   const Eigen::Matrix3Xf spans = springs.spans();
   Eigen::ArrayXd slopes(springs.count());
@@ -247,9 +252,9 @@ Eigen::ArrayXd steepest_slopes(const SampledSprings& springs, const Matrix& like
 
 }  // namespace
 
-std::optional<SampledSprings> sample_springs(const Linearisation& at, const Matrix& moved, const Sampling& sampling) {
+std::optional<SampledSprings> sample_springs(const WholeBody& body, const Matrix& moved, const Sampling& sampling) {
   const Matrix u = samples(sampling);
-  const CandidateSprings springs(at, moved, u);
+  const CandidateSprings springs(body, moved, u);
   if (springs.elements().empty() || !springs.have_length()) return std::nullopt;
   auto found = sample(springs, u, sampling);
   if (found && found->stiffening > 0)

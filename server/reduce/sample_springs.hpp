@@ -15,6 +15,6 @@
 namespace palpate {
 
 /// `moved`: how the body moves with each variable, 3 N x n. Nothing where no spring bends, or one has no length.
-std::optional<SampledSprings> sample_springs(const Linearisation& at, const Matrix& moved, const Sampling& sampling);
+std::optional<SampledSprings> sample_springs(const WholeBody& body, const Matrix& moved, const Sampling& sampling);
 
 }  // namespace palpate

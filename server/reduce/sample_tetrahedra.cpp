@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <span>
 
 #include "server/reduce/bending.hpp"
@@ -55,11 +56,14 @@ class CandidateTetrahedra {
   static constexpr std::size_t kLookedAt = 2000, kCandidates = 200;
   static constexpr int kNodes = 4, kMost = kMaxTetrahedra;
 
-  CandidateTetrahedra(const Linearisation& at, const Matrix& moved, const Matrix& u, int tool)
-      : materials_(&at.dynamics->body().materials),
-        places_(*at.dynamics, *at.state, moved,
-                elements_that_bend(*at.dynamics, *at.state, moved * root_of(u), kNegligibleTetrahedra, kLookedAt), tool),
-        way_(u.cast<float>()) {}
+  CandidateTetrahedra(const WholeBody& body, const Matrix& moved, const Matrix& u, int tool)
+      : materials_(&body.dynamics().body().materials),
+        places_(body.dynamics(), body.state(), moved,
+                elements_that_bend(body.dynamics(), body.state(), moved * root_of(u), kNegligibleTetrahedra, kLookedAt), tool),
+        way_(u.cast<float>()) {
+    assert(moved.rows() == body.state().x.size() && moved.cols() == u.rows() && u.cols() == kSamples);
+    assert(!materials_->empty());
+  }
   const std::vector<std::uint32_t>& elements() const { return places_.elements(); }
   std::size_t nodes() const { return places_.count(); }
   /// Its b_1, b_2, b_3 are the rows.
@@ -174,6 +178,7 @@ class CandidateTetrahedra {
   }
   /// Those of some tetrahedra that have weights, with them.
   static SampledTetrahedra weighed(SampledTetrahedra solid, const SparseSolution& w) {
+    assert(w.weights.size() > 0 && w.weights.minCoeff() > 0);
     solid.nodes = Eigen::Matrix<int, 4, Eigen::Dynamic>(solid.nodes(Eigen::all, w.columns));
     solid.shear = Eigen::VectorXf(solid.shear(w.columns)).cwiseProduct(w.weights);
     solid.dilation = Eigen::VectorXf(solid.dilation(w.columns)).cwiseProduct(w.weights);
@@ -190,9 +195,9 @@ class CandidateTetrahedra {
 
 }  // namespace
 
-std::optional<SampledTetrahedra> sample_tetrahedra(const Linearisation& at, const Matrix& moved, const Sampling& sampling) {
+std::optional<SampledTetrahedra> sample_tetrahedra(const WholeBody& body, const Matrix& moved, const Sampling& sampling) {
   const Matrix u = samples(sampling);
-  const CandidateTetrahedra solid(at, moved, u, sampling.tool);
+  const CandidateTetrahedra solid(body, moved, u, sampling.tool);
   if (solid.elements().empty()) return std::nullopt;
   return sample(solid, u, sampling);
 }

@@ -16,6 +16,6 @@
 namespace palpate {
 
 /// `moved`: how the body moves with each variable, 3 N x n. For a solid of one law; nothing where none of it bends.
-std::optional<SampledTetrahedra> sample_tetrahedra(const Linearisation& at, const Matrix& moved, const Sampling& sampling);
+std::optional<SampledTetrahedra> sample_tetrahedra(const WholeBody& body, const Matrix& moved, const Sampling& sampling);
 
 }  // namespace palpate

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cassert>
 #include <optional>
 
 #include "server/body/spring_forces.hpp"
@@ -79,13 +80,13 @@ struct SubdomainBody {
 class IndentedSubdomain {
  public:
   IndentedSubdomain(const Linearisation& at, SubdomainBody& body, const IndentationRequest& request)
-      : body_(body), s_(request.shift_1_s), x_(body.local.restricted(at.state->x)) {
+      : body_(body), s_(request.shift_1_s), x_(body.local.restricted(at.body->state().x)) {
     const LocalBody& local = body.local;
     for (const auto& [node, weight] : request.port) port_.emplace_back(local.index(node), weight);
     const Matrix responses = side_by_side(request.responses.first(3));
     responses_.resize(x_.size(), 3);
     for (std::uint32_t i = 0; i < local.nodes.size(); ++i)
-      responses_.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = at.rows(local.nodes[i], responses);
+      responses_.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = at.body->rows(local.nodes[i], responses);
     Mat3 compliance;
     for (int axis = 0; axis < 3; ++axis) compliance.col(axis) = gather(port_, responses_.col(axis));
     kappa_ = 3 * StaticIndentations::kHandStiffness / compliance.trace();
@@ -117,10 +118,10 @@ class IndentedSubdomain {
     Mat3 sum = Mat3::Zero();
     double count = 0;
     for (const std::uint32_t node : local.nodes) {
-      const std::uint32_t row = at.coordinate(node);
-      blocks_.emplace_back(row == RefinedBody::kNone ? Mat3(Mat3::Zero()) : diagonal[row]);
+      const std::uint32_t row = at.body->coordinate(node);
+      blocks_.emplace_back(row == BodyOperator::kNone ? Mat3(Mat3::Zero()) : diagonal[row]);
       sum += blocks_.back();
-      count += row == RefinedBody::kNone ? 0 : 1;
+      count += row == BodyOperator::kNone ? 0 : 1;
     }
     for (Mat3& block : blocks_)
       if (block.isZero(0)) block = sum / count;
@@ -151,6 +152,7 @@ class IndentedSubdomain {
   /// far as two evaluations tell: at its beginning and at a trial. Where the trial is not far from there, so is what lies between
   /// the two from a straight line, and nothing is evaluated again. `enough`: where to stop, 0 when that is not known yet.
   bool descend(const Vec3& displacement, double& enough, Vector& w) const {
+    assert(w.size() == x_.size());
     Vector r = residual(displacement, w), z = preconditioned(r), direction = z;
     double size = r.dot(z), trial = 1;
     if (enough == 0) enough = kResidualShare * kResidualShare * size;
@@ -202,6 +204,7 @@ StaticIndentations::StaticIndentations(const LumpedBody& body) : body_(&body), e
 }
 
 std::vector<Vector> StaticIndentations::shapes(const Linearisation& at, const IndentationRequest& request) {
+  assert(!request.displacements.empty() && request.responses.size() >= 3 && request.shift_1_s >= 0);
   std::vector<std::uint32_t> port;
   for (const auto& [node, weight] : request.port) port.push_back(node);
   if (!cut_ || cut_->port != port)
@@ -216,7 +219,8 @@ std::vector<Vector> StaticIndentations::shapes(const Linearisation& at, const In
     Vector whole = Vector::Zero(at.masses().size());
     for (std::size_t axis = 0; axis < 3; ++axis) whole += f[static_cast<Eigen::Index>(axis)] * request.responses[axis];
     for (std::uint32_t i = 0; i < local.nodes.size(); ++i)
-      if (const std::uint32_t row = at.coordinate(local.nodes[i]); row != RefinedBody::kNone) at_node(whole, row) = at_node(w, i);
+      if (const std::uint32_t row = at.body->coordinate(local.nodes[i]); row != BodyOperator::kNone)
+        at_node(whole, row) = at_node(w, i);
     if (!whole.allFinite()) break;
     shapes.push_back(std::move(whole));
   }

@@ -2,25 +2,37 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
-
-#include "server/body/dead_reckoning.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr double kAcceleratedMostM = 0.012;
+/// t e - e^2 / 2 times a [m].
+Vec3 by_acceleration(const Vec3& acceleration_m_s2, double time_s) {
+  assert(time_s >= 0);
+  const double e = std::min(time_s, kHandAccelerationS);
+  return (time_s - 0.5 * e) * e * acceleration_m_s2;
+}
 
 }  // namespace
 
-double accelerated_distance(double time_s) { return std::min(0.5 * kHandMs2 * time_s * time_s, kAcceleratedMostM); }
-
-double accelerated_speed(double time_s) { return accelerated_distance(time_s) < kAcceleratedMostM ? kHandMs2 * time_s : 0; }
-
-Vec3 accelerated_displacement(const Vec3& acceleration_m_s2, double time_s, double acceleration_s) {
-  const double e = std::min(time_s, acceleration_s);
-  return (time_s - 0.5 * e) * e * acceleration_m_s2;
+ToolAt dead_reckoned(const ToolAt& last, double gone_s) {
+  assert(gone_s >= 0);
+  const double s = std::min(gone_s, kDeadReckoningS);
+  return {last.position + (s - s * s / (2 * kDeadReckoningS)) * last.velocity, (1 - s / kDeadReckoningS) * last.velocity};
 }
+
+ToolAt moved_on(const ToolAt& now, const Vec3& acceleration_m_s2, double after_s) {
+  const double t = std::min(after_s, kPredictionMostS);
+  const Vec3 velocity = now.velocity + std::min(t, kHandAccelerationS) * acceleration_m_s2;
+  return {now.position + t * now.velocity + by_acceleration(acceleration_m_s2, t),
+          after_s > kPredictionMostS ? Vec3(Vec3::Zero()) : velocity};
+}
+
+double accelerated_distance(double time_s) { return std::min(0.5 * kHandMs2 * time_s * time_s, kFromRestMostM); }
+
+double accelerated_speed(double time_s) { return accelerated_distance(time_s) < kFromRestMostM ? kHandMs2 * time_s : 0; }
 
 Vec3 expected_motion(const ToolAt& tool, double horizon_s) {
   constexpr double kLeastM = 0.002;
@@ -30,14 +42,16 @@ Vec3 expected_motion(const ToolAt& tool, double horizon_s) {
 }
 
 std::vector<Vec3> expected_indentations(const ToolAt& tool, const Vec3& inwards, double horizon_s) {
+  assert(std::abs(inwards.norm() - 1) < 1e-6 && horizon_s >= 0);
   std::vector<Vec3> displacements;
   for (const double part : {1.0 / 3, 2.0 / 3, 1.0})
     displacements.push_back(part * part * accelerated_distance(horizon_s) * inwards +
-                            dead_reckoned_displacement(tool.velocity, part * horizon_s));
+                            dead_reckoned({Vec3::Zero(), tool.velocity}, part * horizon_s).position);
   return displacements;
 }
 
 std::vector<Vec3> expected_slides(const Vec3& velocity, const Vec3& normal, const ExpectedSlide& slide) {
+  assert(std::abs(normal.norm() - 1) < 1e-6 && slide.time_s >= 0);
   constexpr double kDistinctM = 5e-4, kFromRestShare = 0.25;  // of as far as a hand could
   const Vec3 by_velocity = slide.time_s * velocity;
   const auto along = [&](const Vec3& m) { return m.cross(normal).norm() > kDistinctM; };
@@ -49,8 +63,8 @@ std::vector<Vec3> expected_slides(const Vec3& velocity, const Vec3& normal, cons
     const double far = kFromRestShare * accelerated_distance(slide.time_s);
     displacements = {far * side, far * normal.cross(side)};
   }
-  Vec3 beside = accelerated_displacement(slide.acceleration, slide.time_s, kSlideAccelerationS);
-  beside /= std::max(1.0, beside.norm() / kAcceleratedMostM);
+  Vec3 beside = by_acceleration(slide.acceleration, slide.time_s);
+  beside /= std::max(1.0, beside.norm() / kFromRestMostM);
   if (along(beside) && along(by_velocity + beside)) displacements.push_back(by_velocity + beside);
   return displacements;
 }

@@ -1,5 +1,13 @@
-// Prediction of a tool's motion while a patch lasts, from how its hand goes and how hands speed up: at most kHandMs2, and
-// kAcceleratedMostM by that.
+// Prediction of a tool's motion while a patch lasts: all that is taken for granted of hands.
+//
+//     dead reckoned   x + v (t - t^2 / (2 T)), at rest after T = kDeadReckoningS: on as it went, slower and slower, when nothing
+//                     is heard of it
+//     moved on        x + v t + a (t e - e^2 / 2), e = min(t, kHandAccelerationS), at rest after kPredictionMostS: on as it goes
+//                     and speeds up, when it is heard
+//     from rest       kHandMs2 t^2 / 2, at most kFromRestMostM
+//
+// The times and accelerations are those with which patches of lattices nobody had looked at were truest
+// (docs/notebook/0017-dents.md, 0022-where-a-hand-slides.md, 0026-where-hands-may-get-to.md); no hand was measured.
 #pragma once
 
 #include <vector>
@@ -8,14 +16,22 @@
 
 namespace palpate {
 
-inline constexpr double kHandMs2 = 0.4;  ///< how much a hand speeds up that explores
+inline constexpr double kHandMs2 = 0.4;                          ///< that a hand speeds up by which explores
+inline constexpr double kHandMostMs2 = 10;                       ///< that no hand speeds up by more than
+inline constexpr double kFromRestMostM = 0.012;                  ///< how far it gets by speeding up
+inline constexpr double kHandAccelerationS = 0.05;               ///< how long it goes on to speed up, or slow down
+inline const double kDeadReckoningS = seconds(Micros{100'000});  ///< T, of whole ticks
+inline constexpr double kPredictableS = 0.15;     ///< within which no hand gets far beside where it would get by itself
+inline constexpr double kPredictionMostS = 0.25;  ///< no hand is known for longer
+
+/// `gone_s` after the last that was heard.
+ToolAt dead_reckoned(const ToolAt& last, double gone_s);
+/// `after_s` from now.
+ToolAt moved_on(const ToolAt& now, const Vec3& acceleration_m_s2, double after_s);
 
 /// How far a hand gets from rest that speeds up [m], and how fast it then is [m/s].
 double accelerated_distance(double time_s);
 double accelerated_speed(double time_s);
-/// How far a hand gets beside where its velocity takes it that speeds up for `acceleration_s` and goes on [m]: a (t e - e^2 / 2),
-/// e the shorter of both times.
-Vec3 accelerated_displacement(const Vec3& acceleration_m_s2, double time_s, double acceleration_s);
 
 /// How far the tool is likely to move along each axis in `horizon_s` [m].
 Vec3 expected_motion(const ToolAt& tool, double horizon_s);
@@ -27,11 +43,8 @@ std::vector<Vec3> expected_indentations(const ToolAt& tool, const Vec3& inwards,
 struct ExpectedSlide {
   double time_s = 0;                 ///< in this time; 0: nobody asks
   bool from_rest = false;            ///< ask of a tool that does not slide, too
-  Vec3 acceleration = Vec3::Zero();  ///< of the hand [m/s^2]; for kSlideAccelerationS
+  Vec3 acceleration = Vec3::Zero();  ///< of the hand [m/s^2]
 };
-
-/// For how long a hand that slides goes on to speed up, or slow down [s].
-inline constexpr double kSlideAccelerationS = 0.1;
 
 /// From the contact point [m]; `normal` is that of the surface. Of a tool that slides, where it then is and half-way; of one that
 /// rests, two directions across each other, a quarter as far as a hand that speeds up gets: further is less likely than it is

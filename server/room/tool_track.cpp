@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "server/body/dead_reckoning.hpp"
+#include "server/reduce/tool_prediction.hpp"
 
 namespace palpate {
 
@@ -37,8 +37,7 @@ ToolAt ToolTrack::on_path(Micros t) const {
     const auto from = std::lower_bound(samples_.begin(), samples_.end() - 2, end.t - kSpeedOver,
                                        [](const ToolSample& s, Micros x) { return s.t < x; });
     const Vec3 velocity = (end.position - from->position) / seconds(end.t - from->t);
-    const double gone_s = seconds(t - end.t);
-    return {end.position + dead_reckoned_displacement(velocity, gone_s), dead_reckoned_velocity(velocity, gone_s)};
+    return dead_reckoned({end.position, velocity}, seconds(t - end.t));
   }
   const auto after = std::lower_bound(samples_.begin(), samples_.end(), t, [](const ToolSample& s, Micros x) { return s.t < x; });
   const auto before = after - 1;

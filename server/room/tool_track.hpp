@@ -1,7 +1,7 @@
 // The path of one tool in body time, from the samples that came so far: linear between samples.
 //
 // After the last sample a tool goes on as it went (its mean velocity over the last kSpeedOver) and comes to rest
-// (dead_reckoning.hpp). Samples that come when the body has already gone past them take it back to where it truly was: what the
+// (tool_prediction.hpp). Samples that come when the body has already gone past them take it back to where it truly was: what the
 // path jumps by at the body's time is given back over kLeadBack, so that no body is torn.
 #pragma once
 

@@ -23,7 +23,7 @@ PAST = ("docs/notebook/", "CHANGELOG.md")  # say what was typed then
 FENCE = re.compile(r"^\s*(```+|~~~+)\s*(\S*)")
 LINK = re.compile(r"\]\(\s*<?([^)\s>]+)>?(?:\s+\"[^\"]*\")?\s*\)|(?:src|srcset|href)=\"([^\"]+)\"")
 HEADING = re.compile(r"^(#{1,6})\s+(.*?)\s*#*$")
-PROGRAM = re.compile(r"^(?:\S*/)?(palpate-(?:server|client|view|relay|felt|lab)|dev)$")
+PROGRAM = re.compile(r"^(?:\S*/)?(palpate-(?:server|client|view|relay|felt|lab|key)|dev)$")
 FLAG = re.compile(r"--[a-z][a-z0-9-]*")
 NAMED_FILE = re.compile(r"<!--\s*(\S+)\s*-->")
 
@@ -169,9 +169,9 @@ def check_command(root, programs, typed):
         if not re.search(rf"^  {re.escape(name)}\b", text, re.M):
             yield f"commands: ./dev has no command {name}"
             return
-    if program == "palpate-lab" and name:
+    if program in ("palpate-lab", "palpate-key") and name:
         if not re.search(rf"^\s+{re.escape(name)}\s", text, re.M):
-            yield f"commands: palpate-lab has no experiment {name}"
+            yield f"commands: {program} has no {'experiment' if program == 'palpate-lab' else 'command'} {name}"
             return
         if name != "list":
             command, text = (program, name), programs.help(program, name)

@@ -22,12 +22,14 @@ HERE = pathlib.Path(__file__).parent
 PROGRAMS = {  # package: its programs
     "palpate-server": ["palpate-server"],
     "palpate-client": ["palpate-client", "palpate-relay"],
+    "palpate-key": ["palpate-key"],
     "palpate-view": ["palpate-view"],
     "palpate-lab": ["palpate-felt", "palpate-lab"],
 }
 HOLDS = {  # package: files beside programs and texts that have to be there
     "palpate-server": ["lib/systemd/system/palpate-server.service", "etc/default/palpate-server"],
     "palpate-client": ["usr/share/doc/palpate-client/examples/limits.conf", "lib/udev/rules.d/60-palpate.rules", "usr/share/lintian/overrides/palpate-client"],
+    "palpate-key": ["usr/share/man/man1/palpate-key-issue.1.gz"],
     "palpate-view": [],
     "palpate-lab": ["usr/share/man/man1/palpate-lab-replay.1.gz"],
     "palpate-data": ["usr/share/palpate/scenes/organ.json", "usr/share/palpate/scenes/motions/organ-tour.csv"],

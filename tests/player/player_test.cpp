@@ -206,6 +206,22 @@ TEST_CASE("A push that grows is felt as it is at the end of the tick, whether co
   CHECK(worst_n < 0.1 * half_a_tick_n);
 }
 
+TEST_CASE("A body that leans on a contact stiffer than a step moves it comes to rest there, without a swing from step to step") {
+  Patch p = floor_patch(1);
+  p.c_static.setZero();
+  p.touching = true;
+  p.surface.vertices[0].rows << 0, 0, 3;
+  for (PortVertex& vertex : p.surface.vertices) vertex.rows = p.surface.vertices[0].rows;
+  p.g[0] = 30;           // 10 N
+  p.coupling_n_m = 1e6;  // moves the mode by 4.5 times what it gives in itself
+  PatchPlayer player(p);
+  for (int ms = 1; ms <= 60; ++ms) {
+    const double force_n = player.advance({kStamp + ms * kTick, Vec3::Zero()}).force.z();
+    CAPTURE(p.coupling_n_m, ms);
+    if (ms > 30) CHECK(force_n == Approx(10).epsilon(0.001));
+  }
+}
+
 TEST_CASE("A resting push is the compliance of the modes in series with the contact") {
   const Patch p = floor_patch(8);
   PatchPlayer player(p);

@@ -49,15 +49,15 @@ TEST_CASE(
   large.focus(kTop);
   NonlinearSubdomain part(large.refined);
   part.take(large.body.nodes[kTop], large.state);
-  CHECK(part.dynamics().nodes() < large.dynamics.nodes() / 3);
+  CHECK(part.body().dynamics().nodes() < large.dynamics.nodes() / 3);
   const Vector y = large.random(1, 1e-3), whole = moved_by(large.refined, y), moved = part.moved(y);
   int far = 0;  // nodes that move as corners do
-  for (std::uint32_t i = 0; i < part.dynamics().nodes(); ++i) {
-    const Vec3 rest = part.dynamics().body().nodes[i];
+  for (std::uint32_t i = 0; i < part.body().dynamics().nodes(); ++i) {
+    const Vec3 rest = part.body().dynamics().body().nodes[i];
     for (std::uint32_t node = 0; node < large.dynamics.nodes(); ++node)
       if (large.body.nodes[node] == rest) {
         CHECK((at_node(moved, i) - at_node(whole, node)).norm() <= 1e-15);
-        CHECK(at_node(part.state().x, i) == at_node(large.state.x, node));
+        CHECK(at_node(part.body().state().x, i) == at_node(large.state.x, node));
         far += large.refined.coordinate(node) == RefinedBody::kNone;
       }
   }
@@ -73,11 +73,11 @@ TEST_CASE("Forces on the tool's node, however far it goes, are those of the whol
   part.take(large.body.nodes[kTop], large.state);
   const Vector y = large.random(2, 0.3 * large.refined.spacing_m());
   Vector here, there, near_here, near_there;
-  const Vector still = Vector::Zero(large.state.x.size()), near_still = Vector::Zero(part.state().x.size());
+  const Vector still = Vector::Zero(large.state.x.size()), near_still = Vector::Zero(part.body().state().x.size());
   large.dynamics.forces(large.state.x, still, here);
   large.dynamics.forces(large.state.x + moved_by(large.refined, y), still, there);
-  part.dynamics().forces(part.state().x, near_still, near_here);
-  part.dynamics().forces(part.state().x + part.moved(y), near_still, near_there);
+  part.body().dynamics().forces(part.body().state().x, near_still, near_here);
+  part.body().dynamics().forces(part.body().state().x + part.moved(y), near_still, near_there);
   const Vec3 exact = at_node(there, kTop) - at_node(here, kTop);
   const Vector got = part.gathered(near_there - near_here);
   CHECK((at_node(got, large.refined.coordinate(kTop)) - exact).norm() < 1e-10 * exact.norm());
@@ -89,16 +89,16 @@ TEST_CASE("A nonlinear subdomain goes with the tool, and with the coordinates wh
   large.focus(kTop);
   NonlinearSubdomain part(large.refined);
   part.take(start, large.state);
-  const std::uint32_t nodes = part.dynamics().nodes();
-  const Dynamics* kept = &part.dynamics();
+  const std::uint32_t nodes = part.body().dynamics().nodes();
+  const Dynamics* kept = &part.body().dynamics();
   part.take(start + Vec3(0.5 * large.refined.spacing_m(), 0, 0), large.state);
-  CHECK(&part.dynamics() == kept);
+  CHECK(&part.body().dynamics() == kept);
   const std::uint64_t before = large.refined.generation();
   const std::uint32_t corner = kLargeEdge * kLargeEdge * (kLargeEdge - 1);
   large.focus(corner);
   REQUIRE(large.refined.generation() != before);
   part.take(large.body.nodes[corner], large.state);
-  CHECK(part.dynamics().nodes() < nodes);  // a quarter of what it is in the middle
+  CHECK(part.body().dynamics().nodes() < nodes);  // a quarter of what it is in the middle
   const Vector y = large.random(3, 1e-3);
   CHECK(part.gathered(Vector::Ones(part.moved(y).size())).dot(y) == Approx(part.moved(y).sum()).epsilon(1e-12));
 }
@@ -121,7 +121,7 @@ TEST_CASE("Where a large body was in the last frames is kept in the coordinates 
     REQUIRE(history.size() == static_cast<std::size_t>(k));
     REQUIRE(rest.size() == 1);
     const Linearisation at = frame.refined().linearisation();
-    const Vector y = Vector::LinSpaced(at.masses().size(), -1, 1), moved = moved_by(*at.refined, y);
+    const Vector y = Vector::LinSpaced(at.masses().size(), -1, 1), moved = at.body->of_nodes(y);
     for (int past = 0; past < k; ++past) {
       const Vector way = large.dynamics.masses().cwiseProduct(shapes[static_cast<std::size_t>(past)] - large.state.x);
       CHECK(at.masses().cwiseProduct(states.col(history[static_cast<std::size_t>(past)])).dot(y) ==

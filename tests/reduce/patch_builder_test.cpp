@@ -120,9 +120,8 @@ TEST_CASE("A Krylov basis is orthonormal in the mass matrix and leaves held node
   const BuilderBench bench(box_body(4, 4, 4), ContactKind::attach, 0.001, 0.05);
   auto held = bench.body.fixed;
   held[54] = 1;
-  Tangents tangents(bench.dynamics);
-  tangents.take(bench.state);
-  const Linearisation at{&bench.dynamics, &bench.state, &held, &tangents};
+  const WholeBody whole(bench.dynamics, bench.state);
+  const Linearisation at(whole, held);
   ShiftedSolver solver(bench.dynamics);
   REQUIRE(solver.prepare(at, kBuilderShift, false));
   std::vector<Vector> inputs;

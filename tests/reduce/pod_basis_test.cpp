@@ -16,14 +16,11 @@ struct Bench {
   LumpedBody body = box_body(6, 5, 5);
   Dynamics dynamics{body};
   BodyState state = random_state(dynamics, 2, 0.001, 0.05);
-  Tangents tangents{dynamics};
-  Linearisation at{&dynamics, &state, &body.fixed, &tangents};
+  WholeBody whole{dynamics, state};
+  Linearisation at{whole, body.fixed};
   ShiftedSolver solver{dynamics};
 
-  Bench() {
-    tangents.take(state);
-    REQUIRE(solver.prepare(at, kShift, true));
-  }
+  Bench() { REQUIRE(solver.prepare(at, kShift, true)); }
   Vector load(std::uint32_t node) const {
     Vector b = Vector::Zero(dynamics.masses().size());
     at_node(b, node) = Vec3(0.3, 0.1, -1);

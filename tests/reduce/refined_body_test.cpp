@@ -90,7 +90,7 @@ TEST_CASE("What acts on a locally refined body is what acts on its nodes: no wor
   bench.refined.take(bench.state);
   const Eigen::Index size = bench.refined.masses().size();
   const Vector y = bench.random(size, 1), moved = bench.random(bench.state.x.size(), 2);
-  CHECK(bench.refined.masses().cwiseProduct(bench.refined.moved_since_rest(bench.dynamics.rest_state().x + moved)).dot(y) ==
+  CHECK(bench.refined.masses().cwiseProduct(bench.refined.displacement(bench.state.x, bench.state.x + moved)).dot(y) ==
         Approx(bench.dynamics.masses().cwiseProduct(moved).dot(moved_by(bench.refined, y))).epsilon(1e-12));
   const Vector momentum = bench.dynamics.masses().cwiseProduct(bench.state.v);
   CHECK(bench.refined.masses().cwiseProduct(bench.refined.velocity()).dot(y) ==
@@ -277,7 +277,7 @@ TEST_CASE("A coarse space of the whole body solves what is smooth in a locally r
   for (const bool coarsely : {false, true}) {
     BatchConjugateGradients solver;
     solver.prepare(a, held,
-                   {coarsely ? bench.refined.coarse().inverse(kShift * kShift, kShift) : nullptr, bench.refined.pieces()});
+                   {coarsely ? bench.refined.coarse()->inverse(kShift * kShift, kShift) : nullptr, bench.refined.pieces()});
     const SolveColumn column{&b, &x[coarsely]};
     bool definite = true;
     iterations[coarsely] = solver.solve(std::span(&column, 1), 1e-4, definite);
@@ -315,9 +315,8 @@ TEST_CASE(
       if (a == kTop || b == kTop) held[a] = held[b] = 0;
   }
   held[kTop] = 1;
-  Tangents tangents(bench.dynamics);
-  tangents.take(bench.state);
-  const Linearisation at{&bench.dynamics, &bench.state, &held, &tangents};
+  const WholeBody body(bench.dynamics, bench.state);
+  const Linearisation at(body, held);
   ShiftedSolver solver(bench.dynamics);
   REQUIRE(solver.prepare(at, shift, false));
   Mat3 whole;

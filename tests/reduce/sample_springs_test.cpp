@@ -86,9 +86,7 @@ TEST_CASE("A tenth of the springs of a block bends as all of them do where it wa
     body.stiffening = law == SpringLaw::stiffening ? 30 : 0;
     const Dynamics dynamics(body);
     const BodyState state = random_state(dynamics, 5, 0.0005, 0);
-    Tangents tangents(dynamics);
-    tangents.take(state);
-    const Linearisation at{&dynamics, &state, &body.fixed, &tangents};
+    const WholeBody whole(dynamics, state);
     // Smooth shapes: an indentation of the top, sheared and twisted.
     constexpr Eigen::Index kVariables = 6;
     Sampling sampling;
@@ -111,11 +109,11 @@ TEST_CASE("A tenth of the springs of a block bends as all of them do where it wa
       moved.col(k) = column;
     }
     Matrix k_moved, d_moved;
-    tangents.multiply(moved, k_moved, d_moved);
+    whole.multiply(moved, k_moved, d_moved);
     const Matrix stiffness = moved.transpose() * k_moved;
     sampling.stiffness = stiffness.diagonal();
     sampling.likely = 0.004 * Matrix::Identity(kVariables, kVariables);
-    const auto springs = sample_springs(at, moved, sampling);
+    const auto springs = sample_springs(whole, moved, sampling);
     REQUIRE(springs);
     CHECK(10 * springs->count() <= static_cast<int>(body.elements.size()));
     CHECK(numbers_of_springs(sampling.room, springs->motion.nodes(), springs->count()) <= kUsualNumbers);

@@ -20,14 +20,12 @@ struct Block {
   LumpedBody body;
   Dynamics dynamics{body};
   BodyState state = random_state(dynamics, 5, 0.0005, 0);
-  Tangents tangents{dynamics};
-  Linearisation at{&dynamics, &state, &body.fixed, &tangents};
+  WholeBody whole{dynamics, state};
   Matrix moved = Matrix::Zero(state.x.size(), kTetraVariables), stiffness;
   Sampling sampling;
 
   explicit Block(SolidLaw law) : Block(solid_box(6, 6, 5, {law, 8e3, 0.45, 0.01})) {}
   explicit Block(LumpedBody of) : body(std::move(of)) {
-    tangents.take(state);
     for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
       if (body.fixed[i]) continue;
       const Vec3& x = body.nodes[i];
@@ -41,7 +39,7 @@ struct Block {
       rows.col(5) = up * Vec3(-x.y(), x.x(), 0) / 0.1;
     }
     Matrix k_moved, d_moved;
-    tangents.multiply(moved, k_moved, d_moved);
+    whole.multiply(moved, k_moved, d_moved);
     stiffness = moved.transpose() * k_moved;
     sampling.room = {kTetraVariables, false, false, 3};
     sampling.stiffness = stiffness.diagonal();
@@ -77,7 +75,7 @@ struct Block {
 
 TEST_CASE("A tenth of the tetrahedra of a block bends as all of them do where it was not sampled, within a few hundredths") {
   const Block block(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
-  const auto solid = sample_tetrahedra(block.at, block.moved, block.sampling);
+  const auto solid = sample_tetrahedra(block.whole, block.moved, block.sampling);
   REQUIRE(solid);
   CHECK(10 * solid->count() <= static_cast<int>(block.body.tetrahedra.size()));
   CHECK(numbers_of_tetrahedra(block.sampling.room, solid->motion.nodes(), solid->count()) <= kUsualNumbers);
@@ -134,8 +132,7 @@ TEST_CASE("All tetrahedra of a small solid, sampled with a weight of one, are it
   LumpedBody body = solid_box(3, 3, 2, {law, 8e3, 0.45, 0.01});
   const Dynamics dynamics(body);
   const BodyState state = random_state(dynamics, 5, 0.002, 0);
-  Tangents tangents(dynamics);
-  tangents.take(state);
+  const WholeBody whole(dynamics, state);
   Random random(3);
   Matrix moved(state.x.size(), 4);
   for (double& v : moved.reshaped()) v = random.uniform(-1, 1);
@@ -162,7 +159,7 @@ TEST_CASE("All tetrahedra of a small solid, sampled with a weight of one, are it
   SampledSolidForce force(solid, 0, 1e-6, false);
   REQUIRE_FALSE(force.empty());
   Matrix k_moved, d_moved;
-  tangents.multiply(moved, k_moved, d_moved);
+  whole.multiply(moved, k_moved, d_moved);
   const Vector still = Vector::Zero(state.x.size());
   Vector here, there;
   dynamics.forces(state.x, still, here);

@@ -21,8 +21,8 @@ struct Pressed {
   Dynamics dynamics{body};
   Skin skin{body};
   BodyState state = dynamics.rest_state();
-  Tangents tangents{dynamics};
-  Linearisation at{&dynamics, &state, &body.fixed, &tangents};
+  WholeBody whole{dynamics, state};
+  Linearisation at{whole, body.fixed};
   SurfacePoint point;
   ShiftedSolver solver{dynamics};
   std::vector<Vector> responses;
@@ -30,7 +30,6 @@ struct Pressed {
 
   Pressed(const Pressed&) = delete;
   explicit Pressed(LumpedBody b) : body(std::move(b)) {
-    tangents.take(state);
     const std::vector<double> positions = skin.place(state.x);
     const Vec3 corner = body.nodes.back();
     point = nearest_point(skin.view(), positions, Vec3(0.5 * corner.x() + 0.002, 0.5 * corner.y() + 0.001, corner.z())).point;

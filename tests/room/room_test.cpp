@@ -4,9 +4,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "server/body/dead_reckoning.hpp"
+#include "server/reduce/tool_prediction.hpp"
 #include "server/room/grasp.hpp"
-#include "server/room/hand_rollouts.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -254,22 +253,6 @@ TEST_CASE("A tool's path is linear between its samples, still before them and sl
   CHECK(track.at(Micros{900'000}).position == track.at(Micros{4000} + from_seconds(kDeadReckoningS)).position);
   track.forget_before(Micros{3000});
   CHECK((track.at(Micros{3000}).position - Vec3(1, 2, 0)).norm() < 1e-12);
-}
-
-TEST_CASE("A hand that moves on starts as it goes, its velocity is its derivative, and it rests when nothing is known of it") {
-  const ToolAt now{Vec3(0.01, 0.02, 0.03), Vec3(0.1, -0.2, 0.3)};
-  const Vec3 acceleration(2, 1, -4);
-  CHECK(moved_on(now, acceleration, 0).position == now.position);
-  CHECK(moved_on(now, acceleration, 0).velocity == now.velocity);
-  constexpr double kH = 1e-6;
-  for (const double t : {0.01, kAccelerationS, 0.1, kPredictionMostS - 1e-3}) {
-    const Vec3 rate = (moved_on(now, acceleration, t + kH).position - moved_on(now, acceleration, t - kH).position) / (2 * kH);
-    CHECK((moved_on(now, acceleration, t).velocity - rate).norm() < 1e-5);
-  }
-  CHECK((moved_on(now, acceleration, 0.02).velocity - now.velocity - 0.02 * acceleration).norm() < 1e-12);
-  CHECK((moved_on(now, acceleration, 0.2).velocity - now.velocity - kAccelerationS * acceleration).norm() < 1e-12);
-  CHECK(moved_on(now, acceleration, 1).velocity == Vec3(0, 0, 0));
-  CHECK((moved_on(now, acceleration, 1).position - moved_on(now, acceleration, kPredictionMostS).position).norm() < 1e-12);
 }
 
 TEST_CASE("Samples that come late lead the tool back to where it truly was, without a step of position or velocity") {

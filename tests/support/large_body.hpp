@@ -27,7 +27,7 @@ inline LumpedBody large_body(Filling filling = Filling::springs) {
 /// T y of one column, node by node.
 inline Vector moved_by(const RefinedBody& refined, const Vector& y) {
   Vector x(3 * static_cast<Eigen::Index>(refined.dynamics().nodes()));
-  for (std::uint32_t i = 0; i < refined.dynamics().nodes(); ++i) at_node(x, i) = refined.at(i, y);
+  for (std::uint32_t i = 0; i < refined.dynamics().nodes(); ++i) at_node(x, i) = refined.rows(i, y);
   return x;
 }
 

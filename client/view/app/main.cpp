@@ -13,6 +13,7 @@
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/command_line/flags.hpp"
+#include "common/io/key_files.hpp"
 #include "common/io/make_folder.hpp"
 
 namespace palpate {
@@ -37,7 +38,7 @@ void check_source(const CLI::App& app, const ViewOptions& options) {
                      "a server to watch or a recording to play");
   const bool played = app.count("--recording") > 0;
   if (played && options.recording.empty()) throw InputError("--recording", "is empty", "a file");
-  for (const char* flag : {"--station", "--room", "--touch", "--after-s", "--kbit-s", "--record"})
+  for (const char* flag : {"--key", "--token", "--station", "--room", "--touch", "--after-s", "--kbit-s", "--record"})
     if (played && app.count(flag) > 0) throw InputError(flag, "together with --recording", "--server with it");
   if (!played && app.count("--at") > 0) throw InputError("--at", "together with --server", "--recording with it");
 }
@@ -51,8 +52,11 @@ void check_outputs(const ViewOptions& options) {
 
 /// What the flags' own checks let through: an unset shell variable is an empty text.
 void check(const CLI::App& app, const ViewOptions& options) {
-  for (const auto& [flag, value] :
-       {std::pair{"--screenshot", &options.screenshot}, {"--frames", &options.frames}, {"--record", &options.record}})
+  for (const auto& [flag, value] : {std::pair{"--key", &options.key},
+                                    {"--token", &options.token},
+                                    {"--screenshot", &options.screenshot},
+                                    {"--frames", &options.frames},
+                                    {"--record", &options.record}})
     if (app.count(flag) > 0 && value->empty()) throw InputError(flag, "is empty", "a path");
   const auto printable = [](unsigned char c) { return c >= 0x20 && c != 0x7f; };
   const std::string& name = options.station;
@@ -64,6 +68,8 @@ void check(const CLI::App& app, const ViewOptions& options) {
       !std::all_of(options.room.begin(), options.room.end(), printable))
     throw InputError("--room", fmt::format("has {} bytes", options.room.size()),
                      fmt::format("up to {} bytes without control characters", kMaxNameBytes));
+  if (!options.token.empty() && options.key.empty())
+    throw InputError("--token", "without --key", "the key that it was issued for");
   if (!options.touch.empty() && options.offscreen())
     throw InputError("--touch", "together with --screenshot or --frames", "a window: there is no mouse without one");
   if (options.look.patch && options.touch.empty())
@@ -89,6 +95,11 @@ void add_choice(CLI::App& app, const char* flag, Value& value, const std::string
 
 void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& light) {
   app.add_option("--server", options.server, "where palpate-server listens")->type_name("HOST:PORT");
+  app.add_option("--key", options.key,
+                 "key file of this station (palpate-key new), for a server with --keys; it names the server that is believed")
+      ->type_name("FILE");
+  app.add_option("--token", options.token, "leave to join, from palpate-key issue, for a server that does not know this key")
+      ->type_name("FILE");
   app.add_option("--recording", options.recording, "play this recording of palpate-server in place of a server")
       ->type_name("FILE");
   app.add_option("--at", options.at_s, "moment of the recording to begin at, in seconds")
@@ -132,7 +143,7 @@ void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& lig
 }
 
 void watch(const ViewOptions& options) {
-  ViewSession session(options.server, options.station, options.room, !options.station_given);
+  ViewSession session(options.server, options.station, options.room, !options.station_given, options.keys);
   session.show_channel(options.look.color);
   session.core().limit(options.kbit_s);
   if (!options.record.empty()) session.record(options.record);
@@ -162,6 +173,7 @@ int run(int argc, char** argv) {
     check_source(app, options);
     check(app, options);
     check_outputs(options);
+    if (!options.key.empty()) options.keys = read_client_keys(options.key, options.token);
     watch_signals();
     options.recording.empty() ? watch(options) : play(options);
     return 0;

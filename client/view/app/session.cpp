@@ -47,8 +47,10 @@ bool told_to_end() { return g_end != 0; }
 
 Micros now_us() { return std::chrono::duration_cast<Micros>(std::chrono::steady_clock::now().time_since_epoch()); }
 
-ViewSession::ViewSession(const std::string& server, const std::string& station, const std::string& room, bool alike)
+ViewSession::ViewSession(const std::string& server, const std::string& station, const std::string& room, bool alike,
+                         const std::optional<ClientKeys>& keys)
     : server_(server), core_(station, now_us(), room, alike) {
+  if (keys) channel_.emplace(*keys, kWireVersion, system_random(), now_us());
   const udp::endpoint endpoint = resolve(io_, server);
   socket_.open(endpoint.protocol());
   socket_.connect(endpoint);
@@ -73,12 +75,39 @@ void ViewSession::pump() {
     if (error)
       ++errors;
     else
-      core_.take(std::span(datagram).first(size), now_us());
+      take(std::span(datagram).first(size));
   }
+  if (channel_) channel_->tick(now_us());
   core_.tick(now_us());
   pump_recording();
-  while (const std::size_t size = core_.emit(std::span(datagram).first(kMaxDatagramBytes), now_us())) {
-    socket_.send(asio::buffer(datagram.data(), size), 0, error);
+  send_all();
+}
+
+void ViewSession::take(std::span<const std::byte> datagram) {
+  std::array<std::byte, kMaxDatagramBytes> opened;
+  if (channel_) {
+    const std::size_t size = channel_->take(octets(datagram), now_us(), octets(std::span(opened)));
+    if (size == 0) return;
+    datagram = std::span(opened).first(size);
+  }
+  core_.take(datagram, now_us());
+}
+
+void ViewSession::send_all() {
+  std::array<std::byte, kMaxDatagramBytes> plain;
+  std::array<std::byte, kMaxSealedBytes> sealed;
+  asio::error_code ignored;
+  const Micros now = now_us();
+  while (const std::size_t size = channel_ ? channel_->emit(octets(std::span(sealed)), now) : 0)
+    socket_.send(asio::buffer(sealed.data(), size), 0, ignored);
+  if (channel_ && !channel_->ready(now)) return;
+  while (const std::size_t size = core_.emit(plain, now)) {
+    if (channel_) {
+      const auto whole = channel_->seal(octets(std::span(plain).first(size)), octets(std::span(sealed)), now);
+      socket_.send(asio::buffer(sealed.data(), whole), 0, ignored);
+    } else {
+      socket_.send(asio::buffer(plain.data(), size), 0, ignored);
+    }
   }
 }
 
@@ -120,7 +149,8 @@ void ViewSession::pump_until(Micros time) {
     pump();
     const Micros now = now_us();
     if (now >= time) return;
-    const Micros wait = std::clamp(std::min(time, core_.deadline()) - now, Micros{0}, Micros{100'000});
+    const Micros due = channel_ ? std::min(core_.deadline(), channel_->deadline()) : core_.deadline();
+    const Micros wait = std::clamp(std::min(time, due) - now, Micros{0}, Micros{100'000});
     pollfd readable{socket_.native_handle(), POLLIN, 0};
     ::poll(&readable, 1, static_cast<int>((wait.count() + 999) / 1000));
   }

@@ -4,10 +4,13 @@
 #include <asio/io_context.hpp>
 #include <asio/ip/udp.hpp>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 
 #include "client/view/app/view_source.hpp"
 #include "client/view/app/viewer_recording.hpp"
+#include "common/trust/client_channel.hpp"
 
 namespace palpate {
 
@@ -18,7 +21,8 @@ class ViewSession : public ViewSource {
  public:
   /// `server` is HOST:PORT. Throws InputError when it does not parse or the host does not resolve.
   /// `alike`: another name like `station` will do where that is taken.
-  ViewSession(const std::string& server, const std::string& station, const std::string& room, bool alike);
+  ViewSession(const std::string& server, const std::string& station, const std::string& room, bool alike,
+              const std::optional<ClientKeys>& keys = {});
   ~ViewSession() override;
 
   /// Everything that is due: datagrams in, the core's clock, datagrams out. Never blocks.
@@ -45,6 +49,8 @@ class ViewSession : public ViewSource {
   const std::string& server() const { return server_; }
 
  private:
+  void take(std::span<const std::byte> datagram);
+  void send_all();
   void pump_recording();
   void remember(Micros now, const std::vector<ToolView>& tools);
   std::string status(Micros now) const;
@@ -53,6 +59,7 @@ class ViewSession : public ViewSource {
   asio::io_context io_;
   asio::ip::udp::socket socket_{io_};
   ViewCore core_;
+  std::optional<ClientChannel> channel_;  ///< where there are keys
   History forces_, patch_ages_;
   std::unique_ptr<ViewerRecording> recording_;
   std::string record_asked_;  ///< file that is waiting for a body

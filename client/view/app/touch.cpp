@@ -20,10 +20,15 @@ ClientOptions options_of(const std::string& station, const std::string& room) {
 
 }  // namespace
 
-TouchStation::TouchStation(const std::string& server, const std::string& station, const std::string& room)
-    : core_(options_of(station, room), monotonic_now()), udp_(server, core_, {}, [this](const ClientCore& core, auto, auto) {
-        if (pairs_.take(core, followed_.back())) followed_.publish();
-      }) {
+TouchStation::TouchStation(const std::string& server, const std::string& station, const std::string& room,
+                           const std::optional<ClientKeys>& keys)
+    : core_(options_of(station, room), monotonic_now()),
+      udp_(
+          server, core_, {},
+          [this](const ClientCore& core, auto, auto) {
+            if (pairs_.take(core, followed_.back())) followed_.publish();
+          },
+          keys) {
   tool_.station = station;
   udp_.start();
 }

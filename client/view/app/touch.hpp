@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "client/core/client_core.hpp"
@@ -16,7 +17,8 @@ class TouchStation {
  public:
   static constexpr const char* kName = "mouse";  ///< which gets a number where another has it
   /// Throws InputError when the server's name is not HOST:PORT or does not resolve.
-  TouchStation(const std::string& server, const std::string& station, const std::string& room);
+  TouchStation(const std::string& server, const std::string& station, const std::string& room,
+               const std::optional<ClientKeys>& keys = {});
   ~TouchStation();
 
   /// Starts the loop once the server has let us in. Call often.

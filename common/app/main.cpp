@@ -1,0 +1,177 @@
+// palpate-key: keys of servers, stations and issuers, and the tokens that issuers sign.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "common/base/error.hpp"
+#include "common/base/limits.hpp"
+#include "common/command_line/flags.hpp"
+#include "common/io/key_files.hpp"
+#include "common/trust/token.hpp"
+
+namespace {
+
+using namespace palpate;
+
+constexpr int kLongestSession = 30 * 86400;
+
+struct Options {
+  std::string file, server, station, name, roles = "hand,viewer", issuer_file;
+  std::vector<std::string> rooms;
+  bool issuer = false;
+  int kbit_s = kKbitUsual, streams = kStreamsUsual, join_within_s = 60, session_s = 7200;
+};
+
+PublicKey key_given(const char* where, const std::string& text) {
+  const auto key = key_from(text);
+  if (!key) throw InputError(where, "\"" + text + "\" is no key", "the 44 characters that palpate-key printed");
+  return *key;
+}
+
+Rights rights_given(const Options& o) {
+  Rights rights;
+  rights.name = o.name;
+  rights.rooms = o.rooms;
+  rights.kbit_s = o.kbit_s;
+  rights.streams = o.streams;
+  if (!read_roles(o.roles, rights)) throw InputError("--role", "\"" + o.roles + "\" is no role", "hand, viewer, or hand,viewer");
+  // What a key file may say, a token may say.
+  parse_keys(station_line(PublicKey{}, rights), "--name and --room");
+  return rights;
+}
+
+KeyFile read_key_file(const std::string& file) { return parse_keys(read_secret_text(file), file); }
+
+void make_new(const Options& o) {
+  const SecretKey secret = draw_secret(system_random());
+  IssuerSecret issuer;
+  issuer.bytes = secret.bytes;
+  std::string text = (o.issuer ? "issuer-self " : "self ") + to_text(Bytes(secret.bytes)) + "\n";
+  if (!o.server.empty()) text = with_server(text, key_given("--trust", o.server));
+  write_new_secret(o.file, text);
+  fmt::print("{}\n", to_text(o.issuer ? issuer_of(issuer) : public_of(secret)));
+}
+
+void show(const Options& o) {
+  const KeyFile keys = read_key_file(o.file);
+  if (keys.self) fmt::print("{}\n", to_text(public_of(*keys.self)));
+  if (keys.issuer_self) fmt::print("{}\n", to_text(issuer_of(*keys.issuer_self)));
+  if (!keys.self && !keys.issuer_self) throw InputError(o.file, "has no key of its own", "a line self SECRET");
+}
+
+void trust(const Options& o) {
+  const PublicKey server = key_given("SERVER", o.server);
+  const std::string text = read_secret_text(o.file);
+  parse_keys(text, o.file);
+  replace_secret(o.file, with_server(text, server));
+}
+
+void admit(const Options& o) {
+  std::string text = read_secret_text(o.file);
+  if (!text.empty() && text.back() != '\n') text += '\n';
+  text += station_line(key_given("STATION", o.station), rights_given(o)) + "\n";
+  parse_keys(text, o.file);  // before anything is written
+  replace_secret(o.file, text);
+}
+
+void issue(const Options& o) {
+  const KeyFile keys = read_key_file(o.issuer_file);
+  if (!keys.issuer_self) throw InputError(o.issuer_file, "has no issuer's key", "a file that palpate-key new --issuer made");
+  const PublicKey server = key_given("--server", o.server), station = key_given("--station", o.station);
+  Token token;
+  system_random()(token.id);
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  token.join_before_s = std::chrono::duration_cast<std::chrono::seconds>(now).count() + o.join_within_s;
+  token.session_s = static_cast<std::uint32_t>(o.session_s);
+  token.rights = rights_given(o);
+  if (token.rights.rooms.size() > 1) throw InputError("--room", "is there twice", "one room for a token, or none for any");
+  fmt::print("{}\n", to_text(Bytes(sign_token(token, *keys.issuer_self, server, station))));
+}
+
+void add_rights(CLI::App& app, Options& o) {
+  app.add_option("--role", o.roles, "what it may be: one that touches, one that looks on, both")
+      ->type_name("hand|viewer|hand,viewer")
+      ->capture_default_str();
+  app.add_option("--room", o.rooms, "room that it may be in; again for each further one; default: any")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  app.add_option("--kbit-s", o.kbit_s, "most that shapes may take, for a viewer")
+      ->check(number_from(1, kMostKbit))
+      ->capture_default_str();
+  app.add_option("--streams", o.streams, "stations and viewers with this key at the same time; of a token: sessions in all")
+      ->check(number_from(1, kMostStreams));
+}
+
+CLI::App* add_command(CLI::App& app, const char* name, const char* text) {
+  CLI::App* command = app.add_subcommand(name, text);
+  command->set_help_flag("-h,--help", "print this help and end");
+  return command;
+}
+
+/// What is typed without a flag.
+void add_operand(CLI::App& command, const char* name, std::string& value, const char* text) {
+  command.add_option(name, value, text)->required()->type_name(name)->option_text("REQUIRED");
+}
+
+void add_commands(CLI::App& app, Options& o) {
+  CLI::App* command = add_command(app, "new", "a key, into a file that nobody else may read; prints the public half");
+  add_operand(*command, "FILE", o.file, "that is not there yet");
+  command->add_option("--trust", o.server, "the server that this station believes, as `trust` would say it")->type_name("PUBLIC");
+  command->add_flag("--issuer", o.issuer, "of one who signs tokens");
+  command->callback([&o] { make_new(o); });
+
+  command = add_command(app, "trust", "say in a station's key file which server it believes");
+  add_operand(*command, "FILE", o.file, "of the station");
+  add_operand(*command, "SERVER", o.server, "public key of the server");
+  command->callback([&o] { trust(o); });
+
+  command = add_command(app, "admit", "let a station in: a line more in a server's key file (then SIGHUP to the server)");
+  add_operand(*command, "FILE", o.file, "of the server");
+  add_operand(*command, "STATION", o.station, "public key of the station");
+  add_operand(*command, "NAME", o.name, "of the station in the room, for example \"OR 3\"");
+  add_rights(*command, o);
+  command->callback([&o] { admit(o); });
+
+  command = add_command(app, "show", "print the public half of a key file");
+  add_operand(*command, "FILE", o.file, "of anybody");
+  command->callback([&o] { show(o); });
+
+  command = add_command(app, "issue", "sign a token, by which one station may join one server once; prints it");
+  command->add_option("--issuer", o.issuer_file, "key file of the issuer, whose public half is in the server's")
+      ->type_name("FILE")
+      ->required();
+  command->add_option("--server", o.server, "public key of the server")->type_name("PUBLIC")->required();
+  command->add_option("--station", o.station, "public key of the station")->type_name("PUBLIC")->required();
+  command->add_option("--name", o.name, "of the station in the room")->type_name("NAME")->required();
+  command->add_option("--join-within-s", o.join_within_s, "from now, seconds")
+      ->check(number_from(1, kLongestSession))
+      ->capture_default_str();
+  command->add_option("--session-s", o.session_s, "that it may stay, seconds")
+      ->check(number_from(1, kLongestSession))
+      ->capture_default_str();
+  add_rights(*command, o);
+  command->callback([&o, command] {
+    if (command->count("--streams") == 0) o.streams = 1;
+    issue(o);
+  });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("keys of servers and stations, and tokens that let a station in", "palpate-key");
+  describe_program(app, PALPATE_VERSION,
+                   "palpate-key new site.keys\n"
+                   "  palpate-key new or3.key --trust SERVER\n"
+                   "  palpate-key admit site.keys STATION \"OR 3\" --room liver");
+  Options options;
+  add_commands(app, options);
+  app.require_subcommand(1);
+  return run_program(app, [&] {
+    app.parse(argc, argv);
+    return 0;
+  });
+}

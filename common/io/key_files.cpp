@@ -1,0 +1,123 @@
+#include "common/io/key_files.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "common/base/error.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kMostKeyFileBytes = 1 << 20;
+
+/// An open file, closed when it goes.
+class KeyDescriptor {
+ public:
+  KeyDescriptor(const std::filesystem::path& file, int flags) : fd_(::open(file.c_str(), flags | O_CLOEXEC, 0600)) {}
+  KeyDescriptor(const KeyDescriptor&) = delete;
+  KeyDescriptor& operator=(const KeyDescriptor&) = delete;
+  ~KeyDescriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+[[noreturn]] void fail_with_errno(const std::filesystem::path& file, const std::string& what, const std::string& expected) {
+  throw InputError(file.string(), what + " (" + std::strerror(errno) + ")", expected);
+}
+
+std::string read_whole(int fd, const std::filesystem::path& file) {
+  std::string text;
+  std::array<char, 4096> part;
+  while (true) {
+    const ::ssize_t got = ::read(fd, part.data(), part.size());
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) fail_with_errno(file, "cannot be read", "a file that can");
+    if (got == 0) return text;
+    text.append(part.data(), static_cast<std::size_t>(got));
+    if (text.size() > kMostKeyFileBytes) throw InputError(file.string(), "is larger than 1 MiB", "a key file");
+  }
+}
+
+void write_whole(int fd, const std::string& text, const std::filesystem::path& file) {
+  for (std::size_t done = 0; done < text.size();) {
+    const ::ssize_t put = ::write(fd, text.data() + done, text.size() - done);
+    if (put < 0 && errno == EINTR) continue;
+    if (put < 0) fail_with_errno(file, "cannot be written", "room on the disk");
+    done += static_cast<std::size_t>(put);
+  }
+  if (::fsync(fd) != 0) fail_with_errno(file, "cannot be written", "a disk that works");
+}
+
+/// Written and synced beside `file`.
+std::filesystem::path write_beside(const std::filesystem::path& file, const std::string& text) {
+  std::filesystem::path beside = file;
+  beside += ".part-" + std::to_string(::getpid());
+  const KeyDescriptor part(beside, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW);
+  if (part.get() < 0) fail_with_errno(file, "cannot be written", "a folder that is there and may be written to");
+  write_whole(part.get(), text, file);
+  return beside;
+}
+
+void sync_folder_of(const std::filesystem::path& file) {
+  const auto folder = file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+  const KeyDescriptor opened(folder, O_RDONLY | O_DIRECTORY);
+  if (opened.get() >= 0) ::fsync(opened.get());
+}
+
+}  // namespace
+
+std::string read_secret_text(const std::filesystem::path& file) {
+  const KeyDescriptor opened(file, O_RDONLY);
+  if (opened.get() < 0) fail_with_errno(file, "cannot be read", "a file that palpate-key new made");
+  struct stat facts {};
+  if (::fstat(opened.get(), &facts) != 0) fail_with_errno(file, "cannot be read", "a file that can");
+  if ((facts.st_mode & (S_IRWXO | S_IWGRP)) != 0)
+    throw InputError(file.string(), "may be read or changed by others", "chmod 600 " + file.string());
+  return read_whole(opened.get(), file);
+}
+
+void write_new_secret(const std::filesystem::path& file, const std::string& text) {
+  const auto beside = write_beside(file, text);
+  const int failed = ::link(beside.c_str(), file.c_str()) != 0 ? errno : 0;
+  ::unlink(beside.c_str());
+  if (failed == EEXIST) throw InputError(file.string(), "is there already", "a file that is not there yet");
+  errno = failed;
+  if (failed != 0) fail_with_errno(file, "cannot be written", "a folder that may be written to");
+  sync_folder_of(file);
+}
+
+void replace_secret(const std::filesystem::path& file, const std::string& text) {
+  const auto beside = write_beside(file, text);
+  if (::rename(beside.c_str(), file.c_str()) != 0) {
+    const int failed = std::exchange(errno, 0);
+    ::unlink(beside.c_str());
+    errno = failed;
+    fail_with_errno(file, "cannot be written", "a folder that may be written to");
+  }
+  sync_folder_of(file);
+}
+
+SiteKeys read_site(const std::filesystem::path& file) {
+  return site_of(parse_keys(read_secret_text(file), file.string()), file.string());
+}
+
+ClientKeys read_client_keys(const std::filesystem::path& file, const std::filesystem::path& token) {
+  ClientKeys keys = client_of(parse_keys(read_secret_text(file), file.string()), file.string());
+  if (token.empty()) return keys;
+  const KeyDescriptor opened(token, O_RDONLY);
+  if (opened.get() < 0) fail_with_errno(token, "cannot be read", "a file with the line that palpate-key issue printed");
+  keys.token = parse_token(read_whole(opened.get(), token), token.string());
+  return keys;
+}
+
+}  // namespace palpate

@@ -1,0 +1,25 @@
+// Key files on disk: what nobody else may read (mode 0600), and never half of it.
+//
+// Written to a file beside it, synced, and put in place in one step: after a crash there is the old file or the new one. A file
+// that others may read, or a group may write, is refused with what to type against it.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "common/trust/key_file.hpp"
+
+namespace palpate {
+
+/// InputError when it cannot be read, or others could.
+std::string read_secret_text(const std::filesystem::path& file);
+/// A file that must not be there yet. InputError.
+void write_new_secret(const std::filesystem::path& file, const std::string& text);
+/// In place of what is there. InputError.
+void replace_secret(const std::filesystem::path& file, const std::string& text);
+
+SiteKeys read_site(const std::filesystem::path& file);
+/// `token`: a file, or empty.
+ClientKeys read_client_keys(const std::filesystem::path& file, const std::filesystem::path& token);
+
+}  // namespace palpate

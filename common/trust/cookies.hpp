@@ -1,0 +1,28 @@
+// Cookies of a server: a proof that somebody receives at his address, for which the server keeps nothing.
+//
+//     cookie = BLAKE2b-128(R; address, port, index)          R: a secret, new every kCookieLasts; the one before it is valid too
+#pragma once
+
+#include "common/base/types.hpp"
+#include "common/trust/channel_wire.hpp"
+
+namespace palpate {
+
+inline constexpr Micros kCookieLasts{120'000'000};
+
+class Cookies {
+ public:
+  explicit Cookies(DrawBytes draw) : draw_(std::move(draw)) {}
+  Mac cookie_for(const ChannelAddress& from, std::uint32_t index, Micros now);
+  bool fits(Bytes cookie, const ChannelAddress& from, std::uint32_t index, Micros now);
+
+ private:
+  void renew(Micros now);
+
+  DrawBytes draw_;
+  SecretKey newest_, before_;
+  Micros drawn_{};
+  bool begun_ = false;
+};
+
+}  // namespace palpate

@@ -1,0 +1,31 @@
+// What somebody may ask for: the rights of a key, or of a token.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace palpate {
+
+inline constexpr int kStreamsUsual = 8;  ///< of a key: stations and viewers at the same time
+inline constexpr int kKbitUsual = 900;   ///< of shapes for a viewer, kbit/s
+inline constexpr int kMostStreams = 64, kMostKbit = 65535;
+inline constexpr std::size_t kMostRoomsNamed = 16;
+
+struct Rights {
+  std::string name;  ///< of its stations: this, or with something behind "-" or "/"
+  bool hand = false, viewer = false;
+  std::vector<std::string> rooms = {};  ///< empty: any
+  int kbit_s = kKbitUsual;
+  int streams = kStreamsUsual;
+
+  bool operator==(const Rights&) const = default;
+  /// "OR 3" has "OR 3", "OR 3-2" and "OR 3/port".
+  bool has_name(std::string_view station) const {
+    if (!station.starts_with(name)) return false;
+    return station.size() == name.size() || station[name.size()] == '-' || station[name.size()] == '/';
+  }
+};
+
+}  // namespace palpate

@@ -1,0 +1,313 @@
+#include "common/trust/server_channel.hpp"
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+constexpr Micros kSweepSessionsEvery{250'000};
+constexpr std::int64_t kTokenKeptS = 3600;  ///< beyond its end: the clock on the wall may be set back
+
+template <std::size_t n>
+std::array<std::uint8_t, n> copy_of(Bytes bytes) {
+  std::array<std::uint8_t, n> out{};
+  std::copy_n(bytes.begin(), std::min(n, bytes.size()), out.begin());
+  return out;
+}
+
+}  // namespace
+
+const char* describe(ChannelFault fault) {
+  static constexpr std::array<const char*, kChannelFaults> kText{"malformed",
+                                                                 "made without this server's key",
+                                                                 "too many handshakes",
+                                                                 "for another server, or changed on the way",
+                                                                 "key not known",
+                                                                 "token not valid",
+                                                                 "token expired",
+                                                                 "token used already",
+                                                                 "stale",
+                                                                 "too many sessions",
+                                                                 "no such session",
+                                                                 "replayed",
+                                                                 "forged"};
+  const auto k = static_cast<std::size_t>(fault);
+  return k < kText.size() ? kText[k] : "unknown";
+}
+
+ServerChannel::ServerChannel(SiteKeys keys, DrawBytes draw, UnixSeconds unix_now, const ChannelTimes& times)
+    : keys_(std::move(keys)),
+      self_(public_of(keys_.self)),
+      draw_(draw),
+      unix_now_(std::move(unix_now)),
+      times_(times),
+      cookies_(std::move(draw)) {}
+
+std::optional<ServerChannel::Opened> ServerChannel::fail(ChannelFault fault) {
+  ++counts_.faults[static_cast<std::size_t>(fault)];
+  return std::nullopt;
+}
+
+void ServerChannel::refuse(ChannelFault fault, const ChannelAddress& from, const PublicKey* key) {
+  fail(fault);
+  refusal_ = {fault, from, key != nullptr ? std::optional(*key) : std::nullopt};
+}
+
+void ServerChannel::answer(const ChannelAddress& to, Bytes bytes) {
+  if (answers_.size() >= kMostAnswers) return;
+  answers_.push_back({to, copy_of<kRespBytes>(bytes), bytes.size()});
+}
+
+std::size_t ServerChannel::emit(BytesOut out, ChannelAddress& to) {
+  if (answers_.empty()) return 0;
+  const Answer next = answers_.front();
+  answers_.pop_front();
+  std::copy_n(next.bytes.begin(), next.size, out.begin());
+  to = next.to;
+  return next.size;
+}
+
+std::optional<ServerChannel::Opened> ServerChannel::take(Bytes datagram, const ChannelAddress& from, Micros now, BytesOut plain) {
+  const auto kind = kind_of(datagram);
+  if (kind == ChannelKind::data && datagram.size() >= kDataOverhead && datagram.size() <= kMaxSealedBytes)
+    return take_data(datagram, from, now, plain);
+  if (kind != ChannelKind::init || datagram.size() != kInitBytes) return fail(ChannelFault::malformed);
+  take_init(datagram, from, now);
+  return std::nullopt;
+}
+
+/// What costs next to nothing, before what costs something.
+void ServerChannel::take_init(Bytes datagram, const ChannelAddress& from, Micros now) {
+  if (!same_bytes(mac1_of(self_, datagram), datagram.subspan(kInitSigned, kMacBytes)))
+    return refuse(ChannelFault::mac, from, nullptr);
+  const std::uint32_t index = index_of(datagram);
+  if (!cookies_.fits(datagram.last(kMacBytes), from, index, now)) {
+    std::array<std::uint8_t, kCookieBytes> cookie;
+    put_head(cookie, ChannelKind::cookie, index);
+    const Mac mac = cookies_.cookie_for(from, index, now);
+    std::copy(mac.begin(), mac.end(), cookie.begin() + kHeadBytes);
+    ++counts_.cookies;
+    return answer(from, cookie);
+  }
+  const bool lives_there = std::any_of(sessions_.begin(), sessions_.end(), [&](const auto& entry) {
+    return entry.second.confirmed && entry.second.address.ip == from.ip;
+  });
+  if (!limits_.allow(from, lives_there, now)) return refuse(ChannelFault::limit, from, nullptr);
+  shake_hands(datagram, from, now);
+}
+
+void ServerChannel::shake_hands(Bytes datagram, const ChannelAddress& from, Micros now) {
+  const auto mac = copy_of<kMacBytes>(datagram.subspan(kInitSigned, kMacBytes));
+  for (const auto& [peer, session] : sessions_)
+    if (session.answered == mac) return answer(from, session.answer);  // that answer was lost, or is late
+
+  const Bytes message = datagram.subspan(kHeadBytes, kInitSigned - kHeadBytes);
+  NoiseResponder noise(keys_.self, datagram.first(kHeadBytes));
+  if (!noise.read_sender(message)) return refuse(ChannelFault::handshake, from, nullptr);
+  const PublicKey key = noise.sender();
+  if (!keys_.stations.contains(key) && keys_.issuers.empty()) return refuse(ChannelFault::unknown_key, from, &key);
+  std::array<std::uint8_t, kInitPayloadBytes> bytes;
+  if (!noise.read_payload(message, bytes)) return refuse(ChannelFault::handshake, from, nullptr);
+  const auto payload = unpack_init(bytes);
+  if (!payload) return refuse(ChannelFault::malformed, from, &key);
+
+  Session* session = find(key, payload->session);
+  if (session != nullptr && payload->attempt <= session->attempt) return refuse(ChannelFault::stale, from, &key);
+  ChannelFault why{};
+  const auto admission = admit(key, *payload, session, why);
+  if (!admission) return refuse(why, from, &key);
+  if (session == nullptr) {
+    if (!make_room_for(key, admission->rights.streams, now)) return refuse(ChannelFault::full, from, &key);
+    session = &sessions_[++last_];
+    session->peer = last_;
+    session->key = key;
+    session->number = payload->session;
+    session->heard = now;
+  }
+  session->rights = admission->rights;
+  session->by_token = admission->by_token;
+  session->ends_s = admission->ends_s;
+  session->issuer = admission->issuer;
+  session->begun = now;
+  session->attempt = payload->attempt;
+  session->answered = mac;
+
+  const std::uint32_t index = draw_index();
+  std::array<std::uint8_t, 4> index_bytes;
+  put_number(index_bytes, index);
+  put_head(session->answer, ChannelKind::resp, index_of(datagram));
+  drop_keys(session->next);
+  if (!noise.write(draw_secret(draw_), index_bytes, BytesOut(session->answer).subspan(kHeadBytes)))
+    return refuse(ChannelFault::handshake, from, &key);
+  const NoiseKeys keys = noise.split();
+  session->next.emplace(keys.down, keys.up, index, index_of(datagram), now);
+  indices_[index] = session->peer;
+  ++counts_.answers;
+  answer(from, session->answer);
+}
+
+std::optional<ServerChannel::Admission> ServerChannel::admit(const PublicKey& key, const InitPayload& payload, Session* known,
+                                                             ChannelFault& why) {
+  if (const auto found = keys_.stations.find(key); found != keys_.stations.end()) return Admission{found->second, false, 0, {}};
+  return admit_token(key, payload, known, why);
+}
+
+/// The same session needs no leave again while it lives.
+std::optional<ServerChannel::Admission> ServerChannel::admit_token(const PublicKey& key, const InitPayload& payload,
+                                                                   Session* known, ChannelFault& why) {
+  if (known != nullptr && known->by_token) return Admission{known->rights, true, known->ends_s, known->issuer};
+  why = payload.token.empty() ? ChannelFault::unknown_key : ChannelFault::token;
+  const auto token = verify_token(payload.token, keys_.issuers, self_, key);
+  if (!token) return std::nullopt;
+  const std::int64_t now_s = unix_now_();
+  why = ChannelFault::token_expired;
+  if (now_s > token->join_before_s) return std::nullopt;
+  why = ChannelFault::token_used;
+  if (used_.size() >= kMostTokens && !used_.contains(token->id)) return std::nullopt;
+  UsedToken& used = used_[token->id];
+  if (!used.sessions.contains(payload.session) && used.sessions.size() >= static_cast<std::size_t>(token->rights.streams))
+    return std::nullopt;
+  used.until_s = token->join_before_s + kTokenKeptS;
+  used.sessions.insert(payload.session);
+  return Admission{token->rights, true, now_s + token->session_s, token->issuer};
+}
+
+ServerChannel::Session* ServerChannel::find(const PublicKey& key, std::uint64_t number) {
+  for (auto& [peer, session] : sessions_)
+    if (!session.ending && session.number == number && session.key == key) return &session;
+  return nullptr;
+}
+
+/// Another session of this key; the longest silent one makes way where it must.
+bool ServerChannel::make_room_for(const PublicKey& key, int streams, Micros now) {
+  int of_key = 0;
+  Session* silent = nullptr;
+  for (auto& [peer, session] : sessions_) {
+    if (session.key != key || session.ending) continue;
+    ++of_key;
+    if (now - session.heard > kSilent && (silent == nullptr || session.heard < silent->heard)) silent = &session;
+  }
+  if (of_key < streams + kSpareSessions && sessions_.size() < kMostSessions) return true;
+  if (silent == nullptr) return false;
+  end(*silent);
+  return sessions_.size() < kMostSessions;
+}
+
+std::optional<ServerChannel::Opened> ServerChannel::take_data(Bytes datagram, const ChannelAddress& from, Micros now,
+                                                              BytesOut plain) {
+  const std::uint32_t index = index_of(datagram);
+  const auto found = indices_.find(index);
+  Session* session = found != indices_.end() ? &sessions_.at(found->second) : nullptr;
+  Transport* keys = session != nullptr ? keys_at(*session, index, now) : nullptr;
+  if (keys == nullptr) {
+    if (!hint_limits_.allow(from, false, now)) return fail(ChannelFault::index);
+    std::array<std::uint8_t, kHintBytes> hint;
+    put_head(hint, ChannelKind::hint, index);
+    ++counts_.hints;
+    answer(from, hint);
+    return fail(ChannelFault::index);
+  }
+  const std::size_t size = datagram.size() - kDataOverhead;
+  bool newest = false;
+  const OpenFault fault = keys->open(datagram, plain.first(size), newest);
+  if (fault != OpenFault::none) return fail(fault == OpenFault::replayed ? ChannelFault::replayed : ChannelFault::forged);
+  if (session->next && keys == &*session->next) confirm(*session, now);
+  if (newest && session->current->own_index() == index) session->address = from;
+  session->heard = now;
+  ++counts_.opened;
+  return Opened{session->peer, size};
+}
+
+Transport* ServerChannel::keys_at(Session& session, std::uint32_t index, Micros now) {
+  if (session.ending) return nullptr;
+  for (std::optional<Transport>* slot : {&session.current, &session.next, &session.old})
+    if (*slot && (*slot)->own_index() == index) {
+      const bool kept = slot != &session.old || now < session.old_until;
+      return kept && (*slot)->usable(now, times_) ? &**slot : nullptr;
+    }
+  return nullptr;
+}
+
+/// The client has the new keys: it is they from now on.
+void ServerChannel::confirm(Session& session, Micros now) {
+  drop_keys(session.old);
+  session.old = std::exchange(session.current, std::exchange(session.next, std::nullopt));
+  session.old_until = now + times_.keep_old;
+  if (!std::exchange(session.confirmed, true)) ++counts_.sessions;
+}
+
+std::size_t ServerChannel::seal(ChannelPeer peer, Bytes plain, BytesOut out, ChannelAddress& to, Micros now) {
+  const auto found = sessions_.find(peer);
+  if (found == sessions_.end() || !found->second.current || !found->second.current->usable(now, times_)) return 0;
+  to = found->second.address;
+  return found->second.current->seal(plain, out);
+}
+
+std::uint32_t ServerChannel::draw_index() {
+  std::array<std::uint8_t, 4> bytes;
+  do draw_(bytes);
+  while (indices_.contains(static_cast<std::uint32_t>(number_at(bytes))));
+  return static_cast<std::uint32_t>(number_at(bytes));
+}
+
+void ServerChannel::drop_keys(std::optional<Transport>& slot) {
+  if (slot) indices_.erase(slot->own_index());
+  slot.reset();
+}
+
+void ServerChannel::end(Session& session) {
+  if (!session.confirmed) return forget(session.peer);
+  if (!std::exchange(session.ending, true)) ended_.push_back(session.peer);
+}
+
+void ServerChannel::forget(ChannelPeer peer) {
+  const auto found = sessions_.find(peer);
+  if (found == sessions_.end()) return;
+  for (std::optional<Transport>* slot : {&found->second.current, &found->second.next, &found->second.old}) drop_keys(*slot);
+  sessions_.erase(found);
+}
+
+bool ServerChannel::is_over(const Session& session, Micros now, std::int64_t unix_s) const {
+  if (session.by_token && unix_s >= session.ends_s) return true;
+  return session.confirmed ? !session.current->usable(now, times_) : now - session.begun >= kUnconfirmed;
+}
+
+void ServerChannel::tick(Micros now) {
+  if (now < next_sweep_) return;
+  next_sweep_ = now + kSweepSessionsEvery;
+  const std::int64_t unix_s = unix_now_();
+  for (auto next = sessions_.begin(); next != sessions_.end();) {
+    Session& session = (next++)->second;
+    if (session.old && now >= session.old_until) drop_keys(session.old);
+    if (!session.ending && is_over(session, now, unix_s)) end(session);
+  }
+  std::erase_if(used_, [&](const auto& entry) { return unix_s > entry.second.until_s; });
+}
+
+bool ServerChannel::still_believed(const Session& session) const {
+  if (session.by_token) return std::find(keys_.issuers.begin(), keys_.issuers.end(), session.issuer) != keys_.issuers.end();
+  const auto found = keys_.stations.find(session.key);
+  return found != keys_.stations.end() && found->second == session.rights;
+}
+
+void ServerChannel::change_keys(SiteKeys keys) {
+  const bool same_self = public_of(keys.self) == self_;
+  keys_ = std::move(keys);
+  self_ = public_of(keys_.self);
+  for (auto next = sessions_.begin(); next != sessions_.end();) {
+    Session& session = (next++)->second;
+    if (!same_self || !still_believed(session)) end(session);
+  }
+}
+
+const Rights* ServerChannel::rights(ChannelPeer peer) const {
+  const auto found = sessions_.find(peer);
+  return found == sessions_.end() ? nullptr : &found->second.rights;
+}
+
+const PublicKey* ServerChannel::key(ChannelPeer peer) const {
+  const auto found = sessions_.find(peer);
+  return found == sessions_.end() ? nullptr : &found->second.key;
+}
+
+}  // namespace palpate

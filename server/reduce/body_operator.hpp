@@ -1,0 +1,124 @@
+// A linearised body, as patches are made of it: M, K and D at one state over coordinates y, with which the nodes move,
+// x - x* = T y. There are two: the whole body, T = 1 (here), and one that is fine around the tools and coarse elsewhere
+// (refined_body.hpp). M is lumped, 3 n numbers of n coordinates; nothing is held but what the caller says.
+#pragma once
+
+#include <cassert>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "common/port/patch.hpp"
+#include "server/body/coarse_space.hpp"
+#include "server/body/skin.hpp"
+#include "server/body/tangents.hpp"
+
+namespace palpate {
+
+class BodyOperator {
+ public:
+  static constexpr std::uint32_t kNone = 0xffffffff;
+
+  BodyOperator() = default;
+  BodyOperator(const BodyOperator&) = delete;
+  BodyOperator& operator=(const BodyOperator&) = delete;
+  virtual ~BodyOperator() = default;
+
+  virtual const Dynamics& dynamics() const = 0;
+  /// Coordinates for tools at these places of the body at rest and on these nodes.
+  virtual void focus(std::span<const Vec3> places, std::span<const std::uint32_t> nodes) = 0;
+  /// Changes with the coordinates; 0: these are the nodes.
+  virtual std::uint64_t generation() const = 0;
+  /// From here on at this state, which must outlive what is asked below.
+  virtual void take(const BodyState& state) = 0;
+  virtual const BodyState& state() const = 0;
+
+  virtual const std::vector<std::uint8_t>& fixed() const = 0;  ///< per coordinate
+  virtual const Vector& masses() const = 0;                    ///< M_y = T^T M T, lumped [kg]
+  virtual const Vector& velocity() const = 0;                  ///< M_y^-1 T^T M v [m/s]
+  virtual Vector forces() const = 0;                           ///< T^T F(x*, v*) [N]
+  /// M_y^-1 T^T M (to - from) of positions of all nodes [m].
+  virtual Vector displacement(const Vector& from, const Vector& to) const = 0;
+  /// K Y and D Y, nothing held.
+  virtual void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const = 0;
+  /// (c_k K + c_d D) Y.
+  virtual void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const = 0;
+
+  /// For assemble(): the upper triangle.
+  virtual BlockMatrix make_matrix() const = 0;
+  /// c_m M + c_d D + c_k K, as Dynamics::assemble.
+  virtual void assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
+                        BlockMatrix& a) const = 0;
+  /// The same without a BlockMatrix; false where that is not known.
+  virtual bool assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
+                        UpperBlocks& a) const = 0;
+  /// For iterative solves, or null, and where in it each coordinate is.
+  virtual CoarseSpace* coarse() = 0;
+  virtual std::span<const CoarseSpace::Node> pieces() const = 0;
+
+  /// Of a node; kNone: it has none of its own.
+  virtual std::uint32_t coordinate(std::uint32_t node) const = 0;
+  /// Rows of T V for one node.
+  virtual PortRows rows(std::uint32_t node, const Matrix& v) const = 0;
+  /// T V of all nodes.
+  virtual Matrix of_nodes(const Matrix& v) const = 0;
+  /// B of a place on the skin, T^T B.
+  virtual Skin::Weights restricted(const Skin::Weights& weights) const = 0;
+};
+
+class WholeBody final : public BodyOperator {
+ public:
+  /// `dynamics` must outlive it. At no state yet.
+  explicit WholeBody(const Dynamics& dynamics) : dynamics_(&dynamics), tangents_(dynamics) {}
+  WholeBody(const Dynamics& dynamics, const BodyState& state) : WholeBody(dynamics) { take(state); }
+
+  const Tangents& tangents() const { return tangents_; }
+
+  const Dynamics& dynamics() const override { return *dynamics_; }
+  void focus(std::span<const Vec3>, std::span<const std::uint32_t>) override {}
+  std::uint64_t generation() const override { return 0; }
+  void take(const BodyState& state) override {
+    state_ = &state;
+    tangents_.take(state);
+  }
+  const BodyState& state() const override {
+    assert(state_);
+    return *state_;
+  }
+  const std::vector<std::uint8_t>& fixed() const override { return dynamics_->body().fixed; }
+  const Vector& masses() const override { return dynamics_->masses(); }
+  const Vector& velocity() const override { return state_->v; }
+  Vector forces() const override;
+  Vector displacement(const Vector& from, const Vector& to) const override { return to - from; }
+  void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const override { tangents_.multiply(y, k_y, d_y); }
+  void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const override {
+    tangents_.multiply_sum(y, c_k, c_d, sum);
+  }
+  BlockMatrix make_matrix() const override { return dynamics_->make_matrix(); }
+  void assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
+                BlockMatrix& a) const override {
+    dynamics_->assemble(*state_, c_m, c_d, c_k, held, clamp, a);
+  }
+  bool assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
+                UpperBlocks& a) const override;
+  /// None where a body is factorised, nor in the plane. Made when it is first asked for.
+  CoarseSpace* coarse() override;
+  std::span<const CoarseSpace::Node> pieces() const override;
+  std::uint32_t coordinate(std::uint32_t node) const override { return node; }
+  PortRows rows(std::uint32_t node, const Matrix& v) const override {
+    return v.middleRows<3>(3 * static_cast<Eigen::Index>(node));
+  }
+  Matrix of_nodes(const Matrix& v) const override { return v; }
+  Skin::Weights restricted(const Skin::Weights& weights) const override { return weights; }
+
+  /// Whether P costs next to nothing to factorise: of so few nodes.
+  static bool factorises(const Dynamics& dynamics);
+
+ private:
+  const Dynamics* dynamics_;
+  const BodyState* state_ = nullptr;
+  Tangents tangents_;
+  std::optional<CoarseSpace> coarse_;
+};
+
+}  // namespace palpate

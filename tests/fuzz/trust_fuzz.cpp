@@ -1,0 +1,76 @@
+// Whatever bytes come to either end of the trust channel, in whatever order: neither crashes, a stranger gets no more bytes than
+// he sends, and nothing is opened that was not sealed.
+//
+// Each input is a run: a byte says to whom and from where, two how many bytes follow. Before it a station joins, so that live
+// sessions and a running handshake are there to be hit; its own datagrams can be asked for, and come changed.
+#include <algorithm>
+#include <cstdlib>
+
+#include "tests/trust/channel_pair.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+namespace {
+
+/// Takes what is there of as many bytes as are asked for.
+struct Script {
+  Bytes rest;
+  Bytes bytes(std::size_t size) {
+    const Bytes taken = rest.first(std::min(size, rest.size()));
+    rest = rest.subspan(taken.size());
+    return taken;
+  }
+  std::size_t number(std::size_t size) { return static_cast<std::size_t>(number_at(bytes(size))); }
+};
+
+struct Stage {
+  ChannelPair pair;
+  ChannelPeer peer = pair.join();
+  std::vector<Datagram> genuine;
+
+  Stage() {
+    if (peer == 0) std::abort();
+    pair.now += Micros{120'000'000};
+    genuine = pair.from_client();
+    genuine.push_back(pair.sealed("up"));
+    genuine.push_back(pair.sealed_by_server(peer, "down"));
+    pair.to_server(genuine.at(0));
+    for (const Datagram& answer : pair.from_server()) genuine.push_back(answer);
+  }
+
+  void act(Script& script) {
+    const std::size_t what = script.number(1);
+    Datagram datagram = next(script);
+    pair.now += Micros{static_cast<std::int64_t>(what) * 1000};
+    pair.from = address_of(static_cast<int>(what >> 4), 4711);
+    if ((what & 1) != 0) return to_client(datagram);
+    const bool sealed = pair.to_server(datagram).has_value();
+    if (sealed && datagram != genuine.at(1)) std::abort();
+    std::size_t out = 0;
+    for (const Datagram& answer : pair.from_server()) out += answer.size();
+    if (out > datagram.size()) std::abort();
+  }
+  void to_client(const Datagram& datagram) {
+    if (pair.to_client(datagram) > 0 && datagram != genuine.at(2)) std::abort();
+    pair.from_client();
+  }
+  /// Bytes of the script, or one of ours with some of them over it.
+  Datagram next(Script& script) {
+    const std::size_t which = script.number(1), at = script.number(2);
+    const Bytes bytes = script.bytes(script.number(2) % 1400);
+    if (which >= genuine.size()) return {bytes.begin(), bytes.end()};
+    Datagram datagram = genuine[which];
+    for (std::size_t k = 0; k < bytes.size() && at + k < datagram.size(); ++k) datagram[at + k] ^= bytes[k];
+    return at > 1400 ? Datagram(datagram.begin(), datagram.begin() + static_cast<long>(at % datagram.size())) : datagram;
+  }
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  Stage stage;
+  Script script{{data, size}};
+  while (!script.rest.empty()) stage.act(script);
+  return 0;
+}
