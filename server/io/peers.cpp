@@ -22,7 +22,7 @@ PeerId Peers::id_of(const UdpEndpoint& address) {
   bytes[16] = static_cast<std::uint8_t>(address.port() >> 8);
   bytes[17] = static_cast<std::uint8_t>(address.port() & 0xff);
   bytes[22] = ip.is_v6() ? 6 : 4;
-  const PeerId id = sip_hash(key_, bytes);
+  const PeerId id = keyed_hash(key_, bytes);
   if (!served_.contains(id)) strangers_.insert_or_assign(id, address);
   return id;
 }

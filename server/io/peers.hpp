@@ -1,6 +1,6 @@
 // Addresses as numbers, both ways, in memory that strangers cannot fill.
 //
-// The number of an address is a keyed hash of it (sip_hash.hpp, of a key that the process draws), so that it is the same whenever
+// The number of an address is a keyed hash of it (keys.hpp, of a key that the process draws), so that it is the same whenever
 // it is asked for and nothing has to be remembered: two addresses share one with probability 2^-64, and nobody can look for such.
 // The way back is known of those whom the server serves, and of strangers until forget_strangers(): long enough for an answer.
 #pragma once
@@ -9,8 +9,8 @@
 #include <unordered_map>
 
 #include "common/base/random.hpp"
-#include "common/base/sip_hash.hpp"
 #include "common/io/endpoint.hpp"
+#include "common/trust/keys.hpp"
 #include "server/core/handshakes.hpp"
 
 namespace palpate {
@@ -37,7 +37,7 @@ class Peers {
  private:
   static constexpr std::size_t kSpare = 64;
 
-  SipKey key_;
+  HashKey key_;
   std::unordered_map<PeerId, UdpEndpoint> served_, strangers_;
   std::size_t most_ = kSpare;
 };

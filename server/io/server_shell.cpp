@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <asio/post.hpp>
 #include <chrono>
-#include <random>
 #include <utility>
 
 #include "common/io/channel_endpoint.hpp"
@@ -15,8 +14,9 @@ namespace palpate {
 namespace {
 
 std::uint64_t draw_number() {
-  std::random_device random;
-  return std::uint64_t{random()} << 32 | random();
+  std::array<std::uint8_t, 8> bytes;
+  system_random()(bytes);
+  return number_at(bytes);
 }
 
 double ms(Micros t) { return seconds(t) * 1e3; }

@@ -9,7 +9,7 @@
 #include "tests/player/floor_patch.hpp"
 
 using namespace palpate;
-using test::floor_patch, test::kStamp;
+using test::floor_patch, test::kStamp, test::pressed_floor;
 
 namespace {
 
@@ -122,15 +122,7 @@ TouchErrors touch_errors(const Patch& patch, const NonlinearTerms& terms, int fi
 }
 
 /// That a tool presses along its normal alone, every vertex alike, its rows times `part`.
-Patch pressed_patch(int r, double part) {
-  Patch p = floor_patch(r);
-  p.c_static.setZero();
-  p.touching = true;
-  p.surface.vertices[0].rows.topRows<2>().setZero();
-  p.surface.vertices[0].rows *= part;
-  for (PortVertex& vertex : p.surface.vertices) vertex.rows = p.surface.vertices[0].rows;
-  return p;
-}
+Patch pressed_patch(int r, double part) { return pressed_floor(part * floor_patch(r).surface.vertices[0].rows.row(2)); }
 
 }  // namespace
 
