@@ -87,7 +87,7 @@ TEST_CASE("A tenth of the tetrahedra of a block bends as all of them do where it
 
 TEST_CASE("A third of the hexahedra of a block bends as all of them do where it was not sampled, within a tenth") {
   const Block block(hexa_box(6, 6, 5, {GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational), 8e3, 0.45, 0.01}));
-  const auto solid = sample_tetrahedra(block.at, block.moved, block.sampling);
+  const auto solid = sample_tetrahedra(block.whole, block.moved, block.sampling);
   REQUIRE(solid);
   CHECK(3 * solid->count() <= static_cast<int>(block.body.hexahedra.size()));
   CHECK(numbers_of_tetrahedra(block.sampling.room, solid->motion.nodes(), solid->count()) <= kUsualNumbers);
@@ -108,7 +108,7 @@ TEST_CASE("The places of a hexahedron have its mean gradient, moved by a tool th
   moved.leftCols<3>().setZero();
   moved.middleRows<3>(3 * kHeldNode).setZero();
   moved.block<3, 3>(3 * kHeldNode, 0).setIdentity();
-  const int tool = GENERATE(-1, kHeldNode);
+  const int tool = GENERATE_COPY(-1, kHeldNode);
   const SamplePlaces places(dynamics, state, moved, {0, 3, 6, 7}, tool);
   const Vector u = Vector::NullaryExpr(6, [&] { return random.uniform(-0.01, 0.01); });
   const Rows all = places.moved();
