@@ -8,6 +8,7 @@
 #include <span>
 
 #include "server/reduce/bending.hpp"
+#include "server/reduce/hourglass_forces.hpp"
 #include "server/reduce/sample_places.hpp"
 
 namespace palpate {
@@ -57,9 +58,11 @@ class CandidateTetrahedra {
   static constexpr int kNodes = 4, kMost = kMaxTetrahedra;
 
   CandidateTetrahedra(const WholeBody& body, const Matrix& moved, const Matrix& u, int tool)
-      : materials_(&body.dynamics().body().materials),
+      : body_(&body),
+        materials_(&body.dynamics().body().materials),
         places_(body.dynamics(), body.state(), moved,
                 elements_that_bend(body.dynamics(), body.state(), moved * root_of(u), kNegligibleTetrahedra, kLookedAt), tool),
+        nodes_moved_(&moved),
         way_(u.cast<float>()) {
     assert(moved.rows() == body.state().x.size() && moved.cols() == u.rows() && u.cols() == kSamples);
     assert(!materials_->empty());
@@ -152,7 +155,10 @@ class CandidateTetrahedra {
       }
       parts[static_cast<Eigen::Index>(k)] = q.norm() * std::sqrt(size);
     }
-    return moved.transpose() * forces;
+    Eigen::MatrixXf all = moved.transpose() * forces;
+    const Dynamics& dynamics = body_->dynamics();
+    if (!dynamics.hexahedra().empty()) all += hourglass_forces(dynamics, body_->state().x, elements, *nodes_moved_, way_);
+    return all;
   }
 
   /// The tetrahedra themselves, without weights; their nodes' motions as they travel.
@@ -188,8 +194,10 @@ class CandidateTetrahedra {
 
  private:
   Eigen::Index row(std::uint32_t element, int i) const { return 3 * static_cast<Eigen::Index>(node(element, i)); }
+  const WholeBody* body_;
   const std::vector<SolidMaterial>* materials_;
   SamplePlaces places_;
+  const Matrix* nodes_moved_;
   Eigen::MatrixXf way_;
 };
 

@@ -16,7 +16,7 @@ class SceneText;
 struct Json;
 
 /// What a solid's cells are where a scene does not say.
-inline constexpr SolidElement kUsualElement = SolidElement::hexahedron;
+inline constexpr SolidElement kUsualElement = SolidElement::tetrahedron;
 
 /// What a body of finite elements is made of.
 struct SolidSettings {
