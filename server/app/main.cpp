@@ -17,6 +17,7 @@
 #include "common/io/key_files.hpp"
 #include "server/app/describe.hpp"
 #include "server/io/server_shell.hpp"
+#include "server/scene/materials.hpp"
 #include "server/scene/scene.hpp"
 
 namespace {
@@ -76,6 +77,11 @@ void describe_flags(CLI::App& app, Options& o) {
   app.add_flag("--print-scene", o.print_scene, "write the scene with all defaults filled in, and end");
   app.add_flag("--describe", o.describe,
                "say what the body weighs, how many nodes are held, how stiff it is and what a frame costs here, and end");
+  const auto list_materials = [] {
+    fmt::print("{}", list_of_materials());
+    throw CLI::Success();
+  };
+  app.add_flag_callback("--list-materials", list_materials, "the materials that a scene may name, with their sources, and end");
 }
 
 void check(const Options& o) {
@@ -200,7 +206,8 @@ void serve(const Options& o) {
     const NamedScene& room = scenes[k];
     const std::string as = scenes.size() > 1 ? fmt::format("room \"{}\": ", room.name) : "";
     say(fmt::format("{}scene \"{}\" ({} nodes, {} elements) at {}, {} Hz", as, room.scene.name, room.scene.body.nodes.size(),
-                    room.scene.body.elements.size() + room.scene.body.tetrahedra.size(), to_string(shell.address()), o.rate_hz));
+                    room.scene.body.elements.size() + room.scene.body.tetrahedra.size() + room.scene.body.hexahedra.size(),
+                    to_string(shell.address()), o.rate_hz));
     say(fmt::format("{}integrator {}", as, shell.integrator(k)));
     for (const std::string& line : describe(room.scene, o.rate_hz)) say(as + line);
   }
