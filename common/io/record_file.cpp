@@ -53,6 +53,7 @@ RecordFile::RecordFile(const std::string& flag, const std::filesystem::path& fil
     ::close(descriptor_);
     throw InputError(where, std::string("cannot be written: ") + std::strerror(fault), "room on the disk");
   }
+  written_ = first.size();
   thread_ = std::thread([this] { run(); });
 }
 
@@ -109,7 +110,10 @@ void RecordFile::run() {
       const int fault = write_all(descriptor_, bytes);
       lock.lock();
       unsynced = true;
-      if (fault) fail(std::strerror(fault));
+      if (fault)
+        fail(std::strerror(fault));
+      else
+        written_ += bytes.size();
     }
     if (unsynced && (ending_ || Clock::now() - synced >= kSyncEvery)) {
       lock.unlock();

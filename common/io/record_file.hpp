@@ -5,6 +5,7 @@
 // What was handed over survives the end of the program within moments, and a power cut after at most a second (fdatasync).
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
@@ -32,6 +33,9 @@ class RecordFile {
   void write(std::vector<std::byte> bytes);
   /// Why nothing is written any more, in a line for a person; told once.
   std::optional<std::string> fault();
+  /// Any thread: whether nothing is written any more, and the bytes that were.
+  bool failed() const { return failed_; }
+  std::uint64_t written() const { return written_; }
 
  private:
   void run();
@@ -43,8 +47,10 @@ class RecordFile {
   std::condition_variable more_;
   std::deque<std::vector<std::byte>> waiting_;
   std::size_t waiting_bytes_ = 0;
-  bool ending_ = false, failed_ = false;
+  bool ending_ = false;
+  std::atomic<bool> failed_ = false;
   std::optional<std::string> fault_;
+  std::atomic<std::uint64_t> written_ = 0;
   std::thread thread_;
 };
 

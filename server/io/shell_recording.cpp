@@ -31,7 +31,6 @@ void ServerShell::begin_recording(const std::vector<NamedScene>& scenes, const S
     const std::filesystem::path asked = options.record.file;
     const auto file = bodies_.size() > 1 ? named_after(asked, scenes[k].name) : asked;
     body.file = std::make_unique<RecordFile>("--record", file, body.recorder->take());
-    cores_[k].on_event([&body](const RecordedEvent& event) { body.recorder->event(event); });
     cores_[k].on_buttons([&body](StationId id, const ButtonChange& change) { body.recorder->buttons(id, change); });
   }
 }
@@ -43,7 +42,8 @@ void ServerShell::record() {
     if (!body.recorder) return;
     body.recorder->tick(cores_[k], monotonic_now());
     body.file->write(body.recorder->take());
-    if (const auto fault = body.file->fault(); fault && say_) say_("warning: " + *fault);
+    if (const auto fault = body.file->fault())
+      say(k, "recording_failed", "warning: " + *fault, {{"reason", *fault}}, EventLevel::error);
   }
   record_timer_.expires_after(kRecordEvery);
   record_timer_.async_wait([this](const asio::error_code& fault) {

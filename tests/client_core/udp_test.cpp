@@ -70,8 +70,8 @@ TEST_CASE("a body that throws ends its own room: its hand is told and refused, t
     return room.simulate(job);
   };
   std::atomic<int> said = 0;
-  ServerShell shell({{"one", scene("cube6")}, {"other", scene("touch-cube")}}, options, [&](const std::string& line) {
-    said += line.find("the body failed, the room is closed: out of the world") != std::string::npos;
+  ServerShell shell({{"one", scene("cube6")}, {"other", scene("touch-cube")}}, options, [&](const ServerEvent& event) {
+    said += event.kind == "room_failed" && event.text == "room \"one\": the body failed, the room is closed: out of the world";
   });
   std::thread thread([&] { shell.run(); });
   std::vector<std::unique_ptr<ClientCore>> cores;
