@@ -2,6 +2,7 @@
 #include <asio/post.hpp>
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <set>
 #include <thread>
 
 #include "client/io/udp_client.hpp"
@@ -141,6 +142,51 @@ TEST_CASE(
   thread.join();
   REQUIRE(shell.summary().size() == 2);
   CHECK(shell.summary()[1].starts_with("room \"touched\": in all 1 joins"));
+}
+
+TEST_CASE("a client whose server moved asks for the name again, and feels the body at the new address") {
+  auto first = std::make_unique<RunningServer>();
+  RunningServer second;
+  ClientCore core(named("hand"), monotonic_now());
+  std::atomic<int> asked = 0;
+  UdpClient client(first->address, core, {}, {}, {}, [&](const std::string& name) {
+    ++asked;
+    CHECK(name != second.address);
+    return resolve_udp("name", second.address);
+  });
+  client.start();
+  REQUIRE(eventually([&] { return client.status().link == LinkState::joined; }));
+  const Vec3 home = client.status().welcome.home;
+  first.reset();
+  double force = 0;
+  bool stepped = false;
+  REQUIRE(eventually([&] {
+    const TickOutput out = core.haptic().tick({monotonic_now(), home});
+    stepped = stepped || out.force.norm() > force + 2;
+    force = out.force.norm();
+    return client.status().joins == 2 && out.has_patch;
+  }));
+  CHECK_FALSE(stepped);
+  CHECK(asked >= 1);
+  client.stop();
+}
+
+TEST_CASE("a client that nobody answers looks for its server from a new port, every three seconds") {
+  asio::io_context io;
+  UdpSocket silent = bind_udp(io, "silent", resolve_udp("silent", "127.0.0.1:0"));
+  silent.non_blocking(true);
+  ClientCore core(named("hand"), monotonic_now());
+  UdpClient client(to_string(silent.local_endpoint()), core);
+  client.start();
+  std::set<std::uint16_t> ports;
+  CHECK(eventually([&] {
+    std::array<std::byte, 2048> bytes;
+    UdpEndpoint from;
+    asio::error_code none;
+    if (silent.receive_from(asio::buffer(bytes), from, 0, none) > 0 && !none) ports.insert(from.port());
+    return ports.size() == 3;
+  }));
+  client.stop();
 }
 
 TEST_CASE("a port in use and a host that does not parse are bad input") {

@@ -64,7 +64,7 @@ def check_names(programs, root):
             name, of = re.match(r"(\w+)(?:\{(.*)\})?", line).groups()
             labels.setdefault(name, set()).update(re.findall(r'(\w+)="', of or ""))
     asked = list(asked_for(root))
-    assert len(asked) > 50, asked
+    assert len(asked) > 40, asked
     for where, name, selector in asked:
         assert name in labels, f"{where}: no server has {name}"
         unknown = set(re.findall(r"(\w+)=", selector or "")) - labels[name] - {"job", "instance"}

@@ -3,7 +3,10 @@
 #include <CivetServer.h>
 #include <prometheus/text_serializer.h>
 
+#include <chrono>
+#include <functional>
 #include <mutex>
+#include <thread>
 #include <utility>
 
 #include "common/base/error.hpp"
@@ -88,12 +91,22 @@ MetricsServer::MetricsServer(const std::string& flag, const std::string& address
   served_->http->addHandler("/metrics$", served_->metrics_page);
   served_->http->addHandler("/healthz$", served_->health_page);
   served_->http->addHandler("/readyz$", served_->ready_page);
-  UdpEndpoint there = resolve_udp(flag, address);
-  there.port(static_cast<std::uint16_t>(served_->http->getListeningPorts().front()));
-  address_ = to_string(there);
+  there_ = {resolve_udp(flag, address).address(), static_cast<std::uint16_t>(served_->http->getListeningPorts().front())};
+  address_ = to_string(UdpEndpoint(there_.address(), there_.port()));
 }
 
-MetricsServer::~MetricsServer() { served_->http.reset(); }
+/// civetweb looks up to two seconds late whether it shall stop, or when somebody comes: so somebody does.
+MetricsServer::~MetricsServer() {
+  const std::jthread waker([this](const std::stop_token& stopped) {
+    asio::io_context io;
+    while (!stopped.stop_requested()) {
+      asio::error_code ignored;
+      asio::ip::tcp::socket(io).connect(there_, ignored);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  });
+  served_->http.reset();
+}
 
 void MetricsServer::publish(ServerState state) {
   served_->slot.back() = std::move(state);

@@ -5,6 +5,7 @@
 // a LatestSlot and never waits for anybody who reads; readers wait for each other.
 #pragma once
 
+#include <asio/ip/tcp.hpp>
 #include <memory>
 #include <string>
 
@@ -28,6 +29,7 @@ class MetricsServer {
  private:
   struct Served;
   std::unique_ptr<Served> served_;
+  asio::ip::tcp::endpoint there_;
   std::string address_;
 };
 
