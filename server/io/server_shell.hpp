@@ -143,6 +143,7 @@ class ServerShell {
   void begin_recording(const std::vector<NamedScene>& scenes, const ShellOptions& options);
   void record();
   void end_recording();
+  void say_recording_failed(std::size_t room, const std::string& fault) const;
   std::string label(std::size_t k) const;
 
   struct Sender {

@@ -24,11 +24,13 @@ struct Answer {
   std::string type, text;
 };
 
-/// Answers GET at one path with what `make` says.
+/// Answers GET at one path, and at none below it, with what `make` says.
 class Page : public CivetHandler {
  public:
-  explicit Page(std::function<Answer()> make) : make_(std::move(make)) {}
+  Page(std::string path, std::function<Answer()> make) : path_(std::move(path)), make_(std::move(make)) {}
+  const std::string& path() const { return path_; }
   bool handleGet(CivetServer*, mg_connection* connection) override {
+    if (path_ != mg_get_request_info(connection)->local_uri) return false;
     const Answer answer = make_();
     const char* const reason = answer.status == 200 ? "OK" : "Service Unavailable";
     mg_printf(connection, "HTTP/1.1 %d %s\r\nContent-Type: %s\r\nContent-Length: %zu\r\nCache-Control: no-store\r\n\r\n",
@@ -38,6 +40,7 @@ class Page : public CivetHandler {
   }
 
  private:
+  std::string path_;
   std::function<Answer()> make_;
 };
 
@@ -79,18 +82,17 @@ struct MetricsServer::Served {
   LatestSlot<ServerState> slot;
   std::mutex reading;  ///< of slot.take() and state
   std::optional<ServerState> state;
-  Page metrics_page{[this] { return metrics(); }};
-  Page health_page{[this] { return as_answer(not_well(newest(), monotonic_now())); }};
-  Page ready_page{[this] { return as_answer(not_ready(newest(), monotonic_now())); }};
+  Page metrics_page{"/metrics", [this] { return metrics(); }};
+  Page health_page{"/healthz", [this] { return as_answer(not_well(newest(), monotonic_now())); }};
+  Page ready_page{"/readyz", [this] { return as_answer(not_ready(newest(), monotonic_now())); }};
   std::unique_ptr<CivetServer> http;
 };
 
 MetricsServer::MetricsServer(const std::string& flag, const std::string& address, std::string version)
     : served_(std::make_unique<Served>(std::move(version))) {
   served_->http = serve_at(flag, address);
-  served_->http->addHandler("/metrics$", served_->metrics_page);
-  served_->http->addHandler("/healthz$", served_->health_page);
-  served_->http->addHandler("/readyz$", served_->ready_page);
+  for (Page* page : {&served_->metrics_page, &served_->health_page, &served_->ready_page})
+    served_->http->addHandler(page->path(), *page);
   there_ = {resolve_udp(flag, address).address(), static_cast<std::uint16_t>(served_->http->getListeningPorts().front())};
   address_ = to_string(UdpEndpoint(there_.address(), there_.port()));
 }
