@@ -161,7 +161,7 @@ def check_drain(programs, scenes, work):
             first.process.send_signal(signal.SIGINT)
             assert first.ended() == 0
         assert server.ended() == 0
-    done = subprocess.run([programs / "palpate-lab", "summary", recording], capture_output=True, text=True, timeout=PATIENCE_S)
+    done = subprocess.run([programs / "palpate-lab", "summary", "--recording", recording, "--out", work / "summary"], capture_output=True, text=True, timeout=PATIENCE_S)
     assert done.returncode == 0 and "first" in done.stdout, done.stdout + done.stderr
 
 
