@@ -2,6 +2,7 @@
 #include <asio/post.hpp>
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <future>
 #include <set>
 #include <thread>
 
@@ -142,6 +143,35 @@ TEST_CASE(
   thread.join();
   REQUIRE(shell.summary().size() == 2);
   CHECK(shell.summary()[1].starts_with("room \"touched\": in all 1 joins"));
+}
+
+TEST_CASE("a frame that does not end is seen by whoever watches, while the network goes on") {
+  std::promise<void> go_on;
+  ShellOptions options{"127.0.0.1:0", 20, 1};
+  options.simulate = [wait = go_on.get_future().share()](Room& room, const FrameJob& job) {
+    wait.wait();
+    return room.simulate(job);
+  };
+  ServerShell shell({{"cube", load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json")}}, options, {});
+  std::atomic<Micros> longest{Micros{}};
+  std::atomic<int> hands = 0, joins = 0;
+  shell.on_pulse([&](const ServerState& state) {
+    longest = state.rooms.at(0).computing_for;
+    hands = state.rooms.at(0).hands;
+    joins = static_cast<int>(state.rooms.at(0).counts.joins);
+  });
+  std::thread thread([&] { shell.run(); });
+  ClientCore core(named("hand"), monotonic_now());
+  UdpClient client(to_string(shell.address()), core);
+  client.start();
+  CHECK(eventually([&] { return hands == 1 && longest.load() > 1s; }));
+  CHECK(joins == 1);
+  go_on.set_value();
+  CHECK(eventually([&] { return longest.load() == 0s; }));
+  client.stop();
+  CHECK(eventually([&] { return hands == 0; }));
+  asio::post(shell.context(), [&] { shell.stop(); });
+  thread.join();
 }
 
 TEST_CASE("a client whose server moved asks for the name again, and feels the body at the new address") {
