@@ -20,10 +20,10 @@ PROMTOOL = shutil.which("promtool")
 
 def asked_for(root):
     """(where, metric, selector) of every metric in the alerts and the dashboard."""
-    alerts = (root / "monitoring" / "alerts.yml").read_text()
+    alerts = (root / "docker" / "monitoring" / "alerts.yml").read_text()
     for expression in re.findall(r"expr: (.*)", alerts):
         yield from (("alerts.yml", *found.groups()) for found in NAME.finditer(expression))
-    dashboard = json.loads((root / "monitoring" / "dashboard.json").read_text())
+    dashboard = json.loads((root / "docker" / "monitoring" / "dashboard.json").read_text())
     for panel in dashboard["panels"]:
         for target in panel["targets"]:
             yield from ((panel["title"], *found.groups()) for found in NAME.finditer(target["expr"]))
@@ -82,11 +82,11 @@ def check_rules(root):
     if not PROMTOOL:
         print("there is no promtool (Debian package prometheus)")
         sys.exit(77)
-    alerts = root / "monitoring" / "alerts.yml"
+    alerts = root / "docker" / "monitoring" / "alerts.yml"
     with tempfile.TemporaryDirectory() as folder:
         test = pathlib.Path(folder) / "alerts_test.yml"
         test.write_text((root / "tests" / "monitoring" / "alerts_test.yml").read_text().replace("ALERTS", str(alerts.absolute())))
-        for command in (["check", "rules", alerts], ["check", "config", root / "monitoring" / "prometheus.yml"], ["test", "rules", test]):
+        for command in (["check", "rules", alerts], ["check", "config", root / "docker" / "monitoring" / "prometheus.yml"], ["test", "rules", test]):
             done = subprocess.run([PROMTOOL, *command], capture_output=True, text=True)
             assert done.returncode == 0, done.stdout + done.stderr
     print("promtool takes the alerts, and they say what they should")
