@@ -44,28 +44,6 @@ Matrix held_tool(const Patch& patch, const Vector& stiffness) {
   return at_port;
 }
 
-/// The last of them among these.
-std::vector<Eigen::Index> every_second(const std::vector<Eigen::Index>& of) {
-  std::vector<Eigen::Index> taken;
-  for (std::size_t k = (of.size() + 1) % 2; k < of.size(); k += 2) taken.push_back(of[k]);
-  return taken;
-}
-
-/// The snapshots that samples lie on, and around: indentations that a hand is likely to make; where a grasped body will be. Of a
-/// solid all snapshots of that; of springs, which are exact where they are few enough and must then not be asked for too much
-/// that is alike, the one of a hand that goes on, half and whole.
-std::vector<Eigen::Index> path_of(const SnapshotSet& snapshots, bool solid, bool grasp) {
-  if (const auto indentations = snapshots.of(SnapshotKind::indentation); !indentations.empty()) return indentations;
-  std::vector<Eigen::Index> rollouts = snapshots.of(SnapshotKind::rollout);
-  if (solid) {
-    const auto others = snapshots.of(SnapshotKind::other_rollout);
-    rollouts.insert(rollouts.end(), others.begin(), others.end());
-    return every_second(rollouts);
-  }
-  if (!grasp || rollouts.size() < 2) return {};
-  return {rollouts[rollouts.size() / 2 - 1], rollouts.back()};
-}
-
 /// Whether a mode is braked away within a third of a step of the player.
 bool braked_fast(const Patch& patch, int steps) {
   const double fastest = Eigen::SelfAdjointEigenSolver<Matrix>(patch.damping, Eigen::EigenvaluesOnly).eigenvalues().tail<1>()[0];
@@ -84,7 +62,7 @@ Matrix moved_by_variables(const HyperModel& model) {
 std::optional<NonlinearTerms> nonlinear_terms(const WholeBody& body, const Patch& patch, const HyperModel& model, int vertices) {
   const auto r = patch.stiffness.size(), first = model.port.cols();
   if (r == 0 || !(patch.stiffness.maxCoeff() > 0)) return std::nullopt;
-  assert(model.snapshots.rows() == first + r && model.snapshots.cols() == model.of->count() && model.modes.cols() == r);
+  assert(model.snapshots.rows() == first + r && model.modes.cols() == r);
   assert(model.psd_change.rows() == first + r && model.psd_change.cols() == first + r);
   const bool repaired = is_projected(patch, model), solid = body.dynamics().body().is_solid();
   const int variables = static_cast<int>(first + r);
@@ -96,7 +74,6 @@ std::optional<NonlinearTerms> nonlinear_terms(const WholeBody& body, const Patch
     sampling.tool = static_cast<int>(row / 3);
   }
   sampling.likely = model.snapshots;
-  sampling.path = model.snapshots(Eigen::all, path_of(*model.of, solid, first > 0));
   sampling.stiffness = stiffness_of(patch, first);
   if (solid && first > 0) sampling.at_port = held_tool(patch, sampling.stiffness);
   const Matrix moved = moved_by_variables(model);

@@ -3,7 +3,7 @@
 //
 // The variables u of the patch (nonlinear_terms.hpp) move the body by W u, W = (how it moves with the tool, V); a snapshot w of
 // it has u = (w at the tool's node, V^T M w). Elements are chosen and weighted (sampling.hpp) for the snapshots that the basis
-// was made of (snapshot_set.hpp). Some samples lie on and around those that are an indentation, or where a grasped body will be.
+// was made of (snapshot_set.hpp).
 // For a tool that touches, springs' dampers are left out where the modes brake away more than exp(-kMostBraked) of what moves
 // within a step: what dampers push for having turned is a step old when the player takes it. A grasp knows at once how the tool
 // moves its node. PSD projection makes a patch passive (psd_projection.hpp); with H and H~ the joint stiffness before and after,
@@ -24,8 +24,7 @@ struct HyperModel {
   Matrix port;        ///< how the body moves with the tool along each axis, all modes at zero, 3 N x 3; no columns for touch
   Matrix modes;       ///< V, of the patch
   Matrix psd_change;  ///< H - H~
-  Matrix snapshots;   ///< u of each of `of`, n x m
-  const SnapshotSet* of = nullptr;
+  Matrix snapshots;   ///< u of each snapshot that the basis was made of, n x m
 };
 
 /// Springs or tetrahedra of the body (sample_springs.hpp, sample_tetrahedra.hpp), as many as fit beside a surface of which so

@@ -256,7 +256,6 @@ void PatchBuilder::add_terms(const Model& model, const Matrix& port, const Matri
   const Linearisation& at = model.at;
   HyperModel hyper;
   assert(at.part && reduced.coordinates.rows() == reduced.v.cols() && reduced.coordinates.cols() == reduced.snapshots.count());
-  hyper.of = &reduced.snapshots;
   hyper.psd_change = true_stiffness - joint_stiffness(made.patch, made.patch.stiffness);
   hyper.snapshots.resize(port.cols() + reduced.v.cols(), reduced.snapshots.count());
   if (port.cols() > 0) hyper.snapshots.topRows(port.cols()) = port.transpose() * reduced.snapshots.weighted();

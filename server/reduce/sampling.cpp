@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kMixed = 32, kAlone = 3, kAround = 12;
+constexpr int kMixed = 32, kAlone = 3;
 
 using AtSums = Eigen::Matrix<float, Eigen::Dynamic, kMixed, Eigen::RowMajor>;
 
@@ -48,20 +48,12 @@ void weigh_port(const Eigen::MatrixXf& at_port, Forces& forces) {
 
 Matrix samples(const Sampling& sampling) {
   constexpr double kLargeShare = 1.5, kSmallShare = 0.3;
-  const Matrix &likely = sampling.likely, &path = sampling.path;
-  assert(likely.cols() > 0 && (path.cols() == 0 || path.rows() == likely.rows()));
+  const Matrix& likely = sampling.likely;
+  assert(likely.cols() > 0);
   Random random(1);
   const auto draw = [&] { return random.uniform(-1, 1); };
   Matrix u(likely.rows(), kSamples);
   Eigen::Index k = 0;
-  for (Eigen::Index i = 0; i < path.cols(); ++i)
-    for (const double much : {0.5, 1.0, 1.5}) u.col(k++) = much * path.col(i);
-  for (Eigen::Index i = 0; path.cols() > 0 && i < kAround; ++i) {
-    Vector mixture(likely.cols());
-    for (double& part : mixture) part = kSmallShare * draw();
-    u.col(k++) = random.uniform(0, kLargeShare) * path.col(i % path.cols()) + 0.5 * draw() * path.col((i + 1) % path.cols()) +
-                 0.5 * likely * mixture;
-  }
   for (Eigen::Index i = 0; i < std::min<Eigen::Index>(kAlone, likely.cols()); ++i)
     for (const double much : {1.0, -1.0, 2.0, -2.0}) u.col(k++) = much * likely.col(i);
   for (; k < u.cols(); ++k) {

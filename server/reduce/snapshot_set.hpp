@@ -25,8 +25,7 @@ enum class SnapshotKind : std::uint8_t {
   history,        ///< where the body was in the last frames
   rest,           ///< where it rests
   cached,         ///< where it was when a tool was there before (server/room/snapshot_cache.hpp)
-  rollout,        ///< where it will be if its hands go on as they do (server/room/hand_rollouts.hpp)
-  other_rollout   ///< and if they do not
+  rollout         ///< where it will be if its hands go on as they do, and if they do not (server/room/hand_rollouts.hpp)
 };
 
 struct Snapshot {

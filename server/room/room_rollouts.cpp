@@ -68,7 +68,7 @@ std::vector<PredictedState> Room::State::hand_rollouts(Micros horizon) {
     };
     const bool to_its_end = roll_out(seconds(horizon), tool, [&](int snapshot, const Vector& x) {
       if (snapshot * rollout.snapshots % kRolloutSnapshots == 0)
-        ahead.push_back({rollout.dead_reckoned ? SnapshotKind::rollout : SnapshotKind::other_rollout, rollout.weight, x});
+        ahead.push_back({SnapshotKind::rollout, rollout.weight, x});
     });
     if (rollout.dead_reckoned && !to_its_end) return {};
   }
