@@ -44,10 +44,19 @@ Equilibrium still(const Dynamics& dynamics, const BodyState& from) {
 double sag_mm(const Scene& scene) {
   const Dynamics dynamics(scene.body);
   const Equilibrium hangs = still(dynamics, dynamics.rest_state());
-  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
-    if ((scene.body.nodes[i] - Vec3(0.1, 0.015, 0.02)).norm() < kSmallM)
-      return 1e3 * (scene.body.nodes[i].z() - at_node(hangs.state.x, i).z());
-  throw std::logic_error("no node in the middle of the free end's upper edge");
+  // The middle of the upper edge of its end, or the two nodes beside it.
+  double sum_m = 0, nearest_m = 1;
+  int count = 0;
+  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
+    const Vec3& x = scene.body.nodes[i];
+    const double aside_m = std::abs(x.y() - 0.015);
+    if (x.x() < 0.1 - kSmallM || x.z() < 0.02 - kSmallM || aside_m > nearest_m + kSmallM) continue;
+    if (aside_m < nearest_m - kSmallM) sum_m = 0, count = 0;
+    nearest_m = aside_m;
+    sum_m += x.z() - at_node(hangs.state.x, i).z();
+    ++count;
+  }
+  return 1e3 * sum_m / count;
 }
 
 double punch_n(Scene scene, double depth_m) {
