@@ -18,7 +18,10 @@ struct Datagram {
 class Loopback {
  public:
   Loopback(const Scene& scene, std::span<const Motion> motions, const ReplayOptions& options, const Stopwatch& stopwatch)
-      : room_(scene), server_(facts_of(scene, home_of(scene)), {1, options.rate_hz}), motions_(motions), stopwatch_(stopwatch) {
+      : room_(scene),
+        server_(facts_of(scene, home_of(scene)), {repeatable(1), options.rate_hz}),
+        motions_(motions),
+        stopwatch_(stopwatch) {
     room_.start(kLoadBegin);
     room_.listen([this](PatchPart part) { enter(&load.patch_ms[static_cast<std::size_t>(part)]); });
     for (std::size_t k = 0; k < motions.size(); ++k) {
@@ -49,7 +52,7 @@ class Loopback {
     for (const Datagram& d : down) clients_[d.station - 1]->take(d.bytes, now);
   }
 
-  const ServerCounts& counts() const { return server_.counts(); }
+  ServerCounts counts() const { return server_.counts(); }
 
   ServerLoad load;  // sums, in milliseconds
 
@@ -101,7 +104,7 @@ ServerLoad server_load(const Scene& scene, std::span<const Motion> motions, cons
   loop.load = {};
   const ServerCounts before = loop.counts();
   for (; t <= kLoadBegin + length; t += kTick) step();
-  const ServerCounts& after = loop.counts();
+  const ServerCounts after = loop.counts();
   ServerLoad load = loop.load;
   const double per_frame = 1.0 / std::max(1, load.frames);
   load.step_ms *= per_frame;

@@ -9,6 +9,7 @@
 #include "bench/measure/gestures.hpp"
 #include "client/core/client_core.hpp"
 #include "server/core/server_rooms.hpp"
+#include "server/room/deadband.hpp"
 
 namespace palpate {
 namespace {
@@ -53,7 +54,7 @@ class Onlooker {
 class Server {
  public:
   Server(std::span<const SkipRoom> rooms, const Stopwatch& stopwatch, double deadband)
-      : rooms_(rooms), stopwatch_(stopwatch), cores_(specs(rooms), 1, kSkipRateHz, deadband) {
+      : rooms_(rooms), stopwatch_(stopwatch), cores_(specs(rooms), repeatable(1), kSkipRateHz, deadband) {
     for (std::size_t k = 0; k < rooms.size(); ++k) {
       bodies_.emplace_back(*rooms[k].scene);
       bodies_.back().start(kBegin);

@@ -18,7 +18,7 @@ std::vector<std::uint64_t> counters_of(const ClientCore& core) {
 }
 
 std::vector<std::uint64_t> counters_of(const ServerCore& server) {
-  const ServerCounts& c = server.counts();
+  const ServerCounts c = server.counts();
   std::vector<std::uint64_t> all{c.received, c.bytes_received, c.sent,           c.bytes_sent, c.unknown_station, c.unexpected,
                                  c.joins,    c.refusals,       c.leaves,         c.timeouts,   c.frames,          c.frames_failed,
                                  c.steps,    c.frames_busy,    c.frames_waiting, c.cut_steps,  c.dropped_all()};

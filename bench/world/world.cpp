@@ -24,7 +24,7 @@ World::World(const Scene& scene, const WorldOptions& options)
       trust_(options.keys ? std::make_unique<WorldTrust>(*options.keys, options.seed) : nullptr) {}
 
 std::unique_ptr<ServerCore> World::new_server() const {
-  const ServerOptions options{.instance = instance_, .rate_hz = options_.rate_hz, .deadband = options_.deadband};
+  const ServerOptions options{.draw = repeatable(instance_), .rate_hz = options_.rate_hz, .deadband = options_.deadband};
   return std::make_unique<ServerCore>(facts_of(scene_, home_of(scene_)), options);
 }
 

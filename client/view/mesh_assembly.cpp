@@ -6,38 +6,42 @@ namespace palpate {
 namespace {
 
 template <class Item>
-bool lies_within(std::uint32_t first, const std::vector<Item>& items, const std::vector<Item>& all) {
-  return first <= all.size() && items.size() <= all.size() - first;
+bool lies_within(std::uint32_t first, const std::vector<Item>& items, std::uint32_t all) {
+  return first <= all && items.size() <= all - first;
 }
 
-template <class Item>
-void put(std::uint32_t first, const std::vector<Item>& items, std::vector<Item>& all, std::vector<bool>& has) {
-  std::copy(items.begin(), items.end(), all.begin() + first);
-  std::fill_n(has.begin() + first, items.size(), true);
+/// Whether pieces, in the order of their numbers, have items 0 up to `all` without a gap.
+template <class Items>
+bool covers(const std::map<std::uint32_t, MeshPiece>& pieces, Items MeshPiece::*items, std::uint32_t all) {
+  std::size_t end = 0;
+  for (const auto& [number, piece] : pieces) {
+    if ((piece.*items).empty()) continue;
+    if (piece.first > end) return false;
+    end = std::max(end, piece.first + (piece.*items).size());
+  }
+  return end == all;
 }
-
-bool all_of(const std::vector<bool>& flags) { return std::find(flags.begin(), flags.end(), false) == flags.end(); }
 
 }  // namespace
 
 void MeshAssembly::expect(std::uint32_t vertices, std::uint32_t triangles, std::uint64_t hash) {
+  vertices_ = vertices;
+  triangles_ = triangles;
   hash_ = hash;
-  mesh_.vertices.assign(vertices, MeshVertex{});
-  mesh_.triangles.assign(triangles, Triangle{});
-  has_vertex_.assign(vertices, false);
-  has_triangle_.assign(triangles, false);
-  has_piece_.clear();
+  count_ = 0;
+  pieces_.clear();
+  mesh_ = {};
   complete_ = triangles == 0;
 }
 
 bool MeshAssembly::fits(const MeshPiece& piece) const {
   if (piece.mesh_hash != hash_ || piece.piece >= piece.pieces) return false;
-  if (piece.pieces > mesh_.vertices.size() + mesh_.triangles.size()) return false;
-  if (!has_piece_.empty() && piece.pieces != has_piece_.size()) return false;
-  if (!piece.vertices.empty()) return lies_within(piece.first, piece.vertices, mesh_.vertices);
-  return lies_within(piece.first, piece.triangles, mesh_.triangles) &&
+  if (piece.pieces > std::uint64_t{vertices_} + triangles_) return false;
+  if (count_ != 0 && piece.pieces != count_) return false;
+  if (!piece.vertices.empty()) return lies_within(piece.first, piece.vertices, vertices_);
+  return lies_within(piece.first, piece.triangles, triangles_) &&
          std::all_of(piece.triangles.begin(), piece.triangles.end(),
-                     [this](const Triangle& t) { return *std::max_element(t.begin(), t.end()) < mesh_.vertices.size(); });
+                     [this](const Triangle& t) { return *std::max_element(t.begin(), t.end()) < vertices_; });
 }
 
 void MeshAssembly::take(const MeshPiece& piece) {
@@ -46,30 +50,41 @@ void MeshAssembly::take(const MeshPiece& piece) {
     ++rejected_;
     return;
   }
-  if (has_piece_.empty()) has_piece_.assign(piece.pieces, false);
-  has_piece_[piece.piece] = true;
-  if (!piece.vertices.empty())
-    put(piece.first, piece.vertices, mesh_.vertices, has_vertex_);
-  else
-    put(piece.first, piece.triangles, mesh_.triangles, has_triangle_);
-  if (all_of(has_piece_)) finish();
+  count_ = piece.pieces;
+  pieces_[piece.piece] = piece;
+  if (pieces_.size() == count_) finish();
+}
+
+bool MeshAssembly::covers_all() const {
+  return covers(pieces_, &MeshPiece::vertices, vertices_) && covers(pieces_, &MeshPiece::triangles, triangles_);
 }
 
 void MeshAssembly::finish() {
-  complete_ = all_of(has_vertex_) && all_of(has_triangle_) && mesh_hash(mesh_) == hash_;
+  if (covers_all()) {
+    mesh_.vertices.resize(vertices_);
+    mesh_.triangles.resize(triangles_);
+    for (const auto& [number, piece] : pieces_) {
+      std::copy(piece.vertices.begin(), piece.vertices.end(),
+                mesh_.vertices.begin() + (piece.vertices.empty() ? 0 : piece.first));
+      std::copy(piece.triangles.begin(), piece.triangles.end(),
+                mesh_.triangles.begin() + (piece.triangles.empty() ? 0 : piece.first));
+    }
+    complete_ = mesh_hash(mesh_) == hash_;
+  }
+  pieces_.clear();
+  count_ = 0;
   if (complete_) return;
+  mesh_ = {};
   ++rejected_;
-  expect(static_cast<std::uint32_t>(mesh_.vertices.size()), static_cast<std::uint32_t>(mesh_.triangles.size()), hash_);
 }
 
 std::vector<std::uint32_t> MeshAssembly::missing(std::size_t most) const {
   if (complete_) return {};
-  if (has_piece_.empty()) return {0};
-  std::vector<std::uint32_t> pieces;
-  for (std::uint32_t i = 0; i < has_piece_.size() && pieces.size() < most; ++i) {
-    if (!has_piece_[i]) pieces.push_back(i);
-  }
-  return pieces;
+  if (count_ == 0) return {0};
+  std::vector<std::uint32_t> numbers;
+  for (std::uint32_t i = 0; i < count_ && numbers.size() < most; ++i)
+    if (!pieces_.contains(i)) numbers.push_back(i);
+  return numbers;
 }
 
 }  // namespace palpate

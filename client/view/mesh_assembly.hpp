@@ -1,7 +1,10 @@
 // The mesh of the body, put together from pieces that come in any order, twice or not at all.
+//
+// What a Welcome announces costs nothing: memory is that of the pieces which came, and the mesh is made when they are all there.
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "common/wire/messages.hpp"
@@ -25,12 +28,13 @@ class MeshAssembly {
 
  private:
   bool fits(const MeshPiece& piece) const;
+  bool covers_all() const;
   void finish();
 
+  std::uint32_t vertices_ = 0, triangles_ = 0, count_ = 0;  ///< count_ of the pieces, 0 until the first one tells
   std::uint64_t hash_ = 0, rejected_ = 0;
-  BodyMesh mesh_;
-  std::vector<bool> has_piece_;  ///< empty until the first piece tells the number
-  std::vector<bool> has_vertex_, has_triangle_;
+  std::map<std::uint32_t, MeshPiece> pieces_;
+  BodyMesh mesh_;  ///< empty until it is complete
   bool complete_ = false;
 };
 

@@ -73,6 +73,10 @@ void ViewCore::take(std::span<const std::byte> bytes, Micros now) {
     }
     return;
   }
+  if (!sent_.has(message.clock.echo)) {
+    ++counts_.unproven;
+    return;
+  }
   if (std::holds_alternative<Welcome>(message.body)) return take_welcome(message, now);
   if (std::holds_alternative<Refuse>(message.body)) return take_refuse(message, now);
   if (link_ != ViewLink::joined || message.instance != instance_ || message.station != station_) {
@@ -233,6 +237,7 @@ std::size_t ViewCore::say(Body body, std::span<std::byte> out, Micros now) {
   const Message message{stranger ? 0 : instance_, stranger ? 0 : station_, seq_out_, clock_.stamp(now), std::move(body)};
   const std::size_t size = encode(message, out);
   if (size == 0) return 0;
+  sent_.add(now);
   ++seq_out_;
   ++counts_.sent;
   return size;

@@ -12,6 +12,7 @@
 #include <span>
 #include <string>
 
+#include "client/core/sent_stamps.hpp"
 #include "client/view/mesh_assembly.hpp"
 #include "client/view/playback.hpp"
 #include "client/view/shape_assembly.hpp"
@@ -26,6 +27,7 @@ enum class ViewLink : std::uint8_t { joining, joined, refused };
 
 struct ViewCounts {
   std::uint64_t sent = 0, received = 0, bytes_received = 0, joins = 0, stale = 0;
+  std::uint64_t unproven = 0;  ///< in the server's name, but without an echo of ours (client_core.hpp)
   std::array<std::uint64_t, kWireFaults> dropped{};
 };
 
@@ -106,6 +108,7 @@ class ViewCore {
   ViewLink link_ = ViewLink::joining;
   std::string refusal_;
   Welcome welcome_;
+  SentStamps sent_;
   std::uint64_t instance_ = 0, mesh_version_ = 0;
   StationId station_ = 0;
   std::uint32_t seq_out_ = 0;

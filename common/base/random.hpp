@@ -7,6 +7,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <functional>
 
 namespace palpate {
 
@@ -46,5 +47,11 @@ class Random {
  private:
   std::array<std::uint64_t, 4> state_{};
 };
+
+/// Draws numbers that nobody can guess; in virtual time such that repeat.
+using SecretSource = std::function<std::uint64_t()>;
+inline SecretSource repeatable(std::uint64_t seed) {
+  return [random = Random(seed)]() mutable { return random.bits(); };
+}
 
 }  // namespace palpate

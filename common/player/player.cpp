@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numbers>
 
@@ -17,6 +18,7 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
   const auto r = patch.modes();
   const auto of_step = [&] {
     steps_ = nonlinear_.steps();
+    assert(steps_ >= 1);
     dt_ = 1.0 / (kHapticRateHz * steps_);
     return make_propagator(patch.stiffness, patch.damping, nonlinear_.added_mass(), dt_);
   };
@@ -27,7 +29,7 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
     if (!nonlinear_.empty()) {
       const ModeMatrix reach = p.phi.topRightCorner(r, r);
       closing_ = p.psi0.bottomRows(r) - p.phi.bottomRightCorner(r, r) * reach.partialPivLu().solve(ModeMatrix(p.psi0.topRows(r)));
-      // H, dt / 2 for slow modes; of a mode that goes round in less than three steps
+      // H, dt / 2 for slow modes; of a mode that goes round in less than 2.7 steps
       if (!(closing_.cwiseAbs().maxCoeff() < dt_)) {
         nonlinear_ = {};  // the linear patch alone
         p = of_step();
@@ -192,6 +194,7 @@ void PatchPlayer::place_vertices() noexcept {
 }
 
 PortRows PatchPlayer::rows_at(const SurfacePoint& point) const noexcept {
+  assert(point.triangle < static_cast<std::uint32_t>(patch_.surface.triangle_count));
   const Triangle& corners = patch_.surface.triangles[point.triangle];
   PortRows rows = point.weight[0] * rows_.middleRows<3>(3 * corners[0]);
   for (std::size_t k = 1; k < 3; ++k) rows += point.weight[static_cast<int>(k)] * rows_.middleRows<3>(3 * corners[k]);

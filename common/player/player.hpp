@@ -48,7 +48,7 @@ class PatchPlayer {
   ///     z+ = Phi z + Psi0 (w0 + f) + ...,   then q'+ += H (f+ - f),   H = Psi0_v - Phi_vv Phi_qv^-1 Psi0_q
   /// exact for a force that stays, however fast a mode swings or is braked; second order; time-reversible where nothing brakes,
   /// H = tan(omega dt / 2) / omega there (Gautschi, Numer. Math. 3 (1961); Hairer, Lubich and Wanner, Geometric Numerical
-  /// Integration (2006), XIII.1). Modes faster than three steps a turn have no such H: the linear patch alone.
+  /// Integration (2006), XIII.1). A mode that goes round in less than 2.7 steps (H > dt) leaves the linear patch alone.
   PatchPlayer(const Patch& patch, const NonlinearTerms& terms);
 
   /// On to `sample.t`, in ticks, the tool moving linearly from its last position. Nothing happens when that is less than half a

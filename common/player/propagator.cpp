@@ -1,12 +1,14 @@
 #include "common/player/propagator.hpp"
 
 #include <Eigen/Cholesky>
+#include <cassert>
 #include <unsupported/Eigen/MatrixFunctions>
 
 namespace palpate {
 
 Propagator make_propagator(const ModeVector& stiffness, const ModeMatrix& damping, const ModeMatrix& added_mass, double dt_s) {
   const auto r = stiffness.size();
+  assert(damping.rows() == r && dt_s > 0 && (added_mass.size() == 0 || added_mass.rows() == r));
   Propagator p;
   if (r == 0) return p;
   ModeMatrix inverse = ModeMatrix::Identity(r, r);  // of the mass

@@ -2,11 +2,13 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <cassert>
 
 namespace palpate {
 
 LaggedDamping::LaggedDamping(const SampledSolidForce& solid, const ModeMatrix& damping) {
   const Eigen::Index n = solid.variables();
+  assert(damping.rows() <= n);
   Square sum = Square::Zero(n, n);
   for (int group = 0; group < solid.groups(); ++group) solid.add_dampers(group, sum);
   if (!(sum.trace() > 0) || !sum.allFinite()) return;
@@ -17,6 +19,7 @@ LaggedDamping::LaggedDamping(const SampledSolidForce& solid, const ModeMatrix& d
 }
 
 void LaggedDamping::renew(const SampledSolidForce& solid, const ModeMatrix& closing) noexcept {
+  assert(closing.rows() == damping_.rows());
   if (next_ < solid.groups()) {
     solid.add_dampers(next_++, asked_);
     return;

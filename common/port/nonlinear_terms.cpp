@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cassert>
 #include <optional>
 
 namespace palpate {
@@ -27,6 +28,7 @@ bool has_room(const PortSurface& surface, const NonlinearTerms& terms) {
 }
 
 Patch extended(Patch patch, const NonlinearTerms& terms) {
+  assert(has_room(patch.surface, terms));
   PortSurface& surface = patch.surface;
   std::copy(terms.vertices.begin(), terms.vertices.end(), surface.vertices.begin() + surface.vertex_count);
   std::copy(terms.triangles.begin(), terms.triangles.end(), surface.triangles.begin() + surface.triangle_count);
@@ -36,6 +38,7 @@ Patch extended(Patch patch, const NonlinearTerms& terms) {
 }
 
 Eigen::MatrixXd joint_stiffness(const Patch& patch, const Eigen::VectorXd& stiffness) {
+  assert(stiffness.size() == patch.modes());
   const Eigen::Index first = patch.contact == ContactKind::attach ? 3 : 0, r = stiffness.size();
   Eigen::MatrixXd h = Eigen::MatrixXd::Zero(first + r, first + r);
   h.bottomRightCorner(r, r).diagonal() = stiffness;
@@ -84,6 +87,7 @@ NonlinearForce::NonlinearForce(const NonlinearTerms& terms, const Patch& patch) 
     return;
   }
   const int n = variables_ = terms.variables;
+  assert(n == patch.modes() + (terms.grasp ? 3 : 0) && terms.grasp == (patch.contact == ContactKind::attach));
   if (terms.e2.size() > 0) take_e2(terms, patch);
   Eigen::MatrixXd d = joint_damping(patch);
   d.diagonal().array() += kRounding * d.trace() / n;
@@ -111,6 +115,7 @@ bool NonlinearForce::take_elements(const NonlinearTerms& terms, bool slowed) {
 }
 
 void NonlinearForce::move_to(const Variables& u) noexcept {
+  assert(u.size() == variables_);
   u_ = u.cast<float>();
   std::visit([&](auto& s) { s.move_to(u_); }, sampled_);
 }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace palpate {
@@ -56,6 +57,7 @@ std::vector<std::uint8_t> SampledSprings::steep_of(const Eigen::ArrayXd& slopes)
 }
 
 Eigen::MatrixXf SampledSprings::motions(int tool) const {
+  assert(tool == 0 || tool == 3);
   const Eigen::MatrixXf v = motion.rows(tool);
   Eigen::MatrixXf g(3 * count(), v.cols());
   for (int e = 0; e < count(); ++e) g.middleRows<3>(3 * e) = v.middleRows<3>(3 * ends(1, e)) - v.middleRows<3>(3 * ends(0, e));
@@ -66,6 +68,7 @@ SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen:
     : variables_(tool + springs.motion.modes()) {
   const int m = springs.count();
   if (m == 0 || variables_ <= tool) return;
+  assert(m <= kMaxSprings && variables_ <= kMaxVariables && rate.size() == variables_ && step_s > 0);
   const Eigen::MatrixXd g = springs.motions(tool).cast<double>();
   const Eigen::Matrix3Xd d = springs.spans().cast<double>();
   const Eigen::ArrayXd stiffness = springs.stiffness.cast<double>(), rest = springs.rest_length.cast<double>();

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace palpate {
@@ -59,6 +60,7 @@ SampledSolidForce::SampledSolidForce(const SampledTetrahedra& solid, int tool, d
     : law_(solid.law), variables_(tool + solid.motion.modes()) {
   const int m = solid.count();
   if (m == 0 || variables_ <= tool) return;
+  assert(m <= kMaxTetrahedra && variables_ <= kMaxVariables && step_s > 0);
   const double stable = SampledForce::kStiffest / (step_s * step_s);
   Eigen::MatrixXf h = solid.motions(tool);
   const int count = (m + kTetraLane - 1) / kTetraLane, modes = variables_ - tool;

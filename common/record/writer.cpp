@@ -14,6 +14,7 @@ namespace palpate {
 namespace {
 
 constexpr int kSteps = 65535;
+constexpr std::size_t kMostJoins = 4096;  // that the index repeats; all are in the blocks
 
 /// A number that cannot be carried counts as 0.
 wire::Point point_of(const Vec3& position, bool* broken = nullptr) {
@@ -216,7 +217,7 @@ void RecordingWriter::add(const RecordedEvent& event) {
     state_->turned.erase(event.station);
     state_->pressed.erase(event.station);
   }
-  if (event.kind != RecordedEventKind::joined) return;
+  if (event.kind != RecordedEventKind::joined || state_->index.joins.size() >= kMostJoins) return;
   state_->index.joins.push_back(table_of(event, 0));
 }
 

@@ -40,13 +40,18 @@ ClockStamps ClockSync::stamp(Micros now) const {
   return {now, heard_sent_, now - heard_at_};
 }
 
+bool ClockSync::Doubt::grows(Micros now) {
+  if (count++ == 0) since = now;
+  return count >= kDoubted && now - since >= kDoubtFor;
+}
+
 void ClockSync::take(const ClockStamps& peer, Micros now) {
+  if (is_to_be_ignored(peer, now)) return;
   if (!heard_ || peer.sent > heard_sent_) {
     heard_sent_ = peer.sent;
     heard_at_ = now;
     heard_ = true;
   }
-  if (peer.sent < ignored_before_) return;
   measure(peer, now);
   if (has_stepped(now)) {
     forget(peer, now);
@@ -57,6 +62,21 @@ void ClockSync::take(const ClockStamps& peer, Micros now) {
     watch_drift(now);
   }
   if (locked_) keep_within(peer, now);
+}
+
+bool ClockSync::is_beyond(const ClockStamps& peer, Micros now) const {
+  return heard_ && peer.sent - heard_sent_ > now - heard_at_ + kLeadMost;
+}
+
+bool ClockSync::is_to_be_ignored(const ClockStamps& peer, Micros now) {
+  if (peer.sent >= ignored_before_ && !is_beyond(peer, now)) {
+    doubt_ = {};
+    return false;
+  }
+  if (!doubt_.grows(now)) return true;
+  doubt_ = {};
+  forget(peer, now);
+  return false;
 }
 
 void ClockSync::measure(const ClockStamps& peer, Micros now) {
@@ -85,6 +105,8 @@ bool ClockSync::has_stepped(Micros now) const {
 
 void ClockSync::forget(const ClockStamps& peer, Micros now) {
   ++steps_;
+  heard_sent_ = peer.sent;
+  heard_at_ = now;
   filling_since_ = now;
   ignored_before_ = peer.sent;
   echoes_from_ = now;

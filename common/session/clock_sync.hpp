@@ -20,6 +20,12 @@
 // and nothing that the peer sent is ever mapped to after it came. The two least delays add up to the least round trip; a sum
 // below -kStepLeast is impossible but for such a step: then the delays seen before it are forgotten, and the offset is found anew
 // from the first exchange that began after it.
+//
+// What one datagram says that is not so must not outlast it. A `sent` more than kLeadMost ahead of what the newest datagram lets
+// expect is no step, as a session does not outlive such a pause: it is put aside. After a step ahead what the peer sent before it
+// is ignored; where nothing else comes for kDoubtFor, and kDoubted datagrams at least, there was no step, or it was taken back:
+// the offset is found anew from them. The same holds for datagrams put aside, so that whatever is said, a clock that goes on
+// steadily is found.
 #pragma once
 
 #include <array>
@@ -68,7 +74,10 @@ class ClockSync {
   static constexpr double kDriftMax = 500e-6;   ///< a quartz that is worse is broken
   static constexpr Micros kRttMax{10'000'000};  ///< exchanges beyond this are nonsense and ignored
 
-  static constexpr Micros kStepLeast{5'000};     ///< more than drift makes of a window
+  static constexpr Micros kStepLeast{5'000};  ///< more than drift makes of a window
+  static constexpr Micros kLeadMost{20'000'000};
+  static constexpr int kDoubted = 8;
+  static constexpr Micros kDoubtFor{100'000};
   static constexpr Micros kHoldMax{60'000'000};  ///< a datagram held for longer is not echoed any more
 
   /// What our next datagram says.
@@ -88,10 +97,19 @@ class ClockSync {
   std::uint64_t steps() const { return steps_; }  ///< of one of the two clocks, since the first lock
 
  private:
+  /// Datagrams one after the other that contradict what is known.
+  struct Doubt {
+    int count = 0;
+    Micros since{};
+    /// Another one; true when there is enough of it.
+    bool grows(Micros now);
+  };
   static Micros from_micros(double us) { return from_seconds(us * 1e-6); }
   void measure(const ClockStamps& peer, Micros now);
   bool is_whole(const ClockStamps& peer) const;
   bool has_stepped(Micros now) const;
+  bool is_beyond(const ClockStamps& peer, Micros now) const;
+  bool is_to_be_ignored(const ClockStamps& peer, Micros now);
   void forget(const ClockStamps& peer, Micros now);
   void keep_within(const ClockStamps& peer, Micros now);
   void slew(Micros now);
@@ -109,7 +127,8 @@ class ClockSync {
   RttStats rtt_;
   std::uint64_t exchanges_ = 0, steps_ = 0;
   Micros ignored_before_{Micros::min()};  ///< datagrams that the peer sent before a step
-  Micros echoes_from_{Micros::min()};     ///< echoes of what we sent before it: a hold may span the step
+  Doubt doubt_;
+  Micros echoes_from_{Micros::min()};  ///< echoes of what we sent before it: a hold may span the step
 };
 
 }  // namespace palpate

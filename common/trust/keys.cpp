@@ -3,6 +3,7 @@
 #include <sodium.h>
 
 #include <algorithm>
+#include <bit>
 #include <stdexcept>
 
 namespace palpate {
@@ -64,6 +65,13 @@ std::optional<PublicKey> key_from(std::string_view text) {
 DrawBytes system_random() {
   if (!sodium_ready) throw std::runtime_error("the operating system gives no random numbers");
   return [](BytesOut out) { randombytes_buf(out.data(), out.size()); };
+}
+
+std::uint64_t keyed_hash(const HashKey& key, Bytes bytes) {
+  static_assert(std::endian::native == std::endian::little && sizeof(HashKey) == crypto_shorthash_KEYBYTES);
+  std::array<std::uint8_t, crypto_shorthash_BYTES> hash;
+  crypto_shorthash(hash.data(), bytes.data(), bytes.size(), reinterpret_cast<const std::uint8_t*>(key.data()));
+  return std::bit_cast<std::uint64_t>(hash);
 }
 
 bool same_bytes(Bytes a, Bytes b) { return a.size() == b.size() && sodium_memcmp(a.data(), b.data(), a.size()) == 0; }

@@ -64,6 +64,11 @@ std::optional<PublicKey> key_from(std::string_view text);
 /// From the operating system's generator.
 DrawBytes system_random();
 
+/// SipHash-2-4 (Aumasson and Bernstein, 2012), 64 bits: who does not know the key can neither say the hash of anything nor find
+/// two inputs of the same.
+using HashKey = std::array<std::uint64_t, 2>;
+std::uint64_t keyed_hash(const HashKey& key, Bytes bytes);
+
 /// Compares in a time that says nothing of where the two differ.
 bool same_bytes(Bytes a, Bytes b);
 void wipe(BytesOut bytes);

@@ -1,5 +1,6 @@
 #include <cstring>
 
+#include "common/base/plain_text.hpp"
 #include "common/wire/codec.hpp"
 #include "common/wire/patch_wire.hpp"
 
@@ -49,8 +50,7 @@ class BodyWriter {
   }
   Offset<void> operator()(const Refuse& m) {
     // Without a text a refusal is no larger than the shortest question that it may have to answer.
-    const auto message =
-        m.message.empty() ? 0 : builder_.CreateString(m.message.data(), std::min(m.message.size(), kMaxRefuseBytes));
+    const auto message = m.message.empty() ? 0 : builder_.CreateString(cut_text(m.message, kMaxRefuseBytes));
     return done(wire::Body::Refuse, wire::CreateRefuse(builder_, static_cast<std::uint8_t>(m.reason), message));
   }
   Offset<void> operator()(const Samples& m) {

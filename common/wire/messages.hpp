@@ -180,7 +180,7 @@ using Body = std::variant<Hello, Welcome, Refuse, Samples, PatchMessage, Beat, L
                           PatchTerms, ViewState, RoomView, Reset>;
 
 struct Message {
-  std::uint64_t instance = 0;  ///< the server process, drawn when it starts; 0 in a Hello
+  std::uint64_t instance = 0;  ///< secret of the session, drawn by the server; 0 in a Hello
   StationId station = 0;       ///< given by the server; 0 in a Hello
   std::uint32_t seq = 0;       ///< per direction and station, grows by one a datagram
   ClockStamps clock;

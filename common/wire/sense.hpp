@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "common/base/plain_text.hpp"
 #include "common/wire/codec.hpp"
 #include "common/wire/pack.hpp"
 
@@ -30,10 +31,10 @@ class Sense {
   void force(const Vec3& v) { vec(v, kMaxForceN); }
   void orientation(const Eigen::Quaterniond& q) { that(is_unit(q)); }
   void time(Micros t) { number(static_cast<double>(t.count()), -pack::kMaxMicros, pack::kMaxMicros); }
-  /// Text goes into logs and onto screens: bounded, and free of control characters.
+  /// Text goes into logs, files and onto screens: bounded, UTF-8, and free of control characters.
   void text(std::string_view s, std::size_t least, std::size_t most) {
     that(s.size() >= least && s.size() <= most);
-    for (const char c : s) that(static_cast<unsigned char>(c) >= 0x20 && c != 0x7f);
+    that(is_plain_text(s));
   }
   void name(std::string_view s, std::size_t least) { text(s, least, kMaxNameBytes); }
 

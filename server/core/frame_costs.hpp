@@ -29,6 +29,9 @@ class FrameCosts {
   Micros linear() const { return linear_.known(); }
   Micros nonlinear() const { return nonlinear_.known(); }
   Micros rollouts() const { return rollouts_.known(); }
+  // From the first one on:
+  Micros linear_so_far() const { return linear_.so_far(); }
+  Micros nonlinear_so_far() const { return nonlinear_.so_far(); }
 
  private:
   static constexpr int kFirst = 3;
@@ -37,6 +40,7 @@ class FrameCosts {
     int taken = 0;
     void take(double sample_s);
     void forget(Micros passed);
+    Micros so_far() const { return from_seconds(mean_s); }
     Micros known() const { return taken < kFirst ? Micros{} : from_seconds(mean_s); }
   };
   Mean step_, linear_, nonlinear_, rollouts_;

@@ -1,75 +1,136 @@
 #include "server/core/server_core.hpp"
 
+#include <algorithm>
 #include <numeric>
 #include <utility>
 
 namespace palpate {
+namespace {
 
-std::uint64_t ServerCounts::dropped_all() const { return std::accumulate(dropped.begin(), dropped.end(), std::uint64_t{0}); }
+constexpr Micros kTimelineKept{4'000'000};  // of a tool's timeline behind the body
+
+}  // namespace
+
+std::uint64_t DatagramCounts::dropped_all() const { return std::accumulate(dropped.begin(), dropped.end(), std::uint64_t{0}); }
 
 ServerCore::ServerCore(RoomFacts facts, const ServerOptions& options)
-    : facts_(std::move(facts)), options_(options), shapes_(facts_, options.rate_hz) {
-  pace_.rate_hz = options.rate_hz;
+    : options_(options),
+      sessions_(facts, options),
+      frames_(facts.contact, options),
+      patches_(options),
+      views_(std::move(facts), options.rate_hz) {}
+
+void ServerCore::take(std::span<const std::byte> bytes, PeerId from, Micros now) {
+  Message message;
+  const auto fault = decode(bytes, message);
+  take(fault, message, bytes.size(), from, now);
+}
+
+void ServerCore::take(WireFault fault, const Message& message, std::size_t size, PeerId from, Micros now) {
+  ++counts_.received;
+  counts_.bytes_received += size;
+  if (fault != WireFault::none) ++counts_.dropped[static_cast<std::size_t>(fault)];
+  const bool nobody = sessions_.stations().empty();
+  Station* const station = sessions_.take(fault, message, size, from, now);
+  if (nobody && !sessions_.stations().empty()) frames_.wake(now);
+  if (station && !take_from(*station, message.body, now)) ++counts_.unexpected;
+}
+
+bool ServerCore::take_from(Station& station, const Body& body, Micros now) {
+  if (const auto* samples = std::get_if<Samples>(&body))
+    take_samples(station, *samples, now);
+  else if (const auto* beat = std::get_if<Beat>(&body))
+    station.link.take(*beat);
+  else if (const auto* reset = std::get_if<Reset>(&body))
+    take_reset(station, *reset, now);
+  else if (const auto* state = std::get_if<ViewState>(&body); state && station.views())
+    views_.heard(station, *state);
+  else if (const auto* request = std::get_if<MeshRequest>(&body); request && station.views())
+    return views_.asked(station, *request);
+  else
+    return false;
+  return true;
+}
+
+void ServerCore::take_samples(Station& station, const Samples& samples, Micros now) {
+  if (!station.pushes()) return;
+  patches_.heard_playing(station, samples.playing);
+  station.tool.take(samples, station.clock, frames_.body_time(), now, [&](const ButtonChange& change) {
+    if (on_buttons_) on_buttons_(station.id, change);
+  });
+}
+
+void ServerCore::take_reset(Station& station, const Reset& reset, Micros now) {
+  station.next_report = now;  // it waits for the new count
+  if (frames_.reset(reset.resets)) sessions_.tell(RecordedEventKind::reset, station, "", now);
 }
 
 void ServerCore::tick(Micros now) {
-  if (!started_) {
-    started_ = true;
-    first_tick_ = body_time_ = now;
-  }
-  drop_silent(now);
-  if (is_idle()) return;
-  const std::uint64_t before = next_frame_;
-  for (; due(next_frame_) <= now; ++next_frame_) {
-    const bool skipped = job_out_ && owed_;
-    note_due(skipped);
-    counts_.frames_busy += skipped;
-    owed_ = true;
-  }
-  if (job_out_ && next_frame_ > before) return beat_all();
-  if (job_out_ || !owed_) return;
-  owed_ = false;
-  const auto target = playout(now);
-  if (target < body_time_ + kLeastFrame) {
-    ++counts_.frames_waiting;
-    job_.reset();
-    return beat_all();
-  }
-  lag_ = now - target;
-  choose_detail(now);
-  job_ = make_job(target);
+  sessions_.drop_silent(now);
+  if (!frames_.tick(sessions_.stations(), now)) patches_.beat_all(sessions_.stations(), frames_.body(now));
 }
 
-Micros ServerCore::deadline() const {
-  if (!started_) return Micros{};
-  if (is_idle()) return Micros::max();
-  if (owed_ && !job_out_) return Micros{};
-  auto earliest = due(next_frame_);
-  for (const auto& [id, station] : stations_) earliest = std::min(earliest, station.heard + kGoneAfter);
-  return earliest;
+Micros ServerCore::deadline() const { return std::min(frames_.deadline(sessions_.stations()), sessions_.deadline()); }
+
+void ServerCore::finish(FrameResult result, Micros now) {
+  Stations& stations = sessions_.stations();
+  frames_.finish(result, stations, now);
+  const BodyNow body = frames_.body(now);
+  if (result.failed) return patches_.beat_all(stations, body);
+  patches_.take(result, stations, body, now);
+  views_.take(result, stations, body, now);
+  for (auto& [id, station] : stations) station.tool.forget_before(body.time - kTimelineKept);
 }
 
-void ServerCore::shut_down() {
-  for (const auto& [id, station] : stations_) {
-    if (!station.proven) continue;
-    Message question;
-    question.station = id;
-    refuse(question, station.peer, {RefuseReason::shutting_down, "the server is shutting down"}, kMaxDatagramBytes);
+std::size_t ServerCore::emit(std::span<std::byte> out, PeerId& to, Micros now) {
+  std::size_t size = sessions_.emit(out, to, now);
+  if (size == 0) size = emit_to_next(out, to, now);
+  counts_.sent += size > 0;
+  counts_.bytes_sent += size;
+  return size;
+}
+
+/// On from the station after the last, so that one with much to say does not silence the others.
+std::size_t ServerCore::emit_to_next(std::span<std::byte> out, PeerId& to, Micros now) {
+  Stations& stations = sessions_.stations();
+  for (std::size_t i = 0; i < stations.size(); ++i) {
+    auto next = stations.upper_bound(emit_after_);
+    if (next == stations.end()) next = stations.begin();
+    Station& station = next->second;
+    emit_after_ = station.id;
+    to = station.peer;
+    if (const auto size = patches_.emit(stations, station, out, now)) return size;
+    if (!station.views()) continue;
+    if (const auto size = views_.emit(stations, station, out, now)) return size;
   }
-  stations_.clear();
-  job_.reset();
+  return 0;
+}
+
+void ServerCore::close(const std::string& why, bool ended, Micros now) {
+  sessions_.shut_down(why, ended, now);
+  frames_.drop_job(ended);
 }
 
 Orientation ServerCore::orientation(StationId id) const {
-  const auto station = stations_.find(id);
-  return station != stations_.end() ? station->second.orientation : Orientation();
+  const auto station = sessions_.stations().find(id);
+  return station != sessions_.stations().end() ? station->second.tool.orientation() : Orientation();
 }
 
 std::vector<StationReport> ServerCore::stations() const {
   std::vector<StationReport> reports;
-  for (const auto& [id, s] : stations_)
-    reports.push_back({id, s.hello.station, s.hello.role, s.in_use.scheme, s.hello.shadow_of, s.clock.rtt(), s.clock.offset(),
-                       s.clock.drift_ppm(), s.seq.counts(), horizon(s), s.patch_age, s.counts});
+  for (const auto& [id, s] : sessions_.stations())
+    reports.push_back({id,
+                       s.hello.station,
+                       s.hello.role,
+                       s.in_use.scheme,
+                       s.hello.shadow_of,
+                       s.clock.rtt(),
+                       s.clock.offset(),
+                       s.clock.drift_ppm(),
+                       s.seq.counts(),
+                       frames_.horizon(s),
+                       s.link.patch_age,
+                       {s.tool.counts(), s.counts}});
   return reports;
 }
 

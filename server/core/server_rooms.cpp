@@ -4,24 +4,25 @@
 
 namespace palpate {
 
-ServerRooms::ServerRooms(std::vector<RoomSpec> rooms, std::uint64_t instance, double rate_hz, double deadband)
-    : first_instance_(instance) {
+ServerRooms::ServerRooms(std::vector<RoomSpec> rooms, const SecretSource& draw, double rate_hz, double deadband) {
+  const auto shared = [draws = std::make_shared<SecretSource>(draw)] { return (*draws)(); };  // no two rooms draw the same
   std::string names;
   for (const RoomSpec& room : rooms) names += (names.empty() ? "" : ", ") + room.name;
   for (RoomSpec& room : rooms)
-    cores_.push_back(std::make_unique<ServerCore>(std::move(room.facts),
-                                                  ServerOptions{instance + cores_.size(), rate_hz, room.name, names, deadband}));
+    cores_.push_back(
+        std::make_unique<ServerCore>(std::move(room.facts), ServerOptions{shared, rate_hz, room.name, names, deadband}));
 }
 
-ServerCore& ServerRooms::room_of(WireFault fault, const Message& message) {
+ServerCore& ServerRooms::room_of(WireFault fault, const Message& message, PeerId from, Micros now) {
   if (fault != WireFault::none) return *cores_.front();
   if (const auto* hello = std::get_if<Hello>(&message.body)) {
     for (const auto& core : cores_)
       if (core->options().room == hello->room) return *core;
     return *cores_.front();
   }
-  const std::uint64_t k = message.instance - first_instance_;
-  return k < cores_.size() ? *cores_[k] : *cores_.front();
+  for (const auto& core : cores_)
+    if (core->knows(message, from, now)) return *core;
+  return *cores_.front();
 }
 
 void ServerRooms::take(std::span<const std::byte> bytes, PeerId from, Micros now) {
@@ -31,11 +32,11 @@ void ServerRooms::take(std::span<const std::byte> bytes, PeerId from, Micros now
 }
 
 void ServerRooms::take(WireFault fault, const Message& message, std::size_t size, PeerId from, Micros now) {
-  room_of(fault, message).take(fault, message, size, from, now);
+  room_of(fault, message, from, now).take(fault, message, size, from, now);
 }
 
-void ServerRooms::refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit) {
-  room_of(WireFault::none, question).refuse(question, to, refusal, limit);
+void ServerRooms::refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit, Micros now) {
+  room_of(WireFault::none, question, to, now).refuse(question, to, refusal, limit, now);
 }
 
 void ServerRooms::expel(PeerId peer, Micros now) {
@@ -58,8 +59,12 @@ Micros ServerRooms::deadline() const {
   return earliest;
 }
 
-void ServerRooms::shut_down() {
-  for (const auto& core : cores_) core->shut_down();
+void ServerRooms::shut_down(Micros now) {
+  for (const auto& core : cores_) core->shut_down(now);
+}
+
+bool ServerRooms::serves(PeerId peer) const {
+  return std::any_of(cores_.begin(), cores_.end(), [peer](const auto& core) { return core->serves(peer); });
 }
 
 }  // namespace palpate

@@ -1,8 +1,8 @@
 // The rooms of one server process: which of them a datagram is for.
 //
 // A Hello names its room (the first when it names none, and an unknown name is refused with the list of those there are); every
-// other datagram carries the instance number that its room's Welcome gave, and every room has one of its own. So rooms share
-// nothing but the socket: a station in one is a stranger to the others. What nobody knows is answered by the first room.
+// other datagram carries the number and the secret that its room's Welcome gave. So rooms share nothing but the socket: a station
+// in one is a stranger to the others. What nobody knows is answered by the first room.
 #pragma once
 
 #include <memory>
@@ -19,8 +19,8 @@ class ServerRooms {
     std::string name;
     RoomFacts facts;
   };
-  /// Room k has instance `instance` + k. At least one room; names differ.
-  ServerRooms(std::vector<RoomSpec> rooms, std::uint64_t instance, double rate_hz, double deadband = 0);
+  /// At least one room; names differ.
+  ServerRooms(std::vector<RoomSpec> rooms, const SecretSource& draw, double rate_hz, double deadband = 0);
 
   std::size_t size() const { return cores_.size(); }
   ServerCore& operator[](std::size_t k) { return *cores_[k]; }
@@ -31,19 +31,20 @@ class ServerRooms {
   /// What decode() made of `size` bytes.
   void take(WireFault fault, const Message& message, std::size_t size, PeerId from, Micros now);
   /// In place of an answer to this message.
-  void refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit);
+  void refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit, Micros now);
   void expel(PeerId peer, Micros now);
   /// Of all rooms.
   void tick(Micros now);
   std::size_t emit(std::span<std::byte> out, PeerId& to, Micros now);
   Micros deadline() const;
-  void shut_down();
+  void shut_down(Micros now);
+  /// Whether a station of any room is there.
+  bool serves(PeerId peer) const;
 
  private:
-  ServerCore& room_of(WireFault fault, const Message& message);
+  ServerCore& room_of(WireFault fault, const Message& message, PeerId from, Micros now);
 
   std::vector<std::unique_ptr<ServerCore>> cores_;
-  std::uint64_t first_instance_ = 0;
 };
 
 }  // namespace palpate

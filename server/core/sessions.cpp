@@ -1,35 +1,21 @@
-// Who is in the room: handshake, what stations send, and leaving.
+#include "server/core/sessions.hpp"
+
 #include <algorithm>
-#include <string>
+#include <cassert>
 #include <utility>
 
-#include "server/core/mesh_pieces.hpp"
-#include "server/core/server_core.hpp"
+#include "common/base/plain_text.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr std::size_t kMostReplies = 2 * kMaxStations;
-constexpr std::size_t kMostMeshPieces = 64;  // asked for and not yet sent, a viewer
-
-/// Names aside.
-bool same(const Hello& a, const Hello& b) {
-  return a.role == b.role && a.scheme == b.scheme && a.order == b.order && a.shadow_of == b.shadow_of && a.room == b.room &&
-         a.alike == b.alike;
-}
+constexpr std::size_t kMostReplies = 256;  // as many as datagrams are taken at once
 
 /// "hand-2" and "hand" are both like "hand".
 std::string without_number(const std::string& name) {
   const std::size_t last = name.find_last_not_of("0123456789");
   const bool numbered = last != std::string::npos && last > 0 && last + 1 < name.size() && name[last] == '-';
   return numbered ? name.substr(0, last) : name;
-}
-
-/// As few datagrams for each patch as lose no more than kPatchesLost of the patches where each loses `share` of the datagrams.
-int copies_for(double share) {
-  int copies = 1;
-  for (double lost = share; lost > kPatchesLost && copies < kPatchCopiesMost; lost *= share) ++copies;
-  return copies;
 }
 
 /// Of whatever scheme it may get.
@@ -40,228 +26,229 @@ int most_states_for(SchemeAsked scheme, ContactKind contact) {
 
 }  // namespace
 
-void ServerCore::take(std::span<const std::byte> bytes, PeerId from, Micros now) {
-  Message message;
-  const auto fault = decode(bytes, message);
-  take(fault, message, bytes.size(), from, now);
+Sessions::Sessions(const RoomFacts& facts, const ServerOptions& options)
+    : welcome_{facts.scene,
+               facts.contact,
+               options.rate_hz,
+               facts.home,
+               static_cast<std::uint32_t>(facts.mesh.vertices.size()),
+               static_cast<std::uint32_t>(facts.mesh.triangles.size()),
+               facts.mesh_hash,
+               options.deadband,
+               {}},
+      draw_(options.draw),
+      room_(options.room),
+      rooms_(options.rooms) {
+  assert(draw_);
 }
 
-void ServerCore::take(WireFault fault, const Message& message, std::size_t size, PeerId from, Micros now) {
-  ++counts_.received;
-  counts_.bytes_received += size;
-  if (fault != WireFault::none) {
-    ++counts_.dropped[static_cast<std::size_t>(fault)];
-    if (fault == WireFault::version)
-      refuse(message, from,
-             {RefuseReason::version, "this server speaks wire version " + std::to_string(kWireVersion) + ", the station another"},
-             size);
-    return;
+Station* Sessions::take(WireFault fault, const Message& message, std::size_t size, PeerId from, Micros now) {
+  if (fault == WireFault::version)
+    refuse(message, from,
+           {RefuseReason::version, "this server speaks wire version " + std::to_string(kWireVersion) + ", the station another"},
+           size, now);
+  if (fault != WireFault::none) return nullptr;
+  if (std::holds_alternative<Hello>(message.body)) {
+    take_hello(message, from, size, now);
+    return nullptr;
   }
-  if (std::holds_alternative<Hello>(message.body)) return take_hello(message, from, size, now);
-  const auto known = stations_.find(message.station);
-  if (known != stations_.end() && known->second.peer == from && message.instance == options_.instance)
-    return take_from(known->second, message, now);
+  if (Station* const station = find(message, from)) return take_from(*station, message, now);
+  const bool leaves = std::holds_alternative<Leave>(message.body);
+  if (Handshake* const handshake = handshakes_.proven(message.station, message.instance, from, now)) {
+    Station* const station = leaves ? nullptr : admit(*handshake, now);
+    handshakes_.end(*handshake);
+    if (leaves) return nullptr;
+    if (station) return take_from(*station, message, now);
+  }
   ++counts_.unknown_station;
-  if (!std::holds_alternative<Leave>(message.body))
-    refuse(message, from, {RefuseReason::unknown_station, "this station is not in the room"}, size);
+  if (!leaves) refuse(message, from, {RefuseReason::unknown_station, "this station is not in the room"}, size, now);
+  return nullptr;
 }
 
-void ServerCore::take_hello(const Message& message, PeerId from, std::size_t size, Micros now) {
+const Station* Sessions::find(const Message& message, PeerId from) const {
+  const auto known = stations_.find(message.station);
+  const bool is_its = known != stations_.end() && known->second.peer == from && known->second.secret == message.instance;
+  return is_its ? &known->second : nullptr;
+}
+
+bool Sessions::knows(const Message& message, PeerId from, Micros now) const {
+  return find(message, from) || handshakes_.proven(message.station, message.instance, from, now);
+}
+
+bool Sessions::serves(PeerId peer) const {
+  return std::any_of(stations_.begin(), stations_.end(), [peer](const auto& entry) { return entry.second.peer == peer; });
+}
+
+void Sessions::take_hello(const Message& message, PeerId from, std::size_t size, Micros now) {
   Hello hello = std::get<Hello>(message.body);
-  const std::string asked = hello.station;
-  Station* old = asked_before(hello, from);
-  const bool again = old != nullptr;
-  if (!again) {
+  if (Station* const seated = asked_before(hello, from))
+    return answer(message, {seated->secret, seated->id, seated->seq_out++, {}, welcome_for(seated->hello)}, from, size, now);
+  Handshake* handshake = handshakes_.begun(from, hello, now);
+  if (!handshake) {
+    const std::string asked = hello.station;
     if (hello.alike) hello.station = free_name(asked);
-    old = find(hello.station);
-    const bool for_us = hello.room.empty() || hello.room == options_.room;
-    const bool taken = for_us && old && old->peer != from && now - old->heard <= kSilentAfter;
-    const auto no = taken ? Refuse{RefuseReason::name_taken, "station \"" + hello.station + "\" is in the room already"}
-                          : objection(hello, old);
-    if (no) {
-      tell(RecordedEventKind::refused, 0, hello, no->message, now);
-      return refuse(message, from, *no, size);
+    if (const auto no = objection(hello, from, now)) {
+      if (now - refusal_told_ >= kRefusalTold) {
+        refusal_told_ = now;
+        tell(RecordedEventKind::refused, 0, hello, no->message, now);
+      }
+      return refuse(message, from, *no, size, now);
     }
-    if (old) {
-      tell(RecordedEventKind::silent, old->id, old->hello, "another takes its name", now);
-      stations_.erase(old->id);
-    }
-    ++counts_.joins;
-    if (is_idle()) wake(now);
-    Station& fresh = stations_[++last_id_];
-    fresh.id = last_id_;
-    fresh.peer = from;
-    fresh.hello = hello;
-    fresh.asked = asked;
-    fresh.next_report = now + kLinkReportEvery;
-    tell(RecordedEventKind::joined, fresh.id, hello, "", now);
+    handshake = &handshakes_.begin({new_id(), draw_(), from, hello, asked, now, message.clock, now});
   }
-  Station& station = again ? *old : stations_.at(last_id_);
-  station.heard = now;
-  station.clock.take(message.clock, now);
-  station.outbox.welcome = true;
-  station.outbox.welcome_limit = size;
+  handshake->at = now;
+  answer(message, {handshake->secret, handshake->id, 0, {}, welcome_for(handshake->hello)}, from, size, now);
 }
 
-/// Why this Hello cannot be granted. `in_place_of` leaves the room if it is.
-std::optional<Refuse> ServerCore::objection(const Hello& hello, const Station* in_place_of) const {
+/// nullptr when others were quicker.
+Station* Sessions::admit(Handshake& handshake, Micros now) {
+  if (objection(handshake.hello, handshake.peer, now)) return nullptr;
+  if (const Station* const old = stations_.named(handshake.hello.station)) {
+    tell(RecordedEventKind::silent, *old, "another takes its name", now);
+    stations_.erase(old->id);
+  }
+  assert(stations_.size() < static_cast<std::size_t>(kMaxStations));
+  ++counts_.joins;
+  Station& fresh = stations_[handshake.id];
+  fresh.id = handshake.id;
+  fresh.secret = handshake.secret;
+  fresh.peer = handshake.peer;
+  fresh.hello = handshake.hello;
+  fresh.asked = handshake.asked;
+  fresh.clock.take(handshake.began_clock, handshake.began);
+  fresh.next_report = now + kLinkReportEvery;
+  tell(RecordedEventKind::joined, fresh, "", now);
+  return &fresh;
+}
+
+StationId Sessions::new_id() {
+  do ++last_id_;
+  while (last_id_ == 0 || stations_.contains(last_id_));
+  return last_id_;
+}
+
+Welcome Sessions::welcome_for(const Hello& hello) const {
+  Welcome welcome = welcome_;
+  if (hello.role != Role::haptic || !hello.shadow_of.empty()) welcome.deadband = 0;
+  welcome.station = hello.station;
+  return welcome;
+}
+
+/// Why this Hello cannot be granted.
+std::optional<Refuse> Sessions::objection(const Hello& hello, PeerId from, Micros now) const {
   using enum RefuseReason;
+  if (!ended_.empty()) return Refuse{bad_request, ended_};
   if (hello.station.empty()) return Refuse{bad_request, "the station has no name"};
-  if (!hello.room.empty() && hello.room != options_.room)
-    return Refuse{bad_request, "no room \"" + hello.room + "\" here; " +
-                                   (options_.rooms.empty() ? "the rooms have no names" : "there is " + options_.rooms)};
-  if (stations_.size() - (in_place_of ? 1 : 0) >= static_cast<std::size_t>(kMaxStations))
-    return Refuse{room_full, "the room is full (" + std::to_string(kMaxStations) + " stations)"};
+  if (!hello.room.empty() && hello.room != room_)
+    return Refuse{bad_request,
+                  "no room \"" + hello.room + "\" here; " + (rooms_.empty() ? "the rooms have no names" : "there is " + rooms_)};
+  const Station* const in_place_of = stations_.named(hello.station);
+  if (in_place_of && in_place_of->peer != from && now - in_place_of->heard <= kSilentAfter)
+    return Refuse{name_taken, "station \"" + hello.station + "\" is in the room already"};
+  if (const auto full = lack_of_seats(hello, in_place_of)) return full;
   if (hello.role == Role::viewer) return std::nullopt;
   if (hello.scheme && !is_available(*hello.scheme))
     return Refuse{bad_request, "scheme " + std::string(name_of(hello.scheme)) + " is not available"};
-  const int most_states = most_states_for(hello.scheme, facts_.contact);
+  const int most_states = most_states_for(hello.scheme, welcome_.contact);
   if (hello.order > most_states || hello.order % 2 != 0)
     return Refuse{bad_request, "order " + std::to_string(hello.order) + "; expected an even number up to " +
                                    std::to_string(most_states) + ", what fits into a datagram in this scene"};
   if (!hello.shadow_of.empty()) {
-    const auto* owner = find(hello.shadow_of);
+    const auto* owner = stations_.named(hello.shadow_of);
     if (!owner || owner == in_place_of || !owner->pushes())
       return Refuse{bad_request, "no station \"" + hello.shadow_of + "\" to share the tool of"};
     return std::nullopt;
   }
-  if (facts_.contact != ContactKind::attach) return std::nullopt;
+  if (welcome_.contact != ContactKind::attach) return std::nullopt;
   for (const auto& [id, other] : stations_)
     if (other.pushes() && &other != in_place_of)
       return Refuse{node_taken, "station \"" + other.hello.station + "\" holds the node of this scene"};
   return std::nullopt;
 }
 
-void ServerCore::take_from(Station& station, const Message& message, Micros now) {
+std::optional<Refuse> Sessions::lack_of_seats(const Hello& hello, const Station* in_place_of) const {
+  int all = 0, shadows = 0, viewers = 0;
+  for (const auto& [id, station] : stations_) {
+    if (&station == in_place_of) continue;
+    ++all;
+    viewers += station.views();
+    shadows += !station.views() && !station.pushes();
+  }
+  const auto full = [](int most, const char* of) {
+    return Refuse{RefuseReason::room_full, "the room is full (" + std::to_string(most) + of};
+  };
+  if (all >= kMaxStations) return full(kMaxStations, " stations)");
+  if (hello.role == Role::viewer && viewers >= kMostViewers) return full(kMostViewers, " viewers)");
+  if (!hello.shadow_of.empty() && shadows >= kMostShadows) return full(kMostShadows, " shadows)");
+  return std::nullopt;
+}
+
+Station* Sessions::take_from(Station& station, const Message& message, Micros now) {
   station.heard = now;
-  station.proven = true;
   station.seq.take(message.seq);
   station.loss.take(message.seq);
   station.clock.take(message.clock, now);
-  if (const auto* samples = std::get_if<Samples>(&message.body)) return take_samples(station, *samples, now);
-  if (const auto* beat = std::get_if<Beat>(&message.body)) {
-    const LinkReport& link = beat->link;
-    station.patch_age = link.patch_age;
-    if (link.judged >= kLossJudged) {
-      station.loss_known = true;
-      station.lost = static_cast<double>(link.lost) / link.judged;
-      station.patch_copies = copies_for(station.lost);
-    }
-    station.longest_run = link.longest_run;
-    station.ticks_late = beat->ticks_late;
-    return;
-  }
-  if (std::holds_alternative<Leave>(message.body)) {
-    ++counts_.leaves;
-    tell(RecordedEventKind::left, station.id, station.hello, "", now);
-    stations_.erase(station.id);
-    return;
-  }
-  if (const auto* reset = std::get_if<Reset>(&message.body)) return take_reset(station, *reset, now);
-  if (const auto* state = std::get_if<ViewState>(&message.body); state && station.views())
-    return shapes_.heard(station.shape, *state);
-  const auto* request = std::get_if<MeshRequest>(&message.body);
-  if (!request || !station.views() || request->piece >= mesh_pieces(facts_.mesh)) {
-    ++counts_.unexpected;
-    return;
-  }
-  auto& pieces = station.outbox.mesh_pieces;
-  if (pieces.size() < kMostMeshPieces && std::find(pieces.begin(), pieces.end(), request->piece) == pieces.end())
-    pieces.push_back(request->piece);
+  if (!std::holds_alternative<Leave>(message.body)) return &station;
+  ++counts_.leaves;
+  tell(RecordedEventKind::left, station, "", now);
+  stations_.erase(station.id);
+  return nullptr;
 }
 
-/// One that knows of another count asked for what is done.
-void ServerCore::take_reset(Station& station, const Reset& reset, Micros now) {
-  station.next_report = now;  // it waits for the new count
-  if (reset.resets != static_cast<std::uint16_t>(counts_.resets)) return;
-  ++counts_.resets;
-  reset_due_ = true;
-  tell(RecordedEventKind::reset, station.id, station.hello, "", now);
-}
-
-/// What a datagram says that others have overtaken is known already.
-void ServerCore::take_playing(Station& station, std::uint32_t seq) {
-  auto& sent = station.patches_sent;
-  const auto played = std::find_if(sent.begin(), sent.end(), [&](const Station::SentPatch& p) { return p.seq == seq; });
-  if (seq == 0) station.playing.reset();
-  if (played == sent.end()) return;
-  station.playing = played->stamp;
-  sent.erase(sent.begin(), played);
-}
-
-void ServerCore::take_samples(Station& station, const Samples& samples, Micros now) {
-  if (!station.pushes()) return;
-  if (options_.deadband > 0) take_playing(station, samples.playing);
-  const auto before = station.sample_heard;
-  const bool first = station.timeline.empty();
-  const auto age = first ? Micros{} : std::max(Micros{}, now - station.timeline.newest());
-  for (const auto& sample : samples.samples) {
-    const auto t = station.clock.locked() ? station.clock.from_peer(sample.t) : Micros::max();
-    if (t > now + kSampleAhead) {
-      ++station.counts.samples_refused;
-      continue;
-    }
-    if (!station.timeline.add(sample.t, t, sample.position)) continue;
-    ++station.counts.samples;
-    if (t <= body_time_) ++station.counts.samples_late;
-    station.sample_heard = now;
-    station.sample_lag = std::max(Micros{}, now - station.timeline.newest());
-  }
-  if (station.sample_heard == before) return;
-  take_hold(station, samples);
-  if (first)
-    station.buffer.begin(station.sample_lag, now);
-  else
-    station.buffer.take(age, now);
-}
-
-/// How the tool is held and its buttons. Changes are repeated, and come again out of order.
-void ServerCore::take_hold(Station& station, const Samples& samples) {
-  station.orientation = samples.orientation;
-  for (const ButtonChange& change : samples.buttons) {
-    if (change.t <= station.buttons.t) continue;
-    const bool changed = change.pressed != station.buttons.pressed;
-    station.buttons = change;
-    if (changed && on_buttons) on_buttons(station.id, {station.clock.from_peer(change.t), change.pressed});
-  }
-}
-
-void ServerCore::expel(PeerId peer, Micros now) {
-  std::erase_if(stations_, [&](const auto& entry) {
-    const Station& station = entry.second;
-    if (station.peer != peer) return false;
-    tell(RecordedEventKind::left, station.id, station.hello, "its key is not valid any more", now);
-    Message last;
-    last.station = station.id;
-    last.clock.sent = station.clock.stamp(now).echo;
-    refuse(last, peer, {RefuseReason::unknown_station, "this station's key is not valid any more"}, kMaxDatagramBytes);
-    return true;
-  });
-}
-
-void ServerCore::refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit) {
+/// Queues an answer to someone who is not, or not any more, in the room: of his own instance number, not of ours.
+void Sessions::refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit, Micros now) {
   ++counts_.refusals;
+  answer(question, {question.instance, question.station, 0, {}, refusal}, to, limit, now);
+}
+
+void Sessions::answer(const Message& question, Message answer, PeerId to, std::size_t limit, Micros now) {
   if (replies_.size() >= kMostReplies) {
     ++counts_.answers_withheld;
     return;
   }
-  Message answer;
-  answer.instance = options_.instance;
-  answer.station = question.station;
   answer.clock.echo = question.clock.sent;
-  answer.body = refusal;
-  replies_.push_back({to, std::move(answer), limit});
+  replies_.push_back({to, std::move(answer), limit, now});
 }
 
-void ServerCore::drop_silent(Micros now) {
+void Sessions::drop_silent(Micros now) {
   counts_.timeouts += std::erase_if(stations_, [&](const auto& entry) {
     const bool gone = now - entry.second.heard >= kGoneAfter;
-    if (gone) tell(RecordedEventKind::silent, entry.first, entry.second.hello, "", now);
+    if (gone) tell(RecordedEventKind::silent, entry.second, "", now);
     return gone;
   });
 }
 
-void ServerCore::tell(RecordedEventKind kind, StationId id, const Hello& hello, const std::string& text, Micros now) const {
+Micros Sessions::deadline() const {
+  Micros earliest = Micros::max();
+  for (const auto& [id, station] : stations_) earliest = std::min(earliest, station.heard + kGoneAfter);
+  return earliest;
+}
+
+void Sessions::shut_down(const std::string& why, bool ended, Micros now) {
+  if (ended) ended_ = why;
+  for (const auto& [id, station] : stations_)
+    refuse({station.secret, id, 0, {station.clock.stamp(now).echo, {}, {}}, {}}, station.peer, {RefuseReason::shutting_down, why},
+           kMaxDatagramBytes, now);
+  stations_.clear();
+}
+
+void Sessions::expel(PeerId peer, Micros now) {
+  handshakes_.forget(peer);
+  std::erase_if(stations_, [&](const auto& entry) {
+    const Station& station = entry.second;
+    if (station.peer != peer) return false;
+    tell(RecordedEventKind::left, station, "its key is not valid any more", now);
+    refuse({station.secret, station.id, 0, {station.clock.stamp(now).echo, {}, {}}, {}}, peer,
+           {RefuseReason::unknown_station, "this station's key is not valid any more"}, kMaxDatagramBytes, now);
+    return true;
+  });
+}
+
+void Sessions::tell(RecordedEventKind kind, const Station& station, const std::string& text, Micros now) const {
+  tell(kind, station.id, station.hello, text, now);
+}
+
+void Sessions::tell(RecordedEventKind kind, StationId id, const Hello& hello, const std::string& text, Micros now) const {
   if (!on_event) return;
   const auto role = hello.role == Role::viewer ? RecordedRole::viewer
                     : hello.shadow_of.empty()  ? RecordedRole::hand
@@ -270,30 +257,39 @@ void ServerCore::tell(RecordedEventKind kind, StationId id, const Hello& hello, 
 }
 
 /// Who sent the same Hello before, by the name that it asked for then or the one that it got.
-Station* ServerCore::asked_before(const Hello& hello, PeerId from) {
+Station* Sessions::asked_before(const Hello& hello, PeerId from) {
   for (auto& [id, station] : stations_)
-    if (station.peer == from && same(station.hello, hello) &&
+    if (station.peer == from && same_wish(station.hello, hello) &&
         (station.hello.station == hello.station || station.asked == hello.station))
       return &station;
   return nullptr;
 }
 
 /// `like` itself where nobody has it, else the first of "like-2", "like-3" ... that nobody has.
-std::string ServerCore::free_name(const std::string& like) const {
+std::string Sessions::free_name(const std::string& like) const {
   std::string name = like;
-  for (int number = 2; find(name) != nullptr; ++number) {
+  for (int number = 2; stations_.named(name) != nullptr; ++number) {
     const std::string suffix = "-" + std::to_string(number);
-    name = without_number(like).substr(0, static_cast<std::size_t>(kMaxNameBytes) - suffix.size()) + suffix;
+    name = std::string(cut_text(without_number(like), static_cast<std::size_t>(kMaxNameBytes) - suffix.size())) + suffix;
   }
   return name;
 }
 
-const Station* ServerCore::find(const std::string& name) const {
-  for (const auto& [id, station] : stations_)
-    if (station.hello.station == name) return &station;
-  return nullptr;
+std::size_t Sessions::emit(std::span<std::byte> out, PeerId& to, Micros now) {
+  while (!replies_.empty()) {
+    Reply reply = std::move(replies_.front());
+    replies_.pop_front();
+    reply.message.clock.sent = now;
+    reply.message.clock.echo_hold = now - reply.at;
+    const auto room = out.first(std::min(out.size(), reply.limit));
+    to = reply.to;
+    if (const auto size = encode(reply.message, room)) return size;
+    auto* const refusal = std::get_if<Refuse>(&reply.message.body);
+    if (refusal) refusal->message.clear();  // the reason alone may fit
+    if (const auto size = refusal ? encode(reply.message, room) : 0) return size;
+    ++counts_.answers_withheld;
+  }
+  return 0;
 }
-
-Station* ServerCore::find(const std::string& name) { return const_cast<Station*>(std::as_const(*this).find(name)); }
 
 }  // namespace palpate

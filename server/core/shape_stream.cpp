@@ -1,6 +1,7 @@
 #include "server/core/shape_stream.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "common/wire/codec.hpp"
@@ -118,12 +119,13 @@ void ShapeStream::weigh(const std::vector<Vec3>& tools) {
   }
 }
 
-void ShapeStream::begin(ShapeViewer& viewer, Micros now) const {
+void ShapeStream::begin(ShapeViewer& viewer, Micros now, int viewers) const {
+  assert(viewers > 0);
   while (!viewer.flights.empty() && now - viewer.flights.front().at > kSilent) {
     take_back(viewer, viewer.flights.front());
     viewer.flights.pop_front();
   }
-  const double frame_bytes = viewer.kbit_s * 125 / rate_hz_;
+  const double frame_bytes = std::min<double>(viewer.kbit_s, kShapeKbitSRoom / viewers) * 125 / rate_hz_;
   const double most = std::max(kBurstFrames * frame_bytes, viewer.tokens_bytes);
   viewer.tokens_bytes = std::min(viewer.tokens_bytes + frame_bytes, most);
   viewer.wanted.clear();
@@ -186,7 +188,7 @@ void ShapeStream::sent(ShapeViewer& viewer, std::uint32_t seq, Micros now) const
 
 void ShapeStream::heard(ShapeViewer& viewer, const ViewState& state) const {
   viewer.channels = state.channels;
-  viewer.kbit_s = state.kbit_s > 0 ? state.kbit_s : kShapeKbitS;
+  viewer.kbit_s = state.kbit_s > 0 ? std::min<int>(state.kbit_s, kShapeKbitSMost) : kShapeKbitS;
   std::erase_if(viewer.flights, [&](const ShapeViewer::Flight& flight) {
     const auto age = static_cast<std::int32_t>(state.newest - flight.seq);
     if (age < 0) return false;

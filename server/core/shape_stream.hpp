@@ -25,6 +25,7 @@ namespace palpate {
 inline constexpr double kShapeStepM = 0x1p-15;  ///< 0.031 mm
 inline constexpr double kHoldSteps = 0.75;
 inline constexpr int kShapeKbitS = 900;  ///< budget of a viewer that names none: datagrams with their UDP and IP heads
+inline constexpr int kShapeKbitSMost = 8'000, kShapeKbitSRoom = 32'000;  ///< whatever a viewer asks for; all viewers together
 
 /// What one viewer was sent.
 struct ShapeViewer {
@@ -78,8 +79,8 @@ class ShapeStream {
   std::uint32_t frame() const { return frame_; }
   Micros body_time() const { return body_time_; }
 
-  /// Looks for what the viewer lacks of the newest frame.
-  void begin(ShapeViewer& viewer, Micros now) const;
+  /// Looks for what the viewer lacks of the newest frame; `viewers` share what a room may send.
+  void begin(ShapeViewer& viewer, Micros now, int viewers = 1) const;
   /// The next piece of it; false when there is no more, or no budget.
   bool next(ShapeViewer& viewer, ShapePiece& piece);
   /// The piece of the last next() went out in the datagram `seq`.

@@ -1,40 +1,39 @@
-// What the server knows of one station, and what it still has to tell it.
+// What the server knows of one station, and what it still has to tell it. Of the parts of a Station each is written by one class:
+// who it is by Sessions, the frames that it gets by FrameScheduler, what it is sent by PatchSender and ViewSender.
 #pragma once
 
 #include <deque>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "common/session/clock_sync.hpp"
 #include "common/session/loss_meter.hpp"
 #include "common/session/seq_tracker.hpp"
 #include "common/wire/messages.hpp"
 #include "server/core/detail_choice.hpp"
-#include "server/core/jitter_buffer.hpp"
+#include "server/core/handshakes.hpp"
+#include "server/core/link_said.hpp"
 #include "server/core/shape_stream.hpp"
-#include "server/core/timeline.hpp"
+#include "server/core/tool_input.hpp"
 
 namespace palpate {
 
-/// Whoever sent a datagram; the io side maps it to an address. Compared for equality only.
-using PeerId = std::uint64_t;
+inline constexpr Micros kLinkReportEvery{250'000};  ///< how often a station is told how link and room do
 
-struct StationCounts {
-  std::uint64_t samples = 0;          ///< new ones
-  std::uint64_t samples_late = 0;     ///< of these: too late for the body, which had gone past them
-  std::uint64_t samples_refused = 0;  ///< from the future, or before the clocks were known
+struct PatchCounts {
   std::uint64_t patches = 0, patch_bytes = 0;
   std::uint64_t lived_on = 0;       ///< frames whose patch it did not need
   std::uint64_t patch_too_big = 0;  ///< did not fit a datagram and were not sent
 };
+struct StationCounts : SampleCounts, PatchCounts {};
 
 /// What waits to be sent. Only the newest of each kind: a patch or beat that is overtaken was never needed.
 struct Outbox {
-  bool welcome = false;
-  std::size_t welcome_limit = 0;  ///< bytes of the Hello; its answer is not larger
-  std::optional<Patch> patch;     ///< stamp already in the station's clock
-  std::deque<PatchTerms> terms;   ///< pieces that go with the newest patch; after it
-  int patch_copies = 1;           ///< datagrams that carry it
+  std::optional<Patch> patch;    ///< stamp already in the station's clock
+  std::deque<PatchTerms> terms;  ///< pieces that go with the newest patch; after it
+  int patch_copies = 1;          ///< datagrams that carry it
   std::optional<Beat> beat;
   int beat_copies = 1;  ///< datagrams that carry it: as many as a patch that it stands for
   std::deque<std::uint32_t> mesh_pieces;
@@ -42,22 +41,29 @@ struct Outbox {
 };
 
 struct Station {
+  // Sessions
   StationId id = 0;
+  std::uint64_t secret = 0;  ///< what its datagrams and ours carry as instance
   PeerId peer = 0;
-  Hello hello;          ///< under the name that it has in the room
-  std::string asked;    ///< name that it asked for
-  Micros heard{};       ///< newest datagram
-  bool proven = false;  ///< it has answered with the id we gave it, so it gets what we send to its address
-  ClockSync clock;      ///< its clock is the peer's
+  Hello hello;        ///< under the name that it has in the room
+  std::string asked;  ///< name that it asked for
+  Micros heard{};     ///< newest datagram
+  ClockSync clock;    ///< its clock is the peer's
   SeqTracker seq;
   LossMeter loss;
-  Micros patch_age{};       ///< that its patches in use reach, as it says; 0 = it has not said
-  int patch_copies = 2;     ///< datagrams that carry each patch to it: what it loses decides, once it has said
-  bool loss_known = false;  ///< it has said what it loses
-  double lost = 0;          ///< share of the datagrams to it that get lost, as it says
-  DetailChoice choice;      ///< where it left the scheme to us
-  SchemeInUse in_use;       ///< in the frame that is out, or was last
-  int longest_run = 0;      ///< of datagrams to it that got lost one after the other, as it says
+  LinkSaid link;
+  std::uint32_t seq_out = 1;  ///< Welcome was 0
+
+  // FrameScheduler
+  ToolInput tool;
+  DetailChoice choice;            ///< where it left the scheme to us
+  SchemeInUse in_use;             ///< in the frame that is out, or was last
+  Micros horizon{};               ///< age that its patches reach, by the last frame
+  bool served = true;             ///< there is time for its patch in the frame that is out, or was last
+  Micros served_at{};             ///< when there was last
+  std::optional<Micros> touched;  ///< when it last had a patch, or would have had one but for time
+
+  // PatchSender
   struct SentPatch {
     std::uint32_t seq = 0;
     Micros stamp{};  ///< server clock
@@ -65,27 +71,33 @@ struct Station {
   std::deque<SentPatch> patches_sent;  ///< from the one that it plays, as far as is known, to the newest
   std::optional<Micros> playing;       ///< stamp of that one; nothing is known of a station that has not said
   Micros next_report{};                ///< when it gets a Beat beside a patch, a viewer a RoomView
-  std::uint32_t seq_out = 0, patch_seq = 0;
-  Timeline timeline;
-  Micros sample_heard{};  ///< when the newest sample came
-  Micros sample_lag{};    ///< how old it was then
-  JitterBuffer buffer;
+  std::uint32_t patch_seq = 0;
   bool contact_in_reach = false;
-  std::uint32_t ticks_late = 0;  ///< of its haptic loop, as it says
-  std::uint16_t states = 0;      ///< of its newest patch
-  bool slow_known = false;       ///< it was told that the room falls behind
-  ToolView shown;                ///< at the body time, for viewers
+  std::uint16_t states = 0;  ///< of its newest patch
+  bool slow_known = false;   ///< it was told that the room falls behind
+  ToolView shown;            ///< at the body time, for viewers
   bool has_shown = false;
-  Orientation orientation;                 ///< of its tool, the newest that came
-  ButtonChange buttons{Micros::min(), 0};  ///< the newest change; its clock
+  PatchCounts counts;
   Outbox outbox;
+
+  // ViewSender
   ShapeViewer shape;  ///< what a viewer was sent
-  StationCounts counts;
 
   bool pushes() const { return hello.role == Role::haptic && hello.shadow_of.empty(); }
   bool views() const { return hello.role == Role::viewer; }
   /// Whether it left the scheme to us.
   bool chosen() const { return !views() && !hello.scheme; }
+};
+
+/// Ordered, so that every run emits in the same order.
+class Stations : public std::map<StationId, Station> {
+ public:
+  const Station* named(const std::string& name) const;
+  Station* named(const std::string& name) { return const_cast<Station*>(std::as_const(*this).named(name)); }
+  /// The station whose samples say where the tool of this one is; none where that one has left.
+  const Station* tool_of(const Station& station) const;
+  /// From the server's clock into the station's, by the samples of its tool where there are any.
+  Micros station_time(const Station& station, Micros server_time) const;
 };
 
 /// For reports.
@@ -103,5 +115,8 @@ struct StationReport {
   Micros patch_age{};  ///< that its patches reach, as it says; 0 = it has not said
   StationCounts counts;
 };
+
+/// The next datagram for a station, 0 where it does not fit.
+std::size_t encode_for(Station& station, Body body, std::span<std::byte> out, Micros now);
 
 }  // namespace palpate

@@ -15,6 +15,10 @@ bool Timeline::add(Micros t_station, Micros t_server, const Vec3& position) {
   return true;
 }
 
+void Timeline::forget_after(Micros t_station) {
+  while (!empty() && entries_.back().t_station > t_station) entries_.pop_back();
+}
+
 void Timeline::forget_before(Micros t_server) {
   while (entries_.size() > 1 && entries_.front().t_server < t_server) entries_.pop_front();
 }

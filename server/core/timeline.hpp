@@ -19,6 +19,8 @@ class Timeline {
   /// Appends a sample; t_server is raised where needed to stay ascending. False when the sample is not newer than the last
   /// (a repeat, or a late datagram): what a lost datagram left open stays open, the tool moves linearly there.
   bool add(Micros t_station, Micros t_server, const Vec3& position);
+  /// Forgets what would be later than `t_station`: the clock of the station was not what it was taken for.
+  void forget_after(Micros t_station);
   /// Forgets what is older than `t_server`, but never the last sample.
   void forget_before(Micros t_server);
 

@@ -1,30 +1,36 @@
 #include "server/io/peers.hpp"
 
+#include <algorithm>
+#include <array>
+#include <asio/ip/address.hpp>
+
 namespace palpate {
 
-std::optional<PeerId> Peers::id_of(const UdpEndpoint& address, Micros now) {
-  auto known = ids_.find(address);
-  if (known == ids_.end()) {
-    if (ids_.size() >= kMost) forget_silent(now);
-    if (ids_.size() >= kMost) return std::nullopt;
-    known = ids_.emplace(address, Heard{++last_, now}).first;
-    addresses_.emplace(last_, address);
+PeerId Peers::id_of(const UdpEndpoint& address) {
+  // An address of IPv6 and its scope, or one of IPv4 and zeros; the port; which of the two.
+  std::array<std::uint8_t, 23> bytes{};
+  const auto ip = address.address();
+  if (ip.is_v6()) {
+    const auto v6 = ip.to_v6();
+    const auto raw = v6.to_bytes();
+    std::copy(raw.begin(), raw.end(), bytes.begin());
+    for (std::size_t k = 0; k < 4; ++k) bytes[18 + k] = static_cast<std::uint8_t>(v6.scope_id() >> 8 * k);
+  } else {
+    const auto raw = ip.to_v4().to_bytes();
+    std::copy(raw.begin(), raw.end(), bytes.begin());
   }
-  known->second.at = now;
-  return known->second.id;
+  bytes[16] = static_cast<std::uint8_t>(address.port() >> 8);
+  bytes[17] = static_cast<std::uint8_t>(address.port() & 0xff);
+  bytes[22] = ip.is_v6() ? 6 : 4;
+  const PeerId id = keyed_hash(key_, bytes);
+  if (!served_.contains(id)) strangers_.insert_or_assign(id, address);
+  return id;
 }
 
 const UdpEndpoint* Peers::address_of(PeerId id) const {
-  const auto found = addresses_.find(id);
-  return found == addresses_.end() ? nullptr : &found->second;
-}
-
-void Peers::forget_silent(Micros now) {
-  std::erase_if(ids_, [&](const auto& entry) {
-    if (now - entry.second.at < kForgetAfter) return false;
-    addresses_.erase(entry.second.id);
-    return true;
-  });
+  for (const auto* known : {&served_, &strangers_})
+    if (const auto found = known->find(id); found != known->end()) return &found->second;
+  return nullptr;
 }
 
 }  // namespace palpate

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <asio/post.hpp>
 #include <chrono>
-#include <random>
 #include <utility>
 
 #include "common/io/channel_endpoint.hpp"
@@ -14,9 +13,10 @@
 namespace palpate {
 namespace {
 
-std::uint64_t draw_instance() {
-  std::random_device random;
-  return std::uint64_t{random()} << 32 | random();
+std::uint64_t draw_number() {
+  std::array<std::uint8_t, 8> bytes;
+  system_random()(bytes);
+  return number_at(bytes);
 }
 
 double ms(Micros t) { return seconds(t) * 1e3; }
@@ -63,7 +63,7 @@ ServerShell::Body::Body(const Scene& scene, std::size_t threads) : step_pool(thr
 FrameResult ServerShell::Body::run(const FrameJob& job) {
   rollouts_took = {};
   const Micros began = monotonic_now();
-  FrameResult result = room.simulate(job);
+  FrameResult result = simulate ? simulate(room, job) : room.simulate(job);
   const Micros stepped = monotonic_now();
   room.build_patches(job, result);
   result.step_took = std::max(stepped - began, Micros{1});
@@ -74,15 +74,19 @@ FrameResult ServerShell::Body::run(const FrameJob& job) {
 
 ServerShell::ServerShell(const std::vector<NamedScene>& scenes, const ShellOptions& options, Say say)
     : say_(std::move(say)),
-      cores_(specs_of(scenes), draw_instance(), options.rate_hz, options.deadband),
+      peers_(draw_number),
+      cores_(specs_of(scenes), draw_number, options.rate_hz, options.deadband),
       socket_(bind_udp(io_, "--listen", resolve_udp("--listen", options.listen))),
       threads_(std::clamp<std::size_t>(options.threads, 1, scenes.size())) {
   const std::size_t threads_a_room = std::max<std::size_t>(options.threads / scenes.size(), 1);
-  for (const NamedScene& named : scenes) bodies_.push_back(std::make_unique<Body>(named.scene, threads_a_room));
+  for (const NamedScene& named : scenes) {
+    bodies_.push_back(std::make_unique<Body>(named.scene, threads_a_room));
+    bodies_.back()->simulate = options.simulate;
+  }
   for (std::size_t k = 0; k < bodies_.size(); ++k)
-    cores_[k].on_scheme = [this, k](const std::string& station, const SchemeInUse& in_use) {
-      say_(fmt::format("{}station \"{}\": {}", label(k), station, describe(in_use)));
-    };
+    cores_[k].on_scheme([this, k](const std::string& station, const SchemeInUse& in_use) {
+      if (say_) say_(fmt::format("{}station \"{}\": {}", label(k), station, describe(in_use)));
+    });
   socket_.non_blocking(true);
   if (options.keys) trust_.emplace(*options.keys, system_random(), unix_now);
   if (!options.record.file.empty()) begin_recording(scenes, options);
@@ -105,7 +109,7 @@ void ServerShell::run() {
 }
 
 void ServerShell::stop() {
-  cores_.shut_down();
+  cores_.shut_down(monotonic_now());
   send_all(monotonic_now());
   io_.stop();
 }
@@ -113,14 +117,7 @@ void ServerShell::stop() {
 void ServerShell::receive() {
   socket_.async_wait(UdpSocket::wait_read, [this](const asio::error_code& fault) {
     if (fault == asio::error::operation_aborted) return;
-    UdpEndpoint from;
-    asio::error_code none;
-    while (true) {
-      const auto size = socket_.receive_from(asio::buffer(in_), from, 0, none);
-      if (none == asio::error::would_block || none == asio::error::try_again) break;
-      if (none) continue;  // an ICMP answer: a station's port is closed; it will time out
-      take(std::span(in_).first(size), from, monotonic_now());
-    }
+    take_waiting();
     step();
     receive();
   });
@@ -128,10 +125,7 @@ void ServerShell::receive() {
 
 void ServerShell::take(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now) {
   if (trust_) return take_sealed(datagram, from, now);
-  if (const auto peer = peers_.id_of(from, now))
-    cores_.take(datagram, *peer, now);
-  else
-    ++strangers_dropped_;
+  cores_.take(datagram, peers_.id_of(from), now);
 }
 
 void ServerShell::take_sealed(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now) {
@@ -139,7 +133,7 @@ void ServerShell::take_sealed(std::span<const std::byte> datagram, const UdpEndp
   if (!letter) return say_refused(now);
   if (letter->ruling.anew) cores_.expel(letter->from, now);
   if (letter->ruling.refused)
-    cores_.refuse(letter->message, letter->from, *letter->ruling.refused, letter->size);
+    cores_.refuse(letter->message, letter->from, *letter->ruling.refused, letter->size, now);
   else
     cores_.take(letter->fault, letter->message, letter->size, letter->from, now);
 }
@@ -165,6 +159,19 @@ void ServerShell::end_sessions(Micros now) {
 void ServerShell::change_keys(SiteKeys keys) {
   trust_->channel().change_keys(std::move(keys));
   step();
+}
+
+void ServerShell::take_waiting() {
+  const Micros until = monotonic_now() + kTakingMost;
+  for (int k = 0; k < kTakenAtOnce; ++k) {
+    UdpEndpoint from;
+    asio::error_code none;
+    const auto size = socket_.receive_from(asio::buffer(in_), from, 0, none);
+    if (none == asio::error::would_block || none == asio::error::try_again) return;
+    const auto now = monotonic_now();
+    if (!none) take(std::span(in_).first(size), from, now);  // else: a station's port is closed, it will time out
+    if (now >= until) return;
+  }
 }
 
 void ServerShell::step() {
@@ -203,12 +210,23 @@ void ServerShell::hand_out(std::size_t k, FrameJob job) {
         step();
       });
     } catch (...) {
-      asio::post(io_, [this, failure = std::current_exception()] {
-        failure_ = failure;
-        stop();
-      });
+      asio::post(io_, [this, k, failure = std::current_exception()] { end_room(k, failure); });
     }
   });
+}
+
+void ServerShell::end_room(std::size_t k, const std::exception_ptr& failure) {
+  cores_[k].end("the body of this room failed", monotonic_now());
+  try {
+    std::rethrow_exception(failure);
+  } catch (const std::exception& fault) {
+    if (say_) say_(fmt::format("{}the body failed, the room is closed: {}", label(k), fault.what()));
+  }
+  bool any_left = false;
+  for (std::size_t j = 0; j < cores_.size(); ++j) any_left |= !cores_[j].ended();
+  if (any_left) return step();
+  failure_ = failure;
+  stop();
 }
 
 void ServerShell::send_all(Micros now) {
@@ -225,6 +243,7 @@ void ServerShell::send_all(Micros now) {
     else
       ++send_failed_;
   }
+  peers_.forget_strangers([this](PeerId id) { return cores_.serves(id); });
 }
 
 void ServerShell::send(std::span<const std::byte> datagram, const UdpEndpoint& to) {
@@ -254,7 +273,7 @@ void ServerShell::report() {
     reporting_ = false;  // until the next frame, or on if there have been any
     for (std::size_t k = 0; k < cores_.size(); ++k) {
       ServerCore& core = cores_[k];
-      const auto& counts = core.counts();
+      const ServerCounts counts = core.counts();
       const Pace& pace = core.pace();
       const bool slow = pace.rate_hz < kSlowBelow * core.options().rate_hz;
       if (core.station_count() > 0 && say_)
@@ -274,7 +293,7 @@ void ServerShell::report() {
 std::vector<std::string> ServerShell::summary() const {
   std::vector<std::string> lines;
   for (std::size_t k = 0; k < cores_.size(); ++k) {
-    const auto& c = cores_[k].counts();
+    const ServerCounts c = cores_[k].counts();
     lines.push_back(fmt::format("{}in all {} joins, {} refusals, {} timeouts, {} datagrams in, {} out, {}", label(k), c.joins,
                                 c.refusals, c.timeouts, c.received, c.sent, frame_figures({}, c, c.frame_time_max)));
   }

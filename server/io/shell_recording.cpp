@@ -31,8 +31,8 @@ void ServerShell::begin_recording(const std::vector<NamedScene>& scenes, const S
     const std::filesystem::path asked = options.record.file;
     const auto file = bodies_.size() > 1 ? named_after(asked, scenes[k].name) : asked;
     body.file = std::make_unique<RecordFile>("--record", file, body.recorder->take());
-    cores_[k].on_event = [&body](const RecordedEvent& event) { body.recorder->event(event); };
-    cores_[k].on_buttons = [&body](StationId id, const ButtonChange& change) { body.recorder->buttons(id, change); };
+    cores_[k].on_event([&body](const RecordedEvent& event) { body.recorder->event(event); });
+    cores_[k].on_buttons([&body](StationId id, const ButtonChange& change) { body.recorder->buttons(id, change); });
   }
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cassert>
 #include <stdexcept>
 
 #include "server/body/dynamics.hpp"
@@ -18,6 +19,7 @@ constexpr std::size_t kVerticesMax = 96;
 
 /// Responses times exp(-a t): s -> s + a.
 void discount(SecondOrderSystem& y, double a) {
+  assert(a > 0);
   const SparseMatrix mass = SparseMatrix(Matrix(y.mass.asDiagonal()).sparseView());
   y.stiffness = y.stiffness + a * y.damping + a * a * mass;
   y.damping = y.damping + 2 * a * mass;
@@ -107,6 +109,7 @@ const BalancedBases::Response& BalancedBases::vertex_response(std::uint32_t vert
 }
 
 Matrix BalancedBases::touched(const SurfacePoint& point) {
+  assert(point.triangle < skin_->view().triangles.size());
   const Triangle& corners = skin_->view().triangles[point.triangle];
   for (const std::uint32_t corner : corners) vertex_response(corner);
   Response sum;
@@ -120,6 +123,7 @@ Matrix BalancedBases::touched(const SurfacePoint& point) {
 }
 
 Matrix restricted_basis(const Matrix& basis, Eigen::Index columns, const Vector& masses, const std::vector<std::uint8_t>& held) {
+  assert(columns > 0 && basis.rows() == masses.size() && masses.minCoeff() > 0);
   Matrix v = basis.leftCols(std::min(columns, basis.cols()));
   for (std::size_t i = 0; i < held.size(); ++i)
     if (held[i]) v.middleRows<3>(3 * static_cast<Eigen::Index>(i)).setZero();

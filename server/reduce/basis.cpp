@@ -1,6 +1,7 @@
 #include "server/reduce/basis.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace palpate {
@@ -15,6 +16,7 @@ class Orthonormal {
   Eigen::Index room() const { return v_.cols() - count_; }
   void add(Vector y) {
     if (full()) return;
+    assert(y.size() == masses_.size());
     const double before = norm(y);
     if (!(before > 0) || !std::isfinite(before)) return;
     for (int pass = 0; pass < 2; ++pass) {
@@ -39,12 +41,14 @@ class Orthonormal {
 }  // namespace
 
 Matrix side_by_side(std::span<const Vector> columns) {
+  assert(!columns.empty());
   Matrix w(columns.front().size(), static_cast<Eigen::Index>(columns.size()));
   for (std::size_t c = 0; c < columns.size(); ++c) w.col(static_cast<Eigen::Index>(c)) = columns[c];
   return w;
 }
 
 std::vector<Vector> moment_inputs(const Linearisation& at, double shift_1_s, std::span<const Vector> x) {
+  assert(shift_1_s >= 0);
   Matrix d_x;
   at.body->multiply_sum(side_by_side(x), 0, 1, d_x);
   std::vector<Vector> inputs;
@@ -54,6 +58,8 @@ std::vector<Vector> moment_inputs(const Linearisation& at, double shift_1_s, std
 }
 
 bool ShiftedSolver::prepare(const Linearisation& at, double shift, bool clamp) {
+  assert(at.body && at.held && shift >= 0);
+  assert(3 * static_cast<Eigen::Index>(at.held->size()) == at.masses().size());
   iterations_ = 0;
   UpperBlocks& upper = batch_.matrix();
   if (!at.body->assemble(shift * shift, shift, 1, *at.held, clamp, upper)) {
@@ -68,6 +74,8 @@ bool ShiftedSolver::prepare(const Linearisation& at, double shift, bool clamp) {
 }
 
 bool ShiftedSolver::solve(const Linearisation& at, std::span<const SolveColumn> columns, double tolerance) {
+  assert(tolerance > 0);
+  assert(std::all_of(columns.begin(), columns.end(), [&](const SolveColumn& c) { return c.b->size() == at.masses().size(); }));
   bool definite = true;
   if (!small_) {
     iterations_ += batch_.solve(columns, tolerance, definite);
@@ -87,6 +95,7 @@ bool ShiftedSolver::solve(const Linearisation& at, std::span<const SolveColumn> 
 std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
                                    const BasisRequest& request) {
   const Vector& masses = at.masses();
+  assert(request.modes > 0 && masses.minCoeff() > 0);
   Orthonormal basis(masses, request.modes);
   Vector free_motion = at.velocity();
   mask(*at.held, free_motion);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 #include <cmath>
 
 namespace palpate {
@@ -105,6 +106,7 @@ bool can_bend(const LumpedBody& body) {
 /// than `negligible` of all, and of the last bin those for which there is no room.
 std::vector<std::uint32_t> elements_that_bend(const Dynamics& dynamics, const BodyState& state, const Matrix& columns,
                                               double negligible, std::size_t most) {
+  assert(columns.rows() == state.x.size() && negligible >= 0 && negligible < 1);
   const LumpedBody& body = dynamics.body();
   const std::vector<double> weights =
       body.tetrahedra.empty() ? spring_weights(body, state, columns.cast<float>()) : tetra_weights(dynamics, columns);
@@ -138,6 +140,7 @@ std::vector<std::uint32_t> elements_that_bend(const Dynamics& dynamics, const Bo
 }
 
 std::vector<Vector> second_order_forces(const Dynamics& dynamics, const BodyState& state, const Matrix& directions) {
+  assert(directions.rows() == state.x.size() && can_bend(dynamics.body()));
   const LumpedBody& body = dynamics.body();
   const auto n = static_cast<int>(directions.cols());
   std::vector<Vector> forces(static_cast<std::size_t>(pairs_of(n)), Vector::Zero(directions.rows()));

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -78,6 +79,7 @@ void FarField::divide() {
     cells_[place->second].nodes.push_back(i);
   }
   corners_ = static_cast<std::uint32_t>(corner_at.size());
+  assert(cells() > 0 && edge_.minCoeff() > 0);
   for (std::uint32_t i = 0; i < body.nodes.size(); ++i) {
     shapes_.push_back(shape_in(i, cell_of_[i]));
     cells_[cell_of_[i]].masses += body.masses_kg[i] * shape(i);
@@ -93,6 +95,7 @@ void FarField::divide() {
 }
 
 std::uint32_t FarField::home(std::span<const std::uint32_t> nodes) const {
+  assert(!nodes.empty());
   Vec3 middle = Vec3::Zero();
   for (const std::uint32_t i : nodes) middle += dynamics_->body().nodes[i] / static_cast<double>(nodes.size());
   constexpr double kSame = 1e-9;  // of an edge: no further out than that is in the one that comes first

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <cassert>
 
 namespace palpate {
 namespace {
@@ -16,6 +17,7 @@ double shift_for(Micros horizon) { return std::clamp(2.0 / std::max(seconds(hori
 bool SharedSystem::prepare(const Linearisation& at, double shift, bool clamp, double tolerance) {
   at_ = at;
   shift_ = shift;
+  assert(shift >= 0 && tolerance > 0);
   tolerance_ = tolerance;
   fresh_.clear();
   residual_.fresh = motion_.fresh = false;
@@ -80,6 +82,7 @@ void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& port
                        Micros horizon) {
   state_ = &state;
   ports_ = &ports;
+  assert(ports.size() == tools.size() && state.x.size() == dynamics_->masses().size());
   tools_.assign(tools.begin(), tools.end());
   horizon_ = horizon;
   wanted_.assign(ports.size(), {});
@@ -95,6 +98,7 @@ void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& port
 }
 
 void FrameModel::want(std::size_t k, const ExpectedSlide& slide) {
+  assert(k < wanted_.size() && slide.time_s >= 0);
   wanted_[k] = {true, slide, {}};
   if (refined_) refined_->want(k, slide);
 }
@@ -156,6 +160,7 @@ const SnapshotSet& FrameModel::snapshots() {
 }
 
 Linearisation FrameModel::linearisation(const std::vector<std::uint8_t>& held) {
+  assert(state_);
   settle();
   if (!linearised_) body_->take(*state_);
   linearised_ = true;
@@ -247,6 +252,7 @@ Mat3 FrameModel::contact_stiffness(std::size_t k, const PortResponse& response) 
   const ToolPort& port = (*ports_)[k];
   const double tissue_n_m = 3 / std::max(response.compliance.trace(), 1e-12);
   const double coupling_n_m = port.parameters.coupling_n_m;
+  assert(coupling_n_m >= 0);
   const double k_o = coupling_n_m > 0 ? std::min(coupling_n_m, kRigid * tissue_n_m) : kRigid * tissue_n_m;
   const Vec3 n = normal_at(skin_->view(), positions(), port.point);
   const double push = -port.lambda.dot(n);
@@ -316,6 +322,7 @@ bool FrameModel::respond(SharedSystem& p, std::size_t which, Own own) {
 }
 
 OtherTools FrameModel::others(const SharedSystem& p, std::size_t which) {
+  assert(which < ports_->size());
   OtherTools others = other_nodes(which);
   const PortResponse& own = p.port(which);
   for (std::size_t k = 0; k < ports_->size(); ++k) {

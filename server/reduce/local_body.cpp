@@ -1,6 +1,7 @@
 #include "server/reduce/local_body.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 namespace palpate {
 
@@ -15,6 +16,7 @@ std::span<const std::uint32_t> nodes_of(const LumpedBody& body, std::uint32_t el
 }
 
 LocalBody::LocalBody(const LumpedBody& whole, std::vector<std::uint32_t> chosen) : nodes(std::move(chosen)) {
+  assert(std::is_sorted(nodes.begin(), nodes.end()) && (nodes.empty() || nodes.back() < whole.nodes.size()));
   body.planar = whole.planar;
   body.law = whole.law;
   body.stiffening = whole.stiffening;
@@ -32,6 +34,7 @@ void LocalBody::add(const LumpedBody& whole, std::uint32_t element) {
     Element& e = body.elements.emplace_back(whole.elements[element]);
     e.a = index(e.a);
     e.b = index(e.b);
+    assert(e.a < nodes.size() && e.b < nodes.size());
   } else {
     for (std::uint32_t& node : body.tetrahedra.emplace_back(whole.tetrahedra[element]).nodes) node = index(node);
   }

@@ -1,6 +1,7 @@
 #include "server/reduce/nonlinear_subdomain.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 namespace palpate {
 
@@ -35,6 +36,7 @@ void NonlinearSubdomain::cut(const Vec3& place) {
 Matrix NonlinearSubdomain::moved(const Matrix& y) const { return refined_->moved(y, cut_->local.nodes); }
 
 Vector NonlinearSubdomain::gathered(const Vector& forces) const {
+  assert(cut_ && forces.size() == state_.x.size());
   Vector y = Vector::Zero(refined_->masses().size());
   std::array<RefinedBody::Share, FarField::kCorners> room;
   for (std::uint32_t i = 0; i < cut_->local.nodes.size(); ++i)

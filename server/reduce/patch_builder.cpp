@@ -67,6 +67,7 @@ bool PatchBuilder::hold_far_nodes(const FrameModel& frame, const std::vector<std
 std::optional<BuiltPatch> PatchBuilder::build(FrameModel& frame, std::size_t which, const PatchRequest& request) {
   const ToolPort& port = frame.ports()[which];
   BuiltPatch made;
+  assert(request.horizon > Micros{0} && request.order >= 0);
   Patch& patch = made.patch;
   patch.scheme = request.scheme;
   patch.contact = port.kind;
@@ -186,6 +187,7 @@ bool PatchBuilder::attempt_two_layer(const Job& job, BuiltPatch& made) {
 bool PatchBuilder::reduce(const Job& job, const Model& model, PortModel& port, BuiltPatch& made, Reduced& reduced) {
   FrameModel& frame = *job.frame;
   const int modes = modes_for(job.request->scheme, job.port().kind, job.request->order);
+  assert(modes > 0 && modes <= kMaxModes);
   frame.enter(PatchPart::basis);
   if (port.balanced) {
     const Matrix basis = restricted_basis(*port.balanced, modes, dynamics_->masses(), held_);
@@ -254,6 +256,7 @@ void PatchBuilder::add_terms(const Model& model, const Matrix& port, const Matri
                              const Reduced& reduced, BuiltPatch& made) const {
   const Linearisation& at = model.at;
   HyperModel hyper;
+  assert(at.part && reduced.coordinates.rows() == reduced.v.cols() && reduced.coordinates.cols() == reduced.snapshots.count());
   hyper.of = &reduced.snapshots;
   hyper.psd_change = true_stiffness - joint_stiffness(made.patch, made.patch.stiffness);
   hyper.snapshots.resize(port.cols() + reduced.v.cols(), reduced.snapshots.count());

@@ -1,5 +1,7 @@
 // Patches of tools that hold a node.
 #include "server/reduce/patch_builder.hpp"
+
+#include <cassert>
 #include "server/reduce/patch_builder_common.hpp"
 #include "server/reduce/psd_projection.hpp"
 
@@ -66,6 +68,7 @@ bool PatchBuilder::build_grasp(const Job& job, const Model& model, ShiftedSolver
   const std::uint32_t node = model.local ? model.local->index(job.port().node) : at.body->coordinate(job.port().node);
   const auto row = 3 * static_cast<Eigen::Index>(node);
   Patch& patch = made.patch;
+  assert(node != BodyOperator::kNone && row + 3 <= at.masses().size() && (*at.held)[node]);
   const ToolColumns tool = tool_columns(at, node);
   patch.k_port = symmetric(tool.k_port);
   patch.d_port = symmetric(tool.d_port);
@@ -107,6 +110,7 @@ bool PatchBuilder::build_grasp(const Job& job, const Model& model, ShiftedSolver
   }
   Reduced reduced;
   if (!reduce(job, model, port, made, reduced)) return false;
+  assert(reduced.v.rows() == at.masses().size());
   Matrix& v = reduced.v;
   patch.b_k.resize(v.cols(), 3);
   patch.b_d.resize(v.cols(), 3);

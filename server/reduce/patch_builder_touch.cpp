@@ -1,5 +1,7 @@
 // Patches of tools that touch the surface.
 #include "common/base/part_above.hpp"
+
+#include <cassert>
 #include "server/reduce/bending.hpp"
 #include "server/reduce/patch_builder.hpp"
 #include "server/reduce/patch_builder_common.hpp"
@@ -32,6 +34,7 @@ Mat3 port_compliance(const SharedSystem& p, std::size_t which, const OtherTools&
 /// for each axis of the port.
 Mat3 residual_compliance(const Mat3& compliance, const PortRows& rows, const Vector& stiffness, const Matrix& damping,
                          double shift) {
+  assert(rows.cols() == stiffness.size() && damping.rows() == stiffness.size() && shift >= 0);
   Matrix dynamic = shift * damping;
   dynamic.diagonal() += stiffness + Vector::Constant(rows.cols(), shift * shift);
   return part_above(symmetric(compliance - rows * dynamic.ldlt().solve(Matrix(rows.transpose()))), 0);
@@ -118,6 +121,7 @@ PatchBuilder::PortModel PatchBuilder::touch_model(const Job& job, const Model& m
   };
   PortModel port;
   port.shift_1_s = p.shift();
+  assert(port.shift_1_s > 0);
   port.solve = [&p, correct](std::span<const SolveColumn> columns) {
     if (!p.solve(columns)) return false;
     for (const SolveColumn& column : columns) correct.apply(*column.x);

@@ -19,6 +19,7 @@ struct Grams {
 };
 
 Grams grams(const Linearisation& at, const Matrix& w) {
+  assert(w.rows() == at.masses().size());
   Matrix k_w, d_w;
   at.body->multiply(w, k_w, d_w);
   return {w.transpose() * (at.masses().asDiagonal() * w), w.transpose() * k_w, w.transpose() * d_w};
@@ -32,6 +33,7 @@ struct Directions {
 /// The leading ones of the first columns of W, orthonormal in M.
 Directions leading(const Vector& masses, const Matrix& w, const Matrix& energy, Eigen::Index most) {
   const Eigen::Index count = energy.cols();
+  assert(energy.rows() == count && count <= w.cols() && most > 0);
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(energy);
   const double smallest = std::max(0.0, kRounding * eigen.eigenvalues().tail<1>()[0]);
   Eigen::Index r = std::min(most, count);

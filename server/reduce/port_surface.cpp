@@ -1,6 +1,7 @@
 #include "server/reduce/port_surface.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <span>
 
 namespace palpate {
@@ -9,6 +10,8 @@ SurfacePiece cut_port_surface(const Skin& skin, const std::vector<double>& x,
                               const std::function<PortRows(std::uint32_t node)>& rows, const SurfacePoint& point,
                               const Vec3& ahead, int vertices_first, int vertices_max, Patch& patch) {
   const SurfaceView surface = skin.view();
+  assert(point.triangle < surface.triangles.size() && 3 <= vertices_first && vertices_first <= vertices_max);
+  assert(vertices_max <= kMaxPortVertices && x.size() % 3 == 0);
   const Vec3 centre = position_at(surface, x, point);
   std::vector<std::uint32_t> vertices, triangles{point.triangle};
   const auto corners = surface.triangles[point.triangle];
@@ -74,6 +77,7 @@ SurfacePiece cut_port_surface(const Skin& skin, const std::vector<double>& x,
 }
 
 void split_surface(const SurfacePiece& first, PortSurface& surface, NonlinearTerms& terms) {
+  assert(first.vertices <= surface.vertex_count && first.triangles <= surface.triangle_count);
   terms.vertices.assign(surface.vertices.begin() + first.vertices, surface.vertices.begin() + surface.vertex_count);
   terms.triangles.assign(surface.triangles.begin() + first.triangles, surface.triangles.begin() + surface.triangle_count);
   surface.vertex_count = first.vertices;

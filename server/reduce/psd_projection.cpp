@@ -1,6 +1,7 @@
 #include "server/reduce/psd_projection.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <cassert>
 #include <cmath>
 
 #include "common/port/nonlinear_terms.hpp"
@@ -12,6 +13,7 @@ using Joint = Eigen::MatrixXd;
 
 /// New modes q = U q~ that make `k` diagonal; the port's b_k is already that of `k`.
 Joint turn_modes(Patch& p, const Joint& k) {
+  assert(k.rows() == p.modes() && k.cols() == p.modes());
   const Eigen::SelfAdjointEigenSolver<Joint> eigen(k);
   const Joint& u = eigen.eigenvectors();
   p.stiffness = eigen.eigenvalues().cwiseMax(0.0);
@@ -28,6 +30,7 @@ Joint turn_modes(Patch& p, const Joint& k) {
 }  // namespace
 
 double project_grasp(Patch& patch, double node_mass_kg, Eigen::MatrixXd* rotation) {
+  assert(node_mass_kg > 0 && patch.contact == ContactKind::attach);
   const double scale = std::sqrt(node_mass_kg);
   const auto r = patch.modes();
   if (rotation) rotation->setIdentity(r, r);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -176,6 +177,7 @@ std::array<Vector, N> RefinedBody::restricted_of(const Of& of) const {
 }
 
 Vector RefinedBody::displacement(const Vector& from, const Vector& to) const {
+  assert(from.size() == to.size());
   const LumpedBody& body = dynamics_->body();
   const auto moved = restricted_of<1>(
       [&](std::uint32_t i) { return std::array<Vec3, 1>{body.masses_kg[i] * (at_node(to, i) - at_node(from, i))}; });
@@ -191,6 +193,7 @@ Skin::Weights RefinedBody::restricted(const Skin::Weights& weights) const {
 }
 
 PortRows RefinedBody::rows(std::uint32_t node, const Matrix& v) const {
+  assert(node < coordinate_.size() && v.rows() == masses_.size());
   PortRows rows = PortRows::Zero(3, v.cols());
   std::array<Share, FarField::kCorners> room;
   for (const Share& share : shares(node, room))

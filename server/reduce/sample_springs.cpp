@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <span>
 
@@ -100,6 +101,7 @@ class CandidateSprings {
 
   CandidateSprings(const WholeBody& body, const Matrix& moved, const Matrix& u)
       : at_(&body), moved_(moved.cast<float>()), way_(u.cast<float>()) {
+    assert(moved.rows() == body.state().x.size() && moved.cols() == u.rows() && u.cols() == kSamples);
     elements_ = elements_that_bend(body.dynamics(), body.state(), moved * root_of(u), kNegligibleSprings, kLookedAt);
   }
   const std::vector<std::uint32_t>& elements() const { return elements_; }
@@ -133,6 +135,7 @@ class CandidateSprings {
   }
   /// With G as given, 3 rows a spring.
   Bending bend(std::span<const std::uint32_t> elements, const Eigen::MatrixXf& motions) const {
+    assert(motions.rows() == 3 * static_cast<Eigen::Index>(elements.size()) && motions.cols() == way_.rows());
     Bending b{std::vector<Rows>(3), std::vector<AtSamples>(3)};
     const auto count = static_cast<Eigen::Index>(elements.size());
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -208,6 +211,7 @@ class CandidateSprings {
   }
   /// Those of some springs that have weights, with them.
   static SampledSprings weighed(SampledSprings springs, const SparseSolution& w) {
+    assert(w.weights.size() > 0 && w.weights.minCoeff() > 0);
     const auto of = [&](const Eigen::VectorXf& v) { return Eigen::VectorXf(v(w.columns)); };
     springs.ends = Eigen::Matrix2Xi(springs.ends(Eigen::all, w.columns));
     springs.rest_length = of(springs.rest_length);
@@ -229,6 +233,7 @@ class CandidateSprings {
 /// The steepest slope that each spring comes to, to that at rest, in responses of the body as large as they are likely to become,
 /// either way: samples go further, and what stiffness is reckoned with takes mass (sampled_springs.hpp).
 Eigen::ArrayXd steepest_slopes(const SampledSprings& springs, const Matrix& likely, int tool) {
+  assert(springs.stiffening > 0 && springs.rest_length.minCoeff() > 0);
   const Eigen::MatrixXf moved = springs.motions(tool) * likely.cast<float>();
   const Eigen::Matrix3Xf spans = springs.spans();
   Eigen::ArrayXd slopes(springs.count());

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <span>
 
 #include "server/reduce/bending.hpp"
@@ -56,6 +57,8 @@ class CandidateTetrahedra {
 
   CandidateTetrahedra(const WholeBody& body, const Matrix& moved, const Matrix& u)
       : at_(&body), moved_(moved.cast<float>()), way_(u.cast<float>()) {
+    assert(moved.rows() == body.state().x.size() && moved.cols() == u.rows() && u.cols() == kSamples);
+    assert(!body.dynamics().body().materials.empty());
     elements_ = elements_that_bend(body.dynamics(), body.state(), moved * root_of(u), kNegligibleTetrahedra, kLookedAt);
   }
   const std::vector<std::uint32_t>& elements() const { return elements_; }
@@ -172,6 +175,7 @@ class CandidateTetrahedra {
   }
   /// Those of some tetrahedra that have weights, with them.
   static SampledTetrahedra weighed(SampledTetrahedra solid, const SparseSolution& w) {
+    assert(w.weights.size() > 0 && w.weights.minCoeff() > 0);
     solid.nodes = Eigen::Matrix<int, 4, Eigen::Dynamic>(solid.nodes(Eigen::all, w.columns));
     solid.shear = Eigen::VectorXf(solid.shear(w.columns)).cwiseProduct(w.weights);
     solid.dilation = Eigen::VectorXf(solid.dilation(w.columns)).cwiseProduct(w.weights);

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -48,6 +49,7 @@ void weigh_port(const Eigen::MatrixXf& at_port, Forces& forces) {
 Matrix samples(const Sampling& sampling) {
   constexpr double kLargeShare = 1.5, kSmallShare = 0.3;
   const Matrix &likely = sampling.likely, &path = sampling.path;
+  assert(likely.cols() > 0 && (path.cols() == 0 || path.rows() == likely.rows()));
   Random random(1);
   const auto draw = [&] { return random.uniform(-1, 1); };
   Matrix u(likely.rows(), kSamples);
@@ -76,6 +78,7 @@ Matrix root_of(const Matrix& u) {
 }
 
 std::vector<std::uint32_t> largest(const std::vector<std::uint32_t>& elements, const Eigen::VectorXf& parts, std::size_t most) {
+  assert(parts.size() == static_cast<Eigen::Index>(elements.size()));
   std::vector<std::pair<float, std::uint32_t>> order;
   for (std::size_t k = 0; k < elements.size(); ++k) order.emplace_back(-parts[static_cast<Eigen::Index>(k)], elements[k]);
   if (order.size() > most) {
@@ -90,6 +93,8 @@ std::vector<std::uint32_t> largest(const std::vector<std::uint32_t>& elements, c
 
 Fit::Fit(const Eigen::MatrixXf& all, const Matrix& u, const Sampling& sampling)
     : unit_(sampling.stiffness.cwiseSqrt().cwiseInverse().cast<float>()) {
+  assert(sampling.stiffness.minCoeff() > 0 && all.rows() == unit_.size() && all.cols() == kSamples && u.cols() == kSamples);
+  assert(sampling.at_port.cols() == 0 || sampling.at_port.rows() == unit_.size());
   if (sampling.at_port.cols() > 0) {
     const Eigen::ColPivHouseholderQR<Matrix> at_port(sampling.stiffness.cwiseSqrt().asDiagonal() * sampling.at_port);
     at_port_ = (at_port.householderQ() * Matrix::Identity(unit_.size(), at_port.rank())).cast<float>();
@@ -104,6 +109,8 @@ Fit::Fit(const Eigen::MatrixXf& all, const Matrix& u, const Sampling& sampling)
 }
 
 const Eigen::MatrixXf& Fit::parts(const Bending& elements) const {
+  assert(!elements.motion.empty() && elements.motion.size() == elements.force.size());
+  assert(elements.motion[0].cols() == unit_.size());
   thread_local Eigen::MatrixXf parts;  // megabytes that would be asked of the system anew for every patch
   const Eigen::Index n = unit_.size(), count = elements.motion[0].rows();
   std::vector<AtSums> mixed;
@@ -156,6 +163,7 @@ int MetNodes::number_of(std::uint32_t node) {
 }
 
 NodeMotion MetNodes::motion(const Rows& moved, int tool, int tool_axes) const {
+  assert(tool_axes == 2 || tool_axes == 3);
   const Eigen::Index modes = moved.cols() - (tool < 0 ? 0 : 3);
   Eigen::MatrixXf rows(3 * static_cast<Eigen::Index>(nodes_.size()), modes);
   int held = -1;
@@ -170,6 +178,7 @@ NodeMotion MetNodes::motion(const Rows& moved, int tool, int tool_axes) const {
 }
 
 Eigen::Matrix3Xf MetNodes::places(const Vector& x) const {
+  assert(!nodes_.empty());
   Eigen::Matrix3Xf places(3, static_cast<Eigen::Index>(nodes_.size()));
   const Vec3 origin = at_node(x, nodes_.front());
   for (std::size_t i = 0; i < nodes_.size(); ++i)

@@ -1,5 +1,7 @@
 #include "server/reduce/snapshot_set.hpp"
 
+#include <cassert>
+
 namespace palpate {
 
 std::vector<Eigen::Index> SnapshotSet::of(SnapshotKind kind) const {
@@ -10,12 +12,14 @@ std::vector<Eigen::Index> SnapshotSet::of(SnapshotKind kind) const {
 }
 
 Matrix SnapshotSet::weighted() const {
+  assert(!all_.empty());
   Matrix w(all_.front().state.size(), count());
   for (std::size_t k = 0; k < all_.size(); ++k) w.col(static_cast<Eigen::Index>(k)) = all_[k].weight * all_[k].state;
   return w;
 }
 
 void mask(const std::vector<std::uint8_t>& held, Matrix& columns) {
+  assert(columns.rows() == 3 * static_cast<Eigen::Index>(held.size()));
   for (std::size_t i = 0; i < held.size(); ++i)
     if (held[i]) columns.middleRows<3>(3 * static_cast<Eigen::Index>(i)).setZero();
 }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
@@ -32,6 +33,7 @@ class Joined {
   /// False when the newest left again at once.
   bool join(Eigen::Index newest) {
     const Eigen::Index n = count();
+    assert(n < rows_.cols() && newest >= 0 && newest < a_.cols());
     rows_.col(n) = a_.col(newest);
     products_.row(n).head(n + 1).noalias() = (rows_.leftCols(n + 1).transpose() * rows_.col(n)).transpose();
     with_t_[n] = rows_.col(n).dot(t_);
@@ -135,6 +137,7 @@ class Candidates {
 }  // namespace
 
 SparseSolution sparse_nnls(const Eigen::MatrixXf& a, const Eigen::VectorXf& t, int most, float close_enough, ColumnCosts& costs) {
+  assert(a.rows() == t.size() && most > 0 && close_enough >= 0);
   const float all = t.norm();
   if (!(all > 0)) return {};
   Joined joined(a, t, most);
@@ -157,6 +160,7 @@ SparseSolution sparse_nnls(const Eigen::MatrixXf& a, const Eigen::VectorXf& t, i
 }
 
 SparseSolution positive_weights(const Eigen::MatrixXf& a, const Eigen::VectorXf& t) {
+  assert(a.rows() == t.size());
   std::vector<Eigen::Index> columns(static_cast<std::size_t>(a.cols()));
   std::iota(columns.begin(), columns.end(), Eigen::Index{0});
   Eigen::MatrixXf products = a.transpose() * a;

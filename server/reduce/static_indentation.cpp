@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cassert>
 #include <optional>
 
 #include "server/body/spring_forces.hpp"
@@ -151,6 +152,7 @@ class IndentedSubdomain {
   /// far as two evaluations tell: at its beginning and at a trial. Where the trial is not far from there, so is what lies between
   /// the two from a straight line, and nothing is evaluated again. `enough`: where to stop, 0 when that is not known yet.
   bool descend(const Vec3& displacement, double& enough, Vector& w) const {
+    assert(w.size() == x_.size());
     Vector r = residual(displacement, w), z = preconditioned(r), direction = z;
     double size = r.dot(z), trial = 1;
     if (enough == 0) enough = kResidualShare * kResidualShare * size;
@@ -202,6 +204,7 @@ StaticIndentations::StaticIndentations(const LumpedBody& body) : body_(&body), e
 }
 
 std::vector<Vector> StaticIndentations::shapes(const Linearisation& at, const IndentationRequest& request) {
+  assert(!request.displacements.empty() && request.responses.size() >= 3 && request.shift_1_s >= 0);
   std::vector<std::uint32_t> port;
   for (const auto& [node, weight] : request.port) port.push_back(node);
   if (!cut_ || cut_->port != port)

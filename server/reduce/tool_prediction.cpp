@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace palpate {
@@ -9,6 +10,7 @@ namespace {
 
 /// t e - e^2 / 2 times a [m].
 Vec3 by_acceleration(const Vec3& acceleration_m_s2, double time_s) {
+  assert(time_s >= 0);
   const double e = std::min(time_s, kHandAccelerationS);
   return (time_s - 0.5 * e) * e * acceleration_m_s2;
 }
@@ -16,6 +18,7 @@ Vec3 by_acceleration(const Vec3& acceleration_m_s2, double time_s) {
 }  // namespace
 
 ToolAt dead_reckoned(const ToolAt& last, double gone_s) {
+  assert(gone_s >= 0);
   const double s = std::min(gone_s, kDeadReckoningS);
   return {last.position + (s - s * s / (2 * kDeadReckoningS)) * last.velocity, (1 - s / kDeadReckoningS) * last.velocity};
 }
@@ -39,6 +42,7 @@ Vec3 expected_motion(const ToolAt& tool, double horizon_s) {
 }
 
 std::vector<Vec3> expected_indentations(const ToolAt& tool, const Vec3& inwards, double horizon_s) {
+  assert(std::abs(inwards.norm() - 1) < 1e-6 && horizon_s >= 0);
   std::vector<Vec3> displacements;
   for (const double part : {1.0 / 3, 2.0 / 3, 1.0})
     displacements.push_back(part * part * accelerated_distance(horizon_s) * inwards +
@@ -47,6 +51,7 @@ std::vector<Vec3> expected_indentations(const ToolAt& tool, const Vec3& inwards,
 }
 
 std::vector<Vec3> expected_slides(const Vec3& velocity, const Vec3& normal, const ExpectedSlide& slide) {
+  assert(std::abs(normal.norm() - 1) < 1e-6 && slide.time_s >= 0);
   constexpr double kDistinctM = 5e-4, kFromRestShare = 0.25;  // of as far as a hand could
   const Vec3 by_velocity = slide.time_s * velocity;
   const auto along = [&](const Vec3& m) { return m.cross(normal).norm() > kDistinctM; };

@@ -1,6 +1,7 @@
 #include "server/reduce/two_layer.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -63,6 +64,7 @@ std::vector<int> TwoLayer::layers_from(std::vector<std::uint32_t> front) const {
 }
 
 LocalBody TwoLayer::around(const std::vector<std::uint32_t>& contact, const std::vector<std::uint8_t>& held) const {
+  assert(!contact.empty() && held.size() == body_->nodes.size());
   const std::vector<int> layer = layers_from(contact);
   std::vector<std::uint32_t> nodes;
   for (std::uint32_t i = 0; i < body_->nodes.size(); ++i)

@@ -36,6 +36,7 @@ struct StationJob {
   Micros silence = kSilenceLeast;      ///< that its link may make between two patches
   double deadband = 0;                 ///< share of the force by which its patch may be wrong (deadband.hpp), 0 = none
   std::optional<Micros> playing = {};  ///< stamp of the patch that it is known to play, server clock
+  bool wants_patch = true;             ///< else its tool only pushes in this frame
 };
 
 struct FrameJob {

@@ -1,5 +1,6 @@
 // Every station gets what it needs to feel the body until the next frame.
 #include <algorithm>
+#include <cassert>
 
 #include "common/wire/codec.hpp"
 #include "server/room/hand_rollouts.hpp"
@@ -8,6 +9,7 @@
 namespace palpate {
 
 PatchRequest Room::State::request_of(const StationJob& job, std::size_t which) const {
+  assert(which < port_owner.size());
   return {job.scheme,
           job.order,
           job.horizon,
@@ -30,7 +32,7 @@ std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
   std::vector<std::uint8_t> gets_patch;
   for (const StationJob& j : job.stations) {
     const auto which = port_of(j);
-    gets_patch.push_back(which && in_reach(*which, j.horizon));
+    gets_patch.push_back(which && in_reach(*which, j.horizon) && j.wants_patch);
     if (gets_patch.back() && !kept_for(j, *which))
       frame_model.want(*which, stations.at(j.id).builder->expected_slide(request_of(j, *which)));
   }
@@ -42,6 +44,7 @@ std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {
 
 /// Moves the point of a tool that does not touch to where it is nearest.
 bool Room::State::in_reach(std::size_t which, Micros horizon) {
+  assert(which < ports.size() && ports.size() == port_owner.size());
   ToolPort& port = ports[which];
   if (port.kind == ContactKind::attach || port.touching) return true;
   // How far the tool can get before the next patch: its speed, and a hand's acceleration on top, each way.

@@ -1,6 +1,7 @@
 // Snapshots of where the body may be until the next patches: rollouts of its hands, the cache, a warm-start indentation.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cassert>
 #include <span>
 
 #include "server/room/hand_rollouts.hpp"
@@ -10,6 +11,7 @@ namespace palpate {
 
 /// The mean over the last 60 ms; none where it came since.
 Vec3 Room::State::hand_acceleration(const Station& station) const {
+  assert(!station.track.empty());
   constexpr Micros kOver{30'000};
   const Micros now = from_seconds(body.time_s);
   if (now - 2 * kOver < station.track.begin()) return Vec3::Zero();
@@ -21,6 +23,7 @@ Vec3 Room::State::hand_acceleration(const Station& station) const {
 
 /// As far as the steps converge; whether that is to the end.
 bool Room::State::roll_out(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& snapshot) {
+  assert(over_s > 0);
   BodyState next = body;
   std::vector<ToolPort> there = ports;
   const int snapshots = roughly ? kRoughRolloutSnapshots : kRolloutSnapshots;

@@ -1,6 +1,7 @@
 #include "server/room/snapshot_cache.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace palpate {
@@ -13,6 +14,7 @@ bool SnapshotCache::near(const State& state, std::span<const Vec3> tools) const 
 
 /// Most states differ somewhere early on.
 bool SnapshotCache::apart(const Vector& a, const Vector& b) const {
+  assert(a.size() == b.size());
   constexpr Eigen::Index kBlock = 512;
   for (Eigen::Index i = 0; i < a.size(); i += kBlock) {
     const Eigen::Index n = std::min(kBlock, a.size() - i);
@@ -22,6 +24,7 @@ bool SnapshotCache::apart(const Vector& a, const Vector& b) const {
 }
 
 void SnapshotCache::keep(std::span<const Vec3> tools, const Vector& x) {
+  assert(!tools.empty());
   if (std::any_of(states_.begin(), states_.end(), [&](const State& s) { return !apart(s.x, x); })) return;
   if (states_.empty()) origin_ = x;
   const bool full = states_.size() == kMost;

@@ -156,7 +156,7 @@ TEST_CASE("a server that shuts down says so and the client waits for the next") 
   SmallWorld world;
   auto& hand = world.add(1, "hand");
   world.run(500ms);
-  world.server->shut_down();
+  world.server->shut_down(world.now);
   world.run(10ms);
   CHECK(hand.link() != LinkState::refused);
   world.run(1s);

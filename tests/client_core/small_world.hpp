@@ -43,7 +43,7 @@ class SmallWorld {
 
   void start_server(std::uint64_t instance) {
     server = std::make_unique<ServerCore>(test_facts(contact_),
-                                          ServerOptions{.instance = instance, .rate_hz = 20, .deadband = deadband_});
+                                          ServerOptions{.draw = repeatable(instance), .rate_hz = 20, .deadband = deadband_});
   }
 
   ClientCore& add(PeerId peer, const std::string& name, Micros clock_offset = {}, const std::string& shadow_of = "") {
@@ -66,6 +66,12 @@ class SmallWorld {
       if (server) step_server();
       for (auto& [peer, place] : places) step_client(peer, place);
     }
+  }
+  /// What the server said last to a station, nothing in particular where it has not.
+  Message newest(PeerId peer) const {
+    Message message;
+    if (newest_.contains(peer)) REQUIRE(decode(newest_.at(peer), message) == WireFault::none);
+    return message;
   }
   Micros clock(PeerId peer) const { return now + places.at(peer).clock_offset; }
 
@@ -98,7 +104,10 @@ class SmallWorld {
     if (const auto job = server->next_job(now)) server->finish(room.run(*job), now);
     std::array<std::byte, kMaxDatagramBytes> bytes;
     PeerId to = 0;
-    while (const auto size = server->emit(bytes, to, now)) send(kServer, to, std::span(bytes).first(size));
+    while (const auto size = server->emit(bytes, to, now)) {
+      newest_[to] = Bytes(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
+      send(kServer, to, newest_[to]);
+    }
   }
   void step_client(PeerId peer, Place& place) {
     const auto t = clock(peer);
@@ -114,6 +123,7 @@ class SmallWorld {
   ContactKind contact_;
   double deadband_;
   std::multimap<Micros, Flight> flights_;
+  std::map<PeerId, Bytes> newest_;
 };
 
 }  // namespace palpate

@@ -72,8 +72,8 @@ TEST_CASE("patches are kept as they came, and nothing else that the server says"
   const auto take = [&](Body body) {
     const Micros sent = world.places[1].sent;
     const ClockStamps clock{world.now, sent, world.clock(1) - sent};
-    const Message message{world.server->options().instance, world.server->stations().front().id, 1'000'000, clock,
-                          std::move(body)};
+    const Message real = world.newest(1);
+    const Message message{real.instance, real.station, 1'000'000, clock, std::move(body)};
     const auto bytes = std::span(out).first(encode(message, out));
     core.take(bytes, world.clock(1));
     recorder.datagram(core, bytes, world.clock(1));

@@ -10,7 +10,7 @@ TEST_CASE("every change of the buttons reaches the server once, in order and at 
   SmallWorld world;
   world.link = {20ms, 15ms, 0.2, 0.2};
   std::vector<ButtonChange> heard, said;
-  world.server->on_buttons = [&](StationId, const ButtonChange& change) { heard.push_back(change); };
+  world.server->on_buttons([&](StationId, const ButtonChange& change) { heard.push_back(change); });
   ClientCore& core = world.add(1, "hand", 77s);
   world.run(2s);
   std::uint32_t pressed = 0;
@@ -57,7 +57,7 @@ TEST_CASE("a server that begins anew learns which buttons are pressed") {
   world.run(500ms);
   world.start_server(2);
   std::vector<ButtonChange> heard;
-  world.server->on_buttons = [&](StationId, const ButtonChange& change) { heard.push_back(change); };
+  world.server->on_buttons([&](StationId, const ButtonChange& change) { heard.push_back(change); });
   world.run(5s);
   REQUIRE(core.counts().joins == 2);
   REQUIRE(heard.size() == 1);

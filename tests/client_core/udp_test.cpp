@@ -1,5 +1,6 @@
 // The io shells on real sockets. Nothing here depends on how long things take, only on that they happen.
 #include <asio/post.hpp>
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <thread>
 
@@ -58,6 +59,43 @@ TEST_CASE("a client joins a real server over a real socket, gets patches, and sa
   REQUIRE(said.size() == 2);
   CHECK(said[0] == "waiting for server at " + server.address);
   CHECK(said[1] == "joined scene \"cube6\" at 20 Hz");
+}
+
+TEST_CASE("a body that throws ends its own room: its hand is told and refused, the hand beside goes on") {
+  const auto scene = [](const char* name) { return load_scene(std::string(PALPATE_SOURCE_DIR "/scenes/") + name + ".json"); };
+  ShellOptions options{"127.0.0.1:0", 60, 2};
+  options.simulate = [](Room& room, const FrameJob& job) {
+    for (const StationJob& station : job.stations)
+      if (!station.samples.empty() && station.samples.back().position.x() > 1) throw std::runtime_error("out of the world");
+    return room.simulate(job);
+  };
+  std::atomic<int> said = 0;
+  ServerShell shell({{"one", scene("cube6")}, {"other", scene("touch-cube")}}, options, [&](const std::string& line) {
+    said += line.find("the body failed, the room is closed: out of the world") != std::string::npos;
+  });
+  std::thread thread([&] { shell.run(); });
+  std::vector<std::unique_ptr<ClientCore>> cores;
+  std::vector<std::unique_ptr<UdpClient>> clients;
+  for (const char* room : {"one", "other"}) {
+    ClientOptions hand = named("hand");
+    hand.hello.room = room;
+    cores.push_back(std::make_unique<ClientCore>(hand, monotonic_now()));
+    clients.push_back(std::make_unique<UdpClient>(to_string(shell.address()), *cores.back()));
+    clients.back()->start();
+  }
+  const auto tick = [&](std::size_t k, double x) { return cores[k]->haptic().tick({monotonic_now(), Vec3(x, 0, 0.1)}); };
+  REQUIRE(eventually([&] {
+    tick(0, 2);
+    return clients[0]->status().link == LinkState::refused;
+  }));
+  CHECK(clients[0]->status().refusal == "the body of this room failed");
+  CHECK(said == 1);
+  REQUIRE(eventually([&] { return clients[1]->status().link == LinkState::joined; }));
+  const Vec3 home = clients[1]->status().welcome.home - Vec3(0, 0, 0.022);
+  CHECK(eventually([&] { return cores[1]->haptic().tick({monotonic_now(), home}).has_patch; }));
+  for (auto& client : clients) client->stop();
+  asio::post(shell.context(), [&] { shell.stop(); });
+  thread.join();
 }
 
 TEST_CASE("a second hand on the node is refused by name of the reason") {

@@ -16,4 +16,16 @@ inline Patch floor_patch(int r) {
   return p;
 }
 
+/// A floor that a tool rests on and that yields along the normal alone, by `row` a unit of each mode [1/kg^1/2].
+inline Patch pressed_floor(const Eigen::RowVectorXd& row) {
+  Patch p = floor_patch(static_cast<int>(row.size()));
+  p.c_static.setZero();
+  p.touching = true;
+  for (PortVertex& vertex : p.surface.vertices) {
+    vertex.rows.setZero(3, row.size());
+    vertex.rows.row(2) = row;
+  }
+  return p;
+}
+
 }  // namespace palpate::test

@@ -1,6 +1,7 @@
 // The patch player with terms beyond the tangent, against fine integrations and balances of energy.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 
 #include "common/base/random.hpp"
 #include "common/player/player.hpp"
@@ -8,7 +9,7 @@
 #include "tests/player/floor_patch.hpp"
 
 using namespace palpate;
-using test::floor_patch, test::kStamp;
+using test::floor_patch, test::kStamp, test::pressed_floor;
 
 namespace {
 
@@ -121,15 +122,7 @@ TouchErrors touch_errors(const Patch& patch, const NonlinearTerms& terms, int fi
 }
 
 /// That a tool presses along its normal alone, every vertex alike, its rows times `part`.
-Patch pressed_patch(int r, double part) {
-  Patch p = floor_patch(r);
-  p.c_static.setZero();
-  p.touching = true;
-  p.surface.vertices[0].rows.topRows<2>().setZero();
-  p.surface.vertices[0].rows *= part;
-  for (PortVertex& vertex : p.surface.vertices) vertex.rows = p.surface.vertices[0].rows;
-  return p;
-}
+Patch pressed_patch(int r, double part) { return pressed_floor(part * floor_patch(r).surface.vertices[0].rows.row(2)); }
 
 }  // namespace
 
@@ -375,4 +368,38 @@ TEST_CASE("What swings in a nonlinear patch that nothing brakes neither grows no
   CAPTURE(begin_j, first_j, last_j, nonlinear_j);
   CHECK(nonlinear_j > 0.01 * begin_j);
   CHECK(last_j == Approx(first_j).epsilon(0.005));
+}
+
+TEST_CASE("A mode that goes round in two and a half steps leaves the linear patch alone") {
+  const auto bends = [](double turns_per_step) {
+    Patch patch = test::touch_patch(8, 1, kStamp);
+    NonlinearTerms terms = test::spring_terms(patch);
+    patch.stiffness[7] = std::pow(2 * std::numbers::pi * turns_per_step * kTouchSteps / kTickS, 2);
+    PatchPlayer player(patch, terms), linear(patch);
+    double most_n = 0;
+    for (int ms = 1; ms <= 100; ++ms) {
+      const ToolSample sample{kStamp + ms * kTick, {0, 0, -0.01 * std::sin(0.03 * ms)}};
+      most_n = std::max(most_n, (player.advance(sample).force - linear.advance(sample).force).norm());
+    }
+    return most_n;
+  };
+  CHECK(bends(0.30) > 0.01);
+  CHECK(bends(0.40) == 0);
+}
+
+TEST_CASE("What PSD projection took is given back only where patch and springs hold the body in spite of it") {
+  const Patch patch = test::touch_patch(8, 1, kStamp);
+  NonlinearTerms terms = test::slack_spring_terms(patch);
+  const NonlinearForce::Variables u = NonlinearForce::Variables::Constant(8, 0.002);
+  const auto energy = [&](double share) {  // of all stiffness that the patch has along its first mode
+    terms.e2.setZero(pairs_of(8));
+    terms.e2[pair_at(0, 0)] = static_cast<float>(-0.5 * share * patch.stiffness[0]);
+    NonlinearForce force(terms, patch);
+    REQUIRE_FALSE(force.empty());
+    force.move_to(u);
+    return force.energy();
+  };
+  const double without = energy(0);
+  CHECK(energy(0.5) == Approx(without - 0.25 * patch.stiffness[0] * u[0] * u[0]).epsilon(1e-5));
+  CHECK(energy(100) == Approx(without).epsilon(1e-6));
 }

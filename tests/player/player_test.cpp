@@ -10,7 +10,7 @@
 #include "tests/player/floor_patch.hpp"
 
 using namespace palpate;
-using test::floor_patch, test::kStamp;
+using test::floor_patch, test::kStamp, test::pressed_floor;
 
 namespace {
 
@@ -180,11 +180,7 @@ TEST_CASE("A tool beside the local surface does not touch it") {
 TEST_CASE("A push that grows is felt as it is at the end of the tick, whether contact is soft or stiff") {
   // One mode under a tool that goes down ever faster: m q'' + d q' + (k + k_c) q = k_c h, by the dense exponential of (q, q', h,
   // h', h''). What is left is of second order in the tick.
-  Patch p = floor_patch(1);
-  p.c_static.setZero();
-  p.touching = true;
-  p.surface.vertices[0].rows << 0, 0, 3;
-  for (PortVertex& vertex : p.surface.vertices) vertex.rows = p.surface.vertices[0].rows;
+  Patch p = pressed_floor(Eigen::RowVectorXd::Constant(1, 3));
   p.coupling_n_m = GENERATE(200, 1000, 5000);
   p.damping(0, 0) = 200;
   constexpr double kJerky = 20, kRow = 3;
@@ -204,6 +200,18 @@ TEST_CASE("A push that grows is felt as it is at the end of the tick, whether co
     before_n = force;
   }
   CHECK(worst_n < 0.1 * half_a_tick_n);
+}
+
+TEST_CASE("A body that leans on a contact stiffer than a step moves it comes to rest there, without a swing from step to step") {
+  Patch p = pressed_floor(Eigen::RowVectorXd::Constant(1, 3));
+  p.g[0] = 30;           // 10 N
+  p.coupling_n_m = 1e6;  // moves the mode by 4.5 times what it gives in itself
+  PatchPlayer player(p);
+  for (int ms = 1; ms <= 60; ++ms) {
+    const double force_n = player.advance({kStamp + ms * kTick, Vec3::Zero()}).force.z();
+    CAPTURE(p.coupling_n_m, ms);
+    if (ms > 30) CHECK(force_n == Approx(10).epsilon(0.001));
+  }
 }
 
 TEST_CASE("A resting push is the compliance of the modes in series with the contact") {

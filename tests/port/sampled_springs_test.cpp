@@ -254,6 +254,27 @@ TEST_CASE("far away sampled springs hold as all of them stretched do") {
   }
 }
 
+TEST_CASE("springs so squeezed that, let go of, they hold by more than the step takes are not taken at all") {
+  const auto squeezed = [](float to) {
+    Case c(0);
+    c.springs.position *= to;
+    return c;
+  };
+  REQUIRE_FALSE(squeezed(1).compiled(true).empty());
+  const Case c = squeezed(1e-4F);
+  const Eigen::MatrixXd g = c.springs.motions(kTool).cast<double>();
+  Eigen::MatrixXd far = Eigen::MatrixXd::Zero(kVariables, kVariables);  // k - K_e, what holds far away beyond the stamp
+  for (int e = 0; e < kCount; ++e) {
+    const Vec3 d = c.springs.spans().col(e).cast<double>(), n = d.normalized();
+    const double k = c.springs.stiffness[e], across = k * (1 - c.springs.rest_length[e] / d.norm());
+    const Mat3 at_stamp = (k - across) * n * n.transpose() + across * Mat3::Identity();
+    far += g.middleRows<3>(3 * e).transpose() * (k * Mat3::Identity() - at_stamp) * g.middleRows<3>(3 * e);
+  }
+  const auto modes = far.bottomRightCorner(kModes, kModes);
+  REQUIRE(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(modes).eigenvalues().tail<1>()[0] > 4 / (kTickS * kTickS));
+  CHECK(c.compiled(true).empty());
+}
+
 TEST_CASE("an arch that snaps through under the hand gives all its energy away, as its springs do") {
   // Two springs over the halves of a span, their common end pressed to where it still holds, by little.
   constexpr double kHalf = 0.010, kHigh = 0.004, kPressed = 0.0025, kPull = 100;  // [m], [N/m]

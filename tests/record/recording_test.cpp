@@ -243,3 +243,21 @@ TEST_CASE("how tools are held and their buttons come back, and each block says t
   CHECK(pen->buttons == 5);
   CHECK(pen->orientation->angularDistance(held) < 1e-4);
 }
+
+TEST_CASE("a recording's end does not grow with every station that comes and goes, and what came is in its blocks", "[record]") {
+  constexpr StationId kMany = 50'000;
+  RecordingWriter writer(small_head());
+  RecordedEvent event;
+  event.kind = RecordedEventKind::joined;
+  event.name = "somebody who comes and goes";
+  std::size_t last = 0;
+  for (StationId id = 1; id <= kMany; ++id) {
+    event.t = kSmallBegin + Micros{id};
+    event.station = id;
+    writer.add(event);
+    writer.tick(event.t);
+    last = std::max(last, writer.take().size());
+  }
+  writer.finish();
+  CHECK(writer.take().size() < last + 500'000);
+}

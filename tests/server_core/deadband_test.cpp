@@ -46,6 +46,7 @@ TEST_CASE("a server says in Welcome how much its patches may be wrong, and only 
   Bench bench(ContactKind::touch, 20, 0.1);
   RawStation hand(bench, 1, "hand"), shadow(bench, 2, "shadow"), viewer(bench, 3, "viewer");
   CHECK(std::get<Welcome>(hand.ask().body).deadband == Approx(0.1));
+  hand.join();
   shadow.hello.shadow_of = "hand";
   CHECK(std::get<Welcome>(shadow.ask().body).deadband == 0);
   viewer.hello.role = Role::viewer;

@@ -44,7 +44,7 @@ struct FakeRoom {
     result.patches_took = patches_took;
     for (const auto& station : job.stations) {
       StationFrame frame{station.id, std::nullopt, {}, Vec3(1, 2, 3) * 1e-3, Vec3(0, 0, 1), in_reach};
-      if (in_reach && !fail) frame.patch = patch(job.target);
+      if (in_reach && !fail && station.wants_patch) frame.patch = patch(job.target);
       if (frame.patch) frame.patch->scheme = built;
       if (frame.patch) frame.patch->valid_for = valid_for;
       frame.terms = terms;

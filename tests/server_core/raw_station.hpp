@@ -18,7 +18,7 @@ struct Bench {
   std::vector<std::size_t> sizes;
 
   explicit Bench(ContactKind contact = ContactKind::touch, double rate_hz = 20, double deadband = 0)
-      : core(test_facts(contact), {.instance = 42, .rate_hz = rate_hz, .deadband = deadband}) {
+      : core(test_facts(contact), {.draw = repeatable(42), .rate_hz = rate_hz, .deadband = deadband}) {
     core.tick(now);
   }
 

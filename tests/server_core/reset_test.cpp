@@ -15,7 +15,7 @@ int resets_in(const FakeRoom& room) {
 TEST_CASE("a request that comes again and again resets the body once, and the beat says that it is done") {
   Bench bench;
   std::vector<RecordedEvent> events;
-  bench.core.on_event = [&](const RecordedEvent& e) { events.push_back(e); };
+  bench.core.on_event([&](const RecordedEvent& e) { events.push_back(e); });
   RawStation hand(bench, 1, "hand"), viewer(bench, 2, "viewer");
   viewer.hello.role = Role::viewer;
   hand.join().live();

@@ -15,7 +15,7 @@ struct RecordedBench {
   RoomRecorder recorder{head()};
 
   RecordedBench() {
-    bench.core.on_event = [this](const RecordedEvent& event) { recorder.event(event); };
+    bench.core.on_event([this](const RecordedEvent& event) { recorder.event(event); });
   }
   static RecordingHead head() {
     RecordingHead head;

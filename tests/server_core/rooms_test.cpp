@@ -9,7 +9,7 @@ using namespace std::chrono_literals;
 namespace {
 
 struct Rooms {
-  ServerRooms rooms{{{"cube", test_facts(ContactKind::attach)}, {"organ", test_facts(ContactKind::touch)}}, 100, 20};
+  ServerRooms rooms{{{"cube", test_facts(ContactKind::attach)}, {"organ", test_facts(ContactKind::touch)}}, repeatable(100), 20};
   Micros now{5'000'000};
 
   Rooms() { rooms.tick(now); }
@@ -29,6 +29,12 @@ struct Rooms {
     REQUIRE(answers == 1);
     return answer;
   }
+  /// As the station that `welcome` made of it.
+  void say(PeerId from, const Message& welcome, Body body) {
+    std::array<std::byte, kMaxDatagramBytes> bytes;
+    const Message message{welcome.instance, welcome.station, 1, {}, std::move(body)};
+    rooms.take(std::span(bytes).first(encode(message, bytes)), from, now);
+  }
   Message hello(PeerId from, const std::string& name, const std::string& room) {
     Message message;
     Hello hello;
@@ -43,10 +49,12 @@ struct Rooms {
 
 TEST_CASE("A station gets the room it names, the first when it names none, and a list when there is no such room") {
   Rooms world;
-  const Message organ = world.hello(1, "a", "organ"), cube = world.hello(2, "a", "cube"), none = world.hello(3, "b", "");
-  CHECK(organ.instance == 101);
+  const Message organ = world.hello(1, "a", "organ"), cube = world.hello(2, "a", "cube");
+  world.say(1, organ, Beat{});
+  world.say(2, cube, Beat{});
+  const Message none = world.hello(3, "b", "");
   CHECK(std::get<Welcome>(organ.body).contact == ContactKind::touch);
-  CHECK(cube.instance == 100);
+  CHECK(cube.instance != organ.instance);
   CHECK(reason(none) == RefuseReason::node_taken);  // the first room is the cube, whose node "a" holds
   const Message wrong = world.hello(4, "c", "liver");
   CHECK(reason(wrong) == RefuseReason::bad_request);
@@ -57,16 +65,15 @@ TEST_CASE("A station gets the room it names, the first when it names none, and a
 
 TEST_CASE("What a station says goes to its own room, and to a stranger when the instance is none of ours") {
   Rooms world;
-  const Message organ = world.hello(1, "a", "organ");
-  Message say{organ.instance, organ.station, 0, {}, Leave{}};
-  say.instance = 100;
-  std::array<std::byte, kMaxDatagramBytes> bytes;
-  auto size = encode(say, bytes);
-  world.rooms.take(std::span(bytes).first(size), 1, world.now);
+  Message organ = world.hello(1, "a", "organ");
+  world.say(1, organ, Beat{});
+  CHECK(world.rooms[0].station_count() == 0);
   CHECK(world.rooms[1].station_count() == 1);
-  say.instance = 101;
-  size = encode(say, bytes);
-  world.rooms.take(std::span(bytes).first(size), 1, world.now);
+  ++organ.instance;
+  world.say(1, organ, Leave{});
+  CHECK(world.rooms[1].station_count() == 1);
+  --organ.instance;
+  world.say(1, organ, Leave{});
   CHECK(world.rooms[1].station_count() == 0);
   Message lost{999, 7, 0, {}, Beat{}};
   CHECK(reason(world.ask(1, lost)) == RefuseReason::unknown_station);

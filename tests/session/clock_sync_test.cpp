@@ -183,6 +183,28 @@ TEST_CASE("a datagram from before a clock's step that comes late does not bring 
   CHECK(pair.ours.steps() == 1);
 }
 
+TEST_CASE(
+    "one datagram from the future, however far, is ignored or outlived within a quarter of a second, and never echoed for long") {
+  const Micros ahead = GENERATE(Micros{10'000'000'000'000'000}, Micros{60'000'000}, Micros{19'000'000}, Micros{900'000});
+  const bool first = GENERATE(false, true);
+  CAPTURE(ahead.count(), first);
+  Pair pair;
+  pair.offset = 77s;
+  if (!first)
+    for (int k = 0; k < 100; ++k) pair.exchange();
+  ClockStamps poison = pair.peers.stamp(pair.peer_clock(pair.now));
+  poison.sent = pair.peer_clock(pair.now) + ahead;
+  pair.ours.take(poison, pair.now);
+  for (const Micros until = pair.now + 250ms; pair.now < until;) {
+    // A steady peer sends every 10 ms, whatever we answer.
+    pair.exchange(0ms);
+    for (int k = 0; k < 5; ++k, pair.now += 10ms) pair.ours.take(pair.peers.stamp(pair.peer_clock(pair.now - 20ms)), pair.now);
+  }
+  pair.exchange();
+  CHECK(std::abs(pair.error_us()) <= 1000);
+  CHECK(pair.ours.stamp(pair.now).echo <= pair.peer_clock(pair.now));
+}
+
 TEST_CASE("jitter, drift and a path that changes are not taken for a step of a clock") {
   Pair pair;
   pair.jitter = 15ms;

@@ -439,7 +439,7 @@ TEST_CASE("strangers who use up all handshakes keep no session from its next key
   CHECK(pair.client.counts().handshakes == 2);
 }
 
-TEST_CASE("a hint about the keys in use begins a handshake beside the session; one about others does nothing") {
+TEST_CASE("a hint about the keys in use begins a handshake beside the session, and one about others does nothing") {
   ChannelPair pair;
   const ChannelPeer peer = pair.join();
   pair.now += Micros{2'000'000};

@@ -102,3 +102,16 @@ TEST_CASE("of text that is no token nothing is taken") {
   CHECK(parse_token(to_text(Bytes(bytes)) + "\n", "t") == bytes);
   for (const char* text : {"", "\n", "no token", "AQI"}) CHECK_THROWS_AS(parse_token(text, "t"), InputError);
 }
+
+TEST_CASE(
+    "the keyed hash gives what the authors of SipHash-2-4 give for key 00 .. 0f and messages 00 .. 0e of every length that "
+    "matters") {
+  constexpr HashKey key{0x0706050403020100ull, 0x0f0e0d0c0b0a0908ull};
+  std::array<std::uint8_t, 15> message{};
+  for (std::size_t k = 0; k < message.size(); ++k) message[k] = static_cast<std::uint8_t>(k);
+  const auto of = [&](std::size_t bytes) { return keyed_hash(key, Bytes(message).first(bytes)); };
+  CHECK(of(0) == 0x726fdb47dd0e0e31ull);
+  CHECK(of(1) == 0x74f839c593dc67fdull);
+  CHECK(of(8) == 0x93f5f5799a932462ull);
+  CHECK(of(15) == 0xa129ca6149be45e5ull);
+}

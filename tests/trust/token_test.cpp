@@ -116,7 +116,7 @@ TEST_CASE("a token that came too late lets nobody in") {
   CHECK(late.server.counts().of(ChannelFault::token_expired) == 1);
 }
 
-TEST_CASE("a token opens one session; its new keys are the same session, long after the token's time to join") {
+TEST_CASE("a token opens one session, and its new keys are the same session, long after the token's time to join") {
   const ClientKeys keys = stranger_with(signed_by(kIssuerSeed, kStrangerSeed));
   ChannelPair pair(site_with_issuer(), keys);
   const ChannelPeer peer = pair.join();

@@ -51,7 +51,7 @@ void press(const char* name, Scheme scheme, const Tell& tell) {
   const Scene scene = load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/" + name);
   Micros now{1'000'000};
   Room room(scene);
-  ServerCore server(facts_of(scene, home_of(scene)), {.instance = 5, .rate_hz = 20});
+  ServerCore server(facts_of(scene, home_of(scene)), {.draw = repeatable(5), .rate_hz = 20});
   ClientOptions options;
   options.hello.station = "hand";
   options.hello.scheme = scheme;

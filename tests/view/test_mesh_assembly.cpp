@@ -1,8 +1,11 @@
+#include <malloc.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <random>
 
 #include "client/view/mesh_assembly.hpp"
+#include "common/wire/codec.hpp"
 #include "server/core/mesh_pieces.hpp"
 #include "tests/view/demo_body.hpp"
 
@@ -88,4 +91,29 @@ TEST_CASE("Pieces that point outside the announced mesh are refused", "[view]") 
   mesh.take({99, 0, 2'000'000'000u, 0, {}, {inside}});  // more pieces than there are things
   REQUIRE(mesh.rejected() == 7);
   REQUIRE_FALSE(mesh.complete());
+}
+
+TEST_CASE("A mesh that is only announced, or told of in a piece, costs no memory", "[view]") {
+  const auto used = [] { return ::mallinfo2().uordblks + ::mallinfo2().hblkhd; };
+  MeshAssembly mesh;
+  const std::size_t before = used();
+  mesh.expect(kMaxMeshVertices, ~std::uint32_t{0}, 7);
+  MeshPiece piece{7, 1u << 25, ~std::uint32_t{0}, kMaxMeshVertices - 1, {MeshVertex{}}, {}};
+  mesh.take(piece);
+  CHECK(mesh.rejected() == 0);
+  CHECK(mesh.missing(16).size() == 16);
+  CHECK(used() - before < 10'000);
+}
+
+TEST_CASE("A mesh whose pieces leave something out, or of which one is missing for another's number, is dropped", "[view]") {
+  const RoomFacts facts = demo::facts_of(demo::pressed_organ(0, 0, 3));
+  auto pieces = cut(facts);
+  MeshAssembly mesh = expecting(facts);
+  pieces[1].vertices = pieces[0].vertices;
+  pieces[1].first = 0;
+  for (const MeshPiece& piece : pieces) mesh.take(piece);
+  CHECK_FALSE(mesh.complete());
+  CHECK(mesh.rejected() == 1);
+  for (const MeshPiece& piece : cut(facts)) mesh.take(piece);
+  CHECK(mesh.complete());
 }

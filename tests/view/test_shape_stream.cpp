@@ -55,7 +55,7 @@ std::int64_t thread_ns() {
 
 struct Stroke {
   Scene scene = sheet();
-  ServerCore server{facts_of(scene, Vec3::Zero()), {.instance = 3, .rate_hz = kRateHz}};
+  ServerCore server{facts_of(scene, Vec3::Zero()), {.draw = repeatable(3), .rate_hz = kRateHz}};
   std::vector<std::unique_ptr<ViewCore>> viewers;
   std::vector<double> bytes;  ///< to each viewer, with UDP and IP heads
   std::mt19937 random{9};
@@ -237,7 +237,7 @@ TEST_CASE("Eight viewers cost less than twice what one costs, and without one no
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // which make each allocation cost as much as a block
   CHECK(eight < 2 * one);
 #endif
-  ServerCore alone(facts_of(sheet(), Vec3::Zero()), {.instance = 3, .rate_hz = kRateHz});
+  ServerCore alone(facts_of(sheet(), Vec3::Zero()), {.draw = repeatable(3), .rate_hz = kRateHz});
   alone.tick(Micros{0});
   alone.tick(Micros{40'000});
   const auto job = alone.next_job(Micros{40'000});

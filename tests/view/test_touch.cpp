@@ -45,7 +45,7 @@ struct Hand {
   explicit Hand(const std::string& name)
       : scene(load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/" + name)),
         room(scene),
-        server(facts_of(scene, home_of(scene)), {.instance = 5, .rate_hz = 20}),
+        server(facts_of(scene, home_of(scene)), {.draw = repeatable(5), .rate_hz = 20}),
         client(options(), now),
         mouse(home_of(scene)),
         rest(rest_of(server.facts())),

@@ -1,0 +1,18 @@
+// What whoever runs a room decides about it.
+#pragma once
+
+#include <string>
+
+#include "common/base/random.hpp"
+
+namespace palpate {
+
+struct ServerOptions {
+  SecretSource draw;  ///< secrets of sessions
+  double rate_hz = 20;
+  std::string room = {};   ///< its name, for stations that ask for one; empty: it has none
+  std::string rooms = {};  ///< names of all rooms of the process, for a station that asks for another
+  double deadband = 0;     ///< share of a force below which a change is not sent (deadband.hpp), 0 = every patch is
+};
+
+}  // namespace palpate

@@ -1,0 +1,97 @@
+#include "server/core/view_sender.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/core/mesh_pieces.hpp"
+#include "server/core/patch_sender.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kMostNamedBytes = 900;  // of names and states in a datagram; a room with more shows the first
+
+}  // namespace
+
+void ViewSender::take(const FrameResult& result, Stations& stations, const BodyNow& body, Micros now) {
+  body_ = body;
+  for (auto& [id, station] : stations) {
+    if (!station.views() || now < station.next_report) continue;
+    station.next_report = now + kLinkReportEvery;
+    station.outbox.room = true;
+    station.outbox.beat = beat_for(stations, station, body);
+  }
+  if (result.positions.empty()) return;
+  ShapeFrame frame{body.time, result.positions, {{{}, result.tension, result.support}}, {}};
+  for (const StationFrame& station : result.stations)
+    if (station.contact) frame.tools.push_back(station.tool);
+  shapes_.take(frame);
+  const auto viewers = std::count_if(stations.begin(), stations.end(), [](const auto& entry) { return entry.second.views(); });
+  for (auto& [id, station] : stations)
+    if (station.views()) shapes_.begin(station.shape, now, static_cast<int>(viewers));
+}
+
+bool ViewSender::asked(Station& viewer, const MeshRequest& request) const {
+  if (request.piece >= mesh_pieces(facts_.mesh)) return false;
+  auto& pieces = viewer.outbox.mesh_pieces;
+  if (pieces.size() < kMostMeshPieces && std::find(pieces.begin(), pieces.end(), request.piece) == pieces.end())
+    pieces.push_back(request.piece);
+  return true;
+}
+
+std::size_t ViewSender::emit(const Stations& stations, Station& viewer, std::span<std::byte> out, Micros now) {
+  auto& box = viewer.outbox;
+  if (viewer.shape.due)
+    if (const auto size = emit_shape(stations, viewer, out, now)) return size;
+  if (std::exchange(box.room, false))
+    if (const auto size = encode_for(viewer, room_view(stations), out, now)) return size;
+  if (box.mesh_pieces.empty()) return 0;
+  const auto piece = box.mesh_pieces.front();
+  box.mesh_pieces.pop_front();
+  return encode_for(viewer, mesh_piece(facts_, piece), out, now);
+}
+
+/// The pieces of the newest frame, then the tools, which say how many there were.
+std::size_t ViewSender::emit_shape(const Stations& stations, Station& viewer, std::span<std::byte> out, Micros now) {
+  ShapePiece piece;
+  while (shapes_.next(viewer.shape, piece)) {
+    const auto size = encode_for(viewer, std::move(piece), out, now);
+    if (size == 0) continue;
+    shapes_.sent(viewer.shape, viewer.seq_out - 1, now);
+    return size;
+  }
+  viewer.shape.due = false;
+  return encode_for(viewer, tools(stations, viewer), out, now);
+}
+
+Tools ViewSender::tools(const Stations& stations, const Station& viewer) const {
+  Tools list{shapes_.frame(), shapes_.body_time(), viewer.shape.pieces, {}};
+  std::size_t bytes = 0;
+  for (const auto& [id, station] : stations) {
+    if (!station.pushes() || !station.has_shown) continue;
+    bytes += station.hello.station.size() + 92;
+    if (bytes > kMostNamedBytes) break;
+    list.tools.push_back(station.shown);
+  }
+  return list;
+}
+
+RoomView ViewSender::room_view(const Stations& stations) const {
+  const FrameMeter::Figures& lately = body_.lately;
+  RoomView view{facts_.nodes, lately.took_mean, std::min<double>(lately.frames, kMaxRateHz), lately.real_time_factor,
+                {},           body_.asleep};
+  std::size_t bytes = 0;
+  for (const auto& [id, station] : stations) {
+    if (station.views()) continue;
+    bytes += station.hello.station.size() + 64;
+    if (bytes > kMostNamedBytes) break;
+    LinkReport link;
+    station.loss.fill(link);
+    const RttStats rtt = station.clock.rtt();
+    view.stations.push_back({station.hello.station, rtt.mean, rtt.jitter, station.link.patch_age, link.judged, link.lost,
+                             station.link.ticks_late, station.states, station.in_use});
+  }
+  return view;
+}
+
+}  // namespace palpate
