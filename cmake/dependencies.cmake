@@ -7,11 +7,14 @@ find_package(CLI11 REQUIRED)
 find_package(fmt REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(nlohmann_json REQUIRED)
-find_package(assimp REQUIRED)
 find_package(ZLIB REQUIRED)
 # The back end that asks the kernel: it leaves other programs their devices, and knows what each device is for.
 pkg_check_modules(hidapi REQUIRED IMPORTED_TARGET hidapi-hidraw)
 pkg_check_modules(sodium REQUIRED IMPORTED_TARGET libsodium)
+# Of palpate-server alone: figures for Prometheus, the HTTP server that hands them out, and the word to systemd.
+pkg_check_modules(prometheus REQUIRED IMPORTED_TARGET prometheus-cpp-core)
+find_package(civetweb REQUIRED)
+pkg_check_modules(systemd REQUIRED IMPORTED_TARGET libsystemd)
 
 find_path(ASIO_INCLUDE_DIR asio.hpp REQUIRED)
 add_library(palpate_asio INTERFACE)

@@ -35,6 +35,7 @@ install(FILES ${files}/server/palpate-server.default DESTINATION /etc/default RE
 install(FILES ${files}/client/60-palpate.rules DESTINATION /lib/udev/rules.d COMPONENT palpate-client)
 install(FILES ${files}/client/lintian-overrides DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/lintian/overrides RENAME palpate-client COMPONENT palpate-client)
 install(FILES ${files}/client/limits.conf DESTINATION ${doc}/palpate-client/examples COMPONENT palpate-client)
+install(DIRECTORY docker/monitoring DESTINATION ${share} COMPONENT palpate-server)
 install(DIRECTORY scenes DESTINATION ${share} COMPONENT palpate-data PATTERN "*.py" EXCLUDE)
 install(DIRECTORY docs/ DESTINATION ${doc}/palpate COMPONENT palpate-doc)
 install(FILES README.md DESTINATION ${doc}/palpate COMPONENT palpate-doc)

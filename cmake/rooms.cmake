@@ -1,8 +1,9 @@
 # A room is a folder with one job, built as one static library (or interface library when it has only headers).
 #
-#   palpate_room(NAME LAYER n [LOCAL] [LOOPS] [DEPENDS targets...] [PRIVATE targets...])
+#   palpate_room(NAME LAYER n [LOCAL] [LOOPS] [HOT] [DEPENDS targets...] [PRIVATE targets...])
 #
-# LOCAL keeps a room out of the installed package. LOOPS: its time goes into loops over numbers.
+# LOCAL keeps a room out of the installed package. LOOPS: its time goes into loops over numbers. HOT: so does the time of some of its
+# files; like rooms with LOOPS it does without the assertions of the standard library.
 # LAYER states where the room stands in   schema(0) <- common(1) <- server(2), client(3) <- bench, tests(4).
 # palpate_check_links(), called when every room exists, stops the configuration at a link from a room or program to one of a
 # higher layer, or between server and client, whichever of the two was added first.
@@ -43,6 +44,20 @@ if(PALPATE_FUZZ)
   target_compile_options(palpate_abi INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
+# What turns a mistake with memory into the end of the program, or into nothing, in place of code of whoever made the datagram or file:
+# canaries on the stack, sizes that the C library checks (_FORTIFY_SOURCE), programs at addresses drawn anew with tables that are
+# read-only once they are filled (PIE, RELRO, BIND_NOW). Sanitizers bring checks of their own.
+add_library(palpate_hardening INTERFACE)
+if(NOT PALPATE_SANITIZE)
+  target_link_options(palpate_hardening INTERFACE -pie -Wl,-z,relro,-z,now)
+  set(level 2)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 12)
+    set(level 3)  # sizes known only when the program runs, too
+  endif()
+  target_compile_options(palpate_hardening INTERFACE -fstack-protector-strong -fPIE
+    $<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE> $<$<NOT:$<CONFIG:Debug>>:-D_FORTIFY_SOURCE=${level}>)
+endif()
+
 set_property(GLOBAL PROPERTY PALPATE_ROOMS "")
 set_property(GLOBAL PROPERTY PALPATE_LINKERS "")
 
@@ -66,13 +81,17 @@ function(palpate_unity TARGET)
 endfunction()
 
 function(palpate_room NAME)
-  cmake_parse_arguments(ROOM "LOCAL;LOOPS" "LAYER" "DEPENDS;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ROOM "LOCAL;LOOPS;HOT" "LAYER" "DEPENDS;PRIVATE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   set(target palpate_${NAME})
   if(sources)
     add_library(${target} STATIC ${sources})
     palpate_unity(${target})
     target_link_libraries(${target} PUBLIC palpate_abi ${ROOM_DEPENDS} PRIVATE $<BUILD_INTERFACE:palpate_flags> ${ROOM_PRIVATE})
+    target_compile_options(${target} PRIVATE $<TARGET_PROPERTY:palpate_hardening,INTERFACE_COMPILE_OPTIONS>)
+    if(NOT ROOM_LOOPS AND NOT ROOM_HOT)  # indices of the standard library, checked: one of a kernel costs as much as what it computes
+      target_compile_definitions(${target} PRIVATE _GLIBCXX_ASSERTIONS)
+    endif()
     if(ROOM_LOOPS)
       target_compile_options(${target} PRIVATE ${PALPATE_LOOP_FLAGS})
     endif()
@@ -99,7 +118,8 @@ function(palpate_program NAME)
   endif()
   add_executable(${NAME} ${sources})
   palpate_unity(${NAME})
-  target_link_libraries(${NAME} PRIVATE palpate_flags palpate_abi ${PROGRAM_DEPENDS})
+  target_link_libraries(${NAME} PRIVATE palpate_flags palpate_hardening palpate_abi ${PROGRAM_DEPENDS})
+  target_compile_definitions(${NAME} PRIVATE _GLIBCXX_ASSERTIONS)
   target_compile_definitions(${NAME} PRIVATE PALPATE_VERSION="${PROJECT_VERSION}")
   if(NOT PROGRAM_PACKAGE)
     set(PROGRAM_PACKAGE ${NAME})
@@ -144,7 +164,7 @@ function(palpate_export)
     COMPONENT libpalpate-dev)
   foreach(folder common server client bench)
     install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpate COMPONENT libpalpate-dev
-      FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h" PATTERN "app" EXCLUDE PATTERN "view" EXCLUDE PATTERN "lab" EXCLUDE PATTERN "command_line" EXCLUDE PATTERN "output" EXCLUDE PATTERN "felt" EXCLUDE PATTERN "micro" EXCLUDE)
+      FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h" PATTERN "app" EXCLUDE PATTERN "view" EXCLUDE PATTERN "lab" EXCLUDE PATTERN "command_line" EXCLUDE PATTERN "output" EXCLUDE PATTERN "felt" EXCLUDE PATTERN "micro" EXCLUDE PATTERN "metrics" EXCLUDE)
   endforeach()
   include(CMakePackageConfigHelpers)
   configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/PalpateConfig.cmake.in

@@ -16,12 +16,14 @@
 #include "bench/output/plot.hpp"
 #include "bench/output/progress.hpp"
 #include "common/base/error.hpp"
+#include "common/command_line/mesh_folders.hpp"
 
 namespace palpate {
 namespace {
 
 struct FeltFlags {
   std::string scene, report, out, felt_name;
+  MeshFolders mesh_folders;
   double at_least_db = 0;
   std::optional<double> clean_rtt_ms;
 };
@@ -120,7 +122,7 @@ int judge(const std::vector<FeltRow>& rows, double at_least_db) {
 
 int run_felt(const FeltFlags& flags) {
   if (std::isnan(flags.at_least_db)) throw InputError("--at-least-db", "is nan", "a number of decibels");
-  const Scene scene = load_scene(flags.scene);
+  const Scene scene = load_scene(flags.scene, flags.mesh_folders);
   const ClientReport report = read_client_report(flags.report, flags.felt_name);
   const auto out = make_output_folder(flags.out);
   std::optional<CleanLinkRun> clean_run;
@@ -155,6 +157,7 @@ int run_felt(const FeltFlags& flags) {
 void add_felt_flags(CLI::App& command, Run& run) {
   auto flags = std::make_shared<FeltFlags>();
   command.add_option("--scene", flags->scene, "scene file of the run")->required()->type_name("FILE");
+  add_mesh_folders(command, flags->mesh_folders);
   command.add_option("--report", flags->report, "folder that palpate-client --report wrote")->required()->type_name("DIR");
   command.add_option("--name", flags->felt_name, "of what was felt, in the table; default: the scheme that the report names")
       ->type_name("NAME");

@@ -14,12 +14,14 @@
 #include "bench/measure/tools_apart.hpp"
 #include "bench/output/output.hpp"
 #include "common/base/error.hpp"
+#include "common/command_line/mesh_folders.hpp"
 
 namespace palpate {
 namespace {
 
 struct BesideFlags {
   std::string scene, out;
+  MeshFolders mesh_folders;
   double near_rtt_ms = 15, apart_mm = 30, duration_s = 4;
   std::uint64_t seed = 1;
 };
@@ -68,7 +70,7 @@ std::vector<Pair> run_pairs(const Scene& scene, const std::vector<Motion>& motio
 }
 
 int run_beside(const BesideFlags& flags) {
-  const Scene scene = load_scene(flags.scene);
+  const Scene scene = load_scene(flags.scene, flags.mesh_folders);
   if (scene.tool.contact != ContactKind::touch)
     throw InputError(flags.scene, "has tools that attach to one node", "a scene with \"contact\": \"touch\"");
   const std::vector<Motion> motions = tools_apart(scene, 2, flags.apart_mm * 1e-3, flags.duration_s);
@@ -105,6 +107,7 @@ void add_beside(CLI::App& app, Run& run) {
   auto flags = std::make_shared<BesideFlags>();
   CLI::App* c = app.add_subcommand("beside", "a near and a far hand on one body: what each loses by the other's link");
   c->add_option("--scene", flags->scene, "scene file (JSON) with touch contact")->type_name("FILE")->required();
+  add_mesh_folders(*c, flags->mesh_folders);
   c->add_option("--near-rtt-ms", flags->near_rtt_ms, "round trip of the near hand")->check(number_from<double>(0, 10'000));
   c->add_option("--apart-mm", flags->apart_mm, "distance between the hands")->check(number_from<double>(0, 1000));
   c->add_option("--duration-s", flags->duration_s, "length of the motions")->check(number_from<double>(0.5, 600));

@@ -11,6 +11,7 @@
 #include "bench/output/plot.hpp"
 #include "bench/output/progress.hpp"
 #include "common/base/error.hpp"
+#include "common/command_line/mesh_folders.hpp"
 #include "server/room/room.hpp"
 
 namespace palpate {
@@ -20,6 +21,7 @@ constexpr std::size_t kNodesMax = 4000;  // a balancing of minutes
 
 struct DominanceFlags {
   std::string scene, out;
+  MeshFolders mesh_folders;
   std::vector<int> node;
   int layers = 4;
 };
@@ -157,7 +159,7 @@ Dominance computed(const Specimen& specimen, int layers) {
 }
 
 int run_dominance(const DominanceFlags& flags) {
-  const Scene scene = load_scene(flags.scene);
+  const Scene scene = load_scene(flags.scene, flags.mesh_folders);
   if (scene.body.nodes.size() > kNodesMax)
     throw InputError("--scene", fmt::format("has {} nodes", scene.body.nodes.size()), fmt::format("at most {}", kNodesMax));
   const Specimen specimen(scene.body, port_of(scene, flags));
@@ -184,6 +186,7 @@ void add_dominance(CLI::App& app, Run& run) {
   CLI::App* c =
       app.add_subcommand("dominance", "are the states that answer the hand local to the contact? (section 7 of the paper)");
   c->add_option("--scene", flags->scene, "scene file (JSON)")->type_name("FILE")->required();
+  add_mesh_folders(*c, flags->mesh_folders);
   c->add_option("--node", flags->node,
                 "i,j,k of the node to balance at; default: the attached one, or the surface node nearest to the tool's start")
       ->delimiter(',')

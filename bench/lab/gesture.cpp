@@ -5,18 +5,20 @@
 #include "bench/measure/surface_gesture.hpp"
 #include "bench/output/output.hpp"
 #include "common/base/error.hpp"
+#include "common/command_line/mesh_folders.hpp"
 
 namespace palpate {
 namespace {
 
 struct GestureFlags {
   std::string scene, kind = "press", out;
+  MeshFolders mesh_folders;
 };
 
 int run_gesture(const GestureFlags& flags) {
   const std::filesystem::path file(flags.out);
   if (file.extension() != ".csv") throw InputError("--out " + flags.out, "is no motion file by its name", "FILE.csv");
-  const Motion motion = surface_gesture(load_scene(flags.scene), *surface_gesture_from_name(flags.kind));
+  const Motion motion = surface_gesture(load_scene(flags.scene, flags.mesh_folders), *surface_gesture_from_name(flags.kind));
   if (file.has_parent_path()) make_output_folder(file.parent_path().string());
   write_motion(file, motion);
   fmt::print("{} of {:.1f} s in {}: for --motion of palpate-client and palpate-lab replay\n", flags.kind, motion.duration_s(),
@@ -31,6 +33,7 @@ void add_gesture(CLI::App& app, Run& run) {
   CLI::App* c =
       app.add_subcommand("gesture", "a motion for any body, from its own surface: press, stroke, tap, circle or a tour");
   c->add_option("--scene", flags->scene, "scene file (JSON)")->type_name("FILE")->required();
+  add_mesh_folders(*c, flags->mesh_folders);
   c->add_option("--kind", flags->kind, "what the hand does")
       ->check(one_of(std::vector<std::string>(kSurfaceGestureNames.begin(), kSurfaceGestureNames.end())));
   c->add_option("--out", flags->out, "motion file to write (CSV t_s,x_m,y_m,z_m)")->type_name("FILE")->required();

@@ -13,6 +13,7 @@
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
 #include "bench/paper/cube.hpp"
+#include "common/command_line/mesh_folders.hpp"
 
 namespace palpate {
 namespace {
@@ -21,6 +22,7 @@ constexpr double kPullN = 0.07;  ///< one step of a Phantom's force
 
 struct HapticFlags {
   std::string scene, motion, out;
+  MeshFolders mesh_folders;
   LinkFlags link;
 };
 
@@ -173,7 +175,7 @@ void print(const std::vector<HapticDisplay>& displays) {
 }
 
 int run_haptic(const HapticFlags& flags) {
-  const Scene scene = flags.scene.empty() ? paper_cube(ContactKind::touch) : load_scene(flags.scene);
+  const Scene scene = flags.scene.empty() ? paper_cube(ContactKind::touch) : load_scene(flags.scene, flags.mesh_folders);
   const Motion motion = flags.motion.empty() ? touch_motion(home_of(scene)) : read_motion(flags.motion);
   const auto out = make_output_folder(flags.out);
   const auto displays = run_experiment(scene, motion, flags.link, out);
@@ -201,6 +203,7 @@ void add_haptic(CLI::App& app, Run& run) {
   CLI::App* c = app.add_subcommand(
       "haptic", "a Phantom in a hand touches a body: low-rate force, displayed force (figure 17 of the paper)");
   c->add_option("--scene", flags->scene, "scene file (JSON); without: the cube of scenes/cube6.json, touched")->type_name("FILE");
+  add_mesh_folders(*c, flags->mesh_folders);
   c->add_option("--motion", flags->motion, "what the hand wants (CSV t_s,x_m,y_m,z_m); without: pushes and a stroke of 3 s")
       ->type_name("FILE");
   flags->link.add_to(*c);

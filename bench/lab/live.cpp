@@ -21,12 +21,14 @@
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
 #include "common/base/error.hpp"
+#include "common/command_line/mesh_folders.hpp"
 
 namespace palpate {
 namespace {
 
 struct Flags {
   std::string scene, motion, scheme = "hyper", out;
+  MeshFolders mesh_folders;
   double duration_s = 0;
   LinkFlags link;
 };
@@ -212,7 +214,7 @@ void plot(const std::filesystem::path& out, const std::string& scene, const std:
 
 int run_live_experiment(Flags flags) {
   flags.scheme = name_of(available_scheme(flags.scheme));
-  const Scene scene = load_scene(flags.scene);
+  const Scene scene = load_scene(flags.scene, flags.mesh_folders);
   const auto out = make_output_folder(flags.out);
   const Motion motion = begin_of(read_motion(flags.motion), flags.duration_s);
   write_motion(out / "motion.csv", motion);
@@ -248,6 +250,7 @@ void add_live(CLI::App& app, Run& run) {
   flags->link.loss_pct = 3;
   CLI::App* c = app.add_subcommand("live", "a hand over a bad link in real time, beside virtual time: what each cause takes");
   c->add_option("--scene", flags->scene, "scene file (JSON)")->type_name("FILE")->required();
+  add_mesh_folders(*c, flags->mesh_folders);
   c->add_option("--motion", flags->motion, "motion file (CSV t_s,x_m,y_m,z_m)")->type_name("FILE")->required();
   c->add_option("--scheme", flags->scheme, "how patches are made")->type_name("NAME")->capture_default_str();
   c->add_option("--duration-s", flags->duration_s, "of the motion's beginning; default: all of it")

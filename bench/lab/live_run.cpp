@@ -34,7 +34,7 @@ class LiveServer {
                {.listen = kAnyPort,
                 .rate_hz = setting.rate_hz,
                 .record = {.file = recording.string(), .shapes_hz = 0, .program = "palpate-lab live"}},
-               [](const std::string&) {}),
+               {}),
         thread_([this] { run(); }) {}
   ~LiveServer() {
     if (thread_.joinable()) end();

@@ -10,12 +10,14 @@
 #include "bench/output/progress.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
+#include "common/command_line/mesh_folders.hpp"
 
 namespace palpate {
 namespace {
 
 struct LoadFlags {
   std::string scene, scheme = "port", out;
+  MeshFolders mesh_folders;
   int stations = 16, order = 0;
   double apart_mm = 20, slide_mm = 10, duration_s = 4, rate_hz = 30;
 };
@@ -49,7 +51,7 @@ ServerLoad measure(const LoadFlags& flags, const Scene& scene, int stations) {
 }
 
 int run_load(const LoadFlags& flags) {
-  const Scene scene = load_scene(flags.scene);
+  const Scene scene = load_scene(flags.scene, flags.mesh_folders);
   if (scene.tool.contact != ContactKind::touch)
     throw InputError(flags.scene, "has tools that attach to one node", "a scene with \"contact\": \"touch\"");
   const auto out = make_output_folder(flags.out);
@@ -84,6 +86,7 @@ void add_load(CLI::App& app, Run& run) {
   auto flags = std::make_shared<LoadFlags>();
   CLI::App* c = app.add_subcommand("load", "what a room full of stations costs its server, part by part");
   c->add_option("--scene", flags->scene, "scene file (JSON) with touch contact")->type_name("FILE")->required();
+  add_mesh_folders(*c, flags->mesh_folders);
   c->add_option("--stations", flags->stations, "hands on the body; half as many are measured beside them")
       ->check(number_from(2, kMaxStations))
       ->capture_default_str();

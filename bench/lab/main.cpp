@@ -62,6 +62,8 @@ const std::vector<Question>& questions() {
         {add_scaling, "scaling --out out/scaling"},
         {add_limits, "limits --out out/limits"},
         {add_couplings, "couplings --out out/couplings"}}},
+      {"Is the body true to the material that its scene names?",
+       {{add_settle, "settle --scene bench/calculix/hanging-bar.json --out out/settle"}}},
       {"Bodies and worlds drawn by chance", {{add_draw, "draw --out out/scenes"}}}};
   return all;
 }

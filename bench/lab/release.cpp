@@ -14,6 +14,7 @@
 #include "bench/output/plot.hpp"
 #include "bench/paper/cube.hpp"
 #include "common/base/error.hpp"
+#include "common/command_line/mesh_folders.hpp"
 
 namespace palpate {
 namespace {
@@ -23,6 +24,7 @@ const std::map<std::string, PassivityMode> kPassivity{
 
 struct ReleaseFlags {
   std::string scene, scheme = "port", hand = "reference", hand_after = "free", passivity = "off", out;
+  MeshFolders mesh_folders;
   bool sweep = false;
   int order = 0;
   double depth_mm = 10, tremor_mm = 0, force_step_n = 0, device_damping_n_s_m = 0, observe_s = 0;
@@ -104,7 +106,7 @@ int run_sweep(const ReleaseFlags& flags, const Scene& scene) {
 }
 
 int run_release(const ReleaseFlags& flags) {
-  const Scene scene = flags.scene.empty() ? paper_cube(ContactKind::attach) : load_scene(flags.scene);
+  const Scene scene = flags.scene.empty() ? paper_cube(ContactKind::attach) : load_scene(flags.scene, flags.mesh_folders);
   return flags.sweep ? run_sweep(flags, scene) : run_one(flags, scene);
 }
 
@@ -115,6 +117,7 @@ void add_release(CLI::App& app, Run& run) {
   CLI::App* c = app.add_subcommand("release", "a hand lets go of the device: does it come to rest? (figure 18 of the paper)");
   c->add_option("--scene", flags->scene, "scene file (JSON) with a grasp; without: the cube of scenes/cube6.json")
       ->type_name("FILE");
+  add_mesh_folders(*c, flags->mesh_folders);
   c->add_option("--scheme", flags->scheme, "how patches are made")->type_name("NAME");
   c->add_option("--order", flags->order, "states of a patch (twice its modes), 0: the scheme's default")
       ->check(number_from(0, 2 * kMaxModes));

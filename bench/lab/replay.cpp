@@ -18,6 +18,7 @@
 #include "bench/output/progress.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
+#include "common/command_line/mesh_folders.hpp"
 #include "common/io/mapped_file.hpp"
 
 namespace palpate {
@@ -27,6 +28,7 @@ constexpr double kMostSeconds = 86'400;
 
 struct ReplayFlags {
   std::string scene, motion, gesture, recording, station, scheme, device = "none", out;
+  MeshFolders mesh_folders;
   PassivityMode passivity = PassivityMode::off;
   int order = 0;
   double deadband = 0;
@@ -116,7 +118,8 @@ Given given_by_recording(const ReplayFlags& flags) {
   if (session.hands.size() > 1)
     fmt::print("station \"{}\", with the {} other{} on the body\n", session.hands[which].name, session.hands.size() - 1,
                session.hands.size() > 2 ? "s" : "");
-  return {flags.scene.empty() ? read_scene(head.scene, head.scene_file) : load_scene(flags.scene),
+  return {flags.scene.empty() ? read_scene(head.scene, head.scene_file, flags.mesh_folders)
+                              : load_scene(flags.scene, flags.mesh_folders),
           motions_of(session, which, where), presence_of(session, which), resets_of(session)};
 }
 
@@ -134,11 +137,11 @@ Given given_by(const ReplayFlags& flags) {
     throw InputError(flags.scene.empty() ? "--scene" : "--motion", "is missing",
                      "--scene with --motion or --gesture, or --recording");
   if (!flags.gesture.empty()) {
-    Scene scene = load_scene(flags.scene);
+    Scene scene = load_scene(flags.scene, flags.mesh_folders);
     Motion motion = surface_gesture(scene, *surface_gesture_from_name(flags.gesture));
     return {std::move(scene), {std::move(motion)}, {}};
   }
-  return {load_scene(flags.scene), {read_motion(flags.motion)}, {}};
+  return {load_scene(flags.scene, flags.mesh_folders), {read_motion(flags.motion)}, {}};
 }
 
 /// Time with a hand, of the whole; nothing when it was there throughout.
@@ -200,6 +203,7 @@ void add_replay(CLI::App& app, Run& run) {
   CLI::App* c =
       app.add_subcommand("replay", "any motion through any scheme over any link, in virtual time, beside the 1 kHz full model");
   c->add_option("--scene", flags->scene, "scene file (JSON); with --recording: instead of the recorded one")->type_name("FILE");
+  add_mesh_folders(*c, flags->mesh_folders);
   c->add_option("--motion", flags->motion, "motion file (CSV t_s,x_m,y_m,z_m)")->type_name("FILE");
   c->add_option("--gesture", flags->gesture, "in place of a motion: one made from the body's own surface")
       ->check(one_of(std::vector<std::string>(kSurfaceGestureNames.begin(), kSurfaceGestureNames.end())));

@@ -13,12 +13,14 @@
 #include "bench/output/plot.hpp"
 #include "bench/output/progress.hpp"
 #include "common/base/error.hpp"
+#include "common/command_line/mesh_folders.hpp"
 
 namespace palpate {
 namespace {
 
 struct StationsFlags {
   std::string scene, scheme = "port", out;
+  MeshFolders mesh_folders;
   int stations = 2, order = 0;
   double apart_mm = 20, duration_s = 4;
   LinkFlags link;
@@ -40,7 +42,7 @@ void write_forces(const std::filesystem::path& file, const std::vector<ReplayRes
 int run_stations(const StationsFlags& flags) {
   ReplayOptions options = replay_options(flags.scheme, flags.order, flags.link);
   options.progress = show_progress();
-  const Scene scene = load_scene(flags.scene);
+  const Scene scene = load_scene(flags.scene, flags.mesh_folders);
   if (scene.tool.contact != ContactKind::touch)
     throw InputError(flags.scene, "has tools that attach to one node", "a scene with \"contact\": \"touch\"");
   const std::vector<Motion> motions = tools_apart(scene, flags.stations, flags.apart_mm * 1e-3, flags.duration_s);
@@ -86,6 +88,7 @@ void add_stations(CLI::App& app, Run& run) {
   auto flags = std::make_shared<StationsFlags>();
   CLI::App* c = app.add_subcommand("stations", "several hands on one body: what each feels of the others, and what it costs");
   c->add_option("--scene", flags->scene, "scene file (JSON) with touch contact")->type_name("FILE")->required();
+  add_mesh_folders(*c, flags->mesh_folders);
   c->add_option("--stations", flags->stations, "hands on the body")->check(number_from(1, kMaxStations))->capture_default_str();
   c->add_option("--apart-mm", flags->apart_mm, "distance between neighbours")
       ->check(number_from<double>(0, 1000))

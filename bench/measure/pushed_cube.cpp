@@ -25,8 +25,10 @@ Scene pushed_cube_scene(const PushedCube& cube) {
   constexpr double kCube6 = 60, kCube6Edges = 5;
   const double k = kCube6 * kCube6Edges / (cube.n - 1);
   const std::string material =
-      cube.solid ? fmt::format(R"("solid": {{ "law": "neo-hookean", "young_pa": 10000, "damping_s": {} }})", cube.damping_s)
-                 : fmt::format(R"("stiffness_n_m": {}, "damping_n_s_m": {})", k, k * cube.damping_s);
+      cube.solid
+          ? fmt::format(R"("solid": {{ "element": "tetrahedron", "law": "neo-hookean", "young_pa": 10000, "damping_s": {} }})",
+                        cube.damping_s)
+          : fmt::format(R"("stiffness_n_m": {}, "damping_n_s_m": {})", k, k * cube.damping_s);
   return read_scene(fmt::format(R"({{
     "name": "cube{0}",
     "body": {{ "lattice": {{ "nodes": [{0}, {0}, {0}], "size_m": [{1}, {1}, {1}], "density_kg_m3": 1000,
@@ -56,7 +58,7 @@ PushedRun push_body(const Scene& scene, const std::function<std::int64_t()>& sto
   const Dynamics dynamics(scene.body);
   const Skin skin(scene.body, scene.tool.radius_m);
   const ChosenStepper chosen = choose_stepper(scene, dynamics, skin);
-  BodyState state = settled_state(dynamics, skin);
+  BodyState state = settled_state(dynamics);
   const Vec3 home = scene.body.nodes[scene.tool.node];
   ToolPort port;
   port.kind = ContactKind::attach;

@@ -40,7 +40,7 @@ Scene paper_cube(ContactKind contact) { return scene_of("cube6", cube_settings(k
 
 Scene solid_cube(ContactKind contact) {
   LatticeSettings s = cube_settings(kStiffnessNM);
-  s.solid = SolidSettings{{SolidLaw::neo_hookean, 10e3, 0.45, kDampingPerStiffnessS}, 0};
+  s.solid = SolidSettings{.material = {SolidLaw::neo_hookean, 10e3, 0.45, kDampingPerStiffnessS}};
   return scene_of("solid-cube6", s, contact);
 }
 

@@ -13,6 +13,7 @@ SchemeAsked SchemesFelt::mostly() const {
 ClientCore::ClientCore(const ClientOptions& options, Micros now)
     : options_(options),
       heard_(now),
+      answered_(now),
       next_hello_(now),
       next_send_(now),
       next_beat_(now),
@@ -24,7 +25,10 @@ void ClientCore::tick(Micros now) {
   ticked_ = now;
   drain();
   if (left_) return;
-  if (link_ == LinkState::joined && now - heard_ >= kLostAfter) join_again(now);
+  if (link_ == LinkState::joined && now - heard_ >= kLostAfter) {
+    join_again(now);
+    leave_due_ = true;
+  }
   if (link_ != LinkState::joined) {
     if (now < next_hello_) return;
     hello_due_ = true;
@@ -100,6 +104,7 @@ void ClientCore::take(std::span<const std::byte> bytes, Micros now) {
     ++counts_.unproven;
     return;
   }
+  answered_ = now;
   if (std::holds_alternative<Welcome>(message.body)) return take_welcome(message, now);
   if (std::holds_alternative<Refuse>(message.body)) return take_refuse(message, now);
   hear(now);
@@ -197,7 +202,7 @@ void ClientCore::take_refuse(const Message& message, Micros now) {
       ++counts_.stale;
     return;
   }
-  if (gone || message.station != 0) {
+  if (refusal.reason == RefuseReason::unknown_station || message.station != 0) {
     ++counts_.stale;
     return;
   }

@@ -1,8 +1,9 @@
 // The station's side of a session without sockets, threads or clocks: take a datagram, tick, emit datagrams, say the deadline.
 //
 // Life of a station: joining (Hello every 250 ms until Welcome) -> joined (Samples up, patches down) -> joining again when the
-// server refuses us as unknown or was not heard for kLostAfter (a server that restarted has another instance number).
-// Refused for another reason (name taken, wrong version, ...): it says so and keeps asking, once a second.
+// server refuses us as unknown or was not heard for kLostAfter (a server that restarted has another instance number); then it
+// says Leave too, so that a server that still hears us frees the name. Refused for another reason (name taken, wrong version,
+// ...): it says so and keeps asking, once a second.
 //
 // What another than the server sends in its name. Every datagram of a server says which of ours it got last, by the microsecond
 // at which we sent it (ClockStamps::echo; a Refuse: that which it answers). One that names none of our last kSentKept says
@@ -100,6 +101,8 @@ class ClientCore {
   RefuseReason refuse_reason() const { return refusal_.reason; }
   const ClockSync& clock() const { return clock_; }
   Micros last_heard() const { return heard_; }
+  /// The newest datagram that answered one of ours, a refusal too; the beginning before the first.
+  Micros last_answer() const { return answered_; }
   const UplinkPace& uplink_pace() const { return pace_; }
   /// What the server hears of the link.
   LinkReport link_report() const;
@@ -159,7 +162,7 @@ class ClientCore {
   ResetRequest reset_;
   Welcome welcome_;
   Refuse refusal_;
-  Micros heard_{}, next_hello_{}, next_send_{}, next_beat_{}, next_report_{}, ticked_{};
+  Micros heard_{}, answered_{}, next_hello_{}, next_send_{}, next_beat_{}, next_report_{}, ticked_{};
   bool hello_due_ = false, send_due_ = false, beat_due_ = false, leave_due_ = false, left_ = false;
   bool contact_in_reach_ = false;
   ServerPace server_pace_;

@@ -25,13 +25,15 @@ std::string joined_text(const ClientStatus& status) {
 
 }  // namespace
 
-UdpClient::UdpClient(const std::string& server, ClientCore& core, Say say, Watch watch, const std::optional<ClientKeys>& keys)
+UdpClient::UdpClient(const std::string& server, ClientCore& core, Say say, Watch watch, const std::optional<ClientKeys>& keys,
+                     NameLookup::Ask ask)
     : core_(core),
       say_(std::move(say)),
       watch_(std::move(watch)),
       server_name_(server),
       server_(server_at(server)),
-      socket_(open_udp_towards(io_, server_)) {
+      socket_(open_udp_towards(io_, server_)),
+      finder_(server, server_, ask ? std::move(ask) : server_at, monotonic_now()) {
   socket_.non_blocking(true);
   if (keys) channel_.emplace(*keys, kWireVersion, system_random(), monotonic_now());
 }
@@ -73,8 +75,8 @@ ClientStatus UdpClient::status() const {
 }
 
 void UdpClient::receive() {
-  socket_.async_wait(UdpSocket::wait_read, [this](const asio::error_code& fault) {
-    if (fault == asio::error::operation_aborted) return;
+  socket_.async_wait(UdpSocket::wait_read, [this, socket = sockets_](const asio::error_code& fault) {
+    if (fault == asio::error::operation_aborted || socket != sockets_) return;
     UdpEndpoint from;
     asio::error_code none;
     while (true) {
@@ -85,8 +87,16 @@ void UdpClient::receive() {
       take(std::span(in_).first(size), monotonic_now());
     }
     step();
-    receive();
+    if (socket == sockets_) receive();
   });
+}
+
+void UdpClient::move_to(const UdpEndpoint& server) {
+  server_ = server;
+  socket_ = open_udp_towards(io_, server_);
+  socket_.non_blocking(true);
+  ++sockets_;
+  receive();
 }
 
 void UdpClient::take(std::span<const std::byte> datagram, Micros now) {
@@ -114,6 +124,8 @@ void UdpClient::step() {
   if (channel_) channel_->tick(now);
   core_.tick(now);
   send_all(now);
+  const bool sent_away = core_.link() == LinkState::refused && core_.refuse_reason() == RefuseReason::shutting_down;
+  if (const auto server = finder_.move(now, core_.last_answer(), sent_away)) move_to(*server);
   note();
   wake();
 }

@@ -3,8 +3,9 @@
 // The thread sleeps until a datagram comes or the core's deadline, at most kWake while joined, so that samples of the haptic
 // thread go out in time. Every datagram that waits is taken before the core ticks. The clock is steady_clock, the same that the
 // haptic loop reads. An error that nobody expected ends the thread, not the program: status() says so, and the force ends for
-// want of a server. With keys every datagram goes through the trust channel on this thread; what the core has to say waits until
-// there are keys for it. From start() to stop() the core belongs to the thread (its haptic() to the haptic thread).
+// want of a server. Where nobody answers it asks for the name again and goes on from a new port (server_finder.hpp). With keys
+// every datagram goes through the trust channel on this thread; what the core has to say waits until there are keys for it. From
+// start() to stop() the core belongs to the thread (its haptic() to the haptic thread).
 #pragma once
 
 #include <array>
@@ -20,6 +21,7 @@
 #include <thread>
 
 #include "client/core/client_core.hpp"
+#include "client/io/server_finder.hpp"
 #include "common/io/endpoint.hpp"
 #include "common/trust/client_channel.hpp"
 
@@ -47,9 +49,9 @@ class UdpClient {
   using Watch = std::function<void(const ClientCore&, std::span<const std::byte>, Micros)>;
 
   /// `server` is HOST:PORT; InputError when it is not, or does not resolve. The core outlives this object.
-  /// `keys`: none where the server has none.
+  /// `keys`: none where the server has none. `ask`: what is asked for the name when nobody answers; the resolver unless given.
   UdpClient(const std::string& server, ClientCore& core, Say say = {}, Watch watch = {},
-            const std::optional<ClientKeys>& keys = {});
+            const std::optional<ClientKeys>& keys = {}, NameLookup::Ask ask = {});
   ~UdpClient();
   UdpClient(const UdpClient&) = delete;
   UdpClient& operator=(const UdpClient&) = delete;
@@ -70,6 +72,7 @@ class UdpClient {
   void take(std::span<const std::byte> datagram, Micros now);
   void wake();
   void step();
+  void move_to(const UdpEndpoint& server);
   void send_all(Micros now);
   void send(std::span<const std::byte> datagram);
   void note();
@@ -82,6 +85,8 @@ class UdpClient {
   asio::io_context io_{1};
   UdpEndpoint server_;
   UdpSocket socket_;
+  int sockets_ = 0;  ///< that there were before it
+  ServerFinder finder_;
   asio::steady_timer timer_{io_};
   std::array<std::byte, 2048> in_{};
   std::array<std::byte, kMaxDatagramBytes> out_{}, opened_{};

@@ -170,7 +170,7 @@ void ViewCore::take_refuse(const Message& message, Micros now) {
       ++counts_.stale;
     return;
   }
-  if (gone || message.station != 0) {
+  if (refusal.reason == RefuseReason::unknown_station || message.station != 0) {
     ++counts_.stale;
     return;
   }

@@ -94,7 +94,7 @@ describe(libpalpate-dev "touch of a deformable body over a network: development 
 Headers, static libraries and the CMake package for stations, servers and
 experiments of one's own: find_package(Palpate)."
   SECTION libdevel SHLIBDEPS OFF
-  DEPENDS "libassimp-dev, libasio-dev, libeigen3-dev (>= 3.4), libflatbuffers-dev, libfmt-dev, libhidapi-dev, libsodium-dev, libspdlog-dev, nlohmann-json3-dev, pkg-config, zlib1g-dev")
+  DEPENDS "libasio-dev, libeigen3-dev (>= 3.4), libflatbuffers-dev, libfmt-dev, libhidapi-dev, libsodium-dev, libspdlog-dev, nlohmann-json3-dev, pkg-config, zlib1g-dev")
 
 set(scripts ${CPACK_PALPATE_SOURCE_DIR}/cmake/package/server)
 set(CPACK_DEBIAN_PALPATE-SERVER_PACKAGE_CONTROL_EXTRA ${scripts}/conffiles ${scripts}/postinst ${scripts}/prerm ${scripts}/postrm)

@@ -40,9 +40,16 @@ int open_new(const std::filesystem::path& file) {
   return ::open(file.c_str(), kFlags, kMode);
 }
 
+/// Pipes and devices cannot, and need not.
+int sync_data(int descriptor) {
+  const bool fine = ::fdatasync(descriptor) == 0 || errno == EINVAL || errno == EROFS;
+  return fine ? 0 : errno;
+}
+
 }  // namespace
 
-RecordFile::RecordFile(const std::string& flag, const std::filesystem::path& file, std::vector<std::byte> first) : file_(file) {
+RecordFile::RecordFile(const std::string& flag, const std::filesystem::path& file, std::vector<std::byte> first, Sync sync)
+    : file_(file), sync_(sync ? std::move(sync) : sync_data) {
   const std::string where = flag + " " + file.string();
   make_folder(where, file.parent_path());
   descriptor_ = open_new(file);
@@ -53,10 +60,14 @@ RecordFile::RecordFile(const std::string& flag, const std::filesystem::path& fil
     ::close(descriptor_);
     throw InputError(where, std::string("cannot be written: ") + std::strerror(fault), "room on the disk");
   }
+  written_ = first.size();
   thread_ = std::thread([this] { run(); });
 }
 
-RecordFile::~RecordFile() {
+RecordFile::~RecordFile() { close(); }
+
+std::optional<std::string> RecordFile::close() {
+  if (!thread_.joinable()) return std::nullopt;
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
@@ -64,13 +75,14 @@ RecordFile::~RecordFile() {
   more_.notify_one();
   thread_.join();
   ::close(descriptor_);
+  return fault();
 }
 
 void RecordFile::write(std::vector<std::byte> bytes) {
   if (bytes.empty()) return;
   {
     const std::lock_guard lock(mutex_);
-    if (failed_) return;
+    if (failed_ || ending_) return;
     if (waiting_bytes_ + bytes.size() > kMostWaiting) return fail("the disk is too slow");
     waiting_bytes_ += bytes.size();
     waiting_.push_back(std::move(bytes));
@@ -91,6 +103,13 @@ void RecordFile::fail(const std::string& why) {
   waiting_bytes_ = 0;
 }
 
+void RecordFile::put_on_disk(std::unique_lock<std::mutex>& lock) {
+  lock.unlock();
+  const int fault = sync_(descriptor_);
+  lock.lock();
+  if (fault && !failed_) fail(std::string("what was written did not reach the disk: ") + std::strerror(fault));
+}
+
 void RecordFile::run() {
   // A limit on the size of files comes as an error of write(), not as a signal that would end the program.
   ::sigset_t all;
@@ -109,12 +128,13 @@ void RecordFile::run() {
       const int fault = write_all(descriptor_, bytes);
       lock.lock();
       unsynced = true;
-      if (fault) fail(std::strerror(fault));
+      if (fault)
+        fail(std::strerror(fault));
+      else
+        written_ += bytes.size();
     }
     if (unsynced && (ending_ || Clock::now() - synced >= kSyncEvery)) {
-      lock.unlock();
-      ::fdatasync(descriptor_);  // pipes and devices cannot, and need not
-      lock.lock();
+      put_on_disk(lock);
       synced = Clock::now();
       unsynced = false;
     }

@@ -1,17 +1,20 @@
 #include "common/json/json.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 
 #include "common/base/error.hpp"
+#include "common/base/in_quotes.hpp"
 
 namespace palpate {
 
 namespace {
 
 constexpr int kMaxDepth = 32;
+constexpr std::size_t kMaxFields = 1'000;  // each is compared with those before it
 
 class Scanner {
  public:
@@ -33,7 +36,7 @@ class Scanner {
   std::string here() const {
     if (at_ >= text_.size()) return "the file ends early";
     if (static_cast<unsigned char>(text_[at_]) < 0x20) return "a control character is in the text";
-    return "'" + std::string(1, text_[at_]) + "' is out of place";
+    return in_quotes(text_.substr(at_, std::max<std::size_t>(1, character_bytes(text_.substr(at_)))), '\'') + " is out of place";
   }
 
   void skip_space() {
@@ -85,12 +88,13 @@ class Scanner {
       const int line = line_;
       std::string key = string();
       if (const Json* twin = json.find(key)) {
-        fail("field \"" + key + "\" is given twice, first in line " + std::to_string(twin->line), "each field once");
+        fail("field " + in_quotes(key) + " is given twice, first in line " + std::to_string(twin->line), "each field once");
       }
-      if (!accept(':')) fail(here(), "':' after \"" + key + "\"");
+      if (!accept(':')) fail(here(), "':' after " + in_quotes(key));
       Json member = value(depth + 1);
       member.line = line;
       member.key = std::move(key);
+      if (json.items.size() == kMaxFields) fail("an object has too many fields", "at most " + std::to_string(kMaxFields));
       json.items.push_back(std::move(member));
     } while (accept(','));
     if (!accept('}')) fail(here(), "',' or '}' after a field");
@@ -140,7 +144,8 @@ class Scanner {
       json.kind = Json::Kind::boolean;
       json.text = word;
     } else if (word != "null") {
-      fail(word.empty() ? here() : "'" + word + "' is not a value", "a number, a text in double quotes, a list or an object");
+      fail(word.empty() ? here() : in_quotes(word, '\'') + " is not a value",
+           "a number, a text in double quotes, a list or an object");
     }
     at_ = end;
   }

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "common/base/error.hpp"
+#include "common/base/in_quotes.hpp"
 #include "common/base/limits.hpp"
 #include "common/motion/motion.hpp"
 
@@ -37,17 +38,12 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
-std::string quoted(std::string_view text) {
-  constexpr std::size_t kShown = 40;
-  return "'" + std::string(text.substr(0, kShown)) + (text.size() > kShown ? "...'" : "'");
-}
-
 double parse_number(std::string_view text, const std::string& where, std::string_view column) {
   const std::string_view cell = trimmed(text);
   double value = 0;
   const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
   if (error != std::errc{} || end != cell.data() + cell.size() || !std::isfinite(value))
-    throw InputError(where, std::string(column) + " is " + quoted(cell), "a finite number");
+    throw InputError(where, std::string(column) + " is " + in_quotes(cell, '\''), "a finite number");
   return value;
 }
 
@@ -96,7 +92,7 @@ void add_hold(const Row& row, const Layout& layout, MotionHolds& holds, const st
 Layout layout_of(std::string_view header, const std::string& where) {
   for (const Layout layout : {Layout{}, Layout{true, false}, Layout{false, true}, Layout{true, true}})
     if (header == layout.header()) return layout;
-  throw InputError(where, "header is " + quoted(header), std::string(kHeader) + "[,qx,qy,qz,qw][,buttons]");
+  throw InputError(where, "header is " + in_quotes(header, '\''), std::string(kHeader) + "[,qx,qy,qz,qw][,buttons]");
 }
 
 void append(std::string& text, double value) {

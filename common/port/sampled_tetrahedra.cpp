@@ -9,7 +9,9 @@ namespace palpate {
 namespace {
 
 // Sums that stay in registers from one variable to the next: those of Eigen do not.
-using Lane = float __attribute__((vector_size(sizeof(TetraLane)), may_alias, aligned(alignof(TetraLane))));
+using LaneVector = float __attribute__((vector_size(sizeof(TetraLane))));
+using Lane __attribute__((may_alias, aligned(alignof(TetraLane)))) = LaneVector;
+static_assert(alignof(Lane) == alignof(TetraLane), "where Eigen keeps its arrays less strictly than vectors, lanes are read so");
 Lane* lanes(float* at) { return reinterpret_cast<Lane*>(at); }
 const Lane* lanes(const float* at) { return reinterpret_cast<const Lane*>(at); }
 

@@ -11,13 +11,43 @@ namespace {
 
 constexpr std::size_t kMaxText = 1u << 24;
 
+constexpr std::size_t kOffsetBytes = 4, kTableBytes = 2 * kOffsetBytes;  // at least: where it is, and where its layout is
+
+/// No writer stores a thing once and names it many times, but FlatBuffers allow it: a part of megabytes could say gigabytes. So
+/// everything that is read out of a part is counted, and is no more than the part has bytes.
+class PartSense : public Sense {
+ public:
+  explicit PartSense(std::span<const std::byte> part) : left_(part.size()) {}
+
+  /// False, and the part is refused, where so many things of this size are more than is left.
+  bool take(std::size_t count, std::size_t bytes_each) {
+    const bool there = ok() && count <= left_ / bytes_each;
+    that(there);
+    left_ -= there ? count * bytes_each : 0;
+    return there;
+  }
+  template <class Number>
+  std::vector<Number> numbers(const flatbuffers::Vector<Number>* vector) {
+    if (!vector || !take(vector->size(), sizeof(Number))) return {};
+    return {vector->begin(), vector->end()};
+  }
+  std::string text(const flatbuffers::String* text) {
+    return text && take(kOffsetBytes + text->size(), 1) ? text->str() : std::string();
+  }
+  using Sense::text;
+
+ private:
+  std::size_t left_;
+};
+
 /// A part, verified. The verifier and the accessors want its numbers aligned, so it is copied.
 class Verified {
  public:
   explicit Verified(std::span<const std::byte> part) : bytes_(part.begin(), part.end()) {
     const auto* data = reinterpret_cast<const std::uint8_t*>(bytes_.data());
-    constexpr unsigned kDepth = 16, kTables = 4'000'000;
-    flatbuffers::Verifier verifier(data, bytes_.size(), kDepth, kTables);
+    constexpr unsigned kDepth = 16;
+    const auto tables = static_cast<flatbuffers::uoffset_t>(2 + bytes_.size() / kTableBytes);
+    flatbuffers::Verifier verifier(data, bytes_.size(), kDepth, tables);
     if (record::VerifySizePrefixedPartBuffer(verifier)) part_ = record::GetSizePrefixedPart(data);
   }
   const record::Part* operator->() const { return part_; }
@@ -28,14 +58,30 @@ class Verified {
   const record::Part* part_ = nullptr;
 };
 
-/// Every item of a vector that may be missing.
-template <class Vector, class Take>
-void each(const Vector* vector, Take take) {
-  if (!vector) return;
-  for (const auto* item : *vector) take(*item);
+/// Every item of a vector that may be missing: structs lie in it, tables elsewhere.
+template <class Item, class Take>
+void each(const flatbuffers::Vector<const Item*>* vector, PartSense& sense, Take take) {
+  if (!vector || !sense.take(vector->size(), sizeof(Item))) return;
+  // The verifier sees to the alignment of the length alone.
+  sense.that(reinterpret_cast<std::uintptr_t>(vector->Data()) % alignof(Item) == 0);
+  if (!sense.ok()) return;
+  for (const Item* item : *vector) take(*item);
+}
+template <class Item, class Take>
+void each(const flatbuffers::Vector<flatbuffers::Offset<Item>>* vector, PartSense& sense, Take take) {
+  if (!vector || !sense.take(vector->size(), kTableBytes)) return;
+  for (const Item* item : *vector) take(*item);
 }
 
-std::string text_of(const flatbuffers::String* text) { return text ? text->str() : std::string(); }
+/// JSON has lines.
+bool is_utf8(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t length = character_bytes(text);
+    if (length == 0) return false;
+    text.remove_prefix(length);
+  }
+  return true;
+}
 
 template <class Kind>
 Kind kind_of(std::uint8_t value, std::size_t kinds, Sense& sense) {
@@ -69,42 +115,40 @@ Micros time_of(std::int64_t t, Sense& sense) {
 }
 
 /// A sheet has no triangles, a station's recording no surface at all; FlatBuffers leave out what is empty.
-bool decode(const record::Surface& table, RecordedSurface& surface, Sense& sense) {
-  const std::size_t vertices = table.nodes() ? table.nodes()->size() : 0;
-  const std::size_t corners = table.triangles() ? table.triangles()->size() : 0;
-  if ((table.rest() ? table.rest()->size() : 0) != vertices || corners % 3 != 0) return false;
+bool decode(const record::Surface& table, RecordedSurface& surface, PartSense& sense) {
   surface.body_vertices = table.body_vertices();
   surface.mesh_hash = table.mesh_hash();
-  for (flatbuffers::uoffset_t i = 0; i < vertices; ++i) {
-    surface.nodes.push_back(table.nodes()->Get(i));
-    surface.rest.push_back(position_of(*table.rest()->Get(i), sense));
-    sense.that(surface.nodes.back() < surface.body_vertices);
-  }
-  for (flatbuffers::uoffset_t i = 0; i < corners; i += 3) {
-    surface.triangles.push_back({table.triangles()->Get(i), table.triangles()->Get(i + 1), table.triangles()->Get(i + 2)});
-    for (const std::uint32_t corner : surface.triangles.back()) sense.that(corner < vertices);
-  }
-  if (table.fixed()) surface.fixed.assign(table.fixed()->begin(), table.fixed()->end());
+  surface.nodes = sense.numbers(table.nodes());
+  surface.fixed = sense.numbers(table.fixed());
+  const std::vector<std::uint32_t> corners = sense.numbers(table.triangles());
+  each(table.rest(), sense, [&](const wire::Point& rest) { surface.rest.push_back(position_of(rest, sense)); });
+  const std::size_t vertices = surface.nodes.size();
+  sense.that(surface.rest.size() == vertices && corners.size() % 3 == 0);
+  if (!sense.ok()) return false;
+  for (std::size_t i = 0; i < corners.size(); i += 3) surface.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
+  for (const std::uint32_t node : surface.nodes) sense.that(node < surface.body_vertices);
+  for (const std::uint32_t corner : corners) sense.that(corner < vertices);
   for (const std::uint32_t vertex : surface.fixed) sense.that(vertex < vertices);
   return sense.ok();
 }
 
-RecordedEvent event_of(const record::Event& table, Micros base, Sense& sense) {
+RecordedEvent event_of(const record::Event& table, Micros base, PartSense& sense) {
   RecordedEvent event;
   event.t = base + Micros{table.at()};
   event.kind = kind_of<RecordedEventKind>(table.kind(), kRecordedEventKinds, sense);
   event.station = table.station();
   event.role = kind_of<RecordedRole>(table.role(), 3, sense);
   event.scheme = scheme_of(table.scheme(), sense);
-  event.name = text_of(table.name());
-  event.text = text_of(table.text());
+  event.name = sense.text(table.name());
+  event.text = sense.text(table.text());
   sense.text(event.name, 0, kMaxNameBytes);
   sense.text(event.text, 0, kMaxText);
   return event;
 }
 
-std::optional<RecordedShape> shape_of(const record::Shape& table, Micros base, std::size_t vertices, Sense& sense) {
+std::optional<RecordedShape> shape_of(const record::Shape& table, Micros base, std::size_t vertices, PartSense& sense) {
   if (!table.low() || !table.high() || !table.positions() || table.positions()->size() != 3 * vertices) return std::nullopt;
+  if (!sense.take(table.positions()->size(), sizeof(std::uint16_t))) return std::nullopt;
   RecordedShape shape{base + Micros{table.at()}, {}};
   const Vec3 low = position_of(*table.low(), sense), step = (position_of(*table.high(), sense) - low) / 65535;
   sense.that((step.array() >= 0).all());
@@ -140,21 +184,21 @@ RecordedTick tick_of(const record::Tick& t, Micros base, Sense& sense) {
 }
 
 /// What happened at the server.
-bool decode_room(const record::Block& table, Micros base, std::size_t vertices, RecordedBlock& block, Sense& sense) {
-  each(table.paths(), [&](const record::Path& path) {
+bool decode_room(const record::Block& table, Micros base, std::size_t vertices, RecordedBlock& block, PartSense& sense) {
+  each(table.paths(), sense, [&](const record::Path& path) {
     RecordedPath& ours = block.paths.emplace_back();
     ours.station = path.station();
-    each(path.samples(), [&](const record::Sample& s) {
+    each(path.samples(), sense, [&](const record::Sample& s) {
       ours.samples.push_back({base + Micros{s.at()}, position_of(s.position(), sense)});
     });
   });
-  each(table.frames(), [&](const record::Frame& f) {
+  each(table.frames(), sense, [&](const record::Frame& f) {
     block.frames.push_back({base + Micros{f.at()}, Micros{f.took()}, Micros{f.behind()}, f.skipped(), f.steps(), f.cut_steps(),
                             static_cast<int>(f.newton() & 0x7fffffff), (f.flags() & 1) != 0});
   });
-  each(table.touches(), [&](const record::Touch& t) { block.touches.push_back(touch_of(t, base, sense)); });
+  each(table.touches(), sense, [&](const record::Touch& t) { block.touches.push_back(touch_of(t, base, sense)); });
   bool whole = true;
-  each(table.shapes(), [&](const record::Shape& s) {
+  each(table.shapes(), sense, [&](const record::Shape& s) {
     auto shape = shape_of(s, base, vertices, sense);
     whole = whole && shape;
     if (whole) block.shapes.push_back(std::move(*shape));
@@ -163,14 +207,14 @@ bool decode_room(const record::Block& table, Micros base, std::size_t vertices, 
 }
 
 /// What happened at the client.
-void decode_station(const record::Block& table, Micros base, RecordedBlock& block, Sense& sense) {
-  each(table.ticks(), [&](const record::Tick& t) { block.ticks.push_back(tick_of(t, base, sense)); });
-  each(table.hand_overs(), [&](const record::HandOver& h) {
+void decode_station(const record::Block& table, Micros base, RecordedBlock& block, PartSense& sense) {
+  each(table.ticks(), sense, [&](const record::Tick& t) { block.ticks.push_back(tick_of(t, base, sense)); });
+  each(table.hand_overs(), sense, [&](const record::HandOver& h) {
     sense.that(std::isfinite(h.step()), WireFault::not_finite);
     block.hand_overs.push_back({base + Micros{h.at()}, time_of(h.stamp(), sense), h.step()});
   });
-  each(table.packets(), [&](const record::Packet& p) {
-    if (!p.bytes()) return;
+  each(table.packets(), sense, [&](const record::Packet& p) {
+    if (!p.bytes() || !sense.take(p.bytes()->size(), 1)) return;
     sense.that(p.bytes()->size() <= kMaxDatagramBytes);
     const auto bytes = std::as_bytes(std::span(p.bytes()->data(), p.bytes()->size()));
     block.packets.push_back({base + Micros{p.at()}, {bytes.begin(), bytes.end()}});
@@ -183,17 +227,19 @@ std::optional<RecordingHead> decode_head(std::span<const std::byte> part) {
   const Verified verified(part);
   const record::Head* table = verified ? verified->content_as_Head() : nullptr;
   if (!table) return std::nullopt;
-  Sense sense;
+  PartSense sense(part);
   RecordingHead head;
   head.kind = kind_of<RecordingKind>(table->kind(), 2, sense);
-  head.program = text_of(table->program());
-  head.name = text_of(table->name());
+  head.program = sense.text(table->program());
+  head.name = sense.text(table->name());
   head.unix_time = time_of(table->unix_time(), sense);
   head.clock_time = time_of(table->clock_time(), sense);
   head.rate_hz = table->rate_hz();
   head.shapes_hz = table->shapes_hz();
-  head.scene = text_of(table->scene());
-  head.scene_file = text_of(table->scene_file());
+  head.scene = sense.text(table->scene());
+  head.scene_file = sense.text(table->scene_file());
+  for (const std::string& text : {head.program, head.name, head.scene_file}) sense.text(text, 0, kMaxText);
+  sense.that(is_utf8(head.scene));
   sense.number(head.rate_hz, 0, kMaxRateHz);
   sense.number(head.shapes_hz, 0, kMaxRateHz);
   if (table->surface() && !decode(*table->surface(), head.surface, sense)) return std::nullopt;
@@ -204,19 +250,19 @@ std::optional<RecordedBlock> decode_block(std::span<const std::byte> part, std::
   const Verified verified(part);
   const record::Block* table = verified ? verified->content_as_Block() : nullptr;
   if (!table) return std::nullopt;
-  Sense sense;
+  PartSense sense(part);
   const Micros base = time_of(table->base(), sense);
   RecordedBlock block;
   if (!decode_room(*table, base, vertices, block, sense)) return std::nullopt;
   decode_station(*table, base, block, sense);
-  each(table->turns(), [&](const record::Turn& t) {
+  each(table->turns(), sense, [&](const record::Turn& t) {
     block.turns.push_back({base + Micros{t.at()}, t.station(), orientation_of(t.turn(), sense)});
   });
-  each(table->buttons(), [&](const record::Buttons& b) {
+  each(table->buttons(), sense, [&](const record::Buttons& b) {
     block.buttons.push_back({base + Micros{b.at()}, b.station(), b.pressed()});
   });
-  each(table->events(), [&](const record::Event& event) { block.events.push_back(event_of(event, base, sense)); });
-  each(table->links(), [&](const record::Link& l) {
+  each(table->events(), sense, [&](const record::Event& event) { block.events.push_back(event_of(event, base, sense)); });
+  each(table->links(), sense, [&](const record::Link& l) {
     block.links.push_back({base + Micros{l.at()}, l.station(), Micros{l.rtt()}, Micros{l.rtt_min()}, Micros{l.jitter()},
                            Micros{l.patch_age()}, time_of(l.offset(), sense), l.received(), l.lost()});
   });
@@ -227,12 +273,12 @@ std::optional<RecordingIndex> decode_index(std::span<const std::byte> part) {
   const Verified verified(part);
   const record::Index* table = verified ? verified->content_as_Index() : nullptr;
   if (!table) return std::nullopt;
-  Sense sense;
+  PartSense sense(part);
   RecordingIndex index;
-  each(table->entries(), [&](const record::Entry& e) {
+  each(table->entries(), sense, [&](const record::Entry& e) {
     index.blocks.push_back({e.offset(), time_of(e.first(), sense), time_of(e.last(), sense)});
   });
-  each(table->joins(), [&](const record::Event& event) { index.joins.push_back(event_of(event, Micros{}, sense)); });
+  each(table->joins(), sense, [&](const record::Event& event) { index.joins.push_back(event_of(event, Micros{}, sense)); });
   return sense.ok() ? std::optional(std::move(index)) : std::nullopt;
 }
 

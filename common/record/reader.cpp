@@ -121,7 +121,9 @@ std::string RecordingReader::name_of(StationId id) const {
 }
 
 std::optional<RecordedBlock> RecordingReader::read(std::size_t k) const {
-  const layout::PartView view = layout::part_at(bytes_, blocks_[k].offset);
+  // A block that reaches into the next is damaged: an index of blocks within blocks would make a small file a long one.
+  const std::size_t end = k + 1 < blocks_.size() ? blocks_[k + 1].offset : bytes_.size();
+  const layout::PartView view = layout::part_at(bytes_.first(end), blocks_[k].offset);
   if (view.fault) return std::nullopt;
   return decode_block(view.part, head_.surface.nodes.size());
 }

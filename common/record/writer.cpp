@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "common/base/in_quotes.hpp"
 #include "common/record/layout.hpp"
 #include "common/wire/pack.hpp"
 #include "recording_generated.h"
@@ -54,14 +55,14 @@ std::unique_ptr<record::SurfaceT> table_of(const RecordedSurface& surface) {
 record::HeadT table_of(const RecordingHead& head) {
   record::HeadT table;
   table.kind = static_cast<std::uint8_t>(head.kind);
-  table.program = head.program;
-  table.name = head.name;
+  table.program = made_plain(head.program);
+  table.name = made_plain(head.name);
   table.unix_time = head.unix_time.count();
   table.clock_time = head.clock_time.count();
   table.rate_hz = head.rate_hz;
   table.shapes_hz = head.shapes_hz;
   table.scene = head.scene;
-  table.scene_file = head.scene_file;
+  table.scene_file = made_plain(head.scene_file);
   table.surface = table_of(head.surface);
   return table;
 }

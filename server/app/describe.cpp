@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "server/body/finger_stiffness.hpp"
+#include "server/body/locking.hpp"
 #include "server/io/frame_cost.hpp"
 #include "server/room/room.hpp"
 
@@ -25,6 +26,17 @@ std::string advice(const LumpedBody& body) {
       std::minmax_element(body.nodes.begin(), body.nodes.end(), [](const Vec3& a, const Vec3& b) { return a.z() < b.z(); });
   return fmt::format("\"fixed_below_z_m\": {:.3f} beside \"density_kg_m3\" holds the lowest tenth",
                      low->z() + 0.1 * (high->z() - low->z()));
+}
+
+/// Of tetrahedra that lock by more than a twentieth.
+std::optional<std::string> locking_line(const LumpedBody& body) {
+  constexpr double kSaid = 0.05;
+  const double locking = expected_locking(body);
+  if (!(locking > kSaid)) return std::nullopt;
+  return fmt::format(
+      "element    linear tetrahedra: where it bends, the body is about {:.1f} times as stiff as its material; hexahedra "
+      "(\"element\" in solid, docs/reference/scenes.md) are not",
+      1 + locking);
 }
 
 std::string touch_line(const Scene& scene, const FingerStiffness& finger) {
@@ -78,6 +90,7 @@ std::vector<std::string> describe(const Scene& scene, double rate_hz) {
         "warning: {}; {}",
         held == 0 ? "no node is held, a tool pushes the body away" : "hardly a node is held, the body flops under a tool",
         advice(body)));
+  if (const auto locking = locking_line(body)) lines.push_back(*locking);
   constexpr std::size_t kSolvedMost = 20'000;  // nodes of a body whose stiffness is solved for within a second or so
   const bool small = body.nodes.size() <= kSolvedMost;
   const std::optional<FingerStiffness> finger = small ? finger_stiffness(scene, home_of(scene)) : std::nullopt;

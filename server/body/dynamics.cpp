@@ -7,7 +7,8 @@ Dynamics::Dynamics(const LumpedBody& body)
       masses_(3 * static_cast<Eigen::Index>(body.nodes.size())),
       pattern_(static_cast<std::uint32_t>(body.nodes.size()), edges_of(body)),
       springs_(body, pattern_),
-      tetrahedra_(body, pattern_) {
+      tetrahedra_(body, pattern_),
+      hexahedra_(body, pattern_) {
   for (std::uint32_t i = 0; i < nodes(); ++i) at_node(masses_, i).setConstant(body.masses_kg[i]);
 }
 
@@ -24,10 +25,11 @@ void Dynamics::forces(const Vector& x, const Vector& v, Vector& f) const {
   for (std::uint32_t i = 0; i < nodes(); ++i) at_node(f, i) = body_->masses_kg[i] * body_->gravity_m_s2;
   springs_.add_forces(x, v, f);
   tetrahedra_.add_forces(x, v, f);
+  hexahedra_.add_forces(x, v, f);
 }
 
 Vec3 Dynamics::element_force(const BodyState& state, std::uint32_t node) const {
-  return springs_.force_on(state, node) + tetrahedra_.force_on(state, node);
+  return springs_.force_on(state, node) + tetrahedra_.force_on(state, node) + hexahedra_.force_on(state, node);
 }
 
 BlockMatrix Dynamics::make_matrix() const { return pattern_; }
@@ -39,6 +41,7 @@ void Dynamics::assemble(const BodyState& state, double c_m, double c_d, double c
     a.block(a.diagonal(i)).diagonal().setConstant(held[i] ? 1.0 : c_m * body_->masses_kg[i]);
   springs_.add_tangents(state, c_d, c_k, held, clamp, a);
   tetrahedra_.add_tangents(state, c_d, c_k, held, clamp, a);
+  hexahedra_.add_tangents(state, c_d, c_k, held, clamp, a);
   if (!body_->planar) return;
   // Nothing couples the nodes of a planar body across its plane; with c_m = 0 those rows would be empty.
   for (std::uint32_t i = 0; i < nodes(); ++i)
@@ -49,18 +52,20 @@ void Dynamics::multiply_tangents(const BodyState& state, const Vector& y, Vector
   k_y = Vector::Zero(y.size());
   d_y = Vector::Zero(y.size());
   springs_.add_products(state, y, k_y, d_y);
-  if (tetrahedra_.empty()) return;
+  if (!body_->is_solid()) return;
   std::vector<NodeLanes> in(nodes()), k(nodes()), d(nodes());
   pack_columns(y, 0, in);
   pack_columns(k_y, 0, k);
   pack_columns(d_y, 0, d);
   tetrahedra_.add_products(tetrahedra_.tangents(state), in, k, d);
+  hexahedra_.add_products(hexahedra_.tangents(state), in, k, d);
   unpack_columns(k, 0, k_y);
   unpack_columns(d, 0, d_y);
 }
 
 double Dynamics::energy(const BodyState& state) const {
-  double energy = 0.5 * state.v.dot(masses_.cwiseProduct(state.v)) + springs_.energy(state.x) + tetrahedra_.energy(state.x);
+  double energy = 0.5 * state.v.dot(masses_.cwiseProduct(state.v)) + springs_.energy(state.x) + tetrahedra_.energy(state.x) +
+                  hexahedra_.energy(state.x);
   for (std::uint32_t i = 0; i < nodes(); ++i)
     energy -= body_->masses_kg[i] * body_->gravity_m_s2.dot(at_node(state.x, i) - body_->nodes[i]);
   return energy;

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "server/body/hexahedra.hpp"
 #include "server/body/springs.hpp"
 #include "server/body/tetrahedra.hpp"
 
@@ -24,6 +25,7 @@ class Dynamics {
   const Vector& masses() const { return masses_; }  ///< 3 N, each node's mass three times [kg]
   BodyState rest_state() const;
   const Tetrahedra& tetrahedra() const { return tetrahedra_; }
+  const Hexahedra& hexahedra() const { return hexahedra_; }
 
   /// F(x, v): element forces and gravity.
   void forces(const Vector& x, const Vector& v, Vector& f) const;
@@ -48,6 +50,7 @@ class Dynamics {
   BlockMatrix pattern_;
   Springs springs_;
   Tetrahedra tetrahedra_;
+  Hexahedra hexahedra_;
 };
 
 /// Sets the rows of held nodes to zero.

@@ -69,7 +69,7 @@ class Once {
 }  // namespace
 
 bool SpringBlocks::covers(const LumpedBody& body) {
-  return !body.elements.empty() && body.tetrahedra.empty() && body.law != SpringLaw::thigh_skin;
+  return !body.elements.empty() && !body.is_solid() && body.law != SpringLaw::thigh_skin;
 }
 
 SpringBlocks::SpringBlocks(const LumpedBody& body) {

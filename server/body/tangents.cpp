@@ -48,6 +48,7 @@ void Tangents::take(const BodyState& state) {
     e.across_n_m = s.axial * s.inv_length;
   }
   tetrahedra_ = dynamics_->tetrahedra().tangents(state);
+  hexahedra_ = dynamics_->hexahedra().tangents(state);
 }
 
 void Tangents::assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
@@ -96,6 +97,7 @@ void Tangents::multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
     std::fill(d.begin(), d.end(), NodeLanes{});
     add_springs(in, k, d);
     dynamics_->tetrahedra().add_products(tetrahedra_, in, k, d);
+    dynamics_->hexahedra().add_products(hexahedra_, in, k, d);
     unpack_columns(k, first, k_y);
     unpack_columns(d, first, d_y);
   }
@@ -109,6 +111,7 @@ void Tangents::multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum
     std::fill(out.begin(), out.end(), NodeLanes{});
     add_sum_of_springs(in, c_k, c_d, out);
     dynamics_->tetrahedra().add_sums(tetrahedra_, in, c_k, c_d, out);
+    dynamics_->hexahedra().add_sums(hexahedra_, in, c_k, c_d, out);
     unpack_columns(out, first, sum);
   }
 }

@@ -3,8 +3,8 @@
 //     K y = sum_e ( (T' - t) n n^T + t I ) (y_a - y_b),     D y = sum_e b n n^T (y_a - y_b),     t = s / L
 //
 // n direction, T' slope, s force, L length and b damper of element e between nodes a and b (element_kernel.hpp); what acts on a
-// acts the other way on b; of tetrahedra those of tetrahedra.hpp. For products the matrices are not put together: a spring has
-// six numbers and its two blocks of a row eighteen, and it is memory that limits a product.
+// acts the other way on b; of finite elements those of tetrahedra.hpp and hexahedra.hpp. For products the matrices are not put
+// together: a spring has six numbers and its two blocks of a row eighteen, and it is memory that limits a product.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ class Tangents {
   /// (c_k K + c_d D) Y, for less than both.
   void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const;
   /// Whether assemble() knows all that the body is made of: springs.
-  bool can_assemble() const { return dynamics_->tetrahedra().empty(); }
+  bool can_assemble() const { return !dynamics_->body().is_solid(); }
   /// c_m M + c_d D + c_k K; see Dynamics::assemble.
   void assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp, UpperBlocks& a) const;
 
@@ -45,6 +45,7 @@ class Tangents {
   std::vector<std::uint32_t> first_;  // springs are sorted by a; those of node i begin at first_[i]
   std::vector<Spring> springs_;
   std::vector<TetraTangent> tetrahedra_;
+  std::vector<HexaTangent> hexahedra_;
 };
 
 }  // namespace palpate

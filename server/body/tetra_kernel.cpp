@@ -171,20 +171,19 @@ Mat3 TetraTangent::apply(const Mat3& df) const {
   return dp;
 }
 
-Mat3 TetraTangent::block(const TetraRest& rest, int i, int j) const {
-  const Vec3 bi = rest.b.col(i), bj = rest.b.col(j);
+Mat3 TetraTangent::block(double volume_m3, const Vec3& bi, const Vec3& bj, bool same) const {
   Mat3 k = Mat3::Zero();
   k.diagonal().setConstant(a_ * bi.dot(bj));
   for (std::size_t t = 0; t < terms_; ++t) k += c_[t] * (q_[t] * bi) * (q_[t] * bj).transpose();
   // The mixed second derivative of det F for rank-one changes: (di x dj) . F (bi x bj).
-  if (kappa_ != 0 && i != j) k -= kappa_ * cross_matrix(f_ * bi.cross(bj));
-  return rest.volume_m3 * k;
+  if (kappa_ != 0 && !same) k -= kappa_ * cross_matrix(f_ * bi.cross(bj));
+  return volume_m3 * k;
 }
 
-Mat3 viscous_block(const TetraMaterial& m, const TetraRest& rest, const Mat3& f, int i, int j) {
-  const Vec3 fi = f * rest.b.col(i), fj = f * rest.b.col(j);
-  return rest.volume_m3 * (m.viscous_mu * (rest.b.col(i).dot(rest.b.col(j)) * f * f.transpose() + fj * fi.transpose()) +
-                           m.viscous_lambda * fi * fj.transpose());
+Mat3 viscous_block(const TetraMaterial& m, double volume_m3, const Vec3& bi, const Vec3& bj, const Mat3& f) {
+  const Vec3 fi = f * bi, fj = f * bj;
+  return volume_m3 *
+         (m.viscous_mu * (bi.dot(bj) * f * f.transpose() + fj * fi.transpose()) + m.viscous_lambda * fi * fj.transpose());
 }
 
 }  // namespace palpate

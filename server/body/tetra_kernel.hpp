@@ -35,6 +35,7 @@ using Mat34 = Eigen::Matrix<double, 3, 4>;
 /// A material with the parameters of its law worked out.
 struct TetraMaterial {
   explicit TetraMaterial(const SolidMaterial& material);
+  bool is_viscous() const { return viscous_mu != 0 || viscous_lambda != 0; }
   SolidLaw law;
   double mu, lambda;                  ///< of the law [Pa]
   double alpha = 1;                   ///< neo_hookean
@@ -62,7 +63,9 @@ class TetraTangent {
   /// dP for a change of F.
   Mat3 apply(const Mat3& df) const;
   /// V d(P b_i)/dx_j, the block of K for nodes i and j.
-  Mat3 block(const TetraRest& rest, int i, int j) const;
+  Mat3 block(const TetraRest& rest, int i, int j) const { return block(rest.volume_m3, rest.b.col(i), rest.b.col(j), i == j); }
+  /// The same for any element of one deformation gradient; `same`: b_i is b_j.
+  Mat3 block(double volume_m3, const Vec3& bi, const Vec3& bj, bool same) const;
 
   const Mat3& f() const { return f_; }
   double a() const { return a_; }
@@ -89,6 +92,9 @@ class TetraTangent {
 };
 
 /// V d(P_viscous b_i)/dv_j, the block of D for nodes i and j.
-Mat3 viscous_block(const TetraMaterial& material, const TetraRest& rest, const Mat3& f, int i, int j);
+Mat3 viscous_block(const TetraMaterial& material, double volume_m3, const Vec3& bi, const Vec3& bj, const Mat3& f);
+inline Mat3 viscous_block(const TetraMaterial& material, const TetraRest& rest, const Mat3& f, int i, int j) {
+  return viscous_block(material, rest.volume_m3, rest.b.col(i), rest.b.col(j), f);
+}
 
 }  // namespace palpate

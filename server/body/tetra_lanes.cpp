@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "common/port/polar_lanes.hpp"
+#include "server/body/solid_lanes.hpp"
 
 namespace palpate {
 namespace {
@@ -37,44 +37,6 @@ struct Part {
 };
 
 template <std::size_t N>
-PALPATE_INLINE void add_neo_hookean(const TetraMaterial& m, const Mat<N>& f, Mat<N>& p) {
-  Mat<N> g;
-  cofactors(f, g);
-  Doubles<N> i, j;
-  inner(f, f, i);
-  determinant(f, g, j);
-  const Doubles<N> a = m.mu * (1.0 - 1.0 / (i + 1.0)), c = m.lambda * (j - m.alpha);
-  for (int r = 0; r < 3; ++r)
-    for (int s = 0; s < 3; ++s) p.of[r][s] += a * f.of[r][s] + c * g.of[r][s];
-}
-
-template <std::size_t N>
-PALPATE_INLINE void add_corotational(const TetraMaterial& m, const Mat<N>& f, Mat<N>& p) {
-  Mat<N> r;
-  polar_rotations(f, r);
-  Doubles<N> trace;
-  inner(r, f, trace);
-  const Doubles<N> c = m.lambda * (trace - 3.0);
-  for (int k = 0; k < 3; ++k)
-    for (int s = 0; s < 3; ++s) p.of[k][s] += 2 * m.mu * (f.of[k][s] - r.of[k][s]) + c * r.of[k][s];
-}
-
-/// F (mu_v (C + C^T) + lambda_v tr(C) I), C = F^T F'
-template <std::size_t N>
-PALPATE_INLINE void add_viscous(const TetraMaterial& m, const Mat<N>& f, const Mat<N>& rate, Mat<N>& p) {
-  Mat<N> c;
-  for (int r = 0; r < 3; ++r)
-    for (int s = 0; s < 3; ++s) c.of[r][s] = f.of[0][r] * rate.of[0][s] + f.of[1][r] * rate.of[1][s] + f.of[2][r] * rate.of[2][s];
-  const Doubles<N> volume = m.viscous_lambda * (c.of[0][0] + c.of[1][1] + c.of[2][2]);
-  for (int r = 0; r < 3; ++r)
-    for (int s = 0; s < 3; ++s) {
-      Doubles<N> sum = f.of[r][s] * volume;
-      for (int k = 0; k < 3; ++k) sum += f.of[r][k] * (m.viscous_mu * (c.of[k][s] + c.of[s][k]));
-      p.of[r][s] += sum;
-    }
-}
-
-template <std::size_t N>
 PALPATE_INLINE void scatter(const Part<N>& part, const Mat<N>& stress, double* f) {
   alignas(64) double force[3][3][N];
   for (int i = 0; i < 3; ++i)
@@ -100,11 +62,8 @@ PALPATE_INLINE void add_forces(const TetraMaterial& m, const TetraGroup& group, 
     const Part<N> part{group, from};
     Mat<N> gradient, stress{};
     part.gradient(x, gradient);
-    if (m.law == SolidLaw::neo_hookean)
-      add_neo_hookean(m, gradient, stress);
-    else
-      add_corotational(m, gradient, stress);
-    if (m.viscous_mu != 0 || m.viscous_lambda != 0) {
+    add_elastic(m, gradient, stress);
+    if (m.is_viscous()) {
       Mat<N> rate;
       part.gradient(v, rate);
       add_viscous(m, gradient, rate, stress);
@@ -113,150 +72,25 @@ PALPATE_INLINE void add_forces(const TetraMaterial& m, const TetraGroup& group, 
   }
 }
 
-/// Everything that the blocks between two nodes have in common.
-template <std::size_t N>
-struct Linearised {
-  Doubles<N> a, kappa, along, spread, across,
-      viscous_volume;             ///< a, kappa, 2 mu / (I + 1)^2 or 0, lambda; mu_v, lambda_v times c_d / c_k
-  Mat<N> square;                  ///< F F^T
-  Doubles<N> fb[4][3], gb[4][3];  ///< F b_i, G b_i; corotational: R b_i
-  Doubles<N> b[4][3];
-  Mat<N> f, g;
-  Mat<N> turn[4];  ///< corotational: kappa W [R b_i]x, W of inverse_pair_sums
-  Truths<N> good;  ///< not cut
-};
-
-template <std::size_t N>
-PALPATE_INLINE void linearise_neo_hookean(const TetraMaterial& m, const Doubles<N>& volume, double c_k, Linearised<N>& at) {
-  cofactors(at.f, at.g);
-  Doubles<N> i, j;
-  inner(at.f, at.f, i);
-  determinant(at.f, at.g, j);
-  i += 1.0;
-  at.a = c_k * m.mu * (1.0 - 1.0 / i) * volume;
-  at.along = c_k * 2 * m.mu / (i * i) * volume;
-  at.kappa = c_k * m.lambda * (j - m.alpha) * volume;
-  at.good = i > 0.0;
-}
-
-/// W = ((tr S) I - S)^-1 of the symmetric S = F R^T: R turns about W t where F changes by dF, t the axial part of dF R^T. `apart`
-/// where no two principal stretches add to less than kLeastPairSum.
-template <std::size_t N>
-PALPATE_INLINE void inverse_pair_sums(const Mat<N>& f, const Mat<N>& r, Mat<N>& w, Truths<N>& apart) {
-  Mat<N> s, h, g;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) s.of[i][j] = f.of[i][0] * r.of[j][0] + f.of[i][1] * r.of[j][1] + f.of[i][2] * r.of[j][2];
-  pair_sums(s, h);
-  cofactors(h, g);
-  Doubles<N> det;
-  determinant(h, g, det);
-  for (int k = 0; k < 9; ++k) w.of[k / 3][k % 3] = g.of[k / 3][k % 3] / det;
-  for (int k = 0; k < 3; ++k) h.of[k][k] -= kLeastPairSum;
-  cofactors(h, g);
-  determinant(h, g, det);
-  apart = (h.of[0][0] > 0.0) & (g.of[2][2] > 0.0) & (det > 0.0);  // leading minors
-}
-
-template <std::size_t N>
-PALPATE_INLINE void linearise_corotational(const TetraMaterial& m, const Doubles<N>& volume, double c_k, Linearised<N>& at,
-                                           Mat<N>& w) {
-  polar_rotations(at.f, at.g);
-  Doubles<N> trace;
-  inner(at.g, at.f, trace);
-  at.a = Doubles<N>{} + c_k * 2 * m.mu * volume;
-  at.along = Doubles<N>{};
-  at.kappa = c_k * (m.lambda * (trace - 3.0) - 2 * m.mu) * volume;
-  inverse_pair_sums(at.f, at.g, w, at.good);
-}
-
-template <std::size_t N>
-PALPATE_INLINE void linearise(const TetraMaterial& m, const Part<N>& part, const double* x, double c_d, double c_k,
-                              Linearised<N>& at) {
-  Mat<N> w;
-  part.gradient(x, at.f);
-  if (m.law == SolidLaw::neo_hookean)
-    linearise_neo_hookean(m, part.volume(), c_k, at);
-  else
-    linearise_corotational(m, part.volume(), c_k, at, w);
-  at.spread = c_k * m.lambda * part.volume();
-  at.across = c_d * m.viscous_mu * part.volume();
-  at.viscous_volume = c_d * m.viscous_lambda * part.volume();
-  for (int r = 0; r < 3; ++r)
-    for (int s = 0; s < 3; ++s)
-      at.square.of[r][s] = at.f.of[r][0] * at.f.of[s][0] + at.f.of[r][1] * at.f.of[s][1] + at.f.of[r][2] * at.f.of[s][2];
-  for (int c = 0; c < 3; ++c) {
-    for (int k = 0; k < 3; ++k) at.b[k + 1][c] = part.b(k, c);
-    at.b[0][c] = -(at.b[1][c] + at.b[2][c] + at.b[3][c]);
-  }
-  for (int k = 0; k < 4; ++k)
-    for (int r = 0; r < 3; ++r) {
-      at.fb[k][r] = at.f.of[r][0] * at.b[k][0] + at.f.of[r][1] * at.b[k][1] + at.f.of[r][2] * at.b[k][2];
-      at.gb[k][r] = at.g.of[r][0] * at.b[k][0] + at.g.of[r][1] * at.b[k][1] + at.g.of[r][2] * at.b[k][2];
-    }
-  if (m.law == SolidLaw::neo_hookean) return;
-  for (int k = 0; k < 4; ++k)
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) {
-        const int p = (c + 1) % 3, q = (c + 2) % 3;
-        at.turn[k].of[r][c] = at.kappa * (w.of[r][p] * at.gb[k][q] - w.of[r][q] * at.gb[k][p]);
-      }
-}
-
-/// Of the mixed second derivative of det F.
-template <std::size_t N>
-PALPATE_INLINE void add_mixed(const Linearised<N>& at, int i, int j, Mat<N>& k) {
-  const Doubles<N>*bi = at.b[i], *bj = at.b[j];
-  Doubles<N> normal[3], w[3];
-  for (int c = 0; c < 3; ++c) normal[c] = bi[(c + 1) % 3] * bj[(c + 2) % 3] - bi[(c + 2) % 3] * bj[(c + 1) % 3];
-  for (int r = 0; r < 3; ++r)
-    w[r] = at.kappa * (at.f.of[r][0] * normal[0] + at.f.of[r][1] * normal[1] + at.f.of[r][2] * normal[2]);
-  for (int r = 0; r < 3; ++r) {
-    k.of[r][(r + 1) % 3] += w[(r + 2) % 3];
-    k.of[r][(r + 2) % 3] -= w[(r + 1) % 3];
-  }
-}
-
-/// Of the turning of R: -kappa [R b_i]x W [R b_j]x
-template <std::size_t N>
-PALPATE_INLINE void add_turning(const Linearised<N>& at, int i, int j, Mat<N>& k) {
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) {
-      const int p = (r + 1) % 3, q = (r + 2) % 3;
-      k.of[r][c] += at.gb[i][q] * at.turn[j].of[p][c] - at.gb[i][p] * at.turn[j].of[q][c];
-    }
-}
-
-/// tetra_kernel.hpp: TetraTangent::block and viscous_block of nodes i and j.
-template <std::size_t N>
-PALPATE_INLINE void block(const Linearised<N>& at, SolidLaw law, int i, int j, Mat<N>& k) {
-  const Doubles<N>*bi = at.b[i], *bj = at.b[j];
-  const Doubles<N> dot = bi[0] * bj[0] + bi[1] * bj[1] + bi[2] * bj[2];
-  for (int r = 0; r < 3; ++r)
-    for (int s = 0; s < 3; ++s) {
-      k.of[r][s] = at.along * at.fb[i][r] * at.fb[j][s] + at.spread * at.gb[i][r] * at.gb[j][s] +
-                   at.across * (dot * at.square.of[r][s] + at.fb[j][r] * at.fb[i][s]) +
-                   at.viscous_volume * at.fb[i][r] * at.fb[j][s];
-      if (r == s) k.of[r][s] += at.a * dot;
-    }
-  if (law == SolidLaw::corotational)
-    add_turning(at, i, j, k);
-  else if (i != j)
-    add_mixed(at, i, j, k);
-}
-
 template <std::size_t N>
 PALPATE_INLINE std::uint32_t blocks(const TetraMaterial& m, const TetraGroup& group, const double* x, double c_d, double c_k,
                                     TetraBlocks& out) {
   std::uint32_t good = 0;
   for (std::size_t from = 0; from < group.count; from += N) {
-    Linearised<N> at;
-    linearise(m, Part<N>{group, from}, x, c_d, c_k, at);
+    Linearised<N, 4> at;
+    const Part<N> part{group, from};
+    part.gradient(x, at.f);
+    for (int c = 0; c < 3; ++c) {
+      for (int k = 0; k < 3; ++k) at.b[k + 1][c] = part.b(k, c);
+      at.b[0][c] = -(at.b[1][c] + at.b[2][c] + at.b[3][c]);
+    }
+    linearise(m, part.volume(), c_d, c_k, at);
     for (std::size_t l = 0; l < N; ++l)
       if (at.good[l]) good |= 1U << (from + l);
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j <= i; ++j) {
         Mat<N> k;
-        block(at, m.law, i, j, k);
+        tangent_block(at, m.law, i, j, k);
         auto& numbers = out.at[pair_index(static_cast<std::size_t>(i), static_cast<std::size_t>(j))];
         for (std::size_t n = 0; n < 9; ++n) doubles<N>(numbers[n].of + from) = k.of[n / 3][n % 3];
       }

@@ -1,14 +1,9 @@
 // Products of many columns with the tangents of tetrahedra, four columns side by side.
-#include "server/body/fused.hpp"
+#include "server/body/solid_columns.hpp"
 #include "server/body/tetrahedra.hpp"
 
 namespace palpate {
 namespace {
-
-/// A 3x3 matrix for each column.
-struct Mat {
-  ColumnLanes of[3][3];
-};
 
 template <class Lanes>
 struct Corners {
@@ -21,7 +16,7 @@ template <class Lanes>
 }
 
 /// sum over the nodes of y_i b_i^T
-[[gnu::always_inline]] inline void gradient(const Corners<const NodeLanes>& y, const Mat34& b, Mat& f) {
+[[gnu::always_inline]] inline void gradient(const Corners<const NodeLanes>& y, const Mat34& b, ColumnMat& f) {
   f = {};
   for (int i = 0; i < 4; ++i)
     for (int c = 0; c < 3; ++c) {
@@ -31,51 +26,8 @@ template <class Lanes>
     }
 }
 
-/// TetraTangent::apply
-[[gnu::always_inline]] inline void elastic(const TetraTangent& at, const Mat& df, Mat& dp) {
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) dp.of[r][c] = at.a() * df.of[r][c];
-  for (std::size_t k = 0; k < at.terms(); ++k) {
-    const Mat3& q = at.q(k);
-    ColumnLanes along{};
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) add_product(q(r, c), df.of[r][c], along);
-    along *= at.c(k);
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) add_product(q(r, c), along, dp.of[r][c]);
-  }
-  if (at.kappa() == 0) return;
-  const Mat3& f = at.f();
-  for (int c = 0; c < 3; ++c)
-    for (int r = 0; r < 3; ++r) {
-      const int p = (c + 1) % 3, q = (c + 2) % 3, s = (r + 1) % 3, t = (r + 2) % 3;
-      dp.of[r][c] += at.kappa() * (df.of[s][p] * f(t, q) - df.of[t][p] * f(s, q) + f(s, p) * df.of[t][q] - f(t, p) * df.of[s][q]);
-    }
-}
-
-/// p += much viscous_stress
-[[gnu::always_inline]] inline void add_viscous(const TetraMaterial& m, double much, const Mat3& f, const Mat& rate, Mat& p) {
-  Mat c;
-  for (int r = 0; r < 3; ++r)
-    for (int s = 0; s < 3; ++s) {
-      c.of[r][s] = f(0, r) * rate.of[0][s];
-      add_product(f(1, r), rate.of[1][s], c.of[r][s]), add_product(f(2, r), rate.of[2][s], c.of[r][s]);
-    }
-  const ColumnLanes volume = m.viscous_lambda * (c.of[0][0] + c.of[1][1] + c.of[2][2]);
-  Mat second;  // Piola-Kirchhoff
-  for (int r = 0; r < 3; ++r)
-    for (int s = 0; s < 3; ++s) second.of[r][s] = m.viscous_mu * (c.of[r][s] + c.of[s][r]);
-  for (int r = 0; r < 3; ++r) second.of[r][r] += volume;
-  const Mat3 turned = much * f;
-  for (int r = 0; r < 3; ++r)
-    for (int s = 0; s < 3; ++s)
-      for (int k = 0; k < 3; ++k) add_product(turned(r, k), second.of[k][s], p.of[r][s]);
-}
-
-[[gnu::always_inline]] inline bool is_viscous(const TetraMaterial& m) { return m.viscous_mu != 0 || m.viscous_lambda != 0; }
-
 /// V P b_i on each node.
-[[gnu::always_inline]] inline void scatter(const TetraRest& rest, const Mat& p, const Corners<NodeLanes>& to) {
+[[gnu::always_inline]] inline void scatter(const TetraRest& rest, const ColumnMat& p, const Corners<NodeLanes>& to) {
   for (int i = 0; i < 4; ++i) {
     const Vec3 b = rest.volume_m3 * rest.b.col(i);
     for (int c = 0; c < 3; ++c) {
@@ -90,9 +42,9 @@ template <class Lanes>
 [[gnu::always_inline]] inline void for_each_change(const auto& cells, const std::vector<TetraTangent>& at,
                                                    const std::vector<NodeLanes>& y, const auto& take) {
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    Mat change, p;
+    ColumnMat change, p;
     gradient(at_corners<const NodeLanes>(cells[k].nodes, y), cells[k].rest.b, change);
-    elastic(at[k], change, p);
+    apply_elastic(at[k], change, p);
     take(k, cells[k], change, p);
   }
 }
@@ -101,12 +53,12 @@ template <class Lanes>
 
 void Tetrahedra::add_products(const std::vector<TetraTangent>& at, const std::vector<NodeLanes>& y, std::vector<NodeLanes>& k_y,
                               std::vector<NodeLanes>& d_y) const {
-  for_each_change(cells_, at, y, [&](std::size_t k, const Cell& cell, const Mat& change, Mat& p) {
+  for_each_change(cells_, at, y, [&](std::size_t k, const Cell& cell, const ColumnMat& change, ColumnMat& p) {
     const TetraMaterial& m = materials_[cell.material];
     scatter(cell.rest, p, at_corners<NodeLanes>(cell.nodes, k_y));
-    if (!is_viscous(m)) return;
+    if (!m.is_viscous()) return;
     p = {};
-    add_viscous(m, 1, at[k].f(), change, p);
+    add_viscous_columns(m, 1, at[k].f(), change, p);
     scatter(cell.rest, p, at_corners<NodeLanes>(cell.nodes, d_y));
   });
   add_mass_damping(y, 1, d_y);
@@ -114,11 +66,11 @@ void Tetrahedra::add_products(const std::vector<TetraTangent>& at, const std::ve
 
 void Tetrahedra::add_sums(const std::vector<TetraTangent>& at, const std::vector<NodeLanes>& y, double c_k, double c_d,
                           std::vector<NodeLanes>& sum) const {
-  for_each_change(cells_, at, y, [&](std::size_t k, const Cell& cell, const Mat& change, Mat& p) {
+  for_each_change(cells_, at, y, [&](std::size_t k, const Cell& cell, const ColumnMat& change, ColumnMat& p) {
     const TetraMaterial& m = materials_[cell.material];
     for (auto& row : p.of)
       for (ColumnLanes& part : row) part *= c_k;
-    if (is_viscous(m)) add_viscous(m, c_d, at[k].f(), change, p);
+    if (m.is_viscous()) add_viscous_columns(m, c_d, at[k].f(), change, p);
     scatter(cell.rest, p, at_corners<NodeLanes>(cell.nodes, sum));
   });
   add_mass_damping(y, c_d, sum);

@@ -16,6 +16,8 @@ namespace palpate {
 
 class Tetrahedra {
  public:
+  using Blocks = TetraBlocks;
+
   /// `body` must outlive it. `pattern` has a block for every pair of nodes that share an element.
   Tetrahedra(const LumpedBody& body, const BlockMatrix& pattern);
 

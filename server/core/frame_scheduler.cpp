@@ -19,6 +19,10 @@ void ask_for_shapes(const ShapeViewer& viewer, FrameJob& job) {
   job.support = job.support || wants(ShapeChannel::support);
 }
 
+bool gave_patches(const FrameResult& result) {
+  return std::any_of(result.stations.begin(), result.stations.end(), [](const StationFrame& s) { return s.patch.has_value(); });
+}
+
 }  // namespace
 
 FrameScheduler::FrameScheduler(ContactKind contact, const ServerOptions& options)
@@ -170,6 +174,8 @@ void FrameScheduler::count(const FrameResult& result, const Stations& stations, 
   counts_.cut_steps += static_cast<std::uint64_t>(result.cut_steps);
   counts_.frames_failed += result.failed;
   ++counts_.frames;
+  counts_.frame_seconds.add(seconds(took));
+  if (gave_patches(result)) counts_.patches_seconds.add(seconds(result.patches_took));
   counts_.frames_asleep += slept;
   if (slept) return;
   // What a frame costs in which the body sleeps says nothing of those in which it is touched.

@@ -27,6 +27,7 @@
 #include <deque>
 #include <optional>
 
+#include "server/core/bin_counts.hpp"
 #include "server/core/frame_detail.hpp"
 #include "server/core/frame_meter.hpp"
 #include "server/core/playout.hpp"
@@ -50,6 +51,8 @@ struct FrameCounts {
   std::uint64_t steps = 0, cut_steps = 0;
   Micros frame_time_sum{}, frame_time_max{};  ///< from next_job() to finish()
   Micros simulated{}, stepping{};             ///< by frames that stepped the body; their part of frame_time_sum
+  BinCounts frame_seconds{kSecondsEdges};     ///< of `frames`: from next_job() to finish()
+  BinCounts patches_seconds{kSecondsEdges};   ///< of those in which somebody got a patch: what building them took
 };
 
 /// What a room has time for.
@@ -85,6 +88,8 @@ class FrameScheduler {
   /// The frame that has not begun is not wanted any more; `ended`: nor any other.
   void drop_job(bool ended);
   bool ended() const { return ended_; }
+  /// When the frame that is being computed began; nothing while there is none.
+  std::optional<Micros> computing_since() const { return job_out_ ? std::optional(job_began_) : std::nullopt; }
 
   Micros body_time() const { return body_time_; }
   BodyNow body(Micros now) const;

@@ -37,7 +37,7 @@ void PatchSender::take(FrameResult& result, Stations& stations, const BodyNow& b
   }
 }
 
-void PatchSender::give(const Stations& stations, Station& station, StationFrame& frame, Micros now) const {
+void PatchSender::give(const Stations& stations, Station& station, StationFrame& frame, Micros now) {
   station.shown = {station.hello.station, frame.tool, frame.force, frame.contact, station.tool.orientation(),
                    station.tool.pressed()};
   station.has_shown = true;
@@ -70,12 +70,12 @@ void PatchSender::send_patch(const Stations& stations, Station& station, Station
 }
 
 /// In place of a patch that says no more than those from the one stamped `stamp` on.
-void PatchSender::let_live_on(const Stations& stations, Station& station, Micros stamp) const {
+void PatchSender::let_live_on(const Stations& stations, Station& station, Micros stamp) {
   const auto& sent = station.patches_sent;
   const auto oldest = std::find_if(sent.begin(), sent.end(), [&](const Station::SentPatch& p) { return p.stamp == stamp; });
   beat(stations, station);
   if (station.outbox.patch || oldest == sent.end()) return;
-  ++station.counts.lived_on;
+  count(station, {.lived_on = 1});
   station.outbox.beat->lives_on = oldest->seq;
   station.outbox.beat_copies = station.link.patch_copies;
 }
@@ -112,7 +112,7 @@ void PatchSender::heard_playing(Station& station, std::uint32_t seq) const {
   sent.erase(sent.begin(), played);
 }
 
-std::size_t PatchSender::emit(const Stations& stations, Station& station, std::span<std::byte> out, Micros now) const {
+std::size_t PatchSender::emit(const Stations& stations, Station& station, std::span<std::byte> out, Micros now) {
   auto& box = station.outbox;
   if (box.patch)
     if (const auto size = emit_patch(stations, station, out, now)) return size;
@@ -120,7 +120,7 @@ std::size_t PatchSender::emit(const Stations& stations, Station& station, std::s
     const PatchTerms piece = std::move(box.terms.front());
     box.terms.pop_front();
     const auto size = encode_for(station, piece, out, now);
-    station.counts.patch_bytes += size;
+    count(station, {.patch_bytes = size});
     if (size > 0) return size;
   }
   if (!box.beat) return 0;
@@ -129,15 +129,23 @@ std::size_t PatchSender::emit(const Stations& stations, Station& station, std::s
   return size;
 }
 
-std::size_t PatchSender::emit_patch(const Stations& stations, Station& station, std::span<std::byte> out, Micros now) const {
+void PatchSender::count(Station& station, const PatchCounts& more) {
+  for (PatchCounts* counts : {static_cast<PatchCounts*>(&station.counts), &counts_}) {
+    counts->patches += more.patches;
+    counts->patch_bytes += more.patch_bytes;
+    counts->lived_on += more.lived_on;
+    counts->patch_too_big += more.patch_too_big;
+  }
+}
+
+std::size_t PatchSender::emit_patch(const Stations& stations, Station& station, std::span<std::byte> out, Micros now) {
   auto& box = station.outbox;
   const auto size = encode_for(station, PatchMessage{*box.patch}, out, now);
   if (size == 0 || --box.patch_copies <= 0) box.patch.reset();
   if (size > 0) {
-    ++station.counts.patches;
-    station.counts.patch_bytes += size;
+    count(station, {.patches = 1, .patch_bytes = size});
   } else {
-    ++station.counts.patch_too_big;
+    count(station, {.patch_too_big = 1});
     beat(stations, station);
   }
   return size;

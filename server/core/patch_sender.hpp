@@ -36,18 +36,22 @@ class PatchSender {
   /// The station plays the patch of this seq, 0: none that we know.
   void heard_playing(Station& station, std::uint32_t seq) const;
   /// Bytes of the next datagram for the station, 0 when there is none.
-  std::size_t emit(const Stations& stations, Station& station, std::span<std::byte> out, Micros now) const;
+  std::size_t emit(const Stations& stations, Station& station, std::span<std::byte> out, Micros now);
+  /// To all stations that were ever here.
+  const PatchCounts& counts() const { return counts_; }
 
  private:
   void beat(const Stations& stations, Station& station) const;
-  void give(const Stations& stations, Station& station, StationFrame& frame, Micros now) const;
+  void give(const Stations& stations, Station& station, StationFrame& frame, Micros now);
   void send_patch(const Stations& stations, Station& station, StationFrame& frame) const;
-  void let_live_on(const Stations& stations, Station& station, Micros stamp) const;
+  void let_live_on(const Stations& stations, Station& station, Micros stamp);
   bool is_lost(const Stations& stations, const Station& station, const StationFrame& frame) const;
-  std::size_t emit_patch(const Stations& stations, Station& station, std::span<std::byte> out, Micros now) const;
+  std::size_t emit_patch(const Stations& stations, Station& station, std::span<std::byte> out, Micros now);
+  void count(Station& station, const PatchCounts& more);
 
   double rate_hz_, deadband_;
   BodyNow body_;  ///< as it was told last
+  PatchCounts counts_;
 };
 
 }  // namespace palpate

@@ -9,6 +9,17 @@ namespace {
 
 constexpr Micros kTimelineKept{4'000'000};  // of a tool's timeline behind the body
 
+std::optional<double> lost_to(const Station& station) {
+  return station.link.loss_known ? std::optional(station.link.lost) : std::nullopt;
+}
+
+std::optional<double> lost_from(const Station& station) {
+  LinkReport report;
+  station.loss.fill(report);
+  if (report.judged < kLossJudged) return std::nullopt;
+  return static_cast<double>(report.lost) / report.judged;
+}
+
 }  // namespace
 
 std::uint64_t DatagramCounts::dropped_all() const { return std::accumulate(dropped.begin(), dropped.end(), std::uint64_t{0}); }
@@ -32,6 +43,7 @@ void ServerCore::take(WireFault fault, const Message& message, std::size_t size,
   if (fault != WireFault::none) ++counts_.dropped[static_cast<std::size_t>(fault)];
   const bool nobody = sessions_.stations().empty();
   Station* const station = sessions_.take(fault, message, size, from, now);
+  if (!station) counts_.bytes_from_strangers += size;
   if (nobody && !sessions_.stations().empty()) frames_.wake(now);
   if (station && !take_from(*station, message.body, now)) ++counts_.unexpected;
 }
@@ -84,6 +96,7 @@ void ServerCore::finish(FrameResult result, Micros now) {
 
 std::size_t ServerCore::emit(std::span<std::byte> out, PeerId& to, Micros now) {
   std::size_t size = sessions_.emit(out, to, now);
+  counts_.bytes_to_strangers += size;
   if (size == 0) size = emit_to_next(out, to, now);
   counts_.sent += size > 0;
   counts_.bytes_sent += size;
@@ -111,6 +124,11 @@ void ServerCore::close(const std::string& why, bool ended, Micros now) {
   frames_.drop_job(ended);
 }
 
+bool ServerCore::has_hands() const {
+  const Stations& stations = sessions_.stations();
+  return std::any_of(stations.begin(), stations.end(), [](const auto& entry) { return !entry.second.views(); });
+}
+
 Orientation ServerCore::orientation(StationId id) const {
   const auto station = sessions_.stations().find(id);
   return station != sessions_.stations().end() ? station->second.tool.orientation() : Orientation();
@@ -130,6 +148,9 @@ std::vector<StationReport> ServerCore::stations() const {
                        s.seq.counts(),
                        frames_.horizon(s),
                        s.link.patch_age,
+                       lost_from(s),
+                       lost_to(s),
+                       s.link.ticks_late,
                        {s.tool.counts(), s.counts}});
   return reports;
 }

@@ -37,12 +37,13 @@ namespace palpate {
 struct DatagramCounts {
   std::uint64_t received = 0, bytes_received = 0, sent = 0, bytes_sent = 0;
   std::array<std::uint64_t, kWireFaults> dropped{};
-  std::uint64_t unexpected = 0;  ///< messages that a server does not take
+  std::uint64_t unexpected = 0;                                    ///< messages that a server does not take
+  std::uint64_t bytes_from_strangers = 0, bytes_to_strangers = 0;  ///< from who is no station; answers to Hellos and to those
 
   std::uint64_t dropped_all() const;
 };
 
-struct ServerCounts : DatagramCounts, SessionCounts, FrameCounts {};
+struct ServerCounts : DatagramCounts, SessionCounts, FrameCounts, PatchCounts {};
 
 class ServerCore {
  public:
@@ -71,8 +72,13 @@ class ServerCore {
     frames_.detail().on_scheme = std::move(listener);
   }
 
+  /// Nobody is let in any more; who is there stays.
+  void drain() { sessions_.drain(kShuttingDown); }
+  bool draining() const { return sessions_.draining(); }
   /// Everyone is told and forgotten.
-  void shut_down(Micros now) { close("the server is shutting down", false, now); }
+  void shut_down(Micros now) { close(kShuttingDown, false, now); }
+  /// Those whom shut_down() told are told again, as the first may have been lost.
+  void repeat_goodbyes(Micros now) { sessions_.repeat_goodbyes(now); }
   /// All that this peer has in the room is told so, and forgotten: its key does not count any more.
   void expel(PeerId peer, Micros now) { sessions_.expel(peer, now); }
   /// Queues an answer to someone who is not, or not any more, in the room; of at most `limit` bytes.
@@ -82,12 +88,14 @@ class ServerCore {
   /// The body cannot go on: everyone is told why and forgotten, who comes is refused with that, and no frame begins any more.
   void end(const std::string& why, Micros now) { close(why, true, now); }
   bool ended() const { return frames_.ended(); }
+  /// When the frame that is being computed began; nothing while there is none.
+  std::optional<Micros> computing_since() const { return frames_.computing_since(); }
   /// Whether it is for a station of this room, or for one that is about to be.
   bool knows(const Message& message, PeerId from, Micros now) const { return sessions_.knows(message, from, now); }
   /// Whether a station of this room is there.
   bool serves(PeerId peer) const { return sessions_.serves(peer); }
 
-  ServerCounts counts() const { return {counts_, sessions_.counts(), frames_.counts()}; }
+  ServerCounts counts() const { return {counts_, sessions_.counts(), frames_.counts(), patches_.counts()}; }
   /// Longest frame time since the last reset, for reports at intervals.
   Micros longest_frame() const { return frames_.longest_frame(); }
   void reset_longest_frame() { frames_.reset_longest_frame(); }
@@ -96,10 +104,14 @@ class ServerCore {
   Orientation orientation(StationId id) const;
   const Pace& pace() const { return frames_.pace(); }
   std::size_t station_count() const { return sessions_.stations().size(); }
+  /// Whether anybody feels the body: viewers aside.
+  bool has_hands() const;
   const ServerOptions& options() const { return options_; }
   const RoomFacts& facts() const { return views_.facts(); }
 
  private:
+  static constexpr const char* kShuttingDown = "the server is shutting down";
+
   /// False for a message that a server does not take from such a station.
   bool take_from(Station& station, const Body& body, Micros now);
   void close(const std::string& why, bool ended, Micros now);

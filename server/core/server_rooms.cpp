@@ -59,8 +59,20 @@ Micros ServerRooms::deadline() const {
   return earliest;
 }
 
+void ServerRooms::drain() {
+  for (const auto& core : cores_) core->drain();
+}
+
+bool ServerRooms::has_hands() const {
+  return std::any_of(cores_.begin(), cores_.end(), [](const auto& core) { return core->has_hands(); });
+}
+
 void ServerRooms::shut_down(Micros now) {
   for (const auto& core : cores_) core->shut_down(now);
+}
+
+void ServerRooms::repeat_goodbyes(Micros now) {
+  for (const auto& core : cores_) core->repeat_goodbyes(now);
 }
 
 bool ServerRooms::serves(PeerId peer) const {

@@ -37,7 +37,12 @@ class ServerRooms {
   void tick(Micros now);
   std::size_t emit(std::span<std::byte> out, PeerId& to, Micros now);
   Micros deadline() const;
+  /// Nobody is let in any more; who is there stays.
+  void drain();
+  /// Whether anybody feels a body: viewers aside.
+  bool has_hands() const;
   void shut_down(Micros now);
+  void repeat_goodbyes(Micros now);
   /// Whether a station of any room is there.
   bool serves(PeerId peer) const;
 

@@ -76,7 +76,8 @@ bool Sessions::knows(const Message& message, PeerId from, Micros now) const {
 }
 
 bool Sessions::serves(PeerId peer) const {
-  return std::any_of(stations_.begin(), stations_.end(), [peer](const auto& entry) { return entry.second.peer == peer; });
+  return std::any_of(stations_.begin(), stations_.end(), [peer](const auto& entry) { return entry.second.peer == peer; }) ||
+         std::any_of(goodbyes_.begin(), goodbyes_.end(), [peer](const Reply& goodbye) { return goodbye.to == peer; });
 }
 
 void Sessions::take_hello(const Message& message, PeerId from, std::size_t size, Micros now) {
@@ -104,6 +105,7 @@ void Sessions::take_hello(const Message& message, PeerId from, std::size_t size,
 Station* Sessions::admit(Handshake& handshake, Micros now) {
   if (objection(handshake.hello, handshake.peer, now)) return nullptr;
   if (const Station* const old = stations_.named(handshake.hello.station)) {
+    ++counts_.replaced;
     tell(RecordedEventKind::silent, *old, "another takes its name", now);
     stations_.erase(old->id);
   }
@@ -138,6 +140,7 @@ Welcome Sessions::welcome_for(const Hello& hello) const {
 std::optional<Refuse> Sessions::objection(const Hello& hello, PeerId from, Micros now) const {
   using enum RefuseReason;
   if (!ended_.empty()) return Refuse{bad_request, ended_};
+  if (!draining_.empty()) return Refuse{shutting_down, draining_};
   if (hello.station.empty()) return Refuse{bad_request, "the station has no name"};
   if (!hello.room.empty() && hello.room != room_)
     return Refuse{bad_request,
@@ -198,6 +201,7 @@ Station* Sessions::take_from(Station& station, const Message& message, Micros no
 /// Queues an answer to someone who is not, or not any more, in the room: of his own instance number, not of ours.
 void Sessions::refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit, Micros now) {
   ++counts_.refusals;
+  ++counts_.refused[static_cast<std::size_t>(refusal.reason)];
   answer(question, {question.instance, question.station, 0, {}, refusal}, to, limit, now);
 }
 
@@ -226,10 +230,28 @@ Micros Sessions::deadline() const {
 
 void Sessions::shut_down(const std::string& why, bool ended, Micros now) {
   if (ended) ended_ = why;
-  for (const auto& [id, station] : stations_)
-    refuse({station.secret, id, 0, {station.clock.stamp(now).echo, {}, {}}, {}}, station.peer, {RefuseReason::shutting_down, why},
-           kMaxDatagramBytes, now);
+  goodbyes_.clear();
+  for (const auto& [id, station] : stations_) {
+    ++counts_.told_goodbye;
+    tell(RecordedEventKind::left, station, why, now);
+    say_goodbye(station, {RefuseReason::shutting_down, why}, now);
+  }
   stations_.clear();
+  repeat_goodbyes(now);
+}
+
+/// In answer to the newest that it said: a station believes no other (ClientCore).
+void Sessions::say_goodbye(const Station& station, const Refuse& why, Micros now) {
+  Message goodbye{station.secret, station.id, 0, {}, why};
+  goodbye.clock.echo = station.clock.stamp(now).echo;
+  goodbyes_.push_back({station.peer, std::move(goodbye), kMaxDatagramBytes, now});
+}
+
+void Sessions::repeat_goodbyes(Micros now) {
+  for (const Reply& goodbye : goodbyes_) {
+    replies_.push_back(goodbye);
+    replies_.back().at = now;
+  }
 }
 
 void Sessions::expel(PeerId peer, Micros now) {
@@ -237,6 +259,7 @@ void Sessions::expel(PeerId peer, Micros now) {
   std::erase_if(stations_, [&](const auto& entry) {
     const Station& station = entry.second;
     if (station.peer != peer) return false;
+    ++counts_.expelled;
     tell(RecordedEventKind::left, station, "its key is not valid any more", now);
     refuse({station.secret, station.id, 0, {station.clock.stamp(now).echo, {}, {}}, {}}, peer,
            {RefuseReason::unknown_station, "this station's key is not valid any more"}, kMaxDatagramBytes, now);

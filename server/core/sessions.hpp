@@ -12,12 +12,14 @@
 // Seats: kMaxStations in a room, of which shadows have at most kMostShadows and viewers kMostViewers, so that hands find one.
 #pragma once
 
+#include <array>
 #include <deque>
 #include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/record/recording.hpp"
 #include "common/wire/codec.hpp"
@@ -31,12 +33,15 @@ namespace palpate {
 inline constexpr Micros kSilentAfter{1'000'000};            ///< another peer may take the name of a station silent for so long
 inline constexpr Micros kGoneAfter{3'000'000};              ///< a station silent for so long has left
 inline constexpr int kMostShadows = 16, kMostViewers = 16;  ///< of a room
-inline constexpr Micros kRefusalTold{100'000};              ///< at least, from one refusal that listeners hear of to the next
+inline constexpr std::size_t kRefuseReasons = 7;
+inline constexpr Micros kRefusalTold{100'000};  ///< at least, from one refusal that listeners hear of to the next
 
 struct SessionCounts {
   std::uint64_t unknown_station = 0;  ///< datagrams with an id that nobody here has
   std::uint64_t joins = 0, refusals = 0, leaves = 0, timeouts = 0;
-  std::uint64_t answers_withheld = 0;  ///< larger than the question, or too many at once
+  std::uint64_t replaced = 0, expelled = 0, told_goodbye = 0;  ///< stations that went: for another of their name, by key, with us
+  std::array<std::uint64_t, kRefuseReasons> refused{};         ///< `refusals` by reason; goodbyes are none
+  std::uint64_t answers_withheld = 0;                          ///< larger than the question, or too many at once
 };
 
 class Sessions {
@@ -54,8 +59,13 @@ class Sessions {
   bool serves(PeerId peer) const;
   /// Bytes of the next answer to a Hello or to a stranger, 0 when there is none.
   std::size_t emit(std::span<std::byte> out, PeerId& to, Micros now);
+  /// Who comes from now on is refused with RefuseReason::shutting_down; who is there stays.
+  void drain(const std::string& why) { draining_ = why; }
+  bool draining() const { return !draining_.empty(); }
   /// Everyone is told and forgotten; `ended`: for good, so that whoever comes is refused with that.
   void shut_down(const std::string& why, bool ended, Micros now);
+  /// Those whom shut_down() told are told again.
+  void repeat_goodbyes(Micros now);
 
   /// All stations and handshakes of a peer are told so, and forgotten: its key does not count any more.
   void expel(PeerId peer, Micros now);
@@ -87,6 +97,7 @@ class Sessions {
   std::optional<Refuse> objection(const Hello& hello, PeerId from, Micros now) const;
   std::optional<Refuse> lack_of_seats(const Hello& hello, const Station* in_place_of) const;
   void answer(const Message& question, Message answer, PeerId to, std::size_t limit, Micros now);
+  void say_goodbye(const Station& station, const Refuse& why, Micros now);
   Station* asked_before(const Hello& hello, PeerId from);
   std::string free_name(const std::string& like) const;
   void tell(RecordedEventKind kind, StationId id, const Hello& hello, const std::string& text, Micros now) const;
@@ -98,7 +109,9 @@ class Sessions {
   Handshakes handshakes_;
   StationId last_id_ = 0;
   Micros refusal_told_ = -kRefusalTold;
-  std::string ended_;  ///< why nobody is let in any more, empty: everybody is
+  std::string ended_;     ///< why nobody is let in any more, empty: everybody is
+  std::string draining_;  ///< the same, while those who are there stay
+  std::vector<Reply> goodbyes_;
   std::deque<Reply> replies_;
   SessionCounts counts_;
 };

@@ -110,9 +110,11 @@ struct StationReport {
   RttStats rtt;
   Micros offset{};  ///< its clock minus ours
   double drift_ppm = 0;
-  SeqCounts link;      ///< of the datagrams from it
-  Micros horizon{};    ///< age that its patches are made to reach
-  Micros patch_age{};  ///< that its patches reach, as it says; 0 = it has not said
+  SeqCounts link;                            ///< of the datagrams from it
+  Micros horizon{};                          ///< age that its patches are made to reach
+  Micros patch_age{};                        ///< that its patches reach, as it says; 0 = it has not said
+  std::optional<double> lost_up, lost_down;  ///< share of the newest datagrams each way that got lost; nothing until it is known
+  std::uint32_t ticks_late = 0;              ///< of its haptic loop
   StationCounts counts;
 };
 

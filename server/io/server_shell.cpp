@@ -42,6 +42,11 @@ std::string frame_figures(const ServerCounts& before, const ServerCounts& after,
   return text;
 }
 
+std::string pace_text(const ServerCore& core) {
+  return fmt::format("{:.1f} of {:g} frames a second, {:.0f} ms behind", core.pace().rate_hz, core.options().rate_hz,
+                     ms(core.pace().behind));
+}
+
 std::vector<ServerRooms::RoomSpec> specs_of(const std::vector<NamedScene>& scenes) {
   std::vector<ServerRooms::RoomSpec> specs;
   for (const NamedScene& named : scenes) specs.push_back({named.name, facts_of(named.scene, home_of(named.scene))});
@@ -72,7 +77,7 @@ FrameResult ServerShell::Body::run(const FrameJob& job) {
   return result;
 }
 
-ServerShell::ServerShell(const std::vector<NamedScene>& scenes, const ShellOptions& options, Say say)
+ServerShell::ServerShell(const std::vector<NamedScene>& scenes, const ShellOptions& options, SayEvent say)
     : say_(std::move(say)),
       peers_(draw_number),
       cores_(specs_of(scenes), draw_number, options.rate_hz, options.deadband),
@@ -83,10 +88,7 @@ ServerShell::ServerShell(const std::vector<NamedScene>& scenes, const ShellOptio
     bodies_.push_back(std::make_unique<Body>(named.scene, threads_a_room));
     bodies_.back()->simulate = options.simulate;
   }
-  for (std::size_t k = 0; k < bodies_.size(); ++k)
-    cores_[k].on_scheme([this, k](const std::string& station, const SchemeInUse& in_use) {
-      if (say_) say_(fmt::format("{}station \"{}\": {}", label(k), station, describe(in_use)));
-    });
+  hear_rooms();
   socket_.non_blocking(true);
   if (options.keys) trust_.emplace(*options.keys, system_random(), unix_now);
   if (!options.record.file.empty()) begin_recording(scenes, options);
@@ -98,6 +100,7 @@ void ServerShell::run() {
     receive();
     step();
     record();
+    if (watch_) pulse();
     io_.run();
   } catch (...) {
     failure_ = std::current_exception();
@@ -106,12 +109,6 @@ void ServerShell::run() {
   pool_->join();
   end_recording();
   if (failure_) std::rethrow_exception(failure_);
-}
-
-void ServerShell::stop() {
-  cores_.shut_down(monotonic_now());
-  send_all(monotonic_now());
-  io_.stop();
 }
 
 void ServerShell::receive() {
@@ -124,28 +121,30 @@ void ServerShell::receive() {
 }
 
 void ServerShell::take(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now) {
-  if (trust_) return take_sealed(datagram, from, now);
-  cores_.take(datagram, peers_.id_of(from), now);
+  ++traffic_.datagrams_in;
+  traffic_.bytes_in += datagram.size();
+  sender_ = Sender{from};
+  if (trust_)
+    take_sealed(datagram, from, now);
+  else
+    cores_.take(datagram, peers_.id_of(from), now);
+  sender_.reset();
 }
 
 void ServerShell::take_sealed(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now) {
   const auto letter = trust_->take(datagram, channel_address(from), now);
-  if (!letter) return say_refused(now);
+  if (!letter) {
+    traffic_.bytes_from_strangers += datagram.size();
+    return say_refused();
+  }
+  if (const PublicKey* const key = trust_->channel().key(letter->from)) sender_->key = *key;
   if (letter->ruling.anew) cores_.expel(letter->from, now);
-  if (letter->ruling.refused)
+  if (letter->ruling.refused) {
+    say("refused", "refused by its key's rights: " + letter->ruling.refused->message, sender_fields());
     cores_.refuse(letter->message, letter->from, *letter->ruling.refused, letter->size, now);
-  else
+  } else {
     cores_.take(letter->fault, letter->message, letter->size, letter->from, now);
-}
-
-/// A line for a person, so that a wrong key is found; a flood of them fills no disk.
-void ServerShell::say_refused(Micros now) {
-  const auto refusal = trust_->channel().take_refusal();
-  if (!refusal || !say_ || now < next_refused_line_) return;
-  next_refused_line_ = now + kRefusedLineEvery;
-  const auto from = endpoint_of(refusal->from, socket_.local_endpoint().protocol());
-  say_(fmt::format("no session for {}: {}{}", to_string(from), describe(refusal->fault),
-                   refusal->key ? " (key " + to_text(*refusal->key) + ")" : ""));
+  }
 }
 
 void ServerShell::end_sessions(Micros now) {
@@ -203,16 +202,19 @@ void ServerShell::hand_out(std::size_t k, FrameJob job) {
   asio::post(*pool_, [this, k, &body, job = std::move(job)] {
     try {
       auto result = body.run(job);
-      asio::post(io_, [this, k, result = std::move(result)]() mutable {
-        const auto now = monotonic_now();
-        if (bodies_[k]->recorder) bodies_[k]->recorder->end_frame(result, cores_[k], now);
-        cores_[k].finish(std::move(result), now);
-        step();
-      });
+      asio::post(io_, [this, k, result = std::move(result)]() mutable { finish(k, std::move(result)); });
     } catch (...) {
       asio::post(io_, [this, k, failure = std::current_exception()] { end_room(k, failure); });
     }
   });
+}
+
+void ServerShell::finish(std::size_t k, FrameResult result) {
+  const auto now = monotonic_now();
+  if (bodies_[k]->recorder) bodies_[k]->recorder->end_frame(result, cores_[k], now);
+  cores_[k].finish(std::move(result), now);
+  watch_pace(k);
+  step();
 }
 
 void ServerShell::end_room(std::size_t k, const std::exception_ptr& failure) {
@@ -220,7 +222,8 @@ void ServerShell::end_room(std::size_t k, const std::exception_ptr& failure) {
   try {
     std::rethrow_exception(failure);
   } catch (const std::exception& fault) {
-    if (say_) say_(fmt::format("{}the body failed, the room is closed: {}", label(k), fault.what()));
+    say(k, "room_failed", fmt::format("the body failed, the room is closed: {}", fault.what()), {{"reason", fault.what()}},
+        EventLevel::error);
   }
   bool any_left = false;
   for (std::size_t j = 0; j < cores_.size(); ++j) any_left |= !cores_[j].ended();
@@ -231,8 +234,10 @@ void ServerShell::end_room(std::size_t k, const std::exception_ptr& failure) {
 
 void ServerShell::send_all(Micros now) {
   ChannelAddress address;
-  while (const auto size = trust_ ? trust_->channel().emit(octets(std::span(sealed_)), address) : 0)
+  while (const auto size = trust_ ? trust_->channel().emit(octets(std::span(sealed_)), address) : 0) {
+    traffic_.bytes_to_strangers += size;
     send(std::span(sealed_).first(size), endpoint_of(address, socket_.local_endpoint().protocol()));
+  }
   PeerId to = 0;
   while (const auto size = cores_.emit(out_, to, now)) {
     const auto datagram = std::span(out_).first(size);
@@ -241,7 +246,7 @@ void ServerShell::send_all(Micros now) {
     else if (const auto* known = peers_.address_of(to))
       send(datagram, *known);
     else
-      ++send_failed_;
+      ++traffic_.send_failed;
   }
   peers_.forget_strangers([this](PeerId id) { return cores_.serves(id); });
 }
@@ -249,14 +254,19 @@ void ServerShell::send_all(Micros now) {
 void ServerShell::send(std::span<const std::byte> datagram, const UdpEndpoint& to) {
   asio::error_code fault;
   socket_.send_to(asio::buffer(datagram.data(), datagram.size()), to, 0, fault);
-  if (fault) ++send_failed_;
+  if (fault) {
+    ++traffic_.send_failed;
+    return;
+  }
+  ++traffic_.datagrams_out;
+  traffic_.bytes_out += datagram.size();
 }
 
 void ServerShell::send_sealed(std::span<const std::byte> datagram, PeerId to, Micros now) {
   ChannelAddress address;
   const auto size = trust_->seal(to, datagram, sealed_, address, now);
   if (size == 0) {
-    ++send_failed_;
+    ++traffic_.send_failed;
     return;
   }
   send(std::span(sealed_).first(size), endpoint_of(address, socket_.local_endpoint().protocol()));
@@ -264,6 +274,14 @@ void ServerShell::send_sealed(std::span<const std::byte> datagram, PeerId to, Mi
 
 std::string ServerShell::label(std::size_t k) const {
   return cores_.size() > 1 ? fmt::format("room \"{}\": ", cores_.name(k)) : "";
+}
+
+void ServerShell::watch_pace(std::size_t k) {
+  const ServerCore& core = cores_[k];
+  const bool slow = core.pace().rate_hz < kSlowBelow * core.options().rate_hz;
+  if (slow == std::exchange(bodies_[k]->slow, slow)) return;
+  say(k, slow ? "overrun" : "kept_up", slow ? "overrunning: " + pace_text(core) : "keeps its frame rate again",
+      {{"rate_hz", core.pace().rate_hz}, {"behind_ms", ms(core.pace().behind)}}, slow ? EventLevel::warning : EventLevel::info);
 }
 
 void ServerShell::report() {
@@ -276,12 +294,16 @@ void ServerShell::report() {
       const ServerCounts counts = core.counts();
       const Pace& pace = core.pace();
       const bool slow = pace.rate_hz < kSlowBelow * core.options().rate_hz;
-      if (core.station_count() > 0 && say_)
-        say_(fmt::format("{}{} station{}: {}{}", label(k), core.station_count(), core.station_count() == 1 ? "" : "s",
-                         frame_figures(bodies_[k]->reported, counts, core.longest_frame()),
-                         slow ? fmt::format(", overrunning: {:.1f} of {:g} frames a second, {:.0f} ms behind", pace.rate_hz,
-                                            core.options().rate_hz, ms(pace.behind))
-                              : ""));
+      if (core.station_count() > 0)
+        say(k, "report",
+            fmt::format("{} station{}: {}{}", core.station_count(), core.station_count() == 1 ? "" : "s",
+                        frame_figures(bodies_[k]->reported, counts, core.longest_frame()),
+                        slow ? ", overrunning: " + pace_text(core) : ""),
+            {{"stations", static_cast<double>(core.station_count())},
+             {"frames", static_cast<double>(counts.frames - bodies_[k]->reported.frames)},
+             {"longest_ms", ms(core.longest_frame())},
+             {"rate_hz", pace.rate_hz},
+             {"behind_ms", ms(pace.behind)}});
       reporting_ |= counts.frames > bodies_[k]->reported.frames;
       bodies_[k]->reported = counts;
       core.reset_longest_frame();

@@ -31,7 +31,6 @@ void ServerShell::begin_recording(const std::vector<NamedScene>& scenes, const S
     const std::filesystem::path asked = options.record.file;
     const auto file = bodies_.size() > 1 ? named_after(asked, scenes[k].name) : asked;
     body.file = std::make_unique<RecordFile>("--record", file, body.recorder->take());
-    cores_[k].on_event([&body](const RecordedEvent& event) { body.recorder->event(event); });
     cores_[k].on_buttons([&body](StationId id, const ButtonChange& change) { body.recorder->buttons(id, change); });
   }
 }
@@ -43,7 +42,7 @@ void ServerShell::record() {
     if (!body.recorder) return;
     body.recorder->tick(cores_[k], monotonic_now());
     body.file->write(body.recorder->take());
-    if (const auto fault = body.file->fault(); fault && say_) say_("warning: " + *fault);
+    if (const auto fault = body.file->fault()) say_recording_failed(k, *fault);
   }
   record_timer_.expires_after(kRecordEvery);
   record_timer_.async_wait([this](const asio::error_code& fault) {
@@ -52,13 +51,18 @@ void ServerShell::record() {
 }
 
 void ServerShell::end_recording() {
-  for (const auto& body : bodies_) {
-    if (!body->recorder) continue;
-    body->recorder->finish();
-    body->file->write(body->recorder->take());
-    body->file.reset();
-    body->recorder.reset();
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    Body& body = *bodies_[k];
+    if (!body.recorder) continue;
+    body.recorder->finish();
+    body.file->write(body.recorder->take());
+    if (const auto fault = body.file->close()) say_recording_failed(k, *fault);
+    body.recorder.reset();
   }
+}
+
+void ServerShell::say_recording_failed(std::size_t room, const std::string& fault) const {
+  say(room, "recording_failed", "warning: " + fault, {{"reason", fault}}, EventLevel::error);
 }
 
 }  // namespace palpate

@@ -64,6 +64,48 @@ std::vector<double> tetra_weights(const Dynamics& dynamics, const ShapeRows& sha
   return weights;
 }
 
+/// V mu_L |dF|^3 of each hexahedron, dF of the mean gradient.
+std::vector<double> hexa_weights(const Dynamics& dynamics, const ShapeRows& shapes) {
+  const LumpedBody& body = dynamics.body();
+  std::vector<double> weights;
+  for (std::uint32_t e = 0; e < body.hexahedra.size(); ++e) {
+    const HexaRest& rest = dynamics.hexahedra().shape(e).rest;
+    const auto& nodes = body.hexahedra[e].nodes;
+    std::array<EdgeRows, 3> columns;  // of dF, for every shape
+    for (EdgeRows& column : columns) column = EdgeRows::Zero(3, shapes.cols());
+    for (std::size_t i = 1; i < 8; ++i) {  // the b_i sum to nothing
+      const EdgeRows way = shapes.middleRows<3>(3 * static_cast<Eigen::Index>(nodes[i])) -
+                           shapes.middleRows<3>(3 * static_cast<Eigen::Index>(nodes[0]));
+      for (std::size_t c = 0; c < 3; ++c) columns[c] += rest.g(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(i)) * way;
+    }
+    const double square = columns[0].squaredNorm() + columns[1].squaredNorm() + columns[2].squaredNorm();
+    const SolidMaterial& m = body.materials[body.hexahedra[e].material];
+    weights.push_back(rest.volume_m3 * m.young_pa / (2 * (1 + m.poisson)) * square * std::sqrt(square));
+  }
+  return weights;
+}
+
+void add_second_order_of_hexahedra(const Dynamics& dynamics, const BodyState& state, const Matrix& directions,
+                                   std::vector<Vector>& forces) {
+  const Hexahedra& hexahedra = dynamics.hexahedra();
+  const auto n = static_cast<int>(directions.cols());
+  std::vector<Mat37> changes(static_cast<std::size_t>(n));
+  for (std::uint32_t e = 0; e < dynamics.body().hexahedra.size(); ++e) {
+    const HexaShape& shape = hexahedra.shape(e);
+    const Mat37 at = hexahedra.gradient(e, state.x);
+    for (int k = 0; k < n; ++k) changes[static_cast<std::size_t>(k)] = hexahedra.gradient(e, directions.col(k));
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i <= j; ++i) {
+        const Mat37 stress = (i == j ? -0.5 : -1.0) * second_order_stress(hexahedra.material(e), shape.modes, shape.rest, at,
+                                                                          changes[static_cast<std::size_t>(i)],
+                                                                          changes[static_cast<std::size_t>(j)]);
+        Vector& sum = forces[static_cast<std::size_t>(pair_at(i, j))];
+        for (int k = 0; k < 8; ++k)
+          at_node(sum, dynamics.body().hexahedra[e].nodes[static_cast<std::size_t>(k)]) += stress * shape.rest.g.col(k);
+      }
+  }
+}
+
 void add_second_order(const Dynamics& dynamics, const BodyState& state, const Matrix& directions, std::vector<Vector>& forces) {
   const LumpedBody& body = dynamics.body();
   const std::vector<TetraMaterial> materials(body.materials.begin(), body.materials.end());
@@ -96,7 +138,7 @@ void add_second_order(const Dynamics& dynamics, const BodyState& state, const Ma
 }  // namespace
 
 bool can_bend(const LumpedBody& body) {
-  if (body.tetrahedra.empty()) return is_smooth(body.law);
+  if (!body.is_solid()) return is_smooth(body.law);
   const bool one_law = std::all_of(body.materials.begin(), body.materials.end(),
                                    [&](const SolidMaterial& m) { return m.law == body.materials.front().law; });
   return body.elements.empty() && one_law;
@@ -108,8 +150,9 @@ std::vector<std::uint32_t> elements_that_bend(const Dynamics& dynamics, const Bo
                                               double negligible, std::size_t most) {
   assert(columns.rows() == state.x.size() && negligible >= 0 && negligible < 1);
   const LumpedBody& body = dynamics.body();
-  const std::vector<double> weights =
-      body.tetrahedra.empty() ? spring_weights(body, state, columns.cast<float>()) : tetra_weights(dynamics, columns);
+  const std::vector<double> weights = !body.tetrahedra.empty()  ? tetra_weights(dynamics, columns)
+                                      : !body.hexahedra.empty() ? hexa_weights(dynamics, columns)
+                                                                : spring_weights(body, state, columns.cast<float>());
   // Exponent and first four bits of a positive number: the larger, the larger.
   const auto bin_of = [](double weight) { return std::bit_cast<std::uint32_t>(static_cast<float>(weight)) >> 19U; };
   struct Bin {
@@ -145,6 +188,7 @@ std::vector<Vector> second_order_forces(const Dynamics& dynamics, const BodyStat
   const auto n = static_cast<int>(directions.cols());
   std::vector<Vector> forces(static_cast<std::size_t>(pairs_of(n)), Vector::Zero(directions.rows()));
   add_second_order(dynamics, state, directions, forces);
+  add_second_order_of_hexahedra(dynamics, state, directions, forces);
   for (const Element& e : body.elements) {
     const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
     const Vec3 d = state.x.segment<3>(b) - state.x.segment<3>(a);

@@ -3,7 +3,7 @@
 // x = x* + W y, W of shape 3 N x n. Every spring's energy U(|d|), d = x_b - x_a, depends on y through the stretch along its axis
 // a = n . delta and the motion across it c = delta - a n, delta = G y. With rho = |d*|, U' = T, U'' = T', ... at its elongation,
 // its energy of third order is a (alpha |c|^2 + beta a^2), alpha = (U'' - U'/rho) / (2 rho), beta = U''' / 6, exactly. Of a
-// tetrahedron the second-order stress is its law's (server/body/tetra_kernel.hpp).
+// finite element the second-order stress is its law's (server/body/tetra_kernel.hpp, hexa_kernel.hpp).
 #pragma once
 
 #include <cstdint>
@@ -15,12 +15,13 @@
 namespace palpate {
 
 /// Whether a body's forces are known beyond their tangents, to second order and any number of elements at a time: springs of a
-/// smooth law (not thigh_skin, whose second derivative jumps at rest), or finite elements whose materials have one law.
+/// smooth law (not thigh_skin, whose second derivative jumps at rest), or finite elements of one kind whose materials have one
+/// law.
 bool can_bend(const LumpedBody& body);
 
 /// Elements that bend when the body moves by these shapes, in the body's order. What is left out bends least: of the sum over all
-/// elements of k |delta|^3 / rho (of tetrahedra V mu_L |dF|^3) no more than `negligible`; at most `most` elements, those that
-/// bend most. For a body that can_bend().
+/// elements of k |delta|^3 / rho (of finite elements V mu_L |dF|^3) no more than `negligible`; at most `most` elements, those
+/// that bend most. For a body that can_bend().
 std::vector<std::uint32_t> elements_that_bend(const Dynamics& dynamics, const BodyState& state, const Matrix& shapes,
                                               double negligible, std::size_t most);
 

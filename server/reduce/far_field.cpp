@@ -58,7 +58,7 @@ FarField::FarField(const Dynamics& dynamics) : dynamics_(&dynamics) { divide(); 
 
 void FarField::divide() {
   const LumpedBody& body = dynamics_->body();
-  const std::size_t nodes_a_cell = body.tetrahedra.empty() ? kNodesACell : kNodesASolidCell;
+  const std::size_t nodes_a_cell = body.is_solid() ? kNodesASolidCell : kNodesACell;
   const Grid grid = grid_for(body, std::clamp<std::size_t>(body.nodes.size() / nodes_a_cell, 1, kCellsMost));
   edge_ = grid.edge;
   per_edge_ = edge_.cwiseInverse();

@@ -1,6 +1,7 @@
-// The tetrahedra of a body, for FarTangents.
+// The finite elements of a body, for FarTangents.
 #pragma once
 
+#include "server/reduce/local_body.hpp"
 #include "server/reduce/tetra_bunch.hpp"
 
 namespace palpate {
@@ -12,8 +13,11 @@ class FarSolid {
 
   FarSolid(const Dynamics& dynamics, const FarField& field) : dynamics_(&dynamics), field_(&field) {}
 
-  std::uint32_t count() const { return static_cast<std::uint32_t>(dynamics_->body().tetrahedra.size()); }
-  const std::array<std::uint32_t, 4>& nodes_of(std::uint32_t t) const { return dynamics_->body().tetrahedra[t].nodes; }
+  std::uint32_t count() const { return elements_of(dynamics_->body()); }
+  std::span<const std::uint32_t> nodes_of(std::uint32_t element) const {
+    std::array<std::uint32_t, 2> room;  // of springs, which a solid has not
+    return palpate::nodes_of(dynamics_->body(), element, room);
+  }
   struct Bunch {
     TetraBunch tetrahedra;
     std::vector<FarField::Shape> shapes;  ///< parallel to its nodes

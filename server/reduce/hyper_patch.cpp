@@ -86,7 +86,7 @@ std::optional<NonlinearTerms> nonlinear_terms(const WholeBody& body, const Patch
   if (r == 0 || !(patch.stiffness.maxCoeff() > 0)) return std::nullopt;
   assert(model.snapshots.rows() == first + r && model.snapshots.cols() == model.of->count() && model.modes.cols() == r);
   assert(model.psd_change.rows() == first + r && model.psd_change.cols() == first + r);
-  const bool repaired = is_projected(patch, model), solid = !body.dynamics().tetrahedra().empty();
+  const bool repaired = is_projected(patch, model), solid = body.dynamics().body().is_solid();
   const int variables = static_cast<int>(first + r);
   Sampling sampling;
   sampling.room = {variables, first > 0, repaired, vertices, body.dynamics().body().law == SpringLaw::stiffening};

@@ -6,11 +6,12 @@
 namespace palpate {
 
 std::uint32_t elements_of(const LumpedBody& body) {
-  return static_cast<std::uint32_t>(body.tetrahedra.empty() ? body.elements.size() : body.tetrahedra.size());
+  return static_cast<std::uint32_t>(body.is_solid() ? body.tetrahedra.size() + body.hexahedra.size() : body.elements.size());
 }
 
 std::span<const std::uint32_t> nodes_of(const LumpedBody& body, std::uint32_t element, std::array<std::uint32_t, 2>& room) {
   if (!body.tetrahedra.empty()) return body.tetrahedra[element].nodes;
+  if (!body.hexahedra.empty()) return body.hexahedra[element].nodes;
   room = {body.elements[element].a, body.elements[element].b};
   return room;
 }
@@ -30,13 +31,18 @@ LocalBody::LocalBody(const LumpedBody& whole, std::vector<std::uint32_t> chosen)
 }
 
 void LocalBody::add(const LumpedBody& whole, std::uint32_t element) {
-  if (whole.tetrahedra.empty()) {
+  const auto take = [&](auto& from, auto& to) {
+    for (std::uint32_t& node : to.emplace_back(from[element]).nodes) node = index(node);
+  };
+  if (!whole.is_solid()) {
     Element& e = body.elements.emplace_back(whole.elements[element]);
     e.a = index(e.a);
     e.b = index(e.b);
     assert(e.a < nodes.size() && e.b < nodes.size());
+  } else if (!whole.tetrahedra.empty()) {
+    take(whole.tetrahedra, body.tetrahedra);
   } else {
-    for (std::uint32_t& node : body.tetrahedra.emplace_back(whole.tetrahedra[element]).nodes) node = index(node);
+    take(whole.hexahedra, body.hexahedra);
   }
 }
 

@@ -84,8 +84,7 @@ std::optional<BuiltPatch> PatchBuilder::build(FrameModel& frame, std::size_t whi
   if (request.scheme == Scheme::balanced && !balanced_) return std::nullopt;
   const bool hyper = request.scheme == Scheme::hyper;
   if (hyper && !can_bend(dynamics_->body())) return fall_back(frame, which, request, Scheme::port);
-  if (request.scheme == Scheme::two_layer && !dynamics_->tetrahedra().empty())
-    return fall_back(frame, which, request, Scheme::ring);
+  if (request.scheme == Scheme::two_layer && dynamics_->body().is_solid()) return fall_back(frame, which, request, Scheme::ring);
   // What is not definite on fewer coordinates may be on all. A body in the middle of a fold is definite for a hand that is
   // faster, and its own directions then are worth more than those of a body that cannot fold (docs/notebook/0025).
   constexpr double kFaster = 8;

@@ -14,13 +14,13 @@ namespace palpate {
 
 bool RefinedBody::suits(const Dynamics& dynamics) {
   const LumpedBody& body = dynamics.body();
-  const bool is_solid = body.elements.empty() && !body.tetrahedra.empty();
+  const bool is_solid = body.elements.empty() && body.is_solid();
   return dynamics.nodes() >= kNodesLeast && !body.planar && (is_solid || SpringBlocks::covers(body));
 }
 
 RefinedBody::RefinedBody(const Dynamics& dynamics) : dynamics_(&dynamics), far_(dynamics), coarse_(dynamics, kPieces) {
   place_corners();
-  if (dynamics.body().tetrahedra.empty())
+  if (!dynamics.body().is_solid())
     tangents_ = std::make_unique<RefinedSprings>(*this);
   else
     tangents_ = std::make_unique<RefinedSolid>(*this);

@@ -109,6 +109,7 @@ class CandidateSprings {
     return std::all_of(elements_.begin(), elements_.end(), [&](std::uint32_t e) { return span(e).norm() > kLengthMin; });
   }
   const LumpedBody& body() const { return at_->dynamics().body(); }
+  std::size_t nodes() const { return body().nodes.size(); }
   std::uint32_t node(std::uint32_t element, int end) const {
     const Element& e = body().elements[element];
     return end == 0 ? e.a : e.b;

@@ -8,6 +8,8 @@
 #include <span>
 
 #include "server/reduce/bending.hpp"
+#include "server/reduce/hourglass_forces.hpp"
+#include "server/reduce/sample_places.hpp"
 
 namespace palpate {
 namespace {
@@ -48,28 +50,30 @@ void stresses(SolidLaw law, const Stamp& stamp, const Nine& df, Nine& q) {
   }
 }
 
-/// The tetrahedra of a body at the samples.
+/// The finite elements of a body at the samples, as tetrahedra.
 class CandidateTetrahedra {
  public:
   using Sample = SampledTetrahedra;
   static constexpr std::size_t kLookedAt = 2000, kCandidates = 200;
   static constexpr int kNodes = 4, kMost = kMaxTetrahedra;
 
-  CandidateTetrahedra(const WholeBody& body, const Matrix& moved, const Matrix& u)
-      : at_(&body), moved_(moved.cast<float>()), way_(u.cast<float>()) {
+  CandidateTetrahedra(const WholeBody& body, const Matrix& moved, const Matrix& u, int tool)
+      : body_(&body),
+        materials_(&body.dynamics().body().materials),
+        places_(body.dynamics(), body.state(), moved,
+                elements_that_bend(body.dynamics(), body.state(), moved * root_of(u), kNegligibleTetrahedra, kLookedAt), tool),
+        nodes_moved_(&moved),
+        way_(u.cast<float>()) {
     assert(moved.rows() == body.state().x.size() && moved.cols() == u.rows() && u.cols() == kSamples);
-    assert(!body.dynamics().body().materials.empty());
-    elements_ = elements_that_bend(body.dynamics(), body.state(), moved * root_of(u), kNegligibleTetrahedra, kLookedAt);
+    assert(!materials_->empty());
   }
-  const std::vector<std::uint32_t>& elements() const { return elements_; }
-  const LumpedBody& body() const { return at_->dynamics().body(); }
+  const std::vector<std::uint32_t>& elements() const { return places_.elements(); }
+  std::size_t nodes() const { return places_.count(); }
   /// Its b_1, b_2, b_3 are the rows.
   Eigen::Matrix3f gradients(std::uint32_t element) const { return rest_of(element).b.rightCols<3>().transpose().cast<float>(); }
-  const TetraRest& rest_of(std::uint32_t element) const { return at_->dynamics().tetrahedra().rest(element); }
+  TetraRest rest_of(std::uint32_t element) const { return places_.rest(element); }
   Stamp stamp(std::uint32_t element) const {
-    const TetraRest& rest = rest_of(element);
-    Mat3 f = Mat3::Zero();
-    for (int i = 0; i < 4; ++i) f += at_node(at_->state().x, node(element, i)) * rest.b.col(i).transpose();
+    const Mat3 f = places_.deformation(element);
     const Lame lame = lame_of(element);
     const Mat3 frame = frame_of(law(), f);
     Stamp stamp{{}, frame.cast<float>()};
@@ -77,26 +81,28 @@ class CandidateTetrahedra {
     stamp.at.spread();
     return stamp;
   }
-  SolidLaw law() const { return body().materials.front().law; }
+  SolidLaw law() const { return materials_->front().law; }
+  const SolidMaterial& material_of(std::uint32_t element) const { return (*materials_)[places_.material(element)]; }
   /// Lame's parameters of small strains, times the volume [J].
   struct Lame {
     double mu, lambda;
   };
   Lame lame_of(std::uint32_t element) const {
-    const SolidMaterial& m = body().materials[body().tetrahedra[element].material];
+    const SolidMaterial& m = material_of(element);
     const double mu = rest_of(element).volume_m3 * m.young_pa / (2 * (1 + m.poisson));
     return {mu, mu * 2 * m.poisson / (1 - 2 * m.poisson)};
   }
   static int numbers_of(const TermsRoom& room, int nodes, int count) { return numbers_of_tetrahedra(room, nodes, count); }
-  std::uint32_t node(std::uint32_t element, int i) const { return body().tetrahedra[element].nodes[static_cast<std::size_t>(i)]; }
+  std::uint32_t node(std::uint32_t element, int i) const { return places_.place(element, i); }
   /// H, 9 rows a tetrahedron.
   Eigen::MatrixXf motions(const std::vector<std::uint32_t>& elements) const {
-    Eigen::MatrixXf h(9 * static_cast<Eigen::Index>(elements.size()), moved_.cols());
+    const Rows& moved = places_.moved();
+    Eigen::MatrixXf h(9 * static_cast<Eigen::Index>(elements.size()), moved.cols());
     for (std::size_t k = 0; k < elements.size(); ++k) {
       std::array<Eigen::Matrix3Xf, 3> edges;
       for (int i = 0; i < 3; ++i)
         edges[static_cast<std::size_t>(i)] =
-            moved_.middleRows<3>(row(elements[k], i + 1)) - moved_.middleRows<3>(row(elements[k], 0));
+            moved.middleRows<3>(row(elements[k], i + 1)) - moved.middleRows<3>(row(elements[k], 0));
       h.middleRows<9>(9 * static_cast<Eigen::Index>(k)) = gradient_motion(gradients(elements[k]), edges);
     }
     return h;
@@ -121,13 +127,15 @@ class CandidateTetrahedra {
   /// What all tetrahedra together add to the forces on nodes, as forces on the variables, n x samples; and of each |V Q| |H|.
   Eigen::MatrixXf all_together(Eigen::VectorXf& parts) const {
     thread_local AtSamples there, forces;  // megabytes that would be asked of the system anew for every patch
-    there.noalias() = moved_ * way_;
+    const Rows& moved = places_.moved();
+    const std::vector<std::uint32_t>& elements = places_.elements();
+    there.noalias() = moved * way_;
     forces.setZero(there.rows(), kSamples);
-    parts.resize(static_cast<Eigen::Index>(elements_.size()));
+    parts.resize(static_cast<Eigen::Index>(elements.size()));
     Nine df, q;
     Eigen::Matrix<float, 3, kSamples, Eigen::RowMajor> pull;
-    for (std::size_t k = 0; k < elements_.size(); ++k) {
-      const std::uint32_t e = elements_[k];
+    for (std::size_t k = 0; k < elements.size(); ++k) {
+      const std::uint32_t e = elements[k];
       const Eigen::Matrix3f b = gradients(e);
       df.setZero();
       float size = 0;
@@ -136,7 +144,7 @@ class CandidateTetrahedra {
           const auto edge = there.row(row(e, i + 1) + r) - there.row(row(e, 0) + r);
           for (int c = 0; c < 3; ++c) df.row(3 * r + c) += b(i, c) * edge;
         }
-        size += b.row(i).squaredNorm() * (moved_.middleRows<3>(row(e, i + 1)) - moved_.middleRows<3>(row(e, 0))).squaredNorm();
+        size += b.row(i).squaredNorm() * (moved.middleRows<3>(row(e, i + 1)) - moved.middleRows<3>(row(e, 0))).squaredNorm();
       }
       stresses(law(), stamp(e), df, q);
       for (int i = 0; i < 3; ++i) {
@@ -147,11 +155,14 @@ class CandidateTetrahedra {
       }
       parts[static_cast<Eigen::Index>(k)] = q.norm() * std::sqrt(size);
     }
-    return moved_.transpose() * forces;
+    Eigen::MatrixXf all = moved.transpose() * forces;
+    const Dynamics& dynamics = body_->dynamics();
+    if (!dynamics.hexahedra().empty()) all += hourglass_forces(dynamics, body_->state().x, elements, *nodes_moved_, way_);
+    return all;
   }
 
   /// The tetrahedra themselves, without weights; their nodes' motions as they travel.
-  SampledTetrahedra taken(const std::vector<std::uint32_t>& elements, int tool) const {
+  SampledTetrahedra taken(const std::vector<std::uint32_t>& elements, int /*tool*/) const {
     MetNodes met;
     const auto count = static_cast<Eigen::Index>(elements.size());
     SampledTetrahedra solid;
@@ -164,13 +175,11 @@ class CandidateTetrahedra {
       const Lame lame = lame_of(e);
       solid.shear[k] = static_cast<float>(lame.mu);
       solid.dilation[k] = static_cast<float>(lame.lambda);
-      solid.damping_s[k] = static_cast<float>(body().materials[body().tetrahedra[e].material].damping_s);
+      solid.damping_s[k] = static_cast<float>(material_of(e).damping_s);
     }
-    solid.position = met.places(at_->state().x);
-    Vector rest(3 * static_cast<Eigen::Index>(body().nodes.size()));
-    for (std::uint32_t i = 0; i < body().nodes.size(); ++i) at_node(rest, i) = body().nodes[i];
-    solid.rest = met.places(rest);
-    solid.motion = met.motion(moved_, tool, 3);
+    solid.position = met.places(places_.at_stamp());
+    solid.rest = met.places(places_.at_rest());
+    solid.motion = met.motion(places_.moved(), places_.tool(), 3);
     return solid;
   }
   /// Those of some tetrahedra that have weights, with them.
@@ -185,17 +194,18 @@ class CandidateTetrahedra {
 
  private:
   Eigen::Index row(std::uint32_t element, int i) const { return 3 * static_cast<Eigen::Index>(node(element, i)); }
-  const WholeBody* at_;
-  Rows moved_;
+  const WholeBody* body_;
+  const std::vector<SolidMaterial>* materials_;
+  SamplePlaces places_;
+  const Matrix* nodes_moved_;
   Eigen::MatrixXf way_;
-  std::vector<std::uint32_t> elements_;
 };
 
 }  // namespace
 
 std::optional<SampledTetrahedra> sample_tetrahedra(const WholeBody& body, const Matrix& moved, const Sampling& sampling) {
   const Matrix u = samples(sampling);
-  const CandidateTetrahedra solid(body, moved, u);
+  const CandidateTetrahedra solid(body, moved, u, sampling.tool);
   if (solid.elements().empty()) return std::nullopt;
   return sample(solid, u, sampling);
 }

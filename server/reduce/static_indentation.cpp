@@ -27,7 +27,7 @@ std::vector<std::uint32_t> nodes_around(const Skin::Weights& port, const LumpedB
   };
   for (const auto& [node, weight] : port) add(node);
   std::array<std::uint32_t, 2> room;
-  const std::size_t most = body.tetrahedra.empty() ? StaticIndentations::kNodes : StaticIndentations::kSolidNodes;
+  const std::size_t most = body.is_solid() ? StaticIndentations::kSolidNodes : StaticIndentations::kNodes;
   for (std::size_t k = 0; k < nodes.size() && nodes.size() < most; ++k)
     for (const std::uint32_t e : elements[nodes[k]])
       for (const std::uint32_t node : nodes_of(body, e, room)) add(node);

@@ -3,29 +3,37 @@
 #include <algorithm>
 #include <map>
 
+#include "server/reduce/local_body.hpp"
+
 namespace palpate {
 
-TetraBunch::TetraBunch(const Dynamics& dynamics, std::span<const std::uint32_t> tetrahedra)
-    : tetrahedra_(&dynamics.tetrahedra()), batches_(dynamics.tetrahedra().batches(tetrahedra)) {
-  for (const std::uint32_t t : tetrahedra)
-    for (const std::uint32_t i : dynamics.body().tetrahedra[t].nodes) nodes_.push_back(i);
+TetraBunch::TetraBunch(const Dynamics& dynamics, std::span<const std::uint32_t> elements) : dynamics_(&dynamics) {
+  std::array<std::uint32_t, 2> room;
+  for (const std::uint32_t e : elements)
+    for (const std::uint32_t i : nodes_of(dynamics.body(), e, room)) nodes_.push_back(i);
   std::sort(nodes_.begin(), nodes_.end());
   nodes_.erase(std::unique(nodes_.begin(), nodes_.end()), nodes_.end());
+  if (!dynamics.tetrahedra().empty()) tetrahedra_ = dynamics.tetrahedra().batches(elements);
+  if (!dynamics.hexahedra().empty()) hexahedra_ = dynamics.hexahedra().batches(elements);
+  take_links(tetrahedra_);
+  take_links(hexahedra_);
+}
+
+template <typename Batch>
+void TetraBunch::take_links(const std::vector<Batch>& batches) {
   const auto place = [&](std::uint32_t node) {
     return static_cast<std::uint32_t>(std::lower_bound(nodes_.begin(), nodes_.end(), node) - nodes_.begin());
   };
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> known;
-  for (const Tetrahedra::Batch& batch : batches_)
-    for (std::size_t lane = 0; lane < batch.group.count; ++lane) {
-      Targets& targets = targets_.emplace_back();
-      for (std::size_t i = 0; i < 4; ++i)
+  for (const Batch& batch : batches)
+    for (std::size_t lane = 0; lane < batch.group.count; ++lane)
+      for (std::size_t i = 0; i < batch.group.nodes.size(); ++i)
         for (std::size_t j = 0; j <= i; ++j) {
           const std::uint32_t row = place(batch.group.nodes[i][lane]), column = place(batch.group.nodes[j][lane]);
           const auto [link, fresh] = known.try_emplace(std::minmax(row, column), static_cast<std::uint32_t>(links_.size()));
           if (fresh) links_.push_back({std::min(row, column), std::max(row, column)});
-          targets[pair_index(i, j)] = 2 * link->second + (row > column ? 1 : 0);
+          targets_.push_back(2 * link->second + (row > column ? 1 : 0));  // at pair_index(i, j)
         }
-    }
 }
 
 TetraBunch::Pair TetraBunch::transposed(const Pair& pair) {
@@ -36,17 +44,18 @@ TetraBunch::Pair TetraBunch::transposed(const Pair& pair) {
   return other;
 }
 
-std::vector<TetraBunch::Pair> TetraBunch::sums(const Vector& x, bool clamp) const {
-  std::vector<Pair> sums(links_.size(), Pair::Zero());
-  TetraBlocks k, d;
-  auto targets = targets_.begin();
-  for (const Tetrahedra::Batch& batch : batches_) {
-    tetrahedra_->blocks(batch, x, 0, 1, clamp, k);
-    tetrahedra_->blocks(batch, x, 1, 0, clamp, d);
-    for (std::size_t lane = 0; lane < batch.group.count; ++lane, ++targets)
-      for (std::size_t p = 0; p < targets->size(); ++p) {
-        Pair& to = sums[(*targets)[p] / 2];
-        const bool turned = (*targets)[p] % 2 != 0;
+template <typename Elements>
+void TetraBunch::add_sums(const Elements& elements, const std::vector<typename Elements::Batch>& batches, const Vector& x,
+                          bool clamp, std::vector<Pair>& sums) const {
+  typename Elements::Blocks k, d;
+  auto target = targets_.begin();
+  for (const auto& batch : batches) {
+    elements.blocks(batch, x, 0, 1, clamp, k);
+    elements.blocks(batch, x, 1, 0, clamp, d);
+    for (std::size_t lane = 0; lane < batch.group.count; ++lane)
+      for (std::size_t p = 0; p < k.at.size(); ++p, ++target) {
+        Pair& to = sums[*target / 2];
+        const bool turned = *target % 2 != 0;
         for (std::size_t n = 0; n < kNumbers; ++n) {
           const std::size_t at = turned ? 3 * (n % 3) + n / 3 : n;
           to[static_cast<Eigen::Index>(n)] += k.at[p][at].of[lane];
@@ -54,6 +63,12 @@ std::vector<TetraBunch::Pair> TetraBunch::sums(const Vector& x, bool clamp) cons
         }
       }
   }
+}
+
+std::vector<TetraBunch::Pair> TetraBunch::sums(const Vector& x, bool clamp) const {
+  std::vector<Pair> sums(links_.size(), Pair::Zero());
+  add_sums(dynamics_->tetrahedra(), tetrahedra_, x, clamp, sums);
+  add_sums(dynamics_->hexahedra(), hexahedra_, x, clamp, sums);
   return sums;
 }
 

@@ -1,6 +1,6 @@
-// Some tetrahedra of a body, and what they put between the nodes that they have:
+// Some finite elements of a body, and what they put between the nodes that they have:
 //
-//     K_ab, D_ab = sum over these tetrahedra of their blocks for nodes a and b      (tetra_kernel.hpp)
+//     K_ab, D_ab = sum over these elements of their blocks for nodes a and b      (tetra_kernel.hpp, hexa_kernel.hpp)
 //
 // for each two nodes that one of them joins, summed before anything coarser is made of it.
 #pragma once
@@ -20,7 +20,7 @@ class TetraBunch {
 
   TetraBunch() = default;
   /// `dynamics` must outlive it.
-  TetraBunch(const Dynamics& dynamics, std::span<const std::uint32_t> tetrahedra);
+  TetraBunch(const Dynamics& dynamics, std::span<const std::uint32_t> elements);
 
   /// Ascending.
   const std::vector<std::uint32_t>& nodes() const { return nodes_; }
@@ -33,13 +33,20 @@ class TetraBunch {
   static Pair transposed(const Pair& pair);
 
  private:
-  const Tetrahedra* tetrahedra_ = nullptr;
-  std::vector<Tetrahedra::Batch> batches_;
+  template <typename Batch>
+  void take_links(const std::vector<Batch>& batches);
+  template <typename Elements>
+  void add_sums(const Elements& elements, const std::vector<typename Elements::Batch>& batches, const Vector& x, bool clamp,
+                std::vector<Pair>& sums) const;
+
+  const Dynamics* dynamics_ = nullptr;
+  std::vector<Tetrahedra::Batch> tetrahedra_;
+  std::vector<Hexahedra::Batch> hexahedra_;
   std::vector<std::uint32_t> nodes_;
   std::vector<Link> links_;
-  /// Of a tetrahedron, for its pairs of nodes (pair_index): twice the link, and one more where that is the other way round.
-  using Targets = std::array<std::uint32_t, 10>;
-  std::vector<Targets> targets_;  // in the order of the batches
+  // Of an element, for its pairs of nodes (pair_index): twice the link, and one more where that is the other way round. In the
+  // order of the batches.
+  std::vector<std::uint32_t> targets_;
 };
 
 /// to += N^T A N over the corners of a cell, A being the sums of a bunch and N the shapes of its nodes there.

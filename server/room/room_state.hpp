@@ -105,7 +105,7 @@ struct Room::State {
   Dynamics dynamics;
   ChosenStepper integrator;
   std::optional<RoughSteps> roughly;  // where `integrator` cannot roll out
-  BodyState rest = settled_state(dynamics, skin), body = rest;
+  BodyState rest = settled_state(dynamics), body = rest;
   BalancedBases balanced{dynamics, skin, rest};
   double softest_1_s2 = softest_stiffness(dynamics);
   Stillness stillness{dynamics, softest_1_s2, rest.x};

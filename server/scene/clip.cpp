@@ -127,7 +127,7 @@ Clipped clip_lattice(const Grid& grid, const Solid& solid) {
   constexpr int kRounds = 5;
   CellSet cells(grid, false);
   cells.each([&](const Index3& c) { cells.set(c, solid.distance(centre(grid, c)) < 0); });
-  Clipped body{cells, {}, {}};
+  Clipped body{CellSet(grid, false), {}, {}};  // where loose cells are all that there is
   for (int round = 0; round < kRounds; ++round) {
     remove_loose_cells(cells);
     cells = largest_part(grid, std::move(cells));

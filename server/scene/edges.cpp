@@ -9,12 +9,16 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_of(const LumpedBody& 
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
   edges.reserve(body.elements.size());
   for (const Element& e : body.elements) edges.emplace_back(e.a, e.b);
-  if (body.tetrahedra.empty()) return edges;
+  if (!body.is_solid()) return edges;
   std::set<std::pair<std::uint32_t, std::uint32_t>> of_springs, of_cells;
   for (const auto& [a, b] : edges) of_springs.insert(std::minmax(a, b));
-  for (const Tetrahedron& t : body.tetrahedra)
-    for (std::size_t i = 0; i < 4; ++i)
-      for (std::size_t j = 0; j < i; ++j) of_cells.insert(std::minmax(t.nodes[i], t.nodes[j]));
+  const auto add = [&](const auto& cells) {
+    for (const auto& cell : cells)
+      for (std::size_t i = 0; i < cell.nodes.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j) of_cells.insert(std::minmax(cell.nodes[i], cell.nodes[j]));
+  };
+  add(body.tetrahedra);
+  add(body.hexahedra);
   std::set_difference(of_cells.begin(), of_cells.end(), of_springs.begin(), of_springs.end(), std::back_inserter(edges));
   return edges;
 }

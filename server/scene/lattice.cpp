@@ -1,11 +1,14 @@
 #include "server/scene/lattice.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstdio>
 
+#include "server/scene/cauchy_lattice.hpp"
 #include "server/scene/clip.hpp"
 #include "server/scene/fixing.hpp"
+#include "server/scene/hexa_mesh.hpp"
 #include "server/scene/mesh_solid.hpp"
 #include "server/scene/scene_text.hpp"
 #include "server/scene/surface.hpp"
@@ -100,7 +103,9 @@ Clipped clip(const Grid& grid, const Solid& solid, const SceneText& text) {
 /// The elements of a set of cells, in the order of the grid.
 std::vector<Element> join_neighbours(const LatticeBody& lattice, const CellSet& cells, const LatticeSettings& settings) {
   const auto neighbours = forward_neighbours();
-  const auto& [body, grid, number] = lattice;
+  const LumpedBody& body = lattice.body;
+  const Grid& grid = lattice.grid;
+  const auto& number = lattice.number;
   std::vector<Element> elements;
   grid.each([&](const Index3& n) {
     const auto a = number[grid.index(n)];
@@ -119,15 +124,81 @@ std::vector<Element> join_neighbours(const LatticeBody& lattice, const CellSet& 
   return elements;
 }
 
-/// Finite elements in the cells, and the surface that they have.
+/// Sides of a cell [m]; of a sheet with its thickness.
+Vec3 cell_of(const Grid& grid, const LatticeSettings& settings) {
+  Vec3 cell = grid.spacing();
+  if (settings.planar) cell.z() = settings.size_m.z();
+  return cell;
+}
+
+std::vector<std::uint32_t> corners_of(const Index3& c, const LatticeBody& lattice, bool planar) {
+  std::vector<std::uint32_t> corners;
+  for (int i = 0; i < (planar ? 4 : 8); ++i)
+    corners.push_back(lattice.number[lattice.grid.index(c + Index3{i & 1, i >> 1 & 1, i >> 2})]);
+  return corners;
+}
+
+Vec3 middle_of(const Index3& c, const LatticeBody& lattice, bool planar) {
+  Vec3 sum = Vec3::Zero();
+  const std::vector<std::uint32_t> corners = corners_of(c, lattice, planar);
+  for (const std::uint32_t node : corners) sum += lattice.body.nodes[node];
+  return sum / static_cast<double>(corners.size());
+}
+
+/// Springs that resist as a solid does, and the masses of the cells.
+void join_cells(LatticeBody& lattice, const CellSet& cells, const LatticeSettings& settings) {
+  const Vec3 cell = cell_of(lattice.grid, settings);
+  const auto springs = cauchy_springs(cell, settings.planar);
+  assert(springs);
+  std::vector<CauchyMaterial> materials;
+  cells.each([&](const Index3& c) {
+    if (!cells.has(c)) return;
+    const std::uint32_t layer = layer_at(middle_of(c, lattice, settings.planar), settings);
+    const SolidMaterial* const own = layer > 0 ? &settings.layers[layer - 1].material : nullptr;
+    materials.push_back(own ? CauchyMaterial{own->young_pa, own->damping_s}
+                            : CauchyMaterial{settings.springs_of_solid->young_pa, settings.springs_of_solid->damping_s});
+  });
+  lattice.body.elements = springs_of_cells(cells, lattice.grid, lattice.number, lattice.body.nodes, *springs, materials);
+  if (!settings.planar) {
+    const std::vector<Hexahedron> boxes = cells_as_hexahedra(cells, lattice.grid, lattice.number);
+    lattice.body.masses_kg = lumped_masses(boxes, lattice.body.nodes, settings.density_kg_m3);
+    return;
+  }
+  lattice.body.masses_kg.assign(lattice.body.nodes.size(), 0);
+  cells.each([&](const Index3& c) {
+    for (const std::uint32_t node : corners_of(c, lattice, true))
+      lattice.body.masses_kg[node] += 0.25 * settings.density_kg_m3 * cell.prod();
+  });
+}
+
+/// Springs all alike, or those that resist as a solid does.
+void join(LatticeBody& lattice, const CellSet& cells, const LatticeSettings& settings) {
+  if (settings.springs_of_solid)
+    join_cells(lattice, cells, settings);
+  else
+    lattice.body.elements = join_neighbours(lattice, cells, settings);
+}
+
+/// Finite elements in the cells, their masses and the surface that they have, its faces split along the diagonals of
+/// split_cells().
 void fill_cells(LatticeBody& lattice, const CellSet& cells, const LatticeSettings& settings) {
   LumpedBody& body = lattice.body;
   body.mass_damping_1_s = settings.solid->mass_damping_1_s;
   body.materials = {settings.solid->material};
   for (const LayerSettings& layer : settings.layers) body.materials.push_back(layer.material);
-  body.tetrahedra = split_cells(cells, lattice.grid, lattice.number);
-  for (Tetrahedron& t : body.tetrahedra) t.material = layer_at(centre_of(t, body.nodes), settings);
-  body.triangles = outer_faces(body.tetrahedra);
+  const auto place = [&](auto& elements) {
+    for (auto& element : elements) element.material = layer_at(centre_of(element, body.nodes), settings);
+    body.masses_kg = lumped_masses(elements, body.nodes, settings.density_kg_m3);
+  };
+  const std::vector<Tetrahedron> split = split_cells(cells, lattice.grid, lattice.number);
+  body.triangles = outer_faces(split);
+  if (settings.solid->element == SolidElement::tetrahedron) {
+    body.tetrahedra = split;
+    place(body.tetrahedra);
+  } else {
+    body.hexahedra = cells_as_hexahedra(cells, lattice.grid, lattice.number);
+    place(body.hexahedra);
+  }
 }
 
 /// Nodes, elements and surface of a whole grid; returns its volume.
@@ -141,7 +212,7 @@ double fill_box(LatticeBody& lattice, const LatticeSettings& settings) {
     fill_cells(lattice, cells, settings);
   } else {
     if (!settings.planar) lattice.body.triangles = split_alternately(boundary_faces(cells, lattice.grid, lattice.number));
-    lattice.body.elements = join_neighbours(lattice, cells, settings);
+    join(lattice, cells, settings);
   }
   return settings.size_m.prod();
 }
@@ -158,7 +229,7 @@ double fill_clip(LatticeBody& lattice, const LatticeSettings& settings, const Sc
     fill_cells(lattice, clipped.cells, settings);
   } else {
     lattice.body.triangles = split_shorter(clipped.faces, lattice.body.nodes);
-    lattice.body.elements = join_neighbours(lattice, clipped.cells, settings);
+    join(lattice, clipped.cells, settings);
   }
   return signed_volume(lattice.body.triangles, lattice.body.nodes);
 }
@@ -170,11 +241,18 @@ void finish(LatticeBody& lattice, const LatticeSettings& settings, double volume
   body.law = settings.law;
   body.stiffening = settings.law == SpringLaw::stiffening ? settings.stiffening : 0;
   body.gravity_m_s2 = settings.gravity_m_s2;
-  if (settings.solid)
-    body.masses_kg = lumped_masses(body.tetrahedra, body.nodes, settings.density_kg_m3);
-  else
+  if (body.masses_kg.empty())
     body.masses_kg.assign(body.nodes.size(), settings.density_kg_m3 * volume / static_cast<double>(body.nodes.size()));
   fix_nodes(body, settings.fixed, lattice.grid.spacing());
+}
+
+void refuse_long_cells(const LatticeSettings& settings, const SceneText& text) {
+  const Vec3 cell = cell_of(box_grid(settings), settings);
+  if (cauchy_springs(cell, settings.planar)) return;
+  std::string sides = millimetres(cell.x()) + " x " + millimetres(cell.y());
+  if (!settings.planar) sides += " x " + millimetres(cell.z());
+  text.refuse("body.lattice.nodes", "cells are " + sides + ": no springs resist as a solid there",
+              "cells whose sides are alike within a factor of about 1.6; finite elements (solid) take any");
 }
 
 }  // namespace
@@ -187,6 +265,7 @@ LatticeBody build_box(const LatticeSettings& settings) {
 
 LatticeBody build_lattice(const LatticeSettings& settings, const SceneText& text) {
   LatticeBody lattice;
+  if (settings.springs_of_solid && settings.spacing_m == 0) refuse_long_cells(settings, text);
   if (settings.clip) {
     finish(lattice, settings, fill_clip(lattice, settings, text));
   } else {

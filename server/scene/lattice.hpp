@@ -2,8 +2,9 @@
 //
 // Every node joins all its lateral and diagonal neighbours (8 in a sheet, 26 in 3-D) with which it shares a cell, by one element
 // whose rest length is the distance of the two at rest. The mass, density times volume, is shared equally by all nodes, fixed
-// ones included. With `solid` every cell is six tetrahedra instead, each of which gives its mass to its nodes. A layer takes the
-// elements whose midpoint lies in it; where layers overlap, the one that is listed later wins.
+// ones included. With `young_pa` springs and masses are those of cauchy_lattice.hpp. With `solid` every cell is a hexahedron or
+// six tetrahedra instead, each of which gives its mass to its nodes. A layer takes the elements whose midpoint lies in it; where
+// layers overlap, the one that is listed later wins.
 #pragma once
 
 #include <vector>

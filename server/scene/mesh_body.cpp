@@ -1,6 +1,6 @@
 #include "server/scene/mesh_body.hpp"
 
-#include <algorithm>
+#include <map>
 
 #include "server/scene/fixing.hpp"
 #include "server/scene/tetra_file.hpp"
@@ -8,23 +8,22 @@
 namespace palpate {
 namespace {
 
-/// Material numbers in place of the file's region numbers.
+/// Material numbers in place of the file's region numbers, which may be any.
 void set_materials(LumpedBody& body, const MeshBodySettings& settings, const SceneText& text) {
   body.materials = {settings.solid.material};
-  std::vector<std::uint32_t> of_region;
-  for (const Tetrahedron& t : body.tetrahedra) of_region.resize(std::max<std::size_t>(of_region.size(), t.material + 1), 0);
+  std::map<std::uint32_t, std::uint32_t> of_region;
+  for (const Tetrahedron& t : body.tetrahedra) of_region[t.material] = 0;
   for (std::size_t i = 0; i < settings.regions.size(); ++i) {
     const int id = settings.regions[i].id;
-    const bool there = std::any_of(body.tetrahedra.begin(), body.tetrahedra.end(),
-                                   [&](const Tetrahedron& t) { return static_cast<int>(t.material) == id; });
-    if (!there) {
+    const auto region = of_region.find(static_cast<std::uint32_t>(id));
+    if (id < 0 || region == of_region.end()) {
       const std::string path = "body.mesh.regions[" + std::to_string(i) + "].id";
       text.refuse(path, path + " is " + std::to_string(id) + ", which no tetrahedron has", "a region of the mesh");
     }
-    of_region[static_cast<std::size_t>(id)] = static_cast<std::uint32_t>(body.materials.size());
+    region->second = static_cast<std::uint32_t>(body.materials.size());
     body.materials.push_back(settings.regions[i].material);
   }
-  for (Tetrahedron& t : body.tetrahedra) t.material = of_region[t.material];
+  for (Tetrahedron& t : body.tetrahedra) t.material = of_region.at(t.material);
 }
 
 }  // namespace

@@ -1,16 +1,14 @@
 #include "server/scene/mesh_file.hpp"
 
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
-
 #include <algorithm>
-#include <assimp/Importer.hpp>
+#include <array>
 #include <cmath>
 #include <cstdio>
-#include <unordered_map>
+#include <map>
 
 #include "common/base/error.hpp"
 #include "common/json/json.hpp"
+#include "server/scene/file_text.hpp"
 #include "server/scene/solid.hpp"
 #include "server/scene/surface.hpp"
 
@@ -20,8 +18,9 @@ namespace {
 
 constexpr double kMinExtentM = 0.005, kMaxExtentM = 2;
 constexpr double kWeldFraction = 1e-6;  // of the diagonal
+constexpr double kCellWidth = 4;        // of the welder, in welding distances
 constexpr double kMinFilling = 1e-4;    // volume of a cube around the mesh
-constexpr std::size_t kMaxTriangles = 2'000'000;
+constexpr std::size_t kMaxFileBytes = std::size_t{1} << 30;
 
 std::string extension(const std::filesystem::path& file) {
   std::string ext = file.extension().string();
@@ -33,56 +32,54 @@ std::string extension(const std::filesystem::path& file) {
 TriangleMesh import(const MeshSettings& settings, const std::string& where) {
   const std::string ext = extension(settings.path);
   if (ext != ".obj" && ext != ".stl") throw InputError(where, "is not a mesh file by its name", "FILE.obj or FILE.stl");
-  Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFile(settings.path.string(), aiProcess_Triangulate);
-  if (!scene) throw InputError(where, std::string("cannot be read: ") + importer.GetErrorString(), "an OBJ or STL file");
-  TriangleMesh mesh;
-  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
-    const aiMesh& part = *scene->mMeshes[m];
-    const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
-    for (unsigned i = 0; i < part.mNumVertices; ++i) {
-      const auto& v = part.mVertices[i];
-      mesh.vertices.emplace_back(static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z));
-      if (!mesh.vertices.back().allFinite()) throw InputError(where, "a vertex is not finite", "numbers");
-    }
-    for (unsigned i = 0; i < part.mNumFaces; ++i) {
-      const aiFace& face = part.mFaces[i];
-      if (face.mNumIndices != 3) continue;  // loose points and lines
-      mesh.triangles.push_back({base + face.mIndices[0], base + face.mIndices[1], base + face.mIndices[2]});
-    }
-  }
-  if (mesh.triangles.empty()) throw InputError(where, "holds no triangles", "a closed surface");
-  if (mesh.triangles.size() > kMaxTriangles) throw InputError(where, "holds too many triangles", "at most 2000000");
-  return mesh;
+  const std::string bytes = read_plain_file(settings.path, where, "an OBJ or STL file", kMaxFileBytes);
+  return ext == ".obj" ? read_obj(bytes, where) : read_stl(bytes, where);
 }
 
-/// Vertex positions on a grid of the welding distance.
+/// Vertices by the cells of a grid, some welding distances wide, from the lowest corner of the mesh on. Cells are kept in order
+/// rather than hashed: a file could be made whose cells all share a hash.
 class Welder {
  public:
-  explicit Welder(double distance) : distance_(distance) {}
+  Welder(const Vec3& low, double distance) : low_(low), distance_(distance) {}
 
   std::uint32_t add(const Vec3& p, std::vector<Vec3>& out) {
-    const auto cell = [&](int a, int d) { return static_cast<std::int64_t>(std::floor(p[a] / distance_)) + d; };
-    for (int i = 0; i < 27; ++i) {
-      const auto found = cells_.find(hash(cell(0, i % 3 - 1), cell(1, i / 3 % 3 - 1), cell(2, i / 9 - 1)));
-      if (found == cells_.end()) continue;
-      for (const std::uint32_t v : found->second) {
-        if ((out[v] - p).norm() <= distance_) return v;
-      }
-    }
+    const Cell first = cell_of(p - Vec3::Constant(distance_)), last = cell_of(p + Vec3::Constant(distance_));
+    Cell c = first;
+    for (c[0] = first[0]; c[0] <= last[0]; ++c[0])
+      for (c[1] = first[1]; c[1] <= last[1]; ++c[1])
+        for (c[2] = first[2]; c[2] <= last[2]; ++c[2])
+          if (const std::uint32_t v = found_in(c, p, out); v != kNone) return v;
+    const auto added = static_cast<std::uint32_t>(out.size());
     out.push_back(p);
-    const auto added = static_cast<std::uint32_t>(out.size() - 1);
-    cells_[hash(cell(0, 0), cell(1, 0), cell(2, 0))].push_back(added);
+    const auto [newest, fresh] = newest_.try_emplace(cell_of(p), added);
+    before_.push_back(fresh ? kNone : newest->second);
+    newest->second = added;
     return added;
   }
 
  private:
-  static std::uint64_t hash(std::int64_t x, std::int64_t y, std::int64_t z) {
-    return static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15u ^ static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4Fu ^
-           static_cast<std::uint64_t>(z) * 0x165667B19E3779F9u;
+  using Cell = std::array<std::int64_t, 3>;
+  static constexpr std::uint32_t kNone = UINT32_MAX;
+
+  Cell cell_of(const Vec3& p) const {
+    Cell cell{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto axis = static_cast<Eigen::Index>(a);
+      cell[a] = static_cast<std::int64_t>(std::floor((p[axis] - low_[axis]) / (kCellWidth * distance_)));
+    }
+    return cell;
   }
+  std::uint32_t found_in(const Cell& cell, const Vec3& p, const std::vector<Vec3>& x) const {
+    const auto newest = newest_.find(cell);
+    for (std::uint32_t v = newest == newest_.end() ? kNone : newest->second; v != kNone; v = before_[v])
+      if ((x[v] - p).norm() <= distance_) return v;
+    return kNone;
+  }
+
+  Vec3 low_;
   double distance_;
-  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
+  std::map<Cell, std::uint32_t> newest_;  ///< vertex of a cell
+  std::vector<std::uint32_t> before_;     ///< the next older one of its cell, a vertex
 };
 
 Eigen::AlignedBox3d box_of(const TriangleMesh& mesh) {
@@ -93,8 +90,8 @@ Eigen::AlignedBox3d box_of(const TriangleMesh& mesh) {
 
 TriangleMesh welded(const TriangleMesh& mesh) {
   TriangleMesh out;
-  const double size = box_of(mesh).diagonal().norm();
-  Welder welder(std::max(kWeldFraction * size, 1e-300));
+  const Eigen::AlignedBox3d box = box_of(mesh);
+  Welder welder(box.min(), std::max(kWeldFraction * box.diagonal().norm(), 1e-300));
   std::vector<std::uint32_t> number;
   number.reserve(mesh.vertices.size());
   for (const Vec3& v : mesh.vertices) number.push_back(welder.add(v, out.vertices));
@@ -135,13 +132,26 @@ std::string in_words(const Vec3& p) {
   return text;
 }
 
+void check_place(std::span<const Vec3> vertices, const std::string& where) {
+  for (const Vec3& x : vertices)
+    if (!x.allFinite() || x.cwiseAbs().maxCoeff() > kMaxCoordinateM)
+      throw InputError(where, "has a vertex at " + in_words(x),
+                       "one within " + Json::number(kMaxCoordinateM).text + " m of the origin");
+}
+
 TriangleMesh read_closed_mesh(const MeshSettings& settings, const std::string& where) {
-  TriangleMesh mesh = welded(import(settings, where));
+  return closed_mesh(import(settings, where), settings, where);
+}
+
+TriangleMesh closed_mesh(const TriangleMesh& given, const MeshSettings& settings, const std::string& where) {
+  if (given.triangles.empty()) throw InputError(where, "holds no triangles", "a closed surface");
+  TriangleMesh mesh = welded(given);
   if (mesh.triangles.empty()) throw InputError(where, "has only triangles without area", "a closed surface");
   const Mat3 turn = settings.scale * rotation_xyz(settings.rotation_deg);
   for (Vec3& v : mesh.vertices) v = turn * v + settings.offset_m;
   const Vec3 extent = box_of(mesh).sizes();
   check_size(extent, settings.scale, where);
+  check_place(mesh.vertices, where);
   check_closed(mesh, where);
   const double volume = signed_volume(mesh.triangles, mesh.vertices);
   if (std::abs(volume) < kMinFilling * std::pow(extent.maxCoeff(), 3)) throw InputError(where, "encloses no volume", "a solid");

@@ -1,4 +1,4 @@
-// Closed triangle meshes from OBJ and STL files (read by Assimp).
+// Closed triangle meshes from OBJ and STL files (surface_file.hpp).
 //
 // Vertices at the same place (within a millionth of the size) become one; normals, texture coordinates and materials are dropped.
 // A mesh that cannot bound a solid is refused: unreadable, no triangles, an open edge, an edge of three triangles, triangles that
@@ -6,23 +6,23 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
-#include "common/port/patch.hpp"
 #include "server/scene/settings.hpp"
+#include "server/scene/surface_file.hpp"
 
 namespace palpate {
-
-struct TriangleMesh {
-  std::vector<Vec3> vertices;       ///< [m]
-  std::vector<Triangle> triangles;  ///< counter-clockwise seen from outside
-};
 
 /// A place of a mesh, for people.
 std::string in_words(const Vec3& point);
 
+/// Refuses a vertex farther than kMaxCoordinateM from the origin, or one that is not finite: an InputError that begins with
+/// `where`.
+void check_place(std::span<const Vec3> vertices, const std::string& where);
+
 /// The mesh of a scene in its place: scaled, rotated, moved. A mesh that is inside out is turned, with a line on stderr.
 /// Throws InputError that begins with `where`.
 TriangleMesh read_closed_mesh(const MeshSettings& settings, const std::string& where);
+/// The same of triangles as a file has them.
+TriangleMesh closed_mesh(const TriangleMesh& given, const MeshSettings& settings, const std::string& where);
 
 }  // namespace palpate

@@ -71,12 +71,14 @@ Scene build(const SceneText& text) {
 
 }  // namespace
 
-Scene load_scene(const std::filesystem::path& file) { return build(SceneText(file)); }
+Scene load_scene(const std::filesystem::path& file, const MeshFolders& besides) { return build(SceneText(file, besides)); }
 
-Scene read_scene(const std::string& json, const std::string& name) { return build(SceneText(json, name)); }
+Scene read_scene(const std::string& json, const std::string& name, const MeshFolders& folders) {
+  return build(SceneText(json, name, folders));
+}
 
-std::string print_scene(const std::filesystem::path& file) {
-  const SceneText text(file);
+std::string print_scene(const std::filesystem::path& file, const MeshFolders& besides) {
+  const SceneText text(file, besides);
   return write_json(to_json(read_settings(text)));
 }
 

@@ -39,8 +39,18 @@ struct Tetrahedron {
   std::uint32_t material = 0;  ///< index into LumpedBody::materials
 };
 
-/// A body of lumped masses before it moves, joined by springs or filled with tetrahedra. Surface vertices are nodes, so a surface
-/// point is a weighted node position.
+/// A hexahedron of eight nodes with one mean gradient and hourglass stiffness (server/body/hexa_kernel.hpp): bit a of a node's
+/// place here says on which side of the element it is along axis a; a positive volume.
+struct Hexahedron {
+  std::array<std::uint32_t, 8> nodes{};
+  std::uint32_t material = 0;  ///< index into LumpedBody::materials
+};
+
+/// What the cells of a solid are made of.
+enum class SolidElement : std::uint8_t { hexahedron, tetrahedron };
+
+/// A body of lumped masses before it moves, joined by springs or filled with finite elements of one kind. Surface vertices are
+/// nodes, so a surface point is a weighted node position.
 struct LumpedBody {
   bool planar = false;      ///< 2-D lattice: nothing moves or pushes along z
   std::vector<Vec3> nodes;  ///< rest positions [m]
@@ -48,15 +58,18 @@ struct LumpedBody {
   std::vector<std::uint8_t> fixed;
   std::vector<Element> elements;
   std::vector<Tetrahedron> tetrahedra;
+  std::vector<Hexahedron> hexahedra;  ///< never beside tetrahedra
   std::vector<SolidMaterial> materials;
-  double mass_damping_1_s = 0;      ///< of tetrahedra: a force -c m v on every node (mass-proportional Rayleigh damping)
+  double mass_damping_1_s = 0;      ///< of finite elements: a force -c m v on every node (mass-proportional Rayleigh damping)
   std::vector<Triangle> triangles;  ///< closed outer surface over nodes, outward counter-clockwise; empty for planar bodies
   SpringLaw law = SpringLaw::linear;
   double stiffening = 0;
   Vec3 gravity_m_s2 = Vec3::Zero();
+
+  bool is_solid() const { return !tetrahedra.empty() || !hexahedra.empty(); }
 };
 
-/// Every pair of nodes that an element joins, once: the springs' in their order, then those of tetrahedra, ascending.
+/// Every pair of nodes that an element joins, once: the springs' in their order, then those of finite elements, ascending.
 std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_of(const LumpedBody& body);
 /// Mean length of them at rest [m], 0 for none.
 double mean_edge_m(const LumpedBody& body);
@@ -84,13 +97,17 @@ struct Scene {
   SolverSpec solver;
 };
 
+/// Folders below which a scene may name meshes. Links are followed first: what lies elsewhere in truth is refused.
+using MeshFolders = std::vector<std::filesystem::path>;
+
 /// Reads and checks a scene file. Throws InputError with file, line, field, value and what was expected.
-/// Paths inside a scene (meshes) are relative to the scene file.
-Scene load_scene(const std::filesystem::path& file);
-/// The same from memory; `name` stands for the file in errors.
-Scene read_scene(const std::string& json, const std::string& name);
+/// Paths inside a scene (meshes) are relative to the scene file, and lie below its folder or one of `besides`.
+Scene load_scene(const std::filesystem::path& file, const MeshFolders& besides = {});
+/// The same from memory; `name` stands for the file in errors, and paths are relative to it. It came from elsewhere, perhaps with
+/// the scene itself, so meshes lie below one of `folders` alone.
+Scene read_scene(const std::string& json, const std::string& name, const MeshFolders& folders = {});
 
 /// The scene with every default filled in, as JSON that load_scene takes.
-std::string print_scene(const std::filesystem::path& file);
+std::string print_scene(const std::filesystem::path& file, const MeshFolders& besides = {});
 
 }  // namespace palpate

@@ -2,26 +2,35 @@
 
 #include <flatbuffers/idl.h>
 
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 
 #include "common/base/error.hpp"
+#include "common/base/in_quotes.hpp"
 #include "scene_fbs.hpp"
+#include "server/scene/file_text.hpp"
 #include "server/scene/schema_check.hpp"
 
 namespace palpate {
 
 namespace {
 
-std::string read_text(const std::filesystem::path& file) {
-  std::error_code ignored;
-  std::ifstream in(file, std::ios::binary);
-  if (!in || std::filesystem::is_directory(file, ignored))
-    throw InputError(file.string(), "cannot be read", "a scene file (JSON)");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return std::move(text).str();
+constexpr std::size_t kLongestNumber = 60;        // in a message
+constexpr std::size_t kMaxSceneBytes = 4u << 20;  // memory is some fifty times that
+
+/// Whether a file lies below a folder, links followed.
+bool lies_below(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  std::error_code fault;
+  const auto place = std::filesystem::weakly_canonical(file, fault);
+  if (fault) return false;
+  const auto root = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, fault);
+  const auto inside = place.lexically_relative(root);
+  return !fault && !inside.empty() && *inside.begin() != "..";
+}
+
+MeshFolders with(const std::filesystem::path& folder, const MeshFolders& besides) {
+  MeshFolders all{folder};
+  all.insert(all.end(), besides.begin(), besides.end());
+  return all;
 }
 
 /// What only the parser finds, such as broken UTF-8. Its errors read "FILE:LINE: COLUMN: error: TEXT".
@@ -42,9 +51,13 @@ flatbuffers::IDLOptions strict() {
 
 }  // namespace
 
-SceneText::SceneText(const std::filesystem::path& file) : SceneText(read_text(file), file) {}
+SceneText::SceneText(const std::filesystem::path& file, const MeshFolders& besides)
+    : SceneText(read_file(file, file.string(), "a scene file (JSON)", kMaxSceneBytes), file, with(file.parent_path(), besides)) {}
 
-SceneText::SceneText(const std::string& text, const std::filesystem::path& file) : file_(file) {
+SceneText::SceneText(const std::string& text, const std::filesystem::path& file, MeshFolders folders)
+    : file_(file), folders_(std::move(folders)) {
+  if (text.size() > kMaxSceneBytes)
+    throw InputError(file.string(), "is too long", "at most " + std::to_string(kMaxSceneBytes) + " bytes");
   root_ = parse_json(text, file.string());
   flatbuffers::Parser parser(strict());
   if (!parser.Parse(schema::kSceneFbs)) throw std::logic_error("schema/scene.fbs: " + parser.error_);
@@ -83,17 +96,27 @@ std::string SceneText::where(const std::string& path) const {
   return file_.string() + ":" + std::to_string(innermost->line);
 }
 
+std::filesystem::path SceneText::mesh_path(const std::string& path, const std::string& named) const {
+  if (!is_plain_text(named)) refuse(path, "a name without control characters");
+  const auto file = file_.parent_path() / named;
+  for (const auto& folder : folders_)
+    if (lies_below(file, folder)) return file;
+  std::error_code ignored;
+  const auto folder = std::filesystem::weakly_canonical(file, ignored).parent_path();
+  refuse(path,
+         path + " is " + in_quotes(named) + ", which lies outside of " + (folders_.empty() ? "every" : "the scene's") +
+             " folder for meshes",
+         "a mesh below it, or --mesh-folder " + in_quotes(folder.string()));
+}
+
 void SceneText::refuse(const std::string& path, const std::string& expected) const {
   const Json* json = find(path);
   if (!json) refuse(path, path + " is missing", expected);
   const bool list = json->kind == Json::Kind::array || json->kind == Json::Kind::object;
-  std::string value = list ? write_json(*json) : json->kind == Json::Kind::string ? "\"" + json->text + "\"" : json->text;
+  std::string value = list                               ? write_json(*json)
+                      : json->kind == Json::Kind::string ? in_quotes(json->text)
+                                                         : json->text.substr(0, kLongestNumber);
   if (list) value.pop_back();
-  if (json->kind == Json::Kind::string) {
-    if (value.size() > 60) value = value.substr(0, 60) + "...\"";
-    for (char& c : value)
-      if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-  }
   if (list && (value.size() > 60 || value.find('\n') != std::string::npos))
     value = std::to_string(json->items.size()) + " values";
   refuse(path, path + " is " + value, expected);

@@ -9,14 +9,16 @@
 
 #include "common/json/json.hpp"
 #include "scene_generated.h"
+#include "server/scene/scene.hpp"
 
 namespace palpate {
 
 class SceneText {
  public:
-  explicit SceneText(const std::filesystem::path& file);
-  /// From memory; `file` stands in errors, and paths inside the scene are relative to it.
-  SceneText(const std::string& json, const std::filesystem::path& file);
+  /// Meshes lie below its folder or one of `besides`.
+  explicit SceneText(const std::filesystem::path& file, const MeshFolders& besides = {});
+  /// From memory; `file` stands in errors, and paths inside the scene are relative to it. Meshes lie below one of `folders`.
+  SceneText(const std::string& json, const std::filesystem::path& file, MeshFolders folders = {});
 
   const schema::SceneT& values() const { return values_; }
   const std::filesystem::path& file() const { return file_; }
@@ -32,6 +34,9 @@ class SceneText {
   /// Throws with words of the caller's own instead of the value.
   [[noreturn]] void refuse(const std::string& path, const std::string& what, const std::string& expected) const;
 
+  /// The file that the text at `path` names, in one of the folders in which meshes may lie.
+  std::filesystem::path mesh_path(const std::string& path, const std::string& named) const;
+
   /// Refuses values outside [low, high]; `unit` may be empty.
   void in_range(const std::string& path, double value, double low, double high, const char* unit) const;
 
@@ -39,6 +44,7 @@ class SceneText {
   const Json* find(const std::string& path, const Json** innermost = nullptr) const;
 
   std::filesystem::path file_;
+  MeshFolders folders_;
   Json root_;
   schema::SceneT values_;
 };

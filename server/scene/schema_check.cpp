@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/base/error.hpp"
+#include "common/base/in_quotes.hpp"
 
 namespace palpate {
 
@@ -28,6 +29,14 @@ std::size_t edits(const std::string& a, const std::string& b) {
     }
   }
   return row.back();
+}
+
+constexpr std::size_t kLongestField = 64;  // that a misspelling is looked for of
+
+/// A path as it is, unless its last name is one that no person would type.
+std::string shown(const std::string& path) {
+  const std::string marked = in_quotes(path), plain = marked.substr(1, marked.size() - 2);
+  return plain == path ? path : marked;
 }
 
 class Checker {
@@ -50,15 +59,16 @@ class Checker {
 
   [[noreturn]] void unknown(const Json& json, const flatbuffers::StructDef& table, const std::string& path) const {
     std::string nearest, all;
-    std::size_t fewest = std::max<std::size_t>(2, json.key.size() / 3) + 1;
+    const std::string key = json.key.substr(0, kLongestField);
+    std::size_t fewest = std::max<std::size_t>(2, key.size() / 3) + 1;
     for (const auto* field : table.fields.vec) {
       all += (all.empty() ? "" : ", ") + field->name;
-      if (const auto n = edits(json.key, field->name); n < fewest) {
+      if (const auto n = edits(key, field->name); n < fewest) {
         fewest = n;
         nearest = field->name;
       }
     }
-    fail(json, path + " is not a known field", nearest.empty() ? "one of " + all : "\"" + nearest + "\"?");
+    fail(json, shown(path) + " is not a known field", nearest.empty() ? "one of " + all : "\"" + nearest + "\"?");
   }
 
   void value(const Json& json, const flatbuffers::Type& type, const std::string& path) const {
@@ -85,10 +95,11 @@ class Checker {
 
   void number(const Json& json, bool integer, const std::string& path) const {
     const double v = std::strtod(json.text.c_str(), nullptr);
-    if (!std::isfinite(v)) fail(json, path + " is " + json.text, "a finite number");
+    if (!std::isfinite(v)) fail(json, path + " is " + shown(json.text), "a finite number");
     if (!integer) return;
     const bool fits = std::abs(v) <= std::numeric_limits<int>::max();
-    if (!fits || json.text.find_first_of(".eE") != std::string::npos) fail(json, path + " is " + json.text, "a whole number");
+    if (!fits || json.text.find_first_of(".eE") != std::string::npos)
+      fail(json, path + " is " + shown(json.text), "a whole number");
   }
 
   const std::string& file_;

@@ -75,7 +75,7 @@ ClipSettings read_clip(const SceneText& text, const schema::ClipT& in) {
     text.refuse(path + ".blend_m", path + ".blend_m is given with a mesh", "it only with ellipsoids");
   if (in.mesh->file.empty()) text.refuse(p + "file", "the name of an OBJ or STL file");
   text.in_range(p + "scale", in.mesh->scale, 1e-6, 1e3, "m per unit of the file");
-  out.mesh = MeshSettings{in.mesh->file, text.file().parent_path() / in.mesh->file, in.mesh->scale,
+  out.mesh = MeshSettings{in.mesh->file, text.mesh_path(p + "file", in.mesh->file), in.mesh->scale,
                           vector(text, p + "rotation_deg", in.mesh->rotation_deg, -360, 360, "degrees", Vec3(0, 0, 0)),
                           vector(text, p + "offset_m", in.mesh->offset_m, -kMaxCoordinateM, kMaxCoordinateM, "m", Vec3(0, 0, 0))};
   return out;
@@ -102,6 +102,7 @@ void read_place(const SceneText& text, const schema::LatticeT& in, LatticeSettin
 LayerSettings read_layer(const SceneText& text, const schema::LayerT& in, const std::string& path, const LatticeSettings& base) {
   LayerSettings out;
   const std::array below{in.below_x_m, in.below_y_m, in.below_z_m}, above{in.above_x_m, in.above_y_m, in.above_z_m};
+  const SolidFields solid{in.material, in.young_pa, in.poisson, in.damping_s};
   bool bounded = false;
   for (int axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
@@ -115,12 +116,22 @@ LayerSettings read_layer(const SceneText& text, const schema::LayerT& in, const 
   if (!bounded) text.refuse(path, path + " has no bound", "below_z_m or another of below_/above_ x, y, z");
   if (base.solid) {
     if (in.stiffness_n_m || in.damping_n_s_m)
-      text.refuse(path, path + " has springs in a solid", "young_pa, poisson or damping_s");
-    out.material = read_part(text, path, base.solid->material, in.young_pa, in.poisson, in.damping_s);
+      text.refuse(path, path + " has springs in a solid", "material, young_pa, poisson or damping_s");
+    out.material = read_part(text, path, base.solid->material, solid);
     return out;
   }
-  if (in.young_pa || in.poisson || in.damping_s)
-    text.refuse(path, path + " has a solid among springs", "stiffness_n_m or damping_n_s_m");
+  if (base.springs_of_solid) {
+    if (in.stiffness_n_m || in.damping_n_s_m)
+      text.refuse(path, path + " has springs where the lattice has young_pa", "material, young_pa or damping_s");
+    if (in.poisson)
+      text.refuse(path + ".poisson", path + ".poisson is given for springs", "it only with solid; springs have 1/4");
+    SolidMaterial whole;
+    whole.young_pa = base.springs_of_solid->young_pa;
+    whole.damping_s = base.springs_of_solid->damping_s;
+    out.material = read_part(text, path, whole, solid);
+    return out;
+  }
+  if (!solid.empty()) text.refuse(path, path + " has a solid among springs", "stiffness_n_m or damping_n_s_m");
   if (!in.stiffness_n_m && !in.damping_n_s_m) text.refuse(path, path + " changes nothing", "stiffness_n_m or damping_n_s_m");
   out.stiffness_n_m = base.stiffness_n_m;
   out.damping_n_s_m = base.damping_n_s_m;
@@ -129,10 +140,25 @@ LayerSettings read_layer(const SceneText& text, const schema::LayerT& in, const 
   return out;
 }
 
+SpringsOfSolid read_springs_of_solid(const SceneText& text, const schema::LatticeT& in) {
+  for (const char* field : {"stiffness_n_m", "damping_n_s_m"})
+    if (text.has(kLattice + "." + field))
+      text.refuse(kLattice + "." + field, kLattice + "." + field + " is given with young_pa or a material", "one of them");
+  const SolidMaterial m = read_part(text, kLattice, {}, {in.material, in.young_pa, {}, in.damping_s});
+  return {m.young_pa, m.damping_s};
+}
+
 void read_springs(const SceneText& text, const schema::BodyT& body, LatticeSettings& out) {
   const auto& in = *body.lattice;
-  out.stiffness_n_m = required(text, kLattice + ".stiffness_n_m", in.stiffness_n_m, 1e-3, kMaxStiffness, "N/m");
-  out.damping_n_s_m = required(text, kLattice + ".damping_n_s_m", in.damping_n_s_m, 0, kMaxDamping, "N s/m");
+  if (in.young_pa || !in.material.empty()) {
+    out.springs_of_solid = read_springs_of_solid(text, in);
+  } else {
+    if (in.damping_s)
+      text.refuse(kLattice + ".damping_s", kLattice + ".damping_s is given", "it only with young_pa or a material");
+    if (!in.stiffness_n_m) text.refuse(kLattice + ".stiffness_n_m", "a number of N/m, or young_pa, or a material");
+    out.stiffness_n_m = required(text, kLattice + ".stiffness_n_m", in.stiffness_n_m, 1e-3, kMaxStiffness, "N/m");
+    out.damping_n_s_m = required(text, kLattice + ".damping_n_s_m", in.damping_n_s_m, 0, kMaxDamping, "N s/m");
+  }
   const std::string law = either_place(text, "spring_law"), stiffening = either_place(text, "stiffening");
   const std::string& law_name = in.spring_law.empty() ? body.spring_law : in.spring_law;
   out.law = static_cast<SpringLaw>(choice(text, law, law_name, kSpringLawNames, 0));
@@ -146,9 +172,9 @@ void read_springs(const SceneText& text, const schema::BodyT& body, LatticeSetti
 void read_finite_elements(const SceneText& text, const schema::BodyT& body, LatticeSettings& out) {
   const std::string path = kLattice + ".solid";
   if (out.planar) text.refuse(path, path + " is given for a sheet", "it only in 3-D");
-  for (const char* field : {"stiffness_n_m", "damping_n_s_m"})
+  for (const char* field : {"stiffness_n_m", "damping_n_s_m", "material", "young_pa", "damping_s"})
     if (text.has(kLattice + "." + field))
-      text.refuse(kLattice + "." + field, kLattice + "." + field + " is given with solid", "one of them");
+      text.refuse(kLattice + "." + field, kLattice + "." + field + " is given with solid", "it in one of them");
   for (const char* field : {"spring_law", "stiffening"})
     if (const auto place = either_place(text, field); text.has(place))
       text.refuse(place, place + " is given with solid", "springs for it");
@@ -157,12 +183,12 @@ void read_finite_elements(const SceneText& text, const schema::BodyT& body, Latt
 
 void read_material(const SceneText& text, const schema::BodyT& body, LatticeSettings& out) {
   const auto& in = *body.lattice;
-  text.in_range(kLattice + ".density_kg_m3", in.density_kg_m3, 1, 30000, "kg/m^3");
-  out.density_kg_m3 = in.density_kg_m3;
   const std::string gravity = either_place(text, "gravity_m_s2");
   const auto& g = in.gravity_m_s2.empty() ? body.gravity_m_s2 : in.gravity_m_s2;
   out.gravity_m_s2 = vector(text, gravity, g, -100, 100, "m/s^2", Vec3(0, 0, 0));
   in.solid ? read_finite_elements(text, body, out) : read_springs(text, body, out);
+  out.density_kg_m3 =
+      read_density(text, kLattice + ".density_kg_m3", in.density_kg_m3, in.solid ? in.solid->material : in.material);
   for (std::size_t i = 0; i < in.layers.size(); ++i) {
     out.layers.push_back(read_layer(text, *in.layers[i], at(kLattice + ".layers", i), out));
   }
@@ -211,17 +237,14 @@ void read_lattice(const SceneText& text, const schema::BodyT& body, LatticeSetti
 }  // namespace
 
 /// As the wire has it: names go into logs and onto screens.
-bool is_name(const std::string& name) {
-  const bool printable = std::all_of(name.begin(), name.end(), [](unsigned char c) { return c >= 0x20 && c != 0x7f; });
-  return !name.empty() && name.size() <= kMaxNameBytes && printable;
-}
+bool is_name(const std::string& name) { return !name.empty() && name.size() <= kMaxNameBytes && is_plain_text(name); }
 
 SceneSettings read_settings(const SceneText& text) {
   const auto& in = text.values();
   SceneSettings out;
   out.name = text.has("name") ? in.name : text.file().stem().string();
   if (text.has("name") && !is_name(in.name)) text.refuse("name", "1 to 64 bytes without control characters");
-  out.name.resize(std::min<std::size_t>(out.name.size(), kMaxNameBytes));
+  if (!text.has("name")) out.name = is_plain_text(out.name) ? cut_text(out.name, kMaxNameBytes) : "scene";
   if (!in.body) text.refuse("body", "an object with a lattice or a mesh");
   if (in.body->mesh)
     out.mesh = read_mesh_body(text, *in.body);

@@ -15,10 +15,19 @@ namespace palpate {
 class SceneText;
 struct Json;
 
+/// What a solid's cells are where a scene does not say.
+inline constexpr SolidElement kUsualElement = SolidElement::tetrahedron;
+
 /// What a body of finite elements is made of.
 struct SolidSettings {
+  SolidElement element = kUsualElement;
   SolidMaterial material;
   double mass_damping_1_s = 0;
+};
+
+/// Springs that together resist as an isotropic solid does (cauchy_lattice.hpp), in the place of one stiffness for all.
+struct SpringsOfSolid {
+  double young_pa = 0, damping_s = 0;
 };
 
 /// Elements whose midpoint m satisfies above <= m < below on every axis get this stiffness and damping, or this material.
@@ -62,7 +71,8 @@ struct LatticeSettings {
   double density_kg_m3 = 1000, stiffness_n_m = 0, damping_n_s_m = 0;
   SpringLaw law = SpringLaw::linear;
   double stiffening = 10;
-  std::optional<SolidSettings> solid;  ///< finite elements in place of springs
+  std::optional<SolidSettings> solid;              ///< finite elements in place of springs
+  std::optional<SpringsOfSolid> springs_of_solid;  ///< in the place of stiffness_n_m and damping_n_s_m; of a layer, `material`
   std::vector<LayerSettings> layers;
   FixedSettings fixed;
   Vec3 gravity_m_s2 = Vec3::Zero();
@@ -99,10 +109,13 @@ SceneSettings read_settings(const SceneText& text);
 /// The settings as a scene file that reads back to the same settings.
 Json to_json(const SceneSettings& settings);
 
+inline constexpr double kMaxCoordinateM = 5;  ///< every node stays well inside kWorldExtentM
+
 inline constexpr std::array<const char*, 6> kFaceNames = {"x-", "x+", "y-", "y+", "z-", "z+"};
 inline constexpr std::array<const char*, 3> kSpringLawNames = {"linear", "stiffening", "thigh-skin"};
 inline constexpr std::array<const char*, 4> kIntegratorNames = {"automatic", "tr-bdf2", "explicit", "stabilised"};
 inline constexpr std::array<const char*, 2> kSolidLawNames = {"corotational", "neo-hookean"};
+inline constexpr std::array<const char*, 2> kSolidElementNames = {"hexahedron", "tetrahedron"};
 inline constexpr std::array<const char*, 2> kContactNames = {"attach", "touch"};
 
 }  // namespace palpate

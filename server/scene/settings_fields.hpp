@@ -6,12 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "server/scene/materials.hpp"
 #include "server/scene/scene_text.hpp"
 #include "server/scene/settings.hpp"
 
 namespace palpate {
-
-inline constexpr double kMaxCoordinateM = 5;  ///< every node stays well inside kWorldExtentM
 
 inline std::string at(const std::string& path, std::size_t i) { return path + "[" + std::to_string(i) + "]"; }
 
@@ -46,10 +45,18 @@ std::size_t choice(const SceneText& text, const std::string& path, const std::st
 
 /// settings_mesh.cpp
 SolidSettings read_solid(const SceneText& text, const std::string& path, const schema::SolidT& in);
+/// What a scene says of a solid at some place.
+struct SolidFields {
+  const std::string& material;
+  const flatbuffers::Optional<double>&young_pa, &poisson, &damping_s;
+  bool empty() const { return material.empty() && !young_pa && !poisson && !damping_s; }
+};
 /// A part of another stiffness; `path` is of the part, what it leaves out is the whole's.
-SolidMaterial read_part(const SceneText& text, const std::string& path, SolidMaterial whole,
-                        const flatbuffers::Optional<double>& young_pa, const flatbuffers::Optional<double>& poisson,
-                        const flatbuffers::Optional<double>& damping_s);
+SolidMaterial read_part(const SceneText& text, const std::string& path, const SolidMaterial& whole, const SolidFields& fields);
+/// The material that `path` names. Refuses a name that nobody knows.
+const NamedMaterial& named_material(const SceneText& text, const std::string& path, const std::string& name);
+/// `path` if it is given, else what the material has, else what is usual.
+double read_density(const SceneText& text, const std::string& path, double usual_or_given, const std::string& material);
 MeshBodySettings read_mesh_body(const SceneText& text, const schema::BodyT& body);
 FixedSettings read_fixing(const SceneText& text, const std::string& path, const std::vector<std::string>& faces,
                           const flatbuffers::Optional<double>& below, const flatbuffers::Optional<double>& above, bool planar);

@@ -50,6 +50,7 @@ void add_material(Json& out, const SolidMaterial& material) {
 
 Json to_json(const SolidSettings& solid) {
   Json out = Json::object();
+  out.add("element", Json::string(kSolidElementNames[static_cast<std::size_t>(solid.element)]));
   out.add("law", Json::string(kSolidLawNames[static_cast<std::size_t>(solid.material.law)]));
   add_material(out, solid.material);
   out.add("mass_damping_1_s", Json::number(solid.mass_damping_1_s));
@@ -63,15 +64,24 @@ void add_fixing(Json& out, const FixedSettings& fixed) {
   if (fixed.above_z_m) out.add("fixed_above_z_m", Json::number(*fixed.above_z_m));
 }
 
-Json to_json(const LayerSettings& layer, bool solid) {
+void add_springs(Json& out, const SpringsOfSolid& springs) {
+  out.add("young_pa", Json::number(springs.young_pa));
+  out.add("damping_s", Json::number(springs.damping_s));
+}
+
+Json to_json(const LayerSettings& layer, const LatticeSettings& lattice) {
   Json out = Json::object();
   for (int axis = 0; axis < 3; ++axis) {
     const std::string suffix = std::string("_") + "xyz"[axis] + "_m";
     if (std::isfinite(layer.below_m[axis])) out.add("below" + suffix, Json::number(layer.below_m[axis]));
     if (std::isfinite(layer.above_m[axis])) out.add("above" + suffix, Json::number(layer.above_m[axis]));
   }
-  if (solid) {
+  if (lattice.solid) {
     add_material(out, layer.material);
+    return out;
+  }
+  if (lattice.springs_of_solid) {
+    add_springs(out, {layer.material.young_pa, layer.material.damping_s});
     return out;
   }
   out.add("stiffness_n_m", Json::number(layer.stiffness_n_m));
@@ -99,13 +109,17 @@ Json to_json(const LatticeSettings& lattice) {
   if (lattice.solid) {
     out.add("solid", to_json(*lattice.solid));
   } else {
-    out.add("stiffness_n_m", Json::number(lattice.stiffness_n_m));
-    out.add("damping_n_s_m", Json::number(lattice.damping_n_s_m));
+    if (lattice.springs_of_solid) {
+      add_springs(out, *lattice.springs_of_solid);
+    } else {
+      out.add("stiffness_n_m", Json::number(lattice.stiffness_n_m));
+      out.add("damping_n_s_m", Json::number(lattice.damping_n_s_m));
+    }
     out.add("spring_law", Json::string(kSpringLawNames[static_cast<std::size_t>(lattice.law)]));
     if (lattice.law == SpringLaw::stiffening) out.add("stiffening", Json::number(lattice.stiffening));
   }
   Json& layers = out.add("layers", Json::array());
-  for (const auto& layer : lattice.layers) layers.items.push_back(to_json(layer, lattice.solid.has_value()));
+  for (const auto& layer : lattice.layers) layers.items.push_back(to_json(layer, lattice));
   add_fixing(out, lattice.fixed);
   out.add("gravity_m_s2", list(lattice.gravity_m_s2));
   return out;

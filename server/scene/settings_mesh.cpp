@@ -5,26 +5,47 @@ namespace palpate {
 namespace {
 
 const std::string kMesh = "body.mesh";
-constexpr double kMinYoungPa = 1, kMaxYoungPa = 1e9, kMaxPoisson = 0.499, kMaxDampingS = 10, kMaxMassDamping = 1e4;
+constexpr double kMaxMassDamping = 1e4;
+
+void take_numbers(const SceneText& text, const std::string& path, const SolidFields& fields, SolidMaterial& out) {
+  if (fields.young_pa) out.young_pa = required(text, path + ".young_pa", fields.young_pa, kMinYoungPa, kMaxYoungPa, "Pa");
+  if (fields.poisson) out.poisson = required(text, path + ".poisson", fields.poisson, 0, kMaxPoisson, "");
+  if (fields.damping_s) out.damping_s = required(text, path + ".damping_s", fields.damping_s, 0, kMaxDampingS, "s");
+}
 
 }  // namespace
 
-SolidMaterial read_part(const SceneText& text, const std::string& path, SolidMaterial whole,
-                        const flatbuffers::Optional<double>& young_pa, const flatbuffers::Optional<double>& poisson,
-                        const flatbuffers::Optional<double>& damping_s) {
-  if (!young_pa && !poisson && !damping_s) text.refuse(path, path + " changes nothing", "young_pa, poisson or damping_s");
-  if (young_pa) whole.young_pa = required(text, path + ".young_pa", young_pa, kMinYoungPa, kMaxYoungPa, "Pa");
-  if (poisson) whole.poisson = required(text, path + ".poisson", poisson, 0, kMaxPoisson, "");
-  if (damping_s) whole.damping_s = required(text, path + ".damping_s", damping_s, 0, kMaxDampingS, "s");
-  return whole;
+const NamedMaterial& named_material(const SceneText& text, const std::string& path, const std::string& name) {
+  if (const NamedMaterial* const material = find_material(name)) return *material;
+  std::string all;
+  for (const NamedMaterial& m : named_materials()) all += (all.empty() ? "" : ", ") + m.name;
+  text.refuse(path, "one of " + all);
+}
+
+double read_density(const SceneText& text, const std::string& path, double usual_or_given, const std::string& material) {
+  if (!text.has(path) && !material.empty()) return find_material(material)->density_kg_m3;
+  text.in_range(path, usual_or_given, 1, 30000, "kg/m^3");
+  return usual_or_given;
+}
+
+SolidMaterial read_part(const SceneText& text, const std::string& path, const SolidMaterial& whole, const SolidFields& fields) {
+  if (fields.empty()) text.refuse(path, path + " changes nothing", "material, young_pa, poisson or damping_s");
+  SolidMaterial out = fields.material.empty() ? whole : named_material(text, path + ".material", fields.material).solid;
+  if (out.law != whole.law)
+    text.refuse(path + ".material", path + ".material is of another law than the body", "one law for all of a body");
+  take_numbers(text, path, fields, out);
+  return out;
 }
 
 SolidSettings read_solid(const SceneText& text, const std::string& path, const schema::SolidT& in) {
   SolidSettings out;
+  out.element = static_cast<SolidElement>(
+      choice(text, path + ".element", in.element, kSolidElementNames, static_cast<std::size_t>(kUsualElement)));
+  if (in.material.empty() && !in.young_pa) text.refuse(path + ".young_pa", "a number of Pa, or a material");
+  if (!in.material.empty()) out.material = named_material(text, path + ".material", in.material).solid;
   out.material.law =
-      static_cast<SolidLaw>(choice(text, path + ".law", in.law, kSolidLawNames, static_cast<std::size_t>(SolidLaw::neo_hookean)));
-  if (!in.young_pa) text.refuse(path + ".young_pa", "a number of Pa");
-  out.material = read_part(text, path, out.material, in.young_pa, in.poisson, in.damping_s);
+      static_cast<SolidLaw>(choice(text, path + ".law", in.law, kSolidLawNames, static_cast<std::size_t>(out.material.law)));
+  take_numbers(text, path, {in.material, in.young_pa, in.poisson, in.damping_s}, out.material);
   text.in_range(path + ".mass_damping_1_s", in.mass_damping_1_s, 0, kMaxMassDamping, "1/s");
   out.mass_damping_1_s = in.mass_damping_1_s;
   return out;
@@ -60,19 +81,22 @@ MeshBodySettings read_mesh_body(const SceneText& text, const schema::BodyT& body
   MeshBodySettings out;
   if (in.file.empty()) text.refuse(kMesh + ".file", "the name of a .msh or .vtk file");
   text.in_range(kMesh + ".scale", in.scale, 1e-6, 1e3, "m per unit of the file");
-  out.mesh = MeshSettings{in.file, text.file().parent_path() / in.file, in.scale,
+  out.mesh = MeshSettings{in.file, text.mesh_path(kMesh + ".file", in.file), in.scale,
                           vector(text, kMesh + ".rotation_deg", in.rotation_deg, -360, 360, "degrees", Vec3(0, 0, 0)),
                           vector(text, kMesh + ".offset_m", in.offset_m, -kMaxCoordinateM, kMaxCoordinateM, "m", Vec3(0, 0, 0))};
-  text.in_range(kMesh + ".density_kg_m3", in.density_kg_m3, 1, 30000, "kg/m^3");
-  out.density_kg_m3 = in.density_kg_m3;
-  if (!in.solid) text.refuse(kMesh + ".solid", "an object with young_pa");
+  if (!in.solid) text.refuse(kMesh + ".solid", "an object with young_pa or a material");
   out.solid = read_solid(text, kMesh + ".solid", *in.solid);
+  out.density_kg_m3 = read_density(text, kMesh + ".density_kg_m3", in.density_kg_m3, in.solid->material);
+  if (text.has(kMesh + ".solid.element") && out.solid.element != SolidElement::tetrahedron)
+    text.refuse(kMesh + ".solid.element",
+                "\"tetrahedron\": that is what the file's cells are; a lattice with a clip has hexahedra");
+  out.solid.element = SolidElement::tetrahedron;
   for (std::size_t i = 0; i < in.regions.size(); ++i) {
     const auto& region = *in.regions[i];
     const std::string path = at(kMesh + ".regions", i);
     if (!region.id) text.refuse(path + ".id", "the number of a region of the mesh");
-    out.regions.push_back(
-        {*region.id, read_part(text, path, out.solid.material, region.young_pa, region.poisson, region.damping_s)});
+    out.regions.push_back({*region.id, read_part(text, path, out.solid.material,
+                                                 {region.material, region.young_pa, region.poisson, region.damping_s})});
   }
   out.fixed = read_fixing(text, kMesh, in.fixed_faces, in.fixed_below_z_m, in.fixed_above_z_m, false);
   out.gravity_m_s2 = vector(text, kMesh + ".gravity_m_s2", in.gravity_m_s2, -100, 100, "m/s^2", Vec3(0, 0, 0));

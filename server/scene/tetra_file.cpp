@@ -2,74 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <unordered_map>
+#include <map>
 
 #include "common/base/error.hpp"
+#include "common/base/in_quotes.hpp"
 #include "common/json/json.hpp"
+#include "server/scene/file_text.hpp"
 #include "server/scene/solid.hpp"
+#include "server/scene/words.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr std::size_t kMaxVertices = 1'000'000, kMaxCells = 4'000'000;
+constexpr std::size_t kMaxVertices = 1'000'000, kMaxCells = 4'000'000, kMaxTag = std::size_t{1} << 40;
+constexpr std::size_t kMaxFileBytes = std::size_t{1} << 30;
 constexpr const char* kGmshExpected = "version 2.2 or 4.1 (gmsh -format msh41)";
 constexpr int kGmshTetrahedron = 4, kVtkTetrahedron = 10;
-
-/// Words of a text file, with the number of the line in errors.
-class Words {
- public:
-  Words(const std::filesystem::path& file, std::string where) : in_(file), where_(std::move(where)) {
-    if (!in_) fail("cannot be read", "a .msh or .vtk file");
-  }
-
-  /// False at the end of the file.
-  bool next(std::string& word) {
-    word.clear();
-    for (int c = in_.peek(); c != EOF && std::isspace(c); c = in_.peek()) line_ += in_.get() == '\n';
-    for (int c = in_.peek(); c != EOF && !std::isspace(c); c = in_.peek()) word += static_cast<char>(in_.get());
-    return !word.empty();
-  }
-  std::string word() {
-    std::string w;
-    if (!next(w)) fail("ends too early", "the rest of the mesh");
-    return w;
-  }
-  double number() {
-    const std::string w = word();
-    char* end = nullptr;
-    const double value = std::strtod(w.c_str(), &end);
-    if (end != w.c_str() + w.size() || !std::isfinite(value)) fail("\"" + w + "\"", "a number");
-    return value;
-  }
-  std::size_t count(std::size_t most = kMaxCells) {
-    const double value = number();
-    if (value < 0 || value != std::floor(value) || value > static_cast<double>(most))
-      fail("a count of " + std::to_string(value), "a whole number up to " + std::to_string(most));
-    return static_cast<std::size_t>(value);
-  }
-  int whole() {
-    const double value = number();
-    if (value != std::floor(value) || std::abs(value) > 2e9) fail(std::to_string(value), "a whole number");
-    return static_cast<int>(value);
-  }
-  void skip(std::size_t words) {
-    for (; words > 0; --words) word();
-  }
-  void skip_line() {
-    for (int c = in_.get(); c != EOF && c != '\n'; c = in_.get()) {
-    }
-    ++line_;
-  }
-  [[noreturn]] void fail(const std::string& what, const std::string& expected) const {
-    throw InputError(where_ + ":" + std::to_string(line_), what, expected);
-  }
-
- private:
-  std::ifstream in_;
-  std::string where_;
-  std::size_t line_ = 1;
-};
 
 Vec3 point(Words& in) {
   const double x = in.number(), y = in.number(), z = in.number();
@@ -82,12 +30,12 @@ class GmshReader {
   explicit GmshReader(Words& in) : in_(in) {}
 
   TetraMesh read() {
-    std::string word;
+    std::string_view word;
     while (in_.next(word)) {
       if (word == "$NOD") in_.fail("version 1 of the Gmsh format", kGmshExpected);
       if (word == "$MeshFormat") read_format();
       if ((word == "$Nodes" || word == "$Elements") && version_ == 0)
-        in_.fail("\"" + word + "\" before $MeshFormat", kGmshExpected);
+        in_.fail(in_quotes(word) + " before $MeshFormat", kGmshExpected);
       if (word == "$Entities") read_entities();
       if (word == "$Nodes") version_ < 4 ? read_nodes_2() : read_nodes_4();
       if (word == "$Elements") version_ < 4 ? read_elements_2() : read_elements_4();
@@ -109,7 +57,7 @@ class GmshReader {
   void add_cell(int region) {
     Tetrahedron t;
     for (std::uint32_t& node : t.nodes) {
-      const auto found = number_.find(in_.count(std::size_t{1} << 40));
+      const auto found = number_.find(in_.index(kMaxTag));
       if (found == number_.end()) in_.fail("an element names a node that is not there", "a tag of $Nodes");
       node = found->second;
     }
@@ -120,12 +68,12 @@ class GmshReader {
 
   void read_nodes_2() {
     for (auto n = in_.count(kMaxVertices); n > 0; --n) {
-      const auto tag = in_.count(std::size_t{1} << 40);
+      const auto tag = in_.index(kMaxTag);
       add_node(tag, point(in_));
     }
   }
   void read_elements_2() {
-    for (auto n = in_.count(); n > 0; --n) {
+    for (auto n = in_.count(kMaxCells); n > 0; --n) {
       in_.word();
       const int type = in_.whole();
       int region = 0;
@@ -143,7 +91,8 @@ class GmshReader {
 
   /// Physical groups of volumes: the first of each.
   void read_entities() {
-    const auto points = in_.count(), curves = in_.count(), surfaces = in_.count(), volumes = in_.count();
+    const auto points = in_.count(kMaxCells), curves = in_.count(kMaxCells), surfaces = in_.count(kMaxCells),
+               volumes = in_.count(kMaxCells);
     for (std::size_t i = 0; i < points; ++i) {
       in_.skip(4);
       in_.skip(in_.count(64));
@@ -156,29 +105,29 @@ class GmshReader {
         const int group = in_.whole();
         if (g == 0 && i >= curves + surfaces) region_of_volume_[tag] = group;
       }
-      in_.skip(in_.count());  // what bounds it
+      in_.skip(in_.count(kMaxCells));  // what bounds it
     }
   }
   void read_nodes_4() {
-    const auto blocks = in_.count();
+    const auto blocks = in_.count(kMaxCells);
     in_.skip(3);
     for (std::size_t b = 0; b < blocks; ++b) {
       in_.skip(2);
       if (in_.whole() != 0) in_.fail("parametric nodes", "plain ones (Gmsh: Mesh.SaveParametric = 0)");
       std::vector<std::size_t> tags(in_.count(kMaxVertices));
-      for (auto& tag : tags) tag = in_.count(std::size_t{1} << 40);
+      for (auto& tag : tags) tag = in_.index(kMaxTag);
       for (const auto tag : tags) add_node(tag, point(in_));
       if (mesh_.vertices.size() > kMaxVertices) in_.fail("too many nodes", "at most 1000000");
     }
   }
   void read_elements_4() {
-    const auto blocks = in_.count();
+    const auto blocks = in_.count(kMaxCells);
     in_.skip(3);
     for (std::size_t b = 0; b < blocks; ++b) {
       in_.skip(1);
       const int entity = in_.whole();
       const bool wanted = in_.whole() == kGmshTetrahedron;
-      const auto n = in_.count();
+      const auto n = in_.count(kMaxCells);
       const auto region = region_of_volume_.find(entity);
       in_.skip_line();
       for (std::size_t i = 0; i < n; ++i) {
@@ -195,8 +144,9 @@ class GmshReader {
   Words& in_;
   double version_ = 0;
   TetraMesh mesh_;
-  std::unordered_map<std::size_t, std::uint32_t> number_;
-  std::unordered_map<int, int> region_of_volume_;
+  // In order rather than hashed: tags could be chosen that share a hash.
+  std::map<std::size_t, std::uint32_t> number_;
+  std::map<int, int> region_of_volume_;
 };
 
 class VtkReader {
@@ -208,8 +158,8 @@ class VtkReader {
     version_ = in_.number();
     in_.skip_line();
     in_.skip_line();  // a title
-    if (const auto kind = in_.word(); kind != "ASCII") in_.fail("a " + kind + " file", "ASCII (a text file)");
-    std::string word;
+    if (const auto kind = in_.word(); kind != "ASCII") in_.fail("a " + in_quotes(kind) + " file", "ASCII (a text file)");
+    std::string_view word;
     while (in_.next(word)) {
       if (word == "DATASET" && in_.word() != "UNSTRUCTURED_GRID") in_.fail("another data set", "UNSTRUCTURED_GRID");
       if (word == "POINTS") read_points();
@@ -231,12 +181,12 @@ class VtkReader {
   /// "COUNT n0 n1 ..." a cell; from version 5 on two lists, OFFSETS and CONNECTIVITY.
   void read_cells() {
     if (version_ >= 5) return read_cells_5();
-    const auto n = in_.count();
+    const auto n = in_.count(kMaxCells);
     in_.word();
     for (std::size_t i = 0; i < n; ++i) cells_.push_back(numbers(in_.count(1000)));
   }
   void read_cells_5() {
-    const auto offsets = in_.count(), nodes = in_.count(16 * kMaxCells);
+    const auto offsets = in_.count(kMaxCells), nodes = in_.count(16 * kMaxCells);
     in_.skip(2);
     const auto begin = numbers(offsets);
     in_.skip(2);
@@ -249,11 +199,11 @@ class VtkReader {
   }
   std::vector<std::size_t> numbers(std::size_t n) {
     std::vector<std::size_t> list(n);
-    for (auto& value : list) value = in_.count(16 * kMaxCells);
+    for (auto& value : list) value = in_.index(16 * kMaxCells);
     return list;
   }
   void read_types() {
-    types_.resize(in_.count());
+    types_.resize(in_.count(kMaxCells));
     for (int& type : types_) type = in_.whole();
   }
   void read_scalars() {
@@ -293,8 +243,13 @@ TetraMesh read_tetra_mesh(const MeshSettings& settings, const std::string& where
   const auto ending = settings.path.extension();
   if (ending != ".msh" && ending != ".vtk")
     throw InputError(where, "is not a mesh of tetrahedra by its name", "FILE.msh or FILE.vtk");
-  Words in(settings.path, where);
-  TetraMesh mesh = ending == ".msh" ? GmshReader(in).read() : VtkReader(in).read();
+  const std::string text = read_plain_file(settings.path, where, "a .msh or .vtk file", kMaxFileBytes);
+  return tetra_mesh(text, ending == ".msh" ? TetraFormat::gmsh : TetraFormat::vtk, settings, where);
+}
+
+TetraMesh tetra_mesh(std::string_view text, TetraFormat format, const MeshSettings& settings, const std::string& where) {
+  Words in(text, where);
+  TetraMesh mesh = format == TetraFormat::gmsh ? GmshReader(in).read() : VtkReader(in).read();
   if (mesh.cells.empty()) throw InputError(where, "holds no tetrahedra", "cells of four nodes");
   const Mat3 turn = settings.scale * rotation_xyz(settings.rotation_deg);
   for (Vec3& v : mesh.vertices) v = turn * v + settings.offset_m;

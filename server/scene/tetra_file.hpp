@@ -4,6 +4,9 @@
 // element in .msh (0 without one), the integer cell data "region" in .vtk. Whatever else a file holds is skipped.
 #pragma once
 
+#include <string>
+#include <string_view>
+
 #include "server/scene/settings.hpp"
 #include "server/scene/tetra_mesh.hpp"
 
@@ -11,5 +14,9 @@ namespace palpate {
 
 /// The mesh in its place: scaled, rotated, moved, and checked (check_mesh). Throws InputError that begins with `where`.
 TetraMesh read_tetra_mesh(const MeshSettings& settings, const std::string& where);
+
+enum class TetraFormat { gmsh, vtk };
+/// The same from memory; of `settings` the file's name is not used.
+TetraMesh tetra_mesh(std::string_view text, TetraFormat format, const MeshSettings& settings, const std::string& where);
 
 }  // namespace palpate

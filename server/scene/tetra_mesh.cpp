@@ -118,10 +118,11 @@ std::vector<double> lumped_masses(std::span<const Tetrahedron> cells, std::span<
 
 void check_mesh(TetraMesh& mesh, const std::string& where) {
   drop_unused_vertices(mesh);
+  check_place(mesh.vertices, where);
   for (Tetrahedron& t : mesh.cells)
     if (volume_of(t, mesh.vertices) < 0) std::swap(t.nodes[2], t.nodes[3]);
   for (const Tetrahedron& t : mesh.cells)
-    if (quality_of(t, mesh.vertices) < kMinQuality)
+    if (!(quality_of(t, mesh.vertices) >= kMinQuality))
       throw InputError(where, "has a flat tetrahedron at " + in_words(centre_of(t, mesh.vertices)), "a better mesh");
   for (const auto& [key, use] : uses_of_faces(mesh.cells))
     if (use.count > 2)

@@ -206,7 +206,7 @@ TEST_CASE("In gravity a hanging chain settles to the length that its weight asks
   LumpedBody body = chain(4, 200, 1, 0.02);
   body.gravity_m_s2 = {9.81, 0, 0};
   const Dynamics dynamics(body);
-  const BodyState s = settled_state(dynamics, kNoSkin);
+  const BodyState s = settled_state(dynamics);
   CHECK(s.time_s == 0);
   double x = 0;
   for (std::uint32_t i = 1; i < 4; ++i) {
@@ -215,7 +215,7 @@ TEST_CASE("In gravity a hanging chain settles to the length that its weight asks
   }
   body.fixed[0] = 0;
   const Dynamics falling(body);
-  CHECK_THROWS_AS(settled_state(falling, kNoSkin), std::runtime_error);
+  CHECK_THROWS_AS(settled_state(falling), std::runtime_error);
 }
 
 TEST_CASE("After an absurd jump of the tool the state is finite, and the body finds its rest again") {

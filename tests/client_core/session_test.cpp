@@ -164,6 +164,42 @@ TEST_CASE("a server that shuts down says so and the client waits for the next") 
   CHECK(hand.counts().joins == 2);
 }
 
+TEST_CASE("a server that drains keeps its hand, and its goodbye ends the force within 50 ms, also where two of three get lost") {
+  SmallWorld world;
+  auto& hand = world.add(1, "hand");
+  world.run(2s);
+  world.server->drain();
+  auto& newcomer = world.add(2, "newcomer");
+  world.run(1s);
+  CHECK(hand.link() == LinkState::joined);
+  CHECK(newcomer.link() == LinkState::refused);
+  CHECK(newcomer.refuse_reason() == RefuseReason::shutting_down);
+  CHECK(newcomer.refusal() == "the server is shutting down");
+  const auto& ticks = world.places[1].ticks;
+  REQUIRE(ticks.back().force.norm() > 0);
+  world.server->shut_down(world.now);
+  world.link.loss = 1;
+  world.run(20ms);
+  world.server->repeat_goodbyes(world.now);
+  world.run(20ms);
+  CHECK(ticks.back().has_patch);
+  world.link.loss = 0;
+  world.server->repeat_goodbyes(world.now);
+  world.run(3ms);
+  const double begun = ticks.back().force.norm();
+  for (int k = 0; k < 50; ++k) {
+    const Vec3 before = ticks.back().force;
+    world.run(1ms);
+    CHECK((ticks.back().force - before).norm() <= 3 * begun / 50);
+  }
+  CHECK(ticks.back().force == Vec3::Zero());
+  CHECK(hand.link() == LinkState::refused);
+  world.start_server(2);
+  world.run(kRetryEvery + 100ms);
+  CHECK(hand.link() == LinkState::joined);
+  CHECK(newcomer.link() == LinkState::joined);
+}
+
 TEST_CASE("a shadow sends no samples and gets the stamps of the hand") {
   SmallWorld world;
   world.link = {50ms, 10ms, 0.03, 0.0};

@@ -2,6 +2,8 @@
 #include <asio/post.hpp>
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <future>
+#include <set>
 #include <thread>
 
 #include "client/io/udp_client.hpp"
@@ -70,8 +72,8 @@ TEST_CASE("a body that throws ends its own room: its hand is told and refused, t
     return room.simulate(job);
   };
   std::atomic<int> said = 0;
-  ServerShell shell({{"one", scene("cube6")}, {"other", scene("touch-cube")}}, options, [&](const std::string& line) {
-    said += line.find("the body failed, the room is closed: out of the world") != std::string::npos;
+  ServerShell shell({{"one", scene("cube6")}, {"other", scene("touch-cube")}}, options, [&](const ServerEvent& event) {
+    said += event.kind == "room_failed" && event.text == "room \"one\": the body failed, the room is closed: out of the world";
   });
   std::thread thread([&] { shell.run(); });
   std::vector<std::unique_ptr<ClientCore>> cores;
@@ -141,6 +143,80 @@ TEST_CASE(
   thread.join();
   REQUIRE(shell.summary().size() == 2);
   CHECK(shell.summary()[1].starts_with("room \"touched\": in all 1 joins"));
+}
+
+TEST_CASE("a frame that does not end is seen by whoever watches, while the network goes on") {
+  std::promise<void> go_on;
+  ShellOptions options{"127.0.0.1:0", 20, 1};
+  options.simulate = [wait = go_on.get_future().share()](Room& room, const FrameJob& job) {
+    wait.wait();
+    return room.simulate(job);
+  };
+  ServerShell shell({{"cube", load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json")}}, options, {});
+  std::atomic<Micros> longest{Micros{}};
+  std::atomic<int> hands = 0, joins = 0;
+  shell.on_pulse([&](const ServerState& state) {
+    longest = state.rooms.at(0).computing_for;
+    hands = state.rooms.at(0).hands;
+    joins = static_cast<int>(state.rooms.at(0).counts.joins);
+  });
+  std::thread thread([&] { shell.run(); });
+  ClientCore core(named("hand"), monotonic_now());
+  UdpClient client(to_string(shell.address()), core);
+  client.start();
+  CHECK(eventually([&] { return hands == 1 && longest.load() > 1s; }));
+  CHECK(joins == 1);
+  go_on.set_value();
+  CHECK(eventually([&] { return longest.load() == 0s; }));
+  client.stop();
+  CHECK(eventually([&] { return hands == 0; }));
+  asio::post(shell.context(), [&] { shell.stop(); });
+  thread.join();
+}
+
+TEST_CASE("a client whose server moved asks for the name again, and feels the body at the new address") {
+  auto first = std::make_unique<RunningServer>();
+  RunningServer second;
+  ClientCore core(named("hand"), monotonic_now());
+  std::atomic<int> asked = 0;
+  UdpClient client(first->address, core, {}, {}, {}, [&](const std::string& name) {
+    ++asked;
+    CHECK(name != second.address);
+    return resolve_udp("name", second.address);
+  });
+  client.start();
+  REQUIRE(eventually([&] { return client.status().link == LinkState::joined; }));
+  const Vec3 home = client.status().welcome.home;
+  first.reset();
+  double force = 0;
+  bool stepped = false;
+  REQUIRE(eventually([&] {
+    const TickOutput out = core.haptic().tick({monotonic_now(), home});
+    stepped = stepped || out.force.norm() > force + 2;
+    force = out.force.norm();
+    return client.status().joins == 2 && out.has_patch;
+  }));
+  CHECK_FALSE(stepped);
+  CHECK(asked >= 1);
+  client.stop();
+}
+
+TEST_CASE("a client that nobody answers looks for its server from a new port, every three seconds") {
+  asio::io_context io;
+  UdpSocket silent = bind_udp(io, "silent", resolve_udp("silent", "127.0.0.1:0"));
+  silent.non_blocking(true);
+  ClientCore core(named("hand"), monotonic_now());
+  UdpClient client(to_string(silent.local_endpoint()), core);
+  client.start();
+  std::set<std::uint16_t> ports;
+  CHECK(eventually([&] {
+    std::array<std::byte, 2048> bytes;
+    UdpEndpoint from;
+    asio::error_code none;
+    if (silent.receive_from(asio::buffer(bytes), from, 0, none) > 0 && !none) ports.insert(from.port());
+    return ports.size() == 3;
+  }));
+  client.stop();
 }
 
 TEST_CASE("a port in use and a host that does not parse are bad input") {

@@ -3,26 +3,15 @@
 //
 // Each input is a run: a byte says to whom and from where, two how many bytes follow. Before it a station joins, so that live
 // sessions and a running handshake are there to be hit; its own datagrams can be asked for, and come changed.
-#include <algorithm>
 #include <cstdlib>
 
+#include "tests/fuzz/script.hpp"
 #include "tests/trust/channel_pair.hpp"
 
 using namespace palpate;
 using namespace palpate::test;
 
 namespace {
-
-/// Takes what is there of as many bytes as are asked for.
-struct Script {
-  Bytes rest;
-  Bytes bytes(std::size_t size) {
-    const Bytes taken = rest.first(std::min(size, rest.size()));
-    rest = rest.subspan(taken.size());
-    return taken;
-  }
-  std::size_t number(std::size_t size) { return static_cast<std::size_t>(number_at(bytes(size))); }
-};
 
 struct Stage {
   ChannelPair pair;
@@ -70,7 +59,7 @@ struct Stage {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   Stage stage;
-  Script script{{data, size}};
-  while (!script.rest.empty()) stage.act(script);
+  Script script(data, size);
+  while (!script.ended()) stage.act(script);
   return 0;
 }

@@ -27,7 +27,7 @@ PROGRAMS = {  # package: its programs
     "palpate-lab": ["palpate-felt", "palpate-lab"],
 }
 HOLDS = {  # package: files beside programs and texts that have to be there
-    "palpate-server": ["lib/systemd/system/palpate-server.service", "etc/default/palpate-server"],
+    "palpate-server": ["lib/systemd/system/palpate-server.service", "etc/default/palpate-server", "usr/share/palpate/monitoring/alerts.yml"],
     "palpate-client": ["usr/share/doc/palpate-client/examples/limits.conf", "lib/udev/rules.d/60-palpate.rules", "usr/share/lintian/overrides/palpate-client"],
     "palpate-key": ["usr/share/man/man1/palpate-key-issue.1.gz"],
     "palpate-view": [],

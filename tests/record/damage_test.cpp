@@ -1,9 +1,14 @@
 // Whatever happens to the file: an error in words, or everything up to the damage; never a crash.
 #include <catch2/catch.hpp>
+#include <cstring>
 #include <optional>
 
 #include "common/base/error.hpp"
+#include "common/record/block_decode.hpp"
+#include "common/record/layout.hpp"
+#include "recording_generated.h"
 #include "tests/record/small_recording.hpp"
+#include "tests/support/address_space.hpp"
 
 using namespace palpate;
 using namespace palpate::test;
@@ -115,4 +120,102 @@ TEST_CASE("what is no recording, or one of another version, is refused in words"
   CHECK_THAT(found_in(std::as_bytes(std::span(text))).error, Catch::Contains("is no recording"));
   bytes[8] = std::byte{2};
   CHECK_THAT(found_in(bytes).error, Catch::Contains("is a recording of version 2; expected version 1"));
+}
+
+namespace {
+
+std::vector<std::byte> file_of(const record::HeadT& head, const record::BlockT& block) {
+  std::vector<std::byte> file;
+  layout::append_preamble(file);
+  const auto append = [&](flatbuffers::FlatBufferBuilder& builder, record::Content kind, flatbuffers::Offset<void> content) {
+    builder.FinishSizePrefixed(record::CreatePart(builder, kind, content), record::PartIdentifier());
+    layout::append_part(file, Micros{0}, Micros{1}, std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize())));
+  };
+  flatbuffers::FlatBufferBuilder first, second;
+  append(first, record::Content::Head, record::CreateHead(first, &head).Union());
+  append(second, record::Content::Block, record::CreateBlock(second, &block).Union());
+  return file;
+}
+
+}  // namespace
+
+TEST_CASE("a part that names one list a million times is damage, not gigabytes", "[record][hostile]") {
+  constexpr std::size_t kSamples = 1000, kTimes = 200'000;
+  flatbuffers::FlatBufferBuilder builder;
+  const std::vector<record::Sample> samples(kSamples);
+  const auto path = record::CreatePath(builder, 1, builder.CreateVectorOfStructs(samples));
+  // In a table of its own each, and all the same one.
+  std::vector<flatbuffers::Offset<record::Path>> same(kTimes, path), apart;
+  const auto list = builder.CreateVectorOfStructs(samples);
+  for (std::size_t k = 0; k < kTimes / 10; ++k) apart.push_back(record::CreatePath(builder, 1, list));
+  for (const auto& paths : {same, apart}) {
+    const auto block = record::CreateBlock(builder, 0, builder.CreateVector(paths));
+    builder.FinishSizePrefixed(record::CreatePart(builder, record::Content::Block, block.Union()), record::PartIdentifier());
+    const AddressSpace no_more(64u << 20);
+    CHECK_FALSE(decode_block(std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize())), 0).has_value());
+  }
+}
+
+TEST_CASE("numbers that lie where the machine would not read them are damage", "[record][hostile]") {
+  int read = 0;
+  for (const std::size_t words : {0u, 1u}) {  // before them, of four bytes
+    flatbuffers::FlatBufferBuilder builder;
+    const std::vector<std::uint8_t> stuffing(4 * words), bytes(sizeof(record::HandOver));
+    for (const std::uint8_t byte : stuffing) builder.PushElement(byte);
+    builder.StartVector(bytes.size(), 1);
+    for (const std::uint8_t byte : bytes) builder.PushElement(byte);
+    const auto list = builder.EndVector(1);
+    record::BlockBuilder block(builder);
+    block.add_base(1);  // of eight bytes: the whole lies at a multiple of them
+    block.add_hand_overs(flatbuffers::Offset<flatbuffers::Vector<const record::HandOver*>>(list));
+    const auto content = block.Finish();
+    builder.FinishSizePrefixed(record::CreatePart(builder, record::Content::Block, content.Union()), record::PartIdentifier());
+    read += decode_block(std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize())), 0).has_value();
+  }
+  CHECK(read == 1);
+}
+
+TEST_CASE("a name that is no text is damage before a report trips over it", "[record][hostile]") {
+  record::HeadT head;
+  CHECK_NOTHROW(RecordingReader(file_of(head, {}), "plain.rec"));
+  for (std::string record::HeadT::*text :
+       {&record::HeadT::program, &record::HeadT::name, &record::HeadT::scene, &record::HeadT::scene_file}) {
+    record::HeadT bad;
+    bad.*text = "station \xff";
+    const auto bytes = file_of(bad, {});
+    CHECK_THROWS_AS(RecordingReader(bytes, "bad.rec"), InputError);
+  }
+  record::BlockT block;
+  block.events.push_back(std::make_unique<record::EventT>());
+  block.events.back()->name = "\xff";
+  const auto bytes = file_of(head, block);
+  CHECK(RecordingReader(bytes, "bad.rec").blocks().empty());
+}
+
+TEST_CASE("a recording of names that are no text is written as one that can be read", "[record][hostile]") {
+  RecordingHead head = small_head();
+  head.name = "room \xff";
+  head.scene_file = "/home/\xe4/a\nb.json";
+  RecordingWriter writer(head);
+  const auto bytes = writer.take();
+  const RecordingReader recording(bytes, "odd.rec");
+  CHECK(recording.head().name == "room ?");
+  CHECK(recording.head().scene_file == "/home/?/a?b.json");
+}
+
+TEST_CASE("of blocks that lie within each other, as an index may say, the inner ones alone are read", "[record][hostile]") {
+  auto bytes = small_recording(30, true);
+  const RecordingReader before(bytes, "whole.rec");
+  const auto blocks = before.blocks();
+  REQUIRE(blocks.size() >= 3);
+  // The first block takes in the second, checksum and all.
+  const std::size_t first = blocks[0].offset, end = blocks[2].offset;
+  const auto size = static_cast<std::uint32_t>(end - first - layout::kFrameBytes - layout::kPrefixBytes);
+  std::memcpy(bytes.data() + first + layout::kFrameBytes, &size, sizeof size);
+  const std::uint32_t crc = layout::crc32_of(std::span(bytes).subspan(first + 8, end - first - 8));
+  std::memcpy(bytes.data() + first + 4, &crc, sizeof crc);
+  REQUIRE(layout::part_at(bytes, first).fault == nullptr);
+  const RecordingReader nested(bytes, "nested.rec");
+  CHECK_FALSE(nested.read(0).has_value());
+  CHECK(nested.read(1).has_value());
 }

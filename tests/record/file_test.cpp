@@ -2,6 +2,7 @@
 #include <sys/resource.h>
 
 #include <catch2/catch.hpp>
+#include <cerrno>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -102,6 +103,25 @@ TEST_CASE("a file that cannot grow any more is said to, once, and keeps what it 
   const RecordingReader recording(mapped.bytes(), "full.rec");
   CHECK_FALSE(recording.complete());
   CHECK(recording.blocks().size() > 1);
+}
+
+TEST_CASE("a disk that fails to take what was written is said, once, also at the very end", "[record]") {
+  const Folder folder;
+  const std::vector<std::byte> some(100);
+  RecordFile at_end("--record", folder.path / "a.rec", some, [](int) { return EIO; });
+  at_end.write(some);
+  const auto fault = at_end.close();
+  REQUIRE(fault);
+  CHECK(fault->find("a.rec: the recording ends here, the session goes on: what was written did not reach the disk") !=
+        std::string::npos);
+  CHECK(at_end.failed());
+  CHECK_FALSE(at_end.close());
+  CHECK(at_end.written() == 200);
+
+  RecordFile sound("--record", folder.path / "b.rec", some, [](int) { return 0; });
+  sound.write(some);
+  CHECK_FALSE(sound.close());
+  CHECK_FALSE(sound.failed());
 }
 
 TEST_CASE("a room's file is named after it", "[record]") {

@@ -79,7 +79,8 @@ TEST_CASE("where only so many elements are asked for, they are those that bend m
 
 TEST_CASE("second-order forces are the second differences of the forces") {
   const Case c(GENERATE(box_body(3, 3, 3), stiffening_box(), solid_box(3, 3, 3, {SolidLaw::neo_hookean, 8e3, 0.45, 0.01}),
-                        solid_box(3, 3, 3, {SolidLaw::corotational, 8e3, 0.45, 0.01})));
+                        solid_box(3, 3, 3, {SolidLaw::corotational, 8e3, 0.45, 0.01}),
+                        hexa_box(3, 3, 3, {SolidLaw::neo_hookean, 8e3, 0.45, 0.01})));
   const std::vector<Vector> second = second_order_forces(c.dynamics, c.state, c.shapes);
   const Vector y = random_variables(8);
   Vector sum = Vector::Zero(c.state.x.size());

@@ -112,13 +112,15 @@ TEST_CASE("A body whose law is not smooth is served the port patch, and the buil
   CHECK_FALSE(other.fell_back);
 }
 
-TEST_CASE("A solid of either law is served some of its tetrahedra, one of both the port patch") {
+TEST_CASE("A solid of either law is served some of its elements, one of both the port patch") {
+  const bool hexahedra = GENERATE(false, true);
   for (const int laws : {0, 1, 2})
     for (const bool touch : {false, true}) {
       const SolidLaw law = laws == 0 ? SolidLaw::neo_hookean : SolidLaw::corotational;
-      LumpedBody body = solid_box(4, 4, 4, {law, 8e3, 0.45, 0.01});
+      const SolidMaterial soft{law, 8e3, 0.45, 0.01};
+      LumpedBody body = hexahedra ? hexa_box(4, 4, 4, soft) : solid_box(4, 4, 4, soft);
       body.materials.push_back({SolidLaw::neo_hookean, 8e3, 0.45, 0.01});
-      if (laws != 1) body.tetrahedra.front().material = 1;
+      if (laws != 1) (hexahedra ? body.hexahedra.front().material : body.tetrahedra.front().material) = 1;
       if (laws == 1) body.materials.pop_back();
       const Dynamics dynamics(body);
       const Skin skin(body);
@@ -148,7 +150,7 @@ TEST_CASE("A solid of either law is served some of its tetrahedra, one of both t
       const bool known = laws < 2;
       CHECK((patch->scheme == Scheme::hyper) == known);
       CHECK(built->fell_back == !known);
-      CHECK((built->terms.solid.count() > 20) == known);
+      CHECK((built->terms.solid.count() > (hexahedra ? 6 : 20)) == known);
       if (known) CHECK(to_pieces(built->terms, 1).size() <= static_cast<std::size_t>(kUsualPieces));
     }
 }

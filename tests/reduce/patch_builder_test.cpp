@@ -282,10 +282,11 @@ TEST_CASE("A two-layer patch responds as the unreduced local model at the matche
   CHECK(patch.q_rate.squaredNorm() == Approx(energy).epsilon(1e-9));
 }
 
-TEST_CASE("Asked for two-layer on a body of tetrahedra, the builder makes the ring patch and says so") {
+TEST_CASE("Asked for two-layer on a body of finite elements, the builder makes the ring patch and says so") {
   const auto kind = GENERATE(ContactKind::attach, ContactKind::touch);
+  const bool hexahedra = GENERATE(false, true);
   const auto build = [&](Scheme scheme, bool& fell_back) {
-    BuilderBench bench(solid_box(5, 5, 5, {}), kind, 0.0005, 0.05);
+    BuilderBench bench(hexahedra ? hexa_box(5, 5, 5, {}) : solid_box(5, 5, 5, {}), kind, 0.0005, 0.05);
     bench.attach(112).touch(20, Vec3(0.3, 0.3, 0.4));
     const BuiltPatch built = bench.built(scheme);
     fell_back = built.fell_back;

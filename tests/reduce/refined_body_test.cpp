@@ -47,7 +47,7 @@ struct RefinedBench {
   }
 };
 
-Filling any_filling() { return GENERATE(Filling::springs, Filling::neo_hookean, Filling::corotational); }
+Filling any_filling() { return GENERATE(Filling::springs, Filling::neo_hookean, Filling::corotational, Filling::hexahedra); }
 
 /// T^T f, node by node.
 Vector gathered(const RefinedBody& refined, const Vector& f) {
@@ -259,7 +259,10 @@ TEST_CASE("The port of a locally refined body is as soft as that of the whole to
   const Mat3 softer = compliance[1] - compliance[0];
   const double softest = Eigen::SelfAdjointEigenSolver<Mat3>(0.5 * (softer + softer.transpose())).eigenvalues().minCoeff();
   CHECK(softer.norm() < 0.02 * compliance[1].norm());
-  if (!bent) CHECK(softest > -1e-4 * compliance[1].norm());  // far tangents of a bent body are kept a little longer than true
+  // Far tangents of a bent body are kept a little longer than true. The shapes of a cell are continued for those nodes of an
+  // element that are in the next one, by more where it has eight.
+  const double continued = bench.body.hexahedra.empty() ? 1e-4 : 2e-3;
+  if (!bent) CHECK(softest > -continued * compliance[1].norm());
 }
 
 TEST_CASE("A coarse space of the whole body solves what is smooth in a locally refined one") {

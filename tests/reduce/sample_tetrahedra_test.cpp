@@ -1,6 +1,8 @@
 // Few tetrahedra that bend as all do: against the body's own forces at displacements that were not among the samples.
 #include "server/reduce/sample_tetrahedra.hpp"
 
+#include "server/reduce/sample_places.hpp"
+
 #include <catch2/catch.hpp>
 #include <random>
 
@@ -22,7 +24,8 @@ struct Block {
   Matrix moved = Matrix::Zero(state.x.size(), kTetraVariables), stiffness;
   Sampling sampling;
 
-  explicit Block(SolidLaw law) : body(solid_box(6, 6, 5, {law, 8e3, 0.45, 0.01})) {
+  explicit Block(SolidLaw law) : Block(solid_box(6, 6, 5, {law, 8e3, 0.45, 0.01})) {}
+  explicit Block(LumpedBody of) : body(std::move(of)) {
     for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
       if (body.fixed[i]) continue;
       const Vec3& x = body.nodes[i];
@@ -80,6 +83,48 @@ TEST_CASE("A tenth of the tetrahedra of a block bends as all of them do where it
   SampledSolidForce force(*solid, 0, 1e-6, false);
   REQUIRE_FALSE(force.empty());
   CHECK(block.wrong(force) < 0.05);
+}
+
+TEST_CASE("A third of the hexahedra of a block bends as all of them do where it was not sampled, within a tenth") {
+  const Block block(hexa_box(6, 6, 5, {GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational), 8e3, 0.45, 0.01}));
+  const auto solid = sample_tetrahedra(block.whole, block.moved, block.sampling);
+  REQUIRE(solid);
+  CHECK(3 * solid->count() <= static_cast<int>(block.body.hexahedra.size()));
+  CHECK(numbers_of_tetrahedra(block.sampling.room, solid->motion.nodes(), solid->count()) <= kUsualNumbers);
+  SampledSolidForce force(*solid, 0, 1e-6, false);
+  REQUIRE_FALSE(force.empty());
+  CHECK(block.wrong(force) < 0.1);
+}
+
+TEST_CASE("The places of a hexahedron have its mean gradient, moved by a tool that holds a node of it or not") {
+  LumpedBody body = hexa_box(3, 3, 3, {SolidLaw::neo_hookean, 8e3, 0.45, 0.01});
+  Random random(5);
+  for (Vec3& x : body.nodes) x += random_vector(random, 0.1 * kSpacingM);
+  const Dynamics dynamics(body);
+  const BodyState state = random_state(dynamics, 6, 0.2 * kSpacingM, 0);
+  constexpr int kHeldNode = 22;
+  Matrix moved(state.x.size(), 6);
+  for (double& v : moved.reshaped()) v = random.uniform(-1, 1);
+  moved.leftCols<3>().setZero();
+  moved.middleRows<3>(3 * kHeldNode).setZero();
+  moved.block<3, 3>(3 * kHeldNode, 0).setIdentity();
+  const int tool = GENERATE_COPY(-1, kHeldNode);
+  const SamplePlaces places(dynamics, state, moved, {0, 3, 6, 7}, tool);
+  const Vector u = Vector::NullaryExpr(6, [&] { return random.uniform(-0.01, 0.01); });
+  const Rows all = places.moved();
+  for (const std::uint32_t e : places.elements()) {
+    CHECK((places.deformation(e) - dynamics.hexahedra().gradient(e, state.x).leftCols<3>()).norm() < 1e-12);
+    const TetraRest rest = places.rest(e);
+    CHECK(rest.volume_m3 == dynamics.hexahedra().shape(e).rest.volume_m3);
+    Mat3 change = Mat3::Zero();
+    for (int i = 0; i < 4; ++i)
+      change +=
+          (all.middleRows<3>(3 * static_cast<Eigen::Index>(places.place(e, i))).cast<double>() * u) * rest.b.col(i).transpose();
+    CHECK((change - dynamics.hexahedra().gradient(e, moved * u).leftCols<3>()).norm() < 1e-5 * change.norm());
+    for (int i = 0; i < 4 && tool >= 0; ++i)  // none but the held one moves with the tool
+      if (static_cast<int>(places.place(e, i)) != places.tool())
+        CHECK(all.block<3, 3>(3 * static_cast<Eigen::Index>(places.place(e, i)), 0).norm() == 0);
+  }
 }
 
 TEST_CASE("All tetrahedra of a small solid, sampled with a weight of one, are its own forces") {

@@ -1,9 +1,12 @@
 // Bodies of finite elements: lattices filled with tetrahedra, and meshes from files.
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
+#include <fstream>
+#include <iterator>
 #include <numeric>
 
 #include "scene_files.hpp"
+#include "server/scene/hexa_mesh.hpp"
 #include "server/scene/surface.hpp"
 #include "server/scene/tetra_mesh.hpp"
 
@@ -16,7 +19,7 @@ using test::replaced;
 
 const std::string kBlock = R"({"body": {"lattice": {
   "nodes": [4, 3, 5], "size_m": [0.06, 0.04, 0.08], "density_kg_m3": 1100, "fixed_faces": ["z-"],
-  "solid": {"law": "corotational", "young_pa": 5000, "poisson": 0.4, "damping_s": 0.02, "mass_damping_1_s": 1.5},
+  "solid": {"element": "tetrahedron", "law": "corotational", "young_pa": 5000, "poisson": 0.4, "damping_s": 0.02, "mass_damping_1_s": 1.5},
   "layers": [{"below_z_m": 0.04, "young_pa": 1000}]
 }}})";
 
@@ -158,6 +161,45 @@ TEST_CASE("A box of finite elements has six tetrahedra a cell, a closed surface 
   CHECK(signed_volume(body.triangles, body.nodes) == Approx(0.06 * 0.04 * 0.08));
   CHECK(std::accumulate(body.masses_kg.begin(), body.masses_kg.end(), 0.0) == Approx(1100 * 0.06 * 0.04 * 0.08));
   CHECK(body.mass_damping_1_s == 1.5);
+}
+
+TEST_CASE("A box of hexahedra has one a cell, and surface, volume and mass of the box of tetrahedra", "[scene][solid]") {
+  const auto split = load_scene(Folder().write("block.json", kBlock)).body;
+  const auto body = load_scene(Folder().write("block.json", replaced(kBlock, "tetrahedron", "hexahedron"))).body;
+  CHECK(body.tetrahedra.empty());
+  REQUIRE(body.hexahedra.size() == 3 * 2 * 4);
+  CHECK(body.triangles == split.triangles);
+  for (const Hexahedron& h : body.hexahedra) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      CHECK((body.nodes[h.nodes[std::size_t{1} << axis]] - body.nodes[h.nodes[0]] -
+             0.02 * Vec3::Unit(static_cast<Eigen::Index>(axis)))
+                .norm() < 1e-12);
+    CHECK(body.materials[h.material].young_pa == (centre_of(h, body.nodes).z() < 0.04 ? 1000 : 5000));
+  }
+  CHECK(std::accumulate(body.masses_kg.begin(), body.masses_kg.end(), 0.0) == Approx(1100 * 0.06 * 0.04 * 0.08));
+  CHECK(body.masses_kg[0] == Approx(1100 * 0.02 * 0.02 * 0.02 / 8));
+}
+
+TEST_CASE("The organ of hexahedra has the mass of what is inside its surface", "[scene][solid]") {
+  const std::filesystem::path scenes = PALPATE_SOURCE_DIR "/scenes";
+  const Folder folder;
+  std::ifstream in(scenes / "organ-solid.json");
+  const std::string text((std::istreambuf_iterator<char>(in)), {});
+  const auto body = load_scene(folder.write("organ.json", replaced(text, "tetrahedron", "hexahedron"))).body;
+  CHECK(body.hexahedra.size() == 1073);
+  const double inside = std::abs(signed_volume(body.triangles, body.nodes));
+  CHECK(std::accumulate(body.masses_kg.begin(), body.masses_kg.end(), 0.0) == Approx(1060 * inside).epsilon(0.005));
+  for (const double mass_kg : body.masses_kg) CHECK(mass_kg > 0);
+}
+
+TEST_CASE("A mesh from a file is of tetrahedra, and another element is refused for it", "[scene][solid]") {
+  const Folder folder;
+  folder.write("a.msh", kMsh2);
+  const std::string scene = mesh_scene("a.msh");
+  const std::string other = replaced(scene, "{\"young_pa\": 5000}", "{\"element\": \"hexahedron\", \"young_pa\": 5000}");
+  CHECK(error_of(folder, other).find("body.mesh.solid.element is \"hexahedron\"") != std::string::npos);
+  const std::string odd = replaced(kBlock, "tetrahedron", "brick");
+  CHECK(error_of(folder, odd).find("expected \"hexahedron\" or \"tetrahedron\"") != std::string::npos);
 }
 
 TEST_CASE("A layer of a solid changes what it names and keeps the rest", "[scene][solid]") {

@@ -80,6 +80,25 @@ inline LumpedBody solid_box(int nx, int ny, int nz, const SolidMaterial& materia
   return body;
 }
 
+/// The same box of hexahedra, one a cell.
+inline LumpedBody hexa_box(int nx, int ny, int nz, const SolidMaterial& material, double density_kg_m3 = 1000) {
+  LumpedBody body = box_body(nx, ny, nz);
+  body.elements.clear();
+  body.materials = {material};
+  body.masses_kg.assign(body.nodes.size(), 0);
+  for (int k = 0; k + 1 < nz; ++k)
+    for (int j = 0; j + 1 < ny; ++j)
+      for (int i = 0; i + 1 < nx; ++i) {
+        Hexahedron& h = body.hexahedra.emplace_back();
+        for (int n = 0; n < 8; ++n) {
+          const int node = i + (n & 1) + nx * (j + (n >> 1 & 1) + ny * (k + (n >> 2 & 1)));
+          h.nodes[static_cast<std::size_t>(n)] = static_cast<std::uint32_t>(node);
+          body.masses_kg[h.nodes[static_cast<std::size_t>(n)]] += density_kg_m3 * kSpacingM * kSpacingM * kSpacingM / 8;
+        }
+      }
+  return body;
+}
+
 inline Vec3 random_vector(Random& random, double size) {
   const double x = random.uniform(-size, size), y = random.uniform(-size, size), z = random.uniform(-size, size);
   return {x, y, z};

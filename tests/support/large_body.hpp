@@ -10,15 +10,16 @@ inline constexpr int kLargeEdge = 14;  ///< nodes along each edge
 /// The node in the middle of the top.
 inline constexpr std::uint32_t kTop = kLargeEdge / 2 + kLargeEdge * (kLargeEdge / 2 + kLargeEdge * (kLargeEdge - 1));
 
-enum class Filling { springs, neo_hookean, corotational };
+enum class Filling { springs, neo_hookean, corotational, hexahedra };
 inline LumpedBody large_body(Filling filling = Filling::springs) {
   if (filling == Filling::springs) return box_body(kLargeEdge, kLargeEdge, kLargeEdge);
   SolidMaterial material;
-  material.law = filling == Filling::neo_hookean ? SolidLaw::neo_hookean : SolidLaw::corotational;
+  material.law = filling == Filling::corotational ? SolidLaw::corotational : SolidLaw::neo_hookean;
   material.young_pa = 10'000;
   material.poisson = 0.4;
   material.damping_s = 0.004;
-  LumpedBody body = solid_box(kLargeEdge, kLargeEdge, kLargeEdge, material);
+  LumpedBody body = filling == Filling::hexahedra ? hexa_box(kLargeEdge, kLargeEdge, kLargeEdge, material)
+                                                  : solid_box(kLargeEdge, kLargeEdge, kLargeEdge, material);
   body.mass_damping_1_s = 0.5;
   return body;
 }

@@ -1,0 +1,84 @@
+#!/usr/bin/env python3
+"""Decks for CalculiX that bodies of Palpate are compared with: quadratic hexahedra with reduced integration (C3D20R), neo-Hookean,
+large displacements. `deck.py bar|block POISSON NX NY NZ > NAME.inp`, then `ccx NAME`; `deck.py read NAME.dat` prints the figure.
+
+bar    100 x 30 x 20 mm, 400 kPa, 1000 kg/m^3, clamped at x = 0, hanging in gravity: sag of the middle of the upper edge of its free end
+block  60 x 60 x 30 mm, 10 kPa, bonded below; a square of 20 x 20 mm in the middle of the top goes down by 3 mm, glued: the force on it.
+       A quarter of it, NX = NY: multiples of 3 cells over 30 mm.
+"""
+import sys
+
+MATERIAL = {"bar": (400e3, 1000.0), "block": (10e3, 1000.0)}
+
+
+def lattice(n, size):
+    """Nodes of a lattice of twice as many steps that serendipity elements have, and the elements."""
+    number = {}
+    for k in range(2 * n[2] + 1):
+        for j in range(2 * n[1] + 1):
+            for i in range(2 * n[0] + 1):
+                if (i % 2) + (j % 2) + (k % 2) <= 1:
+                    number[i, j, k] = len(number) + 1
+    places = {p: tuple(size[a] * p[a] / (2 * n[a]) for a in range(3)) for p in number}
+    low = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0)]
+    middle = [(1, 0, 0), (2, 1, 0), (1, 2, 0), (0, 1, 0)]
+    up = lambda corners, by: [(x, y, z + by) for x, y, z in corners]
+    order = low + up(low, 2) + middle + up(middle, 2) + up(low, 1)
+    elements = []
+    for k in range(0, 2 * n[2], 2):
+        for j in range(0, 2 * n[1], 2):
+            for i in range(0, 2 * n[0], 2):
+                elements.append([number[i + x, j + y, k + z] for x, y, z in order])
+    return number, places, elements
+
+
+def write_set(name, nodes):
+    print(f"*NSET, NSET={name}")
+    for at in range(0, len(nodes), 10):
+        print(", ".join(str(node) for node in nodes[at:at + 10]) + ",")
+
+
+def write_deck(kind, poisson, n):
+    size = (0.1, 0.03, 0.02) if kind == "bar" else (0.03, 0.03, 0.03)
+    number, places, elements = lattice(n, size)
+    print("*NODE")
+    for at, node in number.items():
+        print(f"{node}, " + ", ".join(f"{x:.9g}" for x in places[at]))
+    print("*ELEMENT, TYPE=C3D20R, ELSET=ALL")
+    for e, nodes in enumerate(elements, 1):
+        print(f"{e}, " + ", ".join(str(node) for node in nodes[:10]) + ",\n" + ", ".join(str(node) for node in nodes[10:]))
+    on = lambda test: [number[p] for p in number if test(*places[p])]
+    near = lambda a, b: abs(a - b) < 1e-9
+    young, density = MATERIAL[kind]
+    shear, bulk = young / (2 * (1 + poisson)), young / (3 * (1 - 2 * poisson))
+    print(f"*MATERIAL, NAME=SOFT\n*HYPERELASTIC, NEO HOOKE\n{shear / 2:.9g}, {2 / bulk:.9g}\n*DENSITY\n{density}")
+    print("*SOLID SECTION, ELSET=ALL, MATERIAL=SOFT")
+    if kind == "bar":
+        write_set("HELD", on(lambda x, y, z: near(x, 0)))
+        write_set("ASKED", on(lambda x, y, z: near(x, 0.1) and near(y, 0.015) and near(z, 0.02)))
+        bound = "HELD, 1, 3"
+    else:  # the quarter x, y > 0 of a block whose middle is at 0
+        write_set("HELD", on(lambda x, y, z: near(z, 0)))
+        write_set("ASKED", on(lambda x, y, z: near(z, 0.03) and x < 0.01 + 1e-9 and y < 0.01 + 1e-9))
+        write_set("ALONGX", on(lambda x, y, z: near(y, 0) and z > 1e-9 and not (near(z, 0.03) and x < 0.01 + 1e-9)))
+        write_set("ALONGY", on(lambda x, y, z: near(x, 0) and z > 1e-9 and not (near(z, 0.03) and y < 0.01 + 1e-9)))
+        bound = "HELD, 1, 3\nALONGX, 2, 2\nALONGY, 1, 1\nASKED, 1, 2"
+    print(f"*BOUNDARY\n{bound}\n*STEP, NLGEOM, INC=100\n*STATIC\n0.25, 1.0")
+    print("*DLOAD\nALL, GRAV, 9.81, 0., 0., -1." if kind == "bar" else "*BOUNDARY\nASKED, 3, 3, -0.003")
+    print(f"*NODE PRINT, NSET=ASKED{', TOTALS=ONLY' if kind == 'block' else ''}\n{'U' if kind == 'bar' else 'RF'}\n*END STEP")
+
+
+def read(file):
+    """The last line of numbers: a sag [mm], or a quarter's force [N], printed as that of all four."""
+    text = open(file, encoding="ascii").read()
+    last = [line.split() for line in text.splitlines() if line.split() and line.split()[-1][-4:-3] == "E"][-1]
+    print(f"{-4 * float(last[-1]):.4f} N" if "total force" in text else f"{-1e3 * float(last[-1]):.3f} mm")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) == 3 and sys.argv[1] == "read":
+        read(sys.argv[2])
+    elif len(sys.argv) == 6 and sys.argv[1] in MATERIAL:
+        write_deck(sys.argv[1], float(sys.argv[2]), [int(n) for n in sys.argv[3:]])
+    else:
+        sys.exit(__doc__)

@@ -1,0 +1,59 @@
+// When a client stops waiting at an address where nobody answers: a server may have moved, and what lies between may have
+// forgotten the way back to our port (a NAT, a stale entry of connection tracking). Both are mended by asking for the name again
+// and going on from a new port.
+//
+//     silence(now) = now - max(last answer, last move)    kAskAhead before kMoveAfter the name is asked for,
+//                                                         at kMoveAfter the client moves to what was found
+//
+// A name that has no address any more leaves it at the one that it had; a resolver that takes longer than another kMoveAfter is
+// not waited for. Who is told that the server is shutting down asks at once.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "client/io/name_lookup.hpp"
+#include "common/base/types.hpp"
+
+namespace palpate {
+
+class ServerFinder {
+ public:
+  static constexpr Micros kMoveAfter{3'000'000}, kAskAhead{500'000};
+
+  /// `at`: what the name was found to be by `now`.
+  ServerFinder(std::string name, UdpEndpoint at, NameLookup::Ask ask, Micros now)
+      : name_(std::move(name)), at_(std::move(at)), lookup_(std::move(ask)), moved_(now) {}
+
+  /// Where to go on from a new port; nothing while all is well. `sent_away`: what answers says that it is shutting down.
+  std::optional<UdpEndpoint> move(Micros now, Micros answered, bool sent_away) {
+    const Micros silence = now - (sent_away ? moved_ : std::max(answered, moved_));
+    if (silence < kMoveAfter - kAskAhead) {
+      asked_ = false;  // what was found for a silence that ended is old by the next
+      found_.reset();
+      lookup_.take();
+      return std::nullopt;
+    }
+    if (!asked_ && !lookup_.busy()) lookup_.begin(name_);
+    if (!std::exchange(asked_, true)) asked_at_ = now;
+    if (const auto answer = lookup_.take()) found_ = answer->value_or(at_);
+    if (silence < kMoveAfter || (!found_ && now - asked_at_ < kMoveAfter)) return std::nullopt;
+    at_ = std::exchange(found_, std::nullopt).value_or(at_);
+    moved_ = now;
+    asked_ = false;
+    return at_;
+  }
+
+ private:
+  std::string name_;
+  UdpEndpoint at_;
+  NameLookup lookup_;
+  Micros moved_;
+  bool asked_ = false;  ///< since the last move
+  Micros asked_at_{};
+  std::optional<UdpEndpoint> found_;
+};
+
+}  // namespace palpate

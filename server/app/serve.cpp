@@ -1,0 +1,181 @@
+#include "server/app/serve.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <asio/signal_set.hpp>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <thread>
+
+#include "common/base/error.hpp"
+#include "common/io/key_files.hpp"
+#include "common/io/monotonic.hpp"
+#include "server/app/describe.hpp"
+#include "server/app/load_scenes.hpp"
+#include "server/app/service_manager.hpp"
+#include "server/io/event_log.hpp"
+#include "server/metrics/io/metrics_server.hpp"
+#include "server/metrics/metrics.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::chrono::minutes kInsecureEvery{1};
+
+Micros unix_now() { return std::chrono::duration_cast<Micros>(std::chrono::system_clock::now().time_since_epoch()); }
+
+void write_line(const std::string& line) {
+  std::fwrite(line.data(), 1, line.size(), stdout);
+  std::fflush(stdout);
+}
+
+/// A scene that is being built holds nothing that must be ended in order, and may take long.
+void end_while_loading() {
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { std::_Exit(0); });
+}
+
+/// Beyond this machine only with keys, unless that is asked for.
+void check_reach(const ServerFlags& flags) {
+  if (flags.has_keys || flags.insecure || resolve_udp("--listen", flags.listen).address().is_loopback()) return;
+  throw InputError("--listen " + flags.listen, "would let in whoever reaches the port",
+                   "--keys FILE (palpate-key new FILE makes one), or --insecure");
+}
+
+ShellOptions shell_options(const ServerFlags& flags, std::size_t rooms, const std::optional<SiteKeys>& keys) {
+  const std::size_t processors = std::max(1u, std::thread::hardware_concurrency());
+  return {flags.listen,
+          flags.rate_hz,
+          flags.threads > 0 ? flags.threads : std::min(rooms, processors),
+          {flags.record, flags.shapes_hz, "palpate-server " PALPATE_VERSION},
+          flags.deadband,
+          keys};
+}
+
+/// The rooms and what runs beside them: signals, the end of time, who watches.
+class Serving {
+ public:
+  explicit Serving(const ServerFlags& flags) : flags_(flags) {
+    if (flags.has_metrics) metrics_.emplace("--metrics", flags.metrics, PALPATE_VERSION);
+    if (metrics_) say("metrics", "metrics at http://" + metrics_->address() + "/metrics");
+    check_reach(flags);
+    if (flags.has_keys) keys_ = read_site(flags.keys);
+    scenes_ = load_scenes(flags);
+    shell_.emplace(scenes_, shell_options(flags, scenes_.size(), keys_),
+                   [this](const ServerEvent& event) { log_.tell(event, unix_now(), monotonic_now()); });
+    hang_up_.emplace(shell_->context());
+    signals_.emplace(shell_->context(), SIGINT, SIGTERM);
+    insecure_.emplace(shell_->context());
+    end_.emplace(shell_->context());
+  }
+
+  void run() {
+    if (keys_) begin_keys();
+    if (flags_.insecure) warn_insecure();
+    await_signal();
+    if (flags_.has_duration) end_after(from_seconds(flags_.duration_s));
+    if (metrics_ || service_.watches()) shell_->on_pulse([this](ServerState state) { watch(std::move(state)); });
+    say_rooms();
+    service_.ready(fmt::format("{} room{} at {}", scenes_.size(), scenes_.size() == 1 ? "" : "s", to_string(shell_->address())));
+    shell_->run();
+    for (const std::string& line : shell_->summary()) say("ended", line);
+  }
+
+ private:
+  void say(const std::string& kind, const std::string& text, EventLevel level = EventLevel::info) {
+    log_.say({kind, text, {}, level}, unix_now());
+  }
+
+  void watch(ServerState state) {
+    if (service_.watches() && !not_well(state, state.at)) service_.is_well();
+    if (metrics_) metrics_->publish(std::move(state));
+  }
+
+  void begin_keys() {
+    hang_up_->add(SIGHUP);
+    await_hang_up();
+    say("keys", fmt::format("public key {}; {} stations and {} issuers are let in", to_text(public_of(keys_->self)),
+                            keys_->stations.size(), keys_->issuers.size()));
+  }
+
+  /// A file that is wrong leaves the keys as they are.
+  void await_hang_up() {
+    hang_up_->async_wait([this](const asio::error_code& fault, int) {
+      if (fault) return;
+      try {
+        shell_->change_keys(read_site(flags_.keys));
+        say("keys", "keys read again from " + flags_.keys);
+      } catch (const InputError& wrong) {
+        say("keys_wrong", std::string("keys stay as they were: ") + wrong.what(), EventLevel::error);
+      }
+      await_hang_up();
+    });
+  }
+
+  void warn_insecure() {
+    say("insecure", "warning: --insecure: whoever reaches this port may touch, read and take over; --keys FILE ends that",
+        EventLevel::warning);
+    insecure_->expires_after(kInsecureEvery);
+    insecure_->async_wait([this](const asio::error_code& fault) {
+      if (!fault) warn_insecure();
+    });
+  }
+
+  void await_signal() {
+    signals_->async_wait([this](const asio::error_code& fault, int signal) {
+      if (fault) return;
+      await_signal();
+      if (signal == SIGTERM && flags_.drain_s > 0 && !shell_->draining()) return drain();
+      say("stopping", "ending");
+      service_.stopping("ending", {});
+      shell_->stop();
+    });
+  }
+
+  void drain() {
+    say("draining",
+        fmt::format("nobody is let in any more; ending when no hand is left, in {:g} s at the latest", flags_.drain_s));
+    service_.stopping("draining", from_seconds(flags_.drain_s));
+    shell_->drain(from_seconds(flags_.drain_s));
+  }
+
+  void end_after(Micros time) {
+    end_->expires_after(time);
+    end_->async_wait([this](const asio::error_code& fault) {
+      if (!fault) shell_->stop();
+    });
+  }
+
+  void say_rooms() {
+    for (std::size_t k = 0; k < scenes_.size(); ++k) {
+      const NamedScene& room = scenes_[k];
+      const std::string as = scenes_.size() > 1 ? fmt::format("room \"{}\": ", room.name) : "";
+      say("room",
+          fmt::format("{}scene \"{}\" ({} nodes, {} elements) at {}, {} Hz", as, room.scene.name, room.scene.body.nodes.size(),
+                      room.scene.body.elements.size() + room.scene.body.tetrahedra.size() + room.scene.body.hexahedra.size(),
+                      to_string(shell_->address()), flags_.rate_hz));
+      say("room", fmt::format("{}integrator {}", as, shell_->integrator(k)));
+      for (const std::string& line : describe(room.scene, flags_.rate_hz)) say("room", as + line);
+    }
+  }
+
+  ServerFlags flags_;
+  EventLog log_{flags_.log == "json" ? LogFormat::json : LogFormat::text, "palpate-server", write_line};
+  ServiceManager service_;
+  std::optional<MetricsServer> metrics_;  // outlives the shell, which fills it
+  std::optional<SiteKeys> keys_;
+  std::vector<NamedScene> scenes_;
+  std::optional<ServerShell> shell_;
+  std::optional<asio::signal_set> hang_up_, signals_;
+  std::optional<asio::steady_timer> insecure_, end_;
+};
+
+}  // namespace
+
+void serve(const ServerFlags& flags) {
+  end_while_loading();
+  Serving(flags).run();
+}
+
+}  // namespace palpate

@@ -1,0 +1,23 @@
+#include "server/app/service_manager.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <systemd/sd-daemon.h>
+
+namespace palpate {
+namespace {
+
+constexpr Micros kToEnd{10'000'000};  // of a frame in hand and of recordings to close, after all have left
+
+}  // namespace
+
+ServiceManager::ServiceManager() : watches_(::sd_watchdog_enabled(0, nullptr) > 0) {}
+
+void ServiceManager::ready(const std::string& status) const { ::sd_notify(0, ("READY=1\nSTATUS=" + status).c_str()); }
+
+void ServiceManager::is_well() const { ::sd_notify(0, "WATCHDOG=1"); }
+
+void ServiceManager::stopping(const std::string& status, Micros most) const {
+  ::sd_notify(0, fmt::format("STOPPING=1\nSTATUS={}\nEXTEND_TIMEOUT_USEC={}", status, (most + kToEnd).count()).c_str());
+}
+
+}  // namespace palpate

@@ -1,0 +1,61 @@
+// Eight hexahedra of one material side by side: the forces and the exact tangents of hexa_kernel.hpp.
+//
+// As tetra_lanes.hpp: elements are what goes into the lanes of the vectors, and the bits are the same whatever the width and the
+// neighbours. Cells of a lattice are boxes of one shape, all but those at a clipped surface: a group of one shape has its numbers
+// once, and multiplies by those of C that are not zero.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/base/doubles.hpp"
+#include "server/body/hexa_kernel.hpp"
+
+namespace palpate {
+
+inline constexpr std::size_t kHexaLanes = 8;
+
+/// An element, of which a body may have many.
+struct HexaShape {
+  HexaShape(const SolidMaterial& material, std::uint32_t material_index, const HexaRest& rest);
+  HexaRest rest;
+  Hourglass modes;
+  std::uint32_t material;
+  struct Entry {  ///< of C
+    std::uint32_t row, column;
+    double value;
+  };
+  std::vector<Entry> entries;  ///< not zero
+};
+
+struct HexaGroup {
+  const HexaShape* shape = nullptr;   ///< of all, or
+  std::vector<EightNumbers> numbers;  ///< a lane each: V, k_0, g_i, C (row by row); empty where they share a shape
+  std::array<std::array<std::uint32_t, kHexaLanes>, 8> nodes{};  ///< of lanes that are not used: those of the first
+  std::uint32_t material = 0, count = 0;                         ///< lanes that are used
+  double damping_s = 0;
+};
+
+/// The numbers of elements of their own shape, for HexaGroup::numbers.
+std::vector<EightNumbers> numbers_of(std::span<const HexaShape* const> shapes);
+
+/// c_k K + c_d D between nodes i and j <= i of each hexahedron, row by row: at[pair_index(i, j)][3 row + column].
+struct HexaBlocks {
+  std::array<std::array<EightNumbers, 9>, 36> at;
+};
+
+struct HexaLoops {
+  std::size_t width;  ///< elements in a vector
+  /// f += forces at positions x and velocities v, 3 N each.
+  void (*add_forces)(const TetraMaterial& material, const HexaGroup& group, const double* x, const double* v, double* f);
+  /// Not clamped. A bit for each lane that is good, as TetraLoops has it.
+  std::uint32_t (*blocks)(const TetraMaterial& material, const HexaGroup& group, const double* x, double c_d, double c_k,
+                          HexaBlocks& blocks);
+};
+
+/// All that this processor can run, the widest last.
+std::span<const HexaLoops> hexa_loops();
+
+}  // namespace palpate

@@ -1,0 +1,57 @@
+// What the tangents of tetra_kernel.hpp make of changes of F, four columns side by side.
+#pragma once
+
+#include "server/body/column_lanes.hpp"
+#include "server/body/fused.hpp"
+#include "server/body/tetra_kernel.hpp"
+
+namespace palpate {
+
+/// A 3x3 matrix for each column.
+struct ColumnMat {
+  ColumnLanes of[3][3];
+};
+
+/// TetraTangent::apply
+[[gnu::always_inline]] inline void apply_elastic(const TetraTangent& at, const ColumnMat& df, ColumnMat& dp) {
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) dp.of[r][c] = at.a() * df.of[r][c];
+  for (std::size_t k = 0; k < at.terms(); ++k) {
+    const Mat3& q = at.q(k);
+    ColumnLanes along{};
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) add_product(q(r, c), df.of[r][c], along);
+    along *= at.c(k);
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) add_product(q(r, c), along, dp.of[r][c]);
+  }
+  if (at.kappa() == 0) return;
+  const Mat3& f = at.f();
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < 3; ++r) {
+      const int p = (c + 1) % 3, q = (c + 2) % 3, s = (r + 1) % 3, t = (r + 2) % 3;
+      dp.of[r][c] += at.kappa() * (df.of[s][p] * f(t, q) - df.of[t][p] * f(s, q) + f(s, p) * df.of[t][q] - f(t, p) * df.of[s][q]);
+    }
+}
+
+/// p += much viscous_stress
+[[gnu::always_inline]] inline void add_viscous_columns(const TetraMaterial& m, double much, const Mat3& f, const ColumnMat& rate,
+                                                       ColumnMat& p) {
+  ColumnMat c;
+  for (int r = 0; r < 3; ++r)
+    for (int s = 0; s < 3; ++s) {
+      c.of[r][s] = f(0, r) * rate.of[0][s];
+      add_product(f(1, r), rate.of[1][s], c.of[r][s]), add_product(f(2, r), rate.of[2][s], c.of[r][s]);
+    }
+  const ColumnLanes volume = m.viscous_lambda * (c.of[0][0] + c.of[1][1] + c.of[2][2]);
+  ColumnMat second;  // Piola-Kirchhoff
+  for (int r = 0; r < 3; ++r)
+    for (int s = 0; s < 3; ++s) second.of[r][s] = m.viscous_mu * (c.of[r][s] + c.of[s][r]);
+  for (int r = 0; r < 3; ++r) second.of[r][r] += volume;
+  const Mat3 turned = much * f;
+  for (int r = 0; r < 3; ++r)
+    for (int s = 0; s < 3; ++s)
+      for (int k = 0; k < 3; ++k) add_product(turned(r, k), second.of[k][s], p.of[r][s]);
+}
+
+}  // namespace palpate

@@ -1,0 +1,156 @@
+// What the server says of its rooms, its end, and what it lets others know of itself.
+#include <spdlog/fmt/fmt.h>
+
+#include <utility>
+
+#include "common/io/channel_endpoint.hpp"
+#include "common/io/monotonic.hpp"
+#include "server/io/server_shell.hpp"
+
+namespace palpate {
+namespace {
+
+const char* name_of(RecordedRole role) {
+  constexpr std::array kNames{"hand", "viewer", "shadow"};
+  return kNames[static_cast<std::size_t>(role)];
+}
+
+void append(std::vector<EventField>& fields, std::vector<EventField> more) {
+  fields.insert(fields.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+}
+
+void count_roles(const std::vector<StationReport>& stations, RoomState& room) {
+  for (const StationReport& s : stations)
+    ++(s.role == Role::viewer ? room.viewers : s.shadow_of.empty() ? room.hands : room.shadows);
+}
+
+}  // namespace
+
+void ServerShell::hear_rooms() {
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    cores_[k].on_event([this, k](const RecordedEvent& event) {
+      if (bodies_[k]->recorder) bodies_[k]->recorder->event(event);
+      say(k, event);
+    });
+    cores_[k].on_scheme([this, k](const std::string& station, const SchemeInUse& in_use) {
+      say(k, "scheme", fmt::format("station \"{}\": {}", station, describe(in_use)),
+          {{"station", station}, {"scheme", std::string(palpate::name_of(in_use.scheme))}});
+    });
+  }
+}
+
+void ServerShell::say(std::string kind, const std::string& text, std::vector<EventField> fields, EventLevel level) const {
+  if (say_) say_({std::move(kind), text, std::move(fields), level, {}});
+}
+
+void ServerShell::say(std::size_t room, std::string kind, const std::string& text, std::vector<EventField> fields,
+                      EventLevel level) const {
+  fields.insert(fields.begin(), {"room", cores_.name(room)});
+  say(std::move(kind), label(room) + text, std::move(fields), level);
+}
+
+void ServerShell::say(std::size_t room, const RecordedEvent& event) const {
+  const std::string kind = palpate::name_of(event.kind);
+  const bool comes = event.kind == RecordedEventKind::joined || event.kind == RecordedEventKind::refused;
+  std::string text = fmt::format("station \"{}\" {}", event.name, kind);
+  if (comes) text += std::string(" as ") + name_of(event.role);
+  if (comes && sender_) text += " from " + to_string(sender_->from);
+  if (!event.text.empty()) text += ": " + event.text;
+  std::vector<EventField> fields{
+      {"station", event.name}, {"role", name_of(event.role)}, {"station_id", static_cast<double>(event.station)}};
+  if (!event.text.empty()) fields.push_back({"reason", event.text});
+  append(fields, sender_fields());
+  say(room, kind, text, std::move(fields));
+}
+
+/// Who sent the datagram that is being taken, if one is.
+std::vector<EventField> ServerShell::sender_fields() const {
+  if (!sender_) return {};
+  std::vector<EventField> fields{{"from", to_string(sender_->from)}};
+  if (sender_->key) fields.push_back({"key", to_text(*sender_->key)});
+  return fields;
+}
+
+/// So that a wrong key is found.
+void ServerShell::say_refused() {
+  const auto refusal = trust_->channel().take_refusal();
+  if (!refusal || !say_) return;
+  Micros& next = next_refusal_said_[static_cast<std::size_t>(refusal->fault)];
+  const Micros now = monotonic_now();
+  if (now < next) return;  // a flood of them does not even become text
+  next = now + kRefusalSaidEvery;
+  const auto from = endpoint_of(refusal->from, socket_.local_endpoint().protocol());
+  std::vector<EventField> fields{{"from", to_string(from)}, {"reason", describe(refusal->fault)}};
+  if (refusal->key) fields.push_back({"key", to_text(*refusal->key)});
+  say_({"no_session",
+        fmt::format("no session for {}: {}{}", to_string(from), describe(refusal->fault),
+                    refusal->key ? " (key " + to_text(*refusal->key) + ")" : ""),
+        std::move(fields), EventLevel::warning, describe(refusal->fault)});
+}
+
+void ServerShell::drain(Micros most) {
+  if (drain_until_ || ending_) return;
+  drain_until_ = monotonic_now() + most;
+  cores_.drain();
+  await_drained();
+}
+
+void ServerShell::await_drained() {
+  if (ending_) return;
+  if (!cores_.has_hands() || monotonic_now() >= *drain_until_) return stop();
+  end_timer_.expires_after(kDrainedEvery);
+  end_timer_.async_wait([this](const asio::error_code& fault) {
+    if (!fault) await_drained();
+  });
+}
+
+/// Again while goodbyes go out: at once.
+void ServerShell::stop() {
+  if (std::exchange(ending_, true)) return io_.stop();
+  cores_.drain();
+  cores_.shut_down(monotonic_now());
+  say_goodbyes(kGoodbyes - 1);
+}
+
+/// What waits, and that again as often as are left.
+void ServerShell::say_goodbyes(int left) {
+  send_all(monotonic_now());
+  if (left == 0) return io_.stop();
+  end_timer_.expires_after(kGoodbyeEvery);
+  end_timer_.async_wait([this, left](const asio::error_code& fault) {
+    if (fault) return;
+    cores_.repeat_goodbyes(monotonic_now());
+    say_goodbyes(left - 1);
+  });
+}
+
+void ServerShell::pulse() {
+  const Micros now = monotonic_now();
+  for (std::size_t k = 0; k < bodies_.size(); ++k) bodies_[k]->links.observe(cores_[k].stations());
+  watch_(state(now));
+  pulse_timer_.expires_after(kPulseEvery);
+  pulse_timer_.async_wait([this](const asio::error_code& fault) {
+    if (!fault) pulse();
+  });
+}
+
+ServerState ServerShell::state(Micros now) const {
+  ServerState state{now, draining() || ending_, {}, traffic_, {}, 0};
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    const ServerCore& core = cores_[k];
+    const Body& body = *bodies_[k];
+    RoomState room{cores_.name(k), core.ended(), core.options().rate_hz, core.pace(), {}, 0, 0, 0, core.counts(), body.links};
+    if (const auto since = core.computing_since()) room.computing_for = now - *since;
+    count_roles(core.stations(), room);
+    if (body.file) room.recording = body.file->failed() ? RecordingState::failed : RecordingState::on;
+    if (body.file) room.recorded_bytes = body.file->written();
+    if (!trust_) state.traffic.bytes_from_strangers += room.counts.bytes_from_strangers;
+    if (!trust_) state.traffic.bytes_to_strangers += room.counts.bytes_to_strangers;
+    state.rooms.push_back(std::move(room));
+  }
+  if (trust_) state.channel = trust_->channel().counts();
+  if (trust_) state.sessions = trust_->channel().sessions();
+  return state;
+}
+
+}  // namespace palpate

@@ -1,0 +1,118 @@
+#include "server/metrics/io/metrics_server.hpp"
+
+#include <CivetServer.h>
+#include <prometheus/text_serializer.h>
+
+#include <chrono>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "common/base/error.hpp"
+#include "common/base/latest_slot.hpp"
+#include "common/io/endpoint.hpp"
+#include "common/io/monotonic.hpp"
+#include "server/metrics/io/process_metrics.hpp"
+#include "server/metrics/metrics.hpp"
+
+namespace palpate {
+namespace {
+
+struct Answer {
+  int status = 200;
+  std::string type, text;
+};
+
+/// Answers GET at one path, and at none below it, with what `make` says.
+class Page : public CivetHandler {
+ public:
+  Page(std::string path, std::function<Answer()> make) : path_(std::move(path)), make_(std::move(make)) {}
+  const std::string& path() const { return path_; }
+  bool handleGet(CivetServer*, mg_connection* connection) override {
+    if (path_ != mg_get_request_info(connection)->local_uri) return false;
+    const Answer answer = make_();
+    const char* const reason = answer.status == 200 ? "OK" : "Service Unavailable";
+    mg_printf(connection, "HTTP/1.1 %d %s\r\nContent-Type: %s\r\nContent-Length: %zu\r\nCache-Control: no-store\r\n\r\n",
+              answer.status, reason, answer.type.c_str(), answer.text.size());
+    mg_write(connection, answer.text.data(), answer.text.size());
+    return true;
+  }
+
+ private:
+  std::string path_;
+  std::function<Answer()> make_;
+};
+
+Answer as_answer(const std::optional<std::string>& trouble) {
+  return {trouble ? 503 : 200, "text/plain; charset=utf-8", trouble.value_or("ok") + "\n"};
+}
+
+/// As resolve_udp() understands it; TCP and UDP have the same addresses.
+std::unique_ptr<CivetServer> serve_at(const std::string& flag, const std::string& address) {
+  const std::string where = flag + " " + address, there = to_string(resolve_udp(flag, address));
+  // Two threads: one that hangs with a slow reader keeps no health check waiting. Connections end after an answer or 5 s.
+  const std::vector<std::string> options{"listening_ports",    there,  "num_threads",       "2",
+                                         "request_timeout_ms", "5000", "enable_keep_alive", "no"};
+  try {
+    return std::make_unique<CivetServer>(options);
+  } catch (const CivetException&) {
+    throw InputError(where, "cannot be listened at", "a free port of this machine");
+  }
+}
+
+}  // namespace
+
+struct MetricsServer::Served {
+  explicit Served(std::string v) : version(std::move(v)) {}
+
+  std::optional<ServerState> newest() {
+    const std::lock_guard lock(reading);
+    if (ServerState* const fresh = slot.take()) state = std::move(*fresh);
+    return state;
+  }
+  Answer metrics() {
+    std::vector<prometheus::MetricFamily> families;
+    if (const auto now = newest()) families = metrics_of(*now, version);
+    for (prometheus::MetricFamily& family : process_metrics()) families.push_back(std::move(family));
+    return {200, "text/plain; version=0.0.4; charset=utf-8", prometheus::TextSerializer().Serialize(families)};
+  }
+
+  std::string version;
+  LatestSlot<ServerState> slot;
+  std::mutex reading;  ///< of slot.take() and state
+  std::optional<ServerState> state;
+  Page metrics_page{"/metrics", [this] { return metrics(); }};
+  Page health_page{"/healthz", [this] { return as_answer(not_well(newest(), monotonic_now())); }};
+  Page ready_page{"/readyz", [this] { return as_answer(not_ready(newest(), monotonic_now())); }};
+  std::unique_ptr<CivetServer> http;
+};
+
+MetricsServer::MetricsServer(const std::string& flag, const std::string& address, std::string version)
+    : served_(std::make_unique<Served>(std::move(version))) {
+  served_->http = serve_at(flag, address);
+  for (Page* page : {&served_->metrics_page, &served_->health_page, &served_->ready_page})
+    served_->http->addHandler(page->path(), *page);
+  there_ = {resolve_udp(flag, address).address(), static_cast<std::uint16_t>(served_->http->getListeningPorts().front())};
+  address_ = to_string(UdpEndpoint(there_.address(), there_.port()));
+}
+
+/// civetweb looks up to two seconds late whether it shall stop, or when somebody comes: so somebody does.
+MetricsServer::~MetricsServer() {
+  const std::jthread waker([this](const std::stop_token& stopped) {
+    asio::io_context io;
+    while (!stopped.stop_requested()) {
+      asio::error_code ignored;
+      asio::ip::tcp::socket(io).connect(there_, ignored);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  });
+  served_->http.reset();
+}
+
+void MetricsServer::publish(ServerState state) {
+  served_->slot.back() = std::move(state);
+  served_->slot.publish();
+}
+
+}  // namespace palpate

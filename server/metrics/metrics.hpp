@@ -1,0 +1,30 @@
+// A server's state as Prometheus takes it, and whether it is well.
+//
+// Names, labels and what each counts are listed in docs/reference/operation.md; they follow
+// https://prometheus.io/docs/practices/naming/: base units, _total for what only grows, labels of few values (a room, a reason),
+// never a station's name or address.
+//
+//     well    the network loop turned less than kLoopMost before `now`, no frame has been computed for longer than kFrameMost
+//     ready   well, its scenes are loaded, and newcomers are let in
+#pragma once
+
+#include <prometheus/metric_family.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/io/server_state.hpp"
+
+namespace palpate {
+
+inline constexpr Micros kLoopMost{2'000'000}, kFrameMost{5'000'000};
+
+/// `version`: of the program.
+std::vector<prometheus::MetricFamily> metrics_of(const ServerState& state, const std::string& version);
+
+/// Why it is not, in a line; nothing where it is. No state yet: the scenes are being loaded, which is well, but not ready.
+std::optional<std::string> not_well(const std::optional<ServerState>& state, Micros now);
+std::optional<std::string> not_ready(const std::optional<ServerState>& state, Micros now);
+
+}  // namespace palpate

@@ -1,0 +1,64 @@
+#include "server/scene/hexa_mesh.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+double sign_of(std::size_t node, std::size_t axis) { return (node >> axis & 1U) != 0 ? 1 : -1; }
+
+/// N_i and its derivatives by xi, of a node at a point of the cube [-1, 1]^3.
+struct Shape {
+  double value = 1;
+  Vec3 slope;
+};
+Shape shape_of(std::size_t node, const Vec3& xi) {
+  Shape shape;
+  Vec3 one;
+  for (Eigen::Index a = 0; a < 3; ++a) one[a] = 0.5 * (1 + sign_of(node, static_cast<std::size_t>(a)) * xi[a]);
+  shape.value = one.prod();
+  for (Eigen::Index a = 0; a < 3; ++a)
+    shape.slope[a] = 0.5 * sign_of(node, static_cast<std::size_t>(a)) * one[(a + 1) % 3] * one[(a + 2) % 3];
+  return shape;
+}
+
+/// By Gauss' rule of two points an axis: exact, the volume's density is of second order along each.
+void add_volumes(const Hexahedron& cell, std::span<const Vec3> x, double density_kg_m3, std::vector<double>& to) {
+  for (std::size_t point = 0; point < 8; ++point) {
+    const Vec3 xi = Vec3(sign_of(point, 0), sign_of(point, 1), sign_of(point, 2)) / std::sqrt(3.0);
+    Mat3 jacobian = Mat3::Zero();
+    for (std::size_t i = 0; i < 8; ++i) jacobian += x[cell.nodes[i]] * shape_of(i, xi).slope.transpose();
+    const double mass_kg = density_kg_m3 * jacobian.determinant();
+    for (std::size_t i = 0; i < 8; ++i) to[cell.nodes[i]] += mass_kg * shape_of(i, xi).value;
+  }
+}
+
+}  // namespace
+
+std::vector<Hexahedron> cells_as_hexahedra(const CellSet& cells, const Grid& grid, std::span<const std::uint32_t> number) {
+  std::vector<Hexahedron> out;
+  cells.each([&](const Index3& c) {
+    if (!cells.has(c)) return;
+    Hexahedron& hexahedron = out.emplace_back();
+    for (unsigned i = 0; i < 8; ++i) {
+      const Index3 offset{static_cast<int>(i & 1U), static_cast<int>(i >> 1 & 1U), static_cast<int>(i >> 2 & 1U)};
+      hexahedron.nodes[i] = number[grid.index(c + offset)];
+    }
+  });
+  return out;
+}
+
+Vec3 centre_of(const Hexahedron& cell, std::span<const Vec3> x) {
+  Vec3 sum = Vec3::Zero();
+  for (const std::uint32_t node : cell.nodes) sum += x[node];
+  return sum / 8;
+}
+
+std::vector<double> lumped_masses(std::span<const Hexahedron> cells, std::span<const Vec3> x, double density_kg_m3) {
+  std::vector<double> masses(x.size(), 0);
+  for (const Hexahedron& cell : cells) add_volumes(cell, x, density_kg_m3, masses);
+  return masses;
+}
+
+}  // namespace palpate

@@ -1,0 +1,107 @@
+"""Writes a surface (STL, OBJ) as the binary STL that Gmsh reads, and says how large it is, for ./dev mesh.
+
+usage: to_stl.py SURFACE EDGE OUT.stl
+
+Prints "ACROSS FITS SCALE USUAL": the longest side of its box; 1 where EDGE is a 100th to a half of that, else 0; the metres a unit, of
+those that people draw in, that bring the surface nearest to an organ of 0.15 m; and a usual edge. One line on stderr and exit 2 for a
+file that is no such surface. What is read is what server/scene/surface_file.hpp reads.
+"""
+
+import math
+import pathlib
+import struct
+import sys
+
+HEAD, TRIANGLE, CORNERS_MOST = 84, 50, 1000
+ORGAN_M, SCALES = 0.15, (1, 0.01, 0.001, 0.000001)
+
+
+class Unreadable(Exception):
+    pass
+
+
+def cross(o, a, b):
+    return (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0])
+
+
+def flattened(x):
+    """In the plane across the mean normal, counter-clockwise."""
+    normal = [sum(p[u] * q[v] - p[v] * q[u] for p, q in zip(x, x[1:] + x[:1])) for u, v in ((1, 2), (2, 0), (0, 1))]
+    up = max(range(3), key=lambda axis: abs(normal[axis]))
+    u, v = (up + 1) % 3, (up + 2) % 3
+    return [(p[v], p[u]) if normal[up] < 0 else (p[u], p[v]) for p in x]
+
+
+def is_ear(ring, k, flat):
+    a, b, c = flat[ring[k - 1]], flat[ring[k]], flat[ring[(k + 1) % len(ring)]]
+    if cross(a, b, c) <= 0:
+        return False
+    others = (flat[i] for i in ring if flat[i] not in (a, b, c))
+    return not any(cross(a, b, p) >= 0 and cross(b, c, p) >= 0 and cross(c, a, p) >= 0 for p in others)
+
+
+def triangles_of(polygon):
+    """Ears are cut off, the next one from where the last one was."""
+    flat, ring, k = flattened(polygon), list(range(len(polygon))), 0
+    while len(ring) > 3:
+        k = next((i % len(ring) for i in range(k, k + len(ring)) if is_ear(ring, i % len(ring), flat)), k % len(ring))
+        yield polygon[ring[k - 1]], polygon[ring[k]], polygon[ring[(k + 1) % len(ring)]]
+        del ring[k]
+    yield tuple(polygon[i] for i in ring)
+
+
+def read_obj(text):
+    vertices, triangles = [], []
+    for words in (line.split() for line in text.replace("\\\n", " ").splitlines()):
+        if words[:1] == ["v"]:
+            vertices.append(tuple(map(float, words[1:4])))
+        elif words[:1] == ["f"]:
+            named = [int(word.split("/")[0]) for word in words[1:]]
+            if not 3 <= len(named) <= CORNERS_MOST or not all(-len(vertices) <= n <= len(vertices) and n != 0 for n in named):
+                raise Unreadable
+            triangles += triangles_of([vertices[n if n < 0 else n - 1] for n in named])
+    return triangles
+
+
+def read_stl(data):
+    count = struct.unpack_from("<I", data, HEAD - 4)[0] if len(data) >= HEAD else 0
+    if len(data) < HEAD or (data.startswith(b"solid") and len(data) != HEAD + TRIANGLE * count):
+        words = iter(data.decode(errors="replace").lower().split())
+        corners = [tuple(float(next(words)) for _ in range(3)) for word in words if word == "vertex"]
+        return list(zip(corners[::3], corners[1::3], corners[2::3]))
+    if len(data) < HEAD + TRIANGLE * count:
+        raise Unreadable
+    corners = (struct.unpack_from("<12x9f", data, HEAD + TRIANGLE * k) for k in range(count))
+    return [(c[:3], c[3:6], c[6:]) for c in corners]
+
+
+def written(triangles):
+    return bytes(80) + struct.pack("<I", len(triangles)) + b"".join(
+        struct.pack("<12x9f2x", *(x for corner in triangle for x in corner)) for triangle in triangles)
+
+
+def main():
+    surface, edge, out = pathlib.Path(sys.argv[1]), float(sys.argv[2]), pathlib.Path(sys.argv[3])
+    try:
+        data = surface.read_bytes()
+        triangles = read_obj(data.decode(errors="replace")) if surface.suffix.lower() == ".obj" else read_stl(data)
+        if not all(len(c) == 3 and all(map(math.isfinite, c)) for t in triangles for c in t):
+            raise Unreadable
+        out.write_bytes(written(triangles))
+    except (Unreadable, ValueError, OverflowError, RuntimeError, StopIteration, OSError, struct.error):
+        print("cannot be read; expected a closed surface of triangles (STL, OBJ)", file=sys.stderr)
+        return 2
+    if not triangles:
+        print("holds no triangles; expected a closed surface", file=sys.stderr)
+        return 2
+    across = max(max(c[axis] for t in triangles for c in t) - min(c[axis] for t in triangles for c in t) for axis in range(3))
+    if not across > 0:
+        print("holds no triangles; expected a closed surface", file=sys.stderr)
+        return 2
+    scale = min(SCALES, key=lambda s: abs(math.log(s * across / ORGAN_M)))
+    print(f"{across:.4g} {int(across / 100 <= edge <= across / 2)} {scale if scale > 1e-4 else '0.000001'} {across / 15:.2g}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

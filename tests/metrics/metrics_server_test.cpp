@@ -1,0 +1,97 @@
+// The pages over HTTP, read while the server goes on.
+#include "server/metrics/io/metrics_server.hpp"
+
+#include <asio/ip/tcp.hpp>
+#include <asio/read.hpp>
+#include <asio/write.hpp>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <set>
+#include <thread>
+
+#include "common/base/error.hpp"
+#include "common/io/endpoint.hpp"
+#include "common/io/monotonic.hpp"
+
+using namespace palpate;
+using namespace std::chrono_literals;
+
+namespace {
+
+std::string get(const std::string& address, const std::string& path) {
+  const HostPort there = parse_host_port("test", address);
+  asio::io_context io;
+  asio::ip::tcp::socket socket(io);
+  socket.connect({asio::ip::make_address(there.host), there.port});
+  asio::write(socket, asio::buffer("GET " + path + " HTTP/1.1\r\nHost: test\r\nConnection: close\r\n\r\n"));
+  std::string answer;
+  asio::error_code end;
+  asio::read(socket, asio::dynamic_buffer(answer), end);
+  return answer;
+}
+
+/// Whose rooms have all joined `n` stations: so that an answer made of two states would show.
+ServerState state_with(std::uint64_t n) {
+  ServerState state;
+  state.at = monotonic_now();
+  for (const char* name : {"a", "b", "c"}) {
+    state.rooms.emplace_back();
+    state.rooms.back().name = name;
+    state.rooms.back().counts.joins = n;
+  }
+  return state;
+}
+
+}  // namespace
+
+TEST_CASE("before the first state the server loads: well, not ready, and without figures of rooms") {
+  MetricsServer server("--metrics", "127.0.0.1:0", "0.1.0");
+  CHECK(get(server.address(), "/healthz").starts_with("HTTP/1.1 200 OK\r\n"));
+  CHECK(get(server.address(), "/readyz").starts_with("HTTP/1.1 503 Service Unavailable\r\n"));
+  CHECK(get(server.address(), "/readyz").ends_with("\r\n\r\nloading\n"));
+  CHECK(get(server.address(), "/metrics").find("palpate_") == std::string::npos);
+  server.publish(state_with(1));
+  CHECK(get(server.address(), "/readyz").ends_with("\r\n\r\nok\n"));
+  CHECK(get(server.address(), "/metrics").find("palpate_joins_total{room=\"b\"} 1\n") != std::string::npos);
+  CHECK_THAT(get(server.address(), "/metrics/more"), Catch::StartsWith("HTTP/1.1 404"));
+}
+
+TEST_CASE("an address that is taken, or none, is bad input") {
+  MetricsServer server("--metrics", "127.0.0.1:0", "0.1.0");
+  CHECK_THROWS_AS(MetricsServer("--metrics", server.address(), "0.1.0"), InputError);
+  CHECK_THROWS_AS(MetricsServer("--metrics", "127.0.0.1", "0.1.0"), InputError);
+}
+
+TEST_CASE("whoever reads gets one whole state, the newest or a later one, while the next are published") {
+  MetricsServer server("--metrics", "127.0.0.1:0", "0.1.0");
+  server.publish(state_with(0));
+  std::atomic<bool> over = false;
+  std::thread writer([&] {
+    for (std::uint64_t n = 1; !over; ++n) server.publish(state_with(n));
+  });
+  std::vector<std::thread> readers;
+  std::atomic<int> mixed = 0, missing = 0, backwards = 0;
+  for (int r = 0; r < 3; ++r)
+    readers.emplace_back([&] {
+      std::uint64_t before = 0;
+      for (int k = 0; k < 100; ++k) {
+        const std::string answer = get(server.address(), k % 4 == 0 ? "/healthz" : "/metrics");
+        if (k % 4 == 0) continue;
+        std::set<std::uint64_t> seen;
+        for (const char* room : {"a", "b", "c"}) {
+          const std::string series = std::string("palpate_joins_total{room=\"") + room + "\"} ";
+          const std::size_t at = answer.find(series);
+          at == std::string::npos ? void(++missing) : void(seen.insert(std::stoull(answer.substr(at + series.size()))));
+        }
+        mixed += seen.size() != 1;
+        backwards += !seen.empty() && *seen.begin() < before;
+        if (!seen.empty()) before = *seen.begin();
+      }
+    });
+  for (std::thread& reader : readers) reader.join();
+  over = true;
+  writer.join();
+  CHECK(missing == 0);
+  CHECK(mixed == 0);
+  CHECK(backwards == 0);
+}

@@ -1,0 +1,244 @@
+"""A server as its operator sees it: metrics, health, log, and the ways it ends.
+
+usage: check_operation.py FOLDER_OF_PROGRAMS FOLDER_OF_SCENES
+"""
+
+import contextlib
+import http.client
+import json
+import os
+import pathlib
+import re
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+PATIENCE_S = 120
+
+
+class Program:
+    """Runs beside us; its lines as they come."""
+
+    def __init__(self, *arguments, environment=None):
+        self.process = subprocess.Popen([str(a) for a in arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                        env={**os.environ, **(environment or {})})
+        self.lines, self.there = [], threading.Condition()
+        self.reader = threading.Thread(target=self.read, daemon=True)
+        self.reader.start()
+
+    def read(self):
+        for line in self.process.stdout:
+            with self.there:
+                self.lines.append(line)
+                self.there.notify_all()
+
+    def wait_for(self, pattern):
+        end = time.monotonic() + PATIENCE_S
+        with self.there:
+            while not any(re.search(pattern, line) for line in self.lines):
+                assert self.there.wait(max(0, end - time.monotonic())), f"no line {pattern} in {self.lines}"
+            return next(found for line in self.lines if (found := re.search(pattern, line)))
+
+    def ended(self):
+        code = self.process.wait(PATIENCE_S)
+        self.reader.join(PATIENCE_S)
+        return code
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.kill()
+        self.ended()
+
+
+class Server(Program):
+    def __init__(self, programs, scenes, *arguments, environment=None):
+        super().__init__(programs / "palpate-server", "--scene", scenes / "touch-cube.json", "--listen", "127.0.0.1:0", "--metrics",
+                         "127.0.0.1:0", *arguments, environment=environment)
+        self.metrics = self.wait_for(r"metrics at http://(127\.0\.0\.1:\d+)/metrics").group(1)
+        self.address = self.wait_for(r"at (127\.0\.0\.1:\d+), 20 Hz").group(1)
+
+    def get(self, path):
+        connection = http.client.HTTPConnection(self.metrics, timeout=PATIENCE_S)
+        with contextlib.closing(connection):
+            connection.request("GET", path)
+            answer = connection.getresponse()
+            return answer.status, answer.read().decode()
+
+    def value(self, series):
+        status, text = self.get("/metrics")
+        assert status == 200, text
+        values = [float(line.rsplit(" ", 1)[1]) for line in text.splitlines() if line.startswith(series + " ")]
+        assert len(values) < 2, f"{series} is there {len(values)} times"
+        return values[0] if values else None
+
+    def reach(self, what, wanted):
+        """Within our patience; what is published is up to half a second old."""
+        end = time.monotonic() + PATIENCE_S
+        while (is_now := what()) != wanted:
+            assert time.monotonic() < end, f"{is_now}, expected {wanted}"
+            time.sleep(0.05)
+
+
+def hand(programs, scenes, server, name, *arguments):
+    client = Program(programs / "palpate-client", "--server", server.address, "--station", name, "--motion",
+                     scenes / "motions" / "press.csv", "--realtime", "off", "--duration-s", "300", *arguments)
+    return client
+
+
+def check_figures(programs, scenes):
+    with Server(programs, scenes) as server:
+        server.reach(lambda: server.get("/readyz"), (200, "ok\n"))
+        assert server.get("/healthz") == (200, "ok\n")
+        assert server.get("/nothing")[0] == 404
+        of = '{room="touch-cube",role="hand"}'
+        assert server.value("palpate_stations" + of) == 0
+        with hand(programs, scenes, server, "first") as client:
+            client.wait_for("^joined")
+            server.reach(lambda: server.value("palpate_stations" + of), 1)
+            server.reach(lambda: server.value('palpate_frame_seconds_count{room="touch-cube"}') > 20, True)
+            server.reach(lambda: server.value('palpate_round_trip_seconds_count{room="touch-cube"}') > 1, True)
+            assert server.value('palpate_joins_total{room="touch-cube"}') == 1
+            ratio = server.value('palpate_stranger_bytes_total{direction="out"}') / server.value(
+                'palpate_stranger_bytes_total{direction="in"}')
+            assert 0 < ratio <= 1, ratio
+            client.process.send_signal(signal.SIGINT)
+            assert client.ended() == 0
+        server.reach(lambda: server.value('palpate_leaves_total{room="touch-cube",reason="said"}'), 1)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+            host, port = server.address.split(":")
+            stranger.sendto(b"noise" * 20, (host, int(port)))
+        server.reach(lambda: server.value('palpate_datagrams_dropped_total{room="touch-cube",reason="not_palpate"}'), 1)
+        # Who asks and does not listen keeps nobody else waiting, nor the server.
+        host, port = server.metrics.split(":")
+        with socket.create_connection((host, int(port))) as slow:
+            slow.sendall(b"GET /metrics HTTP/1.1\r\n")
+            assert server.get("/healthz") == (200, "ok\n")
+        os.kill(server.process.pid, signal.SIGTERM)
+        assert server.ended() == 0
+
+
+def check_log(programs, scenes):
+    with Server(programs, scenes, "--log", "json") as server:
+        with hand(programs, scenes, server, "first") as first, hand(programs, scenes, server, "second", "--room", "nowhere"):
+            first.wait_for("^joined")
+            server.wait_for('"event":"refused"')
+            first.process.send_signal(signal.SIGINT)
+            first.ended()
+        server.wait_for('"event":"left"')
+        os.kill(server.process.pid, signal.SIGTERM)
+        assert server.ended() == 0
+        said = [json.loads(line) for line in server.lines]
+    for line in said:
+        assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z", line["time"]), line
+        assert line["level"] in ("info", "warning", "error") and line["event"] and line["text"], line
+    joined = next(line for line in said if line["event"] == "joined")
+    assert joined["station"] == "first" and joined["role"] == "hand" and joined["room"] == "touch-cube", joined
+    assert re.fullmatch(r"127\.0\.0\.1:\d+", joined["from"]), joined
+    assert "nowhere" in next(line for line in said if line["event"] == "refused")["reason"], said
+
+
+def check_drain(programs, scenes, work):
+    recording = work / "drained.rec"
+    with Server(programs, scenes, "--drain-s", "100", "--record", recording) as server:
+        with hand(programs, scenes, server, "first") as first:
+            first.wait_for("^joined")
+            os.kill(server.process.pid, signal.SIGTERM)
+            server.wait_for("nobody is let in any more")
+            server.reach(lambda: server.get("/readyz"), (503, "draining\n"))
+            assert server.get("/healthz")[0] == 200
+            with hand(programs, scenes, server, "late") as late:
+                late.wait_for("refused late: the server is shutting down; trying on")
+            patches = server.value('palpate_patches_total{room="touch-cube"}')
+            server.reach(lambda: server.value('palpate_frame_seconds_count{room="touch-cube"}') > 30, True)
+            assert server.value('palpate_patches_total{room="touch-cube"}') >= patches
+            assert server.process.poll() is None, "it did not wait for its hand"
+            first.process.send_signal(signal.SIGINT)
+            assert first.ended() == 0
+        assert server.ended() == 0
+    done = subprocess.run([programs / "palpate-lab", "summary", "--recording", recording, "--out", work / "summary"], capture_output=True, text=True, timeout=PATIENCE_S)
+    assert done.returncode == 0 and "first" in done.stdout, done.stdout + done.stderr
+
+
+def keys(programs, work):
+    """Flags of a server and of a station that knows it."""
+    site, station = work / "site.key", work / "station.key"
+
+    def key(*arguments):
+        return subprocess.run([programs / "palpate-key", *arguments], check=True, capture_output=True, text=True).stdout.strip()
+
+    key("admit", site, key("new", station, "--trust", key("new", site)), "first")
+    return ("--keys", site), ("--key", station)
+
+
+def check_goodbye(programs, scenes, flags, signals, of_client=()):
+    """Whoever is there when the time is over, or at a second signal, is told at once, and goes on trying."""
+    with Server(programs, scenes, *flags) as server, hand(programs, scenes, server, "first", *of_client) as client:
+        client.wait_for("^joined")
+        begun = time.monotonic()
+        for number in signals:
+            os.kill(server.process.pid, number)
+            time.sleep(0.2)
+        assert server.ended() == 0
+        client.wait_for("server lost: the force fades to zero")
+        took = time.monotonic() - begun
+        assert took < 2.5 + len(signals), f"{took:.1f} s"  # by silence it would be 3 more
+        assert any("left: the server is shutting down" in line for line in server.lines), server.lines
+
+
+def check_service(programs, scenes, work):
+    """What systemd would hear."""
+    path = work / "notify"
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
+        manager.bind(str(path))
+        manager.settimeout(PATIENCE_S)
+        environment = {"NOTIFY_SOCKET": str(path), "WATCHDOG_USEC": "10000000"}
+        with Server(programs, scenes, "--drain-s", "7", environment=environment) as server:
+            assert manager.recv(4096).decode().startswith("READY=1\nSTATUS=1 room at 127.0.0.1:")
+            for _ in range(3):
+                assert manager.recv(4096) == b"WATCHDOG=1"
+            os.kill(server.process.pid, signal.SIGTERM)
+            while (word := manager.recv(4096)) == b"WATCHDOG=1":
+                pass
+            assert word == b"STOPPING=1\nSTATUS=draining\nEXTEND_TIMEOUT_USEC=17000000", word
+            assert server.ended() == 0
+
+
+def check_flags(programs, scenes):
+    for flags, said in ((("--metrics", "nowhere"), "--metrics"), (("--metrics", ""), "--metrics: is empty"), (("--log", "xml"), "text, json"),
+                        (("--drain-s", "-1"), "0 to 86400")):
+        done = subprocess.run([programs / "palpate-server", "--scene", scenes / "touch-cube.json", "--listen", "127.0.0.1:0", *flags],
+                              capture_output=True, text=True, timeout=PATIENCE_S)
+        assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        address = f"127.0.0.1:{taken.getsockname()[1]}"
+        done = subprocess.run([programs / "palpate-server", "--scene", scenes / "touch-cube.json", "--listen", "127.0.0.1:0", "--metrics",
+                               address], capture_output=True, text=True, timeout=PATIENCE_S)
+        assert done.returncode == 2 and f"--metrics {address}: cannot be listened at" in done.stderr, done.stderr
+
+
+def main():
+    programs, scenes = map(pathlib.Path, sys.argv[1:3])
+    with tempfile.TemporaryDirectory() as folder:
+        work = pathlib.Path(folder)
+        check_flags(programs, scenes)
+        check_figures(programs, scenes)
+        check_log(programs, scenes)
+        check_drain(programs, scenes, work)
+        check_goodbye(programs, scenes, (), [signal.SIGTERM])
+        check_goodbye(programs, scenes, ("--drain-s", "1"), [signal.SIGTERM])
+        check_goodbye(programs, scenes, ("--drain-s", "3600"), [signal.SIGTERM, signal.SIGTERM])
+        check_goodbye(programs, scenes, ("--drain-s", "3600"), [signal.SIGINT])
+        of_server, of_client = keys(programs, work)
+        check_goodbye(programs, scenes, of_server, [signal.SIGTERM], of_client)
+        check_service(programs, scenes, work)
+    print("figures, log and ends are as an operator expects them")
+
+
+if __name__ == "__main__":
+    main()
