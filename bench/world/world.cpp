@@ -225,7 +225,7 @@ void World::server_net() {
       server_->finish(std::move(result), t);
   }
   std::array<std::byte, kMaxDatagramBytes> out;
-  if (trust_) server_channel(t);
+  const std::vector<ChannelPeer> ended = trust_ ? server_channel(t) : std::vector<ChannelPeer>{};
   PeerId to = 0;
   while (const std::size_t size = server_->emit(out, to, t)) {
     if (trust_)
@@ -233,6 +233,7 @@ void World::server_net() {
     else
       send(to, false, {out.data(), size});
   }
+  for (const ChannelPeer peer : ended) trust_->server().forget(peer);
 }
 
 void World::kill_server() {

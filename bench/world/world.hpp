@@ -204,7 +204,7 @@ class World {
   void send_channel(PeerId peer, bool to_server, std::vector<std::byte> sealed);
   void see_wire(PeerId peer, bool to_server, std::span<const std::byte> bytes) const;
   bool ready_to_send(std::size_t station, Micros t);
-  void server_channel(Micros t);
+  std::vector<ChannelPeer> server_channel(Micros t);
   void send_sealed(ChannelPeer to, std::span<const std::byte> bytes, Micros t);
   void take_at_server(const Datagram& datagram);
   void open_at_server(const ChannelAddress& from, std::span<const std::byte> bytes);

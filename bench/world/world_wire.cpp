@@ -31,13 +31,12 @@ void World::see_wire(PeerId peer, bool to_server, std::span<const std::byte> byt
   if (on_wire) on_wire(now_, {peers_[peer - 1], address_of_peer(peer), to_server, bytes});
 }
 
-void World::server_channel(Micros t) {
+/// Sessions that ended: what the room says to them is still to be sealed.
+std::vector<ChannelPeer> World::server_channel(Micros t) {
   ServerChannel& channel = trust_->server().channel();
   channel.tick(t);
-  for (const ChannelPeer peer : channel.take_ended()) {
-    server_->expel(peer, t);
-    trust_->server().forget(peer);
-  }
+  std::vector<ChannelPeer> ended = channel.take_ended();
+  for (const ChannelPeer peer : ended) server_->expel(peer, t);
   ChannelAddress to;
   for (std::vector<std::byte> packet; trust_->next_from_server(packet, to);) {
     const PeerId peer = peer_at(to);
@@ -46,6 +45,7 @@ void World::server_channel(Micros t) {
     else if (on_stray)
       on_stray(to, packet);
   }
+  return ended;
 }
 
 void World::send_sealed(ChannelPeer to, std::span<const std::byte> bytes, Micros t) {
@@ -93,7 +93,7 @@ void World::open_at_server(const ChannelAddress& from, std::span<const std::byte
   if (!letter) return;
   if (letter->ruling.anew) server_->expel(letter->from, server_clock());
   if (letter->ruling.refused)
-    server_->refuse(letter->message, letter->from, *letter->ruling.refused, letter->size);
+    server_->refuse(letter->message, letter->from, *letter->ruling.refused, letter->size, server_clock());
   else
     server_->take(letter->fault, letter->message, letter->size, letter->from, server_clock());
 }
