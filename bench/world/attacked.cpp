@@ -34,6 +34,8 @@ std::vector<Violation> compare_quiet(DrawOptions draw, Attacker attacker) {
                      fmt::format("without faults and losses tick {} of {} is another one; expected the same bits as without the "
                                  "attacker",
                                  *tick, quiet.report.trail.size())});
+  if (attacked.counts.injected == 0)
+    found.push_back({Micros{}, "attack", "nothing was sent in anybody's name; expected all stations in, and then an attack"});
   if (attacked.counts.stray_bytes > attacked.counts.injected_bytes)
     found.push_back({Micros{}, "attack",
                      fmt::format("{} bytes to addresses of no station for {} bytes; expected no more than came",

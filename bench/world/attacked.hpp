@@ -28,8 +28,8 @@ AttackedRun run_with_keys(const Scenario& scenario, Attacker attacker, bool keep
 ///
 ///     - while everything goes wrong that is drawn, under all checks;
 ///     - where nothing goes wrong and no link loses anything, it feels to the bit what the same seed feels without the attacker:
-///       otherwise there is a violation named `attack` at the first tick that differs, and also where the server sent more to
-///       addresses of no station than it got.
+///       otherwise there is a violation named `attack` that says the first tick that differs, and also where the server sent more
+///       to addresses of no station than it got, or where the attack never began.
 ///
 /// The report is of the first.
 WorldReport run_attacked(const DrawOptions& draw, bool keep_rows = false);
