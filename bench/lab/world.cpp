@@ -55,8 +55,9 @@ std::string say(const WorldFlags& flags, std::uint64_t seed, const WorldReport& 
 }
 
 WorldReport run_seed(const WorldFlags& flags, const Scenario& scenario) {
-  const bool keep_rows = !flags.out.empty();
-  return flags.adversary ? run_attacked(scenario.drawn_with, keep_rows) : run_twice(scenario, {.keep_rows = keep_rows});
+  RunOptions options;
+  options.keep_rows = !flags.out.empty();
+  return flags.adversary ? run_attacked(scenario.drawn_with, options.keep_rows) : run_twice(scenario, options);
 }
 
 /// Seeds to be run, handed out to threads until there are no more or the time is up.
