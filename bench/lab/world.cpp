@@ -15,7 +15,7 @@
 #include "bench/lab/flags.hpp"
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
-#include "bench/world/run.hpp"
+#include "bench/world/attacked.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 
@@ -27,7 +27,7 @@ struct WorldFlags {
   std::uint64_t seeds = 1;
   double for_s = 0;
   int jobs = 0;
-  bool no_faults = false, no_drift = false, no_losses = false, quiet = false;
+  bool no_faults = false, no_drift = false, no_losses = false, adversary = false, quiet = false;
   std::string out;
 };
 
@@ -37,8 +37,10 @@ std::string command(const WorldFlags& f, std::uint64_t seed) {
   if (f.draw.duration_s != DrawOptions{}.duration_s) line += fmt::format(" --duration-s {:g}", f.draw.duration_s);
   if (f.draw.stations_max != DrawOptions{}.stations_max) line += fmt::format(" --stations {}", f.draw.stations_max);
   if (f.draw.deadband > 0) line += fmt::format(" --deadband {:g}", f.draw.deadband);
-  for (const auto& [off, flag] :
-       {std::pair{f.no_faults, " --no-faults"}, {f.no_drift, " --no-drift"}, {f.no_losses, " --no-losses"}})
+  for (const auto& [off, flag] : {std::pair{f.no_faults, " --no-faults"},
+                                  {f.no_drift, " --no-drift"},
+                                  {f.no_losses, " --no-losses"},
+                                  {f.adversary, " --adversary"}})
     if (off) line += flag;
   return line;
 }
@@ -50,6 +52,12 @@ std::string say(const WorldFlags& flags, std::uint64_t seed, const WorldReport& 
   for (const Violation& v : r.violations) text += fmt::format("  {:.6f} s  {}: {}\n", seconds(v.at), v.check, v.what);
   if (!r.violations.empty()) text += "  again: " + command(flags, seed) + "\n";
   return text;
+}
+
+WorldReport run_seed(const WorldFlags& flags, const Scenario& scenario) {
+  RunOptions options;
+  options.keep_rows = !flags.out.empty();
+  return flags.adversary ? run_attacked(scenario.drawn_with, options.keep_rows) : run_twice(scenario, options);
 }
 
 /// Seeds to be run, handed out to threads until there are no more or the time is up.
@@ -99,7 +107,7 @@ class Work {
       DrawOptions draw = flags_.draw;
       draw.seed = seed;
       const Scenario scenario = draw_scenario(draw);
-      const WorldReport report = run_twice(scenario);
+      const WorldReport report = run_seed(flags_, scenario);
       const std::lock_guard lock(mutex_);
       ++done_;
       virtual_s_ += seconds(scenario.end);
@@ -163,9 +171,7 @@ void write_rows(const std::filesystem::path& out, const Scenario& s, const World
 int run_one(const WorldFlags& flags) {
   const Scenario scenario = draw_scenario(flags.draw);
   fmt::print("{}", describe(scenario));
-  RunOptions options;
-  options.keep_rows = !flags.out.empty();
-  const WorldReport report = run_twice(scenario, options);
+  const WorldReport report = run_seed(flags, scenario);
   fmt::print("{}", say(flags, flags.draw.seed, report));
   if (flags.out.empty()) return report.violations.empty() ? 0 : 1;
   const auto out = make_output_folder(flags.out);
@@ -221,6 +227,8 @@ void add_world(CLI::App& app, Run& run) {
   c->add_flag("--no-faults", flags->no_faults, "leave the faults out");
   c->add_flag("--no-drift", flags->no_drift, "clocks that do not drift");
   c->add_flag("--no-losses", flags->no_losses, "links that lose, double and reorder nothing by themselves");
+  c->add_flag("--adversary", flags->adversary,
+              "datagrams go through the trust channel, with somebody on the way of them all who must not change what is felt");
   c->add_flag("--quiet", flags->quiet, "of several seeds only those that fail");
   c->add_option("--out", flags->out, "folder for what one seed drew and felt")->type_name("DIR");
   c->callback([flags, &run] { run = [flags] { return run_world(*flags); }; });

@@ -90,7 +90,7 @@ void make_shadow(const Scenario& s, StationPlan& plan, int owner, const StationP
   plan.drift_ppm = of.drift_ppm;
   plan.client.hello.shadow_of = of.client.hello.station;
   plan.client.hello.scheme = draw_scheme(random, true);
-  plan.client.hello.station += "-shadow";
+  plan.client.hello.station = of.client.hello.station + "-shadow";  // a name that its key may have
 }
 
 }  // namespace

@@ -52,8 +52,13 @@ Run::Run(const Scenario& scenario, const RunOptions& options)
     : scenario_(scenario),
       options_(options),
       bounds_(bounds_of(scenario)),
-      world_(scenario.scene, {scenario.rate_hz, scenario.compute, scenario.drawn_with.seed, scenario.server_drift_ppm,
-                              scenario.drawn_with.deadband}) {
+      world_(scenario.scene, {.rate_hz = scenario.rate_hz,
+                              .compute = scenario.compute,
+                              .seed = scenario.drawn_with.seed,
+                              .server_drift_ppm = scenario.server_drift_ppm,
+                              .deadband = scenario.drawn_with.deadband,
+                              .keys = options.keys,
+                              .once = options.once}) {
   add_stations();
   add_checks();
   for (const Fault& fault : scenario_.faults) plan(fault);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,8 @@ struct WorldReport {
 
 struct RunOptions {
   bool keep_rows = false;
+  std::optional<WorldKeys> keys = {};
+  bool once = false;  ///< of WorldOptions
   /// Something to break, for tests of the checks: called when the world is ready to run.
   std::function<void(World&)> prepare;
 };

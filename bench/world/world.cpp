@@ -20,7 +20,8 @@ World::World(const Scene& scene, const WorldOptions& options)
       clock_(draw_offset(options.seed), options.server_drift_ppm),
       room_(scene),
       instance_(options.seed),
-      server_(new_server()) {}
+      server_(new_server()),
+      trust_(options.keys ? std::make_unique<WorldTrust>(*options.keys, options.seed) : nullptr) {}
 
 std::unique_ptr<ServerCore> World::new_server() const {
   const ServerOptions options{.draw = repeatable(instance_), .rate_hz = options_.rate_hz, .deadband = options_.deadband};
@@ -51,6 +52,13 @@ WorldStation& World::add(std::unique_ptr<WorldStation> station) {
   if (begun_) station->next_tick_ += Micros{1};
   station->next_tick_ = (station->next_tick_ + kTick - Micros{1}) / kTick * kTick;
   stations_.push_back(std::move(station));
+  if (trust_) {
+    const auto owner =
+        std::find_if(stations_.begin(), stations_.end(), [this](const auto& s) { return s.get() == stations_.back()->owner_; });
+    const std::size_t k = stations_.size() - 1;
+    trust_->add_station(owner != stations_.end() ? static_cast<std::size_t>(owner - stations_.begin()) : k,
+                        stations_.back()->options_.hello.station);
+  }
   return *stations_.back();
 }
 
@@ -97,7 +105,8 @@ bool World::deliver() {
   }
   for (const auto& s : stations_)
     while (s->net_runs() && !s->waiting_.empty()) {
-      Datagram datagram{s->waiting_.front().number, s->peer_, false, std::move(s->waiting_.front().bytes)};
+      Datagram datagram{s->waiting_.front().number, s->peer_, false, std::move(s->waiting_.front().bytes),
+                        std::move(s->waiting_.front().sealed)};
       s->waiting_.pop_front();
       any |= hand_to_station(datagram);
     }
@@ -110,7 +119,7 @@ bool World::deliver() {
 bool World::hand_to_server(Datagram& datagram) {
   if (server_up_ && !server_stalled_) {
     tell(DatagramEvent::Kind::delivered, datagram);
-    server_->take(datagram.bytes, datagram.peer, server_clock());
+    take_at_server(datagram);
     return true;
   }
   if (server_up_ && waiting_.size() < kSocketBuffer)
@@ -126,17 +135,18 @@ bool World::hand_to_station(Datagram& datagram) {
   const bool listens = s.up_ && !s.asleep() && s.peer_ == datagram.peer;
   if (listens && s.net_runs()) {
     tell(DatagramEvent::Kind::delivered, datagram);
-    s.core_->take(datagram.bytes, s.clock(now_));
+    take_at_station(peers_[datagram.peer - 1], datagram);
     return true;
   }
   if (listens && s.waiting_.size() < kSocketBuffer)
-    s.waiting_.push_back({datagram.number, std::move(datagram.bytes)});
+    s.waiting_.push_back({datagram.number, std::move(datagram.bytes), std::move(datagram.sealed)});
   else
     tell(DatagramEvent::Kind::lost, datagram);
   return false;
 }
 
 void World::tell(DatagramEvent::Kind kind, const Datagram& datagram) const {
+  if (datagram.bytes.empty()) return;
   if (on_datagram) on_datagram(now_, {kind, datagram.number, peers_[datagram.peer - 1], datagram.to_server, datagram.bytes});
 }
 
@@ -157,10 +167,11 @@ void World::haptic_ticks() {
   }
 }
 
-void World::send(PeerId peer, bool to_server, std::span<const std::byte> bytes) {
+void World::send(PeerId peer, bool to_server, std::span<const std::byte> bytes, std::vector<std::byte> sealed) {
   WorldStation& s = station_of(peer);
-  const Datagram datagram{datagrams_++, peer, to_server, {bytes.begin(), bytes.end()}};
+  const Datagram datagram{datagrams_++, peer, to_server, {bytes.begin(), bytes.end()}, std::move(sealed)};
   tell(DatagramEvent::Kind::sent, datagram);
+  see_wire(peer, to_server, datagram.sealed);
   if (to_server ? s.cut_up_ : s.cut_down_) return tell(DatagramEvent::Kind::lost, datagram);
   const Deliveries deliveries = (to_server ? s.up_link_ : s.down_link_).schedule(now_, bytes.size());
   if (deliveries.count == 0) tell(DatagramEvent::Kind::lost, datagram);
@@ -181,7 +192,11 @@ void World::client_net() {
     if (!s.net_runs()) continue;
     const Micros t = s.clock(now_);
     s.core_->tick(t);
-    while (const std::size_t size = s.core_->emit(out, t)) send(peer_of(k), true, {out.data(), size});
+    if (trust_ && !ready_to_send(k, t)) continue;
+    while (const std::size_t size = s.core_->emit(out, t)) {
+      const std::span<const std::byte> datagram(out.data(), size);
+      send(peer_of(k), true, datagram, trust_ ? trust_->seal_up(k, datagram, t) : std::vector<std::byte>{});
+    }
     if (s.leaving_) s.crash();
   }
 }
@@ -210,8 +225,15 @@ void World::server_net() {
       server_->finish(std::move(result), t);
   }
   std::array<std::byte, kMaxDatagramBytes> out;
+  const std::vector<ChannelPeer> ended = trust_ ? server_channel(t) : std::vector<ChannelPeer>{};
   PeerId to = 0;
-  while (const std::size_t size = server_->emit(out, to, t)) send(to, false, {out.data(), size});
+  while (const std::size_t size = server_->emit(out, to, t)) {
+    if (trust_)
+      send_sealed(to, {out.data(), size}, t);
+    else
+      send(to, false, {out.data(), size});
+  }
+  for (const ChannelPeer peer : ended) trust_->server().forget(peer);
 }
 
 void World::kill_server() {
@@ -223,6 +245,7 @@ void World::kill_server() {
 void World::start_server(bool keep_body) {
   ++instance_;
   server_ = new_server();
+  if (trust_) trust_->new_server();
   if (!keep_body) room_ = Room(scene_);
   room_started_ = false;
   server_up_ = true;

@@ -11,6 +11,10 @@
 // What can happen to a participant is a call that takes effect at the present moment; World::at() plans one for later.
 // A participant that is stalled takes and emits nothing until it goes on; datagrams wait for it in a socket buffer of
 // kSocketBuffer datagrams, and what comes beyond is lost, as on a real machine. What is sent to one that is down is lost.
+//
+// With keys all datagrams go through the trust channel, as the programs drive it. Listeners see what is in them. Links count a
+// datagram of the session without what the channel adds, and handshakes draw their luck from generators of their own, so that
+// the session's datagrams meet what they meet without keys.
 #pragma once
 
 #include <deque>
@@ -21,6 +25,7 @@
 #include <vector>
 
 #include "bench/world/world_clock.hpp"
+#include "bench/world/world_trust.hpp"
 #include "client/core/client_core.hpp"
 #include "client/device/motion_device.hpp"
 #include "common/link/delay_queue.hpp"
@@ -40,6 +45,8 @@ struct WorldOptions {
   std::uint64_t seed = 1;  ///< of clock offsets; links have their own
   double server_drift_ppm = 0;
   double deadband = 0;  ///< of ServerOptions
+  std::optional<WorldKeys> keys = {};
+  bool once = false;  ///< copies that links make are dropped where they arrive, as the trust channel drops them
   /// Instead of `compute`, when given: of a frame that begins at that world time and comes out so.
   std::function<FrameTimes(Micros, const FrameJob&, const FrameResult&)> frame_times = {};
 };
@@ -59,6 +66,14 @@ struct DatagramEvent {
   std::span<const std::byte> bytes;
 };
 using DatagramListener = std::function<void(Micros, const DatagramEvent&)>;
+
+/// What somebody on the way sees of a datagram when it is sent.
+struct WireEvent {
+  std::size_t station = 0;
+  ChannelAddress client;  ///< the station's end
+  bool to_server = false;
+  std::span<const std::byte> bytes;
+};
 
 inline constexpr std::size_t kSocketBuffer = 256;  ///< datagrams; the usual 208 KiB with the kernel's overhead for each
 
@@ -94,7 +109,7 @@ class WorldStation {
   friend class World;
   struct Waiting {
     std::uint64_t number;
-    std::vector<std::byte> bytes;
+    std::vector<std::byte> bytes, sealed;
   };
   WorldStation(const ClientOptions& options, std::unique_ptr<MotionDevice> device, const LinkSpec& up, const LinkSpec& down,
                const WorldClock& clock, Micros now);
@@ -106,7 +121,7 @@ class WorldStation {
   std::unique_ptr<MotionDevice> device_;
   const WorldStation* owner_ = nullptr;  ///< of the tool, for a shadow
   WorldClock clock_;
-  LinkModel up_link_, down_link_;
+  LinkModel up_link_, down_link_, channel_up_, channel_down_;
   bool cut_up_ = false, cut_down_ = false, net_stalled_ = false, haptic_stalled_ = false, up_ = true, leaving_ = false;
   std::optional<Micros> asleep_since_;
   std::unique_ptr<ClientCore> core_;
@@ -152,12 +167,23 @@ class World {
   std::function<FrameResult(Room&, const FrameJob&)> run_frame = [](Room& room, const FrameJob& job) { return room.run(job); };
   DatagramListener on_datagram;
 
+  // With keys: somebody on the way.
+  std::function<void(Micros, const WireEvent&)> on_wire;
+  /// Hears what the server sends to an address that is no station's.
+  std::function<void(const ChannelAddress&, std::span<const std::byte>)> on_stray;
+  /// Now, as if it came from there.
+  void inject_to_server(const ChannelAddress& from, std::span<const std::byte> bytes);
+  /// Now, as if it came from the server.
+  void inject_to_station(std::size_t station, std::span<const std::byte> bytes);
+  WorldTrust& trust() { return *trust_; }
+
  private:
   struct Datagram {
     std::uint64_t number = 0;
     PeerId peer = 0;  ///< the station's end
     bool to_server = false;
-    std::vector<std::byte> bytes;
+    std::vector<std::byte> bytes;   ///< of the session; empty: the channel's own
+    std::vector<std::byte> sealed;  ///< on the wire, where there are keys
   };
   struct Finished {
     FrameResult result;
@@ -174,7 +200,16 @@ class World {
   void client_net();
   void server_net();
   void charge(const FrameJob& job, FrameResult& result) const;
-  void send(PeerId peer, bool to_server, std::span<const std::byte> bytes);
+  void send(PeerId peer, bool to_server, std::span<const std::byte> bytes, std::vector<std::byte> sealed = {});
+  void send_channel(PeerId peer, bool to_server, std::vector<std::byte> sealed);
+  void see_wire(PeerId peer, bool to_server, std::span<const std::byte> bytes) const;
+  bool ready_to_send(std::size_t station, Micros t);
+  std::vector<ChannelPeer> server_channel(Micros t);
+  void send_sealed(ChannelPeer to, std::span<const std::byte> bytes, Micros t);
+  void take_at_server(const Datagram& datagram);
+  void open_at_server(const ChannelAddress& from, std::span<const std::byte> bytes);
+  void take_at_station(std::size_t station, const Datagram& datagram);
+  bool is_copy(const Datagram& datagram);
   PeerId peer_of(std::size_t station);
   WorldStation& station_of(PeerId peer) { return *stations_[peers_[peer - 1]]; }
   Micros next_moment() const;
@@ -186,6 +221,8 @@ class World {
   Room room_;
   std::uint64_t instance_;
   std::unique_ptr<ServerCore> server_;
+  std::unique_ptr<WorldTrust> trust_;    ///< where there are keys
+  std::vector<std::uint8_t> delivered_;  ///< by number, with `once`
   bool server_up_ = true, server_stalled_ = false;
   std::deque<Datagram> waiting_;  ///< for a server that is stalled
   std::vector<std::unique_ptr<WorldStation>> stations_;

@@ -2,10 +2,25 @@
 #include "bench/world/world.hpp"
 
 namespace palpate {
+namespace {
+
+/// The same link with another luck.
+LinkSpec of_channel(LinkSpec spec) {
+  spec.seed ^= 0x7472757374ull;
+  return spec;
+}
+
+}  // namespace
 
 WorldStation::WorldStation(const ClientOptions& options, std::unique_ptr<MotionDevice> device, const LinkSpec& up,
                            const LinkSpec& down, const WorldClock& clock, Micros now)
-    : options_(options), device_(std::move(device)), clock_(clock), up_link_(up), down_link_(down) {
+    : options_(options),
+      device_(std::move(device)),
+      clock_(clock),
+      up_link_(up),
+      down_link_(down),
+      channel_up_(of_channel(up)),
+      channel_down_(of_channel(down)) {
   new_core(now);
   next_tick_ = clock_.at(now);
 }
@@ -19,6 +34,8 @@ void WorldStation::new_core(Micros now) {
 void WorldStation::change_link(const LinkSpec& up, const LinkSpec& down) {
   up_link_.change(up);
   down_link_.change(down);
+  channel_up_.change(up);
+  channel_down_.change(down);
 }
 
 void WorldStation::cut(bool up, bool down) {

@@ -35,9 +35,11 @@ void ClientChannel::begin(Micros now) {
 }
 
 bool ClientChannel::wants_keys(Micros now) const {
-  if (!current_ || hinted_) return true;
-  return now - current_->born() >= times_.rekey || (asked_ && now - heard_ >= kChannelSilence);
+  if (!current_ || hinted_ || now >= too_old()) return true;
+  return asked_ && now - heard_ >= kChannelSilence;
 }
+
+Micros ClientChannel::too_old() const { return current_->born() + (confirmed_ ? times_.rekey : times_.stop); }
 
 void ClientChannel::tick(Micros now) {
   if (old_ && now >= old_until_) old_.reset();
@@ -56,8 +58,7 @@ std::size_t ClientChannel::emit(BytesOut out, Micros now) {
 Micros ClientChannel::deadline() const {
   if (handshake_) return std::min(handshake_->next_send, handshake_->begun + kAttemptLasts);
   if (!current_ || hinted_) return next_begin_;
-  const Micros rekey = current_->born() + times_.rekey;
-  return std::max(next_begin_, asked_ ? std::min(rekey, heard_ + kChannelSilence) : rekey);
+  return std::max(next_begin_, asked_ ? std::min(too_old(), heard_ + kChannelSilence) : too_old());
 }
 
 std::size_t ClientChannel::seal(Bytes plain, BytesOut out, Micros now) {
@@ -100,7 +101,7 @@ void ClientChannel::take_resp(Bytes datagram, Micros now) {
   current_.emplace(keys.up, keys.down, handshake_->index, static_cast<std::uint32_t>(number_at(index)), now);
   handshake_.reset();
   heard_ = now;
-  hinted_ = asked_ = false;
+  hinted_ = asked_ = confirmed_ = false;
   ++counts_.handshakes;
 }
 
@@ -126,6 +127,7 @@ std::size_t ClientChannel::take_data(Bytes datagram, Micros now, BytesOut plain)
   if (fault != OpenFault::none) return 0;
   heard_ = now;
   asked_ = false;
+  if (&keys == &current_) confirmed_ = true;
   ++counts_.opened;
   return size;
 }

@@ -2,8 +2,10 @@
 //
 // Life: Init every kInitEvery, with the cookie as soon as the server has sent one, until Resp -> keys. After times.rekey, after a
 // Hint, and when nothing has come for kChannelSilence, the next handshake runs beside the session, which goes on with the keys
-// that it has; the old ones still open what is under way for times.keep_old. A Cookie counts only for the handshake that runs, a
-// Hint only for keys in use, and neither does more than have an Init sent, at most one for each kInitEvery beyond the cadence.
+// that it has; the old ones still open what is under way for times.keep_old. Keys with which no Data has come back are replaced
+// for their age only when they are of no use any more: the server may still seal with those before, and holds no more than one
+// pair that was not used, so that what is under way would be lost. A Cookie counts only for the handshake that runs, a Hint only
+// for keys in use, and neither does more than have an Init sent, at most one for each kInitEvery beyond the cadence.
 //
 // What the session has to say waits until ready(): whoever drives it calls its emit() only then.
 #pragma once
@@ -63,6 +65,7 @@ class ClientChannel {
   std::size_t take_data(Bytes datagram, Micros now, BytesOut plain);
   std::uint32_t draw_number();
   bool wants_keys(Micros now) const;
+  Micros too_old() const;  ///< when the current keys are to be replaced for their age
 
   ClientKeys keys_;
   std::uint16_t version_;
@@ -74,6 +77,7 @@ class ClientChannel {
   std::optional<Transport> current_, old_;
   Micros old_until_{}, heard_{}, next_begin_{};
   bool hinted_ = false, asked_ = false;  ///< asked_: something was sealed since the server was heard
+  bool confirmed_ = false;               ///< Data came that the current keys opened
   ClientChannelCounts counts_;
 };
 

@@ -331,6 +331,7 @@ TEST_CASE("a session gets new keys every two minutes and loses nothing but what 
 TEST_CASE("keys that were replaced open what is under way for ten seconds, and nothing later") {
   ChannelPair pair;
   const ChannelPeer peer = pair.join();
+  REQUIRE(pair.to_client(pair.sealed_by_server(peer, "welcome")) > 0);
   const Datagram soon = pair.sealed("soon"), later = pair.sealed("later");
   const Datagram down_soon = pair.sealed_by_server(peer, "soon"), down_later = pair.sealed_by_server(peer, "later");
   pair.now += Micros{120'000'000};
@@ -344,6 +345,24 @@ TEST_CASE("keys that were replaced open what is under way for ten seconds, and n
   pair.from_client();
   CHECK_FALSE(pair.to_server(later));
   CHECK(pair.to_client(down_later) == 0);
+}
+
+TEST_CASE("keys that nobody used yet are not replaced for their age, and so what is under way comes to both ends") {
+  ChannelPair pair(site_keys(), client_keys(), 7, {.rekey = Micros{1'000'000}});
+  const ChannelPeer peer = pair.join();
+  REQUIRE(pair.to_client(pair.sealed_by_server(peer, "welcome")) > 0);
+  pair.now += Micros{1'000'000};
+  REQUIRE(pair.shake_hands());
+  REQUIRE(pair.client.counts().handshakes == 2);
+  pair.now += Micros{2'000'000};
+  const Datagram up = pair.sealed("with the new keys"), down = pair.sealed_by_server(peer, "with the old ones");
+  pair.shake_hands();
+  CHECK(pair.client.counts().handshakes == 2);
+  CHECK(pair.to_server(up));
+  CHECK(pair.to_client(down) > 0);
+  REQUIRE(pair.to_client(pair.sealed_by_server(peer, "with the new ones")) > 0);
+  pair.shake_hands();
+  CHECK(pair.client.counts().handshakes == 3);
 }
 
 TEST_CASE("keys of 180 s are of no use at either end") {
@@ -424,6 +443,7 @@ TEST_CASE("a prefix gets 20 handshakes a second computed, all together 200") {
 TEST_CASE("strangers who use up all handshakes keep no session from its next keys") {
   ChannelPair pair;
   const ChannelPeer peer = pair.join();
+  REQUIRE(pair.to_client(pair.sealed_by_server(peer, "welcome")) > 0);
   const ClientChannel station = pair.client;
   const ChannelAddress home = pair.from;
   pair.now += Micros{120'000'000};

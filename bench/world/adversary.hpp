@@ -1,0 +1,74 @@
+// Somebody on the way of every datagram of a simulated world with keys: sees all, and sends what they like in anybody's name.
+//
+// Every kEvery one of: a datagram again that came before, cut short, with a bit flipped, sent back to its sender, with a genuine
+// head on bytes that nobody sealed; or 30 handshakes from 30 addresses, half of them made with the server's public key, which is
+// no secret. With the key of a station for another room also a session of their own, and in it whatever may be said: that station
+// leaves, joins under another's name or as the shadow of another, sends samples, asks for the body's rest, with station numbers
+// that are easily guessed.
+//
+// All is drawn from a seed of its own. What is sent again came to its receiver before (kReplayAfter is longer than any way over a
+// link that loses nothing), and nothing is sent until all stations are in: a copy that overtakes its original is no attack but a
+// faster network.
+#pragma once
+
+#include <deque>
+#include <memory>
+
+#include "bench/world/world.hpp"
+#include "common/base/random.hpp"
+
+namespace palpate {
+
+/// A stray is what the server sends to an address that is no station's.
+struct AttackCounts {
+  std::uint64_t injected = 0, stray_bytes = 0, injected_bytes = 0;
+};
+
+class Adversary {
+ public:
+  static constexpr Micros kEvery{4'000}, kReplayAfter{900'000};
+
+  Adversary(std::uint64_t seed, std::optional<ClientKeys> stolen) : random_(seed), stolen_(std::move(stolen)) {}
+
+  /// From now on until `end`; the adversary outlives that.
+  void attack(World& world, Micros end);
+  const AttackCounts& counts() const { return counts_; }
+
+ private:
+  using Packet = std::vector<std::byte>;
+  struct Seen {
+    Micros at{};
+    ChannelAddress client;
+    std::size_t station = 0;
+    bool to_server = false;
+    Packet bytes;
+  };
+
+  ChannelAddress random_address();
+  void to_server(const ChannelAddress& from, const Packet& packet);
+  void to_station(std::size_t station, const Packet& packet);
+  void send(const Seen& like, const Packet& packet);
+  const Seen* old_one();
+  const Seen* any();
+  bool all_are_in() const;
+  void act(Micros now);
+  Packet cut(const Packet& packet);
+  Packet flipped(Packet packet);
+  Packet forged(Packet packet);
+  void reflect(const Seen& seen);
+  void flood();
+  void steal(Micros now);
+  void take(std::span<const std::byte> bytes);
+  void say(Micros now);
+  Message something_to_say(Micros now);
+  DrawBytes draw();
+
+  Random random_;
+  std::optional<ClientKeys> stolen_;
+  AttackCounts counts_;
+  World* world_ = nullptr;
+  std::deque<Seen> seen_;
+  std::unique_ptr<ClientChannel> thief_;
+};
+
+}  // namespace palpate

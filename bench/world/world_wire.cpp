@@ -1,0 +1,115 @@
+// How datagrams go through the trust channel in the simulated world, and how somebody on the way gets at them.
+#include "bench/world/world.hpp"
+
+namespace palpate {
+namespace {
+
+/// What is the channel's own arrives on whole milliseconds, at which the world is awake anyway: a core that is looked at once
+/// more in between may do sooner what it would have done.
+Micros whole_ms(Micros t) { return (t + Micros{999}) / Micros{1000} * Micros{1000}; }
+
+}  // namespace
+
+bool World::ready_to_send(std::size_t station, Micros t) {
+  if (stations_[station]->peer_ == 0) trust_->new_life(station);
+  if (trust_->at_once() && server_up_ && !trust_->client(station, t).ready(t))
+    trust_->shake_hands_at_once(station, address_of_peer(peer_of(station)), t, server_clock());
+  for (auto& packet : trust_->from_client(station, t)) send_channel(peer_of(station), true, std::move(packet));
+  return trust_->client(station, t).ready(t);
+}
+
+void World::send_channel(PeerId peer, bool to_server, std::vector<std::byte> sealed) {
+  WorldStation& s = station_of(peer);
+  see_wire(peer, to_server, sealed);
+  if (to_server ? s.cut_up_ : s.cut_down_) return;
+  const Datagram datagram{0, peer, to_server, {}, std::move(sealed)};
+  for (const Micros at : (to_server ? s.channel_up_ : s.channel_down_).schedule(now_, datagram.sealed.size()))
+    in_flight_.push(whole_ms(at), datagram);
+}
+
+void World::see_wire(PeerId peer, bool to_server, std::span<const std::byte> bytes) const {
+  if (on_wire) on_wire(now_, {peers_[peer - 1], address_of_peer(peer), to_server, bytes});
+}
+
+/// Sessions that ended: what the room says to them is still to be sealed.
+std::vector<ChannelPeer> World::server_channel(Micros t) {
+  ServerChannel& channel = trust_->server().channel();
+  channel.tick(t);
+  std::vector<ChannelPeer> ended = channel.take_ended();
+  for (const ChannelPeer peer : ended) server_->expel(peer, t);
+  ChannelAddress to;
+  for (std::vector<std::byte> packet; trust_->next_from_server(packet, to);) {
+    const PeerId peer = peer_at(to);
+    if (peer > 0 && peer <= peers_.size())
+      send_channel(peer, false, packet);
+    else if (on_stray)
+      on_stray(to, packet);
+  }
+  return ended;
+}
+
+void World::send_sealed(ChannelPeer to, std::span<const std::byte> bytes, Micros t) {
+  ChannelAddress address;
+  auto sealed = trust_->seal_down(to, bytes, address, t);
+  if (sealed.empty()) return;
+  const PeerId peer = peer_at(address);
+  if (peer > 0 && peer <= peers_.size())
+    send(peer, false, bytes, std::move(sealed));
+  else if (on_stray)
+    on_stray(address, sealed);
+}
+
+/// A copy of one that came, where those are dropped.
+bool World::is_copy(const Datagram& datagram) {
+  if (!options_.once) return false;
+  if (delivered_.size() <= datagram.number) delivered_.resize(2 * datagram.number + 1, 0);
+  return std::exchange(delivered_[datagram.number], std::uint8_t{1}) != 0;
+}
+
+void World::take_at_server(const Datagram& datagram) {
+  if (trust_)
+    open_at_server(address_of_peer(datagram.peer), datagram.sealed);
+  else if (!is_copy(datagram))
+    server_->take(datagram.bytes, datagram.peer, server_clock());
+}
+
+/// What the channel answers to it goes over a link without luck: it must not change that of others.
+void World::inject_to_server(const ChannelAddress& from, std::span<const std::byte> bytes) {
+  constexpr Micros kWayBack{20'000};
+  if (!server_up_ || server_stalled_) return;
+  open_at_server(from, bytes);
+  ChannelAddress to;
+  for (std::vector<std::byte> packet; trust_->next_from_server(packet, to);) {
+    const PeerId peer = peer_at(to);
+    if (peer > 0 && peer <= peers_.size())
+      in_flight_.push(whole_ms(now_ + kWayBack), {0, peer, false, {}, packet});
+    else if (on_stray)
+      on_stray(to, packet);
+  }
+}
+
+void World::open_at_server(const ChannelAddress& from, std::span<const std::byte> bytes) {
+  const auto letter = trust_->server().take(bytes, from, server_clock());
+  if (!letter) return;
+  if (letter->ruling.anew) server_->expel(letter->from, server_clock());
+  if (letter->ruling.refused)
+    server_->refuse(letter->message, letter->from, *letter->ruling.refused, letter->size, server_clock());
+  else
+    server_->take(letter->fault, letter->message, letter->size, letter->from, server_clock());
+}
+
+void World::take_at_station(std::size_t station, const Datagram& datagram) {
+  if (trust_)
+    inject_to_station(station, datagram.sealed);
+  else if (!is_copy(datagram))
+    stations_[station]->core_->take(datagram.bytes, stations_[station]->clock(now_));
+}
+
+void World::inject_to_station(std::size_t station, std::span<const std::byte> bytes) {
+  WorldStation& s = *stations_[station];
+  if (!s.net_runs()) return;
+  const auto plain = trust_->open(station, bytes, s.clock(now_));
+  if (!plain.empty()) s.core_->take(plain, s.clock(now_));
+}
+
+}  // namespace palpate

@@ -1,0 +1,86 @@
+// The trust channel in the simulated world: it changes nothing that is felt, and neither does anybody who has no key for the
+// room.
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "bench/world/attacked.hpp"
+
+using namespace palpate;
+
+namespace {
+
+Scenario trusted_scenario(std::uint64_t seed, bool faults, bool losses) {
+  DrawOptions draw;
+  draw.seed = seed;
+  draw.duration_s = 1.2;
+  draw.faults = faults;
+  draw.losses = losses;
+  return draw_scenario(draw);
+}
+
+bool restarts(const Scenario& scenario) {
+  return std::any_of(scenario.faults.begin(), scenario.faults.end(),
+                     [](const Fault& fault) { return fault.kind == FaultKind::server_restart; });
+}
+
+std::string difference(const WorldReport& a, const WorldReport& b) {
+  const auto tick = first_difference(a, b);
+  return tick ? "from tick " + std::to_string(*tick) + " of " + std::to_string(a.trail.size()) : "none";
+}
+
+}  // namespace
+
+TEST_CASE("Worlds with keys, made anew all the time, feel to the bit what worlds without keys feel") {
+  int compared = 0;
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 22}) {  // 16: keys were replaced that nobody had used
+    const Scenario scenario = trusted_scenario(seed, true, true);
+    if (restarts(scenario)) continue;  // a server that restarted has other keys, and what is under way to it is of no use
+    RunOptions open, keyed;
+    open.once = true;
+    keyed.keys = WorldKeys{.times = quick_keys()};
+    std::uint64_t handshakes = 0;
+    keyed.prepare = [&](World& world) {
+      world.at(scenario.end - Micros{1}, [&] {
+        for (std::size_t k = 0; k < world.stations(); ++k)
+          handshakes += world.trust().client(k, world.station(k).clock(world.now())).counts().handshakes;
+      });
+    };
+    const WorldReport without = run_scenario(scenario, open), with = run_scenario(scenario, keyed);
+    INFO("seed " << seed);
+    CHECK(difference(without, with) == "none");
+    CHECK(handshakes > 2 * scenario.stations.size());
+    ++compared;
+  }
+  CHECK(compared > 6);
+}
+
+TEST_CASE("Somebody on the way, without a key, changes no bit of what is felt") {
+  for (std::uint64_t seed = 1; seed <= 7; ++seed) {
+    const Scenario scenario = trusted_scenario(seed, false, false);
+    const AttackedRun quiet = run_with_keys(scenario, Attacker::none), attacked = run_with_keys(scenario, Attacker::stranger);
+    INFO("seed " << seed);
+    CHECK(difference(quiet.report, attacked.report) == "none");
+    CHECK(attacked.counts.injected > 500);
+    CHECK(attacked.counts.stray_bytes <= attacked.counts.injected_bytes);
+    CHECK(quiet.report.patches_used > 0);
+  }
+}
+
+TEST_CASE("Somebody on the way with the key of a station for another room changes no bit of what is felt") {
+  for (std::uint64_t seed = 31; seed <= 35; ++seed) {
+    const Scenario scenario = trusted_scenario(seed, false, false);
+    const AttackedRun quiet = run_with_keys(scenario, Attacker::none), attacked = run_with_keys(scenario, Attacker::thief);
+    INFO("seed " << seed);
+    CHECK(difference(quiet.report, attacked.report) == "none");
+    CHECK(attacked.counts.stray_bytes > 0);  // the thief was answered: the session is there, and of no use
+  }
+}
+
+TEST_CASE("Worlds with keys hold every check while everything goes wrong and somebody is on the way") {
+  for (std::uint64_t seed = 57; seed <= 64; ++seed) {
+    const Scenario scenario = trusted_scenario(seed, true, true);
+    const AttackedRun run = run_with_keys(scenario, seed % 2 == 0 ? Attacker::thief : Attacker::stranger);
+    for (const Violation& v : run.report.violations)
+      FAIL_CHECK("seed " << seed << "\n  " << seconds(v.at) << " s  " << v.check << ": " << v.what);
+  }
+}
