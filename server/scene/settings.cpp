@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/plain_text.hpp"
 #include "server/scene/settings_fields.hpp"
 
 namespace palpate {
