@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "common/base/error.hpp"
-#include "server/body/body_state.hpp"
 #include "server/core/room_facts.hpp"
 
 namespace palpate {

@@ -21,7 +21,7 @@ from check_operation import PATIENCE_S, Program
 PRESSED_M, TOP_M, MIDDLE_M = 0.008, 0.075, 0.0525  # of touch-cube.json
 # What friction held under the tool settles anew; a step of the recording is 2 um. Without a checkpoint the body would be off by the depth.
 SAME_M = PRESSED_M / 40
-FADE_TICKS = 50  # docs/safety.md: a force that comes or goes takes so many ticks
+RAMP_TICKS = 20  # docs/safety.md: a force that comes or goes takes 50 ticks, one that ends because the machine stood still 20
 TICK_S = 1e-3
 HELD_S = 10  # tools wait so long for their stations
 
@@ -101,10 +101,12 @@ def check_killed(programs, scenes, work):
     assert off < SAME_M, f"the body was off by {1e3 * off:.3f} mm after the restart, of a depth of {1e3 * depth:.1f} mm"
     felt = forces(report)
     size = numpy.linalg.norm(felt[:, 1:], axis=1)
+    last = numpy.flatnonzero(size > 0.99 * size.max())[-1]  # then it ends
+    felt, size = felt[:last], size[:last]
     together = numpy.diff(felt[:, 0]) < 1.5 * TICK_S
     step = numpy.linalg.norm(numpy.diff(felt[:, 1:], axis=0), axis=1)[together].max()
-    most = 2 * size.max() / FADE_TICKS
-    assert size[-1000:-200].max() > size.max() / 2, "the hand felt nothing after the restart"
+    most = 1.1 * size.max() / RAMP_TICKS
+    assert (size < 1e-9).any() and size[-1] > 0.9 * size.max(), "the hand did not feel the body, nothing, and the body again"
     assert step < most, f"a step of {step:.4f} N in a tick, of a force of {size.max():.2f} N"
     return took, depth, off, size.max(), step
 

@@ -38,6 +38,7 @@ struct Pressed {
       StationJob station;
       station.id = 7;
       station.scheme = Scheme::port;
+      station.horizon = 100ms;
       station.samples = {{at, *tool}, {at + kFrame, *tool}};
       job.stations.push_back(station);
     }
