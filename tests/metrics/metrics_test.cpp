@@ -74,7 +74,7 @@ TEST_CASE("every series is there once, and labels are of few values whatever sta
       for (const auto& label : metric.label) CHECK(allowed.contains(label.name));
 }
 
-TEST_CASE("counts of the state arrive under their room, reason and kind; a histogram is cumulative") {
+TEST_CASE("counts of the state arrive under their room, reason and kind, and a histogram is cumulative") {
   const auto lines = lines_of(two_rooms());
   CHECK(has(lines, "palpate_stations{room=\"liver\",role=\"hand\"} 2"));
   CHECK(has(lines, "palpate_stations{room=\"a \\\"quoted\\\\\\\" room\\n\",role=\"viewer\"} 1"));
