@@ -228,6 +228,7 @@ TEST_CASE("A viewer knows when it was answered last, and that a server that ends
   REQUIRE(world.viewer.ready());
   CHECK_FALSE(world.viewer.sent_away());
   CHECK(world.viewer.last_answer() > Micros{700'000});
+  world.server.drain();
   world.server.shut_down(world.now);
   world.run_until(Micros{1'500'000});
   CHECK(world.viewer.sent_away());
