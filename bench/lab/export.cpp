@@ -23,7 +23,7 @@ int run_export(const ExportFlags& flags) {
   const MappedFile file(flags.recording);
   RecordingReader recording(file.bytes(), where);
   const auto out = make_output_folder(flags.out);
-  if (!recording.complete()) fmt::print(stderr, "{}: {}; what came before is exported\n", where, recording.damage());
+  if (!recording.complete()) fmt::print(stderr, "{}: {}; what can be read is exported\n", where, recording.damage());
   const CsvExport csv = export_csv(recording, out);
   if (csv.blocks_lost > 0) fmt::print(stderr, "{}: {} blocks are damaged and left out\n", where, csv.blocks_lost);
   const RecordingHead& head = recording.head();

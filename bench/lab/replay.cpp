@@ -107,7 +107,7 @@ Given given_by_recording(const ReplayFlags& flags) {
   const std::string where = "--recording " + flags.recording;
   const MappedFile file(flags.recording);
   const RecordingReader recording(file.bytes(), where);
-  if (!recording.complete()) fmt::print(stderr, "{}: {}; what came before is replayed\n", where, recording.damage());
+  if (!recording.complete()) fmt::print(stderr, "{}: {}; what can be read is replayed\n", where, recording.damage());
   const RecordingHead& head = recording.head();
   if (flags.scene.empty() && head.scene.empty())
     throw InputError(where, "was made by a client, which does not know the scene", "--scene FILE beside it");

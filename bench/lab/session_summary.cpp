@@ -90,7 +90,13 @@ Json row_of(const SessionHand& hand, const SessionMetrics& m, const std::filesys
           {"path_uri", picture_uri(folder / "path.svg")}};
 }
 
-Json page_of(const RecordingReader& recording, const Session& session, double over_n) {
+/// Empty when nothing is.
+std::string missing_text(const RecordingLoss& loss) {
+  if (loss.places == 0) return "";
+  return fmt::format("damaged in {} place{}: {:.2f} s are missing", loss.places, loss.places == 1 ? "" : "s", seconds(loss.time));
+}
+
+Json page_of(const RecordingReader& recording, const RecordingLoss& loss, double over_n) {
   const RecordingHead& head = recording.head();
   const bool room = head.kind == RecordingKind::room;
   return {{"title", fmt::format("Session of {} \"{}\"", room ? "room" : "station", head.name)},
@@ -100,7 +106,7 @@ Json page_of(const RecordingReader& recording, const Session& session, double ov
           {"duration", fmt::format("{:.1f}", seconds(recording.end() - recording.begin()))},
           {"scene", head.scene_file},
           {"damage", recording.damage()},
-          {"lost", session.blocks_lost > 0 ? fmt::format("{}", session.blocks_lost) : ""},
+          {"lost", missing_text(loss)},
           {"threshold", fmt::format("{:g}", over_n)},
           {"force_source",
            room ? fmt::format("Of the server's body at its frames, {:g} a second: not what the hand felt, whose peaks are "
@@ -116,12 +122,17 @@ int run_summary(const SessionSummaryFlags& flags) {
   const auto out = make_output_folder(flags.out);
   export_csv(recording, out);
   const Session session = read_session(recording);
-  Json page = page_of(recording, session, flags.over_n), summary = {{"threshold_n", flags.over_n}};
+  const RecordingLoss loss = loss_of(recording);
+  if (!recording.complete()) fmt::print(stderr, "{}: {}\n", where, recording.damage());
+  if (loss.places > 0) fmt::print(stderr, "{}: {}\n", where, missing_text(loss));
+  Json page = page_of(recording, loss, flags.over_n), summary = {{"threshold_n", flags.over_n}};
   const RecordingHead& head = recording.head();
   const bool sampled = head.kind == RecordingKind::room;
   summary["force_rate_hz"] = sampled ? head.rate_hz : kHapticRateHz;
   summary["force_is_felt"] = sampled ? 0 : 1;
-  summary["complete"] = recording.complete() && session.blocks_lost == 0 ? 1 : 0;
+  summary["complete"] = recording.complete() && loss.places == 0 ? 1 : 0;
+  summary["damaged_places"] = loss.places;
+  summary["missing_s"] = seconds(loss.time);
   summary["stations"] = Json::object();
   for (const SessionHand& hand : session.hands) {
     const auto folder = station_folder(out, hand.name);

@@ -19,6 +19,13 @@
 
 namespace palpate {
 
+/// The address that HOST:PORT of `--server` names; InputError when it is none, or does not resolve. May block for seconds.
+inline UdpEndpoint server_at(const std::string& text) {
+  const UdpEndpoint server = resolve_udp("--server", text);
+  if (server.port() == 0) throw InputError("--server", "port 0", "the server's port, 1 to 65535");
+  return server;
+}
+
 class ServerFinder {
  public:
   static constexpr Micros kMoveAfter{3'000'000}, kAskAhead{500'000};

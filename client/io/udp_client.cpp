@@ -11,12 +11,6 @@
 namespace palpate {
 namespace {
 
-UdpEndpoint server_at(const std::string& text) {
-  const auto server = resolve_udp("--server", text);
-  if (server.port() == 0) throw InputError("--server", "port 0", "the server's port, 1 to 65535");
-  return server;
-}
-
 std::string joined_text(const ClientStatus& status) {
   std::array<char, 96> figures{};
   std::snprintf(figures.data(), figures.size(), "\" at %g Hz", status.welcome.rate_hz);

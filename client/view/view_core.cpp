@@ -11,7 +11,7 @@ constexpr Micros kSecond{1'000'000};
 }  // namespace
 
 ViewCore::ViewCore(std::string station, Micros now, std::string room, bool alike)
-    : heard_(now), next_hello_(now), next_beat_(now), next_mesh_(now) {
+    : heard_(now), answered_(now), next_hello_(now), next_beat_(now), next_mesh_(now) {
   hello_.station = std::move(station);
   hello_.room = std::move(room);
   hello_.role = Role::viewer;
@@ -77,8 +77,11 @@ void ViewCore::take(std::span<const std::byte> bytes, Micros now) {
     ++counts_.unproven;
     return;
   }
+  answered_ = now;
+  const auto* const refusal = std::get_if<Refuse>(&message.body);
+  sent_away_ = refusal && refusal->reason == RefuseReason::shutting_down;
   if (std::holds_alternative<Welcome>(message.body)) return take_welcome(message, now);
-  if (std::holds_alternative<Refuse>(message.body)) return take_refuse(message, now);
+  if (refusal) return take_refuse(message, now);
   if (link_ != ViewLink::joined || message.instance != instance_ || message.station != station_) {
     ++counts_.stale;
     return;

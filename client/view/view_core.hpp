@@ -84,6 +84,10 @@ class ViewCore {
   int shapes_lately(Micros now) const;
   /// The server is heard: what it said last still holds.
   bool heard_lately(Micros now) const { return link_ == ViewLink::joined && now - heard_ < kSilentAfter; }
+  /// The newest datagram that answered one of ours, a refusal too; the beginning before the first.
+  Micros last_answer() const { return answered_; }
+  /// The last of them said that the server is shutting down.
+  bool sent_away() const { return sent_away_; }
   /// How long it has been silent.
   Micros silence(Micros now) const { return now - heard_; }
 
@@ -112,8 +116,8 @@ class ViewCore {
   std::uint64_t instance_ = 0, mesh_version_ = 0;
   StationId station_ = 0;
   std::uint32_t seq_out_ = 0;
-  Micros heard_, next_hello_, next_beat_, next_mesh_;
-  bool hello_due_ = false, beat_due_ = false, state_due_ = false, leave_due_ = false, left_ = false;
+  Micros heard_, answered_, next_hello_, next_beat_, next_mesh_;
+  bool hello_due_ = false, beat_due_ = false, state_due_ = false, leave_due_ = false, left_ = false, sent_away_ = false;
   std::deque<std::uint32_t> asking_;  ///< mesh pieces to ask for now
   std::size_t asked_ = 0;             ///< pieces still expected of the last round
   ClockSync clock_;

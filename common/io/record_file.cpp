@@ -6,10 +6,14 @@
 
 #include <cctype>
 #include <cerrno>
+#include <charconv>
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <map>
 #include <span>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "common/base/error.hpp"
@@ -155,6 +159,43 @@ std::filesystem::path named_after(const std::filesystem::path& file, const std::
   std::filesystem::path named = file;
   named.replace_filename(file.stem().string() + "-" + plain_name(room) + file.extension().string());
   return named;
+}
+
+namespace {
+
+/// Of `name` in the series that `stem` and `extension` make: 1 for the first; nothing for a file that is none of it.
+std::optional<unsigned> place_in_series(std::string_view name, std::string_view stem, std::string_view extension) {
+  if (!name.starts_with(stem) || !name.ends_with(extension) || name.size() < stem.size() + extension.size()) return std::nullopt;
+  std::string_view between = name.substr(stem.size(), name.size() - stem.size() - extension.size());
+  if (between.empty()) return 1;
+  unsigned place = 0;
+  if (between.front() != '.') return std::nullopt;
+  const auto [end, fault] = std::from_chars(between.data() + 1, between.data() + between.size(), place);
+  const bool whole = fault == std::errc{} && end == between.data() + between.size();
+  return whole && place >= 2 && between[1] != '0' ? std::optional(place) : std::nullopt;
+}
+
+}  // namespace
+
+RecordSeries series_of(const std::string& flag, const std::filesystem::path& file) {
+  const std::filesystem::path folder = file.parent_path().empty() ? "." : file.parent_path();
+  const std::string stem = file.stem().string(), extension = file.extension().string();
+  std::map<unsigned, std::filesystem::path> found;
+  std::error_code fault;
+  for (std::filesystem::directory_iterator entry(folder, fault), end; !fault && entry != end; entry.increment(fault)) {
+    const auto place = place_in_series(entry->path().filename().string(), stem, extension);
+    std::error_code ignored;
+    if (place && entry->is_regular_file(ignored)) found.emplace(*place, entry->path());
+  }
+  if (fault && fault != std::errc::no_such_file_or_directory)
+    throw InputError(flag + " " + file.string(), "its folder cannot be looked into: " + fault.message(), "one that can be read");
+  RecordSeries series{{}, file};
+  if (!found.empty()) series.next.replace_filename(stem + "." + std::to_string(found.rbegin()->first + 1) + extension);
+  for (auto file_there = found.rbegin(); file_there != found.rend(); ++file_there) {
+    const auto size = std::filesystem::file_size(file_there->second, fault);
+    if (!fault && size > 0) series.there.push_back(file_there->second);
+  }
+  return series;
 }
 
 }  // namespace palpate

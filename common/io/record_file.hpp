@@ -68,4 +68,12 @@ std::string plain_name(const std::string& name);
 /// FILE with the room's plain name in it: "session.rec" and "liver" make "session-liver.rec".
 std::filesystem::path named_after(const std::filesystem::path& file, const std::string& room);
 
+/// The files of one recording that went on after each start: FILE, then FILE with .2, .3 ... before the extension.
+struct RecordSeries {
+  std::vector<std::filesystem::path> there;  ///< that have anything in them, the newest first
+  std::filesystem::path next;                ///< later than all
+};
+/// InputError, with `flag`, when the folder cannot be looked into.
+RecordSeries series_of(const std::string& flag, const std::filesystem::path& file);
+
 }  // namespace palpate

@@ -97,10 +97,10 @@ Vec3 position_of(const wire::Point& point, Sense& sense) {
   return position;
 }
 
-Vec3 force_of(const wire::Vec& vec, Sense& sense) {
-  const Vec3 force = pack::from(vec);
-  sense.that(force.allFinite(), WireFault::not_finite);
-  return force;
+Vec3 finite_of(const wire::Vec& vec, Sense& sense) {
+  const Vec3 vector = pack::from(vec);
+  sense.that(vector.allFinite(), WireFault::not_finite);
+  return vector;
 }
 
 Eigen::Quaterniond orientation_of(const wire::Turn& turn, Sense& sense) {
@@ -163,7 +163,7 @@ RecordedTouch touch_of(const record::Touch& t, Micros base, Sense& sense) {
   return {base + Micros{t.at()},
           t.station(),
           position_of(t.tool(), sense),
-          force_of(t.force(), sense),
+          finite_of(t.force(), sense),
           (t.flags() & 1) != 0,
           (t.flags() & 2) != 0,
           scheme_of(t.scheme(), sense),
@@ -175,12 +175,26 @@ RecordedTouch touch_of(const record::Touch& t, Micros base, Sense& sense) {
 RecordedTick tick_of(const record::Tick& t, Micros base, Sense& sense) {
   return {base + Micros{t.at()},
           position_of(t.position(), sense),
-          force_of(t.model_force(), sense),
-          force_of(t.force(), sense),
+          finite_of(t.model_force(), sense),
+          finite_of(t.force(), sense),
           Micros{t.patch_age()},
           (t.flags() & 1) != 0,
           (t.flags() & 2) != 0,
           (t.flags() & 4) != 0};
+}
+
+RecordedCheckpoint checkpoint_of(const record::Checkpoint& table, Micros base, PartSense& sense) {
+  RecordedCheckpoint checkpoint{base + Micros{table.at()}, {}, {}, {}};
+  each(table.positions(), sense, [&](const wire::Point& x) { checkpoint.positions.push_back(position_of(x, sense)); });
+  each(table.velocities(), sense, [&](const wire::Vec& v) { checkpoint.velocities.push_back(finite_of(v, sense)); });
+  sense.that(checkpoint.positions.size() == checkpoint.velocities.size());
+  each(table.holds(), sense, [&](const record::Hold& hold) {
+    sense.that(hold.tool() != nullptr);
+    if (!sense.ok()) return;
+    checkpoint.holds.push_back({sense.text(hold.station()), position_of(*hold.tool(), sense)});
+    sense.text(checkpoint.holds.back().station, 0, kMaxNameBytes);
+  });
+  return checkpoint;
 }
 
 /// What happened at the server.
@@ -203,6 +217,8 @@ bool decode_room(const record::Block& table, Micros base, std::size_t vertices, 
     whole = whole && shape;
     if (whole) block.shapes.push_back(std::move(*shape));
   });
+  each(table.checkpoints(), sense,
+       [&](const record::Checkpoint& c) { block.checkpoints.push_back(checkpoint_of(c, base, sense)); });
   return whole;
 }
 

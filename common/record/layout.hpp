@@ -21,6 +21,8 @@ namespace palpate::layout {
 inline constexpr std::uint32_t kVersion = 1;
 inline constexpr char kMagic[] = "PALPREC\n", kPartMark[] = "PART", kEnd[] = "PALPEND\n";
 inline constexpr std::size_t kMagicBytes = 8, kPreambleBytes = 16, kFrameBytes = 24, kTrailerBytes = 16, kPrefixBytes = 4;
+inline constexpr char kIdentifier[] = "PLPR";  ///< of the FlatBuffer in a part, so far into it
+inline constexpr std::size_t kIdentifierAt = kFrameBytes + 2 * kPrefixBytes;
 inline constexpr std::size_t kMaxPartBytes = 1u << 28;  ///< a larger one is damage, not data
 
 std::uint32_t crc32_of(std::span<const std::byte> bytes);

@@ -4,10 +4,10 @@
 #include <array>
 #include <cstring>
 #include <map>
+#include <string_view>
 
 #include "common/base/error.hpp"
 #include "common/record/block_decode.hpp"
-#include "common/record/layout.hpp"
 
 namespace palpate {
 namespace {
@@ -89,24 +89,59 @@ bool RecordingReader::take_index() {
 }
 
 void RecordingReader::scan() {
+  const auto fault_of = [](const layout::PartView& view) -> const char* {
+    if (view.fault) return view.fault;
+    const bool far = std::chrono::abs(view.first) > kFarthest || std::chrono::abs(view.last) > kFarthest;
+    return far || view.first > view.last ? "the times of a part are damaged" : nullptr;
+  };
   std::uint64_t offset = first_block_;
-  while (true) {
-    const layout::PartView view = layout::part_at(bytes_, offset);
-    const char* fault = view.fault;
-    if (!fault && (std::chrono::abs(view.first) > kFarthest || std::chrono::abs(view.last) > kFarthest || view.first > view.last))
-      fault = "the times of a part are damaged";
-    const bool ended = offset == bytes_.size();
-    const auto block = fault ? std::nullopt : decode_block(view.part, head_.surface.nodes.size());
-    if (!fault && !block) fault = decode_index(view.part) ? "its end is damaged" : "a part is damaged";
-    if (ended) fault = "it was not ended";
-    if (fault) {
-      damage_ = std::string(fault) + ", from byte " + std::to_string(offset) + " on";
+  while (offset < bytes_.size()) {
+    const layout::PartView view = part_at(offset);
+    const char* fault = fault_of(view);
+    if (const auto block = fault ? std::nullopt : decode_block(view.part, head_.surface.nodes.size())) {
+      blocks_.push_back({offset, view.first, view.last});
+      note_joins(block->events);
+      offset = view.end;
+      continue;
+    }
+    if (const auto index = fault ? std::nullopt : decode_index(view.part)) {
+      stations_.clear();  // the index knows also those who joined in a block that is lost
+      note_joins(index->joins);
+      if (damaged_.empty()) note_damage(offset, bytes_.size(), "its end is damaged");
       return;
     }
-    blocks_.push_back({offset, view.first, view.last});
-    note_joins(block->events);
-    offset = view.end;
+    const std::uint64_t next = next_part(view.fault ? offset + 1 : view.end);
+    note_damage(offset, next, fault ? fault : "a part is damaged");
+    offset = next;
   }
+  if (damaged_.empty() || damaged_.back().end < bytes_.size()) note_damage(offset, offset, "it was not ended");
+}
+
+/// One whose checksum does not hold counts as searched.
+layout::PartView RecordingReader::part_at(std::uint64_t offset) {
+  const layout::PartView view = layout::part_at(bytes_, offset);
+  if (view.fault && view.end > offset && view.end <= bytes_.size()) searched_ += view.end - offset;
+  return view;
+}
+
+/// The first one from there on that holds; the end of the file when there is none.
+std::uint64_t RecordingReader::next_part(std::uint64_t from) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes_.data()), bytes_.size());
+  for (std::size_t at = text.find(layout::kPartMark, from); at != std::string_view::npos;
+       at = text.find(layout::kPartMark, at + 1)) {
+    if (text.substr(std::min(at + layout::kIdentifierAt, text.size())).substr(0, 4) != layout::kIdentifier) continue;
+    if (searched_ > kMostSearched * bytes_.size()) break;
+    if (!part_at(at).fault) return at;
+  }
+  return bytes_.size();
+}
+
+/// At the end of the file there is no end to say.
+void RecordingReader::note_damage(std::uint64_t begin, std::uint64_t end, const char* why) {
+  damaged_.push_back({begin, end, why});
+  damage_ += damage_.empty() ? "" : "; ";
+  damage_ += std::string(why) + ", from byte " + std::to_string(begin);
+  damage_ += end > begin && end < bytes_.size() ? " to " + std::to_string(end) : " on";
 }
 
 void RecordingReader::note_joins(const std::vector<RecordedEvent>& events) {
@@ -126,6 +161,35 @@ std::optional<RecordedBlock> RecordingReader::read(std::size_t k) const {
   const layout::PartView view = layout::part_at(bytes_.first(end), blocks_[k].offset);
   if (view.fault) return std::nullopt;
   return decode_block(view.part, head_.surface.nodes.size());
+}
+
+RecordingLoss loss_of(const RecordingReader& recording) {
+  RecordingLoss loss;
+  bool lost = false;
+  std::optional<Micros> seen;  // last moment that can be read
+  const auto close = [&](Micros until) {
+    loss.places += lost;
+    if (lost && seen) loss.time += std::max(Micros{}, until - *seen);
+    lost = false;
+  };
+  auto damaged = recording.damaged().begin();
+  const auto lose_before = [&](std::uint64_t offset) {
+    for (; damaged != recording.damaged().end() && damaged->begin < offset; ++damaged)
+      lost = lost || damaged->end > damaged->begin;
+  };
+  for (std::size_t k = 0; k < recording.blocks().size(); ++k) {
+    const BlockPlace& block = recording.blocks()[k];
+    lose_before(block.offset);
+    if (!recording.read(k)) {
+      lost = true;
+      continue;
+    }
+    close(block.first);
+    seen = std::max(seen.value_or(block.last), block.last);
+  }
+  lose_before(UINT64_MAX);
+  close(recording.end());
+  return loss;
 }
 
 std::size_t RecordingReader::block_at(Micros t) const {

@@ -5,9 +5,11 @@
 //     for (std::size_t k = 0; k < recording.blocks().size(); ++k)
 //       if (const auto block = recording.read(k)) ...       // nothing: this block is damaged
 //
-// A recording that was ended well has an index and opens at once. One that was not (a crash, a full disk, still being written) is
-// gone through block by block, up to the first byte that does not hold; what came before is all there. Bytes are trusted for
-// nothing: checksums first, then the FlatBuffers verifier, then ranges.
+// A recording that was ended well has an index and opens at once. One that was not (a crash, a full disk, still being written),
+// or from whose middle bytes are missing, is gone through block by block. Where bytes do not hold the next part is looked for
+// whose mark, identifier and checksum do, at any byte, and the reading goes on there; damaged() says what lies between. Bytes are
+// trusted for nothing: checksums first, then the FlatBuffers verifier, then ranges. The search checks no more than kMostSearched
+// times the size of the file, whatever the file says.
 #pragma once
 
 #include <cstddef>
@@ -17,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "common/record/layout.hpp"
 #include "common/record/recording.hpp"
 
 namespace palpate {
@@ -25,6 +28,12 @@ namespace palpate {
 struct BlockPlace {
   std::uint64_t offset = 0;  ///< of its first byte in the file
   Micros first{}, last{};
+};
+
+/// Bytes that hold nothing that can be read.
+struct DamagedBytes {
+  std::uint64_t begin = 0, end = 0;
+  std::string why;
 };
 
 struct RecordedStation {
@@ -54,10 +63,12 @@ class RecordingReader {
   /// Of everything that is there. Both 0 when there is nothing.
   Micros begin() const { return begin_; }
   Micros end() const { return end_; }
-  /// Ended well: nothing is missing at the end.
+  /// Ended well, and gone on from beginning to end as it was written, as far as its index tells: blocks may be damaged (read()).
   bool complete() const { return complete_; }
-  /// Why it is not, in words for a person, with the byte; empty when it is complete.
+  /// Why it is not, in words for a person, with the bytes; empty when it is complete.
   const std::string& damage() const { return damage_; }
+  /// What was found damaged when the file was opened, ascending. Of a complete recording nothing.
+  const std::vector<DamagedBytes>& damaged() const { return damaged_; }
   /// Who joined, in that order, each time anew: a station that came back has another id and the same name.
   const std::vector<RecordedStation>& stations() const { return stations_; }
   /// The name of a station; "station 7" for an id that never joined.
@@ -78,8 +89,13 @@ class RecordingReader {
  private:
   static constexpr Micros kFarthest{10'000'000'000'000'000};
 
+  static constexpr std::size_t kMostSearched = 8;
+
   bool take_index();
   void scan();
+  layout::PartView part_at(std::uint64_t offset);
+  std::uint64_t next_part(std::uint64_t from);
+  void note_damage(std::uint64_t begin, std::uint64_t end, const char* why);
   void note_joins(const std::vector<RecordedEvent>& events);
   const RecordedBlock* cached(std::size_t k);
 
@@ -89,10 +105,21 @@ class RecordingReader {
   Micros begin_{}, end_{};
   bool complete_ = false;
   std::string damage_;
+  std::vector<DamagedBytes> damaged_;
+  std::size_t searched_ = 0;  ///< bytes whose checksum did not hold
   std::vector<BlockPlace> blocks_;
   std::vector<RecordedStation> stations_;
   std::size_t cached_at_ = SIZE_MAX;
   std::optional<RecordedBlock> cached_;
 };
+
+/// What of the time of a recording is missing. Of damage before the first block that can be read, and behind the last one where
+/// no index tells, nobody knows how long it lasted: it counts as a place of no time.
+struct RecordingLoss {
+  std::size_t places = 0;  ///< in the file where blocks are damaged or missing, what lies side by side as one
+  Micros time{};           ///< in all, from the last moment before each to the first behind it
+};
+/// Reads every block.
+RecordingLoss loss_of(const RecordingReader& recording);
 
 }  // namespace palpate

@@ -139,6 +139,19 @@ struct RecordedPacket {
   std::vector<std::byte> bytes;
 };
 
+/// The tool of a station that was on the body.
+struct RecordedHold {
+  std::string station;
+  Vec3 tool = Vec3::Zero();
+};
+
+/// The whole body at a moment: from here it can be taken up again.
+struct RecordedCheckpoint {
+  Micros t{};                               ///< body time
+  std::vector<Vec3> positions, velocities;  ///< of all vertices, those inside as well [m], [m/s]
+  std::vector<RecordedHold> holds;
+};
+
 /// Half a second or so of everything, each list in the order in which it happened.
 struct RecordedBlock {
   std::vector<RecordedPath> paths;
@@ -152,6 +165,7 @@ struct RecordedBlock {
   std::vector<RecordedPacket> packets;
   std::vector<RecordedTurn> turns;
   std::vector<RecordedButtons> buttons;
+  std::vector<RecordedCheckpoint> checkpoints;
 };
 
 }  // namespace palpate

@@ -265,6 +265,21 @@ void RecordingWriter::add(const RecordedPacket& packet) {
   state_->block.packets.push_back(std::move(table));
 }
 
+void RecordingWriter::add(const RecordedCheckpoint& c) {
+  bool broken = false;
+  auto table = std::make_unique<record::CheckpointT>();
+  for (const Vec3& x : c.positions) table->positions.push_back(point_of(x, &broken));
+  for (const Vec3& v : c.velocities) table->velocities.push_back(vec_of(v, &broken));
+  for (const RecordedHold& hold : c.holds) {
+    table->holds.push_back(std::make_unique<record::HoldT>());
+    table->holds.back()->station = hold.station;
+    table->holds.back()->tool = std::make_unique<wire::Point>(point_of(hold.tool, &broken));
+  }
+  if (broken) return;
+  table->at = state_->at(c.t, c.positions.size() * (sizeof(wire::Point) + sizeof(wire::Vec)));
+  state_->block.checkpoints.push_back(std::move(table));
+}
+
 void RecordingWriter::tick(Micros now) {
   if (state_->empty) return;
   if (!std::exchange(state_->opened, true)) state_->opened_at = now;

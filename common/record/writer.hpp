@@ -36,6 +36,9 @@ class RecordingWriter {
   void add(const RecordedTurn& turn);
   void add(const RecordedButtons& buttons);
 
+  /// One that holds a number that cannot be carried is left out: there is one before it.
+  void add(const RecordedCheckpoint& checkpoint);
+
   /// Closes the block when it is due; `now` in any clock that goes forward.
   void tick(Micros now);
   /// Closes the last block and appends index and trailer. Nothing is added afterwards.

@@ -48,7 +48,7 @@ ShellOptions shell_options(const ServerFlags& flags, std::size_t rooms, const st
   return {flags.listen,
           flags.rate_hz,
           flags.threads > 0 ? flags.threads : std::min(rooms, processors),
-          {flags.record, flags.shapes_hz, "palpate-server " PALPATE_VERSION},
+          {flags.record, flags.shapes_hz, flags.resume, "palpate-server " PALPATE_VERSION},
           flags.deadband,
           keys};
 }

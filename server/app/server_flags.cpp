@@ -42,6 +42,9 @@ void describe_flags(CLI::App& app, ServerFlags& o) {
                  "write everything that happens to a new file (docs/reference/recording.md); of several rooms each to its own, "
                  "FILE with -NAME before the extension")
       ->type_name("FILE");
+  app.add_flag("--resume", o.resume,
+               "where the file of --record is there, go on: the body is as it was at its newest checkpoint, and FILE with .2, .3 "
+               "... before the extension is written (docs/reference/operation.md)");
   app.add_option("--record-shapes-hz", o.shapes_hz, "shapes of the body a second in the recording, at most one a frame, 0: none")
       ->check(number_from(0.0, kMaxRateHz))
       ->capture_default_str();
@@ -78,6 +81,7 @@ void check(const ServerFlags& o) {
   if (o.has_keys && o.keys.empty()) throw InputError("--keys", "is empty", "a file, or no such flag");
   if (o.has_keys && o.insecure) throw InputError("--insecure", "comes with --keys", "one of the two");
   if (o.has_record && o.record.empty()) throw InputError("--record", "is empty", "a file, or no such flag");
+  if (o.resume && !o.has_record) throw InputError("--resume", "without a recording to go on from", "--record FILE");
   if (o.has_shapes && !o.has_record) throw InputError("--record-shapes-hz", "without a recording", "--record FILE");
 }
 

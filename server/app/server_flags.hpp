@@ -18,8 +18,8 @@ struct ServerFlags {
   /// to go to, waiting helps nobody. Its force fades either way.
   double drain_s = 0;
   std::size_t threads = 0;
-  bool print_scene = false, describe = false, insecure = false, has_keys = false, has_duration = false, has_record = false,
-       has_shapes = false, has_metrics = false;
+  bool print_scene = false, describe = false, insecure = false, resume = false, has_keys = false, has_duration = false,
+       has_record = false, has_shapes = false, has_metrics = false;
 };
 
 void describe_flags(CLI::App& app, ServerFlags& flags);

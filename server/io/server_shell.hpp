@@ -35,6 +35,7 @@
 #include "server/io/peers.hpp"
 #include "server/io/server_event.hpp"
 #include "server/io/server_state.hpp"
+#include "server/record/absent_hands.hpp"
 #include "server/record/room_recorder.hpp"
 #include "server/room/room.hpp"
 #include "server/trust/server_trust.hpp"
@@ -51,6 +52,7 @@ struct NamedScene {
 struct RecordOptions {
   std::string file;       ///< empty: none; of several rooms each gets its own, named_after() the room
   double shapes_hz = 10;  ///< 0: none
+  bool resume = false;    ///< where `file` is there, its series is gone on with: from the newest, into the next (record_file.hpp)
   std::string program;    ///< and its version
 };
 
@@ -70,8 +72,8 @@ class ServerShell {
   using Watch = std::function<void(ServerState)>;
   static constexpr Micros kPulseEvery{500'000};
 
-  /// InputError when `listen` is no address, the port is in use, or a recording cannot be begun. `say` hears what happens, on the
-  /// network thread.
+  /// InputError when `listen` is no address, the port is in use, or a recording cannot be begun or gone on from. `say` hears what
+  /// happens, on the network thread.
   ServerShell(const std::vector<NamedScene>& scenes, const ShellOptions& options, SayEvent say);
 
   UdpEndpoint address() const { return socket_.local_endpoint(); }
@@ -112,6 +114,8 @@ class ServerShell {
     bool slow = false;  ///< it was said that it cannot keep its rate
     std::unique_ptr<RoomRecorder> recorder;
     std::unique_ptr<RecordFile> file;
+    bool record_failed = false;  ///< it could not even be begun
+    AbsentHands absent;
   };
 
   void hear_rooms();
@@ -141,6 +145,7 @@ class ServerShell {
   void end_room(std::size_t k, const std::exception_ptr& failure);
   void report();
   void begin_recording(const std::vector<NamedScene>& scenes, const ShellOptions& options);
+  void resume(std::size_t k, const NamedScene& named, const std::vector<std::filesystem::path>& newest_first);
   void record();
   void end_recording();
   void say_recording_failed(std::size_t room, const std::string& fault) const;

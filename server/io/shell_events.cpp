@@ -142,6 +142,7 @@ ServerState ServerShell::state(Micros now) const {
     RoomState room{cores_.name(k), core.ended(), core.options().rate_hz, core.pace(), {}, 0, 0, 0, core.counts(), body.links};
     if (const auto since = core.computing_since()) room.computing_for = now - *since;
     count_roles(core.stations(), room);
+    if (body.record_failed) room.recording = RecordingState::failed;
     if (body.file) room.recording = body.file->failed() ? RecordingState::failed : RecordingState::on;
     if (body.file) room.recorded_bytes = body.file->written();
     if (!trust_) state.traffic.bytes_from_strangers += room.counts.bytes_from_strangers;

@@ -1,11 +1,18 @@
-// The server's recordings: a recorder and a file for each room.
+// The server's recordings: a recorder and a file for each room, and the body taken up again from what was recorded before.
+#include <spdlog/fmt/fmt.h>
+
 #include <chrono>
 
+#include "common/base/error.hpp"
+#include "common/io/mapped_file.hpp"
 #include "common/io/monotonic.hpp"
 #include "server/io/server_shell.hpp"
+#include "server/record/resume.hpp"
 
 namespace palpate {
 namespace {
+
+Micros unix_time_now() { return std::chrono::duration_cast<Micros>(std::chrono::system_clock::now().time_since_epoch()); }
 
 RecordingHead head_of(const NamedScene& named, const ShellOptions& options) {
   RecordingHead head;
@@ -13,7 +20,7 @@ RecordingHead head_of(const NamedScene& named, const ShellOptions& options) {
   head.program = options.record.program;
   head.name = named.name;
   head.clock_time = monotonic_now();
-  head.unix_time = std::chrono::duration_cast<Micros>(std::chrono::system_clock::now().time_since_epoch());
+  head.unix_time = unix_time_now();
   head.rate_hz = options.rate_hz;
   head.shapes_hz = options.record.shapes_hz;
   head.scene = named.text;
@@ -30,20 +37,56 @@ void ServerShell::begin_recording(const std::vector<NamedScene>& scenes, const S
     body.recorder = std::make_unique<RoomRecorder>(head_of(scenes[k], options));
     const std::filesystem::path asked = options.record.file;
     const auto file = bodies_.size() > 1 ? named_after(asked, scenes[k].name) : asked;
-    body.file = std::make_unique<RecordFile>("--record", file, body.recorder->take());
+    const RecordSeries series = options.record.resume ? series_of("--record", file) : RecordSeries{{}, file};
+    resume(k, scenes[k], series.there);
+    try {
+      body.file = std::make_unique<RecordFile>("--record", series.next, body.recorder->take());
+    } catch (const InputError& fault) {
+      if (series.there.empty()) throw;
+      // Hands wait for this server to be back: a disk that is full by now does not keep it from them.
+      say_recording_failed(k, fault.what());
+      body.recorder.reset();
+      body.record_failed = true;
+      continue;
+    }
     cores_[k].on_buttons([&body](StationId id, const ButtonChange& change) { body.recorder->buttons(id, change); });
   }
 }
 
+/// One that was ended before it had a checkpoint says nothing: then the one before it counts.
+void ServerShell::resume(std::size_t k, const NamedScene& named, const std::vector<std::filesystem::path>& newest_first) {
+  std::optional<ResumePoint> found;
+  std::filesystem::path from;
+  for (auto file = newest_first.begin(); file != newest_first.end() && !found; ++file) {
+    from = *file;
+    const std::string where = "--resume from " + from.string();
+    const MappedFile mapped(from);
+    found = newest_checkpoint(RecordingReader(mapped.bytes(), where), where, named.name, named.scene);
+  }
+  if (newest_first.empty()) return;
+  if (!found) return say(k, "resumed", from.string() + " has no checkpoint: the body is at rest", {{"file", from.string()}});
+  bodies_[k]->room.resume(in_a_row(found->checkpoint.positions), in_a_row(found->checkpoint.velocities));
+  bodies_[k]->absent = AbsentHands(found->checkpoint.holds);
+  const double age_s = seconds(unix_time_now() - found->unix_time);
+  const std::size_t tools = found->checkpoint.holds.size();
+  say(k, "resumed",
+      fmt::format("the body is as {} had it {:.1f} s ago; tools that stay on it {:g} s for their stations to come back: {}",
+                  from.string(), age_s, seconds(AbsentHands::kLongest), tools),
+      {{"file", from.string()}, {"age_s", age_s}, {"tools", static_cast<double>(tools)}});
+}
+
 /// Five times a second what gathered goes to the files.
 void ServerShell::record() {
+  bool any = false;
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     Body& body = *bodies_[k];
-    if (!body.recorder) return;
+    if (!body.recorder) continue;
+    any = true;
     body.recorder->tick(cores_[k], monotonic_now());
     body.file->write(body.recorder->take());
     if (const auto fault = body.file->fault()) say_recording_failed(k, *fault);
   }
+  if (!any) return;
   record_timer_.expires_after(kRecordEvery);
   record_timer_.async_wait([this](const asio::error_code& fault) {
     if (!fault) record();

@@ -35,6 +35,10 @@ void RoomRecorder::begin_frame(FrameJob& job, Micros now) {
     job.shapes = true;
     next_shape_ = std::max(next_shape_ + shape_every_, job.target + shape_every_ / 2);
   }
+  if (job.target >= next_checkpoint_) {
+    job.state = true;
+    next_checkpoint_ = job.target + kCheckpointEvery;
+  }
   jobs_.clear();
   for (const StationJob& station : job.stations) {
     RecordedPath path{station.id, {}};
@@ -66,7 +70,25 @@ RecordedTouch RoomRecorder::touch_of(const StationFrame& frame, Micros stamp) co
   return touch;
 }
 
-void RoomRecorder::end_frame(const FrameResult& result, const ServerCore& core, Micros now) {
+/// One of a body that has not moved says nothing new.
+void RoomRecorder::add_checkpoint(const FrameResult& result, const ServerCore& core, std::vector<RecordedHold> holds) {
+  if (!result.state || result.failed) return;
+  if (checkpoint_.size() == result.state->x.size() && checkpoint_ == result.state->x) return;
+  checkpoint_ = result.state->x;
+  for (const StationReport& station : core.stations())
+    for (const StationFrame& frame : result.stations)
+      if (frame.id == station.id && frame.contact && station.shadow_of.empty()) holds.push_back({station.name, frame.tool});
+  RecordedCheckpoint checkpoint{result.stamp, {}, {}, std::move(holds)};
+  const auto nodes = static_cast<std::uint32_t>(result.state->x.size() / 3);
+  for (std::uint32_t node = 0; node < nodes; ++node) {
+    checkpoint.positions.emplace_back(at_node(result.state->x, node));
+    checkpoint.velocities.emplace_back(at_node(result.state->v, node));
+  }
+  writer_.add(checkpoint);
+}
+
+void RoomRecorder::end_frame(const FrameResult& result, const ServerCore& core, Micros now,
+                             const std::vector<RecordedHold>& absent) {
   const std::uint64_t skipped = core.counts().frames_busy;
   writer_.add(RecordedFrame{result.stamp, now - began_, now - result.stamp,
                             static_cast<std::uint32_t>(skipped - std::exchange(skipped_before_, skipped)), result.steps,
@@ -75,6 +97,7 @@ void RoomRecorder::end_frame(const FrameResult& result, const ServerCore& core, 
     writer_.add(touch_of(frame, result.stamp));
     if (const Orientation held = core.orientation(frame.id)) writer_.add(RecordedTurn{result.stamp, frame.id, *held});
   }
+  add_checkpoint(result, core, absent);
   if (wants_shape_ && !result.positions.empty()) writer_.add_shape(result.stamp, result.positions);
 }
 

@@ -10,14 +10,14 @@ namespace palpate {
 
 class RoomRecorder {
  public:
-  static constexpr Micros kLinksEvery{250'000};
+  static constexpr Micros kLinksEvery{250'000}, kCheckpointEvery{1'000'000};
 
   explicit RoomRecorder(const RecordingHead& head);
 
   /// A frame is handed out. Asks for the body's shape when one is due.
   void begin_frame(FrameJob& job, Micros now);
-  /// It is done; the core has not taken it yet.
-  void end_frame(const FrameResult& result, const ServerCore& core, Micros now);
+  /// It is done; the core has not taken it yet. `absent`: tools on the body whose stations are not here (absent_hands.hpp).
+  void end_frame(const FrameResult& result, const ServerCore& core, Micros now, const std::vector<RecordedHold>& absent = {});
   void event(const RecordedEvent& event) { writer_.add(event); }
   void buttons(StationId id, const ButtonChange& change) { writer_.add(RecordedButtons{change.t, id, change.pressed}); }
   /// Several times a second: links, the room's pace, blocks that are due.
@@ -27,9 +27,11 @@ class RoomRecorder {
 
  private:
   RecordedTouch touch_of(const StationFrame& frame, Micros stamp) const;
+  void add_checkpoint(const FrameResult& result, const ServerCore& core, std::vector<RecordedHold> holds);
 
   RecordingWriter writer_;
-  Micros shape_every_{}, next_shape_{}, began_{}, next_links_{};
+  Micros shape_every_{}, next_shape_{}, began_{}, next_links_{}, next_checkpoint_{};
+  Vector checkpoint_;  ///< x of the last one
   bool wants_shape_ = false, slow_ = false;
   std::map<StationId, Micros> newest_;    ///< sample recorded
   std::map<StationId, StationJob> jobs_;  ///< of the frame that is out, without samples

@@ -1,6 +1,7 @@
 #include "server/room/room.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 #include "server/room/nodal_fields.hpp"
 #include "server/room/room_state.hpp"
@@ -49,6 +50,19 @@ void Room::start(Micros body_time) {
   state_->warm_started.clear();
 }
 
+void Room::resume(const Vector& x, const Vector& v) {
+  State& s = *state_;
+  assert(x.size() == s.rest.x.size() && v.size() == s.rest.v.size());
+  s.body.x = x;
+  s.body.v = v;
+  for (std::uint32_t node = 0; node < s.dynamics.nodes(); ++node) {
+    if (s.scene.body.fixed[node] == 0) continue;
+    at_node(s.body.x, node) = at_node(s.rest.x, node);
+    at_node(s.body.v, node).setZero();
+  }
+  s.fall_asleep();
+}
+
 FrameResult Room::simulate(const FrameJob& job) {
   State& s = *state_;
   FrameResult result;
@@ -82,6 +96,7 @@ FrameResult Room::simulate(const FrameJob& job) {
     const std::vector<double> x = s.skin.place(s.body.x);
     for (std::uint32_t i = 0; i < s.dynamics.nodes(); ++i) result.positions.emplace_back(vertex(x, i));
   }
+  if (job.state) result.state = s.body;
   if (job.tension) result.tension = element_tension(s.scene.body, s.body.x);
   return result;
 }

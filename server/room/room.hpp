@@ -50,6 +50,7 @@ struct FrameJob {
   bool shapes = false;    ///< fill FrameResult::positions
   bool tension = false;   ///< and FrameResult::tension
   bool support = false;   ///< and FrameResult::support
+  bool state = false;     ///< fill FrameResult::state
 };
 
 struct StationFrame {
@@ -66,6 +67,7 @@ struct FrameResult {
   std::vector<StationFrame> stations;
   std::vector<Vec3> positions;          ///< of the surface vertices (all nodes), when asked for
   std::vector<float> tension, support;  ///< of all nodes (nodal_fields.hpp), when asked for
+  std::optional<BodyState> state;       ///< when asked for
   int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0;
   bool failed = false;  ///< the step did not converge: no patches, the body was put back
   bool asleep = false;  ///< the body was not stepped, or need not be from here on until a tool comes (stillness.hpp)
@@ -86,6 +88,9 @@ class Room {
   /// Body time at which the next frame starts; call before the first run(), and when another server takes the body over: nobody
   /// touches it then.
   void start(Micros body_time);
+  /// The body as it is to be taken up: x and v of all nodes as FrameResult::state gave them. What the scene holds fast stays
+  /// where the scene says. Nobody touches it then; before the first run().
+  void resume(const Vector& x, const Vector& v);
   /// One frame: simulate(), then build_patches().
   FrameResult run(const FrameJob& job);
   /// Moves the body on; the result has everything but `stations`.

@@ -7,9 +7,11 @@ void Room::State::reset_body() {
   body.x = rest.x;
   body.v.setZero();
   for (std::size_t k = 0; k < ports.size(); ++k) {
+    const auto station = stations.find(port_owner[k]);
+    if (station == stations.end()) continue;  // it left with this very frame
     const ToolPort& port = ports[k];
     const bool holds = port.kind == ContactKind::attach || port.touching;
-    stations.at(port_owner[k]).let_go = LetGo{from_seconds(body.time_s), holds ? Vec3(-port.lambda) : Vec3::Zero()};
+    station->second.let_go = LetGo{from_seconds(body.time_s), holds ? Vec3(-port.lambda) : Vec3::Zero()};
   }
   ports.clear();
   port_owner.clear();

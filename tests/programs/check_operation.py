@@ -57,8 +57,8 @@ class Program:
 
 
 class Server(Program):
-    def __init__(self, programs, scenes, *arguments, environment=None):
-        super().__init__(programs / "palpate-server", "--scene", scenes / "touch-cube.json", "--listen", "127.0.0.1:0", "--metrics",
+    def __init__(self, programs, scenes, *arguments, environment=None, under=()):
+        super().__init__(*under, programs / "palpate-server", "--scene", scenes / "touch-cube.json", "--listen", "127.0.0.1:0", "--metrics",
                          "127.0.0.1:0", *arguments, environment=environment)
         self.metrics = self.wait_for(r"metrics at http://(127\.0\.0\.1:\d+)/metrics").group(1)
         self.address = self.wait_for(r"at (127\.0\.0\.1:\d+), 20 Hz").group(1)
@@ -165,6 +165,25 @@ def check_drain(programs, scenes, work):
     assert done.returncode == 0 and "first" in done.stdout, done.stdout + done.stderr
 
 
+def check_full_disk(programs, scenes, work):
+    """The session goes on, and who watches hears why nothing is recorded any more."""
+    disk = work / "disk"
+    disk.mkdir()
+    tiny = ["unshare", "-rm", "sh", "-c", 'mount -t tmpfs -o size=128k none "$0" && exec "$@"', str(disk)]
+    may_mount = subprocess.run([*tiny, "true"], capture_output=True).returncode == 0
+    under, why = (tiny, "No space left on device") if may_mount else (["prlimit", "--fsize=131072"], "File too large")
+    with Server(programs, scenes, "--record", disk / "session.rec", under=under) as server, hand(programs, scenes, server, "first") as client:
+        client.wait_for("^joined")
+        said = server.wait_for("warning: .*")
+        assert said.group(0) == f"warning: {disk / 'session.rec'}: the recording ends here, the session goes on: {why}", said.group(0)
+        server.reach(lambda: server.value('palpate_recording_failed{room="touch-cube"}'), 1)
+        patches = server.value('palpate_patches_total{room="touch-cube"}')
+        server.reach(lambda: server.value('palpate_patches_total{room="touch-cube"}') > patches, True)
+        os.kill(server.process.pid, signal.SIGTERM)
+        assert server.ended() == 0
+        assert sum("the recording ends here" in line for line in server.lines) == 1, server.lines
+
+
 def keys(programs, work):
     """Flags of a server and of a station that knows it."""
     site, station = work / "site.key", work / "station.key"
@@ -230,6 +249,7 @@ def main():
         check_figures(programs, scenes)
         check_log(programs, scenes)
         check_drain(programs, scenes, work)
+        check_full_disk(programs, scenes, work)
         check_goodbye(programs, scenes, (), [signal.SIGTERM])
         check_goodbye(programs, scenes, ("--drain-s", "1"), [signal.SIGTERM])
         check_goodbye(programs, scenes, ("--drain-s", "3600"), [signal.SIGTERM, signal.SIGTERM])

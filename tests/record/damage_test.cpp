@@ -113,6 +113,110 @@ TEST_CASE("a recording without its end says so and is whole otherwise", "[record
   CHECK(found.frames >= 30 - 10);
 }
 
+namespace {
+
+/// Frames of the blocks of `bytes` that can be read, by number.
+std::vector<int> frames_in(std::span<const std::byte> bytes) {
+  const RecordingReader recording(bytes, "damaged.rec");
+  std::vector<int> frames;
+  for (std::size_t k = 0; k < recording.blocks().size(); ++k)
+    if (const auto block = recording.read(k))
+      for (const RecordedTouch& touch : block->touches) frames.push_back(static_cast<int>((touch.t - kSmallBegin) / kSmallFrame));
+  return frames;
+}
+
+/// Those of the blocks of an undamaged one that do not touch its bytes `begin` to `end`.
+std::vector<int> frames_beside(const RecordingReader& whole, std::size_t begin, std::size_t end) {
+  std::vector<int> frames;
+  for (std::size_t k = 0; k < whole.blocks().size(); ++k) {
+    const std::size_t from = whole.blocks()[k].offset;
+    const std::size_t to = k + 1 < whole.blocks().size() ? whole.blocks()[k + 1].offset : SIZE_MAX;
+    if (from < end && begin < to) continue;
+    const auto block = whole.read(k);
+    for (const RecordedTouch& touch : block->touches) frames.push_back(static_cast<int>((touch.t - kSmallBegin) / kSmallFrame));
+  }
+  return frames;
+}
+
+}  // namespace
+
+TEST_CASE("without an index a flipped byte costs its own block alone, and where it lay is said", "[record]") {
+  constexpr int kFrames = 30;
+  const auto undamaged = small_recording(kFrames, true);
+  const RecordingReader whole(undamaged, "whole");
+  const auto places = whole.blocks();
+  REQUIRE(places.size() >= 4);
+  auto bytes = undamaged;
+  bytes.resize(bytes.size() - layout::kTrailerBytes);  // so that nothing says where the blocks are
+  std::vector<std::size_t> flips;                      // every byte of a part's frame, some of what it holds
+  for (std::size_t k = 0; k + 1 < places.size(); ++k)
+    for (std::size_t at = places[k].offset; at < places[k + 1].offset; at += at < places[k].offset + 48 ? 1 : 13)
+      flips.push_back(at);
+  for (const std::size_t at : flips) {
+    const auto was = bytes[at];
+    bytes[at] ^= std::byte{0x10};
+    INFO("byte " << at);
+    std::size_t hit = 0;
+    while (places[hit + 1].offset <= at) ++hit;
+    REQUIRE(frames_in(bytes) == frames_beside(whole, at, at + 1));
+    const RecordingReader recording(bytes, "flipped.rec");
+    REQUIRE(recording.damaged().front().begin == places[hit].offset);
+    REQUIRE(recording.damaged().front().end == places[hit + 1].offset);
+    REQUIRE(recording.damage().find(" to " + std::to_string(places[hit + 1].offset)) != std::string::npos);
+    REQUIRE(loss_of(recording).places == 1);
+    bytes[at] = was;
+  }
+}
+
+TEST_CASE("of a recording from whose middle a piece is missing the rest is read, and how long it misses is said", "[record]") {
+  constexpr int kFrames = 30;
+  const auto undamaged = small_recording(kFrames, true);
+  const RecordingReader whole(undamaged, "whole");
+  const auto places = whole.blocks();
+  REQUIRE(places.size() >= 4);
+  for (const std::size_t cut : {1u, 7u, 8u, 400u, 3000u})
+    for (std::size_t begin = places[1].offset; begin + cut < places.back().offset; begin += 31) {
+      auto bytes = undamaged;
+      bytes.erase(bytes.begin() + static_cast<std::ptrdiff_t>(begin), bytes.begin() + static_cast<std::ptrdiff_t>(begin + cut));
+      INFO(cut << " bytes from " << begin << " on");
+      const std::vector<int> left = frames_beside(whole, begin, begin + cut);
+      REQUIRE(frames_in(bytes) == left);
+      const RecordingReader recording(bytes, "cut.rec");
+      REQUIRE_FALSE(recording.complete());
+      REQUIRE(recording.name_of(3) == "hand");
+      const RecordingLoss loss = loss_of(recording);
+      const bool none = left.size() == static_cast<std::size_t>(kFrames);
+      REQUIRE(loss.places == (none ? 0 : 1));
+      // Frames are all that the blocks tell of, and between the first that is missing and the next that is not lie this many.
+      REQUIRE(loss.time >= (kFrames - static_cast<int>(left.size()) - 1) * kSmallFrame);
+      REQUIRE(loss.time <= (kFrames - static_cast<int>(left.size()) + 2) * kSmallFrame);
+    }
+}
+
+TEST_CASE("who joined in a block that is lost keeps the name that the index has", "[record]") {
+  auto bytes = small_recording(30, true);
+  const RecordingReader whole(bytes, "whole");
+  const std::size_t first = whole.blocks()[0].offset;
+  bytes.erase(bytes.begin() + static_cast<std::ptrdiff_t>(first), bytes.begin() + static_cast<std::ptrdiff_t>(first) + 100);
+  CHECK(RecordingReader(bytes, "cut.rec").name_of(3) == "hand");
+}
+
+TEST_CASE("a file full of beginnings that lead nowhere is given up, not searched for hours", "[record][hostile]") {
+  auto bytes = small_recording(3, false);
+  const std::size_t from = bytes.size(), parts = 400'000, each = 40;
+  bytes.resize(from + parts * each);
+  for (std::size_t k = 0; k < parts; ++k) {
+    std::byte* const part = bytes.data() + from + k * each;
+    const auto size = static_cast<std::uint32_t>((parts - k) * each - layout::kFrameBytes - layout::kPrefixBytes);
+    std::memcpy(part, layout::kPartMark, 4);
+    std::memcpy(part + layout::kFrameBytes, &size, sizeof size);
+    std::memcpy(part + layout::kIdentifierAt, layout::kIdentifier, 4);
+  }
+  const RecordingReader recording(bytes, "hostile.rec");  // every checksum: 3 TB
+  CHECK_FALSE(recording.complete());
+  CHECK(recording.damaged().back().end == bytes.size());
+}
+
 TEST_CASE("what is no recording, or one of another version, is refused in words", "[record]") {
   auto bytes = small_recording(3, true);
   CHECK_THAT(found_in({}).error, Catch::Contains("damaged.rec: is no recording; expected a recording made by palpate-server"));

@@ -129,3 +129,23 @@ TEST_CASE("a room's file is named after it", "[record]") {
   CHECK(plain_name("../x") == "_._x");
   CHECK(named_after("session", "left/../lobe 2") == "session-left_.._lobe_2");
 }
+
+TEST_CASE("the files of a series are found by their numbers, and the next one is later than all", "[record]") {
+  const Folder folder;
+  const auto series = [&](const char* name) { return series_of("--record", folder.path / name); };
+  const auto newest = [&](const char* name) { return series(name).there.front().filename().string(); };
+  CHECK(series("a.rec").there.empty());
+  CHECK(series("a.rec").next == folder.path / "a.rec");
+  CHECK(series_of("--record", folder.path / "new" / "a.rec").there.empty());
+  for (const char* name : {"a.rec", "a.2.rec", "a.10.rec", "a.x.rec", "a-liver.rec", "a.01.rec", "a.-3.rec", "ab.rec"})
+    std::ofstream(folder.path / name) << "something";
+  CHECK(newest("a.rec") == "a.10.rec");
+  CHECK(series("a.rec").there.size() == 3);
+  CHECK(series("a.rec").next == folder.path / "a.11.rec");
+  std::ofstream(folder.path / "a.11.rec");  // a power cut left nothing in it
+  CHECK(newest("a.rec") == "a.10.rec");
+  CHECK(series("a.rec").next == folder.path / "a.12.rec");
+  std::filesystem::create_directory(folder.path / "a.20.rec");
+  CHECK(series("a.rec").next == folder.path / "a.12.rec");
+  CHECK(series("a-liver.rec").next == folder.path / "a-liver.2.rec");
+}

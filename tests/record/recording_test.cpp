@@ -261,3 +261,32 @@ TEST_CASE("a recording's end does not grow with every station that comes and goe
   writer.finish();
   CHECK(writer.take().size() < last + 500'000);
 }
+
+TEST_CASE("a checkpoint has every vertex to a step of the wire and its velocity, and one that cannot be carried is left out",
+          "[record]") {
+  RecordingWriter writer(test::small_head());
+  const std::vector<Vec3> x{{0, 0, 0}, {0.05, 0.0123456789, 0.02}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.09}};
+  const std::vector<Vec3> v(5, Vec3(0.1, -0.2, 0.3));
+  writer.add(RecordedCheckpoint{Micros{2'000'000}, x, v, {{"left hand", Vec3(0.01, 0.02, 0.0901)}, {"right", Vec3::Zero()}}});
+  std::vector<Vec3> torn = x;
+  torn[2].y() = std::numeric_limits<double>::quiet_NaN();
+  writer.add(RecordedCheckpoint{Micros{2'100'000}, torn, v, {}});
+  writer.add(RecordedCheckpoint{Micros{2'200'000}, x, torn, {}});
+  writer.finish();
+  const auto bytes = writer.take();
+  const RecordingReader recording(bytes, "checkpoint.rec");
+  REQUIRE(recording.blocks().size() == 1);
+  const auto block = recording.read(0);
+  REQUIRE(block);
+  REQUIRE(block->checkpoints.size() == 1);
+  const RecordedCheckpoint& found = block->checkpoints.front();
+  CHECK(found.t == Micros{2'000'000});
+  REQUIRE(found.positions.size() == x.size());
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    CHECK((found.positions[k] - x[k]).cwiseAbs().maxCoeff() <= std::ldexp(0.5, -27));
+    CHECK((found.velocities[k] - v[k]).norm() < 1e-7);
+  }
+  REQUIRE(found.holds.size() == 2);
+  CHECK(found.holds[0].station == "left hand");
+  CHECK((found.holds[0].tool - Vec3(0.01, 0.02, 0.0901)).norm() < 1e-7);
+}

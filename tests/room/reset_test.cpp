@@ -126,3 +126,15 @@ TEST_CASE("A grasp takes hold again by itself, and the node is led back to the t
   CHECK(again.contact);
   CHECK((again.force - first.force).norm() < 0.01 * first.force.norm());
 }
+
+TEST_CASE("A hand that leaves with the very frame of a reset takes nothing with it") {
+  ResetBed bed;
+  const FrameResult rest = bed.frame(0.01);
+  REQUIRE(farthest_apart(bed.hold(-0.008, 20), rest) > 0.003);
+  FrameJob job;
+  job.begin = bed.now;
+  job.target = bed.now + kResetFrame;
+  job.frame = kResetFrame;
+  job.reset = job.shapes = true;
+  CHECK(farthest_apart(bed.room.run(job), rest) < 1e-9);
+}

@@ -221,3 +221,22 @@ TEST_CASE("What a viewer receives is recorded as it was shown, and plays", "[vie
       REQUIRE((moment.shape.positions[v] - world.body.rest[v]).z() == Approx(0.01 * seconds(t)).margin(1e-4));
   }
 }
+
+TEST_CASE("A viewer knows when it was answered last, and that a server that ends has sent it away", "[view]") {
+  World world;
+  world.run_until(Micros{1'000'000});
+  REQUIRE(world.viewer.ready());
+  CHECK_FALSE(world.viewer.sent_away());
+  CHECK(world.viewer.last_answer() > Micros{700'000});
+  world.server.drain();
+  world.server.shut_down(world.now);
+  world.run_until(Micros{1'500'000});
+  CHECK(world.viewer.sent_away());
+  CHECK(world.viewer.link() != ViewLink::joined);
+  const Micros last = world.viewer.last_answer();
+  world.server = ServerCore(demo::facts_of(world.body), {.draw = repeatable(12), .rate_hz = 20});
+  world.run_until(Micros{5'000'000});
+  CHECK(world.viewer.link() == ViewLink::joined);
+  CHECK_FALSE(world.viewer.sent_away());
+  CHECK(world.viewer.last_answer() > last);
+}

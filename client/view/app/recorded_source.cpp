@@ -70,7 +70,7 @@ void RecordedSource::step(int frames, Micros now) {
 std::string RecordedSource::damage() const {
   if (scene_.damaged_blocks() > 0)
     return fmt::format("{} of {} blocks are damaged and left out", scene_.damaged_blocks(), recording_.blocks().size());
-  return recording_.complete() ? "" : recording_.damage() + "; what came before is shown";
+  return recording_.complete() ? "" : recording_.damage() + "; what can be read is shown";
 }
 
 }  // namespace palpate

@@ -17,26 +17,7 @@
 namespace palpate {
 namespace {
 
-using asio::ip::udp;
-
 volatile std::sig_atomic_t g_end = 0;
-
-constexpr int kReceiveBufferBytes = 1 << 20;  // a drawn frame may take long; shapes wait here meanwhile
-
-udp::endpoint resolve(asio::io_context& io, const std::string& server) {
-  const std::size_t colon = server.rfind(':');
-  const std::string where = "--server " + server, expected = "HOST:PORT with a port from 1 to 65535";
-  if (colon == std::string::npos || colon == 0 || colon + 1 == server.size()) throw InputError(where, "not an address", expected);
-  const std::string port = server.substr(colon + 1);
-  const bool digits = port.size() <= 5 && std::all_of(port.begin(), port.end(), [](char c) { return c >= '0' && c <= '9'; });
-  if (!digits || std::stoi(port) < 1 || std::stoi(port) > 65535) throw InputError(where, "bad port", expected);
-  std::string host = server.substr(0, colon);
-  if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-  asio::error_code error;
-  const auto found = udp::resolver(io).resolve(host, port, error);
-  if (error || found.empty()) throw InputError(where, "host does not resolve", "a name or address that does");
-  return *found.begin();
-}
 
 }  // namespace
 
@@ -48,15 +29,20 @@ bool told_to_end() { return g_end != 0; }
 Micros now_us() { return std::chrono::duration_cast<Micros>(std::chrono::steady_clock::now().time_since_epoch()); }
 
 ViewSession::ViewSession(const std::string& server, const std::string& station, const std::string& room, bool alike,
-                         const std::optional<ClientKeys>& keys)
-    : server_(server), core_(station, now_us(), room, alike) {
+                         const std::optional<ClientKeys>& keys, NameLookup::Ask ask)
+    : server_(server),
+      core_(station, now_us(), room, alike),
+      address_(server_at(server)),
+      finder_(server, address_, ask ? std::move(ask) : server_at, now_us()) {
   if (keys) channel_.emplace(*keys, kWireVersion, system_random(), now_us());
-  const udp::endpoint endpoint = resolve(io_, server);
-  socket_.open(endpoint.protocol());
-  socket_.connect(endpoint);
+  connect();
+}
+
+void ViewSession::connect() {
+  socket_ = open_udp_towards(io_, address_);
+  asio::error_code unreachable;  // a network that is gone comes back: the next move tries anew
+  socket_.connect(address_, unreachable);
   socket_.non_blocking(true);
-  asio::error_code ignored;
-  socket_.set_option(udp::socket::receive_buffer_size(kReceiveBufferBytes), ignored);
 }
 
 ViewSession::~ViewSession() {
@@ -79,6 +65,10 @@ void ViewSession::pump() {
   }
   if (channel_) channel_->tick(now_us());
   core_.tick(now_us());
+  if (const auto server = finder_.move(now_us(), core_.last_answer(), core_.sent_away())) {
+    address_ = *server;
+    connect();
+  }
   pump_recording();
   send_all();
 }

@@ -1,15 +1,17 @@
-// A server's room to look at: ViewCore on a real UDP socket and the real clock. One thread; the caller pumps it.
+// A server's room to look at: ViewCore on a real UDP socket and the real clock. One thread; the caller pumps it. Where nobody
+// answers it asks for the server's name again and goes on from a new port (client/io/server_finder.hpp).
 #pragma once
 
 #include <asio/io_context.hpp>
-#include <asio/ip/udp.hpp>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 
+#include "client/io/server_finder.hpp"
 #include "client/view/app/view_source.hpp"
 #include "client/view/app/viewer_recording.hpp"
+#include "common/io/endpoint.hpp"
 #include "common/trust/client_channel.hpp"
 
 namespace palpate {
@@ -20,9 +22,10 @@ Micros now_us();
 class ViewSession : public ViewSource {
  public:
   /// `server` is HOST:PORT. Throws InputError when it does not parse or the host does not resolve.
-  /// `alike`: another name like `station` will do where that is taken.
+  /// `alike`: another name like `station` will do where that is taken. `ask`: what is asked for the name when nobody answers; the
+  /// resolver unless given.
   ViewSession(const std::string& server, const std::string& station, const std::string& room, bool alike,
-              const std::optional<ClientKeys>& keys = {});
+              const std::optional<ClientKeys>& keys = {}, NameLookup::Ask ask = {});
   ~ViewSession() override;
 
   /// Everything that is due: datagrams in, the core's clock, datagrams out. Never blocks.
@@ -50,6 +53,7 @@ class ViewSession : public ViewSource {
 
  private:
   void take(std::span<const std::byte> datagram);
+  void connect();
   void send_all();
   void pump_recording();
   void remember(Micros now, const std::vector<ToolView>& tools);
@@ -57,8 +61,10 @@ class ViewSession : public ViewSource {
 
   std::string server_;
   asio::io_context io_;
-  asio::ip::udp::socket socket_{io_};
+  UdpSocket socket_{io_};
   ViewCore core_;
+  UdpEndpoint address_;
+  ServerFinder finder_;
   std::optional<ClientChannel> channel_;  ///< where there are keys
   History forces_, patch_ages_;
   std::unique_ptr<ViewerRecording> recording_;

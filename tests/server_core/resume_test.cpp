@@ -1,0 +1,182 @@
+// A body that is taken up again from a recording, and the tools that wait on it.
+#include "server/record/resume.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "common/base/error.hpp"
+#include "server/record/absent_hands.hpp"
+#include "server/record/room_recorder.hpp"
+#include "server/room/room.hpp"
+#include "server/scene/scene.hpp"
+
+using namespace palpate;
+using namespace std::chrono_literals;
+
+namespace {
+
+Scene scene_named(const char* name) { return load_scene(std::string(PALPATE_SOURCE_DIR "/scenes/") + name); }
+
+constexpr Micros kFrame = 50ms;
+
+/// A room with a tool that stands still, frame by frame, and its recorder; no network.
+struct Pressed {
+  Scene scene = scene_named("touch-cube.json");
+  Room room{scene};
+  AbsentHands absent;
+  Micros at = 10s;
+  FrameResult last;
+
+  explicit Pressed(Micros begin = 10s) : at(begin) { room.start(begin); }
+  /// `tool`: of station 7, which is not there without one.
+  const FrameResult& frame(const std::optional<Vec3>& tool, bool reset = false) {
+    FrameJob job;
+    job.begin = at;
+    job.target = at + kFrame;
+    job.state = true;
+    job.reset = reset;
+    if (tool) {
+      StationJob station;
+      station.id = 7;
+      station.scheme = Scheme::port;
+      station.horizon = 100ms;
+      station.samples = {{at, *tool}, {at + kFrame, *tool}};
+      job.stations.push_back(station);
+    }
+    absent.add_to(job, here);
+    last = room.run(job);
+    absent.take_out(last);
+    at += kFrame;
+    return last;
+  }
+  std::vector<StationReport> here;
+};
+
+StationReport report(StationId id, const std::string& name) {
+  StationReport station;
+  station.id = id;
+  station.name = name;
+  return station;
+}
+
+/// Presses for `frames` frames, 8 mm into the top of the cube.
+Vec3 press(Pressed& world, int frames) {
+  const Vec3 above = home_of(world.scene), pressed = above - Vec3(0, 0, 0.028);
+  for (int k = 0; k < frames; ++k) world.frame(above + std::min(1.0, k / 10.0) * (pressed - above));
+  return pressed;
+}
+
+double farthest(const Vector& a, const Vector& b) { return (a - b).cwiseAbs().maxCoeff(); }
+
+RecordingHead head_of(const Scene& scene) {
+  RecordingHead head;
+  head.name = "room";
+  head.unix_time = Micros{1'800'000'000'000'000};
+  head.clock_time = 9s;
+  head.scene = "{}";
+  head.surface = recorded_surface(scene);
+  return head;
+}
+
+RecordedCheckpoint checkpoint_of(const FrameResult& result, std::vector<RecordedHold> holds) {
+  RecordedCheckpoint checkpoint{result.stamp, {}, {}, std::move(holds)};
+  for (std::uint32_t node = 0; node < result.state->x.size() / 3; ++node) {
+    checkpoint.positions.emplace_back(at_node(result.state->x, node));
+    checkpoint.velocities.emplace_back(at_node(result.state->v, node));
+  }
+  return checkpoint;
+}
+
+std::string error_of(const RecordingHead& head, const Scene& scene, const std::string& room = "room") {
+  RecordingWriter writer(head);
+  const auto bytes = writer.take();
+  try {
+    newest_checkpoint(RecordingReader(bytes, "old.rec"), "old.rec", room, scene);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("a body that is taken up again stays as it was while its tools wait, and until the hand has it", "[resume]") {
+  Pressed before;
+  const Vec3 tool = press(before, 60);
+  REQUIRE(before.last.stations.front().contact);
+  const double depth = farthest(before.last.state->x, Pressed().frame(std::nullopt).state->x);
+  REQUIRE(depth > 0.005);
+  RecordingWriter writer(head_of(before.scene));
+  writer.add(checkpoint_of(before.last, {{"hand", tool}}));
+  writer.finish();
+  const auto bytes = writer.take();
+  const auto found = newest_checkpoint(RecordingReader(bytes, "old.rec"), "old.rec", "room", before.scene);
+  REQUIRE(found);
+  CHECK(found->unix_time == Micros{1'800'000'000'000'000} + (before.last.stamp - Micros(9s)));
+
+  Pressed after(500s);
+  after.room.resume(in_a_row(found->checkpoint.positions), in_a_row(found->checkpoint.velocities));
+  after.absent = AbsentHands(found->checkpoint.holds);
+  const Vector was = before.last.state->x;
+  double most = 0;
+  for (int k = 0; k < 80; ++k) most = std::max(most, farthest(after.frame(std::nullopt).state->x, was));
+  CHECK(after.last.stations.empty());
+  CHECK(after.absent.holds().size() == 1);
+  // What the friction held under the tool may settle anew: a fiftieth of the depth.
+  CHECK(most < depth / 50);
+  const Vec3 force = before.last.stations.front().force;
+  after.here = {report(7, "hand")};
+  for (int k = 0; k < 20; ++k) most = std::max(most, farthest(after.frame(tool).state->x, was));
+  CHECK(after.absent.holds().empty());
+  REQUIRE(after.last.stations.size() == 1);
+  CHECK(most < depth / 50);
+  CHECK((after.last.stations.front().force - force).norm() < 0.05 * force.norm());
+}
+
+TEST_CASE("a tool whose station does not come back lets go after ten seconds, and at a reset at once", "[resume]") {
+  Pressed before;
+  const Vec3 tool = press(before, 60);
+  const Vector rest = Pressed().frame(std::nullopt).state->x;
+  for (const bool reset : {false, true}) {
+    Pressed after(500s);
+    after.room.resume(before.last.state->x, before.last.state->v);
+    after.absent = AbsentHands({{"hand", tool}});
+    after.here = {report(7, "another")};  // who is not the one does not take it over
+    const int frames = reset ? 5 : static_cast<int>(AbsentHands::kLongest / kFrame) - 1;
+    for (int k = 0; k < frames; ++k) after.frame(std::nullopt);
+    REQUIRE(farthest(after.last.state->x, rest) > 0.005);
+    after.frame(std::nullopt, reset);
+    CHECK(after.absent.holds().empty());
+    for (int k = 0; k < 60; ++k) after.frame(std::nullopt);
+    CHECK(farthest(after.last.state->x, rest) < 1e-4);
+  }
+}
+
+TEST_CASE("a recording of another room, body or machine is refused in words, one without a checkpoint is not", "[resume]") {
+  const Scene cube = scene_named("touch-cube.json");
+  const RecordingHead head = head_of(cube);
+  CHECK(error_of(head, cube).empty());
+  RecordingWriter writer(head);
+  const auto bytes = writer.take();
+  CHECK_FALSE(newest_checkpoint(RecordingReader(bytes, "old.rec"), "old.rec", "room", cube));
+  CHECK(error_of(head, cube, "liver") == "old.rec: is of room \"room\"; expected of room \"liver\"");
+  RecordingHead station = head;
+  station.kind = RecordingKind::station;
+  CHECK_THAT(error_of(station, cube), Catch::Contains("old.rec: is a station's recording; expected one of a room"));
+  RecordingHead other = head;
+  ++other.surface.mesh_hash;
+  CHECK_THAT(error_of(other, cube), Catch::Contains("is of a body with another surface; expected that of scene"));
+  other = head;
+  ++other.surface.body_vertices;
+  CHECK_THAT(error_of(other, cube), Catch::Contains("vertices; expected the "));
+}
+
+TEST_CASE("a checkpoint that does not fit its own head is refused", "[resume]") {
+  const Scene cube = scene_named("touch-cube.json");
+  RecordingWriter writer(head_of(cube));
+  writer.add(RecordedCheckpoint{10s, {Vec3::Zero()}, {Vec3::Zero()}, {}});
+  writer.finish();
+  const auto bytes = writer.take();
+  const RecordingReader recording(bytes, "old.rec");
+  CHECK_THROWS_WITH(newest_checkpoint(recording, "old.rec", "room", cube),
+                    Catch::Contains("its newest checkpoint has 1 vertices"));
+}
