@@ -97,7 +97,7 @@ void write(const std::filesystem::path& out, const std::vector<Series>& all) {
     panel.title = s.of->name;
     panel.x_label = "nodes";
     panel.y_label = "error [%]";
-    panel.setup = "set logscale xy\nset format xy '%g'\nset yrange [0.1:200]\n";
+    panel.setup = "set logscale xy\nset format xy '%g'\nset yrange [0.05:3000]\n";
     panel.curves.push_back({"1:2", element, static_cast<int>(s.element) + 1, file, "linespoints"});
   }
   write_text(out / "cells.csv", csv);
