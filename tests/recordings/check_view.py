@@ -76,7 +76,7 @@ def check_damage(programs, work):
         return file
 
     _, complaint = picture(programs, put(whole[:len(whole) * 3 // 4]), work / "cut.png")
-    assert complaint.count("\n") == 1 and "from byte" in complaint and "what came before" in complaint, complaint
+    assert complaint.count("\n") == 1 and "from byte" in complaint and "what can be read is shown" in complaint, complaint
     refused(programs, "--recording", put(whole[:10]), *out, words="is no recording")
     refused(programs, "--recording", put(b"Dear diary, today nothing happened.\n"), *out, words="is no recording")
     refused(programs, "--recording", put(whole[:8] + b"\x02" + whole[9:]), *out, words="version 2")
