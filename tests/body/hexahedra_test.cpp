@@ -10,6 +10,7 @@
 #include "server/body/settle.hpp"
 #include "server/body/tangents.hpp"
 #include "tests/support/bodies.hpp"
+#include "tests/support/hanging_bar.hpp"
 
 using namespace palpate;
 using namespace palpate::test;
@@ -32,22 +33,10 @@ Vector forces_of(const Dynamics& dynamics, const Vector& x, const Vector& v) {
   return f;
 }
 
-/// Where the bar of 100 x 30 x 20 mm, 400 kPa and 1000 kg/m^3, clamped at x = 0, hangs in gravity: how far the middle of the
-/// upper edge of its free end came down [mm].
+/// hanging_bar.hpp, of 400 kPa.
 double sag_mm(const std::string& nodes, double poisson, const std::string& element) {
-  const Scene scene = read_scene(R"({"body": {"lattice": {"nodes": )" + nodes +
-                                     R"(, "size_m": [0.1, 0.03, 0.02], "fixed_faces": ["x-"], "gravity_m_s2": [0, 0, -9.81],
-      "solid": {"element": ")" + element +
-                                     R"(", "young_pa": 400000, "poisson": )" + std::to_string(poisson) + "}}}}",
-                                 "bar.json");
-  const Dynamics dynamics(scene.body);
-  const Equilibrium hangs = find_equilibrium(dynamics);
-  REQUIRE(hangs.found);
-  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
-    if ((scene.body.nodes[i] - Vec3(0.1, 0.015, 0.02)).norm() < 1e-9)
-      return 1e3 * (scene.body.nodes[i].z() - node_of(hangs.state.x, i).z());
-  FAIL("no node there");
-  return 0;
+  return hanging_bar_sag_mm(
+      nodes, R"("solid": {"element": ")" + element + R"(", "young_pa": 400000, "poisson": )" + std::to_string(poisson) + "}");
 }
 
 /// A block of 60 x 60 x 30 mm and 10 kPa, bonded below, into whose top a square of 20 x 20 mm is pressed by 3 mm, glued to it:
