@@ -67,8 +67,7 @@ std::vector<PredictedState> Room::State::hand_rollouts(Micros horizon) {
                       t - body.time_s);
     };
     const bool to_its_end = roll_out(seconds(horizon), tool, [&](int snapshot, const Vector& x) {
-      if (snapshot * rollout.snapshots % kRolloutSnapshots == 0)
-        ahead.push_back({SnapshotKind::rollout, rollout.weight, x});
+      if (snapshot * rollout.snapshots % kRolloutSnapshots == 0) ahead.push_back({SnapshotKind::rollout, rollout.weight, x});
     });
     if (rollout.dead_reckoned && !to_its_end) return {};
   }
