@@ -34,16 +34,25 @@ void share(double elastic, const Nodes& nodes, const Moves& moves, std::vector<d
     if (moves(i)) by_node[i] += elastic / static_cast<double>(moving);
 }
 
-/// Of small strains, which both laws of a solid agree on.
-double elastic_energy(const Specimen& specimen, std::size_t tetrahedron, const Vector& q) {
-  const Tetrahedron& t = specimen.body().tetrahedra[tetrahedron];
-  const TetraRest& rest = specimen.dynamics().tetrahedra().rest(static_cast<std::uint32_t>(tetrahedron));
-  const SolidMaterial& m = specimen.body().materials[t.material];
-  Mat3 gradient = Mat3::Zero();
-  for (std::size_t n = 0; n < 4; ++n) gradient += at(q, t.nodes[n]) * rest.b.col(static_cast<Eigen::Index>(n)).transpose();
+/// Of small strains, which all laws of a solid agree on.
+double elastic_energy(const SolidMaterial& m, double volume_m3, const Mat3& gradient) {
   const Mat3 strain = 0.5 * (gradient + gradient.transpose());
   const double mu = m.young_pa / (2 * (1 + m.poisson)), lambda = 2 * mu * m.poisson / (1 - 2 * m.poisson);
-  return rest.volume_m3 * (mu * strain.squaredNorm() + 0.5 * lambda * strain.trace() * strain.trace());
+  return volume_m3 * (mu * strain.squaredNorm() + 0.5 * lambda * strain.trace() * strain.trace());
+}
+
+double elastic_energy(const Specimen& specimen, const Tetrahedron& t, std::uint32_t which, const Vector& q) {
+  const TetraRest& rest = specimen.dynamics().tetrahedra().rest(which);
+  Mat3 gradient = Mat3::Zero();
+  for (std::size_t n = 0; n < 4; ++n) gradient += at(q, t.nodes[n]) * rest.b.col(static_cast<Eigen::Index>(n)).transpose();
+  return elastic_energy(specimen.body().materials[t.material], rest.volume_m3, gradient);
+}
+
+double elastic_energy(const Specimen& specimen, const Hexahedron& h, std::uint32_t which, const Vector& q) {
+  const HexaShape& shape = specimen.dynamics().hexahedra().shape(which);
+  const Mat37 gradient = specimen.dynamics().hexahedra().gradient(which, q);
+  return elastic_energy(specimen.body().materials[h.material], shape.rest.volume_m3, gradient.leftCols<3>()) +
+         0.5 * shape.modes.k.dot(gradient.rightCols<4>().colwise().squaredNorm().transpose());
 }
 
 /// By node, sum 1.
@@ -57,8 +66,10 @@ std::vector<double> energy(const Specimen& specimen, const Vector& q, const Vect
     const double stretch = along.dot(at(q, e.b) - at(q, e.a));
     share(0.5 * e.stiffness_n_m * stretch * stretch, std::array{e.a, e.b}, moves, by_node);
   }
-  for (std::size_t t = 0; t < body.tetrahedra.size(); ++t)
-    share(elastic_energy(specimen, t, q), body.tetrahedra[t].nodes, moves, by_node);
+  for (std::uint32_t e = 0; e < body.tetrahedra.size(); ++e)
+    share(elastic_energy(specimen, body.tetrahedra[e], e, q), body.tetrahedra[e].nodes, moves, by_node);
+  for (std::uint32_t e = 0; e < body.hexahedra.size(); ++e)
+    share(elastic_energy(specimen, body.hexahedra[e], e, q), body.hexahedra[e].nodes, moves, by_node);
   const double sum = std::accumulate(by_node.begin(), by_node.end(), 0.0);
   for (double& part : by_node) part /= sum;
   return by_node;

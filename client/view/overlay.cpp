@@ -88,6 +88,12 @@ Legend legend_of(ShapeChannel color) {
       return {"largest force in an element", 1, "N"};
     case ShapeChannel::support:
       return {"reach of the local patches", 100, "%"};
+    case ShapeChannel::stress:
+      return {"von Mises stress", 1e-3F, "kPa"};
+    case ShapeChannel::strain:
+      return {"largest principal strain", 100, "%"};
+    case ShapeChannel::pressure:
+      return {"pressure", 1e-3F, "kPa"};
     case ShapeChannel::position:
       break;
   }

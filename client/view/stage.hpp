@@ -26,7 +26,7 @@ class Scales {
   float miss_max_m() const { return miss_max_m_; }
 
  private:
-  std::array<float, kShapeChannels> color_max_{0.001F, 0.01F, 0.01F};
+  std::array<float, kShapeChannels> color_max_{0.001F, 0.01F, 0.01F, 100, 0.01F, 100};
   float arrow_m_per_n_ = 0.001F, force_peak_n_ = 0.5F, miss_max_m_ = 1e-5F;
 };
 

@@ -135,6 +135,92 @@ TetraLanes neo_hookean_stress(const TetraStamp& at, const TetraLanes& df) {
   return q;
 }
 
+/// exp(x) - 1 - x, without a difference of what nearly cancels.
+TetraLane second_of_exp(const TetraLane& x) {
+  constexpr float kNear = 0.5F;
+  const TetraLane series =
+      0.5F * x.square() *
+      (1 + x * (1.0F / 3) * (1 + x * 0.25F * (1 + x * 0.2F * (1 + x * (1.0F / 6) * (1 + x * (1.0F / 7) * (1 + x * 0.125F))))));
+  return (x.abs() < kNear).select(series, x.exp() - 1 - x);
+}
+
+/// exp(x) - 1 - x - x^2 / 2, the same way.
+TetraLane third_of_exp(const TetraLane& x) {
+  constexpr float kNear = 0.5F;
+  const TetraLane series =
+      (1.0F / 6) * x.cube() *
+      (1 + x * 0.25F * (1 + x * 0.2F * (1 + x * (1.0F / 6) * (1 + x * (1.0F / 7) * (1 + x * 0.125F * (1 + x * (1.0F / 9)))))));
+  return (x.abs() < kNear).select(series, second_of_exp(x) - 0.5F * x.square());
+}
+
+struct InvariantResidual {
+  TetraLanes c, x;
+  TetraLane q, det, e, j, delta, rest;  // rest: q - 2 e, delta beyond its first order
+  // Where e follows the exponential to there: exp(y) - 1 and what it is beyond x of y = b delta. Else by differences.
+  TetraLane y;
+  Eigen::Array<bool, kTetraLane, 1> smooth;
+
+  InvariantResidual(const TetraStamp& at, const TetraLanes& df)
+      : c(cofactors_of(df)), x(mixed_cofactors(at.f, df)), q(inner(df, df)), det(inner(df, c) * (1.0F / 3)) {
+    e = inner(at.f, c) + det;
+    j = inner(at.g, df) + e;
+    rest = q - 2 * e;
+    delta = 2 * (inner(at.f, df) - j) + q;
+    y = at.exponent * delta;
+    constexpr auto kEnd = static_cast<float>(kSteepest);
+    smooth = (at.size <= kEnd) && (at.size + y <= kEnd);
+  }
+
+  /// e there.
+  TetraLane growth(const TetraStamp& at) const {
+    constexpr auto kEnd = static_cast<float>(kSteepest);
+    const TetraLane there = at.size + y;
+    return there.min(kEnd).exp() * (1 + (there - kEnd).max(0.0F));
+  }
+  /// (e there less e here) and that less its first order, both without mu_1.
+  void changes(const TetraStamp& at, TetraLane& first, TetraLane& second) const {
+    const TetraLane beyond = second_of_exp(y);
+    const TetraLane direct = growth(at) - at.growth;
+    first = smooth.select(at.growth * (beyond + y), direct);
+    second = smooth.select(at.growth * beyond, direct - slope_of(at) * y);
+  }
+  /// The integral of e over I_1 from here to there, less its first and second order in delta.
+  TetraLane integral(const TetraStamp& at) const {
+    const TetraLane small = delta * y.square() * (1.0F / 6);  // where y is 0 the quotient below has no value
+    const TetraLane of_exp = (y.abs() < 1e-3F).select(small, third_of_exp(y) / at.exponent.max(1e-20F));
+    const TetraLane direct = (integral_from_rest(at.size + y) - integral_from_rest(at.size)) / at.exponent.max(1e-20F) -
+                             at.growth * delta - 0.5F * slope_of(at) * y * delta;
+    return smooth.select(at.growth * of_exp, direct);
+  }
+  static TetraLane slope_of(const TetraStamp& at) { return at.size.min(static_cast<float>(kSteepest)).exp(); }
+  static TetraLane integral_from_rest(const TetraLane& size) {
+    constexpr auto kEnd = static_cast<float>(kSteepest);
+    const TetraLane end = size.min(kEnd).exp(), beyond = (size - kEnd).max(0.0F);
+    return end - 1 + end * beyond * (1 + 0.5F * beyond);
+  }
+};
+
+TetraLanes invariant_stress(const TetraStamp& at, const TetraLanes& df) {
+  const InvariantResidual b(at, df);
+  TetraLane first, second;
+  b.changes(at, first, second);
+  const TetraLane by_way = at.mu * second + at.slope * b.rest, by_df = at.mu * first, by_x = at.lambda * b.j;
+  TetraLanes q;
+  for (std::size_t i = 0; i < 9; ++i)
+    q[i] = by_df * (df[i] - b.x[i] - b.c[i]) + by_way * (at.f[i] - at.g[i]) + by_x * (b.x[i] + b.c[i]) +
+           at.lambda * b.e * at.g[i] + at.pressure * b.c[i];
+  const TetraLanes of_f = mixed_cofactors(at.f, b.c), of_df = mixed_cofactors(df, sum(b.x, b.c));
+  for (std::size_t i = 0; i < 9; ++i) q[i] += at.mu_2 * (of_f[i] + of_df[i]);
+  return q;
+}
+
+TetraLane invariant_energy(const TetraStamp& at, const TetraLanes& df) {
+  const InvariantResidual b(at, df);
+  return 0.5F * at.mu * b.integral(at) + 0.25F * at.slope * b.rest * (2 * b.delta - b.rest) +
+         0.5F * at.mu_2 * (2 * inner(b.x, b.c) + inner(b.c, b.c)) + 0.5F * at.lambda * b.e * (2 * b.j - b.e) +
+         at.pressure * b.det;
+}
+
 struct CorotationalResidual {
   Axial first;  // W t
   TetraLane r, e;
@@ -168,10 +254,11 @@ TetraStamp::TetraStamp() {
   for (TetraLanes* const lanes : {&f, &g, &w})
     for (std::size_t i = 0; i < 9; ++i) (*lanes)[i] = TetraLane::Constant(i % 4 == 0 ? 1.0F : 0.0F);
   size = TetraLane::Constant(4);
-  mu = lambda = pressure = TetraLane::Zero();
+  mu = lambda = pressure = mu_2 = exponent = slope = TetraLane::Zero();
+  growth = TetraLane::Ones();
 }
 
-void TetraStamp::set(int lane, SolidLaw law, const Eigen::Matrix3d& deformation, double mu_l, double lambda_l) {
+void TetraStamp::set(int lane, SolidLaw law, double shape, const Eigen::Matrix3d& deformation, double mu_l, double lambda_l) {
   Eigen::Matrix3d of_f = deformation;
   Eigen::Matrix3d of_g = Eigen::Matrix3d::Identity(), of_w = of_g;
   double of_size = 0, of_mu = mu_l, of_lambda = lambda_l, of_pressure = 0;
@@ -181,6 +268,18 @@ void TetraStamp::set(int lane, SolidLaw law, const Eigen::Matrix3d& deformation,
     of_g = cofactors(deformation);
     of_size = deformation.squaredNorm() + 1;
     of_pressure = of_lambda * (deformation.col(0).dot(of_g.col(0)) - 1) - 0.75 * of_mu;
+  } else if (is_of_invariants(law)) {
+    const InvariantModuli of = invariant_moduli(law, shape, mu_l, lambda_l);
+    of_mu = of.mu_1;
+    of_lambda = of.lambda;
+    of_g = cofactors(deformation);
+    const double j = deformation.col(0).dot(of_g.col(0));
+    of_size = of.exponent * (deformation.squaredNorm() - 1 - 2 * j);
+    of_pressure = of_lambda * (j - 1) - of_mu * palpate::growth(of_size) - 2 * of.mu_2;
+    mu_2[lane] = static_cast<float>(of.mu_2);
+    exponent[lane] = static_cast<float>(of.exponent);
+    growth[lane] = static_cast<float>(palpate::growth(of_size));
+    slope[lane] = static_cast<float>(of_mu * of.exponent * growth_slope(of_size));
   } else {
     of_f = 0.5 * (deformation + deformation.transpose());
     of_size = of_f.trace() - 3;
@@ -204,7 +303,7 @@ void TetraStamp::set(int lane, SolidLaw law, const Eigen::Matrix3d& deformation,
 void TetraStamp::spread() {
   const auto all = [](TetraLane& lane) { lane = TetraLane::Constant(lane[0]); };
   for (TetraLanes* const lanes : {&f, &g, &w}) std::for_each(lanes->begin(), lanes->end(), all);
-  for (TetraLane* const lane : {&size, &mu, &lambda, &pressure}) all(*lane);
+  for (TetraLane* const lane : {&size, &mu, &lambda, &pressure, &mu_2, &exponent, &growth, &slope}) all(*lane);
 }
 
 void turn(SolidLaw law, const TetraStamp& at, const TetraLanes& df, TetraTurn& turned) noexcept {
@@ -213,10 +312,12 @@ void turn(SolidLaw law, const TetraStamp& at, const TetraLanes& df, TetraTurn& t
 }
 
 TetraLanes nonlinear_residual_stress(SolidLaw law, const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept {
+  if (is_of_invariants(law)) return invariant_stress(at, df);
   return law == SolidLaw::neo_hookean ? neo_hookean_stress(at, df) : corotational_stress(at, df, turned.d);
 }
 
 TetraLane nonlinear_residual_energy(SolidLaw law, const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept {
+  if (is_of_invariants(law)) return invariant_energy(at, df);
   if (law == SolidLaw::neo_hookean) {
     const NeoHookeanResidual b(at, df);
     const TetraLane z = b.d / at.size, first = 2 * b.f / at.size;

@@ -12,6 +12,15 @@
 // and its energy beyond the second order
 //     mu/2 (z - ln(1 + z) - (2 f / s)^2 / 2) + lambda/2 e (2 j - e) + lambda (J - alpha) det dF,   z = d / s
 //
+// mooney_rivlin and veronda_westmann (mu_1, mu_2, lambda, e of tetra_kernel.hpp), with what stands above and I_1's change delta =
+// d - 2 j, D = mu_1 (e(b I_1 + b delta) - e(b I_1)), s = mu_1 b e'(b I_1), R = D - s delta:
+//     D (dF - X - C) + [R + s (q - 2 e)] (F - G) + mu_2 [X(F)[C] + X(dF)[X + C]] + lambda [ j (X + C) + e G ]
+//         + [lambda (J - 1) - mu_1 e(b I_1) - 2 mu_2] C
+// and its energy beyond the second order
+//     mu_1/2 (h(delta) - e delta) - s delta^2 / 4 + s (q - 2 e)(2 delta - q + 2 e) / 4 + mu_2/2 (2 X : C + |C|^2)
+//         + lambda/2 e (2 j - e) + [lambda (J - 1) - mu_1 e(b I_1) - 2 mu_2] det dF,
+// h the integral of e over I_1 from the stamp to there
+//
 // corotational, in its own frame, in which R, the rotation of F, is 1 and F symmetric (frame_of()); R' that of F', c = tr F - 3,
 // Psi = mu |F - R|^2 + lambda/2 c^2:
 //     (lambda c - 2 mu) (R' - 1 - [W t]x) + lambda [ e R' + r (R' - 1) ]
@@ -69,14 +78,15 @@ struct TetraTurn {
 struct TetraStamp {
   TetraLanes f, g;       ///< F; G, of a corotational one 1
   TetraLanes w;          ///< W of a corotational one
-  TetraLane size;        ///< s, of a corotational one c
+  TetraLane size;        ///< s, of a corotational one c, of both invariants b I_1
   TetraLane mu, lambda;  ///< of the law, times what the tetrahedron counts [J]
-  TetraLane pressure;    ///< lambda (J - alpha), of a corotational one lambda c - 2 mu
+  TetraLane pressure;    ///< lambda (J - alpha), of a corotational one lambda c - 2 mu, of both invariants what C is taken by
+  TetraLane mu_2, exponent, growth, slope;  ///< of both invariants: mu_2 [J], b, e, mu_1 b e' [J]
 
   /// What does not resist.
   TetraStamp();
-  /// `deformation` in its frame. `mu_l`, `lambda_l`: Lame's parameters of small strains.
-  void set(int lane, SolidLaw law, const Eigen::Matrix3d& deformation, double mu_l, double lambda_l);
+  /// `deformation` in its frame. `mu_l`, `lambda_l`: Lame's parameters of small strains; `shape`: solid_law.hpp.
+  void set(int lane, SolidLaw law, double shape, const Eigen::Matrix3d& deformation, double mu_l, double lambda_l);
   /// What lane 0 has, in all.
   void spread();
 };

@@ -84,7 +84,7 @@ SampledSolidForce::SampledSolidForce(const SampledTetrahedra& solid, int tool, d
     TetraStamp& at = group.stamp;
     const int lane = e % kTetraLane;
     const Eigen::Matrix3d frame = frame_of(law_, f);
-    at.set(lane, law_, frame.transpose() * f, shear, dilation);
+    at.set(lane, law_, static_cast<double>(solid.shape), frame.transpose() * f, shear, dilation);
     if (law_ == SolidLaw::corotational)
       for (int i = 0; i < 3; ++i) {  // the columns of dF
         auto column = h(Eigen::seqN(9 * e + i, 3, 3), Eigen::all);
@@ -98,7 +98,8 @@ SampledSolidForce::SampledSolidForce(const SampledTetrahedra& solid, int tool, d
     const Eigen::MatrixXd of_modes = h.block(9 * e, tool, 9, modes).cast<double>();
     Eigen::RowVectorXd swelling = Eigen::RowVectorXd::Zero(modes);
     for (int i = 0; i < 9; ++i) swelling += static_cast<double>(at.g[static_cast<std::size_t>(i)][lane]) * of_modes.row(i);
-    const auto mu = static_cast<double>(at.mu[lane]), lambda = static_cast<double>(at.lambda[lane]);
+    const auto mu = static_cast<double>(at.mu[lane] * at.growth[lane] + at.slope[lane] + at.mu_2[lane]);
+    const auto lambda = static_cast<double>(at.lambda[lane]);
     steepest += (2 * mu + lambda) * of_modes.transpose() * of_modes + 2 * lambda * swelling.transpose() * swelling;
   }
   if (!steepest.allFinite()) return;

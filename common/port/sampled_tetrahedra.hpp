@@ -39,6 +39,7 @@ GradientMotion gradient_motion(const Eigen::Matrix3f& gradients, const std::arra
 
 struct SampledTetrahedra {
   SolidLaw law = SolidLaw::neo_hookean;         ///< of all
+  float shape = 0;                              ///< of the law (solid_law.hpp)
   NodeMotion motion;                            ///< V_i
   Eigen::Matrix3Xf position;                    ///< x_i [m], of any origin
   Eigen::Matrix3Xf rest;                        ///< X_i [m], of any origin

@@ -1,10 +1,43 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 namespace palpate {
 
 /// Of a finite element (server/body/tetra_kernel.hpp).
-enum class SolidLaw : std::uint8_t { corotational, neo_hookean };
+enum class SolidLaw : std::uint8_t { corotational, neo_hookean, mooney_rivlin, veronda_westmann };
+
+/// What a law has besides its moduli of small strains: mooney_rivlin the share of the second invariant in the shear modulus, 0 to
+/// kMaxSecondShare; veronda_westmann its exponent b, up to kMaxExponent; others nothing.
+inline constexpr double kMaxSecondShare = 1, kMaxExponent = 50;
+
+/// mooney_rivlin and veronda_westmann: laws of both invariants, of one form (server/body/tetra_kernel.hpp).
+inline constexpr bool is_of_invariants(SolidLaw law) { return law >= SolidLaw::mooney_rivlin; }
+
+/// That form's numbers [Pa, or what the moduli are in].
+struct InvariantModuli {
+  double mu_1, mu_2, lambda, exponent;
+};
+/// `mu_l`, `lambda_l`: Lame's parameters of small strains.
+inline InvariantModuli invariant_moduli(SolidLaw law, double shape, double mu_l, double lambda_l) {
+  const double mu_2 = law == SolidLaw::mooney_rivlin ? shape * mu_l : -mu_l, mu_1 = mu_l - mu_2;
+  return {mu_1, mu_2, lambda_l + mu_1, law == SolidLaw::mooney_rivlin ? 0 : shape};
+}
+
+/// e(y): exp(y), followed along its tangent beyond kSteepest, so that no element stiffens without end.
+inline constexpr double kSteepest = 4;
+inline double growth(double y) {
+  const double within = std::exp(std::min(y, kSteepest));
+  return within * (1 + std::max(y - kSteepest, 0.0));
+}
+/// Its derivative.
+inline double growth_slope(double y) { return std::exp(std::min(y, kSteepest)); }
+/// Its integral from 0.
+inline double growth_integral(double y) {
+  const double within = std::expm1(std::min(y, kSteepest)), beyond = std::max(y - kSteepest, 0.0);
+  return within + growth_slope(y) * beyond * (1 + beyond / 2);
+}
 
 }  // namespace palpate

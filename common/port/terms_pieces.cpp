@@ -34,8 +34,8 @@ bool is_finite(const std::vector<PortVertex>& vertices) {
 bool same_whole(const PatchTerms& a, const PatchTerms& b) {
   return a.patch_seq == b.patch_seq && a.pieces == b.pieces && a.variables == b.variables && a.vertices == b.vertices &&
          a.triangles == b.triangles && a.grasp == b.grasp && a.repaired == b.repaired && a.springs == b.springs &&
-         a.tetrahedra == b.tetrahedra && a.corotational == b.corotational && a.nodes == b.nodes && a.tool == b.tool &&
-         a.tool_axes == b.tool_axes && a.stiffening == b.stiffening && a.unit == b.unit;
+         a.tetrahedra == b.tetrahedra && a.law == b.law && a.nodes == b.nodes && a.tool == b.tool && a.tool_axes == b.tool_axes &&
+         a.stiffening == b.stiffening && a.unit == b.unit;
 }
 
 /// Of a piece; the parity is as long as the longest.
@@ -57,11 +57,17 @@ bool restore(const PatchTerms& head, std::vector<std::uint8_t>& there, std::vect
   return true;
 }
 
+float most_stiffening(const PatchTerms& p) {
+  if (p.tetrahedra == 0) return kStiffeningMax;
+  if (p.law == SolidLaw::mooney_rivlin) return kMaxSecondShare;
+  return p.law == SolidLaw::veronda_westmann ? kMaxExponent : 0;
+}
+
 }  // namespace
 
 TermsFault check(const PatchTerms& p) {
   if (p.variables > kMaxVariables || p.springs > kMaxSprings || p.tetrahedra > kMaxTetrahedra) return TermsFault::sizes;
-  if ((p.springs > 0) == (p.tetrahedra > 0) || (p.corotational && p.tetrahedra == 0)) return TermsFault::sizes;
+  if ((p.springs > 0) == (p.tetrahedra > 0) || (p.law != SolidLaw::neo_hookean && p.tetrahedra == 0)) return TermsFault::sizes;
   if (p.nodes == 0 || p.nodes > kMaxSpringNodes || p.tool_axes > 3) return TermsFault::sizes;
   if (p.vertices > (p.grasp ? 0 : kMaxPortVertices) || p.triangles > (p.grasp ? 0 : kMaxPortTriangles)) return TermsFault::sizes;
   const TermsLayout l = layout(p);
@@ -72,7 +78,7 @@ TermsFault check(const PatchTerms& p) {
   for (std::size_t k = 0; k < p.numbers.size() && !is_parity(p); ++k)
     if (l.is_half(p.piece * kPieceNumbers + static_cast<int>(k)) && !finite_half(p.numbers[k])) return TermsFault::not_finite;
   const auto within = [](float v, float high) { return v >= 0 && v <= high; };
-  const bool fine = within(p.stiffening, kStiffeningMax) &&
+  const bool fine = within(p.stiffening, most_stiffening(p)) &&
                     std::all_of(p.unit.begin(), p.unit.end(), [&](float v) { return within(v, kUnitMax); });
   return fine ? TermsFault::none : TermsFault::out_of_range;
 }
@@ -100,8 +106,8 @@ std::vector<PatchTerms> to_pieces(const NonlinearTerms& terms, std::uint32_t pat
   whole.repaired = terms.e2.size() > 0;
   whole.springs = static_cast<std::uint8_t>(terms.springs.count());
   whole.tetrahedra = static_cast<std::uint8_t>(terms.solid.count());
-  whole.corotational = whole.tetrahedra > 0 && terms.solid.law == SolidLaw::corotational;
-  whole.stiffening = terms.springs.stiffening;
+  if (whole.tetrahedra > 0) whole.law = terms.solid.law;
+  whole.stiffening = whole.tetrahedra > 0 ? terms.solid.shape : terms.springs.stiffening;
   const NodeMotion& motion = whole.tetrahedra > 0 ? terms.solid.motion : terms.springs.motion;
   whole.nodes = static_cast<std::uint8_t>(motion.nodes());
   whole.tool_axes = static_cast<std::uint8_t>(motion.tool_axes);
@@ -112,7 +118,7 @@ std::vector<PatchTerms> to_pieces(const NonlinearTerms& terms, std::uint32_t pat
   const TermsLayout l = layout(whole);
   // Those whose bits are not all looked at by check().
   if (!terms.springs.position.allFinite() || !terms.springs.rest_length.allFinite() ||
-      (whole.stiffening > 0 && terms.springs.steep.size() != whole.springs) || !terms.solid.position.allFinite() ||
+      (terms.springs.stiffening > 0 && terms.springs.steep.size() != whole.springs) || !terms.solid.position.allFinite() ||
       !terms.solid.rest.allFinite() || !is_finite(terms.vertices))
     return {};
   std::vector<std::uint16_t> numbers;

@@ -198,7 +198,7 @@ WireFault read(const wire::ShapePiece& table, ShapePiece& m) {
   m.unit = table.unit();
   sense.time(m.body_time);
   sense.number(m.unit, 0, kMaxForceN);
-  sense.that(to_enum(table.channel(), ShapeChannel::support, m.channel));
+  sense.that(to_enum(table.channel(), ShapeChannel::pressure, m.channel));
   if (!sense.ok()) return sense.fault();
   m.blocks.assign(table.blocks()->begin(), table.blocks()->end());
   BlockReader reader(m.blocks, components_of(m.channel));
@@ -279,6 +279,22 @@ WireFault read(const wire::Tools& table, Tools& m) {
   return sense.fault();
 }
 
+/// Nothing for flags of more than one.
+std::optional<SolidLaw> law_of(unsigned flags) {
+  switch (flags & kLawFlags) {
+    case 0:
+      return SolidLaw::neo_hookean;
+    case kCorotationalFlag:
+      return SolidLaw::corotational;
+    case kMooneyRivlinFlag:
+      return SolidLaw::mooney_rivlin;
+    case kVerondaWestmannFlag:
+      return SolidLaw::veronda_westmann;
+    default:
+      return std::nullopt;
+  }
+}
+
 WireFault read(const wire::PatchTerms& table, PatchTerms& m) {
   if (!table.head() || !table.numbers()) return WireFault::malformed;
   const wire::TermsHead& head = *table.head();
@@ -299,7 +315,9 @@ WireFault read(const wire::PatchTerms& table, PatchTerms& m) {
   m.tool = table.springs()->tool();
   m.tool_axes = table.springs()->tool_axes();
   m.stiffening = table.springs()->stiffening();
-  m.corotational = (head.flags() & kCorotationalFlag) != 0;
+  const auto law = law_of(head.flags());
+  if (!law) return WireFault::malformed;
+  m.law = *law;
   m.numbers.assign(table.numbers()->begin(), table.numbers()->end());
   switch (check(m)) {
     case TermsFault::none:

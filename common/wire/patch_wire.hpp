@@ -30,7 +30,10 @@ enum TermsFlag : std::uint8_t {
   kSpringsFlag = 4,
   kSolidFlag = 8,
   kCorotationalFlag = 16,
-  kAllTermsFlags = 31
+  kMooneyRivlinFlag = 32,
+  kVerondaWestmannFlag = 64,
+  kLawFlags = kCorotationalFlag | kMooneyRivlinFlag | kVerondaWestmannFlag,
+  kAllTermsFlags = 127
 };
 
 }  // namespace palpate

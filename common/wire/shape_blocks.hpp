@@ -21,9 +21,12 @@ namespace palpate {
 enum class ShapeChannel : std::uint8_t {
   position,  ///< three components: displacement from rest [m]
   tension,   ///< the largest force in an element at the vertex [N]
-  support    ///< how far the patches in use can move the vertex, beside the one that they move most, 0 to 1
+  support,   ///< how far the patches in use can move the vertex, beside the one that they move most, 0 to 1
+  stress,    ///< the largest von Mises stress in a finite element at the vertex [Pa]
+  strain,    ///< the largest |principal stretch - 1| in one
+  pressure   ///< mean of minus a third of the trace of Cauchy's stress there [Pa], 0 where it is below that
 };
-inline constexpr std::size_t kShapeChannels = 3;
+inline constexpr std::size_t kShapeChannels = 6;
 constexpr int components_of(ShapeChannel channel) { return channel == ShapeChannel::position ? 3 : 1; }
 
 inline constexpr std::uint32_t kBlockVertices = 64;

@@ -14,23 +14,22 @@
 //
 // exact for affine motions, for which q = 0. The energy is
 //
-//     E = V Psi(F) + 1/2 sum_ab (F^T q_a) . C_ab (F^T q_b) + 1/2 k_0 sum_a |q_a|^2
+//     E = V Psi(F) + 1/2 sum_a k_a |q_a|^2
 //
-// F^T q_a grad h_a is what mode a adds to Green's strain, so E is objective and needs no rotation. C + k_0 1 is the stiffness
-// that the modes have in linear elasticity (E, nu, mu of small strains) once nothing holds them but the material: of the part of
-// the strain that varies with xi_k, the components in the plane normal to n_k = J^-T e_k, under plane stress,
+// objective, as q_a turns with the element, and quadratic in the modes: their stiffness neither grows nor fades with what the
+// element has gone through, and a patch has all of it in its linear part. k_a is what bends a bar of such elements as the theory
+// of beams does: mode xi_k xi_b along J_b is bending over k of fibres along b, and with Young's modulus E
 //
-//     V/3 sum_k [ mu |e_k|^2 + mu nu/(1 - nu) (tr e_k)^2 ],   e_k = P_k sym(q_a n_b^T + q_b n_a^T) P_k,   {a, b, k} = {1, 2, 3}
+//     k_a = V/3 E m(1 / |J_b|^2, 1 / |J_k|^2),  {a, b, k} = {1, 2, 3},      k_4 = V/9 E / 3 sum_k 1 / |J_k|^2
 //
-// (P_k = 1 - n_k n_k^T / |n_k|^2): exact for bending of a parallelepiped, and bounded for nu -> 1/2; of h_4 the strain along each
-// half-edge J_k under uniaxial stress, E V / 18 sum_k (J_k . q_4 / |J_k|^2)^2. k_0, the smallest eigenvalue of it, is what is
-// left of it where an element is squashed flat. Pressure is constant in an element: it does not lock as nu -> 1/2.
+// m the harmonic mean: either direction may be the one that bends, and elements should not be too stiff where they are flat.
+// Exact for bars of cubes. A plate, which bends in both directions, is too soft by nu^2 within one element; that fades with the
+// square of its size. Pressure is constant in an element: it does not lock as nu -> 1/2.
 //
-// Viscous: on F as in tetra_kernel.hpp; on the modes t (C + k_0 1) times the rate of F^T q.
+// Viscous: on F as in tetra_kernel.hpp; on the modes t k_a times the rate of F^T q_a, so that no rotation is resisted.
 //
 // Source: Flanagan and Belytschko, IJNME 17 (1981), for gamma; Belytschko and Bindeman, Assumed strain stabilization of the eight
-// node hexahedral element, CMAME 105 (1993), and Puso, A highly efficient enhanced assumed strain physically stabilized
-// hexahedral element, IJNME 49 (2000), for the stiffness of the modes.
+// node hexahedral element, CMAME 105 (1993), for a stiffness of the modes from what they are in bending.
 #pragma once
 
 #include "server/body/tetra_kernel.hpp"
@@ -42,7 +41,6 @@ using Mat38 = Eigen::Matrix<double, 3, 8>;
 /// (F, q_1, .., q_4), and a stress that goes with it.
 using Mat37 = Eigen::Matrix<double, 3, 7>;
 using Mat78 = Eigen::Matrix<double, 7, 8>;
-using Mat12 = Eigen::Matrix<double, 12, 12>;
 
 /// What does not change about an element.
 struct HexaRest {
@@ -53,30 +51,26 @@ struct HexaRest {
   Mat3 half_edges_m;  ///< J
 };
 
-/// Energy of the hourglass modes of one element, without V Psi.
+/// What the hourglass modes of one element resist with.
 struct Hourglass {
   Hourglass(const SolidMaterial& material, const HexaRest& rest);
-  Mat12 c;           ///< C, rows 3 a + component [J/m^2]
-  double k0;         ///< k_0 [J/m^2]
-  double damping_s;  ///< t
+  Eigen::Vector4d k;  ///< k_a [N/m]
+  double damping_s;   ///< t
 };
 
 /// E [J].
 double elastic_energy(const TetraMaterial& material, const Hourglass& modes, const HexaRest& rest, const Mat37& gradient);
-/// dE / d(F, q) [J m and J / m]; the force on node i is minus its product with g_i.
+/// dE / d(F, q) [J and N]; the force on node i is minus its product with g_i.
 Mat37 elastic_stress(const TetraMaterial& material, const Hourglass& modes, const HexaRest& rest, const Mat37& gradient);
 /// The viscous one, at a rate of (F, q).
 Mat37 viscous_stress(const TetraMaterial& material, const Hourglass& modes, const HexaRest& rest, const Mat37& gradient,
                      const Mat37& rate);
-/// d^2 of elastic_stress in two directions, as second_order_stress of tetra_kernel.hpp.
-Mat37 second_order_stress(const TetraMaterial& material, const Hourglass& modes, const HexaRest& rest, const Mat37& gradient,
-                          const Mat37& change_1, const Mat37& change_2);
 
 /// The derivatives of elastic_stress and viscous_stress at one (F, q). `clamp`: none of the elastic one's eigenvalues is
 /// negative.
 class HexaTangent {
  public:
-  HexaTangent(const TetraMaterial& material, const Hourglass& modes, const Mat37& gradient, bool clamp);
+  HexaTangent(const TetraMaterial& material, const Mat37& gradient, bool clamp);
   /// c_k times the block of K and c_d times that of D, for nodes i and j.
   Mat3 block(const TetraMaterial& material, const Hourglass& modes, const HexaRest& rest, int i, int j, double c_d,
              double c_k) const;
@@ -84,12 +78,9 @@ class HexaTangent {
   const TetraTangent& of_law() const { return of_law_; }
   Mat3 f() const { return gradient_.leftCols<3>(); }
   Mat34 q() const { return gradient_.rightCols<4>(); }
-  /// C F^T q, a column for each mode; zero where the tangent is clamped.
-  const Mat34& s() const { return s_; }
 
  private:
   Mat37 gradient_;
-  Mat34 s_;
   TetraTangent of_law_;
 };
 

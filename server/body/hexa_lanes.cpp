@@ -8,10 +8,8 @@
 namespace palpate {
 namespace {
 
-// Where in HexaGroup::numbers things are. Of C the linear modes among each other, 9 x 9, and h_4 with itself, 3 x 3: no more is
-// not zero.
-constexpr std::size_t kVolumeAt = 0, kIsotropicAt = 1, kGradientsAt = 2, kLinearAt = kGradientsAt + 56,
-                      kTrilinearAt = kLinearAt + 81, kNumbersOfHexa = kTrilinearAt + 9;
+// Where in HexaGroup::numbers things are.
+constexpr std::size_t kVolumeAt = 0, kModesAt = 1, kGradientsAt = kModesAt + kModesOfHexa, kNumbersOfHexa = kGradientsAt + 56;
 
 std::size_t gradient_at(int node, int m) {
   return kGradientsAt + 7 * static_cast<std::size_t>(node) + static_cast<std::size_t>(m);
@@ -23,12 +21,6 @@ struct Mat37Lanes {
   Doubles<N> of[3][7];
 };
 
-/// F^T q or what goes with it: [3 mode + component].
-template <std::size_t N>
-struct ModeLanes {
-  Doubles<N> of[12];
-};
-
 /// The numbers of elements that share a shape.
 template <std::size_t N>
 struct SharedShape {
@@ -36,12 +28,7 @@ struct SharedShape {
 
   PALPATE_INLINE double g(int node, int m) const { return shape.rest.g(m, node); }
   PALPATE_INLINE void volume(Doubles<N>& v) const { v = Doubles<N>{} + shape.rest.volume_m3; }
-  PALPATE_INLINE double k0() const { return shape.modes.k0; }
-  /// s = C q
-  PALPATE_INLINE void times_c(const ModeLanes<N>& q, ModeLanes<N>& s) const {
-    s = {};
-    for (const HexaShape::Entry& e : shape.entries) s.of[e.row] += e.value * q.of[e.column];
-  }
+  PALPATE_INLINE double k(int mode) const { return shape.modes.k[mode]; }
 };
 
 /// Those of elements of their own.
@@ -53,16 +40,7 @@ struct OwnShapes {
   PALPATE_INLINE const Doubles<N>& at(std::size_t k) const { return doubles<N>(numbers[k].of + from); }
   PALPATE_INLINE const Doubles<N>& g(int node, int m) const { return at(gradient_at(node, m)); }
   PALPATE_INLINE void volume(Doubles<N>& v) const { v = at(kVolumeAt); }
-  PALPATE_INLINE const Doubles<N>& k0() const { return at(kIsotropicAt); }
-  PALPATE_INLINE void times_c(const ModeLanes<N>& q, ModeLanes<N>& s) const {
-    for (std::size_t r = 0; r < 9; ++r) {
-      s.of[r] = at(kLinearAt + 9 * r) * q.of[0];
-      for (std::size_t c = 1; c < 9; ++c) s.of[r] += at(kLinearAt + 9 * r + c) * q.of[c];
-    }
-    for (std::size_t r = 0; r < 3; ++r)
-      s.of[9 + r] =
-          at(kTrilinearAt + 3 * r) * q.of[9] + at(kTrilinearAt + 3 * r + 1) * q.of[10] + at(kTrilinearAt + 3 * r + 2) * q.of[11];
-  }
+  PALPATE_INLINE const Doubles<N>& k(int mode) const { return at(kModesAt + static_cast<std::size_t>(mode)); }
 };
 
 /// sum over the nodes of y_i g_i^T; the sum of g_i is zero, so what counts is how far they are from the first.
@@ -90,38 +68,27 @@ PALPATE_INLINE void mean_gradient(const Mat37Lanes<N>& all, Mat<N>& f) {
     for (int c = 0; c < 3; ++c) f.of[r][c] = all.of[r][c];
 }
 
-/// to += the first derivative of F^T q at `at` along `change`, or F^T q itself with `change` = (F, 0).
-template <std::size_t N>
-PALPATE_INLINE void add_turned_back(const Mat37Lanes<N>& f, const Mat37Lanes<N>& q, ModeLanes<N>& to) {
+/// What the modes push with.
+template <std::size_t N, typename Shape>
+PALPATE_INLINE void add_modes(const Shape& shape, const Mat37Lanes<N>& at, Mat37Lanes<N>& p) {
   for (int a = 0; a < kModesOfHexa; ++a)
-    for (int m = 0; m < 3; ++m)
-      to.of[3 * a + m] += f.of[0][m] * q.of[0][3 + a] + f.of[1][m] * q.of[1][3 + a] + f.of[2][m] * q.of[2][3 + a];
+    for (int r = 0; r < 3; ++r) p.of[r][3 + a] += shape.k(a) * at.of[r][3 + a];
 }
 
-/// What the modes push with: s conjugate to F^T q, the viscous part included, and k_0 q.
+/// And with what they are braked.
 template <std::size_t N, typename Shape>
-PALPATE_INLINE void add_modes(const Shape& shape, const Mat37Lanes<N>& at, const Mat37Lanes<N>* rate, double damping_s,
-                              Mat37Lanes<N>& p) {
-  ModeLanes<N> back{}, s;
-  add_turned_back(at, at, back);
-  if (rate) {
-    ModeLanes<N> change{};
-    add_turned_back(*rate, at, change);
-    add_turned_back(at, *rate, change);
-    for (int k = 0; k < 12; ++k) back.of[k] += damping_s * change.of[k];
-    shape.times_c(back, s);
-    for (int k = 0; k < 12; ++k) s.of[k] += damping_s * (shape.k0() * change.of[k]);
-  } else {
-    shape.times_c(back, s);
-  }
-  for (int r = 0; r < 3; ++r) {
-    for (int m = 0; m < 3; ++m)
-      for (int a = 0; a < kModesOfHexa; ++a) p.of[r][m] += at.of[r][3 + a] * s.of[3 * a + m];
-    for (int a = 0; a < kModesOfHexa; ++a) {
-      p.of[r][3 + a] += shape.k0() * at.of[r][3 + a];
-      for (int m = 0; m < 3; ++m) p.of[r][3 + a] += at.of[r][m] * s.of[3 * a + m];
+PALPATE_INLINE void add_braked_modes(const Shape& shape, const Mat37Lanes<N>& at, const Mat37Lanes<N>& rate, double damping_s,
+                                     Mat37Lanes<N>& p) {
+  for (int a = 0; a < kModesOfHexa; ++a)
+    for (int m = 0; m < 3; ++m) {
+      Doubles<N> s = rate.of[0][m] * at.of[0][3 + a] + at.of[0][m] * rate.of[0][3 + a];
+      for (int r = 1; r < 3; ++r) s += rate.of[r][m] * at.of[r][3 + a] + at.of[r][m] * rate.of[r][3 + a];
+      s *= damping_s * shape.k(a);
+      for (int r = 0; r < 3; ++r) {
+        p.of[r][m] += at.of[r][3 + a] * s;
+        p.of[r][3 + a] += at.of[r][m] * s;
+      }
     }
-  }
 }
 
 template <std::size_t N, typename Shape>
@@ -165,7 +132,8 @@ PALPATE_INLINE void add_forces_of(const TetraMaterial& m, const HexaGroup& group
   }
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) p.of[r][c] = volume * stress.of[r][c];
-  add_modes<N>(shape, at, m.is_viscous() ? &rate : nullptr, group.damping_s, p);
+  add_modes<N>(shape, at, p);
+  if (m.is_viscous()) add_braked_modes<N>(shape, at, rate, group.damping_s, p);
   scatter_hexa<N>(group, from, shape, p, f);
 }
 
@@ -176,31 +144,6 @@ PALPATE_INLINE void add_hexa_forces(const TetraMaterial& m, const HexaGroup& gro
       add_forces_of<N>(m, group, from, SharedShape<N>{*group.shape}, x, v, f);
     else
       add_forces_of<N>(m, group, from, OwnShapes<N>{group.numbers.data(), from}, x, v, f);
-  }
-}
-
-/// How F^T q changes with one node's motion: [3 mode + component][coordinate].
-template <std::size_t N>
-struct ModesMoved {
-  Doubles<N> of[12][3];
-};
-
-template <std::size_t N, typename Shape>
-PALPATE_INLINE void modes_moved(const Shape& shape, const Mat37Lanes<N>& at, int node, ModesMoved<N>& moved) {
-  for (int a = 0; a < kModesOfHexa; ++a)
-    for (int m = 0; m < 3; ++m)
-      for (int r = 0; r < 3; ++r)
-        moved.of[3 * a + m][r] = at.of[r][3 + a] * shape.g(node, m) + at.of[r][m] * shape.g(node, 3 + a);
-}
-
-/// ((c_k + t c_d) C + t c_d k_0) times that.
-template <std::size_t N, typename Shape>
-PALPATE_INLINE void stiffened(const Shape& shape, const ModesMoved<N>& moved, double much, double isotropic, ModesMoved<N>& to) {
-  for (int r = 0; r < 3; ++r) {
-    ModeLanes<N> column, s;
-    for (int k = 0; k < 12; ++k) column.of[k] = moved.of[k][r];
-    shape.times_c(column, s);
-    for (int k = 0; k < 12; ++k) to.of[k][r] = much * s.of[k] + isotropic * (shape.k0() * column.of[k]);
   }
 }
 
@@ -216,37 +159,36 @@ PALPATE_INLINE std::uint32_t blocks_of(const TetraMaterial& m, const HexaGroup& 
   Doubles<N> volume;
   shape.volume(volume);
   linearise(m, volume, c_d, c_k, law);
-  ModeLanes<N> back{}, s;
-  add_turned_back(at, at, back);
-  shape.times_c(back, s);
-  ModesMoved<N> moved[8];
-  Doubles<N> along[8][kModesOfHexa];  // c_k b_i . s_a
+  Doubles<N> stiff[8][kModesOfHexa], moved[8][3], q_q[3][3];  // k_a gamma_ai, sum_a of that times q_a, sum_a k_a q_a q_a^T
   for (int i = 0; i < 8; ++i) {
-    modes_moved<N>(shape, at, i, moved[i]);
-    for (int a = 0; a < kModesOfHexa; ++a)
-      along[i][a] = c_k * (law.b[i][0] * s.of[3 * a] + law.b[i][1] * s.of[3 * a + 1] + law.b[i][2] * s.of[3 * a + 2]);
+    for (int a = 0; a < kModesOfHexa; ++a) stiff[i][a] = Doubles<N>{} + shape.k(a) * shape.g(i, 3 + a);
+    for (int r = 0; r < 3; ++r) {
+      moved[i][r] = stiff[i][0] * at.of[r][3];
+      for (int a = 1; a < kModesOfHexa; ++a) moved[i][r] += stiff[i][a] * at.of[r][3 + a];
+    }
   }
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) {
+      q_q[r][c] = shape.k(0) * (at.of[r][3] * at.of[c][3]);
+      for (int a = 1; a < kModesOfHexa; ++a) q_q[r][c] += shape.k(a) * (at.of[r][3 + a] * at.of[c][3 + a]);
+    }
   const double viscous = c_d * group.damping_s;
-  for (int j = 0; j < 8; ++j) {
-    ModesMoved<N> stiff;
-    stiffened<N>(shape, moved[j], c_k + viscous, viscous, stiff);
+  for (int j = 0; j < 8; ++j)
     for (int i = j; i < 8; ++i) {
       Mat<N> k;
       tangent_block(law, m.law, i, j, k);
-      Doubles<N> straight{};
-      for (int a = 0; a < kModesOfHexa; ++a)
-        straight += along[i][a] * shape.g(j, 3 + a) + along[j][a] * shape.g(i, 3 + a) +
-                    c_k * (shape.k0() * (shape.g(i, 3 + a) * shape.g(j, 3 + a)));
+      Doubles<N> straight = stiff[i][0] * shape.g(j, 3);
+      for (int a = 1; a < kModesOfHexa; ++a) straight += stiff[i][a] * shape.g(j, 3 + a);
+      const Doubles<N> dot = law.b[i][0] * law.b[j][0] + law.b[i][1] * law.b[j][1] + law.b[i][2] * law.b[j][2];
       auto& numbers = out.at[pair_index(static_cast<std::size_t>(i), static_cast<std::size_t>(j))];
       for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c) {
-          Doubles<N> sum = k.of[r][c];
-          for (int n = 0; n < 12; ++n) sum += moved[i].of[n][r] * stiff.of[n][c];
-          if (r == c) sum += straight;
+          Doubles<N> sum = k.of[r][c] + viscous * (dot * q_q[r][c] + moved[j][r] * law.fb[i][c] + law.fb[j][r] * moved[i][c] +
+                                                   straight * law.square.of[r][c]);
+          if (r == c) sum += c_k * straight;
           doubles<N>(numbers[static_cast<std::size_t>(3 * r + c)].of + from) = sum;
         }
     }
-  }
   std::uint32_t good = 0;
   for (std::size_t l = 0; l < N; ++l)
     if (law.good[l]) good |= 1U << (from + l);
@@ -290,26 +232,16 @@ std::vector<HexaLoops> hexa_loops_here() {
 }  // namespace
 
 HexaShape::HexaShape(const SolidMaterial& of, std::uint32_t material_index, const HexaRest& at)
-    : rest(at), modes(of, at), material(material_index) {
-  for (std::uint32_t r = 0; r < 12; ++r)
-    for (std::uint32_t c = 0; c < 12; ++c) {
-      const bool coupled = (r < 9) == (c < 9);
-      if (coupled && modes.c(r, c) != 0) entries.push_back({r, c, modes.c(r, c)});
-    }
-}
+    : rest(at), modes(of, at), material(material_index) {}
 
 std::vector<EightNumbers> numbers_of(std::span<const HexaShape* const> shapes) {
   std::vector<EightNumbers> numbers(kNumbersOfHexa, EightNumbers{});
   for (std::size_t l = 0; l < shapes.size(); ++l) {
     const HexaShape& shape = *shapes[l];
     numbers[kVolumeAt].of[l] = shape.rest.volume_m3;
-    numbers[kIsotropicAt].of[l] = shape.modes.k0;
+    for (int a = 0; a < kModesOfHexa; ++a) numbers[kModesAt + static_cast<std::size_t>(a)].of[l] = shape.modes.k[a];
     for (int i = 0; i < 8; ++i)
       for (int m = 0; m < 7; ++m) numbers[gradient_at(i, m)].of[l] = shape.rest.g(m, i);
-    for (std::size_t k = 0; k < 81; ++k)
-      numbers[kLinearAt + k].of[l] = shape.modes.c(static_cast<int>(k / 9), static_cast<int>(k % 9));
-    for (std::size_t k = 0; k < 9; ++k)
-      numbers[kTrilinearAt + k].of[l] = shape.modes.c(9 + static_cast<int>(k / 3), 9 + static_cast<int>(k % 3));
   }
   return numbers;
 }

@@ -2,7 +2,7 @@
 //
 // As tetra_lanes.hpp: elements are what goes into the lanes of the vectors, and the bits are the same whatever the width and the
 // neighbours. Cells of a lattice are boxes of one shape, all but those at a clipped surface: a group of one shape has its numbers
-// once, and multiplies by those of C that are not zero.
+// once.
 #pragma once
 
 #include <array>
@@ -23,16 +23,11 @@ struct HexaShape {
   HexaRest rest;
   Hourglass modes;
   std::uint32_t material;
-  struct Entry {  ///< of C
-    std::uint32_t row, column;
-    double value;
-  };
-  std::vector<Entry> entries;  ///< not zero
 };
 
 struct HexaGroup {
-  const HexaShape* shape = nullptr;   ///< of all, or
-  std::vector<EightNumbers> numbers;  ///< a lane each: V, k_0, g_i, C (row by row); empty where they share a shape
+  const HexaShape* shape = nullptr;                              ///< of all, or
+  std::vector<EightNumbers> numbers;                             ///< a lane each: V, k_a, g_i; empty where they share a shape
   std::array<std::array<std::uint32_t, kHexaLanes>, 8> nodes{};  ///< of lanes that are not used: those of the first
   std::uint32_t material = 0, count = 0;                         ///< lanes that are used
   double damping_s = 0;

@@ -55,34 +55,15 @@ struct ColumnModes {
       }
 }
 
-/// C times that.
-[[gnu::always_inline]] inline void times_c_columns(const HexaShape& shape, const ColumnModes& of, ColumnModes& s) {
-  s = {};
-  for (const HexaShape::Entry& e : shape.entries)
-    add_product(e.value, of.of[e.column / 3][e.column % 3], s.of[e.row / 3][e.row % 3]);
-}
-
-/// p += much (q s^T, F s)
-[[gnu::always_inline]] inline void add_pulled(const Mat3& f, const Mat34& q, const ColumnModes& s, double much, ColumnMat37& p) {
+/// p += (q s^T, F s), s = `much` k_a times a change of F^T q
+[[gnu::always_inline]] inline void add_braked(const Mat3& f, const Mat34& q, const Hourglass& modes, const ColumnModes& change,
+                                              double much, ColumnMat37& p) {
   for (int a = 0; a < kModesOfHexa; ++a)
     for (int m = 0; m < 3; ++m) {
-      const ColumnLanes push = much * s.of[a][m];
+      const ColumnLanes push = much * modes.k[a] * change.of[a][m];
       for (int r = 0; r < 3; ++r) {
         add_product(q(r, a), push, p.of[r][m]);
         add_product(f(r, m), push, p.of[r][3 + a]);
-      }
-    }
-}
-
-/// p += what s, that stays, makes of a change: (dq s^T, dF s + k_0 dq)
-[[gnu::always_inline]] inline void add_straight(const HexaTangent& at, double k0, const ColumnMat37& change, ColumnMat37& p) {
-  const Mat34& s = at.s();
-  for (int r = 0; r < 3; ++r)
-    for (int a = 0; a < kModesOfHexa; ++a) {
-      add_product(k0, change.of[r][3 + a], p.of[r][3 + a]);
-      for (int m = 0; m < 3; ++m) {
-        add_product(s(m, a), change.of[r][3 + a], p.of[r][m]);
-        add_product(s(m, a), change.of[r][m], p.of[r][3 + a]);
       }
     }
 }
@@ -92,15 +73,12 @@ struct Change {
   Mat34 q;
   ColumnMat37 of;
   ColumnMat mean;
-  ColumnModes back, stiff;  // change of F^T q, and C times that
 
   [[gnu::always_inline]] Change(const HexaTangent& at, const HexaShape& shape, const std::array<std::uint32_t, 8>& nodes,
                                 const std::vector<NodeLanes>& y)
       : f(at.f()), q(at.q()) {
     gradient_columns(nodes, shape.rest.g, y, of);
     take_mean(of, mean);
-    turned_back_change(f, q, of, back);
-    times_c_columns(shape, back, stiff);
   }
   [[gnu::always_inline]] void add_elastic(const HexaTangent& at, const HexaShape& shape, double c_k, ColumnMat37& p) const {
     ColumnMat stress;
@@ -109,8 +87,8 @@ struct Change {
     ColumnMat37 all{};
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 3; ++c) all.of[r][c] = volume * stress.of[r][c];
-    add_pulled(f, q, stiff, 1, all);
-    add_straight(at, shape.modes.k0, of, all);
+    for (int r = 0; r < 3; ++r)
+      for (int a = 0; a < kModesOfHexa; ++a) all.of[r][3 + a] = shape.modes.k[a] * of.of[r][3 + a];
     for (int r = 0; r < 3; ++r)
       for (int m = 0; m < 7; ++m) p.of[r][m] += c_k * all.of[r][m];
   }
@@ -119,9 +97,9 @@ struct Change {
     add_viscous_columns(m, c_d * shape.rest.volume_m3, f, mean, stress);
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 3; ++c) p.of[r][c] += stress.of[r][c];
-    const double much = c_d * shape.modes.damping_s;
-    add_pulled(f, q, stiff, much, p);
-    add_pulled(f, q, back, much * shape.modes.k0, p);
+    ColumnModes change;
+    turned_back_change(f, q, of, change);
+    add_braked(f, q, shape.modes, change, c_d * shape.modes.damping_s, p);
   }
 };
 

@@ -118,7 +118,7 @@ void Hexahedra::blocks(const Batch& batch, const Vector& x, double c_d, double c
   for (std::size_t lane = 0; lane < batch.group.count; ++lane) {
     if (side_by_side >> lane & 1U) continue;
     const HexaShape& at = shape(batch.cells[lane]);
-    const HexaTangent tangent(m, at.modes, gradient(batch.cells[lane], x), clamp);
+    const HexaTangent tangent(m, gradient(batch.cells[lane], x), clamp);
     for (int i = 0; i < 8; ++i)
       for (int j = 0; j <= i; ++j) {
         const Mat3 k = tangent.block(m, at.modes, at.rest, i, j, c_d, c_k);
@@ -188,8 +188,7 @@ void Hexahedra::add_tangents(const BodyState& state, double c_d, double c_k, con
 std::vector<HexaTangent> Hexahedra::tangents(const BodyState& state) const {
   std::vector<HexaTangent> tangents;
   tangents.reserve(cells_.size());
-  for (std::uint32_t k = 0; k < cells_.size(); ++k)
-    tangents.emplace_back(material(k), shape(k).modes, gradient(k, state.x), false);
+  for (std::uint32_t k = 0; k < cells_.size(); ++k) tangents.emplace_back(material(k), gradient(k, state.x), false);
   return tangents;
 }
 

@@ -12,6 +12,15 @@ struct ColumnMat {
   ColumnLanes of[3][3];
 };
 
+/// to += much X(A)[dF]
+[[gnu::always_inline]] inline void add_mixed_columns(double much, const Mat3& a, const ColumnMat& df, ColumnMat& to) {
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < 3; ++r) {
+      const int p = (c + 1) % 3, q = (c + 2) % 3, s = (r + 1) % 3, t = (r + 2) % 3;
+      to.of[r][c] += much * (df.of[s][p] * a(t, q) - df.of[t][p] * a(s, q) + a(s, p) * df.of[t][q] - a(t, p) * df.of[s][q]);
+    }
+}
+
 /// TetraTangent::apply
 [[gnu::always_inline]] inline void apply_elastic(const TetraTangent& at, const ColumnMat& df, ColumnMat& dp) {
   for (int r = 0; r < 3; ++r)
@@ -25,13 +34,12 @@ struct ColumnMat {
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 3; ++c) add_product(q(r, c), along, dp.of[r][c]);
   }
-  if (at.kappa() == 0) return;
-  const Mat3& f = at.f();
-  for (int c = 0; c < 3; ++c)
-    for (int r = 0; r < 3; ++r) {
-      const int p = (c + 1) % 3, q = (c + 2) % 3, s = (r + 1) % 3, t = (r + 2) % 3;
-      dp.of[r][c] += at.kappa() * (df.of[s][p] * f(t, q) - df.of[t][p] * f(s, q) + f(s, p) * df.of[t][q] - f(t, p) * df.of[s][q]);
-    }
+  if (at.kappa() != 0) add_mixed_columns(at.kappa(), at.f(), df, dp);
+  if (at.mu_2() == 0) return;
+  add_mixed_columns(at.mu_2(), at.g(), df, dp);
+  ColumnMat change{};
+  add_mixed_columns(1, at.f(), df, change);
+  add_mixed_columns(at.mu_2(), at.f(), change, dp);
 }
 
 /// p += much viscous_stress

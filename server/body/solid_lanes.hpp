@@ -30,6 +30,50 @@ PALPATE_INLINE void add_corotational(const TetraMaterial& m, const Mat<N>& f, Ma
     for (int s = 0; s < 3; ++s) p.of[k][s] += 2 * m.mu * (f.of[k][s] - r.of[k][s]) + c * r.of[k][s];
 }
 
+/// What laws of both invariants are made of at one F.
+template <std::size_t N>
+struct Invariants {
+  Mat<N> g;
+  Doubles<N> j, square;      ///< J, |F|^2
+  Doubles<N> growth, slope;  ///< e and its derivative by I_1
+};
+
+template <std::size_t N>
+PALPATE_INLINE void find_invariants(const TetraMaterial& m, const Mat<N>& f, Invariants<N>& at) {
+  cofactors(f, at.g);
+  determinant(f, at.g, at.j);
+  inner(f, f, at.square);
+  at.growth = at.square * 0.0 + 1.0;
+  at.slope = Doubles<N>{};
+  if (m.exponent == 0) return;
+  const Doubles<N> y = m.exponent * (at.square - 1.0 - 2.0 * at.j);
+  for (std::size_t l = 0; l < N; ++l) {
+    at.growth[l] = growth(y[l]);
+    at.slope[l] = m.exponent * growth_slope(y[l]);
+  }
+}
+
+template <std::size_t N>
+PALPATE_INLINE void square_of(const Mat<N>& f, Mat<N>& square) {
+  for (int r = 0; r < 3; ++r)
+    for (int s = 0; s < 3; ++s) square.of[r][s] = f.of[r][0] * f.of[s][0] + f.of[r][1] * f.of[s][1] + f.of[r][2] * f.of[s][2];
+}
+
+/// X(F)[G] = |F|^2 F - F F^T F
+template <std::size_t N>
+PALPATE_INLINE void add_of_invariants(const TetraMaterial& m, const Mat<N>& f, Mat<N>& p) {
+  Invariants<N> at;
+  find_invariants(m, f, at);
+  Mat<N> square;
+  square_of(f, square);
+  const Doubles<N> first = m.mu * at.growth, by_f = first + m.mu_2 * at.square;
+  const Doubles<N> by_g = m.lambda * (at.j - 1.0) - first - 2 * m.mu_2;
+  for (int r = 0; r < 3; ++r)
+    for (int s = 0; s < 3; ++s)
+      p.of[r][s] += by_f * f.of[r][s] + by_g * at.g.of[r][s] -
+                    m.mu_2 * (square.of[r][0] * f.of[0][s] + square.of[r][1] * f.of[1][s] + square.of[r][2] * f.of[2][s]);
+}
+
 /// F (mu_v (C + C^T) + lambda_v tr(C) I), C = F^T F'
 template <std::size_t N>
 PALPATE_INLINE void add_viscous(const TetraMaterial& m, const Mat<N>& f, const Mat<N>& rate, Mat<N>& p) {
@@ -50,6 +94,8 @@ template <std::size_t N>
 PALPATE_INLINE void add_elastic(const TetraMaterial& m, const Mat<N>& f, Mat<N>& p) {
   if (m.law == SolidLaw::neo_hookean)
     add_neo_hookean(m, f, p);
+  else if (is_of_invariants(m.law))
+    add_of_invariants(m, f, p);
   else
     add_corotational(m, f, p);
 }
@@ -58,12 +104,15 @@ PALPATE_INLINE void add_elastic(const TetraMaterial& m, const Mat<N>& f, Mat<N>&
 template <std::size_t N, int Nodes>
 struct Linearised {
   Doubles<N> a, kappa, along, spread, across,
-      viscous_volume;                     ///< a, kappa, 2 mu / (I + 1)^2 or 0, lambda; mu_v, lambda_v times c_d / c_k
+      viscous_volume;  ///< a, kappa, 2 mu / (I + 1)^2 or 0, lambda; mu_v, lambda_v times c_d / c_k
+  Doubles<N> stretch;  ///< of both invariants: 2 mu_1 times the slope of e
+  double second = 0;   ///< of both invariants: mu_2 c_k
+  Doubles<N> volume;
   Mat<N> square;                          ///< F F^T
   Doubles<N> fb[Nodes][3], gb[Nodes][3];  ///< F b_i, G b_i; corotational: R b_i
   Doubles<N> b[Nodes][3];
   Mat<N> f, g;
-  Mat<N> turn[Nodes];  ///< corotational: kappa W [R b_i]x, W of inverse_pair_sums
+  Mat<N> turn[Nodes];  ///< corotational: kappa W [R b_i]x, W of inverse_pair_sums; of both invariants: F [b_i]x
   Truths<N> good;      ///< not cut
 };
 
@@ -111,6 +160,27 @@ PALPATE_INLINE void linearise_corotational(const TetraMaterial& m, const Doubles
   inverse_pair_sums(at.f, at.g, w, at.good);
 }
 
+template <std::size_t N, int Nodes>
+PALPATE_INLINE void linearise_of_invariants(const TetraMaterial& m, const Doubles<N>& volume, double c_k,
+                                            Linearised<N, Nodes>& at) {
+  Invariants<N> here;
+  find_invariants(m, at.f, here);
+  at.g = here.g;
+  const Doubles<N> first = m.mu * here.growth;
+  at.a = c_k * first * volume;
+  at.along = Doubles<N>{};
+  at.kappa = c_k * (m.lambda * (here.j - 1.0) - first - 2 * m.mu_2) * volume;
+  at.stretch = c_k * 2 * m.mu * here.slope * volume;
+  at.second = c_k * m.mu_2;
+  at.good = here.square >= 0.0;
+  for (int k = 0; k < Nodes; ++k)
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) {
+        const int p = (c + 1) % 3, q = (c + 2) % 3;
+        at.turn[k].of[r][c] = at.f.of[r][p] * at.b[k][q] - at.f.of[r][q] * at.b[k][p];
+      }
+}
+
 /// With `at.f` and `at.b` given.
 template <std::size_t N, int Nodes>
 PALPATE_INLINE void linearise(const TetraMaterial& m, const Doubles<N>& volume, double c_d, double c_k,
@@ -118,20 +188,21 @@ PALPATE_INLINE void linearise(const TetraMaterial& m, const Doubles<N>& volume, 
   Mat<N> w;
   if (m.law == SolidLaw::neo_hookean)
     linearise_neo_hookean(m, volume, c_k, at);
+  else if (is_of_invariants(m.law))
+    linearise_of_invariants(m, volume, c_k, at);
   else
     linearise_corotational(m, volume, c_k, at, w);
   at.spread = c_k * m.lambda * volume;
   at.across = c_d * m.viscous_mu * volume;
   at.viscous_volume = c_d * m.viscous_lambda * volume;
-  for (int r = 0; r < 3; ++r)
-    for (int s = 0; s < 3; ++s)
-      at.square.of[r][s] = at.f.of[r][0] * at.f.of[s][0] + at.f.of[r][1] * at.f.of[s][1] + at.f.of[r][2] * at.f.of[s][2];
+  square_of(at.f, at.square);
   for (int k = 0; k < Nodes; ++k)
     for (int r = 0; r < 3; ++r) {
       at.fb[k][r] = at.f.of[r][0] * at.b[k][0] + at.f.of[r][1] * at.b[k][1] + at.f.of[r][2] * at.b[k][2];
       at.gb[k][r] = at.g.of[r][0] * at.b[k][0] + at.g.of[r][1] * at.b[k][1] + at.g.of[r][2] * at.b[k][2];
     }
-  if (m.law == SolidLaw::neo_hookean) return;
+  at.volume = volume;
+  if (m.law != SolidLaw::corotational) return;
   for (int k = 0; k < Nodes; ++k)
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 3; ++c) {
@@ -140,14 +211,13 @@ PALPATE_INLINE void linearise(const TetraMaterial& m, const Doubles<N>& volume, 
       }
 }
 
-/// Of the mixed second derivative of det F.
+/// Of the mixed second derivative of det F, much X(A): with A = F, or G.
 template <std::size_t N, int Nodes>
-PALPATE_INLINE void add_mixed(const Linearised<N, Nodes>& at, int i, int j, Mat<N>& k) {
+PALPATE_INLINE void add_mixed(const Linearised<N, Nodes>& at, const Doubles<N>& much, const Mat<N>& a, int i, int j, Mat<N>& k) {
   const Doubles<N>*bi = at.b[i], *bj = at.b[j];
   Doubles<N> normal[3], w[3];
   for (int c = 0; c < 3; ++c) normal[c] = bi[(c + 1) % 3] * bj[(c + 2) % 3] - bi[(c + 2) % 3] * bj[(c + 1) % 3];
-  for (int r = 0; r < 3; ++r)
-    w[r] = at.kappa * (at.f.of[r][0] * normal[0] + at.f.of[r][1] * normal[1] + at.f.of[r][2] * normal[2]);
+  for (int r = 0; r < 3; ++r) w[r] = much * (a.of[r][0] * normal[0] + a.of[r][1] * normal[1] + a.of[r][2] * normal[2]);
   for (int r = 0; r < 3; ++r) {
     k.of[r][(r + 1) % 3] += w[(r + 2) % 3];
     k.of[r][(r + 2) % 3] -= w[(r + 1) % 3];
@@ -162,6 +232,22 @@ PALPATE_INLINE void add_turning(const Linearised<N, Nodes>& at, int i, int j, Ma
       const int p = (r + 1) % 3, q = (r + 2) % 3;
       k.of[r][c] += at.gb[i][q] * at.turn[j].of[p][c] - at.gb[i][p] * at.turn[j].of[q][c];
     }
+}
+
+/// Of both invariants: how e changes, and X(G) + X(F) X(F).
+template <std::size_t N, int Nodes>
+PALPATE_INLINE void add_invariant_block(const Linearised<N, Nodes>& at, int i, int j, Mat<N>& k) {
+  Doubles<N> both;
+  inner(at.turn[i], at.turn[j], both);
+  const Doubles<N> second = at.second * at.volume;
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) {
+      Doubles<N> sum = at.turn[j].of[r][0] * at.turn[i].of[c][0];
+      for (int n = 1; n < 3; ++n) sum += at.turn[j].of[r][n] * at.turn[i].of[c][n];
+      k.of[r][c] += at.stretch * (at.fb[i][r] - at.gb[i][r]) * (at.fb[j][c] - at.gb[j][c]) - second * sum;
+      if (r == c) k.of[r][c] += second * both;
+    }
+  if (i != j) add_mixed(at, second, at.g, i, j, k);
 }
 
 /// tetra_kernel.hpp: TetraTangent::block and viscous_block of nodes i and j.
@@ -179,7 +265,8 @@ PALPATE_INLINE void tangent_block(const Linearised<N, Nodes>& at, SolidLaw law, 
   if (law == SolidLaw::corotational)
     add_turning(at, i, j, k);
   else if (i != j)
-    add_mixed(at, i, j, k);
+    add_mixed(at, at.kappa, at.f, i, j, k);
+  if (is_of_invariants(law)) add_invariant_block(at, i, j, k);
 }
 
 }  // namespace palpate

@@ -36,6 +36,21 @@ Mat3 second_order_neo_hookean(const TetraMaterial& m, const Mat3& f, const Mat3&
          m.lambda * (inner(x_2, df_1) * g + inner(g, df_1) * x_2 + inner(g, df_2) * x_1 + pressure * mixed_cofactors(df_1, df_2));
 }
 
+/// I_1 of a law of both invariants.
+double first_invariant(const Mat3& f, double j) { return f.squaredNorm() - 1 - 2 * j; }
+
+Mat3 second_order_of_invariants(const TetraMaterial& m, const Mat3& f, const Mat3& df_1, const Mat3& df_2) {
+  const Mat3 g = cofactors(f), x_1 = mixed_cofactors(f, df_1), x_2 = mixed_cofactors(f, df_2), both = mixed_cofactors(df_1, df_2),
+             w = f - g, w_1 = df_1 - x_1, w_2 = df_2 - x_2;
+  const double j = f.col(0).dot(g.col(0)), y = m.exponent * first_invariant(f, j), slope = m.exponent * growth_slope(y);
+  const double i_1 = 2 * inner(w, df_1), i_2 = 2 * inner(w, df_2), i_12 = 2 * (inner(df_1, df_2) - inner(x_1, df_2));
+  const double curvature = y < kSteepest ? m.exponent * slope : 0;
+  const Mat3 first = (slope * i_12 + curvature * i_1 * i_2) * w + slope * (i_1 * w_2 + i_2 * w_1) - growth(y) * both;
+  const Mat3 second = mixed_cofactors(df_1, x_2) + mixed_cofactors(df_2, x_1) + mixed_cofactors(f, both) - 2 * both;
+  const Mat3 volume = inner(x_1, df_2) * g + inner(g, df_1) * x_2 + inner(g, df_2) * x_1 + (j - 1) * both;
+  return m.mu * first + m.mu_2 * second + m.lambda * volume;
+}
+
 /// With dR = R O, O S + S O = R^T dF - dF^T R, and once more the derivative of that.
 Mat3 second_order_corotational(const TetraMaterial& m, const Mat3& f, const Mat3& df_1, const Mat3& df_2) {
   const Mat3 r = polar_rotation(f), s = 0.5 * (r.transpose() * f + f.transpose() * r);
@@ -64,6 +79,10 @@ TetraMaterial::TetraMaterial(const SolidMaterial& material) : law(material.law) 
   lambda = e * nu / ((1 + nu) * (1 - 2 * nu));
   viscous_mu = material.damping_s * mu;
   viscous_lambda = material.damping_s * lambda;
+  if (is_of_invariants(law)) {
+    const InvariantModuli of = invariant_moduli(law, material.shape, mu, lambda);
+    mu = of.mu_1, mu_2 = of.mu_2, lambda = of.lambda, exponent = of.exponent;
+  }
   if (law != SolidLaw::neo_hookean) return;
   lambda += 5.0 / 6 * mu;
   mu *= 4.0 / 3;
@@ -83,6 +102,11 @@ double elastic_energy_density(const TetraMaterial& m, const Mat3& f) {
     const double trace = r.cwiseProduct(f).sum() - 3;
     return m.mu * (f - r).squaredNorm() + 0.5 * m.lambda * trace * trace;
   }
+  if (is_of_invariants(m.law)) {
+    const double j = f.determinant(), i = first_invariant(f, j), more = j - 1;
+    const double first = m.exponent == 0 ? i : growth_integral(m.exponent * i) / m.exponent;
+    return 0.5 * (m.mu * first + m.mu_2 * (cofactors(f).squaredNorm() - 3 - 4 * more) + m.lambda * more * more);
+  }
   const double i = f.squaredNorm(), j = f.determinant() - m.alpha;
   return 0.5 * m.mu * (i - 3 - std::log((i + 1) / 4)) + 0.5 * m.lambda * (j * j - (1 - m.alpha) * (1 - m.alpha));
 }
@@ -94,6 +118,9 @@ Mat3 elastic_stress(const TetraMaterial& m, const Mat3& f) {
   }
   const Mat3 g = cofactors(f);
   const double j = f.col(0).dot(g.col(0));
+  if (is_of_invariants(m.law))
+    return m.mu * growth(m.exponent * first_invariant(f, j)) * (f - g) + m.mu_2 * (mixed_cofactors(f, g) - 2 * g) +
+           m.lambda * (j - 1) * g;
   return m.mu * (1 - 1 / (f.squaredNorm() + 1)) * f + m.lambda * (j - m.alpha) * g;
 }
 
@@ -105,15 +132,17 @@ Mat3 viscous_stress(const TetraMaterial& m, const Mat3& f, const Mat3& f_rate) {
 }
 
 Mat3 second_order_stress(const TetraMaterial& m, const Mat3& f, const Mat3& df_1, const Mat3& df_2) {
-  return m.law == SolidLaw::corotational ? second_order_corotational(m, f, df_1, df_2)
-                                         : second_order_neo_hookean(m, f, df_1, df_2);
+  if (m.law == SolidLaw::corotational) return second_order_corotational(m, f, df_1, df_2);
+  return is_of_invariants(m.law) ? second_order_of_invariants(m, f, df_1, df_2) : second_order_neo_hookean(m, f, df_1, df_2);
 }
 
 TetraTangent::TetraTangent(const TetraMaterial& material, const Mat3& f, bool clamp) : f_(f) {
   if (material.law == SolidLaw::corotational)
     corotational(material, clamp);
   else if (clamp)
-    neo_hookean_clamped(material);
+    clamped(material);
+  else if (is_of_invariants(material.law))
+    of_invariants(material);
   else
     neo_hookean(material);
 }
@@ -143,23 +172,46 @@ void TetraTangent::neo_hookean(const TetraMaterial& m) {
   add(m.lambda, g);
 }
 
-void TetraTangent::neo_hookean_clamped(const TetraMaterial& m) {
+void TetraTangent::of_invariants(const TetraMaterial& m) {
+  g_ = cofactors(f_);
+  const double j = f_.col(0).dot(g_.col(0)), y = m.exponent * first_invariant(f_, j);
+  a_ = m.mu * growth(y);
+  mu_2_ = m.mu_2;
+  kappa_ = m.lambda * (j - 1) - a_ - 2 * mu_2_;
+  add(2 * m.mu * m.exponent * growth_slope(y), f_ - g_);
+  add(m.lambda, g_);
+}
+
+/// In principal stretches, of which any isotropic law is a function.
+void TetraTangent::clamped(const TetraMaterial& m) {
   const SignedSvd svd = signed_svd(f_);
   const Vec3& s = svd.s;
   const Vec3 g(s.y() * s.z(), s.x() * s.z(), s.x() * s.y());
-  const double i = s.squaredNorm() + 1, a = m.mu * (1 - 1 / i), kappa = m.lambda * (s.x() * g.x() - m.alpha);
-  Mat3 scaling = 2 * m.mu / (i * i) * s * s.transpose() + m.lambda * g * g.transpose() + kappa * cross_matrix(s).cwiseAbs();
-  for (int k = 0; k < 3; ++k) {  // signs that cwiseAbs lost
-    const int p = (k + 1) % 3, q = (k + 2) % 3;
-    scaling(p, q) += kappa * (s[k] - std::abs(s[k]));
-    scaling(q, p) += kappa * (s[k] - std::abs(s[k]));
+  const double j = s.x() * g.x();
+  double a = 0, kappa = 0, along = 0;
+  Vec3 way = s;
+  if (is_of_invariants(m.law)) {
+    const double y = m.exponent * (s.squaredNorm() - 1 - 2 * j);
+    a = m.mu * growth(y), kappa = m.lambda * (j - 1) - a - 2 * m.mu_2, along = 2 * m.mu * m.exponent * growth_slope(y);
+    way -= g;
+  } else {
+    const double i = s.squaredNorm() + 1;
+    a = m.mu * (1 - 1 / i), kappa = m.lambda * (j - m.alpha), along = 2 * m.mu / (i * i);
   }
-  scaling.diagonal().array() += a;
+  Mat3 scaling = along * way * way.transpose() + m.lambda * g * g.transpose();
+  for (int k = 0; k < 3; ++k) {
+    const int p = (k + 1) % 3, q = (k + 2) % 3;
+    scaling(k, k) += a + m.mu_2 * (s[p] * s[p] + s[q] * s[q]);
+    const double across = kappa * s[k] + 2 * m.mu_2 * s[p] * s[q];
+    scaling(p, q) += across;
+    scaling(q, p) += across;
+  }
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(scaling);
   const auto in_place = [&](const Mat3& q) -> Mat3 { return svd.u * q * svd.v.transpose(); };
   for (int k = 0; k < 3; ++k) {
-    add(std::max(0.0, a + kappa * s[k]), in_place(twist(k)));
-    add(std::max(0.0, a - kappa * s[k]), in_place(flip(k)));
+    const double square = m.mu_2 * s[k] * s[k], product = m.mu_2 * s[(k + 1) % 3] * s[(k + 2) % 3];
+    add(std::max(0.0, a + square + (kappa * s[k] + product)), in_place(twist(k)));
+    add(std::max(0.0, a + square - (kappa * s[k] + product)), in_place(flip(k)));
     add(std::max(0.0, eigen.eigenvalues()[k]), in_place(eigen.eigenvectors().col(k).asDiagonal()));
   }
 }
@@ -168,6 +220,7 @@ Mat3 TetraTangent::apply(const Mat3& df) const {
   Mat3 dp = a_ * df;
   for (std::size_t k = 0; k < terms_; ++k) dp += (c_[k] * q_[k].cwiseProduct(df).sum()) * q_[k];
   if (kappa_ != 0) dp += kappa_ * mixed_cofactors(f_, df);
+  if (mu_2_ != 0) dp += mu_2_ * (mixed_cofactors(g_, df) + mixed_cofactors(f_, mixed_cofactors(f_, df)));
   return dp;
 }
 
@@ -177,6 +230,10 @@ Mat3 TetraTangent::block(double volume_m3, const Vec3& bi, const Vec3& bj, bool 
   for (std::size_t t = 0; t < terms_; ++t) k += c_[t] * (q_[t] * bi) * (q_[t] * bj).transpose();
   // The mixed second derivative of det F for rank-one changes: (di x dj) . F (bi x bj).
   if (kappa_ != 0 && !same) k -= kappa_ * cross_matrix(f_ * bi.cross(bj));
+  if (mu_2_ != 0) {
+    const Mat3 of_i = f_ * cross_matrix(bi), of_j = f_ * cross_matrix(bj);
+    k += mu_2_ * (inner(of_i, of_j) * Mat3::Identity() - of_j * of_i.transpose() - cross_matrix(g_ * bi.cross(bj)));
+  }
   return volume_m3 * k;
 }
 

@@ -10,16 +10,26 @@
 //   neo_hookean    Psi = mu/2 (I - 3) - mu/2 ln((I + 1) / 4) + lambda/2 ((J - alpha)^2 - (1 - alpha)^2),  I = |F|^2,
 //                  mu = 4/3 mu_L, lambda = lambda_L + 5/6 mu_L, alpha = 1 + 3 mu / (4 lambda): smooth for every F, flat and
 //                  inside out included, and without stress at rest
+//   mooney_rivlin, veronda_westmann
+//                  Psi = mu_1/(2 b) (e(b I_1) - 1) + mu_2/2 I_2 + lambda/2 (J - 1)^2,
+//                  I_1 = |F|^2 - 3 - 2 (J - 1),  I_2 = |G|^2 - 3 - 4 (J - 1),
+//                  e the exponential (solid_law.hpp; mu_1/2 I_1 for b = 0), mu_1 + mu_2 = mu_L, lambda = lambda_L + mu_1:
+//                  where J = 1 the invariants of Mooney and Rivlin, less their values at rest, at which their gradients vanish
+//                  here, so that no part of the law has stress there and all is smooth for every F, flat and inside out too.
+//     mooney_rivlin     b = 0, mu_2 = s mu_L:   c_1 (I_1 - 3) + c_2 (I_2 - 3) of c_1 = (1 - s) mu_L / 2, c_2 = s mu_L / 2
+//     veronda_westmann  mu_2 = -mu_L, mu_1 = 2 mu_L:   c_1 (exp(b (I_1 - 3)) - 1) - c_1 b/2 (I_2 - 3) of c_1 = mu_L / b
 // Source: Smith, De Goes and Kim, Stable neo-Hookean flesh simulation, ACM Trans. Graph. 37 (2018); for the eigenvectors of the
-// tangents also Smith et al., Analytic eigensystems for isotropic distortion energies, ACM Trans. Graph. 38 (2019).
+// tangents also Smith et al., Analytic eigensystems for isotropic distortion energies, ACM Trans. Graph. 38 (2019). Mooney, J.
+// Appl. Phys. 11 (1940); Veronda and Westmann, Mechanical characterization of skin, J. Biomech. 3 (1970).
 //
 // Viscous law (Kelvin-Voigt): P_viscous = F (2 mu_v E' + lambda_v tr(E') I), E' = sym(F^T F') the rate of Green's strain, mu_v =
 // t mu_L, lambda_v = t lambda_L, t the damping time [s]. At rest it is t times the elastic tangent (stiffness-proportional
 // Rayleigh damping); it never resists a rigid motion and never gives energy: P_viscous : F' >= 0.
 //
-// Tangents: dP = a dF + sum_k c_k (Q_k : dF) Q_k + kappa dG[dF]. Exact for the elastic part; `clamp` drops the negative
-// eigenvalues, so that the element's stiffness is positive semi-definite. The dependence of P_viscous on F at fixed F' is left
-// out, as it is for springs (element_kernel.hpp).
+// Tangents: dP = a dF + sum_k c_k (Q_k : dF) Q_k + kappa X(F)[dF] + mu_2 (X(G)[dF] + X(F)[X(F)[dF]]), X(A)[B] what the
+// cofactors of A change by with B; mu_2 = 0 but for laws of both invariants. Exact for the elastic part; `clamp` drops the
+// negative eigenvalues, so that the element's stiffness is positive semi-definite. The dependence of P_viscous on F at fixed F'
+// is left out, as it is for springs (element_kernel.hpp).
 #pragma once
 
 #include <array>
@@ -37,8 +47,9 @@ struct TetraMaterial {
   explicit TetraMaterial(const SolidMaterial& material);
   bool is_viscous() const { return viscous_mu != 0 || viscous_lambda != 0; }
   SolidLaw law;
-  double mu, lambda;                  ///< of the law [Pa]
+  double mu, lambda;                  ///< of the law [Pa]; mu_1 where it is of both invariants
   double alpha = 1;                   ///< neo_hookean
+  double mu_2 = 0, exponent = 0;      ///< of both invariants [Pa, and 1]
   double viscous_mu, viscous_lambda;  ///< mu_v, lambda_v [Pa s]
 };
 
@@ -70,6 +81,9 @@ class TetraTangent {
   const Mat3& f() const { return f_; }
   double a() const { return a_; }
   double kappa() const { return kappa_; }
+  /// mu_2 or 0, and G where it is not.
+  double mu_2() const { return mu_2_; }
+  const Mat3& g() const { return g_; }
   std::size_t terms() const { return terms_; }
   double c(std::size_t k) const { return c_[k]; }
   const Mat3& q(std::size_t k) const { return q_[k]; }
@@ -77,15 +91,16 @@ class TetraTangent {
  private:
   void corotational(const TetraMaterial& material, bool clamp);
   void neo_hookean(const TetraMaterial& material);
-  void neo_hookean_clamped(const TetraMaterial& material);
+  void of_invariants(const TetraMaterial& material);
+  void clamped(const TetraMaterial& material);
   void add(double c, const Mat3& q) {
     if (c == 0) return;
     c_[terms_] = c;
     q_[terms_++] = q;
   }
 
-  Mat3 f_;
-  double a_ = 0, kappa_ = 0;
+  Mat3 f_, g_;
+  double a_ = 0, kappa_ = 0, mu_2_ = 0;
   std::size_t terms_ = 0;
   std::array<double, 9> c_{};
   std::array<Mat3, 9> q_;

@@ -17,6 +17,9 @@ void ask_for_shapes(const ShapeViewer& viewer, FrameJob& job) {
   const auto wants = [&](ShapeChannel channel) { return (viewer.channels >> static_cast<unsigned>(channel) & 1) != 0; };
   job.tension = job.tension || wants(ShapeChannel::tension);
   job.support = job.support || wants(ShapeChannel::support);
+  job.stress = job.stress || wants(ShapeChannel::stress);
+  job.strain = job.strain || wants(ShapeChannel::strain);
+  job.pressure = job.pressure || wants(ShapeChannel::pressure);
 }
 
 bool gave_patches(const FrameResult& result) {

@@ -14,6 +14,8 @@ constexpr double kBurstFrames = 2;       // what a viewer may save up of its bud
 constexpr double kNearTool = 64;         // times as visible as elsewhere
 constexpr double kNearShare = 0.08;      // of the body's diagonal
 constexpr double kScalarSteps = 255, kHoldScalar = 1.5;
+constexpr ShapeChannel kWithoutLimit[] = {ShapeChannel::tension, ShapeChannel::stress, ShapeChannel::strain,
+                                          ShapeChannel::pressure};
 
 std::size_t at(ShapeChannel channel) { return static_cast<std::size_t>(channel); }
 bool wants(const ShapeViewer& viewer, ShapeChannel channel) {
@@ -51,7 +53,7 @@ ShapeStream::ShapeStream(const RoomFacts& facts, double rate_hz) : node_of_(fact
     channels_[k].blocks.resize(blocks);
   }
   channels_[at(ShapeChannel::position)].unit = kShapeStepM;
-  channels_[at(ShapeChannel::tension)].unit = 0x1p-20;
+  for (const ShapeChannel which : kWithoutLimit) channels_[at(which)].unit = 0x1p-20;
   channels_[at(ShapeChannel::support)].unit = 1 / kScalarSteps;
 }
 
@@ -84,17 +86,19 @@ void ShapeStream::take(const ShapeFrame& frame) {
   body_time_ = frame.body_time;
   renew(ShapeChannel::position, kHoldSteps,
         [&](std::size_t v, int k) { return (frame.positions[node_of_[v]][k] - rest_[v][k]) * (1 / kShapeStepM); });
-  for (const ShapeChannel which : {ShapeChannel::tension, ShapeChannel::support})
+  for (std::size_t k = 1; k < kShapeChannels; ++k) {
+    const ShapeChannel which{static_cast<std::uint8_t>(k)};
     if (!frame.fields[at(which)].empty()) take_scalars(which, frame.fields[at(which)]);
+  }
   weigh(frame.tools);
 }
 
-/// A tension has no limit known beforehand: its unit doubles until the largest fits into 8 bits.
+/// What has no limit known beforehand: its unit doubles until the largest fits into 8 bits.
 void ShapeStream::take_scalars(ShapeChannel which, std::span<const float> scalars) {
   Channel& channel = channels_[at(which)];
   float largest = 0;
   for (const std::uint32_t node : node_of_) largest = std::max(largest, scalars[node]);
-  if (which == ShapeChannel::tension && std::isfinite(largest))
+  if (which != ShapeChannel::support && std::isfinite(largest))
     while (largest > kScalarSteps * channel.unit) channel.unit *= 2;
   renew(which, kHoldScalar,
         [&](std::size_t v, int) { return std::clamp(scalars[node_of_[v]] / channel.unit, 0.0, kScalarSteps); });

@@ -22,7 +22,8 @@ void ViewSender::take(const FrameResult& result, Stations& stations, const BodyN
     station.outbox.beat = beat_for(stations, station, body);
   }
   if (result.positions.empty()) return;
-  ShapeFrame frame{body.time, result.positions, {{{}, result.tension, result.support}}, {}};
+  ShapeFrame frame{
+      body.time, result.positions, {{{}, result.tension, result.support, result.stress, result.strain, result.pressure}}, {}};
   for (const StationFrame& station : result.stations)
     if (station.contact) frame.tools.push_back(station.tool);
   shapes_.take(frame);

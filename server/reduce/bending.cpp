@@ -89,19 +89,19 @@ void add_second_order_of_hexahedra(const Dynamics& dynamics, const BodyState& st
                                    std::vector<Vector>& forces) {
   const Hexahedra& hexahedra = dynamics.hexahedra();
   const auto n = static_cast<int>(directions.cols());
-  std::vector<Mat37> changes(static_cast<std::size_t>(n));
+  std::vector<Mat3> changes(static_cast<std::size_t>(n));
   for (std::uint32_t e = 0; e < dynamics.body().hexahedra.size(); ++e) {
-    const HexaShape& shape = hexahedra.shape(e);
-    const Mat37 at = hexahedra.gradient(e, state.x);
-    for (int k = 0; k < n; ++k) changes[static_cast<std::size_t>(k)] = hexahedra.gradient(e, directions.col(k));
+    const HexaRest& rest = hexahedra.shape(e).rest;
+    const Mat3 at = hexahedra.gradient(e, state.x).leftCols<3>();
+    for (int k = 0; k < n; ++k) changes[static_cast<std::size_t>(k)] = hexahedra.gradient(e, directions.col(k)).leftCols<3>();
     for (int j = 0; j < n; ++j)
       for (int i = 0; i <= j; ++i) {
-        const Mat37 stress = (i == j ? -0.5 : -1.0) * second_order_stress(hexahedra.material(e), shape.modes, shape.rest, at,
-                                                                          changes[static_cast<std::size_t>(i)],
-                                                                          changes[static_cast<std::size_t>(j)]);
+        const Mat3 stress = (i == j ? -0.5 : -1.0) * rest.volume_m3 *
+                            second_order_stress(hexahedra.material(e), at, changes[static_cast<std::size_t>(i)],
+                                                changes[static_cast<std::size_t>(j)]);
         Vector& sum = forces[static_cast<std::size_t>(pair_at(i, j))];
         for (int k = 0; k < 8; ++k)
-          at_node(sum, dynamics.body().hexahedra[e].nodes[static_cast<std::size_t>(k)]) += stress * shape.rest.g.col(k);
+          at_node(sum, dynamics.body().hexahedra[e].nodes[static_cast<std::size_t>(k)]) += stress * rest.g.col(k).head<3>();
       }
   }
 }
@@ -139,8 +139,9 @@ void add_second_order(const Dynamics& dynamics, const BodyState& state, const Ma
 
 bool can_bend(const LumpedBody& body) {
   if (!body.is_solid()) return is_smooth(body.law);
-  const bool one_law = std::all_of(body.materials.begin(), body.materials.end(),
-                                   [&](const SolidMaterial& m) { return m.law == body.materials.front().law; });
+  const bool one_law = std::all_of(body.materials.begin(), body.materials.end(), [&](const SolidMaterial& m) {
+    return m.law == body.materials.front().law && m.shape == body.materials.front().shape;
+  });
   return body.elements.empty() && one_law;
 }
 

@@ -8,8 +8,7 @@
 //
 // for any o: one that never moves, the same for all. V_c, how y_c moves with a patch's variables, is sum (b_i . d_c) V_i. Where
 // an element has the node T that a tool holds, o is x_T and d_c such that b_T . d_c = -1, so that no place but T moves with the
-// tool: y_c = sum over i != T of (b_i . d_c) x_i. What the hourglass modes add beyond the linear patch is in the forces that
-// samples are fitted to (hourglass_forces.hpp), not in theirs.
+// tool: y_c = sum over i != T of (b_i . d_c) x_i. Hourglass modes push as the linear patch has it, and nothing beyond that.
 #pragma once
 
 #include <cstdint>

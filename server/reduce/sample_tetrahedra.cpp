@@ -8,7 +8,6 @@
 #include <span>
 
 #include "server/reduce/bending.hpp"
-#include "server/reduce/hourglass_forces.hpp"
 #include "server/reduce/sample_places.hpp"
 
 namespace palpate {
@@ -58,11 +57,9 @@ class CandidateTetrahedra {
   static constexpr int kNodes = 4, kMost = kMaxTetrahedra;
 
   CandidateTetrahedra(const WholeBody& body, const Matrix& moved, const Matrix& u, int tool)
-      : body_(&body),
-        materials_(&body.dynamics().body().materials),
+      : materials_(&body.dynamics().body().materials),
         places_(body.dynamics(), body.state(), moved,
                 elements_that_bend(body.dynamics(), body.state(), moved * root_of(u), kNegligibleTetrahedra, kLookedAt), tool),
-        nodes_moved_(&moved),
         way_(u.cast<float>()) {
     assert(moved.rows() == body.state().x.size() && moved.cols() == u.rows() && u.cols() == kSamples);
     assert(!materials_->empty());
@@ -77,7 +74,7 @@ class CandidateTetrahedra {
     const Lame lame = lame_of(element);
     const Mat3 frame = frame_of(law(), f);
     Stamp stamp{{}, frame.cast<float>()};
-    stamp.at.set(0, law(), frame.transpose() * f, lame.mu, lame.lambda);
+    stamp.at.set(0, law(), material_of(element).shape, frame.transpose() * f, lame.mu, lame.lambda);
     stamp.at.spread();
     return stamp;
   }
@@ -155,10 +152,7 @@ class CandidateTetrahedra {
       }
       parts[static_cast<Eigen::Index>(k)] = q.norm() * std::sqrt(size);
     }
-    Eigen::MatrixXf all = moved.transpose() * forces;
-    const Dynamics& dynamics = body_->dynamics();
-    if (!dynamics.hexahedra().empty()) all += hourglass_forces(dynamics, body_->state().x, elements, *nodes_moved_, way_);
-    return all;
+    return moved.transpose() * forces;
   }
 
   /// The tetrahedra themselves, without weights; their nodes' motions as they travel.
@@ -167,6 +161,7 @@ class CandidateTetrahedra {
     const auto count = static_cast<Eigen::Index>(elements.size());
     SampledTetrahedra solid;
     solid.law = law();
+    solid.shape = static_cast<float>(materials_->front().shape);
     solid.nodes.resize(4, count);
     for (Eigen::VectorXf* v : {&solid.shear, &solid.dilation, &solid.damping_s}) v->resize(count);
     for (Eigen::Index k = 0; k < count; ++k) {
@@ -194,10 +189,8 @@ class CandidateTetrahedra {
 
  private:
   Eigen::Index row(std::uint32_t element, int i) const { return 3 * static_cast<Eigen::Index>(node(element, i)); }
-  const WholeBody* body_;
   const std::vector<SolidMaterial>* materials_;
   SamplePlaces places_;
-  const Matrix* nodes_moved_;
   Eigen::MatrixXf way_;
 };
 

@@ -13,6 +13,16 @@ namespace palpate {
 /// At each node the largest |T(e)| of the elements that it joins [N], dampers left out. x: node positions.
 std::vector<float> element_tension(const LumpedBody& body, const Vector& x);
 
+/// Of the finite elements at each node, with the elastic Cauchy stress sigma = P F^T / J (J not below kLeastVolume):
+enum class SolidField : std::uint8_t {
+  stress,   ///< the largest von Mises stress sqrt(3/2 s : s), s the deviator of sigma [Pa]
+  strain,   ///< the largest |principal stretch - 1|
+  pressure  ///< the mean of -tr(sigma) / 3, by volumes [Pa]
+};
+inline constexpr double kLeastVolume = 0.1;
+/// Zeros for a body of springs.
+std::vector<float> solid_field(const Dynamics& dynamics, const Vector& x, SolidField field);
+
 /// Raises `support` where a patch with a local surface carries a vertex of the body: to 1 at the vertex that its modes move most,
 /// elsewhere in proportion to the length of the port rows. `positions` of all vertices are those of the frame of the patch.
 void add_support(const Patch& patch, std::span<const Vec3> positions, std::vector<float>& support);

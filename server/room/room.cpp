@@ -98,6 +98,9 @@ FrameResult Room::simulate(const FrameJob& job) {
   }
   if (job.state) result.state = s.body;
   if (job.tension) result.tension = element_tension(s.scene.body, s.body.x);
+  if (job.stress) result.stress = solid_field(s.dynamics, s.body.x, SolidField::stress);
+  if (job.strain) result.strain = solid_field(s.dynamics, s.body.x, SolidField::strain);
+  if (job.pressure) result.pressure = solid_field(s.dynamics, s.body.x, SolidField::pressure);
   return result;
 }
 

@@ -50,7 +50,8 @@ struct FrameJob {
   bool shapes = false;    ///< fill FrameResult::positions
   bool tension = false;   ///< and FrameResult::tension
   bool support = false;   ///< and FrameResult::support
-  bool state = false;     ///< fill FrameResult::state
+  bool stress = false, strain = false, pressure = false;  ///< and these of it
+  bool state = false;                                     ///< fill FrameResult::state
 };
 
 struct StationFrame {
@@ -65,9 +66,9 @@ struct StationFrame {
 struct FrameResult {
   Micros stamp{};  ///< moment up to which the body was simulated, server clock
   std::vector<StationFrame> stations;
-  std::vector<Vec3> positions;          ///< of the surface vertices (all nodes), when asked for
-  std::vector<float> tension, support;  ///< of all nodes (nodal_fields.hpp), when asked for
-  std::optional<BodyState> state;       ///< when asked for
+  std::vector<Vec3> positions;                                    ///< of the surface vertices (all nodes), when asked for
+  std::vector<float> tension, support, stress, strain, pressure;  ///< of all nodes (nodal_fields.hpp), when asked for
+  std::optional<BodyState> state;                                 ///< when asked for
   int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0;
   bool failed = false;  ///< the step did not converge: no patches, the body was put back
   bool asleep = false;  ///< the body was not stepped, or need not be from here on until a tool comes (stillness.hpp)

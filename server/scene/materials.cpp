@@ -85,13 +85,16 @@ NamedMaterial read_material(std::string_view text, const std::string& file) {
   out.source = fields.text("source");
   const std::string law = fields.text("law");
   const auto* const known = std::find(kSolidLawNames.begin(), kSolidLawNames.end(), law);
-  if (known == kSolidLawNames.end()) fields.refuse("law", "is \"" + law + "\"", "\"corotational\" or \"neo-hookean\"");
+  if (known == kSolidLawNames.end())
+    fields.refuse("law", "is \"" + law + "\"", "\"corotational\", \"neo-hookean\", \"mooney-rivlin\" or \"veronda-westmann\"");
   out.solid.law = static_cast<SolidLaw>(known - kSolidLawNames.begin());
   out.solid.young_pa = fields.number("young_pa", kMinYoungPa, kMaxYoungPa);
   std::tie(out.young_low_pa, out.young_high_pa) = fields.range("young_range_pa", kMinYoungPa, kMaxYoungPa);
   if (out.solid.young_pa < out.young_low_pa || out.solid.young_pa > out.young_high_pa)
     fields.refuse("young_pa", "is outside young_range_pa", "a number within it");
   out.solid.poisson = fields.number("poisson", 0, kMaxPoisson);
+  if (out.solid.law == SolidLaw::mooney_rivlin) out.solid.shape = fields.number("second_share", 0, kMaxSecondShare);
+  if (out.solid.law == SolidLaw::veronda_westmann) out.solid.shape = fields.number("exponent", 0, kMaxExponent);
   out.solid.damping_s = fields.number("damping_s", 0, kMaxDampingS);
   out.density_kg_m3 = fields.number("density_kg_m3", 1, 30000);
   fields.finish();

@@ -31,6 +31,7 @@ struct Element {
 struct SolidMaterial {
   SolidLaw law = SolidLaw::neo_hookean;
   double young_pa = 10e3, poisson = 0.45, damping_s = 0.01;
+  double shape = 0;  ///< what the law has besides (solid_law.hpp)
 };
 
 /// A linear tetrahedron: nodes 1, 2, 3 counter-clockwise seen from outside, opposite node 0 (positive volume).

@@ -16,7 +16,7 @@ class SceneText;
 struct Json;
 
 /// What a solid's cells are where a scene does not say.
-inline constexpr SolidElement kUsualElement = SolidElement::tetrahedron;
+inline constexpr SolidElement kUsualElement = SolidElement::hexahedron;
 
 /// What a body of finite elements is made of.
 struct SolidSettings {
@@ -114,7 +114,7 @@ inline constexpr double kMaxCoordinateM = 5;  ///< every node stays well inside 
 inline constexpr std::array<const char*, 6> kFaceNames = {"x-", "x+", "y-", "y+", "z-", "z+"};
 inline constexpr std::array<const char*, 3> kSpringLawNames = {"linear", "stiffening", "thigh-skin"};
 inline constexpr std::array<const char*, 4> kIntegratorNames = {"automatic", "tr-bdf2", "explicit", "stabilised"};
-inline constexpr std::array<const char*, 2> kSolidLawNames = {"corotational", "neo-hookean"};
+inline constexpr std::array<const char*, 4> kSolidLawNames = {"corotational", "neo-hookean", "mooney-rivlin", "veronda-westmann"};
 inline constexpr std::array<const char*, 2> kSolidElementNames = {"hexahedron", "tetrahedron"};
 inline constexpr std::array<const char*, 2> kContactNames = {"attach", "touch"};
 

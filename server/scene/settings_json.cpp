@@ -53,6 +53,8 @@ Json to_json(const SolidSettings& solid) {
   out.add("element", Json::string(kSolidElementNames[static_cast<std::size_t>(solid.element)]));
   out.add("law", Json::string(kSolidLawNames[static_cast<std::size_t>(solid.material.law)]));
   add_material(out, solid.material);
+  if (solid.material.law == SolidLaw::mooney_rivlin) out.add("second_share", Json::number(solid.material.shape));
+  if (solid.material.law == SolidLaw::veronda_westmann) out.add("exponent", Json::number(solid.material.shape));
   out.add("mass_damping_1_s", Json::number(solid.mass_damping_1_s));
   return out;
 }

@@ -13,6 +13,25 @@ void take_numbers(const SceneText& text, const std::string& path, const SolidFie
   if (fields.damping_s) out.damping_s = required(text, path + ".damping_s", fields.damping_s, 0, kMaxDampingS, "s");
 }
 
+/// What a law has besides its moduli: from the scene, else from the material if that is of this law.
+void take_shape(const SceneText& text, const std::string& path, const schema::SolidT& in, SolidMaterial& out) {
+  struct Field {
+    const char* name;
+    SolidLaw law;
+    const flatbuffers::Optional<double>& value;
+    double most;
+  };
+  const bool named = !in.material.empty() && find_material(in.material)->solid.law == out.law;
+  if (!named) out.shape = 0;
+  for (const Field& field : {Field{"second_share", SolidLaw::mooney_rivlin, in.second_share, kMaxSecondShare},
+                             Field{"exponent", SolidLaw::veronda_westmann, in.exponent, kMaxExponent}}) {
+    const std::string where = path + "." + field.name;
+    const std::string law = kSolidLawNames[static_cast<std::size_t>(field.law)];
+    if (field.value && out.law != field.law) text.refuse(where, where + " is given", "it with \"law\": \"" + law + "\" alone");
+    if (out.law == field.law && (field.value || !named)) out.shape = required(text, where, field.value, 0, field.most, "");
+  }
+}
+
 }  // namespace
 
 const NamedMaterial& named_material(const SceneText& text, const std::string& path, const std::string& name) {
@@ -31,7 +50,7 @@ double read_density(const SceneText& text, const std::string& path, double usual
 SolidMaterial read_part(const SceneText& text, const std::string& path, const SolidMaterial& whole, const SolidFields& fields) {
   if (fields.empty()) text.refuse(path, path + " changes nothing", "material, young_pa, poisson or damping_s");
   SolidMaterial out = fields.material.empty() ? whole : named_material(text, path + ".material", fields.material).solid;
-  if (out.law != whole.law)
+  if (out.law != whole.law || out.shape != whole.shape)
     text.refuse(path + ".material", path + ".material is of another law than the body", "one law for all of a body");
   take_numbers(text, path, fields, out);
   return out;
@@ -46,6 +65,7 @@ SolidSettings read_solid(const SceneText& text, const std::string& path, const s
   out.material.law =
       static_cast<SolidLaw>(choice(text, path + ".law", in.law, kSolidLawNames, static_cast<std::size_t>(out.material.law)));
   take_numbers(text, path, {in.material, in.young_pa, in.poisson, in.damping_s}, out.material);
+  take_shape(text, path, in, out.material);
   text.in_range(path + ".mass_damping_1_s", in.mass_damping_1_s, 0, kMaxMassDamping, "1/s");
   out.mass_damping_1_s = in.mass_damping_1_s;
   return out;

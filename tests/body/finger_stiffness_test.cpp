@@ -58,8 +58,8 @@ TEST_CASE("Of a grasp it is that of the node, and a body that is not held has no
   CHECK_FALSE(finger_stiffness(scene, Vec3::Zero()));
 }
 
-TEST_CASE("The organ weighs its density times the volume inside of its surface") {
-  const LumpedBody body = load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/organ.json").body;
+TEST_CASE("The organ of tetrahedra weighs its density times the volume inside of its surface") {
+  const LumpedBody body = load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/organ-solid.json").body;
   double volume_m3 = 0;
   for (const Triangle& t : body.triangles) volume_m3 += body.nodes[t[0]].dot(body.nodes[t[1]].cross(body.nodes[t[2]])) / 6;
   CHECK(std::accumulate(body.masses_kg.begin(), body.masses_kg.end(), 0.0) == Approx(1060 * volume_m3).epsilon(1e-9));

@@ -1,8 +1,10 @@
 // The kernel of a tetrahedron against finite differences, closed forms and invariants.
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
+#include <functional>
 #include <random>
 
+#include "common/port/nonlinear_tetrahedron.hpp"
 #include "server/body/tetra_kernel.hpp"
 
 using namespace palpate;
@@ -39,6 +41,10 @@ std::vector<TetraMaterial> materials() {
   std::vector<TetraMaterial> all;
   for (const SolidLaw law : {SolidLaw::corotational, SolidLaw::neo_hookean})
     for (const double poisson : {0.0, 0.3, 0.49}) all.emplace_back(SolidMaterial{law, 5e3, poisson, 0.02});
+  for (const double poisson : {0.0, 0.3, 0.49}) {
+    all.emplace_back(SolidMaterial{SolidLaw::mooney_rivlin, 5e3, poisson, 0.02, 0.4});
+    all.emplace_back(SolidMaterial{SolidLaw::veronda_westmann, 5e3, poisson, 0.02, 2});
+  }
   return all;
 }
 
@@ -95,15 +101,90 @@ TEST_CASE("a tetrahedron's second-order stress is the second derivative of its s
 
 TEST_CASE("a tetrahedron at rest has no stress and answers as linear elasticity says", "[body][tetra]") {
   Draw draw(3);
-  for (const SolidLaw law : {SolidLaw::corotational, SolidLaw::neo_hookean}) {
+  for (const SolidLaw law :
+       {SolidLaw::corotational, SolidLaw::neo_hookean, SolidLaw::mooney_rivlin, SolidLaw::veronda_westmann}) {
     const double e = 5e3, nu = 0.3, mu = e / 2.6, lambda = e * nu / (1.3 * 0.4);
-    const TetraMaterial m(SolidMaterial{law, e, nu, 0.02});
+    const TetraMaterial m(SolidMaterial{law, e, nu, 0.02, 0.7});
     const Mat3 turned = draw.rotation(), df = draw.matrix(1), strain = 0.5 * (df + df.transpose());
     const Mat3 hooke = 2 * mu * strain + lambda * strain.trace() * Mat3::Identity();
     CHECK(elastic_stress(m, turned).norm() < 1e-9 * e);
     CHECK(std::abs(elastic_energy_density(m, turned)) < 1e-9 * e);
     CHECK((TetraTangent(m, Mat3::Identity(), false).apply(df) - hooke).norm() < 1e-9 * e);
     CHECK((viscous_stress(m, Mat3::Identity(), df) - 0.02 * hooke).norm() < 1e-9 * e);
+  }
+}
+
+TEST_CASE("laws of both invariants have the closed forms of Rivlin's experiments", "[body][tetra]") {
+  const double young_pa = 5e3, nu = 0.45, mu = young_pa / (2 * (1 + nu)), b = 3;
+  struct Of {
+    SolidLaw law;
+    double shape;
+    std::function<double(double)> w1, w2;  // dPsi/dI_1, dPsi/dI_2 of I_1 - 3, where J = 1
+  };
+  const double share = 0.3;
+  for (const Of& of :
+       {Of{SolidLaw::mooney_rivlin, share, [&](double) { return (1 - share) * mu / 2; }, [&](double) { return share * mu / 2; }},
+        Of{SolidLaw::veronda_westmann, b, [&](double i) { return mu * std::exp(b * i); }, [&](double) { return -mu / 2; }}}) {
+    const TetraMaterial m(SolidMaterial{of.law, young_pa, nu, 0, of.shape});
+    for (const double gamma : {0.1, 0.4, 0.8}) {  // simple shear: tau = 2 (W_1 + W_2) gamma
+      Mat3 f = Mat3::Identity();
+      f(0, 1) = gamma;
+      const Mat3 cauchy = elastic_stress(m, f) * f.transpose();
+      const double i = gamma * gamma;
+      CHECK(cauchy(0, 1) == Approx(2 * (of.w1(i) + of.w2(i)) * gamma).epsilon(1e-10));
+      CHECK(cauchy(0, 0) - cauchy(1, 1) == Approx(2 * (of.w1(i) + of.w2(i)) * gamma * gamma).epsilon(1e-10));
+    }
+    for (const double l : {0.7, 1.2, 1.5}) {  // uniaxial: sigma = 2 (l^2 - 1/l) (W_1 + W_2 / l)
+      const Mat3 f = Vec3(l, 1 / std::sqrt(l), 1 / std::sqrt(l)).asDiagonal();
+      const Mat3 cauchy = elastic_stress(m, f) * f.transpose();
+      const double i = l * l + 2 / l - 3;
+      CHECK(cauchy(0, 0) - cauchy(1, 1) == Approx(2 * (l * l - 1 / l) * (of.w1(i) + of.w2(i) / l)).epsilon(1e-10));
+    }
+    for (const double l : {0.8, 1.2}) {  // equibiaxial: sigma = 2 (l^2 - 1/l^4) (W_1 + W_2 l^2)
+      const Mat3 f = Vec3(l, l, 1 / (l * l)).asDiagonal();
+      const Mat3 cauchy = elastic_stress(m, f) * f.transpose();
+      const double i = 2 * l * l + 1 / (l * l * l * l) - 3;
+      CHECK(cauchy(0, 0) - cauchy(2, 2) == Approx(2 * (l * l - std::pow(l, -4)) * (of.w1(i) + of.w2(i) * l * l)).epsilon(1e-10));
+    }
+  }
+}
+
+TEST_CASE("what a player's tetrahedron pushes beyond its tangent is what is left of its law, near and far", "[body][tetra]") {
+  Draw draw(19);
+  for (const TetraMaterial& m : materials()) {
+    if (m.law == SolidLaw::corotational) continue;  // in a frame of its own: tests/port
+    const double poisson = m.viscous_lambda / (2 * (m.viscous_lambda + m.viscous_mu)), mu_l = m.viscous_mu / 0.02,
+                 lambda_l = m.viscous_lambda / 0.02;
+    const double shape = m.law == SolidLaw::veronda_westmann ? m.exponent : m.mu_2 / mu_l;
+    for (const Mat3& f : deformations()) {
+      TetraStamp at;
+      std::vector<Mat3> changes;
+      TetraLanes df;
+      for (int l = 0; l < kTetraLane; ++l) {
+        at.set(l, m.law, m.law == SolidLaw::neo_hookean ? 0 : shape, f, mu_l, lambda_l);
+        changes.push_back(draw.matrix(std::pow(10.0, -2 + 0.28 * l)));
+        for (int k = 0; k < 9; ++k) df[static_cast<std::size_t>(k)][l] = static_cast<float>(changes.back()(k / 3, k % 3));
+      }
+      const TetraLanes q = nonlinear_residual_stress(m.law, at, df, TetraTurn());
+      const TetraLane energy = nonlinear_residual_energy(m.law, at, df, TetraTurn());
+      for (int l = 0; l < kTetraLane; ++l) {
+        Mat3 change, found;
+        for (int k = 0; k < 9; ++k) {
+          change(k / 3, k % 3) = static_cast<double>(df[static_cast<std::size_t>(k)][l]);
+          found(k / 3, k % 3) = static_cast<double>(q[static_cast<std::size_t>(k)][l]);
+        }
+        const TetraTangent tangent(m, f, false);
+        const Mat3 all = elastic_stress(m, f + change), here = elastic_stress(m, f), linear = tangent.apply(change);
+        const Mat3 expected = all - here - linear;
+        INFO("nu " << poisson << ", law " << static_cast<int>(m.law) << ", |dF| " << change.norm() << ", F\n" << f);
+        // Rounding of single precision (6e-8) in the products of up to five numbers that the terms are summed of.
+        CHECK((found - expected).norm() < 2e-5 * expected.norm() + 5e-6 * (linear.norm() + here.norm() * change.norm()));
+        const double second = 0.5 * linear.cwiseProduct(change).sum(), first = here.cwiseProduct(change).sum();
+        const double stored = elastic_energy_density(m, f + change) - elastic_energy_density(m, f) - first - second;
+        CHECK(std::abs(static_cast<double>(energy[l]) - stored) <
+              2e-5 * (std::abs(stored) + 0.3 * (linear.norm() + here.norm() * change.norm()) * change.norm()));
+      }
+    }
   }
 }
 

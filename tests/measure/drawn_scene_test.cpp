@@ -21,7 +21,7 @@ TEST_CASE("scenes that are drawn can be read, are what they are said to be, and 
       CHECK((scene.tool.contact == ContactKind::attach) == (number % 2 == 0));
       CHECK(scene.body.nodes.size() >= 64);
       CHECK(scene.body.nodes.size() <= 512);
-      CHECK(scene.body.tetrahedra.empty() != solid);
+      CHECK(scene.body.is_solid() == solid);
       stiffening += scene.body.law == SpringLaw::stiffening ? 1 : 0;
       corotational += solid && scene.body.materials.front().law == SolidLaw::corotational ? 1 : 0;
     }

@@ -262,7 +262,10 @@ TEST_CASE("A patch knows where a hand gets that speeds up as it did, and what a 
 }
 
 TEST_CASE("A contact that rolls back over the edge of a block stays on the surface that its patch brought") {
-  const Scene scene = read_scene(drawn_scene(5, true).json, "a block 38 mm wide");
+  // Of tetrahedra: hexahedra, as soft as what they stand for, give way below its tip there (decision 64).
+  std::string block = drawn_scene(5, true).json;
+  block.replace(block.find("\"law\""), 5, "\"element\": \"tetrahedron\", \"law\"");
+  const Scene scene = read_scene(block, "a block 38 mm wide");
   const Motion stroke = cut(examination(scene), 1.2, 2.55);
   const Fidelity hyper = play(scene, stroke, replay_options_for(Scheme::hyper, 50)).fidelity;
   INFO(hyper.snr_db << " dB");

@@ -38,7 +38,7 @@ TEST_CASE("Shares grow with the layer to one, and in a homogeneous block stay ab
   CHECK(d.states_full == 2 * (5 * 36 - 1) * 3);
 }
 
-TEST_CASE("A solid of tetrahedra is examined like a body of springs") {
+TEST_CASE("A solid is examined like a body of springs") {
   const Scene solid = solid_cube(ContactKind::attach);
   REQUIRE(solid.body.elements.empty());
   const Dominance d = dominance(Specimen(solid.body, solid.tool.node), 12);

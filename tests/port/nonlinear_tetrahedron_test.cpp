@@ -77,7 +77,7 @@ void push(const std::function<Mat3d(Draw&, int lane, const Mat3d& f)>& next, con
       f.push_back(draw.stretched(1.2, 1, 0.7));
       df.push_back(next(draw, l, f.back()) - f.back());
       frame.push_back(frame_of(SolidLaw::corotational, f.back()));
-      at.set(l, SolidLaw::corotational, frame.back().transpose() * f.back(), kMu, kLambda);
+      at.set(l, SolidLaw::corotational, 0, frame.back().transpose() * f.back(), kMu, kLambda);
       df_there.push_back(frame.back().transpose() * df.back());
     }
     const TetraLanes moved = in_all_lanes(df_there);
@@ -122,7 +122,7 @@ TEST_CASE("a tetrahedron that turns from tick to tick has its rotation in the en
   for (int l = 0; l < kTetraLane; ++l) {
     stamp.push_back(draw.stretched(1.2, 1, 0.7));
     frame.push_back(frame_of(SolidLaw::corotational, stamp.back()));
-    at.set(l, SolidLaw::corotational, frame.back().transpose() * stamp.back(), kMu, kLambda);
+    at.set(l, SolidLaw::corotational, 0, frame.back().transpose() * stamp.back(), kMu, kLambda);
     left.push_back(draw.rotation());
     right.push_back(draw.rotation());
     axis.push_back(draw.rotation());

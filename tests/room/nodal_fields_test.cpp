@@ -1,10 +1,13 @@
 #include "server/room/nodal_fields.hpp"
 
+#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
 #include "server/room/room.hpp"
+#include "tests/support/bodies.hpp"
 
 using namespace palpate;
+using namespace palpate::test;
 
 namespace {
 
@@ -31,6 +34,32 @@ TEST_CASE("tension at a node is the largest force of its elements, pulled or pus
   CHECK(more[0] == Approx(1.0));
   CHECK(more[1] == Approx(2.5));
   CHECK(more[2] == Approx(2.5));
+}
+
+TEST_CASE("a stretched block of finite elements has the stress, strain and pressure of its law at every node") {
+  constexpr double kStretch = 1.3, kAcross = 0.9;
+  const SolidMaterial material{SolidLaw::mooney_rivlin, 8e3, 0.45, 0, 0.3};
+  for (const LumpedBody& body : {solid_box(3, 3, 3, material), hexa_box(3, 3, 3, material)}) {
+    const Dynamics dynamics(body);
+    Vector x = dynamics.rest_state().x;
+    const Mat3 f = Eigen::Quaterniond(1, 0.2, 0.1, -0.3).normalized().toRotationMatrix() *
+                   Mat3(Vec3(kStretch, kAcross, kAcross).asDiagonal());
+    for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) at_node(x, i) = f * body.nodes[i];
+    // Mooney-Rivlin: sigma_1 - sigma_2 = 2 (l1^2 - l2^2)(W_1 + W_2 l3^2) / J, of which von Mises' is the size where two are
+    // alike.
+    const double mu = 8e3 / 2.9, w1 = 0.35 * mu, w2 = 0.15 * mu, j = kStretch * kAcross * kAcross;
+    const double mises = 2 * (kStretch * kStretch - kAcross * kAcross) * (w1 + w2 * kAcross * kAcross) / j;
+    for (const float at_node : solid_field(dynamics, x, SolidField::stress))
+      CHECK(static_cast<double>(at_node) == Approx(mises).epsilon(1e-6));
+    for (const float at_node : solid_field(dynamics, x, SolidField::strain))
+      CHECK(static_cast<double>(at_node) == Approx(kStretch - 1).epsilon(1e-6));
+    // All the same, and what resists a change of volume alone where it is that alone.
+    for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) at_node(x, i) = 0.98 * body.nodes[i];
+    for (const float at_node : solid_field(dynamics, x, SolidField::pressure))
+      CHECK(static_cast<double>(at_node) == Approx(8e3 / (3 * (1 - 2 * 0.45)) * (1 - std::pow(0.98, 3))).epsilon(0.05));
+  }
+  CHECK(solid_field(Dynamics(box_body(3, 3, 3)), Dynamics(box_body(3, 3, 3)).rest_state().x, SolidField::stress) ==
+        std::vector<float>(27, 0.0F));
 }
 
 TEST_CASE("a room says tension and support only when asked, and support where its patch has vertices") {

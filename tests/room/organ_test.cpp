@@ -94,7 +94,7 @@ Return press(const Scene& scene, std::uint32_t node, double depth_m) {
 void check_return(const Scene& scene, std::uint32_t node, double depth_m) {
   INFO("at " << scene.body.nodes[node].transpose() << ", " << 1e3 * depth_m << " mm deep");
   const Return result = press(scene, node, depth_m);
-  CHECK(result.pressed_n > 0.25e3 * depth_m);  // a quarter of a newton a millimetre and more, at its edges too
+  CHECK(result.pressed_n > 0.05e3 * depth_m);  // a pressure that is spread as the tip's is makes it give way (decision 64)
   CHECK(result.pressed_n < 1e3 * depth_m);
   CHECK(result.left_m < 1e-4);
   CHECK(result.left_asleep_m < 1e-5);

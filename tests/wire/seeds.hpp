@@ -135,7 +135,8 @@ inline NonlinearTerms solid_terms(int r, bool grasp, int count, int nodes) {
   const int n = r + (grasp ? 3 : 0);
   terms.variables = n;
   terms.grasp = grasp;
-  terms.solid.law = grasp ? SolidLaw::corotational : SolidLaw::neo_hookean;
+  terms.solid.law = grasp ? SolidLaw::corotational : SolidLaw::veronda_westmann;
+  if (terms.solid.law == SolidLaw::veronda_westmann) terms.solid.shape = 2.5F;
   terms.solid.motion = rounded(some(3 * nodes, r, 4), grasp ? nodes / 2 : -1);
   // Along a helix any four that follow one another span a volume, all the same way round.
   terms.solid.rest.resize(3, nodes);
@@ -241,7 +242,7 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(ViewState{123456, 0xfedcba9876543210ull, 2, 1500}));
   RoomView room{
       1515, Micros{12'345}, 19.5, 3.25, {{"left hand", Micros{120'000}, Micros{4'000}, Micros{190'000}, 1008, 30, 7, 22}}};
-  room.stations.push_back({"r", {}, {}, {}, 0, 0, 0, 0, Scheme::hyper});
+  room.stations.push_back({"r", {}, {}, {}, 0, 0, 0, 0, {Scheme::hyper, SchemeReason::not_said, {}, {}}});
   all.push_back(message(room));
   all.push_back(
       message(Tools{17,

@@ -102,6 +102,7 @@ TEST_CASE("terms that are tetrahedra arrive, how nodes move to the last bit, and
     CHECK(got->springs.count() == 0);
     CHECK(got->solid.motion.rows(tool) == sent.solid.motion.rows(tool));
     CHECK(got->solid.law == sent.solid.law);
+    CHECK(got->solid.shape == sent.solid.shape);
     CHECK(got->solid.nodes == sent.solid.nodes);
     for (const auto place : {&SampledTetrahedra::position, &SampledTetrahedra::rest}) {
       const Eigen::Matrix3Xf &there = got->solid.*place, &here = sent.solid.*place;

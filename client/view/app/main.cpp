@@ -127,9 +127,14 @@ void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& lig
   app.add_option("--duration-s", options.duration_s, "end after so many seconds; default: when it is closed")
       ->check(number_from(0.0, kLongestS));
   add_choice(app, "--color", options.look.color,
-             "what colours show: displacement from rest, the largest force in an element, or "
-             "how far the local patches reach",
-             {{"displacement", ShapeChannel::position}, {"tension", ShapeChannel::tension}, {"support", ShapeChannel::support}});
+             "what colours show: displacement from rest, the largest force in a spring, how far the local patches reach, or of "
+             "finite elements the von Mises stress, the largest principal strain or the pressure",
+             {{"displacement", ShapeChannel::position},
+              {"tension", ShapeChannel::tension},
+              {"support", ShapeChannel::support},
+              {"stress", ShapeChannel::stress},
+              {"strain", ShapeChannel::strain},
+              {"pressure", ShapeChannel::pressure}});
   add_choice(app, "--lines", options.look.lines,
              "over the body: nothing, the edges of its triangles, or these in the colour of their strain",
              {{"none", Lines::none}, {"edges", Lines::edges}, {"strain", Lines::strain}});
