@@ -45,6 +45,7 @@ TICK_S = 1e-3
 RAMP_TICKS = 20  # docs/safety.md: a force that comes or goes takes 50 ticks, one that ends because the machine stood still 20
 AWAY_S = 10      # a server that is back has its hand again within
 SAMPLE_S = 5
+READ_S = 1200    # a recording of an hour
 FLAT_MB = 2.0    # second half over first half, after the warm-up, in an hour
 FLOOD_HZ, FLOOD_PORTS, FLOOD_S = 20_000, 2_000, 8
 LINK = ("--rtt-ms", 60, "--jitter-ms", 5, "--loss-pct", 3, "--burst", 2, "--duplicate-pct", 1, "--reorder-pct", 1)
@@ -129,7 +130,7 @@ class Soak:
         for name, x_m in (("lasting", MIDDLE_M - ASIDE_M), ("survivor", MIDDLE_M), ("visitor", MIDDLE_M + ASIDE_M)):
             write_motion(work / f"{name}.csv", 60 * self.minutes + 2 * PATIENCE_S, x_m)
         self.counts = {"floods": 0, "kills": 0, "visits": 0, "visits killed": 0, "visits stopped": 0}
-        self.back_s, self.away_s, self.faults, self.ends = [], [], [], contextlib.ExitStack()
+        self.back_s, self.away_s, self.killed_visits, self.faults, self.ends = [], [], [], [], contextlib.ExitStack()
 
     def expect(self, holds, what):
         """What does not hold is said at once and fails the whole at its end: an hour goes on."""
@@ -195,6 +196,7 @@ class Soak:
         if how == "killed":
             self.visitor.send(signal.SIGKILL)
             self.visitor.ended()
+            self.killed_visits.append(self.work / f"visit_{self.counts['visits']}.rec")
         else:
             end(self.visitor, signal.SIGINT)
             self.check_report(self.work / f"visit_{self.counts['visits']}")
@@ -223,7 +225,7 @@ class Soak:
         recordings = sorted(self.work.glob("*.rec"))
         for recording in recordings:
             out = self.work / "summary"
-            done = run(self.programs, "palpate-lab", "summary", "--recording", recording, "--out", out)
+            done = run(self.programs, "palpate-lab", "summary", "--recording", recording, "--out", out, patience_s=READ_S)
             if done.returncode != 0:
                 self.expect(False, f"{recording}: {done.stderr}")
                 continue
@@ -233,7 +235,8 @@ class Soak:
 
     def felt(self, name):
         """Of a lasting hand: t, |F| and largest step of the force in a tick."""
-        done = run(self.programs, "palpate-lab", "export", "--recording", self.work / f"{name}_hand.rec", "--out", self.work / name)
+        done = run(self.programs, "palpate-lab", "export", "--recording", self.work / f"{name}_hand.rec", "--out", self.work / name,
+                   patience_s=READ_S)
         assert done.returncode == 0, done.stderr
         rows = numpy.loadtxt(next((self.work / name).glob("**/forces.csv")), delimiter=",", skiprows=1, usecols=(0, 1, 2, 3))
         together = numpy.diff(rows[:, 0]) < 1.5 * TICK_S
@@ -305,7 +308,7 @@ class Soak:
         print(f"hand back {numpy.mean(self.back_s):.1f} s after its server in the mean, {max(self.back_s):.1f} at most", flush=True)
         print(f"clock on the wall: ahead by {self.wall.set_s} s, largest jump in the log {self.check_clock():.0f} s; "
               f"CLOCK_MONOTONIC of each new server another one: {self.moves_monotonic}")
-        killed = sorted(self.work.glob("killed*.rec"), key=lambda file: file.stat().st_mtime)[:-1]
+        killed = sorted(self.work.glob("killed*.rec"), key=lambda file: file.stat().st_mtime)[:-1] + self.killed_visits
         print(f"{self.check_recordings(killed)} recordings can be read", flush=True)
         self.check_hand("lasting", 0)
         self.check_hand("survivor", max(self.away_s))

@@ -96,8 +96,8 @@ class WatchedServer(Server):
             time.sleep(0.05)
 
 
-def run(programs, name, *arguments):
-    return subprocess.run([programs / name, *map(str, arguments)], capture_output=True, text=True, timeout=PATIENCE_S)
+def run(programs, name, *arguments, patience_s=PATIENCE_S):
+    return subprocess.run([programs / name, *map(str, arguments)], capture_output=True, text=True, timeout=patience_s)
 
 
 def key(programs, *arguments):
