@@ -16,7 +16,8 @@ ChannelAddress thief_address() {
 
 }  // namespace
 
-void Adversary::attack(World& world, Micros end) {
+void Adversary::attack(World& world, Micros healed, Micros end) {
+  cookies_until_ = healed;
   world_ = &world;
   world.on_wire = [this](Micros now, const WireEvent& event) {
     seen_.push_back({now, event.client, event.station, event.to_server, {event.bytes.begin(), event.bytes.end()}});
@@ -71,7 +72,7 @@ bool Adversary::all_are_in() const {
 void Adversary::act(Micros now) {
   const bool in = all_are_in();
   const std::uint64_t before = counts_.injected;
-  if (stolen_ && (in || manner_ == Manner::ruthless)) steal(now);
+  if (stolen_ && in) steal(now);
   if (manner_ == Manner::ruthless)
     act_ruthlessly();
   else if (in)
@@ -125,7 +126,9 @@ void Adversary::answer_init(Micros now, std::size_t station, std::span<const std
     Packet cookie(kCookieBytes);
     put_head(octets(std::span(cookie)), ChannelKind::cookie, index);
     for (std::size_t byte = kHeadBytes; byte < cookie.size(); ++byte) cookie[byte] = static_cast<std::byte>(random_.bits());
-    world_->at(now + Micros{1'000} * static_cast<int>(1 + random_.bits() % 200), [this, station, cookie] {
+    const Micros at = now + Micros{1'000} * static_cast<int>(1 + random_.bits() % 200);
+    if (at >= cookies_until_) continue;
+    world_->at(at, [this, station, cookie] {
       ++counts_.cookies;
       to_station(station, cookie);
     });

@@ -12,7 +12,9 @@
 //       a tag sees it, and the flood. What is sent again came to its receiver before (kReplayAfter is longer than any way over a
 //       link that loses nothing), and only once all are in: a copy that overtakes its original is no attack but a faster network.
 //     - Manner::ruthless: everything, at any time, copies of handshakes on their way included, and Inits are answered by a forged
-//       Cookie or two, sooner than the server or later. That may cost time, and nothing else.
+//       Cookie or two, sooner than the server or later, until all is to be well again. That may cost time, and nothing else.
+//
+// The stolen key is used only while all are in: the world has one room, so a place that is free is the thief's to take.
 //
 // All is drawn from a seed of its own.
 #pragma once
@@ -41,8 +43,8 @@ class Adversary {
   Adversary(std::uint64_t seed, std::optional<ClientKeys> stolen, Manner manner)
       : random_(seed), stolen_(std::move(stolen)), manner_(manner) {}
 
-  /// From now on until `end`; the adversary outlives that.
-  void attack(World& world, Micros end);
+  /// From now on until `end`, with forged cookies until `healed`; the adversary outlives that.
+  void attack(World& world, Micros healed, Micros end);
   const AttackCounts& counts() const { return counts_; }
 
  private:
@@ -82,6 +84,7 @@ class Adversary {
   std::optional<ClientKeys> stolen_;
   Manner manner_;
   AttackCounts counts_;
+  Micros cookies_until_{};
   World* world_ = nullptr;
   std::deque<Seen> seen_;
   std::unique_ptr<ClientChannel> thief_;

@@ -26,7 +26,8 @@ AttackedRun run_with_keys(const Scenario& scenario, Attacker attacker, Manner ma
 
 /// What this seed draws, attacked by a stranger or, if it is even, by a thief:
 ///
-///     - while everything goes wrong that is drawn, ruthlessly, first handshakes and those after silence too, under all checks;
+///     - while everything goes wrong that is drawn, under all checks, first handshakes and those after silence attacked too, by a
+///       stranger ruthlessly;
 ///     - where nothing goes wrong and no link loses anything, carefully from the first handshake on, it feels to the bit what the
 ///       same seed feels without the attacker: otherwise there is a violation named `attack` that says the first tick that
 ///       differs, and also where the server sent more to addresses of no station than it got, or where the attack never began.
