@@ -74,7 +74,7 @@ void Adversary::act(Micros now) {
   const std::uint64_t before = counts_.injected;
   if (stolen_ && in) steal(now);
   if (manner_ == Manner::ruthless)
-    act_ruthlessly();
+    act_ruthlessly(in);
   else if (in)
     act_at_random();
   else
@@ -112,10 +112,10 @@ void Adversary::act_before() {
 
 /// One time in three the handshake that was sent last, before it is there. Data that come sooner are a faster network, of which
 /// the checks know nothing.
-void Adversary::act_ruthlessly() {
+void Adversary::act_ruthlessly(bool in) {
   const auto last = std::find_if(seen_.rbegin(), seen_.rend(),
                                  [](const Seen& seen) { return kind_of(octets(std::span(seen.bytes))) != ChannelKind::data; });
-  if (last == seen_.rend() || random_.bits() % 3 != 0) return act_at_random();
+  if (last == seen_.rend() || random_.bits() % 3 != 0) return in ? act_at_random() : act_before();
   const Seen handshake = *last;
   send(handshake, handshake.bytes);
 }

@@ -67,7 +67,7 @@ class Adversary {
   void act(Micros now);
   void act_at_random();
   void act_before();
-  void act_ruthlessly();
+  void act_ruthlessly(bool in);
   void answer_init(Micros now, std::size_t station, std::span<const std::byte> init);
   Packet cut(const Packet& packet);
   Packet flipped(Packet packet);
