@@ -89,7 +89,7 @@ void respond(benchmark::State& state) {
 }  // namespace
 
 void add_trust_benchmarks() {
-  for (const std::size_t bytes : {std::size_t{100}, kMaxDatagramBytes}) {
+  for (const std::size_t bytes : {std::size_t{100}, std::size_t{512}, kMaxDatagramBytes}) {
     benchmark::RegisterBenchmark(("trust/seal/" + std::to_string(bytes)).c_str(), seal, bytes);
     benchmark::RegisterBenchmark(("trust/open/" + std::to_string(bytes)).c_str(), open, bytes);
   }

@@ -16,11 +16,14 @@ ChannelAddress thief_address() {
 
 }  // namespace
 
-void Adversary::attack(World& world, Micros end) {
+void Adversary::attack(World& world, Micros healed, Micros end) {
+  cookies_until_ = healed;
   world_ = &world;
   world.on_wire = [this](Micros now, const WireEvent& event) {
     seen_.push_back({now, event.client, event.station, event.to_server, {event.bytes.begin(), event.bytes.end()}});
     if (seen_.size() > kRemembered) seen_.pop_front();
+    if (manner_ == Manner::ruthless && kind_of(octets(event.bytes)) == ChannelKind::init && event.to_server)
+      answer_init(now, event.station, event.bytes);
   };
   world.on_stray = [this](const ChannelAddress& to, std::span<const std::byte> bytes) {
     counts_.stray_bytes += bytes.size();
@@ -67,8 +70,19 @@ bool Adversary::all_are_in() const {
 }
 
 void Adversary::act(Micros now) {
-  if (!all_are_in()) return;
-  if (stolen_) steal(now);
+  const bool in = all_are_in();
+  const std::uint64_t before = counts_.injected;
+  if (stolen_ && in) steal(now);
+  if (manner_ == Manner::ruthless)
+    act_ruthlessly(in);
+  else if (in)
+    act_at_random();
+  else
+    act_before();
+  if (!in) counts_.before += counts_.injected - before;
+}
+
+void Adversary::act_at_random() {
   const std::uint64_t what = random_.bits() % 6;
   if (what == 5) return flood();
   const Seen* seen = what == 0 ? old_one() : any();
@@ -78,6 +92,47 @@ void Adversary::act(Micros now) {
   if (what == 2) send(*seen, flipped(seen->bytes));
   if (what == 3) reflect(*seen);
   if (what == 4) send(*seen, forged(seen->bytes));
+}
+
+/// A Cookie has no mac, and the one in an Init is what mac1 leaves out.
+void Adversary::act_before() {
+  const std::uint64_t what = random_.bits() % 4;
+  if (what == 3) return flood();
+  const Seen* seen = any();
+  if (seen == nullptr) return;
+  if (what == 0) send(*seen, cut(seen->bytes));
+  if (what == 1) reflect(*seen);
+  const auto kind = kind_of(octets(std::span(seen->bytes)));
+  if (what != 2 || kind == ChannelKind::cookie) return;
+  Packet packet = seen->bytes;
+  const std::size_t signed_bytes = kind == ChannelKind::init ? kInitSigned : packet.size();
+  packet[random_.bits() % signed_bytes] ^= static_cast<std::byte>(1 << random_.bits() % 8);
+  send(*seen, packet);
+}
+
+/// One time in three the handshake that was sent last, before it is there. Data that come sooner are a faster network, of which
+/// the checks know nothing.
+void Adversary::act_ruthlessly(bool in) {
+  const auto last = std::find_if(seen_.rbegin(), seen_.rend(),
+                                 [](const Seen& seen) { return kind_of(octets(std::span(seen.bytes))) != ChannelKind::data; });
+  if (last == seen_.rend() || random_.bits() % 3 != 0) return in ? act_at_random() : act_before();
+  const Seen handshake = *last;
+  send(handshake, handshake.bytes);
+}
+
+void Adversary::answer_init(Micros now, std::size_t station, std::span<const std::byte> init) {
+  const std::uint32_t index = index_of(octets(init));
+  for (std::uint64_t k = random_.bits() % 3; k > 0; --k) {
+    Packet cookie(kCookieBytes);
+    put_head(octets(std::span(cookie)), ChannelKind::cookie, index);
+    for (std::size_t byte = kHeadBytes; byte < cookie.size(); ++byte) cookie[byte] = static_cast<std::byte>(random_.bits());
+    const Micros at = now + Micros{1'000} * static_cast<int>(1 + random_.bits() % 200);
+    if (at >= cookies_until_) continue;
+    world_->at(at, [this, station, cookie] {
+      ++counts_.cookies;
+      to_station(station, cookie);
+    });
+  }
 }
 
 Adversary::Packet Adversary::cut(const Packet& packet) {

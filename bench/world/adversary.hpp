@@ -6,9 +6,17 @@
 // leaves, joins under another's name or as the shadow of another, sends samples, asks for the body's rest, with station numbers
 // that are easily guessed.
 //
-// All is drawn from a seed of its own. What is sent again came to its receiver before (kReplayAfter is longer than any way over a
-// link that loses nothing), and nothing is sent until all stations are in: a copy that overtakes its original is no attack but a
-// faster network.
+// While a station is not in, or not any more, its handshakes are attacked too:
+//
+//     - Manner::careful: only what must not even cost time: Inits, answers and data cut short, sent back, changed where a mac or
+//       a tag sees it, and the flood. What is sent again came to its receiver before (kReplayAfter is longer than any way over a
+//       link that loses nothing), and only once all are in: a copy that overtakes its original is no attack but a faster network.
+//     - Manner::ruthless: everything, at any time, copies of handshakes on their way included, and Inits are answered by a forged
+//       Cookie or two, sooner than the server or later, until all is to be well again. That may cost time, and nothing else.
+//
+// The stolen key is used only while all are in: the world has one room, so a place that is free is the thief's to take.
+//
+// All is drawn from a seed of its own.
 #pragma once
 
 #include <deque>
@@ -22,16 +30,21 @@ namespace palpate {
 /// A stray is what the server sends to an address that is no station's.
 struct AttackCounts {
   std::uint64_t injected = 0, stray_bytes = 0, injected_bytes = 0;
+  std::uint64_t before = 0;   ///< of the injected, while a station was not in
+  std::uint64_t cookies = 0;  ///< of the injected, forged answers to an Init
 };
+
+enum class Manner : std::uint8_t { careful, ruthless };
 
 class Adversary {
  public:
   static constexpr Micros kEvery{4'000}, kReplayAfter{900'000};
 
-  Adversary(std::uint64_t seed, std::optional<ClientKeys> stolen) : random_(seed), stolen_(std::move(stolen)) {}
+  Adversary(std::uint64_t seed, std::optional<ClientKeys> stolen, Manner manner)
+      : random_(seed), stolen_(std::move(stolen)), manner_(manner) {}
 
-  /// From now on until `end`; the adversary outlives that.
-  void attack(World& world, Micros end);
+  /// From now on until `end`, with forged cookies until `healed`; the adversary outlives that.
+  void attack(World& world, Micros healed, Micros end);
   const AttackCounts& counts() const { return counts_; }
 
  private:
@@ -52,6 +65,10 @@ class Adversary {
   const Seen* any();
   bool all_are_in() const;
   void act(Micros now);
+  void act_at_random();
+  void act_before();
+  void act_ruthlessly(bool in);
+  void answer_init(Micros now, std::size_t station, std::span<const std::byte> init);
   Packet cut(const Packet& packet);
   Packet flipped(Packet packet);
   Packet forged(Packet packet);
@@ -65,7 +82,9 @@ class Adversary {
 
   Random random_;
   std::optional<ClientKeys> stolen_;
+  Manner manner_;
   AttackCounts counts_;
+  Micros cookies_until_{};
   World* world_ = nullptr;
   std::deque<Seen> seen_;
   std::unique_ptr<ClientChannel> thief_;

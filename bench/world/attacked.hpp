@@ -22,14 +22,15 @@ struct AttackedRun {
 ChannelTimes quick_keys();
 
 /// One run, its handshakes over the links. The attacker of a seed is always the same.
-AttackedRun run_with_keys(const Scenario& scenario, Attacker attacker, bool keep_rows = false);
+AttackedRun run_with_keys(const Scenario& scenario, Attacker attacker, Manner manner, bool keep_rows = false);
 
 /// What this seed draws, attacked by a stranger or, if it is even, by a thief:
 ///
-///     - while everything goes wrong that is drawn, under all checks;
-///     - where nothing goes wrong and no link loses anything, it feels to the bit what the same seed feels without the attacker:
-///       otherwise there is a violation named `attack` that says the first tick that differs, and also where the server sent more
-///       to addresses of no station than it got, or where the attack never began.
+///     - while everything goes wrong that is drawn, under all checks, first handshakes and those after silence attacked too, by a
+///       stranger ruthlessly;
+///     - where nothing goes wrong and no link loses anything, carefully from the first handshake on, it feels to the bit what the
+///       same seed feels without the attacker: otherwise there is a violation named `attack` that says the first tick that
+///       differs, and also where the server sent more to addresses of no station than it got, or where the attack never began.
 ///
 /// The report is of the first.
 WorldReport run_attacked(const DrawOptions& draw, bool keep_rows = false);

@@ -49,6 +49,11 @@ void WorldTrust::add_station(std::size_t owner, const std::string& name) {
   server_->channel().change_keys(site_);
 }
 
+void WorldTrust::take_out(std::size_t station) {
+  site_.stations.erase(public_of(clients_[station].key));
+  server_->channel().change_keys(site_);
+}
+
 void WorldTrust::new_server() {
   server_ = std::make_unique<ServerTrust>(
       site_, draw(++drawn_), [] { return kWorldUnix; }, keys_.times);

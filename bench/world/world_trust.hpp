@@ -31,6 +31,8 @@ class WorldTrust {
 
   /// Station `k`, the next; `owner`: whose key it has, itself or an earlier one.
   void add_station(std::size_t owner, const std::string& name);
+  /// The server reads its keys again: this station's is not there any more.
+  void take_out(std::size_t station);
   void new_life(std::size_t station) { clients_[station].channel.reset(); }
   void new_server();
 

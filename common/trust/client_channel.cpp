@@ -30,7 +30,7 @@ void ClientChannel::begin(Micros now) {
   if (!noise.write(payload, out.subspan(kHeadBytes, kInitSigned - kHeadBytes))) return;  // no key of anybody's
   const Mac mac1 = mac1_of(keys_.server, init);
   std::copy(mac1.begin(), mac1.end(), init.begin() + kInitSigned);
-  handshake_.emplace(Handshake{noise, index, init, now, now, now});
+  handshake_.emplace(Handshake{noise, index, init, now, now, now, 0});
   hinted_ = false;
 }
 
@@ -50,6 +50,7 @@ void ClientChannel::tick(Micros now) {
 std::size_t ClientChannel::emit(BytesOut out, Micros now) {
   if (!handshake_ || now < handshake_->next_send || out.size() < kInitBytes) return 0;
   handshake_->next_send = now + kInitEvery;
+  handshake_->cookies = 0;
   std::copy(handshake_->init.begin(), handshake_->init.end(), out.begin());
   ++counts_.inits;
   return kInitBytes;
@@ -76,8 +77,10 @@ std::size_t ClientChannel::take(Bytes datagram, Micros now, BytesOut plain) {
   return 0;
 }
 
+/// Of all that came since the last Init each is as likely to go with the next: reservoir sampling of one.
 void ClientChannel::take_cookie(Bytes datagram, Micros now) {
   if (!handshake_ || index_of(datagram) != handshake_->index) return;
+  if (draw_number() % ++handshake_->cookies != 0) return;
   const Bytes cookie = datagram.last(kMacBytes);
   const BytesOut place = BytesOut(handshake_->init).last(kMacBytes);
   if (std::equal(cookie.begin(), cookie.end(), place.begin())) return;

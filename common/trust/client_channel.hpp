@@ -7,6 +7,11 @@
 // pair that was not used, so that what is under way would be lost. A Cookie counts only for the handshake that runs, a Hint only
 // for keys in use, and neither does more than have an Init sent, at most one for each kInitEvery beyond the cadence.
 //
+// Nothing says who made a Cookie. Somebody on the way who answers each Init with n of his own, sooner than the server or later,
+// would win if the first or the newest counted: so one is drawn, and a server answers an Init with a wrong one by its own again.
+// At least four Inits a second carry one that was drawn, so a handshake is late by (n + 1) / 4 s in the mean, and fifty forged
+// cookies an Init end a session between times.rekey and times.stop in one case of a hundred.
+//
 // What the session has to say waits until ready(): whoever drives it calls its emit() only then.
 #pragma once
 
@@ -57,6 +62,7 @@ class ClientChannel {
     std::uint32_t index;
     std::array<std::uint8_t, kInitBytes> init;
     Micros begun, next_send, next_answer;  ///< next_answer: to a Cookie
+    std::uint32_t cookies;                 ///< since the last Init
   };
   void begin(Micros now);
   void take_cookie(Bytes datagram, Micros now);

@@ -6,7 +6,9 @@ namespace palpate {
 namespace {
 
 constexpr Micros kSweepSessionsEvery{250'000};
-constexpr std::int64_t kTokenKeptS = 3600;  ///< beyond its end: the clock on the wall may be set back
+constexpr Micros kSecond{1'000'000};
+constexpr std::int64_t kTokenKeptS = 3600;           ///< beyond its end: the clock on the wall may be set back
+constexpr std::int64_t kTokenLeadS = 1'000'000'000;  ///< looked ahead at most
 
 template <std::size_t n>
 std::array<std::uint8_t, n> copy_of(Bytes bytes) {
@@ -114,7 +116,7 @@ void ServerChannel::shake_hands(Bytes datagram, const ChannelAddress& from, Micr
   Session* session = find(key, payload->session);
   if (session != nullptr && payload->attempt <= session->attempt) return refuse(ChannelFault::stale, from, &key);
   ChannelFault why{};
-  const auto admission = admit(key, *payload, session, why);
+  const auto admission = admit(key, *payload, session, now, why);
   if (!admission) return refuse(why, from, &key);
   if (session == nullptr) {
     if (!make_room_for(key, admission->rights.streams, now)) return refuse(ChannelFault::full, from, &key);
@@ -126,7 +128,7 @@ void ServerChannel::shake_hands(Bytes datagram, const ChannelAddress& from, Micr
   }
   session->rights = admission->rights;
   session->by_token = admission->by_token;
-  session->ends_s = admission->ends_s;
+  session->ends = admission->ends;
   session->issuer = admission->issuer;
   session->begun = now;
   session->attempt = payload->attempt;
@@ -147,15 +149,16 @@ void ServerChannel::shake_hands(Bytes datagram, const ChannelAddress& from, Micr
 }
 
 std::optional<ServerChannel::Admission> ServerChannel::admit(const PublicKey& key, const InitPayload& payload, Session* known,
-                                                             ChannelFault& why) {
-  if (const auto found = keys_.stations.find(key); found != keys_.stations.end()) return Admission{found->second, false, 0, {}};
-  return admit_token(key, payload, known, why);
+                                                             Micros now, ChannelFault& why) {
+  if (const auto found = keys_.stations.find(key); found != keys_.stations.end())
+    return Admission{found->second, false, Micros::max(), {}};
+  return admit_token(key, payload, known, now, why);
 }
 
 /// The same session needs no leave again while it lives.
 std::optional<ServerChannel::Admission> ServerChannel::admit_token(const PublicKey& key, const InitPayload& payload,
-                                                                   Session* known, ChannelFault& why) {
-  if (known != nullptr && known->by_token) return Admission{known->rights, true, known->ends_s, known->issuer};
+                                                                   Session* known, Micros now, ChannelFault& why) {
+  if (known != nullptr && known->by_token) return Admission{known->rights, true, known->ends, known->issuer};
   why = payload.token.empty() ? ChannelFault::unknown_key : ChannelFault::token;
   const auto token = verify_token(payload.token, keys_.issuers, self_, key);
   if (!token) return std::nullopt;
@@ -167,9 +170,9 @@ std::optional<ServerChannel::Admission> ServerChannel::admit_token(const PublicK
   UsedToken& used = used_[token->id];
   if (!used.sessions.contains(payload.session) && used.sessions.size() >= static_cast<std::size_t>(token->rights.streams))
     return std::nullopt;
-  used.until_s = token->join_before_s + kTokenKeptS;
+  used.until = now + kSecond * (std::min(token->join_before_s - now_s, kTokenLeadS) + kTokenKeptS);
   used.sessions.insert(payload.session);
-  return Admission{token->rights, true, now_s + token->session_s, token->issuer};
+  return Admission{token->rights, true, now + kSecond * token->session_s, token->issuer};
 }
 
 ServerChannel::Session* ServerChannel::find(const PublicKey& key, std::uint64_t number) {
@@ -267,21 +270,20 @@ void ServerChannel::forget(ChannelPeer peer) {
   sessions_.erase(found);
 }
 
-bool ServerChannel::is_over(const Session& session, Micros now, std::int64_t unix_s) const {
-  if (session.by_token && unix_s >= session.ends_s) return true;
+bool ServerChannel::is_over(const Session& session, Micros now) const {
+  if (now >= session.ends) return true;
   return session.confirmed ? !session.current->usable(now, times_) : now - session.begun >= kUnconfirmed;
 }
 
 void ServerChannel::tick(Micros now) {
   if (now < next_sweep_) return;
   next_sweep_ = now + kSweepSessionsEvery;
-  const std::int64_t unix_s = unix_now_();
   for (auto next = sessions_.begin(); next != sessions_.end();) {
     Session& session = (next++)->second;
     if (session.old && now >= session.old_until) drop_keys(session.old);
-    if (!session.ending && is_over(session, now, unix_s)) end(session);
+    if (!session.ending && is_over(session, now)) end(session);
   }
-  std::erase_if(used_, [&](const auto& entry) { return unix_s > entry.second.until_s; });
+  std::erase_if(used_, [&](const auto& entry) { return now > entry.second.until; });
 }
 
 bool ServerChannel::still_believed(const Session& session) const {

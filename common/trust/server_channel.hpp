@@ -7,6 +7,8 @@
 // A session is one (station key, session number of the client's): new keys, a new address and a server's SIGHUP leave it as it
 // is. A handshake that is repeated gets the same answer again, one that is older than the newest of its session none.
 //
+// The clock on the wall says whether a token came in time to join, and nothing else: one that is set ends no session.
+//
 // The address moves with the newest authenticated counter (a NAT that rebinds, a laptop that changes networks).
 #pragma once
 
@@ -104,8 +106,8 @@ class ServerChannel {
     std::uint64_t number = 0;
     Rights rights;
     bool by_token = false, confirmed = false, ending = false;
-    std::int64_t ends_s = 0;  ///< unix time, where a token says so
-    PublicKey issuer;         ///< of that token
+    Micros ends = Micros::max();  ///< where a token says so
+    PublicKey issuer;             ///< of that token
     ChannelAddress address;
     std::optional<Transport> current, old, next;
     Micros old_until{}, begun{}, heard{};
@@ -119,13 +121,13 @@ class ServerChannel {
     std::size_t size = 0;
   };
   struct UsedToken {
-    std::int64_t until_s = 0;
+    Micros until{};
     std::set<std::uint64_t> sessions;
   };
   struct Admission {
     Rights rights;
     bool by_token = false;
-    std::int64_t ends_s = 0;
+    Micros ends = Micros::max();
     PublicKey issuer;
   };
 
@@ -134,15 +136,16 @@ class ServerChannel {
   void answer(const ChannelAddress& to, Bytes bytes);
   void take_init(Bytes datagram, const ChannelAddress& from, Micros now);
   void shake_hands(Bytes datagram, const ChannelAddress& from, Micros now);
-  std::optional<Admission> admit(const PublicKey& key, const InitPayload& payload, Session* known, ChannelFault& why);
-  std::optional<Admission> admit_token(const PublicKey& key, const InitPayload& payload, Session* known, ChannelFault& why);
+  std::optional<Admission> admit(const PublicKey& key, const InitPayload& payload, Session* known, Micros now, ChannelFault& why);
+  std::optional<Admission> admit_token(const PublicKey& key, const InitPayload& payload, Session* known, Micros now,
+                                       ChannelFault& why);
   Session* find(const PublicKey& key, std::uint64_t number);
   bool make_room_for(const PublicKey& key, int streams, Micros now);
   std::optional<Opened> take_data(Bytes datagram, const ChannelAddress& from, Micros now, BytesOut plain);
   Transport* keys_at(Session& session, std::uint32_t index, Micros now);
   void confirm(Session& session, Micros now);
   void drop_keys(std::optional<Transport>& slot);
-  bool is_over(const Session& session, Micros now, std::int64_t unix_s) const;
+  bool is_over(const Session& session, Micros now) const;
   bool still_believed(const Session& session) const;
   std::uint32_t draw_index();
   void end(Session& session);

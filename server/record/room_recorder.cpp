@@ -25,7 +25,10 @@ std::uint32_t bytes_of(const StationFrame& frame) {
 }  // namespace
 
 RoomRecorder::RoomRecorder(const RecordingHead& head) : writer_(head) {
+  constexpr double kVertexStateBytes = 24;  ///< position and velocity
   if (head.shapes_hz > 0) shape_every_ = from_seconds(1 / head.shapes_hz);
+  checkpoint_every_ =
+      std::max(kCheckpointEvery, from_seconds(kVertexStateBytes * head.surface.body_vertices / kCheckpointBytesPerS));
 }
 
 void RoomRecorder::begin_frame(FrameJob& job, Micros now) {
@@ -37,7 +40,7 @@ void RoomRecorder::begin_frame(FrameJob& job, Micros now) {
   }
   if (job.target >= next_checkpoint_) {
     job.state = true;
-    next_checkpoint_ = job.target + kCheckpointEvery;
+    next_checkpoint_ = job.target + checkpoint_every_;
   }
   jobs_.clear();
   for (const StationJob& station : job.stations) {

@@ -10,7 +10,8 @@ namespace palpate {
 
 class RoomRecorder {
  public:
-  static constexpr Micros kLinksEvery{250'000}, kCheckpointEvery{1'000'000};
+  static constexpr Micros kLinksEvery{250'000}, kCheckpointEvery{1'000'000};  ///< checkpoints: at most
+  static constexpr double kCheckpointBytesPerS = 96'000;  ///< those of a body of more than 4,000 vertices come less often
 
   explicit RoomRecorder(const RecordingHead& head);
 
@@ -30,7 +31,7 @@ class RoomRecorder {
   void add_checkpoint(const FrameResult& result, const ServerCore& core, std::vector<RecordedHold> holds);
 
   RecordingWriter writer_;
-  Micros shape_every_{}, next_shape_{}, began_{}, next_links_{}, next_checkpoint_{};
+  Micros shape_every_{}, next_shape_{}, began_{}, next_links_{}, checkpoint_every_{}, next_checkpoint_{};
   Vector checkpoint_;  ///< x of the last one
   bool wants_shape_ = false, slow_ = false;
   std::map<StationId, Micros> newest_;    ///< sample recorded

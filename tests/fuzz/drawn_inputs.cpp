@@ -1,7 +1,7 @@
 // What runs a fuzzer's harness where there is no libFuzzer: some inputs drawn by chance, the same in every run, each made from
 // the one before it. A promise that is broken aborts, as under libFuzzer.
 //
-// usage: fuzz_NAME INPUTS BYTES: so many inputs of at most so many bytes
+// usage: fuzz_NAME INPUTS BYTES [SEED]: so many inputs of at most so many bytes; another seed draws others
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -48,7 +48,8 @@ std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t m
 }
 
 int main(int argc, char** argv) {
-  if (argc != 3) return std::fprintf(stderr, "usage: %s INPUTS BYTES\n", argv[0]), 2;
+  if (argc != 3 && argc != 4) return std::fprintf(stderr, "usage: %s INPUTS BYTES [SEED]\n", argv[0]), 2;
+  if (argc == 4) chance().seed(static_cast<unsigned>(std::atoi(argv[3])));
   const int inputs = std::atoi(argv[1]);
   std::vector<std::uint8_t> data(static_cast<std::size_t>(std::atoi(argv[2])));
   std::size_t size = 0;

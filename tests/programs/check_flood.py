@@ -7,32 +7,12 @@ Prints what it measured; it fails where somebody does not get in at all, or the 
 
 import pathlib
 import re
-import signal
-import subprocess
 import sys
 import time
 
+from running import PATIENCE_S, Program, Server, end
+
 RATE_HZ = 20
-PATIENCE_S = 60
-
-
-class Program:
-    """Runs beside us; its lines are read as they come."""
-
-    def __init__(self, *arguments):
-        self.process = subprocess.Popen([str(a) for a in arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-
-    def line_with(self, pattern):
-        for line in self.process.stdout:
-            found = re.search(pattern, line)
-            if found:
-                return found
-        raise AssertionError(f"ended without {pattern}")
-
-    def end(self):
-        self.process.send_signal(signal.SIGTERM)
-        rest, _ = self.process.communicate(timeout=PATIENCE_S)
-        return rest
 
 
 def hand(programs, address, name, seconds):
@@ -40,28 +20,27 @@ def hand(programs, address, name, seconds):
 
 
 def measure(programs, flood, scenes, kind, rate, ports, seconds):
-    server = Program(programs / "palpate-server", "--scene", scenes / "touch-cube.json", "--listen", "127.0.0.1:0")
-    address = server.line_with(r"at (127\.0\.0\.1:\d+)").group(1)
+    server = Server(programs, scenes / "touch-cube.json")
+    address = server.address
     first = hand(programs, address, "first", seconds + PATIENCE_S)
-    first.line_with("joined")
+    first.wait_for("joined")
     begin = time.monotonic()
     sender = Program(flood, address, kind, rate, ports, seconds + PATIENCE_S)
     time.sleep(seconds / 2)
     asked = time.monotonic()
     newcomer = hand(programs, address, "newcomer", seconds)
-    newcomer.line_with("joined")
+    newcomer.wait_for("joined")
     joined_s = time.monotonic() - asked
     time.sleep(max(0, begin + seconds - time.monotonic()))
     lasted_s = time.monotonic() - begin
     asked = time.monotonic()
-    said = server.end()
+    said = end(server)
     ended_s = time.monotonic() - asked
-    assert server.process.returncode == 0, said
     frames = int(re.search(r"in all .* (\d+) frames", said).group(1))
     received = int(re.search(r"(\d+) datagrams in", said).group(1))
     for program in (sender, first, newcomer):
         program.process.kill()
-        program.process.wait()
+        program.ended()
     print(f"{kind:6} {received / lasted_s:8.0f} datagrams a second taken, {100 * frames / (RATE_HZ * lasted_s):5.1f} % of the frames, "
           f"joined after {joined_s:.2f} s, ended after {ended_s:.2f} s", flush=True)
 

@@ -3,8 +3,6 @@
 usage: check_operation.py FOLDER_OF_PROGRAMS FOLDER_OF_SCENES
 """
 
-import contextlib
-import http.client
 import json
 import os
 import pathlib
@@ -14,75 +12,13 @@ import socket
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 
-PATIENCE_S = 120
+from running import PATIENCE_S, Program, WatchedServer, site_keys
 
 
-class Program:
-    """Runs beside us; its lines as they come."""
-
-    def __init__(self, *arguments, environment=None):
-        self.process = subprocess.Popen([str(a) for a in arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                                        env={**os.environ, **(environment or {})})
-        self.lines, self.there = [], threading.Condition()
-        self.reader = threading.Thread(target=self.read, daemon=True)
-        self.reader.start()
-
-    def read(self):
-        for line in self.process.stdout:
-            with self.there:
-                self.lines.append(line)
-                self.there.notify_all()
-
-    def wait_for(self, pattern):
-        end = time.monotonic() + PATIENCE_S
-        with self.there:
-            while not any(re.search(pattern, line) for line in self.lines):
-                assert self.there.wait(max(0, end - time.monotonic())), f"no line {pattern} in {self.lines}"
-            return next(found for line in self.lines if (found := re.search(pattern, line)))
-
-    def ended(self):
-        code = self.process.wait(PATIENCE_S)
-        self.reader.join(PATIENCE_S)
-        return code
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.process.kill()
-        self.ended()
-
-
-class Server(Program):
-    def __init__(self, programs, scenes, *arguments, environment=None, under=()):
-        super().__init__(*under, programs / "palpate-server", "--scene", scenes / "touch-cube.json", "--listen", "127.0.0.1:0", "--metrics",
-                         "127.0.0.1:0", *arguments, environment=environment)
-        self.metrics = self.wait_for(r"metrics at http://(127\.0\.0\.1:\d+)/metrics").group(1)
-        self.address = self.wait_for(r"at (127\.0\.0\.1:\d+), 20 Hz").group(1)
-
-    def get(self, path):
-        connection = http.client.HTTPConnection(self.metrics, timeout=PATIENCE_S)
-        with contextlib.closing(connection):
-            connection.request("GET", path)
-            answer = connection.getresponse()
-            return answer.status, answer.read().decode()
-
-    def value(self, series):
-        status, text = self.get("/metrics")
-        assert status == 200, text
-        values = [float(line.rsplit(" ", 1)[1]) for line in text.splitlines() if line.startswith(series + " ")]
-        assert len(values) < 2, f"{series} is there {len(values)} times"
-        return values[0] if values else None
-
-    def reach(self, what, wanted):
-        """Within our patience; what is published is up to half a second old."""
-        end = time.monotonic() + PATIENCE_S
-        while (is_now := what()) != wanted:
-            assert time.monotonic() < end, f"{is_now}, expected {wanted}"
-            time.sleep(0.05)
+def watched(programs, scenes, *arguments, **more):
+    return WatchedServer(programs, scenes / "touch-cube.json", *arguments, **more)
 
 
 def hand(programs, scenes, server, name, *arguments):
@@ -92,7 +28,7 @@ def hand(programs, scenes, server, name, *arguments):
 
 
 def check_figures(programs, scenes):
-    with Server(programs, scenes) as server:
+    with watched(programs, scenes) as server:
         server.reach(lambda: server.get("/readyz"), (200, "ok\n"))
         assert server.get("/healthz") == (200, "ok\n")
         assert server.get("/nothing")[0] == 404
@@ -124,7 +60,7 @@ def check_figures(programs, scenes):
 
 
 def check_log(programs, scenes):
-    with Server(programs, scenes, "--log", "json") as server:
+    with watched(programs, scenes, "--log", "json") as server:
         with hand(programs, scenes, server, "first") as first, hand(programs, scenes, server, "second", "--room", "nowhere"):
             first.wait_for("^joined")
             server.wait_for('"event":"refused"')
@@ -145,7 +81,7 @@ def check_log(programs, scenes):
 
 def check_drain(programs, scenes, work):
     recording = work / "drained.rec"
-    with Server(programs, scenes, "--drain-s", "100", "--record", recording) as server:
+    with watched(programs, scenes, "--drain-s", "100", "--record", recording) as server:
         with hand(programs, scenes, server, "first") as first:
             first.wait_for("^joined")
             os.kill(server.process.pid, signal.SIGTERM)
@@ -172,7 +108,7 @@ def check_full_disk(programs, scenes, work):
     tiny = ["unshare", "-rm", "sh", "-c", 'mount -t tmpfs -o size=128k none "$0" && exec "$@"', str(disk)]
     may_mount = subprocess.run([*tiny, "true"], capture_output=True).returncode == 0
     under, why = (tiny, "No space left on device") if may_mount else (["prlimit", "--fsize=131072"], "File too large")
-    with Server(programs, scenes, "--record", disk / "session.rec", under=under) as server, hand(programs, scenes, server, "first") as client:
+    with watched(programs, scenes, "--record", disk / "session.rec", under=under) as server, hand(programs, scenes, server, "first") as client:
         client.wait_for("^joined")
         said = server.wait_for("warning: .*")
         assert said.group(0) == f"warning: {disk / 'session.rec'}: the recording ends here, the session goes on: {why}", said.group(0)
@@ -184,20 +120,9 @@ def check_full_disk(programs, scenes, work):
         assert sum("the recording ends here" in line for line in server.lines) == 1, server.lines
 
 
-def keys(programs, work):
-    """Flags of a server and of a station that knows it."""
-    site, station = work / "site.key", work / "station.key"
-
-    def key(*arguments):
-        return subprocess.run([programs / "palpate-key", *arguments], check=True, capture_output=True, text=True).stdout.strip()
-
-    key("admit", site, key("new", station, "--trust", key("new", site)), "first")
-    return ("--keys", site), ("--key", station)
-
-
 def check_goodbye(programs, scenes, flags, signals, of_client=()):
     """Whoever is there when the time is over, or at a second signal, is told at once, and goes on trying."""
-    with Server(programs, scenes, *flags) as server, hand(programs, scenes, server, "first", *of_client) as client:
+    with watched(programs, scenes, *flags) as server, hand(programs, scenes, server, "first", *of_client) as client:
         client.wait_for("^joined")
         begun = time.monotonic()
         for number in signals:
@@ -217,7 +142,7 @@ def check_service(programs, scenes, work):
         manager.bind(str(path))
         manager.settimeout(PATIENCE_S)
         environment = {"NOTIFY_SOCKET": str(path), "WATCHDOG_USEC": "10000000"}
-        with Server(programs, scenes, "--drain-s", "7", environment=environment) as server:
+        with watched(programs, scenes, "--drain-s", "7", environment=environment) as server:
             assert manager.recv(4096).decode().startswith("READY=1\nSTATUS=1 room at 127.0.0.1:")
             for _ in range(3):
                 assert manager.recv(4096) == b"WATCHDOG=1"
@@ -254,8 +179,8 @@ def main():
         check_goodbye(programs, scenes, ("--drain-s", "1"), [signal.SIGTERM])
         check_goodbye(programs, scenes, ("--drain-s", "3600"), [signal.SIGTERM, signal.SIGTERM])
         check_goodbye(programs, scenes, ("--drain-s", "3600"), [signal.SIGINT])
-        of_server, of_client = keys(programs, work)
-        check_goodbye(programs, scenes, of_server, [signal.SIGTERM], of_client)
+        site, keys = site_keys(programs, work, "first")
+        check_goodbye(programs, scenes, ("--keys", site), [signal.SIGTERM], ("--key", keys["first"]))
         check_service(programs, scenes, work)
     print("figures, log and ends are as an operator expects them")
 

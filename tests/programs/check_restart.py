@@ -3,12 +3,10 @@
 usage: check_restart.py FOLDER_OF_PROGRAMS FOLDER_OF_SCENES
 """
 
-import contextlib
 import os
 import pathlib
 import re
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -16,7 +14,7 @@ import time
 
 import numpy
 
-from check_operation import PATIENCE_S, Program
+from running import PATIENCE_S, Program, free_port
 
 PRESSED_M, TOP_M, MIDDLE_M = 0.008, 0.075, 0.0525  # of touch-cube.json
 # What friction held under the tool settles anew; a step of the recording is 2 um. Without a checkpoint the body would be off by the depth.
@@ -24,12 +22,6 @@ SAME_M = PRESSED_M / 40
 RAMP_TICKS = 20  # docs/safety.md: a force that comes or goes takes 50 ticks, one that ends because the machine stood still 20
 TICK_S = 1e-3
 HELD_S = 10  # tools wait so long for their stations
-
-
-def free_port():
-    with contextlib.closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as anybody:
-        anybody.bind(("127.0.0.1", 0))
-        return anybody.getsockname()[1]
 
 
 def write_motion(file):

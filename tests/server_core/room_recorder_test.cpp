@@ -132,3 +132,26 @@ TEST_CASE("shapes are asked for at their own rate, and at no other frame", "[rec
   CHECK(asked >= 19);
   CHECK(asked <= 21);
 }
+
+TEST_CASE("checkpoints come once a second, of a large body as often as 96 kB a second allow", "[record]") {
+  struct Body {
+    std::uint32_t vertices;
+    double every_s;
+  };
+  for (const Body& body : {Body{400, 1.0}, Body{4'000, 1.0}, Body{8'000, 2.0}, Body{40'000, 10.0}}) {
+    RecordingHead head = RecordedBench::head();
+    head.surface.body_vertices = body.vertices;
+    RoomRecorder recorder(head);
+    constexpr double kRunS = 60;
+    int asked = 0;
+    for (Micros t{}; t < from_seconds(kRunS); t += 50ms) {
+      FrameJob job;
+      job.target = t;
+      recorder.begin_frame(job, t);
+      asked += job.state;
+    }
+    INFO(body.vertices << " vertices");
+    CHECK(asked == std::lround(kRunS / body.every_s));
+    CHECK(asked * 24.0 * body.vertices / kRunS <= RoomRecorder::kCheckpointBytesPerS);
+  }
+}

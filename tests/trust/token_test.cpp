@@ -141,17 +141,36 @@ TEST_CASE("a token for two streams opens two sessions, not three") {
   CHECK(pair.join() == 0);
 }
 
-TEST_CASE("a session by token ends when the token says so") {
-  ChannelPair pair(site_with_issuer(), stranger_with(signed_by(kIssuerSeed, kStrangerSeed)));
-  const ChannelPeer peer = pair.join();
-  pair.unix_s = kNow + 7199;
-  pair.now += Micros{300'000};
-  pair.server.tick(pair.now);
-  CHECK(pair.server.take_ended().empty());
-  pair.unix_s = kNow + 7200;
-  pair.now += Micros{300'000};
-  pair.server.tick(pair.now);
-  CHECK(pair.server.take_ended() == std::vector<ChannelPeer>{peer});
+TEST_CASE("a session by token ends when the token says so, and a clock on the wall that is set changes nothing about it") {
+  Token token = token_for();
+  token.session_s = 100;
+  for (const std::int64_t set_s : {0, 86'400, -86'400}) {
+    ChannelPair pair(site_with_issuer(), stranger_with(signed_by(kIssuerSeed, kStrangerSeed, token)));
+    const ChannelPeer peer = pair.join();
+    const Micros joined = pair.now;
+    pair.unix_s += set_s;
+    pair.now = joined + Micros{99'900'000};
+    pair.server.tick(pair.now);
+    INFO("set by " << set_s << " s");
+    CHECK(pair.server.take_ended().empty());
+    pair.now = joined + Micros{100'200'000};
+    pair.server.tick(pair.now);
+    CHECK(pair.server.take_ended() == std::vector<ChannelPeer>{peer});
+  }
+}
+
+TEST_CASE("a token that was used stays used while the clock on the wall is set forwards and back") {
+  const ClientKeys keys = stranger_with(signed_by(kIssuerSeed, kStrangerSeed));
+  ChannelPair pair(site_with_issuer(), keys);
+  REQUIRE(pair.join() != 0);
+  for (const std::int64_t set_s : {7 * 86'400, 0}) {
+    pair.unix_s = kNow + set_s;
+    pair.now += Micros{1'000'000};
+    pair.server.tick(pair.now);
+  }
+  new_life(pair, keys, 55);
+  CHECK(pair.join() == 0);
+  CHECK(pair.server.counts().of(ChannelFault::token_used) == 1);
 }
 
 TEST_CASE("an issuer that is taken out ends the sessions of its tokens") {

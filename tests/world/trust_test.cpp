@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "bench/world/attacked.hpp"
+#include "client/device/replay_device.hpp"
 
 using namespace palpate;
 
@@ -28,7 +29,51 @@ std::string difference(const WorldReport& a, const WorldReport& b) {
   return tick ? "from tick " + std::to_string(*tick) + " of " + std::to_string(a.trail.size()) : "none";
 }
 
+/// A hand that holds a node 3 mm aside, with a key.
+struct KeyedHand {
+  Scene scene = load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/cube6.json");
+  World world;
+  WorldStation* station = nullptr;
+  Micros felt{};  ///< when last
+
+  explicit KeyedHand(Micros way) : world(scene, keyed()) {
+    ClientOptions options;
+    options.hello.station = "hand";
+    LinkSpec link;
+    link.latency = way;
+    const Vec3 place = home_of(scene) + Vec3(0.003, 0, 0);
+    station = &world.add_station(options, std::make_unique<ReplayDevice>(Motion::rest(place, 60)), link);
+    station->on_tick = [this](Micros now, const Vec3&, const TickOutput& out) {
+      if (out.force.norm() > 0) felt = now;
+    };
+  }
+  static WorldOptions keyed() {
+    WorldOptions options;
+    options.keys.emplace();
+    return options;
+  }
+};
+
 }  // namespace
+
+TEST_CASE("A key that is taken out has no station at once and no force within a second, also where the word of it is lost") {
+  for (const int way_ms : {0, 30, 150})
+    for (const bool lost : {false, true}) {
+      KeyedHand hand(Micros{1000 * way_ms});
+      constexpr Micros kOut{6'000'000}, kSecond{1'000'000};
+      hand.world.run_until(kOut);
+      INFO(way_ms << " ms each way" << (lost ? ", cut" : ""));
+      REQUIRE(hand.world.server().station_count() == 1);
+      REQUIRE(hand.felt >= kOut - Micros{2'000});
+      hand.station->cut(false, lost);
+      hand.world.trust().take_out(0);
+      hand.world.run_until(kOut + Micros{2'000});
+      CHECK(hand.world.server().station_count() == 0);
+      hand.world.run_until(kOut + Micros{4'000'000});
+      CHECK(hand.felt < kOut + kSecond);
+      CHECK(hand.world.server().station_count() == 0);
+    }
+}
 
 TEST_CASE("Worlds with keys, made anew all the time, feel to the bit what worlds without keys feel") {
   int compared = 0;
@@ -57,10 +102,12 @@ TEST_CASE("Worlds with keys, made anew all the time, feel to the bit what worlds
 TEST_CASE("Somebody on the way, without a key, changes no bit of what is felt") {
   for (std::uint64_t seed = 1; seed <= 7; ++seed) {
     const Scenario scenario = trusted_scenario(seed, false, false);
-    const AttackedRun quiet = run_with_keys(scenario, Attacker::none), attacked = run_with_keys(scenario, Attacker::stranger);
+    const AttackedRun quiet = run_with_keys(scenario, Attacker::none, Manner::careful),
+                      attacked = run_with_keys(scenario, Attacker::stranger, Manner::careful);
     INFO("seed " << seed);
     CHECK(difference(quiet.report, attacked.report) == "none");
     CHECK(attacked.counts.injected > 500);
+    CHECK(attacked.counts.before > 50);
     CHECK(attacked.counts.stray_bytes <= attacked.counts.injected_bytes);
     CHECK(quiet.report.patches_used > 0);
   }
@@ -69,18 +116,24 @@ TEST_CASE("Somebody on the way, without a key, changes no bit of what is felt") 
 TEST_CASE("Somebody on the way with the key of a station for another room changes no bit of what is felt") {
   for (std::uint64_t seed = 31; seed <= 35; ++seed) {
     const Scenario scenario = trusted_scenario(seed, false, false);
-    const AttackedRun quiet = run_with_keys(scenario, Attacker::none), attacked = run_with_keys(scenario, Attacker::thief);
+    const AttackedRun quiet = run_with_keys(scenario, Attacker::none, Manner::careful),
+                      attacked = run_with_keys(scenario, Attacker::thief, Manner::careful);
     INFO("seed " << seed);
     CHECK(difference(quiet.report, attacked.report) == "none");
     CHECK(attacked.counts.stray_bytes > 0);  // the thief was answered: the session is there, and of no use
   }
 }
 
-TEST_CASE("Worlds with keys hold every check while everything goes wrong and somebody is on the way") {
+TEST_CASE("Worlds with keys hold every check while everything goes wrong and handshakes, joins and rejoins are attacked") {
+  AttackCounts all;
   for (std::uint64_t seed = 57; seed <= 64; ++seed) {
     const Scenario scenario = trusted_scenario(seed, true, true);
-    const AttackedRun run = run_with_keys(scenario, seed % 2 == 0 ? Attacker::thief : Attacker::stranger);
+    const AttackedRun run = run_with_keys(scenario, seed % 2 == 0 ? Attacker::thief : Attacker::stranger, Manner::ruthless);
+    all.before += run.counts.before;
+    all.cookies += run.counts.cookies;
     for (const Violation& v : run.report.violations)
       FAIL_CHECK("seed " << seed << "\n  " << seconds(v.at) << " s  " << v.check << ": " << v.what);
   }
+  CHECK(all.before > 1000);
+  CHECK(all.cookies > 20);
 }
