@@ -61,18 +61,21 @@ std::vector<const TissueCase*> chosen_cases(const std::string& only) {
   std::vector<const TissueCase*> chosen;
   for (const TissueCase& c : tissue_cases())
     if ((c.family + ": " + c.name).find(only) != std::string::npos) chosen.push_back(&c);
-  if (chosen.empty()) throw InputError("--only", "no case has '" + only + "' in its name", "a part of one that the whole table has");
+  if (chosen.empty())
+    throw InputError("--only", "no case has '" + only + "' in its name", "a part of one that the whole table has");
   return chosen;
 }
 
 std::string percent_of(double error) { return std::isfinite(error) ? fmt::format("{:+.2g}", 100 * error) : "none found"; }
 
 void print_head() {
-  fmt::print("{:<36}{:>16} {:<16}{:<12}  {}\n", "case", "reference", "by", "element", "cells: answer, error; order of the error in their size");
+  fmt::print("{:<36}{:>16} {:<16}{:<12}  {}\n", "case", "reference", "by", "element",
+             "cells: answer, error; order of the error in their size");
 }
 
 void print_series(const TissueSeries& s) {
-  fmt::print("{:<36}{:>16} {:<16}{:<12}", s.of->name, fmt::format("{:.5g} {}", s.of->reference, s.of->unit), s.of->by, s.element_name());
+  fmt::print("{:<36}{:>16} {:<16}{:<12}", s.of->name, fmt::format("{:.5g} {}", s.of->reference, s.of->unit), s.of->by,
+             s.element_name());
   for (const TissueMesh& m : s.meshes) fmt::print("  {}: {:.4g}, {} %", m.cells, m.found.value, percent_of(m.error));
   if (const double p = s.order(); std::isfinite(p)) fmt::print("  order {:.1f}", p);
   fmt::print("\n");
@@ -92,7 +95,8 @@ std::string row_of(const TissueSeries& s) {
 }
 
 std::string file_name(std::string text) {
-  for (char& c : text) c = std::isalnum(static_cast<unsigned char>(c)) ? static_cast<char>(std::tolower(static_cast<unsigned char>(c))) : '-';
+  for (char& c : text)
+    c = std::isalnum(static_cast<unsigned char>(c)) ? static_cast<char>(std::tolower(static_cast<unsigned char>(c))) : '-';
   return text;
 }
 
@@ -106,13 +110,15 @@ void plot_families(const std::filesystem::path& out, const std::vector<TissueSer
       panels.push_back({s.of->name, "nodes", "error [%]", {}, "set logscale xy\nset format xy '%g'\nset yrange [0.01:3000]\n"});
     std::string points = "nodes,error_percent\n";
     for (const TissueMesh& m : s.meshes)
-      if (std::isfinite(m.error)) fmt::format_to(std::back_inserter(points), "{},{:.6g}\n", m.found.nodes, 100 * std::abs(m.error));
+      if (std::isfinite(m.error))
+        fmt::format_to(std::back_inserter(points), "{},{:.6g}\n", m.found.nodes, 100 * std::abs(m.error));
     const auto file = out / (file_name(s.of->name) + "-" + s.element_name() + ".csv");
     write_text(file, points);
     panels.back().curves.push_back({"1:2", s.element_name(), static_cast<int>(s.element) + 1, file, "linespoints"});
   }
   for (const auto& [family, panels] : families)
-    plot_grid_with_one_legend(out / ("tissue-" + file_name(family) + ".svg"), "Error over the number of nodes: " + family, 3, panels);
+    plot_grid_with_one_legend(out / ("tissue-" + file_name(family) + ".svg"), "Error over the number of nodes: " + family, 3,
+                              panels);
 }
 
 void write_tissue(const std::filesystem::path& out, const std::vector<TissueSeries>& all) {
@@ -122,16 +128,18 @@ void write_tissue(const std::filesystem::path& out, const std::vector<TissueSeri
     table += row_of(s);
     for (const TissueMesh& m : s.meshes) {
       fmt::format_to(std::back_inserter(csv), "{},\"{}\",{},{},{},{:.8g},{},{:.6g},{},{:.6g},{:.3g}\n", s.of->family, s.of->name,
-                     s.element_name(), m.cells, m.found.nodes, m.found.value, s.of->unit, s.of->reference, s.of->by, m.error, m.cpu_s);
-      Json row{{"family", s.of->family}, {"case", s.of->name},          {"element", s.element_name()}, {"cells", m.cells},
-               {"nodes", m.found.nodes}, {"value", m.found.value},      {"unit", s.of->unit},          {"reference", s.of->reference},
+                     s.element_name(), m.cells, m.found.nodes, m.found.value, s.of->unit, s.of->reference, s.of->by, m.error,
+                     m.cpu_s);
+      Json row{{"family", s.of->family}, {"case", s.of->name},     {"element", s.element_name()}, {"cells", m.cells},
+               {"nodes", m.found.nodes}, {"value", m.found.value}, {"unit", s.of->unit},          {"reference", s.of->reference},
                {"by", s.of->by},         {"error", m.error}};
       if (const double p = s.order(); std::isfinite(p)) row["order"] = p;
       rows.push_back(std::move(row));
     }
   }
   write_text(out / "cells.csv", csv);
-  write_text(out / "table.md", "| case | reference | by | element | cells | error | order |\n|---|---|---|---|---|---|---|\n" + table);
+  write_text(out / "table.md",
+             "| case | reference | by | element | cells | error | order |\n|---|---|---|---|---|---|---|\n" + table);
   write_json(out / "summary.json", {{"cells", rows}});
   plot_families(out, all);
 }
@@ -157,8 +165,8 @@ int run_tissue(const TissueFlags& flags) {
 
 void add_tissue(CLI::App& app, Run& run) {
   auto flags = std::make_shared<TissueFlags>();
-  CLI::App* c =
-      app.add_subcommand("tissue", "how far bodies are from the continuum that they stand for: closed forms, theory, another solver");
+  CLI::App* c = app.add_subcommand(
+      "tissue", "how far bodies are from the continuum that they stand for: closed forms, theory, another solver");
   c->add_flag("--quick", flags->quick, "without the finest meshes");
   c->add_option("--only", flags->only, "cases with this in \"FAMILY: NAME\", as 'layers' or 'nu = 0.49'")->type_name("TEXT");
   c->add_option("--out", flags->out, "folder for cells.csv, table.md, summary.json and plots")->type_name("DIR")->required();

@@ -49,7 +49,8 @@ void BoundaryProblem::solve(int shares) {
     const double from = double(k) / shares, to = double(k + 1) / shares;
     if (!advance(u0 + from * (target_ - u0), p0 + from * (asked_load_ - p0), u0 + to * (target_ - u0),
                  p0 + to * (asked_load_ - p0), kShareHalvings))
-      throw std::runtime_error(fmt::format("no equilibrium was found: {:.3g} N of {:.3g} N are out of balance", out_of_balance(), load()));
+      throw std::runtime_error(
+          fmt::format("no equilibrium was found: {:.3g} N of {:.3g} N are out of balance", out_of_balance(), load()));
   }
 }
 

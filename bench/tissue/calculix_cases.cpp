@@ -92,8 +92,9 @@ std::vector<TissueCase> calculix_cases() {
   struct Asked {
     double poisson, punch_m, reference;
   };
-  constexpr Asked kAsked[] = {{0.25, 0, 9.42}, {0.3, 0, 9.36}, {0.45, 0, 9.07}, {0.49, 0, 8.93}, {0.499, 0, 8.86},
-                              {0.45, 0.003, 1.28}, {0.45, 0.009, 4.31}, {0.49, 0.003, 1.38}, {0.499, 0.003, 1.41}};
+  constexpr Asked kAsked[] = {{0.25, 0, 9.42},     {0.3, 0, 9.36},      {0.45, 0, 9.07},
+                              {0.49, 0, 8.93},     {0.499, 0, 8.86},    {0.45, 0.003, 1.28},
+                              {0.45, 0.009, 4.31}, {0.49, 0.003, 1.38}, {0.499, 0.003, 1.41}};
   std::vector<TissueCase> cases;
   for (const Asked& asked : kAsked) {
     const bool is_bar = asked.punch_m == 0;
@@ -107,8 +108,11 @@ std::vector<TissueCase> calculix_cases() {
     c.elements = {TissueElement::hexahedron, TissueElement::tetrahedron};
     if (asked.poisson == 0.25) c.elements.push_back(TissueElement::spring);  // theirs, by Cauchy
     c.cells = is_bar ? std::vector<int>{2, 4, 8} : std::vector<int>{3, 6, 9};
-    c.solve = [asked, is_bar](TissueElement element, int cells) {
-      const Scene scene = is_bar ? bar(element, asked.poisson, cells) : block(element, asked.poisson, cells);
+    c.scene = [asked, is_bar](TissueElement element, int cells) {
+      return is_bar ? bar(element, asked.poisson, cells) : block(element, asked.poisson, cells);
+    };
+    c.solve = [asked, is_bar, of = c.scene](TissueElement element, int cells) {
+      const Scene scene = of(element, cells);
       return TissueSolution{scene.body.nodes.size(), is_bar ? sag_mm(scene) : punch_n(scene, asked.punch_m)};
     };
   }

@@ -26,7 +26,8 @@ constexpr double kPoisson = 0.45;
 
 /// Nodes of the cube's side at x[axis] = 0 or its size.
 void hold_side(BoundaryProblem& problem, const LumpedBody& body, int axis, bool far, double displacement_m) {
-  for (const std::uint32_t i : nodes_where(body.nodes, [&](const Vec3& x) { return std::abs(x[axis] - (far ? kCubeM : 0)) < kHair; }))
+  for (const std::uint32_t i :
+       nodes_where(body.nodes, [&](const Vec3& x) { return std::abs(x[axis] - (far ? kCubeM : 0)) < kHair; }))
     problem.hold(i, axis, displacement_m);
 }
 
@@ -61,8 +62,10 @@ TissueSolution shear_cube(const SolidMaterial& material, TissueElement element, 
 }
 
 TissueCase exact_case(const std::string& name, double reference_pa, std::function<TissueSolution(TissueElement, int)> solve) {
-  return {"homogeneous", name, "kPa", 1e-3 * reference_pa, "closed form", {kFiniteElements, std::end(kFiniteElements)},
-          {kCubeCells}, std::move(solve)};
+  return {"homogeneous", name,
+          "kPa",         1e-3 * reference_pa,
+          "closed form", {kFiniteElements, std::end(kFiniteElements)},
+          {kCubeCells},  std::move(solve)};
 }
 
 constexpr double kRadiusM = 0.01, kLengthM = 0.02, kTurn = pi / 3;
@@ -124,9 +127,10 @@ std::vector<TissueCase> homogeneous_cases() {
     cases.push_back(exact_case(fmt::format("{}, equibiaxial {:g}", law.name, kBoth), equibiaxial_stress(m, kBoth),
                                [=](TissueElement e, int n) { return stretch_cube(m, e, n, kBoth, 2); }));
     for (const int component : {0, 1})
-      cases.push_back(exact_case(fmt::format("{}, shear {:g}, {} traction", law.name, kShear, component == 0 ? "shear" : "normal"),
-                                 simple_shear_stress(m, kShear)(component, 1),
-                                 [=](TissueElement e, int n) { return shear_cube(m, e, n, kShear, component); }));
+      cases.push_back(
+          exact_case(fmt::format("{}, shear {:g}, {} traction", law.name, kShear, component == 0 ? "shear" : "normal"),
+                     simple_shear_stress(m, kShear)(component, 1),
+                     [=](TissueElement e, int n) { return shear_cube(m, e, n, kShear, component); }));
   }
   return cases;
 }
@@ -139,8 +143,13 @@ std::vector<TissueCase> curved_cases() {
   soft.poisson = 0.499;
   const TorsionAnswer torsion = torsion_of_cylinder(soft, kRadiusM, kTurn / kLengthM);
   for (const bool moment : {true, false})
-    cases.push_back({"closed forms", moment ? "torsion, moment, nu = 0.499" : "torsion, axial force, nu = 0.499",
-                     moment ? "N mm" : "N", moment ? 1e3 * torsion.moment_n_m : torsion.axial_n, "Rivlin", elements, {2, 4, 6},
+    cases.push_back({"closed forms",
+                     moment ? "torsion, moment, nu = 0.499" : "torsion, axial force, nu = 0.499",
+                     moment ? "N mm" : "N",
+                     moment ? 1e3 * torsion.moment_n_m : torsion.axial_n,
+                     "Rivlin",
+                     elements,
+                     {2, 4, 6},
                      [=](TissueElement e, int n) { return twist_cylinder(soft, e, n, moment); }});
   for (const double share : {0.01, 0.3})
     for (const double poisson : {0.3, 0.49}) {
@@ -148,8 +157,13 @@ std::vector<TissueCase> curved_cases() {
       const bool small = share < 0.1;
       const double reference = small ? lame_sphere_pressure(soft, kInnerM, kOuterM, share * kInnerM)
                                      : sphere_pressure(soft, kInnerM, kOuterM, share * kInnerM);
-      cases.push_back({"closed forms", fmt::format("thick sphere {:g} %, nu = {}", 100 * share, poisson), "kPa", 1e-3 * reference,
-                       small ? "Lame" : "radial equation", elements, {2, 4, 6},
+      cases.push_back({"closed forms",
+                       fmt::format("thick sphere {:g} %, nu = {}", 100 * share, poisson),
+                       "kPa",
+                       1e-3 * reference,
+                       small ? "Lame" : "radial equation",
+                       elements,
+                       {2, 4, 6},
                        [=](TissueElement e, int n) { return inflate_sphere(soft, e, n, share); }});
     }
   return cases;

@@ -91,14 +91,20 @@ class RadialSphere {
 }  // namespace
 
 double uniaxial_stress(const SolidMaterial& material, double stretch) {
-  const double m =
-      zero_of([&](double side) { return principal_stress(material, {stretch, side, side})[1]; }, kThinnest, kThickest);
+  const double m = zero_of(
+      [&](double side) {
+        return principal_stress(material, {stretch, side, side})[1];
+      },
+      kThinnest, kThickest);
   return principal_stress(material, {stretch, m, m})[0];
 }
 
 double equibiaxial_stress(const SolidMaterial& material, double stretch) {
-  const double m =
-      zero_of([&](double side) { return principal_stress(material, {stretch, stretch, side})[2]; }, kThinnest, kThickest);
+  const double m = zero_of(
+      [&](double side) {
+        return principal_stress(material, {stretch, stretch, side})[2];
+      },
+      kThinnest, kThickest);
   return principal_stress(material, {stretch, stretch, m})[0];
 }
 

@@ -64,8 +64,7 @@ void press_ball(BoundaryProblem& problem, const std::vector<Vec3>& nodes, const 
 
 TissueSolution press_layer(const LayerNumbers& numbers, TissueElement element, int cells) {
   const double h = thickness_m(numbers), outer_m = (numbers.a_over_h < 0.5 ? 40 : 8) * kContactM;
-  const LumpedBody body =
-      layer_quarter(cells, kContactM, h, outer_m).body(solid_element(element), layer_material(numbers));
+  const LumpedBody body = layer_quarter(cells, kContactM, h, outer_m).body(solid_element(element), layer_material(numbers));
   BoundaryProblem problem(body);
   for (std::uint32_t i = 0; i < body.nodes.size(); ++i) {
     const Vec3& x = body.nodes[i];
@@ -94,9 +93,14 @@ std::vector<TissueCase> layer_cases() {
   for (const LayerNumbers& numbers : kLayerNumbers) {
     const bool thick = numbers.a_over_h < 0.5;
     const std::string on = thick ? "Hertz, ball" : numbers.is_ball ? "layer, ball" : "layer, punch";
-    cases.push_back({"layers", fmt::format("{}, nu = {}", on, numbers.poisson), "mN", 1e3 * layer_reference_n(numbers),
-                     thick ? "Hertz" : "Hayes", {kFiniteElements, std::end(kFiniteElements)},
-                     thick ? std::vector<int>{2, 4, 6} : std::vector<int>{4, 8, 12}, [&numbers](TissueElement e, int n) {
+    cases.push_back({"layers",
+                     fmt::format("{}, nu = {}", on, numbers.poisson),
+                     "mN",
+                     1e3 * layer_reference_n(numbers),
+                     thick ? "Hertz" : "Hayes",
+                     {kFiniteElements, std::end(kFiniteElements)},
+                     thick ? std::vector<int>{2, 4, 6} : std::vector<int>{4, 8, 12},
+                     [&numbers](TissueElement e, int n) {
                        const TissueSolution found = press_layer(numbers, e, n);
                        return TissueSolution{found.nodes, 1e3 * found.value};
                      }});

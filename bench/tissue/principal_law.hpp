@@ -4,7 +4,8 @@
 //     P = U diag(dPsi/dl_i) V^T     first Piola-Kirchhoff stress [Pa]
 //
 //   corotational   Psi = mu sum (l_i - 1)^2 + lambda/2 (sum l_i - 3)^2
-//   neo_hookean    Psi = mu/2 (I - 3 - ln((I + 1) / 4)) + lambda/2 ((J - alpha)^2 - (1 - alpha)^2),  I = sum l_i^2, J = l_1 l_2 l_3
+//   neo_hookean    Psi = mu/2 (I - 3 - ln((I + 1) / 4)) + lambda/2 ((J - alpha)^2 - (1 - alpha)^2),  I = sum l_i^2, J = l_1 l_2
+//   l_3
 //                  mu, lambda, alpha from Lame's parameters as the kernel's header says
 #pragma once
 

@@ -31,18 +31,17 @@ Vec3 core_side(double degrees, double share) {
 
 /// A quarter of a disc of radius 1 that begins at `degrees`: its core and the two sectors around it, `depth` cells and `z_at` its
 /// third direction.
-void add_quarter_disc(BlockMesh& mesh, int n, double radius, double degrees, int depth, const std::function<double(double)>& z_at) {
+void add_quarter_disc(BlockMesh& mesh, int n, double radius, double degrees, int depth,
+                      const std::function<double(double)>& z_at) {
   const int core = std::max(n / 2, 1), ring = n - core;
   const auto at = [&](const Vec3& flat, double w) { return Vec3(radius * flat.x(), radius * flat.y(), z_at(w)); };
   const Vec3 a = on_circle(kCoreAxis, degrees), b = on_circle(kCoreAxis, degrees + 90);
   const Vec3 corner = on_circle(kCoreCorner * std::numbers::sqrt2, degrees + 45);
-  mesh.add({core, core, depth}, [&](const Vec3& q) {
-    return at(q.x() * (1 - q.y()) * a + q.x() * q.y() * corner + (1 - q.x()) * q.y() * b, q.z());
-  });
+  mesh.add({core, core, depth},
+           [&](const Vec3& q) { return at(q.x() * (1 - q.y()) * a + q.x() * q.y() * corner + (1 - q.x()) * q.y() * b, q.z()); });
   for (const double from : {degrees, degrees + 45})
-    mesh.add({ring, core, depth}, [&](const Vec3& q) {
-      return at(between(core_side(from, q.y()), on_circle(1, from + 45 * q.y()), q.x()), q.z());
-    });
+    mesh.add({ring, core, depth},
+             [&](const Vec3& q) { return at(between(core_side(from, q.y()), on_circle(1, from + 45 * q.y()), q.x()), q.z()); });
 }
 
 /// Cells that begin as large as near / n and grow in proportion to near plus the distance: how many, and where.
@@ -106,15 +105,6 @@ BlockMesh layer_quarter(int n, double near_m, double thickness_m, double outer_m
       x.z() = z_at(q.z());
       return x;
     });
-  return mesh;
-}
-
-BlockMesh block_quarter(int n, double near_m, double half_m, double height_m) {
-  BlockMesh mesh(kMerge * near_m);
-  const int out = growing_cells(n, near_m, half_m), deep = growing_cells(n, near_m, height_m);
-  mesh.add({out, out, deep}, [&](const Vec3& q) {
-    return Vec3(growing(near_m, half_m, q.x()), growing(near_m, half_m, q.y()), -growing(near_m, height_m, 1 - q.z()));
-  });
   return mesh;
 }
 

@@ -16,8 +16,6 @@ BlockMesh hollow_sphere_octant(int n, double inner_m, double outer_m);
 /// The quarter x, y > 0 of a disc around z, surface at z = 0, matter below, n cells over the radius `near_m` of what presses on
 /// it; cells grow with the distance from there.
 BlockMesh layer_quarter(int n, double near_m, double thickness_m, double outer_m);
-/// The same fineness in a box: the quarter 0 < x, y < half, -height < z < 0.
-BlockMesh block_quarter(int n, double near_m, double half_m, double height_m);
 /// Cook's membrane [mm to m]: (0, 0), (48, 44), (48, 60), (0, 44); n x n cells and one through its thickness.
 BlockMesh cooks_membrane(int n, double thickness_m);
 

@@ -39,4 +39,10 @@ const std::vector<TissueCase>& tissue_cases() {
   return all;
 }
 
+const TissueCase& tissue_case(const std::string& name) {
+  for (const TissueCase& c : tissue_cases())
+    if (c.name == name) return c;
+  throw std::logic_error("no case of tissue is called " + name);
+}
+
 }  // namespace palpate

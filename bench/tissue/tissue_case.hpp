@@ -34,6 +34,8 @@ struct TissueCase {
   std::vector<int> cells;               ///< over what decides the error: meshes, the finest last
   /// Throws std::runtime_error where no equilibrium is found.
   std::function<TissueSolution(TissueElement, int cells)> solve;
+  /// Where a scene describes the body; empty for others.
+  std::function<Scene(TissueElement, int cells)> scene = {};
 };
 
 /// p of |error| ~ size^p by least squares over meshes; NaN for less than two or errors that are rounding.
@@ -45,6 +47,8 @@ std::vector<TissueCase> layer_cases();        ///< Hertz; Hayes et al.
 std::vector<TissueCase> membrane_cases();     ///< Cook
 std::vector<TissueCase> calculix_cases();     ///< bars, glued punches
 std::vector<TissueCase> febio_cases();        ///< of its verification suite
+/// Of that name; throws std::logic_error for none.
+const TissueCase& tissue_case(const std::string& name);
 /// All of them.
 const std::vector<TissueCase>& tissue_cases();
 
