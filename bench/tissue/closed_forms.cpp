@@ -17,7 +17,7 @@ double zero_of(const std::function<double(double)>& f, double low, double high) 
   return (low + high) / 2;
 }
 
-constexpr double kThinnest = 0.05, kThickest = 4;  // of lateral stretches
+constexpr double kThinnest = 0.4, kThickest = 2.2;  // of lateral stretches
 
 /// The radius of every shell of a sphere.
 class RadialSphere {

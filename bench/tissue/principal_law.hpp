@@ -7,6 +7,9 @@
 //   neo_hookean    Psi = mu/2 (I - 3 - ln((I + 1) / 4)) + lambda/2 ((J - alpha)^2 - (1 - alpha)^2),  I = sum l_i^2, J = l_1 l_2
 //   l_3
 //                  mu, lambda, alpha from Lame's parameters as the kernel's header says
+//   mooney_rivlin, veronda_westmann
+//                  Psi = mu_1/(2 b) (exp(b I_1) - 1) + mu_2/2 I_2 + lambda/2 (J - 1)^2,  I_1 = I - 3 - 2 (J - 1),
+//                  I_2 = sum (J / l_i)^2 - 3 - 4 (J - 1), as far as b I_1 < 4 (common/port/solid_law.hpp)
 #pragma once
 
 #include <string>
@@ -30,7 +33,8 @@ Mat3 stress_at(const SolidMaterial& material, const Mat3& f);
 /// dPsi/dI_1 [Pa] of a law that is a function of I_1 alone where nothing changes its volume; throws std::logic_error for others.
 double energy_by_first_invariant(const SolidMaterial& material, double first_invariant);
 
-/// Every law that a scene may name, with 10 kPa and the Poisson's ratio given, by its name.
+/// Every law that a scene may name, with 10 kPa and the Poisson's ratio given, by its name; `shape` is 0.3 of mooney_rivlin, 2 of
+/// veronda_westmann.
 struct NamedLaw {
   std::string name;
   SolidMaterial material;
