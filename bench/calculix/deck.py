@@ -1,14 +1,21 @@
 #!/usr/bin/env python3
 """Decks for CalculiX that bodies of Palpate are compared with: quadratic hexahedra with reduced integration (C3D20R), neo-Hookean,
-large displacements. `deck.py bar|block POISSON NX NY NZ > NAME.inp`, then `ccx NAME`; `deck.py read NAME.dat` prints the figure.
+large displacements. `deck.py bar|block|cook|glued POISSON NX NY NZ > NAME.inp`, then `ccx NAME`; `deck.py read NAME.dat` prints the figure.
 
 bar    100 x 30 x 20 mm, 400 kPa, 1000 kg/m^3, clamped at x = 0, hanging in gravity: sag of the middle of the upper edge of its free end
 block  60 x 60 x 30 mm, 10 kPa, bonded below; a square of 20 x 20 mm in the middle of the top goes down by 3 mm, glued: the force on it.
        A quarter of it, NX = NY: multiples of 3 cells over 30 mm.
+cook   Cook's membrane in plane strain, (0, 0), (48, 44), (48, 60), (0, 44) mm, 1 mm thick, 10 kPa, clamped at x = 0, a shear load of
+       F = 10 uN in all on x = 48 mm: displacement of (48, 52) along y. NZ = 1.
+glued  20 x 10 x 10 mm, 10 kPa, its ends glued, one of them pulled by 1 mm: the force. The body of case ma02 of FEBio's
+       verification suite, which stretches it ten times as far.
 """
 import sys
 
-MATERIAL = {"bar": (400e3, 1000.0), "block": (10e3, 1000.0)}
+MATERIAL = {"bar": (400e3, 1000.0), "block": (10e3, 1000.0), "cook": (10e3, 1000.0), "glued": (10e3, 1000.0)}
+SIZE = {"bar": (0.1, 0.03, 0.02), "block": (0.03, 0.03, 0.03), "cook": (1.0, 1.0, 0.001), "glued": (0.02, 0.01, 0.01)}
+COOK_N = 1e-5
+FORCES = ("block", "glued")  # asked for
 
 
 def lattice(n, size):
@@ -39,8 +46,9 @@ def write_set(name, nodes):
 
 
 def write_deck(kind, poisson, n):
-    size = (0.1, 0.03, 0.02) if kind == "bar" else (0.03, 0.03, 0.03)
-    number, places, elements = lattice(n, size)
+    number, places, elements = lattice(n, SIZE[kind])
+    if kind == "cook":
+        places = {at: (0.048 * x, 0.001 * (44 * x + y * (44 - 28 * x)), z) for at, (x, y, z) in places.items()}
     print("*NODE")
     for at, node in number.items():
         print(f"{node}, " + ", ".join(f"{x:.9g}" for x in places[at]))
@@ -57,6 +65,15 @@ def write_deck(kind, poisson, n):
         write_set("HELD", on(lambda x, y, z: near(x, 0)))
         write_set("ASKED", on(lambda x, y, z: near(x, 0.1) and near(y, 0.015) and near(z, 0.02)))
         bound = "HELD, 1, 3"
+    elif kind == "cook":
+        write_set("HELD", on(lambda x, y, z: near(x, 0)))
+        write_set("PLANE", list(number.values()))
+        write_set("ASKED", on(lambda x, y, z: near(x, 0.048) and near(y, 0.052) and near(z, 0)))
+        bound = "HELD, 1, 2\nPLANE, 3, 3"
+    elif kind == "glued":
+        write_set("HELD", on(lambda x, y, z: near(x, 0)))
+        write_set("ASKED", on(lambda x, y, z: near(x, 0.02)))
+        bound = "HELD, 1, 3\nASKED, 2, 3"
     else:  # the quarter x, y > 0 of a block whose middle is at 0
         write_set("HELD", on(lambda x, y, z: near(z, 0)))
         write_set("ASKED", on(lambda x, y, z: near(z, 0.03) and x < 0.01 + 1e-9 and y < 0.01 + 1e-9))
@@ -64,15 +81,32 @@ def write_deck(kind, poisson, n):
         write_set("ALONGY", on(lambda x, y, z: near(x, 0) and z > 1e-9 and not (near(z, 0.03) and y < 0.01 + 1e-9)))
         bound = "HELD, 1, 3\nALONGX, 2, 2\nALONGY, 1, 1\nASKED, 1, 2"
     print(f"*BOUNDARY\n{bound}\n*STEP, NLGEOM, INC=100\n*STATIC\n0.25, 1.0")
-    print("*DLOAD\nALL, GRAV, 9.81, 0., 0., -1." if kind == "bar" else "*BOUNDARY\nASKED, 3, 3, -0.003")
-    print(f"*NODE PRINT, NSET=ASKED{', TOTALS=ONLY' if kind == 'block' else ''}\n{'U' if kind == 'bar' else 'RF'}\n*END STEP")
+    print({"bar": "*DLOAD\nALL, GRAV, 9.81, 0., 0., -1.", "block": "*BOUNDARY\nASKED, 3, 3, -0.003",
+           "glued": "*BOUNDARY\nASKED, 1, 1, 0.001"}.get(kind) or cook_load(number, n))
+    print(f"*NODE PRINT, NSET=ASKED{', TOTALS=ONLY' if kind in FORCES else ''}\n{'RF' if kind in FORCES else 'U'}\n*END STEP")
+
+
+def cook_load(number, n):
+    """What an even traction on faces of eight nodes comes to: -1/12 of it on each corner, 1/3 on each middle."""
+    share = {}
+    for j in range(0, 2 * n[1], 2):
+        for dj, dz in ((0, 0), (2, 0), (0, 2), (2, 2), (1, 0), (1, 2), (0, 1), (2, 1)):
+            node = number[2 * n[0], j + dj, dz]
+            share[node] = share.get(node, 0) + COOK_N / n[1] * (1 / 3 if dj == 1 or dz == 1 else -1 / 12)
+    return "*CLOAD\n" + "\n".join(f"{node}, 2, {much:.9g}" for node, much in share.items())
 
 
 def read(file):
-    """The last line of numbers: a sag [mm], or a quarter's force [N], printed as that of all four."""
+    """The last line of numbers: a block's force [N], a quarter's printed as that of all four; a glued bar's; a displacement [mm]."""
     text = open(file, encoding="ascii").read()
     last = [line.split() for line in text.splitlines() if line.split() and line.split()[-1][-4:-3] == "E"][-1]
-    print(f"{-4 * float(last[-1]):.4f} N" if "total force" in text else f"{-1e3 * float(last[-1]):.3f} mm")
+    if "total force" in text:
+        quarter = abs(float(last[-1])) > abs(float(last[-3]))
+        print(f"{-4 * float(last[-1]):.4f} N" if quarter else f"{float(last[-3]):.5f} N")
+    elif len(last) == 4 and abs(float(last[-1])) > 0:
+        print(f"{-1e3 * float(last[-1]):.3f} mm")
+    else:
+        print(f"{1e3 * float(last[2]):.6f} mm")
 
 
 if __name__ == "__main__":

@@ -29,6 +29,7 @@ void add_modes(CLI::App& app, Run& run);
 void add_scaling(CLI::App& app, Run& run);
 void add_gesture(CLI::App& app, Run& run);
 void add_settle(CLI::App& app, Run& run);
+void add_advise(CLI::App& app, Run& run);
 void add_tissue(CLI::App& app, Run& run);
 void add_haptic(CLI::App& app, Run& run);
 void add_release(CLI::App& app, Run& run);

@@ -64,7 +64,9 @@ const std::vector<Question>& questions() {
         {add_couplings, "couplings --out out/couplings"}}},
       {"Is the body true to the material that its scene names?",
        {{add_tissue, "tissue --quick --out out/tissue"},
-        {add_settle, "settle --scene bench/calculix/hanging-bar.json --out out/settle"}}},
+        {add_settle, "settle --scene bench/calculix/hanging-bar.json --out out/settle"},
+        {add_advise,
+         "advise --surface liver.stl --scale 0.001 --material liver --rate-hz 20 --error 0.05 --out out/liver/liver.json"}}},
       {"Bodies and worlds drawn by chance", {{add_draw, "draw --out out/scenes"}}}};
   return all;
 }

@@ -1,4 +1,5 @@
-// palpate-lab pareto: error against run time, of bodies and of patches; what no other point beats in both is the front.
+// palpate-lab pareto: error against run time, of meshes, of bodies and of patches; what no other point beats in both is the
+// front.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -82,14 +83,18 @@ GridPanel panel_of(const std::filesystem::path& out, const Group& group, const C
 }
 
 void draw(const std::filesystem::path& out, const std::vector<Group>& groups) {
-  std::vector<GridPanel> bodies, patches;
+  std::vector<GridPanel> bodies, patches, meshes;
   for (const Group& group : groups) {
-    if (!group.cells.front().is_patch)
+    if (group.cells.front().is_mesh)
+      meshes.push_back(panel_of(out, group, kBodyCost));
+    else if (!group.cells.front().is_patch)
       bodies.push_back(panel_of(out, group, kBodyCost));
     else
       for (const Cost& cost : kPatchCosts) patches.push_back(panel_of(out, group, cost));
   }
   constexpr int kColumns = 3;
+  if (!meshes.empty())
+    plot_grid_with_one_legend(out / "pareto-continuum.svg", "Error against the continuum over run time", kColumns, meshes);
   if (!bodies.empty())
     plot_grid_with_one_legend(out / "pareto-bodies.svg", "Bodies pushed by 10 mm: error against run time", kColumns, bodies);
   if (!patches.empty())
@@ -174,8 +179,9 @@ int run_pareto(const ParetoFlags& flags) {
 
 void add_pareto(CLI::App& app, Run& run) {
   auto flags = std::make_shared<ParetoFlags>();
-  CLI::App* c = app.add_subcommand(
-      "pareto", "error against run time: bodies and integrators, schemes and states, and which no other beats");
+  CLI::App* c = app.add_subcommand("pareto",
+                                   "error against run time: meshes against the continuum, bodies and integrators, schemes and "
+                                   "states, and which no other beats");
   c->add_option("--scenes", flags->scenes, "folder of the scenes")->type_name("DIR")->capture_default_str();
   c->add_option("--only", flags->only, "one point, as the table prints it")->type_name("POINT");
   c->add_flag("--quick", flags->quick, "small bodies, one scene and one round trip");

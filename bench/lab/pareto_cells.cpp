@@ -20,7 +20,8 @@ namespace {
 
 constexpr const char* kParetoHeader = "kind,what,variant,method,setting,error,server_ms_s,build_ms,tick_us,bytes";
 constexpr std::size_t kParetoCellsKeyFields = 5;
-const std::array<std::string_view, 2> kKinds{"body", "patch"};
+const std::array<std::string_view, 3> kKinds{"body", "patch", "mesh"};
+const std::array<std::string_view, 3> kElements{"hexahedron", "tetrahedron", "spring"};   // of TissueElement
 const std::array<std::string_view, 3> kIntegrators{"tr-bdf2", "explicit", "stabilised"};  // from IntegratorKind::tr_bdf2 on
 constexpr auto kFirstIntegrator = static_cast<std::size_t>(IntegratorKind::tr_bdf2);
 constexpr std::string_view kSolid = "solid";  // before the size of a cube of tetrahedra
@@ -87,6 +88,26 @@ void add_patches(bool quick, std::vector<ParetoCell>& cells) {
       }
 }
 
+void add_case_meshes(bool quick, std::vector<ParetoCell>& cells) {
+  for (const auto& [body, poisson] :
+       {std::pair{"bar", 0.25}, {"bar", 0.45}, {"bar", 0.49}, {"punch 3 mm", 0.45}, {"punch 3 mm", 0.49}}) {
+    if (quick && (poisson != 0.45 || body != std::string_view("bar"))) continue;
+    const TissueCase& of = tissue_case(fmt::format("{}, nu = {}", body, poisson));
+    for (const TissueElement element : of.elements)
+      for (const int n : of.cells) {
+        if (quick && n == of.cells.back()) continue;
+        ParetoCell& cell = cells.emplace_back();
+        cell.is_mesh = true;
+        cell.body = body;
+        cell.poisson = poisson;
+        cell.element = element;
+        cell.cells = n;
+      }
+  }
+}
+
+const TissueCase& case_of(const ParetoCell& cell) { return tissue_case(group_of(cell)); }
+
 PushedRun push(const ParetoGrid& grid, const ParetoCell& cell) {
   if (cell.scene.empty()) return push_cube(cell.cube, processor_ns);
   const Scene scene = load_scene((grid.scenes / (cell.scene + ".json")).string());
@@ -97,6 +118,14 @@ void measure_body(const ParetoGrid& grid, ParetoCell& cell, const std::vector<Ve
   const PushedRun run = push(grid, cell);
   cell.error = relative_rms(run.force, reference);
   cell.server_ms_s = 1e3 * run.cost_s;
+}
+
+void measure_mesh(ParetoCell& cell) {
+  constexpr double kStepS = 0.010;
+  const TissueCase& of = case_of(cell);
+  cell.error = std::abs(of.solve(cell.element, cell.cells).value / of.reference - 1);
+  const Scene scene = gripped_at_top(of.scene(cell.element, cell.cells), IntegratorKind::automatic, kStepS);
+  cell.server_ms_s = 1e3 * push_body(scene, processor_ns).cost_s;
 }
 
 void measure_patch(ParetoCell& cell, const SweepTask& exam) {
@@ -117,6 +146,7 @@ References references_of(const ParetoGrid& grid, const std::vector<ParetoCell>& 
   References references;
   std::vector<std::pair<std::vector<Vec3>*, ParetoCell>> bodies;
   for (const ParetoCell& cell : cells) {
+    if (cell.is_mesh) continue;
     if (cell.is_patch) {
       add_examination(references.exams, grid.scenes, cell.scene);
     } else if (const auto [entry, fresh] = references.bodies.try_emplace(group_of(cell)); fresh) {
@@ -152,9 +182,29 @@ ParetoCell body_from(const std::vector<std::string>& f, const std::string& where
   return cell;
 }
 
+ParetoCell mesh_from(const std::vector<std::string>& f, const std::string& where) {
+  constexpr double kMostCells = 16;
+  ParetoCell cell;
+  cell.is_mesh = true;
+  cell.body = f[1];
+  cell.poisson = number_from(f[2], where);
+  cell.element = static_cast<TissueElement>(index_from(f[3], kElements, where));
+  const double n = number_from(f[4], where);
+  if (!(n >= 2 && n <= kMostCells && n == std::floor(n))) throw InputError(where, "a mesh of " + f[4] + " cells", "2 to 16");
+  cell.cells = static_cast<int>(n);
+  for (const TissueCase& known : tissue_cases())
+    if (known.name == group_of(cell) && known.scene) {
+      const auto& has = known.elements;
+      if (std::find(has.begin(), has.end(), cell.element) != has.end()) return cell;
+      throw InputError(where, "'" + f[3] + "' of " + known.name, "an element that has this Poisson's ratio");
+    }
+  throw InputError(where, "'" + group_of(cell) + "' is no case that CalculiX answered", "one that the table prints");
+}
+
 ParetoCell cell_of(const std::vector<std::string>& f, const std::string& where) {
   if (index_from(f[0], kKinds, where) == 0) return body_from(f, where);
   ParetoCell cell;
+  if (f[0] == kKinds[2]) return mesh_from(f, where);
   cell.is_patch = true;
   cell.scene = f[1];
   cell.scheme = available_scheme(f[2]);
@@ -167,6 +217,7 @@ ParetoCell cell_of(const std::vector<std::string>& f, const std::string& where) 
 
 std::vector<ParetoCell> pareto_cells(const ParetoGrid& grid) {
   std::vector<ParetoCell> cells;
+  add_case_meshes(grid.quick, cells);
   add_bodies(grid.quick, cells);
   add_patches(grid.quick, cells);
   return cells;
@@ -175,7 +226,9 @@ std::vector<ParetoCell> pareto_cells(const ParetoGrid& grid) {
 void measure_cells(const ParetoGrid& grid, std::vector<ParetoCell>& cells, unsigned jobs) {
   const References references = references_of(grid, cells, jobs);
   const auto measure = [&](std::size_t i) {
-    if (cells[i].is_patch)
+    if (cells[i].is_mesh)
+      measure_mesh(cells[i]);
+    else if (cells[i].is_patch)
       measure_patch(cells[i], references.exams.at(cells[i].scene));
     else
       measure_body(grid, cells[i], references.bodies.at(group_of(cells[i])));
@@ -184,6 +237,7 @@ void measure_cells(const ParetoGrid& grid, std::vector<ParetoCell>& cells, unsig
 }
 
 std::string key_of(const ParetoCell& c) {
+  if (c.is_mesh) return fmt::format("mesh,{},{},{},{}", c.body, c.poisson, method_of(c), c.cells);
   if (c.is_patch) return fmt::format("patch,{},{},{},{:g}", c.scene, method_of(c), c.order, c.rtt_ms);
   if (!c.scene.empty()) return fmt::format("body,{},{},{},{:g}", c.scene, kOwn, method_of(c), 1e3 * c.cube.step_s);
   return fmt::format("body,{}{},{:g},{},{:g}", c.cube.solid ? kSolid : "", c.cube.n, 1e3 * c.cube.damping_s, method_of(c),
@@ -191,11 +245,13 @@ std::string key_of(const ParetoCell& c) {
 }
 
 std::string method_of(const ParetoCell& c) {
+  if (c.is_mesh) return std::string(kElements[static_cast<std::size_t>(c.element)]);
   return std::string(c.is_patch ? name_of(c.scheme)
                                 : kIntegrators[static_cast<std::size_t>(c.cube.integrator) - kFirstIntegrator]);
 }
 
 std::string group_of(const ParetoCell& c) {
+  if (c.is_mesh) return fmt::format("{}, nu = {}", c.body, c.poisson);
   if (c.is_patch) return fmt::format("{}, RTT {:g} ms", c.scene, c.rtt_ms);
   if (!c.scene.empty()) return c.scene;
   const int nodes = c.cube.n * c.cube.n * c.cube.n, cells = (c.cube.n - 1) * (c.cube.n - 1) * (c.cube.n - 1);

@@ -1,6 +1,8 @@
-// What `palpate-lab pareto` computes. A point is either the body alone (a pushed cube: size, damping, integrator, step; its error
-// is that of the holding force) or a patch (scene, scheme, states, round trip; its error is that of the felt force in the
-// examination, as in `truth`).
+// What `palpate-lab pareto` computes. A point is the body alone (a pushed cube: size, damping, integrator, step; its error is
+// that of the holding force against finer steps), a patch (scene, scheme, states, round trip; its error is that of the felt force
+// in the examination, as in `truth`), or a mesh of a body whose continuum somebody else has computed (a case of
+// bench/tissue/tissue_case.hpp, element, cells; its error is that of the case, its cost a second of the same body, pushed by its
+// highest node in steps of 10 ms).
 #pragma once
 
 #include <filesystem>
@@ -9,14 +11,20 @@
 #include <vector>
 
 #include "bench/measure/pushed_cube.hpp"
+#include "bench/tissue/tissue_case.hpp"
 #include "common/port/scheme.hpp"
 
 namespace palpate {
 
 struct ParetoCell {
-  bool is_patch = false;
+  bool is_patch = false, is_mesh = false;
   PushedCube cube;    ///< of a body; where a scene describes it, only how it is stepped
   std::string scene;  ///< of a patch, or of a body that is no cube
+  // of a mesh
+  std::string body;  ///< "bar", "punch 3 mm"
+  double poisson = 0;
+  TissueElement element = TissueElement::hexahedron;
+  int cells = 0;  ///< over its height
   // of a patch
   Scheme scheme = Scheme::port;
   int order = 0;
@@ -38,12 +46,12 @@ std::vector<ParetoCell> pareto_cells(const ParetoGrid& grid);
 /// Fills in the measures, `jobs` at a time; references are computed once.
 void measure_cells(const ParetoGrid& grid, std::vector<ParetoCell>& cells, unsigned jobs);
 
-/// "body,10,0.2,explicit,10" (or "solid10", of tetrahedra), "body,organ-solid,own,tr-bdf2,10" or "patch,cube6,port,22,150": what
-/// --only takes, and how a row of cells.csv begins.
+/// "body,10,0.2,explicit,10" (or "solid10", of tetrahedra), "body,organ-solid,own,tr-bdf2,10" or "patch,cube6,port,22,150" or
+/// "mesh,bar,0.45,hexahedron,4": what --only takes, and how a row of cells.csv begins.
 std::string key_of(const ParetoCell& cell);
 /// "explicit", "port"
 std::string method_of(const ParetoCell& cell);
-/// Points of one picture: the same body, or the same scene over the same round trip.
+/// Points of one picture: the same body, the same scene over the same round trip, or the same case.
 std::string group_of(const ParetoCell& cell);
 /// From a key; InputError with `where` as the place.
 ParetoCell pareto_cell_from(const std::string& key, const std::string& where);

@@ -3,117 +3,161 @@
 
 #include <cmath>
 #include <iterator>
-#include <map>
+#include <limits>
 
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/tissue_cases.hpp"
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
+#include "bench/tissue/tissue_case.hpp"
+#include "common/base/error.hpp"
 
 namespace palpate {
 namespace {
 
 struct TissueFlags {
-  std::string out;
+  std::string out, only;
   bool quick = false;
 };
 
-struct Series {
+struct TissueMesh {
+  int cells = 0;
+  TissueSolution found;  // not a number where no equilibrium was found
+  double error = 0, cpu_s = 0;
+};
+
+struct TissueSeries {
   const TissueCase* of = nullptr;
   TissueElement element = TissueElement::hexahedron;
-  std::vector<TissueAnswer> answers;
+  std::vector<TissueMesh> meshes;
 
-  double error(const TissueAnswer& a) const { return a.value / of->reference - 1; }
-  /// p of |error| ~ size^p, by least squares over its meshes; NaN for one.
+  const char* element_name() const { return kTissueElementNames[static_cast<int>(element)]; }
   double order() const {
-    const auto n = static_cast<double>(answers.size());
-    double x = 0, y = 0, xx = 0, xy = 0;
-    for (const TissueAnswer& a : answers) {
-      const double log_h = -std::log(a.cells_high), log_e = std::log(std::abs(error(a)));
-      x += log_h;
-      y += log_e;
-      xx += log_h * log_h;
-      xy += log_h * log_e;
+    std::vector<int> cells;
+    std::vector<double> errors;
+    for (const TissueMesh& mesh : meshes) {
+      cells.push_back(mesh.cells);
+      errors.push_back(mesh.error);
     }
-    return (n * xy - x * y) / (n * xx - x * x);
+    return order_of(cells, errors);
   }
 };
 
-std::vector<int> sizes(const TissueCase& of, bool quick) {
-  if (of.punch_m > 0) return quick ? std::vector<int>{3, 6} : std::vector<int>{3, 6, 9};
-  return quick ? std::vector<int>{2, 4} : std::vector<int>{2, 4, 8};
-}
-
-std::vector<Series> run_all(bool quick) {
-  std::vector<Series> all;
-  for (const TissueCase& c : tissue_cases())
-    for (const TissueElement element : {TissueElement::hexahedron, TissueElement::tetrahedron, TissueElement::spring}) {
-      Series series{&c, element, {}};
-      for (const int cells : sizes(c, quick))
-        if (auto found = answer(c, element, cells)) series.answers.push_back(*found);
-      if (!series.answers.empty()) all.push_back(std::move(series));
-    }
-  return all;
-}
-
-void print(const std::vector<Series>& all) {
-  fmt::print("{:<24}{:>12}  {:<12}  {}\n", "body", "CalculiX", "element",
-             "cells high: answer, error; order of the error in their size");
-  const TissueCase* last = nullptr;
-  for (const Series& s : all) {
-    const std::string reference = fmt::format("{:.4g} {}", s.of->reference, s.of->unit);
-    fmt::print("{:<24}{:>12}  {:<12}", s.of == last ? "" : s.of->name, s.of == last ? "" : reference,
-               kTissueElementNames[static_cast<int>(s.element)]);
-    for (const TissueAnswer& a : s.answers) fmt::print("  {}: {:.4g}, {:+.1f} %", a.cells_high, a.value, 100 * s.error(a));
-    fmt::print("  order {:.1f}\n", s.order());
-    last = s.of;
+TissueMesh solve_mesh(const TissueCase& of, TissueElement element, int cells) {
+  const std::int64_t begin = processor_ns();
+  TissueMesh mesh;
+  mesh.cells = cells;
+  try {
+    mesh.found = of.solve(element, cells);
+  } catch (const std::runtime_error& error) {
+    fmt::print(stderr, "{}, {}, {} cells: {}\n", of.name, kTissueElementNames[static_cast<int>(element)], cells, error.what());
+    mesh.found.value = std::numeric_limits<double>::quiet_NaN();
   }
+  mesh.cpu_s = 1e-9 * static_cast<double>(processor_ns() - begin);
+  mesh.error = mesh.found.value / of.reference - 1;
+  return mesh;
 }
 
-void write(const std::filesystem::path& out, const std::vector<Series>& all) {
-  std::string csv = "case,element,poisson,cells_high,nodes,value,unit,reference,error,cpu_s\n";
-  Json cells = Json::array();
-  std::map<const TissueCase*, GridPanel> panels;
-  for (const Series& s : all) {
-    const std::string element = kTissueElementNames[static_cast<int>(s.element)];
+std::vector<const TissueCase*> chosen_cases(const std::string& only) {
+  std::vector<const TissueCase*> chosen;
+  for (const TissueCase& c : tissue_cases())
+    if ((c.family + ": " + c.name).find(only) != std::string::npos) chosen.push_back(&c);
+  if (chosen.empty())
+    throw InputError("--only", "no case has '" + only + "' in its name", "a part of one that the whole table has");
+  return chosen;
+}
+
+std::string percent_of(double error) { return std::isfinite(error) ? fmt::format("{:+.2g}", 100 * error) : "none found"; }
+
+void print_head() {
+  fmt::print("{:<36}{:>16} {:<16}{:<12}  {}\n", "case", "reference", "by", "element",
+             "cells: answer, error; order of the error in their size");
+}
+
+void print_series(const TissueSeries& s) {
+  fmt::print("{:<36}{:>16} {:<16}{:<12}", s.of->name, fmt::format("{:.5g} {}", s.of->reference, s.of->unit), s.of->by,
+             s.element_name());
+  for (const TissueMesh& m : s.meshes) fmt::print("  {}: {:.4g}, {} %", m.cells, m.found.value, percent_of(m.error));
+  if (const double p = s.order(); std::isfinite(p)) fmt::print("  order {:.1f}", p);
+  fmt::print("\n");
+  std::fflush(stdout);
+}
+
+/// The row of docs/results/tissue.md.
+std::string row_of(const TissueSeries& s) {
+  std::string cells, errors;
+  for (const TissueMesh& m : s.meshes) {
+    fmt::format_to(std::back_inserter(cells), "{}{}", cells.empty() ? "" : " / ", m.cells);
+    fmt::format_to(std::back_inserter(errors), "{}{}", errors.empty() ? "" : " / ", percent_of(m.error));
+  }
+  const double p = s.order();
+  return fmt::format("| {} | {:.4g} {} | {} | {} | {} | {} % | {} |\n", s.of->name, s.of->reference, s.of->unit, s.of->by,
+                     s.element_name(), cells, errors, std::isfinite(p) ? fmt::format("{:.1f}", p) : "");
+}
+
+std::string file_name(std::string text) {
+  for (char& c : text)
+    c = std::isalnum(static_cast<unsigned char>(c)) ? static_cast<char>(std::tolower(static_cast<unsigned char>(c))) : '-';
+  return text;
+}
+
+void plot_families(const std::filesystem::path& out, const std::vector<TissueSeries>& all) {
+  std::vector<std::pair<std::string, std::vector<GridPanel>>> families;
+  for (const TissueSeries& s : all) {
+    if (s.meshes.size() < 2 || s.of->cells.size() < 2) continue;
+    if (families.empty() || families.back().first != s.of->family) families.push_back({s.of->family, {}});
+    auto& panels = families.back().second;
+    if (panels.empty() || panels.back().title != s.of->name)
+      panels.push_back({s.of->name, "nodes", "error [%]", {}, "set logscale xy\nset format xy '%g'\nset yrange [0.01:3000]\n"});
     std::string points = "nodes,error_percent\n";
-    for (const TissueAnswer& a : s.answers) {
-      fmt::format_to(std::back_inserter(csv), "\"{}\",{},{},{},{},{:.6g},{},{},{:.6g},{:.3g}\n", s.of->name, element,
-                     s.of->poisson, a.cells_high, a.nodes, a.value, s.of->unit, s.of->reference, s.error(a), a.cpu_s);
-      fmt::format_to(std::back_inserter(points), "{},{:.6g}\n", a.nodes, 100 * std::abs(s.error(a)));
-      cells.push_back({{"case", s.of->name},
-                       {"element", element},
-                       {"cells_high", a.cells_high},
-                       {"nodes", a.nodes},
-                       {"value", a.value},
-                       {"unit", s.of->unit},
-                       {"reference", s.of->reference},
-                       {"error", s.error(a)},
-                       {"order", s.order()}});
-    }
-    const auto file = out / fmt::format("{}-{}.csv", s.of - tissue_cases().data(), element);
+    for (const TissueMesh& m : s.meshes)
+      if (std::isfinite(m.error))
+        fmt::format_to(std::back_inserter(points), "{},{:.6g}\n", m.found.nodes, 100 * std::abs(m.error));
+    const auto file = out / (file_name(s.of->name) + "-" + s.element_name() + ".csv");
     write_text(file, points);
-    GridPanel& panel = panels[s.of];
-    panel.title = s.of->name;
-    panel.x_label = "nodes";
-    panel.y_label = "error [%]";
-    panel.setup = "set logscale xy\nset format xy '%g'\nset yrange [0.05:3000]\n";
-    panel.curves.push_back({"1:2", element, static_cast<int>(s.element) + 1, file, "linespoints"});
+    panels.back().curves.push_back({"1:2", s.element_name(), static_cast<int>(s.element) + 1, file, "linespoints"});
+  }
+  for (const auto& [family, panels] : families)
+    plot_grid_with_one_legend(out / ("tissue-" + file_name(family) + ".svg"), "Error over the number of nodes: " + family, 3,
+                              panels);
+}
+
+void write_tissue(const std::filesystem::path& out, const std::vector<TissueSeries>& all) {
+  std::string csv = "family,case,element,cells,nodes,value,unit,reference,by,error,cpu_s\n", table;
+  Json rows = Json::array();
+  for (const TissueSeries& s : all) {
+    table += row_of(s);
+    for (const TissueMesh& m : s.meshes) {
+      fmt::format_to(std::back_inserter(csv), "{},\"{}\",{},{},{},{:.8g},{},{:.6g},{},{:.6g},{:.3g}\n", s.of->family, s.of->name,
+                     s.element_name(), m.cells, m.found.nodes, m.found.value, s.of->unit, s.of->reference, s.of->by, m.error,
+                     m.cpu_s);
+      Json row{{"family", s.of->family}, {"case", s.of->name},     {"element", s.element_name()}, {"cells", m.cells},
+               {"nodes", m.found.nodes}, {"value", m.found.value}, {"unit", s.of->unit},          {"reference", s.of->reference},
+               {"by", s.of->by},         {"error", m.error}};
+      if (const double p = s.order(); std::isfinite(p)) row["order"] = p;
+      rows.push_back(std::move(row));
+    }
   }
   write_text(out / "cells.csv", csv);
-  write_json(out / "summary.json", {{"cells", cells}});
-  std::vector<GridPanel> ordered;
-  for (const TissueCase& c : tissue_cases())
-    if (panels.contains(&c)) ordered.push_back(panels[&c]);
-  plot_grid_with_one_legend(out / "tissue.svg", "Error against CalculiX over the number of nodes", 3, ordered);
+  write_text(out / "table.md",
+             "| case | reference | by | element | cells | error | order |\n|---|---|---|---|---|---|---|\n" + table);
+  write_json(out / "summary.json", {{"cells", rows}});
+  plot_families(out, all);
 }
 
 int run_tissue(const TissueFlags& flags) {
+  const std::vector<const TissueCase*> cases = chosen_cases(flags.only);
   const auto out = make_output_folder(flags.out);
-  const std::vector<Series> all = run_all(flags.quick);
-  print(all);
-  write(out, all);
-  fmt::print("\n{}\n{}\n", (out / "tissue.svg").string(), (out / "summary.json").string());
+  std::vector<TissueSeries> all;
+  print_head();
+  for (const TissueCase* c : cases)
+    for (const TissueElement element : c->elements) {
+      TissueSeries& series = all.emplace_back(TissueSeries{c, element, {}});
+      const std::size_t meshes = flags.quick && c->cells.size() > 1 ? c->cells.size() - 1 : c->cells.size();
+      for (std::size_t k = 0; k < meshes; ++k) series.meshes.push_back(solve_mesh(*c, element, c->cells[k]));
+      print_series(series);
+    }
+  write_tissue(out, all);
+  fmt::print("\n{}\n{}\n", (out / "table.md").string(), (out / "summary.json").string());
   return 0;
 }
 
@@ -121,9 +165,11 @@ int run_tissue(const TissueFlags& flags) {
 
 void add_tissue(CLI::App& app, Run& run) {
   auto flags = std::make_shared<TissueFlags>();
-  CLI::App* c = app.add_subcommand("tissue", "how far bodies are from the continuum that they stand for, beside another solver");
+  CLI::App* c = app.add_subcommand(
+      "tissue", "how far bodies are from the continuum that they stand for: closed forms, theory, another solver");
   c->add_flag("--quick", flags->quick, "without the finest meshes");
-  c->add_option("--out", flags->out, "folder for cells.csv, summary.json and tissue.svg")->type_name("DIR")->required();
+  c->add_option("--only", flags->only, "cases with this in \"FAMILY: NAME\", as 'layers' or 'nu = 0.49'")->type_name("TEXT");
+  c->add_option("--out", flags->out, "folder for cells.csv, table.md, summary.json and plots")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_tissue(*flags); }; });
 }
 

@@ -1,0 +1,103 @@
+#include "bench/tissue/principal_law.hpp"
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <stdexcept>
+
+#include "server/scene/settings.hpp"
+
+namespace palpate {
+namespace {
+
+/// Parameters of the neo-Hookean law, of small strains as Lame's.
+struct Stable {
+  explicit Stable(const SolidMaterial& material) {
+    const Lame lame(material);
+    mu = 4.0 / 3 * lame.mu;
+    lambda = lame.lambda + 5.0 / 6 * lame.mu;
+    alpha = 1 + 3 * mu / (4 * lambda);
+  }
+  double mu = 0, lambda = 0, alpha = 1;
+};
+
+InvariantModuli moduli_of(const SolidMaterial& material) {
+  const Lame lame(material);
+  return invariant_moduli(material.law, material.shape, lame.mu, lame.lambda);
+}
+
+/// I_1 and I_2 less their values at rest, J.
+struct StretchInvariants {
+  explicit StretchInvariants(const Vec3& l)
+      : j(l.prod()),
+        first(l.squaredNorm() - 3 - 2 * (j - 1)),
+        of_cofactors((j * l.cwiseInverse()).squaredNorm()),
+        second(of_cofactors - 3 - 4 * (j - 1)) {}
+  double j, first, of_cofactors, second;
+};
+
+}  // namespace
+
+Lame::Lame(const SolidMaterial& material)
+    : mu(material.young_pa / (2 * (1 + material.poisson))),
+      lambda(material.young_pa * material.poisson / ((1 + material.poisson) * (1 - 2 * material.poisson))) {}
+
+double energy_density(const SolidMaterial& material, const Vec3& l) {
+  if (material.law == SolidLaw::corotational) {
+    const Lame lame(material);
+    const double trace = l.sum() - 3;
+    return lame.mu * (l.array() - 1).square().sum() + lame.lambda / 2 * trace * trace;
+  }
+  if (is_of_invariants(material.law)) {
+    const InvariantModuli law = moduli_of(material);
+    const StretchInvariants at(l);
+    const double grown = law.exponent > 0 ? std::expm1(law.exponent * at.first) / law.exponent : at.first;
+    return law.mu_1 / 2 * grown + law.mu_2 / 2 * at.second + law.lambda / 2 * (at.j - 1) * (at.j - 1);
+  }
+  const Stable law(material);
+  const double i = l.squaredNorm(), apart = l.prod() - law.alpha, at_rest = 1 - law.alpha;
+  return law.mu / 2 * (i - 3 - std::log((i + 1) / 4)) + law.lambda / 2 * (apart * apart - at_rest * at_rest);
+}
+
+Vec3 principal_stress(const SolidMaterial& material, const Vec3& l) {
+  if (material.law == SolidLaw::corotational) {
+    const Lame lame(material);
+    return (2 * lame.mu * (l.array() - 1) + lame.lambda * (l.sum() - 3)).matrix();
+  }
+  if (is_of_invariants(material.law)) {
+    const InvariantModuli law = moduli_of(material);
+    const StretchInvariants at(l);
+    const Vec3 dj = at.j * l.cwiseInverse();
+    const Vec3 d_second = 2 * (at.of_cofactors - dj.array().square()).matrix().cwiseQuotient(l) - 4 * dj;
+    return law.mu_1 * std::exp(law.exponent * at.first) * (l - dj) + law.mu_2 / 2 * d_second + law.lambda * (at.j - 1) * dj;
+  }
+  const Stable law(material);
+  const double j = l.prod();
+  return law.mu * (1 - 1 / (l.squaredNorm() + 1)) * l + law.lambda * (j - law.alpha) * j * l.cwiseInverse();
+}
+
+Mat3 stress_at(const SolidMaterial& material, const Mat3& f) {
+  const Eigen::JacobiSVD<Mat3> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return svd.matrixU() * principal_stress(material, svd.singularValues()).asDiagonal() * svd.matrixV().transpose();
+}
+
+double energy_by_first_invariant(const SolidMaterial& material, double first_invariant) {
+  if (material.law != SolidLaw::neo_hookean) throw std::logic_error("this law is not one of the first invariant");
+  return Stable(material).mu / 2 * (1 - 1 / (first_invariant + 1));
+}
+
+std::vector<NamedLaw> laws_at(double poisson) {
+  std::vector<NamedLaw> laws;
+  for (std::size_t k = 0; k < kSolidLawNames.size(); ++k) {
+    SolidMaterial material;
+    material.law = static_cast<SolidLaw>(k);
+    material.young_pa = 10e3;
+    material.poisson = poisson;
+    material.damping_s = 0;
+    if (material.law == SolidLaw::mooney_rivlin) material.shape = 0.3;
+    if (material.law == SolidLaw::veronda_westmann) material.shape = 2;
+    laws.push_back({kSolidLawNames[k], material});
+  }
+  return laws;
+}
+
+}  // namespace palpate

@@ -1,0 +1,44 @@
+// The laws of solids written in principal stretches l_i, apart from the kernels (server/body/tetra_kernel.hpp): what closed forms
+// are made of. For an isotropic law of energy density Psi(l_1, l_2, l_3) [J/m^3] and F = U diag(l) V^T
+//
+//     P = U diag(dPsi/dl_i) V^T     first Piola-Kirchhoff stress [Pa]
+//
+//   corotational   Psi = mu sum (l_i - 1)^2 + lambda/2 (sum l_i - 3)^2
+//   neo_hookean    Psi = mu/2 (I - 3 - ln((I + 1) / 4)) + lambda/2 ((J - alpha)^2 - (1 - alpha)^2),  I = sum l_i^2, J = l_1 l_2
+//   l_3
+//                  mu, lambda, alpha from Lame's parameters as the kernel's header says
+//   mooney_rivlin, veronda_westmann
+//                  Psi = mu_1/(2 b) (exp(b I_1) - 1) + mu_2/2 I_2 + lambda/2 (J - 1)^2,  I_1 = I - 3 - 2 (J - 1),
+//                  I_2 = sum (J / l_i)^2 - 3 - 4 (J - 1), as far as b I_1 < 4 (common/port/solid_law.hpp)
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "server/scene/scene.hpp"
+
+namespace palpate {
+
+/// Lame's parameters of small strains [Pa].
+struct Lame {
+  explicit Lame(const SolidMaterial& material);
+  double mu, lambda;
+};
+
+double energy_density(const SolidMaterial& material, const Vec3& stretches);
+/// dPsi/dl_i [Pa].
+Vec3 principal_stress(const SolidMaterial& material, const Vec3& stretches);
+/// P at any F of positive determinant.
+Mat3 stress_at(const SolidMaterial& material, const Mat3& f);
+/// dPsi/dI_1 [Pa] of a law that is a function of I_1 alone where nothing changes its volume; throws std::logic_error for others.
+double energy_by_first_invariant(const SolidMaterial& material, double first_invariant);
+
+/// Every law that a scene may name, with 10 kPa and the Poisson's ratio given, by its name; `shape` is 0.3 of mooney_rivlin, 2 of
+/// veronda_westmann.
+struct NamedLaw {
+  std::string name;
+  SolidMaterial material;
+};
+std::vector<NamedLaw> laws_at(double poisson);
+
+}  // namespace palpate

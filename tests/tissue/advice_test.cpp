@@ -1,0 +1,102 @@
+// What palpate-lab advise proposes: a scene that loads, costs that are those measured, errors against a finer mesh.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "bench/tissue/advice.hpp"
+#include "common/base/error.hpp"
+
+using namespace palpate;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// A box of 60 x 50 x 40 mm in millimetres, as OBJ, in a folder of its own.
+std::filesystem::path box_surface(const std::string& folder) {
+  const auto place = std::filesystem::temp_directory_path() / ("palpate-advice-" + folder);
+  std::filesystem::create_directories(place);
+  std::ofstream file(place / "box.obj");
+  for (int i = 0; i < 8; ++i) file << fmt::format("v {} {} {}\n", i & 1 ? 60 : 0, i & 2 ? 50 : 0, i & 4 ? 40 : 0);
+  file << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+  return place / "box.obj";
+}
+
+AdviceRequest for_box(const std::string& folder) {
+  AdviceRequest request;
+  request.surface = box_surface(folder);
+  request.scale = 1e-3;
+  request.material = "liver";
+  request.rate_hz = 2;
+  request.error = 0.2;
+  return request;
+}
+
+void say_nothing(const std::string&) {}
+
+}  // namespace
+
+TEST_CASE("Advice for a surface is a scene that loads, with the mesh, step and material that were promised") {
+  const AdviceRequest request = for_box("scene");
+  std::int64_t now = 0;
+  const Advice advice = advise(
+      request, [&] { return now += 1000; }, say_nothing);
+  const AdvisedMesh& mesh = advice.tried[advice.chosen];
+  CHECK(advice.true_enough);
+  CHECK(advice.error() <= request.error);
+  const std::string text = advised_scene(request, "box.obj", mesh.element, mesh.spacing_m, advice.step_s);
+  const auto file = request.surface.parent_path() / "box.json";
+  std::ofstream(file) << text;
+  const Scene scene = load_scene(file);
+  CHECK(scene.body.nodes.size() == mesh.nodes);
+  CHECK((mesh.element == SolidElement::hexahedron ? scene.body.hexahedra.size() : scene.body.tetrahedra.size()) == mesh.cells);
+  CHECK(scene.solver.step_s == Approx(advice.step_s));
+  CHECK(scene.body.materials.front().young_pa == 5500);
+}
+
+TEST_CASE("The cost that advice says is the stopwatch's: one ten times as fast makes it ten times as large") {
+  const AdviceRequest request = for_box("cost");
+  double frame_ms[2] = {};
+  std::int64_t tick_ns = 1000;
+  for (double& ms : frame_ms) {
+    std::int64_t now = 0;
+    const Advice advice = advise(
+        request, [&] { return now += tick_ns; }, say_nothing);
+    ms = advice.tried[advice.chosen].frame_ms();
+    tick_ns *= 10;
+  }
+  CHECK(frame_ms[0] > 0);
+  CHECK(frame_ms[1] == Approx(10 * frame_ms[0]).epsilon(1e-9));
+}
+
+TEST_CASE("A machine that is too slow for every mesh is said to be, and gets the fastest") {
+  std::int64_t now = 0;
+  const Advice advice = advise(
+      for_box("slow"), [&] { return now += 60'000'000'000; }, say_nothing);
+  CHECK_FALSE(advice.fast_enough);
+  for (const AdvisedMesh& mesh : advice.tried)
+    if (mesh.frame_ms() > 0) CHECK(mesh.frame_ms() >= advice.tried[advice.chosen].frame_ms());
+}
+
+TEST_CASE("Advice without a surface, a size or a material says what is wrong") {
+  const auto refusal = [](AdviceRequest request) {
+    try {
+      advise(
+          request, [] { return std::int64_t{}; }, say_nothing);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("nothing was refused");
+  };
+  AdviceRequest request = for_box("refused");
+  request.material = "cheese";
+  CHECK_THAT(refusal(request), Contains("--material: 'cheese' is not known") && Contains("--list-materials"));
+  request = for_box("refused");
+  request.scale = 1;
+  CHECK_THAT(refusal(request), Contains("--surface") && Contains("scale"));
+  request = for_box("refused");
+  request.surface = "no-such-file.stl";
+  CHECK_THAT(refusal(request), Contains("no-such-file.stl"));
+}
