@@ -192,6 +192,22 @@ TEST_CASE("The organ of hexahedra has the mass of what is inside its surface", "
   for (const double mass_kg : body.masses_kg) CHECK(mass_kg > 0);
 }
 
+TEST_CASE("What a law has besides its moduli is asked for, and refused with another law", "[scene][solid]") {
+  const Folder folder;
+  const auto with = [&](const std::string& fields) { return replaced(kBlock, "\"law\": \"corotational\"", fields); };
+  const auto error = [&](const std::string& fields) { return error_of(folder, with(fields)); };
+  CHECK(error(R"("law": "mooney-rivlin")").find("second_share") != std::string::npos);
+  CHECK(error(R"("law": "veronda-westmann")").find("exponent") != std::string::npos);
+  CHECK(error(R"("law": "veronda-westmann", "exponent": 51)").find("exponent") != std::string::npos);
+  CHECK(error(R"("law": "neo-hookean", "exponent": 2)").find("\"veronda-westmann\" alone") != std::string::npos);
+  CHECK(error(R"("law": "veronda-westmann", "exponent": 2, "second_share": 0.1)").find("second_share") != std::string::npos);
+  const auto body = load_scene(folder.write("a.json", with(R"("law": "veronda-westmann", "exponent": 2.5)"))).body;
+  for (const SolidMaterial& m : body.materials) {
+    CHECK(m.law == SolidLaw::veronda_westmann);
+    CHECK(m.shape == 2.5);
+  }
+}
+
 TEST_CASE("A mesh from a file is of tetrahedra, and another element is refused for it", "[scene][solid]") {
   const Folder folder;
   folder.write("a.msh", kMsh2);
