@@ -141,7 +141,8 @@ TetraLane second_of_exp(const TetraLane& x) {
   const TetraLane series =
       0.5F * x.square() *
       (1 + x * (1.0F / 3) * (1 + x * 0.25F * (1 + x * 0.2F * (1 + x * (1.0F / 6) * (1 + x * (1.0F / 7) * (1 + x * 0.125F))))));
-  return (x.abs() < kNear).select(series, x.exp() - 1 - x);
+  const auto near = (x.abs() < kNear).eval();
+  return near.all() ? series : TetraLane(near.select(series, x.exp() - 1 - x));
 }
 
 /// exp(x) - 1 - x - x^2 / 2, the same way.
@@ -180,9 +181,12 @@ struct InvariantResidual {
   /// (e there less e here) and that less its first order, both without mu_1.
   void changes(const TetraStamp& at, TetraLane& first, TetraLane& second) const {
     const TetraLane beyond = second_of_exp(y);
+    first = at.growth * (beyond + y);
+    second = at.growth * beyond;
+    if (smooth.all()) return;
     const TetraLane direct = growth(at) - at.growth;
-    first = smooth.select(at.growth * (beyond + y), direct);
-    second = smooth.select(at.growth * beyond, direct - slope_of(at) * y);
+    first = smooth.select(first, direct).eval();
+    second = smooth.select(second, direct - slope_of(at) * y).eval();
   }
   /// The integral of e over I_1 from here to there, less its first and second order in delta.
   TetraLane integral(const TetraStamp& at) const {

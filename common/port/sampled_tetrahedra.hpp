@@ -17,6 +17,7 @@
 // element's tangent at another F is stiffer by than at the stamp grows with the part of lambda that a mode without dilation meets
 // once the element has turned beyond it, lambda sin^2; so that of the element counts as
 //     S = sum w V [ (2 mu + lambda) H^T H + 2 lambda (G : H)^T (G : H) ],   G the cofactors of F, R of a corotational law,
+//     mu of a law of both invariants mu_1 (e + b e') + mu_2 at the stamp,
 // and where its largest eigenvalue s is beyond 4 / h^2, the modes are given A = (h^2 / 4 - 1 / s) S more mass, as for springs.
 // That is no bound for every F within the ball (which is a hundred times that for a nearly incompressible solid, and would slow
 // motions that matter); phi is what keeps the rest finite. tests/player and palpate-lab stability ask what comes of it.
