@@ -1,14 +1,19 @@
 // Where the nodes of a body are and how they move.
 #pragma once
 
+#include <memory>
+
 #include "server/body/block_matrix.hpp"
 
 namespace palpate {
+
+struct StressHistory;
 
 /// x, v: 3 N (node 0 x, y, z, node 1 x, ...) [m], [m/s].
 struct BodyState {
   double time_s = 0;
   Vector x, v;
+  std::shared_ptr<const StressHistory> history = nullptr;  ///< of a solid whose stress fades (relaxation.hpp); none: it has faded nowhere
 };
 
 inline auto at_node(const Vector& y, std::uint32_t node) { return y.segment<3>(3 * static_cast<Eigen::Index>(node)); }

@@ -8,7 +8,8 @@ Dynamics::Dynamics(const LumpedBody& body)
       pattern_(static_cast<std::uint32_t>(body.nodes.size()), edges_of(body)),
       springs_(body, pattern_),
       tetrahedra_(body, pattern_),
-      hexahedra_(body, pattern_) {
+      hexahedra_(body, pattern_),
+      relaxation_(body, tetrahedra_, hexahedra_, pattern_) {
   for (std::uint32_t i = 0; i < nodes(); ++i) at_node(masses_, i).setConstant(body.masses_kg[i]);
 }
 
@@ -29,7 +30,8 @@ void Dynamics::forces(const Vector& x, const Vector& v, Vector& f) const {
 }
 
 Vec3 Dynamics::element_force(const BodyState& state, std::uint32_t node) const {
-  return springs_.force_on(state, node) + tetrahedra_.force_on(state, node) + hexahedra_.force_on(state, node);
+  return springs_.force_on(state, node) + tetrahedra_.force_on(state, node) + hexahedra_.force_on(state, node) +
+         relaxation_.force_on(state, node);
 }
 
 BlockMatrix Dynamics::make_matrix() const { return pattern_; }
@@ -42,6 +44,7 @@ void Dynamics::assemble(const BodyState& state, double c_m, double c_d, double c
   springs_.add_tangents(state, c_d, c_k, held, clamp, a);
   tetrahedra_.add_tangents(state, c_d, c_k, held, clamp, a);
   hexahedra_.add_tangents(state, c_d, c_k, held, clamp, a);
+  relaxation_.add_tangents(state, c_k, held, clamp, a);
   if (!body_->planar) return;
   // Nothing couples the nodes of a planar body across its plane; with c_m = 0 those rows would be empty.
   for (std::uint32_t i = 0; i < nodes(); ++i)
@@ -59,13 +62,14 @@ void Dynamics::multiply_tangents(const BodyState& state, const Vector& y, Vector
   pack_columns(d_y, 0, d);
   tetrahedra_.add_products(tetrahedra_.tangents(state), in, k, d);
   hexahedra_.add_products(hexahedra_.tangents(state), in, k, d);
+  relaxation_.add_products(state.history.get(), in, 1, k);
   unpack_columns(k, 0, k_y);
   unpack_columns(d, 0, d_y);
 }
 
 double Dynamics::energy(const BodyState& state) const {
   double energy = 0.5 * state.v.dot(masses_.cwiseProduct(state.v)) + springs_.energy(state.x) + tetrahedra_.energy(state.x) +
-                  hexahedra_.energy(state.x);
+                  hexahedra_.energy(state.x) + relaxation_.energy(state);
   for (std::uint32_t i = 0; i < nodes(); ++i)
     energy -= body_->masses_kg[i] * body_->gravity_m_s2.dot(at_node(state.x, i) - body_->nodes[i]);
   return energy;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "server/body/hexahedra.hpp"
+#include "server/body/relaxation.hpp"
 #include "server/body/springs.hpp"
 #include "server/body/tetrahedra.hpp"
 
@@ -19,6 +20,8 @@ namespace palpate {
 class Dynamics {
  public:
   explicit Dynamics(const LumpedBody& body);
+  Dynamics(const Dynamics&) = delete;
+  Dynamics& operator=(const Dynamics&) = delete;
 
   std::uint32_t nodes() const { return static_cast<std::uint32_t>(body_->nodes.size()); }
   const LumpedBody& body() const { return *body_; }
@@ -26,9 +29,15 @@ class Dynamics {
   BodyState rest_state() const;
   const Tetrahedra& tetrahedra() const { return tetrahedra_; }
   const Hexahedra& hexahedra() const { return hexahedra_; }
+  const Relaxation& relaxation() const { return relaxation_; }
 
-  /// F(x, v): element forces and gravity.
+  /// F(x, v): element forces and gravity, without what has faded.
   void forces(const Vector& x, const Vector& v, Vector& f) const;
+  /// All of F.
+  void forces(const BodyState& state, Vector& f) const {
+    forces(state.x, state.v, f);
+    relaxation_.add_forces(state, f);
+  }
   /// Force of the elements alone on one node: what a tool feels that holds it (the node's own weight and mass are not felt).
   Vec3 element_force(const BodyState& state, std::uint32_t node) const;
 
@@ -51,6 +60,7 @@ class Dynamics {
   Springs springs_;
   Tetrahedra tetrahedra_;
   Hexahedra hexahedra_;
+  Relaxation relaxation_;
 };
 
 /// Sets the rows of held nodes to zero.

@@ -54,13 +54,15 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
     const double h = left / std::ceil(left / h_try - 1e-9);
     const BodyState before = state;
     const std::vector<ToolPort> ports_before = ports;
-    if (!is_alone(ports))
-      most_j.reset();
-    else if (!most_j)
+    const Relaxation& relaxation = dynamics_->relaxation();
+    relaxation.relax(h / 2, state);
+    if (!is_alone(ports) || !relaxation.empty()) most_j.reset();
+    if (is_alone(ports) && !most_j)
       most_j = dynamics_->energy(state);
     touched_ = false;
     const bool ok = step(state, ports, h, tools, report) && !(most_j && !touched_ && gains_energy(before, state, *most_j));
     if (ok && (same_contacts(ports_before, ports) || h <= 1.01 * options_.event_step_s)) {
+      relaxation.relax(h / 2, state);
       ++report.steps;
       h_try = std::min(step_s, 2 * h_try);
       if (touched_) most_j.reset();
@@ -123,7 +125,7 @@ bool Integrator::damped_step(BodyState& state, std::vector<ToolPort>& ports, dou
 }
 
 void Integrator::total_forces(const BodyState& state, const std::vector<ToolPort>& ports, Vector& f) const {
-  dynamics_->forces(state.x, state.v, f);
+  dynamics_->forces(state, f);
   for (const ToolPort& p : ports) {
     if (p.kind != ContactKind::touch || !p.touching) continue;
     scatter(skin_->weights(p.point), p.lambda, f);

@@ -44,7 +44,7 @@ class Search {
 
   /// The forces where the body is, and the largest of them.
   void balance() {
-    dynamics_->forces(found_.state.x, found_.state.v, f_);
+    dynamics_->forces(found_.state, f_);
     mask(fixed(), f_);
     found_.residual_n = 0;
     for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) found_.residual_n = std::max(found_.residual_n, at_node(f_, i).norm());
@@ -100,7 +100,16 @@ Equilibrium find_equilibrium(const Dynamics& dynamics) {
   return find_equilibrium(dynamics, dynamics.rest_state());
 }
 
-Equilibrium find_equilibrium(const Dynamics& dynamics, const BodyState& from) { return Search(dynamics, from).run(); }
+Equilibrium find_equilibrium(const Dynamics& dynamics, const BodyState& from) {
+  if (dynamics.relaxation().empty()) return Search(dynamics, from).run();
+  LumpedBody relaxed = dynamics.body();
+  relaxed.relaxation.clear();
+  for (SolidMaterial& material : relaxed.materials) material.young_pa *= dynamics.relaxation().left();
+  const Dynamics slow(relaxed);
+  Equilibrium equilibrium = Search(slow, {from.time_s, from.x, from.v, nullptr}).run();
+  dynamics.relaxation().relax_fully(equilibrium.state);
+  return equilibrium;
+}
 
 BodyState settled_state(const Dynamics& dynamics) {
   Equilibrium equilibrium = find_equilibrium(dynamics);

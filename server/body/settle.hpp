@@ -4,7 +4,8 @@
 //     (M / h^2 + K) dx = F(x, 0),      K = -dF/dx, its negative eigenvalues clamped where the matrix is not positive definite
 // along which the potential energy U (elastic and gravity's) has to fall; a step that does not is halved. h begins at kFirstS and
 // grows by kGrowth with every step that is taken whole, so that the last steps are Newton's, and shrinks where one was cut. The
-// path is that of a body which sinks through honey: of several equilibria it finds one that is stable.
+// path is that of a body which sinks through honey: of several equilibria it finds one that is stable. A body whose stress fades
+// (relaxation.hpp) has hung for ever: it is found with what is left of its materials.
 //
 // Source: Kelley and Keyes, Convergence analysis of pseudo-transient continuation, SIAM J. Numer. Anal. 35 (1998).
 #pragma once

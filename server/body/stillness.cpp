@@ -7,7 +7,7 @@
 namespace palpate {
 
 Stillness::Stillness(const Dynamics& dynamics, double softest_1_s2, Vector rest)
-    : dynamics_(&dynamics), rest_(std::move(rest)), w2_(kSofter * softest_1_s2) {
+    : dynamics_(&dynamics), rest_(std::move(rest)), w2_(kSofter * dynamics.relaxation().left() * softest_1_s2) {
   double lightest_kg = std::numeric_limits<double>::infinity();
   for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
     if (!dynamics.body().fixed[i]) lightest_kg = std::min(lightest_kg, dynamics.body().masses_kg[i]);
@@ -16,11 +16,23 @@ Stillness::Stillness(const Dynamics& dynamics, double softest_1_s2, Vector rest)
 
 /// q^T K q, or a bound of it.
 double Stillness::unbalanced(const BodyState& state) {
-  dynamics_->forces(state.x, Vector::Zero(state.x.size()), f_);
+  const BodyState still{state.time_s, state.x, Vector::Zero(state.x.size()), state.history};
+  dynamics_->forces(still, f_);
+  const double now = unbalanced_by(state.x);
+  const Relaxation& relaxation = dynamics_->relaxation();
+  if (relaxation.empty()) return now;
+  dynamics_->forces(still, f_);
+  const std::vector<Vector> pulls = relaxation.pulls(still);
+  for (std::size_t k = 0; k < pulls.size(); ++k) f_ += relaxation.branches()[k].share * pulls[k];
+  return std::max(now, unbalanced_by(state.x));
+}
+
+/// The same with these forces.
+double Stillness::unbalanced_by(const Vector& x) {
   mask(dynamics_->body().fixed, f_);
   const double bound = f_.dot(f_.cwiseQuotient(dynamics_->masses())) / w2_;
-  if ((state.x - rest_).lpNorm<Eigen::Infinity>() > kBackM) return bound;
-  return std::clamp(-f_.dot(state.x - rest_), 0.0, bound);
+  if ((x - rest_).lpNorm<Eigen::Infinity>() > kBackM) return bound;
+  return std::clamp(-f_.dot(x - rest_), 0.0, bound);
 }
 
 bool Stillness::holds(const BodyState& state) {

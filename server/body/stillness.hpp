@@ -9,6 +9,8 @@
 // Implicit steps end with forces out of balance in stiff directions, of which w says far too much. A body that is back where it
 // rests, within kBackM of x_r, has q^T K q = -F^T (x - x_r), which is what counts there if it is less.
 //
+// Where stress fades (relaxation.hpp) w is of what is left of it, and what would be out of balance once all had faded counts too.
+//
 // A body that is not fixed anywhere (w = 0) never counts as still.
 #pragma once
 
@@ -33,6 +35,7 @@ class Stillness {
 
  private:
   double unbalanced(const BodyState& state);
+  double unbalanced_by(const Vector& x);
 
   const Dynamics* dynamics_;
   Vector rest_;

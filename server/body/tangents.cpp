@@ -49,6 +49,7 @@ void Tangents::take(const BodyState& state) {
   }
   tetrahedra_ = dynamics_->tetrahedra().tangents(state);
   hexahedra_ = dynamics_->hexahedra().tangents(state);
+  history_ = state.history;
 }
 
 void Tangents::assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
@@ -98,6 +99,7 @@ void Tangents::multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
     add_springs(in, k, d);
     dynamics_->tetrahedra().add_products(tetrahedra_, in, k, d);
     dynamics_->hexahedra().add_products(hexahedra_, in, k, d);
+    dynamics_->relaxation().add_products(history_.get(), in, 1, k);
     unpack_columns(k, first, k_y);
     unpack_columns(d, first, d_y);
   }
@@ -112,6 +114,7 @@ void Tangents::multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum
     add_sum_of_springs(in, c_k, c_d, out);
     dynamics_->tetrahedra().add_sums(tetrahedra_, in, c_k, c_d, out);
     dynamics_->hexahedra().add_sums(hexahedra_, in, c_k, c_d, out);
+    dynamics_->relaxation().add_products(history_.get(), in, c_k, out);
     unpack_columns(out, first, sum);
   }
 }

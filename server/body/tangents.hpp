@@ -3,7 +3,7 @@
 //     K y = sum_e ( (T' - t) n n^T + t I ) (y_a - y_b),     D y = sum_e b n n^T (y_a - y_b),     t = s / L
 //
 // n direction, T' slope, s force, L length and b damper of element e between nodes a and b (element_kernel.hpp); what acts on a
-// acts the other way on b; of finite elements those of tetrahedra.hpp and hexahedra.hpp. For products the matrices are not put
+// acts the other way on b; of finite elements those of tetrahedra.hpp, hexahedra.hpp and relaxation.hpp. For products the matrices are not put
 // together: a spring has six numbers and its two blocks of a row eighteen, and it is memory that limits a product.
 #pragma once
 
@@ -46,6 +46,7 @@ class Tangents {
   std::vector<Spring> springs_;
   std::vector<TetraTangent> tetrahedra_;
   std::vector<HexaTangent> hexahedra_;
+  std::shared_ptr<const StressHistory> history_;
 };
 
 }  // namespace palpate

@@ -23,6 +23,11 @@ class Tetrahedra {
 
   bool empty() const { return cells_.empty(); }
   const TetraRest& rest(std::uint32_t tetrahedron) const { return cells_[tetrahedron].rest; }
+  const TetraMaterial& material(std::uint32_t tetrahedron) const { return materials_[cells_[tetrahedron].material]; }
+  /// F of one.
+  Mat3 gradient(std::uint32_t tetrahedron, const Vector& x) const {
+    return nodes_of(cells_[tetrahedron], x) * cells_[tetrahedron].rest.b.transpose();
+  }
   /// f += forces of the elements.
   void add_forces(const Vector& x, const Vector& v, Vector& f) const;
   Vec3 force_on(const BodyState& state, std::uint32_t node) const;

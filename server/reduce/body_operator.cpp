@@ -9,7 +9,7 @@ bool WholeBody::factorises(const Dynamics& dynamics) {
 
 Vector WholeBody::forces() const {
   Vector f;
-  dynamics_->forces(state_->x, state_->v, f);
+  dynamics_->forces(*state_, f);
   return f;
 }
 

@@ -142,6 +142,7 @@ const NodeArrays& RefinedSolid::forces(const BodyState& state) {
   Vector f = Vector::Zero(state.x.size());
   body_->dynamics().tetrahedra().add_forces(state.x, state.v, f);
   body_->dynamics().hexahedra().add_forces(state.x, state.v, f);
+  body_->dynamics().relaxation().add_forces(state, f);
   for (std::uint32_t i = 0; i < body_->dynamics().nodes(); ++i) f_.set(i, at_node(f, i));
   return f_;
 }

@@ -9,6 +9,7 @@
 #include "server/scene/clip.hpp"
 #include "server/scene/fixing.hpp"
 #include "server/scene/hexa_mesh.hpp"
+#include "server/scene/materials.hpp"
 #include "server/scene/mesh_solid.hpp"
 #include "server/scene/scene_text.hpp"
 #include "server/scene/surface.hpp"
@@ -186,6 +187,7 @@ void fill_cells(LatticeBody& lattice, const CellSet& cells, const LatticeSetting
   body.mass_damping_1_s = settings.solid->mass_damping_1_s;
   body.materials = {settings.solid->material};
   for (const LayerSettings& layer : settings.layers) body.materials.push_back(layer.material);
+  set_relaxation(body, settings.solid->relaxation);
   const auto place = [&](auto& elements) {
     for (auto& element : elements) element.material = layer_at(centre_of(element, body.nodes), settings);
     body.masses_kg = lumped_masses(elements, body.nodes, settings.density_kg_m3);

@@ -35,6 +35,24 @@ class Fields {
     if (first > last) refuse(list, name, "falls", "the lower number first");
     return {first, last};
   }
+  /// Branches of a Prony series; none where the field is missing.
+  std::vector<PronyBranch> relaxation(const char* name) {
+    std::vector<PronyBranch> out;
+    if (!root_.find(name)) return out;
+    const Json& list = field(name, Json::Kind::array, "a list of branches");
+    double fading = 0;
+    for (const Json& item : list.items) {
+      const Json *const share = item.find("share"), *const time_s = item.find("time_s");
+      if (item.kind != Json::Kind::object || !share || !time_s || item.items.size() != 2)
+        refuse(item, name, "has another branch", "{\"share\": ..., \"time_s\": ...}");
+      out.push_back({in_range(*share, name, 0, kMaxFadingShare), in_range(*time_s, name, kMinFadingS, kMaxFadingS)});
+      fading += out.back().share;
+    }
+    if (out.size() > kMaxPronyBranches || fading > kMaxFadingShare)
+      refuse(list, name, fmt::format("has {} branches of {} in all", out.size(), fading),
+             fmt::format("at most {} of at most {}", kMaxPronyBranches, kMaxFadingShare));
+    return out;
+  }
   [[noreturn]] void refuse(const char* name, const std::string& what, const std::string& expected) {
     refuse(*root_.find(name), name, what, expected);
   }
@@ -96,9 +114,17 @@ NamedMaterial read_material(std::string_view text, const std::string& file) {
   if (out.solid.law == SolidLaw::mooney_rivlin) out.solid.shape = fields.number("second_share", 0, kMaxSecondShare);
   if (out.solid.law == SolidLaw::veronda_westmann) out.solid.shape = fields.number("exponent", 0, kMaxExponent);
   out.solid.damping_s = fields.number("damping_s", 0, kMaxDampingS);
+  out.relaxation = fields.relaxation("relaxation");
   out.density_kg_m3 = fields.number("density_kg_m3", 1, 30000);
   fields.finish();
   return out;
+}
+
+void set_relaxation(LumpedBody& body, const std::vector<PronyBranch>& relaxation) {
+  double left = 1;
+  for (const PronyBranch& branch : relaxation) left -= branch.share;
+  for (SolidMaterial& material : body.materials) material.young_pa /= left;
+  body.relaxation = relaxation;
 }
 
 const std::vector<NamedMaterial>& named_materials() {

@@ -10,13 +10,18 @@ namespace palpate {
 
 /// Of what a scene or a file may say.
 inline constexpr double kMinYoungPa = 1, kMaxYoungPa = 1e9, kMaxPoisson = 0.499, kMaxDampingS = 10;
+inline constexpr double kMinFadingS = 0.01, kMaxFadingS = 1e5;
 
 struct NamedMaterial {
   std::string name, what, source;
-  SolidMaterial solid;
+  SolidMaterial solid;  ///< of slow motions
+  std::vector<PronyBranch> relaxation;
   double young_low_pa = 0, young_high_pa = 0;  ///< what is found in the literature
   double density_kg_m3 = 0;
 };
+
+/// Gives a body whose materials are of slow motions its relaxation; they then are those of fast ones.
+void set_relaxation(LumpedBody& body, const std::vector<PronyBranch>& relaxation);
 
 /// Reads one file. Throws InputError with file, line and field.
 NamedMaterial read_material(std::string_view text, const std::string& file);

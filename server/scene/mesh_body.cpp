@@ -3,6 +3,7 @@
 #include <map>
 
 #include "server/scene/fixing.hpp"
+#include "server/scene/materials.hpp"
 #include "server/scene/tetra_file.hpp"
 
 namespace palpate {
@@ -34,6 +35,7 @@ LumpedBody build_mesh_body(const MeshBodySettings& settings, const SceneText& te
   body.nodes = std::move(mesh.vertices);
   body.tetrahedra = std::move(mesh.cells);
   set_materials(body, settings, text);
+  set_relaxation(body, settings.solid.relaxation);
   body.mass_damping_1_s = settings.solid.mass_damping_1_s;
   body.masses_kg = lumped_masses(body.tetrahedra, body.nodes, settings.density_kg_m3);
   body.triangles = outer_faces(body.tetrahedra);

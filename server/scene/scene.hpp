@@ -60,7 +60,8 @@ struct LumpedBody {
   std::vector<Element> elements;
   std::vector<Tetrahedron> tetrahedra;
   std::vector<Hexahedron> hexahedra;  ///< never beside tetrahedra
-  std::vector<SolidMaterial> materials;
+  std::vector<SolidMaterial> materials;  ///< of fast motions
+  std::vector<PronyBranch> relaxation;   ///< of all of them (server/body/relaxation.hpp)
   double mass_damping_1_s = 0;      ///< of finite elements: a force -c m v on every node (mass-proportional Rayleigh damping)
   std::vector<Triangle> triangles;  ///< closed outer surface over nodes, outward counter-clockwise; empty for planar bodies
   SpringLaw law = SpringLaw::linear;

@@ -23,6 +23,7 @@ struct SolidSettings {
   SolidElement element = kUsualElement;
   SolidMaterial material;
   double mass_damping_1_s = 0;
+  std::vector<PronyBranch> relaxation;  ///< shares of the stress of fast motions; `material` is of slow ones
 };
 
 /// Springs that together resist as an isotropic solid does (cauchy_lattice.hpp), in the place of one stiffness for all.

@@ -56,6 +56,13 @@ Json to_json(const SolidSettings& solid) {
   if (solid.material.law == SolidLaw::mooney_rivlin) out.add("second_share", Json::number(solid.material.shape));
   if (solid.material.law == SolidLaw::veronda_westmann) out.add("exponent", Json::number(solid.material.shape));
   out.add("mass_damping_1_s", Json::number(solid.mass_damping_1_s));
+  Json& branches = out.add("relaxation", Json::array());
+  for (const PronyBranch& branch : solid.relaxation) {
+    Json item = Json::object();
+    item.add("share", Json::number(branch.share));
+    item.add("time_s", Json::number(branch.time_s));
+    branches.items.push_back(std::move(item));
+  }
   return out;
 }
 

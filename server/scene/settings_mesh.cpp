@@ -1,4 +1,6 @@
 // Finite elements: what they are made of, and bodies that come as a mesh of them.
+#include <fmt/format.h>
+
 #include "server/scene/settings_fields.hpp"
 
 namespace palpate {
@@ -30,6 +32,24 @@ void take_shape(const SceneText& text, const std::string& path, const schema::So
     if (field.value && out.law != field.law) text.refuse(where, where + " is given", "it with \"law\": \"" + law + "\" alone");
     if (out.law == field.law && (field.value || !named)) out.shape = required(text, where, field.value, 0, field.most, "");
   }
+}
+
+/// From the scene, else from the material.
+std::vector<PronyBranch> read_relaxation(const SceneText& text, const std::string& path, const schema::SolidT& in) {
+  if (!text.has(path))
+    return in.material.empty() ? std::vector<PronyBranch>() : named_material(text, path, in.material).relaxation;
+  if (in.relaxation.size() > kMaxPronyBranches) text.refuse(path, "at most " + std::to_string(kMaxPronyBranches) + " branches");
+  std::vector<PronyBranch> out;
+  double fading = 0;
+  for (std::size_t i = 0; i < in.relaxation.size(); ++i) {
+    const std::string branch = at(path, i);
+    out.push_back({required(text, branch + ".share", in.relaxation[i]->share, 0, kMaxFadingShare, ""),
+                   required(text, branch + ".time_s", in.relaxation[i]->time_s, kMinFadingS, kMaxFadingS, "s")});
+    fading += out.back().share;
+  }
+  if (fading > kMaxFadingShare)
+    text.refuse(path, path + " has shares of " + fmt::format("{:.4g}", fading) + " together", fmt::format("at most {:.4g}", kMaxFadingShare));
+  return out;
 }
 
 }  // namespace
@@ -68,6 +88,7 @@ SolidSettings read_solid(const SceneText& text, const std::string& path, const s
   take_shape(text, path, in, out.material);
   text.in_range(path + ".mass_damping_1_s", in.mass_damping_1_s, 0, kMaxMassDamping, "1/s");
   out.mass_damping_1_s = in.mass_damping_1_s;
+  out.relaxation = read_relaxation(text, path + ".relaxation", in);
   return out;
 }
 

@@ -1,0 +1,230 @@
+#include "server/body/relaxation.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "common/port/polar.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr int kOfTetra = 6, kOfHexa = 6 + 3 * kModesOfHexa;  // numbers of a stress
+using Stress = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kOfHexa, 1>;
+
+void put_symmetric(const Mat3& s, Stress& to) {
+  to.head<6>() << s(0, 0), s(1, 1), s(2, 2), 0.5 * (s(0, 1) + s(1, 0)), 0.5 * (s(1, 2) + s(2, 1)), 0.5 * (s(2, 0) + s(0, 2));
+}
+
+template <class Numbers>
+Mat3 symmetric_of(const Numbers& s) {
+  Mat3 m;
+  m << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
+  return m;
+}
+
+/// F^-1, of a flat element bounded.
+Mat3 back(const Mat3& f) {
+  const Mat3 g = cofactors(f);
+  return g.transpose() / std::max(f.col(0).dot(g.col(0)), Relaxation::kLeastVolume);
+}
+
+/// Pairs of n nodes, row by row.
+template <class Of>
+void for_pairs(int n, const Of& of) {
+  std::size_t k = 0;
+  for (int i = 0; i < n; ++i)
+    for (int j = i + 1; j < n; ++j) of(k++, i, j);
+}
+
+}  // namespace
+
+Relaxation::Relaxation(const LumpedBody& body, const Tetrahedra& tetrahedra, const Hexahedra& hexahedra,
+                       const BlockPattern& pattern)
+    : body_(&body), tetrahedra_(&tetrahedra), hexahedra_(&hexahedra) {
+  if (empty()) return;
+  assert(body.is_solid() && left() > 0);
+  std::vector<std::uint32_t> of_entry(pattern.block_count(), 0);
+  first_.assign(body.nodes.size() + 1, 0);
+  for (const auto& [a, b] : edges_of(body)) {
+    of_entry[pattern.find(a, b)] = of_entry[pattern.find(b, a)] = static_cast<std::uint32_t>(pairs_.size());
+    pairs_.push_back({a, b, pattern.find(a, b), pattern.find(b, a)});
+    ++first_[a + 1], ++first_[b + 1];
+  }
+  for (std::size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
+  incident_.resize(2 * pairs_.size());
+  auto next = first_;
+  for (std::uint32_t k = 0; k < pairs_.size(); ++k) incident_[next[pairs_[k].a]++] = incident_[next[pairs_[k].b]++] = k;
+  const auto take = [&](const auto& nodes) {
+    for_pairs(static_cast<int>(nodes.size()), [&](std::size_t, int i, int j) {
+      pair_of_.push_back(of_entry[pattern.find(nodes[static_cast<std::size_t>(i)], nodes[static_cast<std::size_t>(j)])]);
+    });
+  };
+  for (const Tetrahedron& t : body.tetrahedra) take(t.nodes);
+  for (const Hexahedron& h : body.hexahedra) take(h.nodes);
+}
+
+double Relaxation::left() const {
+  double left = 1;
+  for (const PronyBranch& branch : branches()) left -= branch.share;
+  return left;
+}
+
+std::uint32_t Relaxation::elements() const {
+  return static_cast<std::uint32_t>(body_->tetrahedra.size() + body_->hexahedra.size());
+}
+
+Matrix Relaxation::elastic(const Vector& x) const {
+  const bool hexa = !hexahedra_->empty();
+  Matrix all(hexa ? kOfHexa : kOfTetra, elements());
+  Stress s(all.rows());
+  for (std::uint32_t e = 0; e < elements(); ++e) {
+    if (hexa) {
+      const Mat37 at = hexahedra_->gradient(e, x);
+      const HexaShape& shape = hexahedra_->shape(e);
+      const Mat37 p = elastic_stress(hexahedra_->material(e), shape.modes, shape.rest, at);
+      const Mat3 f_back = back(at.leftCols<3>());
+      const Mat34 of_modes = f_back * p.rightCols<4>();
+      put_symmetric(f_back * (p.leftCols<3>() - at.rightCols<4>() * of_modes.transpose()), s);
+      s.tail<12>() = of_modes.reshaped();
+    } else {
+      const Mat3 f = tetrahedra_->gradient(e, x);
+      put_symmetric(tetrahedra_->rest(e).volume_m3 * back(f) * elastic_stress(tetrahedra_->material(e), f), s);
+    }
+    all.col(e) = s;
+  }
+  return all;
+}
+
+void Relaxation::add_densities(const Matrix& stress, double share, Vector& q) const {
+  const std::uint32_t* pair = pair_of_.data();
+  for (std::uint32_t e = 0; e < elements(); ++e) {
+    const Mat3 z = share * symmetric_of(stress.col(e));
+    if (hexahedra_->empty()) {
+      const Mat34& b = tetrahedra_->rest(e).b;
+      const Mat34 z_b = z * b;
+      for_pairs(4, [&](std::size_t, int i, int j) { q[*pair++] += b.col(i).dot(z_b.col(j)); });
+    } else {
+      const Mat78& g = hexahedra_->shape(e).rest.g;
+      const Mat34 of_modes = share * stress.col(e).tail<12>().reshaped(3, 4);
+      Mat78 z_g;
+      z_g.topRows<3>() = z * g.topRows<3>() + of_modes * g.bottomRows<4>();
+      z_g.bottomRows<4>() = of_modes.transpose() * g.topRows<3>();
+      for_pairs(8, [&](std::size_t, int i, int j) { q[*pair++] += g.col(i).dot(z_g.col(j)); });
+    }
+  }
+}
+
+Vector Relaxation::densities(const std::vector<Matrix>& relaxed) const {
+  Vector q = Vector::Zero(static_cast<Eigen::Index>(pairs_.size()));
+  for (std::size_t k = 0; k < relaxed.size(); ++k) add_densities(relaxed[k], branches()[k].share, q);
+  return q;
+}
+
+void Relaxation::relax(double h_s, BodyState& state) const {
+  if (empty()) return;
+  auto next = std::make_shared<StressHistory>();
+  const StressHistory* const before = state.history.get();
+  next->elastic = before && before->at == state.x ? before->elastic : elastic(state.x);
+  next->at = state.x;
+  for (std::size_t k = 0; k < branches().size(); ++k) {
+    const double stays = std::exp(-h_s / branches()[k].time_s);
+    next->relaxed.push_back((1 - stays) * next->elastic);
+    if (before) next->relaxed[k] += stays * before->relaxed[k];
+  }
+  next->densities = densities(next->relaxed);
+  state.history = std::move(next);
+}
+
+void Relaxation::relax_fully(BodyState& state) const {
+  if (empty()) return;
+  auto next = std::make_shared<StressHistory>();
+  next->elastic = elastic(state.x);
+  next->at = state.x;
+  next->relaxed.assign(branches().size(), next->elastic);
+  next->densities = densities(next->relaxed);
+  state.history = std::move(next);
+}
+
+void Relaxation::add_forces(const BodyState& state, Vector& f) const {
+  if (!state.history) return;
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    const Pair& p = pairs_[k];
+    const Vec3 pull = state.history->densities[static_cast<Eigen::Index>(k)] * (at_node(state.x, p.b) - at_node(state.x, p.a));
+    at_node(f, p.a) += pull;
+    at_node(f, p.b) -= pull;
+  }
+}
+
+Vec3 Relaxation::force_on(const BodyState& state, std::uint32_t node) const {
+  Vec3 sum = Vec3::Zero();
+  if (!state.history) return sum;
+  for (std::uint32_t k = first_[node]; k < first_[node + 1]; ++k) {
+    const Pair& p = pairs_[incident_[k]];
+    sum += state.history->densities[incident_[k]] * (at_node(state.x, p.a == node ? p.b : p.a) - at_node(state.x, node));
+  }
+  return sum;
+}
+
+std::vector<Vector> Relaxation::pulls(const BodyState& state) const {
+  std::vector<Vector> pulls;
+  if (empty()) return pulls;
+  const Matrix now = elastic(state.x);
+  for (std::size_t k = 0; k < branches().size(); ++k) {
+    auto of = std::make_shared<StressHistory>();
+    of->densities = Vector::Zero(static_cast<Eigen::Index>(pairs_.size()));
+    add_densities(state.history ? Matrix(now - state.history->relaxed[k]) : now, 1, of->densities);
+    BodyState at{state.time_s, state.x, state.v, std::move(of)};
+    add_forces(at, pulls.emplace_back(Vector::Zero(state.x.size())));
+  }
+  return pulls;
+}
+
+void Relaxation::add_tangents(const BodyState& state, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
+                              BlockMatrix& a) const {
+  if (!state.history) return;
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    const Pair& p = pairs_[k];
+    const double q = c_k * state.history->densities[static_cast<Eigen::Index>(k)];
+    if (clamp && q < 0) continue;
+    if (!held[p.a]) a.block(a.diagonal(p.a)).diagonal().array() += q;
+    if (!held[p.b]) a.block(a.diagonal(p.b)).diagonal().array() += q;
+    if (held[p.a] || held[p.b]) continue;
+    a.block(p.upper).diagonal().array() -= q;
+    a.block(p.lower).diagonal().array() -= q;
+  }
+}
+
+void Relaxation::add_products(const StressHistory* history, const std::vector<NodeLanes>& y, double c_k,
+                              std::vector<NodeLanes>& to) const {
+  if (!history) return;
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    const Pair& p = pairs_[k];
+    const double q = c_k * history->densities[static_cast<Eigen::Index>(k)];
+    const NodeLanes &y_a = y[p.a], &y_b = y[p.b];
+    NodeLanes &to_a = to[p.a], &to_b = to[p.b];
+    const ColumnLanes x = q * (lanes(y_a.x) - lanes(y_b.x)), v = q * (lanes(y_a.y) - lanes(y_b.y)),
+                      w = q * (lanes(y_a.z) - lanes(y_b.z));
+    lanes(to_a.x) += x, lanes(to_a.y) += v, lanes(to_a.z) += w;
+    lanes(to_b.x) -= x, lanes(to_b.y) -= v, lanes(to_b.z) -= w;
+  }
+}
+
+double Relaxation::energy(const BodyState& state) const {
+  double energy = 0;
+  if (!state.history) return energy;
+  for (std::size_t k = 0; k < pairs_.size(); ++k)
+    energy += 0.5 * state.history->densities[static_cast<Eigen::Index>(k)] *
+              (at_node(state.x, pairs_[k].b) - at_node(state.x, pairs_[k].a)).squaredNorm();
+  return energy;
+}
+
+Mat3 Relaxation::relaxed_stress(const BodyState& state, std::uint32_t element) const {
+  Mat3 sum = Mat3::Zero();
+  if (!state.history) return sum;
+  for (std::size_t k = 0; k < branches().size(); ++k)
+    sum += branches()[k].share * symmetric_of(state.history->relaxed[k].col(element));
+  return sum / (hexahedra_->empty() ? tetrahedra_->rest(element).volume_m3 : hexahedra_->shape(element).rest.volume_m3);
+}
+
+}  // namespace palpate
