@@ -17,6 +17,7 @@
 #include "bench/output/progress.hpp"
 #include "common/base/error.hpp"
 #include "common/command_line/mesh_folders.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {
@@ -122,7 +123,7 @@ int judge(const std::vector<FeltRow>& rows, double at_least_db) {
 
 int run_felt(const FeltFlags& flags) {
   if (std::isnan(flags.at_least_db)) throw InputError("--at-least-db", "is nan", "a number of decibels");
-  const Scene scene = load_scene(flags.scene, flags.mesh_folders);
+  const Scene scene = open_scene(flags.scene, flags.mesh_folders);
   const ClientReport report = read_client_report(flags.report, flags.felt_name);
   const auto out = make_output_folder(flags.out);
   std::optional<CleanLinkRun> clean_run;

@@ -15,6 +15,7 @@
 #include "bench/output/output.hpp"
 #include "common/base/error.hpp"
 #include "common/command_line/mesh_folders.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {
@@ -70,7 +71,7 @@ std::vector<Pair> run_pairs(const Scene& scene, const std::vector<Motion>& motio
 }
 
 int run_beside(const BesideFlags& flags) {
-  const Scene scene = load_scene(flags.scene, flags.mesh_folders);
+  const Scene scene = open_scene(flags.scene, flags.mesh_folders);
   if (scene.tool.contact != ContactKind::touch)
     throw InputError(flags.scene, "has tools that attach to one node", "a scene with \"contact\": \"touch\"");
   const std::vector<Motion> motions = tools_apart(scene, 2, flags.apart_mm * 1e-3, flags.duration_s);

@@ -12,6 +12,7 @@
 #include "bench/output/progress.hpp"
 #include "common/base/error.hpp"
 #include "common/command_line/mesh_folders.hpp"
+#include "server/body/unload.hpp"
 #include "server/room/room.hpp"
 
 namespace palpate {
@@ -159,7 +160,7 @@ Dominance computed(const Specimen& specimen, int layers) {
 }
 
 int run_dominance(const DominanceFlags& flags) {
-  const Scene scene = load_scene(flags.scene, flags.mesh_folders);
+  const Scene scene = open_scene(flags.scene, flags.mesh_folders);
   if (scene.body.nodes.size() > kNodesMax)
     throw InputError("--scene", fmt::format("has {} nodes", scene.body.nodes.size()), fmt::format("at most {}", kNodesMax));
   const Specimen specimen(scene.body, port_of(scene, flags));

@@ -6,6 +6,7 @@
 #include "bench/output/output.hpp"
 #include "common/base/error.hpp"
 #include "common/command_line/mesh_folders.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {
@@ -18,7 +19,7 @@ struct GestureFlags {
 int run_gesture(const GestureFlags& flags) {
   const std::filesystem::path file(flags.out);
   if (file.extension() != ".csv") throw InputError("--out " + flags.out, "is no motion file by its name", "FILE.csv");
-  const Motion motion = surface_gesture(load_scene(flags.scene, flags.mesh_folders), *surface_gesture_from_name(flags.kind));
+  const Motion motion = surface_gesture(open_scene(flags.scene, flags.mesh_folders), *surface_gesture_from_name(flags.kind));
   if (file.has_parent_path()) make_output_folder(file.parent_path().string());
   write_motion(file, motion);
   fmt::print("{} of {:.1f} s in {}: for --motion of palpate-client and palpate-lab replay\n", flags.kind, motion.duration_s(),

@@ -14,6 +14,7 @@
 #include "bench/output/plot.hpp"
 #include "bench/paper/cube.hpp"
 #include "common/command_line/mesh_folders.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {
@@ -175,7 +176,7 @@ void print(const std::vector<HapticDisplay>& displays) {
 }
 
 int run_haptic(const HapticFlags& flags) {
-  const Scene scene = flags.scene.empty() ? paper_cube(ContactKind::touch) : load_scene(flags.scene, flags.mesh_folders);
+  const Scene scene = flags.scene.empty() ? paper_cube(ContactKind::touch) : open_scene(flags.scene, flags.mesh_folders);
   const Motion motion = flags.motion.empty() ? touch_motion(home_of(scene)) : read_motion(flags.motion);
   const auto out = make_output_folder(flags.out);
   const auto displays = run_experiment(scene, motion, flags.link, out);

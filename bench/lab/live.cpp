@@ -22,6 +22,7 @@
 #include "bench/output/plot.hpp"
 #include "common/base/error.hpp"
 #include "common/command_line/mesh_folders.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {
@@ -214,7 +215,7 @@ void plot(const std::filesystem::path& out, const std::string& scene, const std:
 
 int run_live_experiment(Flags flags) {
   flags.scheme = name_of(available_scheme(flags.scheme));
-  const Scene scene = load_scene(flags.scene, flags.mesh_folders);
+  const Scene scene = open_scene(flags.scene, flags.mesh_folders);
   const auto out = make_output_folder(flags.out);
   const Motion motion = begin_of(read_motion(flags.motion), flags.duration_s);
   write_motion(out / "motion.csv", motion);

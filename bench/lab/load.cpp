@@ -11,6 +11,7 @@
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/command_line/mesh_folders.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {
@@ -51,7 +52,7 @@ ServerLoad measure(const LoadFlags& flags, const Scene& scene, int stations) {
 }
 
 int run_load(const LoadFlags& flags) {
-  const Scene scene = load_scene(flags.scene, flags.mesh_folders);
+  const Scene scene = open_scene(flags.scene, flags.mesh_folders);
   if (scene.tool.contact != ContactKind::touch)
     throw InputError(flags.scene, "has tools that attach to one node", "a scene with \"contact\": \"touch\"");
   const auto out = make_output_folder(flags.out);

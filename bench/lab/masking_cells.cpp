@@ -11,6 +11,7 @@
 #include "bench/lab/shards.hpp"
 #include "bench/lab/tasks.hpp"
 #include "common/base/error.hpp"
+#include "server/body/unload.hpp"
 #include "server/room/room.hpp"
 
 namespace palpate {
@@ -56,7 +57,7 @@ SweepTasks load_tasks(const MaskingGrid& grid, const std::vector<MaskingCell>& c
   SweepTasks tasks;
   for (const MaskingCell& cell : cells) {
     if (tasks.contains(task_of(cell))) continue;
-    const Scene scene = load_scene((grid.scenes / ("touch-" + cell.body + ".json")).string());
+    const Scene scene = open_scene((grid.scenes / ("touch-" + cell.body + ".json")).string());
     const Motion motion = read_motion(grid.scenes / "motions" / (cell.motion + ".csv"));
     tasks.emplace(task_of(cell), SweepTask{scene, lifted_above(scene, motion, grid.quick ? kQuickS : kWhole), {}});
   }

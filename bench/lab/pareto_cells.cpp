@@ -14,6 +14,7 @@
 #include "bench/measure/pareto.hpp"
 #include "bench/output/output.hpp"
 #include "common/base/error.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {
@@ -110,7 +111,7 @@ const TissueCase& case_of(const ParetoCell& cell) { return tissue_case(group_of(
 
 PushedRun push(const ParetoGrid& grid, const ParetoCell& cell) {
   if (cell.scene.empty()) return push_cube(cell.cube, processor_ns);
-  const Scene scene = load_scene((grid.scenes / (cell.scene + ".json")).string());
+  const Scene scene = open_scene((grid.scenes / (cell.scene + ".json")).string());
   return push_body(gripped_at_top(scene, cell.cube.integrator, cell.cube.step_s), processor_ns);
 }
 

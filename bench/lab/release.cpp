@@ -15,6 +15,7 @@
 #include "bench/paper/cube.hpp"
 #include "common/base/error.hpp"
 #include "common/command_line/mesh_folders.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {
@@ -106,7 +107,7 @@ int run_sweep(const ReleaseFlags& flags, const Scene& scene) {
 }
 
 int run_release(const ReleaseFlags& flags) {
-  const Scene scene = flags.scene.empty() ? paper_cube(ContactKind::attach) : load_scene(flags.scene, flags.mesh_folders);
+  const Scene scene = flags.scene.empty() ? paper_cube(ContactKind::attach) : open_scene(flags.scene, flags.mesh_folders);
   return flags.sweep ? run_sweep(flags, scene) : run_one(flags, scene);
 }
 

@@ -20,6 +20,7 @@
 #include "common/base/limits.hpp"
 #include "common/command_line/mesh_folders.hpp"
 #include "common/io/mapped_file.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {
@@ -119,7 +120,7 @@ Given given_by_recording(const ReplayFlags& flags) {
     fmt::print("station \"{}\", with the {} other{} on the body\n", session.hands[which].name, session.hands.size() - 1,
                session.hands.size() > 2 ? "s" : "");
   return {flags.scene.empty() ? read_scene(head.scene, head.scene_file, flags.mesh_folders)
-                              : load_scene(flags.scene, flags.mesh_folders),
+                              : open_scene(flags.scene, flags.mesh_folders),
           motions_of(session, which, where), presence_of(session, which), resets_of(session)};
 }
 
@@ -137,11 +138,11 @@ Given given_by(const ReplayFlags& flags) {
     throw InputError(flags.scene.empty() ? "--scene" : "--motion", "is missing",
                      "--scene with --motion or --gesture, or --recording");
   if (!flags.gesture.empty()) {
-    Scene scene = load_scene(flags.scene, flags.mesh_folders);
+    Scene scene = open_scene(flags.scene, flags.mesh_folders);
     Motion motion = surface_gesture(scene, *surface_gesture_from_name(flags.gesture));
     return {std::move(scene), {std::move(motion)}, {}};
   }
-  return {load_scene(flags.scene, flags.mesh_folders), {read_motion(flags.motion)}, {}};
+  return {open_scene(flags.scene, flags.mesh_folders), {read_motion(flags.motion)}, {}};
 }
 
 /// Time with a hand, of the whole; nothing when it was there throughout.

@@ -8,6 +8,7 @@
 #include "bench/lab/experiments.hpp"
 #include "bench/output/output.hpp"
 #include "common/base/error.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {
@@ -33,7 +34,7 @@ double farthest_m(const LumpedBody& body, const Vector& x) {
 }
 
 int run_settle(const SettleFlags& flags) {
-  const Scene scene = load_scene(flags.scene);
+  const Scene scene = open_scene(flags.scene);
   if (scene.body.gravity_m_s2.squaredNorm() == 0)
     throw InputError(flags.scene, "has no gravity: its body stays as it is", "gravity_m_s2 in its body");
   const Dynamics dynamics(scene.body);

@@ -13,6 +13,7 @@
 #include "bench/output/progress.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
+#include "server/body/unload.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {
@@ -154,9 +155,9 @@ int run_skip(const SkipFlags& flags) {
   for (const std::string& name : flags.names) {
     steps->begin("touches of " + name + ", with and without");
     files.push_back(std::filesystem::path(flags.scenes) / (name + ".json"));
-    add_scene(name, load_scene(files.back()), flags.deadband, rows);
+    add_scene(name, open_scene(files.back()), flags.deadband, rows);
   }
-  const Scene first = load_scene(files.front());
+  const Scene first = open_scene(files.front());
   steps->begin("a wide sheet of which most rests");
   add_wide(rows);
   steps->begin(fmt::format("{} rooms", flags.rooms));

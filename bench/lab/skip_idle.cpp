@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include "server/body/unload.hpp"
 #include "server/io/server_shell.hpp"
 
 namespace palpate {
@@ -22,7 +23,7 @@ Used used() {
 
 IdleCost idle_server(std::span<const std::filesystem::path> scenes, double wait_s) {
   std::vector<NamedScene> rooms;
-  for (const auto& file : scenes) rooms.push_back({"room " + std::to_string(rooms.size() + 1), load_scene(file)});
+  for (const auto& file : scenes) rooms.push_back({"room " + std::to_string(rooms.size() + 1), open_scene(file)});
   ServerShell shell(rooms, {.listen = "127.0.0.1:0", .threads = rooms.size()}, {});
   constexpr std::chrono::milliseconds kBegun{500};  // first frames are over
   Used before, after;

@@ -14,6 +14,7 @@
 #include "bench/output/progress.hpp"
 #include "common/base/error.hpp"
 #include "common/command_line/mesh_folders.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {
@@ -42,7 +43,7 @@ void write_forces(const std::filesystem::path& file, const std::vector<ReplayRes
 int run_stations(const StationsFlags& flags) {
   ReplayOptions options = replay_options(flags.scheme, flags.order, flags.link);
   options.progress = show_progress();
-  const Scene scene = load_scene(flags.scene, flags.mesh_folders);
+  const Scene scene = open_scene(flags.scene, flags.mesh_folders);
   if (scene.tool.contact != ContactKind::touch)
     throw InputError(flags.scene, "has tools that attach to one node", "a scene with \"contact\": \"touch\"");
   const std::vector<Motion> motions = tools_apart(scene, flags.stations, flags.apart_mm * 1e-3, flags.duration_s);

@@ -3,12 +3,13 @@
 #include "bench/fidelity/replay.hpp"
 #include "bench/lab/parallel.hpp"
 #include "bench/measure/examination.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 
 void add_examination(SweepTasks& tasks, const std::filesystem::path& scenes, const std::string& scene) {
   if (tasks.contains(scene)) return;
-  Scene body = load_scene((scenes / (scene + ".json")).string());
+  Scene body = open_scene((scenes / (scene + ".json")).string());
   Motion motion = examination(body);
   tasks.emplace(scene, SweepTask{std::move(body), std::move(motion), {}});
 }

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "bench/micro/timer.hpp"
+#include "server/body/unload.hpp"
 #include "server/scene/lattice.hpp"
 #include "server/scene/scene_text.hpp"
 
@@ -16,7 +17,7 @@ std::filesystem::path scene_folder = "scenes";
 
 void set_scene_folder(const std::filesystem::path& folder) { scene_folder = folder; }
 
-Scene scene_of(const std::string& name) { return load_scene(scene_folder / (name + ".json")); }
+Scene scene_of(const std::string& name) { return open_scene(scene_folder / (name + ".json")); }
 Motion motion_of(const std::string& name) { return read_motion(scene_folder / "motions" / (name + ".csv")); }
 
 Scene cube_of(int n) {

@@ -89,6 +89,15 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
   tool_ = {patch.stamp, patch.tool};
   output_ = {patch.force, patch.touching};
   elastic_ = viscous_ = NonlinearForce::Variables::Zero(patch.contact == ContactKind::attach ? r + 3 : r);
+  if (patch.fading.count > 0 && r > 0) {
+    fading_ = NonlinearForce::Variables::Zero(elastic_.size());
+    for (std::size_t k = 0; k < patch.fading.branches().size(); ++k) {
+      const PatchBranch& branch = patch.fading.of[k];
+      stays_[k] = std::exp(-dt_ / branch.prony.time_s);
+      faded_[k] = (1 - std::sqrt(stays_[k])) * branch.pull;
+      fading_ += branch.prony.share * faded_[k];
+    }
+  }
   bend(Vec3::Zero(), patch.tool_velocity);
 }
 
@@ -138,13 +147,14 @@ void PatchPlayer::step_attach(const Vec3& tool) noexcept {
     u.segment<3>(2 * r + 3) = d_next;
     u.tail<3>() = rate;
     StateVector next = drift_;
-    if (!nonlinear_.empty()) next.noalias() += psi0_ * (elastic_ + viscous_).tail(r);
+    if (has_forces()) next.noalias() += psi0_ * forces().tail(r);
     next.noalias() += transition_ * u;
     z_ = next;
     bend(d_next, (tool - tool_.position) / dt_);
+    fade(d_next);
     force.noalias() += felt_ * z_;
     force.noalias() -= patch_.b_d.transpose() * patch_.q_rate;
-    if (!nonlinear_.empty()) force += elastic_.head<3>() + viscous_.head<3>();
+    if (has_forces()) force += forces().head<3>();
   }
   output_ = {force, true};
 }
@@ -173,6 +183,30 @@ void PatchPlayer::bend(const Vec3& displacement, const Vec3& velocity) noexcept 
     nonlinear_ = {};  // whatever was sent: the linear patch goes on
     elastic_.setZero();
     viscous_.setZero();
+  }
+}
+
+NonlinearForce::Variables PatchPlayer::forces() const noexcept {
+  NonlinearForce::Variables sum = elastic_ + viscous_;
+  if (fading_.size() > 0) sum += fading_;
+  return sum;
+}
+
+void PatchPlayer::fade(const Vec3& displacement) noexcept {
+  if (fading_.size() == 0) return;
+  const auto r = patch_.modes();
+  NonlinearForce::Variables bent = -elastic_;  // H u - f
+  bent.tail(r) += patch_.stiffness.cwiseProduct(z_.head(r));
+  if (patch_.contact == ContactKind::attach) {
+    bent.tail(r).noalias() -= patch_.b_k * displacement;
+    bent.head<3>().noalias() += patch_.k_port * displacement;
+    bent.head<3>().noalias() -= patch_.b_k.transpose() * z_.head(r);
+  }
+  fading_.setZero();
+  for (std::size_t k = 0; k < patch_.fading.branches().size(); ++k) {
+    const PatchBranch& branch = patch_.fading.of[k];
+    faded_[k] = stays_[k] * faded_[k] + (1 - stays_[k]) * (branch.pull + bent);
+    fading_ += branch.prony.share * faded_[k];
   }
 }
 
@@ -222,13 +256,14 @@ void PatchPlayer::step_touch(const Vec3& tool) noexcept {
   const auto r = patch_.modes();
   if (r > 0) {
     StateVector next = drift_ + carried_;
-    if (!nonlinear_.empty()) next.noalias() += psi0_ * (elastic_ + viscous_).tail(r);
+    if (has_forces()) next.noalias() += psi0_ * forces().tail(r);
     next.noalias() += transition_ * z_;
     z_ = next;
     carried_.setZero();
   }
   close_touch(tool);
   bend(Vec3::Zero(), Vec3::Zero());
+  fade(Vec3::Zero());
 }
 
 void PatchPlayer::close_touch(const Vec3& tool) noexcept {

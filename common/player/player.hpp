@@ -14,9 +14,12 @@
 //             tool has slid to, what the modes miss is added to c_static (slide_compliance.hpp), unless terms bend them. Off the
 //             patch's piece of surface it slides on along the plane at its border, where body and friction are as at the border.
 // A load that changes (patch.load_rate) adds psi0 l t + psi1 l dt to the drift, a sum that grows by one part a step.
-// Contact begins in the step in which the tool is found below the patch's own deformed surface, and ends in the step in which it
-// would pull. compile() allocates and belongs off the haptic thread; advance() does not allocate, lock or throw.
-// Copyable, so that a caught-up player can be handed over by value.
+// Stress that fades (patch.fading) goes half a step ahead of what bends it, s(t + dt/2) = e s(t - dt/2) + (1 - e) (pull + H
+// u(t) - f) with e = exp(-dt / time), and counts with that in the step: of second order.
+//
+// Contact begins in the step in which the tool is found below the patch's own deformed surface, and ends in the step in which
+// it would pull. compile() allocates and belongs off the haptic thread; advance() does not allocate, lock or throw. Copyable,
+// so that a caught-up player can be handed over by value.
 #pragma once
 
 #include <array>
@@ -71,6 +74,10 @@ class PatchPlayer {
   void step_touch(const Vec3& tool) noexcept;
   void close_touch(const Vec3& tool) noexcept;
   void grow_load() noexcept;
+  void fade(const Vec3& displacement) noexcept;
+  /// On (d, q) or q beside the linear patch's: of terms, and of what has faded.
+  NonlinearForce::Variables forces() const noexcept;
+  bool has_forces() const { return !nonlinear_.empty() || fading_.size() > 0; }
   void bend(const Vec3& displacement, const Vec3& velocity) noexcept;
   void place_vertices() noexcept;
   PortRows rows_at(const SurfacePoint& point) const noexcept;
@@ -95,6 +102,9 @@ class PatchPlayer {
   ModeMatrix closing_;  // H
   double low_pass_gain_ = 1;
   NonlinearForce::Variables elastic_, viscous_;  // force on (d, q) or q at a step's end: elastic; of dampers that have turned
+  NonlinearForce::Variables fading_;             // the same of stress that fades, sum share_k s_k; of no size: none does
+  std::array<NonlinearForce::Variables, kMaxPronyBranches> faded_;  // s_k, half a step ahead
+  std::array<double, kMaxPronyBranches> stays_{};                   // exp(-dt / time_k)
 
   std::array<std::uint32_t, kMaxPortVertices + 1> first_{};
   std::array<std::uint32_t, 3 * kMaxPortTriangles> incident_{};

@@ -16,6 +16,12 @@
 //     end-of-tick contact point p = p_free + C lambda;  lambda from the contact law (contact_law.hpp)
 //     force on the tool = -lambda
 //
+// Where the body's stress fades (server/body/relaxation.hpp), with n variables u = (d, q) (attach) or q (touch) and H = [[K_p,
+// -B_k^T], [-B_k, K]] or K, each branch k of its Prony series adds share_k s_k to the forces on u,
+//     s_k' = (pull_k + H u - f - s_k) / time_k,      s_k(t*) = 0
+// f what terms push beside the patch (nonlinear_terms.hpp): what has faded tends to what the body would push with had it been
+// bent at once. Linear viscoelasticity has it exactly; how its stress turns with the body in the time of a patch is in K.
+//
 // A patch without modes is static: `constant` shows `force` (schemes hold, filtered); otherwise K_p alone (attach) or the
 // compliance c_static about the stress-free surface (touch) answers (scheme tangent).
 //
@@ -25,11 +31,13 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "common/base/limits.hpp"
 #include "common/base/types.hpp"
 #include "common/port/scheme.hpp"
+#include "common/port/solid_law.hpp"
 
 namespace palpate {
 
@@ -67,6 +75,18 @@ struct PortSurface {
   std::array<Triangle, kMaxPortTriangles> triangles{};
 };
 
+/// Of a stress that fades.
+struct PatchBranch {
+  PronyBranch prony;
+  BoundedMatrix<kMaxModes + 3, 1> pull;  ///< pull_k [N for d, kg^1/2 m/s^2 for q]
+};
+struct PatchFading {
+  int count = 0;
+  std::array<PatchBranch, kMaxPronyBranches> of;
+  std::span<PatchBranch> branches() { return std::span(of).first(static_cast<std::size_t>(count)); }
+  std::span<const PatchBranch> branches() const { return std::span(of).first(static_cast<std::size_t>(count)); }
+};
+
 /// How long a link may always be silent: what a patch is valid for, at least, beyond the age that it is expected to reach.
 inline constexpr Micros kSilenceLeast{250'000};
 
@@ -91,6 +111,8 @@ struct Patch {
   Vec3 tool = Vec3::Zero(), tool_velocity = Vec3::Zero();  ///< h*, h'*
   Mat3 k_port = Mat3::Zero(), d_port = Mat3::Zero();       ///< K_p, D_p, symmetric
   ModePort b_k, b_d;
+
+  PatchFading fading;
 
   // touch
   double coupling_n_m = 0;       ///< k_c of the contact law, 0 = rigid

@@ -20,6 +20,7 @@ constexpr double kMaxForceN = 1e4, kMaxSpeedMS = 1e3, kMaxStiffness = 1e12, kMax
                  kMaxFriction = 10;
 constexpr double kMaxLowPassHz = 1e4, kLeastTriangleArea = 1e-14;  // two triangle areas [m^2]
 constexpr Micros kMaxValid{60'000'000};
+constexpr double kMostFades = kMaxFadingShare + 1e-6, kLeastFadingS = 0.9 * kMinFadingS;  // as float32
 
 using Square = BoundedMatrix<kMaxModes + 3, kMaxModes + 3>;
 
@@ -51,6 +52,10 @@ bool sizes_agree(const Patch& p) {
   const auto r = p.stiffness.size();
   if (p.damping.rows() != r || p.damping.cols() != r || p.g.size() != r || p.q_rate.size() != r) return false;
   if (p.load_rate.size() != 0 && p.load_rate.size() != r) return false;
+  const auto variables = uses_attach(p) ? r + 3 : r;
+  if (p.fading.count < 0 || p.fading.count > static_cast<int>(kMaxPronyBranches)) return false;
+  for (const PatchBranch& branch : p.fading.branches())
+    if (branch.pull.size() != variables) return false;
   if (uses_attach(p)) return p.b_k.rows() == r && p.b_d.rows() == r;
   if (!uses_surface(p)) return true;
   const auto& s = p.surface;
@@ -73,6 +78,17 @@ void check_surface_numbers(const Patch& p, Numbers& numbers) {
   }
 }
 
+void check_fading(const PatchFading& fading, Numbers& numbers) {
+  double share = 0;
+  for (const PatchBranch& branch : fading.branches()) {
+    numbers.within(branch.prony.share, 0, 1);
+    numbers.within(branch.prony.time_s, kLeastFadingS, kMaxModel);
+    numbers.all(branch.pull, kMaxModel);
+    share += branch.prony.share;
+  }
+  numbers.within(share, 0, kMostFades);
+}
+
 PatchFault check_numbers(const Patch& p) {
   Numbers numbers;
   for (int i = 0; i < p.modes(); ++i) numbers.within(p.stiffness[i], 0, kMaxStiffness);
@@ -80,6 +96,7 @@ PatchFault check_numbers(const Patch& p) {
   numbers.all(p.g, kMaxModel);
   numbers.all(p.q_rate, kMaxModel);
   numbers.all(p.load_rate, kMaxModel);
+  check_fading(p.fading, numbers);
   numbers.all(p.force, kMaxForceN);
   numbers.all(p.tool, kWorldExtentM);
   numbers.within(p.low_pass_hz, 0, kMaxLowPassHz);

@@ -13,12 +13,14 @@ enum class SolidLaw : std::uint8_t { corotational, neo_hookean, mooney_rivlin, v
 /// kMaxSecondShare; veronda_westmann its exponent b, up to kMaxExponent; others nothing.
 inline constexpr double kMaxSecondShare = 1, kMaxExponent = 50;
 
-/// Of a Prony series: the share of the stress of fast motions that fades, and the time in which it does (server/body/relaxation.hpp).
+/// Of a Prony series: the share of the stress of fast motions that fades, and the time in which it does
+/// (server/body/relaxation.hpp).
 struct PronyBranch {
   double share = 0, time_s = 1;
 };
 inline constexpr std::size_t kMaxPronyBranches = 4;
 inline constexpr double kMaxFadingShare = 0.95;  ///< of all branches together
+inline constexpr double kMinFadingS = 0.01, kMaxFadingS = 1e5;
 
 /// mooney_rivlin and veronda_westmann: laws of both invariants, of one form (server/body/tetra_kernel.hpp).
 inline constexpr bool is_of_invariants(SolidLaw law) { return law >= SolidLaw::mooney_rivlin; }

@@ -183,8 +183,23 @@ RecordedTick tick_of(const record::Tick& t, Micros base, Sense& sense) {
           (t.flags() & 4) != 0};
 }
 
+Eigen::MatrixXf relaxed_of(const record::Checkpoint& table, PartSense& sense) {
+  sense.that(!table.relaxed() == !table.relaxed_steps());
+  if (!table.relaxed() || !sense.ok()) return {};
+  const auto elements = static_cast<Eigen::Index>(table.relaxed_steps()->size());
+  const auto numbers = static_cast<Eigen::Index>(table.relaxed()->size());
+  sense.that(elements > 0 && numbers % elements == 0);
+  if (!sense.ok()) return {};
+  Eigen::MatrixXf relaxed(numbers / elements, elements);
+  for (Eigen::Index k = 0; k < numbers; ++k)
+    relaxed(k % relaxed.rows(), k / relaxed.rows()) = static_cast<float>(table.relaxed()->Get(static_cast<unsigned>(k))) *
+                                                      table.relaxed_steps()->Get(static_cast<unsigned>(k / relaxed.rows()));
+  sense.that(relaxed.allFinite());
+  return relaxed;
+}
+
 RecordedCheckpoint checkpoint_of(const record::Checkpoint& table, Micros base, PartSense& sense) {
-  RecordedCheckpoint checkpoint{base + Micros{table.at()}, {}, {}, {}};
+  RecordedCheckpoint checkpoint{base + Micros{table.at()}, {}, {}, {}, relaxed_of(table, sense)};
   each(table.positions(), sense, [&](const wire::Point& x) { checkpoint.positions.push_back(position_of(x, sense)); });
   each(table.velocities(), sense, [&](const wire::Vec& v) { checkpoint.velocities.push_back(finite_of(v, sense)); });
   sense.that(checkpoint.positions.size() == checkpoint.velocities.size());

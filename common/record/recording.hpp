@@ -150,6 +150,9 @@ struct RecordedCheckpoint {
   Micros t{};                               ///< body time
   std::vector<Vec3> positions, velocities;  ///< of all vertices, those inside as well [m], [m/s]
   std::vector<RecordedHold> holds;
+  /// Of a solid whose stress fades: the relaxed stress of each element, branch after branch (server/body/relaxation.hpp); right
+  /// to 1.5e-5 of the largest number of each.
+  Eigen::MatrixXf relaxed = {};
 };
 
 /// Half a second or so of everything, each list in the order in which it happened.

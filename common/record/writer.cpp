@@ -275,8 +275,14 @@ void RecordingWriter::add(const RecordedCheckpoint& c) {
     table->holds.back()->station = hold.station;
     table->holds.back()->tool = std::make_unique<wire::Point>(point_of(hold.tool, &broken));
   }
+  broken = broken || !c.relaxed.allFinite();
+  for (Eigen::Index e = 0; e < c.relaxed.cols() && !broken; ++e) {
+    table->relaxed_steps.push_back(pack::short_step(c.relaxed.col(e).cwiseAbs().maxCoeff()));
+    for (const float number : c.relaxed.col(e)) table->relaxed.push_back(pack::to_short(number, table->relaxed_steps.back()));
+  }
   if (broken) return;
-  table->at = state_->at(c.t, c.positions.size() * (sizeof(wire::Point) + sizeof(wire::Vec)));
+  table->at = state_->at(c.t, c.positions.size() * (sizeof(wire::Point) + sizeof(wire::Vec)) +
+                                  table->relaxed.size() * sizeof(std::int16_t) + table->relaxed_steps.size() * sizeof(float));
   state_->block.checkpoints.push_back(std::move(table));
 }
 

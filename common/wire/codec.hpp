@@ -51,12 +51,13 @@ void leave_room_for_rounding(Patch& patch);
 
 /// The most vertices of a local surface that surely fit into kMaxDatagramBytes beside `modes` modes and `triangles` triangles, or
 /// as many as such a surface may have, at most kMaxPortVertices; less than 3 when no surface fits. `loaded`: the patch has a
-/// load_rate.
-int max_port_vertices(int modes, int triangles = kMaxPortTriangles, bool loaded = false);
+/// load_rate; `branches` of a stress that fades.
+int max_port_vertices(int modes, int triangles = kMaxPortTriangles, bool loaded = false, int branches = 0);
 
-/// The most modes of a patch that fit into kMaxDatagramBytes: kMaxModes for attach; for touch as many as leave room for
-/// kMinUsefulVertices vertices, enough for the tool to move about between frames, or for a triangle where terms bring more.
+/// The most modes of a patch that fit into kMaxDatagramBytes, with `branches` of a stress that fades: kMaxModes for attach
+/// without; for touch as many as leave room for kMinUsefulVertices vertices, enough for the tool to move about between frames, or
+/// for a triangle where terms bring more.
 inline constexpr int kMinUsefulVertices = 6;
-int max_port_modes(ContactKind contact, Scheme scheme);
+int max_port_modes(ContactKind contact, Scheme scheme, int branches = 0);
 
 }  // namespace palpate

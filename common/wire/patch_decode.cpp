@@ -125,13 +125,31 @@ WireFault read_load(const wire::Patch& table, Patch& patch) {
   return WireFault::none;
 }
 
+WireFault read_fading(const wire::Patch& table, Patch& patch) {
+  Walk<float> numbers(table.fading());
+  Walk<std::int16_t> pulls(table.pulls());
+  const int branches = numbers.left() / 3, variables = patch.modes() + (patch.contact == ContactKind::attach ? 3 : 0);
+  if (numbers.left() != 3 * branches || branches > static_cast<int>(kMaxPronyBranches) || pulls.left() != branches * variables)
+    return WireFault::malformed;
+  patch.fading.count = branches;
+  for (PatchBranch& branch : patch.fading.branches()) {
+    branch.prony.share = numbers.next();
+    branch.prony.time_s = numbers.next();
+    const double step = numbers.next();
+    branch.pull.resize(variables);
+    for (int i = 0; i < variables; ++i) branch.pull[i] = pulls.next() * step;
+  }
+  return WireFault::none;
+}
+
 WireFault read_body(const wire::Patch& table, Patch& patch) {
   if (!patch.constant) {
-    const WireFault fault = patch.contact == ContactKind::touch ? read_touch(table, patch) : read_attach(table, patch);
-    return fault == WireFault::none ? read_load(table, patch) : fault;
+    WireFault fault = patch.contact == ContactKind::touch ? read_touch(table, patch) : read_attach(table, patch);
+    if (fault == WireFault::none) fault = read_load(table, patch);
+    return fault == WireFault::none ? read_fading(table, patch) : fault;
   }
-  const bool bare =
-      !table.floats() && !table.shorts() && !table.normals() && !table.touch() && !table.attach() && !table.load_rate();
+  const bool bare = !table.floats() && !table.shorts() && !table.normals() && !table.touch() && !table.attach() &&
+                    !table.load_rate() && !table.fading() && !table.pulls();
   return bare ? WireFault::none : WireFault::malformed;
 }
 

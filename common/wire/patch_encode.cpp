@@ -28,6 +28,8 @@ bool has_modes_in_order(const Patch& patch) {
   const auto r = patch.stiffness.size();
   if (patch.damping.rows() != r || patch.damping.cols() != r || patch.g.size() != r || patch.q_rate.size() != r) return false;
   if (patch.load_rate.size() != 0 && patch.load_rate.size() != r) return false;
+  for (const PatchBranch& branch : patch.fading.branches())
+    if (branch.pull.size() != (patch.contact == ContactKind::attach ? r + 3 : r) || !branch.pull.allFinite()) return false;
   if (patch.contact == ContactKind::attach) return patch.b_k.rows() == r && patch.b_d.rows() == r;
   const auto& surface = patch.surface;
   if (surface.vertex_count < 1 || surface.vertex_count > kMaxPortVertices) return false;
@@ -188,16 +190,28 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   if (!patch.constant)
     for (int i = 0; i < patch.load_rate.size(); ++i) load.add(packer.number(patch.load_rate[i]));
   const bool loaded = load.size() > 0;
+  Bounded<float, 3 * kMaxPronyBranches> fading;
+  Bounded<std::int16_t, kMaxPronyBranches*(kMaxModes + 3)> pulls;
+  if (!patch.constant) {
+    for (const PatchBranch& branch : patch.fading.branches()) {
+      const float step = branch.pull.size() > 0 ? pack::short_step(packer.number(branch.pull.cwiseAbs().maxCoeff())) : 0;
+      for (const float number : {packer.number(branch.prony.share), packer.number(branch.prony.time_s), step}) fading.add(number);
+      for (Eigen::Index i = 0; i < branch.pull.size(); ++i)
+        pulls.add(packer.ok() ? pack::to_short(branch.pull[i], step) : std::int16_t{0});
+    }
+  }
   const wire::PatchHead head = head_of(patch, packer);
   const auto load_at = loaded ? builder.CreateVector(load.data(), load.size()) : 0;
   const auto floats_at = floats.size() > 0 ? builder.CreateVector(floats.data(), floats.size()) : 0;
   const bool surface = !patch.constant && is_touch;
   const Normals normals = surface ? normals_of(patch.surface) : Normals{};
   const auto normals_at = normals.size() > 0 ? builder.CreateVector(normals.data(), normals.size()) : 0;
+  const auto fading_at = fading.size() > 0 ? builder.CreateVector(fading.data(), fading.size()) : 0;
+  const auto pulls_at = pulls.size() > 0 ? builder.CreateVector(pulls.data(), pulls.size()) : 0;
   const auto shorts_at = shorts.size() > 0 ? builder.CreateVector(shorts.data(), shorts.size()) : 0;
   return wire::CreatePatch(builder, &head, floats_at, shorts_at, surface ? &touch : nullptr,
                            !patch.constant && !is_touch ? &attach : nullptr, packer.number(patch.low_pass_hz), load_at,
-                           loaded ? packer.duration(patch.load_for) : 0, normals_at);
+                           loaded ? packer.duration(patch.load_for) : 0, normals_at, fading_at, pulls_at);
 }
 
 void leave_room_for_rounding(Patch& patch) {
@@ -210,13 +224,22 @@ void leave_room_for_rounding(Patch& patch) {
   patch.b_d *= kept;
 }
 
-int max_port_vertices(int modes, int triangles, bool loaded) {
+namespace {
+
+/// Of load_rate and of branches, with alignment.
+int extra_bytes(int modes, bool loaded, int branches, int variables) {
+  constexpr int kLoadOverheadBytes = 16, kBranchesOverheadBytes = 28, kBranchBytes = 12;
+  return (loaded ? kLoadOverheadBytes + 4 * modes : 0) +
+         (branches > 0 ? kBranchesOverheadBytes + branches * (kBranchBytes + 2 * variables) : 0);
+}
+
+}  // namespace
+
+int max_port_vertices(int modes, int triangles, bool loaded, int branches) {
   constexpr int kOverheadBytes = 224;  // of a touch patch without what its vectors hold, with alignment
   constexpr int kNormalBytes = 4;
-  constexpr int kLoadOverheadBytes = 16;
-  const int load_bytes = loaded ? kLoadOverheadBytes + 4 * modes : 0;
-  const int free_bytes =
-      static_cast<int>(kMaxDatagramBytes) - kOverheadBytes - load_bytes - 4 * touch_floats(modes) - 2 * coupling_shorts(modes);
+  const int free_bytes = static_cast<int>(kMaxDatagramBytes) - kOverheadBytes - extra_bytes(modes, loaded, branches, modes) -
+                         4 * touch_floats(modes) - 2 * coupling_shorts(modes);
   int vertices = 0;
   const auto bytes_of = [&](int n) {
     return 2 * surface_shorts(modes, n) + kNormalBytes * n + 2 * std::min(triangles, most_triangles(n));
@@ -225,11 +248,18 @@ int max_port_vertices(int modes, int triangles, bool loaded) {
   return vertices;
 }
 
-int max_port_modes(ContactKind contact, Scheme scheme) {
-  if (contact == ContactKind::attach) return kMaxModes;
+int max_port_modes(ContactKind contact, Scheme scheme, int branches) {
+  constexpr int kAttachBytes = 212;  // of a grasp without what its vectors hold, with alignment
   int modes = kMaxModes;
+  if (contact == ContactKind::attach) {
+    const auto bytes_of = [&](int r) {
+      return kAttachBytes + 4 * attach_floats(r) + 2 * coupling_shorts(r) + extra_bytes(r, true, branches, r + 3);
+    };
+    while (bytes_of(modes) > static_cast<int>(kMaxDatagramBytes)) --modes;
+    return modes;
+  }
   const int least = scheme == Scheme::hyper ? 3 : kMinUsefulVertices;
-  while (modes > 0 && max_port_vertices(modes) < least) --modes;
+  while (modes > 0 && max_port_vertices(modes, kMaxPortTriangles, branches > 0, branches) < least) --modes;
   return modes;
 }
 

@@ -7,6 +7,7 @@
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "server/app/describe.hpp"
+#include "server/body/unload.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {
@@ -21,7 +22,7 @@ std::vector<NamedScene> load_scenes(const ServerFlags& o) {
   std::vector<NamedScene> scenes;
   for (const std::string& given : o.scenes) {
     auto [name, file] = split_name(given);
-    Scene scene = load_scene(file, o.mesh_folders);
+    Scene scene = open_scene(file, o.mesh_folders);
     if (name.empty()) name = scene.name;
     if (name.empty() && o.scenes.size() > 1) throw InputError("--scene " + given, "the room has no name", "NAME=FILE");
     if (name.size() > static_cast<std::size_t>(kMaxNameBytes))

@@ -39,6 +39,15 @@ void for_pairs(int n, const Of& of) {
 
 }  // namespace
 
+Eigen::MatrixXf side_by_side(const StressHistory& history) {
+  if (history.relaxed.empty()) return {};
+  const Eigen::Index elements = history.relaxed[0].cols();
+  Eigen::MatrixXf all(history.relaxed[0].rows(), elements * static_cast<Eigen::Index>(history.relaxed.size()));
+  for (std::size_t k = 0; k < history.relaxed.size(); ++k)
+    all.middleCols(static_cast<Eigen::Index>(k) * elements, elements) = history.relaxed[k].cast<float>();
+  return all;
+}
+
 Relaxation::Relaxation(const LumpedBody& body, const Tetrahedra& tetrahedra, const Hexahedra& hexahedra,
                        const BlockPattern& pattern)
     : body_(&body), tetrahedra_(&tetrahedra), hexahedra_(&hexahedra) {
@@ -74,9 +83,11 @@ std::uint32_t Relaxation::elements() const {
   return static_cast<std::uint32_t>(body_->tetrahedra.size() + body_->hexahedra.size());
 }
 
+int Relaxation::numbers() const { return hexahedra_->empty() ? kOfTetra : kOfHexa; }
+
 Matrix Relaxation::elastic(const Vector& x) const {
   const bool hexa = !hexahedra_->empty();
-  Matrix all(hexa ? kOfHexa : kOfTetra, elements());
+  Matrix all(numbers(), elements());
   Stress s(all.rows());
   for (std::uint32_t e = 0; e < elements(); ++e) {
     if (hexa) {
@@ -125,7 +136,7 @@ void Relaxation::relax(double h_s, BodyState& state) const {
   if (empty()) return;
   auto next = std::make_shared<StressHistory>();
   const StressHistory* const before = state.history.get();
-  next->elastic = before && before->at == state.x ? before->elastic : elastic(state.x);
+  next->elastic = before && before->at.size() == state.x.size() && before->at == state.x ? before->elastic : elastic(state.x);
   next->at = state.x;
   for (std::size_t k = 0; k < branches().size(); ++k) {
     const double stays = std::exp(-h_s / branches()[k].time_s);
@@ -144,6 +155,17 @@ void Relaxation::relax_fully(BodyState& state) const {
   next->relaxed.assign(branches().size(), next->elastic);
   next->densities = densities(next->relaxed);
   state.history = std::move(next);
+}
+
+bool Relaxation::take_up(const Eigen::MatrixXf& relaxed, BodyState& state) const {
+  state.history.reset();
+  const auto all = static_cast<Eigen::Index>(elements()), branches_of = static_cast<Eigen::Index>(branches().size());
+  if (empty() || relaxed.rows() != numbers() || relaxed.cols() != all * branches_of) return empty() && relaxed.size() == 0;
+  auto next = std::make_shared<StressHistory>();
+  for (Eigen::Index k = 0; k < branches_of; ++k) next->relaxed.push_back(relaxed.middleCols(k * all, all).cast<double>());
+  next->densities = densities(next->relaxed);
+  state.history = std::move(next);
+  return true;
 }
 
 void Relaxation::add_forces(const BodyState& state, Vector& f) const {
@@ -169,7 +191,8 @@ Vec3 Relaxation::force_on(const BodyState& state, std::uint32_t node) const {
 std::vector<Vector> Relaxation::pulls(const BodyState& state) const {
   std::vector<Vector> pulls;
   if (empty()) return pulls;
-  const Matrix now = elastic(state.x);
+  const bool known = state.history && state.history->at.size() == state.x.size() && state.history->at == state.x;
+  const Matrix now = known ? state.history->elastic : elastic(state.x);
   for (std::size_t k = 0; k < branches().size(); ++k) {
     auto of = std::make_shared<StressHistory>();
     of->densities = Vector::Zero(static_cast<Eigen::Index>(pairs_.size()));

@@ -8,11 +8,11 @@
 //
 //     S = S_e - sum_k g_k Z_k,     Z_k' = (S_e - Z_k) / tau_k     (Z_k = 0: just bent; Z_k = S_e: bent for ever)
 //
-// LumpedBody::materials are those of fast motions, G(0) = 1; of slow ones they are 1 - sum g_k times that. A step of length h goes
-// half of it in Z with x, then in x with Z, then the other half: of second order (Strang), and nothing of Newton's method changes,
-// as with F = sum x_j b_j^T the force of Z on the nodes of an element of volume V is linear in x,
+// LumpedBody::materials are those of fast motions, G(0) = 1; of slow ones they are 1 - sum g_k times that. A step of length h
+// goes half of it in Z with x, then in x with Z, then the other half: of second order (Strang), and nothing of Newton's method
+// changes, as with F = sum x_j b_j^T the force of Z on the nodes of an element of volume V is linear in x,
 //
-//     V F Z b_i = sum_j (V b_i . Z b_j) x_j,   so   f_i += sum_j q_ij (x_j - x_i),   q_ij = sum_e V b_i . sum_k g_k Z_k b_j  [N/m]
+//     V F Z b_i = sum_j (V b_i . Z b_j) x_j,   so   f_i += sum_j q_ij (x_j - x_i),   q_ij = sum_e V b_i . sum_k g_k Z_k b_j [N/m]
 //
 // force densities, a number for each pair of nodes that share an element, which act on x, y and z alike; K has their Laplacian.
 // Of a hexahedron (F, q) and its stress (P, p) are taken back together, P = F S + q s^T, p_a = F s_a, and
@@ -41,6 +41,9 @@ struct StressHistory {
   Vector densities;             ///< q of every pair [N/m]
 };
 
+/// Its relaxed stresses, branch after branch.
+Eigen::MatrixXf side_by_side(const StressHistory& history);
+
 class Relaxation {
  public:
   static constexpr double kLeastVolume = 0.2;
@@ -56,6 +59,8 @@ class Relaxation {
   void relax(double h_s, BodyState& state) const;
   /// It has been there for ever: Z_k = S_e.
   void relax_fully(BodyState& state) const;
+  /// What side_by_side() gave; false where it is of another body.
+  bool take_up(const Eigen::MatrixXf& relaxed, BodyState& state) const;
   /// f += forces of the relaxed stress.
   void add_forces(const BodyState& state, Vector& f) const;
   Vec3 force_on(const BodyState& state, std::uint32_t node) const;
@@ -77,6 +82,7 @@ class Relaxation {
     std::uint32_t upper, lower;  // entries of the pattern
   };
   std::uint32_t elements() const;
+  int numbers() const;  // of an element's stress
   Matrix elastic(const Vector& x) const;
   /// q of one stress of all elements.
   void add_densities(const Matrix& stress, double share, Vector& q) const;

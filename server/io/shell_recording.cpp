@@ -65,7 +65,10 @@ void ServerShell::resume(std::size_t k, const NamedScene& named, const std::vect
   }
   if (newest_first.empty()) return;
   if (!found) return say(k, "resumed", from.string() + " has no checkpoint: the body is at rest", {{"file", from.string()}});
-  bodies_[k]->room.resume(in_a_row(found->checkpoint.positions), in_a_row(found->checkpoint.velocities));
+  const RecordedCheckpoint& newest = found->checkpoint;
+  if (!bodies_[k]->room.resume(in_a_row(newest.positions), in_a_row(newest.velocities), newest.relaxed))
+    say(k, "resumed", from.string() + " does not know how far the body's stress has faded: it begins as if it had just been bent",
+        {{"file", from.string()}});
   bodies_[k]->absent = AbsentHands(found->checkpoint.holds);
   const double age_s = seconds(unix_time_now() - found->unix_time);
   const std::size_t tools = found->checkpoint.holds.size();

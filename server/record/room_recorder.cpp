@@ -22,13 +22,19 @@ std::uint32_t bytes_of(const StationFrame& frame) {
   return static_cast<std::uint32_t>(bytes);
 }
 
+constexpr double kVertexStateBytes = 24;  ///< position and velocity
+constexpr double kStressNumberBytes = sizeof(std::int16_t),
+                 kStressBytes = sizeof(float);  ///< of a number, of an element beside them
+
 }  // namespace
 
 RoomRecorder::RoomRecorder(const RecordingHead& head) : writer_(head) {
-  constexpr double kVertexStateBytes = 24;  ///< position and velocity
   if (head.shapes_hz > 0) shape_every_ = from_seconds(1 / head.shapes_hz);
-  checkpoint_every_ =
-      std::max(kCheckpointEvery, from_seconds(kVertexStateBytes * head.surface.body_vertices / kCheckpointBytesPerS));
+  expect_checkpoints_of(kVertexStateBytes * head.surface.body_vertices);
+}
+
+void RoomRecorder::expect_checkpoints_of(double bytes) {
+  checkpoint_every_ = std::max(kCheckpointEvery, from_seconds(bytes / kCheckpointBytesPerS));
 }
 
 void RoomRecorder::begin_frame(FrameJob& job, Micros now) {
@@ -76,16 +82,23 @@ RecordedTouch RoomRecorder::touch_of(const StationFrame& frame, Micros stamp) co
 /// One of a body that has not moved says nothing new.
 void RoomRecorder::add_checkpoint(const FrameResult& result, const ServerCore& core, std::vector<RecordedHold> holds) {
   if (!result.state || result.failed) return;
-  if (checkpoint_.size() == result.state->x.size() && checkpoint_ == result.state->x) return;
-  checkpoint_ = result.state->x;
+  const BodyState& state = *result.state;
+  if (checkpoint_.size() == state.x.size() && checkpoint_ == state.x && checkpoint_history_ == state.history) return;
+  checkpoint_ = state.x;
+  checkpoint_history_ = state.history;
   for (const StationReport& station : core.stations())
     for (const StationFrame& frame : result.stations)
       if (frame.id == station.id && frame.contact && station.shadow_of.empty()) holds.push_back({station.name, frame.tool});
   RecordedCheckpoint checkpoint{result.stamp, {}, {}, std::move(holds)};
-  const auto nodes = static_cast<std::uint32_t>(result.state->x.size() / 3);
+  const auto nodes = static_cast<std::uint32_t>(state.x.size() / 3);
   for (std::uint32_t node = 0; node < nodes; ++node) {
-    checkpoint.positions.emplace_back(at_node(result.state->x, node));
-    checkpoint.velocities.emplace_back(at_node(result.state->v, node));
+    checkpoint.positions.emplace_back(at_node(state.x, node));
+    checkpoint.velocities.emplace_back(at_node(state.v, node));
+  }
+  if (state.history) {
+    checkpoint.relaxed = side_by_side(*state.history);
+    expect_checkpoints_of(kVertexStateBytes * nodes + kStressNumberBytes * static_cast<double>(checkpoint.relaxed.size()) +
+                          kStressBytes * static_cast<double>(checkpoint.relaxed.cols()));
   }
   writer_.add(checkpoint);
 }

@@ -28,11 +28,13 @@ class RoomRecorder {
 
  private:
   RecordedTouch touch_of(const StationFrame& frame, Micros stamp) const;
+  void expect_checkpoints_of(double bytes);
   void add_checkpoint(const FrameResult& result, const ServerCore& core, std::vector<RecordedHold> holds);
 
   RecordingWriter writer_;
   Micros shape_every_{}, next_shape_{}, began_{}, next_links_{}, checkpoint_every_{}, next_checkpoint_{};
   Vector checkpoint_;  ///< x of the last one
+  std::shared_ptr<const StressHistory> checkpoint_history_;
   bool wants_shape_ = false, slow_ = false;
   std::map<StationId, Micros> newest_;    ///< sample recorded
   std::map<StationId, StationJob> jobs_;  ///< of the frame that is out, without samples

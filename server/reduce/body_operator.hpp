@@ -37,6 +37,7 @@ class BodyOperator {
   virtual const Vector& masses() const = 0;                    ///< M_y = T^T M T, lumped [kg]
   virtual const Vector& velocity() const = 0;                  ///< M_y^-1 T^T M v [m/s]
   virtual Vector forces() const = 0;                           ///< T^T F(x*, v*) [N]
+  virtual std::vector<Vector> fading() const = 0;              ///< T^T of Relaxation::pulls [N]
   /// M_y^-1 T^T M (to - from) of positions of all nodes [m].
   virtual Vector displacement(const Vector& from, const Vector& to) const = 0;
   /// K Y and D Y, nothing held.
@@ -89,6 +90,7 @@ class WholeBody final : public BodyOperator {
   const Vector& masses() const override { return dynamics_->masses(); }
   const Vector& velocity() const override { return state_->v; }
   Vector forces() const override;
+  std::vector<Vector> fading() const override { return dynamics_->relaxation().pulls(*state_); }
   Vector displacement(const Vector& from, const Vector& to) const override { return to - from; }
   void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const override { tangents_.multiply(y, k_y, d_y); }
   void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const override {

@@ -185,12 +185,12 @@ bool PatchBuilder::attempt_two_layer(const Job& job, BuiltPatch& made) {
 /// V, and what the body is on it.
 bool PatchBuilder::reduce(const Job& job, const Model& model, PortModel& port, BuiltPatch& made, Reduced& reduced) {
   FrameModel& frame = *job.frame;
-  const int modes = modes_for(job.request->scheme, job.port().kind, job.request->order);
+  const int modes = std::min(modes_for(job.request->scheme, job.port().kind, job.request->order), job.request->modes_max);
   assert(modes > 0 && modes <= kMaxModes);
   frame.enter(PatchPart::basis);
   if (port.balanced) {
     const Matrix basis = restricted_basis(*port.balanced, modes, dynamics_->masses(), held_);
-    return take_basis(model, basis, model.at.projected(basis), made, reduced);
+    return take_basis(job, model, basis, model.at.projected(basis), made, reduced);
   }
   const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
     frame.enter(PatchPart::solve);
@@ -201,7 +201,7 @@ bool PatchBuilder::reduce(const Job& job, const Model& model, PortModel& port, B
   if (!job.hyper()) {
     const auto basis = krylov_basis(model.at, port.start, solve, {modes, port.shift_1_s, kBasisTolerance});
     frame.enter(PatchPart::project);
-    return basis && take_basis(model, *basis, model.at.projected(*basis), made, reduced);
+    return basis && take_basis(job, model, *basis, model.at.projected(*basis), made, reduced);
   }
   SnapshotSet& snapshots = reduced.snapshots = std::move(port.snapshots);
   const bool second_order = snapshots.of(SnapshotKind::indentation).empty();
@@ -211,13 +211,13 @@ bool PatchBuilder::reduce(const Job& job, const Model& model, PortModel& port, B
   const auto beside = std::min(port.start.fine.size(), static_cast<std::size_t>(modes - 1));
   const PodBasis basis = pod_basis(model.at, snapshots, std::span(port.start.fine).first(beside), port.shift_1_s, modes);
   frame.enter(PatchPart::project);
-  if (!take_basis(model, basis.modes, basis.at_modes, made, reduced)) return false;
+  if (!take_basis(job, model, basis.modes, basis.at_modes, made, reduced)) return false;
   reduced.coordinates = reduced.rotation.transpose() * basis.coordinates;
   return true;
 }
 
-bool PatchBuilder::take_basis(const Model& model, const Matrix& basis, const Projection& projected, BuiltPatch& made,
-                              Reduced& reduced) const {
+bool PatchBuilder::take_basis(const Job& job, const Model& model, const Matrix& basis, const Projection& projected,
+                              BuiltPatch& made, Reduced& reduced) const {
   const auto r = basis.cols();
   Patch& patch = made.patch;
   if (r == 0) {  // a tool where everything is held fast, and a body at rest: nothing moves
@@ -246,8 +246,23 @@ bool PatchBuilder::take_basis(const Model& model, const Matrix& basis, const Pro
   mask(*model.at.held, motion);
   patch.q_rate = reduced.v.transpose() * model.at.masses().cwiseProduct(motion);
   patch.g = reduced.v.transpose() * model.residual + patch.damping * patch.q_rate;
+  add_fading(job, model, reduced.v, patch);
   if (model.others.load_rate.size() > 0) patch.load_rate = reduced.v.transpose() * model.others.load_rate;
   return true;
+}
+
+/// On the modes, below a place for the tool's node where it is held.
+void PatchBuilder::add_fading(const Job& job, const Model& model, const Matrix& v, Patch& patch) const {
+  const std::vector<Vector> fading = model.local ? std::vector<Vector>() : model.at.body->fading();
+  patch.fading.count = static_cast<int>(fading.size());
+  for (std::size_t k = 0; k < fading.size(); ++k) {
+    PatchBranch& branch = patch.fading.of[k];
+    branch.prony = dynamics_->relaxation().branches()[k];
+    branch.pull.resize(v.cols() + (patch.contact == ContactKind::attach ? 3 : 0));
+    if (patch.contact == ContactKind::attach)
+      branch.pull.head<3>() = at_node(fading[k], model.at.body->coordinate(job.port().node));
+    branch.pull.tail(v.cols()) = v.transpose() * fading[k];
+  }
 }
 
 /// `true_stiffness`: of modes and tool before PSD projection, in the modes of the patch; `vertices` of its surface.

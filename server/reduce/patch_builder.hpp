@@ -44,9 +44,10 @@ struct PatchRequest {
   Micros horizon{50'000};  ///< age that the patch will reach
   /// That the link may make between two patches: valid for twice `horizon` and this.
   Micros silence = kSilenceLeast;
-  /// Surface vertices that fit into a datagram beside so many modes, without and with a load_rate.
-  int (*vertices_max)(int modes, bool loaded) = [](int, bool) { return 12; };
+  /// Surface vertices that fit into a datagram beside so many modes, without and with a load_rate, and branches that fade.
+  int (*vertices_max)(int modes, bool loaded, int branches) = [](int, bool, int) { return 12; };
   Vec3 acceleration = Vec3::Zero();  ///< of the hand [m/s^2]
+  int modes_max = kMaxModes;         ///< that fit into a datagram
 };
 
 /// Modes of a patch, in the coordinates that they were found in.
@@ -142,7 +143,9 @@ class PatchBuilder {
   bool attempt_two_layer(const Job& job, BuiltPatch& made);
   std::optional<BuiltPatch> fall_back(FrameModel& frame, std::size_t which, const PatchRequest& request, Scheme scheme);
   bool reduce(const Job& job, const Model& model, PortModel& port, BuiltPatch& made, Reduced& reduced);
-  bool take_basis(const Model& model, const Matrix& basis, const Projection& projected, BuiltPatch& made, Reduced& reduced) const;
+  bool take_basis(const Job& job, const Model& model, const Matrix& basis, const Projection& projected, BuiltPatch& made,
+                  Reduced& reduced) const;
+  void add_fading(const Job& job, const Model& model, const Matrix& v, Patch& patch) const;
   void add_terms(const Model& model, const Matrix& port, const Matrix& true_stiffness, int vertices, const Reduced& reduced,
                  BuiltPatch& made) const;
   std::vector<std::uint32_t> contact_nodes(const ToolPort& port) const;

@@ -78,7 +78,7 @@ bool PatchBuilder::build_touch(const Job& job, const Model& model, SharedSystem*
     if (!p) of_port.balanced = balanced_->touched(port.point);
     if (!reduce(job, model, of_port, made, reduced)) return false;
   }
-  const int vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0);
+  const int vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0, patch.fading.count);
   if (job.hyper()) {
     const Matrix none(v.rows(), 0), stiffness = reduced.stiffness.asDiagonal();
     add_terms(model, none, stiffness, vertices, reduced, made);

@@ -24,6 +24,8 @@ Joint turn_modes(Patch& p, const Joint& k) {
   p.g = (u.transpose() * p.g).eval();
   p.q_rate = (u.transpose() * p.q_rate).eval();
   if (p.load_rate.size() > 0) p.load_rate = (u.transpose() * p.load_rate).eval();
+  for (PatchBranch& branch : p.fading.branches())
+    branch.pull.tail(p.modes()) = (u.transpose() * branch.pull.tail(p.modes())).eval();
   return u;
 }
 

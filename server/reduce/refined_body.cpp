@@ -147,6 +147,13 @@ void RefinedBody::take_loads(const BodyState& state) {
   velocity_ = both[1].cwiseQuotient(masses_);
 }
 
+std::vector<Vector> RefinedBody::fading() const {
+  std::vector<Vector> all = dynamics_->relaxation().pulls(*state_);
+  for (Vector& pull : all)
+    pull = restricted_of<1>([&](std::uint32_t i) { return std::array<Vec3, 1>{at_node(std::as_const(pull), i)}; })[0];
+  return all;
+}
+
 template <std::size_t N, typename Of>
 std::array<Vector, N> RefinedBody::restricted_of(const Of& of) const {
   std::array<Vector, N> y;

@@ -62,6 +62,7 @@ class RefinedBody final : public BodyOperator {
   std::uint32_t corner(std::uint32_t corner) const { return corner_[corner]; }
   /// Those of elements in single precision.
   Vector forces() const override { return loads_; }
+  std::vector<Vector> fading() const override;
   Vector displacement(const Vector& from, const Vector& to) const override;
   Skin::Weights restricted(const Skin::Weights& weights) const override;
   /// What a node moves with: itself, or the corners of its cell.

@@ -20,9 +20,10 @@ std::vector<float> element_tension(const LumpedBody& body, const Vector& x) {
 
 namespace {
 
-double value_of(const TetraMaterial& material, const Mat3& f, SolidField field) {
+/// `relaxed`: what has faded of the second Piola-Kirchhoff stress.
+double value_of(const TetraMaterial& material, const Mat3& f, const Mat3& relaxed, SolidField field) {
   if (field == SolidField::strain) return (signed_svd(f).s.array() - 1).abs().maxCoeff();
-  const Mat3 cauchy = elastic_stress(material, f) * f.transpose() / std::max(f.determinant(), kLeastVolume);
+  const Mat3 cauchy = (elastic_stress(material, f) - f * relaxed) * f.transpose() / std::max(f.determinant(), kLeastVolume);
   const double mean = cauchy.trace() / 3;
   if (field == SolidField::pressure) return -mean;
   return std::sqrt(1.5) * (cauchy - mean * Mat3::Identity()).norm();
@@ -30,28 +31,24 @@ double value_of(const TetraMaterial& material, const Mat3& f, SolidField field) 
 
 }  // namespace
 
-std::vector<float> solid_field(const Dynamics& dynamics, const Vector& x, SolidField field) {
+std::vector<float> solid_field(const Dynamics& dynamics, const BodyState& state, SolidField field) {
   std::vector<double> sums(dynamics.nodes(), 0.0), volumes(sums);
-  const auto add = [&](std::span<const std::uint32_t> nodes, const TetraMaterial& material, const Mat3& f, double volume_m3) {
-    const double value = value_of(material, f, field);
+  const auto add = [&](std::span<const std::uint32_t> nodes, std::uint32_t element, const TetraMaterial& material, const Mat3& f,
+                       double volume_m3) {
+    const double value = value_of(material, f, dynamics.relaxation().relaxed_stress(state, element), field);
     for (const std::uint32_t node : nodes) {
       sums[node] = field == SolidField::pressure ? sums[node] + volume_m3 * value : std::max(sums[node], value);
       volumes[node] += volume_m3;
     }
   };
   const LumpedBody& body = dynamics.body();
-  const std::vector<TetraMaterial> materials(body.materials.begin(), body.materials.end());
-  for (std::uint32_t e = 0; e < body.tetrahedra.size(); ++e) {
-    const Tetrahedron& t = body.tetrahedra[e];
-    const TetraRest& rest = dynamics.tetrahedra().rest(e);
-    Mat3 f = Mat3::Zero();
-    for (std::size_t i = 0; i < 4; ++i)
-      f += x.segment<3>(3 * static_cast<Eigen::Index>(t.nodes[i])) * rest.b.col(static_cast<Eigen::Index>(i)).transpose();
-    add(t.nodes, materials[t.material], f, rest.volume_m3);
-  }
+  const Tetrahedra& tetrahedra = dynamics.tetrahedra();
+  const Hexahedra& hexahedra = dynamics.hexahedra();
+  for (std::uint32_t e = 0; e < body.tetrahedra.size(); ++e)
+    add(body.tetrahedra[e].nodes, e, tetrahedra.material(e), tetrahedra.gradient(e, state.x), tetrahedra.rest(e).volume_m3);
   for (std::uint32_t e = 0; e < body.hexahedra.size(); ++e)
-    add(body.hexahedra[e].nodes, materials[body.hexahedra[e].material], dynamics.hexahedra().gradient(e, x).leftCols<3>(),
-        dynamics.hexahedra().shape(e).rest.volume_m3);
+    add(body.hexahedra[e].nodes, e, hexahedra.material(e), hexahedra.gradient(e, state.x).leftCols<3>(),
+        hexahedra.shape(e).rest.volume_m3);
   std::vector<float> values(sums.size(), 0.0F);
   for (std::size_t i = 0; i < sums.size(); ++i)
     if (volumes[i] > 0) values[i] = static_cast<float>(field == SolidField::pressure ? sums[i] / volumes[i] : sums[i]);

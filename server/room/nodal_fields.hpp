@@ -21,7 +21,7 @@ enum class SolidField : std::uint8_t {
 };
 inline constexpr double kLeastVolume = 0.1;
 /// Zeros for a body of springs.
-std::vector<float> solid_field(const Dynamics& dynamics, const Vector& x, SolidField field);
+std::vector<float> solid_field(const Dynamics& dynamics, const BodyState& state, SolidField field);
 
 /// Raises `support` where a patch with a local surface carries a vertex of the body: to 1 at the vertex that its modes move most,
 /// elsewhere in proportion to the length of the port rows. `positions` of all vertices are those of the frame of the patch.

@@ -50,7 +50,7 @@ void Room::start(Micros body_time) {
   state_->warm_started.clear();
 }
 
-void Room::resume(const Vector& x, const Vector& v) {
+bool Room::resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed) {
   State& s = *state_;
   assert(x.size() == s.rest.x.size() && v.size() == s.rest.v.size());
   s.body.x = x;
@@ -60,7 +60,9 @@ void Room::resume(const Vector& x, const Vector& v) {
     at_node(s.body.x, node) = at_node(s.rest.x, node);
     at_node(s.body.v, node).setZero();
   }
+  const bool remembers = s.dynamics.relaxation().take_up(relaxed, s.body);
   s.fall_asleep();
+  return remembers;
 }
 
 FrameResult Room::simulate(const FrameJob& job) {
@@ -98,9 +100,9 @@ FrameResult Room::simulate(const FrameJob& job) {
   }
   if (job.state) result.state = s.body;
   if (job.tension) result.tension = element_tension(s.scene.body, s.body.x);
-  if (job.stress) result.stress = solid_field(s.dynamics, s.body.x, SolidField::stress);
-  if (job.strain) result.strain = solid_field(s.dynamics, s.body.x, SolidField::strain);
-  if (job.pressure) result.pressure = solid_field(s.dynamics, s.body.x, SolidField::pressure);
+  if (job.stress) result.stress = solid_field(s.dynamics, s.body, SolidField::stress);
+  if (job.strain) result.strain = solid_field(s.dynamics, s.body, SolidField::strain);
+  if (job.pressure) result.pressure = solid_field(s.dynamics, s.body, SolidField::pressure);
   return result;
 }
 

@@ -89,9 +89,10 @@ class Room {
   /// Body time at which the next frame starts; call before the first run(), and when another server takes the body over: nobody
   /// touches it then.
   void start(Micros body_time);
-  /// The body as it is to be taken up: x and v of all nodes as FrameResult::state gave them. What the scene holds fast stays
-  /// where the scene says. Nobody touches it then; before the first run().
-  void resume(const Vector& x, const Vector& v);
+  /// The body as it is to be taken up: x and v of all nodes as FrameResult::state gave them, and side_by_side() of its history.
+  /// What the scene holds fast stays where the scene says. Nobody touches it then; before the first run(). False where `relaxed`
+  /// is not of this body, which then begins as if it had just been bent.
+  bool resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed = {});
   /// One frame: simulate(), then build_patches().
   FrameResult run(const FrameJob& job);
   /// Moves the body on; the result has everything but `stations`.

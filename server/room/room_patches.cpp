@@ -14,8 +14,9 @@ PatchRequest Room::State::request_of(const StationJob& job, std::size_t which) c
           job.order,
           job.horizon,
           job.silence,
-          [](int modes, bool loaded) { return max_port_vertices(modes, kMaxPortTriangles, loaded); },
-          hand_acceleration(stations.at(port_owner[which]))};
+          [](int modes, bool loaded, int branches) { return max_port_vertices(modes, kMaxPortTriangles, loaded, branches); },
+          hand_acceleration(stations.at(port_owner[which])),
+          max_port_modes(scene.tool.contact, job.scheme, static_cast<int>(scene.body.relaxation.size()))};
 }
 
 std::vector<std::uint8_t> Room::State::begin_patches(const FrameJob& job) {

@@ -5,6 +5,7 @@ namespace palpate {
 
 void Room::State::reset_body() {
   body.x = rest.x;
+  body.history = rest.history;
   body.v.setZero();
   for (std::size_t k = 0; k < ports.size(); ++k) {
     const auto station = stations.find(port_owner[k]);

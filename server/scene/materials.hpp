@@ -10,7 +10,6 @@ namespace palpate {
 
 /// Of what a scene or a file may say.
 inline constexpr double kMinYoungPa = 1, kMaxYoungPa = 1e9, kMaxPoisson = 0.499, kMaxDampingS = 10;
-inline constexpr double kMinFadingS = 0.01, kMaxFadingS = 1e5;
 
 struct NamedMaterial {
   std::string name, what, source;

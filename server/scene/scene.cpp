@@ -2,6 +2,7 @@
 
 #include "common/json/json.hpp"
 #include "server/scene/lattice.hpp"
+#include "server/scene/ligaments.hpp"
 #include "server/scene/mesh_body.hpp"
 #include "server/scene/scene_text.hpp"
 
@@ -61,11 +62,13 @@ Scene build(const SceneText& text) {
   if (settings.mesh) {
     scene.body = build_mesh_body(*settings.mesh, text);
     scene.tool.node = middle_of_top(scene.body);
-    return scene;
+  } else {
+    LatticeBody lattice = build_lattice(settings.lattice, text);
+    place_tool(lattice, settings, text, scene.tool);
+    scene.body = std::move(lattice.body);
   }
-  LatticeBody lattice = build_lattice(settings.lattice, text);
-  place_tool(lattice, settings, text, scene.tool);
-  scene.body = std::move(lattice.body);
+  add_ligaments(scene.body, settings.ligaments, text);
+  scene.body.is_loaded = settings.is_loaded;
   return scene;
 }
 

@@ -50,7 +50,8 @@ struct Hexahedron {
 /// What the cells of a solid are made of.
 enum class SolidElement : std::uint8_t { hexahedron, tetrahedron };
 
-/// A body of lumped masses before it moves, joined by springs or filled with finite elements of one kind. Surface vertices are
+/// A body of lumped masses before it moves, joined by springs or filled with finite elements of one kind, which
+/// ligaments hold: springs to nodes that are fixed and belong to nothing else. Surface vertices are
 /// nodes, so a surface point is a weighted node position.
 struct LumpedBody {
   bool planar = false;      ///< 2-D lattice: nothing moves or pushes along z
@@ -59,7 +60,7 @@ struct LumpedBody {
   std::vector<std::uint8_t> fixed;
   std::vector<Element> elements;
   std::vector<Tetrahedron> tetrahedra;
-  std::vector<Hexahedron> hexahedra;  ///< never beside tetrahedra
+  std::vector<Hexahedron> hexahedra;     ///< never beside tetrahedra
   std::vector<SolidMaterial> materials;  ///< of fast motions
   std::vector<PronyBranch> relaxation;   ///< of all of them (server/body/relaxation.hpp)
   double mass_damping_1_s = 0;      ///< of finite elements: a force -c m v on every node (mass-proportional Rayleigh damping)
@@ -67,6 +68,7 @@ struct LumpedBody {
   SpringLaw law = SpringLaw::linear;
   double stiffening = 0;
   Vec3 gravity_m_s2 = Vec3::Zero();
+  bool is_loaded = false;  ///< `nodes` are where gravity holds them, not where the body rests (server/body/unload.hpp)
 
   bool is_solid() const { return !tetrahedra.empty() || !hexahedra.empty(); }
 };
@@ -102,8 +104,9 @@ struct Scene {
 /// Folders below which a scene may name meshes. Links are followed first: what lies elsewhere in truth is refused.
 using MeshFolders = std::vector<std::filesystem::path>;
 
-/// Reads and checks a scene file. Throws InputError with file, line, field, value and what was expected.
-/// Paths inside a scene (meshes) are relative to the scene file, and lie below its folder or one of `besides`.
+/// Reads and checks a scene file. For a body at work see open_scene() (server/body/unload.hpp). Throws InputError with file,
+/// line, field, value and what was expected. Paths inside a scene (meshes) are relative to the scene file, and lie below its
+/// folder or one of `besides`.
 Scene load_scene(const std::filesystem::path& file, const MeshFolders& besides = {});
 /// The same from memory; `name` stands for the file in errors, and paths are relative to it. It came from elsewhere, perhaps with
 /// the scene itself, so meshes lie below one of `folders` alone.

@@ -8,6 +8,8 @@ namespace palpate {
 
 namespace {
 
+constexpr double kMinLigament = 1e-3, kMaxLigament = 1e6;  // [N/m], [N s/m]
+
 constexpr double kMinSizeM = 1e-3, kMaxSizeM = 5;
 constexpr int kMinNodes = 2, kMaxNodes = 200;
 constexpr double kMaxLatticeNodes = 1e6;
@@ -235,6 +237,23 @@ void read_lattice(const SceneText& text, const schema::BodyT& body, LatticeSetti
   out.fixed = read_fixing(text, kLattice, in.fixed_faces, in.fixed_below_z_m, in.fixed_above_z_m, out.planar);
 }
 
+void read_ligaments(const SceneText& text, const schema::BodyT& body, SceneSettings& out) {
+  constexpr double kMostM = 2 * kMaxCoordinateM;
+  for (std::size_t i = 0; i < body.ligaments.size(); ++i) {
+    const auto& in = *body.ligaments[i];
+    const std::string path = at("body.ligaments", i);
+    if (out.lattice.planar) text.refuse(path, path + " is given for a sheet", "a body in three dimensions for it");
+    LigamentSettings ligament;
+    ligament.from_m = vector(text, path + ".from_m", in.from_m, -kMaxCoordinateM, kMaxCoordinateM, "m");
+    ligament.to_m = vector(text, path + ".to_m", in.to_m, -kMaxCoordinateM, kMaxCoordinateM, "m");
+    ligament.radius_m = required(text, path + ".radius_m", in.radius_m, 0, kMostM, "m");
+    ligament.stiffness_n_m = required(text, path + ".stiffness_n_m", in.stiffness_n_m, kMinLigament, kMaxLigament, "N/m");
+    text.in_range(path + ".damping_n_s_m", in.damping_n_s_m, 0, kMaxLigament, "N s/m");
+    ligament.damping_n_s_m = in.damping_n_s_m;
+    out.ligaments.push_back(ligament);
+  }
+}
+
 }  // namespace
 
 /// As the wire has it: names go into logs and onto screens.
@@ -251,6 +270,11 @@ SceneSettings read_settings(const SceneText& text) {
     out.mesh = read_mesh_body(text, *in.body);
   else
     read_lattice(text, *in.body, out.lattice);
+  read_ligaments(text, *in.body, out);
+  out.is_loaded = choice(text, "body.given_shape", in.body->given_shape, kGivenShapeNames, 0) == 1;
+  const Vec3& gravity = out.mesh ? out.mesh->gravity_m_s2 : out.lattice.gravity_m_s2;
+  if (out.is_loaded && gravity.squaredNorm() == 0)
+    text.refuse("body.given_shape", "body.given_shape is \"loaded\", but nothing loads the body", "gravity_m_s2");
   read_tool(text, in.tool ? *in.tool : schema::ToolT(), out);
   read_solver(text, in.solver ? *in.solver : schema::SolverT(), out);
   return out;

@@ -23,7 +23,7 @@ struct SolidSettings {
   SolidElement element = kUsualElement;
   SolidMaterial material;
   double mass_damping_1_s = 0;
-  std::vector<PronyBranch> relaxation;  ///< shares of the stress of fast motions; `material` is of slow ones
+  std::vector<PronyBranch> relaxation = {};  ///< shares of the stress of fast motions; `material` is of slow ones
 };
 
 /// Springs that together resist as an isotropic solid does (cauchy_lattice.hpp), in the place of one stiffness for all.
@@ -94,10 +94,18 @@ struct MeshBodySettings {
   Vec3 gravity_m_s2 = Vec3::Zero();
 };
 
+/// Springs from all nodes within `radius_m` of `from_m` to a fixed point, of this stiffness together.
+struct LigamentSettings {
+  Vec3 from_m = Vec3::Zero(), to_m = Vec3::Zero();
+  double radius_m = 0, stiffness_n_m = 0, damping_n_s_m = 0;
+};
+
 struct SceneSettings {
   std::string name;
   LatticeSettings lattice;
-  std::optional<MeshBodySettings> mesh;         ///< in place of the lattice
+  std::optional<MeshBodySettings> mesh;  ///< in place of the lattice
+  std::vector<LigamentSettings> ligaments;
+  bool is_loaded = false;                       ///< the shape is given as gravity has it
   ToolSpec tool;                                ///< tool.node is not set yet
   std::optional<std::array<int, 3>> tool_node;  ///< lattice indices
   double step_ms = 10;                          ///< of the solver
@@ -117,6 +125,7 @@ inline constexpr std::array<const char*, 3> kSpringLawNames = {"linear", "stiffe
 inline constexpr std::array<const char*, 4> kIntegratorNames = {"automatic", "tr-bdf2", "explicit", "stabilised"};
 inline constexpr std::array<const char*, 4> kSolidLawNames = {"corotational", "neo-hookean", "mooney-rivlin", "veronda-westmann"};
 inline constexpr std::array<const char*, 2> kSolidElementNames = {"hexahedron", "tetrahedron"};
+inline constexpr std::array<const char*, 2> kGivenShapeNames = {"stress-free", "loaded"};
 inline constexpr std::array<const char*, 2> kContactNames = {"attach", "touch"};
 
 }  // namespace palpate

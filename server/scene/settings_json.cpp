@@ -158,6 +158,19 @@ Json to_json(const SceneSettings& settings) {
   out.add("name", Json::string(settings.name));
   Json& body = out.add("body", Json::object());
   settings.mesh ? body.add("mesh", to_json(*settings.mesh)) : body.add("lattice", to_json(settings.lattice));
+  if (!settings.ligaments.empty()) {
+    Json& ligaments = body.add("ligaments", Json::array());
+    for (const LigamentSettings& ligament : settings.ligaments) {
+      Json item = Json::object();
+      item.add("from_m", list(ligament.from_m));
+      item.add("radius_m", Json::number(ligament.radius_m));
+      item.add("to_m", list(ligament.to_m));
+      item.add("stiffness_n_m", Json::number(ligament.stiffness_n_m));
+      item.add("damping_n_s_m", Json::number(ligament.damping_n_s_m));
+      ligaments.items.push_back(std::move(item));
+    }
+  }
+  body.add("given_shape", Json::string(kGivenShapeNames[settings.is_loaded ? 1 : 0]));
   Json& tool = out.add("tool", Json::object());
   tool.add("contact", Json::string(kContactNames[static_cast<std::size_t>(settings.tool.contact)]));
   if (settings.tool_node) tool.add("node", list(*settings.tool_node, 3));

@@ -76,6 +76,69 @@ TEST_CASE("A tick of a grasp is the dense exponential of the patch with the tool
   }
 }
 
+TEST_CASE("Stress that fades takes from a grasp what the dense exponential with its branches as states has") {
+  Random random(21);
+  const int r = GENERATE(1, 6, 16);
+  Patch p = moving_grasp(random, r);
+  p.fading.count = 2;
+  for (PatchBranch& branch : p.fading.branches()) {
+    branch.prony = {0.35, random.uniform(0.02, 0.3)};
+    branch.pull.resize(r + 3);
+    branch.pull << random_vector(random, 1), random_modes(random, r, 5);
+  }
+  // State (q, q', d, tool velocity, s of each branch on (d, q), 1).
+  const Eigen::Index n = r, s = 2 * n + 6, one = s + 2 * (n + 3);
+  Eigen::MatrixXd h = Eigen::MatrixXd::Zero(n + 3, n + 3);
+  h.topLeftCorner<3, 3>() = p.k_port;
+  h.bottomRightCorner(n, n).diagonal() = p.stiffness;
+  h.bottomLeftCorner(n, 3) = -p.b_k;
+  h.topRightCorner(3, n) = -p.b_k.transpose();
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(one + 1, one + 1);
+  a.block(0, n, n, n).setIdentity();
+  a.block(n, 0, n, n).diagonal() = -p.stiffness;
+  a.block(n, n, n, n) = -p.damping;
+  a.block(n, 2 * n, n, 3) = p.b_k;
+  a.block(n, 2 * n + 3, n, 3) = p.b_d;
+  a.block(n, one, n, 1) = p.g - p.b_d * p.tool_velocity;
+  a.block(2 * n, 2 * n + 3, 3, 3).setIdentity();
+  for (Eigen::Index k = 0; k < 2; ++k) {
+    const PatchBranch& branch = p.fading.of[static_cast<std::size_t>(k)];
+    const Eigen::Index at = s + k * (n + 3);
+    const double rate = 1 / branch.prony.time_s;
+    a.block(n, at + 3, n, n) += branch.prony.share * Eigen::MatrixXd::Identity(n, n);
+    a.block(at, at, n + 3, n + 3) -= rate * Eigen::MatrixXd::Identity(n + 3, n + 3);
+    a.block(at, 2 * n, n + 3, 3) += rate * h.leftCols<3>();
+    a.block(at, 0, n + 3, n) += rate * h.rightCols(n);
+    a.block(at, one, n + 3, 1) += rate * branch.pull;
+  }
+  const Eigen::MatrixXd tick = (1e-3 * a).exp();
+  Eigen::VectorXd z = Eigen::VectorXd::Zero(one + 1);
+  z.segment(n, n) = p.q_rate;
+  z[one] = 1;
+  PatchPlayer player(p);
+  Patch elastic = p;
+  elastic.fading.count = 0;
+  PatchPlayer without(elastic);
+  double off = 0, faded = 0, most = 0;
+  Vec3 tool = p.tool;
+  for (int ms = 1; ms <= 500; ++ms) {
+    const Vec3 next = p.tool + Vec3(4e-3 * std::sin(0.02 * ms), 2e-3 * std::sin(0.011 * ms), 1e-6 * ms);
+    z.segment<3>(2 * n + 3) = (next - tool) / 1e-3;
+    z = tick * z;
+    const Vec3 rate = (next - tool) / 1e-3 - p.tool_velocity;
+    Vec3 force = p.force - p.k_port * (next - p.tool) - p.d_port * rate + p.b_k.transpose() * z.head(n) +
+                 p.b_d.transpose() * (z.segment(n, n) - p.q_rate);
+    for (Eigen::Index k = 0; k < 2; ++k)
+      force += p.fading.of[static_cast<std::size_t>(k)].prony.share * z.segment<3>(s + k * (n + 3));
+    off = std::max(off, (player.advance({kStamp + ms * kTick, next}).force - force).norm());
+    faded = std::max(faded, (without.advance({kStamp + ms * kTick, next}).force - force).norm());
+    most = std::max(most, force.norm());
+    tool = next;
+  }
+  CHECK(off < 0.01 * faded);
+  CHECK(faded > 0.1 * most);
+}
+
 TEST_CASE("A load of other tools grows with time until its end and then stays, exactly") {
   Random random(8);
   const int r = GENERATE(1, 5, 8);

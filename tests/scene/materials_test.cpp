@@ -88,4 +88,11 @@ TEST_CASE("A material file says what is wrong with it, and where") {
   CHECK_THAT(error("\"source\": \"a kitchen\"", "\"sauce\": \"a kitchen\""), Contains("source is missing"));
   CHECK_THAT(error("\"a kitchen\"", "\"a kitchen\", \"taste\": 3"), Contains("taste is not a known field"));
   CHECK_THAT(error("[300, 900]", "[900, 300]"), Contains("falls"));
+  const auto fading = [&](const std::string& branches) {
+    return error("\"a kitchen\"", "\"a kitchen\", \"relaxation\": " + branches);
+  };
+  CHECK_THAT(fading("3"), Contains("list of branches"));
+  CHECK_THAT(fading(R"([{"share": 0.3}])"), Contains("time_s"));
+  CHECK_THAT(fading(R"([{"share": 0.3, "time_s": 0}])"), Contains("relaxation is 0"));
+  CHECK_THAT(fading(R"([{"share": 0.9, "time_s": 1}, {"share": 0.1, "time_s": 1}])"), Contains("in all"));
 }

@@ -208,6 +208,29 @@ TEST_CASE("What a law has besides its moduli is asked for, and refused with anot
   }
 }
 
+TEST_CASE("Stress that fades is read branch by branch, and makes of the material of slow motions that of fast ones",
+          "[scene][solid]") {
+  const Folder folder;
+  const auto with = [&](const std::string& branches) {
+    return replaced(kBlock, "\"law\": \"corotational\"", "\"law\": \"corotational\", \"relaxation\": [" + branches + "]");
+  };
+  const auto error = [&](const std::string& branches) { return error_of(folder, with(branches)); };
+  const auto slow = load_scene(folder.write("slow.json", with(""))).body;
+  const auto body =
+      load_scene(folder.write("a.json", with(R"({"share": 0.3, "time_s": 0.5}, {"share": 0.2, "time_s": 50})"))).body;
+  CHECK(slow.relaxation.empty());
+  REQUIRE(body.relaxation.size() == 2);
+  CHECK(body.relaxation[0].share == 0.3);
+  CHECK(body.relaxation[1].time_s == 50);
+  for (std::size_t k = 0; k < body.materials.size(); ++k)
+    CHECK(body.materials[k].young_pa == Approx(slow.materials[k].young_pa / 0.5));
+  CHECK(error(R"({"share": 0.3})").find("relaxation[0].time_s") != std::string::npos);
+  CHECK(error(R"({"share": 0.3, "time_s": 0.001})").find("relaxation[0].time_s is 0.001") != std::string::npos);
+  CHECK(error(R"({"share": 0.6, "time_s": 1}, {"share": 0.4, "time_s": 2})").find("shares of 1 together") != std::string::npos);
+  const std::string one = R"({"share": 0.1, "time_s": 1})";
+  CHECK(error(one + "," + one + "," + one + "," + one + "," + one).find("at most 4 branches") != std::string::npos);
+}
+
 TEST_CASE("A mesh from a file is of tetrahedra, and another element is refused for it", "[scene][solid]") {
   const Folder folder;
   folder.write("a.msh", kMsh2);

@@ -20,13 +20,15 @@ constexpr Micros kFrame = 50ms;
 
 /// A room with a tool that stands still, frame by frame, and its recorder; no network.
 struct Pressed {
-  Scene scene = scene_named("touch-cube.json");
+  Scene scene;
   Room room{scene};
   AbsentHands absent;
   Micros at = 10s;
   FrameResult last;
 
-  explicit Pressed(Micros begin = 10s) : at(begin) { room.start(begin); }
+  explicit Pressed(Micros begin = 10s, Scene of = scene_named("touch-cube.json")) : scene(std::move(of)), at(begin) {
+    room.start(begin);
+  }
   /// `tool`: of station 7, which is not there without one.
   const FrameResult& frame(const std::optional<Vec3>& tool, bool reset = false) {
     FrameJob job;
@@ -83,6 +85,7 @@ RecordedCheckpoint checkpoint_of(const FrameResult& result, std::vector<Recorded
     checkpoint.positions.emplace_back(at_node(result.state->x, node));
     checkpoint.velocities.emplace_back(at_node(result.state->v, node));
   }
+  if (result.state->history) checkpoint.relaxed = side_by_side(*result.state->history);
   return checkpoint;
 }
 
@@ -130,6 +133,35 @@ TEST_CASE("a body that is taken up again stays as it was while its tools wait, a
   REQUIRE(after.last.stations.size() == 1);
   CHECK(most < depth / 50);
   CHECK((after.last.stations.front().force - force).norm() < 0.05 * force.norm());
+}
+
+TEST_CASE("a body whose stress has faded remembers that when it is taken up again", "[resume]") {
+  const auto fading = [] {
+    return read_scene(R"({"body": {"lattice": {"nodes": [4, 4, 4], "size_m": [0.06, 0.06, 0.06], "fixed_faces": ["z-"],
+        "solid": {"young_pa": 8000, "relaxation": [{"share": 0.3, "time_s": 0.3}, {"share": 0.3, "time_s": 20}]}}},
+        "tool": {"contact": "touch", "radius_m": 0.02}})",
+                      "fading.json");
+  };
+  Pressed before(10s, fading());
+  const Vec3 tool = press(before, 60);
+  const double force = before.last.stations.front().force.norm();
+  REQUIRE(before.last.stations.front().contact);
+  RecordingWriter writer(head_of(before.scene));
+  writer.add(checkpoint_of(before.last, {{"hand", tool}}));
+  writer.finish();
+  const auto bytes = writer.take();
+  const auto found = newest_checkpoint(RecordingReader(bytes, "old.rec"), "old.rec", "room", before.scene);
+  REQUIRE(found);
+  const double went_on = before.frame(tool).stations.front().force.norm();
+  const auto goes_on = [&](const Eigen::MatrixXf& relaxed, bool taken) {
+    Pressed after(500s, fading());
+    const RecordedCheckpoint& was = found->checkpoint;
+    CHECK(after.room.resume(in_a_row(was.positions), in_a_row(was.velocities), relaxed) == taken);
+    return after.frame(tool).stations.front().force.norm();
+  };
+  CHECK(goes_on(found->checkpoint.relaxed, true) == Approx(went_on).epsilon(0.01));
+  CHECK(went_on == Approx(force).epsilon(0.01));
+  CHECK(goes_on(found->checkpoint.relaxed.leftCols(3), false) > 1.1 * force);
 }
 
 TEST_CASE("a tool whose station does not come back lets go after ten seconds, and at a reset at once", "[resume]") {

@@ -117,6 +117,58 @@ TEST_CASE("the growing load of other tools arrives with the patch, and one that 
   }
 }
 
+TEST_CASE("stress that fades arrives with the patch, and one that does not costs nothing") {
+  for (Patch sent : {seeds::attach_patch(7), seeds::touch_patch(8, 8, 12)}) {
+    CHECK(round_trip(sent).fading.count == 0);
+    const auto bare = seeds::bytes_of(seeds::message(PatchMessage{sent})).size();
+    const Eigen::Index variables = sent.modes() + (sent.contact == ContactKind::attach ? 3 : 0);
+    sent.fading.count = 2;
+    sent.fading.of[0] = {{0.4, 0.5}, BoundedMatrix<kMaxModes + 3, 1>::LinSpaced(variables, -3, 5)};
+    sent.fading.of[1] = {{0.25, 50}, BoundedMatrix<kMaxModes + 3, 1>::Zero(variables)};
+    const Patch got = round_trip(sent);
+    REQUIRE(got.fading.count == 2);
+    CHECK(got.fading.of[0].prony.share == Approx(0.4).epsilon(1e-6));
+    CHECK(got.fading.of[1].prony.time_s == 50);
+    CHECK((got.fading.of[0].pull - sent.fading.of[0].pull).cwiseAbs().maxCoeff() <= 5.0 / 32767);
+    CHECK(got.fading.of[1].pull.isZero(0));
+    const auto most = bare + 24 + 4 + 2 * (12 + 2 * static_cast<std::size_t>(variables));
+    CHECK(seeds::bytes_of(seeds::message(PatchMessage{sent})).size() <= most);
+
+    for (Patch wrong : {sent, sent, sent, sent}) {
+      static int which = 0;
+      if (which % 4 == 0) wrong.fading.of[0].prony.share = 0.8;  // 1.05 in all
+      if (which % 4 == 1) wrong.fading.of[0].prony.time_s = 0.001;
+      if (which % 4 == 2) wrong.fading.of[1].pull[0] = 1e13;
+      if (which++ % 4 == 3) wrong.fading.of[1].pull.resize(variables - 1);
+      CHECK(check(wrong) != PatchFault::none);
+    }
+  }
+  for (int branches = 0; branches <= static_cast<int>(kMaxPronyBranches); ++branches) {
+    Patch sent = seeds::attach_patch(max_port_modes(ContactKind::attach, Scheme::hyper, branches));
+    CHECK((branches > 0 || sent.modes() == kMaxModes));
+    CHECK(sent.modes() >= 12);
+    sent.load_rate = ModeVector::Ones(sent.modes());
+    sent.load_for = Micros{1};
+    sent.fading.count = branches;
+    for (PatchBranch& branch : sent.fading.branches())
+      branch = {{0.1, 1}, BoundedMatrix<kMaxModes + 3, 1>::Ones(sent.modes() + 3)};
+    CHECK_FALSE(seeds::bytes_of(seeds::message(PatchMessage{sent})).empty());
+  }
+  const int branches = static_cast<int>(kMaxPronyBranches),
+            most_modes = max_port_modes(ContactKind::touch, Scheme::hyper, branches);
+  CHECK(most_modes >= 14);
+  for (int modes = 1; modes <= most_modes; ++modes) {
+    const int vertices = max_port_vertices(modes, kMaxPortTriangles, true, branches);
+    REQUIRE(vertices >= 3);
+    Patch sent = seeds::touch_patch(modes, vertices, std::min(16, most_triangles(vertices)));
+    sent.load_rate = ModeVector::Ones(modes);
+    sent.load_for = Micros{1};
+    sent.fading.count = branches;
+    for (PatchBranch& branch : sent.fading.branches()) branch = {{0.1, 1}, ModeVector::Ones(modes)};
+    CHECK_FALSE(seeds::bytes_of(seeds::message(PatchMessage{sent})).empty());
+  }
+}
+
 TEST_CASE("a constant patch carries its force and nothing of a model") {
   Patch sent = seeds::common_patch(ContactKind::attach);
   sent.constant = true;
