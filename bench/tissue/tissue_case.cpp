@@ -30,7 +30,7 @@ double order_of(const std::vector<int>& cells, const std::vector<double>& errors
 const std::vector<TissueCase>& tissue_cases() {
   static const std::vector<TissueCase> all = [] {
     std::vector<TissueCase> list;
-    for (auto family : {homogeneous_cases, curved_cases, layer_cases, membrane_cases, calculix_cases, febio_cases}) {
+    for (auto family : {homogeneous_cases, curved_cases, layer_cases, membrane_cases, calculix_cases, time_cases, febio_cases}) {
       std::vector<TissueCase> more = family();
       std::move(more.begin(), more.end(), std::back_inserter(list));
     }

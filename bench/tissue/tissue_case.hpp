@@ -46,6 +46,7 @@ std::vector<TissueCase> curved_cases();       ///< torsion, thick sphere
 std::vector<TissueCase> layer_cases();        ///< Hertz; Hayes et al.
 std::vector<TissueCase> membrane_cases();     ///< Cook
 std::vector<TissueCase> calculix_cases();     ///< bars, glued punches
+std::vector<TissueCase> time_cases();         ///< relaxation, creep, hysteresis
 std::vector<TissueCase> febio_cases();        ///< of its verification suite
 /// Of that name; throws std::logic_error for none.
 const TissueCase& tissue_case(const std::string& name);

@@ -151,10 +151,12 @@ void PatchPlayer::step_attach(const Vec3& tool) noexcept {
     next.noalias() += transition_ * u;
     z_ = next;
     bend(d_next, (tool - tool_.position) / dt_);
+    const Vec3 half_before = fading_.size() > 0 ? Vec3(fading_.head<3>()) : Vec3::Zero();
     fade(d_next);
     force.noalias() += felt_ * z_;
     force.noalias() -= patch_.b_d.transpose() * patch_.q_rate;
-    if (has_forces()) force += forces().head<3>();
+    if (!nonlinear_.empty()) force += elastic_.head<3>() + viscous_.head<3>();
+    if (fading_.size() > 0) force += 0.5 * (half_before + fading_.head<3>());
   }
   output_ = {force, true};
 }

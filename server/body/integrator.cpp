@@ -63,6 +63,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
     const bool ok = step(state, ports, h, tools, report) && !(most_j && !touched_ && gains_energy(before, state, *most_j));
     if (ok && (same_contacts(ports_before, ports) || h <= 1.01 * options_.event_step_s)) {
       relaxation.relax(h / 2, state);
+      find_holding_forces(*dynamics_, state, ports);
       ++report.steps;
       h_try = std::min(step_s, 2 * h_try);
       if (touched_) most_j.reset();
@@ -196,7 +197,6 @@ bool Integrator::step(BodyState& state, std::vector<ToolPort>& ports, double h, 
   trend_ = (state.v - v1) / ((1 - gamma) * h);
 
   state.time_s = t0 + h;
-  find_holding_forces(*dynamics_, state, ports);
   return is_sound(state);
 }
 

@@ -138,12 +138,27 @@ const NamedMaterial* find_material(const std::string& name) {
   return nullptr;
 }
 
+namespace {
+
+std::string fading_of(const NamedMaterial& material) {
+  if (material.relaxation.empty()) return "";
+  double share = 0;
+  std::string times;
+  for (const PronyBranch& branch : material.relaxation) {
+    share += branch.share;
+    times += fmt::format("{}{:g}", times.empty() ? "" : ", ", branch.time_s);
+  }
+  return fmt::format("; {:.0f} % of its stress fades, in {} s", 100 * share, times);
+}
+
+}  // namespace
+
 std::string list_of_materials() {
   std::string out = fmt::format("{:<15}{:>7}  {:<13}{:>7}{:>9}  {}\n", "material", "E kPa", "range", "nu", "kg/m^3", "what");
   for (const NamedMaterial& m : named_materials()) {
     out += fmt::format("{:<15}{:>7.4g}  {:<13}{:>7.3g}{:>9.0f}  {}\n", m.name, m.solid.young_pa / 1e3,
                        fmt::format("{:.4g} - {:.4g}", m.young_low_pa / 1e3, m.young_high_pa / 1e3), m.solid.poisson,
-                       m.density_kg_m3, m.what);
+                       m.density_kg_m3, m.what + fading_of(m));
     out += fmt::format("{:<15}{}\n", "", m.source);
   }
   return out;

@@ -324,7 +324,7 @@ TEST_CASE("Everywhere on its piece of the surface a frictionless touch is pushed
   bench.frame.begin(bench.state, bench.ports, bench.tools, kFrameHorizon);
   PatchRequest request;
   request.horizon = kFrameHorizon;
-  request.vertices_max = [](int, bool) { return 6; };  // so few that all are at the rim
+  request.vertices_max = [](int, bool, int) { return 6; };  // so few that all are at the rim
   auto built = bench.builder.build(bench.frame, 0, request);
   REQUIRE(built);
   Patch* const patch = &built->patch;

@@ -66,6 +66,13 @@ TEST_CASE("Uniaxial, equibiaxial and sheared cubes of crooked cells meet the clo
     }
 }
 
+TEST_CASE("A column relaxes, creeps and has the hysteresis that its Prony series says") {
+  for (const TissueCase& c : time_cases()) {
+    INFO(c.name);
+    CHECK(std::abs(c.solve(TissueElement::hexahedron, 5).value / c.reference - 1) < 0.003);
+  }
+}
+
 TEST_CASE("A twisted cylinder of hexahedra has the moment and the axial force that Rivlin found, with second order") {
   const double coarse = error_of("torsion, moment, nu = 0.499", TissueElement::hexahedron, 2);
   const double fine = error_of("torsion, moment, nu = 0.499", TissueElement::hexahedron, 4);
