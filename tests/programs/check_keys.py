@@ -13,7 +13,6 @@ import stat
 import subprocess
 import sys
 import tempfile
-import time
 
 from running import Program, Server, end, key, run
 
@@ -110,7 +109,8 @@ def check_passed_on(programs, scenes, server, work, keys):
 
 
 def check_taken_out(programs, server, keys):
-    """A key that is taken out of the file is out within a second of SIGHUP; a file that is wrong changes nothing."""
+    """A key that is taken out of the file is out, and its station told so; a file that is wrong changes nothing. tests/world says
+    within which time."""
     with Program(programs / "palpate-client", "--server", server.address, "--key", keys["station"], "--duration-s", "20", "--realtime",
                  "off") as client:
         client.wait_for("^joined")
@@ -121,11 +121,9 @@ def check_taken_out(programs, server, keys):
         keys["site"].write_text("".join(line for line in text.splitlines(True) if '"OR 3"' not in line))
         server.send(signal.SIGHUP)
         server.wait_for("keys read again")
-        begun = time.monotonic()
+        server.wait_for("left: its key is not valid any more")
         client.wait_for("server lost")
-        took = time.monotonic() - begun
         end(client, signal.SIGINT)
-    assert took < 2.5, f"{took:.1f} s after its key was taken out"  # tests/world has the second; this is a busy machine's
 
 
 def main():
