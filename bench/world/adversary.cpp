@@ -63,6 +63,11 @@ const Adversary::Seen* Adversary::old_one() {
 
 const Adversary::Seen* Adversary::any() { return seen_.empty() ? nullptr : &seen_[random_.bits() % seen_.size()]; }
 
+/// One that died thinks nothing any more.
+bool Adversary::is_in(std::size_t station) const {
+  return world_->station(station).up() && world_->station(station).core().link() == LinkState::joined;
+}
+
 bool Adversary::all_are_in() const {
   for (std::size_t k = 0; k < world_->stations(); ++k)
     if (!is_in(k)) return false;
@@ -123,10 +128,13 @@ void Adversary::act_ruthlessly(bool in) {
 
 /// What was lost is new to the server, and sounds as if the station lived.
 void Adversary::speak_for_gone() {
-  const Seen* seen = old_one();
-  if (seen == nullptr || !seen->to_server || is_in(seen->station)) return;
-  ++counts_.of_gone;
-  to_server(seen->client, seen->bytes);
+  constexpr int kLooks = 16;
+  for (int k = 0; k < kLooks; ++k) {
+    const Seen* seen = old_one();
+    if (seen == nullptr || !seen->to_server || is_in(seen->station)) continue;
+    ++counts_.of_gone;
+    return to_server(seen->client, seen->bytes);
+  }
 }
 
 void Adversary::answer_init(Micros now, std::size_t station, std::span<const std::byte> init) {

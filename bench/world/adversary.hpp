@@ -65,7 +65,7 @@ class Adversary {
   void send(const Seen& like, const Packet& packet);
   const Seen* old_one();
   const Seen* any();
-  bool is_in(std::size_t station) const { return world_->station(station).core().link() == LinkState::joined; }
+  bool is_in(std::size_t station) const;
   bool all_are_in() const;
   void act(Micros now);
   void act_at_random();

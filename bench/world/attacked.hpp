@@ -28,10 +28,11 @@ AttackedRun run_with_keys(const Scenario& scenario, Attacker attacker, Manner ma
 ///
 ///     - while everything goes wrong that is drawn, under all checks, first handshakes and those after silence attacked too, by a
 ///       stranger ruthlessly;
-///     - where nothing goes wrong and no link loses anything, carefully from the first handshake on and until kReplayAfter beyond
-///       `healed`, it feels to the bit what the same seed feels without the attacker: otherwise there is a violation named
-///       `attack` that says the first tick that differs, and also where the server sent more to addresses of no station than it
-///       got, or where the attack never began. What the body is asked for in both is computed once (frame_log.hpp).
+///     - where nothing goes wrong and no link loses anything, carefully from the first handshake on, until all could be in and
+///       kReplayAfter beyond `healed`, it feels to the bit what the same seed feels without the attacker: otherwise there is a
+///       violation named `attack` that says the first tick that differs, and also where the server sent more to addresses of no
+///       station than it got, or where the attack never began. What the body is asked for in both is computed once
+///       (frame_log.hpp).
 ///
 /// The report is of the first.
 WorldReport run_attacked(DrawOptions draw, bool keep_rows = false);

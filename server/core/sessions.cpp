@@ -179,8 +179,8 @@ bool Sessions::gives_way(const Station& holder, PeerId from, Micros now) const {
   if (holder.peer == from || silent > kSilentAfter) return true;
   if (!is_successor(holder, from)) return false;
   const Station::Claim& claim = holder.claim;
-  const bool in_vain = claim.by == from && now - claim.since >= holder.clock.rtt().mean + kSuccessorProof;
-  return (!holder.views() && silent >= kSuccessorAfter) || (in_vain && holder.echoed < claim.since);
+  const bool in_vain = claim.by == from && now - claim.since >= holder.clock.rtt().min + kSuccessorProof;
+  return (!holder.views() && silent >= kSuccessorAfter) || (in_vain && holder.echoed <= claim.since);
 }
 
 /// A successor, until it is known whether the holder lives.
@@ -190,7 +190,7 @@ bool Sessions::has_to_wait(const Hello& hello, PeerId from, Micros now) {
   Station::Claim& claim = holder->claim;
   if (claim.by > from) return false;  // one that is newer asks too
   if (claim.by < from) claim = {from, now};
-  if (holder->echoed < claim.since) return true;
+  if (holder->echoed <= claim.since) return true;
   claim.since = now;  // it lives; who asks again wants it shown again
   return false;
 }

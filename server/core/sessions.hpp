@@ -9,10 +9,11 @@
 //
 // A successor is a newer session of the holder's own key (succeeds(); without keys there is none): a program that crashed and was
 // started again. It gets the name when nothing of the holder has come for kSuccessorAfter, or when it has asked for a round trip
-// of the holder and kSuccessorProof and the holder has echoed nothing that it was sent since: what a dead one said and somebody
-// brings late holds up nobody. Until then its Hello is not answered, and comes again after kHelloEvery; a holder that lives has
-// echoed, and the successor is refused, or with `alike` gets another name. A session that lost its name is the older one, and
-// gets it back as anybody does: of two programs that run with one key and one name neither takes over while the other is heard.
+// of the holder (the least: what comes late makes the mean longer) and kSuccessorProof and the holder has echoed nothing that it
+// was sent since: what a dead one said and somebody brings late holds up nobody. Until then its Hello is not answered, and comes
+// again after kHelloEvery; a holder that lives has echoed, and the successor is refused, or with `alike` gets another name. A
+// session that lost its name is the older one, and gets it back as anybody does: of two programs that run with one key and one
+// name neither takes over while the other is heard.
 //
 // An unknown sender is answered with at most as many bytes as it sent, and with no secret but its own.
 //

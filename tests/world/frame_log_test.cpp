@@ -16,16 +16,18 @@ FrameJob push(int k, double further_m = 0) {
   job.target = job.begin + kFrame;
   job.frame = kFrame;
   job.shapes = true;
-  StationJob station{.id = 1, .horizon = kFrame};
+  StationJob station;
+  station.id = 1;
+  station.horizon = kFrame;
   for (int i = 0; i <= 1; ++i) station.samples.push_back({job.begin + i * kFrame, Vec3(0.001 * (k + i) + i * further_m, 0, 0)});
   job.stations = {station};
   return job;
 }
 
-struct Body {
+struct Pushed {
   Scene scene = load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/cube6.json");
   Room room{scene};
-  Body() { room.start(Micros{}); }
+  Pushed() { room.start(Micros{}); }
   /// Job k, the tool of it where it is grasped.
   std::vector<Vec3> run(const FrameRunner& runner, FrameJob job) {
     for (ToolSample& sample : job.stations[0].samples) sample.position += home_of(scene);
@@ -38,7 +40,7 @@ struct Body {
 TEST_CASE("frames that are asked for again are taken, and from the first other one on the body goes on from where it would be") {
   constexpr int kSame = 3, kAll = 6;
   FrameLog log;
-  Body first, twin, alone;
+  Pushed first, twin, alone;
   const FrameRunner real = [](Room&room, const FrameJob&job) { return room.run(job); }, record = log.recorder(),
                     play = log.player();
   std::vector<std::vector<Vec3>> seen;
