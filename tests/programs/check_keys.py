@@ -108,6 +108,24 @@ def check_passed_on(programs, scenes, server, work, keys):
     assert all(b"PLPT" not in datagram and b"OR 3" not in datagram for datagram in passed)
 
 
+def check_started_again(programs, server, keys):
+    """A program that was killed has its own name when it is started again, another that runs beside it has not."""
+
+    def station(*arguments):
+        return Program(programs / "palpate-client", "--server", server.address, "--key", keys["station"], "--duration-s", "60", "--realtime",
+                       "off", *arguments)
+
+    with station("--station", "OR 3") as first:
+        first.wait_for("^joined")
+    with station("--station", "OR 3") as again:
+        again.wait_for("^joined scene touch-cube:")
+        server.wait_for('"OR 3" silent: its successor takes its name')
+        with station("--station", "OR 3") as beside:
+            beside.wait_for('"OR 3" is in the room already')
+        with station() as beside:
+            beside.wait_for("^joined .* as OR 3-2:")
+
+
 def check_taken_out(programs, server, keys):
     """A key that is taken out of the file is out, and its station told so; a file that is wrong changes nothing. tests/world says
     within which time."""
@@ -146,6 +164,7 @@ def main():
             check_touch(programs, scenes, server, work, keys)
             check_strangers(programs, scenes, server, work, keys)
             check_token(programs, scenes, server, work, keys)
+            check_started_again(programs, server, keys)
             check_passed_on(programs, scenes, server, work, keys)
             check_taken_out(programs, server, keys)
             end(server)
