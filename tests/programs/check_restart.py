@@ -72,9 +72,11 @@ def check_killed(programs, scenes, work):
             first.ended()
         client.wait_for("server lost")
         with server(programs, scenes, port, recording) as second:
+            back = time.monotonic()
             resumed = second.wait_for(r'"event":"resumed".*')
             assert '"tools":1' in resumed.group(0), resumed.group(0)
             second.wait_for('"event":"joined"')
+            took = time.monotonic() - back  # said, not judged: where tools are let go before, the body is off
             time.sleep(4)
             client.process.send_signal(signal.SIGINT)
             assert client.ended() == 0
