@@ -3,6 +3,7 @@
 usage: check_keys.py FOLDER_OF_PROGRAMS FOLDER_OF_SCENES
 """
 
+import csv
 import json
 import os
 import pathlib
@@ -144,6 +145,16 @@ def check_taken_out(programs, server, keys):
         end(client, signal.SIGINT)
 
 
+def check_attributed(programs, recording, out, keys):
+    """Who was it, says the recording."""
+    done = run(programs, "palpate-lab", "export", "--recording", recording, "--out", out)
+    assert done.returncode == 0, done.stderr
+    joined = [row for row in csv.DictReader((out / "events.csv").open()) if row["event"] == "joined"]
+    whose = {"OR 3": key(programs, "show", keys["station"]), "guest": key(programs, "show", keys["stranger"])}
+    assert {row["station"] for row in joined} == {"OR 3", "OR 3-2", "guest"}, joined
+    assert all(row["text"] == f"key {whose[row['station'].removesuffix('-2')]}" for row in joined), joined
+
+
 def main():
     programs, scenes = map(pathlib.Path, sys.argv[1:3])
     os.umask(0o022)
@@ -160,7 +171,8 @@ def main():
         key(programs, "new", keys["misled"], "--trust", station)
         key(programs, "admit", keys["site"], station, "OR 3")
         keys["site"].write_text(keys["site"].read_text() + "issuer " + key(programs, "new", keys["issuer"], "--issuer") + "\n")
-        with Server(programs, scene, "--keys", keys["site"]) as server:
+        recording = work / "session.rec"
+        with Server(programs, scene, "--keys", keys["site"], "--record", recording) as server:
             check_touch(programs, scenes, server, work, keys)
             check_strangers(programs, scenes, server, work, keys)
             check_token(programs, scenes, server, work, keys)
@@ -168,6 +180,7 @@ def main():
             check_passed_on(programs, scenes, server, work, keys)
             check_taken_out(programs, server, keys)
             end(server)
+        check_attributed(programs, recording, work / "events", keys)
     print("keys let in whom they should, and nobody else")
 
 
