@@ -165,3 +165,14 @@ TEST_CASE("Worlds with keys hold every check while everything goes wrong and han
   CHECK(all.cookies > 20);
   CHECK(all.of_gone > 100);
 }
+
+TEST_CASE("Attacked worlds that broke a check once hold every check") {
+  for (const auto& [seed, small] : {std::pair{210046, false}, {210160, false}, {420089, true}}) {
+    DrawOptions draw;
+    draw.seed = static_cast<std::uint64_t>(seed);
+    draw.duration_s = 1.5;
+    draw.small = small;
+    for (const Violation& v : run_attacked(draw).violations)
+      FAIL_CHECK("seed " << seed << "\n  " << seconds(v.at) << " s  " << v.check << ": " << v.what);
+  }
+}
