@@ -37,7 +37,8 @@ std::string command(const WorldFlags& f, std::uint64_t seed) {
   if (f.draw.duration_s != DrawOptions{}.duration_s) line += fmt::format(" --duration-s {:g}", f.draw.duration_s);
   if (f.draw.stations_max != DrawOptions{}.stations_max) line += fmt::format(" --stations {}", f.draw.stations_max);
   if (f.draw.deadband > 0) line += fmt::format(" --deadband {:g}", f.draw.deadband);
-  for (const auto& [off, flag] : {std::pair{f.no_faults, " --no-faults"},
+  for (const auto& [off, flag] : {std::pair{f.draw.small, " --small"},
+                                  {f.no_faults, " --no-faults"},
                                   {f.no_drift, " --no-drift"},
                                   {f.no_losses, " --no-losses"},
                                   {f.adversary, " --adversary"}})
@@ -196,6 +197,7 @@ int run_world(WorldFlags flags) {
   flags.draw.faults = !flags.no_faults;
   flags.draw.drift = !flags.no_drift;
   flags.draw.losses = !flags.no_losses;
+  flags.draw.keys = flags.adversary;
   if (flags.seeds == 1 && flags.for_s <= 0) return run_one(flags);
   Work work(flags);
   work.run();
@@ -223,6 +225,7 @@ void add_world(CLI::App& app, Run& run) {
       ->check(number_from<double>(0, kMaxDeadband))
       ->capture_default_str();
   c->add_option("--stations", flags->draw.stations_max, "at most so many")->check(number_from(1, 16))->capture_default_str();
+  c->add_flag("--small", flags->draw.small, "bodies of 27 nodes, sheets of 9, that cost less");
   c->add_option("--jobs", flags->jobs, "threads, 0: one a core")->check(number_from(0, 1024));
   c->add_flag("--no-faults", flags->no_faults, "leave the faults out");
   c->add_flag("--no-drift", flags->no_drift, "clocks that do not drift");

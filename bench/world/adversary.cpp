@@ -63,9 +63,14 @@ const Adversary::Seen* Adversary::old_one() {
 
 const Adversary::Seen* Adversary::any() { return seen_.empty() ? nullptr : &seen_[random_.bits() % seen_.size()]; }
 
+/// One that died thinks nothing any more.
+bool Adversary::is_in(std::size_t station) const {
+  return world_->station(station).up() && world_->station(station).core().link() == LinkState::joined;
+}
+
 bool Adversary::all_are_in() const {
   for (std::size_t k = 0; k < world_->stations(); ++k)
-    if (world_->station(k).core().link() != LinkState::joined) return false;
+    if (!is_in(k)) return false;
   return true;
 }
 
@@ -113,11 +118,23 @@ void Adversary::act_before() {
 /// One time in three the handshake that was sent last, before it is there. Data that come sooner are a faster network, of which
 /// the checks know nothing.
 void Adversary::act_ruthlessly(bool in) {
+  if (!in && random_.bits() % 2 == 0) return speak_for_gone();
   const auto last = std::find_if(seen_.rbegin(), seen_.rend(),
                                  [](const Seen& seen) { return kind_of(octets(std::span(seen.bytes))) != ChannelKind::data; });
   if (last == seen_.rend() || random_.bits() % 3 != 0) return in ? act_at_random() : act_before();
   const Seen handshake = *last;
   send(handshake, handshake.bytes);
+}
+
+/// What was lost is new to the server, and sounds as if the station lived.
+void Adversary::speak_for_gone() {
+  constexpr int kLooks = 16;
+  for (int k = 0; k < kLooks; ++k) {
+    const Seen* seen = old_one();
+    if (seen == nullptr || !seen->to_server || is_in(seen->station)) continue;
+    ++counts_.of_gone;
+    return to_server(seen->client, seen->bytes);
+  }
 }
 
 void Adversary::answer_init(Micros now, std::size_t station, std::span<const std::byte> init) {

@@ -12,7 +12,8 @@
 //       a tag sees it, and the flood. What is sent again came to its receiver before (kReplayAfter is longer than any way over a
 //       link that loses nothing), and only once all are in: a copy that overtakes its original is no attack but a faster network.
 //     - Manner::ruthless: everything, at any time, copies of handshakes on their way included, and Inits are answered by a forged
-//       Cookie or two, sooner than the server or later, until all is to be well again. That may cost time, and nothing else.
+//       Cookie or two, sooner than the server or later, until all is to be well again; and what a station that is not in any more
+//       sent before, and the link perhaps lost, is brought to the server. That may cost time, and nothing else.
 //
 // The stolen key is used only while all are in: the world has one room, so a place that is free is the thief's to take.
 //
@@ -32,6 +33,7 @@ struct AttackCounts {
   std::uint64_t injected = 0, stray_bytes = 0, injected_bytes = 0;
   std::uint64_t before = 0;   ///< of the injected, while a station was not in
   std::uint64_t cookies = 0;  ///< of the injected, forged answers to an Init
+  std::uint64_t of_gone = 0;  ///< of the injected, what a station sent that is not in any more
 };
 
 enum class Manner : std::uint8_t { careful, ruthless };
@@ -63,11 +65,13 @@ class Adversary {
   void send(const Seen& like, const Packet& packet);
   const Seen* old_one();
   const Seen* any();
+  bool is_in(std::size_t station) const;
   bool all_are_in() const;
   void act(Micros now);
   void act_at_random();
   void act_before();
   void act_ruthlessly(bool in);
+  void speak_for_gone();
   void answer_init(Micros now, std::size_t station, std::span<const std::byte> init);
   Packet cut(const Packet& packet);
   Packet flipped(Packet packet);

@@ -23,12 +23,25 @@ Rights of_another_room() {
   return rights;
 }
 
+/// Two exchanges for keys, one for each of Hello and the first sample, and what is repeated meanwhile.
+Micros time_to_join(const Scenario& scenario) {
+  Micros round_trip{};
+  for (const StationPlan& plan : scenario.stations) round_trip = std::max(round_trip, slowest(plan.up) + slowest(plan.down));
+  return 4 * round_trip + kHelloEvery;
+}
+
 /// Nothing goes wrong, with and without the attacker.
 std::vector<Violation> compare_quiet(DrawOptions draw, Attacker attacker) {
   draw.faults = draw.losses = false;
-  const Scenario scenario = draw_scenario(draw);
-  const AttackedRun quiet = run_with_keys(scenario, Attacker::none, Manner::careful),
-                    attacked = run_with_keys(scenario, attacker, Manner::careful);
+  Scenario scenario = draw_scenario(draw);
+  scenario.end = std::min(scenario.end, scenario.healed + Adversary::kReplayAfter + time_to_join(scenario));
+  FrameLog frames;
+  RunOptions options;
+  options.check = false;
+  options.run_frame = frames.recorder();
+  const AttackedRun quiet = run_with_keys(scenario, Attacker::none, Manner::careful, options);
+  options.run_frame = frames.player();
+  const AttackedRun attacked = run_with_keys(scenario, attacker, Manner::careful, options);
   std::vector<Violation> found;
   if (const auto tick = first_difference(quiet.report, attacked.report))
     found.push_back({Micros{}, "attack",
@@ -48,9 +61,7 @@ std::vector<Violation> compare_quiet(DrawOptions draw, Attacker attacker) {
 
 ChannelTimes quick_keys() { return {.rekey = Micros{250'000}, .keep_old = Micros{10'000'000}, .stop = Micros{60'000'000}}; }
 
-AttackedRun run_with_keys(const Scenario& scenario, Attacker attacker, Manner manner, bool keep_rows) {
-  RunOptions options;
-  options.keep_rows = keep_rows;
+AttackedRun run_with_keys(const Scenario& scenario, Attacker attacker, Manner manner, RunOptions options) {
   options.keys.emplace();
   options.keys->times = quick_keys();
   options.keys->at_once = false;
@@ -66,10 +77,13 @@ AttackedRun run_with_keys(const Scenario& scenario, Attacker attacker, Manner ma
   return {std::move(report), adversary ? adversary->counts() : AttackCounts{}};
 }
 
-WorldReport run_attacked(const DrawOptions& draw, bool keep_rows) {
+WorldReport run_attacked(DrawOptions draw, bool keep_rows) {
   const Attacker attacker = draw.seed % 2 == 0 ? Attacker::thief : Attacker::stranger;
   const Manner manner = attacker == Attacker::thief ? Manner::careful : Manner::ruthless;
-  WorldReport report = run_with_keys(draw_scenario(draw), attacker, manner, keep_rows).report;
+  RunOptions options;
+  options.keep_rows = keep_rows;
+  draw.keys = true;
+  WorldReport report = run_with_keys(draw_scenario(draw), attacker, manner, options).report;
   const std::vector<Violation> found = compare_quiet(draw, attacker);
   report.violations.insert(report.violations.end(), found.begin(), found.end());
   return report;

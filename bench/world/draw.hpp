@@ -26,7 +26,7 @@ T pick(Random& random, std::initializer_list<T> of) {
 }
 
 /// A scene file.
-std::string draw_scene(std::uint64_t seed);
+std::string draw_scene(std::uint64_t seed, bool small = false);
 /// Who is there: the first always pushes. Needs scene and times of `s`.
 std::vector<StationPlan> draw_stations(const Scenario& s);
 /// The path of the hand of station `index`; `count` stations push.

@@ -25,13 +25,14 @@ struct Lattice {
   }
 };
 
-Lattice draw_lattice(Random& random, bool planar) {
+Lattice draw_lattice(Random& random, bool planar, bool small) {
   const auto few = [&](std::uint64_t from, std::uint64_t more) { return static_cast<int>(from + random.bits() % more); };
   Lattice l;
   l.planar = planar;
   l.nx = few(3, 3);
   l.ny = few(3, 3);
   l.nz = few(3, 2);
+  if (small) l.nx = l.ny = l.nz = 3;
   l.spacing_m = random.uniform(0.015, 0.03);
   l.density_kg_m3 = random.uniform(800, 1200);
   return l;
@@ -47,10 +48,10 @@ std::string draw_tool(Random& random, bool attach, double spacing_m) {
 
 }  // namespace
 
-std::string draw_scene(std::uint64_t seed) {
+std::string draw_scene(std::uint64_t seed, bool small) {
   Random random = part_of(seed, Part::body);
   const bool attach = random.chance(0.35), planar = attach && random.chance(0.25);
-  const Lattice lattice = draw_lattice(random, planar);
+  const Lattice lattice = draw_lattice(random, planar, small);
   // As stiff as a Phantom can still render at the port (about 6 k for a node of the surface), and not so soft that it falls.
   const double k = random.uniform(15, 90), ratio = random.uniform(0.1, 0.6);
   const double b = 2 * ratio * std::sqrt(k * lattice.node_mass_kg());

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bench/world/check.hpp"
+#include "bench/world/frame_log.hpp"
 #include "bench/world/scenario.hpp"
 
 namespace palpate {
@@ -37,6 +38,8 @@ struct RunOptions {
   bool keep_rows = false;
   std::optional<WorldKeys> keys = {};
   bool once = false;  ///< of WorldOptions
+  bool check = true;  ///< else nothing is judged: hash, trail and counts alone
+  FrameRunner run_frame = [](Room& room, const FrameJob& job) { return room.run(job); };
   /// Something to break, for tests of the checks: called when the world is ready to run.
   std::function<void(World&)> prepare;
 };

@@ -60,9 +60,10 @@ Micros misjudged_for(const Scenario& s, const Fault& f) {
 }
 
 Micros recovery_time(const Scenario& scenario, std::size_t station) {
-  // A process that died is silent for kSilentAfter before its name is free; whoever was refused asks again after kRetryEvery. A
-  // shadow first waits for the station whose tool it shares. Then three exchanges (refused as unknown, Hello, samples) and, at
-  // the worst, a frame that is a stall long.
+  // A process that died is silent for kSilentAfter before its name is free; whoever was refused asks again after kRetryEvery.
+  // With keys it waits until the dead one has failed to echo, and asks again meanwhile; two exchanges make its keys. A shadow
+  // first waits for the station whose tool it shares. Then three exchanges (refused as unknown, Hello, samples) and, at the
+  // worst, a frame that is a stall long.
   const auto slow = [&](std::size_t k) {
     const Links links = healed_links(scenario, k);
     return slowest(links.up) + slowest(links.down);
@@ -74,7 +75,8 @@ Micros recovery_time(const Scenario& scenario, std::size_t station) {
   const int self = plan.owner >= 0 ? plan.owner : static_cast<int>(station);
   for (const Fault& f : scenario.faults)
     if (f.station == self && (f.kind == FaultKind::crash || f.kind == FaultKind::leave)) {
-      joins += kSilentAfter + kRetryEvery;
+      const Micros ever = slowest_ever(scenario, station, true) + slowest_ever(scenario, station, false);
+      joins += scenario.drawn_with.keys ? ever + kSuccessorProof + kHelloEvery + 2 * slow(station) : kSilentAfter + kRetryEvery;
       break;
     }
   return Micros{500'000} + joins + 6 * frame;
@@ -158,7 +160,7 @@ Scenario draw_scenario(const DrawOptions& options) {
   s.drawn_with = options;
   s.healed = from_seconds(options.duration_s);
   s.rest = s.healed + Micros{400'000};
-  s.scene_json = draw_scene(options.seed);
+  s.scene_json = draw_scene(options.seed, options.small);
   s.scene = read_scene(s.scene_json, "the scene of seed " + std::to_string(options.seed));
   draw_server(s);
   s.stations = draw_stations(s);

@@ -25,7 +25,9 @@ struct DrawOptions {
   double duration_s = 3;  ///< until everything is healed
   bool faults = true, drift = true, losses = true;
   int stations_max = 4;
+  bool small = false;   ///< bodies of 3 x 3 x 3 nodes, or of 3 x 3, which cost less
   double deadband = 0;  ///< of ServerOptions; not drawn
+  bool keys = false;    ///< of what is promised: a process that died has its name again as its own successor, after a handshake
 };
 
 inline constexpr Micros kFirstFaultAt{700'000};

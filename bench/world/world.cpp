@@ -21,7 +21,14 @@ World::World(const Scene& scene, const WorldOptions& options)
       room_(scene),
       instance_(options.seed),
       server_(new_server()),
-      trust_(options.keys ? std::make_unique<WorldTrust>(*options.keys, options.seed) : nullptr) {}
+      trust_(options.keys ? std::make_unique<WorldTrust>(*options.keys, options.seed) : nullptr) {
+  know_successors();
+}
+
+void World::know_successors() {
+  if (!trust_) return;
+  server_->know_successors([trust = trust_.get()](PeerId newer, PeerId older) { return trust->server().succeeds(newer, older); });
+}
 
 std::unique_ptr<ServerCore> World::new_server() const {
   const ServerOptions options{.draw = repeatable(instance_), .rate_hz = options_.rate_hz, .deadband = options_.deadband};
@@ -246,6 +253,7 @@ void World::start_server(bool keep_body) {
   ++instance_;
   server_ = new_server();
   if (trust_) trust_->new_server();
+  know_successors();
   if (!keep_body) room_ = Room(scene_);
   room_started_ = false;
   server_up_ = true;

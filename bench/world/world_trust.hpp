@@ -38,7 +38,7 @@ class WorldTrust {
 
   ClientChannel& client(std::size_t station, Micros own_now);
   ServerTrust& server() { return *server_; }
-  PublicKey server_key() const { return public_of(site_.self); }
+  const PublicKey& server_key() const { return server_->channel().self(); }
   void shake_hands_at_once(std::size_t station, const ChannelAddress& at, Micros own_now, Micros server_now);
   bool at_once() const { return keys_.at_once; }
 

@@ -110,10 +110,19 @@ void ClientCore::take(std::span<const std::byte> bytes, Micros now) {
   hear(now);
   seq_in_.take(message.seq);
   loss_in_.take(message.seq);
-  clock_.take(message.clock, now);
+  take_clock(message.clock, now);
   if (const auto* patch = std::get_if<PatchMessage>(&message.body)) take_patch(patch->patch, bytes.size(), now);
   if (const auto* piece = std::get_if<PatchTerms>(&message.body)) take_terms(*piece, bytes.size());
   if (const auto* beat = std::get_if<Beat>(&message.body)) take_beat(*beat, now);
+}
+
+/// Where the server's clock steps ahead of ours, ours may have stood.
+void ClientCore::take_clock(const ClockStamps& stamps, Micros now) {
+  const bool known = clock_.locked();
+  const Micros before = clock_.offset();
+  clock_.take(stamps, now);
+  const Micros step = clock_.offset() - before;
+  if (known && step > ClockSync::kStepLeast) intake_.stood_still(step);
 }
 
 void ClientCore::take_fault(WireFault fault) {

@@ -131,6 +131,7 @@ class ClientCore {
 
   void drain();
   void drain_hold();
+  void take_clock(const ClockStamps& stamps, Micros now);
   void take_fault(WireFault fault);
   bool is_ours(const Message& message) const;
   void hear(Micros now);

@@ -13,6 +13,7 @@
 // Runs off the haptic thread; one writer.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -55,12 +56,16 @@ class PatchIntake {
   /// A shadow's stamps come by way of its hand's link, whose two ways may differ by much more than its own way takes.
   static constexpr Micros kShadowFutureMax{250'000};
   static constexpr int kJumpFree = 8;
+  static constexpr Micros kStoodMost{3'000'000};
   explicit PatchIntake(LatestSlot<PatchPlayer>& slot, Micros future_max = kFutureMax) : slot_(slot), future_max_(future_max) {}
   /// Every sample of the haptic thread, in order.
   void add_sample(const ToolSample& sample) { history_.add(sample); }
   const SampleHistory& history() const { return history_; }
   /// Frames a second of the server, kMaxRateHz before the first call.
   void expect(double rate_hz) { rate_hz_ = rate_hz; }
+  /// Our clock stood still for so long (a machine that slept): the server's numbers went on meanwhile. Of more than kStoodMost no
+  /// session is left.
+  void stood_still(Micros time) { last_came_ -= std::min(time, kStoodMost); }
   /// Takes a patch that passed check(): false (and counted) when it is not newer than the last one, leads too far, is older than
   /// the history, or from the future. `now` is the clock of the samples; the newest of them may be older, after this side stood
   /// still.

@@ -26,9 +26,9 @@ struct Quaternion {
 /// x of x^4 - 6 x^2 - 8 J x + c
 template <std::size_t N>
 PALPATE_INLINE void largest_root(const Doubles<N>& j, const Doubles<N>& c, Doubles<N>& x) {
-  constexpr int kStepsMax = 24;        // towards a double root each leaves a third of the error
-  constexpr double kLastStep = 2e-6;   // of the slope: the third power of such a step is lost in rounding
-  constexpr double kRounding = 3e-14;  // of p; at a double root x stays above it, where the adjugate is not rounding alone
+  constexpr int kStepsMax = 24;            // towards a double root each leaves a third of the error
+  constexpr double kLastStep = 2e-6;       // of the slope: the third power of such a step is lost in rounding
+  constexpr double kRootRounding = 3e-14;  // of p; at a double root x stays above it, where the adjugate is not rounding alone
   const Doubles<N> least = Doubles<N>{} + 1.0;
   x = least + 2.0;
   Truths<N> going = x > least;
@@ -36,7 +36,7 @@ PALPATE_INLINE void largest_root(const Doubles<N>& j, const Doubles<N>& c, Doubl
     const Doubles<N> square = x * x, p = ((square - 6.0) * x - 8.0 * j) * x + c;
     const Doubles<N> slope = 4.0 * ((square - 3.0) * x - 2.0 * j), curvature = 12.0 * (square - 1.0);
     const Doubles<N> step = 2.0 * p * slope / (2.0 * slope * slope - p * curvature), next = x - step;
-    going &= p > kRounding;
+    going &= p > kRootRounding;
     x = going ? (next > least ? next : least) : x;
     going &= step > kLastStep * slope;
   }
@@ -132,7 +132,7 @@ PALPATE_INLINE void turn(const Mat<N>& s, const Doubles<N> (&t)[3], const Truths
 template <std::size_t N>
 PALPATE_INLINE void refine(const Mat<N>& f, Quaternion<N>& q, Mat<N>& r) {
   constexpr int kTurnsMax = 4;
-  constexpr double kRounding = 1e-29;  // of |t|^2
+  constexpr double kTurnRounding = 1e-29;  // of |t|^2
   Truths<N> going = f.of[0][0] == f.of[0][0];
   for (int k = 0;; ++k) {
     rotation_of(q, r);
@@ -141,7 +141,7 @@ PALPATE_INLINE void refine(const Mat<N>& f, Quaternion<N>& q, Mat<N>& r) {
       for (int c = 0; c < 3; ++c) s.of[i][c] = r.of[0][i] * f.of[0][c] + r.of[1][i] * f.of[1][c] + r.of[2][i] * f.of[2][c];
     Doubles<N> t[3];
     axial_part(s, t);
-    going &= t[0] * t[0] + t[1] * t[1] + t[2] * t[2] > kRounding;
+    going &= t[0] * t[0] + t[1] * t[1] + t[2] * t[2] > kTurnRounding;
     if (k == kTurnsMax || !any<N>(going)) return;
     turn(s, t, going, q);
   }

@@ -72,6 +72,9 @@ class ServerCore {
     frames_.detail().on_scheme = std::move(listener);
   }
 
+  /// Whether two senders have one key and the first is the newer session: a station gives its name to its successor.
+  void know_successors(std::function<bool(PeerId, PeerId)> succeeds) { sessions_.succeeds = std::move(succeeds); }
+
   /// Nobody is let in any more; who is there stays.
   void drain() { sessions_.drain(kShuttingDown); }
   bool draining() const { return sessions_.draining(); }

@@ -43,6 +43,10 @@ void ServerRooms::expel(PeerId peer, Micros now) {
   for (const auto& core : cores_) core->expel(peer, now);
 }
 
+void ServerRooms::know_successors(const std::function<bool(PeerId, PeerId)>& succeeds) {
+  for (const auto& core : cores_) core->know_successors(succeeds);
+}
+
 void ServerRooms::tick(Micros now) {
   for (const auto& core : cores_) core->tick(now);
 }

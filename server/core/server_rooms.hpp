@@ -33,6 +33,8 @@ class ServerRooms {
   /// In place of an answer to this message.
   void refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit, Micros now);
   void expel(PeerId peer, Micros now);
+  /// ServerCore::know_successors of all rooms.
+  void know_successors(const std::function<bool(PeerId, PeerId)>& succeeds);
   /// Of all rooms.
   void tick(Micros now);
   std::size_t emit(std::span<std::byte> out, PeerId& to, Micros now);

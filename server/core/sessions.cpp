@@ -86,8 +86,9 @@ void Sessions::take_hello(const Message& message, PeerId from, std::size_t size,
     return answer(message, {seated->secret, seated->id, seated->seq_out++, {}, welcome_for(seated->hello)}, from, size, now);
   Handshake* handshake = handshakes_.begun(from, hello, now);
   if (!handshake) {
+    if (has_to_wait(hello, from, now)) return;
     const std::string asked = hello.station;
-    if (hello.alike) hello.station = free_name(asked);
+    if (hello.alike) hello.station = free_name(asked, from, now);
     if (const auto no = objection(hello, from, now)) {
       if (now - refusal_told_ >= kRefusalTold) {
         refusal_told_ = now;
@@ -106,7 +107,8 @@ Station* Sessions::admit(Handshake& handshake, Micros now) {
   if (objection(handshake.hello, handshake.peer, now)) return nullptr;
   if (const Station* const old = stations_.named(handshake.hello.station)) {
     ++counts_.replaced;
-    tell(RecordedEventKind::silent, *old, "another takes its name", now);
+    const bool by_successor = is_successor(*old, handshake.peer);
+    tell(RecordedEventKind::silent, *old, by_successor ? "its successor takes its name" : "another takes its name", now);
     stations_.erase(old->id);
   }
   assert(stations_.size() < static_cast<std::size_t>(kMaxStations));
@@ -146,7 +148,7 @@ std::optional<Refuse> Sessions::objection(const Hello& hello, PeerId from, Micro
     return Refuse{bad_request,
                   "no room \"" + hello.room + "\" here; " + (rooms_.empty() ? "the rooms have no names" : "there is " + rooms_)};
   const Station* const in_place_of = stations_.named(hello.station);
-  if (in_place_of && in_place_of->peer != from && now - in_place_of->heard <= kSilentAfter)
+  if (in_place_of && !gives_way(*in_place_of, from, now))
     return Refuse{name_taken, "station \"" + hello.station + "\" is in the room already"};
   if (const auto full = lack_of_seats(hello, in_place_of)) return full;
   if (hello.role == Role::viewer) return std::nullopt;
@@ -167,6 +169,30 @@ std::optional<Refuse> Sessions::objection(const Hello& hello, PeerId from, Micro
     if (other.pushes() && &other != in_place_of)
       return Refuse{node_taken, "station \"" + other.hello.station + "\" holds the node of this scene"};
   return std::nullopt;
+}
+
+bool Sessions::is_successor(const Station& holder, PeerId from) const { return succeeds && succeeds(from, holder.peer); }
+
+/// Its name to this sender.
+bool Sessions::gives_way(const Station& holder, PeerId from, Micros now) const {
+  const Micros silent = now - holder.heard;
+  if (holder.peer == from || silent > kSilentAfter) return true;
+  if (!is_successor(holder, from)) return false;
+  const Station::Claim& claim = holder.claim;
+  const bool in_vain = claim.by == from && now - claim.since >= holder.clock.rtt().min + kSuccessorProof;
+  return (!holder.views() && silent >= kSuccessorAfter) || (in_vain && holder.echoed <= claim.since);
+}
+
+/// A successor, until it is known whether the holder lives.
+bool Sessions::has_to_wait(const Hello& hello, PeerId from, Micros now) {
+  Station* const holder = stations_.named(hello.station);
+  if (!holder || gives_way(*holder, from, now) || !is_successor(*holder, from)) return false;
+  Station::Claim& claim = holder->claim;
+  if (claim.by > from) return false;  // one that is newer asks too
+  if (claim.by < from) claim = {from, now};
+  if (holder->echoed <= claim.since) return true;
+  claim.since = now;  // it lives; who asks again wants it shown again
+  return false;
 }
 
 std::optional<Refuse> Sessions::lack_of_seats(const Hello& hello, const Station* in_place_of) const {
@@ -191,6 +217,7 @@ Station* Sessions::take_from(Station& station, const Message& message, Micros no
   station.seq.take(message.seq);
   station.loss.take(message.seq);
   station.clock.take(message.clock, now);
+  station.echoed = std::max(station.echoed, std::min(message.clock.echo, now));
   if (!std::holds_alternative<Leave>(message.body)) return &station;
   ++counts_.leaves;
   tell(RecordedEventKind::left, station, "", now);
@@ -288,9 +315,12 @@ Station* Sessions::asked_before(const Hello& hello, PeerId from) {
   return nullptr;
 }
 
-/// `like` itself where nobody has it, else the first of "like-2", "like-3" ... that nobody has.
-std::string Sessions::free_name(const std::string& like) const {
+/// `like` itself where nobody has it or its holder gives way to a successor, else the first of "like-2", "like-3" ... that nobody
+/// has.
+std::string Sessions::free_name(const std::string& like, PeerId from, Micros now) const {
   std::string name = like;
+  if (const Station* const holder = stations_.named(like); holder && is_successor(*holder, from) && gives_way(*holder, from, now))
+    return name;
   for (int number = 2; stations_.named(name) != nullptr; ++number) {
     const std::string suffix = "-" + std::to_string(number);
     name = std::string(cut_text(without_number(like), static_cast<std::size_t>(kMaxNameBytes) - suffix.size())) + suffix;

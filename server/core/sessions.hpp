@@ -7,6 +7,14 @@
 // when it has shown that it receives at the very address of the one before. Datagrams with another secret, number or sender
 // change nothing: who does not see a station's datagrams can neither end it nor speak for it, except by guessing 64 bits.
 //
+// A successor is a newer session of the holder's own key (succeeds(); without keys there is none): a program that crashed and was
+// started again. It gets the name when nothing of the holder has come for kSuccessorAfter, or when it has asked for a round trip
+// of the holder (the least: what comes late makes the mean longer) and kSuccessorProof and the holder has echoed nothing that it
+// was sent since: what a dead one said and somebody brings late holds up nobody. Until then its Hello is not answered, and comes
+// again after kHelloEvery; a holder that lives has echoed, and the successor is refused, or with `alike` gets another name. A
+// session that lost its name is the older one, and gets it back as anybody does: of two programs that run with one key and one
+// name neither takes over while the other is heard.
+//
 // An unknown sender is answered with at most as many bytes as it sent, and with no secret but its own.
 //
 // Seats: kMaxStations in a room, of which shadows have at most kMostShadows and viewers kMostViewers, so that hands find one.
@@ -31,6 +39,8 @@
 namespace palpate {
 
 inline constexpr Micros kSilentAfter{1'000'000};            ///< another peer may take the name of a station silent for so long
+inline constexpr Micros kSuccessorAfter{250'000};           ///< the same for a successor, where the holder has a hand
+inline constexpr Micros kSuccessorProof{500'000};           ///< beyond its round trip, for a holder to echo what it is sent
 inline constexpr Micros kGoneAfter{3'000'000};              ///< a station silent for so long has left
 inline constexpr int kMostShadows = 16, kMostViewers = 16;  ///< of a room
 inline constexpr std::size_t kRefuseReasons = 7;
@@ -78,6 +88,8 @@ class Sessions {
 
   /// Hears who comes, goes and is refused, and why.
   std::function<void(const RecordedEvent&)> on_event;
+  /// Whether two senders have one key and the first is the newer session; empty: there are no keys.
+  std::function<bool(PeerId, PeerId)> succeeds;
 
  private:
   struct Reply {
@@ -95,11 +107,14 @@ class Sessions {
   StationId new_id();
   Welcome welcome_for(const Hello& hello) const;
   std::optional<Refuse> objection(const Hello& hello, PeerId from, Micros now) const;
+  bool is_successor(const Station& holder, PeerId from) const;
+  bool gives_way(const Station& holder, PeerId from, Micros now) const;
+  bool has_to_wait(const Hello& hello, PeerId from, Micros now);
   std::optional<Refuse> lack_of_seats(const Hello& hello, const Station* in_place_of) const;
   void answer(const Message& question, Message answer, PeerId to, std::size_t limit, Micros now);
   void say_goodbye(const Station& station, const Refuse& why, Micros now);
   Station* asked_before(const Hello& hello, PeerId from);
-  std::string free_name(const std::string& like) const;
+  std::string free_name(const std::string& like, PeerId from, Micros now) const;
   void tell(RecordedEventKind kind, StationId id, const Hello& hello, const std::string& text, Micros now) const;
 
   Welcome welcome_;  ///< but for the station's name, and deadband where it gets none

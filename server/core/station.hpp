@@ -48,7 +48,13 @@ struct Station {
   Hello hello;        ///< under the name that it has in the room
   std::string asked;  ///< name that it asked for
   Micros heard{};     ///< newest datagram
-  ClockSync clock;    ///< its clock is the peer's
+  Micros echoed{};    ///< newest datagram of ours that it has shown to have received: when we sent it
+  struct Claim {
+    PeerId by = 0;
+    Micros since{};
+  };
+  Claim claim;      ///< of the newest successor that asked for its name
+  ClockSync clock;  ///< its clock is the peer's
   SeqTracker seq;
   LossMeter loss;
   LinkSaid link;

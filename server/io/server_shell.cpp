@@ -90,7 +90,10 @@ ServerShell::ServerShell(const std::vector<NamedScene>& scenes, const ShellOptio
   }
   hear_rooms();
   socket_.non_blocking(true);
-  if (options.keys) trust_.emplace(*options.keys, system_random(), unix_now);
+  if (options.keys) {
+    trust_.emplace(*options.keys, system_random(), unix_now);
+    cores_.know_successors([this](PeerId newer, PeerId older) { return trust_->succeeds(newer, older); });
+  }
   if (!options.record.file.empty()) begin_recording(scenes, options);
 }
 

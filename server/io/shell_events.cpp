@@ -29,7 +29,7 @@ void count_roles(const std::vector<StationReport>& stations, RoomState& room) {
 void ServerShell::hear_rooms() {
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     cores_[k].on_event([this, k](const RecordedEvent& event) {
-      if (bodies_[k]->recorder) bodies_[k]->recorder->event(event);
+      if (bodies_[k]->recorder) bodies_[k]->recorder->event(attributed(event));
       say(k, event);
     });
     cores_[k].on_scheme([this, k](const std::string& station, const SchemeInUse& in_use) {
@@ -37,6 +37,12 @@ void ServerShell::hear_rooms() {
           {{"station", station}, {"scheme", std::string(palpate::name_of(in_use.scheme))}});
     });
   }
+}
+
+/// A recording says whose key it was that joined: names can be given to another later.
+RecordedEvent ServerShell::attributed(RecordedEvent event) const {
+  if (event.kind == RecordedEventKind::joined && sender_ && sender_->key) event.text = "key " + to_text(*sender_->key);
+  return event;
 }
 
 void ServerShell::say(std::string kind, const std::string& text, std::vector<EventField> fields, EventLevel level) const {

@@ -50,14 +50,16 @@ std::optional<Refuse> RightsGate::cap_hello(Hello& hello, ChannelPeer from, cons
     return not_allowed("this key is for room " + joined(rights.rooms));
   if (!hello.shadow_of.empty() && !rights.has_name(hello.shadow_of))
     return not_allowed("\"" + hello.shadow_of + "\" is not a station of this key");
-  return cap_streams(from, key, rights, now);
+  return cap_streams(hello, from, key, rights, now);
 }
 
-std::optional<Refuse> RightsGate::cap_streams(ChannelPeer from, const PublicKey& key, const Rights& rights, Micros now) const {
+std::optional<Refuse> RightsGate::cap_streams(const Hello& hello, ChannelPeer from, const PublicKey& key, const Rights& rights,
+                                              Micros now) const {
   int streams = 0;
   for (const auto& [peer, stream] : streams_) {
     if (peer == from || now - stream.heard > ServerChannel::kSilent) continue;
-    if (stream.key == key) ++streams;
+    const bool gives_way = peer < from && !hello.alike && same_station(stream.hello, hello);
+    if (stream.key == key && !gives_way) ++streams;
     if (stream.key != key && may_share_a_name(stream.rights, rights))
       return Refuse{RefuseReason::name_taken, "another key has a station \"" + stream.rights.name + "\" here"};
   }

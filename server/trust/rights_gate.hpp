@@ -4,6 +4,7 @@
 //     ViewState  kbit/s at most
 //
 // A session is one station: a Hello for another one than before ends that, so that nobody has more stations than streams.
+// An older session of the same key and station is no stream more: the room knows which of the two has the name (sessions.hpp).
 // A station that leaves name or room open gets what it has a right to. Of two keys whose stations could have the same name
 // (tokens may say so) the second waits until the first has gone: a name in a room belongs to one key.
 #pragma once
@@ -36,7 +37,8 @@ class RightsGate {
     Hello hello;  ///< as it was granted
   };
   std::optional<Refuse> cap_hello(Hello& hello, ChannelPeer from, const PublicKey& key, const Rights& rights, Micros now);
-  std::optional<Refuse> cap_streams(ChannelPeer from, const PublicKey& key, const Rights& rights, Micros now) const;
+  std::optional<Refuse> cap_streams(const Hello& hello, ChannelPeer from, const PublicKey& key, const Rights& rights,
+                                    Micros now) const;
 
   std::map<ChannelPeer, Stream> streams_;  ///< sessions in a room, as far as is known here
 };

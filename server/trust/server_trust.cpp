@@ -12,6 +12,12 @@ std::optional<Letter> ServerTrust::take(std::span<const std::byte> datagram, con
   return letter;
 }
 
+bool ServerTrust::succeeds(ChannelPeer newer, ChannelPeer older) const {
+  const PublicKey* const a = channel_.key(newer);
+  const PublicKey* const b = channel_.key(older);
+  return newer > older && a != nullptr && b != nullptr && *a == *b;
+}
+
 void ServerTrust::forget(ChannelPeer peer) {
   channel_.forget(peer);
   gate_.forget(peer);

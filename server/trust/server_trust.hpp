@@ -28,6 +28,8 @@ class ServerTrust {
   }
   /// After the rooms have said what they had to say to a session that ended.
   void forget(ChannelPeer peer);
+  /// Whether both are there with one key, and the first is the newer session.
+  bool succeeds(ChannelPeer newer, ChannelPeer older) const;
   ServerChannel& channel() { return channel_; }
   const ServerChannel& channel() const { return channel_; }
 

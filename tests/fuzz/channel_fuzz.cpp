@@ -3,11 +3,9 @@
 //
 // Each input is a run. A byte says what happens next: one end or the other says something, a datagram that is under way arrives,
 // now or again, changed or not, from its own address or another; a handshake begins; time goes by, to new keys and beyond.
-#include <cstdlib>
 #include <set>
 
-#include "tests/fuzz/script.hpp"
-#include "tests/trust/channel_pair.hpp"
+#include "tests/fuzz/joined_pair.hpp"
 
 using namespace palpate;
 using namespace palpate::test;
@@ -15,10 +13,6 @@ using namespace palpate::test;
 namespace {
 
 constexpr std::size_t kKept = 256;
-
-void require(bool condition) {
-  if (!condition) std::abort();
-}
 
 /// One direction: what was said and not delivered yet, and every datagram that is or was under way.
 struct Way {
@@ -37,11 +31,6 @@ struct Way {
 
 class Stage {
  public:
-  Stage() {
-    peer_ = pair_.join();
-    require(peer_ != 0);
-  }
-
   void act(Script& script) {
     const std::uint64_t what = script.number(1), how = what >> 4;
     switch (what & 15u) {
@@ -50,7 +39,7 @@ class Stage {
         return up_.send(pair_.sealed(up_.next("up ")));
       case 2:
       case 3:
-        return down_.send(pair_.sealed_by_server(peer_, down_.next("down ")));
+        return down_.send(pair_.sealed_by_server(pair_.peer, down_.next("down ")));
       case 4:
       case 5:
         return to_server(chosen(up_, script), 0);
@@ -100,24 +89,18 @@ class Stage {
     how % 2 == 0 ? to_server(datagram, how) : to_client(datagram);
   }
   void to_server(const Datagram& datagram, std::uint64_t from) {
-    pair_.from = address_of(1 + static_cast<int>(from), 4711);
-    if (const auto opened = pair_.to_server(datagram)) {
-      peer_ = opened->peer;
-      if (opened->size > 0) up_.arrived(pair_.text(opened->size));
+    auto taken = pair_.take(datagram, 1 + static_cast<int>(from));
+    if (taken.opened) {
+      pair_.peer = taken.opened->peer;
+      if (taken.opened->size > 0) up_.arrived(pair_.text(taken.opened->size));
     }
-    std::size_t answered = 0;
-    for (Datagram& answer : pair_.from_server()) {
-      answered += answer.size();
-      down_.send(std::move(answer));
-    }
-    require(answered <= datagram.size());
+    for (Datagram& answer : taken.answers) down_.send(std::move(answer));
   }
   void to_client(const Datagram& datagram) {
     if (const std::size_t size = pair_.to_client(datagram); size > 0) down_.arrived(pair_.text(size));
   }
 
-  ChannelPair pair_;
-  ChannelPeer peer_ = 0;
+  JoinedPair pair_;
   Way up_, down_;
 };
 

@@ -50,16 +50,16 @@ std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t m
 int main(int argc, char** argv) {
   if (argc != 3 && argc != 4) return std::fprintf(stderr, "usage: %s INPUTS BYTES [SEED]\n", argv[0]), 2;
   if (argc == 4) chance().seed(static_cast<unsigned>(std::atoi(argv[3])));
-  const int inputs = std::atoi(argv[1]);
+  const long inputs = std::atol(argv[1]);
   std::vector<std::uint8_t> data(static_cast<std::size_t>(std::atoi(argv[2])));
   std::size_t size = 0;
-  for (int k = 0; k < inputs; ++k) {
+  for (long k = 0; k < inputs; ++k) {
     // Every fourth begins with a file of the harness's own, which it takes at multiples of 64.
     const auto seed = static_cast<unsigned>(k % 4 == 0 ? 64 * (k / 4) : 1 + below(62));
     size = LLVMFuzzerCustomMutator ? LLVMFuzzerCustomMutator(data.data(), size, data.size(), seed)
                                    : LLVMFuzzerMutate(data.data(), k % 64 == 0 ? 0 : size, data.size());
     LLVMFuzzerTestOneInput(data.data(), size);
   }
-  std::printf("%d inputs\n", inputs);
+  std::printf("%ld inputs\n", inputs);
   return 0;
 }

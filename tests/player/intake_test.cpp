@@ -242,3 +242,28 @@ TEST_CASE("A patch does not wait for terms that bend it less than the one before
   CHECK(seq > 2);
   CHECK(seq < 10);
 }
+
+TEST_CASE("While this clock stood still numbers went on, for three seconds at most, and no further than that") {
+  constexpr double kRateHz = 50;
+  constexpr Micros kSlept{600'000}, kWoken{20'000}, kForever{60'000'000};
+  // Of 600 ms 30 patches, of 3 s 150; both with a quarter more and eight.
+  struct Case {
+    Micros stood;
+    std::uint32_t lead;
+    bool taken;
+  };
+  for (const Case c :
+       {Case{{}, 31, false}, {kSlept, 31, true}, {kSlept, 48, false}, {kForever, 190, true}, {kForever, 200, false}}) {
+    Side side;
+    side.intake.expect(kRateHz);
+    for (int ms = 0; ms <= 300; ++ms) side.intake.add_sample(sample_at(ms));
+    Patch patch = test::attach_patch(11, 1, kNow - kWoken);
+    REQUIRE(side.intake.accept(patch, kNow));
+    side.intake.stood_still(c.stood);
+    patch.seq += c.lead;
+    patch.stamp += kWoken;
+    INFO(c.stood.count() << " us, " << c.lead << " further");
+    CHECK(side.intake.accept(patch, kNow + kWoken) == c.taken);
+    CHECK(side.intake.counts().jumped == (c.taken ? 0u : 1u));
+  }
+}

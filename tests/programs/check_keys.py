@@ -3,6 +3,7 @@
 usage: check_keys.py FOLDER_OF_PROGRAMS FOLDER_OF_SCENES
 """
 
+import csv
 import json
 import os
 import pathlib
@@ -13,7 +14,6 @@ import stat
 import subprocess
 import sys
 import tempfile
-import time
 
 from running import Program, Server, end, key, run
 
@@ -109,8 +109,27 @@ def check_passed_on(programs, scenes, server, work, keys):
     assert all(b"PLPT" not in datagram and b"OR 3" not in datagram for datagram in passed)
 
 
+def check_started_again(programs, server, keys):
+    """A program that was killed has its own name when it is started again, another that runs beside it has not."""
+
+    def station(*arguments):
+        return Program(programs / "palpate-client", "--server", server.address, "--key", keys["station"], "--duration-s", "60", "--realtime",
+                       "off", *arguments)
+
+    with station("--station", "OR 3") as first:
+        first.wait_for("^joined")
+    with station("--station", "OR 3") as again:
+        again.wait_for("^joined scene touch-cube:")
+        server.wait_for('"OR 3" silent: its successor takes its name')
+        with station("--station", "OR 3") as beside:
+            beside.wait_for('"OR 3" is in the room already')
+        with station() as beside:
+            beside.wait_for("^joined .* as OR 3-2:")
+
+
 def check_taken_out(programs, server, keys):
-    """A key that is taken out of the file is out within a second of SIGHUP; a file that is wrong changes nothing."""
+    """A key that is taken out of the file is out, and its station told so; a file that is wrong changes nothing. tests/world says
+    within which time."""
     with Program(programs / "palpate-client", "--server", server.address, "--key", keys["station"], "--duration-s", "20", "--realtime",
                  "off") as client:
         client.wait_for("^joined")
@@ -121,11 +140,19 @@ def check_taken_out(programs, server, keys):
         keys["site"].write_text("".join(line for line in text.splitlines(True) if '"OR 3"' not in line))
         server.send(signal.SIGHUP)
         server.wait_for("keys read again")
-        begun = time.monotonic()
+        server.wait_for("left: its key is not valid any more")
         client.wait_for("server lost")
-        took = time.monotonic() - begun
         end(client, signal.SIGINT)
-    assert took < 2.5, f"{took:.1f} s after its key was taken out"  # tests/world has the second; this is a busy machine's
+
+
+def check_attributed(programs, recording, out, keys):
+    """Who was it, says the recording."""
+    done = run(programs, "palpate-lab", "export", "--recording", recording, "--out", out)
+    assert done.returncode == 0, done.stderr
+    joined = [row for row in csv.DictReader((out / "events.csv").open()) if row["event"] == "joined"]
+    whose = {"OR 3": key(programs, "show", keys["station"]), "guest": key(programs, "show", keys["stranger"])}
+    assert {row["station"] for row in joined} == {"OR 3", "OR 3-2", "guest"}, joined
+    assert all(row["text"] == f"key {whose[row['station'].removesuffix('-2')]}" for row in joined), joined
 
 
 def main():
@@ -144,13 +171,16 @@ def main():
         key(programs, "new", keys["misled"], "--trust", station)
         key(programs, "admit", keys["site"], station, "OR 3")
         keys["site"].write_text(keys["site"].read_text() + "issuer " + key(programs, "new", keys["issuer"], "--issuer") + "\n")
-        with Server(programs, scene, "--keys", keys["site"]) as server:
+        recording = work / "session.rec"
+        with Server(programs, scene, "--keys", keys["site"], "--record", recording) as server:
             check_touch(programs, scenes, server, work, keys)
             check_strangers(programs, scenes, server, work, keys)
             check_token(programs, scenes, server, work, keys)
+            check_started_again(programs, server, keys)
             check_passed_on(programs, scenes, server, work, keys)
             check_taken_out(programs, server, keys)
             end(server)
+        check_attributed(programs, recording, work / "events", keys)
     print("keys let in whom they should, and nobody else")
 
 

@@ -90,19 +90,34 @@ TEST_CASE("a shadow shares a tool of its own key only") {
 TEST_CASE("a key has as many streams as it may, and one more when one of them leaves or falls silent") {
   Gated gated;
   gated.rights.streams = 2;
-  Hello hello = hand("OR 3");
-  CHECK_FALSE(gated.ask(hello, 1));
-  CHECK_FALSE(gated.ask(hello, 2));
-  CHECK_FALSE(gated.ask(hello, 1));  // again
-  CHECK(gated.ask(hello, 3)->reason == RefuseReason::room_full);
+  const auto ask = [&](int k) {
+    Hello hello = hand("OR 3-" + std::to_string(k));
+    return gated.ask(hello, static_cast<ChannelPeer>(k));
+  };
+  CHECK_FALSE(ask(1));
+  CHECK_FALSE(ask(2));
+  CHECK_FALSE(ask(1));  // again
+  CHECK(ask(3)->reason == RefuseReason::room_full);
   gated.say(Leave{}, 2);
-  CHECK_FALSE(gated.ask(hello, 3));
-  CHECK(gated.ask(hello, 4)->reason == RefuseReason::room_full);
+  CHECK_FALSE(ask(3));
+  CHECK(ask(4)->reason == RefuseReason::room_full);
   gated.now += Micros{2'000'000};
   gated.say(Beat{}, 3);
   gated.now += Micros{1'500'000};
-  CHECK_FALSE(gated.ask(hello, 4));  // the first is silent, the third is not
-  CHECK(gated.ask(hello, 5)->reason == RefuseReason::room_full);
+  CHECK_FALSE(ask(4));  // the first is silent, the third is not
+  CHECK(ask(5)->reason == RefuseReason::room_full);
+}
+
+TEST_CASE("a newer session of the key under the same name in the same room is no stream more, an older one or another is") {
+  Gated gated;
+  gated.rights.streams = 1;
+  Hello hello = hand("OR 3", "liver"), elsewhere = hand("OR 3", "lung"), alike = hello;
+  alike.alike = true;
+  CHECK_FALSE(gated.ask(hello, 5));
+  CHECK(gated.ask(hello, 4)->reason == RefuseReason::room_full);
+  CHECK(gated.ask(elsewhere, 6)->reason == RefuseReason::room_full);
+  CHECK(gated.ask(alike, 6)->reason == RefuseReason::room_full);
+  CHECK_FALSE(gated.ask(hello, 6));
 }
 
 TEST_CASE("a session is one station: asked for another one, the first goes") {

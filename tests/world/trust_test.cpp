@@ -10,18 +10,21 @@ using namespace palpate;
 
 namespace {
 
-Scenario trusted_scenario(std::uint64_t seed, bool faults, bool losses) {
+Scenario trusted_scenario(std::uint64_t seed, bool faults, bool losses, bool keys = false) {
   DrawOptions draw;
   draw.seed = seed;
   draw.duration_s = 1.2;
   draw.faults = faults;
   draw.losses = losses;
+  draw.keys = keys;
   return draw_scenario(draw);
 }
 
+/// A server that restarted has other keys, and what is under way to it is of no use; a station that did is its own successor.
 bool restarts(const Scenario& scenario) {
-  return std::any_of(scenario.faults.begin(), scenario.faults.end(),
-                     [](const Fault& fault) { return fault.kind == FaultKind::server_restart; });
+  return std::any_of(scenario.faults.begin(), scenario.faults.end(), [](const Fault& fault) {
+    return fault.kind == FaultKind::server_restart || fault.kind == FaultKind::crash || fault.kind == FaultKind::leave;
+  });
 }
 
 std::string difference(const WorldReport& a, const WorldReport& b) {
@@ -75,11 +78,34 @@ TEST_CASE("A key that is taken out has no station at once and no force within a 
     }
 }
 
+TEST_CASE("A hand that crashes and is started again has its own name and force within a second, whatever the way") {
+  for (const int way_ms : {0, 30, 150})
+    for (const int away_ms : {1, 100, 2000}) {
+      KeyedHand hand(Micros{1000 * way_ms});
+      constexpr Micros kCrash{6'000'000};
+      const Micros again = kCrash + Micros{1000 * away_ms};
+      // Two round trips for keys, one for each of Hello, the first sample and the patch; the wait of a successor and its next
+      // Hello.
+      const Micros by = again + Micros{1000 * 10 * way_ms} + kSuccessorAfter + kHelloEvery + Micros{250'000};
+      hand.world.at(kCrash, [&] { hand.station->crash(); });
+      hand.world.at(again, [&] { hand.station->join_again(hand.world.now()); });
+      hand.world.run_until(kCrash - Micros{1});
+      REQUIRE(hand.felt >= kCrash - Micros{2'000});
+      hand.felt = {};
+      hand.world.run_until(by);
+      INFO(way_ms << " ms each way, away for " << away_ms << " ms");
+      CHECK(hand.felt >= by - Micros{2'000});
+      CHECK(hand.station->core().welcome().station == "hand");
+      CHECK(hand.world.server().station_count() == 1);
+    }
+}
+
 TEST_CASE("Worlds with keys, made anew all the time, feel to the bit what worlds without keys feel") {
   int compared = 0;
-  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 22}) {  // 16: keys were replaced that nobody had used
+  for (const std::uint64_t seed :
+       {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 22}) {  // 16: keys were replaced that nobody had used
     const Scenario scenario = trusted_scenario(seed, true, true);
-    if (restarts(scenario)) continue;  // a server that restarted has other keys, and what is under way to it is of no use
+    if (restarts(scenario)) continue;
     RunOptions open, keyed;
     open.once = true;
     keyed.keys = WorldKeys{.times = quick_keys()};
@@ -127,13 +153,26 @@ TEST_CASE("Somebody on the way with the key of a station for another room change
 TEST_CASE("Worlds with keys hold every check while everything goes wrong and handshakes, joins and rejoins are attacked") {
   AttackCounts all;
   for (std::uint64_t seed = 57; seed <= 64; ++seed) {
-    const Scenario scenario = trusted_scenario(seed, true, true);
+    const Scenario scenario = trusted_scenario(seed, true, true, true);
     const AttackedRun run = run_with_keys(scenario, seed % 2 == 0 ? Attacker::thief : Attacker::stranger, Manner::ruthless);
     all.before += run.counts.before;
     all.cookies += run.counts.cookies;
+    all.of_gone += run.counts.of_gone;
     for (const Violation& v : run.report.violations)
       FAIL_CHECK("seed " << seed << "\n  " << seconds(v.at) << " s  " << v.check << ": " << v.what);
   }
   CHECK(all.before > 1000);
   CHECK(all.cookies > 20);
+  CHECK(all.of_gone > 100);
+}
+
+TEST_CASE("Attacked worlds that broke a check once hold every check") {
+  for (const auto& [seed, small] : {std::pair{210046, false}, {210160, false}, {420089, true}}) {
+    DrawOptions draw;
+    draw.seed = static_cast<std::uint64_t>(seed);
+    draw.duration_s = 1.5;
+    draw.small = small;
+    for (const Violation& v : run_attacked(draw).violations)
+      FAIL_CHECK("seed " << seed << "\n  " << seconds(v.at) << " s  " << v.check << ": " << v.what);
+  }
 }

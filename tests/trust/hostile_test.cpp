@@ -1,0 +1,207 @@
+// What strangers, and whoever sits on the way, do to the trust channel: nothing.
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "tests/trust/recorded_join.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+TEST_CASE("nothing that is cut short, of any kind, does anything at either end") {
+  Recorded seen;
+  ChannelPair& pair = seen.pair;
+  const auto answers_before = pair.server.counts().answers;
+  for (const Datagram& whole : {seen.asking, seen.cookie, seen.init, seen.resp}) {
+    for (std::size_t size = 0; size < whole.size(); ++size) {
+      const Datagram cut(whole.begin(), whole.begin() + static_cast<long>(size));
+      CHECK_FALSE(pair.to_server(cut));
+      CHECK(pair.to_client(cut) == 0);
+    }
+  }
+  CHECK_FALSE(pair.client.ready(pair.now));
+  CHECK(pair.from_server().empty());
+  CHECK(pair.server.counts().answers == answers_before);
+  pair.to_client(seen.resp);
+  REQUIRE(pair.client.ready(pair.now));
+  const Datagram data = pair.sealed("a hand");
+  for (std::size_t size = 0; size < data.size(); ++size)
+    CHECK_FALSE(pair.to_server(Datagram(data.begin(), data.begin() + static_cast<long>(size))));
+  CHECK(pair.to_server(data));
+}
+
+TEST_CASE("no flipped bit of an Init gets an answer, even from one who makes a new mac and has a cookie for it") {
+  Recorded seen;
+  ChannelPair& pair = seen.pair;
+  const auto sessions = pair.server.sessions();
+  for (std::size_t bit = 0; bit < 8 * kInitSigned; ++bit) {
+    Datagram bad = seen.init;
+    bad[bit / 8] ^= static_cast<std::uint8_t>(1 << bit % 8);
+    pair.to_server(bad);
+    REQUIRE(pair.from_server().empty());
+    if (bit % 8 != bit / 8 % 8) continue;  // one bit a byte: each costs Diffie-Hellman
+    bad = with_mac(bad);
+    pair.now += Micros{120'000};
+    pair.to_server(bad);
+    const auto cookie = pair.from_server();
+    if (!cookie.empty() && cookie[0].size() == kCookieBytes)
+      std::copy(cookie[0].end() - kMacBytes, cookie[0].end(), bad.end() - kMacBytes);
+    pair.to_server(bad);
+    INFO("bit " << bit);
+    REQUIRE(pair.from_server().empty());
+  }
+  CHECK(pair.server.sessions() == sessions);
+  CHECK(pair.server.counts().of(ChannelFault::handshake) > 400);
+}
+
+TEST_CASE("no flipped bit of an answer or of data is taken, and the genuine one is after all of them") {
+  Recorded seen;
+  ChannelPair& pair = seen.pair;
+  for (std::size_t bit = 0; bit < 8 * kRespBytes; ++bit) {
+    Datagram bad = seen.resp;
+    bad[bit / 8] ^= static_cast<std::uint8_t>(1 << bit % 8);
+    pair.to_client(bad);
+    INFO("bit " << bit);
+    REQUIRE_FALSE(pair.client.ready(pair.now));
+  }
+  pair.to_client(seen.resp);
+  REQUIRE(pair.client.ready(pair.now));
+  const Datagram up = pair.sealed("a hand");
+  for (std::size_t bit = 0; bit < 8 * up.size(); ++bit) {
+    Datagram bad = up;
+    bad[bit / 8] ^= static_cast<std::uint8_t>(1 << bit % 8);
+    INFO("bit " << bit);
+    REQUIRE_FALSE(pair.to_server(bad));
+  }
+  const auto opened = pair.to_server(up);
+  REQUIRE(opened);
+  const Datagram down = pair.sealed_by_server(opened->peer, "a patch");
+  for (std::size_t bit = 0; bit < 8 * down.size(); ++bit) {
+    Datagram bad = down;
+    bad[bit / 8] ^= static_cast<std::uint8_t>(1 << bit % 8);
+    INFO("bit " << bit);
+    REQUIRE(pair.to_client(bad) == 0);
+  }
+  CHECK(pair.to_client(down) == 7);
+}
+
+TEST_CASE("what was sent before and comes again changes nothing, whatever kind it is of") {
+  Recorded seen;
+  ChannelPair& pair = seen.pair;
+  pair.to_client(seen.resp);
+  const Datagram data = pair.sealed("a hand");
+  const auto opened = pair.to_server(data);
+  REQUIRE(opened);
+  const Datagram patch = pair.sealed_by_server(opened->peer, "a patch");
+  REQUIRE(pair.to_client(patch) > 0);
+
+  const auto computed = pair.server.counts().answers;
+  for (int k = 0; k < 3; ++k) {
+    pair.to_server(seen.init);
+    const auto answers = pair.from_server();
+    REQUIRE(answers.size() == 1);
+    CHECK(answers[0] == seen.resp);  // the same bytes: nothing was computed, and they are of no use to anybody
+    CHECK_FALSE(pair.to_server(data));
+    pair.to_client(seen.cookie);
+    pair.to_client(seen.resp);
+    CHECK(pair.to_client(patch) == 0);
+  }
+  CHECK(pair.server.counts().answers == computed);
+  CHECK(pair.server.counts().of(ChannelFault::replayed) == 3);
+  CHECK(pair.client.counts().replayed == 3);
+  CHECK(pair.server.sessions() == 1);
+  CHECK(pair.client.counts().handshakes == 1);
+  CHECK(pair.to_server(pair.sealed("on")));
+}
+
+TEST_CASE("what one side sent is of no use when it is sent back to it") {
+  ChannelPair pair;
+  const ChannelPeer peer = pair.join();
+  REQUIRE(peer != 0);
+  const Datagram up = pair.sealed("a hand");
+  CHECK(pair.to_client(up) == 0);
+  const Datagram down = pair.sealed_by_server(peer, "a patch");
+  CHECK_FALSE(pair.to_server(down));
+  // With the index that the receiver expects, and whoever could do that, the direction's key does not fit.
+  Datagram turned = up;
+  std::copy_n(down.begin() + 4, 4, turned.begin() + 4);
+  CHECK(pair.to_client(turned) == 0);
+  CHECK(pair.client.counts().forged == 1);
+  Datagram back = down;
+  std::copy_n(up.begin() + 4, 4, back.begin() + 4);
+  back[8] = 77;  // a counter that has not come
+  CHECK_FALSE(pair.to_server(back));
+  CHECK(pair.server.counts().of(ChannelFault::forged) == 1);
+}
+
+TEST_CASE("whoever has not proven a key gets at most as many bytes as he sends, whatever he sends") {
+  Recorded seen;
+  ChannelPair& pair = seen.pair;
+  pair.to_client(seen.resp);
+  const std::vector<Datagram> seeds{seen.asking, seen.cookie, seen.init, seen.resp, pair.sealed("a hand")};
+  Random random(3);
+  for (int k = 0; k < 20'000; ++k) {
+    Datagram bytes = seeds[random.bits() % seeds.size()];
+    for (std::uint64_t flips = random.bits() % 4; flips > 0; --flips)
+      bytes[random.bits() % bytes.size()] ^= static_cast<std::uint8_t>(random.bits());
+    if (random.chance(0.2)) bytes.resize(random.bits() % 1300);
+    pair.from = address_of(static_cast<int>(random.bits() % 250), static_cast<int>(random.bits() % 60'000));
+    pair.now += Micros{1000};
+    pair.to_server(bytes);
+    std::size_t out = 0;
+    for (const Datagram& answer : pair.from_server()) out += answer.size();
+    REQUIRE(out <= bytes.size());
+  }
+  CHECK(pair.server.sessions() <= 1);
+}
+
+TEST_CASE("a prefix gets 20 handshakes a second computed, all together 200") {
+  const auto computed = [](int hosts, int each) {
+    ChannelPair pair;
+    int number = 0;
+    for (int k = 0; k < each; ++k)
+      for (int host = 0; host < hosts; ++host) {
+        pair.client = ClientChannel(client_keys(kStrangerSeed), 5, seeded(static_cast<std::uint64_t>(1000 + number++)), pair.now);
+        pair.from = address_of(host, 5000 + k);
+        pair.shake_hands();
+      }
+    const auto& counts = pair.server.counts();
+    CHECK(counts.of(ChannelFault::limit) + counts.of(ChannelFault::unknown_key) == static_cast<std::uint64_t>(hosts * each));
+    return counts.of(ChannelFault::unknown_key);
+  };
+  CHECK(computed(1, 50) == 20);
+  CHECK(computed(20, 15) == 200);
+}
+
+TEST_CASE("strangers who use up all handshakes keep no session from its next keys") {
+  ChannelPair pair;
+  const ChannelPeer peer = pair.join();
+  REQUIRE(pair.to_client(pair.sealed_by_server(peer, "welcome")) > 0);
+  const ClientChannel station = pair.client;
+  const ChannelAddress home = pair.from;
+  pair.now += Micros{120'000'000};
+  for (int k = 0; k < 300; ++k) {
+    pair.client = ClientChannel(client_keys(kStrangerSeed), 5, seeded(static_cast<std::uint64_t>(1000 + k)), pair.now);
+    pair.from = address_of(50 + k / 10, 5000);
+    pair.shake_hands();
+  }
+  REQUIRE(pair.server.counts().of(ChannelFault::limit) == 100);
+  pair.client = station;
+  pair.from = home;
+  CHECK(pair.join() == peer);
+  CHECK(pair.client.counts().handshakes == 2);
+}
+
+TEST_CASE("one key cannot take the place of all others") {
+  ChannelPair pair;
+  int joined = 0;
+  for (int k = 0; k < 40; ++k) {
+    pair.now += Micros{60'000};
+    pair.client = ClientChannel(client_keys(), 5, seeded(static_cast<std::uint64_t>(300 + k)), pair.now);
+    joined += pair.join() != 0;
+  }
+  CHECK(joined == kStreamsUsual + ServerChannel::kSpareSessions);
+  CHECK(pair.server.counts().of(ChannelFault::full) > 0);
+  pair.now += ServerChannel::kSilent + Micros{1};
+  pair.client = ClientChannel(client_keys(), 5, seeded(999), pair.now);
+  CHECK(pair.join() != 0);  // in the place of one that has gone
+}
