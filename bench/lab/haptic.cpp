@@ -13,6 +13,7 @@
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
 #include "bench/paper/cube.hpp"
+#include "common/base/minimum_jerk.hpp"
 #include "common/command_line/mesh_folders.hpp"
 #include "server/body/unload.hpp"
 
@@ -50,7 +51,7 @@ Motion touch_motion(const Vec3& home) {
     const double length = stops[k + 1].t_s - stops[k].t_s;
     const int ticks = static_cast<int>(std::lround(length * kHapticRateHz));
     for (int i = 0; i < ticks; ++i) {
-      const double u = static_cast<double>(i) / ticks, part = u * u * u * (10 - 15 * u + 6 * u * u);
+      const double u = static_cast<double>(i) / ticks, part = minimum_jerk(u);
       points.push_back({stops[k].t_s + u * length, home + stops[k].at + part * (stops[k + 1].at - stops[k].at)});
     }
   }

@@ -16,6 +16,7 @@
 #include "bench/lab/parallel.hpp"
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
+#include "common/base/minimum_jerk.hpp"
 
 namespace palpate {
 namespace {
@@ -29,8 +30,7 @@ Motion excursion(const Vec3& home, double depth_m, double duration_s) {
   std::vector<MotionPoint> points;
   const int ticks = static_cast<int>(duration_s * kHapticRateHz);
   for (int i = 0; i <= ticks; ++i) {
-    const double t = static_cast<double>(i) / kHapticRateHz, u = std::min(t / 0.25, 1.0);
-    const double ramp = depth_m * u * u * u * (10 - 15 * u + 6 * u * u);
+    const double t = static_cast<double>(i) / kHapticRateHz, ramp = depth_m * minimum_jerk(t / 0.25);
     const auto wave = [&](double share, double hz) { return share * std::sin(2 * std::numbers::pi * hz * t); };
     points.push_back({t, home + ramp * Vec3(wave(0.4, 1.1), wave(0.3, 0.7), -(1 + wave(0.4, 1.5) + wave(0.03, 9)))});
   }

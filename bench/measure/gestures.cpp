@@ -43,11 +43,6 @@ std::optional<Gesture> gesture_from_name(std::string_view name) {
   return static_cast<Gesture>(at - kGestureNames.begin());
 }
 
-double minimum_jerk(double u) {
-  u = std::clamp(u, 0.0, 1.0);
-  return u * u * u * (10 - 15 * u + 6 * u * u);
-}
-
 Vec3 into_body(const Scene& scene) { return scene.body.planar ? Vec3(0, -1, 0) : Vec3(0, 0, -1); }
 
 GesturePlan plan_gesture(const Scene& scene, Gesture gesture, double depth_m) {

@@ -12,6 +12,7 @@
 #include <optional>
 #include <string_view>
 
+#include "common/base/minimum_jerk.hpp"
 #include "common/motion/motion.hpp"
 #include "server/scene/scene.hpp"
 
@@ -23,9 +24,6 @@ inline std::string_view name_of(Gesture g) { return kGestureNames[static_cast<st
 std::optional<Gesture> gesture_from_name(std::string_view name);
 
 inline constexpr double kGapM = 0.001;
-
-/// From 0 to 1 while u goes from 0 to 1, with no speed or acceleration at the ends.
-double minimum_jerk(double u);
 
 struct GesturePlan {
   Motion intention;

@@ -6,6 +6,7 @@
 
 #include "bench/fidelity/metrics.hpp"
 #include "bench/paper/norton.hpp"
+#include "common/base/minimum_jerk.hpp"
 
 namespace palpate {
 namespace {
@@ -19,8 +20,7 @@ PortMotion hand_motion(std::size_t ticks) {
   PortMotion m;
   Vector before = Vector::Zero(2);
   for (std::size_t n = 0; n < ticks; ++n) {
-    const double t = static_cast<double>(n) * kTickS, w = 2 * std::numbers::pi * t, s = std::min(1.0, t / 0.5);
-    const double onset = s * s * s * (10 - 15 * s + 6 * s * s);
+    const double t = static_cast<double>(n) * kTickS, w = 2 * std::numbers::pi * t, onset = minimum_jerk(t / 0.5);
     const double depth = 3 * std::sin(1.5 * w) + 0.3 * std::sin(9 * w) + 0.05 * std::sin(40 * w);
     const Vector d = kScale * 1e-3 * onset * Vector{{2 * std::sin(1.1 * w), -depth}};
     m.d.push_back(d);

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "bench/world/draw.hpp"
+#include "common/base/minimum_jerk.hpp"
 #include "server/room/room.hpp"
 
 namespace palpate {
@@ -46,7 +47,7 @@ class PathDraw {
     const int n = std::max(2, static_cast<int>(duration_s / kSampleS));
     for (int i = 1; i <= n; ++i) {
       const double c = static_cast<double>(i) / n;
-      points_.push_back({t_s_ + c * duration_s, at_ + c * c * c * (10 - 15 * c + 6 * c * c) * (to - at_)});
+      points_.push_back({t_s_ + c * duration_s, at_ + minimum_jerk(c) * (to - at_)});
     }
     t_s_ += duration_s;
     at_ = to;

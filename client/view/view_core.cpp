@@ -230,7 +230,7 @@ std::size_t ViewCore::emit(std::span<std::byte> out, Micros now) {
 }
 
 std::size_t ViewCore::say_state(std::span<std::byte> out, Micros now) {
-  state_.channels = channel_ == ShapeChannel::position ? 0 : static_cast<std::uint8_t>(1u << static_cast<unsigned>(channel_));
+  state_.channels = channel_ == ShapeChannel::position ? std::uint8_t{0} : bit_of(channel_);
   state_.kbit_s = kbit_s_;
   return say(state_, out, now);
 }

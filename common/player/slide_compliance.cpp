@@ -2,12 +2,14 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cassert>
 
 #include "common/base/part_above.hpp"
 
 namespace palpate {
 
 SlideCompliance::SlideCompliance(const Patch& patch, const PortRows& rows, const Vec3& weight) : shared_(weight.squaredNorm()) {
+  assert(rows.cols() == patch.modes() && shared_ > 0);
   ModeMatrix dynamic = kShift_1_s * patch.damping;
   dynamic.diagonal() += patch.stiffness + ModeVector::Constant(patch.modes(), kShift_1_s * kShift_1_s);
   whitening_ = ModeMatrix::Identity(patch.modes(), patch.modes());
@@ -21,6 +23,7 @@ SlideCompliance::SlideCompliance(const Patch& patch, const PortRows& rows, const
 }
 
 Mat3 SlideCompliance::of_modes(const PortRows& rows) const noexcept {
+  assert(rows.cols() == whitening_.cols());
   ModePort white(rows.cols(), 3);
   white.noalias() = whitening_ * rows.transpose();
   return white.transpose() * white;

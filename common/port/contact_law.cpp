@@ -1,11 +1,14 @@
 #include "common/port/contact_law.hpp"
 
 #include <Eigen/LU>
+#include <cassert>
+#include <cmath>
 
 namespace palpate {
 
 ContactClosure close_contact(const Vec3& p_free, const Mat3& compliance, const Vec3& normal, const Vec3& tool,
                              const ContactParameters& parameters) noexcept {
+  assert(std::abs(normal.squaredNorm() - 1) < 1e-6 && parameters.coupling_n_m >= 0 && parameters.friction >= 0);
   // A rigid tool on a point without compliance has no finite answer; this floor keeps the force below any device's limit times
   // 1e3.
   constexpr double kComplianceFloor = 1e-9;

@@ -1,6 +1,7 @@
 #include "common/port/node_motion.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace palpate {
@@ -23,10 +24,13 @@ Eigen::Matrix3Xf beyond_parent(const NodeMotion& motion, Eigen::Index i) {
 }  // namespace
 
 Eigen::MatrixXf NodeMotion::rows(int tool_variables) const {
+  assert(tool_variables >= 0 && tool < nodes() && static_cast<int>(parent.size()) == nodes());
+  assert(bytes.rows() == modes() && bytes.cols() == 3 * nodes());
   Eigen::MatrixXf v = Eigen::MatrixXf::Zero(3 * nodes(), tool_variables + modes());
   for (int i = 0; i < nodes(); ++i) {
     auto row = v.block(3 * i, tool_variables, 3, modes());
     const int p = parent[static_cast<std::size_t>(i)];
+    assert(p <= i);
     if (p < i) row = v.block(3 * p, tool_variables, 3, modes());
     row += beyond_parent(*this, i);
   }
@@ -37,6 +41,7 @@ Eigen::MatrixXf NodeMotion::rows(int tool_variables) const {
 
 NodeMotion rounded(const Eigen::MatrixXf& modes, int tool) {
   const Eigen::Index r = modes.cols(), count = modes.rows() / 3;
+  assert(modes.rows() == 3 * count && count <= 255 && tool < count && modes.allFinite());
   const auto node = [&](Eigen::Index i) { return modes.middleRows<3>(3 * i); };
   const auto least = [](const auto& v) { return v.cwiseMax(1e-20F); };
   // Whom a node moves most alike with, every mode as large as it is anywhere.

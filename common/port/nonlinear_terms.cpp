@@ -64,6 +64,7 @@ Eigen::MatrixXd joint_damping(const Patch& patch) {
 
 void NonlinearForce::take_e2(const NonlinearTerms& terms, const Patch& patch) {
   const int n = variables_;
+  assert(terms.e2.size() == pairs_of(n));
   e2_.resize(n, n);
   for (int p = 0; p < n; ++p)
     for (int i = 0; i < n; ++i) e2_(p, i) = (p == i ? 2.0F : 1.0F) * terms.e2[pair_at(std::min(p, i), std::max(p, i))];
@@ -131,6 +132,7 @@ void NonlinearForce::damping(const Variables& u_rate, const ModeMatrix& closing,
                              Variables& force) noexcept {
   force.setZero(u_rate.size());
   if (!has_damping_) return;
+  assert(u_rate.size() == variables_ && before.size() == variables_ && closing.rows() <= variables_);
   const Values rate = u_rate.cast<float>();
   Values change(variables_), at_stamp(variables_);
   of_sampled([&](const auto& s) { s.damping(rate, change, at_stamp); });

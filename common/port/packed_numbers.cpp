@@ -1,8 +1,11 @@
 #include "common/port/packed_numbers.hpp"
 
+#include <cassert>
+
 namespace palpate::packed {
 
 Eigen::VectorXf take(const std::vector<std::uint16_t>& numbers, int& at, int count, float unit) {
+  assert(at >= 0 && static_cast<std::size_t>(at + count) <= numbers.size());
   Eigen::VectorXf values(count);
   for (int i = 0; i < count; ++i) values[i] = unit * from_half(numbers[static_cast<std::size_t>(at++)]);
   return values;
@@ -14,6 +17,7 @@ void append_bytes(std::span<const std::uint8_t> bytes, std::vector<std::uint16_t
 }
 
 std::vector<std::uint8_t> take_bytes(const std::vector<std::uint16_t>& numbers, int& at, int count) {
+  assert(at >= 0 && static_cast<std::size_t>(at + words_of_bytes(count)) <= numbers.size());
   std::vector<std::uint8_t> bytes;
   for (int k = 0; k < count; ++k)
     bytes.push_back(static_cast<std::uint8_t>(numbers[static_cast<std::size_t>(at + k / 2)] >> (k % 2 == 0 ? 0U : 8U)));

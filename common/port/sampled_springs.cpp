@@ -26,6 +26,7 @@ double stiffest(const Eigen::MatrixXd& stiffness, int tool, const Eigen::MatrixX
 
 /// Sum over springs of weight G^T G, and of weight (n . G)^T (n . G).
 Eigen::MatrixXd weighted(const Eigen::ArrayXd& weights, const Eigen::MatrixXd& g) {
+  assert(g.rows() == 3 * weights.size());
   const Eigen::VectorXd of_rows = weights.matrix().transpose().replicate(3, 1).reshaped();
   return g.transpose() * of_rows.asDiagonal() * g;
 }
@@ -50,6 +51,7 @@ Eigen::ArrayXd SampledSprings::steepest() const {
 }
 
 std::vector<std::uint8_t> SampledSprings::steep_of(const Eigen::ArrayXd& slopes) {
+  assert(slopes.size() == 0 || slopes.allFinite());
   std::vector<std::uint8_t> steep;
   for (const double slope : slopes)
     steep.push_back(static_cast<std::uint8_t>(std::clamp(std::ceil(kOctave * std::log2(std::max(1.0, slope))), 0.0, 255.0)));
@@ -150,6 +152,7 @@ SampledForce::Values SampledForce::collect(const Vectors& f) const noexcept {
 }
 
 void SampledForce::move_to(const Values& u) noexcept {
+  assert(u.size() == variables_);
   u_ = u;
   auto& [delta, along, longer, length, more] = deformed_;
   delta = moved(u);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cassert>
 #include <limits>
 
 namespace palpate {
@@ -95,6 +96,7 @@ NearestPoint describe_nearest(const SurfaceView& s, Positions x, const SurfacePo
 
 void connect_surface(std::span<const Triangle> triangles, std::size_t vertices, std::span<std::uint32_t> first,
                      std::span<std::uint32_t> incident, std::span<std::uint8_t> open) noexcept {
+  assert(first.size() == vertices + 1 && incident.size() == 3 * triangles.size() && open.size() == triangles.size());
   std::fill(first.begin(), first.end(), 0);
   for (const Triangle& t : triangles)
     for (const std::uint32_t i : t) ++first[i + 1];
@@ -124,11 +126,13 @@ Surface::Surface(std::vector<Triangle> triangles, std::size_t vertices)
 }
 
 Vec3 position_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept {
+  assert(p.triangle < s.triangles.size());
   const Triangle& t = s.triangles[p.triangle];
   return p.weight[0] * vertex(x, t[0]) + p.weight[1] * vertex(x, t[1]) + p.weight[2] * vertex(x, t[2]);
 }
 
 Vec3 vertex_normal(const SurfaceView& s, Positions x, std::uint32_t i) noexcept {
+  assert(i + 1 < s.first.size() && (s.lean.empty() || i < s.lean.size()));
   Vec3 sum = Vec3::Zero();
   for (std::uint32_t k = s.first[i]; k < s.first[i + 1]; ++k) sum += area_normal(s, x, s.incident[k]);
   const double norm = sum.norm();
@@ -137,6 +141,7 @@ Vec3 vertex_normal(const SurfaceView& s, Positions x, std::uint32_t i) noexcept 
 }
 
 Vec3 normal_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept {
+  assert(p.triangle < s.triangles.size());
   const Triangle& t = s.triangles[p.triangle];
   Vec3 n = Vec3::Zero();
   for (int k = 0; k < 3; ++k)
@@ -148,6 +153,7 @@ Vec3 normal_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcep
 }
 
 NearestPoint nearest_point(const SurfaceView& s, Positions x, const Vec3& query) noexcept {
+  assert(!s.triangles.empty());
   Best best;
   for (std::uint32_t t = 0; t < s.triangles.size(); ++t) best.offer(s, x, t, query);
   return describe_nearest(s, x, best.point, query);

@@ -21,19 +21,12 @@ TermsLayout with_surface(TermsLayout l, const PatchTerms& p) {
 
 }  // namespace
 
-TermsLayout springs_layout(const PatchTerms& p) {
-  const int n = p.variables, r = n - (p.grasp ? 3 : 0), e2 = p.repaired ? pairs_of(n) : 0, m = p.springs;
-  const int packed = words_of_bytes(3 * r * p.nodes) + words_of_bytes(p.nodes) + 3 * p.nodes + 2 * m +
-                     (p.stiffening > 0 ? words_of_bytes(m) : 0);
-  return with_surface({r, e2, r + p.nodes + 2 * m, packed, e2, 0}, p);
+TermsLayout layout(const PatchTerms& p) {
+  const int n = p.variables, r = n - (p.grasp ? 3 : 0), e2 = p.repaired ? pairs_of(n) : 0, springs = p.springs,
+            tetrahedra = p.tetrahedra;
+  const int places = (tetrahedra > 0 ? 6 : 3) * p.nodes, steep = p.stiffening > 0 ? words_of_bytes(springs) : 0;
+  const int packed = words_of_bytes(3 * r * p.nodes) + words_of_bytes(p.nodes) + places + 2 * (springs + tetrahedra) + steep;
+  return with_surface({r, e2, r + p.nodes + 2 * springs + 3 * tetrahedra, packed, e2, 0}, p);
 }
-
-TermsLayout tetrahedra_layout(const PatchTerms& p) {
-  const int n = p.variables, r = n - (p.grasp ? 3 : 0), e2 = p.repaired ? pairs_of(n) : 0, m = p.tetrahedra;
-  const int packed = words_of_bytes(3 * r * p.nodes) + words_of_bytes(p.nodes) + 6 * p.nodes + 2 * m;
-  return with_surface({r, e2, r + p.nodes + 3 * m, packed, e2, 0}, p);
-}
-
-TermsLayout layout(const PatchTerms& p) { return p.springs > 0 ? springs_layout(p) : tetrahedra_layout(p); }
 
 }  // namespace palpate

@@ -18,9 +18,6 @@ struct TermsLayout {
   bool is_half(int at) const { return at < first || (at >= first + packed && at < first + packed + after); }
 };
 
-TermsLayout springs_layout(const PatchTerms& p);
-TermsLayout tetrahedra_layout(const PatchTerms& p);
-/// Of whichever of these the head says.
 TermsLayout layout(const PatchTerms& p);
 
 /// Of terms all of whose numbers are finite; the units of what is appended get into the head.

@@ -1,8 +1,11 @@
 #include "common/port/terms_parity.hpp"
 
+#include <cassert>
+
 namespace palpate {
 
 PatchTerms parity_of(std::span<const PatchTerms> pieces) {
+  assert(!pieces.empty());
   PatchTerms parity = pieces.front();  // the longest, or as long as all
   parity.piece = parity.pieces;
   for (const PatchTerms& piece : pieces.subspan(1))

@@ -1,6 +1,7 @@
 #include "common/port/terms_pieces.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "common/port/packed_numbers.hpp"
@@ -46,6 +47,7 @@ int words_in(int piece, const TermsLayout& l) {
 /// The one piece that is not there, by the parity. False, and nothing is changed, when it would not pass check().
 bool restore(const PatchTerms& head, std::vector<std::uint8_t>& there, std::vector<std::uint16_t>& numbers) {
   const auto lost = std::find(there.begin(), there.end(), 0) - there.begin();
+  assert(static_cast<std::size_t>(lost) < there.size() && numbers.size() == there.size() * kPieceNumbers);
   PatchTerms piece = head;
   piece.piece = static_cast<std::uint8_t>(lost);
   piece.numbers.assign(static_cast<std::size_t>(words_in(piece.piece, layout(head))), 0);
@@ -83,19 +85,12 @@ TermsFault check(const PatchTerms& p) {
   return fine ? TermsFault::none : TermsFault::out_of_range;
 }
 
-int numbers_of_springs(const TermsRoom& room, int nodes, int springs) {
+int numbers_of(const TermsRoom& room, int nodes, int elements) {
   PatchTerms whole = surface_for(room);
   whole.nodes = static_cast<std::uint8_t>(nodes);
-  whole.springs = static_cast<std::uint8_t>(springs);
+  (room.solid ? whole.tetrahedra : whole.springs) = static_cast<std::uint8_t>(elements);
   whole.stiffening = room.stiffens ? 1 : 0;
-  return springs_layout(whole).total();
-}
-
-int numbers_of_tetrahedra(const TermsRoom& room, int nodes, int tetrahedra) {
-  PatchTerms whole = surface_for(room);
-  whole.nodes = static_cast<std::uint8_t>(nodes);
-  whole.tetrahedra = static_cast<std::uint8_t>(tetrahedra);
-  return tetrahedra_layout(whole).total();
+  return layout(whole).total();
 }
 
 std::vector<PatchTerms> to_pieces(const NonlinearTerms& terms, std::uint32_t patch_seq) {
@@ -114,7 +109,7 @@ std::vector<PatchTerms> to_pieces(const NonlinearTerms& terms, std::uint32_t pat
   whole.tool = motion.tool < 0 ? kNoHeldNode : static_cast<std::uint8_t>(motion.tool);
   whole.vertices = static_cast<std::uint8_t>(terms.vertices.size());
   whole.triangles = static_cast<std::uint8_t>(terms.triangles.size());
-  if (whole.springs + whole.tetrahedra == 0) return {};
+  if ((whole.springs > 0) == (whole.tetrahedra > 0)) return {};
   const TermsLayout l = layout(whole);
   // Those whose bits are not all looked at by check().
   if (!terms.springs.position.allFinite() || !terms.springs.rest_length.allFinite() ||
@@ -127,6 +122,7 @@ std::vector<PatchTerms> to_pieces(const NonlinearTerms& terms, std::uint32_t pat
   else
     append_tetrahedra(terms, whole, numbers);
   append_surface(terms, numbers);
+  assert(static_cast<int>(numbers.size()) == l.total());
   whole.pieces = static_cast<std::uint8_t>(l.pieces());
   std::vector<PatchTerms> pieces;
   for (int k = 0; k < l.pieces(); ++k) {

@@ -34,11 +34,11 @@ struct TermsRoom {
   bool grasp = false, repaired = false;  ///< there is an E2
   int vertices = 3;                      ///< of the patch
   bool stiffens = false;                 ///< the springs' law
+  bool solid = false;                    ///< tetrahedra, else springs
 };
-/// Numbers that so many springs between so many nodes take, beside the largest surface that a touch may bring when `vertices` are
-/// in its patch; they fit while there are at most kUsualNumbers.
-int numbers_of_springs(const TermsRoom& room, int nodes, int springs);
-int numbers_of_tetrahedra(const TermsRoom& room, int nodes, int tetrahedra);
+/// Numbers that so many elements between so many nodes take, beside the largest surface that a touch may bring when `vertices`
+/// are in its patch; they fit while there are at most kUsualNumbers.
+int numbers_of(const TermsRoom& room, int nodes, int elements);
 inline constexpr int kUsualNumbers = kUsualPieces * kPieceNumbers;
 
 /// Corners of a triangle of a local surface, below kMaxPortVertices, in the lowest 15 bits.

@@ -1,5 +1,6 @@
 // The surface that a touch brings.
 #include <algorithm>
+#include <cassert>
 
 #include "common/port/packed_motion.hpp"
 #include "common/port/packed_numbers.hpp"
@@ -33,6 +34,7 @@ Eigen::MatrixXf rows_of(const std::vector<PortVertex>& vertices, int modes) {
 }  // namespace
 
 std::uint16_t pack_corners(const Triangle& triangle) {
+  assert(std::all_of(triangle.begin(), triangle.end(), [](std::uint32_t corner) { return corner < 1U << kCornerBits; }));
   return static_cast<std::uint16_t>(triangle[0] | triangle[1] << kCornerBits | triangle[2] << 2 * kCornerBits);
 }
 Triangle unpack_corners(std::uint16_t bits) {
@@ -68,6 +70,7 @@ void append_surface(const NonlinearTerms& terms, std::vector<std::uint16_t>& out
 }
 
 bool take_surface(const std::vector<std::uint16_t>& numbers, int at, const PatchTerms& head, NonlinearTerms& terms) {
+  assert(at >= 0 && static_cast<std::size_t>(at) <= numbers.size());
   const auto next = [&] { return static_cast<double>(from_half(numbers[static_cast<std::size_t>(at++)])); };
   const int modes = layout(head).modes, count = head.vertices;
   terms.vertices.resize(head.vertices);

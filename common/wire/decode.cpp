@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cstring>
 
@@ -279,22 +280,6 @@ WireFault read(const wire::Tools& table, Tools& m) {
   return sense.fault();
 }
 
-/// Nothing for flags of more than one.
-std::optional<SolidLaw> law_of(unsigned flags) {
-  switch (flags & kLawFlags) {
-    case 0:
-      return SolidLaw::neo_hookean;
-    case kCorotationalFlag:
-      return SolidLaw::corotational;
-    case kMooneyRivlinFlag:
-      return SolidLaw::mooney_rivlin;
-    case kVerondaWestmannFlag:
-      return SolidLaw::veronda_westmann;
-    default:
-      return std::nullopt;
-  }
-}
-
 WireFault read(const wire::PatchTerms& table, PatchTerms& m) {
   if (!table.head() || !table.numbers()) return WireFault::malformed;
   const wire::TermsHead& head = *table.head();
@@ -315,9 +300,9 @@ WireFault read(const wire::PatchTerms& table, PatchTerms& m) {
   m.tool = table.springs()->tool();
   m.tool_axes = table.springs()->tool_axes();
   m.stiffening = table.springs()->stiffening();
-  const auto law = law_of(head.flags());
-  if (!law) return WireFault::malformed;
-  m.law = *law;
+  const auto law = std::find(kFlagOfLaw.begin(), kFlagOfLaw.end(), head.flags() & kLawFlags);
+  if (law == kFlagOfLaw.end()) return WireFault::malformed;  // flags of more than one
+  m.law = static_cast<SolidLaw>(law - kFlagOfLaw.begin());
   m.numbers.assign(table.numbers()->begin(), table.numbers()->end());
   switch (check(m)) {
     case TermsFault::none:

@@ -10,11 +10,6 @@ namespace {
 using Builder = flatbuffers::FlatBufferBuilder;
 using flatbuffers::Offset;
 
-std::uint8_t flag_of(SolidLaw law) {
-  constexpr std::uint8_t kFlags[] = {kCorotationalFlag, 0, kMooneyRivlinFlag, kVerondaWestmannFlag};  // in the order of the laws
-  return kFlags[static_cast<std::size_t>(law)];
-}
-
 /// Items of a MeshPiece, little end first.
 class LittleBytes {
  public:
@@ -157,9 +152,9 @@ class BodyWriter {
   Offset<void> operator()(const PatchTerms& m) {
     packer_.require(check(m) == TermsFault::none);
     if (!packer_.ok()) return {};
-    const auto flags =
-        static_cast<std::uint8_t>((m.grasp ? kGraspFlag : 0) | (m.repaired ? kRepairedFlag : 0) |
-                                  (m.springs > 0 ? kSpringsFlag : 0) | (m.tetrahedra > 0 ? kSolidFlag : 0) | flag_of(m.law));
+    const auto flags = static_cast<std::uint8_t>((m.grasp ? kGraspFlag : 0) | (m.repaired ? kRepairedFlag : 0) |
+                                                 (m.springs > 0 ? kSpringsFlag : 0) | (m.tetrahedra > 0 ? kSolidFlag : 0) |
+                                                 kFlagOfLaw[static_cast<std::size_t>(m.law)]);
     const wire::SpringsHead springs(m.stiffening, std::max(m.springs, m.tetrahedra), m.nodes, m.tool, m.tool_axes);
     const wire::TermsHead head(m.patch_seq, 0, m.unit[0], m.unit[1], m.unit[2], m.unit[3], m.unit[4], wire::Vec(0, 0, 0), m.piece,
                                m.pieces, m.variables, 0, flags, m.vertices, m.triangles);

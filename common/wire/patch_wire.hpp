@@ -35,5 +35,7 @@ enum TermsFlag : std::uint8_t {
   kLawFlags = kCorotationalFlag | kMooneyRivlinFlag | kVerondaWestmannFlag,
   kAllTermsFlags = 127
 };
+/// Of laws, in their order.
+inline constexpr std::array<std::uint8_t, 4> kFlagOfLaw{kCorotationalFlag, 0, kMooneyRivlinFlag, kVerondaWestmannFlag};
 
 }  // namespace palpate

@@ -27,6 +27,9 @@ enum class ShapeChannel : std::uint8_t {
   pressure   ///< mean of minus a third of the trace of Cauchy's stress there [Pa], 0 where it is below that
 };
 inline constexpr std::size_t kShapeChannels = 6;
+constexpr std::size_t index_of(ShapeChannel channel) { return static_cast<std::size_t>(channel); }
+/// Of a set of channels, a bit each.
+constexpr std::uint8_t bit_of(ShapeChannel channel) { return static_cast<std::uint8_t>(1U << index_of(channel)); }
 constexpr int components_of(ShapeChannel channel) { return channel == ShapeChannel::position ? 3 : 1; }
 
 inline constexpr std::uint32_t kBlockVertices = 64;

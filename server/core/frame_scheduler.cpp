@@ -14,12 +14,7 @@ constexpr int kLongHorizonOrder = 16;  // as exact as 22 there, within 0.1 dB
 
 void ask_for_shapes(const ShapeViewer& viewer, FrameJob& job) {
   job.shapes = true;
-  const auto wants = [&](ShapeChannel channel) { return (viewer.channels >> static_cast<unsigned>(channel) & 1) != 0; };
-  job.tension = job.tension || wants(ShapeChannel::tension);
-  job.support = job.support || wants(ShapeChannel::support);
-  job.stress = job.stress || wants(ShapeChannel::stress);
-  job.strain = job.strain || wants(ShapeChannel::strain);
-  job.pressure = job.pressure || wants(ShapeChannel::pressure);
+  job.fields |= viewer.channels;
 }
 
 bool gave_patches(const FrameResult& result) {

@@ -14,24 +14,21 @@ constexpr double kBurstFrames = 2;       // what a viewer may save up of its bud
 constexpr double kNearTool = 64;         // times as visible as elsewhere
 constexpr double kNearShare = 0.08;      // of the body's diagonal
 constexpr double kScalarSteps = 255, kHoldScalar = 1.5;
-constexpr ShapeChannel kWithoutLimit[] = {ShapeChannel::tension, ShapeChannel::stress, ShapeChannel::strain,
-                                          ShapeChannel::pressure};
 
-std::size_t at(ShapeChannel channel) { return static_cast<std::size_t>(channel); }
 bool wants(const ShapeViewer& viewer, ShapeChannel channel) {
-  return channel == ShapeChannel::position || (viewer.channels >> at(channel) & 1) != 0;
+  return channel == ShapeChannel::position || (viewer.channels & bit_of(channel)) != 0;
 }
 
 void take_back(ShapeViewer& viewer, const ShapeViewer::Flight& flight) {
   for (const auto& entry : flight.entries) {
-    auto& block = viewer.blocks[at(entry.channel)][entry.block];
+    auto& block = viewer.blocks[index_of(entry.channel)][entry.block];
     if (block.seq == flight.seq) block.sent = block.has;
   }
 }
 
 void confirm(ShapeViewer& viewer, const ShapeViewer::Flight& flight) {
   for (const auto& entry : flight.entries) {
-    auto& block = viewer.blocks[at(entry.channel)][entry.block];
+    auto& block = viewer.blocks[index_of(entry.channel)][entry.block];
     block.has = std::max(block.has, entry.path);
   }
 }
@@ -51,16 +48,16 @@ ShapeStream::ShapeStream(const RoomFacts& facts, double rate_hz) : node_of_(fact
     channels_[k].numbers.assign(
         rest_.size() * static_cast<std::size_t>(components_of(ShapeChannel{static_cast<std::uint8_t>(k)})), 0);
     channels_[k].blocks.resize(blocks);
+    channels_[k].unit = 0x1p-20;  // of what has no limit known beforehand
   }
-  channels_[at(ShapeChannel::position)].unit = kShapeStepM;
-  for (const ShapeChannel which : kWithoutLimit) channels_[at(which)].unit = 0x1p-20;
-  channels_[at(ShapeChannel::support)].unit = 1 / kScalarSteps;
+  channels_[index_of(ShapeChannel::position)].unit = kShapeStepM;
+  channels_[index_of(ShapeChannel::support)].unit = 1 / kScalarSteps;
 }
 
 /// Moves the numbers of a channel to `value(vertex, component)`, in units of it, where they are further than `hold` away.
 template <class Value>
 void ShapeStream::renew(ShapeChannel which, double hold, const Value& value) {
-  Channel& channel = channels_[at(which)];
+  Channel& channel = channels_[index_of(which)];
   const int n = components_of(which);
   for (std::size_t b = 0; b < channel.blocks.size(); ++b) {
     std::int32_t largest = 0;
@@ -88,14 +85,14 @@ void ShapeStream::take(const ShapeFrame& frame) {
         [&](std::size_t v, int k) { return (frame.positions[node_of_[v]][k] - rest_[v][k]) * (1 / kShapeStepM); });
   for (std::size_t k = 1; k < kShapeChannels; ++k) {
     const ShapeChannel which{static_cast<std::uint8_t>(k)};
-    if (!frame.fields[at(which)].empty()) take_scalars(which, frame.fields[at(which)]);
+    if (!frame.fields[index_of(which)].empty()) take_scalars(which, frame.fields[index_of(which)]);
   }
   weigh(frame.tools);
 }
 
-/// What has no limit known beforehand: its unit doubles until the largest fits into 8 bits.
+/// Of what has no limit known beforehand the unit doubles until the largest fits into 8 bits.
 void ShapeStream::take_scalars(ShapeChannel which, std::span<const float> scalars) {
-  Channel& channel = channels_[at(which)];
+  Channel& channel = channels_[index_of(which)];
   float largest = 0;
   for (const std::uint32_t node : node_of_) largest = std::max(largest, scalars[node]);
   if (which != ShapeChannel::support && std::isfinite(largest))
@@ -105,13 +102,13 @@ void ShapeStream::take_scalars(ShapeChannel which, std::span<const float> scalar
 }
 
 Vec3 ShapeStream::vertex(std::size_t v) const {
-  const auto& numbers = channels_[at(ShapeChannel::position)].numbers;
+  const auto& numbers = channels_[index_of(ShapeChannel::position)].numbers;
   return rest_[v] + kShapeStepM * Vec3(numbers[3 * v], numbers[3 * v + 1], numbers[3 * v + 2]);
 }
 
 /// By the vertex of a block that is nearest to a tool: what the eye follows comes first by a wide margin.
 void ShapeStream::weigh(const std::vector<Vec3>& tools) {
-  auto& blocks = channels_[at(ShapeChannel::position)].blocks;
+  auto& blocks = channels_[index_of(ShapeChannel::position)].blocks;
   for (Block& block : blocks) block.weight = 1;
   for (std::size_t v = 0; v < rest_.size() && !tools.empty(); ++v) {
     const Vec3 x = vertex(v);
@@ -151,7 +148,7 @@ void ShapeStream::begin(ShapeViewer& viewer, Micros now, int viewers) const {
 }
 
 const std::vector<std::uint8_t>& ShapeStream::packed(ShapeChannel which, std::uint32_t block) {
-  Channel& channel = channels_[at(which)];
+  Channel& channel = channels_[index_of(which)];
   auto& bytes = channel.blocks[block].bytes;
   if (!bytes.empty()) return bytes;
   const auto n = static_cast<std::size_t>(components_of(which));
@@ -166,14 +163,14 @@ bool ShapeStream::next(ShapeViewer& viewer, ShapePiece& piece) {
   piece.frame = frame_;
   piece.body_time = body_time_;
   piece.channel = viewer.wanted.back().channel;
-  piece.unit = channels_[at(piece.channel)].unit;
+  piece.unit = channels_[index_of(piece.channel)].unit;
   piece.blocks.clear();
   while (!viewer.wanted.empty() && viewer.wanted.back().channel == piece.channel) {
     const std::uint32_t block = viewer.wanted.back().block;
     const auto& bytes = packed(piece.channel, block);
     if (piece.blocks.size() + bytes.size() > kMaxPieceBytes) break;
     piece.blocks.insert(piece.blocks.end(), bytes.begin(), bytes.end());
-    viewer.filling.push_back({piece.channel, block, channels_[at(piece.channel)].blocks[block].path});
+    viewer.filling.push_back({piece.channel, block, channels_[index_of(piece.channel)].blocks[block].path});
     viewer.wanted.pop_back();
   }
   viewer.tokens_bytes -= static_cast<double>(piece.blocks.size()) + kHeadBytes;
@@ -183,7 +180,7 @@ bool ShapeStream::next(ShapeViewer& viewer, ShapePiece& piece) {
 
 void ShapeStream::sent(ShapeViewer& viewer, std::uint32_t seq, Micros now) const {
   for (const auto& entry : viewer.filling) {
-    auto& block = viewer.blocks[at(entry.channel)][entry.block];
+    auto& block = viewer.blocks[index_of(entry.channel)][entry.block];
     block.sent = entry.path;
     block.seq = seq;
   }

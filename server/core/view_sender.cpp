@@ -22,8 +22,8 @@ void ViewSender::take(const FrameResult& result, Stations& stations, const BodyN
     station.outbox.beat = beat_for(stations, station, body);
   }
   if (result.positions.empty()) return;
-  ShapeFrame frame{
-      body.time, result.positions, {{{}, result.tension, result.support, result.stress, result.strain, result.pressure}}, {}};
+  ShapeFrame frame{body.time, result.positions, {}, {}};
+  std::copy(result.fields.begin(), result.fields.end(), frame.fields.begin());
   for (const StationFrame& station : result.stations)
     if (station.contact) frame.tools.push_back(station.tool);
   shapes_.take(frame);

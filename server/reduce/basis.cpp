@@ -40,6 +40,18 @@ class Orthonormal {
 
 }  // namespace
 
+KrylovSolve remembering(const Linearisation& at, ShiftedSolver& solver, double tolerance, std::size_t next, BasisMemory& memory) {
+  return [&at, &solver, &memory, tolerance, next](std::span<const SolveColumn> columns) mutable {
+    if (memory.size() < next + columns.size()) memory.resize(next + columns.size());
+    std::vector<SolveColumn> kept;
+    for (std::size_t k = 0; k < columns.size(); ++k) kept.push_back({columns[k].b, &memory[next + k], columns[k].looser});
+    next += columns.size();
+    if (!solver.solve(at, kept, tolerance)) return false;
+    for (std::size_t k = 0; k < columns.size(); ++k) *columns[k].x = *kept[k].x;
+    return true;
+  };
+}
+
 Matrix side_by_side(std::span<const Vector> columns) {
   assert(!columns.empty());
   Matrix w(columns.front().size(), static_cast<Eigen::Index>(columns.size()));
@@ -130,16 +142,7 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& s
 std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
                                    const std::vector<Vector>& fine, const Vector& residual, const BasisRequest& request,
                                    BasisMemory& memory) {
-  std::size_t solves = 0;
-  const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
-    if (memory.size() < solves + columns.size()) memory.resize(solves + columns.size());
-    std::vector<SolveColumn> kept;
-    for (std::size_t k = 0; k < columns.size(); ++k) kept.push_back({columns[k].b, &memory[solves + k], columns[k].looser});
-    solves += columns.size();
-    if (!solver.solve(at, kept, request.tolerance)) return false;
-    for (std::size_t k = 0; k < columns.size(); ++k) *columns[k].x = *kept[k].x;
-    return true;
-  };
+  const KrylovSolve solve = remembering(at, solver, request.tolerance, 0, memory);
   Vector motion = at.velocity();
   mask(*at.held, motion);
   motion = at.masses().cwiseProduct(motion);

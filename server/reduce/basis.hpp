@@ -96,6 +96,10 @@ struct KrylovStart {
 /// x = P^-1 b for every column. False when P turns out not to be positive definite.
 using KrylovSolve = std::function<bool(std::span<const SolveColumn> columns)>;
 
+/// Of so many solves that come one after the other, each frame the same, the next: those of the last frame, from `next` of
+/// `memory` on, are where it begins. All must outlive it.
+KrylovSolve remembering(const Linearisation& at, ShiftedSolver& solver, double tolerance, std::size_t next, BasisMemory& memory);
+
 /// Columns, at least one, as a matrix.
 Matrix side_by_side(std::span<const Vector> columns);
 

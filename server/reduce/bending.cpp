@@ -6,6 +6,9 @@
 #include <cassert>
 #include <cmath>
 
+#include "server/reduce/element_gradient.hpp"
+#include "server/reduce/local_body.hpp"
+
 namespace palpate {
 namespace {
 
@@ -33,104 +36,44 @@ std::vector<double> spring_weights(const LumpedBody& body, const BodyState& stat
   return weights;
 }
 
-/// How the shapes move the edges from its first node, three rows each.
-using EdgeRows = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxVariables>;
-template <typename Shapes>
-std::array<EdgeRows, 3> edges_of(const Tetrahedron& t, const Shapes& shapes) {
-  std::array<EdgeRows, 3> edges;
-  for (std::size_t i = 0; i < 3; ++i)
-    edges[i] = shapes.template middleRows<3>(3 * static_cast<Eigen::Index>(t.nodes[i + 1])) -
-               shapes.template middleRows<3>(3 * static_cast<Eigen::Index>(t.nodes[0]));
-  return edges;
-}
-
-/// V mu_L |dF|^3 of each tetrahedron.
-std::vector<double> tetra_weights(const Dynamics& dynamics, const ShapeRows& shapes) {
-  const LumpedBody& body = dynamics.body();
+/// V mu_L |dF|^3 of each finite element.
+std::vector<double> solid_weights(const Dynamics& dynamics, const ShapeRows& shapes) {
+  using NodeRows = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxVariables>;
   std::vector<double> weights;
-  for (std::uint32_t e = 0; e < body.tetrahedra.size(); ++e) {
-    const Tetrahedron& t = body.tetrahedra[e];
-    const TetraRest& rest = dynamics.tetrahedra().rest(e);
-    const auto edges = edges_of(t, shapes);
-    double square = 0;  // of sum edges_i b_i^T
-    for (int i = 0; i < 3; ++i)
-      for (int k = 0; k <= i; ++k)
-        square += (i == k ? 1 : 2) * rest.b.col(i + 1).dot(rest.b.col(k + 1)) *
-                  edges[static_cast<std::size_t>(i)].cwiseProduct(edges[static_cast<std::size_t>(k)]).sum();
-    const SolidMaterial& m = body.materials[t.material];
-    square = std::max(square, 0.0);
-    weights.push_back(rest.volume_m3 * m.young_pa / (2 * (1 + m.poisson)) * square * std::sqrt(square));
-  }
-  return weights;
-}
-
-/// V mu_L |dF|^3 of each hexahedron, dF of the mean gradient.
-std::vector<double> hexa_weights(const Dynamics& dynamics, const ShapeRows& shapes) {
-  const LumpedBody& body = dynamics.body();
-  std::vector<double> weights;
-  for (std::uint32_t e = 0; e < body.hexahedra.size(); ++e) {
-    const HexaRest& rest = dynamics.hexahedra().shape(e).rest;
-    const auto& nodes = body.hexahedra[e].nodes;
-    std::array<EdgeRows, 3> columns;  // of dF, for every shape
-    for (EdgeRows& column : columns) column = EdgeRows::Zero(3, shapes.cols());
-    for (std::size_t i = 1; i < 8; ++i) {  // the b_i sum to nothing
-      const EdgeRows way = shapes.middleRows<3>(3 * static_cast<Eigen::Index>(nodes[i])) -
-                           shapes.middleRows<3>(3 * static_cast<Eigen::Index>(nodes[0]));
-      for (std::size_t c = 0; c < 3; ++c) columns[c] += rest.g(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(i)) * way;
+  for (std::uint32_t e = 0; e < elements_of(dynamics.body()); ++e) {
+    const ElementGradient element = element_gradient(dynamics, e);
+    const auto rows = [&](std::size_t i) { return shapes.middleRows<3>(3 * static_cast<Eigen::Index>(element.nodes[i])); };
+    std::array<NodeRows, 3> columns;  // of dF, for every shape
+    for (NodeRows& column : columns) column = NodeRows::Zero(3, shapes.cols());
+    for (std::size_t i = 1; i < element.nodes.size(); ++i) {  // the b_i sum to nothing
+      const NodeRows way = rows(i) - rows(0);
+      for (std::size_t c = 0; c < 3; ++c)
+        columns[c] += element.b(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(i)) * way;
     }
     const double square = columns[0].squaredNorm() + columns[1].squaredNorm() + columns[2].squaredNorm();
-    const SolidMaterial& m = body.materials[body.hexahedra[e].material];
-    weights.push_back(rest.volume_m3 * m.young_pa / (2 * (1 + m.poisson)) * square * std::sqrt(square));
+    const SolidMaterial& m = dynamics.body().materials[element.material];
+    weights.push_back(element.volume_m3 * m.young_pa / (2 * (1 + m.poisson)) * square * std::sqrt(square));
   }
   return weights;
 }
 
-void add_second_order_of_hexahedra(const Dynamics& dynamics, const BodyState& state, const Matrix& directions,
-                                   std::vector<Vector>& forces) {
-  const Hexahedra& hexahedra = dynamics.hexahedra();
+void add_second_order_of_solid(const Dynamics& dynamics, const BodyState& state, const Matrix& directions,
+                               std::vector<Vector>& forces) {
+  const std::vector<TetraMaterial> materials(dynamics.body().materials.begin(), dynamics.body().materials.end());
   const auto n = static_cast<int>(directions.cols());
   std::vector<Mat3> changes(static_cast<std::size_t>(n));
-  for (std::uint32_t e = 0; e < dynamics.body().hexahedra.size(); ++e) {
-    const HexaRest& rest = hexahedra.shape(e).rest;
-    const Mat3 at = hexahedra.gradient(e, state.x).leftCols<3>();
-    for (int k = 0; k < n; ++k) changes[static_cast<std::size_t>(k)] = hexahedra.gradient(e, directions.col(k)).leftCols<3>();
+  for (std::uint32_t e = 0; e < elements_of(dynamics.body()); ++e) {
+    const ElementGradient element = element_gradient(dynamics, e);
+    const Mat3 at = mean_gradient(dynamics, e, state.x);
+    for (int k = 0; k < n; ++k) changes[static_cast<std::size_t>(k)] = mean_gradient(dynamics, e, directions.col(k));
     for (int j = 0; j < n; ++j)
       for (int i = 0; i <= j; ++i) {
-        const Mat3 stress = (i == j ? -0.5 : -1.0) * rest.volume_m3 *
-                            second_order_stress(hexahedra.material(e), at, changes[static_cast<std::size_t>(i)],
+        const Mat3 stress = (i == j ? -0.5 : -1.0) * element.volume_m3 *
+                            second_order_stress(materials[element.material], at, changes[static_cast<std::size_t>(i)],
                                                 changes[static_cast<std::size_t>(j)]);
         Vector& sum = forces[static_cast<std::size_t>(pair_at(i, j))];
-        for (int k = 0; k < 8; ++k)
-          at_node(sum, dynamics.body().hexahedra[e].nodes[static_cast<std::size_t>(k)]) += stress * rest.g.col(k).head<3>();
-      }
-  }
-}
-
-void add_second_order(const Dynamics& dynamics, const BodyState& state, const Matrix& directions, std::vector<Vector>& forces) {
-  const LumpedBody& body = dynamics.body();
-  const std::vector<TetraMaterial> materials(body.materials.begin(), body.materials.end());
-  const auto n = static_cast<int>(directions.cols());
-  std::vector<Mat3> df(static_cast<std::size_t>(n));
-  for (std::uint32_t e = 0; e < body.tetrahedra.size(); ++e) {
-    const Tetrahedron& t = body.tetrahedra[e];
-    const TetraRest& rest = dynamics.tetrahedra().rest(e);
-    const auto edges = edges_of(t, directions);
-    const auto at_stamp = edges_of(t, state.x);
-    Mat3 f = Mat3::Zero();
-    std::fill(df.begin(), df.end(), Mat3::Zero());
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Eigen::RowVector3d b = rest.b.col(static_cast<Eigen::Index>(i + 1)).transpose();
-      f += at_stamp[i] * b;
-      for (int k = 0; k < n; ++k) df[static_cast<std::size_t>(k)] += edges[i].col(k) * b;
-    }
-    for (int j = 0; j < n; ++j)
-      for (int i = 0; i <= j; ++i) {
-        const Mat3 stress =
-            (i == j ? -0.5 : -1.0) * rest.volume_m3 *
-            second_order_stress(materials[t.material], f, df[static_cast<std::size_t>(i)], df[static_cast<std::size_t>(j)]);
-        Vector& sum = forces[static_cast<std::size_t>(pair_at(i, j))];
-        for (int k = 0; k < 4; ++k)
-          sum.segment<3>(3 * static_cast<Eigen::Index>(t.nodes[static_cast<std::size_t>(k)])) += stress * rest.b.col(k);
+        for (std::size_t k = 0; k < element.nodes.size(); ++k)
+          at_node(sum, element.nodes[k]) += stress * element.b.col(static_cast<Eigen::Index>(k));
       }
   }
 }
@@ -151,9 +94,8 @@ std::vector<std::uint32_t> elements_that_bend(const Dynamics& dynamics, const Bo
                                               double negligible, std::size_t most) {
   assert(columns.rows() == state.x.size() && negligible >= 0 && negligible < 1);
   const LumpedBody& body = dynamics.body();
-  const std::vector<double> weights = !body.tetrahedra.empty()  ? tetra_weights(dynamics, columns)
-                                      : !body.hexahedra.empty() ? hexa_weights(dynamics, columns)
-                                                                : spring_weights(body, state, columns.cast<float>());
+  const std::vector<double> weights =
+      body.is_solid() ? solid_weights(dynamics, columns) : spring_weights(body, state, columns.cast<float>());
   // Exponent and first four bits of a positive number: the larger, the larger.
   const auto bin_of = [](double weight) { return std::bit_cast<std::uint32_t>(static_cast<float>(weight)) >> 19U; };
   struct Bin {
@@ -188,8 +130,7 @@ std::vector<Vector> second_order_forces(const Dynamics& dynamics, const BodyStat
   const LumpedBody& body = dynamics.body();
   const auto n = static_cast<int>(directions.cols());
   std::vector<Vector> forces(static_cast<std::size_t>(pairs_of(n)), Vector::Zero(directions.rows()));
-  add_second_order(dynamics, state, directions, forces);
-  add_second_order_of_hexahedra(dynamics, state, directions, forces);
+  if (body.is_solid()) add_second_order_of_solid(dynamics, state, directions, forces);
   for (const Element& e : body.elements) {
     const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
     const Vec3 d = state.x.segment<3>(b) - state.x.segment<3>(a);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace palpate {
@@ -18,6 +19,7 @@ double half_space_nodes(int dimension, int j) { return dimension == 1 ? 1 : dime
 }  // namespace
 
 double shell_compliance(int dimension, int shell) {
+  assert(dimension >= 1 && dimension <= 3 && shell >= 1);
   const Shells& shells = kShells[dimension - 1];
   return shell == 1 ? 1 : std::pow(shells.first + shells.growth * shell, 1 - dimension);
 }

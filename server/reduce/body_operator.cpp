@@ -1,5 +1,7 @@
 #include "server/reduce/body_operator.hpp"
 
+#include <cassert>
+
 namespace palpate {
 
 bool WholeBody::factorises(const Dynamics& dynamics) {
@@ -8,6 +10,7 @@ bool WholeBody::factorises(const Dynamics& dynamics) {
 }
 
 Vector WholeBody::forces() const {
+  assert(state_);
   Vector f;
   dynamics_->forces(*state_, f);
   return f;

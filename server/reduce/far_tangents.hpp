@@ -4,16 +4,20 @@
 //     K_c = sum_e N^T k_e N,     D_c = sum_e N^T d_e N,     over the elements at home in c between nodes of far cells
 //
 // They are kept: far from a tool the tangents change little from frame to frame, so only the cells that were bent most since
-// theirs were made get new ones, as many as `Elements::kAFrame` allows. They are kept in parts, by the other cells that the
+// theirs were made get new ones, as many as `Bunch::kAFrame` elements allow. They are kept in parts, by the other cells that the
 // elements end in: what is near can change without any of them being made again.
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cassert>
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "server/reduce/element_bunch.hpp"
 #include "server/reduce/far_field.hpp"
-#include "server/reduce/tangent_matrices.hpp"
+#include "server/reduce/local_body.hpp"
 
 namespace palpate {
 
@@ -22,25 +26,42 @@ inline constexpr std::size_t kCornerPairs = FarField::kCorners * (FarField::kCor
 template <int kNumbers>
 using CornerTangent = std::array<typename TangentMatrices<kNumbers>::Pair, kCornerPairs>;
 
-/// `Elements` says what there is (far_springs.hpp, far_solid.hpp):
-///     kNumbers, kAFrame;  count();  nodes_of(e);
-///     Bunch, bunch(elements, cell): elements at home in a cell, ready for
-///     add(bunch, cell, state, tangent): tangent += K_c, D_c of these
-template <class Elements>
+/// to += N^T A N over the corners of a cell, A being the sums of a bunch and N the shapes of its nodes there.
+template <class Bunch>
+void add_over_corners(const Bunch& bunch, std::span<const typename Bunch::Pair> sums, std::span<const FarField::Shape> shapes,
+                      CornerTangent<Bunch::kNumbers>& to) {
+  assert(sums.size() == bunch.links().size() && shapes.size() == bunch.nodes().size());
+  using Pair = typename Bunch::Pair;
+  std::vector<std::array<Pair, FarField::kCorners>> a_n(bunch.nodes().size());
+  for (auto& row : a_n) row.fill(Pair::Zero());
+  for (std::size_t k = 0; k < sums.size(); ++k) {
+    const auto [a, b] = bunch.links()[k];
+    for (std::size_t q = 0; q < FarField::kCorners; ++q) a_n[a][q] += shapes[b][static_cast<Eigen::Index>(q)] * sums[k];
+    if (a == b) continue;
+    const Pair back = Bunch::transposed(sums[k]);
+    for (std::size_t q = 0; q < FarField::kCorners; ++q) a_n[b][q] += shapes[a][static_cast<Eigen::Index>(q)] * back;
+  }
+  for (std::size_t i = 0; i < a_n.size(); ++i) {
+    auto pair = to.begin();
+    for (std::size_t p = 0; p < FarField::kCorners; ++p)
+      for (std::size_t q = p; q < FarField::kCorners; ++q) *pair++ += shapes[i][static_cast<Eigen::Index>(p)] * a_n[i][q];
+  }
+}
+
+/// `Bunch`: SpringBunch or SolidBunch.
+template <class Bunch>
 class FarTangents {
  public:
   static constexpr double kDistortion = 2e-3;  ///< of the edge of a cell, that its nodes moved to each other
-  using Tangent = CornerTangent<Elements::kNumbers>;
+  using Tangent = CornerTangent<Bunch::kNumbers>;
 
   /// At the body's rest; `field` must outlive it.
-  FarTangents(const Dynamics& dynamics, const FarField& field)
-      : elements_(dynamics, field), field_(&field), cells_(field.cells()) {
+  FarTangents(const Dynamics& dynamics, const FarField& field) : dynamics_(&dynamics), field_(&field), cells_(field.cells()) {
     assign();
     const BodyState rest = dynamics.rest_state();
     for (std::uint32_t c = 0; c < cells_.size(); ++c) renew(c, rest);
   }
 
-  const Elements& elements() const { return elements_; }
   /// The elements that have a node in such a cell (1 = one of them), ascending.
   std::vector<std::uint32_t> elements_at(const std::vector<std::uint8_t>& cells) const {
     std::vector<std::uint32_t> found;
@@ -60,7 +81,8 @@ class FarTangents {
   struct Part {
     std::vector<std::uint32_t> others;
     std::vector<std::uint32_t> elements;
-    typename Elements::Bunch bunch;
+    Bunch bunch;
+    std::vector<FarField::Shape> shapes;  // of its nodes
     Tangent tangent;
     bool is_far = false;  // then
     bool ends_in(const std::vector<std::uint8_t>& cells) const {
@@ -81,15 +103,16 @@ class FarTangents {
     for (auto& pair : tangent) pair.setZero();
   }
 
-  Elements elements_;
+  const Dynamics* dynamics_;
   const FarField* field_;
   std::vector<Cell> cells_;
 };
 
-template <class Elements>
-void FarTangents<Elements>::assign() {
-  for (std::uint32_t e = 0; e < elements_.count(); ++e) {
-    const auto nodes = elements_.nodes_of(e);
+template <class Bunch>
+void FarTangents<Bunch>::assign() {
+  std::array<std::uint32_t, 2> room;
+  for (std::uint32_t e = 0; e < elements_of(dynamics_->body()); ++e) {
+    const auto nodes = nodes_of(dynamics_->body(), e, room);
     const std::uint32_t home = field_->home(nodes);
     std::vector<std::uint32_t> others;
     for (const std::uint32_t i : nodes)
@@ -106,23 +129,26 @@ void FarTangents<Elements>::assign() {
     ++cell.elements;
   }
   for (std::uint32_t c = 0; c < cells_.size(); ++c)
-    for (Part& part : cells_[c].parts) part.bunch = elements_.bunch(part.elements, c);
+    for (Part& part : cells_[c].parts) {
+      part.bunch = Bunch(*dynamics_, part.elements);
+      for (const std::uint32_t i : part.bunch.nodes()) part.shapes.push_back(field_->shape_in(i, c));
+    }
 }
 
-template <class Elements>
-void FarTangents<Elements>::renew(std::uint32_t c, const BodyState& state) {
+template <class Bunch>
+void FarTangents<Bunch>::renew(std::uint32_t c, const BodyState& state) {
   Cell& cell = cells_[c];
   cell.then = field_->samples(c, state.x);
   cell.is_summed = false;
   for (Part& part : cell.parts) {
     clear(part.tangent);
-    elements_.add(part.bunch, c, state, part.tangent);
+    add_over_corners<Bunch>(part.bunch, part.bunch.sums(state, false), part.shapes, part.tangent);
   }
 }
 
 /// Of the parts of a far cell that are between far cells.
-template <class Elements>
-void FarTangents<Elements>::add_up(Cell& cell, const std::vector<std::uint8_t>& near) {
+template <class Bunch>
+void FarTangents<Bunch>::add_up(Cell& cell, const std::vector<std::uint8_t>& near) {
   const auto same = [&](const Part& part) { return part.is_far == !part.ends_in(near); };
   if (cell.is_summed && std::all_of(cell.parts.begin(), cell.parts.end(), same)) return;
   cell.is_summed = true;
@@ -133,8 +159,8 @@ void FarTangents<Elements>::add_up(Cell& cell, const std::vector<std::uint8_t>& 
   }
 }
 
-template <class Elements>
-void FarTangents<Elements>::take(const BodyState& state, const std::vector<std::uint8_t>& near) {
+template <class Bunch>
+void FarTangents<Bunch>::take(const BodyState& state, const std::vector<std::uint8_t>& near) {
   struct Old {
     double distortion;
     std::uint32_t cell;
@@ -148,7 +174,7 @@ void FarTangents<Elements>::take(const BodyState& state, const std::vector<std::
   });
   std::size_t renewed = 0;
   for (const Old& o : old) {
-    if (renewed >= Elements::kAFrame) break;
+    if (renewed >= Bunch::kAFrame) break;
     renew(o.cell, state);
     renewed += cells_[o.cell].elements;
   }

@@ -39,6 +39,7 @@ Vector stiffness_of(const Patch& patch, Eigen::Index first) {
 
 /// Of forces on the variables of a grasp, the one that holds the tool where the modes have followed: F = f_p + B_k^T K^-1 f_q.
 Matrix held_tool(const Patch& patch, const Vector& stiffness) {
+  assert(stiffness.size() == patch.modes() + 3 && stiffness.minCoeff() > 0);
   Matrix at_port(stiffness.size(), 3);
   at_port << Mat3::Identity(), stiffness.tail(patch.modes()).cwiseInverse().asDiagonal() * patch.b_k;
   return at_port;
@@ -67,7 +68,7 @@ std::optional<NonlinearTerms> nonlinear_terms(const WholeBody& body, const Patch
   const bool repaired = is_projected(patch, model), solid = body.dynamics().body().is_solid();
   const int variables = static_cast<int>(first + r);
   Sampling sampling;
-  sampling.room = {variables, first > 0, repaired, vertices, body.dynamics().body().law == SpringLaw::stiffening};
+  sampling.room = {variables, first > 0, repaired, vertices, body.dynamics().body().law == SpringLaw::stiffening, solid};
   if (first > 0) {
     Eigen::Index row = 0;
     model.port.cwiseAbs().rowwise().maxCoeff().maxCoeff(&row);

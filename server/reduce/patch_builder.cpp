@@ -43,7 +43,7 @@ bool PatchBuilder::hold_far_nodes(const FrameModel& frame, const std::vector<std
   std::vector<std::uint8_t> near(dynamics_->nodes(), 0);
   std::vector<std::uint32_t> front = seeds;
   for (const std::uint32_t i : front) near[i] = 1;
-  for (int layer = 0; layer < kRingLayers; ++layer) {
+  for (int layer = 0; layer < TwoLayer::kLayers; ++layer) {
     std::vector<std::uint32_t> next;
     for (const std::uint32_t i : front)
       for (const std::uint32_t j : neighbours_[i])

@@ -2,7 +2,7 @@
 //
 //   hold, filtered   the force at the stamp
 //   tangent          static stiffness seen at the port, K_s = K_p - K_pf K_ff^-1 K_fp  (touch: compliance C_s = B^T K^-1 B)
-//   ring             the nodes within kRingLayers layers of the contact, all others held still, reduced like `port`
+//   ring             the nodes within TwoLayer::kLayers layers of the contact, all others held still, reduced like `port`
 //   two-layer        those nodes, with outer elements and masses that stand for the rest of the body (two_layer.hpp), reduced
 //                    like `port`; forces and velocities at the stamp are the body's own; `ring` for a body of tetrahedra, and
 //                    then the patch says so
@@ -77,7 +77,6 @@ struct BuiltPatch {
 
 class PatchBuilder {
  public:
-  static constexpr int kRingLayers = 1;
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
   static constexpr int kHyperAttachOrder = 32, kHyperTouchOrder = 30;
   static constexpr double kFilteredHz = 10;  ///< low-pass of `filtered`: the paper's, its model rate

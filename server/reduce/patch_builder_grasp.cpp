@@ -36,19 +36,6 @@ bool solve_inputs(const Linearisation& at, ShiftedSolver& solver, const std::vec
   return solver.solve(at, columns, tolerance);
 }
 
-/// Of so many solves that come one after the other, each frame the same, the next; those of the last frame are where it begins.
-KrylovSolve remembering(const Linearisation& at, ShiftedSolver& solver, std::size_t next, BasisMemory& memory) {
-  return [&at, &solver, &memory, next](std::span<const SolveColumn> columns) mutable {
-    if (memory.size() < next + columns.size()) memory.resize(next + columns.size());
-    std::vector<SolveColumn> kept;
-    for (std::size_t k = 0; k < columns.size(); ++k) kept.push_back({columns[k].b, &memory[next + k], columns[k].looser});
-    next += columns.size();
-    if (!solver.solve(at, kept, kBasisTolerance)) return false;
-    for (std::size_t k = 0; k < columns.size(); ++k) *columns[k].x = *kept[k].x;
-    return true;
-  };
-}
-
 /// K_pf K_ff^-1 K_fp
 std::optional<Mat3> released(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& k_tool,
                              BasisMemory& memory) {
@@ -98,7 +85,7 @@ bool PatchBuilder::build_grasp(const Job& job, const Model& model, ShiftedSolver
     inputs.push_back(at.masses().cwiseProduct(motion));
     if (!solve_inputs(at, solver, inputs, kBasisTolerance, memory)) return false;
     port.start = {{memory.begin(), memory.begin() + 3}, {}, memory[3], memory[4]};
-    port.solve = remembering(at, solver, inputs.size(), memory);
+    port.solve = remembering(at, solver, kBasisTolerance, inputs.size(), memory);
   }
   if (job.hyper()) {
     port.solve = [&](std::span<const SolveColumn> columns) { return solver.solve(at, columns, kBasisTolerance); };

@@ -7,8 +7,7 @@
 #include <limits>
 #include <numeric>
 
-#include "server/reduce/refined_solid.hpp"
-#include "server/reduce/refined_springs.hpp"
+#include "server/reduce/refined_elements.hpp"
 
 namespace palpate {
 
@@ -21,9 +20,9 @@ bool RefinedBody::suits(const Dynamics& dynamics) {
 RefinedBody::RefinedBody(const Dynamics& dynamics) : dynamics_(&dynamics), far_(dynamics), coarse_(dynamics, kPieces) {
   place_corners();
   if (!dynamics.body().is_solid())
-    tangents_ = std::make_unique<RefinedSprings>(*this);
+    tangents_ = std::make_unique<RefinedElements<SpringBunch>>(*this);
   else
-    tangents_ = std::make_unique<RefinedSolid>(*this);
+    tangents_ = std::make_unique<RefinedElements<SolidBunch>>(*this);
 }
 
 void RefinedBody::place_corners() {

@@ -1,27 +1,61 @@
-// K and D of a locally refined body, as far as it does not matter what it is made of: `Elements` are those of far_tangents.hpp.
+// K and D of a locally refined body of springs or of finite elements.
+//
+// Mass-proportional damping c M is c M_y here. Of an element with near and far nodes, the far ones move as the corners of that
+// cell which has most of them.
 #pragma once
 
+#include "server/reduce/far_tangents.hpp"
 #include "server/reduce/refined_body.hpp"
 
 namespace palpate {
 
-template <class Elements>
-class RefinedElements : public RefinedTangents {
+/// `Bunch`: SpringBunch or SolidBunch.
+template <class Bunch>
+class RefinedElements final : public RefinedTangents {
  public:
   /// `body` must outlive it.
-  explicit RefinedElements(const RefinedBody& body) : body_(&body), far_(body.dynamics(), body.far()) {}
-  std::vector<std::uint32_t> near_elements() const final { return far_.elements_at(body_->near()); }
-  const BlockPattern& pattern() const final { return tangents_.pattern(); }
-  void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const final { tangents_.multiply(y, k_y, d_y); }
-  void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const final {
+  explicit RefinedElements(const RefinedBody& body) : body_(&body), far_(body.dynamics(), body.far()), forces_(body.dynamics()) {}
+  std::vector<std::uint32_t> near_elements() const override { return far_.elements_at(body_->near()); }
+  void lay_out() override;
+  void take(const BodyState& state) override;
+  const NodeArrays& forces(const BodyState& state) override { return forces_.at(state); }
+  const BlockPattern& pattern() const override { return tangents_.pattern(); }
+  void assemble(double c_d, double c_k, bool clamp, BlockMatrix& a) const override;
+  void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const override { tangents_.multiply(y, k_y, d_y); }
+  void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const override {
     tangents_.multiply_sum(y, c_k, c_d, sum);
   }
 
- protected:
+ private:
+  using Matrices = TangentMatrices<Bunch::kNumbers>;
+  using Pair = typename Bunch::Pair;
+  /// Elements whose nodes are near, or in the same far cell.
+  struct Near {
+    Bunch bunch;
+    std::uint32_t cell = RefinedBody::kNone;  // none: all are near
+    std::vector<std::uint32_t> rows;          // coordinates of its nodes; none of far ones
+    std::vector<FarField::Shape> shapes;      // in the cell; zero for near ones
+    std::vector<std::uint32_t> places;        // for each link the entry between near nodes, or the border; none between far ones
+  };
+  std::uint32_t far_home(std::span<const std::uint32_t> nodes) const;
+  void take_near();
+  void find_places(Near& near) const;
+  void add_far(Matrices& to) const;
+  void add_near(bool clamp, Matrices& to) const;
+  void add_to_corners(std::uint32_t cell, const CornerTangent<Bunch::kNumbers>& tangent, Matrices& to) const;
+  /// A block with the rows of coordinate p and the columns of q.
+  static void add(const Pair& pair, std::uint32_t p, std::uint32_t q, std::uint32_t entry, Matrices& to);
+
   const RefinedBody* body_;
-  FarTangents<Elements> far_;
+  FarTangents<Bunch> far_;
+  typename Bunch::Forces forces_;
   RefinedPattern pattern_;
-  TangentMatrices<Elements::kNumbers> tangents_;
+  Matrices tangents_;
+  std::vector<Near> near_;
+  const BodyState* state_ = nullptr;
 };
+
+extern template class RefinedElements<SpringBunch>;
+extern template class RefinedElements<SolidBunch>;
 
 }  // namespace palpate

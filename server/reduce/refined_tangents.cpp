@@ -1,6 +1,7 @@
 #include "server/reduce/refined_tangents.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 #include "server/reduce/refined_body.hpp"
 
@@ -36,6 +37,7 @@ RefinedPattern::RefinedPattern(const RefinedBody& body, std::vector<Pair> near_p
 }
 
 std::uint32_t RefinedPattern::border(const Border& border) const {
+  assert(std::binary_search(borders_.begin(), borders_.end(), border));
   return static_cast<std::uint32_t>(std::lower_bound(borders_.begin(), borders_.end(), border) - borders_.begin());
 }
 

@@ -39,6 +39,7 @@ std::vector<Vector> second_order_loads(const Linearisation& at, std::vector<Vect
 bool add_responses(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve, const ResponseRequest& request,
                    BasisMemory& memory, SnapshotSet& to) {
   const double s = request.shift_1_s;
+  assert(s > 0 && request.horizon_s > 0 && start.residual.size() == at.masses().size());
   std::vector<Vector> acting, held_still;
   for (const Snapshot& snapshot : to.all()) {
     if (snapshot.kind != SnapshotKind::port_response && snapshot.kind != SnapshotKind::slide) continue;

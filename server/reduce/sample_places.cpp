@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
 
@@ -40,6 +41,7 @@ void SamplePlaces::take_nodes(const BodyState& state, const Matrix& moved) {
 }
 
 void SamplePlaces::take_hexahedra(const BodyState& state, const Matrix& moved, int tool) {
+  assert(moved.rows() == state.x.size() && tool < static_cast<int>(dynamics_->nodes()));
   const auto places = static_cast<Eigen::Index>(kFirst + 3 * elements_.size());
   moved_.setZero(3 * places, moved.cols());
   at_stamp_.setZero(3 * places);
@@ -89,6 +91,7 @@ TetraRest SamplePlaces::rest(std::uint32_t element) const {
 }
 
 Mat3 SamplePlaces::deformation(std::uint32_t element) const {
+  assert(element < at_.size() && elements_[number(element)] == element);
   const TetraRest at = rest(element);
   Mat3 f = Mat3::Zero();
   for (int i = 1; i < 4; ++i)

@@ -114,7 +114,6 @@ class CandidateSprings {
     const Element& e = body().elements[element];
     return end == 0 ? e.a : e.b;
   }
-  static int numbers_of(const TermsRoom& room, int nodes, int springs) { return numbers_of_springs(room, nodes, springs); }
   Vec3 place_of(std::uint32_t node) const { return at_node(at_->state().x, node); }
   /// d
   Vec3 span(std::uint32_t element) const {

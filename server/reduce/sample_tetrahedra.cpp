@@ -89,7 +89,6 @@ class CandidateTetrahedra {
     const double mu = rest_of(element).volume_m3 * m.young_pa / (2 * (1 + m.poisson));
     return {mu, mu * 2 * m.poisson / (1 - 2 * m.poisson)};
   }
-  static int numbers_of(const TermsRoom& room, int nodes, int count) { return numbers_of_tetrahedra(room, nodes, count); }
   std::uint32_t node(std::uint32_t element, int i) const { return places_.place(element, i); }
   /// H, 9 rows a tetrahedron.
   Eigen::MatrixXf motions(const std::vector<std::uint32_t>& elements) const {

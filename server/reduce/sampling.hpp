@@ -121,7 +121,7 @@ std::optional<typename Elements::Sample> sample(const Elements& all, const Matri
   for (const std::uint32_t e : candidates)
     for (int i = 0; i < Elements::kNodes; ++i) nodes.push_back(all.node(e, i));
   ByteCosts costs(std::move(nodes), Elements::kNodes, all.nodes(),
-                  [&](int met, int count) { return Elements::numbers_of(sampling.room, met, count); });
+                  [&](int met, int count) { return numbers_of(sampling.room, met, count); });
   const SparseSolution few =
       sparse_nnls(fit.parts(all.bend(candidates, all.motions(candidates))), fit.all(), Elements::kMost, kCloseEnough, costs);
   if (few.columns.empty()) return std::nullopt;

@@ -1,5 +1,7 @@
 #include "server/reduce/tangent_matrices.hpp"
 
+#include <cassert>
+
 namespace palpate {
 namespace {
 
@@ -64,6 +66,7 @@ void multiply_symmetric(const BlockPattern& pattern, const Numbers& numbers, con
 
 template <int kNumbers>
 void TangentMatrices<kNumbers>::assemble(double c_d, double c_k, BlockMatrix& sum) const {
+  assert(sum.block_count() == pairs_.size());
   for (std::uint32_t e = 0; e < sum.block_count(); ++e) {
     const Half<kNumbers> both = c_k * pairs_[e].template head<kNumbers>() + c_d * pairs_[e].template tail<kNumbers>();
     sum.block(e) << both[place<kNumbers>(0, 0)], both[place<kNumbers>(0, 1)], both[place<kNumbers>(0, 2)],
@@ -74,6 +77,7 @@ void TangentMatrices<kNumbers>::assemble(double c_d, double c_k, BlockMatrix& su
 
 template <int kNumbers>
 void TangentMatrices<kNumbers>::multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
+  assert(y.rows() == 3 * static_cast<Eigen::Index>(pattern_.rows()));
   k_y.resize(y.rows(), y.cols());
   d_y.resize(y.rows(), y.cols());
   std::vector<NodeLanes> in(pattern_.rows()), out(pattern_.rows());

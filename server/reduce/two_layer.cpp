@@ -10,7 +10,6 @@
 namespace palpate {
 namespace {
 
-constexpr int kRing = 1;  // layer of neighbours that is kept
 constexpr int kNone = std::numeric_limits<int>::max();
 
 struct Mean {
@@ -68,15 +67,15 @@ LocalBody TwoLayer::around(const std::vector<std::uint32_t>& contact, const std:
   const std::vector<int> layer = layers_from(contact);
   std::vector<std::uint32_t> nodes;
   for (std::uint32_t i = 0; i < body_->nodes.size(); ++i)
-    if (layer[i] <= kRing + 1) nodes.push_back(i);
+    if (layer[i] <= kLayers + 1) nodes.push_back(i);
   LocalBody local(*body_, std::move(nodes));
   LumpedBody& body = local.body;
   for (std::size_t i = 0; i < local.nodes.size(); ++i)
-    if (held[local.nodes[i]] || layer[local.nodes[i]] > kRing) body.fixed[i] = 1;
+    if (held[local.nodes[i]] || layer[local.nodes[i]] > kLayers) body.fixed[i] = 1;
   const ShellCompliance compliance(dimension_, nodes_per_layer(layer));
   std::vector<Mean> lengths(local.nodes.size());
   for (Element e : body_->elements) {
-    const bool leaves_a = layer[e.a] > kRing, leaves_b = layer[e.b] > kRing;
+    const bool leaves_a = layer[e.a] > kLayers, leaves_b = layer[e.b] > kLayers;
     if (leaves_a && leaves_b) continue;
     const bool surface = surface_[e.a] && surface_[e.b];
     const int beyond = to_end_[leaves_a ? e.a : e.b];

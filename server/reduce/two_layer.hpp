@@ -28,6 +28,8 @@ namespace palpate {
 
 class TwoLayer {
  public:
+  static constexpr int kLayers = 1;  ///< of neighbours that are kept: the ring
+
   /// `body` must outlive it.
   explicit TwoLayer(const LumpedBody& body);
 

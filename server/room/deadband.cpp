@@ -3,7 +3,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <vector>
+
+#include "common/base/minimum_jerk.hpp"
 
 namespace palpate {
 namespace {
@@ -21,11 +24,6 @@ Probes probes_of(const PatchPlayer& player) {
   in = in.squaredNorm() > 0 ? Vec3(in.normalized()) : Vec3(0, 0, -1);
   const Vec3 across = in.unitOrthogonal();
   return {Vec3::Zero(), way_m * in, Deadband::kProbeM * across, Deadband::kProbeM * in.cross(across)};
-}
-
-double smooth(double u) {
-  const double c = std::clamp(u, 0.0, 1.0);
-  return c * c * c * (10 - 15 * c + 6 * c * c);
 }
 
 /// The hand would feel the same of `old` as of `next` where both are now.
@@ -46,11 +44,12 @@ bool trusts(const PatchPlayer& player, const Vec3& tool) {
 
 /// Whether it would of all of them over the time that `next` would be used, on the tool's way and `off` it.
 bool stay_alike(std::vector<PatchPlayer> old, PatchPlayer next, const Deadband::Station& station, const Vec3& off) {
+  assert(!old.empty() && station.track && station.horizon > Micros{});
   constexpr Micros kLook{5'000};
   const Micros stamp = next.patch().stamp;
   next.inherit(old.front());
   for (Micros t = stamp + kLook; t <= stamp + station.horizon; t += kLook) {
-    const Vec3 tool = station.track->on_path(t).position + smooth(seconds(t - stamp) / Deadband::kProbeS) * off;
+    const Vec3 tool = station.track->on_path(t).position + minimum_jerk(seconds(t - stamp) / Deadband::kProbeS) * off;
     next.advance({t, tool});
     for (PatchPlayer& player : old) {
       player.advance({t, tool});
@@ -64,6 +63,7 @@ bool stay_alike(std::vector<PatchPlayer> old, PatchPlayer next, const Deadband::
 
 std::optional<Micros> Deadband::pass(const Patch& patch, const NonlinearTerms& terms, const Station& station) {
   PatchPlayer next(patch, terms);
+  assert(station.track && station.fraction > 0);
   catch_up(*station.track, patch.stamp);
   if (all_serve(next, station)) return station.playing;
   sent_.push_back(std::move(next));
@@ -81,6 +81,8 @@ void Deadband::catch_up(const ToolTrack& track, Micros until) {
 
 bool Deadband::all_serve(const PatchPlayer& next, const Station& station) {
   if (!station.playing) return false;
+  assert(
+      std::is_sorted(sent_.begin(), sent_.end(), [](const auto& a, const auto& b) { return a.patch().stamp < b.patch().stamp; }));
   while (!sent_.empty() && sent_.front().patch().stamp < *station.playing) sent_.pop_front();
   if (sent_.empty() || sent_.front().patch().stamp != *station.playing) return false;
   const Micros stamp = next.patch().stamp;

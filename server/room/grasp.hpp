@@ -4,6 +4,7 @@
 #pragma once
 
 #include "common/base/grasp_reach.hpp"
+#include "common/base/minimum_jerk.hpp"
 #include "server/room/tool_track.hpp"
 
 namespace palpate {
@@ -18,11 +19,10 @@ class Grasp {
 
   ToolAt at(const ToolTrack& track, Micros t) const {
     ToolAt tool = track.at(t);
-    const double s = seconds(t - begin_) / kReachS;
-    if (s >= 1) return tool;
-    const double c = s > 0 ? s : 0;
-    tool.position += (1 - c * c * c * (10 - 15 * c + 6 * c * c)) * offset_;
-    tool.velocity -= (30 * c * c * (1 - c) * (1 - c) / kReachS) * offset_;
+    const double share = seconds(t - begin_) / kReachS;
+    if (share >= 1) return tool;
+    tool.position += (1 - minimum_jerk(share)) * offset_;
+    tool.velocity -= (minimum_jerk_rate(share) / kReachS) * offset_;
     return tool;
   }
 

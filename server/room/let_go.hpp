@@ -3,8 +3,7 @@
 // would tear open: it has to come from outside.
 #pragma once
 
-#include <algorithm>
-
+#include "common/base/minimum_jerk.hpp"
 #include "server/body/skin.hpp"
 
 namespace palpate {
@@ -15,10 +14,7 @@ struct LetGo {
   Micros since{};
   Vec3 force = Vec3::Zero();  ///< on the tool then [N]
 
-  Vec3 felt(Micros t) const {
-    const double c = std::clamp(seconds(t - since) / seconds(kFades), 0.0, 1.0);
-    return (1 - c * c * c * (10 - 15 * c + 6 * c * c)) * force;
-  }
+  Vec3 felt(Micros t) const { return (1 - minimum_jerk(seconds(t - since) / seconds(kFades))) * force; }
   /// Whether a tool at `tool` may take hold of, or touch, a body at `x` from now on.
   bool over(Micros now, ContactKind contact, const Skin& skin, const Vector& x, const Vec3& tool) const {
     if (now < since + kFades) return false;

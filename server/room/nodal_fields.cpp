@@ -1,13 +1,17 @@
 #include "server/room/nodal_fields.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "server/body/element_kernel.hpp"
+#include "server/reduce/element_gradient.hpp"
+#include "server/reduce/local_body.hpp"
 
 namespace palpate {
 
 std::vector<float> element_tension(const LumpedBody& body, const Vector& x) {
+  assert(x.size() == 3 * static_cast<Eigen::Index>(body.nodes.size()));
   std::vector<float> largest(body.nodes.size(), 0.0F);
   for (const Element& element : body.elements) {
     const auto at = [&](std::uint32_t node) { return x.segment<3>(3 * static_cast<Eigen::Index>(node)); };
@@ -21,41 +25,39 @@ std::vector<float> element_tension(const LumpedBody& body, const Vector& x) {
 namespace {
 
 /// `relaxed`: what has faded of the second Piola-Kirchhoff stress.
-double value_of(const TetraMaterial& material, const Mat3& f, const Mat3& relaxed, SolidField field) {
-  if (field == SolidField::strain) return (signed_svd(f).s.array() - 1).abs().maxCoeff();
+double value_of(const TetraMaterial& material, const Mat3& f, const Mat3& relaxed, ShapeChannel field) {
+  if (field == ShapeChannel::strain) return (signed_svd(f).s.array() - 1).abs().maxCoeff();
   const Mat3 cauchy = (elastic_stress(material, f) - f * relaxed) * f.transpose() / std::max(f.determinant(), kLeastVolume);
   const double mean = cauchy.trace() / 3;
-  if (field == SolidField::pressure) return -mean;
+  if (field == ShapeChannel::pressure) return -mean;
   return std::sqrt(1.5) * (cauchy - mean * Mat3::Identity()).norm();
 }
 
 }  // namespace
 
-std::vector<float> solid_field(const Dynamics& dynamics, const BodyState& state, SolidField field) {
+std::vector<float> nodal_field(const Dynamics& dynamics, const BodyState& state, ShapeChannel field) {
+  if (field == ShapeChannel::tension) return element_tension(dynamics.body(), state.x);
+  assert(field == ShapeChannel::stress || field == ShapeChannel::strain || field == ShapeChannel::pressure);
   std::vector<double> sums(dynamics.nodes(), 0.0), volumes(sums);
-  const auto add = [&](std::span<const std::uint32_t> nodes, std::uint32_t element, const TetraMaterial& material, const Mat3& f,
-                       double volume_m3) {
-    const double value = value_of(material, f, dynamics.relaxation().relaxed_stress(state, element), field);
-    for (const std::uint32_t node : nodes) {
-      sums[node] = field == SolidField::pressure ? sums[node] + volume_m3 * value : std::max(sums[node], value);
-      volumes[node] += volume_m3;
-    }
-  };
   const LumpedBody& body = dynamics.body();
-  const Tetrahedra& tetrahedra = dynamics.tetrahedra();
-  const Hexahedra& hexahedra = dynamics.hexahedra();
-  for (std::uint32_t e = 0; e < body.tetrahedra.size(); ++e)
-    add(body.tetrahedra[e].nodes, e, tetrahedra.material(e), tetrahedra.gradient(e, state.x), tetrahedra.rest(e).volume_m3);
-  for (std::uint32_t e = 0; e < body.hexahedra.size(); ++e)
-    add(body.hexahedra[e].nodes, e, hexahedra.material(e), hexahedra.gradient(e, state.x).leftCols<3>(),
-        hexahedra.shape(e).rest.volume_m3);
+  const std::vector<TetraMaterial> materials(body.materials.begin(), body.materials.end());
+  for (std::uint32_t e = 0; body.is_solid() && e < elements_of(body); ++e) {
+    const ElementGradient element = element_gradient(dynamics, e);
+    const double value = value_of(materials[element.material], mean_gradient(dynamics, e, state.x),
+                                  dynamics.relaxation().relaxed_stress(state, e), field);
+    for (const std::uint32_t node : element.nodes) {
+      sums[node] = field == ShapeChannel::pressure ? sums[node] + element.volume_m3 * value : std::max(sums[node], value);
+      volumes[node] += element.volume_m3;
+    }
+  }
   std::vector<float> values(sums.size(), 0.0F);
   for (std::size_t i = 0; i < sums.size(); ++i)
-    if (volumes[i] > 0) values[i] = static_cast<float>(field == SolidField::pressure ? sums[i] / volumes[i] : sums[i]);
+    if (volumes[i] > 0) values[i] = static_cast<float>(field == ShapeChannel::pressure ? sums[i] / volumes[i] : sums[i]);
   return values;
 }
 
 void add_support(const Patch& patch, std::span<const Vec3> positions, std::vector<float>& support) {
+  assert(support.size() == positions.size());
   constexpr double kSamePointM = 1e-9;  // a patch's vertices are the body's own
   const auto count = static_cast<std::size_t>(patch.surface.vertex_count);
   double most = 0;

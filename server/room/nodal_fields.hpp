@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/port/patch.hpp"
+#include "common/wire/shape_blocks.hpp"
 #include "server/body/dynamics.hpp"
 #include "server/scene/scene.hpp"
 
@@ -14,14 +15,12 @@ namespace palpate {
 std::vector<float> element_tension(const LumpedBody& body, const Vector& x);
 
 /// Of the finite elements at each node, with the elastic Cauchy stress sigma = P F^T / J (J not below kLeastVolume):
-enum class SolidField : std::uint8_t {
-  stress,   ///< the largest von Mises stress sqrt(3/2 s : s), s the deviator of sigma [Pa]
-  strain,   ///< the largest |principal stretch - 1|
-  pressure  ///< the mean of -tr(sigma) / 3, by volumes [Pa]
-};
+///     stress     the largest von Mises stress sqrt(3/2 s : s), s the deviator of sigma [Pa]
+///     strain     the largest |principal stretch - 1|
+///     pressure   the mean of -tr(sigma) / 3, by volumes [Pa]
+/// zeros for a body of springs; or element_tension().
+std::vector<float> nodal_field(const Dynamics& dynamics, const BodyState& state, ShapeChannel field);
 inline constexpr double kLeastVolume = 0.1;
-/// Zeros for a body of springs.
-std::vector<float> solid_field(const Dynamics& dynamics, const BodyState& state, SolidField field);
 
 /// Raises `support` where a patch with a local surface carries a vertex of the body: to 1 at the vertex that its modes move most,
 /// elsewhere in proportion to the length of the port rows. `positions` of all vertices are those of the frame of the patch.

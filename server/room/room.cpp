@@ -99,25 +99,25 @@ FrameResult Room::simulate(const FrameJob& job) {
     for (std::uint32_t i = 0; i < s.dynamics.nodes(); ++i) result.positions.emplace_back(vertex(x, i));
   }
   if (job.state) result.state = s.body;
-  if (job.tension) result.tension = element_tension(s.scene.body, s.body.x);
-  if (job.stress) result.stress = solid_field(s.dynamics, s.body, SolidField::stress);
-  if (job.strain) result.strain = solid_field(s.dynamics, s.body, SolidField::strain);
-  if (job.pressure) result.pressure = solid_field(s.dynamics, s.body, SolidField::pressure);
+  for (const ShapeChannel which : {ShapeChannel::tension, ShapeChannel::stress, ShapeChannel::strain, ShapeChannel::pressure})
+    if (job.asks_for(which)) result.fields[index_of(which)] = nodal_field(s.dynamics, s.body, which);
   return result;
 }
 
 void Room::build_patches(const FrameJob& job, FrameResult& result) {
   const std::vector<std::uint8_t> gets_patch = state_->begin_patches(job);
+  assert(gets_patch.size() == job.stations.size());
   for (std::size_t k = 0; k < job.stations.size(); ++k) {
     StationFrame frame;
     frame.id = job.stations[k].id;
     if (!result.failed) frame = state_->frame_of(job.stations[k], job.target, gets_patch[k] != 0);
     result.stations.push_back(std::move(frame));
   }
-  if (!job.support || result.positions.empty()) return;
-  result.support.assign(result.positions.size(), 0.0F);
+  if (!job.asks_for(ShapeChannel::support) || result.positions.empty()) return;
+  std::vector<float>& support = result.fields[index_of(ShapeChannel::support)];
+  support.assign(result.positions.size(), 0.0F);
   for (const StationFrame& frame : result.stations)
-    if (frame.patch) add_support(*frame.patch, result.positions, result.support);
+    if (frame.patch) add_support(*frame.patch, result.positions, support);
 }
 
 void Room::listen(std::function<void(PatchPart)> listener) { state_->frame_model.listen(std::move(listener)); }

@@ -9,6 +9,7 @@
 // passes, it stays exactly where it is. The frame in which a tool may get to it is stepped from its beginning.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -20,6 +21,7 @@
 #include "common/base/types.hpp"
 #include "common/port/nonlinear_terms.hpp"
 #include "common/port/patch.hpp"
+#include "common/wire/shape_blocks.hpp"
 #include "server/body/stepper.hpp"
 #include "server/reduce/patch_part.hpp"
 #include "server/scene/scene.hpp"
@@ -45,13 +47,12 @@ struct FrameJob {
   Micros frame{};                    ///< nominal length of a frame; one that has fallen far behind takes longer steps, 0 = never
   std::vector<StationJob> stations;  ///< a station that is missing has left: its tool lets go
   bool reset = false;                ///< the body is put back to rest at `begin`, and every tool let go of (room_reset.cpp)
-  bool rollouts = true;   ///< before nonlinear patches the body is stepped ahead as hands may move on (room_rollouts.cpp)
-  bool may_sleep = true;  ///< else the body is stepped whatever it does, to measure by
-  bool shapes = false;    ///< fill FrameResult::positions
-  bool tension = false;   ///< and FrameResult::tension
-  bool support = false;   ///< and FrameResult::support
-  bool stress = false, strain = false, pressure = false;  ///< and these of it
-  bool state = false;                                     ///< fill FrameResult::state
+  bool rollouts = true;     ///< before nonlinear patches the body is stepped ahead as hands may move on (room_rollouts.cpp)
+  bool may_sleep = true;    ///< else the body is stepped whatever it does, to measure by
+  bool shapes = false;      ///< fill FrameResult::positions
+  std::uint8_t fields = 0;  ///< and these of FrameResult::fields: bits of channels
+  bool state = false;       ///< fill FrameResult::state
+  bool asks_for(ShapeChannel field) const { return (fields & bit_of(field)) != 0; }
 };
 
 struct StationFrame {
@@ -66,9 +67,9 @@ struct StationFrame {
 struct FrameResult {
   Micros stamp{};  ///< moment up to which the body was simulated, server clock
   std::vector<StationFrame> stations;
-  std::vector<Vec3> positions;                                    ///< of the surface vertices (all nodes), when asked for
-  std::vector<float> tension, support, stress, strain, pressure;  ///< of all nodes (nodal_fields.hpp), when asked for
-  std::optional<BodyState> state;                                 ///< when asked for
+  std::vector<Vec3> positions;                            ///< of the surface vertices (all nodes), when asked for
+  std::array<std::vector<float>, kShapeChannels> fields;  ///< of all nodes (nodal_fields.hpp), by channel, when asked for
+  std::optional<BodyState> state;                         ///< when asked for
   int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0;
   bool failed = false;  ///< the step did not converge: no patches, the body was put back
   bool asleep = false;  ///< the body was not stepped, or need not be from here on until a tool comes (stillness.hpp)

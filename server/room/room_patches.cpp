@@ -65,6 +65,7 @@ const Room::State::Kept* Room::State::kept_for(const StationJob& job, std::size_
 }
 
 void Room::State::give_patch(const StationJob& job, std::size_t which, StationFrame& frame) {
+  assert(which < ports.size());
   Station& station = stations.at(job.id);
   if (const Kept* kept = kept_for(job, which)) {
     frame.patch = kept->patch;

@@ -55,6 +55,7 @@ std::size_t Room::State::affordable_rollouts(Micros horizon) {
 std::vector<PredictedState> Room::State::hand_rollouts(Micros horizon) {
   std::vector<ToolAt> now;
   std::vector<Vec3> acceleration;
+  assert(port_owner.size() == ports.size());
   for (const StationId id : port_owner) {
     now.push_back(tool_at(stations.at(id), from_seconds(body.time_s)));
     acceleration.push_back(hand_acceleration(stations.at(id)));

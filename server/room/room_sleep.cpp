@@ -1,5 +1,6 @@
 // The body moves on, or sleeps.
 #include <algorithm>
+#include <cassert>
 
 #include "server/room/room_state.hpp"
 
@@ -15,6 +16,7 @@ void Room::State::fall_asleep() {
 
 /// Whether a tool that does not touch may meet the body, where it is, before `until`.
 bool Room::State::may_meet(std::size_t which, Micros until) {
+  assert(which < ports.size());
   constexpr Micros kLook{1'000'000 / kHapticRateHz};
   constexpr double kMarginM = 0.001;  // a hand strays less between two checks
   if (ports[which].kind == ContactKind::attach) return true;

@@ -1,5 +1,7 @@
 #include "server/room/rough_steps.hpp"
 
+#include <cassert>
+
 namespace palpate {
 namespace {
 
@@ -21,11 +23,13 @@ RoughSteps::RoughSteps(const Dynamics& dynamics, const Skin& skin)
                    .most_iterations = kMostIterations}) {}
 
 bool RoughSteps::allow(double most_s, int steps) {
+  assert(most_s > 0 && steps > 0);
   left_s_ = most_s;
   return steps * taken_s_ / steps_ <= most_s;
 }
 
 bool RoughSteps::advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, const ToolMotion& tools, int steps) {
+  assert(until_s > state.time_s && steps > 0);
   if (1e-9 * edges_ * kStepNs * steps > left_s_) return false;
   const AdvanceReport report = integrator_.advance(state, ports, until_s, until_s - state.time_s, tools);
   const double took_s =

@@ -40,6 +40,7 @@ void SnapshotCache::keep(std::span<const Vec3> tools, const Vector& x) {
 }
 
 std::vector<const Vector*> SnapshotCache::most_informative(std::span<const Vec3> tools, const Vector& x) {
+  assert(states_.empty() || x.size() == origin_.size());
   constexpr double kInformativeShare = 0.01;  // of the farthest's distance
   ++now_;
   std::vector<Eigen::Index> known;

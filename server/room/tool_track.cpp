@@ -1,7 +1,9 @@
 #include "server/room/tool_track.hpp"
 
 #include <algorithm>
+#include <cassert>
 
+#include "common/base/minimum_jerk.hpp"
 #include "server/reduce/tool_prediction.hpp"
 
 namespace palpate {
@@ -17,13 +19,12 @@ void ToolTrack::add(std::span<const ToolSample> samples, Micros body_time) {
 }
 
 ToolAt ToolTrack::at(Micros t) const {
+  assert(!empty());
   ToolAt tool = on_path(t);
   if (offset_.isZero(0) || t >= led_from_ + kLeadBack) return tool;
-  // Minimum jerk: neither a step of the position nor of the velocity.
-  const double length_s = seconds(kLeadBack);
-  const double c = std::clamp(seconds(t - led_from_) / length_s, 0.0, 1.0);
-  tool.position += (1 - c * c * c * (10 - 15 * c + 6 * c * c)) * offset_;
-  tool.velocity -= (30 * c * c * (1 - c) * (1 - c) / length_s) * offset_;
+  const double length_s = seconds(kLeadBack), share = seconds(t - led_from_) / length_s;
+  tool.position += (1 - minimum_jerk(share)) * offset_;
+  tool.velocity -= (minimum_jerk_rate(share) / length_s) * offset_;
   return tool;
 }
 
@@ -42,6 +43,7 @@ ToolAt ToolTrack::on_path(Micros t) const {
   const auto after = std::lower_bound(samples_.begin(), samples_.end(), t, [](const ToolSample& s, Micros x) { return s.t < x; });
   const auto before = after - 1;
   const double length_s = seconds(after->t - before->t);
+  assert(length_s > 0);
   const Vec3 velocity = (after->position - before->position) / length_s;
   return {before->position + seconds(t - before->t) * velocity, velocity};
 }

@@ -51,20 +51,20 @@ TEST_CASE("a stretched block of finite elements has the stress, strain and press
     // alike.
     const double mu = 8e3 / 2.9, w1 = 0.35 * mu, w2 = 0.15 * mu, j = kStretch * kAcross * kAcross;
     const double mises = 2 * (kStretch * kStretch - kAcross * kAcross) * (w1 + w2 * kAcross * kAcross) / j;
-    for (const float at_node : solid_field(dynamics, state, SolidField::stress))
+    for (const float at_node : nodal_field(dynamics, state, ShapeChannel::stress))
       CHECK(static_cast<double>(at_node) == Approx(mises).epsilon(1e-6));
-    for (const float at_node : solid_field(dynamics, state, SolidField::strain))
+    for (const float at_node : nodal_field(dynamics, state, ShapeChannel::strain))
       CHECK(static_cast<double>(at_node) == Approx(kStretch - 1).epsilon(1e-6));
     dynamics.relaxation().relax_fully(state);
-    for (const float at_node : solid_field(dynamics, state, SolidField::stress))
+    for (const float at_node : nodal_field(dynamics, state, ShapeChannel::stress))
       CHECK(static_cast<double>(at_node) == Approx(0.6 * mises).epsilon(1e-6));
     state.history.reset();
     // All the same, and what resists a change of volume alone where it is that alone.
     for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) at_node(x, i) = 0.98 * body.nodes[i];
-    for (const float at_node : solid_field(dynamics, state, SolidField::pressure))
+    for (const float at_node : nodal_field(dynamics, state, ShapeChannel::pressure))
       CHECK(static_cast<double>(at_node) == Approx(8e3 / (3 * (1 - 2 * 0.45)) * (1 - std::pow(0.98, 3))).epsilon(0.05));
   }
-  CHECK(solid_field(Dynamics(box_body(3, 3, 3)), Dynamics(box_body(3, 3, 3)).rest_state(), SolidField::stress) ==
+  CHECK(nodal_field(Dynamics(box_body(3, 3, 3)), Dynamics(box_body(3, 3, 3)).rest_state(), ShapeChannel::stress) ==
         std::vector<float>(27, 0.0F));
 }
 
@@ -79,22 +79,24 @@ TEST_CASE("a room says tension and support only when asked, and support where it
   station.id = 1;
   station.horizon = Micros{100'000};
   FrameResult result;
+  const std::vector<float>&tension = result.fields[index_of(ShapeChannel::tension)],
+        &support = result.fields[index_of(ShapeChannel::support)];
   for (int frame = 1; frame <= 10; ++frame) {
     job.target = Micros{50'000 * frame};
     station.samples.clear();
     for (Micros t = job.target - Micros{49'000}; t <= job.target; t += Micros{1'000})
       station.samples.push_back({t, home - Vec3(0, 0, 0.05 * seconds(t))});
     job.stations = {station};
-    job.tension = job.support = frame > 5;
+    job.fields = frame > 5 ? bit_of(ShapeChannel::tension) | bit_of(ShapeChannel::support) : 0;
     result = room.run(job);
-    if (frame <= 5) CHECK((result.tension.empty() && result.support.empty()));
+    if (frame <= 5) CHECK((tension.empty() && support.empty()));
   }
-  REQUIRE(result.tension.size() == scene.body.nodes.size());
-  REQUIRE(result.support.size() == scene.body.nodes.size());
+  REQUIRE(tension.size() == scene.body.nodes.size());
+  REQUIRE(support.size() == scene.body.nodes.size());
   REQUIRE(result.stations[0].patch);
   const auto& patch = *result.stations[0].patch;
-  const auto carried = std::count_if(result.support.begin(), result.support.end(), [](float s) { return s > 0; });
+  const auto carried = std::count_if(support.begin(), support.end(), [](float s) { return s > 0; });
   CHECK(carried == patch.surface.vertex_count);
-  CHECK(*std::max_element(result.support.begin(), result.support.end()) == 1);
-  if (result.stations[0].contact) CHECK(*std::max_element(result.tension.begin(), result.tension.end()) > 0);
+  CHECK(*std::max_element(support.begin(), support.end()) == 1);
+  if (result.stations[0].contact) CHECK(*std::max_element(tension.begin(), tension.end()) > 0);
 }

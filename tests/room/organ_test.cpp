@@ -2,6 +2,7 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
+#include "common/base/minimum_jerk.hpp"
 #include "server/room/room.hpp"
 
 using namespace palpate;
@@ -10,12 +11,6 @@ namespace {
 
 constexpr Micros kOrganFrame{50'000}, kOrganSample{1'000};
 constexpr double kOverM = 0.01, kDownS = 1.0, kHoldS = 1.0, kUpS = 0.5;
-
-/// From 0 to 1 while u goes from 0 to 1, at rest at both ends.
-double minimum_jerk(double u) {
-  const double c = std::clamp(u, 0.0, 1.0);
-  return c * c * c * (10 + c * (6 * c - 15));
-}
 
 /// Free nodes of the outside that lie as far from each other as they can, the highest first.
 std::vector<std::uint32_t> spread_places(const LumpedBody& body, std::size_t count) {

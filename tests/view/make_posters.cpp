@@ -36,8 +36,7 @@ constexpr Moment kMoments[] = {{"press", 0.95},
 std::vector<float> scalars_of(const RoomFacts& facts, const FrameResult& frame, ShapeChannel color) {
   std::vector<float> scalars;
   if (color == ShapeChannel::position) return scalars;
-  for (const std::uint32_t node : facts.node_of)
-    scalars.push_back(color == ShapeChannel::tension ? frame.tension[node] : frame.support[node]);
+  for (const std::uint32_t node : facts.node_of) scalars.push_back(frame.fields[index_of(color)][node]);
   return scalars;
 }
 
@@ -84,7 +83,8 @@ TEST_CASE("The pictures of the documents", "[.posters]") {
   Room room(scene);
   room.start(Micros{0});
   FrameJob job;
-  job.shapes = job.tension = job.support = true;
+  job.shapes = true;
+  job.fields = bit_of(ShapeChannel::tension) | bit_of(ShapeChannel::support);
   Micros sampled{0};
   FrameResult frame;
   Scales scales;

@@ -95,8 +95,9 @@ struct Stroke {
       FrameResult result;
       result.stamp = job->target;
       for (const Vec3& rest : scene.body.nodes) result.positions.push_back(deformed(rest, t_s));
-      if (job->tension)
-        for (const Vec3& x : result.positions) result.tension.push_back(static_cast<float>(-x.z()));
+      if (job->asks_for(ShapeChannel::tension))
+        for (const Vec3& x : result.positions)
+          result.fields[index_of(ShapeChannel::tension)].push_back(static_cast<float>(-x.z()));
       result.stations.push_back({99, {}, {}, tool_at(t_s), Vec3(0, 0, 1), true});
       timed([&] { server.finish(std::move(result), now); });
     }

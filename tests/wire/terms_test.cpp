@@ -164,7 +164,7 @@ TEST_CASE("A patch of any number of modes and terms that fill their room take at
         CAPTURE(modes, repaired, grasp, first);
         const TermsRoom room{modes + (grasp ? 3 : 0), grasp, repaired, grasp ? 0 : first, true};
         int nodes = 0;
-        while (nodes < kMaxSpringNodes && numbers_of_springs(room, nodes + 1, 2 * nodes + 2) <= kUsualNumbers) ++nodes;
+        while (nodes < kMaxSpringNodes && numbers_of(room, nodes + 1, 2 * nodes + 2) <= kUsualNumbers) ++nodes;
         REQUIRE(nodes >= 32);
         NonlinearTerms terms = seeds::spring_terms(modes, grasp, 2 * nodes, nodes);
         if (!repaired) terms.e2.resize(0);

@@ -4,6 +4,7 @@
 
 #include "bench/world/world.hpp"
 #include "client/device/replay_device.hpp"
+#include "common/base/minimum_jerk.hpp"
 
 using namespace palpate;
 
@@ -13,14 +14,10 @@ constexpr double kTopM = 0.075;
 
 /// Down onto touch-cube by 1 s, held to 4 s with a little swing, out, and down again.
 Motion press(double x_m) {
-  const auto jerk = [](double u) {
-    const double c = std::clamp(u, 0.0, 1.0);
-    return c * c * c * (10 + c * (6 * c - 15));
-  };
   std::vector<MotionPoint> points;
   for (int i = 0; i <= 8000; ++i) {
     const double t = i * 1e-3;
-    const double in = jerk(t - 0.5) - jerk((t - 4) / 0.5) + jerk(t - 5.5);
+    const double in = minimum_jerk(t - 0.5) - minimum_jerk((t - 4) / 0.5) + minimum_jerk(t - 5.5);
     points.push_back({t, Vec3(x_m, 0.05, kTopM + 0.003 - 0.009 * in + 0.0005 * std::sin(9 * t) * in)});
   }
   return Motion(std::move(points));

@@ -1,0 +1,30 @@
+#include "server/reduce/element_gradient.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+namespace palpate {
+
+ElementGradient element_gradient(const Dynamics& dynamics, std::uint32_t e) {
+  const LumpedBody& body = dynamics.body();
+  assert(body.is_solid() && e < std::max(body.tetrahedra.size(), body.hexahedra.size()));
+  if (body.tetrahedra.empty()) {
+    const HexaRest& rest = dynamics.hexahedra().shape(e).rest;
+    return {body.hexahedra[e].nodes, rest.g.topRows<3>(), rest.volume_m3, body.hexahedra[e].material};
+  }
+  const TetraRest& rest = dynamics.tetrahedra().rest(e);
+  return {body.tetrahedra[e].nodes, rest.b, rest.volume_m3, body.tetrahedra[e].material};
+}
+
+Mat3 mean_gradient(const Dynamics& dynamics, std::uint32_t e, const Eigen::Ref<const Vector>& y) {
+  assert(y.size() == 3 * static_cast<Eigen::Index>(dynamics.nodes()));
+  if (dynamics.body().tetrahedra.empty()) return dynamics.hexahedra().gradient(e, y).leftCols<3>();
+  const ElementGradient element = element_gradient(dynamics, e);
+  const auto place = [&](std::size_t i) { return y.segment<3>(3 * static_cast<Eigen::Index>(element.nodes[i])); };
+  Mat3 f = Mat3::Zero();
+  for (std::size_t i = 1; i < element.nodes.size(); ++i)
+    f += (place(i) - place(0)) * element.b.col(static_cast<Eigen::Index>(i)).transpose();
+  return f;
+}
+
+}  // namespace palpate
