@@ -4,10 +4,10 @@
 //   step relaxation   a column pulled out by 0.1 % within a step and held: its force after 1 s [N]
 //   creep             a column that its weight is hung on at once: how far its end is down after 1.5 s [mm], of small strains.
 //                     J(t) = 1/E - sum a_i exp(-t / l_i) for E(t) of two branches, from the roots of its Laplace transform
-//   hysteresis        the end of a column goes to and fro, 0.1 % and 0.5 Hz: storage and loss of the force on it [N], E'(omega)
-//   and
-//                     E''(omega) of the complex modulus
-// A column of nu = 0 and one cell, so that only time is wrong; `cells` are steps of the integrator in 50 ms.
+//   hysteresis        the end of a column goes to and fro, 0.1 % and 0.5 Hz: the parts of the force on it in
+//                     phase and ahead [N], from the complex modulus
+// Dampers of 2 ms let the column come to rest; the complex modulus has them. A column of nu = 0 and one cell, so that only time
+// is wrong; `cells` are steps of the integrator in 50 ms.
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -20,7 +20,7 @@ namespace palpate {
 namespace {
 
 constexpr double kLengthM = 0.04, kWidthM = 0.02, kSlowPa = 20e3, kGravity = 0.2, kFrameS = 0.05, kShare = 1e-3,
-                 kOmega = std::numbers::pi;  // 0.5 Hz
+                 kDampingS = 0.002, kOmega = std::numbers::pi;  // 0.5 Hz
 const std::vector<PronyBranch> kFading{{0.3, 0.2}, {0.25, 2}};
 
 double fast_pa() {
@@ -38,7 +38,7 @@ double modulus_after(double t) {
 std::complex<double> complex_modulus(double omega) {
   std::complex<double> e = 1;
   for (const PronyBranch& b : kFading) e -= b.share / std::complex<double>(1, omega * b.time_s);
-  return fast_pa() * e;
+  return fast_pa() * (e + std::complex<double>(0, omega * kDampingS));
 }
 
 /// s E(s) J(s) s = 1: with E~(s) = 1 - sum g / (1 + s tau), J(t) = 1 / E(inf) + sum exp(s_i t) / (s_i E~'(s_i)) over its roots.
@@ -68,8 +68,8 @@ double creep_after(double t) {
 struct Column {
   LumpedBody body;
   std::vector<std::uint32_t> end;
-  Column(TissueElement element, double damping_s) {
-    SolidMaterial material{SolidLaw::neo_hookean, fast_pa(), 0, damping_s};
+  explicit Column(TissueElement element) {
+    SolidMaterial material{SolidLaw::neo_hookean, fast_pa(), 0, kDampingS};
     body = box_mesh({1, 1, 4}, {kWidthM, kWidthM, kLengthM}).body(solid_element(element), material);
     body.relaxation = kFading;
     for (std::uint32_t i = 0; i < body.nodes.size(); ++i) {
@@ -82,7 +82,7 @@ struct Column {
 /// Force along z on tools that hold the end, at the end of each step of a motion out by w(t).
 template <class Way, class Heard>
 TissueSolution pull(TissueElement element, int steps, double until_s, const Way& way_m, const Heard& heard) {
-  const Column column(element, 0);
+  const Column column(element);
   const Dynamics dynamics(column.body);
   Integrator integrator(dynamics, Skin(), {kFrameS / steps, 1e-11});
   std::vector<ToolPort> ports(column.end.size());
@@ -111,7 +111,7 @@ TissueSolution relax(TissueElement element, int steps) {
 }
 
 TissueSolution creep(TissueElement element, int steps) {
-  Column column(element, 0.02);
+  Column column(element);
   column.body.gravity_m_s2 = {0, 0, kGravity};
   const Dynamics dynamics(column.body);
   Integrator integrator(dynamics, Skin(), {kFrameS / steps, 1e-12});

@@ -34,7 +34,8 @@ void LimitsCheck::tick(const SeenTick& seen) {
 }
 
 void FadeCheck::datagram(Micros, const DatagramEvent& event, const Message* message) {
-  if (event.kind != DatagramEvent::Kind::delivered || event.to_server || !message) return;
+  const bool came = event.kind == DatagramEvent::Kind::delivered || event.kind == DatagramEvent::Kind::brought;
+  if (!came || event.to_server || !message) return;
   Station& s = seen_[event.station];
   if (const auto* beat = std::get_if<Beat>(&message->body)) {
     s.in_reach = beat->contact_in_reach;

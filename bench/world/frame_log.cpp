@@ -30,14 +30,13 @@ void add(Hash& hash, const StationJob& job) {
 }  // namespace
 
 std::uint64_t hash_of(const FrameJob& job) {
-  const auto& [begin, target, frame, stations, reset, rollouts, may_sleep, shapes, tension, support, stress, strain, pressure,
-               state] = job;
+  const auto& [begin, target, frame, stations, reset, rollouts, may_sleep, shapes, fields, state] = job;
   Hash hash;
   for (const Micros t : {begin, target, frame}) add(hash, t);
   hash.add(stations.size());
   for (const StationJob& station : stations) add(hash, station);
-  for (const bool flag : {reset, rollouts, may_sleep, shapes, tension, support, stress, strain, pressure, state})
-    hash.add(flag ? 1u : 0u);
+  for (const bool flag : {reset, rollouts, may_sleep, shapes, state}) hash.add(flag ? 1u : 0u);
+  hash.add(std::uint64_t{fields});
   return hash.value();
 }
 

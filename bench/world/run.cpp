@@ -214,7 +214,8 @@ void Run::see(Micros now, const DatagramEvent& event) {
     hash_.add(event.bytes);
   }
   using Kind = DatagramEvent::Kind;
-  const bool looked_into = event.kind == Kind::delivered || (event.kind == Kind::sent && !event.to_server);
+  const bool looked_into =
+      event.kind == Kind::delivered || event.kind == Kind::brought || (event.kind == Kind::sent && !event.to_server);
   Message message;
   const bool read = looked_into && !checks_.empty() && decode(event.bytes, message) == WireFault::none;
   for (const auto& check : checks_) check->datagram(now, event, read ? &message : nullptr);

@@ -56,9 +56,10 @@ using TickRunner = std::function<TickOutput(HapticTick&, const ToolSample&)>;
 /// Hears of every tick: world time, tool position, what was felt.
 using TickListener = std::function<void(Micros, const Vec3&, const TickOutput&)>;
 
-/// One datagram on its way between a station and the server. A copy that the link makes has the same number.
+/// One datagram on its way between a station and the server. A copy that the link makes has the same number. `brought`: by
+/// somebody on the way, late, perhaps one that the link had lost; it has none.
 struct DatagramEvent {
-  enum class Kind : std::uint8_t { sent, lost, delivered };
+  enum class Kind : std::uint8_t { sent, lost, delivered, brought };
   Kind kind = Kind::sent;
   std::uint64_t number = 0;
   std::size_t station = 0;

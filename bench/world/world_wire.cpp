@@ -99,17 +99,22 @@ void World::open_at_server(const ChannelAddress& from, std::span<const std::byte
 }
 
 void World::take_at_station(std::size_t station, const Datagram& datagram) {
-  if (trust_)
-    inject_to_station(station, datagram.sealed);
-  else if (!is_copy(datagram))
-    stations_[station]->core_->take(datagram.bytes, stations_[station]->clock(now_));
+  WorldStation& s = *stations_[station];
+  if (trust_) {
+    const auto plain = trust_->open(station, datagram.sealed, s.clock(now_));
+    if (!plain.empty()) s.core_->take(plain, s.clock(now_));
+  } else if (!is_copy(datagram)) {
+    s.core_->take(datagram.bytes, s.clock(now_));
+  }
 }
 
 void World::inject_to_station(std::size_t station, std::span<const std::byte> bytes) {
   WorldStation& s = *stations_[station];
   if (!s.net_runs()) return;
   const auto plain = trust_->open(station, bytes, s.clock(now_));
-  if (!plain.empty()) s.core_->take(plain, s.clock(now_));
+  if (plain.empty()) return;
+  if (on_datagram) on_datagram(now_, {DatagramEvent::Kind::brought, 0, station, false, plain});
+  s.core_->take(plain, s.clock(now_));
 }
 
 }  // namespace palpate

@@ -13,7 +13,8 @@ struct StressHistory;
 struct BodyState {
   double time_s = 0;
   Vector x, v;
-  std::shared_ptr<const StressHistory> history = nullptr;  ///< of a solid whose stress fades (relaxation.hpp); none: it has faded nowhere
+  std::shared_ptr<const StressHistory> history =
+      nullptr;  ///< of a solid whose stress fades (relaxation.hpp); none: it has faded nowhere
 };
 
 inline auto at_node(const Vector& y, std::uint32_t node) { return y.segment<3>(3 * static_cast<Eigen::Index>(node)); }

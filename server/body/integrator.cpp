@@ -57,8 +57,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
     const Relaxation& relaxation = dynamics_->relaxation();
     relaxation.relax(h / 2, state);
     if (!is_alone(ports) || !relaxation.empty()) most_j.reset();
-    if (is_alone(ports) && !most_j)
-      most_j = dynamics_->energy(state);
+    if (is_alone(ports) && !most_j) most_j = dynamics_->energy(state);
     touched_ = false;
     const bool ok = step(state, ports, h, tools, report) && !(most_j && !touched_ && gains_energy(before, state, *most_j));
     if (ok && (same_contacts(ports_before, ports) || h <= 1.01 * options_.event_step_s)) {

@@ -3,8 +3,9 @@
 //     K y = sum_e ( (T' - t) n n^T + t I ) (y_a - y_b),     D y = sum_e b n n^T (y_a - y_b),     t = s / L
 //
 // n direction, T' slope, s force, L length and b damper of element e between nodes a and b (element_kernel.hpp); what acts on a
-// acts the other way on b; of finite elements those of tetrahedra.hpp, hexahedra.hpp and relaxation.hpp. For products the matrices are not put
-// together: a spring has six numbers and its two blocks of a row eighteen, and it is memory that limits a product.
+// acts the other way on b; of finite elements those of tetrahedra.hpp, hexahedra.hpp and relaxation.hpp. For products the
+// matrices are not put together: a spring has six numbers and its two blocks of a row eighteen, and it is memory that limits a
+// product.
 #pragma once
 
 #include <cstdint>

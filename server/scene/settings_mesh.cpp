@@ -48,7 +48,8 @@ std::vector<PronyBranch> read_relaxation(const SceneText& text, const std::strin
     fading += out.back().share;
   }
   if (fading > kMaxFadingShare)
-    text.refuse(path, path + " has shares of " + fmt::format("{:.4g}", fading) + " together", fmt::format("at most {:.4g}", kMaxFadingShare));
+    text.refuse(path, path + " has shares of " + fmt::format("{:.4g}", fading) + " together",
+                fmt::format("at most {:.4g}", kMaxFadingShare));
   return out;
 }
 

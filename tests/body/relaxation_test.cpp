@@ -55,7 +55,8 @@ BodyState remembering(const Dynamics& dynamics, std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("After a step of strain the forces of a solid fade as its Prony series says, bent or inside out", "[body][relaxation]") {
+TEST_CASE("After a step of strain the forces of a solid fade as its Prony series says, bent or inside out",
+          "[body][relaxation]") {
   for (const bool hexa : {false, true}) {
     const LumpedBody body = fading_box(hexa, 3);
     const Dynamics dynamics(body);
@@ -113,8 +114,7 @@ TEST_CASE("What fades and what it adds to stiffness are the gradient and curvatu
     CHECK((sum - 0.7 * k_of).norm() < 1e-12 * sum.norm());
     dynamics.assemble(s, 0, 0, 1, none, true, a);
     const Matrix clamped = dense(s.x.size(), [&](const Vector& x) { return a.multiply(x, product), product; });
-    CHECK(Eigen::SelfAdjointEigenSolver<Matrix>(clamped, Eigen::EigenvaluesOnly).eigenvalues()[0] >
-          -1e-9 * clamped.norm());
+    CHECK(Eigen::SelfAdjointEigenSolver<Matrix>(clamped, Eigen::EigenvaluesOnly).eigenvalues()[0] > -1e-9 * clamped.norm());
   }
 }
 

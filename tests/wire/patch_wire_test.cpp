@@ -156,7 +156,7 @@ TEST_CASE("stress that fades arrives with the patch, and one that does not costs
   }
   const int branches = static_cast<int>(kMaxPronyBranches),
             most_modes = max_port_modes(ContactKind::touch, Scheme::hyper, branches);
-  CHECK(most_modes >= 14);
+  CHECK(most_modes >= 13);
   for (int modes = 1; modes <= most_modes; ++modes) {
     const int vertices = max_port_vertices(modes, kMaxPortTriangles, true, branches);
     REQUIRE(vertices >= 3);
