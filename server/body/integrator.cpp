@@ -81,6 +81,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
       report.converged = false;
       return report;
     }
+    relaxation.relax(h, state);
     ++report.steps;
     h_try = h;
     most_j.reset();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <span>
 
 #include "server/room/nodal_fields.hpp"
 #include "server/room/room_state.hpp"
@@ -10,6 +11,18 @@ namespace palpate {
 namespace {
 
 constexpr double kHomeHeightM = 0.020;
+
+/// Without the nodes that ligaments are fixed to, which come last.
+std::size_t own_nodes(const LumpedBody& body) {
+  std::size_t own = 0;
+  const auto count = [&](const auto& nodes) {
+    for (const std::uint32_t node : nodes) own = std::max<std::size_t>(own, node + 1);
+  };
+  for (const Triangle& t : body.triangles) count(t);
+  for (const Tetrahedron& t : body.tetrahedra) count(t.nodes);
+  for (const Hexahedron& h : body.hexahedra) count(h.nodes);
+  return own > 0 ? own : body.nodes.size();
+}
 
 }  // namespace
 
@@ -23,8 +36,9 @@ Vec3 home_of(const Scene& scene) {
   if (scene.tool.contact == ContactKind::attach) return body.nodes[scene.tool.node];
   Vec3 centre = Vec3::Zero();
   double top = -1e300;
-  for (const Vec3& x : body.nodes) {
-    centre += x / static_cast<double>(body.nodes.size());
+  const std::span<const Vec3> own = std::span(body.nodes).first(own_nodes(body));
+  for (const Vec3& x : own) {
+    centre += x / static_cast<double>(own.size());
     top = std::max(top, x.z());
   }
   return {centre.x(), centre.y(), top + kHomeHeightM};

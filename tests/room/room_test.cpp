@@ -288,3 +288,15 @@ TEST_CASE("The way into a grasp starts and ends at the tool's own speed, and its
     CHECK((grasp.at(track, t).velocity - difference).norm() < 1e-5);
   }
 }
+
+TEST_CASE("A tool begins above the middle of the body, wherever a ligament is fixed", "[room]") {
+  const auto scene = [](const std::string& ligaments) {
+    return read_scene(R"({"body": {"lattice": {"nodes": [4, 4, 4], "size_m": [0.06, 0.06, 0.06], "fixed_faces": ["z-"],
+        "solid": {"young_pa": 8000}})" +
+                          ligaments + R"(}, "tool": {"contact": "touch"}})",
+                      "a.json");
+  };
+  const Scene held = scene(R"(, "ligaments": [{"from_m": [0, 0, 0.06], "radius_m": 0.01, "to_m": [0, 0, 0.3],
+      "stiffness_n_m": 100}])");
+  CHECK((home_of(held) - home_of(scene(""))).norm() < 1e-12);
+}
