@@ -119,7 +119,7 @@ Given given_by_recording(const ReplayFlags& flags) {
   if (session.hands.size() > 1)
     fmt::print("station \"{}\", with the {} other{} on the body\n", session.hands[which].name, session.hands.size() - 1,
                session.hands.size() > 2 ? "s" : "");
-  return {flags.scene.empty() ? read_scene(head.scene, head.scene_file, flags.mesh_folders)
+  return {flags.scene.empty() ? opened(read_scene(head.scene, head.scene_file, flags.mesh_folders), head.scene_file)
                               : open_scene(flags.scene, flags.mesh_folders),
           motions_of(session, which, where), presence_of(session, which), resets_of(session)};
 }

@@ -1,5 +1,7 @@
 #include "server/body/dynamics.hpp"
 
+#include <cassert>
+
 namespace palpate {
 
 Dynamics::Dynamics(const LumpedBody& body)
@@ -10,6 +12,7 @@ Dynamics::Dynamics(const LumpedBody& body)
       tetrahedra_(body, pattern_),
       hexahedra_(body, pattern_),
       relaxation_(body, tetrahedra_, hexahedra_, pattern_) {
+  assert(!body.is_loaded);
   for (std::uint32_t i = 0; i < nodes(); ++i) at_node(masses_, i).setConstant(body.masses_kg[i]);
 }
 

@@ -19,6 +19,7 @@ namespace palpate {
 
 class Dynamics {
  public:
+  /// At its rest shape (unload.hpp).
   explicit Dynamics(const LumpedBody& body);
   Dynamics(const Dynamics&) = delete;
   Dynamics& operator=(const Dynamics&) = delete;

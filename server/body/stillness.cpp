@@ -21,7 +21,6 @@ double Stillness::unbalanced(const BodyState& state) {
   const double now = unbalanced_by(state.x);
   const Relaxation& relaxation = dynamics_->relaxation();
   if (relaxation.empty()) return now;
-  dynamics_->forces(still, f_);
   const std::vector<Vector> pulls = relaxation.pulls(still);
   for (std::size_t k = 0; k < pulls.size(); ++k) f_ += relaxation.branches()[k].share * pulls[k];
   return std::max(now, unbalanced_by(state.x));

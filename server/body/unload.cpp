@@ -14,18 +14,15 @@ constexpr int kTriesMax = 60;
 constexpr double kShareLeast = 1.0 / 64;
 
 bool has_volume(const LumpedBody& body) {
-  const auto all_positive = [&](const auto& elements, const auto& volume) {
-    return std::all_of(elements.begin(), elements.end(), volume);
+  const auto det = [&](std::uint32_t at, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    const Vec3& origin = body.nodes[at];
+    return (body.nodes[a] - origin).cross(body.nodes[b] - origin).dot(body.nodes[c] - origin);
   };
-  return all_positive(body.tetrahedra,
-                      [&](const Tetrahedron& t) {
-                        const Vec3& a = body.nodes[t.nodes[0]];
-                        return (body.nodes[t.nodes[1]] - a).cross(body.nodes[t.nodes[2]] - a).dot(body.nodes[t.nodes[3]] - a) > 0;
-                      }) &&
-         all_positive(body.hexahedra, [&](const Hexahedron& h) {
-           const auto edge = [&](std::size_t to) { return body.nodes[h.nodes[to]] - body.nodes[h.nodes[0]]; };
-           const auto back = [&](std::size_t to) { return body.nodes[h.nodes[to]] - body.nodes[h.nodes[7]]; };
-           return edge(1).cross(edge(2)).dot(edge(4)) > 0 && back(6).cross(back(5)).dot(back(3)) < 0;
+  return std::all_of(body.tetrahedra.begin(), body.tetrahedra.end(),
+                     [&](const Tetrahedron& t) { return det(t.nodes[0], t.nodes[1], t.nodes[2], t.nodes[3]) > 0; }) &&
+         std::all_of(body.hexahedra.begin(), body.hexahedra.end(), [&](const Hexahedron& h) {
+           return det(h.nodes[0], h.nodes[1], h.nodes[2], h.nodes[4]) > 0 &&
+                  det(h.nodes[7], h.nodes[6], h.nodes[5], h.nodes[3]) < 0;
          });
 }
 
@@ -75,10 +72,13 @@ LumpedBody unloaded(LumpedBody body, const std::string& where) {
                    "a body that is stiff enough for its weight, or given_shape \"stress-free\"");
 }
 
-Scene open_scene(const std::filesystem::path& file, const MeshFolders& besides) {
-  Scene scene = load_scene(file, besides);
-  scene.body = unloaded(std::move(scene.body), file.string() + ": body.given_shape");
+Scene opened(Scene scene, const std::string& where) {
+  scene.body = unloaded(std::move(scene.body), where + ": body.given_shape");
   return scene;
+}
+
+Scene open_scene(const std::filesystem::path& file, const MeshFolders& besides) {
+  return opened(load_scene(file, besides), file.string());
 }
 
 }  // namespace palpate

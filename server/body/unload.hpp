@@ -17,7 +17,9 @@ inline constexpr double kUnloadedTo = 1e-4;
 /// A body that is not loaded is returned as it is. Throws InputError, with `where`, when no X is found.
 LumpedBody unloaded(LumpedBody body, const std::string& where);
 
-/// load_scene(), the body at its rest shape.
+/// A scene that was read, its body at its rest shape; `where` names it in errors.
+Scene opened(Scene scene, const std::string& where);
+/// The same of a file.
 Scene open_scene(const std::filesystem::path& file, const MeshFolders& besides = {});
 
 }  // namespace palpate

@@ -88,6 +88,7 @@ void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& port
   wanted_.assign(ports.size(), {});
   settled_ = linearised_ = placed_ = false;
   forces_.resize(0);
+  fading_.reset();
   total_.resize(0);
   predicted_.clear();
   snapshots_.reset();
@@ -196,6 +197,14 @@ const Vector& FrameModel::forces() {
     mask(held(), forces_);
   }
   return forces_;
+}
+
+const std::vector<Vector>& FrameModel::fading() {
+  if (!fading_) {
+    linearisation();
+    fading_ = body_->fading();
+  }
+  return *fading_;
 }
 
 const Vector& FrameModel::total() {

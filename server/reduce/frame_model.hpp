@@ -160,6 +160,8 @@ class FrameModel {
   const SnapshotSet& snapshots();
   /// F(x*, v*), rows of held nodes zero.
   const Vector& forces();
+  /// BodyOperator::fading().
+  const std::vector<Vector>& fading();
   /// The skin's vertices.
   const std::vector<double>& positions();
   /// The shift for a patch with this horizon in this frame.
@@ -226,6 +228,7 @@ class FrameModel {
   bool settled_ = false, linearised_ = false, placed_ = false;
   std::function<void(PatchPart)> listener_;
   Vector forces_, total_;
+  std::optional<std::vector<Vector>> fading_;
   std::vector<double> positions_;
   std::vector<Slot> slots_;
 };

@@ -253,7 +253,8 @@ bool PatchBuilder::take_basis(const Job& job, const Model& model, const Matrix& 
 
 /// On the modes, below a place for the tool's node where it is held.
 void PatchBuilder::add_fading(const Job& job, const Model& model, const Matrix& v, Patch& patch) const {
-  const std::vector<Vector> fading = model.local ? std::vector<Vector>() : model.at.body->fading();
+  if (model.local) return;  // of springs
+  const std::vector<Vector>& fading = job.frame->fading();
   patch.fading.count = static_cast<int>(fading.size());
   for (std::size_t k = 0; k < fading.size(); ++k) {
     PatchBranch& branch = patch.fading.of[k];

@@ -9,7 +9,6 @@ namespace palpate {
 namespace {
 
 constexpr double kMinLigament = 1e-3, kMaxLigament = 1e6;  // [N/m], [N s/m]
-
 constexpr double kMinSizeM = 1e-3, kMaxSizeM = 5;
 constexpr int kMinNodes = 2, kMaxNodes = 200;
 constexpr double kMaxLatticeNodes = 1e6;

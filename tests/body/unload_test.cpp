@@ -53,6 +53,7 @@ TEST_CASE("A body that was given as it hangs hangs so", "[body][unload]") {
     for (const Element& e : rests.elements) CHECK(e.rest_length_m == (rests.nodes[e.b] - rests.nodes[e.a]).norm());
     CHECK(rests.masses_kg == given.body.masses_kg);
     CHECK(unloaded(plain.body, "").nodes == plain.body.nodes);
+    CHECK(opened(given, "bar.json").body.nodes == rests.nodes);
   }
 }
 

@@ -89,6 +89,15 @@ RecordedCheckpoint checkpoint_of(const FrameResult& result, std::vector<Recorded
   return checkpoint;
 }
 
+/// What a recording that ends now has for who takes the body up again.
+std::optional<ResumePoint> recorded(const Pressed& world, const Vec3& tool) {
+  RecordingWriter writer(head_of(world.scene));
+  writer.add(checkpoint_of(world.last, {{"hand", tool}}));
+  writer.finish();
+  const auto bytes = writer.take();
+  return newest_checkpoint(RecordingReader(bytes, "old.rec"), "old.rec", "room", world.scene);
+}
+
 std::string error_of(const RecordingHead& head, const Scene& scene, const std::string& room = "room") {
   RecordingWriter writer(head);
   const auto bytes = writer.take();
@@ -108,11 +117,7 @@ TEST_CASE("a body that is taken up again stays as it was while its tools wait, a
   REQUIRE(before.last.stations.front().contact);
   const double depth = farthest(before.last.state->x, Pressed().frame(std::nullopt).state->x);
   REQUIRE(depth > 0.005);
-  RecordingWriter writer(head_of(before.scene));
-  writer.add(checkpoint_of(before.last, {{"hand", tool}}));
-  writer.finish();
-  const auto bytes = writer.take();
-  const auto found = newest_checkpoint(RecordingReader(bytes, "old.rec"), "old.rec", "room", before.scene);
+  const auto found = recorded(before, tool);
   REQUIRE(found);
   CHECK(found->unix_time == Micros{1'800'000'000'000'000} + (before.last.stamp - Micros(9s)));
 
@@ -146,11 +151,7 @@ TEST_CASE("a body whose stress has faded remembers that when it is taken up agai
   const Vec3 tool = press(before, 60);
   const double force = before.last.stations.front().force.norm();
   REQUIRE(before.last.stations.front().contact);
-  RecordingWriter writer(head_of(before.scene));
-  writer.add(checkpoint_of(before.last, {{"hand", tool}}));
-  writer.finish();
-  const auto bytes = writer.take();
-  const auto found = newest_checkpoint(RecordingReader(bytes, "old.rec"), "old.rec", "room", before.scene);
+  const auto found = recorded(before, tool);
   REQUIRE(found);
   const double went_on = before.frame(tool).stations.front().force.norm();
   const auto goes_on = [&](const Eigen::MatrixXf& relaxed, bool taken) {
