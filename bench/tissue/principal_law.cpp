@@ -1,6 +1,7 @@
 #include "bench/tissue/principal_law.hpp"
 
 #include <Eigen/Dense>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
@@ -24,6 +25,18 @@ InvariantModuli moduli_of(const SolidMaterial& material) {
   const Lame lame(material);
   return invariant_moduli(material.law, material.shape, lame.mu, lame.lambda);
 }
+
+/// s_p and alpha_p of Ogden's law, and mu_s.
+struct OgdenNumbers {
+  explicit OgdenNumbers(const SolidMaterial& material)
+      : lame(material), share{1 - material.shape, material.shape}, alpha(material.exponents) {
+    for (std::size_t p = 0; p < 2; ++p) sum += 2 * lame.mu * share[p] / alpha[p];
+  }
+  Lame lame;
+  std::array<double, 2> share, alpha;
+  double sum = 0;
+  double lambda() const { return lame.lambda + sum; }
+};
 
 /// I_1 and I_2 less their values at rest, J.
 struct StretchInvariants {
@@ -53,6 +66,14 @@ double energy_density(const SolidMaterial& material, const Vec3& l) {
     const double grown = law.exponent > 0 ? std::expm1(law.exponent * at.first) / law.exponent : at.first;
     return law.mu_1 / 2 * grown + law.mu_2 / 2 * at.second + law.lambda / 2 * (at.j - 1) * (at.j - 1);
   }
+  if (material.law == SolidLaw::ogden) {
+    const OgdenNumbers law(material);
+    const double more = l.prod() - 1;
+    double sum = law.lambda() / 2 * more * more - law.sum * more;
+    for (std::size_t p = 0; p < 2; ++p)
+      sum += 2 * law.lame.mu * law.share[p] / (law.alpha[p] * law.alpha[p]) * (l.array().pow(law.alpha[p]).sum() - 3);
+    return sum;
+  }
   const Stable law(material);
   const double i = l.squaredNorm(), apart = l.prod() - law.alpha, at_rest = 1 - law.alpha;
   return law.mu / 2 * (i - 3 - std::log((i + 1) / 4)) + law.lambda / 2 * (apart * apart - at_rest * at_rest);
@@ -69,6 +90,13 @@ Vec3 principal_stress(const SolidMaterial& material, const Vec3& l) {
     const Vec3 dj = at.j * l.cwiseInverse();
     const Vec3 d_second = 2 * (at.of_cofactors - dj.array().square()).matrix().cwiseQuotient(l) - 4 * dj;
     return law.mu_1 * std::exp(law.exponent * at.first) * (l - dj) + law.mu_2 / 2 * d_second + law.lambda * (at.j - 1) * dj;
+  }
+  if (material.law == SolidLaw::ogden) {
+    const OgdenNumbers law(material);
+    Vec3 sum = (law.lambda() * (l.prod() - 1) - law.sum) * l.prod() * l.cwiseInverse();
+    for (std::size_t p = 0; p < 2; ++p)
+      sum += 2 * law.lame.mu * law.share[p] / law.alpha[p] * l.array().pow(law.alpha[p] - 1).matrix();
+    return sum;
   }
   const Stable law(material);
   const double j = l.prod();
@@ -95,6 +123,7 @@ std::vector<NamedLaw> laws_at(double poisson) {
     material.damping_s = 0;
     if (material.law == SolidLaw::mooney_rivlin) material.shape = 0.3;
     if (material.law == SolidLaw::veronda_westmann) material.shape = 2;
+    if (material.law == SolidLaw::ogden) material.shape = 0.3, material.exponents = {5, -4};
     laws.push_back({kSolidLawNames[k], material});
   }
   return laws;

@@ -10,6 +10,8 @@
 //   mooney_rivlin, veronda_westmann
 //                  Psi = mu_1/(2 b) (exp(b I_1) - 1) + mu_2/2 I_2 + lambda/2 (J - 1)^2,  I_1 = I - 3 - 2 (J - 1),
 //                  I_2 = sum (J / l_i)^2 - 3 - 4 (J - 1), as far as b I_1 < 4 (common/port/solid_law.hpp)
+//   ogden          Psi = sum_p 2 mu_L s_p / alpha_p^2 (sum l_i^alpha_p - 3) - mu_s (J - 1) + lambda/2 (J - 1)^2, as far as
+//                  common/port/ogden.hpp follows its powers
 #pragma once
 
 #include <string>
@@ -33,8 +35,8 @@ Mat3 stress_at(const SolidMaterial& material, const Mat3& f);
 /// dPsi/dI_1 [Pa] of a law that is a function of I_1 alone where nothing changes its volume; throws std::logic_error for others.
 double energy_by_first_invariant(const SolidMaterial& material, double first_invariant);
 
-/// Every law that a scene may name, with 10 kPa and the Poisson's ratio given, by its name; `shape` is 0.3 of mooney_rivlin, 2 of
-/// veronda_westmann.
+/// Every law that a scene may name, with 10 kPa and the Poisson's ratio given, by its name; `shape` is 0.3 of mooney_rivlin and
+/// ogden, 2 of veronda_westmann.
 struct NamedLaw {
   std::string name;
   SolidMaterial material;

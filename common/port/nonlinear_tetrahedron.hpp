@@ -32,13 +32,23 @@
 // the stamp and inside out too. From an R' nearby Newton's method (3. there; R'^T F' - F = (R' - 1)^T F' + dF) comes to it, and
 // it is the one if the sums of two principal stretches are all above 0; where that fails it is found anew from F'.
 //
+// membrane, X = (F^T dF + dF^T F)/2, Y = dF^T dF / 2, S(E) = 2 mu E + lambda tr(E) 1 in the plane:
+//     F S(Y) + dF S(X + Y)
+// and its energy beyond the second order
+//     S(X) : Y + S(Y) : Y / 2
+//
+// ogden, and the fibres of any law (ogden.hpp, fibre_lanes.hpp): Q as it is written, P(F') - P(F) - A(F) dF, and the energy
+// likewise, in double precision, of which what cancels leaves enough.
+//
 // Its viscous stress is P_v(F, F_t) = F (mu_v (B + B^T) + lambda_v tr(B) 1), B = F^T F_t.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 
-#include "common/port/solid_law.hpp"
+#include "common/port/fibre_lanes.hpp"
+#include "common/port/ogden.hpp"
 
 namespace palpate {
 
@@ -63,6 +73,17 @@ inline TetraLanes transposed_product(const TetraLanes& a, const TetraLanes& b) {
     for (std::size_t j = 0; j < 3; ++j) c[3 * i + j] = a[i] * b[j] + a[3 + i] * b[3 + j] + a[6 + i] * b[6 + j];
   return c;
 }
+/// What is taken by a difference in double precision, side by side.
+struct TetraDifference {
+  Mat<kTetraLane> f, p;                    ///< F, P(F) [J]
+  Doubles<kTetraLane> a[9][9];             ///< A(F), row by row of P and of F [J]
+  Doubles<kTetraLane> energy, mu, lambda;  ///< [J]; of the law
+  OgdenLaw ogden;                          ///< of no sum where the law is another
+
+  /// What does not resist.
+  TetraDifference();
+};
+
 /// R: in this frame a corotational tetrahedron is given, dF as R^T dF, and pushes, Q as R Q. 1 where the law needs none.
 Eigen::Matrix3d frame_of(SolidLaw law, const Eigen::Matrix3d& deformation);
 
@@ -82,20 +103,27 @@ struct TetraStamp {
   TetraLane mu, lambda;  ///< of the law, times what the tetrahedron counts [J]
   TetraLane pressure;    ///< lambda (J - alpha), of a corotational one lambda c - 2 mu, of both invariants what C is taken by
   TetraLane mu_2, exponent, growth, slope;  ///< of both invariants: mu_2 [J], b, e, mu_1 b e' [J]
+  TetraLane shear;                          ///< mu of the stiffness that its tangent may get (sampled_tetrahedra.hpp) [J]
+  LawParameters law;
+  std::optional<TetraDifference> difference;  ///< of ogden, and of fibres
 
   /// What does not resist.
   TetraStamp();
-  /// `deformation` in its frame. `mu_l`, `lambda_l`: Lame's parameters of small strains; `shape`: solid_law.hpp.
-  void set(int lane, SolidLaw law, double shape, const Eigen::Matrix3d& deformation, double mu_l, double lambda_l);
+  /// `deformation` in its frame, in which its fibres run along F a. `mu_l`, `lambda_l`: Lame's parameters of small strains. Of
+  /// one law in all lanes.
+  void set(int lane, const LawParameters& law, const Eigen::Matrix3d& deformation, double mu_l, double lambda_l);
   /// What lane 0 has, in all.
   void spread();
+
+ private:
+  void set_difference(int lane, const Eigen::Matrix3d& deformation, double mu_l, double lambda_of_law);
 };
 
 /// To dF, from the stamp or better from a little before; nothing where the law does not turn.
-void turn(SolidLaw law, const TetraStamp& at, const TetraLanes& df, TetraTurn& turned) noexcept;
+void turn(const TetraStamp& at, const TetraLanes& df, TetraTurn& turned) noexcept;
 /// Q, and the energy beyond the second order. `turned` to dF.
-TetraLanes nonlinear_residual_stress(SolidLaw law, const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept;
-TetraLane nonlinear_residual_energy(SolidLaw law, const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept;
+TetraLanes nonlinear_residual_stress(const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept;
+TetraLane nonlinear_residual_energy(const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept;
 
 /// P_v
 TetraLanes viscous_stress(const TetraLane& mu, const TetraLane& lambda, const TetraLanes& f, const TetraLanes& rate) noexcept;

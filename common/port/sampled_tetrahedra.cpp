@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <vector>
 
 namespace palpate {
 namespace {
@@ -41,6 +42,13 @@ Eigen::Matrix3f SampledTetrahedra::gradients(int tetrahedron, float& volume) con
   Eigen::Matrix3d edges;
   for (int i = 0; i < 3; ++i)
     edges.col(i) = (rest.col(nodes(i + 1, tetrahedron)) - rest.col(nodes(0, tetrahedron))).cast<double>();
+  if (is_triangle(tetrahedron)) {
+    const Eigen::Matrix<double, 3, 2> sides = edges.leftCols<2>();
+    Eigen::Matrix3d rows = Eigen::Matrix3d::Zero();
+    rows.topRows<2>() = (sides.transpose() * sides).inverse() * sides.transpose();
+    volume = static_cast<float>(edges.col(0).cross(edges.col(1)).norm());
+    return rows.cast<float>();
+  }
   volume = static_cast<float>(edges.determinant());
   return edges.inverse().cast<float>();
 }
@@ -59,13 +67,21 @@ Eigen::MatrixXf SampledTetrahedra::motions(int tool) const {
 }
 
 SampledSolidForce::SampledSolidForce(const SampledTetrahedra& solid, int tool, double step_s, bool slowed)
-    : law_(solid.law), variables_(tool + solid.motion.modes()) {
+    : variables_(tool + solid.motion.modes()) {
   const int m = solid.count();
   if (m == 0 || variables_ <= tool) return;
   assert(m <= kMaxTetrahedra && variables_ <= kMaxVariables && step_s > 0);
   const double stable = SampledForce::kStiffest / (step_s * step_s);
   Eigen::MatrixXf h = solid.motions(tool);
-  const int count = (m + kTetraLane - 1) / kTetraLane, modes = variables_ - tool;
+  // Elements in their places, triangles from the next register on.
+  std::vector<int> place(static_cast<std::size_t>(m));
+  int next = 0;
+  for (const bool triangles : {false, true}) {
+    next = (next + kTetraLane - 1) / kTetraLane * kTetraLane;
+    for (int e = 0; e < m; ++e)
+      if (solid.is_triangle(e) == triangles) place[static_cast<std::size_t>(e)] = next++;
+  }
+  const int count = (next + kTetraLane - 1) / kTetraLane, modes = variables_ - tool;
   Eigen::MatrixXd steepest = Eigen::MatrixXd::Zero(modes, modes);
   for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
     group_[k].stamp = TetraStamp();
@@ -80,12 +96,14 @@ SampledSolidForce::SampledSolidForce(const SampledTetrahedra& solid, int tool, d
       edges.col(i) = (solid.position.col(solid.nodes(i + 1, e)) - solid.position.col(solid.nodes(0, e))).cast<double>();
     const Eigen::Matrix3d f = edges * b;
     const auto shear = static_cast<double>(solid.shear[e]), dilation = static_cast<double>(solid.dilation[e]);
-    Group& group = group_[static_cast<std::size_t>(e / kTetraLane)];
+    const int at_place = place[static_cast<std::size_t>(e)];
+    Group& group = group_[static_cast<std::size_t>(at_place / kTetraLane)];
     TetraStamp& at = group.stamp;
-    const int lane = e % kTetraLane;
-    const Eigen::Matrix3d frame = frame_of(law_, f);
-    at.set(lane, law_, static_cast<double>(solid.shape), frame.transpose() * f, shear, dilation);
-    if (law_ == SolidLaw::corotational)
+    const int lane = at_place % kTetraLane;
+    const LawParameters law = solid.is_triangle(e) ? LawParameters{SolidLaw::membrane, 0, {}, {}} : solid.law;
+    const Eigen::Matrix3d frame = frame_of(law.kind, f);
+    at.set(lane, law, frame.transpose() * f, shear, dilation);
+    if (law.kind == SolidLaw::corotational)
       for (int i = 0; i < 3; ++i) {  // the columns of dF
         auto column = h(Eigen::seqN(9 * e + i, 3, 3), Eigen::all);
         column = frame.transpose().cast<float>() * Eigen::MatrixXf(column);
@@ -98,8 +116,7 @@ SampledSolidForce::SampledSolidForce(const SampledTetrahedra& solid, int tool, d
     const Eigen::MatrixXd of_modes = h.block(9 * e, tool, 9, modes).cast<double>();
     Eigen::RowVectorXd swelling = Eigen::RowVectorXd::Zero(modes);
     for (int i = 0; i < 9; ++i) swelling += static_cast<double>(at.g[static_cast<std::size_t>(i)][lane]) * of_modes.row(i);
-    const auto mu = static_cast<double>(at.mu[lane] * at.growth[lane] + at.slope[lane] + at.mu_2[lane]);
-    const auto lambda = static_cast<double>(at.lambda[lane]);
+    const auto mu = static_cast<double>(at.shear[lane]), lambda = static_cast<double>(at.lambda[lane]);
     steepest += (2 * mu + lambda) * of_modes.transpose() * of_modes + 2 * lambda * swelling.transpose() * swelling;
   }
   if (!steepest.allFinite()) return;
@@ -112,7 +129,10 @@ SampledSolidForce::SampledSolidForce(const SampledTetrahedra& solid, int tool, d
   motion_.setZero(9 * kTetraLane, groups_ * variables_);
   for (int e = 0; e < m; ++e)
     for (int v = 0; v < variables_; ++v)
-      for (int i = 0; i < 9; ++i) motion_(kTetraLane * i + e % kTetraLane, e / kTetraLane * variables_ + v) = h(9 * e + i, v);
+      for (int i = 0; i < 9; ++i) {
+        const int at = place[static_cast<std::size_t>(e)];
+        motion_(kTetraLane * i + at % kTetraLane, at / kTetraLane * variables_ + v) = h(9 * e + i, v);
+      }
   move_to(Values::Zero(variables_));
 }
 
@@ -157,7 +177,7 @@ void SampledSolidForce::move_to(const Values& u) noexcept {
       at.slope = away.square();
       at.df = scaled(at.part, at.df);
     }
-    turn(law_, at.stamp, at.df, at.turned);
+    turn(at.stamp, at.df, at.turned);
   }
 }
 
@@ -167,7 +187,7 @@ void SampledSolidForce::gradient(Values& g) const noexcept {
   sums.fill(TetraLane::Zero());
   for (int k = 0; k < groups_; ++k) {
     const Group& at = group_[static_cast<std::size_t>(k)];
-    TetraLanes q = nonlinear_residual_stress(law_, at.stamp, at.df, at.turned);
+    TetraLanes q = nonlinear_residual_stress(at.stamp, at.df, at.turned);
     if (!at.free) {
       const TetraLane along = (at.slope - at.part) * inner(q, at.df) / inner(at.df, at.df).max(kNothing);
       for (std::size_t i = 0; i < 9; ++i) q[i] = at.part * q[i] + along * at.df[i];
@@ -181,7 +201,7 @@ double SampledSolidForce::energy() const noexcept {
   double sum = 0;
   for (int k = 0; k < groups_; ++k) {
     const Group& at = group_[static_cast<std::size_t>(k)];
-    sum += nonlinear_residual_energy(law_, at.stamp, at.df, at.turned).cast<double>().sum();
+    sum += nonlinear_residual_energy(at.stamp, at.df, at.turned).cast<double>().sum();
   }
   return sum;
 }

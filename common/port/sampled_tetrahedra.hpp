@@ -9,6 +9,8 @@
 //     elastic:  f = - dE/du
 //     dampers turn with their elements:  f -= sum_e w_e V_e H_e^T (P_v(F + dF, F') - P_v(F, F')),   F' = H_e u'
 //
+// A triangle of a membrane is a tetrahedron whose last node is its first (server/body/tetra_kernel.hpp), V its area.
+//
 // At u = 0 nothing of all this pushes or holds, that is the linear patch's. phi(r) = r up to kFree, beyond that
 // kFree + kBeyond (r - kFree) / (r - kFree + kBeyond): an element that is bent further is held by the linear patch alone, so the
 // forces are bounded, and stay those of an energy.
@@ -17,7 +19,8 @@
 // element's tangent at another F is stiffer by than at the stamp grows with the part of lambda that a mode without dilation meets
 // once the element has turned beyond it, lambda sin^2; so that of the element counts as
 //     S = sum w V [ (2 mu + lambda) H^T H + 2 lambda (G : H)^T (G : H) ],   G the cofactors of F, R of a corotational law,
-//     mu of a law of both invariants mu_1 (e + b e') + mu_2 at the stamp,
+//     mu of a law of both invariants mu_1 (e + b e') + mu_2 at the stamp; of ogden and fibres half of a bound of their tangent's
+//     eigenvalues there,
 // and where its largest eigenvalue s is beyond 4 / h^2, the modes are given A = (h^2 / 4 - 1 / s) S more mass, as for springs.
 // That is no bound for every F within the ball (which is a hundred times that for a nearly incompressible solid, and would slow
 // motions that matter); phi is what keeps the rest finite. tests/player and palpate-lab stability ask what comes of it.
@@ -39,16 +42,16 @@ using GradientMotion = Eigen::Matrix<float, 9, Eigen::Dynamic>;
 GradientMotion gradient_motion(const Eigen::Matrix3f& gradients, const std::array<Eigen::Matrix3Xf, 3>& edges);
 
 struct SampledTetrahedra {
-  SolidLaw law = SolidLaw::neo_hookean;         ///< of all
-  float shape = 0;                              ///< of the law (solid_law.hpp)
+  LawParameters law;                            ///< of all that have a volume
   NodeMotion motion;                            ///< V_i
   Eigen::Matrix3Xf position;                    ///< x_i [m], of any origin
   Eigen::Matrix3Xf rest;                        ///< X_i [m], of any origin
-  Eigen::Matrix<int, 4, Eigen::Dynamic> nodes;  ///< of each, a positive volume at rest
-  Eigen::VectorXf shear, dilation;              ///< w V times Lame's parameters of small strains [J]
+  Eigen::Matrix<int, 4, Eigen::Dynamic> nodes;  ///< of each, a positive volume at rest, or the last is the first: a triangle
+  Eigen::VectorXf shear, dilation;              ///< w V times Lame's parameters of small strains [J], of a triangle w area
   Eigen::VectorXf damping_s;                    ///< t of the viscous law
   int count() const { return static_cast<int>(shear.size()); }
-  /// b_1, b_2, b_3 of one as rows [1/m], and six times its volume; b_0 = -(b_1 + b_2 + b_3).
+  bool is_triangle(int tetrahedron) const { return nodes(3, tetrahedron) == nodes(0, tetrahedron); }
+  /// b_1, b_2, b_3 of one as rows [1/m], and six times its volume or twice its area; b_0 = -(b_1 + b_2 + b_3).
   Eigen::Matrix3f gradients(int tetrahedron, float& volume) const;
   /// H_e, 9 rows a tetrahedron [1/m for the tool, 1/(m kg^1/2) for q]; `tool` as for springs.
   Eigen::MatrixXf motions(int tool) const;
@@ -85,7 +88,7 @@ class SampledSolidForce {
   void add_dampers(int group, Square& dampers) const noexcept;
 
  private:
-  static constexpr int kMostGroups = (kMaxTetrahedra + kTetraLane - 1) / kTetraLane;
+  static constexpr int kMostGroups = (kMaxTetrahedra + kTetraLane - 1) / kTetraLane + 1;  // triangles are by themselves
 
   struct Group {
     TetraStamp stamp;
@@ -104,7 +107,6 @@ class SampledSolidForce {
   void collect(int group, const TetraLanes& f, Sums& sums) const noexcept;
   Values total(const Sums& sums) const noexcept;
 
-  SolidLaw law_ = SolidLaw::neo_hookean;
   int groups_ = 0, variables_ = 0;  // with as many tetrahedra more, of no stiffness, as fill the last register
   bool damped_ = false;
   std::array<Group, kMostGroups> group_;

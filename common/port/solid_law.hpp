@@ -1,17 +1,40 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 
 namespace palpate {
 
-/// Of a finite element (server/body/tetra_kernel.hpp).
-enum class SolidLaw : std::uint8_t { corotational, neo_hookean, mooney_rivlin, veronda_westmann };
+/// Of a finite element (server/body/tetra_kernel.hpp). `membrane` is that of a triangle, others of what has a volume.
+enum class SolidLaw : std::uint8_t { corotational, neo_hookean, mooney_rivlin, veronda_westmann, ogden, membrane };
 
 /// What a law has besides its moduli of small strains: mooney_rivlin the share of the second invariant in the shear modulus, 0 to
-/// kMaxSecondShare; veronda_westmann its exponent b, up to kMaxExponent; others nothing.
+/// kMaxSecondShare; veronda_westmann its exponent b, up to kMaxExponent; ogden the share of its second term; others nothing.
 inline constexpr double kMaxSecondShare = 1, kMaxExponent = 50;
+/// Of Ogden's exponents alpha_p, their size (common/port/ogden.hpp).
+inline constexpr double kMinOgdenExponent = 1, kMaxOgdenExponent = 30;
+
+/// Fibres that all run one way at rest (common/port/fibre_lanes.hpp).
+struct Fibres {
+  std::array<double, 3> direction{1, 0, 0};  ///< at rest, of length 1
+  double share = 0;                          ///< k / mu_L; 0: there are none
+  double exponent = 0;                       ///< b
+
+  bool operator==(const Fibres&) const = default;
+};
+inline constexpr double kMaxFibreShare = 1e3;
+
+/// A law with all but its moduli.
+struct LawParameters {
+  SolidLaw kind = SolidLaw::neo_hookean;
+  double shape = 0;                   ///< see kMaxSecondShare
+  std::array<double, 2> exponents{};  ///< of ogden: alpha_1, alpha_2
+  Fibres fibres{};
+
+  bool operator==(const LawParameters&) const = default;
+};
 
 /// Of a Prony series: the share of the stress of fast motions that fades, and the time in which it does
 /// (server/body/relaxation.hpp).
@@ -23,7 +46,9 @@ inline constexpr double kMaxFadingShare = 0.95;  ///< of all branches together
 inline constexpr double kMinFadingS = 0.01, kMaxFadingS = 1e5;
 
 /// mooney_rivlin and veronda_westmann: laws of both invariants, of one form (server/body/tetra_kernel.hpp).
-inline constexpr bool is_of_invariants(SolidLaw law) { return law >= SolidLaw::mooney_rivlin; }
+inline constexpr bool is_of_invariants(SolidLaw law) {
+  return law == SolidLaw::mooney_rivlin || law == SolidLaw::veronda_westmann;
+}
 
 /// That form's numbers [Pa, or what the moduli are in].
 struct InvariantModuli {

@@ -98,7 +98,6 @@ bool take_tetrahedra(const std::vector<std::uint16_t>& numbers, int& at, const P
   const int m = head.tetrahedra, nodes = head.nodes;
   SampledTetrahedra& solid = terms.solid;
   solid.law = head.law;
-  solid.shape = head.stiffening;
   take_steps(numbers, at, head, solid.motion);
   solid.shear = take(numbers, at, m, head.unit[2]);
   solid.dilation = take(numbers, at, m, head.unit[3]);

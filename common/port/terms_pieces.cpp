@@ -59,17 +59,31 @@ bool restore(const PatchTerms& head, std::vector<std::uint8_t>& there, std::vect
   return true;
 }
 
-float most_stiffening(const PatchTerms& p) {
-  if (p.tetrahedra == 0) return kStiffeningMax;
-  if (p.law == SolidLaw::mooney_rivlin) return kMaxSecondShare;
-  return p.law == SolidLaw::veronda_westmann ? kMaxExponent : 0;
+/// What does not travel is 0.
+TermsFault check(const LawParameters& law) {
+  const Fibres& fibres = law.fibres;
+  const std::array<double, 8> all{law.shape,           law.exponents[0],    law.exponents[1], fibres.direction[0],
+                                  fibres.direction[1], fibres.direction[2], fibres.share,     fibres.exponent};
+  if (!std::all_of(all.begin(), all.end(), [](double v) { return std::isfinite(v); })) return TermsFault::not_finite;
+  constexpr double kLengthRounding = 1e-3;
+  const auto within = [](double v, double high) { return v >= 0 && v <= high; };
+  const double most_shape = law.kind == SolidLaw::mooney_rivlin || law.kind == SolidLaw::ogden ? kMaxSecondShare
+                            : law.kind == SolidLaw::veronda_westmann                           ? kMaxExponent
+                                                                                               : 0;
+  bool fine = within(law.shape, most_shape) && within(fibres.share, kMaxFibreShare) && within(fibres.exponent, kMaxExponent) &&
+              std::abs(std::hypot(fibres.direction[0], fibres.direction[1], fibres.direction[2]) - 1) < kLengthRounding;
+  for (const double exponent : law.exponents) {
+    const double size = std::abs(exponent);
+    fine &= law.kind == SolidLaw::ogden ? size >= kMinOgdenExponent && size <= kMaxOgdenExponent : size == 0;
+  }
+  return fine ? TermsFault::none : TermsFault::out_of_range;
 }
 
 }  // namespace
 
 TermsFault check(const PatchTerms& p) {
   if (p.variables > kMaxVariables || p.springs > kMaxSprings || p.tetrahedra > kMaxTetrahedra) return TermsFault::sizes;
-  if ((p.springs > 0) == (p.tetrahedra > 0) || (p.law != SolidLaw::neo_hookean && p.tetrahedra == 0)) return TermsFault::sizes;
+  if ((p.springs > 0) == (p.tetrahedra > 0) || (p.law != LawParameters() && p.tetrahedra == 0)) return TermsFault::sizes;
   if (p.nodes == 0 || p.nodes > kMaxSpringNodes || p.tool_axes > 3) return TermsFault::sizes;
   if (p.vertices > (p.grasp ? 0 : kMaxPortVertices) || p.triangles > (p.grasp ? 0 : kMaxPortTriangles)) return TermsFault::sizes;
   const TermsLayout l = layout(p);
@@ -79,8 +93,9 @@ TermsFault check(const PatchTerms& p) {
   if (!finite(p.stiffening) || !std::all_of(p.unit.begin(), p.unit.end(), finite)) return TermsFault::not_finite;
   for (std::size_t k = 0; k < p.numbers.size() && !is_parity(p); ++k)
     if (l.is_half(p.piece * kPieceNumbers + static_cast<int>(k)) && !finite_half(p.numbers[k])) return TermsFault::not_finite;
+  if (const TermsFault fault = check(p.law); fault != TermsFault::none) return fault;
   const auto within = [](float v, float high) { return v >= 0 && v <= high; };
-  const bool fine = within(p.stiffening, most_stiffening(p)) &&
+  const bool fine = within(p.stiffening, p.springs > 0 ? kStiffeningMax : 0) &&
                     std::all_of(p.unit.begin(), p.unit.end(), [&](float v) { return within(v, kUnitMax); });
   return fine ? TermsFault::none : TermsFault::out_of_range;
 }
@@ -101,8 +116,10 @@ std::vector<PatchTerms> to_pieces(const NonlinearTerms& terms, std::uint32_t pat
   whole.repaired = terms.e2.size() > 0;
   whole.springs = static_cast<std::uint8_t>(terms.springs.count());
   whole.tetrahedra = static_cast<std::uint8_t>(terms.solid.count());
-  if (whole.tetrahedra > 0) whole.law = terms.solid.law;
-  whole.stiffening = whole.tetrahedra > 0 ? terms.solid.shape : terms.springs.stiffening;
+  if (whole.tetrahedra > 0)
+    whole.law = terms.solid.law;
+  else
+    whole.stiffening = terms.springs.stiffening;
   const NodeMotion& motion = whole.tetrahedra > 0 ? terms.solid.motion : terms.springs.motion;
   whole.nodes = static_cast<std::uint8_t>(motion.nodes());
   whole.tool_axes = static_cast<std::uint8_t>(motion.tool_axes);

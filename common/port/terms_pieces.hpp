@@ -48,16 +48,16 @@ Triangle unpack_corners(std::uint16_t bits);
 struct PatchTerms {
   std::uint32_t patch_seq = 0;  ///< of the patch that they go with
   std::uint8_t piece = 0, pieces = 0, variables = 0, vertices = 0, triangles = 0;
-  bool grasp = false;                    ///< u starts with the tool's displacement
-  bool repaired = false;                 ///< there is an E2
-  std::uint8_t springs = 0;              ///< or
-  std::uint8_t tetrahedra = 0;           ///< instead
-  SolidLaw law = SolidLaw::neo_hookean;  ///< theirs
-  std::uint8_t nodes = 0;                ///< of springs or tetrahedra
-  std::uint8_t tool = kNoHeldNode;       ///< node of these that the tool holds
-  std::uint8_t tool_axes = 3;            ///< along which it moves that
-  float stiffening = 0;                  ///< of the springs' law, or the shape of the solid's
-  std::array<float, 5> unit{};           ///< of s, lengths, w k, w c, E2; or of s, lengths, w V mu_L, w V lambda_L, E2
+  bool grasp = false;               ///< u starts with the tool's displacement
+  bool repaired = false;            ///< there is an E2
+  std::uint8_t springs = 0;         ///< or
+  std::uint8_t tetrahedra = 0;      ///< instead
+  LawParameters law;                ///< theirs
+  std::uint8_t nodes = 0;           ///< of springs or tetrahedra
+  std::uint8_t tool = kNoHeldNode;  ///< node of these that the tool holds
+  std::uint8_t tool_axes = 3;       ///< along which it moves that
+  float stiffening = 0;             ///< of the springs' law
+  std::array<float, 5> unit{};      ///< of s, lengths, w k, w c, E2; or of s, lengths, w V mu_L, w V lambda_L, E2
   std::vector<std::uint16_t> numbers;
 };
 

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstring>
 
+#include "common/port/packed_numbers.hpp"
 #include "common/wire/codec.hpp"
 #include "common/wire/patch_wire.hpp"
 #include "common/wire/sense.hpp"
@@ -283,7 +284,7 @@ WireFault read(const wire::Tools& table, Tools& m) {
 WireFault read(const wire::PatchTerms& table, PatchTerms& m) {
   if (!table.head() || !table.numbers()) return WireFault::malformed;
   const wire::TermsHead& head = *table.head();
-  if (table.numbers()->size() > std::size_t{kPieceNumbers} || (head.flags() & ~kAllTermsFlags) != 0) return WireFault::malformed;
+  if (table.numbers()->size() > std::size_t{kPieceNumbers}) return WireFault::malformed;
   m.patch_seq = head.patch_seq();
   m.unit = {head.unit_scale(), head.unit_2(), head.unit_3(), head.unit_4(), head.unit_q()};
   m.piece = head.piece();
@@ -299,10 +300,18 @@ WireFault read(const wire::PatchTerms& table, PatchTerms& m) {
   m.nodes = table.springs()->nodes();
   m.tool = table.springs()->tool();
   m.tool_axes = table.springs()->tool_axes();
-  m.stiffening = table.springs()->stiffening();
   const auto law = std::find(kFlagOfLaw.begin(), kFlagOfLaw.end(), head.flags() & kLawFlags);
   if (law == kFlagOfLaw.end()) return WireFault::malformed;  // flags of more than one
-  m.law = static_cast<SolidLaw>(law - kFlagOfLaw.begin());
+  m.law = {};
+  m.law.kind = static_cast<SolidLaw>(law - kFlagOfLaw.begin());
+  m.stiffening = of_springs ? table.springs()->stiffening() : 0;
+  if (of_solid) m.law.shape = static_cast<double>(table.springs()->stiffening());
+  const auto number = [](std::uint16_t half) { return static_cast<double>(packed::from_half(half)); };
+  m.law.exponents = {number(head.exponent_1()), number(head.exponent_2())};
+  if (head.fibre_share() != 0)
+    m.law.fibres = {{number(head.fibre_x()), number(head.fibre_y()), number(head.fibre_z())},
+                    number(head.fibre_share()),
+                    number(head.fibre_exponent())};
   m.numbers.assign(table.numbers()->begin(), table.numbers()->end());
   switch (check(m)) {
     case TermsFault::none:

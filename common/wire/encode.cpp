@@ -1,6 +1,7 @@
 #include <cstring>
 
 #include "common/base/plain_text.hpp"
+#include "common/port/packed_numbers.hpp"
 #include "common/wire/codec.hpp"
 #include "common/wire/patch_wire.hpp"
 
@@ -154,9 +155,16 @@ class BodyWriter {
     if (!packer_.ok()) return {};
     const auto flags = static_cast<std::uint8_t>((m.grasp ? kGraspFlag : 0) | (m.repaired ? kRepairedFlag : 0) |
                                                  (m.springs > 0 ? kSpringsFlag : 0) | (m.tetrahedra > 0 ? kSolidFlag : 0) |
-                                                 kFlagOfLaw[static_cast<std::size_t>(m.law)]);
-    const wire::SpringsHead springs(m.stiffening, std::max(m.springs, m.tetrahedra), m.nodes, m.tool, m.tool_axes);
-    const wire::TermsHead head(m.patch_seq, 0, m.unit[0], m.unit[1], m.unit[2], m.unit[3], m.unit[4], wire::Vec(0, 0, 0), m.piece,
+                                                 kFlagOfLaw[static_cast<std::size_t>(m.law.kind)]);
+    const float shape = m.tetrahedra > 0 ? static_cast<float>(m.law.shape) : m.stiffening;
+    const wire::SpringsHead springs(shape, std::max(m.springs, m.tetrahedra), m.nodes, m.tool, m.tool_axes);
+    const auto half = [](double v) { return packed::to_half(static_cast<float>(v)); };
+    const Fibres& fibres = m.law.fibres;
+    const bool any = fibres.share > 0;
+    const auto of_fibres = [&](double v) { return any ? half(v) : std::uint16_t{0}; };
+    const wire::TermsHead head(m.patch_seq, half(m.law.exponents[0]), half(m.law.exponents[1]), m.unit[0], m.unit[1], m.unit[2],
+                               m.unit[3], m.unit[4], of_fibres(fibres.direction[0]), of_fibres(fibres.direction[1]),
+                               of_fibres(fibres.direction[2]), of_fibres(fibres.share), of_fibres(fibres.exponent), 0, m.piece,
                                m.pieces, m.variables, 0, flags, m.vertices, m.triangles);
     const auto numbers = builder_.CreateVector(m.numbers.data(), m.numbers.size());
     return done(wire::Body::PatchTerms, wire::CreatePatchTerms(builder_, &head, numbers, &springs));

@@ -32,10 +32,11 @@ enum TermsFlag : std::uint8_t {
   kCorotationalFlag = 16,
   kMooneyRivlinFlag = 32,
   kVerondaWestmannFlag = 64,
-  kLawFlags = kCorotationalFlag | kMooneyRivlinFlag | kVerondaWestmannFlag,
-  kAllTermsFlags = 127
+  kOgdenFlag = 128,
+  kLawFlags = kCorotationalFlag | kMooneyRivlinFlag | kVerondaWestmannFlag | kOgdenFlag
 };
 /// Of laws, in their order.
-inline constexpr std::array<std::uint8_t, 4> kFlagOfLaw{kCorotationalFlag, 0, kMooneyRivlinFlag, kVerondaWestmannFlag};
+inline constexpr std::array<std::uint8_t, 5> kFlagOfLaw{kCorotationalFlag, 0, kMooneyRivlinFlag, kVerondaWestmannFlag,
+                                                        kOgdenFlag};
 
 }  // namespace palpate

@@ -69,7 +69,8 @@ Relaxation::Relaxation(const LumpedBody& body, const Tetrahedra& tetrahedra, con
       pair_of_.push_back(of_entry[pattern.find(nodes[static_cast<std::size_t>(i)], nodes[static_cast<std::size_t>(j)])]);
     });
   };
-  for (const Tetrahedron& t : body.tetrahedra) take(t.nodes);
+  for (const Tetrahedron& t : body.tetrahedra)
+    if (!t.is_triangle()) take(t.nodes);
   for (const Hexahedron& h : body.hexahedra) take(h.nodes);
 }
 
@@ -80,7 +81,10 @@ double Relaxation::left() const {
 }
 
 std::uint32_t Relaxation::elements() const {
-  return static_cast<std::uint32_t>(body_->tetrahedra.size() + body_->hexahedra.size());
+  if (!body_->hexahedra.empty()) return static_cast<std::uint32_t>(body_->hexahedra.size());
+  const auto triangle = [](const Tetrahedron& t) { return t.is_triangle(); };
+  return static_cast<std::uint32_t>(std::find_if(body_->tetrahedra.begin(), body_->tetrahedra.end(), triangle) -
+                                    body_->tetrahedra.begin());
 }
 
 int Relaxation::numbers() const { return hexahedra_->empty() ? kOfTetra : kOfHexa; }

@@ -25,6 +25,10 @@ struct ColumnMat {
 [[gnu::always_inline]] inline void apply_elastic(const TetraTangent& at, const ColumnMat& df, ColumnMat& dp) {
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) dp.of[r][c] = at.a() * df.of[r][c];
+  if (at.has_m())
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c)
+        for (int k = 0; k < 3; ++k) add_product(at.m()(k, c), df.of[r][k], dp.of[r][c]);
   for (std::size_t k = 0; k < at.terms(); ++k) {
     const Mat3& q = at.q(k);
     ColumnLanes along{};

@@ -2,6 +2,8 @@
 // of a vector (doubles.hpp). Nothing is contracted: same bits whatever the width.
 #pragma once
 
+#include "common/port/fibre_lanes.hpp"
+#include "common/port/ogden.hpp"
 #include "common/port/polar_lanes.hpp"
 #include "server/body/tetra_kernel.hpp"
 
@@ -28,6 +30,16 @@ PALPATE_INLINE void add_corotational(const TetraMaterial& m, const Mat<N>& f, Ma
   const Doubles<N> c = m.lambda * (trace - 3.0);
   for (int k = 0; k < 3; ++k)
     for (int s = 0; s < 3; ++s) p.of[k][s] += 2 * m.mu * (f.of[k][s] - r.of[k][s]) + c * r.of[k][s];
+}
+
+template <std::size_t N>
+PALPATE_INLINE void add_membrane(const TetraMaterial& m, const Mat<N>& f, Mat<N>& p) {
+  Mat<N> c;
+  right_cauchy_green(f, c);
+  const Doubles<N> by_f = 0.5 * m.lambda * (c.of[0][0] + c.of[1][1] + c.of[2][2] - 2.0) - m.mu;
+  for (int r = 0; r < 3; ++r)
+    for (int s = 0; s < 3; ++s)
+      p.of[r][s] += by_f * f.of[r][s] + m.mu * (f.of[r][0] * c.of[0][s] + f.of[r][1] * c.of[1][s] + f.of[r][2] * c.of[2][s]);
 }
 
 /// What laws of both invariants are made of at one F.
@@ -96,8 +108,13 @@ PALPATE_INLINE void add_elastic(const TetraMaterial& m, const Mat<N>& f, Mat<N>&
     add_neo_hookean(m, f, p);
   else if (is_of_invariants(m.law))
     add_of_invariants(m, f, p);
+  else if (m.law == SolidLaw::ogden)
+    add_ogden<N>(m.ogden, Doubles<N>{} + m.mu, Doubles<N>{} + m.lambda, f, p);
+  else if (m.law == SolidLaw::membrane)
+    add_membrane(m, f, p);
   else
     add_corotational(m, f, p);
+  if (m.fibre_k != 0) add_fibres<N>(m.fibres, Doubles<N>{} + m.fibre_k, f, p);
 }
 
 /// Everything that the blocks between two nodes have in common.
@@ -114,7 +131,99 @@ struct Linearised {
   Mat<N> f, g;
   Mat<N> turn[Nodes];  ///< corotational: kappa W [R b_i]x, W of inverse_pair_sums; of both invariants: F [b_i]x
   Truths<N> good;      ///< not cut
+  // ogden and membrane: c_k, Q_k b_i and M b_i of TetraTangent
+  Doubles<N> c[6], qb[6][Nodes][3], mb[Nodes][3];
+  // Of fibres: F a, S, 2 S', a . b_i
+  bool has_fibres = false;
+  FibrePull<N> fibres;
+  Doubles<N> ab[Nodes];
 };
+
+/// Lane by lane but for what belongs to nodes.
+template <std::size_t N, int Nodes>
+PALPATE_INLINE void linearise_ogden(const TetraMaterial& m, const Doubles<N>& volume, double c_k, Linearised<N, Nodes>& at) {
+  alignas(64) double kappa[N], c[6][N], q[6][9][N], g_of_c[9][N];
+  for (std::size_t l = 0; l < N; ++l) {
+    Mat3 f;
+    for (int i = 0; i < 9; ++i) f(i / 3, i % 3) = at.f.of[i / 3][i % 3][l];
+    const OgdenTangent of = ogden_tangent(m.ogden, {m.mu, m.lambda}, f);
+    kappa[l] = of.kappa;
+    for (std::size_t k = 0; k < 6; ++k) {
+      c[k][l] = of.c[k];
+      for (int i = 0; i < 9; ++i) q[k][i][l] = of.q[k](i / 3, i % 3);
+    }
+    for (int i = 0; i < 9; ++i) g_of_c[i][l] = of.g_of_c(i / 3, i % 3);
+  }
+  const Doubles<N> much = c_k * volume;
+  cofactors(at.f, at.g);
+  at.a = at.along = Doubles<N>{};
+  at.kappa = much * doubles<N>(kappa);
+  at.good = volume > 0.0;
+  for (int k = 0; k < 6; ++k) at.c[k] = much * doubles<N>(c[k]);
+  for (int n = 0; n < Nodes; ++n)
+    for (int r = 0; r < 3; ++r) {
+      for (int k = 0; k < 6; ++k)
+        at.qb[k][n][r] = doubles<N>(q[k][3 * r]) * at.b[n][0] + doubles<N>(q[k][3 * r + 1]) * at.b[n][1] +
+                         doubles<N>(q[k][3 * r + 2]) * at.b[n][2];
+      at.mb[n][r] = much * (doubles<N>(g_of_c[3 * r]) * at.b[n][0] + doubles<N>(g_of_c[3 * r + 1]) * at.b[n][1] +
+                            doubles<N>(g_of_c[3 * r + 2]) * at.b[n][2]);
+    }
+}
+
+/// Modes along the axes of the rest shape.
+template <std::size_t N, int Nodes>
+PALPATE_INLINE void linearise_membrane(const TetraMaterial& m, const Doubles<N>& volume, double c_k, Linearised<N, Nodes>& at) {
+  Mat<N> c;
+  right_cauchy_green(at.f, c);
+  const Doubles<N> much = c_k * volume, by_b = 0.5 * m.lambda * (c.of[0][0] + c.of[1][1] + c.of[2][2] - 2.0) - m.mu;
+  at.g = {};
+  at.a = at.kappa = Doubles<N>{};
+  at.along = much * m.lambda;
+  at.good = volume > 0.0;
+  for (int k = 0; k < 3; ++k) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    at.c[k] = 2.0 * m.mu * much;
+    at.c[k + 3] = m.mu * much;
+    for (int n = 0; n < Nodes; ++n) {
+      for (int r = 0; r < 3; ++r) {
+        at.qb[k][n][r] = at.f.of[r][k] * at.b[n][k];
+        at.qb[k + 3][n][r] = at.f.of[r][i] * at.b[n][j] + at.f.of[r][j] * at.b[n][i];
+      }
+      at.mb[n][k] =
+          much * (by_b * at.b[n][k] + m.mu * (c.of[k][0] * at.b[n][0] + c.of[k][1] * at.b[n][1] + c.of[k][2] * at.b[n][2]));
+    }
+  }
+}
+
+template <std::size_t N, int Nodes>
+PALPATE_INLINE void linearise_fibres(const TetraMaterial& m, const Doubles<N>& volume, double c_k, Linearised<N, Nodes>& at) {
+  at.has_fibres = m.fibre_k != 0;
+  if (!at.has_fibres) return;
+  find_fibres<N>(m.fibres, c_k * m.fibre_k * volume, at.f, at.fibres);
+  at.fibres.slope *= 2.0;
+  const auto& a = m.fibres.direction;
+  for (int n = 0; n < Nodes; ++n) at.ab[n] = a[0] * at.b[n][0] + a[1] * at.b[n][1] + a[2] * at.b[n][2];
+}
+
+template <std::size_t N, int Nodes>
+PALPATE_INLINE void add_block_of_modes(const Linearised<N, Nodes>& at, int i, int j, Mat<N>& k) {
+  const Doubles<N> both = at.b[i][0] * at.mb[j][0] + at.b[i][1] * at.mb[j][1] + at.b[i][2] * at.mb[j][2];
+  for (int r = 0; r < 3; ++r)
+    for (int s = 0; s < 3; ++s) {
+      for (int t = 0; t < 6; ++t) k.of[r][s] += at.c[t] * at.qb[t][i][r] * at.qb[t][j][s];
+      if (r == s) k.of[r][s] += both;
+    }
+}
+
+template <std::size_t N, int Nodes>
+PALPATE_INLINE void add_fibre_block(const Linearised<N, Nodes>& at, int i, int j, Mat<N>& k) {
+  const Doubles<N> both = at.ab[i] * at.ab[j], *const e = at.fibres.along;
+  for (int r = 0; r < 3; ++r)
+    for (int s = 0; s < 3; ++s) {
+      k.of[r][s] += both * at.fibres.slope * e[r] * e[s];
+      if (r == s) k.of[r][s] += both * at.fibres.pull;
+    }
+}
 
 template <std::size_t N, int Nodes>
 PALPATE_INLINE void linearise_neo_hookean(const TetraMaterial& m, const Doubles<N>& volume, double c_k,
@@ -190,8 +299,13 @@ PALPATE_INLINE void linearise(const TetraMaterial& m, const Doubles<N>& volume, 
     linearise_neo_hookean(m, volume, c_k, at);
   else if (is_of_invariants(m.law))
     linearise_of_invariants(m, volume, c_k, at);
+  else if (m.law == SolidLaw::ogden)
+    linearise_ogden(m, volume, c_k, at);
+  else if (m.law == SolidLaw::membrane)
+    linearise_membrane(m, volume, c_k, at);
   else
     linearise_corotational(m, volume, c_k, at, w);
+  linearise_fibres(m, volume, c_k, at);
   at.spread = c_k * m.lambda * volume;
   at.across = c_d * m.viscous_mu * volume;
   at.viscous_volume = c_d * m.viscous_lambda * volume;
@@ -267,6 +381,8 @@ PALPATE_INLINE void tangent_block(const Linearised<N, Nodes>& at, SolidLaw law, 
   else if (i != j)
     add_mixed(at, at.kappa, at.f, i, j, k);
   if (is_of_invariants(law)) add_invariant_block(at, i, j, k);
+  if (law == SolidLaw::ogden || law == SolidLaw::membrane) add_block_of_modes(at, i, j, k);
+  if (at.has_fibres) add_fibre_block(at, i, j, k);
 }
 
 }  // namespace palpate

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/port/fibre_lanes.hpp"
 #include "common/port/polar.hpp"
 
 namespace palpate {
@@ -77,11 +78,19 @@ TetraMaterial::TetraMaterial(const SolidMaterial& material) : law(material.law) 
   const double e = material.young_pa, nu = material.poisson;
   mu = e / (2 * (1 + nu));
   lambda = e * nu / ((1 + nu) * (1 - 2 * nu));
+  const double mu_l = mu;
+  if (law == SolidLaw::membrane) lambda = e * nu / (1 - nu * nu);
   viscous_mu = material.damping_s * mu;
   viscous_lambda = material.damping_s * lambda;
   if (is_of_invariants(law)) {
     const InvariantModuli of = invariant_moduli(law, material.shape, mu, lambda);
     mu = of.mu_1, mu_2 = of.mu_2, lambda = of.lambda, exponent = of.exponent;
+  }
+  fibres = material.fibres;
+  fibre_k = fibres.share * mu_l;
+  if (law == SolidLaw::ogden) {
+    ogden = OgdenLaw(material.parameters());
+    lambda += ogden.sum * mu;
   }
   if (law != SolidLaw::neo_hookean) return;
   lambda += 5.0 / 6 * mu;
@@ -91,12 +100,28 @@ TetraMaterial::TetraMaterial(const SolidMaterial& material) : law(material.law) 
 
 TetraRest::TetraRest(const Mat34& rest) {
   const Mat3 edges = rest.rightCols<3>().colwise() - rest.col(0);
+  if (rest.col(3) == rest.col(0)) {
+    const Eigen::Matrix<double, 3, 2> sides = edges.leftCols<2>();
+    b.col(3).setZero();
+    b.middleCols<2>(1) = sides * (sides.transpose() * sides).inverse();
+    b.col(0) = -(b.col(1) + b.col(2));
+    volume_m3 = 0.5 * edges.col(0).cross(edges.col(1)).norm();
+    return;
+  }
   b.rightCols<3>() = edges.inverse().transpose();
   b.col(0) = -b.rightCols<3>().rowwise().sum();
   volume_m3 = edges.determinant() / 6;
 }
 
-double elastic_energy_density(const TetraMaterial& m, const Mat3& f) {
+namespace {
+
+double energy_of_law(const TetraMaterial& m, const Mat3& f) {
+  if (m.law == SolidLaw::membrane) {
+    const Mat3 c = f.transpose() * f;
+    const double trace = 0.5 * (c.trace() - 2);
+    return 0.25 * m.mu * (c.squaredNorm() - 2 * c.trace() + 2) + 0.5 * m.lambda * trace * trace;
+  }
+  if (m.law == SolidLaw::ogden) return ogden_energy(m.ogden, {m.mu, m.lambda}, f);
   if (m.law == SolidLaw::corotational) {
     const Mat3 r = polar_rotation(f);
     const double trace = r.cwiseProduct(f).sum() - 3;
@@ -111,7 +136,9 @@ double elastic_energy_density(const TetraMaterial& m, const Mat3& f) {
   return 0.5 * m.mu * (i - 3 - std::log((i + 1) / 4)) + 0.5 * m.lambda * (j * j - (1 - m.alpha) * (1 - m.alpha));
 }
 
-Mat3 elastic_stress(const TetraMaterial& m, const Mat3& f) {
+Mat3 stress_of_law(const TetraMaterial& m, const Mat3& f) {
+  if (m.law == SolidLaw::membrane) return (0.5 * m.lambda * (f.squaredNorm() - 2) - m.mu) * f + m.mu * (f * (f.transpose() * f));
+  if (m.law == SolidLaw::ogden) return ogden_stress(m.ogden, {m.mu, m.lambda}, f);
   if (m.law == SolidLaw::corotational) {
     const Mat3 r = polar_rotation(f);
     return 2 * m.mu * (f - r) + m.lambda * (r.cwiseProduct(f).sum() - 3) * r;
@@ -124,6 +151,34 @@ Mat3 elastic_stress(const TetraMaterial& m, const Mat3& f) {
   return m.mu * (1 - 1 / (f.squaredNorm() + 1)) * f + m.lambda * (j - m.alpha) * g;
 }
 
+/// S and S' of fibres that are F a long.
+struct FibreStress {
+  FibreStress(const TetraMaterial& m, const Mat3& f) : a(m.fibres.direction.data()), along(f * a) {
+    FibrePull<2> at;
+    Mat<2> lanes;
+    for (int i = 0; i < 9; ++i) lanes.of[i / 3][i % 3] = Doubles<2>{} + f(i / 3, i % 3);
+    find_fibres<2>(m.fibres, Doubles<2>{} + m.fibre_k, lanes, at);
+    pull = at.pull[0], slope = at.slope[0];
+  }
+  Vec3 a, along;
+  double pull = 0, slope = 0;
+};
+
+}  // namespace
+
+double elastic_energy_density(const TetraMaterial& m, const Mat3& f) {
+  const double of_law = energy_of_law(m, f);
+  if (m.fibre_k == 0) return of_law;
+  return of_law + fibre_energy(m.fibres, m.fibre_k, FibreStress(m, f).along.squaredNorm() - 1);
+}
+
+Mat3 elastic_stress(const TetraMaterial& m, const Mat3& f) {
+  const Mat3 of_law = stress_of_law(m, f);
+  if (m.fibre_k == 0) return of_law;
+  const FibreStress fibres(m, f);
+  return of_law + fibres.pull * fibres.along * fibres.a.transpose();
+}
+
 Mat3 viscous_stress(const TetraMaterial& m, const Mat3& f, const Mat3& f_rate) {
   const Mat3 product = f.transpose() * f_rate;
   Mat3 s = m.viscous_mu * (product + product.transpose());
@@ -132,6 +187,13 @@ Mat3 viscous_stress(const TetraMaterial& m, const Mat3& f, const Mat3& f_rate) {
 }
 
 Mat3 second_order_stress(const TetraMaterial& m, const Mat3& f, const Mat3& df_1, const Mat3& df_2) {
+  if (m.law == SolidLaw::ogden || m.law == SolidLaw::membrane || m.fibre_k != 0) {
+    constexpr double kChange = 2e-5;  // of F
+    const double size = df_2.norm();
+    if (size == 0) return Mat3::Zero();
+    const Mat3 way = (kChange / size) * df_2;
+    return (TetraTangent(m, f + way, false).apply(df_1) - TetraTangent(m, f - way, false).apply(df_1)) * (size / (2 * kChange));
+  }
   if (m.law == SolidLaw::corotational) return second_order_corotational(m, f, df_1, df_2);
   return is_of_invariants(m.law) ? second_order_of_invariants(m, f, df_1, df_2) : second_order_neo_hookean(m, f, df_1, df_2);
 }
@@ -139,12 +201,17 @@ Mat3 second_order_stress(const TetraMaterial& m, const Mat3& f, const Mat3& df_1
 TetraTangent::TetraTangent(const TetraMaterial& material, const Mat3& f, bool clamp) : f_(f) {
   if (material.law == SolidLaw::corotational)
     corotational(material, clamp);
+  else if (material.law == SolidLaw::membrane)
+    of_membrane(material, clamp);
   else if (clamp)
     clamped(material);
   else if (is_of_invariants(material.law))
     of_invariants(material);
+  else if (material.law == SolidLaw::ogden)
+    of_ogden(material);
   else
     neo_hookean(material);
+  if (material.fibre_k != 0) add_fibres(material, clamp);
 }
 
 /// R turns by R [w / (s_i + s_j)]x where F turns by R [w]x: three modes, along the eigenvectors of S.
@@ -182,6 +249,38 @@ void TetraTangent::of_invariants(const TetraMaterial& m) {
   add(m.lambda, g_);
 }
 
+void TetraTangent::of_ogden(const TetraMaterial& m) {
+  const OgdenTangent at = ogden_tangent(m.ogden, {m.mu, m.lambda}, f_);
+  add_m(at.g_of_c);
+  for (std::size_t k = 0; k < at.c.size(); ++k) add(at.c[k], at.q[k]);
+  kappa_ = at.kappa;
+  add(m.lambda, cofactors(f_));
+}
+
+/// dE is half of what F^T dF is with its transpose: modes along the axes of the rest shape.
+void TetraTangent::of_membrane(const TetraMaterial& m, bool clamp) {
+  Mat3 stress = m.mu * (f_.transpose() * f_);
+  stress.diagonal().array() += 0.5 * m.lambda * (f_.squaredNorm() - 2) - m.mu;
+  if (clamp) {  // where it is pushed together its stress lets it give way sideways
+    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(stress);
+    stress = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * eigen.eigenvectors().transpose();
+  }
+  add_m(stress);
+  add(m.lambda, f_);
+  for (int k = 0; k < 3; ++k) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    add(2 * m.mu, f_.col(k) * Vec3::Unit(k).transpose());
+    add(m.mu, f_.col(i) * Vec3::Unit(j).transpose() + f_.col(j) * Vec3::Unit(i).transpose());
+  }
+}
+
+void TetraTangent::add_fibres(const TetraMaterial& m, bool clamp) {
+  const FibreStress at(m, f_);
+  const double pull = clamp ? std::max(0.0, at.pull) : at.pull;
+  add_m(pull * at.a * at.a.transpose());
+  add(2 * at.slope, at.along * at.a.transpose());
+}
+
 /// In principal stretches, of which any isotropic law is a function.
 void TetraTangent::clamped(const TetraMaterial& m) {
   const SignedSvd svd = signed_svd(f_);
@@ -190,7 +289,11 @@ void TetraTangent::clamped(const TetraMaterial& m) {
   const double j = s.x() * g.x();
   double a = 0, kappa = 0, along = 0;
   Vec3 way = s;
-  if (is_of_invariants(m.law)) {
+  OgdenPrincipal of{Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
+  if (m.law == SolidLaw::ogden) {
+    of = ogden_principal(m.ogden, m.mu, s.cwiseAbs2());
+    kappa = m.lambda * (j - 1) - m.ogden.sum * m.mu;
+  } else if (is_of_invariants(m.law)) {
     const double y = m.exponent * (s.squaredNorm() - 1 - 2 * j);
     a = m.mu * growth(y), kappa = m.lambda * (j - 1) - a - 2 * m.mu_2, along = 2 * m.mu * m.exponent * growth_slope(y);
     way -= g;
@@ -201,7 +304,7 @@ void TetraTangent::clamped(const TetraMaterial& m) {
   Mat3 scaling = along * way * way.transpose() + m.lambda * g * g.transpose();
   for (int k = 0; k < 3; ++k) {
     const int p = (k + 1) % 3, q = (k + 2) % 3;
-    scaling(k, k) += a + m.mu_2 * (s[p] * s[p] + s[q] * s[q]);
+    scaling(k, k) += a + m.mu_2 * (s[p] * s[p] + s[q] * s[q]) + of.g[k] + 2 * s[k] * s[k] * of.slope[k];
     const double across = kappa * s[k] + 2 * m.mu_2 * s[p] * s[q];
     scaling(p, q) += across;
     scaling(q, p) += across;
@@ -209,15 +312,18 @@ void TetraTangent::clamped(const TetraMaterial& m) {
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(scaling);
   const auto in_place = [&](const Mat3& q) -> Mat3 { return svd.u * q * svd.v.transpose(); };
   for (int k = 0; k < 3; ++k) {
-    const double square = m.mu_2 * s[k] * s[k], product = m.mu_2 * s[(k + 1) % 3] * s[(k + 2) % 3];
-    add(std::max(0.0, a + square + (kappa * s[k] + product)), in_place(twist(k)));
-    add(std::max(0.0, a + square - (kappa * s[k] + product)), in_place(flip(k)));
+    const double sp = s[(k + 1) % 3], sq = s[(k + 2) % 3];
+    const double product = m.mu_2 * sp * sq - of.between[k] * sp * sq;
+    const double both = a + m.mu_2 * s[k] * s[k] + of.g[(k + 2) % 3] + of.between[k] * sp * sp;
+    add(std::max(0.0, both + (kappa * s[k] + product)), in_place(twist(k)));
+    add(std::max(0.0, both - (kappa * s[k] + product)), in_place(flip(k)));
     add(std::max(0.0, eigen.eigenvalues()[k]), in_place(eigen.eigenvectors().col(k).asDiagonal()));
   }
 }
 
 Mat3 TetraTangent::apply(const Mat3& df) const {
   Mat3 dp = a_ * df;
+  if (has_m_) dp += df * m_;
   for (std::size_t k = 0; k < terms_; ++k) dp += (c_[k] * q_[k].cwiseProduct(df).sum()) * q_[k];
   if (kappa_ != 0) dp += kappa_ * mixed_cofactors(f_, df);
   if (mu_2_ != 0) dp += mu_2_ * (mixed_cofactors(g_, df) + mixed_cofactors(f_, mixed_cofactors(f_, df)));
@@ -226,7 +332,7 @@ Mat3 TetraTangent::apply(const Mat3& df) const {
 
 Mat3 TetraTangent::block(double volume_m3, const Vec3& bi, const Vec3& bj, bool same) const {
   Mat3 k = Mat3::Zero();
-  k.diagonal().setConstant(a_ * bi.dot(bj));
+  k.diagonal().setConstant(a_ * bi.dot(bj) + (has_m_ ? bi.dot(m_ * bj) : 0));
   for (std::size_t t = 0; t < terms_; ++t) k += c_[t] * (q_[t] * bi) * (q_[t] * bj).transpose();
   // The mixed second derivative of det F for rank-one changes: (di x dj) . F (bi x bj).
   if (kappa_ != 0 && !same) k -= kappa_ * cross_matrix(f_ * bi.cross(bj));

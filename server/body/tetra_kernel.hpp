@@ -18,6 +18,14 @@
 //                  here, so that no part of the law has stress there and all is smooth for every F, flat and inside out too.
 //     mooney_rivlin     b = 0, mu_2 = s mu_L:   c_1 (I_1 - 3) + c_2 (I_2 - 3) of c_1 = (1 - s) mu_L / 2, c_2 = s mu_L / 2
 //     veronda_westmann  mu_2 = -mu_L, mu_1 = 2 mu_L:   c_1 (exp(b (I_1 - 3)) - 1) - c_1 b/2 (I_2 - 3) of c_1 = mu_L / b
+//   ogden          common/port/ogden.hpp; its lambda is lambda_L + mu_s
+// and to each of them fibres may be added, k = `share` mu_L (common/port/fibre_lanes.hpp).
+//
+// A triangle of a membrane is a tetrahedron whose last node is its first: b_3 = 0, b_1 and b_2 in its plane at rest, V its area
+// [m^2], moduli by its thickness [N/m] and of plane stress, lambda_L = E nu / (1 - nu^2). Its law is St. Venant's and
+// Kirchhoff's,
+//   membrane       Psi = mu E : E + lambda/2 tr(E)^2,  E = (F^T F - 1)/2 in the plane,  P = (lambda tr E - mu) F + mu F F^T F
+// which resists stretch and shear in its plane and no bending.
 // Source: Smith, De Goes and Kim, Stable neo-Hookean flesh simulation, ACM Trans. Graph. 37 (2018); for the eigenvectors of the
 // tangents also Smith et al., Analytic eigensystems for isotropic distortion energies, ACM Trans. Graph. 38 (2019). Mooney, J.
 // Appl. Phys. 11 (1940); Veronda and Westmann, Mechanical characterization of skin, J. Biomech. 3 (1970).
@@ -26,15 +34,16 @@
 // t mu_L, lambda_v = t lambda_L, t the damping time [s]. At rest it is t times the elastic tangent (stiffness-proportional
 // Rayleigh damping); it never resists a rigid motion and never gives energy: P_viscous : F' >= 0.
 //
-// Tangents: dP = a dF + sum_k c_k (Q_k : dF) Q_k + kappa X(F)[dF] + mu_2 (X(G)[dF] + X(F)[X(F)[dF]]), X(A)[B] what the
-// cofactors of A change by with B; mu_2 = 0 but for laws of both invariants. Exact for the elastic part; `clamp` drops the
-// negative eigenvalues, so that the element's stiffness is positive semi-definite. The dependence of P_viscous on F at fixed F'
-// is left out, as it is for springs (element_kernel.hpp).
+// Tangents: dP = a dF + dF M + sum_k c_k (Q_k : dF) Q_k + kappa X(F)[dF] + mu_2 (X(G)[dF] + X(F)[X(F)[dF]]), X(A)[B] what the
+// cofactors of A change by with B; mu_2 = 0 but for laws of both invariants, M = M^T = 0 but for ogden and fibres. Exact for the
+// elastic part; `clamp` drops the negative eigenvalues, of the law and of its fibres, so that the element's stiffness is positive
+// semi-definite. The dependence of P_viscous on F at fixed F' is left out, as it is for springs (element_kernel.hpp).
 #pragma once
 
 #include <array>
 
 #include "common/base/types.hpp"
+#include "common/port/ogden.hpp"
 #include "common/port/polar.hpp"
 #include "server/scene/scene.hpp"
 
@@ -47,24 +56,27 @@ struct TetraMaterial {
   explicit TetraMaterial(const SolidMaterial& material);
   bool is_viscous() const { return viscous_mu != 0 || viscous_lambda != 0; }
   SolidLaw law;
-  double mu, lambda;                  ///< of the law [Pa]; mu_1 where it is of both invariants
-  double alpha = 1;                   ///< neo_hookean
-  double mu_2 = 0, exponent = 0;      ///< of both invariants [Pa, and 1]
+  double mu, lambda;              ///< of the law [Pa]; mu_1 where it is of both invariants
+  double alpha = 1;               ///< neo_hookean
+  double mu_2 = 0, exponent = 0;  ///< of both invariants [Pa, and 1]
+  OgdenLaw ogden;                 ///< of mu
+  Fibres fibres;
+  double fibre_k = 0;                 ///< k [Pa]
   double viscous_mu, viscous_lambda;  ///< mu_v, lambda_v [Pa s]
 };
 
 /// What does not change about an element.
 struct TetraRest {
-  /// The nodes' rest positions as columns; they must span a positive volume.
+  /// The nodes' rest positions as columns; they must span a positive volume, or the last is the first and they span an area.
   explicit TetraRest(const Mat34& rest);
   Mat34 b;           ///< columns b_i [1/m]
-  double volume_m3;  ///< V
+  double volume_m3;  ///< V; of a triangle its area [m^2]
 };
 
 double elastic_energy_density(const TetraMaterial& material, const Mat3& f);
 Mat3 elastic_stress(const TetraMaterial& material, const Mat3& f);
 Mat3 viscous_stress(const TetraMaterial& material, const Mat3& f, const Mat3& f_rate);
-/// d^2 P_elastic / dF^2 [dF_1, dF_2]: P(F + dF) = P + A dF + 1/2 d^2P[dF, dF] + ...
+/// d^2 P_elastic / dF^2 [dF_1, dF_2]: P(F + dF) = P + A dF + 1/2 d^2P[dF, dF] + ...; of ogden and fibres by a difference of A.
 Mat3 second_order_stress(const TetraMaterial& material, const Mat3& f, const Mat3& df_1, const Mat3& df_2);
 
 /// dP_elastic / dF at one F.
@@ -80,6 +92,9 @@ class TetraTangent {
 
   const Mat3& f() const { return f_; }
   double a() const { return a_; }
+  /// Whether M is not 0.
+  bool has_m() const { return has_m_; }
+  const Mat3& m() const { return m_; }
   double kappa() const { return kappa_; }
   /// mu_2 or 0, and G where it is not.
   double mu_2() const { return mu_2_; }
@@ -92,18 +107,28 @@ class TetraTangent {
   void corotational(const TetraMaterial& material, bool clamp);
   void neo_hookean(const TetraMaterial& material);
   void of_invariants(const TetraMaterial& material);
+  void of_ogden(const TetraMaterial& material);
+  void of_membrane(const TetraMaterial& material, bool clamp);
   void clamped(const TetraMaterial& material);
+  void add_fibres(const TetraMaterial& material, bool clamp);
+  void add_m(const Mat3& m) {
+    m_ = has_m_ ? Mat3(m_ + m) : m;
+    has_m_ = true;
+  }
   void add(double c, const Mat3& q) {
     if (c == 0) return;
     c_[terms_] = c;
     q_[terms_++] = q;
   }
 
-  Mat3 f_, g_;
+  static constexpr std::size_t kMost = 10;  // nine modes and what fibres add
+
+  Mat3 f_, g_, m_;
+  bool has_m_ = false;
   double a_ = 0, kappa_ = 0, mu_2_ = 0;
   std::size_t terms_ = 0;
-  std::array<double, 9> c_{};
-  std::array<Mat3, 9> q_;
+  std::array<double, kMost> c_{};
+  std::array<Mat3, kMost> q_;
 };
 
 /// V d(P_viscous b_i)/dv_j, the block of D for nodes i and j.

@@ -77,7 +77,7 @@ void Tetrahedra::add_sums(const std::vector<TetraTangent>& at, const std::vector
 }
 
 void Tetrahedra::add_mass_damping(const std::vector<NodeLanes>& y, double much, std::vector<NodeLanes>& to) const {
-  if (empty() || body_->mass_damping_1_s == 0) return;
+  if (!has_mass() || body_->mass_damping_1_s == 0) return;
   for (std::size_t i = 0; i < body_->nodes.size(); ++i) {
     const double c = much * body_->mass_damping_1_s * body_->masses_kg[i];
     lanes(to[i].x) += c * lanes(y[i].x);

@@ -15,17 +15,17 @@ Tetrahedra::Tetrahedra(const LumpedBody& body, const BlockMatrix& pattern) : bod
     for (int i = 0; i < 4; ++i) rest.col(i) = body.nodes[t.nodes[static_cast<std::size_t>(i)]];
     Cell cell{t.nodes, t.material, TetraRest(rest), {}};
     for (std::size_t i = 0; i < 4; ++i) {
-      ++first_[t.nodes[i] + 1];
+      if (i < t.corners()) ++first_[t.nodes[i] + 1];
       for (std::size_t j = 0; j < 4; ++j)
-        cell.entries[i][j] = i == j ? pattern.diagonal(t.nodes[i]) : pattern.find(t.nodes[i], t.nodes[j]);
+        cell.entries[i][j] = t.nodes[i] == t.nodes[j] ? pattern.diagonal(t.nodes[i]) : pattern.find(t.nodes[i], t.nodes[j]);
     }
     cells_.push_back(cell);
   }
   for (std::size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
-  incident_.resize(4 * cells_.size());
+  incident_.resize(first_.back());
   auto next = first_;
   for (std::uint32_t k = 0; k < cells_.size(); ++k)
-    for (const std::uint32_t node : cells_[k].nodes) incident_[next[node]++] = k;
+    for (std::size_t i = 0; i < body.tetrahedra[k].corners(); ++i) incident_[next[cells_[k].nodes[i]]++] = k;
   std::vector<std::uint32_t> all(cells_.size());
   std::iota(all.begin(), all.end(), 0U);
   batches_ = batches(all);
@@ -86,14 +86,15 @@ void Tetrahedra::add_forces(const Vector& x, const Vector& v, Vector& f) const {
   const TetraLoops& loops = tetra_loops().back();
   for (const Batch& batch : batches_)
     loops.add_forces(materials_[batch.group.material], batch.group, x.data(), v.data(), f.data());
-  if (empty() || body_->mass_damping_1_s == 0) return;
+  if (!has_mass() || body_->mass_damping_1_s == 0) return;
   for (std::uint32_t i = 0; i < body_->nodes.size(); ++i)
     at_node(f, i) -= body_->mass_damping_1_s * body_->masses_kg[i] * at_node(v, i);
 }
 
 Vec3 Tetrahedra::force_on(const BodyState& state, std::uint32_t node) const {
   if (empty()) return Vec3::Zero();
-  Vec3 sum = -body_->mass_damping_1_s * body_->masses_kg[node] * at_node(state.v, node);
+  Vec3 sum = Vec3::Zero();
+  if (has_mass()) sum -= body_->mass_damping_1_s * body_->masses_kg[node] * at_node(state.v, node);
   for (std::uint32_t k = first_[node]; k < first_[node + 1]; ++k) {
     const Cell& cell = cells_[incident_[k]];
     for (int i = 0; i < 4; ++i)
@@ -121,7 +122,7 @@ void Tetrahedra::add_tangents(const BodyState& state, double c_d, double c_k, co
       }
     }
   }
-  if (empty()) return;
+  if (!has_mass()) return;
   for (std::uint32_t i = 0; i < body_->nodes.size(); ++i)
     if (!held[i]) a.block(a.diagonal(i)).diagonal().array() += c_d * body_->mass_damping_1_s * body_->masses_kg[i];
 }

@@ -1,4 +1,5 @@
-// All tetrahedra of a body: tetra_kernel.hpp summed over its finite elements. Signs and symbols as in dynamics.hpp.
+// All tetrahedra of a body, and the triangles of a membrane: tetra_kernel.hpp summed over its finite elements. Signs and symbols
+// as in dynamics.hpp.
 //
 // Masses are lumped: a tetrahedron gives a quarter of its own to each of its nodes. Mass-proportional damping is a force
 // -c m_i v_i on each of them, c = LumpedBody::mass_damping_1_s, m_i the node's mass.
@@ -61,6 +62,8 @@ class Tetrahedra {
     TetraRest rest;
     std::array<std::array<std::uint32_t, 4>, 4> entries;  // of the pattern
   };
+  /// Some have a volume: mass-proportional damping is theirs.
+  bool has_mass() const { return !empty() && body_->hexahedra.empty(); }
   Mat34 nodes_of(const Cell& cell, const Vector& y) const;
   /// `much` of what mass-proportional damping has in D Y.
   void add_mass_damping(const std::vector<NodeLanes>& y, double much, std::vector<NodeLanes>& to) const;

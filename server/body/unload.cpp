@@ -18,8 +18,9 @@ bool has_volume(const LumpedBody& body) {
     const Vec3& origin = body.nodes[at];
     return (body.nodes[a] - origin).cross(body.nodes[b] - origin).dot(body.nodes[c] - origin);
   };
-  return std::all_of(body.tetrahedra.begin(), body.tetrahedra.end(),
-                     [&](const Tetrahedron& t) { return det(t.nodes[0], t.nodes[1], t.nodes[2], t.nodes[3]) > 0; }) &&
+  return std::all_of(
+             body.tetrahedra.begin(), body.tetrahedra.end(),
+             [&](const Tetrahedron& t) { return t.is_triangle() || det(t.nodes[0], t.nodes[1], t.nodes[2], t.nodes[3]) > 0; }) &&
          std::all_of(body.hexahedra.begin(), body.hexahedra.end(), [&](const Hexahedron& h) {
            return det(h.nodes[0], h.nodes[1], h.nodes[2], h.nodes[4]) > 0 &&
                   det(h.nodes[7], h.nodes[6], h.nodes[5], h.nodes[3]) < 0;

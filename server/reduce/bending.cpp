@@ -82,10 +82,9 @@ void add_second_order_of_solid(const Dynamics& dynamics, const BodyState& state,
 
 bool can_bend(const LumpedBody& body) {
   if (!body.is_solid()) return is_smooth(body.law);
-  const bool one_law = std::all_of(body.materials.begin(), body.materials.end(), [&](const SolidMaterial& m) {
-    return m.law == body.materials.front().law && m.shape == body.materials.front().shape;
+  return std::all_of(body.materials.begin(), body.materials.end(), [&](const SolidMaterial& m) {
+    return m.law == SolidLaw::membrane || m.parameters() == body.materials.front().parameters();
   });
-  return body.elements.empty() && one_law;
 }
 
 /// By their weights in bins of a sixteenth of an octave; those are left out whose weights are the smallest and together no more

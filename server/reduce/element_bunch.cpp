@@ -64,8 +64,16 @@ std::vector<SpringBunch::Pair> SpringBunch::sums(const BodyState& state, bool cl
 
 SolidBunch::SolidBunch(const Dynamics& dynamics, std::span<const std::uint32_t> elements) : dynamics_(&dynamics) {
   take_nodes(nodes_of_all(dynamics.body(), elements));
-  if (!dynamics.tetrahedra().empty()) tetrahedra_ = dynamics.tetrahedra().batches(elements);
-  if (!dynamics.hexahedra().empty()) hexahedra_ = dynamics.hexahedra().batches(elements);
+  const auto hexahedra = static_cast<std::uint32_t>(dynamics.body().hexahedra.size());
+  std::vector<std::uint32_t> of_tetrahedra, of_hexahedra;
+  for (const std::uint32_t e : elements) {
+    if (e < hexahedra)
+      of_hexahedra.push_back(e);
+    else
+      of_tetrahedra.push_back(e - hexahedra);
+  }
+  if (!of_tetrahedra.empty()) tetrahedra_ = dynamics.tetrahedra().batches(of_tetrahedra);
+  if (!of_hexahedra.empty()) hexahedra_ = dynamics.hexahedra().batches(of_hexahedra);
   take_links(tetrahedra_);
   take_links(hexahedra_);
 }

@@ -7,18 +7,19 @@ namespace palpate {
 
 ElementGradient element_gradient(const Dynamics& dynamics, std::uint32_t e) {
   const LumpedBody& body = dynamics.body();
-  assert(body.is_solid() && e < std::max(body.tetrahedra.size(), body.hexahedra.size()));
-  if (body.tetrahedra.empty()) {
+  assert(body.is_solid() && e < body.tetrahedra.size() + body.hexahedra.size());
+  if (e < body.hexahedra.size()) {
     const HexaRest& rest = dynamics.hexahedra().shape(e).rest;
     return {body.hexahedra[e].nodes, rest.g.topRows<3>(), rest.volume_m3, body.hexahedra[e].material};
   }
-  const TetraRest& rest = dynamics.tetrahedra().rest(e);
-  return {body.tetrahedra[e].nodes, rest.b, rest.volume_m3, body.tetrahedra[e].material};
+  const std::uint32_t t = e - static_cast<std::uint32_t>(body.hexahedra.size());
+  const TetraRest& rest = dynamics.tetrahedra().rest(t);
+  return {body.tetrahedra[t].nodes, rest.b, rest.volume_m3, body.tetrahedra[t].material};
 }
 
 Mat3 mean_gradient(const Dynamics& dynamics, std::uint32_t e, const Eigen::Ref<const Vector>& y) {
   assert(y.size() == 3 * static_cast<Eigen::Index>(dynamics.nodes()));
-  if (dynamics.body().tetrahedra.empty()) return dynamics.hexahedra().gradient(e, y).leftCols<3>();
+  if (e < dynamics.body().hexahedra.size()) return dynamics.hexahedra().gradient(e, y).leftCols<3>();
   const ElementGradient element = element_gradient(dynamics, e);
   const auto place = [&](std::size_t i) { return y.segment<3>(3 * static_cast<Eigen::Index>(element.nodes[i])); };
   Mat3 f = Mat3::Zero();

@@ -1,5 +1,5 @@
-// A finite element of a body as its law sees it, tetrahedron or hexahedron: by one gradient F(y) = sum_i y_i b_i^T over its
-// nodes, of any field y on the nodes; b_i [1/m] the gradients of its shape functions at rest, of a hexahedron in the mean
+// A finite element of a body as its law sees it, tetrahedron, triangle or hexahedron: by one gradient F(y) = sum_i y_i b_i^T over
+// its nodes, of any field y on the nodes; b_i [1/m] the gradients of its shape functions at rest, of a hexahedron in the mean
 // (tetra_kernel.hpp, hexa_kernel.hpp). They sum to nothing.
 #pragma once
 

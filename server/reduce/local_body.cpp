@@ -10,8 +10,8 @@ std::uint32_t elements_of(const LumpedBody& body) {
 }
 
 std::span<const std::uint32_t> nodes_of(const LumpedBody& body, std::uint32_t element, std::array<std::uint32_t, 2>& room) {
-  if (!body.tetrahedra.empty()) return body.tetrahedra[element].nodes;
-  if (!body.hexahedra.empty()) return body.hexahedra[element].nodes;
+  if (element < body.hexahedra.size()) return body.hexahedra[element].nodes;
+  if (!body.tetrahedra.empty()) return body.tetrahedra[element - body.hexahedra.size()].nodes;
   room = {body.elements[element].a, body.elements[element].b};
   return room;
 }
@@ -31,18 +31,18 @@ LocalBody::LocalBody(const LumpedBody& whole, std::vector<std::uint32_t> chosen)
 }
 
 void LocalBody::add(const LumpedBody& whole, std::uint32_t element) {
-  const auto take = [&](auto& from, auto& to) {
-    for (std::uint32_t& node : to.emplace_back(from[element]).nodes) node = index(node);
+  const auto take = [&](const auto& from, auto& to) {
+    for (std::uint32_t& node : to.emplace_back(from).nodes) node = index(node);
   };
   if (!whole.is_solid()) {
     Element& e = body.elements.emplace_back(whole.elements[element]);
     e.a = index(e.a);
     e.b = index(e.b);
     assert(e.a < nodes.size() && e.b < nodes.size());
-  } else if (!whole.tetrahedra.empty()) {
-    take(whole.tetrahedra, body.tetrahedra);
+  } else if (element < whole.hexahedra.size()) {
+    take(whole.hexahedra[element], body.hexahedra);
   } else {
-    take(whole.hexahedra, body.hexahedra);
+    take(whole.tetrahedra[element - whole.hexahedra.size()], body.tetrahedra);
   }
 }
 

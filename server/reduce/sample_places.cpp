@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "server/reduce/element_gradient.hpp"
 #include "server/reduce/local_body.hpp"
 
 namespace palpate {
@@ -15,6 +16,14 @@ namespace {
 Mat3 axes_towards(const Vec3& b) {
   const Vec3 diagonal = Vec3::Constant(-1 / std::sqrt(3.0));
   return std::sqrt(3.0) / b.norm() * Eigen::Quaterniond::FromTwoVectors(diagonal, b).toRotationMatrix();
+}
+
+/// The same in the plane of a triangle, of normal n to which b belongs; the third is nothing.
+Mat3 axes_in_plane(const Vec3& b, const Vec3& n) {
+  const Vec3 along = -b / b.squaredNorm(), across = n.cross(along);
+  Mat3 axes;
+  axes << along + across, along - across, Vec3::Zero();
+  return axes;
 }
 
 }  // namespace
@@ -50,20 +59,21 @@ void SamplePlaces::take_hexahedra(const BodyState& state, const Matrix& moved, i
   if (tool >= 0) moved_.middleRows<3>(3 * kHeld) = moved.middleRows<3>(3 * static_cast<Eigen::Index>(tool)).cast<float>();
   axes_.reserve(elements_.size());
   for (std::uint32_t k = 0; k < elements_.size(); ++k) {
-    const auto& nodes = dynamics_->body().hexahedra[elements_[k]].nodes;
-    const HexaRest& rest = dynamics_->hexahedra().shape(elements_[k]).rest;
+    const ElementGradient element = element_gradient(*dynamics_, elements_[k]);
+    const auto& nodes = element.nodes;
+    const bool triangle = is_triangle(elements_[k]);
     const auto held = std::find(nodes.begin(), nodes.end(), static_cast<std::uint32_t>(tool));
     is_held_.push_back(tool >= 0 && held != nodes.end());
-    const Vec3 b = rest.g.col(is_held_.back() ? held - nodes.begin() : 0).head<3>();
-    axes_.push_back(axes_towards(b));
-    const Mat3 f = dynamics_->hexahedra().gradient(elements_[k], state.x).leftCols<3>();
-    const Eigen::Matrix<double, 3, 8> shares = axes_.back().transpose() * rest.g.topRows<3>();
-    for (Eigen::Index c = 0; c < 3; ++c) {
+    const Vec3 b = element.b.col(is_held_.back() ? held - nodes.begin() : 0);
+    axes_.push_back(triangle ? axes_in_plane(b, element.b.col(1).cross(element.b.col(2)).normalized()) : axes_towards(b));
+    const Mat3 f = mean_gradient(*dynamics_, elements_[k], state.x);
+    const Eigen::Matrix<double, 3, Eigen::Dynamic> shares = axes_.back().transpose() * element.b;
+    for (Eigen::Index c = 0; c < (triangle ? 2 : 3); ++c) {
       const Eigen::Index row = 3 * (kFirst + 3 * static_cast<Eigen::Index>(k) + c);
       at_rest_.segment<3>(row) = axes_.back().col(c);
       at_stamp_.segment<3>(row) = f * axes_.back().col(c);
       Matrix way = Matrix::Zero(3, moved.cols());
-      for (std::size_t i = 0; i < 8; ++i)
+      for (std::size_t i = 0; i < nodes.size(); ++i)
         if (!is_held_.back() || nodes[i] != static_cast<std::uint32_t>(tool))
           way += shares(c, static_cast<Eigen::Index>(i)) * moved.middleRows<3>(3 * static_cast<Eigen::Index>(nodes[i]));
       moved_.middleRows<3>(row) = way.cast<float>();
@@ -76,7 +86,7 @@ std::size_t SamplePlaces::number(std::uint32_t element) const { return at_[eleme
 std::uint32_t SamplePlaces::place(std::uint32_t element, int i) const {
   if (axes_.empty()) return dynamics_->body().tetrahedra[element].nodes[static_cast<std::size_t>(i)];
   const std::size_t k = number(element);
-  if (i == 0) return is_held_[k] ? kHeld : kStill;
+  if (i == 0 || (i == 3 && is_triangle(element))) return is_held_[k] ? kHeld : kStill;
   return kFirst + static_cast<std::uint32_t>(3 * k) + static_cast<std::uint32_t>(i) - 1;
 }
 
@@ -86,7 +96,7 @@ TetraRest SamplePlaces::rest(std::uint32_t element) const {
   Mat34 places;
   places << Vec3::Zero(), axes;
   TetraRest rest(places);
-  rest.volume_m3 = dynamics_->hexahedra().shape(element).rest.volume_m3;
+  rest.volume_m3 = element_gradient(*dynamics_, element).volume_m3;
   return rest;
 }
 
@@ -99,9 +109,11 @@ Mat3 SamplePlaces::deformation(std::uint32_t element) const {
   return f;
 }
 
-std::uint32_t SamplePlaces::material(std::uint32_t element) const {
+std::uint32_t SamplePlaces::material(std::uint32_t element) const { return element_gradient(*dynamics_, element).material; }
+
+bool SamplePlaces::is_triangle(std::uint32_t element) const {
   const LumpedBody& body = dynamics_->body();
-  return axes_.empty() ? body.tetrahedra[element].material : body.hexahedra[element].material;
+  return element >= body.hexahedra.size() && body.tetrahedra[element - body.hexahedra.size()].is_triangle();
 }
 
 }  // namespace palpate

@@ -8,7 +8,8 @@
 //
 // for any o: one that never moves, the same for all. V_c, how y_c moves with a patch's variables, is sum (b_i . d_c) V_i. Where
 // an element has the node T that a tool holds, o is x_T and d_c such that b_T . d_c = -1, so that no place but T moves with the
-// tool: y_c = sum over i != T of (b_i . d_c) x_i. Hourglass modes push as the linear patch has it, and nothing beyond that.
+// tool: y_c = sum over i != T of (b_i . d_c) x_i. A triangle of a membrane beside hexahedra has y_0, y_1, y_2 likewise, d_1 and
+// d_2 in its plane, and y_0 once more. Hourglass modes push as the linear patch has it, and nothing beyond that.
 #pragma once
 
 #include <cstdint>
@@ -38,6 +39,7 @@ class SamplePlaces {
   TetraRest rest(std::uint32_t element) const;
   Mat3 deformation(std::uint32_t element) const;
   std::uint32_t material(std::uint32_t element) const;
+  bool is_triangle(std::uint32_t element) const;
 
  private:
   static constexpr std::uint32_t kStill = 0, kHeld = 1, kFirst = 2;  // places of hexahedra

@@ -35,15 +35,16 @@ struct Stamp {
 };
 
 /// From dF to V Q, all samples side by side.
-void stresses(SolidLaw law, const Stamp& stamp, const Nine& df, Nine& q) {
+void stresses(const Stamp& stamp, const Nine& df, Nine& q) {
   for (Eigen::Index s = 0; s < kSamples; s += kTetraLane) {
     TetraLanes lanes;
     for (std::size_t i = 0; i < 9; ++i)
       lanes[i] = df.row(static_cast<Eigen::Index>(i)).segment<kTetraLane>(s).transpose().array();
     TetraTurn turned;
+    const SolidLaw law = stamp.at.law.kind;
     if (law == SolidLaw::corotational) lanes = turned_by(stamp.frame.transpose(), lanes);
-    turn(law, stamp.at, lanes, turned);
-    TetraLanes more = nonlinear_residual_stress(law, stamp.at, lanes, turned);
+    turn(stamp.at, lanes, turned);
+    TetraLanes more = nonlinear_residual_stress(stamp.at, lanes, turned);
     if (law == SolidLaw::corotational) more = turned_by(stamp.frame, more);
     for (std::size_t i = 0; i < 9; ++i) q.row(static_cast<Eigen::Index>(i)).segment<kTetraLane>(s) = more[i].matrix().transpose();
   }
@@ -72,13 +73,13 @@ class CandidateTetrahedra {
   Stamp stamp(std::uint32_t element) const {
     const Mat3 f = places_.deformation(element);
     const Lame lame = lame_of(element);
-    const Mat3 frame = frame_of(law(), f);
+    const LawParameters law = material_of(element).parameters();
+    const Mat3 frame = frame_of(law.kind, f);
     Stamp stamp{{}, frame.cast<float>()};
-    stamp.at.set(0, law(), material_of(element).shape, frame.transpose() * f, lame.mu, lame.lambda);
+    stamp.at.set(0, law, frame.transpose() * f, lame.mu, lame.lambda);
     stamp.at.spread();
     return stamp;
   }
-  SolidLaw law() const { return materials_->front().law; }
   const SolidMaterial& material_of(std::uint32_t element) const { return (*materials_)[places_.material(element)]; }
   /// Lame's parameters of small strains, times the volume [J].
   struct Lame {
@@ -87,7 +88,7 @@ class CandidateTetrahedra {
   Lame lame_of(std::uint32_t element) const {
     const SolidMaterial& m = material_of(element);
     const double mu = rest_of(element).volume_m3 * m.young_pa / (2 * (1 + m.poisson));
-    return {mu, mu * 2 * m.poisson / (1 - 2 * m.poisson)};
+    return {mu, mu * 2 * m.poisson / (m.law == SolidLaw::membrane ? 1 - m.poisson : 1 - 2 * m.poisson)};
   }
   std::uint32_t node(std::uint32_t element, int i) const { return places_.place(element, i); }
   /// H, 9 rows a tetrahedron.
@@ -115,7 +116,7 @@ class CandidateTetrahedra {
     Nine df, q;
     for (Eigen::Index k = 0; k < count; ++k) {
       for (Eigen::Index i = 0; i < 9; ++i) df.row(i) = b.force[static_cast<std::size_t>(i)].row(k);
-      stresses(law(), stamp(elements[static_cast<std::size_t>(k)]), df, q);
+      stresses(stamp(elements[static_cast<std::size_t>(k)]), df, q);
       for (Eigen::Index i = 0; i < 9; ++i) b.force[static_cast<std::size_t>(i)].row(k) = -q.row(i);
     }
     return b;
@@ -142,7 +143,7 @@ class CandidateTetrahedra {
         }
         size += b.row(i).squaredNorm() * (moved.middleRows<3>(row(e, i + 1)) - moved.middleRows<3>(row(e, 0))).squaredNorm();
       }
-      stresses(law(), stamp(e), df, q);
+      stresses(stamp(e), df, q);
       for (int i = 0; i < 3; ++i) {
         for (int r = 0; r < 3; ++r)
           pull.row(r) = b(i, 0) * q.row(3 * r) + b(i, 1) * q.row(3 * r + 1) + b(i, 2) * q.row(3 * r + 2);
@@ -159,8 +160,7 @@ class CandidateTetrahedra {
     MetNodes met;
     const auto count = static_cast<Eigen::Index>(elements.size());
     SampledTetrahedra solid;
-    solid.law = law();
-    solid.shape = static_cast<float>(materials_->front().shape);
+    solid.law = materials_->front().parameters();
     solid.nodes.resize(4, count);
     for (Eigen::VectorXf* v : {&solid.shear, &solid.dilation, &solid.damping_s}) v->resize(count);
     for (Eigen::Index k = 0; k < count; ++k) {

@@ -1,5 +1,5 @@
-// Few finite elements that bend as all of a solid do: the terms of a patch for finite elements (sampled_tetrahedra.hpp), of
-// hexahedra as tetrahedra of the same gradient (sample_places.hpp).
+// Few finite elements that bend as all of a solid and its membrane do: the terms of a patch for finite elements
+// (sampled_tetrahedra.hpp), of hexahedra as tetrahedra of the same gradient (sample_places.hpp).
 //
 // r_e(u) = -V_e H_e^T Q_e(H_e u), Q the stress beyond the linear one (nonlinear_tetrahedron.hpp), is what tetrahedron e adds to
 // the linear force on the variables (sampling.hpp); candidates are the 200 with the largest part in the samples.
@@ -15,7 +15,8 @@
 
 namespace palpate {
 
-/// `moved`: how the body moves with each variable, 3 N x n. For a solid of one law; nothing where none of it bends.
+/// `moved`: how the body moves with each variable, 3 N x n. For a solid of one law, with a membrane or without; nothing where
+/// none of it bends.
 std::optional<SampledTetrahedra> sample_tetrahedra(const WholeBody& body, const Matrix& moved, const Sampling& sampling);
 
 }  // namespace palpate

@@ -43,6 +43,7 @@ std::vector<float> nodal_field(const Dynamics& dynamics, const BodyState& state,
   const std::vector<TetraMaterial> materials(body.materials.begin(), body.materials.end());
   for (std::uint32_t e = 0; body.is_solid() && e < elements_of(body); ++e) {
     const ElementGradient element = element_gradient(dynamics, e);
+    if (materials[element.material].law == SolidLaw::membrane) continue;
     const double value = value_of(materials[element.material], mean_gradient(dynamics, e, state.x),
                                   dynamics.relaxation().relaxed_stress(state, e), field);
     for (const std::uint32_t node : element.nodes) {

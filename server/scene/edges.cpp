@@ -15,7 +15,8 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_of(const LumpedBody& 
   const auto add = [&](const auto& cells) {
     for (const auto& cell : cells)
       for (std::size_t i = 0; i < cell.nodes.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j) of_cells.insert(std::minmax(cell.nodes[i], cell.nodes[j]));
+        for (std::size_t j = 0; j < i; ++j)
+          if (cell.nodes[i] != cell.nodes[j]) of_cells.insert(std::minmax(cell.nodes[i], cell.nodes[j]));
   };
   add(body.tetrahedra);
   add(body.hexahedra);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <set>
 
 #include "common/base/error.hpp"
@@ -104,7 +105,8 @@ NamedMaterial read_material(std::string_view text, const std::string& file) {
   const std::string law = fields.text("law");
   const auto* const known = std::find(kSolidLawNames.begin(), kSolidLawNames.end(), law);
   if (known == kSolidLawNames.end())
-    fields.refuse("law", "is \"" + law + "\"", "\"corotational\", \"neo-hookean\", \"mooney-rivlin\" or \"veronda-westmann\"");
+    fields.refuse("law", "is \"" + law + "\"",
+                  "\"corotational\", \"neo-hookean\", \"mooney-rivlin\", \"veronda-westmann\" or \"ogden\"");
   out.solid.law = static_cast<SolidLaw>(known - kSolidLawNames.begin());
   out.solid.young_pa = fields.number("young_pa", kMinYoungPa, kMaxYoungPa);
   std::tie(out.young_low_pa, out.young_high_pa) = fields.range("young_range_pa", kMinYoungPa, kMaxYoungPa);
@@ -112,6 +114,13 @@ NamedMaterial read_material(std::string_view text, const std::string& file) {
     fields.refuse("young_pa", "is outside young_range_pa", "a number within it");
   out.solid.poisson = fields.number("poisson", 0, kMaxPoisson);
   if (out.solid.law == SolidLaw::mooney_rivlin) out.solid.shape = fields.number("second_share", 0, kMaxSecondShare);
+  if (out.solid.law == SolidLaw::ogden) {
+    const double exponent = fields.number("exponent", -kMaxOgdenExponent, kMaxOgdenExponent);
+    if (std::abs(exponent) < kMinOgdenExponent)
+      fields.refuse("exponent", fmt::format("is {:g}", exponent),
+                    fmt::format("at least {:g} or at most {:g}", kMinOgdenExponent, -kMinOgdenExponent));
+    out.solid.exponents = {exponent, exponent};
+  }
   if (out.solid.law == SolidLaw::veronda_westmann) out.solid.shape = fields.number("exponent", 0, kMaxExponent);
   out.solid.damping_s = fields.number("damping_s", 0, kMaxDampingS);
   out.relaxation = fields.relaxation("relaxation");

@@ -1,6 +1,7 @@
 #include "server/scene/scene.hpp"
 
 #include "common/json/json.hpp"
+#include "server/scene/capsule.hpp"
 #include "server/scene/lattice.hpp"
 #include "server/scene/ligaments.hpp"
 #include "server/scene/mesh_body.hpp"
@@ -67,6 +68,8 @@ Scene build(const SceneText& text) {
     place_tool(lattice, settings, text, scene.tool);
     scene.body = std::move(lattice.body);
   }
+  const std::optional<SolidSettings>& solid = settings.mesh ? settings.mesh->solid : settings.lattice.solid;
+  if (solid && solid->capsule) add_capsule(scene.body, *solid->capsule);
   add_ligaments(scene.body, settings.ligaments, text);
   scene.body.is_loaded = settings.is_loaded;
   return scene;

@@ -26,18 +26,27 @@ struct Element {
   double rest_length_m = 0, stiffness_n_m = 0, damping_n_s_m = 0;
 };
 
-/// An isotropic solid: Young's modulus and Poisson's ratio of small strains, and the time t by which its viscous stress is that
-/// of the rate of strain (stiffness-proportional Rayleigh damping, D = t K at rest).
+/// A solid, isotropic but for its fibres: Young's modulus and Poisson's ratio of small strains (of what is no fibre), and the
+/// time t by which its viscous stress is that of the rate of strain (stiffness-proportional Rayleigh damping, D = t K at rest).
 struct SolidMaterial {
   SolidLaw law = SolidLaw::neo_hookean;
   double young_pa = 10e3, poisson = 0.45, damping_s = 0.01;
-  double shape = 0;  ///< what the law has besides (solid_law.hpp)
+  // What the law has besides (solid_law.hpp), and what is added to it.
+  double shape = 0;
+  std::array<double, 2> exponents{};
+  Fibres fibres{};
+
+  LawParameters parameters() const { return {law, shape, exponents, fibres}; }
 };
 
-/// A linear tetrahedron: nodes 1, 2, 3 counter-clockwise seen from outside, opposite node 0 (positive volume).
+/// A linear tetrahedron: nodes 1, 2, 3 counter-clockwise seen from outside, opposite node 0 (positive volume). Or a triangle of a
+/// membrane: the last node is the first.
 struct Tetrahedron {
   std::array<std::uint32_t, 4> nodes{};
   std::uint32_t material = 0;  ///< index into LumpedBody::materials
+
+  bool is_triangle() const { return nodes[3] == nodes[0]; }
+  std::size_t corners() const { return is_triangle() ? 3 : 4; }
 };
 
 /// A hexahedron of eight nodes with one mean gradient and hourglass stiffness (server/body/hexa_kernel.hpp): bit a of a node's
@@ -59,10 +68,10 @@ struct LumpedBody {
   std::vector<double> masses_kg;
   std::vector<std::uint8_t> fixed;
   std::vector<Element> elements;
-  std::vector<Tetrahedron> tetrahedra;
-  std::vector<Hexahedron> hexahedra;     ///< never beside tetrahedra
-  std::vector<SolidMaterial> materials;  ///< of fast motions
-  std::vector<PronyBranch> relaxation;   ///< of all of them (server/body/relaxation.hpp)
+  std::vector<Tetrahedron> tetrahedra;   ///< those that are triangles last
+  std::vector<Hexahedron> hexahedra;     ///< never beside tetrahedra that have a volume
+  std::vector<SolidMaterial> materials;  ///< of fast motions; of a membrane young_pa is by its thickness [N/m]
+  std::vector<PronyBranch> relaxation;   ///< of all that have a volume (server/body/relaxation.hpp)
   double mass_damping_1_s = 0;      ///< of finite elements: a force -c m v on every node (mass-proportional Rayleigh damping)
   std::vector<Triangle> triangles;  ///< closed outer surface over nodes, outward counter-clockwise; empty for planar bodies
   SpringLaw law = SpringLaw::linear;

@@ -19,11 +19,17 @@ struct Json;
 inline constexpr SolidElement kUsualElement = SolidElement::hexahedron;
 
 /// What a body of finite elements is made of.
+/// A membrane on the surface of a solid.
+struct CapsuleSettings {
+  double young_pa = 0, thickness_m = 0, poisson = 0, damping_s = 0;
+};
+
 struct SolidSettings {
   SolidElement element = kUsualElement;
   SolidMaterial material;
   double mass_damping_1_s = 0;
   std::vector<PronyBranch> relaxation = {};  ///< shares of the stress of fast motions; `material` is of slow ones
+  std::optional<CapsuleSettings> capsule = {};
 };
 
 /// Springs that together resist as an isotropic solid does (cauchy_lattice.hpp), in the place of one stiffness for all.
@@ -123,7 +129,8 @@ inline constexpr double kMaxCoordinateM = 5;  ///< every node stays well inside 
 inline constexpr std::array<const char*, 6> kFaceNames = {"x-", "x+", "y-", "y+", "z-", "z+"};
 inline constexpr std::array<const char*, 3> kSpringLawNames = {"linear", "stiffening", "thigh-skin"};
 inline constexpr std::array<const char*, 4> kIntegratorNames = {"automatic", "tr-bdf2", "explicit", "stabilised"};
-inline constexpr std::array<const char*, 4> kSolidLawNames = {"corotational", "neo-hookean", "mooney-rivlin", "veronda-westmann"};
+inline constexpr std::array<const char*, 5> kSolidLawNames = {"corotational", "neo-hookean", "mooney-rivlin", "veronda-westmann",
+                                                              "ogden"};
 inline constexpr std::array<const char*, 2> kSolidElementNames = {"hexahedron", "tetrahedron"};
 inline constexpr std::array<const char*, 2> kGivenShapeNames = {"stress-free", "loaded"};
 inline constexpr std::array<const char*, 2> kContactNames = {"attach", "touch"};

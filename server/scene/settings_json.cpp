@@ -48,14 +48,39 @@ void add_material(Json& out, const SolidMaterial& material) {
   out.add("damping_s", Json::number(material.damping_s));
 }
 
+void add_shape(Json& out, const SolidMaterial& material) {
+  const SolidLaw law = material.law;
+  if (law == SolidLaw::ogden) {
+    Json& exponents = out.add("exponents", Json::array());
+    for (const double exponent : material.exponents) exponents.items.push_back(Json::number(exponent));
+  }
+  if (law == SolidLaw::mooney_rivlin || law == SolidLaw::ogden) out.add("second_share", Json::number(material.shape));
+  if (law == SolidLaw::veronda_westmann) out.add("exponent", Json::number(material.shape));
+  const Fibres& fibres = material.fibres;
+  if (fibres.share == 0) return;
+  Json item = Json::object();
+  Json& direction = item.add("direction", Json::array());
+  for (const double axis : fibres.direction) direction.items.push_back(Json::number(axis));
+  item.add("stiffness_ratio", Json::number(fibres.share));
+  item.add("exponent", Json::number(fibres.exponent));
+  out.add("fibres", std::move(item));
+}
+
 Json to_json(const SolidSettings& solid) {
   Json out = Json::object();
   out.add("element", Json::string(kSolidElementNames[static_cast<std::size_t>(solid.element)]));
   out.add("law", Json::string(kSolidLawNames[static_cast<std::size_t>(solid.material.law)]));
   add_material(out, solid.material);
-  if (solid.material.law == SolidLaw::mooney_rivlin) out.add("second_share", Json::number(solid.material.shape));
-  if (solid.material.law == SolidLaw::veronda_westmann) out.add("exponent", Json::number(solid.material.shape));
+  add_shape(out, solid.material);
   out.add("mass_damping_1_s", Json::number(solid.mass_damping_1_s));
+  if (solid.capsule) {
+    Json capsule = Json::object();
+    capsule.add("young_pa", Json::number(solid.capsule->young_pa));
+    capsule.add("thickness_m", Json::number(solid.capsule->thickness_m));
+    capsule.add("poisson", Json::number(solid.capsule->poisson));
+    capsule.add("damping_s", Json::number(solid.capsule->damping_s));
+    out.add("capsule", std::move(capsule));
+  }
   Json& branches = out.add("relaxation", Json::array());
   for (const PronyBranch& branch : solid.relaxation) {
     Json item = Json::object();

@@ -1,6 +1,9 @@
 // Finite elements: what they are made of, and bodies that come as a mesh of them.
 #include <fmt/format.h>
 
+#include <cmath>
+
+#include "common/port/ogden.hpp"
 #include "server/scene/settings_fields.hpp"
 
 namespace palpate {
@@ -15,23 +18,70 @@ void take_numbers(const SceneText& text, const std::string& path, const SolidFie
   if (fields.damping_s) out.damping_s = required(text, path + ".damping_s", fields.damping_s, 0, kMaxDampingS, "s");
 }
 
+/// Of Ogden's law: one exponent, or two and the share of the second.
+void take_exponents(const SceneText& text, const std::string& path, const std::vector<double>& in, SolidMaterial& out) {
+  const std::string where = path + ".exponents";
+  if (in.empty() || in.size() > out.exponents.size()) text.refuse(where, "one number or two");
+  for (std::size_t p = 0; p < in.size(); ++p) {
+    if (!(std::abs(in[p]) >= kMinOgdenExponent && std::abs(in[p]) <= kMaxOgdenExponent))
+      text.refuse(at(where, p), fmt::format("{} is {:g}", at(where, p), in[p]),
+                  fmt::format("{:g} to {:g} or {:g} to {:g}", -kMaxOgdenExponent, -kMinOgdenExponent, kMinOgdenExponent,
+                              kMaxOgdenExponent));
+    out.exponents[p] = in[p];
+  }
+  if (in.size() == 1) out.exponents[1] = in[0];
+}
+
 /// What a law has besides its moduli: from the scene, else from the material if that is of this law.
 void take_shape(const SceneText& text, const std::string& path, const schema::SolidT& in, SolidMaterial& out) {
-  struct Field {
-    const char* name;
-    SolidLaw law;
-    const flatbuffers::Optional<double>& value;
-    double most;
-  };
   const bool named = !in.material.empty() && find_material(in.material)->solid.law == out.law;
-  if (!named) out.shape = 0;
-  for (const Field& field : {Field{"second_share", SolidLaw::mooney_rivlin, in.second_share, kMaxSecondShare},
-                             Field{"exponent", SolidLaw::veronda_westmann, in.exponent, kMaxExponent}}) {
-    const std::string where = path + "." + field.name;
-    const std::string law = kSolidLawNames[static_cast<std::size_t>(field.law)];
-    if (field.value && out.law != field.law) text.refuse(where, where + " is given", "it with \"law\": \"" + law + "\" alone");
-    if (out.law == field.law && (field.value || !named)) out.shape = required(text, where, field.value, 0, field.most, "");
+  if (!named) out.shape = 0, out.exponents = {};
+  const bool exponents = text.has(path + ".exponents"), of_ogden = out.law == SolidLaw::ogden;
+  const bool of_mooney = out.law == SolidLaw::mooney_rivlin, of_veronda = out.law == SolidLaw::veronda_westmann;
+  const auto only_with = [&](const char* field, bool given, bool fits, const char* expected) {
+    const std::string where = path + "." + field;
+    if (given && !fits) text.refuse(where, where + " is given", expected);
+  };
+  only_with("exponents", exponents, of_ogden, "it with \"law\": \"ogden\" alone");
+  only_with("exponent", in.exponent.has_value(), of_veronda, "it with \"law\": \"veronda-westmann\" alone");
+  only_with("second_share", in.second_share.has_value(), of_mooney || (of_ogden && (!exponents || in.exponents.size() == 2)),
+            "it with \"law\": \"mooney-rivlin\", or with two exponents of \"ogden\"");
+  if (of_ogden && (exponents || !named)) {
+    take_exponents(text, path, in.exponents, out);
+    out.shape = 0;
   }
+  const bool two = of_mooney ? !named : of_ogden && exponents && in.exponents.size() == 2;
+  if (in.second_share || two) out.shape = required(text, path + ".second_share", in.second_share, 0, kMaxSecondShare, "");
+  if (of_veronda && (in.exponent || !named)) out.shape = required(text, path + ".exponent", in.exponent, 0, kMaxExponent, "");
+  const double mu = out.young_pa / (2 * (1 + out.poisson)), lambda = 2 * mu * out.poisson / (1 - 2 * out.poisson);
+  if (of_ogden && !(lambda + OgdenLaw(out.parameters()).sum * mu > 0))
+    text.refuse(path + ".poisson",
+                fmt::format("{}.poisson is {:g}, at which these exponents have a volume without an end", path, out.poisson),
+                "a larger one, or exponents above 0");
+}
+
+void take_fibres(const SceneText& text, const std::string& path, const schema::FibresT& in, Fibres& out) {
+  const Vec3 direction = vector(text, path + ".direction", in.direction, -1e6, 1e6, "of a direction", Vec3::Zero());
+  const double length = direction.norm();
+  if (!(length > 0)) text.refuse(path + ".direction", "three numbers, not all 0");
+  constexpr double kUnit = 1e-12;
+  const Vec3 unit = std::abs(length - 1) < kUnit ? direction : Vec3(direction / length);
+  out.direction = {unit.x(), unit.y(), unit.z()};
+  out.share = required(text, path + ".stiffness_ratio", in.stiffness_ratio, 0, kMaxFibreShare, "");
+  text.in_range(path + ".exponent", in.exponent, 0, kMaxExponent, "");
+  out.exponent = in.exponent;
+}
+
+CapsuleSettings read_capsule(const SceneText& text, const std::string& path, const schema::CapsuleT& in) {
+  constexpr double kMinThicknessM = 1e-6, kMaxThicknessM = 0.01, kMostPoisson = 0.5;
+  CapsuleSettings out;
+  out.young_pa = required(text, path + ".young_pa", in.young_pa, kMinYoungPa, kMaxYoungPa, "Pa");
+  out.thickness_m = required(text, path + ".thickness_m", in.thickness_m, kMinThicknessM, kMaxThicknessM, "m");
+  text.in_range(path + ".poisson", in.poisson, 0, kMostPoisson, "");
+  text.in_range(path + ".damping_s", in.damping_s, 0, kMaxDampingS, "s");
+  out.poisson = in.poisson;
+  out.damping_s = in.damping_s;
+  return out;
 }
 
 /// From the scene, else from the material.
@@ -71,7 +121,8 @@ double read_density(const SceneText& text, const std::string& path, double usual
 SolidMaterial read_part(const SceneText& text, const std::string& path, const SolidMaterial& whole, const SolidFields& fields) {
   if (fields.empty()) text.refuse(path, path + " changes nothing", "material, young_pa, poisson or damping_s");
   SolidMaterial out = fields.material.empty() ? whole : named_material(text, path + ".material", fields.material).solid;
-  if (out.law != whole.law || out.shape != whole.shape)
+  out.fibres = whole.fibres;
+  if (out.parameters() != whole.parameters())
     text.refuse(path + ".material", path + ".material is of another law than the body", "one law for all of a body");
   take_numbers(text, path, fields, out);
   return out;
@@ -87,9 +138,11 @@ SolidSettings read_solid(const SceneText& text, const std::string& path, const s
       static_cast<SolidLaw>(choice(text, path + ".law", in.law, kSolidLawNames, static_cast<std::size_t>(out.material.law)));
   take_numbers(text, path, {in.material, in.young_pa, in.poisson, in.damping_s}, out.material);
   take_shape(text, path, in, out.material);
+  if (in.fibres) take_fibres(text, path + ".fibres", *in.fibres, out.material.fibres);
   text.in_range(path + ".mass_damping_1_s", in.mass_damping_1_s, 0, kMaxMassDamping, "1/s");
   out.mass_damping_1_s = in.mass_damping_1_s;
   out.relaxation = read_relaxation(text, path + ".relaxation", in);
+  if (in.capsule) out.capsule = read_capsule(text, path + ".capsule", *in.capsule);
   return out;
 }
 

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
+#include "server/scene/capsule.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -27,8 +28,15 @@ LumpedBody solid_of(SolidLaw law) {
   return body;
 }
 
-/// Springs of every law, finite elements of every law, and both in one body.
+/// Springs of every law, finite elements, and both in one body; tetrahedra and hexahedra in a capsule.
 LumpedBody any_body(int which) {
+  if (which >= 6) {
+    LumpedBody body = which == 6 ? solid_of(SolidLaw::neo_hookean) : hexa_box(3, 3, 3, {SolidLaw::neo_hookean, 8e3, 0.4, 0.01});
+    body.mass_damping_1_s = 3;
+    body.gravity_m_s2 = {0, 1, -9.81};
+    add_capsule(body, {1e6, 2e-4, 0.3, 0.02});
+    return body;
+  }
   if (which < 3)
     return body_of(std::array{SpringLaw::linear, SpringLaw::stiffening, SpringLaw::thigh_skin}[static_cast<std::size_t>(which)]);
   LumpedBody body = solid_of(which == 3 ? SolidLaw::corotational : SolidLaw::neo_hookean);
@@ -58,7 +66,7 @@ LumpedBody sheet() {
 }  // namespace
 
 TEST_CASE("Stiffness and damping of a body are the derivatives of its forces") {
-  const LumpedBody body = any_body(GENERATE(range(0, 6)));
+  const LumpedBody body = any_body(GENERATE(range(0, 8)));
   const Dynamics dynamics(body);
   const BodyState s = random_state(dynamics, 3, 0.006, 0.3);
   Random random(4);
@@ -80,7 +88,7 @@ TEST_CASE("Stiffness and damping of a body are the derivatives of its forces") {
 }
 
 TEST_CASE("The assembled matrix is the sum of its parts, with identity rows and columns for held nodes") {
-  const LumpedBody body = GENERATE(body_of(SpringLaw::stiffening), sheet(), any_body(3), any_body(5));
+  const LumpedBody body = GENERATE(body_of(SpringLaw::stiffening), sheet(), any_body(3), any_body(5), any_body(6), any_body(7));
   const Dynamics dynamics(body);
   const BodyState s = random_state(dynamics, 5, 0.004, 0.3);
   const auto n = s.x.size();
@@ -118,7 +126,7 @@ TEST_CASE("A planar body has no stiffness and no damping across its plane") {
 }
 
 TEST_CASE("Internal forces have no sum and no moment, and a node's element force is its share") {
-  LumpedBody body = any_body(GENERATE(2, 3, 4, 5));
+  LumpedBody body = any_body(GENERATE(range(2, 8)));
   body.mass_damping_1_s = 0;
   const Dynamics dynamics(body);
   const BodyState s = random_state(dynamics, 9, 0.006, 0.3);

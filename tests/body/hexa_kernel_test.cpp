@@ -49,11 +49,10 @@ std::vector<Mat38> shapes_of(const Mat38& rest) {
   return all;
 }
 
-const std::vector<SolidMaterial> kMaterials{{SolidLaw::neo_hookean, 5e3, 0.3, 0.02},
-                                            {SolidLaw::neo_hookean, 5e3, 0.499, 0.02},
-                                            {SolidLaw::corotational, 5e3, 0.45, 0.02},
-                                            {SolidLaw::mooney_rivlin, 5e3, 0.45, 0.02, 0.4},
-                                            {SolidLaw::veronda_westmann, 5e3, 0.45, 0.02, 2}};
+const std::vector<SolidMaterial> kMaterials{
+    {SolidLaw::neo_hookean, 5e3, 0.3, 0.02},          {SolidLaw::neo_hookean, 5e3, 0.499, 0.02},
+    {SolidLaw::corotational, 5e3, 0.45, 0.02},        {SolidLaw::mooney_rivlin, 5e3, 0.45, 0.02, 0.4},
+    {SolidLaw::veronda_westmann, 5e3, 0.45, 0.02, 2}, {SolidLaw::ogden, 5e3, 0.45, 0.02, 0.3, {5, -4}, {{0.6, 0, 0.8}, 3, 2}}};
 
 struct OneHexa {
   OneHexa(const SolidMaterial& solid, const Mat38& at) : material(solid), rest(at), modes(solid, rest) {}

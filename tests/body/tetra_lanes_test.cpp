@@ -52,6 +52,8 @@ std::vector<TetraMaterial> lane_materials() {
     for (const double damping_s : {0.0, 0.02}) all.emplace_back(SolidMaterial{law, 5e3, 0.4, damping_s});
   all.emplace_back(SolidMaterial{SolidLaw::mooney_rivlin, 5e3, 0.4, 0.02, 0.4});
   all.emplace_back(SolidMaterial{SolidLaw::veronda_westmann, 5e3, 0.4, 0.02, 2});
+  all.emplace_back(SolidMaterial{SolidLaw::ogden, 5e3, 0.4, 0.02, 0.3, {5, -4}});
+  all.emplace_back(SolidMaterial{SolidLaw::neo_hookean, 5e3, 0.4, 0.02, 0, {}, {{0.6, 0, 0.8}, 3, 2}});
   return all;
 }
 

@@ -16,6 +16,7 @@ namespace {
 using Mat3d = Eigen::Matrix3d;
 
 constexpr double kMu = 3, kLambda = 7;
+const LawParameters kCorotational{SolidLaw::corotational, 0, {}, {}};
 
 /// By a singular value decomposition.
 Mat3d rotation_next_to(const Mat3d& f) {
@@ -77,13 +78,13 @@ void push(const std::function<Mat3d(Draw&, int lane, const Mat3d& f)>& next, con
       f.push_back(draw.stretched(1.2, 1, 0.7));
       df.push_back(next(draw, l, f.back()) - f.back());
       frame.push_back(frame_of(SolidLaw::corotational, f.back()));
-      at.set(l, SolidLaw::corotational, 0, frame.back().transpose() * f.back(), kMu, kLambda);
+      at.set(l, kCorotational, frame.back().transpose() * f.back(), kMu, kLambda);
       df_there.push_back(frame.back().transpose() * df.back());
     }
     const TetraLanes moved = in_all_lanes(df_there);
     TetraTurn turned;
-    turn(SolidLaw::corotational, at, moved, turned);
-    const TetraLanes q = nonlinear_residual_stress(SolidLaw::corotational, at, moved, turned);
+    turn(at, moved, turned);
+    const TetraLanes q = nonlinear_residual_stress(at, moved, turned);
     for (std::size_t l = 0; l < kTetraLane; ++l) {
       const Mat3d exact = nonlinear_residual(f[l], df[l]);
       right((frame[l] * as_matrix(q, l) - exact).norm(), exact.norm());
@@ -122,7 +123,7 @@ TEST_CASE("a tetrahedron that turns from tick to tick has its rotation in the en
   for (int l = 0; l < kTetraLane; ++l) {
     stamp.push_back(draw.stretched(1.2, 1, 0.7));
     frame.push_back(frame_of(SolidLaw::corotational, stamp.back()));
-    at.set(l, SolidLaw::corotational, 0, frame.back().transpose() * stamp.back(), kMu, kLambda);
+    at.set(l, kCorotational, frame.back().transpose() * stamp.back(), kMu, kLambda);
     left.push_back(draw.rotation());
     right.push_back(draw.rotation());
     axis.push_back(draw.rotation());
@@ -141,7 +142,7 @@ TEST_CASE("a tetrahedron that turns from tick to tick has its rotation in the en
       df.push_back(frame[l].transpose() * (turn * left[l] * stretch.asDiagonal() * right[l] - stamp[l]));
     }
     const TetraLanes moved = in_all_lanes(df);
-    turn(SolidLaw::corotational, at, moved, turned);
+    turn(at, moved, turned);
     for (std::size_t l = 0; l < kTetraLane; ++l) {
       const Mat3d r = Mat3d::Identity() + as_matrix(turned.d, l);
       worst = std::max(worst, (r - rotation_next_to(frame[l].transpose() * stamp[l] + df[l])).norm());

@@ -3,6 +3,7 @@
 #include "common/port/sampled_tetrahedra.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
@@ -25,7 +26,8 @@ struct TetraCase {
   std::mt19937 random{7};
 
   explicit TetraCase(SolidLaw law = SolidLaw::neo_hookean, double young_pa = 2e4) {
-    solid.law = law;
+    solid.law.kind = law;
+    if (law == SolidLaw::ogden) solid.law = {law, 0.3, {5, -4}, {{0.6, 0, 0.8}, 2, 1}};
     const auto some = [&](Eigen::Index rows, Eigen::Index cols) {
       return Eigen::MatrixXf(Eigen::MatrixXf::NullaryExpr(rows, cols, [&] { return draw(); }));
     };
@@ -80,9 +82,29 @@ struct TetraCase {
       moved.col(i) = of_nodes.segment<3>(3 * solid.nodes(i + 1, e)) - of_nodes.segment<3>(3 * solid.nodes(0, e));
     const double shear = solid.shear[e], dilation = solid.dilation[e];
     const Eigen::Matrix3d f = x * rest.inverse(), df = moved * rest.inverse();
-    if (solid.law == SolidLaw::corotational) return {f, df, shear, dilation, 0};
+    if (solid.law.kind != SolidLaw::neo_hookean) return {f, df, shear, dilation, 0};
     const double mu = 4.0 / 3 * shear, lambda = dilation + 5.0 / 6 * shear;
     return {f, df, mu, lambda, 1 + 0.75 * mu / lambda};
+  }
+  /// 2/a (l^a - 1), continued from where x^(a/2 - 1) of x = l^2 is not followed any further along its tangent.
+  static double ogden_power(double l, double a) {
+    const double b = a / 2 - 1, x = l * l, low = b < 0 ? std::max(0.04, std::exp(4 / b)) : 0.04,
+                 high = b > 0 ? std::exp(4 / b) : 1e6, edge = std::clamp(x, low, high), beyond = x - edge;
+    return 2 / a * (std::pow(edge, a / 2) - 1) + std::pow(edge, b) * beyond * (1 + b / edge * beyond / 2);
+  }
+  double ogden_and_fibres(const Eigen::Matrix3d& f, double mu, double lambda) const {
+    const Eigen::Vector3d l = Eigen::JacobiSVD<Eigen::Matrix3d>(f).singularValues();
+    const double shares[] = {1 - solid.law.shape, solid.law.shape}, j = f.determinant() - 1;
+    double sum = 0, volume = lambda;
+    for (std::size_t p = 0; p < 2; ++p) {
+      const double a = solid.law.exponents[p], mu_p = 2 * mu * shares[p] / a;
+      sum -= mu_p * j;
+      for (const double stretch : l) sum += mu_p / 2 * ogden_power(stretch, a);
+      volume += mu_p;
+    }
+    const Eigen::Map<const Eigen::Vector3d> direction(solid.law.fibres.direction.data());
+    const double e = (f * direction).squaredNorm() - 1, k = solid.law.fibres.share * mu, b = solid.law.fibres.exponent;
+    return sum + 0.5 * volume * j * j + 0.5 * k * (e > 0 ? growth_integral(b * e * e) / b : e * e);
   }
   /// The energy beyond second order, by the law itself and differences of it; nothing is bounded.
   double expected_energy(const Eigen::VectorXd& u) const {
@@ -91,13 +113,14 @@ struct TetraCase {
       const OneTetra one = at(e, u);
       const auto psi = [&](double part) {
         const Eigen::Matrix3d f = one.f + part * one.df;
-        if (solid.law == SolidLaw::corotational) {
+        if (solid.law.kind == SolidLaw::corotational) {
           const Eigen::JacobiSVD<Eigen::Matrix3d> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
           REQUIRE(f.determinant() > 0);
           const Eigen::Matrix3d r = svd.matrixU() * svd.matrixV().transpose();
           const double c = r.cwiseProduct(f).sum() - 3;
           return one.mu * (f - r).squaredNorm() + 0.5 * one.lambda * c * c;
         }
+        if (solid.law.kind == SolidLaw::ogden) return ogden_and_fibres(f, one.mu, one.lambda);
         const double i = f.squaredNorm(), j = f.determinant() - one.alpha;
         return 0.5 * one.mu * (i - 3 - std::log((i + 1) / 4)) + 0.5 * one.lambda * j * j;
       };
@@ -111,7 +134,7 @@ struct TetraCase {
 }  // namespace
 
 TEST_CASE("the energy of sampled tetrahedra is that of their law beyond its second order") {
-  TetraCase c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
+  TetraCase c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational, SolidLaw::ogden));
   SampledSolidForce force = c.compiled(true);
   REQUIRE_FALSE(force.empty());
   for (int k = 0; k < 20; ++k) {
@@ -122,7 +145,7 @@ TEST_CASE("the energy of sampled tetrahedra is that of their law beyond its seco
 }
 
 TEST_CASE("forces of sampled tetrahedra are the gradient of their energy, where elements are inside out or bent no further too") {
-  TetraCase c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
+  TetraCase c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational, SolidLaw::ogden));
   SampledSolidForce force = c.compiled(true);
   REQUIRE_FALSE(force.empty());
   for (const float far : {0.004F, 0.02F, 0.1F})
@@ -141,7 +164,7 @@ TEST_CASE("forces of sampled tetrahedra are the gradient of their energy, where 
 }
 
 TEST_CASE("at the stamp sampled tetrahedra pull, hold and brake with nothing") {
-  TetraCase c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
+  TetraCase c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational, SolidLaw::ogden));
   SampledSolidForce force = c.compiled(true);
   SampledSolidForce::Values g(kTetraVariables), twice(kTetraVariables), change(kTetraVariables), at_stamp(kTetraVariables);
   const SampledSolidForce::Values zero = SampledSolidForce::Values::Zero(kTetraVariables), u = c.displacement(1e-4F);
@@ -184,7 +207,7 @@ TEST_CASE("dampers of sampled tetrahedra that have turned brake by Green's rate 
 }
 
 TEST_CASE("what dampers of sampled tetrahedra brake more is a matrix, once all of them have been asked") {
-  TetraCase c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
+  TetraCase c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational, SolidLaw::ogden));
   SampledSolidForce force = c.compiled(true);
   const SampledSolidForce::Values u = c.displacement(0.004F), rate = c.displacement(1);
   SampledSolidForce::Values more(kTetraVariables), at_stamp(kTetraVariables);
@@ -220,7 +243,7 @@ TEST_CASE("what dampers of sampled tetrahedra brake more is a matrix, once all o
 TEST_CASE(
     "however far it goes, sampled tetrahedra push with no more than the linear patch soon outgrows, and with nothing that is not "
     "finite") {
-  TetraCase c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
+  TetraCase c(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational, SolidLaw::ogden));
   SampledSolidForce force = c.compiled(true);
   const SampledSolidForce::Values way = c.displacement(1);
   SampledSolidForce::Values near(kTetraVariables), far(kTetraVariables);
@@ -234,7 +257,7 @@ TEST_CASE(
 }
 
 TEST_CASE("a solid too stiff for a step has as much mass as the step takes, and is not taken without") {
-  const SolidLaw law = GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational);
+  const SolidLaw law = GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational, SolidLaw::ogden);
   TetraCase soft(law, 100), stiff(law, 1e8);
   CHECK_FALSE(soft.compiled(false, 1e-4).empty());
   CHECK(soft.compiled(true, 1e-4).added_mass().size() == 0);

@@ -201,11 +201,54 @@ TEST_CASE("What a law has besides its moduli is asked for, and refused with anot
   CHECK(error(R"("law": "veronda-westmann", "exponent": 51)").find("exponent") != std::string::npos);
   CHECK(error(R"("law": "neo-hookean", "exponent": 2)").find("\"veronda-westmann\" alone") != std::string::npos);
   CHECK(error(R"("law": "veronda-westmann", "exponent": 2, "second_share": 0.1)").find("second_share") != std::string::npos);
+  CHECK(error(R"("law": "ogden")").find("exponents") != std::string::npos);
+  CHECK(error(R"("law": "ogden", "exponents": [2, 0.5], "second_share": 0.1)").find("exponents[1] is 0.5") != std::string::npos);
+  CHECK(error(R"("law": "ogden", "exponents": [2, 3])").find("second_share") != std::string::npos);
+  CHECK(error(R"("law": "ogden", "exponents": [2], "second_share": 0.1)").find("two exponents") != std::string::npos);
+  CHECK(error(R"("law": "neo-hookean", "exponents": [2])").find("\"ogden\" alone") != std::string::npos);
   const auto body = load_scene(folder.write("a.json", with(R"("law": "veronda-westmann", "exponent": 2.5)"))).body;
   for (const SolidMaterial& m : body.materials) {
     CHECK(m.law == SolidLaw::veronda_westmann);
     CHECK(m.shape == 2.5);
   }
+}
+
+TEST_CASE("Ogden's law and fibres are read, the direction as a unit vector, and fibres that point nowhere are refused",
+          "[scene][solid]") {
+  const Folder folder;
+  const auto with = [&](const std::string& fields) { return replaced(kBlock, "\"law\": \"corotational\"", fields); };
+  const auto error = [&](const std::string& fields) { return error_of(folder, with(fields)); };
+  const auto body = load_scene(folder.write("o.json", with(R"("law": "ogden", "exponents": [4, -3], "second_share": 0.25,
+      "fibres": {"direction": [0, 3, 4], "stiffness_ratio": 2, "exponent": 1.5})")))
+                        .body;
+  for (const SolidMaterial& m : body.materials)
+    CHECK(m.parameters() == LawParameters{SolidLaw::ogden, 0.25, {4, -3}, {{0, 0.6, 0.8}, 2, 1.5}});
+  const auto one = load_scene(folder.write("p.json", with(R"("law": "ogden", "exponents": [-4.7])"))).body;
+  CHECK(one.materials.front().parameters() == LawParameters{SolidLaw::ogden, 0, {-4.7, -4.7}, {}});
+  CHECK(error(R"("law": "neo-hookean", "fibres": {"direction": [0, 0, 0], "stiffness_ratio": 1})").find("direction") !=
+        std::string::npos);
+  CHECK(error(R"("law": "neo-hookean", "fibres": {"direction": [1, 0, 0]})").find("stiffness_ratio") != std::string::npos);
+}
+
+TEST_CASE("A capsule puts a membrane on every triangle of the surface that is not held, its stiffness by its thickness",
+          "[scene][solid]") {
+  const Folder folder;
+  const auto with = [&](const std::string& fields) {
+    return replaced(kBlock, "\"law\": \"corotational\"", "\"law\": \"corotational\", \"capsule\": {" + fields + "}");
+  };
+  const auto bare = load_scene(folder.write("b.json", kBlock)).body;
+  const auto body = load_scene(folder.write("c.json", with(R"("young_pa": 1e6, "thickness_m": 1e-4)"))).body;
+  CHECK(body.masses_kg == bare.masses_kg);
+  CHECK(body.materials.size() == bare.materials.size() + 1);
+  CHECK(body.materials.back().law == SolidLaw::membrane);
+  CHECK(body.materials.back().young_pa == Approx(100));
+  std::size_t held = 0;
+  for (const Triangle& t : body.triangles) held += body.fixed[t[0]] && body.fixed[t[1]] && body.fixed[t[2]];
+  CHECK(held > 0);
+  CHECK(body.tetrahedra.size() == bare.tetrahedra.size() + body.triangles.size() - held);
+  CHECK(body.tetrahedra.back().is_triangle());
+  CHECK(error_of(folder, with(R"("young_pa": 1e6)")).find("capsule.thickness_m") != std::string::npos);
+  CHECK(error_of(folder, with(R"("young_pa": 1e6, "thickness_m": 0.1)")).find("capsule.thickness_m") != std::string::npos);
 }
 
 TEST_CASE("Stress that fades is read branch by branch, and makes of the material of slow motions that of fast ones",

@@ -135,8 +135,11 @@ inline NonlinearTerms solid_terms(int r, bool grasp, int count, int nodes) {
   const int n = r + (grasp ? 3 : 0);
   terms.variables = n;
   terms.grasp = grasp;
-  terms.solid.law = grasp ? SolidLaw::corotational : SolidLaw::veronda_westmann;
-  if (terms.solid.law == SolidLaw::veronda_westmann) terms.solid.shape = 2.5F;
+  terms.solid.law.kind = grasp ? SolidLaw::corotational : SolidLaw::veronda_westmann;
+  if (!grasp) {
+    terms.solid.law.shape = 2.5;
+    terms.solid.law.fibres = {{0, 0.6F, 0.8F}, 0.75, 2};
+  }
   terms.solid.motion = rounded(some(3 * nodes, r, 4), grasp ? nodes / 2 : -1);
   // Along a helix any four that follow one another span a volume, all the same way round.
   terms.solid.rest.resize(3, nodes);

@@ -101,8 +101,13 @@ TEST_CASE("terms that are tetrahedra arrive, how nodes move to the last bit, and
     CHECK(got->grasp == grasp);
     CHECK(got->springs.count() == 0);
     CHECK(got->solid.motion.rows(tool) == sent.solid.motion.rows(tool));
-    CHECK(got->solid.law == sent.solid.law);
-    CHECK(got->solid.shape == sent.solid.shape);
+    const LawParameters &law = got->solid.law, &sent_law = sent.solid.law;
+    CHECK(law.kind == sent_law.kind);
+    CHECK(law.shape == Approx(sent_law.shape));
+    for (std::size_t p = 0; p < 2; ++p) CHECK(law.exponents[p] == Approx(sent_law.exponents[p]).epsilon(5e-4));
+    for (std::size_t a = 0; a < 3; ++a) CHECK(law.fibres.direction[a] == Approx(sent_law.fibres.direction[a]).margin(5e-4));
+    CHECK(law.fibres.share == Approx(sent_law.fibres.share).epsilon(5e-4));
+    CHECK(law.fibres.exponent == Approx(sent_law.fibres.exponent).epsilon(5e-4));
     CHECK(got->solid.nodes == sent.solid.nodes);
     for (const auto place : {&SampledTetrahedra::position, &SampledTetrahedra::rest}) {
       const Eigen::Matrix3Xf &there = got->solid.*place, &here = sent.solid.*place;

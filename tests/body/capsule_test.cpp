@@ -1,0 +1,109 @@
+// A membrane on a solid: closed forms of its law, and what it does to a body.
+#include "server/scene/capsule.hpp"
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "common/port/nonlinear_tetrahedron.hpp"
+#include "server/body/dynamics.hpp"
+#include "tests/support/bodies.hpp"
+
+using namespace palpate;
+
+namespace {
+
+constexpr CapsuleSettings kCapsule{2e6, 1e-4, 0.3, 0.01};
+constexpr double kYoungN_M = 2e6 * 1e-4;
+
+TetraMaterial membrane() {
+  SolidMaterial m;
+  m.law = SolidLaw::membrane, m.young_pa = kYoungN_M, m.poisson = kCapsule.poisson, m.damping_s = 0;
+  return TetraMaterial(m);
+}
+
+/// A deformation gradient of a triangle in the plane of two unit vectors.
+Mat3 in_plane(const Mat3& turned, double along, double across, double shear) {
+  Mat3 f = Mat3::Zero();
+  f.col(0) = along * turned.col(0);
+  f.col(1) = across * turned.col(1) + shear * turned.col(0);
+  return f;
+}
+
+}  // namespace
+
+TEST_CASE("a membrane pulled along one direction has the traction of St. Venant's and Kirchhoff's law in plane stress",
+          "[body][membrane]") {
+  const TetraMaterial m = membrane();
+  const Mat3 turned = Eigen::AngleAxisd(0.8, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  for (const double l : {0.8, 1.0, 1.2, 1.6}) {
+    // Its sides are free: E_22 = -nu E_11, S_11 = E h E_11.
+    const double e = (l * l - 1) / 2, across = std::sqrt(1 - 2 * kCapsule.poisson * e);
+    const Mat3 f = in_plane(turned, l, across, 0), p = elastic_stress(m, f);
+    CHECK((p.col(0) - kYoungN_M * e * l * turned.col(0)).norm() < 1e-12 * kYoungN_M);
+    CHECK(p.rightCols<2>().norm() < 1e-12 * kYoungN_M);
+    CHECK(elastic_energy_density(m, f) == Approx(0.5 * kYoungN_M * e * e).margin(1e-12 * kYoungN_M));
+  }
+}
+
+TEST_CASE("what a player's triangle pushes beyond its tangent is what is left of its law", "[body][membrane]") {
+  const TetraMaterial m = membrane();
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  for (int k = 0; k < 20; ++k) {
+    const Mat3 turned = Eigen::Quaterniond(Eigen::Vector4d::NullaryExpr([&] { return normal(random); })).normalized().matrix();
+    const Mat3 f = in_plane(turned, 1 + 0.2 * normal(random), 1 + 0.2 * normal(random), 0.2 * normal(random));
+    TetraStamp at;
+    TetraLanes df;
+    std::vector<Mat3> changes;
+    for (int l = 0; l < kTetraLane; ++l) {
+      at.set(l, {SolidLaw::membrane, 0, {}, {}}, f, m.mu, m.lambda);
+      Mat3 change = std::pow(10.0, -3 + 0.4 * l) * Mat3::NullaryExpr([&] { return normal(random); });
+      change.col(2).setZero();
+      for (int i = 0; i < 9; ++i) {
+        df[static_cast<std::size_t>(i)][l] = static_cast<float>(change(i / 3, i % 3));
+        change(i / 3, i % 3) = static_cast<double>(df[static_cast<std::size_t>(i)][l]);
+      }
+      changes.push_back(change);
+    }
+    const TetraLanes q = nonlinear_residual_stress(at, df, TetraTurn());
+    const TetraLane energy = nonlinear_residual_energy(at, df, TetraTurn());
+    for (int l = 0; l < kTetraLane; ++l) {
+      const Mat3& change = changes[static_cast<std::size_t>(l)];
+      const Mat3 here = elastic_stress(m, f), linear = TetraTangent(m, f, false).apply(change);
+      const Mat3 expected = elastic_stress(m, f + change) - here - linear;
+      Mat3 found;
+      for (int i = 0; i < 9; ++i) found(i / 3, i % 3) = static_cast<double>(q[static_cast<std::size_t>(i)][l]);
+      CHECK((found - expected).norm() < 1e-6 * expected.norm() + 1e-12 * linear.norm());
+      const double stored = elastic_energy_density(m, f + change) - elastic_energy_density(m, f) -
+                            here.cwiseProduct(change).sum() - 0.5 * linear.cwiseProduct(change).sum();
+      CHECK(static_cast<double>(energy[l]) == Approx(stored).epsilon(1e-5).margin(1e-11 * kYoungN_M));
+    }
+  }
+}
+
+TEST_CASE("a block in a capsule resists by what its solid and its sides resist together", "[body][membrane]") {
+  // Neither gets narrower, nu = 0: all of it is stretched alike.
+  const bool hexa = GENERATE(true, false);
+  constexpr int kNodes = 4;
+  const SolidMaterial solid{SolidLaw::corotational, 5e3, 0, 0};
+  LumpedBody body = hexa ? hexa_box(kNodes, kNodes, kNodes, solid) : solid_box(kNodes, kNodes, kNodes, solid);
+  body.fixed.assign(body.nodes.size(), 0);
+  CapsuleSettings capsule = kCapsule;
+  capsule.poisson = 0;
+  const double width_m = (body.nodes.back() - body.nodes.front()).x(), l = 1.3;
+  const auto pulled = [&](const LumpedBody& of) {
+    const Dynamics dynamics(of);
+    Vector x(3 * static_cast<Eigen::Index>(of.nodes.size())), f;
+    for (std::uint32_t i = 0; i < of.nodes.size(); ++i) at_node(x, i) = Vec3(l, 1, 1).cwiseProduct(of.nodes[i]);
+    dynamics.forces(x, Vector::Zero(x.size()), f);
+    double sum = 0;
+    for (std::uint32_t i = 0; i < of.nodes.size(); ++i)
+      if (of.nodes[i].x() < 1e-9) sum += at_node(f, i).x();
+    return sum;
+  };
+  const double bare = pulled(body);
+  CHECK(bare == Approx(5e3 * (l - 1) * width_m * width_m));
+  add_capsule(body, capsule);
+  CHECK(pulled(body) - bare == Approx(4 * width_m * kYoungN_M * l * (l * l - 1) / 2));
+}
