@@ -7,6 +7,7 @@ namespace palpate {
 
 namespace {
 constexpr double kRestForceN = 1e-6;
+constexpr double kHeldS = 1e-3;       // for so long a force is shown, late as the tick before may have been
 constexpr double kSkippedS = 1.5e-3;  // a longer tick than this was more than one
 
 /// The p in [0, 1] for which |way + p step| = length, 1 if there is none; |way| < length.
@@ -48,7 +49,7 @@ Passivity::Motion Passivity::motion() const noexcept {
     way += share * step.dx;
     time_s += share * step.dt_s;
   }
-  return {way / time_s, std::min(kAlphaMaxNSM, kDeviceKg / (time_s + steps_[newest_].dt_s))};
+  return {way / time_s, std::min(kAlphaMaxNSM, kDeviceKg / (time_s + kHeldS))};
 }
 
 /// F_damper without what is weaker, and where it goes to.
