@@ -32,6 +32,8 @@ struct FakeRoom {
   Scheme built = Scheme::hold;  ///< whatever is asked for
   NonlinearTerms terms;         ///< that go with its patches
   Micros step_took{}, patches_took{};
+  Vec3 force{0, 0, 1};  ///< on tools
+  float strained = 0;   ///< tension of every node, where it is asked for
   std::vector<FrameJob> jobs;
 
   FrameResult run(const FrameJob& job) {
@@ -43,7 +45,7 @@ struct FakeRoom {
     result.step_took = step_took;
     result.patches_took = patches_took;
     for (const auto& station : job.stations) {
-      StationFrame frame{station.id, std::nullopt, {}, Vec3(1, 2, 3) * 1e-3, Vec3(0, 0, 1), in_reach};
+      StationFrame frame{station.id, std::nullopt, {}, Vec3(1, 2, 3) * 1e-3, force, in_reach};
       if (in_reach && !fail && station.wants_patch) frame.patch = patch(job.target);
       if (frame.patch) frame.patch->scheme = built;
       if (frame.patch) frame.patch->valid_for = valid_for;
@@ -53,6 +55,7 @@ struct FakeRoom {
       result.stations.push_back(frame);
     }
     if (job.shapes) result.positions.assign(400, Vec3(0.1, 0, 0));
+    if (job.fields & bit_of(ShapeChannel::tension)) result.fields[index_of(ShapeChannel::tension)].assign(400, strained);
     jobs.push_back(job);
     return result;
   }
