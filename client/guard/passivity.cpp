@@ -8,6 +8,7 @@ namespace palpate {
 namespace {
 constexpr double kRestForceN = 1e-6;
 constexpr double kHeldS = 1e-3;       // for so long a force is shown, late as the tick before may have been
+constexpr double kAheadS = 2e-3;      // what is given until the next tick is known
 constexpr double kSkippedS = 1.5e-3;  // a longer tick than this was more than one
 
 /// The p in [0, 1] for which |way + p step| = length, 1 if there is none; |way| < length.
@@ -38,7 +39,11 @@ Vec3 Passivity::damper(const Vec3& force) noexcept {
 }
 
 /// w above.
-double Passivity::weakened() const noexcept { return std::clamp((-energy_j_ - kFullJ) / (kMostJ - kFullJ), 0.0, 1.0); }
+double Passivity::weakened() const noexcept {
+  const Vec3 asked = expected_ - damper_;
+  const double ahead_j = std::max(0.0, kAheadS * asked.dot(steps_[newest_].dx) / steps_[newest_].dt_s);
+  return std::clamp((ahead_j - energy_j_ - kFullJ) / (kMostJ - kFullJ), 0.0, 1.0);
+}
 
 Passivity::Motion Passivity::motion() const noexcept {
   Vec3 way = Vec3::Zero();

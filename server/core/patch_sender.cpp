@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "common/port/terms_parity.hpp"
-#include "common/wire/sense.hpp"
+#include "common/wire/force_limit.hpp"
 #include "server/room/deadband.hpp"
 
 namespace palpate {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/wire/codec.hpp"
-#include "common/wire/sense.hpp"
+#include "common/wire/force_limit.hpp"
 
 namespace palpate {
 namespace {
