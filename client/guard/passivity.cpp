@@ -8,7 +8,7 @@ namespace palpate {
 namespace {
 constexpr double kRestForceN = 1e-6;
 constexpr double kHeldS = 1e-3;       // for so long a force is shown, late as the tick before may have been
-constexpr double kAheadS = 2e-3;      // what is given until the next tick is known
+constexpr double kAheadS = 2e-3;      // until what is shown now has been weighed
 constexpr double kSkippedS = 1.5e-3;  // a longer tick than this was more than one
 
 /// The p in [0, 1] for which |way + p step| = length, 1 if there is none; |way| < length.
@@ -41,7 +41,8 @@ Vec3 Passivity::damper(const Vec3& force) noexcept {
 /// w above.
 double Passivity::weakened() const noexcept {
   const Vec3 asked = expected_ - damper_;
-  const double ahead_j = std::max(0.0, kAheadS * asked.dot(steps_[newest_].dx) / steps_[newest_].dt_s);
+  const Step& step = steps_[newest_];  // not the mean of some: here it counts that it is not late
+  const double ahead_j = std::max(0.0, kAheadS * asked.dot(step.dx) / step.dt_s - 0.5 * kFullJ);
   return std::clamp((ahead_j - energy_j_ - kFullJ) / (kMostJ - kFullJ), 0.0, 1.0);
 }
 
@@ -71,7 +72,9 @@ Vec3 Passivity::drag(const Vec3& force, double force_n) const noexcept {
   if (!(deficit_j > 0)) return Vec3::Zero();
   const auto [velocity, alpha] = motion();
   const Vec3 along = force / force_n;
-  const double share = std::min(1.0, deficit_j / kFullJ), left_n = (1 - weakened()) * force_n, v = velocity.dot(along);
+  const double left_n = (1 - weakened()) * force_n, v = velocity.dot(along);
+  const double next_j = std::clamp(force_n * v * kHeldS, 0.0, 0.5 * kFullJ);  // is given while half of the way is gone
+  const double share = std::min(1.0, deficit_j / (kFullJ - next_j));
   const double along_n = std::clamp(alpha * v, -share * force_n, share * left_n);
   const double power_w = (left_n - along_n) * v;
   if (!(power_w > 0)) return -along_n * along;

@@ -1,4 +1,4 @@
-// Largest component of a force on the wire [N], and largest unit of a number of a shape: a receiver refuses what is beyond.
+// Largest component of a force on the wire [N], and largest unit of a shape's numbers: a receiver refuses what is beyond.
 #pragma once
 
 namespace palpate {

@@ -33,7 +33,6 @@ struct FakeRoom {
   NonlinearTerms terms;         ///< that go with its patches
   Micros step_took{}, patches_took{};
   Vec3 force{0, 0, 1};  ///< on tools
-  float strained = 0;   ///< tension of every node, where it is asked for
   std::vector<FrameJob> jobs;
 
   FrameResult run(const FrameJob& job) {
@@ -55,7 +54,6 @@ struct FakeRoom {
       result.stations.push_back(frame);
     }
     if (job.shapes) result.positions.assign(400, Vec3(0.1, 0, 0));
-    if (job.fields & bit_of(ShapeChannel::tension)) result.fields[index_of(ShapeChannel::tension)].assign(400, strained);
     jobs.push_back(job);
     return result;
   }

@@ -61,23 +61,16 @@ TEST_CASE("when the hand leaves its shadow stays, alive, without patches") {
   CHECK(bench.room.jobs.back().stations.size() == 2);
 }
 
-TEST_CASE("forces and tensions beyond what the wire carries are shown as the most that it does") {
-  Bench bench;  // which reads every datagram that the core sends
+TEST_CASE("a force beyond what the wire carries is shown as the most that it does") {
+  Bench bench;
   bench.room.force = Vec3(2e5, -3, -2e5);
-  bench.room.strained = 1e9f;
   RawStation eye(bench, 1, "eye"), hand(bench, 2, "hand");
   eye.hello.role = Role::viewer;
   eye.join();
-  eye.say(ViewState{.channels = bit_of(ShapeChannel::tension)});
   hand.join().live(200ms);
   const auto tools = bench.last<Tools>(1);
-  REQUIRE(tools);
+  REQUIRE(tools);  // it can be read
   CHECK(std::get<Tools>(tools->body).tools.at(0).force.isApprox(Vec3(1e4, -3, -1e4)));
-  double most = 0;
-  for (const auto& [to, message] : bench.sent)
-    if (const auto* shape = std::get_if<ShapePiece>(&message.body); shape && shape->channel == ShapeChannel::tension)
-      most = 255 * shape->unit;
-  CHECK(most == 255 * 8192);
 }
 
 TEST_CASE("a viewer can fetch the whole mesh and sees every vertex and tool of a frame") {
