@@ -20,7 +20,8 @@ Vec3 Guard::pass(const Vec3& force, const Vec3& tool_position, double dt_s) noex
   share_ = std::clamp(share_ + (runs_off ? -1.0 / kStopTicks : 1.0 / kRampTicks), 0.0, 1.0);
   const Vec3 damper = passive(shown, dx, dt_s);
   const Vec3 out = finite(slewed(limited(shown + damper), dt_s));
-  passivity_.rendered(out - damper, damper);
+  passivity_.rendered(out, damper);
+  if (limits_.passivity != PassivityMode::off) counts_.energy_min_j = std::min(counts_.energy_min_j, passivity_.energy_j());
   last_force_ = out;
   return out;
 }
@@ -59,7 +60,7 @@ Vec3 Guard::finite(const Vec3& force) noexcept {
 /// The force that the limiter adds.
 Vec3 Guard::passive(const Vec3& force, const Vec3& dx, double dt_s) noexcept {
   if (limits_.passivity == PassivityMode::off) return Vec3::Zero();
-  counts_.energy_min_j = std::min(counts_.energy_min_j, passivity_.observe(force, dx, dt_s));
+  passivity_.observe(force, dx, dt_s);
   if (limits_.passivity != PassivityMode::on) return Vec3::Zero();
   const Vec3 damper = passivity_.damper(force);
   counts_.dissipated_j = passivity_.dissipated_j();

@@ -1,36 +1,44 @@
-// Passivity observer and controller at the tool (time domain; after Hannaford and Ryu, 2002).
+// Passivity observer and controller at the tool: time domain, after Hannaford and Ryu (2002), with an allowance that cannot be
+// overdrawn as in the energy tanks of Franken et al. (IEEE Trans. Robotics 27, 2011). What a delayed patch gets wrong is not
+// known here, so nothing is assumed about it.
 //
 // The observer counts the energy E that the hand has put into the display and that the display has not given back yet:
 //
-//     E += -1/2 (F_before + F_now) . dx  -  F_damper . dx        per tick, dx the tool's motion in the tick
+//     E += -1/2 (F_before + F_now) . dx                 per tick, dx the tool's motion in the tick
 //
-// F is the force on the tool without the controller's own, F_damper what the controller added. A display of springs, masses
-// and dampers that starts unloaded keeps E >= 0. The mean of both ends makes a spring sampled at 1 kHz count as lossless; what
-// holding its force for a tick leaks (k |dx|^2 / 2) is left to the device's friction, or else every spring would be damped.
-// Over ticks that were skipped the device held F_before, and that alone counts.
+// F is the force on the tool as it is rendered in the end, the controller's own and all limits included. While a tick is computed
+// that is not known yet: the force asked for and the damper of the tick before stand for it, and rendered() puts it right. A
+// display of springs, masses and dampers that starts unloaded keeps E >= 0. The mean of both ends makes a spring sampled at 1 kHz
+// count as lossless; what holding its force for a tick leaks (k |dx|^2 / 2) is left to the device's friction, or else every
+// spring would be damped. Over ticks that were skipped the device held F_before, and that alone counts.
 //
-// The controller answers a deficit D = -E - kToleranceJ > 0 with a damper along the force, f = F / |F|:
+// The controller answers a deficit D = -E - kToleranceJ > 0 by F_damper, which has three parts. With f = F / |F|, F now the force
+// asked for, v_f = v . f and v_t = v - v_f f:
 //
-//     F_damper = -clamp(alpha v . f, +-s |F|) f,      s = min(1, D / kFullJ)
+//     weaker     -w F                         w = (E_a - E - kFullJ) / (kMostJ - kFullJ) within [0, 1]
+//     along      -clamp(alpha v_f, -s |F|, s (1 - w) |F|) f          s = min(1, D / (kFullJ - E_h))
+//     across     -s beta v_t                  beta = min(alpha, P / |v_t|^2), where P > 0
 //
-// It weakens a force that pushes the hand along and strengthens one that resists, never by more than the force itself, so that
-// it comes and goes with the deficit, adds no drag across the force, and dies with the force. Where alpha |v . f| >= |F| it can
-// stop whatever the display gives, and D stays at kFullJ; a slower motion than that takes (|F| - alpha v) along its way.
+// E_a = max(0, 2 ms F . dx / dt - kFullJ / 2) is what a fast tool is given before what is shown now has been weighed: 8.5 N at
+// 0.5 m/s are 4 mJ in a tick. E_h = |F| v_f 1 ms within [0, kFullJ / 2] makes up for the half tick by which s comes late.
+// P = ((1 - w) |F| - alpha v_f) v_f is the power that is still given after the first two. Along: a damper that weakens a force
+// which pushes the hand along and strengthens one that resists, never by more than the force itself, so that it comes and goes
+// with the deficit and dies with the force. Across: a tool that orbits meets most of its force at right angles to its way, so
+// that v_f is small, a damper along f stops little, and the orbit grows; drag along v_t takes just what is given there. A tool
+// that slides under a force that gives nothing feels none. Weaker: what no damper can stop, because the motion is slower than
+// F / alpha, ends by itself: power falls with what is left of the allowance, and E stays above -kMostJ but for what one tick
+// brings. E regains kReturnW up to -kFullJ, or else a force would never be whole again: giving way to F costs a display
+// F^2 / 2 k at a hand of stiffness k. So the hand gets kMostJ at once and kReturnW from then on, and no more, whatever the patch:
+// also where a force comes back to a tool that went into the body while it felt nothing, and where another hand pushes this one
+// through the body. One that stands still feels the whole force again after (kMostJ - kFullJ) / kReturnW = 1.4 s.
 //
-// v is the way of the last n ticks over their time: n the least that covers kWayM, at most kWindow, because a device reads its
-// position in steps (0.03 mm for a Phantom), and a step in one tick is a speed of 0.03 m/s that was not there. The estimate is
-// (n + 1) / 2 ticks late, so alpha = m / ((n + 1) dt), m = kDeviceKg: a quarter of what makes that much mass overshoot. One step
-// moves F_damper by at most alpha step / (n dt): 0.03 N in a slow motion, 8 % of F_damper in one that covers kWayM.
-//
-// A force that comes back, or comes for the first time, has nothing stored that it could give: the tool of a station that was cut
-// off may have gone into the body for nothing. For kReturnTicks from there, and on until the deficit is below kFullJ, the
-// whole force is weakened as well, to
-//
-//     F (1 - w),      w = (-E - kFullJ) / (kReturnFullJ - kFullJ) within [0, 1],
-//
-// and E regains kReturnW up to -kFullJ: the hand gets kReturnFullJ at once and kReturnW from then on, and no more; one that
-// stands still feels the whole force again after (kReturnFullJ - kFullJ) / kReturnW. Not later: what another hand does to
-// this one through the body is energy that this hand did not put in, and it shall feel that.
+// v is the way of the last time T over T: the least in which the tool moved by kWayM, a part of a tick in it counted as a part,
+// at most kWindow ticks. A device reads its position in steps (0.03 mm for a Phantom), and a step in one tick is a speed of
+// 0.03 m/s that was not there; a busy machine reads it early or late. The estimate is T / 2 late, so alpha = m / (T + dt),
+// m = kDeviceKg: a quarter of what makes that much mass overshoot. What is not resolved of way and time by a share e changes
+// along and across by 2 e of them; so these go half of the way to what is written above in each tick, unless they would push the
+// tool along or be more than |F|. A Phantom's step changes F_damper by 8 %, and in a slow motion by alpha step / 2 T = 0.02 N; a
+// tick that is read 0.3 ms late, at 0.1 m/s, by 9 %.
 //
 // Resting: after kRestTicks without force the display stores nothing that it could return, and E starts again from 0. E is
 // bounded by kEnergyMaxJ both ways, so that a long stroke does not pay for later instability.
@@ -44,13 +52,15 @@ namespace palpate {
 
 class Passivity {
  public:
-  /// Observer. `force` and `dx` are finite; the tick took `dt_s` > 0. Returns E [J].
-  double observe(const Vec3& force, const Vec3& dx, double dt_s) noexcept;
+  /// Observer. `force` and `dx` are finite; the tick took `dt_s` > 0.
+  void observe(const Vec3& force, const Vec3& dx, double dt_s) noexcept;
   /// Controller: what to add to `force`, the one that was observed last; zero while E is in order. Once a tick.
   Vec3 damper(const Vec3& force) noexcept;
-  /// What was rendered in the end: the display's own force and the damper's.
+  /// What was rendered in the end, and how much of it was the damper's.
   void rendered(const Vec3& force, const Vec3& damper) noexcept;
   void reset() noexcept;
+  /// E [J].
+  double energy_j() const noexcept { return energy_j_; }
   /// What the damper took out of the hand's motion so far [J]; a reset does not change it.
   double dissipated_j() const noexcept { return dissipated_j_; }
 
@@ -62,13 +72,19 @@ class Passivity {
   static constexpr std::size_t kWindow = 8;
   static constexpr double kEnergyMaxJ = 0.2;  ///< 8.5 N reached over 47 mm
   static constexpr int kRestTicks = 50;
-  static constexpr double kReturnFullJ = 8e-3;
+  static constexpr double kMostJ = 8e-3;
   static constexpr double kReturnW = 5e-3;  ///< 1 N that moves at 5 mm/s
-  static constexpr int kReturnTicks = 1000;
 
  private:
-  Vec3 damped(const Vec3& force) const noexcept;
+  struct Motion {
+    Vec3 velocity;
+    double alpha;
+  };
+  Motion motion() const noexcept;
+  Vec3 damped(const Vec3& force) noexcept;
+  Vec3 drag(const Vec3& force, double force_n) const noexcept;
   double weakened() const noexcept;
+  void gain(double energy_j) noexcept;
 
   struct Step {
     Vec3 dx = Vec3::Zero();
@@ -76,10 +92,10 @@ class Passivity {
   };
   std::array<Step, kWindow> steps_{};
   std::size_t newest_ = 0;
-  Vec3 force_ = Vec3::Zero(), damper_ = Vec3::Zero();
+  Vec3 force_ = Vec3::Zero(), damper_ = Vec3::Zero(), drag_ = Vec3::Zero();
+  Vec3 expected_ = Vec3::Zero(), half_way_ = Vec3::Zero();  ///< of this tick: half_way_ is the part that counts with its force
   double energy_j_ = 0, dissipated_j_ = 0;
-  int rest_ticks_ = 0, return_ticks_ = 0;
-  bool returns_ = true;
+  int rest_ticks_ = 0;
 };
 
 }  // namespace palpate

@@ -6,11 +6,10 @@
 
 #include "common/base/plain_text.hpp"
 #include "common/wire/codec.hpp"
+#include "common/wire/force_limit.hpp"
 #include "common/wire/pack.hpp"
 
 namespace palpate {
-
-inline constexpr double kMaxForceN = 1e4;
 
 class Sense {
  public:

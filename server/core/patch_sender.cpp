@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/port/terms_parity.hpp"
+#include "common/wire/force_limit.hpp"
 #include "server/room/deadband.hpp"
 
 namespace palpate {
@@ -38,7 +39,9 @@ void PatchSender::take(FrameResult& result, Stations& stations, const BodyNow& b
 }
 
 void PatchSender::give(const Stations& stations, Station& station, StationFrame& frame, Micros now) {
-  station.shown = {station.hello.station, frame.tool, frame.force, frame.contact, station.tool.orientation(),
+  // To who looks on, as far as the wire carries it: what cannot be read would show nothing at all.
+  const Vec3 shown_force = frame.force.cwiseMax(-kMaxForceN).cwiseMin(kMaxForceN);
+  station.shown = {station.hello.station, frame.tool, shown_force, frame.contact, station.tool.orientation(),
                    station.tool.pressed()};
   station.has_shown = true;
   if (!station.served) return beat(stations, station);

@@ -364,14 +364,14 @@ TEST_CASE("A force that comes back to a hand inside a body does not throw it, an
   for (int i = 1; i <= 20'000; ++i) {
     held.tick(on);
     const double one_tick_j = 8.5 * std::abs(held.v) * kDt;
-    REQUIRE(held.given_j <= Passivity::kReturnFullJ + Passivity::kReturnW * i * kDt + one_tick_j);
+    REQUIRE(held.given_j <= Passivity::kMostJ + Passivity::kReturnW * i * kDt + one_tick_j);
   }
   CHECK(held.x == Approx(-0.02 * 300 / 800).epsilon(1e-3));  // 300 (x + 0.02) = -500 x
   CHECK(held.force_n == Approx(-500 * held.x).epsilon(1e-3));
 }
 
 TEST_CASE("What a hand went into a body in a tick that was skipped did not cost it anything") {
-  Guard guard({8.5, 0, PassivityMode::on});
+  Guard guard({8.5, 0, PassivityMode::observe});
   for (int i = 0; i < 5; ++i) guard.pass(Vec3::Zero(), Vec3::Zero(), kDt);
   guard.pass(Vec3(3, 0, 0), Vec3(-0.03, 0, 0), 0.019);
   guard.pass(Vec3(3, 0, 0), Vec3(-0.0295, 0, 0), kDt);
@@ -380,8 +380,111 @@ TEST_CASE("What a hand went into a body in a tick that was skipped did not cost 
 
 TEST_CASE("Once a hand has felt its force for a second, what others do to it through the body is not taken for a return") {
   Guard guard({8.5, 0, PassivityMode::on});
-  for (int i = 0; i <= Passivity::kReturnTicks; ++i) guard.pass(Vec3(1, 0, 0), Vec3::Zero(), kDt);
+  for (int i = 0; i <= 1000; ++i) guard.pass(Vec3(1, 0, 0), Vec3::Zero(), kDt);
   Vec3 out;
   for (int i = 0; i < 4000; ++i) out = guard.pass(Vec3(1, 0, 0), Vec3(i * 5e-6, 0, 0), kDt);  // 20 mJ at 5 mm/s
   CHECK(out.x() == Approx(1 - Passivity::kDeviceKg / ((Passivity::kWindow + 1) * kDt) * 0.005));
+}
+
+namespace {
+
+/// A device of 75 g with some friction that nobody holds, on linearisations that are `age` ticks old of a spring that stiffens,
+/// -k (1 + 4 |x|^2 / (20 mm)^2) x, a new one every 17 ticks, shown weaker where it is stiffer than 800 N/m.
+class FreedOnOldPatches {
+ public:
+  FreedOnOldPatches(double stiffness_n_m, int age, const Vec3& velocity)
+      : stiffness_n_m_(stiffness_n_m), velocity_(velocity), past_(static_cast<std::size_t>(age) + 1, position_) {}
+  void tick(Guard& guard) {
+    const Vec3 reading = (position_ / kStepM).array().round() * kStepM;
+    past_.push_back(reading);
+    past_.pop_front();
+    if (ticks_++ % 17 == 0) about_ = past_.front();
+    const Vec3 force = guard.pass(linearised(reading), reading, kDt);
+    given_j += 0.5 * (force_ + force).dot(reading - reading_);
+    force_ = force;
+    reading_ = reading;
+    const Vec3 a = (force - 0.5 * velocity_) / 0.075;
+    position_ += velocity_ * kDt + 0.5 * a * kDt * kDt;
+    velocity_ += a * kDt;
+  }
+  double given_j = 0;
+
+ private:
+  static constexpr double kStepM = 3e-5, kStiffens = 4 / (0.02 * 0.02);
+  Vec3 linearised(const Vec3& x) const {
+    const double radial = kStiffens * about_.squaredNorm(), stiffest = stiffness_n_m_ * (1 + 3 * radial);
+    const Vec3 step = x - about_;
+    const Vec3 force = -stiffness_n_m_ * ((1 + radial) * x + 2 * kStiffens * about_ * about_.dot(step));
+    return std::min(1.0, 800 / stiffest) * force;
+  }
+  double stiffness_n_m_;
+  Vec3 position_{-0.005, -0.02, 0}, velocity_, about_ = position_;
+  Vec3 force_ = Vec3::Zero(), reading_ = position_;
+  std::deque<Vec3> past_;
+  int ticks_ = 0;
+};
+
+}  // namespace
+
+TEST_CASE("A device that nobody holds gets no more than the allowance from patches of up to a second ago") {
+  for (const int age : {5, 50, 150, 421, 700, 1000})
+    for (const double stiffness_n_m : {30.0, 100.0, 300.0})
+      for (const Vec3& velocity : {Vec3(0.1, 0.05, 0), Vec3(-0.02, 0.2, 0.01), Vec3(0.25, -0.1, 0)}) {
+        INFO(age << " ms, " << stiffness_n_m << " N/m, " << velocity.transpose() << " m/s");
+        Guard on({.force_max_n = 8.5, .slew_max_n_s = 2000, .passivity = PassivityMode::on});
+        FreedOnOldPatches freed(stiffness_n_m, age, velocity);
+        double most_j = 0;
+        for (int i = 0; i < 6000; ++i) {
+          freed.tick(on);
+          most_j = std::max(most_j, freed.given_j - Passivity::kReturnW * i * kDt);
+        }
+        CHECK(most_j < Passivity::kMostJ + 1e-3);  // 1 mJ: what a tick or two bring before they are seen
+      }
+}
+
+TEST_CASE(
+    "A tool that orbits, its force nearly across its way, is stopped from getting more, and one that slides is not dragged") {
+  for (const double push_m_s : {0.05, 0.0}) {  // speed along the force, of 0.5 m/s
+    Guard guard({.force_max_n = 8.5, .passivity = PassivityMode::on});
+    for (int i = 0; i <= 20; ++i) guard.pass(Vec3(2, 0, 0), Vec3(i * 1e-4, 0, 0), kDt);  // a deficit to begin with
+    const double lowest_j = guard.counts().energy_min_j;
+    REQUIRE(lowest_j < -Passivity::kFullJ);
+    Vec3 out, force;
+    Vec3 x(2e-3, 0, 0);
+    for (int i = 0; i < 1000; ++i) {
+      const double angle = i * 0.01, along = std::asin(push_m_s / 0.5);
+      x += 0.5 * kDt * Vec3(std::cos(angle), std::sin(angle), 0);
+      force = 2 * Vec3(-std::sin(angle - along), std::cos(angle - along), 0);
+      out = guard.pass(force, x, kDt);
+    }
+    if (push_m_s > 0)
+      CHECK(guard.counts().energy_min_j > lowest_j - 1e-3);  // the force alone would give 100 mJ
+    else
+      CHECK((out - force).norm() < 0.1);
+  }
+}
+
+TEST_CASE("A limiter that has to hold a moving tool back does not shake it on a machine that is busy") {
+  const auto largest_step_n = [](double speed_m_s, double early_or_late_s, int every_late) {
+    Guard guard({.force_max_n = 8.5, .slew_max_n_s = 2000, .passivity = PassivityMode::on});
+    Vec3 before = Vec3::Zero();
+    double most_n = 0, t_s = 0;
+    for (int i = 0; i < 400; ++i) {
+      const double dt_s = i % every_late == every_late - 1 ? 4 * kDt : kDt;
+      t_s += dt_s;
+      const double x = speed_m_s * (t_s + early_or_late_s * std::sin(2.6 * i * i));  // without a pattern
+      const Vec3 reading = (Vec3(x, 0.2 * x, 0) / 3e-5).array().round() * 3e-5;
+      const Vec3 out = guard.pass(Vec3(1.3, 0, 0), reading, dt_s);
+      if (i > 200) most_n = std::max(most_n, (out - before).norm());
+      before = out;
+    }
+    CHECK(guard.counts().energy_min_j < -0.5 * Passivity::kFullJ);  // it has to
+    return most_n;
+  };
+  for (const double speed_m_s : {0.03, 0.05, 0.075, 0.1, 0.15, 0.2}) {
+    INFO(speed_m_s << " m/s");
+    CHECK(largest_step_n(speed_m_s, 0, 1000) < 0.1);      // a reading in steps of 0.03 mm
+    CHECK(largest_step_n(speed_m_s, 3e-4, 1000) < 0.15);  // and early or late by up to 0.3 ms
+    CHECK(largest_step_n(speed_m_s, 0, 40) < 0.15);       // and late by three ticks now and then
+  }
 }

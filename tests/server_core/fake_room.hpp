@@ -32,6 +32,7 @@ struct FakeRoom {
   Scheme built = Scheme::hold;  ///< whatever is asked for
   NonlinearTerms terms;         ///< that go with its patches
   Micros step_took{}, patches_took{};
+  Vec3 force{0, 0, 1};  ///< on tools
   std::vector<FrameJob> jobs;
 
   FrameResult run(const FrameJob& job) {
@@ -43,7 +44,7 @@ struct FakeRoom {
     result.step_took = step_took;
     result.patches_took = patches_took;
     for (const auto& station : job.stations) {
-      StationFrame frame{station.id, std::nullopt, {}, Vec3(1, 2, 3) * 1e-3, Vec3(0, 0, 1), in_reach};
+      StationFrame frame{station.id, std::nullopt, {}, Vec3(1, 2, 3) * 1e-3, force, in_reach};
       if (in_reach && !fail && station.wants_patch) frame.patch = patch(job.target);
       if (frame.patch) frame.patch->scheme = built;
       if (frame.patch) frame.patch->valid_for = valid_for;

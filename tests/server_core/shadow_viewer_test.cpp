@@ -61,6 +61,18 @@ TEST_CASE("when the hand leaves its shadow stays, alive, without patches") {
   CHECK(bench.room.jobs.back().stations.size() == 2);
 }
 
+TEST_CASE("a force beyond what the wire carries is shown as the most that it does") {
+  Bench bench;
+  bench.room.force = Vec3(2e5, -3, -2e5);
+  RawStation eye(bench, 1, "eye"), hand(bench, 2, "hand");
+  eye.hello.role = Role::viewer;
+  eye.join();
+  hand.join().live(200ms);
+  const auto tools = bench.last<Tools>(1);
+  REQUIRE(tools);  // it can be read
+  CHECK(std::get<Tools>(tools->body).tools.at(0).force.isApprox(Vec3(1e4, -3, -1e4)));
+}
+
 TEST_CASE("a viewer can fetch the whole mesh and sees every vertex and tool of a frame") {
   Bench bench;
   RawStation eye(bench, 1, "eye"), hand(bench, 2, "hand");
