@@ -75,6 +75,7 @@ std::optional<NonlinearTerms> nonlinear_terms(const WholeBody& body, const Patch
     sampling.tool = static_cast<int>(row / 3);
   }
   sampling.likely = model.snapshots;
+  sampling.likeliest = model.likeliest;
   sampling.stiffness = stiffness_of(patch, first);
   if (solid && first > 0) sampling.at_port = held_tool(patch, sampling.stiffness);
   const Matrix moved = moved_by_variables(model);

@@ -12,6 +12,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "common/port/nonlinear_terms.hpp"
 #include "common/port/patch.hpp"
@@ -25,6 +26,7 @@ struct HyperModel {
   Matrix modes;       ///< V, of the patch
   Matrix psd_change;  ///< H - H~
   Matrix snapshots;   ///< u of each snapshot that the basis was made of, n x m
+  std::vector<Eigen::Index> likeliest;  ///< of these
 };
 
 /// Springs or tetrahedra of the body (sample_springs.hpp, sample_tetrahedra.hpp), as many as fit beside a surface of which so

@@ -276,6 +276,7 @@ void PatchBuilder::add_terms(const Model& model, const Matrix& port, const Matri
   hyper.snapshots.resize(port.cols() + reduced.v.cols(), reduced.snapshots.count());
   if (port.cols() > 0) hyper.snapshots.topRows(port.cols()) = port.transpose() * reduced.snapshots.weighted();
   hyper.snapshots.bottomRows(reduced.v.cols()) = reduced.coordinates;
+  hyper.likeliest = reduced.snapshots.likeliest();
   hyper.modes = at.moved(reduced.v);
   hyper.port = at.moved(port);
   if (auto terms = nonlinear_terms(*at.part, made.patch, hyper, vertices)) made.terms = std::move(*terms);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <ranges>
 
 #include "common/base/random.hpp"
 
@@ -54,7 +55,7 @@ Matrix samples(const Sampling& sampling) {
   const auto draw = [&] { return random.uniform(-1, 1); };
   Matrix u(likely.rows(), kSamples);
   Eigen::Index k = 0;
-  for (Eigen::Index i = 0; i < std::min<Eigen::Index>(kAlone, likely.cols()); ++i)
+  for (const Eigen::Index i : sampling.likeliest | std::views::take(kAlone))
     for (const double much : {1.0, -1.0, 2.0, -2.0}) u.col(k++) = much * likely.col(i);
   for (; k < u.cols(); ++k) {
     Vector mixture(likely.cols());

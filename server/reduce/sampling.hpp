@@ -11,7 +11,8 @@
 // with the largest part in the samples, and weights are found once more for the nodes' motions as they travel. As no w_e is
 // negative, what is sent stiffens and buckles as elements do, and stores energy as they do beyond its second order at the stamp.
 //
-// Samples are the responses that a patch's basis was made of, alone, doubled, back, and mixed by chance, the same in every run.
+// Samples are the displacements that a patch's basis was made of: the likeliest alone, doubled and back, and all mixed by chance,
+// the same in every run.
 //
 // Source: see common/port/sampled_springs.hpp; sums of samples: Woodruff, FnTTCS 10 (2014), chapter 2.
 #pragma once
@@ -38,11 +39,12 @@ using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajo
 using AtSamples = Eigen::Matrix<float, Eigen::Dynamic, kSamples, Eigen::RowMajor>;
 
 struct Sampling {
-  Matrix likely;     ///< u of responses of the body, each as large as it is likely to become, a column each
-  Vector stiffness;  ///< of each variable, > 0
-  Matrix at_port;    ///< forces f on the variables are at_port^T f at the port; may have no columns
-  TermsRoom room;    ///< that elements have
-  int tool = -1;     ///< the node that a tool holds; the first three variables are how it moves
+  Matrix likely;  ///< u of displacements of the body, each as large as it is likely to become, a column each
+  std::vector<Eigen::Index> likeliest;  ///< of these: the first three are samples by themselves as well
+  Vector stiffness;                     ///< of each variable, > 0
+  Matrix at_port;                       ///< forces f on the variables are at_port^T f at the port; may have no columns
+  TermsRoom room;                       ///< that elements have
+  int tool = -1;                        ///< the node that a tool holds; the first three variables are how it moves
 };
 
 /// u_s, a column each.

@@ -11,6 +11,13 @@ std::vector<Eigen::Index> SnapshotSet::of(SnapshotKind kind) const {
   return columns;
 }
 
+std::vector<Eigen::Index> SnapshotSet::likeliest() const {
+  std::vector<Eigen::Index> indentations = of(SnapshotKind::indentation);
+  if (indentations.empty()) return of(SnapshotKind::port_response);
+  std::vector<Eigen::Index> ends = of(SnapshotKind::rollout_end);
+  return ends.empty() ? indentations : ends;
+}
+
 Matrix SnapshotSet::weighted() const {
   assert(!all_.empty());
   Matrix w(all_.front().state.size(), count());

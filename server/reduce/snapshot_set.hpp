@@ -25,7 +25,8 @@ enum class SnapshotKind : std::uint8_t {
   history,        ///< where the body was in the last frames
   rest,           ///< where it rests
   cached,         ///< where it was when a tool was there before (server/room/snapshot_cache.hpp)
-  rollout         ///< where it will be if its hands go on as they do, and if they do not (server/room/hand_rollouts.hpp)
+  rollout,        ///< where it will be if its hands go on as they do, and if they do not (server/room/hand_rollouts.hpp)
+  rollout_end     ///< the last of those in which no hand turns aside
 };
 
 struct Snapshot {
@@ -43,6 +44,9 @@ class SnapshotSet {
   Eigen::Index count() const { return static_cast<Eigen::Index>(all_.size()); }
   /// Which columns of weighted() are of a kind, ascending.
   std::vector<Eigen::Index> of(SnapshotKind kind) const;
+  /// Columns of weighted() that the body is likeliest to come to: of a touch the ends of rollouts, or else indentations; of a
+  /// grasp, whose tool moves its own node, the port responses.
+  std::vector<Eigen::Index> likeliest() const;
   /// alpha w, a column each; at least one.
   Matrix weighted() const;
 

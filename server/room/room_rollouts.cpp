@@ -68,7 +68,9 @@ std::vector<PredictedState> Room::State::hand_rollouts(Micros horizon) {
                       t - body.time_s);
     };
     const bool to_its_end = roll_out(seconds(horizon), tool, [&](int snapshot, const Vector& x) {
-      if (snapshot * rollout.snapshots % kRolloutSnapshots == 0) ahead.push_back({SnapshotKind::rollout, rollout.weight, x});
+      if (snapshot * rollout.snapshots % kRolloutSnapshots != 0) return;
+      const bool end = snapshot == kRolloutSnapshots && rollout.beside_m_s2.isZero(0);
+      ahead.push_back({end ? SnapshotKind::rollout_end : SnapshotKind::rollout, rollout.weight, x});
     });
     if (rollout.dead_reckoned && !to_its_end) return {};
   }

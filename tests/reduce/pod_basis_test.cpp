@@ -90,3 +90,20 @@ TEST_CASE("A set of snapshots knows which are of a kind, and counts each by its 
   expected.rowwise() = Eigen::RowVector3d(1, 1, 3);
   CHECK(snapshots.weighted() == expected);
 }
+
+TEST_CASE(
+    "A touched body is likeliest to come to where rollouts end, or else to where it is indented, a grasped one to its port "
+    "responses") {
+  SnapshotSet snapshots;
+  const auto add = [&](SnapshotKind kind) { snapshots.add(kind, Vector::Zero(3)); };
+  add(SnapshotKind::port_response);
+  add(SnapshotKind::rest);
+  add(SnapshotKind::rollout_end);
+  CHECK(snapshots.likeliest() == std::vector<Eigen::Index>{0});
+  add(SnapshotKind::indentation);
+  CHECK(snapshots.likeliest() == std::vector<Eigen::Index>{2});
+  SnapshotSet costly;  // a body of which no hand is rolled out
+  costly.add(SnapshotKind::port_response, Vector::Zero(3));
+  for (int k = 0; k < 2; ++k) costly.add(SnapshotKind::indentation, Vector::Zero(3));
+  CHECK(costly.likeliest() == std::vector<Eigen::Index>{1, 2});
+}

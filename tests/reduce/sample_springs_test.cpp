@@ -113,6 +113,7 @@ TEST_CASE("A tenth of the springs of a block bends as all of them do where it wa
     const Matrix stiffness = moved.transpose() * k_moved;
     sampling.stiffness = stiffness.diagonal();
     sampling.likely = 0.004 * Matrix::Identity(kVariables, kVariables);
+    sampling.likeliest = {0, 1, 2};
     const auto springs = sample_springs(whole, moved, sampling);
     REQUIRE(springs);
     CHECK(10 * springs->count() <= static_cast<int>(body.elements.size()));

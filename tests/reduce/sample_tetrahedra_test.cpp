@@ -47,6 +47,7 @@ struct Block {
     sampling.room = {kTetraVariables, false, false, 3, false, true};
     sampling.stiffness = stiffness.diagonal();
     sampling.likely = 0.004 * Matrix::Identity(kTetraVariables, kTetraVariables);
+    sampling.likeliest = {0, 1, 2};
   }
   /// -N(u), by the body itself.
   Vector exact(const Vector& u) const {

@@ -52,3 +52,17 @@ TEST_CASE("Forces at the port count several times as much in a fit, others as mu
   const Eigen::MatrixXf& now = with.parts(elements);
   for (Eigen::Index e = 0; e < kElements; ++e) check(now.col(e), parts.col(e));
 }
+
+TEST_CASE("Elements are fitted to the likeliest displacements by themselves, once and twice as far, there and back") {
+  Sampling sampling;
+  sampling.likely = Matrix::Identity(kSamplingVariables, kSamplingVariables);
+  sampling.likeliest = {4, 2, 6, 1};
+  const Matrix u = samples(sampling);
+  REQUIRE(u.cols() == kSamples);
+  const auto holds = [&](const Vector& x) { return (u.colwise() - x).colwise().norm().minCoeff() == 0; };
+  for (Eigen::Index k = 0; k < kSamplingVariables; ++k)
+    for (const double far : {-2.0, -1.0, 1.0, 2.0}) {
+      CAPTURE(k, far);
+      CHECK(holds(far * sampling.likely.col(k)) == (k == 4 || k == 2 || k == 6));
+    }
+}
