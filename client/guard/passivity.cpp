@@ -42,7 +42,7 @@ Vec3 Passivity::damper(const Vec3& force) noexcept {
 double Passivity::weakened() const noexcept {
   const Vec3 asked = expected_ - damper_;
   const Step& step = steps_[newest_];  // not the mean of some: here it counts that it is not late
-  const double ahead_j = std::max(0.0, kAheadS * asked.dot(step.dx) / step.dt_s - 0.5 * kFullJ);
+  const double ahead_j = std::max(0.0, kAheadS * asked.dot(step.dx) / step.dt_s - kFullJ);
   return std::clamp((ahead_j - energy_j_ - kFullJ) / (kMostJ - kFullJ), 0.0, 1.0);
 }
 
@@ -73,7 +73,7 @@ Vec3 Passivity::drag(const Vec3& force, double force_n) const noexcept {
   const auto [velocity, alpha] = motion();
   const Vec3 along = force / force_n;
   const double left_n = (1 - weakened()) * force_n, v = velocity.dot(along);
-  const double next_j = std::clamp(force_n * v * kHeldS, 0.0, 0.5 * kFullJ);  // is given while half of the way is gone
+  const double next_j = std::clamp(force_n * v * kHeldS, 0.0, 0.25 * kFullJ);  // is given while half of the way is gone
   const double share = std::min(1.0, deficit_j / (kFullJ - next_j));
   const double along_n = std::clamp(alpha * v, -share * force_n, share * left_n);
   const double power_w = (left_n - along_n) * v;

@@ -19,8 +19,8 @@
 //     along      -clamp(alpha v_f, -s |F|, s (1 - w) |F|) f          s = min(1, D / (kFullJ - E_h))
 //     across     -s beta v_t                  beta = min(alpha, P / |v_t|^2), where P > 0
 //
-// E_a = max(0, 2 ms F . dx / dt - kFullJ / 2) is what a fast tool is given before what is shown now has been weighed: 8.5 N at
-// 0.5 m/s are 4 mJ in a tick. E_h = |F| v_f 1 ms within [0, kFullJ / 2] makes up for the half tick by which s comes late.
+// E_a = max(0, 2 ms F . dx / dt - kFullJ) is what a fast tool is given before what is shown now has been weighed: 8.5 N at
+// 0.5 m/s are 4 mJ in a tick. E_h = |F| v_f 1 ms within [0, kFullJ / 4] makes up for the half tick by which s comes late.
 // P = ((1 - w) |F| - alpha v_f) v_f is the power that is still given after the first two. Along: a damper that weakens a force
 // which pushes the hand along and strengthens one that resists, never by more than the force itself, so that it comes and goes
 // with the deficit and dies with the force. Across: a tool that orbits meets most of its force at right angles to its way, so
