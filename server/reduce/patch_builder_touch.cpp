@@ -10,6 +10,10 @@
 namespace palpate {
 namespace {
 
+/// How far a contact gets, of how far its tool does: over an edge of the body it rolls further, and the body comes towards it.
+/// Where few vertices travel they are worth more around the tool's way.
+constexpr double kContactOfTool = 1.5;
+
 constexpr double kTrustedSpacings = 6;  // of nodes, that the tool may be from where it was at the stamp
 
 /// Of port `which` under P, with the springs of other tools: B^T P^-1 B.
@@ -91,7 +95,8 @@ bool PatchBuilder::build_touch(const Job& job, const Model& model, SharedSystem*
   const bool with_terms = made.terms.variables > 0;
   const SurfacePiece first = cut_port_surface(
       *skin_, frame.positions(), [&](std::uint32_t node) { return model.rows(node, v); }, port.point,
-      seconds(request.horizon) * job.tool().velocity, vertices, with_terms ? kMaxPortVertices : vertices, patch);
+      (with_terms ? kContactOfTool : 1.0) * seconds(request.horizon) * job.tool().velocity, vertices,
+      with_terms ? kMaxPortVertices : vertices, patch);
   if (port.touching)  // what yields at once has done so at the stamp
     for (int i = 0; i < patch.surface.vertex_count; ++i)
       patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
