@@ -37,14 +37,22 @@ void FadeCheck::datagram(Micros, const DatagramEvent& event, const Message* mess
   const bool came = event.kind == DatagramEvent::Kind::delivered || event.kind == DatagramEvent::Kind::brought;
   if (!came || event.to_server || !message) return;
   Station& s = seen_[event.station];
+  // One that somebody on the way brings late says nothing of now.
+  const auto is_newest = [&](Micros said) {
+    if (said < s.newest_said) return false;
+    s.newest_said = said;
+    return true;
+  };
   if (const auto* beat = std::get_if<Beat>(&message->body)) {
-    s.in_reach = beat->contact_in_reach;
+    if (is_newest(beat->body_time)) s.in_reach = beat->contact_in_reach;
     if (beat->lives_on != 0) s.valid_for[beat->body_time] = s.newest_valid_for;
   }
   const auto* patch = std::get_if<PatchMessage>(&message->body);
   if (!patch) return;
+  s.valid_for[patch->patch.stamp] = patch->patch.valid_for;
+  if (!is_newest(patch->patch.stamp)) return;
   s.in_reach = true;
-  s.valid_for[patch->patch.stamp] = s.newest_valid_for = patch->patch.valid_for;
+  s.newest_valid_for = patch->patch.valid_for;
 }
 
 void FadeCheck::tick(const SeenTick& seen) {

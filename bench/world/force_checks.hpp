@@ -45,6 +45,7 @@ class FadeCheck final : public Check {
   struct Station {
     std::map<Micros, Micros> valid_for;  ///< of the patches that came, by their stamps, and the later ones to which they live on
     Micros newest_valid_for{};
+    Micros newest_said{};  ///< the body's time of the newest patch or beat that came
     bool in_reach = true;
     Micros expired_ticks{};           ///< how long the patch in use has been invalid, in ticks
     int needless_ticks = 0;           ///< of these, with the body in reach
