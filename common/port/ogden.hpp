@@ -15,7 +15,7 @@
 //     Q_ii = y_i v_i^T, c_ii = 2 g'(x_i);   Q_ij = y_i v_j^T + y_j v_i^T, c_ij = g[x_i, x_j]
 //
 // In lanes g(C) = g(a) + g[a, b] (C - a) + g[a, b, c] (C - a)(C - b), Newton's interpolation at the x_i, which needs no v_i:
-// differences of what nearly cancels are taken from the binomial series. The x_i are 2 cos-like roots of t^3 - 3 t - 2 r, the one
+// differences of what nearly cancels are taken from the binomial series. The x_i come from the roots of t^3 - 3 t - 2 r, the one
 // apart from the others by Newton's method, they by the square root that is left; where that is not sharp g(C) is, by the theorem
 // of Cayley and Hamilton.
 //
