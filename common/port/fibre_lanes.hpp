@@ -11,6 +11,8 @@
 // CMAME 135 (1996); the exponential of the square from Holzapfel, Gasser and Ogden, J. Elasticity 61 (2000).
 #pragma once
 
+#include <Eigen/Core>
+
 #include "common/port/exp_lanes.hpp"
 #include "common/port/mat_lanes.hpp"
 #include "common/port/solid_law.hpp"
@@ -51,10 +53,27 @@ PALPATE_INLINE void add_fibres(const Fibres& fibres, const Doubles<N>& k, const 
     for (int c = 0; c < 3; ++c) p.of[r][c] += at.pull * at.along[r] * fibres.direction[static_cast<std::size_t>(c)];
 }
 
-/// Psi_f
+/// Psi_f at E = `strain`
 inline double fibre_energy(const Fibres& fibres, double k, double strain) {
   if (fibres.exponent == 0 || strain <= 0) return 0.5 * k * strain * strain;
   return 0.5 * k / fibres.exponent * growth_integral(fibres.exponent * strain * strain);
 }
+
+/// At one F; `k` in the unit of stress.
+struct FibreStress {
+  FibreStress(const Fibres& fibres, double k, const Eigen::Matrix3d& f) : a(fibres.direction.data()), along(f * a) {
+    FibrePull<2> at;
+    Mat<2> lanes;
+    for (int i = 0; i < 9; ++i) lanes.of[i / 3][i % 3] = Doubles<2>{} + f(i / 3, i % 3);
+    find_fibres<2>(fibres, Doubles<2>{} + k, lanes, at);
+    pull = at.pull[0], slope = at.slope[0];
+    energy = fibre_energy(fibres, k, along.squaredNorm() - 1);
+  }
+  /// P
+  Eigen::Matrix3d stress() const { return pull * along * a.transpose(); }
+
+  Eigen::Vector3d a, along;                ///< a, F a
+  double pull = 0, slope = 0, energy = 0;  ///< S, S', Psi_f
+};
 
 }  // namespace palpate

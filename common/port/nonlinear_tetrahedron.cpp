@@ -287,73 +287,7 @@ TetraLane membrane_energy(const TetraStamp& at, const TetraLanes& df) {
   return at.mu * (2 * inner(b.x, b.y) + inner(b.y, b.y)) + at.lambda * own * (trace_of(b.x) + 0.5F * own);
 }
 
-/// P' of what is differenced, in doubles.
-void differenced(const TetraStamp& at, const Mat<kTetraLane>& f, Mat<kTetraLane>& p) {
-  const TetraDifference& of = *at.difference;
-  p = {};
-  if (at.law.kind == SolidLaw::ogden) add_ogden<kTetraLane>(of.ogden, of.mu, of.lambda, f, p);
-  if (at.law.fibres.share > 0) add_fibres<kTetraLane>(at.law.fibres, at.law.fibres.share * of.mu, f, p);
-}
-
-/// F' and dF in doubles.
-void moved(const TetraStamp& at, const TetraLanes& df, Mat<kTetraLane>& f, Mat<kTetraLane>& way) {
-  for (std::size_t i = 0; i < 9; ++i) {
-    Doubles<kTetraLane>& entry = way.of[i / 3][i % 3];
-    for (int l = 0; l < kTetraLane; ++l) entry[static_cast<std::size_t>(l)] = static_cast<double>(df[i][l]);
-    f.of[i / 3][i % 3] = at.difference->f.of[i / 3][i % 3] + entry;
-  }
-}
-
-/// A dF
-void along_tangent(const TetraDifference& at, const Mat<kTetraLane>& way, Mat<kTetraLane>& dp) {
-  for (std::size_t i = 0; i < 9; ++i) {
-    Doubles<kTetraLane>& sum = dp.of[i / 3][i % 3];
-    sum = at.a[i][0] * way.of[0][0];
-    for (std::size_t k = 1; k < 9; ++k) sum += at.a[i][k] * way.of[k / 3][k % 3];
-  }
-}
-
-void add_difference(const TetraStamp& at, const TetraLanes& df, TetraLanes& q) {
-  Mat<kTetraLane> f, way, p, dp;
-  moved(at, df, f, way);
-  differenced(at, f, p);
-  along_tangent(*at.difference, way, dp);
-  for (std::size_t i = 0; i < 9; ++i) {
-    const Doubles<kTetraLane> more = p.of[i / 3][i % 3] - at.difference->p.of[i / 3][i % 3] - dp.of[i / 3][i % 3];
-    for (int l = 0; l < kTetraLane; ++l) q[i][l] += static_cast<float>(more[static_cast<std::size_t>(l)]);
-  }
-}
-
-TetraLane energy_by_difference(const TetraStamp& at, const TetraLanes& df) {
-  const TetraDifference& of = *at.difference;
-  Mat<kTetraLane> f, way, dp;
-  moved(at, df, f, way);
-  along_tangent(of, way, dp);
-  Doubles<kTetraLane> there{}, first, second;
-  if (at.law.kind == SolidLaw::ogden) ogden_energies<kTetraLane>(of.ogden, of.mu, of.lambda, f, there);
-  inner(of.p, way, first);
-  inner(dp, way, second);
-  const Doubles<kTetraLane> more = there - of.energy - first - 0.5 * second;
-  TetraLane energy;
-  const Eigen::Map<const Eigen::Vector3d> a(at.law.fibres.direction.data());
-  for (int l = 0; l < kTetraLane; ++l) {
-    const auto lane = static_cast<std::size_t>(l);
-    double sum = more[lane];
-    if (at.law.fibres.share > 0) {
-      Eigen::Matrix3d of_lane;
-      for (int i = 0; i < 9; ++i) of_lane(i / 3, i % 3) = f.of[i / 3][i % 3][lane];
-      sum += fibre_energy(at.law.fibres, at.law.fibres.share * of.mu[lane], (of_lane * a).squaredNorm() - 1);
-    }
-    energy[l] = static_cast<float>(sum);
-  }
-  return energy;
-}
-
 }  // namespace
-
-TetraDifference::TetraDifference() : f{}, p{}, a{}, energy{}, mu{}, lambda{} {
-  for (int i = 0; i < 3; ++i) f.of[i][i] += 1.0;
-}
 
 Eigen::Matrix3d frame_of(SolidLaw law, const Eigen::Matrix3d& deformation) {
   return law == SolidLaw::corotational ? polar_rotation(deformation) : Eigen::Matrix3d::Identity();
@@ -370,65 +304,6 @@ TetraStamp::TetraStamp() {
   size = TetraLane::Constant(4);
   mu = lambda = pressure = mu_2 = exponent = slope = shear = TetraLane::Zero();
   growth = TetraLane::Ones();
-}
-
-/// `lambda_of_law`: of ogden.
-void TetraStamp::set_difference(int lane, const Eigen::Matrix3d& deformation, double mu_l, double lambda_of_law) {
-  if (!difference) difference.emplace();
-  TetraDifference& at = *difference;
-  const auto l = static_cast<std::size_t>(lane);
-  Eigen::Matrix3d p = Eigen::Matrix3d::Zero();
-  Eigen::Matrix<double, 9, 9> a = Eigen::Matrix<double, 9, 9>::Zero();
-  // Row by row as a vector.
-  const auto add_product = [&](double c, const Eigen::Matrix3d& q) {
-    const Eigen::Matrix3d across = q.transpose();
-    const Eigen::Map<const Eigen::Matrix<double, 9, 1>> row(across.data());
-    a += c * row * row.transpose();
-  };
-  const auto add_matrix = [&](const Eigen::Matrix3d& m) {
-    for (int r = 0; r < 3; ++r) a.block<3, 3>(3 * r, 3 * r) += m;
-  };
-  at.mu[l] = mu_l;
-  at.lambda[l] = lambda_of_law;
-  if (law.kind == SolidLaw::ogden) {
-    if (at.ogden.sum == 0) at.ogden = OgdenLaw(law);
-    const OgdenModuli moduli{mu_l, lambda_of_law};
-    const OgdenTangent of = ogden_tangent(at.ogden, moduli, deformation);
-    p = ogden_stress(at.ogden, moduli, deformation);
-    at.energy[l] = ogden_energy(at.ogden, moduli, deformation);
-    add_matrix(of.g_of_c);
-    for (std::size_t k = 0; k < of.c.size(); ++k) add_product(of.c[k], of.q[k]);
-    add_product(lambda_of_law, cofactors(deformation));
-    // What kappa X(F)[dF] is: the derivative of each cofactor.
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) {
-        const int s = (r + 1) % 3, t = (r + 2) % 3, m = (c + 1) % 3, n = (c + 2) % 3;
-        a(3 * r + c, 3 * s + m) += of.kappa * deformation(t, n);
-        a(3 * r + c, 3 * t + n) += of.kappa * deformation(s, m);
-        a(3 * r + c, 3 * t + m) -= of.kappa * deformation(s, n);
-        a(3 * r + c, 3 * s + n) -= of.kappa * deformation(t, m);
-      }
-    shear[lane] += static_cast<float>(0.5 * of.steepest);
-  }
-  if (law.fibres.share > 0) {
-    const double k = law.fibres.share * mu_l;
-    const Eigen::Map<const Eigen::Vector3d> direction(law.fibres.direction.data());
-    Mat<2> f2;
-    for (int i = 0; i < 9; ++i) f2.of[i / 3][i % 3] = Doubles<2>{} + deformation(i / 3, i % 3);
-    FibrePull<2> of;
-    find_fibres<2>(law.fibres, Doubles<2>{} + k, f2, of);
-    const Eigen::Vector3d along = deformation * direction;
-    p += of.pull[0] * along * direction.transpose();
-    at.energy[l] += fibre_energy(law.fibres, k, along.squaredNorm() - 1);
-    add_matrix(of.pull[0] * direction * direction.transpose());
-    add_product(2 * of.slope[0], along * direction.transpose());
-    shear[lane] += static_cast<float>(0.5 * std::max(0.0, of.pull[0]) + of.slope[0] * along.squaredNorm());
-  }
-  for (int i = 0; i < 9; ++i) {
-    at.f.of[i / 3][i % 3][l] = deformation(i / 3, i % 3);
-    at.p.of[i / 3][i % 3][l] = p(i / 3, i % 3);
-    for (int k = 0; k < 9; ++k) at.a[i][k][l] = a(i, k);
-  }
 }
 
 void TetraStamp::set(int lane, const LawParameters& parameters, const Eigen::Matrix3d& deformation, double mu_l,
@@ -482,22 +357,16 @@ void TetraStamp::set(int lane, const LawParameters& parameters, const Eigen::Mat
   pressure[lane] = static_cast<float>(of_pressure);
   shear[lane] = mu[lane] * growth[lane] + slope[lane] + mu_2[lane];
   if (kind == SolidLaw::membrane) shear[lane] *= static_cast<float>(deformation.squaredNorm());
-  if (kind == SolidLaw::ogden || law.fibres.share > 0) set_difference(lane, deformation, mu_l, of_lambda);
+  if (!is_differenced(law)) return;
+  if (!difference) difference.emplace();
+  shear[lane] += static_cast<float>(difference->set(lane, law, deformation, mu_l, of_lambda));
 }
 
 void TetraStamp::spread() {
   const auto all = [](TetraLane& lane) { lane = TetraLane::Constant(lane[0]); };
   for (TetraLanes* const lanes : {&f, &g, &w}) std::for_each(lanes->begin(), lanes->end(), all);
   for (TetraLane* const lane : {&size, &mu, &lambda, &pressure, &mu_2, &exponent, &growth, &slope, &shear}) all(*lane);
-  if (!difference) return;
-  const auto all_doubles = [](Doubles<kTetraLane>& lane) { lane = Doubles<kTetraLane>{} + lane[0]; };
-  TetraDifference& at = *difference;
-  for (Doubles<kTetraLane>* const lane : {&at.energy, &at.mu, &at.lambda}) all_doubles(*lane);
-  for (int i = 0; i < 9; ++i) {
-    all_doubles(at.f.of[i / 3][i % 3]);
-    all_doubles(at.p.of[i / 3][i % 3]);
-    for (Doubles<kTetraLane>& entry : at.a[i]) all_doubles(entry);
-  }
+  if (difference) difference->spread();
 }
 
 void turn(const TetraStamp& at, const TetraLanes& df, TetraTurn& turned) noexcept {
@@ -515,7 +384,7 @@ TetraLanes nonlinear_residual_stress(const TetraStamp& at, const TetraLanes& df,
     q = membrane_stress(at, df);
   else
     q = at.law.kind == SolidLaw::neo_hookean ? neo_hookean_stress(at, df) : corotational_stress(at, df, turned.d);
-  if (at.difference) add_difference(at, df, q);
+  if (at.difference) at.difference->add_residual_stress(at.law, df, q);
   return q;
 }
 
@@ -529,7 +398,7 @@ TetraLane nonlinear_residual_energy(const TetraStamp& at, const TetraLanes& df, 
     energy = neo_hookean_energy(at, df);
   else if (at.law.kind == SolidLaw::corotational)
     energy = corotational_energy(at, df, turned.d);
-  if (at.difference) energy += energy_by_difference(at, df);
+  if (at.difference) energy += at.difference->residual_energy(at.law, df);
   return energy;
 }
 

@@ -37,52 +37,16 @@
 // and its energy beyond the second order
 //     S(X) : Y + S(Y) : Y / 2
 //
-// ogden, and the fibres of any law (ogden.hpp, fibre_lanes.hpp): Q as it is written, P(F') - P(F) - A(F) dF, and the energy
-// likewise, in double precision, of which what cancels leaves enough.
+// ogden, and the fibres of any law: by a difference (tetra_difference.hpp)
 //
 // Its viscous stress is P_v(F, F_t) = F (mu_v (B + B^T) + lambda_v tr(B) 1), B = F^T F_t.
 #pragma once
 
-#include <Eigen/Core>
-#include <array>
 #include <optional>
 
-#include "common/port/fibre_lanes.hpp"
-#include "common/port/ogden.hpp"
+#include "common/port/tetra_difference.hpp"
 
 namespace palpate {
-
-inline constexpr int kTetraLane = 8;  ///< a vector register
-using TetraLane = Eigen::Array<float, kTetraLane, 1>;
-using TetraLanes = std::array<TetraLane, 9>;  ///< a matrix, row by row
-
-inline TetraLane inner(const TetraLanes& a, const TetraLanes& b) {
-  TetraLane sum = a[0] * b[0];
-  for (std::size_t i = 1; i < 9; ++i) sum += a[i] * b[i];
-  return sum;
-}
-inline TetraLanes sum(const TetraLanes& a, const TetraLanes& b) {
-  TetraLanes c;
-  for (std::size_t i = 0; i < 9; ++i) c[i] = a[i] + b[i];
-  return c;
-}
-/// A^T B
-inline TetraLanes transposed_product(const TetraLanes& a, const TetraLanes& b) {
-  TetraLanes c;
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j) c[3 * i + j] = a[i] * b[j] + a[3 + i] * b[3 + j] + a[6 + i] * b[6 + j];
-  return c;
-}
-/// What is taken by a difference in double precision, side by side.
-struct TetraDifference {
-  Mat<kTetraLane> f, p;                    ///< F, P(F) [J]
-  Doubles<kTetraLane> a[9][9];             ///< A(F), row by row of P and of F [J]
-  Doubles<kTetraLane> energy, mu, lambda;  ///< [J]; of the law
-  OgdenLaw ogden;                          ///< of no sum where the law is another
-
-  /// What does not resist.
-  TetraDifference();
-};
 
 /// R: in this frame a corotational tetrahedron is given, dF as R^T dF, and pushes, Q as R Q. 1 where the law needs none.
 Eigen::Matrix3d frame_of(SolidLaw law, const Eigen::Matrix3d& deformation);
@@ -114,9 +78,6 @@ struct TetraStamp {
   void set(int lane, const LawParameters& law, const Eigen::Matrix3d& deformation, double mu_l, double lambda_l);
   /// What lane 0 has, in all.
   void spread();
-
- private:
-  void set_difference(int lane, const Eigen::Matrix3d& deformation, double mu_l, double lambda_of_law);
 };
 
 /// To dF, from the stamp or better from a little before; nothing where the law does not turn.

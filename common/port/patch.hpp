@@ -90,6 +90,9 @@ struct PatchFading {
 /// How long a link may always be silent: what a patch is valid for, at least, beyond the age that it is expected to reach.
 inline constexpr Micros kSilenceLeast{250'000};
 
+/// Largest component of a force that may be sent [N], of a patch and elsewhere.
+inline constexpr double kMaxForceN = 1e4;
+
 struct Patch {
   std::uint32_t seq = 0;  ///< grows by one with every patch for this station
   Micros stamp{};         ///< t*

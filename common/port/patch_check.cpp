@@ -16,8 +16,7 @@ namespace palpate {
 namespace {
 
 constexpr double kTolerance = 1e-5, kSmallestDiagonal = 1e-6;
-constexpr double kMaxForceN = 1e4, kMaxSpeedMS = 1e3, kMaxStiffness = 1e12, kMaxModel = 1e12, kMaxCompliance = 1e3,
-                 kMaxFriction = 10;
+constexpr double kMaxSpeedMS = 1e3, kMaxStiffness = 1e12, kMaxModel = 1e12, kMaxCompliance = 1e3, kMaxFriction = 10;
 constexpr double kMaxLowPassHz = 1e4, kLeastTriangleArea = 1e-14;  // two triangle areas [m^2]
 constexpr Micros kMaxValid{60'000'000};
 constexpr double kMostFades = kMaxFadingShare + 1e-6, kLeastFadingS = 0.9 * kMinFadingS;  // as float32

@@ -1,3 +1,9 @@
+// What a solid is made of, as scene, body, wire and patch name it: its law and what that has besides the two moduli of small
+// strains, fibres, and the shares of stress that fade; with the pieces of the laws that body and player both compute.
+//
+// Equations, symbols and sources of the laws: server/body/tetra_kernel.hpp; of Ogden's and of fibres: ogden.hpp, fibre_lanes.hpp.
+// Every law has the shear modulus mu_L and Lame's lambda_L in small strains, and no stress at rest. Bounds are those that a scene
+// and a datagram are held to (server/scene, common/wire): within them every force and tangent is finite at every F that is.
 #pragma once
 
 #include <algorithm>

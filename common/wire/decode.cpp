@@ -199,7 +199,7 @@ WireFault read(const wire::ShapePiece& table, ShapePiece& m) {
   m.body_time = time_of(table.body_time());
   m.unit = table.unit();
   sense.time(m.body_time);
-  sense.number(m.unit, 0, kMaxForceN);
+  sense.number(m.unit, 0, kMaxShapeUnit);
   sense.that(to_enum(table.channel(), ShapeChannel::pressure, m.channel));
   if (!sense.ok()) return sense.fault();
   m.blocks.assign(table.blocks()->begin(), table.blocks()->end());

@@ -119,12 +119,15 @@ struct MeshPiece {
   std::vector<Triangle> triangles;
 };
 
+/// Largest unit of a shape's numbers: of a stress of 25 GPa.
+inline constexpr double kMaxShapeUnit = 1e8;
+
 /// Server -> viewer: blocks of vertices (shape_blocks.hpp) of one channel that changed up to one moment.
 struct ShapePiece {
   std::uint32_t frame = 0;  ///< grows by one a frame
   Micros body_time{};       ///< server's clock: only differences mean something to a viewer
   ShapeChannel channel = ShapeChannel::position;
-  double unit = 0;                   ///< value = unit * whole number
+  double unit = 0;                   ///< value = unit * whole number, 0 to kMaxShapeUnit
   std::vector<std::uint8_t> blocks;  ///< as append_block() wrote them
 };
 

@@ -6,7 +6,6 @@
 
 #include "common/base/plain_text.hpp"
 #include "common/wire/codec.hpp"
-#include "common/wire/force_limit.hpp"
 #include "common/wire/pack.hpp"
 
 namespace palpate {

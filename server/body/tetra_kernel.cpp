@@ -151,32 +151,18 @@ Mat3 stress_of_law(const TetraMaterial& m, const Mat3& f) {
   return m.mu * (1 - 1 / (f.squaredNorm() + 1)) * f + m.lambda * (j - m.alpha) * g;
 }
 
-/// S and S' of fibres that are F a long.
-struct FibreStress {
-  FibreStress(const TetraMaterial& m, const Mat3& f) : a(m.fibres.direction.data()), along(f * a) {
-    FibrePull<2> at;
-    Mat<2> lanes;
-    for (int i = 0; i < 9; ++i) lanes.of[i / 3][i % 3] = Doubles<2>{} + f(i / 3, i % 3);
-    find_fibres<2>(m.fibres, Doubles<2>{} + m.fibre_k, lanes, at);
-    pull = at.pull[0], slope = at.slope[0];
-  }
-  Vec3 a, along;
-  double pull = 0, slope = 0;
-};
-
 }  // namespace
 
 double elastic_energy_density(const TetraMaterial& m, const Mat3& f) {
   const double of_law = energy_of_law(m, f);
   if (m.fibre_k == 0) return of_law;
-  return of_law + fibre_energy(m.fibres, m.fibre_k, FibreStress(m, f).along.squaredNorm() - 1);
+  return of_law + FibreStress(m.fibres, m.fibre_k, f).energy;
 }
 
 Mat3 elastic_stress(const TetraMaterial& m, const Mat3& f) {
   const Mat3 of_law = stress_of_law(m, f);
   if (m.fibre_k == 0) return of_law;
-  const FibreStress fibres(m, f);
-  return of_law + fibres.pull * fibres.along * fibres.a.transpose();
+  return of_law + FibreStress(m.fibres, m.fibre_k, f).stress();
 }
 
 Mat3 viscous_stress(const TetraMaterial& m, const Mat3& f, const Mat3& f_rate) {
@@ -275,7 +261,7 @@ void TetraTangent::of_membrane(const TetraMaterial& m, bool clamp) {
 }
 
 void TetraTangent::add_fibres(const TetraMaterial& m, bool clamp) {
-  const FibreStress at(m, f_);
+  const FibreStress at(m.fibres, m.fibre_k, f_);
   const double pull = clamp ? std::max(0.0, at.pull) : at.pull;
   add_m(pull * at.a * at.a.transpose());
   add(2 * at.slope, at.along * at.a.transpose());

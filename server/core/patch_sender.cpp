@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "common/port/terms_parity.hpp"
-#include "common/wire/force_limit.hpp"
 #include "server/room/deadband.hpp"
 
 namespace palpate {

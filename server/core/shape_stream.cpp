@@ -90,13 +90,13 @@ void ShapeStream::take(const ShapeFrame& frame) {
   weigh(frame.tools);
 }
 
-/// Of what has no limit known beforehand the unit doubles until the largest fits into 8 bits.
+/// Of what has no limit known beforehand the unit doubles until the largest fits into 8 bits, or a viewer would not take it.
 void ShapeStream::take_scalars(ShapeChannel which, std::span<const float> scalars) {
   Channel& channel = channels_[index_of(which)];
   float largest = 0;
   for (const std::uint32_t node : node_of_) largest = std::max(largest, scalars[node]);
   if (which != ShapeChannel::support && std::isfinite(largest))
-    while (largest > kScalarSteps * channel.unit) channel.unit *= 2;
+    while (largest > kScalarSteps * channel.unit && 2 * channel.unit <= kMaxShapeUnit) channel.unit *= 2;
   renew(which, kHoldScalar,
         [&](std::size_t v, int) { return std::clamp(scalars[node_of_[v]] / channel.unit, 0.0, kScalarSteps); });
 }

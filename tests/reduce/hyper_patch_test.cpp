@@ -30,7 +30,11 @@ struct Grasp {
   explicit Grasp(double shift_m, double speed_m_s = 0, SpringLaw law = SpringLaw::linear, std::uint64_t seed = 5,
                  double stiffer = 1)
       : dynamics((body.law = law, stiffen(body, stiffer))) {
-    state = random_state(dynamics, seed, shift_m, speed_m_s);
+    begin(random_state(dynamics, seed, shift_m, speed_m_s));
+  }
+  explicit Grasp(LumpedBody of) : body(std::move(of)), dynamics(body) { begin(random_state(dynamics, 5, 0, 0)); }
+  void begin(BodyState at) {
+    state = std::move(at);
     ports[0].kind = ContactKind::attach;
     ports[0].node = kNode;
     ports[0].lambda = -dynamics.element_force(state, kNode);
@@ -52,7 +56,35 @@ struct Grasp {
   }
 };
 
+/// A block of finite elements, beside the grasped node held by a spring to a place outside.
+LumpedBody held_by_a_ligament() {
+  LumpedBody body = solid_box(4, 4, 4, {SolidLaw::neo_hookean, 8e3, 0.45, 0.01});
+  const auto anchor = static_cast<std::uint32_t>(body.nodes.size());
+  body.nodes.push_back(body.nodes[kNode + 1] + Vec3(0, -0.04, 0.01));
+  body.masses_kg.push_back(1e-3);
+  body.fixed.push_back(1);
+  body.elements.push_back({kNode + 1, anchor, (body.nodes[anchor] - body.nodes[kNode + 1]).norm(), 40, 0.1});
+  return body;
+}
+
 }  // namespace
+
+TEST_CASE("A solid that a ligament holds has nonlinear patches, ten times nearer to its forces than the linear ones") {
+  Grasp grasp(held_by_a_ligament());
+  const BuiltPatch built = grasp.build();
+  REQUIRE(built.terms.variables == built.patch.modes() + 3);
+  NonlinearForce bend(built.terms, built.patch);
+  for (const Vec3& d : {Vec3(0.006, 0, 0), Vec3(0.004, -0.004, 0.005), Vec3(0, 0.001, -0.006)}) {
+    NonlinearForce::Variables u = NonlinearForce::Variables::Zero(built.patch.modes() + 3), force;
+    u.head<3>() = d;
+    BodyState moved = grasp.state;
+    moved.x.segment<3>(3 * kNode) += d;
+    const Vec3 exact = grasp.dynamics.element_force(moved, kNode), linear = built.patch.force - built.patch.k_port * d;
+    bend.move_to(u);
+    bend.elastic(force);
+    CHECK((linear + force.head<3>() - exact).norm() < 0.1 * (linear - exact).norm());
+  }
+}
 
 TEST_CASE("With the modes still, the force of a displaced tool is the body's") {
   Grasp grasp(0);

@@ -61,6 +61,7 @@ struct Stroke {
   std::mt19937 random{9};
   double loss = 0;
   bool moving = true;
+  double pull_n_m = 1;  ///< tension of an edge that is so deep
   Micros now{0};
   double shown_s = 0, t_s = 0;  ///< body time and time of the motion in the newest frame
   std::int64_t server_ns = 0;
@@ -97,7 +98,7 @@ struct Stroke {
       for (const Vec3& rest : scene.body.nodes) result.positions.push_back(deformed(rest, t_s));
       if (job->asks_for(ShapeChannel::tension))
         for (const Vec3& x : result.positions)
-          result.fields[index_of(ShapeChannel::tension)].push_back(static_cast<float>(-x.z()));
+          result.fields[index_of(ShapeChannel::tension)].push_back(static_cast<float>(-pull_n_m * x.z()));
       result.stations.push_back({99, {}, {}, tool_at(t_s), Vec3(0, 0, 1), true});
       timed([&] { server.finish(std::move(result), now); });
     }
@@ -203,6 +204,19 @@ TEST_CASE("A channel that a viewer asks for comes to it and to no other, and sto
   world.run(Micros{200'000});
   REQUIRE(world.viewers[0]->show(world.now + Micros{10'000'000}, moment));
   CHECK(moment.shape.scalars.empty());
+}
+
+TEST_CASE("A body that pulls harder than what can be sent is shown at most as hard, and never refused", "[view]") {
+  Stroke world(1);
+  world.pull_n_m = 1e18;
+  world.viewers[0]->show_channel(ShapeChannel::tension);
+  world.run(Micros{3'000'000});
+  ViewMoment moment;
+  REQUIRE(world.viewers[0]->show(world.now + Micros{10'000'000}, moment));
+  REQUIRE(moment.shape.scalars.size() == moment.shape.positions.size());
+  const float most = *std::max_element(moment.shape.scalars.begin(), moment.shape.scalars.end());
+  CHECK(most > 255 * 0.5 * kMaxShapeUnit);
+  CHECK(most <= 255 * kMaxShapeUnit);
 }
 
 TEST_CASE("A smaller budget is kept, and what is near the tool is the last to suffer", "[view]") {

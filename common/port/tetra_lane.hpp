@@ -1,0 +1,31 @@
+// Matrices in single precision side by side, one in every lane of a vector register: of tetrahedra in the player.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+namespace palpate {
+
+inline constexpr int kTetraLane = 8;
+using TetraLane = Eigen::Array<float, kTetraLane, 1>;
+using TetraLanes = std::array<TetraLane, 9>;  ///< a matrix, row by row
+
+inline TetraLane inner(const TetraLanes& a, const TetraLanes& b) {
+  TetraLane sum = a[0] * b[0];
+  for (std::size_t i = 1; i < 9; ++i) sum += a[i] * b[i];
+  return sum;
+}
+inline TetraLanes sum(const TetraLanes& a, const TetraLanes& b) {
+  TetraLanes c;
+  for (std::size_t i = 0; i < 9; ++i) c[i] = a[i] + b[i];
+  return c;
+}
+/// A^T B
+inline TetraLanes transposed_product(const TetraLanes& a, const TetraLanes& b) {
+  TetraLanes c;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) c[3 * i + j] = a[i] * b[j] + a[3 + i] * b[3 + j] + a[6 + i] * b[6 + j];
+  return c;
+}
+
+}  // namespace palpate
