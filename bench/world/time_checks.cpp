@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
+#include "client/guard/guard.hpp"
 #include "server/room/tool_track.hpp"
 
 namespace palpate {
@@ -132,6 +134,10 @@ void FreshnessCheck::tick(const SeenTick& seen) {
   if (bounds.joined != s.joined) {
     s.joined = bounds.joined;
     s.plays_from = seen.own;
+  }
+  if (seconds(seen.now - std::exchange(s.ticked, seen.now)) > Guard::kGapMaxS) {
+    s.newest.reset();
+    s.arrived.clear();
   }
   while (!s.arrived.empty() && s.arrived.front().at + kNetWake <= seen.now) {
     s.newest = s.newest ? std::max(*s.newest, s.arrived.front().stamp) : s.arrived.front().stamp;

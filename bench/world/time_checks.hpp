@@ -6,7 +6,8 @@
 //               valid for; and a patch knows the tool where it was at the stamp: patch.tool is the tool's path at the stamp,
 //               interpolated between the samples that had been delivered to the server when it began the frame
 //   freshness   while a station is calm: a patch leaves the server at most sent_age_max old; the one in use is not older than the
-//              newest that was delivered kNetWake ago (one of the future, from a server whose clock stepped, is not to be used);
+//              newest that was delivered kNetWake ago (one of the future, from a server whose clock stepped, is not to be used,
+//              nor need one be that came before or while the haptic thread stood still);
 //              and once nothing is lost any more, the one in use is at most
 //              sent_age_max + frames + down_max + kNetWake old, unless the server says that no contact is in reach
 #pragma once
@@ -81,6 +82,7 @@ class FreshnessCheck final : public Check {
     std::deque<Arrived> arrived;
     std::optional<Micros> newest;  ///< stamp that must be in use
     bool in_reach = true;
+    Micros ticked{};
     Micros joined = Micros::max(), plays_from = Micros::max();  ///< own clock: it has no tool for older patches
   };
   const std::vector<StationBounds>& bounds_;
