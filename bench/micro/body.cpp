@@ -25,8 +25,12 @@
 namespace palpate {
 namespace {
 
-/// A scene of the repository, its solids under the other law with "-corotational", or "cube<n>".
+/// A scene of the repository, its solids under the other law with "-corotational", "cube<n>", or "hexahedra<n>" without dampers
+/// and "-damped" by 10 ms.
 Scene body_of(const std::string& name) {
+  const std::string solid = "hexahedra";
+  if (name.starts_with(solid))
+    return solid_cube_of(std::stoi(name.substr(solid.size())), name.ends_with("-damped") ? 0.010 : 0.0);
   const std::string suffix = "-corotational";
   if (!name.ends_with(suffix)) return name.starts_with("organ") ? scene_of(name) : cube_of(std::stoi(name.substr(4)));
   Scene scene = scene_of(name.substr(0, name.size() - suffix.size()));
@@ -55,7 +59,9 @@ struct BodyCase {
   }
   bool solid() const { return scene.body.elements.empty(); }
   bool corotational() const { return solid() && scene.body.materials.front().law == SolidLaw::corotational; }
-  std::size_t elements() const { return solid() ? scene.body.tetrahedra.size() : scene.body.elements.size(); }
+  std::size_t elements() const {
+    return solid() ? scene.body.tetrahedra.size() + scene.body.hexahedra.size() : scene.body.elements.size();
+  }
 
   Scene scene;
   Dynamics dynamics;
@@ -69,7 +75,9 @@ struct Operations {
   double spring = 0, tetrahedron = 0;
 };
 void report(benchmark::State& state, const BodyCase& body, const ProcessorTimer& timer, const Operations& operations = {}) {
-  const double flops = body.corotational() ? 0 : body.solid() ? operations.tetrahedron : operations.spring;
+  const double flops = body.corotational() || !body.scene.body.hexahedra.empty() ? 0
+                       : body.solid()                                            ? operations.tetrahedron
+                                                                                 : operations.spring;
   const double elements = static_cast<double>(state.iterations()) * static_cast<double>(body.elements());
   const double ns = timer.seconds() * 1e9 / elements;
   state.counters["nodes"] = static_cast<double>(body.scene.body.nodes.size());
@@ -107,10 +115,38 @@ void body_blocks(benchmark::State& state, const std::string& name) {
   report(state, body, timer, {40, 0});
 }
 
+/// The same of hexahedra.
+void body_hexahedra(benchmark::State& state, const std::string& name) {
+  const BodyCase body(name);
+  const HexaForces hexahedra(body.dynamics);
+  const std::uint32_t nodes = body.dynamics.nodes();
+  NodeArrays u(nodes), v(nodes), f(nodes);
+  for (std::uint32_t i = 0; i < nodes; ++i) {
+    u.set(i, at_node(body.state.x, i) - body.scene.body.nodes[i]);
+    v.set(i, at_node(body.state.v, i));
+  }
+  const ProcessorTimer timer;
+  for (auto _ : state) {
+    for (const bool odd : {false, true})
+      for (std::size_t k = 0; k < hexahedra.slabs(odd); ++k) hexahedra.add_forces(odd, k, u, v, f);
+    benchmark::DoNotOptimize(f.x.data());
+  }
+  report(state, body, timer);
+}
+
+struct ImplicitSteps {
+  ImplicitSteps(const Dynamics& dynamics, const Skin& skin) : integrator(dynamics, skin, {}) {}
+  void use_threads(ThreadPool& pool) { integrator.use_threads(pool); }
+  AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s, const ToolMotion& tools) {
+    return integrator.advance(state, ports, until_s, step_s, tools);
+  }
+  Integrator integrator;
+};
+
 /// Steps of a body that `threads` share: wall clock.
 template <typename Steps>
 void body_steps(benchmark::State& state, const std::string& name, std::size_t threads) {
-  constexpr double kFrameS = 0.010;
+  constexpr double kFrameS = 0.050, kStepS = 0.010;
   BodyCase body(name);
   const Skin nothing_to_touch;
   Steps stepper(body.dynamics, nothing_to_touch);
@@ -120,7 +156,7 @@ void body_steps(benchmark::State& state, const std::string& name, std::size_t th
   int steps = 0;
   double moved_s = 0;
   for (auto _ : state) {
-    steps += stepper.advance(body.state, no_tools, body.state.time_s + kFrameS, kFrameS, {}).steps;
+    steps += stepper.advance(body.state, no_tools, body.state.time_s + kFrameS, kStepS, {}).steps;
     moved_s += kFrameS;
   }
   state.counters["nodes"] = static_cast<double>(body.scene.body.nodes.size());
@@ -254,6 +290,22 @@ void add_body_benchmarks() {
           ->UseRealTime()
           ->MinTime(0.5);
     }
+  for (const char* body : {"hexahedra11", "hexahedra20", "hexahedra20-damped", "hexahedra32"})
+    benchmark::RegisterBenchmark((std::string("body/forces_in_blocks/") + body).c_str(), body_hexahedra, body)->MinTime(0.1);
+  const auto add_steps = [](const char* what, const char* body, auto function, std::size_t threads) {
+    benchmark::RegisterBenchmark((std::string("body/") + what + "/" + body + "/threads:" + std::to_string(threads)).c_str(),
+                                 function, body, threads)
+        ->UseRealTime()
+        ->MinTime(0.5);
+  };
+  for (const std::size_t threads : {1, 2}) {
+    for (const char* body : {"hexahedra11", "hexahedra20", "hexahedra32"})
+      add_steps("leapfrog", body, body_steps<ExplicitIntegrator>, threads);
+    for (const char* body : {"hexahedra11-damped", "hexahedra20-damped"})
+      add_steps("stabilised", body, body_steps<StabilisedIntegrator>, threads);
+  }
+  for (const char* body : {"hexahedra11", "hexahedra11-damped", "hexahedra20", "hexahedra20-damped"})
+    add_steps("implicit", body, body_steps<ImplicitSteps>, 1);
   for (const char* body : {"cube6", "cube15", "organ-buckling"})
     benchmark::RegisterBenchmark((std::string("body/indentations/") + body).c_str(), body_indentations, body)->MinTime(0.1);
   for (const char* body : {"cube14", "cube20", "cube30"})

@@ -34,6 +34,19 @@ Scene cube_of(int n) {
   return scene;
 }
 
+Scene solid_cube_of(int n, double damping_s) {
+  const SceneText text(scene_folder / "cube6.json");
+  SceneSettings settings = read_settings(text);
+  settings.lattice.nodes = {n, n, n};
+  settings.lattice.density_kg_m3 = 1060;
+  settings.lattice.solid = SolidSettings{.material = {SolidLaw::neo_hookean, 5500, 0.45, damping_s}};
+  Scene scene;
+  scene.name = "hexahedra" + std::to_string(n);
+  scene.body = build_lattice(settings.lattice, text).body;
+  scene.tool.contact = ContactKind::touch;
+  return scene;
+}
+
 Motion above(const Scene& scene, const Motion& motion, double height_m) {
   Scene touched = scene;
   touched.tool.contact = ContactKind::touch;

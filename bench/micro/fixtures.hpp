@@ -16,6 +16,8 @@ Scene scene_of(const std::string& name);
 Motion motion_of(const std::string& name);
 /// The cube of cube6.json with n^3 nodes: the same size and density, element stiffness and damping in proportion to spacing.
 Scene cube_of(int n);
+/// The same cube of n^3 nodes of hexahedra: neo-Hookean, 5.5 kPa, nu = 0.45, 1060 kg/m^3.
+Scene solid_cube_of(int n, double damping_s);
 /// The motion moved so that it starts `height_m` above the middle of the top of the body.
 Motion above(const Scene& scene, const Motion& motion, double height_m);
 

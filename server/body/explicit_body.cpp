@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "common/base/limits.hpp"
+#include "server/body/spectrum.hpp"
 
 namespace palpate {
 
@@ -14,12 +15,14 @@ ExplicitBody::ExplicitBody(const Dynamics& dynamics)
       f(dynamics.nodes()),
       dynamics_(&dynamics),
       springs_(dynamics.body()),
+      hexahedra_(dynamics),
       blocks_(springs_),
       spacing_m_(mean_edge_m(dynamics.body())),
       nowhere_(u.x.size(), 0.0F) {}
 
 void ExplicitBody::use_threads(ThreadPool& pool) {
-  pool_ = pool.size() > 1 && springs_.size() >= kWorthSharing ? &pool : nullptr;
+  const bool worth_it = springs_.size() >= kWorthSharing || hexahedra_.size() >= kHexaWorthSharing;
+  pool_ = pool.size() > 1 && worth_it ? &pool : nullptr;
 }
 
 node_loops::Nodes ExplicitBody::nodes_of(std::size_t part) const {
@@ -62,8 +65,17 @@ void ExplicitBody::add_forces(const NodeArrays& at_u, const NodeArrays& at_v) {
     share((odd ? springs_.odd_slabs() : springs_.even_slabs()).size(), [&](std::size_t k) {
       for (const SpringBlocks::Slab& run : blocks_.needed(odd, k)) springs_.add_forces(run, at_u, at_v, f);
     });
+  for (const bool odd : {false, true})
+    share(hexahedra_.slabs(odd), [&](std::size_t k) { hexahedra_.add_forces(odd, k, at_u, at_v, f); });
   needed_ += blocks_.needed_share();
   evaluations_ += 1;
+}
+
+HexaForces::Growth ExplicitBody::growth() const {
+  HexaForces::Growth growth = hexahedra_.growth(u);
+  growth.stiffness = std::max(growth.stiffness / Spectrum::kStiffer, springs_.stiffest(u));
+  growth.damping = std::max(growth.damping / Spectrum::kThicker, 1.0);
+  return growth;
 }
 
 void ExplicitBody::accelerate(NodeArrays& a) {

@@ -1,10 +1,11 @@
-// A body of springs in single precision, as explicit integrators move it: where its nodes are, and the forces on them.
+// A body of springs or of hexahedra in single precision, as explicit integrators move it: where its nodes are, and the forces on
+// them.
 //
 //     a = M^-1 (F(u, v) + ...) + gravity for nodes that move, 0 for those that are held
 //
 // Displacements u [m] from the shape at rest (spring_blocks.hpp): one of 10 mm is right to 1 nm. A thread pool shares the
-// springs, slab by slab, and the loops over nodes: same bits whatever its size. Blocks of nodes where nothing happens may rest
-// (resting_blocks.hpp): they are where they are, v = a = 0, and what acts on them is not asked.
+// elements, slab by slab, and the loops over nodes: same bits whatever its size. Blocks of nodes of springs where nothing happens
+// may rest (resting_blocks.hpp): they are where they are, v = a = 0, and what acts on them is not asked.
 #pragma once
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include <span>
 #include <vector>
 
+#include "server/body/hexa_forces.hpp"
 #include "server/body/node_loops.hpp"
 #include "server/body/resting_blocks.hpp"
 #include "server/body/skin.hpp"
@@ -24,8 +26,11 @@ namespace palpate {
 class ExplicitBody {
  public:
   static constexpr std::size_t kWorthSharing = 60'000;  ///< springs, with gaps: an evaluation of 30 us
+  static constexpr std::size_t kHexaWorthSharing = 2'000;
 
-  /// `dynamics` must outlive it. SpringBlocks::covers() the body.
+  /// Whether explicit steps know all that the body is made of.
+  static bool covers(const LumpedBody& body) { return SpringBlocks::covers(body) || HexaForces::covers(body); }
+  /// `dynamics` must outlive it. covers() its body.
   explicit ExplicitBody(const Dynamics& dynamics);
   void use_threads(ThreadPool& pool);
 
@@ -34,7 +39,7 @@ class ExplicitBody {
   /// device may jump.
   void give(BodyState& state, const std::vector<ToolPort>& ports, const ToolMotion& tools, double until_s) const;
 
-  /// f += forces of the springs.
+  /// f += forces of the elements.
   void add_forces(const NodeArrays& at_u, const NodeArrays& at_v);
   /// Of f, which is zero again.
   void accelerate(NodeArrays& a);
@@ -48,13 +53,16 @@ class ExplicitBody {
   const LumpedBody& body() const { return dynamics_->body(); }
   double spacing_m() const { return spacing_m_; }  ///< mean length of an element
   const SpringBlocks& springs() const { return springs_; }
+  const HexaForces& hexahedra() const { return hexahedra_; }
+  /// How much the largest eigenvalues of K and D may have grown since the body was at rest; at least 1.
+  HexaForces::Growth growth() const;
   double inverse_mass(std::uint32_t node) const { return static_cast<double>(inverse_mass_[node]); }
 
   static constexpr std::size_t kLeastBlocks = 150;  ///< that may rest: fewer cost less than it takes to tell them apart
 
   /// What may be left out of balance [N]; 0: nothing rests.
   void leave_out(double most_n) { left_out_n_ = most_n; }
-  bool may_rest() const { return left_out_n_ > 0 && blocks_.blocks() >= kLeastBlocks; }
+  bool may_rest() const { return left_out_n_ > 0 && hexahedra_.size() == 0 && blocks_.blocks() >= kLeastBlocks; }
   /// Lets blocks rest over the next `over_s`, `a` being all accelerations, those of contacts included; not those of `busy` nodes.
   /// Of nodes that rest v is zero, and what is given, `a` among them.
   void let_rest(const NodeArrays& a, const std::vector<std::uint32_t>& busy, double over_s, std::span<NodeArrays* const> zero);
@@ -102,6 +110,7 @@ class ExplicitBody {
 
   const Dynamics* dynamics_;
   SpringBlocks springs_;
+  HexaForces hexahedra_;
   RestingBlocks blocks_;
   std::vector<double> unbalanced_;  // of blocks [N]
   double left_out_n_ = 0, needed_ = 0, evaluations_ = 0;

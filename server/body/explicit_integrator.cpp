@@ -39,8 +39,9 @@ ExplicitIntegrator::ExplicitIntegrator(const Dynamics& dynamics, const Skin& ski
       predicted_(dynamics.nodes()) {}
 
 ExplicitStepper::Steps ExplicitIntegrator::steps_for(double whole_s, double step_s, const std::vector<ToolPort>&) {
-  const double stiffest = body_.springs().stiffest(body_.u);
-  const double h = std::min(step_s, stiffest > 1 ? kShare * leapfrog_step_s(spectrum_.w2 * stiffest, spectrum_.g) : step_s_);
+  const auto [stiffer, thicker] = body_.growth();
+  const bool grown = stiffer > 1 || thicker > 1;
+  const double h = std::min(step_s, grown ? kShare * leapfrog_step_s(spectrum_.w2 * stiffer, spectrum_.g * thicker) : step_s_);
   if (!(h >= kShortestShare * std::min(step_s, step_s_))) return {};
   const int count = static_cast<int>(std::ceil(whole_s / h - 1e-9));
   return {count, whole_s / count};

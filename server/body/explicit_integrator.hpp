@@ -1,4 +1,4 @@
-// Leapfrog for bodies of springs: second order, one evaluation of the forces a step, as long a step as is stable.
+// Leapfrog: second order, one evaluation of the forces a step, as long a step as is stable.
 //
 //     v*_n = v_(n-1/2) + h/2 a_(n-1)                       what the dampers see: second order too
 //     a_n = M^-1 (F(x_n, v*_n) + B mean of lambda)
@@ -13,8 +13,8 @@
 // is where the tool is.
 //
 // A mode of frequency w and damping g (x'' = -w^2 x - g x') is stable as long as the matrix of one step has no eigenvalue outside
-// the unit circle: h w < 2 without damping, h g < 1 where that rules. w^2 and g are those of spectrum.hpp, with the stiffening
-// law's own growth.
+// the unit circle: h w < 2 without damping, h g < 1 where that rules. w^2 and g are those of spectrum.hpp, grown as
+// ExplicitBody::growth() tells.
 #pragma once
 
 #include <optional>
@@ -32,7 +32,7 @@ class ExplicitIntegrator final : public ExplicitStepper {
  public:
   static constexpr double kShare = 0.9;  ///< of the stable step that is used
 
-  /// `dynamics` and `skin` must outlive it. SpringBlocks::covers() the body. `spectrum`: its own, where it is known.
+  /// `dynamics` and `skin` must outlive it. ExplicitBody::covers() the body. `spectrum`: its own, where it is known.
   ExplicitIntegrator(const Dynamics& dynamics, const Skin& skin, const std::optional<Spectrum>& spectrum = {});
   /// That it takes at small strains [s].
   double step_s() const { return step_s_; }

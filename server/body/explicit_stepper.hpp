@@ -1,4 +1,4 @@
-// What explicit integrators of bodies of springs share: the body in single precision, the tools that touch it, and a way out.
+// What explicit integrators share: the body in single precision, the tools that touch it, and a way out.
 //
 // A frame that would need steps too short to be worth it, or in which the body flies apart all the same, is left to TR-BDF2, and
 // told as a cut step.
@@ -16,13 +16,14 @@ class ExplicitStepper : public Stepper {
   bool leaves_no_trace() const final { return true; }
   void leave_out(double most_n) final { body_.leave_out(most_n); }
   void use_threads(ThreadPool& pool) final { body_.use_threads(pool); }
-  /// Springs, with gaps, that an evaluation goes through.
+  /// What an evaluation goes through: springs, with gaps, and hexahedra.
   std::size_t springs() const { return body_.springs().size(); }
+  const HexaForces& hexahedra() const { return body_.hexahedra(); }
 
  protected:
   static constexpr double kShortestShare = 0.2;  ///< of the step at rest: below that TR-BDF2 is cheaper
 
-  /// `dynamics` and `skin` must outlive it. SpringBlocks::covers() the body.
+  /// `dynamics` and `skin` must outlive it. ExplicitBody::covers() the body.
   ExplicitStepper(const Dynamics& dynamics, const Skin& skin);
 
   struct Steps {

@@ -11,10 +11,11 @@
 namespace palpate {
 namespace {
 
-constexpr double kExplicitNs = 0.7, kStabilisedNs = 1.0, kImplicitNs = 32, kNewton = 6.6, kExplicitWorth = 2,
-                 kStabilisedWorth = 1.5, kLeapfrogMost = 0.05;
+constexpr double kExplicitNs = 0.7, kStabilisedNs = 1.0, kImplicitNs = 32, kImplicitHexaNs = 75, kNewton = 6.6,
+                 kExplicitWorth = 2, kStabilisedWorth = 1.5, kLeapfrogMost = 0.05;
 
-constexpr const char* kForSprings = "explicit steps are for bodies of linear or stiffening springs";
+constexpr const char* kForSuch =
+    "explicit steps are for linear or stiffening springs, and for hexahedra whose stress does not fade";
 
 /// An integrator for one body.
 struct Candidate {
@@ -29,10 +30,16 @@ Candidate candidate(std::unique_ptr<Stepper> stepper, const char* name, const st
   return {std::move(stepper), fmt::format("{}, {}, about {} % of a core", name, steps, share), cost, step_s};
 }
 
+/// Of an evaluation of all forces.
+double evaluation_s(const ExplicitStepper& stepper, double spring_ns) {
+  return 1e-9 * static_cast<double>(stepper.springs()) * spring_ns + stepper.hexahedra().evaluation_s();
+}
+
 /// In steps as long as the scene allows, or `finely`: in those that take no more than kAffordable of a core.
 Candidate implicit_candidate(const Scene& scene, const Dynamics& dynamics, const Skin& skin, bool finely) {
   constexpr double kAffordable = 0.1, kShortestS = 0.0025;
-  const double step_cost_s = 1e-9 * static_cast<double>(edges_of(dynamics.body()).size()) * kImplicitNs * kNewton;
+  const double edge_ns = dynamics.body().hexahedra.empty() ? kImplicitNs : kImplicitHexaNs;
+  const double step_cost_s = 1e-9 * static_cast<double>(edges_of(dynamics.body()).size()) * edge_ns * kNewton;
   double step_s = scene.solver.step_s;
   if (finely) step_s = std::min(step_s, std::max(kShortestS, step_cost_s / kAffordable));
   return candidate(std::make_unique<Integrator>(dynamics, skin, IntegratorOptions{step_s}), "tr-bdf2",
@@ -42,7 +49,7 @@ Candidate implicit_candidate(const Scene& scene, const Dynamics& dynamics, const
 Candidate leapfrog_candidate(const Scene& scene, const Dynamics& dynamics, const Skin& skin, const Spectrum& spectrum) {
   auto leapfrog = std::make_unique<ExplicitIntegrator>(dynamics, skin, spectrum);
   const double step_s = std::min(leapfrog->step_s(), scene.solver.step_s);
-  const double cost = 1e-9 * static_cast<double>(leapfrog->springs()) * kExplicitNs / step_s;
+  const double cost = evaluation_s(*leapfrog, kExplicitNs) / step_s;
   return candidate(std::move(leapfrog), "explicit", fmt::format("steps of {:.2g} ms", 1e3 * step_s), cost, scene.solver.step_s);
 }
 
@@ -51,7 +58,7 @@ Candidate stabilised_candidate(const Scene& scene, const Dynamics& dynamics, con
   auto stabilised = std::make_unique<StabilisedIntegrator>(dynamics, skin, spectrum);
   const auto [stages, h] = stabilised->plan(scene.solver.step_s, scene.tool.contact);
   if (stages == 0) return {};
-  const double cost = 1e-9 * static_cast<double>(stabilised->springs()) * kStabilisedNs * stages / h;
+  const double cost = evaluation_s(*stabilised, kStabilisedNs) * stages / h;
   return candidate(std::move(stabilised), "stabilised", fmt::format("{} stages in steps of {:.2g} ms", stages, 1e3 * h), cost,
                    scene.solver.step_s);
 }
@@ -65,17 +72,17 @@ Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& sk
   const auto refuse = [](const char* kind, const char* instead, const char* why) {
     throw InputError("solver.integrator", fmt::format("is \"{}\"", kind), fmt::format("{} or \"automatic\": {}", instead, why));
   };
-  const bool covered = SpringBlocks::covers(dynamics.body());
+  const bool covered = ExplicitBody::covers(dynamics.body());
   switch (scene.solver.integrator) {
     case IntegratorKind::automatic:
       return {};
     case IntegratorKind::tr_bdf2:
       return implicit_candidate(scene, dynamics, skin, false);
     case IntegratorKind::leapfrog:
-      if (!covered) refuse("explicit", "\"tr-bdf2\"", kForSprings);
+      if (!covered) refuse("explicit", "\"tr-bdf2\"", kForSuch);
       return leapfrog_candidate(scene, dynamics, skin, spectrum_of(dynamics));
     case IntegratorKind::stabilised:
-      if (!covered) refuse("stabilised", "\"tr-bdf2\"", kForSprings);
+      if (!covered) refuse("stabilised", "\"tr-bdf2\"", kForSuch);
       break;
   }
   Candidate stabilised = stabilised_candidate(scene, dynamics, skin, spectrum_of(dynamics));
@@ -87,12 +94,14 @@ Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& sk
 
 ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
   if (Candidate asked = asked_for(scene, dynamics, skin); asked.stepper) return chosen(std::move(asked), "as the scene says");
-  if (!SpringBlocks::covers(dynamics.body())) return chosen(implicit_candidate(scene, dynamics, skin, true), kForSprings);
-  Candidate implicit = implicit_candidate(scene, dynamics, skin, false);
+  if (!ExplicitBody::covers(dynamics.body())) return chosen(implicit_candidate(scene, dynamics, skin, true), kForSuch);
+  Candidate implicit = implicit_candidate(scene, dynamics, skin, dynamics.body().is_solid());
   const Spectrum spectrum = spectrum_of(dynamics);
   Candidate leapfrog = leapfrog_candidate(scene, dynamics, skin, spectrum),
             stabilised = stabilised_candidate(scene, dynamics, skin, spectrum);
-  const bool damped = stabilised.stepper && leapfrog.cost > kLeapfrogMost && kStabilisedWorth * stabilised.cost <= leapfrog.cost;
+  const bool grasped_solid = dynamics.body().is_solid() && scene.tool.contact == ContactKind::attach;
+  const bool damped = stabilised.stepper && !grasped_solid && leapfrog.cost > kLeapfrogMost &&
+                      kStabilisedWorth * stabilised.cost <= leapfrog.cost;
   Candidate& best = damped ? stabilised : leapfrog;
   Candidate& other = damped ? leapfrog : stabilised;
   const std::string others = other.stepper ? other.figures : "stabilised: too little damping";

@@ -38,6 +38,10 @@ Spectrum spectrum_of(const Dynamics& dynamics) {
     least_s = std::min(least_s, e.damping_n_s_m / e.stiffness_n_m);
     most_s = std::max(most_s, e.damping_n_s_m / e.stiffness_n_m);
   }
+  for (const SolidMaterial& m : dynamics.body().materials) {
+    least_s = std::min(least_s, m.damping_s);
+    most_s = std::max(most_s, m.damping_s);
+  }
   spectrum.least_s = least_s / Spectrum::kStiffer;
   spectrum.most_s = Spectrum::kThicker * most_s;
   return spectrum;

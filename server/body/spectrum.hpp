@@ -4,7 +4,8 @@
 //
 // w2 and g are the largest eigenvalues of M^-1 K and M^-1 D at rest (power iteration), with kStiffer and kThicker for what
 // deformation adds. A mode of frequency w has a damping between least_s w^2 and most_s w^2: for any motion y, y . D y lies
-// between the least and the largest b / k of the springs times y . K y; that, too, with kThicker and kStiffer.
+// between the least and the largest b / k of the springs, or t of the materials, times y . K y; that, too, with kThicker and
+// kStiffer.
 #pragma once
 
 #include "server/body/dynamics.hpp"
@@ -18,7 +19,7 @@ struct Spectrum {
   double least_s = 0, most_s = 0;  ///< b / k [s]
 };
 
-/// Of a body of springs.
+/// Of a body of springs, or of finite elements.
 Spectrum spectrum_of(const Dynamics& dynamics);
 
 }  // namespace palpate

@@ -32,7 +32,8 @@ StabilisedIntegrator::StabilisedIntegrator(const Dynamics& dynamics, const Skin&
 }
 
 StabilisedIntegrator::Plan StabilisedIntegrator::plan(double step_s, ContactKind tools) const {
-  const double longest_s = std::min(step_s, tools == ContactKind::touch ? kTouchS : kLongestS);
+  const bool finely = tools == ContactKind::touch || hexahedra().size() > 0;
+  const double longest_s = std::min(step_s, finely ? kTouchS : kLongestS);
   Plan best;
   for (std::size_t i = 0; i < methods_.size(); ++i) {
     const Plan plan{static_cast<int>(methods_[i].stages.size()), std::min(longest_s, reach_s_[i])};
@@ -45,10 +46,12 @@ ExplicitStepper::Steps StabilisedIntegrator::steps_for(double whole_s, double st
   const bool touch = std::any_of(ports.begin(), ports.end(), [](const ToolPort& p) { return p.kind == ContactKind::touch; });
   const double longest_s = plan(step_s, touch ? ContactKind::touch : ContactKind::attach).h;
   if (!(longest_s > 0)) return {};
-  const double stiffest = body_.springs().stiffest(body_.u);
+  const auto [stiffer, thicker] = body_.growth();
   Spectrum stretched = spectrum_;
-  stretched.w2 *= stiffest;
-  stretched.least_s /= stiffest;
+  stretched.w2 *= stiffer;
+  stretched.g *= thicker;
+  stretched.least_s /= stiffer;
+  stretched.most_s *= thicker;
   constexpr double kMore = 1.2, kRounding = 1e-6, kFewestSteps = 3;  // of touches: what bring_to_end() has to see
   for (double h = longest_s; h >= kShortestShare * longest_s; h /= kMore) {
     const double count = std::max(std::ceil(whole_s / h - kRounding), touch ? kFewestSteps : 1.0);
@@ -56,7 +59,12 @@ ExplicitStepper::Steps StabilisedIntegrator::steps_for(double whole_s, double st
     const auto enough =
         std::find_if(reach_s_.begin(), reach_s_.end(), [&](double reach_s) { return (1 + kRounding) * reach_s >= steps.h; });
     method_ = &methods_[static_cast<std::size_t>(enough - reach_s_.begin())];
-    if (!(stiffest > 1) || method_->is_stable(stretched, steps.h)) return steps;
+    if (stiffer <= 1 && thicker <= 1) return steps;
+    const auto stages = static_cast<std::size_t>(std::ceil(std::sqrt(thicker) * static_cast<double>(method_->stages.size())));
+    for (std::size_t k = stages - kFewestStages; k < methods_.size(); ++k) {
+      method_ = &methods_[k];
+      if (method_->is_stable(stretched, steps.h)) return steps;
+    }
   }
   return {};
 }

@@ -1,11 +1,11 @@
-// Stabilised explicit steps (chebyshev.hpp) for bodies of springs whose dampers rule how long a step may be.
+// Stabilised explicit steps (chebyshev.hpp) for bodies whose dampers rule how long a step may be.
 //
 //     y = (u, v),   y' = (v, M^-1 (F(u, v) + B lambda))
 //
 // Dampers proportional to stiffness have rates g, the eigenvalues of M^-1 D, that grow as fast as w^2: leapfrog must take
 // steps of 1 / g, one evaluation of the forces each; s stages reach as far as 0.65 s^2 / g. Of the s that are stable over the
-// whole spectrum of the body (spectrum.hpp) with steps of kLongestS at most, or kTouchS where a tool may touch, plan() takes
-// the cheapest. A body with little damping or none has no such s: it is not for this method.
+// whole spectrum of the body (spectrum.hpp) with steps of kLongestS at most, or kTouchS where a tool may touch and of solids,
+// plan() takes the cheapest. A body with little damping or none has no such s: it is not for this method.
 //
 // A node that a tool holds is where the tool is at the time of each stage; its velocity is that of the way over the step. A
 // touch pushes with one lambda over a step, that of the step before at first. The contact law is closed at the step's end, where
@@ -37,7 +37,7 @@ class StabilisedIntegrator final : public ExplicitStepper {
   static constexpr double kLongestS = 0.004, kTouchS = 0.001;
   static constexpr double kShare = 0.9;  ///< of the stable step that is used
 
-  /// `dynamics` and `skin` must outlive it. SpringBlocks::covers() the body. `spectrum`: its own, where it is known.
+  /// `dynamics` and `skin` must outlive it. ExplicitBody::covers() the body. `spectrum`: its own, where it is known.
   StabilisedIntegrator(const Dynamics& dynamics, const Skin& skin, const std::optional<Spectrum>& spectrum = {});
 
   struct Plan {

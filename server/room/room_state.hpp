@@ -59,7 +59,7 @@ struct Room::State {
 
   explicit State(const Scene& s)
       : scene(s), skin(scene.body, scene.tool.radius_m), dynamics(scene.body), integrator(choose_stepper(scene, dynamics, skin)) {
-    if (!integrator.stepper->leaves_no_trace()) roughly.emplace(dynamics, skin);
+    if (!integrator.stepper->leaves_no_trace() || scene.body.is_solid()) roughly.emplace(dynamics, skin);
     fall_asleep();
   }
 
@@ -104,7 +104,7 @@ struct Room::State {
   Skin skin;
   Dynamics dynamics;
   ChosenStepper integrator;
-  std::optional<RoughSteps> roughly;  // where `integrator` cannot roll out
+  std::optional<RoughSteps> roughly;  // where `integrator` cannot roll out, or takes more small steps than that is worth
   BodyState rest = settled_state(dynamics), body = rest;
   BalancedBases balanced{dynamics, skin, rest};
   double softest_1_s2 = softest_stiffness(dynamics);

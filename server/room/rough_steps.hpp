@@ -1,5 +1,6 @@
-// A body stepped in rollouts, where its own integrator keeps something from step to step and may not be asked: TR-BDF2 in few
-// long steps, by conjugate gradients, and no more exact than it takes to know which way a body bends.
+// A body stepped in rollouts, where its own integrator keeps something from step to step and may not be asked, and solids, whose
+// explicit steps are hundreds: TR-BDF2 in few long steps, by conjugate gradients, and no more exact than it takes to know which
+// way a body bends.
 //
 // What that costs is estimated from what it took, as the selection of the integrator does (integrator_selection.hpp), and no
 // clock is read:

@@ -1,0 +1,253 @@
+#include <algorithm>
+
+#include "server/body/hexa_forces.hpp"
+#include "server/body/solid_lanes.hpp"
+
+namespace palpate {
+namespace {
+
+using Eight = float __attribute__((vector_size(32), may_alias));
+using EightTruths = std::int32_t __attribute__((vector_size(32)));
+constexpr std::size_t kEight = HexaCells::kLanes;
+constexpr int kColumns = 7;
+
+/// (F, q) of eight cells, or what goes with it.
+struct EightMat37 {
+  Eight of[3][kColumns];
+};
+
+PALPATE_INLINE const Eight& eight(const HexaCells::Lanes& lanes) { return *reinterpret_cast<const Eight*>(lanes.of); }
+
+/// One component of what the corners have.
+PALPATE_INLINE void take_corners(const HexaCells& cells, const float* y, Eight (&at)[8]) {
+  for (std::size_t i = 0; i < 8; ++i) {
+    if (cells.in_a_row) {
+      __builtin_memcpy(&at[i], y + cells.nodes[i][0], sizeof(at[i]));
+    } else {
+      alignas(32) float lanes[kEight];
+      for (std::size_t l = 0; l < kEight; ++l) lanes[l] = y[cells.nodes[i][l]];
+      __builtin_memcpy(&at[i], lanes, sizeof(at[i]));
+    }
+  }
+}
+
+/// In a row the nodes of corner i + 1 are those of i, one further on: added up first, so that nothing is read that was just
+/// written.
+PALPATE_INLINE void add_to_corners(const HexaCells& cells, const Eight (&more)[8], float* y) {
+  if (cells.in_a_row) {
+    constexpr EightTruths kOneOn = {8, 0, 1, 2, 3, 4, 5, 6};
+    for (std::size_t i = 0; i < 8; i += 2) {
+      float* const at = y + cells.nodes[i][0];
+      Eight sum;
+      __builtin_memcpy(&sum, at, sizeof(sum));
+      sum += more[i] + __builtin_shuffle(more[i + 1], Eight{}, kOneOn);
+      __builtin_memcpy(at, &sum, sizeof(sum));
+      at[kEight] += more[i + 1][kEight - 1];
+    }
+    return;
+  }
+  for (std::size_t i = 0; i < 8; ++i) {
+    alignas(32) float lanes[kEight];
+    __builtin_memcpy(lanes, &more[i], sizeof(lanes));
+    for (std::size_t l = 0; l < cells.used; ++l) y[cells.nodes[i][l]] += lanes[l];
+  }
+}
+
+// The columns of a box's g by the bits of a corner: b_1, b_2, b_3 change sign with bit 0, 1, 2, h_1 = xi_2 xi_3 with 1 and 2, and
+// so on.
+constexpr std::size_t kBitsOf[kColumns] = {1, 2, 4, 6, 5, 3, 7};
+
+/// at[s] becomes sum over i of at[i] times (-1)^(corners of s that i has not).
+PALPATE_INLINE void transform(Eight (&at)[8]) {
+  for (std::size_t bit = 1; bit < 8; bit *= 2)
+    for (std::size_t i = 0; i < 8; ++i) {
+      if (i & bit) continue;
+      const Eight low = at[i], high = at[i | bit];
+      at[i] = high + low;
+      at[i | bit] = high - low;
+    }
+}
+/// And back: at[i] becomes the sum over s of at[s] times the same signs.
+PALPATE_INLINE void transform_back(Eight (&at)[8]) {
+  for (std::size_t bit = 1; bit < 8; bit *= 2)
+    for (std::size_t i = 0; i < 8; ++i) {
+      if (i & bit) continue;
+      const Eight sum = at[i], difference = at[i | bit];
+      at[i] = sum - difference;
+      at[i | bit] = sum + difference;
+    }
+}
+
+struct Box {
+  const HexaCells& cells;
+
+  PALPATE_INLINE void gradient(Eight (&at)[8], Eight (&sum)[kColumns]) const {
+    transform(at);
+    for (int m = 0; m < kColumns; ++m) sum[m] = cells.times[m] * at[kBitsOf[m]];
+  }
+  PALPATE_INLINE void forces(const Eight (&p)[kColumns], Eight (&at)[8]) const {
+    at[0] = Eight{};
+    for (int m = 0; m < kColumns; ++m) at[kBitsOf[m]] = -(cells.times[m] * p[m]);
+    transform_back(at);
+  }
+  PALPATE_INLINE void volume(Eight& v) const { v = Eight{} + cells.volume_m3; }
+  PALPATE_INLINE void k(int mode, Eight& of) const { of = Eight{} + cells.k[mode]; }
+};
+
+struct Own {
+  const HexaCells& cells;
+
+  PALPATE_INLINE const Eight& g(std::size_t node, int m) const {
+    return eight(cells.own[1 + kModesOfHexa + kColumns * node + static_cast<std::size_t>(m)]);
+  }
+  /// The g_i sum to nothing: what counts is how far corners are from the first.
+  PALPATE_INLINE void gradient(Eight (&at)[8], Eight (&sum)[kColumns]) const {
+    for (std::size_t i = 1; i < 8; ++i) at[i] -= at[0];
+    for (int m = 0; m < kColumns; ++m) {
+      sum[m] = at[1] * g(1, m);
+      for (std::size_t i = 2; i < 8; ++i) sum[m] += at[i] * g(i, m);
+    }
+  }
+  PALPATE_INLINE void forces(const Eight (&p)[kColumns], Eight (&at)[8]) const {
+    at[0] = Eight{};
+    for (std::size_t i = 1; i < 8; ++i) {
+      at[i] = -(p[0] * g(i, 0));
+      for (int m = 1; m < kColumns; ++m) at[i] -= p[m] * g(i, m);
+      at[0] -= at[i];
+    }
+  }
+  PALPATE_INLINE void volume(Eight& v) const { v = eight(cells.own[0]); }
+  PALPATE_INLINE void k(int mode, Eight& of) const { of = eight(cells.own[1 + static_cast<std::size_t>(mode)]); }
+};
+
+template <typename Shape>
+PALPATE_INLINE void gradients(const Shape& shape, const NodeArrays& y, EightMat37& sum) {
+  const float* const axes[3] = {y.x.data(), y.y.data(), y.z.data()};
+  for (int r = 0; r < 3; ++r) {
+    Eight at[8];
+    take_corners(shape.cells, axes[r], at);
+    shape.gradient(at, sum.of[r]);
+  }
+}
+
+/// Lanes `from` and further, in double precision.
+template <std::size_t N>
+PALPATE_INLINE void widen(const Eight& from, std::size_t lane, Doubles<N>& to) {
+  alignas(32) float lanes[kEight];
+  __builtin_memcpy(lanes, &from, sizeof(lanes));
+  alignas(64) double wide[N];
+  for (std::size_t l = 0; l < N; ++l) wide[l] = static_cast<double>(lanes[lane + l]);
+  to = doubles<N>(wide);
+}
+
+/// V P, N lanes a time.
+template <std::size_t N>
+PALPATE_INLINE void add_stress(const TetraMaterial& m, const EightMat37& at, const EightMat37& rate, const Eight& volume,
+                               EightMat37& p) {
+  alignas(32) float stress[9][kEight];
+  for (std::size_t lane = 0; lane < kEight; lane += N) {
+    Mat<N> f, sum{};
+    for (int k = 0; k < 9; ++k) widen<N>(at.of[k / 3][k % 3], lane, f.of[k / 3][k % 3]);
+    for (int r = 0; r < 3; ++r) f.of[r][r] += 1.0;
+    add_elastic(m, f, sum);
+    if (m.is_viscous()) {
+      Mat<N> f_rate;
+      for (int k = 0; k < 9; ++k) widen<N>(rate.of[k / 3][k % 3], lane, f_rate.of[k / 3][k % 3]);
+      add_viscous(m, f, f_rate, sum);
+    }
+    for (int k = 0; k < 9; ++k)
+      for (std::size_t l = 0; l < N; ++l) stress[k][lane + l] = static_cast<float>(sum.of[k / 3][k % 3][l]);
+  }
+  for (int k = 0; k < 9; ++k) {
+    Eight of;
+    __builtin_memcpy(&of, stress[k], sizeof(of));
+    p.of[k / 3][k % 3] = volume * of;
+  }
+}
+
+/// What the modes push with, and with what they are braked: t k_a times the rate of F^T q_a.
+template <typename Shape>
+PALPATE_INLINE void add_modes(const Shape& shape, bool viscous, const EightMat37& at, const EightMat37& rate, EightMat37& p) {
+  Eight f[3][3];
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) f[r][c] = at.of[r][c] + (r == c ? 1.0F : 0.0F);
+  for (int a = 0; a < kModesOfHexa; ++a) {
+    Eight k;
+    shape.k(a, k);
+    for (int r = 0; r < 3; ++r) p.of[r][3 + a] = k * at.of[r][3 + a];
+    if (!viscous) continue;
+    const Eight brake = shape.cells.damping_s * k;
+    for (int m = 0; m < 3; ++m) {
+      Eight s = rate.of[0][m] * at.of[0][3 + a] + f[0][m] * rate.of[0][3 + a];
+      for (int r = 1; r < 3; ++r) s += rate.of[r][m] * at.of[r][3 + a] + f[r][m] * rate.of[r][3 + a];
+      s *= brake;
+      for (int r = 0; r < 3; ++r) {
+        p.of[r][m] += at.of[r][3 + a] * s;
+        p.of[r][3 + a] += f[r][m] * s;
+      }
+    }
+  }
+}
+
+template <std::size_t N, typename Shape>
+PALPATE_INLINE void add_forces_of(const TetraMaterial& m, const Shape& shape, const NodeArrays& u, const NodeArrays& v,
+                                  NodeArrays& f) {
+  EightMat37 at, rate{}, p;
+  gradients(shape, u, at);
+  if (m.is_viscous()) gradients(shape, v, rate);
+  Eight volume;
+  shape.volume(volume);
+  add_stress<N>(m, at, rate, volume, p);
+  add_modes(shape, m.is_viscous(), at, rate, p);
+  EightTruths lane = {0, 1, 2, 3, 4, 5, 6, 7};
+  const EightTruths used = lane < static_cast<std::int32_t>(shape.cells.used);
+  float* const axes[3] = {f.x.data(), f.y.data(), f.z.data()};
+  for (int r = 0; r < 3; ++r) {
+    if (shape.cells.in_a_row)  // the rest of the row is read, too, and nobody's
+      for (Eight& entry : p.of[r]) entry = used ? entry : Eight{};
+    Eight force[8];
+    shape.forces(p.of[r], force);
+    add_to_corners(shape.cells, force, axes[r]);
+  }
+}
+
+template <std::size_t N>
+PALPATE_INLINE void add_hexa_forces_in_floats(std::span<const TetraMaterial> materials, std::span<const HexaCells> all,
+                                              const NodeArrays& u, const NodeArrays& v, NodeArrays& f) {
+  for (const HexaCells& cells : all) {
+    if (cells.own.empty())
+      add_forces_of<N>(materials[cells.material], Box{cells}, u, v, f);
+    else
+      add_forces_of<N>(materials[cells.material], Own{cells}, u, v, f);
+  }
+}
+
+#define PALPATE_HEXA_FORCE_LOOPS(N, TARGET)                                                                                     \
+  TARGET void float_forces_##N(std::span<const TetraMaterial> materials, std::span<const HexaCells> cells, const NodeArrays& u, \
+                               const NodeArrays& v, NodeArrays& f) {                                                            \
+    add_hexa_forces_in_floats<N>(materials, cells, u, v, f);                                                                    \
+  }
+
+PALPATE_HEXA_FORCE_LOOPS(2, )
+#if defined(__x86_64__)
+PALPATE_HEXA_FORCE_LOOPS(4, __attribute__((target("avx2"))))
+PALPATE_HEXA_FORCE_LOOPS(8, __attribute__((target("avx512f"))))
+#endif
+
+std::vector<HexaForceLoops> float_loops_here() {
+  std::vector<HexaForceLoops> loops{{2, &float_forces_2}};
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx2")) loops.push_back({4, &float_forces_4});
+  if (__builtin_cpu_supports("avx512f")) loops.push_back({8, &float_forces_8});
+#endif
+  return loops;
+}
+
+}  // namespace
+
+std::span<const HexaForceLoops> hexa_force_loops() {
+  static const std::vector<HexaForceLoops> loops = float_loops_here();
+  return loops;
+}
+
+}  // namespace palpate

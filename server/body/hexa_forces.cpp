@@ -1,0 +1,234 @@
+#include "server/body/hexa_forces.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kLanes = HexaCells::kLanes;
+using Corners = std::array<std::uint32_t, 8>;
+
+std::uint32_t first_node(const Corners& nodes) { return *std::min_element(nodes.begin(), nodes.end()); }
+std::uint32_t last_node(const Corners& nodes) { return *std::max_element(nodes.begin(), nodes.end()); }
+
+/// What the signs of a box's corners are times in g, column by column; nothing where it is none.
+std::optional<std::array<float, 7>> box_factors(const Mat78& g) {
+  constexpr double kAlike = 1e-7;
+  constexpr std::array<std::uint32_t, 7> kBits{1, 2, 4, 6, 5, 3, 7};
+  std::array<float, 7> times;
+  for (std::size_t m = 0; m < 7; ++m) {
+    const auto row = g.row(static_cast<Eigen::Index>(m));
+    const double factor = row[7];
+    for (std::uint32_t i = 0; i < 8; ++i) {
+      const bool odd = std::popcount(kBits[m] & ~i) % 2 == 1;
+      if (!(std::abs(row[static_cast<Eigen::Index>(i)] - (odd ? -factor : factor)) <= kAlike * std::abs(factor))) return {};
+    }
+    times[m] = static_cast<float>(factor);
+  }
+  return times;
+}
+
+bool follows(const Corners& before, const Corners& after) {
+  for (std::size_t i = 0; i < 8; ++i)
+    if (after[i] != before[i] + 1) return false;
+  return true;
+}
+
+bool in_pairs(const Corners& nodes) {
+  for (std::size_t i = 0; i < 8; i += 2)
+    if (nodes[i + 1] != nodes[i] + 1) return false;
+  return true;
+}
+
+/// Largest eigenvalue of dP/dF.
+double stiffest_at(const TetraMaterial& material, const Mat3& f) {
+  const TetraTangent tangent(material, f, false);
+  Eigen::Matrix<double, 9, 9> a;
+  for (int k = 0; k < 9; ++k) {
+    Mat3 unit = Mat3::Zero();
+    unit(k) = 1;
+    a.col(k) = tangent.apply(unit).reshaped();
+  }
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>>(a, Eigen::EigenvaluesOnly).eigenvalues()[8];
+}
+
+/// Cells of one material, filled one by one.
+HexaCells begin_cells(const HexaShape& shape) {
+  HexaCells cells;
+  cells.material = shape.material;
+  cells.damping_s = static_cast<float>(shape.modes.damping_s);
+  return cells;
+}
+
+void add_cell(const Corners& nodes, HexaCells& cells) {
+  if (cells.used == 0)
+    for (std::size_t i = 0; i < 8; ++i) cells.nodes[i].fill(nodes[i]);
+  for (std::size_t i = 0; i < 8; ++i) cells.nodes[i][cells.used] = nodes[i];
+  ++cells.used;
+}
+
+void put_own(const HexaShape& shape, std::size_t lane, std::vector<HexaCells::Lanes>& own) {
+  std::size_t next = 0;
+  const auto put = [&](double value) { own[next++].of[lane] = static_cast<float>(value); };
+  put(shape.rest.volume_m3);
+  for (int a = 0; a < kModesOfHexa; ++a) put(shape.modes.k[a]);
+  for (int i = 0; i < 8; ++i)
+    for (int m = 0; m < 7; ++m) put(shape.rest.g(m, i));
+}
+
+/// What a slab's cells become. Boxes in a row go together; so do then boxes of one shape, and what is left by material.
+class Packer {
+ public:
+  Packer(const Dynamics& dynamics, std::vector<HexaCells>& to)
+      : hexahedra_(&dynamics.hexahedra()), body_(&dynamics.body()), to_(&to) {}
+
+  /// `cells` in the order of their first nodes.
+  void pack(std::span<const std::uint32_t> cells) {
+    constexpr std::size_t kWorthARow = 4;
+    std::vector<std::uint32_t> boxes, others;
+    for (std::size_t k = 0; k < cells.size();) {
+      const auto factors = box_factors(shape(cells[k]).rest.g);
+      std::size_t end = k + 1;
+      while (factors && end < cells.size() && end - k < kLanes && &shape(cells[end]) == &shape(cells[k]) &&
+             follows(nodes(cells[end - 1]), nodes(cells[end])))
+        ++end;
+      if (factors && end - k >= kWorthARow && in_pairs(nodes(cells[k])))
+        put(cells.subspan(k, end - k), true, true);
+      else
+        for (std::size_t i = k; i < end; ++i) (factors ? boxes : others).push_back(cells[i]);
+      k = end;
+    }
+    pack_alike(boxes, true, [&](std::uint32_t cell) { return reinterpret_cast<std::uintptr_t>(&shape(cell)); });
+    pack_alike(others, false, [&](std::uint32_t cell) { return std::uintptr_t{shape(cell).material}; });
+  }
+
+ private:
+  const HexaShape& shape(std::uint32_t cell) const { return hexahedra_->shape(cell); }
+  const Corners& nodes(std::uint32_t cell) const { return body_->hexahedra[cell].nodes; }
+
+  template <typename Key>
+  void pack_alike(std::vector<std::uint32_t>& cells, bool boxes, const Key& key) {
+    std::stable_sort(cells.begin(), cells.end(), [&](auto p, auto q) { return key(p) < key(q); });
+    for (std::size_t k = 0; k < cells.size();) {
+      std::size_t end = k + 1;
+      while (end < cells.size() && end - k < kLanes && key(cells[end]) == key(cells[k])) ++end;
+      put(std::span(cells).subspan(k, end - k), boxes, false);
+      k = end;
+    }
+  }
+
+  void put(std::span<const std::uint32_t> of, bool boxes, bool in_a_row) {
+    HexaCells cells = begin_cells(shape(of.front()));
+    cells.in_a_row = in_a_row;
+    for (const std::uint32_t cell : of) add_cell(nodes(cell), cells);
+    if (boxes) {
+      const HexaShape& one = shape(of.front());
+      const auto factors = *box_factors(one.rest.g);
+      std::copy(factors.begin(), factors.end(), cells.times);
+      cells.volume_m3 = static_cast<float>(one.rest.volume_m3);
+      for (int a = 0; a < kModesOfHexa; ++a) cells.k[a] = static_cast<float>(one.modes.k[a]);
+    } else {
+      cells.own.resize(1 + kModesOfHexa + 56);
+      for (std::size_t lane = 0; lane < kLanes; ++lane) put_own(shape(of[lane < of.size() ? lane : 0]), lane, cells.own);
+    }
+    to_->push_back(std::move(cells));
+  }
+
+  const Hexahedra* hexahedra_;
+  const LumpedBody* body_;
+  std::vector<HexaCells>* to_;
+};
+
+}  // namespace
+
+bool HexaForces::covers(const LumpedBody& body) {
+  return !body.hexahedra.empty() && body.tetrahedra.empty() && body.relaxation.empty() && body.mass_damping_1_s == 0;
+}
+
+HexaForces::HexaForces(const Dynamics& dynamics) : dynamics_(&dynamics), count_(dynamics.body().hexahedra.size()) {
+  constexpr std::uint32_t kMostSlabs = 16;
+  const LumpedBody& body = dynamics.body();
+  if (count_ == 0) return;
+  for (const SolidMaterial& m : body.materials) {
+    materials_.emplace_back(m);
+    stiffest_at_rest_.push_back(stiffest_at(materials_.back(), Mat3::Identity()));
+  }
+  std::vector<std::uint32_t> order(count_);
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](auto p, auto q) { return first_node(body.hexahedra[p].nodes) < first_node(body.hexahedra[q].nodes); });
+  std::uint32_t reach = 1;
+  for (const Hexahedron& h : body.hexahedra) reach = std::max(reach, last_node(h.nodes) - first_node(h.nodes));
+  const auto nodes = static_cast<std::uint32_t>(body.nodes.size());
+  // A row reads and writes what lies behind it, too.
+  const std::uint32_t slabs = std::clamp(nodes / (reach + static_cast<std::uint32_t>(kLanes) + 1), 1U, kMostSlabs);
+  auto next = order.begin();
+  for (std::uint32_t k = 0; k < slabs; ++k) {
+    const std::uint64_t end = (std::uint64_t{k} + 1) * nodes / slabs;
+    const auto last = std::find_if(next, order.end(), [&](auto cell) { return first_node(body.hexahedra[cell].nodes) >= end; });
+    Slab& slab = (k % 2 == 0 ? even_ : odd_).emplace_back();
+    Packer(dynamics, slab).pack({next, last});
+    next = last;
+  }
+}
+
+double HexaForces::evaluation_s() const {
+  constexpr double kNs = 19, kOwnShapeNs = 25, kViscousNs = 13, kFibresNs = 7;
+  const auto law_ns = [](SolidLaw law) {
+    switch (law) {
+      case SolidLaw::corotational:
+        return 17;
+      case SolidLaw::veronda_westmann:
+        return 12;
+      case SolidLaw::ogden:
+        return 60;
+      default:
+        return 0;
+    }
+  };
+  double ns = 0;
+  for (const bool odd : {false, true})
+    for (const Slab& slab : odd ? odd_ : even_)
+      for (const HexaCells& cells : slab) {
+        const TetraMaterial& m = materials_[cells.material];
+        ns += kLanes * (kNs + law_ns(m.law) + (cells.own.empty() ? 0 : kOwnShapeNs) + (m.is_viscous() ? kViscousNs : 0) +
+                        (m.fibre_k != 0 ? kFibresNs : 0));
+      }
+  return 1e-9 * ns;
+}
+
+void HexaForces::add_forces(bool odd, std::size_t slab, const NodeArrays& u, const NodeArrays& v, NodeArrays& f) const {
+  hexa_force_loops().back().add_forces(materials_, (odd ? odd_ : even_)[slab], u, v, f);
+}
+
+HexaForces::Growth HexaForces::growth(const NodeArrays& u) const {
+  constexpr std::size_t kMostStrained = 16;
+  constexpr double kSmall = 0.02;  // |F^T F - 1|, that changes eigenvalues by less than what is kept free
+  const LumpedBody& body = dynamics_->body();
+  Vector x(3 * static_cast<Eigen::Index>(body.nodes.size()));
+  for (std::uint32_t i = 0; i < body.nodes.size(); ++i) at_node(x, i) = body.nodes[i] + u.at(i);
+  std::vector<std::pair<double, std::uint32_t>> strained;
+  Growth growth;
+  for (std::uint32_t k = 0; k < count_; ++k) {
+    const Mat3 f = dynamics_->hexahedra().gradient(k, x).leftCols<3>();
+    const Mat3 square = f * f.transpose();
+    growth.damping = std::max(growth.damping, square.cwiseAbs().rowwise().sum().maxCoeff());
+    const double strain = (square - Mat3::Identity()).norm();
+    if (strain > kSmall) strained.emplace_back(strain, k);
+  }
+  const std::size_t look = std::min(kMostStrained, strained.size());
+  std::partial_sort(strained.begin(), strained.begin() + static_cast<std::ptrdiff_t>(look), strained.end(), std::greater<>());
+  for (std::size_t i = 0; i < look; ++i) {
+    const std::uint32_t cell = strained[i].second, material = dynamics_->hexahedra().shape(cell).material;
+    const Mat3 f = dynamics_->hexahedra().gradient(cell, x).leftCols<3>();
+    growth.stiffness = std::max(growth.stiffness, stiffest_at(materials_[material], f) / stiffest_at_rest_[material]);
+  }
+  return growth;
+}
+
+}  // namespace palpate
