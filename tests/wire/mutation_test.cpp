@@ -50,7 +50,7 @@ struct Sensible {
     for (ShapeBlock block; reader.next(block);)
       for (std::size_t i = 0; i < block.vertices * static_cast<std::size_t>(components_of(m.channel)); ++i)
         if (std::abs(block.numbers[i]) > kMaxBlockNumber) return false;
-    return reader.ok() && m.channel <= ShapeChannel::support && m.unit >= 0 && m.unit <= 1e4;
+    return reader.ok() && static_cast<std::size_t>(m.channel) < kShapeChannels && m.unit >= 0 && m.unit <= kMaxShapeUnit;
   }
   bool operator()(const ViewState& m) const { return m.channels < 1u << kShapeChannels; }
   bool operator()(const RoomView& m) const {
