@@ -1,7 +1,8 @@
 // What explicit integrators share: the body in single precision, the tools that touch it, and a way out.
 //
 // A frame that would need steps too short to be worth it, or in which the body flies apart all the same, is left to TR-BDF2, and
-// told as a cut step.
+// told as a cut step. So is one in which hexahedra became so much stiffer on the way that its steps may have been too long, once
+// halves of it, and halves of those, were tried down to kShortestFrameS.
 #pragma once
 
 #include "server/body/explicit_contacts.hpp"
@@ -21,6 +22,7 @@ class ExplicitStepper : public Stepper {
   const HexaForces& hexahedra() const { return body_.hexahedra(); }
 
  protected:
+  static constexpr double kShortestFrameS = 0.006;
   static constexpr double kShortestShare = 0.2;  ///< of the step at rest: below that TR-BDF2 is cheaper
 
   /// `dynamics` and `skin` must outlive it. ExplicitBody::covers() the body.
@@ -34,6 +36,7 @@ class ExplicitStepper : public Stepper {
   virtual Steps steps_for(double whole_s, double step_s, const std::vector<ToolPort>& ports) = 0;
   virtual void go(const Steps& steps, std::vector<ToolPort>& ports, double begin_s, const ToolMotion& tools) = 0;
 
+  bool outgrown(const HexaForces::Growth& before) const;
   /// Nodes that ports push or hold.
   std::vector<std::uint32_t> busy_nodes(const std::vector<ToolPort>& ports);
 

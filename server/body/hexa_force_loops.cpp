@@ -222,10 +222,43 @@ PALPATE_INLINE void add_hexa_forces_in_floats(std::span<const TetraMaterial> mat
   }
 }
 
+template <typename Shape>
+PALPATE_INLINE void strains_of(const Shape& shape, const NodeArrays& u, HexaStrains& out) {
+  EightMat37 f;
+  gradients(shape, u, f);
+  for (int r = 0; r < 3; ++r) f.of[r][r] += 1.0F;
+  Eight strain{}, most{};
+  for (int r = 0; r < 3; ++r) {
+    Eight row{};
+    for (int s = 0; s < 3; ++s) {
+      const Eight square = f.of[r][0] * f.of[s][0] + f.of[r][1] * f.of[s][1] + f.of[r][2] * f.of[s][2];
+      const Eight beyond = square - (r == s ? 1.0F : 0.0F);
+      strain += beyond * beyond;
+      row += square < 0.0F ? -square : square;
+    }
+    most = row > most ? row : most;
+  }
+  __builtin_memcpy(out.strain.of, &strain, sizeof(strain));
+  __builtin_memcpy(out.square.of, &most, sizeof(most));
+}
+
+PALPATE_INLINE void find_strains(std::span<const HexaCells> all, const NodeArrays& u, std::span<HexaStrains> strains) {
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (all[k].own.empty())
+      strains_of(Box{all[k]}, u, strains[k]);
+    else
+      strains_of(Own{all[k]}, u, strains[k]);
+    for (float& strain : strains[k].strain.of) strain = __builtin_sqrtf(strain);
+  }
+}
+
 #define PALPATE_HEXA_FORCE_LOOPS(N, TARGET)                                                                                     \
   TARGET void float_forces_##N(std::span<const TetraMaterial> materials, std::span<const HexaCells> cells, const NodeArrays& u, \
                                const NodeArrays& v, NodeArrays& f) {                                                            \
     add_hexa_forces_in_floats<N>(materials, cells, u, v, f);                                                                    \
+  }                                                                                                                             \
+  TARGET void strains_##N(std::span<const HexaCells> cells, const NodeArrays& u, std::span<HexaStrains> strains) {              \
+    find_strains(cells, u, strains);                                                                                            \
   }
 
 PALPATE_HEXA_FORCE_LOOPS(2, )
@@ -235,10 +268,10 @@ PALPATE_HEXA_FORCE_LOOPS(8, __attribute__((target("avx512f"))))
 #endif
 
 std::vector<HexaForceLoops> float_loops_here() {
-  std::vector<HexaForceLoops> loops{{2, &float_forces_2}};
+  std::vector<HexaForceLoops> loops{{2, &float_forces_2, &strains_2}};
 #if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2")) loops.push_back({4, &float_forces_4});
-  if (__builtin_cpu_supports("avx512f")) loops.push_back({8, &float_forces_8});
+  if (__builtin_cpu_supports("avx2")) loops.push_back({4, &float_forces_4, &strains_4});
+  if (__builtin_cpu_supports("avx512f")) loops.push_back({8, &float_forces_8, &strains_8});
 #endif
   return loops;
 }

@@ -150,7 +150,7 @@ bool HexaForces::covers(const LumpedBody& body) {
   return !body.hexahedra.empty() && body.tetrahedra.empty() && body.relaxation.empty() && body.mass_damping_1_s == 0;
 }
 
-HexaForces::HexaForces(const Dynamics& dynamics) : dynamics_(&dynamics), count_(dynamics.body().hexahedra.size()) {
+HexaForces::HexaForces(const Dynamics& dynamics) : count_(dynamics.body().hexahedra.size()) {
   constexpr std::uint32_t kMostSlabs = 16;
   const LumpedBody& body = dynamics.body();
   if (count_ == 0) return;
@@ -206,27 +206,56 @@ void HexaForces::add_forces(bool odd, std::size_t slab, const NodeArrays& u, con
   hexa_force_loops().back().add_forces(materials_, (odd ? odd_ : even_)[slab], u, v, f);
 }
 
+Mat3 HexaForces::deformation(const HexaCells& cells, std::size_t lane, const NodeArrays& u) const {
+  Mat38 displaced;
+  for (std::size_t i = 0; i < 8; ++i) {
+    const std::uint32_t node = cells.nodes[i][lane];
+    displaced.col(static_cast<Eigen::Index>(i)) = u.at(node);
+  }
+  Mat3 f = Mat3::Identity();
+  if (cells.own.empty()) {
+    for (int m = 0; m < 3; ++m)
+      for (int i = 0; i < 8; ++i)
+        f.col(m) += ((i >> m & 1) != 0 ? 1.0 : -1.0) * static_cast<double>(cells.times[m]) * displaced.col(i);
+  } else {
+    for (int i = 0; i < 8; ++i)
+      for (int m = 0; m < 3; ++m)
+        f.col(m) +=
+            static_cast<double>(cells.own[static_cast<std::size_t>(1 + kModesOfHexa + 7 * i + m)].of[lane]) * displaced.col(i);
+  }
+  return f;
+}
+
 HexaForces::Growth HexaForces::growth(const NodeArrays& u) const {
   constexpr std::size_t kMostStrained = 16;
-  constexpr double kSmall = 0.02;  // |F^T F - 1|, that changes eigenvalues by less than what is kept free
-  const LumpedBody& body = dynamics_->body();
-  Vector x(3 * static_cast<Eigen::Index>(body.nodes.size()));
-  for (std::uint32_t i = 0; i < body.nodes.size(); ++i) at_node(x, i) = body.nodes[i] + u.at(i);
-  std::vector<std::pair<double, std::uint32_t>> strained;
-  Growth growth;
-  for (std::uint32_t k = 0; k < count_; ++k) {
-    const Mat3 f = dynamics_->hexahedra().gradient(k, x).leftCols<3>();
-    const Mat3 square = f * f.transpose();
-    growth.damping = std::max(growth.damping, square.cwiseAbs().rowwise().sum().maxCoeff());
-    const double strain = (square - Mat3::Identity()).norm();
-    if (strain > kSmall) strained.emplace_back(strain, k);
-  }
+  constexpr float kSmall = 0.02F;  // changes eigenvalues by less than what is kept free
+  struct Strained {
+    float strain;
+    const HexaCells* cells;
+    std::size_t lane;
+  };
+  std::vector<Strained> strained;
+  std::vector<HexaStrains> strains;
+  float square = 1;
+  for (const bool odd : {false, true})
+    for (const Slab& slab : odd ? odd_ : even_) {
+      strains.resize(slab.size());
+      hexa_force_loops().back().strains(slab, u, strains);
+      for (std::size_t k = 0; k < slab.size(); ++k)
+        for (std::size_t lane = 0; lane < slab[k].used; ++lane) {
+          square = std::max(square, strains[k].square.of[lane]);
+          if (strains[k].strain.of[lane] > kSmall) strained.push_back({strains[k].strain.of[lane], &slab[k], lane});
+        }
+    }
   const std::size_t look = std::min(kMostStrained, strained.size());
-  std::partial_sort(strained.begin(), strained.begin() + static_cast<std::ptrdiff_t>(look), strained.end(), std::greater<>());
+  std::partial_sort(strained.begin(), strained.begin() + static_cast<std::ptrdiff_t>(look), strained.end(),
+                    [](const Strained& a, const Strained& b) { return a.strain > b.strain; });
+  Growth growth;
+  growth.damping = static_cast<double>(square);
   for (std::size_t i = 0; i < look; ++i) {
-    const std::uint32_t cell = strained[i].second, material = dynamics_->hexahedra().shape(cell).material;
-    const Mat3 f = dynamics_->hexahedra().gradient(cell, x).leftCols<3>();
-    growth.stiffness = std::max(growth.stiffness, stiffest_at(materials_[material], f) / stiffest_at_rest_[material]);
+    const HexaCells& cells = *strained[i].cells;
+    const double stiffest = stiffest_at(materials_[cells.material], deformation(cells, strained[i].lane, u));
+    growth.stiffness = std::max(growth.stiffness, stiffest / stiffest_at_rest_[cells.material]);
   }
   return growth;
 }

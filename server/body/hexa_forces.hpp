@@ -38,18 +38,24 @@ struct HexaCells {
   float damping_s = 0;
 };
 
+/// Of eight cells: how far they are strained, |F F^T - 1|, and the largest sum of a row of |F F^T|, a bound of its eigenvalues.
+struct HexaStrains {
+  HexaCells::Lanes strain, square;
+};
+
 struct HexaForceLoops {
   std::size_t width;  ///< doubles in a vector
   /// f += forces of the cells.
   void (*add_forces)(std::span<const TetraMaterial> materials, std::span<const HexaCells> cells, const NodeArrays& u,
                      const NodeArrays& v, NodeArrays& f);
+  /// One for each of the cells.
+  void (*strains)(std::span<const HexaCells> cells, const NodeArrays& u, std::span<HexaStrains> strains);
 };
 /// All that this processor can run, the widest last.
 std::span<const HexaForceLoops> hexa_force_loops();
 
 class HexaForces {
  public:
-  /// `dynamics` must outlive it.
   explicit HexaForces(const Dynamics& dynamics);
   /// Whether the body is made of hexahedra, whose stress does not fade, and ligaments.
   static bool covers(const LumpedBody& body);
@@ -75,7 +81,7 @@ class HexaForces {
 
  private:
   using Slab = std::vector<HexaCells>;
-  const Dynamics* dynamics_;
+  Mat3 deformation(const HexaCells& cells, std::size_t lane, const NodeArrays& u) const;
   std::vector<TetraMaterial> materials_;
   std::vector<double> stiffest_at_rest_;  // of each: the largest eigenvalue of dP/dF
   std::vector<Slab> even_, odd_;
