@@ -61,17 +61,21 @@ Micros misjudged_for(const Scenario& s, const Fault& f) {
 
 Micros recovery_time(const Scenario& scenario, std::size_t station) {
   // A process that died is silent for kSilentAfter before its name is free; whoever was refused asks again after kRetryEvery.
-  // With keys it waits until the dead one has failed to echo, and asks again meanwhile; two exchanges make its keys. A shadow
-  // first waits for the station whose tool it shares. Then three exchanges (refused as unknown, Hello, samples) and, at the
-  // worst, a frame that is a stall long.
+  // With keys it waits until the dead one has failed to echo, and asks again meanwhile; two exchanges make its keys, as they do
+  // with a server that is another. A shadow first waits for the station whose tool it shares. Then three exchanges (refused as
+  // unknown, Hello, samples) and, at the worst, a frame that is a stall long.
   const auto slow = [&](std::size_t k) {
     const Links links = healed_links(scenario, k);
     return slowest(links.up) + slowest(links.down);
   };
   const StationPlan& plan = scenario.stations[station];
   const Micros frame = from_seconds(1 / scenario.rate_hz) + scenario.compute;
-  Micros joins = kHelloEvery + 4 * slow(station);
-  if (plan.owner >= 0) joins += kRetryEvery + 4 * slow(static_cast<std::size_t>(plan.owner));
+  const bool new_keys =
+      scenario.drawn_with.keys && std::any_of(scenario.faults.begin(), scenario.faults.end(),
+                                              [](const Fault& f) { return f.kind == FaultKind::server_restart; });
+  const int exchanges = new_keys ? 6 : 4;
+  Micros joins = kHelloEvery + exchanges * slow(station);
+  if (plan.owner >= 0) joins += kRetryEvery + exchanges * slow(static_cast<std::size_t>(plan.owner));
   const int self = plan.owner >= 0 ? plan.owner : static_cast<int>(station);
   for (const Fault& f : scenario.faults)
     if (f.station == self && (f.kind == FaultKind::crash || f.kind == FaultKind::leave)) {
