@@ -187,8 +187,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
     if (!r.stations.empty()) frames.push_back({world.now() + options.compute, r.stations[0].force});
     if (options.keep_starts && !r.stations.empty() && r.stations[0].patch)
       if (auto origin = room.origin(r.stations[0].id))
-        starts.push_back(
-            {r.stamp, std::move(origin->body), origin->port, std::move(origin->modes), r.stations[0].patch->c_static});
+        starts.push_back({r.stamp, std::move(origin->body), origin->port, std::move(origin->modes)});
     return r;
   };
   std::vector<std::vector<double>> tick_ns(n);

@@ -20,8 +20,6 @@ struct LocalStart {
   BodyState body;  ///< there
   ToolPort port;   ///< there
   Matrix modes;    ///< V, 3 N x r, orthonormal in M
-  /// Of a touch: what the point under the tool yields at once beside the modes, C_s of the patch [m/N].
-  Mat3 residual = Mat3::Zero();
 };
 
 struct ReplayOptions {

@@ -242,7 +242,6 @@ class LocalRun {
       if (nearest.height_m >= 0) return;
       port_.point = nearest.point;
     }
-    const Mat3 residual = full_ ? start_->residual : Mat3::Zero();  // what lambda* did is in x*
     Matrix responses;
     ContactClosure closure;
     for (int slides = 0;; ++slides) {
@@ -252,8 +251,7 @@ class LocalRun {
       for (std::size_t k = 0; k < 3; ++k) responses += port_.point.weight[static_cast<int>(k)] * responses_at(t[k]);
       Mat3 compliance;
       for (int axis = 0; axis < 3; ++axis) compliance.col(axis) = h_ / 2 * gather(b, responses.col(axis));
-      closure = close_contact(skin.position(port_.point, b, x) - residual * start_->port.lambda,
-                              0.5 * (compliance + compliance.transpose()) + residual,
+      closure = close_contact(skin.position(port_.point, b, x), 0.5 * (compliance + compliance.transpose()),
                               normal_at(skin.view(), positions_, port_.point), tool, port_.parameters);
       if (closure.slip.squaredNorm() > 0) port_.point = slide(skin.view(), positions_, port_.point, closure.slip);
       if (slides == kMostSlides || closure.slip.norm() < kSettledM) break;

@@ -3,8 +3,7 @@
 // Of every frame of a replay that keeps them (replay.hpp) the body's state, its port and the modes of the patch. In each tick the
 // model of the patch that was played then has come from its stamp, along the tool's true path, to that tick:
 //
-//     full_forces     M_r y'' = V^T (F(x* + V y, ...) + B lambda)      the body's own forces on the modes of the patch, which
-//                                                                      yields at once beside them as the patch does
+//     full_forces     M_r y'' = V^T (F(x* + V y, ...) + B lambda)      the body's own forces on the modes of the patch
 //     whole_linear    M w'' = F* - K w - D (w' - v*) + B lambda        the whole body, linearised at the stamp
 //
 // in ticks of 1 ms by the trapezoid, what the forces have beyond the linear ones where the step before leads to; full forces in

@@ -30,13 +30,11 @@ Mat3 port_compliance(const SharedSystem& p, std::size_t which, const OtherTools&
 }
 
 /// The part of a port's compliance that the modes of the patch lack, C(s) - R (s^2 + s D + K)^-1 R^T at the shift s, where `rows`
-/// is R and K the modes' own stiffness: what is too fast to be a mode yields at once. Nothing where the modes have a direction
-/// for each axis of the port.
-Mat3 residual_compliance(const Mat3& compliance, const PortRows& rows, const Vector& stiffness, const Matrix& damping,
-                         double shift) {
-  assert(rows.cols() == stiffness.size() && damping.rows() == stiffness.size() && shift >= 0);
-  Matrix dynamic = shift * damping;
-  dynamic.diagonal() += stiffness + Vector::Constant(rows.cols(), shift * shift);
+/// is R: what is too fast to be a mode yields at once. Nothing where the modes have a direction for each axis of the port.
+Mat3 residual_compliance(const Mat3& compliance, const PortRows& rows, const Patch& patch, double shift) {
+  assert(rows.cols() == patch.modes() && shift >= 0);
+  Matrix dynamic = shift * patch.damping;
+  dynamic.diagonal() += patch.stiffness + Vector::Constant(rows.cols(), shift * shift);
   return part_above(symmetric(compliance - rows * dynamic.ldlt().solve(Matrix(rows.transpose()))), 0);
 }
 
@@ -83,13 +81,10 @@ bool PatchBuilder::build_touch(const Job& job, const Model& model, SharedSystem*
     const Matrix none(v.rows(), 0), stiffness = reduced.stiffness.asDiagonal();
     add_terms(model, none, stiffness, vertices, reduced, made);
   }
-  if (p && request.scheme != Scheme::tangent && (v.cols() < 3 || job.hyper())) {  // no M^-1 B among the directions
+  if (p && request.scheme != Scheme::tangent && v.cols() < 3) {  // none for some axis of the port
     PortRows rows(3, v.cols());
     for (Eigen::Index m = 0; m < v.cols(); ++m) rows.col(m) = gather(p->port(job.which).b, v.col(m));
-    // Terms take back what PSD projection changed; C(s) of a clamped P is not that of the modes' own.
-    const Vector stiffness = job.hyper() && !job.footing.clamp ? reduced.stiffness : Vector(patch.stiffness);
-    patch.c_static =
-        residual_compliance(port_compliance(*p, job.which, model.others), rows, stiffness, patch.damping, p->shift());
+    patch.c_static = residual_compliance(port_compliance(*p, job.which, model.others), rows, patch, p->shift());
   }
   frame.enter(PatchPart::other);
   const bool with_terms = made.terms.variables > 0;
