@@ -70,7 +70,7 @@ std::vector<StationBounds> bounds_of(const Scenario& s) {
     b.frames = frame_spacing(s);
     b.healed = s.healed;
     b.recovered = recovered_by(s, k);
-    b.at_rest = s.rest + kComesToRest;
+    b.at_rest = std::max(s.rest, b.recovered) + kComesToRest;
     b.disturbed = disturbances(s, k);
     all.push_back(std::move(b));
   }

@@ -43,7 +43,7 @@ struct StationBounds {
   Micros sent_age_max{};                        ///< age of a patch when it leaves the server, at most
   Micros down_max{};                            ///< slowest way of a datagram towards the station
   Micros frames{};                              ///< from one patch to the next, at most
-  Micros healed{}, recovered{}, at_rest{};      ///< nothing is lost any more; it must feel the body again; its hand stands still
+  Micros healed{}, recovered{}, at_rest{};  ///< nothing is lost any more; it must feel the body again; hand and force stand still
   std::vector<std::pair<Micros, Micros>> disturbed;  ///< from a fault's begin until it must have recovered
 
   Micros joined = Micros::max();  ///< when it joined last; the run keeps it up to date

@@ -173,7 +173,7 @@ Scenario draw_scenario(const DrawOptions& options) {
   for (const Fault& f : s.faults)
     if (f.kind == FaultKind::sleep) s.rest += f.end - f.begin;
   s.end = s.rest + kComesToRest;
-  for (std::size_t k = 0; k < s.stations.size(); ++k) s.end = std::max(s.end, recovered_by(s, k));
+  for (std::size_t k = 0; k < s.stations.size(); ++k) s.end = std::max(s.end, recovered_by(s, k) + kComesToRest);
   // Time enough for patches stamped after that to come.
   Micros way{};
   for (std::size_t k = 0; k < s.stations.size(); ++k) {
