@@ -71,7 +71,9 @@ class Serving {
   }
 
   void run() {
-    if (keys_) begin_keys();
+    hang_up_->add(SIGHUP);  // which ends a program that does not listen to it
+    await_hang_up();
+    if (keys_) say_keys();
     if (flags_.insecure) warn_insecure();
     await_signal();
     if (flags_.has_duration) end_after(from_seconds(flags_.duration_s));
@@ -92,9 +94,7 @@ class Serving {
     if (metrics_) metrics_->publish(std::move(state));
   }
 
-  void begin_keys() {
-    hang_up_->add(SIGHUP);
-    await_hang_up();
+  void say_keys() {
     say("keys", fmt::format("public key {}; {} stations and {} issuers are let in", to_text(public_of(keys_->self)),
                             keys_->stations.size(), keys_->issuers.size()));
   }
@@ -104,8 +104,8 @@ class Serving {
     hang_up_->async_wait([this](const asio::error_code& fault, int) {
       if (fault) return;
       try {
-        shell_->change_keys(read_site(flags_.keys));
-        say("keys", "keys read again from " + flags_.keys);
+        if (keys_) shell_->change_keys(read_site(flags_.keys));
+        say("keys", keys_ ? "keys read again from " + flags_.keys : "nothing to read again: this server has no --keys");
       } catch (const InputError& wrong) {
         say("keys_wrong", std::string("keys stay as they were: ") + wrong.what(), EventLevel::error);
       }

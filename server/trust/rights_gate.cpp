@@ -17,7 +17,12 @@ bool same_station(const Hello& a, const Hello& b) {
   return a.station == b.station && a.role == b.role && a.shadow_of == b.shadow_of && a.room == b.room;
 }
 
-bool may_share_a_name(const Rights& a, const Rights& b) { return a.has_name(b.name) || b.has_name(a.name); }
+/// A name is one station's in a room; no rooms are all.
+bool may_share_a_name(const Rights& a, const Rights& b) {
+  const bool apart = !a.rooms.empty() && !b.rooms.empty() &&
+                     std::find_first_of(a.rooms.begin(), a.rooms.end(), b.rooms.begin(), b.rooms.end()) == a.rooms.end();
+  return !apart && (a.has_name(b.name) || b.has_name(a.name));
+}
 
 }  // namespace
 

@@ -1,6 +1,7 @@
 // The pages over HTTP, read while the server goes on.
 #include "server/metrics/io/metrics_server.hpp"
 
+#include <algorithm>
 #include <asio/ip/tcp.hpp>
 #include <asio/read.hpp>
 #include <asio/write.hpp>
@@ -8,6 +9,7 @@
 #include <catch2/catch.hpp>
 #include <set>
 #include <thread>
+#include <vector>
 
 #include "common/base/error.hpp"
 #include "common/io/endpoint.hpp"
@@ -54,6 +56,25 @@ TEST_CASE("before the first state the server loads: well, not ready, and without
   CHECK(get(server.address(), "/readyz").ends_with("\r\n\r\nok\n"));
   CHECK(get(server.address(), "/metrics").find("palpate_joins_total{room=\"b\"} 1\n") != std::string::npos);
   CHECK_THAT(get(server.address(), "/metrics/more"), Catch::StartsWith("HTTP/1.1 404"));
+}
+
+TEST_CASE("connections that say nothing keep no health check waiting") {
+  MetricsServer server("--metrics", "127.0.0.1:0", "test");
+  const HostPort there = parse_host_port("test", server.address());
+  asio::io_context io;
+  std::vector<asio::ip::tcp::socket> silent;
+  for (int k = 0; k < 24; ++k) {
+    silent.emplace_back(io).connect({asio::ip::make_address(there.host), there.port});
+    silent.back().non_blocking(true);
+  }
+  CHECK(get(server.address(), "/healthz").starts_with("HTTP/1.1 200 OK\r\n"));
+  // Before the first of them was told to go.
+  CHECK(std::all_of(silent.begin(), silent.end(), [](asio::ip::tcp::socket& socket) {
+    char one = 0;
+    asio::error_code fault;
+    socket.read_some(asio::buffer(&one, 1), fault);
+    return fault == asio::error::would_block;
+  }));
 }
 
 TEST_CASE("an address that is taken, or none, is bad input") {

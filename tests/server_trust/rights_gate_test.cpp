@@ -148,6 +148,18 @@ TEST_CASE("two keys with one name are not in at the same time") {
   CHECK_FALSE(gated.ask(second, 2));
 }
 
+TEST_CASE("two keys with one name are in at the same time where no room is both's") {
+  Gated gated;
+  Hello hello = hand("OR 3", "liver"), other = hand("OR 3", "spleen"), both = hand("OR 3", "spleen");
+  gated.rights.rooms = {"liver"};
+  CHECK_FALSE(gated.ask(hello, 1));
+  gated.key = public_of(secret_of(kStrangerSeed));
+  gated.rights.rooms = {"liver", "spleen"};
+  CHECK(gated.ask(both, 2)->reason == RefuseReason::name_taken);
+  gated.rights.rooms = {"spleen"};
+  CHECK_FALSE(gated.ask(other, 2));
+}
+
 TEST_CASE("a viewer gets no more shapes than its key may, whatever it asks for") {
   Gated gated;
   const auto granted = [&](int rights, int asked) {

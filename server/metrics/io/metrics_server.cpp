@@ -51,9 +51,10 @@ Answer as_answer(const std::optional<std::string>& trouble) {
 /// As resolve_udp() understands it; TCP and UDP have the same addresses.
 std::unique_ptr<CivetServer> serve_at(const std::string& flag, const std::string& address) {
   const std::string where = flag + " " + address, there = to_string(resolve_udp(flag, address));
-  // Two threads: one that hangs with a slow reader keeps no health check waiting. Connections end after an answer or 5 s.
-  const std::vector<std::string> options{"listening_ports",    there,  "num_threads",       "2",
-                                         "request_timeout_ms", "5000", "enable_keep_alive", "no"};
+  // Threads that mostly sleep: some that hang with readers who are slow or say nothing keep no health check waiting. Connections
+  // end after an answer or 2 s.
+  const std::vector<std::string> options{"listening_ports",    there,  "num_threads",       "32",
+                                         "request_timeout_ms", "2000", "enable_keep_alive", "no"};
   try {
     return std::make_unique<CivetServer>(options);
   } catch (const CivetException&) {
