@@ -39,9 +39,10 @@ ExplicitIntegrator::ExplicitIntegrator(const Dynamics& dynamics, const Skin& ski
       predicted_(dynamics.nodes()) {}
 
 ExplicitStepper::Steps ExplicitIntegrator::steps_for(double whole_s, double step_s, const std::vector<ToolPort>&) {
-  const auto [stiffer, thicker] = body_.growth();
+  const auto [stiffer, thicker] = growth();
   const bool grown = stiffer > 1 || thicker > 1;
-  const double h = std::min(step_s, grown ? kShare * leapfrog_step_s(spectrum_.w2 * stiffer, spectrum_.g * thicker) : step_s_);
+  const double share = grown && may_resonate() ? kResonantShare : kShare;
+  const double h = std::min(step_s, grown ? share * leapfrog_step_s(spectrum_.w2 * stiffer, spectrum_.g * thicker) : step_s_);
   if (!(h >= kShortestShare * std::min(step_s, step_s_))) return {};
   const int count = static_cast<int>(std::ceil(whole_s / h - 1e-9));
   return {count, whole_s / count};
@@ -87,6 +88,7 @@ void ExplicitIntegrator::step(std::vector<ToolPort>& ports, double begin_s, doub
   });
   accelerate(predicted_, ports);
   body_.wake_disturbed(a_, 1);
+  watch(h);
 }
 
 /// Ports answer one after the other, each seeing the newest forces of the others: lambda_n are in a_ on entry. Only those that

@@ -30,12 +30,19 @@ double leapfrog_step_s(double w2, double g);
 
 class ExplicitIntegrator final : public ExplicitStepper {
  public:
-  static constexpr double kShare = 0.9;  ///< of the stable step that is used
+  static constexpr double kShare = 0.9;          ///< of the stable step that is used
+  static constexpr double kResonantShare = 0.6;  ///< of one that may_resonate() and is strained far
 
   /// `dynamics` and `skin` must outlive it. ExplicitBody::covers() the body. `spectrum`: its own, where it is known.
   ExplicitIntegrator(const Dynamics& dynamics, const Skin& skin, const std::optional<Spectrum>& spectrum = {});
   /// That it takes at small strains [s].
   double step_s() const { return step_s_; }
+  /// Whether it is a solid with hardly any dampers: far strained its stiffness swings as its modes do (parametric resonance), and
+  /// steps that are stable for each of the stiffnesses that it passes through may together gain energy.
+  bool may_resonate() const {
+    constexpr double kHardlyDamped = 0.1;  // w t / 2 of the fastest modes
+    return hexahedra().size() > 0 && spectrum_.least_s < kHardlyDamped * step_s_;
+  }
 
  private:
   Steps steps_for(double whole_s, double step_s, const std::vector<ToolPort>& ports) override;

@@ -9,44 +9,55 @@ ExplicitStepper::ExplicitStepper(const Dynamics& dynamics, const Skin& skin)
 
 AdvanceReport ExplicitStepper::advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
                                        const ToolMotion& tools) {
+  constexpr int kTries = 3;
   const double begin_s = state.time_s, whole_s = until_s - begin_s;
   if (!(whole_s > 1e-9)) return {};
   const std::vector<ToolPort> ports_before = ports;
-  body_.take(state, ports);
-  contacts_.take(state, ports);
-  const Steps steps = steps_for(whole_s, step_s, ports);
-  if (steps.count > 0) {
-    const HexaForces::Growth before = body_.growth();
+  expected_ = {};
+  int spent = 0;
+  for (int tries = 0; tries < kTries; ++tries) {
+    body_.take(state, ports);
+    contacts_.take(state, ports);
+    const Steps steps = steps_for(whole_s, step_s, ports);
+    if (steps.count == 0) break;
+    expected_ = most_ = growth();
+    unwatched_s_ = 0;
     go(steps, ports, begin_s, tools);
-    if (body_.is_sound(steps.h) && !outgrown(before)) {
+    spent += steps.count;
+    const bool sound = body_.is_sound(steps.h);
+    if (sound && !outgrown()) {
       body_.give(state, ports, tools, until_s);
       find_holding_forces(*dynamics_, state, ports);
       return {.steps = steps.count, .needed_share = body_.needed_share()};
     }
-  }
-  ports = ports_before;
-  if (steps.count > 1 && body_.hexahedra().size() > 0 && whole_s > kShortestFrameS) {
-    AdvanceReport report = advance(state, ports, begin_s + whole_s / 2, step_s, tools);
-    const AdvanceReport rest = advance(state, ports, until_s, step_s, tools);
-    report.steps += rest.steps;
-    report.cut_steps += rest.cut_steps;
-    report.newton_iterations += rest.newton_iterations;
-    report.solver_iterations += rest.solver_iterations;
-    report.factorisations += rest.factorisations;
-    report.converged = report.converged && rest.converged;
-    return report;
+    ports = ports_before;
+    if (body_.hexahedra().size() == 0) break;
+    constexpr double kMuch = 2;
+    expected_ = sound ? most_ : Growth{kMuch * expected_.stiffness, kMuch * expected_.damping};
   }
   AdvanceReport report = fallback_.advance(state, ports, until_s, step_s, tools);
-  report.cut_steps += std::max(steps.count, 1);
+  report.cut_steps += std::max(spent, 1);
   return report;
 }
 
+ExplicitStepper::Growth ExplicitStepper::growth() const {
+  const Growth now = body_.growth();
+  return {std::max(expected_.stiffness, now.stiffness), std::max(expected_.damping, now.damping)};
+}
+
 /// Whether the body became so much stiffer on the way that the steps chosen at its beginning may have been too long for it.
-bool ExplicitStepper::outgrown(const HexaForces::Growth& before) const {
+bool ExplicitStepper::outgrown() {
   constexpr double kStiffer = 1.4, kThicker = 1.25;  // less than what steps keep free
-  if (body_.hexahedra().size() == 0) return false;
-  const HexaForces::Growth now = body_.growth();
-  return now.stiffness > kStiffer * before.stiffness || now.damping > kThicker * before.damping;
+  watch(kWatchedEveryS);
+  return most_.stiffness > kStiffer * expected_.stiffness || most_.damping > kThicker * expected_.damping;
+}
+
+void ExplicitStepper::watch(double h) {
+  unwatched_s_ += h;
+  if (body_.hexahedra().size() == 0 || unwatched_s_ < kWatchedEveryS) return;
+  unwatched_s_ = 0;
+  const Growth now = body_.growth();
+  most_ = {std::max(most_.stiffness, now.stiffness), std::max(most_.damping, now.damping)};
 }
 
 std::vector<std::uint32_t> ExplicitStepper::busy_nodes(const std::vector<ToolPort>& ports) {

@@ -1,8 +1,8 @@
 // What explicit integrators share: the body in single precision, the tools that touch it, and a way out.
 //
 // A frame that would need steps too short to be worth it, or in which the body flies apart all the same, is left to TR-BDF2, and
-// told as a cut step. So is one in which hexahedra became so much stiffer on the way that its steps may have been too long, once
-// halves of it, and halves of those, were tried down to kShortestFrameS.
+// told as a cut step. One in which hexahedra became so much stiffer on the way that its steps may have been too long is done
+// again in shorter ones first.
 #pragma once
 
 #include "server/body/explicit_contacts.hpp"
@@ -22,7 +22,6 @@ class ExplicitStepper : public Stepper {
   const HexaForces& hexahedra() const { return body_.hexahedra(); }
 
  protected:
-  static constexpr double kShortestFrameS = 0.006;
   static constexpr double kShortestShare = 0.2;  ///< of the step at rest: below that TR-BDF2 is cheaper
 
   /// `dynamics` and `skin` must outlive it. ExplicitBody::covers() the body.
@@ -36,7 +35,11 @@ class ExplicitStepper : public Stepper {
   virtual Steps steps_for(double whole_s, double step_s, const std::vector<ToolPort>& ports) = 0;
   virtual void go(const Steps& steps, std::vector<ToolPort>& ports, double begin_s, const ToolMotion& tools) = 0;
 
-  bool outgrown(const HexaForces::Growth& before) const;
+  using Growth = HexaForces::Growth;
+  /// How much stiffer and thicker than at rest the body is, or is expected to become until the end of the frame.
+  Growth growth() const;
+  /// To be called at the end of each step, of `h`.
+  void watch(double h);
   /// Nodes that ports push or hold.
   std::vector<std::uint32_t> busy_nodes(const std::vector<ToolPort>& ports);
 
@@ -44,7 +47,12 @@ class ExplicitStepper : public Stepper {
   ExplicitContacts contacts_;
 
  private:
+  static constexpr double kWatchedEveryS = 0.004;
+  bool outgrown();
+
   const Dynamics* dynamics_;
+  Growth expected_, most_;  // at its begin, on the way
+  double unwatched_s_ = 0;
   Integrator fallback_;
 };
 

@@ -227,7 +227,7 @@ Mat3 HexaForces::deformation(const HexaCells& cells, std::size_t lane, const Nod
 }
 
 HexaForces::Growth HexaForces::growth(const NodeArrays& u) const {
-  constexpr std::size_t kMostStrained = 16;
+  constexpr std::size_t kMostStrained = 4;
   constexpr float kSmall = 0.02F;  // changes eigenvalues by less than what is kept free
   struct Strained {
     float strain;

@@ -99,6 +99,8 @@ ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const
   const Spectrum spectrum = spectrum_of(dynamics);
   Candidate leapfrog = leapfrog_candidate(scene, dynamics, skin, spectrum),
             stabilised = stabilised_candidate(scene, dynamics, skin, spectrum);
+  if (static_cast<const ExplicitIntegrator&>(*leapfrog.stepper).may_resonate())
+    return chosen(std::move(implicit), "a solid without dampers may gain energy in explicit steps");
   const bool grasped_solid = dynamics.body().is_solid() && scene.tool.contact == ContactKind::attach;
   const bool damped = stabilised.stepper && !grasped_solid && leapfrog.cost > kLeapfrogMost &&
                       kStabilisedWorth * stabilised.cost <= leapfrog.cost;

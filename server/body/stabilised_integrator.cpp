@@ -46,7 +46,7 @@ ExplicitStepper::Steps StabilisedIntegrator::steps_for(double whole_s, double st
   const bool touch = std::any_of(ports.begin(), ports.end(), [](const ToolPort& p) { return p.kind == ContactKind::touch; });
   const double longest_s = plan(step_s, touch ? ContactKind::touch : ContactKind::attach).h;
   if (!(longest_s > 0)) return {};
-  const auto [stiffer, thicker] = body_.growth();
+  const auto [stiffer, thicker] = growth();
   Spectrum stretched = spectrum_;
   stretched.w2 *= stiffer;
   stretched.g *= thicker;
@@ -106,6 +106,7 @@ void StabilisedIntegrator::step(std::vector<ToolPort>& ports, double begin_s, do
   std::swap(body_.v, v_);
   close_contacts(ports, begin_s + h);
   body_.wake_disturbed(a_0_, static_cast<int>(method_->stages.size()));
+  watch(h);
 }
 
 void StabilisedIntegrator::start_held(const std::vector<ToolPort>& ports, double end_s, double h, const ToolMotion& tools) {
