@@ -39,12 +39,14 @@ void HandshakeLimits::forget_full(Micros now) {
   std::erase_if(prefixes_, [&](const auto& entry) { return entry.second.left_at(kHandshakesPrefix, now) >= kHandshakesPrefix; });
 }
 
-bool HandshakeLimits::allow(const ChannelAddress& from, bool lives_there, Micros now) {
+bool HandshakeLimits::allow(const ChannelAddress& from, Neighbour lives, Micros now) {
   forget_full(now);
   all_.fill(kHandshakesAll, now);
-  if (!lives_there && all_.left < 1) return false;
-  const auto [prefix, fresh] = prefixes_.try_emplace(prefix_of(from), Bucket{kHandshakesPrefix, now});
-  return prefix->second.take(kHandshakesPrefix, now) && (lives_there || all_.take(kHandshakesAll, now));
+  const bool shares = lives == Neighbour::none;
+  if (shares && all_.left < 1) return false;
+  const Prefix place = lives == Neighbour::session ? Prefix{from.ip, from.port} : Prefix{prefix_of(from), 0};
+  const auto [prefix, fresh] = prefixes_.try_emplace(place, Bucket{kHandshakesPrefix, now});
+  return prefix->second.take(kHandshakesPrefix, now) && (!shares || all_.take(kHandshakesAll, now));
 }
 
 }  // namespace palpate

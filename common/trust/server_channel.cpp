@@ -91,18 +91,19 @@ void ServerChannel::take_init(Bytes datagram, const ChannelAddress& from, Micros
     ++counts_.cookies;
     return answer(from, cookie);
   }
-  const bool lives_there = std::any_of(sessions_.begin(), sessions_.end(), [&](const auto& entry) {
-    return entry.second.confirmed && entry.second.address.ip == from.ip;
-  });
-  if (!limits_.allow(from, lives_there, now)) return refuse(ChannelFault::limit, from, nullptr);
-  shake_hands(datagram, from, now);
+  const auto mac = copy_of<kMacBytes>(datagram.subspan(kInitSigned, kMacBytes));
+  Neighbour lives = Neighbour::none;
+  for (const auto& [peer, session] : sessions_) {
+    if (session.answered == mac) return answer(from, session.answer);  // that answer was lost, or is late
+    if (!session.confirmed || session.address.ip != from.ip) continue;
+    const Neighbour near = session.address.port == from.port ? Neighbour::session : Neighbour::session_of_host;
+    lives = std::max(lives, near);
+  }
+  if (!limits_.allow(from, lives, now)) return refuse(ChannelFault::limit, from, nullptr);
+  shake_hands(datagram, mac, from, now);
 }
 
-void ServerChannel::shake_hands(Bytes datagram, const ChannelAddress& from, Micros now) {
-  const auto mac = copy_of<kMacBytes>(datagram.subspan(kInitSigned, kMacBytes));
-  for (const auto& [peer, session] : sessions_)
-    if (session.answered == mac) return answer(from, session.answer);  // that answer was lost, or is late
-
+void ServerChannel::shake_hands(Bytes datagram, const Mac& mac, const ChannelAddress& from, Micros now) {
   const Bytes message = datagram.subspan(kHeadBytes, kInitSigned - kHeadBytes);
   NoiseResponder noise(keys_.self, datagram.first(kHeadBytes));
   if (!noise.read_sender(message)) return refuse(ChannelFault::handshake, from, nullptr);
@@ -181,15 +182,22 @@ ServerChannel::Session* ServerChannel::find(const PublicKey& key, std::uint64_t 
   return nullptr;
 }
 
-/// Another session of this key; the longest silent one makes way where it must.
+/// Another session of this key; where it must, the longest silent one makes way. Handshakes that no Data followed have places of
+/// their own, and the oldest makes way: anybody who recorded them may send them again, and keep nobody out who goes on with Data.
 bool ServerChannel::make_room_for(const PublicKey& key, int streams, Micros now) {
-  int of_key = 0;
-  Session* silent = nullptr;
+  int of_key = 0, unconfirmed = 0;
+  Session *silent = nullptr, *oldest = nullptr;
   for (auto& [peer, session] : sessions_) {
     if (session.key != key || session.ending) continue;
+    if (!session.confirmed) {
+      ++unconfirmed;
+      if (oldest == nullptr || session.begun < oldest->begun) oldest = &session;
+      continue;
+    }
     ++of_key;
     if (now - session.heard > kSilent && (silent == nullptr || session.heard < silent->heard)) silent = &session;
   }
+  if (unconfirmed >= kSpareSessions) end(*oldest);
   if (of_key < streams + kSpareSessions && sessions_.size() < kMostSessions) return true;
   if (silent == nullptr) return false;
   end(*silent);
@@ -203,7 +211,7 @@ std::optional<ServerChannel::Opened> ServerChannel::take_data(Bytes datagram, co
   Session* session = found != indices_.end() ? &sessions_.at(found->second) : nullptr;
   Transport* keys = session != nullptr ? keys_at(*session, index, now) : nullptr;
   if (keys == nullptr) {
-    if (!hint_limits_.allow(from, false, now)) return fail(ChannelFault::index);
+    if (!hint_limits_.allow(from, Neighbour::none, now)) return fail(ChannelFault::index);
     std::array<std::uint8_t, kHintBytes> hint;
     put_head(hint, ChannelKind::hint, index);
     ++counts_.hints;

@@ -67,7 +67,8 @@ class ServerChannel {
  public:
   using UnixSeconds = std::function<std::int64_t()>;
   static constexpr std::size_t kMostSessions = 1024, kMostAnswers = 256, kMostTokens = 65536;
-  static constexpr int kSpareSessions = 8;  ///< of a key beyond its streams: handshakes, and lives that ended without a word
+  /// Of a key beyond its streams: lives that ended without a word, and as many handshakes.
+  static constexpr int kSpareSessions = 8;
   static constexpr Micros kUnconfirmed{20'000'000};  ///< that a handshake is remembered without Data
   static constexpr Micros kSilent{3'000'000};        ///< then a session gives its place to another one of its key
 
@@ -135,7 +136,7 @@ class ServerChannel {
   void refuse(ChannelFault fault, const ChannelAddress& from, const PublicKey* key);
   void answer(const ChannelAddress& to, Bytes bytes);
   void take_init(Bytes datagram, const ChannelAddress& from, Micros now);
-  void shake_hands(Bytes datagram, const ChannelAddress& from, Micros now);
+  void shake_hands(Bytes datagram, const Mac& mac, const ChannelAddress& from, Micros now);
   std::optional<Admission> admit(const PublicKey& key, const InitPayload& payload, Session* known, Micros now, ChannelFault& why);
   std::optional<Admission> admit_token(const PublicKey& key, const InitPayload& payload, Session* known, Micros now,
                                        ChannelFault& why);

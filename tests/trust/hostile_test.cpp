@@ -191,6 +191,46 @@ TEST_CASE("strangers who use up all handshakes keep no session from its next key
   CHECK(pair.client.counts().handshakes == 2);
 }
 
+TEST_CASE("strangers at a session's own host who use up all handshakes there keep it from its next keys neither") {
+  ChannelPair pair;
+  const ChannelPeer peer = pair.join();
+  REQUIRE(pair.to_client(pair.sealed_by_server(peer, "welcome")) > 0);
+  const ClientChannel station = pair.client;
+  const ChannelAddress home = pair.from;
+  pair.now += Micros{120'000'000};
+  for (int k = 0; k < 100; ++k) {
+    pair.client = ClientChannel(client_keys(kStrangerSeed), 5, seeded(static_cast<std::uint64_t>(1000 + k)), pair.now);
+    pair.from = home;
+    pair.from.port = static_cast<std::uint16_t>(20'000 + k);
+    pair.shake_hands();
+  }
+  REQUIRE(pair.server.counts().of(ChannelFault::limit) == 80);
+  pair.client = station;
+  pair.from = home;
+  CHECK(pair.join() == peer);
+  CHECK(pair.client.counts().handshakes == 2);
+}
+
+TEST_CASE("handshakes of a key that were recorded and are sent again keep out nobody who goes on with data, and end no session") {
+  ChannelPair pair;
+  const ChannelPeer peer = pair.join();
+  const ClientChannel station = pair.client;
+  pair.now += ServerChannel::kSilent + Micros{1'000'000};
+  for (int k = 0; k < 60; ++k) {  // what many lives of this station began with
+    pair.now += Micros{60'000};
+    pair.client = ClientChannel(client_keys(), 5, seeded(static_cast<std::uint64_t>(300 + k)), pair.now);
+    pair.from = address_of(60 + k % 10, 5000);
+    pair.shake_hands();
+  }
+  CHECK(pair.server.counts().of(ChannelFault::full) == 0);
+  pair.client = ClientChannel(client_keys(), 5, seeded(999), pair.now);
+  CHECK(pair.join() != 0);
+  pair.client = station;
+  const auto opened = pair.to_server(pair.sealed("still here"));
+  REQUIRE(opened);
+  CHECK(opened->peer == peer);
+}
+
 TEST_CASE("one key cannot take the place of all others") {
   ChannelPair pair;
   int joined = 0;
