@@ -35,12 +35,11 @@ PALPATE_INLINE void take_corners(const HexaCells& cells, const float* y, Eight (
 /// written.
 PALPATE_INLINE void add_to_corners(const HexaCells& cells, const Eight (&more)[8], float* y) {
   if (cells.in_a_row) {
-    constexpr EightTruths kOneOn = {8, 0, 1, 2, 3, 4, 5, 6};
     for (std::size_t i = 0; i < 8; i += 2) {
       float* const at = y + cells.nodes[i][0];
       Eight sum;
       __builtin_memcpy(&sum, at, sizeof(sum));
-      sum += more[i] + __builtin_shuffle(more[i + 1], Eight{}, kOneOn);
+      sum += more[i] + __builtin_shufflevector(more[i + 1], Eight{}, 8, 0, 1, 2, 3, 4, 5, 6);
       __builtin_memcpy(at, &sum, sizeof(sum));
       at[kEight] += more[i + 1][kEight - 1];
     }
