@@ -3,7 +3,7 @@
 //
 // Equations, symbols and sources of the laws: server/body/tetra_kernel.hpp; of Ogden's and of fibres: ogden.hpp, fibre_lanes.hpp.
 // Every law has the shear modulus mu_L and Lame's lambda_L in small strains, and no stress at rest. Bounds are those that a scene
-// and a datagram are held to (server/scene, common/wire): within them every force and tangent is finite at every F that is.
+// and a datagram are held to.
 #pragma once
 
 #include <algorithm>
