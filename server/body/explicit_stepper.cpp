@@ -18,9 +18,10 @@ AdvanceReport ExplicitStepper::advance(BodyState& state, std::vector<ToolPort>& 
   for (int tries = 0; tries < kTries; ++tries) {
     body_.take(state, ports);
     contacts_.take(state, ports);
+    const Growth now = body_.growth();
+    expected_ = most_ = {std::max(expected_.stiffness, now.stiffness), std::max(expected_.damping, now.damping)};
     const Steps steps = steps_for(whole_s, step_s, ports);
     if (steps.count == 0) break;
-    expected_ = most_ = growth();
     unwatched_s_ = 0;
     go(steps, ports, begin_s, tools);
     spent += steps.count;
@@ -38,11 +39,6 @@ AdvanceReport ExplicitStepper::advance(BodyState& state, std::vector<ToolPort>& 
   AdvanceReport report = fallback_.advance(state, ports, until_s, step_s, tools);
   report.cut_steps += std::max(spent, 1);
   return report;
-}
-
-ExplicitStepper::Growth ExplicitStepper::growth() const {
-  const Growth now = body_.growth();
-  return {std::max(expected_.stiffness, now.stiffness), std::max(expected_.damping, now.damping)};
 }
 
 /// Whether the body became so much stiffer on the way that the steps chosen at its beginning may have been too long for it.

@@ -37,7 +37,7 @@ class ExplicitStepper : public Stepper {
 
   using Growth = HexaForces::Growth;
   /// How much stiffer and thicker than at rest the body is, or is expected to become until the end of the frame.
-  Growth growth() const;
+  const Growth& growth() const { return expected_; }
   /// To be called at the end of each step, of `h`.
   void watch(double h);
   /// Nodes that ports push or hold.
