@@ -3,7 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace palpate {
 namespace {
@@ -86,8 +88,11 @@ NearestPoint describe_nearest(const SurfaceView& s, Positions x, const SurfacePo
   n.point = p;
   n.position = position_at(s, x, p);
   n.normal = normal_at(s, x, p);
+  // The normal alone would take for inside what lies before a triangle that is turned inside out, however far away.
+  constexpr double kLeastWinding = 0.05;  // less than next to a corner of an open surface, 1/8
   const Vec3 away = query - n.position;
-  n.height_m = away.dot(n.normal) < 0 ? -away.norm() : away.norm();
+  const bool behind = away.dot(n.normal) < 0 && winding_number(s, x, query) > kLeastWinding;
+  n.height_m = behind ? -away.norm() : away.norm();
   n.at_border = on_open_edge(s, p);
   return n;
 }
@@ -150,6 +155,16 @@ Vec3 normal_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcep
   if (norm > 0) return n / norm;
   n = area_normal(s, x, p.triangle);
   return n.norm() > 0 ? Vec3(n.normalized()) : Vec3::UnitZ();
+}
+
+double winding_number(const SurfaceView& s, Positions x, const Vec3& point) noexcept {
+  double sum = 0;
+  for (const Triangle& t : s.triangles) {
+    const Vec3 a = vertex(x, t[0]) - point, b = vertex(x, t[1]) - point, c = vertex(x, t[2]) - point;
+    const double ra = a.norm(), rb = b.norm(), rc = c.norm();
+    sum += std::atan2(a.dot(b.cross(c)), ra * rb * rc + a.dot(b) * rc + b.dot(c) * ra + c.dot(a) * rb);
+  }
+  return sum / (2 * std::numbers::pi);
 }
 
 NearestPoint nearest_point(const SurfaceView& s, Positions x, const Vec3& query) noexcept {

@@ -54,11 +54,16 @@ Vec3 vertex_normal(const SurfaceView& s, Positions x, std::uint32_t i) noexcept;
 /// Unit outward normal, interpolated.
 Vec3 normal_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept;
 
+/// How often the surface goes around a point: 1 inside of a closed one, 0 outside, whatever is folded or inside out. Of an open
+/// one the share of all directions in which its back is seen, less that of its front: next to it 1/2, behind its rim 1/4 or less,
+/// and nothing from afar. Solid angles of the triangles over 4 pi (Van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30, 1983).
+double winding_number(const SurfaceView& s, Positions x, const Vec3& point) noexcept;
+
 struct NearestPoint {
   SurfacePoint point;
   Vec3 position = Vec3::Zero();
   Vec3 normal = Vec3::UnitZ();
-  double height_m = 0;     ///< signed distance of the query, positive outside
+  double height_m = 0;     ///< signed distance of the query, negative where it is behind the surface: normal and winding say so
   bool at_border = false;  ///< nearest point lies on an open edge: the query is beside the surface, not above it
 };
 /// Over all triangles.

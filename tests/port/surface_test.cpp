@@ -70,6 +70,8 @@ Mesh plane(int n, double cell) {
   return mesh;
 }
 
+Eigen::Map<Vec3> vertex_of(Mesh& mesh, std::uint32_t i) { return Eigen::Map<Vec3>(mesh.x.data() + 3 * std::size_t{i}); }
+
 Vec3 random_offset(Random& random, double size) {
   const double x = random.uniform(-size, size), y = random.uniform(-size, size), z = random.uniform(-size, size);
   return {x, y, z};
@@ -114,6 +116,35 @@ TEST_CASE("On a sphere the normal is radial, the height is the distance, and its
     CHECK(nearest.normal.norm() == Approx(1));
     CHECK(nearest.height_m == Approx(height).margin(2e-4));
   }
+}
+
+TEST_CASE("A surface goes around what is inside of it once, and around nothing else, with a part of it turned inside out too") {
+  Mesh mesh = sphere(0.05, 2);
+  Random random(4);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Vec3 away = random_offset(random, 1).normalized();
+    CHECK(winding_number(mesh.view(), mesh.x, random.uniform(0, 0.045) * away) == Approx(1));
+    CHECK(winding_number(mesh.view(), mesh.x, random.uniform(0.051, 2) * away) == Approx(0).margin(1e-9));
+  }
+  // A vertex is pushed through the body and out on the other side: what lies there has the back of its triangles before it.
+  vertex_of(mesh, 0) = Vec3(-0.08, 0.001, 0.002);
+  for (const double distance_m : {0.081, 0.1, 0.3, 1.0}) {
+    const Vec3 query(-distance_m, 0.001, 0.002);
+    CHECK(winding_number(mesh.view(), mesh.x, query) == Approx(0).margin(1e-9));
+    const NearestPoint nearest = nearest_point(mesh.view(), mesh.x, query);
+    CHECK(nearest.normal.x() > 0.5);
+    CHECK(nearest.height_m == Approx(distance_m - 0.08));
+  }
+}
+
+TEST_CASE("Next to an open surface half of all directions are behind it, a quarter at its rim, an eighth at its corner") {
+  const Mesh mesh = plane(8, 0.01);
+  constexpr double kNearM = 1e-7;
+  CHECK(winding_number(mesh.view(), mesh.x, Vec3(0.04, 0.04, -kNearM)) == Approx(1. / 2).epsilon(1e-4));
+  CHECK(winding_number(mesh.view(), mesh.x, Vec3(0.04, 0.04, kNearM)) == Approx(-1. / 2).epsilon(1e-4));
+  CHECK(winding_number(mesh.view(), mesh.x, Vec3(0.04, 0, -kNearM)) == Approx(1. / 4).epsilon(1e-4));
+  CHECK(winding_number(mesh.view(), mesh.x, Vec3(0, 0.08, -kNearM)) == Approx(1. / 8).epsilon(1e-4));
+  CHECK(winding_number(mesh.view(), mesh.x, Vec3(0.04, 0.04, -1)) == Approx(0.0064 / (4 * std::numbers::pi)).epsilon(0.01));
 }
 
 TEST_CASE("Normals do not jump where a point crosses from one triangle to the next") {
