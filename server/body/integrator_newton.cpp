@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/limits.hpp"
 #include "common/port/contact_law.hpp"
 #include "server/body/integrator.hpp"
 
@@ -114,7 +115,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
     state.v += dv;
     place(stage, state);
     const double move = a * dv.cwiseAbs().maxCoeff();
-    if (!std::isfinite(move)) return false;
+    if (!(move <= kWorldExtentM)) return false;
     // What is still to come when moves shrink by the factor seen last: the sum of a geometric series.
     const double ratio = since_slide > 0 ? move / last_move : 1;
     const double left = ratio < 0.5 ? move * ratio / (1 - ratio) : move;

@@ -128,3 +128,22 @@ TEST_CASE("A step in which contact begins or ends is redone in short pieces") {
   CHECK(released);
   CHECK(cuts >= 1);
 }
+
+TEST_CASE(
+    "A step that a tool would tear out of the world is given up before its numbers overflow, and the body stays as it was") {
+  const LumpedBody body = solid_box(4, 4, 4, {SolidLaw::corotational, 2e4, 0.33, 0.003});
+  const Dynamics dynamics(body);
+  const Skin skin(body, 0.02);
+  Integrator integrator(dynamics, skin, {.solver = LinearSolver::Method::conjugate_gradients});
+  BodyState state = dynamics.rest_state();
+  std::vector<ToolPort> ports(1);
+  ports[0].parameters = {1000, 0.3};
+  const double top_m = 3 * kSpacingM, far_m = GENERATE(1e20, 1e40, 1e80, 1e160);
+  const auto tool_at = [](const Vec3& at) { return [at](std::size_t, double) { return ToolAt{at, Vec3::Zero()}; }; };
+  REQUIRE(integrator.advance(state, ports, 0.05, tool_at({0.03, 0.03, top_m - 0.004})).converged);
+  REQUIRE(ports[0].touching);
+  const BodyState before = state;
+  CHECK_FALSE(integrator.advance(state, ports, 0.06, tool_at({0.03, 0.03, top_m - far_m})).converged);
+  CHECK(state.x == before.x);
+  CHECK(state.v == before.v);
+}
