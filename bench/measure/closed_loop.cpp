@@ -48,14 +48,15 @@ ClosedLoopResult closed_loop(const Scene& scene, const Motion& intention, const 
 
   result.ticks.reserve(static_cast<std::size_t>(options.duration / kTick) + 1);
   const Vec3 home = intention.position(0.0);
-  bool silent = false;  // fading because no patch came, until whole again
+  bool silent = false;  // no force, or less of it, because no patch came, until whole again
   station.on_tick = [&](Micros t, const Vec3&, const TickOutput& out) {
     if (t < begin || result.lost) return;
     LoopTick tick;
     tick.patch_age = out.has_patch ? out.patch_age : Micros{-1};
     tick.hand_over_step_n = out.swapped ? out.hand_over_step_n : 0;
-    silent = out.gain < 1 && (silent || out.outlived);
-    if (silent) tick.gain = out.gain;
+    const double gain = out.has_patch ? out.gain : 0;
+    silent = gain < 1 && (silent || out.outlived || !out.has_patch);
+    if (silent) tick.gain = gain;
     note(device, options.device.device_mass_kg, home, tick, result);
   };
   const Micros end = begin + options.duration;

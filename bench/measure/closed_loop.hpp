@@ -37,7 +37,7 @@ struct LoopTick {
   Vec3 force = Vec3::Zero();                              ///< on the tool, rendered from this tick to the next [N]
   Micros patch_age{-1};                                   ///< -1: no patch yet
   double hand_over_step_n = 0;  ///< force step of the patch that took over in this tick, before the cross-fade
-  double gain = 1;              ///< share of the patch's force that was displayed; 1 but for patches that outlived their time
+  double gain = 1;              ///< share of the patch's force that was displayed; 1 but where none came, or not in its time
   double kinetic_j = 0, display_j = 0;
 };
 
