@@ -7,7 +7,8 @@ namespace palpate {
 
 template <std::size_t N>
 struct Mat {
-  Doubles<N> of[3][3];
+  using Lanes = Doubles<N>;
+  Lanes of[3][3];
 };
 
 template <std::size_t N>

@@ -73,7 +73,7 @@ void ExplicitBody::add_forces(const NodeArrays& at_u, const NodeArrays& at_v) {
 
 HexaForces::Growth ExplicitBody::growth() const {
   HexaForces::Growth growth = hexahedra_.growth(u);
-  growth.stiffness = std::max(growth.stiffness / Spectrum::kStiffer, springs_.stiffest(u));
+  growth.stiffness = std::max(growth.stiffness / Spectrum::kSolidStiffer, springs_.stiffest(u));
   growth.damping = std::max(growth.damping / Spectrum::kThicker, 1.0);
   return growth;
 }

@@ -1,6 +1,5 @@
-#include <algorithm>
-
 #include "server/body/hexa_forces.hpp"
+#include "server/body/hexa_lanes.hpp"
 #include "server/body/solid_lanes.hpp"
 
 namespace palpate {
@@ -11,9 +10,14 @@ using EightTruths = std::int32_t __attribute__((vector_size(32)));
 constexpr std::size_t kEight = HexaCells::kLanes;
 constexpr int kColumns = 7;
 
-/// (F, q) of eight cells, or what goes with it.
+/// (F - 1, q) of eight cells, or what goes with it.
 struct EightMat37 {
   Eight of[3][kColumns];
+};
+
+struct EightMat {
+  using Lanes = Eight;
+  Lanes of[3][3];
 };
 
 PALPATE_INLINE const Eight& eight(const HexaCells::Lanes& lanes) { return *reinterpret_cast<const Eight*>(lanes.of); }
@@ -52,10 +56,6 @@ PALPATE_INLINE void add_to_corners(const HexaCells& cells, const Eight (&more)[8
   }
 }
 
-// The columns of a box's g by the bits of a corner: b_1, b_2, b_3 change sign with bit 0, 1, 2, h_1 = xi_2 xi_3 with 1 and 2, and
-// so on.
-constexpr std::size_t kBitsOf[kColumns] = {1, 2, 4, 6, 5, 3, 7};
-
 /// at[s] becomes sum over i of at[i] times (-1)^(corners of s that i has not).
 PALPATE_INLINE void transform(Eight (&at)[8]) {
   for (std::size_t bit = 1; bit < 8; bit *= 2)
@@ -82,11 +82,11 @@ struct Box {
 
   PALPATE_INLINE void gradient(Eight (&at)[8], Eight (&sum)[kColumns]) const {
     transform(at);
-    for (int m = 0; m < kColumns; ++m) sum[m] = cells.times[m] * at[kBitsOf[m]];
+    for (int m = 0; m < kColumns; ++m) sum[m] = cells.times[m] * at[HexaCells::kBoxBits[m]];
   }
   PALPATE_INLINE void forces(const Eight (&p)[kColumns], Eight (&at)[8]) const {
     at[0] = Eight{};
-    for (int m = 0; m < kColumns; ++m) at[kBitsOf[m]] = -(cells.times[m] * p[m]);
+    for (int m = 0; m < kColumns; ++m) at[HexaCells::kBoxBits[m]] = -(cells.times[m] * p[m]);
     transform_back(at);
   }
   PALPATE_INLINE void volume(Eight& v) const { v = Eight{} + cells.volume_m3; }
@@ -97,7 +97,7 @@ struct Own {
   const HexaCells& cells;
 
   PALPATE_INLINE const Eight& g(std::size_t node, int m) const {
-    return eight(cells.own[1 + kModesOfHexa + kColumns * node + static_cast<std::size_t>(m)]);
+    return eight(cells.own[hexa_gradient_at(node, static_cast<std::size_t>(m))]);
   }
   /// The g_i sum to nothing: what counts is how far corners are from the first.
   PALPATE_INLINE void gradient(Eight (&at)[8], Eight (&sum)[kColumns]) const {
@@ -115,8 +115,8 @@ struct Own {
       at[0] -= at[i];
     }
   }
-  PALPATE_INLINE void volume(Eight& v) const { v = eight(cells.own[0]); }
-  PALPATE_INLINE void k(int mode, Eight& of) const { of = eight(cells.own[1 + static_cast<std::size_t>(mode)]); }
+  PALPATE_INLINE void volume(Eight& v) const { v = eight(cells.own[kHexaVolumeAt]); }
+  PALPATE_INLINE void k(int mode, Eight& of) const { of = eight(cells.own[kHexaModesAt + static_cast<std::size_t>(mode)]); }
 };
 
 template <typename Shape>
@@ -139,50 +139,71 @@ PALPATE_INLINE void widen(const Eight& from, std::size_t lane, Doubles<N>& to) {
   to = doubles<N>(wide);
 }
 
-/// V P, N lanes a time.
+/// Elastic P, N lanes a time.
 template <std::size_t N>
-PALPATE_INLINE void add_stress(const TetraMaterial& m, const EightMat37& at, const EightMat37& rate, const Eight& volume,
-                               EightMat37& p) {
+PALPATE_INLINE void find_elastic(const TetraMaterial& m, const EightMat37& at, EightMat& p) {
   alignas(32) float stress[9][kEight];
   for (std::size_t lane = 0; lane < kEight; lane += N) {
     Mat<N> f, sum{};
     for (int k = 0; k < 9; ++k) widen<N>(at.of[k / 3][k % 3], lane, f.of[k / 3][k % 3]);
     for (int r = 0; r < 3; ++r) f.of[r][r] += 1.0;
     add_elastic(m, f, sum);
-    if (m.is_viscous()) {
-      Mat<N> f_rate;
-      for (int k = 0; k < 9; ++k) widen<N>(rate.of[k / 3][k % 3], lane, f_rate.of[k / 3][k % 3]);
-      add_viscous(m, f, f_rate, sum);
-    }
     for (int k = 0; k < 9; ++k)
       for (std::size_t l = 0; l < N; ++l) stress[k][lane + l] = static_cast<float>(sum.of[k / 3][k % 3][l]);
   }
-  for (int k = 0; k < 9; ++k) {
-    Eight of;
-    __builtin_memcpy(&of, stress[k], sizeof(of));
-    p.of[k / 3][k % 3] = volume * of;
-  }
+  for (int k = 0; k < 9; ++k) __builtin_memcpy(&p.of[k / 3][k % 3], stress[k], sizeof(Eight));
 }
 
-/// What the modes push with, and with what they are braked: t k_a times the rate of F^T q_a.
-template <typename Shape>
-PALPATE_INLINE void add_modes(const Shape& shape, bool viscous, const EightMat37& at, const EightMat37& rate, EightMat37& p) {
-  Eight f[3][3];
+/// Elastic P of the neo-Hookean law without fibres, in single precision: of H = F - 1, so that nothing cancels.
+///     J - 1 = tr H + tr cof H + det H,   I - 3 = x = 2 tr H + |H|^2,   G = (1 + tr H) 1 - H^T + cof H
+///     P = (3/4 mu + d) H + (3/4 mu - l) (H^T - cof H) + (d + l - (3/4 mu - l) tr H) 1,   d = mu x / (4 (4 + x)), l = lambda (J -
+///     1)
+PALPATE_INLINE void find_neo_hookean(const TetraMaterial& m, const EightMat37& at, EightMat& p) {
+  const auto mu = static_cast<float>(m.mu), lambda = static_cast<float>(m.lambda);
+  const auto& h = at.of;
+  Eight cof[3][3], x{};
   for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) f[r][c] = at.of[r][c] + (r == c ? 1.0F : 0.0F);
+    for (int c = 0; c < 3; ++c) {
+      const int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+      cof[r][c] = h[r1][c1] * h[r2][c2] - h[r1][c2] * h[r2][c1];
+      x += h[r][c] * h[r][c];
+    }
+  const Eight trace = h[0][0] + h[1][1] + h[2][2];
+  const Eight det = h[0][0] * cof[0][0] + h[0][1] * cof[0][1] + h[0][2] * cof[0][2];
+  x += 2.0F * trace;
+  const Eight of_volume = lambda * (trace + (cof[0][0] + cof[1][1] + cof[2][2] + det));
+  const Eight d = mu * x / (4.0F * (4.0F + x)), by_h = 0.75F * mu + d, by_rest = 0.75F * mu - of_volume;
+  const Eight diagonal = d + of_volume - by_rest * trace;
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) p.of[r][c] = by_h * h[r][c] + by_rest * (h[c][r] - cof[r][c]);
+  for (int r = 0; r < 3; ++r) p.of[r][r] += diagonal;
+}
+
+/// What the modes push with.
+template <typename Shape>
+PALPATE_INLINE void add_modes(const Shape& shape, const EightMat37& at, EightMat37& p) {
   for (int a = 0; a < kModesOfHexa; ++a) {
     Eight k;
     shape.k(a, k);
     for (int r = 0; r < 3; ++r) p.of[r][3 + a] = k * at.of[r][3 + a];
-    if (!viscous) continue;
-    const Eight brake = shape.cells.damping_s * k;
+  }
+}
+
+/// With what they are braked: t k_a times the rate of F^T q_a.
+template <typename Shape>
+PALPATE_INLINE void add_brakes(const Shape& shape, const EightMat& f, const EightMat37& at, const EightMat37& rate,
+                               EightMat37& p) {
+  for (int a = 0; a < kModesOfHexa; ++a) {
+    Eight brake;
+    shape.k(a, brake);
+    brake *= shape.cells.damping_s;
     for (int m = 0; m < 3; ++m) {
-      Eight s = rate.of[0][m] * at.of[0][3 + a] + f[0][m] * rate.of[0][3 + a];
-      for (int r = 1; r < 3; ++r) s += rate.of[r][m] * at.of[r][3 + a] + f[r][m] * rate.of[r][3 + a];
+      Eight s = rate.of[0][m] * at.of[0][3 + a] + f.of[0][m] * rate.of[0][3 + a];
+      for (int r = 1; r < 3; ++r) s += rate.of[r][m] * at.of[r][3 + a] + f.of[r][m] * rate.of[r][3 + a];
       s *= brake;
       for (int r = 0; r < 3; ++r) {
         p.of[r][m] += at.of[r][3 + a] * s;
-        p.of[r][3 + a] += f[r][m] * s;
+        p.of[r][3 + a] += f.of[r][m] * s;
       }
     }
   }
@@ -191,18 +212,33 @@ PALPATE_INLINE void add_modes(const Shape& shape, bool viscous, const EightMat37
 template <std::size_t N, typename Shape>
 PALPATE_INLINE void add_forces_of(const TetraMaterial& m, const Shape& shape, const NodeArrays& u, const NodeArrays& v,
                                   NodeArrays& f) {
-  EightMat37 at, rate{}, p;
+  EightMat37 at, rate, p;
   gradients(shape, u, at);
-  if (m.is_viscous()) gradients(shape, v, rate);
+  EightMat stress, deformation, mean_rate;
+  if (m.law == SolidLaw::neo_hookean && m.fibre_k == 0)
+    find_neo_hookean(m, at, stress);
+  else
+    find_elastic<N>(m, at, stress);
+  if (m.is_viscous()) {
+    gradients(shape, v, rate);
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) {
+        deformation.of[r][c] = at.of[r][c] + (r == c ? 1.0F : 0.0F);
+        mean_rate.of[r][c] = rate.of[r][c];
+      }
+    add_viscous(static_cast<float>(m.viscous_mu), static_cast<float>(m.viscous_lambda), deformation, mean_rate, stress);
+  }
   Eight volume;
   shape.volume(volume);
-  add_stress<N>(m, at, rate, volume, p);
-  add_modes(shape, m.is_viscous(), at, rate, p);
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) p.of[r][c] = volume * stress.of[r][c];
+  add_modes(shape, at, p);
+  if (m.is_viscous()) add_brakes(shape, deformation, at, rate, p);
   EightTruths lane = {0, 1, 2, 3, 4, 5, 6, 7};
   const EightTruths used = lane < static_cast<std::int32_t>(shape.cells.used);
   float* const axes[3] = {f.x.data(), f.y.data(), f.z.data()};
   for (int r = 0; r < 3; ++r) {
-    if (shape.cells.in_a_row)  // the rest of the row is read, too, and nobody's
+    if (shape.cells.in_a_row && shape.cells.used < kEight)  // the rest of the row is read, too, and nobody's
       for (Eight& entry : p.of[r]) entry = used ? entry : Eight{};
     Eight force[8];
     shape.forces(p.of[r], force);

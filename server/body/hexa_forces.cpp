@@ -7,6 +7,8 @@
 #include <numeric>
 #include <optional>
 
+#include "server/body/hexa_lanes.hpp"
+
 namespace palpate {
 namespace {
 
@@ -16,18 +18,20 @@ using Corners = std::array<std::uint32_t, 8>;
 std::uint32_t first_node(const Corners& nodes) { return *std::min_element(nodes.begin(), nodes.end()); }
 std::uint32_t last_node(const Corners& nodes) { return *std::max_element(nodes.begin(), nodes.end()); }
 
+/// Of a box's g by corner and column: that sign.
+double box_sign(std::size_t corner, std::size_t column) {
+  return std::popcount(HexaCells::kBoxBits[column] & ~corner) % 2 == 1 ? -1.0 : 1.0;
+}
+
 /// What the signs of a box's corners are times in g, column by column; nothing where it is none.
 std::optional<std::array<float, 7>> box_factors(const Mat78& g) {
   constexpr double kAlike = 1e-7;
-  constexpr std::array<std::uint32_t, 7> kBits{1, 2, 4, 6, 5, 3, 7};
   std::array<float, 7> times;
   for (std::size_t m = 0; m < 7; ++m) {
     const auto row = g.row(static_cast<Eigen::Index>(m));
     const double factor = row[7];
-    for (std::uint32_t i = 0; i < 8; ++i) {
-      const bool odd = std::popcount(kBits[m] & ~i) % 2 == 1;
-      if (!(std::abs(row[static_cast<Eigen::Index>(i)] - (odd ? -factor : factor)) <= kAlike * std::abs(factor))) return {};
-    }
+    for (std::size_t i = 0; i < 8; ++i)
+      if (!(std::abs(row[static_cast<Eigen::Index>(i)] - box_sign(i, m) * factor) <= kAlike * std::abs(factor))) return {};
     times[m] = static_cast<float>(factor);
   }
   return times;
@@ -72,13 +76,11 @@ void add_cell(const Corners& nodes, HexaCells& cells) {
   ++cells.used;
 }
 
-void put_own(const HexaShape& shape, std::size_t lane, std::vector<HexaCells::Lanes>& own) {
-  std::size_t next = 0;
-  const auto put = [&](double value) { own[next++].of[lane] = static_cast<float>(value); };
-  put(shape.rest.volume_m3);
-  for (int a = 0; a < kModesOfHexa; ++a) put(shape.modes.k[a]);
-  for (int i = 0; i < 8; ++i)
-    for (int m = 0; m < 7; ++m) put(shape.rest.g(m, i));
+std::vector<HexaCells::Lanes> own_numbers(std::span<const HexaShape* const> shapes) {
+  std::vector<HexaCells::Lanes> own;
+  for (const EightNumbers& numbers : numbers_of(shapes))
+    std::copy(std::begin(numbers.of), std::end(numbers.of), std::begin(own.emplace_back().of));
+  return own;
 }
 
 /// What a slab's cells become. Boxes in a row go together; so do then boxes of one shape, and what is left by material.
@@ -133,8 +135,9 @@ class Packer {
       cells.volume_m3 = static_cast<float>(one.rest.volume_m3);
       for (int a = 0; a < kModesOfHexa; ++a) cells.k[a] = static_cast<float>(one.modes.k[a]);
     } else {
-      cells.own.resize(1 + kModesOfHexa + 56);
-      for (std::size_t lane = 0; lane < kLanes; ++lane) put_own(shape(of[lane < of.size() ? lane : 0]), lane, cells.own);
+      std::vector<const HexaShape*> shapes;
+      for (const std::uint32_t cell : of) shapes.push_back(&shape(cell));
+      cells.own = own_numbers(shapes);
     }
     to_->push_back(std::move(cells));
   }
@@ -178,17 +181,19 @@ HexaForces::HexaForces(const Dynamics& dynamics) : count_(dynamics.body().hexahe
 }
 
 double HexaForces::evaluation_s() const {
-  constexpr double kNs = 19, kOwnShapeNs = 25, kViscousNs = 13, kFibresNs = 7;
+  constexpr double kNs = 13, kOwnShapeNs = 25, kViscousNs = 11, kFibresNs = 10;
   const auto law_ns = [](SolidLaw law) {
     switch (law) {
       case SolidLaw::corotational:
-        return 17;
+        return 23;
       case SolidLaw::veronda_westmann:
-        return 12;
+        return 18;
       case SolidLaw::ogden:
-        return 60;
-      default:
+        return 66;
+      case SolidLaw::neo_hookean:
         return 0;
+      default:
+        return 6;
     }
   };
   double ns = 0;
@@ -214,14 +219,15 @@ Mat3 HexaForces::deformation(const HexaCells& cells, std::size_t lane, const Nod
   }
   Mat3 f = Mat3::Identity();
   if (cells.own.empty()) {
-    for (int m = 0; m < 3; ++m)
-      for (int i = 0; i < 8; ++i)
-        f.col(m) += ((i >> m & 1) != 0 ? 1.0 : -1.0) * static_cast<double>(cells.times[m]) * displaced.col(i);
+    for (std::size_t m = 0; m < 3; ++m)
+      for (std::size_t i = 0; i < 8; ++i)
+        f.col(static_cast<Eigen::Index>(m)) +=
+            box_sign(i, m) * static_cast<double>(cells.times[m]) * displaced.col(static_cast<Eigen::Index>(i));
   } else {
-    for (int i = 0; i < 8; ++i)
-      for (int m = 0; m < 3; ++m)
-        f.col(m) +=
-            static_cast<double>(cells.own[static_cast<std::size_t>(1 + kModesOfHexa + 7 * i + m)].of[lane]) * displaced.col(i);
+    for (std::size_t i = 0; i < 8; ++i)
+      for (std::size_t m = 0; m < 3; ++m)
+        f.col(static_cast<Eigen::Index>(m)) +=
+            static_cast<double>(cells.own[hexa_gradient_at(i, m)].of[lane]) * displaced.col(static_cast<Eigen::Index>(i));
   }
   return f;
 }

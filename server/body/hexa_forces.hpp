@@ -2,7 +2,9 @@
 // ask for them, at displacements u [m] and velocities v.
 //
 //     (F - 1, q) = sum u_i g_i^T,   (F', q') = sum v_i g_i^T      single precision
-//     V P(F, F')                                                  double precision: what nearly cancels does it there
+//     P_elastic(F)                                                of the neo-Hookean law a function of F - 1 in which nothing
+//                                                                 cancels, in single precision; of others, and of fibres, in
+//                                                                 double precision: what nearly cancels does it there
 //     f_i -= (V P + what the modes push with) g_i                 single precision
 //
 // Of a box the g_i are the signs of a corner times one number a column, and all sums over its corners are one transform of Walsh
@@ -26,6 +28,9 @@ namespace palpate {
 /// Eight cells of one material.
 struct HexaCells {
   static constexpr std::size_t kLanes = 8;
+  /// The columns of a box's g by the bits of a corner: b_1, b_2, b_3 change sign with bit 0, 1, 2, h_1 = xi_2 xi_3 with 1 and 2,
+  /// and so on.
+  static constexpr std::size_t kBoxBits[7] = {1, 2, 4, 6, 5, 3, 7};
   struct alignas(32) Lanes {
     float of[kLanes];
   };
@@ -34,7 +39,7 @@ struct HexaCells {
   bool in_a_row = false;  ///< node i of lane l is nodes[i][0] + l, and one before that of i + 1 for even i
   /// Of boxes of one shape: V, k_a, and what the signs are times in g, column by column.
   float volume_m3 = 0, k[kModesOfHexa] = {}, times[7] = {};
-  std::vector<Lanes> own;  ///< of others: V, k_a, g_i node by node; empty of boxes
+  std::vector<Lanes> own;  ///< of others: numbers_of() of hexa_lanes.hpp; empty of boxes
   float damping_s = 0;
 };
 

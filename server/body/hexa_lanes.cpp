@@ -8,13 +8,6 @@
 namespace palpate {
 namespace {
 
-// Where in HexaGroup::numbers things are.
-constexpr std::size_t kVolumeAt = 0, kModesAt = 1, kGradientsAt = kModesAt + kModesOfHexa, kNumbersOfHexa = kGradientsAt + 56;
-
-std::size_t gradient_at(int node, int m) {
-  return kGradientsAt + 7 * static_cast<std::size_t>(node) + static_cast<std::size_t>(m);
-}
-
 /// (F, q) or what goes with it, side by side.
 template <std::size_t N>
 struct Mat37Lanes {
@@ -38,9 +31,11 @@ struct OwnShapes {
   std::size_t from;
 
   PALPATE_INLINE const Doubles<N>& at(std::size_t k) const { return doubles<N>(numbers[k].of + from); }
-  PALPATE_INLINE const Doubles<N>& g(int node, int m) const { return at(gradient_at(node, m)); }
-  PALPATE_INLINE void volume(Doubles<N>& v) const { v = at(kVolumeAt); }
-  PALPATE_INLINE const Doubles<N>& k(int mode) const { return at(kModesAt + static_cast<std::size_t>(mode)); }
+  PALPATE_INLINE const Doubles<N>& g(int node, int m) const {
+    return at(hexa_gradient_at(static_cast<std::size_t>(node), static_cast<std::size_t>(m)));
+  }
+  PALPATE_INLINE void volume(Doubles<N>& v) const { v = at(kHexaVolumeAt); }
+  PALPATE_INLINE const Doubles<N>& k(int mode) const { return at(kHexaModesAt + static_cast<std::size_t>(mode)); }
 };
 
 /// sum over the nodes of y_i g_i^T; the sum of g_i is zero, so what counts is how far they are from the first.
@@ -128,7 +123,7 @@ PALPATE_INLINE void add_forces_of(const TetraMaterial& m, const HexaGroup& group
     Mat<N> mean_rate;
     generalised_gradient<N>(group, from, shape, v, rate);
     mean_gradient(rate, mean_rate);
-    add_viscous(m, gradient, mean_rate, stress);
+    add_viscous(m.viscous_mu, m.viscous_lambda, gradient, mean_rate, stress);
   }
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) p.of[r][c] = volume * stress.of[r][c];
@@ -238,10 +233,11 @@ std::vector<EightNumbers> numbers_of(std::span<const HexaShape* const> shapes) {
   std::vector<EightNumbers> numbers(kNumbersOfHexa, EightNumbers{});
   for (std::size_t l = 0; l < shapes.size(); ++l) {
     const HexaShape& shape = *shapes[l];
-    numbers[kVolumeAt].of[l] = shape.rest.volume_m3;
-    for (int a = 0; a < kModesOfHexa; ++a) numbers[kModesAt + static_cast<std::size_t>(a)].of[l] = shape.modes.k[a];
-    for (int i = 0; i < 8; ++i)
-      for (int m = 0; m < 7; ++m) numbers[gradient_at(i, m)].of[l] = shape.rest.g(m, i);
+    numbers[kHexaVolumeAt].of[l] = shape.rest.volume_m3;
+    for (std::size_t a = 0; a < kModesOfHexa; ++a) numbers[kHexaModesAt + a].of[l] = shape.modes.k[a];
+    for (std::size_t i = 0; i < 8; ++i)
+      for (std::size_t m = 0; m < 7; ++m)
+        numbers[hexa_gradient_at(i, m)].of[l] = shape.rest.g(static_cast<Eigen::Index>(m), static_cast<Eigen::Index>(i));
   }
   return numbers;
 }

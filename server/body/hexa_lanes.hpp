@@ -33,7 +33,12 @@ struct HexaGroup {
   double damping_s = 0;
 };
 
-/// The numbers of elements of their own shape, for HexaGroup::numbers.
+/// Where in numbers_of() things are.
+inline constexpr std::size_t kHexaVolumeAt = 0, kHexaModesAt = 1, kHexaGradientsAt = kHexaModesAt + kModesOfHexa,
+                             kNumbersOfHexa = kHexaGradientsAt + 56;
+constexpr std::size_t hexa_gradient_at(std::size_t node, std::size_t m) { return kHexaGradientsAt + 7 * node + m; }
+
+/// The numbers of up to eight elements of their own shape; 0 in lanes that are not used.
 std::vector<EightNumbers> numbers_of(std::span<const HexaShape* const> shapes);
 
 /// c_k K + c_d D between nodes i and j <= i of each hexahedron, row by row: at[pair_index(i, j)][3 row + column].

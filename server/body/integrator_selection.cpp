@@ -14,7 +14,7 @@ namespace {
 constexpr double kExplicitNs = 0.7, kStabilisedNs = 1.0, kImplicitNs = 32, kImplicitHexaNs = 75, kNewton = 6.6,
                  kExplicitWorth = 2, kStabilisedWorth = 1.5, kLeapfrogMost = 0.05;
 
-constexpr const char* kForSuch =
+constexpr const char* kExplicitBodies =
     "explicit steps are for linear or stiffening springs, and for hexahedra whose stress does not fade";
 
 /// An integrator for one body.
@@ -22,6 +22,7 @@ struct Candidate {
   std::unique_ptr<Stepper> stepper;
   std::string figures;          // its name and how it would go, for people
   double cost = 0, step_s = 0;  // the longest to ask it for
+  bool may_resonate = false;
 };
 
 Candidate candidate(std::unique_ptr<Stepper> stepper, const char* name, const std::string& steps, double cost, double step_s) {
@@ -50,7 +51,11 @@ Candidate leapfrog_candidate(const Scene& scene, const Dynamics& dynamics, const
   auto leapfrog = std::make_unique<ExplicitIntegrator>(dynamics, skin, spectrum);
   const double step_s = std::min(leapfrog->step_s(), scene.solver.step_s);
   const double cost = evaluation_s(*leapfrog, kExplicitNs) / step_s;
-  return candidate(std::move(leapfrog), "explicit", fmt::format("steps of {:.2g} ms", 1e3 * step_s), cost, scene.solver.step_s);
+  const bool may_resonate = leapfrog->may_resonate();
+  Candidate made =
+      candidate(std::move(leapfrog), "explicit", fmt::format("steps of {:.2g} ms", 1e3 * step_s), cost, scene.solver.step_s);
+  made.may_resonate = may_resonate;
+  return made;
 }
 
 /// Without a stepper where the body's damping is too low for it.
@@ -79,10 +84,10 @@ Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& sk
     case IntegratorKind::tr_bdf2:
       return implicit_candidate(scene, dynamics, skin, false);
     case IntegratorKind::leapfrog:
-      if (!covered) refuse("explicit", "\"tr-bdf2\"", kForSuch);
+      if (!covered) refuse("explicit", "\"tr-bdf2\"", kExplicitBodies);
       return leapfrog_candidate(scene, dynamics, skin, spectrum_of(dynamics));
     case IntegratorKind::stabilised:
-      if (!covered) refuse("stabilised", "\"tr-bdf2\"", kForSuch);
+      if (!covered) refuse("stabilised", "\"tr-bdf2\"", kExplicitBodies);
       break;
   }
   Candidate stabilised = stabilised_candidate(scene, dynamics, skin, spectrum_of(dynamics));
@@ -94,13 +99,12 @@ Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& sk
 
 ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
   if (Candidate asked = asked_for(scene, dynamics, skin); asked.stepper) return chosen(std::move(asked), "as the scene says");
-  if (!ExplicitBody::covers(dynamics.body())) return chosen(implicit_candidate(scene, dynamics, skin, true), kForSuch);
+  if (!ExplicitBody::covers(dynamics.body())) return chosen(implicit_candidate(scene, dynamics, skin, true), kExplicitBodies);
   Candidate implicit = implicit_candidate(scene, dynamics, skin, dynamics.body().is_solid());
   const Spectrum spectrum = spectrum_of(dynamics);
   Candidate leapfrog = leapfrog_candidate(scene, dynamics, skin, spectrum),
             stabilised = stabilised_candidate(scene, dynamics, skin, spectrum);
-  if (static_cast<const ExplicitIntegrator&>(*leapfrog.stepper).may_resonate())
-    return chosen(std::move(implicit), "a solid without dampers may gain energy in explicit steps");
+  if (leapfrog.may_resonate) return chosen(std::move(implicit), "a solid without dampers may gain energy in explicit steps");
   const bool grasped_solid = dynamics.body().is_solid() && scene.tool.contact == ContactKind::attach;
   const bool damped = stabilised.stepper && !grasped_solid && leapfrog.cost > kLeapfrogMost &&
                       kStabilisedWorth * stabilised.cost <= leapfrog.cost;

@@ -86,17 +86,18 @@ PALPATE_INLINE void add_of_invariants(const TetraMaterial& m, const Mat<N>& f, M
                     m.mu_2 * (square.of[r][0] * f.of[0][s] + square.of[r][1] * f.of[1][s] + square.of[r][2] * f.of[2][s]);
 }
 
-/// F (mu_v (C + C^T) + lambda_v tr(C) I), C = F^T F'
-template <std::size_t N>
-PALPATE_INLINE void add_viscous(const TetraMaterial& m, const Mat<N>& f, const Mat<N>& rate, Mat<N>& p) {
-  Mat<N> c;
+/// F (mu_v (C + C^T) + lambda_v tr(C) I), C = F^T F', in the precision of the matrices.
+template <typename Matrix, typename Number>
+PALPATE_INLINE void add_viscous(Number mu, Number lambda, const Matrix& f, const Matrix& rate, Matrix& p) {
+  using Lanes = typename Matrix::Lanes;
+  Matrix c;
   for (int r = 0; r < 3; ++r)
     for (int s = 0; s < 3; ++s) c.of[r][s] = f.of[0][r] * rate.of[0][s] + f.of[1][r] * rate.of[1][s] + f.of[2][r] * rate.of[2][s];
-  const Doubles<N> volume = m.viscous_lambda * (c.of[0][0] + c.of[1][1] + c.of[2][2]);
+  const Lanes volume = lambda * (c.of[0][0] + c.of[1][1] + c.of[2][2]);
   for (int r = 0; r < 3; ++r)
     for (int s = 0; s < 3; ++s) {
-      Doubles<N> sum = f.of[r][s] * volume;
-      for (int k = 0; k < 3; ++k) sum += f.of[r][k] * (m.viscous_mu * (c.of[k][s] + c.of[s][k]));
+      Lanes sum = f.of[r][s] * volume;
+      for (int k = 0; k < 3; ++k) sum += f.of[r][k] * (mu * (c.of[k][s] + c.of[s][k]));
       p.of[r][s] += sum;
     }
 }

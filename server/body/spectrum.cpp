@@ -31,7 +31,8 @@ double largest(const Dynamics& dynamics, const BodyState& rest, bool of_damping)
 Spectrum spectrum_of(const Dynamics& dynamics) {
   const BodyState rest = dynamics.rest_state();
   Spectrum spectrum;
-  spectrum.w2 = Spectrum::kStiffer * largest(dynamics, rest, false);
+  const double stiffer = dynamics.body().is_solid() ? Spectrum::kSolidStiffer : Spectrum::kStiffer;
+  spectrum.w2 = stiffer * largest(dynamics, rest, false);
   spectrum.g = Spectrum::kThicker * largest(dynamics, rest, true);
   double least_s = std::numeric_limits<double>::infinity(), most_s = 0;
   for (const Element& e : dynamics.body().elements) {
@@ -42,7 +43,7 @@ Spectrum spectrum_of(const Dynamics& dynamics) {
     least_s = std::min(least_s, m.damping_s);
     most_s = std::max(most_s, m.damping_s);
   }
-  spectrum.least_s = least_s / Spectrum::kStiffer;
+  spectrum.least_s = least_s / stiffer;
   spectrum.most_s = Spectrum::kThicker * most_s;
   return spectrum;
 }

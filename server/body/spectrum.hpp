@@ -2,10 +2,10 @@
 //
 //     x'' = -M^-1 K x - M^-1 D x'
 //
-// w2 and g are the largest eigenvalues of M^-1 K and M^-1 D at rest (power iteration), with kStiffer and kThicker for what
-// deformation adds. A mode of frequency w has a damping between least_s w^2 and most_s w^2: for any motion y, y . D y lies
-// between the least and the largest b / k of the springs, or t of the materials, times y . K y; that, too, with kThicker and
-// kStiffer.
+// w2 and g are the largest eigenvalues of M^-1 K and M^-1 D at rest (power iteration), with kStiffer or kSolidStiffer and
+// kThicker for what deformation adds: of solids less, as those who step them look at their strains on the way. A mode of
+// frequency w has a damping between least_s w^2 and most_s w^2: for any motion y, y . D y lies between the least and the largest
+// b / k of the springs, or t of the materials, times y . K y; that, too, with kThicker and kStiffer.
 #pragma once
 
 #include "server/body/dynamics.hpp"
@@ -13,7 +13,7 @@
 namespace palpate {
 
 struct Spectrum {
-  static constexpr double kStiffer = 1.5, kThicker = 1.2;
+  static constexpr double kStiffer = 1.5, kSolidStiffer = 1.2, kThicker = 1.2;
   double w2 = 0;                   ///< [1/s^2]
   double g = 0;                    ///< [1/s]
   double least_s = 0, most_s = 0;  ///< b / k [s]

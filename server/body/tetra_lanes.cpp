@@ -66,7 +66,7 @@ PALPATE_INLINE void add_forces(const TetraMaterial& m, const TetraGroup& group, 
     if (m.is_viscous()) {
       Mat<N> rate;
       part.gradient(v, rate);
-      add_viscous(m, gradient, rate, stress);
+      add_viscous(m.viscous_mu, m.viscous_lambda, gradient, rate, stress);
     }
     scatter(part, stress, f);
   }
