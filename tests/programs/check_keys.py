@@ -51,6 +51,17 @@ def check_listening(programs, scene, work):
     assert done.returncode == 2 and f"{wrong}:1: the secret is no key; expected" in done.stderr, done.stderr
 
 
+def check_hang_up(programs, scenes, scene, work):
+    """A server without keys has none to read again, and goes on."""
+    with Server(programs, scene) as server:
+        for _ in range(2):
+            server.send(signal.SIGHUP)
+        done = hand(programs, scenes, server.address, work / "after", "--duration-s", "2")
+        assert done.returncode == 0 and json.loads((work / "after" / "summary.json").read_text())["patches_received"] > 0, done.stderr
+        server.send(signal.SIGHUP)
+        end(server)
+
+
 def check_touch(programs, scenes, server, work, keys):
     done = hand(programs, scenes, server.address, work / "felt", "--key", keys["station"])
     assert done.returncode == 0, done.stderr
@@ -164,6 +175,7 @@ def main():
         check_files(programs, work / "files")
         scene = scenes / "touch-cube.json"
         check_listening(programs, scene, work)
+        check_hang_up(programs, scenes, scene, work)
         keys = {name: work / f"{name}.key" for name in ("site", "station", "stranger", "misled", "issuer")}
         keys["public"] = key(programs, "new", keys["site"])
         station = key(programs, "new", keys["station"], "--trust", keys["public"])
