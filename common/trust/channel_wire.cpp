@@ -68,12 +68,12 @@ ChannelAddress address_of_path(Bytes text) {
   return address;
 }
 
-Mac mac1_of(const PublicKey& server, Bytes init) {
+std::array<std::uint8_t, 32> mac1_key_of(const PublicKey& server) {
   constexpr std::string_view kLabel = "palpate mac1";
   std::array<std::uint8_t, 32> key;
   crypto_generichash(key.data(), key.size(), server.bytes.data(), server.bytes.size(),
                      reinterpret_cast<const std::uint8_t*>(kLabel.data()), kLabel.size());
-  return keyed_mac(key, init.first(kInitSigned));
+  return key;
 }
 
 Mac keyed_mac(Bytes key, Bytes text) {

@@ -75,9 +75,11 @@ PathText pack_path(const ChannelAddress& address, const Mac& cookie);
 ChannelAddress address_of_path(Bytes text);
 inline Bytes cookie_of_path(Bytes text) { return text.last(kMacBytes); }
 
-/// mac1 of an Init to the server with this key.
-Mac mac1_of(const PublicKey& server, Bytes init);
+/// With what the mac1 of an Init to the server with this key is made.
+std::array<std::uint8_t, 32> mac1_key_of(const PublicKey& server);
+inline Bytes signed_part(Bytes init) { return init.first(kInitSigned); }
 /// BLAKE2b-128.
 Mac keyed_mac(Bytes key, Bytes text);
+inline Mac mac1_of(const PublicKey& server, Bytes init) { return keyed_mac(mac1_key_of(server), signed_part(init)); }
 
 }  // namespace palpate

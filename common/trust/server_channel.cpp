@@ -40,6 +40,7 @@ const char* describe(ChannelFault fault) {
 ServerChannel::ServerChannel(SiteKeys keys, DrawBytes draw, UnixSeconds unix_now, const ChannelTimes& times)
     : keys_(std::move(keys)),
       self_(public_of(keys_.self)),
+      mac1_key_(mac1_key_of(self_)),
       draw_(draw),
       unix_now_(std::move(unix_now)),
       times_(times),
@@ -81,7 +82,7 @@ std::optional<ServerChannel::Opened> ServerChannel::take(Bytes datagram, const C
 
 /// What costs next to nothing, before what costs something.
 void ServerChannel::take_init(Bytes datagram, const ChannelAddress& from, Micros now) {
-  if (!same_bytes(mac1_of(self_, datagram), datagram.subspan(kInitSigned, kMacBytes)))
+  if (!same_bytes(keyed_mac(mac1_key_, signed_part(datagram)), datagram.subspan(kInitSigned, kMacBytes)))
     return refuse(ChannelFault::mac, from, nullptr);
   const std::uint32_t index = index_of(datagram);
   if (!cookies_.fits(datagram.last(kMacBytes), from, index, now)) {
@@ -103,16 +104,19 @@ void ServerChannel::take_init(Bytes datagram, const ChannelAddress& from, Micros
     const Neighbour near = session.paths.served().port == from.port ? Neighbour::session : Neighbour::session_of_host;
     lives = std::max(lives, near);
   }
-  if (!limits_.allow(from, lives, now)) return refuse(ChannelFault::limit, from, nullptr);
-  shake_hands(datagram, mac, from, now);
+  if (!limits_.may_look(from, lives, now)) return refuse(ChannelFault::limit, from, nullptr);
+  shake_hands(datagram, mac, from, lives, now);
 }
 
-void ServerChannel::shake_hands(Bytes datagram, const Mac& mac, const ChannelAddress& from, Micros now) {
+void ServerChannel::shake_hands(Bytes datagram, const Mac& mac, const ChannelAddress& from, Neighbour lives, Micros now) {
   const Bytes message = datagram.subspan(kHeadBytes, kInitSigned - kHeadBytes);
-  NoiseResponder noise(keys_.self, datagram.first(kHeadBytes));
+  NoiseResponder noise(keys_.self, self_, datagram.first(kHeadBytes));
   if (!noise.read_sender(message)) return refuse(ChannelFault::handshake, from, nullptr);
   const PublicKey key = noise.sender();
-  if (!keys_.stations.contains(key) && keys_.issuers.empty()) return refuse(ChannelFault::unknown_key, from, &key);
+  const bool known = keys_.stations.contains(key);
+  if (!known && keys_.issuers.empty()) return refuse(ChannelFault::unknown_key, from, &key);
+  if (!(known ? limits_.may_go_on(key, lives, now) : limits_.may_try_token(from, lives, now)))
+    return refuse(ChannelFault::limit, from, &key);
   std::array<std::uint8_t, kInitPayloadBytes> bytes;
   if (!noise.read_payload(message, bytes)) return refuse(ChannelFault::handshake, from, nullptr);
   const auto payload = unpack_init(bytes);
@@ -338,6 +342,7 @@ void ServerChannel::change_keys(SiteKeys keys) {
   const bool same_self = public_of(keys.self) == self_;
   keys_ = std::move(keys);
   self_ = public_of(keys_.self);
+  mac1_key_ = mac1_key_of(self_);
   for (auto next = sessions_.begin(); next != sessions_.end();) {
     Session& session = (next++)->second;
     if (!same_self || !still_believed(session)) end(session);

@@ -2,7 +2,8 @@
 //
 // What a stranger can make it do: nothing at all without the server's public key (mac1); with it, one hash and 24 bytes for his
 // 512. No Diffie-Hellman and no state before he has shown by a cookie that he receives at his address; then as many handshakes as
-// HandshakeLimits allow. A session counts, and its address is believed, from the first Data on that opens. All else is silence.
+// HandshakeLimits allow, one X25519 each for those whose key nobody here knows. A session counts, and its address is believed,
+// from the first Data on that opens. All else is silence.
 //
 // A session is one (station key, session number of the client's): new keys, a new address and a server's SIGHUP leave it as it
 // is. A handshake that is repeated gets the same answer again, one that is older than the newest of its session none.
@@ -148,7 +149,7 @@ class ServerChannel {
   void refuse(ChannelFault fault, const ChannelAddress& from, const PublicKey* key);
   void answer(const ChannelAddress& to, Bytes bytes);
   void take_init(Bytes datagram, const ChannelAddress& from, Micros now);
-  void shake_hands(Bytes datagram, const Mac& mac, const ChannelAddress& from, Micros now);
+  void shake_hands(Bytes datagram, const Mac& mac, const ChannelAddress& from, Neighbour lives, Micros now);
   std::optional<Admission> admit(const PublicKey& key, const InitPayload& payload, Session* known, Micros now, ChannelFault& why);
   std::optional<Admission> admit_token(const PublicKey& key, const InitPayload& payload, Session* known, Micros now,
                                        ChannelFault& why);
@@ -168,11 +169,13 @@ class ServerChannel {
 
   SiteKeys keys_;
   PublicKey self_;
+  std::array<std::uint8_t, 32> mac1_key_;
   DrawBytes draw_;
   UnixSeconds unix_now_;
   ChannelTimes times_;
   Cookies cookies_, path_cookies_;
-  HandshakeLimits limits_, hint_limits_;
+  HandshakeLimits limits_;
+  PlaceLimits hint_limits_{kHandshakesPrefix, kHandshakesAll};
   std::map<ChannelPeer, Session> sessions_;
   std::unordered_map<std::uint32_t, ChannelPeer> indices_;
   std::map<TokenId, UsedToken> used_;
