@@ -14,6 +14,12 @@ ChannelAddress thief_address() {
   return address;
 }
 
+ChannelAddress victim_address() {
+  ChannelAddress address = address_of_peer(0x0b0b0b0b);
+  address.port = 53;
+  return address;
+}
+
 }  // namespace
 
 void Adversary::attack(World& world, Micros healed, Micros end) {
@@ -27,7 +33,9 @@ void Adversary::attack(World& world, Micros healed, Micros end) {
   };
   world.on_stray = [this](const ChannelAddress& to, std::span<const std::byte> bytes) {
     counts_.stray_bytes += bytes.size();
-    if (thief_ && to == thief_address()) take(bytes);
+    if (thief_ && to == thief_address()) return take(bytes);
+    left_[to] -= static_cast<std::int64_t>(bytes.size());
+    counts_.overdrawn += left_[to] < 0;
   };
   for (Micros at{3'000}; at < end; at += kEvery) world.at(at, [this, at] { act(at); });
 }
@@ -38,9 +46,12 @@ ChannelAddress Adversary::random_address() {
   return address;
 }
 
+ChannelAddress Adversary::home_or_not(const ChannelAddress& home) { return random_.chance(0.5) ? home : random_address(); }
+
 void Adversary::to_server(const ChannelAddress& from, const Packet& packet) {
   ++counts_.injected;
   counts_.injected_bytes += packet.size();
+  left_[from] += static_cast<std::int64_t>(packet.size());
   world_->inject_to_server(from, packet);
 }
 
@@ -92,7 +103,7 @@ void Adversary::act_at_random() {
   if (what == 5) return flood();
   const Seen* seen = what == 0 ? old_one() : any();
   if (seen == nullptr) return;
-  if (what == 0) send(*seen, seen->bytes);
+  if (what == 0) seen->to_server ? to_server(home_or_not(seen->client), seen->bytes) : to_station(seen->station, seen->bytes);
   if (what == 1) send(*seen, cut(seen->bytes));
   if (what == 2) send(*seen, flipped(seen->bytes));
   if (what == 3) reflect(*seen);
@@ -133,7 +144,7 @@ void Adversary::speak_for_gone() {
     const Seen* seen = old_one();
     if (seen == nullptr || !seen->to_server || is_in(seen->station)) continue;
     ++counts_.of_gone;
-    return to_server(seen->client, seen->bytes);
+    return to_server(home_or_not(seen->client), seen->bytes);
   }
 }
 
@@ -231,7 +242,7 @@ void Adversary::say(Micros now) {
   const std::size_t size = encode(message, plain);
   if (size == 0) return;
   sealed.resize(thief_->seal(octets(std::span<const std::byte>(plain).first(size)), octets(std::span(sealed)), now));
-  to_server(thief_address(), sealed);
+  to_server(random_.chance(0.3) ? victim_address() : thief_address(), sealed);
 }
 
 DrawBytes Adversary::draw() {

@@ -2,9 +2,10 @@
 //
 // Every kEvery one of: a datagram again that came before, cut short, with a bit flipped, sent back to its sender, with a genuine
 // head on bytes that nobody sealed; or 30 handshakes from 30 addresses, half of them made with the server's public key, which is
-// no secret. With the key of a station for another room also a session of their own, and in it whatever may be said: that station
-// leaves, joins under another's name or as the shadow of another, sends samples, asks for the body's rest, with station numbers
-// that are easily guessed.
+// no secret. What came before comes from other addresses too. With the key of a station for another room also a session of their
+// own, and in it whatever may be said: that station leaves, joins under another's name or as the shadow of another, sends
+// samples, asks for the body's rest, with station numbers that are easily guessed; part of it seems to come from somebody else,
+// at whom the answers are aimed.
 //
 // While a station is not in, or not any more, its handshakes are attacked too:
 //
@@ -21,6 +22,7 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <memory>
 
 #include "bench/world/world.hpp"
@@ -28,9 +30,10 @@
 
 namespace palpate {
 
-/// A stray is what the server sends to an address that is no station's.
+/// A stray is what the server sends to an address that is no station's; overdrawn: one beyond the bytes that came from there,
+/// where nobody ever answered.
 struct AttackCounts {
-  std::uint64_t injected = 0, stray_bytes = 0, injected_bytes = 0;
+  std::uint64_t injected = 0, stray_bytes = 0, injected_bytes = 0, overdrawn = 0;
   std::uint64_t before = 0;   ///< of the injected, while a station was not in
   std::uint64_t cookies = 0;  ///< of the injected, forged answers to an Init
   std::uint64_t of_gone = 0;  ///< of the injected, what a station sent that is not in any more
@@ -60,6 +63,7 @@ class Adversary {
   };
 
   ChannelAddress random_address();
+  ChannelAddress home_or_not(const ChannelAddress& home);
   void to_server(const ChannelAddress& from, const Packet& packet);
   void to_station(std::size_t station, const Packet& packet);
   void send(const Seen& like, const Packet& packet);
@@ -91,6 +95,7 @@ class Adversary {
   Micros cookies_until_{};
   World* world_ = nullptr;
   std::deque<Seen> seen_;
+  std::map<ChannelAddress, std::int64_t> left_;  ///< bytes from there less bytes to there
   std::unique_ptr<ClientChannel> thief_;
 };
 

@@ -30,6 +30,18 @@ Micros time_to_join(const Scenario& scenario) {
   return 4 * round_trip + kHelloEvery;
 }
 
+void judge_strays(const AttackCounts& counts, std::vector<Violation>& found) {
+  if (counts.stray_bytes > counts.injected_bytes)
+    found.push_back({Micros{}, "attack",
+                     fmt::format("{} bytes to addresses of no station for {} bytes; expected no more than came",
+                                 counts.stray_bytes, counts.injected_bytes)});
+  if (counts.overdrawn > 0)
+    found.push_back(
+        {Micros{}, "attack",
+         fmt::format("{} datagrams to addresses that never answered are more bytes than came from there; expected none",
+                     counts.overdrawn)});
+}
+
 /// Nothing goes wrong, with and without the attacker.
 std::vector<Violation> compare_quiet(DrawOptions draw, Attacker attacker) {
   draw.faults = draw.losses = false;
@@ -50,10 +62,7 @@ std::vector<Violation> compare_quiet(DrawOptions draw, Attacker attacker) {
                                  *tick, quiet.report.trail.size())});
   if (attacked.counts.injected == attacked.counts.before)
     found.push_back({Micros{}, "attack", "nothing was sent in anybody's name; expected all stations in, and then an attack"});
-  if (attacked.counts.stray_bytes > attacked.counts.injected_bytes)
-    found.push_back({Micros{}, "attack",
-                     fmt::format("{} bytes to addresses of no station for {} bytes; expected no more than came",
-                                 attacked.counts.stray_bytes, attacked.counts.injected_bytes)});
+  judge_strays(attacked.counts, found);
   return found;
 }
 
@@ -83,8 +92,10 @@ WorldReport run_attacked(DrawOptions draw, bool keep_rows) {
   RunOptions options;
   options.keep_rows = keep_rows;
   draw.keys = true;
-  WorldReport report = run_with_keys(draw_scenario(draw), attacker, manner, options).report;
-  const std::vector<Violation> found = compare_quiet(draw, attacker);
+  const AttackedRun run = run_with_keys(draw_scenario(draw), attacker, manner, options);
+  WorldReport report = run.report;
+  std::vector<Violation> found = compare_quiet(draw, attacker);
+  judge_strays(run.counts, found);
   report.violations.insert(report.violations.end(), found.begin(), found.end());
   return report;
 }

@@ -55,6 +55,12 @@ void CausalityCheck::datagram(Micros now, const DatagramEvent& event, const Mess
     }
     return;
   }
+  const auto* samples = message ? std::get_if<Samples>(&message->body) : nullptr;
+  const auto learn = [&](const ToolSample& s) {
+    auto& known = known_[event.station];
+    if (known.empty() || s.t > known.back().t) known.push_back(s);
+  };
+  if (event.kind == Kind::brought && event.to_server && samples) std::ranges::for_each(samples->samples, learn);
   if (event.kind != Kind::delivered) return;
   const auto sent = sent_.find(event.number);
   if (sent == sent_.end() || sent->second.at > now)
@@ -64,12 +70,10 @@ void CausalityCheck::datagram(Micros now, const DatagramEvent& event, const Mess
   if (message->clock.sent != sent->second.stamp)
     fail(now, fmt::format("a datagram of {} says that it was sent at {} us; its sender's clock was at {} us", bounds.name,
                           message->clock.sent.count(), sent->second.stamp.count()));
-  if (const auto* samples = std::get_if<Samples>(&message->body)) {
-    for (const ToolSample& s : samples->samples) {
-      if (s.t > sent->second.stamp) fail(now, fmt::format("{} sent a sample of its own future", bounds.name));
-      auto& known = known_[event.station];
-      if (known.empty() || s.t > known.back().t) known.push_back(s);
-    }
+  if (!samples) return;
+  for (const ToolSample& s : samples->samples) {
+    if (s.t > sent->second.stamp) fail(now, fmt::format("{} sent a sample of its own future", bounds.name));
+    learn(s);
   }
 }
 

@@ -4,7 +4,7 @@
 //               later than that; no patch in use is stamped later than the station's clock (PatchIntake::kFutureMax allowed, the
 //               client's own bound), and none is sent that is stamped later than the newest sample of its tool by more than it is
 //               valid for; and a patch knows the tool where it was at the stamp: patch.tool is the tool's path at the stamp,
-//               interpolated between the samples that had been delivered to the server when it began the frame
+//               interpolated between the samples that had come to the server, on their way or brought, when it began the frame
 //   freshness   while a station is calm: a patch leaves the server at most sent_age_max old; the one in use is not older than the
 //              newest that was delivered kNetWake ago (one of the future, from a server whose clock stepped, is not to be used,
 //              nor need one be that came before or while the haptic thread stood still);

@@ -253,6 +253,7 @@ void World::start_server(bool keep_body) {
   ++instance_;
   server_ = new_server();
   if (trust_) trust_->new_server();
+  ends_.clear();
   know_successors();
   if (!keep_body) room_ = Room(scene_);
   room_started_ = false;

@@ -19,6 +19,7 @@
 
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -57,7 +58,8 @@ using TickRunner = std::function<TickOutput(HapticTick&, const ToolSample&)>;
 using TickListener = std::function<void(Micros, const Vec3&, const TickOutput&)>;
 
 /// One datagram on its way between a station and the server. A copy that the link makes has the same number. `brought`: by
-/// somebody on the way, late, perhaps one that the link had lost; it has none.
+/// somebody on the way, late, perhaps one that the link had lost; it has none. To the server only what its receiver opens, and of
+/// a station's present process.
 struct DatagramEvent {
   enum class Kind : std::uint8_t { sent, lost, delivered, brought };
   Kind kind = Kind::sent;
@@ -177,6 +179,8 @@ class World {
   /// Now, as if it came from the server.
   void inject_to_station(std::size_t station, std::span<const std::byte> bytes);
   WorldTrust& trust() { return *trust_; }
+  /// With keys: from now on the station's datagrams come from another address, and what goes to the one before gets lost.
+  void rebind(std::size_t station);
 
  private:
   struct Datagram {
@@ -209,7 +213,8 @@ class World {
   std::vector<ChannelPeer> server_channel(Micros t);
   void send_sealed(ChannelPeer to, std::span<const std::byte> bytes, Micros t);
   void take_at_server(const Datagram& datagram);
-  void open_at_server(const ChannelAddress& from, std::span<const std::byte> bytes);
+  void open_at_server(const ChannelAddress& from, std::span<const std::byte> bytes, bool brought);
+  void tell_brought(const Letter& letter, const ChannelAddress& from) const;
   void take_at_station(std::size_t station, const Datagram& datagram);
   bool is_copy(const Datagram& datagram);
   PeerId peer_of(std::size_t station);
@@ -229,6 +234,11 @@ class World {
   std::deque<Datagram> waiting_;  ///< for a server that is stalled
   std::vector<std::unique_ptr<WorldStation>> stations_;
   std::vector<std::size_t> peers_;  ///< station of peer k + 1
+  struct End {
+    std::size_t station;
+    int life;
+  };
+  std::map<ChannelPeer, End> ends_;  ///< of sessions at this server
   DelayQueue<std::function<void()>> events_;
   DelayQueue<Datagram> in_flight_;
   DelayQueue<Finished> computing_;

@@ -68,7 +68,7 @@ bool World::is_copy(const Datagram& datagram) {
 
 void World::take_at_server(const Datagram& datagram) {
   if (trust_)
-    open_at_server(address_of_peer(datagram.peer), datagram.sealed);
+    open_at_server(address_of_peer(datagram.peer), datagram.sealed, false);
   else if (!is_copy(datagram))
     server_->take(datagram.bytes, datagram.peer, server_clock());
 }
@@ -77,7 +77,7 @@ void World::take_at_server(const Datagram& datagram) {
 void World::inject_to_server(const ChannelAddress& from, std::span<const std::byte> bytes) {
   constexpr Micros kWayBack{20'000};
   if (!server_up_ || server_stalled_) return;
-  open_at_server(from, bytes);
+  open_at_server(from, bytes, true);
   ChannelAddress to;
   for (std::vector<std::byte> packet; trust_->next_from_server(packet, to);) {
     const PeerId peer = peer_at(to);
@@ -88,9 +88,32 @@ void World::inject_to_server(const ChannelAddress& from, std::span<const std::by
   }
 }
 
-void World::open_at_server(const ChannelAddress& from, std::span<const std::byte> bytes) {
+void World::rebind(std::size_t station) {
+  peers_.push_back(station);
+  stations_[station]->peer_ = peers_.size();
+}
+
+void World::tell_brought(const Letter& letter, const ChannelAddress& from) const {
+  if (!on_datagram || letter.fault != WireFault::none) return;
+  std::size_t station = stations_.size();
+  if (const auto end = ends_.find(letter.from); end != ends_.end()) {
+    if (stations_[end->second.station]->lives() == end->second.life) station = end->second.station;
+  } else if (const PeerId peer = peer_at(from); peer > 0 && peer <= peers_.size()) {
+    if (stations_[peers_[peer - 1]]->peer_ == peer) station = peers_[peer - 1];
+  }
+  if (station == stations_.size()) return;
+  std::array<std::byte, kMaxDatagramBytes> plain;
+  const auto size = encode(letter.message, plain);
+  on_datagram(now_, {DatagramEvent::Kind::brought, 0, station, true, std::span(plain).first(size)});
+}
+
+void World::open_at_server(const ChannelAddress& from, std::span<const std::byte> bytes, bool brought) {
   const auto letter = trust_->server().take(bytes, from, server_clock());
   if (!letter) return;
+  if (brought)
+    tell_brought(*letter, from);
+  else if (const PeerId peer = peer_at(from); stations_[peers_[peer - 1]]->peer_ == peer)
+    ends_[letter->from] = {peers_[peer - 1], stations_[peers_[peer - 1]]->lives()};
   if (letter->ruling.anew) server_->expel(letter->from, server_clock());
   if (letter->ruling.refused)
     server_->refuse(letter->message, letter->from, *letter->ruling.refused, letter->size, server_clock());

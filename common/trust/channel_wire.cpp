@@ -30,7 +30,7 @@ void put_head(BytesOut out, ChannelKind kind, std::uint32_t index) {
 std::optional<ChannelKind> kind_of(Bytes datagram) {
   if (datagram.size() < kHeadBytes) return std::nullopt;
   const std::uint64_t kind = number_at(datagram.first(4));
-  if (kind < static_cast<std::uint64_t>(ChannelKind::init) || kind > static_cast<std::uint64_t>(ChannelKind::hint))
+  if (kind < static_cast<std::uint64_t>(ChannelKind::init) || kind > static_cast<std::uint64_t>(ChannelKind::path))
     return std::nullopt;
   return static_cast<ChannelKind>(kind);
 }
@@ -53,12 +53,27 @@ std::optional<InitPayload> unpack_init(Bytes bytes) {
                      static_cast<std::uint32_t>(number_at(bytes.subspan(10, 4))), bytes.subspan(kTokenAt, size)};
 }
 
-Mac mac1_of(const PublicKey& server, Bytes init) {
+PathText pack_path(const ChannelAddress& address, const Mac& cookie) {
+  PathText text;
+  std::copy(address.ip.begin(), address.ip.end(), text.begin());
+  put_number(BytesOut(text).subspan(16, 2), address.port);
+  std::copy(cookie.begin(), cookie.end(), text.begin() + 18);
+  return text;
+}
+
+ChannelAddress address_of_path(Bytes text) {
+  ChannelAddress address;
+  std::copy_n(text.begin(), address.ip.size(), address.ip.begin());
+  address.port = static_cast<std::uint16_t>(number_at(text.subspan(16, 2)));
+  return address;
+}
+
+std::array<std::uint8_t, 32> mac1_key_of(const PublicKey& server) {
   constexpr std::string_view kLabel = "palpate mac1";
   std::array<std::uint8_t, 32> key;
   crypto_generichash(key.data(), key.size(), server.bytes.data(), server.bytes.size(),
                      reinterpret_cast<const std::uint8_t*>(kLabel.data()), kLabel.size());
-  return keyed_mac(key, init.first(kInitSigned));
+  return key;
 }
 
 Mac keyed_mac(Bytes key, Bytes text) {

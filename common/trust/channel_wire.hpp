@@ -5,6 +5,7 @@
 //     Resp    S->C   60   kind 3, 0 0 0, client's index 4, Noise second message 48 + server's index 4
 //     Data    both   32+  kind 4, 0 0 0, receiver's index 4, counter 8, sealed payload, tag 16
 //     Hint    S->C    8   kind 5, 0 0 0, an index of the server's that it does not know 4
+//     Path    both   66   kind 6, else as Data, of 34 bytes: an address of the client's 16, its port 2, cookie 16
 //
 // The first 8 bytes of an Init are the prologue of its handshake, the first 16 of a Data are authenticated with it: nothing on
 // the wire is beyond the reach of a tag. mac1 = BLAKE2b-128 of what is before it, keyed with a hash of the server's public key:
@@ -26,7 +27,7 @@
 
 namespace palpate {
 
-enum class ChannelKind : std::uint8_t { init = 1, cookie, resp, data, hint };
+enum class ChannelKind : std::uint8_t { init = 1, cookie, resp, data, hint, path };
 
 inline constexpr std::size_t kMacBytes = 16, kHeadBytes = 8, kDataHeadBytes = 16;
 inline constexpr std::size_t kInitBytes = 512, kCookieBytes = 24, kHintBytes = 8;
@@ -35,11 +36,13 @@ inline constexpr std::size_t kInitPayloadBytes = kInitSigned - kHeadBytes - kNoi
 inline constexpr std::size_t kRespBytes = kHeadBytes + kNoiseSecondBytes + 4;
 inline constexpr std::size_t kDataOverhead = kDataHeadBytes + kTagBytes;
 inline constexpr std::size_t kMaxSealedBytes = kMaxDatagramBytes + kDataOverhead;
+inline constexpr std::size_t kPathTextBytes = 16 + 2 + kMacBytes, kPathBytes = kPathTextBytes + kDataOverhead;
 inline constexpr std::size_t kMaxTokenBytes = 256;
-static_assert(kInitPayloadBytes == 376 && kRespBytes == 60 && kDataOverhead == 32);
+static_assert(kInitPayloadBytes == 376 && kRespBytes == 60 && kDataOverhead == 32 && kPathBytes == 66);
 static_assert(kMaxSealedBytes + 48 <= 1280, "with the heads of IPv6 and UDP every path takes it whole");
 
 using Mac = std::array<std::uint8_t, kMacBytes>;
+using PathText = std::array<std::uint8_t, kPathTextBytes>;
 
 /// Where a datagram came from: an IPv6 address, or an IPv4 one as ::ffff:a.b.c.d.
 struct ChannelAddress {
@@ -67,9 +70,16 @@ std::array<std::uint8_t, kInitPayloadBytes> pack_init(const InitPayload& payload
 /// The token stays in `bytes`. Nothing when it says that it is longer than it may be.
 std::optional<InitPayload> unpack_init(Bytes bytes);
 
-/// mac1 of an Init to the server with this key.
-Mac mac1_of(const PublicKey& server, Bytes init);
+/// What a Path says: the address that it is about, and the cookie that went there.
+PathText pack_path(const ChannelAddress& address, const Mac& cookie);
+ChannelAddress address_of_path(Bytes text);
+inline Bytes cookie_of_path(Bytes text) { return text.last(kMacBytes); }
+
+/// With what the mac1 of an Init to the server with this key is made.
+std::array<std::uint8_t, 32> mac1_key_of(const PublicKey& server);
+inline Bytes signed_part(Bytes init) { return init.first(kInitSigned); }
 /// BLAKE2b-128.
 Mac keyed_mac(Bytes key, Bytes text);
+inline Mac mac1_of(const PublicKey& server, Bytes init) { return keyed_mac(mac1_key_of(server), signed_part(init)); }
 
 }  // namespace palpate

@@ -48,6 +48,11 @@ void ClientChannel::tick(Micros now) {
 }
 
 std::size_t ClientChannel::emit(BytesOut out, Micros now) {
+  if (!paths_.empty()) {
+    const PathText path = paths_.front();
+    paths_.pop_front();
+    if (ready(now)) return current_->seal(path, out, ChannelKind::path);
+  }
   if (!handshake_ || now < handshake_->next_send || out.size() < kInitBytes) return 0;
   handshake_->next_send = now + kInitEvery;
   handshake_->cookies = 0;
@@ -71,6 +76,7 @@ std::size_t ClientChannel::seal(Bytes plain, BytesOut out, Micros now) {
 std::size_t ClientChannel::take(Bytes datagram, Micros now, BytesOut plain) {
   const auto kind = kind_of(datagram);
   if (kind == ChannelKind::data) return take_data(datagram, now, plain);
+  if (kind == ChannelKind::path && datagram.size() == kPathBytes) take_path(datagram, now);
   if (kind == ChannelKind::cookie && datagram.size() == kCookieBytes) take_cookie(datagram, now);
   if (kind == ChannelKind::resp && datagram.size() == kRespBytes) take_resp(datagram, now);
   if (kind == ChannelKind::hint && datagram.size() == kHintBytes) take_hint(datagram);
@@ -114,25 +120,36 @@ void ClientChannel::take_hint(Bytes datagram) {
   hinted_ = true;
 }
 
-std::size_t ClientChannel::take_data(Bytes datagram, Micros now, BytesOut plain) {
-  if (datagram.size() < kDataOverhead || datagram.size() > kMaxSealedBytes) return 0;
+bool ClientChannel::open(Bytes datagram, Micros now, BytesOut plain) {
+  if (datagram.size() < kDataOverhead || datagram.size() > kMaxSealedBytes) return false;
   const std::uint32_t index = index_of(datagram);
   std::optional<Transport>& keys = current_ && current_->own_index() == index ? current_ : old_;
   if (!keys || keys->own_index() != index || !keys->usable(now, times_)) {
     ++counts_.unknown;
-    return 0;
+    return false;
   }
-  const std::size_t size = datagram.size() - kDataOverhead;
   bool newest = false;
-  const OpenFault fault = keys->open(datagram, plain.first(size), newest);
+  const OpenFault fault = keys->open(datagram, plain.first(datagram.size() - kDataOverhead), newest);
   counts_.replayed += fault == OpenFault::replayed;
   counts_.forged += fault == OpenFault::forged;
-  if (fault != OpenFault::none) return 0;
+  if (fault != OpenFault::none) return false;
+  if (&keys == &current_) confirmed_ = true;
+  return true;
+}
+
+std::size_t ClientChannel::take_data(Bytes datagram, Micros now, BytesOut plain) {
+  if (!open(datagram, now, plain)) return 0;
   heard_ = now;
   asked_ = false;
-  if (&keys == &current_) confirmed_ = true;
   ++counts_.opened;
-  return size;
+  return datagram.size() - kDataOverhead;
+}
+
+void ClientChannel::take_path(Bytes datagram, Micros now) {
+  PathText text;
+  if (!open(datagram, now, text)) return;
+  ++counts_.paths;
+  if (paths_.size() < kMostPaths) paths_.push_back(text);
 }
 
 }  // namespace palpate

@@ -12,9 +12,13 @@
 // At least four Inits a second carry one that was drawn, so a handshake is late by (n + 1) / 4 s in the mean, and fifty forged
 // cookies an Init end a session between times.rekey and times.stop in one case of a hundred.
 //
+// A Path, by which the server asks whether we receive where our datagrams seem to come from, goes back as it is. It is no sign of
+// life: where our answers do not get there, the silence is still to end in a handshake, which shows the address too.
+//
 // What the session has to say waits until ready(): whoever drives it calls its emit() only then.
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -35,7 +39,7 @@ inline constexpr Micros kBeginEvery{1'000'000};     ///< handshakes, at most
 inline constexpr Micros kChannelSilence{3'000'000};
 
 struct ClientChannelCounts {
-  std::uint64_t inits = 0, handshakes = 0, opened = 0, replayed = 0, forged = 0, unknown = 0, hints = 0;
+  std::uint64_t inits = 0, handshakes = 0, opened = 0, replayed = 0, forged = 0, unknown = 0, hints = 0, paths = 0;
 };
 
 class ClientChannel {
@@ -57,6 +61,7 @@ class ClientChannel {
   const ClientChannelCounts& counts() const { return counts_; }
 
  private:
+  static constexpr std::size_t kMostPaths = 8;
   struct Handshake {
     NoiseInitiator noise;
     std::uint32_t index;
@@ -68,7 +73,10 @@ class ClientChannel {
   void take_cookie(Bytes datagram, Micros now);
   void take_resp(Bytes datagram, Micros now);
   void take_hint(Bytes datagram);
+  /// Of Data or Path.
+  bool open(Bytes datagram, Micros now, BytesOut plain);
   std::size_t take_data(Bytes datagram, Micros now, BytesOut plain);
+  void take_path(Bytes datagram, Micros now);
   std::uint32_t draw_number();
   bool wants_keys(Micros now) const;
   Micros too_old() const;  ///< when the current keys are to be replaced for their age
@@ -81,6 +89,7 @@ class ClientChannel {
   std::uint32_t attempts_ = 0;
   std::optional<Handshake> handshake_;
   std::optional<Transport> current_, old_;
+  std::deque<PathText> paths_;  ///< to go back
   Micros old_until_{}, heard_{}, next_begin_{};
   bool hinted_ = false, asked_ = false;  ///< asked_: something was sealed since the server was heard
   bool confirmed_ = false;               ///< Data came that the current keys opened

@@ -16,8 +16,8 @@ Mac mac_with(const SecretKey& secret, const ChannelAddress& from, std::uint32_t 
 }  // namespace
 
 void Cookies::renew(Micros now) {
-  if (begun_ && now - drawn_ < kCookieLasts) return;
-  const bool recent = begun_ && now - drawn_ < 2 * kCookieLasts;
+  if (begun_ && now - drawn_ < lasts_) return;
+  const bool recent = begun_ && now - drawn_ < 2 * lasts_;
   before_ = recent ? newest_ : draw_secret(draw_);
   newest_ = draw_secret(draw_);
   drawn_ = now;

@@ -1,6 +1,6 @@
 // Cookies of a server: a proof that somebody receives at his address, for which the server keeps nothing.
 //
-//     cookie = BLAKE2b-128(R; address, port, index)          R: a secret, new every kCookieLasts; the one before it is valid too
+//     cookie = BLAKE2b-128(R; address, port, index)          R: a secret, new every `lasts`; the one before it is valid too
 #pragma once
 
 #include "common/base/types.hpp"
@@ -12,7 +12,7 @@ inline constexpr Micros kCookieLasts{120'000'000};
 
 class Cookies {
  public:
-  explicit Cookies(DrawBytes draw) : draw_(std::move(draw)) {}
+  explicit Cookies(DrawBytes draw, Micros lasts = kCookieLasts) : draw_(std::move(draw)), lasts_(lasts) {}
   Mac cookie_for(const ChannelAddress& from, std::uint32_t index, Micros now);
   bool fits(Bytes cookie, const ChannelAddress& from, std::uint32_t index, Micros now);
 
@@ -20,6 +20,7 @@ class Cookies {
   void renew(Micros now);
 
   DrawBytes draw_;
+  Micros lasts_;
   SecretKey newest_, before_;
   Micros drawn_{};
   bool begun_ = false;

@@ -1,5 +1,12 @@
-// How many handshakes a server computes: token buckets, one for each prefix (an IPv4 address, 64 bits of an IPv6 one) and one for
-// all. A handshake costs two X25519 before the sender is known; without a limit a few Mbit/s would keep a processor busy.
+// How many handshakes a server computes: token buckets.
+//
+//     looked into   one X25519 says who claims to be there     of a prefix 1000 a second, of all 2000
+//     gone on with  where that key is one of ours              of the key 20
+//                   where a token may stand for it             of a prefix 20, of all 200
+//
+// A prefix is an IPv4 address, or 64 bits of an IPv6 one. Without the first limit a few Mbit/s would keep a processor busy. The
+// others are apart because a station's key is known to itself and the server alone (an Init carries it sealed): strangers, who
+// use up the first, meet none of those who have one; and whoever did learn it keeps nobody else out.
 //
 // Those from the host of a session do not share the bucket for all, and those from its very address and port have one of their
 // own: strangers who empty the others keep newcomers out, but no session from its next keys, even from the same host or from
@@ -16,29 +23,74 @@
 
 namespace palpate {
 
-inline constexpr int kHandshakesPrefix = 20, kHandshakesAll = 200;  ///< a second; as many at once
+inline constexpr int kLooksPrefix = 1000, kLooksAll = 2000;         ///< a second; as many at once
+inline constexpr int kHandshakesPrefix = 20, kHandshakesAll = 200;  ///< with a token
+inline constexpr int kHandshakesKey = 20;                           ///< of a key that the server knows, or of a session's address
 
 /// What lives where a handshake comes from.
 enum class Neighbour : std::uint8_t { none, session_of_host, session };
 
-class HandshakeLimits {
+class TokenBucket {
  public:
+  bool has(double rate, Micros now) const { return left_at(rate, now) >= 1; }
+  bool is_full(double rate, Micros now) const { return left_at(rate, now) >= rate; }
+  bool take(double rate, Micros now);
+  static TokenBucket full(double rate, Micros now) { return {rate, now}; }
+
+ private:
+  TokenBucket(double left, Micros at) : left_(left), at_(at) {}
+  double left_at(double rate, Micros now) const;
+
+  double left_;
+  Micros at_;
+};
+
+/// A bucket for each key of a map; those that are full are not remembered.
+template <class Key>
+class TokenBuckets {
+ public:
+  bool take(const Key& key, double rate, Micros now) {
+    if (now - swept_ >= kSweepEvery) {
+      swept_ = now;
+      std::erase_if(buckets_, [&](const auto& entry) { return entry.second.is_full(rate, now); });
+    }
+    return buckets_.try_emplace(key, TokenBucket::full(rate, now)).first->second.take(rate, now);
+  }
+
+ private:
+  static constexpr Micros kSweepEvery{1'000'000};
+  std::map<Key, TokenBucket> buckets_;
+  Micros swept_{};
+};
+
+/// So many a second from a prefix and so many from all.
+class PlaceLimits {
+ public:
+  PlaceLimits(int prefix, int all) : prefix_(prefix), all_rate_(all), all_(TokenBucket::full(all, {})) {}
   bool allow(const ChannelAddress& from, Neighbour lives, Micros now);
 
  private:
-  struct Bucket {
-    double left = 0;
-    Micros at{};
-    double left_at(double rate, Micros now) const;
-    bool take(double rate, Micros now);
-    void fill(double rate, Micros now);
-  };
-  using Prefix = std::pair<std::array<std::uint8_t, 16>, std::uint16_t>;  ///< with a port: of a session
-  void forget_full(Micros now);
+  using Place = std::array<std::uint8_t, 16>;
+  int prefix_, all_rate_;
+  TokenBucket all_;
+  TokenBuckets<Place> prefixes_;  ///< as all_ is asked first, no more than that, and where sessions live
+  TokenBuckets<ChannelAddress> sessions_;
+};
 
-  Bucket all_{kHandshakesAll, {}};
-  std::map<Prefix, Bucket> prefixes_;  ///< those that lack some: as all_ is asked first, a few hundred, and where sessions live
-  Micros swept_{};
+class HandshakeLimits {
+ public:
+  /// Whether to look who sends it.
+  bool may_look(const ChannelAddress& from, Neighbour lives, Micros now) { return looks_.allow(from, lives, now); }
+  /// Whether to go on, with this key, which we know.
+  bool may_go_on(const PublicKey& key, Neighbour lives, Micros now) {
+    return lives == Neighbour::session || keys_.take(key, kHandshakesKey, now);
+  }
+  /// Whether to go on with one that we do not know.
+  bool may_try_token(const ChannelAddress& from, Neighbour lives, Micros now) { return tokens_.allow(from, lives, now); }
+
+ private:
+  PlaceLimits looks_{kLooksPrefix, kLooksAll}, tokens_{kHandshakesPrefix, kHandshakesAll};
+  TokenBuckets<PublicKey> keys_;
 };
 
 }  // namespace palpate

@@ -133,8 +133,8 @@ bool NoiseInitiator::read(Bytes message, BytesOut payload) {
          state_.open(message.subspan(kKeyBytes), payload);
 }
 
-NoiseResponder::NoiseResponder(const SecretKey& self, Bytes prologue) : self_(self), state_(prologue) {
-  state_.mix_hash(public_of(self).bytes);
+NoiseResponder::NoiseResponder(const SecretKey& self, const PublicKey& own, Bytes prologue) : self_(self), state_(prologue) {
+  state_.mix_hash(own.bytes);
 }
 
 bool NoiseResponder::read_sender(Bytes message) {

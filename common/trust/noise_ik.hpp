@@ -68,7 +68,9 @@ class NoiseInitiator {
 
 class NoiseResponder {
  public:
-  NoiseResponder(const SecretKey& self, Bytes prologue);
+  NoiseResponder(const SecretKey& self, Bytes prologue) : NoiseResponder(self, public_of(self), prologue) {}
+  /// `own`: public key of `self`, which takes as long as a DH.
+  NoiseResponder(const SecretKey& self, const PublicKey& own, Bytes prologue);
   /// The first message up to the sender's static key. A server that does not know that key has spent one DH, and stops.
   [[nodiscard]] bool read_sender(Bytes message);
   /// Whose public key this is, he has shown only after read_payload().

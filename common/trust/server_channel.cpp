@@ -40,10 +40,12 @@ const char* describe(ChannelFault fault) {
 ServerChannel::ServerChannel(SiteKeys keys, DrawBytes draw, UnixSeconds unix_now, const ChannelTimes& times)
     : keys_(std::move(keys)),
       self_(public_of(keys_.self)),
+      mac1_key_(mac1_key_of(self_)),
       draw_(draw),
       unix_now_(std::move(unix_now)),
       times_(times),
-      cookies_(std::move(draw)) {}
+      cookies_(draw),
+      path_cookies_(std::move(draw), kPathLasts) {}
 
 std::optional<ServerChannel::Opened> ServerChannel::fail(ChannelFault fault) {
   ++counts_.faults[static_cast<std::size_t>(fault)];
@@ -57,7 +59,7 @@ void ServerChannel::refuse(ChannelFault fault, const ChannelAddress& from, const
 
 void ServerChannel::answer(const ChannelAddress& to, Bytes bytes) {
   if (answers_.size() >= kMostAnswers) return;
-  answers_.push_back({to, copy_of<kRespBytes>(bytes), bytes.size()});
+  answers_.push_back({to, copy_of<kMostAnswerBytes>(bytes), bytes.size()});
 }
 
 std::size_t ServerChannel::emit(BytesOut out, ChannelAddress& to) {
@@ -71,8 +73,8 @@ std::size_t ServerChannel::emit(BytesOut out, ChannelAddress& to) {
 
 std::optional<ServerChannel::Opened> ServerChannel::take(Bytes datagram, const ChannelAddress& from, Micros now, BytesOut plain) {
   const auto kind = kind_of(datagram);
-  if (kind == ChannelKind::data && datagram.size() >= kDataOverhead && datagram.size() <= kMaxSealedBytes)
-    return take_data(datagram, from, now, plain);
+  const bool is_data = kind == ChannelKind::data && datagram.size() >= kDataOverhead && datagram.size() <= kMaxSealedBytes;
+  if (is_data || (kind == ChannelKind::path && datagram.size() == kPathBytes)) return take_data(datagram, from, now, plain);
   if (kind != ChannelKind::init || datagram.size() != kInitBytes) return fail(ChannelFault::malformed);
   take_init(datagram, from, now);
   return std::nullopt;
@@ -80,7 +82,7 @@ std::optional<ServerChannel::Opened> ServerChannel::take(Bytes datagram, const C
 
 /// What costs next to nothing, before what costs something.
 void ServerChannel::take_init(Bytes datagram, const ChannelAddress& from, Micros now) {
-  if (!same_bytes(mac1_of(self_, datagram), datagram.subspan(kInitSigned, kMacBytes)))
+  if (!same_bytes(keyed_mac(mac1_key_, signed_part(datagram)), datagram.subspan(kInitSigned, kMacBytes)))
     return refuse(ChannelFault::mac, from, nullptr);
   const std::uint32_t index = index_of(datagram);
   if (!cookies_.fits(datagram.last(kMacBytes), from, index, now)) {
@@ -93,22 +95,28 @@ void ServerChannel::take_init(Bytes datagram, const ChannelAddress& from, Micros
   }
   const auto mac = copy_of<kMacBytes>(datagram.subspan(kInitSigned, kMacBytes));
   Neighbour lives = Neighbour::none;
-  for (const auto& [peer, session] : sessions_) {
-    if (session.answered == mac) return answer(from, session.answer);  // that answer was lost, or is late
-    if (!session.confirmed || session.address.ip != from.ip) continue;
-    const Neighbour near = session.address.port == from.port ? Neighbour::session : Neighbour::session_of_host;
+  for (auto& [peer, session] : sessions_) {
+    if (session.answered == mac) {  // that answer was lost, or is late
+      if (session.next) session.paths.came_with_cookie(from, false);
+      return answer(from, session.answer);
+    }
+    if (!session.confirmed || session.paths.served().ip != from.ip) continue;
+    const Neighbour near = session.paths.served().port == from.port ? Neighbour::session : Neighbour::session_of_host;
     lives = std::max(lives, near);
   }
-  if (!limits_.allow(from, lives, now)) return refuse(ChannelFault::limit, from, nullptr);
-  shake_hands(datagram, mac, from, now);
+  if (!limits_.may_look(from, lives, now)) return refuse(ChannelFault::limit, from, nullptr);
+  shake_hands(datagram, mac, from, lives, now);
 }
 
-void ServerChannel::shake_hands(Bytes datagram, const Mac& mac, const ChannelAddress& from, Micros now) {
+void ServerChannel::shake_hands(Bytes datagram, const Mac& mac, const ChannelAddress& from, Neighbour lives, Micros now) {
   const Bytes message = datagram.subspan(kHeadBytes, kInitSigned - kHeadBytes);
-  NoiseResponder noise(keys_.self, datagram.first(kHeadBytes));
+  NoiseResponder noise(keys_.self, self_, datagram.first(kHeadBytes));
   if (!noise.read_sender(message)) return refuse(ChannelFault::handshake, from, nullptr);
   const PublicKey key = noise.sender();
-  if (!keys_.stations.contains(key) && keys_.issuers.empty()) return refuse(ChannelFault::unknown_key, from, &key);
+  const bool known = keys_.stations.contains(key);
+  if (!known && keys_.issuers.empty()) return refuse(ChannelFault::unknown_key, from, &key);
+  if (!(known ? limits_.may_go_on(key, lives, now) : limits_.may_try_token(from, lives, now)))
+    return refuse(ChannelFault::limit, from, &key);
   std::array<std::uint8_t, kInitPayloadBytes> bytes;
   if (!noise.read_payload(message, bytes)) return refuse(ChannelFault::handshake, from, nullptr);
   const auto payload = unpack_init(bytes);
@@ -134,6 +142,7 @@ void ServerChannel::shake_hands(Bytes datagram, const Mac& mac, const ChannelAdd
   session->begun = now;
   session->attempt = payload->attempt;
   session->answered = mac;
+  session->paths.came_with_cookie(from, true);
 
   const std::uint32_t index = draw_index();
   std::array<std::uint8_t, 4> index_bytes;
@@ -223,10 +232,38 @@ std::optional<ServerChannel::Opened> ServerChannel::take_data(Bytes datagram, co
   const OpenFault fault = keys->open(datagram, plain.first(size), newest);
   if (fault != OpenFault::none) return fail(fault == OpenFault::replayed ? ChannelFault::replayed : ChannelFault::forged);
   if (session->next && keys == &*session->next) confirm(*session, now);
-  if (newest && session->current->own_index() == index) session->address = from;
   session->heard = now;
+  const ChannelAddress before = session->paths.served();
+  const bool is_path = kind_of(datagram) == ChannelKind::path;
+  if (is_path) take_path(*session, plain.first(size), now);
+  const bool leads = newest && session->current->own_index() == index;
+  const bool shown = !leads || follow(*session, from, is_path ? 0 : datagram.size(), now);
+  counts_.moves += session->paths.served() != before;
+  if (is_path) return std::nullopt;
   ++counts_.opened;
-  return Opened{session->peer, size};
+  return Opened{session->peer, size, shown};
+}
+
+/// The newest counter came from there, in a datagram of so many bytes. True where its client is known to receive there.
+bool ServerChannel::follow(Session& session, const ChannelAddress& from, std::size_t bytes, Micros now) {
+  if (session.paths.hear(from)) return true;
+  if (bytes >= kPathBytes && (from != session.asked || now >= session.ask_again)) ask(session, from, now);
+  return false;
+}
+
+void ServerChannel::ask(Session& session, const ChannelAddress& from, Micros now) {
+  session.asked = from;
+  session.ask_again = now + kAskEvery;
+  std::array<std::uint8_t, kPathBytes> path;
+  session.current->seal(pack_path(from, path_cookies_.cookie_for(from, session.current->own_index(), now)), path,
+                        ChannelKind::path);
+  ++counts_.paths;
+  answer(from, path);
+}
+
+void ServerChannel::take_path(Session& session, Bytes text, Micros now) {
+  const ChannelAddress address = address_of_path(text);
+  if (path_cookies_.fits(cookie_of_path(text), address, session.current->own_index(), now)) session.paths.show(address);
 }
 
 Transport* ServerChannel::keys_at(Session& session, std::uint32_t index, Micros now) {
@@ -244,13 +281,14 @@ void ServerChannel::confirm(Session& session, Micros now) {
   drop_keys(session.old);
   session.old = std::exchange(session.current, std::exchange(session.next, std::nullopt));
   session.old_until = now + times_.keep_old;
+  session.paths.use_next();
   if (!std::exchange(session.confirmed, true)) ++counts_.sessions;
 }
 
 std::size_t ServerChannel::seal(ChannelPeer peer, Bytes plain, BytesOut out, ChannelAddress& to, Micros now) {
   const auto found = sessions_.find(peer);
   if (found == sessions_.end() || !found->second.current || !found->second.current->usable(now, times_)) return 0;
-  to = found->second.address;
+  to = found->second.paths.served();
   return found->second.current->seal(plain, out);
 }
 
@@ -304,6 +342,7 @@ void ServerChannel::change_keys(SiteKeys keys) {
   const bool same_self = public_of(keys.self) == self_;
   keys_ = std::move(keys);
   self_ = public_of(keys_.self);
+  mac1_key_ = mac1_key_of(self_);
   for (auto next = sessions_.begin(); next != sessions_.end();) {
     Session& session = (next++)->second;
     if (!same_self || !still_believed(session)) end(session);

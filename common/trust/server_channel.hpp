@@ -2,16 +2,22 @@
 //
 // What a stranger can make it do: nothing at all without the server's public key (mac1); with it, one hash and 24 bytes for his
 // 512. No Diffie-Hellman and no state before he has shown by a cookie that he receives at his address; then as many handshakes as
-// HandshakeLimits allow. A session counts, and its address is believed, from the first Data on that opens. All else is silence.
+// HandshakeLimits allow, one X25519 each for those whose key nobody here knows. A session counts, and its address is believed,
+// from the first Data on that opens. All else is silence.
 //
 // A session is one (station key, session number of the client's): new keys, a new address and a server's SIGHUP leave it as it
 // is. A handshake that is repeated gets the same answer again, one that is older than the newest of its session none.
 //
 // The clock on the wall says whether a token came in time to join, and nothing else: one that is set ends no session.
 //
-// The address moves with the newest authenticated counter (a NAT that rebinds, a laptop that changes networks).
+// The newest authenticated counter says where a client is (a NAT that rebinds, a laptop that changes networks), and is not
+// believed: its holder may forge the sender. So an address that has not been shown (paths.hpp) gets a Path, no more bytes than
+// came from it, and is served when that came back; until then the one before is. A server remembers nothing of what it asked:
+// each datagram asks again, at most one for each kAskEvery, so that losses cost what they cost elsewhere, and a forged sender
+// nothing.
 #pragma once
 
+#include <algorithm>
 #include <deque>
 #include <map>
 #include <optional>
@@ -23,6 +29,7 @@
 #include "common/trust/cookies.hpp"
 #include "common/trust/handshake_limits.hpp"
 #include "common/trust/key_file.hpp"
+#include "common/trust/paths.hpp"
 #include "common/trust/token.hpp"
 #include "common/trust/transport.hpp"
 
@@ -51,7 +58,7 @@ inline constexpr std::size_t kChannelFaults = 13;
 const char* describe(ChannelFault fault);
 
 struct ServerChannelCounts {
-  std::uint64_t cookies = 0, answers = 0, hints = 0, opened = 0, sessions = 0;
+  std::uint64_t cookies = 0, answers = 0, hints = 0, opened = 0, sessions = 0, paths = 0, moves = 0;
   std::array<std::uint64_t, kChannelFaults> faults{};
   std::uint64_t of(ChannelFault fault) const { return faults[static_cast<std::size_t>(fault)]; }
 };
@@ -71,12 +78,15 @@ class ServerChannel {
   static constexpr int kSpareSessions = 8;
   static constexpr Micros kUnconfirmed{20'000'000};  ///< that a handshake is remembered without Data
   static constexpr Micros kSilent{3'000'000};        ///< then a session gives its place to another one of its key
+  static constexpr Micros kAskEvery{20'000};         ///< for a Path, of one address
+  static constexpr Micros kPathLasts{5'000'000};     ///< that it may take to come back, and up to twice that
 
   ServerChannel(SiteKeys keys, DrawBytes draw, UnixSeconds unix_now, const ChannelTimes& times = {});
 
   struct Opened {
     ChannelPeer peer = 0;
     std::size_t size = 0;  ///< of the session's datagram in `plain`
+    bool shown = true;     ///< its client receives where it came from
   };
   /// `plain`: kMaxDatagramBytes.
   std::optional<Opened> take(Bytes datagram, const ChannelAddress& from, Micros now, BytesOut plain);
@@ -101,6 +111,7 @@ class ServerChannel {
   std::optional<ChannelRefusal> take_refusal() { return std::exchange(refusal_, std::nullopt); }
 
  private:
+  static constexpr std::size_t kMostAnswerBytes = std::max(kRespBytes, kPathBytes);
   struct Session {
     ChannelPeer peer = 0;
     PublicKey key;
@@ -109,7 +120,9 @@ class ServerChannel {
     bool by_token = false, confirmed = false, ending = false;
     Micros ends = Micros::max();  ///< where a token says so
     PublicKey issuer;             ///< of that token
-    ChannelAddress address;
+    Paths paths;
+    ChannelAddress asked;  ///< for a Path, when last
+    Micros ask_again{};
     std::optional<Transport> current, old, next;
     Micros old_until{}, begun{}, heard{};
     std::uint32_t attempt = 0;
@@ -118,7 +131,7 @@ class ServerChannel {
   };
   struct Answer {
     ChannelAddress to;
-    std::array<std::uint8_t, kRespBytes> bytes{};
+    std::array<std::uint8_t, kMostAnswerBytes> bytes{};
     std::size_t size = 0;
   };
   struct UsedToken {
@@ -136,13 +149,16 @@ class ServerChannel {
   void refuse(ChannelFault fault, const ChannelAddress& from, const PublicKey* key);
   void answer(const ChannelAddress& to, Bytes bytes);
   void take_init(Bytes datagram, const ChannelAddress& from, Micros now);
-  void shake_hands(Bytes datagram, const Mac& mac, const ChannelAddress& from, Micros now);
+  void shake_hands(Bytes datagram, const Mac& mac, const ChannelAddress& from, Neighbour lives, Micros now);
   std::optional<Admission> admit(const PublicKey& key, const InitPayload& payload, Session* known, Micros now, ChannelFault& why);
   std::optional<Admission> admit_token(const PublicKey& key, const InitPayload& payload, Session* known, Micros now,
                                        ChannelFault& why);
   Session* find(const PublicKey& key, std::uint64_t number);
   bool make_room_for(const PublicKey& key, int streams, Micros now);
   std::optional<Opened> take_data(Bytes datagram, const ChannelAddress& from, Micros now, BytesOut plain);
+  bool follow(Session& session, const ChannelAddress& from, std::size_t bytes, Micros now);
+  void ask(Session& session, const ChannelAddress& from, Micros now);
+  void take_path(Session& session, Bytes text, Micros now);
   Transport* keys_at(Session& session, std::uint32_t index, Micros now);
   void confirm(Session& session, Micros now);
   void drop_keys(std::optional<Transport>& slot);
@@ -153,11 +169,13 @@ class ServerChannel {
 
   SiteKeys keys_;
   PublicKey self_;
+  std::array<std::uint8_t, 32> mac1_key_;
   DrawBytes draw_;
   UnixSeconds unix_now_;
   ChannelTimes times_;
-  Cookies cookies_;
-  HandshakeLimits limits_, hint_limits_;
+  Cookies cookies_, path_cookies_;
+  HandshakeLimits limits_;
+  PlaceLimits hint_limits_{kHandshakesPrefix, kHandshakesAll};
   std::map<ChannelPeer, Session> sessions_;
   std::unordered_map<std::uint32_t, ChannelPeer> indices_;
   std::map<TokenId, UsedToken> used_;

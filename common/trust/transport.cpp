@@ -2,10 +2,10 @@
 
 namespace palpate {
 
-std::size_t Transport::seal(Bytes plain, BytesOut out) {
+std::size_t Transport::seal(Bytes plain, BytesOut out, ChannelKind kind) {
   const std::size_t size = plain.size() + kDataOverhead;
   if (out.size() < size) return 0;
-  put_head(out, ChannelKind::data, other_);
+  put_head(out, kind, other_);
   put_number(out.subspan(kHeadBytes, 8), sealed_);
   seal_bytes(send_, sealed_++, out.first(kDataHeadBytes), plain, out.subspan(kDataHeadBytes, plain.size() + kTagBytes));
   return size;

@@ -1,4 +1,4 @@
-// The keys of one handshake at work: Data out and in.
+// The keys of one handshake at work: Data (and Path, which is sealed as Data is) out and in.
 //
 // Every datagram stands alone: its counter is in it, so losing, doubling and reordering cost nothing but what is lost. A counter
 // is never used twice with one key.
@@ -31,7 +31,7 @@ class Transport {
   bool usable(Micros now, const ChannelTimes& times) const { return now - born_ < times.stop; }
 
   /// `out`: kDataOverhead more than `plain`. Returns the bytes written; 0 when they do not fit.
-  std::size_t seal(Bytes plain, BytesOut out);
+  std::size_t seal(Bytes plain, BytesOut out, ChannelKind kind = ChannelKind::data);
   /// `plain`: kDataOverhead less than the datagram. `newest`: no later counter has come.
   [[nodiscard]] OpenFault open(Bytes datagram, BytesOut plain, bool& newest);
 

@@ -140,6 +140,7 @@ void ServerShell::take_sealed(std::span<const std::byte> datagram, const UdpEndp
     traffic_.bytes_from_strangers += datagram.size();
     return say_refused();
   }
+  if (!letter->shown) traffic_.bytes_from_strangers += datagram.size();
   if (const PublicKey* const key = trust_->channel().key(letter->from)) sender_->key = *key;
   if (letter->ruling.anew) cores_.expel(letter->from, now);
   if (letter->ruling.refused) {

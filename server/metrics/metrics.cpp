@@ -172,6 +172,7 @@ void add_channel(Families& to, const ServerState& state) {
   for (std::size_t k = 0; k < kChannelFaults; ++k)
     to.count("palpate_auth_failures_total", "Handshakes not answered, datagrams not opened.", {{"kind", kChannelLabels[k]}},
              number(c.faults[k]));
+  to.count("palpate_auth_moves_total", "Times that a session's address changed.", {}, number(c.moves));
   to.gauge("palpate_auth_sessions", "Sessions of the trust channel.", {}, number(state.sessions));
   to.count("palpate_auth_sessions_total", "Sessions that were opened.", {}, number(c.sessions));
   to.count("palpate_auth_cookies_total", "Cookies that were sent.", {}, number(c.cookies));

@@ -12,7 +12,8 @@ struct Letter {
   WireFault fault = WireFault::none;
   Message message;
   std::size_t size = 0;
-  Ruling ruling;  ///< refused: in place of an answer from the room
+  bool shown = true;  ///< of ServerChannel::Opened
+  Ruling ruling;      ///< refused: in place of an answer from the room
 };
 
 class ServerTrust {

@@ -1,7 +1,15 @@
-// flood HOST:PORT KIND RATE PORTS SECONDS: so many datagrams a second from so many ports of this machine, in turn. KIND: `noise`
-// (not ours), `hello` (a station that joins and never answers), `beat` (of stations that nobody knows). Prints how many were
-// sent.
+// flood HOST:PORT KIND RATE PORTS SECONDS [SERVER]: so many datagrams a second from so many ports of this machine, in turn. KIND:
+//
+//     noise       not ours
+//     hello       a station that joins and never answers
+//     beat        of stations that nobody knows
+//     init        handshakes made with the server's public key SERVER, without cookies
+//     handshake   with them, of stations that the server does not know
+//
+// The last two come from addresses of their own (127.1.0.1 and on), 250 ports each; `neighbour` is `handshake` from the one
+// address that everybody here has. Prints how many were sent.
 #include <netinet/in.h>
+#include <poll.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -10,21 +18,24 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "common/base/error.hpp"
 #include "common/io/endpoint.hpp"
+#include "common/trust/client_channel.hpp"
 #include "common/wire/codec.hpp"
 
 namespace {
 
 using namespace palpate;
 using Clock = std::chrono::steady_clock;
+using Packet = std::vector<std::byte>;
 
-std::vector<std::byte> datagram(const std::string& kind, std::uint32_t number) {
-  if (kind == "noise") return std::vector<std::byte>(64, std::byte{0x55});
+Packet datagram(const std::string& kind, std::uint32_t number) {
+  if (kind == "noise") return Packet(64, std::byte{0x55});
   std::array<std::byte, kMaxDatagramBytes> bytes;
   Message message;
   message.clock.sent = Micros{number};
@@ -33,18 +44,42 @@ std::vector<std::byte> datagram(const std::string& kind, std::uint32_t number) {
   else if (kind == "beat")
     message = {number, number, 1, {Micros{number}, {}, {}}, Beat{}};
   else
-    throw InputError("KIND", "is \"" + kind + "\"", "noise, hello or beat");
+    throw InputError("KIND", "is \"" + kind + "\"", "noise, hello, beat, init, handshake or neighbour");
   return {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(encode(message, bytes))};
 }
 
-/// Sockets connected to the server, each at a port of its own.
-std::vector<int> open_ports(const UdpEndpoint& server, std::size_t count) {
+/// An Init to the server, with the cookie for this socket when asked; without one where the server does not answer in time.
+Packet init(const PublicKey& server, int socket, bool with_cookie) {
+  constexpr int kPatienceMs = 20, kTries = 50;
+  ClientChannel channel({draw_secret(system_random()), server, {}}, kWireVersion, system_random(), Micros{});
+  Packet packet(kInitBytes), answer(kMaxSealedBytes), plain(kMaxDatagramBytes);
+  Micros now{};
+  channel.tick(now);
+  channel.emit(octets(std::span(packet)), now);
+  for (int k = 0; with_cookie && k < kTries; ++k) {
+    ::send(socket, packet.data(), packet.size(), 0);
+    pollfd waits{socket, POLLIN, 0};
+    if (::poll(&waits, 1, kPatienceMs) <= 0) continue;
+    const auto size = ::recv(socket, answer.data(), answer.size(), 0);
+    if (size != static_cast<ssize_t>(kCookieBytes)) continue;
+    channel.take(octets(std::span<const std::byte>(answer).first(kCookieBytes)), now, octets(std::span(plain)));
+    channel.emit(octets(std::span(packet)), now += kInitEvery);
+    return packet;
+  }
+  return packet;
+}
+
+/// Sockets connected to the server, each at a port of its own; `spread`: 250 an address.
+std::vector<int> open_ports(const UdpEndpoint& server, std::size_t count, bool spread) {
+  constexpr std::size_t kAtAddress = 250;
   const rlimit most{count + 64, count + 64};
   ::setrlimit(RLIMIT_NOFILE, &most);
   std::vector<int> sockets;
   for (std::size_t k = 0; k < count; ++k) {
     const int s = ::socket(server.protocol().family(), SOCK_DGRAM | SOCK_NONBLOCK, 0);
-    if (s < 0 || ::connect(s, server.data(), static_cast<socklen_t>(server.size())) != 0)
+    const UdpEndpoint own(asio::ip::address_v4(static_cast<std::uint32_t>(0x7f010001 + k / kAtAddress)), 0);
+    const bool bound = s >= 0 && (!spread || ::bind(s, own.data(), static_cast<socklen_t>(own.size())) == 0);
+    if (!bound || ::connect(s, server.data(), static_cast<socklen_t>(server.size())) != 0)
       throw InputError("PORTS", "port " + std::to_string(k) + " cannot be opened", "fewer");
     sockets.push_back(s);
   }
@@ -52,12 +87,20 @@ std::vector<int> open_ports(const UdpEndpoint& server, std::size_t count) {
 }
 
 void flood(int argc, char** argv) {
-  if (argc != 6) throw InputError("arguments", std::to_string(argc - 1), "HOST:PORT KIND RATE PORTS SECONDS");
+  if (argc != 6 && argc != 7)
+    throw InputError("arguments", std::to_string(argc - 1), "HOST:PORT KIND RATE PORTS SECONDS [SERVER]");
   const std::string kind = argv[2];
   const double rate = std::atof(argv[3]), lasts_s = std::atof(argv[5]);
-  const std::vector<int> sockets = open_ports(resolve_udp("HOST:PORT", argv[1]), static_cast<std::size_t>(std::atoi(argv[4])));
-  std::vector<std::vector<std::byte>> datagrams;
-  for (std::uint32_t k = 0; k < sockets.size(); ++k) datagrams.push_back(datagram(kind, k + 1));
+  const bool keyed = argc == 7, spread = kind == "init" || kind == "handshake";
+  const std::vector<int> sockets =
+      open_ports(resolve_udp("HOST:PORT", argv[1]), static_cast<std::size_t>(std::atoi(argv[4])), spread);
+  const auto server = keyed ? key_from(argv[6]) : std::optional<PublicKey>();
+  if (keyed && !server) throw InputError("SERVER", argv[6], "a public key");
+  std::vector<Packet> datagrams;
+  for (std::uint32_t k = 0; k < sockets.size(); ++k)
+    datagrams.push_back(keyed ? init(*server, sockets[k], kind != "init") : datagram(kind, k + 1));
+  std::printf("begins\n");
+  std::fflush(stdout);
   std::uint64_t due = 0, sent = 0, failed = 0;
   const auto begin = Clock::now();
   for (double t = 0; t < lasts_s; t = std::chrono::duration<double>(Clock::now() - begin).count()) {

@@ -14,6 +14,7 @@ import stat
 import subprocess
 import sys
 import tempfile
+import time
 
 from running import Program, Server, end, key, run
 
@@ -51,6 +52,17 @@ def check_listening(programs, scene, work):
     assert done.returncode == 2 and f"{wrong}:1: the secret is no key; expected" in done.stderr, done.stderr
 
 
+def check_hang_up(programs, scenes, scene, work):
+    """A server without keys has none to read again, and goes on."""
+    with Server(programs, scene) as server:
+        for _ in range(2):
+            server.send(signal.SIGHUP)
+        done = hand(programs, scenes, server.address, work / "after", "--duration-s", "2")
+        assert done.returncode == 0 and json.loads((work / "after" / "summary.json").read_text())["patches_received"] > 0, done.stderr
+        server.send(signal.SIGHUP)
+        end(server)
+
+
 def check_touch(programs, scenes, server, work, keys):
     done = hand(programs, scenes, server.address, work / "felt", "--key", keys["station"])
     assert done.returncode == 0, done.stderr
@@ -82,17 +94,26 @@ def check_token(programs, scenes, server, work, keys):
 
 
 def check_passed_on(programs, scenes, server, work, keys):
-    """What goes through a relay is not to be read there."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as seen, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as on:
-        seen.bind(("127.0.0.1", 0))
+    """What goes through a relay is not to be read there, and where that goes on from another port in the middle, so does the session."""
+
+    def way_to_server():
+        on = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         host, port = server.address.split(":")
         on.connect((host, int(port)))
-        client = subprocess.Popen([programs / "palpate-client", "--server", f"127.0.0.1:{seen.getsockname()[1]}", "--key",
-                                   keys["station"], "--duration-s", "3", "--realtime", "off"], stdout=subprocess.PIPE, text=True)
-        passed, back = [], None
-        seen.settimeout(0.01)
         on.settimeout(0.001)
+        return on
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as seen:
+        seen.bind(("127.0.0.1", 0))
+        on = way_to_server()
+        client = subprocess.Popen([programs / "palpate-client", "--server", f"127.0.0.1:{seen.getsockname()[1]}", "--key",
+                                   keys["station"], "--duration-s", "6", "--realtime", "off"], stdout=subprocess.PIPE, text=True)
+        passed, back, moves_at = [], None, time.monotonic() + 1.5
+        seen.settimeout(0.01)
         while client.poll() is None:
+            if moves_at and time.monotonic() > moves_at:
+                on.close()
+                on, moves_at = way_to_server(), None
             for way_in, way_out in ((seen, "up"), (on, "down")):
                 try:
                     datagram, source = way_in.recvfrom(2048)
@@ -105,7 +126,8 @@ def check_passed_on(programs, scenes, server, work, keys):
                 elif back:
                     seen.sendto(datagram, back)
         said = client.communicate()[0]
-    assert "joined scene" in said and len(passed) > 100, said
+        on.close()
+    assert "joined scene" in said and "joined once" in said and "lost" not in said.replace("% lost", "") and len(passed) > 100, said
     assert all(b"PLPT" not in datagram and b"OR 3" not in datagram for datagram in passed)
 
 
@@ -164,6 +186,7 @@ def main():
         check_files(programs, work / "files")
         scene = scenes / "touch-cube.json"
         check_listening(programs, scene, work)
+        check_hang_up(programs, scenes, scene, work)
         keys = {name: work / f"{name}.key" for name in ("site", "station", "stranger", "misled", "issuer")}
         keys["public"] = key(programs, "new", keys["site"])
         station = key(programs, "new", keys["station"], "--trust", keys["public"])

@@ -154,89 +154,105 @@ TEST_CASE("whoever has not proven a key gets at most as many bytes as he sends, 
   CHECK(pair.server.sessions() <= 1);
 }
 
-TEST_CASE("a prefix gets 20 handshakes a second computed, all together 200") {
-  const auto computed = [](int hosts, int each) {
+namespace {
+
+/// Others with another seed, whose place in the test's pair is taken for a moment, shake hands from there.
+void shake_hands_as(ChannelPair& pair, const ClientKeys& keys, std::uint64_t seed, const ChannelAddress& from) {
+  pair.client = ClientChannel(keys, 5, seeded(seed), pair.now);
+  pair.from = from;
+  pair.shake_hands();
+}
+
+}  // namespace
+
+TEST_CASE("of strangers a server looks into 1000 handshakes a second from a prefix, and into 2000 from all") {
+  const auto looked_into = [](int hosts, int each) {
     ChannelPair pair;
-    int number = 0;
-    for (int k = 0; k < each; ++k)
-      for (int host = 0; host < hosts; ++host) {
-        pair.client = ClientChannel(client_keys(kStrangerSeed), 5, seeded(static_cast<std::uint64_t>(1000 + number++)), pair.now);
-        pair.from = address_of(host, 5000 + k);
-        pair.shake_hands();
-      }
+    for (int k = 0; k < hosts * each; ++k)
+      shake_hands_as(pair, client_keys(kStrangerSeed), static_cast<std::uint64_t>(1000 + k),
+                     address_of(k % hosts, 5000 + k / hosts));
     const auto& counts = pair.server.counts();
     CHECK(counts.of(ChannelFault::limit) + counts.of(ChannelFault::unknown_key) == static_cast<std::uint64_t>(hosts * each));
     return counts.of(ChannelFault::unknown_key);
   };
-  CHECK(computed(1, 50) == 20);
-  CHECK(computed(20, 15) == 200);
+  CHECK(looked_into(1, 1'100) == 1'000);
+  CHECK(looked_into(20, 110) == 2'000);
 }
 
-TEST_CASE("strangers who use up all handshakes keep no session from its next keys") {
-  ChannelPair pair;
-  const ChannelPeer peer = pair.join();
-  REQUIRE(pair.to_client(pair.sealed_by_server(peer, "welcome")) > 0);
-  const ClientChannel station = pair.client;
-  const ChannelAddress home = pair.from;
-  pair.now += Micros{120'000'000};
-  for (int k = 0; k < 300; ++k) {
-    pair.client = ClientChannel(client_keys(kStrangerSeed), 5, seeded(static_cast<std::uint64_t>(1000 + k)), pair.now);
-    pair.from = address_of(50 + k / 10, 5000);
-    pair.shake_hands();
+TEST_CASE(
+    "where tokens let in, strangers get 20 of them verified a second from a prefix, 200 together, and keep no known key out") {
+  SiteKeys site = site_keys();
+  site.issuers.push_back(public_of(secret_of(99)));
+  for (const auto& [hosts, each] : {std::pair{1, 50}, {20, 15}}) {
+    ChannelPair pair(site);
+    for (int k = 0; k < hosts * each; ++k)
+      shake_hands_as(pair, client_keys(kStrangerSeed), static_cast<std::uint64_t>(1000 + k),
+                     address_of(1 + k % hosts, 5000 + k / hosts));
+    CHECK(pair.server.counts().of(ChannelFault::unknown_key) == static_cast<std::uint64_t>(std::min(hosts * 20, 200)));
+    pair.client = ClientChannel(client_keys(), 5, seeded(7), pair.now);
+    CHECK(pair.join() != 0);
   }
-  REQUIRE(pair.server.counts().of(ChannelFault::limit) == 100);
-  pair.client = station;
-  pair.from = home;
-  CHECK(pair.join() == peer);
-  CHECK(pair.client.counts().handshakes == 2);
 }
 
-TEST_CASE("strangers at a session's own host who use up all handshakes there keep it from its next keys neither") {
-  ChannelPair pair;
-  const ChannelPeer peer = pair.join();
-  REQUIRE(pair.to_client(pair.sealed_by_server(peer, "welcome")) > 0);
-  const ClientChannel station = pair.client;
-  const ChannelAddress home = pair.from;
-  pair.now += Micros{120'000'000};
-  for (int k = 0; k < 100; ++k) {
-    pair.client = ClientChannel(client_keys(kStrangerSeed), 5, seeded(static_cast<std::uint64_t>(1000 + k)), pair.now);
+TEST_CASE("whoever claims a key that the server knows gets 20 handshakes a second computed, and keeps out nobody but that key") {
+  SiteKeys site = site_keys();
+  site.stations[public_of(secret_of(kStrangerSeed))] = rights_of("OR 4");
+  ChannelPair pair(site);
+  for (int k = 0; k < 50; ++k)
+    shake_hands_as(pair, client_keys(kStrangerSeed), static_cast<std::uint64_t>(1000 + k), address_of(1 + k, 5000));
+  CHECK(pair.server.counts().answers == 20);
+  CHECK(pair.server.counts().of(ChannelFault::limit) == 30);
+  pair.client = ClientChannel(client_keys(), 5, seeded(7), pair.now);
+  CHECK(pair.join() != 0);
+}
+
+TEST_CASE("strangers who use up all handshakes, elsewhere or at a session's own host, keep no session from its next keys") {
+  for (const bool at_home : {false, true}) {
+    ChannelPair pair;
+    const ChannelPeer peer = pair.join();
+    REQUIRE(pair.to_client(pair.sealed_by_server(peer, "welcome")) > 0);
+    const ClientChannel station = pair.client;
+    const ChannelAddress home = pair.from;
+    pair.now += Micros{120'000'000};
+    const int strangers = 2'400, computed = at_home ? kLooksPrefix : kLooksAll;
+    for (std::uint64_t k = 0; k < strangers; ++k) {
+      const int n = static_cast<int>(k);
+      shake_hands_as(pair, client_keys(kStrangerSeed), 1000 + k,
+                     at_home ? address_of(1, 20'000 + n) : address_of(10 + n / 10, 5000));
+    }
+    INFO((at_home ? "at home" : "elsewhere"));
+    REQUIRE(pair.server.counts().of(ChannelFault::limit) == static_cast<std::uint64_t>(strangers - computed));
+    pair.client = station;
     pair.from = home;
-    pair.from.port = static_cast<std::uint16_t>(20'000 + k);
-    pair.shake_hands();
+    CHECK(pair.join() == peer);
+    CHECK(pair.client.counts().handshakes == 2);
   }
-  REQUIRE(pair.server.counts().of(ChannelFault::limit) == 80);
-  pair.client = station;
-  pair.from = home;
-  CHECK(pair.join() == peer);
-  CHECK(pair.client.counts().handshakes == 2);
 }
 
-TEST_CASE("handshakes of a key that were recorded and are sent again keep out nobody who goes on with data, and end no session") {
+TEST_CASE("one key has its streams and a few more, keeps nobody else out, and recorded handshakes of it count for nothing") {
   ChannelPair pair;
   const ChannelPeer peer = pair.join();
   const ClientChannel station = pair.client;
+  const ChannelAddress home = pair.from;
   pair.now += ServerChannel::kSilent + Micros{1'000'000};
-  for (int k = 0; k < 60; ++k) {  // what many lives of this station began with
+  for (std::uint64_t k = 0; k < 60; ++k) {  // what many lives of this station began with
     pair.now += Micros{60'000};
-    pair.client = ClientChannel(client_keys(), 5, seeded(static_cast<std::uint64_t>(300 + k)), pair.now);
-    pair.from = address_of(60 + k % 10, 5000);
-    pair.shake_hands();
+    shake_hands_as(pair, client_keys(), 300 + k, address_of(60 + static_cast<int>(k) % 10, 5000));
   }
   CHECK(pair.server.counts().of(ChannelFault::full) == 0);
-  pair.client = ClientChannel(client_keys(), 5, seeded(999), pair.now);
-  CHECK(pair.join() != 0);
-  pair.client = station;
-  const auto opened = pair.to_server(pair.sealed("still here"));
-  REQUIRE(opened);
-  CHECK(opened->peer == peer);
-}
-
-TEST_CASE("one key cannot take the place of all others") {
-  ChannelPair pair;
-  int joined = 0;
-  for (int k = 0; k < 40; ++k) {
+  const auto goes_on = [&] {
+    const ClientChannel other = std::exchange(pair.client, station);
+    const auto opened = pair.to_server(pair.sealed("still here"));
+    REQUIRE(opened);
+    CHECK(opened->peer == peer);
+    pair.client = other;
+  };
+  goes_on();
+  int joined = 1;
+  for (std::uint64_t k = 0; k < 40; ++k) {
     pair.now += Micros{60'000};
-    pair.client = ClientChannel(client_keys(), 5, seeded(static_cast<std::uint64_t>(300 + k)), pair.now);
+    pair.from = home;
+    pair.client = ClientChannel(client_keys(), 5, seeded(400 + k), pair.now);
     joined += pair.join() != 0;
   }
   CHECK(joined == kStreamsUsual + ServerChannel::kSpareSessions);

@@ -121,26 +121,6 @@ TEST_CASE("keys of 180 s are of no use at either end") {
   CHECK(pair.server.take_ended() == std::vector<ChannelPeer>{peer});
 }
 
-TEST_CASE("the answers follow the newest datagram that opens, wherever it comes from, and no other") {
-  ChannelPair pair;
-  const ChannelPeer peer = pair.join();
-  const ChannelAddress home = pair.from, moved = address_of(9, 999);
-  const Datagram older = pair.sealed("older"), newer = pair.sealed("newer");
-  pair.from = moved;
-  Datagram forged = newer;
-  forged.back() ^= 1;
-  CHECK_FALSE(pair.to_server(forged));
-  pair.sealed_by_server(peer, "patch");
-  CHECK(pair.to == home);
-  CHECK(pair.to_server(newer));
-  pair.sealed_by_server(peer, "patch");
-  CHECK(pair.to == moved);
-  pair.from = home;
-  CHECK(pair.to_server(older));  // taken, but overtaken
-  pair.sealed_by_server(peer, "patch");
-  CHECK(pair.to == moved);
-}
-
 TEST_CASE("a key that is taken out ends its sessions, others go on") {
   SiteKeys site = site_keys();
   const PublicKey other = public_of(secret_of(kStrangerSeed));

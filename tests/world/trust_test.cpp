@@ -37,7 +37,8 @@ struct KeyedHand {
   Scene scene = load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/cube6.json");
   World world;
   WorldStation* station = nullptr;
-  Micros felt{};  ///< when last
+  Micros felt{};   ///< when last
+  Micros stamp{};  ///< of the patch in use, in its own clock
 
   explicit KeyedHand(Micros way) : world(scene, keyed()) {
     ClientOptions options;
@@ -48,6 +49,7 @@ struct KeyedHand {
     station = &world.add_station(options, std::make_unique<ReplayDevice>(Motion::rest(place, 60)), link);
     station->on_tick = [this](Micros now, const Vec3&, const TickOutput& out) {
       if (out.force.norm() > 0) felt = now;
+      if (out.has_patch) stamp = out.patch_stamp;
     };
   }
   static WorldOptions keyed() {
@@ -76,6 +78,23 @@ TEST_CASE("A key that is taken out has no station at once and no force within a 
       CHECK(hand.felt < kOut + kSecond);
       CHECK(hand.world.server().station_count() == 0);
     }
+}
+
+TEST_CASE("A hand whose address changes on the way, all of a sudden, feels on with the session that it has, whatever the way") {
+  for (const int way_ms : {0, 30, 150}) {
+    KeyedHand hand(Micros{1000 * way_ms});
+    constexpr Micros kMoved{6'000'000};
+    // A datagram from there, the question, the answer; a sample of after that and a patch that knows it; two frames.
+    const Micros by = kMoved + Micros{1000 * 5 * way_ms} + Micros{150'000};
+    hand.world.at(kMoved, [&] { hand.world.rebind(0); });
+    hand.world.run_until(by);
+    INFO(way_ms << " ms each way");
+    CHECK(hand.stamp > hand.station->clock(kMoved));
+    CHECK(hand.felt >= by - Micros{2'000});
+    CHECK(hand.world.server().station_count() == 1);
+    CHECK(hand.world.trust().client(0, hand.station->clock(by)).counts().handshakes == 1);
+    CHECK(hand.world.trust().server().channel().counts().moves == 1);
+  }
 }
 
 TEST_CASE("A hand that crashes and is started again has its own name and force within a second, whatever the way") {
@@ -167,10 +186,15 @@ TEST_CASE("Worlds with keys hold every check while everything goes wrong and han
 }
 
 TEST_CASE("Attacked worlds that broke a check once hold every check") {
-  for (const auto& [seed, small] : {std::pair{210046, false}, {210160, false}, {420089, true}}) {
+  struct Broken {
+    std::uint64_t seed;
+    bool small;
+    double duration_s = 1.5;
+  };
+  for (const auto& [seed, small, duration_s] : {Broken{210046, false}, {210160, false}, {420089, true}, {709015, true, 3}}) {
     DrawOptions draw;
-    draw.seed = static_cast<std::uint64_t>(seed);
-    draw.duration_s = 1.5;
+    draw.seed = seed;
+    draw.duration_s = duration_s;
     draw.small = small;
     for (const Violation& v : run_attacked(draw).violations)
       FAIL_CHECK("seed " << seed << "\n  " << seconds(v.at) << " s  " << v.check << ": " << v.what);
