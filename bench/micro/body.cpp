@@ -8,6 +8,7 @@
 // P = s^2 M + s D + K, s = 13 / s, to 1e-3. CG starts from zero; factorise is Eigen's sparse L D L^T.
 #include <cmath>
 #include <memory>
+#include <type_traits>
 
 #include "bench/micro/benchmarks.hpp"
 #include "bench/micro/fixtures.hpp"
@@ -96,16 +97,24 @@ void body_forces(benchmark::State& state, const std::string& name) {
   report(state, body, timer, {40, 445});
 }
 
+struct BodyArrays {
+  NodeArrays u, v, f;
+};
+BodyArrays arrays_of(const BodyCase& body) {
+  const std::uint32_t nodes = body.dynamics.nodes();
+  BodyArrays arrays{NodeArrays(nodes), NodeArrays(nodes), NodeArrays(nodes)};
+  for (std::uint32_t i = 0; i < nodes; ++i) {
+    arrays.u.set(i, at_node(body.state.x, i) - body.scene.body.nodes[i]);
+    arrays.v.set(i, at_node(body.state.v, i));
+  }
+  return arrays;
+}
+
 /// The same of an explicit step: in single precision, block by block.
 void body_blocks(benchmark::State& state, const std::string& name) {
   const BodyCase body(name);
   const SpringBlocks springs(body.scene.body);
-  const std::uint32_t nodes = body.dynamics.nodes();
-  NodeArrays u(nodes), v(nodes), f(nodes);
-  for (std::uint32_t i = 0; i < nodes; ++i) {
-    u.set(i, at_node(body.state.x, i) - body.scene.body.nodes[i]);
-    v.set(i, at_node(body.state.v, i));
-  }
+  auto [u, v, f] = arrays_of(body);
   const ProcessorTimer timer;
   for (auto _ : state) {
     for (const auto& slabs : {springs.even_slabs(), springs.odd_slabs()})
@@ -119,12 +128,7 @@ void body_blocks(benchmark::State& state, const std::string& name) {
 void body_hexahedra(benchmark::State& state, const std::string& name) {
   const BodyCase body(name);
   const HexaForces hexahedra(body.dynamics);
-  const std::uint32_t nodes = body.dynamics.nodes();
-  NodeArrays u(nodes), v(nodes), f(nodes);
-  for (std::uint32_t i = 0; i < nodes; ++i) {
-    u.set(i, at_node(body.state.x, i) - body.scene.body.nodes[i]);
-    v.set(i, at_node(body.state.v, i));
-  }
+  auto [u, v, f] = arrays_of(body);
   const ProcessorTimer timer;
   for (auto _ : state) {
     for (const bool odd : {false, true})
@@ -134,22 +138,18 @@ void body_hexahedra(benchmark::State& state, const std::string& name) {
   report(state, body, timer);
 }
 
-struct ImplicitSteps {
-  ImplicitSteps(const Dynamics& dynamics, const Skin& skin) : integrator(dynamics, skin, {}) {}
-  void use_threads(ThreadPool& pool) { integrator.use_threads(pool); }
-  AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s, const ToolMotion& tools) {
-    return integrator.advance(state, ports, until_s, step_s, tools);
-  }
-  Integrator integrator;
-};
-
 /// Steps of a body that `threads` share: wall clock.
 template <typename Steps>
 void body_steps(benchmark::State& state, const std::string& name, std::size_t threads) {
   constexpr double kFrameS = 0.050, kStepS = 0.010;
   BodyCase body(name);
   const Skin nothing_to_touch;
-  Steps stepper(body.dynamics, nothing_to_touch);
+  Steps stepper = [&] {
+    if constexpr (std::is_same_v<Steps, Integrator>)
+      return Steps(body.dynamics, nothing_to_touch, {});
+    else
+      return Steps(body.dynamics, nothing_to_touch);
+  }();
   SpinningThreadPool pool(threads);
   stepper.use_threads(pool);
   std::vector<ToolPort> no_tools;
@@ -305,7 +305,7 @@ void add_body_benchmarks() {
       add_steps("stabilised", body, body_steps<StabilisedIntegrator>, threads);
   }
   for (const char* body : {"hexahedra11", "hexahedra11-damped", "hexahedra20", "hexahedra20-damped"})
-    add_steps("implicit", body, body_steps<ImplicitSteps>, 1);
+    add_steps("implicit", body, body_steps<Integrator>, 1);
   for (const char* body : {"cube6", "cube15", "organ-buckling"})
     benchmark::RegisterBenchmark((std::string("body/indentations/") + body).c_str(), body_indentations, body)->MinTime(0.1);
   for (const char* body : {"cube14", "cube20", "cube30"})
