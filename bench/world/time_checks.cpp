@@ -139,7 +139,7 @@ void FreshnessCheck::tick(const SeenTick& seen) {
     s.joined = bounds.joined;
     s.plays_from = seen.own;
   }
-  if (seconds(seen.now - std::exchange(s.ticked, seen.now)) > Guard::kGapMaxS) {
+  if (seconds(seen.own - std::exchange(s.ticked, seen.own)) > Guard::kGapMaxS) {
     s.newest.reset();
     s.arrived.clear();
   }
@@ -150,7 +150,8 @@ void FreshnessCheck::tick(const SeenTick& seen) {
   if (!bounds.calm(seen.now) || !s.newest) return;
   judge();
   if (!seen.out.has_patch || seen.out.patch_stamp < *s.newest)
-    fail(seen.now, fmt::format("{} does not use the newest patch, stamped {} us, that came {} ms ago or earlier", bounds.name,
+    fail(seen.now, fmt::format("{} uses {}, not the newest patch, stamped {} us, that came {} ms ago or earlier", bounds.name,
+                               seen.out.has_patch ? fmt::format("that of {} us", seen.out.patch_stamp.count()) : "none",
                                s.newest->count(), kNetWake.count() / 1000));
   if (!s.in_reach) return;
   oldest_ = std::max(oldest_, seen.out.patch_age);

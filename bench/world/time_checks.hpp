@@ -7,7 +7,7 @@
 //               interpolated between the samples that had come to the server, on their way or brought, when it began the frame
 //   freshness   while a station is calm: a patch leaves the server at most sent_age_max old; the one in use is not older than the
 //              newest that was delivered kNetWake ago (one of the future, from a server whose clock stepped, is not to be used,
-//              nor need one be that came before or while the haptic thread stood still);
+//              nor need one be that came before or while the haptic thread stood still, or its clock stepped ahead);
 //              and once nothing is lost any more, the one in use is at most
 //              sent_age_max + frames + down_max + kNetWake old, unless the server says that no contact is in reach
 #pragma once
@@ -82,7 +82,7 @@ class FreshnessCheck final : public Check {
     std::deque<Arrived> arrived;
     std::optional<Micros> newest;  ///< stamp that must be in use
     bool in_reach = true;
-    Micros ticked{};
+    Micros ticked{};                                            ///< own clock
     Micros joined = Micros::max(), plays_from = Micros::max();  ///< own clock: it has no tool for older patches
   };
   const std::vector<StationBounds>& bounds_;
