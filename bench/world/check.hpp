@@ -46,10 +46,13 @@ struct StationBounds {
   Micros healed{}, recovered{}, at_rest{};  ///< nothing is lost any more; it must feel the body again; hand and force stand still
   std::vector<std::pair<Micros, Micros>> disturbed;  ///< from a fault's begin until it must have recovered
 
-  Micros joined = Micros::max();  ///< when it joined last; the run keeps it up to date
+  // The run keeps these up to date.
+  Micros joined = Micros::max();  ///< when it joined last
+  bool outside = false;  ///< its tool was beyond where a datagram may say that it is: let go of, it may glide on for ever
 
-  /// Joined and undisturbed for long enough: what is promised to a station in order holds.
+  /// Joined, in the world and undisturbed for long enough: what is promised to a station in order holds.
   bool calm(Micros t) const {
+    if (outside) return false;
     if (joined == Micros::max() || t < joined + kSettleAfterJoin + sent_age_max + down_max) return false;
     for (const auto& [begin, end] : disturbed)
       if (t >= begin && t <= end) return false;

@@ -10,6 +10,7 @@
 #include "bench/world/run_checks.hpp"
 #include "bench/world/time_checks.hpp"
 #include "client/device/replay_device.hpp"
+#include "common/base/limits.hpp"
 #include "common/wire/codec.hpp"
 
 namespace palpate {
@@ -227,6 +228,8 @@ void Run::see(Micros now, std::size_t station, const Vec3& position, const TickO
     bounds_[station].joined = Micros::max();
   else if (bounds_[station].joined == Micros::max())
     bounds_[station].joined = now;
+  if (!(position.cwiseAbs().maxCoeff() <= kWorldExtentM))
+    for (StationBounds& bounds : bounds_) bounds.outside |= bounds.owner == station;
   const SeenTick seen{now, world_.station(station).clock(now), station, position, out};
   for (const auto& check : checks_) check->tick(seen);
   hash_.add(static_cast<std::uint64_t>(now.count()));

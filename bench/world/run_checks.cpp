@@ -121,7 +121,7 @@ void RecoveryCheck::datagram(Micros, const DatagramEvent& event, const Message* 
 
 void RecoveryCheck::end(Micros now) {
   for (std::size_t k = 0; k < bounds_.size(); ++k) {
-    if (!bounds_[k].feels) continue;
+    if (!bounds_[k].feels || bounds_[k].outside) continue;
     const Station& s = seen_[k];
     if (!s.asked) fail(now, fmt::format("{} does not tick any more", bounds_[k].name));
     if (s.apart > (1 - kShare) * s.compared)

@@ -11,6 +11,9 @@ namespace {
 
 constexpr Micros kLongestSaid{60'000'000};  // of what a beat says of how far the room is behind
 
+/// As far as the wire carries it: of what cannot be read, a hand would feel and a viewer show nothing at all.
+Vec3 as_carried(const Vec3& force) { return force.cwiseMax(-kMaxForceN).cwiseMin(kMaxForceN); }
+
 }  // namespace
 
 Beat beat_for(const Stations& stations, const Station& station, const BodyNow& body) {
@@ -38,9 +41,7 @@ void PatchSender::take(FrameResult& result, Stations& stations, const BodyNow& b
 }
 
 void PatchSender::give(const Stations& stations, Station& station, StationFrame& frame, Micros now) {
-  // To who looks on, as far as the wire carries it: what cannot be read would show nothing at all.
-  const Vec3 shown_force = frame.force.cwiseMax(-kMaxForceN).cwiseMin(kMaxForceN);
-  station.shown = {station.hello.station, frame.tool, shown_force, frame.contact, station.tool.orientation(),
+  station.shown = {station.hello.station, frame.tool, as_carried(frame.force), frame.contact, station.tool.orientation(),
                    station.tool.pressed()};
   station.has_shown = true;
   if (!station.served) return beat(stations, station);
@@ -60,6 +61,7 @@ void PatchSender::send_patch(const Stations& stations, Station& station, Station
   const Micros stamp = frame.patch->stamp;
   frame.patch->stamp = stations.station_time(station, stamp);
   frame.patch->seq = ++station.patch_seq;
+  frame.patch->force = as_carried(frame.patch->force);
   auto pieces = frame.terms.variables > 0 ? to_pieces(frame.terms, frame.patch->seq) : std::vector<PatchTerms>{};
   if (!pieces.empty() && station.link.loss_known && station.link.patch_copies > 1) pieces.push_back(parity_of(pieces));
   station.outbox.terms.assign(pieces.begin(), pieces.end());

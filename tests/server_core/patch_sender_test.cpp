@@ -65,6 +65,16 @@ TEST_CASE("A patch leaves in the station's clock, as often as its losses ask for
   }
 }
 
+TEST_CASE("A patch of a force beyond what the wire carries leaves with the most that it does, and can be read") {
+  Sent sent;
+  auto patch = FakeRoom::patch(kNow - 10ms);
+  patch.force = Vec3(3e4, -2, -7e6);
+  sent.frame(patch);
+  const auto bodies = sent.all();
+  REQUIRE_FALSE(bodies.empty());
+  CHECK(std::get<PatchMessage>(bodies[0]).patch.force.isApprox(Vec3(1e4, -2, -1e4)));
+}
+
 TEST_CASE("Where no contact is in reach, and where the tool was lost for longer than the patch lasts, a beat goes instead") {
   Sent sent;
   sent.frame(std::nullopt);
