@@ -334,7 +334,7 @@ TEST_CASE("a patch that fits no datagram is counted and a beat goes instead") {
   hand.say_samples({hand.sample()});
   bench.core.tick(bench.now);
   auto result = bench.room.run(*bench.core.next_job(bench.now));
-  result.stations[0].patch->force = Vec3(1e300, 0, 0);  // more than the wire carries
+  result.stations[0].patch->tool = Vec3(1e300, 0, 0);  // further than the wire carries
   bench.core.finish(result, bench.now);
   bench.collect();
   CHECK(bench.core.stations()[0].counts.patch_too_big == 1);
