@@ -1,9 +1,11 @@
 // palpate-lab tissue: how far bodies are from the continuum that their scenes name, over the size of their meshes.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <set>
 
 #include "bench/lab/experiments.hpp"
 #include "bench/output/output.hpp"
@@ -61,8 +63,11 @@ std::vector<const TissueCase*> chosen_cases(const std::string& only) {
   std::vector<const TissueCase*> chosen;
   for (const TissueCase& c : tissue_cases())
     if ((c.family + ": " + c.name).find(only) != std::string::npos) chosen.push_back(&c);
+  std::set<std::string> families;
+  for (const TissueCase& c : tissue_cases()) families.insert(c.family);
   if (chosen.empty())
-    throw InputError("--only", "no case has '" + only + "' in its name", "a part of one that the whole table has");
+    throw InputError("--only", "no case has '" + only + "' in \"FAMILY: NAME\"",
+                     fmt::format("a part of one; the families are {}", fmt::join(families, ", ")));
   return chosen;
 }
 

@@ -55,7 +55,8 @@ class Adviser {
   }
 
   double compliance(const Scene& scene) const {
-    constexpr double kLoadN = 1e-6;  // small strains of anything soft
+    constexpr double kStrain = 1e-4;
+    const double load_n = kStrain * scene.body.materials.front().young_pa * request_.radius_m * request_.radius_m;
     const Skin skin(scene.body, request_.radius_m);
     const std::vector<Vec3>& nodes = scene.body.nodes;
     std::uint32_t top = scene.body.triangles.front()[0];
@@ -63,11 +64,11 @@ class Adviser {
       for (const std::uint32_t i : t)
         if (nodes[i].z() > nodes[top].z()) top = i;
     BoundaryProblem problem(scene.body);
-    for (const auto& [node, weight] : skin.vertex_weights(top)) problem.push(node, Vec3(0, 0, -kLoadN * weight));
+    for (const auto& [node, weight] : skin.vertex_weights(top)) problem.push(node, Vec3(0, 0, -load_n * weight));
     problem.solve();
     double down_m = 0;
     for (const auto& [node, weight] : skin.vertex_weights(top)) down_m -= weight * problem.displacement(node).z();
-    return down_m / kLoadN;
+    return down_m / load_n;
   }
 
   /// Lattices of the same spacings of both elements, until they are too large.

@@ -35,7 +35,15 @@ class KeyDescriptor {
   throw InputError(file.string(), what + " (" + std::strerror(errno) + ")", expected);
 }
 
-std::string read_whole(int fd, const std::filesystem::path& file) {
+struct stat about_of(int fd, const std::filesystem::path& file, const std::string& expected) {
+  struct stat about {};
+  if (fd < 0 || ::fstat(fd, &about) != 0) fail_with_errno(file, "cannot be read", expected);
+  return about;
+}
+
+/// Of a regular file: a pipe would keep whoever reads it waiting, and the network of a server that takes its keys anew.
+std::string read_whole(int fd, const struct stat& about, const std::filesystem::path& file) {
+  if (!S_ISREG(about.st_mode)) throw InputError(file.string(), "is no regular file", "a file");
   std::string text;
   std::array<char, 4096> part;
   while (true) {
@@ -77,13 +85,11 @@ void sync_folder_of(const std::filesystem::path& file) {
 }  // namespace
 
 std::string read_secret_text(const std::filesystem::path& file) {
-  const KeyDescriptor opened(file, O_RDONLY);
-  if (opened.get() < 0) fail_with_errno(file, "cannot be read", "a file that palpate-key new made");
-  struct stat facts {};
-  if (::fstat(opened.get(), &facts) != 0) fail_with_errno(file, "cannot be read", "a file that can");
-  if ((facts.st_mode & (S_IRWXO | S_IWGRP)) != 0)
+  const KeyDescriptor opened(file, O_RDONLY | O_NONBLOCK);
+  const struct stat about = about_of(opened.get(), file, "a file that palpate-key new made");
+  if ((about.st_mode & (S_IRWXO | S_IWGRP)) != 0)
     throw InputError(file.string(), "may be read or changed by others", "chmod 600 " + file.string());
-  return read_whole(opened.get(), file);
+  return read_whole(opened.get(), about, file);
 }
 
 void write_new_secret(const std::filesystem::path& file, const std::string& text) {
@@ -114,9 +120,9 @@ SiteKeys read_site(const std::filesystem::path& file) {
 ClientKeys read_client_keys(const std::filesystem::path& file, const std::filesystem::path& token) {
   ClientKeys keys = client_of(parse_keys(read_secret_text(file), file.string()), file.string());
   if (token.empty()) return keys;
-  const KeyDescriptor opened(token, O_RDONLY);
-  if (opened.get() < 0) fail_with_errno(token, "cannot be read", "a file with the line that palpate-key issue printed");
-  keys.token = parse_token(read_whole(opened.get(), token), token.string());
+  const KeyDescriptor opened(token, O_RDONLY | O_NONBLOCK);
+  const struct stat about = about_of(opened.get(), token, "a file with the line that palpate-key issue printed");
+  keys.token = parse_token(read_whole(opened.get(), about, token), token.string());
   return keys;
 }
 

@@ -14,7 +14,7 @@ namespace palpate {
 
 MappedFile::MappedFile(const std::filesystem::path& file) {
   const auto refuse = [&](const char* why) { throw InputError(file.string(), std::string("cannot be read: ") + why, "a file"); };
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe is refused, not waited for
   if (descriptor < 0) refuse(std::strerror(errno));
   struct stat about {};
   const bool regular = ::fstat(descriptor, &about) == 0 && S_ISREG(about.st_mode);

@@ -61,7 +61,10 @@ RecordFile::RecordFile(const std::string& flag, const std::filesystem::path& fil
   if (descriptor_ < 0)
     throw InputError(where, std::string("cannot be made: ") + std::strerror(errno), "a path that can be written");
   if (const int fault = write_all(descriptor_, first)) {
+    struct stat about {};
+    const bool made_here = ::fstat(descriptor_, &about) == 0 && S_ISREG(about.st_mode);
     ::close(descriptor_);
+    if (made_here) ::unlink(file.c_str());
     throw InputError(where, std::string("cannot be written: ") + std::strerror(fault), "room on the disk");
   }
   written_ = first.size();

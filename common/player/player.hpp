@@ -18,8 +18,8 @@
 // u(t) - f) with e = exp(-dt / time), and counts with that in the step: of second order.
 //
 // Contact begins in the step in which the tool is found below the patch's own deformed surface, and ends in the step in which
-// it would pull. compile() allocates and belongs off the haptic thread; advance() does not allocate, lock or throw. Copyable,
-// so that a caught-up player can be handed over by value.
+// it would pull. The constructor allocates and belongs off the haptic thread; advance() does not allocate, lock or throw.
+// Copyable, so that a caught-up player can be handed over by value.
 #pragma once
 
 #include <array>

@@ -32,7 +32,6 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <string>
 
 #include "common/base/limits.hpp"
 #include "common/base/types.hpp"

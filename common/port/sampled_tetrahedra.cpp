@@ -1,9 +1,7 @@
 #include "common/port/sampled_tetrahedra.hpp"
 
 #include <Eigen/Dense>
-#include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <vector>
 
 namespace palpate {

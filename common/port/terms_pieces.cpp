@@ -17,13 +17,13 @@ namespace {
 constexpr float kUnitMax = 1e6F, kStiffeningMax = 1e4F;
 
 /// Nothing of the terms yet, the largest surface that a touch may bring.
-PatchTerms surface_for(const TermsRoom& room) {
+PatchTerms surface_for(const TermsBudget& budget) {
   PatchTerms whole;
-  whole.variables = static_cast<std::uint8_t>(room.variables);
-  whole.grasp = room.grasp;
-  whole.repaired = room.repaired;
-  whole.vertices = static_cast<std::uint8_t>(room.grasp ? 0 : kMaxPortVertices - room.vertices);
-  whole.triangles = static_cast<std::uint8_t>(room.grasp ? 0 : kMaxPortTriangles - 1);
+  whole.variables = static_cast<std::uint8_t>(budget.variables);
+  whole.grasp = budget.grasp;
+  whole.repaired = budget.repaired;
+  whole.vertices = static_cast<std::uint8_t>(budget.grasp ? 0 : kMaxPortVertices - budget.vertices);
+  whole.triangles = static_cast<std::uint8_t>(budget.grasp ? 0 : kMaxPortTriangles - 1);
   return whole;
 }
 
@@ -100,11 +100,11 @@ TermsFault check(const PatchTerms& p) {
   return fine ? TermsFault::none : TermsFault::out_of_range;
 }
 
-int numbers_of(const TermsRoom& room, int nodes, int elements) {
-  PatchTerms whole = surface_for(room);
+int numbers_of(const TermsBudget& budget, int nodes, int elements) {
+  PatchTerms whole = surface_for(budget);
   whole.nodes = static_cast<std::uint8_t>(nodes);
-  (room.solid ? whole.tetrahedra : whole.springs) = static_cast<std::uint8_t>(elements);
-  whole.stiffening = room.stiffens ? 1 : 0;
+  (budget.solid ? whole.tetrahedra : whole.springs) = static_cast<std::uint8_t>(elements);
+  whole.stiffening = budget.stiffens ? 1 : 0;
   return layout(whole).total();
 }
 

@@ -29,7 +29,7 @@ inline constexpr int kUsualPieces = 4;  ///< with these and its patch a frame ta
 inline constexpr std::uint8_t kNoHeldNode = 255;
 
 /// What is known before it is known how many terms there are.
-struct TermsRoom {
+struct TermsBudget {
   int variables = 0;
   bool grasp = false, repaired = false;  ///< there is an E2
   int vertices = 3;                      ///< of the patch
@@ -38,7 +38,7 @@ struct TermsRoom {
 };
 /// Numbers that so many elements between so many nodes take, beside the largest surface that a touch may bring when `vertices`
 /// are in its patch; they fit while there are at most kUsualNumbers.
-int numbers_of(const TermsRoom& room, int nodes, int elements);
+int numbers_of(const TermsBudget& budget, int nodes, int elements);
 inline constexpr int kUsualNumbers = kUsualPieces * kPieceNumbers;
 
 /// Corners of a triangle of a local surface, below kMaxPortVertices, in the lowest 15 bits.

@@ -1,10 +1,10 @@
 #include "common/trust/key_file.hpp"
 
-#include <algorithm>
 #include <charconv>
 #include <utility>
 
 #include "common/base/error.hpp"
+#include "common/base/in_quotes.hpp"
 
 namespace palpate {
 namespace {
@@ -13,8 +13,8 @@ constexpr char kKeyExpected[] = "44 characters that palpate-key prints";
 constexpr char kLinesExpected[] = "self, server, station, issuer or issuer-self";
 
 bool fits_name(std::string_view text) {
-  return !text.empty() && text.size() <= static_cast<std::size_t>(kMaxNameBytes) &&
-         std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f || c == '"'; });
+  return !text.empty() && text.size() <= static_cast<std::size_t>(kMaxNameBytes) && is_plain_text(text) &&
+         text.find('"') == text.npos;
 }
 
 /// One line of a key file, taken apart.
@@ -33,7 +33,7 @@ class KeyLine {
   PublicKey key() {
     const std::string text = word(kKeyExpected);
     const auto found = key_from(text);
-    if (!found) fail("\"" + text + "\" is no key", kKeyExpected);
+    if (!found) fail(in_quotes(text) + " is no key", kKeyExpected);
     return *found;
   }
   /// The secret does not appear in what is said of it.
@@ -46,7 +46,7 @@ class KeyLine {
     return secret;
   }
   void end() const {
-    if (more()) fail("\"" + words_[next_] + "\" is too much", "the end of the line");
+    if (more()) fail(in_quotes(words_[next_]) + " is too much", "the end of the line");
   }
 
  private:
@@ -84,7 +84,7 @@ int whole(const KeyLine& line, std::string_view text, const char* what, int most
   int number = 0;
   const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (fault != std::errc{} || end != text.data() + text.size() || number < 1 || number > most)
-    line.fail(std::string(what) + " is \"" + std::string(text) + "\"", "a whole number from 1 to " + std::to_string(most));
+    line.fail(std::string(what) + " is " + in_quotes(text), "a whole number from 1 to " + std::to_string(most));
   return number;
 }
 
@@ -93,14 +93,14 @@ void read_limit(KeyLine& line, const std::string& word, Rights& rights) {
   const std::string name = word.substr(0, equals), value = equals == std::string::npos ? "" : word.substr(equals + 1);
   if (name == "room") {
     if (!fits_name(value) || rights.rooms.size() >= kMostRoomsNamed)
-      line.fail("room is \"" + value + "\"", "up to 16 names of 1 to 64 bytes");
+      line.fail("room is " + in_quotes(value), "up to 16 names of 1 to 64 bytes");
     rights.rooms.push_back(value);
   } else if (name == "kbit_s") {
     rights.kbit_s = whole(line, value, "kbit_s", kMostKbit);
   } else if (name == "streams") {
     rights.streams = whole(line, value, "streams", kMostStreams);
   } else {
-    line.fail("\"" + word + "\" limits nothing", "room=NAME, kbit_s=N or streams=N");
+    line.fail(in_quotes(word) + " limits nothing", "room=NAME, kbit_s=N or streams=N");
   }
 }
 
@@ -109,13 +109,14 @@ void read_station(KeyLine& line, KeyFile& keys) {
   if (keys.stations.contains(key)) line.fail("this key is there already", "each station once");
   Rights rights;
   rights.name = line.word("the station's name, for example \"OR 3\"");
-  if (!fits_name(rights.name)) line.fail("the name \"" + rights.name + "\"", "1 to 64 bytes without control characters");
+  if (!fits_name(rights.name))
+    line.fail("the name " + in_quotes(rights.name), "1 to 64 bytes of UTF-8 without control characters");
   const std::string roles = line.word("hand, viewer, or hand,viewer");
-  if (!read_roles(roles, rights)) line.fail("\"" + roles + "\" is no role", "hand, viewer, or hand,viewer");
+  if (!read_roles(roles, rights)) line.fail(in_quotes(roles) + " is no role", "hand, viewer, or hand,viewer");
   while (line.more()) read_limit(line, line.word(""), rights);
   for (const auto& [other, of_other] : keys.stations)
     if (rights.has_name(of_other.name) || of_other.has_name(rights.name))
-      line.fail("\"" + rights.name + "\" and \"" + of_other.name + "\" could have the same name",
+      line.fail(in_quotes(rights.name) + " and " + in_quotes(of_other.name) + " could have the same name",
                 "names of which none is another one, or another one with - or / behind it");
   keys.stations.emplace(key, rights);
 }
@@ -141,7 +142,7 @@ void read_line(KeyLine& line, KeyFile& keys) {
     if (!is_issuer(keys.issuers.back())) line.fail("this is no issuer's key", "the key that palpate-key new --issuer printed");
     if (keys.issuers.size() > kMostIssuers) line.fail("too many issuers", "at most " + std::to_string(kMostIssuers));
   } else {
-    line.fail("\"" + kind + "\" is unknown", kLinesExpected);
+    line.fail(in_quotes(kind) + " is unknown", kLinesExpected);
   }
   line.end();
 }

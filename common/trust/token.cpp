@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "common/base/plain_text.hpp"
+
 namespace palpate {
 namespace {
 
@@ -50,10 +52,7 @@ struct TokenReader {
   }
 };
 
-bool printable(std::string_view text) {
-  return text.size() <= static_cast<std::size_t>(kMaxNameBytes) &&
-         std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
-}
+bool fits_name(std::string_view text) { return text.size() <= static_cast<std::size_t>(kMaxNameBytes) && is_plain_text(text); }
 
 std::optional<Token> read_body(Bytes body) {
   TokenReader reader{body};
@@ -70,9 +69,9 @@ std::optional<Token> read_body(Bytes body) {
   token.rights.name = reader.text();
   if (std::string room = reader.text(); !room.empty()) token.rights.rooms = {room};
   const bool sound = reader.ok && reader.rest.empty() && roles != 0 && roles <= (kHandRole | kViewerRole) &&
-                     !token.rights.name.empty() && printable(token.rights.name) && token.rights.streams >= 1 &&
+                     !token.rights.name.empty() && fits_name(token.rights.name) && token.rights.streams >= 1 &&
                      token.rights.streams <= kMostStreams &&
-                     (token.rights.rooms.empty() || printable(token.rights.rooms.front()));
+                     (token.rights.rooms.empty() || fits_name(token.rights.rooms.front()));
   return sound ? std::optional(token) : std::nullopt;
 }
 

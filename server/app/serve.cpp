@@ -36,9 +36,14 @@ void end_while_loading() {
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { std::_Exit(0); });
 }
 
+bool is_loopback(const asio::ip::address& address) {
+  const bool mapped = address.is_v6() && address.to_v6().is_v4_mapped();
+  return mapped ? asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()).is_loopback() : address.is_loopback();
+}
+
 /// Beyond this machine only with keys, unless that is asked for.
 void check_reach(const ServerFlags& flags) {
-  if (flags.has_keys || flags.insecure || resolve_udp("--listen", flags.listen).address().is_loopback()) return;
+  if (flags.has_keys || flags.insecure || is_loopback(resolve_udp("--listen", flags.listen).address())) return;
   throw InputError("--listen " + flags.listen, "would let in whoever reaches the port",
                    "--keys FILE (palpate-key new FILE makes one), or --insecure");
 }

@@ -5,6 +5,7 @@
 #include "server/body/dynamics.hpp"
 #include "server/body/linear_solver.hpp"
 #include "server/body/settle.hpp"
+#include "server/body/skin.hpp"
 
 namespace palpate {
 namespace {
@@ -33,7 +34,7 @@ std::optional<FingerStiffness> finger_stiffness(const Scene& scene, const Vec3& 
   const Dynamics dynamics(body);
   const Skin skin(body, scene.tool.radius_m);
   if (scene.tool.contact == ContactKind::touch && skin.empty()) return std::nullopt;
-  const BodyState still = settled_state(dynamics);
+  const BodyState still = settled_state(dynamics, "scene \"" + scene.name + "\": body.gravity_m_s2");
   const Port port = port_of(scene, skin, still.x, tool);
 
   BlockMatrix stiffness = dynamics.make_matrix();

@@ -100,13 +100,13 @@ class Packer {
              follows(nodes(cells[end - 1]), nodes(cells[end])))
         ++end;
       if (factors && end - k >= kWorthARow && in_pairs(nodes(cells[k])))
-        put(cells.subspan(k, end - k), true, true);
+        put(cells.subspan(k, end - k), true);
       else
         for (std::size_t i = k; i < end; ++i) (factors ? boxes : others).push_back(cells[i]);
       k = end;
     }
-    pack_alike(boxes, true, [&](std::uint32_t cell) { return reinterpret_cast<std::uintptr_t>(&shape(cell)); });
-    pack_alike(others, false, [&](std::uint32_t cell) { return std::uintptr_t{shape(cell).material}; });
+    pack_alike(boxes, [&](std::uint32_t cell) { return reinterpret_cast<std::uintptr_t>(&shape(cell)); });
+    pack_alike(others, [&](std::uint32_t cell) { return std::uintptr_t{shape(cell).material}; });
   }
 
  private:
@@ -114,24 +114,23 @@ class Packer {
   const Corners& nodes(std::uint32_t cell) const { return body_->hexahedra[cell].nodes; }
 
   template <typename Key>
-  void pack_alike(std::vector<std::uint32_t>& cells, bool boxes, const Key& key) {
+  void pack_alike(std::vector<std::uint32_t>& cells, const Key& key) {
     std::stable_sort(cells.begin(), cells.end(), [&](auto p, auto q) { return key(p) < key(q); });
     for (std::size_t k = 0; k < cells.size();) {
       std::size_t end = k + 1;
       while (end < cells.size() && end - k < kLanes && key(cells[end]) == key(cells[k])) ++end;
-      put(std::span(cells).subspan(k, end - k), boxes, false);
+      put(std::span(cells).subspan(k, end - k), false);
       k = end;
     }
   }
 
-  void put(std::span<const std::uint32_t> of, bool boxes, bool in_a_row) {
+  void put(std::span<const std::uint32_t> of, bool in_a_row) {
     HexaCells cells = begin_cells(shape(of.front()));
     cells.in_a_row = in_a_row;
     for (const std::uint32_t cell : of) add_cell(nodes(cell), cells);
-    if (boxes) {
-      const HexaShape& one = shape(of.front());
-      const auto factors = *box_factors(one.rest.g);
-      std::copy(factors.begin(), factors.end(), cells.times);
+    const HexaShape& one = shape(of.front());
+    if (const auto factors = box_factors(one.rest.g)) {
+      std::copy(factors->begin(), factors->end(), cells.times);
       cells.volume_m3 = static_cast<float>(one.rest.volume_m3);
       for (int a = 0; a < kModesOfHexa; ++a) cells.k[a] = static_cast<float>(one.modes.k[a]);
     } else {

@@ -15,7 +15,7 @@ constexpr double kExplicitNs = 0.7, kStabilisedNs = 1.0, kImplicitNs = 32, kImpl
                  kExplicitWorth = 2, kStabilisedWorth = 1.5, kLeapfrogMost = 0.05;
 
 constexpr const char* kExplicitBodies =
-    "explicit steps are for linear or stiffening springs, and for hexahedra whose stress does not fade";
+    "explicit steps are for linear or stiffening springs, and for hexahedra that do not fade and have no capsule";
 
 /// An integrator for one body.
 struct Candidate {
@@ -74,8 +74,9 @@ ChosenStepper chosen(Candidate candidate, const std::string& why) {
 
 /// That which the scene asks for; an empty one where it leaves it to us.
 Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
-  const auto refuse = [](const char* kind, const char* instead, const char* why) {
-    throw InputError("solver.integrator", fmt::format("is \"{}\"", kind), fmt::format("{} or \"automatic\": {}", instead, why));
+  const auto refuse = [&](const char* kind, const char* instead, const char* why) {
+    throw InputError("scene \"" + scene.name + "\": solver.integrator", fmt::format("is \"{}\"", kind),
+                     fmt::format("{} or \"automatic\": {}", instead, why));
   };
   const bool covered = ExplicitBody::covers(dynamics.body());
   switch (scene.solver.integrator) {

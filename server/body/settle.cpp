@@ -1,9 +1,12 @@
 #include "server/body/settle.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
+#include <utility>
 
+#include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "server/body/linear_solver.hpp"
 
@@ -31,16 +34,17 @@ class Search {
     energy_ = dynamics_->energy(found_.state);
     balance();
     for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) found_.load_n += at_node(f_, i).norm();
-    while (found_.residual_n > kBalanced * found_.load_n && found_.iterations < kIterationsMax && h_s_ > kShortestS) {
+    while (!is_balanced() && found_.iterations < kIterationsMax && h_s_ > kShortestS) {
       ++found_.iterations;
       if (!direction() || !descend()) h_s_ /= kGrowth;
     }
-    found_.found = found_.residual_n <= kBalanced * found_.load_n;
+    found_.found = is_balanced();
     return found_;
   }
 
  private:
   const std::vector<std::uint8_t>& fixed() const { return dynamics_->body().fixed; }
+  bool is_balanced() const { return found_.residual_n <= std::max(kBalanced * found_.load_n, rounding_n_); }
 
   /// The forces where the body is, and the largest of them.
   void balance() {
@@ -54,6 +58,7 @@ class Search {
   bool direction() {
     for (const bool clamp : {false, true}) {
       dynamics_->assemble(found_.state, 1 / (h_s_ * h_s_), 0, 1, fixed(), clamp, matrix_);
+      take_rounding();
       dx_ = Vector::Zero(f_.size());
       if (!solver_.factorise(matrix_) || !solver_.solve(f_, kSolved, dx_).positive_definite) continue;
       if (dx_.allFinite() && dx_.dot(f_) > 0) return true;
@@ -61,20 +66,34 @@ class Search {
     return false;
   }
 
+  /// Of the energy and of the force on a node, from the stiffness of the nodes that are not fixed.
+  void take_rounding() {
+    constexpr double kOfEnergy = 1e-15, kOfForces = 1e-15;
+    double all = 0, most = 0;
+    for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
+      if (fixed()[i]) continue;
+      const double stiffness = matrix_.block(matrix_.diagonal(i)).trace() / 3 - dynamics_->body().masses_kg[i] / (h_s_ * h_s_);
+      all += std::abs(stiffness);
+      most = std::max(most, std::abs(stiffness));
+    }
+    rounding_j_ = kOfEnergy * all * edge_m_ * edge_m_;
+    rounding_n_ = kOfForces * most * found_.state.x.cwiseAbs().maxCoeff();
+  }
+
   /// As far along dx as the energy falls.
   bool descend() {
     constexpr double kEnough = 1e-4, kRounding = 1e-12;
     const BodyState from = found_.state;
     const double before = energy_, slope = f_.dot(dx_), residual_n = found_.residual_n;
+    const double rounding_j = kRounding * std::abs(before) + rounding_j_;
     const Vector f = f_;
     double share = std::min(1.0, kWorldExtentM / std::max(dx_.cwiseAbs().maxCoeff(), 1e-300));
     for (int cut = 0; cut < kCutsMax; ++cut, share /= 2) {
       found_.state.x = from.x + share * dx_;
       energy_ = dynamics_->energy(found_.state);
-      if (!(energy_ <= before - kEnough * share * slope + kRounding * (std::abs(before) + slope))) continue;
+      if (!(energy_ <= before - kEnough * share * slope + kRounding * slope + rounding_j)) continue;
       balance();
-      // Near the end the energy tells nothing any more: what is out of balance does.
-      if (slope < kRounding * std::abs(before) && !(found_.residual_n < residual_n)) continue;
+      if (slope < rounding_j && !(found_.residual_n < residual_n)) continue;
       if (cut == 0) h_s_ = std::min(h_s_ * kGrowth, kLongestS);
       return true;
     }
@@ -90,7 +109,8 @@ class Search {
   BlockMatrix matrix_;
   Equilibrium found_;
   Vector f_, dx_;
-  double h_s_ = kFirstS, energy_ = 0;
+  double edge_m_ = mean_edge_m(dynamics_->body());
+  double h_s_ = kFirstS, energy_ = 0, rounding_j_ = 0, rounding_n_ = 0;
 };
 
 }  // namespace
@@ -111,10 +131,13 @@ Equilibrium find_equilibrium(const Dynamics& dynamics, const BodyState& from) {
   return equilibrium;
 }
 
-BodyState settled_state(const Dynamics& dynamics) {
+BodyState settled_state(const Dynamics& dynamics, const std::string& where) {
   Equilibrium equilibrium = find_equilibrium(dynamics);
   if (!equilibrium.found)
-    throw std::runtime_error("the body finds no equilibrium in gravity: it is too soft, or not fixed anywhere");
+    throw InputError(where,
+                     fmt::format("lets the body find no equilibrium: after {} steps {:.3g} N of {:.3g} N are out of balance",
+                                 equilibrium.iterations, equilibrium.residual_n, equilibrium.load_n),
+                     "a body that is fixed somewhere and stiff enough for its weight");
   return std::move(equilibrium.state);
 }
 

@@ -2,13 +2,17 @@
 //
 // Found by pseudo-transient continuation: steps
 //     (M / h^2 + K) dx = F(x, 0),      K = -dF/dx, its negative eigenvalues clamped where the matrix is not positive definite
-// along which the potential energy U (elastic and gravity's) has to fall; a step that does not is halved. h begins at kFirstS and
-// grows by kGrowth with every step that is taken whole, so that the last steps are Newton's, and shrinks where one was cut. The
-// path is that of a body which sinks through honey: of several equilibria it finds one that is stable. A body whose stress fades
-// (relaxation.hpp) has hung for ever: it is found with what is left of its materials.
+// along which the potential energy U (elastic and gravity's) has to fall; a step that does not is halved. Near the end U tells
+// nothing any more: it is a sum of terms of the size S = l^2 tr K / 3, l the mean edge, each rounded. Where a step gains less
+// than that what is out of balance has to fall instead. h begins at kFirstS and grows by kGrowth with every step that is taken
+// whole, so that the last steps are Newton's, and shrinks where one was cut. The path is that of a body which sinks through
+// honey: of several equilibria it finds one that is stable. A body whose stress fades (relaxation.hpp) has hung for ever: it is
+// found with what is left of its materials.
 //
 // Source: Kelley and Keyes, Convergence analysis of pseudo-transient continuation, SIAM J. Numer. Anal. 35 (1998).
 #pragma once
+
+#include <string>
 
 #include "server/body/dynamics.hpp"
 
@@ -19,7 +23,7 @@ struct Equilibrium {
   double residual_n = 0;  ///< the largest force out of balance on a node that is not fixed [N]
   double load_n = 0;      ///< all that is out of balance at the start: gravity, at rest [N]
   int iterations = 0;
-  bool found = false;  ///< residual_n <= kBalanced load_n
+  bool found = false;  ///< residual_n <= kBalanced load_n, or what rounding leaves of forces
 };
 
 inline constexpr double kBalanced = 1e-9;
@@ -29,7 +33,7 @@ Equilibrium find_equilibrium(const Dynamics& dynamics);
 /// From a state whose fixed nodes may be elsewhere than at rest.
 Equilibrium find_equilibrium(const Dynamics& dynamics, const BodyState& from);
 
-/// Its state. Throws std::runtime_error when it is not found.
-BodyState settled_state(const Dynamics& dynamics);
+/// Its state. Throws InputError, with `where`, when it is not found.
+BodyState settled_state(const Dynamics& dynamics, const std::string& where = "body.gravity_m_s2");
 
 }  // namespace palpate

@@ -2,6 +2,8 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <chrono>
+#include <iterator>
+#include <optional>
 
 #include "common/base/error.hpp"
 #include "common/io/mapped_file.hpp"
@@ -53,15 +55,25 @@ void ServerShell::begin_recording(const std::vector<NamedScene>& scenes, const S
   }
 }
 
-/// One that was ended before it had a checkpoint says nothing: then the one before it counts.
+/// One that was ended before it had a checkpoint says nothing: then the one before it counts. So it does where the newest was cut
+/// while it began, by a disk that was full or a machine that stopped. Where none can be read somebody has to look.
 void ServerShell::resume(std::size_t k, const NamedScene& named, const std::vector<std::filesystem::path>& newest_first) {
   std::optional<ResumePoint> found;
   std::filesystem::path from;
   for (auto file = newest_first.begin(); file != newest_first.end() && !found; ++file) {
+    const std::string where = "--resume from " + file->string();
+    const MappedFile mapped(*file);
+    std::optional<RecordingReader> recording;
+    try {
+      recording.emplace(mapped.bytes(), where);
+    } catch (const InputError& fault) {
+      if (from.empty() && std::next(file) == newest_first.end()) throw;
+      say(k, "resume_skipped", std::string("warning: ") + fault.what(), {{"file", file->string()}, {"reason", fault.what()}},
+          EventLevel::warning);
+      continue;
+    }
     from = *file;
-    const std::string where = "--resume from " + from.string();
-    const MappedFile mapped(from);
-    found = newest_checkpoint(RecordingReader(mapped.bytes(), where), where, named.name, named.scene);
+    found = newest_checkpoint(*recording, where, named.name, named.scene);
   }
   if (newest_first.empty()) return;
   if (!found) return say(k, "resumed", from.string() + " has no checkpoint: the body is at rest", {{"file", from.string()}});

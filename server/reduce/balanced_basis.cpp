@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "server/body/dynamics.hpp"
+#include "server/reduce/snapshot_set.hpp"
 
 namespace palpate {
 namespace {
@@ -125,8 +126,7 @@ Matrix BalancedBases::touched(const SurfacePoint& point) {
 Matrix restricted_basis(const Matrix& basis, Eigen::Index columns, const Vector& masses, const std::vector<std::uint8_t>& held) {
   assert(columns > 0 && basis.rows() == masses.size() && masses.minCoeff() > 0);
   Matrix v = basis.leftCols(std::min(columns, basis.cols()));
-  for (std::size_t i = 0; i < held.size(); ++i)
-    if (held[i]) v.middleRows<3>(3 * static_cast<Eigen::Index>(i)).setZero();
+  mask(held, v);
   const Eigen::LLT<Matrix> cholesky(v.transpose() * masses.asDiagonal() * v);
   return cholesky.matrixL().solve(v.transpose()).transpose();
 }

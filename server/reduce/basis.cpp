@@ -109,10 +109,8 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& s
   const Vector& masses = at.masses();
   assert(request.modes > 0 && masses.minCoeff() > 0);
   Orthonormal basis(masses, request.modes);
-  Vector free_motion = at.velocity();
-  mask(*at.held, free_motion);
   for (const Vector& x : start.ports) basis.add(x);
-  basis.add(free_motion);
+  basis.add(at.free_velocity());
   for (const Vector& x : start.fine) basis.add(x);
   basis.add(start.residual);
   std::vector<Vector> moment = start.ports;
@@ -143,15 +141,13 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solve
                                    const std::vector<Vector>& fine, const Vector& residual, const BasisRequest& request,
                                    BasisMemory& memory) {
   const KrylovSolve solve = remembering(at, solver, request.tolerance, 0, memory);
-  Vector motion = at.velocity();
-  mask(*at.held, motion);
-  motion = at.masses().cwiseProduct(motion);
+  const Vector momentum = at.free_momentum();
   KrylovStart start{{}, fine, {}, {}};
   start.ports.resize(ports.size());
   std::vector<SolveColumn> columns;
   for (std::size_t k = 0; k < ports.size(); ++k) columns.push_back({&ports[k], &start.ports[k]});
   columns.push_back({&residual, &start.residual, kOwnLooser});
-  columns.push_back({&motion, &start.motion, kOwnLooser});
+  columns.push_back({&momentum, &start.motion, kOwnLooser});
   if (!solve(columns)) return std::nullopt;
   return krylov_basis(at, start, solve, request);
 }

@@ -3,8 +3,8 @@
 // With P = s^2 M + s D + K at the state (x*, v*), the directions are, in the order in which they are worth having,
 //     P^-1 B,  v*,  P^-1 F*,  P^-1 M v*,   then their next moments  X <- P^-1 (2 s M + D) X
 // which match the response of the whole body to the port, to its own residual force and to its own motion around the frequency s:
-// the reciprocal of the prediction horizon. Directions that add nothing (nearly dependent) are left out.
-// Source: rational Krylov (moment matching) for second-order systems, Bai and Su, SIAM J. Sci. Comput. 26 (2005).
+// twice the reciprocal of the prediction horizon (shift_for() in frame_model.hpp). Directions that add nothing (nearly dependent)
+// are left out. Source: rational Krylov (moment matching) for second-order systems, Bai and Su, SIAM J. Sci. Comput. 26 (2005).
 #pragma once
 
 #include <functional>
@@ -37,6 +37,14 @@ struct Linearisation {
 
   const Vector& masses() const { return body->masses(); }
   const Vector& velocity() const { return body->velocity(); }
+  /// v where nothing is held.
+  Vector free_velocity() const {
+    Vector v = velocity();
+    mask(*held, v);
+    return v;
+  }
+  /// M v where nothing is held.
+  Vector free_momentum() const { return masses().cwiseProduct(free_velocity()); }
   Projection projected(const Matrix& v) const {
     Matrix k_v, d_v;
     body->multiply(v, k_v, d_v);

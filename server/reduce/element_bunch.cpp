@@ -19,9 +19,9 @@ Eigen::Array<double, SpringBunch::kNumbers, 1> upper(const Mat3& m) {
 
 std::vector<std::uint32_t> nodes_of_all(const LumpedBody& body, std::span<const std::uint32_t> elements) {
   std::vector<std::uint32_t> nodes;
-  std::array<std::uint32_t, 2> room;
+  std::array<std::uint32_t, 2> scratch;
   for (const std::uint32_t e : elements)
-    for (const std::uint32_t i : nodes_of(body, e, room)) nodes.push_back(i);
+    for (const std::uint32_t i : nodes_of(body, e, scratch)) nodes.push_back(i);
   return nodes;
 }
 

@@ -1,6 +1,5 @@
 #include "server/reduce/element_gradient.hpp"
 
-#include <algorithm>
 #include <cassert>
 
 namespace palpate {

@@ -110,9 +110,9 @@ class FarTangents {
 
 template <class Bunch>
 void FarTangents<Bunch>::assign() {
-  std::array<std::uint32_t, 2> room;
+  std::array<std::uint32_t, 2> scratch;
   for (std::uint32_t e = 0; e < elements_of(dynamics_->body()); ++e) {
-    const auto nodes = nodes_of(dynamics_->body(), e, room);
+    const auto nodes = nodes_of(dynamics_->body(), e, scratch);
     const std::uint32_t home = field_->home(nodes);
     std::vector<std::uint32_t> others;
     for (const std::uint32_t i : nodes)

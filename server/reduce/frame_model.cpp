@@ -12,7 +12,10 @@ constexpr double kSlidesLooser = 2.5;  // what a tool may slide to is less certa
 
 }  // namespace
 
-double shift_for(Micros horizon) { return std::clamp(2.0 / std::max(seconds(horizon), 1e-3), 5.0, 60.0); }
+double shift_for(Micros horizon) {
+  constexpr double kLeast_1_s = 5, kMost_1_s = 60;  // horizons of 0.4 s and more count as that, 33 ms and less as that
+  return std::clamp(2.0 / std::max(seconds(horizon), 1e-3), kLeast_1_s, kMost_1_s);
+}
 
 bool SharedSystem::prepare(const Linearisation& at, double shift, bool clamp, double tolerance) {
   at_ = at;
@@ -318,14 +321,10 @@ bool FrameModel::respond(SharedSystem& p, std::size_t which, Own own) {
     if (port.kind == ContactKind::touch && (port.touching || wanted_[k].patch || k == which))
       places.push_back({k, port.point, weights(port.point), sliding_loads(k)});
   }
-  Vector motion;
-  if (own.motion) {
-    const Linearisation at = linearisation();
-    motion = at.masses().cwiseProduct(at.velocity());
-    mask(held(), motion);
-  }
+  Vector momentum;
+  if (own.motion) momentum = linearisation().free_momentum();
   enter(PatchPart::solve);
-  const bool definite = p.respond(places, {own.residual ? &total() : nullptr, own.motion ? &motion : nullptr});
+  const bool definite = p.respond(places, {own.residual ? &total() : nullptr, own.motion ? &momentum : nullptr});
   enter(PatchPart::other);
   return definite;
 }

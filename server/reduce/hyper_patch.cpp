@@ -1,7 +1,6 @@
 #include "server/reduce/hyper_patch.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <cassert>
 #include <vector>
 
@@ -68,7 +67,7 @@ std::optional<NonlinearTerms> nonlinear_terms(const WholeBody& body, const Patch
   const bool repaired = is_projected(patch, model), solid = body.dynamics().body().is_solid();
   const int variables = static_cast<int>(first + r);
   Sampling sampling;
-  sampling.room = {variables, first > 0, repaired, vertices, body.dynamics().body().law == SpringLaw::stiffening, solid};
+  sampling.budget = {variables, first > 0, repaired, vertices, body.dynamics().body().law == SpringLaw::stiffening, solid};
   if (first > 0) {
     Eigen::Index row = 0;
     model.port.cwiseAbs().rowwise().maxCoeff().maxCoeff(&row);

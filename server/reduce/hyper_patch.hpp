@@ -30,7 +30,8 @@ struct HyperModel {
 };
 
 /// Springs or tetrahedra of the body (sample_springs.hpp, sample_tetrahedra.hpp), as many as fit beside a surface of which so
-/// many vertices are in the patch. Nothing where none bends, or where they would not be stable. For a body that can_bend().
+/// many vertices are in the patch. Nothing where none is nonlinear, or where they would not be stable. For a body that
+/// has_nonlinear_elements().
 std::optional<NonlinearTerms> nonlinear_terms(const WholeBody& body, const Patch& patch, const HyperModel& model, int vertices);
 
 }  // namespace palpate

@@ -9,11 +9,11 @@ std::uint32_t elements_of(const LumpedBody& body) {
   return static_cast<std::uint32_t>(body.is_solid() ? body.tetrahedra.size() + body.hexahedra.size() : body.elements.size());
 }
 
-std::span<const std::uint32_t> nodes_of(const LumpedBody& body, std::uint32_t element, std::array<std::uint32_t, 2>& room) {
+std::span<const std::uint32_t> nodes_of(const LumpedBody& body, std::uint32_t element, std::array<std::uint32_t, 2>& scratch) {
   if (element < body.hexahedra.size()) return body.hexahedra[element].nodes;
   if (!body.tetrahedra.empty()) return body.tetrahedra[element - body.hexahedra.size()].nodes;
-  room = {body.elements[element].a, body.elements[element].b};
-  return room;
+  scratch = {body.elements[element].a, body.elements[element].b};
+  return scratch;
 }
 
 LocalBody::LocalBody(const LumpedBody& whole, std::vector<std::uint32_t> chosen) : nodes(std::move(chosen)) {

@@ -15,7 +15,7 @@ namespace palpate {
 /// How many elements a body has, and the nodes that one of them joins: of its springs, or of a solid's finite elements, hexahedra
 /// before tetrahedra and triangles.
 std::uint32_t elements_of(const LumpedBody& body);
-std::span<const std::uint32_t> nodes_of(const LumpedBody& body, std::uint32_t element, std::array<std::uint32_t, 2>& room);
+std::span<const std::uint32_t> nodes_of(const LumpedBody& body, std::uint32_t element, std::array<std::uint32_t, 2>& scratch);
 
 struct LocalBody {
   LumpedBody body;                   ///< no triangles

@@ -17,9 +17,9 @@ void NonlinearSubdomain::cut(const Vec3& place) {
   const double most = kSpacings * refined_->spacing_m();
   std::vector<std::uint8_t> is_end(whole.nodes.size(), 0);
   std::vector<std::uint32_t> elements;
-  std::array<std::uint32_t, 2> room;
+  std::array<std::uint32_t, 2> scratch;
   for (const std::uint32_t e : refined_->near_elements()) {
-    const std::span<const std::uint32_t> joined = nodes_of(whole, e, room);
+    const std::span<const std::uint32_t> joined = nodes_of(whole, e, scratch);
     if (std::none_of(joined.begin(), joined.end(), [&](std::uint32_t i) { return (whole.nodes[i] - place).norm() <= most; }))
       continue;
     for (const std::uint32_t i : joined) is_end[i] = 1;
@@ -38,9 +38,9 @@ Matrix NonlinearSubdomain::moved(const Matrix& y) const { return refined_->moved
 Vector NonlinearSubdomain::gathered(const Vector& forces) const {
   assert(cut_ && forces.size() == state_.x.size());
   Vector y = Vector::Zero(refined_->masses().size());
-  std::array<RefinedBody::Share, FarField::kCorners> room;
+  std::array<RefinedBody::Share, FarField::kCorners> scratch;
   for (std::uint32_t i = 0; i < cut_->local.nodes.size(); ++i)
-    for (const RefinedBody::Share& share : refined_->shares(cut_->local.nodes[i], room))
+    for (const RefinedBody::Share& share : refined_->shares(cut_->local.nodes[i], scratch))
       at_node(y, share.coordinate) += share.weight * at_node(forces, i);
   return y;
 }

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "server/reduce/bending.hpp"
+#include "server/reduce/nonlinear_elements.hpp"
 #include "server/reduce/patch_builder_common.hpp"
 #include "server/reduce/response_snapshots.hpp"
 
@@ -83,7 +83,7 @@ std::optional<BuiltPatch> PatchBuilder::build(FrameModel& frame, std::size_t whi
   if (patch.constant) return made;
   if (request.scheme == Scheme::balanced && !balanced_) return std::nullopt;
   const bool hyper = request.scheme == Scheme::hyper;
-  if (hyper && !can_bend(dynamics_->body())) return fall_back(frame, which, request, Scheme::port);
+  if (hyper && !has_nonlinear_elements(dynamics_->body())) return fall_back(frame, which, request, Scheme::port);
   if (request.scheme == Scheme::two_layer && dynamics_->body().is_solid()) return fall_back(frame, which, request, Scheme::ring);
   // What is not definite on fewer coordinates may be on all. A body in the middle of a fold is definite for a hand that is
   // faster, and its own directions then are worth more than those of a body that cannot fold (docs/notebook/0025).
@@ -175,10 +175,8 @@ bool PatchBuilder::attempt_two_layer(const Job& job, BuiltPatch& made) {
   SharedSystem p(dynamics);
   if (!p.prepare(at, job.shift(shift_for(job.request->horizon)), job.footing.clamp, kBasisTolerance)) return false;
   const SharedSystem::PortPlace place{job.which, port.point, local.restricted(skin_->weights(port.point)), {}};
-  Vector motion = at_stamp.v;
-  mask(local.body.fixed, motion);
-  motion = at.masses().cwiseProduct(motion);
-  if (!p.respond(std::span(&place, 1), {&model.residual, &motion})) return false;
+  const Vector momentum = at.free_momentum();
+  if (!p.respond(std::span(&place, 1), {&model.residual, &momentum})) return false;
   return build_touch(job, model, &p, made);
 }
 
@@ -242,9 +240,7 @@ bool PatchBuilder::take_basis(const Job& job, const Model& model, const Matrix& 
   patch.stiffness = eigen.eigenvalues().cwiseAbs().cwiseMax(softest_1_s2_);
   made.psd_change_1_s2 = (patch.stiffness - eigen.eigenvalues()).maxCoeff();
   patch.damping = 0.5 * (d + d.transpose());
-  Vector motion = model.at.velocity();
-  mask(*model.at.held, motion);
-  patch.q_rate = reduced.v.transpose() * model.at.masses().cwiseProduct(motion);
+  patch.q_rate = reduced.v.transpose() * model.at.free_momentum();
   patch.g = reduced.v.transpose() * model.residual + patch.damping * patch.q_rate;
   add_fading(job, model, reduced.v, patch);
   if (model.others.load_rate.size() > 0) patch.load_rate = reduced.v.transpose() * model.others.load_rate;

@@ -79,10 +79,8 @@ bool PatchBuilder::build_grasp(const Job& job, const Model& model, ShiftedSolver
   } else {
     std::vector<Vector> inputs;
     for (std::size_t axis = 0; axis < 3; ++axis) inputs.push_back(-tool.k[axis] - shift * tool.d[axis]);
-    Vector motion = at.velocity();
-    mask(*at.held, motion);
     inputs.push_back(model.residual);
-    inputs.push_back(at.masses().cwiseProduct(motion));
+    inputs.push_back(at.free_momentum());
     if (!solve_inputs(at, solver, inputs, kBasisTolerance, memory)) return false;
     port.start = {{memory.begin(), memory.begin() + 3}, {}, memory[3], memory[4]};
     port.solve = remembering(at, solver, kBasisTolerance, inputs.size(), memory);

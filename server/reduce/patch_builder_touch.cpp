@@ -2,7 +2,7 @@
 #include "common/base/part_above.hpp"
 
 #include <cassert>
-#include "server/reduce/bending.hpp"
+#include "server/reduce/nonlinear_elements.hpp"
 #include "server/reduce/patch_builder.hpp"
 #include "server/reduce/patch_builder_common.hpp"
 #include "server/reduce/port_surface.hpp"
@@ -102,8 +102,8 @@ bool PatchBuilder::build_touch(const Job& job, const Model& model, SharedSystem*
 ExpectedSlide PatchBuilder::expected_slide(const PatchRequest& request) const {
   const bool hyper = request.scheme == Scheme::hyper;
   const bool slides = hyper || request.scheme == Scheme::port;
-  const bool bends = hyper && can_bend(dynamics_->body());
-  return {slides ? seconds(request.horizon) : 0, bends, bends ? request.acceleration : Vec3(Vec3::Zero())};
+  const bool nonlinear = hyper && has_nonlinear_elements(dynamics_->body());
+  return {slides ? seconds(request.horizon) : 0, nonlinear, nonlinear ? request.acceleration : Vec3(Vec3::Zero())};
 }
 
 /// What the directions for a touch start from, the springs of coupled tools in P.

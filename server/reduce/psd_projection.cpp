@@ -40,6 +40,7 @@ double project_grasp(Patch& patch, double node_mass_kg, Eigen::MatrixXd* rotatio
   joint.topRows<3>() /= scale;
   joint.leftCols<3>() /= scale;
   if (!joint.allFinite()) return 0;
+  assert(joint.isApprox(joint.transpose(), 1e-9));
   const Eigen::SelfAdjointEigenSolver<Joint> eigen(joint);
   constexpr double kRounding = 1e-12;
   if (eigen.info() != Eigen::Success || eigen.eigenvalues()[0] >= -kRounding * eigen.eigenvalues()[r + 2]) return 0;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -107,15 +106,16 @@ void RefinedBody::number() {
     }
 }
 
-std::span<const RefinedBody::Share> RefinedBody::shares(std::uint32_t node, std::array<Share, FarField::kCorners>& room) const {
+std::span<const RefinedBody::Share> RefinedBody::shares(std::uint32_t node,
+                                                        std::array<Share, FarField::kCorners>& scratch) const {
   if (coordinate_[node] != kNone) {
-    room[0] = {coordinate_[node], 1};
-    return std::span(room).first(1);
+    scratch[0] = {coordinate_[node], 1};
+    return std::span(scratch).first(1);
   }
   const auto& corners = far_.corners_of(far_.cell_of(node));
   const FarField::Shape& n = far_.shape(node);
-  for (std::size_t k = 0; k < room.size(); ++k) room[k] = {corner_[corners[k]], n[static_cast<Eigen::Index>(k)]};
-  return room;
+  for (std::size_t k = 0; k < scratch.size(); ++k) scratch[k] = {corner_[corners[k]], n[static_cast<Eigen::Index>(k)]};
+  return scratch;
 }
 
 void RefinedBody::take(const BodyState& state) {
@@ -192,17 +192,17 @@ Vector RefinedBody::displacement(const Vector& from, const Vector& to) const {
 
 Skin::Weights RefinedBody::restricted(const Skin::Weights& weights) const {
   Skin::Weights to;
-  std::array<Share, FarField::kCorners> room;
+  std::array<Share, FarField::kCorners> scratch;
   for (const auto& [node, weight] : weights)
-    for (const Share& share : shares(node, room)) to.emplace_back(share.coordinate, weight * share.weight);
+    for (const Share& share : shares(node, scratch)) to.emplace_back(share.coordinate, weight * share.weight);
   return to;
 }
 
 PortRows RefinedBody::rows(std::uint32_t node, const Matrix& v) const {
   assert(node < coordinate_.size() && v.rows() == masses_.size());
   PortRows rows = PortRows::Zero(3, v.cols());
-  std::array<Share, FarField::kCorners> room;
-  for (const Share& share : shares(node, room))
+  std::array<Share, FarField::kCorners> scratch;
+  for (const Share& share : shares(node, scratch))
     rows += share.weight * v.middleRows<3>(3 * static_cast<Eigen::Index>(share.coordinate));
   return rows;
 }

@@ -70,7 +70,7 @@ class RefinedBody final : public BodyOperator {
     std::uint32_t coordinate = 0;
     double weight = 0;
   };
-  std::span<const Share> shares(std::uint32_t node, std::array<Share, FarField::kCorners>& room) const;
+  std::span<const Share> shares(std::uint32_t node, std::array<Share, FarField::kCorners>& scratch) const;
   PortRows rows(std::uint32_t node, const Matrix& v) const override;
   /// Rows of T Y for these nodes.
   Matrix moved(const Matrix& y, std::span<const std::uint32_t> nodes) const;

@@ -41,8 +41,8 @@ std::uint32_t RefinedElements<Bunch>::far_home(std::span<const std::uint32_t> no
 template <class Bunch>
 void RefinedElements<Bunch>::take_near() {
   std::map<std::uint32_t, std::vector<std::uint32_t>> by_home;
-  std::array<std::uint32_t, 2> room;
-  for (const std::uint32_t e : near_elements()) by_home[far_home(nodes_of(body_->dynamics().body(), e, room))].push_back(e);
+  std::array<std::uint32_t, 2> scratch;
+  for (const std::uint32_t e : near_elements()) by_home[far_home(nodes_of(body_->dynamics().body(), e, scratch))].push_back(e);
   near_.clear();
   for (const auto& [home, elements] : by_home) {
     Near& near = near_.emplace_back();

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <numeric>
 
-#include "server/reduce/bending.hpp"
+#include "server/reduce/nonlinear_elements.hpp"
 
 namespace palpate {
 namespace {
@@ -46,10 +46,10 @@ bool add_responses(const Linearisation& at, const KrylovStart& start, const Kryl
     acting.emplace_back(snapshot.weight * snapshot.state);
     mask(*at.held, held_still.emplace_back(acting.back()));
   }
-  std::vector<Vector> moments = moment_inputs(at, s, held_still), bends;
+  std::vector<Vector> moments = moment_inputs(at, s, held_still), second_order;
   for (Vector& b : moments) b *= s;
-  if (request.second_order) bends = second_order_loads(at, std::move(acting), request.horizon_s);
-  memory.resize(moments.size() + bends.size());
+  if (request.second_order) second_order = second_order_loads(at, std::move(acting), request.horizon_s);
+  memory.resize(moments.size() + second_order.size());
   std::vector<SolveColumn> columns;
   std::vector<SnapshotKind> kinds;
   const auto ask = [&](const std::vector<Vector>& loads, SnapshotKind kind, Vector* responses) {
@@ -59,7 +59,7 @@ bool add_responses(const Linearisation& at, const KrylovStart& start, const Kryl
     }
   };
   ask(moments, SnapshotKind::moment, memory.data());
-  ask(bends, SnapshotKind::second_order, memory.data() + moments.size());
+  ask(second_order, SnapshotKind::second_order, memory.data() + moments.size());
   if (!solve(columns)) return false;
   to.add(SnapshotKind::own_motion, at.velocity(), request.horizon_s);
   to.add(SnapshotKind::residual, start.residual);

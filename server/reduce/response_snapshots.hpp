@@ -3,7 +3,8 @@
 //
 //     tau v*,   P^-1 F*,   s P^-1 M v*     the body's own motion
 //     s P^-1 (2 s M + D) x                 the next moment of each port response and slide x
-//     P^-1 F2(b_i, b_j)                    where two that act together bend the body: F2 the second-order forces (bending.hpp),
+//     P^-1 F2(b_i, b_j)                    where two that act together bend the body: F2 the second-order forces
+//     (nonlinear_elements.hpp),
 //                                          b of {port responses, slides, tau v*}
 //
 // Loads whose squares are together kNegligibleLoads of all are left out.
@@ -17,7 +18,7 @@ namespace palpate {
 struct ResponseRequest {
   double shift_1_s = 20;      ///< s
   double horizon_s = 0.1;     ///< tau
-  bool second_order = false;  ///< for a body that can_bend()
+  bool second_order = false;  ///< for a body that has_nonlinear_elements()
 };
 
 /// From port responses and slides in `to` and `start`: P^-1 F* and P^-1 M v*. `memory`: warm starts. False when P is not positive

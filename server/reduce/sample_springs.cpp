@@ -1,18 +1,17 @@
 #include "server/reduce/sample_springs.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 #include <span>
 
 #include "server/body/fused.hpp"
-#include "server/reduce/bending.hpp"
+#include "server/reduce/nonlinear_elements.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr double kNegligibleSprings = 1e-5;          // of the bending, in springs that are left out
+constexpr double kNegligibleSprings = 1e-5;          // of the nonlinearity, in springs that are left out
 constexpr double kLengthMin = 1e-9;                  // below, a spring has no direction [m]
 constexpr double kLeastSteep = 4, kMostSteep = 100;  // slopes of a law that stiffens, to that of a spring at rest
 
@@ -22,8 +21,8 @@ struct Workspace {
 };
 
 Workspace& workspace() {
-  thread_local Workspace room;
-  return room;
+  thread_local Workspace workspace;
+  return workspace;
 }
 
 float stiffening_of(const LumpedBody& body) {
@@ -96,13 +95,13 @@ class NonlinearResidualForce {
 class CandidateSprings {
  public:
   using Sample = SampledSprings;
-  static constexpr std::size_t kLookedAt = 5000, kCandidates = 600;
+  static constexpr std::size_t kEvaluated = 5000, kCandidates = 600;
   static constexpr int kNodes = 2, kMost = kMaxSprings;
 
   CandidateSprings(const WholeBody& body, const Matrix& moved, const Matrix& u)
-      : at_(&body), moved_(moved.cast<float>()), way_(u.cast<float>()) {
+      : at_(&body), moved_(moved.cast<float>()), samples_(u.cast<float>()) {
     assert(moved.rows() == body.state().x.size() && moved.cols() == u.rows() && u.cols() == kSamples);
-    elements_ = elements_that_bend(body.dynamics(), body.state(), moved * root_of(u), kNegligibleSprings, kLookedAt);
+    elements_ = nonlinear_elements(body.dynamics(), body.state(), moved * root_of(u), kNegligibleSprings, kEvaluated);
   }
   const std::vector<std::uint32_t>& elements() const { return elements_; }
   bool have_length() const {
@@ -134,14 +133,14 @@ class CandidateSprings {
     return g;
   }
   /// With G as given, 3 rows a spring.
-  Bending bend(std::span<const std::uint32_t> elements, const Eigen::MatrixXf& motions) const {
-    assert(motions.rows() == 3 * static_cast<Eigen::Index>(elements.size()) && motions.cols() == way_.rows());
-    Bending b{std::vector<Rows>(3), std::vector<AtSamples>(3)};
+  ElementForces forces_of(std::span<const std::uint32_t> elements, const Eigen::MatrixXf& motions) const {
+    assert(motions.rows() == 3 * static_cast<Eigen::Index>(elements.size()) && motions.cols() == samples_.rows());
+    ElementForces b{std::vector<Rows>(3), std::vector<AtSamples>(3)};
     const auto count = static_cast<Eigen::Index>(elements.size());
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       Rows& motion = b.motion[static_cast<std::size_t>(axis)];
       motion = motions(Eigen::seqN(axis, count, 3), Eigen::all);
-      b.force[static_cast<std::size_t>(axis)].noalias() = motion * way_;
+      b.force[static_cast<std::size_t>(axis)].noalias() = motion * samples_;
     }
     for (Eigen::Index k = 0; k < count; ++k) {
       const std::uint32_t e = elements[static_cast<std::size_t>(k)];
@@ -160,7 +159,7 @@ class CandidateSprings {
   /// What all springs together add to the forces on nodes, as forces on the variables, n x samples; and of each |r| |G|.
   Eigen::MatrixXf all_together(Eigen::VectorXf& parts) const {
     AtSamples &there = workspace().there, &forces = workspace().forces;
-    there.noalias() = moved_ * way_;
+    there.noalias() = moved_ * samples_;
     forces.setZero(there.rows(), kSamples);
     float *const from = there.data(), *const to = forces.data();
     parts.resize(static_cast<Eigen::Index>(elements_.size()));
@@ -226,7 +225,7 @@ class CandidateSprings {
   }
   const WholeBody* at_;
   Rows moved_;
-  Eigen::MatrixXf way_;
+  Eigen::MatrixXf samples_;
   std::vector<std::uint32_t> elements_;
 };
 

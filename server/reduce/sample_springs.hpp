@@ -1,4 +1,4 @@
-// Few springs that bend as all of a body do: the terms of a patch of a lattice (sampled_springs.hpp).
+// Few springs whose forces stand for those of all of a body: the terms of a patch of a lattice (sampled_springs.hpp).
 //
 // r_e(u) = G_e^T (f_e(d + G_e u) - f_e(d) - K_e G_e u) is what spring e adds to the linear force on the variables (sampling.hpp);
 // candidates are the 600 springs with the largest part in the samples.
@@ -14,7 +14,7 @@
 
 namespace palpate {
 
-/// `moved`: how the body moves with each variable, 3 N x n. Nothing where no spring bends, or one has no length.
+/// `moved`: how the body moves with each variable, 3 N x n. Nothing where no spring is nonlinear, or one has no length.
 std::optional<SampledSprings> sample_springs(const WholeBody& body, const Matrix& moved, const Sampling& sampling);
 
 }  // namespace palpate

@@ -1,19 +1,16 @@
 #include "server/reduce/sample_tetrahedra.hpp"
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
-#include <algorithm>
 #include <array>
 #include <cassert>
 #include <span>
 
-#include "server/reduce/bending.hpp"
+#include "server/reduce/nonlinear_elements.hpp"
 #include "server/reduce/sample_places.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr double kNegligibleTetrahedra = 1e-2;  // of the bending, in tetrahedra that are left out
+constexpr double kNegligibleTetrahedra = 1e-2;  // of the nonlinearity, in tetrahedra that are left out
 static_assert(kSamples % kTetraLane == 0);
 
 using Nine = Eigen::Matrix<float, 9, kSamples, Eigen::RowMajor>;
@@ -54,14 +51,14 @@ void stresses(const Stamp& stamp, const Nine& df, Nine& q) {
 class CandidateTetrahedra {
  public:
   using Sample = SampledTetrahedra;
-  static constexpr std::size_t kLookedAt = 2000, kCandidates = 200;
+  static constexpr std::size_t kEvaluated = 2000, kCandidates = 200;
   static constexpr int kNodes = 4, kMost = kMaxTetrahedra;
 
   CandidateTetrahedra(const WholeBody& body, const Matrix& moved, const Matrix& u, int tool)
       : materials_(&body.dynamics().body().materials),
         places_(body.dynamics(), body.state(), moved,
-                elements_that_bend(body.dynamics(), body.state(), moved * root_of(u), kNegligibleTetrahedra, kLookedAt), tool),
-        way_(u.cast<float>()) {
+                nonlinear_elements(body.dynamics(), body.state(), moved * root_of(u), kNegligibleTetrahedra, kEvaluated), tool),
+        samples_(u.cast<float>()) {
     assert(moved.rows() == body.state().x.size() && moved.cols() == u.rows() && u.cols() == kSamples);
     assert(!materials_->empty());
   }
@@ -105,13 +102,13 @@ class CandidateTetrahedra {
     return h;
   }
   /// With H as given, 9 rows a tetrahedron.
-  Bending bend(std::span<const std::uint32_t> elements, const Eigen::MatrixXf& motions) const {
-    Bending b{std::vector<Rows>(9), std::vector<AtSamples>(9)};
+  ElementForces forces_of(std::span<const std::uint32_t> elements, const Eigen::MatrixXf& motions) const {
+    ElementForces b{std::vector<Rows>(9), std::vector<AtSamples>(9)};
     const auto count = static_cast<Eigen::Index>(elements.size());
     for (Eigen::Index i = 0; i < 9; ++i) {
       Rows& motion = b.motion[static_cast<std::size_t>(i)];
       motion = motions(Eigen::seqN(i, count, 9), Eigen::all);
-      b.force[static_cast<std::size_t>(i)].noalias() = motion * way_;
+      b.force[static_cast<std::size_t>(i)].noalias() = motion * samples_;
     }
     Nine df, q;
     for (Eigen::Index k = 0; k < count; ++k) {
@@ -126,7 +123,7 @@ class CandidateTetrahedra {
     thread_local AtSamples there, forces;  // megabytes that would be asked of the system anew for every patch
     const Rows& moved = places_.moved();
     const std::vector<std::uint32_t>& elements = places_.elements();
-    there.noalias() = moved * way_;
+    there.noalias() = moved * samples_;
     forces.setZero(there.rows(), kSamples);
     parts.resize(static_cast<Eigen::Index>(elements.size()));
     Nine df, q;
@@ -190,7 +187,7 @@ class CandidateTetrahedra {
   Eigen::Index row(std::uint32_t element, int i) const { return 3 * static_cast<Eigen::Index>(node(element, i)); }
   const std::vector<SolidMaterial>* materials_;
   SamplePlaces places_;
-  Eigen::MatrixXf way_;
+  Eigen::MatrixXf samples_;
 };
 
 }  // namespace

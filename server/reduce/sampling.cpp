@@ -6,7 +6,6 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <ranges>
 
 #include "common/base/random.hpp"
@@ -101,7 +100,7 @@ Fit::Fit(const Eigen::MatrixXf& all, const Matrix& u, const Sampling& sampling)
   all_ = (mix_.transpose() * nonlinear.transpose()).reshaped();
 }
 
-const Eigen::MatrixXf& Fit::parts(const Bending& elements) const {
+const Eigen::MatrixXf& Fit::parts(const ElementForces& elements) const {
   assert(!elements.motion.empty() && elements.motion.size() == elements.force.size());
   assert(elements.motion[0].cols() == unit_.size());
   thread_local Eigen::MatrixXf parts;  // megabytes that would be asked of the system anew for every patch

@@ -1,5 +1,6 @@
-// Few elements of a body that bend as all do: what is asked of them, and how well they do it, for springs (sample_springs.hpp)
-// and for tetrahedra (sample_tetrahedra.hpp).
+// Few elements of a body whose weighted forces stand for those of all (hyper-reduction by energy-conserving sampling and
+// weighting): what is asked of them, and how well they do it, for springs (sample_springs.hpp) and tetrahedra
+// (sample_tetrahedra.hpp).
 //
 // For displacements u_s that are likely to come, with r_e(u) what element e adds to the linear force on the variables, weights
 // w_e >= 0, few of them not zero, are sought for which
@@ -43,7 +44,7 @@ struct Sampling {
   std::vector<Eigen::Index> likeliest;  ///< of these: the first three are samples by themselves as well
   Vector stiffness;                     ///< of each variable, > 0
   Matrix at_port;                       ///< forces f on the variables are at_port^T f at the port; may have no columns
-  TermsRoom room;                       ///< that elements have
+  TermsBudget budget;                   ///< that elements have
   int tool = -1;                        ///< the node that a tool holds; the first three variables are how it moves
 };
 
@@ -56,7 +57,7 @@ Matrix root_of(const Matrix& u);
 std::vector<std::uint32_t> largest(const std::vector<std::uint32_t>& elements, const Eigen::VectorXf& parts, std::size_t most);
 
 /// What elements add to the linear force at the samples, numbers of an element one after the other: a row each element.
-struct Bending {
+struct ElementForces {
   std::vector<Rows> motion;      ///< of each number with the variables, elements x n
   std::vector<AtSamples> force;  ///< with which it resists
 };
@@ -68,7 +69,7 @@ class Fit {
   Fit(const Eigen::MatrixXf& all, const Matrix& u, const Sampling& sampling);
   const Eigen::VectorXf& all() const { return all_; }
   /// Of each element, a column each; until they are asked for again.
-  const Eigen::MatrixXf& parts(const Bending& elements) const;
+  const Eigen::MatrixXf& parts(const ElementForces& elements) const;
 
  private:
   Eigen::VectorXf unit_, all_;
@@ -123,14 +124,15 @@ std::optional<typename Elements::Sample> sample(const Elements& all, const Matri
   for (const std::uint32_t e : candidates)
     for (int i = 0; i < Elements::kNodes; ++i) nodes.push_back(all.node(e, i));
   ByteCosts costs(std::move(nodes), Elements::kNodes, all.nodes(),
-                  [&](int met, int count) { return numbers_of(sampling.room, met, count); });
+                  [&](int met, int count) { return numbers_of(sampling.budget, met, count); });
   const SparseSolution few =
-      sparse_nnls(fit.parts(all.bend(candidates, all.motions(candidates))), fit.all(), Elements::kMost, kCloseEnough, costs);
+      sparse_nnls(fit.parts(all.forces_of(candidates, all.motions(candidates))), fit.all(), Elements::kMost, kCloseEnough, costs);
   if (few.columns.empty()) return std::nullopt;
   std::vector<std::uint32_t> elements;
   for (const Eigen::Index column : few.columns) elements.push_back(candidates[static_cast<std::size_t>(column)]);
   typename Elements::Sample chosen = all.taken(elements, sampling.tool);
-  const SparseSolution w = positive_weights(fit.parts(all.bend(elements, chosen.motions(sampling.tool < 0 ? 0 : 3))), fit.all());
+  const SparseSolution w =
+      positive_weights(fit.parts(all.forces_of(elements, chosen.motions(sampling.tool < 0 ? 0 : 3))), fit.all());
   if (w.columns.empty()) return std::nullopt;
   return Elements::weighed(std::move(chosen), w);
 }

@@ -26,11 +26,11 @@ std::vector<std::uint32_t> nodes_around(const Skin::Weights& port, const LumpedB
     seen[node] = 1;
   };
   for (const auto& [node, weight] : port) add(node);
-  std::array<std::uint32_t, 2> room;
+  std::array<std::uint32_t, 2> scratch;
   const std::size_t most = body.is_solid() ? StaticIndentations::kSolidNodes : StaticIndentations::kNodes;
   for (std::size_t k = 0; k < nodes.size() && nodes.size() < most; ++k)
     for (const std::uint32_t e : elements[nodes[k]])
-      for (const std::uint32_t node : nodes_of(body, e, room)) add(node);
+      for (const std::uint32_t node : nodes_of(body, e, scratch)) add(node);
   std::sort(nodes.begin(), nodes.end());
   return nodes;
 }
@@ -41,10 +41,10 @@ LocalBody cut_out(std::vector<std::uint32_t> nodes, const LumpedBody& whole,
   LocalBody local(whole, std::move(nodes));
   LumpedBody& body = local.body;
   const auto here = static_cast<std::uint32_t>(local.nodes.size());
-  std::array<std::uint32_t, 2> room;
+  std::array<std::uint32_t, 2> scratch;
   for (std::uint32_t i = 0; i < here; ++i) {
     for (const std::uint32_t e : elements[local.nodes[i]]) {
-      const std::span<const std::uint32_t> joined = nodes_of(whole, e, room);
+      const std::span<const std::uint32_t> joined = nodes_of(whole, e, scratch);
       if (std::any_of(joined.begin(), joined.end(), [&](std::uint32_t node) { return local.index(node) == here; }))
         body.fixed[i] = 1;
       else if (joined.front() == local.nodes[i])
@@ -198,9 +198,9 @@ struct StaticIndentations::Cut {
 StaticIndentations::~StaticIndentations() = default;
 
 StaticIndentations::StaticIndentations(const LumpedBody& body) : body_(&body), elements_(body.nodes.size()) {
-  std::array<std::uint32_t, 2> room;
+  std::array<std::uint32_t, 2> scratch;
   for (std::uint32_t e = 0; e < elements_of(body); ++e)
-    for (const std::uint32_t node : nodes_of(body, e, room)) elements_[node].push_back(e);
+    for (const std::uint32_t node : nodes_of(body, e, scratch)) elements_[node].push_back(e);
 }
 
 std::vector<Vector> StaticIndentations::shapes(const Linearisation& at, const IndentationRequest& request) {

@@ -35,7 +35,6 @@ class TwoLayer {
 
   /// The local body around `contact`. `held` nodes stay still, besides the fixed ones.
   LocalBody around(const std::vector<std::uint32_t>& contact, const std::vector<std::uint8_t>& held) const;
-  int dimension() const { return dimension_; }
 
  private:
   std::vector<int> layers_from(std::vector<std::uint32_t> front) const;

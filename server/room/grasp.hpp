@@ -1,5 +1,7 @@
-// How an attached node gets to the tool. The node follows the tool point exactly; when the grasp begins elsewhere the
-// difference is taken back along a minimum-jerk curve, so that the body is not torn by a jump. A tool further than kGraspReachM
+// How an attached node gets to the tool. When a grasp begins at t_0 with the node d = x_node - x_tool away, the difference is
+// taken back along the curve m of least jerk (minimum_jerk.hpp), so that the body is not torn by a jump:
+//     x_node(t) = x_tool(t) + (1 - m((t - t_0) / T)) d,   T = kReachS;   from t_0 + T on the node is where the tool is
+// A tool further than kGraspReachM
 // from its node does not grasp it: a hand that comes back from elsewhere would be pulled, and the body with it.
 #pragma once
 

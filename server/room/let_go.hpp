@@ -1,5 +1,7 @@
-// A tool that was let go of because the body was put back to rest. What the hand felt then fades away along a minimum-jerk curve
-// within kFades, whatever the tool does meanwhile; afterwards the tool may touch again, but not from inside of the body, which it
+// A tool that was let go of because the body was put back to rest. What the hand felt then, F_0 at t_0, fades along the curve m
+// of least jerk (minimum_jerk.hpp), whatever the tool does meanwhile:
+//     F(t) = (1 - m((t - t_0) / T)) F_0,   T = kFades
+// Afterwards the tool may touch again, but not from inside of the body, which it
 // would tear open: it has to come from outside.
 #pragma once
 

@@ -96,7 +96,6 @@ FrameResult Room::simulate(const FrameJob& job) {
   result.steps = report.steps;
   result.cut_steps = report.cut_steps;
   result.newton_iterations = report.newton_iterations;
-  result.solver_iterations = report.solver_iterations;
   result.stamp = job.target;
   if (!report.converged) {
     // The last good shape, at rest and let go of, goes on from here: the room must not stop because one frame was beyond it.

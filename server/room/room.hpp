@@ -13,7 +13,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -70,7 +69,7 @@ struct FrameResult {
   std::vector<Vec3> positions;                            ///< of the surface vertices (all nodes), when asked for
   std::array<std::vector<float>, kShapeChannels> fields;  ///< of all nodes (nodal_fields.hpp), by channel, when asked for
   std::optional<BodyState> state;                         ///< when asked for
-  int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0;
+  int steps = 0, cut_steps = 0, newton_iterations = 0;
   bool failed = false;  ///< the step did not converge: no patches, the body was put back
   bool asleep = false;  ///< the body was not stepped, or need not be from here on until a tool comes (stillness.hpp)
   // By whoever ran the job, 0 = not measured:

@@ -1,5 +1,4 @@
 // Every station gets what it needs to feel the body until the next frame.
-#include <algorithm>
 #include <cassert>
 
 #include "common/wire/codec.hpp"

@@ -1,5 +1,4 @@
 // Snapshots of where the body may be until the next patches: rollouts of its hands, the cache, a warm-start indentation.
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
 #include <span>
@@ -16,8 +15,8 @@ Vec3 Room::State::hand_acceleration(const Station& station) const {
   const Micros now = from_seconds(body.time_s);
   if (now - 2 * kOver < station.track.begin()) return Vec3::Zero();
   const auto place = [&](Micros t) { return tool_at(station, t).position; };
-  const Vec3 bend = place(now) - 2 * place(now - kOver) + place(now - 2 * kOver);
-  const Vec3 acceleration = bend / (seconds(kOver) * seconds(kOver));
+  const Vec3 second_difference = place(now) - 2 * place(now - kOver) + place(now - 2 * kOver);
+  const Vec3 acceleration = second_difference / (seconds(kOver) * seconds(kOver));
   return acceleration / std::max(1.0, acceleration.norm() / kHandMostMs2);
 }
 

@@ -37,7 +37,8 @@ struct Room::State {
     NonlinearTerms terms;
 
     bool serves(const PatchRequest& asked, const ToolAt& tool) const {
-      constexpr double kSameM = 0.001, kAheadM = 0.005, kSameHorizon = 0.1;  // a hand trembles by 0.2 mm, nodes are 10 mm apart
+      constexpr double kSameM = 0.001, kAheadM = 0.005,
+                       kSameHorizon = 0.1;  // many times a hand's tremor, below a node's distance
       const double horizon_s = seconds(asked.horizon);
       return asked.scheme == request.scheme && asked.order == request.order && asked.silence == request.silence &&
              std::abs(horizon_s - seconds(request.horizon)) <= kSameHorizon * horizon_s &&
@@ -105,7 +106,7 @@ struct Room::State {
   Dynamics dynamics;
   ChosenStepper integrator;
   std::optional<RoughSteps> roughly;  // where `integrator` cannot roll out, or takes more small steps than that is worth
-  BodyState rest = settled_state(dynamics), body = rest;
+  BodyState rest = settled_state(dynamics, "scene \"" + scene.name + "\": body.gravity_m_s2"), body = rest;
   BalancedBases balanced{dynamics, skin, rest};
   double softest_1_s2 = softest_stiffness(dynamics);
   Stillness stillness{dynamics, softest_1_s2, rest.x};

@@ -1,8 +1,10 @@
-// The path of one tool in body time, from the samples that came so far: linear between samples.
+// The path of one tool in body time, from the samples (t_k, x_k) that came so far:
+//     x(t) = x_k + (t - t_k) / (t_(k+1) - t_k) (x_(k+1) - x_k) + (1 - m((t - t_b) / T)) j,   T = kLeadBack,
+// the last term from t_b to t_b + T alone, m the curve of least jerk (minimum_jerk.hpp).
 //
 // After the last sample a tool goes on as it went (its mean velocity over the last kSpeedOver) and comes to rest
-// (tool_prediction.hpp). Samples that come when the body has already gone past them take it back to where it truly was: what the
-// path jumps by at the body's time is given back over kLeadBack, so that no body is torn.
+// (tool_prediction.hpp). Samples that come when the body has already gone past them, at t_b, take it back to where it truly was:
+// what the path jumps by there, j, is given back over T, so that no body is torn.
 #pragma once
 
 #include <cassert>

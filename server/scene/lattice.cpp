@@ -1,5 +1,8 @@
 #include "server/scene/lattice.hpp"
 
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -257,6 +260,26 @@ void refuse_long_cells(const LatticeSettings& settings, const SceneText& text) {
               "cells whose sides are alike within a factor of about 1.6; finite elements (solid) take any");
 }
 
+Vec3 centre_of(const Element& element, const std::vector<Vec3>& nodes) { return (nodes[element.a] + nodes[element.b]) / 2; }
+
+/// A layer that no element lies in is a slip of its writer's.
+void refuse_empty_layers(const LumpedBody& body, const LatticeSettings& settings, const SceneText& text) {
+  for (std::size_t k = 0; k < settings.layers.size(); ++k) {
+    LatticeSettings alone;
+    alone.layers = {settings.layers[k]};
+    const auto takes = [&](const auto& element) { return layer_at(centre_of(element, body.nodes), alone) == 1; };
+    if (std::ranges::any_of(body.elements, takes) || std::ranges::any_of(body.tetrahedra, takes) ||
+        std::ranges::any_of(body.hexahedra, takes))
+      continue;
+    Eigen::AlignedBox3d box;
+    for (const Vec3& node : body.nodes) box.extend(node);
+    const std::string path = "body.lattice.layers[" + std::to_string(k) + "]";
+    text.refuse(path, path + " takes no part of the body",
+                fmt::format("bounds that overlap it: x {:.4g} to {:.4g}, y {:.4g} to {:.4g}, z {:.4g} to {:.4g} m", box.min().x(),
+                            box.max().x(), box.min().y(), box.max().y(), box.min().z(), box.max().z()));
+  }
+}
+
 }  // namespace
 
 LatticeBody build_box(const LatticeSettings& settings) {
@@ -274,6 +297,7 @@ LatticeBody build_lattice(const LatticeSettings& settings, const SceneText& text
     lattice = build_box(settings);
   }
   refuse_all_fixed(lattice.body, text, "body.lattice");
+  refuse_empty_layers(lattice.body, settings, text);
   return lattice;
 }
 

@@ -12,13 +12,20 @@ void add_ligaments(LumpedBody& body, const std::vector<LigamentSettings>& ligame
     const LigamentSettings& ligament = ligaments[k];
     std::vector<std::uint32_t> ends;
     double nearest_m = std::numeric_limits<double>::infinity();
+    bool ends_there = false;  // a node in reach lies where the ligament ends
     for (std::uint32_t i = 0; i < own; ++i) {
       if (body.fixed[i]) continue;
       const double distance_m = (body.nodes[i] - ligament.from_m).norm();
       nearest_m = std::min(nearest_m, distance_m);
-      if (distance_m <= ligament.radius_m && (body.nodes[i] - ligament.to_m).norm() > 0) ends.push_back(i);
+      if (distance_m > ligament.radius_m) continue;
+      if ((body.nodes[i] - ligament.to_m).norm() > 0)
+        ends.push_back(i);
+      else
+        ends_there = true;
     }
     const std::string path = "body.ligaments[" + std::to_string(k) + "]";
+    if (ends.empty() && ends_there)
+      text.refuse(path + ".to_m", fmt::format("{} ends on the node that it begins at", path), "a to_m beside the body's nodes");
     if (ends.empty())
       text.refuse(path + ".radius_m", fmt::format("{} reaches no free node of the body", path),
                   fmt::format("a radius of more than {:.4g} m, or another from_m", nearest_m));

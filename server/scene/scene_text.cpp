@@ -20,7 +20,7 @@ constexpr std::size_t kMaxSceneBytes = 4u << 20;  // memory is some fifty times 
 /// Whether a file lies below a folder, links followed.
 bool lies_below(const std::filesystem::path& file, const std::filesystem::path& folder) {
   std::error_code fault;
-  const auto place = std::filesystem::weakly_canonical(file, fault);
+  const auto place = std::filesystem::weakly_canonical(std::filesystem::absolute(file), fault);  // it may not be there
   if (fault) return false;
   const auto root = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, fault);
   const auto inside = place.lexically_relative(root);
@@ -102,7 +102,7 @@ std::filesystem::path SceneText::mesh_path(const std::string& path, const std::s
   for (const auto& folder : folders_)
     if (lies_below(file, folder)) return file;
   std::error_code ignored;
-  const auto folder = std::filesystem::weakly_canonical(file, ignored).parent_path();
+  const auto folder = std::filesystem::weakly_canonical(std::filesystem::absolute(file), ignored).parent_path();
   refuse(path,
          path + " is " + in_quotes(named) + ", which lies outside of " + (folders_.empty() ? "every" : "the scene's") +
              " folder for meshes",

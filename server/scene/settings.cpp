@@ -119,7 +119,7 @@ LayerSettings read_layer(const SceneText& text, const schema::LayerT& in, const 
   if (base.solid) {
     if (in.stiffness_n_m || in.damping_n_s_m)
       text.refuse(path, path + " has springs in a solid", "material, young_pa, poisson or damping_s");
-    out.material = read_part(text, path, base.solid->material, solid);
+    out.material = read_part(text, path, base.solid->material, base.solid->relaxation, solid);
     return out;
   }
   if (base.springs_of_solid) {
@@ -130,7 +130,7 @@ LayerSettings read_layer(const SceneText& text, const schema::LayerT& in, const 
     SolidMaterial whole;
     whole.young_pa = base.springs_of_solid->young_pa;
     whole.damping_s = base.springs_of_solid->damping_s;
-    out.material = read_part(text, path, whole, solid);
+    out.material = read_part(text, path, whole, {}, solid);
     return out;
   }
   if (!solid.empty()) text.refuse(path, path + " has a solid among springs", "stiffness_n_m or damping_n_s_m");
@@ -146,7 +146,7 @@ SpringsOfSolid read_springs_of_solid(const SceneText& text, const schema::Lattic
   for (const char* field : {"stiffness_n_m", "damping_n_s_m"})
     if (text.has(kLattice + "." + field))
       text.refuse(kLattice + "." + field, kLattice + "." + field + " is given with young_pa or a material", "one of them");
-  const SolidMaterial m = read_part(text, kLattice, {}, {in.material, in.young_pa, {}, in.damping_s});
+  const SolidMaterial m = read_part(text, kLattice, {}, {}, {in.material, in.young_pa, {}, in.damping_s});
   return {m.young_pa, m.damping_s};
 }
 

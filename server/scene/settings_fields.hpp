@@ -17,7 +17,7 @@ inline std::string at(const std::string& path, std::size_t i) { return path + "[
 /// A number that the schema leaves without a default.
 inline double required(const SceneText& text, const std::string& path, const flatbuffers::Optional<double>& value, double low,
                        double high, const char* unit) {
-  if (!value) text.refuse(path, "a number of " + std::string(unit));
+  if (!value) text.refuse(path, *unit ? "a number of " + std::string(unit) : "a number");
   text.in_range(path, *value, low, high, unit);
   return *value;
 }
@@ -51,8 +51,9 @@ struct SolidFields {
   const flatbuffers::Optional<double>&young_pa, &poisson, &damping_s;
   bool empty() const { return material.empty() && !young_pa && !poisson && !damping_s; }
 };
-/// A part of another stiffness; `path` is of the part, what it leaves out is the whole's.
-SolidMaterial read_part(const SceneText& text, const std::string& path, const SolidMaterial& whole, const SolidFields& fields);
+/// A part of another stiffness; `path` is of the part, what it leaves out is the whole's. Law and Prony series are the whole's.
+SolidMaterial read_part(const SceneText& text, const std::string& path, const SolidMaterial& whole,
+                        const std::vector<PronyBranch>& relaxation, const SolidFields& fields);
 /// The material that `path` names. Refuses a name that nobody knows.
 const NamedMaterial& named_material(const SceneText& text, const std::string& path, const std::string& name);
 /// `path` if it is given, else what the material has, else what is usual.

@@ -1,6 +1,7 @@
 // Finite elements: what they are made of, and bodies that come as a mesh of them.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/port/ogden.hpp"
@@ -118,9 +119,20 @@ double read_density(const SceneText& text, const std::string& path, double usual
   return usual_or_given;
 }
 
-SolidMaterial read_part(const SceneText& text, const std::string& path, const SolidMaterial& whole, const SolidFields& fields) {
+SolidMaterial read_part(const SceneText& text, const std::string& path, const SolidMaterial& whole,
+                        const std::vector<PronyBranch>& relaxation, const SolidFields& fields) {
   if (fields.empty()) text.refuse(path, path + " changes nothing", "material, young_pa, poisson or damping_s");
-  SolidMaterial out = fields.material.empty() ? whole : named_material(text, path + ".material", fields.material).solid;
+  SolidMaterial out = whole;
+  if (!fields.material.empty()) {
+    const NamedMaterial& named = named_material(text, path + ".material", fields.material);
+    const bool fades_alike =
+        std::equal(relaxation.begin(), relaxation.end(), named.relaxation.begin(), named.relaxation.end(),
+                   [](const PronyBranch& a, const PronyBranch& b) { return a.share == b.share && a.time_s == b.time_s; });
+    out = named.solid;
+    if (out.law == whole.law && !fades_alike)
+      text.refuse(path + ".material", path + ".material fades otherwise than the body",
+                  "one relaxation for all of a body: a material that has it, or young_pa");
+  }
   out.fibres = whole.fibres;
   if (out.parameters() != whole.parameters())
     text.refuse(path + ".material", path + ".material is of another law than the body", "one law for all of a body");
@@ -190,7 +202,7 @@ MeshBodySettings read_mesh_body(const SceneText& text, const schema::BodyT& body
     const auto& region = *in.regions[i];
     const std::string path = at(kMesh + ".regions", i);
     if (!region.id) text.refuse(path + ".id", "the number of a region of the mesh");
-    out.regions.push_back({*region.id, read_part(text, path, out.solid.material,
+    out.regions.push_back({*region.id, read_part(text, path, out.solid.material, out.solid.relaxation,
                                                  {region.material, region.young_pa, region.poisson, region.damping_s})});
   }
   out.fixed = read_fixing(text, kMesh, in.fixed_faces, in.fixed_below_z_m, in.fixed_above_z_m, false);

@@ -8,6 +8,7 @@ that the newcomer is nobody's neighbour but the flood's. Prints what it measured
 fails where somebody does not get in at all, or the server does not end in order.
 """
 
+import contextlib
 import pathlib
 import re
 import sys
@@ -36,32 +37,28 @@ def measure(programs, flood, scenes, case, rate, ports, seconds, work):
     kind, _, keyed = kind.partition("+")
     rate = int(own_rate or rate)
     site, keys = site_keys(programs, work, "first", "newcomer") if keyed else (None, None)
-    server = Program(programs / "palpate-server", "--scene", scenes / "touch-cube.json", "--listen", "[::]:0", "--metrics", "127.0.0.1:0",
-                     *(("--keys", site) if keyed else ("--insecure",)))
-    port = server.wait_for(r"at \[::\]:(\d+), \d+ Hz").group(1)
-    metrics = server.wait_for(r"metrics at http://(127\.0\.0\.1:\d+)/metrics").group(1)
-    address = f"127.0.0.1:{port}"
-    public = (key(programs, "show", site),) if kind in ("init", "handshake", "neighbour") else ()
-    first = hand(programs, f"[::1]:{port}", "first", seconds + PATIENCE_S, keys)
-    first.wait_for("joined")
-    sender = Program(flood, address, kind, rate, min(ports, rate), seconds + PATIENCE_S, *public)
-    sender.wait_for("begins")
-    begin = time.monotonic()
-    before = frames_of(metrics)
-    time.sleep(seconds / 2)
-    asked = time.monotonic()
-    newcomer = hand(programs, address, "newcomer", seconds, keys)
-    newcomer.wait_for("joined")
-    joined_s = time.monotonic() - asked
-    time.sleep(max(0, begin + seconds - time.monotonic()))
-    lasted_s = time.monotonic() - begin
-    frames = frames_of(metrics) - before
-    asked = time.monotonic()
-    end(server)
-    ended_s = time.monotonic() - asked
-    for program in (sender, first, newcomer):
-        program.process.kill()
-        program.ended()
+    with contextlib.ExitStack() as programs_that_run:
+        run = programs_that_run.enter_context
+        server = run(Program(programs / "palpate-server", "--scene", scenes / "touch-cube.json", "--listen", "[::]:0", "--metrics",
+                             "127.0.0.1:0", *(("--keys", site) if keyed else ("--insecure",))))
+        port = server.wait_for(r"at \[::\]:(\d+), \d+ Hz").group(1)
+        metrics = server.wait_for(r"metrics at http://(127\.0\.0\.1:\d+)/metrics").group(1)
+        address = f"127.0.0.1:{port}"
+        public = (key(programs, "show", site),) if kind in ("init", "handshake", "neighbour") else ()
+        run(hand(programs, f"[::1]:{port}", "first", seconds + PATIENCE_S, keys)).wait_for("joined")
+        run(Program(flood, address, kind, rate, min(ports, rate), seconds + PATIENCE_S, *public)).wait_for("begins")
+        begin = time.monotonic()
+        before = frames_of(metrics)
+        time.sleep(seconds / 2)
+        asked = time.monotonic()
+        run(hand(programs, address, "newcomer", seconds, keys)).wait_for("joined")
+        joined_s = time.monotonic() - asked
+        time.sleep(max(0, begin + seconds - time.monotonic()))
+        lasted_s = time.monotonic() - begin
+        frames = frames_of(metrics) - before
+        asked = time.monotonic()
+        end(server)
+        ended_s = time.monotonic() - asked
     print(f"{case:20} {rate:7} a second, {100 * frames / (RATE_HZ * lasted_s):5.1f} % of the frames, joined after {joined_s:.2f} s, "
           f"ended after {ended_s:.2f} s", flush=True)
 

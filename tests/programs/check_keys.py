@@ -45,6 +45,9 @@ def check_listening(programs, scene, work):
     assert done.returncode == 2 and "--keys FILE" in done.stderr and done.stderr.count("\n") == 1, done.stderr
     done = run(programs, "palpate-server", "--scene", scene, "--listen", "0.0.0.0:0", "--duration-s", "1", "--insecure")
     assert done.returncode == 0 and "warning: --insecure" in done.stdout, done.stdout + done.stderr
+    for loopback in ("[::1]:0", "[::ffff:127.0.0.1]:0"):
+        done = run(programs, "palpate-server", "--scene", scene, "--listen", loopback, "--duration-s", "0.1")
+        assert done.returncode == 0, done.stderr
     wrong = work / "wrong.keys"
     wrong.write_text("self nothing\n")
     wrong.chmod(0o600)
@@ -159,6 +162,12 @@ def check_taken_out(programs, server, keys):
         keys["site"].write_text(text + "nonsense\n")
         server.send(signal.SIGHUP)
         server.wait_for(r"keys stay as they were: .*nonsense")
+        keys["site"].rename(keys["site"].with_suffix(".aside"))
+        os.mkfifo(keys["site"], 0o600)
+        server.send(signal.SIGHUP)
+        server.wait_for(r"keys stay as they were: .*is no regular file; expected a file")
+        keys["site"].unlink()
+        keys["site"].with_suffix(".aside").rename(keys["site"])
         keys["site"].write_text("".join(line for line in text.splitlines(True) if '"OR 3"' not in line))
         server.send(signal.SIGHUP)
         server.wait_for("keys read again")

@@ -120,6 +120,16 @@ def check_wrong_files(programs, scenes, work):
     done = subprocess.run([programs / "palpate-server", "--scene", scenes / "touch-cube.json", "--resume"], capture_output=True, text=True,
                           timeout=PATIENCE_S)
     assert done.returncode == 2 and "--resume: without a recording to go on from; expected --record FILE" in done.stderr, done.stderr
+    # The newest was cut as it began: the one before it counts.
+    for size in (1, 1000):
+        (work / "cut.rec").write_bytes(latest.read_bytes())
+        (work / "cut.2.rec").write_bytes(latest.read_bytes()[:size])
+        done = subprocess.run([programs / "palpate-server", "--scene", scenes / "touch-cube.json", "--listen", "127.0.0.1:0", "--record",
+                               work / "cut.rec", "--resume", "--duration-s", "0.1"], capture_output=True, text=True, timeout=PATIENCE_S)
+        said = done.stdout + done.stderr
+        assert done.returncode == 0 and f"warning: --resume from {work / 'cut.2.rec'}: " in said, said
+        assert f"the body is as {work / 'cut.rec'} had it" in said and (work / "cut.3.rec").exists(), said
+        (work / "cut.3.rec").unlink()
     # Its middle damaged: what is behind the damage counts.
     broken = bytearray(latest.read_bytes())
     del broken[len(broken) // 2 : len(broken) // 2 + 1000]

@@ -73,6 +73,28 @@ TEST_CASE("a file that is there, a folder that cannot be made and a full disk ar
   CHECK_THROWS_AS(MappedFile(folder.path), InputError);
 }
 
+TEST_CASE("a file whose head does not fit on the disk is taken away again, and a device is not", "[record]") {
+  const Folder folder;
+  const auto file = folder.path / "cut.rec";
+  rlimit before{};
+  REQUIRE(::getrlimit(RLIMIT_FSIZE, &before) == 0);
+  const rlimit tight{100, before.rlim_max};
+  const auto of_signal = std::signal(SIGXFSZ, SIG_IGN);
+  REQUIRE(::setrlimit(RLIMIT_FSIZE, &tight) == 0);
+  std::string said;
+  try {
+    RecordFile("--record", file, std::vector<std::byte>(1000));
+  } catch (const InputError& fault) {
+    said = fault.what();
+  }
+  REQUIRE(::setrlimit(RLIMIT_FSIZE, &before) == 0);
+  std::signal(SIGXFSZ, of_signal);
+  CHECK_THAT(said, Catch::Contains("cannot be written: File too large"));
+  CHECK_FALSE(std::filesystem::exists(file));
+  CHECK_THAT(error_of("/dev/full"), Catch::Contains("cannot be written"));
+  CHECK(std::filesystem::exists("/dev/full"));
+}
+
 TEST_CASE("a file that cannot grow any more is said to, once, and keeps what it has", "[record]") {
   const Folder folder;
   const auto file = folder.path / "full.rec";

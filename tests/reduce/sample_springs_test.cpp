@@ -90,7 +90,7 @@ TEST_CASE("A tenth of the springs of a block bends as all of them do where it wa
     // Smooth shapes: an indentation of the top, sheared and twisted.
     constexpr Eigen::Index kVariables = 6;
     Sampling sampling;
-    sampling.room = {kVariables, false, false, 3, law == SpringLaw::stiffening};
+    sampling.budget = {kVariables, false, false, 3, law == SpringLaw::stiffening};
     Matrix moved = Matrix::Zero(state.x.size(), kVariables);
     for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
       const Vec3& x = body.nodes[i];
@@ -117,7 +117,7 @@ TEST_CASE("A tenth of the springs of a block bends as all of them do where it wa
     const auto springs = sample_springs(whole, moved, sampling);
     REQUIRE(springs);
     CHECK(10 * springs->count() <= static_cast<int>(body.elements.size()));
-    CHECK(numbers_of(sampling.room, springs->motion.nodes(), springs->count()) <= kUsualNumbers);
+    CHECK(numbers_of(sampling.budget, springs->motion.nodes(), springs->count()) <= kUsualNumbers);
     CHECK(springs->stiffness.minCoeff() > 0);
     CHECK(springs->steep.size() == (law == SpringLaw::stiffening ? static_cast<std::size_t>(springs->count()) : 0));
     SampledForce force(*springs, 0, Vector::Zero(kVariables), 1e-5, false);

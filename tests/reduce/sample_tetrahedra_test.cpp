@@ -44,7 +44,7 @@ struct Block {
     Matrix k_moved, d_moved;
     whole.multiply(moved, k_moved, d_moved);
     stiffness = moved.transpose() * k_moved;
-    sampling.room = {kTetraVariables, false, false, 3, false, true};
+    sampling.budget = {kTetraVariables, false, false, 3, false, true};
     sampling.stiffness = stiffness.diagonal();
     sampling.likely = 0.004 * Matrix::Identity(kTetraVariables, kTetraVariables);
     sampling.likeliest = {0, 1, 2};
@@ -82,7 +82,7 @@ TEST_CASE("A tenth of the tetrahedra of a block bends as all of them do where it
   const auto solid = sample_tetrahedra(block.whole, block.moved, block.sampling);
   REQUIRE(solid);
   CHECK(10 * solid->count() <= static_cast<int>(block.body.tetrahedra.size()));
-  CHECK(numbers_of(block.sampling.room, solid->motion.nodes(), solid->count()) <= kUsualNumbers);
+  CHECK(numbers_of(block.sampling.budget, solid->motion.nodes(), solid->count()) <= kUsualNumbers);
   CHECK(solid->shear.minCoeff() > 0);
   SampledSolidForce force(*solid, 0, 1e-6, false);
   REQUIRE_FALSE(force.empty());
@@ -94,7 +94,7 @@ TEST_CASE("A third of the hexahedra of a block bends as all of them do where it 
   const auto solid = sample_tetrahedra(block.whole, block.moved, block.sampling);
   REQUIRE(solid);
   CHECK(3 * solid->count() <= static_cast<int>(block.body.hexahedra.size()));
-  CHECK(numbers_of(block.sampling.room, solid->motion.nodes(), solid->count()) <= kUsualNumbers);
+  CHECK(numbers_of(block.sampling.budget, solid->motion.nodes(), solid->count()) <= kUsualNumbers);
   SampledSolidForce force(*solid, 0, 1e-6, false);
   REQUIRE_FALSE(force.empty());
   CHECK(block.wrong(force) < 0.1);
@@ -112,7 +112,7 @@ TEST_CASE("Few elements of a block in a capsule, of Ogden's law and with fibres,
   int triangles = 0;
   for (int e = 0; e < solid->count(); ++e) triangles += solid->is_triangle(e);
   CHECK((triangles > 0) == capsule);
-  CHECK(numbers_of(block.sampling.room, solid->motion.nodes(), solid->count()) <= kUsualNumbers);
+  CHECK(numbers_of(block.sampling.budget, solid->motion.nodes(), solid->count()) <= kUsualNumbers);
   SampledSolidForce force(*solid, 0, 1e-6, false);
   REQUIRE_FALSE(force.empty());
   CHECK(block.wrong(force) < 0.15);

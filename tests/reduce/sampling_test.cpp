@@ -29,7 +29,7 @@ TEST_CASE("Forces at the port count several times as much in a fit, others as mu
   const Matrix u = some(kSamplingVariables, kSamples).cast<double>();
   const Eigen::MatrixXf all = some(kSamplingVariables, kSamples);
   constexpr Eigen::Index kElements = 5;
-  Bending elements{std::vector<Rows>(3), std::vector<AtSamples>(3)};
+  ElementForces elements{std::vector<Rows>(3), std::vector<AtSamples>(3)};
   for (std::size_t axis = 0; axis < 3; ++axis)
     elements.motion[axis] = some(kElements, kSamplingVariables), elements.force[axis] = some(kElements, kSamples);
   const Fit without(all, u, sampling);

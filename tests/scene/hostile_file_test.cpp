@@ -121,6 +121,25 @@ TEST_CASE("A scene names meshes of its own folder, and of others that are allowe
   }
 }
 
+TEST_CASE("A mesh that is not there is said to be missing, not to lie elsewhere, from whatever folder its scene is named",
+          "[scene]") {
+  const Folder folder;
+  folder.write("s.json", replaced(kTetraScene, "FILE", "none.msh"));
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(folder / ".");
+  for (const std::string& scene : {std::string("s.json"), std::string("./s.json"), (folder / "s.json").string()}) {
+    CAPTURE(scene);
+    try {
+      load_scene(scene);
+      FAIL_CHECK("a mesh that is not there was opened");
+    } catch (const InputError& error) {
+      check_words(error.what(), "none.msh");
+      check_words(error.what(), "cannot be read");
+    }
+  }
+  std::filesystem::current_path(before);
+}
+
 TEST_CASE("A scene that came with its own file name opens no mesh unless its folder is allowed", "[scene][hostile]") {
   const Folder folder;
   folder.write("a.msh", gmsh_of("1"));

@@ -51,7 +51,8 @@ TEST_CASE("Every pair of nodes within a cell's diagonal is joined once, at its o
 }
 
 TEST_CASE("Node (i, j, k) rests at (i, j, k) times size over nodes less one, with index i + nx (j + ny k)", "[scene]") {
-  const auto body = load(replaced(kSoftCube, "[0.1, 0.1, 0.1]", "[0.1, 0.2, 0.3], \"origin_m\": [1, -1, 0.5]")).body;
+  const std::string moved = replaced(kSoftCube, "[0.1, 0.1, 0.1]", "[0.1, 0.2, 0.3], \"origin_m\": [1, -1, 0.5]");
+  const auto body = load(replaced(moved, "\"below_z_m\": 0.06", "\"below_z_m\": 0.6")).body;
   CHECK((body.nodes[node(6, 0, 0, 0)] - Vec3(1, -1, 0.5)).norm() < 1e-15);
   CHECK((body.nodes[node(6, 4, 2, 3)] - Vec3(1.08, -0.92, 0.68)).norm() < 1e-15);
   CHECK((body.nodes.back() - Vec3(1.1, -0.8, 0.8)).norm() < 1e-15);

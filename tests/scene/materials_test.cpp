@@ -69,6 +69,29 @@ TEST_CASE("A material that nobody knows, and one of another law than the body, a
   CHECK_THAT(error_of(folder, block("{}")), Contains("or a material"));
 }
 
+TEST_CASE("A part whose material fades otherwise than the body is refused, and one that fades alike is not") {
+  const Folder folder;
+  const auto layer = [](const std::string& what) { return R"(, "layers": [{"below_z_m": 0.01, )" + what + "}]"; };
+  CHECK_THAT(error_of(folder, block(R"({"material": "liver"})", layer(R"("material": "brain")"))),
+             Contains("body.lattice.layers[0].material fades otherwise than the body"));
+  CHECK_THAT(error_of(folder, block(R"({"material": "brain"})", layer(R"("material": "liver")"))), Contains("or young_pa"));
+  CHECK_THAT(error_of(folder, block(R"({"material": "brain", "relaxation": []})", layer(R"("material": "brain")"))),
+             Contains("fades otherwise"));
+  const Scene alike = read_scene(block(R"({"material": "brain"})", layer(R"("material": "brain", "young_pa": 3000)")), "x.json");
+  CHECK(alike.body.materials[1].young_pa == Approx(alike.body.materials[0].young_pa * 3000 / 1650));
+  CHECK_NOTHROW(read_scene(block(R"({"material": "brain"})", layer(R"("young_pa": 3000)")), "x.json"));
+}
+
+TEST_CASE("A layer that takes no part of the body is refused with where the body is") {
+  const Folder folder;
+  for (const char* bounds : {R"("above_z_m": 1)", R"("above_z_m": 0.02, "below_z_m": 0.01)", R"("below_x_m": -0.5)"}) {
+    CAPTURE(bounds);
+    const std::string layer = std::string(R"(, "layers": [{)") + bounds + R"(, "young_pa": 3000}])";
+    CHECK_THAT(error_of(folder, block(R"({"young_pa": 5000})", layer)),
+               Contains("body.lattice.layers[0] takes no part of the body; expected bounds that overlap it: x "));
+  }
+}
+
 TEST_CASE("A material file says what is wrong with it, and where") {
   const std::string good =
       R"({"name": "jelly", "what": "Jelly", "law": "neo-hookean", "young_pa": 500, "young_range_pa": [300, 900],

@@ -56,7 +56,7 @@ OLD_WORDS = [(re.compile(pattern), term, re.compile(allowed) if allowed else Non
      r"common/port/scheme\.hpp|docs/concepts/schemes\.md|tests/(port/scheme_test\.cpp|scene/input_error_test\.cpp|commands/|programs/)"),
     (r"\b[Dd]ent(s|ed|_\w*)?\b|\bDents?[A-Z]", "static indentation", None),
     (r"BodyWays|known_ways|expected_ways", "displacement snapshots, tool prediction", None),
-    (r"[Hh]and_?[Ff]utures?\b|affordable_futures|room_futures|\b(in|in_)thought\b|step_in_thought", "rollout", None),
+    (r"[Hh]and_?[Ff]utures?\b|affordable_futures|room_futures|\bin[ _]thought\b|step_in_thought", "rollout", None),
     (r"\b[Rr]ehears\w*", "warm-start indentation", None),
     (r"[Rr]emembered_?[Ss]tates?|remembered states", "snapshot cache", None),
     (r"\bcoast(s|ed|ing)\b|kCoastS", "dead reckoning", None),

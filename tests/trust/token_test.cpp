@@ -79,6 +79,25 @@ TEST_CASE("the largest token has 230 bytes and comes through as it was signed") 
   CHECK(signed_by(kIssuerSeed, kStrangerSeed, token).empty());
 }
 
+TEST_CASE("a token whose name or room is not UTF-8 without control characters is none, whoever signed it") {
+  const std::vector<PublicKey> issuers{issuer_of(issuer_secret(kIssuerSeed))};
+  const auto is_good = [&](const Token& token) {
+    const auto bytes = signed_by(kIssuerSeed, kStrangerSeed, token);
+    return !bytes.empty() && verify_token(bytes, issuers, server_key(), public_of(secret_of(kStrangerSeed)));
+  };
+  Token token = token_for();
+  token.rights.name = "M\xc3\xbcller";
+  CHECK(is_good(token));
+  for (const char* text : {"\xff", "M\xfcller", "c\xe2\x82", "\xc2\x9b", "a\tb", "\x7f"}) {
+    CAPTURE(text);
+    Token named = token_for(), of_room = token_for();
+    named.rights.name = text;
+    of_room.rights.rooms = {text};
+    CHECK_FALSE(is_good(named));
+    CHECK_FALSE(is_good(of_room));
+  }
+}
+
 TEST_CASE("no other issuer, station or server, and no changed bit or length, makes a token good") {
   const auto good = signed_by(kIssuerSeed, kStrangerSeed);
   const std::vector<PublicKey> issuers{issuer_of(issuer_secret(kIssuerSeed))};

@@ -161,15 +161,15 @@ TEST_CASE("how nodes move is right to half a byte's step of what each moves more
   CHECK(held.rightCols(kModes) == motion.rows(0));
 }
 
-TEST_CASE("A patch of any number of modes and terms that fill their room take at most 6000 bytes") {
+TEST_CASE("A patch of any number of modes and terms that fill their budget take at most 6000 bytes") {
   for (const int modes : {1, 8, 13, kMaxModes})
     for (const bool repaired : {false, true})
       for (const bool grasp : {false, true}) {
         const int first = std::min(max_port_vertices(modes), kMaxPortVertices - 1);
         CAPTURE(modes, repaired, grasp, first);
-        const TermsRoom room{modes + (grasp ? 3 : 0), grasp, repaired, grasp ? 0 : first, true};
+        const TermsBudget budget{modes + (grasp ? 3 : 0), grasp, repaired, grasp ? 0 : first, true};
         int nodes = 0;
-        while (nodes < kMaxSpringNodes && numbers_of(room, nodes + 1, 2 * nodes + 2) <= kUsualNumbers) ++nodes;
+        while (nodes < kMaxSpringNodes && numbers_of(budget, nodes + 1, 2 * nodes + 2) <= kUsualNumbers) ++nodes;
         REQUIRE(nodes >= 32);
         NonlinearTerms terms = seeds::spring_terms(modes, grasp, 2 * nodes, nodes);
         if (!repaired) terms.e2.resize(0);

@@ -1,4 +1,4 @@
-#include "server/reduce/bending.hpp"
+#include "server/reduce/nonlinear_elements.hpp"
 
 #include <algorithm>
 #include <array>
@@ -80,7 +80,7 @@ void add_second_order_of_solid(const Dynamics& dynamics, const BodyState& state,
 
 }  // namespace
 
-bool can_bend(const LumpedBody& body) {
+bool has_nonlinear_elements(const LumpedBody& body) {
   if (!body.is_solid()) return is_smooth(body.law);
   return std::all_of(body.materials.begin(), body.materials.end(), [&](const SolidMaterial& m) {
     return m.law == SolidLaw::membrane || m.parameters() == body.materials.front().parameters();
@@ -89,7 +89,7 @@ bool can_bend(const LumpedBody& body) {
 
 /// By their weights in bins of a sixteenth of an octave; those are left out whose weights are the smallest and together no more
 /// than `negligible` of all, and of the last bin those for which there is no room.
-std::vector<std::uint32_t> elements_that_bend(const Dynamics& dynamics, const BodyState& state, const Matrix& columns,
+std::vector<std::uint32_t> nonlinear_elements(const Dynamics& dynamics, const BodyState& state, const Matrix& columns,
                                               double negligible, std::size_t most) {
   assert(columns.rows() == state.x.size() && negligible >= 0 && negligible < 1);
   const LumpedBody& body = dynamics.body();
@@ -110,22 +110,22 @@ std::vector<std::uint32_t> elements_that_bend(const Dynamics& dynamics, const Bo
     ++filled[bins[k]].count;
     all += weights[k];
   }
-  std::size_t least = 0, last = filled.size() - 1, room = most;
+  std::size_t least = 0, last = filled.size() - 1, left = most;
   for (double left_out = filled[0].weight; least < last && left_out <= negligible * all; left_out += filled[least].weight)
     ++least;
   least = std::max<std::size_t>(least, 1);
-  for (; last > least && filled[last].count <= room; --last) room -= filled[last].count;
+  for (; last > least && filled[last].count <= left; --last) left -= filled[last].count;
   std::vector<std::uint32_t> chosen;
   for (std::uint32_t k = 0; k < bins.size(); ++k) {
-    if (bins[k] < last || (bins[k] == last && room == 0)) continue;
-    if (bins[k] == last) --room;
+    if (bins[k] < last || (bins[k] == last && left == 0)) continue;
+    if (bins[k] == last) --left;
     chosen.push_back(k);
   }
   return chosen;
 }
 
 std::vector<Vector> second_order_forces(const Dynamics& dynamics, const BodyState& state, const Matrix& directions) {
-  assert(directions.rows() == state.x.size() && can_bend(dynamics.body()));
+  assert(directions.rows() == state.x.size() && has_nonlinear_elements(dynamics.body()));
   const LumpedBody& body = dynamics.body();
   const auto n = static_cast<int>(directions.cols());
   std::vector<Vector> forces(static_cast<std::size_t>(pairs_of(n)), Vector::Zero(directions.rows()));

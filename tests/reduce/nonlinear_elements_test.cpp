@@ -1,5 +1,5 @@
 // Which elements bend, and their second-order forces, against the forces of the body itself.
-#include "server/reduce/bending.hpp"
+#include "server/reduce/nonlinear_elements.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -53,7 +53,7 @@ TEST_CASE("where only so many elements are asked for, they are those that bend m
   constexpr std::size_t kMost = 60;
   constexpr double kBin = 17.0 / 16.0;  // weights that differ by less count as alike
   Case c(box_body(5, 5, 5));
-  const auto chosen = [&](std::size_t most) { return elements_that_bend(c.dynamics, c.state, c.shapes, 0, most); };
+  const auto chosen = [&](std::size_t most) { return nonlinear_elements(c.dynamics, c.state, c.shapes, 0, most); };
   const auto bending = [&](const Element& e) {
     const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
     const double motion = (c.shapes.middleRows<3>(b) - c.shapes.middleRows<3>(a)).norm();
