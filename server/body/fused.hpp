@@ -8,6 +8,8 @@
 
 namespace palpate {
 
+/// Eight floats as one value; where the processor is narrower the compiler makes two of it. Never passed by value to or from a
+/// function that is not inlined: how that is done depends on the processor that is compiled for.
 using EightFloats = float __attribute__((vector_size(32), may_alias));
 using FourDoubles = double __attribute__((vector_size(32), may_alias));
 

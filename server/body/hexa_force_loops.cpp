@@ -1,3 +1,4 @@
+#include "server/body/fused.hpp"
 #include "server/body/hexa_forces.hpp"
 #include "server/body/hexa_lanes.hpp"
 #include "server/body/solid_lanes.hpp"
@@ -5,7 +6,7 @@
 namespace palpate {
 namespace {
 
-using Eight = float __attribute__((vector_size(32), may_alias));
+using Eight = EightFloats;
 using EightTruths = std::int32_t __attribute__((vector_size(32)));
 constexpr std::size_t kEight = HexaCells::kLanes;
 constexpr int kColumns = 7;

@@ -3,6 +3,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "server/body/fused.hpp"
+
 namespace palpate {
 namespace {
 
@@ -14,9 +16,6 @@ double dot(const Nodes& a, const Nodes& b) {
   return sum.sum();
 }
 
-// Eight floats as one value; where the processor is narrower the compiler makes two of it. Never passed to or from a function:
-// how that is done depends on the processor that is compiled for.
-using PackedFloats = float __attribute__((vector_size(32), may_alias));
 using Half = float __attribute__((vector_size(16), may_alias));
 
 }  // namespace
@@ -48,17 +47,17 @@ void PackedConjugateGradients::pack(const BlockMatrix& a) {
 
 void PackedConjugateGradients::multiply(const Nodes& x, Nodes& y) const {
   for (std::size_t i = 0; i + 1 < first_.size(); ++i) {
-    PackedFloats s0{}, s1{}, s2{};  // three sums that do not wait for each other
+    EightFloats s0{}, s1{}, s2{};  // three sums that do not wait for each other
     for (std::uint32_t k = first_[i]; k < first_[i + 1]; ++k) {
       const auto& a = *reinterpret_cast<const Half*>(x[neighbours_[k].a].data());
       const auto& b = *reinterpret_cast<const Half*>(x[neighbours_[k].b].data());
-      const auto* columns = reinterpret_cast<const PackedFloats*>(pairs_[k].columns);
-      const PackedFloats p = __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
+      const auto* columns = reinterpret_cast<const EightFloats*>(pairs_[k].columns);
+      const EightFloats p = __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
       s0 += columns[0] * __builtin_shufflevector(p, p, 0, 0, 0, 0, 4, 4, 4, 4);
       s1 += columns[1] * __builtin_shufflevector(p, p, 1, 1, 1, 1, 5, 5, 5, 5);
       s2 += columns[2] * __builtin_shufflevector(p, p, 2, 2, 2, 2, 6, 6, 6, 6);
     }
-    const PackedFloats sum = s0 + s1 + s2;
+    const EightFloats sum = s0 + s1 + s2;
     y[i] << sum[0] + sum[4], sum[1] + sum[5], sum[2] + sum[6], 0.0F;
   }
 }

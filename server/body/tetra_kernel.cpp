@@ -1,6 +1,7 @@
 #include "server/body/tetra_kernel.hpp"
 
 #include <Eigen/Dense>
+#include <cassert>
 #include <cmath>
 #include <numbers>
 
@@ -77,6 +78,7 @@ Mat3 flip(int k) { return twist(k).cwiseAbs(); }
 TetraMaterial::TetraMaterial(const SolidMaterial& material) : law(material.law) {
   const double e = material.young_pa, nu = material.poisson;
   mu = e / (2 * (1 + nu));
+  assert(e > 0 && nu > -1 && nu < 0.5 && material.damping_s >= 0);
   lambda = e * nu / ((1 + nu) * (1 - 2 * nu));
   const double mu_l = mu;
   if (law == SolidLaw::membrane) lambda = e * nu / (1 - nu * nu);
@@ -87,6 +89,8 @@ TetraMaterial::TetraMaterial(const SolidMaterial& material) : law(material.law) 
     mu = of.mu_1, mu_2 = of.mu_2, lambda = of.lambda, exponent = of.exponent;
   }
   fibres = material.fibres;
+  const auto& a = fibres.direction;
+  assert(std::abs(a[0] * a[0] + a[1] * a[1] + a[2] * a[2] - 1) < 1e-6 && fibres.share >= 0);
   fibre_k = fibres.share * mu_l;
   if (law == SolidLaw::ogden) {
     ogden = OgdenLaw(material.parameters());

@@ -123,6 +123,7 @@ class IndentedSubdomain {
       sum += blocks_.back();
       count += row == BodyOperator::kNone ? 0 : 1;
     }
+    assert(count > 0 && sum.isApprox(sum.transpose(), 1e-9) && sum.trace() > 0);
     for (Mat3& block : blocks_)
       if (block.isZero(0)) block = sum / count;
     for (const auto& [i, b] : port_)
