@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "bench/measure/gestures.hpp"
+#include "server/body/settle.hpp"
 #include "server/room/room.hpp"
 
 namespace palpate {
@@ -51,9 +52,20 @@ Vec3 nearest_upper_face(const LumpedBody& body, const Vec3& home) {
   return nearest;
 }
 
+/// With its nodes where they are when it hangs still.
+Scene as_it_hangs(Scene scene) {
+  if (scene.body.gravity_m_s2.squaredNorm() == 0) return scene;
+  const Dynamics dynamics(scene.body);
+  const Vector x = settled_state(dynamics, "scene \"" + scene.name + "\": body.gravity_m_s2").x;
+  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) scene.body.nodes[i] = at_node(x, i);
+  return scene;
+}
+
 class GestureMaker {
  public:
-  explicit GestureMaker(const Scene& scene) : scene_(scene), touches_(scene.tool.contact == ContactKind::touch) {
+  explicit GestureMaker(const Scene& at_rest)
+      : scene_(as_it_hangs(at_rest)), touches_(at_rest.tool.contact == ContactKind::touch) {
+    const Scene& scene = scene_;
     Vec3 low = scene.body.nodes.front(), high = low;
     for (const Vec3& x : scene.body.nodes) low = low.cwiseMin(x), high = high.cwiseMax(x);
     const Vec3 home = home_of(scene);
@@ -129,7 +141,7 @@ class GestureMaker {
     hold(length_s, [&](double) { return at(0, 0, -above_m()); });
   }
 
-  const Scene& scene_;
+  Scene scene_;
   bool touches_;
   Vec3 place_ = Vec3::Zero();
   double depth_m_ = 0, aside_m_ = 0;

@@ -1,4 +1,4 @@
-// Motions of a hand on any body, made from the body's own surface.
+// Motions of a hand on any body, made from the body's own surface, as it hangs still.
 //
 // A tool that touches comes down on the surface from 20 mm above, where home_of() is above it, or, where there is nothing below
 // that (a ring, a hollow), at the place of the upper side nearest to it; one that grasps begins at its node. h is the height of

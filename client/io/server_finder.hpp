@@ -2,11 +2,14 @@
 // forgotten the way back to our port (a NAT, a stale entry of connection tracking). Both are mended by asking for the name again
 // and going on from a new port.
 //
-//     silence(now) = now - max(last answer, last move)    kAskAhead before kMoveAfter the name is asked for,
-//                                                         at kMoveAfter the client moves to what was found
+//     silence(now) = now - max(last answer, last move)    kAskAhead before kMoveAfter the name is asked for, and every kMoveAfter
+//                                                         from then on; at kMoveAfter the client moves to another address that
+//                                                         was found, and to a new port for the old one after kMoveAfter, twice
+//                                                         that, four times, at most kPortAfterMost
 //
-// A name that has no address any more leaves it at the one that it had; a resolver that takes longer than another kMoveAfter is
-// not waited for. Who is told that the server is shutting down asks at once.
+// A handshake with keys is of three round trips, and what has come of it is lost with the port: the waits grow until they are
+// longer. A name that has no address any more leaves the client at the one that it had; a resolver that takes longer than another
+// kMoveAfter is not waited for. Who is told that the server is shutting down asks at once.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +31,7 @@ inline UdpEndpoint server_at(const std::string& text) {
 
 class ServerFinder {
  public:
-  static constexpr Micros kMoveAfter{3'000'000}, kAskAhead{500'000};
+  static constexpr Micros kMoveAfter{3'000'000}, kAskAhead{500'000}, kPortAfterMost{24'000'000};
 
   /// `at`: what the name was found to be by `now`.
   ServerFinder(std::string name, UdpEndpoint at, NameLookup::Ask ask, Micros now)
@@ -36,6 +39,7 @@ class ServerFinder {
 
   /// Where to go on from a new port; nothing while all is well. `sent_away`: what answers says that it is shutting down.
   std::optional<UdpEndpoint> move(Micros now, Micros answered, bool sent_away) {
+    if (answered > moved_) port_after_ = kMoveAfter;
     const Micros silence = now - (sent_away ? moved_ : std::max(answered, moved_));
     if (silence < kMoveAfter - kAskAhead) {
       asked_ = false;  // what was found for a silence that ended is old by the next
@@ -47,9 +51,16 @@ class ServerFinder {
     if (!std::exchange(asked_, true)) asked_at_ = now;
     if (const auto answer = lookup_.take()) found_ = answer->value_or(at_);
     if (silence < kMoveAfter || (!found_ && now - asked_at_ < kMoveAfter)) return std::nullopt;
-    at_ = std::exchange(found_, std::nullopt).value_or(at_);
+    const UdpEndpoint to = found_.value_or(at_);
+    const bool stays = to == at_;
+    if (!stays || silence >= port_after_ || now - asked_at_ >= kMoveAfter) {
+      asked_ = false;
+      found_.reset();
+    }
+    if (stays && silence < port_after_) return std::nullopt;
+    port_after_ = stays ? std::min(2 * port_after_, kPortAfterMost) : kMoveAfter;
+    at_ = to;
     moved_ = now;
-    asked_ = false;
     return at_;
   }
 
@@ -57,7 +68,7 @@ class ServerFinder {
   std::string name_;
   UdpEndpoint at_;
   NameLookup lookup_;
-  Micros moved_;
+  Micros moved_, port_after_ = kMoveAfter;
   bool asked_ = false;  ///< since the last move
   Micros asked_at_{};
   std::optional<UdpEndpoint> found_;

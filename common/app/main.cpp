@@ -1,6 +1,4 @@
 // palpate-key: keys of servers, stations and issuers, and the tokens that issuers sign.
-#include <fmt/format.h>
-
 #include <chrono>
 #include <cstdio>
 #include <string>
@@ -43,6 +41,12 @@ Rights rights_given(const Options& o) {
   return rights;
 }
 
+/// A key or token that did not get to where it was sent is none.
+void print_line(const std::string& text) {
+  if (std::printf("%s\n", text.c_str()) < 0 || std::fflush(stdout) != 0)
+    throw InputError("standard output", "cannot be written", "room on the disk");
+}
+
 KeyFile read_key_file(const std::string& file) { return parse_keys(read_secret_text(file), file); }
 
 void make_new(const Options& o) {
@@ -52,29 +56,32 @@ void make_new(const Options& o) {
   std::string text = (o.issuer ? "issuer-self " : "self ") + to_text(Bytes(secret.bytes)) + "\n";
   if (!o.server.empty()) text = with_server(text, key_given("--trust", o.server));
   write_new_secret(o.file, text);
-  fmt::print("{}\n", to_text(o.issuer ? issuer_of(issuer) : public_of(secret)));
+  print_line(to_text(o.issuer ? issuer_of(issuer) : public_of(secret)));
 }
 
 void show(const Options& o) {
   const KeyFile keys = read_key_file(o.file);
-  if (keys.self) fmt::print("{}\n", to_text(public_of(*keys.self)));
-  if (keys.issuer_self) fmt::print("{}\n", to_text(issuer_of(*keys.issuer_self)));
+  if (keys.self) print_line(to_text(public_of(*keys.self)));
+  if (keys.issuer_self) print_line(to_text(issuer_of(*keys.issuer_self)));
   if (!keys.self && !keys.issuer_self) throw InputError(o.file, "has no key of its own", "a line self SECRET");
 }
 
 void trust(const Options& o) {
   const PublicKey server = key_given("SERVER", o.server);
-  const std::string text = read_secret_text(o.file);
-  parse_keys(text, o.file);
-  replace_secret(o.file, with_server(text, server));
+  change_secret(o.file, [&](const std::string& text) {
+    parse_keys(text, o.file);
+    return with_server(text, server);
+  });
 }
 
 void admit(const Options& o) {
-  std::string text = read_secret_text(o.file);
-  if (!text.empty() && text.back() != '\n') text += '\n';
-  text += station_line(key_given("STATION", o.station), rights_given(o)) + "\n";
-  parse_keys(text, o.file);  // before anything is written
-  replace_secret(o.file, text);
+  const std::string line = station_line(key_given("STATION", o.station), rights_given(o)) + "\n";
+  change_secret(o.file, [&](std::string text) {
+    if (!text.empty() && text.back() != '\n') text += '\n';
+    text += line;
+    parse_keys(text, o.file);  // before anything is written
+    return text;
+  });
 }
 
 void issue(const Options& o) {
@@ -88,7 +95,7 @@ void issue(const Options& o) {
   token.session_s = static_cast<std::uint32_t>(o.session_s);
   token.rights = rights_given(o);
   if (token.rights.rooms.size() > 1) throw InputError("--room", "is there twice", "one room for a token, or none for any");
-  fmt::print("{}\n", to_text(Bytes(sign_token(token, *keys.issuer_self, server, station))));
+  print_line(to_text(Bytes(sign_token(token, *keys.issuer_self, server, station))));
 }
 
 void add_rights(CLI::App& app, Options& o) {

@@ -1,12 +1,15 @@
 #include "common/io/key_files.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
+#include <system_error>
 #include <utility>
 
 #include "common/base/error.hpp"
@@ -19,7 +22,8 @@ constexpr std::size_t kMostKeyFileBytes = 1 << 20;
 /// An open file, closed when it goes.
 class KeyDescriptor {
  public:
-  KeyDescriptor(const std::filesystem::path& file, int flags) : fd_(::open(file.c_str(), flags | O_CLOEXEC, 0600)) {}
+  explicit KeyDescriptor(int fd) : fd_(fd) {}
+  KeyDescriptor(const std::filesystem::path& file, int flags) : fd_(::open(file.c_str(), flags | O_CLOEXEC)) {}
   KeyDescriptor(const KeyDescriptor&) = delete;
   KeyDescriptor& operator=(const KeyDescriptor&) = delete;
   ~KeyDescriptor() {
@@ -66,19 +70,30 @@ void write_whole(int fd, const std::string& text, const std::filesystem::path& f
   if (::fsync(fd) != 0) fail_with_errno(file, "cannot be written", "a disk that works");
 }
 
-/// Written and synced beside `file`.
-std::filesystem::path write_beside(const std::filesystem::path& file, const std::string& text) {
-  std::filesystem::path beside = file;
-  beside += ".part-" + std::to_string(::getpid());
-  const KeyDescriptor part(beside, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW);
-  if (part.get() < 0) fail_with_errno(file, "cannot be written", "a folder that is there and may be written to");
-  write_whole(part.get(), text, file);
+/// Written and synced beside `file`, of the owner and group of `like`.
+std::filesystem::path write_beside(const std::filesystem::path& file, const std::string& text,
+                                   const struct stat* like = nullptr) {
+  std::string beside = file.string() + ".part-XXXXXX";
+  const int fd = ::mkostemp(beside.data(), O_CLOEXEC);
+  if (fd < 0) fail_with_errno(file, "cannot be written", "a folder that is there and may be written to");
+  const KeyDescriptor part(fd);
+  try {
+    if (like && (like->st_uid != ::geteuid() || like->st_gid != ::getegid()) && ::fchown(fd, like->st_uid, like->st_gid) != 0)
+      fail_with_errno(file, "is somebody else's", "its owner, or root, to change it");
+    write_whole(fd, text, file);
+  } catch (const InputError&) {
+    ::unlink(beside.c_str());
+    throw;
+  }
   return beside;
 }
 
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+  return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+}
+
 void sync_folder_of(const std::filesystem::path& file) {
-  const auto folder = file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
-  const KeyDescriptor opened(folder, O_RDONLY | O_DIRECTORY);
+  const KeyDescriptor opened(folder_of(file), O_RDONLY | O_DIRECTORY);
   if (opened.get() >= 0) ::fsync(opened.get());
 }
 
@@ -102,13 +117,22 @@ void write_new_secret(const std::filesystem::path& file, const std::string& text
   sync_folder_of(file);
 }
 
-void replace_secret(const std::filesystem::path& file, const std::string& text) {
-  const auto beside = write_beside(file, text);
+void change_secret(const std::filesystem::path& named, const std::function<std::string(std::string)>& change) {
+  std::error_code unknown;
+  const auto there = std::filesystem::canonical(named, unknown);
+  const auto file = unknown ? named : there;
+  const KeyDescriptor folder(folder_of(file), O_RDONLY | O_DIRECTORY);  // whose lock outlives the file
+  if (folder.get() < 0 || ::flock(folder.get(), LOCK_EX) != 0)
+    fail_with_errno(named, "cannot be changed", "a folder that can be read");
+  const std::string text = change(read_secret_text(file));
+  struct stat about {};
+  if (::stat(file.c_str(), &about) != 0) fail_with_errno(named, "cannot be read", "a file that can");
+  const auto beside = write_beside(file, text, &about);
   if (::rename(beside.c_str(), file.c_str()) != 0) {
     const int failed = std::exchange(errno, 0);
     ::unlink(beside.c_str());
     errno = failed;
-    fail_with_errno(file, "cannot be written", "a folder that may be written to");
+    fail_with_errno(named, "cannot be written", "a folder that may be written to");
   }
   sync_folder_of(file);
 }

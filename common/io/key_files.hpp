@@ -5,6 +5,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "common/trust/key_file.hpp"
@@ -15,8 +16,9 @@ namespace palpate {
 std::string read_secret_text(const std::filesystem::path& file);
 /// A file that must not be there yet. InputError.
 void write_new_secret(const std::filesystem::path& file, const std::string& text);
-/// In place of what is there. InputError.
-void replace_secret(const std::filesystem::path& file, const std::string& text);
+/// Puts what `change` makes of its text in its place: of the same owner where we may say so, through links, one after the other
+/// where several do so at once. InputError.
+void change_secret(const std::filesystem::path& file, const std::function<std::string(std::string)>& change);
 
 SiteKeys read_site(const std::filesystem::path& file);
 /// `token`: a file, or empty.

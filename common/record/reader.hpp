@@ -53,6 +53,10 @@ struct RecordedTool {
   std::uint32_t buttons = 0;
 };
 
+/// Whether it was cut within its head, as by a disk that was full, or is a file of zeros, as after a machine that stopped while
+/// it began: nothing was ever in it.
+bool is_cut_as_it_began(std::span<const std::byte> bytes);
+
 class RecordingReader {
  public:
   /// `bytes` outlive the reader; `name` stands for the file in errors. Throws InputError when they are no recording, one of

@@ -43,6 +43,8 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
   }
   responses_.resize(ports.size());
   const double shortest_s = std::max(kMinStepS, step_s / kMostCut);
+  // What is left of a frame is then one damped step: a frame has to end.
+  const double most_iterations = kNewtonAStep * std::max(kFewestSteps, std::ceil((until_s - state.time_s) / step_s));
   double h_try = step_s;
   std::optional<double> most_j;  // what a body has that is left alone
   while (until_s - state.time_s > 1e-9) {
@@ -51,8 +53,19 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
       return report;
     }
     const double left = until_s - state.time_s;
-    const double h = left / std::ceil(left / h_try - 1e-9);
     const BodyState before = state;
+    if (report.newton_iterations > most_iterations && !touches(ports)) {
+      if (!damped_step(state, ports, left, tools, report)) {
+        state = before;
+        report.converged = false;
+        return report;
+      }
+      dynamics_->relaxation().relax(left, state);
+      find_holding_forces(*dynamics_, state, ports);
+      ++report.steps;
+      return report;
+    }
+    const double h = left / std::ceil(left / h_try - 1e-9);
     const std::vector<ToolPort> ports_before = ports;
     const Relaxation& relaxation = dynamics_->relaxation();
     relaxation.relax(h / 2, state);

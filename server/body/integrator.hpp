@@ -63,7 +63,8 @@ class Integrator final : public Stepper {
                         const ToolMotion& tools) override;
 
  private:
-  static constexpr int kNewtonMax = 30, kNewtonMost = 200;  // of a stage; of a damped step
+  static constexpr int kNewtonMax = 30, kNewtonMost = 200;       // of a stage; of a damped step
+  static constexpr double kNewtonAStep = 120, kFewestSteps = 5;  // of an advance(), by the steps that it would have uncut
 
   struct Stage {
     double a = 0, end_s = 0;

@@ -39,8 +39,10 @@ double evaluation_s(const ExplicitStepper& stepper, double spring_ns) {
 /// In steps as long as the scene allows, or `finely`: in those that take no more than kAffordable of a core.
 Candidate implicit_candidate(const Scene& scene, const Dynamics& dynamics, const Skin& skin, bool finely) {
   constexpr double kAffordable = 0.1, kShortestS = 0.0025;
+  constexpr double kFading = 4;  // a step of 150 nodes of tetrahedra takes so much longer where their stress fades
   const double edge_ns = dynamics.body().hexahedra.empty() ? kImplicitNs : kImplicitHexaNs;
-  const double step_cost_s = 1e-9 * static_cast<double>(edges_of(dynamics.body()).size()) * edge_ns * kNewton;
+  const double fading = !dynamics.relaxation().empty() && !dynamics.body().tetrahedra.empty() ? kFading : 1;
+  const double step_cost_s = 1e-9 * static_cast<double>(edges_of(dynamics.body()).size()) * edge_ns * kNewton * fading;
   double step_s = scene.solver.step_s;
   if (finely) step_s = std::min(step_s, std::max(kShortestS, step_cost_s / kAffordable));
   return candidate(std::make_unique<Integrator>(dynamics, skin, IntegratorOptions{step_s}), "tr-bdf2",

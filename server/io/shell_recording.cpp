@@ -67,7 +67,8 @@ void ServerShell::resume(std::size_t k, const NamedScene& named, const std::vect
     try {
       recording.emplace(mapped.bytes(), where);
     } catch (const InputError& fault) {
-      if (from.empty() && std::next(file) == newest_first.end()) throw;
+      const bool none_older = from.empty() && std::next(file) == newest_first.end();
+      if (none_older && !is_cut_as_it_began(mapped.bytes())) throw;
       say(k, "resume_skipped", std::string("warning: ") + fault.what(), {{"file", file->string()}, {"reason", fault.what()}},
           EventLevel::warning);
       continue;
@@ -76,6 +77,7 @@ void ServerShell::resume(std::size_t k, const NamedScene& named, const std::vect
     found = newest_checkpoint(*recording, where, named.name, named.scene);
   }
   if (newest_first.empty()) return;
+  if (from.empty()) return say(k, "resumed", "no recording says how the body was: it is at rest", {});
   if (!found) return say(k, "resumed", from.string() + " has no checkpoint: the body is at rest", {{"file", from.string()}});
   const RecordedCheckpoint& newest = found->checkpoint;
   if (!bodies_[k]->room.resume(in_a_row(newest.positions), in_a_row(newest.velocities), newest.relaxed))

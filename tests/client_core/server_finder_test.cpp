@@ -3,6 +3,8 @@
 
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <thread>
+#include <vector>
 
 using namespace palpate;
 using namespace std::chrono_literals;
@@ -37,6 +39,37 @@ TEST_CASE("while somebody answers nothing is asked, and after three seconds of s
   CHECK_FALSE(finder.move(65s, 60s, false));
   CHECK(moved(finder, 66s, 60s) == kNew);  // and again, from another port
   CHECK(asked == 2);
+}
+
+TEST_CASE(
+    "where nobody answers ports change after 3 s, 6, 12 and 24, the name is asked for every 3 s, and a new address counts at "
+    "once") {
+  std::atomic<int> asked = 0;
+  std::atomic<bool> has_moved = false;
+  const auto ask = [&](const std::string&) { return ++asked, has_moved ? kNew : kOld; };
+  ServerFinder finder("name", kOld, ask, 0s);
+  std::vector<double> at_s;
+  const auto run = [&](Micros from, Micros until) {
+    for (Micros now = from; now < until; now += 100ms) {
+      std::this_thread::sleep_for(1ms);
+      if (finder.move(now, 0s, false)) at_s.push_back(std::chrono::duration<double>(now).count());
+    }
+  };
+  run(0s, 98s);
+  REQUIRE(at_s.size() == 5);
+  double before = 0;
+  for (const auto& [moved_s, after] : {std::pair{at_s[0], 3}, {at_s[1], 6}, {at_s[2], 12}, {at_s[3], 24}, {at_s[4], 24}}) {
+    CHECK(moved_s - before == Approx(after).margin(0.35));  // the lookup's thread takes a step or two
+    before = moved_s;
+  }
+  CHECK(asked >= 25);
+  has_moved = true;
+  run(98s, 103s);
+  REQUIRE(at_s.size() == 6);
+  CHECK(at_s[5] < 102.5);
+  CHECK_FALSE(finder.move(103s, 103s, false));  // an answer: the next silence begins with 3 s again
+  CHECK_FALSE(finder.move(105'600ms, 103s, false));
+  CHECK(moved(finder, 106s, 103s) == kNew);
 }
 
 TEST_CASE("a name that is gone leaves the client where it was, with another port") {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/body/settle.hpp"
+
 using namespace palpate;
 
 namespace {
@@ -54,6 +56,28 @@ TEST_CASE("A press meets a ring, above whose middle there is nothing", "[gesture
   }
   CHECK(lowest == Approx(0.02 - 0.02 / 8));  // an eighth of its height deep
   CHECK(press.points().front().position.z() == Approx(0.04));
+}
+
+TEST_CASE("A press meets a body that sags in gravity where it hangs", "[gesture]") {
+  const Scene scene =
+      read_scene(R"({"body": {"lattice": {"nodes": [9, 3, 3], "size_m": [0.16, 0.04, 0.04], "fixed_faces": ["x-", "x+"],
+      "gravity_m_s2": [0, 0, -9.81], "solid": {"young_pa": 3000}}}, "tool": {"contact": "touch"}})",
+                 "beam.json");
+  const Dynamics dynamics(scene.body);
+  const BodyState hangs = settled_state(dynamics);
+  std::uint32_t top = 0;  // the middle of the upper side
+  Eigen::AlignedBox3d box;
+  for (const Vec3& x : scene.body.nodes) box.extend(x);
+  const Vec3 middle(box.center().x(), box.center().y(), box.max().z());
+  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
+    if ((scene.body.nodes[i] - middle).norm() < (scene.body.nodes[top] - middle).norm()) top = i;
+  const double rests_m = scene.body.nodes[top].z(), hangs_m = at_node(hangs.x, top).z();
+  REQUIRE(rests_m - hangs_m > 0.01);
+  double lowest_m = rests_m;
+  const Motion press = surface_gesture(scene, SurfaceGesture::press);
+  for (const MotionPoint& p : press.points()) lowest_m = std::min(lowest_m, p.position.z());
+  CHECK(lowest_m < hangs_m - 0.001);
+  CHECK(lowest_m > hangs_m - 0.012);
 }
 
 TEST_CASE("Every gesture begins and ends at rest, goes below the surface, and never jumps", "[gesture]") {

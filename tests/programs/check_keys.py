@@ -40,6 +40,27 @@ def check_files(programs, work):
     assert done.returncode == 2 and f"chmod 600 {secret}" in done.stderr, done.stderr
 
 
+def check_admitted_together(programs, work):
+    """Several at once, through a link: nobody's line is lost, and owner and link stay."""
+    site, link = work / "real" / "site.key", work / "site.key"
+    site.parent.mkdir()
+    key(programs, "new", site)
+    link.symlink_to(site)
+    if os.geteuid() == 0:
+        os.chown(site, 64321, 64322)
+    stations = [key(programs, "new", work / f"{k}.key") for k in range(8)]
+    at_once = [subprocess.Popen([programs / "palpate-key", "admit", link, station, f"OR {k}"]) for k, station in enumerate(stations)]
+    assert [one.wait() for one in at_once] == [0] * len(stations)
+    text = site.read_text()
+    assert all(station in text for station in stations), text
+    assert link.is_symlink() and [path.name for path in site.parent.iterdir()] == ["site.key"]
+    if os.geteuid() == 0:
+        assert (site.stat().st_uid, site.stat().st_gid) == (64321, 64322), site.stat()
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([programs / "palpate-key", "show", work / "0.key"], stdout=full, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 2 and "standard output: cannot be written; expected room on the disk" in done.stderr, done.stderr
+
+
 def check_listening(programs, scene, work):
     done = run(programs, "palpate-server", "--scene", scene, "--listen", "0.0.0.0:0", "--duration-s", "1")
     assert done.returncode == 2 and "--keys FILE" in done.stderr and done.stderr.count("\n") == 1, done.stderr
@@ -193,6 +214,8 @@ def main():
         work = pathlib.Path(folder)
         (work / "files").mkdir()
         check_files(programs, work / "files")
+        (work / "together").mkdir()
+        check_admitted_together(programs, work / "together")
         scene = scenes / "touch-cube.json"
         check_listening(programs, scene, work)
         check_hang_up(programs, scenes, scene, work)

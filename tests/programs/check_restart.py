@@ -130,6 +130,13 @@ def check_wrong_files(programs, scenes, work):
         assert done.returncode == 0 and f"warning: --resume from {work / 'cut.2.rec'}: " in said, said
         assert f"the body is as {work / 'cut.rec'} had it" in said and (work / "cut.3.rec").exists(), said
         (work / "cut.3.rec").unlink()
+    # The only one was cut as it began: the body is at rest, and the next number is written.
+    for k, size in enumerate((1, 100, 1000)):
+        cut = work / f"only{k}.rec"
+        cut.write_bytes(latest.read_bytes()[:size])
+        done = subprocess.run([programs / "palpate-server", "--scene", scenes / "touch-cube.json", "--listen", "127.0.0.1:0", "--record", cut,
+                               "--resume", "--duration-s", "0.1"], capture_output=True, text=True, timeout=PATIENCE_S)
+        assert done.returncode == 0 and "it is at rest" in done.stdout and (work / f"only{k}.2.rec").exists(), done.stdout + done.stderr
     # Its middle damaged: what is behind the damage counts.
     broken = bytearray(latest.read_bytes())
     del broken[len(broken) // 2 : len(broken) // 2 + 1000]

@@ -1,6 +1,7 @@
 #include "server/metrics/io/metrics_server.hpp"
 
 #include <CivetServer.h>
+#include <civetweb.h>
 #include <prometheus/text_serializer.h>
 
 #include <chrono>
@@ -51,6 +52,8 @@ Answer as_answer(const std::optional<std::string>& trouble) {
 /// As resolve_udp() understands it; TCP and UDP have the same addresses.
 std::unique_ptr<CivetServer> serve_at(const std::string& flag, const std::string& address) {
   const std::string where = flag + " " + address, there = to_string(resolve_udp(flag, address));
+  if (!there.empty() && there.front() == '[' && !mg_check_feature(MG_FEATURES_IPV6))
+    throw InputError(where, "is an IPv6 address, which this HTTP server has not learnt", "an IPv4 address");
   // Threads that mostly sleep: some that hang with readers who are slow or say nothing keep no health check waiting. Connections
   // end after an answer or 2 s.
   const std::vector<std::string> options{"listening_ports",    there,  "num_threads",       "32",
