@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bench/world/draw.hpp"
+#include "common/trust/client_channel.hpp"
 #include "server/core/server_core.hpp"
 
 namespace palpate {
@@ -62,8 +63,8 @@ Micros misjudged_for(const Scenario& s, const Fault& f) {
 Micros recovery_time(const Scenario& scenario, std::size_t station) {
   // A process that died is silent for kSilentAfter before its name is free; whoever was refused asks again after kRetryEvery.
   // With keys it waits until the dead one has failed to echo, and asks again meanwhile; two exchanges make its keys, as they do
-  // with a server that is another. A shadow first waits for the station whose tool it shares. Then three exchanges (refused as
-  // unknown, Hello, samples) and, at the worst, a frame that is a stall long.
+  // with a server that is another, one handshake a second at most. A shadow first waits for the station whose tool it shares.
+  // Then three exchanges (refused as unknown, Hello, samples) and, at the worst, a frame that is a stall long.
   const auto slow = [&](std::size_t k) {
     const Links links = healed_links(scenario, k);
     return slowest(links.up) + slowest(links.down);
@@ -74,7 +75,7 @@ Micros recovery_time(const Scenario& scenario, std::size_t station) {
       scenario.drawn_with.keys && std::any_of(scenario.faults.begin(), scenario.faults.end(),
                                               [](const Fault& f) { return f.kind == FaultKind::server_restart; });
   const int exchanges = new_keys ? 6 : 4;
-  Micros joins = kHelloEvery + exchanges * slow(station);
+  Micros joins = kHelloEvery + exchanges * slow(station) + (new_keys ? kBeginEvery : Micros{});
   if (plan.owner >= 0) joins += kRetryEvery + exchanges * slow(static_cast<std::size_t>(plan.owner));
   const int self = plan.owner >= 0 ? plan.owner : static_cast<int>(station);
   for (const Fault& f : scenario.faults)

@@ -191,7 +191,8 @@ TEST_CASE("Attacked worlds that broke a check once hold every check") {
     bool small;
     double duration_s = 1.5;
   };
-  for (const auto& [seed, small, duration_s] : {Broken{210046, false}, {210160, false}, {420089, true}, {709015, true, 3}}) {
+  for (const auto& [seed, small, duration_s] :
+       {Broken{210046, false}, {210160, false}, {420089, true}, {709015, true, 3}, {737026, true, 3}}) {
     DrawOptions draw;
     draw.seed = seed;
     draw.duration_s = duration_s;
