@@ -32,7 +32,7 @@ struct ReferenceModel::State {
         skin(scene.body, scene.tool.radius_m),
         dynamics(scene.body),
         integrator(dynamics, skin, {scene.body.nodes.size() <= kFineNodes ? kFineStepS : kTickStepS, kToleranceM}),
-        body(settled_state(dynamics)),
+        body(settled_state(dynamics, s.name)),
         rest(body) {}
 
   ToolAt tool_at(std::size_t k, double t_s) const { return grasps[k].at(tracks[k], from_seconds(t_s)); }

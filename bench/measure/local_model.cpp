@@ -254,7 +254,7 @@ class LocalRun {
       closure = close_contact(skin.position(port_.point, b, x), 0.5 * (compliance + compliance.transpose()),
                               normal_at(skin.view(), positions_, port_.point), tool, port_.parameters);
       if (closure.slip.squaredNorm() > 0) port_.point = slide(skin.view(), positions_, port_.point, closure.slip);
-      if (slides == kMostSlides || closure.slip.norm() < kSettledM) break;
+      if (slides == kSlidesMax || closure.slip.norm() < kSlipToleranceM) break;
     }
     port_.lambda = closure.lambda;
     port_.touching = closure.lambda.squaredNorm() > 0;

@@ -58,7 +58,7 @@ PushedRun push_body(const Scene& scene, const std::function<std::int64_t()>& sto
   const Dynamics dynamics(scene.body);
   const Skin skin(scene.body, scene.tool.radius_m);
   const ChosenStepper chosen = choose_stepper(scene, dynamics, skin);
-  BodyState state = settled_state(dynamics);
+  BodyState state = settled_state(dynamics, scene.name);
   const Vec3 home = scene.body.nodes[scene.tool.node];
   ToolPort port;
   port.kind = ContactKind::attach;

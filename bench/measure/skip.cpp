@@ -115,7 +115,7 @@ class Server {
     if (result.failed) throw std::runtime_error("skip: a frame did not converge");
     ++frames;
     stepped += result.steps > 0;
-    for (const StationFrame& station : result.stations) patches += station.patch.has_value() && !station.lives_on;
+    for (const StationFrame& station : result.stations) patches += station.patch.has_value() && !station.renewed_from;
     cores_[k].finish(std::move(result), now);
   }
 
@@ -161,7 +161,7 @@ double felt_difference_share(const SkipCost& a, const SkipCost& b) {
   double most = 0;
   for (std::size_t k = 0; k < a.felt.size(); ++k)
     for (std::size_t i = 0; i < a.felt[k].size(); ++i)
-      most = std::max(most, (a.felt[k][i] - b.felt[k][i]).norm() / std::max(b.felt[k][i].norm(), Deadband::kLeastN));
+      most = std::max(most, (a.felt[k][i] - b.felt[k][i]).norm() / std::max(b.felt[k][i].norm(), Deadband::kForceLeastN));
   return most;
 }
 

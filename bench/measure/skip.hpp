@@ -29,7 +29,7 @@ SkipCost serve(std::span<const SkipRoom> rooms, double duration_s, const Stopwat
 
 /// Largest difference of what the hands felt [N].
 double felt_difference_n(const SkipCost& a, const SkipCost& b);
-/// The same over the force of `b` in that tick, or Deadband::kLeastN where that is smaller.
+/// The same over the force of `b` in that tick, or Deadband::kForceLeastN where that is smaller.
 double felt_difference_share(const SkipCost& a, const SkipCost& b);
 
 inline constexpr double kSkipRateHz = 20, kAwayM = 0.06, kVisitS = 12;

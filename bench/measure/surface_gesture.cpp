@@ -54,9 +54,8 @@ Vec3 nearest_upper_face(const LumpedBody& body, const Vec3& home) {
 
 /// With its nodes where they are when it hangs still.
 Scene as_it_hangs(Scene scene) {
-  if (scene.body.gravity_m_s2.squaredNorm() == 0) return scene;
   const Dynamics dynamics(scene.body);
-  const Vector x = settled_state(dynamics, "scene \"" + scene.name + "\": body.gravity_m_s2").x;
+  const Vector x = settled_state(dynamics, scene.name).x;
   for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) scene.body.nodes[i] = at_node(x, i);
   return scene;
 }

@@ -37,7 +37,7 @@ void share(double elastic, const Nodes& nodes, const Moves& moves, std::vector<d
 /// Of small strains, which all laws of a solid agree on.
 double elastic_energy(const SolidMaterial& m, double volume_m3, const Mat3& gradient) {
   const Mat3 strain = 0.5 * (gradient + gradient.transpose());
-  const double mu = m.young_pa / (2 * (1 + m.poisson)), lambda = 2 * mu * m.poisson / (1 - 2 * m.poisson);
+  const auto [mu, lambda] = lame_parameters(m.law, m.young_pa, m.poisson);
   return volume_m3 * (mu * strain.squaredNorm() + 0.5 * lambda * strain.trace() * strain.trace());
 }
 

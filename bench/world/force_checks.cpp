@@ -45,7 +45,7 @@ void FadeCheck::datagram(Micros, const DatagramEvent& event, const Message* mess
   };
   if (const auto* beat = std::get_if<Beat>(&message->body)) {
     if (is_newest(beat->body_time)) s.in_reach = beat->contact_in_reach;
-    if (beat->lives_on != 0) s.valid_for[beat->body_time] = s.newest_valid_for;
+    if (beat->renewed_from != 0) s.valid_for[beat->body_time] = s.newest_valid_for;
   }
   const auto* patch = std::get_if<PatchMessage>(&message->body);
   if (!patch) return;

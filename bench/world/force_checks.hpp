@@ -43,7 +43,8 @@ class FadeCheck final : public Check {
  private:
   static constexpr int kReturnTicks = 50, kWakeTicks = 3;  ///< until the net side has taken a patch
   struct Station {
-    std::map<Micros, Micros> valid_for;  ///< of the patches that came, by their stamps, and the later ones to which they live on
+    std::map<Micros, Micros>
+        valid_for;  ///< of the patches that came, by their stamps, and the later ones to which they are renewed
     Micros newest_valid_for{};
     Micros newest_said{};  ///< the body's time of the newest patch or beat that came
     bool in_reach = true;

@@ -83,7 +83,7 @@ void RecoveryCheck::datagram(Micros, const DatagramEvent& event, const Message* 
   const StationBounds& bounds = bounds_[event.station];
   if (const auto* beat = std::get_if<Beat>(&message->body)) {
     s.in_reach = beat->contact_in_reach;
-    s.answered |= beat->lives_on != 0 && felt_at_rest(s, bounds, beat->body_time) != s.felt.end();
+    s.answered |= beat->renewed_from != 0 && felt_at_rest(s, bounds, beat->body_time) != s.felt.end();
   }
   const auto* answer = std::get_if<PatchMessage>(&message->body);
   if (!answer) return;

@@ -242,7 +242,7 @@ void ClientCore::take_terms(const PatchTerms& piece, std::size_t bytes) {
 void ClientCore::take_beat(const Beat& beat, Micros now) {
   contact_in_reach_ = beat.contact_in_reach;
   if (!contact_in_reach_) pause_.interrupt();
-  if (beat.lives_on != 0) live_on(beat, now);
+  if (beat.renewed_from != 0) renew(beat, now);
   server_report_ = beat.link;
   reset_.hear(beat.resets);
   in_use_ = beat.in_use;
@@ -254,13 +254,13 @@ void ClientCore::take_beat(const Beat& beat, Micros now) {
   server_pace_.behind_max = std::max(server_pace_.behind_max, beat.behind);
 }
 
-/// What is played may be older than the oldest patch that lives on: then it was not meant.
-void ClientCore::live_on(const Beat& beat, Micros now) {
+/// What is played may be older than the oldest patch that is renewed: then it was not meant.
+void ClientCore::renew(const Beat& beat, Micros now) {
   const std::uint32_t playing = intake_.playing();
-  const bool meant = playing != 0 && static_cast<std::int32_t>(playing - beat.lives_on) >= 0;
+  const bool meant = playing != 0 && static_cast<std::int32_t>(playing - beat.renewed_from) >= 0;
   if (!meant || beat.body_time > now + PatchIntake::kFutureMax) return;
-  ++counts_.lived_on;
-  haptic_.live_on(beat.body_time);
+  ++counts_.renewed;
+  haptic_.renew_to(beat.body_time);
 }
 
 void ClientCore::join_again(Micros now) {

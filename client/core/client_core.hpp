@@ -58,7 +58,7 @@ struct ClientCounts {
   std::array<std::uint64_t, kWireFaults> dropped{};  ///< patches that did not pass check() among them
   std::uint64_t patch_bytes = 0, patches = 0;        ///< bytes of the datagrams that carried patches, with their terms
   std::uint64_t patches_accepted = 0;                ///< of these: new, and in time to be caught up with
-  std::uint64_t lived_on = 0;                        ///< beats that said so of the patch in use
+  std::uint64_t renewed = 0;                         ///< beats that said so of the patch in use
   std::uint64_t unproven = 0;                        ///< in the server's name, but without an echo of ours
 };
 
@@ -140,7 +140,7 @@ class ClientCore {
   void take_patch(const Patch& patch, std::size_t bytes, Micros now);
   void take_terms(const PatchTerms& piece, std::size_t bytes);
   void take_beat(const Beat& beat, Micros now);
-  void live_on(const Beat& beat, Micros now);
+  void renew(const Beat& beat, Micros now);
   void join_again(Micros now);
   void let_go();
   bool has_unsent() const { return unsent_ > 0 && options_.hello.shadow_of.empty(); }

@@ -84,7 +84,7 @@ double HapticTick::share_of(const Patch& patch) noexcept {
   return most / stiffness;
 }
 
-/// The patch in use, new or known to live on, is as good as one stamped `stamp`.
+/// The patch in use, new or renewed, is as good as one stamped `stamp`.
 void HapticTick::renew(Micros stamp, Micros now) noexcept {
   if (has_player_) note_ages(stamp, now);
   stamp_ = stamp;
@@ -128,7 +128,7 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
     if (sample.t > next.time()) next.advance(sample);
   }
   if (has_player_) next.inherit(player_);
-  renew(std::max(next.patch().stamp, std::min(lives_on(), next.patch().stamp + kLivesOnMost)), now.t);
+  renew(std::max(next.patch().stamp, std::min(renewed_to(), next.patch().stamp + kRenewedMost)), now.t);
   // The same patch once more is one whose terms have come.
   if (!has_player_ || next.patch().seq != player_.patch().seq) ++counts_.patches_used;
   const Vec3 before = has_player_ ? Vec3(softening_ * player_.advance(now).force + fade_offset_) : Vec3::Zero();
@@ -201,7 +201,7 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
     player_.advance(sample);
   }
   if (has_player_)
-    if (const Micros renewed = std::min(lives_on(), player_.patch().stamp + kLivesOnMost); renewed > stamp_)
+    if (const Micros renewed = std::min(renewed_to(), player_.patch().stamp + kRenewedMost); renewed > stamp_)
       renew(renewed, sample.t);
   recent_[recent_count_++ % kRecent] = sample;
   if (has_player_) environment_ = patch_force(sample, out);

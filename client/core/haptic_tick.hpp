@@ -8,7 +8,7 @@
 //
 // What a server says is believed within bounds of our own:
 //     a patch is good for min(valid_for, kValidMost), and once the age a of patches in use is known, min(valid_for,
-//     kValidBeyondAge + a), it lives on for at most kLivesOnMost after its stamp, and only while the server is there: until
+//     kValidBeyondAge + a), it is renewed for at most kRenewedMost after its stamp, and only while the server is there: until
 //     server_until(), the last moment for which the network side vouches for it.
 // Beyond any of these it fades like one that is too old. After a gap of more than Guard::kGapMaxS between ticks, and after
 // restart(), force begins at zero, and a patch that has become too old meanwhile is forgotten.
@@ -46,7 +46,7 @@ struct TickOutput {
   bool contact = false;
   bool has_patch = false;
   Micros patch_age{};           ///< now minus patch_stamp
-  Micros patch_stamp{};         ///< of the patch in use, or the moment up to which the server knows it to live on
+  Micros patch_stamp{};         ///< of the patch in use, or the moment up to which the server renewed it
   bool swapped = false;         ///< a new patch took over in this tick
   double hand_over_step_n = 0;  ///< its force step before the cross-fade [N]
   double gain = 1;              ///< share of the patch's force that is displayed: less while it fades
@@ -54,7 +54,7 @@ struct TickOutput {
 };
 
 /// What bounds a server's word (above).
-inline constexpr Micros kValidMost{5'000'000}, kValidBeyondAge{1'000'000}, kLivesOnMost{1'000'000};
+inline constexpr Micros kValidMost{5'000'000}, kValidBeyondAge{1'000'000}, kRenewedMost{1'000'000};
 
 /// Stiffness that a patch shows to a hand at its port [N/m]: of attach the largest eigenvalue of K_p, all modes standing still;
 /// of touch 1 / (n^T (R K^-1 R^T + c_static) n + 1 / k_c) along the normal n at the patch's point, all modes having followed,
@@ -87,7 +87,7 @@ class HapticTick {
   /// trips); 0 before the second patch. Any thread.
   Micros horizon() const noexcept { return Micros{horizon_us_.load(std::memory_order_relaxed)}; }
   /// The server says that the patch in use is as good as one stamped `stamp` would be. Any thread, one at a time.
-  void live_on(Micros stamp) noexcept { lives_on_us_.store(stamp.count(), std::memory_order_relaxed); }
+  void renew_to(Micros stamp) noexcept { renewed_to_us_.store(stamp.count(), std::memory_order_relaxed); }
   /// How the tool is held and its buttons, which the haptic thread leaves for the network thread.
   ToolHold& hold() noexcept { return hold_; }
   /// The haptic thread woke late for this tick.
@@ -103,7 +103,7 @@ class HapticTick {
   static constexpr int kCrossFadeLeast = 4, kCrossFadeUsual = 10, kCrossFadeMost = 25;
   static constexpr int kFadeTicks = 50;
 
-  Micros lives_on() const noexcept { return Micros{lives_on_us_.load(std::memory_order_relaxed)}; }
+  Micros renewed_to() const noexcept { return Micros{renewed_to_us_.load(std::memory_order_relaxed)}; }
   void restart_after_gap(Micros now) noexcept;
   Micros valid_for() const noexcept;
   double share_of(const Patch& patch) noexcept;
@@ -125,14 +125,14 @@ class HapticTick {
   PatchPlayer player_;
   bool has_player_ = false;
   double softening_ = 1;  ///< share of the player's force that is shown
-  Micros stamp_{};        ///< of the patch in use, or later: it lives on
+  Micros stamp_{};        ///< of the patch in use, or later: it was renewed
   std::array<ToolSample, kRecent> recent_{};
   std::uint64_t recent_count_ = 0;
   Vec3 fade_offset_ = Vec3::Zero();
   int fade_left_ = 0;
   double gain_ = 0;
   double age_mean_us_ = 0, age_deviation_us_ = 0;
-  std::atomic<std::int64_t> horizon_us_{0}, lives_on_us_{Micros::min().count()}, server_until_us_{Micros::max().count()};
+  std::atomic<std::int64_t> horizon_us_{0}, renewed_to_us_{Micros::min().count()}, server_until_us_{Micros::max().count()};
   std::atomic<std::uint32_t> late_ticks_{0};
   ToolHold hold_;
   HapticCounts counts_;

@@ -294,7 +294,7 @@ void PatchPlayer::close_touch(const Vec3& tool) noexcept {
       beyond_ = beyond_border(view, positions(), point_, p_free + closure.slip);
       has_response_ = false;
     }
-    if (slides == kMostSlides || closure.slip.norm() < kSettledM) break;
+    if (slides == kSlidesMax || closure.slip.norm() < kSlipToleranceM) break;
   }
   if (patch_.modes() > 0) {
     carried_.noalias() = response_ * closure.lambda;

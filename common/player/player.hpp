@@ -17,9 +17,16 @@
 // Stress that fades (patch.fading) goes half a step ahead of what bends it, s(t + dt/2) = e s(t - dt/2) + (1 - e) (pull + H
 // u(t) - f) with e = exp(-dt / time), and counts with that in the step: of second order.
 //
+// Shapes and units: r modes, z 2 r, Phi 2 r x 2 r, Psi0, Psi1 2 r x r; g, lambda [N, kg^1/2 m/s^2 in modes], d, d+ [m], d' [m/s],
+// R, R- 3 x r (at the contact points of this step and of the one before), C 3 x 3 [m/N]; k_c [N/m], l = load_rate.
+// What can go wrong: forces that are not finite, and modes too fast for the step, end the terms: the linear patch goes on; ticks
+// that were missed are caught up with, some seconds at most; a contact is found a step late.
+//
 // Contact begins in the step in which the tool is found below the patch's own deformed surface, and ends in the step in which
 // it would pull. The constructor allocates and belongs off the haptic thread; advance() does not allocate, lock or throw.
 // Copyable, so that a caught-up player can be handed over by value.
+//
+// Source: the step of terms Gautschi (1961) and Hairer, Lubich and Wanner (2006), see the constructor; propagator.hpp.
 #pragma once
 
 #include <array>
@@ -34,7 +41,7 @@
 
 namespace palpate {
 
-inline constexpr Micros kTick{1'000'000 / kHapticRateHz};
+inline constexpr Micros kTick{1'000'000 / kHapticRateHz};  ///< of the haptic loop
 
 struct PlayerOutput {
   Vec3 force = Vec3::Zero();  ///< on the tool [N]
@@ -87,9 +94,9 @@ class PatchPlayer {
 
   Patch patch_;
   NonlinearForce nonlinear_;
-  int steps_ = 1;  // in a tick
-  double dt_ = 0;  // of a step [s]
-  static constexpr int kMaxInputs = kMaxStates + 9;
+  int steps_ = 1;                                    // in a tick
+  double dt_ = 0;                                    // of a step [s]
+  static constexpr int kMaxInputs = kMaxStates + 9;  // of u below: z, d, d+, d'
   using StepVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxInputs, 1>;
   // z+ = drift + transition u with u = z (touch) or (z, d, d+, d') (attach): one product, whatever the order
   StateVector drift_;         // Psi0 w, with the load of other tools as it is at the step

@@ -15,9 +15,10 @@ SlideCompliance::SlideCompliance(const Patch& patch, const PortRows& rows, const
   whitening_ = ModeMatrix::Identity(patch.modes(), patch.modes());
   Eigen::LLT<ModeMatrix>(dynamic).matrixL().solveInPlace(whitening_);
   at_stamp_ = of_modes(rows);
-  constexpr double kFloor = 1e-6, kLeast_m_n = 1e-12;  // a planar body does not yield across, what is held nowhere
+  constexpr double kFloorShare = 1e-6;  // of the trace: a planar body does not yield across its plane
+  constexpr double kFloor_m_n = 1e-12;  // where nothing yields at all, which would leave no metric
   Mat3 whole = at_stamp_ + patch.c_static;
-  whole.diagonal().array() += kFloor * whole.trace() + kLeast_m_n;
+  whole.diagonal().array() += kFloorShare * whole.trace() + kFloor_m_n;
   root_ = whole.llt().matrixL();
   inverse_root_ = root_.inverse();
 }
@@ -34,7 +35,7 @@ Mat3 SlideCompliance::grown(const Mat3& before, const Mat3& missing) noexcept { 
 Mat3 SlideCompliance::missing(const PortRows& rows, const Vec3& weight) const noexcept {
   const double rho = std::min(1.0, weight.squaredNorm() / shared_);
   const Mat3 share = inverse_root_ * (at_stamp_ - of_modes(rows) / rho) * inverse_root_.transpose();
-  return rho * root_ * part_above(share, kLeastMissing) * root_.transpose();
+  return rho * root_ * part_above(share, kMissingShareMin) * root_.transpose();
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// What the modes of a patch miss where the tool has slid to.
+// What the modes of a patch miss where the tool has slid to, for linear patches that are touched.
 //
 // The modes respond to a push at the contact point of the stamp, a. With G = (s^2 + s D + K)^-1 and R_p the port rows at p, they
 // yield
@@ -12,7 +12,10 @@
 // nothing where the modes know all but theta of it. What has yielded under a push stays so until the push ends (grown()): were it
 // to stiffen again under a tool that slides back, the tool would get what nobody put in. Error: the body's own stiffness at p is
 // not known here; it counts as that at a.
-// Units: m/N, frame W.
+//
+// Shapes and units: r modes, R_p 3 x r, D r x r, K = diag; C_p, C_0, c_static 3 x 3 [m/N], frame W; w of length 3; s [1/s], theta
+// no unit. What can go wrong besides: an s that is too small has a free body yield without end, a theta that is too small counts
+// twice what the modes have. Measured: docs/notebook/0022, and why not beside terms: 0036.
 #pragma once
 
 #include "common/port/patch.hpp"
@@ -21,8 +24,8 @@ namespace palpate {
 
 class SlideCompliance {
  public:
-  static constexpr double kShift_1_s = 20;      ///< s
-  static constexpr double kLeastMissing = 0.3;  ///< theta
+  static constexpr double kShift_1_s = 20;         ///< s: within 50 ms; at 0 a body that nothing holds has no compliance
+  static constexpr double kMissingShareMin = 0.3;  ///< theta, tuned (docs/notebook/0022): less adds what the modes have already
 
   SlideCompliance() = default;
   /// R_a and w_a. For the network side of the hand-over, not for the tick.

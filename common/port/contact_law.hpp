@@ -28,11 +28,11 @@ struct ContactClosure {
   Vec3 slip = Vec3::Zero();    ///< how far the material point slides along the surface [m]
 };
 
-/// Point and normal are those of the end of the tick or stage, too: a contact that slips by more than kSettledM is closed again
-/// where it has slid to, at most kMostSlides times. Closed where the tick found it, its normal would be a tick old, an error of
-/// first order in the tick (docs/notebook/0037).
-inline constexpr double kSettledM = 1e-6;
-inline constexpr int kMostSlides = 3;
+/// Point and normal are those of the end of the tick or stage, too: a contact that slips by more than kSlipToleranceM is closed
+/// again where it has slid to, at most kSlidesMax times. Closed where the tick found it, its normal would be a tick old, an error
+/// of first order in the tick (docs/notebook/0037).
+inline constexpr double kSlipToleranceM = 1e-6;  ///< a tenth of 0.01 mm, than which no hand is held finer
+inline constexpr int kSlidesMax = 3;             ///< a bound on what a tick costs; fewer: faster, the normal less exact
 
 ContactClosure close_contact(const Vec3& p_free, const Mat3& compliance, const Vec3& normal, const Vec3& tool,
                              const ContactParameters& parameters) noexcept;

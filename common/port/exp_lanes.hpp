@@ -10,14 +10,15 @@
 
 namespace palpate {
 
-inline constexpr double kLnTwoHigh = 0x1.62e42feep-1, kLnTwoLow = 0x1.a39ef35793c76p-33;
+inline constexpr double kLnTwoHigh = 0x1.62e42feep-1;       ///< ln 2 to 32 bits: times a whole number below 2^21 it is exact
+inline constexpr double kLnTwoLow = 0x1.a39ef35793c76p-33;  ///< ln 2 less that
 
 /// Of x from 1e-300 to 1e300.
 template <std::size_t N>
 PALPATE_INLINE void logs(const Doubles<N>& x, Doubles<N>& y) {
   using Bits = Truths<N>;
-  constexpr long long kMantissa = 0x000f'ffff'ffff'ffff, kOne = 0x3ff0'0000'0000'0000;
-  const Bits bits = __builtin_bit_cast(Bits, x), mantissa = (bits & kMantissa) | kOne;
+  constexpr long long kMantissaBits = 0x000f'ffff'ffff'ffff, kOneBits = 0x3ff0'0000'0000'0000;  // IEEE 754: 52 bits; those of 1.0
+  const Bits bits = __builtin_bit_cast(Bits, x), mantissa = (bits & kMantissaBits) | kOneBits;
   Doubles<N> m = __builtin_bit_cast(Doubles<N>, mantissa);
   const Bits above = m > 1.4142135623730951;  // -1 where it is
   m = above ? 0.5 * m : m;
@@ -33,7 +34,7 @@ PALPATE_INLINE void logs(const Doubles<N>& x, Doubles<N>& y) {
 template <std::size_t N>
 PALPATE_INLINE void exps(const Doubles<N>& y, Doubles<N>& x) {
   using Bits = Truths<N>;
-  constexpr double kRounder = 0x1.8p52;  // what is added to it is rounded to a whole number, which stands in its last bits
+  constexpr double kRounder = 0x1.8p52;  // 3/2 2^52: what is added to it is rounded to a whole number, in its last bits
   const Doubles<N> rounded = y * 1.4426950408889634 + kRounder, k = rounded - kRounder;
   const Doubles<N> r = (y - k * kLnTwoHigh) - k * kLnTwoLow;
   Doubles<N> series = r * (1.0 / 13) + 1.0;

@@ -1,11 +1,12 @@
 // Fibres that all run along the unit vector a at rest, added to the law of a solid: transversely isotropic.
 //
-//     Psi_f = k/(2 b) (e(b E^2) - 1) where they are longer than at rest, k/2 E^2 where shorter,   E = |F a|^2 - 1   [J/m^3]
+//     Psi_f = k/(2 b) h(b E^2) where they are longer than at rest, k/2 E^2 where shorter,   E = |F a|^2 - 1   [J/m^3]
 //     P = S (F a) a^T,   S = 2 dPsi_f/dE
 //     dP = dF S a a^T + 2 S' (Q : dF) Q,   Q = (F a) a^T,   S' = dS/dE
 //
-// e the exponential (solid_law.hpp; b = 0: E itself). They have no stress at rest, and pull no more and push no more beyond any
-// bound but that of a spring: smooth where they turn over too. In small strains along them Young's modulus is larger by 4 k.
+// h the integral of e, the exponential with its tangent beyond kLogGrowthMax (solid_law.hpp; b = 0: Psi_f = k/2 E^2): where they
+// are longer S = 2 k E e(b E^2), else 2 k E. k: fibres' modulus [Pa], b: no unit. They have no stress at rest, and S has no kink
+// there or where fibres turn over. In small strains along them Young's modulus is larger by 4 k.
 //
 // Source: Weiss, Maker and Govindjee, Finite element implementation of incompressible, transversely isotropic hyperelasticity,
 // CMAME 135 (1996); the exponential of the square from Holzapfel, Gasser and Ogden, J. Elasticity 61 (2000).
@@ -34,7 +35,7 @@ PALPATE_INLINE void find_fibres(const Fibres& fibres, const Doubles<N>& k, const
   Doubles<N> grown = Doubles<N>{} + 1.0, steeper = Doubles<N>{};
   if (fibres.exponent > 0) {
     const Doubles<N> none{}, y = strain > 0.0 ? fibres.exponent * strain * strain : none;
-    const Doubles<N> within = y < kSteepest ? y : none + kSteepest;
+    const Doubles<N> within = y < kLogGrowthMax ? y : none + kLogGrowthMax;
     Doubles<N> power;
     exps<N>(within, power);
     grown = power * (1.0 + (y - within));

@@ -26,7 +26,7 @@ void LaggedDamping::renew(const SampledSolidForce& solid, const ModeMatrix& clos
   }
   const Eigen::Index r = damping_.rows();
   const auto holds = [&] {
-    const ModeMatrix left = kMostTaken * damping_ + change_.bottomRightCorner(r, r);
+    const ModeMatrix left = kTakenShareMax * damping_ + change_.bottomRightCorner(r, r);
     return Eigen::LLT<ModeMatrix>(left).info() == Eigen::Success;
   };
   change_ = (asked_ - at_stamp_).cast<double>();

@@ -1,16 +1,22 @@
-// What the dampers of a patch's tetrahedra brake more than at the stamp, as a matrix of its variables, for a step that takes them
-// at its end.
+// What the dampers of a patch's tetrahedra brake more than at the stamp, as a matrix of its variables that lags: for a step that
+// takes them at its end.
 //
-// With H_e how the deformation gradient F_e of a tetrahedron moves with the variables u, and mu_v, lambda_v its viscosities times
-// what it counts (sampled_tetrahedra.hpp), its dampers have the power u'^T D_e u',
-//     D_e(F) = E^T (2 mu_v 1 + lambda_v tr^T tr) E,   E u' = sym(F^T H_e u'),
-// and those of all brake by D1(u) = sum_e D_e(F_e(u)) - D_e(F_e(0)) more. To put that together takes tens of microseconds, so a
-// few tetrahedra are asked in each tick, and when all have been, S takes the place of what was known before: D1 as it was some
-// milliseconds ago. It serves the step, that is not to be thrown over by what brakes, and not the force: what D1 is beyond S is
-// felt too (nonlinear_terms.hpp).
+// n variables u (nonlinear_terms.hpp), r modes q among them, the last. With H_e (9 x n) how the deformation gradient F_e of a
+// tetrahedron moves with u, and mu_v, lambda_v its viscosities times what it counts (sampled_tetrahedra.hpp) [J s], its dampers
+// have the power u'^T D_e u',
 //
-// S may brake less than the patch does at the stamp, not by more than kMostTaken of its D: where it would, as weights are those
-// of forces and not of dampers, S is sum_e D_e(F_e(u)), which brakes whatever happens.
+//     D_e(F) = E^T (2 mu_v 1 + lambda_v tr^T tr) E,   E u' = sym(F^T H_e u')
+//     D1(u) = sum_e D_e(F_e(u)) - D_e(F_e(0))           n x n, N s/m for a tool, 1/s for modes
+//     S = D1 of some milliseconds ago,                  or sum_e D_e(F_e(u)) where 0.9 D + S is not positive definite
+//     C_S = (1 + C S)^-1 C                              r x r, S of the modes; C as in nonlinear_terms.hpp
+//
+// To put D1 together takes tens of microseconds, so one group of tetrahedra is added up in each renew(), and when all have been,
+// S is replaced. It serves the stability of the step, and not the force: what D1 is beyond S is felt too
+// (nonlinear_terms.hpp).
+//
+// What can go wrong: weights are those of forces and not of dampers, so S may brake less than the patch does at the stamp; not by
+// more than 0.9 (kTakenShareMax) of D of the modes, or S is what brakes whatever happens. A motion that is not finite has S = 0.
+// Source: steps with a derivative that lags, Steihaug and Wolfbrandt, Math. Comp. 33 (1979).
 #pragma once
 
 #include "common/port/sampled_tetrahedra.hpp"
@@ -21,7 +27,7 @@ class LaggedDamping {
  public:
   using Square = SampledSolidForce::Square;
   using ForVariables = BoundedMatrix<kMaxVariables, kMaxVariables>;
-  static constexpr double kMostTaken = 0.9;
+  static constexpr double kTakenShareMax = 0.9;  ///< of D; short of 1, so that something brakes in every direction
 
   LaggedDamping() = default;
   /// `solid` stands at u = 0. `damping`: D of the patch's modes, which are the last variables. Allocates.

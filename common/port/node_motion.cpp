@@ -4,20 +4,22 @@
 #include <cassert>
 #include <cmath>
 
+#include "common/port/packed_numbers.hpp"
+
 namespace palpate {
 
 namespace {
 
 /// To the nearest that half precision has, or the next above.
 float half_above(float v) {
-  constexpr float kStep = 1.0F / 1024;  // of one half to the next
+  constexpr float kHalfSpacing = 1.0F / 1024;  // relative, at most, from one half to the next: 10 bits of mantissa
   const auto near = static_cast<float>(Eigen::half(v));
-  return near >= v ? near : static_cast<float>(Eigen::half(v * (1 + kStep)));
+  return near >= v ? near : static_cast<float>(Eigen::half(v * (1 + kHalfSpacing)));
 }
 
 /// What node i moves more than its parent.
 Eigen::Matrix3Xf beyond_parent(const NodeMotion& motion, Eigen::Index i) {
-  return (motion.step[i] / NodeMotion::kMost) *
+  return (motion.step[i] / NodeMotion::kByteMax) *
          (motion.bytes.middleCols<3>(3 * i).cast<float>().transpose() * motion.scale.asDiagonal());
 }
 
@@ -61,7 +63,7 @@ NodeMotion rounded(const Eigen::MatrixXf& modes, int tool) {
     scale = scale.cwiseMax(part.cwiseAbs().colwise().maxCoeff());
   }
   motion.scale.resize(r);
-  const float unit = std::exp2(std::ceil(std::log2(std::max(scale.maxCoeff(), 1e-20F))));  // halves have few exponents
+  const float unit = packed::power_of_two_above(scale.maxCoeff());  // halves have few exponents
   for (Eigen::Index k = 0; k < r; ++k) motion.scale[k] = unit * half_above(scale[k] / unit);
   const Eigen::RowVectorXf per_scale = motion.scale.transpose().unaryExpr([](float s) { return s > 0 ? 1 / s : 0.0F; });
   motion.step.resize(count);
@@ -75,8 +77,9 @@ NodeMotion rounded(const Eigen::MatrixXf& modes, int tool) {
     const float step = motion.step[i] = half_above(part.cwiseAbs().maxCoeff());
     for (int axis = 0; axis < 3; ++axis)
       for (Eigen::Index k = 0; k < r; ++k) {
-        const float byte = step > 0 ? std::round(part(axis, k) / step * NodeMotion::kMost) : 0.0F;
-        motion.bytes(k, 3 * i + axis) = static_cast<std::int8_t>(std::clamp<float>(byte, -NodeMotion::kMost, NodeMotion::kMost));
+        const float byte = step > 0 ? std::round(part(axis, k) / step * NodeMotion::kByteMax) : 0.0F;
+        motion.bytes(k, 3 * i + axis) =
+            static_cast<std::int8_t>(std::clamp<float>(byte, -NodeMotion::kByteMax, NodeMotion::kByteMax));
       }
     known.middleRows<3>(3 * i) = base + beyond_parent(motion, i);
   }

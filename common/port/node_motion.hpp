@@ -2,10 +2,13 @@
 //
 // Neighbours move alike: of a node i only what it moves more than another one before it, p(i), is kept, where it has one,
 //
-//     V_i = V_p(i) + h_i diag(s) b_i / 127       [1/kg^1/2], an axis each; b_i signed bytes, one for each mode
+//     V_i = V_p(i) + h_i b_i diag(s) / 127       [1/kg^1/2]
 //
-// V_p(i) as it is known to the reader, so errors do not add up: V_i is right to h_i s / 254. The node that the tool holds moves
-// with the tool alone, all others with the modes alone.
+// Shapes: r modes, N nodes; V_i 3 x r, b_i 3 x r signed bytes, s r and h N halves (packed_numbers.hpp), s times a power of two.
+// The node that the tool holds moves with the tool alone, all others with the modes alone. p(i) is the node before i that i
+// differs least from, by the largest difference of any entry as a share of the largest of its mode, or i itself where that is no
+// less than its own; h_i is no less than what it scales, so that no byte overflows. What can go wrong: rounding. V_p(i) is taken
+// as it is known to the reader, so errors do not add up: V_i is right to h_i s / 254.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +18,7 @@
 namespace palpate {
 
 struct NodeMotion {
-  static constexpr int kMost = 127;  ///< of a byte
+  static constexpr int kByteMax = 127;  ///< size of b: a signed byte, of either sign
   using Bytes = Eigen::Matrix<std::int8_t, Eigen::Dynamic, Eigen::Dynamic>;
 
   Eigen::VectorXf scale;             ///< s, of each mode

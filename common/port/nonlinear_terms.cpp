@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kRounding = 1e-6;  // numbers travel in single precision
+constexpr double kShiftShare = 1e-6;  // of the mean diagonal: above the rounding of numbers that travel in single precision, 6e-8
 
 /// alpha of dampers that push g, without which the rates at the end are `at_end`; none where they do not brake. `closing`: of the
 /// modes, the last.
@@ -70,12 +70,12 @@ void NonlinearForce::take_e2(const NonlinearTerms& terms, const Patch& patch) {
     for (int i = 0; i < n; ++i) e2_(p, i) = (p == i ? 2.0F : 1.0F) * terms.e2[pair_at(std::min(p, i), std::max(p, i))];
   Eigen::MatrixXd far = joint_stiffness(patch, patch.stiffness) + e2_.cast<double>();
   if (const auto* const springs = std::get_if<SampledForce>(&sampled_)) far += springs->far_stiffness();
-  far.diagonal().array() += kRounding * far.trace() / n;  // nothing holds a tool that moves across a planar body
+  far.diagonal().array() += kShiftShare * far.trace() / n;  // nothing holds a tool that moves across a planar body
   has_e2_ = Eigen::LLT<Eigen::MatrixXd>(far).info() == Eigen::Success;
 }
 
 NonlinearForce::NonlinearForce(const NonlinearTerms& terms, const Patch& patch) {
-  constexpr double kTouchBraked = 20;  // norm of D in steps, below which a touch gains nothing by S
+  constexpr double kTouchDampingMin = 20;  // |D| times a step, below which a touch gains nothing by S (docs/notebook/0038)
   if (terms.variables == 0) return;
   steps_ = terms.grasp ? kGraspSteps : kTouchSteps;
   bool stable = take_elements(terms, false);
@@ -91,13 +91,13 @@ NonlinearForce::NonlinearForce(const NonlinearTerms& terms, const Patch& patch) 
   assert(n == patch.modes() + (terms.grasp ? 3 : 0) && terms.grasp == (patch.contact == ContactKind::attach));
   if (terms.e2.size() > 0) take_e2(terms, patch);
   Eigen::MatrixXd d = joint_damping(patch);
-  d.diagonal().array() += kRounding * d.trace() / n;
+  d.diagonal().array() += kShiftShare * d.trace() / n;
   const Eigen::LLT<Eigen::MatrixXd> factor(d);
   has_damping_ = factor.info() == Eigen::Success && d.trace() > 0;
   root_ = Eigen::MatrixXd(factor.matrixU()).cast<float>();
   inverse_ = factor.matrixL().solve(Eigen::MatrixXd::Identity(n, n)).cast<float>();
   const auto* const solid = std::get_if<SampledSolidForce>(&sampled_);
-  const bool brakes = terms.grasp || patch.damping.norm() > kTouchBraked * kHapticRateHz * steps_;
+  const bool brakes = terms.grasp || patch.damping.norm() > kTouchDampingMin * kHapticRateHz * steps_;
   if (solid != nullptr && brakes) lagged_damping_ = LaggedDamping(*solid, patch.damping);
 }
 
@@ -136,7 +136,7 @@ void NonlinearForce::damping(const Variables& u_rate, const ModeMatrix& closing,
   const Values rate = u_rate.cast<float>();
   Values change(variables_), at_stamp(variables_);
   of_sampled([&](const auto& s) { s.damping(rate, change, at_stamp); });
-  const float most = kDamperChange * (root_ * rate).norm();
+  const float most = kDamperShareMax * (root_ * rate).norm();
   if (!lagged_damping_.empty()) {
     brake_at_end(change.cast<double>(), u_rate, closing, before, most, force);
     since_asked_ = (since_asked_ + 1) % steps_;

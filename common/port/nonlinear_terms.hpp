@@ -1,18 +1,19 @@
 // What the forces of a patch have beyond the linear model: some of the body's own elements, with weights. Scheme `hyper`.
 //
-// The n variables are u = (d, q) for a grasp (d the tool's displacement from the stamp), u = q for touch. The elements are
-// springs (sampled_springs.hpp) or, of a solid, finite elements (sampled_tetrahedra.hpp), and have
+// The n variables are u = (d, q) for a grasp (d the tool's displacement from the stamp [m]), u = q for touch (r modes [m kg^1/2],
+// n = r + 3 or r). The elements are springs (sampled_springs.hpp) or, of a solid, finite elements (sampled_tetrahedra.hpp), and
+// have
 //
-//     E(u) [J], of third order in u and higher
+//     E(u) [J], of third order in u and higher;  f [N for d, kg^1/2 m/s^2 for q]
 //     elastic:  f = - dE/du - dE2/du,   E2(u) = sum_{i<=j} e2_ij u_i u_j
-//     dampers turn with their elements: D1(u) u' is what they brake more than at the stamp, less what of that the patch has there
+//     dampers turn with their elements:  f -= D1(u) u', what they brake more than at the stamp, less what the patch has of it
 //
 // so that an element bends as the body does, however far, and stores what it gives back. Their weights are not negative.
 //
 // Dampers that have turned may push. What pushes is kept below the patch's own dampers D as it acts, |D1 u'| <= c |D u'| in the
 // norm x^T D^-1 x: so it never pushes more than those brake; what is left out of it is left out of the part at the stamp too. c =
-// kDamperChange, short of 1, where nothing would brake and what a tick adds to a fast brake would grow from tick to tick. Dampers
-// that brake more for having turned may do so by any factor (those of a solid grow with the square of its stretch): where
+// kDamperShareMax, short of 1, where nothing would brake and what a tick adds to a fast brake would grow from tick to tick.
+// Dampers that brake more for having turned may do so by any factor (those of a solid grow with the square of its stretch): where
 // g = D1 u' is beyond that bound and u'^T g > 0, they are taken at the end of the step, along g alone, as R = g g^T / (u'^T g),
 // which does to u' what D1 does and nothing across (R <= D1 where D1 >= 0). With C f the rates that a force f on the modes gives
 // at a step's end, and f_b the force that the step went with already, its end has u'_e = u' - C f_b - C R u'_e:
@@ -29,6 +30,11 @@
 //
 // The terms of a touch bring more of the surface too, what the patch's own datagram had no room for: the tool goes on where the
 // patch's own piece ends.
+//
+// Shapes: D, D1, S n x n, e2 n (n + 1) / 2 numbers, C r x r [s], f_b, g n.
+// What can go wrong: springs that are too stiff for the step have twice as many steps; elements that still are have more mass in
+// their modes, or all is empty and the linear patch goes on. A D that is not positive definite lets no damper turn. Dampers that
+// push are felt too little where they would push more than c of D; elastic forces stay those of an energy.
 //
 // Source: hyper-reduction, Farhat, Avery, Chapman and Cortial, IJNME 98 (2014).
 #pragma once
@@ -69,7 +75,7 @@ Patch extended(Patch patch, const NonlinearTerms& terms);
 /// Of the player in a tick, with terms: contact law and terms are of second order in the step. Twice as many where springs are
 /// too stiff for that.
 inline constexpr int kTouchSteps = 2, kGraspSteps = 1;
-inline constexpr float kDamperChange = 0.9F;  ///< c
+inline constexpr float kDamperShareMax = 0.9F;  ///< c
 /// Of u, with these stiffnesses of the modes: H = [[K_p, -B_k^T], [-B_k, diag(stiffness)]] for a grasp, diag(stiffness) for
 /// touch.
 Eigen::MatrixXd joint_stiffness(const Patch& patch, const Eigen::VectorXd& stiffness);

@@ -79,11 +79,12 @@ void find(const TetraLanes& f, TetraTurn& turned) {
 /// The same by Newton's method from an R' nearby, in turns by 2 atan(|w| / 2) instead of atan |w|: of the same order, without a
 /// root. False where that does not lead there.
 bool turn_to(const TetraLanes& at_stamp, const TetraLanes& df, TetraTurn& turned) {
-  constexpr int kTurns = 4;
-  constexpr float kMost = 2, kLast = 1e-5F;  // of |w|^2: near; the third power of such a turn is lost in rounding
-  constexpr float kLeastPair = 0.02F;        // of the trace
+  constexpr int kNewtonStepsMax = 4;        // of third order: two bring |w| = 0.1 below rounding
+  constexpr float kNearTurnSquare = 2;      // of |w|^2: beyond, R' is not near, and Newton's method may not come to it
+  constexpr float kLastTurnSquare = 1e-5F;  // of |w|^2: the third power of such a turn, 3e-8, is lost in rounding
+  constexpr float kMinorMin = 0.02F;        // of a leading minor of H, in powers of the trace: below, H is nearly singular
   const TetraLanes f = sum(at_stamp, df);
-  for (int k = 0; k < kTurns; ++k) {
+  for (int k = 0; k < kNewtonStepsMax; ++k) {
     const TetraLanes more = sum(transposed_product(turned.d, f), df), s = sum(at_stamp, more);  // R'^T F' less F, and all
     const Axial t = axial_part(more);
     const TetraLane trace = s[0] + s[4] + s[8];
@@ -95,9 +96,9 @@ bool turn_to(const TetraLanes& at_stamp, const TetraLanes& df, TetraTurn& turned
     const TetraLane det = xx * gxx + xy * gxy + zx * gzx, half = 0.5F / det;
     const Axial h{half * (gxx * t[0] + gxy * t[1] + gzx * t[2]), half * (gxy * t[0] + gyy * t[1] + gyz * t[2]),
                   half * (gzx * t[0] + gyz * t[1] + gzz * t[2])};  // w / 2
-    const TetraLane size = 4.0F * (h[0] * h[0] + h[1] * h[1] + h[2] * h[2]), least = kLeastPair * trace;
+    const TetraLane size = 4.0F * (h[0] * h[0] + h[1] * h[1] + h[2] * h[2]), least = kMinorMin * trace;
     const auto near =
-        (size <= kMost) && (trace > 0.0F) && (xx > least) && (gzz > least * trace) && (det > least * trace.square());
+        (size <= kNearTurnSquare) && (trace > 0.0F) && (xx > least) && (gzz > least * trace) && (det > least * trace.square());
     if (!near.all()) return false;
     auto& q = turned.q;
     const TetraLane shorter = 1.5F - 0.5F * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
@@ -105,7 +106,7 @@ bool turn_to(const TetraLanes& at_stamp, const TetraLanes& df, TetraTurn& turned
     q = {w - (x * h[0] + y * h[1] + z * h[2]), x + w * h[0] + (y * h[2] - z * h[1]), y + w * h[1] + (z * h[0] - x * h[2]),
          z + w * h[2] + (x * h[1] - y * h[0])};
     turned.d = turned_by(q);
-    if ((size <= kLast).all()) return true;
+    if ((size <= kLastTurnSquare).all()) return true;
   }
   return false;
 }
@@ -135,23 +136,24 @@ TetraLanes neo_hookean_stress(const TetraStamp& at, const TetraLanes& df) {
   return q;
 }
 
+constexpr auto kGrowthEnd = static_cast<float>(kLogGrowthMax);  // 4 is exact in single precision
+constexpr float kExpSeriesMax = 0.5F;  // of |x|: a series of seven terms is right to rounding, beyond it little cancels
+
 /// exp(x) - 1 - x, without a difference of what nearly cancels.
 TetraLane second_of_exp(const TetraLane& x) {
-  constexpr float kNear = 0.5F;
   const TetraLane series =
       0.5F * x.square() *
       (1 + x * (1.0F / 3) * (1 + x * 0.25F * (1 + x * 0.2F * (1 + x * (1.0F / 6) * (1 + x * (1.0F / 7) * (1 + x * 0.125F))))));
-  const auto near = (x.abs() < kNear).eval();
+  const auto near = (x.abs() < kExpSeriesMax).eval();
   return near.all() ? series : TetraLane(near.select(series, x.exp() - 1 - x));
 }
 
 /// exp(x) - 1 - x - x^2 / 2, the same way.
 TetraLane third_of_exp(const TetraLane& x) {
-  constexpr float kNear = 0.5F;
   const TetraLane series =
       (1.0F / 6) * x.cube() *
       (1 + x * 0.25F * (1 + x * 0.2F * (1 + x * (1.0F / 6) * (1 + x * (1.0F / 7) * (1 + x * 0.125F * (1 + x * (1.0F / 9)))))));
-  return (x.abs() < kNear).select(series, second_of_exp(x) - 0.5F * x.square());
+  return (x.abs() < kExpSeriesMax).select(series, second_of_exp(x) - 0.5F * x.square());
 }
 
 struct InvariantResidual {
@@ -168,15 +170,13 @@ struct InvariantResidual {
     rest = q - 2 * e;
     delta = 2 * (inner(at.f, df) - j) + q;
     y = at.exponent * delta;
-    constexpr auto kEnd = static_cast<float>(kSteepest);
-    smooth = (at.size <= kEnd) && (at.size + y <= kEnd);
+    smooth = (at.size <= kGrowthEnd) && (at.size + y <= kGrowthEnd);
   }
 
   /// e there.
   TetraLane growth(const TetraStamp& at) const {
-    constexpr auto kEnd = static_cast<float>(kSteepest);
     const TetraLane there = at.size + y;
-    return there.min(kEnd).exp() * (1 + (there - kEnd).max(0.0F));
+    return there.min(kGrowthEnd).exp() * (1 + (there - kGrowthEnd).max(0.0F));
   }
   /// (e there less e here) and that less its first order, both without mu_1.
   void changes(const TetraStamp& at, TetraLane& first, TetraLane& second) const {
@@ -196,10 +196,9 @@ struct InvariantResidual {
                              at.growth * delta - 0.5F * slope_of(at) * y * delta;
     return smooth.select(at.growth * of_exp, direct);
   }
-  static TetraLane slope_of(const TetraStamp& at) { return at.size.min(static_cast<float>(kSteepest)).exp(); }
+  static TetraLane slope_of(const TetraStamp& at) { return at.size.min(kGrowthEnd).exp(); }
   static TetraLane integral_from_rest(const TetraLane& size) {
-    constexpr auto kEnd = static_cast<float>(kSteepest);
-    const TetraLane end = size.min(kEnd).exp(), beyond = (size - kEnd).max(0.0F);
+    const TetraLane end = size.min(kGrowthEnd).exp(), beyond = (size - kGrowthEnd).max(0.0F);
     return end - 1 + end * beyond * (1 + 0.5F * beyond);
   }
 };

@@ -10,12 +10,12 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kTwo = 2;
+constexpr std::size_t kLanesOfOne = 2;  // the fewest that a vector has (doubles.hpp): one F, the same in both
 
-Mat<kTwo> in_lanes(const Eigen::Matrix3d& f) {
-  Mat<kTwo> m;
+Mat<kLanesOfOne> in_lanes(const Eigen::Matrix3d& f) {
+  Mat<kLanesOfOne> m;
   for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) m.of[r][c] = Doubles<kTwo>{} + f(r, c);
+    for (int c = 0; c < 3; ++c) m.of[r][c] = Doubles<kLanesOfOne>{} + f(r, c);
   return m;
 }
 
@@ -30,10 +30,10 @@ OgdenLaw::OgdenLaw(const LawParameters& law) {
     assert(std::abs(law.exponents[p]) >= kMinOgdenExponent && std::abs(law.exponents[p]) <= kMaxOgdenExponent);
     term.weight = 2 * shares[p] / law.exponents[p];
     term.power = law.exponents[p] / 2 - 1;
-    term.low = kLeastSquare;
-    term.high = kMostSquare;
-    if (term.power < 0) term.low = std::max(term.low, std::exp(kSteepest / term.power));
-    if (term.power > 0) term.high = std::min(term.high, std::exp(kSteepest / term.power));
+    term.low = kSquaredStretchMin;
+    term.high = kSquaredStretchMax;
+    if (term.power < 0) term.low = std::max(term.low, std::exp(kLogGrowthMax / term.power));
+    if (term.power > 0) term.high = std::min(term.high, std::exp(kLogGrowthMax / term.power));
     term.log_low = std::log(term.low);
     term.log_high = std::log(term.high);
     sum += term.weight;
@@ -41,14 +41,15 @@ OgdenLaw::OgdenLaw(const LawParameters& law) {
 }
 
 double ogden_energy(const OgdenLaw& law, OgdenModuli moduli, const Eigen::Matrix3d& f) {
-  Doubles<kTwo> energy;
-  ogden_energies<kTwo>(law, Doubles<kTwo>{} + moduli.mu, Doubles<kTwo>{} + moduli.lambda, in_lanes(f), energy);
+  Doubles<kLanesOfOne> energy;
+  ogden_energies<kLanesOfOne>(law, Doubles<kLanesOfOne>{} + moduli.mu, Doubles<kLanesOfOne>{} + moduli.lambda, in_lanes(f),
+                              energy);
   return energy[0];
 }
 
 Eigen::Matrix3d ogden_stress(const OgdenLaw& law, OgdenModuli moduli, const Eigen::Matrix3d& f) {
-  Mat<kTwo> p{};
-  add_ogden<kTwo>(law, Doubles<kTwo>{} + moduli.mu, Doubles<kTwo>{} + moduli.lambda, in_lanes(f), p);
+  Mat<kLanesOfOne> p{};
+  add_ogden<kLanesOfOne>(law, Doubles<kLanesOfOne>{} + moduli.mu, Doubles<kLanesOfOne>{} + moduli.lambda, in_lanes(f), p);
   Eigen::Matrix3d stress;
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) stress(r, c) = p.of[r][c][0];
@@ -56,18 +57,18 @@ Eigen::Matrix3d ogden_stress(const OgdenLaw& law, OgdenModuli moduli, const Eige
 }
 
 OgdenPrincipal ogden_principal(const OgdenLaw& law, double mu, const Eigen::Vector3d& x) {
-  Doubles<kTwo> of[3], log_of[3];
-  for (int i = 0; i < 3; ++i) of[i] = Doubles<kTwo>{} + x[i];
-  log_squares<kTwo>(of, log_of);
+  Doubles<kLanesOfOne> of[3], log_of[3];
+  for (int i = 0; i < 3; ++i) of[i] = Doubles<kLanesOfOne>{} + x[i];
+  log_squares<kLanesOfOne>(of, log_of);
   OgdenPrincipal out{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   for (const OgdenTerm& term : law.terms) {
     if (term.weight == 0) continue;
-    OgdenTermAt<kTwo> at;
-    find_term<kTwo>(term, of, log_of, at);
+    OgdenTermAt<kLanesOfOne> at;
+    find_term<kLanesOfOne>(term, of, log_of, at);
     for (int i = 0; i < 3; ++i) {
-      Doubles<kTwo> way, first;
-      Truths<kTwo> near;
-      first_difference<kTwo>(term, of, at, (i + 1) % 3, (i + 2) % 3, way, near, first);
+      Doubles<kLanesOfOne> way, first;
+      Truths<kLanesOfOne> near;
+      first_difference<kLanesOfOne>(term, of, at, (i + 1) % 3, (i + 2) % 3, way, near, first);
       out.g[i] += mu * at.value[i][0];
       out.slope[i] += mu * at.slope[i][0];
       out.between[i] += mu * first[0];

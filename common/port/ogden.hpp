@@ -7,8 +7,8 @@
 // Of C = F^T F, principal values x_i = l_i^2, vectors v_i, it is the function
 //     P = F g(C) + (lambda (J - 1) - mu_s) G,   g(x) = sum_p mu_p x^beta_p,   beta_p = alpha_p / 2 - 1,   G the cofactors of F
 // so that no square root of C is needed and F may be flat or inside out: x^beta is followed along its tangent below x = 0.04
-// (l = 0.2) and where it has grown by e^4 (kSteepest), which keeps P smooth in F and every element's stiffness finite. alpha =
-// (2) is mooney_rivlin with no second share, alpha = (2, -2) with a second share is that of Mooney and Rivlin where J = 1.
+// (l = 0.2) and where it has grown by e^4 (kLogGrowthMax), which keeps P smooth in F and every element's stiffness finite. alpha
+// = (2) is mooney_rivlin with no second share, alpha = (2, -2) with a second share is that of Mooney and Rivlin where J = 1.
 //
 // With y_i = F v_i and g[x, y] = (g(x) - g(y)) / (x - y), g[x, x] = g'(x), the tangent is (tetra_kernel.hpp has its form)
 //     dP = dF g(C) + sum_{i <= j} c_ij (Q_ij : dF) Q_ij + (lambda (J - 1) - mu_s) X(F)[dF] + lambda (G : dF) G
@@ -77,8 +77,9 @@ struct OgdenTermAt {
   Truths<N> inside[3];  ///< where the power itself is followed
 };
 
-/// A lane's x and ln x, the latter of x no less than kLeastSquare.
-inline constexpr double kLeastSquare = 0.04, kMostSquare = 1e6;
+/// Of x, between which powers are followed whatever alpha is; outside, along their tangents.
+inline constexpr double kSquaredStretchMin = 0.04;  ///< a stretch of 0.2
+inline constexpr double kSquaredStretchMax = 1e6;   ///< a stretch of 1000, beyond any deformation of a body
 
 template <std::size_t N>
 PALPATE_INLINE void clamp_lanes(const Doubles<N>& x, double low, double high, Doubles<N>& y) {
@@ -100,15 +101,15 @@ PALPATE_INLINE void find_term(const OgdenTerm& term, const Doubles<N> (&x)[3], c
   }
 }
 
-/// Within this share of x the binomial series, which there is right to 1e-13, else the quotient, which there is too.
-inline constexpr double kNearlyEqual = 1e-3;
+/// |x_i - x_j| / x_j: up to it the binomial series, which there is right to 1e-13, beyond it the quotient, which there is too.
+inline constexpr double kSeriesGapMax = 1e-3;
 
 /// g[x_i, x_j]; `way`: (x_i - x_j) / x_j where that is small, `near`, else 0.
 template <std::size_t N>
 PALPATE_INLINE void first_difference(const OgdenTerm& term, const Doubles<N> (&x)[3], const OgdenTermAt<N>& at, int i, int j,
                                      Doubles<N>& way, Truths<N>& near, Doubles<N>& first) {
   const Doubles<N> apart = x[i] - x[j], size = apart < 0.0 ? -apart : apart;
-  near = size <= kNearlyEqual * x[j];
+  near = size <= kSeriesGapMax * x[j];
   const Doubles<N> base = x[j] > 0.0 ? x[j] : Doubles<N>{} + 1.0, divisor = near ? Doubles<N>{} + 1.0 : apart;
   way = near ? apart / base : Doubles<N>{};
   const double b = term.power;
@@ -121,7 +122,7 @@ PALPATE_INLINE void first_difference(const OgdenTerm& term, const Doubles<N> (&x
 /// The principal values of a symmetric matrix that is nowhere negative: two that may be close to one another, and the third.
 template <std::size_t N>
 PALPATE_INLINE void principal_values(const Mat<N>& c, Doubles<N> (&x)[3]) {
-  constexpr double kVanished = 1e-30;
+  constexpr double kDeviatorCubeMin = 1e-30;  // below, the x agree to 1e-10 and r would be rounding
   const Doubles<N> middle = (c.of[0][0] + c.of[1][1] + c.of[2][2]) * (1.0 / 3);
   Mat<N> b = c, g;
   for (int k = 0; k < 3; ++k) b.of[k][k] -= middle;
@@ -132,7 +133,7 @@ PALPATE_INLINE void principal_values(const Mat<N>& c, Doubles<N> (&x)[3]) {
   cofactors(b, g);
   determinant(b, g, det);
   const Doubles<N> cube = size * square, none = Doubles<N>{};
-  Doubles<N> r = 0.5 * det / (cube > kVanished ? cube : none + 1.0);
+  Doubles<N> r = 0.5 * det / (cube > kDeviatorCubeMin ? cube : none + 1.0);
   const Truths<N> turned = r < 0.0;
   r = turned ? -r : r;
   r = r > 1.0 ? none + 1.0 : r;
@@ -154,7 +155,7 @@ template <std::size_t N>
 PALPATE_INLINE void log_squares(const Doubles<N> (&x)[3], Doubles<N> (&log_x)[3]) {
   for (int i = 0; i < 3; ++i) {
     Doubles<N> within;
-    clamp_lanes<N>(x[i], kLeastSquare, kMostSquare, within);
+    clamp_lanes<N>(x[i], kSquaredStretchMin, kSquaredStretchMax, within);
     logs<N>(within, log_x[i]);
   }
 }

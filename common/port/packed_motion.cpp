@@ -27,10 +27,8 @@ bool take_motion(const std::vector<std::uint16_t>& numbers, int& at, int modes, 
   return fine;
 }
 
-float length_unit(float most) { return std::exp2(std::ceil(std::log2(std::max(most, 1e-20F)))); }
-
 void append_places(const Eigen::Matrix3Xf& place, float unit, std::vector<std::uint16_t>& out) {
-  assert(unit > 0 && place.cwiseAbs().maxCoeff() < (kPlaceMost + 0.5F) * unit);
+  assert(unit > 0 && place.cwiseAbs().maxCoeff() < (kPlaceMax + 0.5F) * unit);
   for (const float x : place.reshaped())
     out.push_back(static_cast<std::uint16_t>(static_cast<std::int16_t>(std::lround(x / unit))));
 }

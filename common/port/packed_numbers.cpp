@@ -1,8 +1,11 @@
 #include "common/port/packed_numbers.hpp"
 
+#include <algorithm>
 #include <cassert>
 
 namespace palpate::packed {
+
+float power_of_two_above(float most) { return std::exp2(std::ceil(std::log2(std::max(most, 1e-20F)))); }
 
 Eigen::VectorXf take(const std::vector<std::uint16_t>& numbers, int& at, int count, float unit) {
   assert(at >= 0 && static_cast<std::size_t>(at + count) <= numbers.size());

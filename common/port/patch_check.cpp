@@ -15,11 +15,14 @@
 namespace palpate {
 namespace {
 
-constexpr double kTolerance = 1e-5, kSmallestDiagonal = 1e-6;
-constexpr double kMaxSpeedMS = 1e3, kMaxStiffness = 1e12, kMaxModel = 1e12, kMaxCompliance = 1e3, kMaxFriction = 10;
-constexpr double kMaxLowPassHz = 1e4, kLeastTriangleArea = 1e-14;  // two triangle areas [m^2]
-constexpr Micros kMaxValid{60'000'000};
-constexpr double kMostFades = kMaxFadingShare + 1e-6, kLeastFadingS = 0.9 * kMinFadingS;  // as float32
+constexpr double kRelativeTolerance = 1e-5, kDiagonalShareMin = 1e-6;  // of the largest entry; why: above
+// Ranges of the format (docs/reference/wire.md, 4); products of such numbers stay finite.
+constexpr double kMaxSpeedMS = 1e3, kMaxCompliance_m_n = 1e3, kMaxFriction = 10, kMaxLowPassHz = 1e4;
+constexpr double kMaxModelEntry = 1e12;                       // of K, D, g, ..., each in its own unit (patch.hpp)
+constexpr Micros kMaxDuration{60'000'000};                    // of valid_for and load_for
+constexpr double kTwiceAreaMin_m2 = 1e-14;                    // of a triangle with sides of 0.1 um: below, its normal is rounding
+constexpr double kFadingSumMax = kMaxFadingShare + 1e-6;      // shares travel in single precision
+constexpr double kFadingTimeMinS = (1 - 1e-6) * kMinFadingS;  // as times do
 
 using Square = BoundedMatrix<kMaxModes + 3, kMaxModes + 3>;
 
@@ -68,11 +71,11 @@ bool sizes_agree(const Patch& p) {
 void check_surface_numbers(const Patch& p, Numbers& numbers) {
   numbers.within(p.coupling_n_m, 0, 1e9);
   numbers.within(p.friction, 0, kMaxFriction);
-  numbers.all(p.c_static, kMaxCompliance);
+  numbers.all(p.c_static, kMaxCompliance_m_n);
   numbers.all(p.point.weight, 2);
   for (int i = 0; i < p.surface.vertex_count; ++i) {
     numbers.all(p.surface.vertices[static_cast<std::size_t>(i)].position, kWorldExtentM);
-    numbers.all(p.surface.vertices[static_cast<std::size_t>(i)].rows, kMaxModel);
+    numbers.all(p.surface.vertices[static_cast<std::size_t>(i)].rows, kMaxModelEntry);
     numbers.all(p.surface.vertices[static_cast<std::size_t>(i)].normal, 1.001);
   }
 }
@@ -81,33 +84,33 @@ void check_fading(const PatchFading& fading, Numbers& numbers) {
   double share = 0;
   for (const PatchBranch& branch : fading.branches()) {
     numbers.within(branch.prony.share, 0, 1);
-    numbers.within(branch.prony.time_s, kLeastFadingS, kMaxModel);
-    numbers.all(branch.pull, kMaxModel);
+    numbers.within(branch.prony.time_s, kFadingTimeMinS, kMaxModelEntry);
+    numbers.all(branch.pull, kMaxModelEntry);
     share += branch.prony.share;
   }
-  numbers.within(share, 0, kMostFades);
+  numbers.within(share, 0, kFadingSumMax);
 }
 
 PatchFault check_numbers(const Patch& p) {
   Numbers numbers;
-  for (int i = 0; i < p.modes(); ++i) numbers.within(p.stiffness[i], 0, kMaxStiffness);
-  numbers.all(p.damping, kMaxModel);
-  numbers.all(p.g, kMaxModel);
-  numbers.all(p.q_rate, kMaxModel);
-  numbers.all(p.load_rate, kMaxModel);
+  for (int i = 0; i < p.modes(); ++i) numbers.within(p.stiffness[i], 0, kMaxModelEntry);
+  numbers.all(p.damping, kMaxModelEntry);
+  numbers.all(p.g, kMaxModelEntry);
+  numbers.all(p.q_rate, kMaxModelEntry);
+  numbers.all(p.load_rate, kMaxModelEntry);
   check_fading(p.fading, numbers);
   numbers.all(p.force, kMaxForceN);
   numbers.all(p.tool, kWorldExtentM);
   numbers.within(p.low_pass_hz, 0, kMaxLowPassHz);
   numbers.within(p.trust_radius_m, 0, kWorldExtentM);
   for (const Micros t : {p.valid_for, p.load_for})
-    numbers.within(static_cast<double>(t.count()), 0, static_cast<double>(kMaxValid.count()));
+    numbers.within(static_cast<double>(t.count()), 0, static_cast<double>(kMaxDuration.count()));
   if (uses_attach(p)) {
     numbers.all(p.tool_velocity, kMaxSpeedMS);
-    numbers.all(p.k_port, kMaxModel);
-    numbers.all(p.d_port, kMaxModel);
-    numbers.all(p.b_k, kMaxModel);
-    numbers.all(p.b_d, kMaxModel);
+    numbers.all(p.k_port, kMaxModelEntry);
+    numbers.all(p.d_port, kMaxModelEntry);
+    numbers.all(p.b_k, kMaxModelEntry);
+    numbers.all(p.b_d, kMaxModelEntry);
   }
   if (uses_surface(p)) check_surface_numbers(p, numbers);
   return numbers.fault();
@@ -122,20 +125,22 @@ bool semi_definite(Square a, Eigen::Index split) {
     if (size == 0) return;
     const double largest = a.diagonal().segment(first, size).maxCoeff();
     for (auto i = first; i < first + size; ++i) {
-      const double diagonal = std::max(a(i, i), kSmallestDiagonal * largest);
+      const double diagonal = std::max(a(i, i), kDiagonalShareMin * largest);
       scale[i] = diagonal > 0 ? 1 / std::sqrt(diagonal) : 1;
     }
   };
   scale_block(0, split);
   scale_block(split, n - split);
   a = (scale.asDiagonal() * a * scale.asDiagonal()).eval();
-  a.diagonal().array() += kTolerance;
+  a.diagonal().array() += kRelativeTolerance;
   return Eigen::LLT<Square>(a).info() == Eigen::Success;
 }
 
-bool symmetric(const Mat3& m) { return (m - m.transpose()).cwiseAbs().maxCoeff() <= kTolerance * m.cwiseAbs().maxCoeff(); }
+bool symmetric(const Mat3& m) {
+  return (m - m.transpose()).cwiseAbs().maxCoeff() <= kRelativeTolerance * m.cwiseAbs().maxCoeff();
+}
 bool symmetric(const ModeMatrix& m) {
-  return m.size() == 0 || (m - m.transpose()).cwiseAbs().maxCoeff() <= kTolerance * m.cwiseAbs().maxCoeff();
+  return m.size() == 0 || (m - m.transpose()).cwiseAbs().maxCoeff() <= kRelativeTolerance * m.cwiseAbs().maxCoeff();
 }
 
 /// [[port, -b^T], [-b, modes]]
@@ -169,7 +174,7 @@ PatchFault check_surface(const Patch& p) {
       if (index >= static_cast<std::uint32_t>(s.vertex_count)) return PatchFault::surface;
     const Vec3& a = s.vertices[triangle[0]].position;
     const Vec3 normal = (s.vertices[triangle[1]].position - a).cross(s.vertices[triangle[2]].position - a);
-    if (normal.norm() < kLeastTriangleArea) return PatchFault::surface;
+    if (normal.norm() < kTwiceAreaMin_m2) return PatchFault::surface;
   }
   const Vec3& w = p.point.weight;
   const bool barycentric = w.minCoeff() >= -1e-9 && std::abs(w.sum() - 1) <= 1e-6;

@@ -1,11 +1,22 @@
-// What a deformation gradient F is made of.
+// What a deformation gradient F (3 x 3, no unit) is made of, in double precision, one at a time; in lanes: polar_lanes.hpp.
+//
+//     cofactors           G = dJ/dF,  J = det F;   G = J F^-T where J is not 0
+//     singular values     F = U diag(s) V^T,  det U = det V = 1,  s_1 >= s_2 >= |s_3|,  s_3 with the sign of J
+//     polar rotation      F = R S,  S = S^T,  R = U V^T: the rotation with the largest tr(R^T F)
+//                         by Newton's method R <- (c R + R^-T / c) / 2,  c^2 = |R^-T| / |R|,  from R = F
+//                         where F is well formed, J 3^1.5 > 0.1 |F|^3; elsewhere, flat or inside out, from U and V
+//
+// What can go wrong: where s_2 + s_3 = 0 there is no one R, and near it R turns over with small changes of F, so that its
+// derivative, which goes with 1 / (s_i + s_j), has to be cut (kLeastPairSum).
+// Source: Higham, Computing the polar decomposition, SIAM J. Sci. Stat. Comput. 7 (1986).
 #pragma once
 
 #include <Eigen/Core>
 
 namespace palpate {
 
-/// Of two principal stretches: the rotation turns over where it vanishes, and the corotational tangent is cut there.
+/// Of two principal stretches, 2 at rest: the rotation turns over where it vanishes, and the corotational tangent is cut there,
+/// where what turning adds to it is 40 times that at rest.
 inline constexpr double kLeastPairSum = 0.05;
 
 /// dJ/dF, J = det F.

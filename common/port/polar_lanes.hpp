@@ -109,13 +109,13 @@ PALPATE_INLINE void pair_sums(const Mat<N>& s, Mat<N>& h) {
 /// Turns q, in the lanes that are `going`, by what Newton's method says at S = R^T F.
 template <std::size_t N>
 PALPATE_INLINE void turn(const Mat<N>& s, const Doubles<N> (&t)[3], const Truths<N>& going, Quaternion<N>& q) {
-  constexpr double kLeast = 1e-13;  // determinant below which there is no one R
+  constexpr double kDetMin = 1e-13;  // of H at |F|^2 = 3: below, rounding chooses among R, and q stays
   Mat<N> h, g;
   pair_sums(s, h);
   cofactors(h, g);
   Doubles<N> det, w[3], root;
   determinant(h, g, det);
-  const Doubles<N> inverse = det > kLeast ? 1.0 / det : Doubles<N>{};
+  const Doubles<N> inverse = det > kDetMin ? 1.0 / det : Doubles<N>{};
   for (int k = 0; k < 3; ++k) w[k] = inverse * (g.of[k][0] * t[0] + g.of[k][1] * t[1] + g.of[k][2] * t[2]);
   roots<N>(1.0 + (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]), root);
   root += 1.0;
@@ -131,8 +131,8 @@ PALPATE_INLINE void turn(const Mat<N>& s, const Doubles<N> (&t)[3], const Truths
 /// R from a q that is nearly there. |F|^2 = 3.
 template <std::size_t N>
 PALPATE_INLINE void refine(const Mat<N>& f, Quaternion<N>& q, Mat<N>& r) {
-  constexpr int kTurnsMax = 4;
-  constexpr double kTurnRounding = 1e-29;  // of |t|^2
+  constexpr int kNewtonStepsMax = 4;         // of third order: two bring |w| = 1e-2 below rounding
+  constexpr double kAxialSquareMin = 1e-29;  // of |t|^2: t of 3e-15, some roundings of R^T F
   Truths<N> going = f.of[0][0] == f.of[0][0];
   for (int k = 0;; ++k) {
     rotation_of(q, r);
@@ -141,8 +141,8 @@ PALPATE_INLINE void refine(const Mat<N>& f, Quaternion<N>& q, Mat<N>& r) {
       for (int c = 0; c < 3; ++c) s.of[i][c] = r.of[0][i] * f.of[0][c] + r.of[1][i] * f.of[1][c] + r.of[2][i] * f.of[2][c];
     Doubles<N> t[3];
     axial_part(s, t);
-    going &= t[0] * t[0] + t[1] * t[1] + t[2] * t[2] > kTurnRounding;
-    if (k == kTurnsMax || !any<N>(going)) return;
+    going &= t[0] * t[0] + t[1] * t[1] + t[2] * t[2] > kAxialSquareMin;
+    if (k == kNewtonStepsMax || !any<N>(going)) return;
     turn(s, t, going, q);
   }
 }
@@ -150,11 +150,11 @@ PALPATE_INLINE void refine(const Mat<N>& f, Quaternion<N>& q, Mat<N>& r) {
 /// R, and its quaternion, of any length.
 template <std::size_t N>
 PALPATE_INLINE void polar_rotations(const Mat<N>& f, Quaternion<N>& q, Mat<N>& r) {
-  constexpr double kVanished = 1e-290;
+  constexpr double kSquareNormMin = 1e-290;  // of |F|^2: below, squares lose digits, and F counts as 0
   Doubles<N> square, size, j, minors, x;
   inner(f, f, square);
   roots<N>(square / 3.0, size);
-  const Doubles<N> scale = square > kVanished ? 1.0 / size : Doubles<N>{};
+  const Doubles<N> scale = square > kSquareNormMin ? 1.0 / size : Doubles<N>{};
   Mat<N> scaled, g;
   for (int i = 0; i < 3; ++i)
     for (int c = 0; c < 3; ++c) scaled.of[i][c] = scale * f.of[i][c];

@@ -8,10 +8,10 @@
 namespace palpate {
 namespace {
 
-constexpr float kLengthMin = 1e-6F;    // below, a spring has no direction [m]
-constexpr double kSoftest = 1e-6;      // [1/s^2]
-constexpr double kMostCompressed = 2;  // rest length to length that added mass is for
-constexpr double kOctave = 16;         // of a slope, in its bytes
+constexpr float kSpringLengthMinM = 1e-6F;   // below, a spring has no direction
+constexpr double kStiffnessMin_1_s2 = 1e-6;  // so that springs that hold no mode do not divide by 0
+constexpr double kCompressionMax = 2;        // L / |d| that added mass allows for: more would slow what matters
+constexpr double kStepsPerOctave = 16;       // format: a byte reaches slopes of 2^(255 / 16) = 6e4, to 4 %
 
 /// Largest eigenvalue of the part that belongs to the modes, of a mass of 1 and what is added, if anything [1/s^2].
 double stiffest(const Eigen::MatrixXd& stiffness, int tool, const Eigen::MatrixXd& added_mass = {}) {
@@ -46,7 +46,7 @@ Eigen::Matrix3Xf SampledSprings::spans() const {
 
 Eigen::ArrayXd SampledSprings::steepest() const {
   Eigen::ArrayXd slopes = Eigen::ArrayXd::Ones(count());
-  for (std::size_t e = 0; e < steep.size(); ++e) slopes[static_cast<Eigen::Index>(e)] = std::exp2(steep[e] / kOctave);
+  for (std::size_t e = 0; e < steep.size(); ++e) slopes[static_cast<Eigen::Index>(e)] = std::exp2(steep[e] / kStepsPerOctave);
   return slopes;
 }
 
@@ -54,7 +54,8 @@ std::vector<std::uint8_t> SampledSprings::steep_of(const Eigen::ArrayXd& slopes)
   assert(slopes.size() == 0 || slopes.allFinite());
   std::vector<std::uint8_t> steep;
   for (const double slope : slopes)
-    steep.push_back(static_cast<std::uint8_t>(std::clamp(std::ceil(kOctave * std::log2(std::max(1.0, slope))), 0.0, 255.0)));
+    steep.push_back(
+        static_cast<std::uint8_t>(std::clamp(std::ceil(kStepsPerOctave * std::log2(std::max(1.0, slope))), 0.0, 255.0)));
   return steep;
 }
 
@@ -74,16 +75,16 @@ SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen:
   const Eigen::MatrixXd g = springs.motions(tool).cast<double>();
   const Eigen::Matrix3Xd d = springs.spans().cast<double>();
   const Eigen::ArrayXd stiffness = springs.stiffness.cast<double>(), rest = springs.rest_length.cast<double>();
-  const double stiffening = static_cast<double>(springs.stiffening), stable = kStiffest / (step_s * step_s);
+  const double stiffening = static_cast<double>(springs.stiffening), stable = kStableStiffness / (step_s * step_s);
   const Eigen::ArrayXd slopes = springs.steepest(), steepest = slopes * stiffness;
-  const double times = stable / std::max(stiffest(weighted(steepest, g), tool), kSoftest);
+  const double times = stable / std::max(stiffest(weighted(steepest, g), tool), kStiffnessMin_1_s2);
   if (!slowed && !(times >= 1)) return;
   const Eigen::MatrixXd stretched = weighted(stiffness, g);
   Eigen::ArrayXd linear_strain = Eigen::ArrayXd::Zero(m);
   if (stiffening > 0) linear_strain = ((std::max(times, 1.0) * slopes - 1) / (3 * stiffening)).sqrt();
   linear_from_ = linear_strain.minCoeff();
 
-  const Eigen::ArrayXd length = d.colwise().norm().transpose().array().max(static_cast<double>(kLengthMin)),
+  const Eigen::ArrayXd length = d.colwise().norm().transpose().array().max(static_cast<double>(kSpringLengthMinM)),
                        elongation = length - rest;
   const Eigen::Matrix3Xd axes = d * length.inverse().matrix().asDiagonal();
   const Eigen::ArrayXd linear_beyond = linear_strain * rest, in_law = elongation.max(-linear_beyond).min(linear_beyond);
@@ -92,13 +93,13 @@ SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen:
   const Eigen::ArrayXd across = (stiffness * elongation + third * in_law.square() * (3 * elongation - 2 * in_law)) / length;
   far_stiffness_ = stretched - weighted(across, g) - weighted_along(slope - across, g, axes);
   if (!(times >= 1)) {
-    const Eigen::ArrayXd at_most = steepest * (rest / length).max(1.0).min(kMostCompressed);
+    const Eigen::ArrayXd at_most = steepest * (rest / length).max(1.0).min(kCompressionMax);
     const Eigen::MatrixXd steepest_form = weighted(at_most, g.rightCols(variables_ - tool));
     added_mass_ = (1 / stable - 1 / stiffest(steepest_form, 0)) * steepest_form;
   }
   if (!(stiffest(far_stiffness_, tool, added_mass_) <= stable)) return;
 
-  count_ = (m + kWidth - 1) / kWidth * kWidth;
+  count_ = (m + kFloatLanes - 1) / kFloatLanes * kFloatLanes;
   motion_.setZero(3 * count_, variables_);
   axis_.setZero(count_, 3);
   for (int axis = 0; axis < 3; ++axis) {
@@ -158,7 +159,7 @@ void SampledForce::move_to(const Values& u) noexcept {
   delta = moved(u);
   along = dot(axis_, delta);
   const Each gained = 2 * length_ * along + dot(delta, delta);
-  length = (length_.square() + gained).max(kLengthMin * kLengthMin).sqrt();
+  length = (length_.square() + gained).max(kSpringLengthMinM * kSpringLengthMinM).sqrt();
   longer = gained / (length + length_);
   if (stiffening_.size() == 0) {
     more.setZero(count_);
@@ -195,7 +196,7 @@ double SampledForce::energy() const noexcept {
 
 void SampledForce::damping(const Values& rate, Values& change, Values& at_stamp) const noexcept {
   const Vectors there = sum(length_, axis_, Each::Ones(count_), deformed_.delta), motion = moved(rate);
-  const Each now = damping_ * dot(there, motion) / dot(there, there).max(kLengthMin * kLengthMin);
+  const Each now = damping_ * dot(there, motion) / dot(there, there).max(kSpringLengthMinM * kSpringLengthMinM);
   const Each before = damping_ * dot(axis_, motion);
   change = collect(sum(now, there, -before, axis_));
   at_stamp = (braked_ * u_.cast<double>()).cast<float>();

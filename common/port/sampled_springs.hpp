@@ -19,7 +19,7 @@
 // The player takes these forces a step of length h at a time, which is stable for a stiffness below 4 / h^2 of unit mass. A
 // spring whose law stiffens keeps to it up to a slope of sigma_e k, at least, and goes on linearly: sigma_e is what the springs
 // are likely to come to, the server's to say; 1 of a linear law. Let kappa be the largest eigenvalue of sum w sigma k G_q^T G_q.
-// The law goes on linearly at kStiffest / (h^2 kappa) times that slope. Where that is below 1 time, the body is too stiff for the
+// The law goes on linearly at 4 / (h^2 kappa) times that slope. Where that is below 1 time, the body is too stiff for the
 // step: its modes are given
 //     A = (h^2 / 4 - 1 / s) S,   S = sum w sigma k G_q^T G_q min(max(1, L / |d|), 2)
 // more mass, s the largest eigenvalue of S. Then no way that springs turn makes a motion stiffer than 4 / h^2 of its mass;
@@ -48,7 +48,8 @@
 
 namespace palpate {
 
-inline constexpr int kMaxVariables = kMaxModes + 3;
+inline constexpr int kMaxVariables = kMaxModes + 3;  ///< n: the modes, and the three axes of a tool that grasps
+/// Bounds of the format, and so of a tick: four datagrams hold some 130 springs between 55 nodes (docs/reference/wire.md).
 inline constexpr int kMaxSprings = 160, kMaxSpringNodes = 80;
 
 struct SampledSprings {
@@ -74,7 +75,7 @@ struct SampledSprings {
 /// Compiled for the haptic thread. Stands at u = 0 when it is new.
 class SampledForce {
  public:
-  static constexpr double kStiffest = 4;
+  static constexpr double kStableStiffness = 4;  ///< in 1 / h^2, of unit mass: an explicit step is stable below
   using Values = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, (kMaxVariables + 7) / 8 * 8>;
 
   SampledForce() = default;
@@ -99,9 +100,10 @@ class SampledForce {
   void damping(const Values& rate, Values& change, Values& at_stamp) const noexcept;
 
  private:
-  static constexpr int kWidth = 8, kRoom = (kMaxSprings + kWidth - 1) / kWidth * kWidth;  // of a vector register
-  using Each = Eigen::Array<float, Eigen::Dynamic, 1, 0, kRoom, 1>;
-  using Vectors = Eigen::Array<float, Eigen::Dynamic, 3, Eigen::ColMajor, kRoom, 3>;  // of every spring
+  static constexpr int kFloatLanes = 8;  // of a vector register of 256 bits
+  static constexpr int kPaddedSprings = (kMaxSprings + kFloatLanes - 1) / kFloatLanes * kFloatLanes;  // to whole registers
+  using Each = Eigen::Array<float, Eigen::Dynamic, 1, 0, kPaddedSprings, 1>;
+  using Vectors = Eigen::Array<float, Eigen::Dynamic, 3, Eigen::ColMajor, kPaddedSprings, 3>;  // of every spring
   using OfVariables = BoundedMatrix<kMaxVariables, kMaxVariables>;
 
   struct Deformed {  // delta, a, Delta, |d + delta|, T_2
@@ -116,7 +118,8 @@ class SampledForce {
 
   int count_ = 0, variables_ = 0;  // springs with as many more, of no stiffness, as fill the last register
   double linear_from_ = 0;
-  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kRoom, kMaxVariables> motion_;  // G, axis by axis
+  // G, axis by axis
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kPaddedSprings, kMaxVariables> motion_;
   Vectors axis_;
   Each length_, turning_, damping_;                    // l, kappa_e, w c_e
   Each stiffening_, elongation_, in_law_, linear_at_;  // w k c / L^2, and at the stamp e, b_0; where it goes on linearly: of

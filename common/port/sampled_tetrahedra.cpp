@@ -69,7 +69,7 @@ SampledSolidForce::SampledSolidForce(const SampledTetrahedra& solid, int tool, d
   const int m = solid.count();
   if (m == 0 || variables_ <= tool) return;
   assert(m <= kMaxTetrahedra && variables_ <= kMaxVariables && step_s > 0);
-  const double stable = SampledForce::kStiffest / (step_s * step_s);
+  const double stable = SampledForce::kStableStiffness / (step_s * step_s);
   Eigen::MatrixXf h = solid.motions(tool);
   // Elements in their places, triangles from the next register on.
   std::vector<int> place(static_cast<std::size_t>(m));
@@ -168,10 +168,11 @@ void SampledSolidForce::move_to(const Values& u) noexcept {
     Group& at = group_[static_cast<std::size_t>(k)];
     moved(k, u, at.df);
     const TetraLane square = inner(at.df, at.df);
-    at.free = (square <= kFree * kFree).all();
+    at.free = (square <= kFreeGradient * kFreeGradient).all();
     if (!at.free) {
-      const TetraLane length = square.sqrt().max(kFree), away = kBeyond / (length - kFree + kBeyond);
-      at.part = (kFree + (length - kFree) * away) / length;
+      const TetraLane length = square.sqrt().max(kFreeGradient),
+                      away = kFurtherGradient / (length - kFreeGradient + kFurtherGradient);
+      at.part = (kFreeGradient + (length - kFreeGradient) * away) / length;
       at.slope = away.square();
       at.df = scaled(at.part, at.df);
     }
@@ -180,14 +181,14 @@ void SampledSolidForce::move_to(const Values& u) noexcept {
 }
 
 void SampledSolidForce::gradient(Values& g) const noexcept {
-  constexpr float kNothing = 1e-20F;
+  constexpr float kSquareMin = 1e-20F;  // of |dF|^2, for lanes that do not move
   Sums sums;
   sums.fill(TetraLane::Zero());
   for (int k = 0; k < groups_; ++k) {
     const Group& at = group_[static_cast<std::size_t>(k)];
     TetraLanes q = nonlinear_residual_stress(at.stamp, at.df, at.turned);
     if (!at.free) {
-      const TetraLane along = (at.slope - at.part) * inner(q, at.df) / inner(at.df, at.df).max(kNothing);
+      const TetraLane along = (at.slope - at.part) * inner(q, at.df) / inner(at.df, at.df).max(kSquareMin);
       for (std::size_t i = 0; i < 9; ++i) q[i] = at.part * q[i] + along * at.df[i];
     }
     collect(k, q, sums);
@@ -224,8 +225,8 @@ void SampledSolidForce::damping(const Values& rate, Values& change, Values& at_s
 
 void SampledSolidForce::add_dampers(int group, Square& dampers) const noexcept {
   // Rows whose squares add up to the power: the strain rate's parts times the roots of what they are braked with.
-  constexpr int kRows = 7 * kTetraLane;
-  Eigen::Matrix<float, kRows, Eigen::Dynamic, Eigen::ColMajor, kRows, kMaxVariables> rows(kRows, variables_);
+  constexpr int kRateRows = 7 * kTetraLane;  // six strain rates and their trace, in every lane
+  Eigen::Matrix<float, kRateRows, Eigen::Dynamic, Eigen::ColMajor, kRateRows, kMaxVariables> rows(kRateRows, variables_);
   const Group& at = group_[static_cast<std::size_t>(group)];
   const TetraLanes f = sum(at.stamp.f, at.df);
   const TetraLane shear = at.viscous_mu.sqrt(), twice = (2 * at.viscous_mu).sqrt(), volume = at.viscous_lambda.sqrt();

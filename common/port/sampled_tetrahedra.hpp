@@ -11,9 +11,9 @@
 //
 // A triangle of a membrane is a tetrahedron whose last node is its first (server/body/tetra_kernel.hpp), V its area.
 //
-// At u = 0 nothing of all this pushes or holds, that is the linear patch's. phi(r) = r up to kFree, beyond that
-// kFree + kBeyond (r - kFree) / (r - kFree + kBeyond): an element that is bent further is held by the linear patch alone, so the
-// forces are bounded, and stay those of an energy.
+// At u = 0 nothing of all this pushes or holds, that is the linear patch's. phi(r) = r up to a = kFreeGradient and
+// a + c (r - a) / (r - a + c) beyond, c = kFurtherGradient: an element that is bent further is held by the linear patch alone, so
+// the forces are bounded, and stay those of an energy.
 //
 // The player takes these forces a step of length h at a time, which is stable for a stiffness below 4 / h^2 of unit mass. What an
 // element's tangent at another F is stiffer by than at the stamp grows with the part of lambda that a mode without dilation meets
@@ -25,7 +25,7 @@
 // That is no bound for every F within the ball (which is a hundred times that for a nearly incompressible solid, and would slow
 // motions that matter); phi is what keeps the rest finite. tests/player and palpate-lab stability ask what comes of it.
 //
-// Source: see sampled_springs.hpp.
+// Source: see sampled_springs.hpp; the elements' laws nonlinear_tetrahedron.hpp.
 #pragma once
 
 #include <array>
@@ -35,7 +35,7 @@
 
 namespace palpate {
 
-inline constexpr int kMaxTetrahedra = 112;
+inline constexpr int kMaxTetrahedra = 112;  ///< 14 vectors of 8; a bound of the format, and so of a tick
 
 /// H of one, 9 rows, row by row of dF, from its b_1, b_2, b_3 as rows and how its nodes move from the first, V_i - V_0.
 using GradientMotion = Eigen::Matrix<float, 9, Eigen::Dynamic>;
@@ -60,7 +60,8 @@ struct SampledTetrahedra {
 /// Compiled for the haptic thread. Stands at u = 0 when it is new.
 class SampledSolidForce {
  public:
-  static constexpr float kFree = 2, kBeyond = 3;
+  /// Of |dF|: taken as it is; then up to so much more. 1 and 2 cost up to 6 dB where elements turn far (docs/notebook/0029).
+  static constexpr float kFreeGradient = 2, kFurtherGradient = 3;
   using Values = SampledForce::Values;
   using Square = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables>;
 
@@ -88,13 +89,13 @@ class SampledSolidForce {
   void add_dampers(int group, Square& dampers) const noexcept;
 
  private:
-  static constexpr int kMostGroups = (kMaxTetrahedra + kTetraLane - 1) / kTetraLane + 1;  // triangles are by themselves
+  static constexpr int kGroupsMax = (kMaxTetrahedra + kTetraLane - 1) / kTetraLane + 1;  // triangles by themselves
 
   struct Group {
     TetraStamp stamp;
     TetraLane viscous_mu, viscous_lambda;  // times w V
     TetraLanes df;                         // phi dF / |dF|, in their frames
-    bool free;                             // no |dF| is beyond kFree,
+    bool free;                             // no |dF| is beyond kFreeGradient,
     TetraLane part, slope;                 // else phi / |dF| and phi'
     TetraTurn turned;
   };
@@ -109,8 +110,8 @@ class SampledSolidForce {
 
   int groups_ = 0, variables_ = 0;  // with as many tetrahedra more, of no stiffness, as fill the last register
   bool damped_ = false;
-  std::array<Group, kMostGroups> group_;
-  Eigen::Matrix<float, 9 * kTetraLane, Eigen::Dynamic, Eigen::ColMajor, 9 * kTetraLane, kMostGroups * kMaxVariables> motion_;
+  std::array<Group, kGroupsMax> group_;
+  Eigen::Matrix<float, 9 * kTetraLane, Eigen::Dynamic, Eigen::ColMajor, 9 * kTetraLane, kGroupsMax * kMaxVariables> motion_;
   ModeMatrix added_mass_;
 };
 

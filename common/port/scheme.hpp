@@ -1,4 +1,5 @@
-// The names of the schemes by which a server answers a touch, and of the two kinds of contact.
+// The names of the schemes by which a server makes patches of a touch (docs/concepts/schemes.md), and of the two kinds of
+// contact.
 #pragma once
 
 #include <array>
@@ -10,6 +11,7 @@ namespace palpate {
 
 enum class Scheme : std::uint8_t { hold, filtered, tangent, ring, two_layer, balanced, port, hyper };
 
+/// In the order of Scheme.
 inline constexpr std::array<std::string_view, 8> kSchemeNames{"hold",      "filtered", "tangent", "ring",
                                                               "two-layer", "balanced", "port",    "hyper"};
 /// What hyper was called: understood wherever a scheme is named, written nowhere.

@@ -1,9 +1,14 @@
 // What a solid is made of, as scene, body, wire and patch name it: its law and what that has besides the two moduli of small
-// strains, fibres, and the shares of stress that fade; with the pieces of the laws that body and player both compute.
+// strains, fibres, and the shares of stress that fade; with the pieces of the laws that body and player both compute:
 //
-// Equations, symbols and sources of the laws: server/body/tetra_kernel.hpp; of Ogden's and of fibres: ogden.hpp, fibre_lanes.hpp.
-// Every law has the shear modulus mu_L and Lame's lambda_L in small strains, and no stress at rest. Bounds are those that a scene
-// and a datagram are held to.
+//     the exponential           e(y) = exp y up to Y = kLogGrowthMax, exp(Y) (1 + y - Y) beyond;  e';  h(y), its integral from 0
+//     laws of both invariants   Psi = mu_1 / (2 b) h(b I_1) + mu_2 / 2 I_2 + lambda / 2 (J - 1)^2,  b = 0: mu_1 / 2 I_1 + ...
+//                               mu_1 = mu_L - mu_2,  lambda = lambda_L + mu_1,  mu_2 = s mu_L (mooney_rivlin, b = 0, s a share)
+//                               or -mu_L (veronda_westmann)
+//
+// Other equations, symbols and sources of the laws: server/body/tetra_kernel.hpp; of Ogden's and of fibres: ogden.hpp,
+// fibre_lanes.hpp. Every law has the shear modulus mu_L and Lame's lambda_L [Pa] in small strains, and no stress at rest. Bounds
+// are those that a scene and a datagram are held to.
 #pragma once
 
 #include <algorithm>
@@ -15,6 +20,16 @@ namespace palpate {
 
 /// Of a finite element (server/body/tetra_kernel.hpp). `membrane` is that of a triangle, others of what has a volume.
 enum class SolidLaw : std::uint8_t { corotational, neo_hookean, mooney_rivlin, veronda_westmann, ogden, membrane };
+
+/// Lame's parameters of small strains [Pa, or what E is in] from Young's modulus E and Poisson's ratio nu:
+///     mu = E / (2 (1 + nu)),   lambda = E nu / ((1 + nu) (1 - 2 nu)), of a membrane (plane stress) E nu / (1 - nu^2).
+struct LameParameters {
+  double mu, lambda;
+};
+constexpr LameParameters lame_parameters(SolidLaw law, double young, double poisson) {
+  const double of_volume = law == SolidLaw::membrane ? 1 - poisson * poisson : (1 + poisson) * (1 - 2 * poisson);
+  return {young / (2 * (1 + poisson)), young * poisson / of_volume};
+}
 
 /// What a law has besides its moduli of small strains: mooney_rivlin the share of the second invariant in the shear modulus, 0 to
 /// kMaxSecondShare; veronda_westmann its exponent b, up to kMaxExponent; ogden the share of its second term; others nothing.
@@ -30,7 +45,7 @@ struct Fibres {
 
   bool operator==(const Fibres&) const = default;
 };
-inline constexpr double kMaxFibreShare = 1e3;
+inline constexpr double kMaxFibreShare = 1e3;  ///< of k / mu_L
 
 /// A law with all but its moduli.
 struct LawParameters {
@@ -47,9 +62,10 @@ struct LawParameters {
 struct PronyBranch {
   double share = 0, time_s = 1;
 };
-inline constexpr std::size_t kMaxPronyBranches = 4;
-inline constexpr double kMaxFadingShare = 0.95;  ///< of all branches together
-inline constexpr double kMinFadingS = 0.01, kMaxFadingS = 1e5;
+inline constexpr std::size_t kMaxPronyBranches = 4;  ///< each takes up to 50 bytes of a patch's 1200
+inline constexpr double kMaxFadingShare = 0.95;      ///< of all branches: fast motions are up to 20 times as stiff as slow ones
+inline constexpr double kMinFadingS = 0.01;  ///< no less than a body's step, beside which stress fades (docs/decisions/0065)
+inline constexpr double kMaxFadingS = 1e5;   ///< a day; more slowly is not at all
 
 /// mooney_rivlin and veronda_westmann: laws of both invariants, of one form (server/body/tetra_kernel.hpp).
 inline constexpr bool is_of_invariants(SolidLaw law) {
@@ -66,17 +82,17 @@ inline InvariantModuli invariant_moduli(SolidLaw law, double shape, double mu_l,
   return {mu_1, mu_2, lambda_l + mu_1, law == SolidLaw::mooney_rivlin ? 0 : shape};
 }
 
-/// e(y): exp(y), followed along its tangent beyond kSteepest, so that no element stiffens without end.
-inline constexpr double kSteepest = 4;
+/// e(y): exp(y), followed along its tangent beyond kLogGrowthMax, so that no element stiffens without end.
+inline constexpr double kLogGrowthMax = 4;  ///< 55 times as stiff as at rest; more: true further, larger tangents
 inline double growth(double y) {
-  const double within = std::exp(std::min(y, kSteepest));
-  return within * (1 + std::max(y - kSteepest, 0.0));
+  const double within = std::exp(std::min(y, kLogGrowthMax));
+  return within * (1 + std::max(y - kLogGrowthMax, 0.0));
 }
 /// Its derivative.
-inline double growth_slope(double y) { return std::exp(std::min(y, kSteepest)); }
+inline double growth_slope(double y) { return std::exp(std::min(y, kLogGrowthMax)); }
 /// Its integral from 0.
 inline double growth_integral(double y) {
-  const double within = std::expm1(std::min(y, kSteepest)), beyond = std::max(y - kSteepest, 0.0);
+  const double within = std::expm1(std::min(y, kLogGrowthMax)), beyond = std::max(y - kLogGrowthMax, 0.0);
   return within + growth_slope(y) * beyond * (1 + beyond / 2);
 }
 

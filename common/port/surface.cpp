@@ -178,8 +178,8 @@ SurfacePoint slide(const SurfaceView& s, Positions x, const SurfacePoint& p, con
   const Vec3 target = position_at(s, x, p) + slip;
   Best best;
   best.offer(s, x, p.triangle, target);
-  constexpr int kRings = 4;
-  for (int ring = 0; ring < kRings; ++ring) {
+  constexpr int kRingsMax = 4;  // a bound on what a slip costs; further than that is left to the next slide
+  for (int ring = 0; ring < kRingsMax; ++ring) {
     const std::uint32_t from = best.point.triangle;
     best.offer_around(s, x, from, target);
     if (best.point.triangle == from) break;

@@ -1,9 +1,22 @@
-// A triangulated surface that deforms: nearest points, smooth normals, and points that slide from triangle to triangle.
+// A triangulated surface that deforms: nearest points, smooth normals, inside and outside, and points that slide on it.
 //
-// Normals are area-weighted averages of the normals of the triangles around each vertex, interpolated inside a
-// triangle: continuous along the surface, so that a sliding force does not jump at edges. At the rim of a piece of a surface the
-// triangles that are missing would turn them; `lean` is what those add to each vertex's unit normal.
-// The view does not own memory, so that the server's whole surface and the client's dozen triangles run the same code.
+// Vertices x_i [m], triangles (a, b, c) counter-clockwise seen from outside, a point p = sum_k w_k x_(t_k) of triangle t with
+// barycentric weights w_k >= 0, sum 1:
+//
+//     normal of a vertex    n_i = A_i / |A_i| + lean_i,   A_i = sum over triangles around i of (x_b - x_a) x (x_c - x_a)
+//     normal of a point     n = sum_k w_k n_(t_k), of length 1: continuous along the surface, so a sliding force has no jumps
+//     nearest point to y    p* = argmin over all triangles of |p - y|, by Voronoi regions of the triangle
+//     signed height         h = |y - p*|, with a minus where (y - p*) . n < 0 and the winding number is above that of an outside
+//     winding number        sum_t Omega_t / (4 pi),  Omega_t the solid angle of triangle t,  with a, b, c its corners less y
+//                           tan(Omega_t / 2) = a . (b x c) / (|a| |b| |c| + (a . b) |c| + (b . c) |a| + (c . a) |b|)
+//     slide by s            the nearest point to p + s, from triangle to triangle around the best so far
+//
+// lean_i: what triangles that are missing at the rim of a piece add to the direction of A_i; zero elsewhere, or none given.
+// What can go wrong: a slide finds a local minimum, and stops after some rings of triangles; where all normals vanish the normal
+// is that of the triangle, then z. The view does not own memory, so that the server's whole surface and the client's few
+// triangles run the same code. Cost: nearest_point() and winding_number() go over all triangles; slide() over neighbours only.
+//
+// Source: Ericson, Real-Time Collision Detection (2005), 5.1.5; Van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30 (1983).
 #pragma once
 
 #include <cstdint>
@@ -49,7 +62,7 @@ inline Eigen::Map<const Vec3> vertex(Positions x, std::uint32_t i) {
 }
 
 Vec3 position_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept;
-/// Area-weighted mean normal of the triangles around vertex i, a unit vector; and its lean.
+/// n_i: of length 1 where there is no lean.
 Vec3 vertex_normal(const SurfaceView& s, Positions x, std::uint32_t i) noexcept;
 /// Unit outward normal, interpolated.
 Vec3 normal_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept;

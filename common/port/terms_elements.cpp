@@ -33,7 +33,7 @@ Eigen::Matrix3Xf places_of(const Eigen::Matrix3Xf& position) {
 }  // namespace
 
 void append_springs(const NonlinearTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out) {
-  constexpr float kLengthMost = 65535;
+  constexpr float kRestLengthMax = 65535;  // of a uint16: L in its unit
   const SampledSprings& springs = terms.springs;
   append_steps(springs.motion, head, out);
   head.unit[2] = append(springs.stiffness, out);
@@ -41,10 +41,10 @@ void append_springs(const NonlinearTerms& terms, PatchTerms& head, std::vector<s
   append_motion(springs.motion, out);
   const Eigen::Matrix3Xf place = places_of(springs.position);
   const float unit = head.unit[1] =
-      length_unit(std::max(place.cwiseAbs().maxCoeff() / kPlaceMost, springs.rest_length.maxCoeff() / kLengthMost));
+      power_of_two_above(std::max(place.cwiseAbs().maxCoeff() / kPlaceMax, springs.rest_length.maxCoeff() / kRestLengthMax));
   append_places(place, unit, out);
   for (const float length : springs.rest_length)
-    out.push_back(static_cast<std::uint16_t>(std::lround(std::clamp(length / unit, 0.0F, kLengthMost))));
+    out.push_back(static_cast<std::uint16_t>(std::lround(std::clamp(length / unit, 0.0F, kRestLengthMax))));
   for (const auto& ends : springs.ends.colwise()) out.push_back(static_cast<std::uint16_t>(ends[0] | ends[1] << 8U));
   append_bytes(springs.steep, out);
   head.unit[4] = append(terms.e2, out);
@@ -58,7 +58,7 @@ void append_tetrahedra(const NonlinearTerms& terms, PatchTerms& head, std::vecto
   for (const float t : solid.damping_s) out.push_back(to_half(t));
   append_motion(solid.motion, out);
   const Eigen::Matrix3Xf place = places_of(solid.position), rest = places_of(solid.rest);
-  head.unit[1] = length_unit(std::max(place.cwiseAbs().maxCoeff(), rest.cwiseAbs().maxCoeff()) / kPlaceMost);
+  head.unit[1] = power_of_two_above(std::max(place.cwiseAbs().maxCoeff(), rest.cwiseAbs().maxCoeff()) / kPlaceMax);
   append_places(place, head.unit[1], out);
   append_places(rest, head.unit[1], out);
   for (const auto& nodes : solid.nodes.colwise()) {

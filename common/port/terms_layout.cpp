@@ -7,7 +7,7 @@ using namespace packed;
 
 namespace {
 
-constexpr int kHalvesOfSurface = 7, kHalvesOfVertex = 4;  // a length and a place; a step and a normal
+constexpr int kHalvesOfSurface = 7, kHalvesOfVertex = 4;  // format: a length and a place, two an axis; a step and a normal
 
 /// With the surface behind the elements.
 TermsLayout with_surface(TermsLayout l, const PatchTerms& p) {

@@ -1,4 +1,14 @@
 // What stands where in the numbers of terms (terms_pieces.hpp), and how each kind of terms gets in and out of them.
+//
+// r modes, N nodes, m springs or tetrahedra, v vertices and t triangles of a surface, n variables; words of 16 bits:
+//
+//     first    halves   r + N + 2 m of springs, r + N + 3 m of tetrahedra
+//     packed   others   c(3 r N) + c(N) + 3 N + 2 m of springs, and c(m) where their law stiffens;
+//                       c(3 r N) + c(N) + 6 N + 2 m of tetrahedra;   c(k) = k / 2 rounded up: two bytes a word
+//     after    halves   n (n + 1) / 2 where there is an E2;  7 + r + 4 v where v > 0
+//     last     others   c(3 r v) + c(v) + 3 v where v > 0;  t
+//
+// in the order in which terms_pieces.hpp lists them.
 #pragma once
 
 #include <cstdint>

@@ -14,7 +14,7 @@ using namespace packed;
 
 namespace {
 
-constexpr float kUnitMax = 1e6F, kStiffeningMax = 1e4F;
+constexpr float kUnitMax = 1e6F, kStiffeningMax = 1e4F;  // of a unit, and of c: ranges of the format (docs/reference/wire.md)
 
 /// Nothing of the terms yet, the largest surface that a touch may bring.
 PatchTerms surface_for(const TermsBudget& budget) {
@@ -65,7 +65,7 @@ TermsFault check(const LawParameters& law) {
   const std::array<double, 8> all{law.shape,           law.exponents[0],    law.exponents[1], fibres.direction[0],
                                   fibres.direction[1], fibres.direction[2], fibres.share,     fibres.exponent};
   if (!std::all_of(all.begin(), all.end(), [](double v) { return std::isfinite(v); })) return TermsFault::not_finite;
-  constexpr double kLengthRounding = 1e-3;
+  constexpr double kLengthRounding = 1e-3;  // halves of a direction are right to 5e-4 of themselves
   const auto within = [](double v, double high) { return v >= 0 && v <= high; };
   const double most_shape = law.kind == SolidLaw::mooney_rivlin || law.kind == SolidLaw::ogden ? kMaxSecondShare
                             : law.kind == SolidLaw::veronda_westmann                           ? kMaxExponent

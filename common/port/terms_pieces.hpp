@@ -24,9 +24,9 @@
 
 namespace palpate {
 
-inline constexpr int kPieceNumbers = 524;
-inline constexpr int kUsualPieces = 4;  ///< with these and its patch a frame takes at most 6000 bytes
-inline constexpr std::uint8_t kNoHeldNode = 255;
+inline constexpr int kPieceNumbers = 524;         ///< words of 16 bits: what 1200 bytes leave beside the tables of a piece
+inline constexpr int kUsualPieces = 4;            ///< with these and its patch a frame takes at most 6000 bytes
+inline constexpr std::uint8_t kNoHeldNode = 255;  ///< in a byte, above any of kMaxSpringNodes
 
 /// What is known before it is known how many terms there are.
 struct TermsBudget {
@@ -39,7 +39,7 @@ struct TermsBudget {
 /// Numbers that so many elements between so many nodes take, beside the largest surface that a touch may bring when `vertices`
 /// are in its patch; they fit while there are at most kUsualNumbers.
 int numbers_of(const TermsBudget& budget, int nodes, int elements);
-inline constexpr int kUsualNumbers = kUsualPieces * kPieceNumbers;
+inline constexpr int kUsualNumbers = kUsualPieces * kPieceNumbers;  ///< words of a frame
 
 /// Corners of a triangle of a local surface, below kMaxPortVertices, in the lowest 15 bits.
 std::uint16_t pack_corners(const Triangle& triangle);

@@ -12,10 +12,10 @@ using namespace packed;
 
 namespace {
 
-constexpr unsigned kCornerBits = 5;
+constexpr unsigned kCornerBits = 5;  // format: three corners in a word
 static_assert(kMaxPortVertices <= 1 << kCornerBits);
 
-constexpr double kPlaceUnitM = 1.0 / 1024;
+constexpr double kPlaceUnitM = 1.0 / 1024;  // format: two halves of it place the middle to 22 bits
 
 Eigen::Matrix3Xd positions_of(const std::vector<PortVertex>& vertices) {
   Eigen::Matrix3Xd x(3, vertices.size());
@@ -50,9 +50,9 @@ void append_surface(const NonlinearTerms& terms, std::vector<std::uint16_t>& out
   if (!terms.vertices.empty()) {
     const Eigen::Matrix3Xd x = positions_of(terms.vertices);
     const Vec3 low = x.rowwise().minCoeff(), high = x.rowwise().maxCoeff();
-    constexpr double kLeastUnitM = 0x1p-24;
+    constexpr double kLeastUnitM = 0x1p-24;                          // the least half above 0
     const double reach = (high - low).maxCoeff() / 2 + kPlaceUnitM;  // of what may be rounded away from the middle
-    const double unit = add(std::max<double>(length_unit(static_cast<float>(reach) / kPlaceMost), kLeastUnitM));
+    const double unit = add(std::max<double>(power_of_two_above(static_cast<float>(reach) / kPlaceMax), kLeastUnitM));
     Vec3 middle;
     for (int axis = 0; axis < 3; ++axis) {
       const double m = (low[axis] + high[axis]) / (2 * kPlaceUnitM), most = add(m);

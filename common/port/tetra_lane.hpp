@@ -1,4 +1,7 @@
 // Matrices in single precision side by side, one in every lane of a vector register: of tetrahedra in the player.
+//
+// Of 3x3 matrices A, B: a[3 i + j][l] is A_ij of lane l. inner: A : B = sum_ij A_ij B_ij; sum: A + B; transposed_product: A^T B,
+// in every lane by itself. Eight wide whatever the machine.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,7 +9,7 @@
 
 namespace palpate {
 
-inline constexpr int kTetraLane = 8;
+inline constexpr int kTetraLane = 8;  ///< floats of a vector register of 256 bits
 using TetraLane = Eigen::Array<float, kTetraLane, 1>;
 using TetraLanes = std::array<TetraLane, 9>;  ///< a matrix, row by row
 

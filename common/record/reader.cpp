@@ -14,6 +14,15 @@ namespace {
 
 constexpr const char* kExpected = "a recording made by palpate-server or palpate-client with --record";
 
+bool is_cut_as_it_began(std::span<const std::byte> bytes) {
+  using namespace layout;
+  if (std::ranges::all_of(bytes, [](std::byte b) { return b == std::byte{}; })) return true;
+  if (std::memcmp(bytes.data(), kMagic, std::min(bytes.size(), kMagicBytes)) != 0) return false;
+  if (bytes.size() < kPreambleBytes + kFrameBytes + kPrefixBytes) return true;
+  const PartView head = part_at(bytes, kPreambleBytes);
+  return head.fault && head.end > bytes.size();
+}
+
 void check_preamble(std::span<const std::byte> bytes, const std::string& name) {
   using namespace layout;
   if (bytes.size() < kPreambleBytes || std::memcmp(bytes.data(), kMagic, kMagicBytes) != 0)
@@ -51,16 +60,8 @@ const char* name_of(RecordedEventKind kind) {
   return kNames[static_cast<std::size_t>(kind)];
 }
 
-bool is_cut_as_it_began(std::span<const std::byte> bytes) {
-  using namespace layout;
-  if (std::ranges::all_of(bytes, [](std::byte b) { return b == std::byte{}; })) return true;
-  if (std::memcmp(bytes.data(), kMagic, std::min(bytes.size(), kMagicBytes)) != 0) return false;
-  if (bytes.size() < kPreambleBytes + kFrameBytes + kPrefixBytes) return true;
-  const PartView head = part_at(bytes, kPreambleBytes);
-  return head.fault && head.end > bytes.size();
-}
-
 RecordingReader::RecordingReader(std::span<const std::byte> bytes, const std::string& name) : bytes_(bytes) {
+  if (is_cut_as_it_began(bytes)) throw CutRecording(name, "is no recording, cut as it began", kExpected);
   check_preamble(bytes, name);
   const layout::PartView first = layout::part_at(bytes, layout::kPreambleBytes);
   if (first.fault) throw InputError(name, std::string("its head is damaged: ") + first.fault, kExpected);

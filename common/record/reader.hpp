@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/error.hpp"
 #include "common/record/layout.hpp"
 #include "common/record/recording.hpp"
 
@@ -53,14 +54,17 @@ struct RecordedTool {
   std::uint32_t buttons = 0;
 };
 
-/// Whether it was cut within its head, as by a disk that was full, or is a file of zeros, as after a machine that stopped while
-/// it began: nothing was ever in it.
-bool is_cut_as_it_began(std::span<const std::byte> bytes);
+/// Of a file that was cut within its head, as by a disk that was full, or has nothing but zeros, as after a machine that stopped
+/// while it began: nothing was ever in it.
+class CutRecording final : public InputError {
+ public:
+  using InputError::InputError;
+};
 
 class RecordingReader {
  public:
   /// `bytes` outlive the reader; `name` stands for the file in errors. Throws InputError when they are no recording, one of
-  /// another version, or damaged before the end of the head.
+  /// another version, or damaged before the end of the head, CutRecording when they end there.
   RecordingReader(std::span<const std::byte> bytes, const std::string& name);
 
   const RecordingHead& head() const { return head_; }

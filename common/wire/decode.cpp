@@ -121,7 +121,7 @@ WireFault read(const wire::Beat& table, Beat& m) {
        Micros{table.behind()},
        {table.judged(), table.lost(), table.longest_run(), Micros{table.patch_age()}},
        table.ticks_late(),
-       table.lives_on(),
+       table.renewed_from(),
        table.resets(),
        {Scheme::hold, SchemeReason::not_said, Micros{table.patch_cost()}, Micros{table.patch_limit()}}};
   Sense sense;

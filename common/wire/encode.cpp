@@ -76,7 +76,7 @@ class BodyWriter {
     return done(wire::Body::Beat,
                 wire::CreateBeat(builder_, &time, m.contact_in_reach, packer_.number(m.rate_hz), packer_.duration(m.behind),
                                  m.link.judged, m.link.lost, m.link.longest_run, packer_.duration(m.link.patch_age), m.ticks_late,
-                                 m.lives_on, m.resets, static_cast<std::uint8_t>(m.in_use.scheme),
+                                 m.renewed_from, m.resets, static_cast<std::uint8_t>(m.in_use.scheme),
                                  static_cast<std::uint8_t>(m.in_use.reason), packer_.duration(m.in_use.cost),
                                  packer_.duration(m.in_use.limit)));
   }

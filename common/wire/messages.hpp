@@ -99,7 +99,7 @@ struct Beat {
   LinkReport link = {};
   std::uint32_t ticks_late = 0;  ///< of the client's haptic loop since it began (client -> server)
   /// Every patch from this seq on is as good as one stamped `body_time` would be (server -> client), 0 = not said.
-  std::uint32_t lives_on = 0;
+  std::uint32_t renewed_from = 0;
   std::uint16_t resets = 0;  ///< of the body so far (server -> client)
   SchemeInUse in_use = {};   ///< what the station gets now, and why (server -> client)
 };

@@ -60,7 +60,7 @@ void ExplicitContacts::look_again(const ExplicitBody& body, std::size_t k, doubl
 }
 
 bool ExplicitContacts::slide_on(const ExplicitBody& body, std::size_t k, const Vec3& slip, double ahead_s, ToolPort& port) {
-  if (!(slip.norm() > kSettledM)) return false;
+  if (!(slip.norm() > kSlipToleranceM)) return false;
   port.point = slide(skin_->view(), skin_positions_, port.point, slip);
   refreshed(body, k, port.point);
   look_again(body, k, ahead_s);

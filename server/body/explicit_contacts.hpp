@@ -39,8 +39,8 @@ class ExplicitContacts {
                                        const ToolMotion& tools);
   /// The surface around a contact and its normal, where the velocities take it in `ahead_s`.
   void look_again(const ExplicitBody& body, std::size_t k, double ahead_s);
-  /// Moves the port on by `slip` where that is worth another closing of the contact there (kSettledM), and makes the contact
-  /// ready for it.
+  /// Moves the port on by `slip` where that is worth another closing of the contact there (kSlipToleranceM), and makes the
+  /// contact ready for it.
   bool slide_on(const ExplicitBody& body, std::size_t k, const Vec3& slip, double ahead_s, ToolPort& port);
   /// What the step's closing of a contact, with the port's lambda, leads to: it goes on, further along the surface, or ends.
   void finish(std::size_t k, const Vec3& slip, double end_s, ToolPort& port);

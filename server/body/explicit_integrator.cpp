@@ -119,7 +119,7 @@ void ExplicitIntegrator::close_contacts(std::vector<ToolPort>& ports, double end
         p_free = contact.at_rest + contact.gather(body_.u) + h * contact.gather(body_.v) + h * h * contact.gather(a_);
         closure = close_contact(p_free, shares[i] * h * h * contact.softness_1_kg * Mat3::Identity(), contact.normal,
                                 contact.tool, port.parameters);
-        if (slides == kMostSlides || !contacts_.slide_on(body_, k, closure.slip, h, port)) break;
+        if (slides == kSlidesMax || !contacts_.slide_on(body_, k, closure.slip, h, port)) break;
         body_.wake(contact.b);
       }
       port.lambda = closure.lambda;

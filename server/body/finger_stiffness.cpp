@@ -34,7 +34,7 @@ std::optional<FingerStiffness> finger_stiffness(const Scene& scene, const Vec3& 
   const Dynamics dynamics(body);
   const Skin skin(body, scene.tool.radius_m);
   if (scene.tool.contact == ContactKind::touch && skin.empty()) return std::nullopt;
-  const BodyState still = settled_state(dynamics, "scene \"" + scene.name + "\": body.gravity_m_s2");
+  const BodyState still = settled_state(dynamics, scene.name);
   const Port port = port_of(scene, skin, still.x, tool);
 
   BlockMatrix stiffness = dynamics.make_matrix();

@@ -44,7 +44,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
   responses_.resize(ports.size());
   const double shortest_s = std::max(kMinStepS, step_s / kMostCut);
   // What is left of a frame is then one damped step: a frame has to end.
-  const double most_iterations = kNewtonAStep * std::max(kFewestSteps, std::ceil((until_s - state.time_s) / step_s));
+  const double bound = kNewtonAStep * std::max(kFewestSteps, std::ceil((until_s - state.time_s) / step_s));
   double h_try = step_s;
   std::optional<double> most_j;  // what a body has that is left alone
   while (until_s - state.time_s > 1e-9) {
@@ -54,7 +54,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
     }
     const double left = until_s - state.time_s;
     const BodyState before = state;
-    if (report.newton_iterations > most_iterations && !touches(ports)) {
+    if (report.newton_iterations > bound && !touches(ports)) {
       if (!damped_step(state, ports, left, tools, report)) {
         state = before;
         report.converged = false;

@@ -57,7 +57,7 @@ bool Integrator::slide_on(std::vector<Vec3>& slips, const BodyState& state, std:
   bool any = false;
   for (std::size_t k = 0; k < ports.size(); ++k) {
     ToolPort& port = ports[k];
-    if (port.kind != ContactKind::touch || !port.touching || !(slips[k].norm() > kSettledM)) continue;
+    if (port.kind != ContactKind::touch || !port.touching || !(slips[k].norm() > kSlipToleranceM)) continue;
     if (!any) skin_->place(state.x, skin_positions_);
     any = true;
     port.point = slide(skin_->view(), skin_positions_, port.point, slips[k]);
@@ -120,7 +120,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
     const double ratio = since_slide > 0 ? move / last_move : 1;
     const double left = ratio < 0.5 ? move * ratio / (1 - ratio) : move;
     if (left < options_.tolerance_m) {
-      if (slides < kMostSlides && slide_on(slips, state, ports)) {
+      if (slides < kSlidesMax && slide_on(slips, state, ports)) {
         ++slides;
         since_slide = 0;
         last_move = 0;

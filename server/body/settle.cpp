@@ -131,10 +131,10 @@ Equilibrium find_equilibrium(const Dynamics& dynamics, const BodyState& from) {
   return equilibrium;
 }
 
-BodyState settled_state(const Dynamics& dynamics, const std::string& where) {
+BodyState settled_state(const Dynamics& dynamics, const std::string& scene) {
   Equilibrium equilibrium = find_equilibrium(dynamics);
   if (!equilibrium.found)
-    throw InputError(where,
+    throw InputError("scene \"" + scene + "\": body.gravity_m_s2",
                      fmt::format("lets the body find no equilibrium: after {} steps {:.3g} N of {:.3g} N are out of balance",
                                  equilibrium.iterations, equilibrium.residual_n, equilibrium.load_n),
                      "a body that is fixed somewhere and stiff enough for its weight");

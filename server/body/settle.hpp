@@ -33,7 +33,7 @@ Equilibrium find_equilibrium(const Dynamics& dynamics);
 /// From a state whose fixed nodes may be elsewhere than at rest.
 Equilibrium find_equilibrium(const Dynamics& dynamics, const BodyState& from);
 
-/// Its state. Throws InputError, with `where`, when it is not found.
-BodyState settled_state(const Dynamics& dynamics, const std::string& where = "body.gravity_m_s2");
+/// Its state. Throws InputError that names body.gravity_m_s2 of `scene` (its name) when it is not found.
+BodyState settled_state(const Dynamics& dynamics, const std::string& scene);
 
 }  // namespace palpate

@@ -201,7 +201,7 @@ void StabilisedIntegrator::close_contacts(std::vector<ToolPort>& ports, double e
     }
     sweep_contacts(coupling_, swept, ports);
     bool slid = false;
-    if (slides < kMostSlides)
+    if (slides < kSlidesMax)
       for (const SweptContact& contact : swept)
         slid |= contacts_.slide_on(body_, contact.port, contact.slip, 0, ports[contact.port]);
     if (!slid) break;

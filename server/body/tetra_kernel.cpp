@@ -46,7 +46,7 @@ Mat3 second_order_of_invariants(const TetraMaterial& m, const Mat3& f, const Mat
              w = f - g, w_1 = df_1 - x_1, w_2 = df_2 - x_2;
   const double j = f.col(0).dot(g.col(0)), y = m.exponent * first_invariant(f, j), slope = m.exponent * growth_slope(y);
   const double i_1 = 2 * inner(w, df_1), i_2 = 2 * inner(w, df_2), i_12 = 2 * (inner(df_1, df_2) - inner(x_1, df_2));
-  const double curvature = y < kSteepest ? m.exponent * slope : 0;
+  const double curvature = y < kLogGrowthMax ? m.exponent * slope : 0;
   const Mat3 first = (slope * i_12 + curvature * i_1 * i_2) * w + slope * (i_1 * w_2 + i_2 * w_1) - growth(y) * both;
   const Mat3 second = mixed_cofactors(df_1, x_2) + mixed_cofactors(df_2, x_1) + mixed_cofactors(f, both) - 2 * both;
   const Mat3 volume = inner(x_1, df_2) * g + inner(g, df_1) * x_2 + inner(g, df_2) * x_1 + (j - 1) * both;
@@ -76,12 +76,9 @@ Mat3 flip(int k) { return twist(k).cwiseAbs(); }
 }  // namespace
 
 TetraMaterial::TetraMaterial(const SolidMaterial& material) : law(material.law) {
-  const double e = material.young_pa, nu = material.poisson;
-  mu = e / (2 * (1 + nu));
-  assert(e > 0 && nu > -1 && nu < 0.5 && material.damping_s >= 0);
-  lambda = e * nu / ((1 + nu) * (1 - 2 * nu));
-  const double mu_l = mu;
-  if (law == SolidLaw::membrane) lambda = e * nu / (1 - nu * nu);
+  assert(material.young_pa > 0 && material.poisson > -1 && material.poisson < 0.5 && material.damping_s >= 0);
+  const LameParameters lame = lame_parameters(law, material.young_pa, material.poisson);
+  mu = lame.mu, lambda = lame.lambda;
   viscous_mu = material.damping_s * mu;
   viscous_lambda = material.damping_s * lambda;
   if (is_of_invariants(law)) {
@@ -91,7 +88,7 @@ TetraMaterial::TetraMaterial(const SolidMaterial& material) : law(material.law) 
   fibres = material.fibres;
   const auto& a = fibres.direction;
   assert(std::abs(a[0] * a[0] + a[1] * a[1] + a[2] * a[2] - 1) < 1e-6 && fibres.share >= 0);
-  fibre_k = fibres.share * mu_l;
+  fibre_k = fibres.share * lame.mu;
   if (law == SolidLaw::ogden) {
     ogden = OgdenLaw(material.parameters());
     lambda += ogden.sum * mu;

@@ -11,9 +11,10 @@
 //                  mu = 4/3 mu_L, lambda = lambda_L + 5/6 mu_L, alpha = 1 + 3 mu / (4 lambda): smooth for every F, flat and
 //                  inside out included, and without stress at rest
 //   mooney_rivlin, veronda_westmann
-//                  Psi = mu_1/(2 b) (e(b I_1) - 1) + mu_2/2 I_2 + lambda/2 (J - 1)^2,
+//                  Psi = mu_1/(2 b) E(b I_1) + mu_2/2 I_2 + lambda/2 (J - 1)^2,  E(y) the integral of e from 0 to y,
 //                  I_1 = |F|^2 - 3 - 2 (J - 1),  I_2 = |G|^2 - 3 - 4 (J - 1),
-//                  e the exponential (solid_law.hpp; mu_1/2 I_1 for b = 0), mu_1 + mu_2 = mu_L, lambda = lambda_L + mu_1:
+//                  e = exp, from y = 4 on its tangent (solid_law.hpp; mu_1/2 I_1 for b = 0),
+//                  mu_1 + mu_2 = mu_L, lambda = lambda_L + mu_1:
 //                  where J = 1 the invariants of Mooney and Rivlin, less their values at rest, at which their gradients vanish
 //                  here, so that no part of the law has stress there and all is smooth for every F, flat and inside out too.
 //     mooney_rivlin     b = 0, mu_2 = s mu_L:   c_1 (I_1 - 3) + c_2 (I_2 - 3) of c_1 = (1 - s) mu_L / 2, c_2 = s mu_L / 2

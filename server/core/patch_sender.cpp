@@ -48,7 +48,7 @@ void PatchSender::give(const Stations& stations, Station& station, StationFrame&
   station.contact_in_reach = frame.patch.has_value();
   if (!frame.patch || is_lost(stations, station, frame)) return beat(stations, station);
   station.states = static_cast<std::uint16_t>(2 * frame.patch->modes());
-  if (frame.lives_on) return let_live_on(stations, station, *frame.lives_on);
+  if (frame.renewed_from) return renew(stations, station, *frame.renewed_from);
   send_patch(stations, station, frame);
   const bool slow = body_.pace.rate_hz < kSlowBelow * rate_hz_;
   if (slow == station.slow_known && now < station.next_report) return;
@@ -70,17 +70,17 @@ void PatchSender::send_patch(const Stations& stations, Station& station, Station
   station.outbox.beat.reset();
   if (deadband_ <= 0 || !station.pushes()) return;
   station.patches_sent.push_back({station.patch_seq, stamp});
-  if (station.patches_sent.size() > Deadband::kMostSent) station.patches_sent.pop_front();
+  if (station.patches_sent.size() > Deadband::kSentMax) station.patches_sent.pop_front();
 }
 
 /// In place of a patch that says no more than those from the one stamped `stamp` on.
-void PatchSender::let_live_on(const Stations& stations, Station& station, Micros stamp) {
+void PatchSender::renew(const Stations& stations, Station& station, Micros stamp) {
   const auto& sent = station.patches_sent;
   const auto oldest = std::find_if(sent.begin(), sent.end(), [&](const Station::SentPatch& p) { return p.stamp == stamp; });
   beat(stations, station);
   if (station.outbox.patch || oldest == sent.end()) return;
-  count(station, {.lived_on = 1});
-  station.outbox.beat->lives_on = oldest->seq;
+  count(station, {.renewed = 1});
+  station.outbox.beat->renewed_from = oldest->seq;
   station.outbox.beat_copies = station.link.patch_copies;
 }
 
@@ -137,7 +137,7 @@ void PatchSender::count(Station& station, const PatchCounts& more) {
   for (PatchCounts* counts : {static_cast<PatchCounts*>(&station.counts), &counts_}) {
     counts->patches += more.patches;
     counts->patch_bytes += more.patch_bytes;
-    counts->lived_on += more.lived_on;
+    counts->renewed += more.renewed;
     counts->patch_too_big += more.patch_too_big;
   }
 }

@@ -44,7 +44,7 @@ class PatchSender {
   void beat(const Stations& stations, Station& station) const;
   void give(const Stations& stations, Station& station, StationFrame& frame, Micros now);
   void send_patch(const Stations& stations, Station& station, StationFrame& frame) const;
-  void let_live_on(const Stations& stations, Station& station, Micros stamp);
+  void renew(const Stations& stations, Station& station, Micros stamp);
   bool is_lost(const Stations& stations, const Station& station, const StationFrame& frame) const;
   std::size_t emit_patch(const Stations& stations, Station& station, std::span<std::byte> out, Micros now);
   void count(Station& station, const PatchCounts& more);

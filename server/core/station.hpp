@@ -24,7 +24,7 @@ inline constexpr Micros kLinkReportEvery{250'000};  ///< how often a station is 
 
 struct PatchCounts {
   std::uint64_t patches = 0, patch_bytes = 0;
-  std::uint64_t lived_on = 0;       ///< frames whose patch it did not need
+  std::uint64_t renewed = 0;        ///< frames whose patch it did not need
   std::uint64_t patch_too_big = 0;  ///< did not fit a datagram and were not sent
 };
 struct StationCounts : SampleCounts, PatchCounts {};

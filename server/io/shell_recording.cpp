@@ -60,17 +60,22 @@ void ServerShell::begin_recording(const std::vector<NamedScene>& scenes, const S
 void ServerShell::resume(std::size_t k, const NamedScene& named, const std::vector<std::filesystem::path>& newest_first) {
   std::optional<ResumePoint> found;
   std::filesystem::path from;
+  const auto pass_over = [&](const std::filesystem::path& file, const InputError& fault) {
+    say(k, "resume_skipped", std::string("warning: ") + fault.what(), {{"file", file.string()}, {"reason", fault.what()}},
+        EventLevel::warning);
+  };
   for (auto file = newest_first.begin(); file != newest_first.end() && !found; ++file) {
     const std::string where = "--resume from " + file->string();
     const MappedFile mapped(*file);
     std::optional<RecordingReader> recording;
     try {
       recording.emplace(mapped.bytes(), where);
+    } catch (const CutRecording& fault) {
+      pass_over(*file, fault);
+      continue;
     } catch (const InputError& fault) {
-      const bool none_older = from.empty() && std::next(file) == newest_first.end();
-      if (none_older && !is_cut_as_it_began(mapped.bytes())) throw;
-      say(k, "resume_skipped", std::string("warning: ") + fault.what(), {{"file", file->string()}, {"reason", fault.what()}},
-          EventLevel::warning);
+      if (from.empty() && std::next(file) == newest_first.end()) throw;
+      pass_over(*file, fault);
       continue;
     }
     from = *file;

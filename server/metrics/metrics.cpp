@@ -111,7 +111,7 @@ void add_stations(Families& to, const RoomState& room, const Labels& of) {
     to.count("palpate_refusals_total", "Refusals that were sent.", with("reason", kRefusalLabels[k]), number(c.refused[k]));
   to.count("palpate_patches_total", "Datagrams with patches that were sent, copies counted.", of, number(c.patches));
   to.count("palpate_patch_bytes_total", "Bytes of patches and their terms that were sent.", of, number(c.patch_bytes));
-  to.count("palpate_patches_lived_on_total", "Patches that were not needed, within the deadband.", of, number(c.lived_on));
+  to.count("palpate_patches_renewed_total", "Patches that were not needed, within the deadband.", of, number(c.renewed));
   to.count("palpate_patches_too_big_total", "Patches that did not fit a datagram.", of, number(c.patch_too_big));
 }
 

@@ -75,7 +75,7 @@ RecordedTouch RoomRecorder::touch_of(const StationFrame& frame, Micros stamp) co
   if (!frame.patch) return touch;
   touch.scheme = frame.patch->scheme;
   touch.states = frame.patch->states();
-  if (!frame.lives_on) touch.bytes = bytes_of(frame);
+  if (!frame.renewed_from) touch.bytes = bytes_of(frame);
   return touch;
 }
 

@@ -7,16 +7,16 @@
 #include <stdexcept>
 
 #include "server/body/dynamics.hpp"
+#include "server/reduce/basis.hpp"
 #include "server/reduce/snapshot_set.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr double kGraspResidual = 1e-8;
-/// A contact moves on before more matters, and every step costs a solve a vertex.
-constexpr double kTouchResidual = 1e-6;
-constexpr double kDiscount = 5;  ///< [1/s]
-constexpr std::size_t kVerticesMax = 96;
+// BalanceOptions::residual. Of a touch: a contact moves on before more matters, and every step costs a solve a vertex.
+constexpr double kGraspAdiResidual = 1e-8, kTouchAdiResidual = 1e-6;
+constexpr double kDiscount_1_s = 5;              // more: stable sooner, and less true of motion that lasts
+constexpr std::size_t kVertexResponsesMax = 96;  // bounds memory: each has 3 N rows; then all are made anew
 
 /// Responses times exp(-a t): s -> s + a.
 void discount(SecondOrderSystem& y, double a) {
@@ -33,8 +33,7 @@ void add_columns(const Matrix& y, Matrix& v) {
     Vector next = y.col(c);
     const double before = next.norm();
     for (int pass = 0; pass < 2; ++pass) next -= v * (v.transpose() * next);
-    constexpr double kDependent = 1e-6;
-    if (!(next.norm() > kDependent * before)) continue;
+    if (!(next.norm() > kIndependentShare * before)) continue;
     v.conservativeResize(Eigen::NoChange, v.cols() + 1);
     v.rightCols(1) = next.normalized();
   }
@@ -44,8 +43,8 @@ void add_columns(const Matrix& y, Matrix& v) {
 Matrix leading(const Matrix& y) {
   if (y.cols() == 0) return y;
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(y.transpose() * y);
-  constexpr double kRounding = 1e-13;
-  const Eigen::Index usable = (eigen.eigenvalues().array() > kRounding * eigen.eigenvalues().maxCoeff()).count();
+  constexpr double kEigenvalueRounding = 1e-13;  // of the largest: sums of products in doubles are right to some 1e-16 of it
+  const Eigen::Index usable = (eigen.eigenvalues().array() > kEigenvalueRounding * eigen.eigenvalues().maxCoeff()).count();
   return y * eigen.eigenvectors().rightCols(std::min<Eigen::Index>(usable, BalancedBases::kColumns)).rowwise().reverse();
 }
 
@@ -81,11 +80,11 @@ const Matrix& BalancedBases::grasped(std::uint32_t node) {
   Matrix v;
   try {
     Kept once;
-    v = basis(respond(system, kGraspResidual, once));
+    v = basis(respond(system, kGraspAdiResidual, once));
   } catch (const std::runtime_error&) {
-    discount(system, kDiscount);
+    discount(system, kDiscount_1_s);
     Kept once;
-    v = basis(respond(system, kGraspResidual, once));
+    v = basis(respond(system, kGraspAdiResidual, once));
   }
   return grasped_[node] = std::move(v);
 }
@@ -93,14 +92,14 @@ const Matrix& BalancedBases::grasped(std::uint32_t node) {
 const BalancedBases::Response& BalancedBases::vertex_response(std::uint32_t vertex) {
   const auto known = vertices_.find(vertex);
   if (known != vertices_.end()) return known->second;
-  if (vertices_.size() >= kVerticesMax) vertices_.clear();
+  if (vertices_.size() >= kVertexResponsesMax) vertices_.clear();
   Matrix b = Matrix::Zero(dynamics_->masses().size(), 3);
   for (const auto& [node, weight] : skin_->vertex_weights(vertex))
     b.middleRows<3>(3 * static_cast<Eigen::Index>(node)) += weight * Mat3::Identity();
   SecondOrderSystem system = pushed_system(*dynamics_, *rest_, b, {});
-  if (discounted_) discount(system, kDiscount);
+  if (discounted_) discount(system, kDiscount_1_s);
   try {
-    return vertices_[vertex] = respond(system, kTouchResidual, kept_);
+    return vertices_[vertex] = respond(system, kTouchAdiResidual, kept_);
   } catch (const std::runtime_error&) {
     if (discounted_) throw;
     discounted_ = true;

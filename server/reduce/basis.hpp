@@ -86,14 +86,18 @@ class ShiftedSolver {
 struct BasisRequest {
   int modes = 11;
   double shift_1_s = 20;
-  double tolerance = 1e-2;  ///< of the iterative solves: a Galerkin basis forgives
+  double tolerance = 1e-2;  ///< of the iterative solves: a Galerkin basis forgives (docs/decisions/0003)
 };
 
 /// Warm starts: the responses of the last frame, in order of request.
 using BasisMemory = std::vector<Vector>;
 
 /// The body's own loads, F* and M v*, take up to twice the iterations of a port's, and are felt through few directions.
-inline constexpr double kOwnLooser = 20;  ///< SolveColumn::looser
+inline constexpr double kOwnLooser = 20;  ///< SolveColumn::looser; measured: `port` the same to 0.1 dB (docs/notebook/0030)
+
+/// Of the length of a direction, what must be left of it beside others for it to be one of its own: less is hardly more than
+/// rounding.
+inline constexpr double kIndependentShare = 1e-6;
 
 /// First directions, already solved for.
 struct KrylovStart {

@@ -5,8 +5,9 @@
 namespace palpate {
 
 bool WholeBody::factorises(const Dynamics& dynamics) {
-  constexpr std::uint32_t kMost = 100, kPlanarMost = 600;  // nodes
-  return dynamics.nodes() <= (dynamics.body().planar ? kPlanarMost : kMost);
+  // Measured: above, iteration is several times faster; of a sheet's `hyper` it cost 4 dB (docs/decisions/0003).
+  constexpr std::uint32_t kFactorisedNodesMax = 100, kFactorisedPlanarNodesMax = 600;
+  return dynamics.nodes() <= (dynamics.body().planar ? kFactorisedPlanarNodesMax : kFactorisedNodesMax);
 }
 
 Vector WholeBody::forces() const {

@@ -1,6 +1,17 @@
-// A linearised body, as patches are made of it: M, K and D at one state over coordinates y, with which the nodes move,
-// x - x* = T y. There are two: the whole body, T = 1 (here), and one that is fine around the tools and coarse elsewhere
-// (refined_body.hpp). M is lumped, 3 n numbers of n coordinates; nothing is held but what the caller says.
+// A linearised body, as patches are made of it. Around its state (x*, v*) it moves over coordinates y,
+//
+//     x = x* + T y,     M_y y'' + D_y (y' - v_y) + K_y y = F_y + T^T b(t),     y = 0,  y' = v_y  at first
+//     M_y = T^T M T lumped,   D_y = T^T D T,   K_y = T^T K T,   F_y = T^T F(x*, v*),   v_y = M_y^-1 T^T M v*
+//
+// b [N] what tools push with, D and K the symmetric tangents of F (dynamics.hpp). There are two: the whole body, T = 1 (here),
+// and one that is fine around the tools and coarse elsewhere (refined_body.hpp).
+//
+// Shapes: N nodes, n coordinates of three numbers each. x, v, F: 3 N [m], [m/s], [N]; y: 3 n [m]; T: 3 N x 3 n; M_y diagonal, 3 n
+// numbers [kg]; D_y, K_y: 3 n x 3 n, symmetric [N s/m], [N/m].
+//
+// K_y is indefinite where a compressed body softens, and so may c_m M + c_d D + c_k K be: `clamp` leaves the softening out.
+// Nothing is held but what the caller says; fixed() is what the scene holds. A basis in these coordinates is of use until
+// generation() changes.
 #pragma once
 
 #include <cassert>
@@ -17,7 +28,7 @@ namespace palpate {
 
 class BodyOperator {
  public:
-  static constexpr std::uint32_t kNone = 0xffffffff;
+  static constexpr std::uint32_t kNone = 0xffffffff;  ///< no coordinate
 
   BodyOperator() = default;
   BodyOperator(const BodyOperator&) = delete;

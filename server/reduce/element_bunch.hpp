@@ -38,8 +38,9 @@ class BunchLinks {
 
 class SpringBunch : public BunchLinks {
  public:
-  static constexpr int kNumbers = 6;
-  static constexpr std::size_t kAFrame = 6000;  ///< elements whose tangents far from tools are found anew in a frame
+  static constexpr int kNumbers = 6;  ///< of a block, which is symmetric
+  /// Elements whose tangents far from tools are found anew in a frame: more, dearer frames; fewer, older tangents.
+  static constexpr std::size_t kRenewedElementsMax = 6000;
   using Pair = SpringMatrices::Pair;
 
   SpringBunch() = default;
@@ -65,8 +66,8 @@ class SpringBunch : public BunchLinks {
 
 class SolidBunch : public BunchLinks {
  public:
-  static constexpr int kNumbers = 9;
-  static constexpr std::size_t kAFrame = 1500;
+  static constexpr int kNumbers = 9;                        ///< of a block
+  static constexpr std::size_t kRenewedElementsMax = 1500;  ///< as of springs; an element costs more
   using Pair = SolidMatrices::Pair;
 
   SolidBunch() = default;

@@ -59,7 +59,7 @@ FarField::FarField(const Dynamics& dynamics) : dynamics_(&dynamics) { divide(); 
 void FarField::divide() {
   const LumpedBody& body = dynamics_->body();
   const std::size_t nodes_a_cell = body.is_solid() ? kNodesASolidCell : kNodesACell;
-  const Grid grid = grid_for(body, std::clamp<std::size_t>(body.nodes.size() / nodes_a_cell, 1, kCellsMost));
+  const Grid grid = grid_for(body, std::clamp<std::size_t>(body.nodes.size() / nodes_a_cell, 1, kCellsMax));
   edge_ = grid.edge;
   per_edge_ = edge_.cwiseInverse();
   std::map<Index3, std::uint32_t> cell_at, corner_at;
@@ -98,12 +98,12 @@ std::uint32_t FarField::home(std::span<const std::uint32_t> nodes) const {
   assert(!nodes.empty());
   Vec3 middle = Vec3::Zero();
   for (const std::uint32_t i : nodes) middle += dynamics_->body().nodes[i] / static_cast<double>(nodes.size());
-  constexpr double kSame = 1e-9;  // of an edge: no further out than that is in the one that comes first
+  constexpr double kDistanceRounding = 1e-9;  // of an edge: as far out within it, and the first of them is home
   std::uint32_t home = cell_of_[nodes.front()];
   double least = std::numeric_limits<double>::infinity();
   for (const std::uint32_t i : nodes) {
     const double out = (middle - cells_[cell_of_[i]].centre).cwiseQuotient(edge_).cwiseAbs().maxCoeff();
-    if (!(out < least - kSame)) continue;
+    if (!(out < least - kDistanceRounding)) continue;
     least = out;
     home = cell_of_[i];
   }

@@ -3,6 +3,17 @@
 //     node i in cell c:   dx_i = sum_k N_k(X_i) u_k,     k the eight corners of c, N_k trilinear in the rest position X_i
 //
 // and fixed nodes do not move. What holds it together is in far_tangents.hpp.
+//
+// The grid is over the box around the body at rest; its edge is the smallest, from the mean edge of elements on, with which
+// no more cells hold nodes than one for each kNodesACell (of solids kNodesASolidCell) nodes, nor than kCellsMax. How far a cell
+// was bent or turned since, relative to its edge:
+//
+//     max_k |m_k - mean m| / min edge,     m_k how far the node moved that is furthest out in octant k
+//
+// Shapes: u_k, X_i, m_k 3 [m]; N eight numbers with sum 1, zero for a fixed node.
+//
+// Nodes of a cell move together even where the body has a gap between them. Cells of a solid that is nearly incompressible are
+// too stiff when they are large, as with any coarse Galerkin projection.
 #pragma once
 
 #include <array>
@@ -16,11 +27,11 @@ namespace palpate {
 
 class FarField {
  public:
-  static constexpr std::size_t kCorners = 8;
-  /// On average, or more where that makes more than kCellsMost. Cells of finite elements that hardly change their volume are too
-  /// stiff when they are large.
+  static constexpr std::size_t kCorners = 8;  ///< of a cell
+  /// On average, or more where that makes more than kCellsMax. Cells of finite elements that hardly change their volume are too
+  /// stiff when they are large: 27 nodes cost 1.4 dB; of springs 64 and 125 are as good (docs/notebook/0014).
   static constexpr std::size_t kNodesACell = 27, kNodesASolidCell = 8;
-  static constexpr std::size_t kCellsMost = 400;
+  static constexpr std::size_t kCellsMax = 400;  ///< keeps what a patch costs from growing with the body
 
   /// The body at rest; `dynamics` must outlive it.
   explicit FarField(const Dynamics& dynamics);

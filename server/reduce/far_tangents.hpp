@@ -3,9 +3,12 @@
 //
 //     K_c = sum_e N^T k_e N,     D_c = sum_e N^T d_e N,     over the elements at home in c between nodes of far cells
 //
-// They are kept: far from a tool the tangents change little from frame to frame, so only the cells that were bent most since
-// theirs were made get new ones, as many as `Bunch::kAFrame` elements allow. They are kept in parts, by the other cells that the
-// elements end in: what is near can change without any of them being made again.
+// Shapes: N 3 n_e x 24 for an element of n_e nodes; K_c, D_c 24 x 24 [N/m], [N s/m], kept as the 36 pairs of corners p <= q.
+//
+// They are kept: far from a tool the tangents change little from frame to frame, so only the cells that were bent or turned most
+// since theirs were made get new ones, until those have Bunch::kRenewedElementsMax elements. Where more of the body moves at once
+// than that, the rest have old ones for some frames. They are kept in parts, by the other cells that the elements end in: what is
+// near can change without any of them being made again.
 #pragma once
 
 #include <algorithm>
@@ -52,7 +55,8 @@ void add_over_corners(const Bunch& bunch, std::span<const typename Bunch::Pair> 
 template <class Bunch>
 class FarTangents {
  public:
-  static constexpr double kDistortion = 2e-3;  ///< of the edge of a cell, that its nodes moved to each other
+  /// distortion() since then, up to which they are kept: tangents that are always new gain less than 0.3 dB (docs/notebook/0014).
+  static constexpr double kKeptDistortionMax = 2e-3;
   using Tangent = CornerTangent<Bunch::kNumbers>;
 
   /// At the body's rest; `field` must outlive it.
@@ -167,14 +171,15 @@ void FarTangents<Bunch>::take(const BodyState& state, const std::vector<std::uin
   };
   std::vector<Old> old;
   for (std::uint32_t c = 0; c < cells_.size(); ++c)
-    if (const double by = near[c] ? 0.0 : field_->distortion(cells_[c].then, field_->samples(c, state.x)); by > kDistortion)
+    if (const double by = near[c] ? 0.0 : field_->distortion(cells_[c].then, field_->samples(c, state.x));
+        by > kKeptDistortionMax)
       old.push_back({by, c});
   std::sort(old.begin(), old.end(), [](const Old& p, const Old& q) {
     return p.distortion != q.distortion ? p.distortion > q.distortion : p.cell < q.cell;
   });
   std::size_t renewed = 0;
   for (const Old& o : old) {
-    if (renewed >= Bunch::kAFrame) break;
+    if (renewed >= Bunch::kRenewedElementsMax) break;
     renew(o.cell, state);
     renewed += cells_[o.cell].elements;
   }

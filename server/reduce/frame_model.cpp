@@ -8,13 +8,14 @@
 namespace palpate {
 namespace {
 
-constexpr double kSlidesLooser = 2.5;  // what a tool may slide to is less certain than what it does
+constexpr double kSlidesLooser = 2.5;  // SolveColumn::looser: what a tool may slide to is less certain than what it does
 
 }  // namespace
 
 double shift_for(Micros horizon) {
-  constexpr double kLeast_1_s = 5, kMost_1_s = 60;  // horizons of 0.4 s and more count as that, 33 ms and less as that
-  return std::clamp(2.0 / std::max(seconds(horizon), 1e-3), kLeast_1_s, kMost_1_s);
+  // Horizons of 0.4 s and more count as that, 33 ms and less as that. From 5 to 40 it hardly matters (docs/decisions/0010).
+  constexpr double kShiftLeast_1_s = 5, kShiftMost_1_s = 60;
+  return std::clamp(2.0 / std::max(seconds(horizon), 1e-3), kShiftLeast_1_s, kShiftMost_1_s);
 }
 
 bool SharedSystem::prepare(const Linearisation& at, double shift, bool clamp, double tolerance) {
@@ -114,7 +115,7 @@ void FrameModel::listen(std::function<void(PatchPart)> listener) {
 
 void FrameModel::record_history() {
   if (now_) {
-    if (past_.size() == kPast) past_.pop_front();
+    if (past_.size() == kHistoryFrames) past_.pop_front();
     past_.push_back(std::move(*now_));
     now_.reset();
   }
@@ -159,7 +160,8 @@ const SnapshotSet& FrameModel::snapshots() {
   for (const Known& known : whole.past_) snapshots.add(SnapshotKind::history, moved_to(known.x));
   for (const PredictedState& state : whole.predicted_) snapshots.add(state.kind, moved_to(state.x), state.weight);
   snapshots.add(SnapshotKind::rest, moved_to(dynamics_->rest_state().x));
-  if (whole.past_.empty() || state_->time_s - whole.past_.back().time_s >= kApartS) whole.now_ = Known{state_->time_s, state_->x};
+  if (whole.past_.empty() || state_->time_s - whole.past_.back().time_s >= kHistorySpacingS)
+    whole.now_ = Known{state_->time_s, state_->x};
   return snapshots;
 }
 
@@ -265,12 +267,13 @@ Mat3 FrameModel::contact_stiffness(std::size_t k, const PortResponse& response) 
   const double tissue_n_m = 3 / std::max(response.compliance.trace(), 1e-12);
   const double coupling_n_m = port.parameters.coupling_n_m;
   assert(coupling_n_m >= 0);
-  const double k_o = coupling_n_m > 0 ? std::min(coupling_n_m, kRigid * tissue_n_m) : kRigid * tissue_n_m;
+  const double k_o =
+      coupling_n_m > 0 ? std::min(coupling_n_m, kContactStiffnessRatioMax * tissue_n_m) : kContactStiffnessRatioMax * tissue_n_m;
   const Vec3 n = normal_at(skin_->view(), positions(), port.point);
   const double push = -port.lambda.dot(n);
   const double across = (port.lambda + push * n).norm();
-  constexpr double kOnTheCone = 0.99;
-  const bool slips = across >= kOnTheCone * port.parameters.friction * push;
+  constexpr double kSlippingShare = 0.99;  // of the cone: a force that slips is on it but for rounding and its solves
+  const bool slips = across >= kSlippingShare * port.parameters.friction * push;
   return slips ? Mat3(k_o * n * n.transpose()) : Mat3(k_o * Mat3::Identity());
 }
 
@@ -341,7 +344,7 @@ OtherTools FrameModel::others(const SharedSystem& p, std::size_t which) {
     Mat3 across;
     for (int axis = 0; axis < 3; ++axis) across.col(axis) = gather(own.b, response.response[static_cast<std::size_t>(axis)]);
     const double mean = std::sqrt(own.compliance.norm() * response.compliance.norm());
-    others.springs.push_back({&response, stiffness, across.norm() > kCoupled * mean});
+    others.springs.push_back({&response, stiffness, across.norm() > kCoupledShare * mean});
     if (others.load.size() == 0) others.load = Vector::Zero(size());
     scatter(response.b, port.lambda, others.load);
     const Vec3 rate = stiffness * tools_[k].velocity;

@@ -13,11 +13,11 @@
 // so for the patch of station a the body is pushed by lambda_o*, stiffer by B_o S_o B_o^T, and pushed more as time goes by:
 //     residual force  F(x*, v*) + sum B_o lambda_o*,   stiffness K + sum B_o S_o B_o^T,   growing load  sum B_o S_o v_o
 // and its P_a = P + sum B_o S_o B_o^T is inverted by the matrix inversion lemma, x -> x - X_O (I + S_O B_O^T X_O)^-1 S_O B_O^T x,
-// where O are the tools that are coupled to it (kCoupled); those of others hardly change the response at a's port.
+// where O are the tools that are coupled to it (kCoupledShare); those of others hardly change the response at a's port.
 // A node held by another tool (attach) moves on at its velocity: a growing load -K_o v_o. A scene has one kind of contact, so a
 // grasp's patch meets held nodes only.
-// k_o is the contact stiffness of the tool, but at most kRigid times the tissue's own at that point (which also stands for
-// rigid).
+// k_o is the contact stiffness of the tool, but at most kContactStiffnessRatioMax times the tissue's own at that point (which
+// also stands for rigid).
 #pragma once
 
 #include <algorithm>
@@ -115,10 +115,11 @@ struct PredictedState {
 
 class FrameModel {
  public:
-  static constexpr std::size_t kPast = 4;
-  static constexpr double kApartS = 0.04;
-  static constexpr double kCoupled = 0.3;  ///< of B_a^T X_o to the geometric mean of the two compliances
-  static constexpr double kRigid = 100;
+  static constexpr std::size_t kHistoryFrames = 4;  ///< more gained single bodies and cost others (docs/notebook/0023)
+  static constexpr double kHistorySpacingS = 0.04;  ///< less than the 50 ms of a frame at 20 Hz: there each counts
+  static constexpr double kCoupledShare = 0.3;      ///< of B_a^T X_o to the geometric mean of the two compliances
+  /// Of k_o to the tissue's own: what is stiffer differs by a hundredth of the tissue's compliance at most.
+  static constexpr double kContactStiffnessRatioMax = 100;
 
   FrameModel(const Dynamics& dynamics, const Skin& skin);
 
@@ -155,8 +156,8 @@ class FrameModel {
   Vec3 place_of(const ToolPort& port) const;
   /// For snapshots() of this frame; none where nobody says.
   void set_predicted_states(std::vector<PredictedState> states) { predicted_ = std::move(states); }
-  /// How the coordinates move from where the body is to where it was in the last frames in which this was asked for, some 50 ms
-  /// apart, to where it may be, and to where it rests, in this order; `history` the oldest first.
+  /// How the coordinates move from where the body is to where it was in the last frames in which this was asked for, 40 ms or
+  /// more apart, to where it may be, and to where it rests, in this order; `history` the oldest first.
   const SnapshotSet& snapshots();
   /// F(x*, v*), rows of held nodes zero.
   const Vector& forces();

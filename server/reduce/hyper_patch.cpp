@@ -11,12 +11,12 @@
 namespace palpate {
 namespace {
 
-constexpr double kSoftestOfLargest = 1e-8;  // of the largest stiffness, where a mode has lost its own
-constexpr double kPsdRounding = 1e-9;       // of the largest stiffness: rounding
-constexpr double kMostBraked = 3;           // largest eigenvalue of D in steps: beyond, no spring's damper turns under a touch
+constexpr double kStiffnessShareLeast = 1e-8;  // of the largest stiffness, where a mode has lost its own: bounds its unit
+constexpr double kPsdChangeRounding = 1e-9;    // of the largest stiffness: a change that small is rounding
+constexpr double kBrakingPerStepMax = 3;       // largest eigenvalue of D times a step; measured (docs/notebook/0020)
 
 bool is_projected(const Patch& patch, const HyperModel& model) {
-  return model.psd_change.cwiseAbs().maxCoeff() > kPsdRounding * patch.stiffness.maxCoeff();
+  return model.psd_change.cwiseAbs().maxCoeff() > kPsdChangeRounding * patch.stiffness.maxCoeff();
 }
 
 /// Coefficients of u^T psd_change u / 2.
@@ -31,8 +31,8 @@ Eigen::VectorXf repair(const Matrix& psd_change) {
 Vector stiffness_of(const Patch& patch, Eigen::Index first) {
   Vector stiffness = joint_stiffness(patch, patch.stiffness).diagonal();
   stiffness.tail(patch.stiffness.size()) =
-      stiffness.tail(patch.stiffness.size()).cwiseMax(kSoftestOfLargest * patch.stiffness.maxCoeff());
-  if (first > 0) stiffness.head(first) = stiffness.head(first).cwiseMax(kSoftestOfLargest * stiffness.head(first).maxCoeff());
+      stiffness.tail(patch.stiffness.size()).cwiseMax(kStiffnessShareLeast * patch.stiffness.maxCoeff());
+  if (first > 0) stiffness.head(first) = stiffness.head(first).cwiseMax(kStiffnessShareLeast * stiffness.head(first).maxCoeff());
   return stiffness;
 }
 
@@ -47,7 +47,7 @@ Matrix held_tool(const Patch& patch, const Vector& stiffness) {
 /// Whether a mode is braked away within a third of a step of the player.
 bool braked_fast(const Patch& patch, int steps) {
   const double fastest = Eigen::SelfAdjointEigenSolver<Matrix>(patch.damping, Eigen::EigenvaluesOnly).eigenvalues().tail<1>()[0];
-  return fastest > kMostBraked * kHapticRateHz * steps;
+  return fastest > kBrakingPerStepMax * kHapticRateHz * steps;
 }
 
 /// How the body moves with the variables of the patch, 3 N x n.

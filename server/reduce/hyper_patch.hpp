@@ -4,8 +4,8 @@
 // The variables u of the patch (nonlinear_terms.hpp) move the body by W u, W = (how it moves with the tool, V); a snapshot w of
 // it has u = (w at the tool's node, V^T M w). Elements are chosen and weighted (sampling.hpp) for the snapshots that the basis
 // was made of (snapshot_set.hpp).
-// For a tool that touches, springs' dampers are left out where the modes brake away more than exp(-kMostBraked) of what moves
-// within a step: what dampers push for having turned is a step old when the player takes it. A grasp knows at once how the tool
+// For a tool that touches, springs' dampers are left out where the modes leave less than exp(-kBrakingPerStepMax) of a motion
+// after a step: what dampers push for having turned is a step old when the player takes it. A grasp knows at once how the tool
 // moves its node. PSD projection makes a patch passive (psd_projection.hpp); with H and H~ the joint stiffness before and after,
 // terms give that back,
 //     E2 = 1/2 u^T (H - H~) u.

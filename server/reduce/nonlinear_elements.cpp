@@ -17,8 +17,6 @@ using ShapeRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 /// The same where two digits are enough.
 using RoughShapes = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-constexpr double kElementLengthMin = 1e-9;  // below, an element has no direction [m]
-
 /// k |delta|^3 / rho of each spring.
 std::vector<double> spring_weights(const LumpedBody& body, const BodyState& state, const RoughShapes& shapes) {
   std::vector<double> weights;
@@ -31,7 +29,7 @@ std::vector<double> spring_weights(const LumpedBody& body, const BodyState& stat
     const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
     const auto motion = static_cast<double>((of_node(e.b) - of_node(e.a)).norm());
     const double rho = (state.x.segment<3>(b) - state.x.segment<3>(a)).norm();
-    weights.push_back(e.stiffness_n_m * motion * motion * motion / std::max(rho, kElementLengthMin));
+    weights.push_back(e.stiffness_n_m * motion * motion * motion / std::max(rho, kElementLengthMinM));
   }
   return weights;
 }
@@ -52,7 +50,7 @@ std::vector<double> solid_weights(const Dynamics& dynamics, const ShapeRows& sha
     }
     const double square = columns[0].squaredNorm() + columns[1].squaredNorm() + columns[2].squaredNorm();
     const SolidMaterial& m = dynamics.body().materials[element.material];
-    weights.push_back(element.volume_m3 * m.young_pa / (2 * (1 + m.poisson)) * square * std::sqrt(square));
+    weights.push_back(lame_parameters(m.law, element.volume_m3 * m.young_pa, m.poisson).mu * square * std::sqrt(square));
   }
   return weights;
 }
@@ -134,7 +132,7 @@ std::vector<Vector> second_order_forces(const Dynamics& dynamics, const BodyStat
     const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
     const Vec3 d = state.x.segment<3>(b) - state.x.segment<3>(a);
     const double rho = d.norm();
-    if (!(rho > kElementLengthMin)) continue;
+    if (!(rho > kElementLengthMinM)) continue;
     const Vec3 axis = d / rho;
     const SpringSeries series = spring_series(body.law, body.stiffening, e, rho - e.rest_length_m);
     const double alpha = (series.slope - series.tension / rho) / (2 * rho), beta = series.second / 6;

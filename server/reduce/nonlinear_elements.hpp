@@ -14,6 +14,8 @@
 
 namespace palpate {
 
+inline constexpr double kElementLengthMinM = 1e-9;  ///< a spring that is shorter has no direction; no mesh comes near it
+
 /// Whether a body's forces are known beyond their tangents, to second order and any number of elements at a time: springs of a
 /// smooth law (not thigh_skin, whose second derivative jumps at rest), or finite elements of one kind whose materials have one
 /// law.

@@ -14,7 +14,7 @@ void NonlinearSubdomain::take(const Vec3& place, const BodyState& state) {
 void NonlinearSubdomain::cut(const Vec3& place) {
   place_ = place;
   const LumpedBody& whole = refined_->dynamics().body();
-  const double most = kSpacings * refined_->spacing_m();
+  const double most = kReachSpacings * refined_->spacing_m();
   std::vector<std::uint8_t> is_end(whole.nodes.size(), 0);
   std::vector<std::uint32_t> elements;
   std::array<std::uint32_t, 2> scratch;

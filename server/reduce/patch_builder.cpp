@@ -14,7 +14,7 @@ PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double so
     : dynamics_(&dynamics),
       skin_(&skin),
       balanced_(balanced),
-      neighbours_(dynamics.nodes()),
+      graph_(dynamics.body()),
       softest_1_s2_(softest_1_s2),
       solver_(dynamics),
       ring_(dynamics) {
@@ -23,10 +23,6 @@ PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double so
   for (const Vec3& x : body.nodes) box.extend(x);
   extent_m_ = box.diagonal().norm();
   spacing_m_ = mean_edge_m(body);
-  for (const auto& [a, b] : edges_of(body)) {
-    neighbours_[a].push_back(b);
-    neighbours_[b].push_back(a);
-  }
 }
 
 int PatchBuilder::modes_for(Scheme scheme, ContactKind contact, int order) {
@@ -40,22 +36,10 @@ int PatchBuilder::modes_for(Scheme scheme, ContactKind contact, int order) {
 
 /// False where not all that is near has coordinates of its own.
 bool PatchBuilder::hold_far_nodes(const FrameModel& frame, const std::vector<std::uint32_t>& seeds) {
-  std::vector<std::uint8_t> near(dynamics_->nodes(), 0);
-  std::vector<std::uint32_t> front = seeds;
-  for (const std::uint32_t i : front) near[i] = 1;
-  for (int layer = 0; layer < TwoLayer::kLayers; ++layer) {
-    std::vector<std::uint32_t> next;
-    for (const std::uint32_t i : front)
-      for (const std::uint32_t j : neighbours_[i])
-        if (!near[j]) {
-          near[j] = 1;
-          next.push_back(j);
-        }
-    front = std::move(next);
-  }
+  const std::vector<int> layer = graph_.distances(seeds, TwoLayer::kLayers);
   std::vector<std::uint8_t> held(held_.size(), 1);
   for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
-    if (!near[i]) continue;
+    if (layer[i] == NodeGraph::kUnreached) continue;
     const std::uint32_t row = frame.coordinate(i);
     if (row == BodyOperator::kNone) return false;
     held[row] = held_[row];
@@ -87,17 +71,17 @@ std::optional<BuiltPatch> PatchBuilder::build(FrameModel& frame, std::size_t whi
   if (request.scheme == Scheme::two_layer && dynamics_->body().is_solid()) return fall_back(frame, which, request, Scheme::ring);
   // What is not definite on fewer coordinates may be on all. A body in the middle of a fold is definite for a hand that is
   // faster, and its own directions then are worth more than those of a body that cannot fold (docs/notebook/0025).
-  constexpr double kFaster = 8;
-  std::vector<Footing> footings{Footing{}};
-  if (request.scheme != Scheme::tangent && request.scheme != Scheme::balanced) footings.push_back({kFaster});
-  if (request.scheme != Scheme::balanced) footings.push_back({1, true});
+  constexpr double kFoldShiftFactor = 8;  // measured: 3 then 9, or 4 then 16, give the same within a decibel
+  std::vector<SystemVariant> variants{SystemVariant{}};
+  if (request.scheme != Scheme::tangent && request.scheme != Scheme::balanced) variants.push_back({kFoldShiftFactor});
+  if (request.scheme != Scheme::balanced) variants.push_back({1, true});
   const bool of_body_itself = request.scheme == Scheme::two_layer || request.scheme == Scheme::balanced;
   std::vector<FrameModel*> models{&frame};
   if (!of_body_itself && &frame.refined() != &frame) models = {&frame.refined(), &frame};
   for (FrameModel* model : models)
-    for (const Footing& footing : footings) {
+    for (const SystemVariant& variant : variants) {
       BuiltPatch tried = made;
-      if (!attempt({model, which, &request, footing}, tried)) continue;
+      if (!attempt({model, which, &request, variant}, tried)) continue;
       if (hyper && tried.terms.variables == 0) return fall_back(frame, which, request, Scheme::port);
       return tried;
     }
@@ -146,8 +130,8 @@ bool PatchBuilder::attempt(const Job& job, BuiltPatch& made) {
   if (balanced) return build_touch(job, model, nullptr, made);
   const double shift = job.shift(frame.shift(job.request->horizon));
   const double tolerance = scheme == Scheme::tangent ? kStaticTolerance : kBasisTolerance;
-  SharedSystem* const p = scheme != Scheme::ring ? frame.system(shift, job.footing.clamp, tolerance)
-                          : ring_.prepare(model.at, shift, job.footing.clamp, tolerance) ? &ring_
+  SharedSystem* const p = scheme != Scheme::ring ? frame.system(shift, job.variant.clamp, tolerance)
+                          : ring_.prepare(model.at, shift, job.variant.clamp, tolerance) ? &ring_
                                                                                          : nullptr;
   if (!p) return false;
   const int before = p->iterations();
@@ -173,7 +157,7 @@ bool PatchBuilder::attempt_two_layer(const Job& job, BuiltPatch& made) {
     return build_grasp(job, model, solver, memory, made);
   }
   SharedSystem p(dynamics);
-  if (!p.prepare(at, job.shift(shift_for(job.request->horizon)), job.footing.clamp, kBasisTolerance)) return false;
+  if (!p.prepare(at, job.shift(shift_for(job.request->horizon)), job.variant.clamp, kBasisTolerance)) return false;
   const SharedSystem::PortPlace place{job.which, port.point, local.restricted(skin_->weights(port.point)), {}};
   const Vector momentum = at.free_momentum();
   if (!p.respond(std::span(&place, 1), {&model.residual, &momentum})) return false;

@@ -77,8 +77,12 @@ struct BuiltPatch {
 
 class PatchBuilder {
  public:
+  /// States, two a mode. Measured: 44 of a grasp gain less than 0.2 dB (docs/notebook/0015); of a touch what a datagram holds
+  /// beside 12 vertices.
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
-  static constexpr int kHyperAttachOrder = 32, kHyperTouchOrder = 30;
+  /// Of a grasp all that a datagram holds; of a touch measured: 14 or 16 modes are no truer in the same bytes
+  /// (docs/notebook/0023).
+  static constexpr int kHyperAttachOrder = 2 * kMaxModes, kHyperTouchOrder = 30;
   static constexpr double kFilteredHz = 10;  ///< low-pass of `filtered`: the paper's, its model rate
 
   /// `softest_1_s2`: lowest stiffness that a mode may have, softest_stiffness() of the body. `balanced`: off-line bases, shared
@@ -93,10 +97,10 @@ class PatchBuilder {
   static int modes_for(Scheme scheme, ContactKind contact, int order);
 
  private:
-  /// What directions are solved for with: P at so many times the shift of the prediction horizon, and with `clamp` compressed
+  /// Which P directions are solved for with: at so many times the shift of the prediction horizon, and with `clamp` compressed
   /// elements do not soften it.
-  struct Footing {
-    double faster = 1;
+  struct SystemVariant {
+    double shift_factor = 1;
     bool clamp = false;
   };
 
@@ -105,10 +109,10 @@ class PatchBuilder {
     FrameModel* frame = nullptr;
     std::size_t which = 0;
     const PatchRequest* request = nullptr;
-    Footing footing;
+    SystemVariant variant;
     const ToolPort& port() const { return frame->ports()[which]; }
     const ToolAt& tool() const { return frame->tool(which); }
-    double shift(double usual) const { return request->scheme == Scheme::tangent ? 0 : footing.faster * usual; }
+    double shift(double usual) const { return request->scheme == Scheme::tangent ? 0 : variant.shift_factor * usual; }
     bool hyper() const { return request->scheme == Scheme::hyper; }
   };
 
@@ -162,7 +166,7 @@ class PatchBuilder {
   const Dynamics* dynamics_;
   const Skin* skin_;
   BalancedBases* balanced_;
-  std::vector<std::vector<std::uint32_t>> neighbours_;
+  NodeGraph graph_;
   double softest_1_s2_ = 0, extent_m_ = 0, spacing_m_ = 0;
   std::vector<std::uint8_t> held_;
   ShiftedSolver solver_;  // of a grasp: its own node is held

@@ -5,7 +5,8 @@
 
 namespace palpate {
 
-inline constexpr double kBasisTolerance = 1e-2, kStaticTolerance = 1e-3;  // of solves
+// Of solves. Measured: a basis from exact ones is no truer (docs/decisions/0003). A static response is the force itself.
+inline constexpr double kBasisTolerance = 1e-2, kStaticTolerance = 1e-3;
 
 /// The coarse space is that of a body whose far nodes move: none for a ring.
 inline Linearisation linearisation_for(Scheme scheme, FrameModel& frame, const std::vector<std::uint8_t>& held) {

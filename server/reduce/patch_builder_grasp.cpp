@@ -61,7 +61,7 @@ bool PatchBuilder::build_grasp(const Job& job, const Model& model, ShiftedSolver
   patch.d_port = symmetric(tool.d_port);
   const double shift = job.shift(shift_for(request.horizon));
   const bool balanced = request.scheme == Scheme::balanced;
-  if (!balanced && !solver.prepare(at, shift, job.footing.clamp)) return false;
+  if (!balanced && !solver.prepare(at, shift, job.variant.clamp)) return false;
   if (request.scheme == Scheme::tangent) {
     const auto yields = released(at, solver, tool.k, memory);
     if (!yields) return false;

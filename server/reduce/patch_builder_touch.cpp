@@ -11,10 +11,11 @@ namespace palpate {
 namespace {
 
 /// How far a contact gets, of how far its tool does: over an edge of the body it rolls further, and the body comes towards it.
-/// Where few vertices travel they are worth more around the tool's way.
-constexpr double kContactOfTool = 1.5;
+/// Where few vertices travel they are worth more around the tool's way. Measured: docs/notebook/0039.
+constexpr double kContactDistanceRatio = 1.5;
 
-constexpr double kTrustedSpacings = 6;  // of nodes, that the tool may be from where it was at the stamp
+/// Of nodes, that the tool may be from where it was at the stamp: more, and a model is shown further from where it holds.
+constexpr double kTrustedSpacings = 6;
 
 /// Of port `which` under P, with the springs of other tools: B^T P^-1 B.
 Mat3 port_compliance(const SharedSystem& p, std::size_t which, const OtherTools& others) {
@@ -40,8 +41,10 @@ Mat3 residual_compliance(const Mat3& compliance, const PortRows& rows, const Pat
 
 /// Whether the directions for a touch have P^-1 M v*.
 bool needs_motion(const PatchRequest& request) {
-  constexpr int kWithout = 8;  // three responses of the port, v*, three of M^-1 B (or one, and two of slides), the residual force
-  return request.scheme == Scheme::hyper || PatchBuilder::modes_for(request.scheme, ContactKind::touch, request.order) > kWithout;
+  // Three responses of the port, v*, three of M^-1 B (or one, and two of slides), the residual force.
+  constexpr int kModesBeforeMotion = 8;
+  return request.scheme == Scheme::hyper ||
+         PatchBuilder::modes_for(request.scheme, ContactKind::touch, request.order) > kModesBeforeMotion;
 }
 
 }  // namespace
@@ -90,7 +93,7 @@ bool PatchBuilder::build_touch(const Job& job, const Model& model, SharedSystem*
   const bool with_terms = made.terms.variables > 0;
   const SurfacePiece first = cut_port_surface(
       *skin_, frame.positions(), [&](std::uint32_t node) { return model.rows(node, v); }, port.point,
-      (with_terms ? kContactOfTool : 1.0) * seconds(request.horizon) * job.tool().velocity, vertices,
+      (with_terms ? kContactDistanceRatio : 1.0) * seconds(request.horizon) * job.tool().velocity, vertices,
       with_terms ? kMaxPortVertices : vertices, patch);
   if (port.touching)  // what yields at once has done so at the stamp
     for (int i = 0; i < patch.surface.vertex_count; ++i)

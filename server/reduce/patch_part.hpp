@@ -14,6 +14,6 @@ enum class PatchPart : std::uint8_t {
   rollouts,   ///< where the body is when hands move on, before nonlinear patches
   other       ///< where tools stand, the local surface, what is left
 };
-inline constexpr std::size_t kPatchParts = 6;
+inline constexpr std::size_t kPatchParts = static_cast<std::size_t>(PatchPart::other) + 1;  ///< `other` is the last
 
 }  // namespace palpate

@@ -10,8 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kRounding = 1e-10;         // of the largest energy
-constexpr double kIndependentShare = 1e-6;  // of a direction's length, else the leading ones span it
+constexpr double kEnergyRounding = 1e-10;  // of the largest energy: well above doubles' 1e-16, summed over 3 N rows
 
 /// W^T M W, W^T K W and W^T D W.
 struct Grams {
@@ -35,7 +34,7 @@ Directions leading(const Vector& masses, const Matrix& w, const Matrix& energy, 
   const Eigen::Index count = energy.cols();
   assert(energy.rows() == count && count <= w.cols() && most > 0);
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(energy);
-  const double smallest = std::max(0.0, kRounding * eigen.eigenvalues().tail<1>()[0]);
+  const double smallest = std::max(0.0, kEnergyRounding * eigen.eigenvalues().tail<1>()[0]);
   Eigen::Index r = std::min(most, count);
   while (r > 0 && !(eigen.eigenvalues()[count - r] > smallest)) --r;  // none where nothing moves
   // Of energy 1 each, which leaves their products of masses well conditioned: between one over the square of the body's highest

@@ -42,8 +42,8 @@ double project_grasp(Patch& patch, double node_mass_kg, Eigen::MatrixXd* rotatio
   if (!joint.allFinite()) return 0;
   assert(joint.isApprox(joint.transpose(), 1e-9));
   const Eigen::SelfAdjointEigenSolver<Joint> eigen(joint);
-  constexpr double kRounding = 1e-12;
-  if (eigen.info() != Eigen::Success || eigen.eigenvalues()[0] >= -kRounding * eigen.eigenvalues()[r + 2]) return 0;
+  constexpr double kEigenvalueRounding = 1e-12;  // of the largest: the eigensolver is right to some 1e-16 times 19 rows
+  if (eigen.info() != Eigen::Success || eigen.eigenvalues()[0] >= -kEigenvalueRounding * eigen.eigenvalues()[r + 2]) return 0;
   const Joint projected =
       eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * eigen.eigenvectors().transpose();
   const Mat3 k_port = scale * scale * projected.topLeftCorner<3, 3>();

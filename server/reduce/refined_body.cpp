@@ -16,7 +16,7 @@ bool RefinedBody::suits(const Dynamics& dynamics) {
   return dynamics.nodes() >= kNodesLeast && !body.planar && (is_solid || SpringBlocks::covers(body));
 }
 
-RefinedBody::RefinedBody(const Dynamics& dynamics) : dynamics_(&dynamics), far_(dynamics), coarse_(dynamics, kPieces) {
+RefinedBody::RefinedBody(const Dynamics& dynamics) : dynamics_(&dynamics), far_(dynamics), coarse_(dynamics, kCoarsePieces) {
   place_corners();
   if (!dynamics.body().is_solid())
     tangents_ = std::make_unique<RefinedElements<SpringBunch>>(*this);
@@ -48,18 +48,19 @@ bool RefinedBody::is_close(std::uint32_t cell, std::span<const Vec3> places, dou
 }
 
 void RefinedBody::focus(std::span<const Vec3> places, std::span<const std::uint32_t> nodes) {
-  constexpr double kKept = 0.75;        // of kNearSpacings: closer than this must be near
-  constexpr std::size_t kMoreThan = 2;  // times as many cells as needed are too many
+  // Hysteresis, as new coordinates cost a pattern and all first guesses of solves.
+  constexpr double kKeptNearShare = 0.75;        // of kNearSpacings: near cells are kept while all within it are among them
+  constexpr std::size_t kNearCellsRatioMax = 2;  // of near cells to those that would be chosen now; more: dearer patches
   std::vector<std::uint8_t> needed(far_.cells(), 0), wanted(far_.cells(), 0);
   for (std::uint32_t c = 0; c < far_.cells(); ++c) {
-    needed[c] = is_close(c, places, kKept * kNearSpacings);
+    needed[c] = is_close(c, places, kKeptNearShare * kNearSpacings);
     wanted[c] = is_close(c, places, kNearSpacings);
   }
   for (const std::uint32_t i : nodes) needed[far_.cell_of(i)] = wanted[far_.cell_of(i)] = 1;
   const auto count = [](const std::vector<std::uint8_t>& cells) {
     return static_cast<std::size_t>(std::count(cells.begin(), cells.end(), 1));
   };
-  bool keeps = near_.size() == needed.size() && count(near_) <= kMoreThan * count(wanted);
+  bool keeps = near_.size() == needed.size() && count(near_) <= kNearCellsRatioMax * count(wanted);
   for (std::uint32_t c = 0; keeps && c < far_.cells(); ++c) keeps = near_[c] >= needed[c];
   if (keeps) return;
   near_ = std::move(wanted);
@@ -97,10 +98,10 @@ void RefinedBody::number() {
         at_node(masses_, corner_[far_.corners_of(c)[k]]).array() += far_.masses(c)[static_cast<Eigen::Index>(k)];
   }
   // A corner that moves nothing: all nodes around it are fixed, or on the other side of their cells.
-  constexpr double kNothing = 1e-9;
+  constexpr double kMassRounding = 1e-9;  // of the largest mass: N of nodes on the other side, rounded
   const double most = masses_.maxCoeff();
   for (std::uint32_t row = 0; row < rows_; ++row)
-    if (!(masses_[3 * static_cast<Eigen::Index>(row)] > kNothing * most)) {
+    if (!(masses_[3 * static_cast<Eigen::Index>(row)] > kMassRounding * most)) {
       fixed_[row] = 1;
       at_node(masses_, row).setConstant(most);
     }

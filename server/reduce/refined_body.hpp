@@ -5,9 +5,13 @@
 //
 //     M_y = lumped T^T M T (its rows summed),   K_y = T^T K T,   D_y = T^T D T,   F_y = T^T F,   v_y = M_y^-1 T^T M v
 //
+// Shapes as in body_operator.hpp; T is 3 N x 3 n, a row of it for a node has one 1 (near) or eight N_k (far), none where it is
+// fixed and far. K and D are put together element by element, with T as each element has it (refined_elements.hpp).
+//
 // K and D of elements that have a near node are those of the state; of the others FarTangents keeps them. A load on near nodes
-// has a stiffer response than of the body, as with any Galerkin projection: docs/notebook/0014 has by how much. The number of
-// coordinates grows with the tools, and with the body by one for each 27 nodes.
+// has a stiffer response than on the body, as with any Galerkin projection: docs/notebook/0014 has by how much. A corner that
+// moves no mass is held. F_y has the forces of elements in single precision. The number of coordinates grows with the tools; far
+// cells are at most FarField::kCellsMax, whatever the body.
 #pragma once
 
 #include <cassert>
@@ -26,8 +30,9 @@ namespace palpate {
 
 class RefinedBody final : public BodyOperator {
  public:
-  static constexpr double kNearSpacings = 6;          ///< of nodes: centres of near cells are no further from a tool
-  static constexpr std::size_t kPieces = 16;          ///< of a coarse space for solves: its far field is coarse already
+  /// Of nodes: centres of near cells are no further from a tool. Measured: 8 gain less than 0.5 dB (docs/notebook/0014, 0019).
+  static constexpr double kNearSpacings = 6;
+  static constexpr std::size_t kCoarsePieces = 16;    ///< of a coarse space for solves; 64 cost more than the matrix itself
   static constexpr std::uint32_t kNodesLeast = 2500;  ///< a smaller body is as well taken whole
 
   /// Springs or finite elements in three dimensions, kNodesLeast nodes and more.

@@ -1,7 +1,19 @@
-// K and D of a locally refined body of springs or of finite elements.
+// K and D of a locally refined body (refined_body.hpp) of springs or of finite elements, from those of its elements:
 //
-// Mass-proportional damping c M is c M_y here. Of an element with near and far nodes, the far ones move as the corners of that
-// cell which has most of them.
+//     K_y = sum_e T_e^T k_e T_e,     D_y = sum_e T_e^T d_e T_e + c M_y
+//
+// k_e, d_e the tangents of element e (element_bunch.hpp), c [1/s] the body's mass-proportional damping (solids alone). T_e is how
+// its nodes move: a near one by itself; the far ones all with the corners q of one cell, by N_q (far_field.hpp). That cell is,
+// where e has a near node, the far cell that has most of its nodes; else its home. So e joins near nodes, and the corners of one
+// cell: with A_ab the sum over the elements of such a cell between nodes a and b (BunchLinks),
+//
+//     a, b near:  A_ab to (a, b)      a near, b far:  N_q(b) A_ab to (a, q)      a, b far:  N_p(a) N_q(b) A_ab to (p, q)
+//
+// Shapes: a, b, p, q are coordinates, of three numbers; blocks 3 x 3 [N/m], [N s/m], of the upper triangle.
+//
+// K_y is not definite where a compressed body softens; `clamp` leaves that out of elements with a near node, not of the others.
+// For far nodes of e in other cells than that one its N is continued beyond it, which is not quite how they move (T). Elements
+// between far nodes have tangents that may be some frames old (far_tangents.hpp).
 #pragma once
 
 #include "server/reduce/far_tangents.hpp"

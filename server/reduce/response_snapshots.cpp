@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kNegligibleLoads = 0.03;  // of the loads' squares
+constexpr double kNegligibleLoads = 0.03;  // of the loads' squares, in those that get no response; more: fewer solves
 constexpr double kResponsesLooser = 3;     // SolveColumn::looser: less certain than the port responses
 
 /// Which of some loads are not negligible, the smallest first.

@@ -42,7 +42,7 @@ class SamplePlaces {
   bool is_triangle(std::uint32_t element) const;
 
  private:
-  static constexpr std::uint32_t kStill = 0, kHeld = 1, kFirst = 2;  // places of hexahedra
+  static constexpr std::uint32_t kStill = 0, kHeld = 1, kFirst = 2;  // of hexahedra: o, x_T, and the first of all y_c
   void take_nodes(const BodyState& state, const Matrix& moved);
   void take_hexahedra(const BodyState& state, const Matrix& moved, int tool);
   std::size_t number(std::uint32_t element) const;

@@ -11,9 +11,9 @@
 namespace palpate {
 namespace {
 
-constexpr double kNegligibleSprings = 1e-5;          // of the nonlinearity, in springs that are left out
-constexpr double kLengthMin = 1e-9;                  // below, a spring has no direction [m]
-constexpr double kLeastSteep = 4, kMostSteep = 100;  // slopes of a law that stiffens, to that of a spring at rest
+constexpr double kNegligibleSprings = 1e-5;  // of the nonlinearity, in springs left out: 1e-6 gains nothing (docs/notebook/0027)
+// Slopes that a law which stiffens is followed to, of that at rest; tuned: steeper ones are slowed by mass (docs/notebook/0035).
+constexpr double kSlopeLeast = 4, kSlopeMost = 100;
 
 /// Megabytes that would be asked of the system anew for every patch.
 struct Workspace {
@@ -29,7 +29,7 @@ float stiffening_of(const LumpedBody& body) {
   return body.law == SpringLaw::stiffening ? static_cast<float>(body.stiffening) : 0.0F;
 }
 
-constexpr int kLane = 8;  // samples side by side
+constexpr int kLane = 8;  // samples side by side: floats of a 256-bit register
 static_assert(kSamples % kLane == 0);
 using Lane = EightFloats;
 
@@ -41,7 +41,7 @@ using Lane = EightFloats;
   alignas(sizeof(Lane)) float numbers[kLane];
   lane(numbers, 0) = square;
   Eigen::Map<Eigen::Array<float, kLane, 1>, Eigen::Aligned32> root(numbers);
-  root = root.sqrt().max(static_cast<float>(kLengthMin));
+  root = root.sqrt().max(static_cast<float>(kElementLengthMinM));
   length = lane(numbers, 0);
   inverse = 1.0F / length;
 }
@@ -95,17 +95,18 @@ class NonlinearResidualForce {
 class CandidateSprings {
  public:
   using Sample = SampledSprings;
-  static constexpr std::size_t kEvaluated = 5000, kCandidates = 600;
-  static constexpr int kNodes = 2, kMost = kMaxSprings;
+  // Measured: 2,000 cost the organ 1.5 dB, 400 `softcore6` 2 to 4 dB (docs/notebook/0030, 0041); more takes longer.
+  static constexpr std::size_t kEvaluatedElementsMax = 5000, kCandidatesMax = 600;
+  static constexpr int kElementNodes = 2, kChosenMax = kMaxSprings;  // its ends; what the wire carries
 
   CandidateSprings(const WholeBody& body, const Matrix& moved, const Matrix& u)
       : at_(&body), moved_(moved.cast<float>()), samples_(u.cast<float>()) {
     assert(moved.rows() == body.state().x.size() && moved.cols() == u.rows() && u.cols() == kSamples);
-    elements_ = nonlinear_elements(body.dynamics(), body.state(), moved * root_of(u), kNegligibleSprings, kEvaluated);
+    elements_ = nonlinear_elements(body.dynamics(), body.state(), moved * root_of(u), kNegligibleSprings, kEvaluatedElementsMax);
   }
   const std::vector<std::uint32_t>& elements() const { return elements_; }
   bool have_length() const {
-    return std::all_of(elements_.begin(), elements_.end(), [&](std::uint32_t e) { return span(e).norm() > kLengthMin; });
+    return std::all_of(elements_.begin(), elements_.end(), [&](std::uint32_t e) { return span(e).norm() > kElementLengthMinM; });
   }
   const LumpedBody& body() const { return at_->dynamics().body(); }
   std::size_t nodes() const { return body().nodes.size(); }
@@ -245,7 +246,7 @@ Eigen::ArrayXd steepest_slopes(const SampledSprings& springs, const Matrix& like
                                    largest((displacements.colwise() - from).colwise().norm())});
     slopes[e] = 1 + 3 * static_cast<double>(springs.stiffening * strain * strain);
   }
-  return slopes.max(kLeastSteep).min(kMostSteep);
+  return slopes.max(kSlopeLeast).min(kSlopeMost);
 }
 
 }  // namespace

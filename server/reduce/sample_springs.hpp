@@ -1,7 +1,7 @@
 // Few springs whose forces stand for those of all of a body: the terms of a patch of a lattice (sampled_springs.hpp).
 //
 // r_e(u) = G_e^T (f_e(d + G_e u) - f_e(d) - K_e G_e u) is what spring e adds to the linear force on the variables (sampling.hpp);
-// candidates are the 600 springs with the largest part in the samples.
+// candidates are the kCandidatesMax springs with the largest part in the samples.
 //
 // Source: see sampled_springs.hpp.
 #pragma once

@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kNegligibleTetrahedra = 1e-2;  // of the nonlinearity, in tetrahedra that are left out
+constexpr double kNegligibleTetrahedra = 1e-2;  // of the nonlinearity, in tetrahedra that are left out; less: dearer patches
 static_assert(kSamples % kTetraLane == 0);
 
 using Nine = Eigen::Matrix<float, 9, kSamples, Eigen::RowMajor>;
@@ -51,13 +51,16 @@ void stresses(const Stamp& stamp, const Nine& df, Nine& q) {
 class CandidateTetrahedra {
  public:
   using Sample = SampledTetrahedra;
-  static constexpr std::size_t kEvaluated = 2000, kCandidates = 200;
-  static constexpr int kNodes = 4, kMost = kMaxTetrahedra;
+  // Fewer than of springs: each costs more. More are truer and take longer.
+  static constexpr std::size_t kEvaluatedElementsMax = 2000, kCandidatesMax = 200;
+  static constexpr int kElementNodes = 4, kChosenMax = kMaxTetrahedra;  // what the wire carries
 
   CandidateTetrahedra(const WholeBody& body, const Matrix& moved, const Matrix& u, int tool)
       : materials_(&body.dynamics().body().materials),
-        places_(body.dynamics(), body.state(), moved,
-                nonlinear_elements(body.dynamics(), body.state(), moved * root_of(u), kNegligibleTetrahedra, kEvaluated), tool),
+        places_(
+            body.dynamics(), body.state(), moved,
+            nonlinear_elements(body.dynamics(), body.state(), moved * root_of(u), kNegligibleTetrahedra, kEvaluatedElementsMax),
+            tool),
         samples_(u.cast<float>()) {
     assert(moved.rows() == body.state().x.size() && moved.cols() == u.rows() && u.cols() == kSamples);
     assert(!materials_->empty());
@@ -69,7 +72,7 @@ class CandidateTetrahedra {
   TetraRest rest_of(std::uint32_t element) const { return places_.rest(element); }
   Stamp stamp(std::uint32_t element) const {
     const Mat3 f = places_.deformation(element);
-    const Lame lame = lame_of(element);
+    const LameParameters lame = lame_of(element);
     const LawParameters law = material_of(element).parameters();
     const Mat3 frame = frame_of(law.kind, f);
     Stamp stamp{{}, frame.cast<float>()};
@@ -78,14 +81,10 @@ class CandidateTetrahedra {
     return stamp;
   }
   const SolidMaterial& material_of(std::uint32_t element) const { return (*materials_)[places_.material(element)]; }
-  /// Lame's parameters of small strains, times the volume [J].
-  struct Lame {
-    double mu, lambda;
-  };
-  Lame lame_of(std::uint32_t element) const {
+  /// Times the volume [J].
+  LameParameters lame_of(std::uint32_t element) const {
     const SolidMaterial& m = material_of(element);
-    const double mu = rest_of(element).volume_m3 * m.young_pa / (2 * (1 + m.poisson));
-    return {mu, mu * 2 * m.poisson / (m.law == SolidLaw::membrane ? 1 - m.poisson : 1 - 2 * m.poisson)};
+    return lame_parameters(m.law, rest_of(element).volume_m3 * m.young_pa, m.poisson);
   }
   std::uint32_t node(std::uint32_t element, int i) const { return places_.place(element, i); }
   /// H, 9 rows a tetrahedron.
@@ -163,7 +162,7 @@ class CandidateTetrahedra {
     for (Eigen::Index k = 0; k < count; ++k) {
       const std::uint32_t e = elements[static_cast<std::size_t>(k)];
       for (int i = 0; i < 4; ++i) solid.nodes(i, k) = met.number_of(node(e, i));
-      const Lame lame = lame_of(e);
+      const LameParameters lame = lame_of(e);
       solid.shear[k] = static_cast<float>(lame.mu);
       solid.dilation[k] = static_cast<float>(lame.lambda);
       solid.damping_s[k] = static_cast<float>(material_of(e).damping_s);

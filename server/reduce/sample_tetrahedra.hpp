@@ -2,7 +2,7 @@
 // (sampled_tetrahedra.hpp), of hexahedra as tetrahedra of the same gradient (sample_places.hpp).
 //
 // r_e(u) = -V_e H_e^T Q_e(H_e u), Q the stress beyond the linear one (nonlinear_tetrahedron.hpp), is what tetrahedron e adds to
-// the linear force on the variables (sampling.hpp); candidates are the 200 with the largest part in the samples.
+// the linear force on the variables (sampling.hpp); candidates are the kCandidatesMax with the largest part in the samples.
 //
 // Source: see sampled_springs.hpp.
 #pragma once

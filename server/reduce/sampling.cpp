@@ -13,19 +13,20 @@
 namespace palpate {
 namespace {
 
-constexpr int kMixed = 32, kAlone = 3;
+constexpr int kSampleSums = 32;     // measured: 24 cost the organ 1 to 3 dB (docs/notebook/0030)
+constexpr int kLikeliestAlone = 3;  // samples unmixed: axes of a grasp; undeviated rollouts of a touch, or its indentations
 
-using AtSums = Eigen::Matrix<float, Eigen::Dynamic, kMixed, Eigen::RowMajor>;
+using AtSums = Eigen::Matrix<float, Eigen::Dynamic, kSampleSums, Eigen::RowMajor>;
 
 /// Sums of samples, orthogonal: some frequencies of a cosine transform of samples with signs drawn by chance. Least squares over
 /// all samples are nearly those over a few such sums (Woodruff, FnTTCS 10 (2014), chapter 2).
 Eigen::MatrixXf make_mixing() {
   Random random(2);
-  Eigen::MatrixXf mix(kSamples, kMixed);
+  Eigen::MatrixXf mix(kSamples, kSampleSums);
   for (Eigen::Index s = 0; s < kSamples; ++s) {
     const double sign = random.chance(0.5) ? 1 : -1;
-    for (Eigen::Index j = 0; j < kMixed; ++j) {
-      const auto frequency = static_cast<double>(j * kSamples / kMixed);
+    for (Eigen::Index j = 0; j < kSampleSums; ++j) {
+      const auto frequency = static_cast<double>(j * kSamples / kSampleSums);
       const double wave = std::cos(M_PI * (static_cast<double>(s) + 0.5) * frequency / kSamples);
       mix(s, j) = static_cast<float>(sign * (j == 0 ? std::sqrt(0.5) : wave));
     }
@@ -47,19 +48,19 @@ void weigh_port(const Eigen::MatrixXf& at_port, Forces& forces) {
 }  // namespace
 
 Matrix samples(const Sampling& sampling) {
-  constexpr double kLargeShare = 1.5, kSmallShare = 0.3;
+  constexpr double kLargeAmplitude = 1.5, kSmallAmplitude = 0.3;  // of what is likely; tuned: others make another patch
   const Matrix& likely = sampling.likely;
   assert(likely.cols() > 0);
   Random random(1);
   const auto draw = [&] { return random.uniform(-1, 1); };
   Matrix u(likely.rows(), kSamples);
   Eigen::Index k = 0;
-  for (const Eigen::Index i : sampling.likeliest | std::views::take(kAlone))
+  for (const Eigen::Index i : sampling.likeliest | std::views::take(kLikeliestAlone))
     for (const double much : {1.0, -1.0, 2.0, -2.0}) u.col(k++) = much * likely.col(i);
   for (; k < u.cols(); ++k) {
     Vector mixture(likely.cols());
-    for (double& part : mixture) part = draw() * (draw() > 1.0 / 3 ? kLargeShare : kSmallShare);
-    u.col(k) = kLargeShare * draw() * (likely * mixture);
+    for (double& part : mixture) part = draw() * (draw() > 1.0 / 3 ? kLargeAmplitude : kSmallAmplitude);
+    u.col(k) = kLargeAmplitude * draw() * (likely * mixture);
   }
   return u;
 }
@@ -94,7 +95,7 @@ Fit::Fit(const Eigen::MatrixXf& all, const Matrix& u, const Sampling& sampling)
   Eigen::MatrixXf nonlinear = unit_.asDiagonal() * all;
   const Eigen::MatrixXf linear = unit_.cwiseInverse().asDiagonal() * u.cast<float>();
   const Eigen::VectorXf size =
-      (nonlinear.colwise().norm() + static_cast<float>(kOfLinear) * linear.colwise().norm()).cwiseMax(1e-30F).transpose();
+      (nonlinear.colwise().norm() + static_cast<float>(kLinearForceShare) * linear.colwise().norm()).cwiseMax(1e-30F).transpose();
   mix_ = size.cwiseInverse().asDiagonal() * mixing();
   weigh_port(at_port_, nonlinear);
   all_ = (mix_.transpose() * nonlinear.transpose()).reshaped();
@@ -107,16 +108,16 @@ const Eigen::MatrixXf& Fit::parts(const ElementForces& elements) const {
   const Eigen::Index n = unit_.size(), count = elements.motion[0].rows();
   std::vector<AtSums> mixed;
   for (const AtSamples& force : elements.force) mixed.emplace_back(force * mix_);
-  parts.resize(kMixed * n, count);
+  parts.resize(kSampleSums * n, count);
   for (Eigen::Index k = 0; k < count; ++k) {
     float* const to = parts.col(k).data();
     for (Eigen::Index i = 0; i < n; ++i) {
-      Eigen::Array<float, 1, kMixed> sum = Eigen::Array<float, 1, kMixed>::Zero();
+      Eigen::Array<float, 1, kSampleSums> sum = Eigen::Array<float, 1, kSampleSums>::Zero();
       for (std::size_t number = 0; number < mixed.size(); ++number)
         sum += elements.motion[number](k, i) * mixed[number].row(k).array();
-      Eigen::Map<Eigen::Array<float, 1, kMixed>>(to + kMixed * i) = unit_[i] * sum;
+      Eigen::Map<Eigen::Array<float, 1, kSampleSums>>(to + kSampleSums * i) = unit_[i] * sum;
     }
-    Eigen::Map<AtSums> part(to, n, kMixed);
+    Eigen::Map<AtSums> part(to, n, kSampleSums);
     weigh_port(at_port_, part);
   }
   return parts;

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr float kRidge = 1e-6F;  // of the mean: columns may be alike
+constexpr float kRidgeShare = 1e-6F;  // of the mean square of columns, which may be alike: some ten roundings of a float
 
 /// The columns that have joined, and the Cholesky factor L of their products: L L^T = A^T A + ridge.
 class Joined {
@@ -19,7 +19,7 @@ class Joined {
   Joined(const Eigen::MatrixXf& a, const Eigen::VectorXf& t, int most)
       : a_(a),
         t_(t),
-        ridge_(kRidge * a.squaredNorm() / static_cast<float>(a.cols())),
+        ridge_(kRidgeShare * a.squaredNorm() / static_cast<float>(a.cols())),
         rows_(a.rows(), most),
         products_(most, most),
         factor_(most, most),
@@ -98,8 +98,8 @@ class Candidates {
   }
 
  private:
-  static constexpr int kFullSearchEvery = 8;
-  static constexpr std::size_t kLeadersKept = 50;
+  static constexpr int kFullSearchEvery = 8;      // joins; measured: 6 has the same fit and takes longer (docs/notebook/0030)
+  static constexpr std::size_t kLeadersMax = 50;  // asked between; measured: as good as all (docs/notebook/0024)
 
   float value(Eigen::Index k, float with_left) const {
     return with_left > 0 && !barred_[static_cast<std::size_t>(k)] ? with_left / (length_[k] * std::sqrt(costs_.of(k))) : 0;
@@ -118,7 +118,7 @@ class Candidates {
     std::vector<std::pair<float, Eigen::Index>> values;
     for (Eigen::Index k = 0; k < a_.cols(); ++k)
       if (const float v = value(k, with_left[k]); v > 0) values.emplace_back(-v, k);
-    const auto end = values.begin() + static_cast<std::ptrdiff_t>(std::min(kLeadersKept, values.size()));
+    const auto end = values.begin() + static_cast<std::ptrdiff_t>(std::min(kLeadersMax, values.size()));
     std::partial_sort(values.begin(), end, values.end());
     leaders_.clear();
     std::transform(values.begin(), end, std::back_inserter(leaders_), [](const auto& v) { return v.second; });
@@ -164,7 +164,7 @@ SparseSolution positive_weights(const Eigen::MatrixXf& a, const Eigen::VectorXf&
   std::vector<Eigen::Index> columns(static_cast<std::size_t>(a.cols()));
   std::iota(columns.begin(), columns.end(), Eigen::Index{0});
   Eigen::MatrixXf products = a.transpose() * a;
-  products.diagonal().array() += kRidge * products.diagonal().mean();
+  products.diagonal().array() += kRidgeShare * products.diagonal().mean();
   const Eigen::VectorXf with_t = a.transpose() * t;
   Eigen::VectorXf weights;
   while (!columns.empty()) {

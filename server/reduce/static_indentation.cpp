@@ -11,10 +11,10 @@
 namespace palpate {
 namespace {
 
-constexpr int kGradientSteps = 40;        // of conjugate gradients, a round
-constexpr double kResidualShare = 3e-2;   // of the residual that a displacement begins with: a basis forgives
-constexpr double kStepLeast = 1e-3;       // step along a direction, of the last but one
-constexpr double kStepChangeLeast = 0.5;  // of a trial: a step that differs from it by less
+constexpr int kGradientStepsMax = 40;           // of conjugate gradients, a round: bounds the time, what is found is kept
+constexpr double kResidualShare = 3e-2;         // of the first residual's norm; a tenth of it gains nothing (docs/notebook/0017)
+constexpr double kTrialStepLeast = 1e-3;        // of a direction: a shorter trial would be lost in rounding
+constexpr double kInterpolatedChangeMax = 0.5;  // of a trial: a step that near to it needs no evaluation of its own
 
 /// The nodes nearest to those of `port`, elements between them being the measure, ascending.
 std::vector<std::uint32_t> nodes_around(const Skin::Weights& port, const LumpedBody& body,
@@ -27,7 +27,7 @@ std::vector<std::uint32_t> nodes_around(const Skin::Weights& port, const LumpedB
   };
   for (const auto& [node, weight] : port) add(node);
   std::array<std::uint32_t, 2> scratch;
-  const std::size_t most = body.is_solid() ? StaticIndentations::kSolidNodes : StaticIndentations::kNodes;
+  const std::size_t most = body.is_solid() ? StaticIndentations::kSolidSubdomainNodes : StaticIndentations::kSubdomainNodes;
   for (std::size_t k = 0; k < nodes.size() && nodes.size() < most; ++k)
     for (const std::uint32_t e : elements[nodes[k]])
       for (const std::uint32_t node : nodes_of(body, e, scratch)) add(node);
@@ -89,7 +89,7 @@ class IndentedSubdomain {
       responses_.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = at.body->rows(local.nodes[i], responses);
     Mat3 compliance;
     for (int axis = 0; axis < 3; ++axis) compliance.col(axis) = gather(port_, responses_.col(axis));
-    kappa_ = 3 * StaticIndentations::kHandStiffness / compliance.trace();
+    kappa_ = 3 * StaticIndentations::kHandStiffnessRatio / compliance.trace();
     begin_ = (compliance + Mat3::Identity() / kappa_).inverse();
     const Vector still = Vector::Zero(x_.size());
     body_.forces(x_, still, at_stamp_);
@@ -104,7 +104,7 @@ class IndentedSubdomain {
   /// The nonlinear subdomain's own response to `displacement` and to f from far; false where it cannot be followed.
   bool follow(const Vec3& displacement, Vec3& f, Vector& w) const {
     double enough = 0;
-    for (int round = 0; round < StaticIndentations::kRounds; ++round) {
+    for (int round = 0; round < StaticIndentations::kEndRounds; ++round) {
       move_ends(linear_response(f), w);
       if (!descend(displacement, enough, w)) return false;
       f = load(displacement, w);
@@ -157,7 +157,7 @@ class IndentedSubdomain {
     Vector r = residual(displacement, w), z = preconditioned(r), direction = z;
     double size = r.dot(z), trial = 1;
     if (enough == 0) enough = kResidualShare * kResidualShare * size;
-    for (int k = 0; k < kGradientSteps && size > enough; ++k) {
+    for (int k = 0; k < kGradientStepsMax && size > enough; ++k) {
       const double pull = direction.dot(r);
       if (!(pull > 0)) {
         direction = z;
@@ -166,11 +166,11 @@ class IndentedSubdomain {
       const Vector there = residual(displacement, w + trial * direction), before = r;
       const double left = direction.dot(there), step = trial * (left < pull ? std::clamp(pull / (pull - left), 0.1, 3.0) : 3.0);
       w += step * direction;
-      if (std::abs(step - trial) < kStepChangeLeast * trial)
+      if (std::abs(step - trial) < kInterpolatedChangeMax * trial)
         r += step / trial * (there - r);
       else
         r = residual(displacement, w);
-      trial = std::clamp(step, kStepLeast, 1.0);
+      trial = std::clamp(step, kTrialStepLeast, 1.0);
       z = preconditioned(r);
       const double last = size;
       size = r.dot(z);

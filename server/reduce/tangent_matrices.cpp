@@ -11,8 +11,8 @@ using Half = Eigen::Array<double, kNumbers, 1>;
 /// Where row r and column c of a block are among its numbers.
 template <int kNumbers>
 consteval int place(int r, int c) {
-  constexpr int kSymmetric[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
-  return kNumbers == 6 ? kSymmetric[3 * r + c] : 3 * r + c;
+  constexpr int kSymmetricPlaces[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};  // of xx xy xz yy yz zz
+  return kNumbers == 6 ? kSymmetricPlaces[3 * r + c] : 3 * r + c;
 }
 
 /// y += B x

@@ -11,7 +11,7 @@ namespace {
 /// t e - e^2 / 2 times a [m].
 Vec3 by_acceleration(const Vec3& acceleration_m_s2, double time_s) {
   assert(time_s >= 0);
-  const double e = std::min(time_s, kHandAccelerationS);
+  const double e = std::min(time_s, kAccelerationTimeS);
   return (time_s - 0.5 * e) * e * acceleration_m_s2;
 }
 
@@ -25,19 +25,21 @@ ToolAt dead_reckoned(const ToolAt& last, double gone_s) {
 
 ToolAt moved_on(const ToolAt& now, const Vec3& acceleration_m_s2, double after_s) {
   const double t = std::min(after_s, kPredictionMostS);
-  const Vec3 velocity = now.velocity + std::min(t, kHandAccelerationS) * acceleration_m_s2;
+  const Vec3 velocity = now.velocity + std::min(t, kAccelerationTimeS) * acceleration_m_s2;
   return {now.position + t * now.velocity + by_acceleration(acceleration_m_s2, t),
           after_s > kPredictionMostS ? Vec3(Vec3::Zero()) : velocity};
 }
 
-double accelerated_distance(double time_s) { return std::min(0.5 * kHandMs2 * time_s * time_s, kFromRestMostM); }
+double accelerated_distance(double time_s) { return std::min(0.5 * kHandAccelerationMs2 * time_s * time_s, kFromRestMostM); }
 
-double accelerated_speed(double time_s) { return accelerated_distance(time_s) < kFromRestMostM ? kHandMs2 * time_s : 0; }
+double accelerated_speed(double time_s) {
+  return accelerated_distance(time_s) < kFromRestMostM ? kHandAccelerationMs2 * time_s : 0;
+}
 
 Vec3 expected_motion(const ToolAt& tool, double horizon_s) {
-  constexpr double kLeastM = 0.002;
+  constexpr double kMotionLeastM = 0.002;  // a hand that rests may set off; more: rests count more beside motion
   Vec3 far;
-  for (int axis = 0; axis < 3; ++axis) far[axis] = std::hypot(tool.velocity[axis] * horizon_s, kLeastM);
+  for (int axis = 0; axis < 3; ++axis) far[axis] = std::hypot(tool.velocity[axis] * horizon_s, kMotionLeastM);
   return far;
 }
 
@@ -52,7 +54,8 @@ std::vector<Vec3> expected_indentations(const ToolAt& tool, const Vec3& inwards,
 
 std::vector<Vec3> expected_slides(const Vec3& velocity, const Vec3& normal, const ExpectedSlide& slide) {
   assert(std::abs(normal.norm() - 1) < 1e-6 && slide.time_s >= 0);
-  constexpr double kDistinctM = 5e-4, kFromRestShare = 0.25;  // of as far as a hand could
+  constexpr double kDistinctM = 5e-4;      // slides that get less far are the contact point itself
+  constexpr double kFromRestShare = 0.25;  // of as far as a hand could; measured: all of it costs 4 to 6 dB (docs/notebook/0022)
   const Vec3 by_velocity = slide.time_s * velocity;
   const auto along = [&](const Vec3& m) { return m.cross(normal).norm() > kDistinctM; };
   std::vector<Vec3> displacements;

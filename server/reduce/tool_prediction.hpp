@@ -2,9 +2,9 @@
 //
 //     dead reckoned   x + v (t - t^2 / (2 T)), at rest after T = kDeadReckoningS: on as it went, slower and slower, when nothing
 //                     is heard of it
-//     moved on        x + v t + a (t e - e^2 / 2), e = min(t, kHandAccelerationS), at rest after kPredictionMostS: on as it goes
+//     moved on        x + v t + a (t e - e^2 / 2), e = min(t, kAccelerationTimeS), at rest after kPredictionMostS: on as it goes
 //                     and speeds up, when it is heard
-//     from rest       kHandMs2 t^2 / 2, at most kFromRestMostM
+//     from rest       kHandAccelerationMs2 t^2 / 2, at most kFromRestMostM
 //
 // The times and accelerations are those with which patches of lattices nobody had looked at were truest
 // (docs/notebook/0017-dents.md, 0022-where-a-hand-slides.md, 0026-where-hands-may-get-to.md); no hand was measured.
@@ -16,13 +16,13 @@
 
 namespace palpate {
 
-inline constexpr double kHandMs2 = 0.4;                          ///< that a hand speeds up by which explores
-inline constexpr double kHandMostMs2 = 10;                       ///< that no hand speeds up by more than
-inline constexpr double kFromRestMostM = 0.012;                  ///< how far it gets by speeding up
-inline constexpr double kHandAccelerationS = 0.05;               ///< how long it goes on to speed up, or slow down
-inline const double kDeadReckoningS = seconds(Micros{100'000});  ///< T, of whole ticks
-inline constexpr double kPredictableS = 0.15;     ///< within which no hand gets far beside where it would get by itself
-inline constexpr double kPredictionMostS = 0.25;  ///< no hand is known for longer
+inline constexpr double kHandAccelerationMs2 = 0.4;              ///< that a hand speeds up by which explores; tuned
+inline constexpr double kHandAccelerationMostMs2 = 10;           ///< that no hand speeds up by more than: about g
+inline constexpr double kFromRestMostM = 0.012;                  ///< how far it gets by speeding up; tuned
+inline constexpr double kAccelerationTimeS = 0.05;               ///< how long it goes on to speed up, or slow down; tuned
+inline const double kDeadReckoningS = seconds(Micros{100'000});  ///< T, of whole ticks; longer: stations that are late go too far
+inline constexpr double kPredictableS = 0.15;     ///< within which no hand gets far beside where it would get by itself; tuned
+inline constexpr double kPredictionMostS = 0.25;  ///< no hand is known for longer; 0.75 s shook one (docs/notebook/0024)
 
 /// `gone_s` after the last that was heard.
 ToolAt dead_reckoned(const ToolAt& last, double gone_s);

@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
 
 #include "server/reduce/block_scaling.hpp"
 
 namespace palpate {
 namespace {
-
-constexpr int kNone = std::numeric_limits<int>::max();
 
 struct Mean {
   double sum = 0;
@@ -26,7 +23,7 @@ struct Mean {
 std::vector<int> nodes_per_layer(const std::vector<int>& layer) {
   std::vector<int> nodes;
   for (const int l : layer) {
-    if (l == kNone) continue;
+    if (l == NodeGraph::kUnreached) continue;
     if (nodes.size() <= static_cast<std::size_t>(l)) nodes.resize(static_cast<std::size_t>(l) + 1);
     ++nodes[static_cast<std::size_t>(l)];
   }
@@ -35,36 +32,21 @@ std::vector<int> nodes_per_layer(const std::vector<int>& layer) {
 
 }  // namespace
 
-TwoLayer::TwoLayer(const LumpedBody& body) : body_(&body), dimension_(dimension_of(body)), neighbours_(body.nodes.size()) {
-  for (const Element& e : body.elements) {
-    neighbours_[e.a].push_back(e.b);
-    neighbours_[e.b].push_back(e.a);
-  }
+TwoLayer::TwoLayer(const LumpedBody& body) : body_(&body), dimension_(dimension_of(body)), graph_(body) {
+  const auto nodes = static_cast<std::uint32_t>(body.nodes.size());
   std::size_t inside = 0;
-  for (const auto& list : neighbours_) inside = std::max(inside, list.size());
+  for (std::uint32_t i = 0; i < nodes; ++i) inside = std::max(inside, graph_.neighbours(i).size());
   std::vector<std::uint32_t> ends;
-  for (std::uint32_t i = 0; i < body.nodes.size(); ++i) {
-    surface_.push_back(neighbours_[i].size() < inside);
+  for (std::uint32_t i = 0; i < nodes; ++i) {
+    surface_.push_back(graph_.neighbours(i).size() < inside);
     if (body.fixed[i]) ends.push_back(i);
   }
-  to_end_ = layers_from(std::move(ends));
-}
-
-std::vector<int> TwoLayer::layers_from(std::vector<std::uint32_t> front) const {
-  std::vector<int> layer(body_->nodes.size(), kNone);
-  for (const std::uint32_t i : front) layer[i] = 0;
-  for (std::size_t next = 0; next < front.size(); ++next)
-    for (const std::uint32_t j : neighbours_[front[next]]) {
-      if (layer[j] != kNone) continue;
-      layer[j] = layer[front[next]] + 1;
-      front.push_back(j);
-    }
-  return layer;
+  to_end_ = graph_.distances(std::move(ends));
 }
 
 LocalBody TwoLayer::around(const std::vector<std::uint32_t>& contact, const std::vector<std::uint8_t>& held) const {
   assert(!contact.empty() && held.size() == body_->nodes.size());
-  const std::vector<int> layer = layers_from(contact);
+  const std::vector<int> layer = graph_.distances(contact);
   std::vector<std::uint32_t> nodes;
   for (std::uint32_t i = 0; i < body_->nodes.size(); ++i)
     if (layer[i] <= kLayers + 1) nodes.push_back(i);
@@ -82,7 +64,7 @@ LocalBody TwoLayer::around(const std::vector<std::uint32_t>& contact, const std:
     e.a = local.index(e.a);
     e.b = local.index(e.b);
     if (leaves_a || leaves_b) {
-      if (beyond == kNone) continue;
+      if (beyond == NodeGraph::kUnreached) continue;
       const double scale = surface ? std::sqrt(1 / compliance(1 + beyond)) : 1 / compliance(1 + beyond);
       e.stiffness_n_m *= scale;
       e.damping_n_s_m *= scale;

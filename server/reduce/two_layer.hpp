@@ -23,12 +23,13 @@
 
 #include "server/linear/second_order.hpp"
 #include "server/reduce/local_body.hpp"
+#include "server/reduce/node_graph.hpp"
 
 namespace palpate {
 
 class TwoLayer {
  public:
-  static constexpr int kLayers = 1;  ///< of neighbours that are kept: the ring
+  static constexpr int kLayers = 1;  ///< of neighbours that are kept: the ring of the paper
 
   /// `body` must outlive it.
   explicit TwoLayer(const LumpedBody& body);
@@ -37,11 +38,9 @@ class TwoLayer {
   LocalBody around(const std::vector<std::uint32_t>& contact, const std::vector<std::uint8_t>& held) const;
 
  private:
-  std::vector<int> layers_from(std::vector<std::uint32_t> front) const;
-
   const LumpedBody* body_;
   int dimension_ = 3;
-  std::vector<std::vector<std::uint32_t>> neighbours_;
+  NodeGraph graph_;
   std::vector<std::uint8_t> surface_;  // nodes with fewer neighbours than those inside
   std::vector<int> to_end_;            // elements to the nearest fixed node
 };

@@ -28,14 +28,14 @@ Probes probes_of(const PatchPlayer& player) {
 
 /// The hand would feel the same of `old` as of `next` where both are now.
 bool alike(const PatchPlayer& old, const PatchPlayer& next, double fraction) {
-  const double most_n = Deadband::kKnown * fraction * std::max(next.output().force.norm(), Deadband::kLeastN);
+  const double most_n = Deadband::kExpectedPathShare * fraction * std::max(next.output().force.norm(), Deadband::kForceLeastN);
   return (old.output().force - next.output().force).norm() <= most_n;
 }
 
 /// In the same state of contact, and for links that may be silent for as long.
 bool made_alike(const Patch& old, const Patch& next) {
-  constexpr double kValidShare = 0.9;
-  return old.touching == next.touching && seconds(old.valid_for) >= kValidShare * seconds(next.valid_for);
+  constexpr double kValidityShare = 0.9;  // more: sent oftener; less: a force fades sooner over a silent link
+  return old.touching == next.touching && seconds(old.valid_for) >= kValidityShare * seconds(next.valid_for);
 }
 
 bool trusts(const PatchPlayer& player, const Vec3& tool) {
@@ -45,10 +45,10 @@ bool trusts(const PatchPlayer& player, const Vec3& tool) {
 /// Whether it would of all of them over the time that `next` would be used, on the tool's way and `off` it.
 bool stay_alike(std::vector<PatchPlayer> old, PatchPlayer next, const Deadband::Station& station, const Vec3& off) {
   assert(!old.empty() && station.track && station.horizon > Micros{});
-  constexpr Micros kLook{5'000};
+  constexpr Micros kCompareEvery{5'000};  // twelve times within kProbeS; more seldom: cheaper, and misses what swings
   const Micros stamp = next.patch().stamp;
   next.inherit(old.front());
-  for (Micros t = stamp + kLook; t <= stamp + station.horizon; t += kLook) {
+  for (Micros t = stamp + kCompareEvery; t <= stamp + station.horizon; t += kCompareEvery) {
     const Vec3 tool = station.track->on_path(t).position + minimum_jerk(seconds(t - stamp) / Deadband::kProbeS) * off;
     next.advance({t, tool});
     for (PatchPlayer& player : old) {
@@ -67,7 +67,7 @@ std::optional<Micros> Deadband::pass(const Patch& patch, const NonlinearTerms& t
   catch_up(*station.track, patch.stamp);
   if (all_serve(next, station)) return station.playing;
   sent_.push_back(std::move(next));
-  if (sent_.size() > kMostSent) sent_.pop_front();
+  if (sent_.size() > kSentMax) sent_.pop_front();
   return std::nullopt;
 }
 
@@ -86,7 +86,7 @@ bool Deadband::all_serve(const PatchPlayer& next, const Station& station) {
   while (!sent_.empty() && sent_.front().patch().stamp < *station.playing) sent_.pop_front();
   if (sent_.empty() || sent_.front().patch().stamp != *station.playing) return false;
   const Micros stamp = next.patch().stamp;
-  if (stamp + station.horizon - *station.playing > kLivesMost) return false;
+  if (stamp + station.horizon - *station.playing > kPatchAgeMost) return false;
   std::vector<PatchPlayer> old(sent_.begin(), sent_.end());
   for (PatchPlayer& player : old) {
     player.advance({stamp, station.track->on_path(stamp).position});

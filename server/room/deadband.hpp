@@ -1,17 +1,17 @@
-// A patch that changes nothing that can be felt need not be sent: the one that the station plays lives on.
+// A patch that changes nothing that can be felt need not be sent: the one that the station plays is renewed, as a lease is.
 //
 // The server knows every patch that the station may play, from the one that it says it plays to the newest that was sent, and the
 // samples that it plays them with. It plays them too, and sets each beside the new patch over the time that the new one would be
 // used: from its stamp t* to t* + horizon, with the tool going on as it went, and going kProbeM off that way within kProbeS,
-// along the force and along both directions across it (which asks for the stiffness). The new patch is not needed when for each
-// of them
+// along the force and along both directions across it (which asks for the stiffness). The new patch is not needed when at all
+// these times, for each of them,
 //
-//     |f_old(t) - f_new(t)| <= kKnown w max(|f_new(t)|, kLeastN)          at all these times, w the Weber fraction
+//     |f_old(t) - f_new(t)| <= kExpectedPathShare w max(|f_new(t)|, kForceLeastN),      w the Weber fraction
 //
 // and it began in the same state of contact as the new one, finds the tool in contact where the new one does, is valid for as
-// long after a word of the server (to a tenth), is no older than kLivesMost, and the tool does not leave its trust radius
-// meanwhile. What a hand does that none of these paths expects is what the rest of w is for. Patches that live on are set beside
-// the new one of every frame: their errors do not add up.
+// long after a word of the server (to a tenth), is no older than kPatchAgeMost, and the tool does not leave its trust radius
+// meanwhile. What a hand does that none of these paths expects is what the rest of w is for. Patches that are renewed are set
+// beside the new one of every frame: their errors do not add up.
 //
 // A hand notices a change of the force by about a tenth of it (w = 0.1), and less well where the force is small.
 #pragma once
@@ -26,9 +26,12 @@ namespace palpate {
 
 class Deadband {
  public:
-  static constexpr std::size_t kMostSent = 16;  ///< patches on their way to a station; older ones are forgotten
-  static constexpr Micros kLivesMost{1'000'000};
-  static constexpr double kKnown = 0.5, kLeastN = 0.1, kProbeM = 0.003, kProbeS = 0.06;
+  static constexpr std::size_t kSentMax = 16;        ///< patches kept that are on their way: 0.8 s of them at 20 Hz
+  static constexpr Micros kPatchAgeMost{1'000'000};  ///< bounds for how long an error lasts that no path shows
+  static constexpr double kExpectedPathShare = 0.5;  ///< of w; the other half is for what a hand does beside these paths
+  static constexpr double kForceLeastN = 0.1;        ///< at w = 0.1 this allows 10 mN, a fifth of what a hand-over hides
+  static constexpr double kProbeM = 0.003;           ///< at w = 0.1 and small forces a stiffness wrong by 2 N/m shows
+  static constexpr double kProbeS = 0.06;            ///< kProbeM within it, by least jerk: 94 mm/s at most
 
   /// Whom a patch is for.
   struct Station {

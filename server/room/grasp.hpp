@@ -1,8 +1,8 @@
 // How an attached node gets to the tool. When a grasp begins at t_0 with the node d = x_node - x_tool away, the difference is
 // taken back along the curve m of least jerk (minimum_jerk.hpp), so that the body is not torn by a jump:
-//     x_node(t) = x_tool(t) + (1 - m((t - t_0) / T)) d,   T = kReachS;   from t_0 + T on the node is where the tool is
-// A tool further than kGraspReachM
-// from its node does not grasp it: a hand that comes back from elsewhere would be pulled, and the body with it.
+//     x_node(t) = x_tool(t) + (1 - m((t - t_0) / T)) d,   T = kTakeUpS;   from t_0 + T on the node is where the tool is
+// A tool further than kGraspReachM from its node does not grasp it: a hand that comes back from elsewhere would be pulled, and
+// the body with it.
 #pragma once
 
 #include "common/base/grasp_reach.hpp"
@@ -13,7 +13,7 @@ namespace palpate {
 
 class Grasp {
  public:
-  static constexpr double kReachS = 0.5;
+  static constexpr double kTakeUpS = 0.5;  ///< of kGraspReachM at most: the node comes at 0.19 m/s at most
 
   Grasp() = default;
   /// `offset` = node minus tool at `begin`.
@@ -21,10 +21,10 @@ class Grasp {
 
   ToolAt at(const ToolTrack& track, Micros t) const {
     ToolAt tool = track.at(t);
-    const double share = seconds(t - begin_) / kReachS;
+    const double share = seconds(t - begin_) / kTakeUpS;
     if (share >= 1) return tool;
     tool.position += (1 - minimum_jerk(share)) * offset_;
-    tool.velocity -= (minimum_jerk_rate(share) / kReachS) * offset_;
+    tool.velocity -= (minimum_jerk_rate(share) / kTakeUpS) * offset_;
     return tool;
   }
 

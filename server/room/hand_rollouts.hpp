@@ -1,10 +1,18 @@
-// Motions of the hands for rollouts, from what they do now and what hands can do (docs/notebook/0026-where-hands-may-get-to.md):
+// Motions of the hands for rollouts: the body is stepped on from its state x* over the mean prediction horizon tau of a frame,
+// once for each of them, and x(t) - x* at HandRollout::snapshots moments are snapshots of the basis (snapshot_set.hpp). Of a tool
+// at h* with velocity v, t after the stamp (tool_prediction.hpp),
 //
-//   dead_reckoned  as the tool's track goes on when nothing is heard
-//   else           moved on with no acceleration, with the hand's own, or with that and kHandMs2 along an axis beside it
+//     dead_reckoned   h(t) = h* + v (t - t^2 / (2 T)), slower and slower: as its track goes on when nothing is heard
+//     else            h(t) = h* + v t + a (t e - e^2 / 2),   e = min(t, kAccelerationTimeS);   at rest after kPredictionMostS
 //
-// (tool_prediction.hpp). In order of worth, and most bodies are touched from above: where there is time for few, the first are
-// run; within kPredictableS those that go on as they do.
+//     a = 0,  or a_h (accelerates),  or a_h + beside_m_s2;     a_h = (h* - 2 h(-T_d) + h(-2 T_d)) / T_d^2,   T_d = 30 ms,
+//                                                              not more than kHandAccelerationMostMs2
+//
+// all hands at once in each. h [m], v [m/s], a [m/s^2]; of a grasp h is where its node is taken (grasp.hpp).
+//
+// In order of worth, and most bodies are touched from above: where there is time for few, the first are run; where tau is below
+// kPredictableS the kUndeviatedRollouts first. A rollout whose steps do not converge ends there; where that is the dead-reckoned
+// one, none count. Measured: docs/notebook/0026. How many fit into a frame: affordable_rollouts(), room_rollouts.cpp.
 #pragma once
 
 #include <array>
@@ -20,15 +28,18 @@ struct HandRollout {
   double weight = 1;  ///< of how far the body goes in it
 };
 
-inline constexpr std::size_t kRolloutsLeast = 2, kUndeviatedRollouts = 3;
-inline constexpr int kRolloutSnapshots = 12;      ///< what swings within the prediction horizon is seen to
-inline constexpr int kRoughRolloutSnapshots = 6;  ///< by rough steps, one each; of kRolloutSnapshots
+inline constexpr std::size_t kRolloutsLeast = 2;       ///< whatever they take: one alone lost up to 13 dB (docs/notebook/0024)
+inline constexpr std::size_t kUndeviatedRollouts = 3;  ///< the first, in which no hand turns aside
+inline constexpr int kRolloutSnapshots = 12;           ///< 3 miss what swings within the horizon (docs/notebook/0025)
+inline constexpr int kRoughRolloutSnapshots = 6;       ///< by rough steps, one each; 12 take twice as long (docs/notebook/0033)
 
-inline const std::array<HandRollout, 6> kHandRollouts{{{.dead_reckoned = true, .snapshots = kRolloutSnapshots},
-                                                       {.snapshots = kRolloutSnapshots},
-                                                       {.accelerates = true, .snapshots = 2},
-                                                       {.accelerates = true, .beside_m_s2 = {0, 0, kHandMs2}, .weight = 0.5},
-                                                       {.accelerates = true, .beside_m_s2 = {kHandMs2, 0, 0}, .weight = 0.5},
-                                                       {.accelerates = true, .beside_m_s2 = {0, kHandMs2, 0}, .weight = 0.5}}};
+/// Tuned: docs/notebook/0026.
+inline const std::array<HandRollout, 6> kHandRollouts{
+    {{.dead_reckoned = true, .snapshots = kRolloutSnapshots},
+     {.snapshots = kRolloutSnapshots},
+     {.accelerates = true, .snapshots = 2},
+     {.accelerates = true, .beside_m_s2 = {0, 0, kHandAccelerationMs2}, .weight = 0.5},
+     {.accelerates = true, .beside_m_s2 = {kHandAccelerationMs2, 0, 0}, .weight = 0.5},
+     {.accelerates = true, .beside_m_s2 = {0, kHandAccelerationMs2, 0}, .weight = 0.5}}};
 
 }  // namespace palpate

@@ -27,7 +27,7 @@ namespace {
 /// `relaxed`: what has faded of the second Piola-Kirchhoff stress.
 double value_of(const TetraMaterial& material, const Mat3& f, const Mat3& relaxed, ShapeChannel field) {
   if (field == ShapeChannel::strain) return (signed_svd(f).s.array() - 1).abs().maxCoeff();
-  const Mat3 cauchy = (elastic_stress(material, f) - f * relaxed) * f.transpose() / std::max(f.determinant(), kLeastVolume);
+  const Mat3 cauchy = (elastic_stress(material, f) - f * relaxed) * f.transpose() / std::max(f.determinant(), kVolumeRatioLeast);
   const double mean = cauchy.trace() / 3;
   if (field == ShapeChannel::pressure) return -mean;
   return std::sqrt(1.5) * (cauchy - mean * Mat3::Identity()).norm();
@@ -59,7 +59,7 @@ std::vector<float> nodal_field(const Dynamics& dynamics, const BodyState& state,
 
 void add_support(const Patch& patch, std::span<const Vec3> positions, std::vector<float>& support) {
   assert(support.size() == positions.size());
-  constexpr double kSamePointM = 1e-9;  // a patch's vertices are the body's own
+  constexpr double kSamePointM = 1e-9;  // a patch's vertices are the body's own, to rounding
   const auto count = static_cast<std::size_t>(patch.surface.vertex_count);
   double most = 0;
   for (std::size_t i = 0; i < count; ++i) most = std::max(most, patch.surface.vertices[i].rows.norm());

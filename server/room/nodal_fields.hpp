@@ -14,13 +14,13 @@ namespace palpate {
 /// At each node the largest |T(e)| of the elements that it joins [N], dampers left out. x: node positions.
 std::vector<float> element_tension(const LumpedBody& body, const Vector& x);
 
-/// Of the finite elements at each node, with the elastic Cauchy stress sigma = P F^T / J (J not below kLeastVolume):
+/// Of the finite elements at each node, with the elastic Cauchy stress sigma = P F^T / J (J not below kVolumeRatioLeast):
 ///     stress     the largest von Mises stress sqrt(3/2 s : s), s the deviator of sigma [Pa]
 ///     strain     the largest |principal stretch - 1|
 ///     pressure   the mean of -tr(sigma) / 3, by volumes [Pa]
 /// zeros for a body of springs; or element_tension().
 std::vector<float> nodal_field(const Dynamics& dynamics, const BodyState& state, ShapeChannel field);
-inline constexpr double kLeastVolume = 0.1;
+inline constexpr double kVolumeRatioLeast = 0.1;  ///< a smaller J counts as this: of a flat element sigma has no bound
 
 /// Raises `support` where a patch with a local surface carries a vertex of the body: to 1 at the vertex that its modes move most,
 /// elsewhere in proportion to the length of the port rows. `positions` of all vertices are those of the frame of the patch.

@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kHomeHeightM = 0.020;
+constexpr double kHomeHeightM = 0.020;  // above the top of the body: clear of it, and near
 
 /// Without the nodes that ligaments are fixed to, which come last.
 std::size_t own_nodes(const LumpedBody& body) {
@@ -90,7 +90,7 @@ FrameResult Room::simulate(const FrameJob& job) {
   if (s.sleeps_through(job)) {
     s.body.time_s = seconds(job.target);
   } else {
-    for (auto& [id, station] : s.stations) station.sight.reset(), station.kept.reset();
+    for (auto& [id, station] : s.stations) station.measured_height.reset(), station.kept.reset();
     report = s.advance(job);
   }
   result.steps = report.steps;

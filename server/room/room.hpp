@@ -1,12 +1,23 @@
 // A room: one body and the stations that touch it. It turns a frame job into patches; it knows neither network nor clock.
 //
-// Body time is the server's clock. The caller (ServerCore) decides how far a frame goes and which samples it may use.
+// A frame moves the body from where it is in body time, the server's clock, to its target t*, and describes it there:
+//
+//     M x'' = F(x, x') + sum_k B_k lambda_k,     x(t*), v(t*) -> a patch for each station that asks (patch_builder.hpp)
+//
+// x, v 3 N [m], [m/s]; F of dynamics.hpp [N]; lambda_k [N] what tool k pushes with where it is, h_k(t): of a touch by the contact
+// law (contact_law.hpp) at a point of the skin, of a grasp what holds its node at the tool. h_k(t) comes from the samples
+// (tool_track.hpp, grasp.hpp). The caller (ServerCore) decides how far a frame goes and which samples it may use.
+//
+// A tool that does not touch gets a patch where it may meet the body before the next one: nearer to the surface than
+//     |h'| tau + a tau^2 / 2 + 5 mm,     tau its horizon, a = kHandAccelerationMostMs2 (tool_prediction.hpp)
 //
 // A body that is reset is at rest from the beginning of that frame on, and no tool touches it. What a hand felt fades,
 // and then its tool may touch again (let_go.hpp); a grasp takes hold again where it is in reach.
 //
 // A body that is still (stillness.hpp), that no tool holds or touches, and that no tool can get to within the frame sleeps: time
 // passes, it stays exactly where it is. The frame in which a tool may get to it is stepped from its beginning.
+//
+// Steps that do not converge leave the last good shape, at rest and let go of, and no patches in that frame: FrameResult::failed.
 #pragma once
 
 #include <array>
@@ -60,7 +71,7 @@ struct StationFrame {
   NonlinearTerms terms;                            ///< that go with it; without variables: none
   Vec3 tool = Vec3::Zero(), force = Vec3::Zero();  ///< at the stamp; force on the tool [N]
   bool contact = false;
-  std::optional<Micros> lives_on = {};  ///< stamp from which on all patches that it was given do as well as `patch`
+  std::optional<Micros> renewed_from = {};  ///< stamp from which on all patches that it was given do as well as `patch`
 };
 
 struct FrameResult {

@@ -48,11 +48,11 @@ bool Room::State::in_reach(std::size_t which, Micros horizon) {
   ToolPort& port = ports[which];
   if (port.kind == ContactKind::attach || port.touching) return true;
   // How far the tool can get before the next patch: its speed, and a hand's acceleration on top, each way.
-  constexpr double kMarginM = 0.005;
+  constexpr double kReachMarginM = 0.005;  // the body moves, too; more: patches that nobody needs
   const ToolAt& tool = frame_model.tool(which);
   const double t = seconds(horizon);
-  const double reach = tool.velocity.norm() * t + 0.5 * kHandMostMs2 * t * t + kMarginM;
-  const auto nearest = seen_within(
+  const double reach = tool.velocity.norm() * t + 0.5 * kHandAccelerationMostMs2 * t * t + kReachMarginM;
+  const auto nearest = nearest_within(
       which, tool.position, reach, [this]() -> const auto& { return frame_model.positions(); });
   if (nearest) port.point = nearest->point;
   return nearest.has_value();
@@ -103,7 +103,8 @@ StationFrame Room::State::frame_of(const StationJob& job, Micros stamp, bool get
   frame.patch->seq = ++station.seq;
   frame.patch->stamp = stamp;
   if (job.deadband > 0 && job.shadow_of == 0)
-    frame.lives_on = station.deadband.pass(*frame.patch, frame.terms, {job.deadband, job.horizon, job.playing, &station.track});
+    frame.renewed_from =
+        station.deadband.pass(*frame.patch, frame.terms, {job.deadband, job.horizon, job.playing, &station.track});
   return frame;
 }
 

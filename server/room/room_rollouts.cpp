@@ -11,13 +11,13 @@ namespace palpate {
 /// The mean over the last 60 ms; none where it came since.
 Vec3 Room::State::hand_acceleration(const Station& station) const {
   assert(!station.track.empty());
-  constexpr Micros kOver{30'000};
+  constexpr Micros kDifferenceStep{30'000};  // a step of 0.03 mm, an encoder's, is then up to 0.07 m/s^2; longer: lags more
   const Micros now = from_seconds(body.time_s);
-  if (now - 2 * kOver < station.track.begin()) return Vec3::Zero();
+  if (now - 2 * kDifferenceStep < station.track.begin()) return Vec3::Zero();
   const auto place = [&](Micros t) { return tool_at(station, t).position; };
-  const Vec3 second_difference = place(now) - 2 * place(now - kOver) + place(now - 2 * kOver);
-  const Vec3 acceleration = second_difference / (seconds(kOver) * seconds(kOver));
-  return acceleration / std::max(1.0, acceleration.norm() / kHandMostMs2);
+  const Vec3 second_difference = place(now) - 2 * place(now - kDifferenceStep) + place(now - 2 * kDifferenceStep);
+  const Vec3 acceleration = second_difference / (seconds(kDifferenceStep) * seconds(kDifferenceStep));
+  return acceleration / std::max(1.0, acceleration.norm() / kHandAccelerationMostMs2);
 }
 
 /// As far as the steps converge; whether that is to the end.
@@ -36,16 +36,17 @@ bool Room::State::roll_out(double over_s, const ToolMotion& tool, const std::fun
   return true;
 }
 
-/// How many rollouts of the hands fit into kMostS. Each costs what the body costs over the prediction horizon; a body that costs
-/// more than kMostCost of a core has none. Rough steps count what they took; a body has none where they would not get to the end
-/// of the first.
+/// How many rollouts of the hands fit into kFrameCostMostS. Each costs what the body costs over the prediction horizon; a body
+/// that costs more than kBodyCostMax of a core has none. Rough steps count what they took; a body has none where they would not
+/// get to the end of the first.
 std::size_t Room::State::affordable_rollouts(Micros horizon) {
-  constexpr double kMostCost = 0.01, kMostS = 0.0125;
+  constexpr double kBodyCostMax = 0.01;       // so a horizon of 0.2 s costs 2 ms a rollout at most
+  constexpr double kFrameCostMostS = 0.0125;  // by estimate: a quarter of a frame at 20 Hz
   std::size_t rollouts = seconds(horizon) < kPredictableS ? kUndeviatedRollouts : kHandRollouts.size();
-  if (roughly) return roughly->allow(kMostS, kRoughRolloutSnapshots) ? rollouts : 0;
-  if (integrator.cost > kMostCost) return 0;
+  if (roughly) return roughly->allow(kFrameCostMostS, kRoughRolloutSnapshots) ? rollouts : 0;
+  if (integrator.cost > kBodyCostMax) return 0;
   const double each_s = integrator.cost * seconds(horizon);
-  while (rollouts > kRolloutsLeast && static_cast<double>(rollouts) * each_s > kMostS) --rollouts;
+  while (rollouts > kRolloutsLeast && static_cast<double>(rollouts) * each_s > kFrameCostMostS) --rollouts;
   return rollouts;
 }
 
@@ -78,11 +79,12 @@ std::vector<PredictedState> Room::State::hand_rollouts(Micros horizon) {
 
 /// Warm-start indentation. A sleeping body knows nothing of the hand that will wake it: where one is near it is pressed as by a
 /// hand that speeds up, from the surface to as deep as such a hand gets, once for every place. That costs what the body costs in
-/// kOverS; bodies that cost more than kMostS for it are left alone.
+/// kPressS; bodies that cost more than kPressCostMostS for it are left alone.
 void Room::State::warm_start(const std::vector<std::size_t>& feeling) {
-  constexpr double kOverS = 0.25, kMostS = 0.04;
-  constexpr std::size_t kMostPlaces = 16;
-  if (integrator.cost * kOverS > kMostS) return;
+  constexpr double kPressS = 0.25;          // in which a hand that speeds up gets to kFromRestMostM
+  constexpr double kPressCostMostS = 0.04;  // by estimate: less than a frame at 20 Hz, once for a place
+  constexpr std::size_t kPlacesMax = 16;    // that count as pressed; the cache holds five presses at most
+  if (integrator.cost * kPressS > kPressCostMostS) return;
   std::vector<Vec3> from, inwards(ports.size(), Vec3::Zero()), places;
   bool anew = false;
   for (std::size_t k = 0; k < ports.size(); ++k) from.push_back(frame_model.tool(k).position);
@@ -95,7 +97,7 @@ void Room::State::warm_start(const std::vector<std::size_t>& feeling) {
                     [&](const Vec3& known) { return snapshot_cache.alike(known, place); }))
       continue;
     anew = true;
-    if (warm_started.size() == kMostPlaces) warm_started.pop_front();
+    if (warm_started.size() == kPlacesMax) warm_started.pop_front();
     warm_started.push_back(place);
   }
   if (!anew) return;
@@ -103,7 +105,7 @@ void Room::State::warm_start(const std::vector<std::size_t>& feeling) {
     const double after_s = t - body.time_s;
     return ToolAt{from[k] + accelerated_distance(after_s) * inwards[k], accelerated_speed(after_s) * inwards[k]};
   };
-  roll_out(kOverS, tool, [&](int, const Vector& x) { snapshot_cache.keep(places, x); });
+  roll_out(kPressS, tool, [&](int, const Vector& x) { snapshot_cache.keep(places, x); });
 }
 
 /// A basis that knows where the body may be is truer there. Snapshots of the cache are less likely to come back than those of
@@ -125,8 +127,8 @@ void Room::State::collect_snapshots(const FrameJob& job, const std::vector<std::
 
 /// Of the snapshot cache, which then takes in the body as it is.
 void Room::State::add_cached(const std::vector<std::size_t>& feeling, std::vector<PredictedState>& predicted) {
-  constexpr double kCachedAlone = 0.06, kCachedBesideRollouts = 0.03;
-  const double weight = predicted.empty() ? kCachedAlone : kCachedBesideRollouts;
+  constexpr double kCachedWeight = 0.06, kCachedWeightBesideRollouts = 0.03;  // tuned: docs/notebook/0030, 0053
+  const double weight = predicted.empty() ? kCachedWeight : kCachedWeightBesideRollouts;
   if (asleep) warm_start(feeling);
   std::vector<Vec3> near, holding;
   for (const std::size_t k : feeling) near.push_back(frame_model.place_of(ports[k]));

@@ -1,4 +1,20 @@
 // What a room keeps from frame to frame, and the steps that a frame is made of. For the files of this room only.
+//
+// A frame, in this order: samples to tracks, and who left (room_stations.cpp); a reset (room_reset.cpp); ports of those whose
+// tools are on the body; the body is stepped, or sleeps (room_sleep.cpp); what patches have in common, snapshots of where the
+// body may be (room_rollouts.cpp), and a patch for each station (room_patches.cpp). A frame that is n > 2 nominal frames long, as
+// it fell behind, has steps of n / 2 times their length.
+//
+// Over a sleeping body the surface stands still, so a tool that was h_0 over it [m] at p_0 is, at p, not lower than
+//
+//     h >= h_0 - |p - p_0|
+//
+// and the surface is looked for only where that is not enough (MeasuredHeight). A patch of a sleeping body is given again (Kept)
+// as long as the tool at p with velocity v, tau the horizon, has
+//
+//     |p - p'| <= kKeptToolM,     tau |v - v'| <= kKeptAheadM,     |tau - tau'| <= kKeptHorizonShare tau
+//
+// p', v', tau' those that it was made for, scheme, order and silence the same.
 #pragma once
 
 #include <deque>
@@ -23,8 +39,8 @@
 namespace palpate {
 
 struct Room::State {
-  /// How high over the sleeping body a tool was: it stays as far from the surface, less the way that it went since.
-  struct Sight {
+  /// How high over the sleeping body a tool was, and where that was measured.
+  struct MeasuredHeight {
     Vec3 from = Vec3::Zero();
     double height_m = 0;
     double least_height_m(const Vec3& at) const { return height_m - (at - from).norm(); }
@@ -37,19 +53,20 @@ struct Room::State {
     NonlinearTerms terms;
 
     bool serves(const PatchRequest& asked, const ToolAt& tool) const {
-      constexpr double kSameM = 0.001, kAheadM = 0.005,
-                       kSameHorizon = 0.1;  // many times a hand's tremor, below a node's distance
+      // Many times a hand's tremor of 0.2 mm, and less than nodes are apart; more: older patches.
+      constexpr double kKeptToolM = 0.001, kKeptAheadM = 0.005, kKeptHorizonShare = 0.1;
       const double horizon_s = seconds(asked.horizon);
       return asked.scheme == request.scheme && asked.order == request.order && asked.silence == request.silence &&
-             std::abs(horizon_s - seconds(request.horizon)) <= kSameHorizon * horizon_s &&
-             (tool.position - patch.tool).norm() <= kSameM && horizon_s * (tool.velocity - patch.tool_velocity).norm() <= kAheadM;
+             std::abs(horizon_s - seconds(request.horizon)) <= kKeptHorizonShare * horizon_s &&
+             (tool.position - patch.tool).norm() <= kKeptToolM &&
+             horizon_s * (tool.velocity - patch.tool_velocity).norm() <= kKeptAheadM;
     }
   };
 
   struct Station {
     ToolTrack track;
     std::optional<LetGo> let_go;
-    std::optional<Sight> sight;
+    std::optional<MeasuredHeight> measured_height;
     std::optional<Kept> kept;
     Grasp grasp;
     std::unique_ptr<PatchBuilder> builder;
@@ -77,8 +94,8 @@ struct Room::State {
   void fall_asleep();
   bool sleeps_through(const FrameJob& job);
   bool may_meet(std::size_t which, Micros until);
-  std::optional<NearestPoint> seen_within(std::size_t which, const Vec3& tool, double far_m,
-                                          const std::function<const std::vector<double>&()>& positions);
+  std::optional<NearestPoint> nearest_within(std::size_t which, const Vec3& tool, double far_m,
+                                             const std::function<const std::vector<double>&()>& positions);
   AdvanceReport advance(const FrameJob& job);
   Vec3 hand_acceleration(const Station& station) const;
   /// `which`: port_of() the station.
@@ -106,7 +123,7 @@ struct Room::State {
   Dynamics dynamics;
   ChosenStepper integrator;
   std::optional<RoughSteps> roughly;  // where `integrator` cannot roll out, or takes more small steps than that is worth
-  BodyState rest = settled_state(dynamics, "scene \"" + scene.name + "\": body.gravity_m_s2"), body = rest;
+  BodyState rest = settled_state(dynamics, scene.name), body = rest;
   BalancedBases balanced{dynamics, skin, rest};
   double softest_1_s2 = softest_stiffness(dynamics);
   Stillness stillness{dynamics, softest_1_s2, rest.x};

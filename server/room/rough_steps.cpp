@@ -5,10 +5,11 @@
 namespace palpate {
 namespace {
 
-constexpr double kIterationNs = 32, kMatrixNs = 80, kProductNs = 3.5, kStepNs = 200;  // of an edge; measured
-constexpr double kTolerance = 0.01;                                                   // of an edge's length
-constexpr double kSolveTolerance = 0.1, kEventStepS = 0.01;  // finer ones take time that snapshots are worth more
-constexpr int kMostIterations = 24;                          // of a step; grasps take two or three
+// Numbers in brackets: pages of docs/notebook.
+constexpr double kIterationNs = 32, kMatrixNs = 80, kProductNs = 3.5, kStepNs = 200;  // of an edge; measured (0033, 0039)
+constexpr double kToleranceEdges = 0.01;  // of a mean edge: which way a body bends, no more; a tenth of it gains nothing (0033)
+constexpr double kSolveTolerance = 0.1, kEventStepS = 0.01;  // measured: finer ones leave time for fewer rollouts (0039)
+constexpr int kNewtonIterationsMax = 24;                     // of a step; measured: grasps take two or three, touches to nine
 
 }  // namespace
 
@@ -16,11 +17,11 @@ RoughSteps::RoughSteps(const Dynamics& dynamics, const Skin& skin)
     : edges_(static_cast<double>(edges_of(dynamics.body()).size())),
       taken_s_(1e-9 * edges_ * kStepNs),
       integrator_(dynamics, skin,
-                  {.tolerance_m = kTolerance * mean_edge_m(dynamics.body()),
+                  {.tolerance_m = kToleranceEdges * mean_edge_m(dynamics.body()),
                    .solver = LinearSolver::Method::conjugate_gradients,
                    .solve_tolerance = kSolveTolerance,
                    .event_step_s = kEventStepS,
-                   .most_iterations = kMostIterations}) {}
+                   .most_iterations = kNewtonIterationsMax}) {}
 
 bool RoughSteps::allow(double most_s, int steps) {
   assert(most_s > 0 && steps > 0);

@@ -15,10 +15,10 @@ bool SnapshotCache::near(const State& state, std::span<const Vec3> tools) const 
 /// Most states differ somewhere early on.
 bool SnapshotCache::apart(const Vector& a, const Vector& b) const {
   assert(a.size() == b.size());
-  constexpr Eigen::Index kBlock = 512;
-  for (Eigen::Index i = 0; i < a.size(); i += kBlock) {
-    const Eigen::Index n = std::min(kBlock, a.size() - i);
-    if ((a.segment(i, n) - b.segment(i, n)).cwiseAbs().maxCoeff() > kApart * edge_m_) return true;
+  constexpr Eigen::Index kComparedAtOnce = 512;  // 4 kB of each, well within the first-level cache
+  for (Eigen::Index i = 0; i < a.size(); i += kComparedAtOnce) {
+    const Eigen::Index n = std::min(kComparedAtOnce, a.size() - i);
+    if ((a.segment(i, n) - b.segment(i, n)).cwiseAbs().maxCoeff() > kDifferenceEdges * edge_m_) return true;
   }
   return false;
 }
@@ -27,7 +27,7 @@ void SnapshotCache::keep(std::span<const Vec3> tools, const Vector& x) {
   assert(!tools.empty());
   if (std::any_of(states_.begin(), states_.end(), [&](const State& s) { return !apart(s.x, x); })) return;
   if (states_.empty()) origin_ = x;
-  const bool full = states_.size() == kMost;
+  const bool full = states_.size() == kStatesMax;
   const auto place = !full ? states_.emplace(states_.end())
                            : std::min_element(states_.begin(), states_.end(),
                                               [](const State& a, const State& b) { return a.of_use < b.of_use; });
@@ -41,7 +41,7 @@ void SnapshotCache::keep(std::span<const Vec3> tools, const Vector& x) {
 
 std::vector<const Vector*> SnapshotCache::most_informative(std::span<const Vec3> tools, const Vector& x) {
   assert(states_.empty() || x.size() == origin_.size());
-  constexpr double kInformativeShare = 0.01;  // of the farthest's distance
+  constexpr double kInformativeShare = 0.01;  // of the farthest's distance: less is near what the others span
   ++now_;
   std::vector<Eigen::Index> known;
   for (std::size_t i = 0; i < states_.size(); ++i) {
@@ -62,10 +62,10 @@ std::vector<const Vector*> SnapshotCache::most_informative(std::span<const Vec3>
   products.array() += here.squaredNorm();
   products.colwise() -= with_here;
   products.rowwise() -= with_here.transpose();
-  Matrix along(count, static_cast<Eigen::Index>(kChosen));  // Q^T (x_i - x)
+  Matrix along(count, static_cast<Eigen::Index>(kChosenMax));  // Q^T (x_i - x)
   Vector left = products.diagonal();
   const double enough = kInformativeShare * kInformativeShare * left.maxCoeff();
-  while (chosen.size() < kChosen) {
+  while (chosen.size() < kChosenMax) {
     Eigen::Index next = 0;
     if (!(left.maxCoeff(&next) > enough)) break;
     const auto k = static_cast<Eigen::Index>(chosen.size());

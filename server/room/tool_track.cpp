@@ -35,7 +35,7 @@ ToolAt ToolTrack::on_path(Micros t) const {
     const ToolSample& end = samples_.back();
     if (samples_.size() == 1) return {end.position, Vec3::Zero()};
     // Where samples lie further apart the last two tell.
-    const auto from = std::lower_bound(samples_.begin(), samples_.end() - 2, end.t - kSpeedOver,
+    const auto from = std::lower_bound(samples_.begin(), samples_.end() - 2, end.t - kVelocityWindow,
                                        [](const ToolSample& s, Micros x) { return s.t < x; });
     const Vec3 velocity = (end.position - from->position) / seconds(end.t - from->t);
     return dead_reckoned({end.position, velocity}, seconds(t - end.t));

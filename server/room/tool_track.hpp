@@ -2,7 +2,7 @@
 //     x(t) = x_k + (t - t_k) / (t_(k+1) - t_k) (x_(k+1) - x_k) + (1 - m((t - t_b) / T)) j,   T = kLeadBack,
 // the last term from t_b to t_b + T alone, m the curve of least jerk (minimum_jerk.hpp).
 //
-// After the last sample a tool goes on as it went (its mean velocity over the last kSpeedOver) and comes to rest
+// After the last sample a tool goes on as it went (its mean velocity over the last kVelocityWindow) and comes to rest
 // (tool_prediction.hpp). Samples that come when the body has already gone past them, at t_b, take it back to where it truly was:
 // what the path jumps by there, j, is given back over T, so that no body is torn.
 #pragma once
@@ -17,7 +17,8 @@ namespace palpate {
 
 class ToolTrack {
  public:
-  static constexpr Micros kSpeedOver{8'000}, kLeadBack{100'000};
+  static constexpr Micros kVelocityWindow{8'000};  ///< a step of 0.03 mm, an encoder's, is then 4 mm/s; longer: lags more
+  static constexpr Micros kLeadBack{100'000};      ///< as long as a tool is dead-reckoned; shorter: faster
 
   bool empty() const { return samples_.empty(); }
   // Of a path that has samples, as all below but add() and forget_before().

@@ -54,8 +54,8 @@ void take_shape(const SceneText& text, const std::string& path, const schema::So
   const bool two = of_mooney ? !named : of_ogden && exponents && in.exponents.size() == 2;
   if (in.second_share || two) out.shape = required(text, path + ".second_share", in.second_share, 0, kMaxSecondShare, "");
   if (of_veronda && (in.exponent || !named)) out.shape = required(text, path + ".exponent", in.exponent, 0, kMaxExponent, "");
-  const double mu = out.young_pa / (2 * (1 + out.poisson)), lambda = 2 * mu * out.poisson / (1 - 2 * out.poisson);
-  if (of_ogden && !(lambda + OgdenLaw(out.parameters()).sum * mu > 0))
+  const LameParameters lame = lame_parameters(out.law, out.young_pa, out.poisson);
+  if (of_ogden && !(lame.lambda + OgdenLaw(out.parameters()).sum * lame.mu > 0))
     text.refuse(path + ".poisson",
                 fmt::format("{}.poisson is {:g}, at which these exponents have a volume without an end", path, out.poisson),
                 "a larger one, or exponents above 0");

@@ -207,7 +207,7 @@ TEST_CASE("In gravity a hanging chain settles to the length that its weight asks
   LumpedBody body = chain(4, 200, 1, 0.02);
   body.gravity_m_s2 = {9.81, 0, 0};
   const Dynamics dynamics(body);
-  const BodyState s = settled_state(dynamics);
+  const BodyState s = settled_state(dynamics, "hanging");
   CHECK(s.time_s == 0);
   double x = 0;
   for (std::uint32_t i = 1; i < 4; ++i) {
@@ -217,10 +217,10 @@ TEST_CASE("In gravity a hanging chain settles to the length that its weight asks
   body.fixed[0] = 0;
   const Dynamics falling(body);
   try {
-    settled_state(falling, "chain.json: body.gravity_m_s2");
+    settled_state(falling, "chain");
     FAIL("a chain that nothing holds hangs");
   } catch (const InputError& fault) {
-    CHECK_THAT(fault.what(), Catch::Contains("chain.json: body.gravity_m_s2: lets the body find no equilibrium: after "));
+    CHECK_THAT(fault.what(), Catch::Contains("scene \"chain\": body.gravity_m_s2: lets the body find no equilibrium: after "));
   }
 }
 

@@ -89,16 +89,16 @@ TEST_CASE("a link that is cut: the force is gone 50 ms after the patch's end, an
   CHECK(ticks[back].force.norm() == Approx(1));
 }
 
-TEST_CASE("a patch that lives on over a bad link is felt as if it came anew, for fewer patches") {
+TEST_CASE("a patch that is renewed over a bad link is felt as if it came anew, for fewer patches") {
   struct Felt {
     int faded = 0;
     Micros oldest{};
-    std::uint64_t patches = 0, lived_on = 0;
+    std::uint64_t patches = 0, renewed = 0;
   };
   const auto felt = [](double deadband) {
     SmallWorld world(ContactKind::touch, deadband);
     world.link = {60ms, 20ms, 0.05, 0.02};
-    world.room.lives_on = deadband > 0;
+    world.room.renews = deadband > 0;
     auto& hand = world.add(1, "hand", 1234567us);
     world.run(2s);
     const std::size_t from = world.places[1].ticks.size();
@@ -109,23 +109,23 @@ TEST_CASE("a patch that lives on over a bad link is felt as if it came anew, for
       f.oldest = std::max(f.oldest, world.places[1].ticks[i].patch_age);
     }
     f.patches = hand.haptic().counts().patches_used;
-    f.lived_on = hand.counts().lived_on;
+    f.renewed = hand.counts().renewed;
     CHECK(hand.link_report().patch_age <= 2 * 60ms + 50ms + 80ms);
     return f;
   };
-  const Felt all = felt(0), living = felt(0.1);
+  const Felt all = felt(0), renewed = felt(0.1);
   CHECK(all.faded == 0);
-  CHECK(living.faded == 0);
-  CHECK(living.oldest <= all.oldest + 50ms);
-  CHECK(all.lived_on == 0);
-  CHECK(living.lived_on > 100);
-  CHECK(2 * living.patches < all.patches);
+  CHECK(renewed.faded == 0);
+  CHECK(renewed.oldest <= all.oldest + 50ms);
+  CHECK(all.renewed == 0);
+  CHECK(renewed.renewed > 100);
+  CHECK(2 * renewed.patches < all.patches);
 }
 
-TEST_CASE("a patch that lived on fades when the server falls silent, as late as one that came anew would") {
+TEST_CASE("a patch that was renewed fades when the server falls silent, as late as one that came anew would") {
   SmallWorld world(ContactKind::touch, 0.1);
   world.link.delay = 20ms;
-  world.room.lives_on = true;
+  world.room.renews = true;
   world.add(1, "hand");
   world.run(3s);
   const auto& ticks = world.places[1].ticks;

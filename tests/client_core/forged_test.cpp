@@ -164,7 +164,7 @@ TEST_CASE("beats of somebody else do not keep the force of a dead server alive, 
     forger.send(beat, echo);
   });
   // With a seen echo: 1 s after its stamp, and for as long as it was valid.
-  CHECK(end.after <= (sees ? kLivesOnMost + FakeRoom::patch({}).valid_for + 51ms : 351ms));
+  CHECK(end.after <= (sees ? kRenewedMost + FakeRoom::patch({}).valid_for + 51ms : 351ms));
 }
 
 TEST_CASE("a server that refuses a station that it does not know is left at once, and so is the force of its patch") {

@@ -65,7 +65,7 @@ class Stage {
       case 8:
         return raw(script);
       case 9:
-        return say(Beat{.body_time = now_ - 50ms, .contact_in_reach = true, .lives_on = seq_});
+        return say(Beat{.body_time = now_ - 50ms, .contact_in_reach = true, .renewed_from = seq_});
       case 10:
         return pass(Micros{static_cast<std::int64_t>(script.number(2)) * 50});
       default:

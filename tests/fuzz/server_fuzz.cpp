@@ -169,7 +169,7 @@ class Stage {
     room_.in_reach = (how & 1u) == 0;
     room_.fail = (how & 2u) != 0;
     room_.asleep = (how & 4u) != 0;
-    room_.lives_on = (how & 8u) != 0;
+    room_.renews = (how & 8u) != 0;
     room_.valid_for = (how & 16u) != 0 ? Micros{1000} : Micros{1'000'000};
     static const NonlinearTerms terms = seeds::spring_terms(6, false, 60, 40);
     room_.terms = (how & 32u) != 0 ? terms : NonlinearTerms{};

@@ -64,7 +64,7 @@ TEST_CASE("A press meets a body that sags in gravity where it hangs", "[gesture]
       "gravity_m_s2": [0, 0, -9.81], "solid": {"young_pa": 3000}}}, "tool": {"contact": "touch"}})",
                  "beam.json");
   const Dynamics dynamics(scene.body);
-  const BodyState hangs = settled_state(dynamics);
+  const BodyState hangs = settled_state(dynamics, "hanging");
   std::uint32_t top = 0;  // the middle of the upper side
   Eigen::AlignedBox3d box;
   for (const Vec3& x : scene.body.nodes) box.extend(x);

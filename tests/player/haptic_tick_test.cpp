@@ -132,17 +132,17 @@ TEST_CASE("A patch older than it may be fades to nothing in 50 ticks, and a fres
   CHECK(last == Approx(2));
 }
 
-TEST_CASE("A patch that lives on is as young as the moment up to which it does, and fades when that is too long ago") {
+TEST_CASE("A patch that is renewed is as young as the moment up to which it is, and fades when that is too long ago") {
   Hand hand;
   hand.give(constant(Vec3(0, 0, 2), 1, hand.now(), Micros{200'000}));
   hand.ticks(100);
   for (int k = 0; k < 60; ++k) {
-    const bool another = k % 8 == 7;  // none lives on for more than a second
+    const bool another = k % 8 == 7;  // none is renewed for more than a second
     const Micros stamp = hand.now() - Micros{70'000};
     if (another)
       hand.give(constant(Vec3(0, 0, 2), static_cast<std::uint32_t>(k), stamp, Micros{200'000}));
     else
-      hand.haptic.live_on(stamp);
+      hand.haptic.renew_to(stamp);
     const TickOutput first = hand.tick();
     CHECK(first.patch_age <= Micros{72'000});
     CHECK(first.swapped == another);
@@ -416,18 +416,18 @@ TEST_CASE("However long a server says that a patch is good, it is for 5 s, and f
   CHECK(hand.ticks(60).force.norm() == 0);
 }
 
-TEST_CASE("A patch lives on for a second after its stamp, however often a server says so") {
+TEST_CASE("A patch is renewed for a second after its stamp, however often a server says so") {
   Hand hand;
   hand.give(constant(Vec3(1, 0, 0), 1, hand.now(), Micros{300'000}));
   const Micros stamp = hand.now();
   for (int ms = 0; ms < 1290; ++ms) {
-    hand.haptic.live_on(hand.now());
+    hand.haptic.renew_to(hand.now());
     const TickOutput out = hand.tick();
     if (ms > 60) CHECK(out.force.x() == 1);
-    CHECK(out.patch_stamp <= stamp + kLivesOnMost);
+    CHECK(out.patch_stamp <= stamp + kRenewedMost);
   }
   for (int ms = 0; ms < 100; ++ms) {
-    hand.haptic.live_on(hand.now());
+    hand.haptic.renew_to(hand.now());
     hand.tick();
   }
   CHECK(hand.tick().force.norm() == 0);

@@ -215,7 +215,7 @@ TEST_CASE("Dampers that turn never push more than those of the patch brake, howe
       force.move_to(draw(far));
       force.damping(rate, ModeMatrix::Zero(8, 8), NonlinearForce::Variables::Zero(n), push);
       const double power = push.dot(rate), braked = rate.dot(damping * rate);
-      CHECK(power <= 1.0001 * double{kDamperChange} * braked);
+      CHECK(power <= 1.0001 * double{kDamperShareMax} * braked);
       pushed += power > 0.25 * braked;
     }
   CHECK(pushed > 10);  // or nothing was tried

@@ -63,17 +63,17 @@ TEST_CASE("Where the modes do not move the surface, it yields at once what it yi
   const Patch patch = known_on_one_side(8);
   const PortRows& at_stamp = patch.surface.vertices[0].rows;
   const Mat3 modes = of_modes(patch, at_stamp), whole = modes + patch.c_static;
-  REQUIRE(least(0.75 * modes - SlideCompliance::kLeastMissing * whole) > 0);
+  REQUIRE(least(0.75 * modes - SlideCompliance::kMissingShareMin * whole) > 0);
   const Vec3 corner(1, 0, 0), edge(0.5, 0.5, 0);
   const SlideCompliance slide(patch, at_stamp, corner);
   // In the metric of C_0 what is missing is C_a = C_0 - c_static: all of it but theta, where c_static is small.
   const Mat3 missing = slide.missing(PortRows::Zero(3, 8), corner);
-  CHECK((missing - (modes - SlideCompliance::kLeastMissing * whole)).norm() < 1e-5 * whole.norm());
+  CHECK((missing - (modes - SlideCompliance::kMissingShareMin * whole)).norm() < 1e-5 * whole.norm());
   CHECK(slide.missing(at_stamp, corner).norm() == 0);
   CHECK(slide.missing(0.9 * at_stamp, corner).norm() == 0);
   // By hand for a point at which the modes move half as far.
   const Mat3 half = slide.missing(0.5 * at_stamp, corner);
-  CHECK((half - (0.75 * modes - SlideCompliance::kLeastMissing * whole)).norm() < 1e-5 * whole.norm());
+  CHECK((half - (0.75 * modes - SlideCompliance::kMissingShareMin * whole)).norm() < 1e-5 * whole.norm());
   // A push that two nodes share yields half as much, no more than what it yields at the stamp where that was shared.
   CHECK((slide.missing(PortRows::Zero(3, 8), edge) - 0.5 * missing).norm() < 1e-12 * whole.norm());
   const SlideCompliance shared(patch, at_stamp, edge);
@@ -90,7 +90,7 @@ TEST_CASE("What is missing turns with the frame, is never negative and leaves no
     const Mat3 whole = of_modes(patch, a) + patch.c_static;
     CHECK(least(missing) >= -1e-12 * whole.norm());
     const Mat3 left = of_modes(patch, a) - of_modes(patch, p) - missing;
-    CHECK(least(SlideCompliance::kLeastMissing * whole - left) >= -1e-5 * whole.norm());
+    CHECK(least(SlideCompliance::kMissingShareMin * whole - left) >= -1e-5 * whole.norm());
     const Mat3 turn = random_rotation(random);
     const Mat3 turned = SlideCompliance(patch, turn * a, weight).missing(turn * p, weight);  // c_static is isotropic
     CHECK((turned - turn * missing * turn.transpose()).norm() < 1e-9 * whole.norm());

@@ -217,9 +217,27 @@ TEST_CASE("a file full of beginnings that lead nowhere is given up, not searched
   CHECK(recording.damaged().back().end == bytes.size());
 }
 
+TEST_CASE(
+    "a recording that ends within its head, or has nothing but zeros, was cut as it began, and one that is damaged there was not",
+    "[record]") {
+  const auto bytes = small_recording(3, false);
+  const std::size_t head_end = layout::part_at(bytes, layout::kPreambleBytes).end;
+  for (std::size_t size = 0; size < head_end; ++size) {
+    CAPTURE(size);
+    CHECK_THROWS_AS(RecordingReader(std::span(bytes).first(size), "cut.rec"), CutRecording);
+  }
+  CHECK(RecordingReader(std::span(bytes).first(head_end), "whole.rec").head().name ==
+        RecordingReader(bytes, "all.rec").head().name);
+  CHECK_THROWS_AS(RecordingReader(std::vector<std::byte>(4096), "zeros.rec"), CutRecording);
+  auto damaged = bytes;
+  damaged[head_end - 1] ^= std::byte{1};
+  CHECK_THAT(found_in(damaged).error, Catch::Contains("its head is damaged"));
+}
+
 TEST_CASE("what is no recording, or one of another version, is refused in words", "[record]") {
   auto bytes = small_recording(3, true);
-  CHECK_THAT(found_in({}).error, Catch::Contains("damaged.rec: is no recording; expected a recording made by palpate-server"));
+  CHECK_THAT(found_in({}).error,
+             Catch::Contains("damaged.rec: is no recording, cut as it began; expected a recording made by palpate-server"));
   const std::string text = "t_s,x_m,y_m,z_m\n0,0,0,0\n1,0,0,0\n";
   CHECK_THAT(found_in(std::as_bytes(std::span(text))).error, Catch::Contains("is no recording"));
   bytes[8] = std::byte{2};

@@ -51,7 +51,7 @@ struct Pressed {
     for (int axis = 0; axis < 3; ++axis) c.col(axis) = gather(request.port, responses[static_cast<std::size_t>(axis)]);
     return c;
   }
-  double kappa() const { return 3 * StaticIndentations::kHandStiffness / compliance().trace(); }
+  double kappa() const { return 3 * StaticIndentations::kHandStiffnessRatio / compliance().trace(); }
   /// s^2 M w - [F(x* + w, s w) - F(x*, 0)] - B f, and B f.
   std::pair<Vector, Vector> left(const Vector& w, const Vec3& displacement) const {
     Vector there, here, load = Vector::Zero(w.size());
@@ -92,7 +92,7 @@ TEST_CASE(
     "An indentation as deep as elements are long solves its equation to a tenth of the load, where the linear response is off by "
     "half") {
   Pressed pressed(stiffening_box(6, 6, 5));
-  REQUIRE(pressed.body.nodes.size() < StaticIndentations::kNodes);
+  REQUIRE(pressed.body.nodes.size() < StaticIndentations::kSubdomainNodes);
   pressed.request.displacements = {Vec3(0, 0, -0.004), Vec3(0.001, 0, -0.012)};
   const auto found = StaticIndentations(pressed.body).shapes(pressed.at, pressed.request);
   REQUIRE(found.size() == 2);
@@ -112,7 +112,7 @@ TEST_CASE(
 TEST_CASE("An indentation of a solid of finite elements solves its equation to a tenth of the load") {
   const SolidMaterial soft{SolidLaw::neo_hookean, 8e3, 0.45, 0.01};
   Pressed pressed(GENERATE_COPY(solid_box(5, 5, 4, soft), hexa_box(5, 5, 4, soft)));
-  REQUIRE(pressed.body.nodes.size() < StaticIndentations::kSolidNodes);
+  REQUIRE(pressed.body.nodes.size() < StaticIndentations::kSolidSubdomainNodes);
   pressed.request.displacements = {Vec3(0, 0, -0.004), Vec3(0.001, 0, -0.012)};
   const auto found = StaticIndentations(pressed.body).shapes(pressed.at, pressed.request);
   REQUIRE(found.size() == 2);
@@ -124,7 +124,7 @@ TEST_CASE("An indentation of a solid of finite elements solves its equation to a
 
 TEST_CASE("Of a body larger than its nonlinear subdomain the indentation is one of all of it, to a tenth") {
   Pressed pressed(stiffening_box(13, 13, 7));
-  REQUIRE(pressed.body.nodes.size() > 3 * StaticIndentations::kNodes);
+  REQUIRE(pressed.body.nodes.size() > 3 * StaticIndentations::kSubdomainNodes);
   const Vec3 displacement(0, 0, -0.008);
   pressed.request.displacements = {0.25 * displacement, displacement};
   const auto found = StaticIndentations(pressed.body).shapes(pressed.at, pressed.request);

@@ -21,12 +21,12 @@ TEST_CASE("A hand that moves on starts as it goes, its velocity is its derivativ
   CHECK(moved_on(now, acceleration, 0).position == now.position);
   CHECK(moved_on(now, acceleration, 0).velocity == now.velocity);
   constexpr double kH = 1e-6;
-  for (const double t : {0.01, kHandAccelerationS, 0.1, kPredictionMostS - 1e-3}) {
+  for (const double t : {0.01, kAccelerationTimeS, 0.1, kPredictionMostS - 1e-3}) {
     const Vec3 rate = (moved_on(now, acceleration, t + kH).position - moved_on(now, acceleration, t - kH).position) / (2 * kH);
     CHECK((moved_on(now, acceleration, t).velocity - rate).norm() < 1e-5);
   }
   CHECK((moved_on(now, acceleration, 0.02).velocity - now.velocity - 0.02 * acceleration).norm() < 1e-12);
-  CHECK((moved_on(now, acceleration, 0.2).velocity - now.velocity - kHandAccelerationS * acceleration).norm() < 1e-12);
+  CHECK((moved_on(now, acceleration, 0.2).velocity - now.velocity - kAccelerationTimeS * acceleration).norm() < 1e-12);
   CHECK(moved_on(now, acceleration, 1).velocity == Vec3(0, 0, 0));
   CHECK((moved_on(now, acceleration, 1).position - moved_on(now, acceleration, kPredictionMostS).position).norm() < 1e-12);
 }

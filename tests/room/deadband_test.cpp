@@ -43,9 +43,9 @@ bool needless(const Patch& second, Micros horizon = Micros{100'000}) {
   Deadband deadband;
   const ToolTrack track = resting(second.stamp);
   CHECK_FALSE(deadband.pass(spring(kStart, 100, 1), {}, {kFraction, horizon, std::nullopt, &track}));
-  const auto lives_on = deadband.pass(second, {}, {kFraction, horizon, kStart, &track});
-  if (lives_on) CHECK(*lives_on == kStart);
-  return lives_on.has_value();
+  const auto renewed_from = deadband.pass(second, {}, {kFraction, horizon, kStart, &track});
+  if (renewed_from) CHECK(*renewed_from == kStart);
+  return renewed_from.has_value();
 }
 
 /// A room whose one station says at once that it plays what it is given.
@@ -54,7 +54,7 @@ struct DeadbandStage {
   Micros now = kStart, stamp{};
   std::optional<Micros> playing;
   double deadband = kFraction;
-  int sent = 0, lived_on = 0;
+  int sent = 0, renewed = 0;
 
   explicit DeadbandStage(const Scene& scene) : room(scene) { room.start(now); }
 
@@ -71,8 +71,8 @@ struct DeadbandStage {
     now = job.target;
     StationFrame frame = room.run(job).stations.front();
     if (!frame.patch) return frame;
-    (frame.lives_on ? lived_on : sent) += 1;
-    if (!frame.lives_on) playing = stamp = frame.patch->stamp;
+    (frame.renewed_from ? renewed : sent) += 1;
+    if (!frame.renewed_from) playing = stamp = frame.patch->stamp;
     return frame;
   }
 };
@@ -115,7 +115,7 @@ TEST_CASE("A patch that begins in contact is sent to a station whose own does no
   CHECK_FALSE(deadband.pass(spring(next, 1e-9, 0), {}, {kFraction, kDeadbandFrame, kStart, &track}));
 }
 
-TEST_CASE("Nothing lives on that the station has not said it plays, and every patch on its way counts") {
+TEST_CASE("Nothing is renewed that the station has not said it plays, and every patch on its way counts") {
   Deadband deadband;
   const ToolTrack track = resting(kStart + 3 * kDeadbandFrame);
   const auto pass = [&](int frame, double force_n, std::optional<Micros> playing) {
@@ -129,8 +129,8 @@ TEST_CASE("Nothing lives on that the station has not said it plays, and every pa
   CHECK_FALSE(pass(3, 1.2, kStart + kDeadbandFrame / 2));  // no such patch
 }
 
-TEST_CASE("No patch lives on for longer than a second") {
-  const Micros horizon{100'000}, last = kStart + Deadband::kLivesMost - horizon;
+TEST_CASE("No patch is renewed for longer than a second") {
+  const Micros horizon{100'000}, last = kStart + Deadband::kPatchAgeMost - horizon;
   CHECK(needless(spring(last, 100, 1), horizon));
   CHECK_FALSE(needless(spring(last + Micros{1}, 100, 1), horizon));
 }
@@ -150,7 +150,7 @@ TEST_CASE("A hand that holds a body still is sent two patches a second, one that
   const auto hand = [&](double t_s) { return Vec3(home - Vec3(0, 0, t_s < 4 ? 0.0 : 0.1 * (t_s - 4))); };
   for (int k = 0; k < 79; ++k) stage.frame(hand);
   CHECK(stage.sent <= 6);
-  CHECK(stage.lived_on >= 73);
+  CHECK(stage.renewed >= 73);
   const int before = stage.sent;
   stage.frame(hand);
   stage.frame(hand);
@@ -167,12 +167,12 @@ TEST_CASE("Without a deadband every frame has its patch, and with one the patche
     const StationFrame a = all.frame(hand), b = some.frame(hand);
     REQUIRE(a.patch);
     REQUIRE(b.patch);
-    CHECK_FALSE(a.lives_on);
+    CHECK_FALSE(a.renewed_from);
     CHECK(a.patch->force == b.patch->force);
     CHECK(a.patch->stiffness == b.patch->stiffness);
   }
   CHECK(all.sent == 20);
-  CHECK(some.lived_on > 0);
+  CHECK(some.renewed > 0);
   CHECK(some.sent > 2);
 }
 
@@ -185,10 +185,10 @@ TEST_CASE("A tool that comes down on a body is sent a patch in the frame in whic
   for (int k = 0; k < 30; ++k) {
     const StationFrame frame = stage.frame(hand);
     REQUIRE(frame.patch);
-    if (frame.contact && !touched) CHECK_FALSE(frame.lives_on);
-    if (frame.lives_on) CHECK(frame.patch->touching == touched);
+    if (frame.contact && !touched) CHECK_FALSE(frame.renewed_from);
+    if (frame.renewed_from) CHECK(frame.patch->touching == touched);
     touched = frame.contact;
   }
   CHECK(touched);
-  CHECK(stage.lived_on > 10);
+  CHECK(stage.renewed > 10);
 }

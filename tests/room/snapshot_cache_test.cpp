@@ -12,7 +12,7 @@ using namespace palpate::test;
 
 namespace {
 
-constexpr double kEdgeM = 0.01, kFar = 2 * SnapshotCache::kApart * kEdgeM;
+constexpr double kEdgeM = 0.01, kFar = 2 * SnapshotCache::kDifferenceEdges * kEdgeM;
 const std::vector<Vec3> kHere{Vec3(0.05, 0.02, 0.06)};
 
 Vector moved(double x, Eigen::Index coordinate = 0) {
@@ -26,9 +26,9 @@ Vector moved(double x, Eigen::Index coordinate = 0) {
 TEST_CASE("A state is kept when it differs from all that are kept, by a tenth of an edge somewhere") {
   SnapshotCache states(kEdgeM);
   states.keep(kHere, moved(0));
-  states.keep(kHere, moved(0.9 * SnapshotCache::kApart * kEdgeM, 7));
+  states.keep(kHere, moved(0.9 * SnapshotCache::kDifferenceEdges * kEdgeM, 7));
   CHECK(states.size() == 1);
-  states.keep(kHere, moved(1.1 * SnapshotCache::kApart * kEdgeM, 7));
+  states.keep(kHere, moved(1.1 * SnapshotCache::kDifferenceEdges * kEdgeM, 7));
   CHECK(states.size() == 2);
   states.clear();
   CHECK(states.size() == 0);
@@ -59,7 +59,7 @@ TEST_CASE("The states that are chosen are the pivots of a QR decomposition of th
   REQUIRE(states.size() == count);
   const auto pivots = Eigen::ColPivHouseholderQR<Matrix>(displacements).colsPermutation().indices();
   const std::vector<const Vector*> chosen = states.most_informative(kHere, now);
-  REQUIRE(chosen.size() == SnapshotCache::kChosen);
+  REQUIRE(chosen.size() == SnapshotCache::kChosenMax);
   for (std::size_t k = 0; k < chosen.size(); ++k)
     CHECK(*chosen[k] == kept[static_cast<std::size_t>(pivots[static_cast<Eigen::Index>(k)])]);
 }
@@ -79,13 +79,13 @@ TEST_CASE("When a new state comes to a full cache, the one goes that was of no u
   SnapshotCache states(kEdgeM);
   const auto place = [](std::size_t k) { return std::vector<Vec3>{Vec3(static_cast<double>(k), 0, 0)}; };
   const auto state = [](std::size_t k) { return moved(static_cast<double>(k + 1) * kFar); };
-  for (std::size_t k = 0; k < SnapshotCache::kMost; ++k) states.keep(place(k), state(k));
-  for (std::size_t k = 0; k < SnapshotCache::kMost; ++k)
+  for (std::size_t k = 0; k < SnapshotCache::kStatesMax; ++k) states.keep(place(k), state(k));
+  for (std::size_t k = 0; k < SnapshotCache::kStatesMax; ++k)
     if (k != 5) states.most_informative(place(k), moved(0));
   states.keep(place(100), state(100));
-  CHECK(states.size() == SnapshotCache::kMost);
+  CHECK(states.size() == SnapshotCache::kStatesMax);
   CHECK(states.most_informative(place(5), moved(0)).empty());
-  for (const std::size_t k : {std::size_t{0}, std::size_t{4}, std::size_t{6}, SnapshotCache::kMost - 1, std::size_t{100}})
+  for (const std::size_t k : {std::size_t{0}, std::size_t{4}, std::size_t{6}, SnapshotCache::kStatesMax - 1, std::size_t{100}})
     CHECK(states.most_informative(place(k), moved(0)).size() == 1);
 }
 

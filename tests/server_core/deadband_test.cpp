@@ -1,4 +1,4 @@
-// A station's patch lives on: what is sent instead, to whom, and when not.
+// A station's patch is renewed: what is sent instead, to whom, and when not.
 #include "raw_station.hpp"
 
 using namespace palpate;
@@ -13,7 +13,7 @@ struct Stage {
   explicit Stage(double deadband = 0.1) : bench(ContactKind::touch, 20, deadband), hand(bench, 1, "hand") {
     hand.clock_offset = -4s;
     hand.join().lossless();
-    bench.room.lives_on = true;
+    bench.room.renews = true;
   }
   /// A frame in which the station says what it plays; what it is sent at the end.
   void frame(std::uint32_t playing) {
@@ -32,10 +32,10 @@ struct Stage {
       if (const auto* patch = std::get_if<PatchMessage>(&message.body)) seqs.push_back(patch->patch.seq);
     return seqs;
   }
-  std::vector<Beat> living() const {
+  std::vector<Beat> renewals() const {
     std::vector<Beat> beats;
     for (const auto& [to, message] : bench.sent)
-      if (const auto* beat = std::get_if<Beat>(&message.body); beat && beat->lives_on != 0) beats.push_back(*beat);
+      if (const auto* beat = std::get_if<Beat>(&message.body); beat && beat->renewed_from != 0) beats.push_back(*beat);
     return beats;
   }
 };
@@ -53,19 +53,19 @@ TEST_CASE("a server says in Welcome how much its patches may be wrong, and only 
   CHECK(std::get<Welcome>(viewer.ask().body).deadband == 0);
 }
 
-TEST_CASE("a station gets patches until it says which it plays, then a beat that names the oldest that lives on") {
+TEST_CASE("a station gets patches until it says which it plays, then a beat that names the oldest that is renewed") {
   Stage stage;
   stage.frame(0);
   stage.frame(0);
   const auto sent = stage.patches();
   REQUIRE(sent.size() == 1);
-  CHECK(stage.living().empty());
+  CHECK(stage.renewals().empty());
   stage.frame(sent[0]);
   CHECK(stage.patches().empty());
-  const auto beats = stage.living();
+  const auto beats = stage.renewals();
   REQUIRE(beats.size() == 1);
-  CHECK(beats[0].lives_on == sent[0]);
-  CHECK(stage.bench.core.stations().at(0).counts.lived_on == 1);
+  CHECK(beats[0].renewed_from == sent[0]);
+  CHECK(stage.bench.core.stations().at(0).counts.renewed == 1);
   CHECK(beats[0].contact_in_reach);
   CHECK(std::abs((beats[0].body_time - stage.hand.clock()).count()) <= 2000);
   // One that plays something without all that belongs to it has to be sent the next whole one.
@@ -80,11 +80,11 @@ TEST_CASE("what a datagram says that was overtaken, or a patch that never was, c
   stage.frame(0);
   const std::uint32_t second = stage.patches().at(0);
   stage.frame(second);
-  CHECK(stage.living().at(0).lives_on == second);
+  CHECK(stage.renewals().at(0).renewed_from == second);
   stage.frame(first);
-  CHECK(stage.living().at(0).lives_on == second);
+  CHECK(stage.renewals().at(0).renewed_from == second);
   stage.frame(second + 17);
-  CHECK(stage.living().at(0).lives_on == second);
+  CHECK(stage.renewals().at(0).renewed_from == second);
 }
 
 TEST_CASE("a beat in place of a patch goes in as many datagrams as the patch would") {
@@ -94,31 +94,31 @@ TEST_CASE("a beat in place of a patch goes in as many datagrams as the patch wou
   const auto sent = stage.patches();
   REQUIRE(sent.size() == 3);
   stage.frame(sent[0]);
-  CHECK(stage.living().size() == 3);
+  CHECK(stage.renewals().size() == 3);
 }
 
-TEST_CASE("a patch does not live on for a station of whose tool nothing is known for longer than it is valid") {
+TEST_CASE("a patch is not renewed for a station of whose tool nothing is known for longer than it is valid") {
   Stage stage;
   stage.frame(0);
   stage.frame(stage.patches().at(0));
-  REQUIRE(stage.living().size() == 1);
+  REQUIRE(stage.renewals().size() == 1);
   for (int ms = 0; ms < 2500; ++ms) {
     stage.bench.now += 1ms;
     if (ms % 100 == 0) stage.hand.say(Beat{});
     if (ms == 1200) stage.bench.sent.clear();  // its patch is valid for a second
     stage.bench.tick();
   }
-  CHECK(stage.living().empty());
+  CHECK(stage.renewals().empty());
   CHECK(stage.patches().empty());
 }
 
-TEST_CASE("a server without a deadband believes nobody's patch to live on") {
+TEST_CASE("a server without a deadband renews nobody's patch") {
   Stage stage(0);
   stage.frame(0);
   const auto sent = stage.patches();
   REQUIRE(sent.size() == 1);
   stage.frame(sent[0]);
   CHECK(stage.patches().size() == 1);
-  CHECK(stage.living().empty());
+  CHECK(stage.renewals().empty());
   CHECK_FALSE(stage.bench.room.jobs.back().stations.at(0).playing);
 }

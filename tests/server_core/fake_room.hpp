@@ -23,11 +23,11 @@ inline RoomFacts test_facts(ContactKind contact = ContactKind::touch) {
 }
 
 struct FakeRoom {
-  static constexpr Micros kLivesMost{1'000'000};
+  static constexpr Micros kPatchAgeMost{1'000'000};
   bool in_reach = true;
   bool fail = false;
   bool asleep = false;
-  bool lives_on = false;        ///< what a station plays stands for the next patch, for a second
+  bool renews = false;          ///< what a station plays stands for the next patch, for a second
   Micros valid_for{1'000'000};  ///< of its patches
   Scheme built = Scheme::hold;  ///< whatever is asked for
   NonlinearTerms terms;         ///< that go with its patches
@@ -49,8 +49,8 @@ struct FakeRoom {
       if (frame.patch) frame.patch->scheme = built;
       if (frame.patch) frame.patch->valid_for = valid_for;
       frame.terms = terms;
-      const bool young = station.playing && job.target + station.horizon - *station.playing <= kLivesMost;
-      if (lives_on && young) frame.lives_on = station.playing;
+      const bool young = station.playing && job.target + station.horizon - *station.playing <= kPatchAgeMost;
+      if (renews && young) frame.renewed_from = station.playing;
       result.stations.push_back(frame);
     }
     if (job.shapes) result.positions.assign(400, Vec3(0.1, 0, 0));

@@ -77,6 +77,8 @@ OLD_WORDS = [(re.compile(pattern), term, re.compile(allowed) if allowed else Non
     (r"\bbent (patch|patches|grasp|one|_)|\bbent_\w*|\bBent[A-Z]|\bstraight (patch|one)\b|\bstraight_\w+", "nonlinear, linear",
      r"client/app/report\.cpp"),
     (r"NodePrices|ColumnPrices", "cost model", None),
+    (r"\blives_on\b|\blived_on\b|kLives(On)?Most|let_live_on|\bpatch(es)? (that )?(lives?|lived) on\b", "renew", None),
+    (r"palpate_room\b|PALPATE_ROOMS|\bCMake rooms?\b", "library", None),
     (r"\bk(Harmless|Unknown|Seldom|HardlyM?|Dear|Cheap|Little|Clearly)\b", "the quantity that it bounds", None),
 ]]
 OLD_WORDS_PLACES = ("docs/notebook/", "docs/glossary.md", "CHANGELOG.md", "tests/style/")  # history, the translation, this list

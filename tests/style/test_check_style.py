@@ -47,7 +47,8 @@ class CheckStyle(unittest.TestCase):
 
     def test_words_that_gave_way_to_the_fields(self):
         for code in ("// a dent as deep as that", "BodyWays ways;", "class Crew {};", "double bridge_s = 0;", "scheme = \"cubic\";",
-                     "// remembered states", "Vector imbalance;", "constexpr double kSeldom = 8;", "// of a graded body", "// pressed in thought"):
+                     "// remembered states", "Vector imbalance;", "constexpr double kSeldom = 8;", "// of a graded body", "// pressed in thought",
+                     "beat.lives_on = 1;", "// a patch that lives on"):
             self.assert_breach("server/reduce/a.cpp", 3, code, "words")
         self.assert_breach("docs/a.md", 2, "as in the ladder of integrators", "words")
         self.assert_breach("server/room/hand_futures.hpp", 1, "", "words")

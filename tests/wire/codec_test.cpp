@@ -58,7 +58,7 @@ TEST_CASE("text and whole numbers of the handshake arrive as they were sent") {
 }
 
 TEST_CASE("what a deadband needs arrives as it was sent, and costs nothing where there is none") {
-  CHECK(round_trip(Beat{.lives_on = 4'000'000'000u}).lives_on == 4'000'000'000u);
+  CHECK(round_trip(Beat{.renewed_from = 4'000'000'000u}).renewed_from == 4'000'000'000u);
   CHECK(round_trip(Welcome{"s", ContactKind::touch, 20, Vec3::Zero(), 0, 0, 0, 0.125}).deadband == 0.125);
   Samples samples = seeds::samples(3);
   const std::size_t without = seeds::bytes_of(seeds::message(samples)).size();

@@ -215,7 +215,7 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(parity_of(to_pieces(spring_terms(6, true, 60, 40), 42))));
   all.push_back(message(Beat{Micros{-17}, true}));
   all.push_back(message(Beat{Micros{17}, false, 18.5, Micros{31'000}, {1008, 50, 4, Micros{212'345}}, 12}));
-  all.push_back(message(Beat{.body_time = Micros{17}, .contact_in_reach = true, .lives_on = 0xfffffff0u}));
+  all.push_back(message(Beat{.body_time = Micros{17}, .contact_in_reach = true, .renewed_from = 0xfffffff0u}));
   Samples playing = samples(3);
   playing.playing = 4711;
   all.push_back(message(playing));

@@ -153,7 +153,7 @@ TEST_CASE("how nodes move is right to half a byte's step of what each moves more
   for (int i = 0; i < kNodes; ++i)
     for (int axis = 0; axis < 3; ++axis)
       for (int k = 0; k < kModes; ++k)
-        CHECK(std::abs(wrong(3 * i + axis, k)) <= 1.01F * motion.step[i] * motion.scale[k] / (2 * NodeMotion::kMost));
+        CHECK(std::abs(wrong(3 * i + axis, k)) <= 1.01F * motion.step[i] * motion.scale[k] / (2 * NodeMotion::kByteMax));
   // All but the first are told from another one, a hundredth as large.
   CHECK(motion.step.tail(kNodes - 1).maxCoeff() < 0.05F * motion.step[0]);
   const Eigen::MatrixXf held = motion.rows(3);
@@ -198,7 +198,7 @@ TEST_CASE("the surface that terms bring joins the patch's own, or the terms do n
     const PortVertex &vertex = joined.surface.vertices[i], &expected = whole.surface.vertices[i];
     CHECK((vertex.position - expected.position).cwiseAbs().maxCoeff() < 0x1p-21);
     for (int k = 0; k < 12; ++k)  // of two that go opposite ways, half a byte's step
-      CHECK((vertex.rows.col(k) - expected.rows.col(k)).cwiseAbs().maxCoeff() < 1.01 * 2 * most[k] / (2 * NodeMotion::kMost));
+      CHECK((vertex.rows.col(k) - expected.rows.col(k)).cwiseAbs().maxCoeff() < 1.01 * 2 * most[k] / (2 * NodeMotion::kByteMax));
     check_half(vertex.normal, expected.normal);
   }
   CHECK(bytes_of(patch, sent) < 6000);

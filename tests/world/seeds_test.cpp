@@ -30,7 +30,7 @@ TEST_CASE("Worlds 61 to 120 hold every check", "[seeds]") { run_seeds(61, 60); }
 TEST_CASE("Worlds 121 to 180 hold every check", "[seeds]") { run_seeds(121, 60); }
 TEST_CASE("Worlds 181 to 240 hold every check", "[seeds]") { run_seeds(181, 60); }
 
-TEST_CASE("Worlds whose patches live on hold every check", "[seeds]") {
+TEST_CASE("Worlds whose patches are renewed hold every check", "[seeds]") {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) run_seed(seed, 1.6, 0.1);
 }
 

@@ -1,11 +1,11 @@
-# A room is a folder with one job, built as one static library (or interface library when it has only headers).
+# A library is a folder with one job, built as one static library (or interface library when it has only headers).
 #
-#   palpate_room(NAME LAYER n [LOCAL] [LOOPS] [HOT] [DEPENDS targets...] [PRIVATE targets...])
+#   palpate_library(NAME LAYER n [LOCAL] [LOOPS] [HOT] [DEPENDS targets...] [PRIVATE targets...])
 #
-# LOCAL keeps a room out of the installed package. LOOPS: its time goes into loops over numbers. HOT: so does the time of some of its
-# files; like rooms with LOOPS it does without the assertions of the standard library.
-# LAYER states where the room stands in   schema(0) <- common(1) <- server(2), client(3) <- bench, tests(4).
-# palpate_check_links(), called when every room exists, stops the configuration at a link from a room or program to one of a
+# LOCAL keeps a library out of the installed package. LOOPS: its time goes into loops over numbers. HOT: so does the time of some of its
+# files; like libraries with LOOPS it does without the assertions of the standard library.
+# LAYER states where the library stands in   schema(0) <- common(1) <- server(2), client(3) <- bench, tests(4).
+# palpate_check_links(), called when every library exists, stops the configuration at a link from a library or program to one of a
 # higher layer, or between server and client, whichever of the two was added first.
 
 add_library(palpate_flags INTERFACE)
@@ -58,7 +58,7 @@ if(NOT PALPATE_SANITIZE)
     $<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE> $<$<NOT:$<CONFIG:Debug>>:-D_FORTIFY_SOURCE=${level}>)
 endif()
 
-set_property(GLOBAL PROPERTY PALPATE_ROOMS "")
+set_property(GLOBAL PROPERTY PALPATE_LIBRARIES "")
 set_property(GLOBAL PROPERTY PALPATE_LINKERS "")
 
 # Remembers what TARGET of LAYER wants to link, for palpate_check_links().
@@ -75,36 +75,36 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT CMAKE_BUILD_TYPE STREQUAL "Debug
 endif()
 
 # Several files of a folder compiled as one unit read Eigen once and instantiate what they share once: a build from nothing takes half
-# the processor time (docs/decisions/0004-cmake-rooms.md). Names in unnamed namespaces are therefore unique within a folder.
+# the processor time (docs/decisions/0004-cmake-libraries.md). Names in unnamed namespaces are therefore unique within a folder.
 function(palpate_unity TARGET)
   set_target_properties(${TARGET} PROPERTIES UNITY_BUILD ${PALPATE_UNITY} UNITY_BUILD_BATCH_SIZE 6)
 endfunction()
 
-function(palpate_room NAME)
-  cmake_parse_arguments(ROOM "LOCAL;LOOPS;HOT" "LAYER" "DEPENDS;PRIVATE" ${ARGN})
+function(palpate_library NAME)
+  cmake_parse_arguments(LIBRARY "LOCAL;LOOPS;HOT" "LAYER" "DEPENDS;PRIVATE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   set(target palpate_${NAME})
   if(sources)
     add_library(${target} STATIC ${sources})
     palpate_unity(${target})
-    target_link_libraries(${target} PUBLIC palpate_abi ${ROOM_DEPENDS} PRIVATE $<BUILD_INTERFACE:palpate_flags> ${ROOM_PRIVATE})
+    target_link_libraries(${target} PUBLIC palpate_abi ${LIBRARY_DEPENDS} PRIVATE $<BUILD_INTERFACE:palpate_flags> ${LIBRARY_PRIVATE})
     target_compile_options(${target} PRIVATE $<TARGET_PROPERTY:palpate_hardening,INTERFACE_COMPILE_OPTIONS>)
-    if(NOT ROOM_LOOPS AND NOT ROOM_HOT)  # indices of the standard library, checked: one of a kernel costs as much as what it computes
+    if(NOT LIBRARY_LOOPS AND NOT LIBRARY_HOT)  # indices of the standard library, checked: one of a kernel costs as much as what it computes
       target_compile_definitions(${target} PRIVATE _GLIBCXX_ASSERTIONS)
     endif()
-    if(ROOM_LOOPS)
+    if(LIBRARY_LOOPS)
       target_compile_options(${target} PRIVATE ${PALPATE_LOOP_FLAGS})
     endif()
   else()
     add_library(${target} INTERFACE)
-    target_link_libraries(${target} INTERFACE palpate_abi ${ROOM_DEPENDS})
+    target_link_libraries(${target} INTERFACE palpate_abi ${LIBRARY_DEPENDS})
   endif()
   add_library(Palpate::${NAME} ALIAS ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${NAME})
-  if(NOT ROOM_LOCAL)
-    set_property(GLOBAL APPEND PROPERTY PALPATE_ROOMS ${target})
+  if(NOT LIBRARY_LOCAL)
+    set_property(GLOBAL APPEND PROPERTY PALPATE_LIBRARIES ${target})
   endif()
-  palpate_record_links(${target} ${ROOM_LAYER} ${ROOM_DEPENDS} ${ROOM_PRIVATE})
+  palpate_record_links(${target} ${LIBRARY_LAYER} ${LIBRARY_DEPENDS} ${LIBRARY_PRIVATE})
 endfunction()
 
 # palpate_program(NAME [PACKAGE package] DEPENDS targets...): a command-line program from the .cpp files of this folder. Its layer is its
@@ -139,7 +139,7 @@ function(palpate_program NAME)
   palpate_record_links(${NAME} ${layer} ${PROGRAM_DEPENDS})
 endfunction()
 
-# Call once, after the last room.
+# Call once, after the last library.
 function(palpate_check_links)
   get_property(linkers GLOBAL PROPERTY PALPATE_LINKERS)
   foreach(target IN LISTS linkers)
@@ -156,8 +156,8 @@ function(palpate_check_links)
 endfunction()
 
 function(palpate_export)
-  get_property(rooms GLOBAL PROPERTY PALPATE_ROOMS)
-  install(TARGETS ${rooms} palpate_abi palpate_asio EXPORT PalpateTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT libpalpate-dev)
+  get_property(libraries GLOBAL PROPERTY PALPATE_LIBRARIES)
+  install(TARGETS ${libraries} palpate_abi palpate_asio EXPORT PalpateTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT libpalpate-dev)
   set_target_properties(palpate_abi PROPERTIES EXPORT_NAME abi)
   set_target_properties(palpate_asio PROPERTIES EXPORT_NAME asio)
   install(EXPORT PalpateTargets NAMESPACE Palpate:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/Palpate
