@@ -1,11 +1,11 @@
 #include "client/app/run.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <functional>
@@ -26,6 +26,7 @@
 #include "client/mapping/mapped_device.hpp"
 #include "common/base/error.hpp"
 #include "common/base/grasp_reach.hpp"
+#include "common/io/line_writer.hpp"
 #include "common/io/monotonic.hpp"
 
 namespace palpate {
@@ -46,19 +47,28 @@ constexpr double kStartMaxM = 5e-4;           ///< attach: the motion should sta
 thread_local std::string speaker;
 
 /// Where nobody reads any more (a pipe, a terminal that is gone) nothing is said, and no more comes of it.
-void put(std::FILE* out, const std::string& lines) {
+void put(LineWriter& out, const std::string& lines) {
   std::string text = speaker;
   for (const char c : lines) {
     text += c;
     if (c == '\n') text += speaker;
   }
   text += '\n';
-  std::fwrite(text.data(), 1, text.size(), out);
-  std::fflush(out);
+  out.write(text);
 }
 
-void say(const std::string& line) { put(stdout, line); }
-void complain(const std::string& line) { put(stderr, "palpate-client: " + line); }
+std::string lines_left_out(std::uint64_t lines) {
+  return fmt::format("palpate-client: {} lines are left out here: nobody read them\n", lines);
+}
+
+void say(const std::string& line) {
+  static LineWriter out(STDOUT_FILENO, lines_left_out);
+  put(out, line);
+}
+void complain(const std::string& line) {
+  static LineWriter out(STDERR_FILENO, lines_left_out);
+  put(out, "palpate-client: " + line);
+}
 
 std::string describe(const DeviceNote& note) {
   const std::string reason(note.reason.text());
@@ -319,7 +329,7 @@ class Run {
     wait([&] {
       say_refusals();
       const bool now_linked = felt().status().link == LinkState::joined;
-      if (now_linked != linked) say(now_linked ? "joined again" : "server lost: the force fades to zero, trying on");
+      if (now_linked != linked) say(now_linked ? "joined again" : lost(felt().status().refusal));
       linked = now_linked;
       if (now_linked) keep_comparing();
       const ClientStatus status = felt().status();
@@ -369,6 +379,10 @@ class Run {
     const Micros now = monotonic_now();
     if (status.link != LinkState::refused || status.refuse_reason != RefuseReason::version) other_version_since_ = now;
     if (now - other_version_since_ > kVersionMost) refused_for_good_ = true;
+  }
+
+  static std::string lost(const std::string& why) {
+    return "server lost: the force fades to zero, trying on" + (why.empty() ? "" : " (it said: " + why + ")");
   }
 
   static std::string felt_name(ClientStation& station) {

@@ -205,7 +205,9 @@ void ClientCore::take_refuse(const Message& message, Micros now) {
   const bool gone = refusal.reason == RefuseReason::unknown_station || refusal.reason == RefuseReason::shutting_down;
   if (link_ == LinkState::joined) {
     // A server that restarted does not know us under its new instance number; anything else must come from ours.
-    if (gone && message.station == station_)
+    const bool ours = message.station == station_;
+    if (ours && (gone || reset_.pending())) refusal_ = refusal;
+    if (ours && gone)
       join_again(now);
     else
       ++counts_.stale;

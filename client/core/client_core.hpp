@@ -97,7 +97,8 @@ class ClientCore {
   LinkState link() const { return link_; }
   /// Meaningful when joined once; also of a server that does not say it, with the station's name.
   const Welcome& welcome() const { return welcome_; }
-  const std::string& refusal() const { return refusal_.message; }  ///< why, when refused
+  /// Why, when refused; and while it joins again, why it had to; and why the body is not reset.
+  const std::string& refusal() const { return refusal_.message; }
   RefuseReason refuse_reason() const { return refusal_.reason; }
   const ClockSync& clock() const { return clock_; }
   Micros last_heard() const { return heard_; }

@@ -23,7 +23,11 @@ std::string reset_body(const std::string& server, const std::string& station, co
       server, core, {}, [&done](const ClientCore& c, auto, auto) { done = !c.reset_pending(); }, keys);
   client.start();
   const Micros begin = monotonic_now();
-  while (!stop && !done && monotonic_now() - begin < longest) std::this_thread::sleep_for(kPoll);
+  const auto refused = [&client] {
+    const ClientStatus status = client.status();
+    return status.link == LinkState::joined && !status.refusal.empty();
+  };
+  while (!stop && !done && !refused() && monotonic_now() - begin < longest) std::this_thread::sleep_for(kPoll);
   const std::string refusal = client.status().refusal;
   client.stop();
   if (done) return {};

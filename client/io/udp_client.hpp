@@ -31,7 +31,7 @@ namespace palpate {
 struct ClientStatus {
   LinkState link = LinkState::joining;
   Welcome welcome;      ///< meaningful when joined once
-  std::string refusal;  ///< why, when refused
+  std::string refusal;  ///< ClientCore::refusal()
   RefuseReason refuse_reason = RefuseReason::bad_request;
   bool clock_locked = false;
   RttStats rtt;

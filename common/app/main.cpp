@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/base/error.hpp"
+#include "common/base/in_quotes.hpp"
 #include "common/base/limits.hpp"
 #include "common/command_line/flags.hpp"
 #include "common/io/key_files.hpp"
@@ -29,15 +30,24 @@ PublicKey key_given(const char* where, const std::string& text) {
   return *key;
 }
 
-Rights rights_given(const Options& o) {
+/// A line of a key file is made of it: what would end the name there must not be in it.
+const std::string& name_given(const char* where, const std::string& name) {
+  if (!fits_name(name)) throw InputError(where, in_quotes(name) + " is no name", kNameExpected);
+  return name;
+}
+
+/// `where_name`: the argument that has the name.
+Rights rights_given(const Options& o, const char* where_name) {
   Rights rights;
+  name_given(where_name, o.name);
+  for (const std::string& room : o.rooms) name_given("--room", room);
   rights.name = o.name;
   rights.rooms = o.rooms;
   rights.kbit_s = o.kbit_s;
   rights.streams = o.streams;
   if (!read_roles(o.roles, rights)) throw InputError("--role", "\"" + o.roles + "\" is no role", "hand, viewer, or hand,viewer");
   // What a key file may say, a token may say.
-  parse_keys(station_line(PublicKey{}, rights), "--name and --room");
+  parse_keys(station_line(PublicKey{}, rights), "--room");
   return rights;
 }
 
@@ -75,7 +85,7 @@ void trust(const Options& o) {
 }
 
 void admit(const Options& o) {
-  const std::string line = station_line(key_given("STATION", o.station), rights_given(o)) + "\n";
+  const std::string line = station_line(key_given("STATION", o.station), rights_given(o, "NAME")) + "\n";
   change_secret(o.file, [&](std::string text) {
     if (!text.empty() && text.back() != '\n') text += '\n';
     text += line;
@@ -93,7 +103,7 @@ void issue(const Options& o) {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   token.join_before_s = std::chrono::duration_cast<std::chrono::seconds>(now).count() + o.join_within_s;
   token.session_s = static_cast<std::uint32_t>(o.session_s);
-  token.rights = rights_given(o);
+  token.rights = rights_given(o, "--name");
   if (token.rights.rooms.size() > 1) throw InputError("--room", "is there twice", "one room for a token, or none for any");
   print_line(to_text(Bytes(sign_token(token, *keys.issuer_self, server, station))));
 }

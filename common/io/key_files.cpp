@@ -7,9 +7,11 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include "common/base/error.hpp"
@@ -39,15 +41,16 @@ class KeyDescriptor {
   throw InputError(file.string(), what + " (" + std::strerror(errno) + ")", expected);
 }
 
+/// Of a regular file: a pipe would keep whoever reads it waiting, and the network of a server that takes its keys anew.
 struct stat about_of(int fd, const std::filesystem::path& file, const std::string& expected) {
   struct stat about {};
+  if (fd < 0 && errno == EACCES) fail_with_errno(file, "cannot be read", "a file that this user may read");
   if (fd < 0 || ::fstat(fd, &about) != 0) fail_with_errno(file, "cannot be read", expected);
+  if (!S_ISREG(about.st_mode)) throw InputError(file.string(), "is no regular file", expected);
   return about;
 }
 
-/// Of a regular file: a pipe would keep whoever reads it waiting, and the network of a server that takes its keys anew.
-std::string read_whole(int fd, const struct stat& about, const std::filesystem::path& file) {
-  if (!S_ISREG(about.st_mode)) throw InputError(file.string(), "is no regular file", "a file");
+std::string read_whole(int fd, const std::filesystem::path& file) {
   std::string text;
   std::array<char, 4096> part;
   while (true) {
@@ -70,16 +73,17 @@ void write_whole(int fd, const std::string& text, const std::filesystem::path& f
   if (::fsync(fd) != 0) fail_with_errno(file, "cannot be written", "a disk that works");
 }
 
-/// Written and synced beside `file`, of the owner and group of `like`.
-std::filesystem::path write_beside(const std::filesystem::path& file, const std::string& text,
-                                   const struct stat* like = nullptr) {
+/// Written and synced beside `file`, of the owner and group of `like`, for whom `mode` says.
+std::filesystem::path write_beside(const std::filesystem::path& file, const std::string& text, const struct stat& like,
+                                   ::mode_t mode) {
   std::string beside = file.string() + ".part-XXXXXX";
   const int fd = ::mkostemp(beside.data(), O_CLOEXEC);
   if (fd < 0) fail_with_errno(file, "cannot be written", "a folder that is there and may be written to");
   const KeyDescriptor part(fd);
   try {
-    if (like && (like->st_uid != ::geteuid() || like->st_gid != ::getegid()) && ::fchown(fd, like->st_uid, like->st_gid) != 0)
+    if ((like.st_uid != ::geteuid() || like.st_gid != ::getegid()) && ::fchown(fd, like.st_uid, like.st_gid) != 0)
       fail_with_errno(file, "is somebody else's", "its owner, or root, to change it");
+    if (::fchmod(fd, mode) != 0) fail_with_errno(file, "cannot be written", "a folder whose files may be");
     write_whole(fd, text, file);
   } catch (const InputError&) {
     ::unlink(beside.c_str());
@@ -90,6 +94,18 @@ std::filesystem::path write_beside(const std::filesystem::path& file, const std:
 
 std::filesystem::path folder_of(const std::filesystem::path& file) {
   return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+}
+
+/// Who may read the folder may hold it: nobody is waited for for ever.
+void lock_folder(int folder, const std::filesystem::path& named) {
+  constexpr std::chrono::milliseconds kTryEvery{20};
+  constexpr int kTries = 250;
+  for (int k = 0; folder >= 0 && k < kTries; ++k) {
+    if (::flock(folder, LOCK_EX | LOCK_NB) == 0) return;
+    if (errno != EWOULDBLOCK) break;
+    std::this_thread::sleep_for(kTryEvery);
+  }
+  fail_with_errno(named, "cannot be changed", "a folder that can be read, and that no other program holds for 5 s");
 }
 
 void sync_folder_of(const std::filesystem::path& file) {
@@ -104,11 +120,13 @@ std::string read_secret_text(const std::filesystem::path& file) {
   const struct stat about = about_of(opened.get(), file, "a file that palpate-key new made");
   if ((about.st_mode & (S_IRWXO | S_IWGRP)) != 0)
     throw InputError(file.string(), "may be read or changed by others", "chmod 600 " + file.string());
-  return read_whole(opened.get(), about, file);
+  return read_whole(opened.get(), file);
 }
 
 void write_new_secret(const std::filesystem::path& file, const std::string& text) {
-  const auto beside = write_beside(file, text);
+  struct stat like {};  // of root's keys the owner is the folder's: a service that keeps its keys there has to read them
+  if (::geteuid() != 0 || ::stat(folder_of(file).c_str(), &like) != 0) like.st_uid = ::geteuid(), like.st_gid = ::getegid();
+  const auto beside = write_beside(file, text, like, S_IRUSR | S_IWUSR);
   const int failed = ::link(beside.c_str(), file.c_str()) != 0 ? errno : 0;
   ::unlink(beside.c_str());
   if (failed == EEXIST) throw InputError(file.string(), "is there already", "a file that is not there yet");
@@ -122,12 +140,11 @@ void change_secret(const std::filesystem::path& named, const std::function<std::
   const auto there = std::filesystem::canonical(named, unknown);
   const auto file = unknown ? named : there;
   const KeyDescriptor folder(folder_of(file), O_RDONLY | O_DIRECTORY);  // whose lock outlives the file
-  if (folder.get() < 0 || ::flock(folder.get(), LOCK_EX) != 0)
-    fail_with_errno(named, "cannot be changed", "a folder that can be read");
+  lock_folder(folder.get(), named);
   const std::string text = change(read_secret_text(file));
   struct stat about {};
   if (::stat(file.c_str(), &about) != 0) fail_with_errno(named, "cannot be read", "a file that can");
-  const auto beside = write_beside(file, text, &about);
+  const auto beside = write_beside(file, text, about, about.st_mode & (S_IRWXU | S_IRWXG));
   if (::rename(beside.c_str(), file.c_str()) != 0) {
     const int failed = std::exchange(errno, 0);
     ::unlink(beside.c_str());
@@ -145,8 +162,8 @@ ClientKeys read_client_keys(const std::filesystem::path& file, const std::filesy
   ClientKeys keys = client_of(parse_keys(read_secret_text(file), file.string()), file.string());
   if (token.empty()) return keys;
   const KeyDescriptor opened(token, O_RDONLY | O_NONBLOCK);
-  const struct stat about = about_of(opened.get(), token, "a file with the line that palpate-key issue printed");
-  keys.token = parse_token(read_whole(opened.get(), about, token), token.string());
+  about_of(opened.get(), token, "a file with the line that palpate-key issue printed");
+  keys.token = parse_token(read_whole(opened.get(), token), token.string());
   return keys;
 }
 

@@ -41,7 +41,9 @@ int open_new(const std::filesystem::path& file) {
   const int descriptor = ::open(file.c_str(), kFlags | O_EXCL, kMode);
   struct stat about {};
   if (descriptor >= 0 || errno != EEXIST || ::stat(file.c_str(), &about) != 0 || S_ISREG(about.st_mode)) return descriptor;
-  return ::open(file.c_str(), kFlags, kMode);
+  const int pipe = ::open(file.c_str(), kFlags | O_NONBLOCK, kMode);  // one that nobody reads is not waited for
+  if (pipe >= 0) ::fcntl(pipe, F_SETFL, ::fcntl(pipe, F_GETFL) & ~O_NONBLOCK);
+  return pipe;
 }
 
 /// Pipes and devices cannot, and need not.
@@ -58,6 +60,7 @@ RecordFile::RecordFile(const std::string& flag, const std::filesystem::path& fil
   make_folder(where, file.parent_path());
   descriptor_ = open_new(file);
   if (descriptor_ < 0 && errno == EEXIST) throw InputError(where, "is there already", "a file that is not there yet");
+  if (descriptor_ < 0 && errno == ENXIO) throw InputError(where, "is a pipe that nobody reads", "one that somebody reads");
   if (descriptor_ < 0)
     throw InputError(where, std::string("cannot be made: ") + std::strerror(errno), "a path that can be written");
   if (const int fault = write_all(descriptor_, first)) {

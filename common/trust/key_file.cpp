@@ -1,6 +1,10 @@
 #include "common/trust/key_file.hpp"
 
+#include <algorithm>
+#include <cassert>
 #include <charconv>
+#include <optional>
+#include <set>
 #include <utility>
 
 #include "common/base/error.hpp"
@@ -12,17 +16,13 @@ namespace {
 constexpr char kKeyExpected[] = "44 characters that palpate-key prints";
 constexpr char kLinesExpected[] = "self, server, station, issuer or issuer-self";
 
-bool fits_name(std::string_view text) {
-  return !text.empty() && text.size() <= static_cast<std::size_t>(kMaxNameBytes) && is_plain_text(text) &&
-         text.find('"') == text.npos;
-}
-
 /// One line of a key file, taken apart.
 class KeyLine {
  public:
   KeyLine(std::string_view line, std::string where) : where_(std::move(where)) { split(line); }
 
   bool empty() const { return words_.empty(); }
+  bool begins_with(std::string_view word) const { return !words_.empty() && words_.front() == word; }
   bool more() const { return next_ < words_.size(); }
   [[noreturn]] void fail(const std::string& what, const std::string& expected) const { throw InputError(where_, what, expected); }
 
@@ -104,24 +104,45 @@ void read_limit(KeyLine& line, const std::string& word, Rights& rights) {
   }
 }
 
-void read_station(KeyLine& line, KeyFile& keys) {
+/// Those of the stations so far, in order: looked up, as a file may have thousands.
+class StationNames {
+ public:
+  void add(const std::string& name) { names_.insert(name); }
+  /// One that a station called `name` could have, or whose station could have that (Rights::has_name).
+  std::optional<std::string> like(const std::string& name) const {
+    for (std::size_t end = 0; end < name.size(); ++end)
+      if (kAfterName.find(name[end]) != kAfterName.npos)
+        if (const auto found = names_.find(name.substr(0, end)); found != names_.end()) return *found;
+    if (names_.contains(name)) return name;
+    for (const char after : kAfterName) {
+      const std::string begin = name + after;
+      if (const auto next = names_.lower_bound(begin); next != names_.end() && next->starts_with(begin)) return *next;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  static constexpr std::string_view kAfterName = "-/";
+  std::set<std::string> names_;
+};
+
+void read_station(KeyLine& line, KeyFile& keys, StationNames& names) {
   const PublicKey key = line.key();
   if (keys.stations.contains(key)) line.fail("this key is there already", "each station once");
   Rights rights;
   rights.name = line.word("the station's name, for example \"OR 3\"");
-  if (!fits_name(rights.name))
-    line.fail("the name " + in_quotes(rights.name), "1 to 64 bytes of UTF-8 without control characters");
+  if (!fits_name(rights.name)) line.fail("the name " + in_quotes(rights.name), kNameExpected);
   const std::string roles = line.word("hand, viewer, or hand,viewer");
   if (!read_roles(roles, rights)) line.fail(in_quotes(roles) + " is no role", "hand, viewer, or hand,viewer");
   while (line.more()) read_limit(line, line.word(""), rights);
-  for (const auto& [other, of_other] : keys.stations)
-    if (rights.has_name(of_other.name) || of_other.has_name(rights.name))
-      line.fail(in_quotes(rights.name) + " and " + in_quotes(of_other.name) + " could have the same name",
-                "names of which none is another one, or another one with - or / behind it");
+  if (const auto other = names.like(rights.name))
+    line.fail(in_quotes(rights.name) + " and " + in_quotes(*other) + " could have the same name",
+              "names of which none is another one, or another one with - or / behind it");
+  names.add(rights.name);
   keys.stations.emplace(key, rights);
 }
 
-void read_line(KeyLine& line, KeyFile& keys) {
+void read_line(KeyLine& line, KeyFile& keys, StationNames& names) {
   const std::string kind = line.word("");
   const auto once = [&](const auto& there) {
     if (there) line.fail("a second " + kind, "one");
@@ -136,7 +157,7 @@ void read_line(KeyLine& line, KeyFile& keys) {
     once(keys.server);
     keys.server = line.key();
   } else if (kind == "station") {
-    read_station(line, keys);
+    read_station(line, keys, names);
   } else if (kind == "issuer") {
     keys.issuers.push_back(line.key());
     if (!is_issuer(keys.issuers.back())) line.fail("this is no issuer's key", "the key that palpate-key new --issuer printed");
@@ -159,6 +180,11 @@ void each_line(std::string_view text, const Take& take) {
 
 }  // namespace
 
+bool fits_name(std::string_view text) {
+  return !text.empty() && text.size() <= static_cast<std::size_t>(kMaxNameBytes) && is_plain_text(text) &&
+         text.find('"') == text.npos;
+}
+
 bool read_roles(std::string_view text, Rights& rights) {
   rights.hand = text == "hand" || text == "hand,viewer" || text == "viewer,hand";
   rights.viewer = text == "viewer" || text == "hand,viewer" || text == "viewer,hand";
@@ -167,9 +193,10 @@ bool read_roles(std::string_view text, Rights& rights) {
 
 KeyFile parse_keys(const std::string& text, const std::string& file) {
   KeyFile keys;
+  StationNames names;
   each_line(text, [&](std::string_view line, std::size_t number) {
     KeyLine words(line, file + ":" + std::to_string(number));
-    if (!words.empty()) read_line(words, keys);
+    if (!words.empty()) read_line(words, keys, names);
   });
   return keys;
 }
@@ -188,6 +215,7 @@ ClientKeys client_of(const KeyFile& keys, const std::string& file) {
 }
 
 std::string station_line(const PublicKey& key, const Rights& rights) {
+  assert(fits_name(rights.name) && std::all_of(rights.rooms.begin(), rights.rooms.end(), fits_name));
   std::string line = "station " + to_text(key) + " \"" + rights.name + "\" ";
   line += rights.hand && rights.viewer ? "hand,viewer" : rights.hand ? "hand" : "viewer";
   for (const std::string& room : rights.rooms) line += " room=\"" + room + "\"";
@@ -201,7 +229,7 @@ std::string with_server(const std::string& text, const PublicKey& server) {
   std::string changed;
   bool there = false;
   each_line(text, [&](std::string_view old, std::size_t) {
-    const bool replaced = old.starts_with("server ");
+    const bool replaced = KeyLine(old, "").begins_with("server");
     changed += replaced ? line : std::string(old) + "\n";
     there = there || replaced;
   });

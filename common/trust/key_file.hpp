@@ -45,6 +45,11 @@ SiteKeys site_of(const KeyFile& keys, const std::string& file);
 /// InputError where there is no `self` or no `server`. `token`: as it stands in its file.
 ClientKeys client_of(const KeyFile& keys, const std::string& file);
 
+/// Of a station or room: what a key file can say between double quotes, so that nothing else of a line is in it.
+bool fits_name(std::string_view text);
+inline constexpr char kNameExpected[] = "1 to 64 bytes of UTF-8 without control characters or \"";
+
+/// Names and rooms fit (fits_name()).
 std::string station_line(const PublicKey& key, const Rights& rights);
 /// The text with this one server in it, everything else as it was.
 std::string with_server(const std::string& text, const PublicKey& server);

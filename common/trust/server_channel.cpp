@@ -104,8 +104,17 @@ void ServerChannel::take_init(Bytes datagram, const ChannelAddress& from, Micros
     const Neighbour near = session.paths.served().port == from.port ? Neighbour::session : Neighbour::session_of_host;
     lives = std::max(lives, near);
   }
+  if (stale_.contains(mac)) return refuse(ChannelFault::stale, from, nullptr);
   if (!limits_.may_look(from, lives, now)) return refuse(ChannelFault::limit, from, nullptr);
   shake_hands(datagram, mac, from, lives, now);
+}
+
+void ServerChannel::remember_stale(const Mac& mac) {
+  if (!stale_.insert(mac).second) return;
+  stale_in_order_.push_back(mac);
+  if (stale_in_order_.size() <= kMostStale) return;
+  stale_.erase(stale_in_order_.front());
+  stale_in_order_.pop_front();
 }
 
 void ServerChannel::shake_hands(Bytes datagram, const Mac& mac, const ChannelAddress& from, Neighbour lives, Micros now) {
@@ -123,7 +132,10 @@ void ServerChannel::shake_hands(Bytes datagram, const Mac& mac, const ChannelAdd
   if (!payload) return refuse(ChannelFault::malformed, from, &key);
 
   Session* session = find(key, payload->session);
-  if (session != nullptr && payload->attempt <= session->attempt) return refuse(ChannelFault::stale, from, &key);
+  if (session != nullptr && payload->attempt <= session->attempt) {
+    remember_stale(mac);
+    return refuse(ChannelFault::stale, from, &key);
+  }
   ChannelFault why{};
   const auto admission = admit(key, *payload, session, now, why);
   if (!admission) return refuse(why, from, &key);
@@ -178,11 +190,14 @@ std::optional<ServerChannel::Admission> ServerChannel::admit_token(const PublicK
   why = ChannelFault::token_used;
   if (used_.size() >= kMostTokens && !used_.contains(token->id)) return std::nullopt;
   UsedToken& used = used_[token->id];
-  if (!used.sessions.contains(payload.session) && used.sessions.size() >= static_cast<std::size_t>(token->rights.streams))
+  const auto before = used.sessions.find(payload.session);
+  const bool there = before != used.sessions.end();
+  if (there ? now >= before->second : used.sessions.size() >= static_cast<std::size_t>(token->rights.streams))
     return std::nullopt;
+  const Micros ends = there ? before->second : now + kSecond * token->session_s;
   used.until = now + kSecond * (std::min(token->join_before_s - now_s, kTokenLeadS) + kTokenKeptS);
-  used.sessions.insert(payload.session);
-  return Admission{token->rights, true, now + kSecond * token->session_s, token->issuer};
+  used.sessions.emplace(payload.session, ends);
+  return Admission{token->rights, true, ends, token->issuer};
 }
 
 ServerChannel::Session* ServerChannel::find(const PublicKey& key, std::uint64_t number) {

@@ -6,7 +6,8 @@
 // from the first Data on that opens. All else is silence.
 //
 // A session is one (station key, session number of the client's): new keys, a new address and a server's SIGHUP leave it as it
-// is. A handshake that is repeated gets the same answer again, one that is older than the newest of its session none.
+// is. A handshake that is repeated gets the same answer again, one that is older than the newest of its session none, and is
+// known by its mac from then on: who plays recorded ones again uses up nothing of their key's.
 //
 // The clock on the wall says whether a token came in time to join, and nothing else: one that is set ends no session.
 //
@@ -74,6 +75,8 @@ class ServerChannel {
  public:
   using UnixSeconds = std::function<std::int64_t()>;
   static constexpr std::size_t kMostSessions = 1024, kMostAnswers = 256, kMostTokens = 65536;
+  /// Handshakes found stale that are known again by their mac: whoever recorded so many may use up what a key may ask for.
+  static constexpr std::size_t kMostStale = 4096;
   /// Of a key beyond its streams: lives that ended without a word, and as many handshakes.
   static constexpr int kSpareSessions = 8;
   static constexpr Micros kUnconfirmed{20'000'000};  ///< that a handshake is remembered without Data
@@ -136,7 +139,7 @@ class ServerChannel {
   };
   struct UsedToken {
     Micros until{};
-    std::set<std::uint64_t> sessions;
+    std::map<std::uint64_t, Micros> sessions;  ///< when each is over, however often it begins anew
   };
   struct Admission {
     Rights rights;
@@ -149,6 +152,7 @@ class ServerChannel {
   void refuse(ChannelFault fault, const ChannelAddress& from, const PublicKey* key);
   void answer(const ChannelAddress& to, Bytes bytes);
   void take_init(Bytes datagram, const ChannelAddress& from, Micros now);
+  void remember_stale(const Mac& mac);
   void shake_hands(Bytes datagram, const Mac& mac, const ChannelAddress& from, Neighbour lives, Micros now);
   std::optional<Admission> admit(const PublicKey& key, const InitPayload& payload, Session* known, Micros now, ChannelFault& why);
   std::optional<Admission> admit_token(const PublicKey& key, const InitPayload& payload, Session* known, Micros now,
@@ -179,6 +183,8 @@ class ServerChannel {
   std::map<ChannelPeer, Session> sessions_;
   std::unordered_map<std::uint32_t, ChannelPeer> indices_;
   std::map<TokenId, UsedToken> used_;
+  std::set<Mac> stale_;
+  std::deque<Mac> stale_in_order_;  ///< the oldest first
   std::deque<Answer> answers_;
   std::vector<ChannelPeer> ended_;
   std::optional<ChannelRefusal> refusal_;

@@ -1,16 +1,17 @@
 #include "server/app/serve.hpp"
 
 #include <spdlog/fmt/fmt.h>
+#include <unistd.h>
 
 #include <asio/signal_set.hpp>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <cstdlib>
 #include <thread>
 
 #include "common/base/error.hpp"
 #include "common/io/key_files.hpp"
+#include "common/io/line_writer.hpp"
 #include "common/io/monotonic.hpp"
 #include "server/app/describe.hpp"
 #include "server/app/load_scenes.hpp"
@@ -23,12 +24,12 @@ namespace palpate {
 namespace {
 
 constexpr std::chrono::minutes kInsecureEvery{1};
+constexpr char kProgram[] = "palpate-server";
 
 Micros unix_now() { return std::chrono::duration_cast<Micros>(std::chrono::system_clock::now().time_since_epoch()); }
 
-void write_line(const std::string& line) {
-  std::fwrite(line.data(), 1, line.size(), stdout);
-  std::fflush(stdout);
+ServerEvent lines_left_out(std::uint64_t lines) {
+  return {"left_out", fmt::format("{} lines are left out here: nobody read this log", lines), {}, EventLevel::warning};
 }
 
 /// A scene that is being built holds nothing that must be ended in order, and may take long.
@@ -166,7 +167,13 @@ class Serving {
   }
 
   ServerFlags flags_;
-  EventLog log_{flags_.log == "json" ? LogFormat::json : LogFormat::text, "palpate-server", write_line};
+  const LogFormat format_ = flags_.log == "json" ? LogFormat::json : LogFormat::text;
+  LineWriter lines_{
+      STDOUT_FILENO, [format = format_](std::uint64_t lines) {
+        const ServerEvent event = lines_left_out(lines);
+        return (format == LogFormat::json ? json_line(event, unix_now(), 0) : text_line(event, kProgram, unix_now(), 0)) + '\n';
+      }};
+  EventLog log_{format_, kProgram, [this](const std::string& line) { lines_.write(line); }};
   ServiceManager service_;
   std::optional<MetricsServer> metrics_;  // outlives the shell, which fills it
   std::optional<SiteKeys> keys_;
@@ -180,6 +187,7 @@ class Serving {
 
 void serve(const ServerFlags& flags) {
   end_while_loading();
+  std::signal(SIGPIPE, SIG_IGN);  // nobody reads the log any more: no hand has to suffer from that
   Serving(flags).run();
 }
 

@@ -145,7 +145,8 @@ void ServerShell::take_sealed(std::span<const std::byte> datagram, const UdpEndp
   if (letter->ruling.anew) cores_.expel(letter->from, now);
   if (letter->ruling.refused) {
     say("refused", "refused by its key's rights: " + letter->ruling.refused->message, sender_fields());
-    cores_.refuse(letter->message, letter->from, *letter->ruling.refused, letter->size, now);
+    const std::size_t limit = letter->shown ? kMaxDatagramBytes : letter->size;
+    cores_.refuse(letter->message, letter->from, *letter->ruling.refused, limit, now);
   } else {
     cores_.take(letter->fault, letter->message, letter->size, letter->from, now);
   }

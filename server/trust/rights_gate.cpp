@@ -36,6 +36,8 @@ Ruling RightsGate::cap(Message& message, ChannelPeer from, const PublicKey& key,
   }
   if (const auto known = streams_.find(from); known != streams_.end()) known->second.heard = now;
   if (std::holds_alternative<Leave>(message.body)) streams_.erase(from);
+  if (std::holds_alternative<Reset>(message.body) && !rights.hand)
+    return {not_allowed("this key may not touch, so it may not reset the body")};
   if (auto* view = std::get_if<ViewState>(&message.body)) {
     const int asked = view->kbit_s == 0 ? kKbitUsual : view->kbit_s;
     view->kbit_s = static_cast<std::uint16_t>(std::min(asked, rights.kbit_s));

@@ -2,6 +2,7 @@
 //
 //     Hello      role, room and name within the rights; a shadow only of a tool of the same key; no more streams than the key has
 //     ViewState  kbit/s at most
+//     Reset      of keys that may touch: who looks on takes nobody's body out of his hands
 //
 // A session is one station: a Hello for another one than before ends that, so that nobody has more stations than streams.
 // An older session of the same key and station is no stream more: the room knows which of the two has the name (sessions.hpp).

@@ -61,6 +61,37 @@ def check_admitted_together(programs, work):
     assert done.returncode == 2 and "standard output: cannot be written; expected room on the disk" in done.stderr, done.stderr
 
 
+def check_named(programs, work):
+    """A name is a name: nothing in it becomes another word or line of the key file, whatever it is."""
+    site = work / "site.key"
+    key(programs, "new", site)
+    site.chmod(0o640)
+    before, stranger = site.read_text(), key(programs, "new", work / "evil.key")
+    station = key(programs, "new", work / "a.key")
+    for name in (f'a" hand\nstation {stranger} "evil', 'b" hand #', 'OR "4', "two\nlines", "", "n" * 65):
+        done = run(programs, "palpate-key", "admit", site, station, name, "--role", "viewer")
+        assert done.returncode == 2 and done.stderr.startswith("palpate-key: NAME: ") and done.stderr.count("\n") == 1, done.stderr
+        done = run(programs, "palpate-key", "admit", site, station, "a", "--room", name)
+        assert done.returncode == 2 and "--room: " in done.stderr, done.stderr
+    assert site.read_text() == before
+    key(programs, "admit", site, station, "OR 4", "--role", "viewer")
+    assert stat.S_IMODE(site.stat().st_mode) == 0o640 and site.read_text() == before + f'station {station} "OR 4" viewer\n'
+    mine = work / "a.key"
+    mine.write_text(mine.read_text() + f"\tserver\t{stranger}\n")
+    key(programs, "trust", mine, station)
+    assert mine.read_text().count("server") == 1 and f"server {station}\n" in mine.read_text()
+    for odd in (work, "/dev/null"):
+        done = run(programs, "palpate-key", "show", odd)
+        assert done.returncode == 2 and "is no regular file" in done.stderr, done.stderr
+    if os.geteuid() == 0:  # who starts a service makes its keys, too
+        service = work / "service"
+        service.mkdir()
+        os.chown(service, 64321, 64322)
+        key(programs, "new", service / "site.key")
+        made = (service / "site.key").stat()
+        assert (made.st_uid, made.st_gid, stat.S_IMODE(made.st_mode)) == (64321, 64322, 0o600), made
+
+
 def check_listening(programs, scene, work):
     done = run(programs, "palpate-server", "--scene", scene, "--listen", "0.0.0.0:0", "--duration-s", "1")
     assert done.returncode == 2 and "--keys FILE" in done.stderr and done.stderr.count("\n") == 1, done.stderr
@@ -105,6 +136,8 @@ def check_strangers(programs, scenes, server, work, keys):
     server.wait_for(r"no session for 127\.0\.0\.1:\d+: key not known \(key " + re.escape(key(programs, "show", keys["stranger"])))
     done = hand(programs, scenes, server.address, work / "nothing", "--key", keys["station"], "--station", "OR 4", "--duration-s", "1.5")
     assert done.returncode == 1 and 'this key\'s stations are "OR 3"' in done.stderr, done.stdout + done.stderr
+    done = run(programs, "palpate-client", "--server", server.address, "--key", keys["onlooker"], "--reset")
+    assert done.returncode == 1 and "this key may not touch, so it may not reset the body" in done.stderr, done.stdout + done.stderr
 
 
 def check_token(programs, scenes, server, work, keys):
@@ -186,14 +219,14 @@ def check_taken_out(programs, server, keys):
         keys["site"].rename(keys["site"].with_suffix(".aside"))
         os.mkfifo(keys["site"], 0o600)
         server.send(signal.SIGHUP)
-        server.wait_for(r"keys stay as they were: .*is no regular file; expected a file")
+        server.wait_for(r"keys stay as they were: .*is no regular file; expected a file that palpate-key new made")
         keys["site"].unlink()
         keys["site"].with_suffix(".aside").rename(keys["site"])
         keys["site"].write_text("".join(line for line in text.splitlines(True) if '"OR 3"' not in line))
         server.send(signal.SIGHUP)
         server.wait_for("keys read again")
         server.wait_for("left: its key is not valid any more")
-        client.wait_for("server lost")
+        client.wait_for("server lost.*this station's key is not valid any more")
         end(client, signal.SIGINT)
 
 
@@ -203,6 +236,7 @@ def check_attributed(programs, recording, out, keys):
     assert done.returncode == 0, done.stderr
     joined = [row for row in csv.DictReader((out / "events.csv").open()) if row["event"] == "joined"]
     whose = {"OR 3": key(programs, "show", keys["station"]), "guest": key(programs, "show", keys["stranger"])}
+    joined = [row for row in joined if row["station"] != "gallery"]
     assert {row["station"] for row in joined} == {"OR 3", "OR 3-2", "guest"}, joined
     assert all(row["text"] == f"key {whose[row['station'].removesuffix('-2')]}" for row in joined), joined
 
@@ -216,15 +250,19 @@ def main():
         check_files(programs, work / "files")
         (work / "together").mkdir()
         check_admitted_together(programs, work / "together")
+        (work / "named").mkdir()
+        check_named(programs, work / "named")
         scene = scenes / "touch-cube.json"
         check_listening(programs, scene, work)
         check_hang_up(programs, scenes, scene, work)
-        keys = {name: work / f"{name}.key" for name in ("site", "station", "stranger", "misled", "issuer")}
+        keys = {name: work / f"{name}.key" for name in ("site", "station", "stranger", "misled", "issuer", "onlooker")}
         keys["public"] = key(programs, "new", keys["site"])
         station = key(programs, "new", keys["station"], "--trust", keys["public"])
         key(programs, "new", keys["stranger"], "--trust", keys["public"])
         key(programs, "new", keys["misled"], "--trust", station)
         key(programs, "admit", keys["site"], station, "OR 3")
+        onlooker = key(programs, "new", keys["onlooker"], "--trust", keys["public"])
+        key(programs, "admit", keys["site"], onlooker, "gallery", "--role", "viewer")
         keys["site"].write_text(keys["site"].read_text() + "issuer " + key(programs, "new", keys["issuer"], "--issuer") + "\n")
         recording = work / "session.rec"
         with Server(programs, scene, "--keys", keys["site"], "--record", recording) as server:

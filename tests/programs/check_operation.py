@@ -3,6 +3,7 @@
 usage: check_operation.py FOLDER_OF_PROGRAMS FOLDER_OF_SCENES
 """
 
+import fcntl
 import json
 import os
 import pathlib
@@ -14,7 +15,7 @@ import sys
 import tempfile
 import time
 
-from running import PATIENCE_S, Program, WatchedServer, site_keys
+from running import PATIENCE_S, Program, WatchedServer, run, site_keys
 
 
 def watched(programs, scenes, *arguments, **more):
@@ -150,6 +151,32 @@ def check_service(programs, scenes, work):
             assert server.ended() == 0
 
 
+def check_log_that_nobody_reads(programs, scenes):
+    """A reader of the log that stalls, or goes, holds up neither hands nor the end."""
+    for gone in (False, True):
+        server = subprocess.Popen([programs / "palpate-server", "--scene", scenes / "touch-cube.json", "--listen", "127.0.0.1:0"],
+                                  stdout=subprocess.PIPE, text=True)
+        try:
+            fcntl.fcntl(server.stdout, 1031, 4096)  # F_SETPIPE_SZ
+            while not (found := re.search(r"at (127\.0\.0\.1:\d+), ", server.stdout.readline())):
+                pass
+            if gone:
+                server.stdout.close()
+            for _ in range(300):
+                server.send_signal(signal.SIGHUP)  # a line each
+                time.sleep(0.002)
+            with tempfile.TemporaryDirectory() as report:
+                done = run(programs, "palpate-client", "--server", found.group(1), "--motion", scenes / "motions" / "press.csv",
+                           "--report", report, "--realtime", "off", "--duration-s", "2")
+                assert done.returncode == 0, done.stdout + done.stderr
+                assert json.loads((pathlib.Path(report) / "summary.json").read_text())["patches_received"] > 0
+            server.send_signal(signal.SIGTERM)
+            assert server.wait(PATIENCE_S) == 0
+        finally:
+            server.kill()
+            server.wait()
+
+
 def check_flags(programs, scenes):
     for flags, said in ((("--metrics", "nowhere"), "--metrics"), (("--metrics", ""), "--metrics: is empty"), (("--log", "xml"), "text, json"),
                         (("--drain-s", "-1"), "0 to 86400")):
@@ -170,6 +197,7 @@ def main():
         check_flags(programs, scenes)
         check_figures(programs, scenes)
         check_log(programs, scenes)
+        check_log_that_nobody_reads(programs, scenes)
         check_drain(programs, scenes, work)
         check_full_disk(programs, scenes, work)
         check_goodbye(programs, scenes, (), [signal.SIGTERM])

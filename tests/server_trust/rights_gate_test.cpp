@@ -160,6 +160,20 @@ TEST_CASE("two keys with one name are in at the same time where no room is both'
   CHECK_FALSE(gated.ask(other, 2));
 }
 
+TEST_CASE("a key that may only look on may not have the body put back to rest") {
+  Gated gated;
+  const auto refused = [&](bool touches) {
+    gated.rights.hand = touches;
+    Message message;
+    message.body = Reset{};
+    return gated.gate.cap(message, 1, gated.key, gated.rights, gated.now).refused;
+  };
+  CHECK_FALSE(refused(true));
+  REQUIRE(refused(false));
+  CHECK(refused(false)->reason == RefuseReason::bad_request);
+  CHECK_THAT(refused(false)->message, Catch::Contains("may not touch"));
+}
+
 TEST_CASE("a viewer gets no more shapes than its key may, whatever it asks for") {
   Gated gated;
   const auto granted = [&](int rights, int asked) {

@@ -206,6 +206,39 @@ TEST_CASE("whoever claims a key that the server knows gets 20 handshakes a secon
   CHECK(pair.join() != 0);
 }
 
+TEST_CASE("who plays recorded handshakes of a key again uses up nothing of what that key may ask for") {
+  ChannelPair pair;
+  std::vector<Datagram> recorded;
+  for (int k = 0; k < 8; ++k) {  // the first and seven with new keys
+    const auto asking = pair.from_client();
+    for (const Datagram& datagram : asking) pair.to_server(datagram);
+    for (const Datagram& cookie : pair.from_server()) pair.to_client(cookie);
+    for (const Datagram& init : pair.from_client()) {
+      recorded.push_back(init);
+      pair.to_server(init);
+    }
+    for (const Datagram& resp : pair.from_server()) pair.to_client(resp);
+    REQUIRE(pair.to_server(pair.sealed("hello")));
+    pair.now += Micros{120'000'000};
+  }
+  REQUIRE(recorded.size() == 8);
+  const ChannelAddress home = pair.from;
+  for (int k = 0; k < 400; ++k) {
+    Datagram init = recorded[static_cast<std::size_t>(k) % recorded.size()];
+    pair.from = address_of(9, 5000);
+    pair.to_server(init);
+    for (const Datagram& cookie : pair.from_server())
+      std::copy_n(cookie.begin() + kHeadBytes, kMacBytes, init.end() - static_cast<long>(kMacBytes));
+    pair.to_server(init);
+    pair.from_server();
+    pair.now += Micros{2'000};
+  }
+  CHECK(pair.server.counts().of(ChannelFault::stale) > 300);
+  pair.from = home;
+  pair.client = ClientChannel(client_keys(), 5, seeded(7), pair.now);
+  CHECK(pair.join() != 0);
+}
+
 TEST_CASE("strangers who use up all handshakes, elsewhere or at a session's own host, keep no session from its next keys") {
   for (const bool at_home : {false, true}) {
     ChannelPair pair;

@@ -178,6 +178,26 @@ TEST_CASE("a session by token ends when the token says so, and a clock on the wa
   }
 }
 
+TEST_CASE("a session by token that is over does not begin anew, however often its client asks while the token may still join") {
+  Token token = token_for();
+  token.session_s = 10;
+  ChannelPair pair(site_with_issuer(), stranger_with(signed_by(kIssuerSeed, kStrangerSeed, token)));
+  REQUIRE(pair.join() != 0);
+  pair.now += Micros{10'300'000};
+  pair.unix_s += 10;
+  pair.server.tick(pair.now);
+  for (const ChannelPeer peer : pair.server.take_ended()) pair.server.forget(peer);
+  REQUIRE(pair.server.sessions() == 0);
+  for (int k = 0; k < 5; ++k) {
+    pair.to_server(pair.sealed("still here"));
+    for (const Datagram& hint : pair.from_server()) pair.to_client(hint);
+    CHECK(pair.join() == 0);
+    pair.now += Micros{1'000'000};
+  }
+  CHECK(pair.server.sessions() == 0);
+  CHECK(pair.server.counts().of(ChannelFault::token_used) > 0);
+}
+
 TEST_CASE("a token that was used stays used while the clock on the wall is set forwards and back") {
   const ClientKeys keys = stranger_with(signed_by(kIssuerSeed, kStrangerSeed));
   ChannelPair pair(site_with_issuer(), keys);
