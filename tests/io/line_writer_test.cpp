@@ -58,7 +58,7 @@ TEST_CASE("Lines come out as they were written, in order and whole, and all of t
   CHECK(pipe.read_until("nothing ends it") == all);
 }
 
-TEST_CASE("Who writes does not wait for a reader that stalls; lines beyond what may wait are left out, and counted") {
+TEST_CASE("Who writes does not wait for a reader that stalls, and lines beyond what may wait are left out and counted") {
   Pipe pipe;
   std::optional<LineWriter> writer(std::in_place, pipe.ends[1], left_out);
   constexpr int kLines = 50'000;  // 5 MB, of which a pipe takes 64 kB and the writer 256

@@ -7,7 +7,8 @@ core       sockets, windows, devices, threads, streams and clocks stay in io/, a
            programs of bench/
 real time  no allocation, lock, log, throw or string in what runs in the 1 kHz tick
 names      a type has a name of its own: two of one name in one program are one to the linker, silently
-tests      every tests/**/*.cpp is compiled (COMPILE_COMMANDS is CMake's compile_commands.json)
+tests      every tests/**/*.cpp is compiled (COMPILE_COMMANDS is CMake's compile_commands.json); no name has a semicolon, at which
+           CTest would cut it in two
 words      nothing is left marked as still to be done; the field's terms (docs/glossary.md), not those that the project once had
 """
 
@@ -49,6 +50,7 @@ NAMESPACE = re.compile(r"(?:inline )?namespace(?: (?P<name>[\w:]+))? \{$")
 NAMESPACE_END = re.compile(r"\}  // namespace")
 TYPE = re.compile(r"(?:struct|class|union|enum class)\s+(?:alignas\(.*?\)+ |\[\[.*?\]\] )?(?P<name>\w+)(?!:)(?: final)?(?: ?:[^;{]*)? \{")
 
+CUT_NAME = re.compile(r'TEST_CASE\(\s*"[^"]*;')
 UNFINISHED = re.compile(r"\b(" + "TO" + "DO|FIX" + r"ME)\b")
 # Names of our own that gave way to the field's: a pattern, the usual term, and files that may have it still.
 OLD_WORDS = [(re.compile(pattern), term, re.compile(allowed) if allowed else None) for pattern, term, allowed in [
@@ -202,6 +204,8 @@ def breaches(root, compile_commands=None):
             continue
         text = file.read_text(encoding="utf-8")
         faults = list(check_words(path, text))
+        if path.startswith("tests/") and path.endswith(".cpp") and (match := CUT_NAME.search(text)):
+            faults.append((text.count("\n", 0, match.start()) + 1, "tests: a semicolon in a test's name"))
         if file.suffix in (".cpp", ".hpp") and path.split("/")[0] in SIDES:
             faults += [*check_includes(path, text), *check_code(path, text)]
             sources.append((path, text))

@@ -69,6 +69,10 @@ class CheckStyle(unittest.TestCase):
                          "namespace palpate {\nstruct A;\nstruct A::D {\n};\nstruct B {\n  struct A {\n  };\n};\n}  // namespace palpate\n"):
             self.assertEqual(self.found({"client/core/a.hpp": types, "server/core/b.cpp": innocent}), [])
 
+    def test_names_of_tests(self):
+        self.assert_breach("tests/io/a.cpp", 2, 'TEST_CASE("it stalls; lines are left out") {', "tests")
+        self.assert_clean("tests/io/a.cpp", 'TEST_CASE("it stalls") {\n  CHECK(text == "a;b");\n}\n')
+
     def test_clocks_in_a_core(self):
         self.assert_breach("client/core/a.cpp", 4, "auto t = std::chrono::steady_clock::now();", "core")
         self.assert_breach("common/link/a.cpp", 1, "std::random_device seed;", "core")
