@@ -17,8 +17,8 @@ namespace palpate {
 
 class LineWriter {
  public:
-  static constexpr std::size_t kWaitingMax = 256 * 1024;     ///< bytes: an hour of a server that has nothing special to say
-  static constexpr std::chrono::milliseconds kEndMost{500};  ///< half of the second in which a program ends
+  static constexpr std::size_t kWaitingMax = 256 * 1024;            ///< bytes: some 2,500 lines
+  static constexpr std::chrono::milliseconds kEndMost{500};         ///< half of the second in which a program ends
   using LeftOut = std::function<std::string(std::uint64_t lines)>;  ///< the line that says so, with its newline
 
   LineWriter(int descriptor, LeftOut left_out);
