@@ -12,7 +12,7 @@
 //
 // In order of worth, and most bodies are touched from above: where there is time for few, the first are run; where tau is below
 // kPredictableS the kUndeviatedRollouts first. A rollout whose steps do not converge ends there; where that is the dead-reckoned
-// one, none count. Measured: docs/notebook/0026. How many fit into a frame: affordable_rollouts(), room_rollouts.cpp.
+// one, none count. Measured: docs/notebook/0026. How many fit into a frame: affordable_rollouts(), state_prediction.cpp.
 #pragma once
 
 #include <array>

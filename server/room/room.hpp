@@ -56,8 +56,8 @@ struct FrameJob {
   Micros target{};                   ///< simulate up to here, server clock
   Micros frame{};                    ///< nominal length of a frame; one that has fallen far behind takes longer steps, 0 = never
   std::vector<StationJob> stations;  ///< a station that is missing has left: its tool lets go
-  bool reset = false;                ///< the body is put back to rest at `begin`, and every tool let go of (room_reset.cpp)
-  bool rollouts = true;     ///< before nonlinear patches the body is stepped ahead as hands may move on (room_rollouts.cpp)
+  bool reset = false;       ///< the body is put back to rest at `begin`, and every tool let go of (stepped_body_tools.cpp)
+  bool rollouts = true;     ///< before nonlinear patches the body is stepped ahead as hands may move on (state_prediction.hpp)
   bool may_sleep = true;    ///< else the body is stepped whatever it does, to measure by
   bool shapes = false;      ///< fill FrameResult::positions
   std::uint8_t fields = 0;  ///< and these of FrameResult::fields: bits of channels

@@ -1,0 +1,119 @@
+// The body moves on, or sleeps.
+#include "server/room/stepped_body.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+#include "common/player/player.hpp"
+
+namespace palpate {
+
+SteppedBody::SteppedBody(const Scene& scene)
+    : scene_(scene),
+      skin_(scene_.body, scene_.tool.radius_m),
+      dynamics_(scene_.body),
+      integrator_(choose_stepper(scene_, dynamics_, skin_)),
+      rest_(settled_state(dynamics_, scene_.name)),
+      body_(rest_),
+      softest_1_s2_(softest_stiffness(dynamics_)),
+      stillness_(dynamics_, softest_1_s2_, rest_.x) {
+  fall_asleep();
+}
+
+void SteppedBody::start(Micros body_time) {
+  body_.time_s = seconds(body_time);
+  tools_.clear();
+  ports_.clear();
+  port_owner_.clear();
+}
+
+bool SteppedBody::resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed) {
+  assert(x.size() == rest_.x.size() && v.size() == rest_.v.size());
+  body_.x = x;
+  body_.v = v;
+  for (std::uint32_t node = 0; node < dynamics_.nodes(); ++node) {
+    if (scene_.body.fixed[node] == 0) continue;
+    at_node(body_.x, node) = at_node(rest_.x, node);
+    at_node(body_.v, node).setZero();
+  }
+  const bool remembers = dynamics_.relaxation().take_up(relaxed, body_);
+  fall_asleep();
+  return remembers;
+}
+
+std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
+  if (asleep_) body_.time_s = std::max(body_.time_s, seconds(job.begin));
+  take_samples(job);
+  if (job.reset) reset();
+  sync_ports(job);
+  std::optional<AdvanceReport> report;
+  if (sleeps_through(job)) {
+    body_.time_s = seconds(job.target);
+  } else {
+    for (auto& [id, tool] : tools_) tool.measured_height.reset();
+    report = advance(job);
+    if (!report->converged) {
+      // The last good shape, at rest and let go of, goes on from here: the room must not stop because one frame was beyond it.
+      body_.v.setZero();
+      for (ToolPort& port : ports_) port.touching = false, port.lambda.setZero();
+      body_.time_s = seconds(job.target);
+    }
+  }
+  asleep_ &= job.may_sleep;
+  if (report && report->steps > 0 && job.may_sleep) fall_asleep();
+  return report;
+}
+
+/// If it may. What is left of its motion goes: the body stays where it is to the bit.
+void SteppedBody::fall_asleep() {
+  const bool alone =
+      std::none_of(ports_.begin(), ports_.end(), [](const ToolPort& p) { return p.kind == ContactKind::attach || p.touching; });
+  asleep_ = alone && stillness_.holds(body_);
+  if (asleep_) body_.v.setZero();
+}
+
+/// Whether a tool that does not touch may meet the body, where it is, before `until`.
+bool SteppedBody::may_meet(std::size_t k, Micros until) {
+  assert(k < ports_.size());
+  constexpr double kStrayMarginM = 0.001;  // a hand strays less between two checks
+  if (ports_[k].kind == ContactKind::attach) return true;
+  const Micros begin = time();
+  const Vec3 from = tool(k, begin).position;
+  double way_m = (tool(k, until).position - from).norm();
+  for (Micros t = begin; t < until; t += kTick) way_m = std::max(way_m, (tool(k, t).position - from).norm());
+  return nearest_within(
+             k, from, way_m + kStrayMarginM, [this]() -> const auto& { return placed_ = skin_.place(body_.x); })
+      .has_value();
+}
+
+std::optional<NearestPoint> SteppedBody::nearest_within(std::size_t k, const Vec3& tool, double far_m,
+                                                        const std::function<const std::vector<double>&()>& positions) {
+  std::optional<MeasuredHeight>& measured_height = tools_.at(port_owner_[k]).measured_height;
+  if (skin_.empty() || (measured_height && measured_height->least_height_m(tool) >= far_m)) return std::nullopt;
+  const NearestPoint nearest = nearest_point(skin_.view(), positions(), tool);
+  if (asleep_) measured_height = MeasuredHeight{tool, nearest.height_m};
+  return nearest.height_m < far_m ? std::optional(nearest) : std::nullopt;
+}
+
+bool SteppedBody::sleeps_through(const FrameJob& job) {
+  if (!asleep_ || !job.may_sleep) return false;
+  for (std::size_t k = 0; k < ports_.size(); ++k)
+    if (may_meet(k, job.target)) return false;
+  return true;
+}
+
+// A frame that has to make up for lost time (the machine was busy) costs no more than kCatchUpFramesMax frames: its steps grow
+// instead. A room that fell behind by more steps of the same length would fall behind further.
+AdvanceReport SteppedBody::advance(const FrameJob& job) {
+  constexpr int kCatchUpFramesMax = 2;  // more: truer steps, and frames that come later
+  double step_s = integrator_.step_s;
+  const double behind = (seconds(job.target) - body_.time_s) / std::max(kCatchUpFramesMax * seconds(job.frame), 1e-9);
+  if (job.frame > Micros{} && behind > 1) step_s *= behind;
+  // Half of what a hand may feel of anything that is not computed, which is a fifth of what the hand-over of patches hides.
+  constexpr double kLeftOutForceN = 0.005;
+  integrator_.stepper->leave_out(job.may_sleep ? kLeftOutForceN : 0);
+  return integrator_.stepper->advance(body_, ports_, seconds(job.target), step_s,
+                                      [&](std::size_t k, double t) { return tool(k, from_seconds(t)); });
+}
+
+}  // namespace palpate

@@ -1,0 +1,99 @@
+// Who is on the body: tools come with their samples and go, and let go where it is put back to rest.
+#include <algorithm>
+#include <cassert>
+
+#include "server/reduce/tool_prediction.hpp"
+#include "server/room/stepped_body.hpp"
+
+namespace palpate {
+
+void SteppedBody::take_samples(const FrameJob& job) {
+  constexpr Micros kTrackKept{100'000};  // more than hand_acceleration() looks back
+  for (const StationJob& j : job.stations) {
+    StationTool& tool = tools_[j.id];
+    tool.track.add(j.samples, time());
+    tool.track.forget_before(time() - kTrackKept);
+  }
+  std::erase_if(tools_, [&](const auto& entry) {
+    return std::none_of(job.stations.begin(), job.stations.end(), [&](const StationJob& j) { return j.id == entry.first; });
+  });
+}
+
+void SteppedBody::sync_ports(const FrameJob& job) {
+  for (std::size_t k = 0; k < ports_.size();) {
+    if (tools_.contains(port_owner_[k])) {
+      ++k;
+      continue;
+    }
+    ports_.erase(ports_.begin() + static_cast<std::ptrdiff_t>(k));
+    port_owner_.erase(port_owner_.begin() + static_cast<std::ptrdiff_t>(k));
+  }
+  for (const StationJob& j : job.stations) {
+    StationTool& tool = tools_[j.id];
+    if (port_of(j.id) || j.shadow_of != 0 || tool.track.empty() || stays_off(tool)) continue;
+    ToolPort port;
+    port.kind = scene_.tool.contact;
+    port.node = scene_.tool.node;
+    port.parameters = {scene_.tool.coupling_n_m, scene_.tool.friction};
+    if (port.kind == ContactKind::attach) {
+      const Vec3 offset = body_.x.segment<3>(3 * static_cast<Eigen::Index>(port.node)) - tool.track.at(time()).position;
+      if (offset.norm() > kGraspReachM) continue;
+      tool.grasp = Grasp(time(), offset);
+    }
+    ports_.push_back(port);
+    port_owner_.push_back(j.id);
+  }
+}
+
+std::optional<std::size_t> SteppedBody::port_of(StationId id) const {
+  const auto at = std::find(port_owner_.begin(), port_owner_.end(), id);
+  if (at == port_owner_.end()) return std::nullopt;
+  return static_cast<std::size_t>(at - port_owner_.begin());
+}
+
+std::optional<std::size_t> SteppedBody::port_of(const StationJob& job) const {
+  return port_of(job.shadow_of != 0 ? job.shadow_of : job.id);
+}
+
+const SteppedBody::StationTool* SteppedBody::tool_of(const StationJob& job) const {
+  const auto tool = tools_.find(job.shadow_of != 0 ? job.shadow_of : job.id);
+  return tool == tools_.end() || tool->second.track.empty() ? nullptr : &tool->second;
+}
+
+Vec3 SteppedBody::hand_acceleration(std::size_t k) const {
+  const StationTool& station = tools_.at(port_owner_[k]);
+  assert(!station.track.empty());
+  constexpr Micros kDifferenceStep{30'000};  // a step of 0.03 mm, an encoder's, is then up to 0.07 m/s^2; longer: lags more
+  const Micros now = time();
+  if (now - 2 * kDifferenceStep < station.track.begin()) return Vec3::Zero();
+  const auto place = [&](Micros t) { return tool_at(station, t).position; };
+  const Vec3 second_difference = place(now) - 2 * place(now - kDifferenceStep) + place(now - 2 * kDifferenceStep);
+  const Vec3 acceleration = second_difference / (seconds(kDifferenceStep) * seconds(kDifferenceStep));
+  return acceleration / std::max(1.0, acceleration.norm() / kHandAccelerationMostMs2);
+}
+
+/// The body back to rest while hands are on it, without a step of any hand's force.
+void SteppedBody::reset() {
+  body_.x = rest_.x;
+  body_.history = rest_.history;
+  body_.v.setZero();
+  for (std::size_t k = 0; k < ports_.size(); ++k) {
+    const auto tool = tools_.find(port_owner_[k]);
+    if (tool == tools_.end()) continue;  // it left with this very frame
+    const ToolPort& port = ports_[k];
+    const bool holds = port.kind == ContactKind::attach || port.touching;
+    tool->second.let_go = LetGo{time(), holds ? Vec3(-port.lambda) : Vec3::Zero()};
+  }
+  ports_.clear();
+  port_owner_.clear();
+  asleep_ = false;
+}
+
+bool SteppedBody::stays_off(StationTool& tool) {
+  if (!tool.let_go) return false;
+  if (!tool.let_go->over(time(), scene_.tool.contact, skin_, body_.x, tool.track.at(time()).position)) return true;
+  tool.let_go.reset();
+  return false;
+}
+
+}  // namespace palpate
