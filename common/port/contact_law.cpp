@@ -21,8 +21,8 @@ ContactClosure close_contact(const Vec3& p_free, const Mat3& compliance, const V
   w.computeInverseWithCheck(inverse, invertible, 0.0);
   if (!invertible) return result;
   Vec3 lambda = inverse * gap;
-  const double push = -lambda.dot(normal);
-  if (!(push > 0)) return result;
+  const double push = -lambda.dot(normal), depth = normal.dot(gap);
+  if (!(push > 0 || depth < 0)) return result;
   result.touching = true;
 
   const Vec3 tangential = lambda + push * normal;
@@ -30,7 +30,6 @@ ContactClosure close_contact(const Vec3& p_free, const Mat3& compliance, const V
   if (tangential_norm > parameters.friction * push) {
     const Vec3 direction = -normal + (parameters.friction / tangential_norm) * tangential;
     const double along = normal.dot(w * direction);
-    const double depth = normal.dot(gap);
     // With strong friction and a skewed compliance the cone's edge may not reach the surface; the frictionless force does.
     lambda = along < 0 && depth < 0 ? Vec3((depth / along) * direction) : Vec3(depth / normal.dot(w * normal) * normal);
     if (!(lambda.dot(normal) < 0)) return {};

@@ -5,11 +5,20 @@
 // constant force lambda on the body. The tool, at h, is joined to it by the contact stiffness k_c (1/k_c = 0: rigid):
 //
 //     h - lambda / k_c = p_free + C lambda   =>   lambda = W^-1 (h - p_free),   W = C + I / k_c            (stick)
-//     lambda . n >= 0 (n the outward normal): the tool would pull                =>   lambda = 0            (release)
-//     |lambda_t| > mu |lambda_n|: on the friction cone,  lambda = N (-n + mu t),  t the stick force's tangent direction,
-//         N from the normal row of W lambda = h - p_free;  the material point slips by h - p_free - W lambda (tangential)
+//     lambda . n >= 0 (n the outward normal), the tool would pull, and it is not inside, (h - p_free) . n >= 0
+//                                                                                =>   lambda = 0            (release)
+//     |lambda_t| > mu |lambda_n|, or it would pull and is inside: on the friction cone,  lambda = N (-n + mu t),  t the stick
+//         force's tangent direction,  N from the normal row of W lambda = h - p_free;  the material point slips by
+//         h - p_free - W lambda (tangential)
 //
 // C is symmetric positive semi-definite. All in frame W; lambda is the force on the body [N], lengths in m.
+//
+// Shapes: h, p_free, lambda, n, t 3, n and t of length 1; C, W 3 x 3 [m/N]; k_c [N/m]; N >= 0 [N]; mu >= 0, no unit.
+// What can go wrong: rigid on a point without compliance W is singular, so 1/k_c = 0 counts as 1e-9 m/N. With strong friction
+// and a C that couples normal and tangent the edge of the cone may not reach the surface: the force without friction is taken.
+// The three cases are tried in this order, not solved as one complementarity problem.
+// Source: Signorini's and Coulomb's laws over the compliance of a deformable body, Duriez, Dubois, Kheddar and Andriot, IEEE
+// TVCG 12 (2006).
 #pragma once
 
 #include "common/base/types.hpp"

@@ -2,6 +2,7 @@
 #include "common/port/contact_law.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "common/base/random.hpp"
@@ -32,9 +33,9 @@ TEST_CASE("With strong friction the point sticks: contact spring, compliance and
     const ContactClosure closure = close_contact(p, c, n, tool, {k, 1e6});
     const Mat3 w = c + (k > 0 ? 1 / k : 0.0) * Mat3::Identity();
     const Vec3 stick = w.inverse() * (tool - p);
-    CHECK(closure.touching == (stick.dot(n) < 0));
-    if (!closure.touching) continue;
-    CHECK_FALSE(closure.slipping);
+    CHECK(closure.touching == (stick.dot(n) < 0 || (tool - p).dot(n) < 0));
+    CHECK(closure.slipping == (closure.touching && stick.dot(n) >= 0));
+    if (!closure.touching || closure.slipping) continue;
     CHECK(closure.slip.norm() == 0);
     CHECK((closure.lambda - stick).norm() < 1e-3 * stick.norm());  // the rigid floor of 1e-9 m/N
     if (k > 0) CHECK((tool - closure.lambda / k - p - c * closure.lambda).norm() < 1e-14);
@@ -77,9 +78,28 @@ TEST_CASE("Without friction the force is along the normal, whatever the complian
     const Vec3 n = random_vector(random, 1).normalized();
     const Vec3 tool = -0.004 * n + random_vector(random, 0.002);
     const ContactClosure closure = close_contact(Vec3::Zero(), c, n, tool, {500, 0});
-    if (!closure.touching) continue;
-    const double expected = -tool.dot(n) / (n.dot(c * n) + 1.0 / 500);
+    const double expected = std::max(0.0, -tool.dot(n) / (n.dot(c * n) + 1.0 / 500));
+    CHECK(closure.touching == (expected > 0));
     CHECK((closure.lambda + expected * n).norm() < 1e-9);
+  }
+}
+
+TEST_CASE(
+    "A tool inside the surface pushes, also where it would pull if the point stuck to it, and its force has no step there") {
+  Mat3 c = Mat3::Identity();
+  c(0, 2) = c(2, 0) = 0.5;
+  c *= 1e-3;
+  const auto pressed = [&](double across_m) {
+    return close_contact(Vec3::Zero(), c, Vec3::UnitZ(), Vec3(across_m, 0, -0.001), {0, 0.3});
+  };
+  // Stuck, lambda_z = (-1 mm - across / 2) / (0.75 mm/N): it would pull from -2 mm on.
+  for (double across_m = -0.004; across_m < 0; across_m += 1e-5) {
+    const ContactClosure closure = pressed(across_m), next = pressed(across_m + 1e-5);
+    REQUIRE(closure.touching);
+    CHECK(closure.lambda.z() < 0);
+    CHECK((closure.lambda - next.lambda).norm() < 0.05);
+    // Friction takes energy, it gives none: the tool drags the point the way that it moves over it.
+    if (closure.slipping) CHECK(closure.slip.dot(closure.lambda) >= -1e-15);
   }
 }
 
