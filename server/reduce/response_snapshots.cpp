@@ -61,7 +61,6 @@ bool add_responses(const Linearisation& at, const KrylovStart& start, const Kryl
   ask(moments, SnapshotKind::moment, memory.data());
   ask(second_order, SnapshotKind::second_order, memory.data() + moments.size());
   if (!solve(columns)) return false;
-  to.add(SnapshotKind::own_motion, at.velocity(), request.horizon_s);
   to.add(SnapshotKind::residual, start.residual);
   to.add(SnapshotKind::own_motion, start.motion, s);
   for (std::size_t k = 0; k < columns.size(); ++k) to.add(kinds[k], *columns[k].x);

@@ -1,11 +1,10 @@
 // Snapshots (snapshot_set.hpp) that are responses of the body to second order, with P = s^2 M + s D + K, s about two over the
 // prediction horizon tau:
 //
-//     tau v*,   P^-1 F*,   s P^-1 M v*     the body's own motion
-//     s P^-1 (2 s M + D) x                 the next moment of each port response and slide x
-//     P^-1 F2(b_i, b_j)                    where two that act together bend the body: F2 the second-order forces
-//     (nonlinear_elements.hpp),
-//                                          b of {port responses, slides, tau v*}
+//     P^-1 F*,   s P^-1 M v*     the body's own motion
+//     s P^-1 (2 s M + D) x       the next moment of each port response and slide x
+//     P^-1 F2(b_i, b_j)          where two that act together bend the body: F2 the second-order forces (nonlinear_elements.hpp),
+//                                b of {port responses, slides, tau v*}
 //
 // Loads whose squares are together kNegligibleLoads of all are left out.
 #pragma once

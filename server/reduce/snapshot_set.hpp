@@ -3,6 +3,12 @@
 //
 // A snapshot w (3 N) counts as alpha w, alpha its weight: as far as the body is likely to go that way. Those of a grasp move the
 // tool's node with them, which a basis holds still.
+//
+// Shapes: N nodes, or coordinates of a locally refined body (refined_body.hpp); w 3 N [m]; weighted() 3 N x count() [m]; alpha
+// no unit.
+// What can go wrong: weighted() needs at least one snapshot; those that the body never comes near take modes and elements from
+// those that it does.
+// Source: the method of snapshots, Sirovich, Turbulence and the dynamics of coherent structures, Quart. Appl. Math. 45 (1987).
 #pragma once
 
 #include <cstdint>
@@ -17,7 +23,7 @@ namespace palpate {
 enum class SnapshotKind : std::uint8_t {
   port_response,  ///< P^-1 B a_i, a_i how far the tool is likely to move along axis i (response_snapshots.hpp)
   slide,          ///< P^-1 (B_end lambda_end - B lambda), the tool's load where it may slide to (frame_model.hpp)
-  own_motion,     ///< tau v*, and s P^-1 M v*
+  own_motion,     ///< s P^-1 M v*
   residual,       ///< P^-1 F*
   moment,         ///< s P^-1 (2 s M + D) x, x a port response or a slide
   second_order,   ///< P^-1 F2(b_i, b_j), the second-order force of two that act together
