@@ -16,6 +16,8 @@ namespace palpate {
 std::vector<Scheme> available_schemes();
 /// InputError, which names them, for another name.
 Scheme available_scheme(const std::string& name);
+/// For flags that name schemes: what is typed counts, and is recorded, as today's name.
+CLI::Validator current_name();
 
 struct LinkFlags {
   double rate_hz = 20, rtt_ms = 0, jitter_ms = 0, loss_pct = 0, burst = 0, compute_ms = 0;

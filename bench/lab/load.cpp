@@ -103,7 +103,10 @@ void add_load(CLI::App& app, Run& run) {
   c->add_option("--rate-hz", flags->rate_hz, "frames a second")
       ->check(number_from<double>(kMinRateHz, kMaxRateHz))
       ->capture_default_str();
-  c->add_option("--scheme", flags->scheme, "how patches are made")->type_name("NAME")->capture_default_str();
+  c->add_option("--scheme", flags->scheme, "how patches are made")
+      ->transform(current_name())
+      ->type_name("NAME")
+      ->capture_default_str();
   c->add_option("--order", flags->order, "states of a patch, 0: the scheme's default")->check(number_from(0, 2 * kMaxModes));
   c->add_option("--out", flags->out, "folder for summary.json")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_load(*flags); }; });

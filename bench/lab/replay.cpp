@@ -217,7 +217,7 @@ void add_replay(CLI::App& app, Run& run) {
   c->add_option("--to-s,--to", flags->to_s, "of the recording: to this time; default: to its end")
       ->check(number_from<double>(0, kMostSeconds))
       ->default_str("");
-  c->add_option("--scheme", flags->scheme, "how patches are made")->type_name("NAME")->required();
+  c->add_option("--scheme", flags->scheme, "how patches are made")->transform(current_name())->type_name("NAME")->required();
   c->add_option("--order", flags->order, "states of a patch (twice its modes), 0: the scheme's default")
       ->check(number_from(0, 2 * kMaxModes));
   flags->link.add_to(*c);

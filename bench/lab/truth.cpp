@@ -59,7 +59,7 @@ std::string title_of(const TruthCell& c) {
     case TruthRow::whole_linear:
       return "whole body, linear";
     case TruthRow::tremor_floor:
-      return fmt::format("full model, hand {:g} um aside", 1e6 * kTremorFloorM);
+      return fmt::format("tremor noise floor, hand {:g} um off its path", 1e6 * kTremorFloorM);
   }
   return title;
 }
@@ -220,7 +220,10 @@ void add_truth(CLI::App& app, Run& run) {
   c->add_option("--only", flags->only, "these scenes alone, by file name without .json, separated by commas")
       ->type_name("NAME")
       ->delimiter(',');
-  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->type_name("NAME")->delimiter(',');
+  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")
+      ->transform(current_name())
+      ->type_name("NAME")
+      ->delimiter(',');
   c->add_flag("--quick", flags->quick, "five round trips instead of eleven");
   c->add_option("--rtt-ms", flags->rtt_ms, "these round trips alone, separated by commas")
       ->type_name("MS")

@@ -16,14 +16,14 @@ namespace palpate {
 
 /// Where the error is sought: as_sent, the program as it is; exact_states, the server's body stepped as finely as the reference,
 /// so that nothing but the patch is wrong; with these states full_forces, the body's own forces on the patch's modes, and
-/// whole_linear, the whole body linearised, in place of the patch (local_model.hpp). hand_aside, at no round trip, is the
-/// reference against itself, the hand kTremorFloorM aside: what a scheme has beyond that is finer than any hand is held.
+/// whole_linear, the whole body linearised, in place of the patch (local_model.hpp). tremor_floor, at no round trip, is the
+/// reference against itself, the hand kTremorFloorM off its path: what a scheme has beyond that is finer than any hand is held.
 enum class TruthRow : std::uint8_t { as_sent, exact_states, full_forces, whole_linear, tremor_floor };
 inline constexpr std::array<std::string_view, 5> kTruthRowNames{"as_sent", "exact_states", "full_forces", "whole_linear",
-                                                                "hand_aside"};
+                                                                "tremor_floor"};
 inline std::string_view name_of(TruthRow r) { return kTruthRowNames[static_cast<std::size_t>(r)]; }
 inline bool has_round_trip(TruthRow r) { return r != TruthRow::tremor_floor; }
-inline constexpr double kTremorFloorM = 1e-5;  ///< along (1, 1, 1); a hand trembles by five times as much
+inline constexpr double kTremorFloorM = 1e-5;  ///< along (1, 1, 1); a hand trembles by 50 to 200 um rms (client/device/hand.hpp)
 
 struct TruthCell {
   std::string scene;

@@ -60,6 +60,8 @@ def check_run(program, scenes, work):
     for scheme in ("cubic", "hyper"):  # the older name and today's
         lab(program, "replay", "--scene", scene, "--gesture", "press", "--scheme", scheme, "--out", work / scheme)
         felt.append((work / scheme / "forces.csv").read_bytes())
+        summary = (work / scheme / "summary.json").read_text()
+        assert json.loads(summary)["run"]["scheme"] == "hyper" and "cubic" not in summary, summary
     assert felt[0] == felt[1], "cubic is not hyper"
     motion = work / "stroke.csv"
     lab(program, "gesture", "--scene", scene, "--kind", "stroke", "--out", motion)
