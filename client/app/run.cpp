@@ -1,7 +1,6 @@
 #include "client/app/run.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -14,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/app/lines.hpp"
 #include "client/app/report.hpp"
 #include "client/app/station.hpp"
 #include "client/device/hardware/open_device.hpp"
@@ -26,7 +26,6 @@
 #include "client/mapping/mapped_device.hpp"
 #include "common/base/error.hpp"
 #include "common/base/grasp_reach.hpp"
-#include "common/io/line_writer.hpp"
 #include "common/io/monotonic.hpp"
 
 namespace palpate {
@@ -42,50 +41,6 @@ constexpr Micros kUntilStart{20'000};         ///< from the decision to start th
 constexpr double kReportedMaxS = 600;         ///< of a run without an end, or of a hand that holds still after its motion
 constexpr std::size_t kRingTicks = 4096;      ///< that may wait between two polls
 constexpr double kStartMaxM = 5e-4;           ///< attach: the motion should start where the node rests
-
-/// Of several hands: whose lines these are, at the beginning of each. A hand runs on a thread of its own.
-thread_local std::string speaker;
-
-/// Where nobody reads any more (a pipe, a terminal that is gone) nothing is said, and no more comes of it.
-void put(LineWriter& out, const std::string& lines) {
-  std::string text = speaker;
-  for (const char c : lines) {
-    text += c;
-    if (c == '\n') text += speaker;
-  }
-  text += '\n';
-  out.write(text);
-}
-
-std::string lines_left_out(std::uint64_t lines) {
-  return fmt::format("palpate-client: {} lines are left out here: nobody read them\n", lines);
-}
-
-void say(const std::string& line) {
-  static LineWriter out(STDOUT_FILENO, lines_left_out);
-  put(out, line);
-}
-void complain(const std::string& line) {
-  static LineWriter out(STDERR_FILENO, lines_left_out);
-  put(out, "palpate-client: " + line);
-}
-
-std::string describe(const DeviceNote& note) {
-  const std::string reason(note.reason.text());
-  switch (note.state) {
-    case DeviceState::ok:
-      return "the device is well: the force comes back";
-    case DeviceState::not_ready:
-      return "the device is not ready: " + reason;
-    case DeviceState::fault:
-      return "no force: the device " + reason;
-    case DeviceState::gone:
-      return "no force, waiting for the device: " + reason;
-    case DeviceState::ended:
-      break;
-  }
-  return "the motion has ended";
-}
 
 /// Ctrl-Z stops the program when no hand of it has a force any more.
 struct Pausing {
@@ -483,7 +438,7 @@ int run(const std::vector<AppOptions>& hands, const std::atomic<bool>& stop) {
   pausing.hands = static_cast<int>(hands.size());
   for (std::size_t k = 0; k < hands.size(); ++k)
     threads.emplace_back([&, k] {
-      if (hands.size() > 1) speaker = hands[k].station + ": ";
+      if (hands.size() > 1) speak_as(hands[k].station);
       try {
         codes[k] = run_hand(hands[k], end);
       } catch (...) {

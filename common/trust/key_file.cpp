@@ -122,7 +122,6 @@ class StationNames {
   }
 
  private:
-  static constexpr std::string_view kAfterName = "-/";
   std::set<std::string> names_;
 };
 

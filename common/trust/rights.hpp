@@ -12,9 +12,10 @@ inline constexpr int kStreamsUsual = 8;  ///< of a key: stations and viewers at 
 inline constexpr int kKbitUsual = 900;   ///< of shapes for a viewer, kbit/s
 inline constexpr int kMostStreams = 64, kMostKbit = 65535;
 inline constexpr std::size_t kMostRoomsNamed = 16;
+inline constexpr std::string_view kAfterName = "-/";  ///< what comes between a name and what a station has behind it
 
 struct Rights {
-  std::string name;  ///< of its stations: this, or with something behind "-" or "/"
+  std::string name;  ///< of its stations: this, or with something behind one of kAfterName
   bool hand = false, viewer = false;
   std::vector<std::string> rooms = {};  ///< empty: any
   int kbit_s = kKbitUsual;
@@ -24,7 +25,7 @@ struct Rights {
   /// "OR 3" has "OR 3", "OR 3-2" and "OR 3/port".
   bool has_name(std::string_view station) const {
     if (!station.starts_with(name)) return false;
-    return station.size() == name.size() || station[name.size()] == '-' || station[name.size()] == '/';
+    return station.size() == name.size() || kAfterName.find(station[name.size()]) != kAfterName.npos;
   }
 };
 

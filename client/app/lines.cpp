@@ -1,0 +1,60 @@
+#include "client/app/lines.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdint>
+
+#include "common/io/line_writer.hpp"
+
+namespace palpate {
+namespace {
+
+thread_local std::string speaker;
+
+void put(LineWriter& out, const std::string& lines) {
+  std::string text = speaker;
+  for (const char c : lines) {
+    text += c;
+    if (c == '\n') text += speaker;
+  }
+  text += '\n';
+  out.write(text);
+}
+
+std::string lines_left_out(std::uint64_t lines) {
+  return fmt::format("palpate-client: {} lines are left out here: nobody read them\n", lines);
+}
+
+}  // namespace
+
+void speak_as(const std::string& hand) { speaker = hand + ": "; }
+
+void say(const std::string& lines) {
+  static LineWriter out(STDOUT_FILENO, lines_left_out);
+  put(out, lines);
+}
+
+void complain(const std::string& lines) {
+  static LineWriter out(STDERR_FILENO, lines_left_out);
+  put(out, "palpate-client: " + lines);
+}
+
+std::string describe(const DeviceNote& note) {
+  const std::string reason(note.reason.text());
+  switch (note.state) {
+    case DeviceState::ok:
+      return "the device is well: the force comes back";
+    case DeviceState::not_ready:
+      return "the device is not ready: " + reason;
+    case DeviceState::fault:
+      return "no force: the device " + reason;
+    case DeviceState::gone:
+      return "no force, waiting for the device: " + reason;
+    case DeviceState::ended:
+      break;
+  }
+  return "the motion has ended";
+}
+
+}  // namespace palpate
