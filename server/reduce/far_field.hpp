@@ -14,6 +14,9 @@
 //
 // Nodes of a cell move together even where the body has a gap between them. Cells of a solid that is nearly incompressible are
 // too stiff when they are large, as with any coarse Galerkin projection.
+//
+// Source: shapes of a grid that does not follow the body, over its own fine elements: composite finite elements, Hackbusch and
+// Sauter, Numer. Math. 75 (1997).
 #pragma once
 
 #include <array>

@@ -18,6 +18,13 @@
 // grasp's patch meets held nodes only.
 // k_o is the contact stiffness of the tool, but at most kContactStiffnessRatioMax times the tissue's own at that point (which
 // also stands for rigid).
+//
+// Shapes: n coordinates of three numbers (body_operator.hpp), m coupled tools; x*, v*, F 3 n [m], [m/s], [N]; M, D, K, P 3 n x
+// 3 n, P [N/m]; s [1/s]; B_k 3 n x 3, X_k 3 n x 3 [m/N]; lambda, v_o 3 [N], [m/s]; S_o 3 x 3 [N/m], S_O 3 m x 3 m, block
+// diagonal; B_O, X_O 3 n x 3 m.
+// What can go wrong: P is not positive definite where a compressed body softens, and there is no system then (system(),
+// respond()); with `clamp` the softening is left out.
+// Source: of the lemma, Woodbury, Inverting modified matrices (1950).
 #pragma once
 
 #include <algorithm>

@@ -9,6 +9,11 @@
 // moves its node. PSD projection makes a patch passive (psd_projection.hpp); with H and H~ the joint stiffness before and after,
 // terms give that back,
 //     E2 = 1/2 u^T (H - H~) u.
+//
+// Shapes: N nodes of the body or of the nonlinear subdomain, r modes, n = r or, of a grasp, r + 3 variables; u n [m for the
+// tool, m kg^1/2 for modes]; w 3 N [m]; V 3 N x r [kg^-1/2], W 3 N x n; H, H~ n x n [N/m for the tool, 1/s^2 for modes].
+// What can go wrong: no weight is positive, or the elements are too stiff for the player's step: then there are no terms.
+// Source: energy-conserving sampling and weighting, Farhat, Avery, Chapman and Cortial, IJNME 98 (2014).
 #pragma once
 
 #include <optional>

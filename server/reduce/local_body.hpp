@@ -1,4 +1,15 @@
-// A body cut out of another.
+// A body cut out of another: some of its nodes and, added one by one, elements between them.
+//
+//     x_i = X_nodes[i],     restricted(y) = S y,   S the rows of these nodes;     rows of a node that is here V_i, else 0
+//
+// Shapes: N nodes of the whole body, n here, ascending; x 3 n, X and y 3 N (positions [m], velocities [m/s], forces [N]); S 3 n
+// x 3 N; V 3 n x r, V_i 3 x r; masses [kg].
+//
+// It has the masses, materials and law of the whole body, and neither its gravity, its triangles nor its Prony series. Of a
+// solid elements are finite elements; its springs (ligaments) are none.
+// What can go wrong: an element that is not added is missing, so nodes that it joins are out of balance where those of the
+// whole body are not; a caller fixes them or takes differences. Weights of nodes that are not here are left out of a sum that
+// was 1.
 #pragma once
 
 #include <array>
@@ -22,7 +33,7 @@ struct LocalBody {
   std::vector<std::uint32_t> nodes;  ///< of the whole body, ascending, for each of its nodes
 
   LocalBody() = default;
-  /// These nodes, fixed where they are, without elements.
+  /// These nodes, fixed where the whole body's are, without elements.
   LocalBody(const LumpedBody& whole, std::vector<std::uint32_t> nodes);
   /// An element of the whole body, all of whose nodes are here.
   void add(const LumpedBody& whole, std::uint32_t element);

@@ -12,6 +12,10 @@
 // has a stiffer response than on the body, as with any Galerkin projection: docs/notebook/0014 has by how much. A corner that
 // moves no mass is held. F_y has the forces of elements in single precision. The number of coordinates grows with the tools; far
 // cells are at most FarField::kCellsMax, whatever the body.
+//
+// Near nodes at the border move freely: nothing ties them to the cell beside them but the elements between (no hanging nodes).
+// Source: all nodes near, interpolated ones elsewhere, as atoms in the quasicontinuum method, Tadmor, Ortiz and Phillips, Phil.
+// Mag. A 73 (1996); cells: far_field.hpp.
 #pragma once
 
 #include <cassert>

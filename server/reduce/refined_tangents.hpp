@@ -1,4 +1,15 @@
-// K and D of a locally refined body (refined_body.hpp), whatever it is made of, and where in them what goes.
+// K and D of a locally refined body (refined_body.hpp), whatever it is made of, and where in them what goes. With K and D the
+// symmetric tangents of its forces F (dynamics.hpp) and T how its nodes move with its coordinates y:
+//
+//     K_y = T^T K T,   K = -dF/dx,      D_y = T^T D T,   D = -dF/dv        (refined_elements.hpp: element by element)
+//
+// An entry (p, q) of the pattern is there where an element joins two near nodes p and q, a near node p and a far cell with the
+// corner q, or where p and q are corners of one far cell.
+//
+// Shapes: n coordinates of three numbers; K_y, D_y 3 n x 3 n, symmetric, the upper triangle kept in 3 x 3 blocks [N/m],
+// [N s/m]; y, k_y = K_y y and d_y = D_y y 3 n x m.
+// What can go wrong: K_y is not definite where a compressed body softens, nor need a = c_d D_y + c_k K_y be; `clamp` leaves
+// that out of elements with a near node alone. Those between far nodes may be of an earlier state (far_tangents.hpp).
 #pragma once
 
 #include <cstdint>

@@ -14,6 +14,11 @@
 // beside the new one of every frame: their errors do not add up.
 //
 // A hand notices a change of the force by about a tenth of it (w = 0.1), and less well where the force is small.
+//
+// Symbols: f 3 [N], the force on the tool; t in steps of 5 ms; w no unit.
+// What can go wrong: a station that does not say what it plays, or plays what is no longer kept (kSentMax, or older than the
+// tool's track), is sent the patch: dearer, and no less true.
+// Source: Hinterseer and Steinbach (2005), where the last force that was sent stands in place of the patch.
 #pragma once
 
 #include <deque>

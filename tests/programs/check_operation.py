@@ -22,9 +22,9 @@ def watched(programs, scenes, *arguments, **more):
     return WatchedServer(programs, scenes / "touch-cube.json", *arguments, **more)
 
 
-def hand(programs, scenes, server, name, *arguments):
+def hand(programs, scenes, server, name, *arguments, motion="press"):
     client = Program(programs / "palpate-client", "--server", server.address, "--station", name, "--motion",
-                     scenes / "motions" / "press.csv", "--realtime", "off", "--duration-s", "300", *arguments)
+                     scenes / "motions" / f"{motion}.csv", "--realtime", "off", "--duration-s", "300", *arguments)
     return client
 
 
@@ -109,7 +109,7 @@ def check_full_disk(programs, scenes, work):
     tiny = ["unshare", "-rm", "sh", "-c", 'mount -t tmpfs -o size=128k none "$0" && exec "$@"', str(disk)]
     may_mount = subprocess.run([*tiny, "true"], capture_output=True).returncode == 0
     under, why = (tiny, "No space left on device") if may_mount else (["prlimit", "--fsize=131072"], "File too large")
-    with watched(programs, scenes, "--record", disk / "session.rec", under=under) as server, hand(programs, scenes, server, "first") as client:
+    with watched(programs, scenes, "--record", disk / "session.rec", under=under) as server, hand(programs, scenes, server, "first", motion="tremor-hold") as client:  # it stays on the body
         client.wait_for("^joined")
         said = server.wait_for("warning: .*")
         assert said.group(0) == f"warning: {disk / 'session.rec'}: the recording ends here, the session goes on: {why}", said.group(0)
