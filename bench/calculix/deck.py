@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Decks for CalculiX that bodies of Palpate are compared with: quadratic hexahedra with reduced integration (C3D20R), neo-Hookean,
-large displacements. `deck.py bar|block|cook|glued POISSON NX NY NZ > NAME.inp`, then `ccx NAME`; `deck.py read NAME.dat` prints the figure.
+large displacements. `deck.py bar|block|cook|glued POISSON NX NY NZ [MM] > NAME.inp`, then `ccx NAME`; `deck.py read NAME.dat` prints the figure.
 
 bar    100 x 30 x 20 mm, 400 kPa, 1000 kg/m^3, clamped at x = 0, hanging in gravity: sag of the middle of the upper edge of its free end
-block  60 x 60 x 30 mm, 10 kPa, bonded below; a square of 20 x 20 mm in the middle of the top goes down by 3 mm, glued: the force on it.
-       A quarter of it, NX = NY: multiples of 3 cells over 30 mm.
+block  60 x 60 x 30 mm, 10 kPa, bonded below; a square of 20 x 20 mm in the middle of the top goes down by MM (3), glued: the force
+       on it. A quarter of it, NX = NY: multiples of 3 cells over 30 mm.
 cook   Cook's membrane in plane strain, (0, 0), (48, 44), (48, 60), (0, 44) mm, 1 mm thick, 10 kPa, clamped at x = 0, a shear load of
        F = 10 uN in all on x = 48 mm: displacement of (48, 52) along y. NZ = 1.
 glued  20 x 10 x 10 mm, 10 kPa, its ends glued, one of them pulled by 1 mm: the force. The body of case ma02 of FEBio's
@@ -45,7 +45,7 @@ def write_set(name, nodes):
         print(", ".join(str(node) for node in nodes[at:at + 10]) + ",")
 
 
-def write_deck(kind, poisson, n):
+def write_deck(kind, poisson, n, depth_mm):
     number, places, elements = lattice(n, SIZE[kind])
     if kind == "cook":
         places = {at: (0.048 * x, 0.001 * (44 * x + y * (44 - 28 * x)), z) for at, (x, y, z) in places.items()}
@@ -81,7 +81,7 @@ def write_deck(kind, poisson, n):
         write_set("ALONGY", on(lambda x, y, z: near(x, 0) and z > 1e-9 and not (near(z, 0.03) and y < 0.01 + 1e-9)))
         bound = "HELD, 1, 3\nALONGX, 2, 2\nALONGY, 1, 1\nASKED, 1, 2"
     print(f"*BOUNDARY\n{bound}\n*STEP, NLGEOM, INC=100\n*STATIC\n0.25, 1.0")
-    print({"bar": "*DLOAD\nALL, GRAV, 9.81, 0., 0., -1.", "block": "*BOUNDARY\nASKED, 3, 3, -0.003",
+    print({"bar": "*DLOAD\nALL, GRAV, 9.81, 0., 0., -1.", "block": f"*BOUNDARY\nASKED, 3, 3, {-1e-3 * depth_mm:.9g}",
            "glued": "*BOUNDARY\nASKED, 1, 1, 0.001"}.get(kind) or cook_load(number, n))
     print(f"*NODE PRINT, NSET=ASKED{', TOTALS=ONLY' if kind in FORCES else ''}\n{'RF' if kind in FORCES else 'U'}\n*END STEP")
 
@@ -112,7 +112,7 @@ def read(file):
 if __name__ == "__main__":
     if len(sys.argv) == 3 and sys.argv[1] == "read":
         read(sys.argv[2])
-    elif len(sys.argv) == 6 and sys.argv[1] in MATERIAL:
-        write_deck(sys.argv[1], float(sys.argv[2]), [int(n) for n in sys.argv[3:]])
+    elif len(sys.argv) == 6 + (sys.argv[1:2] == ["block"] and len(sys.argv) == 7) and sys.argv[1] in MATERIAL:
+        write_deck(sys.argv[1], float(sys.argv[2]), [int(n) for n in sys.argv[3:6]], float((sys.argv[6:] or [3])[0]))
     else:
         sys.exit(__doc__)

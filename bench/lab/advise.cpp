@@ -30,12 +30,13 @@ void print_advice(const AdviseFlags& flags, const Advice& advice, const std::fil
   const AdvisedMesh& m = advice.tried[advice.chosen];
   print_tried(advice);
   fmt::print(
-      "\nA lattice of {:.2f} mm of {}s ({} nodes), steps of {:g} ms, patches '{}'.\n"
+      "\nA lattice of {:.2f} mm of {} ({} nodes), steps of {:g} ms, patches '{}'.\n"
       "Force of a light touch: {:.1f} % from the continuum, of which the step {:.1f} %; the model of the error is off by up to "
       "{:.1f} %.\n"
       "A frame takes {:.1f} ms of this machine (step {:.1f}, patches and datagrams {:.1f}) of {:.0f}.\n",
-      1e3 * m.spacing_m, m.element_name(), m.nodes, 1e3 * advice.step_s, name_of(m.scheme), 100 * advice.error(),
-      100 * advice.step_error, 100 * advice.model_error, m.frame_ms(), m.step_ms, m.patch_ms, 1e3 / flags.rate_hz);
+      1e3 * m.spacing_m, m.element == SolidElement::hexahedron ? "hexahedra" : "tetrahedra", m.nodes, 1e3 * advice.step_s,
+      name_of(m.scheme), 100 * advice.error(), 100 * advice.step_error, 100 * advice.model_error, m.frame_ms(), m.step_ms,
+      m.patch_ms, 1e3 / flags.rate_hz);
   if (!advice.true_enough)
     fmt::print("No mesh was within {:g} %{}.\n", 100 * flags.error,
                advice.fast_enough ? " and fast enough: this is the truest of those that are" : "");

@@ -44,13 +44,14 @@ void take_shape(const SceneText& text, const std::string& path, const schema::So
     if (given && !fits) text.refuse(where, where + " is given", expected);
   };
   only_with("exponents", exponents, of_ogden, "it with \"law\": \"ogden\" alone");
-  only_with("exponent", in.exponent.has_value(), of_veronda, "it with \"law\": \"veronda-westmann\" alone");
-  only_with("second_share", in.second_share.has_value(), of_mooney || (of_ogden && (!exponents || in.exponents.size() == 2)),
-            "it with \"law\": \"mooney-rivlin\", or with two exponents of \"ogden\"");
+  only_with("exponent", in.exponent.has_value(), of_veronda,
+            of_ogden ? "exponents, one or two, of \"ogden\"" : "it with \"law\": \"veronda-westmann\" alone");
   if (of_ogden && (exponents || !named)) {
     take_exponents(text, path, in.exponents, out);
     out.shape = 0;
   }
+  only_with("second_share", in.second_share.has_value(), of_mooney || (of_ogden && (!exponents || in.exponents.size() == 2)),
+            "it with \"law\": \"mooney-rivlin\", or with two exponents of \"ogden\"");
   const bool two = of_mooney ? !named : of_ogden && exponents && in.exponents.size() == 2;
   if (in.second_share || two) out.shape = required(text, path + ".second_share", in.second_share, 0, kMaxSecondShare, "");
   if (of_veronda && (in.exponent || !named)) out.shape = required(text, path + ".exponent", in.exponent, 0, kMaxExponent, "");

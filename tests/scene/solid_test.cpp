@@ -205,6 +205,9 @@ TEST_CASE("What a law has besides its moduli is asked for, and refused with anot
   CHECK(error(R"("law": "ogden", "exponents": [2, 0.5], "second_share": 0.1)").find("exponents[1] is 0.5") != std::string::npos);
   CHECK(error(R"("law": "ogden", "exponents": [2, 3])").find("second_share") != std::string::npos);
   CHECK(error(R"("law": "ogden", "exponents": [2], "second_share": 0.1)").find("two exponents") != std::string::npos);
+  CHECK(error(R"("law": "ogden", "exponents": [2, 4, 6], "second_share": 0.1)").find("exponents is [2, 4, 6]") !=
+        std::string::npos);
+  CHECK(error(R"("law": "ogden", "exponent": 2)").find("exponents, one or two") != std::string::npos);
   CHECK(error(R"("law": "neo-hookean", "exponents": [2])").find("\"ogden\" alone") != std::string::npos);
   const auto body = load_scene(folder.write("a.json", with(R"("law": "veronda-westmann", "exponent": 2.5)"))).body;
   for (const SolidMaterial& m : body.materials) {
