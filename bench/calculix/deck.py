@@ -112,7 +112,7 @@ def read(file):
 if __name__ == "__main__":
     if len(sys.argv) == 3 and sys.argv[1] == "read":
         read(sys.argv[2])
-    elif len(sys.argv) == 6 + (sys.argv[1:2] == ["block"] and len(sys.argv) == 7) and sys.argv[1] in MATERIAL:
+    elif sys.argv[1:2] and sys.argv[1] in MATERIAL and len(sys.argv) in ((6, 7) if sys.argv[1] == "block" else (6,)):
         write_deck(sys.argv[1], float(sys.argv[2]), [int(n) for n in sys.argv[3:6]], float((sys.argv[6:] or [3])[0]))
     else:
         sys.exit(__doc__)

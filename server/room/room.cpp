@@ -60,7 +60,7 @@ std::optional<Room::Origin> Room::origin(StationId id) const {
   return Origin{body.state(), body.ports()[*which], state_->patches.modes(id)};
 }
 
-const std::string& Room::integrator() const { return std::as_const(state_->body).integrator().reason; }
+const std::string& Room::integrator() const { return state_->body.integrator().reason; }
 
 void Room::start(Micros body_time) {
   state_->body.start(body_time);

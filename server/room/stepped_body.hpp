@@ -58,7 +58,6 @@ class SteppedBody {
   const Skin& skin() const { return skin_; }
   const Dynamics& dynamics() const { return dynamics_; }
   ChosenStepper& integrator() { return integrator_; }
-  const ChosenStepper& integrator() const { return integrator_; }
   double softest_1_s2() const { return softest_1_s2_; }
   const BodyState& rest() const { return rest_; }
   const BodyState& state() const { return body_; }

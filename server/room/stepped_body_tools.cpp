@@ -36,7 +36,7 @@ void SteppedBody::sync_ports(const FrameJob& job) {
     port.node = scene_.tool.node;
     port.parameters = {scene_.tool.coupling_n_m, scene_.tool.friction};
     if (port.kind == ContactKind::attach) {
-      const Vec3 offset = body_.x.segment<3>(3 * static_cast<Eigen::Index>(port.node)) - tool.track.at(time()).position;
+      const Vec3 offset = at_node(body_.x, port.node) - tool.track.at(time()).position;
       if (offset.norm() > kGraspReachM) continue;
       tool.grasp = Grasp(time(), offset);
     }
