@@ -15,8 +15,8 @@
 //
 // Shapes: h, p_free, lambda, n, t 3, n and t of length 1; C, W 3 x 3 [m/N]; k_c [N/m]; N >= 0 [N]; mu >= 0, no unit.
 // What can go wrong: rigid on a point without compliance W is singular, so 1/k_c = 0 counts as 1e-9 m/N. With strong friction
-// and a C that couples normal and tangent the edge of the cone may not reach the surface: the force without friction is taken.
-// The three cases are tried in this order, not solved as one complementarity problem.
+// and a C that couples normal and tangent the edge of the cone may not reach the surface: the force without friction is taken. A
+// tool that is not inside is released then. The three cases are tried in this order, not solved as one complementarity problem.
 // Source: Signorini's and Coulomb's laws over the compliance of a deformable body, Duriez, Dubois, Kheddar and Andriot, IEEE
 // TVCG 12 (2006).
 #pragma once

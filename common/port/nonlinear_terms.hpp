@@ -16,12 +16,13 @@
 // Dampers that brake more for having turned may do so by any factor (those of a solid grow with the square of its stretch): where
 // g = D1 u' is beyond that bound and u'^T g > 0, they are taken at the end of the step, along g alone, as R = g g^T / (u'^T g),
 // which does to u' what D1 does and nothing across (R <= D1 where D1 >= 0). With C f the rates that a force f on the modes gives
-// at a step's end, and f_b the force that the step went with already, its end has u'_e = u' - C f_b - C R u'_e:
-//     f = -alpha g,   alpha = g^T (u' - C f_b) / (u'^T g + g^T C g)
-// of second order where C g is small; from step to step (1 + C R)^-1 (1 - (W - C) R), W what a whole step gives, W / 2 <= C <= W,
-// is a contraction in the norm of C^-1 however large R is. One direction is not enough for a solid that is grasped and let go of:
-// there S, D1 as it was some milliseconds ago (lagged_damping.hpp), is taken at the end of the step, and g = (D1 - S) u' is what
-// is left for all this:
+// at a step's end, f_b the force that the step went with already, and b the part at the stamp (B u of sampled_springs.hpp, 0 of a
+// solid), its end has u'_e = u' + C (b - f_b) - C R u'_e:
+//     f = -alpha (g - b),   alpha = g^T (u' + C (b - f_b)) / (u'^T g + g^T C g)
+// of second order where C g is small; from step to step, b = 0, u' - C f_b goes by 1 - W R (1 + C R)^-1, W what a whole step
+// gives, W / 2 <= C <= W, which lets nothing grow in the norm of W^-1 however large R is. One direction is not enough for a solid
+// that is grasped and let go of: there S, D1 as it was some milliseconds ago (lagged_damping.hpp), is taken at the end of the
+// step, and g = (D1 - S) u' is what is left for all this:
 //     f = -S u'_e - alpha g,   u'_e = u' + C (f - f_b),   alpha as above with (1 + C S)^-1 C for C and the u'_e of g = 0.
 // A touch has S where D brakes its modes away many times within a step.
 //

@@ -101,7 +101,7 @@ PALPATE_INLINE void find_term(const OgdenTerm& term, const Doubles<N> (&x)[3], c
   }
 }
 
-/// |x_i - x_j| / x_j: up to it the binomial series, which there is right to 1e-13, beyond it the quotient, which there is too.
+/// |x_i - x_j| / x_j: up to it the binomial series, which there is right to 4e-12, beyond it the quotient, to 2e-12.
 inline constexpr double kSeriesGapMax = 1e-3;
 
 /// g[x_i, x_j]; `way`: (x_i - x_j) / x_j where that is small, `near`, else 0.

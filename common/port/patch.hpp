@@ -104,7 +104,7 @@ struct Patch {
   ModeMatrix damping;    ///< D, symmetric positive semi-definite [1/s]
   ModeVector g;          ///< residual force at the stamp
   ModeVector q_rate;     ///< free motion at the stamp
-  ModeVector load_rate;  ///< how the forces of other tools change [1/s]; r entries, or none: nothing changes
+  ModeVector load_rate;  ///< how the forces of other tools change [kg^1/2 m/s^3]; r entries, or none: nothing changes
   Micros load_for{};     ///< for so long after the stamp
 
   Vec3 force = Vec3::Zero();  ///< on the tool at the stamp [N]

@@ -7,7 +7,7 @@
 //
 //     E(u) = sum_e w_e V_e U_e(phi(|dF|) dF / |dF|)      [J]
 //     elastic:  f = - dE/du
-//     dampers turn with their elements:  f -= sum_e w_e V_e H_e^T (P_v(F + dF, F') - P_v(F, F')),   F' = H_e u'
+//     dampers turn with their elements:  f -= sum_e w_e V_e H_e^T (P_v(F + phi dF / |dF|, F') - P_v(F, F')),   F' = H_e u'
 //
 // A triangle of a membrane is a tetrahedron whose last node is its first (server/body/tetra_kernel.hpp), V its area.
 //
@@ -19,8 +19,8 @@
 // element's tangent at another F is stiffer by than at the stamp grows with the part of lambda that a mode without dilation meets
 // once the element has turned beyond it, lambda sin^2; so that of the element counts as
 //     S = sum w V [ (2 mu + lambda) H^T H + 2 lambda (G : H)^T (G : H) ],   G the cofactors of F, R of a corotational law,
-//     mu of a law of both invariants mu_1 (e + b e') + mu_2 at the stamp; of ogden and fibres half of a bound of their tangent's
-//     eigenvalues there,
+//     mu of a law of both invariants mu_1 (e + b e') + mu_2 at the stamp, of a membrane mu |F|^2; of ogden and fibres half of a
+//     bound of their tangent's eigenvalues there,
 // and where its largest eigenvalue s is beyond 4 / h^2, the modes are given A = (h^2 / 4 - 1 / s) S more mass, as for springs.
 // That is no bound for every F within the ball (which is a hundred times that for a nearly incompressible solid, and would slow
 // motions that matter); phi is what keeps the rest finite. tests/player and palpate-lab stability ask what comes of it.

@@ -1,11 +1,11 @@
 // The terms of a patch in pieces that each fit a datagram (docs/reference/wire.md): a list of numbers of 16 bits, half precision
 // unless said, cut, every piece with all it takes to know the whole.
 //
-//     of springs: s, h (node_motion.hpp), w k and w c, half precision, each in a unit of its own, the largest number some
+//     of springs: s, h (node_motion.hpp), w k and w c, half precision, each but h in a unit of its own, the largest number some
 //     thousands; then b, two bytes a word, p(i) in bytes too, the nodes' places and L as whole numbers of a length, and the two
 //     ends of each spring in a word; of a law that stiffens a byte each, how steep it may become; E2 where there is a repair;
-//     or, of tetrahedra: s, h, w V mu_L, w V lambda_L and t, half precision; then b and p(i) as of springs, the nodes' places
-//     and their places at rest as whole numbers of a length, and the four nodes of each in two words; E2 likewise;
+//     or, of tetrahedra: s, h, w V mu_L, w V lambda_L and t, likewise, but t as h; then b and p(i) as of springs, the nodes'
+//     places and their places at rest as whole numbers of a length, and the four nodes of each in two words; E2 likewise;
 //     the surface that a touch brings: a length and, as a sum of two numbers an axis [1/1024 m], the middle of its vertices; how
 //     the modes move those, s and h as of springs, in [1/kg^1/2]; their normals; then b and p(i), and their places from the
 //     middle as whole numbers of that length; of every triangle its three corners, five bits each

@@ -24,6 +24,9 @@
 // point and normal that the tool slides to in the stage. A contact that no hand could hold (is_lost()) ends. A tool that is still
 // inside touches again where it now is. A step in which a contact begins or ends is redone in pieces of at most event_step_s. The
 // tool's own samples drive every stage.
+//
+// Source: Bank, Coughran, Fichtner, Grosse, Rose and Smith, IEEE Trans. Electron Devices 32 (1985), also in IEEE Trans. CAD 4;
+// analysis with this gamma, for which both stages have one matrix: Hosea and Shampine, Appl. Numer. Math. 20 (1996).
 #pragma once
 
 #include <array>

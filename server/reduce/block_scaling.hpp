@@ -32,7 +32,8 @@ double shell_compliance(int dimension, int shell);
 ///     r_j = (h_j / h_1) / (n_j / n_1),      n_j = nodes in the body's layers j and j + 1,   h_j = the same in a half space.
 class ShellCompliance {
  public:
-  /// `layer_nodes`: nodes of layer 0 (the contact), 1, 2, ...; shells past the last layer are as cut as the last.
+  /// `layer_nodes`: nodes of layer 0 (the contact), 1, 2, ...; layers past the last have as many as it. Fewer than three: nothing
+  /// is cut.
   ShellCompliance(int dimension, const std::vector<int>& layer_nodes);
   /// A half space.
   explicit ShellCompliance(int dimension) : ShellCompliance(dimension, {}) {}

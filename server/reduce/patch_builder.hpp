@@ -4,8 +4,8 @@
 //   tangent          static stiffness seen at the port, K_s = K_p - K_pf K_ff^-1 K_fp  (touch: compliance C_s = B^T K^-1 B)
 //   ring             the nodes within TwoLayer::kLayers layers of the contact, all others held still, reduced like `port`
 //   two-layer        those nodes, with outer elements and masses that stand for the rest of the body (two_layer.hpp), reduced
-//                    like `port`; forces and velocities at the stamp are the body's own; `ring` for a body of tetrahedra, and
-//                    then the patch says so
+//                    like `port`; forces and velocities at the stamp are the body's own; `ring` for a body of finite elements,
+//                    and then the patch says so
 //   balanced         the whole body, balanced off-line at its rest state for this contact (balanced_basis.hpp)
 //   port             the whole body, rational Krylov basis at the port (basis.hpp)
 //   hyper            the whole body, a basis for what it is likely to do (pod_basis.hpp), and beside the linear patch some of its
@@ -20,9 +20,9 @@
 // would carry the surface away for as long as the patch lasts, while the body itself is soon caught by its own stiffness. So no
 // mode is taken for softer than the softest of the body at rest: its stiffness is max(|k|, softest), and by how much that differs
 // is reported. What several stations of a room have in common is solved once a frame, and the tools of the others stay on the
-// body while a patch lasts (frame_model.hpp); the basis has the direction in which their growing load moves the body where they
-// are coupled to the port. For a grasp the joint stiffness of modes and tool is then projected onto the positive semi-definite
-// ones (psd_projection.hpp).
+// body while a patch lasts (frame_model.hpp); the basis has no direction of its own for their growing load
+// (docs/decisions/0010-other-tools.md). For a grasp the joint stiffness of modes and tool is then projected onto the positive
+// semi-definite ones (psd_projection.hpp).
 #pragma once
 
 #include <memory>
@@ -69,7 +69,7 @@ struct BuiltPatch {
   NonlinearTerms terms;  ///< that go with it; no variables: none
   PatchModes modes;      ///< of scheme `hyper`
   /// `hyper` was asked for, `port` was built: a law that is not smooth, finite elements of several laws, springs too stiff for
-  /// the player's step; or `two-layer` was, and `ring` was built: the body has tetrahedra.
+  /// the player's step; or `two-layer` was, and `ring` was built: the body has finite elements.
   bool fell_back = false;
   double psd_change_1_s2 = 0;  ///< most that the stiffness of a mode was changed by
   int solver_iterations = 0;

@@ -45,7 +45,7 @@ class RefinedBody final : public BodyOperator {
   explicit RefinedBody(const Dynamics& dynamics);
 
   /// Near are the cells around these places of the body at rest, and those of these nodes. Coordinates stay what they were as
-  /// long as all that are close enough are among them.
+  /// long as all that are close enough are among them, and near cells are at most twice as many as would be chosen now.
   void focus(std::span<const Vec3> places, std::span<const std::uint32_t> nodes) override;
   std::uint64_t generation() const override { return generation_; }
   void take(const BodyState& state) override;

@@ -1,7 +1,8 @@
 // Few springs whose forces stand for those of all of a body: the terms of a patch of a lattice (sampled_springs.hpp).
 //
-// r_e(u) = G_e^T (f_e(d + G_e u) - f_e(d) - K_e G_e u) is what spring e adds to the linear force on the variables (sampling.hpp);
-// candidates are the kCandidatesMax springs with the largest part in the samples.
+// r_e(u) = G_e^T (f_e(d + G_e u) - f_e(d) - K_e G_e u), f_e = T n, is minus what spring e adds to the linear force on the
+// variables (sampling.hpp, where the sign cancels); candidates are the kCandidatesMax springs with the largest part in the
+// samples.
 //
 // Source: see sampled_springs.hpp.
 #pragma once

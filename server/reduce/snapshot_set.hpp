@@ -21,9 +21,9 @@ namespace palpate {
 
 /// What a snapshot is of, and which file fills it in.
 enum class SnapshotKind : std::uint8_t {
-  port_response,  ///< P^-1 B a_i, a_i how far the tool is likely to move along axis i (response_snapshots.hpp)
+  port_response,  ///< P^-1 B a_i, as far as the tool is likely to move along axis i (patch_builder.hpp)
   slide,          ///< P^-1 (B_end lambda_end - B lambda), the tool's load where it may slide to (frame_model.hpp)
-  own_motion,     ///< s P^-1 M v*
+  own_motion,     ///< s P^-1 M v*; this and the next three: response_snapshots.hpp
   residual,       ///< P^-1 F*
   moment,         ///< s P^-1 (2 s M + D) x, x a port response or a slide
   second_order,   ///< P^-1 F2(b_i, b_j), the second-order force of two that act together

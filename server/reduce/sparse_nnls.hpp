@@ -1,9 +1,9 @@
 // Sparse non-negative least squares: w >= 0 with few entries that are not zero, and |A w - t| small.
 //
-// Greedy: the column whose direction has most of what is left, by the root of what it costs, joins, the weights of all that have
-// joined are found anew, and those that would be negative leave, until what is left is close enough, nothing fits any more, or no
-// column has any of it. Source: Lawson and Hanson, Solving Least Squares Problems (1974), with the stop that Farhat et al. use,
-// IJNME 98 (2014).
+// Greedy: the column whose direction has most of what is left, by the root of what it costs, joins (all are asked at every eighth
+// join, between them those that then had most), the weights of all that have joined are found anew, and those that would be
+// negative leave, until what is left is close enough, nothing fits any more, or no column has any of it. Source: Lawson and
+// Hanson, Solving Least Squares Problems (1974), with the stop that Farhat et al. use, IJNME 98 (2014).
 #pragma once
 
 #include <Eigen/Core>

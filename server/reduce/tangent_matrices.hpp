@@ -1,9 +1,9 @@
 // K and D, side by side on one pattern of 3x3 blocks, of each the upper triangle: both are symmetric.
 //
 // A block has six numbers (xx xy xz yy yz zz) where it is symmetric itself, as every one is that springs alone add to (with n,
-// T', s, L and b of element_kernel.hpp, and w the shares with which coordinates move the ends of a spring,
+// T', s, L and c of element_kernel.hpp, and w the shares with which coordinates move the ends of a spring,
 //
-//     w_p w_q k  to block (p, q) of K,   w_p w_q d  to that of D,      k = (T' - s/L) n n^T + s/L I,   d = b n n^T  ),
+//     w_p w_q k  to block (p, q) of K,   w_p w_q d  to that of D,      k = (T' - s/L) n n^T + s/L I,   d = c n n^T  ),
 //
 // and nine, row by row, where it is not: those of finite elements.
 #pragma once

@@ -3,8 +3,8 @@
 // The server knows every patch that the station may play, from the one that it says it plays to the newest that was sent, and the
 // samples that it plays them with. It plays them too, and sets each beside the new patch over the time that the new one would be
 // used: from its stamp t* to t* + horizon, with the tool going on as it went, and going kProbeM off that way within kProbeS,
-// along the force and along both directions across it (which asks for the stiffness). The new patch is not needed when at all
-// these times, for each of them,
+// along the force (a tool that does not touch by its distance from a vertex near it more) and along both directions across it
+// (which asks for the stiffness). The new patch is not needed when at all these times, for each of them,
 //
 //     |f_old(t) - f_new(t)| <= kExpectedPathShare w max(|f_new(t)|, kForceLeastN),      w the Weber fraction
 //
@@ -34,9 +34,9 @@ class Deadband {
   static constexpr std::size_t kSentMax = 16;        ///< patches kept that are on their way: 0.8 s of them at 20 Hz
   static constexpr Micros kPatchAgeMost{1'000'000};  ///< bounds for how long an error lasts that no path shows
   static constexpr double kExpectedPathShare = 0.5;  ///< of w; the other half is for what a hand does beside these paths
-  static constexpr double kForceLeastN = 0.1;        ///< at w = 0.1 this allows 10 mN, a fifth of what a hand-over hides
+  static constexpr double kForceLeastN = 0.1;        ///< at w = 0.1 this allows 5 mN, a tenth of what a hand-over hides
   static constexpr double kProbeM = 0.003;           ///< at w = 0.1 and small forces a stiffness wrong by 2 N/m shows
-  static constexpr double kProbeS = 0.06;            ///< kProbeM within it, by least jerk: 94 mm/s at most
+  static constexpr double kProbeS = 0.06;            ///< kProbeM within it, by least jerk: 94 mm/s at most in contact
 
   /// Whom a patch is for.
   struct Station {

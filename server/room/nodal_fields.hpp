@@ -14,7 +14,8 @@ namespace palpate {
 /// At each node the largest |T(e)| of the elements that it joins [N], dampers left out. x: node positions.
 std::vector<float> element_tension(const LumpedBody& body, const Vector& x);
 
-/// Of the finite elements at each node, with the elastic Cauchy stress sigma = P F^T / J (J not below kVolumeRatioLeast):
+/// Of the finite elements at each node that have a volume, with the Cauchy stress sigma = (P - F Z) F^T / J, dampers left out (J
+/// not below kVolumeRatioLeast; Z what has faded of the second Piola-Kirchhoff stress, relaxation.hpp):
 ///     stress     the largest von Mises stress sqrt(3/2 s : s), s the deviator of sigma [Pa]
 ///     strain     the largest |principal stretch - 1|
 ///     pressure   the mean of -tr(sigma) / 3, by volumes [Pa]

@@ -67,7 +67,7 @@ struct FrameJob {
 
 struct StationFrame {
   StationId id = 0;
-  std::optional<Patch> patch;                      ///< stamp in the server's clock; empty: no contact in reach
+  std::optional<Patch> patch;                      ///< stamp in the server's clock; empty: none in reach, wanted or to be had
   NonlinearTerms terms;                            ///< that go with it; without variables: none
   Vec3 tool = Vec3::Zero(), force = Vec3::Zero();  ///< at the stamp; force on the tool [N]
   bool contact = false;

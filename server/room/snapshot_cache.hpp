@@ -2,8 +2,8 @@
 // all that are kept, l the body's mean edge [m], x 3 N [m]. A basis that knows some of them is truer where a hand presses again,
 // and where it first meets a body at rest, which has no past (docs/notebook/0030).
 //
-// Of those that had a tool within l of where one is now the most informative are chosen: one after the other that is farthest
-// from all that x and the chosen ones span, as by pivoted Gram-Schmidt of x_i - x,
+// Of those that had a tool within l of where one is now, and differ from x so far, the most informative are chosen: one after the
+// other that is farthest from all that x and the chosen ones span, as by pivoted Gram-Schmidt of x_i - x,
 //
 //     i_k = argmax |r_i^k|,   r_i^0 = x_i - x,   r_i^{k+1} = r_i^k - q_k q_k^T r_i^k,   q_k = r_{i_k}^k / |r_{i_k}^k|
 //

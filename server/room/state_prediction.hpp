@@ -24,7 +24,7 @@ class StatePrediction {
   StatePrediction(SteppedBody& body, FrameModel& frame_model);
   /// Of another body, or hands that are not those of before.
   void clear();
-  /// For the patches of these tools, in a frame that has begun. Of none where the likeliest rollout does not get to its end.
+  /// For the patches of these tools, in a frame that has begun. None of rollouts where the likeliest does not get to its end.
   std::vector<PredictedState> states(const std::vector<std::size_t>& tools, Micros horizon);
 
  private:

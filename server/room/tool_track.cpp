@@ -49,6 +49,8 @@ ToolAt ToolTrack::on_path(Micros t) const {
 }
 
 void ToolTrack::forget_before(Micros t) {
+  if (empty()) return;
+  t = std::min(t, newest() - kVelocityWindow);
   while (samples_.size() > 2 && samples_[1].t < t) samples_.pop_front();
 }
 

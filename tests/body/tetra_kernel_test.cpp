@@ -196,6 +196,39 @@ TEST_CASE("Ogden's stress is as sharp where principal stretches nearly agree as 
     }
 }
 
+TEST_CASE("Ogden's tangent is no steeper than its bound says, where a solid is swollen or squeezed alike above all",
+          "[body][tetra]") {
+  // By finite differences of the stress, without what lambda (G : dF) G has.
+  Draw draw(31);
+  const auto cofactors_of = [](const Mat3& f) {
+    Mat3 g;
+    for (int i = 0; i < 3; ++i) g.col(i) = f.col((i + 1) % 3).cross(f.col((i + 2) % 3));
+    return g;
+  };
+  for (const double exponent : {2.0, 5.0, -4.7})
+    for (const double lambda : {0.5, 50.0, 1000.0})
+      for (const double stretch : {0.8, 0.95, 1.05, 1.1, 1.3})
+        for (const bool alike : {true, false}) {
+          const OgdenLaw law(LawParameters{SolidLaw::ogden, 0, {exponent, exponent}, {}});
+          const OgdenModuli moduli{1, lambda};
+          const Vec3 l = alike ? Vec3::Constant(stretch) : Vec3(stretch, 1, 1 / stretch);
+          const Mat3 f = draw.rotation() * l.asDiagonal() * draw.rotation(), g = cofactors_of(f);
+          Eigen::Matrix<double, 9, 9> tangent;
+          for (Eigen::Index i = 0; i < 9; ++i) {
+            constexpr double kStep = 1e-5;
+            Mat3 df = Mat3::Zero();
+            df.reshaped()[i] = kStep;
+            const Mat3 dp = (ogden_stress(law, moduli, f + df) - ogden_stress(law, moduli, f - df)) / (2 * kStep);
+            tangent.col(i) = (dp - lambda * g.reshaped()[i] * g).reshaped();
+          }
+          const Eigen::Matrix<double, 9, 9> symmetric = 0.5 * (tangent + tangent.transpose());
+          const double steepest =
+              Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>>(symmetric).eigenvalues().tail<1>()[0];
+          CAPTURE(exponent, lambda, stretch, alike);
+          CHECK(steepest <= (1 + 1e-6) * ogden_tangent(law, moduli, f).steepest);
+        }
+}
+
 TEST_CASE("fibres pull along themselves as their exponential says, and across themselves with nothing", "[body][tetra]") {
   const double young_pa = 5e3, nu = 0.3, mu = young_pa / (2 * (1 + nu)), share = 2, b = 1.5;
   const Vec3 a = Vec3(1, -2, 2) / 3;

@@ -255,6 +255,23 @@ TEST_CASE("A tool's path is linear between its samples, still before them and sl
   CHECK((track.at(Micros{3000}).position - Vec3(1, 2, 0)).norm() < 1e-12);
 }
 
+TEST_CASE("A path that forgets what is past goes on after its last sample as it would have, however long that has been") {
+  ToolTrack track;
+  for (int k = 0; k <= 20; ++k) {  // ever faster
+    const double s = 0.001 * k;
+    track.add(std::vector<ToolSample>{{from_seconds(s), Vec3(2 * s * s, 0, 0)}});
+  }
+  ToolTrack forgets = track;
+  for (const Micros t : {Micros{10'000}, Micros{19'500}, Micros{40'000}, Micros{120'000}}) {
+    forgets.forget_before(t);
+    CHECK(forgets.begin() > track.begin());
+    for (Micros then = t; then < Micros{150'000}; then += Micros{500}) {
+      CHECK(forgets.at(then).position == track.at(then).position);
+      CHECK(forgets.at(then).velocity == track.at(then).velocity);
+    }
+  }
+}
+
 TEST_CASE("Samples that come late lead the tool back to where it truly was, without a step of position or velocity") {
   ToolTrack track;
   track.add(std::vector<ToolSample>{{Micros{0}, Vec3(0, 0, 0)}, {Micros{10'000}, Vec3(0.002, 0, 0)}}, Micros{0});
