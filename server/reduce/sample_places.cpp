@@ -18,14 +18,6 @@ Mat3 axes_towards(const Vec3& b) {
   return std::sqrt(3.0) / b.norm() * Eigen::Quaterniond::FromTwoVectors(diagonal, b).toRotationMatrix();
 }
 
-/// The same in the plane of a triangle, of normal n to which b belongs; the third is nothing.
-Mat3 axes_in_plane(const Vec3& b, const Vec3& n) {
-  const Vec3 along = -b / b.squaredNorm(), across = n.cross(along);
-  Mat3 axes;
-  axes << along + across, along - across, Vec3::Zero();
-  return axes;
-}
-
 }  // namespace
 
 SamplePlaces::SamplePlaces(const Dynamics& dynamics, const BodyState& state, const Matrix& moved,
@@ -51,33 +43,63 @@ void SamplePlaces::take_nodes(const BodyState& state, const Matrix& moved) {
 
 void SamplePlaces::take_hexahedra(const BodyState& state, const Matrix& moved, int tool) {
   assert(moved.rows() == state.x.size() && tool < static_cast<int>(dynamics_->nodes()));
-  const auto places = static_cast<Eigen::Index>(kFirst + 3 * elements_.size());
-  moved_.setZero(3 * places, moved.cols());
-  at_stamp_.setZero(3 * places);
-  at_rest_.setZero(3 * places);
+  const std::uint32_t places = number_places(tool);
+  moved_.setZero(3 * static_cast<Eigen::Index>(places), moved.cols());
+  at_stamp_.setZero(3 * static_cast<Eigen::Index>(places));
+  at_rest_.setZero(3 * static_cast<Eigen::Index>(places));
   // Where T is, all there is to know of o: places count from it.
   if (tool >= 0) moved_.middleRows<3>(3 * kHeld) = moved.middleRows<3>(3 * static_cast<Eigen::Index>(tool)).cast<float>();
-  axes_.reserve(elements_.size());
+  take_corners(state, moved, tool);
+  axes_.resize(elements_.size());
+  is_held_.resize(elements_.size());
   for (std::uint32_t k = 0; k < elements_.size(); ++k) {
+    if (is_triangle(elements_[k])) continue;
     const ElementGradient element = element_gradient(*dynamics_, elements_[k]);
     const auto& nodes = element.nodes;
-    const bool triangle = is_triangle(elements_[k]);
     const auto held = std::find(nodes.begin(), nodes.end(), static_cast<std::uint32_t>(tool));
-    is_held_.push_back(tool >= 0 && held != nodes.end());
-    const Vec3 b = element.b.col(is_held_.back() ? held - nodes.begin() : 0);
-    axes_.push_back(triangle ? axes_in_plane(b, element.b.col(1).cross(element.b.col(2)).normalized()) : axes_towards(b));
+    is_held_[k] = tool >= 0 && held != nodes.end();
+    axes_[k] = axes_towards(element.b.col(is_held_[k] ? held - nodes.begin() : 0));
     const Mat3 f = mean_gradient(*dynamics_, elements_[k], state.x);
-    const Eigen::Matrix<double, 3, Eigen::Dynamic> shares = axes_.back().transpose() * element.b;
-    for (Eigen::Index c = 0; c < (triangle ? 2 : 3); ++c) {
-      const Eigen::Index row = 3 * (kFirst + 3 * static_cast<Eigen::Index>(k) + c);
-      at_rest_.segment<3>(row) = axes_.back().col(c);
-      at_stamp_.segment<3>(row) = f * axes_.back().col(c);
+    const Eigen::Matrix<double, 3, Eigen::Dynamic> shares = axes_[k].transpose() * element.b;
+    for (Eigen::Index c = 0; c < 3; ++c) {
+      const Eigen::Index row = 3 * (static_cast<Eigen::Index>(first_[k]) + c);
+      at_rest_.segment<3>(row) = axes_[k].col(c);
+      at_stamp_.segment<3>(row) = f * axes_[k].col(c);
       Matrix way = Matrix::Zero(3, moved.cols());
       for (std::size_t i = 0; i < nodes.size(); ++i)
-        if (!is_held_.back() || nodes[i] != static_cast<std::uint32_t>(tool))
+        if (!is_held_[k] || nodes[i] != static_cast<std::uint32_t>(tool))
           way += shares(c, static_cast<Eigen::Index>(i)) * moved.middleRows<3>(3 * static_cast<Eigen::Index>(nodes[i]));
       moved_.middleRows<3>(row) = way.cast<float>();
     }
+  }
+}
+
+std::uint32_t SamplePlaces::number_places(int tool) {
+  std::uint32_t next = kFirst;
+  corners_.resize(dynamics_->nodes());
+  if (tool >= 0) corners_[static_cast<std::size_t>(tool)] = kHeld;
+  for (const std::uint32_t e : elements_) {
+    first_.push_back(next);
+    if (!is_triangle(e))
+      next += 3;
+    else
+      for (const std::uint32_t node : element_gradient(*dynamics_, e).nodes)
+        if (corners_[node] == 0) corners_[node] = next++;
+  }
+  return next;
+}
+
+void SamplePlaces::take_corners(const BodyState& state, const Matrix& moved, int tool) {
+  const auto any = std::find_if(corners_.begin(), corners_.end(), [](std::uint32_t place) { return place >= kFirst; });
+  if (any == corners_.end()) return;
+  const std::uint32_t from = tool >= 0 ? static_cast<std::uint32_t>(tool) : static_cast<std::uint32_t>(any - corners_.begin());
+  const std::vector<Vec3>& rest = dynamics_->body().nodes;
+  for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
+    if (corners_[i] < kFirst) continue;
+    const Eigen::Index row = 3 * static_cast<Eigen::Index>(corners_[i]);
+    moved_.middleRows<3>(row) = moved.middleRows<3>(3 * static_cast<Eigen::Index>(i)).cast<float>();
+    at_stamp_.segment<3>(row) = at_node(state.x, i) - at_node(state.x, from);
+    at_rest_.segment<3>(row) = rest[i] - rest[from];
   }
 }
 
@@ -85,13 +107,15 @@ std::size_t SamplePlaces::number(std::uint32_t element) const { return at_[eleme
 
 std::uint32_t SamplePlaces::place(std::uint32_t element, int i) const {
   if (axes_.empty()) return dynamics_->body().tetrahedra[element].nodes[static_cast<std::size_t>(i)];
+  if (is_triangle(element)) return corners_[element_gradient(*dynamics_, element).nodes[static_cast<std::size_t>(i)]];
   const std::size_t k = number(element);
-  if (i == 0 || (i == 3 && is_triangle(element))) return is_held_[k] ? kHeld : kStill;
-  return kFirst + static_cast<std::uint32_t>(3 * k) + static_cast<std::uint32_t>(i) - 1;
+  if (i == 0) return is_held_[k] ? kHeld : kStill;
+  return first_[k] + static_cast<std::uint32_t>(i) - 1;
 }
 
 TetraRest SamplePlaces::rest(std::uint32_t element) const {
-  if (axes_.empty()) return dynamics_->tetrahedra().rest(element);
+  const auto cells = static_cast<std::uint32_t>(dynamics_->body().hexahedra.size());
+  if (element >= cells) return dynamics_->tetrahedra().rest(element - cells);
   const Mat3& axes = axes_[number(element)];
   Mat34 places;
   places << Vec3::Zero(), axes;

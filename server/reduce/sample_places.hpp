@@ -8,8 +8,8 @@
 //
 // for any o: one that never moves, the same for all. V_c, how y_c moves with a patch's variables, is sum (b_i . d_c) V_i. Where
 // an element has the node T that a tool holds, o is x_T and d_c such that b_T . d_c = -1, so that no place but T moves with the
-// tool: y_c = sum over i != T of (b_i . d_c) x_i. A triangle of a membrane beside hexahedra has y_0, y_1, y_2 likewise, d_1 and
-// d_2 in its plane, and y_0 once more. Hourglass modes push as the linear patch has it, and nothing beyond that.
+// tool: y_c = sum over i != T of (b_i . d_c) x_i. Triangles of a membrane have their nodes, which neighbours share. Hourglass
+// modes push as the linear patch has it, and nothing beyond that.
 #pragma once
 
 #include <cstdint>
@@ -42,16 +42,22 @@ class SamplePlaces {
   bool is_triangle(std::uint32_t element) const;
 
  private:
-  static constexpr std::uint32_t kStill = 0, kHeld = 1, kFirst = 2;  // of hexahedra: o, x_T, and the first of all y_c
+  static constexpr std::uint32_t kStill = 0, kHeld = 1, kFirst = 2;  // beside hexahedra: o, x_T, and the first of all others
   void take_nodes(const BodyState& state, const Matrix& moved);
   void take_hexahedra(const BodyState& state, const Matrix& moved, int tool);
+  /// How many there are.
+  std::uint32_t number_places(int tool);
+  /// Nodes of triangles beside hexahedra.
+  void take_corners(const BodyState& state, const Matrix& moved, int tool);
   std::size_t number(std::uint32_t element) const;
 
   const Dynamics* dynamics_;
   std::vector<std::uint32_t> elements_;
-  std::vector<Mat3> axes_;             // of hexahedra: d_c as columns [m]
-  std::vector<std::uint8_t> is_held_;  // whose o is x_T
-  std::vector<std::uint32_t> at_;      // of elements: where among elements_
+  std::vector<Mat3> axes_;              // of hexahedra: d_c as columns [m]
+  std::vector<std::uint8_t> is_held_;   // whose o is x_T
+  std::vector<std::uint32_t> at_;       // of elements: where among elements_
+  std::vector<std::uint32_t> first_;    // of hexahedra: the place y_1
+  std::vector<std::uint32_t> corners_;  // of nodes, beside hexahedra: their place, 0 of those that have none
   int tool_ = -1;
   Rows moved_;
   Vector at_stamp_, at_rest_;

@@ -140,8 +140,10 @@ void ByteCosts::with(const std::vector<Eigen::Index>& there) {
 }
 
 int ByteCosts::new_nodes(Eigen::Index column) const {
+  const std::span<const std::uint32_t> nodes = nodes_of(column);
   int fresh = 0;
-  for (const std::uint32_t node : nodes_of(column)) fresh += 1 - used_[node];
+  for (auto node = nodes.begin(); node != nodes.end(); ++node)  // triangles have one of them twice
+    fresh += used_[*node] == 0 && std::find(nodes.begin(), node, *node) == node ? 1 : 0;
   return fresh;
 }
 

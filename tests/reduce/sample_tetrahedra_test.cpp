@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <random>
+#include <set>
 
 #include "server/reduce/element_gradient.hpp"
 #include "server/scene/capsule.hpp"
@@ -141,6 +142,19 @@ TEST_CASE(
   const int tool = GENERATE_COPY(-1, kHeldNode);
   const SamplePlaces places(dynamics, state, moved, chosen, tool);
   const Vector u = Vector::NullaryExpr(6, [&] { return random.uniform(-0.01, 0.01); });
+  // Neighbouring triangles share their nodes, three places are each hexahedron's own.
+  std::set<std::uint32_t> corners;
+  std::size_t cells = 0;
+  for (const std::uint32_t e : chosen) {
+    if (e < body.hexahedra.size()) {
+      ++cells;
+      continue;
+    }
+    const auto& nodes = body.tetrahedra[e - body.hexahedra.size()].nodes;
+    corners.insert(nodes.begin(), nodes.end());
+  }
+  if (tool >= 0) corners.erase(kHeldNode);
+  CHECK(places.count() == 2 + 3 * cells + corners.size());
   const Rows all = places.moved();
   for (const std::uint32_t e : places.elements()) {
     CHECK((places.deformation(e) - mean_gradient(dynamics, e, state.x)).norm() < 1e-12);
@@ -155,6 +169,16 @@ TEST_CASE(
       if (static_cast<int>(places.place(e, i)) != places.tool())
         CHECK(all.block<3, 3>(3 * static_cast<Eigen::Index>(places.place(e, i)), 0).norm() == 0);
   }
+}
+
+TEST_CASE("An element costs each of its new nodes once, a triangle too, which has one of them twice") {
+  const auto numbers = [](int nodes, int elements) { return 100 * nodes + elements; };
+  ByteCosts costs({0, 1, 2, 0, 1, 2, 3, 1, 4, 5, 6, 4}, 4, 7, numbers);
+  costs.with({});
+  CHECK(costs.of(0) == 301);
+  costs.with({0});
+  CHECK(costs.of(1) == 101);
+  CHECK(costs.of(2) == 301);
 }
 
 TEST_CASE("All tetrahedra of a small solid, sampled with a weight of one, are its own forces") {
