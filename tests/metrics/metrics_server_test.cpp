@@ -20,12 +20,12 @@ using namespace std::chrono_literals;
 
 namespace {
 
-std::string get(const std::string& address, const std::string& path) {
+std::string get(const std::string& address, const std::string& path, const std::string& method = "GET") {
   const HostPort there = parse_host_port("test", address);
   asio::io_context io;
   asio::ip::tcp::socket socket(io);
   socket.connect({asio::ip::make_address(there.host), there.port});
-  asio::write(socket, asio::buffer("GET " + path + " HTTP/1.1\r\nHost: test\r\nConnection: close\r\n\r\n"));
+  asio::write(socket, asio::buffer(method + " " + path + " HTTP/1.1\r\nHost: test\r\nConnection: close\r\n\r\n"));
   std::string answer;
   asio::error_code end;
   asio::read(socket, asio::dynamic_buffer(answer), end);
@@ -56,6 +56,8 @@ TEST_CASE("before the first state the server loads: well, not ready, and without
   CHECK(get(server.address(), "/readyz").ends_with("\r\n\r\nok\n"));
   CHECK(get(server.address(), "/metrics").find("palpate_joins_total{room=\"b\"} 1\n") != std::string::npos);
   CHECK_THAT(get(server.address(), "/metrics/more"), Catch::StartsWith("HTTP/1.1 404"));
+  const std::string whole = get(server.address(), "/readyz");
+  CHECK(get(server.address(), "/readyz", "HEAD") == whole.substr(0, whole.find("\r\n\r\n") + 4));
 }
 
 TEST_CASE("connections that say nothing keep no health check waiting") {

@@ -25,22 +25,25 @@ struct Answer {
   std::string type, text;
 };
 
-/// Answers GET at one path, and at none below it, with what `make` says.
+/// Answers GET at one path, and at none below it, with what `make` says, and HEAD with the head of that.
 class Page : public CivetHandler {
  public:
   Page(std::string path, std::function<Answer()> make) : path_(std::move(path)), make_(std::move(make)) {}
   const std::string& path() const { return path_; }
-  bool handleGet(CivetServer*, mg_connection* connection) override {
+  bool handleGet(CivetServer*, mg_connection* connection) override { return say(connection, true); }
+  bool handleHead(CivetServer*, mg_connection* connection) override { return say(connection, false); }
+
+ private:
+  bool say(mg_connection* connection, bool with_text) {
     if (path_ != mg_get_request_info(connection)->local_uri) return false;
     const Answer answer = make_();
     const char* const reason = answer.status == 200 ? "OK" : "Service Unavailable";
     mg_printf(connection, "HTTP/1.1 %d %s\r\nContent-Type: %s\r\nContent-Length: %zu\r\nCache-Control: no-store\r\n\r\n",
               answer.status, reason, answer.type.c_str(), answer.text.size());
-    mg_write(connection, answer.text.data(), answer.text.size());
+    if (with_text) mg_write(connection, answer.text.data(), answer.text.size());
     return true;
   }
 
- private:
   std::string path_;
   std::function<Answer()> make_;
 };
