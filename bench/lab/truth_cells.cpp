@@ -51,6 +51,9 @@ bool has_row(Scheme scheme, TruthRow row) {
   return false;
 }
 
+/// Whether local_model.hpp is felt, which knows no stress that fades.
+bool is_local_model(TruthRow row) { return row == TruthRow::full_forces || row == TruthRow::whole_linear; }
+
 void measure_tremor_floor(TruthCell& cell, const SweepTask& task) {
   std::vector<MotionPoint> points(task.motion.points().begin(), task.motion.points().end());
   for (MotionPoint& p : points) p.position += kTremorFloorM * Vec3::Ones().normalized();
@@ -70,7 +73,7 @@ void measure_cell(TruthCell& cell, const SweepTask& task) {
   options.scheme = cell.scheme;
   options.link.latency = from_seconds(cell.rtt_ms * 0.5e-3);
   options.reference = &task.reference;
-  options.keep_starts = cell.row == TruthRow::full_forces || cell.row == TruthRow::whole_linear;
+  options.keep_starts = is_local_model(cell.row);
   ReplayResult result = replay(scene, task.motion, options, processor_ns);
   if (cell.row == TruthRow::full_forces) replace_patches(result, scene, LocalModel::full_forces);
   if (cell.row == TruthRow::whole_linear) replace_patches(result, scene, LocalModel::whole_linear);
@@ -118,8 +121,10 @@ std::vector<std::string> measure_cells(const TruthGrid& grid, std::vector<TruthC
   std::vector<std::string> untouched;
   for (const auto& [name, task] : tasks)
     if (compare(task.reference.force, task.reference.force, kSkipTicks).contact_ticks == 0) untouched.push_back(name);
-  std::erase_if(
-      cells, [&](const TruthCell& cell) { return std::find(untouched.begin(), untouched.end(), cell.scene) != untouched.end(); });
+  std::erase_if(cells, [&](const TruthCell& cell) {
+    const bool forgets = is_local_model(cell.row) && !tasks.at(cell.scene).scene.body.relaxation.empty();
+    return forgets || std::find(untouched.begin(), untouched.end(), cell.scene) != untouched.end();
+  });
   run_all(
       cells.size(), [&](std::size_t i) { measure_cell(cells[i], tasks.at(cells[i].scene)); }, jobs);
   return untouched;

@@ -16,8 +16,9 @@ namespace palpate {
 
 /// Where the error is sought: as_sent, the program as it is; exact_states, the server's body stepped as finely as the reference,
 /// so that nothing but the patch is wrong; with these states full_forces, the body's own forces on the patch's modes, and
-/// whole_linear, the whole body linearised, in place of the patch (local_model.hpp). tremor_floor, at no round trip, is the
-/// reference against itself, the hand kTremorFloorM off its path: what a scheme has beyond that is finer than any hand is held.
+/// whole_linear, the whole body linearised, in place of the patch (local_model.hpp; of no body whose stress fades). tremor_floor,
+/// at no round trip, is the reference against itself, the hand kTremorFloorM off its path: what a scheme has beyond that is finer
+/// than any hand is held.
 enum class TruthRow : std::uint8_t { as_sent, exact_states, full_forces, whole_linear, tremor_floor };
 inline constexpr std::array<std::string_view, 5> kTruthRowNames{"as_sent", "exact_states", "full_forces", "whole_linear",
                                                                 "tremor_floor"};
@@ -49,7 +50,8 @@ struct TruthGrid {
 /// Cells without their measures, in an order that depends on the grid alone. InputError where there is no such scene.
 std::vector<TruthCell> truth_cells(const TruthGrid& grid);
 /// Fills in the measures of all cells, `jobs` at a time; references are computed once a scene. Cells of scenes whose tool never
-/// meets the body in the examination are taken out: there is nothing to score. Returns those scenes. Throws what replay() throws.
+/// meets the body in the examination are taken out: there is nothing to score. Returns those scenes. Rows that a body has not are
+/// taken out too. Throws what replay() throws.
 std::vector<std::string> measure_cells(const TruthGrid& grid, std::vector<TruthCell>& cells, unsigned jobs);
 
 std::string cells_csv(const std::vector<TruthCell>& cells);

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cassert>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
@@ -283,6 +284,7 @@ class LocalRun {
 
 std::vector<std::optional<Vec3>> local_forces(const Scene& scene, const ToolPath& path, std::span<const Micros> ages,
                                               std::span<const LocalStart> starts, LocalModel model) {
+  assert(scene.body.relaxation.empty());
   const ModelBody body(scene);
   const auto tick_of = [](Micros t) { return static_cast<std::int64_t>(std::llround(1e3 * seconds(t))); };
   const auto at = [&](std::int64_t tick) {

@@ -9,7 +9,7 @@
 // in ticks of 1 ms by the trapezoid, what the forces have beyond the linear ones where the step before leads to; full forces in
 // two steps or as many as are stable. Dampers for which these would have to be more than eight are linear in each tick, as they
 // are halfway through it. The contact is the server's: the whole skin and the same law (contact_law.hpp). Neither wire,
-// cross-fade nor guard have a part in it.
+// cross-fade nor guard have a part in it. Of bodies whose stress does not fade: the forces here know no history.
 #pragma once
 
 #include <optional>
