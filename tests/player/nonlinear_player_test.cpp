@@ -1,6 +1,7 @@
 // The patch player with terms beyond the tangent, against fine integrations and balances of energy.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "common/base/random.hpp"
@@ -402,4 +403,22 @@ TEST_CASE("What PSD projection took is given back only where patch and springs h
   const double without = energy(0);
   CHECK(energy(0.5) == Approx(without - 0.25 * patch.stiffness[0] * u[0] * u[0]).epsilon(1e-5));
   CHECK(energy(100) == Approx(without).epsilon(1e-6));
+}
+
+TEST_CASE("Terms whose forces are no numbers leave the linear patch as it is") {
+  const bool touch = GENERATE(true, false);
+  Patch patch = touch ? test::touch_patch(8, 1, kStamp) : test::attach_patch(8, 1, kStamp);
+  NonlinearTerms terms = test::slack_spring_terms(patch);
+  terms.springs.damping[3] = std::numeric_limits<float>::infinity();
+  REQUIRE_FALSE(NonlinearForce(terms, patch).empty());
+  PatchPlayer player(patch, terms), linear(patch);
+  double most_n = 0;
+  for (int ms = 1; ms <= 200; ++ms) {
+    const ToolSample sample{kStamp + ms * kTick, patch.tool + Vec3(0.001, 0.002, -0.01 * std::sin(0.03 * ms))};
+    const Vec3 force = player.advance(sample).force;
+    REQUIRE(force.allFinite());
+    if (!touch) CHECK((force - linear.advance(sample).force).norm() < 1e-9);  // in as many steps
+    most_n = std::max(most_n, force.norm());
+  }
+  CHECK(most_n > 0.1);
 }

@@ -268,3 +268,38 @@ TEST_CASE("a solid too stiff for a step has as much mass as the step takes, and 
   REQUIRE(mass.rows() == kTetraModes);
   CHECK(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(mass, Eigen::EigenvaluesOnly).eigenvalues()[0] > 0);
 }
+
+TEST_CASE("a solid four times as stiff as a step takes has four times the mass where it is stiffest, and no tangent beyond it") {
+  const SolidLaw law = GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational, SolidLaw::ogden);
+  double taken = 100, refused = 1e10;
+  while (refused > 1.0001 * taken) {
+    const double middle = std::sqrt(taken * refused);
+    (TetraCase(law, middle).compiled().empty() ? refused : taken) = middle;
+  }
+  TetraCase c(law, 4 * taken);
+  SampledSolidForce force = c.compiled(true);
+  REQUIRE_FALSE(force.empty());
+  REQUIRE(force.added_mass().rows() == kTetraModes);
+  const Eigen::MatrixXd mass = Eigen::MatrixXd::Identity(kTetraModes, kTetraModes) + force.added_mass();
+  CHECK(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(mass).eigenvalues().tail<1>()[0] == Approx(4).epsilon(1e-3));
+  double slowed = 0;  // stiffness of unit mass
+  for (int k = 0; k < 200; ++k) {
+    const SampledSolidForce::Values u = c.displacement(0.002F);
+    Eigen::MatrixXd tangent(kTetraModes, kTetraModes);
+    for (int i = 0; i < kTetraModes; ++i) {
+      constexpr float kStep = 1e-4F;
+      const SampledSolidForce::Values step = kStep * SampledSolidForce::Values::Unit(kTetraVariables, kTetraTool + i);
+      SampledSolidForce::Values more(kTetraVariables), less(kTetraVariables);
+      force.move_to(u + step);
+      force.gradient(more);
+      force.move_to(u - step);
+      force.gradient(less);
+      tangent.col(i) = ((more - less) / (2 * kStep)).tail(kTetraModes).cast<double>();
+    }
+    tangent = 0.5 * (tangent + tangent.transpose()).eval();
+    slowed =
+        std::max(slowed, Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(tangent, mass).eigenvalues().tail<1>()[0]);
+  }
+  CAPTURE(law, slowed);
+  if (law != SolidLaw::ogden) CHECK(slowed < 4 / (kTetraTickS * kTetraTickS));  // whose fibres stiffen beyond any bound
+}
