@@ -21,6 +21,18 @@ bool touches(const std::vector<ToolPort>& ports) {
   return std::any_of(ports.begin(), ports.end(), [](const ToolPort& p) { return p.kind == ContactKind::touch && p.touching; });
 }
 
+/// Conjugate gradients where it does not pay to factorise. Of bodies that are small then, whose matrix costs more to make anew
+/// than a solve does, to a thousandth: Newton's method asks for it less often (docs/decisions/0003-linear-solver.md).
+IntegratorOptions with_solver(const Dynamics& dynamics, IntegratorOptions options) {
+  constexpr double kSmallTolerance = 1e-3;
+  if (options.solver != LinearSolver::Method::automatic) return options;
+  if (LinearSolver::factorises(dynamics.nodes(), dynamics.body().planar)) return options;
+  options.solver = LinearSolver::Method::conjugate_gradients;
+  if (dynamics.nodes() <= LinearSolver::kDirectRowsMax)
+    options.solve_tolerance = std::min(options.solve_tolerance, kSmallTolerance);
+  return options;
+}
+
 /// Springs that stiffen without bound can throw a body so far that rounding passes for convergence.
 bool is_sound(const BodyState& state) {
   return state.x.allFinite() && state.v.allFinite() && state.x.cwiseAbs().maxCoeff() <= kWorldExtentM;
@@ -29,7 +41,7 @@ bool is_sound(const BodyState& state) {
 }  // namespace
 
 Integrator::Integrator(const Dynamics& dynamics, const Skin& skin, const IntegratorOptions& options)
-    : dynamics_(&dynamics), skin_(&skin), options_(options), solver_(dynamics.nodes(), options.solver) {
+    : dynamics_(&dynamics), skin_(&skin), options_(with_solver(dynamics, options)), solver_(dynamics.nodes(), options_.solver) {
   spacing_m_ = mean_edge_m(dynamics.body());
 }
 

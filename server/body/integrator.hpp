@@ -44,6 +44,8 @@ namespace palpate {
 struct IntegratorOptions {
   double step_s = 0.010;      ///< largest step
   double tolerance_m = 1e-8;  ///< Newton stops when no node would move further
+  /// automatic: conjugate gradients where it does not pay to factorise (LinearSolver::factorises()); of bodies of up to
+  /// LinearSolver::kDirectRowsMax nodes then to 1e-3 or solve_tolerance, whichever is less.
   LinearSolver::Method solver = LinearSolver::Method::automatic;
   double solve_tolerance = 1e-2;  ///< relative, of linear solves: they steer Newton's method, they do not set its answer
   double event_step_s = 0.002;    ///< of a step in which a contact begins or ends

@@ -29,6 +29,9 @@ class LinearSolver {
  public:
   enum class Method { automatic, direct, conjugate_gradients };
   static constexpr std::uint32_t kDirectRowsMax = 600;  ///< nodes up to which `automatic` is direct
+  /// Whether that takes less time than conjugate gradients for a body of so many nodes that moves, whose matrix is seldom used
+  /// twice (docs/decisions/0003-linear-solver.md).
+  static bool factorises(std::uint32_t nodes, bool planar);
 
   explicit LinearSolver(std::uint32_t rows, Method method = Method::automatic);
 

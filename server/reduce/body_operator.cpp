@@ -2,12 +2,12 @@
 
 #include <cassert>
 
+#include "server/body/linear_solver.hpp"
+
 namespace palpate {
 
 bool WholeBody::factorises(const Dynamics& dynamics) {
-  // Measured: above, iteration is several times faster; of a sheet's `hyper` it cost 4 dB (docs/decisions/0003).
-  constexpr std::uint32_t kFactorisedNodesMax = 100, kFactorisedPlanarNodesMax = 600;
-  return dynamics.nodes() <= (dynamics.body().planar ? kFactorisedPlanarNodesMax : kFactorisedNodesMax);
+  return LinearSolver::factorises(dynamics.nodes(), dynamics.body().planar);
 }
 
 Vector WholeBody::forces() const {

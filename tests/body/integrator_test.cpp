@@ -247,7 +247,8 @@ TEST_CASE("However far a body is pulled out and let go of, a frame ends after so
       REQUIRE(state.x.allFinite());
       REQUIRE(state.time_s == Approx(0.05 * frame));
     }
-    CHECK(most < 1000);
+    // 120 for each of its steps, of which rounding may make six, 260 for one more that is cut to the end, 200 for the last.
+    CHECK(most <= 1180);
   }
 }
 
