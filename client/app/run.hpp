@@ -1,5 +1,5 @@
-// One run of palpate-client: join, wait until the body can be felt, let the hand move, end safely, report. Several hands of one
-// person run side by side, each a station of its own with its own threads, report and recording.
+// What palpate-client does, once its command line is understood. Several hands of one person run side by side, each a station of
+// its own with its own threads, report and recording (hand_run.hpp).
 #pragma once
 
 #include <atomic>

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 
 #include "common/port/polar.hpp"
 
@@ -86,8 +87,8 @@ OgdenTangent ogden_tangent(const OgdenLaw& law, OgdenModuli moduli, const Eigen:
   OgdenTangent out;
   out.g_of_c = v * at.g.asDiagonal() * v.transpose();
   out.kappa = moduli.lambda * (f.determinant() - 1) - law.sum * moduli.mu;
-  static const double cofactors_change = 2 / std::sqrt(3.0);  // |X(F)| <= 2 / sqrt(3) |F|, as much where F is a multiple of 1
-  double most = at.g.cwiseAbs().maxCoeff() + std::abs(out.kappa) * cofactors_change * f.norm();
+  constexpr double kCofactorsChange = 2 * std::numbers::inv_sqrt3;  // |X(F)| <= 2 / sqrt(3) |F|, as much for F a multiple of 1
+  double most = at.g.cwiseAbs().maxCoeff() + std::abs(out.kappa) * kCofactorsChange * f.norm();
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
     const auto own = static_cast<std::size_t>(i), pair = static_cast<std::size_t>(i + 3);

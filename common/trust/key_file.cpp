@@ -111,7 +111,7 @@ class StationNames {
   /// One that a station called `name` could have, or whose station could have that (Rights::has_name).
   std::optional<std::string> like(const std::string& name) const {
     for (std::size_t end = 0; end < name.size(); ++end)
-      if (kAfterName.find(name[end]) != kAfterName.npos)
+      if (std::ranges::find(kAfterName, name[end]) != kAfterName.end())
         if (const auto found = names_.find(name.substr(0, end)); found != names_.end()) return *found;
     if (names_.contains(name)) return name;
     for (const char after : kAfterName) {

@@ -1,6 +1,8 @@
 // What somebody may ask for: the rights of a key, or of a token.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -12,7 +14,9 @@ inline constexpr int kStreamsUsual = 8;  ///< of a key: stations and viewers at 
 inline constexpr int kKbitUsual = 900;   ///< of shapes for a viewer, kbit/s
 inline constexpr int kMostStreams = 64, kMostKbit = 65535;
 inline constexpr std::size_t kMostRoomsNamed = 16;
-inline constexpr std::string_view kAfterName = "-/";  ///< what comes between a name and what a station has behind it
+/// What comes between a name and what a station has behind it. No view of a literal: each object file has a literal of its own,
+/// and the two ends of a loop over it need not be of the same.
+inline constexpr std::array<char, 2> kAfterName{'-', '/'};
 
 struct Rights {
   std::string name;  ///< of its stations: this, or with something behind one of kAfterName
@@ -25,7 +29,7 @@ struct Rights {
   /// "OR 3" has "OR 3", "OR 3-2" and "OR 3/port".
   bool has_name(std::string_view station) const {
     if (!station.starts_with(name)) return false;
-    return station.size() == name.size() || kAfterName.find(station[name.size()]) != kAfterName.npos;
+    return station.size() == name.size() || std::ranges::find(kAfterName, station[name.size()]) != kAfterName.end();
   }
 };
 

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "common/port/nonlinear_tetrahedron.hpp"
+#include "common/port/polar.hpp"
 #include "server/body/tetra_kernel.hpp"
 
 using namespace palpate;
@@ -200,11 +201,6 @@ TEST_CASE("Ogden's tangent is no steeper than its bound says, where a solid is s
           "[body][tetra]") {
   // By finite differences of the stress, without what lambda (G : dF) G has.
   Draw draw(31);
-  const auto cofactors_of = [](const Mat3& f) {
-    Mat3 g;
-    for (int i = 0; i < 3; ++i) g.col(i) = f.col((i + 1) % 3).cross(f.col((i + 2) % 3));
-    return g;
-  };
   for (const double exponent : {2.0, 5.0, -4.7})
     for (const double lambda : {0.5, 50.0, 1000.0})
       for (const double stretch : {0.8, 0.95, 1.05, 1.1, 1.3})
@@ -212,7 +208,7 @@ TEST_CASE("Ogden's tangent is no steeper than its bound says, where a solid is s
           const OgdenLaw law(LawParameters{SolidLaw::ogden, 0, {exponent, exponent}, {}});
           const OgdenModuli moduli{1, lambda};
           const Vec3 l = alike ? Vec3::Constant(stretch) : Vec3(stretch, 1, 1 / stretch);
-          const Mat3 f = draw.rotation() * l.asDiagonal() * draw.rotation(), g = cofactors_of(f);
+          const Mat3 f = draw.rotation() * l.asDiagonal() * draw.rotation(), g = cofactors(f);
           Eigen::Matrix<double, 9, 9> tangent;
           for (Eigen::Index i = 0; i < 9; ++i) {
             constexpr double kStep = 1e-5;

@@ -10,6 +10,7 @@
 #include "common/base/types.hpp"
 #include "common/port/nonlinear_terms.hpp"
 #include "tests/support/bending.hpp"
+#include "tests/support/tangent_by_differences.hpp"
 
 using namespace palpate;
 
@@ -183,19 +184,8 @@ TEST_CASE("springs too stiff for a tick add mass enough for it, however they tur
     constexpr double kStable = 4 / (kTickS * kTickS);
     double bare = 0, slowed = 0;
     for (int k = 0; k < 200; ++k) {
-      const SampledForce::Values u = c.displacement(0.001F * static_cast<float>(k));
-      Eigen::MatrixXd tangent(kModes, kModes);
-      for (int i = 0; i < kModes; ++i) {
-        constexpr float kStep = 1e-3F;
-        const SampledForce::Values step = kStep * SampledForce::Values::Unit(kVariables, kTool + i);
-        SampledForce::Values more(kVariables), less(kVariables);
-        force.move_to(u + step);
-        force.gradient(more);
-        force.move_to(u - step);
-        force.gradient(less);
-        tangent.col(i) = ((more - less) / (2 * kStep)).tail(kModes).cast<double>();
-      }
-      tangent = 0.5 * (tangent + tangent.transpose()).eval();
+      const Eigen::MatrixXd tangent =
+          test::tangent_by_differences(force, c.displacement(0.001F * static_cast<float>(k)), kModes, 1e-3F);
       bare = std::max(bare, Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(tangent).eigenvalues().tail<1>()[0]);
       slowed =
           std::max(slowed, Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(tangent, mass).eigenvalues().tail<1>()[0]);

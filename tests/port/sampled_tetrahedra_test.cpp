@@ -12,6 +12,7 @@
 #include "common/base/types.hpp"
 #include "common/port/lagged_damping.hpp"
 #include "tests/support/bending.hpp"
+#include "tests/support/tangent_by_differences.hpp"
 
 using namespace palpate;
 
@@ -284,19 +285,7 @@ TEST_CASE("a solid four times as stiff as a step takes has four times the mass w
   CHECK(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(mass).eigenvalues().tail<1>()[0] == Approx(4).epsilon(1e-3));
   double slowed = 0;  // stiffness of unit mass
   for (int k = 0; k < 200; ++k) {
-    const SampledSolidForce::Values u = c.displacement(0.002F);
-    Eigen::MatrixXd tangent(kTetraModes, kTetraModes);
-    for (int i = 0; i < kTetraModes; ++i) {
-      constexpr float kStep = 1e-4F;
-      const SampledSolidForce::Values step = kStep * SampledSolidForce::Values::Unit(kTetraVariables, kTetraTool + i);
-      SampledSolidForce::Values more(kTetraVariables), less(kTetraVariables);
-      force.move_to(u + step);
-      force.gradient(more);
-      force.move_to(u - step);
-      force.gradient(less);
-      tangent.col(i) = ((more - less) / (2 * kStep)).tail(kTetraModes).cast<double>();
-    }
-    tangent = 0.5 * (tangent + tangent.transpose()).eval();
+    const Eigen::MatrixXd tangent = test::tangent_by_differences(force, c.displacement(0.002F), kTetraModes, 1e-4F);
     slowed =
         std::max(slowed, Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(tangent, mass).eigenvalues().tail<1>()[0]);
   }
