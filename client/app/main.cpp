@@ -14,11 +14,11 @@ std::atomic<bool> stop_asked{false};
 }  // namespace
 
 int main(int argc, char** argv) {
-  palpate::end_by_signals(stop_asked);
   CLI::App app{"the station of one hand: reads a haptic device at 1 kHz, plays the server's patches, writes the force",
                "palpate-client"};
   return palpate::run_program(app, [&] {
     const std::vector<palpate::AppOptions> hands = palpate::parse_options(app, argc, argv);
+    palpate::end_by_signals(stop_asked);  // until here nothing is to be ended in order, and a pipe may keep what it has to itself
     const palpate::AppOptions& first = hands.front();
     if (first.list_devices) return palpate::list_devices();
     if (first.check_device) return palpate::check_device(first, stop_asked);

@@ -5,10 +5,10 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <sstream>
 
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
+#include "common/file/read_file.hpp"
 #include "common/json/json.hpp"
 
 namespace palpate {
@@ -173,13 +173,9 @@ std::vector<NamedMapping> read_workspace(const std::string& text, const std::str
 }
 
 std::vector<NamedMapping> read_workspace(const std::filesystem::path& file) {
-  std::error_code ignored;
-  std::ifstream in(file, std::ios::binary);
-  if (!in || std::filesystem::is_directory(file, ignored))
-    throw InputError(file.string(), "cannot be read", "a workspace file (JSON)");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return read_workspace(std::move(text).str(), file.string());
+  constexpr std::size_t kMaxWorkspaceBytes = 1u << 20;
+  return read_workspace(without_mark(read_file(file, file.string(), "a workspace file (JSON)", kMaxWorkspaceBytes)),
+                        file.string());
 }
 
 std::string workspace_text(const std::vector<NamedMapping>& all) {

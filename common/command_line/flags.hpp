@@ -15,6 +15,7 @@
 #include <cstdio>
 #include <exception>
 #include <functional>
+#include <iostream>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -143,16 +144,21 @@ inline std::string what_is_wrong(const CLI::App& app, const CLI::ParseError& err
 }
 
 /// The body of main(): what `run` returns; 0 after --help and --version; 2 with one line on stderr, which begins with the name of
-/// `app`, for wrong usage or input; 1 with one for what failed later.
+/// `app`, for wrong usage or input; 1 with one for what failed later, writing to stdout included.
 inline int run_program(CLI::App& app, const std::function<int()>& run) {
   const auto fail = [&](const std::string& line, int status) {
     fmt::print(stderr, "{}: {}\n", app.get_name(), line);
     return status;
   };
+  // What was asked for may be in a file on a disk that is full.
+  const auto said = [&](int status) {
+    const bool whole = std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.flush().good();
+    return whole || status != 0 ? status : fail("what it says could not be written", 1);
+  };
   try {
-    return run();
+    return said(run());
   } catch (const CLI::Success& asked) {
-    return app.exit(asked);
+    return said(app.exit(asked));
   } catch (const CLI::ParseError& wrong) {
     return fail(what_is_wrong(app, wrong), 2);
   } catch (const InputError& wrong) {

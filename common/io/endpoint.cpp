@@ -50,8 +50,8 @@ UdpEndpoint resolve_udp(std::string_view where, std::string_view text) {
   asio::ip::udp::resolver resolver(io);
   const auto found = resolver.resolve(wanted.host, std::to_string(wanted.port), fault);
   if (fault || found.empty())
-    throw wrong(where, "host \"" + wanted.host + "\" does not resolve (" + fault.message() + ")",
-                "a known host name or an address");
+    throw AddressNotReady(std::string(where), "host \"" + wanted.host + "\" does not resolve (" + fault.message() + ")",
+                          "a known host name or an address");
   for (const auto& entry : found)
     if (entry.endpoint().address().is_v4()) return entry.endpoint();
   return found.begin()->endpoint();
@@ -63,9 +63,11 @@ UdpSocket bind_udp(asio::io_context& io, std::string_view where, const UdpEndpoi
   socket.open(address.protocol(), fault);
   if (!fault) socket.bind(address, fault);
   if (fault == asio::error::address_in_use)
-    throw wrong(where, "port " + std::to_string(address.port()) + " is in use", "a free UDP port, or 0 for any");
+    throw AddressNotReady(std::string(where), "port " + std::to_string(address.port()) + " is in use",
+                          "a free UDP port, or 0 for any");
   if (fault)
-    throw wrong(where, "cannot listen at " + to_string(address) + " (" + fault.message() + ")", "an address of this machine");
+    throw AddressNotReady(std::string(where), "cannot listen at " + to_string(address) + " (" + fault.message() + ")",
+                          "an address of this machine");
   widen_buffers(socket);
   return socket;
 }

@@ -6,10 +6,18 @@
 #include <string>
 #include <string_view>
 
+#include "common/base/error.hpp"
+
 namespace palpate {
 
 using UdpEndpoint = asio::ip::udp::endpoint;
 using UdpSocket = asio::ip::udp::socket;
+
+/// May be right later with the same command line: a name that is not known yet, an address that this machine has not got yet, a
+/// port that another program still has.
+class AddressNotReady : public InputError {
+  using InputError::InputError;
+};
 
 struct HostPort {
   std::string host;
@@ -20,9 +28,10 @@ struct HostPort {
 HostPort parse_host_port(std::string_view where, std::string_view text);
 
 /// The address that `text` names, IPv4 first when it has both kinds. Asks the resolver, so it may block for seconds.
+/// AddressNotReady for a host that does not resolve.
 UdpEndpoint resolve_udp(std::string_view where, std::string_view text);
 
-/// A socket that receives at `address`; a port in use or an address of another machine is an InputError.
+/// A socket that receives at `address`. AddressNotReady for a port in use or an address of another machine.
 UdpSocket bind_udp(asio::io_context& io, std::string_view where, const UdpEndpoint& address);
 
 /// A socket for talking to `server` from any free port of this machine.

@@ -21,8 +21,10 @@ std::string processor_name() {
 }  // namespace
 
 std::string file_hash(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) return {};
   std::ifstream in(file, std::ios::binary);
-  if (!in || std::filesystem::is_directory(file)) return {};
+  if (!in) return {};
   std::uint64_t hash = 0xcbf29ce484222325ull;
   for (auto byte = std::istreambuf_iterator<char>(in); byte != std::istreambuf_iterator<char>(); ++byte)
     hash = (hash ^ static_cast<unsigned char>(*byte)) * 0x100000001b3ull;

@@ -1,6 +1,7 @@
 #include "common/io/record_file.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -46,6 +47,21 @@ int open_new(const std::filesystem::path& file) {
   return pipe;
 }
 
+/// A folder may be emptied under a recording: what goes on being written then can be read by nobody.
+bool is_removed(int descriptor) {
+  struct stat about {};
+  return ::fstat(descriptor, &about) == 0 && S_ISREG(about.st_mode) && about.st_nlink == 0;
+}
+
+/// Another program writes it: it holds the lock that RecordFile takes.
+bool is_being_written(const std::filesystem::path& file) {
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor < 0) return false;
+  const bool locked = ::flock(descriptor, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  ::close(descriptor);
+  return locked;
+}
+
 /// Pipes and devices cannot, and need not.
 int sync_data(int descriptor) {
   const bool fine = ::fdatasync(descriptor) == 0 || errno == EINVAL || errno == EROFS;
@@ -70,6 +86,7 @@ RecordFile::RecordFile(const std::string& flag, const std::filesystem::path& fil
     if (made_here) ::unlink(file.c_str());
     throw InputError(where, std::string("cannot be written: ") + std::strerror(fault), "room on the disk");
   }
+  ::flock(descriptor_, LOCK_EX | LOCK_NB);  // where file systems have no locks, nobody is warned
   written_ = first.size();
   thread_ = std::thread([this] { run(); });
 }
@@ -116,7 +133,9 @@ void RecordFile::fail(const std::string& why) {
 void RecordFile::put_on_disk(std::unique_lock<std::mutex>& lock) {
   lock.unlock();
   const int fault = sync_(descriptor_);
+  const bool removed = is_removed(descriptor_);
   lock.lock();
+  if (removed && !failed_) fail("the file was removed");
   if (fault && !failed_) fail(std::string("what was written did not reach the disk: ") + std::strerror(fault));
 }
 
@@ -200,6 +219,9 @@ RecordSeries series_of(const std::string& flag, const std::filesystem::path& fil
   for (auto file_there = found.rbegin(); file_there != found.rend(); ++file_there) {
     const auto size = std::filesystem::file_size(file_there->second, fault);
     if (!fault && size > 0) series.there.push_back(file_there->second);
+    if (is_being_written(file_there->second))
+      throw InputError(flag + " " + file_there->second.string(), "is being written by another program",
+                       "a name of its own for each server");
   }
   return series;
 }

@@ -1,9 +1,9 @@
 // A file that is written behind by a thread of its own: whoever has bytes for it never waits for a disk.
 //
 // At the start it must be a new file, so that no recording is overwritten (devices and pipes are taken as they are), and the
-// first bytes must reach it. Later failures, of writing and of putting on the disk, end the writing: fault() says why, once, and
-// the bytes that come then are dropped. What was handed over survives the end of the program within moments, and a power cut
-// after at most a second (fdatasync).
+// first bytes must reach it. It is locked (flock) while it is written. Later failures, of writing and of putting on the disk, and
+// the file's removal end the writing: fault() says why, once, and the bytes that come then are dropped. What was handed over
+// survives the end of the program within moments, and a power cut after at most a second (fdatasync).
 #pragma once
 
 #include <atomic>
@@ -73,7 +73,7 @@ struct RecordSeries {
   std::vector<std::filesystem::path> there;  ///< that have anything in them, the newest first
   std::filesystem::path next;                ///< later than all
 };
-/// InputError, with `flag`, when the folder cannot be looked into.
+/// InputError, with `flag`, when the folder cannot be looked into or a program still writes one of them.
 RecordSeries series_of(const std::string& flag, const std::filesystem::path& file);
 
 }  // namespace palpate

@@ -1,6 +1,9 @@
 #include "common/io/spinning_thread_pool.hpp"
 
 #include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <system_error>
 
 namespace palpate {
 namespace {
@@ -23,10 +26,17 @@ void pause() {
 }  // namespace
 
 SpinningThreadPool::SpinningThreadPool(std::size_t size) : tickets_(std::max<std::size_t>(size, 1)) {
-  for (std::size_t k = 1; k < size; ++k) helpers_.emplace_back([this, k] { help(k); });
+  try {
+    for (std::size_t k = 1; k < size; ++k) helpers_.emplace_back([this, k] { help(k); });
+  } catch (const std::system_error& fault) {
+    end();
+    throw std::runtime_error(std::to_string(size - 1) + " threads cannot be started: " + fault.what());
+  }
 }
 
-SpinningThreadPool::~SpinningThreadPool() {
+SpinningThreadPool::~SpinningThreadPool() { end(); }
+
+void SpinningThreadPool::end() {
   stop_.store(true);
   for (Ticket& ticket : tickets_) {
     ticket.value.store((std::uint64_t{piece_of(ticket.value.load())} + 1) << kPieceBit);

@@ -17,7 +17,7 @@ namespace palpate {
 class SpinningThreadPool final : public ThreadPool {
  public:
   static constexpr std::size_t kMostParts = 0x7FFF;
-  /// Starts size - 1 threads.
+  /// Starts size - 1 threads. Throws std::runtime_error where the system has not so many.
   explicit SpinningThreadPool(std::size_t size);
   ~SpinningThreadPool() override;
   SpinningThreadPool(const SpinningThreadPool&) = delete;
@@ -34,6 +34,7 @@ class SpinningThreadPool final : public ThreadPool {
   struct alignas(64) Ticket {
     std::atomic<std::uint64_t> value{0};
   };
+  void end();
   void help(std::size_t self);
   void take_parts(std::size_t self);
   void take_parts_of(std::size_t thread);

@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <fstream>
 #include <limits>
+#include <sstream>
 #include <string_view>
 
 #include "common/base/error.hpp"
 #include "common/base/in_quotes.hpp"
 #include "common/base/limits.hpp"
+#include "common/file/read_file.hpp"
 #include "common/motion/motion.hpp"
 
 namespace palpate {
@@ -128,8 +130,8 @@ Motion read_motion(std::istream& in, const std::string& name) {
 }
 
 Motion read_motion(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in || std::filesystem::is_directory(file)) throw InputError(file.string(), "cannot be read", "a motion file (CSV)");
+  constexpr std::size_t kMaxMotionBytes = std::size_t{2} << 30;  // kMaxMotionRows of more digits than doubles have
+  std::istringstream in(without_mark(read_file(file, file.string(), "a motion file (CSV)", kMaxMotionBytes)));
   return read_motion(in, file.string());
 }
 

@@ -75,6 +75,9 @@ void run(const Options& options) {
   const UdpEndpoint listen = resolve_udp("--listen", options.listen);
   const UdpEndpoint server = resolve_udp("--to", options.to);
   if (server.port() == 0) throw InputError("--to", "port 0", "the server's port, 1 to 65535");
+  const bool from_anywhere = listen.address().is_unspecified() && server.address().is_loopback();
+  if (listen.port() == server.port() && (listen.address() == server.address() || from_anywhere))
+    throw InputError("--to", "is the relay's own address", "the server's");
   UdpRelay relay(io, bind_udp(io, "--listen", listen), server, link_of(options));
   asio::signal_set signals(io, SIGINT, SIGTERM);
   signals.async_wait([&io](const asio::error_code&, int) { io.stop(); });

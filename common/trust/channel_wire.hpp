@@ -48,6 +48,7 @@ using PathText = std::array<std::uint8_t, kPathTextBytes>;
 struct ChannelAddress {
   std::array<std::uint8_t, 16> ip{};
   std::uint16_t port = 0;
+  std::uint32_t scope = 0;  ///< of a link-local address: the interface that it is at
   auto operator<=>(const ChannelAddress&) const = default;
 };
 

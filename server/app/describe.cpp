@@ -90,6 +90,11 @@ std::vector<std::string> describe(const Scene& scene, double rate_hz) {
         "warning: {}; {}",
         held == 0 ? "no node is held, a tool pushes the body away" : "hardly a node is held, the body flops under a tool",
         advice(body)));
+  constexpr double kLeftOutSaid = 0.05;  // more than corners that no cell fits into
+  if (body.left_out_share > kLeftOutSaid)
+    lines.push_back(
+        fmt::format("warning: {:.0f} % of the cells inside the surface do not hang together with the rest and are left out",
+                    100 * body.left_out_share));
   if (const auto locking = locking_line(body)) lines.push_back(*locking);
   constexpr std::size_t kSolvedMost = 20'000;  // nodes of a body whose stiffness is solved for within a second or so
   const bool small = body.nodes.size() <= kSolvedMost;

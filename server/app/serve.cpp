@@ -7,6 +7,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <stdexcept>
 #include <thread>
 
 #include "common/base/error.hpp"
@@ -64,7 +65,7 @@ class Serving {
  public:
   explicit Serving(const ServerFlags& flags) : flags_(flags) {
     if (flags.has_metrics) metrics_.emplace("--metrics", flags.metrics, PALPATE_VERSION);
-    if (metrics_) say("metrics", "metrics at http://" + metrics_->address() + "/metrics");
+    if (metrics_) say_metrics();
     check_reach(flags);
     if (flags.has_keys) keys_ = read_site(flags.keys);
     scenes_ = load_scenes(flags);
@@ -98,6 +99,13 @@ class Serving {
   void watch(ServerState state) {
     if (service_.watches() && !not_well(state, state.at)) service_.is_well();
     if (metrics_) metrics_->publish(std::move(state));
+  }
+
+  void say_metrics() {
+    say("metrics", "metrics at http://" + metrics_->address() + "/metrics");
+    if (!is_loopback(resolve_udp("--metrics", flags_.metrics).address()))
+      say("metrics", "warning: --metrics: whoever reaches that address may read them, and keep others from it",
+          EventLevel::warning);
   }
 
   void say_keys() {
@@ -188,7 +196,12 @@ class Serving {
 void serve(const ServerFlags& flags) {
   end_while_loading();
   std::signal(SIGPIPE, SIG_IGN);  // nobody reads the log any more: no hand has to suffer from that
-  Serving(flags).run();
+  try {
+    Serving(flags).run();
+  } catch (const AddressNotReady& fault) {
+    if (!ServiceManager().is_there()) throw;
+    throw std::runtime_error(fault.what());  // no bad input, after which a service is not started again
+  }
 }
 
 }  // namespace palpate

@@ -3,6 +3,8 @@
 #include <spdlog/fmt/fmt.h>
 #include <systemd/sd-daemon.h>
 
+#include <cstdlib>
+
 namespace palpate {
 namespace {
 
@@ -10,7 +12,8 @@ constexpr Micros kToEnd{10'000'000};  // of a frame in hand and of recordings to
 
 }  // namespace
 
-ServiceManager::ServiceManager() : watches_(::sd_watchdog_enabled(0, nullptr) > 0) {}
+ServiceManager::ServiceManager()
+    : is_there_(std::getenv("NOTIFY_SOCKET") != nullptr), watches_(::sd_watchdog_enabled(0, nullptr) > 0) {}
 
 void ServiceManager::ready(const std::string& status) const { ::sd_notify(0, ("READY=1\nSTATUS=" + status).c_str()); }
 

@@ -12,6 +12,8 @@ class ServiceManager {
  public:
   ServiceManager();
 
+  /// Whether it started this program.
+  bool is_there() const { return is_there_; }
   /// Whether it wants to hear, within WatchdogSec, that all is well.
   bool watches() const { return watches_; }
   void ready(const std::string& status) const;
@@ -20,7 +22,7 @@ class ServiceManager {
   void stopping(const std::string& status, Micros most) const;
 
  private:
-  bool watches_ = false;
+  bool is_there_ = false, watches_ = false;
 };
 
 }  // namespace palpate

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/base/doubles.hpp"
+#include "server/body/element_blocks.hpp"
 #include "server/body/hexa_kernel.hpp"
 
 namespace palpate {
@@ -41,10 +42,7 @@ constexpr std::size_t hexa_gradient_at(std::size_t node, std::size_t m) { return
 /// The numbers of up to eight elements of their own shape; 0 in lanes that are not used.
 std::vector<EightNumbers> numbers_of(std::span<const HexaShape* const> shapes);
 
-/// c_k K + c_d D between nodes i and j <= i of each hexahedron, row by row: at[pair_index(i, j)][3 row + column].
-struct HexaBlocks {
-  std::array<std::array<EightNumbers, 9>, 36> at;
-};
+using HexaBlocks = ElementBlocks<8>;
 
 struct HexaLoops {
   std::size_t width;  ///< elements in a vector

@@ -120,11 +120,9 @@ void Hexahedra::blocks(const Batch& batch, const Vector& x, double c_d, double c
     const HexaShape& at = shape(batch.cells[lane]);
     const HexaTangent tangent(m, gradient(batch.cells[lane], x), clamp);
     for (int i = 0; i < 8; ++i)
-      for (int j = 0; j <= i; ++j) {
-        const Mat3 k = tangent.block(m, at.modes, at.rest, i, j, c_d, c_k);
-        auto& to = blocks.at[pair_index(static_cast<std::size_t>(i), static_cast<std::size_t>(j))];
-        for (std::size_t n = 0; n < 9; ++n) to[n].of[lane] = k(static_cast<int>(n / 3), static_cast<int>(n % 3));
-      }
+      for (int j = 0; j <= i; ++j)
+        blocks.set(static_cast<std::size_t>(i), static_cast<std::size_t>(j), lane,
+                   tangent.block(m, at.modes, at.rest, i, j, c_d, c_k));
   }
 }
 
@@ -168,16 +166,7 @@ void Hexahedra::add_tangents(const BodyState& state, double c_d, double c_k, con
     blocks(batch, state.x, c_d, c_k, clamp, side_by_side);
     for (std::size_t lane = 0; lane < batch.group.count; ++lane) {
       const Cell& cell = cells_[batch.cells[lane]];
-      for (std::size_t i = 0; i < 8; ++i) {
-        if (held[cell.nodes[i]]) continue;
-        for (std::size_t j = 0; j <= i; ++j) {
-          if (held[cell.nodes[j]]) continue;
-          BlockMatrix::Block k;
-          for (std::size_t n = 0; n < 9; ++n) k.data()[n] = side_by_side.at[pair_index(i, j)][n].of[lane];
-          a.block(cell.entries[i][j]) += k;
-          if (i != j) a.block(cell.entries[j][i]) += k.transpose();
-        }
-      }
+      side_by_side.add_to(a, lane, cell.nodes, cell.entries, held);
     }
   }
   if (empty()) return;

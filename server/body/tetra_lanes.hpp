@@ -10,6 +10,7 @@
 #include <span>
 
 #include "common/base/doubles.hpp"
+#include "server/body/element_blocks.hpp"
 #include "server/body/tetra_kernel.hpp"
 
 namespace palpate {
@@ -23,11 +24,7 @@ struct TetraGroup {
   std::uint32_t material = 0, count = 0;                          ///< lanes that are used
 };
 
-/// c_k K + c_d D between nodes i and j <= i of each tetrahedron, row by row: at[pair_index(i, j)][3 row + column].
-struct TetraBlocks {
-  std::array<std::array<EightNumbers, 9>, 10> at;
-};
-constexpr std::size_t pair_index(std::size_t i, std::size_t j) { return i * (i + 1) / 2 + j; }
+using TetraBlocks = ElementBlocks<4>;
 
 struct TetraLoops {
   std::size_t width;  ///< elements in a vector

@@ -62,11 +62,9 @@ void Tetrahedra::blocks(const Batch& batch, const Vector& x, double c_d, double 
     const Mat3 f = nodes_of(cell, x) * cell.rest.b.transpose();
     const TetraTangent tangent(m, f, clamp);
     for (int i = 0; i < 4; ++i)
-      for (int j = 0; j <= i; ++j) {
-        const Mat3 k = c_k * tangent.block(cell.rest, i, j) + c_d * viscous_block(m, cell.rest, f, i, j);
-        auto& to = blocks.at[pair_index(static_cast<std::size_t>(i), static_cast<std::size_t>(j))];
-        for (std::size_t n = 0; n < 9; ++n) to[n].of[lane] = k(static_cast<int>(n / 3), static_cast<int>(n % 3));
-      }
+      for (int j = 0; j <= i; ++j)
+        blocks.set(static_cast<std::size_t>(i), static_cast<std::size_t>(j), lane,
+                   c_k * tangent.block(cell.rest, i, j) + c_d * viscous_block(m, cell.rest, f, i, j));
   }
 }
 
@@ -110,16 +108,7 @@ void Tetrahedra::add_tangents(const BodyState& state, double c_d, double c_k, co
     blocks(batch, state.x, c_d, c_k, clamp, side_by_side);
     for (std::size_t lane = 0; lane < batch.group.count; ++lane) {
       const Cell& cell = cells_[batch.cells[lane]];
-      for (std::size_t i = 0; i < 4; ++i) {
-        if (held[cell.nodes[i]]) continue;
-        for (std::size_t j = 0; j <= i; ++j) {
-          if (held[cell.nodes[j]]) continue;
-          BlockMatrix::Block k;
-          for (std::size_t n = 0; n < 9; ++n) k.data()[n] = side_by_side.at[pair_index(i, j)][n].of[lane];
-          a.block(cell.entries[i][j]) += k;
-          if (i != j) a.block(cell.entries[j][i]) += k.transpose();
-        }
-      }
+      side_by_side.add_to(a, lane, cell.nodes, cell.entries, held);
     }
   }
   if (!has_mass()) return;

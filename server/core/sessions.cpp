@@ -43,7 +43,9 @@ Sessions::Sessions(const RoomFacts& facts, const ServerOptions& options)
 }
 
 Station* Sessions::take(WireFault fault, const Message& message, std::size_t size, PeerId from, Micros now) {
-  if (fault == WireFault::version)
+  // Whatever two servers refuse, they must not answer each other: no Refuse gets a Refuse, of whatever version (it is shorter
+  // than any Hello).
+  if (fault == WireFault::version && size >= kHelloBytes)
     refuse(message, from,
            {RefuseReason::version, "this server speaks wire version " + std::to_string(kWireVersion) + ", the station another"},
            size, now);
@@ -61,7 +63,8 @@ Station* Sessions::take(WireFault fault, const Message& message, std::size_t siz
     if (station) return take_from(*station, message, now);
   }
   ++counts_.unknown_station;
-  if (!leaves) refuse(message, from, {RefuseReason::unknown_station, "this station is not in the room"}, size, now);
+  if (!leaves && !std::holds_alternative<Refuse>(message.body))
+    refuse(message, from, {RefuseReason::unknown_station, "this station is not in the room"}, size, now);
   return nullptr;
 }
 

@@ -37,7 +37,9 @@ struct Outbox {
   std::optional<Beat> beat;
   int beat_copies = 1;  ///< datagrams that carry it: as many as a patch that it stands for
   std::deque<std::uint32_t> mesh_pieces;
-  bool room = false;  ///< a RoomView is due
+  std::optional<double> mesh_bytes = {};  ///< that it may still get of the mesh; nothing before the first piece
+  Micros mesh_bytes_at{};                 ///< when that was so
+  bool room = false;                      ///< a RoomView is due
 };
 
 struct Station {

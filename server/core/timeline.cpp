@@ -7,7 +7,7 @@ namespace palpate {
 
 bool Timeline::add(Micros t_station, Micros t_server, const Vec3& position) {
   if (!empty()) {
-    if (t_station <= entries_.back().t_station) return false;
+    if (t_station < entries_.back().t_station + kLeastApart) return false;
     t_server = std::max(t_server, newest() + Micros{1});
   }
   entries_.push_back({t_station, t_server, position});

@@ -15,6 +15,9 @@ namespace palpate {
 class Timeline {
  public:
   static constexpr std::size_t kMost = 8192;  ///< samples kept at most, the oldest go first
+  /// Of its station's clock, a quarter of a tick: what comes sooner after the one before is left out, as recordings and frames
+  /// have to take all that is kept.
+  static constexpr Micros kLeastApart{250};
 
   /// Appends a sample; t_server is raised where needed to stay ascending. False when the sample is not newer than the last
   /// (a repeat, or a late datagram): what a lost datagram left open stays open, the tool moves linearly there.

@@ -46,10 +46,22 @@ std::size_t ViewSender::emit(const Stations& stations, Station& viewer, std::spa
     if (const auto size = emit_shape(stations, viewer, out, now)) return size;
   if (std::exchange(box.room, false))
     if (const auto size = encode_for(viewer, room_view(stations), out, now)) return size;
-  if (box.mesh_pieces.empty()) return 0;
+  if (box.mesh_pieces.empty() || !may_have_mesh(viewer, now)) return 0;
   const auto piece = box.mesh_pieces.front();
   box.mesh_pieces.pop_front();
-  return encode_for(viewer, mesh_piece(facts_, piece), out, now);
+  const auto size = encode_for(viewer, mesh_piece(facts_, piece), out, now);
+  *box.mesh_bytes -= static_cast<double>(size);
+  return size;
+}
+
+/// All of it at once, and as much again for datagrams that get lost; from then on at the viewer's rate.
+bool ViewSender::may_have_mesh(Station& viewer, Micros now) const {
+  const double most = 2.0 * mesh_pieces(facts_.mesh) * kMaxDatagramBytes;
+  auto& left = viewer.outbox.mesh_bytes;
+  const double more = left ? viewer.shape.kbit_s * 125 * seconds(now - std::exchange(viewer.outbox.mesh_bytes_at, now)) : 0;
+  if (!left) viewer.outbox.mesh_bytes_at = now;
+  left = std::min(most, left.value_or(most) + more);
+  return *left > 0;
 }
 
 /// The pieces of the newest frame, then the tools, which say how many there were.

@@ -28,6 +28,7 @@ class ViewSender {
 
  private:
   std::size_t emit_shape(const Stations& stations, Station& viewer, std::span<std::byte> out, Micros now);
+  bool may_have_mesh(Station& viewer, Micros now) const;
   Tools tools(const Stations& stations, const Station& viewer) const;
   RoomView room_view(const Stations& stations) const;
 

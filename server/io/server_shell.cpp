@@ -203,7 +203,7 @@ void ServerShell::hand_out(std::size_t k, FrameJob job) {
   Body& body = *bodies_[k];
   if (!std::exchange(reporting_, true)) report();
   if (!std::exchange(body.started, true)) body.room.start(cores_[k].body_time());
-  if (body.recorder) body.recorder->begin_frame(job, monotonic_now());
+  if (RoomRecorder* const recorder = body.recorder()) recorder->begin_frame(job, monotonic_now());
   body.absent.add_to(job, cores_[k].stations());
   asio::post(*pool_, [this, k, &body, job = std::move(job)] {
     try {
@@ -219,7 +219,7 @@ void ServerShell::finish(std::size_t k, FrameResult result) {
   const auto now = monotonic_now();
   Body& body = *bodies_[k];
   body.absent.take_out(result);
-  if (body.recorder) body.recorder->end_frame(result, cores_[k], now, body.absent.holds());
+  if (RoomRecorder* const recorder = body.recorder()) recorder->end_frame(result, cores_[k], now, body.absent.holds());
   cores_[k].finish(std::move(result), now);
   watch_pace(k);
   step();

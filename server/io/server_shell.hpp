@@ -29,14 +29,13 @@
 #include <vector>
 
 #include "common/io/endpoint.hpp"
-#include "common/io/record_file.hpp"
 #include "common/io/spinning_thread_pool.hpp"
 #include "server/core/server_rooms.hpp"
 #include "server/io/peers.hpp"
+#include "server/io/room_recording.hpp"
 #include "server/io/server_event.hpp"
 #include "server/io/server_state.hpp"
 #include "server/record/absent_hands.hpp"
-#include "server/record/room_recorder.hpp"
 #include "server/room/room.hpp"
 #include "server/trust/server_trust.hpp"
 
@@ -112,9 +111,8 @@ class ServerShell {
     ServerCounts reported;                     ///< counts at the last report
     StationLinks links;
     bool slow = false;  ///< it was said that it cannot keep its rate
-    std::unique_ptr<RoomRecorder> recorder;
-    std::unique_ptr<RecordFile> file;
-    bool record_failed = false;  ///< it could not even be begun
+    std::optional<RoomRecording> recording;
+    RoomRecorder* recorder() { return recording ? recording->recorder() : nullptr; }
     AbsentHands absent;
   };
 

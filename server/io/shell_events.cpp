@@ -29,7 +29,7 @@ void count_roles(const std::vector<StationReport>& stations, RoomState& room) {
 void ServerShell::hear_rooms() {
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     cores_[k].on_event([this, k](const RecordedEvent& event) {
-      if (bodies_[k]->recorder) bodies_[k]->recorder->event(attributed(event));
+      if (RoomRecorder* const recorder = bodies_[k]->recorder()) recorder->event(attributed(event));
       say(k, event);
     });
     cores_[k].on_scheme([this, k](const std::string& station, const SchemeInUse& in_use) {
@@ -148,9 +148,8 @@ ServerState ServerShell::state(Micros now) const {
     RoomState room{cores_.name(k), core.ended(), core.options().rate_hz, core.pace(), {}, 0, 0, 0, core.counts(), body.links};
     if (const auto since = core.computing_since()) room.computing_for = now - *since;
     count_roles(core.stations(), room);
-    if (body.record_failed) room.recording = RecordingState::failed;
-    if (body.file) room.recording = body.file->failed() ? RecordingState::failed : RecordingState::on;
-    if (body.file) room.recorded_bytes = body.file->written();
+    if (body.recording) room.recording = body.recording->state();
+    if (body.recording) room.recorded_bytes = body.recording->written();
     if (!trust_) state.traffic.bytes_from_strangers += room.counts.bytes_from_strangers;
     if (!trust_) state.traffic.bytes_to_strangers += room.counts.bytes_to_strangers;
     state.rooms.push_back(std::move(room));

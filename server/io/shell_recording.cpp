@@ -21,8 +21,6 @@ RecordingHead head_of(const NamedScene& named, const ShellOptions& options) {
   head.kind = RecordingKind::room;
   head.program = options.record.program;
   head.name = named.name;
-  head.clock_time = monotonic_now();
-  head.unix_time = unix_time_now();
   head.rate_hz = options.rate_hz;
   head.shapes_hz = options.record.shapes_hz;
   head.scene = named.text;
@@ -36,22 +34,22 @@ RecordingHead head_of(const NamedScene& named, const ShellOptions& options) {
 void ServerShell::begin_recording(const std::vector<NamedScene>& scenes, const ShellOptions& options) {
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     Body& body = *bodies_[k];
-    body.recorder = std::make_unique<RoomRecorder>(head_of(scenes[k], options));
     const std::filesystem::path asked = options.record.file;
     const auto file = bodies_.size() > 1 ? named_after(asked, scenes[k].name) : asked;
     const RecordSeries series = options.record.resume ? series_of("--record", file) : RecordSeries{{}, file};
     resume(k, scenes[k], series.there);
+    body.recording.emplace(head_of(scenes[k], options), file);
     try {
-      body.file = std::make_unique<RecordFile>("--record", series.next, body.recorder->take());
+      body.recording->begin(series.next);
     } catch (const InputError& fault) {
       if (series.there.empty()) throw;
       // Hands wait for this server to be back: a disk that is full by now does not keep it from them.
       say_recording_failed(k, fault.what());
-      body.recorder.reset();
-      body.record_failed = true;
-      continue;
+      body.recording->put_off(monotonic_now());
     }
-    cores_[k].on_buttons([&body](StationId id, const ButtonChange& change) { body.recorder->buttons(id, change); });
+    cores_[k].on_buttons([&body](StationId id, const ButtonChange& change) {
+      if (RoomRecorder* const recorder = body.recorder()) recorder->buttons(id, change);
+    });
   }
 }
 
@@ -102,11 +100,11 @@ void ServerShell::record() {
   bool any = false;
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     Body& body = *bodies_[k];
-    if (!body.recorder) continue;
+    if (!body.recording) continue;
     any = true;
-    body.recorder->tick(cores_[k], monotonic_now());
-    body.file->write(body.recorder->take());
-    if (const auto fault = body.file->fault()) say_recording_failed(k, *fault);
+    const auto news = body.recording->tick(cores_[k], monotonic_now());
+    if (news && news->ended) say_recording_failed(k, news->text);
+    if (news && !news->ended) say(k, "recording_again", news->text, {{"file", news->file.string()}});
   }
   if (!any) return;
   record_timer_.expires_after(kRecordEvery);
@@ -118,11 +116,9 @@ void ServerShell::record() {
 void ServerShell::end_recording() {
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     Body& body = *bodies_[k];
-    if (!body.recorder) continue;
-    body.recorder->finish();
-    body.file->write(body.recorder->take());
-    if (const auto fault = body.file->close()) say_recording_failed(k, *fault);
-    body.recorder.reset();
+    if (!body.recording) continue;
+    if (const auto fault = body.recording->finish()) say_recording_failed(k, *fault);
+    body.recording.reset();
   }
 }
 

@@ -26,7 +26,7 @@ void FramePatches::forget_kept() {
 
 std::vector<StationFrame> FramePatches::build(const FrameJob& job, bool failed) {
   sync_stations(job);
-  const std::vector<std::uint8_t> gets_patch = begin(job);
+  const std::vector<std::uint8_t> gets_patch = begin(job, failed);
   assert(gets_patch.size() == job.stations.size());
   std::vector<StationFrame> frames;
   for (std::size_t k = 0; k < job.stations.size(); ++k) {
@@ -75,7 +75,7 @@ PatchRequest FramePatches::request_of(const StationJob& job, std::size_t which) 
           max_port_modes(scene.tool.contact, job.scheme, static_cast<int>(scene.body.relaxation.size()))};
 }
 
-std::vector<std::uint8_t> FramePatches::begin(const FrameJob& job) {
+std::vector<std::uint8_t> FramePatches::begin(const FrameJob& job, bool failed) {
   const std::vector<ToolPort>& ports = body_->ports();
   std::vector<ToolAt> tools;
   for (std::size_t k = 0; k < ports.size(); ++k) {
@@ -90,7 +90,7 @@ std::vector<std::uint8_t> FramePatches::begin(const FrameJob& job) {
   std::vector<std::uint8_t> gets_patch;
   for (const StationJob& j : job.stations) {
     const auto which = body_->port_of(j);
-    gets_patch.push_back(which && in_reach(*which, j.horizon) && j.wants_patch);
+    gets_patch.push_back(!failed && which && in_reach(*which, j.horizon) && j.wants_patch);
     if (gets_patch.back() && !kept_for(j, *which))
       frame_model_.want(*which, stations_.at(j.id).builder->expected_slide(request_of(j, *which)));
   }

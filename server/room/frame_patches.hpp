@@ -58,7 +58,7 @@ class FramePatches {
   /// `which`: port_of() the station.
   PatchRequest request_of(const StationJob& job, std::size_t which) const;
   /// For each station whether it gets a patch.
-  std::vector<std::uint8_t> begin(const FrameJob& job);
+  std::vector<std::uint8_t> begin(const FrameJob& job, bool failed);
   bool in_reach(std::size_t which, Micros horizon);
   void collect_snapshots(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros horizon);
   /// The patch that the station got last, where it still says what a new one would.

@@ -128,10 +128,12 @@ Clipped clip_lattice(const Grid& grid, const Solid& solid) {
   CellSet cells(grid, false);
   cells.each([&](const Index3& c) { cells.set(c, solid.distance(centre(grid, c)) < 0); });
   Clipped body{CellSet(grid, false), {}, {}};  // where loose cells are all that there is
+  const auto inside = static_cast<double>(cells.count());
   for (int round = 0; round < kRounds; ++round) {
     remove_loose_cells(cells);
     cells = largest_part(grid, std::move(cells));
     if (cells.count() == 0) break;
+    if (round == 0) body.left_out_share = 1 - static_cast<double>(cells.count()) / inside;
     make_manifold(cells, grid, solid);
     body.cells = cells;
     body.nodes = number_nodes(grid, cells);

@@ -32,6 +32,7 @@ struct Clipped {
   NumberedNodes nodes;  ///< at their final places
   std::vector<BoundaryFace> faces;
   std::size_t held_back = 0;          ///< nodes whose move was shortened
+  double left_out_share = 0;          ///< of the cells whose centre is inside: apart from the largest part, or loose
   double surface_distance_max_m = 0;  ///< of a node of the outside from the solid's surface
 };
 

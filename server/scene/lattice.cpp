@@ -230,6 +230,7 @@ double fill_clip(LatticeBody& lattice, const LatticeSettings& settings, const Sc
   if (settings.solid) shorten_moves_of_tetrahedra(clipped, lattice.grid);
   lattice.number = std::move(clipped.nodes.number);
   lattice.body.nodes = std::move(clipped.nodes.positions);
+  lattice.body.left_out_share = clipped.left_out_share;
   if (settings.solid) {
     fill_cells(lattice, clipped.cells, settings);
   } else {

@@ -7,8 +7,8 @@
 #include <map>
 
 #include "common/base/error.hpp"
+#include "common/file/read_file.hpp"
 #include "common/json/json.hpp"
-#include "server/scene/file_text.hpp"
 #include "server/scene/solid.hpp"
 #include "server/scene/surface.hpp"
 
@@ -32,8 +32,8 @@ std::string extension(const std::filesystem::path& file) {
 TriangleMesh import(const MeshSettings& settings, const std::string& where) {
   const std::string ext = extension(settings.path);
   if (ext != ".obj" && ext != ".stl") throw InputError(where, "is not a mesh file by its name", "FILE.obj or FILE.stl");
-  const std::string bytes = read_plain_file(settings.path, where, "an OBJ or STL file", kMaxFileBytes);
-  return ext == ".obj" ? read_obj(bytes, where) : read_stl(bytes, where);
+  std::string bytes = read_plain_file(settings.path, where, "an OBJ or STL file", kMaxFileBytes);
+  return ext == ".obj" ? read_obj(without_mark(std::move(bytes)), where) : read_stl(bytes, where);
 }
 
 /// Vertices by the cells of a grid, some welding distances wide, from the lowest corner of the mesh on. Cells are kept in order

@@ -77,7 +77,8 @@ struct LumpedBody {
   SpringLaw law = SpringLaw::linear;
   double stiffening = 0;
   Vec3 gravity_m_s2 = Vec3::Zero();
-  bool is_loaded = false;  ///< `nodes` are where gravity holds them, not where the body rests (server/body/unload.hpp)
+  double left_out_share = 0;  ///< of what a closed surface holds (clip.hpp)
+  bool is_loaded = false;     ///< `nodes` are where gravity holds them, not where the body rests (server/body/unload.hpp)
 
   bool is_solid() const { return !tetrahedra.empty() || !hexahedra.empty(); }
 };

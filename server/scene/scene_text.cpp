@@ -6,8 +6,8 @@
 
 #include "common/base/error.hpp"
 #include "common/base/in_quotes.hpp"
+#include "common/file/read_file.hpp"
 #include "scene_fbs.hpp"
-#include "server/scene/file_text.hpp"
 #include "server/scene/schema_check.hpp"
 
 namespace palpate {
@@ -52,7 +52,8 @@ flatbuffers::IDLOptions strict() {
 }  // namespace
 
 SceneText::SceneText(const std::filesystem::path& file, const MeshFolders& besides)
-    : SceneText(read_file(file, file.string(), "a scene file (JSON)", kMaxSceneBytes), file, with(file.parent_path(), besides)) {}
+    : SceneText(without_mark(read_file(file, file.string(), "a scene file (JSON)", kMaxSceneBytes)), file,
+                with(file.parent_path(), besides)) {}
 
 SceneText::SceneText(const std::string& text, const std::filesystem::path& file, MeshFolders folders)
     : file_(file), folders_(std::move(folders)) {

@@ -6,8 +6,8 @@
 
 #include "common/base/error.hpp"
 #include "common/base/in_quotes.hpp"
+#include "common/file/read_file.hpp"
 #include "common/json/json.hpp"
-#include "server/scene/file_text.hpp"
 #include "server/scene/solid.hpp"
 #include "server/scene/words.hpp"
 

@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include "common/base/error.hpp"
+#include "common/io/channel_endpoint.hpp"
 #include "common/io/endpoint.hpp"
 
 using namespace palpate;
@@ -36,4 +37,31 @@ TEST_CASE("a port in use is refused by its number") {
   const UdpEndpoint taken = first.local_endpoint();
   CHECK(taken.port() != 0);
   CHECK_THROWS_WITH(bind_udp(io, "--listen", taken), Catch::Contains("port " + std::to_string(taken.port()) + " is in use"));
+}
+
+TEST_CASE("what may be right later is told from what never is") {
+  asio::io_context io;
+  const UdpSocket first = bind_udp(io, "--listen", resolve_udp("--listen", "127.0.0.1:0"));
+  CHECK_THROWS_AS(bind_udp(io, "--listen", first.local_endpoint()), AddressNotReady);
+  CHECK_THROWS_AS(bind_udp(io, "--listen", resolve_udp("--listen", "192.0.2.1:4711")), AddressNotReady);
+  CHECK_THROWS_AS(resolve_udp("--to", "no-such-host.invalid:1"), AddressNotReady);
+  try {
+    resolve_udp("--listen", "host:99999");
+    FAIL();
+  } catch (const InputError& wrong) {
+    CHECK(dynamic_cast<const AddressNotReady*>(&wrong) == nullptr);
+  }
+}
+
+TEST_CASE("the trust channel answers at the interface that a link-local address was heard at") {
+  for (const char* text : {"fe80::1", "fe80::2", "2001:db8::1", "::1"}) {
+    auto address = asio::ip::make_address_v6(text);
+    for (const asio::ip::scope_id_type scope : {0U, 2U, 3U}) {
+      if (address.is_link_local()) address.scope_id(scope);
+      const UdpEndpoint from(address, 4711);
+      CHECK(endpoint_of(channel_address(from), asio::ip::udp::v6()) == from);
+    }
+  }
+  const UdpEndpoint four(asio::ip::make_address("127.0.0.1"), 4711);
+  CHECK(endpoint_of(channel_address(four), asio::ip::udp::v4()) == four);
 }

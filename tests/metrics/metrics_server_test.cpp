@@ -118,3 +118,22 @@ TEST_CASE("whoever reads gets one whole state, the newest or a later one, while 
   CHECK(mixed == 0);
   CHECK(backwards == 0);
 }
+
+TEST_CASE("a request with a body is refused and its connection closed, before the body has come") {
+  MetricsServer server("--metrics", "127.0.0.1:0", "test");
+  const HostPort there = parse_host_port("test", server.address());
+  for (const std::string head : {"Content-Length: 100000000", "Transfer-Encoding: chunked"})
+    for (const std::string method : {"GET", "HEAD"}) {
+      asio::io_context io;
+      asio::ip::tcp::socket socket(io);
+      socket.connect({asio::ip::make_address(there.host), there.port});
+      asio::write(socket, asio::buffer(method + " /healthz HTTP/1.1\r\nHost: test\r\n" + head + "\r\n\r\n"));
+      std::string answer;
+      asio::error_code end;
+      asio::read(socket, asio::dynamic_buffer(answer), end);  // to the end of the connection
+      CAPTURE(head, method);
+      CHECK(answer.starts_with("HTTP/1.1 400 Bad Request\r\n"));
+      CHECK(end);
+    }
+  CHECK(get(server.address(), "/healthz").starts_with("HTTP/1.1 200 OK\r\n"));
+}

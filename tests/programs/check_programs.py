@@ -4,6 +4,7 @@ usage: check_programs.py FOLDER_OF_PROGRAMS FOLDER_OF_SCENES
 """
 
 import json
+import os
 import pathlib
 import re
 import signal
@@ -130,6 +131,31 @@ def check_far_grasp(programs, room, work):
     assert done.returncode == 2 and "(500.0, 500.0, 500.0) mm" in done.stderr and "a start within 50 mm of (" in done.stderr, done.stderr
 
 
+def check_odd_files(programs, scenes, work):
+    """Files that wait or never end are refused or can be ended, and what is printed into a full disk is no success."""
+    for program, *flags in (("palpate-client", "--server", "127.0.0.1:9", "--motion", "/dev/zero"),
+                            ("palpate-client", "--server", "127.0.0.1:9", "--workspace", "/dev/zero", "--device", "sim"),
+                            ("palpate-server", "--scene", "/dev/zero", "--listen", "127.0.0.1:0"),
+                            ("palpate-lab", "replay", "--scene", scenes / "cube6.json", "--scheme", "port", "--motion", "/dev/zero", "--out", work / "odd"),
+                            ("palpate-lab", "summary", "--recording", "/dev/zero", "--out", work / "odd")):
+        done = run(programs, program, *flags)
+        assert done.returncode == 2 and "/dev/zero: cannot be read" in done.stderr and done.stderr.count("\n") == 1, (flags, done.stderr)
+    pipe = work / "pipe"
+    os.mkfifo(pipe)
+    waiting = subprocess.Popen([programs / "palpate-client", "--server", "127.0.0.1:9", "--motion", pipe])
+    waiting.terminate()
+    assert waiting.wait(30) != 0
+    marked = work / "marked.json"
+    marked.write_bytes(b"\xef\xbb\xbf" + (scenes / "cube6.json").read_bytes())
+    assert run(programs, "palpate-server", "--scene", marked, "--print-scene").returncode == 0
+    for program, *flags in (("palpate-server", "--scene", scenes / "cube6.json", "--print-scene"), ("palpate-lab", "--help")):
+        with open("/dev/full", "w") as full:
+            done = subprocess.run([programs / program, *flags], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+        assert done.returncode == 1 and "could not be written" in done.stderr, (flags, done.returncode, done.stderr)
+    done = run(programs, "palpate-relay", "--listen", "0.0.0.0:47999", "--to", "127.0.0.1:47999", "--rtt-ms", "1")
+    assert done.returncode == 2 and "--to: is the relay's own address" in done.stderr, done.stderr
+
+
 def main():
     programs, scenes = map(pathlib.Path, sys.argv[1:])
     check_helps(programs)
@@ -141,6 +167,7 @@ def main():
             check_two_hands(programs, scenes, room)
             check_two_devices(programs, room, work)
         assert (work / "not" / "there" / "session.rec").stat().st_size > 0
+        check_odd_files(programs, scenes, work)
         with Room(programs, scenes / "cube6.json", work / "grasp.rec") as room:
             check_far_grasp(programs, room, work)
 

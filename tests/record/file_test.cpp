@@ -146,6 +146,34 @@ TEST_CASE("a disk that fails to take what was written is said, once, also at the
   CHECK_FALSE(sound.failed());
 }
 
+TEST_CASE("a file that is removed under its recording is said, once", "[record]") {
+  const Folder folder;
+  const std::vector<std::byte> some(100);
+  const auto file = folder.path / "gone.rec";
+  RecordFile out("--record", file, some);
+  std::filesystem::remove(file);
+  std::string fault;
+  while (fault.empty()) {
+    out.write(some);
+    if (auto said = out.fault()) fault = *said;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  CHECK(fault == file.string() + ": the recording ends here, the session goes on: the file was removed");
+  CHECK_FALSE(out.close());
+}
+
+TEST_CASE("a series that another program writes is not gone on with", "[record]") {
+  const Folder folder;
+  const std::vector<std::byte> some(100);
+  const auto file = folder.path / "a.rec";
+  {
+    RecordFile first("--record", file, some);
+    CHECK_THROWS_WITH(series_of("--record", file),
+                      Catch::Contains("a.rec: is being written by another program; expected a name"));
+  }
+  CHECK(series_of("--record", file).next == folder.path / "a.2.rec");
+}
+
 TEST_CASE("a room's file is named after it", "[record]") {
   CHECK(named_after("out/session.rec", "liver") == "out/session-liver.rec");
   CHECK(plain_name("../x") == "_._x");

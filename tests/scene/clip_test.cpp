@@ -153,6 +153,15 @@ TEST_CASE("Cells thrown at random are filled up until their outside is a manifol
   CHECK(crossed_before == 40);
 }
 
+TEST_CASE("How much of a solid is left out, as it does not hang together with the rest, is known", "[scene]") {
+  const std::vector<EllipsoidSettings> balls{{Vec3(-0.1, 0, 0), Vec3(0.05, 0.05, 0.05)},
+                                             {Vec3(0.1, 0, 0), Vec3(0.04, 0.04, 0.04)}};
+  const auto apart = make_ellipsoids(balls, 0), one = make_ellipsoids(std::span(balls).first(1), 0);
+  CHECK(clip_lattice(grid_around(*one, 0.005), *one).left_out_share == Approx(0).margin(0.01));
+  const double small = std::pow(0.04, 3), large = std::pow(0.05, 3);
+  CHECK(clip_lattice(grid_around(*apart, 0.005), *apart).left_out_share == Approx(small / (small + large)).epsilon(0.03));
+}
+
 TEST_CASE("A smooth union bulges by a quarter of the blend where the parts meet and not elsewhere", "[scene]") {
   const std::vector<EllipsoidSettings> balls{{Vec3(-0.03, 0, 0), Vec3(0.05, 0.05, 0.05)},
                                              {Vec3(0.03, 0, 0), Vec3(0.05, 0.05, 0.05)}};

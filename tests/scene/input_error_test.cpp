@@ -135,7 +135,8 @@ TEST_CASE("Nesting without end is refused, not followed", "[scene]") {
 
 TEST_CASE("A scene that is not there, or a folder, is refused by name", "[scene]") {
   const Folder folder;
-  CHECK_THROWS_WITH(load_scene(folder / "none.json"), Catch::Contains("none.json: cannot be read; expected a scene file"));
+  CHECK_THROWS_WITH(load_scene(folder / "none.json"),
+                    Catch::Contains("none.json: cannot be read (No such file or directory); expected a scene file"));
   CHECK_THROWS_AS(load_scene(folder / "."), InputError);
 }
 

@@ -226,3 +226,28 @@ TEST_CASE("when the server shuts down everyone is told") {
   CHECK(bench.sent[0].second.station == a.as.station);
   CHECK(bench.sent[1].first == 2);
 }
+
+TEST_CASE("two servers of whatever versions, told of each other by a forged datagram, fall silent after one answer") {
+  Bench bench;
+  const auto answers_to = [&](std::span<const std::byte> datagram) {
+    bench.sent.clear();
+    bench.core.take(datagram, 9, bench.now);
+    bench.collect();
+    return bench.sent.size();
+  };
+  // Every reason, with as long a text as it may have.
+  for (std::uint8_t reason = 0; reason < 32; ++reason) {
+    const Message refusal{42, 5, 1, {}, Refuse{static_cast<RefuseReason>(reason), std::string(200, 'x')}};
+    std::array<std::byte, kMaxDatagramBytes> bytes;
+    const std::size_t size = encode(refusal, bytes);
+    CHECK(answers_to(std::span(bytes).first(size)) == 0);
+    // The same of another version.
+    for (std::size_t i = 0; i < size; ++i) {
+      auto changed = bytes;
+      changed[i] = static_cast<std::byte>(std::to_integer<int>(changed[i]) ^ 0x40);
+      Message ignored;
+      if (decode(std::span(changed).first(size), ignored) == WireFault::version)
+        CHECK(answers_to(std::span(changed).first(size)) == 0);
+    }
+  }
+}

@@ -123,6 +123,34 @@ TEST_CASE("a viewer can fetch the whole mesh and sees every vertex and tool of a
   CHECK(bench.core.counts().unexpected == 1);
 }
 
+TEST_CASE("a viewer gets the mesh twice at once, and from then on at its rate, however often it asks") {
+  Bench bench;
+  RawStation eye(bench, 1, "eye");
+  eye.hello.role = Role::viewer;
+  eye.join();
+  eye.say(ViewState{.kbit_s = 80});
+  eye.say(MeshRequest{0});
+  const auto answer = bench.last<MeshPiece>(1);
+  REQUIRE(answer);
+  const double at_once = 2.0 * std::get<MeshPiece>(answer->body).pieces * kMaxDatagramBytes;
+  const auto pieces_in = [&](Micros time) {
+    double bytes = 0;
+    for (const Micros end = bench.now + time; bench.now < end;) {
+      bench.sent.clear();
+      bench.sizes.clear();
+      eye.say(MeshRequest{0});
+      bench.wait(1ms);
+      for (std::size_t k = 0; k < bench.sent.size(); ++k)
+        if (std::holds_alternative<MeshPiece>(bench.sent[k].second.body)) bytes += static_cast<double>(bench.sizes[k]);
+    }
+    return bytes;
+  };
+  const double first = pieces_in(1s), second = pieces_in(1s);
+  CAPTURE(at_once, first, second);
+  CHECK(first < at_once + 10'000 + kMaxDatagramBytes);
+  CHECK(second == Approx(10'000).margin(kMaxDatagramBytes));
+}
+
 TEST_CASE("a viewer sees how a tool is held and which of its buttons are pressed, as the hand said it last") {
   Bench bench;
   RawStation eye(bench, 1, "eye"), hand(bench, 2, "hand");

@@ -49,3 +49,12 @@ TEST_CASE("forgetting keeps the last sample and memory is bounded") {
   line.forget_before(1h);
   CHECK(line.size() == 1);
 }
+
+TEST_CASE("samples closer than a quarter of a tick to the one before are left out") {
+  Timeline line;
+  for (int i = 0; i < 4000; ++i) line.add(i * 10us, 1s + i * 10us, Vec3::Zero());  // 40 ms
+  CHECK(line.size() == 160);
+  CHECK(line.add(1s, 2s, Vec3::Zero()));
+  CHECK_FALSE(line.add(1s + 249us, 2s + 249us, Vec3::Zero()));
+  CHECK(line.add(1s + 250us, 2s + 250us, Vec3::Zero()));
+}

@@ -32,7 +32,7 @@ OUTSIDE_HEADERS = re.compile(
     r"asio|GLFW/|GL/|EGL/|epoxy/|hidapi|spdlog/|thread$|mutex$|shared_mutex$|condition_variable$|iostream$|csignal$|signal\.h$|unistd\.h$|"
     r"pthread\.h$|sched\.h$|poll\.h$|netdb\.h$|fcntl\.h$|ctime$|time\.h$|sys/|netinet/|arpa/|linux/")
 FILE_HEADERS = re.compile(r"fstream$|cstdio$|stdio\.h$")
-FILE_PLACES = ("server/scene/", "common/motion/", "client/mapping/")  # these read files, at set-up
+FILE_PLACES = ("common/file/", "server/scene/", "common/motion/", "client/mapping/")  # these read files, at set-up
 CLOCKS = re.compile(r"_clock\s*::\s*now\b|\bclock_gettime\b|\bgettimeofday\b|\brandom_device\b|\bstd::time\s*\(")
 CLOCK_PLACES = ("bench/",)  # costs are measured there; nothing else depends on them
 

@@ -1,5 +1,7 @@
 // Pictures drawn without a display, compared with what an independent projection says must be there.
 #include <png.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <cstdio>
@@ -7,6 +9,7 @@
 #include <memory>
 
 #include "client/view/stage.hpp"
+#include "common/base/error.hpp"
 #include "tests/view/demo_body.hpp"
 #include "tests/view/offscreen.hpp"
 
@@ -204,4 +207,15 @@ TEST_CASE("A picture is read back from its file as it was, and a folder that is 
   std::filesystem::remove(file);
   REQUIRE(rgb == picture.rgb);
   REQUIRE_THROWS_AS(write_png("/nonexistent/picture.png", picture), std::runtime_error);
+  const auto pipe = std::filesystem::temp_directory_path() / ("palpate_test_pipe_" + std::to_string(::getpid()));
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  CHECK_THROWS_AS(write_png(pipe, picture), InputError);
+  CHECK(std::filesystem::is_fifo(pipe));
+  std::filesystem::remove(pipe);
+  std::filesystem::create_symlink(file, pipe);
+  write_png(pipe, picture);
+  CHECK(std::filesystem::is_symlink(pipe));
+  CHECK(std::filesystem::is_regular_file(file));
+  std::filesystem::remove(pipe);
+  std::filesystem::remove(file);
 }

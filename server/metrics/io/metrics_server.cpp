@@ -7,6 +7,7 @@
 #include <chrono>
 #include <functional>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -35,12 +36,21 @@ class Page : public CivetHandler {
 
  private:
   bool say(mg_connection* connection, bool with_text) {
-    if (path_ != mg_get_request_info(connection)->local_uri) return false;
+    const mg_request_info& asked = *mg_get_request_info(connection);
+    if (path_ != asked.local_uri) return false;
+    if (asked.content_length > 0 || mg_get_header(connection, "Transfer-Encoding")) return refuse(connection);
     const Answer answer = make_();
     const char* const reason = answer.status == 200 ? "OK" : "Service Unavailable";
     mg_printf(connection, "HTTP/1.1 %d %s\r\nContent-Type: %s\r\nContent-Length: %zu\r\nCache-Control: no-store\r\n\r\n",
               answer.status, reason, answer.type.c_str(), answer.text.size());
     if (with_text) mg_write(connection, answer.text.data(), answer.text.size());
+    return true;
+  }
+
+  /// A request with a body would be read to its end after the answer, for as long as it comes: a thread each.
+  static bool refuse(mg_connection* connection) {
+    mg_printf(connection, "HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
+    mg_close_connection(connection);
     return true;
   }
 
@@ -58,13 +68,13 @@ std::unique_ptr<CivetServer> serve_at(const std::string& flag, const std::string
   if (!there.empty() && there.front() == '[' && !mg_check_feature(MG_FEATURES_IPV6))
     throw InputError(where, "is an IPv6 address, which this HTTP server has not learnt", "an IPv4 address");
   // Threads that mostly sleep: some that hang with readers who are slow or say nothing keep no health check waiting. Connections
-  // end after an answer or 2 s.
-  const std::vector<std::string> options{"listening_ports",    there,  "num_threads",       "32",
-                                         "request_timeout_ms", "2000", "enable_keep_alive", "no"};
+  // end after an answer or 1 s.
+  const std::vector<std::string> options{"listening_ports",    there,  "num_threads",       "64",
+                                         "request_timeout_ms", "1000", "enable_keep_alive", "no"};
   try {
     return std::make_unique<CivetServer>(options);
   } catch (const CivetException&) {
-    throw InputError(where, "cannot be listened at", "a free port of this machine");
+    throw AddressNotReady(where, "cannot be listened at", "a free port of this machine");
   }
 }
 
@@ -106,14 +116,19 @@ MetricsServer::MetricsServer(const std::string& flag, const std::string& address
 
 /// civetweb looks up to two seconds late whether it shall stop, or when somebody comes: so somebody does.
 MetricsServer::~MetricsServer() {
-  const std::jthread waker([this](const std::stop_token& stopped) {
+  const auto knock = [this](const std::stop_token& stopped) {
     asio::io_context io;
     while (!stopped.stop_requested()) {
       asio::error_code ignored;
       asio::ip::tcp::socket(io).connect(there_, ignored);
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
-  });
+  };
+  std::jthread waker;
+  try {
+    waker = std::jthread(knock);
+  } catch (const std::system_error&) {
+  }  // none to be had: the end takes up to two seconds
   served_->http.reset();
 }
 
