@@ -13,6 +13,15 @@ namespace {
 
 constexpr double kToleranceM = 1e-8;
 
+/// Where a body is small enough its systems are factorised: what is iterated for breaks its symmetries in the last digits, and a
+/// tool that slides along an edge of the surface, exactly, is then on another triangle than the same tool elsewhere.
+IntegratorOptions exact_options(const LumpedBody& body) {
+  const bool fine = body.nodes.size() <= kFineNodes, factorised = body.nodes.size() <= LinearSolver::kDirectRowsMax;
+  return {.step_s = fine ? kFineStepS : kTickStepS,
+          .tolerance_m = kToleranceM,
+          .solver = factorised ? LinearSolver::Method::direct : LinearSolver::Method::automatic};
+}
+
 }  // namespace
 
 bool needs_settling(const Scene& scene, const Vec3& start) {
@@ -31,7 +40,7 @@ struct ReferenceModel::State {
       : scene(s),
         skin(scene.body, scene.tool.radius_m),
         dynamics(scene.body),
-        integrator(dynamics, skin, {scene.body.nodes.size() <= kFineNodes ? kFineStepS : kTickStepS, kToleranceM}),
+        integrator(dynamics, skin, exact_options(scene.body)),
         body(settled_state(dynamics, s.name)),
         rest(body) {}
 
