@@ -109,6 +109,18 @@ void ReferenceModel::tick(std::span<const Vec3> tools) {
   ++s.ticks;
 }
 
+void ReferenceModel::continue_from(const ReferenceModel& at) {
+  State& to = *state_;
+  const State& from = *at.state_;
+  to.body = from.body;
+  to.tracks = from.tracks;
+  to.grasps = from.grasps;
+  to.let_go = from.let_go;
+  to.ports = from.ports;
+  to.tool_of = from.tool_of;
+  to.ticks = from.ticks;
+}
+
 void ReferenceModel::reset() {
   State& s = *state_;
   const Micros now{1000 * s.ticks};

@@ -25,6 +25,8 @@ class ReferenceModel {
   /// Tools are at `tools` now: 0 ms at the first call, 1 ms at the second, ... Throws std::runtime_error when the model cannot be
   /// stepped.
   void tick(std::span<const Vec3> tools);
+  /// From here on as `at`, a model of the same scene with as many tools.
+  void continue_from(const ReferenceModel& at);
   /// Puts the body back to rest, as a room does (let_go.hpp).
   void reset();
   bool contact(std::size_t tool) const;

@@ -1,9 +1,12 @@
 // palpate-lab stations: several hands on one body, each over a link of its own, beside the 1 kHz full model with all tools on it.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <ctime>
 #include <iterator>
 
+#include "bench/fidelity/ceiling.hpp"
 #include "bench/fidelity/replay.hpp"
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/flags.hpp"
@@ -20,10 +23,11 @@ namespace palpate {
 namespace {
 
 struct StationsFlags {
-  std::string scene, scheme = "port", out;
+  std::string scene, scheme = "port", device = "none", out;
   MeshFolders mesh_folders;
   int stations = 2, order = 0;
   double apart_mm = 20, duration_s = 4;
+  bool ceiling = true;
   LinkFlags link;
 };
 
@@ -40,9 +44,44 @@ void write_forces(const std::filesystem::path& file, const std::vector<ReplayRes
   write_text(file, csv);
 }
 
+/// Of a hand, the full model in the place of its patches (ceiling.hpp), by the better of the predictions.
+struct Ceiling {
+  double snr_db = 0, step_max_n = 0;
+};
+
+std::vector<Ceiling> ceilings(const Scene& scene, const std::vector<ReplayResult>& results,
+                              const std::function<void(const char*, double)>& progress) {
+  std::vector<ToolPath> paths;
+  std::vector<std::vector<int>> stamp_ms;
+  for (const ReplayResult& r : results) {
+    ToolPath& path = paths.emplace_back();
+    std::vector<int>& stamps = stamp_ms.emplace_back();
+    for (std::size_t i = 0; i < r.ticks.size(); ++i) {
+      path.push_back(r.ticks[i].position);
+      const auto age_ms = static_cast<int>(std::lround(1e-3 * static_cast<double>(r.ticks[i].patch_age.count())));
+      stamps.push_back(age_ms < 0 ? -1 : static_cast<int>(i) - age_ms);
+    }
+  }
+  std::vector<Ceiling> best(results.size(), {-kSnrCeilingDb, 0});
+  for (const PathPrediction& prediction : {PathPrediction(predicted_to_rest), PathPrediction(predicted_to_go_on)}) {
+    const auto forces = ceiling_forces(scene, paths, stamp_ms, prediction, [&](double share) {
+      if (progress) progress("the full model in the place of patches", share);
+    });
+    for (std::size_t k = 0; k < results.size(); ++k) {
+      std::vector<Vec3> reference;
+      for (const ReplayTick& tick : results[k].ticks) reference.push_back(tick.reference);
+      const double snr_db = compare(forces[k].felt.force, reference, kSkipTicks).snr_db;
+      const auto& steps = forces[k].steps_n;
+      if (snr_db > best[k].snr_db) best[k] = {snr_db, steps.empty() ? 0 : *std::ranges::max_element(steps)};
+    }
+  }
+  return best;
+}
+
 int run_stations(const StationsFlags& flags) {
   ReplayOptions options = replay_options(flags.scheme, flags.order, flags.link);
   options.progress = show_progress();
+  options.simulated_device = flags.device == "sim";
   const Scene scene = open_scene(flags.scene, flags.mesh_folders);
   if (scene.tool.contact != ContactKind::touch)
     throw InputError(flags.scene, "has tools that attach to one node", "a scene with \"contact\": \"touch\"");
@@ -51,11 +90,16 @@ int run_stations(const StationsFlags& flags) {
   const std::vector<ReplayResult> results = replay_together(scene, motions, options, processor_ns);
   write_forces(out / "forces.csv", results);
   Json summary;
-  fmt::print("{:<9} {:>8} {:>9} {:>12} {:>12}\n", "station", "dB", "rms [%]", "p95 [%]", "bytes/patch");
+  const std::vector<Ceiling> most =
+      flags.ceiling && results.size() > 1 ? ceilings(scene, results, options.progress) : std::vector<Ceiling>{};
+  fmt::print("{:<9} {:>8} {:>11} {:>9} {:>12} {:>9} {:>11} {:>12}\n", "station", "dB", "ceiling dB", "rms [%]", "p95 [%]",
+             "step [N]", "its step", "bytes/patch");
   for (std::size_t k = 0; k < results.size(); ++k) {
     const ReplayResult& r = results[k];
-    fmt::print("{:<9} {:>8.1f} {:>9.2f} {:>12.1f} {:>12.0f}\n", k + 1, r.fidelity.snr_db, 100 * r.fidelity.rel_rms,
-               100 * r.fidelity.p95_rel_error, r.patch_bytes_mean);
+    fmt::print("{:<9} {:>8.1f} {:>11} {:>9.2f} {:>12.1f} {:>9.2f} {:>11} {:>12.0f}\n", k + 1, r.fidelity.snr_db,
+               most.empty() ? "-" : fmt::format("{:.1f}", most[k].snr_db), 100 * r.fidelity.rel_rms,
+               100 * r.fidelity.p95_rel_error, r.hand_over.max_n, most.empty() ? "-" : fmt::format("{:.2f}", most[k].step_max_n),
+               r.patch_bytes_mean);
     summary["stations"].push_back({{"snr_db", r.fidelity.snr_db},
                                    {"rel_rms", r.fidelity.rel_rms},
                                    {"p95_rel_error", r.fidelity.p95_rel_error},
@@ -63,6 +107,9 @@ int run_stations(const StationsFlags& flags) {
                                    {"hand_over_step_max_n", r.hand_over.max_n},
                                    {"patch_bytes_mean", r.patch_bytes_mean},
                                    {"patch_states", r.patch_states}});
+    if (most.empty()) continue;
+    summary["stations"].back()["ceiling_snr_db"] = most[k].snr_db;
+    summary["stations"].back()["ceiling_step_max_n"] = most[k].step_max_n;
   }
   const double build_ms = results[0].patch_build_ms_mean, step_ms = results[0].frame_ms_mean - build_ms;
   fmt::print("server    body's step {:.2f} ms a frame; patches {:.2f} ms a frame, {:.3f} ms a station (more: palpate-lab load)\n",
@@ -102,6 +149,9 @@ void add_stations(CLI::App& app, Run& run) {
       ->type_name("NAME")
       ->capture_default_str();
   c->add_option("--order", flags->order, "states of a patch, 0: the scheme's default")->check(number_from(0, 2 * kMaxModes));
+  c->add_option("--device", flags->device, "none: the motions as given; sim: Phantoms in hands that follow them")
+      ->check(one_of({"none", "sim"}));
+  c->add_flag("!--no-ceiling", flags->ceiling, "leave out what the full model in the place of patches would be worth");
   flags->link.add_to(*c);
   c->add_option("--out", flags->out, "folder for forces.csv, summary.json, forces.svg")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_stations(*flags); }; });

@@ -80,6 +80,7 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
   point_ = patch.point;
   carried_ = StateVector::Zero(2 * r);
   if (patch.contact == ContactKind::touch && r > 0) {
+    others_ = OtherContacts(patch, psi0_, dt_);
     slide_compliance_ = SlideCompliance(patch_, rows_at(point_), point_.weight);
     if (touching_) {
       update_response();
@@ -249,8 +250,7 @@ void PatchPlayer::update_response() noexcept {
   response_ = point_.weight[0] * responses_.middleCols<3>(3 * corners[0]);
   for (std::size_t k = 1; k < 3; ++k) response_ += point_.weight[static_cast<int>(k)] * responses_.middleCols<3>(3 * corners[k]);
   const Mat3 moved = rows * response_.topRows(r);
-  const double stiffness = patch_.coupling_n_m * moved.trace();
-  share_before_ = patch_.coupling_n_m > 0 ? 0.5 / std::max(stiffness, 1.0) : 0.0;
+  share_before_ = share_of_next_step(patch_.coupling_n_m, moved);
   compliance_ += (1 - share_before_) * moved;
 }
 
@@ -260,12 +260,23 @@ void PatchPlayer::step_touch(const Vec3& tool) noexcept {
     StateVector next = drift_ + carried_;
     if (has_forces()) next.noalias() += psi0_ * forces().tail(r);
     next.noalias() += transition_ * z_;
+    if (!others_.empty()) others_.carry_on(next);
     z_ = next;
+    close_others();
     carried_.setZero();
   }
   close_touch(tool);
   bend(Vec3::Zero(), Vec3::Zero());
   fade(Vec3::Zero());
+}
+
+/// While the tool's own contact pushes as it did in the step before.
+void PatchPlayer::close_others() noexcept {
+  if (others_.empty()) return;
+  const auto r = patch_.modes();
+  ModeVector own = ModeVector::Zero(r);
+  if (touching_ && has_response_) own.noalias() -= (1 - share_before_) * (response_.topRows(r) * output_.force);
+  others_.close(z_, own);
 }
 
 void PatchPlayer::close_touch(const Vec3& tool) noexcept {

@@ -13,6 +13,7 @@
 //             passive: the mean times the tool's way is what the modes take, what the contact stores, and no less. Where the
 //             tool has slid to, what the modes miss is added to c_static (slide_compliance.hpp), unless terms bend them. Off the
 //             patch's piece of surface it slides on along the plane at its border, where body and friction are as at the border.
+// Other tools are contacts, too (other_contacts.hpp).
 // A load that changes (patch.load_rate) adds psi0 l t + psi1 l dt to the drift, a sum that grows by one part a step.
 // Stress that fades (patch.fading) goes half a step ahead of what bends it, s(t + dt/2) = e s(t - dt/2) + (1 - e) (pull + H
 // u(t) - f) with e = exp(-dt / time), and counts with that in the step: of second order.
@@ -32,6 +33,7 @@
 #include <array>
 
 #include "common/base/types.hpp"
+#include "common/player/other_contacts.hpp"
 #include "common/player/propagator.hpp"
 #include "common/player/slide_compliance.hpp"
 #include "common/port/contact_law.hpp"
@@ -79,6 +81,7 @@ class PatchPlayer {
   void step(const Vec3& tool) noexcept;
   void step_attach(const Vec3& tool) noexcept;
   void step_touch(const Vec3& tool) noexcept;
+  void close_others() noexcept;
   void close_touch(const Vec3& tool) noexcept;
   void grow_load() noexcept;
   void fade(const Vec3& displacement) noexcept;
@@ -131,7 +134,8 @@ class PatchPlayer {
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxStates, 3> response_;  // Psi0 R^T
   double share_before_ = 0;                                                            // s
   StateVector carried_;                                                                // s Psi0 R^T lambda, for the next step
-  Mat3 compliance_ = Mat3::Zero();                                                     // C
+  OtherContacts others_;
+  Mat3 compliance_ = Mat3::Zero();  // C
   ToolSample tool_;
   bool touching_ = false;
   SurfacePoint point_;

@@ -9,12 +9,16 @@
 //     force on the tool = force - K_p d - D_p d' + B_k^T q + B_d^T (q' - q_rate)
 //
 // Other tools on the body push the modes with a force that is g at the stamp and changes with time, w = g + load_rate (t - t*),
-// until load_for after it; then it stays. What their contacts add to the stiffness is in K.
+// until load_for after it; then it stays. What their contacts add to the stiffness is in K. Of a touch the nearest of them
+// (OtherTool) are contacts instead, which begin, slip and end by the contact law like the tool's own.
 //
 // touch (the tool pushes with lambda at a barycentric point w of a surface triangle; R_i are the port rows of vertex i):
 //     vertex i is at  x_i = position_i + R_i q,       u = (sum_i w_i R_i)^T lambda
 //     end-of-tick contact point p = p_free + C lambda;  lambda from the contact law (contact_law.hpp)
 //     force on the tool = -lambda
+// other tools: u += sum_o R_o^T lambda_o; lambda_o from the same law, the tool at gap_o(t) from where the point under it would be
+//     without its push, a plane with normal n_o that the modes move by R_o and a push by c_static,o:
+//     gap_o(t) = gap_o* + v_o t' + a_o t'^2 / 2 - R_o q,   t' = min(t - t*, load_for)
 //
 // Where the body's stress fades (server/body/relaxation.hpp), with n variables u = (d, q) (attach) or q (touch) and H = [[K_p,
 // -B_k^T], [-B_k, K]] or K, each branch k of its Prony series adds share_k s_k to the forces on u,
@@ -74,6 +78,23 @@ struct PortSurface {
   std::array<Triangle, kMaxPortTriangles> triangles{};
 };
 
+/// Another tool that touches the body, or is about to, with the path that it is expected to take.
+struct OtherTool {
+  bool touching = false;                                      ///< at the stamp
+  Vec3 gap = Vec3::Zero();                                    ///< gap_o* [m]
+  Vec3 velocity = Vec3::Zero(), acceleration = Vec3::Zero();  ///< v_o [m/s], a_o [m/s^2]
+  Vec3 normal = Vec3::UnitZ();                                ///< n_o, outwards, of length 1
+  Mat3 c_static = Mat3::Zero();                               ///< compliance there that no mode carries [m/N]
+  PortRows rows;                                              ///< R_o
+};
+inline constexpr int kMaxOtherTools = 3;  ///< more: less of the surface fits into a datagram
+struct PatchOthers {
+  int count = 0;
+  std::array<OtherTool, kMaxOtherTools> of;
+  std::span<OtherTool> tools() { return std::span(of).first(static_cast<std::size_t>(count)); }
+  std::span<const OtherTool> tools() const { return std::span(of).first(static_cast<std::size_t>(count)); }
+};
+
 /// Of a stress that fades.
 struct PatchBranch {
   PronyBranch prony;
@@ -105,7 +126,7 @@ struct Patch {
   ModeVector g;          ///< residual force at the stamp
   ModeVector q_rate;     ///< free motion at the stamp
   ModeVector load_rate;  ///< how the forces of other tools change [kg^1/2 m/s^3]; r entries, or none: nothing changes
-  Micros load_for{};     ///< for so long after the stamp
+  Micros load_for{};     ///< for so long after the stamp they change, and `others` move
 
   Vec3 force = Vec3::Zero();  ///< on the tool at the stamp [N]
 
@@ -123,6 +144,7 @@ struct Patch {
   SurfacePoint point;            ///< contact point (touching) or nearest point, on `surface`
   Mat3 c_static = Mat3::Zero();  ///< compliance that no mode carries [m/N]
   PortSurface surface;
+  PatchOthers others;  ///< coupling and friction are those above
 
   double low_pass_hz = 0;     ///< first-order low-pass of the shown force (scheme filtered), 0 = none
   double trust_radius_m = 0;  ///< beyond this distance of the tool from h* the force fades out

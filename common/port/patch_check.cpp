@@ -58,7 +58,10 @@ bool sizes_agree(const Patch& p) {
   if (p.fading.count < 0 || p.fading.count > static_cast<int>(kMaxPronyBranches)) return false;
   for (const PatchBranch& branch : p.fading.branches())
     if (branch.pull.size() != variables) return false;
-  if (uses_attach(p)) return p.b_k.rows() == r && p.b_d.rows() == r;
+  if (uses_attach(p) && (p.b_k.rows() != r || p.b_d.rows() != r)) return false;
+  if (p.others.count < 0 || p.others.count > (uses_surface(p) ? kMaxOtherTools : 0)) return false;
+  for (const OtherTool& other : p.others.tools())
+    if (other.rows.cols() != r) return false;
   if (!uses_surface(p)) return true;
   const auto& s = p.surface;
   if (s.vertex_count < 3 || s.vertex_count > kMaxPortVertices || s.triangle_count < 1 || s.triangle_count > kMaxPortTriangles)
@@ -77,6 +80,18 @@ void check_surface_numbers(const Patch& p, Numbers& numbers) {
     numbers.all(p.surface.vertices[static_cast<std::size_t>(i)].position, kWorldExtentM);
     numbers.all(p.surface.vertices[static_cast<std::size_t>(i)].rows, kMaxModelEntry);
     numbers.all(p.surface.vertices[static_cast<std::size_t>(i)].normal, 1.001);
+  }
+}
+
+void check_other_tools(const PatchOthers& others, Numbers& numbers) {
+  constexpr double kUnitLengthTolerance = 1e-6;
+  for (const OtherTool& other : others.tools()) {
+    numbers.all(other.gap, 2 * kWorldExtentM);
+    numbers.all(other.velocity, kMaxSpeedMS);
+    numbers.all(other.acceleration, kMaxModelEntry);
+    numbers.within(other.normal.squaredNorm(), 1 - kUnitLengthTolerance, 1 + kUnitLengthTolerance);
+    numbers.all(other.c_static, kMaxCompliance_m_n);
+    numbers.all(other.rows, kMaxModelEntry);
   }
 }
 
@@ -113,6 +128,7 @@ PatchFault check_numbers(const Patch& p) {
     numbers.all(p.b_d, kMaxModelEntry);
   }
   if (uses_surface(p)) check_surface_numbers(p, numbers);
+  check_other_tools(p.others, numbers);
   return numbers.fault();
 }
 
@@ -154,6 +170,8 @@ Square with_port(const Mat3& port, const ModePort& b, const ModeMatrix& modes) {
   return a;
 }
 
+bool is_compliance(const Mat3& c) { return symmetric(c) && semi_definite(c, 3); }
+
 PatchFault check_passivity(const Patch& p) {
   if (!symmetric(p.damping)) return PatchFault::damping_indefinite;
   if (uses_attach(p)) {
@@ -162,7 +180,9 @@ PatchFault check_passivity(const Patch& p) {
     if (!symmetric(p.d_port) || !semi_definite(with_port(p.d_port, p.b_d, p.damping), 3)) return PatchFault::damping_indefinite;
     return PatchFault::none;
   }
-  if (uses_surface(p) && !(symmetric(p.c_static) && semi_definite(p.c_static, 3))) return PatchFault::stiffness_indefinite;
+  if (uses_surface(p) && !is_compliance(p.c_static)) return PatchFault::stiffness_indefinite;
+  for (const OtherTool& other : p.others.tools())
+    if (!is_compliance(other.c_static)) return PatchFault::stiffness_indefinite;
   return semi_definite(p.damping, p.modes()) ? PatchFault::none : PatchFault::damping_indefinite;
 }
 

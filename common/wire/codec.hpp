@@ -51,8 +51,8 @@ void leave_room_for_rounding(Patch& patch);
 
 /// The most vertices of a local surface that surely fit into kMaxDatagramBytes beside `modes` modes and `triangles` triangles, or
 /// as many as such a surface may have, at most kMaxPortVertices; less than 3 when no surface fits. `loaded`: the patch has a
-/// load_rate; `branches` of a stress that fades.
-int max_port_vertices(int modes, int triangles = kMaxPortTriangles, bool loaded = false, int branches = 0);
+/// load_rate; `branches` of a stress that fades; so many `others` of the other tools are contacts.
+int max_port_vertices(int modes, int triangles = kMaxPortTriangles, bool loaded = false, int branches = 0, int others = 0);
 
 /// The most modes of a patch that fit into kMaxDatagramBytes, with `branches` of a stress that fades: kMaxModes for attach
 /// without; for touch as many as leave room for kMinUsefulVertices vertices, enough for the tool to move about between frames, or

@@ -18,7 +18,8 @@ inline constexpr double kPositionStepM = 0x1p-27;  ///< a power of two, so that 
 inline constexpr double kMaxMicros = 1e16;         ///< instants lie within +- this (317 years)
 inline constexpr int kShortMax = 32767;
 inline constexpr int kWeightMax = 65535;
-inline constexpr float kCouplingStep = 1.0F / kShortMax;  ///< of D_ij / sqrt(D_ii D_jj)
+inline constexpr float kCouplingStep = 1.0F / kShortMax;                        ///< of D_ij / sqrt(D_ii D_jj)
+inline constexpr float kVelocityStep = 0x1p-14F, kAccelerationStep = 0x1p-10F;  ///< of other tools [m/s], [m/s^2]
 inline constexpr double kSmallestStep = 1e-9;  ///< of 16-bit numbers; keeps the step exact when the numbers are rounding noise
 
 /// Converts, and remembers whether every number could be carried.
@@ -80,6 +81,11 @@ inline std::int16_t to_short(double value, float step) {
   const double steps = std::round(value / static_cast<double>(step));
   return static_cast<std::int16_t>(std::clamp(steps, -double{kShortMax}, double{kShortMax}));
 }
+
+inline wire::Steps to_steps(const Vec3& v, float step) {
+  return {to_short(v.x(), step), to_short(v.y(), step), to_short(v.z(), step)};
+}
+inline Vec3 from(const wire::Steps& s, float step) { return Vec3(s.x(), s.y(), s.z()) * static_cast<double>(step); }
 
 inline std::uint64_t from(const wire::Wide& w) { return std::uint64_t{w.high()} << 32 | w.low(); }
 inline Micros time_from(const wire::Wide& w) { return Micros{static_cast<std::int64_t>(from(w))}; }

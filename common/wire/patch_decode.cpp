@@ -115,9 +115,34 @@ WireFault read_touch(const wire::Patch& table, Patch& patch) {
   return WireFault::none;
 }
 
+WireFault read_others(const wire::Patch& table, Patch& patch) {
+  const int count = table.others() ? static_cast<int>(table.others()->size()) : 0, r = patch.modes();
+  Walk<std::int16_t> rows(table.other_rows());
+  if (count > (patch.contact == ContactKind::touch ? kMaxOtherTools : 0) || rows.left() != 3 * r * count)
+    return WireFault::malformed;
+  patch.others.count = count;
+  for (int o = 0; o < count; ++o) {
+    const wire::OtherTool& sent = *table.others()->Get(static_cast<flatbuffers::uoffset_t>(o));
+    if (sent.touching() > 1) return WireFault::out_of_range;
+    OtherTool& other = patch.others.of[static_cast<std::size_t>(o)];
+    other.touching = sent.touching() == 1;
+    other.gap = pack::from(sent.gap());
+    other.c_static = pack::from(sent.c_static());
+    other.velocity = pack::from(sent.velocity(), pack::kVelocityStep);
+    other.acceleration = pack::from(sent.acceleration(), pack::kAccelerationStep);
+    other.normal = unpack_normal(sent.normal_u(), sent.normal_v());
+    other.rows.resize(3, r);
+    for (int m = 0; m < r; ++m) {
+      const double step = table.floats()->Get(static_cast<flatbuffers::uoffset_t>(3 * r + m));  // as of the patch's vertices
+      for (int k = 0; k < 3; ++k) other.rows(k, m) = rows.next() * step;
+    }
+  }
+  return WireFault::none;
+}
+
 WireFault read_load(const wire::Patch& table, Patch& patch) {
   patch.load_for = Micros{table.load_for()};
-  if (!table.load_rate()) return table.load_for() == 0 ? WireFault::none : WireFault::malformed;
+  if (!table.load_rate()) return table.load_for() == 0 || patch.others.count > 0 ? WireFault::none : WireFault::malformed;
   Walk<float> load(table.load_rate());
   if (load.left() != patch.modes() || load.left() == 0) return WireFault::malformed;
   patch.load_rate.resize(patch.modes());
@@ -145,11 +170,12 @@ WireFault read_fading(const wire::Patch& table, Patch& patch) {
 WireFault read_body(const wire::Patch& table, Patch& patch) {
   if (!patch.constant) {
     WireFault fault = patch.contact == ContactKind::touch ? read_touch(table, patch) : read_attach(table, patch);
+    if (fault == WireFault::none) fault = read_others(table, patch);
     if (fault == WireFault::none) fault = read_load(table, patch);
     return fault == WireFault::none ? read_fading(table, patch) : fault;
   }
   const bool bare = !table.floats() && !table.shorts() && !table.normals() && !table.touch() && !table.attach() &&
-                    !table.load_rate() && !table.fading() && !table.pulls();
+                    !table.load_rate() && !table.fading() && !table.pulls() && !table.others() && !table.other_rows();
   return bare ? WireFault::none : WireFault::malformed;
 }
 

@@ -24,6 +24,8 @@ using Normals = Bounded<std::uint16_t, 2 * static_cast<std::size_t>(kMaxPortVert
 using Shorts = Bounded<std::int16_t, static_cast<std::size_t>(coupling_shorts(kMaxModes) +
                                                               surface_shorts(kMaxModes, kMaxPortVertices) + kMaxPortTriangles)>;
 
+using OtherRows = Bounded<std::int16_t, static_cast<std::size_t>(3 * kMaxModes * kMaxOtherTools)>;
+
 bool has_modes_in_order(const Patch& patch) {
   const auto r = patch.stiffness.size();
   if (patch.damping.rows() != r || patch.damping.cols() != r || patch.g.size() != r || patch.q_rate.size() != r) return false;
@@ -36,7 +38,8 @@ bool has_modes_in_order(const Patch& patch) {
   if (surface.triangle_count < 0 || surface.triangle_count > kMaxPortTriangles) return false;
   for (int i = 0; i < surface.vertex_count; ++i)
     if (surface.vertices[static_cast<std::size_t>(i)].rows.cols() != r) return false;
-  return true;
+  if (patch.others.count < 0 || patch.others.count > kMaxOtherTools) return false;
+  return std::ranges::all_of(patch.others.tools(), [&](const OtherTool& other) { return other.rows.cols() == r; });
 }
 
 /// Asked before numbers are scaled to 16 bits: the largest of some numbers says nothing when one is not a number.
@@ -44,7 +47,9 @@ bool has_finite_surface(const Patch& patch) {
   if (!patch.q_rate.allFinite() || !patch.point.weight.allFinite()) return false;
   for (const auto& vertex : std::span(patch.surface.vertices).first(static_cast<std::size_t>(patch.surface.vertex_count)))
     if (!vertex.position.allFinite() || !vertex.rows.allFinite() || !vertex.normal.allFinite()) return false;
-  return true;
+  return std::ranges::all_of(patch.others.tools(), [](const OtherTool& other) {
+    return other.rows.allFinite() && other.normal.allFinite() && other.velocity.allFinite() && other.acceleration.allFinite();
+  });
 }
 
 void add_modes(Floats& floats, Shorts& shorts, pack::Packer& packer, const Patch& patch) {
@@ -88,13 +93,15 @@ Normals normals_of(const PortSurface& surface) {
 }
 
 /// The moving surface: steps into `floats`, everything else into `shorts`. Returns the step of positions.
-float add_surface(Floats& floats, Shorts& shorts, pack::Packer& packer, const Patch& patch, const Vec3& origin) {
+float add_surface(Floats& floats, Shorts& shorts, OtherRows& other_rows, pack::Packer& packer, const Patch& patch,
+                  const Vec3& origin) {
   const int r = patch.modes();
   const auto vertices = std::span(patch.surface.vertices).first(static_cast<std::size_t>(patch.surface.vertex_count));
   std::array<float, kMaxModes> row_step{};
   for (int m = 0; m < r; ++m) {
     double largest = 0;
     for (const auto& vertex : vertices) largest = std::max(largest, vertex.rows.col(m).cwiseAbs().maxCoeff());
+    for (const OtherTool& other : patch.others.tools()) largest = std::max(largest, other.rows.col(m).cwiseAbs().maxCoeff());
     floats.add(row_step[static_cast<std::size_t>(m)] = pack::short_step(packer.number(largest)));
   }
   const float rate_step = r > 0 ? pack::short_step(packer.number(patch.q_rate.cwiseAbs().maxCoeff())) : 0.0f;
@@ -111,7 +118,26 @@ float add_surface(Floats& floats, Shorts& shorts, pack::Packer& packer, const Pa
       for (int k = 0; k < 3; ++k) shorts.add(pack::to_short(vertex.rows(k, m), row_step[static_cast<std::size_t>(m)]));
   for (int t = 0; t < patch.surface.triangle_count; ++t)
     shorts.add(pack_triangle(packer, patch.surface.triangles[static_cast<std::size_t>(t)]));
+  for (const OtherTool& other : patch.others.tools())
+    for (int m = 0; m < r; ++m)
+      for (int k = 0; k < 3; ++k) other_rows.add(pack::to_short(other.rows(k, m), row_step[static_cast<std::size_t>(m)]));
   return step;
+}
+
+std::array<wire::OtherTool, kMaxOtherTools> other_tools(pack::Packer& packer, const PatchOthers& others) {
+  std::array<wire::OtherTool, kMaxOtherTools> sent{};
+  for (std::size_t k = 0; k < others.tools().size(); ++k) {
+    const OtherTool& other = others.of[k];
+    const auto normal = pack_normal(other.normal);
+    sent[k] = {packer.vec(other.gap),
+               packer.sym(other.c_static),
+               pack::to_steps(other.velocity, pack::kVelocityStep),
+               pack::to_steps(other.acceleration, pack::kAccelerationStep),
+               normal[0],
+               normal[1],
+               static_cast<std::uint16_t>(other.touching ? 1 : 0)};
+  }
+  return sent;
 }
 
 std::uint16_t to_weight(double weight) {
@@ -167,6 +193,7 @@ Vec3 unpack_normal(std::uint16_t u, std::uint16_t v) {
 flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& builder, pack::Packer& packer, const Patch& patch) {
   Floats floats;
   Shorts shorts;
+  OtherRows other_rows;
   wire::AttachPort attach;
   wire::TouchPort touch;
   const bool is_touch = patch.contact == ContactKind::touch;
@@ -176,7 +203,7 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   if (!patch.constant) add_modes(floats, shorts, packer, patch);
   if (!patch.constant && is_touch) {
     const wire::Point origin = packer.point(patch.surface.vertices[0].position);
-    const float step = add_surface(floats, shorts, packer, patch, pack::from(origin));
+    const float step = add_surface(floats, shorts, other_rows, packer, patch, pack::from(origin));
     const std::uint16_t w0 = to_weight(patch.point.weight[0]);
     const std::uint16_t w1 = std::min(to_weight(patch.point.weight[1]), static_cast<std::uint16_t>(pack::kWeightMax - w0));
     touch = {packer.number(patch.coupling_n_m), packer.number(patch.friction), packer.sym(patch.c_static), origin, step, w0, w1};
@@ -189,7 +216,7 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   Floats load;
   if (!patch.constant)
     for (int i = 0; i < patch.load_rate.size(); ++i) load.add(packer.number(patch.load_rate[i]));
-  const bool loaded = load.size() > 0;
+  const bool surface = !patch.constant && is_touch, others = surface && patch.others.count > 0;
   Bounded<float, 3 * kMaxPronyBranches> fading;
   Bounded<std::int16_t, kMaxPronyBranches*(kMaxModes + 3)> pulls;
   if (!patch.constant) {
@@ -201,17 +228,20 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
     }
   }
   const wire::PatchHead head = head_of(patch, packer);
-  const auto load_at = loaded ? builder.CreateVector(load.data(), load.size()) : 0;
+  const auto load_at = load.size() > 0 ? builder.CreateVector(load.data(), load.size()) : 0;
   const auto floats_at = floats.size() > 0 ? builder.CreateVector(floats.data(), floats.size()) : 0;
-  const bool surface = !patch.constant && is_touch;
   const Normals normals = surface ? normals_of(patch.surface) : Normals{};
   const auto normals_at = normals.size() > 0 ? builder.CreateVector(normals.data(), normals.size()) : 0;
   const auto fading_at = fading.size() > 0 ? builder.CreateVector(fading.data(), fading.size()) : 0;
   const auto pulls_at = pulls.size() > 0 ? builder.CreateVector(pulls.data(), pulls.size()) : 0;
   const auto shorts_at = shorts.size() > 0 ? builder.CreateVector(shorts.data(), shorts.size()) : 0;
+  const auto tools = other_tools(packer, patch.others);
+  const auto others_at = others ? builder.CreateVectorOfStructs(tools.data(), patch.others.tools().size()) : 0;
+  const auto other_rows_at = other_rows.size() > 0 ? builder.CreateVector(other_rows.data(), other_rows.size()) : 0;
   return wire::CreatePatch(builder, &head, floats_at, shorts_at, surface ? &touch : nullptr,
                            !patch.constant && !is_touch ? &attach : nullptr, packer.number(patch.low_pass_hz), load_at,
-                           loaded ? packer.duration(patch.load_for) : 0, normals_at, fading_at, pulls_at);
+                           load.size() > 0 || others ? packer.duration(patch.load_for) : 0, normals_at, fading_at, pulls_at,
+                           others_at, other_rows_at);
 }
 
 void leave_room_for_rounding(Patch& patch) {
@@ -226,20 +256,23 @@ void leave_room_for_rounding(Patch& patch) {
 
 namespace {
 
-/// Of load_rate and of branches, with alignment.
-int extra_bytes(int modes, bool loaded, int branches, int variables) {
+/// Of load_rate, other tools and branches, with alignment.
+int extra_bytes(int modes, bool loaded, int others, int branches, int variables) {
   constexpr int kLoadOverheadBytes = 16, kBranchesOverheadBytes = 28, kBranchBytes = 12;
+  constexpr int kOthersOverheadBytes = 28, kOtherToolBytes = 56;
   return (loaded ? kLoadOverheadBytes + 4 * modes : 0) +
+         (others > 0 ? kOthersOverheadBytes + others * (kOtherToolBytes + 6 * modes) : 0) +
          (branches > 0 ? kBranchesOverheadBytes + branches * (kBranchBytes + 2 * variables) : 0);
 }
 
 }  // namespace
 
-int max_port_vertices(int modes, int triangles, bool loaded, int branches) {
+int max_port_vertices(int modes, int triangles, bool loaded, int branches, int others) {
   constexpr int kOverheadBytes = 224;  // of a touch patch without what its vectors hold, with alignment
   constexpr int kNormalBytes = 4;
-  const int free_bytes = static_cast<int>(kMaxDatagramBytes) - kOverheadBytes - extra_bytes(modes, loaded, branches, modes) -
-                         4 * touch_floats(modes) - 2 * coupling_shorts(modes);
+  const int free_bytes = static_cast<int>(kMaxDatagramBytes) - kOverheadBytes -
+                         extra_bytes(modes, loaded, others, branches, modes) - 4 * touch_floats(modes) -
+                         2 * coupling_shorts(modes);
   int vertices = 0;
   const auto bytes_of = [&](int n) {
     return 2 * surface_shorts(modes, n) + kNormalBytes * n + 2 * std::min(triangles, most_triangles(n));
@@ -253,7 +286,7 @@ int max_port_modes(ContactKind contact, Scheme scheme, int branches) {
   int modes = kMaxModes;
   if (contact == ContactKind::attach) {
     const auto bytes_of = [&](int r) {
-      return kAttachBytes + 4 * attach_floats(r) + 2 * coupling_shorts(r) + extra_bytes(r, true, branches, r + 3);
+      return kAttachBytes + 4 * attach_floats(r) + 2 * coupling_shorts(r) + extra_bytes(r, true, 0, branches, r + 3);
     };
     while (bytes_of(modes) > static_cast<int>(kMaxDatagramBytes)) --modes;
     return modes;

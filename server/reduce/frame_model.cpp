@@ -88,6 +88,8 @@ void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& port
   ports_ = &ports;
   assert(ports.size() == tools.size() && state.x.size() == dynamics_->masses().size());
   tools_.assign(tools.begin(), tools.end());
+  hands_.clear();
+  for (const ToolAt& tool : tools) hands_.push_back({tool.velocity, Vec3::Zero()});
   horizon_ = horizon;
   wanted_.assign(ports.size(), {});
   settled_ = linearised_ = placed_ = false;
@@ -106,6 +108,12 @@ void FrameModel::want(std::size_t k, const ExpectedSlide& slide) {
   assert(k < wanted_.size() && slide.time_s >= 0);
   wanted_[k] = {true, slide, {}};
   if (refined_) refined_->want(k, slide);
+}
+
+void FrameModel::set_hands(std::vector<HandMotion> hands) {
+  assert(hands.size() == tools_.size());
+  if (refined_) refined_->set_hands(hands);
+  hands_ = std::move(hands);
 }
 
 void FrameModel::listen(std::function<void(PatchPart)> listener) {
@@ -332,19 +340,46 @@ bool FrameModel::respond(SharedSystem& p, std::size_t which, Own own) {
   return definite;
 }
 
-OtherTools FrameModel::others(const SharedSystem& p, std::size_t which) {
+/// Of B_a^T X_b to the geometric mean of the two compliances: 0 where neither tool moves the body under the other, 1 at one
+/// place.
+double FrameModel::coupling(const SharedSystem& p, std::size_t a, std::size_t b) const {
+  Mat3 across;
+  for (int axis = 0; axis < 3; ++axis) across.col(axis) = gather(p.port(a).b, p.port(b).response[static_cast<std::size_t>(axis)]);
+  return across.norm() / std::max(std::sqrt(p.port(a).compliance.norm() * p.port(b).compliance.norm()), 1e-300);
+}
+
+bool FrameModel::will_touch(std::size_t k, Micros horizon) {
+  const ToolPort& port = (*ports_)[k];
+  if (port.touching || !wanted_[k].patch) return port.touching;
+  const Vec3 above = tools_[k].position - position_at(skin_->view(), positions(), port.point);
+  const Vec3 normal = normal_at(skin_->view(), positions(), port.point);
+  const HandMotion way = path(k, horizon);
+  const double t = seconds(horizon);
+  return normal.dot(above + t * way.velocity + 0.5 * t * t * way.acceleration) < 0;
+}
+
+std::vector<std::size_t> FrameModel::neighbours(const SharedSystem& p, std::size_t which, Micros horizon) {
+  std::vector<std::pair<double, std::size_t>> found;
+  for (std::size_t k = 0; k < ports_->size(); ++k)
+    if (k != which && (*ports_)[k].kind == ContactKind::touch && will_touch(k, horizon))
+      found.emplace_back(-coupling(p, which, k), k);
+  std::sort(found.begin(), found.end());
+  std::vector<std::size_t> tools;
+  for (const auto& [less, k] : found) tools.push_back(k);
+  return tools;
+}
+
+OtherTools FrameModel::others(const SharedSystem& p, std::size_t which, std::span<const std::size_t> contacts) {
   assert(which < ports_->size());
   OtherTools others = other_nodes(which);
-  const PortResponse& own = p.port(which);
+  for (const std::size_t k : contacts) others.contacts.push_back({&p.port(k), k});
   for (std::size_t k = 0; k < ports_->size(); ++k) {
     const ToolPort& port = (*ports_)[k];
     if (k == which || port.kind != ContactKind::touch || !port.touching) continue;
+    if (std::find(contacts.begin(), contacts.end(), k) != contacts.end()) continue;
     const PortResponse& response = p.port(k);
     const Mat3 stiffness = contact_stiffness(k, response);
-    Mat3 across;
-    for (int axis = 0; axis < 3; ++axis) across.col(axis) = gather(own.b, response.response[static_cast<std::size_t>(axis)]);
-    const double mean = std::sqrt(own.compliance.norm() * response.compliance.norm());
-    others.springs.push_back({&response, stiffness, across.norm() > kCoupledShare * mean});
+    others.springs.push_back({&response, stiffness, coupling(p, which, k) > kCoupledShare});
     if (others.load.size() == 0) others.load = Vector::Zero(size());
     scatter(response.b, port.lambda, others.load);
     const Vec3 rate = stiffness * tools_[k].velocity;

@@ -7,8 +7,9 @@
 // with the normal, tool_prediction.hpp) and two for all, at one shift s, and all of them go through P together. A model is hardly
 // the worse for an s that is not quite its own: with one tool s is that of its patch, with several that of their mean horizon.
 //
-// The other tools stay on the body while a patch lasts. Tool o moves on at its velocity v_o, and its contact is a spring between
-// it and the tissue,
+// The other tools stay on the body while a patch lasts. The nearest are contacts of the patch (patch.hpp, OtherTool), which the
+// player closes: nothing of them is in its K, g or load_rate. Of the rest, tool o moves on at its velocity v_o, and its contact
+// is a spring between it and the tissue,
 //     lambda_o(t) = lambda_o* + S_o (v_o (t - t*) - B_o^T (x - x*)),    S_o = k_o I (it sticks) or k_o n n^T (it slips)
 // so for the patch of station a the body is pushed by lambda_o*, stiffer by B_o S_o B_o^T, and pushed more as time goes by:
 //     residual force  F(x*, v*) + sum B_o lambda_o*,   stiffness K + sum B_o S_o B_o^T,   growing load  sum B_o S_o v_o
@@ -59,6 +60,11 @@ struct OtherTools {
     Mat3 stiffness = Mat3::Zero();  ///< S_o
     bool coupled = false;
   };
+  struct Contact {
+    const PortResponse* port = nullptr;
+    std::size_t tool = 0;
+  };
+  std::vector<Contact> contacts;  ///< of the patch; the rest is of those that are none
   std::vector<Spring> springs;
   Vector load;       ///< sum B_o lambda_o*; empty when no other touches
   Vector load_rate;  ///< growing load [N/s]; empty when nothing grows
@@ -137,6 +143,10 @@ class FrameModel {
   /// A patch will be built for this port, although it may not touch: its responses are found together with those of the others,
   /// and those to its load where it may have slid to, less its load where it is: B_end lambda_end - B lambda.
   void want(std::size_t k, const ExpectedSlide& slide = {});
+  /// How the hands at the ports move; without it as the tools do, with no acceleration.
+  void set_hands(std::vector<HandMotion> hands);
+  /// The path of tool k that a patch with this horizon takes for granted.
+  HandMotion path(std::size_t k, Micros horizon) const { return expected_path(hands_.at(k), seconds(horizon)); }
   /// The same frame in the coordinates of a locally refined body (refined_body.hpp), where the body is one for it; else this.
   FrameModel& refined() { return refined_ ? *refined_ : *this; }
   /// Hears of each part when it begins. The model itself knows no clock.
@@ -183,8 +193,11 @@ class FrameModel {
     bool residual = false, motion = false;
   };
   bool respond(SharedSystem& p, std::size_t which, Own own);
-  /// The tools besides `which`, a port that touches, once P has responded.
-  OtherTools others(const SharedSystem& p, std::size_t which);
+  /// The tools besides `which` that may be contacts of its patch: those that touch the surface, or will within `horizon` if
+  /// they go on. The more the one moves the body under the other, the earlier; once P has responded.
+  std::vector<std::size_t> neighbours(const SharedSystem& p, std::size_t which, Micros horizon);
+  /// The tools besides `which`, a port that touches, once P has responded; `contacts` of them are contacts of its patch.
+  OtherTools others(const SharedSystem& p, std::size_t which, std::span<const std::size_t> contacts);
   /// The same for a node that is held.
   OtherTools other_nodes(std::size_t which);
   /// F with the forces of all tools that touch, and of all but one.
@@ -210,6 +223,8 @@ class FrameModel {
   void record_history();
   void settle();
   Eigen::Index size() { return linearisation().masses().size(); }
+  double coupling(const SharedSystem& p, std::size_t a, std::size_t b) const;
+  bool will_touch(std::size_t k, Micros horizon);
   std::span<const Vector> sliding_loads(std::size_t k);
   Mat3 contact_stiffness(std::size_t k, const PortResponse& response);
   void add_held_nodes(std::size_t which, Vector& load_rate);
@@ -219,6 +234,7 @@ class FrameModel {
   const BodyState* state_ = nullptr;
   const std::vector<ToolPort>* ports_ = nullptr;
   std::vector<ToolAt> tools_;
+  std::vector<HandMotion> hands_;
   std::vector<PredictedState> predicted_;
   std::deque<Known> past_;    // of the whole, like the next
   std::optional<Known> now_;  // will be past

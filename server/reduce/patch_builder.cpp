@@ -164,10 +164,22 @@ bool PatchBuilder::attempt_two_layer(const Job& job, BuiltPatch& made) {
   return build_touch(job, model, &p, made);
 }
 
+/// How many modes there are bytes for beside the tools that are contacts.
+int PatchBuilder::modes_beside(const Job& job, const OtherTools& others) const {
+  const PatchRequest& request = *job.request;
+  int modes = std::min(modes_for(request.scheme, job.port().kind, request.order), request.modes_max);
+  if (others.contacts.empty()) return modes;
+  // A triangle where terms bring more, else enough for the tool to move about between frames.
+  const int least = job.hyper() ? 3 : 6, contacts = static_cast<int>(others.contacts.size());
+  const int branches = static_cast<int>(dynamics_->relaxation().branches().size());
+  while (modes > 1 && request.vertices_max(modes, others.load_rate.size() > 0, branches, contacts) < least) --modes;
+  return modes;
+}
+
 /// V, and what the body is on it.
 bool PatchBuilder::reduce(const Job& job, const Model& model, PortModel& port, BuiltPatch& made, Reduced& reduced) {
   FrameModel& frame = *job.frame;
-  const int modes = std::min(modes_for(job.request->scheme, job.port().kind, job.request->order), job.request->modes_max);
+  const int modes = modes_beside(job, model.others);
   assert(modes > 0 && modes <= kMaxModes);
   frame.enter(PatchPart::basis);
   if (port.balanced) {

@@ -20,7 +20,7 @@
 // would carry the surface away for as long as the patch lasts, while the body itself is soon caught by its own stiffness. So no
 // mode is taken for softer than the softest of the body at rest: its stiffness is max(|k|, softest), and by how much that differs
 // is reported. What several stations of a room have in common is solved once a frame, and the tools of the others stay on the
-// body while a patch lasts (frame_model.hpp); the basis has no direction of its own for their growing load
+// body while a patch lasts (frame_model.hpp); the basis has no direction of its own for their pushes
 // (docs/decisions/0010-other-tools.md). For a grasp the joint stiffness of modes and tool is then projected onto the positive
 // semi-definite ones (psd_projection.hpp).
 #pragma once
@@ -44,8 +44,9 @@ struct PatchRequest {
   Micros horizon{50'000};  ///< age that the patch will reach
   /// That the link may make between two patches: valid for twice `horizon` and this.
   Micros silence = kSilenceLeast;
-  /// Surface vertices that fit into a datagram beside so many modes, without and with a load_rate, and branches that fade.
-  int (*vertices_max)(int modes, bool loaded, int branches) = [](int, bool, int) { return 12; };
+  /// Surface vertices that fit into a datagram beside so many modes, without and with a load_rate, branches that fade, and other
+  /// tools that are contacts.
+  int (*vertices_max)(int modes, bool loaded, int branches, int others) = [](int, bool, int, int) { return 12; };
   Vec3 acceleration = Vec3::Zero();  ///< of the hand [m/s^2]
   int modes_max = kMaxModes;         ///< that fit into a datagram
 };
@@ -145,6 +146,7 @@ class PatchBuilder {
   bool attempt(const Job& job, BuiltPatch& made);
   bool attempt_two_layer(const Job& job, BuiltPatch& made);
   std::optional<BuiltPatch> fall_back(FrameModel& frame, std::size_t which, const PatchRequest& request, Scheme scheme);
+  int modes_beside(const Job& job, const OtherTools& others) const;
   bool reduce(const Job& job, const Model& model, PortModel& port, BuiltPatch& made, Reduced& reduced);
   bool take_basis(const Job& job, const Model& model, const Matrix& basis, const Projection& projected, BuiltPatch& made,
                   Reduced& reduced) const;
@@ -159,6 +161,7 @@ class PatchBuilder {
 
   // patch_builder_touch.cpp
   bool respond(const Job& job, Model& model, SharedSystem& p);
+  void add_other_tools(const Job& job, const Model& model, const SharedSystem& p, const Matrix& v, Patch& patch) const;
   bool build_touch(const Job& job, const Model& model, SharedSystem* p, BuiltPatch& made);
   PortModel touch_model(const Job& job, const Model& model, SharedSystem& p);
   void add_touch_snapshots(const Job& job, const Model& model, const SharedSystem& p, const Vec3& inwards, PortModel& port);

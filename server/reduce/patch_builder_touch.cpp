@@ -54,7 +54,11 @@ bool PatchBuilder::respond(const Job& job, Model& model, SharedSystem& p) {
   FrameModel& frame = *job.frame;
   frame.want(job.which, expected_slide(*job.request));
   if (!frame.respond(p, job.which, {job.request->scheme != Scheme::tangent, needs_motion(*job.request)})) return false;
-  model.others = frame.others(p, job.which);
+  std::vector<std::size_t> contacts = frame.neighbours(p, job.which, job.request->horizon);
+  // A model without modes has nothing that a contact could push.
+  const std::size_t most = job.request->scheme == Scheme::tangent ? 0 : kMaxOtherTools;
+  contacts.resize(std::min(contacts.size(), most));
+  model.others = frame.others(p, job.which, contacts);
   model.residual = frame.forces();
   if (model.others.load.size() > 0) model.residual += model.others.load;
   return true;
@@ -79,7 +83,8 @@ bool PatchBuilder::build_touch(const Job& job, const Model& model, SharedSystem*
     if (!p) of_port.balanced = balanced_->touched(port.point);
     if (!reduce(job, model, of_port, made, reduced)) return false;
   }
-  const int vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0, patch.fading.count);
+  const int vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0, patch.fading.count,
+                                            static_cast<int>(model.others.contacts.size()));
   if (job.hyper()) {
     const Matrix none(v.rows(), 0), stiffness = reduced.stiffness.asDiagonal();
     add_terms(model, none, stiffness, vertices, reduced, made);
@@ -89,6 +94,7 @@ bool PatchBuilder::build_touch(const Job& job, const Model& model, SharedSystem*
     for (Eigen::Index m = 0; m < v.cols(); ++m) rows.col(m) = gather(p->port(job.which).b, v.col(m));
     patch.c_static = residual_compliance(port_compliance(*p, job.which, model.others), rows, patch, p->shift());
   }
+  if (p) add_other_tools(job, model, *p, v, patch);
   frame.enter(PatchPart::other);
   const bool with_terms = made.terms.variables > 0;
   const SurfacePiece first = cut_port_surface(
@@ -100,6 +106,27 @@ bool PatchBuilder::build_touch(const Job& job, const Model& model, SharedSystem*
       patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
   if (with_terms) split_surface(first, patch.surface, made.terms);
   return true;
+}
+
+/// The tools that are contacts of the patch, on its modes `v`.
+void PatchBuilder::add_other_tools(const Job& job, const Model& model, const SharedSystem& p, const Matrix& v,
+                                   Patch& patch) const {
+  FrameModel& frame = *job.frame;
+  const SurfaceView surface = skin_->view();
+  for (const OtherTools::Contact& contact : model.others.contacts) {
+    const ToolPort& port = frame.ports()[contact.tool];
+    const HandMotion path = frame.path(contact.tool, job.request->horizon);
+    OtherTool& tool = patch.others.of[static_cast<std::size_t>(patch.others.count++)];
+    tool.touching = port.touching;
+    tool.velocity = path.velocity;
+    tool.acceleration = path.acceleration;
+    tool.normal = normal_at(surface, frame.positions(), port.point);
+    tool.rows.resize(3, v.cols());
+    for (Eigen::Index m = 0; m < v.cols(); ++m) tool.rows.col(m) = gather(contact.port->b, v.col(m));
+    tool.c_static = residual_compliance(port_compliance(p, contact.tool, model.others), tool.rows, patch, p.shift());
+    const Vec3 push = port.touching ? port.lambda : Vec3::Zero();
+    tool.gap = frame.tool(contact.tool).position - position_at(surface, frame.positions(), port.point) + tool.c_static * push;
+  }
 }
 
 ExpectedSlide PatchBuilder::expected_slide(const PatchRequest& request) const {

@@ -30,6 +30,12 @@ ToolAt moved_on(const ToolAt& now, const Vec3& acceleration_m_s2, double after_s
           after_s > kPredictionMostS ? Vec3(Vec3::Zero()) : velocity};
 }
 
+HandMotion expected_path(const HandMotion& hand, double horizon_s) {
+  assert(horizon_s > 0);
+  const Vec3 end = moved_on({Vec3::Zero(), hand.velocity}, hand.acceleration, horizon_s).position;
+  return {hand.velocity, 2 / (horizon_s * horizon_s) * (end - horizon_s * hand.velocity)};
+}
+
 double accelerated_distance(double time_s) { return std::min(0.5 * kHandAccelerationMs2 * time_s * time_s, kFromRestMostM); }
 
 double accelerated_speed(double time_s) {

@@ -29,6 +29,13 @@ ToolAt dead_reckoned(const ToolAt& last, double gone_s);
 /// `after_s` from now.
 ToolAt moved_on(const ToolAt& now, const Vec3& acceleration_m_s2, double after_s);
 
+/// How a hand moves now, its tremor and what an encoder rounds smoothed out.
+struct HandMotion {
+  Vec3 velocity = Vec3::Zero(), acceleration = Vec3::Zero();  ///< [m/s], [m/s^2]
+};
+/// The motion v t + a t^2 / 2 that begins with the hand's velocity and ends, `horizon_s` from now, where moved_on() has it.
+HandMotion expected_path(const HandMotion& hand, double horizon_s);
+
 /// How far a hand gets from rest that speeds up [m], and how fast it then is [m/s].
 double accelerated_distance(double time_s);
 double accelerated_speed(double time_s);

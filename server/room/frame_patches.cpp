@@ -70,8 +70,10 @@ PatchRequest FramePatches::request_of(const StationJob& job, std::size_t which) 
           job.order,
           job.horizon,
           job.silence,
-          [](int modes, bool loaded, int branches) { return max_port_vertices(modes, kMaxPortTriangles, loaded, branches); },
-          body_->hand_acceleration(which),
+          [](int modes, bool loaded, int branches, int others) {
+            return max_port_vertices(modes, kMaxPortTriangles, loaded, branches, others);
+          },
+          body_->hand_motion(which).acceleration,
           max_port_modes(scene.tool.contact, job.scheme, static_cast<int>(scene.body.relaxation.size()))};
 }
 
@@ -86,6 +88,9 @@ std::vector<std::uint8_t> FramePatches::begin(const FrameJob& job, bool failed) 
   Micros mean_horizon{};
   for (const StationJob& j : job.stations) mean_horizon += j.horizon / static_cast<std::int64_t>(job.stations.size());
   frame_model_.begin(body_->state(), ports, tools, mean_horizon);
+  std::vector<HandMotion> hands;
+  for (std::size_t k = 0; k < ports.size(); ++k) hands.push_back(body_->hand_motion(k));
+  frame_model_.set_hands(std::move(hands));
   // Known for all before the first patch is built: what the patches of a frame have in common is computed together.
   std::vector<std::uint8_t> gets_patch;
   for (const StationJob& j : job.stations) {

@@ -66,7 +66,7 @@ std::vector<PredictedState> StatePrediction::hand_rollouts(Micros horizon) {
   std::vector<Vec3> acceleration;
   for (std::size_t k = 0; k < body_->ports().size(); ++k) {
     now.push_back(body_->tool(k, body_->time()));
-    acceleration.push_back(body_->hand_acceleration(k));
+    acceleration.push_back(body_->hand_motion(k).acceleration);
   }
   std::vector<PredictedState> ahead;
   for (const HandRollout& rollout : std::span(kHandRollouts).first(affordable_rollouts(horizon))) {

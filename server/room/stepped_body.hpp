@@ -21,6 +21,7 @@
 #include "server/body/integrator_selection.hpp"
 #include "server/body/settle.hpp"
 #include "server/body/stillness.hpp"
+#include "server/reduce/tool_prediction.hpp"
 #include "server/room/grasp.hpp"
 #include "server/room/let_go.hpp"
 #include "server/room/room.hpp"
@@ -75,8 +76,9 @@ class SteppedBody {
   const StationTool* tool_of(const StationJob& job) const;
   /// Tool k in body time: of a grasp its node goes from where it was taken to the tool.
   ToolAt tool(std::size_t k, Micros t) const { return tool_at(tools_.at(port_owner_[k]), t); }
-  /// Of the hand at tool k, the mean over the last 60 ms; none where it came since.
-  Vec3 hand_acceleration(std::size_t k) const;
+  /// Of the hand at tool k: of the parabola through where it was now and 30 and 60 ms ago; where it came since its velocity
+  /// alone.
+  HandMotion hand_motion(std::size_t k) const;
   /// Where the surface is nearest to tool k at `tool`, if it is nearer than `far_m`. Over a sleeping body it is looked for only
   /// when the tool may have got so near since it was looked for last. `positions()`: of the skin's vertices.
   std::optional<NearestPoint> nearest_within(std::size_t k, const Vec3& tool, double far_m,

@@ -8,7 +8,7 @@
 namespace palpate {
 
 void SteppedBody::take_samples(const FrameJob& job) {
-  constexpr Micros kTrackKept{100'000};  // more than hand_acceleration() looks back
+  constexpr Micros kTrackKept{100'000};  // more than hand_motion() looks back
   for (const StationJob& j : job.stations) {
     StationTool& tool = tools_[j.id];
     tool.track.add(j.samples, time());
@@ -60,16 +60,18 @@ const SteppedBody::StationTool* SteppedBody::tool_of(const StationJob& job) cons
   return tool == tools_.end() || tool->second.track.empty() ? nullptr : &tool->second;
 }
 
-Vec3 SteppedBody::hand_acceleration(std::size_t k) const {
+HandMotion SteppedBody::hand_motion(std::size_t k) const {
   const StationTool& station = tools_.at(port_owner_[k]);
   assert(!station.track.empty());
   constexpr Micros kDifferenceStep{30'000};  // a step of 0.03 mm, an encoder's, is then up to 0.07 m/s^2; longer: lags more
   const Micros now = time();
-  if (now - 2 * kDifferenceStep < station.track.begin()) return Vec3::Zero();
+  if (now - 2 * kDifferenceStep < station.track.begin()) return {tool_at(station, now).velocity, Vec3::Zero()};
   const auto place = [&](Micros t) { return tool_at(station, t).position; };
-  const Vec3 second_difference = place(now) - 2 * place(now - kDifferenceStep) + place(now - 2 * kDifferenceStep);
-  const Vec3 acceleration = second_difference / (seconds(kDifferenceStep) * seconds(kDifferenceStep));
-  return acceleration / std::max(1.0, acceleration.norm() / kHandAccelerationMostMs2);
+  const Vec3 here = place(now), before = place(now - kDifferenceStep), first = place(now - 2 * kDifferenceStep);
+  const double step_s = seconds(kDifferenceStep);
+  const Vec3 acceleration = (here - 2 * before + first) / (step_s * step_s);
+  return {(3 * here - 4 * before + first) / (2 * step_s),
+          acceleration / std::max(1.0, acceleration.norm() / kHandAccelerationMostMs2)};
 }
 
 /// The body back to rest while hands are on it, without a step of any hand's force.

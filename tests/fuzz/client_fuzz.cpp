@@ -92,8 +92,8 @@ class Stage {
     return patch_of(script.number(1), how == 15 ? seq_ + 0x7fffffffu : ++seq_, Micros{10'000} * static_cast<int>(how));
   }
   Body patch_of(std::size_t which, std::uint32_t seq, Micros age) {
-    static const std::array<Patch, 3> patches{seeds::attach_patch(11), seeds::touch_patch(8, 12, 16),
-                                              seeds::touch_patch(0, 7, 6)};
+    static const std::array<Patch, 4> patches{seeds::attach_patch(11), seeds::touch_patch(8, 12, 16), seeds::touch_patch(0, 7, 6),
+                                              seeds::shared_patch(8, 7, 6, 3)};
     Patch patch = patches[which % patches.size()];
     patch.seq = seq;
     patch.stamp = now_ - age;

@@ -1,6 +1,9 @@
 // Two hands on one body: what each feels of the other, against the full model with both tools.
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 
+#include "bench/fidelity/ceiling.hpp"
 #include "bench/fidelity/reference.hpp"
 #include "bench/fidelity/replay.hpp"
 #include "bench/measure/tools_apart.hpp"
@@ -44,4 +47,59 @@ TEST_CASE("The reference with a second tool far above the body is that of the fi
   CHECK(most < 1e-6);
   CHECK(with_idle[1].contact == std::vector<std::uint8_t>(601, 0));
   CHECK(felt > 0.1);
+}
+
+TEST_CASE("What a hand could feel at most is the full model where the other's way is known, and less where it is predicted") {
+  const Scene scene = touch_cube();
+  const std::vector<Motion> motions = tools_apart(scene, 2, 0.010, 0.8);
+  std::vector<ToolPath> paths(2);
+  for (int ms = 0; ms <= 800; ++ms)
+    for (std::size_t k = 0; k < 2; ++k) paths[k].push_back(motions[k].position(ms * 1e-3));
+  // A patch every 50 ms, played from 60 to 110 ms after its stamp.
+  std::vector<int> stamp_ms(801, -1);
+  for (int ms = 60; ms <= 800; ++ms) stamp_ms[static_cast<std::size_t>(ms)] = (ms - 60) / 50 * 50;
+  const std::vector<std::vector<int>> stamps(2, stamp_ms);
+  const PathPrediction known = [&](std::span<const Vec3> past, double after_s) {
+    const ToolPath& path = past.data() == paths[0].data() ? paths[0] : paths[1];
+    return ToolAt{path.at(past.size() - 1 + static_cast<std::size_t>(std::lround(1e3 * after_s))), Vec3::Zero()};
+  };
+  const auto reference = reference_forces(scene, paths);
+  const auto best = ceiling_forces(scene, paths, stamps, known);
+  const auto predicted = ceiling_forces(scene, paths, stamps, predicted_to_go_on);
+  for (std::size_t k = 0; k < 2; ++k) {
+    double off = 0, predicted_off = 0;
+    for (std::size_t i = 60; i < paths[k].size(); ++i) {
+      off = std::max(off, (best[k].felt.force[i] - reference[k].force[i]).norm());
+      predicted_off = std::max(predicted_off, (predicted[k].felt.force[i] - reference[k].force[i]).norm());
+    }
+    CHECK(off < 1e-4);
+    CHECK(predicted_off > 0.02);
+    REQUIRE(best[k].steps_n.size() == 14);
+    CHECK(*std::ranges::max_element(best[k].steps_n) < 1e-4);
+    CHECK(best[k].felt.force[59].isZero(0));
+  }
+}
+
+TEST_CASE("Two hands 10 mm apart feel each other nearly as well as anybody can who has to predict the other") {
+  const Scene scene = touch_cube();
+  const std::vector<Motion> motions = tools_apart(scene, 2, 0.010, 1.5);
+  ReplayOptions options;
+  options.link.latency = Micros{30'000};
+  const auto results = replay_together(scene, motions, options, [] { return std::int64_t{0}; });
+  std::vector<ToolPath> paths(2);
+  std::vector<std::vector<int>> stamp_ms(2);
+  for (std::size_t k = 0; k < 2; ++k)
+    for (std::size_t i = 0; i < results[k].ticks.size(); ++i) {
+      const auto age_ms = results[k].ticks[i].patch_age / kTick;
+      paths[k].push_back(results[k].ticks[i].position);
+      stamp_ms[k].push_back(age_ms < 0 ? -1 : static_cast<int>(static_cast<std::int64_t>(i) - age_ms));
+    }
+  const auto ceiling = ceiling_forces(scene, paths, stamp_ms, predicted_to_go_on);
+  for (std::size_t k = 0; k < 2; ++k) {
+    std::vector<Vec3> reference;
+    for (const ReplayTick& tick : results[k].ticks) reference.push_back(tick.reference);
+    const double most_db = compare(ceiling[k].felt.force, reference, kSkipTicks).snr_db;
+    CAPTURE(k, most_db);
+    CHECK(results[k].fidelity.snr_db > most_db - 3);
+  }
 }

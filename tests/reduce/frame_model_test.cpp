@@ -4,6 +4,8 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 
 #include "common/player/player.hpp"
@@ -38,8 +40,10 @@ struct FrameBench {
     const Positions x(state.x.data(), static_cast<std::size_t>(state.x.size()));
     tools.push_back({position_at(skin.view(), x, port.point), velocity});
   }
-  Patch build(std::size_t which, Scheme scheme = Scheme::port) {
+  /// `wanted`: ports that do not touch, for which other patches are to be built.
+  Patch build(std::size_t which, Scheme scheme = Scheme::port, const std::vector<std::size_t>& wanted = {}) {
     frame.begin(state, ports, tools, kFrameHorizon);
+    for (const std::size_t k : wanted) frame.want(k);
     PatchRequest request;
     request.scheme = scheme;
     request.horizon = kFrameHorizon;
@@ -84,36 +88,55 @@ Matrix dynamic_of(const Patch& p, double s) {
 }  // namespace
 
 TEST_CASE(
-    "A touch beside tools that it is coupled to responds as the body that they press on, to the tool and to the way that they "
-    "go") {
+    "A touch beside more tools than its patch has contacts responds as the body does: to its own push, to theirs, and to the way "
+    "of the one that is left over") {
   const double friction = GENERATE(10.0, 0.0);  // the others stick, or slip along the surface
   FrameBench bench;
-  bench.touch(40, Vec3(0, 0, -0.4), Vec3::Zero());
-  bench.touch(40, Vec3(0.1, 0, -0.5), Vec3(0.02, -0.01, -0.05), friction);
-  bench.touch(40, Vec3(0, 0.05, -0.3), Vec3(0, 0, 0.03), friction);
-  bench.ports[1].point.weight = Vec3(0.3, 0.5, 0.2);
-  bench.ports[2].point.weight = Vec3(0.3, 0.3, 0.4);
-  const Positions x(bench.state.x.data(), static_cast<std::size_t>(bench.state.x.size()));
-  for (ToolPort& port : bench.ports) port.lambda = -0.4 * normal_at(bench.skin.view(), x, port.point);
-  const Patch patch = bench.build(0);
-  std::vector<Mat3> springs{Mat3::Zero()};
-  for (const std::size_t k : {1u, 2u}) {
-    const Vec3 n = normal_at(bench.skin.view(), x, bench.ports[k].point);
-    springs.push_back(friction > 0 ? Mat3(800 * Mat3::Identity()) : Mat3(800 * n * n.transpose()));
+  bench.touch(40, Vec3::Zero(), Vec3::Zero());
+  const std::array<Vec3, 4> weights{Vec3(0.3, 0.5, 0.2), Vec3(0.3, 0.3, 0.4), Vec3(0.6, 0.3, 0.1), Vec3(0.2, 0.2, 0.6)};
+  for (std::size_t k = 0; k < weights.size(); ++k) {
+    bench.touch(40, Vec3::Zero(), Vec3(0.02, -0.01, 0.01 * static_cast<double>(k) - 0.05), friction);
+    bench.ports.back().point.weight = weights[k];
   }
+  const Positions x(bench.state.x.data(), static_cast<std::size_t>(bench.state.x.size()));
+  for (std::size_t k = 0; k < bench.ports.size(); ++k) {
+    bench.ports[k].lambda = -0.4 * normal_at(bench.skin.view(), x, bench.ports[k].point);
+    bench.tools[k].position = position_at(bench.skin.view(), x, bench.ports[k].point);
+  }
+  const Patch patch = bench.build(0);
+  REQUIRE(patch.others.count == kMaxOtherTools);
+  CHECK(patch.load_for == kFrameHorizon);
+  // Which is which: by its velocity.
+  std::vector<std::size_t> contacts;
+  for (const OtherTool& other : patch.others.tools())
+    for (std::size_t k = 1; k < bench.tools.size(); ++k)
+      if ((other.velocity - bench.tools[k].velocity).norm() < 1e-12) contacts.push_back(k);
+  REQUIRE(contacts.size() == kMaxOtherTools);
+  const std::size_t left_over = 10 - contacts[0] - contacts[1] - contacts[2];
+
+  std::vector<Mat3> springs(bench.ports.size(), Mat3::Zero());
+  const Vec3 n = normal_at(bench.skin.view(), x, bench.ports[left_over].point);
+  springs[left_over] = friction > 0 ? Mat3(800 * Mat3::Identity()) : Mat3(800 * n * n.transpose());
   const auto whole = bench.dynamic(kFrameShift, springs).lu();
   const Matrix b = bench.input(0);
   const Mat3 exact = b.transpose() * whole.solve(b);
   const PortRows rows = rows_of(patch);
   const auto reduced = dynamic_of(patch, kFrameShift).lu();
   CHECK((Matrix(rows) * reduced.solve(Matrix(rows).transpose()) - exact).norm() < 1e-8 * exact.norm());
-
-  Vector pushed = Vector::Zero(bench.state.x.size()), residual;
-  bench.dynamics.forces(bench.state.x, bench.state.v, residual);
-  for (const std::size_t k : {1u, 2u}) {
-    pushed += bench.input(k) * springs[k] * bench.tools[k].velocity;
-    residual += bench.input(k) * bench.ports[k].lambda;
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const OtherTool& other = patch.others.of[k];
+    const Matrix b_o = bench.input(contacts[k]);
+    const Mat3 across = b.transpose() * whole.solve(b_o), own = b_o.transpose() * whole.solve(b_o);
+    CHECK((Matrix(rows) * reduced.solve(Matrix(other.rows.transpose())) - across).norm() < 1e-8 * across.norm());
+    CHECK((Matrix(other.rows) * reduced.solve(Matrix(other.rows.transpose())) + other.c_static - own).norm() < 1e-8 * own.norm());
+    CHECK(other.touching);
+    CHECK((other.normal - normal_at(bench.skin.view(), x, bench.ports[contacts[k]].point)).norm() < 1e-12);
+    CHECK((other.gap - other.c_static * bench.ports[contacts[k]].lambda).norm() < 1e-12);  // the tool is on the surface
   }
+
+  Vector pushed = bench.input(left_over) * springs[left_over] * bench.tools[left_over].velocity, residual;
+  bench.dynamics.forces(bench.state.x, bench.state.v, residual);
+  residual += bench.input(left_over) * bench.ports[left_over].lambda;
   mask(bench.body.fixed, pushed);
   mask(bench.body.fixed, residual);
   const Vec3 way = b.transpose() * whole.solve(pushed);
@@ -122,7 +145,20 @@ TEST_CASE(
   const Vec3 sag = b.transpose() * whole.solve(residual);
   const Vector reduced_residual = patch.g - patch.damping * patch.q_rate;
   CHECK((Matrix(rows) * reduced.solve(reduced_residual) - sag).norm() < 1e-8 * sag.norm());
-  CHECK(patch.load_for == kFrameHorizon);
+}
+
+TEST_CASE("A patch expects of other hands the parabola that ends where they get to in its time") {
+  FrameBench bench;
+  bench.touch(40, Vec3(0, 0, -0.4), Vec3::Zero());
+  bench.touch(44, Vec3(0, 0, -0.4), Vec3(0.3, 0, 0));
+  bench.frame.begin(bench.state, bench.ports, bench.tools, kFrameHorizon);
+  const HandMotion hand{Vec3(0.01, 0.02, -0.03), Vec3(0.4, 0, -0.2)};
+  bench.frame.set_hands({{}, hand});
+  const HandMotion path = bench.frame.path(1, kFrameHorizon);
+  CHECK(path.velocity == hand.velocity);
+  // It speeds up for 50 of 100 ms.
+  const Vec3 end = 0.1 * hand.velocity + (0.5 * 0.05 * 0.05 + 0.05 * 0.05) * hand.acceleration;
+  CHECK((0.1 * path.velocity + 0.5 * 0.1 * 0.1 * path.acceleration - end).norm() < 1e-12);
 }
 
 TEST_CASE(
@@ -227,16 +263,31 @@ TEST_CASE("Predicted states become snapshots of the frame, with their kinds and 
   CHECK(bench.frame.snapshots().of(SnapshotKind::cached).empty());
 }
 
-TEST_CASE("Others that touch nothing, or stand still, add no load that grows") {
+TEST_CASE("Tools that touch, or will within its time, are contacts of a patch, and those left over load it where they move") {
   FrameBench bench;
   bench.touch(40, Vec3(0, 0, -0.4), Vec3(0, 0, -0.1));
+  CHECK(bench.build(0).others.count == 0);
+  for (const std::uint32_t triangle : {44u, 48u, 52u}) bench.touch(triangle, Vec3(0, 0, -0.5), Vec3::Zero());
+  CHECK(bench.build(0).others.count == 3);
+  const Positions x(bench.state.x.data(), static_cast<std::size_t>(bench.state.x.size()));
+  const Vec3 normal = normal_at(bench.skin.view(), x, bench.ports[3].point);
+  bench.ports[3].touching = false;
+  bench.tools[3].position += 0.002 * normal;
+  bench.tools[3].velocity = -0.03 * normal;
+  CHECK(bench.build(0).others.count == 2);  // nobody knows where it is over the body
+  const Patch patch = bench.build(0, Scheme::port, {3});
+  CHECK(patch.others.count == 3);
+  CHECK(std::ranges::count_if(patch.others.tools(), [](const OtherTool& other) { return other.touching; }) == 2);
+  bench.tools[3].velocity = -0.01 * normal;  // 1 mm in the patch's time
+  CHECK(bench.build(0, Scheme::port, {3}).others.count == 2);
+
+  bench.ports[3].touching = true;
+  bench.touch(56, Vec3(0, 0, -0.5), Vec3::Zero());
+  bench.touch(40, Vec3(0, 0, -0.4), Vec3::Zero());
   CHECK(bench.build(0).load_rate.size() == 0);
-  bench.touch(44, Vec3(0, 0, -0.5), Vec3::Zero());
-  CHECK(bench.build(0).load_rate.size() == 0);
-  bench.touch(48, Vec3(0, 0, -0.5), Vec3(0, 0, -0.1));
+  for (ToolAt& tool : bench.tools) tool.velocity = Vec3(0, 0, -0.1);
   CHECK(bench.build(0).load_rate.size() > 0);
-  bench.ports[2].touching = false;
-  CHECK(bench.build(0).load_rate.size() == 0);
+  CHECK(bench.build(0).others.count == 3);
 }
 
 TEST_CASE("Every scheme serves a touch beside others with a patch that passes the receiver's check") {
@@ -324,7 +375,7 @@ TEST_CASE("Everywhere on its piece of the surface a frictionless touch is pushed
   bench.frame.begin(bench.state, bench.ports, bench.tools, kFrameHorizon);
   PatchRequest request;
   request.horizon = kFrameHorizon;
-  request.vertices_max = [](int, bool, int) { return 6; };  // so few that all are at the rim
+  request.vertices_max = [](int, bool, int, int) { return 6; };  // so few that all are at the rim
   auto built = bench.builder.build(bench.frame, 0, request);
   REQUIRE(built);
   Patch* const patch = &built->patch;

@@ -77,7 +77,7 @@ struct Touch {
     const Patch& made = built->patch;
     CHECK(made.scheme == scheme);
     CHECK(check(made) == PatchFault::none);
-    CHECK(made.surface.vertex_count <= request.vertices_max(made.modes(), false, 0));
+    CHECK(made.surface.vertex_count <= request.vertices_max(made.modes(), false, 0, 0));
     const Patch joined = extended(made, built->terms);
     CHECK(check(joined) == PatchFault::none);
     if (whole_surface) CHECK((joined.surface.vertex_count == kMaxPortVertices) == (scheme == Scheme::hyper));

@@ -1,5 +1,8 @@
 #include <catch2/catch.hpp>
 
+#include <functional>
+#include <limits>
+
 #include "seeds.hpp"
 
 using namespace palpate;
@@ -115,6 +118,61 @@ TEST_CASE("the growing load of other tools arrives with the patch, and one that 
     sent.load_for = Micros{1};
     CHECK_FALSE(seeds::bytes_of(seeds::message(PatchMessage{sent})).empty());
   }
+}
+
+TEST_CASE("other tools arrive with their paths, normals and rows, and fit beside as many vertices as is said") {
+  const Patch sent = seeds::shared_patch(8, 6, 8, kMaxOtherTools);
+  const Patch got = round_trip(sent);
+  REQUIRE(got.others.count == kMaxOtherTools);
+  CHECK(got.load_for == sent.load_for);
+  for (std::size_t k = 0; k < kMaxOtherTools; ++k) {
+    const OtherTool &a = got.others.of[k], &b = sent.others.of[k];
+    CHECK(a.touching == (k == 0));
+    check_float32(a.gap, b.gap);
+    check_float32(a.c_static, b.c_static);
+    CHECK((a.velocity - b.velocity).cwiseAbs().maxCoeff() <= 0.5 / 16384);
+    CHECK((a.acceleration - b.acceleration).cwiseAbs().maxCoeff() <= 0.5 / 1024);
+    CHECK((a.normal - b.normal).norm() < 1e-4);
+    for (int m = 0; m < 8; ++m)
+      CHECK((a.rows.col(m) - b.rows.col(m)).cwiseAbs().maxCoeff() <= 0.5001 / 32767 * std::max(4.4, 5.1) / (1 + m));
+  }
+  for (int others = 0; others <= kMaxOtherTools; ++others)
+    for (int modes = 0; modes <= 10; ++modes) {
+      const int vertices = max_port_vertices(modes, kMaxPortTriangles, true, 0, others);
+      CAPTURE(others, modes, vertices);
+      REQUIRE(vertices >= 3);
+      Patch full = seeds::shared_patch(modes, vertices, std::min(kMaxPortTriangles, most_triangles(vertices)), others);
+      full.load_rate = ModeVector::Ones(modes);
+      full.load_for = Micros{1};
+      CHECK_FALSE(seeds::bytes_of(seeds::message(PatchMessage{full})).empty());
+    }
+}
+
+TEST_CASE("other tools that no body can have are refused") {
+  const Patch right = seeds::shared_patch(5, 6, 8, 2);
+  REQUIRE(check(right) == PatchFault::none);
+  const auto fault = [&](const std::function<void(OtherTool&)>& spoil) {
+    Patch wrong = right;
+    spoil(wrong.others.of[1]);
+    return check(wrong);
+  };
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  CHECK(fault([](OtherTool& o) { o.gap.x() = kNan; }) == PatchFault::not_finite);
+  CHECK(fault([](OtherTool& o) { o.velocity.y() = kNan; }) == PatchFault::not_finite);
+  CHECK(fault([](OtherTool& o) { o.acceleration.z() = INFINITY; }) == PatchFault::not_finite);
+  CHECK(fault([](OtherTool& o) { o.rows(1, 2) = kNan; }) == PatchFault::not_finite);
+  CHECK(fault([](OtherTool& o) { o.gap.x() = 21; }) == PatchFault::out_of_range);
+  CHECK(fault([](OtherTool& o) { o.normal *= 1.01; }) == PatchFault::out_of_range);
+  CHECK(fault([](OtherTool& o) { o.normal.setZero(); }) == PatchFault::out_of_range);
+  CHECK(fault([](OtherTool& o) { o.c_static = -o.c_static; }) == PatchFault::stiffness_indefinite);
+  CHECK(fault([](OtherTool& o) { o.c_static(0, 1) += 1e-3; }) == PatchFault::stiffness_indefinite);
+  CHECK(fault([](OtherTool& o) { o.rows.resize(3, 4); }) == PatchFault::sizes);
+  Patch wrong = right;
+  wrong.others.count = kMaxOtherTools + 1;
+  CHECK(check(wrong) == PatchFault::sizes);
+  Patch grasp = seeds::attach_patch(5);
+  grasp.others = right.others;
+  CHECK(check(grasp) == PatchFault::sizes);
 }
 
 TEST_CASE("stress that fades arrives with the patch, and one that does not costs nothing") {

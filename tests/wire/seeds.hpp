@@ -101,6 +101,26 @@ inline Patch touch_patch(int r, int vertices, int triangles) {
   return patch;
 }
 
+/// With other tools, the first of which touches.
+inline Patch shared_patch(int r, int vertices, int triangles, int others) {
+  std::mt19937 random(300u + static_cast<unsigned>(r));
+  Patch patch = touch_patch(r, vertices, triangles);
+  patch.load_for = Micros{123'456};
+  patch.others.count = others;
+  for (OtherTool& other : patch.others.tools()) {
+    other.touching = &other == patch.others.of.data();
+    other.gap = 0.0123 * Vec3(noise(random), noise(random), noise(random));
+    other.velocity = 0.3 * Vec3(noise(random), noise(random), noise(random));
+    other.acceleration = 3.3 * Vec3(noise(random), noise(random), noise(random));
+    other.normal = Vec3(0.4 * noise(random), 0.4 * noise(random), 1).normalized();
+    other.c_static = semi_definite(random, 3, 1e-3);
+    other.rows.resize(3, r);
+    for (int m = 0; m < r; ++m)
+      for (int k = 0; k < 3; ++k) other.rows(k, m) = 5.1 * noise(random) / (1 + m);
+  }
+  return patch;
+}
+
 /// Terms that are springs between so many nodes, every number of another size.
 inline NonlinearTerms spring_terms(int r, bool grasp, int count, int nodes) {
   std::mt19937 random(400u + static_cast<unsigned>(r));
@@ -201,6 +221,7 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(PatchMessage{attach_patch(0)}));
   all.push_back(message(PatchMessage{touch_patch(8, 12, 16)}));
   all.push_back(message(PatchMessage{touch_patch(0, 7, 6)}));
+  all.push_back(message(PatchMessage{shared_patch(7, 8, 9, 2)}));
   Patch filtered = common_patch(ContactKind::touch);
   filtered.scheme = Scheme::filtered;
   filtered.constant = true;

@@ -1,0 +1,70 @@
+#include "common/player/other_contacts.hpp"
+
+#include <algorithm>
+#include <span>
+
+namespace palpate {
+
+double share_of_next_step(double coupling_n_m, const Mat3& moved) noexcept {
+  return coupling_n_m > 0 ? 0.5 / std::max(coupling_n_m * moved.trace(), 1.0) : 0.0;
+}
+
+OtherContacts::OtherContacts(const Patch& patch, const StateInput& psi0, double dt_s)
+    : count_(patch.others.count),
+      parameters_{patch.coupling_n_m, patch.friction},
+      dt_(dt_s),
+      moves_for_s_(seconds(patch.load_for)) {
+  for (std::size_t j = 0; j < patch.others.tools().size(); ++j) {
+    Contact& contact = contacts_[j];
+    contact.tool = patch.others.of[j];
+    contact.touching = contact.tool.touching;
+    const PortRows& rows = contact.tool.rows;
+    contact.response = psi0 * rows.transpose();
+    const Mat3 moved = rows * contact.response.topRows(rows.cols());
+    contact.share_next = share_of_next_step(parameters_.coupling_n_m, moved);
+    contact.compliance = contact.tool.c_static + (1 - contact.share_next) * moved;
+    if (!contact.touching) continue;
+    // The modes are at rest at the stamp, so that what is not theirs tells the push there.
+    const ContactClosure at_stamp =
+        close_contact(Vec3::Zero(), contact.tool.c_static, contact.tool.normal, contact.tool.gap, parameters_);
+    contact.lambda = at_stamp.lambda;
+  }
+}
+
+void OtherContacts::carry_on(StateVector& next) const noexcept {
+  for (const Contact& contact : std::span(contacts_).first(static_cast<std::size_t>(count_)))
+    next.noalias() += contact.share_next * (contact.response * contact.lambda);
+}
+
+void OtherContacts::close(StateVector& z, const ModeVector& own) noexcept {
+  const auto contacts = std::span(contacts_).first(static_cast<std::size_t>(count_));
+  ++steps_;
+  ModeVector q = z.head(own.size()) + own;
+  for (const Contact& contact : contacts) q += contact.moved();
+  for (Contact& contact : contacts) {
+    q -= contact.moved();
+    close(contact, q);
+    q += contact.moved();
+    z.noalias() += (1 - contact.share_next) * (contact.response * contact.lambda);
+  }
+}
+
+void OtherContacts::close(Contact& contact, const ModeVector& q) const noexcept {
+  const OtherTool& tool = contact.tool;
+  const double t = std::min(static_cast<double>(steps_) * dt_, moves_for_s_);
+  Vec3 gap = tool.gap + t * tool.velocity + (0.5 * t * t) * tool.acceleration - contact.slid;
+  gap.noalias() -= tool.rows * q;
+  contact.lambda.setZero();
+  if (!contact.touching) {
+    const double height = tool.normal.dot(gap);
+    if (height >= 0) return;
+    contact.slid += gap - height * tool.normal;
+    gap = height * tool.normal;
+  }
+  const ContactClosure closure = close_contact(Vec3::Zero(), contact.compliance, tool.normal, gap, parameters_);
+  contact.touching = closure.touching;
+  contact.slid += closure.slip;
+  contact.lambda = closure.lambda;
+}
+
+}  // namespace palpate
