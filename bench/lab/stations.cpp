@@ -27,7 +27,7 @@ struct StationsFlags {
   MeshFolders mesh_folders;
   int stations = 2, order = 0;
   double apart_mm = 20, duration_s = 4;
-  bool ceiling = true;
+  bool no_ceiling = false;
   LinkFlags link;
 };
 
@@ -91,7 +91,7 @@ int run_stations(const StationsFlags& flags) {
   write_forces(out / "forces.csv", results);
   Json summary;
   const std::vector<Ceiling> most =
-      flags.ceiling && results.size() > 1 ? ceilings(scene, results, options.progress) : std::vector<Ceiling>{};
+      !flags.no_ceiling && results.size() > 1 ? ceilings(scene, results, options.progress) : std::vector<Ceiling>{};
   fmt::print("{:<9} {:>8} {:>11} {:>9} {:>12} {:>9} {:>11} {:>12}\n", "station", "dB", "ceiling dB", "rms [%]", "p95 [%]",
              "step [N]", "its step", "bytes/patch");
   for (std::size_t k = 0; k < results.size(); ++k) {
@@ -151,7 +151,7 @@ void add_stations(CLI::App& app, Run& run) {
   c->add_option("--order", flags->order, "states of a patch, 0: the scheme's default")->check(number_from(0, 2 * kMaxModes));
   c->add_option("--device", flags->device, "none: the motions as given; sim: Phantoms in hands that follow them")
       ->check(one_of({"none", "sim"}));
-  c->add_flag("!--no-ceiling", flags->ceiling, "leave out what the full model in the place of patches would be worth");
+  c->add_flag("--no-ceiling", flags->no_ceiling, "leave out what the full model in the place of patches would be worth");
   flags->link.add_to(*c);
   c->add_option("--out", flags->out, "folder for forces.csv, summary.json, forces.svg")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_stations(*flags); }; });
