@@ -20,8 +20,10 @@ struct SweepTask {
 /// By what their cells call them.
 using SweepTasks = std::map<std::string, SweepTask>;
 
-/// Adds the examination (examination.hpp) of a scene of the folder, under its name, where it is not there yet.
-void add_examination(SweepTasks& tasks, const std::filesystem::path& scenes, const std::string& scene);
+/// "scene@k" is the k-th place (from 1) that was drawn on a scene of this name, "scene" its top (examination.hpp).
+std::string at_place(const std::string& scene, int place);
+/// Adds the examination of a scene of the folder, at its top or at a place, under the name above, where it is not there yet.
+void add_examination(SweepTasks& tasks, const std::filesystem::path& scenes, const std::string& name);
 /// Fills in the references, `jobs` at a time.
 void add_references(SweepTasks& tasks, unsigned jobs);
 

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <iterator>
+#include <map>
+#include <numeric>
+#include <tuple>
 
 #include "bench/fidelity/metrics.hpp"
 #include "bench/lab/experiments.hpp"
@@ -25,6 +28,7 @@ struct TruthFlags {
   std::vector<std::string> only, schemes;
   std::vector<double> rtt_ms;
   bool quick = false, as_sent = false;
+  int places = 0;
   ShardFlags shards;
 };
 
@@ -168,10 +172,34 @@ void print(const std::vector<TruthCells>& curves) {
   }
 }
 
+std::string scene_of(const TruthCell& cell) { return cell.scene.substr(0, cell.scene.rfind('@')); }
+
+/// Of the places of each scene: the mean and the least, as an error that is felt is that of the place where the hand is.
+void print_places(const TruthCells& cells) {
+  std::map<std::tuple<std::string, Scheme, TruthRow, double>, std::pair<std::vector<double>, double>> all;
+  for (const TruthCell& c : cells) {
+    if (c.scene.find('@') == std::string::npos) continue;
+    auto& [snr_db, p95] = all[{scene_of(c), c.scheme, c.row, c.rtt_ms}];
+    snr_db.push_back(c.snr_db);
+    p95 = std::max(p95, c.p95_error);
+  }
+  if (!all.empty())
+    fmt::print("\n{:<20} {:<8} {:<14} {:>6} {:>9} {:>9} {:>14}\n", "over all places", "scheme", "row", "RTT ms", "mean dB",
+               "least dB", "worst p95, %");
+  for (const auto& [key, value] : all) {
+    const auto& [scene, scheme, row, rtt_ms] = key;
+    const auto& [snr_db, p95] = value;
+    const double mean = std::accumulate(snr_db.begin(), snr_db.end(), 0.0) / static_cast<double>(snr_db.size());
+    fmt::print("{:<20} {:<8} {:<14} {:>6g} {:>9.1f} {:>9.1f} {:>14.1f}\n", scene, name_of(scheme), name_of(row), rtt_ms, mean,
+               *std::min_element(snr_db.begin(), snr_db.end()), 100 * p95);
+  }
+}
+
 void report(const TruthCells& cells, const std::vector<std::string>& untouched, const std::filesystem::path& out) {
   const std::vector<TruthCells> curves = curves_of(cells);
   if (!curves.empty()) draw(out, curves);
   print(curves);
+  print_places(cells);
   Json summary{{"jnd_share", kForceJnd}, {"curves", Json::array()}};
   for (const TruthCells& curve : curves) summary["curves"].push_back(to_json(curve));
   if (!untouched.empty()) summary["scenes_without_contact"] = untouched;
@@ -180,7 +208,7 @@ void report(const TruthCells& cells, const std::vector<std::string>& untouched, 
 }
 
 TruthGrid grid_of(const TruthFlags& flags) {
-  TruthGrid grid{flags.scenes, flags.only, {}, flags.rtt_ms, flags.as_sent};
+  TruthGrid grid{flags.scenes, flags.only, {}, flags.rtt_ms, flags.as_sent, flags.places};
   for (const std::string& name : flags.schemes) grid.schemes.push_back(available_scheme(name));
   if (grid.rtt_ms.empty())
     grid.rtt_ms = flags.quick ? std::vector<double>{0, 50, 150, 300, 500}
@@ -230,6 +258,9 @@ void add_truth(CLI::App& app, Run& run) {
       ->delimiter(',')
       ->check(CLI::Range(0.0, 2000.0));
   c->add_flag("--as-sent", flags->as_sent, "without what limits a scheme: what is sent alone");
+  c->add_option("--places", flags->places, "places drawn by chance on the surface of each scene in place of its top")
+      ->type_name("N")
+      ->check(CLI::Range(1, 64));
   flags->shards.add_to(*c);
   c->add_option("--out", flags->out, "folder for cells.csv, summary.json and truth.svg")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_truth(*flags); }; });

@@ -32,7 +32,12 @@ std::vector<std::string> scenes_of(const TruthGrid& grid) {
     if (!std::filesystem::exists(file_of(grid, name)))
       throw InputError("--only " + name, "is no scene of " + grid.scenes.string(),
                        fmt::format("one of {}", fmt::join(names, ", ")));
-  return grid.only.empty() ? names : grid.only;
+  if (!grid.only.empty()) names = grid.only;
+  if (grid.places == 0) return names;
+  std::vector<std::string> places;
+  for (const std::string& name : names)
+    for (int place = 1; place <= grid.places; ++place) places.push_back(at_place(name, place));
+  return places;
 }
 
 /// Rows beside the real one: of the schemes that go with them.

@@ -27,7 +27,7 @@ inline bool has_round_trip(TruthRow r) { return r != TruthRow::tremor_floor; }
 inline constexpr double kTremorFloorM = 1e-5;  ///< along (1, 1, 1); a hand trembles by 50 to 200 um rms (client/device/hand.hpp)
 
 struct TruthCell {
-  std::string scene;
+  std::string scene;  ///< at_place(), tasks.hpp
   Scheme scheme = Scheme::port;
   TruthRow row = TruthRow::as_sent;
   double rtt_ms = 0;
@@ -45,6 +45,7 @@ struct TruthGrid {
   std::vector<Scheme> schemes = {};    ///< none: all that this build has
   std::vector<double> rtt_ms;
   bool as_sent = false;  ///< that row alone
+  int places = 0;        ///< so many places drawn on each scene in place of its top; 0: the top
 };
 
 /// Cells without their measures, in an order that depends on the grid alone. InputError where there is no such scene.

@@ -1,10 +1,16 @@
 #include "bench/measure/examination.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <optional>
 
 #include "bench/measure/gestures.hpp"
+#include "common/base/error.hpp"
+#include "common/base/random.hpp"
 #include "server/room/room.hpp"
 
 namespace palpate {
@@ -40,17 +46,103 @@ Offset offset(double t) {
   return {kDeepM * (t < kLetGoS ? minimum_jerk(t / kInS) : swing_back(t - kLetGoS))};
 }
 
+/// Distances along a ray to the surface of the body at rest, ascending.
+std::vector<double> hits(const LumpedBody& body, const Vec3& from, const Vec3& along) {
+  std::vector<double> distances;
+  for (const Triangle& t : body.triangles) {
+    const Vec3 a = body.nodes[t[0]], u = body.nodes[t[1]] - a, v = body.nodes[t[2]] - a;
+    const Vec3 across = along.cross(v);
+    const double determinant = u.dot(across);
+    if (std::abs(determinant) < 1e-15) continue;
+    const Vec3 offset = from - a, turned = offset.cross(u);
+    const double x = offset.dot(across) / determinant, y = along.dot(turned) / determinant;
+    if (x >= 0 && y >= 0 && x + y <= 1) distances.push_back(v.dot(turned) / determinant);
+  }
+  std::sort(distances.begin(), distances.end());
+  return distances;
+}
+
+/// A point of the surface, evenly over its area, and the outward normal of its triangle.
+class DrawnPoint {
+ public:
+  DrawnPoint(const LumpedBody& body, std::uint64_t seed) : body_(body), random_(seed) {
+    for (const Triangle& t : body.triangles) area_.push_back((area_.empty() ? 0 : area_.back()) + 0.5 * doubled(t).norm());
+  }
+  void draw() {
+    const double share = random_.uniform() * area_.back();
+    const Triangle& t =
+        body_.triangles[static_cast<std::size_t>(std::upper_bound(area_.begin(), area_.end() - 1, share) - area_.begin())];
+    double x = random_.uniform(), y = random_.uniform();
+    if (x + y > 1) x = 1 - x, y = 1 - y;
+    const Vec3 a = body_.nodes[t[0]];
+    point = a + x * (body_.nodes[t[1]] - a) + y * (body_.nodes[t[2]] - a);
+    normal = doubled(t).normalized();
+  }
+  Vec3 point = Vec3::Zero(), normal = Vec3::UnitZ();
+
+ private:
+  Vec3 doubled(const Triangle& t) const {
+    return (body_.nodes[t[1]] - body_.nodes[t[0]]).cross(body_.nodes[t[2]] - body_.nodes[t[0]]);
+  }
+  const LumpedBody& body_;
+  std::vector<double> area_;  // of the triangles so far
+  Random random_;
+};
+
+/// Nothing where the place is near what is held, or a hand does not reach it.
+std::optional<ExaminedPlace> place_at(const Scene& scene, const Vec3& point, const Vec3& normal) {
+  const LumpedBody& body = scene.body;
+  for (std::size_t i = 0; i < body.nodes.size(); ++i)
+    if (body.fixed[i] && (body.nodes[i] - point).norm() < std::max(scene.tool.radius_m, kDeepM)) return std::nullopt;
+  constexpr double kOwnM = 1e-6;  // of a hit: the triangle of the point itself
+  double thickness = std::numeric_limits<double>::max();
+  for (const double d : hits(body, point, -normal)) {
+    if (d > kOwnM) thickness = std::min(thickness, d);
+    if (d < -kOwnM && d > -kFreeWayM) return std::nullopt;
+  }
+  const Vec3 along = std::abs(normal.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
+  ExaminedPlace place;
+  place.into = -normal;
+  place.aside = (along - along.dot(normal) * normal).normalized();
+  place.scale = std::min(1.0, kDeepestShare * thickness / kDeepM);
+  place.start = point + kGapM * normal;
+  return place;
+}
+
 }  // namespace
 
-Motion examination(const Scene& scene) {
+ExaminedPlace top_of(const Scene& scene) {
   const bool touch = scene.tool.contact == ContactKind::touch;
-  const Vec3 into = into_body(scene), start = home_of(scene) + (touch ? kHomeAboveM - kGapM : 0.0) * into;
-  const double deeper = touch ? (kDeepM + kGapM) / kDeepM : 1.0;
+  ExaminedPlace place;
+  place.into = into_body(scene);
+  place.start = home_of(scene) + (touch ? kHomeAboveM - kGapM : 0.0) * place.into;
+  return place;
+}
+
+std::vector<ExaminedPlace> drawn_places(const Scene& scene, int count) {
+  constexpr std::uint64_t kPlacesSeed = 20'261'128;
+  constexpr int kTriesMost = 1000;  // for a place
+  if (scene.tool.contact != ContactKind::touch || scene.body.triangles.empty())
+    throw InputError(scene.name, "has no surface that a tool touches", "a scene with \"contact\": \"touch\"");
+  std::vector<ExaminedPlace> places;
+  DrawnPoint drawn(scene.body, kPlacesSeed);
+  for (int tries = 0; static_cast<int>(places.size()) < count; ++tries) {
+    if (tries == kTriesMost * count)
+      throw InputError(scene.name, fmt::format("has {} of {} places that a hand can reach", places.size(), count),
+                       "more of the surface free and away from what is held");
+    drawn.draw();
+    if (const auto place = place_at(scene, drawn.point, drawn.normal)) places.push_back(*place);
+  }
+  return places;
+}
+
+Motion examination(const Scene& scene, const ExaminedPlace& place) {
+  const double deeper = scene.tool.contact == ContactKind::touch ? (place.scale * kDeepM + kGapM) / kDeepM : 1.0;
   std::vector<MotionPoint> points;
   const int ticks = static_cast<int>(std::lround(1e3 * (kPressS + kStrokeS + kTapS + kReleaseS)));
   for (int ms = 0; ms <= ticks; ++ms) {
     const Offset at = offset(ms * 1e-3);
-    points.push_back({ms * 1e-3, start + deeper * at.depth_m * into + at.aside_m * Vec3::UnitX()});
+    points.push_back({ms * 1e-3, place.start + deeper * at.depth_m * place.into + place.scale * at.aside_m * place.aside});
   }
   return Motion(std::move(points), "examination");
 }

@@ -306,7 +306,6 @@ OtherTools FrameModel::other_nodes(std::size_t which) {
   return others;
 }
 
-/// None where the tool does not touch, or nothing is asked.
 std::span<const Vector> FrameModel::sliding_loads(std::size_t k) {
   Wanted& wanted = wanted_[k];
   if (wanted.loads) return *wanted.loads;

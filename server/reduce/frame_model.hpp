@@ -193,6 +193,8 @@ class FrameModel {
     bool residual = false, motion = false;
   };
   bool respond(SharedSystem& p, std::size_t which, Own own);
+  /// B_end lambda_end - B lambda of a port that is wanted; none where its tool does not touch, or nothing is asked.
+  std::span<const Vector> sliding_loads(std::size_t k);
   /// The tools besides `which` that may be contacts of its patch: those that touch the surface, or will within `horizon` if
   /// they go on. The more the one moves the body under the other, the earlier; once P has responded.
   std::vector<std::size_t> neighbours(const SharedSystem& p, std::size_t which, Micros horizon);
@@ -225,7 +227,6 @@ class FrameModel {
   Eigen::Index size() { return linearisation().masses().size(); }
   double coupling(const SharedSystem& p, std::size_t a, std::size_t b) const;
   bool will_touch(std::size_t k, Micros horizon);
-  std::span<const Vector> sliding_loads(std::size_t k);
   Mat3 contact_stiffness(std::size_t k, const PortResponse& response);
   void add_held_nodes(std::size_t which, Vector& load_rate);
 
