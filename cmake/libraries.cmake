@@ -155,6 +155,31 @@ function(palpate_check_links)
   endforeach()
 endfunction()
 
+# How Eigen aligns depends on -march: a program with another one than the libraries has other layouts of the same types, and would end in
+# the middle of nowhere. HEADER, to be installed in the place of common/base/types.hpp, which all others include, refuses it.
+function(palpate_header_with_alignment HEADER)
+  set(source ${PROJECT_BINARY_DIR}/alignment.cpp)
+  file(WRITE ${source} "#include <Eigen/Core>\nalignment EIGEN_MAX_ALIGN_BYTES\n")
+  get_target_property(eigen Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
+  separate_arguments(flags UNIX_COMMAND "${CMAKE_CXX_FLAGS}")
+  list(TRANSFORM eigen PREPEND -I)
+  execute_process(COMMAND ${CMAKE_CXX_COMPILER} -std=c++20 ${flags} ${PALPATE_NATIVE_FLAGS} ${eigen} -E ${source}
+    OUTPUT_VARIABLE expanded COMMAND_ERROR_IS_FATAL ANY)
+  string(REGEX MATCH "\nalignment ([0-9]+)" found "${expanded}")
+  if(NOT found)
+    message(FATAL_ERROR "Eigen does not say how it aligns")
+  endif()
+  set(alignment ${CMAKE_MATCH_1})
+  string(JOIN " " built_with ${flags} ${PALPATE_NATIVE_FLAGS})
+  set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/common/base/types.hpp)
+  file(READ ${PROJECT_SOURCE_DIR}/common/base/types.hpp text)
+  file(WRITE ${HEADER} "${text}
+static_assert(EIGEN_MAX_ALIGN_BYTES == ${alignment},
+              \"Palpate's libraries were built for another processor than this file is compiled for: types of Eigen would lie in memory \"
+              \"in another way. Compile it with the -march of the libraries (flags: '${built_with}'), as Palpate::abi has them.\");
+")
+endfunction()
+
 function(palpate_export)
   get_property(libraries GLOBAL PROPERTY PALPATE_LIBRARIES)
   install(TARGETS ${libraries} palpate_abi palpate_asio EXPORT PalpateTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT libpalpate-dev)
@@ -166,6 +191,8 @@ function(palpate_export)
     install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpate COMPONENT libpalpate-dev
       FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h" PATTERN "app" EXCLUDE PATTERN "view" EXCLUDE PATTERN "lab" EXCLUDE PATTERN "command_line" EXCLUDE PATTERN "output" EXCLUDE PATTERN "felt" EXCLUDE PATTERN "tissue" EXCLUDE PATTERN "micro" EXCLUDE PATTERN "metrics" EXCLUDE)
   endforeach()
+  palpate_header_with_alignment(${PROJECT_BINARY_DIR}/installed/types.hpp)
+  install(FILES ${PROJECT_BINARY_DIR}/installed/types.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpate/common/base COMPONENT libpalpate-dev)
   include(CMakePackageConfigHelpers)
   configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/PalpateConfig.cmake.in
     ${PROJECT_BINARY_DIR}/PalpateConfig.cmake INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/Palpate)

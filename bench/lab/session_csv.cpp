@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include <algorithm>
+#include <cctype>
 #include <fstream>
 #include <map>
 #include <utility>
@@ -13,6 +15,12 @@
 
 namespace palpate {
 namespace {
+
+/// Between double quotes.
+std::string in_table(std::string text) {
+  for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2) text.insert(at, 1, '"');
+  return text;
+}
 
 /// CSV files by path, each begun with its header when its first row comes.
 class Tables {
@@ -68,6 +76,7 @@ class Exporter {
     for (const RecordedButtons& change : block.buttons) add(change);
   }
   std::size_t close() { return tables_.close(); }
+  const StationFolders& folders() const { return folders_; }
 
  private:
   double t_s(Micros t) const { return seconds(t - recording_.begin()); }
@@ -75,16 +84,15 @@ class Exporter {
   std::string name_of(StationId id) const {
     return recording_.head().kind == RecordingKind::station ? recording_.head().name : recording_.name_of(id);
   }
-  static std::filesystem::path folder(const std::string& name) { return station_folder({}, name); }
+  std::filesystem::path folder(const std::string& name) { return folders_.of(name); }
   static double ms(Micros t) { return 1e3 * seconds(t); }
 
   void add(const RecordedEvent& e) {
-    std::string text = e.text;
-    for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2) text.insert(at, 1, '"');
     const std::string name =
         e.station == 0 && e.name.empty() && recording_.head().kind == RecordingKind::station ? name_of(0) : e.name;
     tables_.row("events.csv", "t_s,event,station,scheme,text", "{:.6f},{},\"{}\",{},\"{}\"", t_s(e.t), palpate::name_of(e.kind),
-                name, e.kind == RecordedEventKind::joined && e.station != 0 ? palpate::name_of(e.scheme) : "", text);
+                in_table(name), e.kind == RecordedEventKind::joined && e.station != 0 ? palpate::name_of(e.scheme) : "",
+                in_table(e.text));
   }
   void add(const RecordedFrame& f) {
     tables_.row("frames.csv", "t_s,took_ms,behind_ms,steps,cut_steps,newton_iterations,skipped,failed",
@@ -142,6 +150,7 @@ class Exporter {
   }
 
   const RecordingReader& recording_;
+  StationFolders folders_;
   Tables tables_;
   std::map<StationId, Eigen::Vector4d> turns_;
   std::map<StationId, std::uint32_t> buttons_;
@@ -149,8 +158,18 @@ class Exporter {
 
 }  // namespace
 
-std::filesystem::path station_folder(const std::filesystem::path& out, const std::string& station) {
-  return out / plain_name(station);
+const std::string& StationFolders::of(const std::string& station) {
+  const auto [at, fresh] = folders_.try_emplace(station);
+  if (!fresh) return at->second;
+  std::string plain = plain_name(station);
+  std::replace(plain.begin(), plain.end(), '.', '_');
+  const auto lower = [](std::string name) {
+    for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return name;
+  };
+  std::string folder = plain;
+  for (int number = 2; !taken_.insert(lower(folder)).second; ++number) folder = fmt::format("{}-{}", plain, number);
+  return at->second = folder;
 }
 
 CsvExport export_csv(const RecordingReader& recording, const std::filesystem::path& out) {
@@ -164,6 +183,7 @@ CsvExport export_csv(const RecordingReader& recording, const std::filesystem::pa
       ++done.blocks_lost;
   }
   done.rows = exporter.close();
+  done.folders = exporter.folders();
   return done;
 }
 

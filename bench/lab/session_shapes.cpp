@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <iterator>
 #include <map>
 
@@ -14,6 +16,8 @@ namespace palpate {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "both formats are written as numbers lie in memory");
+
+constexpr Micros kStandsForLeast{2'000'000};  // that a shape is shown without another one
 
 template <class Number>
 void append(std::string& bytes, Number number) {
@@ -113,12 +117,19 @@ std::size_t export_shapes(RecordingReader& recording, const std::filesystem::pat
   const Topology topology = topology_of(head);
   const bool vtk = format == ShapeFormat::vtk;
   std::string series = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
+  const Micros stands_for = std::max(kStandsForLeast, head.shapes_hz > 0 ? from_seconds(2 / head.shapes_hz) : Micros{});
   std::size_t count = 0;
   for (std::size_t i = 0;; ++i) {
     const Micros t = recording.begin() + from_seconds(static_cast<double>(i) / frames_hz);
     if (t > recording.end()) break;
     const auto shape = recording.shape_at(t);
-    if (!shape) continue;
+    // A room in which nobody is has no frames, however long: of what was not recorded there are no pictures.
+    if (!shape || t > shape->t + stands_for) {
+      const auto next = recording.next_shape(t);
+      if (!next) break;
+      i = std::max(i, static_cast<std::size_t>(std::ceil(seconds(*next - recording.begin()) * frames_hz)) - 1);
+      continue;
+    }
     if (count == 0) make_output_folder((out / "shapes").string());
     const std::string name = fmt::format("shapes/shape_{:05}.{}", count++, vtk ? "vtp" : "ply");
     (vtk ? write_vtp : write_ply)(out / name, head.surface, topology, shape->positions);

@@ -120,7 +120,7 @@ int run_summary(const SessionSummaryFlags& flags) {
   const MappedFile file(flags.recording);
   const RecordingReader recording(file.bytes(), where);
   const auto out = make_output_folder(flags.out);
-  export_csv(recording, out);
+  StationFolders folders = export_csv(recording, out).folders;
   const Session session = read_session(recording);
   const RecordingLoss loss = loss_of(recording);
   if (!recording.complete()) fmt::print(stderr, "{}: {}\n", where, recording.damage());
@@ -135,7 +135,7 @@ int run_summary(const SessionSummaryFlags& flags) {
   summary["missing_s"] = seconds(loss.time);
   summary["stations"] = Json::object();
   for (const SessionHand& hand : session.hands) {
-    const auto folder = station_folder(out, hand.name);
+    const auto folder = out / folders.of(hand.name);
     const SessionMetrics m = session_metrics(hand, flags.over_n);
     write_path(folder / "path.csv", hand);
     plot(folder, hand, flags.over_n);

@@ -32,7 +32,14 @@ void measure_forces(SessionMetrics& m, const std::vector<SessionForce>& forces, 
 
 }  // namespace
 
-std::vector<Vec3> resampled(const std::vector<MotionPoint>& path) {
+std::vector<Vec3> resampled(std::vector<MotionPoint> path) {
+  constexpr double kFarthestS = 10;
+  double left_out_s = 0, before_s = path.front().t_s;
+  for (MotionPoint& point : path) {
+    left_out_s += std::max(0.0, point.t_s - before_s - kFarthestS);
+    before_s = point.t_s;
+    point.t_s -= left_out_s;
+  }
   std::vector<Vec3> positions;
   const double begin_s = path.front().t_s;
   const auto count = static_cast<std::size_t>((path.back().t_s - begin_s) * kResampleHz + 1e-9) + 1;

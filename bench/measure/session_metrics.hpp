@@ -28,7 +28,8 @@ struct SessionMetrics {
 SessionMetrics session_metrics(const SessionHand& hand, double threshold_n);
 
 /// Positions every 1 / kResampleHz from the first point to the last.
-std::vector<Vec3> resampled(const std::vector<MotionPoint>& path);
+/// Of what lies between two samples more than 10 s apart no more than that: nobody knows what a hand did meanwhile.
+std::vector<Vec3> resampled(std::vector<MotionPoint> path);
 /// Speeds between those [m/s].
 std::vector<double> speeds(const std::vector<Vec3>& positions);
 /// 0 for a hand that never moved.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 
@@ -32,6 +33,17 @@ std::string curve(const Curve& c, const std::filesystem::path& csv, std::size_t 
                      c.column, every, c.with, type, quoted(c.title));
 }
 
+/// Whether gnuplot took all of it. One that is missing, or ends early, reads nothing: to write is then to fail, and no end of this
+/// program.
+bool gnuplot_draws(const std::string& text) {
+  auto* const before = std::signal(SIGPIPE, SIG_IGN);
+  FILE* const pipe = popen("gnuplot 2>/dev/null", "w");
+  const bool written = pipe && std::fwrite(text.data(), 1, text.size(), pipe) == text.size();
+  const bool ended_well = pipe && pclose(pipe) == 0;
+  std::signal(SIGPIPE, before);
+  return written && ended_well;
+}
+
 }  // namespace
 
 std::string quoted(const std::string& text) {
@@ -45,10 +57,7 @@ std::string map_palette() {
 }
 
 bool plot_script(const std::filesystem::path& svg, int width, int height, const std::string& body) {
-  const std::string text = house_style(svg, width, height) + body;
-  FILE* pipe = popen("gnuplot 2>/dev/null", "w");
-  bool ok = pipe && std::fwrite(text.data(), 1, text.size(), pipe) == text.size();
-  ok = pipe && pclose(pipe) == 0 && ok;
+  const bool ok = gnuplot_draws(house_style(svg, width, height) + body);
   if (!ok)
     fmt::print(stderr,
                "no plot {}: gnuplot (package gnuplot-nox) is missing or failed; the figures are in the CSV files beside it\n",

@@ -12,6 +12,7 @@
 #include "bench/measure/tools_apart.hpp"
 #include "bench/tissue/boundary_problem.hpp"
 #include "common/base/error.hpp"
+#include "common/base/sort_stably.hpp"
 #include "server/body/skin.hpp"
 #include "server/scene/materials.hpp"
 #include "server/scene/mesh_file.hpp"
@@ -146,8 +147,8 @@ class Adviser {
   void choose_mesh() {
     std::vector<std::size_t> order(advice_.tried.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return advice_.tried[a].nodes < advice_.tried[b].nodes; });
+    sort_stably(order.begin(), order.end(),
+                [&](std::size_t a, std::size_t b) { return advice_.tried[a].nodes < advice_.tried[b].nodes; });
     std::optional<std::size_t> truest_fast, fastest;
     for (const std::size_t i : order) {
       AdvisedMesh& mesh = advice_.tried[i];

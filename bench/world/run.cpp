@@ -11,6 +11,7 @@
 #include "bench/world/time_checks.hpp"
 #include "client/device/replay_device.hpp"
 #include "common/base/limits.hpp"
+#include "common/base/sort_stably.hpp"
 #include "common/wire/codec.hpp"
 
 namespace palpate {
@@ -246,8 +247,8 @@ void Run::judge() {
     for (const Violation& v : check->violations()) report_.violations.push_back(v);
     report_.judged.emplace_back(check->name(), check->judged());
   }
-  std::stable_sort(report_.violations.begin(), report_.violations.end(),
-                   [](const Violation& a, const Violation& b) { return a.at < b.at; });
+  sort_stably(report_.violations.begin(), report_.violations.end(),
+              [](const Violation& a, const Violation& b) { return a.at < b.at; });
   report_.judged.emplace_back("return", fade_->returns());
   report_.oldest_calm = freshness_->oldest_calm();
   report_.energy_lowest_j = passivity_->lowest_j();

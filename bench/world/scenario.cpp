@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bench/world/draw.hpp"
+#include "common/base/sort_stably.hpp"
 #include "common/trust/client_channel.hpp"
 #include "server/core/server_core.hpp"
 
@@ -154,7 +155,7 @@ std::vector<Fault> draw_faults(const Scenario& s) {
     faults.push_back({FaultKind::sleep, s.stations[static_cast<std::size_t>(station)].owner < 0 ? station : 0, begin,
                       std::min(s.healed, begin + from_seconds(std::pow(10, sleep.uniform(-2, 0.55)))), 0});
   }
-  std::stable_sort(faults.begin(), faults.end(), [](const Fault& a, const Fault& b) { return a.begin < b.begin; });
+  sort_stably(faults.begin(), faults.end(), [](const Fault& a, const Fault& b) { return a.begin < b.begin; });
   return faults;
 }
 

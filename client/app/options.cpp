@@ -7,6 +7,7 @@
 #include "client/device/hardware/open_device.hpp"
 #include "client/mapping/workspace_file.hpp"
 #include "common/base/error.hpp"
+#include "common/base/in_quotes.hpp"
 #include "common/base/limits.hpp"
 #include "common/command_line/flags.hpp"
 #include "common/io/key_files.hpp"
@@ -197,12 +198,14 @@ std::vector<Scheme> schemes_of(const char* flag, const std::string& typed) {
   return schemes;
 }
 
+void check_seen(const std::string& flag, const std::string& name) {
+  if (!is_plain_name(name)) throw InputError(flag, in_quotes(name, '\'') + " is no name", kNameCharacters);
+}
+
 std::string room_of(const std::string& typed) {
   if (typed.size() > static_cast<std::size_t>(kMaxNameBytes))
     throw InputError("--room", "'" + typed + "' is too long", "at most " + std::to_string(kMaxNameBytes) + " bytes");
-  for (const char c : typed)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
-      throw InputError("--room", "a control character is in the name", "printable text");
+  check_seen("--room", typed);
   return typed;
 }
 
@@ -212,8 +215,7 @@ std::string station_of(const std::string& typed, const std::vector<Scheme>& comp
   if (typed.empty() || longest > static_cast<std::size_t>(kMaxNameBytes))
     throw InputError("--station", "'" + typed + "' with " + std::to_string(longest) + " bytes (with /SCHEME for --compare)",
                      "1 to " + std::to_string(kMaxNameBytes) + " bytes");
-  if (std::any_of(typed.begin(), typed.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }))
-    throw InputError("--station", "a control character is in the name", "printable text");
+  check_seen("--station", typed);
   return typed;
 }
 

@@ -49,8 +49,9 @@ void draw_head(const Pen& pen, const Sight& sight, const Caption& caption) {
 
 void draw_label(const Pen& pen, const std::string& words, float x, float y) {
   const float w = pen.measure(16, words), pad = 6 * pen.scale;
-  x = std::clamp(x, pad, pen.width - w - pad);
-  y = std::clamp(y, pad, pen.height - 24 * pen.scale);
+  // Words that are wider than the picture begin where it does.
+  x = std::max(pad, std::min(x, pen.width - w - pad));
+  y = std::max(pad, std::min(y, pen.height - 24 * pen.scale));
   pen.list.AddRectFilled({x - pad, y - 2.5F * pen.scale}, {x + w + pad, y + 20 * pen.scale},
                          packed(pen.theme.background_bottom, 0.80F), 5 * pen.scale);
   pen.text(x, y, 16, pen.theme.ink, words);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/base/error.hpp"
+#include "common/base/sort_stably.hpp"
 
 namespace palpate {
 namespace {
@@ -32,7 +33,7 @@ std::span<const Item> within(const std::vector<Item>& items, Micros since, Micro
 
 template <class Items>
 void sort_by_time(Items& items) {
-  std::stable_sort(items.begin(), items.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
+  sort_stably(items.begin(), items.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
 }
 
 BodyMesh mesh_of(const RecordedSurface& surface) {

@@ -25,18 +25,40 @@ constexpr std::size_t character_bytes(std::string_view s) {
   return shortest && !(code >= 0xd800 && code <= 0xdfff) ? length : 0;
 }
 
-/// Whether all of it is UTF-8 without control characters (C0, DEL, C1).
+/// The code of a character of so many bytes.
+constexpr std::uint32_t code_of(std::string_view s, std::size_t bytes) {
+  std::uint32_t code = static_cast<unsigned char>(s[0]);
+  if (bytes > 1) code &= 0xffu >> (bytes + 1);
+  for (std::size_t k = 1; k < bytes; ++k) code = code << 6 | (static_cast<unsigned char>(s[k]) & 0x3f);
+  return code;
+}
+
+/// Control characters (C0, DEL, C1), ends of lines and paragraphs, and those of Unicode's class Cf, which turn the direction of
+/// what follows or cannot be seen: a text with them looks like another one.
+constexpr bool is_invisible(std::uint32_t code) {
+  constexpr std::uint32_t kRanges[][2] = {
+      {0x00, 0x1f},       {0x7f, 0x9f},       {0xad, 0xad},      {0x600, 0x605},     {0x61c, 0x61c},     {0x6dd, 0x6dd},
+      {0x70f, 0x70f},     {0x890, 0x891},     {0x8e2, 0x8e2},    {0x180e, 0x180e},   {0x200b, 0x200f},   {0x2028, 0x202e},
+      {0x2060, 0x206f},   {0xfeff, 0xfeff},   {0xfff9, 0xfffb},  {0x110bd, 0x110bd}, {0x110cd, 0x110cd}, {0x13430, 0x1343f},
+      {0x1bca0, 0x1bca3}, {0x1d173, 0x1d17a}, {0xe0000, 0xe007f}};
+  for (const auto& [first, last] : kRanges)
+    if (code >= first && code <= last) return true;
+  return false;
+}
+
+/// Whether all of it is UTF-8 and can be seen.
 constexpr bool is_plain_text(std::string_view s) {
   while (!s.empty()) {
     const std::size_t length = character_bytes(s);
-    const auto first = static_cast<unsigned char>(s[0]);
-    const bool control =
-        first < 0x20 || first == 0x7f || (first == 0xc2 && length == 2 && static_cast<unsigned char>(s[1]) < 0xa0);
-    if (length == 0 || control) return false;
+    if (length == 0 || is_invisible(code_of(s, length))) return false;
     s.remove_prefix(length);
   }
   return true;
 }
+
+inline constexpr char kNameCharacters[] = "UTF-8 without control characters, others that cannot be seen, or \"";
+/// Whether it may be the name of a station, room or scene: plain text without the quotes in which logs and tables put it.
+constexpr bool is_plain_name(std::string_view s) { return is_plain_text(s) && s.find('"') == std::string_view::npos; }
 
 /// The longest beginning of at most `most` bytes that does not end within a character.
 constexpr std::string_view cut_text(std::string_view s, std::size_t most) {

@@ -225,6 +225,17 @@ std::optional<RecordedShape> RecordingReader::shape_at(Micros t) {
   return std::nullopt;
 }
 
+std::optional<Micros> RecordingReader::next_shape(Micros t) {
+  for (std::size_t k = blocks_.empty() ? 0 : block_at(t); k < blocks_.size(); ++k) {
+    if (blocks_[k].last <= t) continue;
+    const RecordedBlock* block = cached(k);
+    if (!block) continue;
+    for (const RecordedShape& shape : block->shapes)
+      if (shape.t > t) return shape.t;
+  }
+  return std::nullopt;
+}
+
 std::vector<RecordedTool> RecordingReader::tools_at(Micros t) {
   std::vector<RecordedTool> tools;
   if (blocks_.empty()) return tools;

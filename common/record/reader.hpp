@@ -91,6 +91,8 @@ class RecordingReader {
   // For pictures: what was last known at t. They keep the block read last, so going through time in order costs each block once.
   /// Nothing before the first shape.
   std::optional<RecordedShape> shape_at(Micros t);
+  /// When the first shape after t was recorded.
+  std::optional<Micros> next_shape(Micros t);
   /// Tools of the room at its last frame, or the hand of a station's recording at its last tick.
   std::vector<RecordedTool> tools_at(Micros t);
 

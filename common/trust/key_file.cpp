@@ -180,8 +180,7 @@ void each_line(std::string_view text, const Take& take) {
 }  // namespace
 
 bool fits_name(std::string_view text) {
-  return !text.empty() && text.size() <= static_cast<std::size_t>(kMaxNameBytes) && is_plain_text(text) &&
-         text.find('"') == text.npos;
+  return !text.empty() && text.size() <= static_cast<std::size_t>(kMaxNameBytes) && is_plain_name(text);
 }
 
 bool read_roles(std::string_view text, Rights& rights) {

@@ -47,7 +47,7 @@ ClientKeys client_of(const KeyFile& keys, const std::string& file);
 
 /// Of a station or room: what a key file can say between double quotes, so that nothing else of a line is in it.
 bool fits_name(std::string_view text);
-inline constexpr char kNameExpected[] = "1 to 64 bytes of UTF-8 without control characters or \"";
+inline constexpr char kNameExpected[] = "1 to 64 bytes of UTF-8 without control characters, others that cannot be seen, or \"";
 
 /// Names and rooms fit (fits_name()).
 std::string station_line(const PublicKey& key, const Rights& rights);

@@ -52,7 +52,7 @@ struct TokenReader {
   }
 };
 
-bool fits_name(std::string_view text) { return text.size() <= static_cast<std::size_t>(kMaxNameBytes) && is_plain_text(text); }
+bool fits_name(std::string_view text) { return text.size() <= static_cast<std::size_t>(kMaxNameBytes) && is_plain_name(text); }
 
 std::optional<Token> read_body(Bytes body) {
   TokenReader reader{body};

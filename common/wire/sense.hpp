@@ -29,12 +29,15 @@ class Sense {
   void force(const Vec3& v) { vec(v, kMaxForceN); }
   void orientation(const Eigen::Quaterniond& q) { that(is_unit(q)); }
   void time(Micros t) { number(static_cast<double>(t.count()), -pack::kMaxMicros, pack::kMaxMicros); }
-  /// Text goes into logs, files and onto screens: bounded, UTF-8, and free of control characters.
+  /// Text goes into logs, files and onto screens: bounded, UTF-8, and nothing in it that cannot be seen.
   void text(std::string_view s, std::size_t least, std::size_t most) {
     that(s.size() >= least && s.size() <= most);
     that(is_plain_text(s));
   }
-  void name(std::string_view s, std::size_t least) { text(s, least, kMaxNameBytes); }
+  void name(std::string_view s, std::size_t least) {
+    text(s, least, kMaxNameBytes);
+    that(is_plain_name(s));
+  }
 
  private:
   WireFault fault_ = WireFault::none;

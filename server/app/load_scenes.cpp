@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "common/base/error.hpp"
+#include "common/base/in_quotes.hpp"
 #include "common/base/limits.hpp"
 #include "server/app/describe.hpp"
 #include "server/body/unload.hpp"
@@ -27,6 +28,8 @@ std::vector<NamedScene> load_scenes(const ServerFlags& o) {
     if (name.empty() && o.scenes.size() > 1) throw InputError("--scene " + given, "the room has no name", "NAME=FILE");
     if (name.size() > static_cast<std::size_t>(kMaxNameBytes))
       throw InputError("--scene " + given, "the room's name is too long", fmt::format("up to {} bytes", kMaxNameBytes));
+    if (!is_plain_name(name))
+      throw InputError("--scene " + given, "the room's name is " + in_quotes(name, '\''), kNameCharacters);
     for (const NamedScene& other : scenes)
       if (other.name == name)
         throw InputError("--scene " + given, "there is a room \"" + name + "\" already", "another name: NAME=" + file);

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <optional>
 
+#include "common/base/sort_stably.hpp"
 #include "server/body/hexa_lanes.hpp"
 
 namespace palpate {
@@ -115,7 +116,7 @@ class Packer {
 
   template <typename Key>
   void pack_alike(std::vector<std::uint32_t>& cells, const Key& key) {
-    std::stable_sort(cells.begin(), cells.end(), [&](auto p, auto q) { return key(p) < key(q); });
+    sort_stably(cells.begin(), cells.end(), [&](auto p, auto q) { return key(p) < key(q); });
     for (std::size_t k = 0; k < cells.size();) {
       std::size_t end = k + 1;
       while (end < cells.size() && end - k < kLanes && key(cells[end]) == key(cells[k])) ++end;
@@ -162,8 +163,8 @@ HexaForces::HexaForces(const Dynamics& dynamics) : count_(dynamics.body().hexahe
   }
   std::vector<std::uint32_t> order(count_);
   std::iota(order.begin(), order.end(), 0U);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](auto p, auto q) { return first_node(body.hexahedra[p].nodes) < first_node(body.hexahedra[q].nodes); });
+  sort_stably(order.begin(), order.end(),
+              [&](auto p, auto q) { return first_node(body.hexahedra[p].nodes) < first_node(body.hexahedra[q].nodes); });
   std::uint32_t reach = 1;
   for (const Hexahedron& h : body.hexahedra) reach = std::max(reach, last_node(h.nodes) - first_node(h.nodes));
   const auto nodes = static_cast<std::uint32_t>(body.nodes.size());

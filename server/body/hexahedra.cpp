@@ -1,10 +1,10 @@
 #include "server/body/hexahedra.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
 
+#include "common/base/sort_stably.hpp"
 #include "server/body/tetra_lanes.hpp"
 
 namespace palpate {
@@ -86,7 +86,7 @@ std::vector<Hexahedra::Batch> Hexahedra::batches(std::span<const std::uint32_t> 
     return std::pair((*shapes_)[shape].material, of_shape_[shape] >= kHexaLanes ? shape : kOwn);
   };
   std::vector<std::uint32_t> order(cells.begin(), cells.end());
-  std::stable_sort(order.begin(), order.end(), [&](auto p, auto q) { return key(p) < key(q); });
+  sort_stably(order.begin(), order.end(), [&](auto p, auto q) { return key(p) < key(q); });
   std::vector<Batch> batches;
   for (std::size_t k = 0; k < order.size(); ++k) {
     const Cell& cell = cells_[order[k]];

@@ -56,17 +56,20 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
   responses_.resize(ports.size());
   const double shortest_s = std::max(kMinStepS, step_s / kMostCut);
   // What is left of a frame is then one damped step: a frame has to end.
-  const double bound = kNewtonAStep * std::max(kFewestSteps, std::ceil((until_s - state.time_s) / step_s));
+  const double steps_uncut = std::max(kFewestSteps, std::ceil((until_s - state.time_s) / step_s));
+  const double bound = kNewtonAStep * steps_uncut;
+  const double most_touched = std::min<double>(kTouchedNewtonAStep * steps_uncut, options_.most_iterations);
   double h_try = step_s;
   std::optional<double> most_j;  // what a body has that is left alone
   while (until_s - state.time_s > 1e-9) {
-    if (report.newton_iterations > options_.most_iterations) {
+    const bool touched = touches(ports);
+    if (report.newton_iterations > (touched ? most_touched : options_.most_iterations)) {
       report.converged = false;
       return report;
     }
     const double left = until_s - state.time_s;
     const BodyState before = state;
-    if (report.newton_iterations > bound && !touches(ports)) {
+    if (report.newton_iterations > bound && !touched) {
       if (!damped_step(state, ports, left, tools, report)) {
         state = before;
         report.converged = false;

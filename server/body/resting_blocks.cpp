@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/base/sort_stably.hpp"
+
 namespace palpate {
 namespace {
 
@@ -62,8 +64,7 @@ void RestingBlocks::choose(std::span<const double> unbalanced_n, double most_n) 
   wake_all();
   std::vector<std::uint32_t> order(state_.size());
   std::iota(order.begin(), order.end(), 0U);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return unbalanced_n[a] < unbalanced_n[b]; });
+  sort_stably(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return unbalanced_n[a] < unbalanced_n[b]; });
   most_n_ = most_n;
   std::copy(unbalanced_n.begin(), unbalanced_n.end(), unbalanced_n_.begin());
   double left_out_n = 0;
@@ -92,8 +93,7 @@ void RestingBlocks::look(std::span<const double> unbalanced_n, int rings) {
     if (rests(b)) left_out_n += unbalanced_n_[b];
   if (left_out_n <= most_n_) return;
   std::vector<std::uint32_t> order = watched_;
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return unbalanced_n_[a] > unbalanced_n_[b]; });
+  sort_stably(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return unbalanced_n_[a] > unbalanced_n_[b]; });
   std::vector<std::uint8_t> woken(state_.size(), 0);
   for (const std::uint32_t b : order) {
     if (left_out_n <= kBegin * most_n_) break;

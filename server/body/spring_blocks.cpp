@@ -7,6 +7,8 @@
 #include <map>
 #include <tuple>
 
+#include "common/base/sort_stably.hpp"
+
 namespace palpate {
 namespace {
 
@@ -76,9 +78,8 @@ SpringBlocks::SpringBlocks(const LumpedBody& body) {
   tables_.stiffening = body.law == SpringLaw::stiffening ? static_cast<float>(body.stiffening) : 0.0F;
   std::vector<Placed> springs;
   for (const Element& e : body.elements) springs.push_back(place(e));
-  std::stable_sort(springs.begin(), springs.end(), [](const Placed& p, const Placed& q) {
-    return std::tie(p.block, p.to, p.lane) < std::tie(q.block, q.to, q.lane);
-  });
+  sort_stably(springs.begin(), springs.end(),
+              [](const Placed& p, const Placed& q) { return std::tie(p.block, p.to, p.lane) < std::tie(q.block, q.to, q.lane); });
   Once<SpringShapes> shapes(tables_.shapes);
   Once<SpringCoefficients> coefficients(tables_.coefficients);
   const std::size_t blocks = (body.nodes.size() + kBlock - 1) / kBlock;

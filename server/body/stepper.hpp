@@ -31,7 +31,9 @@ struct AdvanceReport {
   int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0, factorisations = 0;
   double needed_share = 1;  ///< of the springs, on average: the others rested
   bool converged = true;    ///< false: contacts that contradict each other, or not even a damped step stayed in the world,
-                            ///< or it was given up; the state is the last good one
+                            ///< or it was given up, as tools cost too much; the state is the last good one, at its time
+
+  AdvanceReport& operator+=(const AdvanceReport& next);
 };
 
 /// A contact that no hand could hold has gone wrong: more than kMostN, or more than kFarN with `gap_m`, from the tool to its

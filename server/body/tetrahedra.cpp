@@ -1,7 +1,8 @@
 #include "server/body/tetrahedra.hpp"
 
-#include <algorithm>
 #include <numeric>
+
+#include "common/base/sort_stably.hpp"
 
 namespace palpate {
 
@@ -33,7 +34,7 @@ Tetrahedra::Tetrahedra(const LumpedBody& body, const BlockMatrix& pattern) : bod
 
 std::vector<Tetrahedra::Batch> Tetrahedra::batches(std::span<const std::uint32_t> cells) const {
   std::vector<std::uint32_t> order(cells.begin(), cells.end());
-  std::stable_sort(order.begin(), order.end(), [&](auto p, auto q) { return cells_[p].material < cells_[q].material; });
+  sort_stably(order.begin(), order.end(), [&](auto p, auto q) { return cells_[p].material < cells_[q].material; });
   std::vector<Batch> batches;
   for (const std::uint32_t k : order) {
     const Cell& cell = cells_[k];

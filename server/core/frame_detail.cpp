@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "common/base/sort_stably.hpp"
+
 namespace palpate {
 
 void FrameDetail::choose(Stations& stations, Micros now) {
@@ -71,7 +73,7 @@ void FrameDetail::choose_served(Stations& stations, Micros now) {
     serve_within(**next, next == order.begin() ? Micros::max() : time / 2);
     if (!(*next)->served) break;
   }
-  std::stable_sort(next, order.end(), [](const Station* a, const Station* b) { return a->served_at < b->served_at; });
+  sort_stably(next, order.end(), [](const Station* a, const Station* b) { return a->served_at < b->served_at; });
   std::for_each(next, order.end(), [&](Station* station) { serve_within(*station, time); });
   if (next == order.end() || (*next)->served || now < next_turn_) return;
   next_turn_ = now + kTurnEvery * expected_cost(**next, now);

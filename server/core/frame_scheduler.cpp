@@ -44,6 +44,7 @@ bool FrameScheduler::tick(Stations& stations, Micros now) {
   }
   if (job_out_) return next_frame_ == before;
   if (!std::exchange(owed_, false)) return true;
+  leave_out_lag(playout(stations, now, now));
   const auto target = playout(stations, body_time_, now);
   if (target < body_time_ + kLeastFrame) {
     ++counts_.frames_waiting;
@@ -54,6 +55,13 @@ bool FrameScheduler::tick(Stations& stations, Micros now) {
   detail_.choose(stations, now);
   job_ = make_job(stations, target);
   return true;
+}
+
+/// `known`: how far tools are.
+void FrameScheduler::leave_out_lag(Micros known) {
+  if (known - body_time_ <= kBehindMost) return;
+  counts_.left_out += known - kLongestFrame - body_time_;
+  body_time_ = known - kLongestFrame;
 }
 
 Micros FrameScheduler::deadline(const Stations& stations) const {
@@ -171,6 +179,7 @@ void FrameScheduler::count(const FrameResult& result, const Stations& stations, 
   counts_.steps += static_cast<std::uint64_t>(result.steps);
   counts_.cut_steps += static_cast<std::uint64_t>(result.cut_steps);
   counts_.frames_failed += result.failed;
+  counts_.tools_let_go += result.too_dear.size();
   ++counts_.frames;
   counts_.frame_seconds.add(seconds(took));
   if (gave_patches(result)) counts_.patches_seconds.add(seconds(result.patches_took));
@@ -190,11 +199,9 @@ void FrameScheduler::drop_job(bool ended) {
   job_.reset();
 }
 
-bool FrameScheduler::reset(std::uint16_t resets) {
-  if (resets != static_cast<std::uint16_t>(counts_.resets)) return false;
+void FrameScheduler::reset() {
   ++counts_.resets;
   reset_due_ = true;
-  return true;
 }
 
 BodyNow FrameScheduler::body(Micros now) const {

@@ -3,7 +3,9 @@
 // Frames are due at the multiples of 1 / rate_hz from the first tick on; because one takes long its work is handed out: tick()
 // finds that a frame is due, next_job() gives it, finish() brings its result back. At most one job is out at a time. Of the
 // frames that fall due meanwhile the last begins as soon as it is back, the others are skipped and counted: a frame that was once
-// late goes less far than two, and the room catches up. Before the first job runs, Room::start(body_time()) is due once.
+// late goes less far than two, and the room catches up. One that is kBehindMost behind leaves out what it cannot make up for:
+// nothing moves in between, and the next frame is one of kLongestFrame up to now. Before the first job runs,
+// Room::start(body_time()) is due once.
 //
 // Body time is the server's clock. A frame takes it as far as the tools are known (playout.hpp); it never goes back, a frame that
 // would advance it by less than kLeastFrame is skipped. A tool whose samples are not there yet goes on as it went for a while,
@@ -39,6 +41,7 @@ namespace palpate {
 
 inline constexpr Micros kLeastFrame{1'000};
 inline constexpr Micros kHorizonMost{2'000'000};  ///< a station that says more is not believed
+inline constexpr Micros kBehindMost{1'000'000};   ///< further behind body time is left out
 inline constexpr Micros kSilenceMost{1'000'000};  ///< patches are not valid for longer for the sake of a link that loses them
 
 struct FrameCounts {
@@ -49,6 +52,8 @@ struct FrameCounts {
   std::uint64_t frames_asleep = 0;            ///< of `frames`: the body slept and was not stepped
   std::uint64_t frames_without_rollouts = 0;  ///< of `frames`: there was no time for them
   std::uint64_t steps = 0, cut_steps = 0;
+  std::uint64_t tools_let_go = 0;             ///< as they cost more than hands do
+  Micros left_out{};                          ///< of body time: the room was too far behind
   Micros frame_time_sum{}, frame_time_max{};  ///< from next_job() to finish()
   Micros simulated{}, stepping{};             ///< by frames that stepped the body; their part of frame_time_sum
   BinCounts frame_seconds{kSecondsEdges};     ///< of `frames`: from next_job() to finish()
@@ -83,8 +88,10 @@ class FrameScheduler {
   std::optional<FrameJob> next_job(Micros now);
   void finish(const FrameResult& result, Stations& stations, Micros now);
 
-  /// The body is put back to rest with the next frame, where the count is ours: who knows another asked for what is done.
-  bool reset(std::uint16_t resets);
+  /// Whether who knows of so many resets asks for another one; who knows of another number asked for what is done.
+  bool is_new_reset(std::uint16_t resets) const { return resets == static_cast<std::uint16_t>(counts_.resets); }
+  /// The body is put back to rest with the next frame.
+  void reset();
   /// The frame that has not begun is not wanted any more; `ended`: nor any other.
   void drop_job(bool ended);
   bool ended() const { return ended_; }
@@ -104,6 +111,7 @@ class FrameScheduler {
  private:
   bool is_idle(const Stations& stations) const { return ended_ || (asleep_ && !job_out_ && stations.empty()); }
   Micros due(std::uint64_t frame) const;
+  void leave_out_lag(Micros known);
   void note_due(bool skipped);
   void count(const FrameResult& result, const Stations& stations, Micros took);
   FrameJob make_job(const Stations& stations, Micros target) const;

@@ -74,7 +74,15 @@ void ServerCore::take_samples(Station& station, const Samples& samples, Micros n
 
 void ServerCore::take_reset(Station& station, const Reset& reset, Micros now) {
   station.next_report = now;  // it waits for the new count
-  if (frames_.reset(reset.resets)) sessions_.tell(RecordedEventKind::reset, station, "", now);
+  if (!frames_.is_new_reset(reset.resets)) return;
+  if (!station.resets.allows(now) || !resets_.allows(now)) {
+    ++counts_.resets_withheld;
+    return;
+  }
+  station.resets.take(now);
+  resets_.take(now);
+  frames_.reset();
+  sessions_.tell(RecordedEventKind::reset, station, "", now);
 }
 
 void ServerCore::tick(Micros now) {
@@ -87,6 +95,8 @@ Micros ServerCore::deadline() const { return std::min(frames_.deadline(sessions_
 void ServerCore::finish(FrameResult result, Micros now) {
   Stations& stations = sessions_.stations();
   frames_.finish(result, stations, now);
+  for (const StationId id : result.too_dear)
+    if (const auto dear = stations.find(id); dear != stations.end() && on_let_go_) on_let_go_(dear->second);
   const BodyNow body = frames_.body(now);
   if (result.failed) return patches_.beat_all(stations, body);
   patches_.take(result, stations, body, now);

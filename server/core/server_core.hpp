@@ -12,7 +12,9 @@
 //     PatchSender      what a frame's result becomes for the stations
 //     ViewSender       and for the viewers
 //
-// A station or viewer may ask for the body to be put back to rest (reset_request.hpp); the next frame that begins does so.
+// A station or viewer may ask for the body to be put back to rest (reset_request.hpp); the next frame that begins does so. It may
+// ask for two at once and two a minute, all of a room for four at once and six a minute: nobody takes the body out of the others'
+// hands. What is too soon waits, as who asks repeats it.
 // A room that takes longer over its frames than there is time for skips some: it slows down. It says so in its beats (rate_hz,
 // behind), and to stations that get patches in a beat beside them. Stamps stay those of the body.
 #pragma once
@@ -37,6 +39,7 @@ namespace palpate {
 struct DatagramCounts {
   std::uint64_t received = 0, bytes_received = 0, sent = 0, bytes_sent = 0;
   std::array<std::uint64_t, kWireFaults> dropped{};
+  std::uint64_t resets_withheld = 0;                               ///< requests that came too soon after others
   std::uint64_t unexpected = 0;                                    ///< messages that a server does not take
   std::uint64_t bytes_from_strangers = 0, bytes_to_strangers = 0;  ///< from who is no station; answers to Hellos and to those
 
@@ -71,6 +74,9 @@ class ServerCore {
   void on_scheme(std::function<void(const std::string& station, const SchemeInUse&)> listener) {
     frames_.detail().on_scheme = std::move(listener);
   }
+
+  /// Hears whose tool was let go of, as it cost more than hands do.
+  void on_let_go(std::function<void(const Station&)> listener) { on_let_go_ = std::move(listener); }
 
   /// Whether two senders have one key and the first is the newer session: a station gives its name to its successor.
   void know_successors(std::function<bool(PeerId, PeerId)> succeeds) { sessions_.succeeds = std::move(succeeds); }
@@ -127,9 +133,11 @@ class ServerCore {
   FrameScheduler frames_;
   PatchSender patches_;
   ViewSender views_;
+  RateLimit resets_{4, Micros{10'000'000}};
   StationId emit_after_ = 0;
   DatagramCounts counts_;
   std::function<void(StationId, const ButtonChange&)> on_buttons_;
+  std::function<void(const Station&)> on_let_go_;
 };
 
 }  // namespace palpate

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "common/base/rate_limit.hpp"
 #include "common/session/clock_sync.hpp"
 #include "common/session/loss_meter.hpp"
 #include "common/session/seq_tracker.hpp"
@@ -90,6 +91,9 @@ struct Station {
 
   // ViewSender
   ShapeViewer shape;  ///< what a viewer was sent
+
+  // ServerCore
+  RateLimit resets{2, Micros{30'000'000}};  ///< that it may have of the body
 
   bool pushes() const { return hello.role == Role::haptic && hello.shadow_of.empty(); }
   bool views() const { return hello.role == Role::viewer; }

@@ -9,6 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <variant>
 
+#include "common/base/in_quotes.hpp"
+
 namespace palpate {
 namespace {
 
@@ -45,9 +47,7 @@ std::string text_line(const ServerEvent& event, const std::string& program, Micr
   const auto s = std::chrono::floor<std::chrono::seconds>(unix_time);
   std::string line = fmt::format("{:%H:%M:%S} {}: {}", fmt::localtime(static_cast<std::time_t>(s.count())), program, event.text);
   if (left_out > 0) line += fmt::format(" ({} more like this one left out before it)", left_out);
-  for (char& c : line)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-  return line;
+  return made_plain(line);
 }
 
 void EventLog::tell(const ServerEvent& event, Micros unix_time, Micros now) {

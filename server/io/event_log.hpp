@@ -42,7 +42,7 @@ class EventLog {
 
 /// One line without its newline; text that is not UTF-8 has U+FFFD in its place.
 std::string json_line(const ServerEvent& event, Micros unix_time, std::uint64_t left_out);
-/// One line without its newline, in local time; control characters are question marks.
+/// One line without its newline, in local time; characters that cannot be seen are question marks.
 std::string text_line(const ServerEvent& event, const std::string& program, Micros unix_time, std::uint64_t left_out);
 
 }  // namespace palpate

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <asio/post.hpp>
 #include <chrono>
+#include <cstddef>
 #include <utility>
 
 #include "common/io/channel_endpoint.hpp"
@@ -37,6 +38,8 @@ std::string frame_figures(const ServerCounts& before, const ServerCounts& after,
                                     {after.frames_busy - before.frames_busy, "frames skipped"},
                                     {after.frames_failed - before.frames_failed, "failed"},
                                     {after.cut_steps - before.cut_steps, "steps cut"},
+                                    {after.tools_let_go - before.tools_let_go, "tools let go of"},
+                                    {static_cast<std::uint64_t>(ms(after.left_out - before.left_out)), "ms left out"},
                                     {after.dropped_all() - before.dropped_all(), "datagrams dropped"}})
     if (count > 0) text += fmt::format(", {} {}", count, what);
   return text;
@@ -200,6 +203,8 @@ void ServerShell::step() {
 }
 
 void ServerShell::hand_out(std::size_t k, FrameJob job) {
+  // Asio's memory for handlers knows no other alignment.
+  static_assert(alignof(FrameJob) <= alignof(std::max_align_t) && alignof(FrameResult) <= alignof(std::max_align_t));
   Body& body = *bodies_[k];
   if (!std::exchange(reporting_, true)) report();
   if (!std::exchange(body.started, true)) body.room.start(cores_[k].body_time());

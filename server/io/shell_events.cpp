@@ -32,6 +32,11 @@ void ServerShell::hear_rooms() {
       if (RoomRecorder* const recorder = bodies_[k]->recorder()) recorder->event(attributed(event));
       say(k, event);
     });
+    cores_[k].on_let_go([this, k](const Station& station) {
+      const std::string& name = station.hello.station;
+      say(k, "let_go", fmt::format("station \"{}\": let go of, as its tool cost the body more than a hand does", name),
+          {{"station", name}, {"station_id", static_cast<double>(station.id)}}, EventLevel::warning);
+    });
     cores_[k].on_scheme([this, k](const std::string& station, const SchemeInUse& in_use) {
       say(k, "scheme", fmt::format("station \"{}\": {}", station, describe(in_use)),
           {{"station", station}, {"scheme", std::string(palpate::name_of(in_use.scheme))}});

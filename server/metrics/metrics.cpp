@@ -82,6 +82,11 @@ void add_frames(Families& to, const RoomState& room, const Labels& of) {
            number(c.frames_without_rollouts));
   to.count("palpate_steps_cut_total", "Steps of the body that were cut.", of, number(c.cut_steps));
   to.count("palpate_body_resets_total", "Times that a body was put back to rest.", of, number(c.resets));
+  to.count("palpate_resets_withheld_total", "Requests for that which came too soon after others.", of, number(c.resets_withheld));
+  to.count("palpate_tools_let_go_total", "Times that a tool was let go of, as it cost more than a hand does.", of,
+           number(c.tools_let_go));
+  to.count("palpate_left_out_seconds_total", "Body time that was left out, as the room was too far behind.", of,
+           seconds(c.left_out));
   to.gauge("palpate_frame_rate_hertz", "Frames a second that were asked for.", of, room.rate_hz);
   to.gauge("palpate_frame_rate_kept_hertz", "Frames a second that there is time for.", of, room.pace.rate_hz);
   to.gauge("palpate_frame_behind_seconds", "Age of the body's newest state when it was computed.", of, seconds(room.pace.behind));

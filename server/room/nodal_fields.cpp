@@ -1,5 +1,7 @@
 #include "server/room/nodal_fields.hpp"
 
+#include <Eigen/LU>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>

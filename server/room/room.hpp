@@ -80,6 +80,7 @@ struct FrameResult {
   std::vector<Vec3> positions;                            ///< of the surface vertices (all nodes), when asked for
   std::array<std::vector<float>, kShapeChannels> fields;  ///< of all nodes (nodal_fields.hpp), by channel, when asked for
   std::optional<BodyState> state;                         ///< when asked for
+  std::vector<StationId> too_dear;                        ///< whose tools were let go of, as they cost more than hands do
   int steps = 0, cut_steps = 0, newton_iterations = 0;
   bool failed = false;  ///< the step did not converge: no patches, the body was put back
   bool asleep = false;  ///< the body was not stepped, or need not be from here on until a tool comes (stillness.hpp)

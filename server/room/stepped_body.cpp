@@ -5,6 +5,7 @@
 #include <cassert>
 
 #include "common/player/player.hpp"
+#include "server/reduce/basis.hpp"
 
 namespace palpate {
 
@@ -42,8 +43,10 @@ bool SteppedBody::resume(const Vector& x, const Vector& v, const Eigen::MatrixXf
 }
 
 std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
+  too_dear_.clear();
   if (asleep_) body_.time_s = std::max(body_.time_s, seconds(job.begin));
   take_samples(job);
+  if (job.begin > time()) leave_out_until(job.begin);
   if (job.reset) reset();
   sync_ports(job);
   std::optional<AdvanceReport> report;
@@ -62,6 +65,13 @@ std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
   asleep_ &= job.may_sleep;
   if (report && report->steps > 0 && job.may_sleep) fall_asleep();
   return report;
+}
+
+/// The body stays as it is; tools are led from where they were to where they are by then.
+void SteppedBody::leave_out_until(Micros begin) {
+  for (auto& [id, tool] : tools_)
+    if (!tool.track.empty()) tool.track.leave_out(time(), begin);
+  body_.time_s = seconds(begin);
 }
 
 /// If it may. What is left of its motion goes: the body stays where it is to the bit.
@@ -112,8 +122,13 @@ AdvanceReport SteppedBody::advance(const FrameJob& job) {
   // Half of what a hand may feel of anything that is not computed, which is a fifth of what the hand-over of patches hides.
   constexpr double kLeftOutForceN = 0.005;
   integrator_.stepper->leave_out(job.may_sleep ? kLeftOutForceN : 0);
-  return integrator_.stepper->advance(body_, ports_, seconds(job.target), step_s,
-                                      [&](std::size_t k, double t) { return tool(k, from_seconds(t)); });
+  const auto tools = [&](std::size_t k, double t) { return tool(k, from_seconds(t)); };
+  const Micros begin = time();
+  AdvanceReport report;
+  for (std::size_t most = 1;; most *= 2) {
+    report += integrator_.stepper->advance(body_, ports_, seconds(job.target), step_s, tools);
+    if (report.converged || !let_go_of_dearest(most, begin, job.target)) return report;
+  }
 }
 
 }  // namespace palpate

@@ -4,6 +4,10 @@
 // (stepped_body_tools.cpp); the body is stepped, or sleeps (stepped_body.cpp). A frame that is n > 2 nominal frames long, as it
 // fell behind, has steps of n / 2 times their length.
 //
+// Tools that cost more than hands do (Stepper::advance() gives up) are let go of, those that went farthest in the frame first,
+// one, then two more, four more ..., and the frame goes on without them: who costs it feels it. They stay off for kOff, and twice
+// as long as before each time that it comes again within kForgiven.
+//
 // Over a sleeping body the surface stands still, so a tool that was h_0 over it [m] at p_0 is, at p, not lower than
 //
 //     h >= h_0 - |p - p_0|
@@ -43,6 +47,8 @@ class SteppedBody {
     std::optional<LetGo> let_go;
     std::optional<MeasuredHeight> measured_height;
     Grasp grasp;
+    Micros off{};  ///< that it had to stay off when it cost too much last
+    std::optional<Micros> cost_at;
   };
 
   explicit SteppedBody(const Scene& scene);
@@ -65,6 +71,8 @@ class SteppedBody {
   Micros time() const { return from_seconds(body_.time_s); }
   /// Until a tool may meet it.
   bool asleep() const { return asleep_; }
+  /// Whose tools were let go of in the last step(), as they cost too much.
+  const std::vector<StationId>& too_dear() const { return too_dear_; }
 
   const std::vector<ToolPort>& ports() const { return ports_; }
   /// Where the surface is nearest to a tool that does not touch.
@@ -85,12 +93,16 @@ class SteppedBody {
                                              const std::function<const std::vector<double>&()>& positions);
 
  private:
+  static constexpr Micros kOff{1'000'000}, kOffMost{32'000'000}, kForgiven{60'000'000};
   ToolAt tool_at(const StationTool& tool, Micros t) const {
     return scene_.tool.contact == ContactKind::attach ? tool.grasp.at(tool.track, t) : tool.track.at(t);
   }
   void take_samples(const FrameJob& job);
   void sync_ports(const FrameJob& job);
   void reset();
+  void leave_out_until(Micros begin);
+  void let_go_of(std::size_t k, Micros off);
+  bool let_go_of_dearest(std::size_t most, Micros begin, Micros until);
   bool stays_off(StationTool& tool);
   void fall_asleep();
   bool sleeps_through(const FrameJob& job);
@@ -107,6 +119,7 @@ class SteppedBody {
   bool asleep_ = false;
   std::vector<double> placed_;  // where the skin of a sleeping body is
   std::map<StationId, StationTool> tools_;
+  std::vector<StationId> too_dear_;
   std::vector<ToolPort> ports_;
   std::vector<StationId> port_owner_;  // parallel to ports_
 };

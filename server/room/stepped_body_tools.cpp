@@ -1,7 +1,10 @@
 // Who is on the body: tools come with their samples and go, and let go where it is put back to rest.
 #include <algorithm>
 #include <cassert>
+#include <utility>
+#include <vector>
 
+#include "common/player/player.hpp"
 #include "server/reduce/tool_prediction.hpp"
 #include "server/room/stepped_body.hpp"
 
@@ -79,16 +82,40 @@ void SteppedBody::reset() {
   body_.x = rest_.x;
   body_.history = rest_.history;
   body_.v.setZero();
-  for (std::size_t k = 0; k < ports_.size(); ++k) {
-    const auto tool = tools_.find(port_owner_[k]);
-    if (tool == tools_.end()) continue;  // it left with this very frame
-    const ToolPort& port = ports_[k];
-    const bool holds = port.kind == ContactKind::attach || port.touching;
-    tool->second.let_go = LetGo{time(), holds ? Vec3(-port.lambda) : Vec3::Zero()};
-  }
-  ports_.clear();
-  port_owner_.clear();
+  while (!ports_.empty()) let_go_of(ports_.size() - 1, LetGo::kFadeTime);
   asleep_ = false;
+}
+
+void SteppedBody::let_go_of(std::size_t k, Micros off) {
+  const ToolPort& port = ports_[k];
+  const bool holds = port.kind == ContactKind::attach || port.touching;
+  if (const auto tool = tools_.find(port_owner_[k]); tool != tools_.end())  // else it left with this very frame
+    tool->second.let_go = LetGo{time(), holds ? Vec3(-port.lambda) : Vec3::Zero(), off};
+  ports_.erase(ports_.begin() + static_cast<std::ptrdiff_t>(k));
+  port_owner_.erase(port_owner_.begin() + static_cast<std::ptrdiff_t>(k));
+}
+
+/// Up to `most` that may touch; false where none may. One that jumps about is outside as often as inside.
+bool SteppedBody::let_go_of_dearest(std::size_t most, Micros begin, Micros until) {
+  const auto way_m = [&](std::size_t k) {
+    double way = 0;
+    for (Micros t = begin; t < until; t += kTick) way += (tool(k, t + kTick).position - tool(k, t).position).norm();
+    return way;
+  };
+  std::vector<std::pair<double, StationId>> dearest;
+  for (std::size_t k = 0; k < ports_.size(); ++k)
+    if (ports_[k].kind == ContactKind::touch) dearest.emplace_back(way_m(k), port_owner_[k]);
+  std::sort(dearest.rbegin(), dearest.rend());  // of two that went as far the one that came later
+  dearest.resize(std::min(most, dearest.size()));
+  for (const auto& [way, id] : dearest) {
+    StationTool& tool = tools_.at(id);
+    const bool again = tool.cost_at && time() < *tool.cost_at + kForgiven;
+    tool.off = again ? std::min(2 * tool.off, kOffMost) : kOff;
+    tool.cost_at = time();
+    let_go_of(*port_of(id), tool.off);
+    too_dear_.push_back(id);
+  }
+  return !dearest.empty();
 }
 
 bool SteppedBody::stays_off(StationTool& tool) {

@@ -7,14 +7,33 @@
 #include "server/reduce/tool_prediction.hpp"
 
 namespace palpate {
+namespace {
+
+/// Where the tool is in the place of `wanted`, as a hand gets no further from `last` until then.
+Vec3 within_reach(const ToolSample& last, const ToolSample& wanted) {
+  const Vec3 way = wanted.position - last.position;
+  return last.position + way / std::max(1.0, way.norm() / (ToolTrack::kFastestMs * seconds(wanted.t - last.t)));
+}
+
+}  // namespace
 
 void ToolTrack::add(std::span<const ToolSample> samples, Micros body_time) {
   const bool gone_past = !empty() && body_time > samples_.back().t;
   const ToolAt before = gone_past ? at(body_time) : ToolAt{};
   for (const ToolSample& s : samples)
-    if (samples_.empty() || s.t > samples_.back().t) samples_.push_back(s);
+    if (samples_.empty())
+      samples_.push_back(s);
+    else if (s.t > samples_.back().t)
+      samples_.push_back({s.t, within_reach(samples_.back(), s)});
   if (!gone_past) return;
-  offset_ = before.position - on_path(body_time).position;
+  lead_on(before.position, body_time);
+}
+
+void ToolTrack::leave_out(Micros from, Micros to) { lead_on(at(from).position, to); }
+
+/// From there to its path.
+void ToolTrack::lead_on(const Vec3& from, Micros body_time) {
+  offset_ = from - on_path(body_time).position;
   led_from_ = body_time;
 }
 

@@ -256,14 +256,14 @@ void read_ligaments(const SceneText& text, const schema::BodyT& body, SceneSetti
 }  // namespace
 
 /// As the wire has it: names go into logs and onto screens.
-bool is_name(const std::string& name) { return !name.empty() && name.size() <= kMaxNameBytes && is_plain_text(name); }
+bool is_name(const std::string& name) { return !name.empty() && name.size() <= kMaxNameBytes && is_plain_name(name); }
 
 SceneSettings read_settings(const SceneText& text) {
   const auto& in = text.values();
   SceneSettings out;
   out.name = text.has("name") ? in.name : text.file().stem().string();
-  if (text.has("name") && !is_name(in.name)) text.refuse("name", "1 to 64 bytes without control characters");
-  if (!text.has("name")) out.name = is_plain_text(out.name) ? cut_text(out.name, kMaxNameBytes) : "scene";
+  if (text.has("name") && !is_name(in.name)) text.refuse("name", std::string("1 to 64 bytes of ") + kNameCharacters);
+  if (!text.has("name")) out.name = is_plain_name(out.name) ? cut_text(out.name, kMaxNameBytes) : "scene";
   if (!in.body) text.refuse("body", "an object with a lattice or a mesh");
   if (in.body->mesh)
     out.mesh = read_mesh_body(text, *in.body);

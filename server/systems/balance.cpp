@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "common/base/sort_stably.hpp"
+
 namespace palpate {
 namespace {
 
@@ -38,7 +40,7 @@ BalancedReduction::BalancedReduction(const SecondOrderSystem& system, const Bala
   std::vector<Eigen::Index> order(static_cast<std::size_t>(s.rows()));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
   const Vector size = eigen.eigenvalues().cwiseAbs();
-  std::stable_sort(order.begin(), order.end(), [&](auto i, auto j) { return size[i] > size[j]; });
+  sort_stably(order.begin(), order.end(), [&](auto i, auto j) { return size[i] > size[j]; });
   std::erase_if(order, [&](auto i) { return size[i] <= floor_; });
 
   hankel_ = size(order);

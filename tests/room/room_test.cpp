@@ -104,7 +104,7 @@ TEST_CASE("A tool out of reach gets no patch, one near the surface an anticipati
   Stage stage(ContactKind::touch);
   const auto at = [](double height) { return [height](Micros) { return Vec3(0.031, 0.032, 0.06 + height); }; };
   CHECK_FALSE(stage.frame({kHand}, at(0.5)).stations[0].patch);
-  stage.frame({kHand}, at(0.01));
+  for (int k = 0; k < 6; ++k) stage.frame({kHand}, at(0.01));  // a tool takes a quarter of a second for half a metre
   const FrameResult near = stage.frame({kHand}, at(0.01));
   REQUIRE(near.stations[0].patch);
   CHECK_FALSE(near.stations[0].patch->touching);
@@ -235,24 +235,38 @@ TEST_CASE("A tool's path is linear between its samples, still before them and sl
   ToolTrack track;
   CHECK(track.empty());
   const std::vector<ToolSample> samples{
-      {Micros{1000}, Vec3(0, 0, 0)}, {Micros{2000}, Vec3(1, 0, 0)}, {Micros{4000}, Vec3(1, 4, 0)}};
+      {Micros{1000}, Vec3(0, 0, 0)}, {Micros{2000}, Vec3(1e-3, 0, 0)}, {Micros{4000}, Vec3(1e-3, 4e-3, 0)}};
   track.add(samples);
   track.add(samples);
   CHECK(track.at(Micros{500}).position == Vec3(0, 0, 0));
   CHECK(track.at(Micros{500}).velocity == Vec3(0, 0, 0));
-  CHECK((track.at(Micros{1250}).position - Vec3(0.25, 0, 0)).norm() < 1e-12);
-  CHECK((track.at(Micros{1250}).velocity - Vec3(1000, 0, 0)).norm() < 1e-9);
-  CHECK((track.at(Micros{2000}).velocity - Vec3(1000, 0, 0)).norm() < 1e-9);
-  CHECK((track.at(Micros{3000}).position - Vec3(1, 2, 0)).norm() < 1e-12);
-  CHECK((track.at(Micros{4000}).velocity - Vec3(0, 2000, 0)).norm() < 1e-9);
-  // On at the mean velocity over the whole of this short path, (333, 1333) m/s, and still when kGoOn has passed.
-  const double on_s = 0.005, over_s = kDeadReckoningS, velocity = 4 / 0.003;
-  CHECK(track.at(Micros{9000}).position.y() == Approx(4 + velocity * (on_s - on_s * on_s / (2 * over_s))));
+  CHECK((track.at(Micros{1250}).position - Vec3(0.25e-3, 0, 0)).norm() < 1e-15);
+  CHECK((track.at(Micros{1250}).velocity - Vec3(1, 0, 0)).norm() < 1e-12);
+  CHECK((track.at(Micros{2000}).velocity - Vec3(1, 0, 0)).norm() < 1e-12);
+  CHECK((track.at(Micros{3000}).position - Vec3(1e-3, 2e-3, 0)).norm() < 1e-15);
+  CHECK((track.at(Micros{4000}).velocity - Vec3(0, 2, 0)).norm() < 1e-12);
+  // On at the mean velocity over the whole of this short path, (0.333, 1.333) m/s, and still when kGoOn has passed.
+  const double on_s = 0.005, over_s = kDeadReckoningS, velocity = 4e-3 / 0.003;
+  CHECK(track.at(Micros{9000}).position.y() == Approx(4e-3 + velocity * (on_s - on_s * on_s / (2 * over_s))));
   CHECK(track.at(Micros{9000}).velocity.y() == Approx(velocity * (1 - on_s / over_s)));
   CHECK(track.at(Micros{4000} + from_seconds(kDeadReckoningS)).velocity == Vec3(0, 0, 0));
   CHECK(track.at(Micros{900'000}).position == track.at(Micros{4000} + from_seconds(kDeadReckoningS)).position);
   track.forget_before(Micros{3000});
-  CHECK((track.at(Micros{3000}).position - Vec3(1, 2, 0)).norm() < 1e-12);
+  CHECK((track.at(Micros{3000}).position - Vec3(1e-3, 2e-3, 0)).norm() < 1e-15);
+}
+
+TEST_CASE("A path is nowhere faster than a hand, and gets to where the tool is once that waits") {
+  ToolTrack track;
+  track.add(std::vector<ToolSample>{{Micros{0}, Vec3(0, 0, 0)}});
+  for (int k = 1; k <= 100; ++k)  // to and fro, 60 m/s
+    track.add(std::vector<ToolSample>{{Micros{1000 * k}, Vec3(0.06 * (k % 2), 0, 0)}});
+  for (int k = 101; k <= 200; ++k) track.add(std::vector<ToolSample>{{Micros{1000 * k}, Vec3(0, 0.06, 0)}});
+  for (Micros t{500}; t < Micros{200'000}; t += Micros{500}) {
+    CHECK(track.at(t).velocity.norm() <= ToolTrack::kFastestMs * (1 + 1e-9));
+    const Vec3 way = track.at(t).position - track.at(t - Micros{500}).position;
+    CHECK(way.norm() <= ToolTrack::kFastestMs * 0.0005 * (1 + 1e-9));
+  }
+  CHECK((track.at(Micros{200'000}).position - Vec3(0, 0.06, 0)).norm() < 1e-12);
 }
 
 TEST_CASE("A path that forgets what is past goes on after its last sample as it would have, however long that has been") {

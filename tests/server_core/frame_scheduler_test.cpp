@@ -76,9 +76,11 @@ TEST_CASE("The scheduler has a job out at most once, owes the frame that fell du
 
 TEST_CASE("A reset that knows another count than the scheduler's was done before") {
   FrameScheduler frames(ContactKind::touch, ServerOptions{.draw = {}, .rate_hz = 20});
-  CHECK(frames.reset(0));
-  CHECK_FALSE(frames.reset(0));
-  CHECK(frames.reset(1));
+  CHECK(frames.is_new_reset(0));
+  frames.reset();
+  CHECK_FALSE(frames.is_new_reset(0));
+  CHECK(frames.is_new_reset(1));
+  frames.reset();
   CHECK(frames.counts().resets == 2);
   Stations stations;
   CHECK_FALSE(frames.tick(stations, kBegin));

@@ -265,11 +265,12 @@ TEST_CASE("a room that could keep up and was late once catches up") {
   CHECK(bench.core.pace().rate_hz == 20);
 }
 
-TEST_CASE("a long silence of the process is made up for in frames of bounded length") {
+TEST_CASE("a long silence of the process is left out, but for a frame of bounded length") {
   Bench bench;
   bench.now += 10s;
   bench.tick();
-  CHECK(bench.room.jobs.back().target == 5s + kLongestFrame);
+  CHECK(bench.room.jobs.back().target == bench.now);
+  CHECK(bench.room.jobs.back().begin == bench.now - kLongestFrame);
 }
 
 TEST_CASE("only the newest patch is sent, once") {
@@ -367,4 +368,37 @@ TEST_CASE("a station whose samples stay out for longer than a patch is valid get
   hand.live(200ms);
   CHECK(bench.last<PatchMessage>(1));
   CHECK(bench.core.station_count() == 2);
+}
+
+TEST_CASE("a room that is far behind leaves out what it cannot make up for, and says how much") {
+  Bench bench;
+  bench.wait(100ms);
+  const Micros before = bench.core.body_time();
+  bench.now += 800ms;
+  bench.tick();
+  CHECK(bench.room.jobs.back().begin == before);  // made up for
+  CHECK(bench.core.counts().left_out == Micros{});
+  bench.wait(500ms);
+  CHECK(bench.now - bench.core.body_time() < 60ms);
+  const Micros body = bench.core.body_time();
+  bench.now += 7s;
+  bench.tick();
+  const FrameJob& job = bench.room.jobs.back();
+  CHECK(job.target == bench.now);
+  CHECK(job.target - job.begin == kLongestFrame);
+  CHECK(bench.core.counts().left_out == job.begin - body);
+}
+
+TEST_CASE("whose tool was let go of is said and counted") {
+  Bench bench;
+  std::vector<std::string> said;
+  bench.core.on_let_go([&](const Station& station) { said.push_back(station.hello.station); });
+  RawStation calm(bench, 1, "calm"), wild(bench, 2, "wild");
+  calm.join().live();
+  wild.join();
+  bench.room.too_dear = {wild.as.station, 12345};
+  calm.live(100ms);
+  REQUIRE_FALSE(said.empty());
+  for (const std::string& name : said) CHECK(name == "wild");
+  CHECK(bench.core.counts().tools_let_go == 2 * said.size());
 }

@@ -45,3 +45,37 @@ TEST_CASE("a stranger resets nothing") {
   bench.wait(200ms);
   CHECK(resets_in(bench.room) == 0);
 }
+
+TEST_CASE("who asks for resets all the time gets two at once and two a minute, and leaves some to others") {
+  Bench bench;
+  RawStation greedy(bench, 1, "greedy"), other(bench, 2, "other");
+  greedy.join().live();
+  other.join();
+  const auto count = [&] { return static_cast<std::uint16_t>(bench.core.counts().resets); };
+  for (int k = 0; k < 20 * 60; ++k) {
+    greedy.say(Reset{count()});
+    other.say(Beat{});
+    bench.wait(50ms);
+  }
+  CHECK(bench.core.counts().resets == 3);
+  CHECK(bench.core.counts().resets_withheld > 1000);
+  other.say(Reset{count()});
+  bench.wait(100ms);
+  CHECK(bench.core.counts().resets == 4);
+}
+
+TEST_CASE("a room is reset four times at once and six times a minute, whoever asks") {
+  Bench bench;
+  std::vector<RawStation> viewers;
+  for (PeerId k = 1; k <= 8; ++k) {
+    viewers.emplace_back(bench, k, "viewer " + std::to_string(k));
+    viewers.back().hello.role = Role::viewer;
+    viewers.back().join();
+  }
+  for (int k = 0; k < 20 * 30; ++k) {
+    for (RawStation& viewer : viewers) viewer.say(Reset{static_cast<std::uint16_t>(bench.core.counts().resets)});
+    bench.wait(50ms);
+  }
+  CHECK(bench.core.counts().resets >= 4 + 2);
+  CHECK(bench.core.counts().resets <= 4 + 3);
+}

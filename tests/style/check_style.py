@@ -6,6 +6,7 @@ layers     includes point one way: common <- {server, client} <- bench <- tests;
 core       sockets, windows, devices, threads, streams and clocks stay in io/, app/, view/, relay/, in drivers of devices and in the
            programs of bench/
 real time  no allocation, lock, log, throw or string in what runs in the 1 kHz tick
+alignment  common/base/sort_stably.hpp instead of algorithms of the standard library whose buffers are not aligned for every type
 names      a type has a name of its own: two of one name in one program are one to the linker, silently
 tests      every tests/**/*.cpp is compiled (COMPILE_COMMANDS is CMake's compile_commands.json); no name has a semicolon, at which
            CTest would cut it in two
@@ -35,6 +36,9 @@ FILE_HEADERS = re.compile(r"fstream$|cstdio$|stdio\.h$")
 FILE_PLACES = ("common/file/", "server/scene/", "common/motion/", "client/mapping/")  # these read files, at set-up
 CLOCKS = re.compile(r"_clock\s*::\s*now\b|\bclock_gettime\b|\bgettimeofday\b|\brandom_device\b|\bstd::time\s*\(")
 CLOCK_PLACES = ("bench/",)  # costs are measured there; nothing else depends on them
+
+TEMPORARY_BUFFERS = re.compile(r"\b(stable_sort|stable_partition|inplace_merge|get_temporary_buffer)\b")
+TEMPORARY_BUFFERS_PLACE = "common/base/sort_stably.hpp"
 
 REAL_TIME = re.compile(r"client/core/(haptic_tick|tool_hold)\.|client/mapping/(mapped_device|force_fade)\.|common/player/player\.|client/guard/|common/port/|common/base/(latest_slot|spsc_ring)\.")
 REAL_TIME_BANS = [
@@ -132,6 +136,8 @@ def check_code(path, text):
     for number, line in enumerate(blank(text, strings=True).split("\n"), 1):
         if not free and CLOCKS.search(line):
             yield number, "core: reads a clock or the system's randomness; time is an argument"
+        if path != TEMPORARY_BUFFERS_PLACE and (match := TEMPORARY_BUFFERS.search(line)):
+            yield number, f"alignment: {match.group(0)} takes memory that is not aligned for every type; {TEMPORARY_BUFFERS_PLACE} does"
         if real_time:
             for ban, what in REAL_TIME_BANS:
                 if ban.search(line):

@@ -79,6 +79,13 @@ class CheckStyle(unittest.TestCase):
         self.assert_clean("client/io/a.cpp", "auto t = std::chrono::steady_clock::now();\n")
         self.assert_clean("client/core/a.cpp", '// steady_clock::now()\nconst char* s = "steady_clock::now()"; auto d = 1\'000\'000;\n')
 
+    def test_algorithms_whose_buffers_are_not_aligned(self):
+        for code in ("std::stable_sort(a.begin(), a.end());", "std::ranges::stable_partition(a, f);", "std::inplace_merge(a, b, c);"):
+            self.assert_breach("client/view/a.cpp", 3, code, "alignment")
+            self.assert_breach("tests/view/a.cpp", 3, code, "alignment")
+            self.assert_clean("common/base/sort_stably.hpp", code + "\n")
+        self.assert_clean("client/view/a.cpp", "std::sort(a.begin(), a.end());  // std::stable_sort\n")
+
     def test_banned_calls_in_the_tick(self):
         path = "client/guard/guard.cpp"
         for code in ("auto* p = new Vec3;", "void* p = malloc(8);", "std::function<void()> f;", "std::lock_guard lock(m);", "throw 1;",

@@ -95,6 +95,22 @@ TEST_CASE("The force arrow appears with contact and grows with the force", "[vie
   CHECK(strong > weak + 5e-4);
 }
 
+TEST_CASE("A picture smaller than its words is drawn, with a force and everything else that is written over it", "[view]") {
+  const auto gl = context();
+  if (!gl) return;
+  const demo::Body body = demo::pressed_organ(0.006F, 0.4);
+  Camera camera;
+  camera.fit(body.triangles, body.rest, 1);
+  const std::vector<float> course(100, 0.5F);
+  Caption caption{"a title that is wider than the picture", "a status", "keys"};
+  caption.replay = ReplayState{Micros{0}, Micros{1'000'000}, Micros{500'000}, 1, true, course};
+  for (const int size : {1, 64}) {
+    Stage stage(size, size, 1);
+    const Picture picture = stage.photograph(demo::sight_of(body), caption, camera, {.panels = true}, size, size);
+    CHECK(picture.rgb.size() == static_cast<std::size_t>(3 * size * size));
+  }
+}
+
 TEST_CASE("The force of a pull, which points into the body, shows through it", "[view]") {
   const auto gl = context();
   if (!gl) return;

@@ -40,9 +40,9 @@ struct World {
 
   template <class Take>
   void deliver(std::vector<InFlight>& line, const Take& take) {
-    const auto due = std::stable_partition(line.begin(), line.end(), [this](const InFlight& d) { return d.at <= now; });
-    for (auto d = line.begin(); d != due; ++d) take(d->bytes);
-    line.erase(line.begin(), due);
+    for (const InFlight& d : line)
+      if (d.at <= now) take(d.bytes);
+    std::erase_if(line, [this](const InFlight& d) { return d.at <= now; });
   }
 
   void step(bool server_runs = true) {

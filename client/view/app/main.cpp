@@ -12,6 +12,7 @@
 #include "client/view/app/window.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
+#include "common/base/plain_text.hpp"
 #include "common/command_line/flags.hpp"
 #include "common/io/key_files.hpp"
 #include "common/io/make_folder.hpp"
@@ -58,16 +59,14 @@ void check(const CLI::App& app, const ViewOptions& options) {
                                     {"--frames", &options.frames},
                                     {"--record", &options.record}})
     if (app.count(flag) > 0 && value->empty()) throw InputError(flag, "is empty", "a path");
-  const auto printable = [](unsigned char c) { return c >= 0x20 && c != 0x7f; };
   const std::string& name = options.station;
   const bool fits = !name.empty() && name.size() <= static_cast<std::size_t>(kMaxNameBytes);
-  if (!fits || !std::all_of(name.begin(), name.end(), printable))
+  if (!fits || !is_plain_name(name))
     throw InputError("--station", fmt::format("has {} bytes", name.size()),
-                     fmt::format("1 to {} bytes without control characters", kMaxNameBytes));
-  if (options.room.size() > static_cast<std::size_t>(kMaxNameBytes) ||
-      !std::all_of(options.room.begin(), options.room.end(), printable))
+                     fmt::format("1 to {} bytes of {}", kMaxNameBytes, kNameCharacters));
+  if (options.room.size() > static_cast<std::size_t>(kMaxNameBytes) || !is_plain_name(options.room))
     throw InputError("--room", fmt::format("has {} bytes", options.room.size()),
-                     fmt::format("up to {} bytes without control characters", kMaxNameBytes));
+                     fmt::format("up to {} bytes of {}", kMaxNameBytes, kNameCharacters));
   if (!options.token.empty() && options.key.empty())
     throw InputError("--token", "without --key", "the key that it was issued for");
   if (!options.touch.empty() && options.offscreen())

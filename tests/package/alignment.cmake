@@ -1,0 +1,16 @@
+# The installed headers, compiled for processors without and with AVX: one of the two aligns as the libraries do, the other is refused.
+file(WRITE ${PREFIX}/own.cpp "#include \"common/base/types.hpp\"\nint main() {}\n")
+set(refused 0)
+foreach(march x86-64 haswell)
+  execute_process(COMMAND ${COMPILER} -std=c++20 -fsyntax-only -march=${march} -I${PREFIX}/include/palpate -I${EIGEN} ${PREFIX}/own.cpp
+    RESULT_VARIABLE failed ERROR_VARIABLE words)
+  if(failed)
+    math(EXPR refused "${refused} + 1")
+    if(NOT words MATCHES "Palpate's libraries were built for another processor")
+      message(FATAL_ERROR "with -march=${march}: ${words}")
+    endif()
+  endif()
+endforeach()
+if(NOT refused EQUAL 1)
+  message(FATAL_ERROR "${refused} of two alignments are refused, expected one")
+endif()

@@ -1,0 +1,133 @@
+// One hand that would take all of the time there is, and one that only presses. Work is counted, in iterations of Newton's
+// method.
+#include <catch2/catch.hpp>
+#include <utility>
+
+#include "common/base/random.hpp"
+#include "common/player/player.hpp"
+#include "server/room/room.hpp"
+
+using namespace palpate;
+
+namespace {
+
+constexpr Micros kCostlyFrame{50'000};
+constexpr StationId kPresses = 1, kFirstOfOthers = 2;
+
+/// A hand that presses 30 mm deep into the organ, and others that do what a test says.
+class SharedOrgan {
+ public:
+  SharedOrgan()
+      : scene_(load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/organ.json")), room_(scene_), home_(home_of(scene_)) {
+    low_ = high_ = home_;
+    for (const Vec3& x : scene_.body.nodes) low_ = low_.cwiseMin(x), high_ = high_.cwiseMax(x);
+    room_.start(now_);
+  }
+
+  template <class Other>
+  FrameResult frame(std::size_t others, const Other& other) {
+    FrameJob job;
+    job.begin = now_ += std::exchange(left_out, Micros{});
+    job.target = now_ + kCostlyFrame;
+    job.frame = kCostlyFrame;
+    for (StationId id = kPresses; id < kFirstOfOthers + others; ++id) {
+      StationJob hand;
+      hand.id = id;
+      hand.scheme = id == kPresses ? Scheme::port : Scheme::hold;
+      hand.horizon = Micros{150'000};
+      for (Micros t = now_ + kTick; t <= job.target; t += kTick)
+        hand.samples.push_back({t, id == kPresses ? pressed(t) : other(id - kFirstOfOthers, t)});
+      job.stations.push_back(hand);
+    }
+    now_ = job.target;
+    return room_.run(job);
+  }
+  Vec3 anywhere(Random& random) const {
+    const Vec3 share(random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1));
+    return low_ + share.cwiseProduct(high_ - low_);
+  }
+  const Vec3& home() const { return home_; }
+
+  Micros left_out{};  ///< before the next frame
+
+ private:
+  Vec3 pressed(Micros t) const { return home_ - Vec3(0, 0, 0.03 * std::min(1.0, seconds(t - Micros{1'000'000}) / 0.3)); }
+
+  Scene scene_;
+  Room room_;
+  Vec3 home_, low_, high_;
+  Micros now_{1'000'000};
+};
+
+double alone_n() {
+  SharedOrgan organ;
+  FrameResult result;
+  for (int k = 0; k < 30; ++k) result = organ.frame(0, [](std::size_t, Micros) { return Vec3::Zero(); });
+  return result.stations.front().force.norm();
+}
+
+}  // namespace
+
+TEST_CASE("A hand that jumps about inside the body is let go of, and the hand beside it feels what it feels alone") {
+  const int every = GENERATE(1, 5, 50);  // ms
+  SharedOrgan organ;
+  Random random(5);
+  Vec3 at = organ.home();
+  int iterations = 0, without = 0;
+  FrameResult result;
+  bool said = false;
+  constexpr int kFrames = 40;
+  for (int k = 0; k < kFrames; ++k) {
+    result = organ.frame(1, [&](std::size_t, Micros t) {
+      if (t.count() / 1000 % every == 0) at = organ.anywhere(random);
+      return at;
+    });
+    iterations += result.newton_iterations;
+    without += result.stations.front().patch ? 0 : 1;
+    for (const StationId id : result.too_dear) said |= id == kFirstOfOthers;
+    for (const StationId id : result.too_dear) CHECK(id == kFirstOfOthers);
+    CHECK(result.newton_iterations < 500);  // of 5 steps of 10 ms; one hand takes 20
+  }
+  CHECK(said);
+  CHECK(without <= 1);
+  CHECK(iterations < 60 * kFrames);
+  CHECK(result.stations.front().force.norm() == Approx(alone_n()).epsilon(0.05));
+}
+
+TEST_CASE("A hand that was let go of for what it cost may touch again after a while, from outside") {
+  SharedOrgan organ;
+  Random random(5);
+  const Vec3 aside(0.03, 0, 0);
+  bool dear = false;
+  for (int k = 0; k < 40 && !dear; ++k)
+    dear = !organ.frame(1, [&](std::size_t, Micros) { return organ.anywhere(random); }).too_dear.empty();
+  REQUIRE(dear);
+  const auto stays = [&](double over_m) {
+    return [&organ, aside, over_m](std::size_t, Micros) { return Vec3(organ.home() + aside + Vec3(0, 0, over_m)); };
+  };
+  for (int k = 0; k < 30; ++k) CHECK_FALSE(organ.frame(1, stays(-0.035)).stations.back().contact);  // inside
+  for (int k = 0; k < 4; ++k) organ.frame(1, stays(0.02));
+  FrameResult result;
+  for (int k = 0; k < 10; ++k) result = organ.frame(1, stays(-0.02 - 0.002 * k));
+  CHECK(result.stations.back().contact);
+  CHECK(result.too_dear.empty());
+}
+
+TEST_CASE("Time that is left out moves nothing: the tool is led from where the body knew it to where it is") {
+  SharedOrgan organ;
+  const auto aside = [&](double over_m) {
+    return [&organ, over_m](std::size_t, Micros) { return Vec3(organ.home() + Vec3(0.03, 0, over_m)); };
+  };
+  FrameResult before;
+  for (int k = 0; k < 20; ++k) before = organ.frame(1, aside(-0.035));
+  REQUIRE(before.stations.back().contact);
+  organ.left_out = Micros{3'000'000};
+  FrameResult result = organ.frame(1, aside(-0.045));
+  CHECK(result.stamp == before.stamp + kCostlyFrame + Micros{3'000'000});
+  CHECK(result.newton_iterations < 100);
+  CHECK(result.stations.back().tool.z() ==
+        Approx(organ.home().z() - 0.04).margin(1e-3));  // half-way, as by ToolTrack::kLeadBack
+  for (int k = 0; k < 3; ++k) result = organ.frame(1, aside(-0.045));
+  CHECK(result.stations.back().tool.z() == Approx(organ.home().z() - 0.045).margin(1e-6));
+  CHECK(result.stations.back().contact);
+}
