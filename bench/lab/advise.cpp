@@ -1,5 +1,5 @@
-// palpate-lab advise: support, tip, mesh, step and scheme for a surface and a material on this machine, with the error and the cost to
-// expect, and a scene that runs.
+// palpate-lab advise: support, tip, mesh, step and scheme for a surface and a material on this machine, with the error and the
+// cost to expect, and a scene that runs.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -39,12 +39,12 @@ void print_body(const AdvisedBody& b) {
 }
 
 void print_tried(const Advice& advice) {
-  fmt::print("\n  {:>9}{:>8}{:>7}{:>8}{:>10}{:>10}{:>10}{:>14}\n", "spacing", "nodes", "held", "cells", "volume %", "error %", "at worst",
-             "ms a frame");
+  fmt::print("\n  {:>9}{:>8}{:>7}{:>8}{:>10}{:>10}{:>10}{:>14}\n", "spacing", "nodes", "held", "cells", "volume %", "error %",
+             "at worst", "ms a frame");
   for (std::size_t i = 0; i < advice.tried.size(); ++i) {
     const AdvisedMesh& m = advice.tried[i];
-    fmt::print("{} {:>6.2f} mm{:>8}{:>7}{:>8}{:>10.1f}{:>10.1f}{:>10.1f}{:>14}\n", i == advice.chosen ? '*' : ' ', 1e3 * m.spacing_m,
-               m.nodes, m.held, m.cells, 100 * m.filled_share, 100 * m.mesh_error, 100 * m.worst_error,
+    fmt::print("{} {:>6.2f} mm{:>8}{:>7}{:>8}{:>10.1f}{:>10.1f}{:>10.1f}{:>14}\n", i == advice.chosen ? '*' : ' ',
+               1e3 * m.spacing_m, m.nodes, m.held, m.cells, 100 * m.filled_share, 100 * m.mesh_error, 100 * m.worst_error,
                m.frame_ms() > 0 ? fmt::format("{:.1f}", m.frame_ms()) : "");
   }
 }
@@ -62,12 +62,14 @@ void print_misfits(const AdviseFlags& flags, const Advice& advice) {
     fmt::print("Does not fit: {:.1f} ms a frame with a hand at {}, of {:.0f}; this machine keeps {:.2g} frames a second of it.\n",
                m.frame_ms(), in_mm(m.worst_place), 1e3 / flags.rate_hz, std::floor(1e3 * kShareOfFrame / m.frame_ms()));
   if (m.spacing_m > advice.body.radius_m)
-    fmt::print("Does not fit: a tip of {:.3g} mm is narrower than the spacing of the nodes and pokes single ones; {:.3g} mm would do.\n",
-               1e3 * advice.body.radius_m, 2e3 * m.spacing_m);
+    fmt::print(
+        "Does not fit: a tip of {:.3g} mm is narrower than the spacing of the nodes and pokes single ones; {:.3g} mm would do.\n",
+        1e3 * advice.body.radius_m, 2e3 * m.spacing_m);
   else if (!advice.true_enough)
     fmt::print("Does not fit: the force is {:.0f} % from the continuum's, {:.3g} % was asked for{}.\n", 100 * advice.error(),
                100 * flags.error, advice.fast_enough ? "; this is the truest of the meshes that are fast enough" : "");
-  if (!advice.step_known) fmt::print("Not known: what the step costs in truth; no step follows a node that is pulled down by 10 mm.\n");
+  if (!advice.step_known)
+    fmt::print("Not known: what the step costs in truth; no step follows a node that is pulled down by 10 mm.\n");
   if (std::abs(m.filled_share - 1) > 0.03)
     fmt::print("The body has {:.0f} % of the volume that the surface encloses.\n", 100 * m.filled_share);
 }
@@ -77,12 +79,14 @@ void print_advice(const AdviseFlags& flags, const Advice& advice, const std::fil
   print_tried(advice);
   fmt::print(
       "\nA lattice of {:.2f} mm of hexahedra ({} nodes), steps of {:g} ms, patches '{}'.\n"
-      "Force of a light touch: {:.1f} % from the continuum, of which the step {:.1f} %; at the worst place {:.0f} %. The model of the "
+      "Force of a light touch: {:.1f} % from the continuum, of which the step {:.1f} %; at the worst place {:.0f} %. The model "
+      "of the "
       "error is off by up to {:.1f} %.\n"
-      "A frame takes {:.1f} ms of this machine (step {:.1f}, patch {:.1f}) of {:.0f}, with a hand where it takes longest, at {}.\n",
+      "A frame takes {:.1f} ms of this machine (step {:.1f}, patch {:.1f}) of {:.0f}, with a hand where it takes longest, at "
+      "{}.\n",
       1e3 * m.spacing_m, m.nodes, 1e3 * advice.step_s, name_of(m.scheme), 100 * advice.error(), 100 * advice.step_error,
-      100 * (m.worst_error + advice.step_error), 100 * advice.model_error, m.frame_ms(), m.step_ms, m.patch_ms, 1e3 / flags.rate_hz,
-      in_mm(m.worst_place));
+      100 * (m.worst_error + advice.step_error), 100 * advice.model_error, m.frame_ms(), m.step_ms, m.patch_ms,
+      1e3 / flags.rate_hz, in_mm(m.worst_place));
   print_misfits(flags, advice);
   fmt::print("\n  palpate-server --scene {} --rate-hz {:g}\n", scene.string(), flags.rate_hz);
 }
@@ -136,8 +140,10 @@ void add_advise(CLI::App& app, Run& run) {
   c->add_option("--rate-hz", flags->rate_hz, "frames a second")->check(number_from(1.0, 200.0));
   c->add_option("--error", flags->error, "of the force against the continuum, a share")->check(number_from(1e-3, 1.0));
   c->add_option("--up", flags->up, "axis of the surface that is up in the scene: x, -x, y, -y, z or -z")->type_name("AXIS");
-  c->add_option("--radius-mm", flags->radius_mm, "contact radius of the tip; else one is proposed")->check(number_from(1.0, 200.0));
-  c->add_option("--held", flags->held, "share of the height, from below, that is fixed; else one is proposed")->check(number_from(0.0, 0.9));
+  c->add_option("--radius-mm", flags->radius_mm, "contact radius of the tip; else one is proposed")
+      ->check(number_from(1.0, 200.0));
+  c->add_option("--held", flags->held, "share of the height, from below, that is fixed; else one is proposed")
+      ->check(number_from(0.0, 0.9));
   c->add_option("--out", flags->out, "scene file to write; the surface is copied beside it")->type_name("FILE")->required();
   c->callback([flags, &run] { run = [flags] { return run_advise(*flags); }; });
 }

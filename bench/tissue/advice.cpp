@@ -58,7 +58,8 @@ class Adviser {
     std::string refused;
     for (const double nodes : kNodes) {
       const double spacing_m = spacing_for(advice_.body, nodes);
-      if (!advice_.tried.empty() && spacing_m > 0.95 * advice_.tried.back().spacing_m) continue;  // both as coarse as the shape allows
+      if (!advice_.tried.empty() && spacing_m > 0.95 * advice_.tried.back().spacing_m)
+        continue;  // both as coarse as the shape allows
       try {
         add_mesh(spacing_m);
       } catch (const InputError& error) {
@@ -66,7 +67,8 @@ class Adviser {
         says_(fmt::format("{:.3g} mm: {}", 1e3 * spacing_m, refused));
       }
     }
-    if (advice_.tried.empty()) throw InputError("--surface " + request_.surface.string(), "makes no body: " + refused, "another surface or --held");
+    if (advice_.tried.empty())
+      throw InputError("--surface " + request_.surface.string(), "makes no body: " + refused, "another surface or --held");
   }
 
   void add_mesh(double spacing_m) {
@@ -78,9 +80,11 @@ class Adviser {
     mesh.held = static_cast<std::size_t>(std::ranges::count_if(scene.body.fixed, [](auto f) { return f != 0; }));
     mesh.cells = scene.body.hexahedra.size();
     mesh.filled_share = 1 - scene.body.left_out_share;
-    for (const FingerStiffness& place : finger_stiffnesses(scene, places_)) mesh.compliances_m_n.push_back(1 / place.stiffness_n_m);
+    for (const FingerStiffness& place : finger_stiffnesses(scene, places_))
+      mesh.compliances_m_n.push_back(1 / place.stiffness_n_m);
     if (mesh.compliances_m_n.empty())
-      throw InputError("the body", fmt::format("has no equilibrium: {} of {} nodes are held, too few for all of it", mesh.held, mesh.nodes),
+      throw InputError("the body",
+                       fmt::format("has no equilibrium: {} of {} nodes are held, too few for all of it", mesh.held, mesh.nodes),
                        "a larger --held");
     says_(fmt::format("{:.3g} mm: {} nodes, {} held, {:.3g} mm/N", 1e3 * spacing_m, mesh.nodes, mesh.held,
                       1e3 * median(mesh.compliances_m_n)));
@@ -113,7 +117,8 @@ class Adviser {
   void choose_step() {
     const auto pushed = [&](double step_s) -> std::vector<Vec3> {
       try {
-        return push_body(gripped_at_top(scene_of(advice_.tried.front().spacing_m, step_s), IntegratorKind::automatic, step_s), stopwatch_)
+        return push_body(gripped_at_top(scene_of(advice_.tried.front().spacing_m, step_s), IntegratorKind::automatic, step_s),
+                         stopwatch_)
             .force;
       } catch (const std::runtime_error&) {  // it found no solution
         return {};
@@ -155,13 +160,14 @@ class Adviser {
     says_(fmt::format("{:.3g} mm, {}: {:.1f} ms a frame", 1e3 * mesh.spacing_m, name_of(mesh.scheme), mesh.frame_ms()));
   }
 
-  /// The coarsest at all places; finer ones, while they are fast and not yet true enough, where that took longest. The best of those
-  /// is measured at all places before it is taken.
+  /// The coarsest at all places; finer ones, while they are fast and not yet true enough, where that took longest. The best of
+  /// those is measured at all places before it is taken.
   void choose_mesh() {
     std::vector<AdvisedMesh>& tried = advice_.tried;
     measure(tried.front(), places_);
     std::size_t last = 0;
-    while (last + 1 < tried.size() && is_fast(tried[last]) && !is_true(tried[last])) measure(tried[++last], {tried.front().worst_place});
+    while (last + 1 < tried.size() && is_fast(tried[last]) && !is_true(tried[last]))
+      measure(tried[++last], {tried.front().worst_place});
     const auto best_of_fast = [&] {
       std::size_t best = 0;
       for (std::size_t i = 1; i <= last; ++i)
@@ -217,9 +223,9 @@ std::string advised_scene(const AdviceRequest& request, const AdvisedBody& body,
   "tool": {{ "contact": "touch", "radius_m": {:g} }}
 }}
 )",
-                     request.surface.stem().string(), spacing_m, file, request.scale, body.rotation_deg.x(), body.rotation_deg.y(),
-                     body.rotation_deg.z(), body.offset_m.x(), body.offset_m.y(), body.offset_m.z(), request.material,
-                     body.held_below_m, 1e3 * step_s, body.radius_m);
+                     request.surface.stem().string(), spacing_m, file, request.scale, body.rotation_deg.x(),
+                     body.rotation_deg.y(), body.rotation_deg.z(), body.offset_m.x(), body.offset_m.y(), body.offset_m.z(),
+                     request.material, body.held_below_m, 1e3 * step_s, body.radius_m);
 }
 
 Advice advise(const AdviceRequest& request, const Stopwatch& stopwatch, const AdviceHearer& hearer) {

@@ -1,9 +1,9 @@
 // Which support, tip, mesh, step and scheme serve a surface and a material on this machine: each candidate's error and cost, and
 // the cheapest that keeps both bounds.
 //
-// Candidates are lattices of hexahedra (linear tetrahedra lock near Poisson's ratio 1/2) with kNodes nodes, about. A solid without
-// dimensions of its own is known by its volume V and the area A of its surface: a lattice of spacing h has about V / h^3 +
-// A / (2 h^2) nodes, and V / A is half the thickness of what is thin.
+// Candidates are lattices of hexahedra (linear tetrahedra lock near Poisson's ratio 1/2) with kNodes nodes, about. A solid
+// without dimensions of its own is known by its volume V and the area A of its surface: a lattice of spacing h has about V / h^3
+// + A / (2 h^2) nodes, and V / A is half the thickness of what is thin.
 //
 // Error of the force of a light touch against the continuum, at kPlaces places of the free surface that are far from each other:
 // compliance C = n^T B^T K^-1 B n (server/body/finger_stiffness.hpp), over lattices of spacing h
@@ -11,14 +11,14 @@
 //     C(h) = C_0 + c h^p,   p = kContactOrder,   C_0, c by least squares,   error of a mesh = C_0 / C - 1
 //
 // p is what balls on layers and bodies that bend converge with (docs/results/tissue.md: 1.6 to 2.1); `model_error`, the largest
-// distance of a C from the line over C_0, is how far the model is to be trusted. Of places that is the median, and the worst is said
-// beside it. Deep presses, and edges that are glued, are not in it.
+// distance of a C from the line over C_0, is how far the model is to be trusted. Of places that is the median, and the worst is
+// said beside it. Deep presses, and edges that are glued, are not in it.
 //
 // Error of the step: the highest node taken down by 10 mm in 0.5 s (bench/measure/pushed_cube.hpp), root mean square of the force
 // against steps of a quarter of the shortest.
 //
-// Cost: processor time of a frame with one hand that presses (server/io/frame_cost.hpp) where it takes longest; it must stay below
-// kShareOfFrame of 1 / rate. What else the machine does while it is measured is not counted.
+// Cost: processor time of a frame with one hand that presses (server/io/frame_cost.hpp) where it takes longest; it must stay
+// below kShareOfFrame of 1 / rate. What else the machine does while it is measured is not counted.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -15,7 +15,7 @@ namespace {
 constexpr double kLowestVolume = 0.1, kLeastHeld = 0.15, kMostHeld = 0.5;
 constexpr double kTipNodes = 800, kTipSpacings = 2;
 
-const std::map<std::string, Vec3> kRotations = {{"z", {0, 0, 0}},   {"-z", {180, 0, 0}}, {"y", {90, 0, 0}},
+const std::map<std::string, Vec3> kRotations = {{"z", {0, 0, 0}},    {"-z", {180, 0, 0}}, {"y", {90, 0, 0}},
                                                 {"-y", {-90, 0, 0}}, {"x", {0, -90, 0}},  {"-x", {0, 90, 0}}};
 
 double area_of(const TriangleMesh& mesh) {

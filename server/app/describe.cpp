@@ -68,9 +68,9 @@ std::string cost_line(const FrameCost& cost, Scheme scheme, const std::vector<in
 /// That of the place, among some, which takes the longest; nothing where it is not known of one.
 std::optional<FrameCost> worst_cost(const Scene& scene, const FingerStiffness& home, double rate_hz) {
   constexpr std::size_t kPlaces = 3;
-  std::vector<FingerStiffness> places{home};
-  if (scene.tool.contact == ContactKind::touch)
-    places = finger_stiffnesses(scene, touch_places(scene.body, home.place, kPlaces));
+  std::vector<FingerStiffness> places;
+  if (scene.tool.contact == ContactKind::touch) places = finger_stiffnesses(scene, touch_places(scene.body, home.place, kPlaces));
+  if (places.empty()) places.push_back(home);
   std::optional<FrameCost> worst;
   for (const FingerStiffness& place : places) {
     const std::optional<FrameCost> cost = frame_cost(scene, place, rate_hz);
@@ -108,11 +108,11 @@ std::vector<std::string> describe(const Scene& scene, double rate_hz) {
         advice(body)));
   constexpr double kLeftOutSaid = 0.03;
   if (std::abs(body.left_out_share) > kLeftOutSaid)
-    lines.push_back(
-        fmt::format("warning: the body has {:.3g} kg, what its surface encloses {:.3g} kg: {}", mass_kg,
-                    mass_kg / (1 - body.left_out_share),
-                    body.left_out_share > 0 ? "cells that do not hang together with the rest are left out, or the spacing is too coarse for it"
-                                            : "the spacing is too coarse for it"));
+    lines.push_back(fmt::format(
+        "warning: the body has {:.3g} kg, what its surface encloses {:.3g} kg: {}", mass_kg, mass_kg / (1 - body.left_out_share),
+        body.left_out_share > 0
+            ? "cells that do not hang together with the rest are left out, or the spacing is too coarse for it"
+            : "the spacing is too coarse for it"));
   if (const auto locking = locking_line(body)) lines.push_back(*locking);
   constexpr std::size_t kSolvedMost = 20'000;  // nodes of a body whose stiffness is solved for within a second or so
   const bool small = body.nodes.size() <= kSolvedMost;

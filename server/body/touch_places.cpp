@@ -7,7 +7,8 @@ namespace palpate {
 std::vector<Vec3> touch_places(const LumpedBody& body, const Vec3& first, std::size_t count) {
   std::vector<Vec3> middles;
   for (const auto& [a, b, c] : body.triangles)
-    if (!body.fixed[a] && !body.fixed[b] && !body.fixed[c]) middles.emplace_back((body.nodes[a] + body.nodes[b] + body.nodes[c]) / 3);
+    if (!body.fixed[a] && !body.fixed[b] && !body.fixed[c])
+      middles.emplace_back((body.nodes[a] + body.nodes[b] + body.nodes[c]) / 3);
   std::vector<double> away;
   for (const Vec3& x : middles) away.push_back(-(x - first).squaredNorm());
   std::vector<Vec3> places;

@@ -46,7 +46,11 @@ double depth_for(const LumpedBody& body) {
 class Trial {
  public:
   Trial(const Scene& scene, const FingerStiffness& place, double rate_hz, const std::function<std::int64_t()>& stopwatch)
-      : room_(scene), stopwatch_(stopwatch ? stopwatch : processor_ns), place_(place), depth_m_(depth_for(scene.body)), frame_(from_seconds(1 / rate_hz)) {
+      : room_(scene),
+        stopwatch_(stopwatch ? stopwatch : processor_ns),
+        place_(place),
+        depth_m_(depth_for(scene.body)),
+        frame_(from_seconds(1 / rate_hz)) {
     room_.start(job_.target);
     job_.frame = frame_;
   }

@@ -1,6 +1,7 @@
 // What a frame of a room costs on this machine, measured before anybody comes: a hand in virtual time presses into the body of
 // the scene and swings there, and the processor time of the frames is taken, of those with a patch of `port` and of `hyper`
-// in turn. How much a frame takes depends on where the hand is: thin parts bend far. The body's step is shared by all stations; each has a patch of its own, so that n of them take about step + n patch.
+// in turn. How much a frame takes depends on where the hand is: thin parts bend far. The body's step is shared by all stations;
+// each has a patch of its own, so that n of them take about step + n patch.
 #pragma once
 
 #include <cstdint>

@@ -30,7 +30,8 @@ void set_materials(LumpedBody& body, const MeshBodySettings& settings, const Sce
   for (Tetrahedron& t : body.tetrahedra) t.material = of_region.at(t.material);
 }
 
-/// Parts that hang together by a node or an edge alone are hinges: where a part is not held by itself, it swings without any force.
+/// Parts that hang together by a node or an edge alone are hinges: where a part is not held by itself, it swings without any
+/// force.
 void check_hinges(const LumpedBody& body, const SceneText& text, const std::string& mesh) {
   const std::vector<std::uint32_t> parts = parts_by_faces(body.tetrahedra);
   std::map<std::uint32_t, std::set<std::uint32_t>> held_nodes;
@@ -42,8 +43,8 @@ void check_hinges(const LumpedBody& body, const SceneText& text, const std::stri
   if (held_nodes.size() == 1) return;
   constexpr std::size_t kHolds = 3;
   const auto loose = std::ranges::count_if(held_nodes, [](const auto& part) { return part.second.size() < kHolds; });
-  const std::string words =
-      "has " + std::to_string(held_nodes.size()) + " parts that hang together by nodes or edges alone (or whose faces do not match)";
+  const std::string words = "has " + std::to_string(held_nodes.size()) +
+                            " parts that hang together by nodes or edges alone (or whose faces do not match)";
   if (loose > 0)
     text.refuse("body.mesh.file", "mesh " + mesh + " " + words + ", of which " + std::to_string(loose) + " are not held",
                 "cells that share faces, or every part held at three nodes");

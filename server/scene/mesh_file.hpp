@@ -1,9 +1,9 @@
 // Closed triangle meshes from OBJ and STL files (surface_file.hpp).
 //
 // Vertices at the same place (within a millionth of the size) become one; normals, texture coordinates and materials are dropped.
-// Small faults are mended (surface_repair.hpp), with a line on stderr. A mesh that cannot bound a solid is refused: unreadable, no
-// triangles, an open edge, an edge of three triangles, a surface with one side, no volume, or a size that is not that of something
-// to touch.
+// Small faults are mended (surface_repair.hpp), with a line on stderr. A mesh that cannot bound a solid is refused: unreadable,
+// no triangles, an open edge, an edge of three triangles, a surface with one side, no volume, or a size that is not that of
+// something to touch.
 #pragma once
 
 #include <string>

@@ -142,7 +142,8 @@ TriangleMesh read_stl(std::string_view bytes, const std::string& where) {
   if (bytes.size() >= kStlHead) std::memcpy(&triangles, bytes.data() + kStlHead - sizeof triangles, sizeof triangles);
   const std::size_t whole = kStlHead + kStlTriangle * std::size_t{triangles};
   // Binary files, too, may begin with "solid": their size tells.
-  if (begins_as_text(bytes) && bytes.size() != whole) return read_text_stl(bytes.substr(bytes.starts_with("\xEF") ? 3 : 0), where);
+  if (begins_as_text(bytes) && bytes.size() != whole)
+    return read_text_stl(bytes.substr(bytes.starts_with("\xEF") ? 3 : 0), where);
   if (bytes.size() < kStlHead) throw InputError(where, "is no STL file", "a text that begins with \"solid\", or a binary file");
   if (bytes.size() < whole)
     throw InputError(

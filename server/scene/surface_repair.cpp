@@ -102,7 +102,8 @@ class Shells {
   }
 
  private:
-  /// Over all triangles that are joined to `first`; the fewer of those that face one way and those that face the other are turned.
+  /// Over all triangles that are joined to `first`; the fewer of those that face one way and those that face the other are
+  /// turned.
   void spread(std::uint32_t first, const EdgeUses& uses) {
     const auto shell = static_cast<std::uint32_t>(count_++);
     std::vector<std::pair<std::uint32_t, bool>> found{{first, false}};  // whether it faces against the first

@@ -1,5 +1,5 @@
-// Small faults of surfaces that people draw, mended: triangles that are there twice, triangles and shells that face the wrong way,
-// small holes.
+// Small faults of surfaces that people draw, mended: triangles that are there twice, triangles and shells that face the wrong
+// way, small holes.
 #pragma once
 
 #include <string>

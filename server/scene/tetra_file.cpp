@@ -21,10 +21,10 @@ constexpr std::size_t kMaxFileBytes = std::size_t{1} << 30;
 constexpr const char* kGmshExpected = "version 2.2 or 4.1 (gmsh -format msh41)";
 
 // Kinds of cells by their number in a file; of those with nodes on edges and faces the corners, which come first, are taken.
-const std::map<int, CellKind> kGmshKinds = {
-    {4, CellKind::tetrahedron}, {11, CellKind::tetrahedron}, {5, CellKind::hexahedron}, {12, CellKind::hexahedron},
-    {17, CellKind::hexahedron}, {6, CellKind::prism},        {13, CellKind::prism},     {18, CellKind::prism},
-    {7, CellKind::pyramid},     {14, CellKind::pyramid},     {19, CellKind::pyramid}};
+const std::map<int, CellKind> kGmshKinds = {{4, CellKind::tetrahedron}, {11, CellKind::tetrahedron}, {5, CellKind::hexahedron},
+                                            {12, CellKind::hexahedron}, {17, CellKind::hexahedron},  {6, CellKind::prism},
+                                            {13, CellKind::prism},      {18, CellKind::prism},       {7, CellKind::pyramid},
+                                            {14, CellKind::pyramid},    {19, CellKind::pyramid}};
 constexpr int kVtkVoxel = 11;
 const std::map<int, CellKind> kVtkKinds = {
     {10, CellKind::tetrahedron}, {24, CellKind::tetrahedron}, {12, CellKind::hexahedron}, {kVtkVoxel, CellKind::hexahedron},
@@ -280,7 +280,8 @@ class VtkReader {
       std::swap(nodes[2], nodes[3]);
       std::swap(nodes[6], nodes[7]);
     }
-    add_cell(kind, std::span(nodes).first(corners), regions_.empty() ? 0 : static_cast<std::uint32_t>(std::max(0, regions_[i])), mesh_.cells);
+    add_cell(kind, std::span(nodes).first(corners), regions_.empty() ? 0 : static_cast<std::uint32_t>(std::max(0, regions_[i])),
+             mesh_.cells);
   }
 
   Words& in_;

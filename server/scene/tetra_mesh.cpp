@@ -73,7 +73,8 @@ void drop_doubled_cells(TetraMesh& mesh, const std::string& where) {
     return !seen.insert(key).second;
   });
   if (doubled > 0)
-    std::fprintf(stderr, "%s: %zu tetrahedra are there twice, as of a volume in two groups; read once, with the region of the first\n",
+    std::fprintf(stderr,
+                 "%s: %zu tetrahedra are there twice, as of a volume in two groups; read once, with the region of the first\n",
                  where.c_str(), doubled);
 }
 

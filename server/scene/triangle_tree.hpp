@@ -4,8 +4,8 @@
 //
 //     w(p) = sum over triangles of their signed solid angle from p, over 4 pi
 //
-// For a closed surface it is the number of its shells that hold p, each counted with its orientation: 1 in a ball, 2 where two balls
-// overlap, 0 in a cavity whose triangles face into it. Triangles that are far away count as one dipole of their summed area
+// For a closed surface it is the number of its shells that hold p, each counted with its orientation: 1 in a ball, 2 where two
+// balls overlap, 0 in a cavity whose triangles face into it. Triangles that are far away count as one dipole of their summed area
 // vectors (Barill et al., 2018), those that are near exactly.
 #pragma once
 
@@ -29,8 +29,8 @@ class TriangleTree {
  private:
   struct Box {
     Eigen::AlignedBox3d box;
-    std::uint32_t first = 0, count = 0;  ///< of order_, for a leaf
-    std::uint32_t left = 0, right = 0;   ///< of boxes_, when count is 0
+    std::uint32_t first = 0, count = 0;               ///< of order_, for a leaf
+    std::uint32_t left = 0, right = 0;                ///< of boxes_, when count is 0
     Vec3 area = Vec3::Zero(), centre = Vec3::Zero();  ///< sum of area vectors; their middle, weighted by area
     double reach = 0;                                 ///< from there to the farthest corner of the box
   };

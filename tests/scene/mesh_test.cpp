@@ -89,17 +89,27 @@ TEST_CASE("Small faults of a mesh are mended: it has the volume of what was mean
   const TriangleMesh mended = closed_mesh(faulty, {}, "ball");
   CHECK(mended.triangles.size() == good.triangles.size());
   CHECK(check_edges(mended.triangles).closed());
-  CHECK(signed_volume(mended.triangles, mended.vertices) ==
-        Approx(signed_volume(good.triangles, good.vertices)).epsilon(1e-3));
+  CHECK(signed_volume(mended.triangles, mended.vertices) == Approx(signed_volume(good.triangles, good.vertices)).epsilon(1e-3));
 }
 
-TEST_CASE("Shells that overlap or lie in each other are one solid, whichever way they face; a cavity stays one", "[scene]") {
+TEST_CASE("Shells that overlap or lie in each other are one solid, whichever way they face, and a cavity stays one", "[scene]") {
   constexpr double kSide = 0.1;
   const auto cube_at = [](double side, const Vec3& low, TriangleMesh& to, bool inwards) {
     const auto n = static_cast<std::uint32_t>(to.vertices.size());
-    for (unsigned i = 0; i < 8; ++i) to.vertices.push_back(low + side * Vec3(double(i & 1U), double(i >> 1 & 1U), double(i >> 2)));
-    for (Triangle t : {Triangle{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3}, {0, 4, 6},
-                       {0, 6, 2}, {1, 3, 7}, {1, 7, 5}}) {
+    for (unsigned i = 0; i < 8; ++i)
+      to.vertices.push_back(low + side * Vec3(double(i & 1U), double(i >> 1 & 1U), double(i >> 2)));
+    for (Triangle t : {Triangle{0, 2, 3},
+                       {0, 3, 1},
+                       {4, 5, 7},
+                       {4, 7, 6},
+                       {0, 1, 5},
+                       {0, 5, 4},
+                       {2, 6, 7},
+                       {2, 7, 3},
+                       {0, 4, 6},
+                       {0, 6, 2},
+                       {1, 3, 7},
+                       {1, 7, 5}}) {
       if (inwards) std::swap(t[1], t[2]);
       to.triangles.push_back({n + t[0], n + t[1], n + t[2]});
     }

@@ -40,8 +40,7 @@ TEST_CASE("Advice for a surface is a scene that loads, with the mesh, step and m
   AdviceRequest request = for_box("scene");
   request.material = "ecoflex-00-10";  // ten times as stiff as the tissue of the other tests: rounding of forces is, too
   std::int64_t now = 0;
-  const Advice advice = advise(
-      request, [&] { return now += 1000; });
+  const Advice advice = advise(request, [&] { return now += 1000; });
   const AdvisedMesh& mesh = advice.tried[advice.chosen];
   CHECK(advice.true_enough);
   CHECK(advice.error() <= request.error);
@@ -80,8 +79,7 @@ TEST_CASE("The cost that advice says is the stopwatch's: one ten times as fast m
   std::int64_t tick_ns = 1000;
   for (double& ms : frame_ms) {
     std::int64_t now = 0;
-    const Advice advice = advise(
-        request, [&] { return now += tick_ns; });
+    const Advice advice = advise(request, [&] { return now += tick_ns; });
     ms = advice.tried[advice.chosen].frame_ms();
     tick_ns *= 10;
   }
@@ -91,8 +89,7 @@ TEST_CASE("The cost that advice says is the stopwatch's: one ten times as fast m
 
 TEST_CASE("A machine that is too slow for every mesh is said to be, and gets the fastest") {
   std::int64_t now = 0;
-  const Advice advice = advise(
-      for_box("slow"), [&] { return now += 60'000'000'000; });
+  const Advice advice = advise(for_box("slow"), [&] { return now += 60'000'000'000; });
   CHECK_FALSE(advice.fast_enough);
   for (const AdvisedMesh& mesh : advice.tried)
     if (mesh.frame_ms() > 0) CHECK(mesh.frame_ms() >= advice.tried[advice.chosen].frame_ms());
@@ -101,8 +98,7 @@ TEST_CASE("A machine that is too slow for every mesh is said to be, and gets the
 TEST_CASE("Advice without a surface, a size or a material says what is wrong") {
   const auto refusal = [](AdviceRequest request) {
     try {
-      advise(
-          request, [] { return std::int64_t{}; });
+      advise(request, [] { return std::int64_t{}; });
     } catch (const InputError& error) {
       return std::string(error.what());
     }
