@@ -106,9 +106,9 @@ class Adviser {
       model_errors.push_back(continuum.model_error);
       for (std::size_t i = 0; i < errors.size(); ++i) errors[i].push_back(std::abs(continuum.value / values[i] - 1));
     }
-    advice_.model_error = median(model_errors);
+    advice_.model_error = model_errors.front();
     for (std::size_t i = 0; i < errors.size(); ++i) {
-      advice_.tried[i].mesh_error = median(errors[i]);
+      advice_.tried[i].mesh_error = errors[i].front();
       advice_.tried[i].worst_error = *std::ranges::max_element(errors[i]);
     }
   }

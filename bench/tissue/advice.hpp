@@ -58,7 +58,7 @@ struct AdvisedMesh {
   std::size_t nodes = 0, held = 0, cells = 0;
   double filled_share = 1;  ///< volume over that of the surface
   std::vector<double> compliances_m_n = {};
-  double mesh_error = 0, worst_error = 0;  ///< median and largest of the places
+  double mesh_error = 0, worst_error = 0;  ///< at the top, and the largest of all places
   // Of candidates whose cost was measured, where it takes longest:
   Scheme scheme = Scheme::hyper;
   double step_ms = 0, patch_ms = 0;  ///< a frame; infinite where a step finds no solution
