@@ -1,6 +1,10 @@
-// palpate-lab advise: mesh, element, step and scheme for a surface and a material on this machine, with the error and the cost to
-// expect, and a scene that runs.
+// palpate-lab advise: support, tip, mesh, step and scheme for a surface and a material on this machine, with the error and the
+// cost to expect, and a scene that runs.
 #include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <optional>
 
 #include "bench/lab/experiments.hpp"
 #include "bench/output/output.hpp"
@@ -12,35 +16,78 @@ namespace palpate {
 namespace {
 
 struct AdviseFlags {
-  std::string surface, material, out;
-  double scale = 1, rate_hz = 20, error = 0.05, radius_mm = 15, held = 0.15;
+  std::string surface, material, out, up = "z";
+  double scale = 1, rate_hz = 20, error = 0.05;
+  std::optional<double> radius_mm, held;
 };
 
+void print_body(const AdvisedBody& b) {
+  const Vec3 mm = 1e3 * b.size_m;
+  Eigen::Index longest, thinnest;
+  mm.maxCoeff(&longest);
+  mm.minCoeff(&thinnest);
+  fmt::print(
+      "size         {:.4g} x {:.4g} x {:.4g} mm (x, y, z)\n"
+      "volume       {:.4g} ml, {:.3g} kg\n"
+      "orientation  z is up; longest along {}, thinnest along {}{}\n"
+      "support      the lowest {:.3g} mm, {:.0f} % of the volume\n"
+      "tip          {:.3g} mm radius\n",
+      mm.x(), mm.y(), mm.z(), 1e6 * b.volume_m3, b.mass_kg, "xyz"[longest], "xyz"[thinnest],
+      thinnest == 2 ? "" : fmt::format(" (--up {} lays it on its broad side)", "xyz"[thinnest]), 1e3 * b.held_below_m,
+      100 * b.held_volume_share, 1e3 * b.radius_m);
+  std::fflush(stdout);
+}
+
 void print_tried(const Advice& advice) {
-  fmt::print("\n  {:>9}  {:<12}{:>7}{:>8}{:>12}{:>14}\n", "spacing", "element", "nodes", "cells", "error %", "ms a frame");
+  fmt::print("\n  {:>9}{:>8}{:>7}{:>8}{:>10}{:>10}{:>10}{:>14}\n", "spacing", "nodes", "held", "cells", "volume %", "error %",
+             "at worst", "ms a frame");
   for (std::size_t i = 0; i < advice.tried.size(); ++i) {
     const AdvisedMesh& m = advice.tried[i];
-    fmt::print("{} {:>6.2f} mm  {:<12}{:>7}{:>8}{:>+12.1f}{:>14}\n", i == advice.chosen ? '*' : ' ', 1e3 * m.spacing_m,
-               m.element_name(), m.nodes, m.cells, 100 * m.mesh_error,
+    fmt::print("{} {:>6.2f} mm{:>8}{:>7}{:>8}{:>10.1f}{:>10.1f}{:>10.1f}{:>14}\n", i == advice.chosen ? '*' : ' ',
+               1e3 * m.spacing_m, m.nodes, m.held, m.cells, 100 * m.filled_share, 100 * m.mesh_error, 100 * m.worst_error,
                m.frame_ms() > 0 ? fmt::format("{:.1f}", m.frame_ms()) : "");
   }
+}
+
+std::string in_mm(const Vec3& place) {
+  return fmt::format("({:.0f}, {:.0f}, {:.0f}) mm", 1e3 * place.x(), 1e3 * place.y(), 1e3 * place.z());
+}
+
+/// What the scene doesn't keep, a line each.
+void print_misfits(const AdviseFlags& flags, const Advice& advice) {
+  const AdvisedMesh& m = advice.tried[advice.chosen];
+  if (!std::isfinite(m.frame_ms()))
+    fmt::print("Does not fit: the steps find no solution with a hand at {}.\n", in_mm(m.worst_place));
+  else if (!advice.fast_enough)
+    fmt::print("Does not fit: {:.1f} ms a frame with a hand at {}, of {:.0f}; this machine keeps {:.2g} frames a second of it.\n",
+               m.frame_ms(), in_mm(m.worst_place), 1e3 / flags.rate_hz, std::floor(1e3 * kShareOfFrame / m.frame_ms()));
+  if (m.spacing_m > advice.body.radius_m)
+    fmt::print(
+        "Does not fit: a tip of {:.3g} mm is narrower than the spacing of the nodes and pokes single ones; {:.3g} mm would do.\n",
+        1e3 * advice.body.radius_m, 2e3 * m.spacing_m);
+  else if (!advice.true_enough)
+    fmt::print("Does not fit: the force is {:.0f} % from the continuum's, {:.3g} % was asked for{}.\n", 100 * advice.error(),
+               100 * flags.error, advice.fast_enough ? "; this is the truest of the meshes that are fast enough" : "");
+  if (!advice.step_known)
+    fmt::print("Not known: what the step costs in truth; no step follows a node that is pulled down by 10 mm.\n");
+  if (std::abs(m.filled_share - 1) > 0.03)
+    fmt::print("The body has {:.0f} % of the volume that the surface encloses.\n", 100 * m.filled_share);
 }
 
 void print_advice(const AdviseFlags& flags, const Advice& advice, const std::filesystem::path& scene) {
   const AdvisedMesh& m = advice.tried[advice.chosen];
   print_tried(advice);
   fmt::print(
-      "\nA lattice of {:.2f} mm of {} ({} nodes), steps of {:g} ms, patches '{}'.\n"
-      "Force of a light touch: {:.1f} % from the continuum, of which the step {:.1f} %; the model of the error is off by up to "
-      "{:.1f} %.\n"
-      "A frame takes {:.1f} ms of this machine (step {:.1f}, patches and datagrams {:.1f}) of {:.0f}.\n",
-      1e3 * m.spacing_m, m.element == SolidElement::hexahedron ? "hexahedra" : "tetrahedra", m.nodes, 1e3 * advice.step_s,
-      name_of(m.scheme), 100 * advice.error(), 100 * advice.step_error, 100 * advice.model_error, m.frame_ms(), m.step_ms,
-      m.patch_ms, 1e3 / flags.rate_hz);
-  if (!advice.true_enough)
-    fmt::print("No mesh was within {:g} %{}.\n", 100 * flags.error,
-               advice.fast_enough ? " and fast enough: this is the truest of those that are" : "");
-  if (!advice.fast_enough) fmt::print("No mesh was fast enough for {:g} frames a second: this is the fastest.\n", flags.rate_hz);
+      "\nA lattice of {:.2f} mm of hexahedra ({} nodes), steps of {:g} ms, patches '{}'.\n"
+      "Force of a light touch: {:.1f} % from the continuum, of which the step {:.1f} %; at the worst place {:.0f} %. The model "
+      "of the "
+      "error is off by up to {:.1f} %.\n"
+      "A frame takes {:.1f} ms of this machine (step {:.1f}, patch {:.1f}) of {:.0f}, with a hand where it takes longest, at "
+      "{}.\n",
+      1e3 * m.spacing_m, m.nodes, 1e3 * advice.step_s, name_of(m.scheme), 100 * advice.error(), 100 * advice.step_error,
+      100 * (m.worst_error + advice.step_error), 100 * advice.model_error, m.frame_ms(), m.step_ms, m.patch_ms,
+      1e3 / flags.rate_hz, in_mm(m.worst_place));
+  print_misfits(flags, advice);
   fmt::print("\n  palpate-server --scene {} --rate-hz {:g}\n", scene.string(), flags.rate_hz);
 }
 
@@ -60,16 +107,20 @@ int run_advise(const AdviseFlags& flags) {
   AdviceRequest request;
   request.surface = flags.surface;
   request.scale = flags.scale;
+  request.up = flags.up;
   request.material = flags.material;
   request.rate_hz = flags.rate_hz;
   request.error = flags.error;
-  request.radius_m = 1e-3 * flags.radius_mm;
+  if (flags.radius_mm) request.radius_m = 1e-3 * *flags.radius_mm;
   request.held_share = flags.held;
-  const Advice advice = advise(request, processor_ns, [](const std::string& what) { fmt::print(stderr, "{}\n", what); });
+  AdviceHearer hearer;
+  hearer.says = [](const std::string& what) { fmt::print(stderr, "{}\n", what); };
+  hearer.body = print_body;
+  const Advice advice = advise(request, processor_ns, hearer);
   const std::filesystem::path scene = flags.out;
   const AdvisedMesh& m = advice.tried[advice.chosen];
   const std::string file = bring_surface(request.surface, scene);
-  write_text(scene, advised_scene(request, file, m.element, m.spacing_m, advice.step_s));
+  write_text(scene, advised_scene(request, advice.body, file, m.spacing_m, advice.step_s));
   print_advice(flags, advice, scene);
   return 0;
 }
@@ -79,7 +130,7 @@ int run_advise(const AdviseFlags& flags) {
 void add_advise(CLI::App& app, Run& run) {
   auto flags = std::make_shared<AdviseFlags>();
   CLI::App* c = app.add_subcommand(
-      "advise", "mesh, element, step and scheme for a surface and a material, and what to expect of them here");
+      "advise", "support, tip, mesh, step and scheme for a surface and a material, and what to expect of them here");
   c->add_option("--surface", flags->surface, "a closed surface, STL or OBJ")->type_name("FILE")->required();
   c->add_option("--scale", flags->scale, "from the surface's units to metres: 0.001 of millimetres")
       ->check(number_from(1e-6, 1e3));
@@ -88,8 +139,11 @@ void add_advise(CLI::App& app, Run& run) {
       ->required();
   c->add_option("--rate-hz", flags->rate_hz, "frames a second")->check(number_from(1.0, 200.0));
   c->add_option("--error", flags->error, "of the force against the continuum, a share")->check(number_from(1e-3, 1.0));
-  c->add_option("--radius-mm", flags->radius_mm, "contact radius of the tip")->check(number_from(1.0, 200.0));
-  c->add_option("--held", flags->held, "share of the height, from below, that is fixed")->check(number_from(0.0, 0.9));
+  c->add_option("--up", flags->up, "axis of the surface that is up in the scene: x, -x, y, -y, z or -z")->type_name("AXIS");
+  c->add_option("--radius-mm", flags->radius_mm, "contact radius of the tip; else one is proposed")
+      ->check(number_from(1.0, 200.0));
+  c->add_option("--held", flags->held, "share of the height, from below, that is fixed; else one is proposed")
+      ->check(number_from(0.0, 0.9));
   c->add_option("--out", flags->out, "scene file to write; the surface is copied beside it")->type_name("FILE")->required();
   c->callback([flags, &run] { run = [flags] { return run_advise(*flags); }; });
 }

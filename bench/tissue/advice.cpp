@@ -5,39 +5,38 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <limits>
+#include <numeric>
 
 #include "bench/measure/pushed_cube.hpp"
-#include "bench/measure/server_load.hpp"
-#include "bench/measure/tools_apart.hpp"
-#include "bench/tissue/boundary_problem.hpp"
+#include "bench/tissue/advised_body.hpp"
 #include "common/base/error.hpp"
-#include "common/base/sort_stably.hpp"
-#include "server/body/skin.hpp"
-#include "server/scene/materials.hpp"
-#include "server/scene/mesh_file.hpp"
+#include "server/body/finger_stiffness.hpp"
+#include "server/body/touch_places.hpp"
+#include "server/io/frame_cost.hpp"
+#include "server/room/room.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr double kCellsOverThinnest[] = {4, 5.5, 7, 9, 11, 14};  // coarse to fine
-constexpr std::size_t kFewestMeshes = 3, kMostNodes = 2500;
+constexpr double kNodes[] = {250, 400, 650, 1000, 1500};  // coarse to fine
+constexpr std::size_t kFewestMeshes = 3;
 constexpr double kStepsS[] = {0.050, 0.025, 0.010, 0.005};
 constexpr double kStepShare = 0.25;  // of the error asked for
+constexpr double kNever = std::numeric_limits<double>::infinity();
 
-Eigen::AlignedBox3d box_of(const AdviceRequest& request) {
-  const MeshSettings mesh{request.surface.string(), request.surface, request.scale, Vec3::Zero(), Vec3::Zero()};
-  Eigen::AlignedBox3d box;
-  for (const Vec3& x : read_closed_mesh(mesh, "--surface " + request.surface.string()).vertices) box.extend(x);
-  return box;
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 class Adviser {
  public:
-  Adviser(const AdviceRequest& request, const Stopwatch& stopwatch, const std::function<void(const std::string&)>& says)
-      : request_(request), stopwatch_(stopwatch), says_(says), box_(box_of(request)) {
-    if (!find_material(request.material))
-      throw InputError("--material", "'" + request.material + "' is not known", "one of palpate-server --list-materials");
+  Adviser(const AdviceRequest& request, const Stopwatch& stopwatch, const AdviceHearer& hearer)
+      : request_(request), stopwatch_(stopwatch), says_(hearer.says) {
+    advice_.body = advised_body(request);
+    hearer.body(advice_.body);
   }
 
   Advice run() {
@@ -49,138 +48,150 @@ class Adviser {
   }
 
  private:
-  Scene scene_of(SolidElement element, double spacing_m, double step_s) const {
+  Scene scene_of(double spacing_m, double step_s) const {
     const auto folder = std::filesystem::absolute(request_.surface).parent_path();
-    return read_scene(advised_scene(request_, request_.surface.filename().string(), element, spacing_m, step_s),
+    return read_scene(advised_scene(request_, advice_.body, request_.surface.filename().string(), spacing_m, step_s),
                       (folder / "advised.json").string(), {folder});
   }
 
-  double compliance(const Scene& scene) const {
-    constexpr double kStrain = 1e-4;
-    const double load_n = kStrain * scene.body.materials.front().young_pa * request_.radius_m * request_.radius_m;
-    const Skin skin(scene.body, request_.radius_m);
-    const std::vector<Vec3>& nodes = scene.body.nodes;
-    std::uint32_t top = scene.body.triangles.front()[0];
-    for (const Triangle& t : scene.body.triangles)
-      for (const std::uint32_t i : t)
-        if (nodes[i].z() > nodes[top].z()) top = i;
-    BoundaryProblem problem(scene.body);
-    for (const auto& [node, weight] : skin.vertex_weights(top)) problem.push(node, Vec3(0, 0, -load_n * weight));
-    problem.solve();
-    double down_m = 0;
-    for (const auto& [node, weight] : skin.vertex_weights(top)) down_m -= weight * problem.displacement(node).z();
-    return down_m / load_n;
+  void add_meshes() {
+    std::string refused;
+    for (const double nodes : kNodes) {
+      const double spacing_m = spacing_for(advice_.body, nodes);
+      if (!advice_.tried.empty() && spacing_m > 0.95 * advice_.tried.back().spacing_m)
+        continue;  // both as coarse as the shape allows
+      try {
+        add_mesh(spacing_m);
+      } catch (const InputError& error) {
+        refused = error.what();
+        says_(fmt::format("{:.3g} mm: {}", 1e3 * spacing_m, refused));
+      }
+    }
+    if (advice_.tried.empty())
+      throw InputError("--surface " + request_.surface.string(), "makes no body: " + refused, "another surface or --held");
   }
 
-  /// Lattices of the same spacings of both elements, until they are too large.
-  void add_meshes() {
-    for (const double cells : kCellsOverThinnest)
-      for (const SolidElement element : {SolidElement::hexahedron, SolidElement::tetrahedron}) {
-        AdvisedMesh mesh;
-        mesh.element = element;
-        mesh.spacing_m = std::min(box_.sizes().minCoeff() / cells, request_.radius_m);
-        const Scene scene = scene_of(element, mesh.spacing_m, advice_.step_s);
-        mesh.nodes = scene.body.nodes.size();
-        mesh.cells = element == SolidElement::hexahedron ? scene.body.hexahedra.size() : scene.body.tetrahedra.size();
-        const bool again = !advice_.tried.empty() && advice_.tried.size() >= 2 &&
-                           advice_.tried[advice_.tried.size() - 2].spacing_m == mesh.spacing_m;
-        if (again || (mesh.nodes > kMostNodes && advice_.tried.size() >= 2 * kFewestMeshes)) return;
-        mesh.compliance_m_n = compliance(scene);
-        says_(fmt::format("{:.3g} mm, {}: {} nodes, {:.3g} mm/N", 1e3 * mesh.spacing_m, mesh.element_name(), mesh.nodes,
-                          1e3 * mesh.compliance_m_n));
-        advice_.tried.push_back(mesh);
-      }
+  void add_mesh(double spacing_m) {
+    const Scene scene = scene_of(spacing_m, advice_.step_s);
+    if (places_.empty()) places_ = touch_places(scene.body, home_of(scene), kPlaces);
+    AdvisedMesh mesh;
+    mesh.spacing_m = spacing_m;
+    mesh.nodes = scene.body.nodes.size();
+    mesh.held = static_cast<std::size_t>(std::ranges::count_if(scene.body.fixed, [](auto f) { return f != 0; }));
+    mesh.cells = scene.body.hexahedra.size();
+    mesh.filled_share = 1 - scene.body.left_out_share;
+    for (const FingerStiffness& place : finger_stiffnesses(scene, places_))
+      mesh.compliances_m_n.push_back(1 / place.stiffness_n_m);
+    if (mesh.compliances_m_n.empty())
+      throw InputError("the body",
+                       fmt::format("has no equilibrium: {} of {} nodes are held, too few for all of it", mesh.held, mesh.nodes),
+                       "a larger --held");
+    says_(fmt::format("{:.3g} mm: {} nodes, {} held, {:.3g} mm/N", 1e3 * spacing_m, mesh.nodes, mesh.held,
+                      1e3 * median(mesh.compliances_m_n)));
+    advice_.tried.push_back(mesh);
   }
 
   void take_mesh_errors() {
-    std::vector<double> sizes, values;
-    for (const AdvisedMesh& mesh : advice_.tried)
-      if (mesh.element == SolidElement::hexahedron) {
+    std::vector<std::vector<double>> errors(advice_.tried.size());
+    std::vector<double> model_errors;
+    for (std::size_t place = 0; place < advice_.tried.front().compliances_m_n.size(); ++place) {
+      std::vector<double> sizes, values;
+      for (const AdvisedMesh& mesh : advice_.tried) {
         sizes.push_back(mesh.spacing_m);
-        values.push_back(mesh.compliance_m_n);
+        values.push_back(mesh.compliances_m_n[place]);
       }
-    if (sizes.size() < kFewestMeshes)
-      throw InputError("--radius-mm", "is too small for this surface: its lattices are all as fine as the tip, or too large",
-                       "a wider tip");
-    const Continued continuum = continue_to_no_size(sizes, values, kContactOrder);
-    advice_.model_error = continuum.model_error;
-    for (AdvisedMesh& mesh : advice_.tried) mesh.mesh_error = continuum.value / mesh.compliance_m_n - 1;
+      // From fewer meshes nothing can be continued: the finest stands for the continuum, and nobody knows how well.
+      Continued continuum{values.back(), 1};
+      if (sizes.size() >= kFewestMeshes) continuum = continue_to_no_size(sizes, values, kContactOrder);
+      model_errors.push_back(continuum.model_error);
+      for (std::size_t i = 0; i < errors.size(); ++i) errors[i].push_back(std::abs(continuum.value / values[i] - 1));
+    }
+    advice_.model_error = model_errors.front();
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      advice_.tried[i].mesh_error = errors[i].front();
+      advice_.tried[i].worst_error = *std::ranges::max_element(errors[i]);
+    }
   }
 
   /// The longest that is true enough, on the coarsest mesh.
   void choose_step() {
-    const AdvisedMesh& coarse = advice_.tried.front();
-    const auto pushed = [&](double step_s) {
-      return push_body(gripped_at_top(scene_of(coarse.element, coarse.spacing_m, step_s), IntegratorKind::automatic, step_s),
-                       stopwatch_);
+    const auto pushed = [&](double step_s) -> std::vector<Vec3> {
+      try {
+        return push_body(gripped_at_top(scene_of(advice_.tried.front().spacing_m, step_s), IntegratorKind::automatic, step_s),
+                         stopwatch_)
+            .force;
+      } catch (const std::runtime_error&) {  // it found no solution
+        return {};
+      }
     };
-    const std::vector<Vec3> reference = pushed(kStepsS[std::size(kStepsS) - 1] / 4).force;
+    const std::vector<Vec3> reference = pushed(kStepsS[std::size(kStepsS) - 1] / 4);
+    if (reference.empty()) return;
     for (const double step_s : kStepsS) {
       if (step_s > 1 / request_.rate_hz) continue;
+      const std::vector<Vec3> force = pushed(step_s);
+      if (force.empty()) continue;
+      advice_.step_known = true;
       advice_.step_s = step_s;
-      advice_.step_error = relative_rms(pushed(step_s).force, reference);
+      advice_.step_error = relative_rms(force, reference);
       says_(fmt::format("steps of {:g} ms: {:.2g} %", 1e3 * step_s, 100 * advice_.step_error));
       if (advice_.step_error <= kStepShare * request_.error) return;
     }
   }
 
-  bool is_true(const AdvisedMesh& mesh) const { return std::abs(mesh.mesh_error) + advice_.step_error <= request_.error; }
-  bool is_fast(const AdvisedMesh& mesh) const { return mesh.frame_ms() <= 1e3 * kShareOfFrame / request_.rate_hz; }
+  bool is_true(const AdvisedMesh& mesh) const { return tip_fits(mesh) && mesh.mesh_error + advice_.step_error <= request_.error; }
+  /// A narrower tip pokes single nodes.
+  bool tip_fits(const AdvisedMesh& mesh) const { return mesh.spacing_m <= advice_.body.radius_m; }
+  double most_ms() const { return 1e3 * kShareOfFrame / request_.rate_hz; }
+  bool is_fast(const AdvisedMesh& mesh) const { return mesh.frame_ms() <= most_ms(); }
 
-  void measure(AdvisedMesh& mesh) const {
-    constexpr double kDurationS = 2.5;
-    const Scene scene = scene_of(mesh.element, mesh.spacing_m, advice_.step_s);
-    for (const Scheme scheme : {Scheme::hyper, Scheme::port}) {
-      ReplayOptions options;
-      options.scheme = mesh.scheme = scheme;
-      options.rate_hz = request_.rate_hz;
-      const ServerLoad load = server_load(scene, tools_apart(scene, 1, 0, kDurationS), options, stopwatch_);
-      mesh.step_ms = load.step_ms;
-      mesh.patch_ms = load.beside_step_ms();
-      if (is_fast(mesh)) break;
+  /// With a hand at each of these places; the slowest counts, beside what was measured before.
+  void measure(AdvisedMesh& mesh, const std::vector<Vec3>& places) const {
+    const Scene scene = scene_of(mesh.spacing_m, advice_.step_s);
+    for (const FingerStiffness& place : finger_stiffnesses(scene, places)) {
+      const std::optional<FrameCost> cost = frame_cost(scene, place, request_.rate_hz, stopwatch_);
+      const Scheme scheme = cost && cost->ms(Scheme::hyper, 1) <= most_ms() ? Scheme::hyper : Scheme::port;
+      const double frame_ms = cost ? cost->ms(scheme, 1) : kNever;
+      if (frame_ms <= mesh.frame_ms()) continue;
+      mesh.scheme = scheme;
+      mesh.step_ms = cost ? cost->step_ms : kNever;
+      mesh.patch_ms = cost ? frame_ms - cost->step_ms : 0;
+      mesh.worst_place = place.place;
     }
-    says_(fmt::format("{:.3g} mm, {}, {}: {:.1f} ms a frame", 1e3 * mesh.spacing_m, mesh.element_name(), name_of(mesh.scheme),
-                      mesh.frame_ms()));
+    says_(fmt::format("{:.3g} mm, {}: {:.1f} ms a frame", 1e3 * mesh.spacing_m, name_of(mesh.scheme), mesh.frame_ms()));
   }
 
-  /// From the fewest nodes on: the first that is true and fast; else, of those that are fast, the truest; else the fastest.
+  /// The coarsest at all places; finer ones, while they are fast and not yet true enough, where that took longest. The best of
+  /// those is measured at all places before it is taken.
   void choose_mesh() {
-    std::vector<std::size_t> order(advice_.tried.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    sort_stably(order.begin(), order.end(),
-                [&](std::size_t a, std::size_t b) { return advice_.tried[a].nodes < advice_.tried[b].nodes; });
-    std::optional<std::size_t> truest_fast, fastest;
-    for (const std::size_t i : order) {
-      AdvisedMesh& mesh = advice_.tried[i];
-      if (!fastest || is_true(mesh) || is_better(mesh, truest_fast)) measure(mesh);
-      if (mesh.frame_ms() == 0) continue;
-      if (!fastest || mesh.frame_ms() < advice_.tried[*fastest].frame_ms()) fastest = i;
-      if (!is_fast(mesh)) {
-        if (mesh.element == SolidElement::hexahedron) break;  // finer ones are slower
-        continue;
-      }
-      if (is_better(mesh, truest_fast)) truest_fast = i;
-      if (is_true(mesh)) break;
+    std::vector<AdvisedMesh>& tried = advice_.tried;
+    measure(tried.front(), places_);
+    std::size_t last = 0;
+    while (last + 1 < tried.size() && is_fast(tried[last]) && !is_true(tried[last]))
+      measure(tried[++last], {tried.front().worst_place});
+    const auto best_of_fast = [&] {
+      std::size_t best = 0;
+      for (std::size_t i = 1; i <= last; ++i)
+        if (is_fast(tried[i]) && (!is_fast(tried[best]) || tried[i].mesh_error < tried[best].mesh_error)) best = i;
+      return best;
+    };
+    for (std::size_t best = best_of_fast();; best = best_of_fast()) {
+      advice_.chosen = best;
+      if (best == 0 || !is_fast(tried[best])) break;
+      measure(tried[best], places_);
+      if (is_fast(tried[best])) break;
     }
-    advice_.chosen = truest_fast.value_or(fastest.value_or(0));
-    advice_.true_enough = is_true(advice_.tried[advice_.chosen]);
-    advice_.fast_enough = is_fast(advice_.tried[advice_.chosen]);
-  }
-
-  bool is_better(const AdvisedMesh& mesh, const std::optional<std::size_t>& than) const {
-    return !than || std::abs(mesh.mesh_error) < std::abs(advice_.tried[*than].mesh_error);
+    advice_.true_enough = is_true(tried[advice_.chosen]);
+    advice_.fast_enough = is_fast(tried[advice_.chosen]);
   }
 
   AdviceRequest request_;
   Stopwatch stopwatch_;
   std::function<void(const std::string&)> says_;
-  Eigen::AlignedBox3d box_;
+  std::vector<Vec3> places_;
   Advice advice_;
 };
 
 }  // namespace
-
-const char* AdvisedMesh::element_name() const { return kSolidElementNames[static_cast<std::size_t>(element)]; }
 
 Continued continue_to_no_size(const std::vector<double>& sizes, const std::vector<double>& values, double order) {
   const auto n = static_cast<Eigen::Index>(sizes.size());
@@ -194,16 +205,17 @@ Continued continue_to_no_size(const std::vector<double>& sizes, const std::vecto
   return {fit[0], (line * fit - y).cwiseAbs().maxCoeff() / std::abs(fit[0])};
 }
 
-std::string advised_scene(const AdviceRequest& request, const std::string& file, SolidElement element, double spacing_m,
+std::string advised_scene(const AdviceRequest& request, const AdvisedBody& body, const std::string& file, double spacing_m,
                           double step_s) {
-  const Eigen::AlignedBox3d box = box_of(request);
   return fmt::format(R"({{
   "name": "{}",
   "body": {{
     "lattice": {{
       "spacing_m": {:.6g},
-      "clip": {{ "mesh": {{ "file": "{}", "scale": {:g} }} }},
-      "solid": {{ "element": "{}", "material": "{}" }},
+      "clip": {{
+        "mesh": {{ "file": "{}", "scale": {:g}, "rotation_deg": [{:g}, {:g}, {:g}], "offset_m": [{:.6g}, {:.6g}, {:.6g}] }}
+      }},
+      "solid": {{ "material": "{}" }},
       "fixed_below_z_m": {:.6g}
     }}
   }},
@@ -211,13 +223,13 @@ std::string advised_scene(const AdviceRequest& request, const std::string& file,
   "tool": {{ "contact": "touch", "radius_m": {:g} }}
 }}
 )",
-                     request.surface.stem().string(), spacing_m, file, request.scale,
-                     kSolidElementNames[static_cast<std::size_t>(element)], request.material,
-                     box.min().z() + request.held_share * box.sizes().z(), 1e3 * step_s, request.radius_m);
+                     request.surface.stem().string(), spacing_m, file, request.scale, body.rotation_deg.x(),
+                     body.rotation_deg.y(), body.rotation_deg.z(), body.offset_m.x(), body.offset_m.y(), body.offset_m.z(),
+                     request.material, body.held_below_m, 1e3 * step_s, body.radius_m);
 }
 
-Advice advise(const AdviceRequest& request, const Stopwatch& stopwatch, const std::function<void(const std::string&)>& says) {
-  return Adviser(request, stopwatch, says).run();
+Advice advise(const AdviceRequest& request, const Stopwatch& stopwatch, const AdviceHearer& hearer) {
+  return Adviser(request, stopwatch, hearer).run();
 }
 
 }  // namespace palpate

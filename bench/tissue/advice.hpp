@@ -1,24 +1,29 @@
-// Which mesh, element, step and scheme serve a surface and a material on this machine: each candidate's error and cost, and the
-// cheapest that keeps both bounds.
+// Which support, tip, mesh, step and scheme serve a surface and a material on this machine: each candidate's error and cost, and
+// the cheapest that keeps both bounds.
 //
-// Error of the force of a light touch against the continuum. A tip of radius r presses the highest point of the surface with a
-// small load f, spread as the server's contact spreads it (server/body/skin.hpp, weights B): compliance C = (B^T u) / f with
-// K u = B f. Over lattices of spacing h, all of hexahedra,
+// Candidates are lattices of hexahedra (linear tetrahedra lock near Poisson's ratio 1/2) with kNodes nodes, about. A solid
+// without dimensions of its own is known by its volume V and the area A of its surface: a lattice of spacing h has about V / h^3
+// + A / (2 h^2) nodes, and V / A is half the thickness of what is thin.
 //
-//     C(h) = C_0 + c h^p,   p = kContactOrder,   C_0, c by least squares,   error of any mesh = C_0 / C - 1
+// Error of the force of a light touch against the continuum, at kPlaces places of the free surface that are far from each other:
+// compliance C = n^T B^T K^-1 B n (server/body/finger_stiffness.hpp), over lattices of spacing h
+//
+//     C(h) = C_0 + c h^p,   p = kContactOrder,   C_0, c by least squares,   error of a mesh = C_0 / C - 1
 //
 // p is what balls on layers and bodies that bend converge with (docs/results/tissue.md: 1.6 to 2.1); `model_error`, the largest
-// distance of a C from the line over C_0, is how far the model is to be trusted. Deep presses, and edges that are glued, are not
-// in it.
+// distance of a C from the line over C_0, is how far the model is to be trusted. Of places that is the median, and the worst is
+// said beside it. Deep presses, and edges that are glued, are not in it.
 //
 // Error of the step: the highest node taken down by 10 mm in 0.5 s (bench/measure/pushed_cube.hpp), root mean square of the force
 // against steps of a quarter of the shortest.
 //
-// Cost: processor time of a frame of the real room and server with one hand that presses (bench/measure/server_load.hpp), which
-// must stay below kShareOfFrame of 1 / rate. What else the machine does while it is measured is not counted.
+// Cost: processor time of a frame with one hand that presses (server/io/frame_cost.hpp) where it takes longest; it must stay
+// below kShareOfFrame of 1 / rate. What else the machine does while it is measured is not counted.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,42 +32,62 @@
 namespace palpate {
 
 inline constexpr double kContactOrder = 1.7, kShareOfFrame = 0.7;
+inline constexpr std::size_t kPlaces = 5;
 
 struct AdviceRequest {
   std::filesystem::path surface;  ///< STL or OBJ
   double scale = 1;               ///< from its units to metres
+  std::string up = "z";           ///< axis of the surface that points up in the scene: x, -x, y, -y, z or -z
   std::string material;           ///< by name
   double rate_hz = 20, error = 0.05;
-  double radius_m = 0.015;   ///< of the tip
-  double held_share = 0.15;  ///< of the height, from below, that is fixed
+  std::optional<double> radius_m;    ///< of the tip; none: proposed
+  std::optional<double> held_share;  ///< of the height, from below, that is fixed; none: proposed
+};
+
+/// The surface in its place, on the plane z = 0 and over the origin, and what follows from it alone.
+struct AdvisedBody {
+  Vec3 rotation_deg = Vec3::Zero(), offset_m = Vec3::Zero();
+  Vec3 size_m = Vec3::Zero();
+  double volume_m3 = 0, area_m2 = 0, mass_kg = 0;
+  double held_below_m = 0, held_volume_share = 0;
+  double radius_m = 0;
 };
 
 struct AdvisedMesh {
-  SolidElement element = SolidElement::hexahedron;
   double spacing_m = 0;
-  std::size_t nodes = 0, cells = 0;
-  double compliance_m_n = 0, mesh_error = 0;
-  // Of candidates whose cost was measured:
+  std::size_t nodes = 0, held = 0, cells = 0;
+  double filled_share = 1;  ///< volume over that of the surface
+  std::vector<double> compliances_m_n = {};
+  double mesh_error = 0, worst_error = 0;  ///< at the top, and the largest of all places
+  // Of candidates whose cost was measured, where it takes longest:
   Scheme scheme = Scheme::hyper;
-  double step_ms = 0, patch_ms = 0;  ///< a frame; of everything but the step
+  double step_ms = 0, patch_ms = 0;  ///< a frame; infinite where a step finds no solution
+  Vec3 worst_place = Vec3::Zero();
   double frame_ms() const { return step_ms + patch_ms; }
-  const char* element_name() const;
 };
 
 struct Advice {
+  AdvisedBody body;
   std::vector<AdvisedMesh> tried;
   std::size_t chosen = 0;
   double step_s = 0.01, step_error = 0;
+  bool step_known = false;  ///< else no step could be compared
   double model_error = 0;
   bool true_enough = false, fast_enough = false;
-  double error() const { return std::abs(tried[chosen].mesh_error) + step_error; }
+  double error() const { return tried[chosen].mesh_error + step_error; }
 };
 
-/// Throws InputError for a surface or a material that is none, std::runtime_error where no equilibrium is found.
-Advice advise(const AdviceRequest& request, const Stopwatch& stopwatch, const std::function<void(const std::string&)>& says);
+/// What it hears while advise() is at work.
+struct AdviceHearer {
+  std::function<void(const std::string&)> says = [](const std::string&) {};
+  std::function<void(const AdvisedBody&)> body = [](const AdvisedBody&) {};
+};
+
+/// Throws InputError for a surface or a material that is none, and where no mesh can be made of the surface or held.
+Advice advise(const AdviceRequest& request, const Stopwatch& stopwatch, const AdviceHearer& hearer = {});
 
 /// A scene file beside which `file` is the surface.
-std::string advised_scene(const AdviceRequest& request, const std::string& file, SolidElement element, double spacing_m,
+std::string advised_scene(const AdviceRequest& request, const AdvisedBody& body, const std::string& file, double spacing_m,
                           double step_s);
 
 /// C_0 and the largest distance from the line over it, of values over sizes; at least three.

@@ -8,6 +8,7 @@
 
 #include "server/body/finger_stiffness.hpp"
 #include "server/body/locking.hpp"
+#include "server/body/touch_places.hpp"
 #include "server/io/frame_cost.hpp"
 #include "server/room/room.hpp"
 
@@ -64,14 +65,29 @@ std::string cost_line(const FrameCost& cost, Scheme scheme, const std::vector<in
   return line + fmt::format("   keeps up with {}", most);
 }
 
+/// That of the place, among some, which takes the longest; nothing where it is not known of one.
+std::optional<FrameCost> worst_cost(const Scene& scene, const FingerStiffness& home, double rate_hz) {
+  constexpr std::size_t kPlaces = 3;
+  std::vector<FingerStiffness> places;
+  if (scene.tool.contact == ContactKind::touch) places = finger_stiffnesses(scene, touch_places(scene.body, home.place, kPlaces));
+  if (places.empty()) places.push_back(home);
+  std::optional<FrameCost> worst;
+  for (const FingerStiffness& place : places) {
+    const std::optional<FrameCost> cost = frame_cost(scene, place, rate_hz);
+    if (!cost) return std::nullopt;
+    if (!worst || cost->ms(Scheme::hyper, 1) > worst->ms(Scheme::hyper, 1)) worst = cost;
+  }
+  return worst;
+}
+
 void add_costs(const Scene& scene, const FingerStiffness& finger, double rate_hz, std::vector<std::string>& lines) {
-  const std::optional<FrameCost> cost = frame_cost(scene, finger, rate_hz);
+  const std::optional<FrameCost> cost = worst_cost(scene, finger, rate_hz);
   if (!cost) {
     lines.push_back("a frame    not measured (palpate-lab load does it)");
     return;
   }
   const std::vector<int> stations = scene.tool.contact == ContactKind::attach ? std::vector{1} : std::vector{1, 2, 4};
-  lines.push_back(fmt::format("a frame    lasts {:.0f} ms and takes, about, with", 1e3 / rate_hz));
+  lines.push_back(fmt::format("a frame    lasts {:.0f} ms and takes, about, where it takes longest, with", 1e3 / rate_hz));
   std::string columns(10, ' ');
   for (const int n : stations) columns += fmt::format(" {:>11}", fmt::format("{} station{}", n, n == 1 ? "" : "s"));
   lines.push_back(columns);
@@ -90,11 +106,13 @@ std::vector<std::string> describe(const Scene& scene, double rate_hz) {
         "warning: {}; {}",
         held == 0 ? "no node is held, a tool pushes the body away" : "hardly a node is held, the body flops under a tool",
         advice(body)));
-  constexpr double kLeftOutSaid = 0.05;  // more than corners that no cell fits into
-  if (body.left_out_share > kLeftOutSaid)
-    lines.push_back(
-        fmt::format("warning: {:.0f} % of the cells inside the surface do not hang together with the rest and are left out",
-                    100 * body.left_out_share));
+  constexpr double kLeftOutSaid = 0.03;
+  if (std::abs(body.left_out_share) > kLeftOutSaid)
+    lines.push_back(fmt::format(
+        "warning: the body has {:.3g} kg, what its surface encloses {:.3g} kg: {}", mass_kg, mass_kg / (1 - body.left_out_share),
+        body.left_out_share > 0
+            ? "cells that do not hang together with the rest are left out, or the spacing is too coarse for it"
+            : "the spacing is too coarse for it"));
   if (const auto locking = locking_line(body)) lines.push_back(*locking);
   constexpr std::size_t kSolvedMost = 20'000;  // nodes of a body whose stiffness is solved for within a second or so
   const bool small = body.nodes.size() <= kSolvedMost;

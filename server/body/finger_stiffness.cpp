@@ -29,25 +29,36 @@ Port port_of(const Scene& scene, const Skin& skin, const Vector& x, const Vec3& 
 }  // namespace
 
 std::optional<FingerStiffness> finger_stiffness(const Scene& scene, const Vec3& tool) {
+  const std::vector<FingerStiffness> found = finger_stiffnesses(scene, {&tool, 1});
+  return found.empty() ? std::nullopt : std::optional(found.front());
+}
+
+std::vector<FingerStiffness> finger_stiffnesses(const Scene& scene, std::span<const Vec3> tools) {
   const LumpedBody& body = scene.body;
-  if (std::none_of(body.fixed.begin(), body.fixed.end(), [](std::uint8_t held) { return held != 0; })) return std::nullopt;
+  if (std::none_of(body.fixed.begin(), body.fixed.end(), [](std::uint8_t held) { return held != 0; })) return {};
   const Dynamics dynamics(body);
   const Skin skin(body, scene.tool.radius_m);
-  if (scene.tool.contact == ContactKind::touch && skin.empty()) return std::nullopt;
+  if (scene.tool.contact == ContactKind::touch && skin.empty()) return {};
   const BodyState still = settled_state(dynamics, scene.name);
-  const Port port = port_of(scene, skin, still.x, tool);
 
   BlockMatrix stiffness = dynamics.make_matrix();
   dynamics.assemble(still, 0, 0, 1, body.fixed, true, stiffness);
   LinearSolver solver(dynamics.nodes());
-  if (!solver.factorise(stiffness)) return std::nullopt;
-  Vector push = Vector::Zero(still.x.size()), moved = push;
-  scatter(port.weights, port.outward, push);
-  mask(body.fixed, push);
-  if (!solver.solve(push, kTolerance, moved).positive_definite) return std::nullopt;
-  const double gives_way_m_n = gather(port.weights, moved).dot(port.outward);
-  if (!(gives_way_m_n > 0)) return std::nullopt;
-  return FingerStiffness{port.place, port.outward, 1 / gives_way_m_n};
+  if (!solver.factorise(stiffness)) return {};
+  std::vector<FingerStiffness> found;
+  Vector push(still.x.size()), moved(still.x.size());
+  for (const Vec3& tool : tools) {
+    const Port port = port_of(scene, skin, still.x, tool);
+    push.setZero();
+    moved.setZero();
+    scatter(port.weights, port.outward, push);
+    mask(body.fixed, push);
+    if (!solver.solve(push, kTolerance, moved).positive_definite) return {};
+    const double gives_way_m_n = gather(port.weights, moved).dot(port.outward);
+    if (!(gives_way_m_n > 0)) return {};
+    found.push_back({port.place, port.outward, 1 / gives_way_m_n});
+  }
+  return found;
 }
 
 }  // namespace palpate

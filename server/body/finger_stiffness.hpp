@@ -8,6 +8,8 @@
 #pragma once
 
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "server/scene/scene.hpp"
 
@@ -22,5 +24,7 @@ struct FingerStiffness {
 /// Where a tool at `tool` is nearest to the surface; of a scene with `attach` at its node. Nothing where no node is held fast, or
 /// where the body has no stiffness to speak of.
 std::optional<FingerStiffness> finger_stiffness(const Scene& scene, const Vec3& tool);
+/// The same of several places, one each or none at all.
+std::vector<FingerStiffness> finger_stiffnesses(const Scene& scene, std::span<const Vec3> tools);
 
 }  // namespace palpate

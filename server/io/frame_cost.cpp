@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "common/io/monotonic.hpp"
@@ -19,10 +20,10 @@ constexpr std::size_t kFramesMost = 12;
 constexpr double kDeepM = 0.006, kSwingHz = 1.5, kDownS = 0.2;
 
 /// Of this thread: what else runs on the machine does not count.
-double processor_ms() {
+std::int64_t processor_ns() {
   timespec used{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-  return 1e3 * static_cast<double>(used.tv_sec) + 1e-6 * static_cast<double>(used.tv_nsec);
+  return std::int64_t{1'000'000'000} * used.tv_sec + used.tv_nsec;
 }
 
 /// Along the outward normal, in units of how deep it goes.
@@ -44,8 +45,12 @@ double depth_for(const LumpedBody& body) {
 
 class Trial {
  public:
-  Trial(const Scene& scene, const FingerStiffness& place, double rate_hz)
-      : room_(scene), place_(place), depth_m_(depth_for(scene.body)), frame_(from_seconds(1 / rate_hz)) {
+  Trial(const Scene& scene, const FingerStiffness& place, double rate_hz, const std::function<std::int64_t()>& stopwatch)
+      : room_(scene),
+        stopwatch_(stopwatch ? stopwatch : processor_ns),
+        place_(place),
+        depth_m_(depth_for(scene.body)),
+        frame_(from_seconds(1 / rate_hz)) {
     room_.start(job_.target);
     job_.frame = frame_;
   }
@@ -53,19 +58,25 @@ class Trial {
   /// From above into the body.
   void go_in() { room_.simulate(next(from_seconds(kDownS), Scheme::port)); }
 
-  /// Times of the step and of the patch, if there was one [ms].
-  std::pair<double, std::optional<double>> frame(Scheme scheme) {
+  struct Times {
+    double step_ms;
+    std::optional<double> patch_ms;  ///< if there was one
+  };
+  /// Nothing where the step found no solution.
+  std::optional<Times> frame(Scheme scheme) {
     const FrameJob& job = next(frame_, scheme);
-    const double begin = processor_ms();
+    const double begin = now_ms();
     FrameResult result = room_.simulate(job);
-    const double stepped = processor_ms();
+    if (result.failed) return std::nullopt;
+    const double stepped = now_ms();
     room_.build_patches(job, result);
-    const double built = processor_ms();
+    const double built = now_ms();
     const bool patch = result.stations.front().patch.has_value();
-    return {stepped - begin, patch ? std::optional(built - stepped) : std::nullopt};
+    return Times{stepped - begin, patch ? std::optional(built - stepped) : std::nullopt};
   }
 
  private:
+  double now_ms() const { return 1e-6 * static_cast<double>(stopwatch_()); }
   const FrameJob& next(Micros length, Scheme scheme) {
     StationJob hand;
     hand.id = 1;
@@ -80,33 +91,34 @@ class Trial {
   }
 
   Room room_;
+  std::function<std::int64_t()> stopwatch_;
   FingerStiffness place_;
   double depth_m_;
   Micros frame_;
   FrameJob job_;
 };
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 }  // namespace
 
-std::optional<FrameCost> frame_cost(const Scene& scene, const FingerStiffness& place, double rate_hz) {
+std::optional<FrameCost> frame_cost(const Scene& scene, const FingerStiffness& place, double rate_hz,
+                                    const std::function<std::int64_t()>& stopwatch) {
   if (scene.body.nodes.size() > kNodesMost) return std::nullopt;
-  Trial trial(scene, place, rate_hz);
+  Trial trial(scene, place, rate_hz, stopwatch);
   trial.go_in();
   std::vector<double> steps, port, hyper;
   for (const Micros begin = monotonic_now(); hyper.size() < kFramesMost && monotonic_now() - begin < kLongest;)
     for (const Scheme scheme : {Scheme::port, Scheme::hyper}) {
-      const auto [step_ms, patch_ms] = trial.frame(scheme);
-      steps.push_back(step_ms);
-      if (patch_ms) (scheme == Scheme::hyper ? hyper : port).push_back(*patch_ms);
+      const auto times = trial.frame(scheme);
+      if (!times) return std::nullopt;
+      steps.push_back(times->step_ms);
+      if (times->patch_ms) (scheme == Scheme::hyper ? hyper : port).push_back(*times->patch_ms);
     }
   if (hyper.empty() || port.empty()) return std::nullopt;
-  return FrameCost{median(steps), median(port), median(hyper)};
+  return FrameCost{mean(steps), mean(port), mean(hyper)};
 }
 
 }  // namespace palpate

@@ -237,7 +237,9 @@ double fill_clip(LatticeBody& lattice, const LatticeSettings& settings, const Sc
     lattice.body.triangles = split_shorter(clipped.faces, lattice.body.nodes);
     join(lattice, clipped.cells, settings);
   }
-  return signed_volume(lattice.body.triangles, lattice.body.nodes);
+  const double volume = signed_volume(lattice.body.triangles, lattice.body.nodes);
+  if (settings.spacing_m > 0 && solid->volume() > 0) lattice.body.left_out_share = 1 - volume / solid->volume();
+  return volume;
 }
 
 /// What does not depend on the shape: `volume` in m^3 makes the masses.

@@ -1,6 +1,9 @@
 #include "server/scene/mesh_body.hpp"
 
+#include <algorithm>
+#include <cstdio>
 #include <map>
+#include <set>
 
 #include "server/scene/fixing.hpp"
 #include "server/scene/materials.hpp"
@@ -27,6 +30,27 @@ void set_materials(LumpedBody& body, const MeshBodySettings& settings, const Sce
   for (Tetrahedron& t : body.tetrahedra) t.material = of_region.at(t.material);
 }
 
+/// Parts that hang together by a node or an edge alone are hinges: where a part is not held by itself, it swings without any
+/// force.
+void check_hinges(const LumpedBody& body, const SceneText& text, const std::string& mesh) {
+  const std::vector<std::uint32_t> parts = parts_by_faces(body.tetrahedra);
+  std::map<std::uint32_t, std::set<std::uint32_t>> held_nodes;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    std::set<std::uint32_t>& held = held_nodes[parts[i]];
+    for (const std::uint32_t node : body.tetrahedra[i].nodes)
+      if (body.fixed[node] != 0) held.insert(node);
+  }
+  if (held_nodes.size() == 1) return;
+  constexpr std::size_t kHolds = 3;
+  const auto loose = std::ranges::count_if(held_nodes, [](const auto& part) { return part.second.size() < kHolds; });
+  const std::string words = "has " + std::to_string(held_nodes.size()) +
+                            " parts that hang together by nodes or edges alone (or whose faces do not match)";
+  if (loose > 0)
+    text.refuse("body.mesh.file", "mesh " + mesh + " " + words + ", of which " + std::to_string(loose) + " are not held",
+                "cells that share faces, or every part held at three nodes");
+  std::fprintf(stderr, "mesh %s: %s; each is held\n", mesh.c_str(), words.c_str());
+}
+
 }  // namespace
 
 LumpedBody build_mesh_body(const MeshBodySettings& settings, const SceneText& text) {
@@ -42,6 +66,7 @@ LumpedBody build_mesh_body(const MeshBodySettings& settings, const SceneText& te
   body.gravity_m_s2 = settings.gravity_m_s2;
   fix_nodes(body, settings.fixed, Vec3::Constant(mean_edge_m(body)));
   refuse_all_fixed(body, text, "body.mesh");
+  check_hinges(body, text, settings.mesh.file);
   return body;
 }
 

@@ -11,6 +11,7 @@
 #include "common/json/json.hpp"
 #include "server/scene/solid.hpp"
 #include "server/scene/surface.hpp"
+#include "server/scene/surface_repair.hpp"
 
 namespace palpate {
 
@@ -152,13 +153,14 @@ TriangleMesh closed_mesh(const TriangleMesh& given, const MeshSettings& settings
   const Vec3 extent = box_of(mesh).sizes();
   check_size(extent, settings.scale, where);
   check_place(mesh.vertices, where);
+  const SurfaceRepairs repairs = repair_surface(mesh);
   check_closed(mesh, where);
+  if (repairs.shells > kMostShells)
+    throw InputError(where, "falls into " + std::to_string(repairs.shells) + " shells", "at most " + std::to_string(kMostShells));
   const double volume = signed_volume(mesh.triangles, mesh.vertices);
-  if (std::abs(volume) < kMinFilling * std::pow(extent.maxCoeff(), 3)) throw InputError(where, "encloses no volume", "a solid");
-  if (volume < 0) {
-    std::fprintf(stderr, "%s: is inside out; turned\n", where.c_str());
-    for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
-  }
+  if (!(volume >= kMinFilling * std::pow(extent.maxCoeff(), 3))) throw InputError(where, "encloses no volume", "a solid");
+  if (const std::string mended = repairs.in_words(); !mended.empty())
+    std::fprintf(stderr, "%s: %s\n", where.c_str(), mended.c_str());
   return mesh;
 }
 

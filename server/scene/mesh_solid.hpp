@@ -1,7 +1,8 @@
-// The solid inside a closed triangle mesh.
+// The solid inside a closed triangle mesh: all points around which it winds once or more (triangle_tree.hpp). Shells that overlap
+// or lie in each other are one solid, a shell whose triangles face into it is a cavity.
 //
-// The nearest point is found through a tree of boxes; the sign comes from the angle-weighted pseudonormal of the face, edge or
-// vertex on which that point lies (Baerentzen and Aanaes, 2005), which is right for every closed mesh, sharp edges included.
+// The surface of such a solid is what has the solid on one side only; triangles that lie within it are left out, those that
+// cross another shell in parts of a kPieces-th of the size.
 #pragma once
 
 #include <memory>

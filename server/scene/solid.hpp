@@ -18,6 +18,8 @@ class Solid {
   virtual Vec3 nearest(const Vec3& p) const = 0;
   /// A box that holds the solid.
   virtual Eigen::AlignedBox3d bounds() const = 0;
+  /// [m^3]; 0 where it is not known.
+  virtual double volume() const { return 0; }
 };
 
 /// Ellipsoids joined by a smooth union. With a = distance to one and b to the next, in the order given,

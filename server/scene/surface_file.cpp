@@ -45,7 +45,7 @@ class ObjReader {
   }
   void read_face() {
     std::vector<std::uint32_t> polygon;
-    for (std::string_view word; in_.next_on_line(word);) {
+    for (std::string_view word; in_.next_on_line(word) && !word.starts_with('#');) {
       if (polygon.size() == kMaxCorners) in_.fail("a face has too many corners", "at most " + std::to_string(kMaxCorners));
       polygon.push_back(vertex_named(word));
     }
@@ -125,6 +125,14 @@ TriangleMesh read_binary_stl(std::string_view bytes, std::size_t triangles, cons
   return mesh;
 }
 
+/// Text as people write it begins with "solid", after a byte order mark or blanks, in small letters or capitals.
+bool begins_as_text(std::string_view bytes) {
+  if (bytes.starts_with("\xEF\xBB\xBF")) bytes.remove_prefix(3);
+  bytes.remove_prefix(std::min(bytes.find_first_not_of(" \t\r\n\v\f"), bytes.size()));
+  return std::ranges::equal(bytes.substr(0, 5), std::string_view("solid"), {},
+                            [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+}
+
 }  // namespace
 
 TriangleMesh read_obj(std::string_view text, const std::string& where) { return ObjReader(text, where).read(); }
@@ -134,7 +142,8 @@ TriangleMesh read_stl(std::string_view bytes, const std::string& where) {
   if (bytes.size() >= kStlHead) std::memcpy(&triangles, bytes.data() + kStlHead - sizeof triangles, sizeof triangles);
   const std::size_t whole = kStlHead + kStlTriangle * std::size_t{triangles};
   // Binary files, too, may begin with "solid": their size tells.
-  if (bytes.starts_with("solid") && bytes.size() != whole) return read_text_stl(bytes, where);
+  if (begins_as_text(bytes) && bytes.size() != whole)
+    return read_text_stl(bytes.substr(bytes.starts_with("\xEF") ? 3 : 0), where);
   if (bytes.size() < kStlHead) throw InputError(where, "is no STL file", "a text that begins with \"solid\", or a binary file");
   if (bytes.size() < whole)
     throw InputError(

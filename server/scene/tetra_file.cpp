@@ -1,8 +1,10 @@
 #include "server/scene/tetra_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
+#include <span>
 
 #include "common/base/error.hpp"
 #include "common/base/in_quotes.hpp"
@@ -17,7 +19,19 @@ namespace {
 constexpr std::size_t kMaxVertices = 1'000'000, kMaxCells = 4'000'000, kMaxTag = std::size_t{1} << 40;
 constexpr std::size_t kMaxFileBytes = std::size_t{1} << 30;
 constexpr const char* kGmshExpected = "version 2.2 or 4.1 (gmsh -format msh41)";
-constexpr int kGmshTetrahedron = 4, kVtkTetrahedron = 10;
+
+// Kinds of cells by their number in a file; of those with nodes on edges and faces the corners, which come first, are taken.
+const std::map<int, CellKind> kGmshKinds = {{4, CellKind::tetrahedron}, {11, CellKind::tetrahedron}, {5, CellKind::hexahedron},
+                                            {12, CellKind::hexahedron}, {17, CellKind::hexahedron},  {6, CellKind::prism},
+                                            {13, CellKind::prism},      {18, CellKind::prism},       {7, CellKind::pyramid},
+                                            {14, CellKind::pyramid},    {19, CellKind::pyramid}};
+constexpr int kVtkVoxel = 11;
+const std::map<int, CellKind> kVtkKinds = {
+    {10, CellKind::tetrahedron}, {24, CellKind::tetrahedron}, {12, CellKind::hexahedron}, {kVtkVoxel, CellKind::hexahedron},
+    {25, CellKind::hexahedron},  {29, CellKind::hexahedron},  {13, CellKind::prism},      {26, CellKind::prism},
+    {32, CellKind::prism},       {14, CellKind::pyramid},     {27, CellKind::pyramid}};
+
+std::size_t corners_of(CellKind kind) { return static_cast<std::size_t>(kind); }
 
 Vec3 point(Words& in) {
   const double x = in.number(), y = in.number(), z = in.number();
@@ -54,16 +68,17 @@ class GmshReader {
     number_[tag] = static_cast<std::uint32_t>(mesh_.vertices.size());
     mesh_.vertices.push_back(x);
   }
-  void add_cell(int region) {
-    Tetrahedron t;
-    for (std::uint32_t& node : t.nodes) {
+  /// Reads the cell's nodes up to the end of its line.
+  void read_cell(CellKind kind, int region) {
+    std::array<std::uint32_t, 8> nodes{};
+    for (std::size_t i = 0; i < corners_of(kind); ++i) {
       const auto found = number_.find(in_.index(kMaxTag));
       if (found == number_.end()) in_.fail("an element names a node that is not there", "a tag of $Nodes");
-      node = found->second;
+      nodes[i] = found->second;
     }
     if (region < 0) in_.fail("a region " + std::to_string(region), "a number from 0 on");
-    t.material = static_cast<std::uint32_t>(region);
-    mesh_.cells.push_back(t);
+    add_cell(kind, std::span(nodes).first(corners_of(kind)), static_cast<std::uint32_t>(region), mesh_.cells);
+    in_.skip_line();
   }
 
   void read_nodes_2() {
@@ -82,8 +97,9 @@ class GmshReader {
         const int tag = in_.whole();
         if (i == 0) region = tag;
       }
-      if (type == kGmshTetrahedron)
-        add_cell(region);
+      const auto kind = kGmshKinds.find(type);
+      if (kind != kGmshKinds.end())
+        read_cell(kind->second, region);
       else
         in_.skip_line();
     }
@@ -126,17 +142,17 @@ class GmshReader {
     for (std::size_t b = 0; b < blocks; ++b) {
       in_.skip(1);
       const int entity = in_.whole();
-      const bool wanted = in_.whole() == kGmshTetrahedron;
+      const auto kind = kGmshKinds.find(in_.whole());
       const auto n = in_.count(kMaxCells);
       const auto region = region_of_volume_.find(entity);
       in_.skip_line();
       for (std::size_t i = 0; i < n; ++i) {
-        if (!wanted) {
+        if (kind == kGmshKinds.end()) {
           in_.skip_line();
           continue;
         }
         in_.word();
-        add_cell(region == region_of_volume_.end() ? 0 : region->second);
+        read_cell(kind->second, region == region_of_volume_.end() ? 0 : region->second);
       }
     }
   }
@@ -168,6 +184,7 @@ class VtkReader {
       if (word == "CELL_DATA") cell_data_ = true;
       if (word == "POINT_DATA") cell_data_ = false;
       if (word == "SCALARS") read_scalars();
+      if (word == "FIELD") read_field();
     }
     return tetrahedra();
   }
@@ -211,22 +228,60 @@ class VtkReader {
     in_.skip_line();
     if (!cell_data_ || name != "region") return;
     in_.skip(2);  // LOOKUP_TABLE default
+    read_regions();
+  }
+  /// "FIELD name COUNT", then arrays "name components tuples type" with their numbers.
+  void read_field() {
+    in_.word();
+    for (auto arrays = in_.count(1000); arrays > 0; --arrays) {
+      const std::string_view name = in_.word();
+      if (name == "METADATA") {  // of the array before: ends with an empty line, so at the next name
+        in_.skip_line();
+        ++arrays;
+        skip_metadata();
+        continue;
+      }
+      const auto components = in_.count(1000), tuples = in_.count(16 * kMaxCells);
+      const std::string_view type = in_.word();
+      if (cell_data_ && name == "region" && components == 1 && tuples == cells_.size())
+        read_regions();
+      else if (type == "string")
+        for (std::size_t i = 0; i < tuples; ++i) in_.skip_line();
+      else
+        in_.skip(components * tuples);
+    }
+  }
+  /// Up to the empty line behind it.
+  void skip_metadata() {
+    std::string_view word;
+    while (in_.next_on_line(word)) in_.skip_line();
+    in_.skip_line();
+  }
+  void read_regions() {
+    regions_.clear();
     for (std::size_t i = 0; i < cells_.size(); ++i) regions_.push_back(in_.whole());
   }
   TetraMesh tetrahedra() {
     if (types_.size() != cells_.size()) in_.fail("CELL_TYPES of another number than CELLS", "one a cell");
-    for (std::size_t i = 0; i < cells_.size(); ++i) {
-      if (types_[i] != kVtkTetrahedron) continue;
-      if (cells_[i].size() != 4) in_.fail("a tetrahedron of " + std::to_string(cells_[i].size()) + " nodes", "4");
-      Tetrahedron t;
-      for (std::size_t n = 0; n < 4; ++n) {
-        if (cells_[i][n] >= mesh_.vertices.size()) in_.fail("a cell names a point that is not there", "one of POINTS");
-        t.nodes[n] = static_cast<std::uint32_t>(cells_[i][n]);
-      }
-      t.material = regions_.empty() ? 0 : static_cast<std::uint32_t>(std::max(0, regions_[i]));
-      mesh_.cells.push_back(t);
-    }
+    for (std::size_t i = 0; i < cells_.size(); ++i)
+      if (const auto kind = kVtkKinds.find(types_[i]); kind != kVtkKinds.end()) take_cell(i, kind->second);
     return std::move(mesh_);
+  }
+  void take_cell(std::size_t i, CellKind kind) {
+    const std::size_t corners = corners_of(kind);
+    if (cells_[i].size() < corners)
+      in_.fail("a cell of " + std::to_string(cells_[i].size()) + " nodes", std::to_string(corners) + " corners");
+    std::array<std::uint32_t, 8> nodes{};
+    for (std::size_t n = 0; n < corners; ++n) {
+      if (cells_[i][n] >= mesh_.vertices.size()) in_.fail("a cell names a point that is not there", "one of POINTS");
+      nodes[n] = static_cast<std::uint32_t>(cells_[i][n]);
+    }
+    if (types_[i] == kVtkVoxel) {  // its corners are in the order of their coordinates
+      std::swap(nodes[2], nodes[3]);
+      std::swap(nodes[6], nodes[7]);
+    }
+    add_cell(kind, std::span(nodes).first(corners), regions_.empty() ? 0 : static_cast<std::uint32_t>(std::max(0, regions_[i])),
+             mesh_.cells);
   }
 
   Words& in_;

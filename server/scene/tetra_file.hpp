@@ -1,7 +1,8 @@
 // Tetrahedral meshes from files: Gmsh (.msh, versions 2.2 and 4.1, text) and VTK (.vtk, legacy UNSTRUCTURED_GRID, text).
 //
-// Tetrahedra of four nodes are read; points, lines, triangles and other cells are passed over. Regions: the physical group of an
-// element in .msh (0 without one), the integer cell data "region" in .vtk. Whatever else a file holds is skipped.
+// Tetrahedra are read; hexahedra, prisms and pyramids become tetrahedra, and of nodes on edges and faces cells keep their
+// corners. Points, lines and faces are passed over. Regions: the physical group of an element in .msh (the first of several, 0
+// without one), the integer cell data "region" in .vtk, of SCALARS or FIELD. Whatever else a file holds is skipped.
 #pragma once
 
 #include <string>

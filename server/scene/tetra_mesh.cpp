@@ -3,7 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
+#include <set>
 
 #include "common/base/error.hpp"
 #include "server/scene/mesh_file.hpp"
@@ -62,7 +64,81 @@ void check_in_one_piece(const TetraMesh& mesh, const std::string& where) {
   if (parts > 1) throw InputError(where, "falls apart into " + std::to_string(parts) + " pieces", "one body");
 }
 
+/// A volume in two groups is written twice by some programs.
+void drop_doubled_cells(TetraMesh& mesh, const std::string& where) {
+  std::set<std::array<std::uint32_t, 4>> seen;
+  const std::size_t doubled = std::erase_if(mesh.cells, [&](const Tetrahedron& t) {
+    auto key = t.nodes;
+    std::sort(key.begin(), key.end());
+    return !seen.insert(key).second;
+  });
+  if (doubled > 0)
+    std::fprintf(stderr,
+                 "%s: %zu tetrahedra are there twice, as of a volume in two groups; read once, with the region of the first\n",
+                 where.c_str(), doubled);
+}
+
+void check_quality(const TetraMesh& mesh, const std::string& where) {
+  std::size_t flat = 0;
+  double least = 1;
+  const Tetrahedron* flattest = nullptr;
+  for (const Tetrahedron& t : mesh.cells) {
+    const double quality = quality_of(t, mesh.vertices);
+    if (quality >= kMinQuality) continue;
+    ++flat;
+    if (flattest && !(quality < least)) continue;
+    least = quality;
+    flattest = &t;
+  }
+  if (flat == 0) return;
+  const double share = static_cast<double>(flat) / static_cast<double>(mesh.cells.size());
+  char text[160];
+  std::snprintf(text, sizeof text, "%zu of %zu tetrahedra (%.2g %%) %s flat, the flattest of quality %.2g at ", flat,
+                mesh.cells.size(), 100 * share, flat == 1 ? "is" : "are", least);
+  const std::string words = text + in_words(centre_of(*flattest, mesh.vertices));
+  if (!(share <= kMostFlat && least >= kLeastQuality))
+    throw InputError(where, words, "quality 0.02 and more, or of at most 1 % of them 0.005 and more");
+  std::fprintf(stderr, "%s: %s; a better mesh has none below 0.02\n", where.c_str(), words.c_str());
+}
+
+using Face = std::vector<std::size_t>;
+const std::map<CellKind, std::vector<Face>> kFacesOf = {
+    {CellKind::tetrahedron, {{0, 1, 2}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}},
+    {CellKind::pyramid, {{0, 1, 2, 3}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}}},
+    {CellKind::prism, {{0, 1, 2}, {3, 4, 5}, {0, 1, 4, 3}, {1, 2, 5, 4}, {2, 0, 3, 5}}},
+    {CellKind::hexahedron, {{0, 1, 2, 3}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}}}};
+
 }  // namespace
+
+void add_cell(CellKind kind, std::span<const std::uint32_t> corners, std::uint32_t region, std::vector<Tetrahedron>& out) {
+  if (kind == CellKind::tetrahedron) {
+    out.push_back({{corners[0], corners[1], corners[2], corners[3]}, region});
+    return;
+  }
+  const std::uint32_t apex = *std::min_element(corners.begin(), corners.end());
+  for (const Face& places : kFacesOf.at(kind)) {
+    std::vector<std::uint32_t> face;
+    for (const std::size_t place : places) face.push_back(corners[place]);
+    if (std::ranges::find(face, apex) != face.end()) continue;
+    std::rotate(face.begin(), std::ranges::min_element(face), face.end());
+    for (std::size_t i = 1; i + 1 < face.size(); ++i) out.push_back({{apex, face[0], face[i], face[i + 1]}, region});
+  }
+}
+
+std::vector<std::uint32_t> parts_by_faces(std::span<const Tetrahedron> cells) {
+  std::vector<std::uint32_t> parent(cells.size());
+  for (std::uint32_t i = 0; i < parent.size(); ++i) parent[i] = i;
+  std::map<Triangle, std::uint32_t> first_with;
+  for (std::uint32_t i = 0; i < cells.size(); ++i)
+    for (const auto& corners : kFaces) {
+      Triangle key{cells[i].nodes[corners[0]], cells[i].nodes[corners[1]], cells[i].nodes[corners[2]]};
+      std::sort(key.begin(), key.end());
+      const std::uint32_t other = first_with.try_emplace(key, i).first->second;
+      parent[root_of(parent, i)] = root_of(parent, other);
+    }
+  for (std::uint32_t i = 0; i < parent.size(); ++i) parent[i] = root_of(parent, i);
+  return parent;
+}
 
 std::vector<Tetrahedron> split_cells(const CellSet& cells, const Grid& grid, std::span<const std::uint32_t> number) {
   constexpr std::array<std::array<std::size_t, 3>, 6> kWays = {
@@ -121,9 +197,8 @@ void check_mesh(TetraMesh& mesh, const std::string& where) {
   check_place(mesh.vertices, where);
   for (Tetrahedron& t : mesh.cells)
     if (volume_of(t, mesh.vertices) < 0) std::swap(t.nodes[2], t.nodes[3]);
-  for (const Tetrahedron& t : mesh.cells)
-    if (!(quality_of(t, mesh.vertices) >= kMinQuality))
-      throw InputError(where, "has a flat tetrahedron at " + in_words(centre_of(t, mesh.vertices)), "a better mesh");
+  drop_doubled_cells(mesh, where);
+  check_quality(mesh, where);
   for (const auto& [key, use] : uses_of_faces(mesh.cells))
     if (use.count > 2)
       throw InputError(where, "has a face with more than two tetrahedra at " + in_words(mesh.vertices[key[0]]),

@@ -15,6 +15,14 @@ struct TetraMesh {
   std::vector<Tetrahedron> cells;  ///< `material` is the region's number in the file, 0 from a lattice
 };
 
+/// Corners of the cells that files hold: hexahedra and prisms one end after the other, the same way round; pyramids the base
+/// first.
+enum class CellKind : std::uint8_t { tetrahedron = 4, pyramid = 5, prism = 6, hexahedron = 8 };
+
+/// Adds a cell as tetrahedra that end in its corner of the lowest number, its square faces cut through theirs (Dompierre et al.,
+/// 1999): cells that share a face cut it in the same way.
+void add_cell(CellKind kind, std::span<const std::uint32_t> corners, std::uint32_t region, std::vector<Tetrahedron>& out);
+
 /// Every cell of a lattice as six tetrahedra around its diagonal (Kuhn): neighbours agree on the diagonal of the face they share.
 std::vector<Tetrahedron> split_cells(const CellSet& cells, const Grid& grid, std::span<const std::uint32_t> number);
 
@@ -32,10 +40,16 @@ std::vector<Triangle> outer_faces(std::span<const Tetrahedron> cells);
 /// A quarter of each tetrahedron's mass to each of its nodes.
 std::vector<double> lumped_masses(std::span<const Tetrahedron> cells, std::span<const Vec3> x, double density_kg_m3);
 
-inline constexpr double kMinQuality = 0.02;  ///< a mesh with a flatter tetrahedron is refused
+inline constexpr double kMinQuality = 0.02;     ///< flatter tetrahedra are few (kMostFlat), or a mesh is refused
+inline constexpr double kLeastQuality = 0.005;  ///< of those few: what the steps of a body still stand
+inline constexpr double kMostFlat = 0.01;       ///< of all tetrahedra
 
-/// A mesh of a file that a body can be made of: turns what is inside out, drops vertices that no cell has. Throws InputError that
-/// begins with `where` when cells are flat (kMinQuality), the mesh falls apart or faces belong to three cells.
+/// For every tetrahedron the part that it belongs to; parts have no face in common, at most nodes and edges: hinges.
+std::vector<std::uint32_t> parts_by_faces(std::span<const Tetrahedron> cells);
+
+/// A mesh of a file that a body can be made of: turns what is inside out, drops vertices that no cell has and, with a line on
+/// stderr, cells that are there twice. Throws InputError that begins with `where` when more than few cells are flat, the mesh
+/// falls apart or faces belong to three cells.
 void check_mesh(TetraMesh& mesh, const std::string& where);
 
 }  // namespace palpate

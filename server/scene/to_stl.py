@@ -7,6 +7,7 @@ those that people draw in, that bring the surface nearest to an organ of 0.15 m;
 file that is no such surface. What is read is what server/scene/surface_file.hpp reads.
 """
 
+import collections
 import math
 import pathlib
 import struct
@@ -53,6 +54,7 @@ def triangles_of(polygon):
 def read_obj(text):
     vertices, triangles = [], []
     for words in (line.split() for line in text.replace("\\\n", " ").splitlines()):
+        words = words[:next((k for k, word in enumerate(words) if word.startswith("#")), None)]
         if words[:1] == ["v"]:
             vertices.append(tuple(map(float, words[1:4])))
         elif words[:1] == ["f"]:
@@ -65,7 +67,8 @@ def read_obj(text):
 
 def read_stl(data):
     count = struct.unpack_from("<I", data, HEAD - 4)[0] if len(data) >= HEAD else 0
-    if len(data) < HEAD or (data.startswith(b"solid") and len(data) != HEAD + TRIANGLE * count):
+    text = data.removeprefix(b"\xef\xbb\xbf").lstrip()[:5].lower() == b"solid"
+    if len(data) < HEAD or (text and len(data) != HEAD + TRIANGLE * count):
         words = iter(data.decode(errors="replace").lower().split())
         corners = [tuple(float(next(words)) for _ in range(3)) for word in words if word == "vertex"]
         return list(zip(corners[::3], corners[1::3], corners[2::3]))
@@ -73,6 +76,17 @@ def read_stl(data):
         raise Unreadable
     corners = (struct.unpack_from("<12x9f", data, HEAD + TRIANGLE * k) for k in range(count))
     return [(c[:3], c[3:6], c[6:]) for c in corners]
+
+
+def open_edges(triangles, across):
+    """How many edges have no triangle on the other side that runs the other way, corners within a millionth of the size being one."""
+    place = {c: tuple(round(1e6 * x / across) for x in c) for t in triangles for c in t}
+    edges = collections.Counter()
+    for t in triangles:
+        a, b, c = (place[corner] for corner in t)
+        if len({a, b, c}) == 3:
+            edges.update([(a, b), (b, c), (c, a)])
+    return sum(abs(n - edges[v, u]) for (u, v), n in list(edges.items()) if n > edges[v, u])
 
 
 def written(triangles):
@@ -97,6 +111,10 @@ def main():
     across = max(max(c[axis] for t in triangles for c in t) - min(c[axis] for t in triangles for c in t) for axis in range(3))
     if not across > 0:
         print("holds no triangles; expected a closed surface", file=sys.stderr)
+        return 2
+    unmatched = open_edges(triangles, across)
+    if unmatched:
+        print(f"has {unmatched} edges that no triangle on the other side shares; expected a closed surface", file=sys.stderr)
         return 2
     scale = min(SCALES, key=lambda s: abs(math.log(s * across / ORGAN_M)))
     print(f"{across:.4g} {int(across / 100 <= edge <= across / 2)} {scale if scale > 1e-4 else '0.000001'} {across / 15:.2g}")

@@ -106,7 +106,7 @@ def check_obj(dev, work):
 def check_refused(dev, work):
     write_stl(work / "open.stl", sphere(3)[40:])
     done = fill(dev, work / "open.stl", work / "open.msh")
-    assert done.returncode == 2 and "closed surface" in done.stderr, done
+    assert done.returncode == 2 and "edges that no triangle on the other side shares; expected a closed surface" in done.stderr, done
     assert not (work / "open.msh").exists()
     for surface, edge, mesh, word in [("none.stl", EDGE, "a.msh", "no file"), ("open.stl", 0, "a.msh", "edge length"),
                                       ("open.stl", "1;2", "a.msh", "edge length"), ("open.stl", EDGE, "a.vtk", ".msh")]:

@@ -90,5 +90,20 @@ TEST_CASE("what an OBJ or STL file says wrongly is answered with its line", "[sc
   CHECK(read_obj("v 0 0 1e-400", "a").vertices[0] == Vec3::Zero());
 }
 
+TEST_CASE("comments behind the numbers of an OBJ face, and STL texts with blanks, marks or capitals, are read",
+          "[scene][surface]") {
+  CHECK(read_obj("v 0 0 0 # origin\nv 1 0 0\nv 0 1 0\nf 1 2 3 # a side\nf 3 2 1 #\n", "a").triangles.size() == 2);
+  const std::string text =
+      "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
+  std::string upper = text;
+  std::transform(upper.begin(), upper.end(), upper.begin(), [](char c) { return static_cast<char>(std::toupper(c)); });
+  for (const std::string& written : {text, " \t\n" + text, "\xEF\xBB\xBF" + text, "\xEF\xBB\xBF " + upper, upper}) {
+    CAPTURE(written);
+    const TriangleMesh mesh = read_stl(written, "a");
+    REQUIRE(mesh.triangles.size() == 1);
+    CHECK(mesh.vertices[1] == Vec3(1, 0, 0));
+  }
+}
+
 }  // namespace
 }  // namespace palpate

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "bench/tissue/advice.hpp"
+#include "bench/tissue/advised_body.hpp"
 #include "common/base/error.hpp"
 
 using namespace palpate;
@@ -34,27 +34,43 @@ AdviceRequest for_box(const std::string& folder) {
   return request;
 }
 
-void say_nothing(const std::string&) {}
-
 }  // namespace
 
 TEST_CASE("Advice for a surface is a scene that loads, with the mesh, step and material that were promised") {
   AdviceRequest request = for_box("scene");
   request.material = "ecoflex-00-10";  // ten times as stiff as the tissue of the other tests: rounding of forces is, too
   std::int64_t now = 0;
-  const Advice advice = advise(
-      request, [&] { return now += 1000; }, say_nothing);
+  const Advice advice = advise(request, [&] { return now += 1000; });
   const AdvisedMesh& mesh = advice.tried[advice.chosen];
   CHECK(advice.true_enough);
   CHECK(advice.error() <= request.error);
-  const std::string text = advised_scene(request, "box.obj", mesh.element, mesh.spacing_m, advice.step_s);
+  const std::string text = advised_scene(request, advice.body, "box.obj", mesh.spacing_m, advice.step_s);
   const auto file = request.surface.parent_path() / "box.json";
   std::ofstream(file) << text;
   const Scene scene = load_scene(file);
   CHECK(scene.body.nodes.size() == mesh.nodes);
-  CHECK((mesh.element == SolidElement::hexahedron ? scene.body.hexahedra.size() : scene.body.tetrahedra.size()) == mesh.cells);
+  CHECK(scene.body.hexahedra.size() == mesh.cells);
   CHECK(scene.solver.step_s == Approx(advice.step_s));
   CHECK(scene.body.materials.front().young_pa == 55000);
+}
+
+TEST_CASE("A surface is put on the ground with the axis up that was asked for, and is as large and heavy as it is") {
+  AdviceRequest request = for_box("placed");
+  request.up = "-x";
+  request.held_share = 0.2;
+  const AdvisedBody body = advised_body(request);
+  CHECK((body.size_m - Vec3(0.04, 0.05, 0.06)).norm() < 1e-9);
+  CHECK(body.volume_m3 == Approx(0.06 * 0.05 * 0.04));
+  CHECK(body.area_m2 == Approx(2 * (0.06 * 0.05 + 0.05 * 0.04 + 0.04 * 0.06)));
+  CHECK(body.mass_kg == Approx(body.volume_m3 * 1060).epsilon(0.05));
+  CHECK(body.held_below_m == Approx(0.2 * 0.06));
+  CHECK(body.held_volume_share == Approx(0.2).margin(0.03));
+  const auto file = request.surface.parent_path() / "placed.json";
+  std::ofstream(file) << advised_scene(request, body, "box.obj", 0.005, 0.01);
+  Vec3 low = Vec3::Constant(1), high = Vec3::Constant(-1);
+  for (const Vec3& x : load_scene(file).body.nodes) low = low.cwiseMin(x), high = high.cwiseMax(x);
+  CHECK((low - Vec3(-0.02, -0.025, 0)).norm() < 0.001);
+  CHECK((high - Vec3(0.02, 0.025, 0.06)).norm() < 0.001);
 }
 
 TEST_CASE("The cost that advice says is the stopwatch's: one ten times as fast makes it ten times as large") {
@@ -63,8 +79,7 @@ TEST_CASE("The cost that advice says is the stopwatch's: one ten times as fast m
   std::int64_t tick_ns = 1000;
   for (double& ms : frame_ms) {
     std::int64_t now = 0;
-    const Advice advice = advise(
-        request, [&] { return now += tick_ns; }, say_nothing);
+    const Advice advice = advise(request, [&] { return now += tick_ns; });
     ms = advice.tried[advice.chosen].frame_ms();
     tick_ns *= 10;
   }
@@ -74,8 +89,7 @@ TEST_CASE("The cost that advice says is the stopwatch's: one ten times as fast m
 
 TEST_CASE("A machine that is too slow for every mesh is said to be, and gets the fastest") {
   std::int64_t now = 0;
-  const Advice advice = advise(
-      for_box("slow"), [&] { return now += 60'000'000'000; }, say_nothing);
+  const Advice advice = advise(for_box("slow"), [&] { return now += 60'000'000'000; });
   CHECK_FALSE(advice.fast_enough);
   for (const AdvisedMesh& mesh : advice.tried)
     if (mesh.frame_ms() > 0) CHECK(mesh.frame_ms() >= advice.tried[advice.chosen].frame_ms());
@@ -84,8 +98,7 @@ TEST_CASE("A machine that is too slow for every mesh is said to be, and gets the
 TEST_CASE("Advice without a surface, a size or a material says what is wrong") {
   const auto refusal = [](AdviceRequest request) {
     try {
-      advise(
-          request, [] { return std::int64_t{}; }, say_nothing);
+      advise(request, [] { return std::int64_t{}; });
     } catch (const InputError& error) {
       return std::string(error.what());
     }

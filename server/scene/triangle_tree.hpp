@@ -1,0 +1,53 @@
+// Triangles in a tree of boxes: the nearest point of them, and how often they wind around a point.
+//
+// Generalised winding number (Jacobson, Kavan and Sorkine-Hornung, 2013):
+//
+//     w(p) = sum over triangles of their signed solid angle from p, over 4 pi
+//
+// For a closed surface it is the number of its shells that hold p, each counted with its orientation: 1 in a ball, 2 where two
+// balls overlap, 0 in a cavity whose triangles face into it. Triangles that are far away count as one dipole of their summed area
+// vectors (Barill et al., 2018), those that are near exactly.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "server/scene/surface_file.hpp"
+
+namespace palpate {
+
+class TriangleTree {
+ public:
+  /// At least one triangle.
+  explicit TriangleTree(TriangleMesh mesh);
+
+  Vec3 nearest(const Vec3& p) const;
+  double winding_number(const Vec3& p) const;
+  const TriangleMesh& mesh() const { return mesh_; }
+  const Eigen::AlignedBox3d& bounds() const { return boxes_[0].box; }
+
+ private:
+  struct Box {
+    Eigen::AlignedBox3d box;
+    std::uint32_t first = 0, count = 0;               ///< of order_, for a leaf
+    std::uint32_t left = 0, right = 0;                ///< of boxes_, when count is 0
+    Vec3 area = Vec3::Zero(), centre = Vec3::Zero();  ///< sum of area vectors; their middle, weighted by area
+    double reach = 0;                                 ///< from there to the farthest corner of the box
+  };
+  struct Hit {
+    Vec3 point;
+    double squared;
+  };
+
+  std::array<Vec3, 3> corners(std::uint32_t t) const;
+  std::uint32_t build(std::uint32_t first, std::uint32_t last);
+  void take_dipole(Box& node, std::uint32_t first, std::uint32_t last) const;
+  void visit(std::uint32_t index, const Vec3& p, Hit& best) const;
+  double solid_angle(std::uint32_t index, const Vec3& p) const;
+
+  TriangleMesh mesh_;
+  std::vector<std::uint32_t> order_;
+  std::vector<Box> boxes_;
+};
+
+}  // namespace palpate
