@@ -1,12 +1,11 @@
 #include "server/io/frame_cost.hpp"
 
-#include <time.h>
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "common/io/monotonic.hpp"
+#include "common/io/processor_time.hpp"
 #include "common/player/player.hpp"
 #include "server/room/room.hpp"
 
@@ -18,12 +17,7 @@ constexpr std::size_t kNodesMost = 5'000;  // of a body whose room is built with
 constexpr std::size_t kFramesMost = 12;
 constexpr double kDeepM = 0.006, kSwingHz = 1.5, kDownS = 0.2;
 
-/// Of this thread: what else runs on the machine does not count.
-double processor_ms() {
-  timespec used{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-  return 1e3 * static_cast<double>(used.tv_sec) + 1e-6 * static_cast<double>(used.tv_nsec);
-}
+double processor_ms() { return 1e3 * seconds(processor_now()); }
 
 /// Along the outward normal, in units of how deep it goes.
 double height_at(double t_s) {
