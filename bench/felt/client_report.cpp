@@ -30,6 +30,9 @@ void read_summary(const std::filesystem::path& file, ClientReport& report) {
   const Json run = summary.value("run", Json::object());
   report.scheme = current_scheme_name(run.value("scheme", ""));
   report.chosen_by_server = run.value("scheme_asked", report.scheme) == kAutoName;
+  const Json scene = run.value("scene", Json::object());
+  report.scene = scene.value("name", "");
+  report.mesh = scene.value("mesh", "");
   report.order = run.value("order", 0);
   report.rate_hz = run.value("rate_hz", 0.0);
 }

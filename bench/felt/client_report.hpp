@@ -20,6 +20,7 @@ struct ReportedDisplay {
 struct ClientReport {
   std::string scheme;  ///< that was felt, at the end where it changed; empty where summary.json does not say
   bool chosen_by_server = false;
+  std::string scene, mesh;                ///< name and surface of the body, as the server said; empty where it did not
   int order = 0;                          ///< states of a patch that were asked for, 0: the server's default
   double rate_hz = 0;                     ///< frames of the server a second; 0 where summary.json does not say
   std::vector<Vec3> positions;            ///< of the tool, one a millisecond from the start of the motion [m]

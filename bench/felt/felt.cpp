@@ -18,6 +18,7 @@
 #include "common/base/error.hpp"
 #include "common/command_line/mesh_folders.hpp"
 #include "server/body/unload.hpp"
+#include "server/core/room_facts.hpp"
 
 namespace palpate {
 namespace {
@@ -121,10 +122,24 @@ int judge(const std::vector<FeltRow>& rows, double at_least_db) {
   return 0;
 }
 
+/// A report of another body has nothing to say of this one.
+void check_scene(const FeltFlags& flags, const Scene& scene, const ClientReport& report) {
+  const std::string mesh = fmt::format("{:016x}", facts_of(scene, home_of(scene)).mesh_hash);
+  const bool same_name = report.scene.empty() || report.scene == scene.name,
+             same_mesh = report.mesh.empty() || report.mesh == mesh;
+  if (same_name && same_mesh) return;
+  throw InputError("--scene " + flags.scene,
+                   same_name
+                       ? fmt::format("has another surface than the \"{}\" that the hand of {} felt", report.scene, flags.report)
+                       : fmt::format("is \"{}\"; the hand of {} felt \"{}\"", scene.name, flags.report, report.scene),
+                   "the scene that the server had then");
+}
+
 int run_felt(const FeltFlags& flags) {
   if (std::isnan(flags.at_least_db)) throw InputError("--at-least-db", "is nan", "a number of decibels");
   const Scene scene = open_scene(flags.scene, flags.mesh_folders);
   const ClientReport report = read_client_report(flags.report, flags.felt_name);
+  check_scene(flags, scene, report);
   const auto out = make_output_folder(flags.out);
   std::optional<CleanLinkRun> clean_run;
   if (flags.clean_rtt_ms) clean_run.emplace(scene, report, *flags.clean_rtt_ms);

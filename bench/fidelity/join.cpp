@@ -15,14 +15,14 @@ namespace {
 constexpr Micros kJoinWithin{60'000'000}, kClocksLock{300'000};
 
 /// What the server says may say what it expects.
-[[noreturn]] void refuse(Scheme scheme, const std::string& refusal) {
+[[noreturn]] void refuse(SchemeAsked scheme, const std::string& refusal) {
   constexpr std::string_view kExpected = "; expected ";
   const auto at = refusal.find(kExpected);
   throw InputError("--scheme " + std::string(name_of(scheme)), "refused by the server: " + refusal.substr(0, at),
                    at == std::string::npos ? "a scheme and order that it takes" : refusal.substr(at + kExpected.size()));
 }
 
-bool waits(WorldStation& station, Scheme scheme, bool wants_patch) {
+bool waits(WorldStation& station, SchemeAsked scheme, bool wants_patch) {
   const ClientCore& core = station.core();
   if (core.link() == LinkState::refused) refuse(scheme, core.refusal());
   return core.link() != LinkState::joined || (wants_patch && station.core().haptic().counts().patches_used == 0);
@@ -39,7 +39,7 @@ void check_reach(const Scene& scene, const Motion& motion) {
 }  // namespace
 
 Micros join(World& world, std::span<WorldStation* const> stations, const Scene& scene, std::span<const Motion> motions,
-            Scheme scheme, const LinkSpec& link, double rate_hz) {
+            SchemeAsked scheme, const LinkSpec& link, double rate_hz) {
   const bool wants_patch = scene.tool.contact == ContactKind::attach;
   if (wants_patch)
     for (const Motion& motion : motions) check_reach(scene, motion);

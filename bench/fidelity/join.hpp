@@ -5,6 +5,7 @@
 
 #include "bench/world/world.hpp"
 #include "common/motion/motion.hpp"
+#include "common/wire/scheme_in_use.hpp"
 
 namespace palpate {
 
@@ -14,6 +15,6 @@ namespace palpate {
 /// that [world time]: motions begin there, so that equal runs at other delays compare the same phases. Throws InputError when a
 /// station is refused, std::runtime_error when nobody answers.
 Micros join(World& world, std::span<WorldStation* const> stations, const Scene& scene, std::span<const Motion> motions,
-            Scheme scheme, const LinkSpec& link, double rate_hz);
+            SchemeAsked scheme, const LinkSpec& link, double rate_hz);
 
 }  // namespace palpate

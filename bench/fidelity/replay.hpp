@@ -10,6 +10,7 @@
 #include "bench/fidelity/reference.hpp"
 #include "bench/world/world.hpp"
 #include "common/motion/motion.hpp"
+#include "common/wire/scheme_in_use.hpp"
 #include "server/body/stepper.hpp"
 
 namespace palpate {
@@ -23,8 +24,8 @@ struct LocalStart {
 };
 
 struct ReplayOptions {
-  Scheme scheme = Scheme::port;
-  int order = 0;  ///< states, 0 = the scheme's default
+  SchemeAsked scheme = Scheme::port;  ///< none: the server chooses, as one does that takes no time over patches
+  int order = 0;                      ///< states, 0 = the scheme's default
   double rate_hz = 20;
   LinkSpec link;                     ///< one way
   std::vector<LinkSpec> links = {};  ///< of several stations, one each; none: `link` for all

@@ -38,7 +38,9 @@ struct ReplayFlags {
 };
 
 ReplayOptions options_of(const ReplayFlags& flags) {
-  ReplayOptions o = replay_options(flags.scheme, flags.order, flags.link);
+  const bool open = flags.scheme == kAutoName;
+  ReplayOptions o = replay_options(open ? std::string(name_of(kWithoutChoice)) : flags.scheme, flags.order, flags.link);
+  if (open) o.scheme.reset();
   o.simulated_device = flags.device == "sim";
   o.passivity = flags.passivity;
   o.deadband = flags.deadband;
@@ -191,7 +193,9 @@ int run_replay(const ReplayFlags& flags) {
   fmt::print("{} over {:g} ms RTT: {:.1f} dB, p95 error {:.1f} %, lag {} ms, {} patches of {:.0f} B with {} states\n{}\n",
              flags.scheme, flags.link.rtt_ms, result.fidelity.snr_db, 100 * result.fidelity.p95_rel_error, result.fidelity.lag_ms,
              result.patches_used, result.patch_bytes_mean, result.patch_states, (out / "summary.json").string());
-  if (result.last_patch.scheme != options.scheme)
+  if (!options.scheme)
+    fmt::print("the server chose {} in the end\n", name_of(result.last_patch.scheme));
+  else if (result.last_patch.scheme != options.scheme)
     fmt::print(stderr, "the server could not serve {} here and sent {} patches\n", flags.scheme,
                name_of(result.last_patch.scheme));
   return 0;
@@ -217,7 +221,10 @@ void add_replay(CLI::App& app, Run& run) {
   c->add_option("--to-s,--to", flags->to_s, "of the recording: to this time; default: to its end")
       ->check(number_from<double>(0, kMostSeconds))
       ->default_str("");
-  c->add_option("--scheme", flags->scheme, "how patches are made")->transform(current_name())->type_name("NAME")->required();
+  c->add_option("--scheme", flags->scheme, "how patches are made; auto: as a server chooses that has the time")
+      ->transform(current_name())
+      ->type_name("NAME")
+      ->required();
   c->add_option("--order", flags->order, "states of a patch (twice its modes), 0: the scheme's default")
       ->check(number_from(0, 2 * kMaxModes));
   flags->link.add_to(*c);

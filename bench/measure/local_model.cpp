@@ -238,10 +238,10 @@ class LocalRun {
     const Vector x = start_->body.x + w_;
     skin.place(x, positions_);
     if (!port_.touching) {
-      const NearestPoint nearest = nearest_point(skin.view(), positions_, tool);
+      const Onset onset = look_for_contact(skin.view(), positions_, tool, port_.clearance);
       port_.lambda.setZero();
-      if (nearest.height_m >= 0) return;
-      port_.point = nearest.point;
+      if (!onset.touches) return;
+      port_.point = onset.nearest.point;
     }
     Matrix responses;
     ContactClosure closure;
@@ -259,6 +259,9 @@ class LocalRun {
     }
     port_.lambda = closure.lambda;
     port_.touching = closure.lambda.squaredNorm() > 0;
+    if (!port_.touching)
+      port_.clearance = clearance_of(port_.point, tool - position_at(skin.view(), positions_, port_.point),
+                                     normal_at(skin.view(), positions_, port_.point));
     v_ += responses * closure.lambda;
     w_ += h_ / 2 * responses * closure.lambda;
   }

@@ -26,7 +26,7 @@ std::string no_contact(const Scene& scene, std::span<const Vec3> path) {
     for (const Vec3& node : scene.body.nodes) least_m = std::min(least_m, (node - tool).squaredNorm());
   return fmt::format(
       "no contact: tool and body never met, so there is nothing to score; the tool came no nearer than {:.1f} mm to a node of "
-      "\"{}\" at rest",
+      "\"{}\" at rest; `palpate-lab gesture` makes a motion that meets it",
       1e3 * std::sqrt(least_m), scene.name);
 }
 

@@ -101,7 +101,8 @@ Json run_json(const RunReport& run) {
   add_schemes(run.displays.front(), json);
   json["order"] = run.options.order;
   json["rate_hz"] = run.displays.front().core->welcome().rate_hz;
-  json["scene"] = {{"name", run.displays.front().core->welcome().scene}};
+  const Welcome& welcome = run.displays.front().core->welcome();
+  json["scene"] = {{"name", welcome.scene}, {"mesh", fmt::format("{:016x}", welcome.mesh_hash)}};
   if (!run.options.motion_file.empty())
     json["motion"] = {{"file", run.options.motion_file.string()}, {"hash", file_hash(run.options.motion_file)}};
   json["device"] = run.options.device_name;

@@ -85,13 +85,17 @@ void trust(const Options& o) {
 }
 
 void admit(const Options& o) {
-  const std::string line = station_line(key_given("STATION", o.station), rights_given(o, "NAME")) + "\n";
+  const PublicKey station = key_given("STATION", o.station);
+  const std::string line = station_line(station, rights_given(o, "NAME"));
   change_secret(o.file, [&](std::string text) {
     if (!text.empty() && text.back() != '\n') text += '\n';
-    text += line;
-    parse_keys(text, o.file);  // before anything is written
+    text += line + "\n";
+    const KeyFile keys = parse_keys(text, o.file);  // before anything is written
+    if (keys.self && public_of(*keys.self) == station)
+      throw InputError("STATION", "is the key of " + o.file + " itself, the server's", "the key that the station printed");
     return text;
   });
+  print_line(o.file + ": " + line + "\nA server that runs reads it at SIGHUP: systemctl reload palpate-server, or kill -HUP PID");
 }
 
 void issue(const Options& o) {

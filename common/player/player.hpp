@@ -23,9 +23,9 @@
 // What can go wrong: forces that are not finite, and modes too fast for the step, end the terms: the linear patch goes on; ticks
 // that were missed are caught up with, some seconds at most; a contact is found a step late.
 //
-// Contact begins in the step in which the tool is found below the patch's own deformed surface, and ends in the step in which
-// it would pull. The constructor allocates and belongs off the haptic thread; advance() does not allocate, lock or throw.
-// Copyable, so that a caught-up player can be handed over by value.
+// Contact begins in the step in which the tool comes through the patch's own deformed surface (onset.hpp), and ends in the step
+// in which it would pull. The constructor allocates and belongs off the haptic thread; advance() does not allocate, lock or
+// throw. Copyable, so that a caught-up player can be handed over by value.
 //
 // Source: the step of terms Gautschi (1961) and Hairer, Lubich and Wanner (2006), see the constructor; propagator.hpp.
 #pragma once
@@ -38,8 +38,8 @@
 #include "common/player/slide_compliance.hpp"
 #include "common/port/contact_law.hpp"
 #include "common/port/nonlinear_terms.hpp"
+#include "common/port/onset.hpp"
 #include "common/port/patch.hpp"
-#include "common/port/surface.hpp"
 
 namespace palpate {
 
@@ -83,6 +83,7 @@ class PatchPlayer {
   void step_touch(const Vec3& tool) noexcept;
   void close_others() noexcept;
   void close_touch(const Vec3& tool) noexcept;
+  void let_go(const Vec3& gap) noexcept;
   void grow_load() noexcept;
   void fade(const Vec3& displacement) noexcept;
   /// On (d, q) or q beside the linear patch's: of terms, and of what has faded.
@@ -139,6 +140,7 @@ class PatchPlayer {
   ToolSample tool_;
   bool touching_ = false;
   SurfacePoint point_;
+  Clearance clearance_;         // while it does not touch
   Vec3 beyond_ = Vec3::Zero();  // how far the contact point is from point_, where the tool has slid off the patch's surface
   PlayerOutput output_;
 };

@@ -77,12 +77,6 @@ struct Best {
   }
 };
 
-bool on_open_edge(const SurfaceView& s, const SurfacePoint& p) {
-  bool open = false;
-  for (int k = 0; k < 3; ++k) open |= p.weight[k] <= 0 && (s.open[p.triangle] >> k & 1);
-  return open;
-}
-
 NearestPoint describe_nearest(const SurfaceView& s, Positions x, const SurfacePoint& p, const Vec3& query) {
   NearestPoint n;
   n.point = p;
@@ -165,6 +159,12 @@ double winding_number(const SurfaceView& s, Positions x, const Vec3& point) noex
     sum += std::atan2(a.dot(b.cross(c)), ra * rb * rc + a.dot(b) * rc + b.dot(c) * ra + c.dot(a) * rb);
   }
   return sum / (2 * std::numbers::pi);
+}
+
+bool on_open_edge(const SurfaceView& s, const SurfacePoint& p) noexcept {
+  bool open = false;
+  for (int k = 0; k < 3; ++k) open |= p.weight[k] <= 0 && (s.open[p.triangle] >> k & 1);
+  return open;
 }
 
 NearestPoint nearest_point(const SurfaceView& s, Positions x, const Vec3& query) noexcept {

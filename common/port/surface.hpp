@@ -79,6 +79,8 @@ struct NearestPoint {
   double height_m = 0;     ///< signed distance of the query, negative where it is behind the surface: normal and winding say so
   bool at_border = false;  ///< nearest point lies on an open edge: the query is beside the surface, not above it
 };
+/// Whether the point lies on an edge that has one triangle only.
+bool on_open_edge(const SurfaceView& s, const SurfacePoint& p) noexcept;
 /// Over all triangles.
 NearestPoint nearest_point(const SurfaceView& s, Positions x, const Vec3& query) noexcept;
 /// The point that `p` becomes when it slides by `slip`: the nearest to p + slip, walking outwards ring by ring.

@@ -29,11 +29,11 @@ void ExplicitContacts::look(const ExplicitBody& body, std::vector<ToolPort>& por
       skin_->place(x, skin_positions_);
       placed = true;
     }
-    const NearestPoint nearest = nearest_point(skin_->view(), skin_positions_, tools(k, at_s).position);
-    port.point = nearest.point;
+    const Onset onset = look_for_contact(skin_->view(), skin_positions_, tools(k, at_s).position, port.clearance);
+    port.point = onset.nearest.point;
     port.lambda.setZero();
-    port.touching = nearest.height_m < 0;
-    looked_for_s_[k] = at_s + std::max(kLookS, nearest.height_m / kFastestMS);
+    port.touching = onset.touches;
+    looked_for_s_[k] = at_s + std::max(kLookS, onset.nearest.height_m / kFastestMS);
   }
 }
 
@@ -67,8 +67,9 @@ bool ExplicitContacts::slide_on(const ExplicitBody& body, std::size_t k, const V
   return true;
 }
 
-void ExplicitContacts::finish(std::size_t k, const Vec3& slip, double end_s, ToolPort& port) {
+void ExplicitContacts::finish(std::size_t k, const Vec3& slip, const Vec3& end, double end_s, ToolPort& port) {
   port.touching = port.lambda.squaredNorm() > 0;
+  if (!port.touching) port.clearance = clearance_of(port.point, contacts_[k].tool - end, contacts_[k].normal);
   looked_for_s_[k] = end_s + kLookS;
   if (slip.squaredNorm() > 0) port.point = slide(skin_->view(), skin_positions_, port.point, slip);
 }

@@ -42,8 +42,9 @@ class ExplicitContacts {
   /// Moves the port on by `slip` where that is worth another closing of the contact there (kSlipToleranceM), and makes the
   /// contact ready for it.
   bool slide_on(const ExplicitBody& body, std::size_t k, const Vec3& slip, double ahead_s, ToolPort& port);
-  /// What the step's closing of a contact, with the port's lambda, leads to: it goes on, further along the surface, or ends.
-  void finish(std::size_t k, const Vec3& slip, double end_s, ToolPort& port);
+  /// What the step's closing of a contact, with the port's lambda and its point at `end`, leads to: it goes on, further along the
+  /// surface, or ends.
+  void finish(std::size_t k, const Vec3& slip, const Vec3& end, double end_s, ToolPort& port);
   ExplicitContact& operator[](std::size_t k) { return contacts_[k]; }
   const ExplicitContact& operator[](std::size_t k) const { return contacts_[k]; }
   const ExplicitContact& refreshed(const ExplicitBody& body, std::size_t k, const SurfacePoint& point);

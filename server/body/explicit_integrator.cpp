@@ -125,7 +125,7 @@ void ExplicitIntegrator::close_contacts(std::vector<ToolPort>& ports, double end
       port.lambda = closure.lambda;
       if (is_lost(port, (contact.tool - p_free).norm(), body_.spacing_m())) port.lambda.setZero();
       push(contact.b, shares[i] * port.lambda);
-      if (sweep + 1 == sweeps) contacts_.finish(k, closure.slip, end_s, port);
+      if (sweep + 1 == sweeps) contacts_.finish(k, closure.slip, p_free, end_s, port);
     }
 }
 

@@ -15,10 +15,10 @@ bool Integrator::begin_contacts(const std::vector<Vec3>& tool_points, const Body
   for (std::size_t k = 0; k < ports.size(); ++k) {
     if (ports[k].kind != ContactKind::touch || ports[k].touching || skin_->empty()) continue;
     if (x.empty()) skin_->place(state.x, x);
-    const NearestPoint nearest = nearest_point(skin_->view(), x, tool_points[k]);
-    ports[k].point = nearest.point;
+    const Onset onset = look_for_contact(skin_->view(), x, tool_points[k], ports[k].clearance);
+    ports[k].point = onset.nearest.point;
     ports[k].lambda.setZero();
-    ports[k].touching = nearest.height_m < 0;
+    ports[k].touching = onset.touches;
     any |= ports[k].touching;
   }
   return any;

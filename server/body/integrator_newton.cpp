@@ -49,6 +49,7 @@ void Integrator::finish_contacts(const std::vector<Vec3>& tool_points, const std
     const Vec3 gap = tool_points[k] - skin_->position(port.point, responses_[k].b, state.x);
     if (is_lost(port, gap.norm(), spacing_m_)) port.lambda.setZero();
     port.touching = port.lambda.squaredNorm() > 0;
+    if (!port.touching) port.clearance = clearance_of(port.point, gap, normal_at(skin_->view(), skin_positions_, port.point));
     if (slips[k].squaredNorm() > 0) port.point = slide(skin_->view(), skin_positions_, port.point, slips[k]);
   }
 }

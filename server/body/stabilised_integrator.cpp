@@ -215,7 +215,7 @@ void StabilisedIntegrator::close_contacts(std::vector<ToolPort>& ports, double e
     }
     move_on(responses_[contact.port], change);
     trends_[contact.port] = {trends_[contact.port].steps + 1, change};
-    contacts_.finish(contact.port, contact.slip, end_s, port);
+    contacts_.finish(contact.port, contact.slip, contact.end, end_s, port);
     if (!port.touching) trends_[contact.port] = {};
   }
 }

@@ -6,7 +6,7 @@
 
 #include "common/base/thread_pool.hpp"
 #include "common/port/contact_law.hpp"
-#include "common/port/surface.hpp"
+#include "common/port/onset.hpp"
 #include "server/body/dynamics.hpp"
 
 namespace palpate {
@@ -18,6 +18,7 @@ struct ToolPort {
   bool touching = false;         ///< touch
   SurfacePoint point;            ///< touch: material point in contact, or the nearest one seen last
   Vec3 lambda = Vec3::Zero();    ///< force on the body [N]; for attach what the tool has to push with
+  Clearance clearance;           ///< touch: while it does not
 };
 
 struct ToolAt {

@@ -1,13 +1,12 @@
 #include "server/io/frame_cost.hpp"
 
-#include <time.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <vector>
 
 #include "common/io/monotonic.hpp"
+#include "common/io/processor_time.hpp"
 #include "common/player/player.hpp"
 #include "server/room/room.hpp"
 
@@ -19,12 +18,7 @@ constexpr std::size_t kNodesMost = 5'000;  // of a body whose room is built with
 constexpr std::size_t kFramesMost = 12;
 constexpr double kDeepM = 0.006, kSwingHz = 1.5, kDownS = 0.2;
 
-/// Of this thread: what else runs on the machine does not count.
-std::int64_t processor_ns() {
-  timespec used{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-  return std::int64_t{1'000'000'000} * used.tv_sec + used.tv_nsec;
-}
+std::int64_t processor_ns() { return 1000 * processor_now().count(); }
 
 /// Along the outward normal, in units of how deep it goes.
 double height_at(double t_s) {

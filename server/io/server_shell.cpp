@@ -10,6 +10,7 @@
 
 #include "common/io/channel_endpoint.hpp"
 #include "common/io/monotonic.hpp"
+#include "common/io/processor_time.hpp"
 
 namespace palpate {
 namespace {
@@ -45,11 +46,6 @@ std::string frame_figures(const ServerCounts& before, const ServerCounts& after,
   return text;
 }
 
-std::string pace_text(const ServerCore& core) {
-  return fmt::format("{:.1f} of {:g} frames a second, {:.0f} ms behind", core.pace().rate_hz, core.options().rate_hz,
-                     ms(core.pace().behind));
-}
-
 std::vector<ServerRooms::RoomSpec> specs_of(const std::vector<NamedScene>& scenes) {
   std::vector<ServerRooms::RoomSpec> specs;
   for (const NamedScene& named : scenes) specs.push_back({named.name, facts_of(named.scene, home_of(named.scene))});
@@ -70,12 +66,15 @@ ServerShell::Body::Body(const Scene& scene, std::size_t threads) : step_pool(thr
 /// Of the clock on the wall: a frame that others keep from the processor is as late as one that is long.
 FrameResult ServerShell::Body::run(const FrameJob& job) {
   rollouts_took = {};
-  const Micros began = monotonic_now();
+  const Micros began = monotonic_now(), used = processor_now();
   FrameResult result = simulate ? simulate(room, job) : room.simulate(job);
   const Micros stepped = monotonic_now();
   room.build_patches(job, result);
   result.step_took = std::max(stepped - began, Micros{1});
-  result.patches_took = monotonic_now() - stepped;
+  const Micros done = monotonic_now();
+  result.patches_took = done - stepped;
+  wall_took = done - began;
+  processor_took = processor_now() - used;
   if (job.rollouts) result.rollouts_took = rollouts_took;
   return result;
 }
@@ -223,6 +222,7 @@ void ServerShell::hand_out(std::size_t k, FrameJob job) {
 void ServerShell::finish(std::size_t k, FrameResult result) {
   const auto now = monotonic_now();
   Body& body = *bodies_[k];
+  body.share.add(body.processor_took, body.wall_took);
   body.absent.take_out(result);
   if (RoomRecorder* const recorder = body.recorder()) recorder->end_frame(result, cores_[k], now, body.absent.holds());
   cores_[k].finish(std::move(result), now);
@@ -289,12 +289,21 @@ std::string ServerShell::label(std::size_t k) const {
   return cores_.size() > 1 ? fmt::format("room \"{}\": ", cores_.name(k)) : "";
 }
 
+std::string ServerShell::pace_text(std::size_t k) const {
+  const ServerCore& core = cores_[k];
+  const CoreShare& share = bodies_[k]->share;
+  return fmt::format(
+      "{:.1f} of {:g} frames a second, {:.0f} ms behind{}", core.pace().rate_hz, core.options().rate_hz, ms(core.pace().behind),
+      share.starved() ? fmt::format("; the machine is busy: frames get {:.0f} % of a core", 100 * share.share()) : "");
+}
+
 void ServerShell::watch_pace(std::size_t k) {
   const ServerCore& core = cores_[k];
   const bool slow = core.pace().rate_hz < kSlowBelow * core.options().rate_hz;
   if (slow == std::exchange(bodies_[k]->slow, slow)) return;
-  say(k, slow ? "overrun" : "kept_up", slow ? "overrunning: " + pace_text(core) : "keeps its frame rate again",
-      {{"rate_hz", core.pace().rate_hz}, {"behind_ms", ms(core.pace().behind)}}, slow ? EventLevel::warning : EventLevel::info);
+  say(k, slow ? "overrun" : "kept_up", slow ? "overrunning: " + pace_text(k) : "keeps its frame rate again",
+      {{"rate_hz", core.pace().rate_hz}, {"behind_ms", ms(core.pace().behind)}, {"core_share", bodies_[k]->share.share()}},
+      slow ? EventLevel::warning : EventLevel::info);
 }
 
 void ServerShell::report() {
@@ -311,12 +320,13 @@ void ServerShell::report() {
         say(k, "report",
             fmt::format("{} station{}: {}{}", core.station_count(), core.station_count() == 1 ? "" : "s",
                         frame_figures(bodies_[k]->reported, counts, core.longest_frame()),
-                        slow ? ", overrunning: " + pace_text(core) : ""),
+                        slow ? ", overrunning: " + pace_text(k) : ""),
             {{"stations", static_cast<double>(core.station_count())},
              {"frames", static_cast<double>(counts.frames - bodies_[k]->reported.frames)},
              {"longest_ms", ms(core.longest_frame())},
              {"rate_hz", pace.rate_hz},
-             {"behind_ms", ms(pace.behind)}});
+             {"behind_ms", ms(pace.behind)},
+             {"core_share", bodies_[k]->share.share()}});
       reporting_ |= counts.frames > bodies_[k]->reported.frames;
       bodies_[k]->reported = counts;
       core.reset_longest_frame();

@@ -31,6 +31,7 @@
 #include "common/io/endpoint.hpp"
 #include "common/io/spinning_thread_pool.hpp"
 #include "server/core/server_rooms.hpp"
+#include "server/io/core_share.hpp"
 #include "server/io/peers.hpp"
 #include "server/io/room_recording.hpp"
 #include "server/io/server_event.hpp"
@@ -110,6 +111,8 @@ class ServerShell {
     Micros rollouts_began{}, rollouts_took{};  ///< of the job that is out
     ServerCounts reported;                     ///< counts at the last report
     StationLinks links;
+    Micros processor_took{}, wall_took{};  ///< of the job that is out
+    CoreShare share;
     bool slow = false;  ///< it was said that it cannot keep its rate
     std::optional<RoomRecording> recording;
     RoomRecorder* recorder() { return recording ? recording->recorder() : nullptr; }
@@ -149,6 +152,7 @@ class ServerShell {
   void end_recording();
   void say_recording_failed(std::size_t room, const std::string& fault) const;
   std::string label(std::size_t k) const;
+  std::string pace_text(std::size_t k) const;
 
   struct Sender {
     UdpEndpoint from;

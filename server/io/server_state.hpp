@@ -19,6 +19,7 @@ struct RoomState {
   bool ended = false;      ///< its body failed
   double rate_hz = 0;      ///< as asked for
   Pace pace;               ///< what there is time for
+  double core_share = 1;   ///< that frames got lately
   Micros computing_for{};  ///< how long the frame that is out has been so, 0: none is
   int hands = 0, shadows = 0, viewers = 0;
   ServerCounts counts;

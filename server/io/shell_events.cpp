@@ -150,7 +150,8 @@ ServerState ServerShell::state(Micros now) const {
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     const ServerCore& core = cores_[k];
     const Body& body = *bodies_[k];
-    RoomState room{cores_.name(k), core.ended(), core.options().rate_hz, core.pace(), {}, 0, 0, 0, core.counts(), body.links};
+    RoomState room{cores_.name(k), core.ended(), core.options().rate_hz, core.pace(), body.share.share(), {}, 0, 0, 0,
+                   core.counts(),  body.links};
     if (const auto since = core.computing_since()) room.computing_for = now - *since;
     count_roles(core.stations(), room);
     if (body.recording) room.recording = body.recording->state();

@@ -58,7 +58,7 @@ std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
     if (!report->converged) {
       // The last good shape, at rest and let go of, goes on from here: the room must not stop because one frame was beyond it.
       body_.v.setZero();
-      for (ToolPort& port : ports_) port.touching = false, port.lambda.setZero();
+      for (ToolPort& port : ports_) port.touching = false, port.clearance = {}, port.lambda.setZero();
       body_.time_s = seconds(job.target);
     }
   }

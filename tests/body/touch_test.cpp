@@ -3,7 +3,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "common/motion/motion.hpp"
 #include "server/body/integrator.hpp"
+#include "server/scene/scene.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -127,6 +129,44 @@ TEST_CASE("A step in which contact begins or ends is redone in short pieces") {
   }
   CHECK(released);
   CHECK(cuts >= 1);
+}
+
+TEST_CASE("A thin plate that is pressed far and left fast lets the tool go and never pulls it") {
+  // Pressed through itself: its upper side comes back below its lower one, and as fast as the tool.
+  struct Way {
+    const char* plate;
+    double middle_m, deep_m;
+  };
+  const Way way = GENERATE(Way{R"({"nodes": [9, 9, 4], "size_m": [0.08, 0.08, 0.015])", 0.04, 0.035},
+                           Way{R"({"nodes": [9, 9, 3], "size_m": [0.08, 0.08, 0.01])", 0.04, 0.030},
+                           Way{R"({"nodes": [7, 7, 4], "size_m": [0.06, 0.06, 0.012])", 0.03, 0.030});
+  const LumpedBody body = read_scene(std::string(R"({"body": {"lattice": )") + way.plate +
+                                         R"(, "solid": {"material": "liver"}, "fixed_faces": ["x-", "x+"]}},
+                                         "tool": {"contact": "touch", "radius_m": 0.01}})",
+                                     "plate")
+                              .body;
+  const Dynamics dynamics(body);
+  const Skin skin(body, 0.01);
+  Integrator integrator(dynamics, skin, {});
+  BodyState state = dynamics.rest_state();
+  std::vector<ToolPort> ports(1);
+  ports[0].parameters = {1000, 0.3};
+  const Motion motion({{0, {way.middle_m, way.middle_m, 0.02}},
+                       {0.5, {way.middle_m, way.middle_m, -way.deep_m}},
+                       {0.6, {way.middle_m, way.middle_m, -way.deep_m}},
+                       {0.6 + 2 * (0.02 + way.deep_m), {way.middle_m, way.middle_m, 0.02}},
+                       {1.2, {way.middle_m, way.middle_m, 0.02}}});
+  double most_pull_n = 0, most_push_n = 0;
+  for (int k = 1; k <= 100; ++k) {
+    const auto tool = [&](std::size_t, double t) { return ToolAt{motion.position(t), Vec3::Zero()}; };
+    REQUIRE(integrator.advance(state, ports, 0.01 * k, 0.01, tool).converged);
+    most_pull_n = std::max(most_pull_n, ports[0].lambda.z());
+    most_push_n = std::max(most_push_n, -ports[0].lambda.z());
+  }
+  CAPTURE(way.plate);
+  CHECK(most_push_n > 0.3);
+  CHECK(most_pull_n == 0);
+  CHECK_FALSE(ports[0].touching);
 }
 
 TEST_CASE(

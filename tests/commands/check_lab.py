@@ -44,6 +44,12 @@ def check_no_contact(program, scenes, work):
     done = lab(program, "felt", "--scene", scenes / "touch-cube.json", "--report", report, "--out", work / "felt-aside", expect=1)
     assert "no contact" in done.stderr, done.stderr
     assert json.loads((work / "felt-aside" / "felt.json").read_text())["contact_ticks"] == 0
+    for told, said in [({"name": "organ"}, 'is "touch-cube"; the hand of'),
+                       ({"name": "touch-cube", "mesh": "0" * 16}, "has another surface")]:
+        (report / "summary.json").write_text(json.dumps({"run": {"scheme": "port", "scene": told}}))
+        done = lab(program, "felt", "--scene", scenes / "touch-cube.json", "--report", report, "--out", work / "felt-other", expect=2)
+        assert said in done.stderr and done.stderr.count("\n") == 1, done.stderr
+        assert not (work / "felt-other").exists()
 
 
 def check_run(program, scenes, work):
@@ -57,12 +63,12 @@ def check_run(program, scenes, work):
     assert run["scene"]["name"] == "touch-cube" and run["scene"]["hash"] == fnv1a(scene), run
     assert run["flags"]["gesture"] == "press" and run["version"] and run["machine"]["cores"] > 0, run
     felt = []
-    for scheme in ("cubic", "hyper"):  # the older name and today's
+    for scheme in ("cubic", "hyper", "auto"):  # the older name and today's; what a server gives that has the time
         lab(program, "replay", "--scene", scene, "--gesture", "press", "--scheme", scheme, "--out", work / scheme)
         felt.append((work / scheme / "forces.csv").read_bytes())
         summary = (work / scheme / "summary.json").read_text()
-        assert json.loads(summary)["run"]["scheme"] == "hyper" and "cubic" not in summary, summary
-    assert felt[0] == felt[1], "cubic is not hyper"
+        assert json.loads(summary)["run"]["scheme"] == scheme.replace("cubic", "hyper") and "cubic" not in summary, summary
+    assert felt[0] == felt[1] == felt[2], "cubic or auto is not hyper"
     motion = work / "stroke.csv"
     lab(program, "gesture", "--scene", scene, "--kind", "stroke", "--out", motion)
     lab(program, "replay", "--scene", scene, "--motion", motion, "--scheme", "hold", "--out", work / "stroke")

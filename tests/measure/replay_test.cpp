@@ -100,6 +100,18 @@ TEST_CASE("hyper feels ten times as true as port over 50 and 150 ms, for at most
   CHECK(hyper.patch_bytes_mean < 6000);
 }
 
+TEST_CASE(
+    "Without a scheme a server that takes no time gives hyper over a link that carries it, and port over one that does not") {
+  ReplayOptions open = replay_options_for(Scheme::hyper, 40), named = open;
+  open.scheme.reset();
+  const Motion motion = excursion(0.8);
+  const ReplayResult chosen = play(cube6(), motion, open), hyper = play(cube6(), motion, named);
+  CHECK(chosen.last_patch.scheme == Scheme::hyper);
+  CHECK(chosen.fidelity.snr_db == hyper.fidelity.snr_db);
+  open.link.loss = 0.25;
+  CHECK(play(cube6(), excursion(3), open).last_patch.scheme == Scheme::port);
+}
+
 TEST_CASE("Jitter and loss cost port little") {
   ReplayOptions options = replay_options_for(Scheme::port, 50);
   options.link.jitter = Micros{20'000};

@@ -73,8 +73,11 @@ def check_named(programs, work):
         assert done.returncode == 2 and done.stderr.startswith("palpate-key: NAME: ") and done.stderr.count("\n") == 1, done.stderr
         done = run(programs, "palpate-key", "admit", site, station, "a", "--room", name)
         assert done.returncode == 2 and "--room: " in done.stderr, done.stderr
+    done = run(programs, "palpate-key", "admit", site, key(programs, "show", site), "OR 4")
+    assert done.returncode == 2 and done.stderr.startswith("palpate-key: STATION: ") and "the server's" in done.stderr, done.stderr
     assert site.read_text() == before
-    key(programs, "admit", site, station, "OR 4", "--role", "viewer")
+    done = run(programs, "palpate-key", "admit", site, station, "OR 4", "--role", "viewer")
+    assert f'station {station} "OR 4" viewer' in done.stdout and "SIGHUP" in done.stdout, done.stdout
     assert stat.S_IMODE(site.stat().st_mode) == 0o640 and site.read_text() == before + f'station {station} "OR 4" viewer\n'
     mine = work / "a.key"
     mine.write_text(mine.read_text() + f"\tserver\t{stranger}\n")
