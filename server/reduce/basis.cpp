@@ -104,13 +104,6 @@ bool ShiftedSolver::solve(const Linearisation& at, std::span<const SolveColumn> 
   return definite;
 }
 
-Matrix orthonormal_directions(const Vector& masses, std::span<const Vector> directions, int most) {
-  assert(most > 0);
-  Orthonormal basis(masses, most);
-  for (const Vector& x : directions) basis.add(x);
-  return basis.take();
-}
-
 std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
                                    const BasisRequest& request) {
   const Vector& masses = at.masses();

@@ -118,9 +118,6 @@ Matrix side_by_side(std::span<const Vector> columns);
 /// What the next moments respond to: (2 s M + D) x.
 std::vector<Vector> moment_inputs(const Linearisation& at, double shift_1_s, std::span<const Vector> x);
 
-/// These directions in this order, M-orthonormal, at most so many; those that add nothing are left out.
-Matrix orthonormal_directions(const Vector& masses, std::span<const Vector> directions, int most);
-
 /// Columns are M-orthonormal; fewer than asked when the body has no more to give; nothing when P is not positive definite.
 std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
                                    const BasisRequest& request);

@@ -208,8 +208,8 @@ bool PatchBuilder::reduce(const Job& job, const Model& model, PortModel& port, B
   const ResponseRequest responses{port.shift_1_s, seconds(job.request->horizon), second_order};
   if (!add_responses(model.at, port.start, solve, responses, response_memory_, snapshots)) return false;
   snapshots.add(frame.snapshots());
-  const std::vector<Vector> beside = directions_beside(job, model, port, snapshots, modes);
-  const PodBasis basis = pod_basis(model.at, snapshots, beside, port.shift_1_s, modes);
+  const auto beside = std::min(port.start.fine.size(), static_cast<std::size_t>(modes - 1));
+  const PodBasis basis = pod_basis(model.at, snapshots, std::span(port.start.fine).first(beside), port.shift_1_s, modes);
   frame.enter(PatchPart::project);
   if (!take_basis(job, model, basis.modes, basis.at_modes, made, reduced)) return false;
   reduced.coordinates = reduced.rotation.transpose() * basis.coordinates;
@@ -224,28 +224,6 @@ RolloutLoads PatchBuilder::rollout_loads(const Job& job, const Model& model, con
   for (Eigen::Index k = 0; k < loads.slides.cols(); ++k)
     loads.slides.col(k) = w.transpose() * port.slide_loads[static_cast<std::size_t>(k)];
   return loads;
-}
-
-/// Where nobody could step the body ahead, half of the modes are those of linear rollouts, in the coordinates of the responses
-/// that are there anyway; else how the body begins to yield.
-std::vector<Vector> PatchBuilder::directions_beside(const Job& job, const Model& model, const PortModel& port,
-                                                    const SnapshotSet& snapshots, int modes) const {
-  std::vector<Vector> fine = port.start.fine;
-  if (port.push.empty() || !snapshots.of(SnapshotKind::rollout).empty()) {
-    fine.resize(std::min(fine.size(), static_cast<std::size_t>(modes - 1)));
-    return fine;
-  }
-  std::vector<Vector> responses = port.start.ports;
-  for (const SnapshotKind kind : {SnapshotKind::slide, SnapshotKind::residual, SnapshotKind::own_motion, SnapshotKind::moment})
-    for (const Eigen::Index k : snapshots.of(kind)) responses.push_back(snapshots.all()[static_cast<std::size_t>(k)].state);
-  responses.push_back(model.at.free_velocity());
-  responses.insert(responses.end(), fine.begin(), fine.end());
-  const Matrix w = orthonormal_directions(model.at.masses(), responses, static_cast<int>(responses.size()));
-  std::vector<Vector> leading;
-  if (w.cols() == 0 || modes < 2) return leading;
-  const Matrix v = w * dominant_directions(model.at.projected(w), rollout_loads(job, model, port, w), port.shift_1_s, modes / 2);
-  for (const auto column : v.colwise()) leading.emplace_back(column);
-  return leading;
 }
 
 bool PatchBuilder::take_basis(const Job& job, const Model& model, const Matrix& basis, const Projection& projected,

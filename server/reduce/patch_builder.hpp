@@ -7,7 +7,8 @@
 //                    like `port`; forces and velocities at the stamp are the body's own; `ring` for a body of finite elements,
 //                    and then the patch says so
 //   balanced         the whole body, balanced off-line at its rest state for this contact (balanced_basis.hpp)
-//   port             the whole body, rational Krylov basis at the port (basis.hpp)
+//   port             the whole body, modes of a touch chosen from rational Krylov directions at the port (basis.hpp,
+//                    linear_rollouts.hpp); of a grasp the first of them
 //   hyper            the whole body, a basis for what it is likely to do (pod_basis.hpp), and beside the linear patch some of its
 //                    elements (hyper_patch.hpp); `port` where they cannot be had, and then the patch says so
 //
@@ -134,7 +135,7 @@ class PatchBuilder {
     double shift_1_s = 0;
     KrylovStart start;
     KrylovSolve solve;
-    std::span<const Vector> push, slide_loads;  ///< B, and B_end lambda_end - B lambda; of a touch that linear rollouts are for
+    std::span<const Vector> push, slide_loads;  ///< B, and B_end lambda_end - B lambda; of a touch of scheme `port`
     Matrix prescribed;                          ///< how the tool moves its node, 3 N x 3; no columns for touch
     SnapshotSet snapshots;                      ///< of scheme `hyper`, but for those that all ports have
     std::optional<Matrix> balanced;             ///< directions of scheme `balanced`
@@ -153,8 +154,6 @@ class PatchBuilder {
   int modes_beside(const Job& job, const OtherTools& others) const;
   bool reduce(const Job& job, const Model& model, PortModel& port, BuiltPatch& made, Reduced& reduced);
   RolloutLoads rollout_loads(const Job& job, const Model& model, const PortModel& port, const Matrix& w) const;
-  std::vector<Vector> directions_beside(const Job& job, const Model& model, const PortModel& port, const SnapshotSet& snapshots,
-                                        int modes) const;
   bool take_basis(const Job& job, const Model& model, const Matrix& basis, const Projection& projected, BuiltPatch& made,
                   Reduced& reduced) const;
   void add_fading(const Job& job, const Model& model, const Matrix& v, Patch& patch) const;

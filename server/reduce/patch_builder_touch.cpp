@@ -152,7 +152,7 @@ PatchBuilder::PortModel PatchBuilder::touch_model(const Job& job, const Model& m
     for (const SolveColumn& column : columns) correct.apply(*column.x);
     return true;
   };
-  if (job.hyper() || job.request->scheme == Scheme::port) {
+  if (job.request->scheme == Scheme::port) {
     port.push = own.input;
     port.slide_loads = job.frame->sliding_loads(job.which);
   }

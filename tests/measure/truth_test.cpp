@@ -5,6 +5,8 @@
 #include "bench/measure/examination.hpp"
 #include "bench/measure/gestures.hpp"
 #include "bench/measure/reach.hpp"
+#include "common/base/error.hpp"
+#include "common/port/surface.hpp"
 
 using namespace palpate;
 
@@ -38,6 +40,35 @@ TEST_CASE("The examination presses, strokes, taps and lets go: as deep in a gras
   CHECK(depth_mm(scene, motion, 4.6) < -3);  // it swings past where it began
   for (Micros t{}; t < motion.duration(); t += Micros{1000})
     CHECK((motion.position(t + Micros{1000}) - motion.position(t)).norm() < 0.5e-3);
+}
+
+TEST_CASE("Places of an examination are drawn on the surface, go straight in, and are the same of the same scene") {
+  const Scene scene = load_scene(kScenes + "organ.json");
+  const std::vector<ExaminedPlace> places = drawn_places(scene, 6), fewer = drawn_places(scene, 3);
+  const Surface surface(scene.body.triangles, scene.body.nodes.size());
+  const Positions rest{scene.body.nodes.front().data(), 3 * scene.body.nodes.size()};
+  REQUIRE(places.size() == 6);
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const ExaminedPlace& place = places[k];
+    CHECK(place.into.norm() == Approx(1));
+    CHECK(place.aside.norm() == Approx(1));
+    CHECK(place.into.dot(place.aside) == Approx(0).margin(1e-12));
+    CHECK(nearest_point(surface.view(), rest, place.start).height_m == Approx(kGapM));
+    const Motion motion = examination(scene, place);
+    const NearestPoint deepest = nearest_point(surface.view(), rest, motion.position(0.5));
+    CHECK(deepest.height_m < 0);
+    CHECK((motion.position(0.5) - place.start).dot(place.into) == Approx(0.010 * place.scale + kGapM));
+    if (k < fewer.size()) CHECK(fewer[k].start == place.start);
+  }
+}
+
+TEST_CASE("A plate is not examined deeper than a quarter of its thickness, and a scene that is grasped has no places") {
+  const Scene plate = read_scene(R"({"name": "plate", "body": {"lattice": {"nodes": [9, 9, 3], "size_m": [0.1, 0.1, 0.012],
+    "solid": {"material": "liver"}, "fixed_faces": ["x-"]}}, "tool": {"contact": "touch", "radius_m": 0.012}})",
+                                 "plate");
+  for (const ExaminedPlace& place : drawn_places(plate, 4))
+    if (std::abs(place.into.z()) > 0.99) CHECK(0.010 * place.scale == Approx(0.003));
+  CHECK_THROWS_AS(drawn_places(load_scene(kScenes + "cube6.json"), 1), InputError);
 }
 
 TEST_CASE("An error's reach ends before the first point that is too large, whatever comes after it") {
