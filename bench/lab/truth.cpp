@@ -258,9 +258,9 @@ void add_truth(CLI::App& app, Run& run) {
       ->delimiter(',')
       ->check(CLI::Range(0.0, 2000.0));
   c->add_flag("--as-sent", flags->as_sent, "without what limits a scheme: what is sent alone");
-  c->add_option("--places", flags->places, "places drawn by chance on the surface of each scene in place of its top")
+  c->add_option("--places", flags->places, "places drawn by chance on the surface of each scene; 0: the top alone")
       ->type_name("N")
-      ->check(CLI::Range(1, 64));
+      ->check(CLI::Range(0, 64));
   flags->shards.add_to(*c);
   c->add_option("--out", flags->out, "folder for cells.csv, summary.json and truth.svg")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_truth(*flags); }; });

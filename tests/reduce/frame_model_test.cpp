@@ -41,17 +41,20 @@ struct FrameBench {
     tools.push_back({position_at(skin.view(), x, port.point), velocity});
   }
   /// `wanted`: ports that do not touch, for which other patches are to be built.
-  Patch build(std::size_t which, Scheme scheme = Scheme::port, const std::vector<std::size_t>& wanted = {}) {
+  Patch build(std::size_t which, Scheme scheme = Scheme::port, const std::vector<std::size_t>& wanted = {}, int order = 0) {
     frame.begin(state, ports, tools, kFrameHorizon);
     for (const std::size_t k : wanted) frame.want(k);
     PatchRequest request;
     request.scheme = scheme;
     request.horizon = kFrameHorizon;
+    request.order = order;
     const auto built = builder.build(frame, which, request);
     REQUIRE(built);
     REQUIRE(check(built->patch) == PatchFault::none);
     return built->patch;
   }
+  /// With all directions that modes are chosen from.
+  Patch build_with_all_directions(std::size_t which) { return build(which, Scheme::port, {}, 2 * PatchBuilder::kCandidates); }
   Matrix input(std::size_t k) const {
     Matrix b = Matrix::Zero(state.x.size(), 3);
     for (const auto& [node, weight] : skin.weights(ports[k].point))
@@ -103,7 +106,7 @@ TEST_CASE(
     bench.ports[k].lambda = -0.4 * normal_at(bench.skin.view(), x, bench.ports[k].point);
     bench.tools[k].position = position_at(bench.skin.view(), x, bench.ports[k].point);
   }
-  const Patch patch = bench.build(0);
+  const Patch patch = bench.build_with_all_directions(0);
   REQUIRE(patch.others.count == kMaxOtherTools);
   CHECK(patch.load_for == kFrameHorizon);
   // Which is which: by its velocity.
@@ -162,7 +165,8 @@ TEST_CASE("A patch expects of other hands the parabola that ends where they get 
 }
 
 TEST_CASE(
-    "The modes of a touch that slides on know what the body does when the load has gone where the tool will be and turned with "
+    "The directions for a touch that slides on know what the body does when the load has gone where the tool will be and turned "
+    "with "
     "the surface") {
   FrameBench bench;
   bench.touch(40, Vec3(0.1, 0, -0.4), Vec3(0.1, 0.04, 0));
@@ -175,7 +179,7 @@ TEST_CASE(
     bench.ports[0].point = there;
     const Matrix b_end = bench.input(0);
     bench.ports[0].point = here;
-    const Patch patch = bench.build(0);
+    const Patch patch = bench.build_with_all_directions(0);
     PortRows rows = PortRows::Zero(3, patch.modes());
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3 corner = vertex(x, bench.skin.view().triangles[there.triangle][k]);
