@@ -33,8 +33,8 @@ std::string curve(const Curve& c, const std::filesystem::path& csv, std::size_t 
                      c.column, every, c.with, type, quoted(c.title));
 }
 
-/// Whether gnuplot took all of it. One that is missing, or ends early, reads nothing: to write is then to fail, and no end of this
-/// program.
+/// Whether gnuplot took all of it. One that is missing, or ends early, reads nothing: to write is then to fail, and no end of
+/// this program.
 bool gnuplot_draws(const std::string& text) {
   auto* const before = std::signal(SIGPIPE, SIG_IGN);
   FILE* const pipe = popen("gnuplot 2>/dev/null", "w");

@@ -125,8 +125,7 @@ TEST_CASE("Time that is left out moves nothing: the tool is led from where the b
   FrameResult result = organ.frame(1, aside(-0.045));
   CHECK(result.stamp == before.stamp + kCostlyFrame + Micros{3'000'000});
   CHECK(result.newton_iterations < 100);
-  CHECK(result.stations.back().tool.z() ==
-        Approx(organ.home().z() - 0.04).margin(1e-3));  // half-way, as by ToolTrack::kLeadBack
+  CHECK(result.stations.back().tool.z() == Approx(organ.home().z() - 0.04).margin(1e-3));  // half-way, as by ToolTrack::kLeadBack
   for (int k = 0; k < 3; ++k) result = organ.frame(1, aside(-0.045));
   CHECK(result.stations.back().tool.z() == Approx(organ.home().z() - 0.045).margin(1e-6));
   CHECK(result.stations.back().contact);
