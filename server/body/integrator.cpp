@@ -21,15 +21,10 @@ bool touches(const std::vector<ToolPort>& ports) {
   return std::any_of(ports.begin(), ports.end(), [](const ToolPort& p) { return p.kind == ContactKind::touch && p.touching; });
 }
 
-/// Conjugate gradients where it does not pay to factorise. Of bodies that are small then, whose matrix costs more to make anew
-/// than a solve does, to a thousandth: Newton's method asks for it less often (docs/decisions/0003-linear-solver.md).
+/// Conjugate gradients where it does not pay to factorise.
 IntegratorOptions with_solver(const Dynamics& dynamics, IntegratorOptions options) {
-  constexpr double kSmallTolerance = 1e-3;
-  if (options.solver != LinearSolver::Method::automatic) return options;
-  if (LinearSolver::factorises(dynamics.nodes(), dynamics.body().planar)) return options;
-  options.solver = LinearSolver::Method::conjugate_gradients;
-  if (dynamics.nodes() <= LinearSolver::kDirectRowsMax)
-    options.solve_tolerance = std::min(options.solve_tolerance, kSmallTolerance);
+  if (options.solver == LinearSolver::Method::automatic && !LinearSolver::factorises(dynamics.nodes(), dynamics.body().planar))
+    options.solver = LinearSolver::Method::conjugate_gradients;
   return options;
 }
 

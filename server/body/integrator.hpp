@@ -44,12 +44,12 @@ namespace palpate {
 
 struct IntegratorOptions {
   double step_s = 0.010;      ///< largest step
-  double tolerance_m = 1e-8;  ///< Newton stops when no node would move further
-  /// automatic: conjugate gradients where it does not pay to factorise (LinearSolver::factorises()); of bodies of up to
-  /// LinearSolver::kDirectRowsMax nodes then to 1e-3 or solve_tolerance, whichever is less.
+  double tolerance_m = 1e-7;  ///< Newton stops when no node would move further
+  /// automatic: conjugate gradients where it does not pay to factorise (LinearSolver::factorises()).
   LinearSolver::Method solver = LinearSolver::Method::automatic;
-  double solve_tolerance = 1e-2;  ///< relative, of linear solves: they steer Newton's method, they do not set its answer
-  double event_step_s = 0.002;    ///< of a step in which a contact begins or ends
+  /// Relative, of linear solves: they steer Newton's method, they do not set its answer (docs/decisions/0003-linear-solver.md).
+  double solve_tolerance = 0.1;
+  double event_step_s = 0.002;  ///< of a step in which a contact begins or ends
   /// Of Newton's method in one advance(), which then gives up before its next step: for who would rather not know than wait.
   int most_iterations = std::numeric_limits<int>::max();
 };
@@ -70,6 +70,7 @@ class Integrator final : public Stepper {
 
  private:
   static constexpr int kNewtonMax = 30, kNewtonMost = 200;  // of a stage; of a damped step
+  static constexpr int kStageSlidesMax = 12;                // a point may go to and fro across an edge of the surface
   // Of an advance(), by the steps that it would have uncut.
   static constexpr double kNewtonAStep = 120, kTouchedNewtonAStep = 40, kFewestSteps = 5;
 
@@ -83,6 +84,13 @@ class Integrator final : public Stepper {
     SurfacePoint point;       // where w was computed
     std::array<Vector, 3> w;  // columns of A^-1 B there
     Skin::Weights b;          // of where the port is
+  };
+
+  /// Where a contact was on the body when its stage began, and how far it slips from there by the contact law, beyond how far its
+  /// point has been moved [m].
+  struct Slip {
+    SurfacePoint from;
+    Vec3 further = Vec3::Zero();
   };
 
   bool step(BodyState& state, std::vector<ToolPort>& ports, double h, const ToolMotion& tools, AdvanceReport& report);
@@ -99,15 +107,15 @@ class Integrator final : public Stepper {
   void place(const Stage& stage, BodyState& state) const;
   /// Where the skin was placed last.
   std::vector<Vec3> normals_of(const std::vector<ToolPort>& ports) const;
-  /// Moves contacts that slip on to where they are closed again; false where none is worth it.
-  bool slide_on(std::vector<Vec3>& slips, const BodyState& state, std::vector<ToolPort>& ports);
-  void finish_contacts(const std::vector<Vec3>& tool_points, const std::vector<Vec3>& slips, const BodyState& state,
+  /// Moves the points of contacts as far as they slip by the law; false where none has further to go than kSlipToleranceM.
+  bool slide_on(std::vector<Slip>& slips, const BodyState& state, std::vector<ToolPort>& ports);
+  void finish_contacts(const std::vector<Vec3>& tool_points, const std::vector<Slip>& slips, const BodyState& state,
                        std::vector<ToolPort>& ports) const;
   void update_responses(const std::vector<ToolPort>& ports, const std::vector<std::size_t>& touching, const Vector& x,
                         AdvanceReport& report);
   void couple(const std::vector<std::size_t>& touching, double a);
   void close_ports(const Stage& stage, const std::vector<Vec3>& tool_points, const std::vector<Vec3>& normals,
-                   const BodyState& state, std::vector<ToolPort>& ports, Vector& dv, std::vector<Vec3>& slips,
+                   const BodyState& state, std::vector<ToolPort>& ports, Vector& dv, std::vector<Slip>& slips,
                    AdvanceReport& report);
   bool begin_contacts(const std::vector<Vec3>& tool_points, const BodyState& state, std::vector<ToolPort>& ports) const;
   void total_forces(const BodyState& state, const std::vector<ToolPort>& ports, Vector& f) const;

@@ -29,9 +29,8 @@ bool LinearSolver::factorise(const BlockMatrix& a) {
   direct_ = wants_direct(a);
   if (direct_) return factorise_direct(a);
   a_ = &a;
-  packed_.pack(a);
   batched_ = false;
-  return true;
+  return packed_.pack(a);
 }
 
 bool LinearSolver::factorise_direct(const BlockMatrix& a) {

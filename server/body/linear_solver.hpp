@@ -16,7 +16,7 @@
 
 #include "server/body/batch_cg.hpp"
 #include "server/body/block_matrix.hpp"
-#include "server/body/packed_cg.hpp"
+#include "server/body/ssor_cg.hpp"
 
 namespace palpate {
 
@@ -60,7 +60,7 @@ class LinearSolver {
   bool analysed_ = false;
   // iterative
   const BlockMatrix* a_ = nullptr;
-  PackedConjugateGradients packed_;
+  SsorConjugateGradients packed_;
   BatchConjugateGradients batch_;
   bool batched_ = false;  // batch_ has the matrix of the last factorise()
   Vector r_;

@@ -8,8 +8,8 @@ namespace {
 // Numbers in brackets: pages of docs/notebook.
 constexpr double kIterationNs = 32, kMatrixNs = 80, kProductNs = 3.5, kStepNs = 200;  // of an edge; measured (0033, 0039)
 constexpr double kToleranceEdges = 0.01;  // of a mean edge: which way a body bends, no more; a tenth of it gains nothing (0033)
-constexpr double kSolveTolerance = 0.1, kEventStepS = 0.01;  // measured: finer ones leave time for fewer rollouts (0039)
-constexpr int kNewtonIterationsMax = 24;                     // of a step; measured: grasps take two or three, touches to nine
+constexpr double kEventStepS = 0.01;      // measured: a finer one leaves time for fewer rollouts (0039)
+constexpr int kNewtonIterationsMax = 24;  // of a step; measured: grasps take two or three, touches to nine
 
 }  // namespace
 
@@ -19,7 +19,6 @@ RoughSteps::RoughSteps(const Dynamics& dynamics, const Skin& skin)
       integrator_(dynamics, skin,
                   {.tolerance_m = kToleranceEdges * mean_edge_m(dynamics.body()),
                    .solver = LinearSolver::Method::conjugate_gradients,
-                   .solve_tolerance = kSolveTolerance,
                    .event_step_s = kEventStepS,
                    .most_iterations = kNewtonIterationsMax}) {}
 

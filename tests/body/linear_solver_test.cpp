@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "tests/support/bodies.hpp"
 
@@ -85,4 +86,52 @@ TEST_CASE("A product with the block matrix is the dense product") {
   CHECK((y - system.dense_a() * x).norm() < 1e-13 * y.norm());
   CHECK(system.a.column(system.a.find(5, 6)) == 6);
   CHECK(system.a.column(system.a.diagonal(7)) == 7);
+}
+
+TEST_CASE("Iterations stop where the preconditioned residual is as small as was asked, and no sooner") {
+  const System system(1, 0.01, 1e-4);
+  const Vector b = system.right_side(), exact = system.dense_a().llt().solve(b);
+  SsorConjugateGradients solver;
+  REQUIRE(solver.pack(system.a));
+  int before = 0;
+  double error_before = 1;
+  for (const double tolerance : {1e-1, 1e-2, 1e-3, 1e-4}) {
+    Vector x = Vector::Zero(b.size());
+    bool positive_definite = true;
+    const int iterations = solver.solve(b, tolerance, x, positive_definite);
+    const Vector wrong = x - exact;
+    const double error = std::sqrt(wrong.dot(system.dense_a() * wrong) / exact.dot(system.dense_a() * exact));
+    CHECK(positive_definite);
+    CHECK(iterations > before);
+    CHECK(error < 3 * tolerance);
+    CHECK(error < error_before);
+    before = iterations;
+    error_before = error;
+  }
+}
+
+TEST_CASE("A body of rows that do not depend on each other is solved for in one iteration") {
+  const System system(1, 0, 0);  // masses alone
+  const Vector b = system.right_side();
+  SsorConjugateGradients solver;
+  REQUIRE(solver.pack(system.a));
+  Vector x = Vector::Zero(b.size());
+  bool positive_definite = true;
+  CHECK(solver.solve(b, 1e-6, x, positive_definite) == 1);
+  CHECK((system.dense_a() * x - b).norm() < 1e-6 * b.norm());
+}
+
+TEST_CASE("Iterations with the lower triangle as preconditioner are at most six tenths of those with the diagonal") {
+  const System system(1, 0.02, 4e-4);
+  const Vector b = system.right_side();
+  SsorConjugateGradients solver;
+  REQUIRE(solver.pack(system.a));
+  Vector x = Vector::Zero(b.size()), y;
+  bool positive_definite = true;
+  const int iterations = solver.solve(b, 1e-3, x, positive_definite);
+  BatchConjugateGradients jacobi;
+  jacobi.prepare(system.a, system.body.fixed);
+  const int of_jacobi = jacobi.solve(std::vector{SolveColumn{&b, &y}}, 1e-3, positive_definite);
+  REQUIRE(of_jacobi > 10);
+  CHECK(iterations <= 0.6 * of_jacobi);
 }

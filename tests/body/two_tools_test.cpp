@@ -47,8 +47,9 @@ TEST_CASE("A tool that is thrown through the body and out on its far side does n
 }
 
 TEST_CASE("Solved for by iteration, tools that press and slide feel what they feel when it is solved for directly") {
-  TwoToolsBench direct(2, {1000, 0.3}, LinearSolver::Method::direct),
-      iterative(2, {1000, 0.3}, LinearSolver::Method::conjugate_gradients);
+  constexpr double kStiffness_n_m = 1000;
+  TwoToolsBench direct(2, {kStiffness_n_m, 0.3}, LinearSolver::Method::direct),
+      iterative(2, {kStiffness_n_m, 0.3}, LinearSolver::Method::conjugate_gradients);
   const auto tool = [](std::size_t k, double t) {
     const double in_m = 0.004 * std::min(1.0, t / 0.1), along_m = k == 0 ? 0.012 * std::sin(9 * t) : 0;
     return Vec3(0.015 + 0.03 * static_cast<double>(k), 0.031 + along_m, kTwoToolsTopM + 0.001 - in_m);
@@ -63,7 +64,8 @@ TEST_CASE("Solved for by iteration, tools that press and slide feel what they fe
     }
   }
   REQUIRE(most_n > 0.5);
-  CHECK(worst_n < 1e-4 * most_n);
+  // Each contact is closed to kSlipToleranceM, over which its own spring makes this much of a difference.
+  CHECK(worst_n < kStiffness_n_m * kSlipToleranceM);
 }
 
 TEST_CASE("A deep press ends no contact") {
