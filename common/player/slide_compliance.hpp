@@ -15,7 +15,7 @@
 //
 // Shapes and units: r modes, R_p 3 x r, D r x r, K = diag; C_p, C_0, c_static 3 x 3 [m/N], frame W; w of length 3; s [1/s], theta
 // no unit. What can go wrong besides: an s that is too small has a free body yield without end, a theta that is too small counts
-// twice what the modes have. Measured: docs/notebook/0022, and why not beside terms: 0036.
+// twice what the modes have. Measured: docs/notebook.md, 22, and why not beside terms: 36.
 #pragma once
 
 #include "common/port/patch.hpp"
@@ -25,7 +25,7 @@ namespace palpate {
 class SlideCompliance {
  public:
   static constexpr double kShift_1_s = 20;         ///< s: within 50 ms; at 0 a body that nothing holds has no compliance
-  static constexpr double kMissingShareMin = 0.3;  ///< theta, tuned (docs/notebook/0022): less adds what the modes have already
+  static constexpr double kMissingShareMin = 0.3;  ///< theta, tuned (docs/notebook.md, 22): less adds what the modes have already
 
   SlideCompliance() = default;
   /// R_a and w_a. For the network side of the hand-over, not for the tick.

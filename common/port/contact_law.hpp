@@ -39,7 +39,7 @@ struct ContactClosure {
 
 /// Point and normal are those of the end of the tick or stage, too: a contact that slips by more than kSlipToleranceM is closed
 /// again where it has slid to, at most kSlidesMax times. Closed where the tick found it, its normal would be a tick old, an error
-/// of first order in the tick (docs/notebook/0037).
+/// of first order in the tick (docs/notebook.md, 37).
 inline constexpr double kSlipToleranceM = 1e-6;  ///< a tenth of 0.01 mm, than which no hand is held finer
 inline constexpr int kSlidesMax = 3;             ///< a bound on what a tick costs; fewer: faster, the normal less exact
 

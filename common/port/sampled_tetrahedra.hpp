@@ -60,7 +60,7 @@ struct SampledTetrahedra {
 /// Compiled for the haptic thread. Stands at u = 0 when it is new.
 class SampledSolidForce {
  public:
-  /// Of |dF|: taken as it is; then up to so much more. 1 and 2 cost up to 6 dB where elements turn far (docs/notebook/0029).
+  /// Of |dF|: taken as it is; then up to so much more. 1 and 2 cost up to 6 dB where elements turn far (docs/notebook.md, 29).
   static constexpr float kFreeGradient = 2, kFurtherGradient = 3;
   using Values = SampledForce::Values;
   using Square = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables>;

@@ -93,7 +93,7 @@ struct BasisRequest {
 using BasisMemory = std::vector<Vector>;
 
 /// The body's own loads, F* and M v*, take up to twice the iterations of a port's, and are felt through few directions.
-inline constexpr double kOwnLooser = 20;  ///< SolveColumn::looser; measured: `port` the same to 0.1 dB (docs/notebook/0030)
+inline constexpr double kOwnLooser = 20;  ///< SolveColumn::looser; measured: `port` the same to 0.1 dB (docs/notebook.md, 30)
 
 /// Of the length of a direction, what must be left of it beside others for it to be one of its own: less is hardly more than
 /// rounding.

@@ -32,7 +32,7 @@ class FarField {
  public:
   static constexpr std::size_t kCorners = 8;  ///< of a cell
   /// On average, or more where that makes more than kCellsMax. Cells of finite elements that hardly change their volume are too
-  /// stiff when they are large: 27 nodes cost 1.4 dB; of springs 64 and 125 are as good (docs/notebook/0014).
+  /// stiff when they are large: 27 nodes cost 1.4 dB; of springs 64 and 125 are as good (docs/notebook.md, 14).
   static constexpr std::size_t kNodesACell = 27, kNodesASolidCell = 8;
   static constexpr std::size_t kCellsMax = 400;  ///< keeps what a patch costs from growing with the body
 

@@ -55,7 +55,7 @@ void add_over_corners(const Bunch& bunch, std::span<const typename Bunch::Pair> 
 template <class Bunch>
 class FarTangents {
  public:
-  /// distortion() since then, up to which they are kept: tangents that are always new gain less than 0.3 dB (docs/notebook/0014).
+  /// distortion() since then, up to which they are kept: tangents that are always new gain under 0.3 dB (docs/notebook.md, 14).
   static constexpr double kKeptDistortionMax = 2e-3;
   using Tangent = CornerTangent<Bunch::kNumbers>;
 

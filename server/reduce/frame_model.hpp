@@ -128,7 +128,7 @@ struct PredictedState {
 
 class FrameModel {
  public:
-  static constexpr std::size_t kHistoryFrames = 4;  ///< more gained single bodies and cost others (docs/notebook/0023)
+  static constexpr std::size_t kHistoryFrames = 4;  ///< more gained single bodies and cost others (docs/notebook.md, 23)
   static constexpr double kHistorySpacingS = 0.04;  ///< less than the 50 ms of a frame at 20 Hz: there each counts
   static constexpr double kCoupledShare = 0.3;      ///< of B_a^T X_o to the geometric mean of the two compliances
   /// Of k_o to the tissue's own: what is stiffer differs by a hundredth of the tissue's compliance at most.

@@ -14,7 +14,7 @@ namespace palpate {
 
 class NonlinearSubdomain {
  public:
-  static constexpr double kReachSpacings = 4;  ///< of nodes; measured: 3 to 8 are within 1 dB (docs/notebook/0019)
+  static constexpr double kReachSpacings = 4;  ///< of nodes; measured: 3 to 8 are within 1 dB (docs/notebook.md, 19)
   static constexpr double kKeptSpacings = 1;   ///< a tool that slides less has the same elements; more: cut out more seldom
 
   /// `body` must outlive it.

@@ -80,11 +80,11 @@ struct BuiltPatch {
 
 class PatchBuilder {
  public:
-  /// States, two a mode. Measured: 44 of a grasp gain less than 0.2 dB (docs/notebook/0015); of a touch what a datagram holds
+  /// States, two a mode. Measured: 44 of a grasp gain less than 0.2 dB (docs/notebook.md, 15); of a touch what a datagram holds
   /// beside 12 vertices.
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
   /// Of a grasp all that a datagram holds; of a touch measured: 14 or 16 modes are no truer in the same bytes
-  /// (docs/notebook/0023).
+  /// (docs/notebook.md, 23).
   static constexpr int kHyperAttachOrder = 2 * kMaxModes, kHyperTouchOrder = 30;
   /// Of the Krylov directions that modes of a touch are chosen from. Measured: 24 and 32 are the same within 0.1 dB.
   static constexpr int kCandidates = 16;

@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 /// How far a contact gets, of how far its tool does: over an edge of the body it rolls further, and the body comes towards it.
-/// Where few vertices travel they are worth more around the tool's way. Measured: docs/notebook/0039.
+/// Where few vertices travel they are worth more around the tool's way. Measured: docs/notebook.md, 39.
 constexpr double kContactDistanceRatio = 1.5;
 
 /// Of nodes, that the tool may be from where it was at the stamp: more, and a model is shown further from where it holds.

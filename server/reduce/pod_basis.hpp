@@ -6,7 +6,7 @@
 //
 // so V has what the body is likely to do for a time of 1 / s, by energy. Beside the leading directions it takes some that have
 // little energy and act fast, where those do not span them: of a touch M^-1 B n, how the body begins to yield along the normal n,
-// which is what an onset is made of (3 to 8 dB where little is damped, docs/notebook/0020).
+// which is what an onset is made of (3 to 8 dB where little is damped, docs/notebook.md, 20).
 //
 // Shapes: N coordinates of three numbers (body_operator.hpp), m snapshots, r modes; V is 3 N x r [kg^-1/2]. Fewer modes than
 // asked where snapshots are alike to kEnergyRounding of the largest energy, or P is not positive along them (a body in a fold);

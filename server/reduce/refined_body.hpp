@@ -9,7 +9,7 @@
 // fixed and far. K and D are put together element by element, with T as each element has it (refined_elements.hpp).
 //
 // K and D of elements that have a near node are those of the state; of the others FarTangents keeps them. A load on near nodes
-// has a stiffer response than on the body, as with any Galerkin projection: docs/notebook/0014 has by how much. A corner that
+// has a stiffer response than on the body, as with any Galerkin projection: docs/notebook.md, 14 has by how much. A corner that
 // moves no mass is held. F_y has the forces of elements in single precision. The number of coordinates grows with the tools; far
 // cells are at most FarField::kCellsMax, whatever the body.
 //
@@ -34,7 +34,7 @@ namespace palpate {
 
 class RefinedBody final : public BodyOperator {
  public:
-  /// Of nodes: centres of near cells are no further from a tool. Measured: 8 gain less than 0.5 dB (docs/notebook/0014, 0019).
+  /// Of nodes: centres of near cells are no further from a tool. Measured: 8 gain less than 0.5 dB (docs/notebook.md, 14, 19).
   static constexpr double kNearSpacings = 6;
   static constexpr std::size_t kCoarsePieces = 16;    ///< of a coarse space for solves; 64 cost more than the matrix itself
   static constexpr std::uint32_t kNodesLeast = 2500;  ///< a smaller body is as well taken whole

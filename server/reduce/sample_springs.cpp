@@ -11,8 +11,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kNegligibleSprings = 1e-5;  // of the nonlinearity, in springs left out: 1e-6 gains nothing (docs/notebook/0027)
-// Slopes that a law which stiffens is followed to, of that at rest; tuned: steeper ones are slowed by mass (docs/notebook/0035).
+constexpr double kNegligibleSprings = 1e-5;  // of the nonlinearity, in springs left out: 1e-6 is no better (docs/notebook.md, 27)
+// Slopes that a law which stiffens is followed to, of that at rest; tuned: mass slows steeper ones (docs/notebook.md, 35).
 constexpr double kSlopeLeast = 4, kSlopeMost = 100;
 
 /// Megabytes that would be asked of the system anew for every patch.
@@ -95,7 +95,7 @@ class NonlinearResidualForce {
 class CandidateSprings {
  public:
   using Sample = SampledSprings;
-  // Measured: 2,000 cost the organ 1.5 dB, 400 `softcore6` 2 to 4 dB (docs/notebook/0030, 0041); more takes longer.
+  // Measured: 2,000 cost the organ 1.5 dB, 400 `softcore6` 2 to 4 dB (docs/notebook.md, 30, 41); more takes longer.
   static constexpr std::size_t kEvaluatedElementsMax = 5000, kCandidatesMax = 600;
   static constexpr int kElementNodes = 2, kChosenMax = kMaxSprings;  // its ends; what the wire carries
 

@@ -36,9 +36,9 @@
 namespace palpate {
 
 inline constexpr double kLinearForceShare = 0.1;  ///< an error that small beside the linear force is felt by nobody
-inline constexpr int kSamples = 72;               ///< measured: more take longer than they gain (docs/notebook/0023)
-inline constexpr float kPortWeight = 4;    ///< of grasped solids; measured: 1 is 1.3 dB less true, 8 0.2 (docs/notebook/0043)
-inline constexpr float kFitError = 3e-3F;  ///< that is close enough, of |t|: a third of it gains nothing (docs/notebook/0040)
+inline constexpr int kSamples = 72;               ///< measured: more take longer than they gain (docs/notebook.md, 23)
+inline constexpr float kPortWeight = 4;    ///< of grasped solids; measured: 1 is 1.3 dB less true, 8 0.2 (docs/notebook.md, 43)
+inline constexpr float kFitError = 3e-3F;  ///< that is close enough, of |t|: a third of it gains nothing (docs/notebook.md, 40)
 
 using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using AtSamples = Eigen::Matrix<float, Eigen::Dynamic, kSamples, Eigen::RowMajor>;

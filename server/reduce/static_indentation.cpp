@@ -12,7 +12,7 @@ namespace palpate {
 namespace {
 
 constexpr int kGradientStepsMax = 40;           // of conjugate gradients, a round: bounds the time, what is found is kept
-constexpr double kResidualShare = 3e-2;         // of the first residual's norm; a tenth of it gains nothing (docs/notebook/0017)
+constexpr double kResidualShare = 3e-2;         // of the first residual's norm; a tenth gains nothing (docs/notebook.md, 17)
 constexpr double kTrialStepLeast = 1e-3;        // of a direction: a shorter trial would be lost in rounding
 constexpr double kInterpolatedChangeMax = 0.5;  // of a trial: a step that near to it needs no evaluation of its own
 

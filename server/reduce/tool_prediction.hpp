@@ -7,7 +7,7 @@
 //     from rest       kHandAccelerationMs2 t^2 / 2, at most kFromRestMostM
 //
 // The times and accelerations are those with which patches of lattices nobody had looked at were truest
-// (docs/notebook/0017-dents.md, 0022-where-a-hand-slides.md, 0026-where-hands-may-get-to.md); no hand was measured.
+// (docs/notebook.md, 17, 22, 26); no hand was measured.
 #pragma once
 
 #include <vector>
@@ -22,7 +22,7 @@ inline constexpr double kFromRestMostM = 0.012;                  ///< how far it
 inline constexpr double kAccelerationTimeS = 0.05;               ///< how long it goes on to speed up, or slow down; tuned
 inline const double kDeadReckoningS = seconds(Micros{100'000});  ///< T, of whole ticks; longer: stations that are late go too far
 inline constexpr double kPredictableS = 0.15;     ///< within which no hand gets far beside where it would get by itself; tuned
-inline constexpr double kPredictionMostS = 0.25;  ///< no hand is known for longer; 0.75 s shook one (docs/notebook/0024)
+inline constexpr double kPredictionMostS = 0.25;  ///< no hand is known for longer; 0.75 s shook one (docs/notebook.md, 24)
 
 /// `gone_s` after the last that was heard.
 ToolAt dead_reckoned(const ToolAt& last, double gone_s);

@@ -12,7 +12,7 @@
 //
 // In order of worth, and most bodies are touched from above: where there is time for few, the first are run; where tau is below
 // kPredictableS the kUndeviatedRollouts first. A rollout whose steps do not converge ends there; where that is the dead-reckoned
-// one, none count. Measured: docs/notebook/0026. How many fit into a frame: affordable_rollouts(), state_prediction.cpp.
+// one, none count. Measured: docs/notebook.md, 26. How many fit into a frame: affordable_rollouts(), state_prediction.cpp.
 #pragma once
 
 #include <array>
@@ -28,12 +28,12 @@ struct HandRollout {
   double weight = 1;  ///< of how far the body goes in it
 };
 
-inline constexpr std::size_t kRolloutsLeast = 2;       ///< whatever they take: one alone lost up to 13 dB (docs/notebook/0024)
+inline constexpr std::size_t kRolloutsLeast = 2;       ///< whatever they take: one alone lost up to 13 dB (docs/notebook.md, 24)
 inline constexpr std::size_t kUndeviatedRollouts = 3;  ///< the first, in which no hand turns aside
-inline constexpr int kRolloutSnapshots = 12;           ///< 3 miss what swings within the horizon (docs/notebook/0025)
-inline constexpr int kRoughRolloutSnapshots = 6;       ///< by rough steps, one each; 12 take twice as long (docs/notebook/0033)
+inline constexpr int kRolloutSnapshots = 12;           ///< 3 miss what swings within the horizon (docs/notebook.md, 25)
+inline constexpr int kRoughRolloutSnapshots = 6;       ///< by rough steps, one each; 12 take twice as long (docs/notebook.md, 33)
 
-/// Tuned: docs/notebook/0026.
+/// Tuned: docs/notebook.md, 26.
 inline const std::array<HandRollout, 6> kHandRollouts{
     {{.dead_reckoned = true, .snapshots = kRolloutSnapshots},
      {.snapshots = kRolloutSnapshots},

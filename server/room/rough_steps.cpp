@@ -5,10 +5,10 @@
 namespace palpate {
 namespace {
 
-// Numbers in brackets: pages of docs/notebook.
-constexpr double kIterationNs = 32, kMatrixNs = 80, kProductNs = 3.5, kStepNs = 200;  // of an edge; measured (0033, 0039)
-constexpr double kToleranceEdges = 0.01;  // of a mean edge: which way a body bends, no more; a tenth of it gains nothing (0033)
-constexpr double kEventStepS = 0.01;      // measured: a finer one leaves time for fewer rollouts (0039)
+// Numbers in brackets: rows of docs/notebook.md.
+constexpr double kIterationNs = 32, kMatrixNs = 80, kProductNs = 3.5, kStepNs = 200;  // of an edge; measured (33, 39)
+constexpr double kToleranceEdges = 0.01;  // of a mean edge: which way a body bends, no more; a tenth of it gains nothing (33)
+constexpr double kEventStepS = 0.01;      // measured: a finer one leaves time for fewer rollouts (39)
 constexpr int kNewtonIterationsMax = 24;  // of a step; measured: grasps take two or three, touches to nine
 
 }  // namespace

@@ -1,6 +1,6 @@
 // States of the body that were, or of warm-start indentations, kept as far as they differ: max |x - x_i| > kDifferenceEdges l for
 // all that are kept, l the body's mean edge [m], x 3 N [m]. A basis that knows some of them is truer where a hand presses again,
-// and where it first meets a body at rest, which has no past (docs/notebook/0030).
+// and where it first meets a body at rest, which has no past (docs/notebook.md, 30).
 //
 // Of those that had a tool within l of where one is now, and differ from x so far, the most informative are chosen: one after the
 // other that is farthest from all that x and the chosen ones span, as by pivoted Gram-Schmidt of x_i - x,
@@ -25,9 +25,9 @@ namespace palpate {
 
 class SnapshotCache {
  public:
-  static constexpr double kDifferenceEdges = 0.1;  ///< mean edges; measured: 0.02 to 0.2 are no better (docs/notebook/0030)
+  static constexpr double kDifferenceEdges = 0.1;  ///< mean edges; measured: 0.02 to 0.2 are no better (docs/notebook.md, 30)
   static constexpr std::size_t kStatesMax = 64;    ///< kept: 12 MB of 8,000 nodes
-  static constexpr std::size_t kChosenMax = 8;     ///< of them; measured: 4 and 6 are worse at 300 ms (docs/notebook/0030)
+  static constexpr std::size_t kChosenMax = 8;     ///< of them; measured: 4 and 6 are worse at 300 ms (docs/notebook.md, 30)
 
   explicit SnapshotCache(double mean_edge_m) : edge_m_(mean_edge_m) {}
 

@@ -119,7 +119,7 @@ void StatePrediction::warm_start(const std::vector<std::size_t>& tools) {
 
 /// Of the snapshot cache, which then takes in the body as it is.
 void StatePrediction::add_cached(const std::vector<std::size_t>& tools, std::vector<PredictedState>& predicted) {
-  constexpr double kCachedWeight = 0.06, kCachedWeightBesideRollouts = 0.03;  // tuned: docs/notebook/0030, 0053
+  constexpr double kCachedWeight = 0.06, kCachedWeightBesideRollouts = 0.03;  // tuned: docs/notebook.md, 30, 53
   const double weight = predicted.empty() ? kCachedWeight : kCachedWeightBesideRollouts;
   if (body_->asleep()) warm_start(tools);
   std::vector<Vec3> near, holding;

@@ -3,7 +3,7 @@
 //
 // A rollout costs what the body costs over its time, c tau, c its cost by the selection of the integrator [s/s]; as many are run
 // as fit into kFrameCostMostS, none of a body with c > kBodyCostMax. Where the integrator cannot roll out, or takes more small
-// steps than that is worth, rough steps are taken (rough_steps.hpp). Tuned and measured: docs/notebook/0024, 0026, 0030, 0033.
+// steps than that is worth, rough steps are taken (rough_steps.hpp). Tuned and measured: docs/notebook.md, 24, 26, 30, 33.
 #pragma once
 
 #include <deque>

@@ -18,7 +18,7 @@ import sys
 
 README_WORDS = 700
 PAGES = ("*.md", "docs/**/*.md", "bench/**/*.md", "scenes/**/*.md", ".github/**/*.md")
-PAST = ("docs/notebook/", "CHANGELOG.md")  # say what was typed then
+PAST = ("docs/notebook.md", "CHANGELOG.md")  # say what was typed then
 
 FENCE = re.compile(r"^\s*(```+|~~~+)\s*(\S*)")
 LINK = re.compile(r"\]\(\s*<?([^)\s>]+)>?(?:\s+\"[^\"]*\")?\s*\)|(?:src|srcset|href)=\"([^\"]+)\"")

@@ -52,8 +52,8 @@ class CheckStyle(unittest.TestCase):
             self.assert_breach("server/reduce/a.cpp", 3, code, "words")
         self.assert_breach("docs/a.md", 2, "as in the ladder of integrators", "words")
         self.assert_breach("server/room/hand_futures.hpp", 1, "", "words")
-        self.assert_clean("docs/notebook/0012-ladder.md", "# The ladder, dents and bridges\n")
-        self.assert_clean("docs/a.md", "a cubic lattice; see [12](notebook/0012-ladder.md)\n")
+        self.assert_clean("docs/notebook.md", "# The ladder, dents and bridges\n")
+        self.assert_clean("docs/a.md", "a cubic lattice; see [12](notebook.md)\n")
         self.assert_clean("server/reduce/a.cpp", "// an accident of indentation, independent of the horizon\n")
 
     def test_two_types_of_one_name(self):
