@@ -10,7 +10,7 @@
 //              since none of them felt anything for 50 ms, stays above -kBudgetJ, where kBudgetW a hand are forgiven. One sum,
 //              because what one hand puts into the body another may take out. Ticks that were skipped do not count: there the
 //              device holds its force. Only where every hand feels `port`: the schemes that it replaced promise nothing; and
-//              where no hand gives way to another (docs/concepts/simulated-worlds.md).
+//              where no hand gives way to another (bench/simulated-worlds.md).
 #pragma once
 
 #include <map>
@@ -61,7 +61,7 @@ class FadeCheck final : public Check {
 
 class PassivityCheck final : public Check {
  public:
-  /// 10 mJ throw a hand of 0.5 kg at 0.2 m/s, or are 1 N over 10 mm. docs/concepts/simulated-worlds.md says where it comes from.
+  /// 10 mJ throw a hand of 0.5 kg at 0.2 m/s, or are 1 N over 10 mm. bench/simulated-worlds.md says where it comes from.
   static constexpr double kBudgetJ = 0.01;
   /// What the guard gives back to a hand that was cut off (Passivity::kReturnW): 1 N that moves at 5 mm/s.
   static constexpr double kBudgetW = 0.005;

@@ -1,7 +1,7 @@
 // What one seed draws: a body, a server, stations with their hands, devices, links and clocks, and what goes wrong when.
 //
 // Every part has a generator of its own, seeded by (seed, part, index): leaving one out changes none of the others, so a failing
-// seed can be made smaller by leaving out what does not matter. docs/concepts/simulated-worlds.md has the table of what is drawn
+// seed can be made smaller by leaving out what does not matter. bench/simulated-worlds.md says what is drawn
 // from where to where.
 //
 // Times: faults lie in [kFirstFaultAt, healed]; at `healed` everything that is broken is mended (links keep their latency and
@@ -103,7 +103,7 @@ Micros slowest_ever(const Scenario& scenario, std::size_t station, bool up);
 /// that became shorter and another that became longer: no exchange of datagrams can tell the two apart, so it stays until what
 /// was seen before is forgotten.
 Micros misjudged_for(const Scenario& scenario, const Fault& fault);
-/// From the end of a fault until a fresh patch is in use at the latest; see docs/concepts/simulated-worlds.md for the sum.
+/// From the end of a fault until a fresh patch is in use at the latest; see bench/simulated-worlds.md for the sum.
 Micros recovery_time(const Scenario& scenario, std::size_t station);
 /// When a station must feel the body again, everything being healed and every clock judged right.
 Micros recovered_by(const Scenario& scenario, std::size_t station);
