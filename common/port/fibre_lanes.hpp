@@ -4,9 +4,9 @@
 //     P = S (F a) a^T,   S = 2 dPsi_f/dE
 //     dP = dF S a a^T + 2 S' (Q : dF) Q,   Q = (F a) a^T,   S' = dS/dE
 //
-// h the integral of e, the exponential with its tangent beyond kLogGrowthMax (solid_law.hpp; b = 0: Psi_f = k/2 E^2): where they
-// are longer S = 2 k E e(b E^2), else 2 k E. k: fibres' modulus [Pa], b: no unit. They have no stress at rest, and S has no kink
-// there or where fibres turn over. In small strains along them Young's modulus is larger by 4 k.
+// h the integral of e, the exponential with its tangent beyond kLogGrowthMax (solid_law.hpp; b = 0: Psi_f = k/2 E^2): in
+// extension S = 2 k E e(b E^2), else 2 k E. k: modulus of the fibres [Pa], b: no unit. They have no stress at rest, and S has no
+// kink there or where fibres reverse. For small strains along them Young's modulus is larger by 4 k.
 //
 // Source: Weiss, Maker and Govindjee, Finite element implementation of incompressible, transversely isotropic hyperelasticity,
 // CMAME 135 (1996); the exponential of the square from Holzapfel, Gasser and Ogden, J. Elasticity 61 (2000).
@@ -60,7 +60,7 @@ inline double fibre_energy(const Fibres& fibres, double k, double strain) {
   return 0.5 * k / fibres.exponent * growth_integral(fibres.exponent * strain * strain);
 }
 
-/// At one F; `k` in the unit of stress.
+/// Stress of fibres at one F; `k` in the unit of stress.
 struct FibreStress {
   FibreStress(const Fibres& fibres, double k, const Eigen::Matrix3d& f) : a(fibres.direction.data()), along(f * a) {
     FibrePull<2> at;

@@ -1,4 +1,4 @@
-// 3x3 matrices side by side, one in every lane of a vector (doubles.hpp), the same bits whatever the width N.
+// 3x3 matrices, one in every lane of a vector (doubles.hpp), with the same bits for every width N.
 //
 //     cofactors     G_ij = F_(i+1)(j+1) F_(i+2)(j+2) - F_(i+2)(j+1) F_(i+1)(j+2),  indices modulo 3:  G = dJ/dF
 //     determinant   J = sum_i F_i1 G_i1
