@@ -1,6 +1,6 @@
 // The moment of a recording to show: playing, paused, faster, slower, or after a seek.
 //
-// moment(now) = anchor + speed * (now - anchored at),  clamped to the recording; playing stops at its end.
+//     moment(now) = anchor + speed * (now - anchored at),  clamped to the recording; playing stops at its end.
 #pragma once
 
 #include "common/base/types.hpp"

@@ -7,10 +7,10 @@
 //              the mean run of losses burst_mean datagrams; burst_mean = 0 (or less than independent losses give, 1 / (1 - loss))
 //              makes losses independent.
 //   latency    uniform in [latency - jitter, latency + jitter], never negative. Order is kept: a datagram does not arrive before
-// one that was sent before it.
-// reorder    with this probability a datagram leaves that order: it is held for a further uniform (0, kReorderHold],
+//              one that was sent before it.
+//   reorder    with this probability a datagram leaves that order: it is held for a further uniform (0, kReorderHold],
 //              and later ones overtake it.
-// duplicate  with this probability a second copy arrives together with the first.
+//   duplicate  with this probability a second copy arrives together with the first.
 // Every datagram draws the same number of random numbers, so that two specs with one seed differ only where they differ.
 #pragma once
 
