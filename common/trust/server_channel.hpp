@@ -77,7 +77,8 @@ class ServerChannel {
   static constexpr std::size_t kMostSessions = 1024, kMostAnswers = 256, kMostTokens = 65536;
   /// Stale handshakes that are recognised by their mac: an attacker with more recordings can use up the limits of a key.
   static constexpr std::size_t kMostStale = 4096;
-  /// Sessions of a key beyond its streams: sessions that ended silently, and as many handshakes.
+  /// Extra sessions of a key beyond its streams, for those that ended silently; also its largest number of handshakes without
+  /// Data.
   static constexpr int kSpareSessions = 8;
   static constexpr Micros kUnconfirmed{20'000'000};  ///< time for which a handshake without Data is kept
   static constexpr Micros kSilent{3'000'000};        ///< silence after which another session of the same key may replace it
