@@ -7,7 +7,6 @@
 //
 // Expected age of patches: a patch describes the body under the tool samples of one round trip ago, and is used until the next
 // frame's: from the median round trip to the 99 % one plus a frame. The server's computing time is added to that.
-// next frame's: from the median round trip to the 99 % one and a frame. What the server computes comes on top.
 #pragma once
 
 #include <atomic>

@@ -10,8 +10,6 @@
 // A handshake with keys needs three round trips, and its progress is lost with the port: the waits grow until they are longer.
 // When a name has no address any more, the client stays at the old one; a resolver that needs longer than another kMoveAfter is
 // not waited for. A client whose server reports that it is shutting down resolves the name at once.
-// longer. A name that has no address any more leaves the client at the one that it had; a resolver that takes longer than another
-// kMoveAfter is not waited for. Who is told that the server is shutting down asks at once.
 #pragma once
 
 #include <algorithm>

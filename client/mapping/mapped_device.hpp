@@ -17,8 +17,6 @@
 // force begins at zero whenever the device becomes ok: both factors start at zero. During a reading that is not ok the tool keeps
 // its position; afterwards it continues from there with a clutch or a dead-man button, and returns to where c maps it without.
 // Nothing in read() and write() allocates, locks or throws.
-// it was; afterwards the tool goes on from there where there is a clutch or a dead-man button, and is where c has it where there
-// is none. Nothing in read() and write() allocates, locks or throws.
 #pragma once
 
 #include "client/device/motion_device.hpp"

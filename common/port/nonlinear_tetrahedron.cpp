@@ -79,7 +79,7 @@ void find(const TetraLanes& f, TetraTurn& turned) {
 /// The same by Newton's method from an R' nearby, rotating by 2 atan(|w| / 2) instead of atan |w|: of the same order, without a
 /// root. Returns false where that does not lead there.
 bool turn_to(const TetraLanes& at_stamp, const TetraLanes& df, TetraTurn& turned) {
-  constexpr int kNewtonStepsMax = 4;        // cubic convergence: two steps bring |w| = 0.1 below rounding
+  constexpr int kNewtonStepsMax = 4;        // third order: two steps bring |w| = 0.1 below rounding
   constexpr float kNearTurnSquare = 2;      // limit of |w|^2: beyond, R' is not near, and Newton's method may not converge
   constexpr float kLastTurnSquare = 1e-5F;  // limit of |w|^2: the third power of such a rotation, 3e-8, is lost in rounding
   constexpr float kMinorMin = 0.02F;        // limit of a leading minor of H, in powers of the trace: below, H is nearly singular

@@ -6,7 +6,7 @@
 //     slope there 8 (s_1 + s_2) (s_2 + s_3) (s_3 + s_1)
 // 1. x by Halley's method from 3: all roots are real, so it descends to the largest and no further.
 // 2. q is the largest column of the adjugate of x - K.
-// 3. Where R^T F is not symmetric to rounding, Newton's method on rotations, with cubic convergence: a rotation about w by
+// 3. Where R^T F is not symmetric to rounding, Newton's method on rotations, of third order: a rotation about w by
 //    atan |w|, ((tr S) I - S) w = t, S and t the symmetric and the axial part of R^T F.
 // A lane that has converged stays unchanged while others continue: its numbers do not depend on theirs. R is the identity for F =
 // 0; where s_2 + s_3 < 1e-6 |F| rounding chooses among rotations whose tr(R^T F) is the largest to 1e-6 |F|. Source: Horn,
@@ -131,7 +131,7 @@ PALPATE_INLINE void turn(const Mat<N>& s, const Doubles<N> (&t)[3], const Truths
 /// Refines R from a q that is nearly exact. |F|^2 = 3.
 template <std::size_t N>
 PALPATE_INLINE void refine(const Mat<N>& f, Quaternion<N>& q, Mat<N>& r) {
-  constexpr int kNewtonStepsMax = 4;         // cubic convergence: two steps bring |w| = 1e-2 below rounding
+  constexpr int kNewtonStepsMax = 4;         // third order: two steps bring |w| = 1e-2 below rounding
   constexpr double kAxialSquareMin = 1e-29;  // limit of |t|^2: t of 3e-15, some roundings of R^T F
   Truths<N> going = f.of[0][0] == f.of[0][0];
   for (int k = 0;; ++k) {

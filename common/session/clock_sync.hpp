@@ -1,8 +1,8 @@
 // Offset, drift and round trip between our clock and the peer's, from the stamps that every datagram carries.
 //
-// A datagram sent by the peer at `sent` (its clock) and received at `now` (ours), echoing our datagram of `echo` that it got
 // A datagram sent by the peer at `sent` (its clock) and received at `now` (ours), echoing our datagram of `echo`, which it
 // received `echo_hold` earlier, gives for the offset theta = peer clock - our clock:
+//
 //     now - sent                = -theta + delay towards us
 //     (sent - echo_hold) - echo = +theta + delay towards the peer
 //
