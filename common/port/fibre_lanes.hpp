@@ -1,4 +1,4 @@
-// Fibres that all run along the unit vector a at rest, added to the law of a solid: transversely isotropic.
+// Fibres with one common direction at rest, the unit vector a, added to the law of a solid: transversely isotropic.
 //
 //     Psi_f = k/(2 b) h(b E^2) where they are longer than at rest, k/2 E^2 where shorter,   E = |F a|^2 - 1   [J/m^3]
 //     P = S (F a) a^T,   S = 2 dPsi_f/dE
@@ -45,7 +45,7 @@ PALPATE_INLINE void find_fibres(const Fibres& fibres, const Doubles<N>& k, const
   at.slope = 2.0 * k * (grown + steeper);
 }
 
-/// p += P
+/// Adds P to p.
 template <std::size_t N>
 PALPATE_INLINE void add_fibres(const Fibres& fibres, const Doubles<N>& k, const Mat<N>& f, Mat<N>& p) {
   FibrePull<N> at;
@@ -54,7 +54,7 @@ PALPATE_INLINE void add_fibres(const Fibres& fibres, const Doubles<N>& k, const 
     for (int c = 0; c < 3; ++c) p.of[r][c] += at.pull * at.along[r] * fibres.direction[static_cast<std::size_t>(c)];
 }
 
-/// Psi_f at E = `strain`
+/// Returns Psi_f at E = `strain`.
 inline double fibre_energy(const Fibres& fibres, double k, double strain) {
   if (fibres.exponent == 0 || strain <= 0) return 0.5 * k * strain * strain;
   return 0.5 * k / fibres.exponent * growth_integral(fibres.exponent * strain * strain);
